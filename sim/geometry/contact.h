@@ -1,0 +1,49 @@
+#pragma once
+/// Contacts between shapes: stateless separating-axis tests and clipping. Report, step s1: run once per step `h`.
+
+#include <cstdint>
+#include <vector>
+
+#include "sim/geometry/shape.h"
+
+namespace substep {
+
+/// One contact point of a pair of shapes (a, b), in the world frame.
+struct ContactPoint {
+  Vector3 on_a;     ///< point fixed on a
+  Vector3 on_b;     ///< point fixed on b
+  Vector3 normal;   ///< unit, from b to a
+  double distance;  ///< (on_a − on_b) · normal; negative where the shapes overlap
+};
+
+/// All contact points of two shapes closer than `margin` (metres): the whole manifold, so a face on a face gives
+/// the corners of their intersection, a capsule on its side two points. Depends on its arguments alone, not on
+/// any earlier call, and contacts(b, a) are contacts(a, b) mirrored. Appends to `out`, which it never clears;
+/// does not allocate once `out` and the thread's scratch are large enough.
+///
+/// Polytopes: faces of a, faces of b and the cross products of their edge directions are tested; a face axis is
+/// preferred to an edge axis unless the latter is better by 0.05 |separation| + 1e-3 of the smaller shape's size,
+/// so that a slight tilt does not shrink a face contact to a point.
+void find_contacts(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double margin,
+                   std::vector<ContactPoint>& out);
+
+/// The axis-aligned box around a shape.
+struct Bounds {
+  Vector3 lower;
+  Vector3 upper;
+};
+
+/// Tight for polytopes up to rounding; a plane's bounds are infinite except along an axis it is normal to.
+Bounds bounds(const Shape& shape, const Pose& pose);
+
+/// Pairs (i, j), i < j, of boxes that overlap, in ascending order: sweep along the axis of largest spread.
+/// `pairs` is cleared first.
+class BroadPhase {
+ public:
+  void find_pairs(const std::vector<Bounds>& boxes, std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs);
+
+ private:
+  std::vector<std::uint32_t> order_;
+};
+
+}  // namespace substep

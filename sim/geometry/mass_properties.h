@@ -1,0 +1,50 @@
+#pragma once
+/// Mass, centre of mass and inertia of solids of uniform density.
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "sim/geometry/shape.h"
+
+namespace substep {
+
+/// Mass properties in some frame. `inertia` is about `centre_of_mass`, in the axes of that frame, kg·m².
+struct MassProperties {
+  double mass = 0;  ///< kg
+  Vector3 centre_of_mass = Vector3::Zero();
+  Matrix3 inertia = Matrix3::Zero();
+};
+
+/// Principal axes: inertia = R diag(moments) Rᵀ with R the matrix of `orientation` (principal → given frame).
+struct PrincipalInertia {
+  Vector3 moments = Vector3::Zero();
+  Quaternion orientation = Quaternion::Identity();
+};
+
+using Triangle = std::array<std::uint32_t, 3>;
+
+/// Of a solid bounded by a closed triangle mesh, counter-clockwise seen from outside, of unit density: the sum
+/// of signed tetrahedra about the mean vertex. An inverted mesh gives a negative mass.
+MassProperties mass_properties(std::span<const Vector3> vertices, std::span<const Triangle> triangles);
+
+/// Of a shape of unit density, in its collider's frame. A plane has none: mass 0.
+MassProperties mass_properties(const Shape& shape);
+
+/// Whether each directed edge occurs once and its reverse once, after vertices at equal positions are welded.
+bool is_closed(std::span<const Vector3> vertices, std::span<const Triangle> triangles);
+
+/// The same body seen from a frame in which it stands at `pose`.
+MassProperties transformed(const MassProperties& properties, const Pose& pose);
+
+/// The two bodies as one; both in the same frame.
+MassProperties combined(const MassProperties& a, const MassProperties& b);
+
+/// The same body with its mass scaled to `mass`.
+MassProperties with_mass(const MassProperties& properties, double mass);
+
+/// Principal axes of a symmetric matrix by Jacobi rotations: deterministic, the identity for a diagonal matrix.
+PrincipalInertia principal_inertia(const Matrix3& inertia);
+
+}  // namespace substep

@@ -1,0 +1,153 @@
+#pragma once
+/// A scene as loaded: bodies, colliders, joints, and what is needed to draw them.
+///
+/// Bodies are placed by their *body frame*: origin at the centre of mass, axes along the principal axes of
+/// inertia (report, II.6). Everything attached to a body (colliders, joint frames, visuals) is given in it.
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/geometry/mass_properties.h"
+#include "sim/geometry/shape.h"
+#include "sim/vector.h"
+
+namespace substep {
+
+/// Index of the world among bodies: it is body 0 of every scene, stands at the identity pose and never moves.
+inline constexpr int world_body = 0;
+
+struct Body {
+  std::string name;              ///< of its node; "node 7" where the file gives none
+  double inverse_mass = 0;       ///< 1/kg; 0 is infinite mass
+  Vector3 inverse_inertia = Vector3::Zero();  ///< about the principal axes, 1/(kg m²); 0 is infinite
+  double gravity_factor = 1;
+  Pose body_from_node;           ///< node frame → body frame (rigid: the node's scale is in the shapes)
+  // At t = 0:
+  Pose pose;                     ///< body frame → world
+  Vector3 linear_velocity = Vector3::Zero();   ///< of the centre of mass, world, m/s
+  Vector3 angular_velocity = Vector3::Zero();  ///< world, rad/s
+};
+
+/// How two materials' coefficients combine; where two bodies disagree, the first of these wins.
+enum class Combine { average, minimum, maximum, multiply };
+
+struct ContactMaterial {
+  double static_friction = 0.6;
+  double dynamic_friction = 0.6;
+  double restitution = 0;
+  Combine friction_combine = Combine::average;
+  Combine restitution_combine = Combine::average;
+};
+
+struct Collider {
+  int body = world_body;
+  Shape shape;
+  Pose placement;  ///< shape's frame → body frame
+  ContactMaterial material;
+  /// Collision systems: bit i of `member` says that the collider is in system i, bit i of `collides_with` that
+  /// it meets system i. A pair meets when each one's members are met by the other's.
+  std::uint64_t member = 0;
+  std::uint64_t collides_with = ~std::uint64_t{0};
+  bool in_no_system = true;  ///< meets everything that does not exclude it
+};
+
+/// Limit of a joint on a set of its axes; see KHR_physics_rigid_bodies. Unbounded ends are infinite.
+struct JointLimit {
+  bool angular = false;
+  std::array<bool, 3> axes{};  ///< x, y, z of frame b
+  double min = -std::numeric_limits<double>::infinity();  ///< m or rad
+  double max = std::numeric_limits<double>::infinity();
+  std::optional<double> stiffness;  ///< absent: hard. N/m or N·m/rad
+  double damping = 0;
+};
+
+struct JointDrive {
+  bool angular = false;
+  bool acceleration = false;  ///< mode: maximum, stiffness and damping are per unit of effective mass
+  int axis = 0;
+  double max_force = std::numeric_limits<double>::infinity();  ///< N or N·m
+  double position_target = 0;
+  double velocity_target = 0;
+  double stiffness = 0;
+  double damping = 0;
+};
+
+struct Joint {
+  std::string name;  ///< of its node
+  int body_a = world_body;  ///< the body that carries the joint's node
+  int body_b = world_body;  ///< the body that carries `connectedNode`
+  Pose frame_a;  ///< joint frame → body frame of a
+  Pose frame_b;
+  bool enable_collision = false;
+  std::vector<JointLimit> limits;
+  std::vector<JointDrive> drives;
+};
+
+/// What to draw: a triangle mesh with one surface.
+struct Surface {
+  std::string name;
+  std::array<double, 3> base_color{0.8, 0.8, 0.8};  ///< linear RGB
+  double metallic = 0;
+  double roughness = 0.6;
+};
+
+struct Mesh {
+  std::string name;
+  std::vector<Vector3> positions;
+  std::vector<Vector3> normals;  ///< one per position, unit
+  std::vector<Triangle> triangles;
+  int surface = 0;  ///< index into Scene::surfaces
+};
+
+/// A mesh attached to a body. x_body = linear * x_mesh + translation (linear holds the node's scale).
+struct Visual {
+  int mesh = 0;
+  int body = world_body;
+  Matrix3 linear = Matrix3::Identity();
+  Vector3 translation = Vector3::Zero();
+};
+
+/// As glTF: looks along its −Z, +Y up.
+struct Camera {
+  Pose pose;  ///< camera → world
+  double vertical_field_of_view = 0.8;  ///< rad
+};
+
+/// Light from infinitely far; direction *towards* which it shines, world.
+struct Sun {
+  Vector3 direction{-0.4, -1, -0.3};
+  std::array<double, 3> color{1, 1, 1};  ///< linear RGB
+  double illuminance = 3;                ///< of a surface facing it; 1 is a white surface's full exposure × π
+};
+
+struct Scene {
+  std::string name;            ///< file name without extension
+  std::filesystem::path file;
+  std::uint64_t hash = 0;      ///< of the file's bytes and of every file that it refers to
+  Vector3 gravity{0, -9.81, 0};  ///< m/s²
+  double duration = 5;           ///< s
+  double step = 1.0 / 60;        ///< s, what a run uses unless told otherwise
+  bool gyroscopic = true;        ///< whether unequal moments of inertia give a gyroscopic term
+
+  std::vector<Body> bodies;  ///< bodies[0] is the world
+  std::vector<Collider> colliders;
+  std::vector<Joint> joints;
+
+  std::vector<Surface> surfaces;
+  std::vector<Mesh> meshes;
+  std::vector<Visual> visuals;
+  std::optional<Camera> camera;
+  std::optional<Sun> sun;
+
+  std::vector<std::string> warnings;  ///< what the file asked for and got a replacement for
+};
+
+/// Reads a scene: `.gltf` or `.glb` with KHR_physics_rigid_bodies and KHR_implicit_shapes. Throws Error.
+Scene load_scene(const std::filesystem::path& file);
+
+}  // namespace substep

@@ -1,0 +1,43 @@
+#pragma once
+/// How to solve: everything about a run that is not in the scene.
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace substep {
+
+/// The five procedures of the report, each in a file of its own; see algorithms.h.
+enum class Algorithm { a1, a2, a3, a4, a5 };
+
+/// How joints' rows are solved.
+enum class Joints {
+  rows,    ///< each row alone, as A2 does
+  plain,   ///< up to three rows at once (IV.2.2, point 2), Jacobian of the sub-step's start
+  stable,  ///< the same, Jacobian at next-frame coordinates (IV.2.2, point 2; IV.3.2, third item)
+};
+
+struct Settings {
+  Algorithm algorithm = Algorithm::a3;
+  double step = 1.0 / 60;  ///< h, seconds
+  int substeps = 4;        ///< n; A1 and A2 have none
+  int iterations = 1;      ///< m; for A2 the iteration cap ap; A1 has none
+  double tau = 1;          ///< τ; A3–A5
+  double kappa = 1;        ///< κ; A3–A5
+  Joints joints = Joints::plain;  ///< A3–A5
+  double relaxation = 1;   ///< ω of A2's successive over-relaxation
+  double tolerance = 0;    ///< aw of A2: it ends when no row moves its velocity by more, m/s or rad/s; 0: never
+};
+
+std::string_view name(Algorithm algorithm);
+std::string_view name(Joints joints);
+std::optional<Algorithm> algorithm_named(std::string_view name);
+std::optional<Joints> joints_named(std::string_view name);
+
+/// Throws Error naming the first setting that cannot be used (a step that is not positive, κ = 0, …).
+void check(const Settings& settings);
+
+/// The settings that the algorithm reads, for labels: "A3  n=4 m=1  h=1/60".
+std::string label(const Settings& settings);
+
+}  // namespace substep

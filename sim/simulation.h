@@ -1,0 +1,60 @@
+#pragma once
+/// Steps a scene with one of the five algorithms.
+
+#include <memory>
+#include <string>
+
+#include "sim/scene/scene.h"
+#include "sim/settings.h"
+#include "sim/state.h"
+
+namespace substep {
+
+/// What one step did.
+struct StepReport {
+  enum class Status {
+    ok,
+    unsolved,  ///< A1 found no solution to the accuracy asked for: see `residual`; the best one found was used
+    diverged,  ///< the state is no longer finite; it is left as it was before the step
+  };
+  Status status = Status::ok;
+  int contacts = 0;             ///< contact points found by s1
+  int rows = 0;                 ///< constraint rows formulated by s2
+  std::int64_t row_solves = 0;  ///< rows solved in s3: A1 counts each row once a pivot
+  int pivots = 0;               ///< A1: changes of its active set
+  double residual = 0;          ///< A1: largest violation of the MLCP, relative to its size
+  int diverged_body = 0;
+};
+
+class Simulation {
+ public:
+  /// Throws Error when the settings cannot be used or the scene needs what is not modelled.
+  Simulation(const Scene& scene, const Settings& settings);
+  ~Simulation();
+  Simulation(Simulation&&) noexcept;
+  Simulation& operator=(Simulation&&) noexcept;
+
+  /// Advances by settings().step. Allocates only when there are more contacts than in any step before (A1: its
+  /// factors too).
+  const StepReport& step();
+
+  const State& state() const;
+  const Settings& settings() const;
+  const Scene& scene() const;
+  std::int64_t steps() const;  ///< taken so far; the time is steps() * settings().step
+
+  /// Continues from another state (same bodies) at the same time.
+  void set_state(const State& state);
+
+  /// What this scene makes the solver build, and what not: "joints: 3 ball; no contacts; no gyroscopic term".
+  std::string modelled() const;
+
+  /// The multibody MLCP of the last step as text, for a file that tests can load (A1 only, else empty).
+  std::string last_problem() const;
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace substep

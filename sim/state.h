@@ -1,0 +1,38 @@
+#pragma once
+/// q and v: the coordinates and velocities of all bodies, in contiguous arrays.
+
+#include <cstdint>
+#include <vector>
+
+#include "sim/scene/scene.h"
+#include "sim/vector.h"
+
+namespace substep {
+
+/// q of one body: centre of mass in the world, unit quaternion body frame → world.
+struct Coordinates {
+  Vector3 linear = Vector3::Zero();
+  Quaternion angular = Quaternion::Identity();
+};
+
+/// v of one body. Linear: of the centre of mass, world. Angular: world (v) or, in A3–A5, body frame (v̆).
+struct Velocity {
+  Vector3 linear = Vector3::Zero();
+  Vector3 angular = Vector3::Zero();
+};
+
+/// The state between steps; index 0 is the world. Angular velocities are in the world frame.
+struct State {
+  std::vector<Coordinates> q;
+  std::vector<Velocity> v;
+};
+
+State initial_state(const Scene& scene);
+
+/// 64-bit FNV-1a of the bits of all coordinates and velocities but the world's; −0 counts as 0.
+std::uint64_t hash(const State& state);
+
+/// Whether every number is finite; if not, `body` is the first that is not.
+bool is_finite(const State& state, int* body = nullptr);
+
+}  // namespace substep
