@@ -1,0 +1,53 @@
+#pragma once
+/// Draws a scene at given poses, headlessly, with software OpenGL: the same pixels on every machine.
+
+#include <memory>
+#include <span>
+#include <string>
+
+#include "render/image.h"
+#include "sim/scene/scene.h"
+#include "sim/state.h"
+
+namespace substep {
+
+/// Pins what the pictures depend on (driver, vector width, CPU features). Call first thing in main(): the
+/// environment is read once a process, and must be set before there are threads.
+void pin_renderer();
+
+/// "llvmpipe (LLVM 15.0.6, 128 bits), 4.5 (Core Profile) Mesa 22.3.6": part of what a golden was made with.
+std::string renderer_description();
+
+/// Whether this is the renderer that the goldens are exact on.
+bool is_pinned_renderer();
+
+struct RenderSettings {
+  int width = 1280;
+  int height = 720;
+  bool antialiasing = true;
+  bool shadows = true;
+};
+
+/// One OpenGL context; use from one thread at a time.
+class Renderer {
+ public:
+  /// `reference` (may be empty): all frames' poses that will be drawn, for a camera that sees them all where
+  /// the scene has none; else the scene's initial poses serve.
+  Renderer(const Scene& scene, const RenderSettings& settings,
+           std::span<const std::vector<Coordinates>> reference = {});
+  ~Renderer();
+  Renderer(Renderer&&) noexcept;
+
+  /// The frame with bodies at `poses` (one per body of the scene, the world first).
+  Image draw(std::span<const Coordinates> poses);
+
+  /// Each pixel's body as a colour (red + 256 green + 65536 blue = body index + 1; 0 is the sky): no light, no
+  /// anti-aliasing.
+  Image draw_bodies(std::span<const Coordinates> poses);
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace substep

@@ -1,0 +1,35 @@
+#pragma once
+/// Text in pictures: the vendored font, rasterised by stb_truetype, the same pixels on every machine.
+
+#include <array>
+#include <string_view>
+
+#include "render/image.h"
+
+namespace substep {
+
+struct TextStyle {
+  double size = 18;  ///< pixels from ascender to descender
+  std::array<std::uint8_t, 3> color{255, 255, 255};
+  bool bold = false;
+  bool monospaced_digits = true;  ///< so that counting numbers do not dance
+};
+
+/// Width in pixels of UTF-8 `text` (Greek, ° × → − and the like are in the font).
+double text_width(std::string_view text, const TextStyle& style);
+
+/// Draws with the baseline's left end at (x, y), blended; clips at the image's border.
+void draw_text(Image& image, double x, double y, std::string_view text, const TextStyle& style);
+
+/// Blends a rectangle; alpha 0–1. Clips.
+void fill_rectangle(Image& image, int x, int y, int width, int height, std::array<std::uint8_t, 3> color,
+                    double alpha = 1);
+
+/// An anti-aliased line, width in pixels. Clips.
+void draw_line(Image& image, double x0, double y0, double x1, double y1, double width,
+               std::array<std::uint8_t, 3> color, double alpha = 1);
+
+/// Copies `source` with its top left corner at (x, y); clips.
+void paste(Image& image, const Image& source, int x, int y);
+
+}  // namespace substep
