@@ -4,25 +4,32 @@
 /// Text, one line an item, '\n' line ends, numbers as the shortest decimals that read back to the same bits:
 ///
 ///     substep pose log 1
+///     units metres seconds radians
 ///     scene box_stack.gltf
 ///     scene-hash 8c5e0f3a11d2b697
 ///     algorithm a3
-///     step 0.016666666666666666          seconds
-///     …                                   one line per setting
+///     step 0.016666666666666666
+///     substeps 4                          one line per setting: iterations, tau, kappa, joints, relaxation,
+///     …                                   tolerance, in this order
 ///     modelled …
 ///     body 1 crate                        index, name; 0 is the world and is not logged
 ///     full-every 10
 ///     frame 0 f00dfeed12345678            state hash: coordinates and velocities
-///     pose 1 0 0.5 0 1 0 0 0              body, x y z (m, centre of mass, world), w x y z (body frame → world)
-///     frame 1 …
-///     end ok 300                          or: end diverged 17 body 3, end unsolved 17 …
+///     pose 1 0 0.5 0 1 0 0 0              body, x y z (m, centre of mass, world), w x y z (body frame →
+///     world) frame 1 … end ok 300                          the last frame; or: end diverged 17 body 3 crate:
+///     step 17 diverged,
+///                                         frame 16 is the last; or: end unsolved 17 steps 2: all frames are
+///                                         there, 2 steps were not solved, the first of them is 17
 ///
-/// A log without its `end` line is truncated, and reading it is an error.
+/// In names, a control character or a backslash is written as \x and two hexadecimal digits.
+/// A log without its `end` line is truncated, and reading it is an error; so is anything else that a writer
+/// would not have written: another version, a number that is not finite, a missing or surplus pose.
 
 #include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "sim/settings.h"
@@ -44,31 +51,41 @@ struct PoseLog {
   std::vector<std::string> bodies;  ///< names; bodies[0] is the world
   int full_every = 1;               ///< frame k has poses when k is a multiple, and the last one has
   std::vector<Frame> frames;        ///< frame k is the state after k steps
-  std::string end = "ok";           ///< "ok", or why and where the run ended early
+  /// "ok", or how the run went wrong: "diverged 17 body 3 crate", "unsolved 17 steps 2".
+  std::string end = "ok";
 };
 
 PoseLog read_pose_log(const std::filesystem::path& file);  ///< throws Error with the line
+
+/// From text; `what` is put before ":line: …" in errors.
+PoseLog parse_pose_log(std::string_view text, const std::string& what);
 
 std::string to_text(const PoseLog& log);
 
 /// Written beside and renamed: a reader sees the old file or the whole new one.
 void write_pose_log(const PoseLog& log, const std::filesystem::path& file);
 
-/// Runs the simulation for `frames` steps and logs it. Ends early, and says so in `end`, when it diverges.
-/// `after_frame(k)` is called after each, for progress; may be empty.
-PoseLog record(Simulation& simulation, int frames, int full_every,
-               const std::function<void(int)>& after_frame = {});
+/// Called after each step with the frame's number.
+using AfterFrame = std::function<void(int frame, const StepReport& report)>;
+
+/// Runs the simulation for `frames` steps and logs it. Ends early, and says so in `end`, when it diverges;
+/// `end` also says when steps were not solved. Throws Error when `frames` is negative or `full_every`
+/// below 1.
+PoseLog record(Simulation& simulation, int frames, int full_every, const AfterFrame& after_frame = {});
 
 /// The first frame whose hashes differ, and there the body and quantity that differ most.
 struct PoseDifference {
-  int first_frame = -1;        ///< first frame with other hashes; −1: none
-  int first_full_frame = -1;   ///< first frame at or after it with poses in both
-  int body = 0;                ///< with the largest difference there
-  char axis = ' ';             ///< 'x' 'y' 'z' of position, 'r' for orientation
-  double size = 0;             ///< m, or rad for 'r'
-  double largest_position = 0;     ///< over all full frames, m
+  int first_frame = -1;         ///< first frame with other hashes, or that one log lacks; −1: none
+  int first_full_frame = -1;    ///< first frame at or after it with poses in both
+  int body = 0;                 ///< with the largest difference there
+  char axis = ' ';              ///< 'x' 'y' 'z' of position, 'r' for orientation; ' ' where poses are equal
+  double size = 0;              ///< m, or rad for 'r'
+  double largest_position = 0;  ///< over all full frames, m
   double largest_orientation = 0;  ///< over all full frames, rad
-  std::string headers;         ///< what differs in the headers, one line each; empty: nothing
+  std::string headers;             ///< what differs in the headers and the end, one line each; empty: nothing
+
+  /// Whether the logs say the same.
+  bool none() const { return first_frame < 0 && headers.empty(); }
 };
 
 PoseDifference compare(const PoseLog& expected, const PoseLog& actual);
