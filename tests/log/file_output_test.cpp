@@ -1,0 +1,95 @@
+#include "sim/log/file_output.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include "sim/error.h"
+
+namespace substep {
+namespace {
+
+namespace fs = std::filesystem;
+
+class FileOutput : public testing::Test {
+ protected:
+  FileOutput()
+      : folder_(fs::path(testing::TempDir()) / fs::path(std::string("substep_file_output_") + name())) {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  ~FileOutput() override { fs::remove_all(folder_); }
+
+  static const char* name() { return testing::UnitTest::GetInstance()->current_test_info()->name(); }
+
+  static std::string content(const fs::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), {}};
+  }
+
+  std::ptrdiff_t file_count() const {
+    return std::distance(fs::directory_iterator(folder_), fs::directory_iterator());
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(FileOutput, WritesAndReplaces) {
+  const fs::path file = folder_ / "a.txt";
+  write_file(file, "old");
+  write_file(file, std::string_view("new\0text", 8));
+  EXPECT_EQ(content(file), std::string("new\0text", 8));
+  EXPECT_EQ(file_count(), 1);
+}
+
+TEST_F(FileOutput, OldFileStaysWhenWritingFails) {
+  const fs::path file = folder_ / "a.txt";
+  write_file(file, "old");
+  // As a full disk would: no file may grow beyond 4096 bytes.
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  const rlimit small{4096, before.rlim_max};
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  setrlimit(RLIMIT_FSIZE, &small);
+  std::string message;
+  try {
+    write_file(file, std::string(100000, 'x'));
+  } catch (const Error& error) {
+    message = error.what();
+  }
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_THAT(message, testing::HasSubstr("a.txt: cannot be written: "));
+  EXPECT_EQ(content(file), "old");
+  EXPECT_EQ(file_count(), 1);
+}
+
+TEST_F(FileOutput, MissingFolderIsRefusedBeforeAnyWork) {
+  EXPECT_THROW(require_folder_of(folder_ / "missing" / "a.txt"), Error);
+  EXPECT_THROW(require_folder_of(folder_), Error);
+  EXPECT_THROW(write_file(folder_ / "missing" / "a.txt", "x"), Error);
+  EXPECT_NO_THROW(require_folder_of(folder_ / "a.txt"));
+  EXPECT_NO_THROW(require_folder_of("a.txt"));
+}
+
+TEST_F(FileOutput, ALinkGoesOnPointing) {
+  write_file(folder_ / "real.txt", "old");
+  fs::create_symlink("real.txt", folder_ / "link.txt");
+  write_file(folder_ / "link.txt", "new");
+  EXPECT_TRUE(fs::is_symlink(folder_ / "link.txt"));
+  EXPECT_EQ(content(folder_ / "real.txt"), "new");
+}
+
+TEST_F(FileOutput, ADeviceStaysADevice) {
+  write_file("/dev/null", "gone");
+  EXPECT_TRUE(fs::is_character_file("/dev/null"));
+}
+
+}  // namespace
+}  // namespace substep
