@@ -6,8 +6,8 @@
 
 namespace substep {
 
-/// Bad input: a file, an option, a scene that cannot be modelled. The message names the file, the place in it,
-/// what is wrong and, where there is a remedy, what to do. The program prints it and exits with code 2.
+/// Bad input: a file, an option, a scene that cannot be modelled. The message names the file, the place in
+/// it, what is wrong and, where there is a remedy, what to do. The program prints it and exits with code 2.
 class Error : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

@@ -8,7 +8,7 @@ namespace {
 // π/2 in three parts: the first two have 33 significant bits, so that their products with a quadrant number
 // below 2^20 are exact.
 constexpr double half_pi_high = 0x1.921fb544p+0;
-constexpr double half_pi_middle = 0x1.0b4611a4p-34;
+constexpr double half_pi_middle = 0x1.0b4611a6p-34;
 constexpr double half_pi_low = 0x1.3198a2e037073p-69;
 constexpr double two_over_pi = 0x1.45f306dc9c883p-1;
 
@@ -66,8 +66,7 @@ double cosine_of_square(double s) {
 
 SineCosine sine_cosine(double angle) {
   const double quadrant = std::floor(angle * two_over_pi + 0.5);
-  const double x =
-      ((angle - quadrant * half_pi_high) - quadrant * half_pi_middle) - quadrant * half_pi_low;
+  const double x = ((angle - quadrant * half_pi_high) - quadrant * half_pi_middle) - quadrant * half_pi_low;
   const double sine = sine_polynomial(x);
   const double cosine = cosine_polynomial(x);
   const double turn = quadrant - 4 * std::floor(quadrant / 4);  // 0, 1, 2 or 3
@@ -90,8 +89,8 @@ Quaternion rotation_quaternion(const Vector3& a) {
 }
 
 Vector3 rotation_vector(const Quaternion& q) {
-  // Used for measuring and for limits of angles, by Newton's method on sine and cosine from an estimate: atan2
-  // of libm would differ between machines.
+  // Used for measuring and for limits of angles, by Newton's method on sine and cosine from an estimate:
+  // atan2 of libm would differ between machines.
   const double sign = q.w() < 0 ? -1 : 1;
   const double sine = q.vec().norm();
   const double cosine = sign * q.w();
@@ -114,8 +113,8 @@ Vector3 gyroscopic_change(const Vector3& local_angular_velocity, const Vector3& 
   for (int i = 0; i < 12; ++i) {
     const Vector3 turned = rotation_quaternion(-duration * w) * momentum;
     const Vector3 f = inertia.cwiseProduct(w) - turned;
-    // d(R(−h w) L) = −h [R(−h w) L]× … to first order in h w: enough for quadratic-like convergence, since f is
-    // exact.
+    // d(R(−h w) L) = −h [R(−h w) L]× … to first order in h w: enough for quadratic-like convergence, since f
+    // is exact.
     Matrix3 derivative = inertia.asDiagonal();
     derivative(0, 1) += duration * turned.z();
     derivative(0, 2) -= duration * turned.y();

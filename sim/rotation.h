@@ -30,9 +30,9 @@ inline Quaternion compose(const Quaternion& p, const Quaternion& q) {
   return product;
 }
 
-/// The change of local angular velocity (body frame, rad/s) of a free body over `duration`, chosen such that the
-/// body stepped by it has exactly the angular momentum it had: w = ω̆ + change solves
-/// R(duration · w) I w = I ω̆, with I = diag(inertia). By Newton's method to rounding.
+/// The change of local angular velocity (body frame, rad/s) of a free body over `duration`, chosen such that
+/// the body stepped by it has exactly the angular momentum it had: w = ω̆ + change solves R(duration · w) I w
+/// = I ω̆, with I = diag(inertia). By Newton's method to rounding.
 Vector3 gyroscopic_change(const Vector3& local_angular_velocity, const Vector3& inertia, double duration);
 
 }  // namespace substep

@@ -19,14 +19,23 @@ enum class Joints {
 
 struct Settings {
   Algorithm algorithm = Algorithm::a3;
-  double step = 1.0 / 60;  ///< h, seconds
-  int substeps = 4;        ///< n; A1 and A2 have none
-  int iterations = 1;      ///< m; for A2 the iteration cap ap; A1 has none
-  double tau = 1;          ///< τ; A3–A5
-  double kappa = 1;        ///< κ; A3–A5
+  double step = 1.0 / 60;         ///< h, seconds
+  int substeps = 4;               ///< n; A1 and A2 have none
+  int iterations = 1;             ///< m; for A2 the iteration cap ap; A1 has none
+  double tau = 1;                 ///< τ; A3–A5
+  double kappa = 1;               ///< κ; A3–A5
   Joints joints = Joints::plain;  ///< A3–A5
-  double relaxation = 1;   ///< ω of A2's successive over-relaxation
-  double tolerance = 0;    ///< aw of A2: it ends when no row moves its velocity by more, m/s or rad/s; 0: never
+  double relaxation = 1;          ///< ω of A2's successive over-relaxation
+  double tolerance = 0;  ///< aw of A2: it ends when no row moves its velocity by more, m/s or rad/s; 0: never
+
+  /// What A3, A4 and A5 read: n, m, τ, κ.
+  struct Substepping {
+    int n;
+    int m;
+    double tau;
+    double kappa;
+  };
+  Substepping substepping() const { return {substeps, iterations, tau, kappa}; }
 };
 
 std::string_view name(Algorithm algorithm);

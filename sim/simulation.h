@@ -14,7 +14,8 @@ namespace substep {
 struct StepReport {
   enum class Status {
     ok,
-    unsolved,  ///< A1 found no solution to the accuracy asked for: see `residual`; the best one found was used
+    unsolved,  ///< A1 found no solution to the accuracy asked for: see `residual`; the best one found was
+               ///< used
     diverged,  ///< the state is no longer finite; it is left as it was before the step
   };
   Status status = Status::ok;
@@ -34,8 +35,8 @@ class Simulation {
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;
 
-  /// Advances by settings().step. Allocates only when there are more contacts than in any step before (A1: its
-  /// factors too).
+  /// Advances by settings().step. Allocates only when there are more contacts than in any step before (A1:
+  /// its factors too).
   const StepReport& step();
 
   const State& state() const;

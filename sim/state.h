@@ -35,4 +35,31 @@ std::uint64_t hash(const State& state);
 /// Whether every number is finite; if not, `body` is the first that is not.
 bool is_finite(const State& state, int* body = nullptr);
 
+// Sums of velocities, body by body. Both arguments have as many bodies.
+
+inline void set_zero(std::vector<Velocity>& v) {
+  for (Velocity& body : v) body = Velocity{};
+}
+
+inline void add(const std::vector<Velocity>& v, std::vector<Velocity>& to) {
+  for (std::size_t i = 0; i < to.size(); ++i) {
+    to[i].linear += v[i].linear;
+    to[i].angular += v[i].angular;
+  }
+}
+
+inline void subtract(const std::vector<Velocity>& v, std::vector<Velocity>& from) {
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    from[i].linear -= v[i].linear;
+    from[i].angular -= v[i].angular;
+  }
+}
+
+inline void scale(double factor, const std::vector<Velocity>& v, std::vector<Velocity>& result) {
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    result[i].linear = factor * v[i].linear;
+    result[i].angular = factor * v[i].angular;
+  }
+}
+
 }  // namespace substep

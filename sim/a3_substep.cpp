@@ -1,0 +1,57 @@
+// Algorithm 3, Γ̂(t,h,n): Havok stepping, conceptual.
+//
+// | line   | A2                       | here                                                    | test |
+// |--------|--------------------------|---------------------------------------------------------|----------------|
+// | 5      | one step of h            | n sub-steps of hs = h/n; geometry stays that of t       | claims 1,
+// 2, 3 | | 7      | v, world                 | v̆, local angular velocities; ext/n                       |
+// claim 10       | | 8      | until converged, or ap   | m micro-iterations, no test | claim 3        | | 9
+// | row by row               | blocks of up to three rows where limits are infinite    | claim 13       | |
+// 11     | ω                        | τ, κ                                                    | claim 11 | |
+// 15     | –                        | J̆, β from coordinates stepped exactly                    | claims 2, 4
+// |
+
+#include "sim/algorithms.h"
+#include "sim/rotation.h"
+
+namespace substep {
+
+void proc3(CoordinateVector& q, VelocityVector& v_local, const Settings& settings, Problem& problem,
+           Work& work) {
+  const auto [n, m, tau, kappa] = settings.substepping();
+  const double hs = settings.step / n;
+  const Model& model = *problem.model;
+  Constraints& c = problem.c;
+  Substeps& substeps = problem.substeps;
+
+  // Step velocities
+  // Sub-step
+  VelocityVector& v_hat = v_local;  // proc3:4
+  set_zero(work.sum);
+  for (int j = 1; j <= n; ++j) {  // proc3:5
+    // Micro-iterate
+    add_external(model, q, Frame::body, hs, v_hat);  // proc3:7
+    clear_impulses(c);
+    for (int i = 1; i <= m; ++i) {  // proc3:8
+      for (Block& x : c.blocks) {   // proc3:9
+        // J̆_x(κ v̂ + M̆⁻¹J̆_xᵀλ) = τ β_xʲ : lo, hi
+        update_stable(problem, x, v_hat);                       // proc3:10
+        const Impulse lambda = solve(c, x, kappa, tau, v_hat);  // proc3:11
+        apply(c, x, lambda, v_hat);                             // proc3:12
+      }
+      work.row_solves += static_cast<std::int64_t>(c.rows.size());
+    }
+    add(v_hat, work.sum);  // proc3:13
+    // Sub-step 𝒞 to (t + j·hs)
+    step_coordinates(hs, v_local, substeps.stepped);  // proc3:15
+    if (j < n) formulate(problem, substeps.stepped, hs);
+  }
+
+  // Step coordinates
+  // v̆' = v̆ⁿ, in place                                                                             // proc3:17
+  for (std::size_t i = 0; i < q.size(); ++i) {
+    q[i].linear += hs * work.sum[i].linear;      // proc3:18
+    q[i].angular = substeps.stepped[i].angular;  // proc3:19
+  }
+}
+
+}  // namespace substep

@@ -1,0 +1,65 @@
+// Algorithm 5: Havok stepping, actual.
+//
+// | line   | A4                                | here                                           | test |
+// |--------|-----------------------------------|------------------------------------------------|----------------|
+// | 5      | β, M̆⁻¹, λ                          | β□ = (τ/κ)β¹, M□⁻¹ = κM̆⁻¹, λ□ = λ/κ              | claim 5
+// | | 8      | v̂⁰ = v̆ʲ⁻¹ + ext/n                  | m̂v⁰ = v̆ʲ⁻¹ + ext/n + svʲ                         | claim
+// 5        | | 16     | βʲ⁺¹ = βʲ − J̆ʲ v̆ʲ                  | svʲ⁺¹ = svʲ + (τ/κ) v̆ʲ: all J̆ are the current
+// one | claim 6       |
+//
+// The report calls mv and sv by the names that they bear in Havok's code: 'Velocity' and 'SumVelocity'.
+// Neither is v̆ or its sum.
+
+#include "sim/algorithms.h"
+#include "sim/rotation.h"
+
+namespace substep {
+
+void proc5(CoordinateVector& q, VelocityVector& v_local, const Settings& settings, Problem& problem,
+           Work& work) {
+  const auto [n, m, tau, kappa] = settings.substepping();
+  const double hs = settings.step / n;
+  const Model& model = *problem.model;
+  Constraints& c = problem.c;
+  Substeps& substeps = problem.substeps;
+
+  // Step velocities
+  // Sub-step
+  VelocityVector& mv = v_local;  // v̆⁰ = v̆
+  VelocityVector& sum_v = work.sum_v;
+  set_zero(work.sum);
+  set_zero(sum_v);
+  box_biases(c, kappa, tau);      // proc5:5
+  for (int j = 1; j <= n; ++j) {  // proc5:6
+    // Micro-iterate
+    add_external(model, q, Frame::body, hs, v_local);
+    add(sum_v, mv);  // proc5:8
+    clear_impulses(c);
+    for (int i = 1; i <= m; ++i) {  // proc5:9
+      for (Block& x : c.blocks) {   // proc5:10
+        // J̆_x(m̂v + M̆⁻¹J̆_xᵀλ□) = β□_x : lo/κ, hi/κ
+        update_stable(problem, x, mv, &sum_v);                          // proc5:11
+        const Impulse boxed_lambda = solve(c, x, 1, 1, mv, 1 / kappa);  // proc5:12
+        apply(c, x, boxed_lambda, mv, kappa);                           // proc5:13
+      }
+      work.row_solves += static_cast<std::int64_t>(c.rows.size());
+    }
+    // Sub-step 𝒞 to (t + j·hs)
+    subtract(sum_v, mv);  // proc5:15
+    add(v_local, work.sum);
+    add(v_local, substeps.offset);
+    scale(tau / kappa, v_local, work.change);
+    add(work.change, sum_v);  // proc5:16
+    undo_update_rule(c, work.change);
+    // mvʲ⁺¹ = v̆ʲ + svʲ⁺¹: line 8 adds sv, so that ext sees v̆                                      // proc5:17
+  }
+
+  // Step coordinates
+  // v̆' = v̆ⁿ, in place                                                                             // proc5:19
+  for (std::size_t i = 0; i < q.size(); ++i) {
+    q[i].linear += hs * work.sum[i].linear;                                               // proc5:20
+    q[i].angular = compose(q[i].angular, rotation_quaternion(hs * work.sum[i].angular));  // proc5:21
+  }
+}
+
+}  // namespace substep

@@ -1,0 +1,142 @@
+#pragma once
+/// 𝒞: the velocity constraints of one (sub-)step, as rows of the Jacobian in contiguous arrays.
+///
+/// A row holds one line of J (angular parts in the world frame: A1, A2) or of J̆ (in the body frames: A3–A5),
+/// the matching part of M⁻¹Jᵀ, its bias and its limits. The functions here are one line of a listing each;
+/// the loops over sub-steps, micro-iterations and rows are in the listings' files.
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "sim/state.h"
+#include "sim/vector.h"
+
+namespace substep {
+
+/// One Jacobian row between bodies a and b. Both bodies' linear parts are opposite, in every kind of joint
+/// and contact there is.
+struct Row {
+  Vector3 linear;     ///< ₜJ of body a; that of b is −linear
+  Vector3 angular_a;  ///< ᵣJ
+  Vector3 angular_b;
+  Vector3 response_a;  ///< ᵣM⁻¹ᵣJᵀ
+  Vector3 response_b;
+  double inverse_gamma;  ///< 1 / (J M⁻¹ Jᵀ + softness)
+  double beta;           ///< β: m/s or rad/s
+  double low;            ///< limits of the impulse λ, N·s or N·m·s
+  double high;
+  double softness;  ///< added to Γ's diagonal: the row is a spring or damper; 0 is rigid
+  double impulse;   ///< λ, the total of the (sub-)step
+};
+
+/// A block constraint: up to three rows between the same two bodies, solved at once. Rows in a block of more
+/// than one have infinite limits.
+struct Block {
+  enum class Kind : std::uint8_t { point, axis, drive, contact_normal, contact_friction };
+  Kind kind;
+  bool position_level;  ///< β = −C/hs: the update rule of A4 and A5 fits; otherwise β is a velocity
+  bool stable;          ///< Jacobian taken at next-frame coordinates (IV.2.2, point 2)
+  std::uint8_t rows;
+  std::uint8_t component;  ///< which of the joint's or contact's rows the first one is
+  int first;               ///< its rows are rows[first] … rows[first + rows − 1]
+  int a;
+  int b;
+  int source;           ///< which joint part, drive or contact it was formulated from
+  int normal = -1;      ///< friction: the row of its contact's normal
+  double friction = 0;  ///< friction: μ
+  double inverse_mass_a;
+  double inverse_mass_b;
+  Matrix3 inverse_gamma = Matrix3::Identity();  ///< of the block's rows, where there is more than one
+};
+
+/// What the blocks do to the velocities: λ's change, for up to three rows.
+using Impulse = std::array<double, 3>;
+
+/// J_x v of one row.
+inline double row_velocity(const Row& row, const Velocity& a, const Velocity& b) {
+  return row.linear.dot(a.linear - b.linear) + row.angular_a.dot(a.angular) + row.angular_b.dot(b.angular);
+}
+
+struct Constraints {
+  std::vector<Block> blocks;
+  std::vector<Row> rows;
+};
+
+/// Limits of a friction row: ±μ times its normal's impulse of the same (sub-)step.
+inline void set_friction_limits(Constraints& c, const Block& x) {
+  if (x.kind != Block::Kind::contact_friction) return;
+  const double limit = x.friction * c.rows[x.normal].impulse;
+  c.rows[x.first].low = -limit;
+  c.rows[x.first].high = limit;
+}
+
+/// The clamped total's change for one row: `wanted` is the row's right-hand side less its velocity.
+inline double clamped_change(Row& row, double wanted, double limit_scale) {
+  const double free = row.impulse + (wanted - row.softness * row.impulse) * row.inverse_gamma;
+  const double total = std::clamp(free, row.low * limit_scale, row.high * limit_scale);
+  const double change = total - row.impulse;
+  row.impulse = total;
+  return change;
+}
+
+/// Solves block x for the change of λ in  J_x(κ v̂ + M⁻¹J_xᵀλ) = τ β_x : lo, hi.
+/// `limit_scale` multiplies the limits of motors (A5's 1/κ); friction's follow the normal's impulse by
+/// themselves.
+inline Impulse solve(Constraints& c, const Block& x, double kappa, double tau, const std::vector<Velocity>& v,
+                     double limit_scale = 1) {
+  const Velocity& a = v[x.a];
+  const Velocity& b = v[x.b];
+  Impulse change{};
+  if (x.rows == 1) {
+    set_friction_limits(c, x);
+    Row& row = c.rows[x.first];
+    const double scale = x.kind == Block::Kind::drive ? limit_scale : 1;
+    change[0] = clamped_change(row, tau * row.beta - kappa * row_velocity(row, a, b), scale);
+    return change;
+  }
+  Vector3 wanted = Vector3::Zero();
+  for (int k = 0; k < x.rows; ++k) {
+    const Row& row = c.rows[x.first + k];
+    wanted[k] = tau * row.beta - kappa * row_velocity(row, a, b);
+  }
+  const Vector3 lambda = x.inverse_gamma * wanted;
+  for (int k = 0; k < x.rows; ++k) {
+    c.rows[x.first + k].impulse += lambda[k];
+    change[k] = lambda[k];
+  }
+  return change;
+}
+
+/// A2's row: λ_x ← clamp(λ_x + ω δ, lo, hi), and its change. Blocks of one row only.
+inline double solve_relaxed(Constraints& c, const Block& x, double omega, const std::vector<Velocity>& v) {
+  set_friction_limits(c, x);
+  Row& row = c.rows[x.first];
+  const double before = row.impulse;
+  const double wanted = row.beta - row_velocity(row, v[x.a], v[x.b]) - row.softness * before;
+  row.impulse = std::clamp(before + omega * wanted * row.inverse_gamma, row.low, row.high);
+  return row.impulse - before;
+}
+
+/// v ← v + scale · M⁻¹J_xᵀ change.
+inline void apply(const Constraints& c, const Block& x, const Impulse& change, std::vector<Velocity>& v,
+                  double scale = 1) {
+  Velocity& a = v[x.a];
+  Velocity& b = v[x.b];
+  for (int k = 0; k < x.rows; ++k) {
+    const Row& row = c.rows[x.first + k];
+    const double impulse = scale * change[k];
+    a.linear += row.linear * (x.inverse_mass_a * impulse);
+    a.angular += row.response_a * impulse;
+    b.linear -= row.linear * (x.inverse_mass_b * impulse);
+    b.angular += row.response_b * impulse;
+  }
+}
+
+/// λ = 0.
+inline void clear_impulses(Constraints& c) {
+  for (Row& row : c.rows) row.impulse = 0;
+}
+
+}  // namespace substep

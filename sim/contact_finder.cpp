@@ -1,0 +1,123 @@
+#include <algorithm>
+#include <cmath>
+
+#include "sim/formulate.h"
+
+namespace substep {
+namespace {
+
+double combine(Combine how, double a, double b) {
+  switch (how) {
+    case Combine::average:
+      return 0.5 * (a + b);
+    case Combine::minimum:
+      return std::min(a, b);
+    case Combine::maximum:
+      return std::max(a, b);
+    case Combine::multiply:
+      break;
+  }
+  return a * b;
+}
+
+bool meets(const Collider& one, const Collider& other) {
+  return other.in_no_system || (other.member & one.collides_with) != 0;
+}
+
+struct Reach {
+  double operator()(const Sphere& s) const { return s.radius; }
+  double operator()(const Capsule& c) const { return c.half_length + c.radius; }
+  double operator()(const Plane&) const { return 0; }
+  double operator()(const Polytope& p) const { return p.centre.norm() + p.bounding_radius; }
+};
+
+/// A unit vector across `normal`, by the world axis that it is farthest from.
+Vector3 across(const Vector3& normal) {
+  Eigen::Index least = 0;
+  normal.cwiseAbs().minCoeff(&least);
+  return normal.cross(Vector3::Unit(least)).normalized();
+}
+
+}  // namespace
+
+ContactFinder::ContactFinder(const Scene& scene, const Model& model) : scene_(scene), model_(model) {
+  if (!model.contacts) return;
+  for (const Collider& collider : scene.colliders) {
+    candidates_.push_back(
+        {&collider, collider.placement.position.norm() + std::visit(Reach{}, collider.shape)});
+  }
+  poses_.resize(candidates_.size());
+  bounds_.resize(candidates_.size());
+  margins_.resize(candidates_.size());
+}
+
+bool ContactFinder::may_meet(std::uint32_t i, std::uint32_t j) const {
+  const Collider& one = *candidates_[i].collider;
+  const Collider& other = *candidates_[j].collider;
+  if (one.body == other.body) return false;
+  if (model_.masses[one.body].inverse_mass == 0 && model_.masses[other.body].inverse_mass == 0) return false;
+  if (!meets(one, other) || !meets(other, one)) return false;
+  const std::pair<int, int> bodies = std::minmax(one.body, other.body);
+  return !std::ranges::binary_search(model_.jointed, bodies);
+}
+
+const std::vector<Contact>& ContactFinder::find(const State& state, double step) {
+  contacts_.clear();
+  for (std::size_t i = 0; i < candidates_.size(); ++i) {
+    const Collider& collider = *candidates_[i].collider;
+    const Coordinates& q = state.q[collider.body];
+    const Velocity& v = state.v[collider.body];
+    poses_[i] = Pose{q.linear, q.angular} * collider.placement;
+    const double fall =
+        model_.masses[collider.body].inverse_mass > 0
+            ? step * std::abs(model_.masses[collider.body].gravity_factor) * model_.gravity.norm()
+            : 0;
+    margins_[i] = step * (v.linear.norm() + v.angular.norm() * candidates_[i].reach + fall);
+    bounds_[i] = bounds(collider.shape, poses_[i]);
+    bounds_[i].lower.array() -= margins_[i];
+    bounds_[i].upper.array() += margins_[i];
+  }
+  broad_phase_.find_pairs(bounds_, pairs_);
+  for (const auto& [i, j] : pairs_) {
+    if (!may_meet(i, j)) continue;
+    // The normal is fixed in b. The static one is b; else the one that comes first in the file.
+    const bool swap = model_.masses[candidates_[j].collider->body].inverse_mass == 0;
+    const std::uint32_t first = swap ? i : j;
+    const std::uint32_t second = swap ? j : i;
+    const Collider& on_a = *candidates_[first].collider;
+    const Collider& on_b = *candidates_[second].collider;
+    points_.clear();
+    find_contacts(on_a.shape, poses_[first], on_b.shape, poses_[second], margins_[i] + margins_[j], points_);
+    if (points_.empty()) continue;
+
+    const Coordinates& qa = state.q[on_a.body];
+    const Coordinates& qb = state.q[on_b.body];
+    const Velocity& va = state.v[on_a.body];
+    const Velocity& vb = state.v[on_b.body];
+    const Quaternion to_a = qa.angular.conjugate();
+    const Quaternion to_b = qb.angular.conjugate();
+    const auto fall = [&](int body) -> Vector3 {
+      if (model_.masses[body].inverse_mass == 0) return Vector3::Zero();
+      return model_.gravity * (model_.masses[body].gravity_factor * step);
+    };
+    const Vector3 external = fall(on_a.body) - fall(on_b.body);
+    const Combine how = std::min(on_a.material.friction_combine, on_b.material.friction_combine);
+    const double friction = combine(how, on_a.material.dynamic_friction, on_b.material.dynamic_friction);
+    const double speed = va.linear.norm() + vb.linear.norm() + external.norm();
+    for (const ContactPoint& point : points_) {
+      const Vector3 arm_a = point.on_a - qa.linear;
+      const Vector3 arm_b = point.on_b - qb.linear;
+      const Vector3 relative =
+          va.linear + va.angular.cross(arm_a) - vb.linear - vb.angular.cross(arm_b) + external;
+      const Vector3 slip = relative - point.normal * point.normal.dot(relative);
+      const double slip_speed = slip.norm();
+      // Slip that is rounding beside the speeds has no direction worth following.
+      const Vector3 along = slip_speed > 1e-9 * speed ? Vector3(slip / slip_speed) : across(point.normal);
+      contacts_.push_back({on_a.body, on_b.body, to_a * arm_a, to_b * arm_b, to_b * point.normal,
+                           to_b * along, to_b * point.normal.cross(along), friction});
+    }
+  }
+  return contacts_;
+}
+
+}  // namespace substep

@@ -1,0 +1,366 @@
+#include "sim/mlcp.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace substep {
+namespace {
+
+/// ε of the regularisation, relative to Γ_xx: small enough that the multipliers converge in two or three
+/// rounds, large enough that the factors keep half of the digits.
+constexpr double regularisation = 1e-8;
+constexpr int first_sweeps = 12;
+constexpr int most_sets = 60;
+constexpr int most_rounds = 6;
+
+double limit(const Mlcp::Row& row, double value) {
+  return row.friction * std::max(value, 0.0);
+}
+
+}  // namespace
+
+void MlcpSolver::prepare(const Mlcp& problem) {
+  const std::size_t count = problem.rows.size();
+  gamma_.resize(count);
+  w_.resize(count);
+  set_.assign(count, Set::off);
+  y_.assign(problem.bodies, Vector6::Zero());
+  step_.assign(problem.bodies, Vector6::Zero());
+  for (std::size_t i = 0; i < count; ++i) {
+    const Mlcp::Row& row = problem.rows[i];
+    gamma_[i] = (row.a >= 0 ? row.part_a.squaredNorm() : 0) + (row.b >= 0 ? row.part_b.squaredNorm() : 0);
+  }
+}
+
+void MlcpSolver::sweep(const Mlcp& problem, std::vector<double>& lambda, int sweeps) {
+  for (int s = 0; s < sweeps; ++s) {
+    for (std::size_t i = 0; i < problem.rows.size(); ++i) {
+      const Mlcp::Row& row = problem.rows[i];
+      const double diagonal = gamma_[i] + row.softness;
+      if (!(gamma_[i] > 0)) continue;
+      double velocity = row.softness * lambda[i];
+      if (row.a >= 0) velocity += row.part_a.dot(y_[row.a]);
+      if (row.b >= 0) velocity += row.part_b.dot(y_[row.b]);
+      const bool rubs = row.normal >= 0;
+      const double high = rubs ? limit(row, lambda[row.normal]) : row.high;
+      const double low = rubs ? -high : row.low;
+      const double total = std::clamp(lambda[i] + (row.right - velocity) / diagonal, low, high);
+      const double change = total - lambda[i];
+      lambda[i] = total;
+      if (row.a >= 0) y_[row.a] += change * row.part_a;
+      if (row.b >= 0) y_[row.b] += change * row.part_b;
+    }
+  }
+}
+
+void MlcpSolver::velocities(const Mlcp& problem, const std::vector<double>& lambda) {
+  for (Vector6& y : y_) y.setZero();
+  for (std::size_t i = 0; i < problem.rows.size(); ++i) {
+    const Mlcp::Row& row = problem.rows[i];
+    if (row.a >= 0) y_[row.a] += lambda[i] * row.part_a;
+    if (row.b >= 0) y_[row.b] += lambda[i] * row.part_b;
+  }
+  for (std::size_t i = 0; i < problem.rows.size(); ++i) {
+    const Mlcp::Row& row = problem.rows[i];
+    double velocity = row.softness * lambda[i] - row.right;
+    if (row.a >= 0) velocity += row.part_a.dot(y_[row.a]);
+    if (row.b >= 0) velocity += row.part_b.dot(y_[row.b]);
+    w_[i] = velocity;
+  }
+}
+
+double MlcpSolver::residual(const Mlcp& problem, const std::vector<double>& lambda) {
+  velocities(problem, lambda);
+  double largest = 0;
+  double scale = 0;
+  for (std::size_t i = 0; i < problem.rows.size(); ++i) {
+    if (!(gamma_[i] > 0)) continue;
+    const Mlcp::Row& row = problem.rows[i];
+    const double root = std::sqrt(gamma_[i]);
+    const bool rubs = row.normal >= 0;
+    const double high = rubs ? limit(row, lambda[row.normal]) : row.high;
+    const double low = rubs ? -high : row.low;
+    const double natural = lambda[i] - std::clamp(lambda[i] - w_[i] / (gamma_[i] + row.softness), low, high);
+    largest = std::max(largest, std::abs(natural) * root);
+    scale = std::max({scale, std::abs(row.right) / root, std::abs(lambda[i]) * root});
+  }
+  return scale > 0 ? largest / scale : 0;
+}
+
+void MlcpSolver::classify(const Mlcp& problem, const std::vector<double>& lambda) {
+  for (std::size_t i = 0; i < problem.rows.size(); ++i) {
+    const Mlcp::Row& row = problem.rows[i];
+    if (!(gamma_[i] > 0)) {
+      set_[i] = Set::off;
+      continue;
+    }
+    const double target = lambda[i] - w_[i] / (gamma_[i] + row.softness);
+    if (row.normal >= 0) {
+      // A normal comes before its friction, so its new set is known.
+      const double high = limit(row, lambda[row.normal]);
+      if (set_[row.normal] != Set::free) {
+        set_[i] = Set::off;
+      } else {
+        set_[i] = target >= high ? Set::high : target <= -high ? Set::low : Set::free;
+      }
+    } else {
+      set_[i] = target <= row.low ? Set::low : target >= row.high ? Set::high : Set::free;
+    }
+  }
+}
+
+void MlcpSolver::fix_limits(const Mlcp& problem, std::vector<double>& lambda) const {
+  for (std::size_t i = 0; i < problem.rows.size(); ++i) {
+    const Mlcp::Row& row = problem.rows[i];
+    if (row.normal < 0) {
+      if (set_[i] == Set::low) lambda[i] = row.low;
+      if (set_[i] == Set::high) lambda[i] = row.high;
+      if (set_[i] == Set::off) lambda[i] = 0;
+    } else {
+      const double slip = row.friction * lambda[row.normal];
+      if (set_[i] == Set::low) lambda[i] = -slip;
+      if (set_[i] == Set::high) lambda[i] = slip;
+      if (set_[i] == Set::off) lambda[i] = 0;
+    }
+  }
+}
+
+void MlcpSolver::analyse(const Mlcp& problem) {
+  pairs_.clear();
+  for (const Mlcp::Row& row : problem.rows) {
+    if (row.a >= 0 && row.b >= 0) pairs_.emplace_back(std::minmax(row.a, row.b));
+  }
+  std::ranges::sort(pairs_);
+  pairs_.erase(std::unique(pairs_.begin(), pairs_.end()), pairs_.end());
+  const bool known = pairs_ == pattern_ && static_cast<int>(order_.size()) == problem.bodies;
+  if (!known) {
+    pattern_ = pairs_;
+    // Minimum degree, ties to the lowest body: little fill for chains, trees and stacks.
+    const int n = problem.bodies;
+    std::vector<std::vector<int>> adjacent(n);
+    for (const auto& [a, b] : pairs_) {
+      adjacent[a].push_back(b);
+      adjacent[b].push_back(a);
+    }
+    order_.clear();
+    place_.assign(n, -1);
+    std::vector<std::vector<int>> eliminated(n);
+    std::vector<std::vector<int>> of_degree(n + 1);  // candidates, lazily kept: an entry may be out of date
+    for (int body = n - 1; body >= 0; --body) of_degree[adjacent[body].size()].push_back(body);
+    std::size_t degree = 0;
+    while (static_cast<int>(order_.size()) < n) {
+      while (of_degree[degree].empty()) ++degree;
+      const int body = of_degree[degree].back();
+      of_degree[degree].pop_back();
+      if (place_[body] >= 0 || adjacent[body].size() != degree) continue;
+      place_[body] = static_cast<int>(order_.size());
+      order_.push_back(body);
+      eliminated[body] = adjacent[body];
+      for (const int one : adjacent[body]) {
+        std::vector<int>& list = adjacent[one];
+        std::erase(list, body);
+        for (const int other : adjacent[body]) {
+          if (other != one && std::ranges::find(list, other) == list.end()) list.push_back(other);
+        }
+        of_degree[list.size()].push_back(one);
+        degree = std::min(degree, list.size());
+      }
+    }
+    neighbour_begin_.assign(1, 0);
+    neighbours_.clear();
+    for (const int body : order_) {
+      for (const int other : eliminated[body]) neighbours_.push_back(place_[other]);
+      std::sort(neighbours_.begin() + neighbour_begin_.back(), neighbours_.end());
+      neighbour_begin_.push_back(static_cast<int>(neighbours_.size()));
+    }
+    update_begin_.assign(1, 0);
+    updates_.clear();
+  }
+  const int n = problem.bodies;
+  // The block of places (p, q): p itself, else the upper one of an edge, and the lower one after it.
+  const auto block_of = [&](int p, int q) {
+    if (p == q) return p;
+    const int early = std::min(p, q);
+    const auto begin = neighbours_.begin() + neighbour_begin_[early];
+    const auto end = neighbours_.begin() + neighbour_begin_[early + 1];
+    const int edge = static_cast<int>(std::lower_bound(begin, end, std::max(p, q)) - neighbours_.begin());
+    return n + 2 * edge + (p > q ? 1 : 0);
+  };
+  if (!known) {
+    for (int p = 0; p < n; ++p) {
+      for (int i = neighbour_begin_[p]; i < neighbour_begin_[p + 1]; ++i) {
+        for (int j = neighbour_begin_[p]; j < neighbour_begin_[p + 1]; ++j) {
+          updates_.push_back(block_of(neighbours_[i], neighbours_[j]));
+        }
+      }
+      update_begin_.push_back(static_cast<int>(updates_.size()));
+    }
+    blocks_.resize(n + 2 * neighbours_.size());
+    inverse_.resize(n);
+  }
+  row_blocks_.resize(2 * problem.rows.size());
+  for (std::size_t i = 0; i < problem.rows.size(); ++i) {
+    const Mlcp::Row& row = problem.rows[i];
+    if (row.a < 0 || row.b < 0) continue;
+    row_blocks_[2 * i] = block_of(place_[row.a], place_[row.b]);
+    row_blocks_[2 * i + 1] = block_of(place_[row.b], place_[row.a]);
+  }
+}
+
+void MlcpSolver::factor(const Mlcp& problem) {
+  const int n = problem.bodies;
+  for (int p = 0; p < n; ++p) blocks_[p].setIdentity();
+  for (std::size_t k = n; k < blocks_.size(); ++k) blocks_[k].setZero();
+  const auto add_product = [&](std::size_t row_index, const Mlcp::Row& column, double factor) {
+    const Mlcp::Row& row = problem.rows[row_index];
+    if (row.a >= 0) blocks_[place_[row.a]].noalias() += (factor * column.part_a) * row.part_a.transpose();
+    if (row.b >= 0) blocks_[place_[row.b]].noalias() += (factor * column.part_b) * row.part_b.transpose();
+    if (row.a >= 0 && row.b >= 0) {
+      blocks_[row_blocks_[2 * row_index]].noalias() += (factor * column.part_a) * row.part_b.transpose();
+      blocks_[row_blocks_[2 * row_index + 1]].noalias() += (factor * column.part_b) * row.part_a.transpose();
+    }
+  };
+  for (std::size_t i = 0; i < problem.rows.size(); ++i) {
+    const Mlcp::Row& row = problem.rows[i];
+    if (set_[i] == Set::free) {
+      add_product(i, row, 1 / (regularisation * gamma_[i] + row.softness));
+    } else if (row.normal >= 0 && set_[i] != Set::off) {
+      // A sliding row's impulse follows its normal's: it adds ±μ of its column to the normal's.
+      const std::size_t normal = row.normal;
+      const double sign = set_[i] == Set::high ? 1 : -1;
+      add_product(normal, row,
+                  sign * row.friction / (regularisation * gamma_[normal] + problem.rows[normal].softness));
+    }
+  }
+  for (int p = 0; p < n; ++p) {
+    inverse_[p] = blocks_[p].inverse();
+    const int begin = neighbour_begin_[p];
+    const int end = neighbour_begin_[p + 1];
+    int update = update_begin_[p];
+    for (int i = begin; i < end; ++i) {
+      const Matrix6 lower = blocks_[n + 2 * i + 1] * inverse_[p];
+      for (int j = begin; j < end; ++j) {
+        blocks_[updates_[update++]].noalias() -= lower * blocks_[n + 2 * j];
+      }
+      blocks_[n + 2 * i + 1] = lower;
+    }
+  }
+}
+
+void MlcpSolver::solve_free(const Mlcp& problem, std::vector<double>& lambda) {
+  const int n = problem.bodies;
+  // Σ columns · (right side)/D, then (1 + Gᵀ D G)⁻¹ of it: the bodies' change of velocity.
+  for (Vector6& s : step_) s.setZero();
+  const auto add_column = [&](const Mlcp::Row& row, double factor) {
+    if (row.a >= 0) step_[place_[row.a]] += factor * row.part_a;
+    if (row.b >= 0) step_[place_[row.b]] += factor * row.part_b;
+  };
+  for (std::size_t i = 0; i < problem.rows.size(); ++i) {
+    const Mlcp::Row& row = problem.rows[i];
+    if (set_[i] == Set::free) {
+      add_column(row, -w_[i] / (regularisation * gamma_[i] + row.softness));
+    } else if (row.normal >= 0 && set_[i] != Set::off) {
+      const std::size_t normal = row.normal;
+      const double sign = set_[i] == Set::high ? 1 : -1;
+      add_column(row, -sign * row.friction * w_[normal] /
+                          (regularisation * gamma_[normal] + problem.rows[normal].softness));
+    }
+  }
+  for (int p = 0; p < n; ++p) {
+    for (int i = neighbour_begin_[p]; i < neighbour_begin_[p + 1]; ++i) {
+      step_[neighbours_[i]].noalias() -= blocks_[n + 2 * i + 1] * step_[p];
+    }
+  }
+  for (int p = n - 1; p >= 0; --p) {
+    Vector6 sum = step_[p];
+    for (int i = neighbour_begin_[p]; i < neighbour_begin_[p + 1]; ++i) {
+      sum.noalias() -= blocks_[n + 2 * i] * step_[neighbours_[i]];
+    }
+    step_[p].noalias() = inverse_[p] * sum;
+  }
+  for (std::size_t i = 0; i < problem.rows.size(); ++i) {
+    if (set_[i] != Set::free) continue;
+    const Mlcp::Row& row = problem.rows[i];
+    double velocity = 0;
+    if (row.a >= 0) velocity += row.part_a.dot(step_[place_[row.a]]);
+    if (row.b >= 0) velocity += row.part_b.dot(step_[place_[row.b]]);
+    lambda[i] += (-w_[i] - velocity) / (regularisation * gamma_[i] + row.softness);
+  }
+}
+
+MlcpReport MlcpSolver::solve(const Mlcp& problem, std::vector<double>& lambda) {
+  MlcpReport report;
+  const auto rows = static_cast<std::int64_t>(problem.rows.size());
+  lambda.assign(problem.rows.size(), 0.0);
+  if (rows == 0) return report;
+  prepare(problem);
+  const bool limited = std::ranges::any_of(problem.rows, [](const Mlcp::Row& row) {
+    return row.normal >= 0 || std::isfinite(row.low) || std::isfinite(row.high);
+  });
+  if (limited) {
+    sweep(problem, lambda, first_sweeps);
+    report.row_solves += rows * first_sweeps;
+  }
+  analyse(problem);
+  report.residual = residual(problem, lambda);
+  best_ = lambda;
+  int since_best = 0;
+  while (report.pivots < most_sets) {
+    ++report.pivots;
+    report.row_solves += rows;
+    classify(problem, lambda);
+    factor(problem);
+    double now = 0;
+    double before = std::numeric_limits<double>::infinity();
+    for (int round = 0; round < most_rounds; ++round) {
+      fix_limits(problem, lambda);
+      velocities(problem, lambda);
+      solve_free(problem, lambda);
+      fix_limits(problem, lambda);
+      now = residual(problem, lambda);
+      if (!(now > 1e-13) || !(now < 0.5 * before)) break;  // to rounding, or no nearer: another set is needed
+      before = now;
+    }
+    const bool better = now < report.residual;  // false for NaN
+    if (better) {
+      since_best = report.residual - now > 0.5 * report.residual ? 0 : since_best + 1;
+      report.residual = now;
+      best_ = lambda;
+    } else {
+      ++since_best;
+    }
+    if (!limited || report.residual <= 1e-12) break;
+    if (report.residual <= tolerance && since_best >= 2) break;  // rounding's floor
+    if (since_best >= 6 && since_best % 6 == 0) {
+      // The sets go round in a circle: sweeps from the best answer lead to another one.
+      lambda = best_;
+      velocities(problem, lambda);
+      sweep(problem, lambda, first_sweeps * since_best / 6);
+      report.row_solves += rows * first_sweeps * since_best / 6;
+    } else if (!std::isfinite(now)) {
+      lambda = best_;
+    }
+    velocities(problem, lambda);
+  }
+  lambda = best_;
+  if (!(report.residual <= tolerance)) report.status = MlcpReport::Status::unsolved;
+  return report;
+}
+
+std::string to_text(const Mlcp& problem) {
+  std::string text = fmt::format("substep mlcp 1\nbodies {}\nrows {}\n", problem.bodies, problem.rows.size());
+  for (const Mlcp::Row& row : problem.rows) {
+    text += fmt::format("row {} {} {} {} {} {} {} {}", row.a, row.b, row.right, row.low, row.high,
+                        row.softness, row.normal, row.friction);
+    for (const Vector6& part : {row.part_a, row.part_b}) {
+      for (const double value : part) text += fmt::format(" {}", value);
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+}  // namespace substep

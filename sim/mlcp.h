@@ -1,0 +1,101 @@
+#pragma once
+/// The mixed linear complementarity problem of a whole step, and its direct solver (A1).
+///
+/// Find λ with w = Γλ + Sλ − b such that
+///     λ = low ⇒ w >= 0,   λ = high ⇒ w <= 0,   else w = 0,
+/// where Γ = G Gᵀ, G = J M^(−1/2), b = β − J(v + ext), S the rows' softness, and where a friction row has the
+/// limits ±μ λ_n of its normal's impulse: coupled, not those of an earlier step or iteration.
+///
+/// Γ may be singular: four contacts a face, a door on three hinges, a closed loop. Velocities are unique
+/// there, impulses are not.
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace substep {
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+struct Mlcp {
+  struct Row {
+    int a;  ///< bodies; −1 is one that cannot move
+    int b;
+    Vector6 part_a;  ///< row of J M^(−1/2), body a's part: linear, angular
+    Vector6 part_b;
+    double right;  ///< b
+    double low;
+    double high;
+    double softness;      ///< >= 0
+    int normal = -1;      ///< friction: index of the normal's row; low and high are then unused
+    double friction = 0;  ///< friction: μ
+  };
+  int bodies = 0;
+  std::vector<Row> rows;
+};
+
+struct MlcpReport {
+  enum class Status {
+    solved,
+    unsolved,  ///< no solution to `tolerance` found: inconsistent rows, or friction without solution
+  };
+  Status status = Status::solved;
+  /// Largest natural residual |λ − clamp(λ − w/Γ_xx)| √Γ_xx over the rows, relative to the largest
+  /// max(|b|/√Γ_xx, |λ| √Γ_xx): has no unit, and does not change with mass, length or time.
+  double residual = 0;
+  int pivots = 0;               ///< active sets tried
+  std::int64_t row_solves = 0;  ///< rows × (sweeps + active sets)
+};
+
+/// Solves by a primal–dual active set: given which rows are at which limit, the others are one linear system,
+/// solved in the bodies' space, where Γ's rank does not matter: (1 + Gᵀ D G) is factored by blocks of six
+/// with little fill, D = 1/(ε Γ_xx + S), and iterated on λ until the rows hold to rounding (method of
+/// multipliers). Then the rows' signs say which set is next. A few Gauss–Seidel sweeps give the first set. A
+/// solver keeps its memory from call to call, not its answers: equal problems have equal solutions.
+class MlcpSolver {
+ public:
+  static constexpr double tolerance = 1e-9;  ///< of MlcpReport::residual
+
+  /// λ is resized to the number of rows. Always finite for a finite problem.
+  MlcpReport solve(const Mlcp& problem, std::vector<double>& lambda);
+
+ private:
+  enum class Set : std::int8_t { free, low, high, off };
+
+  void prepare(const Mlcp& problem);
+  void sweep(const Mlcp& problem, std::vector<double>& lambda, int sweeps);
+  void velocities(const Mlcp& problem, const std::vector<double>& lambda);
+  void classify(const Mlcp& problem, const std::vector<double>& lambda);
+  void fix_limits(const Mlcp& problem, std::vector<double>& lambda) const;
+  void factor(const Mlcp& problem);
+  void solve_free(const Mlcp& problem, std::vector<double>& lambda);
+  double residual(const Mlcp& problem, const std::vector<double>& lambda);
+  void analyse(const Mlcp& problem);
+
+  std::vector<double> gamma_;  // Γ_xx
+  std::vector<double> w_;
+  std::vector<Set> set_;
+  std::vector<Vector6> y_;  // Gᵀλ by body
+  std::vector<Vector6> step_;
+  std::vector<double> best_;
+
+  // The block factorisation of 1 + Gᵀ D G: pattern, then numbers.
+  std::vector<std::pair<int, int>> pattern_;  // body pairs, as analysed last
+  std::vector<std::pair<int, int>> pairs_;
+  std::vector<int> order_;            // elimination order of bodies
+  std::vector<int> place_;            // place of a body in it
+  std::vector<int> neighbour_begin_;  // per place: later neighbours, as places
+  std::vector<int> neighbours_;
+  std::vector<int> update_begin_;  // per place: where its Schur complement's blocks go
+  std::vector<int> updates_;
+  std::vector<int> row_blocks_;   // per row: blocks of (a,b) and (b,a)
+  std::vector<Matrix6> blocks_;   // diagonal, then upper and lower of each neighbour pair
+  std::vector<Matrix6> inverse_;  // of the diagonal blocks
+};
+
+/// The problem as text, numbers at round-trip precision: what a run leaves when it could not solve one.
+std::string to_text(const Mlcp& problem);
+
+}  // namespace substep

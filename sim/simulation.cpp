@@ -1,0 +1,144 @@
+#include "sim/simulation.h"
+
+#include "sim/algorithms.h"
+#include "sim/error.h"
+#include "sim/formulate.h"
+#include "sim/model.h"
+
+namespace substep {
+namespace {
+
+/// World angular velocities to local ones: ᵣv̆ = R⁻¹ ᵣv.
+void to_local(const CoordinateVector& q, VelocityVector& v) {
+  for (std::size_t i = 0; i < q.size(); ++i) v[i].angular = q[i].angular.conjugate() * v[i].angular;
+}
+
+void to_world(const CoordinateVector& q, VelocityVector& v) {
+  for (std::size_t i = 0; i < q.size(); ++i) v[i].angular = q[i].angular * v[i].angular;
+}
+
+}  // namespace
+
+struct Simulation::Implementation {
+  Implementation(const Scene& s, const Settings& set)
+      : scene(s), settings(set), model(build_model(s)), finder(scene, model), state(initial_state(s)) {
+    const bool sub_stepped = settings.algorithm >= Algorithm::a3;
+    problem.model = &model;
+    problem.contacts = &no_contacts;
+    problem.frame = sub_stepped ? Frame::body : Frame::world;
+    problem.substeps.bias_at_next_frame = settings.algorithm == Algorithm::a3;
+    problem.substeps.duration = sub_stepped ? settings.step / settings.substeps : settings.step;
+    joints = sub_stepped ? settings.joints : Joints::rows;
+    build_blocks(problem, joints);
+    work.sum.resize(state.v.size());
+    work.sum_v.resize(state.v.size());
+    work.change.resize(state.v.size());
+    problem.substeps.offset.resize(state.v.size());
+    report.rows = static_cast<int>(problem.c.rows.size());
+  }
+
+  void step() {
+    // s1: geometry
+    if (model.contacts) {
+      problem.contacts = &finder.find(state, settings.step);
+      build_blocks(problem, joints);
+      report.contacts = static_cast<int>(problem.contacts->size());
+      report.rows = static_cast<int>(problem.c.rows.size());
+    }
+    // s2: rows
+    formulate(problem, state.q, problem.substeps.duration);
+    // s3, s4
+    before = state;
+    work.row_solves = 0;
+    report.status = StepReport::Status::ok;
+    if (problem.frame == Frame::body) {
+      problem.substeps.stepped = state.q;
+      set_zero(problem.substeps.offset);
+      to_local(state.q, state.v);
+    }
+    switch (settings.algorithm) {
+      case Algorithm::a1:
+        proc1(state.q, state.v, settings, problem, work);
+        report.pivots = work.report.pivots;
+        report.residual = work.report.residual;
+        if (work.report.status != MlcpReport::Status::solved) report.status = StepReport::Status::unsolved;
+        break;
+      case Algorithm::a2:
+        proc2(state.q, state.v, settings, problem, work);
+        break;
+      case Algorithm::a3:
+        proc3(state.q, state.v, settings, problem, work);
+        break;
+      case Algorithm::a4:
+        proc4(state.q, state.v, settings, problem, work);
+        break;
+      case Algorithm::a5:
+        proc5(state.q, state.v, settings, problem, work);
+        break;
+    }
+    if (problem.frame == Frame::body) to_world(state.q, state.v);
+    report.row_solves = work.row_solves;
+    if (!is_finite(state, &report.diverged_body)) {
+      report.status = StepReport::Status::diverged;
+      state = before;
+      return;
+    }
+    ++steps;
+  }
+
+  Scene scene;
+  Settings settings;
+  Model model;
+  ContactFinder finder;
+  State state;
+  State before;
+  Joints joints;
+  std::vector<Contact> no_contacts;
+  Problem problem;
+  Work work;
+  StepReport report;
+  std::int64_t steps = 0;
+};
+
+Simulation::Simulation(const Scene& scene, const Settings& settings) {
+  check(settings);
+  implementation_ = std::make_unique<Implementation>(scene, settings);
+}
+Simulation::~Simulation() = default;
+Simulation::Simulation(Simulation&&) noexcept = default;
+Simulation& Simulation::operator=(Simulation&&) noexcept = default;
+
+const StepReport& Simulation::step() {
+  implementation_->step();
+  return implementation_->report;
+}
+
+const State& Simulation::state() const {
+  return implementation_->state;
+}
+const Settings& Simulation::settings() const {
+  return implementation_->settings;
+}
+const Scene& Simulation::scene() const {
+  return implementation_->scene;
+}
+std::int64_t Simulation::steps() const {
+  return implementation_->steps;
+}
+
+void Simulation::set_state(const State& state) {
+  if (state.q.size() != implementation_->state.q.size() || state.v.size() != state.q.size()) {
+    throw Error("set_state: the state has another number of bodies than the scene");
+  }
+  implementation_->state = state;
+}
+
+std::string Simulation::modelled() const {
+  return description(implementation_->model);
+}
+
+std::string Simulation::last_problem() const {
+  return implementation_->settings.algorithm == Algorithm::a1 ? to_text(implementation_->work.mlcp) : "";
+}
+
+}  // namespace substep
