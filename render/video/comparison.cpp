@@ -1,0 +1,153 @@
+#include "render/video/comparison.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <thread>
+
+#include "sim/error.h"
+#include "sim/simulation.h"
+
+namespace substep {
+namespace {
+
+/// Which step each video frame shows.
+struct Clock {
+  std::vector<std::int64_t> steps;
+  bool is_nearest = false;
+};
+
+Clock clock_of(double step, double duration) {
+  const auto frames = static_cast<std::int64_t>(std::floor(duration * video_frame_rate + 1e-6)) + 1;
+  Clock clock;
+  for (std::int64_t k = 0; k < frames; ++k) {
+    const double exact = static_cast<double>(k) / (video_frame_rate * step);
+    clock.steps.push_back(std::llround(exact));
+    if (std::abs(exact - static_cast<double>(clock.steps.back())) > 1e-6) clock.is_nearest = true;
+  }
+  return clock;
+}
+
+/// `steps_per_shot` steps of the run are one step of the clock.
+void simulate(const Scene& scene, const Clock& clock, int steps_per_shot, Run& run,
+              std::atomic<std::int64_t>& done, const std::atomic<bool>& stop) {
+  Simulation simulation(scene, run.settings);
+  std::int64_t steps = 0;
+  for (const std::int64_t shot : clock.steps) {
+    while (steps < shot * steps_per_shot) {
+      if (stop) return;
+      const StepReport& report = simulation.step();
+      ++steps;
+      ++done;
+      run.row_solves += report.row_solves;
+      if (report.status == StepReport::Status::unsolved) ++run.unsolved;
+      if (report.status == StepReport::Status::diverged) {
+        run.diverged = static_cast<double>(steps) * run.settings.step;
+        return;
+      }
+    }
+    run.poses.push_back(simulation.state().q);
+  }
+}
+
+void measure(const Scene& scene, const Run& reference, Run& run) {
+  const std::size_t frames = std::min(run.poses.size(), reference.poses.size());
+  double sum_over_frames = 0;
+  for (std::size_t k = 0; k < frames; ++k) {
+    double sum = 0;
+    int count = 0;
+    for (std::size_t body = 1; body < scene.bodies.size(); ++body) {
+      if (scene.bodies[body].inverse_mass == 0) continue;
+      sum += (run.poses[k][body].linear - reference.poses[k][body].linear).squaredNorm();
+      ++count;
+    }
+    const double mean = count == 0 ? 0 : sum / count;
+    run.errors.push_back(std::sqrt(mean));
+    sum_over_frames += mean;
+  }
+  if (frames > 0) run.rms_error = std::sqrt(sum_over_frames / static_cast<double>(frames));
+}
+
+std::vector<Run> runs_of(const ComparisonSettings& settings) {
+  std::vector<Run> runs;
+  for (const Algorithm algorithm :
+       {Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5, Algorithm::a1}) {
+    Run& run = runs.emplace_back();
+    run.settings = settings.settings;
+    run.settings.algorithm = algorithm;
+    if (algorithm == Algorithm::a2) run.settings.iterations *= run.settings.substeps;
+  }
+  runs.back().is_reference = true;
+  runs.back().settings.step /= settings.reference_substeps;
+  return runs;
+}
+
+}  // namespace
+
+Comparison simulate_comparison(const Scene& scene, const ComparisonSettings& settings,
+                               const std::function<void(double)>& progress) {
+  if (!(settings.duration >= 0 && settings.duration <= 3600)) {
+    throw Error(fmt::format("duration {} s: a video can have from 0 to 3600", settings.duration));
+  }
+  if (!(settings.reference_substeps >= 1 && settings.reference_substeps <= 10000)) {
+    throw Error(fmt::format("reference sub-steps {}: must be from 1 to 10000", settings.reference_substeps));
+  }
+  Comparison comparison;
+  comparison.runs = runs_of(settings);
+  for (const Run& run : comparison.runs) check(run.settings);
+  const Clock clock = clock_of(settings.settings.step, settings.duration);
+  for (const std::int64_t step : clock.steps) {
+    comparison.times.push_back(static_cast<double>(step) * settings.settings.step);
+  }
+  comparison.is_nearest = clock.is_nearest;
+
+  // The longest first, so that no thread is left alone with it.
+  constexpr std::array<std::size_t, 6> order{5, 0, 2, 3, 4, 1};
+  const std::int64_t total = clock.steps.back() * (5 + settings.reference_substeps);
+  std::array<std::exception_ptr, 6> failures;
+  std::atomic<std::size_t> next{0};
+  std::atomic<std::int64_t> done{0};
+  std::atomic<bool> stop{false};
+  std::mutex mutex;
+  std::condition_variable finished;
+  int running = std::clamp(settings.threads, 1, static_cast<int>(order.size()));
+
+  std::vector<std::thread> threads;
+  for (int i = running; i > 0; --i) {
+    threads.emplace_back([&] {
+      for (std::size_t job = next++; job < order.size(); job = next++) {
+        const std::size_t index = order[job];
+        Run& run = comparison.runs[index];
+        try {
+          simulate(scene, clock, run.is_reference ? settings.reference_substeps : 1, run, done, stop);
+        } catch (...) {
+          failures[index] = std::current_exception();
+          stop = true;
+        }
+      }
+      const std::lock_guard lock(mutex);
+      if (--running == 0) finished.notify_all();
+    });
+  }
+  {
+    std::unique_lock lock(mutex);
+    while (!finished.wait_for(lock, std::chrono::milliseconds(100), [&] { return running == 0; })) {
+      if (progress) progress(total > 0 ? static_cast<double>(done) / static_cast<double>(total) : 1);
+    }
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (const std::exception_ptr& failure : failures) {
+    if (failure) std::rethrow_exception(failure);
+  }
+  for (Run& run : comparison.runs) measure(scene, comparison.reference(), run);
+  return comparison;
+}
+
+}  // namespace substep

@@ -1,0 +1,44 @@
+#pragma once
+/// The program ffmpeg at the other end of a pipe.
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace substep {
+
+/// Where ffmpeg is, looked for in PATH.
+std::optional<std::filesystem::path> find_ffmpeg();
+
+/// Reading frames of this size from its standard input, as raw RGB.
+std::vector<std::string> raw_frames_input(int width, int height, double frame_rate);
+
+/// H.264 in MP4: the same bytes on every machine and for every number of threads. Everything between the
+/// input and the name of the output.
+std::vector<std::string> film_output();
+
+/// As one would type it in a shell.
+std::string command_line(const std::vector<std::string>& arguments);
+
+/// A running ffmpeg, fed through a pipe, without a shell. While it lives, SIGPIPE is ignored.
+class Ffmpeg {
+ public:
+  /// Starts `program` with `arguments`. Throws Error.
+  Ffmpeg(const std::filesystem::path& program, const std::vector<std::string>& arguments);
+  ~Ffmpeg();  ///< ends it when finish() was not reached
+  Ffmpeg(const Ffmpeg&) = delete;
+  Ffmpeg& operator=(const Ffmpeg&) = delete;
+
+  void write(std::span<const std::uint8_t> bytes);  ///< throws Error with what ffmpeg said when it has ended
+  void finish();                                    ///< waits for its end; throws Error when it failed
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace substep

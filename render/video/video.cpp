@@ -1,0 +1,249 @@
+#include "render/video/video.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include "render/image.h"
+#include "render/renderer.h"
+#include "render/video/composition.h"
+#include "render/video/ffmpeg.h"
+#include "render/video/frame_queue.h"
+#include "sim/error.h"
+#include "sim/log/file_output.h"
+
+namespace substep {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The run's poses at video frame k; where it diverged before, its last.
+std::vector<Coordinates> poses_at(const Run& run, std::size_t k) {
+  std::vector<Coordinates> poses = run.poses[std::min(k, run.poses.size() - 1)];
+  for (Coordinates& pose : poses) {
+    // What flies off far beyond sight would overflow the renderer's single precision.
+    constexpr double far = 1e5;
+    pose.linear = pose.linear.cwiseMax(-far).cwiseMin(far);
+  }
+  return poses;
+}
+
+/// Paints video frames of this size; `every` of the comparison's frames is painted, the others are left out.
+std::function<Painter()> painters(const Scene& scene, const Comparison& comparison,
+                                  const Composition& composition, int every) {
+  return [&scene, &comparison, &composition, every]() -> Painter {
+    RenderSettings settings;
+    settings.width = composition.picture_width();
+    settings.height = composition.picture_height();
+    // The camera of a scene without one follows the reference: a run that explodes does not push the others
+    // out of sight.
+    auto renderer = std::make_shared<Renderer>(scene, settings, comparison.reference().poses);
+    return [renderer, &comparison, &composition, every](int k) {
+      const int frame = k * every;
+      std::vector<Image> pictures;
+      for (const Run& run : comparison.runs) {
+        pictures.push_back(renderer->draw(poses_at(run, static_cast<std::size_t>(frame))));
+      }
+      return composition.frame(frame, pictures);
+    };
+  };
+}
+
+/// A file that ffmpeg writes: beside, then renamed.
+class FilmFile {
+ public:
+  FilmFile(const fs::path& file, const fs::path& program, std::vector<std::string> arguments)
+      : file_(file), partial_(partial_file(file)) {
+    arguments.push_back("file:" + partial_.string());
+    ffmpeg_ = std::make_unique<Ffmpeg>(program, arguments);
+  }
+  ~FilmFile() {
+    ffmpeg_.reset();
+    std::error_code ignored;
+    fs::remove(partial_, ignored);
+  }
+  FilmFile(const FilmFile&) = delete;
+  FilmFile& operator=(const FilmFile&) = delete;
+
+  void write(const Image& frame) { ffmpeg_->write(frame.rgb); }
+
+  /// Waits until the file is complete; returns its size.
+  std::uintmax_t complete() {
+    ffmpeg_->finish();
+    return fs::file_size(partial_);
+  }
+  void publish() { fs::rename(partial_, file_); }
+
+ private:
+  fs::path file_;
+  fs::path partial_;
+  std::unique_ptr<Ffmpeg> ffmpeg_;
+};
+
+struct LoopAttempt {
+  int width;
+  int every;   ///< of the video's frames
+  int colors;  ///< in the palette
+};
+
+void make_loop(const Scene& scene, const VideoSettings& settings, const Comparison& comparison,
+               const std::string& title, const fs::path& program) {
+  constexpr std::uintmax_t limit = 2'000'000;
+  // Each smaller than the one before; the first that is small enough is taken.
+  for (const LoopAttempt attempt :
+       {LoopAttempt{800, 2, 128}, LoopAttempt{800, 3, 96}, LoopAttempt{640, 3, 64}, LoopAttempt{480, 3, 48},
+        LoopAttempt{400, 6, 32}}) {
+    const int height = attempt.width * 9 / 16 / 2 * 2;
+    const Composition composition(comparison, title, attempt.width, height);
+    const int count = (static_cast<int>(comparison.times.size()) - 1) / attempt.every + 1;
+    const double rate = static_cast<double>(video_frame_rate) / attempt.every;
+    std::vector<std::string> arguments = raw_frames_input(attempt.width, height, rate);
+    const std::string filter = fmt::format(
+        "split[a][b];[a]palettegen=max_colors={}:stats_mode=full[p];[b][p]paletteuse=dither=none:diff_mode="
+        "rectangle",
+        attempt.colors);
+    // -loop 0: for ever. The last frame stays for a second before it starts again.
+    for (const std::string& word :
+         {std::string("-filter_complex"), filter, std::string("-loop"), std::string("0"),
+          std::string("-final_delay"), std::string("100"), std::string("-fflags"), std::string("+bitexact"),
+          std::string("-f"), std::string("gif")}) {
+      arguments.push_back(word);
+    }
+    FilmFile film(*settings.loop, program, arguments);
+    paint_in_order(count, settings.threads, painters(scene, comparison, composition, attempt.every),
+                   [&](int k, const Image& frame) {
+                     film.write(frame);
+                     if (settings.progress) settings.progress("loop", static_cast<double>(k + 1) / count);
+                   });
+    if (film.complete() <= limit) {
+      film.publish();
+      return;
+    }
+  }
+  throw Error(fmt::format("{}: the loop cannot be made smaller than 2 MB: shorten it with --duration",
+                          settings.loop->string()));
+}
+
+/// The frame that shows most: where the algorithms that are still running differ visibly, but not yet wildly.
+int poster_frame(const Comparison& comparison) {
+  return static_cast<int>(std::lround(0.6 * static_cast<double>(comparison.times.size() - 1)));
+}
+
+bool is_frame_name(const std::string& name) {
+  return name.starts_with("frame_") && name.ends_with(".png") &&
+         name.find_first_not_of("0123456789", 6) == name.size() - 4;
+}
+
+void refuse_other_files(const fs::path& folder) {
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (is_frame_name(name)) continue;
+    throw Error(fmt::format("{}: holds {}, which is no frame: name another folder for the frames",
+                            folder.string(), name));
+  }
+}
+
+}  // namespace
+
+FrameFolder::FrameFolder(const fs::path& folder)
+    : folder_(folder.has_filename() ? folder : folder.parent_path()) {
+  std::error_code ignored;
+  if (fs::exists(folder_, ignored)) {
+    if (!fs::is_directory(folder_, ignored)) {
+      throw Error(fmt::format("{}: is not a folder: name another for the frames", folder_.string()));
+    }
+    refuse_other_files(folder_);
+  } else {
+    require_folder_of(folder_);
+  }
+  partial_ = partial_file(folder_);
+  std::error_code failure;
+  if (!fs::create_directory(partial_, failure)) {
+    throw Error(fmt::format("{}: cannot be made: {}", folder_.string(), failure.message()));
+  }
+}
+
+FrameFolder::~FrameFolder() {
+  std::error_code ignored;
+  fs::remove_all(partial_, ignored);
+}
+
+fs::path FrameFolder::next() {
+  return partial_ / fmt::format("frame_{:04d}.png", count_++);
+}
+
+void FrameFolder::finish() {
+  std::error_code failure;
+  if (fs::exists(folder_, failure)) {
+    // Once more: much time may have passed.
+    refuse_other_files(folder_);
+    fs::remove_all(folder_, failure);
+  }
+  fs::rename(partial_, folder_, failure);
+  if (failure) throw Error(fmt::format("{}: cannot be replaced: {}", folder_.string(), failure.message()));
+}
+
+VideoReport make_video(const Scene& scene, const VideoSettings& settings) {
+  for (const auto& file : {settings.poster, settings.loop}) {
+    if (file) require_folder_of(*file);
+  }
+  if (!settings.frames) require_folder_of(settings.output);
+  const std::optional<fs::path> program = find_ffmpeg();
+  if (settings.loop && !program) {
+    throw Error("a loop needs ffmpeg, which is not in PATH: on Debian, apt-get install ffmpeg");
+  }
+
+  VideoReport report;
+  report.is_film = program && !settings.frames;
+  report.written = settings.output;
+  std::unique_ptr<FrameFolder> folder;
+  if (!report.is_film) {
+    fs::path without_extension = settings.output;
+    without_extension.replace_extension();
+    report.written = settings.frames.value_or(without_extension.string() + "_frames");
+    folder = std::make_unique<FrameFolder>(report.written);
+    std::vector<std::string> arguments{"-framerate", std::to_string(video_frame_rate), "-i",
+                                       (report.written / "frame_%04d.png").string()};
+    for (const std::string& word : film_output()) arguments.push_back(word);
+    arguments.push_back(settings.output.string());
+    report.film_command = command_line(arguments);
+  }
+
+  report.comparison = simulate_comparison(scene, settings.comparison, [&](double share) {
+    if (settings.progress) settings.progress("simulating", share);
+  });
+  const Comparison& comparison = report.comparison;
+  const Composition composition(comparison, scene.name, settings.width, settings.height);
+
+  std::unique_ptr<FilmFile> film;
+  if (report.is_film) {
+    std::vector<std::string> arguments = raw_frames_input(settings.width, settings.height, video_frame_rate);
+    for (const std::string& word : film_output()) arguments.push_back(word);
+    film = std::make_unique<FilmFile>(settings.output, *program, arguments);
+  }
+  const int count = static_cast<int>(comparison.times.size());
+  const int held = static_cast<int>(std::lround(settings.hold * video_frame_rate));
+  std::string poster;
+  paint_in_order(count, settings.threads, painters(scene, comparison, composition, 1),
+                 [&](int k, const Image& frame) {
+                   for (int copies = k + 1 == count ? 1 + held : 1; copies > 0; --copies) {
+                     if (film) film->write(frame);
+                     if (folder) write_png(frame, folder->next());
+                   }
+                   if (settings.poster && k == poster_frame(comparison)) poster = to_png(frame);
+                   if (settings.progress) settings.progress("drawing", static_cast<double>(k + 1) / count);
+                 });
+  if (settings.loop) make_loop(scene, settings, comparison, scene.name, *program);
+  if (film) {
+    film->complete();
+    film->publish();
+  }
+  if (folder) folder->finish();
+  if (settings.poster) write_file(*settings.poster, poster);
+  return report;
+}
+
+}  // namespace substep

@@ -1,0 +1,59 @@
+#pragma once
+/// A scene as a comparison video: A1 … A5 and a reference side by side.
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "render/video/comparison.h"
+#include "sim/scene/scene.h"
+
+namespace substep {
+
+struct VideoSettings {
+  ComparisonSettings comparison;
+  int width = 1280;
+  int height = 720;
+  double hold = 1;                              ///< s for which the last frame stays
+  std::filesystem::path output;                 ///< the film, MP4
+  std::optional<std::filesystem::path> frames;  ///< a folder for PNG files, instead of the film
+  std::optional<std::filesystem::path> poster;  ///< one representative frame, PNG
+  std::optional<std::filesystem::path> loop;    ///< a small film for a page, GIF, below 2 MB
+  int threads = 2;                              ///< the result is the same for any number
+  /// Called now and then with what is being done and its share done; may be empty.
+  std::function<void(std::string_view stage, double share)> progress;
+};
+
+struct VideoReport {
+  Comparison comparison;
+  std::filesystem::path written;  ///< the film, or the folder of frames
+  bool is_film = true;
+  std::string film_command;  ///< where there is no film: the ffmpeg command that makes it of the frames
+};
+
+/// Simulates and draws. Where ffmpeg is missing, the frames are left as PNG files in the folder
+/// "<output without extension>_frames", and a loop is an error.
+/// Throws Error; then no output is left half-written.
+VideoReport make_video(const Scene& scene, const VideoSettings& settings);
+
+/// Makes `folder` of numbered frames frame_0000.png …: written beside and renamed, so that it is there whole
+/// or not at all. An earlier one with nothing but such frames is replaced; anything else in it is an Error.
+class FrameFolder {
+ public:
+  explicit FrameFolder(const std::filesystem::path& folder);
+  ~FrameFolder();
+  FrameFolder(const FrameFolder&) = delete;
+  FrameFolder& operator=(const FrameFolder&) = delete;
+
+  std::filesystem::path next();  ///< the file to write the next frame to
+  void finish();
+
+ private:
+  std::filesystem::path folder_;
+  std::filesystem::path partial_;
+  int count_ = 0;
+};
+
+}  // namespace substep
