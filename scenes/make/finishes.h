@@ -1,0 +1,30 @@
+#pragma once
+/// The palette of all scenes: woods, stones, metals and a few enamels.
+
+#include "gltf_builder.h"
+
+namespace substep::make::finish {
+
+inline constexpr Finish walnut{"walnut", {0.195, 0.070, 0.023}, 0, 0.50};
+inline constexpr Finish oak{"oak", {0.527, 0.254, 0.076}, 0, 0.55};
+inline constexpr Finish maple{"maple", {0.745, 0.503, 0.238}, 0, 0.50};
+inline constexpr Finish cherry{"cherry", {0.332, 0.089, 0.034}, 0, 0.45};
+
+inline constexpr Finish limestone{"limestone", {0.624, 0.565, 0.456}, 0, 0.85};
+inline constexpr Finish sandstone{"sandstone", {0.584, 0.381, 0.191}, 0, 0.85};
+inline constexpr Finish granite{"granite", {0.366, 0.323, 0.287}, 0, 0.70};
+inline constexpr Finish basalt{"basalt", {0.147, 0.144, 0.138}, 0, 0.65};
+inline constexpr Finish brick{"brick", {0.402, 0.140, 0.078}, 0, 0.85};
+
+inline constexpr Finish steel{"steel", {0.456, 0.497, 0.539}, 1, 0.32};
+inline constexpr Finish brass{"brass", {0.631, 0.381, 0.080}, 1, 0.30};
+inline constexpr Finish iron{"iron", {0.068, 0.084, 0.107}, 0.6, 0.45};
+inline constexpr Finish rubber{"rubber", {0.014, 0.014, 0.016}, 0, 0.80};
+
+inline constexpr Finish terracotta{"terracotta", {0.515, 0.089, 0.037}, 0, 0.35};
+inline constexpr Finish mustard{"mustard", {0.694, 0.352, 0.037}, 0, 0.35};
+inline constexpr Finish teal{"teal", {0.025, 0.195, 0.198}, 0, 0.35};
+inline constexpr Finish ivory{"ivory", {0.847, 0.776, 0.631}, 0, 0.40};
+inline constexpr Finish blue{"blue", {0.028, 0.109, 0.254}, 0, 0.35};
+
+}  // namespace substep::make::finish

@@ -1,0 +1,262 @@
+#include "gltf_builder.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace substep::make {
+namespace {
+
+// Names of the glTF specification.
+constexpr int array_buffer = 34962;
+constexpr int element_array_buffer = 34963;
+constexpr int unsigned_short = 5123;
+constexpr int single_float = 5126;
+
+constexpr const char* rigid_bodies = "KHR_physics_rigid_bodies";
+constexpr const char* implicit_shapes = "KHR_implicit_shapes";
+constexpr const char* lights = "KHR_lights_punctual";
+
+// −0 would be written as "-0.0".
+double positive_zero(double x) {
+  return x + 0.0;
+}
+
+Json to_json(const Vector3& v) {
+  return {positive_zero(v.x()), positive_zero(v.y()), positive_zero(v.z())};
+}
+
+Json to_json(const Quaternion& q) {
+  return {positive_zero(q.x()), positive_zero(q.y()), positive_zero(q.z()), positive_zero(q.w())};
+}
+
+void append_little_endian(std::string& bytes, std::uint32_t value, int count) {
+  for (int i = 0; i < count; ++i) bytes.push_back(static_cast<char>(value >> (8 * i) & 0xff));
+}
+
+void append_float(std::string& bytes, double value) {
+  append_little_endian(bytes, std::bit_cast<std::uint32_t>(static_cast<float>(positive_zero(value))), 4);
+}
+
+std::string base64(std::string_view bytes) {
+  constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    std::uint32_t group = 0;
+    for (std::size_t j = 0; j < 3; ++j)
+      group = group << 8 | (i + j < bytes.size() ? static_cast<std::uint8_t>(bytes[i + j]) : 0u);
+    for (std::size_t j = 0; j < 4; ++j)
+      text.push_back(i + j <= bytes.size() ? digits[group >> (18 - 6 * j) & 63] : '=');
+  }
+  return text;
+}
+
+/// Of a node whose −Z points along `direction` and whose +Y is as near to up as may be.
+Quaternion looking_along(const Vector3& direction) {
+  Matrix3 axes;
+  axes.col(2) = -direction.normalized();
+  axes.col(0) = Vector3::UnitY().cross(axes.col(2)).normalized();
+  axes.col(1) = axes.col(2).cross(axes.col(0));
+  return Quaternion(axes).normalized();
+}
+
+}  // namespace
+
+GltfBuilder::GltfBuilder(std::string_view name, double duration, const Vector3& gravity) {
+  document_["asset"] = {
+      {"version", "2.0"}, {"generator", "substep make_scenes"}, {"copyright", "MIT licence"}};
+  document_["extensionsUsed"] = {rigid_bodies, implicit_shapes, lights};
+  document_["scene"] = 0;
+  document_["scenes"] = Json::array(
+      {{{"name", name},
+        {"nodes", Json::array()},
+        {"extras",
+         {{"substep", {{"gravity", to_json(gravity)}, {"duration", duration}, {"step", 1.0 / 60}}}}}}});
+  document_["nodes"] = Json::array();
+}
+
+int GltfBuilder::append(Json& list, Json element) {
+  list.push_back(std::move(element));
+  return static_cast<int>(list.size()) - 1;
+}
+
+int GltfBuilder::material(const Finish& finish) {
+  Json& materials = document_["materials"];
+  for (std::size_t i = 0; i < materials.size(); ++i)
+    if (materials[i]["name"] == finish.name) return static_cast<int>(i);
+  return append(materials, {{"name", finish.name},
+                            {"pbrMetallicRoughness",
+                             {{"baseColorFactor", {finish.color[0], finish.color[1], finish.color[2], 1.0}},
+                              {"metallicFactor", finish.metallic},
+                              {"roughnessFactor", finish.roughness}}}});
+}
+
+int GltfBuilder::accessor(std::string_view bytes, int target, int component_type, const char* type,
+                          std::size_t count) {
+  while (buffer_.size() % 4 != 0) buffer_.push_back('\0');
+  const int view = append(
+      document_["bufferViews"],
+      {{"buffer", 0}, {"byteOffset", buffer_.size()}, {"byteLength", bytes.size()}, {"target", target}});
+  buffer_ += bytes;
+  return append(document_["accessors"],
+                {{"bufferView", view}, {"componentType", component_type}, {"count", count}, {"type", type}});
+}
+
+int GltfBuilder::geometry(const Mesh& mesh) {
+  std::string positions;
+  std::string normals;
+  std::string indices;
+  std::array<float, 3> lower{};
+  std::array<float, 3> upper{};
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto x = static_cast<float>(positive_zero(mesh.positions[i][axis]));
+      lower[axis] = i == 0 ? x : std::min(lower[axis], x);
+      upper[axis] = i == 0 ? x : std::max(upper[axis], x);
+      append_float(positions, mesh.positions[i][axis]);
+      append_float(normals, mesh.normals[i][axis]);
+    }
+  }
+  for (const auto& triangle : mesh.triangles)
+    for (const std::uint32_t vertex : triangle) append_little_endian(indices, vertex, 2);
+
+  const std::size_t count = mesh.positions.size();
+  const int position = accessor(positions, array_buffer, single_float, "VEC3", count);
+  // Bounds are the stored floats exactly, as the specification asks.
+  for (const auto& [key, bounds] : {std::pair{"min", lower}, std::pair{"max", upper}})
+    document_["accessors"][position][key] = {static_cast<double>(bounds[0]), static_cast<double>(bounds[1]),
+                                             static_cast<double>(bounds[2])};
+  accessor(normals, array_buffer, single_float, "VEC3", count);
+  accessor(indices, element_array_buffer, unsigned_short, "SCALAR", 3 * mesh.triangles.size());
+  return position;
+}
+
+int GltfBuilder::mesh(std::string_view name, const std::vector<Part>& parts) {
+  Json primitives = Json::array();
+  for (const Part& part : parts) {
+    primitives.push_back({{"attributes", {{"POSITION", part.geometry}, {"NORMAL", part.geometry + 1}}},
+                          {"indices", part.geometry + 2},
+                          {"material", part.material}});
+  }
+  return append(document_["meshes"], {{"name", name}, {"primitives", primitives}});
+}
+
+int GltfBuilder::node(std::string_view name, const Pose& pose, std::optional<int> parent) {
+  Json json = {{"name", name}};
+  if (pose.position != Vector3::Zero()) json["translation"] = to_json(pose.position);
+  if (pose.orientation.vec() != Vector3::Zero()) json["rotation"] = to_json(pose.orientation);
+  const int index = append(document_["nodes"], json);
+  if (parent)
+    document_["nodes"][*parent]["children"].push_back(index);
+  else
+    document_["scenes"][0]["nodes"].push_back(index);
+  return index;
+}
+
+int GltfBuilder::detached_node(std::string_view name, int mesh) {
+  return append(document_["nodes"], {{"name", name}, {"mesh", mesh}});
+}
+
+void GltfBuilder::show(int node, int mesh) {
+  document_["nodes"][node]["mesh"] = mesh;
+}
+
+int GltfBuilder::box_shape(const Vector3& size) {
+  return append(document_["extensions"][implicit_shapes]["shapes"],
+                {{"type", "box"}, {"box", {{"size", to_json(size)}}}});
+}
+
+int GltfBuilder::sphere_shape(double radius) {
+  return append(document_["extensions"][implicit_shapes]["shapes"],
+                {{"type", "sphere"}, {"sphere", {{"radius", radius}}}});
+}
+
+int GltfBuilder::plane_shape() {
+  return append(document_["extensions"][implicit_shapes]["shapes"],
+                {{"type", "plane"}, {"plane", Json::object()}});
+}
+
+int GltfBuilder::physics_material(double friction) {
+  return append(document_["extensions"][rigid_bodies]["physicsMaterials"],
+                {{"staticFriction", friction},
+                 {"dynamicFriction", friction},
+                 {"restitution", 0.0},
+                 {"frictionCombine", "minimum"},
+                 {"restitutionCombine", "minimum"}});
+}
+
+void GltfBuilder::motion(int node, const Motion& motion) {
+  Json json = {{"mass", motion.mass}};
+  if (motion.inertia) json["inertiaDiagonal"] = to_json(*motion.inertia);
+  if (motion.centre_of_mass) json["centerOfMass"] = to_json(*motion.centre_of_mass);
+  if (motion.angular_velocity != Vector3::Zero()) json["angularVelocity"] = to_json(motion.angular_velocity);
+  physics(node)["motion"] = json;
+}
+
+void GltfBuilder::collider(int node, int shape, int physics_material) {
+  physics(node)["collider"] = {{"geometry", {{"shape", shape}}}, {"physicsMaterial", physics_material}};
+}
+
+void GltfBuilder::hull_collider(int node, int mesh_node, int physics_material) {
+  physics(node)["collider"] = {{"geometry", {{"node", mesh_node}, {"convexHull", true}}},
+                               {"physicsMaterial", physics_material}};
+}
+
+int GltfBuilder::ball_joint() {
+  const Json point = {{"linearAxes", {0, 1, 2}}, {"min", 0.0}, {"max", 0.0}};
+  return append(document_["extensions"][rigid_bodies]["physicsJoints"], {{"limits", Json::array({point})}});
+}
+
+int GltfBuilder::hinge(const std::optional<VelocityDrive>& drive) {
+  const Json point = {{"linearAxes", {0, 1, 2}}, {"min", 0.0}, {"max", 0.0}};
+  const Json axis = {{"angularAxes", {0, 1}}, {"min", 0.0}, {"max", 0.0}};
+  Json json = {{"limits", Json::array({point, axis})}};
+  if (drive) {
+    json["drives"] = Json::array({{{"type", "angular"},
+                                   {"mode", "force"},
+                                   {"axis", drive->axis},
+                                   {"maxForce", drive->max_torque},
+                                   {"velocityTarget", drive->velocity},
+                                   {"damping", drive->damping}}});
+  }
+  return append(document_["extensions"][rigid_bodies]["physicsJoints"], json);
+}
+
+void GltfBuilder::joint(int node, int connected_node, int joint_description) {
+  physics(node)["joint"] = {{"connectedNode", connected_node}, {"joint", joint_description}};
+}
+
+void GltfBuilder::camera(const Vector3& from, const Vector3& towards, double field_of_view) {
+  const int index =
+      append(document_["cameras"],
+             {{"type", "perspective"},
+              {"perspective",
+               {{"aspectRatio", 16.0 / 9}, {"yfov", field_of_view}, {"znear", 0.05}, {"zfar", 200.0}}}});
+  document_["nodes"][node("camera", {from, looking_along(towards - from)})]["camera"] = index;
+}
+
+void GltfBuilder::sun(const Vector3& direction, const std::array<double, 3>& linear_color, double intensity) {
+  const int index = append(document_["extensions"][lights]["lights"],
+                           {{"type", "directional"}, {"color", linear_color}, {"intensity", intensity}});
+  extension(node("sun", {Vector3::Zero(), looking_along(direction)}), lights)["light"] = index;
+}
+
+std::string GltfBuilder::text() const {
+  Json document = document_;
+  document["buffers"] = Json::array(
+      {{{"byteLength", buffer_.size()}, {"uri", "data:application/octet-stream;base64," + base64(buffer_)}}});
+  std::string text = "{";
+  for (const auto& [key, value] : document.items()) {
+    text += (text.size() == 1 ? "\n" : ",\n") + Json(key).dump() + ": ";
+    if (!value.is_array() || !value[0].is_object()) {
+      text += value.dump();
+      continue;
+    }
+    text += '[';
+    for (std::size_t i = 0; i < value.size(); ++i) text += (i == 0 ? "\n  " : ",\n  ") + value[i].dump();
+    text += "\n]";
+  }
+  return text + "\n}\n";
+}
+
+}  // namespace substep::make

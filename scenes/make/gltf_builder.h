@@ -1,0 +1,102 @@
+#pragma once
+/// Builds one glTF 2.0 document with KHR_physics_rigid_bodies, KHR_implicit_shapes and KHR_lights_punctual.
+///
+/// Everything is referred to by index, as in the file. Positions and normals are stored as 32-bit floats in
+/// one buffer, embedded in base64; all else is JSON numbers that read back to the same double.
+
+#include <array>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "mesh.h"
+#include "sim/vector.h"
+
+namespace substep::make {
+
+using Json = nlohmann::ordered_json;
+
+/// How a surface looks.
+struct Finish {
+  std::string_view name;
+  std::array<double, 3> color;  ///< linear RGB
+  double metallic = 0;
+  double roughness = 0.5;
+};
+
+struct Motion {
+  double mass = 1;  ///< kg
+  std::optional<Vector3> inertia =
+      {};  ///< principal moments along the node's axes, kg·m²; else of its colliders
+  std::optional<Vector3> centre_of_mass = {};  ///< node space; else the colliders'
+  Vector3 angular_velocity = Vector3::Zero();  ///< node space, rad/s
+};
+
+/// A motor that turns about an axis of a joint.
+struct VelocityDrive {
+  int axis = 2;
+  double velocity = 0;    ///< rad/s, of the joint's node relative to the connected one
+  double damping = 0;     ///< N·m·s/rad
+  double max_torque = 0;  ///< N·m
+};
+
+class GltfBuilder {
+ public:
+  /// `extras.substep` of the scene.
+  GltfBuilder(std::string_view name, double duration, const Vector3& gravity = Vector3(0, -9.81, 0));
+
+  /// The same finish asked for again is the same material.
+  int material(const Finish& finish);
+
+  /// The vertices and triangles; several meshes may show them in different materials.
+  int geometry(const Mesh& mesh);
+  struct Part {
+    int geometry;
+    int material;
+  };
+  int mesh(std::string_view name, const std::vector<Part>& parts);
+
+  /// A node of the scene's tree; at the root without a parent.
+  int node(std::string_view name, const Pose& pose = {}, std::optional<int> parent = {});
+  /// A node that is not in the scene: what colliders refer to, never drawn.
+  int detached_node(std::string_view name, int mesh);
+  void show(int node, int mesh);
+
+  int box_shape(const Vector3& size);
+  int sphere_shape(double radius);
+  /// The plane y = 0 of its node, without end.
+  int plane_shape();
+  /// Where two materials meet, the smaller friction counts. No restitution.
+  int physics_material(double friction);
+
+  void motion(int node, const Motion& motion);
+  void collider(int node, int shape, int physics_material);
+  /// The convex hull of another node's mesh, in this node's place.
+  void hull_collider(int node, int mesh_node, int physics_material);
+
+  /// Joints keep two points together; the hinge leaves turning about the node's +Z too.
+  int ball_joint();
+  int hinge(const std::optional<VelocityDrive>& drive = {});
+  void joint(int node, int connected_node, int joint_description);
+
+  /// 16:9, from a point, towards a point, +Y up; `field_of_view` is vertical, rad.
+  void camera(const Vector3& from, const Vector3& towards, double field_of_view);
+  /// Directional light shining along `direction`, of `intensity` lux.
+  void sun(const Vector3& direction, const std::array<double, 3>& linear_color, double intensity);
+
+  /// The file: one line for each element of each list.
+  std::string text() const;
+
+ private:
+  Json& extension(int node, const char* name) { return document_["nodes"][node]["extensions"][name]; }
+  Json& physics(int node) { return extension(node, "KHR_physics_rigid_bodies"); }
+  int append(Json& list, Json element);
+  int accessor(std::string_view bytes, int target, int component_type, const char* type, std::size_t count);
+
+  Json document_;
+  std::string buffer_;
+};
+
+}  // namespace substep::make

@@ -1,0 +1,76 @@
+#pragma once
+/// Meshes modelled by the scenes' generator: solids with rounded edges and smooth normals.
+///
+/// Lengths in metres. Nothing here calls libm beyond sqrt, so the same bytes come out everywhere.
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "sim/vector.h"
+
+namespace substep::make {
+
+/// Triangles counter-clockwise seen from outside; one unit normal per position.
+struct Mesh {
+  std::vector<Vector3> positions;
+  std::vector<Vector3> normals;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+
+  /// Adds the triangles of `other`, placed by `placement`.
+  Mesh& add(const Mesh& other, const Pose& placement = {});
+};
+
+/// A convex solid: planar polygons, counter-clockwise seen from outside, three of them at each vertex.
+struct Polyhedron {
+  std::vector<Vector3> vertices;
+  std::vector<std::vector<int>> faces;
+};
+
+/// A box with full extents `size`, centred at the origin.
+Polyhedron box(const Vector3& size);
+
+/// A point of an outline in a plane.
+struct PlanePoint {
+  double u;
+  double v;
+};
+
+/// A prism along +Y, from −height/2 to height/2. The outline's u and v are x and −z, so that an outline which
+/// is counter-clockwise on paper is so seen from above. The top is the outline times `top_scale`.
+Polyhedron prism(std::span<const PlanePoint> outline, double height, double top_scale = 1);
+
+/// The solid with each edge and corner rounded by a ball of `radius` rolled along it, in `segments` steps.
+/// Faces stay where they are. `radius` must leave something of each face.
+Mesh rounded(const Polyhedron& solid, double radius, int segments = 3);
+
+/// The solid as it is: flat faces, sharp edges.
+Mesh faceted(const Polyhedron& solid);
+
+/// A corner of the outline of a turned solid, at a distance from the axis and a height. Where `fillet` is not
+/// 0 the corner is rounded with this radius; otherwise it is sharp.
+struct ProfilePoint {
+  double radius;
+  double y;
+  double fillet = 0;
+};
+
+/// The solid of revolution about +Y of a profile given from the bottom up, with the solid on its left-hand
+/// side when radius is drawn to the right. `closed`: the last point joins the first (a ring), else both lie
+/// on the axis.
+Mesh turned(std::span<const ProfilePoint> profile, int sides, bool closed = false);
+
+/// A ball about the origin.
+Mesh ball(double radius, int sides = 32);
+
+/// A cylinder along +Y, centred at the origin, its rims rounded by `fillet`.
+Mesh rod(double length, double radius, double fillet, int sides = 24);
+
+/// Rotation of `angle` about an axis through the origin.
+Pose turn(const Vector3& axis, double angle);
+
+/// Placement at a point, not turned.
+Pose at(double x, double y, double z);
+
+}  // namespace substep::make
