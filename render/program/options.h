@@ -1,0 +1,48 @@
+#pragma once
+/// Options that several commands take, and their values as typed.
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "sim/scene/scene.h"
+#include "sim/settings.h"
+
+namespace substep {
+
+/// "0.01" or "1/60", in seconds. `option` is for the message. Throws Error.
+double seconds_in(const std::string& text, const std::string& option);
+
+struct ImageSize {
+  int width = 1280;
+  int height = 720;
+};
+
+/// "1280x720". Throws Error.
+ImageSize image_size_in(const std::string& text);
+
+/// How to solve, as typed.
+struct SolverOptions {
+  std::string algorithm = std::string(name(Settings{}.algorithm));
+  std::optional<std::string> step;
+  std::optional<std::string> duration;
+  std::string joints = std::string(name(Settings{}.joints));
+  Settings numbers;  ///< the options that are plain numbers, and the defaults of all
+
+  /// Adds --step, --substeps, --iterations, --tau, --kappa, --joints and --duration.
+  void add_to(CLI::App& command);
+  /// Adds --algorithm, --relaxation and --tolerance.
+  void add_algorithm_to(CLI::App& command);
+
+  /// Throws Error naming what cannot be used.
+  Settings settings(const Scene& scene) const;
+  double seconds(const Scene& scene) const;
+  /// How many steps the duration is. Throws Error above ten million.
+  int steps(const Scene& scene, const Settings& settings) const;
+};
+
+/// Reads the scene and prints its warnings to stderr.
+Scene load_and_warn(const std::filesystem::path& file);
+
+}  // namespace substep
