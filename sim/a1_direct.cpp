@@ -17,7 +17,7 @@ void proc1(CoordinateVector& q, VelocityVector& v, const Settings& settings, Pro
   add_external(model, q, Frame::world, h, v);  // [v + ext]
   make_mlcp(problem, v, work.mlcp);
   work.report = work.solver.solve(work.mlcp, work.lambda);  // proc1:3
-  // J([v + ext] + M⁻¹Jᵀλ) = β(h) : lo, hi                                                         // proc1:4
+  // J([v + ext] + M⁻¹Jᵀλ) = β(h) : lo, hi  // proc1:4
   work.row_solves += work.report.row_solves;
   for (const Block& x : c.blocks) {
     Row& row = c.rows[x.first];

@@ -35,7 +35,7 @@ void proc2(CoordinateVector& q, VelocityVector& v, const Settings& settings, Pro
     }
     work.row_solves += static_cast<std::int64_t>(c.rows.size());
   }
-  // v' = v̂, in place                                                                              // proc2:10
+  // v' = v̂, in place  // proc2:10
 
   // Step coordinates
   for (std::size_t i = 0; i < q.size(); ++i) {

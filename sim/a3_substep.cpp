@@ -47,7 +47,7 @@ void proc3(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
   }
 
   // Step coordinates
-  // v̆' = v̆ⁿ, in place                                                                             // proc3:17
+  // v̆' = v̆ⁿ, in place  // proc3:17
   for (std::size_t i = 0; i < q.size(); ++i) {
     q[i].linear += hs * work.sum[i].linear;      // proc3:18
     q[i].angular = substeps.stepped[i].angular;  // proc3:19

@@ -9,12 +9,13 @@
 namespace substep {
 namespace {
 
-/// ε of the regularisation, relative to Γ_xx: small enough that the multipliers converge in two or three
-/// rounds, large enough that the factors keep half of the digits.
-constexpr double regularisation = 1e-8;
+/// ε of the regularisation, relative to Γ_xx. The multipliers' error shrinks by ε/σ a round, σ the smallest
+/// relative eigenvalue of Γ that is not zero, and by rounding/ε²: 1e-6 is where the two meet. Measured on ten 1 kg
+/// rods with 1000 kg at their end: residual 1e-13 in at most 30 rounds; with 1e-8 rounding wins, and 1e-4 is left.
+constexpr double regularisation = 1e-6;
 constexpr int first_sweeps = 12;
 constexpr int most_sets = 60;
-constexpr int most_rounds = 6;
+constexpr int most_rounds = 30;
 
 double limit(const Mlcp::Row& row, double value) {
   return row.friction * std::max(value, 0.0);
@@ -321,7 +322,7 @@ MlcpReport MlcpSolver::solve(const Mlcp& problem, std::vector<double>& lambda) {
       solve_free(problem, lambda);
       fix_limits(problem, lambda);
       now = residual(problem, lambda);
-      if (!(now > 1e-13) || !(now < 0.5 * before)) break;  // to rounding, or no nearer: another set is needed
+      if (!(now > 1e-13) || !(now < 0.9 * before)) break;  // to rounding, or no nearer: another set is needed
       before = now;
     }
     const bool better = now < report.residual;  // false for NaN

@@ -1,0 +1,106 @@
+// Contacts and friction against closed forms.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/sim/test_scenes.h"
+
+namespace substep {
+namespace {
+
+constexpr double gravity = 9.81;
+
+/// A cube of 0.2 m on a plane at 30°, sunk by nothing.
+Scene incline(double friction) {
+  Scene scene = test::floor_scene(friction);
+  const Pose slope{Vector3::Zero(), rotation_quaternion({0, 0, -std::acos(-1.0) / 6})};
+  scene.colliders[0].placement = slope;
+  test::add_box(scene, {0.2, 0.2, 0.2}, 1, {slope * Vector3(0, 0.1, 0), slope.orientation}, friction);
+  return scene;
+}
+
+Settings settings_of(Algorithm algorithm, double step) {
+  Settings settings;
+  settings.algorithm = algorithm;
+  settings.step = step;
+  settings.substeps = 4;
+  settings.iterations = algorithm == Algorithm::a2 ? 30 : 4;
+  return settings;
+}
+
+constexpr Algorithm all[] = {Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5};
+
+TEST(Incline, ABlockSlidesAsTheClosedFormSays) {
+  const double friction = 0.3;
+  const double acceleration = gravity * (0.5 - friction * std::sqrt(3.0) / 2);
+  for (const Algorithm algorithm : all) {
+    double last = 0;
+    for (int k = 0; k < 3; ++k) {
+      const Settings settings = settings_of(algorithm, 1.0 / (60 << k));
+      const Scene scene = incline(friction);
+      const State state = test::run(scene, settings, 1);
+      const double moved = (state.q[1].linear - scene.bodies[1].pose.position).norm();
+      const double error = std::abs(moved - 0.5 * acceleration);
+      EXPECT_LT(error, 1.2 * settings.step) << name(algorithm);
+      last = error;
+    }
+    EXPECT_LT(last, 0.006) << name(algorithm);
+  }
+}
+
+TEST(Incline, ABlockStaysWhenFrictionHoldsIt) {
+  for (const Algorithm algorithm : all) {
+    const Scene scene = incline(0.8);
+    const State state = test::run(scene, settings_of(algorithm, 1.0 / 60), 5);
+    EXPECT_LT((state.q[1].linear - scene.bodies[1].pose.position).norm(), 0.001) << name(algorithm);
+  }
+}
+
+TEST(Sphere, SlidesThenRolls) {
+  // v₀ = 5 m/s, μ = 0.3, solid sphere: rolls at 0.485413 s with 3.571429 m/s.
+  Scene scene = test::floor_scene(0.3);
+  Body ball;
+  ball.name = "ball";
+  ball.inverse_mass = 1;
+  ball.inverse_inertia = Vector3::Constant(1 / (0.4 * 0.25));
+  ball.pose.position = {0, 0.5, 0};
+  ball.linear_velocity = {5, 0, 0};
+  scene.bodies.push_back(ball);
+  Collider collider;
+  collider.body = 1;
+  collider.shape = Sphere{0.5};
+  collider.material.dynamic_friction = 0.3;
+  scene.colliders.push_back(collider);
+  for (const Algorithm algorithm : all) {
+    const State state = test::run(scene, settings_of(algorithm, 1.0 / 240), 1);
+    EXPECT_NEAR(state.v[1].linear.x(), 5.0 * 5 / 7, 0.02) << name(algorithm);
+    EXPECT_NEAR(state.v[1].angular.z(), -state.v[1].linear.x() / 0.5, 0.02) << name(algorithm);
+  }
+}
+
+TEST(Stack, A1KeepsTenBoxesAtRest) {
+  Scene scene = test::floor_scene(0.6);
+  for (int i = 0; i < 10; ++i)
+    test::add_box(scene, {1, 1, 1}, 1, {{0, 0.5 + i, 0}, Quaternion::Identity()}, 0.6);
+  Settings settings = settings_of(Algorithm::a1, 1.0 / 60);
+  double residual = 0;
+  const State state = test::run(scene, settings, 5, &residual);
+  EXPECT_LT(test::position_difference(state, initial_state(scene)), 1e-6);
+  EXPECT_LT(residual, 1e-9);
+}
+
+TEST(Stack, A1KeepsAThousandfoldHeavierTopAtRest) {
+  Scene scene = test::floor_scene(0.6);
+  for (int i = 0; i < 10; ++i) {
+    test::add_box(scene, {1, 1, 1}, i == 9 ? 1000 : 1, {{0, 0.5 + i, 0}, Quaternion::Identity()}, 0.6);
+  }
+  Settings settings = settings_of(Algorithm::a1, 1.0 / 60);
+  double residual = 0;
+  const State state = test::run(scene, settings, 10, &residual);
+  EXPECT_LT(test::position_difference(state, initial_state(scene)), 1e-3);
+  EXPECT_LT(residual, 1e-9);
+}
+
+}  // namespace
+}  // namespace substep

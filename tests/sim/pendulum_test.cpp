@@ -1,0 +1,62 @@
+// One uniform rod of 1 m on a ball joint, released level: period 1.93333485 s (closed form, elliptic
+// integral).
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/sim/test_scenes.h"
+
+namespace substep {
+namespace {
+
+constexpr double period = 1.93333485;
+
+Scene pendulum() {
+  Scene scene = test::empty_scene();
+  Body body = test::rod(1, 1);
+  body.pose.position = {0.5, 0, 0};
+  scene.bodies.push_back(body);
+  scene.joints.push_back(test::ball_joint(1, 0, {-0.5, 0, 0}, Vector3::Zero()));
+  return scene;
+}
+
+/// Time at which the rod hangs straight down for the first time, between two steps by the line through them.
+double first_quarter(const Settings& settings) {
+  Simulation simulation(pendulum(), settings);
+  double before = simulation.state().q[1].linear.x();
+  for (;;) {
+    simulation.step();
+    const double now = simulation.state().q[1].linear.x();
+    if (now <= 0) return settings.step * (static_cast<double>(simulation.steps()) - now / (now - before));
+    before = now;
+    if (simulation.steps() > 1000000) return NAN;
+  }
+}
+
+TEST(Pendulum, A1ConvergesToThePeriodWithFirstOrder) {
+  double last = 0;
+  for (int k = 0; k < 5; ++k) {
+    Settings settings;
+    settings.algorithm = Algorithm::a1;
+    settings.step = 1.0 / (60 << k);
+    const double error = std::abs(first_quarter(settings) - period / 4);
+    if (k > 1) EXPECT_NEAR(std::log2(last / error), 1, 0.1) << settings.step;
+    last = error;
+  }
+  EXPECT_LT(last, 5e-4);
+}
+
+TEST(Pendulum, AllFiveSwingWithItsPeriod) {
+  for (const Algorithm algorithm :
+       {Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
+    Settings settings;
+    settings.algorithm = algorithm;
+    settings.step = 1.0 / 960;
+    settings.iterations = algorithm == Algorithm::a2 ? 4 : 1;
+    EXPECT_NEAR(first_quarter(settings), period / 4, 2e-3) << name(algorithm);
+  }
+}
+
+}  // namespace
+}  // namespace substep

@@ -1,0 +1,159 @@
+#pragma once
+// Scenes built in code, for tests that need exact numbers rather than a file.
+
+#include <limits>
+#include <string>
+
+#include "sim/geometry/convex_hull.h"
+#include "sim/rotation.h"
+#include "sim/simulation.h"
+
+namespace substep::test {
+
+inline Scene empty_scene() {
+  Scene scene;
+  scene.name = "test";
+  scene.file = "test";
+  scene.bodies.emplace_back();
+  scene.bodies[0].name = "world";
+  return scene;
+}
+
+inline JointLimit locked(bool angular, std::array<bool, 3> axes) {
+  JointLimit limit;
+  limit.angular = angular;
+  limit.axes = axes;
+  limit.min = limit.max = 0;
+  return limit;
+}
+
+inline Joint ball_joint(int a, int b, const Vector3& anchor_a, const Vector3& anchor_b) {
+  Joint joint;
+  joint.name = "joint";
+  joint.body_a = a;
+  joint.body_b = b;
+  joint.frame_a.position = anchor_a;
+  joint.frame_b.position = anchor_b;
+  joint.limits.push_back(locked(false, {true, true, true}));
+  return joint;
+}
+
+/// A uniform thin rod along its x axis; its moment about that axis is small but not zero.
+inline Body rod(double length, double mass) {
+  const double across = mass * length * length / 12;
+  Body body;
+  body.name = "rod";
+  body.inverse_mass = 1 / mass;
+  body.inverse_inertia = {1 / (0.01 * across), 1 / across, 1 / across};
+  return body;
+}
+
+/// Rods of 0.5 m and 1 kg on ball joints, hung from the origin, at `angle` below the horizontal; a ball of
+/// `end_mass` (radius 0.25 m) at the end, if any.
+inline Scene chain(int rods, double angle = 0, double end_mass = 0) {
+  Scene scene = empty_scene();
+  const double length = 0.5;
+  const auto [sine, cosine] = sine_cosine(angle);
+  const Vector3 along(cosine, -sine, 0);
+  for (int i = 0; i < rods; ++i) {
+    Body body = rod(length, 1);
+    body.pose.position = along * (length * (i + 0.5));
+    body.pose.orientation = rotation_quaternion({0, 0, -angle});
+    scene.bodies.push_back(body);
+    scene.joints.push_back(ball_joint(i + 1, i, {-length / 2, 0, 0}, {i > 0 ? length / 2 : 0.0, 0, 0}));
+  }
+  if (end_mass > 0) {
+    Body ball;
+    ball.name = "ball";
+    ball.inverse_mass = 1 / end_mass;
+    ball.inverse_inertia = Vector3::Constant(1 / (0.4 * end_mass * 0.0625));
+    ball.pose.position = along * (length * rods + 0.25);
+    ball.pose.orientation = rotation_quaternion({0, 0, -angle});
+    scene.bodies.push_back(ball);
+    scene.joints.push_back(ball_joint(rods + 1, rods, {-0.25, 0, 0}, {length / 2, 0, 0}));
+  }
+  return scene;
+}
+
+inline Scene floor_scene(double friction) {
+  Scene scene = empty_scene();
+  Collider floor;
+  floor.shape = Plane{};
+  floor.material.dynamic_friction = floor.material.static_friction = friction;
+  scene.colliders.push_back(floor);
+  return scene;
+}
+
+/// Adds a uniform box of full extents `size`; returns its body.
+inline int add_box(Scene& scene, const Vector3& size, double mass, const Pose& pose, double friction) {
+  Body body;
+  body.name = "box " + std::to_string(scene.bodies.size());
+  body.inverse_mass = 1 / mass;
+  const Vector3 squared = size.cwiseAbs2();
+  body.inverse_inertia =
+      (12 / mass) *
+      Vector3(squared.y() + squared.z(), squared.x() + squared.z(), squared.x() + squared.y()).cwiseInverse();
+  body.pose = pose;
+  Collider collider;
+  collider.body = static_cast<int>(scene.bodies.size());
+  collider.shape = box(size);
+  collider.material.dynamic_friction = collider.material.static_friction = friction;
+  scene.bodies.push_back(body);
+  scene.colliders.push_back(collider);
+  return collider.body;
+}
+
+/// The state after `duration` seconds, and the largest residual of A1 on the way.
+inline State run(const Scene& scene, const Settings& settings, double duration, double* residual = nullptr) {
+  Simulation simulation(scene, settings);
+  const int steps = static_cast<int>(duration / settings.step + 0.5);
+  for (int i = 0; i < steps; ++i) {
+    const StepReport& report = simulation.step();
+    if (residual) *residual = std::max(*residual, report.residual);
+    if (report.status == StepReport::Status::diverged) break;
+  }
+  return simulation.state();
+}
+
+/// Largest distance between the centres of equal bodies, m.
+inline double position_difference(const State& a, const State& b) {
+  double largest = 0;
+  for (std::size_t i = 1; i < a.q.size(); ++i) {
+    largest = std::max(largest, (a.q[i].linear - b.q[i].linear).norm());
+  }
+  return largest;
+}
+
+inline double velocity_difference(const State& a, const State& b) {
+  double largest = 0;
+  for (std::size_t i = 1; i < a.v.size(); ++i) {
+    largest = std::max(largest, (a.v[i].linear - b.v[i].linear).norm());
+    largest = std::max(largest, (a.v[i].angular - b.v[i].angular).norm());
+  }
+  return largest;
+}
+
+inline double orientation_difference(const State& a, const State& b) {
+  double largest = 0;
+  for (std::size_t i = 1; i < a.q.size(); ++i) {
+    largest = std::max(largest, rotation_vector(a.q[i].angular.conjugate() * b.q[i].angular).norm());
+  }
+  return largest;
+}
+
+/// Any pose and velocity of every body, the same on each call: joints are violated, everything moves.
+inline void disturb(Scene& scene, unsigned seed, double amount) {
+  const auto next = [&] {
+    seed = seed * 1664525u + 1013904223u;
+    return amount * (static_cast<double>(seed >> 8) / 8388608.0 - 1.0);
+  };
+  for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
+    Body& body = scene.bodies[i];
+    const Vector3 turn(next(), next(), next());
+    body.pose.orientation = compose(body.pose.orientation, rotation_quaternion(turn));
+    body.linear_velocity = Vector3(next(), next(), next());
+    body.angular_velocity = Vector3(next(), next(), next());
+  }
+}
+
+}  // namespace substep::test
