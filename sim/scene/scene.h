@@ -22,13 +22,13 @@ namespace substep {
 inline constexpr int world_body = 0;
 
 struct Body {
-  std::string name;              ///< of its node; "node 7" where the file gives none
-  double inverse_mass = 0;       ///< 1/kg; 0 is infinite mass
+  std::string name;                           ///< of its node; "node 7" where the file gives none
+  double inverse_mass = 0;                    ///< 1/kg; 0 is infinite mass
   Vector3 inverse_inertia = Vector3::Zero();  ///< about the principal axes, 1/(kg m²); 0 is infinite
   double gravity_factor = 1;
-  Pose body_from_node;           ///< node frame → body frame (rigid: the node's scale is in the shapes)
+  Pose body_from_node;  ///< node frame → body frame (rigid: the node's scale is in the shapes)
   // At t = 0:
-  Pose pose;                     ///< body frame → world
+  Pose pose;                                   ///< body frame → world
   Vector3 linear_velocity = Vector3::Zero();   ///< of the centre of mass, world, m/s
   Vector3 angular_velocity = Vector3::Zero();  ///< world, rad/s
 };
@@ -49,8 +49,8 @@ struct Collider {
   Shape shape;
   Pose placement;  ///< shape's frame → body frame
   ContactMaterial material;
-  /// Collision systems: bit i of `member` says that the collider is in system i, bit i of `collides_with` that
-  /// it meets system i. A pair meets when each one's members are met by the other's.
+  /// Collision systems: bit i of `member` says that the collider is in system i, bit i of `collides_with`
+  /// that it meets system i. A pair meets when each one's members are met by the other's.
   std::uint64_t member = 0;
   std::uint64_t collides_with = ~std::uint64_t{0};
   bool in_no_system = true;  ///< meets everything that does not exclude it
@@ -59,7 +59,7 @@ struct Collider {
 /// Limit of a joint on a set of its axes; see KHR_physics_rigid_bodies. Unbounded ends are infinite.
 struct JointLimit {
   bool angular = false;
-  std::array<bool, 3> axes{};  ///< x, y, z of frame b
+  std::array<bool, 3> axes{};                             ///< x, y, z of frame b
   double min = -std::numeric_limits<double>::infinity();  ///< m or rad
   double max = std::numeric_limits<double>::infinity();
   std::optional<double> stiffness;  ///< absent: hard. N/m or N·m/rad
@@ -78,10 +78,10 @@ struct JointDrive {
 };
 
 struct Joint {
-  std::string name;  ///< of its node
+  std::string name;         ///< of its node
   int body_a = world_body;  ///< the body that carries the joint's node
   int body_b = world_body;  ///< the body that carries `connectedNode`
-  Pose frame_a;  ///< joint frame → body frame of a
+  Pose frame_a;             ///< joint frame → body frame of a
   Pose frame_b;
   bool enable_collision = false;
   std::vector<JointLimit> limits;
@@ -114,7 +114,7 @@ struct Visual {
 
 /// As glTF: looks along its −Z, +Y up.
 struct Camera {
-  Pose pose;  ///< camera → world
+  Pose pose;                            ///< camera → world
   double vertical_field_of_view = 0.8;  ///< rad
 };
 
@@ -122,13 +122,13 @@ struct Camera {
 struct Sun {
   Vector3 direction{-0.4, -1, -0.3};
   std::array<double, 3> color{1, 1, 1};  ///< linear RGB
-  double illuminance = 3;                ///< of a surface facing it; 1 is a white surface's full exposure × π
+  double illuminance = 3;  ///< of a surface facing it; 1 is a white surface's full exposure × π
 };
 
 struct Scene {
-  std::string name;            ///< file name without extension
+  std::string name;  ///< file name without extension
   std::filesystem::path file;
-  std::uint64_t hash = 0;      ///< of the file's bytes and of every file that it refers to
+  std::uint64_t hash = 0;        ///< of the file's bytes and of every file that it refers to
   Vector3 gravity{0, -9.81, 0};  ///< m/s²
   double duration = 5;           ///< s
   double step = 1.0 / 60;        ///< s, what a run uses unless told otherwise

@@ -1,0 +1,46 @@
+#pragma once
+/// A glTF file as read and checked: its JSON, its nodes as a tree, its buffers' bytes.
+
+#include <cstdint>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "sim/scene/json_value.h"
+#include "sim/scene/node_transform.h"
+
+namespace substep {
+
+struct GltfNode {
+  std::string name;  ///< unique: "node 7" where the file gives none, " #2" appended to the second of a name
+  int parent = -1;
+  std::vector<int> children;
+  bool in_scene = false;  ///< reachable from the default scene
+  int mesh = -1;          ///< −1: none
+  bool skinned = false;
+  NodeTransform local;
+  NodeTransform world;  ///< composed in double precision from the root down
+};
+
+struct GltfDocument {
+  std::filesystem::path file;
+  std::string file_name;  ///< `file` as the complaints name it
+  std::uint64_t hash = 0;
+  nlohmann::json json;
+  std::vector<std::string> buffers;
+  std::vector<GltfNode> nodes;
+  int scene = -1;  ///< the default scene; −1 where the file lists none, which makes all roots the scene
+
+  JsonValue root() const { return {json, file_name}; }
+  JsonValue node_json(int node) const;
+  std::size_t size_of(const char* list) const;  ///< length of a list at the root, 0 where it is absent
+  JsonValue item_of(const char* list, int index) const;
+};
+
+/// Reads `.gltf` or `.glb` with all buffers: from the file itself, data URIs, or files below its folder.
+/// Checks sizes, nesting, that the nodes form trees at most 256 deep, that their numbers are finite, and that
+/// every required extension is one of those modelled. Throws Error.
+GltfDocument read_gltf(const std::filesystem::path& file);
+
+}  // namespace substep

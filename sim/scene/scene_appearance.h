@@ -1,0 +1,23 @@
+#pragma once
+/// What a scene looks like: surfaces, drawn meshes, camera and light.
+
+#include <string>
+#include <vector>
+
+#include "sim/scene/gltf_document.h"
+#include "sim/scene/gltf_meshes.h"
+#include "sim/scene/scene.h"
+
+namespace substep {
+
+/// One surface per material, and after them one for meshes that have none.
+std::vector<Surface> read_surfaces(const GltfDocument& document, std::vector<std::string>& warnings);
+
+/// A primitive as it is drawn. Without normals each triangle gets its own flat one, as glTF asks.
+Mesh drawn_mesh(const GltfPrimitive& primitive, const std::string& name, int surface);
+
+/// Sets the camera and the sun from the first camera and the first directional light among the scene's nodes,
+/// in the order of the file.
+void read_camera_and_sun(const GltfDocument& document, Scene& scene);
+
+}  // namespace substep

@@ -1,0 +1,13 @@
+#pragma once
+/// What the glTF extensions leave out of a scene: `extras.substep`.
+
+#include "sim/scene/gltf_document.h"
+#include "sim/scene/scene.h"
+
+namespace substep {
+
+/// Sets gravity, duration, step and gyroscopic from `extras.substep` of the document and of its default
+/// scene; the scene's wins where both give a key. Throws Error on an unknown key.
+void read_settings(const GltfDocument& document, Scene& scene);
+
+}  // namespace substep
