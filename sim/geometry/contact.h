@@ -1,7 +1,9 @@
 #pragma once
-/// Contacts between shapes: stateless separating-axis tests and clipping. Report, step s1: run once per step `h`.
+/// Contacts between shapes: stateless separating-axis tests and clipping. Report, step s1: run once per step
+/// `h`.
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "sim/geometry/shape.h"
@@ -16,14 +18,15 @@ struct ContactPoint {
   double distance;  ///< (on_a − on_b) · normal; negative where the shapes overlap
 };
 
-/// All contact points of two shapes closer than `margin` (metres): the whole manifold, so a face on a face gives
-/// the corners of their intersection, a capsule on its side two points. Depends on its arguments alone, not on
-/// any earlier call, and contacts(b, a) are contacts(a, b) mirrored. Appends to `out`, which it never clears;
-/// does not allocate once `out` and the thread's scratch are large enough.
+/// All contact points of two shapes closer than `margin` (metres): the whole manifold, so a face on a face
+/// gives the corners of their intersection, a capsule on its side two points. Depends on its arguments alone,
+/// not on any earlier call, and contacts(b, a) are contacts(a, b) mirrored. Appends to `out`, which it never
+/// clears; does not allocate once `out` and the thread's scratch are large enough.
 ///
-/// Polytopes: faces of a, faces of b and the cross products of their edge directions are tested; a face axis is
-/// preferred to an edge axis unless the latter is better by 0.05 |separation| + 1e-3 of the smaller shape's size,
-/// so that a slight tilt does not shrink a face contact to a point.
+/// Polytopes: the faces of a, the faces of b and those cross products of their edges that can bound the
+/// overlap are tested. A face axis is preferred to an edge axis unless the latter is better by 0.05
+/// |separation| + 1e-3 of the smaller shape's size (the diameter of its bounding ball), so that a slight tilt
+/// does not shrink a face contact to a point. Shapes that overlap have at least one contact.
 void find_contacts(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double margin,
                    std::vector<ContactPoint>& out);
 
@@ -36,14 +39,25 @@ struct Bounds {
 /// Tight for polytopes up to rounding; a plane's bounds are infinite except along an axis it is normal to.
 Bounds bounds(const Shape& shape, const Pose& pose);
 
-/// Pairs (i, j), i < j, of boxes that overlap, in ascending order: sweep along the axis of largest spread.
-/// `pairs` is cleared first.
+/// Pairs (i, j), i < j, of boxes that overlap, in ascending order: a sweep along the axis of largest spread,
+/// with the boxes it passes kept in lanes along the axis of second largest. `pairs` is cleared first. Depends
+/// on the boxes alone; the members are memory kept between calls. A box with NaN is in no pair.
 class BroadPhase {
  public:
-  void find_pairs(const std::vector<Bounds>& boxes, std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs);
+  void find_pairs(const std::vector<Bounds>& boxes,
+                  std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs);
 
  private:
-  std::vector<std::uint32_t> order_;
+  struct Entry {
+    double lower;
+    std::uint32_t box;
+  };
+  std::vector<Entry> order_;
+  std::vector<Vector3> widths_;
+  std::vector<std::uint32_t> heads_;
+  std::vector<std::uint32_t> next_;
+  std::vector<std::uint32_t> begins_;
+  std::vector<std::uint32_t> seconds_;
 };
 
 }  // namespace substep

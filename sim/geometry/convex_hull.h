@@ -8,17 +8,16 @@
 
 namespace substep {
 
-/// The convex hull of `points`; coplanar facets are merged into one polygon, vertices are exactly those given.
-/// Deterministic in the order of the points.
-/// Throws Error, with `what` (e.g. "crate.gltf: /meshes/2") at its front, when a coordinate is not finite or the
-/// hull is thinner than 1e-6 of its size.
+/// The convex hull of `points`; coplanar facets are merged into one polygon, vertices are exactly those
+/// given. Deterministic in the order of the points. Throws Error, with `what` (e.g. "crate.gltf: /meshes/2")
+/// at its front, when a coordinate is not finite or the hull is thinner than 1e-6 of its size.
 Polytope convex_hull(std::span<const Vector3> points, const std::string& what);
 
 /// A box with full extents `size`, centred at the origin.
 Polytope box(const Vector3& size);
 
-/// A cylinder along +Y between y = ±height/2 with a bottom and a top radius, as a prism of `sides` sides whose
-/// vertices lie on the circles. A radius of 0 makes a cone.
+/// A cylinder along +Y between y = ±height/2 with a bottom and a top radius, as a prism of `sides` sides
+/// whose vertices lie on the circles. A radius of 0 makes a cone.
 Polytope cylinder(double height, double radius_bottom, double radius_top, int sides = 32);
 
 /// The polytope scaled along its own axes; factors must be positive.

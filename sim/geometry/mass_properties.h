@@ -25,8 +25,8 @@ struct PrincipalInertia {
 
 using Triangle = std::array<std::uint32_t, 3>;
 
-/// Of a solid bounded by a closed triangle mesh, counter-clockwise seen from outside, of unit density: the sum
-/// of signed tetrahedra about the mean vertex. An inverted mesh gives a negative mass.
+/// Of a solid bounded by a closed triangle mesh, counter-clockwise seen from outside, of unit density: the
+/// sum of signed tetrahedra about the mean vertex. An inverted mesh gives a negative mass.
 MassProperties mass_properties(std::span<const Vector3> vertices, std::span<const Triangle> triangles);
 
 /// Of a shape of unit density, in its collider's frame. A plane has none: mass 0.
@@ -44,7 +44,8 @@ MassProperties combined(const MassProperties& a, const MassProperties& b);
 /// The same body with its mass scaled to `mass`.
 MassProperties with_mass(const MassProperties& properties, double mass);
 
-/// Principal axes of a symmetric matrix by Jacobi rotations: deterministic, the identity for a diagonal matrix.
+/// Principal axes of a symmetric matrix by Jacobi rotations: deterministic, the identity for a diagonal
+/// matrix.
 PrincipalInertia principal_inertia(const Matrix3& inertia);
 
 }  // namespace substep

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <variant>
 #include <vector>
 
@@ -24,6 +25,12 @@ struct Capsule {
 /// The half-space y <= 0: the plane's normal is +Y.
 struct Plane {};
 
+/// A box of any placement: `pose` takes its own frame, where it is |x| <= half_size, to the polytope's.
+struct OrientedBox {
+  Pose pose;
+  Vector3 half_size = Vector3::Zero();
+};
+
 /// A convex polytope with non-empty interior, as its faces: planar convex polygons, counter-clockwise seen
 /// from outside. Boxes, cylinders (as prisms) and hulls of meshes are all of this kind.
 struct Polytope {
@@ -33,12 +40,14 @@ struct Polytope {
   std::vector<std::uint32_t> face_vertices;
   std::vector<Vector3> face_normals;  ///< unit, outward
   std::vector<double> face_offsets;   ///< the face lies in normal · x = offset
-  /// Directions of the edges, each line direction once (a box has three). Unit length.
-  std::vector<Vector3> edge_directions;
   /// Each edge once: its two end vertices.
   std::vector<std::array<std::uint32_t, 2>> edges;
-  Vector3 centre = Vector3::Zero();  ///< of the bounding ball, not of mass
-  double bounding_radius = 0;        ///< about `centre`
+  /// The faces on both sides of each edge: the first has it in the direction given by `edges`.
+  std::vector<std::array<std::uint32_t, 2>> edge_faces;
+  Vector3 centre = Vector3::Zero();  ///< the mean vertex, which lies inside; not the centre of mass
+  double bounding_radius = 0;        ///< of the smallest ball about `centre` that holds the polytope
+  double inner_radius = 0;           ///< of the largest ball about `centre` that the polytope holds
+  std::optional<OrientedBox> box;    ///< set where the polytope was made as a box: such pairs are quicker
 
   std::size_t face_count() const { return face_normals.size(); }
 };

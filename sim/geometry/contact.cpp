@@ -1,0 +1,125 @@
+#include "sim/geometry/contact.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "sim/geometry/contact_pairs.h"
+
+namespace substep {
+namespace {
+
+using Contacts = std::vector<ContactPoint>;
+
+/// Kinds in the order of their indices in Shape; a's kind is not after b's.
+void find_ordered(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double margin,
+                  Contacts& out) {
+  if (const auto* polytope = std::get_if<Polytope>(&b)) {
+    if (const auto* other = std::get_if<Polytope>(&a)) {
+      if (other->box && polytope->box) {
+        find_box_box(*other, pose_a, *polytope, pose_b, margin, out);
+      } else {
+        find_polytope_polytope(*other, pose_a, *polytope, pose_b, margin, out);
+      }
+    } else if (std::holds_alternative<Plane>(a)) {
+      find_plane_polytope(pose_a, *polytope, pose_b, margin, out);
+    } else if (const auto* capsule = std::get_if<Capsule>(&a)) {
+      find_capsule_polytope(*capsule, pose_a, *polytope, pose_b, margin, out);
+    } else {
+      find_sphere_polytope(std::get<Sphere>(a), pose_a, *polytope, pose_b, margin, out);
+    }
+    return;
+  }
+  if (std::holds_alternative<Plane>(b)) {
+    if (const auto* capsule = std::get_if<Capsule>(&a)) {
+      find_capsule_plane(*capsule, pose_a, pose_b, margin, out);
+    } else if (const auto* sphere = std::get_if<Sphere>(&a)) {
+      find_sphere_plane(*sphere, pose_a, pose_b, margin, out);
+    }
+    return;  // two planes never move: no contacts
+  }
+  const auto as_capsule = [](const Shape& shape) {
+    if (const auto* capsule = std::get_if<Capsule>(&shape)) return *capsule;
+    return Capsule{0, std::get<Sphere>(shape).radius};
+  };
+  find_capsule_capsule(as_capsule(a), pose_a, as_capsule(b), pose_b, margin, out);
+}
+
+std::array<double, 7> numbers(const Pose& pose) {
+  const Vector3& p = pose.position;
+  const Quaternion& q = pose.orientation;
+  return {p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()};
+}
+
+/// Whether the pair is to be evaluated as (b, a). A rule that does not know which of the two was named first
+/// is what makes contacts(b, a) the mirror of contacts(a, b) where the search prefers one side.
+bool is_reversed(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
+  if (a.index() != b.index()) return a.index() > b.index();
+  if (pose_a.position.x() != pose_b.position.x()) return pose_a.position.x() > pose_b.position.x();
+  return numbers(pose_a) > numbers(pose_b);
+}
+
+Bounds around(const Vector3& centre, const Vector3& half_size) {
+  return {centre - half_size, centre + half_size};
+}
+
+Bounds bounds_of(const Sphere& sphere, const Pose& pose) {
+  return around(pose.position, Vector3::Constant(sphere.radius));
+}
+
+Bounds bounds_of(const Capsule& capsule, const Pose& pose) {
+  const Vector3 half = pose.orientation * Vector3(0, capsule.half_length, 0);
+  return around(pose.position, half.cwiseAbs() + Vector3::Constant(capsule.radius));
+}
+
+Bounds bounds_of(const Plane& /*plane*/, const Pose& pose) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  Bounds result{Vector3::Constant(-infinity), Vector3::Constant(infinity)};
+  const Vector3 normal = pose.orientation * Vector3::UnitY();
+  for (int axis = 0; axis < 3; ++axis) {
+    // A quarter turn leaves this much of the other axes by rounding.
+    if ((normal - normal[axis] * Vector3::Unit(axis)).cwiseAbs().maxCoeff() > 1e-15) continue;
+    (normal[axis] > 0 ? result.upper : result.lower)[axis] = pose.position[axis];
+  }
+  return result;
+}
+
+Bounds bounds_of(const Polytope& polytope, const Pose& pose) {
+  const Matrix3 rotation = pose.orientation.toRotationMatrix();
+  if (polytope.box) {
+    const Vector3& half = polytope.box->half_size;
+    const Matrix3 axes = rotation * polytope.box->pose.orientation.toRotationMatrix();
+    return around(rotation * polytope.box->pose.position + pose.position, axes.cwiseAbs() * half);
+  }
+  Bounds result{rotation * polytope.vertices[0], rotation * polytope.vertices[0]};
+  for (const Vector3& vertex : polytope.vertices) {
+    const Vector3 turned = rotation * vertex;
+    result.lower = result.lower.cwiseMin(turned);
+    result.upper = result.upper.cwiseMax(turned);
+  }
+  result.lower += pose.position;
+  result.upper += pose.position;
+  return result;
+}
+
+}  // namespace
+
+void find_contacts(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double margin,
+                   Contacts& out) {
+  if (!is_reversed(a, pose_a, b, pose_b)) {
+    find_ordered(a, pose_a, b, pose_b, margin, out);
+    return;
+  }
+  const std::size_t first = out.size();
+  find_ordered(b, pose_b, a, pose_a, margin, out);
+  for (std::size_t i = first; i < out.size(); ++i) {
+    std::swap(out[i].on_a, out[i].on_b);
+    out[i].normal = -out[i].normal;
+  }
+}
+
+Bounds bounds(const Shape& shape, const Pose& pose) {
+  return std::visit([&](const auto& solid) { return bounds_of(solid, pose); }, shape);
+}
+
+}  // namespace substep

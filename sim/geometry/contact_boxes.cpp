@@ -1,0 +1,282 @@
+// Contacts of two boxes: the pair that piles consist of, so in arrays of fixed size throughout.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "sim/geometry/closest_points.h"
+#include "sim/geometry/contact_pairs.h"
+
+namespace substep {
+namespace {
+
+/// A corner this part of the size outside a side counts as inside: faces that are flush keep their corners.
+constexpr double flush = 1e-9;
+
+struct WorldBox {
+  Vector3 centre;
+  Matrix3 axes;  ///< columns; box → world
+  Vector3 half_size;
+};
+
+/// The other box as one sees it: its placement in the frame of the first.
+struct Relative {
+  Matrix3 axes;
+  Vector3 centre;
+};
+
+/// A corner of the incident face over the plane of the reference face.
+struct Corner {
+  double x, y;    ///< in the plane
+  double height;  ///< above it
+};
+
+/// The incident face, cut by the four sides of the reference face: four corners and one more for each cut.
+class Polygon {
+ public:
+  std::size_t size() const { return size_; }
+  const Corner& operator[](std::size_t i) const { return corners_[i]; }
+  void push_back(const Corner& corner) { corners_[size_++] = corner; }
+
+  /// Keeps what has sign * (x or y) <= limit.
+  void cut(double Corner::*coordinate, double sign, double limit, double tolerance) {
+    std::array<double, capacity> outside;
+    bool any_outside = false;
+    for (std::size_t i = 0; i < size_; ++i) {
+      outside[i] = sign * corners_[i].*coordinate - limit;
+      any_outside = any_outside || outside[i] > tolerance;
+    }
+    if (!any_outside) return;
+    Polygon kept;
+    for (std::size_t i = 0; i < size_; ++i) {
+      const std::size_t next = i + 1 < size_ ? i + 1 : 0;
+      const bool is_in = outside[i] <= tolerance;
+      if (is_in) kept.push_back(corners_[i]);
+      if (is_in == (outside[next] <= tolerance)) continue;
+      const Corner& from = corners_[i];
+      const Corner& to = corners_[next];
+      const double part = std::clamp(outside[i] / (outside[i] - outside[next]), 0.0, 1.0);
+      kept.push_back({from.x + part * (to.x - from.x), from.y + part * (to.y - from.y),
+                      from.height + part * (to.height - from.height)});
+    }
+    *this = kept;
+  }
+
+ private:
+  static constexpr std::size_t capacity = 8;
+  std::array<Corner, capacity> corners_;
+  std::size_t size_ = 0;
+};
+
+struct FaceAxis {
+  double separation = -std::numeric_limits<double>::infinity();
+  int axis = 0;
+};
+
+struct EdgeAxis {
+  double separation = -std::numeric_limits<double>::infinity();
+  int of_a = 0;
+  int of_b = 0;
+};
+
+class BoxPair {
+ public:
+  BoxPair(const WorldBox& a, const WorldBox& b, double size, double margin, std::vector<ContactPoint>& out)
+      : a_(a), b_(b), size_(size), margin_(margin), out_(out) {
+    const Vector3 between = b.centre - a.centre;
+    b_in_a_ = {a.axes.transpose() * b.axes, a.axes.transpose() * between};
+    a_in_b_ = {b_in_a_.axes.transpose(), -(b.axes.transpose() * between)};
+    absolute_ = b_in_a_.axes.cwiseAbs();
+  }
+
+  /// Tests the 15 axes. Returns false when one of them shows a gap of the margin or more.
+  bool separate() {
+    for (int i = 0; i < 3; ++i) {
+      const double reach = a_.half_size[i] + absolute_.row(i).dot(b_.half_size);
+      const double separation = std::abs(b_in_a_.centre[i]) - reach;
+      if (separation > face_a_.separation) face_a_ = {separation, i};
+    }
+    if (face_a_.separation >= margin_) return false;
+    for (int j = 0; j < 3; ++j) {
+      const double reach = b_.half_size[j] + absolute_.col(j).dot(a_.half_size);
+      const double separation = std::abs(a_in_b_.centre[j]) - reach;
+      if (separation > face_b_.separation) face_b_ = {separation, j};
+    }
+    if (face_b_.separation >= margin_) return false;
+    for (int i = 0; i < 3; ++i) {
+      const int i1 = (i + 1) % 3;
+      const int i2 = (i + 2) % 3;
+      for (int j = 0; j < 3; ++j) {
+        const int j1 = (j + 1) % 3;
+        const int j2 = (j + 2) % 3;
+        const Matrix3& r = b_in_a_.axes;
+        const double squared = r(i1, j) * r(i1, j) + r(i2, j) * r(i2, j);
+        if (squared < 1e-12) continue;  // parallel edges: the faces' axes are enough
+        const double centre = std::abs(b_in_a_.centre[i2] * r(i1, j) - b_in_a_.centre[i1] * r(i2, j));
+        const double reach = a_.half_size[i1] * absolute_(i2, j) + a_.half_size[i2] * absolute_(i1, j) +
+                             b_.half_size[j1] * absolute_(i, j2) + b_.half_size[j2] * absolute_(i, j1);
+        // The root only where it can matter.
+        const double scaled = centre - reach;
+        if (scaled < 0 && scaled * scaled >= edge_.separation * edge_.separation * squared &&
+            edge_.separation <= 0) {
+          continue;
+        }
+        const double separation = scaled / std::sqrt(squared);
+        if (separation >= margin_) return false;
+        if (separation > edge_.separation) edge_ = {separation, i, j};
+      }
+    }
+    return true;
+  }
+
+  /// False when the boxes are apart but no face lies over the other and no edges cross: the rest is left to
+  /// the search for the closest features along `axis()`.
+  bool add_contacts() {
+    const double face = std::max(face_a_.separation, face_b_.separation);
+    const bool second = face_b_.separation >
+                        face_a_.separation + second_face_share * face_preference(face_a_.separation, size_);
+    if (edge_.separation > face + face_preference(face, size_)) return add_edge_contact();
+    if (second ? add_face_contacts(b_, a_, a_in_b_, face_b_.axis, false)
+               : add_face_contacts(a_, b_, b_in_a_, face_a_.axis, true)) {
+      return true;
+    }
+    // What was preferred has no contact, so the axis of the largest separation decides.
+    if (separation() > 0) return false;
+    if (edge_.separation > face) return add_edge_contact();
+    const bool other = face_b_.separation > face_a_.separation;
+    return other ? add_face_contacts(b_, a_, a_in_b_, face_b_.axis, false, true)
+                 : add_face_contacts(a_, b_, b_in_a_, face_a_.axis, true, true);
+  }
+
+  double separation() const { return std::max({face_a_.separation, face_b_.separation, edge_.separation}); }
+
+  /// The axis of the largest separation, in the world, from a to b.
+  Vector3 axis() const {
+    const double largest = separation();
+    Vector3 axis;
+    if (face_a_.separation == largest) {
+      axis = a_.axes.col(face_a_.axis);
+    } else if (face_b_.separation == largest) {
+      axis = b_.axes.col(face_b_.axis);
+    } else {
+      axis = a_.axes.col(edge_.of_a).cross(b_.axes.col(edge_.of_b)).normalized();
+    }
+    return axis.dot(b_.centre - a_.centre) < 0 ? Vector3(-axis) : axis;
+  }
+
+ private:
+  /// Clips the face of `incident` that looks most against the reference face by the sides of the latter.
+  /// `by_force` takes its lowest corner if nothing remains, which only rounding can bring about.
+  bool add_face_contacts(const WorldBox& reference, const WorldBox& incident, const Relative& relative,
+                         int axis, bool reference_is_a, bool by_force = false) {
+    const double side = relative.centre[axis] < 0 ? -1 : 1;
+    int facing = 0;
+    relative.axes.row(axis).cwiseAbs().maxCoeff(&facing);
+    const double facing_side = side * relative.axes(axis, facing) > 0 ? -1 : 1;
+    const int x = (axis + 1) % 3;
+    const int y = (axis + 2) % 3;
+
+    const Vector3 middle =
+        relative.centre + facing_side * incident.half_size[facing] * relative.axes.col(facing);
+    const int first = (facing + 1) % 3;
+    const int second = (facing + 2) % 3;
+    const Vector3 u = incident.half_size[first] * relative.axes.col(first);
+    const Vector3 v = incident.half_size[second] * relative.axes.col(second);
+    const double plane = reference.half_size[axis];
+    Polygon polygon;
+    Corner lowest = {0, 0, std::numeric_limits<double>::infinity()};
+    for (const auto& [su, sv] : {std::pair{1.0, 1.0}, {-1.0, 1.0}, {-1.0, -1.0}, {1.0, -1.0}}) {
+      const Vector3 point = middle + su * u + sv * v;
+      const Corner corner = {point[x], point[y], side * point[axis] - plane};
+      if (corner.height < lowest.height) lowest = corner;
+      polygon.push_back(corner);
+    }
+    const double tolerance = flush * size_;
+    polygon.cut(&Corner::x, 1, reference.half_size[x], tolerance);
+    polygon.cut(&Corner::x, -1, reference.half_size[x], tolerance);
+    polygon.cut(&Corner::y, 1, reference.half_size[y], tolerance);
+    polygon.cut(&Corner::y, -1, reference.half_size[y], tolerance);
+
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < polygon.size(); ++i) least = std::min(least, polygon[i].height);
+    // Boxes that overlap do so at some point that is kept, or this is not the face they meet at.
+    if (least >= margin_ || (separation() <= 0 && least > tolerance)) {
+      if (!by_force) return false;
+      polygon = {};
+      polygon.push_back(lowest);
+    }
+
+    const Vector3 outward = side * reference.axes.col(axis);
+    const Vector3 normal = reference_is_a ? Vector3(-outward) : outward;
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+      const Corner& corner = polygon[i];
+      if (corner.height >= margin_) continue;
+      Vector3 local;
+      local[x] = corner.x;
+      local[y] = corner.y;
+      local[axis] = side * plane;
+      const Vector3 on_reference = reference.axes * local + reference.centre;
+      const Vector3 on_incident = on_reference + corner.height * outward;
+      out_.push_back({reference_is_a ? on_reference : on_incident,
+                      reference_is_a ? on_incident : on_reference, normal, corner.height});
+    }
+    return true;
+  }
+
+  bool add_edge_contact() {
+    Vector3 axis = a_.axes.col(edge_.of_a).cross(b_.axes.col(edge_.of_b)).normalized();
+    if (axis.dot(b_.centre - a_.centre) < 0) axis = -axis;
+    const Segment of_a = outermost_edge(a_, edge_.of_a, axis);
+    const Segment of_b = outermost_edge(b_, edge_.of_b, -axis);
+    const SegmentParameters parameters = closest_parameters(of_a, of_b);
+    const Vector3 on_a = point_at(of_a, parameters.on_a);
+    const Vector3 on_b = point_at(of_b, parameters.on_b);
+    // Edges that are apart and do not cross are not the closest features.
+    if (edge_.separation > 0 && (on_b - on_a - edge_.separation * axis).norm() > 1e-6 * size_) return false;
+    out_.push_back({on_a, on_b, -axis, (on_b - on_a).dot(axis)});
+    return true;
+  }
+
+  static Segment outermost_edge(const WorldBox& box, int along, const Vector3& direction) {
+    Vector3 middle = box.centre;
+    for (const int k : {(along + 1) % 3, (along + 2) % 3}) {
+      const Vector3 half = box.half_size[k] * box.axes.col(k);
+      middle += half.dot(direction) > 0 ? half : Vector3(-half);
+    }
+    const Vector3 half = box.half_size[along] * box.axes.col(along);
+    return {middle - half, middle + half};
+  }
+
+  const WorldBox& a_;
+  const WorldBox& b_;
+  double size_;
+  double margin_;
+  std::vector<ContactPoint>& out_;
+  Relative b_in_a_;
+  Relative a_in_b_;
+  Matrix3 absolute_;  ///< |b_in_a_.axes|
+  FaceAxis face_a_;
+  FaceAxis face_b_;
+  EdgeAxis edge_;
+};
+
+}  // namespace
+
+void find_box_box(const Polytope& a, const Pose& pose_a, const Polytope& b, const Pose& pose_b, double margin,
+                  std::vector<ContactPoint>& out) {
+  const Vector3 centre_a = pose_a * a.box->pose.position;
+  const Vector3 centre_b = pose_b * b.box->pose.position;
+  const double reach = a.bounding_radius + b.bounding_radius + margin;
+  if ((centre_a - centre_b).squaredNorm() >= reach * reach) return;
+  const WorldBox box_a = {centre_a, (pose_a.orientation * a.box->pose.orientation).toRotationMatrix(),
+                          a.box->half_size};
+  const WorldBox box_b = {centre_b, (pose_b.orientation * b.box->pose.orientation).toRotationMatrix(),
+                          b.box->half_size};
+  const double size = 2 * std::min(a.bounding_radius, b.bounding_radius);
+  BoxPair pair(box_a, box_b, size, margin, out);
+  if (!pair.separate() || pair.add_contacts()) return;
+  find_closest_features(a, pose_a, b, pose_b, pair.axis(), pair.separation(), margin, out);
+}
+
+}  // namespace substep

@@ -1,0 +1,48 @@
+#pragma once
+/// The pairs of kinds of shapes, one function each. All append to `out` the contacts of `a` and `b` as
+/// find_contacts does, with the normal from b to a, in this order of arguments only.
+
+#include <vector>
+
+#include "sim/geometry/contact.h"
+#include "sim/geometry/shape.h"
+
+namespace substep {
+
+void find_sphere_plane(const Sphere& a, const Pose& pose_a, const Pose& plane, double margin,
+                       std::vector<ContactPoint>& out);
+void find_sphere_polytope(const Sphere& a, const Pose& pose_a, const Polytope& b, const Pose& pose_b,
+                          double margin, std::vector<ContactPoint>& out);
+
+/// Spheres are capsules without length.
+void find_capsule_capsule(const Capsule& a, const Pose& pose_a, const Capsule& b, const Pose& pose_b,
+                          double margin, std::vector<ContactPoint>& out);
+void find_capsule_plane(const Capsule& a, const Pose& pose_a, const Pose& plane, double margin,
+                        std::vector<ContactPoint>& out);
+void find_capsule_polytope(const Capsule& a, const Pose& pose_a, const Polytope& b, const Pose& pose_b,
+                           double margin, std::vector<ContactPoint>& out);
+
+void find_plane_polytope(const Pose& plane, const Polytope& b, const Pose& pose_b, double margin,
+                         std::vector<ContactPoint>& out);
+
+void find_polytope_polytope(const Polytope& a, const Pose& pose_a, const Polytope& b, const Pose& pose_b,
+                            double margin, std::vector<ContactPoint>& out);
+void find_box_box(const Polytope& a, const Pose& pose_a, const Polytope& b, const Pose& pose_b, double margin,
+                  std::vector<ContactPoint>& out);
+
+/// The one contact of two polytopes that are `separation` > 0 apart along `axis` (unit, in the world, from a
+/// to b) but where no face lies over the other: their closest points.
+void find_closest_features(const Polytope& a, const Pose& pose_a, const Polytope& b, const Pose& pose_b,
+                           const Vector3& axis, double separation, double margin,
+                           std::vector<ContactPoint>& out);
+
+/// Of two alike faces that of the first shape is taken: the other must be better by this part of the
+/// preference.
+constexpr double second_face_share = 0.1;
+
+/// By how much another axis must have the greater separation before it is taken instead of a face axis.
+inline double face_preference(double separation, double size) {
+  return 0.05 * (separation < 0 ? -separation : separation) + 1e-3 * size;
+}
+
+}  // namespace substep

@@ -1,0 +1,472 @@
+// Contacts of two convex polytopes: separating axes, then the clipped face or the crossing edges.
+//
+// Everything is done in the frame of one of the two, so that the digits do not depend on how far from the
+// origin the pair is.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "sim/geometry/closest_points.h"
+#include "sim/geometry/contact_pairs.h"
+
+namespace substep {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
+
+/// A corner this part of the size outside a side counts as inside: faces that are flush keep their corners.
+constexpr double flush = 1e-9;
+
+/// Where a polytope stands in the frame of another.
+struct Placement {
+  Matrix3 rotation;
+  Vector3 position;
+
+  Vector3 point(const Vector3& inner) const { return rotation * inner + position; }
+};
+
+Placement relative(const Pose& outer, const Pose& inner) {
+  const Quaternion back = outer.orientation.conjugate();
+  return {(back * inner.orientation).toRotationMatrix(), back * (inner.position - outer.position)};
+}
+
+/// What the search over the faces of one polytope knows of each of them.
+struct FaceKnowledge {
+  double height;          ///< of the other's centre above the face
+  std::uint32_t witness;  ///< the other's vertex lowest over the face, where that was looked for
+};
+
+/// An edge that may be the one to meet the other polytope, in the frame of a.
+struct EdgeCandidate {
+  Vector3 from;
+  Vector3 along;
+  std::array<Vector3, 2> normals;  ///< of its two faces; b's with reversed sign
+  Vector3 across;                  ///< normals[0] × normals[1]
+  std::uint32_t edge;
+};
+
+/// Memory that is used by every pair in turn.
+struct Scratch {
+  std::vector<FaceKnowledge> faces_a;
+  std::vector<FaceKnowledge> faces_b;
+  std::vector<EdgeCandidate> edges_a;
+  std::vector<EdgeCandidate> edges_b;
+  std::vector<Vector3> polygon;
+  std::vector<Vector3> clipped;
+  std::vector<double> outside;
+};
+
+Scratch& scratch() {
+  thread_local Scratch memory;
+  return memory;
+}
+
+struct FaceAxis {
+  double separation = -infinity;
+  std::uint32_t face = 0;
+};
+
+struct EdgeAxis {
+  double separation = -infinity;
+  Vector3 axis = Vector3::Zero();  ///< unit, from a to b, frame of a
+  std::uint32_t of_a = 0;
+  std::uint32_t of_b = 0;
+};
+
+/// The largest n · x over unit vectors n between n1 and n2, for an x with n1 · x = h1 and n2 · x = h2.
+double largest_between(double h1, double h2, double cosine) {
+  const double squared_sine = 1 - cosine * cosine;
+  if (squared_sine < 1e-12 || h1 < cosine * h2 || h2 < cosine * h1) return std::max(h1, h2);
+  return std::sqrt(std::max(0.0, (h1 * h1 + h2 * h2 - 2 * cosine * h1 * h2) / squared_sine));
+}
+
+double lowest(const Polytope& polytope, const Vector3& direction, std::uint32_t& vertex) {
+  double least = infinity;
+  for (std::uint32_t i = 0; i < polytope.vertices.size(); ++i) {
+    const double height = direction.dot(polytope.vertices[i]);
+    if (height >= least) continue;
+    least = height;
+    vertex = i;
+  }
+  return least;
+}
+
+/// The face of p from whose plane q, placed so in p's frame, is separated most. Stops early at `margin`.
+FaceAxis search_faces(const Polytope& p, const Polytope& q, const Placement& q_in_p, double margin,
+                      std::vector<FaceKnowledge>& faces) {
+  const Vector3 centre = q_in_p.point(q.centre);
+  faces.resize(p.face_count());
+  std::uint32_t highest = 0;
+  for (std::uint32_t f = 0; f < p.face_count(); ++f) {
+    faces[f] = {p.face_normals[f].dot(centre) - p.face_offsets[f], none};
+    if (faces[f].height > faces[highest].height) highest = f;
+  }
+  FaceAxis best;
+  const auto look_at = [&](std::uint32_t f) {
+    const Vector3& normal = p.face_normals[f];
+    const double base = normal.dot(q_in_p.position) - p.face_offsets[f];
+    const double separation = base + lowest(q, q_in_p.rotation.transpose() * normal, faces[f].witness);
+    if (separation > best.separation) best = {separation, f};
+  };
+  look_at(highest);
+  for (std::uint32_t f = 0; f < p.face_count() && best.separation < margin; ++f) {
+    // q reaches at least as far down as the ball that it holds.
+    if (f != highest && faces[f].height - q.inner_radius > best.separation) look_at(f);
+  }
+  return best;
+}
+
+/// Calls `use(edge)` for the edges of p one of whose axes may separate the two by more than `threshold`.
+template <class Use>
+void for_each_candidate(const Polytope& p, const Polytope& q, const Placement& q_in_p,
+                        const std::vector<FaceKnowledge>& faces, double threshold, Use use) {
+  for (std::uint32_t e = 0; e < p.edges.size(); ++e) {
+    const auto& [f, g] = p.edge_faces[e];
+    const Vector3& n = p.face_normals[f];
+    const Vector3& m = p.face_normals[g];
+    const double cosine = n.dot(m);
+    // Along each axis between the two faces' normals, q reaches at least as far down as its inner ball …
+    if (largest_between(faces[f].height, faces[g].height, cosine) - q.inner_radius <= threshold) continue;
+    // … and as its vertices that are lowest over the two faces.
+    const auto is_below = [&](std::uint32_t witness) {
+      if (witness == none) return false;
+      const Vector3 vertex = q_in_p.point(q.vertices[witness]);
+      return largest_between(n.dot(vertex) - p.face_offsets[f], m.dot(vertex) - p.face_offsets[g], cosine) <=
+             threshold;
+    };
+    if (is_below(faces[f].witness) || is_below(faces[g].witness)) continue;
+    use(e);
+  }
+}
+
+class PolytopePair {
+ public:
+  PolytopePair(const Polytope& a, const Pose& pose_a, const Polytope& b, const Pose& pose_b, double margin,
+               std::vector<ContactPoint>& out)
+      : a_(a),
+        b_(b),
+        pose_a_(pose_a),
+        pose_b_(pose_b),
+        b_in_a_(relative(pose_a, pose_b)),
+        a_in_b_(relative(pose_b, pose_a)),
+        size_(2 * std::min(a.bounding_radius, b.bounding_radius)),
+        margin_(margin),
+        out_(out),
+        scratch_(scratch()) {}
+
+  void find() {
+    face_a_ = search_faces(a_, b_, b_in_a_, margin_, scratch_.faces_a);
+    if (face_a_.separation >= margin_) return;
+    face_b_ = search_faces(b_, a_, a_in_b_, margin_, scratch_.faces_b);
+    if (face_b_.separation >= margin_) return;
+    const double face = std::max(face_a_.separation, face_b_.separation);
+    search_edges(face + face_preference(face, size_));
+    if (edge_.separation >= margin_) return;
+    if (edge_.separation > -infinity) {
+      if (!add_edge_contact()) add_closest();
+      return;
+    }
+    const bool second = face_b_.separation >
+                        face_a_.separation + second_face_share * face_preference(face_a_.separation, size_);
+    if (add_face_contacts(second, false)) return;
+    // What was preferred has no contact, so the axis of the largest separation decides.
+    search_edges(face);
+    if (edge_.separation >= margin_) return;
+    if (std::max(face, edge_.separation) > 0) {
+      if (edge_.separation <= face || !add_edge_contact()) add_closest();
+    } else if (edge_.separation > face) {
+      add_edge_contact();
+    } else {
+      add_face_contacts(face_b_.separation > face_a_.separation, true);
+    }
+  }
+
+ private:
+  /// The edges' axis of the largest separation above `threshold`.
+  void search_edges(double threshold) {
+    std::vector<EdgeCandidate>& edges_a = scratch_.edges_a;
+    std::vector<EdgeCandidate>& edges_b = scratch_.edges_b;
+    edges_a.clear();
+    edges_b.clear();
+    for_each_candidate(a_, b_, b_in_a_, scratch_.faces_a, threshold, [&](std::uint32_t e) {
+      const Vector3& n = a_.face_normals[a_.edge_faces[e][0]];
+      const Vector3& m = a_.face_normals[a_.edge_faces[e][1]];
+      const Vector3& from = a_.vertices[a_.edges[e][0]];
+      edges_a.push_back({from, a_.vertices[a_.edges[e][1]] - from, {n, m}, n.cross(m), e});
+    });
+    if (edges_a.empty()) return;
+    for_each_candidate(b_, a_, a_in_b_, scratch_.faces_b, threshold, [&](std::uint32_t e) {
+      const Vector3 n = -(b_in_a_.rotation * b_.face_normals[b_.edge_faces[e][0]]);
+      const Vector3 m = -(b_in_a_.rotation * b_.face_normals[b_.edge_faces[e][1]]);
+      const Vector3 from = b_in_a_.point(b_.vertices[b_.edges[e][0]]);
+      const Vector3 to = b_in_a_.point(b_.vertices[b_.edges[e][1]]);
+      edges_b.push_back({from, to - from, {n, m}, n.cross(m), e});
+    });
+    double best = threshold;
+    for (const EdgeCandidate& ea : edges_a) {
+      for (const EdgeCandidate& eb : edges_b) {
+        // The edges' cross product bounds the overlap only if the arcs that the normals of their faces span
+        // on the unit sphere cross.
+        const double c = eb.normals[0].dot(ea.across);
+        const double d = eb.normals[1].dot(ea.across);
+        if (c * d >= 0) continue;
+        const double n = ea.normals[0].dot(eb.across);
+        const double m = ea.normals[1].dot(eb.across);
+        if (n * m >= 0 || c * m <= 0) continue;
+        Vector3 axis = ea.along.cross(eb.along);
+        const double squared = axis.squaredNorm();
+        if (squared <= 1e-12 * ea.along.squaredNorm() * eb.along.squaredNorm()) continue;
+        axis /= std::sqrt(squared);
+        if (axis.dot(ea.normals[0] + ea.normals[1]) < 0) axis = -axis;
+        if (axis.dot(eb.from - ea.from) <= best) continue;
+        // Where arcs nearly touch, rounding may have let a wrong pair through: the true extents decide.
+        std::uint32_t vertex = 0;
+        const double separation = lowest(a_, -axis, vertex) + axis.dot(b_in_a_.position) +
+                                  lowest(b_, b_in_a_.rotation.transpose() * axis, vertex);
+        if (separation <= best) continue;
+        best = separation;
+        edge_ = {separation, axis, ea.edge, eb.edge};
+        if (separation >= margin_) return;
+      }
+    }
+  }
+
+  /// The axis of the largest separation, in the world, from a to b.
+  Vector3 axis() const {
+    if (edge_.separation > std::max(face_a_.separation, face_b_.separation)) {
+      return pose_a_.orientation * edge_.axis;
+    }
+    if (face_a_.separation >= face_b_.separation) {
+      return pose_a_.orientation * a_.face_normals[face_a_.face];
+    }
+    return -(pose_b_.orientation * b_.face_normals[face_b_.face]);
+  }
+
+  void add_closest() {
+    const double separation = std::max({face_a_.separation, face_b_.separation, edge_.separation});
+    find_closest_features(a_, pose_a_, b_, pose_b_, axis(), separation, margin_, out_);
+  }
+
+  /// False when the edges are apart and do not cross, so that they are not the closest features.
+  bool add_edge_contact() {
+    const auto segment = [](const Polytope& polytope, std::uint32_t edge) -> Segment {
+      return {polytope.vertices[polytope.edges[edge][0]], polytope.vertices[polytope.edges[edge][1]]};
+    };
+    const Segment of_a = segment(a_, edge_.of_a);
+    const Segment inner = segment(b_, edge_.of_b);
+    const Segment of_b = {b_in_a_.point(inner.from), b_in_a_.point(inner.to)};
+    const SegmentParameters parameters = closest_parameters(of_a, of_b);
+    const Vector3 on_a = point_at(of_a, parameters.on_a);
+    const Vector3 on_b = point_at(of_b, parameters.on_b);
+    const double distance = (on_b - on_a).dot(edge_.axis);
+    if (edge_.separation > 0 && (on_b - on_a - distance * edge_.axis).norm() > 1e-6 * size_) return false;
+    out_.push_back({pose_a_ * on_a, pose_a_ * on_b, -(pose_a_.orientation * edge_.axis), distance});
+    return true;
+  }
+
+  /// Clips a face of the other polytope by the sides of the reference face. `by_force` takes its lowest
+  /// corner if nothing remains, which only rounding can bring about.
+  bool add_face_contacts(bool reference_is_b, bool by_force) {
+    const Polytope& p = reference_is_b ? b_ : a_;
+    const Polytope& q = reference_is_b ? a_ : b_;
+    const Placement& q_in_p = reference_is_b ? a_in_b_ : b_in_a_;
+    const std::uint32_t face = (reference_is_b ? face_b_ : face_a_).face;
+    const Vector3& normal = p.face_normals[face];
+    const double offset = p.face_offsets[face];
+    const double tolerance = flush * size_;
+
+    load_incident_face(q, q_in_p, normal, tolerance);
+    Vector3 lowest_corner = scratch_.polygon[0];
+    for (const Vector3& corner : scratch_.polygon) {
+      if (normal.dot(corner) < normal.dot(lowest_corner)) lowest_corner = corner;
+    }
+    for_each_side(p, face, [&](const Vector3& corner, const Vector3& outward) {
+      clip(corner, outward.normalized(), tolerance);
+    });
+
+    double least = infinity;
+    for (const Vector3& corner : scratch_.polygon) least = std::min(least, normal.dot(corner) - offset);
+    const double separation = std::max({face_a_.separation, face_b_.separation, edge_.separation});
+    // Polytopes that overlap do so at some point that is kept, or this is not the face they meet at.
+    if (least >= margin_ || (separation <= 0 && least > tolerance)) {
+      if (!by_force) return false;
+      scratch_.polygon.assign(1, lowest_corner);
+    }
+    const Pose& pose = reference_is_b ? pose_b_ : pose_a_;
+    const Vector3 outward = pose.orientation * normal;
+    for (const Vector3& corner : scratch_.polygon) {
+      const double height = normal.dot(corner) - offset;
+      if (height >= margin_) continue;
+      const Vector3 on_incident = pose * corner;
+      const Vector3 on_reference = on_incident - height * outward;
+      if (reference_is_b) {
+        out_.push_back({on_incident, on_reference, outward, height});
+      } else {
+        out_.push_back({on_reference, on_incident, -outward, height});
+      }
+    }
+    return true;
+  }
+
+  /// Puts into scratch_.polygon the face of q that looks most against `normal` among those that have q's
+  /// lowest vertex, in the frame of p.
+  void load_incident_face(const Polytope& q, const Placement& q_in_p, const Vector3& normal,
+                          double tolerance) {
+    const Vector3 direction = q_in_p.rotation.transpose() * normal;
+    std::uint32_t vertex = 0;
+    const double least = lowest(q, direction, vertex) + tolerance;
+    double most_against = infinity;
+    std::uint32_t incident = 0;
+    for (std::uint32_t f = 0; f < q.face_count(); ++f) {
+      const double facing = direction.dot(q.face_normals[f]);
+      if (facing >= most_against) continue;
+      for (std::uint32_t i = q.face_begin[f]; i < q.face_begin[f + 1]; ++i) {
+        if (direction.dot(q.vertices[q.face_vertices[i]]) > least) continue;
+        most_against = facing;
+        incident = f;
+        break;
+      }
+    }
+    scratch_.polygon.clear();
+    for (std::uint32_t i = q.face_begin[incident]; i < q.face_begin[incident + 1]; ++i) {
+      scratch_.polygon.push_back(q_in_p.point(q.vertices[q.face_vertices[i]]));
+    }
+  }
+
+  /// Keeps what of scratch_.polygon is not outside one side.
+  void clip(const Vector3& corner, const Vector3& outward, double tolerance) {
+    std::vector<Vector3>& polygon = scratch_.polygon;
+    std::vector<double>& outside = scratch_.outside;
+    outside.clear();
+    bool any_outside = false;
+    for (const Vector3& point : polygon) {
+      outside.push_back(outward.dot(point - corner));
+      any_outside = any_outside || outside.back() > tolerance;
+    }
+    if (!any_outside) return;
+    scratch_.clipped.clear();
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+      const std::size_t next = i + 1 < polygon.size() ? i + 1 : 0;
+      const bool is_in = outside[i] <= tolerance;
+      if (is_in) scratch_.clipped.push_back(polygon[i]);
+      if (is_in == (outside[next] <= tolerance)) continue;
+      const double part = std::clamp(outside[i] / (outside[i] - outside[next]), 0.0, 1.0);
+      scratch_.clipped.push_back(polygon[i] + part * (polygon[next] - polygon[i]));
+    }
+    polygon.swap(scratch_.clipped);
+  }
+
+  const Polytope& a_;
+  const Polytope& b_;
+  const Pose& pose_a_;
+  const Pose& pose_b_;
+  Placement b_in_a_;
+  Placement a_in_b_;
+  double size_;
+  double margin_;
+  std::vector<ContactPoint>& out_;
+  Scratch& scratch_;
+  FaceAxis face_a_;
+  FaceAxis face_b_;
+  EdgeAxis edge_;
+};
+
+/// Vertices, edges and faces of a polytope, placed, that reach into the slab before a plane.
+class Slab {
+ public:
+  Slab(const Polytope& polytope, const Placement& placement, const Vector3& axis, double depth)
+      : polytope_(polytope), placement_(placement), direction_(placement.rotation.transpose() * axis) {
+    std::uint32_t vertex = 0;
+    limit_ = lowest(polytope, direction_, vertex) + depth;
+  }
+
+  bool has(std::uint32_t vertex) const { return direction_.dot(polytope_.vertices[vertex]) <= limit_; }
+
+  template <class Use>
+  void for_each_edge(Use use) const {
+    for (const auto& [from, to] : polytope_.edges) {
+      if (has(from) || has(to)) {
+        use(Segment{placement_.point(polytope_.vertices[from]), placement_.point(polytope_.vertices[to])});
+      }
+    }
+  }
+
+  /// Calls `use(vertex, its foot)` for each vertex in the slab of this one over each face of `other`.
+  template <class Use>
+  void for_each_vertex_over(const Slab& other, Use use) const {
+    for (std::uint32_t v = 0; v < polytope_.vertices.size(); ++v) {
+      if (!has(v)) continue;
+      const Vector3 vertex = placement_.point(polytope_.vertices[v]);
+      const Vector3 local = other.placement_.rotation.transpose() * (vertex - other.placement_.position);
+      for (std::size_t f = 0; f < other.polytope_.face_count(); ++f) {
+        const Vector3& normal = other.polytope_.face_normals[f];
+        const double height = normal.dot(local) - other.polytope_.face_offsets[f];
+        if (height < 0 || !is_over(other.polytope_, f, local)) continue;
+        use(vertex, other.placement_.point(local - height * normal));
+      }
+    }
+  }
+
+ private:
+  const Polytope& polytope_;
+  const Placement& placement_;
+  Vector3 direction_;
+  double limit_;
+};
+
+}  // namespace
+
+void find_polytope_polytope(const Polytope& a, const Pose& pose_a, const Polytope& b, const Pose& pose_b,
+                            double margin, std::vector<ContactPoint>& out) {
+  const double reach = a.bounding_radius + b.bounding_radius + margin;
+  const Vector3 between =
+      pose_a.position - pose_b.position + pose_a.orientation * a.centre - pose_b.orientation * b.centre;
+  if (between.squaredNorm() >= reach * reach) return;
+  PolytopePair(a, pose_a, b, pose_b, margin, out).find();
+}
+
+void find_closest_features(const Polytope& a, const Pose& pose_a, const Polytope& b, const Pose& pose_b,
+                           const Vector3& axis, double separation, double margin,
+                           std::vector<ContactPoint>& out) {
+  // Points nearer to each other than the margin are not further than this behind the two planes between which
+  // the gap is.
+  const double depth = margin - separation;
+  const Vector3 local_axis = pose_a.orientation.conjugate() * axis;
+  const Placement a_in_a = {Matrix3::Identity(), Vector3::Zero()};
+  const Placement b_in_a = relative(pose_a, pose_b);
+  const Slab slab_a(a, a_in_a, -local_axis, depth);
+  const Slab slab_b(b, b_in_a, local_axis, depth);
+
+  double best = margin * margin;
+  Vector3 on_a = Vector3::Zero();
+  Vector3 on_b = Vector3::Zero();
+  bool found = false;
+  const auto consider = [&](const Vector3& of_a, const Vector3& of_b) {
+    const double squared = (of_a - of_b).squaredNorm();
+    if (squared >= best) return;
+    best = squared;
+    on_a = of_a;
+    on_b = of_b;
+    found = true;
+  };
+  slab_a.for_each_vertex_over(slab_b, consider);
+  slab_b.for_each_vertex_over(slab_a,
+                              [&](const Vector3& of_b, const Vector3& of_a) { consider(of_a, of_b); });
+  slab_a.for_each_edge([&](const Segment& edge_a) {
+    slab_b.for_each_edge([&](const Segment& edge_b) {
+      const SegmentParameters parameters = closest_parameters(edge_a, edge_b);
+      consider(point_at(edge_a, parameters.on_a), point_at(edge_b, parameters.on_b));
+    });
+  });
+  if (!found) return;
+  const double distance = std::sqrt(best);
+  const double size = std::min(a.bounding_radius, b.bounding_radius);
+  // Nearer, the points give no direction.
+  const Vector3 normal = distance > flush * size ? Vector3((on_a - on_b) / distance) : Vector3(-local_axis);
+  out.push_back({pose_a * on_a, pose_a * on_b, pose_a.orientation * normal, normal.dot(on_a - on_b)});
+}
+
+}  // namespace substep

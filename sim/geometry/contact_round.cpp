@@ -1,0 +1,348 @@
+// Contacts of spheres and capsules, and of planes.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "sim/geometry/closest_points.h"
+#include "sim/geometry/contact_pairs.h"
+
+namespace substep {
+namespace {
+
+using Contacts = std::vector<ContactPoint>;
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// Nearer than this part of the shape's size, two points give no direction.
+constexpr double coincident = 1e-9;
+
+Vector3 perpendicular(const Vector3& direction) {
+  int least = 0;
+  direction.cwiseAbs().minCoeff(&least);
+  return direction.cross(Vector3::Unit(least)).normalized();
+}
+
+/// The contact of balls of two radii around two points; `fallback` is the normal where the points coincide.
+void add_ball_contact(const Vector3& point_a, double radius_a, const Vector3& point_b, double radius_b,
+                      const Vector3& fallback, double margin, Contacts& out) {
+  const Vector3 between = point_a - point_b;
+  const double distance = between.norm();
+  if (distance - radius_a - radius_b >= margin) return;
+  const bool has_direction = distance > coincident * (radius_a + radius_b);
+  const Vector3 normal = has_direction ? Vector3(between / distance) : fallback;
+  const double along = has_direction ? distance : between.dot(normal);
+  out.push_back(
+      {point_a - radius_a * normal, point_b + radius_b * normal, normal, along - radius_a - radius_b});
+}
+
+/// The contacts of two segments with radii: of the closest points or, where the segments are nearly parallel,
+/// of the ends of the part along which they lie beside each other.
+void add_segment_contacts(const Segment& a, double radius_a, const Segment& b, double radius_b, double size,
+                          const Vector3& fallback, double margin, Contacts& out) {
+  const SegmentParameters closest = closest_parameters(a, b);
+  const Vector3 on_a = point_at(a, closest.on_a);
+  const Vector3 on_b = point_at(b, closest.on_b);
+  const double distance = (on_a - on_b).norm();
+
+  const double length = (a.to - a.from).norm();
+  const double first = closest_parameter(a, b.from);
+  const double last = closest_parameter(a, b.to);
+  const double low = std::min(first, last);
+  const double high = std::max(first, last);
+  const double preference = face_preference(distance - radius_a - radius_b, size);
+  if ((high - low) * length > preference) {
+    const std::array ends = {point_at(a, low), point_at(a, high)};
+    const std::array others = {point_at(b, closest_parameter(b, ends[0])),
+                               point_at(b, closest_parameter(b, ends[1]))};
+    if (std::max((ends[0] - others[0]).norm(), (ends[1] - others[1]).norm()) - distance <= preference) {
+      const std::size_t before = out.size();
+      for (std::size_t i = 0; i < 2; ++i) {
+        add_ball_contact(ends[i], radius_a, others[i], radius_b, fallback, margin, out);
+      }
+      if (out.size() > before) return;
+    }
+  }
+  add_ball_contact(on_a, radius_a, on_b, radius_b, fallback, margin, out);
+}
+
+Segment axis_of(const Capsule& capsule, const Pose& pose) {
+  const Vector3 half = pose.orientation * Vector3(0, capsule.half_length, 0);
+  return {pose.position - half, pose.position + half};
+}
+
+/// A point's or a segment's largest separation from the planes of a polytope's faces.
+struct FaceSeparation {
+  double separation = -infinity;
+  std::size_t face = 0;
+};
+
+FaceSeparation largest_separation(const Polytope& polytope, const Segment& segment) {
+  FaceSeparation best;
+  for (std::size_t f = 0; f < polytope.face_count(); ++f) {
+    const Vector3& normal = polytope.face_normals[f];
+    const double separation =
+        std::min(normal.dot(segment.from), normal.dot(segment.to)) - polytope.face_offsets[f];
+    if (separation > best.separation) best = {separation, f};
+  }
+  return best;
+}
+
+/// Closest points of a segment (which may be a point) and a polytope that it does not touch.
+struct ClosestPair {
+  double squared_distance = infinity;
+  Vector3 on_segment = Vector3::Zero();
+  Vector3 on_polytope = Vector3::Zero();
+  std::optional<std::size_t> edge;  ///< the edge on which `on_polytope` lies, if it is not inside a face
+};
+
+ClosestPair closest_pair(const Polytope& polytope, const Segment& segment) {
+  ClosestPair best;
+  const auto consider = [&](const Vector3& on_segment, const Vector3& on_polytope,
+                            std::optional<std::size_t> edge) {
+    const double squared = (on_segment - on_polytope).squaredNorm();
+    if (squared < best.squared_distance) best = {squared, on_segment, on_polytope, edge};
+  };
+  for (std::size_t f = 0; f < polytope.face_count(); ++f) {
+    for (const Vector3& end : {segment.from, segment.to}) {
+      const double height = polytope.face_normals[f].dot(end) - polytope.face_offsets[f];
+      if (height < 0 || height * height >= best.squared_distance || !is_over(polytope, f, end)) continue;
+      consider(end, end - height * polytope.face_normals[f], std::nullopt);
+    }
+  }
+  for (std::size_t e = 0; e < polytope.edges.size(); ++e) {
+    const Segment edge = {polytope.vertices[polytope.edges[e][0]], polytope.vertices[polytope.edges[e][1]]};
+    const SegmentParameters parameters = closest_parameters(segment, edge);
+    consider(point_at(segment, parameters.on_a), point_at(edge, parameters.on_b), e);
+  }
+  return best;
+}
+
+/// Parts of the way along `segment` between which it lies in the prism over a face; nothing if nowhere.
+std::optional<std::array<double, 2>> part_over(const Polytope& polytope, std::size_t face,
+                                               const Segment& segment) {
+  double low = 0;
+  double high = 1;
+  for_each_side(polytope, face, [&](const Vector3& corner, const Vector3& outward) {
+    const double from = outward.dot(segment.from - corner);
+    const double to = outward.dot(segment.to - corner);
+    if (from > 0 && to > 0) {
+      high = -1;
+    } else if (from > 0) {
+      low = std::max(low, from / (from - to));
+    } else if (to > 0) {
+      high = std::min(high, from / (from - to));
+    }
+  });
+  if (low > high) return std::nullopt;
+  return std::array{low, high};
+}
+
+/// Whether part of the segment lies in the polytope.
+bool enters(const Polytope& polytope, const Segment& segment) {
+  double low = 0;
+  double high = 1;
+  for (std::size_t f = 0; f < polytope.face_count() && low <= high; ++f) {
+    const double from = polytope.face_normals[f].dot(segment.from) - polytope.face_offsets[f];
+    const double to = polytope.face_normals[f].dot(segment.to) - polytope.face_offsets[f];
+    if (from > 0 && to > 0) return false;
+    if (from > 0) low = std::max(low, from / (from - to));
+    if (to > 0) high = std::min(high, from / (from - to));
+  }
+  return low <= high;
+}
+
+/// A segment with a radius against a polytope, in the polytope's frame.
+class SegmentAgainstPolytope {
+ public:
+  SegmentAgainstPolytope(const Segment& segment, double radius, const Polytope& polytope, double margin,
+                         Contacts& out)
+      : segment_(segment),
+        radius_(radius),
+        polytope_(polytope),
+        size_(2 * std::min(radius + (segment.to - segment.from).norm() / 2, polytope.bounding_radius)),
+        margin_(margin),
+        out_(out) {}
+
+  void find() {
+    const FaceSeparation face = largest_separation(polytope_, segment_);
+    if (face.separation - radius_ >= margin_) return;
+    // A surface touched is a surface crossed: nearer there is no direction but the face's.
+    if (face.separation <= coincident * size_ && enters(polytope_, segment_)) {
+      find_deep(face);
+    } else {
+      find_outside(face);
+    }
+  }
+
+ private:
+  void add(const Vector3& on_segment, const Vector3& normal, double distance) {
+    out_.push_back(
+        {on_segment - radius_ * normal, on_segment - distance * normal, normal, distance - radius_});
+  }
+
+  /// The two ends of the part over the face, as far as they are near. Returns whether there was any.
+  bool add_over(std::size_t face) {
+    const auto part = part_over(polytope_, face, segment_);
+    if (!part) return false;
+    const Vector3& normal = polytope_.face_normals[face];
+    const std::size_t before = out_.size();
+    const double length = (segment_.to - segment_.from).norm();
+    const bool is_point = ((*part)[1] - (*part)[0]) * length <= coincident * size_;
+    for (std::size_t i = 0; i < (is_point ? 1U : 2U); ++i) {
+      const Vector3 point = point_at(segment_, (*part)[i]);
+      const double distance = normal.dot(point) - polytope_.face_offsets[face];
+      if (distance - radius_ < margin_) add(point, normal, distance);
+    }
+    return out_.size() > before;
+  }
+
+  void find_outside(const FaceSeparation& face) {
+    const ClosestPair closest = closest_pair(polytope_, segment_);
+    const double distance = std::sqrt(closest.squared_distance);
+    if (distance - radius_ >= margin_) return;
+    if (face.separation >= distance - face_preference(distance - radius_, size_) && add_over(face.face)) {
+      return;
+    }
+    const Vector3& fallback = polytope_.face_normals[face.face];
+    if (closest.edge) {
+      const auto& [from, to] = polytope_.edges[*closest.edge];
+      add_segment_contacts(segment_, radius_, {polytope_.vertices[from], polytope_.vertices[to]}, 0, size_,
+                           fallback, margin_, out_);
+    } else {
+      add_ball_contact(closest.on_segment, radius_, closest.on_polytope, 0, fallback, margin_, out_);
+    }
+  }
+
+  /// The segment runs through the polytope: the way out is the axis of least penetration.
+  void find_deep(const FaceSeparation& face) {
+    const Vector3 along = segment_.to - segment_.from;
+    double best = -infinity;
+    Vector3 best_axis = Vector3::Zero();
+    std::size_t best_edge = 0;
+    for (std::size_t e = 0; e < polytope_.edges.size(); ++e) {
+      const Vector3& from = polytope_.vertices[polytope_.edges[e][0]];
+      const Vector3 direction = polytope_.vertices[polytope_.edges[e][1]] - from;
+      Vector3 axis = along.cross(direction);
+      if (axis.squaredNorm() <= 1e-12 * along.squaredNorm() * direction.squaredNorm()) continue;
+      axis.normalize();
+      if (axis.dot(from - polytope_.centre) < 0) axis = -axis;
+      const double separation = axis.dot(segment_.from - from);
+      if (separation <= best) continue;
+      // Only an edge that is outermost along the axis bounds the polytope there.
+      const bool outermost = std::ranges::all_of(polytope_.vertices, [&](const Vector3& vertex) {
+        return axis.dot(vertex - from) <= coincident * size_;
+      });
+      if (!outermost) continue;
+      best = separation;
+      best_axis = axis;
+      best_edge = e;
+    }
+    const double preference = face_preference(face.separation - radius_, size_);
+    if (best <= face.separation + preference && add_over(face.face)) return;
+    if (best > -infinity) {
+      const auto& [from, to] = polytope_.edges[best_edge];
+      const Segment edge = {polytope_.vertices[from], polytope_.vertices[to]};
+      add(point_at(segment_, closest_parameters(segment_, edge).on_a), best_axis, best);
+      return;
+    }
+    const Vector3& normal = polytope_.face_normals[face.face];
+    add(normal.dot(along) > 0 ? segment_.from : segment_.to, normal, face.separation);
+  }
+
+  Segment segment_;
+  double radius_;
+  const Polytope& polytope_;
+  double size_;
+  double margin_;
+  Contacts& out_;
+};
+
+/// Finds in the polytope's frame what is then taken to the world.
+void find_against_polytope(const Segment& segment, double radius, const Polytope& polytope, const Pose& pose,
+                           double margin, Contacts& out) {
+  const Vector3 middle = (segment.from + segment.to) / 2;
+  const double reach = (segment.to - segment.from).norm() / 2 + radius + polytope.bounding_radius + margin;
+  if ((middle - pose.position - pose.orientation * polytope.centre).squaredNorm() >= reach * reach) return;
+  const Pose inverse = pose.inverse();
+  const auto local = [&](const Vector3& point) -> Vector3 {
+    // The difference first: exact where both are far from the origin and near each other.
+    return inverse.orientation * (point - pose.position);
+  };
+  const std::size_t first = out.size();
+  SegmentAgainstPolytope({local(segment.from), local(segment.to)}, radius, polytope, margin, out).find();
+  for (std::size_t i = first; i < out.size(); ++i) {
+    out[i].on_a = pose * out[i].on_a;
+    out[i].on_b = pose * out[i].on_b;
+    out[i].normal = pose.orientation * out[i].normal;
+  }
+}
+
+void add_plane_contact(const Vector3& point, double radius, const Pose& plane, const Vector3& normal,
+                       double margin, Contacts& out) {
+  const double height = normal.dot(point - plane.position);
+  if (height - radius >= margin) return;
+  out.push_back({point - radius * normal, point - height * normal, normal, height - radius});
+}
+
+}  // namespace
+
+void find_sphere_plane(const Sphere& a, const Pose& pose_a, const Pose& plane, double margin, Contacts& out) {
+  add_plane_contact(pose_a.position, a.radius, plane, plane.orientation * Vector3::UnitY(), margin, out);
+}
+
+void find_capsule_plane(const Capsule& a, const Pose& pose_a, const Pose& plane, double margin,
+                        Contacts& out) {
+  const Vector3 normal = plane.orientation * Vector3::UnitY();
+  const Segment axis = axis_of(a, pose_a);
+  add_plane_contact(axis.from, a.radius, plane, normal, margin, out);
+  if (a.half_length > 0) add_plane_contact(axis.to, a.radius, plane, normal, margin, out);
+}
+
+void find_capsule_capsule(const Capsule& a, const Pose& pose_a, const Capsule& b, const Pose& pose_b,
+                          double margin, Contacts& out) {
+  const double reach = a.half_length + a.radius + b.half_length + b.radius + margin;
+  if ((pose_a.position - pose_b.position).squaredNorm() >= reach * reach) return;
+  const Segment axis_a = axis_of(a, pose_a);
+  const Segment axis_b = axis_of(b, pose_b);
+  const Vector3 along_a = axis_a.to - axis_a.from;
+  const Vector3 along_b = axis_b.to - axis_b.from;
+  // Axes that meet are left across both of them.
+  Vector3 fallback = along_a.cross(along_b);
+  if (fallback.norm() > coincident * along_a.norm() * along_b.norm()) {
+    fallback.normalize();
+  } else {
+    const Vector3& longer = along_a.squaredNorm() >= along_b.squaredNorm() ? along_a : along_b;
+    fallback = longer.isZero(0) ? Vector3(Vector3::UnitY()) : perpendicular(longer);
+  }
+  const double size = 2 * std::min(a.half_length + a.radius, b.half_length + b.radius);
+  add_segment_contacts(axis_a, a.radius, axis_b, b.radius, size, fallback, margin, out);
+}
+
+void find_sphere_polytope(const Sphere& a, const Pose& pose_a, const Polytope& b, const Pose& pose_b,
+                          double margin, Contacts& out) {
+  find_against_polytope({pose_a.position, pose_a.position}, a.radius, b, pose_b, margin, out);
+}
+
+void find_capsule_polytope(const Capsule& a, const Pose& pose_a, const Polytope& b, const Pose& pose_b,
+                           double margin, Contacts& out) {
+  find_against_polytope(axis_of(a, pose_a), a.radius, b, pose_b, margin, out);
+}
+
+void find_plane_polytope(const Pose& plane, const Polytope& b, const Pose& pose_b, double margin,
+                         Contacts& out) {
+  const Vector3 normal = plane.orientation * Vector3::UnitY();
+  const Vector3 local = pose_b.orientation.conjugate() * normal;
+  const double offset = normal.dot(pose_b.position - plane.position);
+  if (offset + local.dot(b.centre) - b.bounding_radius >= margin) return;
+  for (const Vector3& vertex : b.vertices) {
+    const double height = offset + local.dot(vertex);
+    if (height >= margin) continue;
+    const Vector3 point = pose_b * vertex;
+    out.push_back({point - height * normal, point, -normal, height});
+  }
+}
+
+}  // namespace substep

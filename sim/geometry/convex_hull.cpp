@@ -1,0 +1,418 @@
+#include "sim/geometry/convex_hull.h"
+
+#include <libqhull_r/qhull_ra.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <limits>
+#include <numbers>
+#include <numeric>
+#include <utility>
+
+#include "sim/error.h"
+#include "sim/rotation.h"
+
+namespace substep {
+namespace {
+
+/// A hull thinner than this part of its size is refused: its inertia and its contact normals would be noise.
+constexpr double smallest_thickness = 1e-6;
+
+/// Facets whose vertices lie within this part of the hull's size of one plane are one face: a few times the
+/// rounding of the float coordinates that meshes are stored in.
+constexpr double coplanar = 4e-7;
+
+/// Metres. Beyond, products of three lengths leave the range in which they are exact to rounding.
+constexpr double largest_coordinate = 1e9;
+
+using Polygon = std::vector<std::uint32_t>;
+
+/// Twice the area of a polygon as a vector along its normal (Newell's sum, about the first vertex).
+Vector3 area_vector(std::span<const Vector3> points, std::span<const std::uint32_t> polygon) {
+  Vector3 sum = Vector3::Zero();
+  const Vector3& first = points[polygon[0]];
+  for (std::size_t i = 1; i + 1 < polygon.size(); ++i) {
+    sum += (points[polygon[i]] - first).cross(points[polygon[i + 1]] - first);
+  }
+  return sum;
+}
+
+std::span<const std::uint32_t> face(const Polytope& polytope, std::size_t index) {
+  return {polytope.face_vertices.data() + polytope.face_begin[index],
+          polytope.face_vertices.data() + polytope.face_begin[index + 1]};
+}
+
+struct DirectedEdge {
+  std::uint32_t from, to, face;
+};
+
+/// All sides of all faces, ordered by their two ends, lesser first; so the two sides of an edge are
+/// neighbours.
+std::vector<DirectedEdge> sides(const std::vector<Polygon>& polygons) {
+  std::vector<DirectedEdge> result;
+  for (std::uint32_t f = 0; f < polygons.size(); ++f) {
+    for (std::size_t i = 0; i < polygons[f].size(); ++i) {
+      result.push_back({polygons[f][i], polygons[f][(i + 1) % polygons[f].size()], f});
+    }
+  }
+  const auto key = [](const DirectedEdge& side) {
+    return std::array{std::min(side.from, side.to), std::max(side.from, side.to), side.from};
+  };
+  std::ranges::sort(result, {}, key);
+  return result;
+}
+
+/// Fills normals, offsets and the two balls from vertices and faces.
+void measure(Polytope& polytope) {
+  polytope.face_normals.clear();
+  polytope.face_offsets.clear();
+  polytope.centre.setZero();
+  for (const Vector3& vertex : polytope.vertices) polytope.centre += vertex;
+  polytope.centre /= static_cast<double>(polytope.vertices.size());
+  polytope.bounding_radius = 0;
+  for (const Vector3& vertex : polytope.vertices) {
+    polytope.bounding_radius = std::max(polytope.bounding_radius, (vertex - polytope.centre).norm());
+  }
+  polytope.inner_radius = std::numeric_limits<double>::infinity();
+  for (std::size_t f = 0; f + 1 < polytope.face_begin.size(); ++f) {
+    const std::span<const std::uint32_t> corners = face(polytope, f);
+    const Vector3 normal = area_vector(polytope.vertices, corners).normalized();
+    // The outermost corner, so that the polytope lies below the face's plane even where the corners of a
+    // merged face are not quite in one plane.
+    double offset = -std::numeric_limits<double>::infinity();
+    for (const std::uint32_t corner : corners) {
+      offset = std::max(offset, normal.dot(polytope.vertices[corner]));
+    }
+    polytope.face_normals.push_back(normal);
+    polytope.face_offsets.push_back(offset);
+    polytope.inner_radius = std::min(polytope.inner_radius, offset - normal.dot(polytope.centre));
+  }
+  polytope.inner_radius = std::max(polytope.inner_radius, 0.0);
+}
+
+/// A polytope from all its data but what follows from them. Returns false when the faces do not close.
+bool assemble(std::vector<Vector3> vertices, const std::vector<Polygon>& polygons, Polytope& polytope) {
+  polytope.vertices = std::move(vertices);
+  polytope.face_begin = {0};
+  for (const Polygon& polygon : polygons) {
+    polytope.face_vertices.insert(polytope.face_vertices.end(), polygon.begin(), polygon.end());
+    polytope.face_begin.push_back(static_cast<std::uint32_t>(polytope.face_vertices.size()));
+  }
+  const std::vector<DirectedEdge> both = sides(polygons);
+  if (both.size() % 2 != 0) return false;
+  for (std::size_t i = 0; i < both.size(); i += 2) {
+    if (both[i].from != both[i + 1].to || both[i].to != both[i + 1].from) return false;
+    polytope.edges.push_back({both[i].from, both[i].to});
+    polytope.edge_faces.push_back({both[i].face, both[i + 1].face});
+  }
+  measure(polytope);
+  return true;
+}
+
+/// One run of qhull: everything it allocates and everything it would print, released at the end.
+class Qhull {
+ public:
+  Qhull(std::vector<double>& coordinates) {
+    messages_ = open_memstream(&text_, &size_);
+    if (!messages_) throw Error("qhull: there is no memory for its messages");
+    qh_zero(&qhull_, messages_);
+    // Qt: triangles only, whose corners can be read without calling qhull again.
+    char command[] = "qhull Qt";
+    status_ = qh_new_qhull(&qhull_, 3, static_cast<int>(coordinates.size() / 3), coordinates.data(), False,
+                           command, nullptr, messages_);
+  }
+  ~Qhull() {
+    qh_freeqhull(&qhull_, qh_ALL);
+    int pieces = 0;
+    int bytes = 0;
+    qh_memfreeshort(&qhull_, &pieces, &bytes);
+    std::fclose(messages_);
+    std::free(text_);
+  }
+  Qhull(const Qhull&) = delete;
+  Qhull& operator=(const Qhull&) = delete;
+
+  bool succeeded() const { return status_ == 0; }
+
+  /// The facets, counter-clockwise seen from outside, as indices of points.
+  std::vector<Polygon> triangles() {
+    std::vector<Polygon> result;
+    qhT* qh = &qhull_;
+    facetT* facet = nullptr;
+    FORALLfacets {
+      Polygon triangle;
+      vertexT* vertex = nullptr;
+      vertexT** vertexp = nullptr;
+      FOREACHvertex_(facet->vertices) {
+        triangle.push_back(static_cast<std::uint32_t>(qh_pointid(qh, vertex->point)));
+      }
+      if (static_cast<bool>(facet->toporient)) std::ranges::reverse(triangle);
+      result.push_back(std::move(triangle));
+    }
+    return result;
+  }
+
+ private:
+  qhT qhull_ = {};
+  FILE* messages_ = nullptr;
+  char* text_ = nullptr;
+  std::size_t size_ = 0;
+  int status_ = 0;
+};
+
+/// Joins neighbouring polygons that lie in one plane to within `tolerance`. qhull merges only what its own
+/// rounding cannot tell apart.
+std::vector<Polygon> merged(std::span<const Vector3> points, const std::vector<Polygon>& polygons,
+                            double tolerance) {
+  const std::vector<DirectedEdge> both = sides(polygons);
+  std::vector<std::vector<std::uint32_t>> neighbours(polygons.size());
+  for (std::size_t i = 0; i + 1 < both.size(); i += 2) {
+    neighbours[both[i].face].push_back(both[i + 1].face);
+    neighbours[both[i + 1].face].push_back(both[i].face);
+  }
+  // The largest facet of a face has the most exact plane: start from it.
+  std::vector<Vector3> areas(polygons.size());
+  std::ranges::transform(polygons, areas.begin(),
+                         [&](const Polygon& polygon) { return area_vector(points, polygon); });
+  std::vector<std::uint32_t> order(polygons.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::ranges::stable_sort(
+      order, [&](std::uint32_t i, std::uint32_t j) { return areas[i].norm() > areas[j].norm(); });
+
+  constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
+  std::vector<std::uint32_t> group(polygons.size(), none);
+  std::vector<std::uint32_t> seeds;
+  for (const std::uint32_t seed : order) {
+    if (group[seed] != none) continue;
+    const Vector3 normal = areas[seed].normalized();
+    const double offset = normal.dot(points[polygons[seed][0]]);
+    const auto belongs = [&](std::uint32_t candidate) {
+      return std::ranges::all_of(polygons[candidate], [&](std::uint32_t corner) {
+        return std::abs(normal.dot(points[corner]) - offset) <= tolerance;
+      });
+    };
+    group[seed] = seed;
+    seeds.push_back(seed);
+    std::vector<std::uint32_t> front = {seed};
+    while (!front.empty()) {
+      const std::uint32_t current = front.back();
+      front.pop_back();
+      for (const std::uint32_t next : neighbours[current]) {
+        if (group[next] != none || !belongs(next)) continue;
+        group[next] = seed;
+        front.push_back(next);
+      }
+    }
+  }
+
+  // What remains of a group's sides is its outline: follow it from corner to corner.
+  std::vector<std::vector<std::array<std::uint32_t, 2>>> outlines(polygons.size());
+  for (std::size_t i = 0; i + 1 < both.size(); i += 2) {
+    if (group[both[i].face] == group[both[i + 1].face]) continue;
+    for (const DirectedEdge& side : {both[i], both[i + 1]}) {
+      outlines[group[side.face]].push_back({side.from, side.to});
+    }
+  }
+  std::vector<Polygon> result;
+  for (const std::uint32_t seed : seeds) {
+    std::vector<std::array<std::uint32_t, 2>>& outline = outlines[seed];
+    std::ranges::sort(outline);
+    if (outline.empty()) return {};
+    Polygon polygon;
+    std::uint32_t corner = outline[0][0];
+    do {
+      const auto side =
+          std::ranges::lower_bound(outline, corner, {}, [](const auto& pair) { return pair[0]; });
+      if (side == outline.end() || (*side)[0] != corner) return {};
+      polygon.push_back(corner);
+      corner = (*side)[1];
+    } while (corner != outline[0][0] && polygon.size() <= outline.size());
+    if (polygon.size() != outline.size()) return {};
+    result.push_back(std::move(polygon));
+  }
+  return result;
+}
+
+/// Leaves out corners between two faces only, which lie on a straight edge, and vertices that no face has.
+void drop_unused(std::span<const Vector3> points, std::vector<Polygon>& polygons,
+                 std::vector<Vector3>& vertices) {
+  std::vector<std::uint32_t> faces_at(points.size(), 0);
+  for (const Polygon& polygon : polygons) {
+    for (const std::uint32_t corner : polygon) ++faces_at[corner];
+  }
+  std::vector<std::uint32_t> index(points.size(), 0);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (faces_at[i] < 3) continue;
+    index[i] = static_cast<std::uint32_t>(vertices.size());
+    vertices.push_back(points[i]);
+  }
+  for (Polygon& polygon : polygons) {
+    std::erase_if(polygon, [&](std::uint32_t corner) { return faces_at[corner] < 3; });
+    for (std::uint32_t& corner : polygon) corner = index[corner];
+  }
+}
+
+bool is_thin(const Polytope& polytope, double thickness) {
+  // One vertex deep enough below a face is enough, and the last one found mostly serves the next face too.
+  Vector3 opposite = polytope.vertices[0];
+  for (std::size_t f = 0; f < polytope.face_count(); ++f) {
+    const auto is_deep = [&](const Vector3& vertex) {
+      return polytope.face_offsets[f] - polytope.face_normals[f].dot(vertex) > thickness;
+    };
+    if (is_deep(opposite)) continue;
+    const auto found = std::ranges::find_if(polytope.vertices, is_deep);
+    if (found == polytope.vertices.end()) return true;
+    opposite = *found;
+  }
+  return false;
+}
+
+}  // namespace
+
+Polytope convex_hull(std::span<const Vector3> points, const std::string& what) {
+  const auto number = [](double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.6g", value);
+    return std::string(text);
+  };
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    for (const double coordinate : {points[i].x(), points[i].y(), points[i].z()}) {
+      // Written so that NaN fails too.
+      if (std::abs(coordinate) <= largest_coordinate) continue;
+      throw Error(what + ": vertex " + std::to_string(i) + " has the coordinate " + number(coordinate) +
+                  "; a convex hull needs finite coordinates within ±1e9 m");
+    }
+  }
+  if (points.size() < 4) {
+    throw Error(what + ": a convex hull needs at least 4 vertices, there are " +
+                std::to_string(points.size()));
+  }
+  if (points.size() > static_cast<std::size_t>(std::numeric_limits<int>::max() / 3)) {
+    throw Error(what + ": there are too many vertices for a convex hull: " + std::to_string(points.size()));
+  }
+  Vector3 lower = points[0];
+  Vector3 upper = points[0];
+  for (const Vector3& point : points) {
+    lower = lower.cwiseMin(point);
+    upper = upper.cwiseMax(point);
+  }
+  const double size = (upper - lower).norm();
+  const Error thin(what + ": its convex hull is thinner than 1e-6 of its size of " + number(size) +
+                   " m; a solid body needs a mesh with thickness");
+  if (size <= 0) throw thin;
+
+  // About the middle and of size one, where qhull's own tolerances are meant to be.
+  const Vector3 middle = lower + (upper - lower) / 2;
+  std::vector<double> coordinates;
+  coordinates.reserve(3 * points.size());
+  for (const Vector3& point : points) {
+    const Vector3 local = (point - middle) / size;
+    coordinates.insert(coordinates.end(), {local.x(), local.y(), local.z()});
+  }
+  std::vector<Polygon> polygons;
+  {
+    Qhull qhull(coordinates);
+    if (!qhull.succeeded()) throw thin;
+    polygons = qhull.triangles();
+  }
+  polygons = merged(points, polygons, coplanar * size);
+
+  Polytope hull;
+  std::vector<Vector3> vertices;
+  drop_unused(points, polygons, vertices);
+  const bool solid = vertices.size() >= 4 && std::ranges::all_of(polygons, [](const Polygon& polygon) {
+                       return polygon.size() >= 3;
+                     });
+  if (!solid || !assemble(std::move(vertices), polygons, hull) || is_thin(hull, smallest_thickness * size)) {
+    throw thin;
+  }
+  return hull;
+}
+
+Polytope box(const Vector3& size) {
+  if (!(size.minCoeff() > 0) || !size.allFinite()) throw Error("a box needs three positive extents");
+  const Vector3 half = size / 2;
+  std::vector<Vector3> vertices;
+  for (int corner = 0; corner < 8; ++corner) {
+    vertices.emplace_back((corner & 1) != 0 ? half.x() : -half.x(), (corner & 2) != 0 ? half.y() : -half.y(),
+                          (corner & 4) != 0 ? half.z() : -half.z());
+  }
+  Polytope result;
+  assemble(std::move(vertices),
+           {{1, 3, 7, 5}, {0, 4, 6, 2}, {2, 6, 7, 3}, {0, 1, 5, 4}, {4, 5, 7, 6}, {0, 2, 3, 1}}, result);
+  result.box = OrientedBox{Pose{}, half};
+  return result;
+}
+
+Polytope cylinder(double height, double radius_bottom, double radius_top, int sides) {
+  if (!(height > 0) || !(radius_bottom >= 0) || !(radius_top >= 0) || !(radius_bottom + radius_top > 0) ||
+      !std::isfinite(height + radius_bottom + radius_top) || sides < 3) {
+    throw Error("a cylinder needs a positive height, radii that are not both 0, and 3 sides");
+  }
+  const auto count = static_cast<std::uint32_t>(sides);
+  std::vector<Vector3> vertices;
+  // Vertices of the ring at y: its first index; a point has one index for all.
+  const auto ring = [&](double radius, double y) {
+    const auto first = static_cast<std::uint32_t>(vertices.size());
+    Polygon indices(count, first);
+    if (radius == 0) {
+      vertices.emplace_back(0, y, 0);
+      return indices;
+    }
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const auto [sine, cosine] = sine_cosine(2 * std::numbers::pi * i / count);
+      vertices.emplace_back(radius * cosine, y, radius * sine);
+      indices[i] = first + i;
+    }
+    return indices;
+  };
+  const Polygon bottom = ring(radius_bottom, -height / 2);
+  const Polygon top = ring(radius_top, height / 2);
+  std::vector<Polygon> polygons;
+  // Angles grow from +X to +Z, clockwise seen from above: the bottom's outline seen from below.
+  if (radius_bottom > 0) polygons.push_back(bottom);
+  if (radius_top > 0) polygons.emplace_back(top.rbegin(), top.rend());
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const std::uint32_t next = (i + 1) % count;
+    if (radius_bottom == 0) {
+      polygons.push_back({bottom[0], top[i], top[next]});
+    } else if (radius_top == 0) {
+      polygons.push_back({bottom[i], top[0], bottom[next]});
+    } else {
+      polygons.push_back({bottom[i], top[i], top[next], bottom[next]});
+    }
+  }
+  Polytope result;
+  assemble(std::move(vertices), polygons, result);
+  return result;
+}
+
+Polytope scaled(const Polytope& polytope, const Vector3& factors) {
+  if (!(factors.minCoeff() > 0) || !factors.allFinite()) throw Error("a shape needs positive scale factors");
+  Polytope result = polytope;
+  for (Vector3& vertex : result.vertices) vertex = vertex.cwiseProduct(factors);
+  measure(result);
+  if (result.box) {
+    // A turned box scaled along other axes than its own is sheared.
+    if (result.box->pose.orientation.vec().isZero(0)) {
+      result.box->pose.position = result.box->pose.position.cwiseProduct(factors);
+      result.box->half_size = result.box->half_size.cwiseProduct(factors);
+    } else {
+      result.box.reset();
+    }
+  }
+  return result;
+}
+
+Polytope transformed(const Polytope& polytope, const Pose& pose) {
+  Polytope result = polytope;
+  for (Vector3& vertex : result.vertices) vertex = pose * vertex;
+  measure(result);
+  if (result.box) result.box->pose = pose * result.box->pose;
+  return result;
+}
+
+}  // namespace substep

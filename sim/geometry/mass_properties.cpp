@@ -1,0 +1,246 @@
+#include "sim/geometry/mass_properties.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+#include <tuple>
+#include <utility>
+
+namespace substep {
+namespace {
+
+Matrix3 inertia_of_second_moment(const Matrix3& second_moment) {
+  return second_moment.trace() * Matrix3::Identity() - second_moment;
+}
+
+/// The inertia of a point mass at `offset`.
+Matrix3 inertia_of_point(double mass, const Vector3& offset) {
+  return mass * (offset.squaredNorm() * Matrix3::Identity() - offset * offset.transpose());
+}
+
+/// Sums tetrahedra that have one corner in common, to which the others are relative.
+class TetrahedronSum {
+ public:
+  void add(const Vector3& a, const Vector3& b, const Vector3& c) {
+    const double six_volumes = a.dot(b.cross(c));
+    const Vector3 sum = a + b + c;
+    six_volumes_ += six_volumes;
+    moment_ += six_volumes / 24 * sum;
+    second_moment_ += six_volumes / 120 *
+                      (sum * sum.transpose() + a * a.transpose() + b * b.transpose() + c * c.transpose());
+  }
+
+  MassProperties result(const Vector3& corner) const {
+    MassProperties properties;
+    properties.mass = six_volumes_ / 6;
+    if (properties.mass == 0) return properties;
+    const Vector3 centre = moment_ / properties.mass;
+    properties.centre_of_mass = corner + centre;
+    properties.inertia =
+        inertia_of_second_moment(second_moment_ - properties.mass * centre * centre.transpose());
+    return properties;
+  }
+
+ private:
+  double six_volumes_ = 0;
+  Vector3 moment_ = Vector3::Zero();
+  Matrix3 second_moment_ = Matrix3::Zero();
+};
+
+Vector3 mean(std::span<const Vector3> points) {
+  // Relative to the first point, so that a small mesh far from the origin keeps its digits.
+  Vector3 sum = Vector3::Zero();
+  for (const Vector3& point : points) sum += point - points[0];
+  return points[0] + sum / static_cast<double>(points.size());
+}
+
+MassProperties of_shape(const Sphere& sphere) {
+  const double r = sphere.radius;
+  MassProperties properties;
+  properties.mass = 4.0 / 3 * std::numbers::pi * r * r * r;
+  properties.inertia = 0.4 * properties.mass * r * r * Matrix3::Identity();
+  return properties;
+}
+
+MassProperties of_shape(const Capsule& capsule) {
+  const double r = capsule.radius;
+  const double length = 2 * capsule.half_length;
+  const double cylinder = std::numbers::pi * r * r * length;
+  const double ball = 4.0 / 3 * std::numbers::pi * r * r * r;
+  MassProperties properties;
+  properties.mass = cylinder + ball;
+  const double along = cylinder * r * r / 2 + ball * 0.4 * r * r;
+  // A hemisphere's centre of mass is 3r/8 from its flat side, which lies half a length from the origin.
+  const double across = cylinder * (length * length / 12 + r * r / 4) +
+                        ball * (0.4 * r * r + length * length / 4 + 0.375 * length * r);
+  properties.inertia = Vector3(across, along, across).asDiagonal();
+  return properties;
+}
+
+MassProperties of_shape(const Plane& /*plane*/) {
+  return {};
+}
+
+MassProperties of_shape(const Polytope& polytope) {
+  const Vector3 corner = mean(polytope.vertices);
+  TetrahedronSum sum;
+  for (std::size_t f = 0; f < polytope.face_count(); ++f) {
+    const auto vertex = [&](std::uint32_t i) -> Vector3 {
+      return polytope.vertices[polytope.face_vertices[i]] - corner;
+    };
+    const std::uint32_t first = polytope.face_begin[f];
+    for (std::uint32_t i = first + 1; i + 1 < polytope.face_begin[f + 1]; ++i) {
+      sum.add(vertex(first), vertex(i), vertex(i + 1));
+    }
+  }
+  return sum.result(corner);
+}
+
+/// For each vertex the first one at the same position.
+std::vector<std::uint32_t> welded(std::span<const Vector3> vertices) {
+  std::vector<std::uint32_t> order(vertices.size());
+  std::iota(order.begin(), order.end(), 0U);
+  const auto key = [&](std::uint32_t i) {
+    return std::tuple(vertices[i].x(), vertices[i].y(), vertices[i].z());
+  };
+  std::ranges::sort(
+      order, [&](std::uint32_t i, std::uint32_t j) { return key(i) != key(j) ? key(i) < key(j) : i < j; });
+  std::vector<std::uint32_t> first(vertices.size());
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const bool same = i > 0 && key(order[i]) == key(order[i - 1]);
+    first[order[i]] = same ? first[order[i - 1]] : order[i];
+  }
+  return first;
+}
+
+/// Of the 24 ways to name the axes of `rotation` (columns) that keep them right-handed, the one nearest to
+/// the given axes: the greatest trace. The first of several alike.
+std::array<int, 3> nearest_names(const Matrix3& rotation, std::array<double, 3>& signs) {
+  constexpr std::array<std::array<int, 3>, 6> orders = {
+      {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {2, 1, 0}, {1, 0, 2}}};
+  std::array<int, 3> best = orders[0];
+  double best_trace = -std::numeric_limits<double>::infinity();
+  for (std::size_t o = 0; o < orders.size(); ++o) {
+    const double handedness = o < 3 ? 1 : -1;
+    for (int flip = 0; flip < 4; ++flip) {
+      const double first = (flip & 1) != 0 ? -1 : 1;
+      const double second = (flip & 2) != 0 ? -1 : 1;
+      const std::array<double, 3> candidate = {first, second, handedness * first * second};
+      double trace = 0;
+      for (int axis = 0; axis < 3; ++axis) {
+        trace += candidate[static_cast<std::size_t>(axis)] *
+                 rotation(axis, orders[o][static_cast<std::size_t>(axis)]);
+      }
+      // A clear gain, so that rounding does not choose between alike.
+      if (trace <= best_trace + 1e-12) continue;
+      best_trace = trace;
+      best = orders[o];
+      signs = candidate;
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
+MassProperties mass_properties(std::span<const Vector3> vertices, std::span<const Triangle> triangles) {
+  if (vertices.empty()) return {};
+  const Vector3 corner = mean(vertices);
+  TetrahedronSum sum;
+  for (const Triangle& triangle : triangles) {
+    sum.add(vertices[triangle[0]] - corner, vertices[triangle[1]] - corner, vertices[triangle[2]] - corner);
+  }
+  return sum.result(corner);
+}
+
+MassProperties mass_properties(const Shape& shape) {
+  return std::visit([](const auto& solid) { return of_shape(solid); }, shape);
+}
+
+bool is_closed(std::span<const Vector3> vertices, std::span<const Triangle> triangles) {
+  if (!std::ranges::all_of(vertices, [](const Vector3& vertex) { return vertex.allFinite(); })) return false;
+  const std::vector<std::uint32_t> weld = welded(vertices);
+  std::vector<std::array<std::uint32_t, 2>> edges;
+  edges.reserve(3 * triangles.size());
+  for (const Triangle& triangle : triangles) {
+    if (std::ranges::any_of(triangle, [&](std::uint32_t i) { return i >= vertices.size(); })) return false;
+    const Triangle corners = {weld[triangle[0]], weld[triangle[1]], weld[triangle[2]]};
+    // One that the weld made a line has no inside.
+    if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) continue;
+    for (std::size_t i = 0; i < 3; ++i) edges.push_back({corners[i], corners[(i + 1) % 3]});
+  }
+  if (edges.empty()) return false;
+  std::ranges::sort(edges);
+  if (std::ranges::adjacent_find(edges) != edges.end()) return false;
+  return std::ranges::all_of(edges, [&](const auto& edge) {
+    return std::ranges::binary_search(edges, std::array{edge[1], edge[0]});
+  });
+}
+
+MassProperties transformed(const MassProperties& properties, const Pose& pose) {
+  const Matrix3 rotation = pose.orientation.toRotationMatrix();
+  return {properties.mass, pose * properties.centre_of_mass,
+          rotation * properties.inertia * rotation.transpose()};
+}
+
+MassProperties combined(const MassProperties& a, const MassProperties& b) {
+  if (b.mass == 0) return a;
+  if (a.mass == 0) return b;
+  MassProperties sum;
+  sum.mass = a.mass + b.mass;
+  const Vector3 offset = b.centre_of_mass - a.centre_of_mass;
+  sum.centre_of_mass = a.centre_of_mass + b.mass / sum.mass * offset;
+  sum.inertia = a.inertia + b.inertia + inertia_of_point(a.mass * b.mass / sum.mass, offset);
+  return sum;
+}
+
+MassProperties with_mass(const MassProperties& properties, double mass) {
+  MassProperties result = properties;
+  result.mass = mass;
+  if (properties.mass != 0) result.inertia *= mass / properties.mass;
+  return result;
+}
+
+PrincipalInertia principal_inertia(const Matrix3& inertia) {
+  Matrix3 matrix = (inertia + inertia.transpose()) / 2;
+  Matrix3 rotation = Matrix3::Identity();
+  // Products of inertia below the rounding of the sums they came from are none: a cube keeps its axes.
+  const double negligible = 1e-14 * matrix.diagonal().cwiseAbs().maxCoeff();
+  // Converges quadratically: five sweeps take any 3×3 matrix to rounding; the rest is a margin.
+  for (int sweep = 0; sweep < 12; ++sweep) {
+    bool done = true;
+    for (const auto& [p, q] : {std::pair{0, 1}, {0, 2}, {1, 2}}) {
+      if (std::abs(matrix(p, q)) <= negligible) continue;
+      done = false;
+      // The smaller angle that makes the pair's product of inertia zero (Jacobi).
+      const double cotangent = (matrix(q, q) - matrix(p, p)) / (2 * matrix(p, q));
+      const double tangent =
+          (cotangent >= 0 ? 1 : -1) / (std::abs(cotangent) + std::sqrt(cotangent * cotangent + 1));
+      const double cosine = 1 / std::sqrt(tangent * tangent + 1);
+      const double sine = tangent * cosine;
+      Matrix3 turn = Matrix3::Identity();
+      turn(p, p) = turn(q, q) = cosine;
+      turn(p, q) = sine;
+      turn(q, p) = -sine;
+      matrix = turn.transpose() * matrix * turn;
+      matrix(p, q) = matrix(q, p) = 0;
+      rotation = rotation * turn;
+    }
+    if (done) break;
+  }
+  std::array<double, 3> signs = {1, 1, 1};
+  const std::array<int, 3> names = nearest_names(rotation, signs);
+  PrincipalInertia result;
+  Matrix3 axes;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto i = static_cast<std::size_t>(axis);
+    result.moments[axis] = matrix(names[i], names[i]);
+    axes.col(axis) = signs[i] * rotation.col(names[i]);
+  }
+  result.orientation = Quaternion(axes).normalized();
+  return result;
+}
+
+}  // namespace substep
