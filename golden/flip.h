@@ -1,0 +1,34 @@
+#pragma once
+/// How visible the difference of two pictures is to a person who flips between them.
+///
+/// LDR-FLIP after P. Andersson, J. Nilsson, T. Akenine-Möller, M. Oskarsson, K. Åström and M. D. Fairchild,
+/// "FLIP: A Difference Evaluator for Alternating Images", Proc. ACM Comput. Graph. Interact. Tech. 3(2),
+/// 2020. The figures agree with the authors' own program to 2e-6 (tests/golden/flip_test.cpp).
+
+#include <numbers>
+#include <string_view>
+#include <vector>
+
+#include "render/image.h"
+
+namespace substep {
+
+struct Flip {
+  int width = 0;
+  int height = 0;
+  std::vector<float> map;  ///< per pixel, rows from the top; 0: no visible difference, 1: the largest
+  double mean = 0;
+  double percentile_99 = 0;  ///< 99 % of the pixels are at or below it
+  double max = 0;
+};
+
+/// Pixels per degree of a viewer 0.7 m from a screen of 3840 pixels on 0.7 m: the authors' default.
+inline constexpr float default_pixels_per_degree = 0.7F * (3840 / 0.7F) * (std::numbers::pi_v<float> / 180);
+
+/// Both images must have the same size. Equal images give 0 exactly.
+Flip flip(const Image& expected, const Image& actual, float pixels_per_degree = default_pixels_per_degree);
+
+/// In words, by the largest value: "invisible" below 0.1, "subtle" below 0.3, else "visible".
+std::string_view visibility(const Flip& flip);
+
+}  // namespace substep

@@ -1,0 +1,67 @@
+#pragma once
+/// Whether a picture is still the golden one, and if not, how much and where it differs.
+///
+/// The order of judgement; the first rule that speaks decides:
+///
+///  1. size      width and height must be equal;
+///  2. exact     equal pixels are equal: no metric is asked (the bytes of the PNGs never matter);
+///  3. hard      no channel of any pixel may differ by more than `hard` levels;
+///  4. count     at most `count` pixels may have a channel that differs by more than `level` levels;
+///  5. mean      the mean absolute difference over all channels may be at most `mean` levels;
+///  6. tile      so may that of every 32 × 32 tile be at most `tile_mean`: a broken corner is not averaged
+///  away;
+///  7. within    what is left differs within the tolerance.
+///
+/// Levels are steps of the 8-bit sRGB code, 0 to 255.
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+
+#include "render/image.h"
+
+namespace substep {
+
+struct ImageTolerance {
+  int hard = 64;
+  int level = 3;
+  std::int64_t count = 20;
+  double mean = 0.5;
+  double tile_mean = 4;
+};
+
+enum class Judgement { exact, within, size, hard, count, mean, tile };
+
+/// "exact", "within tolerance", "size", "hard limit", "pixel count", "mean", "worst tile".
+std::string_view name(Judgement judgement);
+
+inline bool passes(Judgement judgement) {
+  return judgement == Judgement::exact || judgement == Judgement::within;
+}
+
+struct ImageComparison {
+  static constexpr int tile_size = 32;
+  /// The levels that `above` counts for: a person who wants another tolerance sees which would have passed.
+  static constexpr std::array<int, 7> levels{0, 1, 2, 4, 8, 16, 32};
+
+  Judgement judgement = Judgement::exact;
+  std::int64_t pixels = 0;              ///< in each image; 0 when the sizes differ
+  std::array<std::int64_t, 7> above{};  ///< pixels with a channel that differs by more than levels[i]
+  std::int64_t above_level = 0;         ///< the same for the tolerance's level
+  int max = 0;                          ///< largest difference of a channel, levels
+  int max_x = 0, max_y = 0;             ///< the first pixel that has it, from the top left
+  double mean = 0;                      ///< mean absolute difference over all channels, levels
+  int left = 0, top = 0, right = -1, bottom = -1;  ///< the box of differing pixels, both ends included
+  int tile_x = 0, tile_y = 0;                      ///< top left corner of the worst tile
+  double tile_mean = 0;                            ///< its mean absolute difference, levels
+};
+
+ImageComparison compare(const Image& expected, const Image& actual, const ImageTolerance& tolerance = {});
+
+/// The absolute difference times 16, so that one level can be seen. Sizes must be equal.
+Image difference_image(const Image& expected, const Image& actual);
+
+/// Whether the picture shows next to nothing: no channel varies by more than two levels.
+bool is_blank(const Image& image);
+
+}  // namespace substep

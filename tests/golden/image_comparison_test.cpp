@@ -1,0 +1,128 @@
+#include "golden/image_comparison.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+
+#include "tests/golden/vectors.h"
+
+namespace substep {
+namespace {
+
+TEST(ImageComparison, CountsAreThoseOfTheVectors) {
+  const auto pairs = vector_pairs();
+  ASSERT_EQ(pairs.size(), 13U);
+  for (const VectorPair& pair : pairs) {
+    const ImageComparison c = compare(pair.expected, pair.actual);
+    EXPECT_EQ(c.pixels, 64 * 64) << pair.name;
+    EXPECT_EQ(c.max, pair.max_difference) << pair.name;
+    EXPECT_EQ(c.above[0], pair.above_0) << pair.name;
+    EXPECT_EQ(c.above[2], pair.above_2) << pair.name;
+    EXPECT_EQ(c.above[4], pair.above_8) << pair.name;
+    EXPECT_EQ(c.above[5], pair.above_16) << pair.name;
+    EXPECT_LE(c.mean, pair.rmse * 255 + 1e-3) << pair.name;  // a mean is at most the root mean square
+    for (std::size_t i = 1; i < c.above.size(); ++i) EXPECT_LE(c.above[i], c.above[i - 1]) << pair.name;
+  }
+}
+
+TEST(ImageComparison, VectorsFailTheGateTheyShould) {
+  const std::map<std::string, Judgement> expected{
+      {"00_identical", Judgement::exact},        {"01_solid_shift", Judgement::count},
+      {"02_shift_1px", Judgement::hard},         {"03_noise_pm8", Judgement::count},
+      {"04_missing_object", Judgement::hard},    {"05_edge_aliasing", Judgement::hard},
+      {"06_hue_shift", Judgement::count},        {"07_bright_plus1", Judgement::mean},
+      {"08_swapped_lr", Judgement::hard},        {"09_box_moved_3px", Judgement::hard},
+      {"10_edge_msaa4_vs_16", Judgement::count}, {"11_black_white", Judgement::hard},
+      {"12_one_pixel_magenta", Judgement::hard}};
+  for (const VectorPair& pair : vector_pairs()) {
+    const Judgement judgement = compare(pair.expected, pair.actual).judgement;
+    EXPECT_EQ(judgement, expected.at(pair.name)) << pair.name << ": " << name(judgement);
+    EXPECT_EQ(passes(judgement), pair.name == "00_identical");
+  }
+}
+
+Image grey(int width, int height, std::uint8_t level = 100) {
+  Image image(width, height);
+  for (auto& value : image.rgb) value = level;
+  return image;
+}
+
+TEST(ImageComparison, OtherSizesFailAtOnce) {
+  const ImageComparison c = compare(grey(64, 32), grey(32, 64));
+  EXPECT_EQ(c.judgement, Judgement::size);
+  EXPECT_EQ(c.pixels, 0);
+}
+
+TEST(ImageComparison, SaysWhere) {
+  const Image expected = grey(100, 70);
+  Image actual = expected;
+  actual.pixel(97, 65)[1] = 140;
+  actual.pixel(40, 66)[2] = 95;
+  const ImageComparison c = compare(expected, actual);
+  EXPECT_EQ(c.above[0], 2);
+  EXPECT_EQ(c.max, 40);
+  EXPECT_EQ(c.max_x, 97);
+  EXPECT_EQ(c.max_y, 65);
+  EXPECT_EQ(c.left, 40);
+  EXPECT_EQ(c.right, 97);
+  EXPECT_EQ(c.top, 65);
+  EXPECT_EQ(c.bottom, 66);
+  // The tile at the corner is 4 × 6 pixels: its mean is over what it has.
+  EXPECT_EQ(c.tile_x, 96);
+  EXPECT_EQ(c.tile_y, 64);
+  EXPECT_DOUBLE_EQ(c.tile_mean, 40.0 / (3 * 4 * 6));
+  EXPECT_DOUBLE_EQ(c.mean, 45.0 / (3 * 100 * 70));
+  EXPECT_EQ(c.judgement, Judgement::within);
+}
+
+TEST(ImageComparison, EachGateHoldsAtItsLimitAndFailsAboveIt) {
+  const Image expected = grey(96, 96);
+  const auto with = [&](int pixels, int by) {
+    Image image = expected;
+    for (int i = 0; i < pixels; ++i) image.pixel(i % 32, i / 32)[0] = static_cast<std::uint8_t>(100 + by);
+    return image;
+  };
+  const auto judged = [&](const Image& actual, const ImageTolerance& tolerance) {
+    return compare(expected, actual, tolerance).judgement;
+  };
+  EXPECT_EQ(judged(with(1, 64), {}), Judgement::within);
+  EXPECT_EQ(judged(with(1, 65), {}), Judgement::hard);
+  EXPECT_EQ(judged(with(20, 4), {}), Judgement::within);
+  EXPECT_EQ(judged(with(21, 4), {}), Judgement::count);
+  EXPECT_EQ(judged(with(21, 3), {}), Judgement::within);
+  // 1024 red channels by 3: 3072 levels over 3 · 9216 channels are a mean of 1/9, over the tile's of 1.
+  ImageTolerance tolerance;
+  tolerance.mean = 1.0 / 9;
+  EXPECT_EQ(judged(with(1024, 3), tolerance), Judgement::within);
+  tolerance.mean = 0.11;
+  EXPECT_EQ(judged(with(1024, 3), tolerance), Judgement::mean);
+  tolerance.mean = 0.5;
+  tolerance.tile_mean = 1;
+  EXPECT_EQ(judged(with(1024, 3), tolerance), Judgement::within);
+  tolerance.tile_mean = 0.99;
+  EXPECT_EQ(judged(with(1024, 3), tolerance), Judgement::tile);
+}
+
+TEST(ImageComparison, DifferenceImageShowsOneLevel) {
+  const Image expected = grey(8, 4);
+  Image actual = expected;
+  actual.pixel(2, 1)[0] = 99;
+  actual.pixel(3, 1)[2] = 200;
+  const Image difference = difference_image(expected, actual);
+  EXPECT_EQ(difference.pixel(2, 1)[0], 16);
+  EXPECT_EQ(difference.pixel(3, 1)[2], 255);
+  EXPECT_EQ(difference.pixel(0, 0)[0], 0);
+}
+
+TEST(ImageComparison, BlankIsAlmostOneColor) {
+  Image image = grey(20, 20);
+  EXPECT_TRUE(is_blank(image));
+  image.pixel(3, 3)[0] = 102;
+  EXPECT_TRUE(is_blank(image));
+  image.pixel(3, 3)[0] = 103;
+  EXPECT_FALSE(is_blank(image));
+}
+
+}  // namespace
+}  // namespace substep

@@ -1,0 +1,178 @@
+#include "golden/suite.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "sim/error.h"
+#include "tests/golden/temporary_folder.h"
+
+namespace substep {
+namespace {
+
+class SuiteTest : public testing::Test {
+ protected:
+  Suite read(const std::string& text) {
+    write_text(folder_.path() / "suite.toml", text);
+    return read_suite(folder_.path() / "suite.toml");
+  }
+
+  /// What is wrong, with the place but without the folder.
+  std::string message(const std::string& text) {
+    try {
+      read(text);
+    } catch (const Error& error) {
+      std::string what = error.what();
+      const std::string prefix = (folder_.path() / "").string();
+      EXPECT_EQ(what.rfind(prefix, 0), 0U) << what;
+      return what.substr(prefix.size());
+    }
+    ADD_FAILURE() << "was read: " << text;
+    return {};
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(SuiteTest, CasesStartFromTheDefaults) {
+  const Suite suite = read(R"(
+[defaults]
+frames = 60
+full_every = 20
+images = [60, 20]
+size = [160, 90]
+algorithms = ["a2", "a5"]
+tolerance = { level = 5, mean = 0.25 }
+[defaults.settings]
+substeps = 8
+[defaults.settings.a2]
+iterations = 30
+
+[[case]]
+scene = "../scenes/box_stack.gltf"
+
+[[case]]
+scene = "../scenes/box_stack.gltf"
+variant = "stable"
+algorithms = ["a5"]
+frames = 50
+images = [50]
+tolerance = { count = 3 }
+[case.settings]
+joints = "stable"
+step = 0.01
+[case.settings.a5]
+substeps = 2
+)");
+  ASSERT_EQ(suite.cases.size(), 3U);
+  const SuiteCase& a2 = suite.cases[0];
+  EXPECT_EQ(a2.name, "box_stack.a2");
+  EXPECT_EQ(a2.scene, (folder_.path() / "../scenes/box_stack.gltf").lexically_normal());
+  EXPECT_EQ(a2.settings.algorithm, Algorithm::a2);
+  EXPECT_EQ(a2.settings.iterations, 30);
+  EXPECT_EQ(a2.settings.substeps, 8);
+  EXPECT_FALSE(a2.own_step);
+  EXPECT_EQ(a2.frames, 60);
+  EXPECT_EQ(a2.images, (std::vector<int>{20, 60}));
+  EXPECT_EQ(a2.width, 160);
+  EXPECT_EQ(a2.height, 90);
+  EXPECT_EQ(a2.tolerance.level, 5);
+  EXPECT_EQ(a2.tolerance.mean, 0.25);
+  EXPECT_EQ(a2.tolerance.count, ImageTolerance{}.count);
+  EXPECT_EQ(a2.pose_file, folder_.path() / "poses/box_stack/a2.poses");
+  EXPECT_EQ(a2.image_file(60), folder_.path() / "images/box_stack/a2.f0060.png");
+  EXPECT_EQ(suite.cases[1].settings.iterations, 1);
+
+  const SuiteCase& stable = suite.cases[2];
+  EXPECT_EQ(stable.name, "box_stack.a5-stable");
+  EXPECT_EQ(stable.settings.joints, Joints::stable);
+  EXPECT_EQ(stable.settings.substeps, 2);
+  EXPECT_TRUE(stable.own_step);
+  EXPECT_EQ(stable.settings.step, 0.01);
+  EXPECT_EQ(stable.tolerance.level, 5);
+  EXPECT_EQ(stable.tolerance.count, 3);
+  EXPECT_EQ(stable.image_file(50), folder_.path() / "images/box_stack/a5-stable.f0050.png");
+}
+
+TEST_F(SuiteTest, MistakesAreNamedWithTheirLine) {
+  const std::string a_case = "[[case]]\nscene = \"s.gltf\"\n";
+  EXPECT_EQ(message("# nothing\n"), "suite.toml: has no [[case]]");
+  EXPECT_EQ(message("case = 3\n"), "suite.toml:1: 'case' must be tables: [[case]]");
+  EXPECT_EQ(
+      message(a_case + "framez = 3\n"),
+      "suite.toml:3: unknown key 'framez' in [[case]]; known are scene, variant, frames, full_every, images, "
+      "size, algorithms, tolerance, settings");
+  EXPECT_EQ(message(a_case + "frames = 0\n"),
+            "suite.toml:3: 'frames' must be a whole number from 1 to 100000");
+  EXPECT_EQ(message(a_case + "frames = 2.5\n"),
+            "suite.toml:3: 'frames' must be a whole number from 1 to 100000");
+  EXPECT_EQ(message(a_case + "frames = \"2\"\n"),
+            "suite.toml:3: 'frames' must be a whole number from 1 to 100000");
+  EXPECT_EQ(message(a_case + "images = [25]\n"),
+            "suite.toml:1: image of frame 25: must be a multiple of full_every = 10 or the last frame, 120");
+  EXPECT_EQ(message(a_case + "images = [130]\n"),
+            "suite.toml:1: image of frame 130: must be a multiple of full_every = 10 or the last frame, 120");
+  EXPECT_EQ(message(a_case + "images = []\n"), "suite.toml:3: 'images' must be a list");
+  EXPECT_EQ(message(a_case + "size = [320]\n"), "suite.toml:3: 'size' must be [width, height]");
+  EXPECT_EQ(message(a_case + "algorithms = [\"a6\"]\n"),
+            "suite.toml:3: 'algorithms' must be some of a1, a2, a3, a4, a5");
+  EXPECT_EQ(message(a_case + "tolerance = { mean = -1 }\n"),
+            "suite.toml:3: 'mean' must be a number, at least 0");
+  EXPECT_EQ(message(a_case + "tolerance = { mean = nan }\n"),
+            "suite.toml:3: 'mean' must be a number, at least 0");
+  EXPECT_EQ(message(a_case + "settings = { joints = \"stiff\" }\n"),
+            "suite.toml:3: 'joints' must be rows, plain or stable");
+  EXPECT_EQ(
+      message(a_case + "[case.settings.a9]\n"),
+      "suite.toml:3: unknown key 'a9' in settings; known are step, substeps, iterations, tau, kappa, joints, "
+      "relaxation, tolerance, and a table for one of a1, a2, a3, a4, a5");
+  EXPECT_EQ(
+      message(a_case + "[case.settings.a3]\nsubstep = 2\n"),
+      "suite.toml:4: unknown key 'substep' in settings.a3; known are step, substeps, iterations, tau, kappa, "
+      "joints, relaxation, tolerance");
+  EXPECT_EQ(message(a_case + "[case.settings]\nkappa = 0\n"),
+            "suite.toml:1: s.a1: kappa 0: must be above 0 and at most 2");
+  EXPECT_EQ(message("[[case]]\nframes = 3\n"), "suite.toml:1: [[case]] without a 'scene'");
+  EXPECT_EQ(message("[[case]]\nscene = \"a.b.gltf\"\n"),
+            "suite.toml:2: scene 'a.b.gltf': its name must be of letters, digits and _");
+  EXPECT_EQ(message(a_case + "variant = \"../x\"\n"),
+            "suite.toml:3: 'variant' must be of letters, digits and _");
+  EXPECT_EQ(message(a_case + a_case),
+            "suite.toml:3: there is a case s.a1 already: give one of them a 'variant'");
+  EXPECT_EQ(message("[defaults\n").rfind("suite.toml:1: ", 0), 0U);
+}
+
+TEST_F(SuiteTest, AMissingFileIsNamed) {
+  EXPECT_THROW(read_suite(folder_.path() / "none.toml"), Error);
+}
+
+TEST_F(SuiteTest, SelectsByCaseOrScene) {
+  const Suite suite =
+      read("[[case]]\nscene = \"one.gltf\"\n[[case]]\nscene = \"two.gltf\"\nalgorithms = [\"a3\"]\n");
+  EXPECT_EQ(select(suite, {}).size(), 6U);
+  EXPECT_EQ(select(suite, {"one"}).size(), 5U);
+  const auto chosen = select(suite, {"two.a3", "one.a1"});
+  ASSERT_EQ(chosen.size(), 2U);
+  EXPECT_EQ(chosen[0].name, "one.a1");
+  EXPECT_EQ(chosen[1].name, "two.a3");
+  EXPECT_THROW(select(suite, {"two.a1"}), Error);
+}
+
+TEST_F(SuiteTest, OrphansAreFilesOfNoCase) {
+  const Suite suite = read("[[case]]\nscene = \"one.gltf\"\nalgorithms = [\"a3\"]\nimages = [60]\n");
+  EXPECT_TRUE(orphans(suite).empty());
+  write_text(folder_.path() / "poses/one/a3.poses", "");
+  write_text(folder_.path() / "images/one/a3.f0060.png", "");
+  write_text(folder_.path() / "images/one/a3.json", "");
+  EXPECT_TRUE(orphans(suite).empty());
+  write_text(folder_.path() / "images/one/a3.f0120.png", "");
+  write_text(folder_.path() / "poses/gone/a1.poses", "");
+  const auto found = orphans(suite);
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_EQ(found[0], folder_.path() / "images/one/a3.f0120.png");
+  EXPECT_EQ(found[1], folder_.path() / "poses/gone/a1.poses");
+}
+
+}  // namespace
+}  // namespace substep
