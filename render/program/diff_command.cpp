@@ -103,7 +103,7 @@ void add_diff_command(CLI::App& app) {
   command->add_option("actual", options->actual, "Another of the same kind")->required();
   command->footer(
       "Ends with code 0 where nothing differs and 1 where something does.\n"
-      "Example:\n  substep diff golden/poses/chain/a3.poses.txt chain.a3.poses.txt");
+      "Example:\n  substep diff golden/poses/rod_chain/a3.poses.txt rod_chain.a3.poses.txt");
   command->callback([options] { diff(*options); });
 }
 

@@ -103,7 +103,7 @@ void add_video_command(CLI::App& app) {
       "A2 has n·m iterations, as many row solves as A3 to A5. The strip under each picture is the RMS "
       "distance\n"
       "of the bodies' centres from the reference, on one logarithmic scale.\n"
-      "Example:\n  substep video scenes/chain.gltf --substeps 4 --joints stable --poster chain.png");
+      "Example:\n  substep video scenes/rod_chain.gltf --substeps 4 --joints stable --poster rod_chain.png");
   command->callback([options] { make(*options); });
 }
 

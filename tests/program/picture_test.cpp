@@ -1,0 +1,143 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <string>
+
+#include "program.h"
+#include "render/image.h"
+
+namespace substep {
+namespace {
+
+using testing::HasSubstr;
+
+class Pictures : public Program {
+ protected:
+  /// A video that is quick to make.
+  Outcome short_video(const std::vector<std::string>& more, const std::string& path = system_path(),
+                      const std::string& duration = "0.2") const {
+    std::vector<std::string> arguments{
+        "video", scene("rod_chain.gltf"), "--duration", duration, "--size", "320x180", "--hold", "0.1"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run(arguments, path);
+  }
+};
+
+TEST_F(Pictures, ALogIsDrawnAsItsSceneIs) {
+  ASSERT_EQ(run({"run", scene("rod_chain.gltf"), "--algorithm", "a4", "--duration", "0.2", "--output",
+                 "a.poses.txt"})
+                .exit_code,
+            0);
+  const Outcome of_log = run(
+      {"render", "a.poses.txt", "--scene", scene("rod_chain.gltf"), "--frame", "0,12", "--size", "160x90"});
+  ASSERT_EQ(of_log.exit_code, 0) << of_log.err;
+  ASSERT_EQ(run({"render", scene("rod_chain.gltf"), "--algorithm", "a4", "--duration", "0.2", "--frame", "12",
+                 "--size", "160x90", "--output", "scene.png"})
+                .exit_code,
+            0);
+  EXPECT_THAT(files(), testing::ElementsAre("a.f0000.png", "a.f0012.png", "a.poses.txt", "scene.png"));
+  EXPECT_EQ(content("a.f0012.png"), content("scene.png"));
+  EXPECT_EQ(run({"diff", "a.f0012.png", "scene.png"}).exit_code, 0);
+
+  const Image image = read_png(folder() / "scene.png");
+  EXPECT_EQ(image.width, 160);
+  EXPECT_EQ(image.height, 90);
+  // The chain has moved.
+  const Outcome moved = run({"diff", "a.f0000.png", "a.f0012.png"});
+  EXPECT_EQ(moved.exit_code, 1);
+  EXPECT_THAT(moved.out, HasSubstr("pixels differ"));
+  expect_refused({"diff", "a.f0000.png", "a.poses.txt"}, "picture");
+}
+
+TEST_F(Pictures, AllFramesOfALogAreDrawn) {
+  ASSERT_EQ(
+      run({"run", scene("pendulum.gltf"), "--duration", "0.2", "--every", "5", "--output", "p.poses.txt"})
+          .exit_code,
+      0);
+  ASSERT_EQ(
+      run({"render", "p.poses.txt", "--scene", scene("pendulum.gltf"), "--frame", "all", "--size", "64x36"})
+          .exit_code,
+      0);
+  EXPECT_THAT(files(), testing::ElementsAre("p.f0000.png", "p.f0005.png", "p.f0010.png", "p.f0012.png",
+                                            "p.poses.txt"));
+  expect_refused({"render", "p.poses.txt", "--scene", scene("pendulum.gltf"), "--frame", "7"},
+                 "--frame 7: the log has poses every 5 frames only: ask for 5");
+}
+
+TEST_F(Pictures, VideoHasItsDurationAndSize) {
+  const Outcome outcome = short_video({});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+  EXPECT_THAT(outcome.out, HasSubstr("reference: A1"));
+  EXPECT_THAT(outcome.out, HasSubstr("wrote rod_chain.mp4"));
+  EXPECT_THAT(files(), testing::ElementsAre("rod_chain.mp4"));
+  const Outcome probe = run_command(
+      "ffprobe -v error -count_frames -select_streams v -show_entries "
+      "stream=codec_name,width,height,pix_fmt,r_frame_rate,nb_read_frames -of csv=p=0 " +
+      quoted((folder() / "rod_chain.mp4").string()));
+  // 0.2 s are frames 0 to 6, and the last is held for 3 more.
+  EXPECT_EQ(probe.out, "h264,320,180,yuv420p,30/1,10\n");
+}
+
+TEST_F(Pictures, VideoIsTheSameForAnyNumberOfThreads) {
+  for (const char* const threads : {"1", "2", "3"}) {
+    ASSERT_EQ(short_video({"--threads", threads, "--output", std::string(threads) + ".mp4"}).exit_code, 0);
+  }
+  EXPECT_EQ(content("1.mp4"), content("2.mp4"));
+  EXPECT_EQ(content("1.mp4"), content("3.mp4"));
+}
+
+TEST_F(Pictures, WithoutFfmpegTheFramesAreLeft) {
+  const Outcome outcome = short_video({"--output", "film.mp4"}, "/nowhere");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("wrote film_frames\n"));
+  EXPECT_THAT(outcome.out, HasSubstr("ffmpeg is not in PATH"));
+  EXPECT_EQ(files().size(), 11u);
+  EXPECT_EQ(read_png(folder() / "film_frames" / "frame_0009.png").width, 320);
+
+  // The command that is printed makes the film that would have been made.
+  const std::string start = "a film of them: ";
+  std::string command = outcome.out.substr(outcome.out.find(start) + start.size());
+  command = command.substr(0, command.find('\n'));
+  const Outcome film = run_command("cd " + quoted(folder().string()) + " && " + command);
+  ASSERT_EQ(film.exit_code, 0) << film.err;
+  ASSERT_EQ(short_video({"--output", "direct.mp4"}).exit_code, 0);
+  EXPECT_EQ(content("film.mp4"), content("direct.mp4"));
+
+  EXPECT_EQ(short_video({"--loop", "loop.gif"}, "/nowhere").exit_code, 2);
+}
+
+TEST_F(Pictures, FramesFolderIsReplacedOnlyWhenItHoldsFramesAlone) {
+  ASSERT_EQ(short_video({"--frames", "frames"}).exit_code, 0);
+  EXPECT_EQ(files().size(), 11u);
+  ASSERT_EQ(short_video({"--frames", "frames"}, system_path(), "0.1").exit_code, 0);
+  EXPECT_EQ(files().size(), 8u);
+  write("frames/thesis.tex", "years of work");
+  EXPECT_EQ(short_video({"--frames", "frames"}).exit_code, 2);
+  EXPECT_EQ(content("frames/thesis.tex"), "years of work");
+  EXPECT_EQ(files().size(), 9u);
+}
+
+TEST_F(Pictures, PosterAndLoopAreMade) {
+  const Outcome outcome = short_video({"--poster", "poster.png", "--loop", "loop.gif"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(files(), testing::ElementsAre("loop.gif", "poster.png", "rod_chain.mp4"));
+  EXPECT_EQ(read_png(folder() / "poster.png").height, 180);
+  EXPECT_EQ(content("loop.gif").substr(0, 6), "GIF89a");
+  EXPECT_LE(content("loop.gif").size(), 2'000'000u);
+}
+
+TEST_F(Pictures, WhenFfmpegFailsNothingIsLeft) {
+  // An ffmpeg that reads one frame and gives up.
+  write("ffmpeg",
+        "#!/bin/sh\nhead -c 100000 >/dev/null\necho 'first' >&2\necho 'no space left' >&2\nexit 1\n");
+  std::filesystem::permissions(folder() / "ffmpeg", std::filesystem::perms::owner_all);
+  const Outcome outcome = short_video({}, folder().string() + ":" + system_path());
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_EQ(outcome.err, "substep: ffmpeg failed: no space left\n");
+  EXPECT_THAT(files(), testing::ElementsAre("ffmpeg"));
+}
+
+}  // namespace
+}  // namespace substep

@@ -1,0 +1,47 @@
+#pragma once
+/// Runs the real program in a folder of its own.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace substep {
+
+struct Outcome {
+  int exit_code = 0;
+  std::string out;
+  std::string err;
+};
+
+class Program : public testing::Test {
+ protected:
+  Program();
+  ~Program() override;
+
+  /// Runs `substep` with these arguments in folder(). With an empty `path` no program is found in PATH.
+  Outcome run(const std::vector<std::string>& arguments, const std::string& path = system_path()) const;
+
+  /// Expects exit code 2, one line on stderr that holds `part`, nothing on stdout, and no new file.
+  void expect_refused(const std::vector<std::string>& arguments, const std::string& part) const;
+
+  /// Writes a file in folder().
+  void write(const std::string& name, const std::string& content) const;
+  std::string content(const std::string& name) const;
+  std::vector<std::string> files() const;  ///< in folder(), with those in folders in it, sorted
+
+  const std::filesystem::path& folder() const { return folder_; }
+  static std::string scene(const std::string& name);  ///< the path of a scene of the repository
+  static std::string system_path();
+
+ private:
+  std::filesystem::path folder_;
+};
+
+/// What a program at `path` says to these arguments.
+Outcome run_command(const std::string& command);
+
+std::string quoted(const std::string& word);
+
+}  // namespace substep

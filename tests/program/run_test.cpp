@@ -1,0 +1,150 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <charconv>
+#include <cmath>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "program.h"
+#include "sim/log/pose_log.h"
+#include "sim/scene/scene.h"
+
+namespace substep {
+namespace {
+
+using testing::HasSubstr;
+
+class RunCommand : public Program {
+ protected:
+  /// Lines of the table, each as its fields.
+  std::vector<std::vector<std::string>> table(const std::string& name) const {
+    std::vector<std::vector<std::string>> lines;
+    std::istringstream stream(content(name));
+    for (std::string line; std::getline(stream, line);) {
+      std::vector<std::string> fields;
+      std::istringstream parts(line);
+      for (std::string field; std::getline(parts, field, ',');) fields.push_back(field);
+      lines.push_back(fields);
+    }
+    return lines;
+  }
+};
+
+TEST_F(RunCommand, TwoRunsLeaveTheSameBytes) {
+  for (const char* const algorithm : {"a1", "a2", "a3", "a4", "a5"}) {
+    for (const char* const file : {"one", "two"}) {
+      const Outcome outcome = run({"run", scene("rod_chain.gltf"), "--algorithm", algorithm, "--duration",
+                                   "0.5", "--output", file, "--csv", std::string(file) + ".csv"});
+      ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+      EXPECT_EQ(outcome.err, "");
+      EXPECT_THAT(outcome.out, HasSubstr(std::string("wrote ") + file));
+    }
+    EXPECT_EQ(content("one"), content("two"));
+    EXPECT_EQ(content("one.csv"), content("two.csv"));
+    EXPECT_EQ(run({"diff", "one", "two"}).exit_code, 0);
+  }
+}
+
+TEST_F(RunCommand, LogHasTheSettingsAndTheFramesAskedFor) {
+  const Outcome outcome = run({"run",          scene("rod_chain.gltf"),
+                               "--algorithm",  "a5",
+                               "--step",       "1/120",
+                               "--substeps",   "3",
+                               "--iterations", "2",
+                               "--tau",        "0.9",
+                               "--kappa",      "0.8",
+                               "--joints",     "stable",
+                               "--duration",   "0.25",
+                               "--every",      "8"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(files(), testing::ElementsAre("rod_chain.a5.poses.txt"));
+  const PoseLog log = read_pose_log(folder() / "rod_chain.a5.poses.txt");
+  EXPECT_EQ(log.scene, "rod_chain.gltf");
+  EXPECT_EQ(log.settings.algorithm, Algorithm::a5);
+  EXPECT_EQ(log.settings.step, 1.0 / 120);
+  EXPECT_EQ(log.settings.substeps, 3);
+  EXPECT_EQ(log.settings.iterations, 2);
+  EXPECT_EQ(log.settings.tau, 0.9);
+  EXPECT_EQ(log.settings.kappa, 0.8);
+  EXPECT_EQ(log.settings.joints, Joints::stable);
+  ASSERT_EQ(log.frames.size(), 31u);
+  for (std::size_t k = 0; k < 31; ++k) EXPECT_EQ(log.frames[k].poses.empty(), k % 8 != 0 && k != 30) << k;
+}
+
+TEST_F(RunCommand, TableHasTheStatesOfTheLog) {
+  ASSERT_EQ(run({"run", scene("tumbling_body.gltf"), "--duration", "1", "--output", "log", "--csv", "table"})
+                .exit_code,
+            0);
+  const Scene loaded = load_scene(scene("tumbling_body.gltf"));
+  const PoseLog log = read_pose_log(folder() / "log");
+  const auto lines = table("table");
+  EXPECT_EQ(content("table").substr(0, content("table").find('\n')),
+            "t,body,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz");
+
+  std::map<std::string, std::size_t> dynamic;
+  for (std::size_t i = 1; i < loaded.bodies.size(); ++i) {
+    if (loaded.bodies[i].inverse_mass > 0) dynamic[loaded.bodies[i].name] = i;
+  }
+  ASSERT_FALSE(dynamic.empty());
+  ASSERT_EQ(lines.size(), 1 + log.frames.size() * dynamic.size());
+  for (std::size_t line = 1; line < lines.size(); ++line) {
+    ASSERT_EQ(lines[line].size(), 15u);
+    std::vector<double> values;
+    for (std::size_t i = 0; i < 15; ++i) {
+      double value = 0;
+      const std::string& field = lines[line][i];
+      if (i != 1) {
+        const auto result = std::from_chars(field.data(), field.data() + field.size(), value);
+        ASSERT_EQ(result.ptr, field.data() + field.size());
+      }
+      values.push_back(value);
+    }
+    const std::size_t frame = (line - 1) / dynamic.size();
+    ASSERT_TRUE(dynamic.contains(lines[line][1]));
+    const std::size_t index = dynamic[lines[line][1]];
+    const Body& body = loaded.bodies[index];
+    EXPECT_EQ(values[0], static_cast<double>(frame) * log.settings.step);
+    EXPECT_EQ(Vector3(values[2], values[3], values[4]), log.frames[frame].poses[index].linear);
+    // The node's own axes, not the principal ones.
+    const Quaternion node = log.frames[frame].poses[index].angular * body.body_from_node.orientation;
+    EXPECT_EQ(Quaternion(values[5], values[6], values[7], values[8]).coeffs(), node.coeffs());
+    if (frame == 0) {
+      EXPECT_EQ(Vector3(values[9], values[10], values[11]), body.linear_velocity);
+      EXPECT_EQ(Vector3(values[12], values[13], values[14]), body.angular_velocity);
+    }
+  }
+}
+
+TEST_F(RunCommand, RateThinsTheTableToTheNearestSteps) {
+  ASSERT_EQ(run({"run", scene("pendulum.gltf"), "--step", "1/60", "--duration", "1", "--csv", "table",
+                 "--rate", "25"})
+                .exit_code,
+            0);
+  const auto lines = table("table");
+  std::vector<long> steps;
+  for (std::size_t i = 1; i < lines.size(); ++i) {
+    if (lines[i][1] == lines[1][1]) steps.push_back(std::lround(std::stod(lines[i][0]) * 60));
+  }
+  ASSERT_EQ(steps.size(), 26u);
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    EXPECT_LE(std::abs(static_cast<double>(steps[i]) / 60 - static_cast<double>(i) / 25), 1.0 / 120 + 1e-12);
+  }
+}
+
+TEST_F(RunCommand, DiffNamesFrameAndSetting) {
+  ASSERT_EQ(run({"run", scene("rod_chain.gltf"), "--duration", "0.5", "--output", "a"}).exit_code, 0);
+  ASSERT_EQ(
+      run({"run", scene("rod_chain.gltf"), "--duration", "0.5", "--output", "b", "--tau", "0.5"}).exit_code,
+      0);
+  const Outcome outcome = run({"diff", "a", "b"});
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_THAT(outcome.out, HasSubstr("tau: 1 → 0.5\n"));
+  EXPECT_THAT(outcome.out, HasSubstr("first different state: frame "));
+  EXPECT_THAT(outcome.out, HasSubstr("most in body "));
+}
+
+}  // namespace
+}  // namespace substep
