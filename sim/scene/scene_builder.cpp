@@ -19,12 +19,6 @@ namespace {
 // The extension leaves the mass of a motion without one to us: its shapes are as dense as water.
 constexpr double default_density = 1000;  // kg/m³
 
-MassProperties of_density(MassProperties properties, double density) {
-  properties.mass *= density;
-  properties.inertia *= density;
-  return properties;
-}
-
 // Moments that differ by rounding alone belong to a symmetric body, which has no gyroscopic term: they are
 // made equal, and products of inertia of that size are made 0, which leaves the axes where the shape has
 // them.
@@ -102,6 +96,7 @@ class SceneBuilder {
   void add_bodies() {
     scene_.bodies.emplace_back().name = "world";
     node_of_body_.push_back(-1);
+    body_of_node_.assign(physics_.size(), world_body);
     for (std::size_t i = 0; i < physics_.size(); ++i) {
       if (!physics_[i].motion) continue;
       const GltfNode& node = document_.nodes[i];
@@ -111,6 +106,7 @@ class SceneBuilder {
             "carries a body, but is sheared or flat: a turned node stands in an unequal scale; apply the "
             "scale");
       }
+      body_of_node_[i] = static_cast<int>(scene_.bodies.size());
       scene_.bodies.emplace_back().name = node.name;
       node_of_body_.push_back(index);
     }
@@ -123,7 +119,7 @@ class SceneBuilder {
     for (int i = node; i >= 0; i = document_.nodes[i].parent) {
       if (physics_[i].motion) {
         Attachment result;
-        while (node_of_body_[result.body] != i) ++result.body;
+        result.body = body_of_node_[i];
         result.in_node =
             make_transform(Vector3::Zero(), Quaternion::Identity(), document_.nodes[i].world.scale);
         for (auto below = path.rbegin(); below != path.rend(); ++below) {
@@ -137,6 +133,7 @@ class SceneBuilder {
   }
 
   void add_colliders() {
+    colliders_of_.resize(scene_.bodies.size());
     for (std::size_t i = 0; i < physics_.size(); ++i) {
       if (physics_[i].collider) add_collider(static_cast<int>(i), *physics_[i].collider);
     }
@@ -176,6 +173,7 @@ class SceneBuilder {
       collider.collides_with = filter.collides_with;
       collider.in_no_system = filter.member == 0;
     }
+    colliders_of_[body].push_back(static_cast<int>(scene_.colliders.size()));
     scene_.colliders.push_back(std::move(collider));
   }
 
@@ -183,10 +181,9 @@ class SceneBuilder {
   // twice.
   MassProperties shape_properties(int body) const {
     MassProperties sum;
-    for (const Collider& collider : scene_.colliders) {
-      if (collider.body != body) continue;
-      const MassProperties one =
-          of_density(transformed(mass_properties(collider.shape), collider.placement), default_density);
+    for (const int index : colliders_of_[body]) {
+      const Collider& collider = scene_.colliders[index];
+      const MassProperties one = transformed(mass_properties(collider.shape), collider.placement);
       sum = sum.mass > 0 ? combined(sum, one) : one;
     }
     return sum;
@@ -206,9 +203,10 @@ class SceneBuilder {
     if (motion.centre_of_mass) node_from_body.position = world.scale.cwiseProduct(*motion.centre_of_mass);
 
     const bool has_mass = motion.mass || shapes.mass > 0;
-    if (!motion.kinematic && !has_mass)
+    if (!motion.kinematic && !has_mass) {
       place.fail("needs a 'mass', as the body has no collider to take it from");
-    const double mass = motion.mass.value_or(shapes.mass);
+    }
+    const double mass = motion.mass.value_or(shapes.mass * default_density);
     if (!motion.kinematic) body.inverse_mass = inverse_or_infinite(mass);
 
     if (motion.inertia_diagonal) {
@@ -217,9 +215,9 @@ class SceneBuilder {
     } else if (shapes.mass > 0) {
       // About the shapes' own centre, also where the file places the centre of mass elsewhere: how the mass
       // is then spread is not known.
-      const PrincipalInertia principal = symmetric_principal_inertia(with_mass(shapes, 1).inertia);
+      const PrincipalInertia principal = symmetric_principal_inertia(with_mass(shapes, mass).inertia);
       node_from_body.orientation = principal.orientation;
-      if (body.inverse_mass > 0) body.inverse_inertia = (principal.moments * mass).cwiseInverse();
+      if (body.inverse_mass > 0) body.inverse_inertia = principal.moments.cwiseInverse();
     } else if (body.inverse_mass > 0) {
       place.fail("needs an 'inertiaDiagonal', as the body has no collider to take it from");
     }
@@ -233,8 +231,9 @@ class SceneBuilder {
     if (world.mirrors()) body.linear_velocity = -body.linear_velocity;
     body.angular_velocity = world.rotation * motion.angular_velocity;
 
-    for (Collider& collider : scene_.colliders) {
-      if (collider.body == index) collider.placement = in_body(body, collider.placement);
+    for (const int collider : colliders_of_[index]) {
+      Pose& placement = scene_.colliders[collider].placement;
+      placement = in_body(body, placement);
     }
   }
 
@@ -339,7 +338,9 @@ class SceneBuilder {
   std::vector<GltfMesh> meshes_;
   PhysicsTables tables_;
   std::vector<NodePhysics> physics_;
-  std::vector<int> node_of_body_;  // −1 for the world
+  std::vector<int> body_of_node_;               // the world's where the node carries none
+  std::vector<int> node_of_body_;               // −1 for the world
+  std::vector<std::vector<int>> colliders_of_;  // each body's, as indices
 };
 
 }  // namespace
