@@ -49,6 +49,10 @@ ContactFinder::ContactFinder(const Scene& scene, const Model& model) : scene_(sc
   poses_.resize(candidates_.size());
   bounds_.resize(candidates_.size());
   margins_.resize(candidates_.size());
+  // Room for a dense pile, so that steps after the first need no more.
+  pairs_.reserve(16 * candidates_.size());
+  points_.reserve(64);
+  contacts_.reserve(16 * candidates_.size());
 }
 
 bool ContactFinder::may_meet(std::uint32_t i, std::uint32_t j) const {

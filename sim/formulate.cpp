@@ -153,6 +153,8 @@ void build_blocks(Problem& problem, Joints joints) {
   Constraints& c = problem.c;
   const Model& model = *problem.model;
   c.blocks.clear();
+  c.blocks.reserve(3 * problem.contacts->capacity());
+  c.rows.reserve(3 * problem.contacts->capacity());
   int first = 0;
   const auto add = [&](Block::Kind kind, int rows, int component, int a, int b,
                        std::size_t source) -> Block& {

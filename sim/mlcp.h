@@ -43,7 +43,7 @@ struct MlcpReport {
   };
   Status status = Status::solved;
   /// Largest natural residual |λ − clamp(λ − w/Γ_xx)| √Γ_xx over the rows, relative to the largest
-  /// max(|b|/√Γ_xx, |λ| √Γ_xx): has no unit, and does not change with mass, length or time.
+  /// |b|/√Γ_xx: has no unit, and does not change with mass, length or time.
   double residual = 0;
   int pivots = 0;               ///< active sets tried
   std::int64_t row_solves = 0;  ///< rows × (sweeps + active sets)

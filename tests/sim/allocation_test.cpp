@@ -57,7 +57,8 @@ TEST(Allocation, NoneInAStepAfterTheFirst) {
 TEST(Allocation, TheCounterCounts) {
   counting = true;
   allocations = 0;
-  delete new int(1);
+  std::vector<int>* volatile made = new std::vector<int>(1);
+  delete made;
   counting = false;
   EXPECT_GE(allocations, 1);
 }

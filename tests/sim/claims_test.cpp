@@ -72,10 +72,19 @@ TEST(Claim3, SubstepsBeatIterationsOnAChain) {
 
 // Claim 4 (IV.3): A4 is a first-order approximation of A3.
 TEST(Claim4, OneStepOfA4DiffersFromA3BySecondOrderInPosition) {
-  const Scene scene = moving_chain();
+  // From a state on the constraints: a gap that does not shrink with h would be all that is seen.
+  Scene scene = moving_chain();
+  Settings fine = settings(Algorithm::a1, 1, 1);
+  fine.step = 1e-5;
+  const State start = run(scene, fine, 0.2);
+  for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
+    scene.bodies[i].pose = {start.q[i].linear, start.q[i].angular};
+    scene.bodies[i].linear_velocity = start.v[i].linear;
+    scene.bodies[i].angular_velocity = start.v[i].angular;
+  }
   double last_position = 0;
   double last_velocity = 0;
-  for (int k = 0; k < 5; ++k) {
+  for (int k = 0; k < 7; ++k) {
     Settings a3 = settings(Algorithm::a3, 4, 1);
     a3.step = 1.0 / (240 << k);
     Settings a4 = a3;
@@ -84,7 +93,7 @@ TEST(Claim4, OneStepOfA4DiffersFromA3BySecondOrderInPosition) {
     const State other = run(scene, a4, a4.step);
     const double position = position_difference(one, other);
     const double velocity = velocity_difference(one, other);
-    if (k > 1) {
+    if (k > 3) {
       EXPECT_NEAR(std::log2(last_position / position), 2, 0.1) << k;
       EXPECT_NEAR(std::log2(last_velocity / velocity), 1, 0.1) << k;
     }

@@ -50,10 +50,19 @@ TEST(Incline, ABlockSlidesAsTheClosedFormSays) {
 }
 
 TEST(Incline, ABlockStaysWhenFrictionHoldsIt) {
+  const Scene scene = incline(0.8);
+  const auto moved = [&](Settings settings) {
+    return (test::run(scene, settings, 5).q[1].linear - scene.bodies[1].pose.position).norm();
+  };
   for (const Algorithm algorithm : all) {
-    const Scene scene = incline(0.8);
-    const State state = test::run(scene, settings_of(algorithm, 1.0 / 60), 5);
-    EXPECT_LT((state.q[1].linear - scene.bodies[1].pose.position).norm(), 0.001) << name(algorithm);
+    Settings settings = settings_of(algorithm, 1.0 / 60);
+    if (algorithm >= Algorithm::a3) {
+      // Nothing is warm-started and friction knows no position: what m sweeps leave of a sub-step's slip is
+      // kept.
+      EXPECT_LT(moved(settings), 0.01) << name(algorithm);  // measured 6.5 mm in 5 s, at m = 4
+      settings.iterations = 16;
+    }
+    EXPECT_LT(moved(settings), 1e-5) << name(algorithm);  // measured 1e-8 (A2), 1e-14 (A1)
   }
 }
 

@@ -37,23 +37,34 @@ TEST(FreeBody, KeepsItsAngularMomentum) {
   }
 }
 
-// ω_y changes sign at 2.097, 7.208, 12.318 and 17.428 s (Jacobi's elliptic functions).
+// ω_y changes sign at 2.097 s (Jacobi's elliptic functions). Later flips are a matter of the energy's last
+// digits: the body passes so near its unstable axis that an energy error of 1e-4 moves the second flip by
+// seconds.
 TEST(FreeBody, FlipsWhenTheClosedFormSays) {
-  Settings settings;
-  settings.algorithm = Algorithm::a1;
-  settings.step = 1.0 / 1920;
-  Simulation simulation(free_body(), settings);
-  std::vector<double> flips;
-  double before = 5;
-  while (flips.size() < 2 && simulation.steps() < 20000) {
-    simulation.step();
-    const double now = (simulation.state().q[1].angular.conjugate() * simulation.state().v[1].angular).y();
-    if ((now < 0) != (before < 0)) flips.push_back(static_cast<double>(simulation.steps()) * settings.step);
-    before = now;
+  double last = 0;
+  for (int k = 0; k < 3; ++k) {
+    Settings settings;
+    settings.algorithm = Algorithm::a1;
+    settings.step = 1.0 / (1920 << k);
+    Simulation simulation(free_body(), settings);
+    const auto spin = [&] {
+      return (simulation.state().q[1].angular.conjugate() * simulation.state().v[1].angular).y();
+    };
+    double before = spin();
+    double now = before;
+    while (now > 0 && simulation.steps() < 100000) {
+      before = now;
+      simulation.step();
+      now = spin();
+    }
+    const double flip = settings.step * (static_cast<double>(simulation.steps()) - now / (now - before));
+    const double error = std::abs(flip - 2.097);
+    if (k == 2) {
+      EXPECT_LT(error, 0.005);
+      EXPECT_LT(error, 0.7 * last);
+    }
+    last = error;
   }
-  ASSERT_EQ(flips.size(), 2u);
-  EXPECT_NEAR(flips[0], 2.097, 0.02);
-  EXPECT_NEAR(flips[1], 7.208, 0.06);
 }
 
 }  // namespace

@@ -54,7 +54,9 @@ TEST(SmallRotations, AddWithAnErrorOfSecondOrder) {
     const Quaternion product = rotation_quaternion(angle * u) * rotation_quaternion(angle * v);
     const Quaternion sum = rotation_quaternion(angle * (u + v));
     const double error = rotation_vector(product.conjugate() * sum).norm();
-    if (k > 1) EXPECT_NEAR(std::log2(last / error), 2, 0.02) << angle;  // measured 1.995 and nearer
+    if (k > 1) {
+      EXPECT_NEAR(std::log2(last / error), 2, 0.02) << angle;  // measured 1.995 and nearer
+    }
     last = error;
   }
 }
