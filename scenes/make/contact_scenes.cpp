@@ -195,16 +195,21 @@ std::string powered_wheel() {
   gltf.sun(afternoon, warm_white, daylight);
   add_ground(gltf, 0.9);
 
-  // A ramp that rises 1 in 8 to a deck; its hull is its own mesh, drawn a little rounder.
+  // A ramp that rises 1 in 8 to a deck. The boards along its sides are drawn only.
   const std::array<PlanePoint, 4> side{{{-2.5, 0}, {2.5, 0}, {2.5, 0.1875}, {-1, 0.1875}}};
+  const std::array<PlanePoint, 5> board_side{
+      {{-2.3, 0}, {2.53, 0}, {2.53, 0.22}, {-1, 0.22}, {-2.3, 0.0575}}};
   const Pose upright = turn(Vector3::UnitX(), pi / 2);
+  const int deck = gltf.geometry(Mesh().add(faceted(prism(side, 1.75)), upright));
+  Mesh boards;
+  for (const int z : {1, -1})
+    boards.add(rounded(prism(board_side, 0.06), 0.015), at(0, 0, z * 0.905) * upright);
   const int ramp = gltf.node("ramp", at(3.75, 0, 0));
-  const Mesh sharp = Mesh().add(faceted(prism(side, 1.75)), upright);
-  const Mesh soft = Mesh().add(rounded(prism(side, 1.75), 0.015), upright);
-  const int rough = gltf.detached_node(
-      "rough_ramp", gltf.mesh("rough_ramp", {{gltf.geometry(sharp), gltf.material(finish::maple)}}));
-  gltf.hull_collider(ramp, rough, gltf.physics_material(0.9));
-  gltf.show(ramp, gltf.mesh("ramp", {{gltf.geometry(soft), gltf.material(finish::maple)}}));
+  const int hull =
+      gltf.detached_node("ramp_hull", gltf.mesh("ramp_hull", {{deck, gltf.material(finish::maple)}}));
+  gltf.hull_collider(ramp, hull, gltf.physics_material(0.9));
+  gltf.show(ramp, gltf.mesh("ramp", {{deck, gltf.material(finish::maple)},
+                                     {gltf.geometry(boards), gltf.material(finish::walnut)}}));
 
   // Chassis: its node stands on the axle.
   const int chassis = gltf.node("chassis", at(0, radius, 0));
@@ -229,7 +234,7 @@ std::string powered_wheel() {
   const Mesh cabin = Mesh().add(rounded(prism(seat, 0.36), 0.04, 3), upright);
   Mesh metal;
   metal.add(rod(2 * track - 0.1, 0.05, 0.01), along_z);
-  metal.add(rod(0.34, 0.15, 0.03, 36), along_z);
+  metal.add(rod(0.34, 0.15, 0.03, 28), along_z);
   metal.add(rod(0.24, 0.035, 0.005), at(-0.9, skid - radius + 0.15, 0));
   metal.add(ball(skid), at(-0.9, skid - radius, 0));
   gltf.show(chassis, gltf.mesh("chassis", {{gltf.geometry(body), gltf.material(finish::terracotta)},
@@ -268,7 +273,7 @@ std::string powered_wheel() {
     const double row = i % 2 == 0 ? -0.033 : 0.033;
     rubber.add(tread, turn(Vector3::UnitY(), pi * i / treads) * at(radius - 0.0155, row, 0));
   }
-  Mesh spokes = turned(hub, 28);
+  Mesh spokes = turned(hub, 24);
   constexpr int spoke_count = 6;
   const std::array<PlanePoint, 4> spoke{{{-0.034, -0.022}, {0.034, -0.022}, {0.034, 0.022}, {-0.034, 0.022}}};
   const Mesh bar =
@@ -277,7 +282,7 @@ std::string powered_wheel() {
   for (int i = 0; i < spoke_count; ++i) spokes.add(bar, turn(Vector3::UnitY(), 2 * pi * i / spoke_count));
   const int wheel =
       gltf.mesh("wheel", {{gltf.geometry(rubber), gltf.material(finish::rubber)},
-                          {gltf.geometry(turned(rim_ring, 48, true)), gltf.material(finish::brass)},
+                          {gltf.geometry(turned(rim_ring, 40, true)), gltf.material(finish::brass)},
                           {gltf.geometry(spokes), gltf.material(finish::ivory)}});
   for (const int z : {1, -1}) {
     // Y of the wheel's mesh points outwards.

@@ -82,10 +82,9 @@ int add_post(GltfBuilder& gltf, double height, double size) {
   return gltf.node("pivot", at(0, height, 0), post);
 }
 
-/// Puts a joint at the −X end of a rod.
-void join_start(GltfBuilder& gltf, int body, double length, int connected_node, int joint) {
-  const int start = gltf.node("start", at(-length / 2, 0, 0), body);
-  gltf.joint(start, connected_node, joint);
+/// Puts a joint on a body's X axis, and joins what `connected_node` is on.
+void add_joint(GltfBuilder& gltf, std::string_view name, int body, double x, int connected_node, int joint) {
+  gltf.joint(gltf.node(name, at(x, 0, 0), body), connected_node, joint);
 }
 
 }  // namespace
@@ -111,8 +110,8 @@ std::string rod_chain() {
     gltf.motion(body, {.mass = 1, .inertia = rod_inertia(1, length, 0.02)});
     gltf.show(body, gltf.mesh("rod_" + number, {{shaft, gltf.material(finishes[i])},
                                                 {i == 2 ? tip : joint_ball, gltf.material(finish::brass)}}));
-    join_start(gltf, body, length, connected, joint);
-    connected = gltf.node("end", at(length / 2, 0, 0), body);
+    add_joint(gltf, "joint_" + number, body, -length / 2, connected, joint);
+    connected = gltf.node("end_" + number, at(length / 2, 0, 0), body);
   }
   return gltf.text();
 }
@@ -137,7 +136,7 @@ std::string pendulum() {
                                 at(0.02, 0, 0) * turn(Vector3::UnitZ(), -std::numbers::pi / 2));
   gltf.show(body, gltf.mesh("rod", {{gltf.geometry(shaft), gltf.material(finish::cherry)},
                                     {gltf.geometry(fittings), gltf.material(finish::brass)}}));
-  join_start(gltf, body, length, add_post(gltf, height, 0.8), gltf.hinge());
+  add_joint(gltf, "hinge", body, -length / 2, add_post(gltf, height, 0.8), gltf.hinge());
   return gltf.text();
 }
 
@@ -167,11 +166,12 @@ std::string heavy_chain() {
   }
   int connected = pivot;
   for (int i = 0; i < rods; ++i) {
-    const int body = gltf.node("rod_" + std::to_string(i + 1), at(length * (i + 0.5), 0, 0), frame);
+    const std::string number = std::to_string(i + 1);
+    const int body = gltf.node("rod_" + number, at(length * (i + 0.5), 0, 0), frame);
     gltf.motion(body, {.mass = 1, .inertia = rod_inertia(1, length, 0.02)});
     gltf.show(body, looks[i % 2]);
-    join_start(gltf, body, length, connected, joint);
-    connected = gltf.node("end", at(length / 2, 0, 0), body);
+    add_joint(gltf, "joint_" + number, body, -length / 2, connected, joint);
+    connected = gltf.node("end_" + number, at(length / 2, 0, 0), body);
   }
 
   constexpr double mass = 1000;
@@ -192,8 +192,7 @@ std::string heavy_chain() {
   fittings.add(ball(0.065, 24), at(-radius, 0, 0));
   gltf.show(heavy, gltf.mesh("ball", {{gltf.geometry(ball(radius, 40)), gltf.material(finish::iron)},
                                       {gltf.geometry(fittings), gltf.material(finish::brass)}}));
-  const int start = gltf.node("start", at(-radius, 0, 0), heavy);
-  gltf.joint(start, connected, joint);
+  add_joint(gltf, "joint_" + std::to_string(rods + 1), heavy, -radius, connected, joint);
   return gltf.text();
 }
 
