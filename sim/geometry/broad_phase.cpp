@@ -7,13 +7,96 @@
 namespace substep {
 namespace {
 
+constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
 
 bool overlap(const Bounds& a, const Bounds& b, int axis) {
   return a.lower[axis] <= b.upper[axis] && b.lower[axis] <= a.upper[axis];
 }
 
+bool has_nan(const Bounds& box) {
+  return box.lower.hasNaN() || box.upper.hasNaN();
+}
+
+/// Parts of equal width of one axis. A box no wider than a lane is kept in that of its lower side, so that it
+/// reaches into the next one at most.
+struct Lanes {
+  int axis = 0;
+  double width = 0;
+  double first = 0;
+  std::uint32_t count = 1;
+
+  /// A little less than a lane, so that rounding does not make it reach two lanes on.
+  bool hold(const Bounds& box) const {
+    return box.upper[axis] - box.lower[axis] <= 0.99 * width && std::isfinite(box.lower[axis]);
+  }
+  std::uint32_t of(double position) const {
+    if (count == 1 || !(position > first)) return 0;
+    return static_cast<std::uint32_t>(std::min((position - first) / width, count - 1.0));
+  }
+  std::uint32_t from(const Bounds& box) const { return std::max(of(box.lower[axis]), 1U) - 1; }
+  std::uint32_t to(const Bounds& box) const { return of(box.upper[axis]); }
+};
+
+/// Lanes a little wider than the box in the middle of the order of widths, which `widths` is for.
+Lanes make_lanes(int axis, const std::vector<Bounds>& boxes, std::uint32_t most,
+                 std::vector<double>& widths) {
+  Lanes lanes;
+  lanes.axis = axis;
+  widths.clear();
+  for (const Bounds& box : boxes) {
+    const double width = box.upper[axis] - box.lower[axis];
+    if (std::isfinite(width)) widths.push_back(width);
+  }
+  if (widths.empty()) return lanes;
+  const auto middle = widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2);
+  std::ranges::nth_element(widths, middle);
+  lanes.width = 1.25 * *middle;
+
+  lanes.first = infinity;
+  double last = -infinity;
+  for (const Bounds& box : boxes) {
+    if (!lanes.hold(box)) continue;
+    lanes.first = std::min(lanes.first, box.lower[axis]);
+    last = std::max(last, box.lower[axis]);
+  }
+  if (last > lanes.first && lanes.width > 0) {
+    lanes.width = std::max(lanes.width, (last - lanes.first) / most);
+    lanes.count = static_cast<std::uint32_t>((last - lanes.first) / lanes.width) + 1;
+  }
+  return lanes;
+}
+
 }  // namespace
+
+void BroadPhase::sort_along(int axis, const std::vector<Bounds>& boxes) {
+  const auto count = static_cast<std::uint32_t>(boxes.size());
+  const auto precedes = [](const Entry& a, const Entry& b) {
+    return a.lower != b.lower ? a.lower < b.lower : a.box < b.box;
+  };
+  if (order_.size() != count) {
+    order_.clear();
+    for (std::uint32_t i = 0; i < count; ++i) order_.push_back({0, i});
+  }
+  for (Entry& entry : order_) {
+    // A box with NaN has no place in an order, and is passed over later.
+    entry.lower = has_nan(boxes[entry.box]) ? infinity : boxes[entry.box].lower[axis];
+  }
+  // From one step to the next hardly any two change places: insertion, unless there is much to do. Either way
+  // the order is the same, as no two entries are alike.
+  std::size_t moves = 8 * order_.size();
+  for (std::size_t i = 1; i < order_.size(); ++i) {
+    const Entry entry = order_[i];
+    std::size_t place = i;
+    for (; place > 0 && moves > 0 && precedes(entry, order_[place - 1]); --place, --moves) {
+      order_[place] = order_[place - 1];
+    }
+    order_[place] = entry;
+    if (moves > 0) continue;
+    std::ranges::sort(order_, precedes);
+    return;
+  }
+}
 
 void BroadPhase::find_pairs(const std::vector<Bounds>& boxes,
                             std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs) {
@@ -21,16 +104,11 @@ void BroadPhase::find_pairs(const std::vector<Bounds>& boxes,
   const auto count = static_cast<std::uint32_t>(boxes.size());
 
   // The spread of the middles of the boxes that have one.
+  Vector3 origin = Vector3::Zero();
   Vector3 sum = Vector3::Zero();
   Vector3 squares = Vector3::Zero();
-  Vector3 origin = Vector3::Zero();
   double finite = 0;
-  order_.clear();
-  widths_.clear();
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const Bounds& box = boxes[i];
-    if (box.lower.hasNaN() || box.upper.hasNaN()) continue;  // overlaps nothing, and cannot be sorted
-    order_.push_back({0, i});
+  for (const Bounds& box : boxes) {
     const Vector3 size = box.upper - box.lower;
     if (!size.allFinite()) continue;
     if (finite == 0) origin = box.lower;
@@ -38,59 +116,25 @@ void BroadPhase::find_pairs(const std::vector<Bounds>& boxes,
     sum += middle;
     squares += middle.cwiseProduct(middle);
     ++finite;
-    widths_.push_back(size);
   }
-  Vector3 spread = Vector3::Zero();
-  if (finite > 0) spread = squares - sum.cwiseProduct(sum) / finite;
   int sweep = 0;
-  spread.maxCoeff(&sweep);
-  spread[sweep] = -std::numeric_limits<double>::infinity();
-  int across = 0;
-  spread.maxCoeff(&across);
+  if (finite > 0) (squares - sum.cwiseProduct(sum) / finite).maxCoeff(&sweep);
 
-  for (Entry& entry : order_) entry.lower = boxes[entry.box].lower[sweep];
-  std::ranges::sort(order_, [](const Entry& a, const Entry& b) {
-    return a.lower != b.lower ? a.lower < b.lower : a.box < b.box;
-  });
+  sort_along(sweep, boxes);
 
-  // Lanes along the second axis, each twice as wide as the box in the middle of the order of widths. A box no
-  // wider than a lane is kept in the lane of its lower side, so that it reaches one lane further at most; the
-  // others are kept together.
-  double lane_width = 0;
-  double first_lane = 0;
-  std::uint32_t lanes = 1;
-  if (!widths_.empty()) {
-    const auto middle = widths_.begin() + static_cast<std::ptrdiff_t>(widths_.size() / 2);
-    std::ranges::nth_element(widths_, middle, {}, [&](const Vector3& size) { return size[across]; });
-    lane_width = 2 * (*middle)[across];
-  }
-  const auto is_wide = [&](const Bounds& box) {
-    const double width = box.upper[across] - box.lower[across];
-    return !(width <= lane_width) || !std::isfinite(box.lower[across]);
-  };
-  double last = -std::numeric_limits<double>::infinity();
-  first_lane = std::numeric_limits<double>::infinity();
-  for (const Entry& entry : order_) {
-    if (is_wide(boxes[entry.box])) continue;
-    first_lane = std::min(first_lane, boxes[entry.box].lower[across]);
-    last = std::max(last, boxes[entry.box].lower[across]);
-  }
-  if (last > first_lane && lane_width > 0) {
-    // More lanes than boxes would only cost memory.
-    lane_width = std::max(lane_width, (last - first_lane) / (count + 1.0));
-    lanes = static_cast<std::uint32_t>((last - first_lane) / lane_width) + 1;
-  }
-  const auto lane_of = [&](double position) -> std::uint32_t {
-    if (lanes == 1 || !(position > first_lane)) return 0;
-    return static_cast<std::uint32_t>(std::min((position - first_lane) / lane_width, lanes - 1.0));
-  };
+  // About as many lanes as boxes in all, since more would only cost memory.
+  const auto most = static_cast<std::uint32_t>(std::sqrt(count)) + 1;
+  const Lanes rows = make_lanes((sweep + 1) % 3, boxes, most, widths_);
+  const Lanes columns = make_lanes((sweep + 2) % 3, boxes, most, widths_);
 
-  // The boxes that the sweep has reached and not yet left, as one list per lane; the last is of wide boxes.
-  heads_.assign(lanes + 1, none);
+  // The boxes that the sweep has reached and not yet left, as one list for each crossing of lanes; the last
+  // is of those too wide for a lane.
+  const std::uint32_t wide = rows.count * columns.count;
+  heads_.assign(wide + 1, none);
   next_.resize(count);
-  const int third = 3 - sweep - across;
   for (const Entry& entry : order_) {
     const Bounds& box = boxes[entry.box];
+    if (has_nan(box)) continue;
     const auto search = [&](std::uint32_t& head) {
       for (std::uint32_t* link = &head; *link != none;) {
         const std::uint32_t other = *link;
@@ -98,17 +142,22 @@ void BroadPhase::find_pairs(const std::vector<Bounds>& boxes,
           *link = next_[other];
           continue;
         }
-        if (overlap(box, boxes[other], across) && overlap(box, boxes[other], third)) {
+        if (overlap(box, boxes[other], rows.axis) && overlap(box, boxes[other], columns.axis)) {
           pairs.push_back(std::minmax(entry.box, other));
         }
         link = &next_[other];
       }
     };
-    const std::uint32_t from = lane_of(box.lower[across]);
-    const std::uint32_t to = lane_of(box.upper[across]);
-    for (std::uint32_t lane = from > 0 ? from - 1 : 0; lane <= to; ++lane) search(heads_[lane]);
-    search(heads_[lanes]);
-    std::uint32_t& head = is_wide(box) ? heads_[lanes] : heads_[from];
+    for (std::uint32_t row = rows.from(box); row <= rows.to(box); ++row) {
+      for (std::uint32_t column = columns.from(box); column <= columns.to(box); ++column) {
+        search(heads_[row * columns.count + column]);
+      }
+    }
+    search(heads_[wide]);
+    const bool fits = rows.hold(box) && columns.hold(box);
+    std::uint32_t& head =
+        heads_[fits ? rows.of(box.lower[rows.axis]) * columns.count + columns.of(box.lower[columns.axis])
+                    : wide];
     next_[entry.box] = head;
     head = entry.box;
   }
@@ -122,7 +171,7 @@ void BroadPhase::find_pairs(const std::vector<Bounds>& boxes,
   std::uint32_t begin = 0;
   pairs.clear();
   for (std::uint32_t i = 0; i < count; ++i) {
-    const std::uint32_t end = begins_[i];  // counted up to the end of i's by the loop above
+    const std::uint32_t end = begins_[i];  // moved from the begin to the end of i's by the loop above
     std::sort(seconds_.begin() + begin, seconds_.begin() + end);
     for (; begin < end; ++begin) pairs.emplace_back(i, seconds_[begin]);
   }

@@ -40,7 +40,7 @@ struct Bounds {
 Bounds bounds(const Shape& shape, const Pose& pose);
 
 /// Pairs (i, j), i < j, of boxes that overlap, in ascending order: a sweep along the axis of largest spread,
-/// with the boxes it passes kept in lanes along the axis of second largest. `pairs` is cleared first. Depends
+/// with the boxes it passes kept in lanes along the other two. `pairs` is cleared first. Depends
 /// on the boxes alone; the members are memory kept between calls. A box with NaN is in no pair.
 class BroadPhase {
  public:
@@ -52,8 +52,10 @@ class BroadPhase {
     double lower;
     std::uint32_t box;
   };
+  void sort_along(int axis, const std::vector<Bounds>& boxes);
+
   std::vector<Entry> order_;
-  std::vector<Vector3> widths_;
+  std::vector<double> widths_;
   std::vector<std::uint32_t> heads_;
   std::vector<std::uint32_t> next_;
   std::vector<std::uint32_t> begins_;
