@@ -1,0 +1,34 @@
+#pragma once
+/// Makes what the last check produced the new goldens.
+///
+/// Copies and never runs anything again: what a person looked at is what is approved. Refuses, and then
+/// writes nothing at all, when a file is no longer what the check left or a golden no longer what it saw,
+/// when it was not the pinned renderer that drew, when a picture is blank, and when poses or pictures alone
+/// were checked: new poses with old pictures would be reported as a changed renderer. Leaves alone what
+/// passes, never deletes, and writes each file whole or not at all; after an interruption the same command
+/// does the rest.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace substep {
+
+struct ApproveOptions {
+  std::filesystem::path suite = "golden/suite.toml";
+  std::filesystem::path output = "out/check";  ///< of the check
+  std::vector<std::string> cases;              ///< names; used when not all_failed
+  bool all_failed = false;                     ///< every case that did not pass
+  std::string reason;                          ///< kept in the sidecars
+};
+
+struct Approval {
+  std::vector<std::filesystem::path> written;
+  std::int64_t size_change = 0;           ///< bytes
+  std::vector<std::string> already_good;  ///< named cases that had passed or were approved before
+};
+
+/// Throws Error saying why not.
+Approval approve(const ApproveOptions& options);
+
+}  // namespace substep

@@ -1,0 +1,27 @@
+#pragma once
+/// What goldens are made with.
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace substep {
+
+struct MadeWith {
+  std::string renderer;    ///< renderer_description(); empty when nothing was drawn
+  bool is_pinned = false;  ///< whether that is the renderer that goldens are exact on
+  std::string compiler;    ///< "GNU 12.2.0"
+  std::string processor;   ///< as the system names it
+  std::string commit;  ///< of the work tree; with "-dirty" when files differ from it; empty outside of git
+};
+
+/// `folder` is in the work tree whose commit is meant. Asks for the renderer only when `with_renderer`.
+MadeWith made_with(const std::filesystem::path& folder, bool with_renderer);
+
+/// 16 hexadecimal digits of the 64-bit FNV-1a of bytes: tells that a file is another, not that it was forged.
+std::string content_hash(std::string_view bytes);
+
+/// The whole file. Throws Error.
+std::string read_bytes(const std::filesystem::path& file);
+
+}  // namespace substep

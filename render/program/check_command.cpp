@@ -1,0 +1,62 @@
+#include <fmt/format.h>
+
+#include <memory>
+#include <string>
+
+#include "golden/check.h"
+#include "render/program/commands.h"
+#include "render/program/progress.h"
+
+namespace substep {
+namespace {
+
+void check_goldens(const CheckOptions& options) {
+  CheckResult result;
+  {
+    Progress progress;
+    result = check(options, [&](const CaseResult&, int number, int of) {
+      progress.show("checking", static_cast<double>(number) / of);
+    });
+  }
+  for (const CaseResult& entry : result.cases) {
+    if (entry.verdict != Verdict::pass) fmt::print("{}\n", explain(entry, options));
+  }
+  for (const auto& orphan : result.orphans) {
+    fmt::print("FAILED orphan: {} belongs to no case of {}: delete it, or put its case back\n",
+               orphan.string(), options.suite.string());
+  }
+  fmt::print("{}\n", totals(result));
+  if (const int code = result.exit_code()) {
+    fmt::print("all figures: {}\n", (options.output / "results.json").string());
+    throw CLI::RuntimeError(code);
+  }
+}
+
+}  // namespace
+
+void add_check_command(CLI::App& app) {
+  CLI::App* const command =
+      app.add_subcommand("check", "Compare simulation and renderer with the goldens, and say which changed");
+  const auto options = std::make_shared<CheckOptions>();
+  const auto half = std::make_shared<std::string>();
+  command->add_option("--suite", options->suite, "The suite file, beside its goldens")->capture_default_str();
+  command->add_option("--case", options->cases,
+                      "Only these: box_stack.a4, or box_stack for all of that scene");
+  command->add_option("--only", *half, "poses: no pictures; images: no simulation")
+      ->check(CLI::IsMember({"poses", "images"}));
+  command->add_option("--output", options->output, "Folder for what a person wants to see of a failing case")
+      ->capture_default_str();
+  command->footer(
+      "Ends with code 0 where all pass, 1 where something differs, is new, missing or an orphan, 2 for input "
+      "that\n"
+      "cannot be used, 3 where only pictures differ and this is not the renderer that the goldens are exact "
+      "on.\n"
+      "Example:\n  substep check --case box_stack.a4");
+  command->callback([options, half] {
+    options->poses = *half != "images";
+    options->images = *half != "poses";
+    check_goldens(*options);
+  });
+}
+
+}  // namespace substep
