@@ -189,14 +189,22 @@ void build_blocks(Problem& problem, Joints joints) {
   for (std::size_t i = 0; i < model.drives.size(); ++i) {
     add(Block::Kind::drive, 1, 0, model.drives[i].a, model.drives[i].b, i);
   }
-  for (std::size_t i = 0; i < problem.contacts->size(); ++i) {
-    const Contact& contact = (*problem.contacts)[i];
-    const int normal = add(Block::Kind::contact_normal, 1, 0, contact.a, contact.b, i).first;
-    if (contact.friction == 0) continue;
-    for (int k = 0; k < 2; ++k) {
-      Block& x = add(Block::Kind::contact_friction, 1, k, contact.a, contact.b, i);
-      x.normal = normal;
-      x.friction = contact.friction;
+  // Contacts by pairs of bodies: a pair's normals, then its friction, which needs their impulses.
+  const std::vector<Contact>& contacts = *problem.contacts;
+  for (std::size_t begin = 0, end = 0; begin < contacts.size(); begin = end) {
+    const int first_normal = first;
+    while (end < contacts.size() && contacts[end].a == contacts[begin].a &&
+           contacts[end].b == contacts[begin].b) {
+      add(Block::Kind::contact_normal, 1, 0, contacts[end].a, contacts[end].b, end);
+      ++end;
+    }
+    for (std::size_t i = begin; i < end; ++i) {
+      if (contacts[i].friction == 0) continue;
+      for (int k = 0; k < 2; ++k) {
+        Block& x = add(Block::Kind::contact_friction, 1, k, contacts[i].a, contacts[i].b, i);
+        x.normal = first_normal + static_cast<int>(i - begin);
+        x.friction = contacts[i].friction;
+      }
     }
   }
   c.rows.resize(first);
