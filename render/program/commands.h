@@ -10,5 +10,7 @@ void add_run_command(CLI::App& app);
 void add_render_command(CLI::App& app);
 void add_video_command(CLI::App& app);
 void add_diff_command(CLI::App& app);
+void add_check_command(CLI::App& app);
+void add_approve_command(CLI::App& app);
 
 }  // namespace substep

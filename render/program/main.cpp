@@ -34,6 +34,8 @@ int run(int argc, char** argv) {
   add_render_command(app);
   add_video_command(app);
   add_diff_command(app);
+  add_check_command(app);
+  add_approve_command(app);
 
   if (argc <= 1) return refuse("a command is needed: 'substep --help' lists them");
   try {
@@ -43,6 +45,9 @@ int run(int argc, char** argv) {
   } catch (const CLI::Success& help) {
     return app.exit(help);
   } catch (const CLI::ParseError& error) {
+    if (app.get_subcommands().empty() && argv[1][0] != '-') {
+      return refuse(fmt::format("'{}' is no command: 'substep --help' lists them", argv[1]));
+    }
     return refuse(std::string(error.what()) + " (--help lists what can be given)");
   }
   return 0;
