@@ -144,7 +144,8 @@ void add_run_command(CLI::App& app) {
   command->add_option("--rate", options->rate, "Lines a second and body in the table (one a step)");
   command->footer(
       "Ends with code 1 when the run diverges or a step is not solved: the log says so at its end.\n"
-      "Example:\n  substep run scenes/rod_chain.gltf --algorithm a3 --step 1/60 --substeps 4 --csv rod_chain.csv "
+      "Example:\n  substep run scenes/rod_chain.gltf --algorithm a3 --step 1/60 --substeps 4 --csv "
+      "rod_chain.csv "
       "--rate 30");
   command->callback([options] { run(*options); });
 }

@@ -223,7 +223,8 @@ void Composition::draw_grid(const Panel& panel, bool labels) {
     if (!labels || (decade != 0 && decade != decades)) continue;
     constexpr std::array<std::string_view, 10> names{"1 µm",  "10 µm", "0.1 mm", "1 mm",  "1 cm",
                                                      "10 cm", "1 m",   "10 m",   "100 m", "1 km"};
-    const std::string_view text = names[static_cast<std::size_t>(error_scale_.lower + decade + 6)];
+    const int index = error_scale_.lower + decade + 6;
+    const std::string_view text = names[static_cast<std::size_t>(index)];
     const double offset = decade == 0 ? -1 * scale_ : 1 * scale_;
     draw_text(background_, plot.x - 5 * scale_ - text_width(text, style), y + 0.31 * style.size + offset,
               text, style);
@@ -274,6 +275,10 @@ void Composition::draw_strip(Image& image, std::size_t run, std::size_t k) const
   draw_curve(image, panel, run, k, 1);
   if (r.errors.empty()) return;
   const double error = r.errors[std::min(k, r.errors.size() - 1)];
+  const int dot = std::max(2, static_cast<int>(std::lround(5 * scale_)));
+  const double dot_y = plot.y + plot.height * (1 - std::max(0.0, error_scale_.height(error)));
+  fill_rectangle(image, static_cast<int>(std::lround(cursor - 0.5 * dot)),
+                 static_cast<int>(std::lround(dot_y - 0.5 * dot)), dot, dot, color_of(run));
   const TextStyle bold{.size = text_size(16), .color = color_of(run), .bold = true};
   const std::string value = length_label(error);
   const double right = panel.strip.x + panel.strip.width - 8 * scale_;

@@ -16,8 +16,6 @@
 
 #include "sim/error.h"
 
-extern char** environ;
-
 namespace substep {
 
 namespace fs = std::filesystem;
@@ -138,6 +136,7 @@ Ffmpeg::Ffmpeg(const fs::path& program, const std::vector<std::string>& argument
   std::vector<std::string> words{program.string(), "-hide_banner", "-loglevel", "error", "-y"};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> pointers;
+  pointers.reserve(words.size() + 1);
   for (std::string& word : words) pointers.push_back(word.data());
   pointers.push_back(nullptr);
 
