@@ -317,9 +317,9 @@ MlcpReport MlcpSolver::solve(const Mlcp& problem, std::vector<double>& lambda) {
     factor(problem);
     double now = 0;
     double before = std::numeric_limits<double>::infinity();
+    fix_limits(problem, lambda);
+    velocities(problem, lambda);
     for (int round = 0; round < most_rounds; ++round) {
-      fix_limits(problem, lambda);
-      velocities(problem, lambda);
       solve_free(problem, lambda);
       fix_limits(problem, lambda);
       now = residual(problem, lambda);
