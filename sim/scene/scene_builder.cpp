@@ -19,6 +19,8 @@ namespace {
 // The extension leaves the mass of a motion without one to us: its shapes are as dense as water.
 constexpr double default_density = 1000;  // kg/m³
 
+constexpr const char* out_of_range = "its mass, size or velocity is too large or too small to compute with";
+
 // Moments that differ by rounding alone belong to a symmetric body, which has no gyroscopic term: they are
 // made equal, and products of inertia of that size are made 0, which leaves the axes where the shape has
 // them.
@@ -197,6 +199,8 @@ class SceneBuilder {
     const NodeTransform& world = document_.nodes[node].world;
     const JsonValue place = extension(node, "motion");
     const MassProperties shapes = shape_properties(index);
+    if (!colliders_of_[index].empty() && !(shapes.mass > 0 && std::isfinite(shapes.mass)))
+      place.fail(out_of_range);
 
     Pose node_from_body;
     node_from_body.position = shapes.centre_of_mass;
@@ -253,8 +257,7 @@ class SceneBuilder {
       if (!std::isfinite(body.inverse_mass) || !body.inverse_inertia.allFinite() ||
           !(body.inverse_inertia.minCoeff() >= 0) || !finite(body.pose) || !finite(body.body_from_node) ||
           !body.linear_velocity.allFinite() || !body.angular_velocity.allFinite()) {
-        extension(node_of_body_[i], "motion")
-            .fail("its mass, size or velocity is too large or too small to compute");
+        extension(node_of_body_[i], "motion").fail(out_of_range);
       }
     }
   }

@@ -1,0 +1,160 @@
+#include "tests/scene/example_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cstdint>
+#include <fstream>
+
+#include "sim/error.h"
+
+namespace substep::test {
+namespace {
+
+using nlohmann::json;
+
+void append(std::string& bytes, std::uint64_t value, int size) {
+  for (int i = 0; i < size; ++i) bytes += static_cast<char>(value >> (8 * i) & 0xff);
+}
+
+}  // namespace
+
+Folder::Folder() {
+  const testing::TestInfo* test = testing::UnitTest::GetInstance()->current_test_info();
+  std::string name = std::string("substep_") + test->test_suite_name() + "_" + test->name();
+  for (char& c : name) c = c == '/' ? '_' : c;
+  path_ = std::filesystem::path(testing::TempDir()) / name;
+  std::filesystem::remove_all(path_);
+  std::filesystem::create_directories(path_);
+}
+
+Folder::~Folder() {
+  std::error_code ignored;
+  std::filesystem::remove_all(path_, ignored);
+}
+
+std::filesystem::path Folder::write(const std::string& name, const std::string& bytes) const {
+  const std::filesystem::path file = path_ / name;
+  std::filesystem::create_directories(file.parent_path());
+  std::ofstream(file, std::ios::binary) << bytes;
+  return file;
+}
+
+std::string cube_buffer() {
+  std::string bytes;
+  for (std::uint32_t corner = 0; corner < 8; ++corner) {
+    for (int axis = 0; axis < 3; ++axis)
+      append(bytes, std::bit_cast<std::uint32_t>(corner >> axis & 1 ? 0.5f : -0.5f), 4);
+  }
+  for (const int index : {0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5, 0, 1, 5, 0, 5, 4,
+                          2, 6, 7, 2, 7, 3, 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6}) {
+    append(bytes, static_cast<std::uint64_t>(index), 2);
+  }
+  return bytes;
+}
+
+std::string base64(const std::string& bytes) {
+  static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    std::uint32_t bits = 0;
+    for (std::size_t k = i; k < i + 3; ++k) {
+      bits = bits << 8 | (k < bytes.size() ? static_cast<unsigned char>(bytes[k]) : 0);
+    }
+    for (int k = 3; k >= 0; --k) text += digits[bits >> (6 * k) & 63];
+  }
+  const std::size_t padding = (3 - bytes.size() % 3) % 3;
+  return text.replace(text.size() - padding, padding, padding, '=');
+}
+
+json example() {
+  json document = json::parse(R"({
+    "asset": {"version": "2.0"},
+    "extensionsUsed": ["KHR_physics_rigid_bodies", "KHR_implicit_shapes", "KHR_lights_punctual"],
+    "extensionsRequired": ["KHR_physics_rigid_bodies", "KHR_implicit_shapes"],
+    "extensions": {
+      "KHR_implicit_shapes": {"shapes": [{"type": "plane"}, {"type": "box", "box": {"size": [1, 1, 1]}}]},
+      "KHR_lights_punctual": {"lights": [{"type": "directional", "intensity": 3, "color": [1, 0.9, 0.8]}]},
+      "KHR_physics_rigid_bodies": {
+        "physicsMaterials": [{"staticFriction": 0.5, "dynamicFriction": 0.4, "restitution": 0.3,
+                              "frictionCombine": "minimum"}],
+        "collisionFilters": [{"collisionSystems": ["a", "b"], "notCollideWithSystems": ["b", "c"]}],
+        "physicsJoints": [{"limits": [{"linearAxes": [0, 1, 2], "min": 0, "max": 0}],
+                           "drives": [{"type": "angular", "mode": "force", "axis": 2, "maxForce": 5,
+                                       "velocityTarget": 2, "damping": 10}]}]
+      }
+    },
+    "buffers": [{"byteLength": 168}],
+    "bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": 96},
+                    {"buffer": 0, "byteOffset": 96, "byteLength": 72}],
+    "accessors": [{"bufferView": 0, "componentType": 5126, "count": 8, "type": "VEC3"},
+                  {"bufferView": 1, "componentType": 5123, "count": 36, "type": "SCALAR"}],
+    "materials": [{"name": "wood", "pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.25, 0.125, 1],
+                                                            "metallicFactor": 0, "roughnessFactor": 0.75}}],
+    "meshes": [{"name": "cube", "primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": 0}]}],
+    "cameras": [{"type": "perspective", "perspective": {"yfov": 0.7, "znear": 0.1}}],
+    "scene": 0,
+    "scenes": [{"nodes": [0, 1, 3, 4, 6, 7]}],
+    "nodes": [
+      {"name": "ground", "extensions": {"KHR_physics_rigid_bodies": {"collider": {"geometry": {"shape": 0}}}}},
+      {"name": "crate", "mesh": 0, "translation": [0, 2, 0], "children": [2],
+       "extensions": {"KHR_physics_rigid_bodies": {
+         "motion": {"mass": 2, "linearVelocity": [1, 0, 0]},
+         "collider": {"geometry": {"shape": 1}, "physicsMaterial": 0, "collisionFilter": 0}}}},
+      {"name": "hook", "translation": [0, 0.5, 0],
+       "extensions": {"KHR_physics_rigid_bodies": {"joint": {"connectedNode": 3, "joint": 0}}}},
+      {"name": "nail", "translation": [0, 2.5, 0]},
+      {"name": "rock", "translation": [3, 1, 0], "scale": [2, 1, 1],
+       "extensions": {"KHR_physics_rigid_bodies": {
+         "motion": {}, "collider": {"geometry": {"node": 5, "convexHull": true}}}}},
+      {"name": "rock shape", "mesh": 0, "translation": [100, 0, 0]},
+      {"name": "eye", "camera": 0, "translation": [0, 1, 8]},
+      {"name": "sun", "rotation": [-0.7071067811865476, 0, 0, 0.7071067811865476],
+       "extensions": {"KHR_lights_punctual": {"light": 0}}}
+    ]
+  })");
+  document["buffers"][0]["uri"] = "data:application/octet-stream;base64," + base64(cube_buffer());
+  return document;
+}
+
+json one_body(const std::string& motion, const std::string& shape) {
+  json document = json::parse(R"({"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}],
+    "nodes": [{"name": "body", "extensions": {"KHR_physics_rigid_bodies": {
+      "collider": {"geometry": {"shape": 0}}}}}]})");
+  document["nodes"][0]["extensions"]["KHR_physics_rigid_bodies"]["motion"] = json::parse(motion);
+  document["extensions"]["KHR_implicit_shapes"]["shapes"] = json::array({json::parse(shape)});
+  return document;
+}
+
+std::string glb(const std::string& text, const std::string& binary) {
+  std::string padded = text;
+  padded.resize((text.size() + 3) / 4 * 4, ' ');
+  std::string file = "glTF";
+  append(file, 2, 4);
+  append(file, 12 + 8 + padded.size() + 8 + binary.size(), 4);
+  append(file, padded.size(), 4);
+  file += "JSON" + padded;
+  append(file, binary.size(), 4);
+  return file + std::string("BIN\0", 4) + binary;
+}
+
+Scene load(const json& document) {
+  const Folder folder;
+  return load_scene(folder.write("example.gltf", document.dump()));
+}
+
+std::string complaint(const std::filesystem::path& file) {
+  try {
+    load_scene(file);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+std::string complaint(const json& document) {
+  const Folder folder;
+  return complaint(folder.write("example.gltf", document.dump()));
+}
+
+}  // namespace substep::test

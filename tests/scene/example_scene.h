@@ -1,0 +1,50 @@
+#pragma once
+/// A small valid scene for tests to change, and the files to put it in.
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "sim/scene/scene.h"
+
+namespace substep::test {
+
+/// A folder of its own for the running test, empty at first and removed at the end.
+class Folder {
+ public:
+  Folder();
+  ~Folder();
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+  /// Writes a file into the folder and returns its path.
+  std::filesystem::path write(const std::string& name, const std::string& bytes) const;
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// The buffer of `example()`: a cube with corners at ±0.5, 8 float positions and 36 16-bit indices.
+std::string cube_buffer();
+
+std::string base64(const std::string& bytes);
+
+/// Nodes: 0 "ground" with a plane; 1 "crate", a box of 2 kg, with its mesh and the child 2 "hook", which a
+/// joint ties to 3 "nail" in the world; 4 "rock", the hull of node 5, which lies outside the scene; 6 "eye",
+/// a camera; 7 "sun", a light. The buffer is a data URI.
+nlohmann::json example();
+
+/// A document with one node, named "body", that has this motion and this implicit shape as its collider.
+nlohmann::json one_body(const std::string& motion, const std::string& shape);
+
+/// The two chunks as a `.glb` file; the document's first buffer must have no `uri`.
+std::string glb(const std::string& json, const std::string& binary);
+
+Scene load(const nlohmann::json& document);
+
+/// What load_scene complains about; empty if it does not.
+std::string complaint(const std::filesystem::path& file);
+std::string complaint(const nlohmann::json& document);
+
+}  // namespace substep::test

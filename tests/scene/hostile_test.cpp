@@ -1,0 +1,429 @@
+/// Files that must be refused, each with a sentence that names the place and the trouble.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "sim/error.h"
+#include "tests/scene/example_scene.h"
+
+namespace substep {
+namespace {
+
+using nlohmann::json;
+using testing::AllOf;
+using testing::EndsWith;
+using testing::HasSubstr;
+using namespace test;
+
+// The example with one value set (or, where `value` is empty, removed), and what must then be said.
+struct Change {
+  const char* name;
+  const char* pointer;
+  const char* value;
+  const char* place;
+  const char* words;
+};
+
+void PrintTo(const Change& change, std::ostream* out) {
+  *out << change.name;
+}
+
+class Refuses : public testing::TestWithParam<Change> {};
+
+TEST_P(Refuses, AndSaysWhereAndWhy) {
+  const Change& change = GetParam();
+  json document = example();
+  const json::json_pointer pointer(change.pointer);
+  if (*change.value == '\0') {
+    document.at(pointer.parent_pointer()).erase(pointer.back());
+  } else {
+    document[pointer] = json::parse(change.value);
+  }
+  const std::string said = complaint(document);
+  EXPECT_THAT(said, HasSubstr("example.gltf: " + std::string(change.place) + ": "));
+  EXPECT_THAT(said, HasSubstr(change.words));
+  EXPECT_EQ(said.find('\n'), std::string::npos);
+}
+
+#define PHYSICS "/extensions/KHR_physics_rigid_bodies"
+#define SHAPES "/extensions/KHR_implicit_shapes/shapes"
+#define CRATE "/nodes/1/extensions/KHR_physics_rigid_bodies"
+#define HOOK "/nodes/2/extensions/KHR_physics_rigid_bodies/joint"
+#define ROCK "/nodes/4/extensions/KHR_physics_rigid_bodies"
+#define LIMIT "/extensions/KHR_physics_rigid_bodies/physicsJoints/0/limits/0"
+#define DRIVE "/extensions/KHR_physics_rigid_bodies/physicsJoints/0/drives/0"
+
+const auto name_of = [](const auto& info) { return std::string(info.param.name); };
+
+INSTANTIATE_TEST_SUITE_P(
+    Documents, Refuses,
+    testing::Values(
+        Change{"no_asset", "/asset", "", "/", "has no 'asset'"},
+        Change{"old_version", "/asset/version", "\"1.0\"", "/asset/version", "only glTF version 2 is read"},
+        Change{"version_number", "/asset/version", "2.0", "/asset/version",
+               "must be a string, but is a number"},
+        Change{"unknown_extension", "/extensionsRequired/0", "\"KHR_draco_mesh_compression\"",
+               "/extensionsRequired/0",
+               "the file needs the extension 'KHR_draco_mesh_compression', which is not read"},
+        Change{"list_that_is_none", "/nodes", "{}", "/nodes", "must be an array"},
+        Change{"item_that_is_none", "/nodes/0", "null", "/nodes/0", "must be an object, but is null"},
+        Change{"scene_index", "/scene", "1", "/scene", "there is no scene 1: the file has 1"},
+        Change{"scene_negative", "/scene", "-1", "/scene", "must be a whole number from 0, but is -1"},
+        Change{"scene_fraction", "/scene", "0.5", "/scene", "must be a whole number from 0, but is 0.5"},
+        Change{"scene_text", "/scene", "\"0\"", "/scene", "must be a whole number, but is a string"},
+        Change{"scene_node", "/scenes/0/nodes/1", "99", "/scenes/0/nodes/1",
+               "there is no node 99: the file has 8"},
+        Change{"scene_of_no_root", "/scenes/0/nodes/1", "2", "/scenes/0/nodes/1", "node 2 is not a root"},
+        Change{"child_index", "/nodes/1/children/0", "8", "/nodes/1/children/0", "there is no node 8"},
+        Change{"child_huge", "/nodes/1/children/0", "18446744073709551615", "/nodes/1/children/0",
+               "there is no node"},
+        Change{"own_child", "/nodes/3/children", "[3]", "/nodes/3", "is its own ancestor"},
+        Change{"cycle", "/nodes/2/children", "[1]", "/nodes/1", "is its own ancestor"},
+        Change{"two_parents", "/nodes/3/children", "[2]", "/nodes/3/children/0", "node 2 has two parents"},
+        Change{"child_twice", "/nodes/1/children", "[2, 2]", "/nodes/1/children/1", "node 2 has two parents"},
+        Change{"translation_of_two", "/nodes/1/translation", "[1, 2]", "/nodes/1/translation", "3 numbers"},
+        Change{"translation_text", "/nodes/1/translation", "[1, \"x\", 2]", "/nodes/1/translation/1",
+               "must be a number, but is a string"},
+        Change{"translation_null", "/nodes/1/translation", "[1, null, 2]", "/nodes/1/translation/1",
+               "but is null"},
+        Change{"rotation_of_zero", "/nodes/1/rotation", "[0, 0, 0, 0]", "/nodes/1/rotation",
+               "its length is 0"},
+        Change{"rotation_too_long", "/nodes/1/rotation", "[0, 0, 0, 1.2]", "/nodes/1/rotation",
+               "its length is 1.2"},
+        Change{"rotation_overflow", "/nodes/1/rotation", "[0, 0, 0, 1e200]", "/nodes/1/rotation",
+               "its length is inf"},
+        Change{"scale_overflow", "/nodes/1/scale", "[1e308, 1e308, 1e308]", CRATE "/motion",
+               "too large or too small"},
+        Change{"matrix_short", "/nodes/3/matrix", "[1]", "/nodes/3", "has both 'matrix' and 'translation'"},
+        Change{"matrix_row", "/nodes/0/matrix", "[1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,2]", "/nodes/0/matrix",
+               "last row must be 0 0 0 1"},
+        Change{"matrix_sheared", "/nodes/0/matrix", "[1,0,0,0, 1,1,0,0, 0,0,1,0, 0,0,0,1]",
+               "/nodes/0" PHYSICS "/collider", "is sheared or flat"},
+        Change{"node_mesh", "/nodes/1/mesh", "3", "/nodes/1/mesh", "there is no mesh 3: the file has 1"},
+        Change{"node_skin", "/nodes/1/skin", "0", "/nodes/1/skin", "there is no skin 0: the file has 0"},
+        Change{"node_camera", "/nodes/1/camera", "4", "/nodes/1/camera", "there is no camera 4"},
+        Change{"node_light", "/nodes/7/extensions/KHR_lights_punctual/light", "1",
+               "/nodes/7/extensions/KHR_lights_punctual/light", "there is no light 1"},
+        Change{"name_number", "/nodes/1/name", "5", "/nodes/1/name", "must be a string"},
+        Change{"field_of_view", "/cameras/0/perspective/yfov", "4", "/cameras/0/perspective/yfov",
+               "less than pi"},
+        Change{"color_of_light", "/extensions/KHR_lights_punctual/lights/0/color", "[1, -1, 0]",
+               "/extensions/KHR_lights_punctual/lights/0/color", "negative"},
+        Change{"color_of_material", "/materials/0/pbrMetallicRoughness/baseColorFactor", "[1, 0]",
+               "/materials/0/pbrMetallicRoughness/baseColorFactor", "4 numbers"},
+        Change{"roughness", "/materials/0/pbrMetallicRoughness/roughnessFactor", "2",
+               "/materials/0/pbrMetallicRoughness/roughnessFactor", "between 0 and 1"},
+        Change{"unknown_setting", "/extras", R"({"substep": {"gravitation": [0, 0, 0]}})", "/extras/substep",
+               "unknown key 'gravitation'; known are gravity, duration, step, gyroscopic"},
+        Change{"gravity", "/extras", R"({"substep": {"gravity": -9.81}})", "/extras/substep/gravity",
+               "3 numbers"},
+        Change{"duration", "/scenes/0/extras", R"({"substep": {"duration": 0}})",
+               "/scenes/0/extras/substep/duration", "must be greater than 0"},
+        Change{"step", "/extras", R"({"substep": {"step": -0.1}})", "/extras/substep/step",
+               "must be greater than 0"},
+        Change{"gyroscopic", "/extras", R"({"substep": {"gyroscopic": 1}})", "/extras/substep/gyroscopic",
+               "must be true or false"},
+        Change{"settings", "/extras", R"({"substep": []})", "/extras/substep", "must be an object"}),
+    name_of);
+
+INSTANTIATE_TEST_SUITE_P(
+    Meshes, Refuses,
+    testing::Values(
+        Change{"buffer_index", "/bufferViews/0/buffer", "1", "/bufferViews/0/buffer", "there is no buffer 1"},
+        Change{"buffer_short", "/buffers/0/byteLength", "1000", "/buffers/0",
+               "says 1000 bytes, but there are only 168"},
+        Change{"buffer_without_bytes", "/buffers/0/uri", "", "/buffers/0", "has no 'uri'"},
+        Change{"view_too_long", "/bufferViews/1/byteLength", "73", "/bufferViews/1", "ends at byte 169"},
+        Change{"view_offset", "/bufferViews/1/byteOffset", "1000000000000", "/bufferViews/1", "ends at byte"},
+        Change{"stride_small", "/bufferViews/0/byteStride", "1", "/bufferViews/0/byteStride",
+               "have 12 bytes"},
+        Change{"stride_large", "/bufferViews/0/byteStride", "16", "/accessors/0", "ends at byte 124"},
+        Change{"stride_huge", "/bufferViews/0/byteStride", "4096", "/bufferViews/0/byteStride",
+               "more than 252"},
+        Change{"accessor_view", "/accessors/0/bufferView", "2", "/accessors/0/bufferView",
+               "there is no buffer view 2"},
+        Change{"accessor_without_view", "/accessors/0/bufferView", "", "/accessors/0", "has no 'bufferView'"},
+        Change{"count_large", "/accessors/0/count", "9", "/accessors/0", "ends at byte 108"},
+        Change{"count_huge", "/accessors/0/count", "4294967296", "/accessors/0/count", "more than"},
+        Change{"count_zero", "/accessors/0/count", "0", "/accessors/0/count", "is 0"},
+        Change{"offset", "/accessors/0/byteOffset", "2", "/accessors/0", "multiple of 4"},
+        Change{"scalar_positions", "/accessors/0/type", "\"SCALAR\"", "/accessors/0/type", "must be VEC3"},
+        Change{"byte_positions", "/accessors/0/componentType", "5120", "/accessors/0/componentType",
+               "5120 (byte)"},
+        Change{"unknown_component", "/accessors/0/componentType", "77", "/accessors/0/componentType",
+               "77 (unknown)"},
+        Change{"float_indices", "/accessors/1/componentType", "5126", "/accessors/1/componentType",
+               "5126 (float)"},
+        Change{"sparse", "/accessors/0/sparse", "{}", "/accessors/0", "is sparse"},
+        Change{"index_out_of_range", "/accessors/0/count", "7", "/meshes/0/primitives/0/indices",
+               "is out of range: the primitive has 7 vertices"},
+        Change{"no_whole_triangles", "/accessors/1/count", "35", "/meshes/0/primitives/0",
+               "35 corners make no whole"},
+        Change{"mode", "/meshes/0/primitives/0/mode", "77", "/meshes/0/primitives/0/mode",
+               "is 77, which is more than 6"},
+        Change{"no_position", "/meshes/0/primitives/0/attributes/POSITION", "",
+               "/meshes/0/primitives/0/attributes", "has no 'POSITION'"},
+        Change{"position_index", "/meshes/0/primitives/0/attributes/POSITION", "5",
+               "/meshes/0/primitives/0/attributes/POSITION", "there is no accessor 5"},
+        Change{"material_index", "/meshes/0/primitives/0/material", "5", "/meshes/0/primitives/0/material",
+               "there is no material 5"},
+        Change{"compressed", "/meshes/0/primitives/0/extensions", R"({"KHR_draco_mesh_compression": {}})",
+               "/meshes/0/primitives/0", "is compressed"},
+        Change{"no_primitives", "/meshes/0/primitives", "", "/meshes/0", "has no 'primitives'"}),
+    name_of);
+
+INSTANTIATE_TEST_SUITE_P(
+    Physics, Refuses,
+    testing::Values(
+        Change{"unknown_shape", SHAPES "/1/type", "\"torus\"", SHAPES "/1/type", "unknown shape 'torus'"},
+        Change{"flat_box", SHAPES "/1/box/size", "[1, 0, 1]", SHAPES "/1/box/size", "greater than 0"},
+        Change{"negative_radius", SHAPES "/1", R"({"type": "sphere", "sphere": {"radius": -1}})",
+               SHAPES "/1/sphere/radius", "must be greater than 0, but is -1"},
+        Change{"no_radius", SHAPES "/1",
+               R"({"type": "cylinder", "cylinder": {"radiusTop": 0, "radiusBottom": 0}})",
+               SHAPES "/1/cylinder", "radius 0 at both ends"},
+        Change{"tapered_capsule", SHAPES "/1", R"({"type": "capsule", "capsule": {"radiusTop": 0.1}})",
+               CRATE "/collider", "a tapered capsule is not modelled"},
+        Change{"moving_plane", CRATE "/collider/geometry/shape", "0", CRATE "/collider",
+               "a plane cannot belong"},
+        Change{"box_too_large", SHAPES "/1/box/size", "[1e200, 1e200, 1e200]", CRATE "/motion",
+               "too large or too small"},
+        Change{"box_too_small", SHAPES "/1/box/size", "[1e-200, 1e-200, 1e-200]", CRATE "/motion",
+               "too large or too small"},
+        Change{"shape_index", CRATE "/collider/geometry/shape", "2", CRATE "/collider/geometry/shape",
+               "there is no implicit shape 2"},
+        Change{"no_geometry", CRATE "/collider/geometry", "", CRATE "/collider", "has no 'geometry'"},
+        Change{"two_geometries", CRATE "/collider/geometry/node", "1", CRATE "/collider/geometry",
+               "one of 'shape' and 'node'"},
+        Change{"geometry_node", ROCK "/collider/geometry/node", "50", ROCK "/collider/geometry/node",
+               "there is no node 50"},
+        Change{"geometry_without_mesh", ROCK "/collider/geometry/node", "0", ROCK "/collider",
+               "has no mesh of triangles"},
+        Change{"flat_hull", "/nodes/4/scale", "[1, 1e-9, 1]", ROCK "/collider", "thin"},
+        Change{"hull_of_nothing", "/nodes/4/scale", "[1, 0, 1]", ROCK "/collider", "thin"},
+        Change{"material", CRATE "/collider/physicsMaterial", "1", CRATE "/collider/physicsMaterial",
+               "there is no physics material 1"},
+        Change{"filter", CRATE "/collider/collisionFilter", "1", CRATE "/collider/collisionFilter",
+               "there is no collision filter 1"},
+        Change{"both_filters", PHYSICS "/collisionFilters/0/collideWithSystems", "[]",
+               PHYSICS "/collisionFilters/0", "keep one"},
+        Change{"negative_friction", PHYSICS "/physicsMaterials/0/staticFriction", "-0.5",
+               PHYSICS "/physicsMaterials/0/staticFriction", "must not be negative, but is -0.5"},
+        Change{"restitution", PHYSICS "/physicsMaterials/0/restitution", "1.5",
+               PHYSICS "/physicsMaterials/0/restitution", "must be at most 1"},
+        Change{"combine", PHYSICS "/physicsMaterials/0/frictionCombine", "\"mean\"",
+               PHYSICS "/physicsMaterials/0/frictionCombine", "unknown 'mean'"},
+        Change{"negative_mass", CRATE "/motion/mass", "-2", CRATE "/motion/mass",
+               "must not be negative, but is -2"},
+        Change{"mass_text", CRATE "/motion/mass", "\"heavy\"", CRATE "/motion/mass",
+               "must be a number, but is a string"},
+        Change{"mass_null", CRATE "/motion/mass", "null", CRATE "/motion/mass",
+               "must be a number, but is null"},
+        Change{"mass_too_small", CRATE "/motion/mass", "1e-320", CRATE "/motion", "too large or too small"},
+        Change{"negative_inertia", CRATE "/motion/inertiaDiagonal", "[1, 1, -1]",
+               CRATE "/motion/inertiaDiagonal", "negative component"},
+        Change{"inertia_orientation", CRATE "/motion/inertiaOrientation", "[1, 1, 1, 1]",
+               CRATE "/motion/inertiaOrientation", "its length is 2"},
+        Change{"kinematic", CRATE "/motion/isKinematic", "\"yes\"", CRATE "/motion/isKinematic",
+               "must be true or false"},
+        Change{"no_mass", ROCK, R"({"motion": {}})", ROCK "/motion", "needs a 'mass'"},
+        Change{"no_inertia", ROCK, R"({"motion": {"mass": 1}})", ROCK "/motion",
+               "needs an 'inertiaDiagonal'"},
+        Change{"unknown_part", CRATE "/spring", "{}", CRATE, "unknown key 'spring'"},
+        Change{"joint_to_missing_node", HOOK "/connectedNode", "12", HOOK "/connectedNode",
+               "there is no node 12"},
+        Change{"joint_to_node_outside", HOOK "/connectedNode", "5", HOOK "/connectedNode",
+               "leads to node 5 ('rock shape'), which is not in the scene"},
+        Change{"joint_without_other_end", HOOK "/connectedNode", "", HOOK, "has no 'connectedNode'"},
+        Change{"joint_to_itself", HOOK "/connectedNode", "1", HOOK, "joins the body 'crate' to itself"},
+        Change{"joint_description", HOOK "/joint", "1", HOOK "/joint", "there is no physics joint 1"},
+        Change{"limit_axes", LIMIT "/angularAxes", "[0]", LIMIT, "one of 'linearAxes' and 'angularAxes'"},
+        Change{"limit_axis", LIMIT "/linearAxes", "[0, 3]", LIMIT "/linearAxes/1",
+               "is 3, which is more than 2"},
+        Change{"limit_axis_twice", LIMIT "/linearAxes", "[0, 0]", LIMIT "/linearAxes/1",
+               "names axis 0 again"},
+        Change{"limit_no_axis", LIMIT "/linearAxes", "[]", LIMIT "/linearAxes", "names no axis"},
+        Change{"limit_reversed", LIMIT "/max", "-1", LIMIT, "has min 0 above max -1"},
+        Change{"limit_stiffness", LIMIT "/stiffness", "-1", LIMIT "/stiffness", "must not be negative"},
+        Change{"drive_type", DRIVE "/type", "\"spherical\"", DRIVE "/type", "must be 'linear' or 'angular'"},
+        Change{"drive_axis", DRIVE "/axis", "3", DRIVE "/axis", "is 3, which is more than 2"},
+        Change{"drive_force", DRIVE "/maxForce", "-3", DRIVE "/maxForce", "must not be negative"}),
+    name_of);
+
+TEST(Refusal, AJointBetweenTwoNodesOfTheWorld) {
+  json document = example();
+  document["nodes"][3]["extensions"]["KHR_physics_rigid_bodies"]["joint"] = {{"connectedNode", 0},
+                                                                             {"joint", 0}};
+  EXPECT_THAT(complaint(document), HasSubstr("joins two nodes of which neither belongs to a body"));
+}
+
+TEST(Refusal, AScaledSphereThatWouldBeAnEllipsoid) {
+  json document = one_body("{}", R"({"type": "sphere"})");
+  document["nodes"][0]["scale"] = {1, 2, 1};
+  EXPECT_THAT(complaint(document), HasSubstr("a sphere cannot be scaled by 1 2 1"));
+}
+
+TEST(Refusal, ASkinnedCollider) {
+  json document = example();
+  document["skins"] = {{{"joints", {0}}}};
+  document["nodes"][5]["skin"] = 0;
+  EXPECT_THAT(complaint(document), HasSubstr("its geometry, node 5 ('rock shape'), is skinned"));
+}
+
+TEST(Refusal, ABodyOnAShearedNode) {
+  json document = one_body("{}", R"({"type": "box"})");
+  document["nodes"][0]["rotation"] = {0, 0, 0.3826834323650898, 0.9238795325112867};
+  document["nodes"].push_back({{"scale", {2, 1, 1}}, {"children", {0}}});
+  document["scenes"][0]["nodes"] = {1};
+  EXPECT_THAT(complaint(document), HasSubstr("/nodes/0: carries a body, but is sheared"));
+}
+
+TEST(Refusal, MoreThan64CollisionSystems) {
+  json document = example();
+  json& systems =
+      document["extensions"]["KHR_physics_rigid_bodies"]["collisionFilters"][0]["collisionSystems"];
+  for (int i = 0; i < 70; ++i) systems.push_back("system " + std::to_string(i));
+  EXPECT_THAT(complaint(document), HasSubstr("more than 64 collision systems"));
+}
+
+TEST(Refusal, ANodeTooDeep) {
+  json document = example();
+  json& nodes = document["nodes"];
+  nodes[3]["children"] = {8};
+  for (int i = 8; i < 400; ++i) nodes.push_back({{"children", {i + 1}}});
+  nodes.push_back(json::object());
+  EXPECT_THAT(complaint(document), HasSubstr("lies deeper than 256 levels of nodes"));
+}
+
+TEST(Refusal, ScalesThatOverflowTogether) {
+  json document = example();
+  json& nodes = document["nodes"];
+  nodes[3]["scale"] = {1e200, 1, 1};
+  nodes[3]["children"] = {8};
+  nodes.push_back({{"scale", {1e200, 1, 1}}});
+  EXPECT_THAT(complaint(document), HasSubstr("/nodes/8: its transform overflows"));
+}
+
+TEST(Refusal, ANumberTooLargeForADouble) {
+  std::string text = example().dump();
+  text.replace(text.find("\"mass\":2"), 8, "\"mass\":1e999");
+  const Folder folder;
+  EXPECT_THAT(complaint(folder.write("example.gltf", text)),
+              AllOf(HasSubstr("not valid JSON"), HasSubstr("1e999")));
+}
+
+TEST(Refusal, VerticesThatAreNotFinite) {
+  for (const char* bits : {"\x00\x00\xc0\x7f", "\x00\x00\x80\x7f", "\x00\x00\x80\xff"}) {  // NaN, ∞, −∞
+    std::string buffer = cube_buffer();
+    buffer.replace(12 * 3 + 4, 4, std::string(bits, 4));
+    json document = example();
+    document["buffers"][0]["uri"] = "data:application/gltf-buffer;base64," + base64(buffer);
+    EXPECT_THAT(complaint(document), HasSubstr("/meshes/0/primitives/0: vertex 3 is not finite"));
+  }
+}
+
+TEST(Refusal, UrisThatLeadAwayOrNowhere) {
+  const Folder folder;
+  std::filesystem::create_directories(folder.path() / "inner");
+  folder.write("outside.bin", cube_buffer());
+  std::filesystem::create_symlink(folder.path() / "outside.bin", folder.path() / "inner/link.bin");
+  std::filesystem::create_directories(folder.path() / "inner/folder");
+  const std::pair<const char*, const char*> cases[]{
+      {"../outside.bin", "leaves the scene's folder"},
+      {"%2e%2e/outside.bin", "leaves the scene's folder"},
+      {"folder/../../outside.bin", "leaves the scene's folder"},
+      {"../../../../../../../../etc/passwd", "leaves the scene's folder"},
+      {"/etc/passwd", "leaves the scene's folder"},
+      {"link.bin", "leaves the scene's folder"},
+      {"missing.bin", "there is no file 'missing.bin' beside the scene"},
+      {"folder", "is not a regular file"},
+      {"", "is empty"},
+      {"%", "two hexadecimal digits"},
+      {"a%2", "two hexadecimal digits"},
+      {"a%zz", "two hexadecimal digits"},
+      {"a%00b", "control character"},
+      {"https://example.org/cube.bin", "network address"},
+      {"data:application/octet-stream;base64", "without a comma"},
+      {"data:text/plain,hello", "not base64"},
+      {"data:application/octet-stream;base64,AA AA", "not base64 (code 32)"},
+      {"data:application/octet-stream;base64,AAAA", "there are only 3"}};
+  for (const auto& [uri, words] : cases) {
+    json document = example();
+    document["buffers"][0]["uri"] = uri;
+    EXPECT_THAT(complaint(folder.write("inner/scene.gltf", document.dump())), HasSubstr(words)) << uri;
+  }
+}
+
+TEST(Refusal, FilesThatAreNoScenes) {
+  const Folder folder;
+  EXPECT_THAT(complaint(folder.path() / "missing.gltf"), EndsWith("missing.gltf: there is no such file"));
+  std::filesystem::create_directories(folder.path() / "folder.gltf");
+  EXPECT_THAT(complaint(folder.path() / "folder.gltf"), EndsWith("folder.gltf: is not a regular file"));
+  EXPECT_THAT(complaint(std::filesystem::path("/dev/zero")), EndsWith("/dev/zero: is not a regular file"));
+  EXPECT_THAT(complaint(folder.write("empty.gltf", "")), EndsWith("empty.gltf: is empty"));
+  EXPECT_THAT(complaint(folder.write("empty.glb", "")), EndsWith("empty.glb: is empty"));
+  EXPECT_THAT(complaint(folder.write("blank.gltf", " \n ")), EndsWith("blank.gltf: is empty"));
+  EXPECT_THAT(complaint(folder.write("scene.obj", "v 0 0 0")), HasSubstr("a scene is a .gltf or .glb file"));
+  EXPECT_THAT(complaint(folder.write("text.gltf", "hello")),
+              HasSubstr("is not valid JSON: parse error at line 1"));
+  EXPECT_THAT(complaint(folder.write("number.gltf", "1")), HasSubstr("not an object"));
+  EXPECT_THAT(complaint(folder.write("bytes.gltf", "{\"asset\": \"\xff\"}")), HasSubstr("is not valid JSON"));
+  EXPECT_THAT(complaint(folder.write("nan.gltf", "{\"asset\": NaN}")), HasSubstr("is not valid JSON"));
+  const std::string deep = "{\"extras\": " + std::string(100'000, '[') + std::string(100'000, ']') + "}";
+  EXPECT_THAT(complaint(folder.write("deep.gltf", deep)), HasSubstr("nested deeper than 64 levels at byte"));
+}
+
+class Glb : public testing::Test {
+ protected:
+  Glb() {
+    json document = example();
+    document["buffers"][0].erase("uri");
+    bytes_ = glb(document.dump(), cube_buffer());
+  }
+
+  std::string complaint_about(const std::string& bytes) const {
+    return complaint(folder_.write("scene.glb", bytes));
+  }
+  std::string with(std::size_t offset, const std::string& replacement) const {
+    std::string bytes = bytes_;
+    return bytes.replace(offset, replacement.size(), replacement);
+  }
+
+  Folder folder_;
+  std::string bytes_;
+};
+
+TEST_F(Glb, LoadsUnchanged) {
+  EXPECT_EQ(complaint_about(bytes_), "");
+}
+
+TEST_F(Glb, IsRefusedWhereverItIsCutShort) {
+  for (std::size_t length = 1; length < bytes_.size(); length += length < 40 ? 1 : 97) {
+    EXPECT_THAT(complaint_about(bytes_.substr(0, length)), HasSubstr("scene.glb: ")) << length;
+    EXPECT_THAT(complaint_about(bytes_.substr(0, length)), HasSubstr("cut short")) << length;
+  }
+  EXPECT_THAT(complaint_about(bytes_ + "x"), HasSubstr("the file is damaged"));
+}
+
+TEST_F(Glb, IsRefusedWithADamagedHeader) {
+  EXPECT_THAT(complaint_about(with(0, "flTG")), HasSubstr("does not begin with 'glTF'"));
+  EXPECT_THAT(complaint_about(with(4, "\x01")), HasSubstr("is of glTF version 1"));
+  EXPECT_THAT(complaint_about(with(8, "\xff\xff\xff\xff")), HasSubstr("its header says 4294967295 bytes"));
+  EXPECT_THAT(complaint_about(with(12, "\xff\xff\xff\xff")), HasSubstr("chunk 0 says 4294967295 bytes"));
+  EXPECT_THAT(complaint_about(with(12, std::string(4, '\0'))), HasSubstr("scene.glb: "));
+  EXPECT_THAT(complaint_about(with(16, "JSOM")), HasSubstr("its first chunk is not the JSON chunk"));
+  const std::size_t binary = bytes_.size() - 168 - 8;
+  EXPECT_THAT(complaint_about(with(binary, "\xff\xff\xff\x7f")), HasSubstr("chunk 1 says 2147483647 bytes"));
+  EXPECT_THAT(complaint_about(with(binary + 4, "BOX")), HasSubstr("/buffers/0: has no 'uri'"));
+}
+
+TEST_F(Glb, IsRefusedWithoutChunks) {
+  EXPECT_THAT(complaint_about(std::string("glTF\2\0\0\0\x0c\0\0\0", 12)), HasSubstr("has no JSON chunk"));
+  EXPECT_THAT(complaint_about(std::string("glTF\2\0\0\0\x10\0\0\0\0\0\0\0", 16)),
+              HasSubstr("chunk 0 has no whole header"));
+}
+
+}  // namespace
+}  // namespace substep

@@ -1,0 +1,128 @@
+/// The scenes of the library are what their pages say.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <vector>
+
+#include "sim/geometry/contact.h"
+#include "sim/scene/scene.h"
+
+namespace substep {
+namespace {
+
+const std::filesystem::path folder = std::filesystem::path(SUBSTEP_SOURCE_DIR) / "scenes";
+
+Scene library_scene(const std::string& name) {
+  return load_scene(folder / (name + ".gltf"));
+}
+
+std::vector<std::string> library() {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.path().extension() == ".gltf") names.push_back(entry.path().stem().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+class EachScene : public testing::TestWithParam<std::string> {};
+
+TEST_P(EachScene, LoadsWithoutReplacementsAndHasCameraSunAndPage) {
+  const Scene scene = library_scene(GetParam());
+  EXPECT_TRUE(scene.warnings.empty()) << scene.warnings.front();
+  EXPECT_EQ(scene.name, GetParam());
+  EXPECT_TRUE(scene.camera.has_value());
+  EXPECT_TRUE(scene.sun.has_value());
+  EXPECT_EQ(scene.step, 1.0 / 60);
+  EXPECT_TRUE(std::filesystem::exists(folder / (GetParam() + ".md")));
+}
+
+TEST_P(EachScene, StartsWithItsJointsClosed) {
+  const Scene scene = library_scene(GetParam());
+  for (const Joint& joint : scene.joints) {
+    const Vector3 a = scene.bodies[joint.body_a].pose * joint.frame_a.position;
+    const Vector3 b = scene.bodies[joint.body_b].pose * joint.frame_b.position;
+    EXPECT_LT((a - b).norm(), 1e-12) << joint.name;  // measured at most 9.2e-16
+  }
+}
+
+TEST_P(EachScene, StartsWithItsFacesTouchingExactly) {
+  const Scene scene = library_scene(GetParam());
+  const auto jointed = [&](int a, int b) {
+    return std::any_of(scene.joints.begin(), scene.joints.end(), [&](const Joint& joint) {
+      return std::minmax(joint.body_a, joint.body_b) == std::minmax(a, b);
+    });
+  };
+  std::vector<ContactPoint> contacts;
+  for (const Collider& a : scene.colliders) {
+    for (const Collider& b : scene.colliders) {
+      if (a.body >= b.body || jointed(a.body, b.body)) continue;
+      find_contacts(a.shape, scene.bodies[a.body].pose * a.placement, b.shape,
+                    scene.bodies[b.body].pose * b.placement, 1e-3, contacts);
+    }
+  }
+  EXPECT_EQ(contacts.empty(), scene.colliders.empty());
+  for (const ContactPoint& contact : contacts)
+    EXPECT_LT(std::fabs(contact.distance), 1e-12);  // measured 2.8e-17
+}
+
+INSTANTIATE_TEST_SUITE_P(Library, EachScene, testing::ValuesIn(library()),
+                         [](const auto& instance) { return instance.param; });
+
+TEST(SceneLibrary, RodsHaveTheInertiaOfUniformThinRods) {
+  for (const auto& [name, length] : {std::pair{"pendulum", 1.0}, {"rod_chain", 0.5}, {"heavy_chain", 0.5}}) {
+    const Scene scene = library_scene(name);
+    for (const Body& body : scene.bodies) {
+      if (!body.name.starts_with("rod")) continue;
+      EXPECT_EQ(body.inverse_mass, 1);
+      // The axis is X; measured difference 0.
+      EXPECT_NEAR(1 / body.inverse_inertia.y(), length * length / 12, 1e-16) << name << " " << body.name;
+      EXPECT_NEAR(1 / body.inverse_inertia.z(), length * length / 12, 1e-16) << name << " " << body.name;
+    }
+  }
+}
+
+TEST(SceneLibrary, TumblingBodyIsThatOfItsReference) {
+  const Scene scene = library_scene("tumbling_body");
+  ASSERT_EQ(scene.bodies.size(), 2u);
+  const Body& body = scene.bodies[1];
+  const Vector3 half_size(0.1, 0.2, 0.3);
+  const Vector3 squares = half_size.cwiseProduct(half_size);
+  const Vector3 moments = (Vector3::Constant(squares.sum()) - squares) / 3;
+  EXPECT_LT((body.inverse_inertia.cwiseInverse() - moments).norm(), 1e-16);  // measured 7e-18
+  EXPECT_EQ(body.pose.orientation.coeffs(), Quaternion::Identity().coeffs());
+  EXPECT_EQ(body.angular_velocity, Vector3(0.05, 5, 0.05));
+  EXPECT_EQ(scene.gravity, Vector3::Zero());
+}
+
+TEST(SceneLibrary, StonesAreHullsThatAreNotBoxes) {
+  const Scene scene = library_scene("stone_pyramid");
+  ASSERT_EQ(scene.bodies.size(), 16u);
+  for (const Collider& collider : scene.colliders) {
+    if (collider.body == world_body) continue;
+    const auto* hull = std::get_if<Polytope>(&collider.shape);
+    ASSERT_NE(hull, nullptr);
+    // Five to seven sides, the bottom and the top: flat although they went through 32-bit floats.
+    EXPECT_GE(hull->face_count(), 7u);
+    EXPECT_LE(hull->face_count(), 9u);
+    const Vector3 moments = scene.bodies[collider.body].inverse_inertia.cwiseInverse();
+    EXPECT_GT(moments.maxCoeff() / moments.minCoeff(), 1.4);  // measured from 1.49 to 1.58
+  }
+}
+
+TEST(SceneLibrary, HeavyChainHasItsMassRatio) {
+  const Scene scene = library_scene("heavy_chain");
+  double lightest = scene.bodies[1].inverse_mass;
+  double heaviest = lightest;
+  for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
+    lightest = std::max(lightest, scene.bodies[i].inverse_mass);
+    heaviest = std::min(heaviest, scene.bodies[i].inverse_mass);
+  }
+  EXPECT_DOUBLE_EQ(lightest / heaviest, 1000);
+}
+
+}  // namespace
+}  // namespace substep

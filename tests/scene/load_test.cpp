@@ -1,0 +1,509 @@
+/// Scenes that load, and what becomes of each thing in them.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/scene/example_scene.h"
+
+namespace substep {
+namespace {
+
+using nlohmann::json;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using namespace test;
+
+constexpr double pi = std::numbers::pi;
+
+json& physics(json& document, int node) {
+  return document["nodes"][node]["extensions"]["KHR_physics_rigid_bodies"];
+}
+
+void expect_near(const Vector3& actual, const Vector3& expected, double tolerance) {
+  EXPECT_LE((actual - expected).norm(), tolerance)
+      << "is " << actual.transpose() << ", should be " << expected.transpose();
+}
+
+// The rotation that takes the node's frame to the world, from the body's pose.
+Pose node_pose(const Body& body) {
+  return body.pose * body.body_from_node;
+}
+
+TEST(LoadScene, ReadsTheExample) {
+  const Scene scene = load(example());
+  EXPECT_EQ(scene.name, "example");
+  EXPECT_THAT(scene.warnings, IsEmpty());
+  ASSERT_EQ(scene.bodies.size(), 3u);
+  EXPECT_EQ(scene.bodies[0].name, "world");
+  EXPECT_EQ(scene.bodies[1].name, "crate");
+  EXPECT_EQ(scene.bodies[2].name, "rock");
+
+  const Body& crate = scene.bodies[1];
+  EXPECT_EQ(crate.inverse_mass, 0.5);
+  expect_near(crate.inverse_inertia, Vector3::Constant(3), 1e-14);  // measured 0; 6 / (m a²)
+  EXPECT_EQ(crate.inverse_inertia.x(), crate.inverse_inertia.y());
+  EXPECT_EQ(crate.inverse_inertia.x(), crate.inverse_inertia.z());
+  EXPECT_EQ(crate.pose.position, Vector3(0, 2, 0));
+  EXPECT_EQ(crate.pose.orientation.coeffs(), Quaternion::Identity().coeffs());
+  EXPECT_EQ(crate.linear_velocity, Vector3(1, 0, 0));
+
+  ASSERT_EQ(scene.colliders.size(), 3u);
+  EXPECT_EQ(scene.colliders[0].body, world_body);
+  EXPECT_TRUE(std::holds_alternative<Plane>(scene.colliders[0].shape));
+  EXPECT_TRUE(scene.colliders[0].in_no_system);
+  const Collider& collider = scene.colliders[1];
+  EXPECT_EQ(collider.body, 1);
+  EXPECT_EQ(std::get<Polytope>(collider.shape).vertices.size(), 8u);
+  EXPECT_EQ(collider.material.static_friction, 0.5);
+  EXPECT_EQ(collider.material.dynamic_friction, 0.4);
+  EXPECT_EQ(collider.material.restitution, 0.3);
+  EXPECT_EQ(collider.material.friction_combine, Combine::minimum);
+  EXPECT_EQ(collider.material.restitution_combine, Combine::average);
+  EXPECT_FALSE(collider.in_no_system);
+  EXPECT_EQ(collider.member, 0b011u);
+  EXPECT_EQ(collider.collides_with, ~std::uint64_t{0b110});
+
+  ASSERT_EQ(scene.joints.size(), 1u);
+  const Joint& joint = scene.joints[0];
+  EXPECT_EQ(joint.name, "hook");
+  EXPECT_EQ(joint.body_a, 1);
+  EXPECT_EQ(joint.body_b, world_body);
+  EXPECT_EQ(joint.frame_a.position, Vector3(0, 0.5, 0));
+  EXPECT_EQ(joint.frame_b.position, Vector3(0, 2.5, 0));
+  EXPECT_FALSE(joint.enable_collision);
+  ASSERT_EQ(joint.limits.size(), 1u);
+  EXPECT_FALSE(joint.limits[0].angular);
+  EXPECT_EQ(joint.limits[0].axes, (std::array{true, true, true}));
+  EXPECT_EQ(joint.limits[0].min, 0);
+  EXPECT_EQ(joint.limits[0].max, 0);
+  EXPECT_FALSE(joint.limits[0].stiffness.has_value());
+  ASSERT_EQ(joint.drives.size(), 1u);
+  EXPECT_TRUE(joint.drives[0].angular);
+  EXPECT_FALSE(joint.drives[0].acceleration);
+  EXPECT_EQ(joint.drives[0].axis, 2);
+  EXPECT_EQ(joint.drives[0].max_force, 5);
+  EXPECT_EQ(joint.drives[0].velocity_target, 2);
+  EXPECT_EQ(joint.drives[0].damping, 10);
+}
+
+TEST(LoadScene, HullOfANodeOutsideTheSceneTakesTheCollidersScaleAndNotTheNodesPlace) {
+  const Scene scene = load(example());
+  const Body& rock = scene.bodies[2];
+  // 2 × 1 × 1 m³ of water.
+  EXPECT_NEAR(1 / rock.inverse_mass, 2000, 1e-9);  // measured 0
+  expect_near(rock.pose.position, {3, 1, 0}, 1e-15);
+  Vector3 moments = rock.inverse_inertia.cwiseInverse();
+  expect_near(moments, Vector3(2, 5, 5) * (2000 / 12.), 1e-9);  // measured 2e-13
+  EXPECT_EQ(moments.y(), moments.z());
+  const auto& hull = std::get<Polytope>(scene.colliders[2].shape);
+  EXPECT_EQ(hull.vertices.size(), 8u);
+  EXPECT_EQ(hull.face_count(), 6u);
+  for (const Vector3& vertex : hull.vertices) EXPECT_EQ(vertex.cwiseAbs(), Vector3(1, 0.5, 0.5));
+}
+
+TEST(LoadScene, DrawsMeshesWithTheirBodies) {
+  const Scene scene = load(example());
+  ASSERT_EQ(scene.visuals.size(), 1u);  // the rock has no mesh of its own
+  EXPECT_EQ(scene.visuals[0].body, 1);
+  EXPECT_EQ(scene.visuals[0].linear, Matrix3(Matrix3::Identity()));
+  EXPECT_EQ(scene.visuals[0].translation, Vector3(0, 0, 0));
+  ASSERT_EQ(scene.meshes.size(), 1u);
+  const Mesh& mesh = scene.meshes[0];
+  EXPECT_EQ(mesh.name, "cube");
+  EXPECT_EQ(mesh.triangles.size(), 12u);
+  // No normals in the file, so each triangle has its own.
+  ASSERT_EQ(mesh.positions.size(), 36u);
+  ASSERT_EQ(mesh.normals.size(), 36u);
+  for (std::size_t i = 0; i < 36; ++i) EXPECT_EQ(mesh.normals[i].dot(mesh.positions[i]), 0.5);
+  const Surface& surface = scene.surfaces.at(mesh.surface);
+  EXPECT_EQ(surface.name, "wood");
+  EXPECT_EQ(surface.base_color, (std::array{0.5, 0.25, 0.125}));
+  EXPECT_EQ(surface.metallic, 0);
+  EXPECT_EQ(surface.roughness, 0.75);
+
+  ASSERT_TRUE(scene.camera);
+  EXPECT_EQ(scene.camera->vertical_field_of_view, 0.7);
+  EXPECT_EQ(scene.camera->pose.position, Vector3(0, 1, 8));
+  ASSERT_TRUE(scene.sun);
+  expect_near(scene.sun->direction, {0, -1, 0}, 1e-15);
+  EXPECT_EQ(scene.sun->illuminance, 3);
+  EXPECT_EQ(scene.sun->color, (std::array{1., 0.9, 0.8}));
+}
+
+TEST(LoadScene, ScalesDaylightInLuxDown) {
+  json document = example();
+  document["extensions"]["KHR_lights_punctual"]["lights"][0]["intensity"] = 80000;
+  EXPECT_EQ(load(document).sun->illuminance, 3);
+}
+
+TEST(LoadScene, GivenNormalsAreKept) {
+  json document = example();
+  // The positions of a cube's corners, as normals: unit length is made, not asked for.
+  document["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = 0;
+  const Scene scene = load(document);
+  ASSERT_EQ(scene.meshes[0].positions.size(), 8u);
+  for (std::size_t i = 0; i < 8; ++i) {
+    expect_near(scene.meshes[0].normals[i], scene.meshes[0].positions[i] * (2 / std::sqrt(3.)), 1e-15);
+  }
+}
+
+TEST(LoadScene, AGlbGivesTheSameSceneAsAGltf) {
+  json document = example();
+  const Scene from_gltf = load(document);
+  document["buffers"][0].erase("uri");
+  const Folder folder;
+  const Scene from_glb = load_scene(folder.write("example.glb", glb(document.dump(), cube_buffer())));
+  ASSERT_EQ(from_glb.bodies.size(), from_gltf.bodies.size());
+  for (std::size_t i = 0; i < from_glb.bodies.size(); ++i) {
+    EXPECT_EQ(from_glb.bodies[i].name, from_gltf.bodies[i].name);
+    EXPECT_EQ(from_glb.bodies[i].inverse_mass, from_gltf.bodies[i].inverse_mass);
+    EXPECT_EQ(from_glb.bodies[i].inverse_inertia, from_gltf.bodies[i].inverse_inertia);
+  }
+  EXPECT_EQ(from_glb.meshes[0].positions, from_gltf.meshes[0].positions);
+}
+
+TEST(LoadScene, BuffersMayLieInFoldersBelowUnderPercentEncodedNames) {
+  json document = example();
+  document["buffers"][0]["uri"] = "parts/a%20c%C3%BCbe.bin";
+  const Folder folder;
+  folder.write(
+      "parts/a c\xc3\xbc"
+      "be.bin",
+      cube_buffer());
+  EXPECT_EQ(load_scene(folder.write("example.gltf", document.dump())).bodies.size(), 3u);
+}
+
+TEST(LoadScene, HashCoversTheFileAndItsBuffers) {
+  json document = example();
+  document["buffers"][0]["uri"] = "cube.bin";
+  const Folder folder;
+  folder.write("cube.bin", cube_buffer());
+  const auto file = folder.write("example.gltf", document.dump());
+  const std::uint64_t hash = load_scene(file).hash;
+  EXPECT_EQ(load_scene(file).hash, hash);
+  EXPECT_EQ(load_scene(folder.write("other name.gltf", document.dump())).hash, hash);
+  folder.write("cube.bin", cube_buffer() + "x");
+  EXPECT_NE(load_scene(file).hash, hash);
+  folder.write("cube.bin", cube_buffer());
+  EXPECT_NE(load_scene(folder.write("example.gltf", document.dump() + " ")).hash, hash);
+}
+
+TEST(LoadScene, SettingsComeFromTheExtrasOfTheDocumentAndOfTheScene) {
+  json document = example();
+  const Scene defaults = load(document);
+  EXPECT_EQ(defaults.gravity, Vector3(0, -9.81, 0));
+  EXPECT_EQ(defaults.duration, 5);
+  EXPECT_EQ(defaults.step, 1. / 60);
+  EXPECT_TRUE(defaults.gyroscopic);
+  document["extras"] = json::parse(R"({"other": 1, "substep": {"gravity": [0, 0, -1.5], "duration": 2}})");
+  document["scenes"][0]["extras"] =
+      json::parse(R"({"substep": {"duration": 3, "step": 0.01, "gyroscopic": false}})");
+  const Scene scene = load(document);
+  EXPECT_EQ(scene.gravity, Vector3(0, 0, -1.5));
+  EXPECT_EQ(scene.duration, 3);
+  EXPECT_EQ(scene.step, 0.01);
+  EXPECT_FALSE(scene.gyroscopic);
+}
+
+TEST(LoadScene, TheSecondSceneCanBeTheDefault) {
+  json document = example();
+  document["scenes"].push_back({{"nodes", {4}}});
+  document["scene"] = 1;
+  const Scene scene = load(document);
+  ASSERT_EQ(scene.bodies.size(), 2u);
+  EXPECT_EQ(scene.bodies[1].name, "rock");
+}
+
+TEST(LoadScene, WithoutScenesAllRootsAreTheScene) {
+  json document = example();
+  document.erase("scene");
+  document.erase("scenes");
+  const Scene scene = load(document);
+  EXPECT_EQ(scene.bodies.size(), 3u);
+  EXPECT_EQ(scene.visuals.size(), 2u);  // node 5 is now one of them
+}
+
+TEST(LoadScene, NamesAreMadeUnique) {
+  json document = example();
+  document["nodes"][0]["name"] = "thing";
+  document["nodes"][1]["name"] = "thing";
+  document["nodes"][3]["name"] = "thing #2";
+  document["nodes"][4].erase("name");
+  Scene scene = load(document);
+  EXPECT_EQ(scene.bodies[1].name, "thing #2");
+  EXPECT_EQ(scene.bodies[2].name, "node 4");
+  document["nodes"][1]["name"] = "world";
+  document["nodes"][4]["name"] = "two\nlines";
+  scene = load(document);
+  EXPECT_EQ(scene.bodies[1].name, "world #2");
+  EXPECT_EQ(scene.bodies[2].name, "two lines");
+}
+
+struct ShapeCase {
+  const char* name;
+  const char* shape;
+  double volume;
+  Vector3 moments;  // of unit density, about the node's axes
+};
+
+void PrintTo(const ShapeCase& shape, std::ostream* out) {
+  *out << shape.name;
+}
+
+class MassOfShape : public testing::TestWithParam<ShapeCase> {};
+
+TEST_P(MassOfShape, IsThatOfWaterUnlessGiven) {
+  const ShapeCase& expected = GetParam();
+  const Body water = load(one_body("{}", expected.shape)).bodies[1];
+  // Measured over all cases: 3e-16 relative.
+  EXPECT_NEAR(1 / water.inverse_mass / (1000 * expected.volume), 1, 1e-14);
+  expect_near(water.inverse_inertia.cwiseInverse() / (1000 * expected.moments.norm()),
+              expected.moments / expected.moments.norm(), 1e-14);
+  const Body given = load(one_body(R"({"mass": 3})", expected.shape)).bodies[1];
+  EXPECT_EQ(given.inverse_mass, 1. / 3);
+  expect_near(given.inverse_inertia.cwiseInverse() / (3 / expected.volume * expected.moments.norm()),
+              expected.moments / expected.moments.norm(), 1e-14);
+  // Equal moments are equal to the last bit, and the axes are the node's.
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3;
+    EXPECT_EQ(water.inverse_inertia[i] == water.inverse_inertia[j],
+              expected.moments[i] == expected.moments[j]);
+  }
+  EXPECT_EQ(water.pose.orientation.coeffs().cwiseAbs(), Quaternion::Identity().coeffs());
+}
+
+// A prism of 32 sides in a circle of radius r: its area is 16 sin(π/16) r², its polar moment area r² (2 +
+// cos(π/16)) / 6.
+const double prism_area = 16 * std::sin(pi / 16);
+const double prism_polar = prism_area * (2 + std::cos(pi / 16)) / 6;
+
+INSTANTIATE_TEST_SUITE_P(
+    Shapes, MassOfShape,
+    testing::Values(
+        ShapeCase{"sphere", R"({"type": "sphere", "sphere": {"radius": 0.3}})", 4 * pi / 3 * 0.027,
+                  Vector3::Constant(0.4 * 4 * pi / 3 * 0.027 * 0.09)},
+        ShapeCase{"default_sphere", R"({"type": "sphere"})", pi / 6, Vector3::Constant(0.4 * pi / 6 * 0.25)},
+        ShapeCase{"box",
+                  R"({"type": "box", "box": {"size": [1, 2, 3]}})",
+                  6,
+                  {6 * 13 / 12., 6 * 10 / 12., 6 * 5 / 12.}},
+        ShapeCase{"cube", R"({"type": "box", "box": {"size": [0.1, 0.1, 0.1]}})", 1e-3,
+                  Vector3::Constant(1e-5 / 6)},
+        ShapeCase{"capsule",
+                  R"({"type": "capsule", "capsule": {"height": 2, "radiusBottom": 0.5, "radiusTop": 0.5}})",
+                  pi / 2 + pi / 6,
+                  // Cylinder and two half balls whose centres of mass lie 3 r / 8 beyond its ends.
+                  Vector3(pi / 2 * (4 + 3 * 0.25) / 12 + pi / 6 * (0.4 * 0.25 + 1 + 0.75 * 0.5),
+                          pi / 2 * 0.125 + pi / 6 * 0.1,
+                          pi / 2 * (4 + 3 * 0.25) / 12 + pi / 6 * (0.4 * 0.25 + 1 + 0.75 * 0.5))},
+        ShapeCase{"capsule_without_length",
+                  R"({"type": "capsule", "capsule": {"height": 0, "radiusBottom": 0.5, "radiusTop": 0.5}})",
+                  pi / 6, Vector3::Constant(0.4 * pi / 6 * 0.25)},
+        ShapeCase{"cylinder",
+                  R"({"type": "cylinder", "cylinder": {"height": 2, "radiusBottom": 1, "radiusTop": 1}})",
+                  2 * prism_area,
+                  {prism_polar + 2 * prism_area / 3, 2 * prism_polar, prism_polar + 2 * prism_area / 3}}),
+    [](const auto& shape) { return std::string(shape.param.name); });
+
+TEST(LoadScene, ZeroMeansInfinite) {
+  const Body fixed = load(one_body(R"({"mass": 0})", R"({"type": "box"})")).bodies[1];
+  EXPECT_EQ(fixed.inverse_mass, 0);
+  EXPECT_EQ(fixed.inverse_inertia, Vector3(0, 0, 0));
+  const Body axle =
+      load(one_body(R"({"mass": 4, "inertiaDiagonal": [0, 2, 0]})", R"({"type": "box"})")).bodies[1];
+  EXPECT_EQ(axle.inverse_mass, 0.25);
+  EXPECT_EQ(axle.inverse_inertia, Vector3(0, 0.5, 0));
+}
+
+TEST(LoadScene, AKinematicBodyKeepsItsVelocity) {
+  const Body body =
+      load(
+          one_body(
+              R"({"isKinematic": true, "mass": 4, "inertiaDiagonal": [1, 2, 3], "angularVelocity": [0, 5, 0]})",
+              R"({"type": "box"})"))
+          .bodies[1];
+  EXPECT_EQ(body.inverse_mass, 0);
+  EXPECT_EQ(body.inverse_inertia, Vector3(0, 0, 0));
+  EXPECT_EQ(body.angular_velocity, Vector3(0, 5, 0));
+}
+
+TEST(LoadScene, TheBodyFrameStandsAtTheCentreOfMassAlongThePrincipalAxes) {
+  json document = one_body(
+      R"({"mass": 1, "centerOfMass": [1, 2, 3], "inertiaDiagonal": [1, 2, 4],
+          "inertiaOrientation": [0, 0, 0.7071067811865476, 0.7071067811865476],
+          "linearVelocity": [1, 0, 0], "angularVelocity": [0, 1, 0], "gravityFactor": -0.5})",
+      R"({"type": "sphere"})");
+  document["nodes"][0]["translation"] = {10, 0, 0};
+  document["nodes"][0]["rotation"] = {0, 0.7071067811865476, 0, 0.7071067811865476};  // +x → −z, +z → +x
+  const Scene scene = load(document);
+  const Body& body = scene.bodies[1];
+  EXPECT_EQ(body.inverse_inertia, Vector3(1, 0.5, 0.25));
+  EXPECT_EQ(body.gravity_factor, -0.5);
+  expect_near(body.pose.position, {13, 2, -1}, 1e-14);
+  // The first principal axis is the node's y, which is the world's; the second the node's −x, the world's z.
+  expect_near(body.pose.orientation * Vector3::UnitX(), {0, 1, 0}, 1e-15);
+  expect_near(body.pose.orientation * Vector3::UnitY(), {0, 0, 1}, 1e-15);
+  expect_near(body.linear_velocity, {0, 0, -1}, 1e-15);
+  expect_near(body.angular_velocity, {0, 1, 0}, 1e-15);
+  expect_near(node_pose(body).position, {10, 0, 0}, 1e-14);
+  // The collider stays where the node is.
+  expect_near((body.pose * scene.colliders[0].placement).position, {10, 0, 0}, 1e-14);
+}
+
+TEST(LoadScene, ACompoundIsOneSolid) {
+  // Two unit cubes at x = ±1, of which one is turned by a quarter about x, as children of a node without a
+  // shape.
+  json document = one_body("{}", R"({"type": "box"})");
+  document["nodes"].push_back(
+      {{"translation", {1, 0, 0}}, {"extensions", document["nodes"][0]["extensions"]}});
+  physics(document, 1).erase("motion");
+  document["nodes"].push_back(document["nodes"][1]);
+  document["nodes"][2]["translation"] = {-1, 0, 0};
+  document["nodes"][2]["rotation"] = {0.7071067811865476, 0, 0, 0.7071067811865476};
+  physics(document, 0).erase("collider");
+  document["nodes"][0]["children"] = {1, 2};
+  document["nodes"][0]["translation"] = {0, 0, 7};
+  const Scene scene = load(document);
+  ASSERT_EQ(scene.bodies.size(), 2u);
+  const Body& body = scene.bodies[1];
+  EXPECT_NEAR(1 / body.inverse_mass, 2000, 1e-10);
+  expect_near(body.inverse_inertia.cwiseInverse(), 2000 * Vector3(1 / 6., 1 / 6. + 1, 1 / 6. + 1), 1e-10);
+  EXPECT_EQ(body.inverse_inertia.y(), body.inverse_inertia.z());
+  expect_near(body.pose.position, {0, 0, 7}, 1e-15);
+  ASSERT_EQ(scene.colliders.size(), 2u);
+  expect_near(scene.colliders[0].placement.position, {1, 0, 0}, 1e-15);
+  expect_near(scene.colliders[1].placement.position, {-1, 0, 0}, 1e-15);
+}
+
+TEST(LoadScene, ABodyBelowAnotherIsItsOwn) {
+  json document = one_body("{}", R"({"type": "box"})");
+  document["nodes"].push_back(document["nodes"][0]);
+  document["nodes"][0]["children"] = {1};
+  document["nodes"][0]["translation"] = {0, 1, 0};
+  document["nodes"][1]["translation"] = {0, 2, 0};
+  const Scene scene = load(document);
+  ASSERT_EQ(scene.bodies.size(), 3u);
+  EXPECT_EQ(scene.colliders[0].body, 1);
+  EXPECT_EQ(scene.colliders[1].body, 2);
+  EXPECT_EQ(scene.bodies[2].pose.position, Vector3(0, 3, 0));
+}
+
+TEST(LoadScene, ScaleGoesIntoTheShapeAndOnlyItsSizeCounts) {
+  json document = one_body("{}", R"({"type": "box"})");
+  document["nodes"][0]["scale"] = {1, -2, 3};
+  const Scene scene = load(document);
+  EXPECT_NEAR(1 / scene.bodies[1].inverse_mass, 6000, 1e-9);
+  for (const Vector3& vertex : std::get<Polytope>(scene.colliders[0].shape).vertices) {
+    EXPECT_EQ(vertex.cwiseAbs(), Vector3(0.5, 1, 1.5));
+  }
+  document = one_body("{}", R"({"type": "sphere"})");
+  document["nodes"][0]["scale"] = {-2, -2, -2};
+  EXPECT_EQ(std::get<Sphere>(load(document).colliders[0].shape).radius, 1);
+}
+
+TEST(LoadScene, AMirroringNodeTurnsVelocitiesAndMeshesAlike) {
+  json document = example();
+  document["nodes"][1]["scale"] = {1, -1, 1};
+  physics(document, 1)["motion"]["linearVelocity"] = {1, 2, 3};
+  physics(document, 1)["motion"]["angularVelocity"] = {1, 2, 3};
+  const Scene scene = load(document);
+  const Body& body = scene.bodies[1];
+  expect_near(body.linear_velocity, {1, -2, 3}, 0);
+  expect_near(body.angular_velocity, {-1, 2, -3}, 0);  // an axial vector
+  const Visual& visual = scene.visuals[0];
+  expect_near(body.pose.orientation * (visual.linear * Vector3(1, 2, 3)), {1, -2, 3}, 0);
+  // The hook hangs below the crate now.
+  EXPECT_EQ(body.pose * scene.joints[0].frame_a.position, Vector3(0, 1.5, 0));
+}
+
+TEST(LoadScene, AMatrixStandsForTranslationRotationAndScale) {
+  json document = one_body("{}", R"({"type": "box"})");
+  document["nodes"][0]["matrix"] = {0, 2, 0, 0, -3, 0, 0, 0, 0, 0, 4, 0, 5, 6, 7, 1};
+  const Scene scene = load(document);
+  EXPECT_EQ(node_pose(scene.bodies[1]).position, Vector3(5, 6, 7));
+  const auto& shape = std::get<Polytope>(scene.colliders[0].shape);
+  for (const Vector3& vertex : shape.vertices) {
+    const Vector3 in_world = scene.bodies[1].pose * (scene.colliders[0].placement * vertex);
+    expect_near((in_world - Vector3(5, 6, 7)).cwiseAbs(), {1.5, 1, 2}, 1e-14);
+  }
+}
+
+TEST(LoadScene, ATurnedNodeInAnUnequalScaleIsDrawnSheared) {
+  json document = example();
+  document["nodes"][3]["mesh"] = 0;
+  document["nodes"][3].erase("translation");
+  document["nodes"][3]["rotation"] = {0, 0, 0.3826834323650898, 0.9238795325112867};
+  document["nodes"].push_back({{"scale", {3, 1, 1}}, {"children", {3}}});
+  document["scenes"][0]["nodes"] = {0, 8};
+  const Scene scene = load(document);
+  ASSERT_EQ(scene.visuals.size(), 1u);
+  const double r = std::sqrt(0.5);
+  expect_near(scene.visuals[0].linear * Vector3::UnitX(), {3 * r, r, 0}, 1e-15);
+  expect_near(scene.visuals[0].linear * Vector3::UnitY(), {-3 * r, r, 0}, 1e-15);
+}
+
+TEST(LoadScene, AMeshThatIsNotSaidToBeConvexCollidesAsItsHullWithAWarning) {
+  json document = example();
+  physics(document, 4)["collider"]["geometry"].erase("convexHull");
+  const Scene scene = load(document);
+  EXPECT_EQ(std::get<Polytope>(scene.colliders[2].shape).vertices.size(), 8u);
+  EXPECT_THAT(scene.warnings,
+              Contains(HasSubstr("the mesh of node 'rock shape' collides as its convex hull")));
+}
+
+TEST(LoadScene, TheHullTakesInTheMeshesOfChildren) {
+  json document = example();
+  document["nodes"].push_back({{"mesh", 0}, {"translation", {1, 0, 0}}});
+  document["nodes"][5]["children"] = {8};
+  const Scene scene = load(document);
+  // 2 × 1 × 1 under a scale of 2 along x, with its centre 1 m off.
+  EXPECT_NEAR(1 / scene.bodies[2].inverse_mass, 4000, 1e-9);
+  expect_near(scene.bodies[2].pose.position, {4, 1, 0}, 1e-14);
+}
+
+TEST(LoadScene, WhatIsReplacedIsSaidInAWarning) {
+  json document = example();
+  document["extensions"]["KHR_implicit_shapes"]["shapes"][0]["plane"] = {{"sizeX", 4}, {"doubleSided", true}};
+  document["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}};
+  document["animations"] = json::array();
+  document["skins"] = {{{"joints", {0}}}};
+  document["nodes"][1]["skin"] = 0;
+  document["cameras"].push_back({{"type", "orthographic"}});
+  document["nodes"][0]["camera"] = 1;
+  document["extensions"]["KHR_lights_punctual"]["lights"].push_back({{"type", "point"}});
+  document["nodes"][0]["extensions"]["KHR_lights_punctual"]["light"] = 1;
+  physics(document, 3)["trigger"] = {{"geometry", {{"shape", 1}}}};
+  document["meshes"][0]["primitives"].push_back({{"mode", 1}, {"attributes", {{"POSITION", 0}}}});
+  document["extensions"]["KHR_physics_rigid_bodies"]["physicsJoints"][0]["drives"][0].erase("damping");
+  document["nodes"][7]["scale"] = {0, 0, 0};
+  physics(document, 7)["collider"] = {{"geometry", {{"shape", 1}}}};
+  const Scene scene = load(document);
+  for (const char* words :
+       {"size is ignored", "second side is ignored", "textures are not drawn", "animations are ignored",
+        "skins are ignored", "only perspective cameras", "only the first directional light",
+        "a trigger is ignored", "points and lines", "velocityTarget has no effect", "scaled to nothing"}) {
+    EXPECT_THAT(scene.warnings, Contains(HasSubstr(words)));
+  }
+  EXPECT_EQ(scene.warnings.size(), 11u);
+  EXPECT_TRUE(scene.camera);
+  EXPECT_TRUE(scene.sun);
+}
+
+TEST(LoadScene, LoadsEveryPublishedScene) {
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(SUBSTEP_SOURCE_DIR "/scenes")) {
+    if (entry.path().extension() != ".gltf" && entry.path().extension() != ".glb") continue;
+    const Scene scene = load_scene(entry.path());
+    EXPECT_THAT(scene.warnings, IsEmpty()) << entry.path();
+    EXPECT_TRUE(scene.camera && scene.sun) << entry.path();
+    ++count;
+  }
+  EXPECT_GE(count, 8);
+}
+
+}  // namespace
+}  // namespace substep
