@@ -200,8 +200,9 @@ class BoxPair {
 
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < polygon.size(); ++i) least = std::min(least, polygon[i].height);
-    // Boxes that overlap do so at some point that is kept, or this is not the face they meet at.
-    if (least >= margin_ || (separation() <= 0 && least > tolerance)) {
+    // Where the lowest point is cut away, this is not the face at which the two meet.
+    const double separation = (reference_is_a ? face_a_ : face_b_).separation;
+    if (least >= margin_ || least > separation + face_preference(separation, size_)) {
       if (!by_force) return false;
       polygon = {};
       polygon.push_back(lowest);

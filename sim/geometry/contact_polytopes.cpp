@@ -289,9 +289,9 @@ class PolytopePair {
 
     double least = infinity;
     for (const Vector3& corner : scratch_.polygon) least = std::min(least, normal.dot(corner) - offset);
-    const double separation = std::max({face_a_.separation, face_b_.separation, edge_.separation});
-    // Polytopes that overlap do so at some point that is kept, or this is not the face they meet at.
-    if (least >= margin_ || (separation <= 0 && least > tolerance)) {
+    // Where the lowest point is cut away, this is not the face at which the two meet.
+    const double separation = (reference_is_b ? face_b_ : face_a_).separation;
+    if (least >= margin_ || least > separation + face_preference(separation, size_)) {
       if (!by_force) return false;
       scratch_.polygon.assign(1, lowest_corner);
     }
@@ -330,7 +330,11 @@ class PolytopePair {
         break;
       }
     }
+    // The two buffers change places at each cut: as large as the larger, or they would grow one after the
+    // other.
     scratch_.polygon.clear();
+    scratch_.polygon.reserve(scratch_.clipped.capacity());
+    scratch_.clipped.reserve(scratch_.polygon.capacity());
     for (std::uint32_t i = q.face_begin[incident]; i < q.face_begin[incident + 1]; ++i) {
       scratch_.polygon.push_back(q_in_p.point(q.vertices[q.face_vertices[i]]));
     }

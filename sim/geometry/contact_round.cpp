@@ -183,29 +183,31 @@ class SegmentAgainstPolytope {
         {on_segment - radius_ * normal, on_segment - distance * normal, normal, distance - radius_});
   }
 
-  /// The two ends of the part over the face, as far as they are near. Returns whether there was any.
-  bool add_over(std::size_t face) {
+  /// The two ends of the part over the face, as far as they are near. Adds none and returns false unless one
+  /// of them is at most `highest` above the face.
+  bool add_over(std::size_t face, double highest) {
     const auto part = part_over(polytope_, face, segment_);
     if (!part) return false;
     const Vector3& normal = polytope_.face_normals[face];
-    const std::size_t before = out_.size();
-    const double length = (segment_.to - segment_.from).norm();
-    const bool is_point = ((*part)[1] - (*part)[0]) * length <= coincident * size_;
+    const std::array points = {point_at(segment_, (*part)[0]), point_at(segment_, (*part)[1])};
+    const std::array heights = {normal.dot(points[0]) - polytope_.face_offsets[face],
+                                normal.dot(points[1]) - polytope_.face_offsets[face]};
+    const double lowest = std::min(heights[0], heights[1]);
+    if (lowest > highest || lowest - radius_ >= margin_) return false;
+    const bool is_point = (points[1] - points[0]).norm() <= coincident * size_;
     for (std::size_t i = 0; i < (is_point ? 1U : 2U); ++i) {
-      const Vector3 point = point_at(segment_, (*part)[i]);
-      const double distance = normal.dot(point) - polytope_.face_offsets[face];
-      if (distance - radius_ < margin_) add(point, normal, distance);
+      if (heights[i] - radius_ < margin_) add(points[i], normal, heights[i]);
     }
-    return out_.size() > before;
+    return true;
   }
 
   void find_outside(const FaceSeparation& face) {
     const ClosestPair closest = closest_pair(polytope_, segment_);
     const double distance = std::sqrt(closest.squared_distance);
     if (distance - radius_ >= margin_) return;
-    if (face.separation >= distance - face_preference(distance - radius_, size_) && add_over(face.face)) {
-      return;
-    }
+    // A face that the axis is nearly parallel to, if it really lies over it where it is lowest.
+    const double preference = face_preference(distance - radius_, size_);
+    if (face.separation >= distance - preference && add_over(face.face, distance + preference)) return;
     const Vector3& fallback = polytope_.face_normals[face.face];
     if (closest.edge) {
       const auto& [from, to] = polytope_.edges[*closest.edge];
@@ -241,7 +243,7 @@ class SegmentAgainstPolytope {
       best_edge = e;
     }
     const double preference = face_preference(face.separation - radius_, size_);
-    if (best <= face.separation + preference && add_over(face.face)) return;
+    if (best <= face.separation + preference && add_over(face.face, face.separation + preference)) return;
     if (best > -infinity) {
       const auto& [from, to] = polytope_.edges[best_edge];
       const Segment edge = {polytope_.vertices[from], polytope_.vertices[to]};

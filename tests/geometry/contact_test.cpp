@@ -1,0 +1,422 @@
+#include "sim/geometry/contact.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "sim/geometry/convex_hull.h"
+#include "tests/geometry/solids.h"
+
+namespace substep {
+namespace {
+
+using test::complaint;
+using test::contacts;
+using test::turn;
+
+constexpr double pi = std::numbers::pi;
+constexpr double margin = 0.02;
+
+const Quaternion upright = Quaternion::Identity();
+
+Polytope dodecahedron() {
+  return convex_hull(test::dodecahedron_points(), "dodecahedron");
+}
+
+/// Turns so that face 0 looks along `direction`.
+Quaternion face_towards(const Polytope& polytope, const Vector3& direction) {
+  return Quaternion::FromTwoVectors(polytope.face_normals[0], direction);
+}
+
+/// The corner of the lowest face nearest to no contact: how much of the support the contacts miss.
+double missed(const std::vector<Vector3>& corners, const std::vector<ContactPoint>& points) {
+  double worst = 0;
+  for (const Vector3& corner : corners) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const ContactPoint& point : points) {
+      nearest = std::min({nearest, (point.on_a - corner).norm(), (point.on_b - corner).norm()});
+    }
+    worst = std::max(worst, nearest);
+  }
+  return worst;
+}
+
+/// A shape that rests on another, touching it at the height 0 without a gap.
+struct Resting {
+  const char* name;
+  Shape top;
+  Pose top_pose;
+  Shape bottom;
+  Pose bottom_pose;
+  std::size_t count;
+};
+
+std::vector<Resting> resting_cases() {
+  const Polytope cube = box({1, 1, 1});
+  const Polytope slab = box({20, 1, 20});
+  const Pose slab_pose = {{0, -0.5, 0}, upright};
+  const Polytope dodeca = dodecahedron();
+  const Polytope small = scaled(dodeca, Vector3::Constant(0.01));
+  const Polytope prism = cylinder(1, 0.5, 0.5);
+  const Quaternion on_face = face_towards(dodeca, -Vector3::UnitY());
+  const Quaternion face_up = face_towards(dodeca, Vector3::UnitY());
+  const double inner = dodeca.inner_radius;
+  const Quaternion on_edge = turn(pi / 4, {1, 0, 0});
+  const Quaternion on_corner = Quaternion::FromTwoVectors(Vector3(1, 1, 1), -Vector3::UnitY());
+  const Quaternion lying = turn(pi / 2, {0, 0, 1});
+  const Capsule capsule;
+  const Polytope plate = box({1, 0.02, 1});
+  return {
+      {"box on plane", cube, {{0.3, 0.5, 0}, upright}, Plane{}, {}, 4},
+      {"box on slab", cube, {{0.3, 0.5, 0.1}, upright}, slab, slab_pose, 4},
+      {"box on box, the same", cube, {{0, 0.5, 0}, upright}, cube, {{0, -0.5, 0}, upright}, 4},
+      {"box on box, offset", cube, {{0.5, 0.5, 0.25}, upright}, cube, {{0, -0.5, 0}, upright}, 4},
+      {"box on box, yaw", cube, {{0, 0.5, 0}, turn(pi / 4, {0, 1, 0})}, cube, {{0, -0.5, 0}, upright}, 8},
+      {"plate on plate", plate, {{0.2, 0.01, 0}, upright}, plate, {{0, -0.01, 0}, upright}, 4},
+      {"box edge on slab", cube, {{0, std::sqrt(0.5), 0}, on_edge}, slab, slab_pose, 2},
+      {"box corner on slab", cube, {{0, std::sqrt(0.75), 0}, on_corner}, slab, slab_pose, 1},
+      {"crossed edges",
+       cube,
+       {{0, std::sqrt(0.5), 0}, turn(pi / 2, {0, 1, 0}) * on_edge},
+       cube,
+       {{0, -std::sqrt(0.5), 0}, on_edge},
+       1},
+      {"dodecahedron on plane", dodeca, {{0, inner, 0}, on_face}, Plane{}, {}, 5},
+      {"dodecahedron on slab", dodeca, {{0.1, inner, 0}, on_face}, slab, slab_pose, 5},
+      {"dodecahedron on dodecahedron",
+       dodeca,
+       {{0, inner, 0}, on_face},
+       dodeca,
+       {{0, -inner, 0}, face_up},
+       5},
+      {"small dodecahedron on slab", small, {{3, 0.01 * inner, 2}, on_face}, slab, slab_pose, 5},
+      {"prism on slab", prism, {{0, 0.5, 0}, upright}, slab, slab_pose, 32},
+      {"prism on prism", prism, {{0, 0.5, 0}, upright}, prism, {{0, -0.5, 0}, upright}, 32},
+      {"prism lying on slab",
+       prism,
+       {{0, 0.5 * std::cos(pi / 32), 0}, turn(pi / 32, {1, 0, 0}) * turn(pi / 2, {0, 0, 1})},
+       slab,
+       slab_pose,
+       4},
+      {"capsule standing on plane", capsule, {{0, 0.5, 0}, upright}, Plane{}, {}, 1},
+      {"capsule lying on plane", capsule, {{0, 0.25, 0}, lying}, Plane{}, {}, 2},
+      {"capsule lying on slab", capsule, {{0, 0.25, 0}, lying}, slab, slab_pose, 2},
+      {"capsule standing on slab", capsule, {{0, 0.5, 0}, upright}, slab, slab_pose, 1},
+      {"capsule lying over a box's edge", capsule, {{0.5, 0.25, 0}, lying}, cube, {{0, -0.5, 0}, upright}, 2},
+      {"capsule across a box's edge",
+       capsule,
+       {{0, 0.25, 0}, lying},
+       cube,
+       {{0, -std::sqrt(0.5), 0}, turn(pi / 4, {0, 0, 1})},
+       1},
+      {"capsule along a box's edge",
+       capsule,
+       {{0, 0.25, 0}, lying},
+       cube,
+       {{0, -std::sqrt(0.5), 0}, on_edge},
+       2},
+      {"capsule along capsule", capsule, {{0.1, 0.25, 0}, lying}, capsule, {{0, -0.25, 0}, lying}, 2},
+      {"capsule across capsule",
+       capsule,
+       {{0, 0.25, 0}, lying},
+       capsule,
+       {{0, -0.25, 0}, turn(pi / 2, {0, 1, 0}) * lying},
+       1},
+      {"sphere on plane", Sphere{0.5}, {{0, 0.5, 0}, upright}, Plane{}, {}, 1},
+      {"sphere on slab", Sphere{0.5}, {{0, 0.5, 0}, upright}, slab, slab_pose, 1},
+      {"sphere on sphere", Sphere{0.5}, {{0, 0.5, 0}, upright}, Sphere{1}, {{0, -1, 0}, upright}, 1},
+      {"sphere on capsule", Sphere{0.5}, {{0, 0.5, 0}, upright}, capsule, {{0, -0.25, 0}, lying}, 1},
+  };
+}
+
+TEST(Contacts, RestingShapesHaveTheWholeManifold) {
+  for (const Resting& rest : resting_cases()) {
+    for (const double gap : {-1e-2, -1e-3, -1e-4, -1e-6, 0.0, 1e-6, 1e-4, 1e-3, 1e-2}) {
+      // A plate of 2 cm or a hull of 3 cm that is 1 cm deep in another has no one way out.
+      const std::string name = rest.name;
+      if (gap < -1e-3 && (name.starts_with("plate") || name.starts_with("small"))) continue;
+      Pose pose = rest.top_pose;
+      pose.position.y() += gap;
+      const std::vector<ContactPoint> points =
+          contacts(rest.top, pose, rest.bottom, rest.bottom_pose, margin);
+      EXPECT_EQ(complaint(points, margin), "") << rest.name;
+      EXPECT_EQ(points.size(), rest.count) << rest.name << " at " << gap;
+      double worst = 0;
+      for (const ContactPoint& point : points) {
+        worst = std::max(worst, std::abs(point.distance - gap));
+        EXPECT_LT((point.normal - Vector3::UnitY()).norm(), 1e-7) << rest.name << " at " << gap;
+      }
+      EXPECT_LT(worst, 2e-15) << rest.name << " at " << gap;  // measured 5e-16
+    }
+  }
+}
+
+TEST(Contacts, AreMirroredWhenTheShapesAreSwapped) {
+  for (const Resting& rest : resting_cases()) {
+    Pose pose = rest.top_pose;
+    pose.position += Vector3(0.013, -1e-3, 0.007);
+    const auto one = contacts(rest.top, pose, rest.bottom, rest.bottom_pose, margin);
+    const auto other = contacts(rest.bottom, rest.bottom_pose, rest.top, pose, margin);
+    ASSERT_EQ(one.size(), other.size()) << rest.name;
+    ASSERT_FALSE(one.empty()) << rest.name;
+    for (std::size_t i = 0; i < one.size(); ++i) {
+      EXPECT_EQ(one[i].on_a, other[i].on_b) << rest.name;
+      EXPECT_EQ(one[i].on_b, other[i].on_a) << rest.name;
+      EXPECT_EQ(one[i].normal, -other[i].normal) << rest.name;
+      EXPECT_EQ(one[i].distance, other[i].distance) << rest.name;
+    }
+  }
+}
+
+TEST(Contacts, ReachTheCornersOfTheSupport) {
+  const Polytope cube = box({1, 1, 1});
+  const Polytope dodeca = dodecahedron();
+  const Polytope slab = box({20, 1, 20});
+  for (const double angle : {0.0, 0.3, 1.0}) {
+    for (const Polytope& top : {cube, dodeca}) {
+      const Pose pose = {{0.2, top.inner_radius - 1e-4, 0.3},
+                         turn(angle, {0, 1, 0}) * face_towards(top, -Vector3::UnitY())};
+      std::vector<Vector3> corners;
+      for (const Vector3& vertex : top.vertices) {
+        if ((pose * vertex).y() < 0) corners.push_back(pose * vertex);
+      }
+      const auto points = contacts(top, pose, slab, {{0, -0.5, 0}, upright}, margin);
+      EXPECT_LT(missed(corners, points), 1e-13);  // measured 3e-16
+    }
+  }
+}
+
+TEST(Contacts, ASlightTiltKeepsTheFace) {
+  std::mt19937 random(1);
+  const Polytope cube = box({1, 1, 1});
+  Polytope hull = cube;
+  hull.box.reset();
+  const Polytope dodeca = dodecahedron();
+  const Quaternion on_face = face_towards(dodeca, -Vector3::UnitY());
+  const Quaternion face_up = face_towards(dodeca, Vector3::UnitY());
+  for (const double angle : {1e-12, 1e-10, 1e-8, 1e-6, 1e-5, 1e-4, 1e-3}) {
+    for (int trial = 0; trial < 300; ++trial) {
+      const Quaternion tilt = turn(angle, test::random_point(random, 1));
+      const double gap = trial % 2 == 0 ? -1e-4 : 1e-4;
+      // Half a box beside the other's edge: where an edge axis is tempting.
+      for (const auto& [a, b] : {std::pair{&cube, &cube}, {&hull, &hull}, {&cube, &hull}}) {
+        const auto points = contacts(*a, {{0.5, 1 + gap, 0}, tilt}, *b, {}, margin);
+        EXPECT_GE(points.size(), 4U) << angle;
+        EXPECT_EQ(complaint(points, margin), "");
+      }
+      const auto points = contacts(dodeca, {{0.3, 2 * dodeca.inner_radius + gap, 0.2}, tilt * on_face},
+                                   dodeca, {{0, 0, 0}, face_up}, margin);
+      EXPECT_GE(points.size(), 3U) << angle;
+    }
+  }
+}
+
+TEST(Contacts, DoNotDependOnWhereThePairIs) {
+  // 1 km away a metre has 1e-13 of rounding; contacts have no more.
+  const Vector3 far(1000, -500, 700);
+  const Quaternion yaw = turn(0.4, {0, 1, 0});
+  for (const Resting& rest : resting_cases()) {
+    if (std::holds_alternative<Plane>(rest.bottom)) continue;
+    Pose top = rest.top_pose;
+    top.position.y() -= 1e-4;
+    const auto near_points = contacts(rest.top, top, rest.bottom, rest.bottom_pose, margin);
+    const Pose world = {far, yaw};
+    const auto far_points = contacts(rest.top, world * top, rest.bottom, world * rest.bottom_pose, margin);
+    ASSERT_EQ(near_points.size(), far_points.size()) << rest.name;
+    EXPECT_NEAR(test::lowest_distance(near_points), test::lowest_distance(far_points), 2e-12) << rest.name;
+  }
+}
+
+TEST(Contacts, OfSpheresAreAnalytic) {
+  std::mt19937 random(2);
+  for (int trial = 0; trial < 2000; ++trial) {
+    const Vector3 a = test::random_point(random, 1);
+    const Vector3 b = test::random_point(random, 1);
+    const double distance = (a - b).norm() - 0.7;
+    const auto points = contacts(Sphere{0.3}, {a, test::random_orientation(random)}, Sphere{0.4},
+                                 {b, test::random_orientation(random)}, margin);
+    ASSERT_EQ(points.size(), distance < margin ? 1U : 0U);
+    if (points.empty()) continue;
+    EXPECT_EQ(complaint(points, margin), "");
+    EXPECT_NEAR(points[0].distance, distance, 1e-15);
+    EXPECT_LT((points[0].normal - (a - b).normalized()).norm(), 1e-15);
+  }
+}
+
+TEST(Contacts, OfASphereAndABoxAreAnalytic) {
+  std::mt19937 random(3);
+  const Vector3 half(0.5, 1, 0.25);
+  const Polytope solid = box(2 * half);
+  for (int trial = 0; trial < 5000; ++trial) {
+    const Pose pose = {test::random_point(random, 1), test::random_orientation(random)};
+    const Vector3 local = test::random_point(random, 1.5);
+    const auto points = contacts(Sphere{0.3}, {pose * local, upright}, solid, pose, margin);
+    const Vector3 clamped = local.cwiseMax(-half).cwiseMin(half);
+    double distance = (local - clamped).norm();
+    if (distance == 0) distance = (local.cwiseAbs() - half).maxCoeff();
+    ASSERT_EQ(points.size(), distance - 0.3 < margin ? 1U : 0U);
+    if (points.empty()) continue;
+    EXPECT_EQ(complaint(points, margin), "");
+    EXPECT_NEAR(points[0].distance, distance - 0.3, 1e-14);  // measured 2e-15
+  }
+}
+
+TEST(Contacts, OfCapsulesAreNoDeeperThanSampledSpheres) {
+  std::mt19937 random(4);
+  const Capsule a = {0.6, 0.2};
+  const Capsule b = {0.4, 0.3};
+  const Polytope solid = convex_hull(test::dodecahedron_points(), "d");
+  int touching = 0;
+  for (int trial = 0; trial < 1000; ++trial) {
+    const Pose pose_a = {test::random_point(random, 1.6), test::random_orientation(random)};
+    const Pose pose_b = {Vector3::Zero(), test::random_orientation(random)};
+    // Spheres along the capsule: the least of their distances is the capsule's.
+    const auto sampled = [&](const Shape& other) {
+      double least = std::numeric_limits<double>::infinity();
+      for (int i = -60; i <= 60; ++i) {
+        const Vector3 centre = pose_a * Vector3(0, a.half_length * i / 60, 0);
+        least = std::min(
+            least, test::lowest_distance(contacts(Sphere{a.radius}, {centre, upright}, other, pose_b, 10)));
+      }
+      return least;
+    };
+    for (const Shape& other : {Shape(b), Shape(solid)}) {
+      const auto points = contacts(a, pose_a, other, pose_b, margin);
+      EXPECT_EQ(complaint(points, margin), "");
+      const double expected = sampled(other);
+      if (expected < margin) {
+        ++touching;
+        ASSERT_FALSE(points.empty());
+      }
+      if (expected > margin + 1e-3) {
+        EXPECT_TRUE(points.empty());
+      }
+      // Where the axis is outside, the distance is the least of the samples' up to their spacing.
+      if (points.empty() || expected < -a.radius) continue;
+      EXPECT_NEAR(test::lowest_distance(points), expected, 0.02);  // measured 0.012: the face preference
+    }
+  }
+  EXPECT_GT(touching, 500);
+}
+
+TEST(Contacts, OfACapsuleThroughABoxPushItOutTheShortWay) {
+  const Polytope solid = box({2, 2, 2});
+  const Capsule capsule = {2, 0.1};
+  // Upright through the box, 0.3 from its +X side.
+  const auto points = contacts(capsule, {{0.7, 0.1, 0}, upright}, solid, {}, margin);
+  ASSERT_EQ(points.size(), 2U);
+  for (const ContactPoint& point : points) {
+    EXPECT_LT((point.normal - Vector3::UnitX()).norm(), 1e-15);
+    EXPECT_NEAR(point.distance, -0.4, 1e-15);
+  }
+  // Through two neighbouring sides, near their edge: the edge's axis.
+  const Quaternion slant = turn(pi / 4, {0, 0, 1});
+  const auto edge =
+      contacts(capsule, {{0.95, 0.95, 0}, turn(pi / 2, {0, 1, 0}) * turn(pi / 2, {0, 0, 1}) * slant}, solid,
+               {}, margin);
+  EXPECT_EQ(complaint(edge, margin), "");
+  EXPECT_FALSE(edge.empty());
+}
+
+TEST(Contacts, OfCoincidentShapesAreFinite) {
+  const Polytope cube = box({1, 1, 1});
+  const Polytope dodeca = dodecahedron();
+  const std::vector<Shape> shapes = {Sphere{}, Capsule{}, cube, dodeca};
+  for (const Shape& a : shapes) {
+    for (const Shape& b : shapes) {
+      const auto points = contacts(a, {}, b, {}, margin);
+      EXPECT_FALSE(points.empty());
+      EXPECT_EQ(complaint(points, margin), "");
+      EXPECT_LT(test::lowest_distance(points), -0.1);
+    }
+  }
+}
+
+TEST(Contacts, BesideACornerAreOfTheClosestPoints) {
+  // Diagonally apart: on every axis a gap below the margin, in truth √3 times as far, and no face over the
+  // other.
+  Polytope hull = box({1, 1, 1});
+  hull.box.reset();
+  for (const Polytope& cube : {box({1, 1, 1}), hull}) {
+    const auto points = contacts(cube, {Vector3::Constant(1.01), upright}, cube, {}, margin);
+    ASSERT_EQ(points.size(), 1U);
+    EXPECT_NEAR(points[0].distance, std::sqrt(3) * 0.01, 1e-15);
+    EXPECT_LT((points[0].normal - Vector3(1, 1, 1).normalized()).norm(), 1e-12);
+    EXPECT_TRUE(contacts(cube, {Vector3::Constant(1.0116), upright}, cube, {}, margin).empty());
+    // Beside an edge, nowhere above it: nothing holds the upper box up.
+    for (const ContactPoint& point : contacts(cube, {{1.005, 1.005, 0}, upright}, cube, {}, margin)) {
+      EXPECT_NEAR(point.distance, std::sqrt(2) * 0.005, 1e-15);
+    }
+  }
+}
+
+TEST(Contacts, OfPlanesWithEachOtherAreNone) {
+  EXPECT_TRUE(contacts(Plane{}, {}, Plane{}, {{0, 1, 0}, turn(1, {1, 0, 0})}, margin).empty());
+}
+
+TEST(Contacts, AreAppended) {
+  std::vector<ContactPoint> points(3);
+  find_contacts(Sphere{}, {{0, 0.5, 0}, upright}, Plane{}, {}, margin, points);
+  EXPECT_EQ(points.size(), 4U);
+}
+
+TEST(Contacts, OfATurnedAndShiftedBoxAreThoseOfItsHull) {
+  std::mt19937 random(6);
+  for (int trial = 0; trial < 500; ++trial) {
+    const Pose placement = {test::random_point(random, 0.3), test::random_orientation(random)};
+    const Polytope one = transformed(box({1, 0.8, 0.6}), placement);
+    Polytope other = one;
+    other.box.reset();
+    const Pose pose = {test::random_point(random, 0.7), test::random_orientation(random)};
+    const auto quick = contacts(one, pose, one, {}, margin);
+    const auto slow = contacts(other, pose, other, {}, margin);
+    // The same axis is found, so the same depth; ties in the choice of a face apart.
+    ASSERT_EQ(quick.empty(), slow.empty());
+    if (!quick.empty()) {
+      EXPECT_NEAR(test::lowest_distance(quick), test::lowest_distance(slow), 1e-12);
+    }
+  }
+}
+
+TEST(Bounds, AreTight) {
+  std::mt19937 random(7);
+  const std::vector<Polytope> polytopes = {box({1, 2, 3}), dodecahedron(), cylinder(1, 0.5, 0.2),
+                                           transformed(box({1, 2, 3}), {{1, 2, 3}, turn(1, {1, 1, 0})})};
+  for (const Polytope& polytope : polytopes) {
+    const Pose pose = {test::random_point(random, 10), test::random_orientation(random)};
+    Vector3 lower = Vector3::Constant(1e9);
+    Vector3 upper = -lower;
+    for (const Vector3& vertex : polytope.vertices) {
+      lower = lower.cwiseMin(pose * vertex);
+      upper = upper.cwiseMax(pose * vertex);
+    }
+    const Bounds found = bounds(polytope, pose);
+    EXPECT_LT((found.lower - lower).cwiseAbs().maxCoeff(), 1e-14);  // measured 4e-15
+    EXPECT_LT((found.upper - upper).cwiseAbs().maxCoeff(), 1e-14);
+  }
+  const Bounds ball = bounds(Sphere{2}, {{1, 2, 3}, upright});
+  EXPECT_EQ(ball.lower, Vector3(-1, 0, 1));
+  EXPECT_EQ(ball.upper, Vector3(3, 4, 5));
+  const Bounds capsule = bounds(Capsule{1, 0.5}, {{0, 0, 0}, turn(pi / 4, {0, 0, 1})});
+  EXPECT_NEAR(capsule.upper.x(), std::sqrt(0.5) + 0.5, 1e-15);
+  EXPECT_NEAR(capsule.upper.z(), 0.5, 1e-15);
+}
+
+TEST(Bounds, OfPlanesEndWhereTheyFaceAnAxis) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  const Bounds floor = bounds(Plane{}, {{1, 2, 3}, upright});
+  EXPECT_EQ(floor.upper, Vector3(infinity, 2, infinity));
+  EXPECT_EQ(floor.lower, Vector3::Constant(-infinity));
+  // A quarter turn: the normal is −X, so the half-space lies above x = 1.
+  const Bounds wall = bounds(Plane{}, {{1, 2, 3}, turn(pi / 2, {0, 0, 1})});
+  EXPECT_EQ(wall.lower, Vector3(1, -infinity, -infinity));
+  EXPECT_EQ(wall.upper, Vector3::Constant(infinity));
+  const Bounds ramp = bounds(Plane{}, {{1, 2, 3}, turn(0.1, {0, 0, 1})});
+  EXPECT_EQ(ramp.upper, Vector3::Constant(infinity));
+}
+
+}  // namespace
+}  // namespace substep

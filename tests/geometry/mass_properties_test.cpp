@@ -1,0 +1,205 @@
+#include "sim/geometry/mass_properties.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "sim/geometry/convex_hull.h"
+#include "tests/geometry/solids.h"
+
+namespace substep {
+namespace {
+
+struct Mesh {
+  std::vector<Vector3> vertices;
+  std::vector<Triangle> triangles;
+};
+
+/// The faces of a polytope as triangles, each with vertices of its own, as a mesh with flat shading has them.
+Mesh mesh_of(const Polytope& polytope, const Vector3& offset) {
+  Mesh mesh;
+  for (std::size_t f = 0; f < polytope.face_count(); ++f) {
+    const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+    for (std::uint32_t i = polytope.face_begin[f]; i < polytope.face_begin[f + 1]; ++i) {
+      mesh.vertices.push_back(polytope.vertices[polytope.face_vertices[i]] + offset);
+    }
+    for (std::uint32_t i = first + 1; i + 1 < mesh.vertices.size(); ++i) {
+      mesh.triangles.push_back({first, i, i + 1});
+    }
+  }
+  return mesh;
+}
+
+Vector3 box_inertia(double mass, const Vector3& size) {
+  const Vector3 squares = size.cwiseProduct(size);
+  return mass / 12 * Vector3(squares.y() + squares.z(), squares.z() + squares.x(), squares.x() + squares.y());
+}
+
+TEST(MassProperties, OfABoxMeshNearAndFar) {
+  const Vector3 size(1, 2, 3);
+  for (const double far : {0.0, 10.0, 1e6}) {
+    const Vector3 offset(far, -far, far / 2);
+    const Mesh mesh = mesh_of(box(size), offset);
+    const MassProperties properties = mass_properties(mesh.vertices, mesh.triangles);
+    EXPECT_NEAR(properties.mass, 6, 1e-14);                                       // measured 0
+    EXPECT_LT((properties.centre_of_mass - offset).norm(), 1e-15 + 1e-16 * far);  // measured 2e-16, 0
+    const Matrix3 expected = box_inertia(6, size).asDiagonal();
+    EXPECT_LT((properties.inertia - expected).norm(), 1e-13) << far;  // measured 4e-15
+  }
+}
+
+TEST(MassProperties, OfAnInvertedMeshAreNegative) {
+  Mesh mesh = mesh_of(box({1, 2, 3}), {5, 5, 5});
+  for (Triangle& triangle : mesh.triangles) std::swap(triangle[0], triangle[1]);
+  EXPECT_NEAR(mass_properties(mesh.vertices, mesh.triangles).mass, -6, 1e-14);
+  EXPECT_TRUE(is_closed(mesh.vertices, mesh.triangles));
+}
+
+TEST(MassProperties, OfNothing) {
+  EXPECT_EQ(mass_properties({}, {}).mass, 0);
+  EXPECT_EQ(mass_properties(Shape(Plane{})).mass, 0);
+}
+
+TEST(IsClosed, AfterWeldingPositions) {
+  Mesh mesh = mesh_of(box({1, 2, 3}), {0, 0, 0});
+  EXPECT_EQ(mesh.vertices.size(), 24U);
+  EXPECT_TRUE(is_closed(mesh.vertices, mesh.triangles));
+  Mesh open = mesh;
+  open.triangles.pop_back();
+  EXPECT_FALSE(is_closed(open.vertices, open.triangles));
+  Mesh turned = mesh;
+  std::swap(turned.triangles[0][0], turned.triangles[0][1]);
+  EXPECT_FALSE(is_closed(turned.vertices, turned.triangles));
+  Mesh twice = mesh;
+  twice.triangles.insert(twice.triangles.end(), mesh.triangles.begin(), mesh.triangles.end());
+  EXPECT_FALSE(is_closed(twice.vertices, twice.triangles));
+  Mesh moved = mesh;
+  moved.vertices[0].x() += 1e-9;
+  EXPECT_FALSE(is_closed(moved.vertices, moved.triangles));
+  Mesh bad = mesh;
+  bad.vertices[0].x() = std::nan("");
+  EXPECT_FALSE(is_closed(bad.vertices, bad.triangles));
+  bad = mesh;
+  bad.triangles[0][0] = 24;
+  EXPECT_FALSE(is_closed(bad.vertices, bad.triangles));
+  EXPECT_FALSE(is_closed({}, {}));
+  // A triangle whose corners are welded to a line changes nothing.
+  mesh.triangles.push_back({0, 0, 1});
+  EXPECT_TRUE(is_closed(mesh.vertices, mesh.triangles));
+}
+
+TEST(MassProperties, OfRoundShapes) {
+  constexpr double pi = std::numbers::pi;
+  const MassProperties ball = mass_properties(Shape(Sphere{2}));
+  EXPECT_DOUBLE_EQ(ball.mass, 32 * pi / 3);
+  EXPECT_DOUBLE_EQ(ball.inertia(0, 0), 0.4 * 32 * pi / 3 * 4);
+
+  // A capsule against slices: ∫ π r² dy and the moments of the discs.
+  const Capsule capsule = {0.75, 0.5};
+  const MassProperties properties = mass_properties(Shape(capsule));
+  double mass = 0;
+  double along = 0;
+  double across = 0;
+  constexpr int slices = 100000;
+  const double step = 2 * (capsule.half_length + capsule.radius) / slices;
+  for (int i = 0; i < slices; ++i) {
+    const double y = -capsule.half_length - capsule.radius + (i + 0.5) * step;
+    const double beyond = std::max(0.0, std::abs(y) - capsule.half_length);
+    const double squared = capsule.radius * capsule.radius - beyond * beyond;
+    const double slice = pi * squared * step;
+    mass += slice;
+    along += slice * squared / 2;
+    across += slice * (squared / 4 + y * y);
+  }
+  EXPECT_NEAR(properties.mass, mass, 1e-9);             // measured 8e-11
+  EXPECT_NEAR(properties.inertia(1, 1), along, 1e-9);   // measured 2e-11
+  EXPECT_NEAR(properties.inertia(0, 0), across, 1e-9);  // measured 1e-10
+  EXPECT_EQ(properties.inertia(0, 0), properties.inertia(2, 2));
+}
+
+TEST(MassProperties, OfAPolytopeAreThoseOfItsMesh) {
+  std::mt19937 random(1);
+  for (int trial = 0; trial < 20; ++trial) {
+    const Polytope hull = test::random_hull(random, 30);
+    const Mesh mesh = mesh_of(hull, {0, 0, 0});
+    EXPECT_TRUE(is_closed(mesh.vertices, mesh.triangles));
+    const MassProperties one = mass_properties(Shape(hull));
+    const MassProperties other = mass_properties(mesh.vertices, mesh.triangles);
+    EXPECT_NEAR(one.mass, other.mass, 1e-13 * one.mass);
+    EXPECT_LT((one.inertia - other.inertia).norm(), 1e-13 * one.inertia.norm());
+  }
+}
+
+TEST(MassProperties, TransformedAndCombined) {
+  // Two boxes side by side are one box, wherever it stands.
+  const Pose pose = {{3, -1, 2}, test::turn(1.1, {1, 2, -1})};
+  const MassProperties half = mass_properties(Shape(box({1, 1, 3})));
+  const MassProperties left = transformed(half, {{-0.5, 0, 0}, Quaternion::Identity()});
+  const MassProperties right = transformed(half, {{0.5, 0, 0}, Quaternion::Identity()});
+  const MassProperties both = transformed(combined(left, right), pose);
+  const MassProperties whole = mass_properties(Shape(transformed(box({2, 1, 3}), pose)));
+  EXPECT_NEAR(both.mass, 6, 1e-14);
+  EXPECT_LT((both.centre_of_mass - pose.position).norm(), 1e-14);
+  EXPECT_LT((both.inertia - whole.inertia).norm(), 1e-13);  // measured 5e-15
+  EXPECT_EQ(combined(both, {}).mass, both.mass);
+  EXPECT_EQ(combined({}, both).inertia, both.inertia);
+  const MassProperties heavy = with_mass(both, 12);
+  EXPECT_EQ(heavy.mass, 12);
+  EXPECT_LT((heavy.inertia - 2 * both.inertia).norm(), 1e-13);
+}
+
+Matrix3 rebuilt(const PrincipalInertia& principal) {
+  const Matrix3 axes = principal.orientation.toRotationMatrix();
+  return axes * principal.moments.asDiagonal() * axes.transpose();
+}
+
+TEST(PrincipalInertia, OfADiagonalMatrixIsTheIdentity) {
+  for (const Vector3& moments : {Vector3(3, 1, 2), Vector3(1, 1, 1), Vector3(5, 5, 1), Vector3(0, 0, 0)}) {
+    const PrincipalInertia principal = principal_inertia(moments.asDiagonal());
+    EXPECT_EQ(principal.moments, moments);
+    EXPECT_EQ(principal.orientation.coeffs(), Quaternion::Identity().coeffs());
+  }
+}
+
+TEST(PrincipalInertia, OfACubeWithRoundingIsTheIdentity) {
+  const MassProperties cube =
+      mass_properties(Shape(transformed(box({1, 1, 1}), {{}, test::turn(0.3, {1, 2, 3})})));
+  EXPECT_EQ(principal_inertia(cube.inertia).orientation.coeffs(), Quaternion::Identity().coeffs());
+}
+
+TEST(PrincipalInertia, OfRandomBodies) {
+  std::mt19937 random(2);
+  for (int trial = 0; trial < 1000; ++trial) {
+    const Vector3 moments = test::random_point(random, 1).cwiseAbs() + Vector3(1, 1, 1);
+    const Matrix3 axes = test::random_orientation(random).toRotationMatrix();
+    const Matrix3 inertia = axes * moments.asDiagonal() * axes.transpose();
+    const PrincipalInertia principal = principal_inertia(inertia);
+    EXPECT_LT((rebuilt(principal) - inertia).norm(), 1e-13);  // measured 2.6e-14
+    EXPECT_NEAR(principal.orientation.norm(), 1, 1e-15);
+    // Of the 24 ways to name the axes the nearest turns by 62.8° at most.
+    EXPECT_GE(std::abs(principal.orientation.w()), std::cos(31.4 / 180 * std::numbers::pi) - 1e-4);
+    const PrincipalInertia again = principal_inertia(inertia);
+    EXPECT_EQ(principal.orientation.coeffs(), again.orientation.coeffs());
+  }
+}
+
+TEST(PrincipalInertia, FollowsASmallTurn) {
+  const Vector3 moments(3, 1, 2);
+  const Quaternion small = test::turn(0.1, {1, 2, 3});
+  const Matrix3 axes = small.toRotationMatrix();
+  const PrincipalInertia principal = principal_inertia(axes * moments.asDiagonal() * axes.transpose());
+  EXPECT_LT((principal.moments - moments).norm(), 1e-14);
+  EXPECT_NEAR(std::abs(principal.orientation.dot(small)), 1, 1e-14);
+}
+
+TEST(PrincipalInertia, OfNearlyEqualAndVeryDifferentMoments) {
+  for (const Vector3& moments : {Vector3(1, 1 + 1e-12, 1), Vector3(1e-9, 1, 1), Vector3(1e9, 1, 1e-3)}) {
+    const Matrix3 axes = test::turn(0.8, {3, 1, 2}).toRotationMatrix();
+    const Matrix3 inertia = axes * moments.asDiagonal() * axes.transpose();
+    EXPECT_LT((rebuilt(principal_inertia(inertia)) - inertia).norm(), 1e-13 * inertia.norm());
+  }
+}
+
+}  // namespace
+}  // namespace substep

@@ -1,0 +1,39 @@
+#pragma once
+/// Solids and poses for the geometry tests.
+
+#include <random>
+#include <string>
+#include <vector>
+
+#include "sim/geometry/contact.h"
+#include "sim/geometry/shape.h"
+
+namespace substep::test {
+
+/// Regular, edges of 2 (√5 − 1) / (1 + √5) … of the usual coordinates (±1, ±1, ±1), (0, ±1/φ, ±φ).
+std::vector<Vector3> dodecahedron_points();
+
+/// The hull of `count` points, each coordinate normally distributed.
+Polytope random_hull(std::mt19937& random, int count);
+
+Quaternion random_orientation(std::mt19937& random);
+
+/// Uniform in [-reach, reach]³.
+Vector3 random_point(std::mt19937& random, double reach);
+
+/// A rotation by `angle` about `axis`, through libm: tests only.
+Quaternion turn(double angle, const Vector3& axis);
+
+std::vector<ContactPoint> contacts(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
+                                   double margin);
+
+double lowest_distance(const std::vector<ContactPoint>& points);
+
+/// What holds for every contact: numbers, unit normals, a distance that is that of its two points, below the
+/// margin. Empty when all is well, else what is not.
+std::string complaint(const std::vector<ContactPoint>& points, double margin);
+
+/// The separation of two polytopes by testing every face and every pair of edges, with no short cuts.
+double brute_separation(const Polytope& a, const Pose& pose_a, const Polytope& b, const Pose& pose_b);
+
+}  // namespace substep::test
