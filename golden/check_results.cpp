@@ -196,7 +196,8 @@ Json make_sidecar(const CaseResult& result, const PoseLog& log, const Scene& sce
 std::string approved_pixels(const fs::path& sidecar, int frame) {
   try {
     if (!fs::exists(sidecar)) return {};
-    for (const Json& image : Json::parse(read_bytes(sidecar)).at("images")) {
+    const Json json = Json::parse(read_bytes(sidecar));
+    for (const Json& image : json.at("images")) {
       if (image.at("frame") == frame) return image.at("pixels");
     }
   } catch (const Json::exception&) {

@@ -1,0 +1,172 @@
+#include "golden/approve.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "sim/error.h"
+#include "tests/golden/small_suite.h"
+
+namespace substep {
+namespace {
+
+namespace fs = std::filesystem;
+
+class ApproveTest : public testing::Test {
+ protected:
+  /// Every file below golden/ with its content.
+  std::map<std::string, std::string> goldens() const {
+    std::map<std::string, std::string> files;
+    for (const auto& entry : fs::recursive_directory_iterator(suite_.options.suite.parent_path())) {
+      if (entry.is_regular_file()) files[entry.path().string()] = read_text(entry.path());
+    }
+    return files;
+  }
+
+  /// Why approving is refused; and that it then wrote nothing.
+  std::string refusal() {
+    const auto before = goldens();
+    std::string message;
+    try {
+      suite_.approve_failed();
+      ADD_FAILURE() << "was approved";
+    } catch (const Error& error) {
+      message = error.what();
+    }
+    EXPECT_EQ(goldens(), before);
+    return message;
+  }
+
+  void change_light() { replace_in(suite_.scene(), "\"intensity\":3.0", "\"intensity\":2.5"); }
+
+  SmallSuite suite_;
+};
+
+TEST_F(ApproveTest, MakesNewGoldensOnceAndSaysWhatTheyWereMadeWith) {
+  suite_.run();
+  const Approval first = suite_.approve_failed("the first ones");
+  EXPECT_EQ(first.written.size(), 4U);
+  EXPECT_GT(first.size_change, 1000);
+  const auto after_first = goldens();
+  const Approval second = suite_.approve_failed("once more");
+  EXPECT_TRUE(second.written.empty());
+  EXPECT_EQ(second.already_good, std::vector<std::string>{"box_stack.a3"});
+  EXPECT_EQ(goldens(), after_first);
+
+  const auto sidecar = nlohmann::json::parse(read_text(suite_.sidecar()));
+  EXPECT_EQ(sidecar.at("case"), "box_stack.a3");
+  EXPECT_EQ(sidecar.at("approved").at("reason"), "the first ones");
+  EXPECT_EQ(sidecar.at("approved").at("date").get<std::string>().size(), 10U);
+  EXPECT_EQ(sidecar.at("images").size(), 2U);
+  EXPECT_EQ(sidecar.at("images").at(0).at("pixels").get<std::string>().size(), 16U);
+  EXPECT_FALSE(sidecar.at("made_with").at("renderer").get<std::string>().empty());
+  EXPECT_FALSE(sidecar.at("made_with").at("compiler").get<std::string>().empty());
+}
+
+TEST_F(ApproveTest, WritesOnlyWhatDiffers) {
+  suite_.make_goldens();
+  const auto before = goldens();
+  fs::remove(suite_.image(10));
+  suite_.run();
+  const Approval approval = suite_.approve_failed("found again");
+  ASSERT_EQ(approval.written.size(), 2U);
+  EXPECT_EQ(approval.written.at(0), suite_.image(10));
+  EXPECT_EQ(approval.written.at(1), suite_.sidecar());
+  auto after = goldens();
+  after[suite_.sidecar().string()] = before.at(suite_.sidecar().string());
+  EXPECT_EQ(after, before);
+}
+
+TEST_F(ApproveTest, LeavesWhatPassesAlone) {
+  suite_.make_goldens();
+  suite_.run();
+  const auto before = goldens();
+  EXPECT_TRUE(suite_.approve_failed().written.empty());
+  ApproveOptions options;
+  options.suite = suite_.options.suite;
+  options.output = suite_.options.output;
+  options.cases = {"box_stack.a3"};
+  options.reason = "none needed";
+  EXPECT_TRUE(approve(options).written.empty());
+  EXPECT_EQ(goldens(), before);
+}
+
+TEST_F(ApproveTest, NewPosesComeWithTheirPictures) {
+  suite_.make_goldens();
+  replace_in(suite_.scene(), "\"gravity\":[0.0,-9.81,0.0]", "\"gravity\":[3.0,9.81,0.0]");
+  EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::simulation_changed);
+  EXPECT_EQ(suite_.approve_failed().written.size(), 4U);
+  EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::pass);
+}
+
+TEST_F(ApproveTest, GoesOnWhereItWasInterrupted) {
+  suite_.run();
+  fs::create_directories(suite_.poses().parent_path());
+  fs::copy_file(suite_.shown("actual.poses"), suite_.poses());
+  const Approval approval = suite_.approve_failed();
+  EXPECT_EQ(approval.written.size(), 3U);
+  EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::pass);
+}
+
+TEST_F(ApproveTest, NeedsReasonNamesAndACheck) {
+  EXPECT_NE(refusal().find("run 'substep check' first"), std::string::npos);
+  suite_.run();
+  ApproveOptions options;
+  options.suite = suite_.options.suite;
+  options.output = suite_.options.output;
+  options.all_failed = true;
+  options.reason = " ";
+  EXPECT_THROW(approve(options), Error);
+  options.reason = "good";
+  options.all_failed = false;
+  EXPECT_THROW(approve(options), Error);
+  options.cases = {"box_stack.a4"};
+  EXPECT_THROW(approve(options), Error);
+  EXPECT_FALSE(fs::exists(suite_.poses()));
+}
+
+TEST_F(ApproveTest, RefusesWhatIsNoLongerWhatWasShown) {
+  suite_.run();
+  fs::copy_file(suite_.shown("f0020.new.png"), suite_.shown("f0010.new.png"),
+                fs::copy_options::overwrite_existing);
+  write_text(suite_.shown("f0010.new.png"), read_text(suite_.shown("f0010.new.png")) + " ");
+  EXPECT_NE(refusal().find("f0010.new.png is no longer what the check left"), std::string::npos);
+  fs::remove(suite_.shown("f0010.new.png"));
+  EXPECT_NE(refusal().find("f0010.new.png is no longer what the check left"), std::string::npos);
+}
+
+TEST_F(ApproveTest, RefusesWhenAGoldenChangedSinceTheCheck) {
+  suite_.make_goldens();
+  change_light();
+  suite_.run();
+  fs::copy_file(suite_.image(20), suite_.image(10), fs::copy_options::overwrite_existing);
+  write_text(suite_.image(10), read_text(suite_.image(10)) + " ");
+  EXPECT_NE(refusal().find("a3.f0010.png is no longer what the check saw"), std::string::npos);
+}
+
+TEST_F(ApproveTest, RefusesWhenTheSuiteChangedSinceTheCheck) {
+  suite_.run();
+  replace_in(suite_.options.suite, "images = [10, 20]", "images = [10]");
+  EXPECT_NE(refusal().find("is not the suite file that was checked"), std::string::npos);
+}
+
+TEST_F(ApproveTest, RefusesHalfACheck) {
+  suite_.make_goldens();
+  change_light();
+  suite_.options.poses = false;
+  suite_.run();
+  EXPECT_NE(refusal().find("only half of it was checked"), std::string::npos);
+}
+
+TEST_F(ApproveTest, RefusesDamagedResults) {
+  suite_.run();
+  write_text(suite_.options.output / "results.json", "{\"format\":");
+  EXPECT_NE(refusal().find("is damaged"), std::string::npos);
+  write_text(suite_.options.output / "results.json", "{\"format\": \"another\"}");
+  EXPECT_NE(refusal().find("another version"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace substep

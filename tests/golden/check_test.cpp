@@ -1,0 +1,223 @@
+#include "golden/check.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "render/image.h"
+#include "render/renderer.h"
+#include "sim/error.h"
+#include "tests/golden/small_suite.h"
+
+namespace substep {
+namespace {
+
+namespace fs = std::filesystem;
+
+class CheckTest : public testing::Test {
+ protected:
+  CaseResult run() {
+    const CheckResult result = suite_.run();
+    exit_code_ = result.exit_code();
+    EXPECT_EQ(result.cases.size(), 1U);
+    text_ = explain(result.cases.at(0), suite_.options);
+    return result.cases.at(0);
+  }
+
+  /// Replaces the hash of a frame in the golden pose log.
+  void change_hash(int frame) {
+    const std::string line = "\nframe " + std::to_string(frame) + " ";
+    const std::string log = read_text(suite_.poses());
+    const auto at = log.find(line) + line.size();
+    const char digit = log.at(at) == '0' ? '1' : '0';
+    replace_in(suite_.poses(), line + log.substr(at, 16), line + digit + log.substr(at + 1, 15));
+  }
+
+  bool says(const std::string& words) const { return text_.find(words) != std::string::npos; }
+
+  SmallSuite suite_;
+  int exit_code_ = -1;
+  std::string text_;
+};
+
+TEST_F(CheckTest, NewCaseFailsAndWritesNoGolden) {
+  const CaseResult result = run();
+  EXPECT_EQ(result.verdict, Verdict::created);
+  EXPECT_EQ(exit_code_, 1);
+  EXPECT_FALSE(fs::exists(suite_.golden("poses")));
+  EXPECT_FALSE(fs::exists(suite_.golden("images")));
+  EXPECT_TRUE(fs::exists(suite_.shown("actual.poses")));
+  EXPECT_TRUE(fs::exists(suite_.shown("f0010.new.png")));
+  EXPECT_TRUE(fs::exists(suite_.options.output / "results.json"));
+}
+
+TEST_F(CheckTest, GoldensOfThisProgramPassAgain) {
+  suite_.make_goldens();
+  for (int time = 0; time < 2; ++time) {
+    const CaseResult result = run();
+    EXPECT_EQ(result.verdict, Verdict::pass) << text_;
+    EXPECT_EQ(exit_code_, 0);
+    EXPECT_TRUE(result.notes.empty());
+    EXPECT_FALSE(fs::exists(suite_.shown("f0010.actual.png")));
+  }
+}
+
+TEST_F(CheckTest, AnotherStateIsTheSimulation) {
+  suite_.make_goldens();
+  change_hash(13);
+  const CaseResult result = run();
+  EXPECT_EQ(result.verdict, Verdict::simulation_changed);
+  EXPECT_EQ(exit_code_, 1);
+  EXPECT_EQ(result.poses.difference.first_frame, 13);
+  for (const ImageResult& image : result.images) {
+    EXPECT_EQ(image.against_golden->image.judgement, Judgement::exact);
+    EXPECT_EQ(image.new_poses->image.judgement, Judgement::exact);
+  }
+  EXPECT_TRUE(says("frame 13 (0.217 s)")) << text_;
+  EXPECT_TRUE(says("only velocities differ")) << text_;
+}
+
+TEST_F(CheckTest, AnotherSolutionIsTheSimulation) {
+  suite_.make_goldens();
+  write_text(suite_.options.suite, read_text(suite_.options.suite) + "settings = { substeps = 3 }\n");
+  const CaseResult result = run();
+  EXPECT_EQ(result.verdict, Verdict::simulation_changed);
+  EXPECT_EQ(result.poses.difference.first_frame, 1);
+  EXPECT_EQ(result.poses.difference.first_full_frame, 10);
+  EXPECT_EQ(result.poses.body.substr(0, 4), "box_");
+  EXPECT_GT(result.poses.difference.size, 0);
+  EXPECT_TRUE(says("VERDICT: simulation changed (renderer unchanged)")) << text_;
+  EXPECT_TRUE(says("body " + result.poses.body)) << text_;
+  EXPECT_TRUE(says("header: substeps")) << text_;
+  EXPECT_TRUE(says("--substeps 3")) << text_;
+  EXPECT_TRUE(fs::exists(suite_.shown("f0020.new.png")));
+}
+
+TEST_F(CheckTest, AnotherLightIsTheRenderer) {
+  suite_.make_goldens();
+  replace_in(suite_.scene(), "\"intensity\":3.0", "\"intensity\":2.5");
+  const CaseResult result = run();
+  EXPECT_EQ(result.verdict, Verdict::renderer_changed);
+  EXPECT_EQ(exit_code_, 1);
+  EXPECT_TRUE(result.poses.passes);
+  for (const ImageResult& image : result.images) {
+    EXPECT_GT(image.against_golden->image.above[0], image.against_golden->image.pixels / 10);
+    EXPECT_TRUE(image.against_golden->flip.has_value());
+  }
+  for (const char* file : {"f0010.expected.png", "f0010.actual.png", "f0010.difference.png"}) {
+    EXPECT_TRUE(fs::exists(suite_.shown(file))) << file;
+  }
+  EXPECT_FALSE(fs::exists(suite_.shown("f0010.new.png")));
+  EXPECT_TRUE(says("VERDICT: renderer changed (simulation unchanged)")) << text_;
+}
+
+TEST_F(CheckTest, OnePixelIsFoundAndSaidToBeEdited) {
+  suite_.make_goldens();
+  Image golden = read_png(suite_.image(20));
+  std::uint8_t& red = golden.pixel(31, 17)[0];
+  red = static_cast<std::uint8_t>(red ^ 1);
+  write_png(golden, suite_.image(20));
+  const CaseResult result = run();
+  EXPECT_EQ(result.verdict, Verdict::renderer_changed);
+  EXPECT_TRUE(result.images.at(0).passes);
+  const ImageComparison& found = result.images.at(1).against_golden->image;
+  EXPECT_EQ(found.above[0], 1);
+  EXPECT_EQ(found.max, 1);
+  EXPECT_EQ(found.max_x, 31);
+  EXPECT_EQ(found.max_y, 17);
+  EXPECT_TRUE(says("1 px differ")) << text_;
+  EXPECT_TRUE(says("exact is the rule on this renderer")) << text_;
+  EXPECT_TRUE(says("is not the one that was approved")) << text_;
+}
+
+TEST_F(CheckTest, BothAreSaidToBeBoth) {
+  suite_.make_goldens();
+  change_hash(20);
+  replace_in(suite_.scene(), "\"intensity\":3.0", "\"intensity\":2.5");
+  const CaseResult result = run();
+  EXPECT_EQ(result.verdict, Verdict::both_changed);
+  // The same poses by the same renderer: none of the difference is the simulation's.
+  EXPECT_EQ(result.images.at(0).new_poses->image.judgement, Judgement::exact);
+}
+
+TEST_F(CheckTest, EachHalfAloneSaysItsPart) {
+  suite_.make_goldens();
+  change_hash(20);
+  replace_in(suite_.scene(), "\"intensity\":3.0", "\"intensity\":2.5");
+  suite_.options.images = false;
+  EXPECT_EQ(run().verdict, Verdict::simulation_changed);
+  suite_.options.images = true;
+  suite_.options.poses = false;
+  EXPECT_EQ(run().verdict, Verdict::renderer_changed);
+}
+
+TEST_F(CheckTest, PosesThatAreNotOfTheirHashAreSeen) {
+  suite_.make_goldens();
+  const std::string log = read_text(suite_.poses());
+  const auto pose = log.find("\npose ", log.find("\nframe 20 "));
+  const auto digit = log.find('.', pose) + 1;
+  replace_in(suite_.poses(), log.substr(pose, digit + 2 - pose),
+             log.substr(pose, digit - pose) + (log.at(digit) == '1' ? "2" : "1") + log.substr(digit + 1, 1));
+  const CaseResult result = run();
+  EXPECT_FALSE(result.poses.passes);
+  EXPECT_TRUE(says("it was edited")) << text_;
+}
+
+TEST_F(CheckTest, MissingGoldensAndOrphansFail) {
+  suite_.make_goldens();
+  fs::remove(suite_.image(10));
+  EXPECT_EQ(run().verdict, Verdict::missing);
+  EXPECT_EQ(exit_code_, 1);
+  suite_.approve_failed();
+  EXPECT_EQ(run().verdict, Verdict::pass) << text_;
+  fs::remove(suite_.poses());
+  EXPECT_EQ(run().verdict, Verdict::missing);
+  suite_.approve_failed();
+  write_text(suite_.golden("poses/box_stack/a9.poses"), "");
+  const CheckResult result = suite_.run();
+  EXPECT_EQ(result.cases.at(0).verdict, Verdict::pass);
+  ASSERT_EQ(result.orphans.size(), 1U);
+  EXPECT_EQ(result.orphans.at(0).filename(), "a9.poses");
+  EXPECT_EQ(result.exit_code(), 1);
+}
+
+TEST_F(CheckTest, AnotherRateOfFullFramesIsMissingPoses) {
+  suite_.make_goldens();
+  replace_in(suite_.options.suite, "images = [10, 20]\n", "images = [5, 20]\nfull_every = 5\n");
+  fs::rename(suite_.image(10), suite_.golden("images/box_stack/a3.f0005.png"));
+  const CaseResult result = run();
+  EXPECT_EQ(result.verdict, Verdict::missing);
+  EXPECT_TRUE(says("the golden log has no poses at frame 5")) << text_;
+  suite_.approve_failed();
+  EXPECT_EQ(run().verdict, Verdict::pass) << text_;
+}
+
+TEST_F(CheckTest, AFewFramesMoreAreTheSimulation) {
+  suite_.make_goldens();
+  replace_in(suite_.options.suite, "frames = 20", "frames = 30");
+  const CaseResult result = run();
+  EXPECT_EQ(result.verdict, Verdict::simulation_changed);
+  EXPECT_EQ(result.poses.difference.first_frame, 21);
+  EXPECT_TRUE(says("golden has 21 frames, the run 31")) << text_;
+}
+
+TEST_F(CheckTest, GoldensThatCannotBeReadAreNamed) {
+  suite_.make_goldens();
+  write_text(suite_.poses(), read_text(suite_.poses()).substr(0, 300));
+  try {
+    suite_.run();
+    FAIL() << "a truncated golden was read";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("a3.poses"), std::string::npos) << error.what();
+  }
+  EXPECT_FALSE(fs::exists(suite_.options.output / "results.json"));
+}
+
+}  // namespace
+}  // namespace substep
+
+int main(int argc, char** argv) {
+  substep::pin_renderer();
+  testing::InitGoogleTest(&argc, argv);
+  return RUN_ALL_TESTS();
+}

@@ -1,0 +1,83 @@
+#pragma once
+/// A suite of one short case in a folder of its own, to be checked, broken and approved.
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "golden/approve.h"
+#include "golden/check.h"
+#include "tests/golden/temporary_folder.h"
+
+namespace substep {
+
+inline std::string read_text(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+/// Throws when there is no such text, so that a test cannot pass by changing nothing.
+inline void replace_in(const std::filesystem::path& file, const std::string& old_text,
+                       const std::string& new_text) {
+  std::string text = read_text(file);
+  const auto at = text.find(old_text);
+  if (at == std::string::npos) throw std::runtime_error(file.string() + " has no '" + old_text + "'");
+  write_text(file, text.replace(at, old_text.size(), new_text));
+}
+
+/// Ten boxes for 20 steps of A3, pictures of frames 10 and 20.
+class SmallSuite {
+ public:
+  SmallSuite() {
+    options.suite = folder_.path() / "golden/suite.toml";
+    options.output = folder_.path() / "out";
+    std::filesystem::create_directories(folder_.path() / "scenes");
+    std::filesystem::copy_file(std::filesystem::path(SUBSTEP_SOURCE_DIR) / "scenes/box_stack.gltf", scene());
+    write_text(options.suite,
+               "[defaults]\n"
+               "frames = 20\n"
+               "images = [10, 20]\n"
+               "size = [160, 90]\n"
+               "[[case]]\n"
+               "scene = \"../scenes/box_stack.gltf\"\n"
+               "algorithms = [\"a3\"]\n");
+  }
+
+  std::filesystem::path scene() const { return folder_.path() / "scenes/box_stack.gltf"; }
+  std::filesystem::path golden(const std::string& file) const { return options.suite.parent_path() / file; }
+  std::filesystem::path poses() const { return golden("poses/box_stack/a3.poses"); }
+  std::filesystem::path image(int frame) const {
+    return golden("images/box_stack/a3.f00" + std::to_string(frame) + ".png");
+  }
+  std::filesystem::path sidecar() const { return golden("images/box_stack/a3.json"); }
+  std::filesystem::path shown(const std::string& file) const {
+    return options.output / "box_stack.a3" / file;
+  }
+
+  CheckResult run() { return check(options); }
+
+  /// The last check's only case.
+  Approval approve_failed(const std::string& reason = "for the test") {
+    ApproveOptions approval;
+    approval.suite = options.suite;
+    approval.output = options.output;
+    approval.all_failed = true;
+    approval.reason = reason;
+    return approve(approval);
+  }
+
+  void make_goldens() {
+    run();
+    approve_failed();
+  }
+
+  CheckOptions options;
+
+ private:
+  TemporaryFolder folder_;
+};
+
+}  // namespace substep
