@@ -147,7 +147,7 @@ std::string incline() {
                                        {"waxed_block", 0.3, finish::teal}}};
 
   GltfBuilder gltf("incline", 2);
-  gltf.camera({4.6, 3.9, 6.4}, {-0.1, 1.25, 0}, 0.56);
+  gltf.camera({4.9, 4.3, 7.2}, {-0.1, 1.55, 0}, 0.56);
   gltf.sun({-0.25, -1, -0.6}, warm_white, daylight);
   add_ground(gltf, 0.6);
 

@@ -242,9 +242,19 @@ void GltfBuilder::sun(const Vector3& direction, const std::array<double, 3>& lin
 }
 
 std::string GltfBuilder::text() const {
-  Json document = document_;
-  document["buffers"] = Json::array(
+  Json content = document_;
+  content["buffers"] = Json::array(
       {{{"byteLength", buffer_.size()}, {"uri", "data:application/octet-stream;base64," + base64(buffer_)}}});
+  // Keys stand in this order, in whichever order the lists were begun.
+  Json document;
+  for (const char* key : {"asset", "extensionsUsed", "scene", "scenes", "nodes", "cameras", "extensions",
+                          "materials", "meshes", "accessors", "bufferViews", "buffers"}) {
+    if (content.contains(key)) document[key] = content[key];
+  }
+  document["extensions"].clear();
+  for (const char* key : {rigid_bodies, implicit_shapes, lights})
+    if (content["extensions"].contains(key)) document["extensions"][key] = content["extensions"][key];
+
   std::string text = "{";
   for (const auto& [key, value] : document.items()) {
     text += (text.size() == 1 ? "\n" : ",\n") + Json(key).dump() + ": ";

@@ -3,6 +3,9 @@
 ///
 /// Everything is referred to by index, as in the file. Positions and normals are stored as 32-bit floats in
 /// one buffer, embedded in base64; all else is JSON numbers that read back to the same double.
+///
+/// The file must be the same whatever compiler made it. C++ leaves the order of a call's arguments open, so
+/// no two arguments of one call may append to the same list.
 
 #include <array>
 #include <nlohmann/json.hpp>

@@ -95,7 +95,7 @@ std::string rod_chain() {
   constexpr std::array finishes{finish::terracotta, finish::ivory, finish::teal};
 
   GltfBuilder gltf("rod_chain", 5);
-  gltf.camera({0.9, 1.75, 5.4}, {0, 1.28, 0}, 0.56);
+  gltf.camera({0.75, 1.6, 4.5}, {0, 1.22, 0}, 0.56);
   gltf.sun(afternoon, warm_white, daylight);
 
   const int shaft = gltf.geometry(rod_shaft(length, 1));
@@ -121,7 +121,7 @@ std::string pendulum() {
   constexpr double height = 1.4;
 
   GltfBuilder gltf("pendulum", 5);
-  gltf.camera({0.6, 1.15, 3.75}, {0, 0.83, 0}, 0.56);
+  gltf.camera({0.5, 1.05, 3.0}, {0, 0.80, 0}, 0.56);
   gltf.sun(afternoon, warm_white, daylight);
 
   const int body = gltf.node("rod", at(length / 2, height, 0));
@@ -198,7 +198,7 @@ std::string heavy_chain() {
 
 std::string tumbling_body() {
   GltfBuilder gltf("tumbling_body", 10, Vector3::Zero());
-  gltf.camera({1.45, 1.45, 1.75}, {0, 0.88, 0}, 0.56);
+  gltf.camera({1.15, 1.35, 1.45}, {0, 0.86, 0}, 0.56);
   gltf.sun({-0.35, -1, -0.3}, warm_white, daylight);
 
   // A low plinth gives the eye a place to start from.
