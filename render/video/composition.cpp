@@ -132,7 +132,7 @@ void Composition::lay_out() {
   const int gap = scaled(12, 4);
   title_ = {gap, 0, width_ - 2 * gap, scaled(48, 20)};
   const int header = scaled(28, 16);
-  const int strip = scaled(52, 26);
+  const int strip = scaled(62, 28);
   const int panel_width = (width_ - 4 * gap) / 3;
   const int panel_height = (height_ - title_.height - 2 * gap) / 2;
   picture_width_ = panel_width;

@@ -31,6 +31,13 @@ std::vector<Coordinates> poses_at(const Run& run, std::size_t k) {
   return poses;
 }
 
+/// "rod_chain" as a person would write it.
+std::string title_of(const Scene& scene) {
+  std::string title = scene.name;
+  std::replace(title.begin(), title.end(), '_', ' ');
+  return title;
+}
+
 /// Paints video frames of this size; `every` of the comparison's frames is painted, the others are left out.
 std::function<Painter()> painters(const Scene& scene, const Comparison& comparison,
                                   const Composition& composition, int every) {
@@ -90,14 +97,14 @@ struct LoopAttempt {
 };
 
 void make_loop(const Scene& scene, const VideoSettings& settings, const Comparison& comparison,
-               const std::string& title, const fs::path& program) {
+               const fs::path& program) {
   constexpr std::uintmax_t limit = 2'000'000;
   // Each smaller than the one before; the first that is small enough is taken.
   for (const LoopAttempt attempt :
        {LoopAttempt{800, 2, 128}, LoopAttempt{800, 3, 96}, LoopAttempt{640, 3, 64}, LoopAttempt{480, 3, 48},
         LoopAttempt{400, 6, 32}}) {
     const int height = attempt.width * 9 / 16 / 2 * 2;
-    const Composition composition(comparison, title, attempt.width, height);
+    const Composition composition(comparison, title_of(scene), attempt.width, height);
     const int count = (static_cast<int>(comparison.times.size()) - 1) / attempt.every + 1;
     const double rate = static_cast<double>(video_frame_rate) / attempt.every;
     std::vector<std::string> arguments = raw_frames_input(attempt.width, height, rate);
@@ -216,7 +223,7 @@ VideoReport make_video(const Scene& scene, const VideoSettings& settings) {
     if (settings.progress) settings.progress("simulating", share);
   });
   const Comparison& comparison = report.comparison;
-  const Composition composition(comparison, scene.name, settings.width, settings.height);
+  const Composition composition(comparison, title_of(scene), settings.width, settings.height);
 
   std::unique_ptr<FilmFile> film;
   if (report.is_film) {
@@ -236,7 +243,7 @@ VideoReport make_video(const Scene& scene, const VideoSettings& settings) {
                    if (settings.poster && k == poster_frame(comparison)) poster = to_png(frame);
                    if (settings.progress) settings.progress("drawing", static_cast<double>(k + 1) / count);
                  });
-  if (settings.loop) make_loop(scene, settings, comparison, scene.name, *program);
+  if (settings.loop) make_loop(scene, settings, comparison, *program);
   if (film) {
     film->complete();
     film->publish();
