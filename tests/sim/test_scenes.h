@@ -77,10 +77,9 @@ inline Scene chain(int rods, double angle = 0, double end_mass = 0) {
 
 inline Scene floor_scene(double friction) {
   Scene scene = empty_scene();
-  Collider floor;
+  Collider& floor = scene.colliders.emplace_back();
   floor.shape = Plane{};
   floor.material.dynamic_friction = floor.material.static_friction = friction;
-  scene.colliders.push_back(floor);
   return scene;
 }
 

@@ -1,0 +1,150 @@
+#include "tests/benchmark/benchmark_scenes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "tests/sim/test_scenes.h"
+
+namespace substep::benchmark {
+namespace {
+
+constexpr double friction = 0.6;
+constexpr double frame = 1.0 / 60;
+const Vector3 unit_cube = Vector3::Ones();
+
+constexpr int pile_side = 5;  // boxes along a layer's side, for 250
+constexpr double pile_pitch = 1.3;
+
+int side_of_pile(int boxes) {
+  return boxes <= 250 ? pile_side : 2 * pile_side;
+}
+
+/// A1's positions after 1 s, extrapolated from two small steps: A1 is of first order.
+const std::vector<Vector3>& reference(const BenchmarkScene& scene) {
+  static std::map<std::string, std::vector<Vector3>> known;
+  std::vector<Vector3>& positions = known[scene.name];
+  if (!positions.empty()) return positions;
+  Settings settings;
+  settings.algorithm = Algorithm::a1;
+  settings.step = 1.0 / 7680;
+  const State coarse = test::run(scene.scene, settings, 1);
+  settings.step /= 2;
+  const State fine = test::run(scene.scene, settings, 1);
+  for (std::size_t i = 0; i < fine.q.size(); ++i) {
+    positions.emplace_back(2 * fine.q[i].linear - coarse.q[i].linear);
+  }
+  return positions;
+}
+
+}  // namespace
+
+BenchmarkScene pendulum() {
+  Scene scene = test::empty_scene();
+  Body bar;
+  bar.name = "bar";
+  bar.inverse_mass = 1;
+  const double thick = 0.05 * 0.05;
+  bar.inverse_inertia = {12 / (2 * thick), 12 / (1 + thick), 12 / (1 + thick)};
+  bar.pose.position = {0.5, 0, 0};
+  scene.bodies.push_back(bar);
+  scene.joints.push_back(test::ball_joint(1, 0, {-0.5, 0, 0}, Vector3::Zero()));
+  return {"pendulum", scene, frame, 600, BenchmarkScene::Judge::trajectory};
+}
+
+BenchmarkScene chain_of(int rods) {
+  return {"chain " + std::to_string(rods), test::chain(rods), frame, std::clamp(3000 / rods, 2, 300),
+          rods <= 10 ? BenchmarkScene::Judge::trajectory : BenchmarkScene::Judge::none};
+}
+
+BenchmarkScene heavy_chain() {
+  return {"heavy chain", test::chain(10, 0, 1000), 1.0 / 480, 480, BenchmarkScene::Judge::trajectory};
+}
+
+BenchmarkScene stack_of_ten(double top_mass) {
+  Scene scene = test::floor_scene(friction);
+  for (int i = 0; i < 10; ++i) {
+    test::add_box(scene, unit_cube, i == 9 ? top_mass : 1, {{0, 0.5 + i, 0}, Quaternion::Identity()},
+                  friction);
+  }
+  std::string name = "stack 10";
+  if (top_mass != 1) name += " top " + std::to_string(static_cast<int>(top_mass)) + " kg";
+  return {name, scene, frame, 300, BenchmarkScene::Judge::standing};
+}
+
+BenchmarkScene pyramid_of(int base) {
+  Scene scene = test::floor_scene(friction);
+  for (int row = 0; row < base; ++row) {
+    for (int i = 0; i < base - row; ++i) {
+      const double x = 1.1 * (i - 0.5 * (base - row - 1));
+      test::add_box(scene, unit_cube, 1, {{x, 0.5 + row, 0}, Quaternion::Identity()}, friction);
+    }
+  }
+  return {"pyramid " + std::to_string(base * (base + 1) / 2), scene, frame, 120,
+          BenchmarkScene::Judge::standing};
+}
+
+BenchmarkScene pile_of(int boxes) {
+  Scene scene = test::floor_scene(friction);
+  const int side = side_of_pile(boxes);
+  const double inside = pile_pitch * side;
+  const double high = 1.5 * boxes / (side * side) + 2;
+  for (int wall = 0; wall < 4; ++wall) {
+    const bool along_x = wall < 2;
+    const double place = (wall % 2 == 0 ? 0.5 : -0.5) * (inside + 1);
+    Collider collider;
+    collider.shape = box(along_x ? Vector3(1, high, inside + 2) : Vector3(inside + 2, high, 1));
+    collider.placement.position = along_x ? Vector3(place, high / 2, 0) : Vector3(0, high / 2, place);
+    collider.material.dynamic_friction = collider.material.static_friction = friction;
+    scene.colliders.push_back(collider);
+  }
+  unsigned seed = 1;
+  const auto next = [&seed] {  // the same numbers on every machine
+    seed = seed * 1664525u + 1013904223u;
+    return static_cast<double>(seed >> 8) / 8388608.0 - 1.0;
+  };
+  for (int i = 0; i < boxes; ++i) {
+    const int layer = i / (side * side);
+    const int place = i % (side * side);
+    const Vector3 position(pile_pitch * (place % side - 0.5 * (side - 1)), 1 + 1.5 * layer,
+                           pile_pitch * (place / side - 0.5 * (side - 1)));
+    const Vector3 turn(0.1 * next(), 0.1 * next(), 0.1 * next());
+    test::add_box(scene, unit_cube, 1, {position, rotation_quaternion(turn)}, friction);
+  }
+  return {"pile " + std::to_string(boxes), scene, frame, 480, BenchmarkScene::Judge::contained};
+}
+
+Verdict judge(const BenchmarkScene& scene, Contestant& contestant) {
+  if (scene.judge == BenchmarkScene::Judge::none) return {true, 0};
+  const bool trajectory = scene.judge == BenchmarkScene::Judge::trajectory;
+  const int steps = trajectory ? static_cast<int>(1 / scene.step + 0.5) : scene.steps;
+  for (int i = 0; i < steps; ++i) contestant.step();
+  double error = 0;
+  const int bodies = static_cast<int>(scene.scene.bodies.size());
+  for (int i = 1; i < bodies; ++i) {
+    const Vector3 position = contestant.position(i);
+    double one = 0;
+    switch (scene.judge) {
+      case BenchmarkScene::Judge::none:
+        break;
+      case BenchmarkScene::Judge::trajectory:
+        one = (position - reference(scene)[i]).norm();
+        break;
+      case BenchmarkScene::Judge::standing:
+        one = (position - scene.scene.bodies[i].pose.position).norm();
+        break;
+      case BenchmarkScene::Judge::contained: {
+        // Its centre lies half a box inside the walls and above the floor.
+        const double inside = 0.5 * pile_pitch * side_of_pile(bodies - 1) - 0.5;
+        one = std::max(
+            {std::abs(position.x()) - inside, std::abs(position.z()) - inside, 0.5 - position.y(), 0.0});
+        break;
+      }
+    }
+    error = one <= error ? error : one;  // NaN counts
+  }
+  // A step of 1/60 s is some centimetres from the reference in a second, a fallen stack a box or more.
+  return {error < 0.5, error};
+}
+
+}  // namespace substep::benchmark

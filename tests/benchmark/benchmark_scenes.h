@@ -1,0 +1,37 @@
+#pragma once
+/// The benchmark's scenes, and how a run of one is judged.
+
+#include "tests/benchmark/contestant.h"
+
+namespace substep::benchmark {
+
+struct BenchmarkScene {
+  enum class Judge {
+    trajectory,  ///< positions against the reference
+    standing,    ///< nothing moves
+    contained,   ///< nothing leaves the container
+    none,        ///< too long for a reference
+  };
+  std::string name;
+  Scene scene;
+  double step;  ///< s
+  int steps;    ///< of one run
+  Judge judge;
+};
+
+BenchmarkScene pendulum();          ///< a bar of 1 × 0.05 × 0.05 m, hung at its end, released level
+BenchmarkScene chain_of(int rods);  ///< of 0.5 m and 1 kg, released level
+BenchmarkScene heavy_chain();       ///< ten rods and a ball of 1000 kg, at 480 Hz: explicit joints need it
+BenchmarkScene stack_of_ten(double top_mass);
+BenchmarkScene pyramid_of(int base);  ///< base (base + 1)/2 unit cubes, pitch 1.1 m
+BenchmarkScene pile_of(int boxes);    ///< boxes dropped into a container, 8 s
+
+/// What a run of `scene` is judged by, and whether that is good enough to be timed.
+struct Verdict {
+  bool passed;
+  double error;  ///< m: from the reference after 1 s; or moved; or how far outside the container
+};
+/// Runs the scene with `contestant` from its start, for 1 s (trajectory) or for all its steps.
+Verdict judge(const BenchmarkScene& scene, Contestant& contestant);
+
+}  // namespace substep::benchmark

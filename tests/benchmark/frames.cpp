@@ -1,0 +1,26 @@
+#include "render/renderer.h"
+#include "tests/benchmark/measurement.h"
+
+namespace substep::benchmark {
+
+void register_frames(const std::string& name, int width, int height) {
+  const auto run = [=](::benchmark::State& state) {
+    const Scene scene = load_scene(SUBSTEP_SOURCE_DIR "/scenes/" + name + ".gltf");
+    RenderSettings settings;
+    settings.width = width;
+    settings.height = height;
+    Renderer renderer(scene, settings);
+    const substep::State start = initial_state(scene);
+    renderer.draw(start.q);  // the first frame builds what later ones use
+    // The rasteriser has threads of its own: the wall clock is what a user waits for.
+    for (auto unused : state) {
+      (void)unused;
+      ::benchmark::DoNotOptimize(renderer.draw(start.q));
+    }
+  };
+  ::benchmark::RegisterBenchmark(
+      ("frame " + name + "/" + std::to_string(width) + "x" + std::to_string(height)).c_str(), run)
+      ->UseRealTime();
+}
+
+}  // namespace substep::benchmark

@@ -1,0 +1,71 @@
+#include "tests/benchmark/goals.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace substep::benchmark {
+
+std::vector<Goal> goals(const Results& results) {
+  std::vector<Goal> all;
+  const auto add = [&](int number, const std::string& what, const std::string& one, const std::string& other,
+                       const std::string& figure, double limit, bool at_least = false) {
+    const double ratio = results.median(one, figure) / results.median(other, figure);
+    if (!std::isfinite(ratio)) return;
+    Goal goal{number, what, ratio, limit, at_least, ""};
+    for (const std::string& name : {one, other}) {
+      if (results.failed(name)) goal.remark += (goal.remark.empty() ? "" : ", ") + name;
+    }
+    all.push_back(goal);
+  };
+  for (const std::string scene : {"pendulum", "chain 10", "heavy chain"}) {
+    add(1, "A1 on " + scene + " / dWorldStep", scene + "/A1", scene + "/dWorldStep", "us_per_step", 0.5);
+  }
+  for (const std::string scene : {"pendulum", "chain 10", "heavy chain"}) {
+    add(1, "A5 n=4 on " + scene + " / QuickStep 20", scene + "/A5 n=4 m=1", scene + "/QuickStep 20",
+        "us_per_step", 0.5);
+  }
+  add(1, "A1 a link, chain of 10000 / of 100", "chain 10000/A1", "chain 100/A1", "ns_per_body_step", 1.2);
+  for (const std::string scene : {"pyramid 55", "pyramid 210", "pyramid 465", "pile 250"}) {
+    add(2, "A5 n=10 on " + scene + " / Bullet 10", scene + "/A5 n=10 m=1", scene + "/Bullet SI 10",
+        "us_per_step", 0.28);
+  }
+  add(2, "A5 n=10 a body-step, pile of 2000 / of 250", "pile 2000/A5 n=10 m=1", "pile 250/A5 n=10 m=1",
+      "ns_per_body_step", 1.2);
+  const std::pair<const char*, double> stacks[] = {
+      {"stack 10", 2.2}, {"stack 10 top 100 kg", 10}, {"stack 10 top 1000 kg", 20}};
+  for (const auto& [scene, milliseconds] : stacks) {
+    // 60 steps make a simulated second.
+    const std::string name = std::string(scene) + "/A1";
+    const double measured = 0.06 * results.median(name, "us_per_step");
+    const double moved = results.median(name, "error_m");
+    if (!std::isfinite(measured)) continue;
+    all.push_back(
+        {3, fmt::format("A1 on {}, moved {:.2g} m: ms a simulated second / {}", scene, moved, milliseconds),
+         measured / milliseconds, 1, false, moved <= 0.01 ? "" : name});
+  }
+  add(5, "row solves of A5 on pile 250: the machine's limit / measured",
+      "pile 250/row solves at the machine's limit", "pile 250/row solves A5", "ns_per_row_solve", 0.5, true);
+  return all;
+}
+
+std::string lines(const std::vector<Goal>& goals) {
+  std::string text;
+  for (const Goal& goal : goals) {
+    text += fmt::format("goal {}: {} = {:.3g} (goal {} {}){}\n", goal.number, goal.what, goal.ratio,
+                        goal.at_least ? ">=" : "<=", goal.limit,
+                        goal.remark.empty() ? "" : "; fails its check: " + goal.remark);
+  }
+  return text;
+}
+
+std::string markdown(const std::vector<Goal>& goals) {
+  std::string text = "| goal | ratio | measured | wanted | fails its check |\n|---|---|---:|---:|---|\n";
+  for (const Goal& goal : goals) {
+    text += fmt::format("| {} | {} | {:.3g} | {} {} | {} |\n", goal.number, goal.what, goal.ratio,
+                        goal.at_least ? "≥" : "≤", goal.limit, goal.remark);
+  }
+  return text;
+}
+
+}  // namespace substep::benchmark

@@ -1,0 +1,160 @@
+#include "tests/benchmark/measurement.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <limits>
+
+#include "sim/simulation.h"
+
+namespace substep::benchmark {
+namespace {
+
+constexpr std::string_view failure = "fails its check";
+
+std::string remark(const BenchmarkScene& scene, const Verdict& verdict) {
+  std::string text = verdict.passed ? "" : std::string(failure) + ": ";
+  switch (scene.judge) {
+    case BenchmarkScene::Judge::trajectory:
+      return text + fmt::format("{:.2g} m from the reference after 1 s", verdict.error);
+    case BenchmarkScene::Judge::standing:
+      return text + fmt::format("moved {:.2g} m in {:.0f} s", verdict.error, scene.steps * scene.step);
+    case BenchmarkScene::Judge::contained:
+      return text + fmt::format("{:.2g} m deep after {:.0f} s", verdict.error, scene.steps * scene.step);
+    case BenchmarkScene::Judge::none:
+      break;
+  }
+  return text;
+}
+
+double median_of(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+double cpu_time() {
+  timespec time;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+void register_steps(const BenchmarkScene& scene, const std::string& contestant,
+                    std::function<std::unique_ptr<Contestant>()> make) {
+  // Judged once, before the first timing.
+  struct Judged {
+    bool yet = false;
+    Verdict verdict{};
+  };
+  const auto judged = std::make_shared<Judged>();
+  const auto run = [scene, make, judged](::benchmark::State& state) {
+    if (!judged->yet) *judged = {true, judge(scene, *make())};
+    double time = 0;
+    for (auto unused : state) {
+      (void)unused;
+      const std::unique_ptr<Contestant> one = make();
+      one->step();  // the first step makes room
+      const double start = cpu_time();
+      for (int i = 1; i < scene.steps; ++i) one->step();
+      const double taken = cpu_time() - start;
+      state.SetIterationTime(taken);
+      time += taken;
+    }
+    const double step = time / (static_cast<double>(state.iterations()) * (scene.steps - 1));
+    state.counters["us_per_step"] = 1e6 * step;
+    state.counters["ns_per_body_step"] = 1e9 * step / static_cast<double>(scene.scene.bodies.size() - 1);
+    state.counters["error_m"] = judged->verdict.error;
+    state.SetLabel(remark(scene, judged->verdict));
+  };
+  ::benchmark::RegisterBenchmark((scene.name + "/" + contestant).c_str(), run)->UseManualTime();
+}
+
+void register_row_solves(const BenchmarkScene& scene, const std::string& contestant, const Settings& few,
+                         const Settings& many) {
+  const auto run = [=](::benchmark::State& state) {
+    Simulation with_few(scene.scene, few);
+    Simulation with_many(scene.scene, many);
+    for (int i = 0; i < scene.steps; ++i) with_many.step();
+    const State start = with_many.state();
+    std::int64_t solves = 0;
+    double time = 0;
+    const auto step = [&](Simulation& simulation, int sign) {
+      simulation.set_state(start);
+      const double before = cpu_time();
+      const StepReport& report = simulation.step();
+      const double taken = cpu_time() - before;
+      time += sign * taken;
+      solves += sign * report.row_solves;
+      return taken;
+    };
+    step(with_few, 1);
+    time = 0;
+    solves = 0;
+    for (auto unused : state) {
+      (void)unused;
+      step(with_few, -1);
+      state.SetIterationTime(step(with_many, 1));
+    }
+    state.counters["ns_per_row_solve"] = 1e9 * time / static_cast<double>(solves);
+  };
+  ::benchmark::RegisterBenchmark((scene.name + "/row solves " + contestant).c_str(), run)->UseManualTime();
+}
+
+void Results::ReportRuns(const std::vector<Run>& runs) {
+  for (const Run& run : runs) {
+    if (run.run_type != Run::RT_Iteration || run.error_occurred) continue;
+    const std::string& name = run.run_name.function_name;
+    auto line = std::ranges::find(lines_, name, &Line::name);
+    if (line == lines_.end())
+      line = lines_.insert(lines_.end(), {run.family_index, name, run.report_label, {}});
+    for (const auto& [figure, counter] : run.counters) line->figures[figure].push_back(counter.value);
+  }
+}
+
+void Results::Finalize() {
+  std::ranges::sort(lines_, {}, &Line::place);
+}
+
+const Results::Line* Results::line(const std::string& name) const {
+  const auto found = std::ranges::find(lines_, name, &Line::name);
+  return found == lines_.end() ? nullptr : &*found;
+}
+
+double Results::median(const std::string& name, const std::string& figure) const {
+  const Line* one = line(name);
+  if (!one || !one->figures.contains(figure)) return std::numeric_limits<double>::quiet_NaN();
+  return median_of(one->figures.at(figure));
+}
+
+bool Results::failed(const std::string& name) const {
+  const Line* one = line(name);
+  return one && one->remark.starts_with(failure);
+}
+
+std::string table(const Results& results, bool markdown) {
+  const std::vector<std::pair<std::string, std::string>> columns = {{"us_per_step", "µs a step"},
+                                                                    {"ns_per_body_step", "ns a body-step"},
+                                                                    {"ns_per_row_solve", "ns a row solve"},
+                                                                    {"ms_per_frame", "ms a frame"}};
+  std::string text = markdown ? "| scene/contestant |" : fmt::format("{:34}", "scene/contestant");
+  for (const auto& [figure, heading] : columns) {
+    text += markdown ? fmt::format(" {} |", heading) : fmt::format(" {:>14}", heading);
+  }
+  text += markdown ? " check |\n|---|---:|---:|---:|---:|---|\n" : "  check\n";
+  for (const Results::Line& line : results.lines()) {
+    text += markdown ? fmt::format("| {} |", line.name) : fmt::format("{:34}", line.name);
+    for (const auto& [figure, heading] : columns) {
+      const std::string value =
+          line.figures.contains(figure) ? fmt::format("{:.4g}", results.median(line.name, figure)) : "";
+      text += markdown ? fmt::format(" {} |", value) : fmt::format(" {:>14}", value);
+    }
+    text += markdown ? fmt::format(" {} |\n", line.remark) : fmt::format("  {}\n", line.remark);
+  }
+  return text;
+}
+
+}  // namespace substep::benchmark

@@ -1,0 +1,62 @@
+#pragma once
+/// What the benchmark measures: CPU time of steps, of row solves and of frames, registered with Google
+/// Benchmark so that contestants of a scene are timed in turns.
+
+#include <benchmark/benchmark.h>
+
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "sim/settings.h"
+#include "tests/benchmark/benchmark_scenes.h"
+
+namespace substep::benchmark {
+
+/// CPU time of this thread, s.
+double cpu_time();
+
+/// A contestant on a scene; its name is "scene/contestant".
+void register_steps(const BenchmarkScene& scene, const std::string& contestant,
+                    std::function<std::unique_ptr<Contestant>()> make);
+
+/// The marginal cost of a row solve: the same step taken with `few` and with `many` sub-steps or iterations,
+/// so that what a step costs beside its row solves falls out.
+void register_row_solves(const BenchmarkScene& scene, const std::string& contestant, const Settings& few,
+                         const Settings& many);
+
+/// What a row solve costs at least on this machine: its numbers streamed from where they lie, or its
+/// multiplications and additions at the machine's peak, whichever is longer.
+void register_limits(const BenchmarkScene& scene, const Settings& settings);
+
+/// Frames of a scene file at a size.
+void register_frames(const std::string& scene, int width, int height);
+
+/// Medians over the repetitions, by name and figure: "pendulum/A1", "us_per_step".
+class Results final : public ::benchmark::BenchmarkReporter {
+ public:
+  bool ReportContext(const Context&) override { return true; }
+  void ReportRuns(const std::vector<Run>& runs) override;
+  void Finalize() override;  ///< puts the lines into the order of registration
+
+  struct Line {
+    std::int64_t place;  ///< in the order of registration
+    std::string name;
+    std::string remark;  ///< how the run was judged
+    std::map<std::string, std::vector<double>> figures;
+  };
+  const std::vector<Line>& lines() const { return lines_; }
+  /// NaN where it was not measured.
+  double median(const std::string& name, const std::string& figure) const;
+  bool failed(const std::string& name) const;
+
+ private:
+  std::vector<Line> lines_;
+  const Line* line(const std::string& name) const;
+};
+
+/// Figures that are not there are blank.
+std::string table(const Results& results, bool markdown);
+
+}  // namespace substep::benchmark

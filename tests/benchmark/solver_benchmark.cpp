@@ -1,0 +1,148 @@
+// solver_benchmark: what our algorithms and their peers cost, in one run, and how far that is from the goals.
+//
+//   solver_benchmark                                     everything: some minutes
+//   solver_benchmark --benchmark_filter='chain 10/'      one scene
+//   solver_benchmark --markdown FILE                     the tables also as Markdown
+//
+// All other options are Google Benchmark's. Figures are medians over repetitions, whose order is shuffled so
+// that a machine that slows down slows everyone.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "sim/log/file_output.h"
+#include "tests/benchmark/goals.h"
+#include "tests/benchmark/measurement.h"
+#ifdef SUBSTEP_HAS_RENDER
+#include "render/renderer.h"
+#endif
+
+namespace substep::benchmark {
+namespace {
+
+Settings settings_of(Algorithm algorithm, double step, int substeps, int iterations) {
+  Settings settings;
+  settings.algorithm = algorithm;
+  settings.step = step;
+  settings.substeps = substeps;
+  settings.iterations = iterations;
+  return settings;
+}
+
+void register_ours(const BenchmarkScene& scene, const std::string& name, const Settings& settings) {
+  register_steps(scene, name, [=] { return make_ours(scene.scene, settings); });
+}
+
+void register_a1(const BenchmarkScene& scene) {
+  register_ours(scene, "A1", settings_of(Algorithm::a1, scene.step, 1, 1));
+}
+
+void register_peers(const BenchmarkScene& scene, bool direct) {
+#ifdef SUBSTEP_HAS_ODE
+  if (direct) register_steps(scene, "dWorldStep", [=] { return make_ode(scene.scene, scene.step, 0); });
+  register_steps(scene, "QuickStep 20", [=] { return make_ode(scene.scene, scene.step, 20); });
+#endif
+#ifdef SUBSTEP_HAS_BULLET
+  register_steps(scene, "Bullet SI 10", [=] { return make_bullet(scene.scene, scene.step, 10); });
+#endif
+  (void)direct;
+}
+
+void register_joints(const BenchmarkScene& scene) {
+  register_a1(scene);
+  register_ours(scene, "A2 m=10", settings_of(Algorithm::a2, scene.step, 1, 10));
+  register_ours(scene, "A3 n=4 m=1", settings_of(Algorithm::a3, scene.step, 4, 1));
+  register_ours(scene, "A4 n=4 m=1", settings_of(Algorithm::a4, scene.step, 4, 1));
+  register_ours(scene, "A5 n=4 m=1", settings_of(Algorithm::a5, scene.step, 4, 1));
+  Settings stable = settings_of(Algorithm::a5, scene.step, 4, 1);
+  stable.joints = Joints::stable;
+  register_ours(scene, "A5 n=4 m=1 stable", stable);
+  register_peers(scene, true);
+}
+
+void register_contacts(const BenchmarkScene& scene) {
+  register_ours(scene, "A2 m=10", settings_of(Algorithm::a2, scene.step, 1, 10));
+  register_ours(scene, "A5 n=10 m=1", settings_of(Algorithm::a5, scene.step, 10, 1));
+  register_peers(scene, false);
+}
+
+void register_kernel(BenchmarkScene scene) {
+  scene.steps = std::min(scene.steps, 240);  // to where contacts are many
+  const double step = scene.step;
+  register_row_solves(scene, "A2", settings_of(Algorithm::a2, step, 1, 10),
+                      settings_of(Algorithm::a2, step, 1, 30));
+  for (const Algorithm algorithm : {Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
+    std::string title(name(algorithm));
+    title[0] = 'A';
+    register_row_solves(scene, title, settings_of(algorithm, step, 10, 1),
+                        settings_of(algorithm, step, 30, 1));
+  }
+  register_limits(scene, settings_of(Algorithm::a5, step, 10, 1));
+}
+
+void register_all() {
+  for (const BenchmarkScene& scene : {pendulum(), chain_of(10), heavy_chain()}) register_joints(scene);
+  for (const int rods : {100, 10000}) register_a1(chain_of(rods));
+  register_a1(stack_of_ten(1));
+  register_contacts(stack_of_ten(1));
+#ifdef SUBSTEP_HAS_ODE
+  const BenchmarkScene stack = stack_of_ten(1);
+  register_steps(stack, "dWorldStep", [=] { return make_ode(stack.scene, stack.step, 0); });
+#endif
+  for (const double top : {100.0, 1000.0}) register_a1(stack_of_ten(top));
+  for (const int base : {10, 20, 30}) register_contacts(pyramid_of(base));
+  register_contacts(pile_of(250));
+  const BenchmarkScene large = pile_of(2000);
+  register_ours(large, "A5 n=10 m=1", settings_of(Algorithm::a5, large.step, 10, 1));
+  register_kernel(chain_of(10));
+  register_kernel(pyramid_of(20));
+  register_kernel(pile_of(250));
+#ifdef SUBSTEP_HAS_RENDER
+  for (const std::string scene : {"box_stack", "stone_pyramid"}) {
+    register_frames(scene, 426, 240);
+    register_frames(scene, 1280, 720);
+  }
+#endif
+}
+
+int run(int argc, char** argv) {
+  // Ours come first, so that the user's win.
+  std::vector<char*> arguments = {argv[0]};
+  std::string defaults[] = {"--benchmark_repetitions=7", "--benchmark_enable_random_interleaving=true",
+                            "--benchmark_min_time=0.05"};
+  for (std::string& one : defaults) arguments.push_back(one.data());
+  std::string markdown_file;
+  for (int i = 1; i < argc; ++i) {
+    if (std::strcmp(argv[i], "--markdown") == 0 && i + 1 < argc) {
+      markdown_file = argv[++i];
+    } else {
+      arguments.push_back(argv[i]);
+    }
+  }
+  int count = static_cast<int>(arguments.size());
+  arguments.push_back(nullptr);
+  ::benchmark::Initialize(&count, arguments.data());
+  if (::benchmark::ReportUnrecognizedArguments(count, arguments.data())) return 2;
+  register_all();
+  Results results;
+  ::benchmark::RunSpecifiedBenchmarks(&results);
+  const std::vector<Goal> reached = goals(results);
+  fmt::print("{}\n{}", table(results, false), lines(reached));
+  if (!markdown_file.empty()) {
+    write_file(markdown_file, table(results, true) + "\n" + markdown(reached));
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace substep::benchmark
+
+int main(int argc, char** argv) {
+#ifdef SUBSTEP_HAS_RENDER
+  substep::pin_renderer();
+#endif
+  return substep::benchmark::run(argc, argv);
+}
