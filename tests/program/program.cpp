@@ -1,5 +1,6 @@
 #include "program.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <sys/wait.h>
 
@@ -30,16 +31,22 @@ std::string test_name() {
 
 std::string quoted(const std::string& word) {
   std::string result = "'";
-  for (const char c : word) result += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return result + "'";
+  for (const char c : word) {
+    if (c == '\'') {
+      result.append("'\\''");
+    } else {
+      result.push_back(c);
+    }
+  }
+  result.push_back('\'');
+  return result;
 }
 
 Outcome run_command(const std::string& command) {
   const fs::path out = fs::path(testing::TempDir()) / ("substep_out_" + test_name());
   const fs::path err = fs::path(testing::TempDir()) / ("substep_err_" + test_name());
   const int status = std::system(
-      ("( " + command + " ) >" + quoted(out.string()) + " 2>" + quoted(err.string()) + " </dev/null")
-          .c_str());
+      fmt::format("( {} ) >{} 2>{} </dev/null", command, quoted(out.string()), quoted(err.string())).c_str());
   Outcome outcome;
   // A signal shows as the shell shows it, 128 and its number.
   outcome.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
@@ -70,8 +77,8 @@ std::string Program::scene(const std::string& name) {
 
 Outcome Program::run(const std::vector<std::string>& arguments, const std::string& path) const {
   std::string command =
-      "cd " + quoted(folder_.string()) + " && PATH=" + quoted(path) + " " + quoted(SUBSTEP_PROGRAM);
-  for (const std::string& argument : arguments) command += " " + quoted(argument);
+      fmt::format("cd {} && PATH={} {}", quoted(folder_.string()), quoted(path), quoted(SUBSTEP_PROGRAM));
+  for (const std::string& argument : arguments) command += fmt::format(" {}", quoted(argument));
   return run_command(command);
 }
 
