@@ -133,7 +133,7 @@ void read_camera_and_sun(const GltfDocument& document, Scene& scene) {
     }
     if (const auto extension = json.extension("KHR_lights_punctual")) {
       const JsonValue reference = extension->require("light");
-      const JsonValue light = lights[reference.index(lights.size(), "light")];
+      const JsonValue& light = lights[reference.index(lights.size(), "light")];
       if (light.require("type").text() == "directional" && !scene.sun) {
         scene.sun = read_sun(light, node, reference);
       } else {
