@@ -16,13 +16,15 @@ struct Image {
   Image() = default;
   Image(int w, int h) : width(w), height(h), rgb(static_cast<std::size_t>(w) * h * 3) {}
   std::uint8_t* pixel(int x, int y) { return &rgb[(static_cast<std::size_t>(y) * width + x) * 3]; }
-  const std::uint8_t* pixel(int x, int y) const { return &rgb[(static_cast<std::size_t>(y) * width + x) * 3]; }
+  const std::uint8_t* pixel(int x, int y) const {
+    return &rgb[(static_cast<std::size_t>(y) * width + x) * 3];
+  }
 };
 
 /// 64-bit FNV-1a of size and pixels: what identifies a picture (the bytes of its PNG do not).
 std::uint64_t hash(const Image& image);
 
-std::string to_png(const Image& image);  ///< the file's bytes, deterministic
+std::string to_png(const Image& image);                                 ///< the file's bytes, deterministic
 void write_png(const Image& image, const std::filesystem::path& file);  ///< whole or not at all; throws Error
 Image read_png(const std::filesystem::path& file);                      ///< throws Error
 

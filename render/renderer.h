@@ -41,8 +41,8 @@ class Renderer {
   /// The frame with bodies at `poses` (one per body of the scene, the world first).
   Image draw(std::span<const Coordinates> poses);
 
-  /// Each pixel's body as a colour (red + 256 green + 65536 blue = body index + 1; 0 is the sky): no light, no
-  /// anti-aliasing.
+  /// Each pixel's body as a colour (red + 256 green + 65536 blue = body index + 1; 0 is the sky): no light,
+  /// no anti-aliasing.
   Image draw_bodies(std::span<const Coordinates> poses);
 
  private:

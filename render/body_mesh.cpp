@@ -1,0 +1,229 @@
+#include "render/body_mesh.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <variant>
+
+#include "sim/rotation.h"
+
+namespace substep {
+namespace {
+
+/// Finish of what the scene gives none for.
+Surface default_surface(int body) {
+  // Linear; of like lightness, neighbours far apart in hue.
+  static constexpr std::array<std::array<double, 3>, 8> palette{{{0.523, 0.117, 0.052},
+                                                                 {0.047, 0.216, 0.402},
+                                                                 {0.604, 0.342, 0.056},
+                                                                 {0.060, 0.254, 0.176},
+                                                                 {0.273, 0.107, 0.266},
+                                                                 {0.119, 0.319, 0.381},
+                                                                 {0.578, 0.209, 0.168},
+                                                                 {0.254, 0.292, 0.072}}};
+  Surface surface;
+  if (body == world_body) {
+    surface.base_color = {0.38, 0.37, 0.35};
+    surface.roughness = 0.7;
+  } else {
+    surface.base_color = palette[static_cast<std::size_t>(body - 1) % palette.size()];
+    surface.roughness = 0.42;
+  }
+  return surface;
+}
+
+class Gatherer {
+ public:
+  explicit Gatherer(BodyMesh& mesh) : mesh_(mesh) {}
+
+  void start_part(int body, const Surface& surface) {
+    surface_ = surface;
+    first_ = mesh_.vertices.size();
+    body_ = body;
+  }
+
+  std::uint32_t add_vertex(const Vector3& position, const Vector3& normal) {
+    const auto to_floats = [](const Vector3& v) {
+      return std::array<float, 3>{static_cast<float>(v.x()), static_cast<float>(v.y()),
+                                  static_cast<float>(v.z())};
+    };
+    const auto& color = surface_.base_color;
+    mesh_.vertices.push_back(
+        {to_floats(position),
+         to_floats(normal),
+         {static_cast<float>(color[0]), static_cast<float>(color[1]), static_cast<float>(color[2])},
+         static_cast<float>(surface_.metallic),
+         static_cast<float>(surface_.roughness)});
+    return static_cast<std::uint32_t>(mesh_.vertices.size() - 1);
+  }
+
+  void add_triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    const auto vector = [](const std::array<float, 3>& v) { return Vector3(v[0], v[1], v[2]); };
+    const Vertex& va = mesh_.vertices[a];
+    const Vertex& vb = mesh_.vertices[b];
+    const Vertex& vc = mesh_.vertices[c];
+    const Vector3 pa = vector(va.position);
+    const Vector3 across = (vector(vb.position) - pa).cross(vector(vc.position) - pa);
+    if (across.dot(vector(va.normal) + vector(vb.normal) + vector(vc.normal)) < 0) std::swap(b, c);
+    mesh_.indices.insert(mesh_.indices.end(), {a, b, c});
+  }
+
+  void end_part() {
+    if (mesh_.vertices.size() == first_) return;
+    Part part;
+    part.body = body_;
+    part.low = Vector3::Constant(std::numeric_limits<double>::infinity());
+    part.high = -part.low;
+    for (std::size_t i = first_; i < mesh_.vertices.size(); ++i) {
+      const auto& p = mesh_.vertices[i].position;
+      part.low = part.low.cwiseMin(Vector3(p[0], p[1], p[2]));
+      part.high = part.high.cwiseMax(Vector3(p[0], p[1], p[2]));
+    }
+    mesh_.parts.push_back(part);
+  }
+
+ private:
+  BodyMesh& mesh_;
+  Surface surface_;
+  std::size_t first_ = 0;
+  int body_ = world_body;
+};
+
+void add_visual(Gatherer& gatherer, const Scene& scene, const Visual& visual) {
+  const Mesh& mesh = scene.meshes[static_cast<std::size_t>(visual.mesh)];
+  // The cofactor matrix carries normals under any linear map; it turns them inside out where the map mirrors.
+  Matrix3 cofactors;
+  for (int i = 0; i < 3; ++i) {
+    cofactors.col(i) = visual.linear.col((i + 1) % 3).cross(visual.linear.col((i + 2) % 3));
+  }
+  if (visual.linear.determinant() < 0) cofactors = -cofactors;
+  gatherer.start_part(visual.body,
+                      mesh.surface >= 0 && static_cast<std::size_t>(mesh.surface) < scene.surfaces.size()
+                          ? scene.surfaces[static_cast<std::size_t>(mesh.surface)]
+                          : default_surface(visual.body));
+  std::uint32_t first = 0;
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+    const Vector3 normal = cofactors * mesh.normals[i];
+    const double length = normal.norm();
+    const std::uint32_t index = gatherer.add_vertex(visual.linear * mesh.positions[i] + visual.translation,
+                                                    length > 0 ? Vector3(normal / length) : Vector3::UnitY());
+    if (i == 0) first = index;
+  }
+  for (const Triangle& triangle : mesh.triangles) {
+    gatherer.add_triangle(first + triangle[0], first + triangle[1], first + triangle[2]);
+  }
+  gatherer.end_part();
+}
+
+/// A ball cut in two at its equator and drawn apart by `half_length` to both sides: a capsule.
+void add_round(Gatherer& gatherer, const Pose& placement, double radius, double half_length) {
+  constexpr int sectors = 48;
+  constexpr int rings = 24;  // even: the equator is doubled
+  std::vector<std::uint32_t> previous;
+  for (int ring = 0; ring <= rings + 1; ++ring) {
+    const bool upper = ring <= rings / 2;
+    const SineCosine down = sine_cosine(std::numbers::pi * (upper ? ring : ring - 1) / rings);
+    std::vector<std::uint32_t> circle;
+    for (int sector = 0; sector < sectors; ++sector) {
+      const SineCosine around = sine_cosine(2 * std::numbers::pi * sector / sectors);
+      const Vector3 normal(down.sine * around.cosine, down.cosine, down.sine * around.sine);
+      const Vector3 position = radius * normal + Vector3(0, upper ? half_length : -half_length, 0);
+      circle.push_back(gatherer.add_vertex(placement * position, placement.orientation * normal));
+    }
+    for (std::size_t i = 0; !previous.empty() && i < sectors; ++i) {
+      const std::size_t next = (i + 1) % sectors;
+      gatherer.add_triangle(previous[i], previous[next], circle[i]);
+      gatherer.add_triangle(previous[next], circle[next], circle[i]);
+    }
+    previous = circle;
+  }
+}
+
+void add_polygon(Gatherer& gatherer, const Pose& placement, const std::vector<Vector3>& corners,
+                 const Vector3& normal) {
+  std::vector<std::uint32_t> indices;
+  indices.reserve(corners.size());
+  for (const Vector3& corner : corners) {
+    indices.push_back(gatherer.add_vertex(placement * corner, placement.orientation * normal));
+  }
+  for (std::size_t i = 2; i < indices.size(); ++i) {
+    gatherer.add_triangle(indices[0], indices[i - 1], indices[i]);
+  }
+}
+
+void add_polytope(Gatherer& gatherer, const Pose& placement, const Polytope& polytope) {
+  std::vector<Vector3> corners;
+  for (std::size_t face = 0; face < polytope.face_count(); ++face) {
+    corners.clear();
+    for (std::size_t i = polytope.face_begin[face]; i < polytope.face_begin[face + 1]; ++i) {
+      corners.push_back(polytope.vertices[polytope.face_vertices[i]]);
+    }
+    add_polygon(gatherer, placement, corners, polytope.face_normals[face]);
+  }
+}
+
+void add_collider(Gatherer& gatherer, const Collider& collider) {
+  gatherer.start_part(collider.body, default_surface(collider.body));
+  if (const auto* sphere = std::get_if<Sphere>(&collider.shape)) {
+    add_round(gatherer, collider.placement, sphere->radius, 0);
+  } else if (const auto* capsule = std::get_if<Capsule>(&collider.shape)) {
+    add_round(gatherer, collider.placement, capsule->radius, capsule->half_length);
+  } else if (const auto* polytope = std::get_if<Polytope>(&collider.shape)) {
+    add_polytope(gatherer, collider.placement, *polytope);
+  } else if (!is_ground(collider)) {
+    // A piece of the plane, large enough to be seen as one.
+    constexpr double reach = 10;
+    add_polygon(gatherer, collider.placement,
+                {{-reach, 0, -reach}, {-reach, 0, reach}, {reach, 0, reach}, {reach, 0, -reach}},
+                Vector3::UnitY());
+  }
+  gatherer.end_part();
+}
+
+}  // namespace
+
+bool is_ground(const Collider& collider) {
+  return collider.body == world_body && std::holds_alternative<Plane>(collider.shape) &&
+         (collider.placement.orientation * Vector3::UnitY()).y() > 1 - 1e-9;
+}
+
+std::array<Vector3, 8> Part::corners() const {
+  std::array<Vector3, 8> result;
+  for (std::size_t i = 0; i < 8; ++i) {
+    result[i] = {(i & 1) != 0 ? high.x() : low.x(), (i & 2) != 0 ? high.y() : low.y(),
+                 (i & 4) != 0 ? high.z() : low.z()};
+  }
+  return result;
+}
+
+BodyMesh gather_body_mesh(const Scene& scene) {
+  BodyMesh mesh;
+  Gatherer gatherer(mesh);
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const int body = static_cast<int>(i);
+    mesh.begin.push_back(mesh.indices.size());
+    bool has_visual = false;
+    for (const Visual& visual : scene.visuals) {
+      if (visual.body != body) continue;
+      add_visual(gatherer, scene, visual);
+      has_visual = true;
+    }
+    if (has_visual) continue;
+    for (const Collider& collider : scene.colliders) {
+      if (collider.body == body) add_collider(gatherer, collider);
+    }
+  }
+  mesh.begin.push_back(mesh.indices.size());
+  return mesh;
+}
+
+bool is_scenery(const Part& part, std::span<const Part> parts) {
+  if (part.body != world_body) return false;
+  double largest = 0;
+  for (const Part& other : parts) {
+    if (other.body != world_body) largest = std::max(largest, other.half_size().maxCoeff());
+  }
+  return largest > 0 && part.half_size().maxCoeff() > 6 * largest;
+}
+
+}  // namespace substep

@@ -1,0 +1,104 @@
+#include "render/camera.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "sim/rotation.h"
+
+#include <glm/geometric.hpp>
+
+namespace substep {
+namespace {
+
+glm::dvec3 to_glm(const Vector3& v) {
+  return {v.x(), v.y(), v.z()};
+}
+
+double tangent(double angle) {
+  const SineCosine of = sine_cosine(angle);
+  return of.sine / of.cosine;
+}
+
+}  // namespace
+
+View view_from(const Camera& camera, double aspect) {
+  View view;
+  view.eye = to_glm(camera.pose.position);
+  view.right = to_glm(camera.pose.orientation * Vector3::UnitX());
+  view.up = to_glm(camera.pose.orientation * Vector3::UnitY());
+  view.forward = to_glm(camera.pose.orientation * -Vector3::UnitZ());
+  view.tangent_y = tangent(std::clamp(camera.vertical_field_of_view, 0.01, 3.0) / 2);
+  view.tangent_x = view.tangent_y * aspect;
+  return view;
+}
+
+View automatic_view(std::span<const Part> parts, std::span<const std::vector<Coordinates>> frames,
+                    double aspect) {
+  constexpr double azimuth = 0.55;    // from +Z towards +X
+  constexpr double elevation = 0.25;  // rad
+  constexpr double margin = 1.12;
+  View view;
+  const SineCosine around = sine_cosine(azimuth);
+  const SineCosine above = sine_cosine(elevation);
+  view.forward = -glm::dvec3(around.sine * above.cosine, above.sine, around.cosine * above.cosine);
+  view.right = glm::normalize(glm::cross(view.forward, glm::dvec3(0, 1, 0)));
+  view.up = glm::cross(view.right, view.forward);
+  view.tangent_y = tangent(0.3);
+  view.tangent_x = view.tangent_y * aspect;
+
+  // A point x to the right and z ahead of the origin is seen from an eye at (ex, ez) when
+  // |x − ex| <= (z − ez) tx: ex − ez tx >= x − z tx and ex + ez tx <= x + z tx. Both extremes over all points
+  // meet in the nearest eye; likewise for y, and the farther of both eyes sees all.
+  constexpr double infinite = std::numeric_limits<double>::infinity();
+  double low_x = infinite, high_x = -infinite, low_y = infinite, high_y = -infinite;
+  const double tx = view.tangent_x / margin;
+  const double ty = view.tangent_y / margin;
+  const auto include = [&](const Vector3& point) {
+    const glm::dvec3 p = to_glm(point);
+    const double x = glm::dot(p, view.right);
+    const double y = glm::dot(p, view.up);
+    const double z = glm::dot(p, view.forward);
+    low_x = std::min(low_x, x + z * tx);
+    high_x = std::max(high_x, x - z * tx);
+    low_y = std::min(low_y, y + z * ty);
+    high_y = std::max(high_y, y - z * ty);
+  };
+  // Of a whole run, a hundred frames say where its bodies go.
+  const std::size_t stride = std::max<std::size_t>(1, frames.size() / 100);
+  constexpr double farthest = 1000;
+  for (const Part& part : parts) {
+    if (is_scenery(part, parts)) continue;
+    for (std::size_t k = 0; k < frames.size(); k += stride) {
+      const Coordinates& q = frames[k][static_cast<std::size_t>(part.body)];
+      if (!(q.linear.norm() < farthest) || !q.angular.coeffs().allFinite()) continue;
+      for (const Vector3& corner : part.corners()) include(q.angular * corner + q.linear);
+      if (part.body == world_body) break;
+    }
+  }
+  if (!(low_x < infinite)) {  // nothing to be seen: look at the origin
+    include(-Vector3::Ones());
+    include(Vector3::Ones());
+  }
+  const double back = std::min((low_x - high_x) / (2 * tx), (low_y - high_y) / (2 * ty));
+  view.eye = view.right * ((low_x + high_x) / 2) + view.up * ((low_y + high_y) / 2) + view.forward * back;
+  return view;
+}
+
+glm::dmat4 clip_from_world(const View& view, double near, double far) {
+  glm::dmat4 eye_from_world(1);
+  const glm::dvec3 axes[3] = {view.right, view.up, -view.forward};
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) eye_from_world[column][row] = axes[row][column];
+    eye_from_world[3][row] = -glm::dot(axes[row], view.eye);
+  }
+  glm::dmat4 projection(0);
+  projection[0][0] = 1 / view.tangent_x;
+  projection[1][1] = 1 / view.tangent_y;
+  projection[2][2] = -(far + near) / (far - near);
+  projection[2][3] = -1;
+  projection[3][2] = -2 * far * near / (far - near);
+  return projection * eye_from_world;
+}
+
+}  // namespace substep

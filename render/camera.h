@@ -1,0 +1,37 @@
+#pragma once
+/// From where a scene is seen.
+
+#include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
+#include <span>
+#include <vector>
+
+#include "render/body_mesh.h"
+#include "sim/scene/scene.h"
+#include "sim/state.h"
+
+namespace substep {
+
+/// A perspective view; right-handed, y up on the picture.
+struct View {
+  glm::dvec3 eye{0};
+  glm::dvec3 right{1, 0, 0};
+  glm::dvec3 up{0, 1, 0};
+  glm::dvec3 forward{0, 0, -1};
+  double tangent_x = 1;  ///< of half the horizontal field of view
+  double tangent_y = 1;
+};
+
+/// `aspect` is width / height.
+View view_from(const Camera& camera, double aspect);
+
+/// Three-quarter view from slightly above that holds all moving parts at all the given frames' poses, and the
+/// world's parts except scenery. Poses that are not finite or farther than any picture should show are left
+/// out.
+View automatic_view(std::span<const Part> parts, std::span<const std::vector<Coordinates>> frames,
+                    double aspect);
+
+/// World → clip space, depth from `near` to `far` in front of the eye.
+glm::dmat4 clip_from_world(const View& view, double near, double far);
+
+}  // namespace substep

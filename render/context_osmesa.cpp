@@ -1,0 +1,95 @@
+#include <GL/osmesa.h>
+
+#include <array>
+#include <cstdint>
+#include <cstdlib>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+
+#include "render/context.h"
+#include "render/gl.h"
+#include "render/renderer.h"
+#include "sim/error.h"
+
+namespace substep {
+
+struct Context::Handle {
+  OSMesaContext context = nullptr;
+  /// The default framebuffer, which nothing is drawn to but which must be there.
+  std::array<std::uint8_t, 4> pixel{};
+
+  ~Handle() {
+    if (context != nullptr) OSMesaDestroyContext(context);
+  }
+};
+
+Context::Context() : handle_(std::make_unique<Handle>()) {
+  const std::array<int, 13> attributes{OSMESA_FORMAT,
+                                       OSMESA_RGBA,
+                                       OSMESA_DEPTH_BITS,
+                                       0,
+                                       OSMESA_PROFILE,
+                                       OSMESA_CORE_PROFILE,
+                                       OSMESA_CONTEXT_MAJOR_VERSION,
+                                       3,
+                                       OSMESA_CONTEXT_MINOR_VERSION,
+                                       3,
+                                       0,
+                                       0,
+                                       0};
+  handle_->context = OSMesaCreateContextAttribs(attributes.data(), nullptr);
+  if (handle_->context == nullptr) {
+    throw Error(
+        "software OpenGL gives no 3.3 core context: install libosmesa6 (Mesa 22.3 is what pictures are exact "
+        "on)");
+  }
+}
+
+Context::~Context() = default;
+
+Context::Current::Current(Context& context) : context_(context), rounding_(std::fegetround()) {
+  if (context_.in_use_.test_and_set()) {
+    throw std::logic_error("a rendering context is in use; each thread needs one of its own");
+  }
+  Handle& handle = *context_.handle_;
+  if (OSMesaMakeCurrent(handle.context, handle.pixel.data(), GL_UNSIGNED_BYTE, 1, 1) != GL_TRUE) {
+    context_.in_use_.clear();
+    throw Error("software OpenGL (OSMesa) refuses its own context");
+  }
+  // Vertices are computed in this thread: another rounding mode changes pixels.
+  std::fesetround(FE_TONEAREST);
+}
+
+Context::Current::~Current() {
+  OSMesaMakeCurrent(nullptr, nullptr, 0, 0, 0);
+  std::fesetround(rounding_);
+  context_.in_use_.clear();
+}
+
+void pin_renderer() {
+  // A machine with fused multiply-add or wider vectors rounds differently; these give the same bits on all.
+  ::setenv("GALLIUM_DRIVER", "llvmpipe", 1);
+  ::setenv("GALLIUM_OVERRIDE_CPU_CAPS", "sse4.1", 1);
+  ::setenv("LP_NATIVE_VECTOR_WIDTH", "128", 1);
+  ::setenv("MESA_SHADER_CACHE_DISABLE", "true", 1);
+}
+
+std::string renderer_description() {
+  static const std::string description = [] {
+    Context context;
+    const Context::Current current(context);
+    const auto text = [](GLenum name) {
+      const GLubyte* value = glGetString(name);
+      return std::string(value == nullptr ? "?" : reinterpret_cast<const char*>(value));
+    };
+    return text(GL_RENDERER) + ", " + text(GL_VERSION);
+  }();
+  return description;
+}
+
+bool is_pinned_renderer() {
+  return renderer_description() == "llvmpipe (LLVM 15.0.6, 128 bits), 4.5 (Core Profile) Mesa 22.3.6";
+}
+
+}  // namespace substep

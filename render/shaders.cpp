@@ -1,0 +1,310 @@
+#include "render/shaders.h"
+
+namespace substep::shaders {
+namespace {
+
+/// What stays the same for all pixels of a frame. FrameUniforms in renderer.cpp has the same layout.
+const std::string frame = R"(
+layout(std140) uniform Frame {
+  mat4 clip_from_world;
+  mat4 shadow_from_world;  // x, y: texture coordinates; z: 0–1 along the sun's rays
+  vec4 eye;                // w: pixel pattern of the shadow's samples, 0 or 1
+  vec4 ray_corner;         // ray through the pixel (x, y): ray_corner + x ray_right + y ray_up
+  vec4 ray_right;
+  vec4 ray_up;
+  vec4 to_sun;             // unit
+  vec4 sun;                // radiance of a white surface that faces it
+  vec4 zenith;             // radiances
+  vec4 horizon;
+  vec4 bounce;             // of the ground in light
+  vec4 ground_color;       // w: height of the ground
+  vec4 ground_reach;       // distances: fading begins, ends; z: weight of the decimetre lines; w: radius of the disc
+  vec4 shadow_scale;       // texture coordinates per metre; metres: bias, the map's depth; w: 1 with shadows
+  vec4 occlusion;          // x, y: world x, z of the occlusion map's corner; z: 1 / its width; w: 1 / height it reaches
+  vec4 taps[32];           // 64 points of the unit disc
+};
+)";
+
+const std::string light = R"(
+uniform sampler2D shadow_depth;
+uniform sampler2DShadow shadow_test;
+uniform sampler2D shadow_range;
+uniform sampler2D occlusion_map;
+
+float square(float x) { return x * x; }
+
+/// Radiance of the sky along a unit direction; below the horizon, of the horizon.
+vec3 sky_light(vec3 direction) {
+  float up = max(direction.y, 0.0);
+  float low = 1.0 - up;
+  float haze = square(low * low);
+  float towards = max(dot(direction, to_sun.xyz), 0.0);
+  float glow = square(square(towards * towards));
+  vec3 color = mix(zenith.rgb, horizon.rgb, haze);
+  return color + sun.rgb * (0.07 * glow * (0.35 + 0.65 * haze));
+}
+
+/// What a surface of this roughness sees by reflection along a unit direction.
+vec3 surroundings(vec3 direction, float roughness) {
+  float width = 0.04 + 0.7 * roughness;
+  float above = clamp(0.5 + 0.5 * direction.y / width, 0.0, 1.0);
+  above = above * above * (3.0 - 2.0 * above);
+  vec3 rise = normalize(vec3(direction.x, max(direction.y, 0.25 * roughness), direction.z));
+  return mix(bounce.rgb, sky_light(rise), above);
+}
+
+/// Part of the sun that reaches a point of a surface with unit normal n.
+///
+/// Percentage-closer soft shadows (Fernando 2005): the farther what covers the sun, the wider the penumbra.
+/// Branches cost a software rasteriser as much as their longest side, loops end when no pixel goes on: so taps
+/// are taken in loops, and the range of depths around each point says where none are needed.
+float sunlight(vec3 position, vec3 n) {
+  const float spread = 0.035;       // penumbra's half-width a metre from what casts it
+  const float widest = 0.03;        // of the map
+  vec3 place = (shadow_from_world * vec4(position, 1.0)).xyz;
+  vec2 outside = abs(place.xy - 0.5);
+  bool inside = max(outside.x, outside.y) < 0.5 && shadow_scale.w > 0.5;
+  vec2 range = textureLod(shadow_range, place.xy, 0.0).rg;
+
+  // The surface's plane in the map: z changes by slope · offset.
+  vec3 plane = mat3(shadow_from_world) * n;
+  plane.xy /= square(shadow_scale.x);
+  float depth_scale = shadow_scale.z * shadow_scale.z;
+  vec2 slope = -plane.xy / min(plane.z * depth_scale, -1e-6);
+  float steepest = 4.0 / (shadow_scale.x * shadow_scale.z);
+  slope = clamp(slope, vec2(-steepest), vec2(steepest));
+
+  float search = min((place.z - range.x) * shadow_scale.z * spread * shadow_scale.x, widest);
+  search = max(search, 0.0015);
+  int start = int(eye.w) * (int(gl_FragCoord.x) % 2 + 2 * (int(gl_FragCoord.y) % 2));
+  int blocker_taps = inside && place.z > range.x ? 12 : 0;
+  float bias = shadow_scale.y / shadow_scale.z;
+  float blockers = 0.0;
+  float depth = 0.0;
+  for (int i = 0; i < blocker_taps; ++i) {
+    int k = (i * 5 + start) % 64;
+    vec4 pair = taps[k / 2];
+    vec2 offset = search * ((k % 2) == 0 ? pair.xy : pair.zw);
+    float z = textureLod(shadow_depth, place.xy + offset, 0.0).r;
+    float behind = z + bias < place.z + dot(slope, offset) ? 1.0 : 0.0;
+    blockers += behind;
+    depth += behind * z;
+  }
+  float gap = (place.z - depth / max(blockers, 1.0)) * shadow_scale.z;
+  float radius = clamp(gap * spread * shadow_scale.x, 0.0012, widest);
+  int shadow_taps = blockers > 0.0 ? 16 : 0;
+  float lit = shadow_taps > 0 ? 0.0 : 1.0;
+  for (int i = 0; i < shadow_taps; ++i) {
+    int k = i * 4 + start;
+    vec4 pair = taps[k / 2];
+    vec2 offset = radius * ((k % 2) == 0 ? pair.xy : pair.zw);
+    float z = min(place.z + dot(slope, offset) - bias, 0.9999);
+    lit += textureLod(shadow_test, vec3(place.xy + offset, z), 0.0) / 16.0;
+  }
+  return lit;
+}
+
+/// Part of the sky that bodies near the ground leave open to the ground below `position`.
+float openness(vec3 position) {
+  vec2 place = (position.xz - occlusion.xy) * occlusion.z;
+  return textureLod(occlusion_map, place, 0.0).r;
+}
+
+/// Filmic curve (Narkowicz 2015, fitted to the ACES reference), then sRGB's code by roots alone; the fit of
+/// the roots is within 0.41 of an 8-bit code.
+vec3 display(vec3 radiance) {
+  vec3 x = radiance * 0.72;
+  vec3 y = clamp((x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0);
+  vec3 r2 = sqrt(y);
+  vec3 r4 = sqrt(r2);
+  vec3 r8 = sqrt(r4);
+  vec3 curve = 0.130942 * y - 0.092702 * r2 + 2.271373 * r4 - 1.590231 * r8 + 0.282206;
+  return mix(curve, 12.92 * y, vec3(lessThan(y, vec3(0.0031308))));
+}
+)";
+
+}  // namespace
+
+std::string body_vertex() {
+  return frame + R"(
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec3 normal;
+layout(location = 2) in vec3 color;
+layout(location = 3) in vec2 finish;
+uniform mat4 clip_from_body;
+uniform mat4 world_from_body;
+out vec3 world_position;
+out vec3 world_normal;
+out vec3 base_color;
+out vec2 metallic_roughness;
+void main() {
+  gl_Position = clip_from_body * vec4(position, 1.0);
+  world_position = (world_from_body * vec4(position, 1.0)).xyz;
+  world_normal = mat3(world_from_body) * normal;
+  base_color = color;
+  metallic_roughness = finish;
+}
+)";
+}
+
+std::string body_fragment() {
+  return frame + light + R"(
+in vec3 world_position;
+in vec3 world_normal;
+in vec3 base_color;
+in vec2 metallic_roughness;
+out vec4 code;
+
+void main() {
+  vec3 n = normalize(gl_FrontFacing ? world_normal : -world_normal);
+  vec3 v = normalize(eye.xyz - world_position);
+  vec3 l = to_sun.xyz;
+  vec3 h = normalize(v + l);
+  float metallic = metallic_roughness.x;
+  float roughness = clamp(metallic_roughness.y, 0.06, 1.0);
+  float nl = max(dot(n, l), 0.0);
+  float nv = max(dot(n, v), 1e-3);
+  float nh = max(dot(n, h), 0.0);
+  float vh = max(dot(v, h), 0.0);
+
+  // GGX with the height-correlated Smith term as Hammon (2017) approximates it, Fresnel as Schlick does.
+  float alpha = roughness * roughness;
+  float bell = nh * nh * (alpha * alpha - 1.0) + 1.0;
+  float distribution = alpha * alpha / (bell * bell);
+  float visibility = 0.5 / mix(2.0 * nl * nv, nl + nv, alpha);
+  vec3 facing = mix(vec3(0.04), base_color, metallic);
+  float away = 1.0 - vh;
+  vec3 fresnel = facing + (1.0 - facing) * (square(square(away)) * away);
+  vec3 diffuse = base_color * (1.0 - metallic);
+  float lit = nl > 0.0 ? sunlight(world_position, n) : 0.0;
+  vec3 radiance = (diffuse * (1.0 - fresnel) + fresnel * (distribution * visibility)) * sun.rgb * (nl * lit);
+
+  // The surroundings: sky above, ground below; by the ground, bodies take the sky from each other too.
+  float height = max(world_position.y - ground_color.w, 0.0);
+  float open = openness(world_position);
+  float shade = mix(open, 1.0, clamp(height * occlusion.w, 0.0, 1.0));
+  vec3 sky = mix(zenith.rgb, horizon.rgb, 0.55);
+  float upward = 0.5 + 0.5 * n.y;
+  vec3 around = mix(bounce.rgb * mix(shade, open, 0.5), sky * (0.35 + 0.65 * shade), upward);
+  float grazing = 1.0 - nv;
+  grazing = square(square(grazing)) * grazing;
+  float smoothness = 1.0 - roughness;
+  vec3 rim = facing + (max(vec3(smoothness), facing) - facing) * grazing;
+  vec3 mirrored = surroundings(reflect(-v, n), roughness);
+  radiance += diffuse * around * (1.0 - rim) + rim * mirrored * shade;
+  code = vec4(display(radiance), 1.0);
+}
+)";
+}
+
+std::string ground_vertex() {
+  return frame + R"(
+layout(location = 0) in vec3 position;  // of the unit disc
+void main() {
+  vec3 world = vec3(eye.x, ground_color.w, eye.z) + ground_reach.w * position;
+  gl_Position = clip_from_world * vec4(world, 1.0);
+}
+)";
+}
+
+std::string ground_fragment() {
+  return frame + light + R"(
+out vec4 code;
+
+/// Mean over a footprint of `width` around x of lines of half-width `half_line` at the integers.
+vec2 lines(vec2 x, vec2 width, float half_line) {
+  vec2 a = x - 0.5 * width + 0.5;
+  vec2 b = x + 0.5 * width + 0.5;
+  vec2 within_a = clamp(fract(a) - 0.5 + half_line, vec2(0.0), vec2(2.0 * half_line)) + floor(a) * 2.0 * half_line;
+  vec2 within_b = clamp(fract(b) - 0.5 + half_line, vec2(0.0), vec2(2.0 * half_line)) + floor(b) * 2.0 * half_line;
+  return (within_b - within_a) / width;
+}
+
+/// Mean over the same of ±1 in turn between the integers.
+vec2 turns(vec2 x, vec2 width) {
+  vec2 a = (x - 0.5 * width) * 0.5;
+  vec2 b = (x + 0.5 * width) * 0.5;
+  vec2 sum_a = abs(fract(a) - 0.5);
+  vec2 sum_b = abs(fract(b) - 0.5);
+  return 2.0 * (sum_a - sum_b) / width;
+}
+
+/// Where the ray through a pixel meets the ground.
+vec2 hit(vec2 pixel) {
+  vec3 ray = ray_corner.xyz + pixel.x * ray_right.xyz + pixel.y * ray_up.xyz;
+  return eye.xz + ray.xz * ((ground_color.w - eye.y) / min(ray.y, -1e-7));
+}
+
+void main() {
+  // Positions come from the rays: exact far away, and the neighbours' give the pixel's footprint.
+  vec2 xz = hit(gl_FragCoord.xy);
+  vec2 dx = hit(gl_FragCoord.xy + vec2(1.0, 0.0)) - xz;
+  vec2 dy = hit(gl_FragCoord.xy + vec2(0.0, 1.0)) - xz;
+  vec2 footprint = max(abs(dx) + abs(dy), vec2(1e-5)) * 1.2;
+  vec3 position = vec3(xz.x, ground_color.w, xz.y);
+
+  vec2 checker = turns(xz, footprint);
+  vec2 joint = lines(xz, footprint, 0.008);
+  vec2 fine = lines(xz * 10.0, footprint * 10.0, 0.016);
+  float joints = joint.x + joint.y - joint.x * joint.y;
+  float fines = fine.x + fine.y - fine.x * fine.y;
+  vec3 color = ground_color.rgb * (1.0 + 0.035 * checker.x * checker.y);
+  color *= 1.0 - 0.30 * joints;
+  color *= 1.0 - 0.16 * fines * ground_reach.z;
+
+  vec3 n = vec3(0.0, 1.0, 0.0);
+  float lit = sunlight(position, n);
+  float open = openness(position);
+  vec3 sky = mix(zenith.rgb, horizon.rgb, 0.55);
+  vec3 radiance = color * (sun.rgb * (max(to_sun.y, 0.0) * lit) + sky * open);
+
+  vec3 away = position - eye.xyz;
+  float distance = length(away);
+  float fade = clamp((distance - ground_reach.x) / (ground_reach.y - ground_reach.x), 0.0, 1.0);
+  fade = 1.0 - square(1.0 - fade);
+  vec3 level = normalize(vec3(away.x, 0.0, away.z));
+  code = vec4(display(mix(radiance, sky_light(level), fade)), 1.0);
+}
+)";
+}
+
+std::string sky_vertex() {
+  return frame + R"(
+void main() {
+  vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
+  gl_Position = vec4(corner, 1.0, 1.0);
+}
+)";
+}
+
+std::string sky_fragment() {
+  return frame + light + R"(
+out vec4 code;
+void main() {
+  vec3 ray = ray_corner.xyz + gl_FragCoord.x * ray_right.xyz + gl_FragCoord.y * ray_up.xyz;
+  code = vec4(display(sky_light(normalize(ray))), 1.0);
+}
+)";
+}
+
+std::string depth_vertex() {
+  return R"(
+layout(location = 0) in vec3 position;
+uniform mat4 clip_from_body;
+void main() { gl_Position = clip_from_body * vec4(position, 1.0); }
+)";
+}
+
+std::string depth_fragment() {
+  return "void main() {}\n";
+}
+
+std::string color_fragment() {
+  return R"(
+uniform vec3 color;
+out vec4 code;
+void main() { code = vec4(color, 1.0); }
+)";
+}
+
+}  // namespace substep::shaders

@@ -1,0 +1,50 @@
+#pragma once
+/// What the sun sees.
+
+#include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
+#include <span>
+#include <vector>
+
+#include "render/gl.h"
+
+namespace substep {
+
+/// The sun's orthographic view onto a box of the world.
+struct SunView {
+  glm::dmat4 map_from_world{1};   ///< x, y, z to 0–1
+  glm::dmat4 clip_from_world{1};  ///< x, y, z to −1–1
+  double width = 1;               ///< m
+  double depth = 1;               ///< m
+};
+
+/// The square view along unit `ray` that holds all points with room around them.
+SunView fit_sun_view(const glm::dvec3& ray, std::span<const glm::dvec3> points);
+
+/// A depth texture of `size`² and, for each block of it, the range of depths in and around the block. GL
+/// objects live as long as their context.
+class ShadowMap {
+ public:
+  static constexpr int size = 1024;
+  static constexpr int block = 16;
+  static constexpr int blocks = size / block;
+
+  ShadowMap();
+
+  /// Makes the map the target and clears it.
+  void start();
+  /// After drawing: finds the ranges.
+  void finish();
+  GLuint depth() const { return depth_; }
+  GLuint range() const { return range_; }
+
+ private:
+  GLuint depth_ = 0;
+  GLuint range_ = 0;
+  GLuint framebuffer_ = 0;
+  std::vector<float> depths_;
+  std::vector<float> low_;
+  std::vector<float> high_;
+};
+
+}  // namespace substep

@@ -1,0 +1,237 @@
+#include "render/text.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <tuple>
+#include <vector>
+
+#define STB_TRUETYPE_IMPLEMENTATION
+#define STBTT_STATIC
+#include <stb/stb_truetype.h>
+
+// The fonts are part of the program, so that text needs no files and looks alike everywhere.
+asm(".section .rodata\n"
+    ".balign 16\n"
+    "substep_font_regular:\n"
+    ".incbin \"" SUBSTEP_FONTS
+    "/DejaVuSans.ttf\"\n"
+    ".balign 16\n"
+    "substep_font_bold:\n"
+    ".incbin \"" SUBSTEP_FONTS
+    "/DejaVuSans-Bold.ttf\"\n"
+    ".previous\n");
+extern "C" const unsigned char substep_font_regular[];
+extern "C" const unsigned char substep_font_bold[];
+
+namespace substep {
+namespace {
+
+using Color = std::array<std::uint8_t, 3>;
+
+/// Horizontal positions of a glyph within a pixel that are told apart.
+constexpr int subpixels = 4;
+
+struct Glyph {
+  int left = 0;  ///< of the bitmap, from the pen, pixels
+  int top = 0;   ///< of the bitmap, from the baseline, downwards
+  int width = 0;
+  int height = 0;
+  std::vector<std::uint8_t> coverage;
+};
+
+class Font {
+ public:
+  explicit Font(const unsigned char* data) {
+    stbtt_InitFont(&info_, data, 0);
+    for (int digit = '0'; digit <= '9'; ++digit) {
+      digit_advance_ = std::max(digit_advance_, advance(index(digit)));
+    }
+  }
+
+  int index(int codepoint) const { return stbtt_FindGlyphIndex(&info_, codepoint); }
+  float scale(double size) const { return stbtt_ScaleForPixelHeight(&info_, static_cast<float>(size)); }
+  /// In the font's units.
+  int advance(int glyph) const {
+    int width = 0;
+    int bearing = 0;
+    stbtt_GetGlyphHMetrics(&info_, glyph, &width, &bearing);
+    return width;
+  }
+  int digit_advance() const { return digit_advance_; }
+  int kerning(int left, int right) const { return stbtt_GetGlyphKernAdvance(&info_, left, right); }
+
+  const Glyph& glyph(int index, double size, int subpixel) {
+    const auto [place, is_new] = glyphs_.try_emplace({index, size, subpixel});
+    Glyph& glyph = place->second;
+    if (is_new) {
+      const float s = scale(size);
+      const float shift = static_cast<float>(subpixel) / subpixels;
+      int right = 0;
+      int bottom = 0;
+      stbtt_GetGlyphBitmapBoxSubpixel(&info_, index, s, s, shift, 0, &glyph.left, &glyph.top, &right,
+                                      &bottom);
+      glyph.width = right - glyph.left;
+      glyph.height = bottom - glyph.top;
+      glyph.coverage.resize(static_cast<std::size_t>(glyph.width) * glyph.height);
+      if (!glyph.coverage.empty()) {
+        stbtt_MakeGlyphBitmapSubpixel(&info_, glyph.coverage.data(), glyph.width, glyph.height, glyph.width,
+                                      s, s, shift, 0, index);
+      }
+    }
+    return glyph;
+  }
+
+ private:
+  stbtt_fontinfo info_{};
+  int digit_advance_ = 0;
+  std::map<std::tuple<int, double, int>, Glyph> glyphs_;
+};
+
+/// One of each a thread: glyphs are cached without locks.
+Font& font(bool bold) {
+  thread_local Font regular_font(substep_font_regular);
+  thread_local Font bold_font(substep_font_bold);
+  return bold ? bold_font : regular_font;
+}
+
+/// The next code point of UTF-8 text; U+FFFD for each byte that belongs to none.
+int take_codepoint(std::string_view& text) {
+  const auto byte = [&text](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  const unsigned char first = byte(0);
+  const std::size_t length = first < 0x80   ? 1
+                             : first < 0xc2 ? 0
+                             : first < 0xe0 ? 2
+                             : first < 0xf0 ? 3
+                             : first < 0xf5 ? 4
+                                            : 0;
+  int codepoint = length == 1 ? first : first & (0x7f >> length);
+  bool whole = length > 0 && length <= text.size();
+  for (std::size_t i = 1; whole && i < length; ++i) {
+    whole = (byte(i) & 0xc0) == 0x80;
+    codepoint = codepoint << 6 | (byte(i) & 0x3f);
+  }
+  text.remove_prefix(whole ? length : 1);
+  return whole ? codepoint : 0xfffd;
+}
+
+/// Calls `place(glyph index, pen x)` for each glyph; returns the width.
+template <typename Place>
+double lay_out(std::string_view text, const TextStyle& style, const Place& place) {
+  const Font& face = font(style.bold);
+  const double scale = face.scale(style.size);
+  double pen = 0;
+  int previous = 0;
+  while (!text.empty()) {
+    const int codepoint = take_codepoint(text);
+    const int glyph = face.index(codepoint);
+    const bool in_column = style.monospaced_digits && codepoint >= '0' && codepoint <= '9';
+    if (previous != 0 && !in_column) pen += scale * face.kerning(previous, glyph);
+    const int advance = face.advance(glyph);
+    const int cell = in_column ? face.digit_advance() : advance;
+    place(glyph, pen + scale * (cell - advance) / 2);
+    pen += scale * cell;
+    previous = in_column ? 0 : glyph;
+  }
+  return pen;
+}
+
+/// Blends by `weight` of 255.
+void blend(std::uint8_t* pixel, const Color& color, int weight) {
+  for (int c = 0; c < 3; ++c) {
+    pixel[c] = static_cast<std::uint8_t>((pixel[c] * (255 - weight) + color[c] * weight + 127) / 255);
+  }
+}
+
+int to_weight(double alpha) {
+  return static_cast<int>(std::clamp(alpha, 0.0, 1.0) * 255 + 0.5);
+}
+
+/// A rectangle [left, right) × [top, bottom) cut to the image.
+struct Window {
+  int left, top, right, bottom;
+};
+
+/// Of the rectangle from real corners; far-off and non-finite ones are cut before they are rounded.
+Window clip(const Image& image, double left, double top, double right, double bottom) {
+  const auto cut = [](double value, int end) {
+    return static_cast<int>(value > 0 ? std::min(value, static_cast<double>(end)) : 0.0);
+  };
+  return {cut(left, image.width), cut(top, image.height), cut(right, image.width), cut(bottom, image.height)};
+}
+
+}  // namespace
+
+double text_width(std::string_view text, const TextStyle& style) {
+  return lay_out(text, style, [](int, double) {});
+}
+
+void draw_text(Image& image, double x, double y, std::string_view text, const TextStyle& style) {
+  const double reach = 1e6;
+  if (!(std::abs(x) < reach && std::abs(y) < reach)) return;
+  const int baseline = static_cast<int>(std::floor(y + 0.5));
+  lay_out(text, style, [&](int index, double pen) {
+    // Glyphs stand on quarters of a pixel across and on whole pixels down, where their stems are sharp.
+    const auto quarters = static_cast<std::int64_t>(std::floor((x + pen) * subpixels + 0.5));
+    const auto column = quarters >> 2;
+    const Glyph& glyph = font(style.bold).glyph(index, style.size, static_cast<int>(quarters & 3));
+    const double left = static_cast<double>(column + glyph.left);
+    const double top = static_cast<double>(baseline + glyph.top);
+    const Window window = clip(image, left, top, left + glyph.width, top + glyph.height);
+    for (int row = window.top; row < window.bottom; ++row) {
+      for (int i = window.left; i < window.right; ++i) {
+        const auto from = static_cast<std::size_t>(row - baseline - glyph.top) * glyph.width +
+                          static_cast<std::size_t>(i - column - glyph.left);
+        blend(image.pixel(i, row), style.color, glyph.coverage[from]);
+      }
+    }
+  });
+}
+
+void fill_rectangle(Image& image, int x, int y, int width, int height, Color color, double alpha) {
+  const Window window = clip(image, x, y, static_cast<double>(x) + width, static_cast<double>(y) + height);
+  const int weight = to_weight(alpha);
+  for (int row = window.top; row < window.bottom; ++row) {
+    for (int column = window.left; column < window.right; ++column) {
+      blend(image.pixel(column, row), color, weight);
+    }
+  }
+}
+
+void draw_line(Image& image, double x0, double y0, double x1, double y1, double width, Color color,
+               double alpha) {
+  const double dx = x1 - x0;
+  const double dy = y1 - y0;
+  const double length_squared = dx * dx + dy * dy;
+  if (!std::isfinite(length_squared)) return;
+  const double reach = width / 2 + 0.5;
+  const Window window = clip(image, std::min(x0, x1) - reach, std::min(y0, y1) - reach,
+                             std::max(x0, x1) + reach + 1, std::max(y0, y1) + reach + 1);
+  for (int row = window.top; row < window.bottom; ++row) {
+    for (int column = window.left; column < window.right; ++column) {
+      // Coverage falls from 1 to 0 over the pixel that the border runs through.
+      const double px = column + 0.5 - x0;
+      const double py = row + 0.5 - y0;
+      const double along =
+          length_squared > 0 ? std::clamp((px * dx + py * dy) / length_squared, 0.0, 1.0) : 0.0;
+      const double ex = px - along * dx;
+      const double ey = py - along * dy;
+      const double coverage = std::clamp(reach - std::sqrt(ex * ex + ey * ey), 0.0, std::min(1.0, width));
+      if (coverage > 0) blend(image.pixel(column, row), color, to_weight(coverage * alpha));
+    }
+  }
+}
+
+void paste(Image& image, const Image& source, int x, int y) {
+  const Window window =
+      clip(image, x, y, static_cast<double>(x) + source.width, static_cast<double>(y) + source.height);
+  if (window.left >= window.right) return;
+  for (int row = window.top; row < window.bottom; ++row) {
+    const std::uint8_t* from = source.pixel(window.left - x, row - y);
+    std::copy_n(from, static_cast<std::ptrdiff_t>(window.right - window.left) * 3,
+                image.pixel(window.left, row));
+  }
+}
+
+}  // namespace substep
