@@ -37,7 +37,7 @@ std::string box_stack() {
   constexpr std::array finishes{finish::walnut, finish::maple, finish::cherry, finish::oak};
 
   GltfBuilder gltf("box_stack", 5);
-  gltf.camera({8.6, 5.6, 16.6}, {0, 4.75, 0}, 0.60);
+  gltf.camera({9.0, 9.4, 16.6}, {0, 4.7, 0}, 0.60);
   gltf.sun(afternoon, warm_white, daylight);
   add_ground(gltf, 0.6);
 
@@ -95,7 +95,7 @@ std::string stone_pyramid() {
   constexpr std::array finishes{finish::limestone, finish::sandstone, finish::granite, finish::brick};
 
   GltfBuilder gltf("stone_pyramid", 5);
-  gltf.camera({2.1, 2.15, 6.3}, {0, 1.13, 0}, 0.56);
+  gltf.camera({2.3, 2.4, 6.9}, {0, 1.05, 0}, 0.56);
   gltf.sun(afternoon, warm_white, daylight);
   add_ground(gltf, 0.6);
 
@@ -147,7 +147,7 @@ std::string incline() {
                                        {"waxed_block", 0.3, finish::teal}}};
 
   GltfBuilder gltf("incline", 2);
-  gltf.camera({4.9, 4.3, 7.2}, {-0.1, 1.55, 0}, 0.56);
+  gltf.camera({4.4, 4.2, 7.9}, {0.05, 1.40, 0}, 0.56);
   gltf.sun({-0.25, -1, -0.6}, warm_white, daylight);
   add_ground(gltf, 0.6);
 
@@ -191,7 +191,7 @@ std::string powered_wheel() {
   const Pose along_z = turn(Vector3::UnitX(), pi / 2);  // Y of turned pieces to +Z
 
   GltfBuilder gltf("powered_wheel", 5);
-  gltf.camera({6.6, 2.5, 4.9}, {2.05, 0.35, 0}, 0.56);
+  gltf.camera({4.3, 2.3, 6.4}, {2.2, 0.5, 0}, 0.56);
   gltf.sun(afternoon, warm_white, daylight);
   add_ground(gltf, 0.9);
 

@@ -14,7 +14,7 @@ inline constexpr Finish limestone{"limestone", {0.624, 0.565, 0.456}, 0, 0.85};
 inline constexpr Finish sandstone{"sandstone", {0.584, 0.381, 0.191}, 0, 0.85};
 inline constexpr Finish granite{"granite", {0.366, 0.323, 0.287}, 0, 0.70};
 inline constexpr Finish basalt{"basalt", {0.147, 0.144, 0.138}, 0, 0.65};
-inline constexpr Finish brick{"brick", {0.402, 0.140, 0.078}, 0, 0.85};
+inline constexpr Finish brick{"brick", {0.350, 0.165, 0.110}, 0, 0.85};
 
 inline constexpr Finish steel{"steel", {0.456, 0.497, 0.539}, 1, 0.32};
 inline constexpr Finish brass{"brass", {0.631, 0.381, 0.080}, 1, 0.30};

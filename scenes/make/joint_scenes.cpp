@@ -26,8 +26,8 @@ Vector3 rod_inertia(double mass, double length, double radius) {
 Mesh rod_shaft(double length, double size) {
   // A bead near each end, as a turner would leave it.
   const double half = length / 2;
-  const double r = 0.021 * size;
-  const double bead = 0.030 * size;
+  const double r = 0.028 * size;
+  const double bead = 0.037 * size;
   const double b = half - 0.075 * size;
   const double w = 0.011 * size;
   const double f = 0.004 * size;
@@ -51,19 +51,19 @@ Mesh rod_shaft(double length, double size) {
 /// Returns the node of the pivot, at (0, height, 0).
 int add_post(GltfBuilder& gltf, double height, double size) {
   const double depth = 0.30 * size;
-  const double r = 0.045 * size;
-  const double foot = 0.32 * size;
+  const double r = 0.026 * size;
+  const double foot = 0.26 * size;
   const double top = height + 0.10 * size;
   const std::array<ProfilePoint, 10> column{{{0, 0},
                                              {foot, 0, 0.01 * size},
                                              {foot, 0.05 * size, 0.02 * size},
-                                             {0.10 * size, 0.07 * size, 0.05 * size},
-                                             {r, 0.25 * size, 0.15 * size},
+                                             {0.06 * size, 0.065 * size, 0.03 * size},
+                                             {r, 0.17 * size, 0.10 * size},
                                              {r, top, 0.006 * size},
-                                             {0.065 * size, top, 0.004 * size},
-                                             {0.065 * size, top + 0.03 * size, 0.01 * size},
-                                             {0.02 * size, top + 0.06 * size, 0.02 * size},
-                                             {0, top + 0.06 * size}}};
+                                             {0.042 * size, top, 0.004 * size},
+                                             {0.042 * size, top + 0.025 * size, 0.008 * size},
+                                             {0.015 * size, top + 0.045 * size, 0.015 * size},
+                                             {0, top + 0.045 * size}}};
   const std::array<ProfilePoint, 8> pin{{{0, -depth},
                                          {0.024 * size, -depth},
                                          {0.024 * size, 0.035 * size, 0.004 * size},
@@ -74,7 +74,7 @@ int add_post(GltfBuilder& gltf, double height, double size) {
                                          {0, 0.075 * size}}};
   Mesh fittings;
   fittings.add(turned(pin, 24), at(0, height, 0) * turn(Vector3::UnitX(), std::numbers::pi / 2));
-  fittings.add(rod(0.14 * size, 0.062 * size, 0.012 * size), at(0, height, -depth));
+  fittings.add(rod(0.12 * size, 0.042 * size, 0.008 * size), at(0, height, -depth));
   const int post = gltf.node("post");
   gltf.show(post, gltf.mesh("post", {{gltf.geometry(Mesh().add(turned(column, 32), at(0, 0, -depth))),
                                       gltf.material(finish::iron)},
@@ -99,9 +99,9 @@ std::string rod_chain() {
   gltf.sun(afternoon, warm_white, daylight);
 
   const int shaft = gltf.geometry(rod_shaft(length, 1));
-  const int joint_ball = gltf.geometry(Mesh().add(ball(0.042, 28), at(-length / 2, 0, 0)));
+  const int joint_ball = gltf.geometry(Mesh().add(ball(0.056, 28), at(-length / 2, 0, 0)));
   const int tip = gltf.geometry(
-      Mesh().add(ball(0.042, 28), at(-length / 2, 0, 0)).add(ball(0.034, 28), at(length / 2, 0, 0)));
+      Mesh().add(ball(0.056, 28), at(-length / 2, 0, 0)).add(ball(0.046, 28), at(length / 2, 0, 0)));
   const int joint = gltf.ball_joint();
   int connected = add_post(gltf, height, 1);
   for (int i = 0; i < 3; ++i) {
@@ -131,8 +131,8 @@ std::string pendulum() {
       {{0.022, -0.03, 0.004}, {0.05, -0.03, 0.008}, {0.05, 0.03, 0.008}, {0.022, 0.03, 0.004}}};
   Mesh fittings;
   fittings.add(turned(ring, 32, true), at(-length / 2, 0, 0) * turn(Vector3::UnitX(), std::numbers::pi / 2));
-  fittings.add(ball(0.036, 28), at(length / 2, 0, 0));
-  const Mesh shaft = Mesh().add(rod(length - 0.04, 0.021, 0.004),
+  fittings.add(ball(0.046, 28), at(length / 2, 0, 0));
+  const Mesh shaft = Mesh().add(rod(length - 0.04, 0.026, 0.004),
                                 at(0.02, 0, 0) * turn(Vector3::UnitZ(), -std::numbers::pi / 2));
   gltf.show(body, gltf.mesh("rod", {{gltf.geometry(shaft), gltf.material(finish::cherry)},
                                     {gltf.geometry(fittings), gltf.material(finish::brass)}}));
@@ -198,12 +198,20 @@ std::string heavy_chain() {
 
 std::string tumbling_body() {
   GltfBuilder gltf("tumbling_body", 10, Vector3::Zero());
-  gltf.camera({1.15, 1.35, 1.45}, {0, 0.86, 0}, 0.56);
+  gltf.camera({1.25, 1.45, 1.55}, {0, 0.86, 0}, 0.56);
   gltf.sun({-0.35, -1, -0.3}, warm_white, daylight);
 
-  // A low plinth gives the eye a place to start from.
-  const std::array<ProfilePoint, 6> plinth{
-      {{0, 0}, {0.46, 0, 0.01}, {0.46, 0.06, 0.015}, {0.40, 0.075, 0.02}, {0.40, 0.12, 0.015}, {0, 0.12}}};
+  // A plinth to float above.
+  const std::array<ProfilePoint, 10> plinth{{{0, 0},
+                                             {0.40, 0, 0.01},
+                                             {0.40, 0.07, 0.015},
+                                             {0.35, 0.09, 0.02},
+                                             {0.31, 0.14, 0.04},
+                                             {0.31, 0.34, 0.04},
+                                             {0.35, 0.39, 0.02},
+                                             {0.38, 0.41, 0.01},
+                                             {0.38, 0.46, 0.015},
+                                             {0, 0.46}}};
   gltf.show(gltf.node("plinth"),
             gltf.mesh("plinth", {{gltf.geometry(turned(plinth, 64)), gltf.material(finish::limestone)}}));
 
