@@ -72,6 +72,7 @@ void paint_in_order(int count, int threads, const std::function<Painter()>& make
   threads = std::clamp(threads, 1, std::max(1, count));
   FrameQueue queue(count, 4 * threads);
   std::vector<std::thread> workers;
+  workers.reserve(static_cast<std::size_t>(threads));
   for (int i = 0; i < threads; ++i) workers.emplace_back([&] { queue.work(make_painter); });
   std::exception_ptr failure;
   try {
