@@ -34,16 +34,18 @@ struct Row {
 /// A block constraint: up to three rows between the same two bodies, solved at once. Rows in a block of more
 /// than one have infinite limits.
 struct Block {
-  enum class Kind : std::uint8_t { point, axis, drive, contact_normal, contact_friction };
+  enum class Kind : std::uint8_t { lock, limit, drive, contact_normal, contact_friction };
   Kind kind;
-  bool position_level;  ///< β = −C/hs: the update rule of A4 and A5 fits; otherwise β is a velocity
-  bool stable;          ///< Jacobian taken at next-frame coordinates (IV.2.2, point 2)
+  bool stable;  ///< Jacobian taken at next-frame coordinates (IV.2.2, point 2)
   std::uint8_t rows;
   std::uint8_t component;  ///< which of the joint's or contact's rows the first one is
   int first;               ///< its rows are rows[first] … rows[first + rows − 1]
   int a;
   int b;
-  int source;           ///< which joint part, drive or contact it was formulated from
+  int source;  ///< which lock, limit, drive or contact it was formulated from
+  /// How much of its β follows the coordinates: 1 for a position-level row (β = −C/hs: the update rule of A4
+  /// and A5 fits), 0 for a velocity-level row (β is a velocity), in between for a spring with a damper.
+  double position_share = 1;
   int normal = -1;      ///< friction: the row of its contact's normal
   double friction = 0;  ///< friction: μ
   double inverse_mass_a;

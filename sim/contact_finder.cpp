@@ -106,7 +106,13 @@ const std::vector<Contact>& ContactFinder::find(const State& state, double step)
     };
     const Vector3 external = fall(on_a.body) - fall(on_b.body);
     const Combine how = std::min(on_a.material.friction_combine, on_b.material.friction_combine);
-    const double friction = combine(how, on_a.material.dynamic_friction, on_b.material.dynamic_friction);
+    const double moving = combine(how, on_a.material.dynamic_friction, on_b.material.dynamic_friction);
+    const double resting = combine(how, on_a.material.static_friction, on_b.material.static_friction);
+    const double restitution =
+        combine(std::min(on_a.material.restitution_combine, on_b.material.restitution_combine),
+                on_a.material.restitution, on_b.material.restitution);
+    // What the external forces do in a step: slower than that is at rest. It has the scene's own scale.
+    const double at_rest = external.norm();
     const double speed = va.linear.norm() + vb.linear.norm() + external.norm();
     // Points come round the manifold's rim. They are taken crosswise, 0 2 1 3 of four: a sweep that went
     // round would leave a turn to the same side each time, and topple a stack.
@@ -115,14 +121,21 @@ const std::vector<Contact>& ContactFinder::find(const State& state, double step)
       const ContactPoint& point = points_[k % 2 == 0 ? k / 2 : half + k / 2];
       const Vector3 arm_a = point.on_a - qa.linear;
       const Vector3 arm_b = point.on_b - qb.linear;
-      const Vector3 relative =
-          va.linear + va.angular.cross(arm_a) - vb.linear - vb.angular.cross(arm_b) + external;
+      const Vector3 before = va.linear + va.angular.cross(arm_a) - vb.linear - vb.angular.cross(arm_b);
+      const Vector3 relative = before + external;
       const Vector3 slip = relative - point.normal * point.normal.dot(relative);
       const double slip_speed = slip.norm();
       // Slip that is rounding beside the speeds has no direction worth following.
       const Vector3 along = slip_speed > 1e-9 * speed ? Vector3(slip / slip_speed) : across(point.normal);
+      const double approach = -point.normal.dot(before);
+      const double slipped = (before + approach * point.normal).norm();
+      const double friction = slipped > at_rest ? moving : resting;
+      // It bounces in the step in which it would touch, and if it comes faster than the forces alone can make
+      // it.
+      const bool touches = point.distance <= step * -point.normal.dot(relative);
+      const double bounce = touches && approach > 2 * at_rest ? restitution * approach : 0;
       contacts_.push_back({on_a.body, on_b.body, to_a * arm_a, to_b * arm_b, to_b * point.normal,
-                           to_b * along, to_b * point.normal.cross(along), friction});
+                           to_b * along, to_b * point.normal.cross(along), friction, bounce});
     }
   }
   return contacts_;

@@ -66,78 +66,217 @@ void invert_gamma(const Constraints& c, Block& x) {
   x.inverse_gamma = gamma.inverse();
 }
 
-/// J, β = −C/hs and M⁻¹Jᵀ of the block's rows.
+/// The attachment frames in the world, as far as rows need them.
+struct Frames {
+  Vector3 arm_a;  ///< from a's centre of mass to its frame's origin
+  Vector3 arm_b;
+  Vector3 offset;  ///< from b's origin to a's
+  Matrix3 axes_a;  ///< columns
+  Matrix3 axes_b;
+};
+
+Frames frames_of(const Attachment& attachment, const Placed& at) {
+  Frames f;
+  f.arm_a = at.rotation_a * attachment.frame_a.position;
+  f.arm_b = at.rotation_b * attachment.frame_b.position;
+  f.offset = (at.a.linear + f.arm_a) - (at.b.linear + f.arm_b);
+  f.axes_a = at.rotation_a * attachment.frame_a.orientation.toRotationMatrix();
+  f.axes_b = at.rotation_b * attachment.frame_b.orientation.toRotationMatrix();
+  return f;
+}
+
+/// A coordinate's value, and its rate as a row: linear, and ᵣJᵀ of both bodies in the world frame.
+struct Measured {
+  double value = 0;
+  Vector3 linear = Vector3::Zero();
+  Vector3 angular_a = Vector3::Zero();
+  Vector3 angular_b = Vector3::Zero();
+};
+
+/// Along `direction` (unit), from b's origin to a's. The direction is fixed in b, whose turning adds
+/// ω_b × direction · offset: as if b's arm reached to a's origin. Where it follows the offset that is zero.
+Measured along(const Frames& f, const Vector3& direction) {
+  return {direction.dot(f.offset), direction, f.arm_a.cross(direction), direction.cross(f.arm_b + f.offset)};
+}
+
+Measured about(double value, const Vector3& axis) {
+  return {value, Vector3::Zero(), axis, -axis};
+}
+
+/// The rotation from b's frame to a's, in b's axes.
+Quaternion relative_rotation(const Frames& f) {
+  Quaternion q(Matrix3(f.axes_b.transpose() * f.axes_a));
+  if (q.w() < 0) q.coeffs() = -q.coeffs();
+  return q;
+}
+
+Measured measure(const JointCoordinate& coordinate, const Frames& f) {
+  using Kind = JointCoordinate::Kind;
+  const Vector3 axis_b = f.axes_b.col(coordinate.axis);
+  const Vector3 across_b = f.axes_b.col((coordinate.axis + 1) % 3);  // where a direction is not determined
+  switch (coordinate.kind) {
+    case Kind::position:
+      return along(f, axis_b);
+    case Kind::radius: {
+      const Vector3 across = f.offset - axis_b * axis_b.dot(f.offset);
+      const double radius = across.norm();
+      return along(f, radius > 0 ? Vector3(across / radius) : across_b);
+    }
+    case Kind::distance: {
+      const double distance = f.offset.norm();
+      return along(f, distance > 0 ? Vector3(f.offset / distance) : across_b);
+    }
+    case Kind::twist: {
+      // θ = 2 atan2(q_k, q_w), and its gradient by q' = ½ ω ∘ q, ω the relative velocity in b's axes.
+      const Quaternion q = relative_rotation(f);
+      const Vector3 v = q.vec();
+      const double k = v[coordinate.axis];
+      const Vector3 unit = Vector3::Unit(coordinate.axis);
+      const double squared = q.w() * q.w() + k * k;
+      if (squared == 0) return about(0, axis_b);
+      const Vector3 axis = (q.w() * q.w() * unit + q.w() * v.cross(unit) + k * v) / squared;
+      return about(2 * angle_of(k, q.w()), f.axes_b * axis);
+    }
+    case Kind::cone: {
+      const Vector3 axis_a = f.axes_a.col(coordinate.axis);
+      const Vector3 cross = axis_b.cross(axis_a);
+      const double sine = cross.norm();
+      return about(angle_of(sine, axis_a.dot(axis_b)), sine > 0 ? Vector3(cross / sine) : across_b);
+    }
+    case Kind::turn:
+      break;
+  }
+  const Vector3 turn = rotation_vector(relative_rotation(f));
+  const double angle = turn.norm();
+  return about(angle, angle > 0 ? Vector3(f.axes_b * (turn / angle)) : across_b);
+}
+
+/// The row of ± a coordinate's rate; keeps its impulse, as a block may be formulated amid its iteration.
+void set_row(const Problem& problem, const Block& x, const Placed& at, const Measured& m, double sign,
+             double beta, Row& row) {
+  const double impulse = row.impulse;
+  row = rigid_row(beta);
+  row.impulse = impulse;
+  row.linear = sign * m.linear;
+  set_angular(problem, x, at, sign * m.angular_a, sign * m.angular_b, row);
+}
+
+/// Adds softness to a row that has its Γ.
+void soften(double softness, Row& row) {
+  row.softness = softness;
+  if (row.inverse_gamma > 0) row.inverse_gamma = 1 / (1 / row.inverse_gamma + softness);
+}
+
+void formulate_lock(Problem& problem, const Block& x, const Placed& at, double hs) {
+  const Lock& lock = problem.model->locks[x.source];
+  const Frames f = frames_of(lock.at, at);
+  for (int k = 0; k < x.rows; ++k) {
+    const int component = x.component + k;
+    const int across = (lock.axis + 1 + component) % 3;
+    Measured m;
+    switch (lock.kind) {
+      case Lock::Kind::point: {
+        // Along the world's axes, which turn with neither body.
+        const Vector3 axis = Vector3::Unit(component);
+        m = {axis.dot(f.offset), axis, f.arm_a.cross(axis), axis.cross(f.arm_b)};
+        break;
+      }
+      case Lock::Kind::line:
+        m = along(f, f.axes_b.col(across));
+        break;
+      case Lock::Kind::direction: {
+        // C = axis of a · axis across it of b: its rate is (ω_a − ω_b) · (axis_a × across_b).
+        const Vector3 axis_a = f.axes_a.col(lock.axis);
+        const Vector3 across_b = f.axes_b.col(across);
+        m = about(axis_a.dot(across_b), axis_a.cross(across_b));
+        break;
+      }
+      case Lock::Kind::orientation: {
+        // C = 2 vec(q), the rotation vector to first order; its rate by q' = ½ ω ∘ q.
+        const Quaternion q = relative_rotation(f);
+        const Vector3 unit = Vector3::Unit(component);
+        m = about(2 * q.vec()[component], f.axes_b * (q.w() * unit + q.vec().cross(unit)));
+        break;
+      }
+    }
+    set_row(problem, x, at, m, 1, -m.value / hs, problem.c.rows[x.first + k]);
+  }
+}
+
+void formulate_limit(Problem& problem, Block& x, const Placed& at, double hs) {
+  const Limit& limit = problem.model->limits[x.source];
+  const Measured m = measure(limit.coordinate, frames_of(limit.at, at));
+  const bool two_sided = limit.side == Limit::Side::both;
+  const double sign = limit.side == Limit::Side::high ? -1 : 1;
+  const double room = sign * (m.value - limit.bound);  // >= 0 within the bound
+  Row& row = problem.c.rows[x.first];
+  set_row(problem, x, at, m, sign, -room / hs, row);
+  if (!two_sided) row.low = 0;
+  x.position_share = 1;
+  if (limit.soft) {
+    // λ = −hs (stiffness (room + hs Jv') + damping Jv'), in the form Jv' + softness λ = β. Within the bound β
+    // lets the room close; beyond it the spring has been at work.
+    const double strength = hs * limit.stiffness + limit.damping;
+    if (room <= 0 || two_sided) {
+      row.beta = -room * limit.stiffness / strength;
+      x.position_share = hs * limit.stiffness / strength;
+    }
+    soften(1 / (hs * strength), row);
+  }
+}
+
+void formulate_drive(Problem& problem, Block& x, const Placed& at, double hs) {
+  const Drive& drive = problem.model->drives[x.source];
+  const Measured m = measure(drive.coordinate, frames_of(drive.at, at));
+  // The force at the step's end: λ = hs (stiffness (target − x − hs Jv') + damping (target' − Jv')).
+  const double strength = hs * drive.stiffness + drive.damping;
+  const double pull =
+      drive.stiffness * (drive.position_target - m.value) + drive.damping * drive.velocity_target;
+  Row& row = problem.c.rows[x.first];
+  set_row(problem, x, at, m, 1, pull / strength, row);
+  x.position_share = hs * drive.stiffness / strength;
+  const double mass = drive.per_mass ? row.inverse_gamma : 1;
+  row.high = hs * drive.max_force * mass;
+  row.low = -row.high;
+  if (mass > 0) soften(1 / (hs * strength * mass), row);
+}
+
+void formulate_contact(Problem& problem, const Block& x, const Placed& at, double hs) {
+  const Contact& contact = (*problem.contacts)[x.source];
+  const Vector3 arm_a = at.rotation_a * contact.arm_a;
+  const Vector3 arm_b = at.rotation_b * contact.arm_b;
+  Row& row = problem.c.rows[x.first];
+  if (x.kind == Block::Kind::contact_friction) {
+    row = rigid_row(0);
+    row.linear = at.rotation_b * (x.component == 0 ? contact.tangent_b1 : contact.tangent_b2);
+  } else {
+    const Vector3 normal = at.rotation_b * contact.normal_b;
+    const Vector3 gap = (at.a.linear - at.b.linear) + (arm_a - arm_b);
+    // A positive distance is admitted too: β lets it close, no more. One that bounces has a velocity for its
+    // β.
+    row = rigid_row(contact.bounce > 0 ? contact.bounce : -gap.dot(normal) / hs);
+    row.linear = normal;
+    row.low = 0;
+  }
+  set_angular(problem, x, at, arm_a.cross(row.linear), row.linear.cross(arm_b), row);
+}
+
+/// J, β and M⁻¹Jᵀ of the block's rows.
 void formulate_block(Problem& problem, Block& x, const Placed& at, double hs) {
-  Row* rows = &problem.c.rows[x.first];
   switch (x.kind) {
-    case Block::Kind::point: {
-      const PointJoint& joint = problem.model->points[x.source];
-      const Vector3 arm_a = at.rotation_a * joint.anchor_a;
-      const Vector3 arm_b = at.rotation_b * joint.anchor_b;
-      const Vector3 gap = (at.a.linear + arm_a) - (at.b.linear + arm_b);
-      for (int k = 0; k < x.rows; ++k) {
-        const Vector3 axis = Vector3::Unit(x.component + k);
-        Row row = rigid_row(-gap.dot(axis) / hs);
-        row.linear = axis;
-        row.impulse = rows[k].impulse;
-        set_angular(problem, x, at, arm_a.cross(axis), axis.cross(arm_b), row);
-        rows[k] = row;
-      }
+    case Block::Kind::lock:
+      formulate_lock(problem, x, at, hs);
       break;
-    }
-    case Block::Kind::axis: {
-      // C = axis_a · across_b: its rate is (ω_a − ω_b) · (axis_a × across_b).
-      const AxisJoint& joint = problem.model->axes[x.source];
-      const Vector3 axis = at.rotation_a * joint.axis_a;
-      for (int k = 0; k < x.rows; ++k) {
-        const Vector3 across = at.rotation_b * (x.component + k == 0 ? joint.across_b1 : joint.across_b2);
-        const Vector3 turn = axis.cross(across);
-        Row row = rigid_row(-axis.dot(across) / hs);
-        row.impulse = rows[k].impulse;
-        set_angular(problem, x, at, turn, -turn, row);
-        rows[k] = row;
-      }
+    case Block::Kind::limit:
+      formulate_limit(problem, x, at, hs);
       break;
-    }
-    case Block::Kind::drive: {
-      const VelocityDrive& drive = problem.model->drives[x.source];
-      const Vector3 axis = at.rotation_b * drive.axis_b;
-      Row row = rigid_row(drive.velocity_target);
-      set_angular(problem, x, at, axis, -axis, row);
-      // The torque of the step's end, damping · (target − ω'), as an impulse: λ = hs · damping · (β − Jv').
-      const double inertia = drive.per_inertia ? row.inverse_gamma : 1;
-      row.softness = 1 / (hs * drive.damping * inertia);
-      row.high = hs * drive.max_torque * inertia;
-      row.low = -row.high;
-      row.inverse_gamma = 1 / (1 / row.inverse_gamma + row.softness);
-      rows[0] = row;
+    case Block::Kind::drive:
+      formulate_drive(problem, x, at, hs);
       break;
-    }
-    case Block::Kind::contact_normal: {
-      const Contact& contact = (*problem.contacts)[x.source];
-      const Vector3 arm_a = at.rotation_a * contact.arm_a;
-      const Vector3 arm_b = at.rotation_b * contact.arm_b;
-      const Vector3 normal = at.rotation_b * contact.normal_b;
-      const Vector3 gap = (at.a.linear - at.b.linear) + (arm_a - arm_b);
-      // A positive distance is admitted too: β lets it close, no more.
-      Row row = rigid_row(-gap.dot(normal) / hs);
-      row.linear = normal;
-      row.low = 0;
-      set_angular(problem, x, at, arm_a.cross(normal), normal.cross(arm_b), row);
-      rows[0] = row;
+    case Block::Kind::contact_normal:
+    case Block::Kind::contact_friction:
+      formulate_contact(problem, x, at, hs);
       break;
-    }
-    case Block::Kind::contact_friction: {
-      const Contact& contact = (*problem.contacts)[x.source];
-      const Vector3 arm_a = at.rotation_a * contact.arm_a;
-      const Vector3 arm_b = at.rotation_b * contact.arm_b;
-      const Vector3 tangent = at.rotation_b * (x.component == 0 ? contact.tangent_b1 : contact.tangent_b2);
-      Row row = rigid_row(0);
-      row.linear = tangent;
-      set_angular(problem, x, at, arm_a.cross(tangent), tangent.cross(arm_b), row);
-      rows[0] = row;
-      break;
-    }
   }
   if (x.rows > 1) invert_gamma(problem.c, x);
 }
@@ -160,7 +299,6 @@ void build_blocks(Problem& problem, Joints joints) {
                        std::size_t source) -> Block& {
     Block x{};
     x.kind = kind;
-    x.position_level = kind != Block::Kind::drive && kind != Block::Kind::contact_friction;
     x.rows = static_cast<std::uint8_t>(rows);
     x.component = static_cast<std::uint8_t>(component);
     x.first = first;
@@ -173,21 +311,26 @@ void build_blocks(Problem& problem, Joints joints) {
     c.blocks.push_back(x);
     return c.blocks.back();
   };
-  const auto add_joint = [&](Block::Kind kind, int rows, int a, int b, std::size_t source) {
+  const auto add_lock = [&](int rows, int a, int b, std::size_t source) {
     if (joints == Joints::rows) {
-      for (int k = 0; k < rows; ++k) add(kind, 1, k, a, b, source);
+      for (int k = 0; k < rows; ++k) add(Block::Kind::lock, 1, k, a, b, source);
     } else {
-      add(kind, rows, 0, a, b, source).stable = joints == Joints::stable;
+      add(Block::Kind::lock, rows, 0, a, b, source).stable = joints == Joints::stable;
     }
   };
-  for (std::size_t i = 0; i < model.points.size(); ++i) {
-    add_joint(Block::Kind::point, 3, model.points[i].a, model.points[i].b, i);
+  for (std::size_t i = 0; i < model.locks.size(); ++i) {
+    const Lock& lock = model.locks[i];
+    const int rows = lock.kind == Lock::Kind::point || lock.kind == Lock::Kind::orientation ? 3 : 2;
+    add_lock(rows, lock.at.a, lock.at.b, i);
   }
-  for (std::size_t i = 0; i < model.axes.size(); ++i) {
-    add_joint(Block::Kind::axis, 2, model.axes[i].a, model.axes[i].b, i);
+  for (std::size_t i = 0; i < model.limits.size(); ++i) {
+    const Limit& limit = model.limits[i];
+    // A two-sided limit has no limit of its impulse: it may be stable, as Havok's stiff spring is.
+    const bool stable = joints == Joints::stable && limit.side == Limit::Side::both;
+    add(Block::Kind::limit, 1, 0, limit.at.a, limit.at.b, i).stable = stable;
   }
   for (std::size_t i = 0; i < model.drives.size(); ++i) {
-    add(Block::Kind::drive, 1, 0, model.drives[i].a, model.drives[i].b, i);
+    add(Block::Kind::drive, 1, 0, model.drives[i].at.a, model.drives[i].at.b, i);
   }
   // Contacts by pairs of bodies: a pair's normals, then its friction, which needs their impulses.
   const std::vector<Contact>& contacts = *problem.contacts;
@@ -195,13 +338,15 @@ void build_blocks(Problem& problem, Joints joints) {
     const int first_normal = first;
     while (end < contacts.size() && contacts[end].a == contacts[begin].a &&
            contacts[end].b == contacts[begin].b) {
-      add(Block::Kind::contact_normal, 1, 0, contacts[end].a, contacts[end].b, end);
+      Block& x = add(Block::Kind::contact_normal, 1, 0, contacts[end].a, contacts[end].b, end);
+      if (contacts[end].bounce > 0) x.position_share = 0;
       ++end;
     }
     for (std::size_t i = begin; i < end; ++i) {
       if (contacts[i].friction == 0) continue;
       for (int k = 0; k < 2; ++k) {
         Block& x = add(Block::Kind::contact_friction, 1, k, contacts[i].a, contacts[i].b, i);
+        x.position_share = 0;
         x.normal = first_normal + static_cast<int>(i - begin);
         x.friction = contacts[i].friction;
       }
@@ -271,10 +416,10 @@ void step_coordinates(double hs, const std::vector<Velocity>& v_local, std::vect
 
 void update_biases(Constraints& c, const std::vector<Velocity>& v_local) {
   for (const Block& x : c.blocks) {
-    if (!x.position_level) continue;
+    if (x.position_share == 0) continue;
     for (int k = 0; k < x.rows; ++k) {
       Row& row = c.rows[x.first + k];
-      row.beta -= row_velocity(row, v_local[x.a], v_local[x.b]);
+      row.beta -= x.position_share * row_velocity(row, v_local[x.a], v_local[x.b]);
     }
   }
 }
@@ -285,10 +430,10 @@ void box_biases(Constraints& c, double kappa, double tau) {
 
 void undo_update_rule(Constraints& c, const std::vector<Velocity>& change) {
   for (const Block& x : c.blocks) {
-    if (x.position_level) continue;
+    if (x.position_share == 1) continue;
     for (int k = 0; k < x.rows; ++k) {
       Row& row = c.rows[x.first + k];
-      row.beta += row_velocity(row, change[x.a], change[x.b]);
+      row.beta += (1 - x.position_share) * row_velocity(row, change[x.a], change[x.b]);
     }
   }
 }

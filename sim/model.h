@@ -15,34 +15,65 @@ struct BodyMass {
   double gravity_factor;
 };
 
-/// Two points, one of each body, that coincide: three position-level rows. Anchors in the body frames.
-struct PointJoint {
-  int a;
-  int b;
-  Vector3 anchor_a;
-  Vector3 anchor_b;
+/// The two attachment frames of a joint. As in the extension, coordinates are those of the connected node (a)
+/// in the frame of the joint's node (b): its axes are what limits and drives refer to.
+struct Attachment {
+  int a;         ///< the body of the connected node
+  int b;         ///< the body of the joint's node
+  Pose frame_a;  ///< attachment frame → body frame of a
+  Pose frame_b;
 };
 
-/// An axis of a that stays perpendicular to two axes of b, so parallel to b's third: two position-level rows.
-/// With a PointJoint this is a hinge. Body frames.
-struct AxisJoint {
-  int a;
-  int b;
-  Vector3 axis_a;
-  Vector3 across_b1;
-  Vector3 across_b2;
+/// Directions that a joint locks altogether: one block of bilateral position-level rows.
+struct Lock {
+  enum class Kind {
+    point,        ///< the frames' origins coincide: 3 rows
+    line,         ///< the origin of a lies on an axis of b: 2 rows
+    direction,    ///< an axis of a is parallel to that of b: 2 rows; with `point` a hinge
+    orientation,  ///< the frames' axes are parallel: 3 rows
+  };
+  Kind kind;
+  Attachment at;
+  int axis = 0;  ///< line, direction: which axis is left free
 };
 
-/// A motor: torque = damping · (velocity_target − ω), within ±max_torque, ω the angular velocity of a
-/// relative to b about an axis fixed in b. One velocity-level row.
-struct VelocityDrive {
-  int a;
-  int b;
-  Vector3 axis_b;
-  double velocity_target;  ///< rad/s
-  double damping;          ///< N·m·s, or 1/s per unit of the row's effective inertia
-  bool per_inertia;        ///< mode 'acceleration': damping and max_torque are per unit of effective inertia
-  double max_torque;       ///< N·m, or rad/s²
+/// One number that says how the frames stand to each other, and that a limit or a drive acts on.
+struct JointCoordinate {
+  enum class Kind {
+    position,  ///< of a's origin along an axis of b, m
+    radius,    ///< of a's origin from an axis of b, m
+    distance,  ///< between the origins, m
+    twist,     ///< angle of a about an axis of b, rad
+    cone,      ///< angle between an axis of a and that of b, rad
+    turn,      ///< angle of the whole rotation from b to a, rad
+  };
+  Kind kind;
+  int axis = 0;  ///< position, twist: along or about it; radius, cone: the axis that is measured from
+};
+
+/// A bound of a coordinate: a position-level row, one-sided, or two-sided where both bounds are the same.
+/// With stiffness it is a spring that acts beyond the bound, taken implicitly.
+struct Limit {
+  Attachment at;
+  JointCoordinate coordinate;
+  enum class Side { low, high, both } side;
+  double bound;
+  bool soft;
+  double stiffness;  ///< N/m or N·m/rad
+  double damping;    ///< N·s/m or N·m·s/rad
+};
+
+/// A driven coordinate: force = stiffness (position_target − x) + damping (velocity_target − ẋ), within
+/// ±max_force, taken implicitly. Without stiffness a velocity-level row (a motor).
+struct Drive {
+  Attachment at;
+  JointCoordinate coordinate;
+  double position_target;
+  double velocity_target;
+  double stiffness;
+  double damping;
+  double max_force;
+  bool per_mass;  ///< mode 'acceleration': stiffness, damping and max_force are per unit of effective mass
 };
 
 /// A contact point as s1 leaves it, fixed for the whole step. The normal and the tangents are fixed in b,
@@ -56,26 +87,27 @@ struct Contact {
   Vector3 tangent_b1;
   Vector3 tangent_b2;
   double friction;
+  double bounce;  ///< speed at which restitution sends it back, m/s; 0: it does not bounce in this step
 };
 
-/// Where two colliders may meet.
 struct Model {
   Vector3 gravity;
   std::vector<BodyMass> masses;  ///< one per body, the world first
   std::vector<int> gyroscopic;   ///< bodies whose moments differ
   std::vector<Vector3> inertia;  ///< principal moments of all bodies (0 where infinite)
-  std::vector<PointJoint> points;
-  std::vector<AxisJoint> axes;
-  std::vector<VelocityDrive> drives;
+  std::vector<Lock> locks;
+  std::vector<Limit> limits;
+  std::vector<Drive> drives;
   std::vector<std::pair<int, int>> jointed;  ///< body pairs that do not collide, sorted
   bool contacts = false;                     ///< whether any two colliders can meet
   bool friction = false;
+  bool restitution = false;
 };
 
-/// Throws Error naming the joint or body that asks for what is not modelled.
+/// Throws Error naming the joint that asks for what has no meaning.
 Model build_model(const Scene& scene);
 
-/// "2 ball joints, 1 hinge, 1 velocity drive; contacts with friction; no gyroscopic term"
+/// "2 ball joints, 1 hinge, 1 drive; contacts with friction; no gyroscopic term"
 std::string description(const Model& model);
 
 }  // namespace substep

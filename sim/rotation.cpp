@@ -88,21 +88,26 @@ Quaternion rotation_quaternion(const Vector3& a) {
   return {cosine, vector.x(), vector.y(), vector.z()};
 }
 
+double angle_of(double sine, double cosine) {
+  // By Newton's method on sine and cosine from an estimate: atan2 of libm would differ between machines.
+  const double length = std::sqrt(sine * sine + cosine * cosine);
+  if (length == 0) return 0;
+  const double s = std::abs(sine) / length;
+  const double c = std::abs(cosine) / length;
+  double angle = s <= c ? s / (c + 0.28 * s * s / c) : half_pi_high - c / (s + 0.28 * c * c / s);
+  for (int i = 0; i < 3; ++i) {
+    const auto [s_now, c_now] = sine_cosine(angle);
+    angle += s * c_now - c * s_now;  // sin(exact − angle): leaves the cube of the error
+  }
+  if (cosine < 0) angle = 2 * half_pi_high - angle + (2 * half_pi_middle + 2 * half_pi_low);
+  return sine < 0 ? -angle : angle;
+}
+
 Vector3 rotation_vector(const Quaternion& q) {
-  // Used for measuring and for limits of angles, by Newton's method on sine and cosine from an estimate:
-  // atan2 of libm would differ between machines.
   const double sign = q.w() < 0 ? -1 : 1;
   const double sine = q.vec().norm();
-  const double cosine = sign * q.w();
   if (sine == 0) return Vector3::Zero();
-  // Half the angle lies in [0, π/2]: a rational estimate, then steps that square the error.
-  double half = sine <= cosine ? sine / (cosine + 0.28 * sine * sine / cosine)
-                               : half_pi_high - cosine / (sine + 0.28 * cosine * cosine / sine);
-  for (int i = 0; i < 3; ++i) {
-    const auto [s, c] = sine_cosine(half);
-    half += sine * c - cosine * s;  // sin(exact − half), cubic in the error
-  }
-  return q.vec() * (sign * 2 * half / sine);
+  return q.vec() * (sign * 2 * angle_of(sine, sign * q.w()) / sine);
 }
 
 Vector3 gyroscopic_change(const Vector3& local_angular_velocity, const Vector3& inertia, double duration) {

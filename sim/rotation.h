@@ -17,6 +17,9 @@ struct SineCosine {
 /// loses digits as the angle grows. Not finite for what is not finite.
 SineCosine sine_cosine(double angle);
 
+/// The angle in [−π, π] of a point (cosine, sine) of the unit circle; 0 for (0, 0).
+double angle_of(double sine, double cosine);
+
 /// R_q(a): the unit quaternion of the rotation vector `a` (rad).
 Quaternion rotation_quaternion(const Vector3& a);
 

@@ -228,7 +228,8 @@ TEST(Claim12, AMotorHoldsItsSpeedInAllFive) {
   wheel.inverse_mass = 0.5;
   wheel.inverse_inertia = {10, 10, 5};
   scene.bodies.push_back(wheel);
-  Joint axle = test::ball_joint(1, 0, Vector3::Zero(), Vector3::Zero());
+  // The joint stands in the world, the wheel is the connected node: coordinates are the wheel's in the world.
+  Joint axle = test::ball_joint(0, 1, Vector3::Zero(), Vector3::Zero());
   axle.limits.push_back(test::locked(true, {true, true, false}));
   JointDrive drive;
   drive.angular = true;
