@@ -292,10 +292,10 @@ std::string powered_wheel() {
     gltf.show(node, wheel);
   }
 
-  // About +Z backwards is forwards along +X.
+  // The chassis as the wheels see it turns about +Z: the wheels turn about −Z, which is forwards along +X.
   const int axle = gltf.node("axle", {}, wheels);
   gltf.joint(axle, gltf.node("bearing", {}, chassis),
-             gltf.hinge(VelocityDrive{.velocity = -2.5, .damping = 1000, .max_torque = 8}));
+             gltf.hinge(VelocityDrive{.velocity = 2.5, .damping = 1000, .max_torque = 8}));
   return gltf.text();
 }
 

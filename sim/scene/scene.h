@@ -59,7 +59,7 @@ struct Collider {
 /// Limit of a joint on a set of its axes; see KHR_physics_rigid_bodies. Unbounded ends are infinite.
 struct JointLimit {
   bool angular = false;
-  std::array<bool, 3> axes{};                             ///< x, y, z of frame b
+  std::array<bool, 3> axes{};                             ///< x, y, z of frame a: coordinates are those of b in a
   double min = -std::numeric_limits<double>::infinity();  ///< m or rad
   double max = std::numeric_limits<double>::infinity();
   std::optional<double> stiffness;  ///< absent: hard. N/m or N·m/rad
