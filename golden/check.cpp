@@ -243,7 +243,10 @@ class CaseCheck {
     const SuiteCase& entry = result_.entry;
     std::string& refusal = checked.result.refusal;
     if (!result_.poses.is_checked || !result_.images_checked) {
-      refusal = "only half of it was checked: poses and pictures are approved together";
+      refusal = fmt::format(
+          "only half of it was checked, and poses and pictures are approved together: 'substep check --case "
+          "{}'",
+          entry.name);
     }
     if (live_) {
       const std::string text = to_text(*live_);

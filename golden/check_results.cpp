@@ -214,9 +214,10 @@ std::string provenance_differences(const fs::path& sidecar, const MadeWith& here
     const Json mine = to_json(here);
     for (const char* key : {"renderer", "compiler", "processor"}) {
       // Nothing was drawn where only poses were checked.
-      if (golden.at(key) == mine.at(key) || mine.at(key) == "") continue;
+      const auto here_too = mine.at(key).get<std::string>();
+      if (golden.at(key) == here_too || here_too.empty()) continue;
       text += fmt::format("{}{} {}, here {}", text.empty() ? "golden made with " : "; ", key,
-                          golden.at(key).get<std::string>(), mine.at(key).get<std::string>());
+                          golden.at(key).get<std::string>(), here_too);
     }
   } catch (const Json::exception&) {
     return {};

@@ -113,12 +113,14 @@ std::string run_command(const CaseResult& result) {
                                (result.files / "replay.poses").string());
 }
 
-std::string meaning(Verdict verdict) {
-  switch (verdict) {
+std::string meaning(const CaseResult& result) {
+  switch (result.verdict) {
     case Verdict::simulation_changed:
-      return "simulation changed (renderer unchanged)";
+      return fmt::format("simulation changed (renderer {})",
+                         result.images_checked ? "unchanged" : "not checked");
     case Verdict::renderer_changed:
-      return "renderer changed (simulation unchanged)";
+      return fmt::format("renderer changed (simulation {})",
+                         result.poses.is_checked ? "unchanged" : "not checked");
     case Verdict::both_changed:
       return "both changed, simulation and renderer";
     case Verdict::environment:
@@ -137,7 +139,7 @@ std::string meaning(Verdict verdict) {
 
 std::string explain(const CaseResult& result, const CheckOptions& options) {
   const std::string& case_name = result.entry.name;
-  std::string text = fmt::format("FAILED {}   VERDICT: {}\n", case_name, meaning(result.verdict));
+  std::string text = fmt::format("FAILED {}   VERDICT: {}\n", case_name, meaning(result));
   text += explain_poses(result.poses, result.step);
   if (!result.images_checked) text += "  images   not checked\n";
   for (const ImageResult& image : result.images) text += explain_image(image, result.entry);

@@ -94,7 +94,7 @@ Plane convolve(const Plane& in, int width, int height, const Kernel& kernel, Alo
   Plane out(in.size());
   const int radius = static_cast<int>(kernel.size() / 2);
   if (along == Along::rows) {
-    std::vector<float> padded(static_cast<std::size_t>(width + 2 * radius));
+    std::vector<float> padded(static_cast<std::size_t>(width) + kernel.size() - 1);
     for (int y = 0; y < height; ++y) {
       const float* row = &in[static_cast<std::size_t>(y) * width];
       std::fill_n(padded.begin(), radius, row[0]);

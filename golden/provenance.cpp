@@ -17,8 +17,6 @@
 #include "render/renderer.h"
 #include "sim/error.h"
 
-extern char** environ;
-
 namespace substep {
 namespace {
 
@@ -30,6 +28,7 @@ std::string git(const fs::path& folder, std::vector<std::string> arguments) {
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) return {};
   arguments.insert(arguments.begin(), {"git", "-C", folder.empty() ? "." : folder.string()});
   std::vector<char*> raw;
+  raw.reserve(arguments.size() + 1);
   for (std::string& argument : arguments) raw.push_back(argument.data());
   raw.push_back(nullptr);
   posix_spawn_file_actions_t actions;

@@ -1,0 +1,79 @@
+/// Checking where the renderer is not the pinned one. A program of its own: the renderer is pinned once a
+/// process, and this one never does it.
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <string>
+
+#include "render/image.h"
+#include "render/renderer.h"
+#include "sim/error.h"
+#include "tests/golden/small_suite.h"
+
+namespace substep {
+namespace {
+
+namespace fs = std::filesystem;
+
+class EnvironmentTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_FALSE(is_pinned_renderer());
+    ASSERT_EQ(suite_.run().cases.at(0).verdict, Verdict::created);
+    // Approving is refused here, so that goldens are put in place by hand.
+    fs::create_directories(suite_.poses().parent_path());
+    fs::create_directories(suite_.sidecar().parent_path());
+    fs::copy_file(suite_.shown("actual.poses"), suite_.poses());
+    fs::copy_file(suite_.shown("f0010.new.png"), suite_.image(10));
+    fs::copy_file(suite_.shown("f0020.new.png"), suite_.image(20));
+  }
+
+  void change_pixel(int by) {
+    Image golden = read_png(suite_.image(20));
+    std::uint8_t& red = golden.pixel(31, 17)[0];
+    red = static_cast<std::uint8_t>(red >= 128 ? red - by : red + by);
+    write_png(golden, suite_.image(20));
+  }
+
+  SmallSuite suite_;
+};
+
+TEST_F(EnvironmentTest, ApprovingIsRefused) {
+  fs::remove(suite_.image(20));
+  suite_.run();
+  try {
+    suite_.approve_failed();
+    FAIL() << "was approved";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("not the pinned renderer"), std::string::npos) << error.what();
+  }
+  EXPECT_FALSE(fs::exists(suite_.image(20)));
+}
+
+TEST_F(EnvironmentTest, WithinToleranceIsAPassThatSaysSo) {
+  change_pixel(1);
+  const CheckResult result = suite_.run();
+  EXPECT_EQ(result.cases.at(0).verdict, Verdict::pass);
+  EXPECT_EQ(result.exit_code(), 0);
+  ASSERT_EQ(result.cases.at(0).notes.size(), 1U);
+  EXPECT_EQ(result.cases.at(0).notes.at(0), "frame 20 within tolerance: this is not the pinned renderer");
+}
+
+TEST_F(EnvironmentTest, BeyondToleranceIsTheEnvironment) {
+  change_pixel(100);
+  const CheckResult result = suite_.run();
+  EXPECT_EQ(result.cases.at(0).verdict, Verdict::environment);
+  EXPECT_EQ(result.exit_code(), 3);
+}
+
+TEST_F(EnvironmentTest, TheSimulationIsStillJudgedExactly) {
+  change_pixel(100);
+  write_text(suite_.options.suite, read_text(suite_.options.suite) + "settings = { substeps = 3 }\n");
+  const CheckResult result = suite_.run();
+  EXPECT_EQ(result.cases.at(0).verdict, Verdict::simulation_changed);
+  EXPECT_EQ(result.exit_code(), 1);
+}
+
+}  // namespace
+}  // namespace substep
