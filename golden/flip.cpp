@@ -111,9 +111,10 @@ Plane convolve(const Plane& in, int width, int height, const Kernel& kernel, Alo
   }
   for (int y = 0; y < height; ++y) {
     float* target = &out[static_cast<std::size_t>(y) * width];
-    for (int tap = -radius; tap <= radius; ++tap) {
-      const float weight = kernel[static_cast<std::size_t>(tap + radius)];
-      const float* source = &in[static_cast<std::size_t>(std::clamp(y + tap, 0, height - 1)) * width];
+    for (std::size_t tap = 0; tap < kernel.size(); ++tap) {
+      const float weight = kernel[tap];
+      const int from = std::clamp(y - radius + static_cast<int>(tap), 0, height - 1);
+      const float* source = &in[static_cast<std::size_t>(from) * width];
       for (int x = 0; x < width; ++x) target[x] += weight * source[x];
     }
   }
