@@ -37,6 +37,16 @@ std::string_view description(const Run& run) {
   return "";
 }
 
+/// `color` faded into the strip's ground. Not by drawing with an alpha: where a curve's pieces meet, that
+/// would show as beads.
+Color faded(const Color& color) {
+  Color result{};
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    result[i] = static_cast<std::uint8_t>(surface[i] + (color[i] - surface[i]) * 38 / 100);
+  }
+  return result;
+}
+
 /// The baseline that centres capitals and digits of this size in a box.
 double baseline(double y, double height, double size) {
   return y + height / 2 + 0.31 * size;
@@ -232,7 +242,7 @@ void Composition::draw_grid(const Panel& panel, bool labels) {
 }
 
 void Composition::draw_curve(Image& image, const Panel& panel, std::size_t run, std::size_t end,
-                             double alpha) const {
+                             const Color& color) const {
   const Box& plot = panel.plot;
   const std::vector<double>& errors = comparison_.runs[run].errors;
   const auto y = [&](std::size_t k) {
@@ -240,7 +250,7 @@ void Composition::draw_curve(Image& image, const Panel& panel, std::size_t run, 
   };
   const double width = std::max(1.2, 1.8 * scale_);
   for (std::size_t k = 1; k < std::min(end + 1, errors.size()); ++k) {
-    draw_line(image, plot_x(panel, k - 1), y(k - 1), plot_x(panel, k), y(k), width, color_of(run), alpha);
+    draw_line(image, plot_x(panel, k - 1), y(k - 1), plot_x(panel, k), y(k), width, color);
   }
 }
 
@@ -267,12 +277,12 @@ void Composition::draw_strip(Image& image, std::size_t run, std::size_t k) const
   if (r.is_reference) {
     // It has no error of its own: the strip shows all the others', to compare.
     for (std::size_t other = 0; other + 1 < comparison_.runs.size(); ++other) {
-      draw_curve(image, panel, other, k, 1);
+      draw_curve(image, panel, other, k, color_of(other));
     }
     return;
   }
-  draw_curve(image, panel, run, r.errors.size(), 0.28);
-  draw_curve(image, panel, run, k, 1);
+  draw_curve(image, panel, run, r.errors.size(), faded(color_of(run)));
+  draw_curve(image, panel, run, k, color_of(run));
   if (r.errors.empty()) return;
   const double error = r.errors[std::min(k, r.errors.size() - 1)];
   const int dot = std::max(2, static_cast<int>(std::lround(5 * scale_)));

@@ -56,7 +56,8 @@ class Composition {
   void draw_background(const std::string& title);
   void draw_header(const Panel& panel, std::size_t run);
   void draw_grid(const Panel& panel, bool labels);
-  void draw_curve(Image& image, const Panel& panel, std::size_t run, std::size_t end, double alpha) const;
+  void draw_curve(Image& image, const Panel& panel, std::size_t run, std::size_t end,
+                  const Color& color) const;
   void draw_clock(Image& image, std::size_t k) const;
   void draw_strip(Image& image, std::size_t run, std::size_t k) const;
   void draw_fate(Image& image, std::size_t run, std::size_t k) const;
