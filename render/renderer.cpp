@@ -302,9 +302,9 @@ void Renderer::Implementation::set_light(const Scene& scene) {
   }
   const glm::vec3 radiance(glm::dvec3(sun.color[0], sun.color[1], sun.color[2]) *
                            (sun.illuminance / std::numbers::pi));
-  const glm::vec3 ground_color(0.44F, 0.43F, 0.41F);
-  const glm::vec3 zenith(0.17F, 0.29F, 0.50F);
-  const glm::vec3 horizon(0.66F, 0.74F, 0.82F);
+  const glm::vec3 ground_color(0.46F, 0.415F, 0.36F);
+  const glm::vec3 zenith(0.10F, 0.22F, 0.46F);
+  const glm::vec3 horizon(0.70F, 0.78F, 0.86F);
   const glm::vec3 sky = 0.45F * zenith + 0.55F * horizon;
   const auto up = static_cast<float>(std::max(-ray.y, 0.0));
   frame.to_sun = glm::vec4(glm::vec3(-ray), 0);
@@ -331,7 +331,7 @@ void Renderer::Implementation::set_view(double focus) {
   frame.ray_up = glm::vec4(glm::vec3(up), 0);
   // Lines a decimetre apart help where the picture shows a few metres only.
   const double fine = std::clamp((8 - focus) / 4, 0.0, 1.0);
-  frame.ground_reach = {static_cast<float>(1.5 * focus), static_cast<float>(reach), static_cast<float>(fine),
+  frame.ground_reach = {static_cast<float>(2.5 * focus), static_cast<float>(reach), static_cast<float>(fine),
                         static_cast<float>(2 * reach)};
 }
 

@@ -50,7 +50,9 @@ vec3 surroundings(vec3 direction, float roughness) {
   float above = clamp(0.5 + 0.5 * direction.y / width, 0.0, 1.0);
   above = above * above * (3.0 - 2.0 * above);
   vec3 rise = normalize(vec3(direction.x, max(direction.y, 0.25 * roughness), direction.z));
-  return mix(bounce.rgb, sky_light(rise), above);
+  // Straight down lies the shaded foot of whatever reflects.
+  float level = 1.0 + min(direction.y, 0.0);
+  return mix(bounce.rgb * (0.5 + 0.5 * level), sky_light(rise), above);
 }
 
 /// Part of the sun that reaches a point of a surface with unit normal n.
@@ -61,7 +63,8 @@ vec3 surroundings(vec3 direction, float roughness) {
 float sunlight(vec3 position, vec3 n) {
   const float spread = 0.035;       // penumbra's half-width a metre from what casts it
   const float widest = 0.03;        // of the map
-  vec3 place = (shadow_from_world * vec4(position, 1.0)).xyz;
+  const float texel = 1.0 / 1024.0;
+  vec3 place = (shadow_from_world * vec4(position + n * shadow_scale.y, 1.0)).xyz;
   vec2 outside = abs(place.xy - 0.5);
   bool inside = max(outside.x, outside.y) < 0.5 && shadow_scale.w > 0.5;
   vec2 range = textureLod(shadow_range, place.xy, 0.0).rg;
@@ -71,14 +74,15 @@ float sunlight(vec3 position, vec3 n) {
   plane.xy /= square(shadow_scale.x);
   float depth_scale = shadow_scale.z * shadow_scale.z;
   vec2 slope = -plane.xy / min(plane.z * depth_scale, -1e-6);
-  float steepest = 4.0 / (shadow_scale.x * shadow_scale.z);
+  float steepest = 8.0 / (shadow_scale.x * shadow_scale.z);
   slope = clamp(slope, vec2(-steepest), vec2(steepest));
 
   float search = min((place.z - range.x) * shadow_scale.z * spread * shadow_scale.x, widest);
   search = max(search, 0.0015);
   int start = int(eye.w) * (int(gl_FragCoord.x) % 2 + 2 * (int(gl_FragCoord.y) % 2));
   int blocker_taps = inside && place.z > range.x ? 12 : 0;
-  float bias = shadow_scale.y / shadow_scale.z;
+  // The map knows depths at its texels only, up to this far off the surface's own.
+  float bias = shadow_scale.y / shadow_scale.z + 1.2 * texel * length(slope);
   float blockers = 0.0;
   float depth = 0.0;
   for (int i = 0; i < blocker_taps; ++i) {
@@ -182,10 +186,10 @@ void main() {
   // The surroundings: sky above, ground below; by the ground, bodies take the sky from each other too.
   float height = max(world_position.y - ground_color.w, 0.0);
   float open = openness(world_position);
-  float shade = mix(open, 1.0, clamp(height * occlusion.w, 0.0, 1.0));
+  float shade = mix(open, 1.0, clamp(height * occlusion.w + max(n.y, 0.0), 0.0, 1.0));
   vec3 sky = mix(zenith.rgb, horizon.rgb, 0.55);
   float upward = 0.5 + 0.5 * n.y;
-  vec3 around = mix(bounce.rgb * mix(shade, open, 0.5), sky * (0.35 + 0.65 * shade), upward);
+  vec3 around = mix(bounce.rgb * mix(shade, open, 0.4), sky * (0.35 + 0.65 * shade), upward);
   float grazing = 1.0 - nv;
   grazing = square(square(grazing)) * grazing;
   float smoothness = 1.0 - roughness;
@@ -248,7 +252,7 @@ void main() {
   vec2 fine = lines(xz * 10.0, footprint * 10.0, 0.016);
   float joints = joint.x + joint.y - joint.x * joint.y;
   float fines = fine.x + fine.y - fine.x * fine.y;
-  vec3 color = ground_color.rgb * (1.0 + 0.035 * checker.x * checker.y);
+  vec3 color = ground_color.rgb * (1.0 + 0.045 * checker.x * checker.y);
   color *= 1.0 - 0.30 * joints;
   color *= 1.0 - 0.16 * fines * ground_reach.z;
 
