@@ -104,6 +104,8 @@ class BoxPair {
       if (separation > face_b_.separation) face_b_ = {separation, j};
     }
     if (face_b_.separation >= margin_) return false;
+    // Edges count where they separate more than the faces do.
+    edge_.separation = std::max(face_a_.separation, face_b_.separation);
     for (int i = 0; i < 3; ++i) {
       const int i1 = (i + 1) % 3;
       const int i2 = (i + 2) % 3;

@@ -124,7 +124,8 @@ template <class Use>
 void for_each_candidate(const Polytope& p, const Polytope& q, const Placement& q_in_p,
                         const std::vector<FaceKnowledge>& faces, double threshold, Use use) {
   for (std::uint32_t e = 0; e < p.edges.size(); ++e) {
-    const auto& [f, g] = p.edge_faces[e];
+    const std::uint32_t f = p.edge_faces[e][0];
+    const std::uint32_t g = p.edge_faces[e][1];
     const Vector3& n = p.face_normals[f];
     const Vector3& m = p.face_normals[g];
     const double cosine = n.dot(m);

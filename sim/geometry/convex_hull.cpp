@@ -336,6 +336,7 @@ Polytope box(const Vector3& size) {
   if (!(size.minCoeff() > 0) || !size.allFinite()) throw Error("a box needs three positive extents");
   const Vector3 half = size / 2;
   std::vector<Vector3> vertices;
+  vertices.reserve(8);
   for (int corner = 0; corner < 8; ++corner) {
     vertices.emplace_back((corner & 1) != 0 ? half.x() : -half.x(), (corner & 2) != 0 ? half.y() : -half.y(),
                           (corner & 4) != 0 ? half.z() : -half.z());

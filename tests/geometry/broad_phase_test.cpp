@@ -81,7 +81,7 @@ TEST(BroadPhase, TouchingBoxesOnAGridAreFound) {
   // All corners at equal coordinates: ties in every order, boxes that end where lanes do.
   std::vector<Bounds> boxes;
   for (int i = 0; i < 343; ++i) {
-    const Vector3 lower(i % 7, i / 7 % 7, i / 49);
+    const Vector3 lower = test::grid_point(i, 7);
     boxes.push_back({lower, lower + Vector3::Ones()});
   }
   Pairs pairs;

@@ -34,6 +34,7 @@ TEST(ContactMemory, NoneIsAllocatedOnceWarm) {
   const std::vector<Shape> shapes = {Sphere{0.4},    Capsule{0.5, 0.3},     Plane{},
                                      box({1, 1, 1}), cylinder(1, 0.5, 0.5), test::random_hull(random, 30)};
   std::vector<Pose> poses;
+  poses.reserve(40);
   for (int i = 0; i < 40; ++i) {
     poses.push_back({test::random_point(random, 0.8), test::random_orientation(random)});
   }

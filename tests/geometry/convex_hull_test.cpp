@@ -76,7 +76,7 @@ TEST(ConvexHull, DodecahedronHasTwelveFaces) {
 TEST(ConvexHull, GridCubeHasSixFaces) {
   std::vector<Vector3> points;
   for (int copy = 0; copy < 21; ++copy) {
-    for (int i = 0; i < 125; ++i) points.emplace_back(i % 5 * 0.1, i / 5 % 5 * 0.1, i / 25 * 0.1);
+    for (int i = 0; i < 125; ++i) points.push_back(0.1 * test::grid_point(i, 5));
   }
   const Polytope hull = convex_hull(points, "grid");
   EXPECT_EQ(hull.vertices.size(), 8U);
@@ -99,6 +99,7 @@ TEST(ConvexHull, FacesOfFloatCoordinatesStayWhole) {
 TEST(ConvexHull, OfManyPointsOnASphere) {
   std::mt19937 random(3);
   std::vector<Vector3> points;
+  points.reserve(1000);
   for (int i = 0; i < 1000; ++i) points.push_back(test::random_orientation(random).vec().normalized());
   const Polytope hull = convex_hull(points, "sphere");
   EXPECT_EQ(hull.vertices.size(), 1000U);
@@ -109,6 +110,7 @@ TEST(ConvexHull, OfManyPointsOnASphere) {
 TEST(ConvexHull, IsTheSameForTheSamePoints) {
   std::mt19937 random(5);
   std::vector<Vector3> points;
+  points.reserve(200);
   for (int i = 0; i < 200; ++i) points.push_back(test::random_point(random, 1));
   const Polytope one = convex_hull(points, "points");
   const Polytope other = convex_hull(points, "points");
@@ -175,8 +177,7 @@ TEST(ConvexHull, HostilePointsAreHulledOrRefused) {
     const double noise = std::pow(10.0, -1.0 - trial % 16);
     const Vector3 stretch(1, trial % 3 == 0 ? 1 : 1e-3, trial % 5 == 0 ? 1e-4 : 1);
     for (int i = 0; i < 60; ++i) {
-      const Vector3 grid(i % 4, i / 4 % 4, i / 16);
-      points.push_back(grid.cwiseProduct(stretch) + test::random_point(random, noise));
+      points.push_back(test::grid_point(i, 4).cwiseProduct(stretch) + test::random_point(random, noise));
     }
     try {
       const Polytope hull = convex_hull(points, "points");

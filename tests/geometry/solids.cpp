@@ -28,8 +28,13 @@ std::vector<Vector3> dodecahedron_points() {
 Polytope random_hull(std::mt19937& random, int count) {
   std::normal_distribution<double> normal;
   std::vector<Vector3> points;
+  points.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) points.emplace_back(normal(random), normal(random), normal(random));
   return convex_hull(points, "random points");
+}
+
+Vector3 grid_point(int i, int side) {
+  return Eigen::Vector3i(i % side, i / side % side, i / (side * side)).cast<double>();
 }
 
 Quaternion random_orientation(std::mt19937& random) {

@@ -10,11 +10,14 @@
 
 namespace substep::test {
 
-/// Regular, edges of 2 (√5 − 1) / (1 + √5) … of the usual coordinates (±1, ±1, ±1), (0, ±1/φ, ±φ).
+/// Of the regular one with the vertices (±1, ±1, ±1), (0, ±1/φ, ±φ), …, whose edges are 2/φ long.
 std::vector<Vector3> dodecahedron_points();
 
 /// The hull of `count` points, each coordinate normally distributed.
 Polytope random_hull(std::mt19937& random, int count);
+
+/// The i-th of side³ points with whole coordinates from 0.
+Vector3 grid_point(int i, int side);
 
 Quaternion random_orientation(std::mt19937& random);
 
