@@ -42,7 +42,8 @@ struct Block {
   int first;               ///< its rows are rows[first] … rows[first + rows − 1]
   int a;
   int b;
-  int source;  ///< which lock, limit, drive or contact it was formulated from
+  int coupling = -1;  ///< which of Constraints::inverse_gammas, where there is more than one row
+  int source;         ///< which lock, limit, drive or contact it was formulated from
   /// How much of its β follows the coordinates: 1 for a position-level row (β = −C/hs: the update rule of A4
   /// and A5 fits), 0 for a velocity-level row (β is a velocity), in between for a spring with a damper.
   double position_share = 1;
@@ -50,7 +51,6 @@ struct Block {
   double friction = 0;  ///< friction: μ
   double inverse_mass_a;
   double inverse_mass_b;
-  Matrix3 inverse_gamma = Matrix3::Identity();  ///< of the block's rows, where there is more than one
 };
 
 /// What the blocks do to the velocities: λ's change, for up to three rows.
@@ -64,6 +64,7 @@ inline double row_velocity(const Row& row, const Velocity& a, const Velocity& b)
 struct Constraints {
   std::vector<Block> blocks;
   std::vector<Row> rows;
+  std::vector<Matrix3> inverse_gammas;  ///< (J M⁻¹ Jᵀ)⁻¹ of each block of several rows
 };
 
 /// Limits of a friction row: ±μ times its normal's impulse of the same (sub-)step.
@@ -103,7 +104,7 @@ inline Impulse solve(Constraints& c, const Block& x, double kappa, double tau, c
     const Row& row = c.rows[x.first + k];
     wanted[k] = tau * row.beta - kappa * row_velocity(row, a, b);
   }
-  const Vector3 lambda = x.inverse_gamma * wanted;
+  const Vector3 lambda = c.inverse_gammas[x.coupling] * wanted;
   for (int k = 0; k < x.rows; ++k) {
     c.rows[x.first + k].impulse += lambda[k];
     change[k] = lambda[k];

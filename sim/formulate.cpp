@@ -53,7 +53,7 @@ Row rigid_row(double beta) {
 }
 
 /// Γ of the block's rows, inverted.
-void invert_gamma(const Constraints& c, Block& x) {
+void invert_gamma(Constraints& c, const Block& x) {
   Matrix3 gamma = Matrix3::Identity();
   for (int i = 0; i < x.rows; ++i) {
     const Row& r = c.rows[x.first + i];
@@ -63,7 +63,7 @@ void invert_gamma(const Constraints& c, Block& x) {
                                   r.angular_a.dot(s.response_a) + r.angular_b.dot(s.response_b);
     }
   }
-  x.inverse_gamma = gamma.inverse();
+  c.inverse_gammas[x.coupling] = gamma.inverse();
 }
 
 /// The attachment frames in the world, as far as rows need them.
@@ -292,6 +292,7 @@ void build_blocks(Problem& problem, Joints joints) {
   Constraints& c = problem.c;
   const Model& model = *problem.model;
   c.blocks.clear();
+  c.inverse_gammas.clear();
   c.blocks.reserve(3 * problem.contacts->capacity());
   c.rows.reserve(3 * problem.contacts->capacity());
   int first = 0;
@@ -308,6 +309,10 @@ void build_blocks(Problem& problem, Joints joints) {
     x.inverse_mass_a = model.masses[a].inverse_mass;
     x.inverse_mass_b = model.masses[b].inverse_mass;
     first += rows;
+    if (rows > 1) {
+      x.coupling = static_cast<int>(c.inverse_gammas.size());
+      c.inverse_gammas.emplace_back();
+    }
     c.blocks.push_back(x);
     return c.blocks.back();
   };
@@ -353,6 +358,7 @@ void build_blocks(Problem& problem, Joints joints) {
     }
   }
   c.rows.resize(first);
+  problem.order.interleave(model, c);
 }
 
 void formulate(Problem& problem, const std::vector<Coordinates>& q, double hs) {
@@ -386,8 +392,8 @@ void update_stable(Problem& problem, Block& x, const std::vector<Velocity>& v_ha
   for (int k = 0; k < x.rows; ++k) {
     Row& row = problem.c.rows[x.first + k];
     if (substeps.bias_at_next_frame) {
-      // One Newton step on C(q + hs v') = 0 from v̂: J̆ v' = J̆ v̂ − C(q + hs v̂)/hs.
-      row.beta += row_velocity(row, v_hat[x.a], v_hat[x.b]);
+      // One Newton step on C(q + hs v') = 0 from v̂: J̆ v' = J̆ v̂ − C(q + hs v̂)/hs. A damper's share has no C.
+      row.beta += x.position_share * row_velocity(row, v_hat[x.a], v_hat[x.b]);
     } else {
       row.beta = beta[k];
     }

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "sim/block_order.h"
 #include "sim/constraint.h"
 #include "sim/geometry/contact.h"
 #include "sim/mlcp.h"
@@ -58,12 +59,13 @@ struct Problem {
   const std::vector<Contact>* contacts = nullptr;
   Frame frame = Frame::body;
   Constraints c;
+  BlockOrder order;
   Substeps substeps;
   std::vector<Matrix3> rotations;  ///< of `formulate`'s coordinates
 };
 
-/// The list of blocks: joints first, then contacts, each normal before its friction. `joints` says how joints
-/// are blocked.
+/// The list of blocks: joints first, then contacts, each normal before its friction, as far as they share
+/// bodies; see block_order.h. `joints` says how joints are blocked.
 void build_blocks(Problem& problem, Joints joints);
 
 /// s2: J, β(hs) and M⁻¹Jᵀ of every row from coordinates q.
