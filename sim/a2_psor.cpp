@@ -28,8 +28,9 @@ void proc2(CoordinateVector& q, VelocityVector& v, const Settings& settings, Pro
   for (int p = 0; p < settings.iterations && moved > settings.tolerance; ++p) {  // proc2:5
     moved = 0;
     for (const Block& x : c.blocks) {  // proc2:6
-      // J_x(v̂ + M_x⁻¹J_xᵀλ) = β_x(h) : lo_x, hi_x                                                 // proc2:8
-      const double change = solve_relaxed(c, x, settings.relaxation, v_hat);  // proc2:7
+      // Solve for λ in  // proc2:7
+      // J_x(v̂ + M_x⁻¹J_xᵀλ) = β_x(h) : lo_x, hi_x
+      const double change = solve_relaxed(c, x, settings.relaxation, v_hat);  // proc2:8
       apply(c, x, {change}, v_hat);                                           // proc2:9
       moved = std::max(moved, std::abs(change) / c.rows[x.first].inverse_gamma);
     }

@@ -1,0 +1,116 @@
+// The five files against the report's listings: each line of a listing is marked once, in its order, and A3
+// and A4 differ in the report's three places only.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace {
+
+std::string read(const std::string& file) {
+  std::ifstream stream(std::string(SUBSTEP_SOURCE_DIR) + "/sim/" + file);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return text.str();
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+/// The numbers of the marks "// procK:N", in the file's order.
+std::vector<int> marks(const std::string& text, int procedure) {
+  std::vector<int> found;
+  const std::regex mark("// proc(\\d):(\\d+)\\s*$");
+  for (const std::string& line : lines_of(text)) {
+    std::smatch match;
+    if (!std::regex_search(line, match, mark)) continue;
+    EXPECT_EQ(std::stoi(match[1]), procedure) << line;
+    found.push_back(std::stoi(match[2]));
+  }
+  return found;
+}
+
+struct Listing {
+  const char* file;
+  int procedure;
+  std::vector<int> statements;  // the listing's lines that do something; the others are headings
+};
+
+const std::vector<Listing> listings{
+    {"a1_direct.cpp", 1, {3, 4, 5, 7, 8}},
+    {"a2_psor.cpp", 2, {3, 5, 6, 7, 8, 9, 10, 12, 13}},
+    {"a3_substep.cpp", 3, {4, 5, 7, 8, 9, 10, 11, 12, 13, 15, 17, 18, 19}},
+    {"a4_approximate.cpp", 4, {4, 5, 7, 8, 9, 10, 11, 12, 13, 15, 16, 18, 19, 20}},
+    {"a5_havok.cpp", 5, {5, 6, 8, 9, 10, 11, 12, 13, 15, 16, 17, 19, 20, 21}},
+};
+
+TEST(Listings, EachStatementIsMarkedOnceAndInOrder) {
+  for (const Listing& listing : listings) {
+    const std::string text = read(listing.file);
+    ASSERT_FALSE(text.empty()) << listing.file;
+    EXPECT_EQ(marks(text, listing.procedure), listing.statements) << listing.file;
+  }
+}
+
+/// What the procedure does: its body without comments, without the name of the procedure.
+std::vector<std::string> statements(const std::string& file) {
+  std::vector<std::string> body;
+  bool inside = false;
+  for (std::string line : lines_of(read(file))) {
+    line = std::regex_replace(line, std::regex("\\s*//.*$"), "");
+    if (line.find("void proc") == 0) {
+      inside = true;
+      continue;
+    }
+    if (inside && !line.empty() && line.find_first_not_of(' ') != std::string::npos) body.push_back(line);
+  }
+  return body;
+}
+
+TEST(Listings, A3AndA4DifferInTheThreePlacesOfTheReport) {
+  const std::vector<std::string> a3 = statements("a3_substep.cpp");
+  const std::vector<std::string> a4 = statements("a4_approximate.cpp");
+  ASSERT_GT(a3.size(), 20u);
+  std::vector<std::string> only_a3;
+  std::vector<std::string> only_a4;
+  for (const std::string& line : a3) {
+    if (std::ranges::find(a4, line) == a4.end()) only_a3.push_back(line);
+  }
+  for (const std::string& line : a4) {
+    if (std::ranges::find(a3, line) == a3.end()) only_a4.push_back(line);
+  }
+  // Lines 15 and 16 of A4: J̆ʲ⁺¹ ≈ J̆ʲ and βʲ⁺¹ = βʲ − J̆ʲv̆ʲ for J̆, β from exact coordinates. Line 20: the
+  // rotation.
+  ASSERT_EQ(only_a3.size(), 3u);
+  EXPECT_NE(only_a3[0].find("step_coordinates"), std::string::npos);
+  EXPECT_NE(only_a3[1].find("formulate"), std::string::npos);
+  EXPECT_NE(only_a3[2].find("q[i].angular ="), std::string::npos);
+  ASSERT_EQ(only_a4.size(), 3u);
+  EXPECT_NE(only_a4[0].find("substeps.offset"), std::string::npos);
+  EXPECT_NE(only_a4[1].find("update_biases"), std::string::npos);
+  EXPECT_NE(only_a4[2].find("q[i].angular ="), std::string::npos);
+}
+
+TEST(Listings, LoopsOverSubstepsAndRowsAreInTheFiveFilesOnly) {
+  for (const Listing& listing : listings) {
+    const std::string text = read(listing.file);
+    const bool sub_stepped = listing.procedure >= 3;
+    EXPECT_EQ(text.find("for (int j = 1; j <= n; ++j)") != std::string::npos, sub_stepped) << listing.file;
+    EXPECT_EQ(text.find("for (int i = 1; i <= m; ++i)") != std::string::npos, sub_stepped) << listing.file;
+  }
+  // What the five share may loop over one block's rows or over all bodies, not over blocks while solving.
+  const std::string shared = read("constraint.h");
+  EXPECT_EQ(shared.find("c.blocks)"), std::string::npos);
+}
+
+}  // namespace
