@@ -76,9 +76,12 @@ View automatic_view(std::span<const Part> parts, std::span<const std::vector<Coo
       if (part.body == world_body) break;
     }
   }
-  if (!(low_x < infinite)) {  // nothing to be seen: look at the origin
-    include(-Vector3::Ones());
-    include(Vector3::Ones());
+  if (!(low_x < infinite)) {
+    // Nothing to be seen: look at the origin.
+    Part nothing;
+    nothing.low = -Vector3::Ones();
+    nothing.high = Vector3::Ones();
+    for (const Vector3& corner : nothing.corners()) include(corner);
   }
   const double back = std::min((low_x - high_x) / (2 * tx), (low_y - high_y) / (2 * ty));
   view.eye = view.right * ((low_x + high_x) / 2) + view.up * ((low_y + high_y) / 2) + view.forward * back;

@@ -1,0 +1,100 @@
+#include "render/camera.h"
+
+#include <gtest/gtest.h>
+
+#include <glm/vec4.hpp>
+
+#include "render/body_mesh.h"
+#include "sim/rotation.h"
+#include "test_scenes.h"
+
+namespace substep {
+namespace {
+
+constexpr double aspect = 16.0 / 9;
+
+glm::dvec3 project(const View& view, const Vector3& point) {
+  const glm::dvec4 clip = clip_from_world(view, 0.1, 1000) * glm::dvec4(point.x(), point.y(), point.z(), 1);
+  return glm::dvec3(clip) / clip.w;
+}
+
+TEST(View, ASceneCameraLooksAlongItsMinusZ) {
+  Camera camera;
+  camera.pose = {{1, 2, 3}, rotation_quaternion({0.2, -0.7, 0.1})};
+  camera.vertical_field_of_view = 0.8;
+  const View view = view_from(camera, aspect);
+  const glm::dvec3 ahead = project(view, camera.pose * Vector3(0, 0, -5));
+  EXPECT_NEAR(ahead.x, 0, 1e-12);  // measured 2e-16
+  EXPECT_NEAR(ahead.y, 0, 1e-12);
+  // The picture's upper edge is half the field of view above the axis: tan 0.4 = 0.42279321873816178.
+  const glm::dvec3 edge = project(view, camera.pose * Vector3(0, 5 * 0.42279321873816178, -5));
+  EXPECT_NEAR(edge.y, 1, 1e-12);
+  const glm::dvec3 side = project(view, camera.pose * Vector3(5 * aspect * 0.42279321873816178, 0, -5));
+  EXPECT_NEAR(side.x, 1, 1e-12);
+}
+
+TEST(View, NearAndFarAreTheEndsOfDepth) {
+  const View view;
+  const auto depth = [&view](double z) {
+    const glm::dvec4 clip = clip_from_world(view, 0.5, 20) * glm::dvec4(0, 0, -z, 1);
+    return clip.z / clip.w;
+  };
+  EXPECT_NEAR(depth(0.5), -1, 1e-12);
+  EXPECT_NEAR(depth(20), 1, 1e-12);
+}
+
+/// Corners of all moving parts over all frames, as far from the picture's middle as any of them gets.
+double farthest_from_middle(const Scene& scene, const std::vector<std::vector<Coordinates>>& frames) {
+  const BodyMesh mesh = gather_body_mesh(scene);
+  const View view = automatic_view(mesh.parts, frames, aspect);
+  double farthest = 0;
+  for (const auto& poses : frames) {
+    for (const Part& part : mesh.parts) {
+      if (is_scenery(part, mesh.parts)) continue;
+      const Coordinates& q = poses[static_cast<std::size_t>(part.body)];
+      if (!(q.linear.norm() < 100)) continue;
+      for (const Vector3& corner : part.corners()) {
+        const glm::dvec3 p = project(view, q.angular * corner + q.linear);
+        farthest = std::max({farthest, std::abs(p.x), std::abs(p.y)});
+        EXPECT_LT(std::abs(p.z), 1);
+      }
+    }
+  }
+  return farthest;
+}
+
+TEST(View, TheAutomaticCameraSeesAllThatMovesAndFillsThePicture) {
+  Scene scene = three_shapes();
+  std::vector<std::vector<Coordinates>> frames{initial_state(scene).q};
+  EXPECT_NEAR(farthest_from_middle(scene, frames), 1 / 1.12, 1e-9);  // measured 1e-15 off
+  for (int k = 1; k <= 30; ++k) {
+    frames.push_back(frames.back());
+    frames.back()[1].linear += Vector3(0.2, 0.1, -0.05);
+    frames.back()[3].angular = compose(rotation_quaternion({0.1, 0.1, 0}), frames.back()[3].angular);
+  }
+  EXPECT_NEAR(farthest_from_middle(scene, frames), 1 / 1.12, 1e-9);
+}
+
+TEST(View, BodiesThatAreGoneAndSceneryDoNotPullTheCamera) {
+  Scene scene = three_shapes();
+  std::vector<std::vector<Coordinates>> frames{initial_state(scene).q};
+  const View near = automatic_view(gather_body_mesh(scene).parts, frames, aspect);
+  frames.push_back(frames[0]);
+  frames[1][1].linear = {1e9, 0, 0};
+  frames[1][2].linear = Vector3::Constant(std::numeric_limits<double>::quiet_NaN());
+  scene.colliders.emplace_back().shape = Plane{};
+  scene.colliders.back().placement.orientation = rotation_quaternion({0, 0, 0.5});
+  const View view = automatic_view(gather_body_mesh(scene).parts, frames, aspect);
+  EXPECT_EQ(view.eye, near.eye);
+}
+
+TEST(View, AnEmptySceneStillHasAView) {
+  const Scene scene = empty_scene();
+  const std::vector<std::vector<Coordinates>> frames{initial_state(scene).q};
+  const View view = automatic_view(gather_body_mesh(scene).parts, frames, aspect);
+  EXPECT_LT(std::abs(project(view, {0, 0, 0}).x), 0.3);  // measured 0.06
+  EXPECT_LT(std::abs(project(view, {0, 0, 0}).y), 0.3);  // measured 0.18
+}
+
+}  // namespace
+}  // namespace substep

@@ -1,0 +1,108 @@
+#include "render/image.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "sim/error.h"
+
+namespace substep {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Images : public testing::Test {
+ protected:
+  Images() {
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::path(testing::TempDir()) / ("substep_" + std::string(test->name()));
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  ~Images() override { fs::remove_all(folder_); }
+
+  static Image pattern(int width, int height) {
+    Image image(width, height);
+    std::uint32_t state = 12345;
+    for (std::uint8_t& byte : image.rgb) {
+      state = state * 1664525u + 1013904223u;
+      byte = static_cast<std::uint8_t>(state >> 24);
+    }
+    return image;
+  }
+
+  std::string refusal(const fs::path& file) const {
+    try {
+      read_png(file);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(Images, PngGivesBackThePixels) {
+  for (const auto& [width, height] : {std::pair{1, 1}, {7, 3}, {64, 48}, {3, 200}}) {
+    const Image image = pattern(width, height);
+    write_png(image, folder_ / "image.png");
+    const Image back = read_png(folder_ / "image.png");
+    EXPECT_EQ(back.width, width);
+    EXPECT_EQ(back.height, height);
+    EXPECT_EQ(back.rgb, image.rgb);
+  }
+}
+
+TEST_F(Images, PngBytesAreTheSameEachTime) {
+  EXPECT_EQ(to_png(pattern(64, 48)), to_png(pattern(64, 48)));
+}
+
+TEST_F(Images, SmoothPicturesCompress) {
+  Image image(320, 180);
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) image.pixel(x, y)[1] = static_cast<std::uint8_t>(x / 2 + y / 4);
+  }
+  EXPECT_LT(to_png(image).size(), 3000u);  // measured 791, of 172,800 bytes
+}
+
+TEST_F(Images, HashIsFnvOfSizeAndPixels) {
+  // Worked out by hand for eight zero bytes: the offset basis times the prime to the eighth, modulo 2^64.
+  std::uint64_t expected = 0xcbf29ce484222325u;
+  for (int i = 0; i < 8; ++i) expected *= 0x100000001b3u;
+  EXPECT_EQ(hash(Image()), expected);
+  Image image = pattern(8, 4);
+  const std::uint64_t before = hash(image);
+  EXPECT_EQ(hash(pattern(8, 4)), before);
+  image.rgb.back() ^= 1;
+  EXPECT_NE(hash(image), before);
+  // The same bytes in another shape are another picture.
+  image = pattern(8, 4);
+  std::swap(image.width, image.height);
+  EXPECT_NE(hash(image), before);
+}
+
+TEST_F(Images, WhatIsNoPngIsRefusedByName) {
+  EXPECT_NE(refusal(folder_ / "missing.png").find("missing.png"), std::string::npos);
+  EXPECT_NE(refusal(folder_), "");
+  std::ofstream(folder_ / "text.png") << "not a picture";
+  EXPECT_NE(refusal(folder_ / "text.png").find("text.png"), std::string::npos);
+  std::ofstream(folder_ / "empty.png").close();
+  EXPECT_NE(refusal(folder_ / "empty.png"), "");
+  const std::string png = to_png(pattern(64, 48));
+  for (const std::size_t length : {std::size_t{8}, std::size_t{40}, png.size() / 2}) {
+    std::ofstream(folder_ / "cut.png", std::ios::binary) << png.substr(0, length);
+    EXPECT_NE(refusal(folder_ / "cut.png"), "") << length;
+  }
+}
+
+TEST_F(Images, WritingToNoFolderLeavesNothing) {
+  EXPECT_THROW(write_png(pattern(4, 4), folder_ / "none" / "image.png"), Error);
+  EXPECT_TRUE(fs::is_empty(folder_));
+  EXPECT_THROW(write_png(Image(), folder_ / "image.png"), Error);
+  EXPECT_TRUE(fs::is_empty(folder_));
+}
+
+}  // namespace
+}  // namespace substep

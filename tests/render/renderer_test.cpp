@@ -1,0 +1,355 @@
+#include "render/renderer.h"
+
+#include <gtest/gtest.h>
+
+#include <cfenv>
+#include <map>
+#include <set>
+#include <stdexcept>
+#include <thread>
+
+#include "render/context.h"
+#include "sim/error.h"
+#include "sim/geometry/convex_hull.h"
+#include "sim/rotation.h"
+#include "test_scenes.h"
+
+namespace substep {
+namespace {
+
+// Before the first context, which the tests make.
+const bool pinned = [] {
+  pin_renderer();
+  return true;
+}();
+
+RenderSettings small_picture() {
+  RenderSettings settings;
+  settings.width = 240;
+  settings.height = 135;
+  return settings;
+}
+
+int body_at(const Image& colors, int x, int y) {
+  const std::uint8_t* p = colors.pixel(x, y);
+  return p[0] + 256 * p[1] + 65536 * p[2] - 1;
+}
+
+int luma(const Image& image, int x, int y) {
+  const std::uint8_t* p = image.pixel(x, y);
+  return (2 * p[0] + 5 * p[1] + p[2]) / 8;
+}
+
+std::map<int, int> pixels_per_body(const Image& colors) {
+  std::map<int, int> count;
+  for (int y = 0; y < colors.height; ++y) {
+    for (int x = 0; x < colors.width; ++x) ++count[body_at(colors, x, y)];
+  }
+  return count;
+}
+
+TEST(Renderer, IsPinned) {
+  ASSERT_TRUE(pinned);
+  EXPECT_NE(renderer_description().find("llvmpipe"), std::string::npos) << renderer_description();
+  EXPECT_NE(renderer_description().find("128 bits"), std::string::npos) << renderer_description();
+}
+
+TEST(Renderer, PictureIsNotBlank) {
+  const Scene scene = three_shapes();
+  Renderer renderer(scene, small_picture());
+  const Image image = renderer.draw(initial_state(scene).q);
+  ASSERT_EQ(image.width, 240);
+  ASSERT_EQ(image.height, 135);
+  std::set<std::uint32_t> colors;
+  int black = 0;
+  for (std::size_t i = 0; i < image.rgb.size(); i += 3) {
+    colors.insert(image.rgb[i] | image.rgb[i + 1] << 8 | image.rgb[i + 2] << 16);
+    black += image.rgb[i] + image.rgb[i + 1] + image.rgb[i + 2] == 0 ? 1 : 0;
+  }
+  EXPECT_GT(colors.size(), 1000u);  // measured 1,818
+  EXPECT_EQ(black, 0);
+}
+
+TEST(Renderer, DrawsTheSameEachTimeWhateverCameBefore) {
+  const Scene scene = three_shapes();
+  std::vector<Coordinates> poses = initial_state(scene).q;
+  Renderer renderer(scene, small_picture());
+  const Image first = renderer.draw(poses);
+  poses[1].linear.x() += 0.3;
+  const Image moved = renderer.draw(poses);
+  poses[1].linear = scene.bodies[1].pose.position;
+  renderer.draw_bodies(poses);
+  EXPECT_EQ(renderer.draw(poses).rgb, first.rgb);
+  EXPECT_NE(moved.rgb, first.rgb);
+  Renderer other(scene, small_picture());
+  EXPECT_EQ(other.draw(poses).rgb, first.rgb);
+}
+
+TEST(Renderer, ThreadsWithARendererEachDrawTheSame) {
+  const Scene scene = three_shapes();
+  const std::vector<Coordinates> poses = initial_state(scene).q;
+  const std::uint64_t alone = hash(Renderer(scene, small_picture()).draw(poses));
+  std::vector<std::uint64_t> hashes(2);
+  {
+    std::vector<std::jthread> threads;
+    for (std::uint64_t& result : hashes) {
+      threads.emplace_back([&] {
+        Renderer renderer(scene, small_picture());
+        for (int i = 0; i < 3; ++i) result = hash(renderer.draw(poses));
+      });
+    }
+  }
+  for (const std::uint64_t result : hashes) EXPECT_EQ(result, alone);
+}
+
+TEST(Renderer, RoundingModeOfTheCallerDoesNotMatter) {
+  const Scene scene = three_shapes();
+  const std::vector<Coordinates> poses = initial_state(scene).q;
+  Renderer renderer(scene, small_picture());
+  const Image nearest = renderer.draw(poses);
+  ASSERT_EQ(std::fesetround(FE_UPWARD), 0);
+  Image upward = renderer.draw(poses);
+  EXPECT_EQ(std::fegetround(), FE_UPWARD);
+  std::fesetround(FE_TONEAREST);
+  EXPECT_EQ(upward.rgb, nearest.rgb);
+}
+
+TEST(Renderer, AContextIsOneThreadsAtATime) {
+  Context context;
+  const Context::Current mine(context);
+  bool refused = false;
+  std::jthread([&] {
+    try {
+      const Context::Current theirs(context);
+    } catch (const std::logic_error&) {
+      refused = true;
+    }
+  }).join();
+  EXPECT_TRUE(refused);
+}
+
+TEST(Renderer, ADrawingMovesWithItsRenderer) {
+  const Scene scene = three_shapes();
+  const std::vector<Coordinates> poses = initial_state(scene).q;
+  Renderer first(scene, small_picture());
+  const Image image = first.draw(poses);
+  Renderer second(std::move(first));
+  EXPECT_EQ(second.draw(poses).rgb, image.rgb);
+}
+
+TEST(Renderer, ColorsTellTheBodies) {
+  const Scene scene = three_shapes();
+  Renderer renderer(scene, small_picture());
+  const std::map<int, int> count = pixels_per_body(renderer.draw_bodies(initial_state(scene).q));
+  ASSERT_EQ(count.size(), 5u);    // sky, ground and three bodies
+  EXPECT_GT(count.at(-1), 1000);  // the sky; measured 8,624
+  EXPECT_GT(count.at(0), 10000);  // the ground; 20,799
+  EXPECT_GT(count.at(1), 1000);   // the box; 1,712
+  EXPECT_GT(count.at(2), 400);    // the ball; 745
+  EXPECT_GT(count.at(3), 300);    // the capsule; 520
+}
+
+TEST(Renderer, AMovedBodyIsWhereItsColorSays) {
+  const Scene scene = three_shapes();
+  std::vector<Coordinates> poses = initial_state(scene).q;
+  RenderSettings settings = small_picture();
+  settings.antialiasing = false;
+  settings.shadows = false;
+  Renderer renderer(scene, settings);
+  const Image before = renderer.draw(poses);
+  const Image colors_before = renderer.draw_bodies(poses);
+  poses[3].linear.y() += 0.4;
+  const Image after = renderer.draw(poses);
+  const Image colors_after = renderer.draw_bodies(poses);
+  int on_body = 0;
+  int elsewhere = 0;
+  for (int y = 0; y < before.height; ++y) {
+    for (int x = 0; x < before.width; ++x) {
+      const std::uint8_t* a = before.pixel(x, y);
+      const std::uint8_t* b = after.pixel(x, y);
+      // The ground under the capsule is a little less or more open to the sky, by a few codes.
+      const int difference = std::abs(a[0] - b[0]) + std::abs(a[1] - b[1]) + std::abs(a[2] - b[2]);
+      if (difference <= 12) continue;
+      const bool is_body = body_at(colors_before, x, y) == 3 || body_at(colors_after, x, y) == 3;
+      ++(is_body ? on_body : elsewhere);
+    }
+  }
+  EXPECT_GT(on_body, 400);  // measured 967
+  EXPECT_EQ(elsewhere, 0);
+}
+
+TEST(Renderer, WhereColorsShowABodyThePictureDoes) {
+  const Scene scene = three_shapes();
+  RenderSettings settings = small_picture();
+  settings.antialiasing = false;
+  settings.shadows = false;
+  Renderer renderer(scene, settings);
+  std::vector<Coordinates> poses = initial_state(scene).q;
+  const Image with = renderer.draw(poses);
+  const Image colors = renderer.draw_bodies(poses);
+  for (std::size_t i = 1; i < poses.size(); ++i) poses[i].linear.x() = 1e7;
+  const Image without = renderer.draw(poses);
+  int unseen = 0;
+  int bodies = 0;
+  for (int y = 0; y < with.height; ++y) {
+    for (int x = 0; x < with.width; ++x) {
+      const bool is_body = body_at(colors, x, y) > 0;
+      bodies += is_body ? 1 : 0;
+      const std::uint8_t* a = with.pixel(x, y);
+      const std::uint8_t* b = without.pixel(x, y);
+      const int difference = std::abs(a[0] - b[0]) + std::abs(a[1] - b[1]) + std::abs(a[2] - b[2]);
+      unseen += is_body && difference == 0 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(bodies, 2000);
+  EXPECT_LT(unseen, bodies / 100);  // measured 0 of 2,977
+}
+
+/// A floating box under a sun straight above, seen from above at a slant.
+Scene floating_box() {
+  Scene scene = empty_scene();
+  add_body(scene, box({1, 0.2, 1}), {0, 1, 0});
+  Camera& camera = scene.camera.emplace();
+  camera.pose.position = {0, 3, 6};
+  camera.pose.orientation = rotation_quaternion({-0.4636, 0, 0});
+  scene.sun = Sun{{0, -1, 0}, {1, 1, 1}, 3};
+  return scene;
+}
+
+/// Pixel of a point on the ground before that scene's camera.
+std::pair<int, int> ground_pixel(double x, double z, const RenderSettings& settings) {
+  const Vector3 eye(0, 3, 6);
+  const Vector3 seen = rotation_quaternion({0.4636, 0, 0}) * (Vector3(x, 0, z) - eye);
+  const SineCosine half = sine_cosine(0.4);
+  const double scale = settings.height / 2.0 * half.cosine / half.sine / -seen.z();
+  return {static_cast<int>(settings.width / 2.0 + scale * seen.x()),
+          static_cast<int>(settings.height / 2.0 - scale * seen.y())};
+}
+
+TEST(Renderer, AFloatingBoxShadesTheGroundBelow) {
+  const Scene scene = floating_box();
+  RenderSettings settings = small_picture();
+  const auto below = ground_pixel(0.1, 0.3, settings);
+  const auto beside = ground_pixel(1.6, 0.3, settings);
+  Renderer renderer(scene, settings);
+  const Image lit = renderer.draw(initial_state(scene).q);
+  ASSERT_EQ(body_at(renderer.draw_bodies(initial_state(scene).q), below.first, below.second), 0);
+  EXPECT_LT(luma(lit, below.first, below.second), luma(lit, beside.first, beside.second) - 50);
+
+  settings.shadows = false;
+  Renderer without(scene, settings);
+  const Image bright = without.draw(initial_state(scene).q);
+  EXPECT_GT(luma(bright, below.first, below.second),
+            luma(lit, below.first, below.second) + 40);  // measured 73 more
+}
+
+TEST(Renderer, LitSurfacesDoNotShadeThemselves) {
+  // Where the sun falls on a convex body, only the body itself could cast a shadow: with and without are
+  // equal.
+  Scene scene = empty_scene();
+  add_body(scene, Sphere{1}, {0, 3, 0});
+  add_body(scene, box({2, 2, 2}), {4, 3, 0}, rotation_quaternion({0.3, 0.5, 0.2}));
+  scene.sun = Sun{{-0.3, -0.8, -0.6}, {1, 1, 1}, 3};
+  RenderSettings settings = small_picture();
+  settings.antialiasing = false;
+  const std::vector<Coordinates> poses = initial_state(scene).q;
+  Renderer shaded(scene, settings);
+  const Image with = shaded.draw(poses);
+  const Image colors = shaded.draw_bodies(poses);
+  settings.shadows = false;
+  const Image without = Renderer(scene, settings).draw(poses);
+  int bodies = 0;
+  int darker = 0;
+  for (int y = 0; y < with.height; ++y) {
+    for (int x = 0; x < with.width; ++x) {
+      if (body_at(colors, x, y) <= 0) continue;
+      ++bodies;
+      darker += luma(with, x, y) < luma(without, x, y) - 3 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(bodies, 2000);
+  EXPECT_LT(darker, bodies / 100);  // measured 0 of 12,421
+}
+
+TEST(Renderer, AntialiasingSoftensEdgesOnly) {
+  const Scene scene = three_shapes();
+  const std::vector<Coordinates> poses = initial_state(scene).q;
+  RenderSettings settings = small_picture();
+  const Image smooth = Renderer(scene, settings).draw(poses);
+  settings.antialiasing = false;
+  const Image hard = Renderer(scene, settings).draw(poses);
+  int differ = 0;
+  for (int y = 0; y < smooth.height; ++y) {
+    for (int x = 0; x < smooth.width; ++x) {
+      differ += std::abs(luma(smooth, x, y) - luma(hard, x, y)) > 12 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(differ, 50);  // measured 187
+  EXPECT_LT(differ, smooth.width * smooth.height / 30);
+}
+
+TEST(Renderer, PosesThatCannotBeDrawnAreLeftOut) {
+  const Scene scene = three_shapes();
+  Renderer renderer(scene, small_picture());
+  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), 1e300}) {
+    std::vector<Coordinates> poses = initial_state(scene).q;
+    poses[1].linear.y() = bad;
+    poses[2].angular.x() = std::numeric_limits<double>::infinity();
+    const std::map<int, int> count = pixels_per_body(renderer.draw_bodies(poses));
+    EXPECT_EQ(count.count(1), 0u);
+    EXPECT_EQ(count.count(2), 0u);
+    EXPECT_EQ(count.count(3), 1u);
+    const Image image = renderer.draw(poses);
+    EXPECT_EQ(image.rgb, renderer.draw(poses).rgb);
+  }
+}
+
+TEST(Renderer, VisualsReplaceColliders) {
+  Scene scene = three_shapes();
+  scene.surfaces.push_back({"green", {0.02, 0.6, 0.05}, 0, 0.8});
+  Mesh& mesh = scene.meshes.emplace_back();
+  mesh.positions = {{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}};
+  mesh.normals = {3, Vector3::UnitZ()};
+  mesh.triangles = {{0, 1, 2}};
+  Visual& visual = scene.visuals.emplace_back();
+  visual.body = 1;
+  visual.linear = Vector3(-0.2, 0.2, 0.2).asDiagonal();  // mirrored: the winding turns
+  visual.translation = {0, 0.2, 0};
+  Renderer renderer(scene, small_picture());
+  const std::vector<Coordinates> poses = initial_state(scene).q;
+  const Image colors = renderer.draw_bodies(poses);
+  const int triangle = pixels_per_body(colors).at(1);
+  EXPECT_GT(triangle, 40);  // measured 112
+  EXPECT_LT(triangle, 400);
+  const Image image = renderer.draw(poses);
+  int green = 0;
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      const std::uint8_t* p = image.pixel(x, y);
+      green += body_at(colors, x, y) == 1 && p[1] > p[0] + 40 && p[1] > p[2] + 40 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(green, triangle * 8 / 10);
+}
+
+TEST(Renderer, SizesThatCannotBeAreRefused) {
+  const Scene scene = three_shapes();
+  RenderSettings settings;
+  settings.width = 0;
+  EXPECT_THROW(Renderer(scene, settings), Error);
+  settings.width = 100000;
+  settings.antialiasing = false;
+  EXPECT_THROW(Renderer(scene, settings), Error);
+}
+
+TEST(Renderer, AnEmptySceneIsGroundAndSky) {
+  const Scene scene = empty_scene();
+  Renderer renderer(scene, small_picture());
+  const std::map<int, int> count = pixels_per_body(renderer.draw_bodies(initial_state(scene).q));
+  ASSERT_EQ(count.size(), 2u);
+  EXPECT_GT(count.at(0), 1000);
+  EXPECT_GT(renderer.draw(initial_state(scene).q).rgb[0], 0);
+}
+
+}  // namespace
+}  // namespace substep

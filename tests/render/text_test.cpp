@@ -1,0 +1,163 @@
+#include "render/text.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace substep {
+namespace {
+
+Image written(std::string_view text, const TextStyle& style = {}) {
+  Image image(240, 40);
+  draw_text(image, 4.3, 28, text, style);
+  return image;
+}
+
+Image cut_out(const Image& image, int x, int y, int width, int height) {
+  Image part(width, height);
+  paste(part, image, -x, -y);
+  return part;
+}
+
+TEST(Text, PixelsAreTheSameEverywhere) {
+  // What the vendored fonts give; any change of font, rasteriser or layout changes every labelled picture.
+  EXPECT_EQ(hash(written("A3 Ω = 1.25 rad/s")), 3386423381851505922u);
+  TextStyle bold;
+  bold.bold = true;
+  bold.size = 23.5;
+  bold.color = {250, 180, 20};
+  EXPECT_EQ(hash(written("Sub-stepping", bold)), 12008293497659063488u);
+}
+
+TEST(Text, GreekAndSymbolsAreInBothFonts) {
+  const std::vector<std::string> needed{"α", "τ", "κ", "λ", "ω", "Γ", "Δ", "Σ", "°", "×",
+                                        "→", "−", "≤", "±", "²", "³", "·", "–", "…", "µ"};
+  for (const bool bold : {false, true}) {
+    TextStyle style;
+    style.bold = bold;
+    const std::uint64_t nothing = hash(written("", style));
+    const std::uint64_t missing = hash(written("\U000F0000", style));
+    for (const std::string& letter : needed) {
+      EXPECT_NE(hash(written(letter, style)), nothing) << letter;
+      EXPECT_NE(hash(written(letter, style)), missing) << letter;
+    }
+  }
+}
+
+TEST(Text, BrokenUtf8IsDrawnAsReplacements) {
+  const std::uint64_t replacement = hash(written("\uFFFD"));
+  EXPECT_EQ(hash(written("\xff")), replacement);
+  EXPECT_EQ(hash(written("\xce")), replacement);
+  EXPECT_EQ(hash(written("\xc0\xaf")), hash(written("\uFFFD\uFFFD")));
+  EXPECT_GT(text_width(std::string_view("a\0b", 3), {}), text_width("ab", {}));
+}
+
+TEST(Text, WidthIsWhereTheInkEnds) {
+  EXPECT_EQ(text_width("", {}), 0);
+  for (const std::string text : {"mmmm", "Sub-steps 4", "AVATAR"}) {
+    const Image image = written(text);
+    int last = 0;
+    for (int y = 0; y < image.height; ++y) {
+      for (int x = 0; x < image.width; ++x) {
+        if (image.pixel(x, y)[0] > 60) last = std::max(last, x);
+      }
+    }
+    // The last letter's own margin lies between.
+    EXPECT_NEAR(last + 1, 4.3 + text_width(text, {}), 2.5) << text;  // measured 1.5
+  }
+}
+
+TEST(Text, DigitsStandInColumns) {
+  TextStyle style;
+  for (style.bold = false;; style.bold = true) {
+    EXPECT_EQ(text_width("1111.1", style), text_width("8888.8", style));
+    EXPECT_EQ(text_width("7", style) + text_width("4", style), text_width("74", style));
+    if (style.bold) break;
+  }
+  EXPECT_LT(text_width("x", {12, {}, false, true}), text_width("x", {24, {}, false, true}));
+}
+
+TEST(Text, ThreadsGiveTheSamePixels) {
+  const std::uint64_t alone = hash(written("τ = 0.25, κ = 1"));
+  std::vector<std::uint64_t> hashes(4);
+  {
+    std::vector<std::jthread> threads;
+    for (std::uint64_t& result : hashes) {
+      threads.emplace_back([&result] { result = hash(written("τ = 0.25, κ = 1")); });
+    }
+  }
+  for (const std::uint64_t result : hashes) EXPECT_EQ(result, alone);
+}
+
+/// A picture drawn with (x, y) in a small image is the cut-out of that drawn in a large one.
+template <typename Draw>
+void expect_clipped(const Draw& draw) {
+  constexpr int margin = 60;
+  constexpr int width = 50;
+  constexpr int height = 30;
+  for (const int x : {-40, -9, 0, 20, 45}) {
+    for (const int y : {-20, -3, 0, 15, 29, 40}) {
+      Image small(width, height);
+      draw(small, x, y);
+      Image large(width + 2 * margin, height + 2 * margin);
+      draw(large, x + margin, y + margin);
+      EXPECT_EQ(small.rgb, cut_out(large, margin, margin, width, height).rgb) << x << ' ' << y;
+    }
+  }
+}
+
+TEST(Text, EverythingIsClippedAtTheBorder) {
+  expect_clipped([](Image& image, double x, double y) { draw_text(image, x, y, "Wgj½", {}); });
+  expect_clipped([](Image& image, int x, int y) {
+    fill_rectangle(image, x, y, 30, 12, {200, 100, 50}, 0.7);
+  });
+  expect_clipped([](Image& image, double x, double y) {
+    draw_line(image, x, y, x + 37.5, y + 18.25, 3, {255, 255, 255}, 0.8);
+  });
+  Image stamp(20, 10);
+  for (std::size_t i = 0; i < stamp.rgb.size(); ++i) stamp.rgb[i] = static_cast<std::uint8_t>(i + 1);
+  expect_clipped([&stamp](Image& image, int x, int y) { paste(image, stamp, x, y); });
+}
+
+TEST(Text, FarAwayAndNotFiniteDrawNothing) {
+  const Image empty(50, 30);
+  Image image = empty;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double infinite = std::numeric_limits<double>::infinity();
+  for (const double far : {nan, infinite, -infinite, 1e300, -1e18, 3e9}) {
+    draw_text(image, far, 10, "text", {});
+    draw_text(image, 10, far, "text", {});
+    draw_line(image, far, 5, far, 6, 2, {255, 255, 255});
+  }
+  const int most = std::numeric_limits<int>::max();
+  fill_rectangle(image, most, most, most, most, {255, 255, 255});
+  fill_rectangle(image, -most, -most, most, most, {255, 255, 255});
+  fill_rectangle(image, 5, 5, -3, 4, {255, 255, 255});
+  EXPECT_EQ(image.rgb, empty.rgb);
+}
+
+TEST(Text, ALineCoversItsWidth) {
+  Image image(40, 20);
+  draw_line(image, 5, 10, 35, 10, 4, {255, 255, 255});
+  int sum = 0;
+  for (int y = 0; y < image.height; ++y) sum += image.pixel(20, y)[0];
+  EXPECT_EQ(sum, 4 * 255);
+  EXPECT_EQ(image.pixel(20, 8)[0], 255);
+  EXPECT_EQ(image.pixel(20, 7)[0], 0);
+}
+
+TEST(Text, ARectangleIsBlended) {
+  Image image(4, 4);
+  fill_rectangle(image, 1, 1, 2, 2, {200, 100, 0});
+  fill_rectangle(image, 1, 1, 1, 1, {0, 0, 0}, 0.5);
+  EXPECT_EQ(image.pixel(2, 2)[0], 200);
+  EXPECT_NEAR(image.pixel(1, 1)[0], 100, 1);
+  EXPECT_EQ(image.pixel(0, 0)[0], 0);
+  EXPECT_EQ(image.pixel(3, 3)[0], 0);
+}
+
+}  // namespace
+}  // namespace substep
