@@ -59,7 +59,7 @@ struct Collider {
 /// Limit of a joint on a set of its axes; see KHR_physics_rigid_bodies. Unbounded ends are infinite.
 struct JointLimit {
   bool angular = false;
-  std::array<bool, 3> axes{};                             ///< x, y, z of frame a: coordinates are those of b in a
+  std::array<bool, 3> axes{};  ///< x, y, z of frame a: coordinates are those of b in a
   double min = -std::numeric_limits<double>::infinity();  ///< m or rad
   double max = std::numeric_limits<double>::infinity();
   std::optional<double> stiffness;  ///< absent: hard. N/m or N·m/rad
@@ -128,7 +128,7 @@ struct Sun {
 struct Scene {
   std::string name;  ///< file name without extension
   std::filesystem::path file;
-  std::uint64_t hash = 0;        ///< of the file's bytes and of every file that it refers to
+  std::uint64_t hash = 0;        ///< 64-bit FNV-1a of the file's bytes, then of its buffers' files
   Vector3 gravity{0, -9.81, 0};  ///< m/s²
   double duration = 5;           ///< s
   double step = 1.0 / 60;        ///< s, what a run uses unless told otherwise

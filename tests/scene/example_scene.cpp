@@ -1,10 +1,12 @@
 #include "tests/scene/example_scene.h"
 
-#include <gtest/gtest.h>
+#include <stdlib.h>
 
 #include <bit>
 #include <cstdint>
 #include <fstream>
+#include <stdexcept>
+#include <system_error>
 
 #include "sim/error.h"
 
@@ -20,12 +22,9 @@ void append(std::string& bytes, std::uint64_t value, int size) {
 }  // namespace
 
 Folder::Folder() {
-  const testing::TestInfo* test = testing::UnitTest::GetInstance()->current_test_info();
-  std::string name = std::string("substep_") + test->test_suite_name() + "_" + test->name();
-  for (char& c : name) c = c == '/' ? '_' : c;
-  path_ = std::filesystem::path(testing::TempDir()) / name;
-  std::filesystem::remove_all(path_);
-  std::filesystem::create_directories(path_);
+  std::string name = (std::filesystem::temp_directory_path() / "substep-scene-XXXXXX").string();
+  if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
+  path_ = name;
 }
 
 Folder::~Folder() {

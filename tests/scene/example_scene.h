@@ -9,7 +9,7 @@
 
 namespace substep::test {
 
-/// A folder of its own for the running test, empty at first and removed at the end.
+/// A new empty folder, removed at the end.
 class Folder {
  public:
   Folder();
