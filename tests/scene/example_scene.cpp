@@ -33,7 +33,7 @@ Folder::~Folder() {
 }
 
 std::filesystem::path Folder::write(const std::string& name, const std::string& bytes) const {
-  const std::filesystem::path file = path_ / name;
+  std::filesystem::path file = path_ / name;
   std::filesystem::create_directories(file.parent_path());
   std::ofstream(file, std::ios::binary) << bytes;
   return file;
