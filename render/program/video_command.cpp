@@ -100,9 +100,8 @@ void add_video_command(CLI::App& app) {
   command->add_option("--threads", video.threads, "Threads; the film is the same for any number")
       ->capture_default_str();
   command->footer(
-      "A2 has n·m iterations, as many row solves as A3 to A5. The strip under each picture is the RMS "
-      "distance\n"
-      "of the bodies' centres from the reference, on one logarithmic scale.\n"
+      "A2 has n·m iterations, as many row solves as A3 to A5. The strip under each picture is the RMS\n"
+      "distance of the bodies' points from where the reference has them, on one logarithmic scale.\n"
       "Example:\n  substep video scenes/rod_chain.gltf --substeps 4 --joints stable --poster rod_chain.png");
   command->callback([options] { make(*options); });
 }

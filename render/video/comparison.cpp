@@ -57,6 +57,23 @@ void simulate(const Scene& scene, const Clock& clock, int steps_per_shot, Run& r
   }
 }
 
+/// Mean over the body's mass of the squared distance between where a point is and where it should be.
+///
+/// A turn by θ about the unit axis u moves a point by 2 sin(θ/2) times its distance from the axis, and the
+/// mean square of that distance is uᵀI u / m; sin(θ/2) u is the vector part of the quaternion between the
+/// two.
+double squared_distance(const Body& body, const Coordinates& is, const Coordinates& should_be) {
+  double sum = (is.linear - should_be.linear).squaredNorm();
+  const Quaternion between = should_be.angular.conjugate() * is.angular;
+  for (int axis = 0; axis < 3; ++axis) {
+    // A body of infinite inertia does not turn.
+    if (body.inverse_inertia[axis] == 0) continue;
+    const double squared_radius = body.inverse_mass / body.inverse_inertia[axis];
+    sum += 4 * squared_radius * between.vec()[axis] * between.vec()[axis];
+  }
+  return sum;
+}
+
 void measure(const Scene& scene, const Run& reference, Run& run) {
   const std::size_t frames = std::min(run.poses.size(), reference.poses.size());
   double sum_over_frames = 0;
@@ -65,7 +82,7 @@ void measure(const Scene& scene, const Run& reference, Run& run) {
     int count = 0;
     for (std::size_t body = 1; body < scene.bodies.size(); ++body) {
       if (scene.bodies[body].inverse_mass == 0) continue;
-      sum += (run.poses[k][body].linear - reference.poses[k][body].linear).squaredNorm();
+      sum += squared_distance(scene.bodies[body], run.poses[k][body], reference.poses[k][body]);
       ++count;
     }
     const double mean = count == 0 ? 0 : sum / count;

@@ -28,8 +28,10 @@ struct Run {
   Settings settings;
   bool is_reference = false;
   std::vector<std::vector<Coordinates>> poses;  ///< of each video frame; fewer when it diverged
-  std::vector<double> errors;  ///< of each video frame that the reference reached too: RMS over bodies, m
-  double rms_error = 0;        ///< over `errors`, m
+  /// Of each video frame that the reference reached too: RMS distance of the bodies' points from where the
+  /// reference has them, over each body's mass and then over the dynamic bodies, m. It sees turns too.
+  std::vector<double> errors;
+  double rms_error = 0;  ///< over `errors`, m
   std::int64_t row_solves = 0;
   std::optional<double> diverged;  ///< when, s
   int unsolved = 0;                ///< steps that A1 did not solve to the accuracy asked for

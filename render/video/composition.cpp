@@ -175,7 +175,7 @@ void Composition::draw_background(const std::string& title) {
   const TextStyle bold{.size = text_size(24), .color = bright, .bold = true};
   draw_text(background_, title_.x, baseline(title_.y, title_.height, bold.size), title, bold);
   const TextStyle small{.size = text_size(15), .color = quiet};
-  const std::string legend = "strips: RMS distance of the bodies’ centres from the reference";
+  const std::string legend = "strips: RMS distance of the bodies’ points from the reference";
   const double left = title_.x + text_width(title, bold) + 22 * scale_;
   const double room = title_.width - 250 * scale_ - left;
   if (text_width(legend, small) < room) {
