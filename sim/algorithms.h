@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "sim/formulate.h"
+#include "sim/direct_solver.h"
 #include "sim/mlcp.h"
 #include "sim/settings.h"
 
@@ -32,7 +33,7 @@ struct Work {
   VelocityVector sum_v;        ///< A5: sv
   VelocityVector change;       ///< A5: of sv in a sub-step
   Mlcp mlcp;                   ///< A1
-  MlcpSolver solver;           ///< A1
+  DirectSolver solver;         ///< A1
   std::vector<double> lambda;  ///< A1
   MlcpReport report;           ///< A1
   std::int64_t row_solves = 0;

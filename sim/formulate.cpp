@@ -75,11 +75,17 @@ struct Frames {
   Matrix3 axes_b;
 };
 
-Frames frames_of(const Attachment& attachment, const Placed& at) {
+/// Without the axes.
+Frames origins_of(const Attachment& attachment, const Placed& at) {
   Frames f;
   f.arm_a = at.rotation_a * attachment.frame_a.position;
   f.arm_b = at.rotation_b * attachment.frame_b.position;
   f.offset = (at.a.linear + f.arm_a) - (at.b.linear + f.arm_b);
+  return f;
+}
+
+Frames frames_of(const Attachment& attachment, const Placed& at) {
+  Frames f = origins_of(attachment, at);
   f.axes_a = at.rotation_a * attachment.frame_a.orientation.toRotationMatrix();
   f.axes_b = at.rotation_b * attachment.frame_b.orientation.toRotationMatrix();
   return f;
@@ -169,7 +175,7 @@ void soften(double softness, Row& row) {
 
 void formulate_lock(Problem& problem, const Block& x, const Placed& at, double hs) {
   const Lock& lock = problem.model->locks[x.source];
-  const Frames f = frames_of(lock.at, at);
+  const Frames f = lock.kind == Lock::Kind::point ? origins_of(lock.at, at) : frames_of(lock.at, at);
   for (int k = 0; k < x.rows; ++k) {
     const int component = x.component + k;
     const int across = (lock.axis + 1 + component) % 3;
