@@ -1,5 +1,7 @@
 #include "sim/simulation.h"
 
+#include <utility>
+
 #include "sim/algorithms.h"
 #include "sim/error.h"
 #include "sim/formulate.h"
@@ -20,8 +22,13 @@ void to_world(const CoordinateVector& q, VelocityVector& v) {
 }  // namespace
 
 struct Simulation::Implementation {
-  Implementation(const Scene& s, const Settings& set)
-      : scene(s), settings(set), model(build_model(s)), finder(scene, model), state(initial_state(s)) {
+  Implementation(const Scene& s, const Settings& set, Procedure p)
+      : scene(s),
+        settings(set),
+        procedure(std::move(p)),
+        model(build_model(s)),
+        finder(scene, model),
+        state(initial_state(s)) {
     const bool sub_stepped = settings.algorithm >= Algorithm::a3;
     problem.model = &model;
     problem.contacts = &no_contacts;
@@ -56,6 +63,22 @@ struct Simulation::Implementation {
       set_zero(problem.substeps.offset);
       to_local(state.q, state.v);
     }
+    if (procedure) {
+      procedure(state.q, state.v, settings, problem, work);
+    } else {
+      run_algorithm();
+    }
+    if (problem.frame == Frame::body) to_world(state.q, state.v);
+    report.row_solves = work.row_solves;
+    if (!is_finite(state, &report.diverged_body)) {
+      report.status = StepReport::Status::diverged;
+      state = before;
+      return;
+    }
+    ++steps;
+  }
+
+  void run_algorithm() {
     switch (settings.algorithm) {
       case Algorithm::a1:
         proc1(state.q, state.v, settings, problem, work);
@@ -76,18 +99,11 @@ struct Simulation::Implementation {
         proc5(state.q, state.v, settings, problem, work);
         break;
     }
-    if (problem.frame == Frame::body) to_world(state.q, state.v);
-    report.row_solves = work.row_solves;
-    if (!is_finite(state, &report.diverged_body)) {
-      report.status = StepReport::Status::diverged;
-      state = before;
-      return;
-    }
-    ++steps;
   }
 
   Scene scene;
   Settings settings;
+  Procedure procedure;
   Model model;
   ContactFinder finder;
   State state;
@@ -100,9 +116,12 @@ struct Simulation::Implementation {
   std::int64_t steps = 0;
 };
 
-Simulation::Simulation(const Scene& scene, const Settings& settings) {
+Simulation::Simulation(const Scene& scene, const Settings& settings)
+    : Simulation(scene, settings, Procedure{}) {}
+
+Simulation::Simulation(const Scene& scene, const Settings& settings, Procedure procedure) {
   check(settings);
-  implementation_ = std::make_unique<Implementation>(scene, settings);
+  implementation_ = std::make_unique<Implementation>(scene, settings, std::move(procedure));
 }
 Simulation::~Simulation() = default;
 Simulation::Simulation(Simulation&&) noexcept = default;

@@ -1,14 +1,23 @@
 #pragma once
 /// Steps a scene with one of the five algorithms.
 
+#include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "sim/scene/scene.h"
 #include "sim/settings.h"
 #include "sim/state.h"
 
 namespace substep {
+
+struct Problem;
+struct Work;
+
+/// A step's velocities and coordinates from a formulated problem, as proc1 … proc5 of algorithms.h.
+using Procedure = std::function<void(std::vector<Coordinates>& q, std::vector<Velocity>& v,
+                                     const Settings& settings, Problem& problem, Work& work)>;
 
 /// What one step did.
 struct StepReport {
@@ -31,6 +40,10 @@ class Simulation {
  public:
   /// Throws Error when the settings cannot be used or the scene needs what is not modelled.
   Simulation(const Scene& scene, const Settings& settings);
+
+  /// For experiments: all is set up as for the settings' algorithm (frames, rows, blocks), but `procedure`
+  /// takes its place.
+  Simulation(const Scene& scene, const Settings& settings, Procedure procedure);
   ~Simulation();
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;

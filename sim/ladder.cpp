@@ -1,0 +1,135 @@
+#include "sim/ladder.h"
+
+#include <utility>
+
+#include "sim/algorithms.h"
+#include "sim/rotation.h"
+
+namespace substep {
+namespace {
+
+/// A rung as switches over the listing of A3.
+struct Approximations {
+  explicit Approximations(Rung rung)
+      : frozen_jacobian(rung == Rung::frozen_jacobian || rung == Rung::all_of_a4),
+        bias_update(rung == Rung::bias_update || rung == Rung::all_of_a4),
+        current_jacobian_bias(rung == Rung::current_jacobian_bias),
+        summed_rotation(rung == Rung::summed_rotation || rung == Rung::all_of_a4),
+        unstepped(rung == Rung::all_of_a4) {}
+
+  bool exact_bias() const { return !bias_update && !current_jacobian_bias; }
+
+  bool frozen_jacobian;
+  bool bias_update;
+  bool current_jacobian_bias;
+  bool summed_rotation;
+  bool unstepped;  ///< 'stable' blocks know the coordinates as the start and the sum, as in A4
+};
+
+class Experiment {
+ public:
+  explicit Experiment(Rung rung) : approximations_(rung) {}
+
+  void operator()(CoordinateVector& q, VelocityVector& v_local, const Settings& settings, Problem& problem,
+                  Work& work) {
+    const auto [n, m, tau, kappa] = settings.substepping();
+    const double hs = settings.step / n;
+    Constraints& c = problem.c;
+    Substeps& substeps = problem.substeps;
+    substeps.bias_at_next_frame = approximations_.exact_bias();
+    stepped_ = q;
+    keep(first_, c);
+    set_zero(work.sum);
+    for (int j = 1; j <= n; ++j) {
+      add_external(*problem.model, q, Frame::body, hs, v_local);
+      clear_impulses(c);
+      for (int i = 1; i <= m; ++i) {
+        for (Block& x : c.blocks) {
+          update_stable(problem, x, v_local);
+          apply(c, x, solve(c, x, kappa, tau, v_local), v_local);
+        }
+        work.row_solves += static_cast<std::int64_t>(c.rows.size());
+      }
+      add(v_local, work.sum);
+      step_coordinates(hs, v_local, stepped_);
+      if (approximations_.unstepped) {
+        add(v_local, substeps.offset);
+      } else {
+        substeps.stepped = stepped_;
+      }
+      if (j < n) step_problem(problem, hs, v_local, work.sum);
+    }
+    for (std::size_t i = 0; i < q.size(); ++i) {
+      q[i].linear += hs * work.sum[i].linear;
+      q[i].angular = approximations_.summed_rotation
+                         ? compose(q[i].angular, rotation_quaternion(hs * work.sum[i].angular))
+                         : stepped_[i].angular;
+    }
+  }
+
+ private:
+  /// What a formulation overwrites.
+  struct Kept {
+    std::vector<Row> rows;
+    std::vector<Matrix3> inverse_gammas;
+  };
+
+  static void keep(Kept& kept, const Constraints& c) {
+    kept.rows = c.rows;
+    kept.inverse_gammas = c.inverse_gammas;
+  }
+
+  /// Lines 15 and 16: J̆ʲ⁺¹ and βʲ⁺¹, each exact or not.
+  void step_problem(Problem& problem, double hs, const VelocityVector& v_local, const VelocityVector& sum) {
+    Constraints& c = problem.c;
+    if (approximations_.bias_update) update_biases(c, v_local);
+    keep(before_, c);
+    formulate(problem, stepped_, hs);
+    if (approximations_.frozen_jacobian) {
+      std::swap(before_.rows, c.rows);
+      std::swap(before_.inverse_gammas, c.inverse_gammas);
+      if (approximations_.exact_bias()) take_biases(before_, c);
+    } else if (approximations_.bias_update) {
+      take_biases(before_, c);
+    }
+    if (approximations_.current_jacobian_bias) {
+      take_biases(first_, c);
+      update_biases(c, sum);
+    }
+  }
+
+  static void take_biases(const Kept& from, Constraints& c) {
+    for (std::size_t i = 0; i < c.rows.size(); ++i) c.rows[i].beta = from.rows[i].beta;
+  }
+
+  Approximations approximations_;
+  CoordinateVector stepped_;
+  Kept first_;   ///< J̆¹, β¹
+  Kept before_;  ///< of the sub-step that ends
+};
+
+}  // namespace
+
+std::string_view name(Rung rung) {
+  switch (rung) {
+    case Rung::exact:
+      return "none (A3)";
+    case Rung::bias_update:
+      return "bias update";
+    case Rung::frozen_jacobian:
+      return "frozen Jacobian";
+    case Rung::summed_rotation:
+      return "summed rotation";
+    case Rung::current_jacobian_bias:
+      return "current Jacobian in the bias";
+    case Rung::all_of_a4:
+      break;
+  }
+  return "all of A4's";
+}
+
+Procedure ladder_procedure(Rung rung) {
+  return Experiment(rung);
+}
+
+}  // namespace substep

@@ -1,0 +1,66 @@
+#pragma once
+/// The report's claims about its algorithms, each measured.
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sim/ladder.h"
+
+namespace substep {
+
+/// Numbers that belong together, such as the errors of two algorithms on one scene.
+struct Figure {
+  std::string what;            ///< "rod_chain, n = 4"
+  std::vector<double> values;  ///< not finite where a run diverged
+  std::string unit;            ///< "" for ratios and slopes
+  bool timing = false;         ///< differs from run to run
+};
+
+/// A part of a claim that holds or not by itself.
+struct Case {
+  std::string what;
+  bool holds;
+  bool timing = false;  ///< decided by a timing
+};
+
+struct Claim {
+  int number;
+  std::string section;   ///< of the report
+  std::string claim;     ///< in one sentence
+  std::string measured;  ///< scenes, settings, and what a figure's values are
+  std::vector<Figure> figures;
+  std::vector<Case> cases;
+
+  /// "holds", "does not hold", or for which cases it does.
+  std::string verdict() const;
+};
+
+/// What each approximation between A3 and A5 costs on one scene.
+struct LadderPrices {
+  std::string scene;
+  int substeps;
+  std::vector<double> prices;  ///< by `rungs`: largest distance of a body from where A3 has it after 1 s, m
+};
+
+struct ClaimsReport {
+  std::vector<Claim> claims;
+  std::vector<LadderPrices> ladder;
+};
+
+/// Measures all claims on the scene files of `folder`: about half a minute. All but timings is the same in
+/// every run. `progress` hears the number of the claim that comes next. Throws Error when a scene cannot be
+/// read.
+ClaimsReport measure_claims(const std::filesystem::path& folder, const std::function<void(int)>& progress);
+
+/// A heading and lines for each claim, then the ladder, for a terminal.
+std::string to_table(const ClaimsReport& report);
+/// Two tables. Timings are marked by ~.
+std::string to_markdown(const ClaimsReport& report);
+/// {"claims": [{number, section, claim, measured, figures, cases, verdict}], "ladder": [{scene, substeps,
+/// prices}]}. What is not finite is null.
+std::string to_json(const ClaimsReport& report);
+
+}  // namespace substep

@@ -1,0 +1,128 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "sim/measure/claims.h"
+
+namespace substep {
+namespace {
+
+/// A timing's third digit says nothing.
+std::string number(double value, bool timing = false) {
+  // Nothing measured here is a billion: a run that has gone so far has blown up, finite or not.
+  if (!(std::abs(value) < 1e9)) return "blows up";
+  return timing ? fmt::format("~{:.2g}", value) : fmt::format("{:.3g}", value);
+}
+
+std::string text_of(const Figure& figure) {
+  std::vector<std::string> numbers;
+  for (const double value : figure.values) numbers.push_back(number(value, figure.timing));
+  return fmt::format("{}: {}{}{}", figure.what, fmt::join(numbers, " / "), figure.unit.empty() ? "" : " ",
+                     figure.unit);
+}
+
+/// Where the text of a table's cell may stand.
+std::string cell(const std::string& text) {
+  std::string result;
+  for (const char c : text) {
+    if (c == '|') result += '\\';
+    result += c;
+  }
+  return result;
+}
+
+nlohmann::ordered_json json_number(double value) {
+  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
+}
+
+constexpr std::string_view ladder_caption =
+    "The ladder: how far 1 s with one approximation in A3 leads from A3 (largest distance of a body's "
+    "centre, m; "
+    "plain joints, scene's step)";
+
+}  // namespace
+
+std::string Claim::verdict() const {
+  std::vector<std::string> holding;
+  std::vector<std::string> failing;
+  for (const Case& part : cases) (part.holds ? holding : failing).push_back(part.what);
+  if (failing.empty()) return "holds";
+  if (holding.empty()) return "does not hold";
+  if (holding.size() <= failing.size()) return fmt::format("holds only for {}", fmt::join(holding, "; "));
+  return fmt::format("holds, but not for {}", fmt::join(failing, "; "));
+}
+
+std::string to_table(const ClaimsReport& report) {
+  std::string text;
+  for (const Claim& claim : report.claims) {
+    text += fmt::format("{:2}  {}\n    {} ({})\n    measured: {}\n", claim.number, claim.verdict(),
+                        claim.claim, claim.section, claim.measured);
+    for (const Figure& figure : claim.figures) text += fmt::format("      {}\n", text_of(figure));
+  }
+  text += fmt::format("\n{}\n{:32}", ladder_caption, "");
+  for (const LadderPrices& row : report.ladder) {
+    text += fmt::format("{:>24}", fmt::format("{} n={}", row.scene, row.substeps));
+  }
+  for (std::size_t i = 0; i < rungs.size(); ++i) {
+    text += fmt::format("\n{:32}", name(rungs[i]));
+    for (const LadderPrices& row : report.ladder) text += fmt::format("{:>24}", number(row.prices[i]));
+  }
+  return text + "\n";
+}
+
+std::string to_markdown(const ClaimsReport& report) {
+  std::string text = "| # | section | claim | measured | figures | verdict |\n|---|---|---|---|---|---|\n";
+  for (const Claim& claim : report.claims) {
+    std::vector<std::string> figures;
+    for (const Figure& figure : claim.figures) figures.push_back(cell(text_of(figure)));
+    text +=
+        fmt::format("| {} | {} | {} | {} | {} | **{}** |\n", claim.number, claim.section, cell(claim.claim),
+                    cell(claim.measured), fmt::join(figures, "<br>"), cell(claim.verdict()));
+  }
+  text += fmt::format("\n{}:\n\n| approximation |", ladder_caption);
+  for (const LadderPrices& row : report.ladder) text += fmt::format(" {}, n = {} |", row.scene, row.substeps);
+  text += "\n|---|";
+  for (std::size_t i = 0; i < report.ladder.size(); ++i) text += "---|";
+  for (std::size_t i = 0; i < rungs.size(); ++i) {
+    text += fmt::format("\n| {} |", name(rungs[i]));
+    for (const LadderPrices& row : report.ladder) text += fmt::format(" {} |", number(row.prices[i]));
+  }
+  return text + "\n";
+}
+
+std::string to_json(const ClaimsReport& report) {
+  nlohmann::ordered_json claims = nlohmann::ordered_json::array();
+  for (const Claim& claim : report.claims) {
+    nlohmann::ordered_json figures = nlohmann::ordered_json::array();
+    for (const Figure& figure : claim.figures) {
+      nlohmann::ordered_json values = nlohmann::ordered_json::array();
+      for (const double value : figure.values) values.push_back(json_number(value));
+      figures.push_back(
+          {{"what", figure.what}, {"values", values}, {"unit", figure.unit}, {"timing", figure.timing}});
+    }
+    nlohmann::ordered_json cases = nlohmann::ordered_json::array();
+    for (const Case& part : claim.cases) {
+      cases.push_back({{"what", part.what}, {"holds", part.holds}, {"timing", part.timing}});
+    }
+    claims.push_back({{"number", claim.number},
+                      {"section", claim.section},
+                      {"claim", claim.claim},
+                      {"measured", claim.measured},
+                      {"figures", figures},
+                      {"cases", cases},
+                      {"verdict", claim.verdict()}});
+  }
+  nlohmann::ordered_json ladder = nlohmann::ordered_json::array();
+  for (const LadderPrices& row : report.ladder) {
+    nlohmann::ordered_json prices = nlohmann::ordered_json::object();
+    for (std::size_t i = 0; i < rungs.size(); ++i) {
+      prices[std::string(name(rungs[i]))] = json_number(row.prices[i]);
+    }
+    ladder.push_back({{"scene", row.scene}, {"substeps", row.substeps}, {"prices", prices}});
+  }
+  return nlohmann::ordered_json{{"claims", claims}, {"ladder", ladder}}.dump(2) + "\n";
+}
+
+}  // namespace substep

@@ -1,0 +1,121 @@
+#include "sim/measure/measured_run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "sim/rotation.h"
+
+namespace substep {
+namespace {
+
+constexpr double infinite = std::numeric_limits<double>::infinity();
+
+bool holds_anchors_together(const Joint& joint) {
+  return std::ranges::any_of(joint.limits, [](const JointLimit& limit) {
+    return !limit.angular && limit.axes == std::array{true, true, true} && limit.min == 0 && limit.max == 0;
+  });
+}
+
+std::vector<Vector3> centres_of(const State& state) {
+  std::vector<Vector3> centres;
+  for (const Coordinates& q : state.q) centres.push_back(q.linear);
+  return centres;
+}
+
+double distance(const std::vector<Vector3>& a, const std::vector<Vector3>& b) {
+  double largest = 0;
+  for (std::size_t i = 1; i < a.size(); ++i) largest = std::max(largest, (a[i] - b[i]).norm());
+  return largest;
+}
+
+}  // namespace
+
+MeasuredRun measured_run(Simulation& simulation, double duration) {
+  MeasuredRun run;
+  const Scene& scene = simulation.scene();
+  const double start = energy(scene, simulation.state());
+  const auto steps = static_cast<int>(std::lround(duration / simulation.settings().step));
+  for (int i = 0; i < steps && !run.diverged; ++i) {
+    const StepReport& report = simulation.step();
+    run.diverged = report.status == StepReport::Status::diverged;
+    run.row_solves += report.row_solves;
+    run.largest_gap = std::max(run.largest_gap, joint_gap(scene, simulation.state()));
+  }
+  run.state = simulation.state();
+  run.energy_change = energy(scene, run.state) - start;
+  return run;
+}
+
+MeasuredRun measured_run(const Scene& scene, const Settings& settings, double duration) {
+  Simulation simulation(scene, settings);
+  return measured_run(simulation, duration);
+}
+
+double energy(const Scene& scene, const State& state) {
+  double sum = 0;
+  for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
+    const Body& body = scene.bodies[i];
+    if (body.inverse_mass == 0) continue;
+    const Vector3 local = state.q[i].angular.conjugate() * state.v[i].angular;
+    sum += 0.5 / body.inverse_mass * state.v[i].linear.squaredNorm();
+    sum -= body.gravity_factor / body.inverse_mass * scene.gravity.dot(state.q[i].linear);
+    for (int axis = 0; axis < 3; ++axis) {
+      if (body.inverse_inertia[axis] > 0) sum += 0.5 * local[axis] * local[axis] / body.inverse_inertia[axis];
+    }
+  }
+  return sum;
+}
+
+double joint_gap(const Scene& scene, const State& state) {
+  double largest = 0;
+  for (const Joint& joint : scene.joints) {
+    if (!holds_anchors_together(joint)) continue;
+    const Coordinates& a = state.q[static_cast<std::size_t>(joint.body_a)];
+    const Coordinates& b = state.q[static_cast<std::size_t>(joint.body_b)];
+    const Vector3 gap =
+        a.linear + a.angular * joint.frame_a.position - (b.linear + b.angular * joint.frame_b.position);
+    largest = std::max(largest, gap.norm());
+  }
+  return largest;
+}
+
+double position_difference(const MeasuredRun& a, const MeasuredRun& b) {
+  if (a.diverged || b.diverged) return infinite;
+  return distance(centres_of(a.state), centres_of(b.state));
+}
+
+double orientation_difference(const MeasuredRun& a, const MeasuredRun& b) {
+  if (a.diverged || b.diverged) return infinite;
+  double largest = 0;
+  for (std::size_t i = 1; i < a.state.q.size(); ++i) {
+    const Quaternion turn = a.state.q[i].angular.conjugate() * b.state.q[i].angular;
+    largest = std::max(largest, rotation_vector(turn).norm());
+  }
+  return largest;
+}
+
+Reference reference_run(const Scene& scene, double duration, int divisions) {
+  Settings settings;
+  settings.algorithm = Algorithm::a1;
+  std::vector<Vector3> centres[3];
+  for (int k = 0; k < 3; ++k) {
+    settings.step = scene.step / (divisions << k) * 2;
+    centres[k] = centres_of(measured_run(scene, settings, duration).state);
+  }
+  const auto extrapolated = [](const std::vector<Vector3>& coarse, const std::vector<Vector3>& fine) {
+    std::vector<Vector3> result;
+    for (std::size_t i = 0; i < fine.size(); ++i) result.push_back(2 * fine[i] - coarse[i]);
+    return result;
+  };
+  Reference reference;
+  reference.centres = extrapolated(centres[1], centres[2]);
+  reference.uncertainty = distance(reference.centres, extrapolated(centres[0], centres[1]));
+  return reference;
+}
+
+double error_of(const MeasuredRun& run, const Reference& reference) {
+  return run.diverged ? infinite : distance(centres_of(run.state), reference.centres);
+}
+
+}  // namespace substep

@@ -1,0 +1,45 @@
+#pragma once
+/// One run of a simulation with what is measured on the way, and the distance between states.
+
+#include <vector>
+
+#include "sim/simulation.h"
+
+namespace substep {
+
+struct MeasuredRun {
+  State state;               ///< at the end, or the last finite one
+  bool diverged = false;     ///< it left the finite numbers
+  double largest_gap = 0;    ///< of two anchors that a joint holds together, after any step, m
+  double energy_change = 0;  ///< of all bodies, end − start, J
+  std::int64_t row_solves = 0;
+};
+
+/// Steps for `duration` seconds, to the nearest whole step.
+MeasuredRun measured_run(Simulation& simulation, double duration);
+MeasuredRun measured_run(const Scene& scene, const Settings& settings, double duration);
+
+/// Kinetic and potential energy of all bodies of finite mass, J.
+double energy(const Scene& scene, const State& state);
+
+/// Largest distance between two anchors that a joint of three locked linear axes holds together, m.
+double joint_gap(const Scene& scene, const State& state);
+
+/// Largest distance between the centres of equal bodies, m. Infinite where one of the runs diverged.
+double position_difference(const MeasuredRun& a, const MeasuredRun& b);
+/// Largest angle between the orientations of equal bodies, rad.
+double orientation_difference(const MeasuredRun& a, const MeasuredRun& b);
+
+/// The motion without a step's error: A1 at two small steps, extrapolated to step zero (Richardson).
+struct Reference {
+  std::vector<Vector3> centres;  ///< of mass, at the end
+  double uncertainty = 0;        ///< by how much one more halving of the steps moved it, m
+};
+
+/// Steps of the scene's step / `divisions`, half of it and twice it.
+Reference reference_run(const Scene& scene, double duration, int divisions);
+
+/// Largest distance of a body's centre from the reference, m. Infinite where the run diverged.
+double error_of(const MeasuredRun& run, const Reference& reference);
+
+}  // namespace substep

@@ -1,0 +1,76 @@
+#include "sim/measure/stability_map.h"
+
+#include <cmath>
+
+#include "sim/simulation.h"
+
+namespace substep {
+namespace {
+
+constexpr double offset = 0.001;  // m
+
+/// A weight on a ball joint that is off by 1 mm: three rows, each the scalar row.
+Scene weight_on_a_joint() {
+  Scene scene;
+  scene.name = "one weight";
+  scene.gravity.setZero();
+  scene.bodies.resize(2);
+  scene.bodies[0].name = "world";
+  Body& weight = scene.bodies[1];
+  weight.name = "weight";
+  weight.inverse_mass = 1;
+  weight.inverse_inertia = Vector3::Constant(10);
+  weight.pose.position = {0, offset, 0};
+  Joint joint;
+  joint.name = "joint";
+  joint.body_a = world_body;
+  joint.body_b = 1;
+  JointLimit locked;
+  locked.axes = {true, true, true};
+  locked.min = locked.max = 0;
+  joint.limits.push_back(locked);
+  scene.joints.push_back(joint);
+  return scene;
+}
+
+bool is_stable(const Scene& scene, Algorithm algorithm, double tau, double kappa) {
+  Settings settings;
+  settings.algorithm = algorithm;
+  settings.substeps = 8;
+  settings.tau = tau;
+  settings.kappa = kappa;
+  Simulation simulation(scene, settings);
+  // 1600 applications of the row: at 0.1 from the border in τ the amplitude changes by far more than a half.
+  for (int i = 0; i < 200; ++i) {
+    if (simulation.step().status == StepReport::Status::diverged) return false;
+  }
+  return std::abs(simulation.state().q[1].linear.y()) < offset;
+}
+
+}  // namespace
+
+std::vector<StabilityPoint> measure_stability_map() {
+  const Scene scene = weight_on_a_joint();
+  std::vector<StabilityPoint> points;
+  for (const Algorithm algorithm : {Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
+    for (int k = 0; k < 10; ++k) {
+      for (int t = 0; t < 20; ++t) {
+        const double kappa = 0.1 + 0.2 * k;
+        const double tau = 0.1 + 0.2 * t;
+        points.push_back({algorithm, tau, kappa, is_stable(scene, algorithm, tau, kappa)});
+      }
+    }
+  }
+  return points;
+}
+
+StabilityMatch match_closed_form(const std::vector<StabilityPoint>& points) {
+  StabilityMatch match;
+  for (const StabilityPoint& point : points) {
+    ++match.points;
+    if (point.stable != (point.tau < stability_border(point.kappa))) ++match.wrong;
+  }
+  return match;
+}
+
+}  // namespace substep
