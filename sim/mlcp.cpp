@@ -15,8 +15,10 @@ namespace {
 /// 1e-4 is left.
 constexpr double regularisation = 1e-6;
 constexpr int first_sweeps = 12;
-constexpr int most_sets = 60;
-constexpr int most_rounds = 30;
+constexpr int most_sets = 200;
+constexpr int most_sets_about_centre = 12;
+constexpr int most_rounds = 400;
+constexpr int most_idle = 12;  // moves of the centre that leave the residual as it is
 
 double limit(const Mlcp::Row& row, double value) {
   return row.friction * std::max(value, 0.0);
@@ -92,15 +94,21 @@ double MlcpSolver::residual(const Mlcp& problem, const std::vector<double>& lamb
   return scale > 0 ? largest / scale : 0;
 }
 
-void MlcpSolver::classify(const Mlcp& problem, const std::vector<double>& lambda) {
+void MlcpSolver::pull_to_centre(const Mlcp& problem, const std::vector<double>& lambda) {
+  for (std::size_t i = 0; i < problem.rows.size(); ++i) {
+    w_[i] += regularisation * gamma_[i] * (lambda[i] - centre_[i]);
+  }
+}
+
+bool MlcpSolver::classify(const Mlcp& problem, const std::vector<double>& lambda) {
+  bool changed = false;
   for (std::size_t i = 0; i < problem.rows.size(); ++i) {
     const Mlcp::Row& row = problem.rows[i];
+    const Set before = set_[i];
+    const double target = lambda[i] - w_[i] / (gamma_[i] + row.softness);  // not used without Γ_xx
     if (!(gamma_[i] > 0)) {
       set_[i] = Set::off;
-      continue;
-    }
-    const double target = lambda[i] - w_[i] / (gamma_[i] + row.softness);
-    if (row.normal >= 0) {
+    } else if (row.normal >= 0) {
       // A normal comes before its friction, so its new set is known.
       const double high = limit(row, lambda[row.normal]);
       if (set_[row.normal] != Set::free) {
@@ -111,7 +119,9 @@ void MlcpSolver::classify(const Mlcp& problem, const std::vector<double>& lambda
     } else {
       set_[i] = target <= row.low ? Set::low : target >= row.high ? Set::high : Set::free;
     }
+    changed = changed || set_[i] != before;
   }
+  return changed;
 }
 
 void MlcpSolver::fix_limits(const Mlcp& problem, std::vector<double>& lambda) const {
@@ -309,43 +319,38 @@ MlcpReport MlcpSolver::solve(const Mlcp& problem, std::vector<double>& lambda) {
   analyse(problem);
   report.residual = residual(problem, lambda);
   best_ = lambda;
-  int since_best = 0;
-  while (report.pivots < most_sets) {
-    ++report.pivots;
-    report.row_solves += rows;
-    classify(problem, lambda);
-    factor(problem);
-    double now = 0;
-    double before = std::numeric_limits<double>::infinity();
+  centre_ = lambda;
+  int sets_about_centre = 0;
+  int idle = 0;
+  for (int round = 0; round < most_rounds && report.pivots < most_sets; ++round) {
+    velocities(problem, lambda);
+    pull_to_centre(problem, lambda);
+    const bool another_set = classify(problem, lambda) || round == 0;
+    if (another_set) {
+      factor(problem);
+      ++report.pivots;
+      ++sets_about_centre;
+      report.row_solves += rows;
+    }
+    if (!another_set || sets_about_centre > most_sets_about_centre) {
+      // λ solves the problem that is pulled to the centre (or its sets go round in a circle): the centre
+      // moves on.
+      const double now = residual(problem, lambda);
+      idle = now < 0.9 * report.residual ? 0 : idle + 1;
+      if (now < report.residual) {
+        report.residual = now;
+        best_ = lambda;
+      }
+      if (!std::isfinite(now)) lambda = best_;
+      if (report.residual <= 1e-13 || idle > (report.residual <= tolerance ? 1 : most_idle)) break;
+      centre_ = lambda;
+      sets_about_centre = 0;
+    }
     fix_limits(problem, lambda);
     velocities(problem, lambda);
-    for (int round = 0; round < most_rounds; ++round) {
-      solve_free(problem, lambda);
-      fix_limits(problem, lambda);
-      now = residual(problem, lambda);
-      if (!(now > 1e-13) || !(now < 0.9 * before)) break;  // to rounding, or no nearer: another set is needed
-      before = now;
-    }
-    const bool better = now < report.residual;  // false for NaN
-    if (better) {
-      since_best = report.residual - now > 0.5 * report.residual ? 0 : since_best + 1;
-      report.residual = now;
-      best_ = lambda;
-    } else {
-      ++since_best;
-    }
-    if (!limited || report.residual <= 1e-12) break;
-    if (report.residual <= tolerance && since_best >= 2) break;  // rounding's floor
-    if (since_best >= 6 && since_best % 6 == 0) {
-      // The sets go round in a circle: sweeps from the best answer lead to another one.
-      lambda = best_;
-      velocities(problem, lambda);
-      sweep(problem, lambda, first_sweeps * since_best / 6);
-      report.row_solves += rows * first_sweeps * since_best / 6;
-    } else if (!std::isfinite(now)) {
-      lambda = best_;
-    }
-    velocities(problem, lambda);
+    pull_to_centre(problem, lambda);
+    solve_free(problem, lambda);
+    fix_limits(problem, lambda);
   }
   lambda = best_;
   if (!(report.residual <= tolerance)) report.status = MlcpReport::Status::unsolved;

@@ -49,11 +49,13 @@ struct MlcpReport {
   std::int64_t row_solves = 0;  ///< rows × (sweeps + active sets)
 };
 
-/// Solves by a primal–dual active set: given which rows are at which limit, the others are one linear system,
-/// solved in the bodies' space, where Γ's rank does not matter: (1 + Gᵀ D G) is factored by blocks of six
-/// with little fill, D = 1/(ε Γ_xx + S), and iterated on λ until the rows hold to rounding (method of
-/// multipliers). Then the rows' signs say which set is next. A few Gauss–Seidel sweeps give the first set. A
-/// solver keeps its memory from call to call, not its answers: equal problems have equal solutions.
+/// Solves by the proximal point method over primal–dual active sets. (Γ + S + εD)λ = b + εDc, with D =
+/// diag(Γ) and c a centre, has one solution even where Γ is singular and where contacts that cannot all close
+/// lie 1e-8 apart. Given which rows are at which limit, the others are one linear system, solved in the
+/// bodies' space: 1 + Gᵀ(εD + S)⁻¹G is factored by blocks of six with little fill, whatever Γ's rank. The
+/// rows' signs say which set is next. When the set stays, the centre moves to λ, until the rows of the
+/// problem itself hold. Gauss–Seidel sweeps give the start. A solver keeps its memory from call to call, not
+/// its answers: equal problems have equal solutions.
 class MlcpSolver {
  public:
   static constexpr double tolerance = 1e-9;  ///< of MlcpReport::residual
@@ -67,7 +69,8 @@ class MlcpSolver {
   void prepare(const Mlcp& problem);
   void sweep(const Mlcp& problem, std::vector<double>& lambda, int sweeps);
   void velocities(const Mlcp& problem, const std::vector<double>& lambda);
-  void classify(const Mlcp& problem, const std::vector<double>& lambda);
+  void pull_to_centre(const Mlcp& problem, const std::vector<double>& lambda);
+  bool classify(const Mlcp& problem, const std::vector<double>& lambda);
   void fix_limits(const Mlcp& problem, std::vector<double>& lambda) const;
   void factor(const Mlcp& problem);
   void solve_free(const Mlcp& problem, std::vector<double>& lambda);
@@ -80,6 +83,7 @@ class MlcpSolver {
   std::vector<Vector6> y_;  // Gᵀλ by body
   std::vector<Vector6> step_;
   std::vector<double> best_;
+  std::vector<double> centre_;
 
   // The block factorisation of 1 + Gᵀ D G: pattern, then numbers.
   std::vector<std::pair<int, int>> pattern_;  // body pairs, as analysed last
