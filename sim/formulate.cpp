@@ -458,9 +458,9 @@ void make_mlcp(const Problem& problem, const std::vector<Velocity>& v, Mlcp& mlc
   const auto part = [&](int body, const Vector3& linear, const Vector3& angular) {
     const BodyMass& mass = model.masses[body];
     Vector6 result;
-    result.head<3>() = linear * std::sqrt(mass.inverse_mass);
+    result.head<3>() = linear * mass.root_inverse_mass;
     result.tail<3>() =
-        (problem.rotations[body].transpose() * angular).cwiseProduct(mass.inverse_inertia.cwiseSqrt());
+        (problem.rotations[body].transpose() * angular).cwiseProduct(mass.root_inverse_inertia);
     return result;
   };
   mlcp.bodies = static_cast<int>(model.masses.size());

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "sim/error.h"
 
@@ -114,7 +115,8 @@ Model build_model(const Scene& scene) {
   model.gravity = scene.gravity;
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const Body& body = scene.bodies[i];
-    model.masses.push_back({body.inverse_mass, body.inverse_inertia, body.gravity_factor});
+    model.masses.push_back({body.inverse_mass, body.inverse_inertia, body.gravity_factor,
+                            std::sqrt(body.inverse_mass), body.inverse_inertia.cwiseSqrt()});
     const Vector3 inertia = moments(body.inverse_inertia);
     model.inertia.push_back(inertia);
     const bool finite = body.inverse_inertia.minCoeff() > 0;

@@ -13,6 +13,8 @@ struct BodyMass {
   double inverse_mass;      ///< 1/kg
   Vector3 inverse_inertia;  ///< principal, 1/(kg m²)
   double gravity_factor;
+  double root_inverse_mass;      ///< of M^(−1/2)
+  Vector3 root_inverse_inertia;  ///< of M^(−1/2)
 };
 
 /// The two attachment frames of a joint. As in the extension, coordinates are those of the connected node (a)
