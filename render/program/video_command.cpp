@@ -93,6 +93,9 @@ void add_video_command(CLI::App& app) {
   command->add_option("--output", options->output, "The film (SCENE.mp4)");
   command->add_option("--frames", video.frames, "A folder for PNG frames, instead of the film");
   command->add_option("--poster", video.poster, "Also write one frame as a PNG file");
+  command->add_option("--poster-time", video.poster_time, "Which one, in seconds (well into the film)")
+      ->check(CLI::NonNegativeNumber)
+      ->needs("--poster");
   command->add_option("--loop", video.loop, "Also write a small loop as a GIF file, below 2 MB");
   command->add_option("--hold", video.hold, "Seconds for which the last frame stays")
       ->check(CLI::Range(0.0, 60.0))

@@ -134,9 +134,11 @@ void make_loop(const Scene& scene, const VideoSettings& settings, const Comparis
                           settings.loop->string()));
 }
 
-/// The frame that shows most: where the algorithms that are still running differ visibly, but not yet wildly.
-int poster_frame(const Comparison& comparison) {
-  return static_cast<int>(std::lround(0.6 * static_cast<double>(comparison.times.size() - 1)));
+/// The frame nearest to the time asked for; without one, well into the film.
+int poster_frame(const Comparison& comparison, const std::optional<double>& time) {
+  const int last = static_cast<int>(comparison.times.size()) - 1;
+  const double frame = time ? *time * video_frame_rate : 0.6 * last;
+  return static_cast<int>(std::lround(std::clamp(frame, 0.0, static_cast<double>(last))));
 }
 
 bool is_frame_name(const std::string& name) {
@@ -240,7 +242,8 @@ VideoReport make_video(const Scene& scene, const VideoSettings& settings) {
                      if (film) film->write(frame);
                      if (folder) write_png(frame, folder->next());
                    }
-                   if (settings.poster && k == poster_frame(comparison)) poster = to_png(frame);
+                   if (settings.poster && k == poster_frame(comparison, settings.poster_time))
+                     poster = to_png(frame);
                    if (settings.progress) settings.progress("drawing", static_cast<double>(k + 1) / count);
                  });
   if (settings.loop) make_loop(scene, settings, comparison, *program);

@@ -19,7 +19,8 @@ struct VideoSettings {
   double hold = 1;                              ///< s for which the last frame stays
   std::filesystem::path output;                 ///< the film, MP4
   std::optional<std::filesystem::path> frames;  ///< a folder for PNG files, instead of the film
-  std::optional<std::filesystem::path> poster;  ///< one representative frame, PNG
+  std::optional<std::filesystem::path> poster;  ///< one frame, PNG
+  std::optional<double> poster_time;            ///< s; which one
   std::optional<std::filesystem::path> loop;    ///< a small film for a page, GIF, below 2 MB
   int threads = 2;                              ///< the result is the same for any number
   /// Called now and then with what is being done and its share done; may be empty.
