@@ -22,12 +22,12 @@ struct Ball {
 /// Balls along the part's box, as wide as its middle side and at most nine.
 std::vector<Ball> balls_of(const Part& part) {
   const Vector3 half = part.half_size();
-  int longest = 0;
+  Eigen::Index longest = 0;
   half.maxCoeff(&longest);
   const double wide = std::max(half[(longest + 1) % 3], half[(longest + 2) % 3]);
   const double thin = std::min(half[(longest + 1) % 3], half[(longest + 2) % 3]);
   const double radius = std::max(std::sqrt(wide * thin) * 1.1, half[longest] / 9);
-  const int count = std::clamp(static_cast<int>(half[longest] / std::max(radius, 1e-9) + 0.5), 1, 9);
+  const int count = std::clamp(static_cast<int>(std::lround(half[longest] / std::max(radius, 1e-9))), 1, 9);
   std::vector<Ball> balls;
   for (int i = 0; i < count; ++i) {
     Ball ball{part.centre(), radius};

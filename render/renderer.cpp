@@ -46,6 +46,9 @@ struct FrameUniforms {
   std::array<glm::vec4, 32> taps;
 };
 
+constexpr int disc_corners = 64;
+constexpr int disc_vertices = disc_corners + 2;  // the centre, and the first corner twice
+
 enum Unit : GLint { shadow_depth_unit, shadow_test_unit, shadow_range_unit, occlusion_unit };
 
 glm::dmat4 matrix(const Coordinates& q) {
@@ -159,13 +162,14 @@ struct Renderer::Implementation {
   GLuint frame_buffer = 0;
   GLuint body_program = 0;
   GLuint ground_program = 0;
+  GLuint ground_depth_program = 0;
   GLuint sky_program = 0;
   GLuint depth_program = 0;
   GLuint color_program = 0;
   GLuint occlusion = 0;
   std::unique_ptr<ShadowMap> shadow;
-  Target samples;
-  Target colors;
+  Target samples;  ///< four a pixel if anti-aliased
+  Target picture;
 
   Implementation(const Scene& scene, const RenderSettings& wanted,
                  std::span<const std::vector<Coordinates>> reference);
@@ -178,6 +182,7 @@ struct Renderer::Implementation {
   void fit_shadow(std::span<const Coordinates> poses);
   void fit_occlusion(std::span<const Coordinates> poses);
   void draw_bodies(GLuint program, const glm::dmat4& from_world, std::span<const Coordinates> poses);
+  void draw_ground(GLuint program);
   Image draw(std::span<const Coordinates> poses);
   Image draw_colors(std::span<const Coordinates> poses);
 };
@@ -217,9 +222,9 @@ Renderer::Implementation::Implementation(const Scene& scene, const RenderSetting
   make_buffers();
   set_light(scene);
   set_view(std::max(nearest, 0.1));
-  samples = Target(settings.width * (settings.antialiasing ? 2 : 1),
-                   settings.height * (settings.antialiasing ? 2 : 1));
-  colors = Target(settings.width, settings.height);
+  const int scale = settings.antialiasing ? 2 : 1;
+  samples = Target(settings.width * scale, settings.height * scale);
+  picture = Target(settings.width, settings.height);
   shadow = std::make_unique<ShadowMap>();
   if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
     throw Error("software OpenGL reports error " + std::to_string(error) +
@@ -230,10 +235,11 @@ Renderer::Implementation::Implementation(const Scene& scene, const RenderSetting
 void Renderer::Implementation::make_programs() {
   body_program = make_program(shaders::body_vertex(), shaders::body_fragment());
   ground_program = make_program(shaders::ground_vertex(), shaders::ground_fragment());
+  ground_depth_program = make_program(shaders::ground_vertex(), shaders::depth_fragment());
   sky_program = make_program(shaders::sky_vertex(), shaders::sky_fragment());
   depth_program = make_program(shaders::depth_vertex(), shaders::depth_fragment());
   color_program = make_program(shaders::depth_vertex(), shaders::color_fragment());
-  for (const GLuint program : {body_program, ground_program, sky_program}) {
+  for (const GLuint program : {body_program, ground_program, ground_depth_program, sky_program}) {
     glUniformBlockBinding(program, glGetUniformBlockIndex(program, "Frame"), 0);
     glUseProgram(program);
     const auto set = [program](const char* name, GLint unit) {
@@ -272,10 +278,9 @@ void Renderer::Implementation::make_buffers() {
 
   glGenVertexArrays(1, &disc);
   glBindVertexArray(disc);
-  constexpr int corners = 64;
   std::vector<glm::vec3> fan{{0, 0, 0}};
-  for (int i = 0; i <= corners; ++i) {
-    const SineCosine of = sine_cosine(-2 * std::numbers::pi * i / corners);
+  for (int i = 0; i <= disc_corners; ++i) {
+    const SineCosine of = sine_cosine(-2 * std::numbers::pi * i / disc_corners);
     fan.emplace_back(of.cosine, 0, of.sine);
   }
   buffer_of(GL_ARRAY_BUFFER, fan.data(), fan.size() * sizeof(glm::vec3));
@@ -321,9 +326,8 @@ void Renderer::Implementation::set_view(double focus) {
   const double near = std::min(0.02 * focus, 0.1);
   clip_from_world = substep::clip_from_world(view, near, 2.5 * reach);
   frame.clip_from_world = glm::mat4(clip_from_world);
-  const int scale = settings.antialiasing ? 2 : 1;
-  const glm::dvec3 right = view.right * (2 * view.tangent_x / (settings.width * scale));
-  const glm::dvec3 up = view.up * (2 * view.tangent_y / (settings.height * scale));
+  const glm::dvec3 right = view.right * (2 * view.tangent_x / settings.width);
+  const glm::dvec3 up = view.up * (2 * view.tangent_y / settings.height);
   frame.eye = glm::vec4(glm::vec3(view.eye), settings.antialiasing ? 1 : 0);
   frame.ray_corner =
       glm::vec4(glm::vec3(view.forward - view.right * view.tangent_x - view.up * view.tangent_y), 0);
@@ -413,6 +417,16 @@ void Renderer::Implementation::draw_bodies(GLuint program, const glm::dmat4& fro
   }
 }
 
+void Renderer::Implementation::draw_ground(GLuint program) {
+  // The ground gives way to what the scene draws at its height.
+  glEnable(GL_POLYGON_OFFSET_FILL);
+  glPolygonOffset(1, 8);
+  glUseProgram(program);
+  glBindVertexArray(disc);
+  glDrawArrays(GL_TRIANGLE_FAN, 0, disc_vertices);
+  glDisable(GL_POLYGON_OFFSET_FILL);
+}
+
 Image Renderer::Implementation::draw(std::span<const Coordinates> poses) {
   const Context::Current current(context);
   glEnable(GL_DEPTH_TEST);
@@ -431,20 +445,24 @@ Image Renderer::Implementation::draw(std::span<const Coordinates> poses) {
   bind(occlusion_unit, occlusion);
   bind(shadow_depth_unit, shadow->depth());
 
-  samples.start();
-  draw_bodies(body_program, clip_from_world, poses);
-  // The ground gives way to what the scene draws at its height.
-  glEnable(GL_POLYGON_OFFSET_FILL);
-  glPolygonOffset(1, 8);
-  glUseProgram(ground_program);
-  glBindVertexArray(disc);
-  glDrawArrays(GL_TRIANGLE_FAN, 0, 66);
-  glDisable(GL_POLYGON_OFFSET_FILL);
+  // Ground and sky are smooth in themselves: one sample a pixel is enough, and they are most of the picture.
+  picture.start();
+  draw_ground(ground_program);
   glUseProgram(sky_program);
   glBindVertexArray(nothing);
   glDrawArrays(GL_TRIANGLES, 0, 3);
+  picture.read();
+  Image image = top_down(picture.pixels, settings.width, settings.height);
+
+  // The bodies, where the ground does not hide them.
+  samples.start();
+  glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+  draw_ground(ground_depth_program);
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  draw_bodies(body_program, clip_from_world, poses);
   samples.read();
-  return resolve(samples.pixels, settings.width, settings.height, settings.antialiasing ? 2 : 1);
+  cover(image, samples.pixels, settings.antialiasing ? 2 : 1);
+  return image;
 }
 
 Image Renderer::Implementation::draw_colors(std::span<const Coordinates> poses) {
@@ -453,24 +471,19 @@ Image Renderer::Implementation::draw_colors(std::span<const Coordinates> poses) 
   glDepthFunc(GL_LEQUAL);
   glBindBuffer(GL_UNIFORM_BUFFER, frame_buffer);
   glBindBufferBase(GL_UNIFORM_BUFFER, 0, frame_buffer);
-  colors.start();
+  picture.start();
   draw_bodies(color_program, clip_from_world, poses);
   // The ground is the world's.
-  glEnable(GL_POLYGON_OFFSET_FILL);
-  glPolygonOffset(1, 8);
   glUseProgram(color_program);
-  glBindVertexArray(disc);
-  const glm::dmat4 place(glm::dvec4(2, 0, 0, 0), glm::dvec4(0, 1, 0, 0), glm::dvec4(0, 0, 2, 0),
-                         glm::dvec4(view.eye.x, ground, view.eye.z, 1));
-  glm::dmat4 scaled = place;
-  scaled[0][0] = scaled[2][2] = frame.ground_reach.w;
+  glm::dmat4 place(1);
+  place[0][0] = place[2][2] = frame.ground_reach.w;
+  place[3] = {view.eye.x, ground, view.eye.z, 1};
   glUniformMatrix4fv(glGetUniformLocation(color_program, "clip_from_body"), 1, GL_FALSE,
-                     glm::value_ptr(glm::mat4(clip_from_world * scaled)));
+                     glm::value_ptr(glm::mat4(clip_from_world * place)));
   glUniform3f(glGetUniformLocation(color_program, "color"), 1.0F / 255, 0, 0);
-  glDrawArrays(GL_TRIANGLE_FAN, 0, 66);
-  glDisable(GL_POLYGON_OFFSET_FILL);
-  colors.read();
-  return resolve(colors.pixels, settings.width, settings.height, 1);
+  draw_ground(color_program);
+  picture.read();
+  return top_down(picture.pixels, settings.width, settings.height);
 }
 
 Renderer::Renderer(const Scene& scene, const RenderSettings& settings,

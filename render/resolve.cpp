@@ -1,5 +1,6 @@
 #include "render/resolve.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -26,7 +27,7 @@ struct Tables {
     for (std::size_t code = 0; code < 256; ++code) {
       const double s = static_cast<double>(code) / 255;
       const double light = s <= 0.04045 ? s / 12.92 : power_2_4((s + 0.055) / 1.055);
-      linear[code] = static_cast<std::uint16_t>(light * linear_one + 0.5);
+      linear[code] = static_cast<std::uint16_t>(std::lround(light * linear_one));
     }
     std::size_t code = 0;
     for (int light = 0; light <= linear_one; ++light) {
@@ -43,27 +44,41 @@ const Tables& tables() {
 
 }  // namespace
 
-Image resolve(std::span<const std::uint8_t> rgba, int width, int height, int samples) {
+Image top_down(std::span<const std::uint8_t> rgba, int width, int height) {
   Image image(width, height);
-  const Tables& table = tables();
-  const std::size_t row_bytes = static_cast<std::size_t>(width) * samples * 4;
   for (int y = 0; y < height; ++y) {
-    const std::uint8_t* row = &rgba[row_bytes * static_cast<std::size_t>((height - 1 - y) * samples)];
+    const std::uint8_t* from = &rgba[static_cast<std::size_t>(height - 1 - y) * width * 4];
     std::uint8_t* to = image.pixel(0, y);
-    for (int x = 0; x < width; ++x, to += 3, row += 4 * samples) {
-      for (int c = 0; c < 3; ++c) {
-        if (samples == 1) {
-          to[c] = row[c];
-        } else {
-          const std::uint8_t* above = row + row_bytes;
-          const int sum = table.linear[row[c]] + table.linear[row[c + 4]] + table.linear[above[c]] +
-                          table.linear[above[c + 4]];
-          to[c] = table.encoded[static_cast<std::size_t>((sum + 2) / 4)];
+    for (int x = 0; x < width; ++x, to += 3, from += 4) std::copy_n(from, 3, to);
+  }
+  return image;
+}
+
+void cover(Image& image, std::span<const std::uint8_t> rgba, int samples) {
+  const Tables& table = tables();
+  const std::size_t row_bytes = static_cast<std::size_t>(image.width) * samples * 4;
+  const int count = samples * samples;
+  for (int y = 0; y < image.height; ++y) {
+    const std::uint8_t* first = &rgba[row_bytes * static_cast<std::size_t>((image.height - 1 - y) * samples)];
+    std::uint8_t* to = image.pixel(0, y);
+    for (int x = 0; x < image.width; ++x, to += 3, first += 4 * samples) {
+      std::array<int, 3> light{};
+      int drawn = 0;
+      for (int row = 0; row < samples; ++row) {
+        for (int column = 0; column < samples; ++column) {
+          const std::uint8_t* sample = first + row_bytes * static_cast<std::size_t>(row) + 4 * column;
+          if (sample[3] == 0) continue;
+          ++drawn;
+          for (std::size_t c = 0; c < 3; ++c) light[c] += table.linear[sample[c]];
         }
+      }
+      if (drawn == 0) continue;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const int sum = light[c] + (count - drawn) * table.linear[to[c]];
+        to[c] = table.encoded[static_cast<std::size_t>((sum + count / 2) / count)];
       }
     }
   }
-  return image;
 }
 
 }  // namespace substep

@@ -8,8 +8,12 @@
 
 namespace substep {
 
-/// `rgba` holds rows from the bottom, 4 bytes a pixel, of a drawing `samples` times (1 or 2) as wide and high
-/// as the picture. Samples of a pixel are averaged as light, not as codes, in integers: exact everywhere.
-Image resolve(std::span<const std::uint8_t> rgba, int width, int height, int samples);
+/// Pixels as OpenGL gives them, 4 bytes each and the lowest row first, without their alpha.
+Image top_down(std::span<const std::uint8_t> rgba, int width, int height);
+
+/// Lays what was drawn over `image`: `rgba`, as OpenGL gives it, is `samples` (1 or 2) times as wide and
+/// high, and its alpha is 0 where nothing was drawn. A pixel's samples are averaged as light, not as codes,
+/// and in integers: exact everywhere.
+void cover(Image& image, std::span<const std::uint8_t> rgba, int samples);
 
 }  // namespace substep

@@ -8,8 +8,8 @@ const std::string frame = R"(
 layout(std140) uniform Frame {
   mat4 clip_from_world;
   mat4 shadow_from_world;  // x, y: texture coordinates; z: 0–1 along the sun's rays
-  vec4 eye;                // w: pixel pattern of the shadow's samples, 0 or 1
-  vec4 ray_corner;         // ray through the pixel (x, y): ray_corner + x ray_right + y ray_up
+  vec4 eye;                // w: 1 where a pixel is four samples
+  vec4 ray_corner;         // ray through the picture's pixel (x, y): ray_corner + x ray_right + y ray_up
   vec4 ray_right;
   vec4 ray_up;
   vec4 to_sun;             // unit
@@ -60,7 +60,9 @@ vec3 surroundings(vec3 direction, float roughness) {
 /// Percentage-closer soft shadows (Fernando 2005): the farther what covers the sun, the wider the penumbra.
 /// Branches cost a software rasteriser as much as their longest side, loops end when no pixel goes on: so taps
 /// are taken in loops, and the range of depths around each point says where none are needed.
-float sunlight(vec3 position, vec3 n) {
+///
+/// Takes every `stride`th of the 64 taps from the `start`th on; and so samples of one pixel can share them.
+float sunlight(vec3 position, vec3 n, int stride, int start) {
   const float spread = 0.035;       // penumbra's half-width a metre from what casts it
   const float widest = 0.03;        // of the map
   const float texel = 1.0 / 1024.0;
@@ -79,7 +81,6 @@ float sunlight(vec3 position, vec3 n) {
 
   float search = min((place.z - range.x) * shadow_scale.z * spread * shadow_scale.x, widest);
   search = max(search, 0.0015);
-  int start = int(eye.w) * (int(gl_FragCoord.x) % 2 + 2 * (int(gl_FragCoord.y) % 2));
   int blocker_taps = inside && place.z > range.x ? 12 : 0;
   // The map knows depths at its texels only, up to this far off the surface's own.
   float bias = shadow_scale.y / shadow_scale.z + 1.2 * texel * length(slope);
@@ -96,14 +97,14 @@ float sunlight(vec3 position, vec3 n) {
   }
   float gap = (place.z - depth / max(blockers, 1.0)) * shadow_scale.z;
   float radius = clamp(gap * spread * shadow_scale.x, 0.0012, widest);
-  int shadow_taps = blockers > 0.0 ? 16 : 0;
+  int shadow_taps = blockers > 0.0 ? 64 / stride : 0;
   float lit = shadow_taps > 0 ? 0.0 : 1.0;
   for (int i = 0; i < shadow_taps; ++i) {
-    int k = i * 4 + start;
+    int k = i * stride + start;
     vec4 pair = taps[k / 2];
     vec2 offset = radius * ((k % 2) == 0 ? pair.xy : pair.zw);
     float z = min(place.z + dot(slope, offset) - bias, 0.9999);
-    lit += textureLod(shadow_test, vec3(place.xy + offset, z), 0.0) / 16.0;
+    lit += textureLod(shadow_test, vec3(place.xy + offset, z), 0.0) * (float(stride) / 64.0);
   }
   return lit;
 }
@@ -180,7 +181,8 @@ void main() {
   float away = 1.0 - vh;
   vec3 fresnel = facing + (1.0 - facing) * (square(square(away)) * away);
   vec3 diffuse = base_color * (1.0 - metallic);
-  float lit = nl > 0.0 ? sunlight(world_position, n) : 0.0;
+  int start = int(eye.w) * (int(gl_FragCoord.x) % 2 + 2 * (int(gl_FragCoord.y) % 2));
+  float lit = nl > 0.0 ? sunlight(world_position, n, 4, start) : 0.0;
   vec3 radiance = (diffuse * (1.0 - fresnel) + fresnel * (distribution * visibility)) * sun.rgb * (nl * lit);
 
   // The surroundings: sky above, ground below; by the ground, bodies take the sky from each other too.
@@ -257,7 +259,7 @@ void main() {
   color *= 1.0 - 0.16 * fines * ground_reach.z;
 
   vec3 n = vec3(0.0, 1.0, 0.0);
-  float lit = sunlight(position, n);
+  float lit = sunlight(position, n, 2, 0);
   float open = openness(position);
   vec3 sky = mix(zenith.rgb, horizon.rgb, 0.55);
   vec3 radiance = color * (sun.rgb * (max(to_sun.y, 0.0) * lit) + sky * open);

@@ -145,7 +145,7 @@ void blend(std::uint8_t* pixel, const Color& color, int weight) {
 }
 
 int to_weight(double alpha) {
-  return static_cast<int>(std::clamp(alpha, 0.0, 1.0) * 255 + 0.5);
+  return static_cast<int>(std::lround(std::clamp(alpha, 0.0, 1.0) * 255));
 }
 
 /// A rectangle [left, right) × [top, bottom) cut to the image.

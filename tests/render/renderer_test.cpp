@@ -92,6 +92,7 @@ TEST(Renderer, ThreadsWithARendererEachDrawTheSame) {
   std::vector<std::uint64_t> hashes(2);
   {
     std::vector<std::jthread> threads;
+    threads.reserve(hashes.size());
     for (std::uint64_t& result : hashes) {
       threads.emplace_back([&] {
         Renderer renderer(scene, small_picture());

@@ -85,6 +85,7 @@ TEST(Text, ThreadsGiveTheSamePixels) {
   std::vector<std::uint64_t> hashes(4);
   {
     std::vector<std::jthread> threads;
+    threads.reserve(hashes.size());
     for (std::uint64_t& result : hashes) {
       threads.emplace_back([&result] { result = hash(written("τ = 0.25, κ = 1")); });
     }
