@@ -113,6 +113,8 @@ Vector3 rotation_vector(const Quaternion& q) {
 Vector3 gyroscopic_change(const Vector3& local_angular_velocity, const Vector3& inertia, double duration) {
   const Vector3 momentum = inertia.cwiseProduct(local_angular_velocity);
   Vector3 w = local_angular_velocity;
+  // About a principal axis, or at rest, there is nothing to change.
+  if (momentum.cross(w) == Vector3::Zero()) return Vector3::Zero();
   // Newton on f(w) = I w − R(−h w) I ω̆, whose last term turns the old momentum into the stepped body's frame.
   // Four steps reach rounding for turns of up to half a radian a step; more turn takes a few more.
   for (int i = 0; i < 12; ++i) {
