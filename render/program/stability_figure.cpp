@@ -75,7 +75,7 @@ std::string script_of(const std::vector<StabilityPoint>& points) {
       "set encoding utf8\n"
       "set terminal svg size 1260,500 font 'DejaVu Sans,14' background rgb 'white'\n"
       "set multiplot layout 1,3 title 'Stability of one constraint row under τ and κ'\n"
-      "set xrange [0:2]\nset yrange [0:4]\nset xlabel 'κ'\nset ylabel 'τ'\n"
+      "set xrange [0:2]\nset yrange [0:4]\nset xlabel 'κ'\nset ylabel 'τ' rotate by 0\n"
       "set xtics 0.5\nset ytics 1\nset tics out nomirror\nset key below samplen 1\n";
   for (const Algorithm algorithm : {Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
     for (const bool stable : {true, false}) {
@@ -89,8 +89,8 @@ std::string script_of(const std::vector<StabilityPoint>& points) {
     }
     script += fmt::format(
         "set title 'A{}'\n"
-        "plot $stable with points pt 7 ps 0.6 lc rgb '#1f6fb4' title 'stable', "
-        "$unstable with points pt 2 ps 0.6 lc rgb '#d1491b' title 'unstable', "
+        "plot $stable with points pt 7 ps 0.8 lc rgb '#1f6fb4' title 'stable', "
+        "$unstable with points pt 2 ps 0.8 lc rgb '#d1491b' title 'unstable', "
         "{:g} + ({:g}) * x with lines lw 2 lc rgb 'black' title 'τ = 4 − 2κ'\n",
         static_cast<int>(algorithm) + 1, stability_border(0), stability_border(1) - stability_border(0));
   }

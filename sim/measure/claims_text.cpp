@@ -50,8 +50,8 @@ std::string Claim::verdict() const {
   for (const Case& part : cases) (part.holds ? holding : failing).push_back(part.what);
   if (failing.empty()) return "holds";
   if (holding.empty()) return "does not hold";
-  if (holding.size() <= failing.size()) return fmt::format("holds only for {}", fmt::join(holding, "; "));
-  return fmt::format("holds, but not for {}", fmt::join(failing, "; "));
+  if (holding.size() <= failing.size()) return fmt::format("holds only: {}", fmt::join(holding, "; "));
+  return fmt::format("holds except: {}", fmt::join(failing, "; "));
 }
 
 std::string to_table(const ClaimsReport& report) {

@@ -1,0 +1,51 @@
+# Installs the build to a folder, takes the C++ block after <!-- example --> from README, builds it in a project
+# of its own that knows only find_package(substep), and runs it.
+
+function(run_or_fail)
+  execute_process(COMMAND ${ARGV} RESULT_VARIABLE result OUTPUT_VARIABLE out ERROR_VARIABLE err)
+  if(NOT result EQUAL 0)
+    list(JOIN ARGV " " command)
+    message(FATAL_ERROR "${command}: ${result}\n${out}\n${err}")
+  endif()
+  set(out "${out}" PARENT_SCOPE)
+endfunction()
+
+file(REMOVE_RECURSE ${FOLDER})
+file(MAKE_DIRECTORY ${FOLDER}/project)
+
+# Line by line, since CMake's lists would break the code at its semicolons.
+file(READ ${README} text)
+string(FIND "${text}" "<!-- example -->" start)
+if(start LESS 0)
+  message(FATAL_ERROR "${README}: has no <!-- example -->")
+endif()
+string(SUBSTRING "${text}" ${start} -1 text)
+string(FIND "${text}" "```cpp\n" start)
+if(start LESS 0)
+  message(FATAL_ERROR "${README}: no C++ block after <!-- example -->")
+endif()
+math(EXPR start "${start} + 7")
+string(SUBSTRING "${text}" ${start} -1 text)
+string(FIND "${text}" "\n```" end)
+string(SUBSTRING "${text}" 0 ${end} text)
+file(WRITE ${FOLDER}/project/example.cpp "${text}\n")
+file(WRITE ${FOLDER}/project/CMakeLists.txt [[
+cmake_minimum_required(VERSION 3.25)
+project(example LANGUAGES CXX)
+find_package(substep REQUIRED)
+add_executable(example example.cpp)
+target_link_libraries(example PRIVATE substep::sim)
+]])
+
+run_or_fail(${CMAKE_COMMAND} --install ${BUILD} --config ${CONFIGURATION} --prefix ${FOLDER}/installed)
+run_or_fail(${CMAKE_COMMAND} -S ${FOLDER}/project -B ${FOLDER}/build -G ${GENERATOR}
+  -D CMAKE_BUILD_TYPE=${CONFIGURATION} -D CMAKE_CXX_COMPILER=${COMPILER} -D CMAKE_CXX_FLAGS=${FLAGS}
+  -D CMAKE_PREFIX_PATH=${FOLDER}/installed)
+run_or_fail(${CMAKE_COMMAND} --build ${FOLDER}/build --config ${CONFIGURATION})
+
+find_program(example NAMES example PATHS ${FOLDER}/build ${FOLDER}/build/${CONFIGURATION} NO_DEFAULT_PATH REQUIRED)
+run_or_fail(${example} ${SCENE})
+# The rod starts level at the pivot's height; it cannot be above it, nor lower than half its length below it.
+if(NOT out MATCHES "0\\.0 s +rod +1\\.400 m" OR NOT out MATCHES "0\\.5 s +rod +0\\.9[0-9][0-9] m")
+  message(FATAL_ERROR "the example prints other heights than a pendulum's:\n${out}")
+endif()
