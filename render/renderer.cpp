@@ -49,7 +49,15 @@ struct FrameUniforms {
 constexpr int disc_corners = 64;
 constexpr int disc_vertices = disc_corners + 2;  // the centre, and the first corner twice
 
-enum Unit : GLint { shadow_depth_unit, shadow_test_unit, shadow_range_unit, occlusion_unit };
+enum Unit : GLint {
+  shadow_depth_unit,
+  shadow_test_unit,
+  shadow_range_unit,
+  occlusion_unit,
+  position_unit,
+  normal_unit,
+  color_unit
+};
 
 glm::dmat4 matrix(const Coordinates& q) {
   const Matrix3 rotation = q.angular.toRotationMatrix();
@@ -76,9 +84,15 @@ std::array<glm::vec4, 32> disc_points() {
   return pairs;
 }
 
+[[noreturn]] void refuse_size(int width, int height) {
+  throw Error("software OpenGL cannot draw " + std::to_string(width) + " × " + std::to_string(height) +
+              " samples: ask for a smaller picture");
+}
+
 /// A colour and a depth buffer to draw to.
 struct Target {
   GLuint framebuffer = 0;
+  GLuint depth = 0;  ///< with a stencil
   int width = 0;
   int height = 0;
   std::vector<std::uint8_t> pixels;
@@ -92,23 +106,46 @@ struct Target {
     glBindRenderbuffer(GL_RENDERBUFFER, buffers[0]);
     glRenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, width, height);
     glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, buffers[0]);
-    glBindRenderbuffer(GL_RENDERBUFFER, buffers[1]);
-    glRenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT32F, width, height);
-    glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, buffers[1]);
-    if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
-      throw Error("software OpenGL cannot draw a picture of " + std::to_string(width) + " × " +
-                  std::to_string(height) + " pixels: ask for a smaller one");
-    }
+    depth = buffers[1];
+    glBindRenderbuffer(GL_RENDERBUFFER, depth);
+    glRenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH32F_STENCIL8, width, height);
+    glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_STENCIL_ATTACHMENT, GL_RENDERBUFFER, depth);
+    if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) refuse_size(width, height);
   }
 
   void start() const {
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
     glViewport(0, 0, width, height);
     glClearColor(0, 0, 0, 0);
-    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
   }
 
   void read() { glReadPixels(0, 0, width, height, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data()); }
+};
+
+/// What is seen at each sample, for the light to be computed once however many triangles lie behind each
+/// other or share the sample's neighbourhood. Its stencil is 1 where a body is seen, and belongs to `target`
+/// too.
+struct Surfaces {
+  GLuint framebuffer = 0;
+  std::array<GLuint, 3> textures{};
+
+  Surfaces() = default;
+  explicit Surfaces(const Target& target) {
+    glGenFramebuffers(1, &framebuffer);
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+    glGenTextures(3, textures.data());
+    const std::array<GLenum, 3> outputs{GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1, GL_COLOR_ATTACHMENT2};
+    for (std::size_t i = 0; i < textures.size(); ++i) {
+      glBindTexture(GL_TEXTURE_2D, textures[i]);
+      glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, target.width, target.height, 0, GL_RGBA, GL_FLOAT, nullptr);
+      glFramebufferTexture2D(GL_FRAMEBUFFER, outputs[i], GL_TEXTURE_2D, textures[i], 0);
+    }
+    glDrawBuffers(3, outputs.data());
+    glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_STENCIL_ATTACHMENT, GL_RENDERBUFFER, target.depth);
+    if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
+      refuse_size(target.width, target.height);
+  }
 };
 
 GLuint buffer_of(GLenum target, const void* data, std::size_t bytes) {
@@ -161,6 +198,7 @@ struct Renderer::Implementation {
   GLuint nothing = 0;
   GLuint frame_buffer = 0;
   GLuint body_program = 0;
+  GLuint shading_program = 0;
   GLuint ground_program = 0;
   GLuint ground_depth_program = 0;
   GLuint sky_program = 0;
@@ -169,6 +207,7 @@ struct Renderer::Implementation {
   GLuint occlusion = 0;
   std::unique_ptr<ShadowMap> shadow;
   Target samples;  ///< four a pixel if anti-aliased
+  Surfaces surfaces;
   Target picture;
 
   Implementation(const Scene& scene, const RenderSettings& wanted,
@@ -224,6 +263,7 @@ Renderer::Implementation::Implementation(const Scene& scene, const RenderSetting
   set_view(std::max(nearest, 0.1));
   const int scale = settings.antialiasing ? 2 : 1;
   samples = Target(settings.width * scale, settings.height * scale);
+  surfaces = Surfaces(samples);
   picture = Target(settings.width, settings.height);
   shadow = std::make_unique<ShadowMap>();
   if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
@@ -234,12 +274,13 @@ Renderer::Implementation::Implementation(const Scene& scene, const RenderSetting
 
 void Renderer::Implementation::make_programs() {
   body_program = make_program(shaders::body_vertex(), shaders::body_fragment());
+  shading_program = make_program(shaders::sky_vertex(), shaders::shading_fragment());
   ground_program = make_program(shaders::ground_vertex(), shaders::ground_fragment());
   ground_depth_program = make_program(shaders::ground_vertex(), shaders::depth_fragment());
   sky_program = make_program(shaders::sky_vertex(), shaders::sky_fragment());
   depth_program = make_program(shaders::depth_vertex(), shaders::depth_fragment());
   color_program = make_program(shaders::depth_vertex(), shaders::color_fragment());
-  for (const GLuint program : {body_program, ground_program, ground_depth_program, sky_program}) {
+  for (const GLuint program : {shading_program, ground_program, ground_depth_program, sky_program}) {
     glUniformBlockBinding(program, glGetUniformBlockIndex(program, "Frame"), 0);
     glUseProgram(program);
     const auto set = [program](const char* name, GLint unit) {
@@ -249,10 +290,15 @@ void Renderer::Implementation::make_programs() {
     set("shadow_test", shadow_test_unit);
     set("shadow_range", shadow_range_unit);
     set("occlusion_map", occlusion_unit);
+    set("position_metallic", position_unit);
+    set("normal_roughness", normal_unit);
+    set("surface_color", color_unit);
   }
   glBindSampler(shadow_depth_unit, sampler(GL_NEAREST, false));
   glBindSampler(shadow_test_unit, sampler(GL_LINEAR, true));
-  glBindSampler(shadow_range_unit, sampler(GL_NEAREST, false));
+  for (const GLuint unit : {shadow_range_unit, position_unit, normal_unit, color_unit}) {
+    glBindSampler(unit, sampler(GL_NEAREST, false));
+  }
   const GLuint occlusion_sampler = sampler(GL_LINEAR, false);
   const std::array<float, 4> open{1, 1, 1, 1};
   glSamplerParameteri(occlusion_sampler, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_BORDER);
@@ -443,6 +489,9 @@ Image Renderer::Implementation::draw(std::span<const Coordinates> poses) {
   bind(shadow_range_unit, shadow->range());
   bind(shadow_test_unit, shadow->depth());
   bind(occlusion_unit, occlusion);
+  bind(position_unit, surfaces.textures[0]);
+  bind(normal_unit, surfaces.textures[1]);
+  bind(color_unit, surfaces.textures[2]);
   bind(shadow_depth_unit, shadow->depth());
 
   // Ground and sky are smooth in themselves: one sample a pixel is enough, and they are most of the picture.
@@ -456,10 +505,23 @@ Image Renderer::Implementation::draw(std::span<const Coordinates> poses) {
 
   // The bodies, where the ground does not hide them.
   samples.start();
+  glBindFramebuffer(GL_FRAMEBUFFER, surfaces.framebuffer);
   glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
   draw_ground(ground_depth_program);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  glEnable(GL_STENCIL_TEST);
+  glStencilFunc(GL_ALWAYS, 1, 0xff);
+  glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
   draw_bodies(body_program, clip_from_world, poses);
+  // Then the light on them.
+  glBindFramebuffer(GL_FRAMEBUFFER, samples.framebuffer);
+  glStencilFunc(GL_EQUAL, 1, 0xff);
+  glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
+  glDisable(GL_DEPTH_TEST);
+  glUseProgram(shading_program);
+  glBindVertexArray(nothing);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  glDisable(GL_STENCIL_TEST);
   samples.read();
   cover(image, samples.pixels, settings.antialiasing ? 2 : 1);
   return image;

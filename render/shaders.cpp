@@ -131,7 +131,7 @@ vec3 display(vec3 radiance) {
 }  // namespace
 
 std::string body_vertex() {
-  return frame + R"(
+  return R"(
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec3 color;
@@ -153,20 +153,41 @@ void main() {
 }
 
 std::string body_fragment() {
-  return frame + light + R"(
+  return R"(
 in vec3 world_position;
 in vec3 world_normal;
 in vec3 base_color;
 in vec2 metallic_roughness;
+layout(location = 0) out vec4 position_metallic;
+layout(location = 1) out vec4 normal_roughness;
+layout(location = 2) out vec4 surface_color;
+void main() {
+  position_metallic = vec4(world_position, metallic_roughness.x);
+  normal_roughness = vec4(gl_FrontFacing ? world_normal : -world_normal, metallic_roughness.y);
+  surface_color = vec4(base_color, 1.0);
+}
+)";
+}
+
+std::string shading_fragment() {
+  return frame + light + R"(
+uniform sampler2D position_metallic;
+uniform sampler2D normal_roughness;
+uniform sampler2D surface_color;
 out vec4 code;
 
 void main() {
-  vec3 n = normalize(gl_FrontFacing ? world_normal : -world_normal);
+  ivec2 pixel = ivec2(gl_FragCoord.xy);
+  vec4 surface = texelFetch(position_metallic, pixel, 0);
+  vec4 facet = texelFetch(normal_roughness, pixel, 0);
+  vec3 world_position = surface.xyz;
+  vec3 base_color = texelFetch(surface_color, pixel, 0).rgb;
+  vec3 n = normalize(facet.xyz);
   vec3 v = normalize(eye.xyz - world_position);
   vec3 l = to_sun.xyz;
   vec3 h = normalize(v + l);
-  float metallic = metallic_roughness.x;
-  float roughness = clamp(metallic_roughness.y, 0.06, 1.0);
+  float metallic = surface.w;
+  float roughness = clamp(facet.w, 0.06, 1.0);
   float nl = max(dot(n, l), 0.0);
   float nv = max(dot(n, v), 1e-3);
   float nh = max(dot(n, h), 0.0);

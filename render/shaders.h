@@ -8,14 +8,25 @@
 
 namespace substep::shaders {
 
-std::string body_vertex();  ///< uniforms clip_from_body, world_from_body
+/// Uniforms clip_from_body and world_from_body.
+std::string body_vertex();
+/// What is seen of bodies: three outputs, which shading_fragment() takes as textures.
 std::string body_fragment();
-std::string ground_vertex();  ///< a disc around the eye's foot
+/// The light on it, drawn with sky_vertex().
+std::string shading_fragment();
+
+/// A disc around the eye's foot.
+std::string ground_vertex();
 std::string ground_fragment();
-std::string sky_vertex();  ///< one triangle over everything, at the far end
+
+/// One triangle over everything, at the far end.
+std::string sky_vertex();
 std::string sky_fragment();
-std::string depth_vertex();  ///< uniform clip_from_body: for the shadow map and the bodies' colours
+
+/// For the shadow map and the bodies' colours: uniform clip_from_body.
+std::string depth_vertex();
 std::string depth_fragment();
-std::string color_fragment();  ///< uniform color
+/// Uniform color.
+std::string color_fragment();
 
 }  // namespace substep::shaders
