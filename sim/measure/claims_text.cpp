@@ -9,10 +9,12 @@
 namespace substep {
 namespace {
 
-/// A timing's third digit says nothing.
 std::string number(double value, bool timing = false) {
   // Nothing measured here is a billion: a run that has gone so far has blown up, finite or not.
   if (!(std::abs(value) < 1e9)) return "blows up";
+  // Rounding: its digits depend on the order of a sum.
+  if (value != 0 && std::abs(value) < 1e-12) return "<1e-12";
+  // A timing's third digit says nothing.
   return timing ? fmt::format("~{:.2g}", value) : fmt::format("{:.3g}", value);
 }
 
