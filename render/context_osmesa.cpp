@@ -6,6 +6,7 @@
 #include <mutex>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 #include "render/context.h"
 #include "render/gl.h"
@@ -89,7 +90,9 @@ std::string renderer_description() {
 }
 
 bool is_pinned_renderer() {
-  return renderer_description() == "llvmpipe (LLVM 15.0.6, 128 bits), 4.5 (Core Profile) Mesa 22.3.6";
+  const char* caps = std::getenv("GALLIUM_OVERRIDE_CPU_CAPS");
+  return caps != nullptr && std::string_view(caps) == "sse4.1" &&
+         renderer_description() == "llvmpipe (LLVM 15.0.6, 128 bits), 4.5 (Core Profile) Mesa 22.3.6";
 }
 
 }  // namespace substep

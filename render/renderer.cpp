@@ -157,6 +157,7 @@ GLuint buffer_of(GLenum target, const void* data, std::size_t bytes) {
 }
 
 const void* offset(std::size_t bytes) {
+  // NOLINTNEXTLINE(performance-no-int-to-ptr): OpenGL takes places in its buffers as pointers.
   return reinterpret_cast<const void*>(bytes);
 }
 
@@ -190,6 +191,7 @@ struct Renderer::Implementation {
   glm::dmat4 clip_from_world{1};
   glm::dvec3 ray{0, -1, 0};
   double ground = 0;
+  double sight = 0;  ///< farther from the eye than this, bodies neither cast shadows nor hide the sky
   std::vector<bool> scenery;  ///< of each part
   FrameUniforms frame{};
 
@@ -218,6 +220,7 @@ struct Renderer::Implementation {
   void set_light(const Scene& scene);
   void set_view(double focus);
 
+  bool is_in_sight(const Coordinates& q) const;
   void fit_shadow(std::span<const Coordinates> poses);
   void fit_occlusion(std::span<const Coordinates> poses);
   void draw_bodies(GLuint program, const glm::dmat4& from_world, std::span<const Coordinates> poses);
@@ -255,6 +258,8 @@ Renderer::Implementation::Implementation(const Scene& scene, const RenderSetting
     farthest = std::max(farthest, std::min(distance + radius, 1e4));
   }
   if (!(nearest < farthest)) nearest = farthest;
+  // One body that a run has lost must not stretch the shadow map until it shows nothing of the others.
+  sight = 3 * farthest;
 
   const Context::Current current(context);
   make_programs();
@@ -385,12 +390,16 @@ void Renderer::Implementation::set_view(double focus) {
                         static_cast<float>(2 * reach)};
 }
 
+bool Renderer::Implementation::is_in_sight(const Coordinates& q) const {
+  return is_drawable(q) && (q.linear - Vector3(view.eye.x, view.eye.y, view.eye.z)).norm() < sight;
+}
+
 void Renderer::Implementation::fit_shadow(std::span<const Coordinates> poses) {
   std::vector<glm::dvec3> points;
   for (std::size_t i = 0; i < mesh.parts.size(); ++i) {
     const Part& part = mesh.parts[i];
     const Coordinates& q = poses[static_cast<std::size_t>(part.body)];
-    if (scenery[i] || !is_drawable(q)) continue;
+    if (scenery[i] || !is_in_sight(q)) continue;
     for (const Vector3& corner : part.corners()) {
       const Vector3 p = q.angular * corner + q.linear;
       points.emplace_back(p.x(), p.y(), p.z());
@@ -418,7 +427,7 @@ void Renderer::Implementation::fit_occlusion(std::span<const Coordinates> poses)
     const Part& part = mesh.parts[i];
     const Coordinates& q = poses[static_cast<std::size_t>(part.body)];
     const Vector3 centre = q.angular * part.centre() + q.linear;
-    if (scenery[i] || !is_drawable(q)) continue;
+    if (scenery[i] || !is_in_sight(q)) continue;
     low = low.cwiseMin(centre);
     high = high.cwiseMax(centre);
     largest = std::max(largest, part.half_size().norm());
@@ -427,7 +436,7 @@ void Renderer::Implementation::fit_occlusion(std::span<const Coordinates> poses)
   const double width = std::max(high.x() - low.x(), high.z() - low.z()) + 6 * largest;
   std::vector<Coordinates> drawn(poses.begin(), poses.end());
   for (Coordinates& q : drawn) {
-    if (!is_drawable(q)) q = {{0, infinite, 0}, Quaternion::Identity()};
+    if (!is_in_sight(q)) q = {{0, infinite, 0}, Quaternion::Identity()};
   }
   const GroundOcclusion map = ground_occlusion(mesh.parts, drawn, ground, (low.x() + high.x() - width) / 2,
                                                (low.z() + high.z() - width) / 2, width);

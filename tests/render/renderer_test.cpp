@@ -51,6 +51,7 @@ std::map<int, int> pixels_per_body(const Image& colors) {
 TEST(Renderer, IsPinned) {
   ASSERT_TRUE(pinned);
   EXPECT_NE(renderer_description().find("llvmpipe"), std::string::npos) << renderer_description();
+  EXPECT_EQ(is_pinned_renderer(), renderer_description().find("Mesa 22.3.6") != std::string::npos);
   EXPECT_NE(renderer_description().find("128 bits"), std::string::npos) << renderer_description();
 }
 
@@ -242,6 +243,18 @@ TEST(Renderer, AFloatingBoxShadesTheGroundBelow) {
   const Image bright = without.draw(initial_state(scene).q);
   EXPECT_GT(luma(bright, below.first, below.second),
             luma(lit, below.first, below.second) + 40);  // measured 73 more
+}
+
+TEST(Renderer, ALostBodyLeavesTheOthersTheirShadows) {
+  Scene scene = floating_box();
+  const int lost = add_body(scene, Sphere{0.3}, {2.5, 0.3, 0});
+  const RenderSettings settings = small_picture();
+  const auto below = ground_pixel(0.1, 0.3, settings);
+  Renderer renderer(scene, settings);
+  std::vector<Coordinates> poses = initial_state(scene).q;
+  const int shaded = luma(renderer.draw(poses), below.first, below.second);
+  poses[static_cast<std::size_t>(lost)].linear = {3e4, 2e4, -5e4};
+  EXPECT_NEAR(luma(renderer.draw(poses), below.first, below.second), shaded, 3);  // measured 0
 }
 
 TEST(Renderer, LitSurfacesDoNotShadeThemselves) {
