@@ -21,8 +21,8 @@ std::string number(double value, bool timing = false) {
 std::string text_of(const Figure& figure) {
   std::vector<std::string> numbers;
   for (const double value : figure.values) numbers.push_back(number(value, figure.timing));
-  return fmt::format("{}: {}{}{}", figure.what, fmt::join(numbers, " / "), figure.unit.empty() ? "" : " ",
-                     figure.unit);
+  const std::string unit = figure.unit.empty() ? "" : fmt::format(" [{}]", figure.unit);
+  return fmt::format("{}{}: {}", figure.what, unit, fmt::join(numbers, " / "));
 }
 
 /// Where the text of a table's cell may stand.
