@@ -3,9 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <memory>
-#include <set>
 #include <utility>
 
 #include "golden/check_results.h"
@@ -21,40 +19,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Cases of one scene follow each other: it is loaded once, and where its own camera makes the picture
-/// independent of the run, drawn by one renderer.
+/// Cases of one scene follow each other: it is loaded once.
 class Stage {
  public:
   const Scene& scene(const fs::path& file) {
     if (!scene_ || scene_file_ != file) {
-      renderer_.reset();
       scene_ = std::make_unique<Scene>(load_scene(file));
       scene_file_ = file;
     }
     return *scene_;
   }
 
-  /// For the scene last asked for.
-  Renderer& renderer(const SuiteCase& entry, const PoseLog& log) {
-    const bool is_reusable = scene_->camera.has_value();
-    if (renderer_ && is_reusable && size_ == std::pair(entry.width, entry.height)) return *renderer_;
-    std::vector<std::vector<Coordinates>> reference;
-    for (const PoseLog::Frame& frame : log.frames) {
-      if (!frame.poses.empty()) reference.push_back(frame.poses);
-    }
-    RenderSettings settings;
-    settings.width = entry.width;
-    settings.height = entry.height;
-    renderer_ = std::make_unique<Renderer>(*scene_, settings, reference);
-    size_ = {entry.width, entry.height};
-    return *renderer_;
-  }
-
  private:
   fs::path scene_file_;
   std::unique_ptr<Scene> scene_;
-  std::unique_ptr<Renderer> renderer_;
-  std::pair<int, int> size_;
 };
 
 PictureComparison compare_pictures(const Image& expected, const Image& actual,
@@ -73,13 +51,23 @@ bool has_poses(const PoseLog& log, const Scene& scene, int frame) {
          log.frames[static_cast<std::size_t>(frame)].poses.size() == scene.bodies.size();
 }
 
-std::vector<Image> draw(Stage& stage, const SuiteCase& entry, const PoseLog& log) {
-  const Scene& scene = stage.scene(entry.scene);
+/// The case's frames as the log has them. A frame without poses gives an empty picture.
+///
+/// By a renderer of its own: what it is told of the run's poses sets the ground and, where the scene has
+/// none, the camera, so that one that drew another run before would give other pictures.
+std::vector<Image> draw(const Scene& scene, const SuiteCase& entry, const PoseLog& log) {
+  std::vector<std::vector<Coordinates>> reference;
+  for (const PoseLog::Frame& frame : log.frames) {
+    if (frame.poses.size() == scene.bodies.size()) reference.push_back(frame.poses);
+  }
+  RenderSettings settings;
+  settings.width = entry.width;
+  settings.height = entry.height;
+  Renderer renderer(scene, settings, reference);
   std::vector<Image> images;
   for (const int frame : entry.images) {
-    // An empty picture stands for a frame that the log does not reach.
     images.push_back(has_poses(log, scene, frame)
-                         ? stage.renderer(entry, log).draw(log.frames[static_cast<std::size_t>(frame)].poses)
+                         ? renderer.draw(log.frames[static_cast<std::size_t>(frame)].poses)
                          : Image());
   }
   return images;
@@ -154,11 +142,11 @@ class CaseCheck {
     const SuiteCase& entry = result_.entry;
     // Without golden poses there is nothing to tell the renderer's part by.
     const std::vector<Image> drawn =
-        golden_ ? draw(stage_, entry, *golden_) : std::vector<Image>(entry.images.size());
+        golden_ ? draw(scene, entry, *golden_) : std::vector<Image>(entry.images.size());
     const bool lacks_poses =
         std::any_of(drawn.begin(), drawn.end(), [](const Image& i) { return i.rgb.empty(); });
     const bool draws_new = live_ && (!result_.poses.passes || lacks_poses);
-    new_images_ = draws_new ? draw(stage_, entry, *live_) : std::vector<Image>();
+    new_images_ = draws_new ? draw(scene, entry, *live_) : std::vector<Image>();
     for (std::size_t i = 0; i < entry.images.size(); ++i) {
       ImageResult image;
       image.frame = entry.images[i];
