@@ -105,9 +105,10 @@ BenchmarkScene pile_of(int boxes) {
   };
   for (int i = 0; i < boxes; ++i) {
     const int layer = i / (side * side);
-    const int place = i % (side * side);
-    const Vector3 position(pile_pitch * (place % side - 0.5 * (side - 1)), 1 + 1.5 * layer,
-                           pile_pitch * (place / side - 0.5 * (side - 1)));
+    const int column = i % side;
+    const int row = i / side % side;
+    const Vector3 position(pile_pitch * (column - 0.5 * (side - 1)), 1 + 1.5 * layer,
+                           pile_pitch * (row - 0.5 * (side - 1)));
     const Vector3 turn(0.1 * next(), 0.1 * next(), 0.1 * next());
     test::add_box(scene, unit_cube, 1, {position, rotation_quaternion(turn)}, friction);
   }
@@ -117,7 +118,7 @@ BenchmarkScene pile_of(int boxes) {
 Verdict judge(const BenchmarkScene& scene, Contestant& contestant) {
   if (scene.judge == BenchmarkScene::Judge::none) return {true, 0};
   const bool trajectory = scene.judge == BenchmarkScene::Judge::trajectory;
-  const int steps = trajectory ? static_cast<int>(1 / scene.step + 0.5) : scene.steps;
+  const int steps = trajectory ? static_cast<int>(std::lround(1 / scene.step)) : scene.steps;
   for (int i = 0; i < steps; ++i) contestant.step();
   double error = 0;
   const int bodies = static_cast<int>(scene.scene.bodies.size());

@@ -44,7 +44,7 @@ double cpu_time() {
 }
 
 void register_steps(const BenchmarkScene& scene, const std::string& contestant,
-                    std::function<std::unique_ptr<Contestant>()> make) {
+                    const std::function<std::unique_ptr<Contestant>()>& make) {
   // Judged once, before the first timing.
   struct Judged {
     bool yet = false;

@@ -19,7 +19,7 @@ double cpu_time();
 
 /// A contestant on a scene; its name is "scene/contestant".
 void register_steps(const BenchmarkScene& scene, const std::string& contestant,
-                    std::function<std::unique_ptr<Contestant>()> make);
+                    const std::function<std::unique_ptr<Contestant>()>& make);
 
 /// The marginal cost of a row solve: the same step taken with `few` and with `many` sub-steps or iterations,
 /// so that what a step costs beside its row solves falls out.

@@ -1,6 +1,7 @@
 #pragma once
 // Scenes built in code, for tests that need exact numbers rather than a file.
 
+#include <cmath>
 #include <limits>
 #include <string>
 
@@ -105,7 +106,7 @@ inline int add_box(Scene& scene, const Vector3& size, double mass, const Pose& p
 /// The state after `duration` seconds, and the largest residual of A1 on the way.
 inline State run(const Scene& scene, const Settings& settings, double duration, double* residual = nullptr) {
   Simulation simulation(scene, settings);
-  const int steps = static_cast<int>(duration / settings.step + 0.5);
+  const int steps = static_cast<int>(std::lround(duration / settings.step));
   for (int i = 0; i < steps; ++i) {
     const StepReport& report = simulation.step();
     if (residual) *residual = std::max(*residual, report.residual);
