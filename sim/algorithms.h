@@ -17,8 +17,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "sim/formulate.h"
 #include "sim/direct_solver.h"
+#include "sim/formulate.h"
 #include "sim/mlcp.h"
 #include "sim/settings.h"
 

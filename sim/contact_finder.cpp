@@ -40,7 +40,7 @@ Vector3 across(const Vector3& normal) {
 
 }  // namespace
 
-ContactFinder::ContactFinder(const Scene& scene, const Model& model) : scene_(scene), model_(model) {
+ContactFinder::ContactFinder(const Scene& scene, const Model& model) : model_(model) {
   if (!model.contacts) return;
   for (const Collider& collider : scene.colliders) {
     candidates_.push_back(

@@ -32,7 +32,6 @@ class ContactFinder {
   };
   bool may_meet(std::uint32_t i, std::uint32_t j) const;
 
-  const Scene& scene_;
   const Model& model_;
   std::vector<Candidate> candidates_;
   std::vector<Pose> poses_;
