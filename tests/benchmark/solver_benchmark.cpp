@@ -63,9 +63,17 @@ void register_joints(const BenchmarkScene& scene) {
   register_peers(scene, true);
 }
 
+/// A5 with ten sweeps in all. With τ = 1 each sub-step takes back the whole depth at once, as speed that
+/// stays: it throws a pile out of its container, from 0.6 on.
+void register_a5_on_contacts(const BenchmarkScene& scene) {
+  Settings settings = settings_of(Algorithm::a5, scene.step, 10, 1);
+  settings.tau = 0.3;
+  register_ours(scene, "A5 n=10 m=1 tau=0.3", settings);
+}
+
 void register_contacts(const BenchmarkScene& scene) {
   register_ours(scene, "A2 m=10", settings_of(Algorithm::a2, scene.step, 1, 10));
-  register_ours(scene, "A5 n=10 m=1", settings_of(Algorithm::a5, scene.step, 10, 1));
+  register_a5_on_contacts(scene);
   register_peers(scene, false);
 }
 
@@ -77,10 +85,13 @@ void register_kernel(BenchmarkScene scene) {
   for (const Algorithm algorithm : {Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
     std::string title(name(algorithm));
     title[0] = 'A';
-    register_row_solves(scene, title, settings_of(algorithm, step, 10, 1),
-                        settings_of(algorithm, step, 30, 1));
+    Settings few = settings_of(algorithm, step, 10, 1);
+    few.tau = 0.3;
+    Settings many = few;
+    many.substeps = 30;
+    register_row_solves(scene, title, few, many);
   }
-  register_limits(scene, settings_of(Algorithm::a5, step, 10, 1));
+  register_limits(scene, settings_of(Algorithm::a2, step, 1, 10));
 }
 
 void register_all() {
@@ -95,8 +106,7 @@ void register_all() {
   for (const double top : {100.0, 1000.0}) register_a1(stack_of_ten(top));
   for (const int base : {10, 20, 30}) register_contacts(pyramid_of(base));
   register_contacts(pile_of(250));
-  const BenchmarkScene large = pile_of(2000);
-  register_ours(large, "A5 n=10 m=1", settings_of(Algorithm::a5, large.step, 10, 1));
+  register_a5_on_contacts(pile_of(2000));
   register_kernel(chain_of(10));
   register_kernel(pyramid_of(20));
   register_kernel(pile_of(250));
