@@ -12,6 +12,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace substep {
@@ -101,5 +102,8 @@ class MlcpSolver {
 
 /// The problem as text, numbers at round-trip precision: what a run leaves when it could not solve one.
 std::string to_text(const Mlcp& problem);
+
+/// Reads what to_text wrote. Throws Error, with `what` (a file's name) and the line at its front.
+Mlcp parse_mlcp(std::string_view text, const std::string& what);
 
 }  // namespace substep

@@ -157,6 +157,8 @@ class Measurement {
   Claim claim13();
   Claim claim14();
   LadderPrices ladder(const std::string& name, int n);
+  EnergyDrift energy_drift(const std::string& run, Algorithm algorithm, Joints joints,
+                           const std::vector<std::string>& names);
 
  private:
   const Scene& scene(const std::string& name) const { return scenes_.at(name); }
@@ -714,6 +716,20 @@ LadderPrices Measurement::ladder(const std::string& name, int n) {
   return prices;
 }
 
+EnergyDrift Measurement::energy_drift(const std::string& run, Algorithm algorithm, Joints joints,
+                                      const std::vector<std::string>& names) {
+  EnergyDrift drift{run, {}, {}};
+  for (const std::string& name : names) {
+    Settings settings = settings_of(scene(name), algorithm, 4, algorithm == Algorithm::a2 ? 4 : 1);
+    settings.joints = joints;
+    const MeasuredRun result = measured_run(scene(name), settings, 5);
+    constexpr double infinite = std::numeric_limits<double>::infinity();
+    drift.growth.push_back(result.diverged ? infinite : result.energy_growth);
+    drift.change.push_back(result.diverged ? infinite : result.energy_change);
+  }
+  return drift;
+}
+
 }  // namespace
 
 ClaimsReport measure_claims(const std::filesystem::path& folder, const std::function<void(int)>& progress) {
@@ -735,6 +751,18 @@ ClaimsReport measure_claims(const std::filesystem::path& folder, const std::func
                                 {"heavy_chain", 16},
                                 {"powered_wheel", 4}}) {
     report.ladder.push_back(measurement.ladder(name, n));
+  }
+  report.energy_scenes = {"pendulum", "rod_chain", "heavy_chain", "tumbling_body"};
+  const auto add_energy = [&](const std::string& run, Algorithm algorithm, Joints joints) {
+    report.energy.push_back(measurement.energy_drift(run, algorithm, joints, report.energy_scenes));
+  };
+  add_energy("A1", Algorithm::a1, Joints::plain);
+  add_energy("A2, m = 4", Algorithm::a2, Joints::plain);
+  for (const Algorithm algorithm : {Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
+    for (const Joints joints : {Joints::rows, Joints::plain, Joints::stable}) {
+      const std::string number(1, name(algorithm)[1]);
+      add_energy("A" + number + ", " + std::string(name(joints)), algorithm, joints);
+    }
   }
   return report;
 }

@@ -45,9 +45,18 @@ struct LadderPrices {
   std::vector<double> prices;  ///< by `rungs`: largest distance of a body from where A3 has it after 1 s, m
 };
 
+/// Energy of a passive scene with one algorithm and flavour of joints.
+struct EnergyDrift {
+  std::string run;             ///< "A3, stable"
+  std::vector<double> growth;  ///< by ClaimsReport::energy_scenes: largest rise above the start's energy, J
+  std::vector<double> change;  ///< end − start, J
+};
+
 struct ClaimsReport {
   std::vector<Claim> claims;
   std::vector<LadderPrices> ladder;
+  std::vector<std::string> energy_scenes;
+  std::vector<EnergyDrift> energy;
 };
 
 /// Measures all claims on the scene files of `folder`: about half a minute. All but timings is the same in
@@ -55,12 +64,12 @@ struct ClaimsReport {
 /// read.
 ClaimsReport measure_claims(const std::filesystem::path& folder, const std::function<void(int)>& progress);
 
-/// A heading and lines for each claim, then the ladder, for a terminal.
+/// A heading and lines for each claim, then the ladder and the energies, for a terminal.
 std::string to_table(const ClaimsReport& report);
-/// Two tables. Timings are marked by ~.
+/// Three tables. Timings are marked by ~.
 std::string to_markdown(const ClaimsReport& report);
 /// {"claims": [{number, section, claim, measured, figures, cases, verdict}], "ladder": [{scene, substeps,
-/// prices}]}. What is not finite is null.
+/// prices}], "energy": [{run, scenes: [{scene, growth, change}]}]}. What is not finite is null.
 std::string to_json(const ClaimsReport& report);
 
 }  // namespace substep

@@ -44,6 +44,19 @@ constexpr std::string_view ladder_caption =
     "centre, m; "
     "plain joints, scene's step)";
 
+constexpr std::string_view energy_caption =
+    "Energy of scenes that nothing drives, over 5 s with n = 4, m = 1, in J: largest rise above the start's "
+    "/ "
+    "change to the end. A1's first-order step adds or takes what is of second order a step; frozen Jacobians "
+    "(A4, "
+    "A5 plain) pull along where a joint was and add energy as it turns; next-frame Jacobians take it, as "
+    "implicit "
+    "Euler does; the heavy chain gains it where its light rods' stiffness is beyond the step";
+
+std::string energy_cell(const EnergyDrift& drift, std::size_t i) {
+  return fmt::format("{} / {}", number(drift.growth[i]), number(drift.change[i]));
+}
+
 }  // namespace
 
 std::string Claim::verdict() const {
@@ -71,6 +84,13 @@ std::string to_table(const ClaimsReport& report) {
     text += fmt::format("\n{:32}", name(rungs[i]));
     for (const LadderPrices& row : report.ladder) text += fmt::format("{:>24}", number(row.prices[i]));
   }
+  text += fmt::format("\n\n{}\n{:12}", energy_caption, "");
+  for (const std::string& scene : report.energy_scenes) text += fmt::format("{:>26}", scene);
+  for (const EnergyDrift& drift : report.energy) {
+    text += fmt::format("\n{:12}", drift.run);
+    for (std::size_t i = 0; i < drift.growth.size(); ++i)
+      text += fmt::format("{:>26}", energy_cell(drift, i));
+  }
   return text + "\n";
 }
 
@@ -90,6 +110,14 @@ std::string to_markdown(const ClaimsReport& report) {
   for (std::size_t i = 0; i < rungs.size(); ++i) {
     text += fmt::format("\n| {} |", name(rungs[i]));
     for (const LadderPrices& row : report.ladder) text += fmt::format(" {} |", number(row.prices[i]));
+  }
+  text += fmt::format("\n\n{}:\n\n| |", energy_caption);
+  for (const std::string& scene : report.energy_scenes) text += fmt::format(" {} |", scene);
+  text += "\n|---|";
+  for (std::size_t i = 0; i < report.energy_scenes.size(); ++i) text += "---|";
+  for (const EnergyDrift& drift : report.energy) {
+    text += fmt::format("\n| {} |", drift.run);
+    for (std::size_t i = 0; i < drift.growth.size(); ++i) text += fmt::format(" {} |", energy_cell(drift, i));
   }
   return text + "\n";
 }
@@ -124,7 +152,17 @@ std::string to_json(const ClaimsReport& report) {
     }
     ladder.push_back({{"scene", row.scene}, {"substeps", row.substeps}, {"prices", prices}});
   }
-  return nlohmann::ordered_json{{"claims", claims}, {"ladder", ladder}}.dump(2) + "\n";
+  nlohmann::ordered_json energy = nlohmann::ordered_json::array();
+  for (const EnergyDrift& drift : report.energy) {
+    nlohmann::ordered_json scenes = nlohmann::ordered_json::array();
+    for (std::size_t i = 0; i < drift.growth.size(); ++i) {
+      scenes.push_back({{"scene", report.energy_scenes[i]},
+                        {"growth", json_number(drift.growth[i])},
+                        {"change", json_number(drift.change[i])}});
+    }
+    energy.push_back({{"run", drift.run}, {"scenes", scenes}});
+  }
+  return nlohmann::ordered_json{{"claims", claims}, {"ladder", ladder}, {"energy", energy}}.dump(2) + "\n";
 }
 
 }  // namespace substep

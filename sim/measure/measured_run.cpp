@@ -41,6 +41,7 @@ MeasuredRun measured_run(Simulation& simulation, double duration) {
     run.diverged = report.status == StepReport::Status::diverged;
     run.row_solves += report.row_solves;
     run.largest_gap = std::max(run.largest_gap, joint_gap(scene, simulation.state()));
+    run.energy_growth = std::max(run.energy_growth, energy(scene, simulation.state()) - start);
   }
   run.state = simulation.state();
   run.energy_change = energy(scene, run.state) - start;

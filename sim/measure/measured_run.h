@@ -12,6 +12,7 @@ struct MeasuredRun {
   bool diverged = false;     ///< it left the finite numbers
   double largest_gap = 0;    ///< of two anchors that a joint holds together, after any step, m
   double energy_change = 0;  ///< of all bodies, end − start, J
+  double energy_growth = 0;  ///< largest rise above the start's, after any step, J
   std::int64_t row_solves = 0;
 };
 
