@@ -47,11 +47,13 @@ constexpr std::string_view ladder_caption =
 constexpr std::string_view energy_caption =
     "Energy of scenes that nothing drives, over 5 s with n = 4, m = 1, in J: largest rise above the start's "
     "/ "
-    "change to the end. A1's first-order step adds or takes what is of second order a step; frozen Jacobians "
-    "(A4, "
-    "A5 plain) pull along where a joint was and add energy as it turns; next-frame Jacobians take it, as "
-    "implicit "
-    "Euler does; the heavy chain gains it where its light rods' stiffness is beyond the step";
+    "change to the end. Stable joints only take energy from the pendulum and the rod chain. Frozen Jacobians "
+    "(A4 "
+    "and A5, rows or plain) add it to the rod chain: an impulse along a joint's old direction does work as "
+    "the rod "
+    "turns. For the heavy chain n = 4 is too little for each of them: its taut, light rods are stiffer than "
+    "the "
+    "step can follow";
 
 std::string energy_cell(const EnergyDrift& drift, std::size_t i) {
   return fmt::format("{} / {}", number(drift.growth[i]), number(drift.change[i]));
