@@ -1,5 +1,13 @@
 #pragma once
 /// What the solver builds of a scene: only what the scene needs.
+///
+/// Which of the three kinds of rows each is; 'stable' is what a two-sided one can be (Settings::joints):
+/// - Lock: position-level, two-sided, in blocks; can be stable.
+/// - Limit: position-level, one-sided; where both bounds are one it is two-sided, and can be stable.
+/// - Limit, soft: between position- and velocity-level, by what stiffness and damping weigh in a step.
+/// - Drive: velocity-level without stiffness, with it like a soft limit; two-sided within ±max_force.
+/// - Contact: position-level, one-sided; velocity-level in the step in which it bounces.
+/// - Friction: velocity-level, within ±μ times the normal's impulse.
 
 #include <string>
 #include <vector>
