@@ -177,9 +177,22 @@ int GltfBuilder::plane_shape() {
 }
 
 int GltfBuilder::physics_material(double friction) {
+  return physics_material(friction, friction);
+}
+
+int GltfBuilder::bouncing_material(double restitution) {
   return append(document_["extensions"][rigid_bodies]["physicsMaterials"],
-                {{"staticFriction", friction},
-                 {"dynamicFriction", friction},
+                {{"staticFriction", 0.0},
+                 {"dynamicFriction", 0.0},
+                 {"restitution", restitution},
+                 {"frictionCombine", "minimum"},
+                 {"restitutionCombine", "maximum"}});
+}
+
+int GltfBuilder::physics_material(double static_friction, double dynamic_friction) {
+  return append(document_["extensions"][rigid_bodies]["physicsMaterials"],
+                {{"staticFriction", static_friction},
+                 {"dynamicFriction", dynamic_friction},
                  {"restitution", 0.0},
                  {"frictionCombine", "minimum"},
                  {"restitutionCombine", "minimum"}});
@@ -187,8 +200,10 @@ int GltfBuilder::physics_material(double friction) {
 
 void GltfBuilder::motion(int node, const Motion& motion) {
   Json json = {{"mass", motion.mass}};
+  if (motion.kinematic) json["isKinematic"] = true;
   if (motion.inertia) json["inertiaDiagonal"] = to_json(*motion.inertia);
   if (motion.centre_of_mass) json["centerOfMass"] = to_json(*motion.centre_of_mass);
+  if (motion.linear_velocity != Vector3::Zero()) json["linearVelocity"] = to_json(motion.linear_velocity);
   if (motion.angular_velocity != Vector3::Zero()) json["angularVelocity"] = to_json(motion.angular_velocity);
   physics(node)["motion"] = json;
 }
@@ -218,6 +233,35 @@ int GltfBuilder::hinge(const std::optional<VelocityDrive>& drive) {
                                    {"maxForce", drive->max_torque},
                                    {"velocityTarget", drive->velocity},
                                    {"damping", drive->damping}}});
+  }
+  return append(document_["extensions"][rigid_bodies]["physicsJoints"], json);
+}
+
+int GltfBuilder::joint_description(const std::vector<AxesLimit>& limits,
+                                   const std::vector<AxisDrive>& drives) {
+  Json json = {{"limits", Json::array()}};
+  for (const AxesLimit& limit : limits) {
+    Json element = {{limit.kind == AxesLimit::Kind::linear ? "linearAxes" : "angularAxes", limit.axes}};
+    if (limit.min) element["min"] = *limit.min;
+    if (limit.max) element["max"] = *limit.max;
+    if (limit.stiffness) {
+      element["stiffness"] = *limit.stiffness;
+      element["damping"] = limit.damping;
+    }
+    json["limits"].push_back(element);
+  }
+  for (const AxisDrive& drive : drives) {
+    Json element = {{"type", drive.kind == AxesLimit::Kind::linear ? "linear" : "angular"},
+                    {"mode", drive.acceleration ? "acceleration" : "force"},
+                    {"axis", drive.axis},
+                    {"maxForce", drive.max_force}};
+    if (drive.stiffness > 0) {
+      element["positionTarget"] = drive.position;
+      element["stiffness"] = drive.stiffness;
+    }
+    element["velocityTarget"] = drive.velocity;
+    element["damping"] = drive.damping;
+    json["drives"].push_back(element);
   }
   return append(document_["extensions"][rigid_bodies]["physicsJoints"], json);
 }

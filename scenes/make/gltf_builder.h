@@ -34,7 +34,31 @@ struct Motion {
   std::optional<Vector3> inertia =
       {};  ///< principal moments along the node's axes, kg·m²; else of its colliders
   std::optional<Vector3> centre_of_mass = {};  ///< node space; else the colliders'
+  Vector3 linear_velocity = Vector3::Zero();   ///< node space, m/s
   Vector3 angular_velocity = Vector3::Zero();  ///< node space, rad/s
+  bool kinematic = false;                      ///< keeps its velocity whatever happens
+};
+
+/// A bound on one, two or three axes of a joint, as in the extension. Hard without stiffness.
+struct AxesLimit {
+  enum class Kind { linear, angular } kind;
+  std::vector<int> axes;
+  std::optional<double> min = {};  ///< m or rad
+  std::optional<double> max = {};
+  std::optional<double> stiffness = {};  ///< N/m or N·m/rad
+  double damping = 0;
+};
+
+/// A drive along or about one axis of a joint. `acceleration`: its numbers are per unit of mass or inertia.
+struct AxisDrive {
+  AxesLimit::Kind kind;
+  int axis;
+  bool acceleration = false;
+  double position = 0;  ///< target, m or rad
+  double velocity = 0;  ///< target, m/s or rad/s
+  double stiffness = 0;
+  double damping = 0;
+  double max_force = 0;
 };
 
 /// A motor that turns about an axis of a joint.
@@ -73,6 +97,9 @@ class GltfBuilder {
   int plane_shape();
   /// Where two materials meet, the smaller friction counts. No restitution.
   int physics_material(double friction);
+  int physics_material(double static_friction, double dynamic_friction);
+  /// Without friction; where two materials meet, the larger restitution counts.
+  int bouncing_material(double restitution);
 
   void motion(int node, const Motion& motion);
   void collider(int node, int shape, int physics_material);
@@ -82,6 +109,8 @@ class GltfBuilder {
   /// Joints keep two points together; the hinge leaves turning about the node's +Z too.
   int ball_joint();
   int hinge(const std::optional<VelocityDrive>& drive = {});
+  int joint_description(const std::vector<AxesLimit>& limits, const std::vector<AxisDrive>& drives = {});
+  /// Coordinates of limits and drives are those of `connected_node` in the frame of `node`.
   void joint(int node, int connected_node, int joint_description);
 
   /// 16:9, from a point, towards a point, +Y up; `field_of_view` is vertical, rad.

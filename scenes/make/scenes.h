@@ -18,12 +18,16 @@ std::string stone_pyramid();
 std::string incline();
 std::string powered_wheel();
 
+std::string joint_kinds();
+std::string bouncing_balls();
+std::string conveyor();
+
 struct SceneFile {
   std::string_view name;  ///< of the file, without ".gltf"
   std::string (*text)();
 };
 
-inline constexpr std::array<SceneFile, 8> all_scenes{{
+inline constexpr std::array<SceneFile, 11> all_scenes{{
     {"rod_chain", rod_chain},
     {"pendulum", pendulum},
     {"heavy_chain", heavy_chain},
@@ -32,6 +36,9 @@ inline constexpr std::array<SceneFile, 8> all_scenes{{
     {"stone_pyramid", stone_pyramid},
     {"incline", incline},
     {"powered_wheel", powered_wheel},
+    {"joint_kinds", joint_kinds},
+    {"bouncing_balls", bouncing_balls},
+    {"conveyor", conveyor},
 }};
 
 }  // namespace substep::make
