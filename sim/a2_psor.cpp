@@ -1,9 +1,8 @@
 // Algorithm 2, Γ̂(t,h): essential stepping, iterative.
 //
-// | line | A1                        | here                                                     | test |
-// |------|---------------------------|----------------------------------------------------------|---------------|
-// | 5–9  | all rows at once, exactly | row by row; projected successive over-relaxation by ω    | claims 1,
-// 2, 3 |
+// | line | A1                        | here                                                  | measured by    |
+// |------|---------------------------|-------------------------------------------------------|----------------|
+// | 5–9  | all rows at once, exactly | row by row; projected successive over-relaxation by ω | claims 1, 2, 3 |
 //
 // The limits hold for a row's total impulse, and v̂ moves by the change of the total.
 

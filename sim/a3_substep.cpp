@@ -1,14 +1,13 @@
 // Algorithm 3, Γ̂(t,h,n): Havok stepping, conceptual.
 //
-// | line   | A2                       | here                                                    | test |
-// |--------|--------------------------|---------------------------------------------------------|----------------|
-// | 5      | one step of h            | n sub-steps of hs = h/n; geometry stays that of t       | claims 1,
-// 2, 3 | | 7      | v, world                 | v̆, local angular velocities; ext/n                       |
-// claim 10       | | 8      | until converged, or ap   | m micro-iterations, no test | claim 3        | | 9
-// | row by row               | blocks of up to three rows where limits are infinite    | claim 13       | |
-// 11     | ω                        | τ, κ                                                    | claim 11 | |
-// 15     | –                        | J̆, β from coordinates stepped exactly                    | claims 2, 4
-// |
+// | line | A2                     | here                                                 | measured by    |
+// |------|------------------------|------------------------------------------------------|----------------|
+// | 5    | one step of h          | n sub-steps of hs = h/n; geometry stays that of t    | claims 1, 2, 3 |
+// | 7    | v, world               | v̆, local angular velocities; ext/n                   | claim 10       |
+// | 8    | until converged, or ap | m micro-iterations, no test                          | claim 3        |
+// | 9    | row by row             | blocks of up to three rows where limits are infinite | claim 13       |
+// | 11   | ω                      | τ, κ                                                 | claim 11       |
+// | 15   | –                      | J̆, β from coordinates stepped exactly                | claims 2, 4    |
 
 #include "sim/algorithms.h"
 #include "sim/rotation.h"

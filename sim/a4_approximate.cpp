@@ -1,10 +1,10 @@
 // Algorithm 4, Γ̂(t,h,ñ): Havok stepping, approximative.
 //
-// | line   | A3                                | here                                           | test |
-// |--------|-----------------------------------|------------------------------------------------|----------------|
-// | 15     | J̆ʲ⁺¹ from exact coordinates        | J̆ʲ⁺¹ ≈ J̆ʲ; 'stable' blocks: from the sum         | claims
-// 4, 14   | | 16     | βʲ⁺¹ from exact coordinates        | βʲ⁺¹ = βʲ − J̆ʲ v̆ʲ | claims 4, 8, 12 | | 20     |
-// the product of the rotations      | the rotation of the sum                        | claims 4, 9    |
+// | line | A3                           | here                                     | measured by     |
+// |------|------------------------------|------------------------------------------|-----------------|
+// | 15   | J̆ʲ⁺¹ from exact coordinates  | J̆ʲ⁺¹ ≈ J̆ʲ; 'stable' blocks: from the sum | claims 4, 14    |
+// | 16   | βʲ⁺¹ from exact coordinates  | βʲ⁺¹ = βʲ − J̆ʲ v̆ʲ                        | claims 4, 8, 12 |
+// | 20   | the product of the rotations | the rotation of the sum                  | claims 4, 9     |
 
 #include "sim/algorithms.h"
 #include "sim/rotation.h"

@@ -1,11 +1,10 @@
 // Algorithm 5: Havok stepping, actual.
 //
-// | line   | A4                                | here                                           | test |
-// |--------|-----------------------------------|------------------------------------------------|----------------|
-// | 5      | β, M̆⁻¹, λ                          | β□ = (τ/κ)β¹, M□⁻¹ = κM̆⁻¹, λ□ = λ/κ              | claim 5
-// | | 8      | v̂⁰ = v̆ʲ⁻¹ + ext/n                  | m̂v⁰ = v̆ʲ⁻¹ + ext/n + svʲ                         | claim
-// 5        | | 16     | βʲ⁺¹ = βʲ − J̆ʲ v̆ʲ                  | svʲ⁺¹ = svʲ + (τ/κ) v̆ʲ: all J̆ are the current
-// one | claim 6       |
+// | line | A4                | here                                              | measured by |
+// |------|-------------------|---------------------------------------------------|-------------|
+// | 5    | β, M̆⁻¹, λ         | β□ = (τ/κ)β¹, M□⁻¹ = κM̆⁻¹, λ□ = λ/κ               | claim 5     |
+// | 8    | v̂⁰ = v̆ʲ⁻¹ + ext/n | m̂v⁰ = v̆ʲ⁻¹ + ext/n + svʲ                          | claim 5     |
+// | 16   | βʲ⁺¹ = βʲ − J̆ʲ v̆ʲ | svʲ⁺¹ = svʲ + (τ/κ) v̆ʲ: all J̆ are the current one | claim 6     |
 //
 // The report calls mv and sv by the names that they bear in Havok's code: 'Velocity' and 'SumVelocity'.
 // Neither is v̆ or its sum.
