@@ -139,6 +139,72 @@ void add_round(Gatherer& gatherer, const Pose& placement, double radius, double 
   }
 }
 
+/// A profile of points (radius, y) from top to bottom, turned about the Y axis, each with the normal that it
+/// has in the profile's plane.
+struct ProfilePoint {
+  double radius;
+  double y;
+  double normal_radius;
+  double normal_y;
+};
+
+void add_revolved(Gatherer& gatherer, const Pose& placement, const std::vector<ProfilePoint>& profile) {
+  constexpr int sectors = 64;
+  std::vector<std::uint32_t> previous;
+  for (const ProfilePoint& point : profile) {
+    std::vector<std::uint32_t> circle;
+    for (int sector = 0; sector < sectors; ++sector) {
+      const SineCosine around = sine_cosine(2 * std::numbers::pi * sector / sectors);
+      const Vector3 position(point.radius * around.cosine, point.y, point.radius * around.sine);
+      const Vector3 normal(point.normal_radius * around.cosine, point.normal_y,
+                           point.normal_radius * around.sine);
+      circle.push_back(gatherer.add_vertex(placement * position, placement.orientation * normal));
+    }
+    for (std::size_t i = 0; !previous.empty() && i < sectors; ++i) {
+      const std::size_t next = (i + 1) % sectors;
+      gatherer.add_triangle(previous[i], previous[next], circle[i]);
+      gatherer.add_triangle(previous[next], circle[next], circle[i]);
+    }
+    previous = circle;
+  }
+}
+
+void add_cylinder(Gatherer& gatherer, const Pose& placement, const Cylinder& cylinder) {
+  const double h = cylinder.half_height;
+  const double slant = std::hypot(2 * h, cylinder.radius_bottom - cylinder.radius_top);
+  const double out = 2 * h / slant;
+  const double up = (cylinder.radius_bottom - cylinder.radius_top) / slant;
+  // Rims are doubled: they have the normals of both sides.
+  add_revolved(gatherer, placement, {{0, h, 0, 1}, {cylinder.radius_top, h, 0, 1}});
+  add_revolved(gatherer, placement,
+               {{cylinder.radius_top, h, out, up}, {cylinder.radius_bottom, -h, out, up}});
+  add_revolved(gatherer, placement, {{cylinder.radius_bottom, -h, 0, -1}, {0, -h, 0, -1}});
+}
+
+void add_tapered_capsule(Gatherer& gatherer, const Pose& placement, const TaperedCapsule& capsule) {
+  constexpr int rings = 32;
+  const double h = capsule.half_length;
+  const double difference = capsule.radius_bottom - capsule.radius_top;
+  // The height of the normal at which the straight side leaves the upper ball and meets the lower one.
+  const double seam = std::abs(difference) >= 2 * h ? (difference > 0 ? 1 : -1) : difference / (2 * h);
+  std::vector<ProfilePoint> profile;
+  bool upper = true;
+  for (int ring = 0; ring <= rings; ++ring) {
+    const SineCosine down = sine_cosine(std::numbers::pi * ring / rings);
+    const auto add = [&](double radius, double centre, double out, double up) {
+      profile.push_back({radius * out, centre + radius * up, out, up});
+    };
+    if (upper && (down.cosine < seam || ring == rings)) {
+      upper = false;
+      const double out = std::sqrt(1 - seam * seam);
+      add(capsule.radius_top, h, out, seam);
+      add(capsule.radius_bottom, -h, out, seam);
+    }
+    add(upper ? capsule.radius_top : capsule.radius_bottom, upper ? h : -h, down.sine, down.cosine);
+  }
+  add_revolved(gatherer, placement, profile);
+}
+
 void add_polygon(Gatherer& gatherer, const Pose& placement, const std::vector<Vector3>& corners,
                  const Vector3& normal) {
   std::vector<std::uint32_t> indices;
@@ -170,6 +236,17 @@ void add_collider(Gatherer& gatherer, const Collider& collider) {
     add_round(gatherer, collider.placement, capsule->radius, capsule->half_length);
   } else if (const auto* polytope = std::get_if<Polytope>(&collider.shape)) {
     add_polytope(gatherer, collider.placement, *polytope);
+  } else if (const auto* cylinder = std::get_if<Cylinder>(&collider.shape)) {
+    add_cylinder(gatherer, collider.placement, *cylinder);
+  } else if (const auto* tapered = std::get_if<TaperedCapsule>(&collider.shape)) {
+    add_tapered_capsule(gatherer, collider.placement, *tapered);
+  } else if (const auto* mesh = std::get_if<TriangleMesh>(&collider.shape)) {
+    for (std::size_t t = 0; t < mesh->triangles.size(); ++t) {
+      const Triangle& corners = mesh->triangles[t];
+      add_polygon(gatherer, collider.placement,
+                  {mesh->vertices[corners[0]], mesh->vertices[corners[1]], mesh->vertices[corners[2]]},
+                  mesh->normals[t]);
+    }
   } else if (!is_ground(collider)) {
     // A piece of the plane, large enough to be seen as one.
     constexpr double reach = 10;

@@ -29,6 +29,17 @@ struct Reach {
   double operator()(const Capsule& c) const { return c.half_length + c.radius; }
   double operator()(const Plane&) const { return 0; }
   double operator()(const Polytope& p) const { return p.centre.norm() + p.bounding_radius; }
+  double operator()(const Cylinder& c) const {
+    const double radius = std::max(c.radius_bottom, c.radius_top);
+    return std::sqrt(c.half_height * c.half_height + radius * radius);
+  }
+  double operator()(const TaperedCapsule& c) const {
+    return c.half_length + std::max(c.radius_bottom, c.radius_top);
+  }
+  double operator()(const TriangleMesh& m) const {
+    const Bounds& b = m.nodes[0].bounds;
+    return b.lower.cwiseAbs().cwiseMax(b.upper.cwiseAbs()).norm();
+  }
 };
 
 /// A unit vector across `normal`, by the world axis that it is farthest from.

@@ -14,6 +14,7 @@ using Contacts = std::vector<ContactPoint>;
 /// Kinds in the order of their indices in Shape; a's kind is not after b's.
 void find_ordered(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double margin,
                   Contacts& out) {
+  if (b.index() > 3) return;
   if (const auto* polytope = std::get_if<Polytope>(&b)) {
     if (const auto* other = std::get_if<Polytope>(&a)) {
       if (other->box && polytope->box) {
@@ -100,6 +101,33 @@ Bounds bounds_of(const Polytope& polytope, const Pose& pose) {
   result.lower += pose.position;
   result.upper += pose.position;
   return result;
+}
+
+/// Of two balls, or of two discs across `axis`, around ∓half along the axis.
+Bounds bounds_of_ends(const Pose& pose, const Vector3& half, const Vector3& reach_bottom,
+                      const Vector3& reach_top) {
+  return {pose.position + (-half - reach_bottom).cwiseMin(half - reach_top),
+          pose.position + (-half + reach_bottom).cwiseMax(half + reach_top)};
+}
+
+Bounds bounds_of(const Cylinder& cylinder, const Pose& pose) {
+  const Vector3 axis = pose.orientation * Vector3::UnitY();
+  // How far a disc of radius 1 across the axis reaches along each world axis.
+  const Vector3 reach = (Vector3::Ones() - axis.cwiseAbs2()).cwiseMax(0.0).cwiseSqrt();
+  return bounds_of_ends(pose, cylinder.half_height * axis, cylinder.radius_bottom * reach,
+                        cylinder.radius_top * reach);
+}
+
+Bounds bounds_of(const TaperedCapsule& capsule, const Pose& pose) {
+  return bounds_of_ends(pose, pose.orientation * Vector3(0, capsule.half_length, 0),
+                        Vector3::Constant(capsule.radius_bottom), Vector3::Constant(capsule.radius_top));
+}
+
+Bounds bounds_of(const TriangleMesh& mesh, const Pose& pose) {
+  const Bounds& own = mesh.nodes[0].bounds;
+  const Vector3 half = (own.upper - own.lower) / 2;
+  const Matrix3 rotation = pose.orientation.toRotationMatrix();
+  return around(pose.position + rotation * (own.lower + half), rotation.cwiseAbs() * half);
 }
 
 }  // namespace

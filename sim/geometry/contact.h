@@ -30,13 +30,8 @@ struct ContactPoint {
 void find_contacts(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double margin,
                    std::vector<ContactPoint>& out);
 
-/// The axis-aligned box around a shape.
-struct Bounds {
-  Vector3 lower;
-  Vector3 upper;
-};
-
-/// Tight for polytopes up to rounding; a plane's bounds are infinite except along an axis it is normal to.
+/// The axis-aligned box around a shape. Tight up to rounding, but for a triangle mesh's, which is the box
+/// around its own turned box; a plane's is infinite except along an axis it is normal to.
 Bounds bounds(const Shape& shape, const Pose& pose);
 
 /// Pairs (i, j), i < j, of boxes that overlap, in ascending order: a sweep along the axis of largest spread,

@@ -83,6 +83,90 @@ MassProperties of_shape(const Plane& /*plane*/) {
   return {};
 }
 
+/// Solids of revolution about the Y axis, in pieces whose squared radius is a polynomial in y.
+class RevolvedSum {
+ public:
+  /// A cone frustum: from (y = low, radius_low) straight to (high, radius_high).
+  void add_frustum(double low, double radius_low, double high, double radius_high) {
+    const double h = (high - low) / 2;
+    if (h <= 0) return;
+    // About its own middle, where odd powers of y vanish: r = m + k y.
+    const double m = (radius_low + radius_high) / 2;
+    const double k = (radius_high - radius_low) / (2 * h);
+    const double y2 = 2 * h * h * h / 3;
+    const double y4 = 2 * h * h * h * h * h / 5;
+    add((low + high) / 2, 2 * h * m * m + k * k * y2, 2 * m * k * y2, m * m * y2 + k * k * y4,
+        2 * h * m * m * m * m + 6 * m * m * k * k * y2 + k * k * k * k * y4);
+  }
+
+  /// The part between y = centre + low and centre + high of a ball of this radius.
+  void add_ball_part(double centre, double radius, double low, double high) {
+    const auto integral = [&](double u) -> std::array<double, 4> {
+      const double r2 = radius * radius;
+      const double u2 = u * u;
+      return {r2 * u - u2 * u / 3, r2 * u2 / 2 - u2 * u2 / 4, r2 * u2 * u / 3 - u2 * u2 * u / 5,
+              r2 * r2 * u - 2 * r2 * u2 * u / 3 + u2 * u2 * u / 5};
+    };
+    const std::array<double, 4> to = integral(high);
+    const std::array<double, 4> from = integral(low);
+    add(centre, to[0] - from[0], to[1] - from[1], to[2] - from[2], to[3] - from[3]);
+  }
+
+  MassProperties result() const {
+    MassProperties properties;
+    properties.mass = std::numbers::pi * area_;
+    if (properties.mass == 0) return properties;
+    const double centre = first_ / area_;
+    properties.centre_of_mass.y() = centre;
+    const double across = std::numbers::pi * (fourth_ / 4 + second_ - centre * first_);
+    properties.inertia = Vector3(across, std::numbers::pi * fourth_ / 2, across).asDiagonal();
+    return properties;
+  }
+
+ private:
+  /// ∫ r², ∫ y r², ∫ y² r² and ∫ r⁴ of a piece, with y from `offset`.
+  void add(double offset, double area, double first, double second, double fourth) {
+    area_ += area;
+    first_ += first + offset * area;
+    second_ += second + 2 * offset * first + offset * offset * area;
+    fourth_ += fourth;
+  }
+
+  double area_ = 0;
+  double first_ = 0;
+  double second_ = 0;
+  double fourth_ = 0;
+};
+
+MassProperties of_shape(const Cylinder& cylinder) {
+  RevolvedSum sum;
+  sum.add_frustum(-cylinder.half_height, cylinder.radius_bottom, cylinder.half_height, cylinder.radius_top);
+  return sum.result();
+}
+
+MassProperties of_shape(const TaperedCapsule& capsule) {
+  const double h = capsule.half_length;
+  const double bottom = capsule.radius_bottom;
+  const double top = capsule.radius_top;
+  RevolvedSum sum;
+  if (std::abs(bottom - top) >= 2 * h) {
+    sum.add_ball_part(bottom > top ? -h : h, std::max(bottom, top), -std::max(bottom, top),
+                      std::max(bottom, top));
+    return sum.result();
+  }
+  // The straight side touches both balls where their normal has this sine.
+  const double sine = (bottom - top) / (2 * h);
+  const double cosine = std::sqrt(1 - sine * sine);
+  sum.add_ball_part(-h, bottom, -bottom, bottom * sine);
+  sum.add_frustum(-h + bottom * sine, bottom * cosine, h + top * sine, top * cosine);
+  sum.add_ball_part(h, top, top * sine, top);
+  return sum.result();
+}
+
+MassProperties of_shape(const TriangleMesh& /*mesh*/) {
+  return {};
+}
+
 MassProperties of_shape(const Polytope& polytope) {
   const Vector3 corner = mean(polytope.vertices);
   TetrahedronSum sum;

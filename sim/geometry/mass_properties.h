@@ -23,13 +23,11 @@ struct PrincipalInertia {
   Quaternion orientation = Quaternion::Identity();
 };
 
-using Triangle = std::array<std::uint32_t, 3>;
-
 /// Of a solid bounded by a closed triangle mesh, counter-clockwise seen from outside, of unit density: the
 /// sum of signed tetrahedra about the mean vertex. An inverted mesh gives a negative mass.
 MassProperties mass_properties(std::span<const Vector3> vertices, std::span<const Triangle> triangles);
 
-/// Of a shape of unit density, in its collider's frame. A plane has none: mass 0.
+/// Of a shape of unit density, in its collider's frame. A plane and a triangle mesh have none: mass 0.
 MassProperties mass_properties(const Shape& shape);
 
 /// Whether each directed edge occurs once and its reverse once, after vertices at equal positions are welded.

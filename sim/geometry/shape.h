@@ -22,8 +22,61 @@ struct Capsule {
   double radius = 0.25;
 };
 
-/// The half-space y <= 0: the plane's normal is +Y.
+/// The half-space y <= 0: the plane's normal is +Y. A finite or double-sided plane is a TriangleMesh, see
+/// make_rectangle.
 struct Plane {};
+
+/// A solid of revolution about the Y axis between y = ±half_height, its radius going straight from one end to
+/// the other: a cylinder, a cone frustum or, where one radius is 0, a cone. See make_cylinder.
+struct Cylinder {
+  double half_height = 0.25;
+  double radius_bottom = 0.25;  ///< at y = −half_height
+  double radius_top = 0.25;
+};
+
+/// The convex hull of two balls around (0, ∓half_length, 0). Where one ball holds the other it is that ball.
+/// See make_tapered_capsule.
+struct TaperedCapsule {
+  double half_length = 0.25;
+  double radius_bottom = 0.25;  ///< of the ball around (0, −half_length, 0)
+  double radius_top = 0.25;
+};
+
+/// The axis-aligned box around something.
+struct Bounds {
+  Vector3 lower;
+  Vector3 upper;
+};
+
+/// Indices of three vertices, counter-clockwise seen from the front.
+using Triangle = std::array<std::uint32_t, 3>;
+
+/// A surface of triangles that does not move: contacts push out of its front, which is the side from which
+/// corners run counter-clockwise, or out of the side on which the other shape's centre lies if it is
+/// two-sided. It has no inside and no mass. All members follow from vertices and triangles: see
+/// make_triangle_mesh.
+struct TriangleMesh {
+  static constexpr std::uint32_t none = 0xffffffffU;
+
+  /// Of a tree of boxes. Its root is the first; the children of an inner node are `first` and `first` + 1.
+  struct Node {
+    Bounds bounds{Vector3::Zero(), Vector3::Zero()};
+    std::uint32_t first = 0;  ///< child, or first triangle of a leaf
+    std::uint32_t count = 0;  ///< triangles of a leaf; 0 for an inner node
+  };
+
+  std::vector<Vector3> vertices;    ///< no two at one place
+  std::vector<Triangle> triangles;  ///< in the order of the leaves
+  std::vector<Vector3> normals;     ///< unit, one per triangle
+  /// The triangle across the edge from corner i to corner i + 1, which has that edge in the other direction;
+  /// `none` at a border and where more than two triangles meet.
+  std::vector<std::array<std::uint32_t, 3>> neighbours;
+  /// Vertex v is joined by edges to ring[ring_begin[v]] … ring[ring_begin[v + 1] − 1].
+  std::vector<std::uint32_t> ring_begin;
+  std::vector<std::uint32_t> ring;
+  std::vector<Node> nodes;
+  bool two_sided = false;
+};
 
 /// A box of any placement: `pose` takes its own frame, where it is |x| <= half_size, to the polytope's.
 struct OrientedBox {
@@ -32,7 +85,7 @@ struct OrientedBox {
 };
 
 /// A convex polytope with non-empty interior, as its faces: planar convex polygons, counter-clockwise seen
-/// from outside. Boxes, cylinders (as prisms) and hulls of meshes are all of this kind.
+/// from outside. Boxes, prisms and hulls of meshes are all of this kind.
 struct Polytope {
   std::vector<Vector3> vertices;
   /// Face f has the vertices face_vertices[face_begin[f]] … face_vertices[face_begin[f+1] − 1].
@@ -52,6 +105,6 @@ struct Polytope {
   std::size_t face_count() const { return face_normals.size(); }
 };
 
-using Shape = std::variant<Sphere, Capsule, Plane, Polytope>;
+using Shape = std::variant<Sphere, Capsule, Plane, Polytope, Cylinder, TaperedCapsule, TriangleMesh>;
 
 }  // namespace substep

@@ -1,0 +1,245 @@
+#include "sim/geometry/triangle_mesh.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <tuple>
+
+#include "sim/error.h"
+
+namespace substep {
+namespace {
+
+/// Metres. Beyond, products of three lengths leave the range in which they are exact to rounding.
+constexpr double largest_coordinate = 1e9;
+
+constexpr std::uint32_t leaf_size = 4;
+
+/// A triangle lower than this part of its longest side has no normal worth the name.
+constexpr double smallest_height = 1e-10;
+
+/// Gives each vertex the index of the first at its place, and leaves out what is then not used.
+void weld(TriangleMesh& mesh) {
+  const std::vector<Vector3>& given = mesh.vertices;
+  std::vector<std::uint32_t> order(given.size());
+  std::iota(order.begin(), order.end(), 0U);
+  const auto place = [&](std::uint32_t i) { return std::tuple(given[i].x(), given[i].y(), given[i].z()); };
+  std::ranges::sort(order, [&](std::uint32_t i, std::uint32_t j) {
+    return place(i) != place(j) ? place(i) < place(j) : i < j;
+  });
+  std::vector<std::uint32_t> first(given.size());
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const bool same = i > 0 && place(order[i]) == place(order[i - 1]);
+    first[order[i]] = same ? first[order[i - 1]] : order[i];
+  }
+  std::vector<std::uint32_t> index(given.size(), TriangleMesh::none);
+  std::vector<Vector3> kept;
+  for (Triangle& triangle : mesh.triangles) {
+    for (std::uint32_t& corner : triangle) {
+      std::uint32_t& to = index[first[corner]];
+      if (to == TriangleMesh::none) {
+        to = static_cast<std::uint32_t>(kept.size());
+        kept.push_back(given[first[corner]]);
+      }
+      corner = to;
+    }
+  }
+  mesh.vertices = std::move(kept);
+}
+
+Vector3 area_vector(std::span<const Vector3> vertices, const Triangle& triangle) {
+  const Vector3& a = vertices[triangle[0]];
+  return (vertices[triangle[1]] - a).cross(vertices[triangle[2]] - a);
+}
+
+bool has_area(std::span<const Vector3> vertices, const Triangle& triangle) {
+  double longest = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    longest = std::max(longest, (vertices[triangle[(i + 1) % 3]] - vertices[triangle[i]]).squaredNorm());
+  }
+  return area_vector(vertices, triangle).norm() > smallest_height * longest;
+}
+
+/// Splits triangles at the median of their middles until leaves are small; a leaf's are neighbours in
+/// `order`.
+class TreeBuilder {
+ public:
+  TreeBuilder(TriangleMesh& mesh, std::vector<std::uint32_t>& order) : mesh_(mesh), order_(order) {
+    for (const Triangle& triangle : mesh.triangles) {
+      const Vector3& a = mesh.vertices[triangle[0]];
+      const Vector3& b = mesh.vertices[triangle[1]];
+      const Vector3& c = mesh.vertices[triangle[2]];
+      boxes_.push_back({a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)});
+    }
+  }
+
+  void build() {
+    mesh_.nodes.assign(1, {});
+    split(0, 0, static_cast<std::uint32_t>(order_.size()));
+  }
+
+ private:
+  Vector3 middle(std::uint32_t triangle) const { return boxes_[triangle].lower + boxes_[triangle].upper; }
+
+  void split(std::uint32_t node, std::uint32_t begin, std::uint32_t end) {
+    Bounds box = boxes_[order_[begin]];
+    Bounds middles = {middle(order_[begin]), middle(order_[begin])};
+    for (std::uint32_t i = begin + 1; i < end; ++i) {
+      box.lower = box.lower.cwiseMin(boxes_[order_[i]].lower);
+      box.upper = box.upper.cwiseMax(boxes_[order_[i]].upper);
+      middles.lower = middles.lower.cwiseMin(middle(order_[i]));
+      middles.upper = middles.upper.cwiseMax(middle(order_[i]));
+    }
+    mesh_.nodes[node].bounds = box;
+    if (end - begin <= leaf_size) {
+      mesh_.nodes[node].first = begin;
+      mesh_.nodes[node].count = end - begin;
+      return;
+    }
+    Eigen::Index axis = 0;
+    (middles.upper - middles.lower).maxCoeff(&axis);
+    const std::uint32_t half = begin + (end - begin) / 2;
+    const auto precedes = [&](std::uint32_t i, std::uint32_t j) {
+      const double a = middle(i)[axis];
+      const double b = middle(j)[axis];
+      return a != b ? a < b : i < j;
+    };
+    std::nth_element(order_.begin() + begin, order_.begin() + half, order_.begin() + end, precedes);
+    // Which of a half's come first depends on the library that selected them.
+    std::sort(order_.begin() + begin, order_.begin() + half);
+    std::sort(order_.begin() + half, order_.begin() + end);
+    const auto first = static_cast<std::uint32_t>(mesh_.nodes.size());
+    mesh_.nodes[node].first = first;
+    mesh_.nodes.resize(mesh_.nodes.size() + 2);
+    split(first, begin, half);
+    split(first + 1, half, end);
+  }
+
+  TriangleMesh& mesh_;
+  std::vector<std::uint32_t>& order_;
+  std::vector<Bounds> boxes_;
+};
+
+void join_neighbours(TriangleMesh& mesh) {
+  struct Side {
+    std::array<std::uint32_t, 2> ends;
+    std::uint32_t triangle;
+    std::uint32_t corner;
+  };
+  std::vector<Side> sides;
+  sides.reserve(3 * mesh.triangles.size());
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Triangle& corners = mesh.triangles[t];
+    for (std::uint32_t i = 0; i < 3; ++i) sides.push_back({{corners[i], corners[(i + 1) % 3]}, t, i});
+  }
+  std::ranges::sort(sides, {}, [](const Side& side) { return std::tuple(side.ends, side.triangle); });
+  const auto with_ends = [&](const std::array<std::uint32_t, 2>& ends) {
+    return std::ranges::equal_range(sides, ends, {}, &Side::ends);
+  };
+  mesh.neighbours.assign(mesh.triangles.size(), {TriangleMesh::none, TriangleMesh::none, TriangleMesh::none});
+  std::vector<std::array<std::uint32_t, 2>> joined;
+  for (const Side& side : sides) {
+    joined.push_back(side.ends);
+    joined.push_back({side.ends[1], side.ends[0]});
+    const auto same = with_ends(side.ends);
+    const auto across = with_ends({side.ends[1], side.ends[0]});
+    if (same.size() == 1 && across.size() == 1) {
+      mesh.neighbours[side.triangle][side.corner] = across.front().triangle;
+    }
+  }
+  std::ranges::sort(joined);
+  joined.erase(std::unique(joined.begin(), joined.end()), joined.end());
+  mesh.ring_begin.assign(mesh.vertices.size() + 1, 0);
+  for (const auto& [from, to] : joined) {
+    ++mesh.ring_begin[from + 1];
+    mesh.ring.push_back(to);
+  }
+  std::partial_sum(mesh.ring_begin.begin(), mesh.ring_begin.end(), mesh.ring_begin.begin());
+}
+
+bool overlap(const Bounds& a, const Bounds& b) {
+  return (a.lower.array() <= b.upper.array()).all() && (b.lower.array() <= a.upper.array()).all();
+}
+
+}  // namespace
+
+TriangleMesh make_triangle_mesh(std::span<const Vector3> positions, std::span<const Triangle> triangles,
+                                const std::string& what, bool two_sided) {
+  constexpr std::size_t most = TriangleMesh::none / 8;
+  if (positions.size() > most || triangles.size() > most) {
+    throw Error(fmt::format("{}: {} vertices and {} triangles are too many for a triangle mesh", what,
+                            positions.size(), triangles.size()));
+  }
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    // Written so that NaN fails too.
+    if (positions[i].cwiseAbs().maxCoeff() <= largest_coordinate && positions[i].allFinite()) continue;
+    throw Error(
+        fmt::format("{}: vertex {} is at {:.6g} {:.6g} {:.6g}; a triangle mesh needs finite "
+                    "coordinates within ±1e9 m",
+                    what, i, positions[i].x(), positions[i].y(), positions[i].z()));
+  }
+  TriangleMesh mesh;
+  mesh.two_sided = two_sided;
+  mesh.vertices.assign(positions.begin(), positions.end());
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    for (const std::uint32_t corner : triangles[t]) {
+      if (corner < positions.size()) continue;
+      throw Error(
+          fmt::format("{}: triangle {} has the vertex {}; there are {}", what, t, corner, positions.size()));
+    }
+    if (has_area(positions, triangles[t])) mesh.triangles.push_back(triangles[t]);
+  }
+  if (mesh.triangles.empty()) throw Error(what + ": a triangle mesh needs a triangle with an area");
+  weld(mesh);
+
+  std::vector<std::uint32_t> order(mesh.triangles.size());
+  std::iota(order.begin(), order.end(), 0U);
+  TreeBuilder(mesh, order).build();
+  std::vector<Triangle> ordered;
+  ordered.reserve(order.size());
+  for (const std::uint32_t t : order) ordered.push_back(mesh.triangles[t]);
+  mesh.triangles = std::move(ordered);
+  for (const Triangle& triangle : mesh.triangles) {
+    mesh.normals.push_back(area_vector(mesh.vertices, triangle).normalized());
+  }
+  join_neighbours(mesh);
+  return mesh;
+}
+
+TriangleMesh make_rectangle(double size_x, double size_z, bool two_sided) {
+  if (!(size_x > 0) || !(size_z > 0)) throw Error("a plane needs positive sizes");
+  constexpr double largest = 20e3;
+  const double x = std::min(size_x, largest) / 2;
+  const double z = std::min(size_z, largest) / 2;
+  const std::array<Vector3, 4> corners = {Vector3(-x, 0, -z), Vector3(-x, 0, z), Vector3(x, 0, z),
+                                          Vector3(x, 0, -z)};
+  return make_triangle_mesh(corners, std::array<Triangle, 2>{{{0, 1, 2}, {0, 2, 3}}}, "plane", two_sided);
+}
+
+void find_triangles(const TriangleMesh& mesh, const Bounds& box, std::vector<std::uint32_t>& out) {
+  // Halved at every level, so no deeper than the number of bits of an index.
+  std::array<std::uint32_t, 64> open;
+  std::size_t count = 0;
+  open[count++] = 0;
+  while (count > 0) {
+    const TriangleMesh::Node& node = mesh.nodes[open[--count]];
+    if (!overlap(node.bounds, box)) continue;
+    if (node.count == 0) {
+      open[count++] = node.first + 1;
+      open[count++] = node.first;
+      continue;
+    }
+    for (std::uint32_t t = node.first; t < node.first + node.count; ++t) {
+      const Triangle& corners = mesh.triangles[t];
+      const Vector3& a = mesh.vertices[corners[0]];
+      const Vector3& b = mesh.vertices[corners[1]];
+      const Vector3& c = mesh.vertices[corners[2]];
+      if (overlap({a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)}, box)) out.push_back(t);
+    }
+  }
+}
+
+}  // namespace substep
