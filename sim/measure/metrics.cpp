@@ -1,0 +1,319 @@
+#include "sim/measure/metrics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "sim/formulate.h"
+#include "sim/measure/measured_run.h"
+#include "sim/model.h"
+#include "sim/simulation.h"
+
+namespace substep {
+namespace {
+
+constexpr double infinite = std::numeric_limits<double>::infinity();
+constexpr double bounded_error = 0.1;       // of the scene's size
+constexpr double bounded_violation = 0.05;  // the same, of joints and contacts
+
+/// Whether no body meets or is joined to one of infinite mass: then momentum is gravity's doing alone.
+bool is_free(const Scene& scene) {
+  const auto is_fixed = [&](int body) { return scene.bodies[body].inverse_mass == 0; };
+  return std::ranges::none_of(
+             scene.joints,
+             [&](const Joint& joint) { return is_fixed(joint.body_a) || is_fixed(joint.body_b); }) &&
+         std::ranges::none_of(scene.colliders,
+                              [&](const Collider& collider) { return is_fixed(collider.body); });
+}
+
+struct Momentum {
+  Vector3 linear = Vector3::Zero();
+  Vector3 angular = Vector3::Zero();
+};
+
+/// Of all bodies that can move; the angular one about their common centre of mass. `gravity_impulse` is what
+/// gravity gave since the start.
+Momentum momentum_of(const Scene& scene, const State& state, double time) {
+  double mass = 0;
+  Vector3 centre = Vector3::Zero();
+  Momentum sum;
+  for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
+    const Body& body = scene.bodies[i];
+    if (body.inverse_mass == 0) continue;
+    const double m = 1 / body.inverse_mass;
+    mass += m;
+    centre += m * state.q[i].linear;
+    sum.linear += m * (state.v[i].linear - time * body.gravity_factor * scene.gravity);
+  }
+  if (mass > 0) centre /= mass;
+  for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
+    const Body& body = scene.bodies[i];
+    if (body.inverse_mass == 0) continue;
+    Vector3 spin = state.q[i].angular.conjugate() * state.v[i].angular;
+    for (int axis = 0; axis < 3; ++axis) {
+      spin[axis] = body.inverse_inertia[axis] > 0 ? spin[axis] / body.inverse_inertia[axis] : 0;
+    }
+    const Vector3 arm = state.q[i].linear - centre;
+    sum.angular += state.q[i].angular * spin + arm.cross(state.v[i].linear) / body.inverse_mass;
+  }
+  return sum;
+}
+
+/// What must stay zero or constant, gathered along a run.
+class Invariants {
+ public:
+  Invariants(const Scene& scene, const State& start)
+      : scene_(scene),
+        meter_(scene),
+        is_free_(is_free(scene)),
+        energy_(energy(scene, start)),
+        momentum_(momentum_of(scene, start, 0)) {}
+
+  void add(const State& state, double time, Metrics& metrics) {
+    metrics.joint_gap = std::max(metrics.joint_gap, joint_gap(scene_, state));
+    metrics.penetration = std::max(metrics.penetration, meter_.depth(state));
+    metrics.energy_change = energy(scene_, state) - energy_;
+    metrics.energy_growth = std::max(metrics.energy_growth, metrics.energy_change);
+    if (!is_free_) return;
+    const Momentum now = momentum_of(scene_, state, time);
+    metrics.momentum = std::max(metrics.momentum.value_or(0), (now.linear - momentum_.linear).norm());
+    metrics.angular_momentum =
+        std::max(metrics.angular_momentum.value_or(0), (now.angular - momentum_.angular).norm());
+  }
+
+ private:
+  const Scene& scene_;
+  PenetrationMeter meter_;
+  bool is_free_;
+  double energy_;
+  Momentum momentum_;
+};
+
+/// √(Σ m |Δv|² + Δω · I Δω) / √Σ m, m/s.
+double velocity_distance(const Scene& scene, const State& a, const State& b) {
+  double sum = 0;
+  double mass = 0;
+  for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
+    const Body& body = scene.bodies[i];
+    if (body.inverse_mass == 0) continue;
+    sum += (a.v[i].linear - b.v[i].linear).squaredNorm() / body.inverse_mass;
+    mass += 1 / body.inverse_mass;
+    const Vector3 spin = a.q[i].angular.conjugate() * (a.v[i].angular - b.v[i].angular);
+    for (int axis = 0; axis < 3; ++axis) {
+      if (body.inverse_inertia[axis] > 0) sum += spin[axis] * spin[axis] / body.inverse_inertia[axis];
+    }
+  }
+  return mass > 0 ? std::sqrt(sum / mass) : 0;
+}
+
+/// A1 at h/n.
+Settings exact(const Settings& settings) {
+  Settings result;
+  result.algorithm = Algorithm::a1;
+  result.step = settings.algorithm >= Algorithm::a3 ? settings.step / settings.substeps : settings.step;
+  return result;
+}
+
+/// Solves single (sub-)steps of a run's states again, as the run's algorithm does and as A1 does.
+class Judge {
+ public:
+  Judge(const Scene& scene, const Settings& settings)
+      : scene_(scene), judged_(scene, single(settings)), exact_(scene, substep::exact(settings)) {}
+
+  double distance(const State& state) {
+    for (Simulation* const simulation : {&judged_, &exact_}) {
+      simulation->set_state(state);
+      if (simulation->step().status == StepReport::Status::diverged) return infinite;
+    }
+    return velocity_distance(scene_, judged_.state(), exact_.state());
+  }
+
+ private:
+  /// One sub-step by itself.
+  static Settings single(Settings settings) {
+    settings.step = substep::exact(settings).step;
+    settings.substeps = 1;
+    return settings;
+  }
+
+  const Scene& scene_;
+  Simulation judged_;
+  Simulation exact_;
+};
+
+/// Largest and RMS of the numbers that came.
+class SpreadOf {
+ public:
+  void add(double value) {
+    squares_ += value * value;
+    result_.largest = std::max(result_.largest, value);
+    ++count_;
+  }
+  Spread result() const {
+    Spread spread = result_;
+    if (count_ > 0) spread.rms = std::sqrt(squares_ / count_);
+    return spread;
+  }
+
+ private:
+  double squares_ = 0;
+  int count_ = 0;
+  Spread result_;
+};
+
+/// Steps for `duration`; `at_sample` sees the time and the state of each sample.
+template <typename AtSample>
+Motion sampled(const Scene& scene, Stepper& stepper, double step, double interval, double duration,
+               Metrics* metrics, const AtSample& at_sample) {
+  const Sampling sampling(step, interval);
+  Motion motion{interval * sampling.samples_between(), {stepper.state()}};
+  std::optional<Invariants> invariants;
+  if (metrics) {
+    invariants.emplace(scene, stepper.state());
+    invariants->add(stepper.state(), 0, *metrics);
+  }
+  const auto samples = static_cast<int>(std::lround(duration / motion.interval));
+  for (int k = 1; k <= samples; ++k) {
+    for (int i = 1; i <= sampling.steps_between(); ++i) {
+      if (!stepper.step()) {
+        if (metrics) metrics->diverged = (k - 1) * motion.interval + i * step;
+        return motion;
+      }
+    }
+    motion.samples.push_back(stepper.state());
+    if (invariants) invariants->add(stepper.state(), k * motion.interval, *metrics);
+    at_sample(k * motion.interval, stepper.state());
+  }
+  return motion;
+}
+
+/// `reference` at the instants of `motion`.
+Motion thinned(const Motion& reference, const Motion& motion) {
+  const auto every = static_cast<std::size_t>(std::lround(motion.interval / reference.interval));
+  if (every == 1) return reference;
+  Motion result{motion.interval, {}};
+  for (std::size_t k = 0; k < reference.samples.size(); k += every)
+    result.samples.push_back(reference.samples[k]);
+  return result;
+}
+
+double whole_horizon(const Motion& motion, const ReferenceMotion& reference) {
+  return motion.interval * std::floor(reference.horizon / motion.interval + 1e-6);
+}
+
+Motion motion_of(const Scene& scene, const Settings& settings, const ReferenceMotion& reference) {
+  const auto stepper = algorithm_stepper(scene, settings);
+  return sampled(scene, *stepper, settings.step, reference.motion.interval, reference.horizon, nullptr,
+                 [](double, const State&) {});
+}
+
+/// RMS distance of two runs that may have other steps.
+double apart(const Scene& scene, const Motion& a, const Motion& b, const ReferenceMotion& reference) {
+  const Motion& coarse = a.interval > b.interval ? a : b;
+  return difference(scene, thinned(a, coarse), thinned(b, coarse), whole_horizon(coarse, reference))
+      .position.rms;
+}
+
+ErrorParts parts_of(const Scene& scene, const Settings& settings, const Motion& motion,
+                    const ReferenceMotion& reference) {
+  ErrorParts parts;
+  const auto from_reference = [&](const Motion& run) {
+    return difference(scene, run, thinned(reference.motion, run), whole_horizon(run, reference)).position.rms;
+  };
+  if (settings.algorithm == Algorithm::a1) {
+    parts.stepping = from_reference(motion);
+    return parts;
+  }
+  const Motion direct = motion_of(scene, exact(settings), reference);
+  parts.stepping = from_reference(direct);
+  if (settings.algorithm <= Algorithm::a3) {
+    parts.solver = apart(scene, motion, direct, reference);
+    return parts;
+  }
+  Settings conceptual = settings;
+  conceptual.algorithm = Algorithm::a3;
+  const Motion a3 = motion_of(scene, conceptual, reference);
+  parts.solver = apart(scene, a3, direct, reference);
+  parts.model = apart(scene, motion, a3, reference);
+  return parts;
+}
+
+void judge_bounds(const Scene& scene, Metrics& metrics) {
+  const double size = size_of(scene);
+  metrics.bounded = !metrics.diverged && metrics.error.position.rms <= bounded_error * size &&
+                    metrics.joint_gap <= bounded_violation * size &&
+                    metrics.penetration <= bounded_violation * size;
+}
+
+}  // namespace
+
+struct PenetrationMeter::Implementation {
+  explicit Implementation(const Scene& s) : model(build_model(s)), finder(s, model) {}
+  Model model;
+  ContactFinder finder;
+};
+
+PenetrationMeter::PenetrationMeter(const Scene& scene)
+    : implementation_(std::make_unique<Implementation>(scene)) {}
+PenetrationMeter::~PenetrationMeter() = default;
+
+double PenetrationMeter::depth(const State& state) {
+  if (!implementation_->model.contacts) return 0;
+  double deepest = 0;
+  for (const Contact& contact : implementation_->finder.find(state, 0)) {
+    const Coordinates& a = state.q[contact.a];
+    const Coordinates& b = state.q[contact.b];
+    const Vector3 apart = a.linear + a.angular * contact.arm_a - (b.linear + b.angular * contact.arm_b);
+    deepest = std::max(deepest, -apart.dot(b.angular * contact.normal_b));
+  }
+  return deepest;
+}
+
+Metrics measure(const Scene& scene, Stepper& stepper, double step, const ReferenceMotion& reference) {
+  Metrics metrics;
+  const Motion motion = sampled(scene, stepper, step, reference.motion.interval, scene.duration, &metrics,
+                                [](double, const State&) {});
+  metrics.row_solves = stepper.row_solves();
+  metrics.error =
+      difference(scene, motion, thinned(reference.motion, motion), whole_horizon(motion, reference));
+  judge_bounds(scene, metrics);
+  return metrics;
+}
+
+Metrics measure(const Scene& scene, const Settings& settings, const ReferenceMotion& reference, bool parts) {
+  Metrics metrics;
+  const auto stepper = algorithm_stepper(scene, settings);
+  Judge judge(scene, settings);
+  SpreadOf residual;
+  const double interval = std::max(settings.step, reference.motion.interval);
+  const int every = 1 + static_cast<int>(reference.horizon / interval / 60);
+  int sample = 0;
+  const Motion motion = sampled(scene, *stepper, settings.step, reference.motion.interval, scene.duration,
+                                &metrics, [&](double time, const State& state) {
+                                  if (!parts || time > reference.horizon || ++sample % every != 0) return;
+                                  residual.add(judge.distance(state));
+                                });
+  metrics.residual = residual.result();
+  metrics.row_solves = stepper->row_solves();
+  metrics.error =
+      difference(scene, motion, thinned(reference.motion, motion), whole_horizon(motion, reference));
+  if (parts) metrics.parts = parts_of(scene, settings, motion, reference);
+  judge_bounds(scene, metrics);
+  return metrics;
+}
+
+Settings usual_settings(const Scene& scene, Algorithm algorithm) {
+  constexpr int solves = 16;
+  Settings settings;
+  settings.algorithm = algorithm;
+  settings.step = scene.step;
+  settings.substeps = solves;
+  settings.iterations = algorithm == Algorithm::a2 ? solves : 1;
+  settings.joints = algorithm == Algorithm::a3 ? Joints::plain : Joints::stable;
+  // τ takes overlaps away more gently, but it scales a motor's speed too.
+  const Model model = build_model(scene);
+  if (algorithm >= Algorithm::a3 && model.contacts && model.drives.empty()) settings.tau = 0.3;
+  return settings;
+}
+
+}  // namespace substep

@@ -1,0 +1,71 @@
+#pragma once
+/// What is measured of one run of a scene: errors against the reference and where they come from, what must
+/// stay zero or constant, and what it cost.
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "sim/measure/motion.h"
+
+namespace substep {
+
+/// A run's error, taken apart: what would be left with the step h/n alone, what solving rows one after
+/// another adds to it, and what A4's and A5's approximations add to that. RMS distances between motions, m.
+struct ErrorParts {
+  double stepping = 0;           ///< A1 at h/n from the reference
+  std::optional<double> solver;  ///< A2 from A1 at h; A3 (same n, m, joints) from A1 at h/n
+  std::optional<double> model;   ///< A4 or A5 from A3 with the same settings
+};
+
+struct Metrics {
+  // To the reference's horizon. Not finite where the run ended before it.
+  MotionDifference error;
+  ErrorParts parts;
+  /// One (sub-)step against A1's solution of the same constraints from the same state: mass-weighted
+  /// difference of velocities, m/s; at up to 60 of the run's states. Where τ is not 1, A1's bias is another.
+  Spread residual;
+  std::int64_t row_solves = 0;
+
+  // Over the scene's whole duration, at the instants of the samples.
+  double joint_gap = 0;      ///< largest distance of two anchors that a joint holds together, m
+  double penetration = 0;    ///< largest depth of one collider in another, m
+  double energy_change = 0;  ///< end − start, J
+  double energy_growth = 0;  ///< largest rise above the start's, J
+  std::optional<double>
+      momentum;  ///< largest change beyond gravity's, N·s; of scenes that touch nothing fixed
+  std::optional<double> angular_momentum;  ///< the same about the common centre of mass, N·m·s
+  std::optional<double> diverged;          ///< when, s
+  /// It stays finite, its RMS error is at most a tenth of the scene's size, and joints and contacts give way
+  /// by at most a twentieth, all the time.
+  bool bounded = false;
+};
+
+/// Runs the scene for its duration and compares it with the reference. Everything in the result is the same
+/// in every run and on every machine. `parts` says whether the runs that take the error apart are made too.
+Metrics measure(const Scene& scene, const Settings& settings, const ReferenceMotion& reference,
+                bool parts = true);
+
+/// The same of any stepper; its error is not taken apart, and there is no residual.
+Metrics measure(const Scene& scene, Stepper& stepper, double step, const ReferenceMotion& reference);
+
+/// Deepest overlap of two colliders that can meet, m.
+class PenetrationMeter {
+ public:
+  explicit PenetrationMeter(const Scene& scene);
+  ~PenetrationMeter();
+  PenetrationMeter(const PenetrationMeter&) = delete;
+  PenetrationMeter& operator=(const PenetrationMeter&) = delete;
+  double depth(const State& state);
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+/// The settings that `measure` takes for an algorithm unless told otherwise: 16 row solves a row and step for
+/// A2 to A5, joints as each of them does best, and for scenes with contacts and no drives
+/// τ = 0.3.
+Settings usual_settings(const Scene& scene, Algorithm algorithm);
+
+}  // namespace substep

@@ -1,0 +1,159 @@
+#include "sim/measure/metrics_text.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "sim/measure/text_table.h"
+
+namespace substep {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string optional_number(const std::optional<double>& value) {
+  return value ? short_number(*value) : "";
+}
+
+/// An error; ≈ where a hundredth of it is less than what the reference itself may be off by.
+std::string error_number(double value, double uncertainty) {
+  constexpr double rounding = 1e-12;
+  const bool is_sure = !(value >= rounding) || value >= 100 * uncertainty;
+  return fmt::format("{}{}", is_sure ? "" : "≈", short_number(value));
+}
+
+TextTable errors_of(const SceneMeasurement& m) {
+  TextTable table{{"", "RMS, m", "/ size", "largest, m", "turn, rad", "largest", "of it: step", "solver",
+                   "model", "a (sub-)step's residual, m/s", "row solves"},
+                  {}};
+  for (const MeasuredSettings& run : m.runs) {
+    const Metrics& x = run.metrics;
+    table.rows.push_back({label(run.settings), error_number(x.error.position.rms, m.reference.uncertainty),
+                          short_number(x.error.position.rms / m.size),
+                          error_number(x.error.position.largest, m.reference.uncertainty),
+                          error_number(x.error.orientation.rms, m.reference.turn_uncertainty),
+                          error_number(x.error.orientation.largest, m.reference.turn_uncertainty),
+                          error_number(x.parts.stepping, m.reference.uncertainty),
+                          optional_number(x.parts.solver), optional_number(x.parts.model),
+                          short_number(x.residual.rms), std::to_string(x.row_solves)});
+  }
+  return table;
+}
+
+std::string verdict(const Metrics& metrics) {
+  if (metrics.diverged) return fmt::format("blows up at {:.3g} s", *metrics.diverged);
+  return metrics.bounded ? "yes" : "no";
+}
+
+TextTable invariants_of(const SceneMeasurement& m) {
+  const bool is_free = m.runs.front().metrics.momentum.has_value();
+  TextTable table{{"", "joint gap, m", "penetration, m", "energy, J: end − start", "largest rise"}, {}};
+  if (is_free) table.head.insert(table.head.end(), {"momentum, N·s", "angular, N·m·s"});
+  table.head.push_back("bounded");
+  for (const MeasuredSettings& run : m.runs) {
+    const Metrics& x = run.metrics;
+    std::vector<std::string> row{label(run.settings), short_number(x.joint_gap), short_number(x.penetration),
+                                 short_number(x.energy_change), short_number(x.energy_growth)};
+    if (is_free) row.insert(row.end(), {optional_number(x.momentum), optional_number(x.angular_momentum)});
+    row.push_back(verdict(x));
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+bool has_times(const SceneMeasurement& m) {
+  return !m.runs.empty() && m.runs.front().times.has_value();
+}
+
+TextTable times_of(const SceneMeasurement& m) {
+  TextTable table{{"", "CPU time, ms", "least", "most", "s1, µs a step", "s2", "s3", "s4"}, {}};
+  for (const MeasuredSettings& run : m.runs) {
+    const RunTimes& t = *run.times;
+    const auto ms = [](double seconds) { return fmt::format("{:.3g}", 1000 * seconds); };
+    const auto us = [](double time) { return fmt::format("{:.3g}", time); };
+    table.rows.push_back({label(run.settings), ms(t.median), ms(t.smallest), ms(t.largest),
+                          us(t.stages.geometry), us(t.stages.formulation), us(t.stages.velocities),
+                          us(t.stages.coordinates)});
+  }
+  return table;
+}
+
+std::string heading(const SceneMeasurement& m) {
+  return fmt::format(
+      "{}: {}\nReference: {}; itself uncertain by {} m and {} rad until {:g} s. Errors are until then, over "
+      "all "
+      "moving\nbodies; ≈: less than 100 times the uncertainty. Scene's size: {:.3g} m; invariants over {:g} "
+      "s.\n",
+      m.scene, m.modelled, m.reference.method, short_number(m.reference.uncertainty),
+      short_number(m.reference.turn_uncertainty), m.reference.horizon, m.size, m.duration);
+}
+
+template <typename Print>
+std::string with_tables(const SceneMeasurement& m, const Print& print) {
+  std::string text = fmt::format("{}\n{}\n{}", heading(m), print(errors_of(m)), print(invariants_of(m)));
+  if (has_times(m)) text += fmt::format("\n{}", print(times_of(m)));
+  return text;
+}
+
+Json number(double value) {
+  return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+Json number(const std::optional<double>& value) {
+  return value ? number(*value) : Json(nullptr);
+}
+Json spread(const Spread& value) {
+  return {{"rms", number(value.rms)}, {"largest", number(value.largest)}};
+}
+
+}  // namespace
+
+std::string to_table(const SceneMeasurement& measurement) {
+  return with_tables(measurement, [](const TextTable& table) { return to_text(table); });
+}
+
+std::string to_markdown(const SceneMeasurement& measurement) {
+  return with_tables(measurement, [](const TextTable& table) { return to_markdown(table); });
+}
+
+std::string to_json(const SceneMeasurement& m) {
+  Json runs = Json::array();
+  for (const MeasuredSettings& run : m.runs) {
+    const Metrics& x = run.metrics;
+    Json entry{{"algorithm", name(run.settings.algorithm)},
+               {"label", label(run.settings)},
+               {"position", spread(x.error.position)},
+               {"orientation", spread(x.error.orientation)},
+               {"stepping_error", number(x.parts.stepping)},
+               {"solver_error", number(x.parts.solver)},
+               {"model_error", number(x.parts.model)},
+               {"residual", spread(x.residual)},
+               {"row_solves", x.row_solves},
+               {"joint_gap", number(x.joint_gap)},
+               {"penetration", number(x.penetration)},
+               {"energy_change", number(x.energy_change)},
+               {"energy_growth", number(x.energy_growth)},
+               {"momentum", number(x.momentum)},
+               {"angular_momentum", number(x.angular_momentum)},
+               {"diverged", number(x.diverged)},
+               {"bounded", x.bounded}};
+    if (run.times) {
+      const RunTimes& t = *run.times;
+      entry["times"] = {{"median", t.median},        {"smallest", t.smallest},
+                        {"largest", t.largest},      {"repetitions", t.repetitions},
+                        {"s1", t.stages.geometry},   {"s2", t.stages.formulation},
+                        {"s3", t.stages.velocities}, {"s4", t.stages.coordinates}};
+    }
+    runs.push_back(std::move(entry));
+  }
+  const Json reference{{"method", m.reference.method},
+                       {"uncertainty", number(m.reference.uncertainty)},
+                       {"turn_uncertainty", number(m.reference.turn_uncertainty)},
+                       {"horizon", m.reference.horizon}};
+  return Json{{"scene", m.scene},       {"size", m.size},         {"duration", m.duration},
+              {"modelled", m.modelled}, {"reference", reference}, {"runs", runs}}
+             .dump(2) +
+         "\n";
+}
+
+}  // namespace substep

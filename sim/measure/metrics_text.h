@@ -1,0 +1,33 @@
+#pragma once
+/// The metrics of one scene's runs as tables.
+
+#include <string>
+#include <vector>
+
+#include "sim/measure/metrics.h"
+#include "sim/measure/stage_times.h"
+
+namespace substep {
+
+struct MeasuredSettings {
+  Settings settings;
+  Metrics metrics;
+  std::optional<RunTimes> times;
+};
+
+struct SceneMeasurement {
+  std::string scene;
+  double size = 0;      ///< m
+  double duration = 0;  ///< s
+  std::string modelled;
+  ReferenceMotion reference;  ///< of its motion nothing is printed
+  std::vector<MeasuredSettings> runs;
+};
+
+/// Tables of the runs, a line each, below what they were measured against: for a terminal.
+std::string to_table(const SceneMeasurement& measurement);
+std::string to_markdown(const SceneMeasurement& measurement);
+/// {"scene", "size", "duration", "reference": {…}, "runs": [{…}]}, SI units. What is not finite is null.
+std::string to_json(const SceneMeasurement& measurement);
+
+}  // namespace substep

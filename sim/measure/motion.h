@@ -1,0 +1,63 @@
+#pragma once
+/// The motion of all bodies at equal intervals, the reference that runs are measured against, and its own
+/// uncertainty.
+
+#include <string>
+#include <vector>
+
+#include "sim/measure/stepper.h"
+
+namespace substep {
+
+struct Motion {
+  double interval = 0;         ///< s
+  std::vector<State> samples;  ///< at 0, interval, 2 interval, …; fewer than asked for when it diverged
+};
+
+/// Where the samples are: those of a run with step h are at every instant that is a whole number of steps and
+/// of intervals. Throws Error when h is neither a divisor nor a multiple of the interval.
+class Sampling {
+ public:
+  Sampling(double step, double interval);
+  int steps_between() const { return steps_; }  ///< steps from one common instant to the next
+  int samples_between() const { return samples_; }
+
+ private:
+  int steps_ = 1;
+  int samples_ = 1;
+};
+
+/// Diameter of a ball about the bodies that move, as they stand at the start, m: what errors are divided by.
+/// A body counts as the box that has its moments of inertia.
+double size_of(const Scene& scene);
+
+/// Root of the mean square, and the largest, over bodies that can move (and over time).
+struct Spread {
+  double rms = 0;
+  double largest = 0;
+};
+
+struct MotionDifference {
+  Spread position;     ///< of centres of mass, m
+  Spread orientation;  ///< rad
+};
+
+/// From sample 1 on to `horizon` seconds, at the instants that are `every` samples apart.
+MotionDifference difference(const Scene& scene, const Motion& a, const Motion& b, double horizon,
+                            int every = 1);
+
+struct ReferenceMotion {
+  Motion motion;
+  std::string method;           ///< "A1 at h/8 … h/128, extrapolated to order 4"
+  double uncertainty = 0;       ///< by how much the last refinement moved any body before the horizon, m
+  double turn_uncertainty = 0;  ///< the same, rad
+  double horizon = 0;           ///< s: after it the reference says nothing more of single bodies
+};
+
+/// The motion without a step's error: A1 at steps halved again and again, extrapolated to step zero
+/// (Richardson; Romberg's table). Of the table's columns the one is taken that two refinements agree on
+/// longest: a high one where the motion is smooth, none where contacts open and close. The horizon is where
+/// they differ by 2e-5 of the scene's size, and at most `duration`.
+ReferenceMotion reference_motion(const Scene& scene, double duration);
+
+}  // namespace substep

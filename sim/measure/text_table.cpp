@@ -1,0 +1,67 @@
+#include "sim/measure/text_table.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace substep {
+namespace {
+
+/// Characters that a terminal shows of UTF-8.
+std::size_t width(const std::string& text) {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(text, [](char c) { return (static_cast<unsigned char>(c) & 0xc0) != 0x80; }));
+}
+
+}  // namespace
+
+std::string to_text(const TextTable& table) {
+  std::vector<std::size_t> widths;
+  for (std::size_t i = 0; i < table.head.size(); ++i) {
+    std::size_t widest = width(table.head[i]);
+    for (const auto& row : table.rows) widest = std::max(widest, width(row[i]));
+    widths.push_back(widest);
+  }
+  std::string text;
+  const auto add = [&](const std::vector<std::string>& cells) {
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      const std::string padding(widths[i] - width(cells[i]), ' ');
+      const bool is_last = i + 1 == cells.size();
+      text += i == 0 ? fmt::format("{}{}", cells[i], is_last ? "" : padding)
+                     : fmt::format("  {}{}", padding, cells[i]);
+    }
+    text += '\n';
+  };
+  add(table.head);
+  for (const auto& row : table.rows) add(row);
+  return text;
+}
+
+std::string to_markdown(const TextTable& table) {
+  std::string text;
+  const auto add = [&](const std::vector<std::string>& cells) {
+    text += '|';
+    for (const std::string& cell : cells) {
+      text += ' ';
+      for (const char c : cell) text += c == '|' ? std::string("\\|") : std::string(1, c);
+      text += " |";
+    }
+    text += '\n';
+  };
+  add(table.head);
+  text += "|---|";
+  for (std::size_t i = 1; i < table.head.size(); ++i) text += "---:|";
+  text += '\n';
+  for (const auto& row : table.rows) add(row);
+  return text;
+}
+
+std::string short_number(double value) {
+  if (!(std::abs(value) < 1e9)) return "–";
+  // Rounding: its digits depend on the order of a sum.
+  if (value != 0 && std::abs(value) < 1e-12) return "<1e-12";
+  return fmt::format("{:.3g}", value);
+}
+
+}  // namespace substep

@@ -1,0 +1,125 @@
+// What is measured of runs: where errors come from, what stays constant, and the tables.
+
+#include "sim/measure/metrics.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "sim/measure/metrics_text.h"
+
+namespace substep {
+namespace {
+
+Scene scene_named(const std::string& name) {
+  return load_scene(std::string(SUBSTEP_SOURCE_DIR) + "/scenes/" + name + ".gltf");
+}
+
+TEST(Metrics, PartsOfTheErrorAddUp) {
+  const Scene scene = scene_named("rod_chain");
+  const ReferenceMotion reference = reference_motion(scene, 1);
+  for (const Algorithm algorithm :
+       {Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
+    const Metrics m = measure(scene, usual_settings(scene, algorithm), reference);
+    // The triangle inequality holds for root mean squares.
+    const double parts = m.parts.stepping + m.parts.solver.value_or(0) + m.parts.model.value_or(0);
+    EXPECT_LE(m.error.position.rms, parts * (1 + 1e-9)) << name(algorithm);
+    EXPECT_EQ(m.parts.solver.has_value(), algorithm != Algorithm::a1);
+    EXPECT_EQ(m.parts.model.has_value(), algorithm >= Algorithm::a4);
+    EXPECT_TRUE(m.bounded) << name(algorithm);
+  }
+}
+
+TEST(Metrics, A1SolvesItsOwnConstraintsAndHasNoSolverError) {
+  const Scene scene = scene_named("rod_chain");
+  const ReferenceMotion reference = reference_motion(scene, 0.5);
+  const Metrics direct = measure(scene, usual_settings(scene, Algorithm::a1), reference);
+  EXPECT_EQ(direct.residual.largest, 0);
+  Settings sweeps = usual_settings(scene, Algorithm::a2);
+  double before = INFINITY;
+  for (const int m : {4, 16, 64, 256}) {
+    sweeps.iterations = m;
+    const Metrics iterated = measure(scene, sweeps, reference);
+    EXPECT_LT(iterated.residual.rms, 0.5 * before) << m;
+    before = iterated.residual.rms;
+  }
+  EXPECT_LT(before, 1e-4);
+}
+
+TEST(Metrics, HalfTheStepIsHalfTheErrorOfA1) {
+  for (const char* const name : {"pendulum", "rod_chain"}) {
+    const Scene scene = scene_named(name);
+    const ReferenceMotion reference = reference_motion(scene, 1);
+    Settings settings = usual_settings(scene, Algorithm::a1);
+    settings.step = scene.step / 8;
+    const double coarse = measure(scene, settings, reference, false).error.position.rms;
+    settings.step = scene.step / 16;
+    const double fine = measure(scene, settings, reference, false).error.position.rms;
+    EXPECT_NEAR(std::log2(coarse / fine), 1, 0.1) << name;
+  }
+}
+
+TEST(Metrics, AFreeBodyKeepsItsMomentum) {
+  Scene scene = scene_named("tumbling_body");
+  scene.duration = 2;
+  const ReferenceMotion reference = reference_motion(scene, 1);
+  const Metrics m = measure(scene, usual_settings(scene, Algorithm::a1), reference);
+  ASSERT_TRUE(m.momentum && m.angular_momentum);
+  EXPECT_LT(*m.momentum, 1e-12);
+  EXPECT_LT(*m.angular_momentum, 1e-12);  // the gyroscopic step keeps it
+  EXPECT_FALSE(measure(scene_named("pendulum"), usual_settings(scene_named("pendulum"), Algorithm::a1),
+                       reference_motion(scene_named("pendulum"), 0.1))
+                   .momentum);
+}
+
+TEST(Metrics, ABlownUpChainIsNotBounded) {
+  Scene scene = scene_named("heavy_chain");
+  scene.duration = 2;
+  const ReferenceMotion reference = reference_motion(scene, 1);
+  EXPECT_FALSE(measure(scene, usual_settings(scene, Algorithm::a1), reference, false).bounded);
+  EXPECT_TRUE(measure(scene, usual_settings(scene, Algorithm::a5), reference, false).bounded);
+}
+
+TEST(Penetration, IsTheDepthOfTheOverlap) {
+  const Scene scene = scene_named("box_stack");
+  PenetrationMeter meter(scene);
+  State state = initial_state(scene);
+  EXPECT_NEAR(meter.depth(state), 0, 1e-12);
+  state.q.back().linear.y() -= 0.0625;
+  EXPECT_NEAR(meter.depth(state), 0.0625, 1e-12);
+}
+
+TEST(Size, IsTheDiameterOfABallAboutTheBodies) {
+  // Ten cubes of 1 m: 9 m between the outer centres, and their half diagonals.
+  EXPECT_NEAR(size_of(scene_named("box_stack")), 9 + std::sqrt(3), 1e-9);
+}
+
+TEST(Tables, SayTheReferenceAndHaveALineARun) {
+  Scene scene = scene_named("pendulum");
+  scene.duration = 0.5;
+  SceneMeasurement measurement;
+  measurement.scene = scene.name;
+  measurement.size = size_of(scene);
+  measurement.duration = scene.duration;
+  measurement.reference = reference_motion(scene, 0.5);
+  for (const Algorithm algorithm : {Algorithm::a1, Algorithm::a5}) {
+    const Settings settings = usual_settings(scene, algorithm);
+    measurement.runs.push_back({settings, measure(scene, settings, measurement.reference), {}});
+  }
+  const std::string table = to_table(measurement);
+  EXPECT_NE(table.find(measurement.reference.method), std::string::npos);
+  EXPECT_NE(table.find("A5  n=16 m=1 stable  h=1/60"), std::string::npos);
+  const auto json = nlohmann::json::parse(to_json(measurement));
+  EXPECT_EQ(json["runs"].size(), 2u);
+  EXPECT_EQ(json["runs"][0]["solver_error"], nullptr);
+  EXPECT_GT(json["runs"][1]["model_error"].get<double>(), 0);
+  EXPECT_EQ(to_json(measurement).find("times"), std::string::npos);
+  measurement.runs[0].times = RunTimes{0.001, 0.0009, 0.0011, 3, {1, 2, 3, 4}};
+  measurement.runs[1].times = RunTimes{0.002, 0.0019, 0.0021, 3, {1, 2, 3, 4}};
+  EXPECT_NE(to_table(measurement).find("CPU time"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace substep

@@ -1,0 +1,49 @@
+#include <gmock/gmock.h>
+
+#include "program.h"
+
+namespace substep {
+namespace {
+
+using testing::HasSubstr;
+
+class MeasureCommand : public Program {};
+
+TEST_F(MeasureCommand, PrintsTheSameTwiceAndAllFive) {
+  const std::vector<std::string> arguments{
+      "measure", scene("rod_chain.gltf"), "--duration", "0.5", "--substeps", "4"};
+  const Outcome one = run(arguments);
+  ASSERT_EQ(one.exit_code, 0) << one.err;
+  EXPECT_EQ(one.err, "");
+  EXPECT_EQ(one.out, run(arguments).out);
+  for (const char* const row : {"A1  h=1/60", "A2  m=4  h=1/60", "A3  n=4 m=1 plain  h=1/60",
+                                "A4  n=4 m=1 stable  h=1/60", "A5  n=4 m=1 stable  h=1/60"}) {
+    EXPECT_THAT(one.out, HasSubstr(row));
+  }
+  EXPECT_THAT(one.out, HasSubstr("Reference: A1 at"));
+}
+
+TEST_F(MeasureCommand, WritesMarkdownAndJson) {
+  ASSERT_EQ(
+      run({"measure", scene("pendulum.gltf"), "--duration", "0.2", "--markdown", "--output", "table.md"})
+          .exit_code,
+      0);
+  EXPECT_THAT(content("table.md"), HasSubstr("|---|---:|"));
+  ASSERT_EQ(run({"measure", scene("pendulum.gltf"), "--duration", "0.2", "--json", "--times", "1", "--output",
+                 "table.json"})
+                .exit_code,
+            0);
+  EXPECT_THAT(content("table.json"), HasSubstr("\"s3\""));
+}
+
+TEST_F(MeasureCommand, RefusesWhatItCannotMeasure) {
+  expect_refused({"measure", scene("pendulum.gltf"), "--step", "0.01"}, "must be a whole part or multiple");
+  expect_refused({"measure", scene("pendulum.gltf"), "--joints", "loose"}, "give rows, plain or stable");
+  expect_refused({"measure", scene("pendulum.gltf"), "--substeps", "0"}, "substeps 0");
+  expect_refused({"measure", scene("pendulum.gltf"), "--horizon", "0"}, "must be above 0");
+  expect_refused({"measure", scene("pendulum.gltf"), "--json", "--markdown"}, "give one of them");
+  expect_refused({"measure", "nothing.gltf"}, "nothing.gltf");
+}
+
+}  // namespace
+}  // namespace substep
