@@ -7,17 +7,10 @@
 #include "gltf_builder.h"
 #include "mesh.h"
 #include "scenes.h"
+#include "stage.h"
 
 namespace substep::make {
 namespace {
-
-const Vector3 afternoon{-0.45, -1, -0.55};
-constexpr std::array<double, 3> warm_white{1.0, 0.95, 0.86};
-constexpr double daylight = 3;
-
-void add_ground(GltfBuilder& gltf, double friction) {
-  gltf.collider(gltf.node("ground"), gltf.plane_shape(), gltf.physics_material(friction));
-}
 
 /// m³, of `prism(outline, height, top_scale)`.
 double prism_volume(std::span<const PlanePoint> outline, double height, double top_scale) {
@@ -185,9 +178,8 @@ std::string incline() {
 
 std::string powered_wheel() {
   constexpr double radius = 0.4;
-  constexpr double track = 0.42;  // from the middle to each wheel
-  constexpr double tyre = 0.08;   // half its width
-  constexpr double pi = std::numbers::pi;
+  constexpr double track = 0.42;                        // from the middle to each wheel
+  constexpr double tyre = 0.08;                         // half its width
   const Pose along_z = turn(Vector3::UnitX(), pi / 2);  // Y of turned pieces to +Z
 
   GltfBuilder gltf("powered_wheel", 5);

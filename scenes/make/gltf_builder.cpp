@@ -62,7 +62,7 @@ Quaternion looking_along(const Vector3& direction) {
 
 }  // namespace
 
-GltfBuilder::GltfBuilder(std::string_view name, double duration, const Vector3& gravity) {
+GltfBuilder::GltfBuilder(std::string_view name, double duration, const Vector3& gravity, double step) {
   document_["asset"] = {
       {"version", "2.0"}, {"generator", "substep make_scenes"}, {"copyright", "MIT licence"}};
   document_["extensionsUsed"] = {rigid_bodies, implicit_shapes, lights};
@@ -70,8 +70,7 @@ GltfBuilder::GltfBuilder(std::string_view name, double duration, const Vector3& 
   document_["scenes"] = Json::array(
       {{{"name", name},
         {"nodes", Json::array()},
-        {"extras",
-         {{"substep", {{"gravity", to_json(gravity)}, {"duration", duration}, {"step", 1.0 / 60}}}}}}});
+        {"extras", {{"substep", {{"gravity", to_json(gravity)}, {"duration", duration}, {"step", step}}}}}}});
   document_["nodes"] = Json::array();
 }
 
@@ -171,6 +170,18 @@ int GltfBuilder::sphere_shape(double radius) {
                 {{"type", "sphere"}, {"sphere", {{"radius", radius}}}});
 }
 
+int GltfBuilder::capsule_shape(double radius, double height) {
+  return append(document_["extensions"][implicit_shapes]["shapes"],
+                {{"type", "capsule"},
+                 {"capsule", {{"height", height}, {"radiusBottom", radius}, {"radiusTop", radius}}}});
+}
+
+int GltfBuilder::cylinder_shape(double radius, double height) {
+  return append(document_["extensions"][implicit_shapes]["shapes"],
+                {{"type", "cylinder"},
+                 {"cylinder", {{"height", height}, {"radiusBottom", radius}, {"radiusTop", radius}}}});
+}
+
 int GltfBuilder::plane_shape() {
   return append(document_["extensions"][implicit_shapes]["shapes"],
                 {{"type", "plane"}, {"plane", Json::object()}});
@@ -180,10 +191,10 @@ int GltfBuilder::physics_material(double friction) {
   return physics_material(friction, friction);
 }
 
-int GltfBuilder::bouncing_material(double restitution) {
+int GltfBuilder::bouncing_material(double restitution, double friction) {
   return append(document_["extensions"][rigid_bodies]["physicsMaterials"],
-                {{"staticFriction", 0.0},
-                 {"dynamicFriction", 0.0},
+                {{"staticFriction", friction},
+                 {"dynamicFriction", friction},
                  {"restitution", restitution},
                  {"frictionCombine", "minimum"},
                  {"restitutionCombine", "maximum"}});
@@ -266,8 +277,10 @@ int GltfBuilder::joint_description(const std::vector<AxesLimit>& limits,
   return append(document_["extensions"][rigid_bodies]["physicsJoints"], json);
 }
 
-void GltfBuilder::joint(int node, int connected_node, int joint_description) {
-  physics(node)["joint"] = {{"connectedNode", connected_node}, {"joint", joint_description}};
+void GltfBuilder::joint(int node, int connected_node, int joint_description, bool collide) {
+  Json& joint = physics(node)["joint"];
+  joint = {{"connectedNode", connected_node}, {"joint", joint_description}};
+  if (collide) joint["enableCollision"] = true;
 }
 
 void GltfBuilder::camera(const Vector3& from, const Vector3& towards, double field_of_view) {

@@ -72,7 +72,8 @@ struct VelocityDrive {
 class GltfBuilder {
  public:
   /// `extras.substep` of the scene.
-  GltfBuilder(std::string_view name, double duration, const Vector3& gravity = Vector3(0, -9.81, 0));
+  GltfBuilder(std::string_view name, double duration, const Vector3& gravity = Vector3(0, -9.81, 0),
+              double step = 1.0 / 60);
 
   /// The same finish asked for again is the same material.
   int material(const Finish& finish);
@@ -93,13 +94,16 @@ class GltfBuilder {
 
   int box_shape(const Vector3& size);
   int sphere_shape(double radius);
+  /// Along Y; `height` is of the straight part.
+  int capsule_shape(double radius, double height);
+  int cylinder_shape(double radius, double height);
   /// The plane y = 0 of its node, without end.
   int plane_shape();
   /// Where two materials meet, the smaller friction counts. No restitution.
   int physics_material(double friction);
   int physics_material(double static_friction, double dynamic_friction);
-  /// Without friction; where two materials meet, the larger restitution counts.
-  int bouncing_material(double restitution);
+  /// Where two materials meet, the larger restitution counts, and the smaller friction.
+  int bouncing_material(double restitution, double friction = 0);
 
   void motion(int node, const Motion& motion);
   void collider(int node, int shape, int physics_material);
@@ -111,7 +115,8 @@ class GltfBuilder {
   int hinge(const std::optional<VelocityDrive>& drive = {});
   int joint_description(const std::vector<AxesLimit>& limits, const std::vector<AxisDrive>& drives = {});
   /// Coordinates of limits and drives are those of `connected_node` in the frame of `node`.
-  void joint(int node, int connected_node, int joint_description);
+  /// `collide`: the two bodies meet nevertheless.
+  void joint(int node, int connected_node, int joint_description, bool collide = false);
 
   /// 16:9, from a point, towards a point, +Y up; `field_of_view` is vertical, rad.
   void camera(const Vector3& from, const Vector3& towards, double field_of_view);

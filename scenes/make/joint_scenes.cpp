@@ -7,13 +7,10 @@
 #include "gltf_builder.h"
 #include "mesh.h"
 #include "scenes.h"
+#include "stage.h"
 
 namespace substep::make {
 namespace {
-
-const Vector3 afternoon{-0.45, -1, -0.55};
-constexpr std::array<double, 3> warm_white{1.0, 0.95, 0.86};
-constexpr double daylight = 3;
 
 /// Principal moments of a uniform rod along X: a thin rod's m L²/12 across it, and so that it is a body about
 /// its axis too, a cylinder's m r²/2.

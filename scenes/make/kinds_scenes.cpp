@@ -7,27 +7,10 @@
 #include "gltf_builder.h"
 #include "mesh.h"
 #include "scenes.h"
+#include "stage.h"
 
 namespace substep::make {
 namespace {
-
-const Vector3 afternoon{-0.45, -1, -0.55};
-constexpr std::array<double, 3> warm_white{1.0, 0.95, 0.86};
-constexpr double daylight = 3;
-constexpr double pi = std::numbers::pi;
-
-Vector3 box_inertia(double mass, const Vector3& size) {
-  const Vector3 squares = size.cwiseProduct(size);
-  return Vector3(squares.y() + squares.z(), squares.x() + squares.z(), squares.x() + squares.y()) *
-         (mass / 12);
-}
-
-constexpr auto linear = AxesLimit::Kind::linear;
-constexpr auto angular = AxesLimit::Kind::angular;
-
-AxesLimit locked(AxesLimit::Kind kind, const std::vector<int>& axes) {
-  return {.kind = kind, .axes = axes, .min = 0, .max = 0};
-}
 
 /// The frame's two beams carry a row of rigs each; a rig hangs from the point of its joint's node.
 class Rigs {

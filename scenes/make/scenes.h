@@ -22,12 +22,23 @@ std::string joint_kinds();
 std::string bouncing_balls();
 std::string conveyor();
 
+std::string heavy_top();
+std::string turntable();
+std::string sliding_ball();
+std::string balls_on_tray();
+std::string shaken_block();
+std::string cradle();
+std::string door();
+std::string short_chain();
+std::string heavy_on_light();
+std::string overlap();
+
 struct SceneFile {
   std::string_view name;  ///< of the file, without ".gltf"
   std::string (*text)();
 };
 
-inline constexpr std::array<SceneFile, 11> all_scenes{{
+inline constexpr std::array<SceneFile, 21> all_scenes{{
     {"rod_chain", rod_chain},
     {"pendulum", pendulum},
     {"heavy_chain", heavy_chain},
@@ -39,6 +50,16 @@ inline constexpr std::array<SceneFile, 11> all_scenes{{
     {"joint_kinds", joint_kinds},
     {"bouncing_balls", bouncing_balls},
     {"conveyor", conveyor},
+    {"heavy_top", heavy_top},
+    {"turntable", turntable},
+    {"sliding_ball", sliding_ball},
+    {"balls_on_tray", balls_on_tray},
+    {"shaken_block", shaken_block},
+    {"cradle", cradle},
+    {"door", door},
+    {"short_chain", short_chain},
+    {"heavy_on_light", heavy_on_light},
+    {"overlap", overlap},
 }};
 
 }  // namespace substep::make

@@ -41,6 +41,7 @@ TEST_P(EachScene, LoadsWithoutReplacementsAndHasCameraSunAndPage) {
 }
 
 TEST_P(EachScene, StartsWithItsJointsClosed) {
+  if (GetParam() == "short_chain") return;  // its page says by how much it is not
   const Scene scene = library_scene(GetParam());
   for (const Joint& joint : scene.joints) {
     // Of b's origin in frame a.
@@ -59,6 +60,7 @@ TEST_P(EachScene, StartsWithItsJointsClosed) {
 }
 
 TEST_P(EachScene, StartsWithItsFacesTouchingExactly) {
+  if (GetParam() == "overlap") return;  // its page says by how much they do not
   const Scene scene = library_scene(GetParam());
   const auto jointed = [&](int a, int b) {
     return std::any_of(scene.joints.begin(), scene.joints.end(), [&](const Joint& joint) {

@@ -1,0 +1,165 @@
+/// Scenes of turning bodies: gyroscopic effects, and what rolls on what turns.
+
+#include "finishes.h"
+#include "gltf_builder.h"
+#include "mesh.h"
+#include "scenes.h"
+#include "stage.h"
+
+namespace substep::make {
+
+std::string heavy_top() {
+  constexpr double mass = 2;
+  constexpr double lever = 1;  // from the pivot to the centre of mass
+  constexpr double tilt = 0.05;
+  constexpr double spin = 50;
+  constexpr double height = 0.62;
+
+  GltfBuilder gltf("heavy_top", 10, Vector3(0, -10, 0));
+  gltf.camera({1.7, 2.5, 4.3}, {0, 1.30, 0}, 0.56);
+  gltf.sun(afternoon, warm_white, daylight);
+
+  const std::array<ProfilePoint, 11> pedestal{{{0, 0},
+                                               {0.42, 0, 0.01},
+                                               {0.42, 0.06, 0.015},
+                                               {0.36, 0.08, 0.02},
+                                               {0.20, 0.14, 0.05},
+                                               {0.13, 0.40, 0.05},
+                                               {0.20, 0.50, 0.03},
+                                               {0.20, height - 0.02, 0.01},
+                                               {0.08, height - 0.02, 0.01},
+                                               {0.03, height, 0.01},
+                                               {0, height - 0.02}}};
+  add_scenery(gltf, "pedestal", turned(pedestal, 48), finish::limestone);
+  const int pivot = gltf.node("pivot", at(0, height, 0));
+
+  const int body = gltf.node("top", at(0, height, 0) * turn(Vector3::UnitX(), tilt) * at(0, lever, 0));
+  gltf.motion(body, {.mass = mass, .inertia = Vector3(3, 1, 3), .angular_velocity = {0, spin, 0}});
+  const std::array<ProfilePoint, 10> stem{{{0, -lever},
+                                           {0.014, -lever + 0.012, 0.008},
+                                           {0.05, -lever + 0.14, 0.03},
+                                           {0.05, -0.10, 0.02},
+                                           {0.12, -0.07},
+                                           {0.12, 0.09},
+                                           {0.05, 0.12, 0.02},
+                                           {0.05, 0.62, 0.02},
+                                           {0.028, 0.80, 0.01},
+                                           {0, 0.80}}};
+  const std::array<ProfilePoint, 6> web{{{0.12, -0.035},
+                                         {0.60, -0.02},
+                                         {0.60, 0.02},
+                                         {0.12, 0.045, 0.01},
+                                         {0.11, 0.045, 0.002},
+                                         {0.11, -0.035, 0.002}}};
+  const std::array<ProfilePoint, 4> rim{
+      {{0.59, -0.075, 0.02}, {0.78, -0.06, 0.03}, {0.78, 0.06, 0.03}, {0.59, 0.075, 0.02}}};
+  const std::array<ProfilePoint, 4> ring{
+      {{0.04, 0.60, 0.01}, {0.085, 0.60, 0.015}, {0.085, 0.66, 0.015}, {0.04, 0.66, 0.01}}};
+  // Studs, so that the spin can be seen.
+  Mesh studs = turned(ring, 32, true);
+  for (int i = 0; i < 6; ++i) {
+    studs.add(rod(0.03, i == 0 ? 0.055 : 0.035, 0.01, 20),
+              turn(Vector3::UnitY(), pi * i / 3) * at(0.685, 0.068, 0));
+  }
+  const int stem_look = gltf.geometry(turned(stem, 32));
+  const int web_look = gltf.geometry(turned(web, 64, true));
+  const int rim_look = gltf.geometry(turned(rim, 64, true));
+  const int stud_look = gltf.geometry(studs);
+  const int steel = gltf.material(finish::steel);
+  const int ivory = gltf.material(finish::ivory);
+  const int terracotta = gltf.material(finish::terracotta);
+  gltf.show(body, gltf.mesh("top", {{stem_look, steel},
+                                    {web_look, ivory},
+                                    {rim_look, terracotta},
+                                    {stud_look, gltf.material(finish::brass)}}));
+  gltf.joint(gltf.node("tip", at(0, -lever, 0), body), pivot, gltf.ball_joint());
+  return gltf.text();
+}
+
+std::string turntable() {
+  constexpr double rate = 2.5;
+  constexpr double radius = 1.25;
+  constexpr double top = 0.42;
+  constexpr double thickness = 0.1;
+  constexpr double ball_radius = 0.12;
+  constexpr double orbit = 0.4;
+
+  GltfBuilder gltf("turntable", 6);
+  gltf.camera({1.5, 2.6, 3.4}, {0, 0.30, 0.05}, 0.56);
+  gltf.sun(afternoon, warm_white, daylight);
+  add_ground(gltf, 0.6);
+
+  const std::array<ProfilePoint, 8> foot{{{0, 0},
+                                          {0.7, 0, 0.01},
+                                          {0.7, 0.07, 0.02},
+                                          {0.22, 0.12, 0.06},
+                                          {0.16, 0.26, 0.05},
+                                          {0.30, 0.31, 0.01},
+                                          {0.30, 0.32},
+                                          {0, 0.32}}};
+  add_scenery(gltf, "foot", turned(foot, 48), finish::iron);
+
+  const int table = gltf.node("table", at(0, top - thickness / 2, 0));
+  gltf.motion(table, {.mass = 100, .angular_velocity = {0, rate, 0}, .kinematic = true});
+  gltf.collider(table, gltf.cylinder_shape(radius, thickness), gltf.physics_material(1));
+  const std::array<ProfilePoint, 4> plate{{{0, -thickness / 2},
+                                           {radius, -thickness / 2, 0.02},
+                                           {radius, thickness / 2, 0.012},
+                                           {0, thickness / 2}}};
+  Mesh inlay;
+  for (const double r : {0.4, 0.785}) {
+    const std::array<ProfilePoint, 4> circle{{{r - 0.008, thickness / 2 - 0.01},
+                                              {r + 0.008, thickness / 2 - 0.01},
+                                              {r + 0.008, thickness / 2 + 0.001},
+                                              {r - 0.008, thickness / 2 + 0.001}}};
+    inlay.add(turned(circle, 96, true));
+  }
+  for (int i = 0; i < 12; ++i) {
+    inlay.add(rounded(box({0.30, 0.012, 0.014}), 0.002, 1),
+              turn(Vector3::UnitY(), pi * i / 6) * at(1.05, thickness / 2 - 0.005, 0));
+  }
+  const int plate_look = gltf.geometry(turned(plate, 96));
+  const int inlay_look = gltf.geometry(inlay);
+  const int walnut = gltf.material(finish::walnut);
+  const int brass = gltf.material(finish::brass);
+  gltf.show(table, gltf.mesh("table", {{plate_look, walnut}, {inlay_look, brass}}));
+
+  // It rolls as it goes round: X of its start is outwards, its centre goes along −Z.
+  const int rolling = gltf.node("ball", at(orbit, top + ball_radius, 0));
+  gltf.motion(rolling, {.mass = 1,
+                        .linear_velocity = {0, 0, -2.0 / 7 * rate * orbit},
+                        .angular_velocity = {5.0 / 7 * rate * orbit / ball_radius, 0, 0}});
+  gltf.collider(rolling, gltf.sphere_shape(ball_radius), gltf.physics_material(0.5));
+  const int round = gltf.geometry(ball(ball_radius, 40));
+  const int band = gltf.geometry(Mesh()
+                                     .add(rod(0.03, ball_radius + 0.0015, 0.006, 40))
+                                     .add(rod(2 * ball_radius + 0.006, 0.035, 0.006, 24)));
+  gltf.show(rolling, gltf.mesh("ball", {{round, gltf.material(finish::ivory)}, {band, brass}}));
+
+  const Vector3 size(0.18, 0.10, 0.18);
+  const int shape = gltf.box_shape(size);
+  const int grip = gltf.physics_material(0.5);
+  const int look = gltf.geometry(rounded(box(size), 0.012));
+  struct Block {
+    const char* name;
+    double distance;
+    double angle;
+    Finish finish;
+  };
+  const std::array<Block, 3> blocks{{{"inner_block", 0.72, 1.2, finish::teal},
+                                     {"middle_block", 0.76, 3.3, finish::mustard},
+                                     {"outer_block", 0.88, 5.0, finish::terracotta}}};
+  for (const Block& block : blocks) {
+    // X outwards, so that the table takes it along −Z.
+    const Pose place = turn(Vector3::UnitY(), block.angle) * at(block.distance, top + size.y() / 2, 0);
+    const int body = gltf.node(block.name, place);
+    gltf.motion(
+        body,
+        {.mass = 1, .linear_velocity = {0, 0, -rate * block.distance}, .angular_velocity = {0, rate, 0}});
+    gltf.collider(body, shape, grip);
+    gltf.show(body, gltf.mesh(block.name, {{look, gltf.material(block.finish)}}));
+  }
+  return gltf.text();
+}
+
+}  // namespace substep::make
