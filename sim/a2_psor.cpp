@@ -37,8 +37,8 @@ void proc2(CoordinateVector& q, VelocityVector& v, const Settings& settings, Pro
   }
   // v' = v̂, in place  // proc2:10
 
-  // Step coordinates
-  for (std::size_t i = 0; i < q.size(); ++i) {
+  // Step coordinates; body 0 is the world
+  for (std::size_t i = 1; i < q.size(); ++i) {
     q[i].linear += h * v[i].linear;                                               // proc2:12
     q[i].angular = compose(rotation_quaternion(h * v[i].angular), q[i].angular);  // proc2:13
   }

@@ -45,9 +45,9 @@ void proc3(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
     if (j < n) formulate(problem, substeps.stepped, hs);
   }
 
-  // Step coordinates
+  // Step coordinates; body 0 is the world
   // v̆' = v̆ⁿ, in place  // proc3:17
-  for (std::size_t i = 0; i < q.size(); ++i) {
+  for (std::size_t i = 1; i < q.size(); ++i) {
     q[i].linear += hs * work.sum[i].linear;      // proc3:18
     q[i].angular = substeps.stepped[i].angular;  // proc3:19
   }

@@ -42,9 +42,9 @@ void proc4(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
     update_biases(c, v_local);    // proc4:16
   }
 
-  // Step coordinates
+  // Step coordinates; body 0 is the world
   // v̆' = v̆ⁿ, in place  // proc4:18
-  for (std::size_t i = 0; i < q.size(); ++i) {
+  for (std::size_t i = 1; i < q.size(); ++i) {
     q[i].linear += hs * work.sum[i].linear;                                               // proc4:19
     q[i].angular = compose(q[i].angular, rotation_quaternion(hs * work.sum[i].angular));  // proc4:20
   }

@@ -53,9 +53,9 @@ void proc5(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
     // mvʲ⁺¹ = v̆ʲ + svʲ⁺¹: line 8 adds sv, so that ext sees v̆  // proc5:17
   }
 
-  // Step coordinates
+  // Step coordinates; body 0 is the world
   // v̆' = v̆ⁿ, in place  // proc5:19
-  for (std::size_t i = 0; i < q.size(); ++i) {
+  for (std::size_t i = 1; i < q.size(); ++i) {
     q[i].linear += hs * work.sum[i].linear;                                               // proc5:20
     q[i].angular = compose(q[i].angular, rotation_quaternion(hs * work.sum[i].angular));  // proc5:21
   }

@@ -1,18 +1,18 @@
 #pragma once
 /// The five algorithms of the report, one file each, in the order and words of its listings.
 ///
-/// | file              | listing | differs from the one before by |
-/// |-------------------|---------|-----------------------------------------------------------------------------|
-/// | a1_direct.cpp     | proc1   | solves all rows at once, to rounding | | a2_psor.cpp       | proc2   |
-/// solves row by row, iterating                                                | | a3_substep.cpp    | proc3
-/// | n sub-steps, local angular velocities, blocks, τ and κ                      | | a4_approximate.cpp|
-/// proc4   | approximates J̆ (line 15), β (line 16) and the orientation step (line 20)    | | a5_havok.cpp |
-/// proc5   | A4 refactored; all Jacobians in β identified with the current one           |
+/// | file               | listing | differs from the one before by                                           |
+/// |--------------------|---------|--------------------------------------------------------------------------|
+/// | a1_direct.cpp      | proc1   | solves all rows at once, to rounding                                     |
+/// | a2_psor.cpp        | proc2   | solves row by row, iterating                                             |
+/// | a3_substep.cpp     | proc3   | n sub-steps, local angular velocities, blocks, τ and κ                   |
+/// | a4_approximate.cpp | proc4   | approximates J̆ (line 15), β (line 16) and the orientation step (line 20) |
+/// | a5_havok.cpp       | proc5   | A4 refactored; all Jacobians in β identified with the current one        |
 ///
 /// Each takes the step's start in `q` and `v` and leaves its end there. `problem` holds 𝒞 with J¹, β¹
-/// formulated at q (steps s1 and s2). In A1 and A2 `v` and the rows are in the world frame; in A3, A4 and A5
-/// they are in the bodies' frames (v̆, J̆). Cost, in row solves: A2 m, A3–A5 n·m per row; A3 formulates n
-/// times, the others once.
+/// formulated at q (steps s1 and s2). In A2 `v` and the rows are in the world frame; in A3, A4 and A5
+/// they are in the bodies' frames (v̆, J̆); in A1 just the rows are. Cost, in row solves: A2 m, A3–A5 n·m per
+/// row; A3 formulates n times, the others once.
 
 #include <cstdint>
 #include <vector>

@@ -13,15 +13,11 @@ struct Placed {
   const Matrix3& rotation_b;
 };
 
-/// Fills a row's angular parts from ᵣJᵀ in the world frame, and 1/Γ.
-void set_angular(const Problem& problem, const Block& x, const Placed& at, const Vector3& world_a,
-                 const Vector3& world_b, Row& row) {
-  const Vector3& inverse_inertia_a = problem.model->masses[x.a].inverse_inertia;
-  const Vector3& inverse_inertia_b = problem.model->masses[x.b].inverse_inertia;
-  const Vector3 local_a = at.rotation_a.transpose() * world_a;  // ᵣJ̆ᵀ = R⁻¹ ᵣJᵀ (III.1)
-  const Vector3 local_b = at.rotation_b.transpose() * world_b;
-  const Vector3 response_a = inverse_inertia_a.cwiseProduct(local_a);
-  const Vector3 response_b = inverse_inertia_b.cwiseProduct(local_b);
+/// Fills a row's angular parts from ᵣJ̆ᵀ, which are in the bodies' frames, and 1/Γ.
+[[gnu::always_inline]] inline void set_angular(const Problem& problem, const Block& x, const Placed& at,
+                                               const Vector3& local_a, const Vector3& local_b, Row& row) {
+  const Vector3 response_a = problem.model->masses[x.a].inverse_inertia.cwiseProduct(local_a);
+  const Vector3 response_b = problem.model->masses[x.b].inverse_inertia.cwiseProduct(local_b);
   const double gamma = row.linear.squaredNorm() * (x.inverse_mass_a + x.inverse_mass_b) +
                        local_a.dot(response_a) + local_b.dot(response_b);
   row.inverse_gamma = gamma > 0 ? 1 / gamma : 0;
@@ -31,8 +27,8 @@ void set_angular(const Problem& problem, const Block& x, const Placed& at, const
     row.response_a = response_a;
     row.response_b = response_b;
   } else {
-    row.angular_a = world_a;
-    row.angular_b = world_b;
+    row.angular_a = at.rotation_a * local_a;  // ᵣJᵀ = R ᵣJ̆ᵀ (III.1)
+    row.angular_b = at.rotation_b * local_b;
     row.response_a = at.rotation_a * response_a;
     row.response_b = at.rotation_b * response_b;
   }
@@ -40,16 +36,14 @@ void set_angular(const Problem& problem, const Block& x, const Placed& at, const
 
 constexpr double unlimited = std::numeric_limits<double>::infinity();
 
-/// The row's rigid and two-sided part; its kind says what else.
-Row rigid_row(double beta) {
-  Row row;
-  row.linear.setZero();
+/// The row's rigid and two-sided part; its kind says what else. Its impulse stays: a block may be formulated
+/// amid its iteration.
+void set_rigid(double beta, const Vector3& linear, Row& row) {
+  row.linear = linear;
   row.beta = beta;
   row.low = -unlimited;
   row.high = unlimited;
   row.softness = 0;
-  row.impulse = 0;
-  return row;
 }
 
 /// Γ of the block's rows, inverted.
@@ -66,7 +60,7 @@ void invert_gamma(Constraints& c, const Block& x) {
   c.inverse_gammas[x.coupling] = gamma.inverse();
 }
 
-/// The attachment frames in the world, as far as rows need them.
+/// The attachment frames in the world.
 struct Frames {
   Vector3 arm_a;  ///< from a's centre of mass to its frame's origin
   Vector3 arm_b;
@@ -75,17 +69,11 @@ struct Frames {
   Matrix3 axes_b;
 };
 
-/// Without the axes.
-Frames origins_of(const Attachment& attachment, const Placed& at) {
+Frames frames_of(const Attachment& attachment, const Placed& at) {
   Frames f;
   f.arm_a = at.rotation_a * attachment.frame_a.position;
   f.arm_b = at.rotation_b * attachment.frame_b.position;
   f.offset = (at.a.linear + f.arm_a) - (at.b.linear + f.arm_b);
-  return f;
-}
-
-Frames frames_of(const Attachment& attachment, const Placed& at) {
-  Frames f = origins_of(attachment, at);
   f.axes_a = at.rotation_a * attachment.frame_a.orientation.toRotationMatrix();
   f.axes_b = at.rotation_b * attachment.frame_b.orientation.toRotationMatrix();
   return f;
@@ -157,14 +145,12 @@ Measured measure(const JointCoordinate& coordinate, const Frames& f) {
   return about(angle, angle > 0 ? Vector3(f.axes_b * (turn / angle)) : across_b);
 }
 
-/// The row of ± a coordinate's rate; keeps its impulse, as a block may be formulated amid its iteration.
+/// The row of ± a coordinate's rate.
 void set_row(const Problem& problem, const Block& x, const Placed& at, const Measured& m, double sign,
              double beta, Row& row) {
-  const double impulse = row.impulse;
-  row = rigid_row(beta);
-  row.impulse = impulse;
-  row.linear = sign * m.linear;
-  set_angular(problem, x, at, sign * m.angular_a, sign * m.angular_b, row);
+  set_rigid(beta, sign * m.linear, row);
+  set_angular(problem, x, at, at.rotation_a.transpose() * (sign * m.angular_a),
+              at.rotation_b.transpose() * (sign * m.angular_b), row);
 }
 
 /// Adds softness to a row that has its Γ.
@@ -173,20 +159,35 @@ void soften(double softness, Row& row) {
   if (row.inverse_gamma > 0) row.inverse_gamma = 1 / (1 / row.inverse_gamma + softness);
 }
 
+/// The frames' origins coincide, along the world's axes, which turn with neither body.
+void formulate_point(Problem& problem, const Block& x, const Placed& at, double hs) {
+  const Attachment& attachment = problem.model->locks[x.source].at;
+  const Vector3& arm_a = attachment.frame_a.position;
+  const Vector3& arm_b = attachment.frame_b.position;
+  const Vector3 offset = (at.a.linear + at.rotation_a * arm_a) - (at.b.linear + at.rotation_b * arm_b);
+  for (int k = 0; k < x.rows; ++k) {
+    const int axis = x.component + k;
+    Row& row = problem.c.rows[x.first + k];
+    set_rigid(-offset[axis] / hs, Vector3::Unit(axis), row);
+    set_angular(problem, x, at, arm_a.cross(at.rotation_a.row(axis).transpose()),
+                at.rotation_b.row(axis).transpose().cross(arm_b), row);
+  }
+}
+
 void formulate_lock(Problem& problem, const Block& x, const Placed& at, double hs) {
   const Lock& lock = problem.model->locks[x.source];
-  const Frames f = lock.kind == Lock::Kind::point ? origins_of(lock.at, at) : frames_of(lock.at, at);
+  if (lock.kind == Lock::Kind::point) {
+    formulate_point(problem, x, at, hs);
+    return;
+  }
+  const Frames f = frames_of(lock.at, at);
   for (int k = 0; k < x.rows; ++k) {
     const int component = x.component + k;
     const int across = (lock.axis + 1 + component) % 3;
     Measured m;
     switch (lock.kind) {
-      case Lock::Kind::point: {
-        // Along the world's axes, which turn with neither body.
-        const Vector3 axis = Vector3::Unit(component);
-        m = {axis.dot(f.offset), axis, f.arm_a.cross(axis), axis.cross(f.arm_b)};
+      case Lock::Kind::point:
         break;
-      }
       case Lock::Kind::line:
         m = along(f, f.axes_b.col(across));
         break;
@@ -249,22 +250,24 @@ void formulate_drive(Problem& problem, Block& x, const Placed& at, double hs) {
 
 void formulate_contact(Problem& problem, const Block& x, const Placed& at, double hs) {
   const Contact& contact = (*problem.contacts)[x.source];
-  const Vector3 arm_a = at.rotation_a * contact.arm_a;
-  const Vector3 arm_b = at.rotation_b * contact.arm_b;
   Row& row = problem.c.rows[x.first];
-  if (x.kind == Block::Kind::contact_friction) {
-    row = rigid_row(0);
-    row.linear = at.rotation_b * (x.component == 0 ? contact.tangent_b1 : contact.tangent_b2);
-  } else {
-    const Vector3 normal = at.rotation_b * contact.normal_b;
-    const Vector3 gap = (at.a.linear - at.b.linear) + (arm_a - arm_b);
+  const bool is_normal = x.kind == Block::Kind::contact_normal;
+  // Fixed in b, so that b's part of J̆ does not change with the coordinates.
+  const Vector3& direction_b = is_normal          ? contact.normal_b
+                               : x.component == 0 ? contact.tangent_b1
+                                                  : contact.tangent_b2;
+  const Vector3 direction = at.rotation_b * direction_b;
+  const Vector3 direction_a = at.rotation_a.transpose() * direction;
+  set_rigid(0, direction, row);
+  if (is_normal) {
+    row.low = 0;
     // A positive distance is admitted too: β lets it close, no more. One that bounces has a velocity for its
     // β.
-    row = rigid_row(contact.bounce > 0 ? contact.bounce : -gap.dot(normal) / hs);
-    row.linear = normal;
-    row.low = 0;
+    const double gap = direction.dot(at.a.linear - at.b.linear) + direction_a.dot(contact.arm_a) -
+                       direction_b.dot(contact.arm_b);
+    row.beta = contact.bounce > 0 ? contact.bounce : -gap / hs;
   }
-  set_angular(problem, x, at, arm_a.cross(row.linear), row.linear.cross(arm_b), row);
+  set_angular(problem, x, at, contact.arm_a.cross(direction_a), direction_b.cross(contact.arm_b), row);
 }
 
 /// J, β and M⁻¹Jᵀ of the block's rows.
@@ -422,8 +425,16 @@ void add_external(const Model& model, const std::vector<Coordinates>& q, Frame f
   }
 }
 
+void to_local(const std::vector<Matrix3>& rotations, std::vector<Velocity>& v) {
+  for (std::size_t i = 1; i < v.size(); ++i) v[i].angular = (rotations[i].transpose() * v[i].angular).eval();
+}
+
+void to_world(const std::vector<Matrix3>& rotations, std::vector<Velocity>& v) {
+  for (std::size_t i = 1; i < v.size(); ++i) v[i].angular = (rotations[i] * v[i].angular).eval();
+}
+
 void step_coordinates(double hs, const std::vector<Velocity>& v_local, std::vector<Coordinates>& q) {
-  for (std::size_t i = 0; i < q.size(); ++i) q[i] = ahead(q[i], v_local[i], hs);
+  for (std::size_t i = 1; i < q.size(); ++i) q[i] = ahead(q[i], v_local[i], hs);
 }
 
 void update_biases(Constraints& c, const std::vector<Velocity>& v_local) {
@@ -450,18 +461,16 @@ void undo_update_rule(Constraints& c, const std::vector<Velocity>& change) {
   }
 }
 
-void make_mlcp(const Problem& problem, const std::vector<Velocity>& v, Mlcp& mlcp) {
+void make_mlcp(const Problem& problem, const std::vector<Velocity>& v_local, Mlcp& mlcp) {
   const Model& model = *problem.model;
   const auto moves = [&](int body) {
     return model.masses[body].inverse_mass > 0 || model.masses[body].inverse_inertia.maxCoeff() > 0;
   };
-  const auto part = [&](int body, const Vector3& linear, const Vector3& angular) {
+  const auto set_part = [&](int body, double sign, const Vector3& linear, const Vector3& angular,
+                            Vector6& part) {
     const BodyMass& mass = model.masses[body];
-    Vector6 result;
-    result.head<3>() = linear * mass.root_inverse_mass;
-    result.tail<3>() =
-        (problem.rotations[body].transpose() * angular).cwiseProduct(mass.root_inverse_inertia);
-    return result;
+    part.head<3>() = linear * (sign * mass.root_inverse_mass);
+    part.tail<3>() = angular.cwiseProduct(mass.root_inverse_inertia);
   };
   mlcp.bodies = static_cast<int>(model.masses.size());
   mlcp.rows.resize(problem.c.rows.size());
@@ -470,14 +479,21 @@ void make_mlcp(const Problem& problem, const std::vector<Velocity>& v, Mlcp& mlc
     Mlcp::Row& out = mlcp.rows[x.first];
     out.a = moves(x.a) ? x.a : -1;
     out.b = moves(x.b) ? x.b : -1;
-    out.part_a = part(x.a, row.linear, row.angular_a);
-    out.part_b = part(x.b, -row.linear, row.angular_b);
-    out.right = row.beta - row_velocity(row, v[x.a], v[x.b]);
+    set_part(x.a, 1, row.linear, row.angular_a, out.part_a);
+    set_part(x.b, -1, row.linear, row.angular_b, out.part_b);
+    out.right = row.beta - row_velocity(row, v_local[x.a], v_local[x.b]);
     out.low = row.low;
     out.high = row.high;
     out.softness = row.softness;
     out.normal = x.kind == Block::Kind::contact_friction ? x.normal : -1;
     out.friction = x.friction;
+  }
+}
+
+void add_impulses(const Model& model, const std::vector<Vector6>& impulses, std::vector<Velocity>& v_local) {
+  for (std::size_t i = 0; i < v_local.size(); ++i) {
+    v_local[i].linear += model.masses[i].root_inverse_mass * impulses[i].head<3>();
+    v_local[i].angular += model.masses[i].root_inverse_inertia.cwiseProduct(impulses[i].tail<3>());
   }
 }
 

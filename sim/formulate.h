@@ -80,6 +80,10 @@ void update_stable(Problem& problem, Block& x, const std::vector<Velocity>& v_ha
 void add_external(const Model& model, const std::vector<Coordinates>& q, Frame frame, double duration,
                   std::vector<Velocity>& v);
 
+/// Angular velocities from the world's frame to the bodies': ᵣv̆ = R⁻¹ ᵣv (III), and back.
+void to_local(const std::vector<Matrix3>& rotations, std::vector<Velocity>& v);
+void to_world(const std::vector<Matrix3>& rotations, std::vector<Velocity>& v);
+
 /// ₜq ← ₜq + hs ₜv̆, ᵣq ← ᵣq ∘ R_q(hs ᵣv̆), with local angular velocities.
 void step_coordinates(double hs, const std::vector<Velocity>& v_local, std::vector<Coordinates>& q);
 
@@ -92,7 +96,11 @@ void box_biases(Constraints& c, double kappa, double tau);
 /// β_x ← β_x + J̆ change of every velocity-level row: undoes what A5's sum of velocities bakes into it.
 void undo_update_rule(Constraints& c, const std::vector<Velocity>& change);
 
-/// The whole step's problem for A1, from rows formulated in the world frame and velocities that include ext.
-void make_mlcp(const Problem& problem, const std::vector<Velocity>& v, Mlcp& mlcp);
+/// The whole step's problem for A1, from blocks of one row, formulated in the bodies' frames, and local
+/// velocities that include ext.
+void make_mlcp(const Problem& problem, const std::vector<Velocity>& v_local, Mlcp& mlcp);
+
+/// v̆ ← v̆ + M̆⁻¹J̆ᵀλ, from the impulses M̆^(−1/2)J̆ᵀλ that A1's solver leaves by body.
+void add_impulses(const Model& model, const std::vector<Vector6>& impulses, std::vector<Velocity>& v_local);
 
 }  // namespace substep

@@ -310,8 +310,8 @@ MlcpReport MlcpSolver::solve(const Mlcp& problem, std::vector<double>& lambda) {
   MlcpReport report;
   const auto rows = static_cast<std::int64_t>(problem.rows.size());
   lambda.assign(problem.rows.size(), 0.0);
-  if (rows == 0) return report;
   prepare(problem);
+  if (rows == 0) return report;
   const bool limited = std::ranges::any_of(problem.rows, [](const Mlcp::Row& row) {
     return row.normal >= 0 || std::isfinite(row.low) || std::isfinite(row.high);
   });
@@ -356,6 +356,7 @@ MlcpReport MlcpSolver::solve(const Mlcp& problem, std::vector<double>& lambda) {
     fix_limits(problem, lambda);
   }
   lambda = best_;
+  velocities(problem, lambda);
   if (!(report.residual <= tolerance)) report.status = MlcpReport::Status::unsolved;
   return report;
 }

@@ -64,6 +64,9 @@ class MlcpSolver {
   /// λ is resized to the number of rows. Always finite for a finite problem.
   MlcpReport solve(const Mlcp& problem, std::vector<double>& lambda);
 
+  /// Gᵀλ of the last solution, by body.
+  const std::vector<Vector6>& impulses() const { return y_; }
+
  private:
   enum class Set : std::int8_t { free, low, high, off };
 

@@ -10,11 +10,7 @@
 namespace substep {
 namespace {
 
-/// World angular velocities to local ones: ᵣv̆ = R⁻¹ ᵣv.
-void to_local(const CoordinateVector& q, VelocityVector& v) {
-  for (std::size_t i = 0; i < q.size(); ++i) v[i].angular = q[i].angular.conjugate() * v[i].angular;
-}
-
+/// World angular velocities from local ones, at coordinates that have no rotation matrices yet.
 void to_world(const CoordinateVector& q, VelocityVector& v) {
   for (std::size_t i = 0; i < q.size(); ++i) v[i].angular = q[i].angular * v[i].angular;
 }
@@ -29,10 +25,10 @@ struct Simulation::Implementation {
         model(build_model(s)),
         finder(scene, model),
         state(initial_state(s)) {
-    const bool sub_stepped = settings.algorithm >= Algorithm::a3;
+    sub_stepped = settings.algorithm >= Algorithm::a3;
     problem.model = &model;
     problem.contacts = &no_contacts;
-    problem.frame = sub_stepped ? Frame::body : Frame::world;
+    problem.frame = settings.algorithm == Algorithm::a2 ? Frame::world : Frame::body;
     problem.substeps.bias_at_next_frame = settings.algorithm == Algorithm::a3;
     problem.substeps.duration = sub_stepped ? settings.step / settings.substeps : settings.step;
     joints = sub_stepped ? settings.joints : Joints::rows;
@@ -58,17 +54,17 @@ struct Simulation::Implementation {
     before = state;
     work.row_solves = 0;
     report.status = StepReport::Status::ok;
-    if (problem.frame == Frame::body) {
+    if (sub_stepped) {
       problem.substeps.stepped = state.q;
       set_zero(problem.substeps.offset);
-      to_local(state.q, state.v);
+      to_local(problem.rotations, state.v);
     }
     if (procedure) {
       procedure(state.q, state.v, settings, problem, work);
     } else {
       run_algorithm();
     }
-    if (problem.frame == Frame::body) to_world(state.q, state.v);
+    if (sub_stepped) to_world(state.q, state.v);
     report.row_solves = work.row_solves;
     if (!is_finite(state, &report.diverged_body)) {
       report.status = StepReport::Status::diverged;
@@ -108,6 +104,7 @@ struct Simulation::Implementation {
   ContactFinder finder;
   State state;
   State before;
+  bool sub_stepped;  ///< A3–A5: velocities are v̆ between to_local and to_world
   Joints joints;
   std::vector<Contact> no_contacts;
   Problem problem;
