@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "sim/measure/metrics_json.h"
 #include "sim/measure/text_table.h"
 
 namespace substep {
@@ -99,13 +100,6 @@ std::string with_tables(const SceneMeasurement& m, const Print& print) {
 Json number(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);
 }
-Json number(const std::optional<double>& value) {
-  return value ? number(*value) : Json(nullptr);
-}
-Json spread(const Spread& value) {
-  return {{"rms", number(value.rms)}, {"largest", number(value.largest)}};
-}
-
 }  // namespace
 
 std::string to_table(const SceneMeasurement& measurement) {
@@ -119,31 +113,9 @@ std::string to_markdown(const SceneMeasurement& measurement) {
 std::string to_json(const SceneMeasurement& m) {
   Json runs = Json::array();
   for (const MeasuredSettings& run : m.runs) {
-    const Metrics& x = run.metrics;
-    Json entry{{"algorithm", name(run.settings.algorithm)},
-               {"label", label(run.settings)},
-               {"position", spread(x.error.position)},
-               {"orientation", spread(x.error.orientation)},
-               {"stepping_error", number(x.parts.stepping)},
-               {"solver_error", number(x.parts.solver)},
-               {"model_error", number(x.parts.model)},
-               {"residual", spread(x.residual)},
-               {"row_solves", x.row_solves},
-               {"joint_gap", number(x.joint_gap)},
-               {"penetration", number(x.penetration)},
-               {"energy_change", number(x.energy_change)},
-               {"energy_growth", number(x.energy_growth)},
-               {"momentum", number(x.momentum)},
-               {"angular_momentum", number(x.angular_momentum)},
-               {"diverged", number(x.diverged)},
-               {"bounded", x.bounded}};
-    if (run.times) {
-      const RunTimes& t = *run.times;
-      entry["times"] = {{"median", t.median},        {"smallest", t.smallest},
-                        {"largest", t.largest},      {"repetitions", t.repetitions},
-                        {"s1", t.stages.geometry},   {"s2", t.stages.formulation},
-                        {"s3", t.stages.velocities}, {"s4", t.stages.coordinates}};
-    }
+    Json entry{{"algorithm", name(run.settings.algorithm)}, {"label", label(run.settings)}};
+    entry.update(Json::parse(to_json(run.metrics)));
+    if (run.times) entry["times"] = Json::parse(to_json(*run.times));
     runs.push_back(std::move(entry));
   }
   const Json reference{{"method", m.reference.method},

@@ -27,7 +27,8 @@ struct SceneMeasurement {
 /// Tables of the runs, a line each, below what they were measured against: for a terminal.
 std::string to_table(const SceneMeasurement& measurement);
 std::string to_markdown(const SceneMeasurement& measurement);
-/// {"scene", "size", "duration", "reference": {…}, "runs": [{…}]}, SI units. What is not finite is null.
+/// {"scene", "size", "duration", "reference": {…}, "runs": [{…}]}, SI units. What is not finite is
+/// null; what a run does not have is "none".
 std::string to_json(const SceneMeasurement& measurement);
 
 }  // namespace substep

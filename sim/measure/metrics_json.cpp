@@ -1,0 +1,105 @@
+#include "sim/measure/metrics_json.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "sim/error.h"
+
+namespace substep {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json number(double value) {
+  return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+Json number(const std::optional<double>& value) {
+  return value ? number(*value) : Json("none");
+}
+Json spread(const Spread& value) {
+  return {{"rms", number(value.rms)}, {"largest", number(value.largest)}};
+}
+
+double number_in(const Json& json) {
+  return json.is_null() ? std::numeric_limits<double>::infinity() : json.get<double>();
+}
+std::optional<double> optional_in(const Json& json) {
+  if (json.is_string()) return std::nullopt;
+  return number_in(json);
+}
+Spread spread_in(const Json& json) {
+  return {number_in(json.at("rms")), number_in(json.at("largest"))};
+}
+
+template <typename Read>
+auto reading(const std::string& text, const Read& read) {
+  try {
+    return read(Json::parse(text));
+  } catch (const Json::exception& error) {
+    throw Error(fmt::format("not what a sweep wrote: {}", error.what()));
+  }
+}
+
+}  // namespace
+
+std::string to_json(const Metrics& x) {
+  return Json{{"position", spread(x.error.position)},
+              {"orientation", spread(x.error.orientation)},
+              {"stepping_error", number(x.parts.stepping)},
+              {"solver_error", number(x.parts.solver)},
+              {"model_error", number(x.parts.model)},
+              {"residual", spread(x.residual)},
+              {"row_solves", x.row_solves},
+              {"joint_gap", number(x.joint_gap)},
+              {"penetration", number(x.penetration)},
+              {"energy_change", number(x.energy_change)},
+              {"energy_growth", number(x.energy_growth)},
+              {"momentum", number(x.momentum)},
+              {"angular_momentum", number(x.angular_momentum)},
+              {"diverged", number(x.diverged)},
+              {"bounded", x.bounded}}
+      .dump();
+}
+
+Metrics metrics_in(const std::string& json) {
+  return reading(json, [](const Json& j) {
+    Metrics x;
+    x.error = {spread_in(j.at("position")), spread_in(j.at("orientation"))};
+    x.parts = {number_in(j.at("stepping_error")), optional_in(j.at("solver_error")),
+               optional_in(j.at("model_error"))};
+    x.residual = spread_in(j.at("residual"));
+    x.row_solves = j.at("row_solves").get<std::int64_t>();
+    x.joint_gap = number_in(j.at("joint_gap"));
+    x.penetration = number_in(j.at("penetration"));
+    x.energy_change = number_in(j.at("energy_change"));
+    x.energy_growth = number_in(j.at("energy_growth"));
+    x.momentum = optional_in(j.at("momentum"));
+    x.angular_momentum = optional_in(j.at("angular_momentum"));
+    x.diverged = optional_in(j.at("diverged"));
+    x.bounded = j.at("bounded").get<bool>();
+    return x;
+  });
+}
+
+std::string to_json(const RunTimes& t) {
+  return Json{{"median", t.median},           {"smallest", t.smallest},    {"largest", t.largest},
+              {"repetitions", t.repetitions}, {"s1", t.stages.geometry},   {"s2", t.stages.formulation},
+              {"s3", t.stages.velocities},    {"s4", t.stages.coordinates}}
+      .dump();
+}
+
+RunTimes times_in(const std::string& json) {
+  return reading(json, [](const Json& j) {
+    return RunTimes{j.at("median").get<double>(),
+                    j.at("smallest").get<double>(),
+                    j.at("largest").get<double>(),
+                    j.at("repetitions").get<int>(),
+                    {j.at("s1").get<double>(), j.at("s2").get<double>(), j.at("s3").get<double>(),
+                     j.at("s4").get<double>()}};
+  });
+}
+
+}  // namespace substep

@@ -1,0 +1,20 @@
+#pragma once
+/// How coarse an algorithm may be on a scene and stay bounded (Metrics::bounded), by bisection.
+
+#include "sim/measure/metrics.h"
+
+namespace substep {
+
+struct StabilityLimit {
+  /// The smallest number that stays bounded, and so do its double and its fourfold: of sub-steps n of A3 to
+  /// A5; of parts of the scene's step that A1 and A2 take it in. 0: none up to `most` does.
+  int divisions = 0;
+  int most = 0;
+  int runs = 0;  ///< that it took
+};
+
+/// `settings` says all but n, or but the step; its step is the scene's.
+StabilityLimit stability_limit(const Scene& scene, const Settings& settings, const ReferenceMotion& reference,
+                               int most);
+
+}  // namespace substep

@@ -1,0 +1,99 @@
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <fstream>
+#include <string>
+
+#include "program.h"
+
+namespace substep {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+class SweepCommand : public Program {
+ protected:
+  /// A sweep of four jobs: A1 has no n, so that its two make one.
+  void SetUp() override {
+    write("small.toml",
+          "horizon = 0.1\n"
+          "[[grid]]\nscenes = [\"pendulum.gltf\"]\nalgorithms = [\"a1\", \"a5\"]\nsubsteps = [1, 4]\n"
+          "[[limit]]\nscenes = [\"pendulum.gltf\"]\nalgorithms = [\"a5\"]\n");
+    std::filesystem::copy_file(scene("pendulum.gltf"), folder() / "pendulum.gltf");
+  }
+};
+
+TEST_F(SweepCommand, LeavesTheSameErrorsTwice) {
+  const Outcome outcome = run({"sweep", "small.toml", "--output", "one"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+  EXPECT_THAT(outcome.out, HasSubstr("4 jobs, 4 of them done now"));
+  ASSERT_EQ(run({"sweep", "small.toml", "--output", "other", "--threads", "1"}).exit_code, 0);
+  EXPECT_EQ(content("one/errors.csv"), content("other/errors.csv"));
+  EXPECT_EQ(content("one/sweep.json"), content("other/sweep.json"));
+  const std::string errors = content("one/errors.csv");
+  EXPECT_EQ(std::ranges::count(errors, '\n'), 4);  // a head and three runs
+}
+
+TEST_F(SweepCommand, DoesOnlyWhatIsNotDone) {
+  ASSERT_EQ(run({"sweep", "small.toml", "--output", "done"}).exit_code, 0);
+  const std::string errors = content("done/errors.csv");
+  EXPECT_THAT(run({"sweep", "small.toml", "--output", "done"}).out, HasSubstr("0 of them done now"));
+  // A job that was cut off, and one that was never begun.
+  write("done/jobs/pendulum.a1-h1.json", "0123");
+  std::filesystem::remove(folder() / "done/jobs/pendulum.a5-h1-n4-m1-t1-k1-plain.json");
+  const Outcome refused = run({"sweep", "small.toml", "--output", "done", "--merge"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("2 of 4 jobs are not done, the first is pendulum.a1-h1"));
+  EXPECT_THAT(run({"sweep", "small.toml", "--output", "done"}).out, HasSubstr("2 of them done now"));
+  EXPECT_EQ(content("done/errors.csv"), errors);
+  for (const std::string& file : files()) EXPECT_THAT(file, Not(HasSubstr("partial")));
+}
+
+TEST_F(SweepCommand, PartsMakeTheWhole) {
+  ASSERT_EQ(run({"sweep", "small.toml", "--output", "whole"}).exit_code, 0);
+  for (const char* const part : {"1/3", "2/3", "3/3"}) {
+    const Outcome outcome = run({"sweep", "small.toml", "--output", "parts", "--job", part});
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  }
+  ASSERT_EQ(run({"sweep", "small.toml", "--output", "parts", "--merge"}).exit_code, 0);
+  EXPECT_EQ(content("whole/sweep.json"), content("parts/sweep.json"));
+}
+
+TEST_F(SweepCommand, ListsAnEngineThatIsNotThere) {
+  write("peer.toml",
+        "horizon = 0.1\n[[grid]]\nscenes = [\"pendulum.gltf\"]\nalgorithms = [\"a1\"]\npeers = "
+        "[\"no-such\"]\n");
+  ASSERT_EQ(run({"sweep", "peer.toml", "--output", "peer"}).exit_code, 0);
+  EXPECT_THAT(content("peer/sweep.json"), HasSubstr("the program was built without it"));
+}
+
+TEST_F(SweepCommand, RefusesWhatItCannotRead) {
+  const auto expect = [&](const std::string& text, const std::string& part) {
+    write("bad.toml", text);
+    expect_refused({"sweep", "bad.toml", "--output", "bad"}, part);
+  };
+  expect("", "has no [[grid]]");
+  expect("[[grid]]\nscenes = [\"pendulum.gltf\"]\n", "bad.toml:1: a grid without 'algorithms'");
+  expect("[[grid]]\nscenes = [\"pendulum.gltf\"]\nalgorithms = [\"a6\"]\n",
+         "bad.toml:3: 'algorithms' must be");
+  expect("[[grid]]\nscenes = [\"nothing.gltf\"]\nalgorithms = [\"a1\"]\n", "nothing.gltf");
+  expect("[[grid]]\nscenes = [\"pendulum.gltf\"]\nalgorithms = [\"a3\"]\nkappa = [3]\n", "kappa 3");
+  expect("[[grid]]\nscenes = [\"pendulum.gltf\"]\nalgorithms = [\"a3\"]\nsubsteps = [0]\n", "from 1 to 4096");
+  expect("[[grid]]\nscenes = [\"pendulum.gltf\"]\nalgorithm = [\"a3\"]\n", "unknown key 'algorithm'");
+  expect("horizon = 1\n[horizons]\nmoon = 1\n[[grid]]\nscenes = [\"pendulum.gltf\"]\nalgorithms = [\"a1\"]\n",
+         "'moon' is a scene of no grid");
+  expect_refused({"sweep", "nothing.toml"}, "nothing.toml");
+  expect_refused({"sweep", "small.toml", "--job", "3/2"}, "--job '3/2'");
+  expect_refused({"sweep", "small.toml", "--job", "1/2", "--merge"}, "give one of them");
+}
+
+TEST_F(SweepCommand, SaysWhereSlurmIsNotThere) {
+  const Outcome outcome = run({"sweep", "small.toml", "--slurm", "2"}, "");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("sbatch cannot be started"));
+}
+
+}  // namespace
+}  // namespace substep
