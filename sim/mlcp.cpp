@@ -18,6 +18,7 @@ namespace {
 /// 1e-4 is left.
 constexpr double regularisation = 1e-6;
 constexpr int first_sweeps = 12;
+constexpr int usual_sets = 60;  // a wall of 225 boxes takes at most 40
 constexpr int most_sets = 200;
 constexpr int most_sets_about_centre = 12;
 constexpr int most_rounds = 400;
@@ -103,8 +104,8 @@ void MlcpSolver::pull_to_centre(const Mlcp& problem, const std::vector<double>& 
   }
 }
 
-bool MlcpSolver::classify(const Mlcp& problem, const std::vector<double>& lambda) {
-  bool changed = false;
+int MlcpSolver::classify(const Mlcp& problem, const std::vector<double>& lambda) {
+  int changed = 0;
   for (std::size_t i = 0; i < problem.rows.size(); ++i) {
     const Mlcp::Row& row = problem.rows[i];
     const Set before = set_[i];
@@ -122,7 +123,7 @@ bool MlcpSolver::classify(const Mlcp& problem, const std::vector<double>& lambda
     } else {
       set_[i] = target <= row.low ? Set::low : target >= row.high ? Set::high : Set::free;
     }
-    changed = changed || set_[i] != before;
+    changed += set_[i] != before ? 1 : 0;
   }
   return changed;
 }
@@ -306,32 +307,28 @@ void MlcpSolver::solve_free(const Mlcp& problem, std::vector<double>& lambda) {
   }
 }
 
-MlcpReport MlcpSolver::solve(const Mlcp& problem, std::vector<double>& lambda) {
-  MlcpReport report;
+void MlcpSolver::iterate(const Mlcp& problem, Start start, int most_sets, std::vector<double>& lambda,
+                         MlcpReport& report) {
   const auto rows = static_cast<std::int64_t>(problem.rows.size());
-  lambda.assign(problem.rows.size(), 0.0);
-  prepare(problem);
-  if (rows == 0) return report;
-  const bool limited = std::ranges::any_of(problem.rows, [](const Mlcp::Row& row) {
-    return row.normal >= 0 || std::isfinite(row.low) || std::isfinite(row.high);
-  });
-  if (limited) {
-    sweep(problem, lambda, first_sweeps);
-    report.row_solves += rows * first_sweeps;
-  }
-  analyse(problem);
-  report.residual = residual(problem, lambda);
-  best_ = lambda;
   centre_ = lambda;
+  int sets = 0;
   int sets_about_centre = 0;
   int idle = 0;
-  for (int round = 0; round < most_rounds && report.pivots < most_sets; ++round) {
+  for (int round = 0; round < most_rounds && sets < most_sets; ++round) {
     velocities(problem, lambda);
     pull_to_centre(problem, lambda);
-    const bool another_set = classify(problem, lambda) || round == 0;
+    bool another_set = true;
+    if (round == 0 && start != Start::impulses) {
+      for (std::size_t i = 0; i < problem.rows.size(); ++i) set_[i] = gamma_[i] > 0 ? Set::free : Set::off;
+    } else {
+      const int changed = classify(problem, lambda);
+      another_set = changed > 0 || round == 0;
+      // Where much gives way at once, the sweeps' guess is better than this one.
+      if (start == Start::perhaps_free && sets == 1 && 8 * changed > rows) break;
+    }
     if (another_set) {
       factor(problem);
-      ++report.pivots;
+      ++sets;
       ++sets_about_centre;
       report.row_solves += rows;
     }
@@ -354,6 +351,40 @@ MlcpReport MlcpSolver::solve(const Mlcp& problem, std::vector<double>& lambda) {
     pull_to_centre(problem, lambda);
     solve_free(problem, lambda);
     fix_limits(problem, lambda);
+  }
+  report.pivots += sets;
+}
+
+MlcpReport MlcpSolver::solve(const Mlcp& problem, std::vector<double>& lambda) {
+  MlcpReport report;
+  const auto rows = static_cast<std::int64_t>(problem.rows.size());
+  lambda.assign(problem.rows.size(), 0.0);
+  prepare(problem);
+  if (rows == 0) return report;
+  const bool limited = std::ranges::any_of(problem.rows, [](const Mlcp::Row& row) {
+    return row.normal >= 0 || std::isfinite(row.low) || std::isfinite(row.high);
+  });
+  analyse(problem);
+  report.residual = residual(problem, lambda);
+  best_ = lambda;
+  if (limited) iterate(problem, Start::perhaps_free, usual_sets, lambda, report);
+  if (!(report.residual <= tolerance)) {
+    lambda.assign(problem.rows.size(), 0.0);
+    if (limited) {
+      velocities(problem, lambda);
+      sweep(problem, lambda, first_sweeps);
+      report.row_solves += rows * first_sweeps;
+    }
+    iterate(problem, Start::impulses, usual_sets, lambda, report);
+  }
+  if (limited && !(report.residual <= tolerance)) {
+    // From either start the sets may go round in circles.
+    lambda.assign(problem.rows.size(), 0.0);
+    iterate(problem, Start::free, usual_sets, lambda, report);
+  }
+  if (!(report.residual <= tolerance)) {
+    lambda = best_;
+    iterate(problem, Start::impulses, most_sets, lambda, report);
   }
   lambda = best_;
   velocities(problem, lambda);

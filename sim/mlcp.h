@@ -55,8 +55,9 @@ struct MlcpReport {
 /// lie 1e-8 apart. Given which rows are at which limit, the others are one linear system, solved in the
 /// bodies' space: 1 + Gᵀ(εD + S)⁻¹G is factored by blocks of six with little fill, whatever Γ's rank. The
 /// rows' signs say which set is next. When the set stays, the centre moves to λ, until the rows of the
-/// problem itself hold. Gauss–Seidel sweeps give the start. A solver keeps its memory from call to call, not
-/// its answers: equal problems have equal solutions.
+/// problem itself hold. The first set is that nothing gives way, as in what rests, or what Gauss–Seidel
+/// sweeps say. A solver keeps its memory from call to call, not its answers: equal problems have equal
+/// solutions.
 class MlcpSolver {
  public:
   static constexpr double tolerance = 1e-9;  ///< of MlcpReport::residual
@@ -71,10 +72,14 @@ class MlcpSolver {
   enum class Set : std::int8_t { free, low, high, off };
 
   void prepare(const Mlcp& problem);
+  /// Which set comes first: what the impulses say, or all rows free; perhaps: unless many then give way.
+  enum class Start : std::int8_t { impulses, free, perhaps_free };
+  void iterate(const Mlcp& problem, Start start, int most_sets, std::vector<double>& lambda,
+               MlcpReport& report);
   void sweep(const Mlcp& problem, std::vector<double>& lambda, int sweeps);
   void velocities(const Mlcp& problem, const std::vector<double>& lambda);
   void pull_to_centre(const Mlcp& problem, const std::vector<double>& lambda);
-  bool classify(const Mlcp& problem, const std::vector<double>& lambda);
+  int classify(const Mlcp& problem, const std::vector<double>& lambda);
   void fix_limits(const Mlcp& problem, std::vector<double>& lambda) const;
   void factor(const Mlcp& problem);
   void solve_free(const Mlcp& problem, std::vector<double>& lambda);

@@ -61,13 +61,13 @@ BenchmarkScene heavy_chain() {
   return {"heavy chain", test::chain(10, 0, 1000), 1.0 / 480, 480, BenchmarkScene::Judge::trajectory};
 }
 
-BenchmarkScene stack_of_ten(double top_mass) {
+BenchmarkScene stack_of(int boxes, double top_mass) {
   Scene scene = test::floor_scene(friction);
-  for (int i = 0; i < 10; ++i) {
-    test::add_box(scene, unit_cube, i == 9 ? top_mass : 1, {{0, 0.5 + i, 0}, Quaternion::Identity()},
+  for (int i = 0; i < boxes; ++i) {
+    test::add_box(scene, unit_cube, i == boxes - 1 ? top_mass : 1, {{0, 0.5 + i, 0}, Quaternion::Identity()},
                   friction);
   }
-  std::string name = "stack 10";
+  std::string name = "stack " + std::to_string(boxes);
   if (top_mass != 1) name += " top " + std::to_string(static_cast<int>(top_mass)) + " kg";
   return {name, scene, frame, 300, BenchmarkScene::Judge::standing};
 }

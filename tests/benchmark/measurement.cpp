@@ -73,6 +73,40 @@ void register_steps(const BenchmarkScene& scene, const std::string& contestant,
   ::benchmark::RegisterBenchmark((scene.name + "/" + contestant).c_str(), run)->UseManualTime();
 }
 
+void register_cost_of_a1(const BenchmarkScene& scene) {
+  const auto run = [scene](::benchmark::State& state) {
+    Settings settings;
+    settings.algorithm = Algorithm::a1;
+    settings.step = scene.step;
+    double time = 0;
+    double rows = 0;
+    double sets = 0;
+    double residual = 0;
+    for (auto unused : state) {
+      (void)unused;
+      Simulation simulation(scene.scene, settings);
+      simulation.step();  // the first step makes room
+      const double start = cpu_time();
+      for (int i = 1; i < scene.steps; ++i) {
+        const StepReport& report = simulation.step();
+        rows += report.rows;
+        sets += report.pivots;
+        residual = std::max(residual, report.residual);
+      }
+      const double taken = cpu_time() - start;
+      state.SetIterationTime(taken);
+      time += taken;
+    }
+    const double steps = static_cast<double>(state.iterations()) * (scene.steps - 1);
+    state.counters["us_per_step"] = 1e6 * time / steps;
+    state.counters["ns_per_row"] = 1e9 * time / rows;
+    state.counters["rows"] = rows / steps;
+    state.counters["sets"] = sets / steps;
+    state.counters["residual"] = residual;
+  };
+  ::benchmark::RegisterBenchmark((scene.name + "/cost of A1").c_str(), run)->UseManualTime();
+}
+
 void register_row_solves(const BenchmarkScene& scene, const std::string& contestant, const Settings& few,
                          const Settings& many) {
   const auto start = std::make_shared<substep::State>();  // settled once, before the first timing
@@ -138,26 +172,68 @@ bool Results::failed(const std::string& name) const {
   return one && one->remark.starts_with(failure);
 }
 
-std::string table(const Results& results, bool markdown) {
-  const std::vector<std::pair<std::string, std::string>> columns = {{"us_per_step", "µs a step"},
-                                                                    {"ns_per_body_step", "ns a body-step"},
-                                                                    {"ns_per_row_solve", "ns a row solve"},
-                                                                    {"ms_per_frame", "ms a frame"}};
-  std::string text = markdown ? "| scene/contestant |" : fmt::format("{:34}", "scene/contestant");
+namespace {
+
+/// Lines of figures by columns (figure, heading); `remark` heads a last column of remarks. Figures that are
+/// not there are blank.
+std::string table(const Results& results, const std::vector<const Results::Line*>& lines,
+                  const std::string& first, const std::vector<std::pair<std::string, std::string>>& columns,
+                  const std::string& remark, bool markdown) {
+  std::string text = markdown ? fmt::format("| {} |", first) : fmt::format("{:34}", first);
+  std::string rule = "|---|";
   for (const auto& [figure, heading] : columns) {
     text += markdown ? fmt::format(" {} |", heading) : fmt::format(" {:>14}", heading);
+    rule += "---:|";
   }
-  text += markdown ? " check |\n|---|---:|---:|---:|---:|---|\n" : "  check\n";
-  for (const Results::Line& line : results.lines()) {
-    text += markdown ? fmt::format("| {} |", line.name) : fmt::format("{:34}", line.name);
+  if (!remark.empty()) {
+    text += markdown ? fmt::format(" {} |", remark) : fmt::format("  {}", remark);
+    rule += "---|";
+  }
+  text += markdown ? fmt::format("\n{}\n", rule) : "\n";
+  for (const Results::Line* line : lines) {
+    text += markdown ? fmt::format("| {} |", line->name) : fmt::format("{:34}", line->name);
     for (const auto& [figure, heading] : columns) {
       const std::string value =
-          line.figures.contains(figure) ? fmt::format("{:.4g}", results.median(line.name, figure)) : "";
+          line->figures.contains(figure) ? fmt::format("{:.4g}", results.median(line->name, figure)) : "";
       text += markdown ? fmt::format(" {} |", value) : fmt::format(" {:>14}", value);
     }
-    text += markdown ? fmt::format(" {} |\n", line.remark) : fmt::format("  {}\n", line.remark);
+    if (!remark.empty()) {
+      text += markdown ? fmt::format(" {} |", line->remark) : fmt::format("  {}", line->remark);
+    }
+    text += "\n";
   }
   return text;
+}
+
+std::vector<const Results::Line*> lines_with(const Results& results, const std::string& figure, bool with) {
+  std::vector<const Results::Line*> lines;
+  for (const Results::Line& line : results.lines()) {
+    if (line.figures.contains(figure) == with) lines.push_back(&line);
+  }
+  return lines;
+}
+
+}  // namespace
+
+std::string table(const Results& results, bool markdown) {
+  return table(results, lines_with(results, "rows", false), "scene/contestant",
+               {{"us_per_step", "µs a step"},
+                {"ns_per_body_step", "ns a body-step"},
+                {"ns_per_row_solve", "ns a row solve"},
+                {"ms_per_frame", "ms a frame"}},
+               "check", markdown);
+}
+
+std::string cost_of_a1(const Results& results, bool markdown) {
+  const std::vector<const Results::Line*> lines = lines_with(results, "rows", true);
+  if (lines.empty()) return "";
+  return table(results, lines, "scene",
+               {{"rows", "rows"},
+                {"sets", "sets a step"},
+                {"us_per_step", "µs a step"},
+                {"ns_per_row", "ns a row"},
+                {"residual", "residual"}},
+               "", markdown);
 }
 
 }  // namespace substep::benchmark

@@ -21,6 +21,9 @@ double cpu_time();
 void register_steps(const BenchmarkScene& scene, const std::string& contestant,
                     const std::function<std::unique_ptr<Contestant>()>& make);
 
+/// What A1 costs by the size of its problem: rows, sets tried and time.
+void register_cost_of_a1(const BenchmarkScene& scene);
+
 /// The marginal cost of a row solve: the same step taken with `few` and with `many` sub-steps or iterations,
 /// so that what a step costs beside its row solves falls out.
 void register_row_solves(const BenchmarkScene& scene, const std::string& contestant, const Settings& few,
@@ -58,5 +61,8 @@ class Results final : public ::benchmark::BenchmarkReporter {
 
 /// Figures that are not there are blank.
 std::string table(const Results& results, bool markdown);
+
+/// A1's cost by size, of the scenes registered for it; empty where none ran.
+std::string cost_of_a1(const Results& results, bool markdown);
 
 }  // namespace substep::benchmark

@@ -97,13 +97,16 @@ void register_kernel(BenchmarkScene scene) {
 void register_all() {
   for (const BenchmarkScene& scene : {pendulum(), chain_of(10), heavy_chain()}) register_joints(scene);
   for (const int rods : {100, 10000}) register_a1(chain_of(rods));
-  register_a1(stack_of_ten(1));
-  register_contacts(stack_of_ten(1));
+  for (const int rods : {10, 100, 1000, 10000}) register_cost_of_a1(chain_of(rods));
+  for (const int boxes : {10, 20, 40, 80, 160}) register_cost_of_a1(stack_of(boxes));
+  for (const int base : {5, 10, 15, 20}) register_cost_of_a1(pyramid_of(base));
+  register_a1(stack_of(10));
+  register_contacts(stack_of(10));
 #ifdef SUBSTEP_HAS_ODE
-  const BenchmarkScene stack = stack_of_ten(1);
+  const BenchmarkScene stack = stack_of(10);
   register_steps(stack, "dWorldStep", [=] { return make_ode(stack.scene, stack.step, 0); });
 #endif
-  for (const double top : {100.0, 1000.0}) register_a1(stack_of_ten(top));
+  for (const double top : {100.0, 1000.0}) register_a1(stack_of(10, top));
   for (const int base : {10, 20, 30}) register_contacts(pyramid_of(base));
   register_contacts(pile_of(250));
   register_a5_on_contacts(pile_of(2000));
@@ -140,9 +143,10 @@ int run(int argc, char** argv) {
   Results results;
   ::benchmark::RunSpecifiedBenchmarks(&results);
   const std::vector<Goal> reached = goals(results);
-  fmt::print("{}\n{}", table(results, false), lines(reached));
+  fmt::print("{}\n{}\n{}", table(results, false), cost_of_a1(results, false), lines(reached));
   if (!markdown_file.empty()) {
-    write_file(markdown_file, table(results, true) + "\n" + markdown(reached));
+    write_file(markdown_file,
+               table(results, true) + "\n" + cost_of_a1(results, true) + "\n" + markdown(reached));
   }
   return 0;
 }
