@@ -11,10 +11,38 @@ namespace {
 
 using Contacts = std::vector<ContactPoint>;
 
+/// Makes contacts (b, a) of contacts (a, b).
+void mirror(Contacts& out, std::size_t first) {
+  for (std::size_t i = first; i < out.size(); ++i) {
+    std::swap(out[i].on_a, out[i].on_b);
+    out[i].normal = -out[i].normal;
+  }
+}
+
 /// Kinds in the order of their indices in Shape; a's kind is not after b's.
 void find_ordered(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double margin,
                   Contacts& out) {
-  if (b.index() > 3) return;
+  if (const auto* mesh = std::get_if<TriangleMesh>(&b)) {
+    // Planes and meshes never move.
+    if (!std::holds_alternative<Plane>(a) && !std::holds_alternative<TriangleMesh>(a)) {
+      find_shape_mesh(a, pose_a, *mesh, pose_b, margin, out);
+    }
+    return;
+  }
+  if (std::holds_alternative<Cylinder>(b) || std::holds_alternative<TaperedCapsule>(b)) {
+    const RevolvedSolid solid = *as_revolved(b, pose_b);
+    const std::size_t first = out.size();
+    if (std::holds_alternative<Plane>(a)) {
+      find_revolved_plane(solid, pose_a, margin, out);
+    } else if (const auto* polytope = std::get_if<Polytope>(&a)) {
+      find_round_polytope(b, pose_b, *polytope, pose_a, margin, out);
+    } else {
+      find_revolved_revolved(*as_revolved(a, pose_a), solid, margin, out);
+      return;
+    }
+    mirror(out, first);
+    return;
+  }
   if (const auto* polytope = std::get_if<Polytope>(&b)) {
     if (const auto* other = std::get_if<Polytope>(&a)) {
       if (other->box && polytope->box) {
@@ -140,10 +168,7 @@ void find_contacts(const Shape& a, const Pose& pose_a, const Shape& b, const Pos
   }
   const std::size_t first = out.size();
   find_ordered(b, pose_b, a, pose_a, margin, out);
-  for (std::size_t i = first; i < out.size(); ++i) {
-    std::swap(out[i].on_a, out[i].on_b);
-    out[i].normal = -out[i].normal;
-  }
+  mirror(out, first);
 }
 
 Bounds bounds(const Shape& shape, const Pose& pose) {

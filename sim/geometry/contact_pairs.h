@@ -2,9 +2,11 @@
 /// The pairs of kinds of shapes, one function each. All append to `out` the contacts of `a` and `b` as
 /// find_contacts does, with the normal from b to a, in this order of arguments only.
 
+#include <optional>
 #include <vector>
 
 #include "sim/geometry/contact.h"
+#include "sim/geometry/revolved_solid.h"
 #include "sim/geometry/shape.h"
 
 namespace substep {
@@ -29,6 +31,24 @@ void find_polytope_polytope(const Polytope& a, const Pose& pose_a, const Polytop
                             double margin, std::vector<ContactPoint>& out);
 void find_box_box(const Polytope& a, const Pose& pose_a, const Polytope& b, const Pose& pose_b, double margin,
                   std::vector<ContactPoint>& out);
+
+/// The pairs of cylinders, cones and tapered capsules. Solids a and b are placed in the world; any round
+/// shape will do for the other one of a pair.
+void find_revolved_plane(const RevolvedSolid& a, const Pose& plane, double margin,
+                         std::vector<ContactPoint>& out);
+void find_revolved_revolved(const RevolvedSolid& a, const RevolvedSolid& b, double margin,
+                            std::vector<ContactPoint>& out);
+/// `a` is a TaperedCapsule or Cylinder.
+void find_round_polytope(const Shape& a, const Pose& pose_a, const Polytope& b, const Pose& pose_b,
+                         double margin, std::vector<ContactPoint>& out);
+
+/// Any shape but a plane or a mesh with a mesh. The contacts of neighbouring triangles in one plane are those
+/// of one face: the corners of their hull.
+void find_shape_mesh(const Shape& a, const Pose& pose_a, const TriangleMesh& b, const Pose& pose_b,
+                     double margin, std::vector<ContactPoint>& out);
+
+/// The revolved solid that a round shape is; nothing for others.
+std::optional<RevolvedSolid> as_revolved(const Shape& shape, const Pose& pose);
 
 /// The one contact of two polytopes that are `separation` > 0 apart along `axis` (unit, in the world, from a
 /// to b) but where no face lies over the other: their closest points.

@@ -6,6 +6,7 @@
 
 #include "sim/geometry/contact.h"
 #include "sim/geometry/convex_hull.h"
+#include "sim/geometry/round_solids.h"
 #include "tests/geometry/solids.h"
 
 namespace {
@@ -31,8 +32,16 @@ namespace {
 
 TEST(ContactMemory, NoneIsAllocatedOnceWarm) {
   std::mt19937 random(1);
-  const std::vector<Shape> shapes = {Sphere{0.4},    Capsule{0.5, 0.3},     Plane{},
-                                     box({1, 1, 1}), cylinder(1, 0.5, 0.5), test::random_hull(random, 30)};
+  const std::vector<Shape> shapes = {Sphere{0.4},
+                                     Capsule{0.5, 0.3},
+                                     Plane{},
+                                     make_cylinder(1, 0.5, 0.5),
+                                     make_cylinder(1, 0.5, 0),
+                                     make_tapered_capsule(1, 0.3, 0.1),
+                                     test::flat_mesh(8, 0.25, 0.3),
+                                     box({1, 1, 1}),
+                                     cylinder(1, 0.5, 0.5),
+                                     test::random_hull(random, 30)};
   std::vector<Pose> poses;
   poses.reserve(40);
   for (int i = 0; i < 40; ++i) {

@@ -8,6 +8,8 @@
 #include <numbers>
 
 #include "sim/geometry/convex_hull.h"
+#include "sim/geometry/round_solids.h"
+#include "sim/geometry/triangle_mesh.h"
 #include "tests/geometry/solids.h"
 
 namespace substep {
@@ -69,6 +71,21 @@ std::vector<Resting> resting_cases() {
   const Quaternion lying = turn(pi / 2, {0, 0, 1});
   const Capsule capsule;
   const Polytope plate = box({1, 0.02, 1});
+  const Cylinder can = make_cylinder(1, 0.5, 0.5);
+  const Cylinder coin = make_cylinder(0.1, 0.3, 0.3);
+  const Cylinder cone = make_cylinder(1, 0.5, 0);
+  const Quaternion on_rim = turn(pi / 4, {0, 0, 1});
+  // The side's normal (cosine, sine) turned down.
+  const Cylinder frustum = make_cylinder(1, 0.5, 0.25);
+  const double slant = std::sqrt(1 + 0.0625);
+  const Quaternion on_side =
+      Quaternion::FromTwoVectors(Vector3(1 / slant, 0.25 / slant, 0), -Vector3::UnitY());
+  const double side_height = (0.5 - 0.25 * 0.5) / slant;
+  // Balls of 0.3 and 0.1 a metre apart: the middle of its axis is 0.2 from the side.
+  const TaperedCapsule skittle = make_tapered_capsule(1, 0.3, 0.1);
+  const Quaternion skittle_lying =
+      Quaternion::FromTwoVectors(Vector3(std::sqrt(1 - 0.04), 0.2, 0), -Vector3::UnitY());
+  const TriangleMesh floor = test::flat_mesh(16, 0.5, 0);
   return {
       {"box on plane", cube, {{0.3, 0.5, 0}, upright}, Plane{}, {}, 4},
       {"box on slab", cube, {{0.3, 0.5, 0.1}, upright}, slab, slab_pose, 4},
@@ -127,6 +144,82 @@ std::vector<Resting> resting_cases() {
        1},
       {"sphere on plane", Sphere{0.5}, {{0, 0.5, 0}, upright}, Plane{}, {}, 1},
       {"sphere on slab", Sphere{0.5}, {{0, 0.5, 0}, upright}, slab, slab_pose, 1},
+      {"cylinder standing on plane", can, {{0.3, 0.5, 0}, upright}, Plane{}, {}, 8},
+      {"cylinder standing on slab", can, {{0.3, 0.5, 0}, upright}, slab, slab_pose, 8},
+      {"cylinder standing on mesh", can, {{0.25, 0.5, 0.1}, upright}, floor, {}, 8},
+      {"cylinder on cylinder", can, {{0, 0.5, 0}, upright}, can, {{0, -0.5, 0}, upright}, 8},
+      {"cylinder on narrow cylinder", can, {{0, 0.5, 0}, upright}, coin, {{0.1, -0.05, 0}, upright}, 8},
+      {"slab on cylinder", slab, {{0, 0.5, 0}, upright}, can, {{0, -0.5, 0}, upright}, 8},
+      {"box on cylinder", plate, {{0, 0.01, 0}, upright}, can, {{0, -0.5, 0}, upright}, 8},
+      {"cylinder half over a box", can, {{0.5, 0.5, 0}, upright}, cube, {{0, -0.5, 0}, upright}, 5},
+      {"cylinder lying on plane", can, {{0, 0.5, 0}, lying}, Plane{}, {}, 2},
+      {"cylinder lying on slab", can, {{0, 0.5, 0}, lying}, slab, slab_pose, 2},
+      {"cylinder lying on mesh", can, {{0.2, 0.5, 0.1}, lying}, floor, {}, 2},
+      {"cylinder lying over a box's edge", can, {{0.5, 0.5, 0}, lying}, cube, {{0, -0.5, 0}, upright}, 2},
+      {"cylinder across a box's edge",
+       can,
+       {{0, 0.5, 0}, lying},
+       cube,
+       {{0, -std::sqrt(0.5), 0}, turn(pi / 4, {0, 0, 1})},
+       1},
+      {"cylinder along a box's edge", can, {{0, 0.5, 0}, lying}, cube, {{0, -std::sqrt(0.5), 0}, on_edge}, 2},
+      {"cylinder along cylinder", can, {{0.1, 0.5, 0}, lying}, can, {{0, -0.5, 0}, lying}, 2},
+      {"cylinder across cylinder",
+       can,
+       {{0, 0.5, 0}, lying},
+       can,
+       {{0, -0.5, 0}, turn(pi / 2, {0, 1, 0}) * lying},
+       1},
+      {"cylinder lying on a standing one", can, {{0, 0.5, 0}, lying}, can, {{0, -0.5, 0}, upright}, 2},
+      {"cylinder on its rim on plane", can, {{0, std::sqrt(0.5), 0}, on_rim}, Plane{}, {}, 1},
+      {"cylinder on its rim on slab", can, {{0, std::sqrt(0.5), 0}, on_rim}, slab, slab_pose, 1},
+      {"cylinder on its rim on a disc",
+       can,
+       {{0, std::sqrt(0.5), 0}, on_rim},
+       can,
+       {{0, -0.5, 0}, upright},
+       1},
+      {"cylinder on its rim on mesh", can, {{0.3, std::sqrt(0.5), 0.2}, on_rim}, floor, {}, 1},
+      {"corner on a disc", cube, {{0, std::sqrt(0.75), 0}, on_corner}, can, {{0, -0.5, 0}, upright}, 1},
+      {"capsule standing on cylinder", capsule, {{0, 0.5, 0}, upright}, can, {{0, -0.5, 0}, upright}, 1},
+      {"capsule lying on cylinder", capsule, {{0, 0.25, 0}, lying}, can, {{0, -0.5, 0}, upright}, 2},
+      {"capsule along a lying cylinder", capsule, {{0, 0.25, 0}, lying}, can, {{0, -0.5, 0}, lying}, 2},
+      {"capsule across a lying cylinder",
+       capsule,
+       {{0, 0.25, 0}, lying},
+       can,
+       {{0, -0.5, 0}, turn(pi / 2, {0, 1, 0}) * lying},
+       1},
+      {"sphere on cylinder", Sphere{0.5}, {{0.1, 0.5, 0}, upright}, can, {{0, -0.5, 0}, upright}, 1},
+      {"sphere on a lying cylinder", Sphere{0.5}, {{0.1, 0.5, 0}, upright}, can, {{0, -0.5, 0}, lying}, 1},
+      {"cone standing on plane", cone, {{0, 0.5, 0}, upright}, Plane{}, {}, 8},
+      {"cone standing on slab", cone, {{0, 0.5, 0}, upright}, slab, slab_pose, 8},
+      {"cone on its point on slab", cone, {{0, 0.5, 0}, turn(pi, {1, 0, 0})}, slab, slab_pose, 1},
+      {"frustum standing on slab", frustum, {{0, 0.5, 0}, upright}, slab, slab_pose, 8},
+      {"frustum lying on plane", frustum, {{0, side_height, 0}, on_side}, Plane{}, {}, 2},
+      {"frustum lying on slab", frustum, {{0, side_height, 0}, on_side}, slab, slab_pose, 2},
+      {"frustum lying on mesh", frustum, {{0, side_height, 0.1}, on_side}, floor, {}, 2},
+      {"tapered capsule lying on plane", skittle, {{0, 0.2, 0}, skittle_lying}, Plane{}, {}, 2},
+      {"tapered capsule lying on slab", skittle, {{0, 0.2, 0}, skittle_lying}, slab, slab_pose, 2},
+      {"tapered capsule lying on mesh", skittle, {{0, 0.2, 0.1}, skittle_lying}, floor, {}, 2},
+      {"tapered capsule standing on slab", skittle, {{0, 0.8, 0}, upright}, slab, slab_pose, 1},
+      {"tapered capsule standing on mesh", skittle, {{0.1, 0.8, 0.2}, upright}, floor, {}, 1},
+      {"sphere on mesh", Sphere{0.5}, {{0.3, 0.5, 0.2}, upright}, floor, {}, 1},
+      {"sphere on a corner of the mesh", Sphere{0.5}, {{0, 0.5, 0}, upright}, floor, {}, 1},
+      {"capsule lying on mesh", capsule, {{0.1, 0.25, 0.2}, lying}, floor, {}, 2},
+      {"box on mesh", cube, {{0.3, 0.5, 0.1}, upright}, floor, {}, 4},
+      {"turned box on mesh", cube, {{0.3, 0.5, 0.1}, turn(0.3, {0, 1, 0})}, floor, {}, 4},
+      {"box edge on mesh", cube, {{0.1, std::sqrt(0.5), 0}, on_edge}, floor, {}, 2},
+      {"box corner on mesh", cube, {{0.1, std::sqrt(0.75), 0.2}, on_corner}, floor, {}, 1},
+      {"dodecahedron on mesh", dodeca, {{0.1, inner, 0}, on_face}, floor, {}, 5},
+      {"small dodecahedron on mesh", small, {{3, 0.01 * inner, 2}, on_face}, floor, {}, 5},
+      {"box on a two-sided plane", cube, {{0.3, 0.5, 0.1}, upright}, make_rectangle(4, 4, true), {}, 4},
+      {"box on its back",
+       cube,
+       {{0.3, 0.5, 0.1}, upright},
+       make_rectangle(4, 4, true),
+       {{0, 0, 0}, turn(pi, {1, 0, 0})},
+       4},
       {"sphere on sphere", Sphere{0.5}, {{0, 0.5, 0}, upright}, Sphere{1}, {{0, -1, 0}, upright}, 1},
       {"sphere on capsule", Sphere{0.5}, {{0, 0.5, 0}, upright}, capsule, {{0, -0.25, 0}, lying}, 1},
   };

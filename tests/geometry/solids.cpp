@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "sim/geometry/convex_hull.h"
+#include "sim/geometry/triangle_mesh.h"
 
 namespace substep::test {
 
@@ -55,6 +56,32 @@ Vector3 random_point(std::mt19937& random, double reach) {
 Quaternion turn(double angle, const Vector3& axis) {
   const Vector3 part = std::sin(angle / 2) * axis.normalized();
   return {std::cos(angle / 2), part.x(), part.y(), part.z()};
+}
+
+TriangleMesh flat_mesh(int side, double cell, double uneven) {
+  std::mt19937 random(11);
+  std::vector<Vector3> positions;
+  std::vector<Triangle> triangles;
+  const auto at = [&](int i, int k) { return static_cast<std::uint32_t>(i * (side + 1) + k); };
+  for (int i = 0; i <= side; ++i) {
+    for (int k = 0; k <= side; ++k) {
+      const bool inner = i > 0 && k > 0 && i < side && k < side;
+      const Vector3 shift = inner ? Vector3(uneven * cell * random_point(random, 1)) : Vector3::Zero();
+      positions.emplace_back((i - side / 2) * cell + shift.x(), 0, (k - side / 2) * cell + shift.z());
+    }
+  }
+  for (int i = 0; i < side; ++i) {
+    for (int k = 0; k < side; ++k) {
+      if (uneven > 0 && random() % 2 == 0) {
+        triangles.push_back({at(i, k), at(i, k + 1), at(i + 1, k)});
+        triangles.push_back({at(i + 1, k), at(i, k + 1), at(i + 1, k + 1)});
+      } else {
+        triangles.push_back({at(i, k), at(i, k + 1), at(i + 1, k + 1)});
+        triangles.push_back({at(i, k), at(i + 1, k + 1), at(i + 1, k)});
+      }
+    }
+  }
+  return make_triangle_mesh(positions, triangles, "flat mesh");
 }
 
 std::vector<ContactPoint> contacts(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,

@@ -1,0 +1,497 @@
+#include "sim/geometry/contact_facets.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "sim/geometry/contact_pairs.h"
+#include "sim/geometry/find_root.h"
+
+namespace substep {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
+
+/// Neighbours that rise above a direction's plane by no more than this slope do not forbid it: vertices
+/// stored in single precision are off by as much.
+constexpr double level = 1e-6;
+
+struct Scratch {
+  std::vector<Vector3> corners_a;
+  std::vector<Vector3> corners_b;
+};
+
+Scratch& scratch() {
+  thread_local Scratch memory;
+  return memory;
+}
+
+/// A direction tried, from b to a.
+struct Axis {
+  double separation = -infinity;
+  Vector3 normal = Vector3::Zero();
+};
+
+struct FaceAxis : Axis {
+  bool of_b = false;
+  std::uint32_t face = 0;  ///< of b, or the disc or face of a
+};
+
+struct EdgeAxis : Axis {
+  std::uint32_t arc = none;    ///< of b
+  std::uint32_t arc_a = none;  ///< of a, if that has any
+  bool of_neighbour = false;   ///< it is the normal of the triangle next to b
+};
+
+Vector3 between(const Vector3& first, const Vector3& last, double part) {
+  return ((1 - part) * first + part * last).normalized();
+}
+
+/// A revolved solid against facets.
+class RevolvedSearch {
+ public:
+  RevolvedSearch(const RevolvedSolid& a, const Facets& b, double margin, std::vector<ContactPoint>& out)
+      : a_(a), b_(b), size_(std::min(2 * a.reach(), b.size)), margin_(margin), out_(out) {}
+
+  void find() {
+    for (std::uint32_t f = 0; f < b_.face_normals.size(); ++f) {
+      const Vector3& n = b_.face_normals[f];
+      const double separation = -a_.height(-n) - b_.face_offsets[f];
+      if (separation >= margin_) return;
+      if (separation > face_.separation) face_ = {{separation, n}, true, f};
+    }
+    if (!a_.is_ball_ended && !search_discs()) return;
+    for (const Vector3& n : b_.around) {
+      if (!consider(n, none, true)) return;
+    }
+    for (std::uint32_t i = 0; i < b_.arcs.size(); ++i) {
+      if (!search_arc(i)) return;
+    }
+    for (std::uint32_t v = 0; v < b_.vertices.size(); ++v) {
+      const std::optional<Vector3> direction = a_.direction_to(b_.vertices[v]);
+      if (direction && !consider(-*direction, none, false)) return;
+    }
+    add_contacts();
+  }
+
+ private:
+  double preference(double separation) const { return face_preference(separation, size_); }
+
+  /// Measures a direction. False where it separates the two by the margin.
+  bool consider(const Vector3& n, std::uint32_t arc, bool of_neighbour) {
+    std::uint32_t vertex = 0;
+    const double separation = -a_.height(-n) - b_.height(n, vertex);
+    if (separation <= edge_.separation) return true;
+    // The directions of an edge are those in which it pushes.
+    if (arc == none && !of_neighbour && !b_.pushes(n, vertex)) return true;
+    edge_.separation = separation;
+    edge_.normal = n;
+    edge_.arc = arc;
+    edge_.of_neighbour = of_neighbour;
+    return separation < margin_;
+  }
+
+  bool search_discs() {
+    for (std::uint32_t end = 0; end < 2; ++end) {
+      if (a_.radius[end] == 0) continue;
+      const Vector3 n = end == 0 ? a_.axis : Vector3(-a_.axis);
+      std::uint32_t vertex = 0;
+      const double separation = -a_.height(-n) - b_.height(n, vertex);
+      if (!b_.pushes(n, vertex)) continue;
+      if (separation >= margin_) return false;
+      // A face of b is taken before one of a.
+      const double handicap = face_.of_b ? second_face_share * preference(face_.separation) : 0;
+      if (separation > face_.separation + handicap) face_ = {{separation, n}, false, end};
+    }
+    return true;
+  }
+
+  /// The best direction of an edge's arc. Where the line along a's side is farthest is a corner of the
+  /// separation, so each side of it is searched by itself.
+  bool search_arc(std::uint32_t i) {
+    const Facets::Arc& arc = b_.arcs[i];
+    if (!a_.has_side) return search_part(i, 0, 1);
+    const auto over_side = [&](double part) {
+      return -a_.axis.dot(between(arc.first, arc.last, part)) - a_.sine;
+    };
+    const double from = over_side(0);
+    const double to = over_side(1);
+    if (from * to >= 0) return search_part(i, 0, 1);
+    const double corner =
+        find_root([&](double part) { return from > 0 ? over_side(part) : -over_side(part); });
+    return consider(between(arc.first, arc.last, corner), i, false) && search_part(i, 0, corner) &&
+           search_part(i, corner, 1);
+  }
+
+  bool search_part(std::uint32_t i, double low, double high) {
+    // Deeply overlapping, an arc can have several best directions.
+    const int pieces = face_.separation < -0.1 * size_ ? 4 : 1;
+    for (int k = 0; k < pieces; ++k) {
+      const double from = low + (high - low) * k / pieces;
+      const double to = low + (high - low) * (k + 1) / pieces;
+      if (!search_piece(i, from, to)) return false;
+    }
+    return true;
+  }
+
+  bool search_piece(std::uint32_t i, double low, double high) {
+    const Facets::Arc& arc = b_.arcs[i];
+    const Vector3& vertex = b_.vertices[arc.from];
+    const Vector3 along = (b_.vertices[arc.to] - vertex).normalized();
+    const Vector3 middle = between(arc.first, arc.last, (low + high) / 2);
+    const int end =
+        a_.axis.dot(middle) + a_.sine < 0 || (!a_.has_side && a_.radius[1] > a_.radius[0]) ? 1 : 0;
+    const double sense = along.cross(middle).dot(arc.last - arc.first) < 0 ? -1 : 1;
+    // The separation's derivative along the arc.
+    const auto slope = [&](double part) {
+      const Vector3 n = between(arc.first, arc.last, low + part * (high - low));
+      return sense * along.cross(n).dot(a_.support(-n, end) - vertex);
+    };
+    if (!(slope(0) > 0)) return true;
+    const double part = low + find_root(slope) * (high - low);
+    return consider(between(arc.first, arc.last, part), i, false);
+  }
+
+  void add_contacts() {
+    const bool edge_first = edge_.separation > face_.separation + preference(face_.separation);
+    if (edge_first && edge_.of_neighbour) return;  // found there
+    if (!edge_first && add_face_contacts()) return;
+    if (edge_.separation > -infinity && !edge_.of_neighbour && add_edge_contacts()) return;
+    if (b_.mesh && edge_first) add_face_contacts();
+    if (b_.mesh || std::max(edge_.separation, face_.separation) > 0) return;
+    // Overlapping polytopes and solids have a contact, whatever rounding did.
+    const Axis& best = edge_.separation > face_.separation ? static_cast<const Axis&>(edge_) : face_;
+    Manifold(best.normal, size_, margin_, out_).add_point(a_.support(-best.normal), best.separation);
+  }
+
+  bool add_face_contacts() {
+    const std::size_t first = out_.size();
+    Manifold manifold(face_.normal, size_, margin_, out_);
+    std::vector<Vector3>& memory = scratch().corners_b;
+    if (face_.of_b) {
+      const Polygon polygon = b_.polygon(face_.face, memory);
+      const RevolvedFeature feature = feature_towards(a_, -face_.normal);
+      if (feature.is_disc) {
+        manifold.add(feature.disc, polygon);
+      } else {
+        manifold.add(feature.line, polygon);
+      }
+    } else {
+      std::uint32_t vertex = 0;
+      b_.height(face_.normal, vertex);
+      manifold.add(end_disc(a_, static_cast<int>(face_.face)),
+                   b_.polygon(b_.face_at(vertex, face_.normal), memory));
+    }
+    double least = infinity;
+    for (std::size_t i = first; i < out_.size(); ++i) least = std::min(least, out_[i].distance);
+    // Where the lowest point is cut away, this is not the face at which the two meet. A mesh's triangle may
+    // meet the rest of a elsewhere.
+    if (out_.size() > first && (b_.mesh || least <= face_.separation + preference(face_.separation))) {
+      return true;
+    }
+    out_.resize(first);
+    return false;
+  }
+
+  bool add_edge_contacts() {
+    const Vector3& n = edge_.normal;
+    const double near = preference(edge_.separation);
+    Manifold manifold(n, size_, margin_, out_);
+    const Segment line = line_or_point(a_, -n, near);
+    if (manifold.add_beside(line, edge_of_b(line, near), near)) return true;
+    const Segment exact = line_or_point(a_, -n, flush_share * size_);
+    return manifold.add_crossing(exact, edge_of_b(exact, flush_share * size_));
+  }
+
+  /// The edge of b that is highest along the axis to within `near` and most along a's line; a vertex if none.
+  Segment edge_of_b(const Segment& of_a, double near) const {
+    if (edge_.arc != none) {
+      return {b_.vertices[b_.arcs[edge_.arc].from], b_.vertices[b_.arcs[edge_.arc].to]};
+    }
+    std::uint32_t vertex = 0;
+    const double highest = b_.height(edge_.normal, vertex);
+    Segment best = {b_.vertices[vertex], b_.vertices[vertex]};
+    double most = -1;
+    for (const Facets::Arc& arc : b_.arcs) {
+      if (arc.from != vertex && arc.to != vertex) continue;
+      const Segment edge = {b_.vertices[arc.from], b_.vertices[arc.to]};
+      if (std::min(edge_.normal.dot(edge.from), edge_.normal.dot(edge.to)) < highest - near) continue;
+      const double along = std::abs((edge.to - edge.from).normalized().dot(of_a.to - of_a.from));
+      if (along <= most) continue;
+      most = along;
+      best = edge;
+    }
+    return best;
+  }
+
+  const RevolvedSolid& a_;
+  const Facets& b_;
+  double size_;
+  double margin_;
+  std::vector<ContactPoint>& out_;
+  FaceAxis face_;
+  EdgeAxis edge_;
+};
+
+/// A polytope against a triangle of a mesh.
+class TriangleSearch {
+ public:
+  TriangleSearch(const Facets& a, const Facets& b, double margin, std::vector<ContactPoint>& out)
+      : a_(a), b_(b), size_(std::min(a.size, b.size)), margin_(margin), out_(out) {}
+
+  void find() {
+    std::uint32_t vertex = 0;
+    const Vector3& front = b_.face_normals[0];
+    face_ = {{-a_.height(-front, vertex) - b_.face_offsets[0], front}, true, 0};
+    if (face_.separation >= margin_) return;
+    for (std::uint32_t f = 0; f < a_.face_normals.size(); ++f) {
+      const Vector3 n = -a_.face_normals[f];
+      const double separation = -a_.face_offsets[f] - b_.height(n, vertex);
+      if (separation <= std::max(face_.separation, faces_of_a_.separation) || !b_.pushes(n, vertex)) continue;
+      if (separation >= margin_) return;
+      faces_of_a_ = {{separation, n}, false, f};
+    }
+    if (faces_of_a_.separation >
+        face_.separation + second_face_share * face_preference(face_.separation, size_)) {
+      face_ = faces_of_a_;
+    }
+    for (const Vector3& n : b_.around) {
+      const double separation = -a_.height(-n, vertex) - b_.height(n, vertex);
+      if (separation >= margin_) return;
+      if (separation > edge_.separation) edge_ = {{separation, n}, none, none, true};
+    }
+    for (std::uint32_t i = 0; i < b_.arcs.size(); ++i) {
+      if (!search_arc(i)) return;
+    }
+    const bool edge_first = edge_.separation > face_.separation + face_preference(face_.separation, size_);
+    if (edge_first && edge_.of_neighbour) return;  // found there
+    if (!edge_first && add_face_contacts()) return;
+    if (edge_.arc != none) {
+      const Segment of_a = {a_.vertices[a_.arcs[edge_.arc_a].from], a_.vertices[a_.arcs[edge_.arc_a].to]};
+      const Segment of_b = {b_.vertices[b_.arcs[edge_.arc].from], b_.vertices[b_.arcs[edge_.arc].to]};
+      Manifold manifold(edge_.normal, size_, margin_, out_);
+      const double near = face_preference(edge_.separation, size_);
+      if (manifold.add_beside(of_a, of_b, near) || manifold.add_crossing(of_a, of_b)) return;
+    }
+    if (edge_first && add_face_contacts()) return;
+    if (std::max(edge_.separation, face_.separation) > 0) add_closest();
+  }
+
+ private:
+  /// The cross products of one edge of b with those of a: only where the arcs of their faces' normals cross
+  /// on the unit sphere is it the axis of both.
+  bool search_arc(std::uint32_t i) {
+    const Facets::Arc& of_b = b_.arcs[i];
+    const Vector3 along_b = b_.vertices[of_b.to] - b_.vertices[of_b.from];
+    const Vector3 across_b = of_b.first.cross(of_b.last);
+    for (std::uint32_t k = 0; k < a_.arcs.size(); ++k) {
+      const Facets::Arc& of_a = a_.arcs[k];
+      const double c = -of_a.first.dot(across_b);
+      const double d = -of_a.last.dot(across_b);
+      if (c * d >= 0) continue;
+      const Vector3 across_a = of_a.first.cross(of_a.last);
+      const double p = of_b.first.dot(across_a);
+      const double q = of_b.last.dot(across_a);
+      if (p * q >= 0 || c * q <= 0) continue;
+      const Vector3 along_a = a_.vertices[of_a.to] - a_.vertices[of_a.from];
+      Vector3 n = along_a.cross(along_b);
+      const double squared = n.squaredNorm();
+      if (squared <= 1e-12 * along_a.squaredNorm() * along_b.squaredNorm()) continue;
+      n /= std::sqrt(squared);
+      if (n.dot(of_b.first + of_b.last) < 0) n = -n;
+      std::uint32_t vertex = 0;
+      const double separation = -a_.height(-n, vertex) - b_.height(n, vertex);
+      if (separation <= edge_.separation) continue;
+      edge_ = {{separation, n}, i, k, false};
+      if (separation >= margin_) return false;
+    }
+    return true;
+  }
+
+  bool add_face_contacts() {
+    const std::size_t first = out_.size();
+    std::uint32_t vertex = 0;
+    std::uint32_t face_of_a = face_.face;
+    if (face_.of_b) {
+      a_.height(-face_.normal, vertex);
+      face_of_a = a_.face_at(vertex, -face_.normal);
+    }
+    Manifold manifold(face_.normal, size_, margin_, out_);
+    manifold.add(a_.polygon(face_of_a, scratch().corners_a), b_.polygon(0, scratch().corners_b), face_.of_b);
+    return out_.size() > first;
+  }
+
+  /// Apart, with no face over the other and no edges crossing: the closest points, if the mesh pushes there.
+  void add_closest() {
+    double best = margin_ * margin_;
+    Vector3 on_a = Vector3::Zero();
+    Vector3 on_b = Vector3::Zero();
+    bool found = false;
+    const auto sides = b_.polygon(0, scratch().corners_b).corners;
+    for (const Facets::Arc& arc : a_.arcs) {
+      const Segment edge = {a_.vertices[arc.from], a_.vertices[arc.to]};
+      for (std::size_t i = 0; i < 3; ++i) {
+        const Segment side = {sides[i], sides[(i + 1) % 3]};
+        const SegmentParameters parameters = closest_parameters(edge, side);
+        const Vector3 one = point_at(edge, parameters.on_a);
+        const Vector3 other = point_at(side, parameters.on_b);
+        if ((one - other).squaredNorm() >= best) continue;
+        best = (one - other).squaredNorm();
+        on_a = one;
+        on_b = other;
+        found = true;
+      }
+    }
+    const double distance = std::sqrt(best);
+    if (!found || distance <= flush_share * size_) return;
+    const Vector3 n = (on_a - on_b) / distance;
+    std::uint32_t vertex = 0;
+    // Closest indeed, and not to be closer to a neighbour.
+    const double separation = -a_.height(-n, vertex) - b_.height(n, vertex);
+    if (separation < distance - 1e-6 * size_ || !b_.pushes(n, vertex)) return;
+    out_.push_back({on_a, on_b, n, distance});
+  }
+
+  const Facets& a_;
+  const Facets& b_;
+  double size_;
+  double margin_;
+  std::vector<ContactPoint>& out_;
+  FaceAxis face_;
+  FaceAxis faces_of_a_;
+  EdgeAxis edge_;
+};
+
+}  // namespace
+
+void Facets::load(const Polytope& polytope, const Matrix3& rotation, const Vector3& position) {
+  mesh = nullptr;
+  around.clear();
+  size = 2 * polytope.bounding_radius;
+  vertices.clear();
+  for (const Vector3& vertex : polytope.vertices) vertices.push_back(rotation * vertex + position);
+  face_begin.assign(polytope.face_begin.begin(), polytope.face_begin.end());
+  face_vertices.assign(polytope.face_vertices.begin(), polytope.face_vertices.end());
+  face_normals.clear();
+  face_offsets.clear();
+  for (std::size_t f = 0; f < polytope.face_count(); ++f) {
+    face_normals.push_back(rotation * polytope.face_normals[f]);
+    face_offsets.push_back(polytope.face_offsets[f] + face_normals[f].dot(position));
+  }
+  arcs.clear();
+  for (std::size_t e = 0; e < polytope.edges.size(); ++e) {
+    arcs.push_back({polytope.edges[e][0], polytope.edges[e][1], face_normals[polytope.edge_faces[e][0]],
+                    face_normals[polytope.edge_faces[e][1]]});
+  }
+}
+
+void Facets::load(const TriangleMesh& from, std::uint32_t triangle, const Vector3& origin, bool from_behind) {
+  mesh = &from;
+  corners = from.triangles[triangle];
+  std::array<std::uint32_t, 3> neighbours = from.neighbours[triangle];
+  const double sign = from_behind ? -1 : 1;
+  if (from_behind) {
+    std::swap(corners[1], corners[2]);
+    std::swap(neighbours[0], neighbours[2]);
+  }
+  vertices.clear();
+  for (const std::uint32_t corner : corners) vertices.push_back(from.vertices[corner] - origin);
+  face_begin.assign({0, 3});
+  face_vertices.assign({0, 1, 2});
+  const Vector3 normal = sign * from.normals[triangle];
+  face_normals.assign(1, normal);
+  face_offsets.assign(1, normal.dot(vertices[0]));
+  arcs.clear();
+  around.clear();
+  double longest = 0;
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    const std::uint32_t next = (i + 1) % 3;
+    const Vector3 along = vertices[next] - vertices[i];
+    longest = std::max(longest, along.squaredNorm());
+    const Vector3 beside = along.cross(normal).normalized();
+    goes_on[i] = false;
+    if (neighbours[i] == TriangleMesh::none) {
+      arcs.push_back({i, next, normal, beside});
+      if (from.two_sided) arcs.push_back({i, next, beside, -normal});
+      continue;
+    }
+    const Vector3 other = sign * from.normals[neighbours[i]];
+    // The neighbour goes down behind a convex side. Its normal then leans away over the side.
+    const double lean = beside.dot(other);
+    if (std::abs(lean) <= level && normal.dot(other) > 0) {
+      goes_on[i] = true;
+    } else if (lean > 0) {
+      around.push_back(other);
+      if (normal.dot(other) >= 0) {
+        arcs.push_back({i, next, normal, other});
+      } else {
+        // Halfway round first: the chord of a wide arc has no middle.
+        const Vector3 middle = between(normal, other, 0.5);
+        const Vector3 via = middle.allFinite() && middle.norm() > 0.5 ? middle : beside;
+        arcs.push_back({i, next, normal, via});
+        arcs.push_back({i, next, via, other});
+      }
+    }
+  }
+  size = std::sqrt(longest);
+}
+
+double Facets::height(const Vector3& direction, std::uint32_t& vertex) const {
+  double highest = -infinity;
+  for (std::uint32_t i = 0; i < vertices.size(); ++i) {
+    const double value = direction.dot(vertices[i]);
+    if (value <= highest) continue;
+    highest = value;
+    vertex = i;
+  }
+  return highest;
+}
+
+bool Facets::pushes(const Vector3& direction, std::uint32_t vertex) const {
+  if (!mesh) return true;
+  if (direction.dot(face_normals[0]) < 0) return false;
+  const std::uint32_t corner = corners[vertex];
+  for (std::uint32_t i = mesh->ring_begin[corner]; i < mesh->ring_begin[corner + 1]; ++i) {
+    const Vector3 to = mesh->vertices[mesh->ring[i]] - mesh->vertices[corner];
+    const double rise = direction.dot(to);
+    if (rise > 0 && rise * rise > level * level * to.squaredNorm()) return false;
+  }
+  return true;
+}
+
+std::uint32_t Facets::face_at(std::uint32_t vertex, const Vector3& direction) const {
+  double most = -infinity;
+  std::uint32_t best = 0;
+  for (std::uint32_t f = 0; f < face_normals.size(); ++f) {
+    const double facing = direction.dot(face_normals[f]);
+    if (facing <= most) continue;
+    const auto begin = face_vertices.begin() + face_begin[f];
+    const auto end = face_vertices.begin() + face_begin[f + 1];
+    if (std::find(begin, end, vertex) == end) continue;
+    most = facing;
+    best = f;
+  }
+  return best;
+}
+
+Polygon Facets::polygon(std::uint32_t face, std::vector<Vector3>& memory) const {
+  memory.clear();
+  for (std::uint32_t i = face_begin[face]; i < face_begin[face + 1]; ++i) {
+    memory.push_back(vertices[face_vertices[i]]);
+  }
+  Polygon polygon = {memory, face_normals[face], {}};
+  if (mesh) polygon.goes_on = goes_on;
+  return polygon;
+}
+
+void find_revolved_facets(const RevolvedSolid& a, const Facets& b, double margin,
+                          std::vector<ContactPoint>& out) {
+  RevolvedSearch(a, b, margin, out).find();
+}
+
+void find_polytope_triangle(const Facets& a, const Facets& b, double margin, std::vector<ContactPoint>& out) {
+  TriangleSearch(a, b, margin, out).find();
+}
+
+}  // namespace substep

@@ -1,0 +1,70 @@
+#pragma once
+/// The search for the axis of contact between a shape and something with flat faces: a polytope or one
+/// triangle of a mesh.
+///
+/// The separation along a unit direction n, from b to a, is how far a's lowest point along n is above b's
+/// highest. Its maximum over all n is the distance of two shapes that are apart and the depth of two that
+/// overlap. It lies at the normal of a face, at a direction of the arc between the normals of two faces that
+/// share an edge, or at the direction of a vertex's closest point. Each candidate is measured with the true
+/// extents of both shapes, so that a bad candidate cannot be taken.
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "sim/geometry/contact.h"
+#include "sim/geometry/contact_manifold.h"
+#include "sim/geometry/revolved_solid.h"
+
+namespace substep {
+
+/// Vertices, faces and edges of a polytope or of a triangle in some frame. Kept to be filled again, as its
+/// memory is.
+struct Facets {
+  /// The directions outward of an edge: those between the normals of its two faces.
+  struct Arc {
+    std::uint32_t from;
+    std::uint32_t to;
+    Vector3 first;
+    Vector3 last;
+  };
+
+  std::vector<Vector3> vertices;
+  std::vector<std::uint32_t> face_begin;
+  std::vector<std::uint32_t> face_vertices;
+  std::vector<Vector3> face_normals;
+  std::vector<double> face_offsets;
+  std::vector<Arc> arcs;
+  double size = 0;  ///< the diameter of a ball that holds it
+
+  // Of a triangle of a mesh alone:
+  const TriangleMesh* mesh = nullptr;
+  Triangle corners{};             ///< vertices of the mesh
+  std::array<bool, 3> goes_on{};  ///< whether the mesh goes on in the same plane behind a side
+  std::vector<Vector3> around;    ///< normals of the triangles behind its convex sides
+
+  /// Places a polytope: vertex → rotation * vertex + position.
+  void load(const Polytope& polytope, const Matrix3& rotation, const Vector3& position);
+  /// Moves a triangle by −origin. With `from_behind` it is seen from its other side.
+  void load(const TriangleMesh& mesh, std::uint32_t triangle, const Vector3& origin, bool from_behind);
+
+  /// How far it reaches along a direction, and where.
+  double height(const Vector3& direction, std::uint32_t& vertex) const;
+  /// Whether the mesh around the triangle's corner lies below it along `direction`, as far as its neighbours
+  /// tell: directions in which it does not push are those of inner edges. Always so for a polytope.
+  bool pushes(const Vector3& direction, std::uint32_t vertex) const;
+  /// The face with the vertex that looks most along `direction`.
+  std::uint32_t face_at(std::uint32_t vertex, const Vector3& direction) const;
+  /// The corners of a face, put into `memory`.
+  Polygon polygon(std::uint32_t face, std::vector<Vector3>& memory) const;
+};
+
+/// Contacts of a revolved solid a and facets b in one frame.
+void find_revolved_facets(const RevolvedSolid& a, const Facets& b, double margin,
+                          std::vector<ContactPoint>& out);
+
+/// Contacts of a polytope a and a triangle b of a mesh in one frame.
+void find_polytope_triangle(const Facets& a, const Facets& b, double margin, std::vector<ContactPoint>& out);
+
+}  // namespace substep

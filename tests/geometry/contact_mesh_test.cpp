@@ -1,0 +1,302 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "sim/error.h"
+#include "sim/geometry/closest_points.h"
+#include "sim/geometry/contact.h"
+#include "sim/geometry/convex_hull.h"
+#include "sim/geometry/round_solids.h"
+#include "sim/geometry/triangle_mesh.h"
+#include "tests/geometry/solids.h"
+
+namespace substep {
+namespace {
+
+using test::contacts;
+using test::turn;
+
+constexpr double margin = 0.02;
+const Quaternion upright = Quaternion::Identity();
+
+/// Two slopes that meet in the line x = z = 0, y = 0 along z; each goes down (or up) by `slope` away from it.
+TriangleMesh ridge(double slope) {
+  std::vector<Vector3> positions;
+  std::vector<Triangle> triangles;
+  for (int k = -8; k <= 8; ++k) {
+    for (const double x : {-4.0, -0.5, 0.0, 0.5, 4.0}) {
+      positions.emplace_back(x, -slope * std::abs(x), 0.5 * k);
+    }
+  }
+  for (std::uint32_t k = 0; k < 16; ++k) {
+    for (std::uint32_t i = 0; i < 4; ++i) {
+      const std::uint32_t at = 5 * k + i;
+      triangles.push_back({at, at + 5, at + 6});
+      triangles.push_back({at, at + 6, at + 1});
+    }
+  }
+  return make_triangle_mesh(positions, triangles, "ridge");
+}
+
+TriangleMesh mesh_of(const Polytope& polytope) {
+  std::vector<Triangle> triangles;
+  for (std::size_t f = 0; f < polytope.face_count(); ++f) {
+    const std::uint32_t first = polytope.face_begin[f];
+    for (std::uint32_t i = first + 1; i + 1 < polytope.face_begin[f + 1]; ++i) {
+      triangles.push_back(
+          {polytope.face_vertices[first], polytope.face_vertices[i], polytope.face_vertices[i + 1]});
+    }
+  }
+  return make_triangle_mesh(polytope.vertices, triangles, "solid");
+}
+
+std::vector<Shape> shapes() {
+  return {Sphere{0.3},
+          Capsule{0.3, 0.2},
+          make_tapered_capsule(0.6, 0.3, 0.1),
+          make_cylinder(0.6, 0.3, 0.3),
+          make_cylinder(0.6, 0.3, 0.1),
+          box({0.6, 0.5, 0.4}),
+          convex_hull(test::dodecahedron_points(), "d")};
+}
+
+/// How deep a shape is in the half-space below a plane through `on` with this normal, by contacts with a
+/// plane.
+double depth_below(const Shape& shape, const Pose& pose, const Vector3& on, const Vector3& normal) {
+  const Pose plane = {on, Quaternion::FromTwoVectors(Vector3::UnitY(), normal)};
+  return test::lowest_distance(contacts(shape, pose, Plane{}, plane, 10));
+}
+
+TEST(MeshContacts, OnAFlatMeshAreThoseOnAPlane) {
+  std::mt19937 random(1);
+  for (const double uneven : {0.0, 0.3}) {
+    const TriangleMesh mesh = test::flat_mesh(16, 0.25, uneven);
+    for (const Shape& shape : shapes()) {
+      double worst = 0;
+      for (int trial = 0; trial < 400; ++trial) {
+        Pose pose = {test::random_point(random, 0.7), test::random_orientation(random)};
+        // Let down until it is 1 mm deep, or left 1 mm above.
+        pose.position.y() -=
+            depth_below(shape, pose, Vector3::Zero(), Vector3::UnitY()) + (trial % 2 == 0 ? 1e-3 : -1e-3);
+        const auto on_mesh = contacts(shape, pose, mesh, {}, margin);
+        const auto on_plane = contacts(shape, pose, Plane{}, {}, margin);
+        ASSERT_EQ(test::complaint(on_mesh, margin), "");
+        ASSERT_FALSE(on_mesh.empty()) << shape.index() << ' ' << trial;
+        for (const ContactPoint& point : on_mesh) {
+          ASSERT_EQ(point.normal, Vector3::UnitY()) << shape.index() << ' ' << trial;
+        }
+        worst = std::max(worst, std::abs(test::lowest_distance(on_mesh) - test::lowest_distance(on_plane)));
+      }
+      EXPECT_LT(worst, 1e-14) << shape.index();  // measured 1e-15
+    }
+  }
+}
+
+TEST(MeshContacts, OfARollingSphereAreOneAtATime) {
+  // In steps that hit corners, edges and faces.
+  for (const double uneven : {0.0, 0.3}) {
+    const TriangleMesh mesh = test::flat_mesh(16, 0.25, uneven);
+    for (int i = 0; i < 3000; ++i) {
+      const Vector3 at(0.001 * i - 1.5, 0.2999, uneven == 0 ? 0.0005 * i - 0.75 : 0.1);
+      const auto points = contacts(Sphere{0.3}, {at, upright}, mesh, {}, margin);
+      ASSERT_EQ(points.size(), 1U) << i;
+      ASSERT_EQ(points[0].normal, Vector3::UnitY()) << i;
+      ASSERT_NEAR(points[0].distance, -1e-4, 1e-15);
+      ASSERT_NEAR(points[0].on_b.x(), at.x(), 1e-15);
+    }
+  }
+}
+
+TEST(MeshContacts, OfASlidingBoxAreItsFourCorners) {
+  const Polytope solid = box({0.6, 0.4, 0.5});
+  for (const double uneven : {0.0, 0.3}) {
+    const TriangleMesh mesh = test::flat_mesh(16, 0.25, uneven);
+    for (int i = 0; i < 500; ++i) {
+      const Pose pose = {{0.005 * i - 1.25, 0.1999, 0.03}, turn(0.01 * i, {0, 1, 0})};
+      const auto points = contacts(solid, pose, mesh, {}, margin);
+      ASSERT_EQ(points.size(), 4U) << i << ' ' << uneven;
+      for (const ContactPoint& point : points) {
+        ASSERT_EQ(point.normal, Vector3::UnitY());
+        ASSERT_NEAR(point.distance, -1e-4, 1e-15);
+        const Vector3 corner = pose.inverse() * point.on_a;
+        ASSERT_LT((corner.cwiseAbs() - Vector3(0.3, 0.2, 0.25)).norm(), 1e-12);
+      }
+    }
+  }
+}
+
+TEST(MeshContacts, OverAConvexRidgeAreWithTheEdge) {
+  const TriangleMesh mesh = ridge(0.5);
+  const Vector3 right = Vector3(0.5, 1, 0).normalized();
+  // Balanced on the ridge: one contact at the edge for a sphere, two for what has a side along it.
+  const auto ball = contacts(Sphere{0.3}, {{0, 0.299, 0.1}, upright}, mesh, {}, margin);
+  ASSERT_EQ(ball.size(), 1U);
+  EXPECT_LT((ball[0].normal - Vector3::UnitY()).norm(), 1e-9);
+  EXPECT_NEAR(ball[0].distance, -1e-3, 1e-12);
+  const auto solid = contacts(box({0.6, 0.5, 0.4}), {{0.1, 0.249, 0.1}, upright}, mesh, {}, margin);
+  ASSERT_EQ(solid.size(), 2U);
+  for (const ContactPoint& point : solid) {
+    EXPECT_LT((point.normal - Vector3::UnitY()).norm(), 1e-12);
+    EXPECT_NEAR(point.distance, -1e-3, 1e-12);
+    EXPECT_NEAR(point.on_b.x(), 0, 1e-12);
+  }
+  // A sphere that rolls over it: from one face's normal round the edge to the other's, without a jump.
+  Vector3 before = Vector3::Zero();
+  for (int i = 0; i <= 2000; ++i) {
+    const double x = -0.5 + 5e-4 * i;
+    // Its centre 0.3 from the surface: over a face or on the arc about the edge.
+    const double edge_of_arc = 0.3 * right.x();
+    const double y =
+        std::abs(x) <= edge_of_arc ? std::sqrt(0.09 - x * x) : (0.3 - std::abs(x) * right.x()) / right.y();
+    const auto points = contacts(Sphere{0.3}, {{x, y, 0.1}, upright}, mesh, {}, margin);
+    ASSERT_GE(points.size(), 1U) << x;
+    for (const ContactPoint& point : points) EXPECT_GE(point.distance, -1e-12) << x;
+    const auto nearest = std::ranges::min_element(points, {}, &ContactPoint::distance);
+    EXPECT_NEAR(nearest->distance, 0, 3e-4) << x;  // 1e-3 of the size: a face is preferred that far
+    if (i > 0) {
+      EXPECT_LT((nearest->normal - before).norm(), 0.05) << x;
+    }
+    before = nearest->normal;
+  }
+}
+
+TEST(MeshContacts, InAConcaveValleyAreWithBothSlopes) {
+  const TriangleMesh mesh = ridge(-0.5);
+  const Vector3 left = Vector3(0.5, 1, 0).normalized();
+  const auto points = contacts(Sphere{0.3}, {{0, 0.299 / left.y(), 0.1}, upright}, mesh, {}, margin);
+  ASSERT_EQ(points.size(), 2U);
+  for (const ContactPoint& point : points) {
+    EXPECT_NEAR(point.distance, -1e-3, 1e-12);
+    EXPECT_NEAR(std::abs(point.normal.x()), left.x(), 1e-12);
+    EXPECT_NEAR(point.normal.y(), left.y(), 1e-12);
+  }
+  for (const Shape& shape : shapes()) {
+    for (const ContactPoint& point : contacts(shape, {{0.05, 0.5, 0.1}, upright}, mesh, {}, 0.3)) {
+      // No normal but those of the slopes: the valley's edge does not push.
+      EXPECT_NEAR(std::abs(point.normal.x()), left.x(), 1e-12) << shape.index();
+    }
+  }
+}
+
+TEST(MeshContacts, OfAClosedMeshAreThoseOfItsHull) {
+  std::mt19937 random(5);
+  int touching = 0;
+  int beyond = 0;
+  for (const Polytope& solid : {box({2, 1, 1.5}), convex_hull(test::dodecahedron_points(), "d")}) {
+    const TriangleMesh mesh = mesh_of(solid);
+    for (const Shape& shape : shapes()) {
+      for (int trial = 0; trial < 1000; ++trial) {
+        const Pose pose = {test::random_point(random, 2), test::random_orientation(random)};
+        const auto on_solid = contacts(shape, pose, solid, {}, margin);
+        const double depth = test::lowest_distance(on_solid);
+        // Deeper, the mesh's triangles no longer know that they are a solid's.
+        if (depth < -0.05) continue;
+        const auto on_mesh = contacts(shape, pose, mesh, {}, margin);
+        ASSERT_EQ(test::complaint(on_mesh, margin), "");
+        if (on_solid.empty()) {
+          EXPECT_TRUE(on_mesh.empty()) << shape.index() << ' ' << trial;
+          continue;
+        }
+        ++touching;
+        if (depth < margin - 5e-3) {
+          ASSERT_FALSE(on_mesh.empty()) << shape.index() << ' ' << trial << ' ' << depth;
+        }
+        if (on_mesh.empty()) continue;
+        // A face's preference of either.
+        if (std::abs(test::lowest_distance(on_mesh) - depth) > 0.1 * std::abs(depth) + 3e-3) ++beyond;
+      }
+    }
+  }
+  EXPECT_GT(touching, 300);
+  // A triangle knows only its neighbours: near a corner of the solid it may take another way out.
+  EXPECT_LE(beyond, touching / 100);  // measured 3 of 474
+}
+
+TEST(MeshContacts, OfOneSidedMeshesPushFromTheFrontAlone) {
+  const TriangleMesh one = make_rectangle(4, 4, false);
+  const TriangleMesh both = make_rectangle(4, 4, true);
+  for (const Shape& shape : shapes()) {
+    EXPECT_TRUE(contacts(shape, {{0.1, -0.05, 0.2}, upright}, one, {}, margin).empty());
+    const auto points = contacts(shape, {{0.1, -0.05, 0.2}, upright}, both, {}, margin);
+    ASSERT_FALSE(points.empty()) << shape.index();
+    for (const ContactPoint& point : points) EXPECT_EQ(point.normal, Vector3(-Vector3::UnitY()));
+  }
+}
+
+TEST(MeshContacts, OfABorderAreWithItsEdge) {
+  const TriangleMesh mesh = make_rectangle(2, 2, true);
+  // Beside the sheet, at its height.
+  const auto points = contacts(Sphere{0.3}, {{1.29, 0, 0.1}, upright}, mesh, {}, margin);
+  ASSERT_EQ(points.size(), 1U);
+  EXPECT_LT((points[0].normal - Vector3::UnitX()).norm(), 1e-9);
+  EXPECT_NEAR(points[0].distance, -0.01, 1e-12);
+}
+
+TEST(TriangleMesh, RefusesWhatIsNoMesh) {
+  const std::vector<Vector3> corners = {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}};
+  const std::vector<Triangle> triangle = {{0, 1, 2}};
+  EXPECT_NO_THROW(make_triangle_mesh(corners, triangle, "m"));
+  EXPECT_THROW(make_triangle_mesh(corners, std::vector<Triangle>{{0, 1, 3}}, "m"), Error);
+  EXPECT_THROW(make_triangle_mesh(corners, std::vector<Triangle>{{0, 1, 1}}, "m"), Error);
+  EXPECT_THROW(make_triangle_mesh({}, {}, "m"), Error);
+  EXPECT_THROW(make_triangle_mesh(std::vector<Vector3>{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, triangle, "m"),
+               Error);
+  EXPECT_THROW(
+      make_triangle_mesh(std::vector<Vector3>{{0, 0, 0}, {1, 0, 0}, {0, 0, std::nan("")}}, triangle, "m"),
+      Error);
+  EXPECT_THROW(make_rectangle(0, 1, false), Error);
+  try {
+    make_triangle_mesh(corners, std::vector<Triangle>{{0, 1, 3}}, "hill.gltf: /meshes/2");
+  } catch (const Error& error) {
+    EXPECT_STREQ(error.what(), "hill.gltf: /meshes/2: triangle 0 has the vertex 3; there are 3");
+  }
+}
+
+TEST(TriangleMesh, FindsTheTrianglesThatBruteForceFinds) {
+  std::mt19937 random(7);
+  const TriangleMesh mesh = mesh_of(test::random_hull(random, 400));
+  std::vector<std::uint32_t> found;
+  int total = 0;
+  for (int trial = 0; trial < 500; ++trial) {
+    const Vector3 lower = test::random_point(random, 2.5);
+    const Bounds box = {lower, lower + Vector3::Constant(0.8)};
+    found.clear();
+    find_triangles(mesh, box, found);
+    std::vector<std::uint32_t> expected;
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+      const Triangle& c = mesh.triangles[t];
+      const Vector3 low = mesh.vertices[c[0]].cwiseMin(mesh.vertices[c[1]]).cwiseMin(mesh.vertices[c[2]]);
+      const Vector3 high = mesh.vertices[c[0]].cwiseMax(mesh.vertices[c[1]]).cwiseMax(mesh.vertices[c[2]]);
+      if ((low.array() <= box.upper.array()).all() && (box.lower.array() <= high.array()).all()) {
+        expected.push_back(t);
+      }
+    }
+    ASSERT_EQ(found, expected);
+    total += static_cast<int>(found.size());
+  }
+  EXPECT_GT(total, 1000);
+}
+
+TEST(TriangleMesh, JoinsSharedCorners) {
+  // Corners stored once per face, as files do.
+  const Polytope solid = box({1, 1, 1});
+  std::vector<Vector3> corners;
+  std::vector<Triangle> triangles;
+  const TriangleMesh joined = mesh_of(solid);
+  for (const Triangle& triangle : joined.triangles) {
+    const auto first = static_cast<std::uint32_t>(corners.size());
+    for (const std::uint32_t corner : triangle) corners.push_back(joined.vertices[corner]);
+    triangles.push_back({first, first + 1, first + 2});
+  }
+  const TriangleMesh mesh = make_triangle_mesh(corners, triangles, "box");
+  EXPECT_EQ(mesh.vertices.size(), 8U);
+  EXPECT_EQ(mesh.triangles.size(), 12U);
+  for (const auto& sides : mesh.neighbours) {
+    for (const std::uint32_t neighbour : sides) EXPECT_NE(neighbour, TriangleMesh::none);
+  }
+}
+
+}  // namespace
+}  // namespace substep
