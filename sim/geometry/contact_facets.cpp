@@ -107,21 +107,37 @@ class RevolvedSearch {
     return true;
   }
 
-  /// The best direction of an edge's arc. Where the line along a's side is farthest is a corner of the
-  /// separation, so each side of it is searched by itself.
+  /// The best direction of an edge's arc.
   bool search_arc(std::uint32_t i) {
+    if (!a_.has_side || a_.sine == 0) return search_half(i, 0, 1);
+    // An arc can pass the directions of a slanting side twice: on both sides of where it looks most along the
+    // axis.
     const Facets::Arc& arc = b_.arcs[i];
-    if (!a_.has_side) return search_part(i, 0, 1);
+    const double cosine = arc.first.dot(arc.last);
+    const double along_first = a_.axis.dot(arc.first);
+    const double along_last = a_.axis.dot(arc.last);
+    const double of_first = along_first - cosine * along_last;
+    const double of_last = along_last - cosine * along_first;
+    if (of_first * of_last <= 0) return search_half(i, 0, 1);
+    const double most = of_last / (of_first + of_last);
+    return search_half(i, 0, most) && search_half(i, most, 1);
+  }
+
+  /// Where the line along a's side is farthest is a corner of the separation, so each side of it is searched
+  /// by itself.
+  bool search_half(std::uint32_t i, double low, double high) {
+    if (!a_.has_side) return search_part(i, low, high);
+    const Facets::Arc& arc = b_.arcs[i];
     const auto over_side = [&](double part) {
-      return -a_.axis.dot(between(arc.first, arc.last, part)) - a_.sine;
+      return -a_.axis.dot(between(arc.first, arc.last, low + part * (high - low))) - a_.sine;
     };
     const double from = over_side(0);
     const double to = over_side(1);
-    if (from * to >= 0) return search_part(i, 0, 1);
-    const double corner =
-        find_root([&](double part) { return from > 0 ? over_side(part) : -over_side(part); });
-    return consider(between(arc.first, arc.last, corner), i, false) && search_part(i, 0, corner) &&
-           search_part(i, corner, 1);
+    if (from * to >= 0) return search_part(i, low, high);
+    const double part = find_root([&](double p) { return from > 0 ? over_side(p) : -over_side(p); });
+    const double corner = low + part * (high - low);
+    return consider(between(arc.first, arc.last, corner), i, false) && search_part(i, low, corner) &&
+           search_part(i, corner, high);
   }
 
   bool search_part(std::uint32_t i, double low, double high) {

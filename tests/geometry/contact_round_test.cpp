@@ -110,10 +110,11 @@ std::vector<Sized> other_shapes() {
   return result;
 }
 
-/// Random pairs of a round shape and any other: none found apart that overlap, none that are apart found to
-/// touch, depths as deep as the oracle's to within the preference for faces.
-void compare_with_oracle(int trials, unsigned seed) {
-  std::mt19937 random(seed);
+TEST(RoundContacts, AgreeWithEveryDirection) {
+  // Random pairs of a round shape and any other: none found apart that overlap, none that are apart found to
+  // touch, depths as deep as the oracle's to within the preference for faces.
+  const int trials = test::oracle_pairs(1500);
+  std::mt19937 random(2);
   const std::vector<Sized> ones = round_shapes();
   const std::vector<Sized> others = other_shapes();
   constexpr double margin = 0.05;
@@ -153,14 +154,6 @@ void compare_with_oracle(int trials, unsigned seed) {
   EXPECT_LT(worst_apart, 1);    // measured 0.33
   EXPECT_GT(overlapping, trials / 5);
   EXPECT_GT(apart, trials / 100);
-}
-
-TEST(RoundContacts, AgreeWithEveryDirection) {
-  compare_with_oracle(1500, 1);
-}
-
-TEST(RoundContactsLong, AgreeWithEveryDirection) {
-  compare_with_oracle(40000, 2);
 }
 
 TEST(RoundContacts, AreMirroredAndKeepTheirInvariants) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <numbers>
 
@@ -56,6 +57,11 @@ Vector3 random_point(std::mt19937& random, double reach) {
 Quaternion turn(double angle, const Vector3& axis) {
   const Vector3 part = std::sin(angle / 2) * axis.normalized();
   return {std::cos(angle / 2), part.x(), part.y(), part.z()};
+}
+
+int oracle_pairs(int usual) {
+  const char* wanted = std::getenv("SUBSTEP_ORACLE_PAIRS");
+  return wanted ? std::atoi(wanted) : usual;
 }
 
 TriangleMesh flat_mesh(int side, double cell, double uneven) {

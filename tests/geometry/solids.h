@@ -27,6 +27,9 @@ Vector3 random_point(std::mt19937& random, double reach);
 /// A rotation by `angle` about `axis`, through libm: tests only.
 Quaternion turn(double angle, const Vector3& axis);
 
+/// How many random pairs to hold against an oracle: `usual`, or what SUBSTEP_ORACLE_PAIRS says.
+int oracle_pairs(int usual);
+
 /// A square of side × side cells in the plane y = 0 about the origin, each of two triangles. `uneven` shifts
 /// inner corners in the plane by up to that part of a cell and turns the diagonals at random.
 TriangleMesh flat_mesh(int side, double cell, double uneven);
