@@ -81,7 +81,9 @@ class DartStepper final : public Stepper {
       properties.mT_ParentBodyToJoint = isometry(in_parent);
       properties.mT_ChildBodyToJoint = isometry(in_body);
       properties.mName = name;
-      return skeleton->createJointAndBodyNodePair<Joint>(parent, properties, {name}).second;
+      return skeleton
+          ->createJointAndBodyNodePair<Joint>(parent, properties, dynamics::BodyNode::AspectProperties(name))
+          .second;
     };
     dynamics::BodyNode* node = nullptr;
     const Vector3 spin = relative_spin(scene, link);
