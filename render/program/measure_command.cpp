@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 constexpr std::array algorithms{Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5};
 
 struct MeasureOptions {
-  fs::path scene;
+  SceneOptions scene;
   std::optional<std::string> step;
   std::optional<int> substeps;
   std::optional<int> iterations;
@@ -60,7 +60,7 @@ Settings settings_of(const MeasureOptions& options, const Scene& scene, Algorith
 }
 
 void measure_scene(const MeasureOptions& options) {
-  Scene scene = load_and_warn(options.scene);
+  Scene scene = options.scene.load();
   if (options.duration) scene.duration = seconds_in(*options.duration, "--duration");
   const double horizon = seconds_in(options.horizon, "--horizon");
   if (!(scene.duration > 0 && scene.duration <= 3600)) {
@@ -106,7 +106,7 @@ void add_measure_command(CLI::App& app) {
   CLI::App* const command = app.add_subcommand(
       "measure", "Measure a scene with all five algorithms: errors, where they come from, invariants, cost");
   const auto options = std::make_shared<MeasureOptions>();
-  command->add_option("scene", options->scene, "The scene, .gltf or .glb")->required();
+  options->scene.add_to(*command);
   command->add_option("--step", options->step, "Step h in seconds, such as 1/60 (the scene's)");
   command->add_option("--substeps", options->substeps, "Sub-steps n of A3 to A5 (16)");
   command->add_option("--iterations", options->iterations,

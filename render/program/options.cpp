@@ -96,8 +96,42 @@ int SolverOptions::steps(const Scene& scene, const Settings& settings) const {
   return static_cast<int>(count);
 }
 
-Scene load_and_warn(const std::filesystem::path& file) {
-  Scene scene = load_scene(file);
+void SceneOptions::add_to(CLI::App& command) {
+  command
+      .add_option("scene", file,
+                  "The scene, .gltf or .glb; or a mesh to drop on a plane: .obj, .stl, .ply, .dae, …")
+      ->required();
+  add_mesh_options_to(command);
+}
+
+void SceneOptions::add_mesh_options_to(CLI::App& command) {
+  const std::string group = "For a mesh";
+  command.add_option("--scale", scale_, "Metres in one unit of its file, such as 0.001 (1)")->group(group);
+  command.add_option("--density", density_, "Its density in kg/m³ (1000)")->group(group);
+  command.add_option("--mass", mass_, "Its mass in kg, in place of the density")->group(group);
+  command.add_option("--height", height_, "Metres between the ground and its lowest point (half its size)")
+      ->group(group);
+  command.add_option("--rotate", rotation_, "Degrees about x, then y, then z, such as 30,0,45")
+      ->delimiter(',')
+      ->expected(3)
+      ->group(group);
+  command.add_option("--copies", copies_, "How many of it fall (1)")->group(group);
+}
+
+std::optional<MeshOptions> SceneOptions::mesh_options() const {
+  if (!scale_ && !density_ && !mass_ && !height_ && !copies_ && rotation_.empty()) return std::nullopt;
+  MeshOptions result;
+  result.scale = scale_.value_or(result.scale);
+  result.density = density_.value_or(result.density);
+  result.mass = mass_;
+  result.height = height_;
+  result.copies = copies_.value_or(result.copies);
+  if (rotation_.size() == 3) result.rotation = {rotation_[0], rotation_[1], rotation_[2]};
+  return result;
+}
+
+Scene SceneOptions::load(const std::filesystem::path& other) const {
+  Scene scene = load_scene(other, mesh_options());
   for (const std::string& warning : scene.warnings) fmt::print(stderr, "substep: note: {}\n", warning);
   return scene;
 }

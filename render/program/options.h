@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "sim/scene/scene.h"
 #include "sim/settings.h"
@@ -42,7 +43,26 @@ struct SolverOptions {
   int steps(const Scene& scene, const Settings& settings) const;
 };
 
-/// Reads the scene and prints its warnings to stderr.
-Scene load_and_warn(const std::filesystem::path& file);
+/// A scene's file and, for a mesh without a scene, how it becomes one; as typed.
+struct SceneOptions {
+  std::filesystem::path file;
+
+  /// Adds the file as the command's argument, and the options below.
+  void add_to(CLI::App& command);
+  /// Adds --scale, --mass, --density, --height, --rotate and --copies.
+  void add_mesh_options_to(CLI::App& command);
+
+  /// Reads the scene and prints its warnings to stderr. Throws Error.
+  Scene load() const { return load(file); }
+  /// The same of another file.
+  Scene load(const std::filesystem::path& other) const;
+  /// What was given of the options for meshes; nothing when none was.
+  std::optional<MeshOptions> mesh_options() const;
+
+ private:
+  std::optional<double> scale_, density_, mass_, height_;
+  std::optional<int> copies_;
+  std::vector<double> rotation_;
+};
 
 }  // namespace substep

@@ -31,6 +31,7 @@ struct RenderOptions {
   std::string size = "1280x720";
   fs::path output = ".";
   SolverOptions solver;
+  SceneOptions mesh;
 };
 
 bool is_pose_log(const fs::path& file) {
@@ -49,7 +50,7 @@ Scene scene_of(const PoseLog& log, const RenderOptions& options) {
     throw Error(fmt::format("{}: its scene {} is not beside it: name it with --scene FILE",
                             options.input.string(), log.scene));
   }
-  Scene scene = load_and_warn(file);
+  Scene scene = options.mesh.load(file);
   if (scene.hash != log.scene_hash) {
     throw Error(fmt::format("{}: was made from another version of {}: run it again", options.input.string(),
                             file.string()));
@@ -114,7 +115,7 @@ void render(const RenderOptions& options) {
     stem = stem.substr(0, stem.rfind(".poses.txt"));
   } else {
     if (options.scene) throw Error("--scene: is of use with a pose log only");
-    scene = load_and_warn(options.input);
+    scene = options.mesh.load(options.input);
     log = simulated(scene, options.solver, progress);
     stem = fmt::format("{}.{}", scene.name, name(log.settings.algorithm));
   }
@@ -159,7 +160,7 @@ void render(const RenderOptions& options) {
 void add_render_command(CLI::App& app) {
   CLI::App* const command = app.add_subcommand("render", "Draw frames of a scene or a pose log as PNG files");
   const auto options = std::make_shared<RenderOptions>();
-  command->add_option("input", options->input, "A pose log, or a scene, which is simulated first")
+  command->add_option("input", options->input, "A pose log, or a scene or mesh, which is simulated first")
       ->required();
   command->add_option("--scene", options->scene, "The scene of a pose log that is not in the log's folder");
   command->add_option("--frame", options->frames, "The frames' numbers, comma-separated, or 'all'")
@@ -170,6 +171,7 @@ void add_render_command(CLI::App& app) {
       ->capture_default_str();
   options->solver.add_algorithm_to(*command);
   options->solver.add_to(*command);
+  options->mesh.add_mesh_options_to(*command);
   command->footer(
       "Frame k is the state after k steps. A pose log has its own settings: those above are for a scene.\n"
       "Example:\n  substep render box_stack.a3.poses.txt --scene scenes/box_stack.gltf --frame 0,60,120");

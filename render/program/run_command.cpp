@@ -22,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct RunOptions {
-  fs::path scene;
+  SceneOptions scene;
   SolverOptions solver;
   std::optional<fs::path> output;
   int every = 1;
@@ -84,7 +84,7 @@ class CsvTable {
 };
 
 void run(const RunOptions& options) {
-  const Scene scene = load_and_warn(options.scene);
+  const Scene scene = options.scene.load();
   const Settings settings = options.solver.settings(scene);
   const int steps = options.solver.steps(scene, settings);
   const fs::path output =
@@ -133,7 +133,7 @@ void add_run_command(CLI::App& app) {
   CLI::App* const command =
       app.add_subcommand("run", "Simulate a scene with one algorithm; write a pose log");
   const auto options = std::make_shared<RunOptions>();
-  command->add_option("scene", options->scene, "The scene, .gltf or .glb")->required();
+  options->scene.add_to(*command);
   options->solver.add_algorithm_to(*command);
   options->solver.add_to(*command);
   command->add_option("--output", options->output, "The pose log (SCENE.ALGORITHM.poses.txt)");

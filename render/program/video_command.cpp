@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct VideoOptions {
-  fs::path scene;
+  SceneOptions scene;
   SolverOptions solver;
   std::string size = "1280x720";
   std::optional<fs::path> output;
@@ -39,7 +39,7 @@ void print_table(const Comparison& comparison) {
 }
 
 void make(VideoOptions& options) {
-  const Scene scene = load_and_warn(options.scene);
+  const Scene scene = options.scene.load();
   VideoSettings& video = options.video;
   video.comparison.settings = options.solver.settings(scene);
   video.comparison.duration = options.solver.seconds(scene);
@@ -83,7 +83,7 @@ void add_video_command(CLI::App& app) {
       app.add_subcommand("video", "Film a scene: A1 to A5 and a reference side by side, with their errors");
   const auto options = std::make_shared<VideoOptions>();
   VideoSettings& video = options->video;
-  command->add_option("scene", options->scene, "The scene, .gltf or .glb")->required();
+  options->scene.add_to(*command);
   options->solver.add_to(*command);
   command
       ->add_option("--reference-substeps", video.comparison.reference_substeps,

@@ -2,9 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <tuple>
 
 #include "sim/geometry/convex_hull.h"
+#include "sim/geometry/round_solids.h"
+#include "sim/geometry/triangle_mesh.h"
+#include "sim/rotation.h"
 
 namespace substep {
 namespace {
@@ -14,42 +20,134 @@ bool is_equal_scale(double a, double b) {
   return std::fabs(a - b) <= 1e-5 * std::max(a, b);
 }
 
-double uniform_scale(const Vector3& scale, const char* shape, const JsonValue& place) {
-  if (!is_equal_scale(scale.x(), scale.y()) || !is_equal_scale(scale.y(), scale.z())) {
-    place.fail(fmt::format("a {} cannot be scaled by {} {} {}: use one factor, or a convex hull of a mesh",
-                           shape, scale.x(), scale.y(), scale.z()));
-  }
-  return scale.x();
+bool is_uniform(const Vector3& scale) {
+  return is_equal_scale(scale.x(), scale.y()) && is_equal_scale(scale.y(), scale.z());
 }
 
-Shape capsule(const ImplicitShape& shape, double scale, const JsonValue& place) {
-  if (shape.radius_bottom != shape.radius_top) {
-    place.fail(
-        "a tapered capsule is not modelled: give both ends one radius, or use a convex hull of a mesh");
-  }
-  const double half_length = shape.height / 2 * scale;
-  const double radius = shape.radius_bottom * scale;
-  if (half_length == 0) return Sphere{radius};
-  return Capsule{half_length, radius};
-}
-
-void gather(const GltfDocument& document, const std::vector<GltfMesh>& meshes, int index,
-            const NodeTransform& placement, const JsonValue& place, std::vector<Vector3>& points) {
-  const GltfNode& node = document.nodes[index];
-  if (node.skinned) {
-    place.fail(
-        fmt::format("its geometry, node {} ('{}'), is skinned, which is not modelled", index, node.name));
-  }
-  if (node.mesh >= 0) {
-    for (const GltfPrimitive& primitive : meshes[node.mesh].primitives) {
-      for (const Vector3& position : primitive.positions) {
-        points.push_back(placement.linear * position + placement.translation);
-      }
+// Points on the surface of a ball about (0, y, 0), on circles of latitude between two of them.
+void add_ball(std::vector<Vector3>& points, double y, double radius, int first_ring, int last_ring) {
+  constexpr int sectors = 24;
+  constexpr int rings = 12;  // from pole to pole
+  for (int ring = first_ring; ring <= last_ring; ++ring) {
+    const SineCosine down = sine_cosine(std::numbers::pi * ring / rings);
+    const bool is_pole = ring == 0 || ring == rings;
+    for (int sector = 0; sector < (is_pole ? 1 : sectors); ++sector) {
+      const SineCosine around = sine_cosine(2 * std::numbers::pi * sector / sectors);
+      points.emplace_back(is_pole ? 0 : radius * down.sine * around.cosine, y + radius * down.cosine,
+                          is_pole ? 0 : radius * down.sine * around.sine);
     }
   }
-  for (const int child : node.children) {
-    gather(document, meshes, child, compose(placement, document.nodes[child].local), place, points);
+}
+
+// What is round and not of a kind that contacts know, as the hull of points on it.
+Shape faceted(const ImplicitShape& shape, const Vector3& scale, const char* name, const JsonValue& place,
+              std::vector<std::string>& warnings) {
+  std::vector<Vector3> points;
+  const double half = shape.kind == ImplicitShape::Kind::capsule ? shape.height / 2 : 0;
+  add_ball(points, half, shape.radius_top, 0, 6);
+  add_ball(points, -half, shape.radius_bottom, 6, 12);
+  for (Vector3& point : points) point = scale.cwiseProduct(point);
+  Polytope hull = convex_hull(points, fmt::format("{}: {}", place.file(), place.path()));
+  warnings.push_back(fmt::format("{}: {} collides as the hull of {} points on it", place.path(), name,
+                                 hull.vertices.size()));
+  return hull;
+}
+
+Shape capsule(const ImplicitShape& shape, const Vector3& scale, const JsonValue& place,
+              std::vector<std::string>& warnings) {
+  if (!is_uniform(scale)) return faceted(shape, scale, "a capsule under an unequal scale", place, warnings);
+  const double height = shape.height * scale.x();
+  const double bottom = shape.radius_bottom * scale.x();
+  const double top = shape.radius_top * scale.x();
+  if (height == 0) return Sphere{std::max(bottom, top)};
+  if (shape.radius_bottom != shape.radius_top) return make_tapered_capsule(height, bottom, top);
+  return Capsule{height / 2, bottom};
+}
+
+class GeometryGatherer {
+ public:
+  GeometryGatherer(const GltfDocument& document, const std::vector<GltfMesh>& meshes,
+                   const std::vector<GltfSkin>& skins, int root, const Vector3& scale, const JsonValue& place)
+      : document_(document), meshes_(meshes), skins_(skins), root_(root), place_(place) {
+    scale_ = make_transform(Vector3::Zero(), Quaternion::Identity(), scale);
+    // The mesh is that of the node in its own frame: where the node itself stands does not matter.
+    add(root, scale_);
   }
+
+  NodeGeometry result() { return std::move(geometry_); }
+
+ private:
+  void add(int index, const NodeTransform& placement) {
+    const GltfNode& node = document_.nodes[index];
+    if (node.mesh >= 0) {
+      for (const GltfPrimitive& primitive : meshes_[node.mesh].primitives) {
+        if (node.skin >= 0 && !primitive.influences.empty()) {
+          add_skinned(index, primitive);
+        } else {
+          add_triangles(primitive, primitive.positions, placement);
+        }
+      }
+    }
+    for (const int child : node.children) add(child, compose(placement, document_.nodes[child].local));
+  }
+
+  // A skeleton places its mesh in the world, wherever the node is that wears it.
+  void add_skinned(int index, const GltfPrimitive& primitive) {
+    const NodeTransform& world = document_.nodes[root_].world;
+    const Matrix3 back = world.linear.inverse();
+    if (!back.allFinite()) place_.fail("its geometry's node is scaled to nothing along an axis");
+    geometry_.skinned = true;
+    add_triangles(
+        primitive,
+        posed_vertices(document_, skins_[document_.nodes[index].skin], primitive, document_.node_json(index))
+            .positions,
+        compose(scale_, make_transform(back, Vector3(-(back * world.translation)))));
+  }
+
+  void add_triangles(const GltfPrimitive& primitive, const std::vector<Vector3>& positions,
+                     const NodeTransform& placement) {
+    const auto first = static_cast<std::uint32_t>(geometry_.points.size());
+    for (const Vector3& position : positions) {
+      geometry_.points.push_back(placement.linear * position + placement.translation);
+    }
+    const bool mirrors = placement.linear.determinant() < 0;
+    for (Triangle triangle : primitive.triangles) {
+      if (mirrors) std::swap(triangle[1], triangle[2]);
+      geometry_.triangles.push_back({first + triangle[0], first + triangle[1], first + triangle[2]});
+    }
+    geometry_.double_sided = geometry_.double_sided || primitive.double_sided;
+  }
+
+  const GltfDocument& document_;
+  const std::vector<GltfMesh>& meshes_;
+  const std::vector<GltfSkin>& skins_;
+  int root_;
+  const JsonValue& place_;
+  NodeTransform scale_;
+  NodeGeometry geometry_;
+};
+
+// Of the points the outermost in each of `directions` directions, spread evenly over the sphere along a
+// spiral of golden angles. In the order of the points, each once.
+std::vector<Vector3> outermost(std::span<const Vector3> points, std::size_t directions) {
+  constexpr double golden_angle = 2.399963229728653;
+  std::vector<std::size_t> chosen;
+  for (std::size_t i = 0; i < directions; ++i) {
+    const double y = 1 - (2 * static_cast<double>(i) + 1) / static_cast<double>(directions);
+    const double across = std::sqrt(1 - y * y);
+    const SineCosine around = sine_cosine(golden_angle * static_cast<double>(i));
+    const Vector3 direction(across * around.cosine, y, across * around.sine);
+    std::size_t best = 0;
+    for (std::size_t k = 1; k < points.size(); ++k) {
+      if (direction.dot(points[k]) > direction.dot(points[best])) best = k;
+    }
+    chosen.push_back(best);
+  }
+  std::ranges::sort(chosen);
+  chosen.erase(std::unique(chosen.begin(), chosen.end()), chosen.end());
+  std::vector<Vector3> result;
+  for (const std::size_t index : chosen) result.push_back(points[index]);
+  return result;
 }
 
 }  // namespace
@@ -60,11 +158,13 @@ Shape implicit_shape(const ImplicitShape& shape, const Vector3& signed_scale, co
   if (!(scale.minCoeff() > 0)) place.fail("its node's scale is 0 along an axis");
   switch (shape.kind) {
     case ImplicitShape::Kind::sphere:
-      return Sphere{shape.radius_bottom * uniform_scale(scale, "sphere", place)};
+      if (!is_uniform(scale))
+        return faceted(shape, scale, "a sphere under an unequal scale", place, warnings);
+      return Sphere{shape.radius_bottom * scale.x()};
     case ImplicitShape::Kind::box:
       return box(shape.size.cwiseProduct(scale));
     case ImplicitShape::Kind::capsule:
-      return capsule(shape, uniform_scale(scale, "capsule", place), place);
+      return capsule(shape, scale, place, warnings);
     case ImplicitShape::Kind::cylinder: {
       const Polytope prism = cylinder(shape.height, shape.radius_bottom, shape.radius_top);
       return scale == Vector3::Ones() ? prism : scaled(prism, scale);
@@ -72,24 +172,51 @@ Shape implicit_shape(const ImplicitShape& shape, const Vector3& signed_scale, co
     case ImplicitShape::Kind::plane:
       break;
   }
-  if (shape.bounded) warnings.push_back(place.path() + ": the plane's size is ignored: it is infinite");
-  if (shape.double_sided) {
-    warnings.push_back(place.path() + ": the plane's second side is ignored: all below it is solid");
-  }
-  return Plane{};
+  if (!shape.double_sided && std::isinf(shape.plane_size[0]) && std::isinf(shape.plane_size[1]))
+    return Plane{};
+  return make_rectangle(shape.plane_size[0] * scale.x(), shape.plane_size[1] * scale.z(), shape.double_sided);
 }
 
-Shape hull_of_node(const GltfDocument& document, const std::vector<GltfMesh>& meshes, int node,
-                   const Vector3& scale, const JsonValue& place) {
-  // The mesh is that of the node in its own frame: where the node itself stands does not matter.
-  std::vector<Vector3> points;
-  gather(document, meshes, node, make_transform(Vector3::Zero(), Quaternion::Identity(), scale), place,
-         points);
-  if (points.empty()) {
+NodeGeometry geometry_of_node(const GltfDocument& document, const std::vector<GltfMesh>& meshes,
+                              const std::vector<GltfSkin>& skins, int node, const Vector3& scale,
+                              const JsonValue& place) {
+  NodeGeometry geometry = GeometryGatherer(document, meshes, skins, node, scale, place).result();
+  if (geometry.triangles.empty()) {
     place.fail(fmt::format("its geometry, node {} ('{}'), has no mesh of triangles", node,
                            document.nodes[node].name));
   }
-  return convex_hull(points, fmt::format("{}: {}", document.file_name, place.path()));
+  return geometry;
+}
+
+Polytope simplified_hull(std::span<const Vector3> points, const std::string& what, const std::string& place,
+                         std::vector<std::string>& warnings) {
+  // A contact of two hulls costs about the product of their edges; and a full hull of very many points takes
+  // long.
+  constexpr std::size_t most_vertices = 256;
+  constexpr std::size_t most_for_full_hull = 100'000;
+  std::vector<Vector3> distinct(points.begin(), points.end());
+  const auto key = [](const Vector3& point) { return std::tuple(point.x(), point.y(), point.z()); };
+  if (points.size() > most_for_full_hull &&
+      std::ranges::all_of(points, [](const Vector3& p) { return p.allFinite(); })) {
+    std::ranges::sort(distinct, {}, key);
+    distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
+    if (distinct.size() > most_for_full_hull) distinct = outermost(distinct, 10 * most_vertices);
+  }
+  Polytope full = convex_hull(distinct, what);
+  if (full.vertices.size() <= most_vertices) return full;
+  Polytope simple = convex_hull(outermost(full.vertices, most_vertices), what);
+  double left_out = 0;
+  for (const Vector3& vertex : full.vertices) {
+    double outside = 0;
+    for (std::size_t face = 0; face < simple.face_count(); ++face) {
+      outside = std::max(outside, simple.face_normals[face].dot(vertex) - simple.face_offsets[face]);
+    }
+    left_out = std::max(left_out, outside);
+  }
+  warnings.push_back(
+      fmt::format("{}: its convex hull of {} vertices is simplified to {}, which leaves out {:.2g} m at most",
+                  place, full.vertices.size(), simple.vertices.size(), left_out));
+  return simple;
 }
 
 }  // namespace substep

@@ -1,6 +1,7 @@
 #pragma once
 /// Collision shapes from what a glTF file describes, with the node's scale worked into them.
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -13,14 +14,30 @@
 namespace substep {
 
 /// The shape of an implicit shape on a node with this scale; only its size counts, not its signs. `place` is
-/// the collider, named in complaints. Boxes and cylinders take any scale; a cylinder is a prism of 32 sides.
-/// Throws Error for a sphere or capsule under a scale that differs along its axes, and for a tapered capsule.
+/// the collider, named in complaints. A sphere or capsule under a scale that differs along its axes becomes
+/// the hull of points on it, with a warning. A finite or two-sided plane becomes a triangle mesh. Throws
+/// Error where the scale leaves no volume.
 Shape implicit_shape(const ImplicitShape& shape, const Vector3& scale, const JsonValue& place,
                      std::vector<std::string>& warnings);
 
-/// The convex hull of all meshes at `node` and below, in the frame of `node` times `scale`. Throws Error when
-/// one is skinned or there is no volume.
-Shape hull_of_node(const GltfDocument& document, const std::vector<GltfMesh>& meshes, int node,
-                   const Vector3& scale, const JsonValue& place);
+/// The triangles of all meshes at a node and below.
+struct NodeGeometry {
+  std::vector<Vector3> points;
+  std::vector<Triangle> triangles;  ///< counter-clockwise seen from the front
+  bool double_sided = false;        ///< one of its materials is
+  bool skinned = false;
+};
+
+/// In the frame of `node` times `scale`. What is skinned has the form that its skeleton gives it at the
+/// start. Throws Error when there is no triangle.
+NodeGeometry geometry_of_node(const GltfDocument& document, const std::vector<GltfMesh>& meshes,
+                              const std::vector<GltfSkin>& skins, int node, const Vector3& scale,
+                              const JsonValue& place);
+
+/// The convex hull of `points` or, where that has more vertices than a contact can afford, that of the
+/// outermost points in evenly spread directions, with a warning that says how much that leaves out. `what` is
+/// at the front of complaints, `place` of the warning. Throws Error where there is no volume.
+Polytope simplified_hull(std::span<const Vector3> points, const std::string& what, const std::string& place,
+                         std::vector<std::string>& warnings);
 
 }  // namespace substep

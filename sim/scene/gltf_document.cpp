@@ -4,50 +4,24 @@
 
 #include <algorithm>
 #include <array>
-#include <fstream>
 #include <map>
 #include <optional>
 #include <set>
-#include <system_error>
 
 #include "sim/error.h"
+#include "sim/scene/file_bytes.h"
 
 namespace substep {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uintmax_t largest_file = std::uintmax_t{1} << 30;
 constexpr std::size_t largest_json = std::size_t{1}
                                      << 27;  // the parsed document takes about 16 times as much
 constexpr int deepest_json = 64;
 constexpr int deepest_node = 256;
 constexpr std::array<const char*, 3> known_extensions{"KHR_implicit_shapes", "KHR_physics_rigid_bodies",
                                                       "KHR_lights_punctual"};
-
-std::string read_bytes(const fs::path& file, const std::string& complaint) {
-  std::error_code failure;
-  const fs::file_status status = fs::status(file, failure);
-  if (!fs::exists(status)) throw Error(complaint + ": there is no such file");
-  if (!fs::is_regular_file(status)) throw Error(complaint + ": is not a regular file");
-  const std::uintmax_t size = fs::file_size(file, failure);
-  if (failure) throw Error(fmt::format("{}: cannot be read: {}", complaint, failure.message()));
-  if (size > largest_file) {
-    throw Error(fmt::format("{}: has {} bytes; the largest file read is {}", complaint, size, largest_file));
-  }
-  std::ifstream stream(file, std::ios::binary);
-  std::string bytes(static_cast<std::size_t>(size), '\0');
-  if (!stream || !stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) {
-    throw Error(complaint + ": cannot be read; check its permissions");
-  }
-  return bytes;
-}
-
-// FNV-1a, continued over several byte strings.
-std::uint64_t add_to_hash(std::uint64_t hash, std::string_view bytes) {
-  for (const char byte : bytes) hash = (hash ^ static_cast<unsigned char>(byte)) * 0x100000001b3;
-  return hash;
-}
 
 std::uint32_t little_endian(std::string_view bytes, std::size_t offset) {
   std::uint32_t value = 0;
@@ -215,24 +189,14 @@ std::string read_uri(const JsonValue& uri, const fs::path& scene_file, std::uint
   if (text.find("://") != std::string::npos)
     uri.fail("is a network address; only files and data URIs are read");
   const std::string name = percent_decoded(uri);
-  const fs::path relative(name);
-  const std::string refusal =
-      fmt::format("'{}' leaves the scene's folder; only files in it or below are read", name);
   if (name.empty()) uri.fail("is empty");
-  if (relative.is_absolute() || std::find(relative.begin(), relative.end(), "..") != relative.end()) {
-    uri.fail(refusal);
+  bool leaves = false;
+  const std::optional<fs::path> found = file_beside(scene_file, name, leaves);
+  if (leaves) {
+    uri.fail(fmt::format("'{}' leaves the scene's folder; only files in it or below are read", name));
   }
-  const fs::path folder = scene_file.has_parent_path() ? scene_file.parent_path() : fs::path(".");
-  std::error_code failure;
-  const fs::path real_folder = fs::canonical(folder, failure);
-  const fs::path real_file = fs::canonical(folder / relative, failure);
-  if (failure) uri.fail(fmt::format("there is no file '{}' beside the scene", name));
-  // A symbolic link may lead elsewhere.
-  if (std::mismatch(real_folder.begin(), real_folder.end(), real_file.begin(), real_file.end()).first !=
-      real_folder.end()) {
-    uri.fail(refusal);
-  }
-  std::string bytes = read_bytes(real_file, (folder / relative).string());
+  if (!found) uri.fail(fmt::format("there is no file '{}' beside the scene", name));
+  std::string bytes = read_bytes(*found, (scene_file.parent_path() / name).string());
   hash = add_to_hash(hash, bytes);
   return bytes;
 }
@@ -292,14 +256,6 @@ NodeTransform read_transform(const JsonValue& node) {
                         get(node, "scale", Vector3(1, 1, 1), &JsonValue::vector3));
 }
 
-// Names go into pose logs, one a line.
-std::string printable(std::string name) {
-  for (char& c : name) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
-  }
-  return name;
-}
-
 void read_nodes(GltfDocument& document) {
   const std::size_t count = document.size_of("nodes");
   document.nodes.resize(count);
@@ -319,8 +275,7 @@ void read_nodes(GltfDocument& document) {
     if (!node.local.is_finite()) json.fail("its transform overflows");
     if (const auto mesh = json.find("mesh")) node.mesh = mesh->index(document.size_of("meshes"), "mesh");
     if (const auto skin = json.find("skin")) {
-      skin->index(document.size_of("skins"), "skin");
-      node.skinned = true;
+      node.skin = skin->index(document.size_of("skins"), "skin");
     }
     if (const auto children = json.find("children")) {
       for (const JsonValue& child : children->items()) {
@@ -412,14 +367,10 @@ GltfDocument read_gltf(const fs::path& file) {
   GltfDocument document;
   document.file = file;
   document.file_name = file.string();
-  std::string extension = file.extension().string();
-  for (char& c : extension) c = static_cast<char>(c >= 'A' && c <= 'Z' ? c + ('a' - 'A') : c);
+  const std::string extension = lower_extension(file);
   const std::string bytes = read_bytes(file, document.file_name);
-  if (extension != ".gltf" && extension != ".glb") {
-    throw Error(document.file_name + ": is not a scene: a scene is a .gltf or .glb file");
-  }
   if (bytes.empty()) throw Error(document.file_name + ": is empty");
-  document.hash = add_to_hash(0xcbf29ce484222325, bytes);
+  document.hash = add_to_hash(empty_hash, bytes);
   Container container{bytes, std::nullopt};
   if (extension == ".glb") container = split_glb(bytes, document.file_name);
   document.json = parse(container.json, document.file_name);

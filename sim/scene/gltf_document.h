@@ -18,7 +18,7 @@ struct GltfNode {
   std::vector<int> children;
   bool in_scene = false;  ///< reachable from the default scene
   int mesh = -1;          ///< −1: none
-  bool skinned = false;
+  int skin = -1;          ///< −1: none
   NodeTransform local;
   NodeTransform world;  ///< composed in double precision from the root down
 };

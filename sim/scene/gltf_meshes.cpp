@@ -7,13 +7,15 @@
 #include <assimp/IOStream.hpp>
 #include <assimp/IOSystem.hpp>
 #include <assimp/Importer.hpp>
-#include <cstring>
+#include <bit>
+#include <cmath>
 #include <optional>
 #include <string_view>
 
 #include <fmt/format.h>
 
 #include "sim/error.h"
+#include "sim/scene/memory_stream.h"
 
 namespace substep {
 namespace {
@@ -53,6 +55,28 @@ class AccessorCheck {
   explicit AccessorCheck(const GltfDocument& document) : document_(document) {}
 
   std::uint64_t vectors(const JsonValue& reference) { return check(reference, "VEC3", {5126}, 3).count; }
+
+  // Rows of `width` numbers; whole ones are divided by their largest where `normalized`.
+  std::vector<double> numbers(const JsonValue& reference, const char* type,
+                              std::initializer_list<std::uint64_t> components, std::uint64_t width,
+                              bool normalized = false) {
+    const Elements elements = check(reference, type, components, width);
+    const std::uint64_t size = elements.size / width;
+    std::vector<double> result;
+    result.reserve(elements.count * width);
+    for (std::uint64_t i = 0; i < elements.count; ++i) {
+      for (std::uint64_t k = 0; k < width; ++k) {
+        const char* from = elements.begin + i * elements.stride + k * size;
+        std::uint32_t bits = 0;
+        for (std::uint64_t byte = size; byte-- > 0;)
+          bits = bits << 8 | static_cast<unsigned char>(from[byte]);
+        const double largest = size == 1 ? 0xff : 0xffff;
+        result.push_back(size == 4 ? std::bit_cast<float>(bits) : normalized ? bits / largest : bits);
+        if (!std::isfinite(result.back())) reference.fail(fmt::format("element {} is not finite", i));
+      }
+    }
+    return result;
+  }
 
   // assimp leaves out a triangle with an index out of range without a word, so they are looked at here.
   std::uint64_t indices(const JsonValue& reference, std::uint64_t vertices) {
@@ -138,34 +162,6 @@ class AccessorCheck {
   std::uint64_t total_ = 0;
 };
 
-// A file that lies in memory.
-class MemoryStream : public Assimp::IOStream {
- public:
-  explicit MemoryStream(std::string_view bytes) : bytes_(bytes) {}
-
-  size_t Read(void* to, size_t size, size_t count) override {
-    if (size == 0) return 0;
-    count = std::min(count, (bytes_.size() - position_) / size);
-    if (count > 0) std::memcpy(to, bytes_.data() + position_, count * size);
-    position_ += count * size;
-    return count;
-  }
-  size_t Write(const void*, size_t, size_t) override { return 0; }
-  aiReturn Seek(size_t offset, aiOrigin origin) override {
-    const size_t start = origin == aiOrigin_SET ? 0 : origin == aiOrigin_CUR ? position_ : bytes_.size();
-    if (offset > bytes_.size() - start) return aiReturn_FAILURE;
-    position_ = start + offset;
-    return aiReturn_SUCCESS;
-  }
-  size_t Tell() const override { return position_; }
-  size_t FileSize() const override { return bytes_.size(); }
-  void Flush() override {}
-
- private:
-  std::string_view bytes_;
-  size_t position_ = 0;
-};
-
 constexpr const char* copy_name = "copy.gltf";
 
 // All that assimp may open: the copy of the document, and the document's buffers by number. It never reaches
@@ -247,8 +243,35 @@ class GeometryCopy {
   json copy_;
 };
 
+std::vector<SkinInfluence> influences(const JsonValue& attributes, std::uint64_t vertices,
+                                      AccessorCheck& check, std::vector<std::string>& warnings) {
+  const auto joints = attributes.find("JOINTS_0");
+  const auto weights = attributes.find("WEIGHTS_0");
+  if (!joints && !weights) return {};
+  if (attributes.find("JOINTS_1")) {
+    warnings.push_back(attributes.path() + ": more than four joints hold a vertex; the first four count");
+  }
+  const std::vector<double> indices = check.numbers(attributes.require("JOINTS_0"), "VEC4", {5121, 5123}, 4);
+  const std::vector<double> shares =
+      check.numbers(attributes.require("WEIGHTS_0"), "VEC4", {5121, 5123, 5126}, 4, true);
+  if (indices.size() != 4 * vertices) joints->fail("has another number of elements than POSITION");
+  if (shares.size() != 4 * vertices) weights->fail("has another number of elements than POSITION");
+  std::vector<SkinInfluence> result(vertices);
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    double sum = 0;
+    for (std::size_t k = 0; k < 4; ++k) {
+      if (!(shares[4 * i + k] >= 0)) weights->fail(fmt::format("element {} has a negative weight", i));
+      result[i].joints[k] = static_cast<std::uint16_t>(indices[4 * i + k]);
+      sum += shares[4 * i + k];
+    }
+    for (std::size_t k = 0; k < 4 && sum > 0; ++k) result[i].weights[k] = shares[4 * i + k] / sum;
+  }
+  return result;
+}
+
 std::optional<json> checked_primitive(const GltfDocument& document, const JsonValue& primitive,
-                                      AccessorCheck& check, int& material) {
+                                      AccessorCheck& check, GltfPrimitive& read,
+                                      std::vector<std::string>& warnings) {
   const auto mode = primitive.find("mode");
   const std::uint64_t kind = mode ? mode->integer(6) : mode_triangles;
   if (primitive.extension("KHR_draco_mesh_compression") || primitive.extension("EXT_meshopt_compression")) {
@@ -257,7 +280,9 @@ std::optional<json> checked_primitive(const GltfDocument& document, const JsonVa
   const JsonValue attributes = primitive.require("attributes");
   const JsonValue position = attributes.require("POSITION");
   if (const auto given = primitive.find("material")) {
-    material = given->index(document.size_of("materials"), "material");
+    read.material = given->index(document.size_of("materials"), "material");
+    read.double_sided =
+        get(document.item_of("materials", read.material), "doubleSided", false, &JsonValue::boolean);
   }
   if (kind < mode_triangles) return std::nullopt;
 
@@ -267,6 +292,7 @@ std::optional<json> checked_primitive(const GltfDocument& document, const JsonVa
     if (check.vectors(*normal) != vertices) normal->fail("has another number of elements than POSITION");
     kept["attributes"]["NORMAL"] = normal->json();
   }
+  read.influences = influences(attributes, vertices, check, warnings);
   std::uint64_t corners = vertices;
   if (const auto indices = primitive.find("indices")) {
     corners = check.indices(*indices, vertices);
@@ -282,8 +308,7 @@ Vector3 to_vector(const aiVector3D& vector) {
   return {vector.x, vector.y, vector.z};
 }
 
-GltfPrimitive taken_over(const aiMesh& mesh, const JsonValue& place) {
-  GltfPrimitive primitive;
+void take_over(const aiMesh& mesh, const JsonValue& place, GltfPrimitive& primitive) {
   primitive.positions.reserve(mesh.mNumVertices);
   for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
     primitive.positions.push_back(to_vector(mesh.mVertices[i]));
@@ -316,10 +341,35 @@ GltfPrimitive taken_over(const aiMesh& mesh, const JsonValue& place) {
     }
     primitive.triangles.push_back(triangle);
   }
-  return primitive;
+  if (!primitive.influences.empty() && primitive.influences.size() != primitive.positions.size()) {
+    place.fail("assimp changes the number of its vertices, so its skin does not fit");
+  }
 }
 
 }  // namespace
+
+std::vector<GltfSkin> read_skins(const GltfDocument& document) {
+  std::vector<GltfSkin> skins(document.size_of("skins"));
+  AccessorCheck check(document);
+  for (std::size_t i = 0; i < skins.size(); ++i) {
+    const JsonValue skin = document.item_of("skins", static_cast<int>(i));
+    for (const JsonValue& joint : skin.require("joints").items()) {
+      skins[i].joints.push_back(joint.index(document.nodes.size(), "node"));
+    }
+    skins[i].joint_from_mesh.resize(skins[i].joints.size());
+    const auto given = skin.find("inverseBindMatrices");
+    if (!given) continue;
+    const std::vector<double> entries = check.numbers(*given, "MAT4", {5126}, 16);
+    if (entries.size() != 16 * skins[i].joints.size())
+      given->fail("has another number of elements than 'joints'");
+    for (std::size_t joint = 0; joint < skins[i].joints.size(); ++joint) {
+      const Eigen::Map<const Eigen::Matrix4d> matrix(entries.data() + 16 * joint);
+      skins[i].joint_from_mesh[joint] =
+          make_transform(Matrix3(matrix.topLeftCorner<3, 3>()), Vector3(matrix.topRightCorner<3, 1>()));
+    }
+  }
+  return skins;
+}
 
 std::vector<GltfMesh> read_meshes(const GltfDocument& document, std::vector<std::string>& warnings) {
   std::vector<GltfMesh> meshes(document.size_of("meshes"));
@@ -332,15 +382,15 @@ std::vector<GltfMesh> read_meshes(const GltfDocument& document, std::vector<std:
     bool morphs = false;
     for (const JsonValue& primitive : mesh.require("primitives").items()) {
       morphs = morphs || primitive.find("targets");
-      int material = -1;
-      const std::optional<json> kept = checked_primitive(document, primitive, check, material);
+      GltfPrimitive read;
+      const std::optional<json> kept = checked_primitive(document, primitive, check, read, warnings);
       if (!kept) {
         warnings.push_back(primitive.path() + ": points and lines are left out");
         continue;
       }
       primitives.push_back(*kept);
       places[i].push_back(primitive);
-      meshes[i].primitives.emplace_back().material = material;
+      meshes[i].primitives.push_back(std::move(read));
     }
     if (morphs) warnings.push_back(mesh.path() + ": morph targets are ignored");
     if (!primitives.empty()) copy.add(i, primitives);
@@ -362,12 +412,42 @@ std::vector<GltfMesh> read_meshes(const GltfDocument& document, std::vector<std:
                               document.file_name, i, node ? node->mNumMeshes : 0, places[i].size()));
     }
     for (std::size_t k = 0; k < places[i].size(); ++k) {
-      const int material = meshes[i].primitives[k].material;
-      meshes[i].primitives[k] = taken_over(*scene->mMeshes[node->mMeshes[k]], places[i][k]);
-      meshes[i].primitives[k].material = material;
+      take_over(*scene->mMeshes[node->mMeshes[k]], places[i][k], meshes[i].primitives[k]);
     }
   }
   return meshes;
+}
+
+PosedVertices posed_vertices(const GltfDocument& document, const GltfSkin& skin,
+                             const GltfPrimitive& primitive, const JsonValue& place) {
+  std::vector<NodeTransform> world_from_mesh;
+  for (std::size_t joint = 0; joint < skin.joints.size(); ++joint) {
+    world_from_mesh.push_back(compose(document.nodes[skin.joints[joint]].world, skin.joint_from_mesh[joint]));
+  }
+  PosedVertices posed;
+  for (std::size_t i = 0; i < primitive.positions.size(); ++i) {
+    const SkinInfluence& influence = primitive.influences[i];
+    Matrix3 linear = Matrix3::Zero();
+    Vector3 translation = Vector3::Zero();
+    for (std::size_t k = 0; k < 4; ++k) {
+      if (influence.weights[k] == 0) continue;
+      if (influence.joints[k] >= skin.joints.size()) {
+        place.fail(fmt::format("vertex {} is held by joint {} of its skin, which has {}", i,
+                               influence.joints[k], skin.joints.size()));
+      }
+      const NodeTransform& joint = world_from_mesh[influence.joints[k]];
+      linear += influence.weights[k] * joint.linear;
+      translation += influence.weights[k] * joint.translation;
+    }
+    posed.positions.push_back(linear * primitive.positions[i] + translation);
+    if (!posed.positions.back().allFinite()) place.fail(fmt::format("vertex {} of its skin overflows", i));
+    if (primitive.normals.empty()) continue;
+    posed.normals.push_back((linear * primitive.normals[i]).stableNormalized());
+  }
+  if (!std::ranges::all_of(posed.normals, [](const Vector3& normal) { return normal.squaredNorm() > 0.5; })) {
+    posed.normals.clear();
+  }
+  return posed;
 }
 
 }  // namespace substep

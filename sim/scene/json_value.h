@@ -23,6 +23,7 @@ class JsonValue {
 
   const nlohmann::json& json() const { return *value_; }
   const std::string& path() const { return path_; }
+  const std::string& file() const { return *file_; }
 
   /// Of an object.
   std::optional<JsonValue> find(const char* key) const;

@@ -75,8 +75,14 @@ NodeTransform compose(const NodeTransform& outer, const NodeTransform& inner) {
     return make_transform(translation, (outer.rotation * inner.rotation).normalized(),
                           outer.scale.cwiseProduct(inner.scale));
   }
-  return make_transform(Matrix3(outer.linear * inner.linear),
-                        Vector3(outer.linear * inner.translation + outer.translation));
+  NodeTransform transform = make_transform(Matrix3(outer.linear * inner.linear),
+                                           Vector3(outer.linear * inner.translation + outer.translation));
+  const auto has_rotation = [](const NodeTransform& one) { return !one.sheared || one.turned; };
+  if (transform.sheared && has_rotation(outer) && has_rotation(inner)) {
+    transform.turned = true;
+    transform.rotation = (outer.rotation * inner.rotation).normalized();
+  }
+  return transform;
 }
 
 }  // namespace substep

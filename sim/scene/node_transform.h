@@ -12,6 +12,9 @@ struct NodeTransform {
   Matrix3 linear = Matrix3::Identity();
   Vector3 translation = Vector3::Zero();
   bool sheared = false;
+  /// Whether `rotation` is meant although `sheared`: the nodes' rotations one after the other, without
+  /// scales.
+  bool turned = false;
   Quaternion rotation = Quaternion::Identity();
   Vector3 scale = Vector3::Ones();
 

@@ -46,15 +46,17 @@ ImplicitShape read_shape(const JsonValue& json) {
     read_radii(values, shape);
   } else if (name == "plane") {
     shape.kind = ImplicitShape::Kind::plane;
-    for (const char* key : {"sizeX", "sizeZ"}) {
-      if (const auto size = values.find(key)) {
-        size->positive();
-        shape.bounded = true;
-      }
-    }
+    shape.plane_size = {read_size(values, "sizeX", shape.plane_size[0]),
+                        read_size(values, "sizeZ", shape.plane_size[1])};
     shape.double_sided = get(values, "doubleSided", false, &JsonValue::boolean);
   } else {
     type.fail(fmt::format("unknown shape '{}'; known are sphere, box, capsule, cylinder, plane", name));
+  }
+  for (const char* other : {"sphere", "box", "capsule", "cylinder", "plane"}) {
+    if (name != other && json.find(other)) {
+      json.fail(fmt::format("is a {}, but also has '{}': a shape has the measures of its own type alone",
+                            name, other));
+    }
   }
   return shape;
 }
@@ -196,6 +198,7 @@ MotionProperties read_motion(const JsonValue& json) {
   return motion;
 }
 
+// A collider, or a trigger, which has the same keys but no material.
 ColliderProperties read_collider(const JsonValue& json, const PhysicsTables& tables, std::size_t nodes) {
   ColliderProperties collider;
   const JsonValue geometry = json.require("geometry");
@@ -244,7 +247,14 @@ NodePhysics read_node_physics(const JsonValue& node, const PhysicsTables& tables
   if (const auto collider = extension->find("collider")) {
     physics.collider = read_collider(*collider, tables, nodes);
   }
-  physics.trigger = extension->find("trigger").has_value();
+  if (const auto trigger = extension->find("trigger")) {
+    physics.trigger = true;
+    if (const auto parts = trigger->find("nodes")) {
+      for (const JsonValue& part : parts->items()) part.index(nodes, "node");
+    } else {
+      read_collider(*trigger, tables, nodes);
+    }
+  }
   if (const auto joint = extension->find("joint")) {
     physics.joint = JointProperties{joint->require("connectedNode").index(nodes, "node"),
                                     joint->require("joint").index(tables.joints.size(), "physics joint"),

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,8 +21,10 @@ struct ImplicitShape {
   Vector3 size = Vector3::Ones();  ///< box, full extents
   double radius_bottom = 0;        ///< a sphere's radius too
   double radius_top = 0;
-  double height = 0;          ///< capsule: between the centres of its spheres
-  bool bounded = false;       ///< plane with a size
+  double height = 0;  ///< capsule: between the centres of its spheres
+  /// Plane: how far it reaches along x and z.
+  std::array<double, 2> plane_size{std::numeric_limits<double>::infinity(),
+                                   std::numeric_limits<double>::infinity()};
   bool double_sided = false;  ///< plane
 };
 

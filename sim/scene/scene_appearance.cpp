@@ -90,20 +90,21 @@ std::vector<Surface> read_surfaces(const GltfDocument& document, std::vector<std
   return surfaces;
 }
 
-Mesh drawn_mesh(const GltfPrimitive& primitive, const std::string& name, int surface) {
+Mesh drawn_mesh(const std::vector<Vector3>& positions, const std::vector<Vector3>& normals,
+                const std::vector<Triangle>& triangles, const std::string& name, int surface) {
   Mesh mesh;
   mesh.name = name;
   mesh.surface = surface;
-  if (!primitive.normals.empty()) {
-    mesh.positions = primitive.positions;
-    mesh.normals = primitive.normals;
-    mesh.triangles = primitive.triangles;
+  if (!normals.empty()) {
+    mesh.positions = positions;
+    mesh.normals = normals;
+    mesh.triangles = triangles;
     return mesh;
   }
-  for (const Triangle& triangle : primitive.triangles) {
-    const Vector3& a = primitive.positions[triangle[0]];
-    const Vector3& b = primitive.positions[triangle[1]];
-    const Vector3& c = primitive.positions[triangle[2]];
+  for (const Triangle& triangle : triangles) {
+    const Vector3& a = positions[triangle[0]];
+    const Vector3& b = positions[triangle[1]];
+    const Vector3& c = positions[triangle[2]];
     const Vector3 normal = (b - a).cross(c - a).stableNormalized();
     if (!(normal.squaredNorm() > 0.5)) continue;  // no area, so nothing to see
     const auto first = static_cast<std::uint32_t>(mesh.positions.size());

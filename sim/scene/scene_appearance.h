@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "sim/scene/gltf_document.h"
-#include "sim/scene/gltf_meshes.h"
 #include "sim/scene/scene.h"
 
 namespace substep {
@@ -13,8 +12,9 @@ namespace substep {
 /// One surface per material, and after them one for meshes that have none.
 std::vector<Surface> read_surfaces(const GltfDocument& document, std::vector<std::string>& warnings);
 
-/// A primitive as it is drawn. Without normals each triangle gets its own flat one, as glTF asks.
-Mesh drawn_mesh(const GltfPrimitive& primitive, const std::string& name, int surface);
+/// Triangles as they are drawn. Without normals each gets its own flat one, as glTF asks.
+Mesh drawn_mesh(const std::vector<Vector3>& positions, const std::vector<Vector3>& normals,
+                const std::vector<Triangle>& triangles, const std::string& name, int surface);
 
 /// Sets the camera and the sun from the first camera and the first directional light among the scene's nodes,
 /// in the order of the file.

@@ -1,13 +1,21 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <new>
+#include <numbers>
 #include <optional>
 
 #include "sim/error.h"
+#include "sim/geometry/triangle_mesh.h"
+#include "sim/scene/body_inertia.h"
 #include "sim/scene/collider_shapes.h"
+#include "sim/scene/file_bytes.h"
 #include "sim/scene/gltf_document.h"
 #include "sim/scene/gltf_meshes.h"
+#include "sim/scene/mesh_file.h"
+#include "sim/scene/mesh_scene.h"
 #include "sim/scene/physics_extension.h"
 #include "sim/scene/scene.h"
 #include "sim/scene/scene_appearance.h"
@@ -16,29 +24,19 @@
 namespace substep {
 namespace {
 
-// The extension leaves the mass of a motion without one to us: its shapes are as dense as water.
-constexpr double default_density = 1000;  // kg/m³
-
 constexpr const char* out_of_range = "its mass, size or velocity is too large or too small to compute with";
 
-// Moments that differ by rounding alone belong to a symmetric body, which has no gyroscopic term: they are
-// made equal, and products of inertia of that size are made 0, which leaves the axes where the shape has
-// them.
-PrincipalInertia symmetric_principal_inertia(Matrix3 inertia) {
-  constexpr double rounding = 1e-12;
-  const double largest = inertia.diagonal().cwiseAbs().maxCoeff();
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) {
-      if (row != column && std::fabs(inertia(row, column)) <= rounding * largest) inertia(row, column) = 0;
-    }
+// Moment of inertia of a ball of the default density. The cube root is Newton's: libm's differs between
+// machines.
+double inertia_of_ball(double mass) {
+  const double cube = mass / (4.0 / 3 * std::numbers::pi * default_density);
+  double radius = 1;
+  for (int i = 0; i < 2000; ++i) {
+    const double next = (2 * radius + cube / (radius * radius)) / 3;
+    if (next == radius) break;
+    radius = next;
   }
-  PrincipalInertia principal = principal_inertia(inertia);
-  Vector3& moments = principal.moments;
-  const auto equal = [&](int i, int j) { return std::fabs(moments[i] - moments[j]) <= rounding * largest; };
-  if (equal(0, 1)) moments[1] = moments[0];
-  if (equal(0, 2)) moments[2] = moments[0];
-  if (equal(1, 2)) moments[2] = moments[1];
-  return principal;
+  return 0.4 * mass * radius * radius;
 }
 
 double inverse_or_infinite(double value) {
@@ -50,6 +48,7 @@ class SceneBuilder {
   explicit SceneBuilder(const std::filesystem::path& file)
       : document_(read_gltf(file)),
         meshes_(read_meshes(document_, scene_.warnings)),
+        skins_(read_skins(document_)),
         tables_(read_physics_tables(document_.root(), scene_.warnings)) {
     scene_.file = file;
     scene_.name = file.stem().string();
@@ -158,14 +157,10 @@ class SceneBuilder {
       collider.shape =
           implicit_shape(tables_.shapes[properties.shape], placement.scale, place, scene_.warnings);
     } else {
-      collider.shape = hull_of_node(document_, meshes_, properties.node, placement.scale, place);
-      if (!properties.convex_hull) {
-        scene_.warnings.push_back(fmt::format(
-            "{}: the mesh of node '{}' collides as its convex hull; say convexHull to accept that",
-            place.path(), document_.nodes[properties.node].name));
-      }
+      set_shape_of_node(collider, properties, placement.scale, place);
     }
-    if (body != world_body && std::holds_alternative<Plane>(collider.shape)) {
+    if (body != world_body && properties.shape >= 0 &&
+        tables_.shapes[properties.shape].kind == ImplicitShape::Kind::plane) {
       place.fail("a plane cannot belong to a body with motion: use a box");
     }
     if (properties.material >= 0) collider.material = tables_.materials[properties.material];
@@ -179,13 +174,47 @@ class SceneBuilder {
     scene_.colliders.push_back(std::move(collider));
   }
 
+  void set_shape_of_node(Collider& collider, const ColliderProperties& properties, const Vector3& scale,
+                         const JsonValue& place) {
+    const NodeGeometry geometry = geometry_of_node(document_, meshes_, skins_, properties.node, scale, place);
+    const std::string what = fmt::format("{}: {}", document_.file_name, place.path());
+    const std::string& name = document_.nodes[properties.node].name;
+    if (geometry.skinned) {
+      scene_.warnings.push_back(
+          fmt::format("{}: the skinned mesh of node '{}' collides in the form that it has at the start",
+                      place.path(), name));
+    }
+    const bool closed = is_closed(geometry.points, geometry.triangles);
+    if (collider.body == world_body && !properties.convex_hull) {
+      // A closed mesh has an inside, whatever its material says of what is drawn.
+      collider.shape =
+          make_triangle_mesh(geometry.points, geometry.triangles, what, geometry.double_sided && !closed);
+      return;
+    }
+    collider.shape = simplified_hull(geometry.points, what, place.path(), scene_.warnings);
+    if (properties.convex_hull) return;
+    scene_.warnings.push_back(fmt::format(
+        "{}: the mesh of node '{}' moves, so it collides as its convex hull", place.path(), name));
+    if (!closed) return;
+    MassProperties solid = mass_properties(geometry.points, geometry.triangles);
+    if (solid.mass < 0) {  // inside out
+      solid.mass = -solid.mass;
+      solid.inertia = -solid.inertia;
+    }
+    if (solid.mass > 1e-6 * mass_properties(collider.shape).mass) {
+      solids_.emplace(static_cast<int>(scene_.colliders.size()), solid);
+    }
+  }
+
   // All colliders of the body as one solid, in its node's frame. Where they overlap, the overlap counts
   // twice.
   MassProperties shape_properties(int body) const {
     MassProperties sum;
     for (const int index : colliders_of_[body]) {
       const Collider& collider = scene_.colliders[index];
-      const MassProperties one = transformed(mass_properties(collider.shape), collider.placement);
+      const auto solid = solids_.find(index);
+      const MassProperties one = transformed(
+          solid != solids_.end() ? solid->second : mass_properties(collider.shape), collider.placement);
       sum = sum.mass > 0 ? combined(sum, one) : one;
     }
     return sum;
@@ -206,11 +235,12 @@ class SceneBuilder {
     node_from_body.position = shapes.centre_of_mass;
     if (motion.centre_of_mass) node_from_body.position = world.scale.cwiseProduct(*motion.centre_of_mass);
 
-    const bool has_mass = motion.mass || shapes.mass > 0;
-    if (!motion.kinematic && !has_mass) {
-      place.fail("needs a 'mass', as the body has no collider to take it from");
+    double mass = motion.mass.value_or(shapes.mass * default_density);
+    if (!motion.kinematic && !motion.mass && shapes.mass == 0) {
+      mass = 1;
+      scene_.warnings.push_back(place.path() +
+                                ": has neither 'mass' nor a collider to take it from: it gets 1 kg");
     }
-    const double mass = motion.mass.value_or(shapes.mass * default_density);
     if (!motion.kinematic) body.inverse_mass = inverse_or_infinite(mass);
 
     if (motion.inertia_diagonal) {
@@ -223,7 +253,10 @@ class SceneBuilder {
       node_from_body.orientation = principal.orientation;
       if (body.inverse_mass > 0) body.inverse_inertia = principal.moments.cwiseInverse();
     } else if (body.inverse_mass > 0) {
-      place.fail("needs an 'inertiaDiagonal', as the body has no collider to take it from");
+      body.inverse_inertia.setConstant(1 / inertia_of_ball(mass));
+      scene_.warnings.push_back(
+          place.path() +
+          ": has neither 'inertiaDiagonal' nor a collider to take it from: it gets that of a ball of water");
     }
 
     body.gravity_factor = motion.gravity_factor;
@@ -281,9 +314,15 @@ class SceneBuilder {
     joint.enable_collision = properties.enable_collision;
     const auto frame = [&](int end, int& body) {
       const Attachment attached = attachment(end);
-      if (attached.in_node.sheared) {
+      if (attached.in_node.sheared && !attached.in_node.turned) {
         place.fail(fmt::format("node {} ('{}') is sheared or flat, so the joint has no frame there", end,
                                document_.nodes[end].name));
+      }
+      if (attached.in_node.sheared) {
+        scene_.warnings.push_back(
+            fmt::format("{}: node {} ('{}') is turned inside an unequal scale; the joint's frame is turned "
+                        "without the scale",
+                        place.path(), end, document_.nodes[end].name));
       }
       body = attached.body;
       return in_body(scene_.bodies[body], attached.in_node.rigid());
@@ -308,17 +347,23 @@ class SceneBuilder {
     for (std::size_t i = 0; i < document_.nodes.size(); ++i) {
       const GltfNode& node = document_.nodes[i];
       if (!node.in_scene || node.mesh < 0) continue;
-      skinned = skinned || node.skinned;
       const GltfMesh& mesh = meshes_[node.mesh];
+      const auto given = document_.item_of("meshes", node.mesh).find("name");
+      const std::string name = given ? given->text() : fmt::format("mesh {}", node.mesh);
+      const auto has_skin = [](const GltfPrimitive& primitive) { return !primitive.influences.empty(); };
+      if (node.skin >= 0 && std::ranges::any_of(mesh.primitives, has_skin)) {
+        skinned = true;
+        for (const GltfPrimitive& primitive : mesh.primitives) {
+          if (has_skin(primitive)) add_skinned_visuals(static_cast<int>(i), primitive, name);
+        }
+        continue;
+      }
       int& first = first_mesh[node.mesh];
       if (first < 0) {
         first = static_cast<int>(scene_.meshes.size());
-        const int no_material = static_cast<int>(scene_.surfaces.size()) - 1;
-        const auto name = document_.item_of("meshes", node.mesh).find("name");
         for (const GltfPrimitive& primitive : mesh.primitives) {
-          scene_.meshes.push_back(drawn_mesh(primitive,
-                                             name ? name->text() : fmt::format("mesh {}", node.mesh),
-                                             primitive.material < 0 ? no_material : primitive.material));
+          scene_.meshes.push_back(drawn_mesh(primitive.positions, primitive.normals, primitive.triangles,
+                                             name, surface_of(primitive)));
         }
       }
       const auto [body, placement] = attachment(static_cast<int>(i));
@@ -333,27 +378,84 @@ class SceneBuilder {
         scene_.visuals.push_back(visual);
       }
     }
-    if (skinned) scene_.warnings.emplace_back("skins are ignored: meshes are drawn as they were modelled");
+    if (skinned) {
+      scene_.warnings.emplace_back(
+          "skinned meshes are drawn in rigid pieces, each with the body that holds most of it");
+    }
+  }
+
+  int surface_of(const GltfPrimitive& primitive) const {
+    return primitive.material < 0 ? static_cast<int>(scene_.surfaces.size()) - 1 : primitive.material;
+  }
+
+  // Each triangle goes with the body of the joint that holds most of its corners.
+  void add_skinned_visuals(int node, const GltfPrimitive& primitive, const std::string& name) {
+    const GltfSkin& skin = skins_[document_.nodes[node].skin];
+    const PosedVertices posed = posed_vertices(document_, skin, primitive, document_.node_json(node));
+    std::vector<int> body_of_joint;
+    for (const int joint : skin.joints) {
+      body_of_joint.push_back(document_.nodes[joint].in_scene ? attachment(joint).body : world_body);
+    }
+    std::map<int, std::vector<Triangle>> pieces;
+    for (const Triangle& triangle : primitive.triangles) {
+      std::map<int, double> shares;
+      for (const std::uint32_t corner : triangle) {
+        const SkinInfluence& influence = primitive.influences[corner];
+        for (std::size_t k = 0; k < 4; ++k) {
+          if (influence.weights[k] > 0) shares[body_of_joint[influence.joints[k]]] += influence.weights[k];
+        }
+      }
+      if (shares.empty()) continue;
+      const auto most = std::ranges::max_element(
+          shares, [](const auto& one, const auto& other) { return one.second < other.second; });
+      pieces[most->first].push_back(triangle);
+    }
+    for (const auto& [body, triangles] : pieces) {
+      const Pose body_from_world = scene_.bodies[body].pose.inverse();
+      std::vector<Vector3> positions;
+      std::vector<Vector3> normals;
+      for (const Vector3& position : posed.positions) positions.push_back(body_from_world * position);
+      for (const Vector3& normal : posed.normals) normals.push_back(body_from_world.orientation * normal);
+      Visual& visual = scene_.visuals.emplace_back();
+      visual.mesh = static_cast<int>(scene_.meshes.size());
+      visual.body = body;
+      scene_.meshes.push_back(drawn_mesh(positions, normals, triangles, name, surface_of(primitive)));
+    }
   }
 
   Scene scene_;  // first: reading the rest adds warnings
   GltfDocument document_;
   std::vector<GltfMesh> meshes_;
+  std::vector<GltfSkin> skins_;
   PhysicsTables tables_;
   std::vector<NodePhysics> physics_;
   std::vector<int> body_of_node_;               // the world's where the node carries none
   std::vector<int> node_of_body_;               // −1 for the world
   std::vector<std::vector<int>> colliders_of_;  // each body's, as indices
+  std::map<int, MassProperties> solids_;        // of colliders whose mesh fills less than their shape
 };
 
 }  // namespace
 
-Scene load_scene(const std::filesystem::path& file) {
+Scene load_scene(const std::filesystem::path& file, const std::optional<MeshOptions>& options) {
+  const std::string extension = lower_extension(file);
   try {
-    return SceneBuilder(file).build();
+    if (extension == ".gltf" || extension == ".glb") {
+      if (options) {
+        throw Error(file.string() + ": is a scene: mass, pose and copies of its bodies are as it has them");
+      }
+      return SceneBuilder(file).build();
+    }
+    if (is_mesh_extension(extension)) {
+      return mesh_scene(file, read_mesh_file(file), options.value_or(MeshOptions{}));
+    }
   } catch (const std::bad_alloc&) {
     throw Error(file.string() + ": is too large for this machine's memory");
   }
+  read_bytes(file, file.string());  // where there is no such file, that is the news
+  throw Error(
+      file.string() +
+      ": is neither a scene (.gltf, .glb) nor a mesh in a format that is read (.obj, .stl, .ply, .dae, …)");
 }
 
 }  // namespace substep

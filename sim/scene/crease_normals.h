@@ -1,0 +1,17 @@
+#pragma once
+/// Normals for meshes that come without.
+
+#include <string>
+#include <vector>
+
+#include "sim/scene/scene.h"
+
+namespace substep {
+
+/// The triangles as they are drawn, smooth but at creases: a corner's normal is the mean, by area, over the
+/// triangles at its position that are inclined to its own by less than 40°. Triangles without area are left
+/// out.
+Mesh smoothly_drawn_mesh(const std::vector<Vector3>& positions, const std::vector<Triangle>& triangles,
+                         const std::string& name, int surface);
+
+}  // namespace substep

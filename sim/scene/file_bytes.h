@@ -1,0 +1,33 @@
+#pragma once
+/// Input files as bytes.
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace substep {
+
+inline constexpr std::uintmax_t largest_file = std::uintmax_t{1} << 30;
+
+/// The whole of a regular file of at most `most` bytes. Throws Error, with `complaint` at its front.
+std::string read_bytes(const std::filesystem::path& file, const std::string& complaint,
+                       std::uintmax_t most = largest_file);
+
+/// 64-bit FNV-1a, continued over several byte strings from `empty_hash`.
+inline constexpr std::uint64_t empty_hash = 0xcbf29ce484222325;
+std::uint64_t add_to_hash(std::uint64_t hash, std::string_view bytes);
+
+/// The extension in lower case, with its dot.
+std::string lower_extension(const std::filesystem::path& file);
+
+/// The real path of the file called `name` in the folder of `beside` or below. Nothing when there is none;
+/// `leaves` tells whether that is because the name, or a symbolic link, leads elsewhere.
+std::optional<std::filesystem::path> file_beside(const std::filesystem::path& beside, const std::string& name,
+                                                 bool& leaves);
+
+/// Names go into pose logs, one a line: control characters become spaces.
+std::string printable(std::string name);
+
+}  // namespace substep
