@@ -9,6 +9,7 @@ namespace substep {
 void add_run_command(CLI::App& app);
 void add_render_command(CLI::App& app);
 void add_video_command(CLI::App& app);
+void add_info_command(CLI::App& app);
 void add_diff_command(CLI::App& app);
 void add_check_command(CLI::App& app);
 void add_approve_command(CLI::App& app);

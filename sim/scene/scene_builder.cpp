@@ -174,6 +174,11 @@ class SceneBuilder {
     scene_.colliders.push_back(std::move(collider));
   }
 
+  // Whether nothing that it touches moves the body.
+  bool is_driven(int body) const {
+    return body == world_body || physics_[node_of_body_[body]].motion->kinematic;
+  }
+
   void set_shape_of_node(Collider& collider, const ColliderProperties& properties, const Vector3& scale,
                          const JsonValue& place) {
     const NodeGeometry geometry = geometry_of_node(document_, meshes_, skins_, properties.node, scale, place);
@@ -185,7 +190,7 @@ class SceneBuilder {
                       place.path(), name));
     }
     const bool closed = is_closed(geometry.points, geometry.triangles);
-    if (collider.body == world_body && !properties.convex_hull) {
+    if (!properties.convex_hull && is_driven(collider.body)) {
       // A closed mesh has an inside, whatever its material says of what is drawn.
       collider.shape =
           make_triangle_mesh(geometry.points, geometry.triangles, what, geometry.double_sided && !closed);
@@ -228,8 +233,10 @@ class SceneBuilder {
     const NodeTransform& world = document_.nodes[node].world;
     const JsonValue place = extension(node, "motion");
     const MassProperties shapes = shape_properties(index);
-    if (!colliders_of_[index].empty() && !(shapes.mass > 0 && std::isfinite(shapes.mass)))
-      place.fail(out_of_range);
+    const bool has_volume = std::ranges::any_of(colliders_of_[index], [&](int collider) {
+      return !std::holds_alternative<TriangleMesh>(scene_.colliders[collider].shape);
+    });
+    if (!std::isfinite(shapes.mass) || (has_volume && !(shapes.mass > 0))) place.fail(out_of_range);
 
     Pose node_from_body;
     node_from_body.position = shapes.centre_of_mass;

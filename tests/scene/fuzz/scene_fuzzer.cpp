@@ -68,7 +68,7 @@ void check(const Scene& scene) {
   }
   for (const Mesh& mesh : scene.meshes) {
     require(mesh.normals.size() == mesh.positions.size(), "a mesh's normals");
-    require(mesh.surface >= 0 && mesh.surface < static_cast<int>(scene.surfaces.size()), "a mesh's surface");
+    require(mesh.surface >= -1 && mesh.surface < static_cast<int>(scene.surfaces.size()), "a mesh's surface");
     for (const Vector3& position : mesh.positions) require(position.allFinite(), "a mesh's positions");
     for (const Triangle& triangle : mesh.triangles) {
       for (const std::uint32_t corner : triangle) require(corner < mesh.positions.size(), "a triangle");

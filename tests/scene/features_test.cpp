@@ -1,0 +1,316 @@
+/// The table of scenes/README.md: each row's document does what the row says.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tests/scene/example_scene.h"
+
+namespace substep {
+namespace {
+
+using nlohmann::json;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using namespace test;
+
+json& physics(json& document, int node) {
+  return document["nodes"][node]["extensions"]["KHR_physics_rigid_bodies"];
+}
+
+json& shape(json& document, int index) {
+  return document["extensions"]["KHR_implicit_shapes"]["shapes"][index];
+}
+
+json& limit(json& document) {
+  return document["extensions"]["KHR_physics_rigid_bodies"]["physicsJoints"][0]["limits"][0];
+}
+
+json& drive(json& document) {
+  return document["extensions"]["KHR_physics_rigid_bodies"]["physicsJoints"][0]["drives"][0];
+}
+
+// Joints and weights for the cube's eight corners, half of them on each of nodes 1 and 3.
+void add_skin(json& document, int node) {
+  std::string bytes = cube_buffer();
+  for (int corner = 0; corner < 8; ++corner)
+    bytes += std::string(1, static_cast<char>(corner / 4)) + std::string(3, '\0');
+  for (int corner = 0; corner < 8; ++corner) bytes += std::string("\xff\0\0\0", 4);
+  document["buffers"][0] = {{"byteLength", bytes.size()},
+                            {"uri", "data:application/octet-stream;base64," + base64(bytes)}};
+  document["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", 168}, {"byteLength", 32}});
+  document["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", 200}, {"byteLength", 32}});
+  document["accessors"].push_back(
+      {{"bufferView", 2}, {"componentType", 5121}, {"count", 8}, {"type", "VEC4"}});
+  document["accessors"].push_back(
+      {{"bufferView", 3}, {"componentType", 5121}, {"count", 8}, {"type", "VEC4"}, {"normalized", true}});
+  document["meshes"][0]["primitives"][0]["attributes"]["JOINTS_0"] = 2;
+  document["meshes"][0]["primitives"][0]["attributes"]["WEIGHTS_0"] = 3;
+  document["skins"] = {{{"joints", {1, 3}}}};
+  document["nodes"][node]["skin"] = 0;
+}
+
+void shear(json& document, int node) {
+  document["nodes"][node]["rotation"] = {0, 0, 0.3826834323650898, 0.9238795325112867};
+  document["nodes"].push_back({{"scale", {2, 1, 1}}, {"children", {node}}});
+  for (json& root : document["scenes"][0]["nodes"]) {
+    if (root == node) root = document["nodes"].size() - 1;
+  }
+}
+
+enum class Outcome { supported, warned, refused };
+
+struct Feature {
+  const char* name;  // the row's first cell
+  Outcome outcome;
+  const char* words;  // of the warning or the refusal
+  std::function<void(json&)> change;
+};
+
+const std::vector<Feature>& features() {
+  static const std::vector<Feature> all{
+      {"sphere, box, capsule, cylinder", Outcome::supported, "",
+       [](json& d) {
+         d["extensions"]["KHR_implicit_shapes"]["shapes"] = {
+             {{"type", "plane"}}, {{"type", "sphere"}}, {{"type", "capsule"}}, {{"type", "cylinder"}}};
+         for (int i = 1; i < 4; ++i) {
+           d["nodes"].push_back(
+               {{"extensions",
+                 {{"KHR_physics_rigid_bodies",
+                   {{"motion", json::object()}, {"collider", {{"geometry", {{"shape", i}}}}}}}}}});
+           d["scenes"][0]["nodes"].push_back(7 + i);
+         }
+       }},
+      {"cone, tapered cylinder, tapered capsule", Outcome::supported, "",
+       [](json& d) {
+         shape(d, 0) = {{"type", "cylinder"}, {"cylinder", {{"radiusTop", 0}}}};
+         shape(d, 1) = {{"type", "capsule"}, {"capsule", {{"radiusTop", 0.1}}}};
+       }},
+      {"infinite plane in the world", Outcome::supported, "", [](json&) {}},
+      {"finite or double-sided plane in the world", Outcome::supported, "",
+       [](json& d) {
+         shape(d, 0)["plane"] = {{"sizeX", 4}, {"sizeZ", 4}, {"doubleSided", true}};
+       }},
+      {"plane on a body with motion", Outcome::refused,
+       "a plane cannot belong to a body with motion: use a box",
+       [](json& d) { physics(d, 1)["collider"]["geometry"]["shape"] = 0; }},
+      {"several colliders of a body", Outcome::supported, "",
+       [](json& d) {
+         physics(d, 2)["collider"] = {{"geometry", {{"shape", 1}}}};
+       }},
+      {"body below a body", Outcome::supported, "",
+       [](json& d) {
+         physics(d, 2)["motion"] = {{"mass", 1}};
+         physics(d, 2)["collider"] = {{"geometry", {{"shape", 1}}}};
+       }},
+      {"`convexHull` of a node, also outside the scene", Outcome::supported, "", [](json&) {}},
+      {"convex hull of more than 256 vertices", Outcome::warned, "is simplified to",
+       [](json& d) {
+         // Points on a paraboloid, all of them corners of the hull.
+         std::string bytes;
+         for (int i = 0; i < 400; ++i) {
+           const float x = static_cast<float>(i % 20) / 10 - 1, z = static_cast<float>(i / 20) / 10 - 1;
+           for (const float value : {x, x * x + z * z, z}) {
+             bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+           }
+         }
+         for (int i = 0; i + 2 < 400; ++i) {
+           for (int k = 0; k < 3; ++k) {
+             const auto index = static_cast<std::uint16_t>(i + k);
+             bytes.append(reinterpret_cast<const char*>(&index), sizeof index);
+           }
+         }
+         d["buffers"][0] = {{"byteLength", bytes.size()},
+                            {"uri", "data:application/octet-stream;base64," + base64(bytes)}};
+         d["bufferViews"] = {{{"buffer", 0}, {"byteLength", 4800}},
+                             {{"buffer", 0}, {"byteOffset", 4800}, {"byteLength", 398 * 6}}};
+         d["accessors"][0]["count"] = 400;
+         d["accessors"][1]["count"] = 398 * 3;
+       }},
+      {"mesh in the world or on a kinematic body", Outcome::supported, "",
+       [](json& d) {
+         physics(d, 4)["collider"]["geometry"].erase("convexHull");
+         physics(d, 4)["motion"]["isKinematic"] = true;
+       }},
+      {"mesh on a dynamic body", Outcome::warned,
+       "the mesh of node 'rock shape' moves, so it collides as its convex hull",
+       [](json& d) { physics(d, 4)["collider"]["geometry"].erase("convexHull"); }},
+      {"flat hull", Outcome::refused, "its convex hull is thinner than 1e-6 of its size",
+       [](json& d) {
+         d["nodes"][4]["scale"] = {1, 1e-9, 1};
+       }},
+      {"skinned collider", Outcome::warned,
+       "the skinned mesh of node 'rock shape' collides in the form that it has at the start",
+       [](json& d) { add_skin(d, 5); }},
+      {"skinned mesh, drawn", Outcome::warned,
+       "skinned meshes are drawn in rigid pieces, each with the body that holds most of it",
+       [](json& d) { add_skin(d, 1); }},
+      {"unequal scale of a box, cylinder, hull or mesh", Outcome::supported, "",
+       [](json& d) {
+         d["nodes"][1]["scale"] = {1, -2, 3};
+       }},
+      {"unequal scale of a sphere", Outcome::warned,
+       "a sphere under an unequal scale collides as the hull of",
+       [](json& d) {
+         shape(d, 1) = {{"type", "sphere"}};
+         d["nodes"][1]["scale"] = {1, 2, 1};
+       }},
+      {"unequal scale of a capsule", Outcome::warned,
+       "a capsule under an unequal scale collides as the hull of",
+       [](json& d) {
+         shape(d, 1) = {{"type", "capsule"}};
+         d["nodes"][1]["scale"] = {1, 2, 1};
+       }},
+      {"scale of 0", Outcome::warned, "is left out: its node is scaled to nothing",
+       [](json& d) {
+         d["nodes"][4]["scale"] = {0, 0, 0};
+       }},
+      {"body or collider turned inside an unequal scale", Outcome::refused, "is sheared or flat",
+       [](json& d) { shear(d, 1); }},
+      {"joint turned inside an unequal scale", Outcome::warned,
+       "is turned inside an unequal scale; the joint's frame is turned without the scale",
+       [](json& d) { shear(d, 3); }},
+      {"mass, inertia, their orientation, centre of mass", Outcome::supported, "",
+       [](json& d) {
+         physics(d, 1)["motion"] = {{"mass", 2},
+                                    {"centerOfMass", {0, 0.1, 0}},
+                                    {"inertiaDiagonal", {1, 2, 0}},
+                                    {"inertiaOrientation", {0, 0.6, 0, 0.8}}};
+       }},
+      {"mass 0, inertia 0: infinite", Outcome::supported, "",
+       [](json& d) {
+         physics(d, 1)["motion"] = {{"mass", 0}, {"inertiaDiagonal", {0, 0, 0}}};
+       }},
+      {"no mass and no collider", Outcome::warned,
+       "has neither 'mass' nor a collider to take it from: it gets 1 kg",
+       [](json& d) {
+         physics(d, 4) = {{"motion", {{"inertiaDiagonal", {1, 1, 1}}}}};
+       }},
+      {"no inertia and no collider", Outcome::warned,
+       "has neither 'inertiaDiagonal' nor a collider to take it from: it gets that of a ball of water",
+       [](json& d) {
+         physics(d, 4) = {{"motion", {{"mass", 2}}}};
+       }},
+      {"velocities, `gravityFactor`, `isKinematic`", Outcome::supported, "",
+       [](json& d) {
+         physics(d, 1)["motion"] = {{"isKinematic", true},
+                                    {"linearVelocity", {1, 0, 0}},
+                                    {"angularVelocity", {0, 1, 0}},
+                                    {"gravityFactor", -0.5}};
+       }},
+      {"friction, restitution, combine modes", Outcome::supported, "", [](json&) {}},
+      {"collision filters, at most 64 systems", Outcome::supported, "", [](json&) {}},
+      {"limits: linear or angular, 1 to 3 axes, soft or hard", Outcome::supported, "",
+       [](json& d) {
+         limit(d) = {{"angularAxes", {0, 1}}, {"max", 0.5}, {"stiffness", 10}, {"damping", 1}};
+       }},
+      {"drives: linear or angular, force or acceleration", Outcome::supported, "",
+       [](json& d) {
+         drive(d) = {{"type", "linear"},      {"mode", "acceleration"}, {"axis", 1},
+                     {"positionTarget", 0.2}, {"stiffness", 5},         {"damping", 1}};
+       }},
+      {"`positionTarget` without stiffness", Outcome::warned,
+       "positionTarget has no effect without stiffness", [](json& d) { drive(d)["positionTarget"] = 1; }},
+      {"`velocityTarget` without damping", Outcome::warned, "velocityTarget has no effect without damping",
+       [](json& d) { drive(d).erase("damping"); }},
+      {"joint to a node outside the scene", Outcome::refused, "which is not in the scene",
+       [](json& d) { physics(d, 2)["joint"]["connectedNode"] = 5; }},
+      {"joint of a body to itself", Outcome::refused, "joins the body 'crate' to itself",
+       [](json& d) { physics(d, 2)["joint"]["connectedNode"] = 1; }},
+      {"trigger", Outcome::warned, "a trigger is ignored: it moves nothing",
+       [](json& d) {
+         physics(d, 3)["trigger"] = {{"geometry", {{"shape", 1}}}};
+       }},
+      {"no `scenes`: all roots", Outcome::supported, "",
+       [](json& d) {
+         d.erase("scenes");
+         d.erase("scene");
+         d["nodes"][3]["children"] = {5};
+         physics(d, 4)["collider"]["geometry"]["node"] = 5;
+       }},
+      {"textures", Outcome::warned, "textures are not drawn: each material is drawn in its factors",
+       [](json& d) {
+         d["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}};
+       }},
+      {"animations", Outcome::warned, "animations are ignored: nodes move as bodies or not at all",
+       [](json& d) { d["animations"] = json::array(); }},
+      {"morph targets", Outcome::warned, "morph targets are ignored",
+       [](json& d) {
+         d["meshes"][0]["primitives"][0]["targets"] = {{{"POSITION", 0}}};
+       }},
+      {"points and lines", Outcome::warned, "points and lines are left out",
+       [](json& d) {
+         d["meshes"][0]["primitives"].push_back({{"mode", 1}, {"attributes", {{"POSITION", 0}}}});
+       }},
+      {"orthographic camera", Outcome::warned, "only perspective cameras are drawn with; it is ignored",
+       [](json& d) {
+         d["cameras"][0] = {{"type", "orthographic"}};
+       }},
+      {"lights but one directional", Outcome::warned,
+       "only the first directional light is drawn; the others are ignored",
+       [](json& d) {
+         d["extensions"]["KHR_lights_punctual"]["lights"].push_back({{"type", "point"}});
+         d["nodes"][0]["extensions"]["KHR_lights_punctual"]["light"] = 1;
+       }},
+      {"sparse accessors", Outcome::refused, "is sparse, which is not read; export it without",
+       [](json& d) { d["accessors"][0]["sparse"] = json::object(); }},
+      {"compressed meshes", Outcome::refused,
+       "is compressed, which is not read; export it without compression",
+       [](json& d) {
+         d["meshes"][0]["primitives"][0]["extensions"]["KHR_draco_mesh_compression"] = json::object();
+       }},
+      {"any other required extension", Outcome::refused, "which is not read",
+       [](json& d) { d["extensionsRequired"].push_back("KHR_something_else"); }},
+  };
+  return all;
+}
+
+TEST(Features, DoWhatTheirRowsSay) {
+  for (const Feature& feature : features()) {
+    SCOPED_TRACE(feature.name);
+    json document = example();
+    feature.change(document);
+    if (feature.outcome == Outcome::refused) {
+      EXPECT_THAT(complaint(document), HasSubstr(feature.words));
+      continue;
+    }
+    ASSERT_EQ(complaint(document), "");
+    const Scene scene = load(document);
+    if (feature.outcome == Outcome::supported) {
+      EXPECT_THAT(scene.warnings, IsEmpty());
+    } else {
+      EXPECT_THAT(scene.warnings, Contains(HasSubstr(feature.words)));
+    }
+  }
+}
+
+TEST(Features, AreTheRowsOfTheTable) {
+  std::string table;
+  for (const Feature& feature : features()) {
+    table += std::string("| ") + feature.name + " | ";
+    switch (feature.outcome) {
+      case Outcome::supported:
+        table += "supported | |\n";
+        break;
+      case Outcome::warned:
+        table += std::string("warning | ") + feature.words + " |\n";
+        break;
+      case Outcome::refused:
+        table += std::string("refused | ") + feature.words + " |\n";
+        break;
+    }
+  }
+  std::ifstream stream(SUBSTEP_SOURCE_DIR "/scenes/README.md");
+  const std::string page{std::istreambuf_iterator<char>(stream), {}};
+  EXPECT_THAT(page, HasSubstr(table)) << "scenes/README.md should have these rows:\n" << table;
+}
+
+}  // namespace
+}  // namespace substep

@@ -1,0 +1,386 @@
+/// Meshes in other formats: bodies with the right mass, and damaged files that are refused in time.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <numbers>
+
+#include "sim/error.h"
+#include "tests/scene/example_scene.h"
+
+namespace substep {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using namespace test;
+
+const std::filesystem::path meshes = std::filesystem::path(SUBSTEP_SOURCE_DIR) / "tests/scene/meshes";
+
+// A cube of 2 m with its lowest corner at the origin.
+const char* const cube_obj =
+    "o cube\nv 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 0 0 2\nv 2 0 2\nv 2 2 2\nv 0 2 2\n"
+    "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+
+std::string with(std::string text, const std::string& what, const std::string& by) {
+  const std::size_t at = text.find(what);
+  if (at == std::string::npos) throw std::logic_error("not in the text: " + what);
+  return text.replace(at, what.size(), by);
+}
+
+Scene load_text(const std::string& name, const std::string& text, const MeshOptions& options = {}) {
+  const Folder folder;
+  return load_scene(folder.write(name, text), options);
+}
+
+std::string binary_stl(std::uint32_t count, const std::vector<float>& numbers) {
+  std::string bytes(80, ' ');
+  bytes.append(reinterpret_cast<const char*>(&count), 4);
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    bytes.append(reinterpret_cast<const char*>(&numbers[i]), 4);
+    if (i % 12 == 11) bytes += std::string(2, '\0');
+  }
+  return bytes;
+}
+
+std::string dae(const std::string& points, const std::string& indices, const std::string& nodes) {
+  return R"(<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit meter="0.01"/><up_axis>Z_UP</up_axis></asset><library_geometries><geometry id="g"><mesh>
+<source id="p"><float_array id="a" count="12">)" +
+         points + R"(</float_array><technique_common><accessor source="#a" count="4" stride="3">
+<param name="X" type="float"/><param name="Y" type="float"/><param name="Z" type="float"/></accessor>
+</technique_common></source><vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+<triangles count="4"><input semantic="VERTEX" source="#v" offset="0"/><p>)" +
+         indices + R"(</p></triangles></mesh></geometry></library_geometries><library_visual_scenes>
+<visual_scene id="s">)" +
+         nodes +
+         R"(</visual_scene></library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>)";
+}
+
+const char* const tetrahedron_points = "0 0 0 100 0 0 0 100 0 0 0 100";
+const char* const tetrahedron_indices = "0 2 1 0 1 3 0 3 2 1 2 3";
+const char* const one_node = R"(<node><instance_geometry url="#g"/></node>)";
+
+TEST(MeshScene, AClosedMeshHasItsExactMassProperties) {
+  const Scene scene = load_text("cube.obj", cube_obj);
+  EXPECT_THAT(scene.warnings, IsEmpty());
+  ASSERT_EQ(scene.bodies.size(), 2u);
+  const Body& cube = scene.bodies[1];
+  EXPECT_EQ(cube.name, "cube");
+  EXPECT_NEAR(1 / cube.inverse_mass, 8000, 1e-9);  // measured 0
+  for (int axis = 0; axis < 3; ++axis) {
+    EXPECT_NEAR(1 / cube.inverse_inertia[axis], 8000 * 4 / 6., 1e-9);  // measured 9e-13
+  }
+  // Half its size above the plane, in the middle.
+  EXPECT_LE((cube.pose.position - Vector3(0, 2, 0)).norm(), 1e-12);  // measured 0
+  ASSERT_EQ(scene.colliders.size(), 2u);
+  EXPECT_TRUE(std::holds_alternative<Plane>(scene.colliders[0].shape));
+  EXPECT_EQ(std::get<Polytope>(scene.colliders[1].shape).vertices.size(), 8u);
+}
+
+TEST(MeshScene, AMeshInsideOutIsTheSameBody) {
+  std::string text = cube_obj;
+  for (const char* face : {"4 3 2 1", "5 6 7 8", "1 2 6 5", "2 3 7 6", "3 4 8 7", "4 1 5 8"}) {
+    std::string reversed = face;
+    std::reverse(reversed.begin(), reversed.end());
+    text = with(text, face, reversed);
+  }
+  const Scene scene = load_text("cube.obj", text);
+  EXPECT_THAT(scene.warnings, IsEmpty());
+  EXPECT_NEAR(1 / scene.bodies[1].inverse_mass, 8000, 1e-9);
+}
+
+TEST(MeshScene, AnOpenMeshHasThoseOfItsHullAndSaysSo) {
+  const Scene scene = load_text("cube.obj", with(cube_obj, "f 4 1 5 8\n", ""));
+  EXPECT_THAT(scene.warnings, Contains(HasSubstr("mesh 'cube': is not closed")));
+  EXPECT_NEAR(1 / scene.bodies[1].inverse_mass, 8000, 1e-9);
+}
+
+TEST(MeshScene, OptionsSetSizeMassPoseAndCopies) {
+  MeshOptions options;
+  options.scale = 0.5;
+  options.mass = 3;
+  options.height = 7;
+  options.rotation = {90, 0, 0};
+  options.copies = 6;
+  const Scene scene = load_text("cube.obj", cube_obj, options);
+  ASSERT_EQ(scene.bodies.size(), 7u);
+  const Body& first = scene.bodies[1];
+  EXPECT_NEAR(1 / first.inverse_mass, 3, 1e-12);
+  EXPECT_NEAR(1 / first.inverse_inertia.x(), 0.5, 1e-12);
+  EXPECT_NEAR(first.pose.position.y(), 7.5, 1e-12);
+  const double half = std::sqrt(0.5);
+  EXPECT_NEAR(std::fabs((first.pose * first.body_from_node).orientation.x()), half, 1e-12);
+  EXPECT_EQ(scene.bodies[6].name, "cube copy 6");
+  // None lies in another: their centres are at least a diagonal of the base apart, or a layer.
+  for (std::size_t i = 1; i < 7; ++i) {
+    for (std::size_t k = 1; k < i; ++k) {
+      const Vector3 offset = scene.bodies[i].pose.position - scene.bodies[k].pose.position;
+      EXPECT_TRUE(std::hypot(offset.x(), offset.z()) > std::sqrt(2) || std::fabs(offset.y()) > 1);
+    }
+  }
+  EXPECT_NE(scene.hash, load_text("cube.obj", cube_obj).hash);
+}
+
+TEST(MeshScene, OptionsOutOfRangeAreRefused) {
+  const auto complaint_about = [](MeshOptions options) -> std::string {
+    try {
+      load_text("cube.obj", cube_obj, options);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  MeshOptions options;
+  options.scale = 0;
+  EXPECT_THAT(complaint_about(options), HasSubstr("cube.obj: the scale must be above 0"));
+  options = {};
+  options.density = std::nan("");
+  EXPECT_THAT(complaint_about(options), HasSubstr("the density must be above 0"));
+  options = {};
+  options.mass = -1;
+  EXPECT_THAT(complaint_about(options), HasSubstr("the mass must be above 0"));
+  options = {};
+  options.height = -1;
+  EXPECT_THAT(complaint_about(options), HasSubstr("the height must not be negative"));
+  options = {};
+  options.copies = 1001;
+  EXPECT_THAT(complaint_about(options), HasSubstr("the copies must be from 1 to 1000"));
+  options = {};
+  options.rotation = {0, 400, 0};
+  EXPECT_THAT(complaint_about(options), HasSubstr("within ±360 degrees"));
+  options = {};
+  options.scale = 1e-200;
+  EXPECT_THAT(complaint_about(options), HasSubstr("cube.obj: "));
+  const Folder folder;
+  try {
+    load_scene(folder.write("example.gltf", example().dump()), MeshOptions{});
+    ADD_FAILURE() << "options for a scene were taken";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("is a scene"));
+  }
+}
+
+TEST(MeshScene, ObjectsBecomeBodiesAndMaterialsColours) {
+  const Folder folder;
+  folder.write("red.mtl", "newmtl red\nKd 1 0 0\n");
+  std::string second = cube_obj;
+  for (const char* face : {"4 3 2 1", "5 6 7 8", "1 2 6 5", "2 3 7 6", "3 4 8 7", "4 1 5 8"}) {
+    std::string relative = face;
+    for (char& c : relative) {
+      if (c != ' ') c = static_cast<char>('0' + ('9' - c));
+    }
+    std::string negative;
+    for (const char c : relative) negative += c == ' ' ? " " : std::string("-") + c;
+    second = with(second, face, negative);
+  }
+  const Scene scene = load_scene(folder.write(
+      "two.obj", "mtllib red.mtl\nusemtl red\n" + std::string(cube_obj) + with(second, "o cube", "o other")));
+  ASSERT_EQ(scene.bodies.size(), 3u);
+  EXPECT_EQ(scene.bodies[1].name, "cube");
+  EXPECT_EQ(scene.bodies[2].name, "other");
+  ASSERT_FALSE(scene.surfaces.empty());
+  EXPECT_EQ(scene.surfaces[0].base_color, (std::array{1., 0., 0.}));
+}
+
+TEST(MeshScene, ReadsStlPlyAndCollada) {
+  MeshOptions millimetres;
+  millimetres.scale = 0.001;
+  const Scene gear = load_scene(meshes / "gear.stl", millimetres);
+  ASSERT_EQ(gear.bodies.size(), 2u);
+  EXPECT_NEAR(1 / gear.bodies[1].inverse_mass, 1000 * 92208.82866445865e-9,
+              1e-7);  // of its generator's volume
+  EXPECT_THAT(gear.warnings, Contains(HasSubstr("collides as its convex hull")));
+
+  const Scene solid = load_scene(meshes / "dodecahedron.ply");
+  EXPECT_THAT(solid.warnings, IsEmpty());
+  const double edge = 0.6 / std::numbers::phi;
+  EXPECT_NEAR(1 / solid.bodies[1].inverse_mass, 1000 * (15 + 7 * std::sqrt(5)) / 4 * edge * edge * edge,
+              1e-4);
+  EXPECT_EQ(std::get<Polytope>(solid.colliders[1].shape).face_count(), 12u);
+
+  // Centimetres, and z upwards: 1 m long edges from the right angle at the origin.
+  const Scene tetrahedron = load_text("t.dae", dae(tetrahedron_points, tetrahedron_indices, one_node));
+  EXPECT_NEAR(1 / tetrahedron.bodies[1].inverse_mass, 1000 / 6., 1e-4);  // measured 2e-6
+}
+
+TEST(MeshScene, KnotIsDrawnSmoothAndInItsColour) {
+  const Scene knot = load_scene(meshes / "knot.obj");
+  EXPECT_NEAR(1 / knot.bodies[1].inverse_mass, 404.92, 0.05);
+  ASSERT_EQ(knot.surfaces.size(), 1u);
+  EXPECT_GT(knot.surfaces[0].base_color[0], knot.surfaces[0].base_color[2]);
+  ASSERT_EQ(knot.meshes.size(), 1u);
+  const Mesh& mesh = knot.meshes[0];
+  int bent = 0;
+  for (const Triangle& triangle : mesh.triangles) {
+    bent += (mesh.normals[triangle[0]] - mesh.normals[triangle[1]]).norm() > 1e-3;
+  }
+  EXPECT_GT(bent, static_cast<int>(mesh.triangles.size()) / 2);
+  // And the cube keeps its edges.
+  const Scene cube = load_text("cube.obj", cube_obj);
+  for (const Vector3& normal : cube.meshes[0].normals) EXPECT_NEAR(normal.cwiseAbs().maxCoeff(), 1, 1e-12);
+}
+
+struct Hostile {
+  const char* name;
+  std::string file;
+  std::string bytes;
+};
+
+void PrintTo(const Hostile& hostile, std::ostream* out) {
+  *out << hostile.name;
+}
+
+std::string repeated(const std::string& text, int count) {
+  std::string result;
+  for (int i = 0; i < count; ++i) result += text;
+  return result;
+}
+
+std::vector<Hostile> hostile_meshes() {
+  const float nan = std::nanf("");
+  const std::vector<float> triangle{0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0};
+  std::vector<float> broken = triangle;
+  broken[4] = nan;
+  const std::string ply_head =
+      "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+      "element face 4\nproperty list uchar int vertex_indices\nend_header\n";
+  const std::string ply_points = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n";
+  std::string bomb;
+  for (int level = 0; level < 40; ++level) {
+    const std::string next = "<instance_node url=\"#n" + std::to_string(level + 1) + "\"/>";
+    bomb += "<node id=\"n" + std::to_string(level) + "\">" + next + next + "</node>";
+  }
+  bomb += "<node id=\"n40\"><instance_geometry url=\"#g\"/></node>";
+  return {
+      {"empty_obj", "a.obj", ""},
+      {"words_obj", "a.obj", "this is no mesh at all, but a text that is long enough to be one\n"},
+      {"no_faces_obj", "a.obj", "o none\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"},
+      {"index_out_of_range_obj", "a.obj", with(cube_obj, "f 4 3 2 1", "f 4 3 2 99")},
+      {"index_negative_obj", "a.obj", with(cube_obj, "f 4 3 2 1", "f -99 3 2 1")},
+      {"index_zero_obj", "a.obj", with(cube_obj, "f 4 3 2 1", "f 0 3 2 1")},
+      {"index_overflow_obj", "a.obj", with(cube_obj, "f 4 3 2 1", "f 99999999999999999999 3 2 1")},
+      {"nan_obj", "a.obj", with(cube_obj, "v 2 0 0", "v nan 0 0")},
+      {"infinity_obj", "a.obj", with(cube_obj, "v 2 0 0", "v inf 0 0")},
+      {"huge_obj", "a.obj", with(cube_obj, "v 2 0 0", "v 1e39 0 0")},
+      {"very_large_obj", "a.obj", with(cube_obj, "v 2 0 0", "v 1e30 0 0")},
+      {"flat_obj", "a.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n"},
+      {"line_obj", "a.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 3 0 0\nf 1 2 3\nf 2 3 4\n"},
+      {"point_obj", "a.obj", "v 0 0 0\nv 0 0 0\nv 0 0 0\nv 0 0 0\nf 1 2 3\nf 2 3 4\n"},
+      {"many_objects_obj", "a.obj",
+       [] {
+         std::string text;
+         for (int i = 0; i < 2000; ++i) text += with(cube_obj, "o cube", "o cube" + std::to_string(i));
+         return text;
+       }()},
+      {"long_line_obj", "a.obj", "v " + repeated("0 ", 100'000) + "\nf 1 2 3\n"},
+      {"long_face_obj", "a.obj", std::string(cube_obj) + "f" + repeated(" 9", 200'000) + "\n"},
+      {"nulls_obj", "a.obj", std::string(5000, '\0')},
+      {"ones_obj", "a.obj", std::string(5000, '\xff')},
+      {"empty_stl", "a.stl", ""},
+      {"short_stl", "a.stl", std::string(83, ' ')},
+      {"no_triangles_stl", "a.stl", binary_stl(0, {})},
+      {"count_huge_stl", "a.stl", binary_stl(0xffffffff, triangle)},
+      {"count_too_large_stl", "a.stl", binary_stl(1000, triangle)},
+      {"nan_stl", "a.stl", binary_stl(1, broken)},
+      {"one_triangle_stl", "a.stl", binary_stl(1, triangle)},
+      {"ascii_cut_stl", "a.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0"},
+      {"ascii_words_stl", "a.stl", "solid a\nfacet normal x y z\nouter loop\nvertex a b c\nendsolid"},
+      {"ascii_no_end_stl", "a.stl", "solid " + repeated("facet normal 0 0 1 ", 20'000)},
+      {"empty_ply", "a.ply", ""},
+      {"head_only_ply", "a.ply", ply_head},
+      {"cut_ply", "a.ply", ply_head + ply_points + "3 0 1"},
+      {"index_out_of_range_ply", "a.ply", ply_head + ply_points + "3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 9\n"},
+      {"index_negative_ply", "a.ply", ply_head + ply_points + "3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 -9\n"},
+      {"nan_ply", "a.ply", ply_head + "0 0 nan\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n"},
+      {"count_huge_ply", "a.ply", with(ply_head, "vertex 4", "vertex 2000000000") + ply_points},
+      {"count_negative_ply", "a.ply", with(ply_head, "vertex 4", "vertex -4") + ply_points},
+      {"faces_huge_ply", "a.ply", with(ply_head, "face 4", "face 4000000000") + ply_points},
+      {"list_huge_ply", "a.ply", ply_head + ply_points + "4000000000 0 2 1\n"},
+      {"no_format_ply", "a.ply", with(ply_head, "format ascii 1.0\n", "") + ply_points},
+      {"binary_cut_ply", "a.ply", with(ply_head, "ascii", "binary_little_endian") + "\1\2\3"},
+      {"unknown_type_ply", "a.ply", with(ply_head, "property float x", "property quad x") + ply_points},
+      {"no_points_dae", "a.dae", dae("", tetrahedron_indices, one_node)},
+      {"nan_dae", "a.dae", dae("nan 0 0 1 0 0 0 1 0 0 0 1", tetrahedron_indices, one_node)},
+      {"index_out_of_range_dae", "a.dae", dae(tetrahedron_points, "0 2 1 0 1 3 0 3 2 1 2 99", one_node)},
+      {"index_huge_dae", "a.dae", dae(tetrahedron_points, "0 2 1 0 1 3 0 3 2 1 2 4294967295", one_node)},
+      {"no_nodes_dae", "a.dae", dae(tetrahedron_points, tetrahedron_indices, "")},
+      {"unknown_geometry_dae", "a.dae",
+       dae(tetrahedron_points, tetrahedron_indices, R"(<node><instance_geometry url="#h"/></node>)")},
+      {"own_child_dae", "a.dae",
+       dae(tetrahedron_points, tetrahedron_indices,
+           R"(<node id="n"><instance_geometry url="#g"/><instance_node url="#n"/></node>)")},
+      {"instances_of_instances_dae", "a.dae", dae(tetrahedron_points, tetrahedron_indices, bomb)},
+      {"deep_dae", "a.dae",
+       dae(tetrahedron_points, tetrahedron_indices,
+           repeated("<node>", 60'000) + R"(<instance_geometry url="#g"/>)" + repeated("</node>", 60'000))},
+      {"cut_dae", "a.dae", dae(tetrahedron_points, tetrahedron_indices, one_node).substr(0, 700)},
+      {"entities_dae", "a.dae",
+       "<?xml version=\"1.0\"?><!DOCTYPE l [<!ENTITY a \"aaaaaaaaaa\"><!ENTITY b \"&a;&a;&a;&a;&a;&a;&a;\">]>"
+       "<COLLADA>&b;</COLLADA>"},
+      {"words_dae", "a.dae", "no document of this kind"},
+      {"words_fbx", "a.fbx", "Kaydara FBX Binary  \0\x1a\0" + std::string(300, '\x7f')},
+      {"words_3ds", "a.3ds", "MM" + std::string(300, '\xff')},
+      {"words_blend", "a.blend", "BLENDER-v300" + std::string(300, '\xff')},
+      {"words_off", "a.off", "OFF\n4000000000 4000000000 0\n"},
+      {"words_x", "a.x", "xof 0303txt 0032\nMesh {\n 4000000000;\n"},
+      {"words_3mf", "a.3mf", "PK\3\4" + std::string(300, '\xff')},
+      {"words_ifc", "a.ifc", "ISO-10303-21;\nHEADER;\n" + repeated("#1=IFC(", 5000)},
+      {"words_lwo", "a.lwo", "FORM" + std::string(4, '\xff') + "LWO2" + std::string(300, '\xff')},
+  };
+}
+
+class HostileMesh : public testing::TestWithParam<Hostile> {};
+
+TEST_P(HostileMesh, LoadsOrIsRefusedInTimeAndNamed) {
+  const Folder folder;
+  const std::filesystem::path file = folder.write(GetParam().file, GetParam().bytes);
+  ASSERT_LT(GetParam().bytes.size(), std::size_t{1} << 20);
+  const auto processor_time = [] {
+    rusage own{};
+    rusage children{};
+    getrusage(RUSAGE_SELF, &own);
+    getrusage(RUSAGE_CHILDREN, &children);
+    const auto seconds = [](const timeval& time) {
+      return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+    };
+    return seconds(own.ru_utime) + seconds(own.ru_stime) + seconds(children.ru_utime) +
+           seconds(children.ru_stime);
+  };
+  const double before = processor_time();
+  const std::string said = complaint(file);
+  EXPECT_LT(processor_time() - before, 2);
+  if (said.empty()) {
+    const Scene scene = load_scene(file);
+    for (const Body& body : scene.bodies) {
+      EXPECT_TRUE(body.pose.position.allFinite() && body.inverse_inertia.allFinite());
+    }
+  } else {
+    EXPECT_THAT(said, HasSubstr(file.string() + ": "));
+    EXPECT_EQ(said.find('\n'), std::string::npos) << said;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Files, HostileMesh, testing::ValuesIn(hostile_meshes()),
+                         [](const auto& tested) { return std::string(tested.param.name); });
+
+TEST(HostileMeshes, ReadNothingOutsideTheFolder) {
+  const Folder folder;
+  folder.write("outside.mtl", "newmtl red\nKd 1 0 0\n");
+  std::filesystem::create_directories(folder.path() / "inner");
+  std::filesystem::create_symlink(folder.path() / "outside.mtl", folder.path() / "inner/link.mtl");
+  for (const std::string name : {"../outside.mtl", "link.mtl", (folder.path() / "outside.mtl").c_str()}) {
+    const Scene scene = load_scene(
+        folder.write("inner/cube.obj", "mtllib " + name + "\nusemtl red\n" + std::string(cube_obj)));
+    for (const Surface& surface : scene.surfaces)
+      EXPECT_NE(surface.base_color, (std::array{1., 0., 0.})) << name;
+  }
+}
+
+}  // namespace
+}  // namespace substep
