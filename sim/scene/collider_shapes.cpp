@@ -165,10 +165,14 @@ Shape implicit_shape(const ImplicitShape& shape, const Vector3& signed_scale, co
       return box(shape.size.cwiseProduct(scale));
     case ImplicitShape::Kind::capsule:
       return capsule(shape, scale, place, warnings);
-    case ImplicitShape::Kind::cylinder: {
-      const Polytope prism = cylinder(shape.height, shape.radius_bottom, shape.radius_top);
-      return scale == Vector3::Ones() ? prism : scaled(prism, scale);
-    }
+    case ImplicitShape::Kind::cylinder:
+      if (is_equal_scale(scale.x(), scale.z())) {
+        return make_cylinder(shape.height * scale.y(), shape.radius_bottom * scale.x(),
+                             shape.radius_top * scale.x());
+      }
+      warnings.push_back(place.path() +
+                         ": a cylinder made elliptic by its node's scale collides as a prism of 32 sides");
+      return scaled(cylinder(shape.height, shape.radius_bottom, shape.radius_top), scale);
     case ImplicitShape::Kind::plane:
       break;
   }

@@ -32,7 +32,7 @@ class CommandLine : public Program {
 TEST_F(CommandLine, HelpOfEachCommandHasAnExample) {
   const Outcome all = run({"--help"});
   EXPECT_EQ(all.exit_code, 0);
-  for (const char* const command : {"run", "render", "video", "diff"}) {
+  for (const char* const command : {"run", "render", "video", "info", "diff"}) {
     EXPECT_THAT(all.out, HasSubstr(command));
     const Outcome one = run({command, "--help"});
     EXPECT_EQ(one.exit_code, 0);

@@ -152,7 +152,7 @@ const std::vector<Feature>& features() {
       {"skinned mesh, drawn", Outcome::warned,
        "skinned meshes are drawn in rigid pieces, each with the body that holds most of it",
        [](json& d) { add_skin(d, 1); }},
-      {"unequal scale of a box, cylinder, hull or mesh", Outcome::supported, "",
+      {"unequal scale of a box, hull or mesh, or along a cylinder", Outcome::supported, "",
        [](json& d) {
          d["nodes"][1]["scale"] = {1, -2, 3};
        }},
@@ -167,6 +167,12 @@ const std::vector<Feature>& features() {
        [](json& d) {
          shape(d, 1) = {{"type", "capsule"}};
          d["nodes"][1]["scale"] = {1, 2, 1};
+       }},
+      {"cylinder scaled unequally across its axis", Outcome::warned,
+       "a cylinder made elliptic by its node's scale collides as a prism of 32 sides",
+       [](json& d) {
+         shape(d, 1) = {{"type", "cylinder"}};
+         d["nodes"][1]["scale"] = {1, 1, 2};
        }},
       {"scale of 0", Outcome::warned, "is left out: its node is scaled to nothing",
        [](json& d) {
