@@ -7,6 +7,7 @@
 #include <numbers>
 #include <tuple>
 
+#include "sim/error.h"
 #include "sim/geometry/convex_hull.h"
 #include "sim/geometry/round_solids.h"
 #include "sim/geometry/triangle_mesh.h"
@@ -18,6 +19,16 @@ namespace {
 // Scales that passed through single precision differ in their seventh digit.
 bool is_equal_scale(double a, double b) {
   return std::fabs(a - b) <= 1e-5 * std::max(a, b);
+}
+
+// What `make` makes; its complaint, which knows no file, gets the place.
+template <typename Make>
+Shape made(const JsonValue& place, const Make& make) {
+  try {
+    return make();
+  } catch (const Error& failure) {
+    place.fail(failure.what());
+  }
 }
 
 bool is_uniform(const Vector3& scale) {
@@ -60,7 +71,9 @@ Shape capsule(const ImplicitShape& shape, const Vector3& scale, const JsonValue&
   const double bottom = shape.radius_bottom * scale.x();
   const double top = shape.radius_top * scale.x();
   if (height == 0) return Sphere{std::max(bottom, top)};
-  if (shape.radius_bottom != shape.radius_top) return make_tapered_capsule(height, bottom, top);
+  if (shape.radius_bottom != shape.radius_top) {
+    return made(place, [&] { return make_tapered_capsule(height, bottom, top); });
+  }
   return Capsule{height / 2, bottom};
 }
 
@@ -167,8 +180,10 @@ Shape implicit_shape(const ImplicitShape& shape, const Vector3& signed_scale, co
       return capsule(shape, scale, place, warnings);
     case ImplicitShape::Kind::cylinder:
       if (is_equal_scale(scale.x(), scale.z())) {
-        return make_cylinder(shape.height * scale.y(), shape.radius_bottom * scale.x(),
-                             shape.radius_top * scale.x());
+        return made(place, [&] {
+          return make_cylinder(shape.height * scale.y(), shape.radius_bottom * scale.x(),
+                               shape.radius_top * scale.x());
+        });
       }
       warnings.push_back(place.path() +
                          ": a cylinder made elliptic by its node's scale collides as a prism of 32 sides");
@@ -178,7 +193,10 @@ Shape implicit_shape(const ImplicitShape& shape, const Vector3& signed_scale, co
   }
   if (!shape.double_sided && std::isinf(shape.plane_size[0]) && std::isinf(shape.plane_size[1]))
     return Plane{};
-  return make_rectangle(shape.plane_size[0] * scale.x(), shape.plane_size[1] * scale.z(), shape.double_sided);
+  return made(place, [&] {
+    return make_rectangle(shape.plane_size[0] * scale.x(), shape.plane_size[1] * scale.z(),
+                          shape.double_sided);
+  });
 }
 
 NodeGeometry geometry_of_node(const GltfDocument& document, const std::vector<GltfMesh>& meshes,
