@@ -101,6 +101,7 @@ void BroadPhase::sort_along(int axis, const std::vector<Bounds>& boxes) {
 void BroadPhase::find_pairs(const std::vector<Bounds>& boxes,
                             std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs) {
   pairs.clear();
+  pairs_tested_ = 0;
   const auto count = static_cast<std::uint32_t>(boxes.size());
 
   // The spread of the middles of the boxes that have one.
@@ -138,6 +139,7 @@ void BroadPhase::find_pairs(const std::vector<Bounds>& boxes,
     const auto search = [&](std::uint32_t& head) {
       for (std::uint32_t* link = &head; *link != none;) {
         const std::uint32_t other = *link;
+        ++pairs_tested_;
         if (boxes[other].upper[sweep] < entry.lower) {
           *link = next_[other];
           continue;

@@ -26,7 +26,17 @@ struct ContactPoint {
 /// Polytopes: the faces of a, the faces of b and those cross products of their edges that can bound the
 /// overlap are tested. A face axis is preferred to an edge axis unless the latter is better by 0.05
 /// |separation| + 1e-3 of the smaller shape's size (the diameter of its bounding ball), so that a slight tilt
-/// does not shrink a face contact to a point. Shapes that overlap have at least one contact.
+/// does not shrink a face contact to a point. Convex shapes that overlap have at least one contact.
+///
+/// Cylinders are round: standing, they touch with 8 points of the rim, one of them its lowest, or lying at
+/// the shape's own X where it stands straight to 1e-9; lying, with 2 on the line of their side; else with
+/// one. Where a disc is partly over a face, corners of the face and crossings of the outlines take the place
+/// of the rim points beside it.
+///
+/// A triangle mesh pushes along directions in which, as far as a triangle's neighbours tell, the surface has
+/// nothing farther out: the normals of its faces and the directions round its convex edges and corners, never
+/// those of edges in a plane or a valley. A one-sided mesh's triangle does nothing to a shape whose middle is
+/// behind it. Contacts with triangles of one plane are the corners of their hull.
 void find_contacts(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double margin,
                    std::vector<ContactPoint>& out);
 
@@ -42,6 +52,9 @@ class BroadPhase {
   void find_pairs(const std::vector<Bounds>& boxes,
                   std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs);
 
+  /// The work of the last call, whatever the machine: how often it looked from one box at another.
+  std::uint64_t pairs_tested() const { return pairs_tested_; }
+
  private:
   struct Entry {
     double lower;
@@ -55,6 +68,7 @@ class BroadPhase {
   std::vector<std::uint32_t> next_;
   std::vector<std::uint32_t> begins_;
   std::vector<std::uint32_t> seconds_;
+  std::uint64_t pairs_tested_ = 0;
 };
 
 }  // namespace substep

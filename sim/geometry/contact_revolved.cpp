@@ -128,11 +128,12 @@ class RevolvedPair {
     const Vector3 direct = between.norm() > flush_share * size_ ? Vector3(between.normalized()) : normal_;
     const Vector3 best = disc_separation_ > best_ ? disc_normal_ : normal_;
     const Vector3 found = normal_;
+    const std::array<Vector3, 7> starts = {
+        direct, best + direct, found, direct + a_.axis, direct - a_.axis, direct + b_.axis, direct - b_.axis};
     // Overlapping deeply there are several ways out over the rims: towards each of the discs too.
-    for (const Vector3& start :
-         {direct, Vector3(best + direct), found, Vector3(direct + a_.axis), Vector3(direct - a_.axis),
-          Vector3(direct + b_.axis), Vector3(direct - b_.axis)}) {
-      if (start.norm() > 0.1 && !climb(start.normalized())) return false;
+    const std::size_t count = std::max(best_, disc_separation_) < -0.1 * size_ ? starts.size() : 3;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (starts[i].norm() > 0.1 && !climb(starts[i].normalized())) return false;
     }
     return true;
   }
@@ -142,7 +143,7 @@ class RevolvedPair {
     for (int step = 0; step < 30; ++step) {
       const Vector3 w = a_.support(-n) - b_.support(n);
       const Vector3 gradient = w - w.dot(n) * n;
-      if (gradient.norm() <= 1e-15 * size_) break;
+      if (gradient.norm() <= 1e-12 * size_) break;
       // Second derivatives across n: −w·n of the sphere, and each rim's bend.
       const Vector3 e0 = n.unitOrthogonal();
       const Vector3 e1 = n.cross(e0);
@@ -166,10 +167,10 @@ class RevolvedPair {
                bend.determinant();
       }
       bool better = false;
-      for (int halving = 0; halving < 20 && !better; ++halving, move /= 2) {
+      for (int halving = 0; halving < 10 && !better; ++halving, move /= 2) {
         const Vector3 next = (n + move[0] * e0 + move[1] * e1).normalized();
         const double there = separation(next);
-        if (!(there > value)) continue;
+        if (!(there > value + 1e-15 * size_)) continue;
         better = true;
         value = there;
         n = next;

@@ -89,6 +89,46 @@ TEST(BroadPhase, TouchingBoxesOnAGridAreFound) {
   EXPECT_EQ(pairs, brute_pairs(boxes));
 }
 
+/// Unit cubes with gaps, above a floor without end: `wide` × `wide` columns, and as many layers as make up
+/// `count`.
+std::vector<Bounds> pile(std::mt19937& random, int count, int wide) {
+  std::vector<Bounds> boxes = {{Vector3(-infinity, -infinity, -infinity), Vector3(infinity, 0, infinity)}};
+  for (int i = 0; i < count; ++i) {
+    const Vector3 at(i % wide, i / (wide * wide), i / wide % wide);
+    const Vector3 lower = 1.01 * at + test::random_point(random, 0.01);
+    boxes.push_back({lower, lower + Vector3::Ones()});
+  }
+  return boxes;
+}
+
+TEST(BroadPhase, WorkGrowsWithTheBodies) {
+  // Counted, not timed. A hundred times the bodies: as many tests for each, in a scattered field, in a pile
+  // as high as wide and in a tall tower.
+  std::mt19937 random(4);
+  Pairs pairs;
+  BroadPhase broad_phase;
+  const auto work = [&](const std::vector<Bounds>& boxes) {
+    broad_phase.find_pairs(boxes, pairs);
+    return static_cast<double>(broad_phase.pairs_tested()) / static_cast<double>(boxes.size());
+  };
+  const auto scattered = [&](int count) {
+    std::vector<Bounds> boxes;
+    const double side = std::cbrt(20.0 * count);
+    for (int i = 0; i < count; ++i) {
+      const Vector3 lower = test::random_point(random, side / 2);
+      boxes.push_back({lower, lower + Vector3::Ones()});
+    }
+    return boxes;
+  };
+  EXPECT_LT(work(scattered(100)), 5);
+  EXPECT_LT(work(scattered(1000)), 5);
+  EXPECT_LT(work(scattered(10000)), 5);
+  EXPECT_LT(work(pile(random, 100, 5)), 40);
+  EXPECT_LT(work(pile(random, 1000, 10)), 40);
+  EXPECT_LT(work(pile(random, 10000, 22)), 40);
+  EXPECT_LT(work(pile(random, 10000, 2)), 40);
+}
+
 TEST(BroadPhase, LeavesOutWhatIsNotANumber) {
   std::mt19937 random(3);
   std::vector<Bounds> boxes = random_boxes(random, 100, {1, 1, 1}, 1);
