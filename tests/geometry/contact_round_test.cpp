@@ -150,7 +150,7 @@ TEST(RoundContacts, AgreeWithEveryDirection) {
     }
   }
   // Half a shape deep there are several ways out, and the shortest may be missed.
-  EXPECT_LE(too_deep, trials / 4000);  // measured 0 of 1500, 2 of 40,000
+  EXPECT_LE(too_deep, trials / 4000);  // measured 0 of 1500, 1 of 40,000
   EXPECT_LT(worst_apart, 1);           // measured 0.33
   EXPECT_GT(overlapping, trials / 5);
   EXPECT_GT(apart, trials / 100);
