@@ -214,4 +214,46 @@ std::string shaken_block() {
   return gltf.text();
 }
 
+std::string painleve_rod() {
+  constexpr double lean = 31 * pi / 180;  // of the rod from the horizontal
+  constexpr double slip = 30;
+  constexpr double top = 0.1;
+  constexpr double length = 70;
+
+  GltfBuilder gltf("painleve_rod", 1.2, Vector3(0, -10, 0));
+  gltf.camera({-2.6, 2.4, 10.5}, {-3.9, 0.8, 0}, 0.50);
+  gltf.sun(afternoon, warm_white, daylight);
+
+  // The rod starts at rest on a belt that runs away under it: the same as a rod that is pushed along the
+  // ground.
+  const int belt = gltf.node("belt", at(length / 2 - 12, top / 2, 0));
+  gltf.motion(belt, {.mass = 1000, .linear_velocity = {-slip, 0, 0}, .kinematic = true});
+  const int grip = gltf.physics_material(5.0 / 3);
+  gltf.collider(belt, gltf.box_shape({length, top, 1.2}), grip);
+  std::array<Mesh, 2> slats;
+  for (int i = 0; i < 70; ++i) slats[i % 2].add(rounded(box({1, top, 1.2}), 0.015, 1), at(i - 34.5, 0, 0));
+  const int even = gltf.geometry(slats[0]);
+  const int odd = gltf.geometry(slats[1]);
+  const int basalt = gltf.material(finish::basalt);
+  gltf.show(belt, gltf.mesh("belt", {{even, basalt}, {odd, gltf.material(finish::granite)}}));
+
+  // Its ends are edges, so that it touches at half-length 1 m whatever its lean. The lower end leads.
+  const std::array<PlanePoint, 4> outline{{{-1, 0}, {0, -0.03125}, {1, 0}, {0, 0.03125}}};
+  const Mesh sharp = Mesh().add(faceted(prism(outline, 0.25)), turn(Vector3::UnitX(), pi / 2));
+  const int hull = gltf.geometry(sharp);
+  const int body_node = gltf.node("rod", at(0, top, 0) * turn(Vector3::UnitZ(), -lean) * at(-1, 0, 0));
+  gltf.motion(body_node, {.mass = 1, .inertia = Vector3(1.0 / 100, 1.0 / 3, 1.0 / 3)});
+  const Mesh cap = Mesh()
+                       .add(rod(0.22, 0.075, 0.02), at(0, 0, 0) * turn(Vector3::UnitZ(), pi / 2))
+                       .add(ball(0.06, 24), at(-0.97, 0, 0));
+  const int cap_look = gltf.geometry(cap);
+  const int paint = gltf.material(finish::terracotta);
+  const int brass = gltf.material(finish::brass);
+  const int shown = gltf.mesh("rod", {{hull, paint}, {cap_look, brass}});
+  gltf.show(body_node, shown);
+  const int bare = gltf.mesh("rod_hull", {{hull, paint}});
+  gltf.hull_collider(body_node, gltf.detached_node("rod_hull", bare), grip);
+  return gltf.text();
+}
+
 }  // namespace substep::make

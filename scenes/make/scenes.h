@@ -32,13 +32,21 @@ std::string door();
 std::string short_chain();
 std::string heavy_on_light();
 std::string overlap();
+std::string painleve_rod();
+std::string card_house();
+std::string masonry_arch();
+std::string dominoes();
+std::string wrecking_ball();
+std::string ragdoll();
+std::string squeezer();
+std::string water_wheel();
 
 struct SceneFile {
   std::string_view name;  ///< of the file, without ".gltf"
   std::string (*text)();
 };
 
-inline constexpr std::array<SceneFile, 21> all_scenes{{
+inline constexpr std::array<SceneFile, 29> all_scenes{{
     {"rod_chain", rod_chain},
     {"pendulum", pendulum},
     {"heavy_chain", heavy_chain},
@@ -60,6 +68,14 @@ inline constexpr std::array<SceneFile, 21> all_scenes{{
     {"short_chain", short_chain},
     {"heavy_on_light", heavy_on_light},
     {"overlap", overlap},
+    {"painleve_rod", painleve_rod},
+    {"card_house", card_house},
+    {"masonry_arch", masonry_arch},
+    {"dominoes", dominoes},
+    {"wrecking_ball", wrecking_ball},
+    {"ragdoll", ragdoll},
+    {"squeezer", squeezer},
+    {"water_wheel", water_wheel},
 }};
 
 }  // namespace substep::make

@@ -1,5 +1,7 @@
 /// Scenes of many bodies in contact: piles, houses, arches, what falls over.
 
+#include <cmath>
+
 #include "finishes.h"
 #include "gltf_builder.h"
 #include "mesh.h"
@@ -71,6 +73,252 @@ std::string overlap() {
       gltf.motion(body, {.mass = 1});
       gltf.collider(body, shape, grip);
       gltf.show(body, gltf.mesh(name, {{cube, gltf.material(finishes[number % 4])}}));
+    }
+  }
+  return gltf.text();
+}
+
+std::string card_house() {
+  constexpr double height = 0.4;
+  constexpr double thickness = 0.012;
+  constexpr double width = 0.28;
+  constexpr double lean = 25 * pi / 180;
+  constexpr double pitch = height + 0.004;
+  constexpr int levels = 3;
+
+  GltfBuilder gltf("card_house", 5);
+  gltf.camera({0.9, 1.1, 2.7}, {0, 0.55, 0}, 0.50);
+  gltf.sun(afternoon, warm_white, daylight);
+  add_ground(gltf, 0.7);
+
+  const Vector3 size(thickness, height, width);
+  const int shape = gltf.box_shape(size);
+  const int grip = gltf.physics_material(0.7);
+  // An ivory card with a coloured back on either side.
+  const int edge = gltf.geometry(rounded(box(size), 0.003, 1));
+  Mesh back;
+  for (const int side : {-1, 1})
+    back.add(rounded(box({0.004, height - 0.05, width - 0.05}), 0.0015, 1),
+             at(side * (thickness / 2 - 0.0012), 0, 0));
+  const int back_look = gltf.geometry(back);
+  const int ivory = gltf.material(finish::ivory);
+  const int red = gltf.material(finish::terracotta);
+  const int blue = gltf.material(finish::blue);
+  const std::array<int, 2> looks{gltf.mesh("red_card", {{edge, ivory}, {back_look, red}}),
+                                 gltf.mesh("blue_card", {{edge, ivory}, {back_look, blue}})};
+  int number = 0;
+  const auto add_card = [&](const Pose& pose, int look) {
+    const int body = gltf.node("card_" + std::to_string(++number), pose);
+    gltf.motion(body, {.mass = 0.1});
+    gltf.collider(body, shape, grip);
+    gltf.show(body, looks[look]);
+  };
+  // A card leaning at an apex: from the apex to its centre, and from its lowest edge.
+  const auto [sine, cosine] = sine_cosine(lean);
+  const double out = (thickness * cosine + height * sine) / 2;
+  const double up = (thickness * sine + height * cosine) / 2;
+  double floor = 0;
+  for (int level = 0; level < levels; ++level) {
+    const int pairs = levels - level;
+    for (int i = 0; i < pairs; ++i) {
+      const double apex = pitch * (i - (pairs - 1) / 2.0);
+      for (const int side : {-1, 1})
+        add_card(at(apex + side * out, floor + up, 0) * turn(Vector3::UnitZ(), side * lean), level % 2);
+    }
+    floor += 2 * up;
+    for (int i = 0; i + 1 < pairs; ++i)
+      add_card(at(pitch * (i - (pairs - 2) / 2.0), floor + thickness / 2, 0) * turn(Vector3::UnitZ(), pi / 2),
+               1 - level % 2);
+    floor += thickness;
+  }
+  return gltf.text();
+}
+
+std::string masonry_arch() {
+  constexpr double radius = 1;
+  constexpr double depth = 0.4;
+  constexpr double density = 2300;
+  constexpr double plinth = 0.35;
+  constexpr int stones = 11;
+  struct Arch {
+    const char* name;
+    double thickness;
+    double middle;
+    std::array<Finish, 2> finishes;
+  };
+  const std::array<Arch, 2> arches{{{"thick", 0.18, -1.35, {finish::sandstone, finish::limestone}},
+                                    {"thin", 0.07, 1.35, {finish::brick, finish::granite}}}};
+
+  GltfBuilder gltf("masonry_arch", 3);
+  gltf.camera({1.6, 1.9, 5.9}, {0, 0.66, 0}, 0.52);
+  gltf.sun(afternoon, warm_white, daylight);
+  add_ground(gltf, 0.7);
+
+  const int grip = gltf.physics_material(0.7);
+  const double part = pi / stones;
+  const auto [sine, cosine] = sine_cosine(part / 2);
+  for (const Arch& arch : arches) {
+    const std::string name = arch.name;
+    const double inner = radius - arch.thickness / 2;
+    const double outer = radius + arch.thickness / 2;
+    for (const int side : {-1, 1}) {
+      add_fixed_box(gltf, name + (side < 0 ? "_left_plinth" : "_right_plinth"), {0.36, plinth, depth + 0.14},
+                    at(arch.middle + side * radius, plinth / 2, 0), grip, finish::basalt);
+    }
+    // Its frame: X outwards, Y the depth.
+    const std::array<PlanePoint, 4> outline{{{inner * cosine - radius, -inner * sine},
+                                             {outer * cosine - radius, -outer * sine},
+                                             {outer * cosine - radius, outer * sine},
+                                             {inner * cosine - radius, inner * sine}}};
+    const Polyhedron solid = prism(outline, depth);
+    const int rough =
+        gltf.mesh(name + "_rough_stone", {{gltf.geometry(faceted(solid)), gltf.material(finish::limestone)}});
+    const int hull = gltf.detached_node(name + "_rough_stone", rough);
+    const int dressed = gltf.geometry(rounded(solid, 0.012, 2));
+    const double mass = std::round(density * depth * arch.thickness * radius * 2 * sine * cosine);
+    for (int i = 0; i < stones; ++i) {
+      const std::string number = name + "_stone_" + std::to_string(i + 1);
+      const Pose place = at(arch.middle, plinth, 0) * turn(Vector3::UnitZ(), part * (i + 0.5)) *
+                         at(radius, 0, 0) * turn(Vector3::UnitX(), pi / 2);
+      const int body = gltf.node(number, place);
+      gltf.motion(body, {.mass = mass});
+      gltf.hull_collider(body, hull, grip);
+      const Finish& look = i == stones / 2 ? finish::terracotta : arch.finishes[i % 2];
+      gltf.show(body, gltf.mesh(number, {{dressed, gltf.material(look)}}));
+    }
+  }
+  return gltf.text();
+}
+
+std::string dominoes() {
+  constexpr int count = 24;
+  constexpr double radius = 0.85;
+  constexpr double pitch = 0.19;
+  const Vector3 size(0.06, 0.36, 0.18);
+  constexpr std::array finishes{finish::terracotta, finish::mustard, finish::ivory, finish::teal,
+                                finish::blue};
+
+  GltfBuilder gltf("dominoes", 4);
+  gltf.camera({0.9, 1.9, 2.6}, {0, 0.10, 0}, 0.56);
+  gltf.sun(afternoon, warm_white, daylight);
+  add_ground(gltf, 0.5);
+
+  const int shape = gltf.box_shape(size);
+  const int grip = gltf.physics_material(0.5);
+  const int tile = gltf.geometry(rounded(box(size), 0.012));
+  // A bar and pips on both faces, as dominoes have.
+  Mesh pips;
+  for (const int face : {-1, 1}) {
+    const double x = face * (size.x() / 2 - 0.002);
+    pips.add(rounded(box({0.008, 0.008, 0.13}), 0.002, 1), at(x, 0, 0));
+    for (const int y : {-1, 1}) {
+      for (const int z : {-1, 0, 1})
+        pips.add(rod(0.008, 0.014, 0.002, 16),
+                 at(x, 0.09 * y + 0.045 * z, 0.045 * z) * turn(Vector3::UnitZ(), pi / 2));
+    }
+  }
+  const int pip = gltf.geometry(pips);
+  const int walnut = gltf.material(finish::walnut);
+  const int cream = gltf.material(finish::ivory);
+  std::array<int, 5> looks{};
+  for (int i = 0; i < 5; ++i)
+    looks[i] = gltf.mesh("tile_" + std::to_string(i + 1),
+                         {{tile, gltf.material(finishes[i])}, {pip, i == 2 ? walnut : cream}});
+  for (int i = 0; i < count; ++i) {
+    // X along the ring, in the sense in which they fall.
+    const int body = gltf.node("domino_" + std::to_string(i + 1),
+                               turn(Vector3::UnitY(), pitch * i / radius) * at(0, size.y() / 2, radius));
+    Motion motion{.mass = 1};
+    if (i == 0) {
+      // Tipped about its leading edge.
+      motion.linear_velocity = {size.y(), size.x(), 0};
+      motion.angular_velocity = {0, 0, -2};
+    }
+    gltf.motion(body, motion);
+    gltf.collider(body, shape, grip);
+    gltf.show(body, looks[i % 5]);
+  }
+  return gltf.text();
+}
+
+std::string wrecking_ball() {
+  constexpr double radius = 0.35;
+  constexpr double link = 0.4;
+  constexpr int links = 6;
+  constexpr double pivot_height = 3.55;
+  constexpr double angle = 1.0;
+  const Vector3 brick(0.25, 0.25, 0.5);
+  constexpr int courses = 5;
+
+  GltfBuilder gltf("wrecking_ball", 4);
+  gltf.camera({-3.2, 2.5, 7.4}, {0.15, 1.35, 0}, 0.56);
+  gltf.sun(afternoon, warm_white, daylight);
+  add_ground(gltf, 0.6);
+
+  // A crane behind it all: drawn only.
+  Mesh mast;
+  mast.add(rounded(box({0.18, 3.8, 0.18}), 0.02), at(0, 1.9, -2.2));
+  mast.add(rounded(box({0.14, 0.14, 2.5}), 0.02), at(0, pivot_height + 0.12, -1.05));
+  mast.add(rounded(box({0.10, 0.10, 1.3}), 0.02),
+           at(0, pivot_height - 0.35, -1.78) * turn(Vector3::UnitX(), -0.75));
+  mast.add(rounded(box({1.2, 0.12, 0.2}), 0.02), at(0, 0.06, -2.2));
+  mast.add(rounded(box({0.2, 0.12, 1.2}), 0.02), at(0, 0.06, -2.2));
+  add_scenery(gltf, "crane", mast, finish::mustard);
+  const int pivot = gltf.node("pivot", at(0, pivot_height, 0));
+  const int frame = gltf.node("chain", at(0, pivot_height, 0) * turn(Vector3::UnitZ(), -pi / 2 - angle));
+
+  const int joint = gltf.ball_joint();
+  const Mesh shaft = Mesh()
+                         .add(rod(link - 0.06, 0.03, 0.008, 20), turn(Vector3::UnitZ(), pi / 2))
+                         .add(ball(0.05, 20), at(-link / 2, 0, 0));
+  const int shaft_look = gltf.geometry(shaft);
+  const int steel = gltf.material(finish::steel);
+  const int link_look = gltf.mesh("link", {{shaft_look, steel}});
+  int connected = pivot;
+  for (int i = 0; i < links; ++i) {
+    const std::string number = std::to_string(i + 1);
+    const int body = gltf.node("link_" + number, at(link * (i + 0.5), 0, 0), frame);
+    gltf.motion(body, {.mass = 10, .inertia = Vector3(0.01, 10 * link * link / 12, 10 * link * link / 12)});
+    gltf.show(body, link_look);
+    gltf.joint(gltf.node("joint_" + number, at(-link / 2, 0, 0), body), connected, joint);
+    connected = gltf.node("end_" + number, at(link / 2, 0, 0), body);
+  }
+  const int heavy = gltf.node("ball", at(links * link + radius, 0, 0), frame);
+  gltf.motion(heavy, {.mass = 400, .inertia = Vector3::Constant(0.4 * 400 * radius * radius)});
+  const int grip = gltf.physics_material(0.6);
+  gltf.collider(heavy, gltf.sphere_shape(radius), grip);
+  const Pose across = turn(Vector3::UnitZ(), pi / 2);
+  Mesh fittings;
+  fittings.add(rod(0.07, radius + 0.004, 0.01, 48), across);
+  fittings.add(rod(0.09, 0.10, 0.03, 24), across * at(0, radius - 0.02, 0));
+  fittings.add(ball(0.05, 20), at(-radius, 0, 0));
+  const int round = gltf.geometry(ball(radius, 40));
+  const int fitting = gltf.geometry(fittings);
+  const int iron = gltf.material(finish::iron);
+  gltf.show(heavy, gltf.mesh("ball", {{round, iron}, {fitting, gltf.material(finish::brass)}}));
+  gltf.joint(gltf.node("joint_" + std::to_string(links + 1), at(-radius, 0, 0), heavy), connected, joint);
+
+  // The wall stands where the ball hangs at rest, in running bond.
+  const Vector3 half(brick.x(), brick.y(), brick.z() / 2);
+  const int whole_shape = gltf.box_shape(brick);
+  const int half_shape = gltf.box_shape(half);
+  const int whole_look = gltf.geometry(rounded(box(brick), 0.018, 2));
+  const int half_look = gltf.geometry(rounded(box(half), 0.018, 2));
+  const std::array<int, 3> clay{gltf.material(finish::brick), gltf.material(finish::terracotta),
+                                gltf.material(finish::sandstone)};
+  int number = 0;
+  for (int course = 0; course < courses; ++course) {
+    const bool odd = course % 2 == 1;
+    const int pieces = odd ? 5 : 4;
+    for (int i = 0; i < pieces; ++i, ++number) {
+      const bool end = odd && (i == 0 || i == pieces - 1);
+      double z = brick.z() * (i - (pieces - 1) / 2.0);
+      if (end) z += i == 0 ? half.z() / 2 : -half.z() / 2;
+      const std::string name = "brick_" + std::to_string(number + 1);
+      const int body = gltf.node(name, at(0.62, brick.y() * (course + 0.5), z));
+      gltf.motion(body, {.mass = end ? 10.0 : 20.0});
+      gltf.collider(body, end ? half_shape : whole_shape, grip);
+      gltf.show(body, gltf.mesh(name, {{end ? half_look : whole_look, clay[(number * 5 + course) % 3]}}));
     }
   }
   return gltf.text();
