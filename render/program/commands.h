@@ -16,5 +16,6 @@ void add_approve_command(CLI::App& app);
 void add_claims_command(CLI::App& app);
 void add_measure_command(CLI::App& app);
 void add_sweep_command(CLI::App& app);
+void add_sheet_command(CLI::App& app);
 
 }  // namespace substep

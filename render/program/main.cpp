@@ -40,6 +40,7 @@ int run(int argc, char** argv) {
   add_claims_command(app);
   add_measure_command(app);
   add_sweep_command(app);
+  add_sheet_command(app);
 
   if (argc <= 1) return refuse("a command is needed: 'substep --help' lists them");
   try {

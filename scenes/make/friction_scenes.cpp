@@ -16,6 +16,7 @@ std::string sliding_ball() {
   constexpr double top = 0.12;
 
   GltfBuilder gltf("sliding_ball", 1.2);
+  gltf.poster(0.6);
   gltf.camera({0.9, 2.6, 6.6}, {0.15, 0.10, 0}, 0.48);
   gltf.sun(afternoon, warm_white, daylight);
   add_ground(gltf, 0.3);
@@ -65,6 +66,7 @@ std::string balls_on_tray() {
   const Vector3 tray_size(2.6, 0.2, 1.5);
 
   GltfBuilder gltf("balls_on_tray", 2);
+  gltf.poster(1.2);
   gltf.camera({2.5, 2.3, 3.6}, {0.55, 0.15, 0}, 0.56);
   gltf.sun(afternoon, warm_white, daylight);
   // The smaller friction counts: 0.4 under the tray, 0.8 under the balls.
@@ -126,6 +128,7 @@ std::string shaken_block() {
   constexpr double crank_z = 0.78;
 
   GltfBuilder gltf("shaken_block", 4);
+  gltf.poster(0.75);
   gltf.camera({1.9, 2.6, 3.9}, {0.05, 0.62, 0.1}, 0.56);
   gltf.sun(afternoon, warm_white, daylight);
 
@@ -221,6 +224,7 @@ std::string painleve_rod() {
   constexpr double length = 70;
 
   GltfBuilder gltf("painleve_rod", 1.2, Vector3(0, -10, 0));
+  gltf.poster(0.5);
   gltf.camera({-2.6, 2.4, 10.5}, {-3.9, 0.8, 0}, 0.50);
   gltf.sun(afternoon, warm_white, daylight);
 

@@ -74,6 +74,10 @@ GltfBuilder::GltfBuilder(std::string_view name, double duration, const Vector3& 
   document_["nodes"] = Json::array();
 }
 
+void GltfBuilder::poster(double time) {
+  document_["scenes"][0]["extras"]["substep"]["poster"] = time;
+}
+
 int GltfBuilder::append(Json& list, Json element) {
   list.push_back(std::move(element));
   return static_cast<int>(list.size()) - 1;

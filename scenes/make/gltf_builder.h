@@ -75,6 +75,9 @@ class GltfBuilder {
   GltfBuilder(std::string_view name, double duration, const Vector3& gravity = Vector3(0, -9.81, 0),
               double step = 1.0 / 60);
 
+  /// The moment, in seconds, that a picture of the scene should show.
+  void poster(double time);
+
   /// The same finish asked for again is the same material.
   int material(const Finish& finish);
 

@@ -145,6 +145,7 @@ std::string heavy_chain() {
   constexpr std::array finishes{finish::terracotta, finish::ivory};
 
   GltfBuilder gltf("heavy_chain", 5);
+  gltf.poster(0.4);
   gltf.camera({1.6, 3.5, 12.4}, {0, 3.15, 0}, 0.56);
   gltf.sun(afternoon, warm_white, daylight);
 

@@ -18,6 +18,7 @@ std::string cradle() {
   constexpr double angle = 0.6;
 
   GltfBuilder gltf("cradle", 4);
+  gltf.poster(0.9667);
   gltf.camera({0.5, 1.35, 4.4}, {0, 0.50, 0}, 0.50);
   gltf.sun({-0.3, -1, -0.75}, warm_white, daylight);
 
@@ -89,6 +90,7 @@ std::string door() {
   constexpr std::array finishes{finish::terracotta, finish::mustard, finish::teal, finish::blue};
 
   GltfBuilder gltf("door", 4);
+  gltf.poster(0.9);
   gltf.camera({1.5, 2.0, 6.0}, {0.25, 0.90, 0}, 0.50);
   gltf.sun(afternoon, warm_white, daylight);
 
@@ -159,7 +161,8 @@ std::string short_chain() {
   constexpr std::array finishes{finish::terracotta, finish::ivory, finish::teal};
 
   GltfBuilder gltf("short_chain", 4);
-  gltf.camera({0.6, 1.45, 3.3}, {0, 0.86, 0}, 0.52);
+  gltf.poster(0.05);
+  gltf.camera({0.6, 1.35, 4.0}, {0, 0.72, 0}, 0.52);
   gltf.sun(afternoon, warm_white, daylight);
 
   std::array<int, 2> anchors{};
@@ -212,6 +215,7 @@ std::string ragdoll() {
   constexpr double top = rise * steps;
 
   GltfBuilder gltf("ragdoll", 4);
+  gltf.poster(0.75);
   gltf.camera({2.7, 2.6, 6.0}, {0.30, 1.20, 0}, 0.56);
   gltf.sun({-0.3, -1, -0.7}, warm_white, daylight);
   add_ground(gltf, 0.6);
@@ -322,6 +326,7 @@ std::string squeezer() {
   constexpr double height = 0.45;  // of the crank's axis
 
   GltfBuilder gltf("squeezer", 3, Vector3::Zero());
+  gltf.poster(1.6);
   gltf.camera({-0.1, 0.95, 2.15}, {-0.27, 0.68, 0}, 0.52);
   gltf.sun({-0.35, -0.9, -0.8}, warm_white, daylight);
 
@@ -518,6 +523,7 @@ std::string water_wheel() {
   constexpr int balls = 20;
 
   GltfBuilder gltf("water_wheel", 6);
+  gltf.poster(2.6);
   gltf.camera({-1.0, 2.5, 6.4}, {-1.1, 1.35, 0}, 0.56);
   gltf.sun({-0.3, -1, -0.6}, warm_white, daylight);
   add_ground(gltf, 0.4);

@@ -40,13 +40,14 @@ std::string wrecking_ball();
 std::string ragdoll();
 std::string squeezer();
 std::string water_wheel();
+std::string euler_disk();
 
 struct SceneFile {
   std::string_view name;  ///< of the file, without ".gltf"
   std::string (*text)();
 };
 
-inline constexpr std::array<SceneFile, 29> all_scenes{{
+inline constexpr std::array<SceneFile, 30> all_scenes{{
     {"rod_chain", rod_chain},
     {"pendulum", pendulum},
     {"heavy_chain", heavy_chain},
@@ -76,6 +77,7 @@ inline constexpr std::array<SceneFile, 29> all_scenes{{
     {"ragdoll", ragdoll},
     {"squeezer", squeezer},
     {"water_wheel", water_wheel},
+    {"euler_disk", euler_disk},
 }};
 
 }  // namespace substep::make

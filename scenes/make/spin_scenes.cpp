@@ -1,9 +1,12 @@
 /// Scenes of turning bodies: gyroscopic effects, and what rolls on what turns.
 
+#include <cmath>
+
 #include "finishes.h"
 #include "gltf_builder.h"
 #include "mesh.h"
 #include "scenes.h"
+#include "sim/rotation.h"
 #include "stage.h"
 
 namespace substep::make {
@@ -16,6 +19,7 @@ std::string heavy_top() {
   constexpr double height = 0.62;
 
   GltfBuilder gltf("heavy_top", 10, Vector3(0, -10, 0));
+  gltf.poster(1);
   gltf.camera({1.7, 2.5, 4.3}, {0, 1.30, 0}, 0.56);
   gltf.sun(afternoon, warm_white, daylight);
 
@@ -85,6 +89,7 @@ std::string turntable() {
   constexpr double orbit = 0.4;
 
   GltfBuilder gltf("turntable", 6);
+  gltf.poster(1.8);
   gltf.camera({1.5, 2.6, 3.4}, {0, 0.30, 0.05}, 0.56);
   gltf.sun(afternoon, warm_white, daylight);
   add_ground(gltf, 0.6);
@@ -159,6 +164,51 @@ std::string turntable() {
     gltf.collider(body, shape, grip);
     gltf.show(body, gltf.mesh(block.name, {{look, gltf.material(block.finish)}}));
   }
+  return gltf.text();
+}
+
+std::string euler_disk() {
+  constexpr double radius = 0.3;
+  constexpr double thickness = 0.02;
+  constexpr double tilt = 0.35;
+  constexpr double gravity = 9.81;
+  constexpr double top = 0.06;
+
+  GltfBuilder gltf("euler_disk", 3);
+  gltf.poster(0.25);
+  gltf.camera({0.62, 0.62, 1.05}, {0, 0.13, 0}, 0.56);
+  gltf.sun(afternoon, warm_white, daylight);
+
+  const int grip = gltf.physics_material(0.8);
+  const int plate = gltf.node("plate", at(0, top / 2, 0));
+  gltf.collider(plate, gltf.box_shape({1.2, top, 1.2}), grip);
+  const std::array<ProfilePoint, 4> slab{
+      {{0, -top / 2}, {0.55, -top / 2, 0.01}, {0.55, top / 2, 0.012}, {0, top / 2}}};
+  const int slab_look = gltf.geometry(turned(slab, 96));
+  gltf.show(plate, gltf.mesh("plate", {{slab_look, gltf.material(finish::basalt)}}));
+
+  // Its lowest point lies towards +X. It rolls round that way which keeps its centre where it is: it turns
+  // about the diameter through the lowest point.
+  const auto [sine, cosine] = sine_cosine(tilt);
+  const double round = std::sqrt(4 * gravity / (radius * sine));
+  const int disk = gltf.node(
+      "disk", at(0, top + radius * sine + thickness / 2 * cosine, 0) * turn(Vector3::UnitZ(), -tilt));
+  gltf.motion(disk, {.mass = 1, .angular_velocity = {-round * sine, 0, 0}});
+  gltf.collider(disk, gltf.cylinder_shape(radius, thickness), grip);
+  const std::array<ProfilePoint, 4> profile{{{0, -thickness / 2},
+                                             {radius, -thickness / 2, 0.003},
+                                             {radius, thickness / 2, 0.003},
+                                             {0, thickness / 2}}};
+  Mesh inlay;
+  for (int i = 0; i < 6; ++i) {
+    inlay.add(rounded(box({0.17, 0.004, 0.02}), 0.001, 1),
+              turn(Vector3::UnitY(), pi * i / 3) * at(0.17, thickness / 2 - 0.001, 0));
+  }
+  inlay.add(rod(0.004, 0.05, 0.001, 32), at(0, thickness / 2 - 0.001, 0));
+  const int disk_look = gltf.geometry(turned(profile, 96));
+  const int inlay_look = gltf.geometry(inlay);
+  const int steel = gltf.material(finish::steel);
+  gltf.show(disk, gltf.mesh("disk", {{disk_look, steel}, {inlay_look, gltf.material(finish::terracotta)}}));
   return gltf.text();
 }
 

@@ -58,6 +58,7 @@ std::string overlap() {
   constexpr std::array finishes{finish::teal, finish::ivory, finish::terracotta, finish::mustard};
 
   GltfBuilder gltf("overlap", 3);
+  gltf.poster(0.1);
   gltf.camera({1.6, 1.7, 4.2}, {0, 0.62, 0}, 0.50);
   gltf.sun(afternoon, warm_white, daylight);
   add_ground(gltf, 0.6);
@@ -87,6 +88,7 @@ std::string card_house() {
   constexpr int levels = 3;
 
   GltfBuilder gltf("card_house", 5);
+  gltf.poster(1);
   gltf.camera({0.9, 1.1, 2.7}, {0, 0.55, 0}, 0.50);
   gltf.sun(afternoon, warm_white, daylight);
   add_ground(gltf, 0.7);
@@ -150,6 +152,7 @@ std::string masonry_arch() {
                                     {"thin", 0.07, 1.35, {finish::brick, finish::granite}}}};
 
   GltfBuilder gltf("masonry_arch", 3);
+  gltf.poster(0.75);
   gltf.camera({1.6, 1.9, 5.9}, {0, 0.66, 0}, 0.52);
   gltf.sun(afternoon, warm_white, daylight);
   add_ground(gltf, 0.7);
@@ -199,6 +202,7 @@ std::string dominoes() {
                                 finish::blue};
 
   GltfBuilder gltf("dominoes", 4);
+  gltf.poster(1.5);
   gltf.camera({0.9, 1.9, 2.6}, {0, 0.10, 0}, 0.56);
   gltf.sun(afternoon, warm_white, daylight);
   add_ground(gltf, 0.5);
@@ -251,6 +255,7 @@ std::string wrecking_ball() {
   constexpr int courses = 5;
 
   GltfBuilder gltf("wrecking_ball", 4);
+  gltf.poster(0.95);
   gltf.camera({-3.2, 2.5, 7.4}, {0.15, 1.35, 0}, 0.56);
   gltf.sun(afternoon, warm_white, daylight);
   add_ground(gltf, 0.6);

@@ -50,6 +50,23 @@ TEST_F(Pictures, ALogIsDrawnAsItsSceneIs) {
   expect_refused({"diff", "a.f0000.png", "a.poses.txt"}, "picture");
 }
 
+TEST_F(Pictures, ASheetShowsEachSceneOnce) {
+  const Outcome made = run({"sheet", scene("rod_chain.gltf"), scene("pendulum.gltf"), scene("incline.gltf"),
+                            "--columns", "2", "--size", "64x36", "--output", "sheet.png"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const Image sheet = read_png(folder() / "sheet.png");
+  EXPECT_EQ(sheet.width, 8 + 2 * (64 + 8));
+  EXPECT_EQ(sheet.height, 8 + 2 * (36 + 22));
+  // Two pictures above, one below beside an empty place.
+  const auto white = [&](int x, int y) {
+    return sheet.pixel(x, y)[0] + sheet.pixel(x, y)[1] + sheet.pixel(x, y)[2] == 3 * 255;
+  };
+  for (const auto& [x, y] : {std::pair{8 + 32, 8 + 18}, {80 + 32, 8 + 18}, {8 + 32, 66 + 18}})
+    EXPECT_FALSE(white(x, y)) << x << " " << y;
+  EXPECT_TRUE(white(80 + 32, 66 + 18));
+  expect_refused({"sheet", scene("rod_chain.gltf"), "no_such.gltf", "--output", "other.png"}, "no_such.gltf");
+}
+
 TEST_F(Pictures, AllFramesOfALogAreDrawn) {
   ASSERT_EQ(
       run({"run", scene("pendulum.gltf"), "--duration", "0.2", "--every", "5", "--output", "p.poses.txt"})

@@ -75,10 +75,12 @@ TEST_P(EachScene, StartsWithItsFacesTouchingExactly) {
                     scene.bodies[b.body].pose * b.placement, 1e-3, contacts);
     }
   }
-  const bool starts_in_the_air = GetParam() == "bouncing_balls";
+  const bool starts_in_the_air = GetParam() == "bouncing_balls" || GetParam() == "ragdoll";
+  // Stones' hulls are made of the file's 32-bit floats.
+  const double exact = GetParam() == "masonry_arch" ? 1e-7 : 1e-12;
   EXPECT_EQ(contacts.empty(), scene.colliders.empty() || starts_in_the_air);
   for (const ContactPoint& contact : contacts)
-    EXPECT_LT(std::fabs(contact.distance), 1e-12);  // measured 2.8e-17
+    EXPECT_LT(std::fabs(contact.distance), exact);  // measured 2.8e-17
 }
 
 INSTANTIATE_TEST_SUITE_P(Library, EachScene, testing::ValuesIn(library()),

@@ -198,14 +198,16 @@ TEST(LoadScene, SettingsComeFromTheExtrasOfTheDocumentAndOfTheScene) {
   EXPECT_EQ(defaults.gravity, Vector3(0, -9.81, 0));
   EXPECT_EQ(defaults.duration, 5);
   EXPECT_EQ(defaults.step, 1. / 60);
+  EXPECT_FALSE(defaults.poster);
   EXPECT_TRUE(defaults.gyroscopic);
   document["extras"] = json::parse(R"({"other": 1, "substep": {"gravity": [0, 0, -1.5], "duration": 2}})");
   document["scenes"][0]["extras"] =
-      json::parse(R"({"substep": {"duration": 3, "step": 0.01, "gyroscopic": false}})");
+      json::parse(R"({"substep": {"duration": 3, "step": 0.01, "poster": 2, "gyroscopic": false}})");
   const Scene scene = load(document);
   EXPECT_EQ(scene.gravity, Vector3(0, 0, -1.5));
   EXPECT_EQ(scene.duration, 3);
   EXPECT_EQ(scene.step, 0.01);
+  EXPECT_EQ(scene.poster, 2);
   EXPECT_FALSE(scene.gyroscopic);
 }
 
