@@ -2,10 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <functional>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,8 @@
 namespace substep {
 namespace {
 
+constexpr double gravity = 9.81;
+constexpr double pi = std::numbers::pi;
 constexpr std::array all{Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5};
 
 Scene library_scene(const std::string& name) {
@@ -61,152 +64,191 @@ double azimuth(const Vector3& x) {
 TEST(Scenes, HeavyTopGoesRoundAsPublished) {
   const Scene scene = library_scene("heavy_top");
   const Vector3 pivot(0, 0.62, 0);
-  for (const Algorithm algorithm : all) {
-    const Settings settings = settings_of(algorithm, 1.0 / 960);
+  struct Limit {
+    Algorithm algorithm;
+    double turned;
+    double tilt;
+    double energy;  // J of 1270
+  };
+  // Measured, A1 and A2 / A3 / A4 and A5: 0.224 / 0.0220 / 0.0319 rad, 0.0199 / 0.000063 / 0.0046 rad, 0.224
+  // / 0.0044 / 0.0123 J. At a quarter of the step A1's are a quarter.
+  for (const Limit& limit :
+       {Limit{Algorithm::a1, 0.25, 0.022, 0.25}, Limit{Algorithm::a2, 0.25, 0.022, 0.25},
+        Limit{Algorithm::a3, 0.025, 1e-4, 0.006}, Limit{Algorithm::a4, 0.04, 0.006, 0.015},
+        Limit{Algorithm::a5, 0.04, 0.006, 0.015}}) {
     double turned = 0;
     double tilt = 0;
     double energy_error = 0;
     double last = azimuth(scene.bodies[1].pose.position - pivot);
-    run(scene, settings, 10, [&](double, const State& state) {
+    run(scene, settings_of(limit.algorithm, 1.0 / 960), 10, [&](double, const State& state) {
       const Vector3 arm = state.q[1].linear - pivot;
       const double now = azimuth(arm);
-      turned += std::remainder(now - last, 2 * M_PI);
+      turned += std::remainder(now - last, 2 * pi);
       last = now;
       tilt = std::max(tilt, std::acos(arm.y() / arm.norm()));
       const Vector3 local = state.q[1].angular.conjugate() * state.v[1].angular;
+      const Vector3 moments = scene.bodies[1].inverse_inertia.cwiseInverse();
       const double energy =
-          state.v[1].linear.squaredNorm() +
-          0.5 * local.dot(scene.bodies[1].inverse_inertia.cwiseInverse().cwiseProduct(local)) + 20 * arm.y();
+          state.v[1].linear.squaredNorm() + 0.5 * local.dot(moments.cwiseProduct(local)) + 20 * arm.y();
       energy_error = std::max(energy_error, std::fabs(energy - 1269.97500521));
     });
-    std::printf("heavy_top %s: turned %.6f tilt %.7f energy error %.5g\n", name(algorithm).data(), turned,
-                tilt, energy_error);
+    EXPECT_NEAR(turned, 4.196191, limit.turned) << name(limit.algorithm);
+    EXPECT_NEAR(tilt, 0.0545517, limit.tilt) << name(limit.algorithm);
+    EXPECT_LT(energy_error, limit.energy) << name(limit.algorithm);
   }
 }
 
 TEST(Scenes, BallsRollWithThePartOfTheirSpeedThatTheirMomentLeaves) {
   const Scene scene = library_scene("sliding_ball");
   for (const Algorithm algorithm : all) {
+    // A3 moves a contact with the body that it is on, and a ball turns by 0.3 rad in a step: measured 0.109
+    // m/s. The others: 3e-14.
+    const double limit = algorithm == Algorithm::a3 ? 0.12 : 1e-10;
     const State state = run(scene, settings_of(algorithm, 1.0 / 60), 1.2);
-    std::printf("sliding %s:", name(algorithm).data());
     for (const auto& [ball, speed] : {std::pair{"solid_ball", 25.0 / 7}, {"hollow_ball", 3.0}}) {
       const int i = body_named(scene, ball);
-      std::printf(" %.3g %.3g", state.v[i].linear.x() - speed, state.v[i].angular.z() * 0.2 + speed);
-      const double t = (5 - speed) / (0.3 * 9.81);
-      const double way = 5 * t - 0.5 * 0.3 * 9.81 * t * t + speed * (1.2 - t);
-      std::printf(" way %.3g;", state.q[i].linear.x() + 2.2 - way);
+      EXPECT_NEAR(state.v[i].linear.x(), speed, limit) << name(algorithm) << " " << ball;
+      EXPECT_NEAR(state.v[i].angular.z() * 0.2, -speed, limit) << name(algorithm) << " " << ball;
+      const double t = (5 - speed) / (0.3 * gravity);
+      const double way = 5 * t - 0.5 * 0.3 * gravity * t * t + speed * (1.2 - t);
+      EXPECT_NEAR(state.q[i].linear.x() + 2.2, way, 0.05)
+          << name(algorithm) << " " << ball;  // measured 0.0404 (A3), 0.0166
     }
-    std::printf("\n");
   }
 }
 
 TEST(Scenes, TrayAndBallsGoAsSimBenchmarkSays) {
   const Scene scene = library_scene("balls_on_tray");
+  const double acceleration = (150 - 0.4 * 35 * gravity) / (10 + 25 * 2.0 / 7);
   for (const Algorithm algorithm : all) {
+    // A1, A2: measured 4e-13. Eight sweeps leave A4 and A5 0.025 m/s² of 0.7385. A3, for which the balls'
+    // contacts turn with them, has 0.148.
+    const double limit = algorithm <= Algorithm::a2 ? 1e-9 : algorithm == Algorithm::a3 ? 0.17 : 0.03;
     const State state = run(scene, settings_of(algorithm, 1.0 / 60), 2);
-    double low = 1e9, high = -1e9;
+    EXPECT_NEAR(state.v[body_named(scene, "tray")].linear.x() / 2, acceleration, limit) << name(algorithm);
     for (int i = 1; i <= 25; ++i) {
-      const double v = state.v[body_named(scene, "ball_" + std::to_string(i))].linear.x();
-      low = std::min(low, v);
-      high = std::max(high, v);
+      const Vector3& velocity = state.v[body_named(scene, "ball_" + std::to_string(i))].linear;
+      EXPECT_NEAR(velocity.x() / 2, 2.0 / 7 * acceleration, limit) << name(algorithm) << " ball " << i;
     }
-    std::printf("tray %s: %.5f balls %.5f %.5f\n", name(algorithm).data(),
-                state.v[body_named(scene, "tray")].linear.x() / 2, low / 2, high / 2);
   }
 }
 
 TEST(Scenes, ShakenBlocksSlipAsFarAsTheClosedFormSays) {
   const Scene scene = library_scene("shaken_block");
   const int table = body_named(scene, "table");
-  for (const Algorithm algorithm : all) {
-    for (const double step : {1.0 / 960}) {
-      std::printf("shaken %s:", name(algorithm).data());
-      for (const char* block : {"rubber_block", "wooden_block", "waxed_block"}) {
-        const int i = body_named(scene, block);
-        double low = 0;
-        double high = 0;
-        run(scene, settings_of(algorithm, step), 4, [&](double, const State& state) {
-          const double x = state.q[i].linear.x() - state.q[table].linear.x();
-          low = std::min(low, x);
-          high = std::max(high, x);
-        });
-        std::printf(" %.6f %.6f;", low, high);
-      }
-      std::printf("\n");
-    }
+  const auto range = [&](Algorithm algorithm, const char* block) {
+    const int i = body_named(scene, block);
+    std::array<double, 2> ends{};
+    run(scene, settings_of(algorithm, 1.0 / 960), 4, [&](double, const State& state) {
+      const double x = state.q[i].linear.x() - state.q[table].linear.x();
+      ends = {std::min(ends[0], x), std::max(ends[1], x)};
+    });
+    return ends;
+  };
+  // The table starts with a jump to the crank's speed, and the first slip is short by as much: only A1 and
+  // the range are compared for the block that slips by less than a millimetre.
+  const auto small = range(Algorithm::a1, "wooden_block");
+  EXPECT_NEAR(small[1] - small[0], 8.154e-4, 2e-6);  // measured 8.16e-4
+  for (const Algorithm algorithm : {Algorithm::a1, Algorithm::a2}) {
+    const auto none = range(algorithm, "rubber_block");
+    EXPECT_LT(none[1] - none[0], 2e-5) << name(algorithm);  // measured 8e-6
+    const auto large = range(algorithm, "waxed_block");
+    EXPECT_NEAR(large[0], -0.44308, 2e-3) << name(algorithm);  // measured −0.44436, −0.44374
+    EXPECT_NEAR(large[1], 0.21903, 1e-3) << name(algorithm);   // measured 0.21855, 0.21969
   }
 }
 
 TEST(Scenes, CradleGivesBothAnswers) {
   const Scene scene = library_scene("cradle");
+  const double arrives = 1.5425358516997971;
   for (const Algorithm algorithm : all) {
     std::array<double, 5> touching{};
     std::array<double, 5> spaced{};
-    run(scene, settings_of(algorithm, 1.0 / 240), 0.62, [&](double t, const State& state) {
+    const State end = run(scene, settings_of(algorithm, 1.0 / 240), 0.62, [&](double, const State& state) {
       for (int i = 0; i < 5; ++i) {
         const double a = state.v[body_named(scene, "touching_" + std::to_string(i + 1))].linear.x();
         const double b = state.v[body_named(scene, "spaced_" + std::to_string(i + 1))].linear.x();
-        if (i == 0 ? a < touching[i] : a > touching[i]) touching[i] = a;
-        if (t > 0.6) spaced[i] = b;
+        touching[i] = i == 0 ? std::min(touching[i], a) : std::max(touching[i], a);
+        spaced[i] = std::max(spaced[i], b);
       }
     });
-    std::printf("cradle %s: touching", name(algorithm).data());
-    for (const double v : touching) std::printf(" %.4f", v / 1.5425358);
-    std::printf(" spaced");
-    for (const double v : spaced) std::printf(" %.4f", v / 1.5425358);
-    std::printf("\n");
+    // Measured 0.0003 (A1, A2) and 0.014 (A3 to A5).
+    const double limit = algorithm <= Algorithm::a2 ? 0.001 : 0.02;
+    for (int i = 0; i < 5; ++i) {
+      EXPECT_NEAR(touching[i] / arrives, i == 0 ? -0.6 : 0.4, limit) << name(algorithm) << " ball " << i + 1;
+      // Each in turn has all the speed for a moment; the last one keeps it. Measured at least 0.97.
+      EXPECT_NEAR(spaced[i] / arrives, 1, 0.05) << name(algorithm) << " ball " << i + 1;
+      if (i == 4) continue;
+      const double rest = end.v[body_named(scene, "spaced_" + std::to_string(i + 1))].linear.x();
+      EXPECT_LT(std::fabs(rest) / arrives, 0.06) << name(algorithm) << " ball " << i + 1;  // measured 0.037
+    }
   }
 }
 
 TEST(Scenes, GatesSwingAlikeOnAnyNumberOfHinges) {
   const Scene scene = library_scene("door");
+  const Vector3 axis(std::sin(0.25), std::cos(0.25), 0);
   for (const Algorithm algorithm : all) {
-    Settings settings = settings_of(algorithm, 1.0 / 240);
-    std::printf("door %s:", name(algorithm).data());
+    std::vector<double> periods;
     for (const int count : {1, 2, 5, 10}) {
       const int i = body_named(scene, "hinges_" + std::to_string(count));
-      // It swings to the other side and back: half a period between the two ends.
-      const Vector3 axis(std::sin(0.25), std::cos(0.25), 0);
       double last = 0;
-      std::vector<double> ends;
+      double period = 0;  // until it turns back for the second time
+      const Settings settings = settings_of(algorithm, 1.0 / 240);
       run(scene, settings, 4, [&](double t, const State& state) {
         const double rate = state.v[i].angular.dot(axis);
-        if (last * rate < 0) ends.push_back(t - settings.step * rate / (rate - last));
+        if (last > 0 && rate < 0) period = t - settings.step * rate / (rate - last);
         last = rate;
       });
-      std::printf(" %.5f", ends.size() > 1 ? ends[1] : 0.0);
+      EXPECT_NEAR(period, 3.420684, 0.002)
+          << name(algorithm);  // measured 7e-5 (A1, A2), 6e-6 (A3), 1.6e-3 (A4, A5)
+      periods.push_back(period);
     }
-    std::printf("\n");
+    for (const double period : periods) EXPECT_NEAR(period, periods[0], 1e-6) << name(algorithm);
   }
 }
 
-TEST(Scenes, TurntableCarriesABallWithTwoSeventhsAndHoldsBlocksWithinItsFriction) {
+TEST(Scenes, TurntableCarriesABallWithTwoSevenths) {
   const Scene scene = library_scene("turntable");
-  for (const Algorithm algorithm : all) {
-    double low = 1, high = 0, turned = 0, last = 0;
-    const int ball = body_named(scene, "ball");
-    const State state = run(scene, settings_of(algorithm, 1.0 / 60), 6, [&](double, const State& now) {
+  const int ball = body_named(scene, "ball");
+  // Not A3: a ball that turns by 0.1 rad in a step and takes its contact along comes off its way, see the
+  // page.
+  for (const Algorithm algorithm : {Algorithm::a1, Algorithm::a2, Algorithm::a4, Algorithm::a5}) {
+    double farthest = 0;
+    double turned = 0;
+    double last = 0;
+    run(scene, settings_of(algorithm, 1.0 / 60), 6, [&](double, const State& now) {
       const Vector3 x = now.q[ball].linear;
-      turned += std::remainder(azimuth(x) - last, 2 * M_PI);
+      turned += std::remainder(azimuth(x) - last, 2 * pi);
       last = azimuth(x);
-      const double r = std::hypot(x.x(), x.z());
-      low = std::min(low, r);
-      high = std::max(high, r);
+      farthest = std::max(farthest, std::hypot(x.x(), x.z()));
     });
-    std::printf("turntable %s: turned %.6f of %.6f r %.5f %.5f blocks", name(algorithm).data(), turned,
-                30.0 / 7, low, high);
-    for (const char* block : {"inner_block", "middle_block", "outer_block"}) {
+    EXPECT_NEAR(turned, 6 * 2.0 / 7 * 2.5, 1e-3) << name(algorithm);  // measured 2.0e-4
+    EXPECT_NEAR(farthest, 0.4, 0.011) << name(algorithm);             // measured 0.0103
+  }
+}
+
+TEST(Scenes, TurntableHoldsBlocksThatFrictionCanHold) {
+  const Scene scene = library_scene("turntable");
+  // Friction acts on velocities: along the tangent a step carries a block outwards by r (Ω h)²/2.
+  for (const Algorithm algorithm : {Algorithm::a1, Algorithm::a2}) {
+    const State state = run(scene, settings_of(algorithm, 1.0 / 960), 6);
+    const auto distance = [&](const char* block) {
       const Vector3 x = state.q[body_named(scene, block)].linear;
-      std::printf(" %.5f", std::hypot(x.x(), x.z()));
-    }
-    std::printf("\n");
+      return std::hypot(x.x(), x.z());
+    };
+    const double growth = std::exp(6 * 2.5 * 2.5 / 960 / 2);
+    EXPECT_NEAR(distance("inner_block"), 0.72 * growth, 1e-3) << name(algorithm);
+    EXPECT_NEAR(distance("middle_block"), 0.76 * growth, 1e-3) << name(algorithm);
+    EXPECT_GT(distance("outer_block"), 1.25) << name(algorithm);
   }
 }
 
 TEST(Scenes, SqueezerEndsAsPublished) {
   const Scene scene = library_scene("squeezer");
-  const std::array<double, 7> q{15.81077119629904, -15.75637105984298, .04082224013073101, -.5347301163226948,
-                                .5244099658805304, .5347301163226948,  1.048080741042263};
+  const std::array<double, 7> q{15.81077119629904,   -15.75637105984298, 0.04082224013073101,
+                                -0.5347301163226948, 0.5244099658805304, 0.5347301163226948,
+                                1.048080741042263};
   const std::array<std::pair<const char*, double>, 7> angles{{{"crank", q[0]},
                                                               {"rod", q[0] + q[1]},
                                                               {"lever", q[2]},
@@ -215,49 +257,49 @@ TEST(Scenes, SqueezerEndsAsPublished) {
                                                               {"lower_link", q[5] + q[6]},
                                                               {"lower_arm", q[6]}}};
   for (const Algorithm algorithm : all) {
-    for (const double step : {1.0 / 1000, 1.0 / 4000}) {
-      Settings settings = settings_of(algorithm, step);
-      const State state = run(scene, settings, 3);
-      std::printf("squeezer %s %g:", name(algorithm).data(), step);
+    std::array<double, 2> largest{};
+    for (const int i : {0, 1}) {
+      const State state = run(scene, settings_of(algorithm, i == 0 ? 1.0 / 1000 : 1.0 / 4000), 3);
       for (const auto& [body, angle] : angles) {
         const Vector3 turn = rotation_vector(state.q[body_named(scene, body)].angular);
-        std::printf(" %.4g", std::remainder(turn.z() - angle, 2 * M_PI));
+        largest[i] = std::max(largest[i], std::fabs(std::remainder(turn.z() - angle, 2 * pi)));
       }
-      std::printf("\n");
     }
+    // The crank's, the largest. Measured at 1/4000 s: 0.0182 (A1, A2), 0.0045 (A3), 0.0742 rad (A4, A5);
+    // first order: 4.0 times as much at 1/1000 s.
+    EXPECT_LT(largest[1], algorithm <= Algorithm::a2   ? 0.02
+                          : algorithm == Algorithm::a3 ? 0.005
+                                                       : 0.08)
+        << name(algorithm);
+    EXPECT_NEAR(largest[0] / largest[1], 4, 0.1) << name(algorithm);
   }
 }
 
 TEST(Scenes, PainlevesRodComesToTheParadoxAsPublished) {
+  // The time depends on the start as few things do: a rod that starts 0.05° steeper is there 0.11 s earlier.
   const Scene scene = library_scene("painleve_rod");
-  for (const Algorithm algorithm : all) {
-    for (const double step : {1.0 / 960, 1.0 / 7680, 1.0 / 61440}) {
-      double time = 0, rate = 0, slip = 0;
-      run(scene, settings_of(algorithm, step), 0.95, [&](double t, const State& state) {
-        if (time > 0) return;
-        const int rod = body_named(scene, "rod");
-        const Vector3 along = state.q[rod].angular * Vector3::UnitX();
-        if (-along.y() < std::sin(M_PI / 4)) return;
-        time = t;
-        rate = -state.v[rod].angular.z();
-        slip = (state.v[rod].linear + state.v[rod].angular.cross(along)).x() + 30;
-      });
-      std::printf("painleve %s %g: %.4f %.3f %.3f\n", name(algorithm).data(), step, time, rate, slip);
-    }
-  }
+  const int rod = body_named(scene, "rod");
+  double time = 0;
+  double slip = 0;
+  run(scene, settings_of(Algorithm::a1, 1.0 / 7680), 0.95, [&](double t, const State& state) {
+    const Vector3 along = state.q[rod].angular * Vector3::UnitX();
+    if (time > 0 || -along.y() < std::sin(pi / 4)) return;
+    time = t;
+    slip = (state.v[rod].linear + state.v[rod].angular.cross(along)).x() + 30;
+  });
+  EXPECT_NEAR(time, 0.8145, 0.03);  // measured 0.7932
+  EXPECT_NEAR(slip, 9.41, 0.6);     // measured 9.840
 }
 
 TEST(Scenes, ABallWithRestitutionStopsAfterInfinitelyManyBounces) {
   const Scene scene = library_scene("bouncing_balls");
   const int ball = body_named(scene, "ball_2");
   for (const Algorithm algorithm : all) {
-    for (const double step : {1.0 / 60, 1.0 / 960}) {
-      double moving = 0;
-      run(scene, settings_of(algorithm, step), 3, [&](double t, const State& state) {
-        if (state.v[ball].linear.norm() > 1e-9) moving = t;
-      });
-      std::printf("zeno %s %g: %.5f\n", name(algorithm).data(), step, moving);
-    }
+    double moving = 0;
+    run(scene, settings_of(algorithm, 1.0 / 960), 3, [&](double t, const State& state) {
+      if (state.v[ball].linear.norm() > 1e-9) moving = t;
+    });
+    EXPECT_NEAR(moving, 1.354571, 0.045) << name(algorithm);  // measured 0.019 (A1, A2), 0.039 (A3 to A5)
   }
 }
 
