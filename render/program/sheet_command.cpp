@@ -59,7 +59,8 @@ void draw_sheet(const SheetOptions& options) {
   std::fill(sheet.rgb.begin(), sheet.rgb.end(), std::uint8_t{255});
   Progress progress;
   for (int i = 0; i < count; ++i) {
-    const Scene scene = load_and_warn(options.scenes[static_cast<std::size_t>(i)]);
+    const Scene scene = load_scene(options.scenes[static_cast<std::size_t>(i)]);
+    for (const std::string& warning : scene.warnings) fmt::print(stderr, "substep: note: {}\n", warning);
     const int x = gap + i % columns * (size.width + gap);
     const int y = gap + i / columns * (size.height + label_height);
     paste(sheet, picture_of(scene, options.solver, size), x, y);
