@@ -189,18 +189,17 @@ class SceneBuilder {
           fmt::format("{}: the skinned mesh of node '{}' collides in the form that it has at the start",
                       place.path(), name));
     }
-    const bool closed = is_closed(geometry.points, geometry.triangles);
     if (!properties.convex_hull && is_driven(collider.body)) {
       // A closed mesh has an inside, whatever its material says of what is drawn.
-      collider.shape =
-          make_triangle_mesh(geometry.points, geometry.triangles, what, geometry.double_sided && !closed);
+      const bool two_sided = geometry.double_sided && !is_closed(geometry.points, geometry.triangles);
+      collider.shape = make_triangle_mesh(geometry.points, geometry.triangles, what, two_sided);
       return;
     }
     collider.shape = simplified_hull(geometry.points, what, place.path(), scene_.warnings);
     if (properties.convex_hull) return;
     scene_.warnings.push_back(fmt::format(
         "{}: the mesh of node '{}' moves, so it collides as its convex hull", place.path(), name));
-    if (!closed) return;
+    if (!is_closed(geometry.points, geometry.triangles)) return;
     MassProperties solid = mass_properties(geometry.points, geometry.triangles);
     if (solid.mass < 0) {  // inside out
       solid.mass = -solid.mass;
