@@ -8,7 +8,7 @@
 
 #include "render/program/commands.h"
 #include "render/program/progress.h"
-#include "render/program/stability_figure.h"
+#include "render/report/figures.h"
 #include "sim/error.h"
 #include "sim/log/file_output.h"
 #include "sim/measure/claims.h"
@@ -36,7 +36,7 @@ void claims(const ClaimsOptions& options) {
 
   // The map first: without gnuplot it fails at once, and nothing has been written.
   std::string map;
-  if (options.map) map = stability_figure(measure_stability_map());
+  if (options.map) map = draw(figure_named("stability").make({}), PictureFormat::svg);
   std::string text;
   {
     Progress progress;

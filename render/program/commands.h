@@ -17,5 +17,7 @@ void add_claims_command(CLI::App& app);
 void add_measure_command(CLI::App& app);
 void add_sweep_command(CLI::App& app);
 void add_sheet_command(CLI::App& app);
+void add_figure_command(CLI::App& app);
+void add_report_command(CLI::App& app);
 
 }  // namespace substep

@@ -41,6 +41,8 @@ int run(int argc, char** argv) {
   add_measure_command(app);
   add_sweep_command(app);
   add_sheet_command(app);
+  add_figure_command(app);
+  add_report_command(app);
 
   if (argc <= 1) return refuse("a command is needed: 'substep --help' lists them");
   try {

@@ -1,4 +1,4 @@
-#include "render/program/stability_figure.h"
+#include "render/report/gnuplot.h"
 
 #include <fmt/format.h>
 #include <spawn.h>
@@ -35,7 +35,8 @@ std::string content_of(std::FILE* file) {
   return text;
 }
 
-/// What gnuplot prints for a script.
+}  // namespace
+
 std::string gnuplot(const std::string& script) {
   const File in = temporary_file();
   const File out = temporary_file();
@@ -56,7 +57,7 @@ std::string gnuplot(const std::string& script) {
   posix_spawn_file_actions_destroy(&actions);
   if (failure != 0) {
     throw Error(
-        fmt::format("the program gnuplot, which draws the map, cannot be started ({}): on Debian, "
+        fmt::format("the program gnuplot, which draws figures, cannot be started ({}): on Debian, "
                     "apt-get install gnuplot-nox",
                     std::strerror(failure)));
   }
@@ -68,39 +69,6 @@ std::string gnuplot(const std::string& script) {
     throw Error(fmt::format("gnuplot failed: {}", content_of(messages.get())));
   }
   return text;
-}
-
-std::string script_of(const std::vector<StabilityPoint>& points) {
-  std::string script =
-      "set encoding utf8\n"
-      "set terminal svg size 1260,500 font 'DejaVu Sans,14' background rgb 'white'\n"
-      "set multiplot layout 1,3 title 'Stability of one constraint row under τ and κ'\n"
-      "set xrange [0:2]\nset yrange [0:4]\nset xlabel 'κ'\nset ylabel 'τ' rotate by 0\n"
-      "set xtics 0.5\nset ytics 1\nset tics out nomirror\nset key below samplen 1\n";
-  for (const Algorithm algorithm : {Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
-    for (const bool stable : {true, false}) {
-      script += stable ? "$stable << END\n" : "$unstable << END\n";
-      for (const StabilityPoint& point : points) {
-        if (point.algorithm == algorithm && point.stable == stable) {
-          script += fmt::format("{:g} {:g}\n", point.kappa, point.tau);
-        }
-      }
-      script += "END\n";
-    }
-    script += fmt::format(
-        "set title 'A{}'\n"
-        "plot $stable with points pt 7 ps 0.8 lc rgb '#1f6fb4' title 'stable', "
-        "$unstable with points pt 2 ps 0.8 lc rgb '#d1491b' title 'unstable', "
-        "{:g} + ({:g}) * x with lines lw 2 lc rgb 'black' title 'τ = 4 − 2κ'\n",
-        static_cast<int>(algorithm) + 1, stability_border(0), stability_border(1) - stability_border(0));
-  }
-  return script + "unset multiplot\n";
-}
-
-}  // namespace
-
-std::string stability_figure(const std::vector<StabilityPoint>& points) {
-  return gnuplot(script_of(points));
 }
 
 }  // namespace substep

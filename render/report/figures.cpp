@@ -1,0 +1,415 @@
+#include "render/report/figures.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "render/report/run_families.h"
+#include "sim/error.h"
+#include "sim/ladder.h"
+#include "sim/measure/stability_map.h"
+#include "sim/measure/validity_maps.h"
+
+namespace substep {
+namespace {
+
+/// Scenes with more than `fewest` runs that are plotted, which have joints or contacts.
+std::vector<std::string> plotted_scenes(const FigureSource& source, bool contacts) {
+  std::vector<std::string> names;
+  for (const std::string& scene : scenes_of(source.records)) {
+    const std::vector<SweepRecord> records = of_scene(source.records, scene);
+    if (has_contacts(records) == contacts) names.push_back(scene);
+  }
+  return names;
+}
+
+std::string error_title(const std::vector<SweepRecord>& records) {
+  return turns_in_place(records) ? "RMS turn, rad" : "RMS error / size";
+}
+
+/// One panel a scene: families of runs, by some measure of their work.
+Sheet work_sheet(const FigureSource& source, bool contacts, const std::string& title,
+                 const std::string& x_title, const std::function<double(const SweepRecord&)>& work) {
+  Sheet sheet;
+  sheet.title = title;
+  sheet.columns = 3;
+  sheet.panel_width = 400;
+  sheet.legend_columns = 5;
+  for (const std::string& scene : plotted_scenes(source, contacts)) {
+    const std::vector<SweepRecord> records = of_scene(source.records, scene);
+    Panel panel;
+    panel.title = fmt::format("{}, {:g} s", scene, records.front().horizon);
+    panel.x = {x_title, true, {}, {}};
+    panel.y = {error_title(records), true, {}, {}};
+    for (const RunFamily& family : families_of(records)) {
+      Series series{family.title, family.look, {}};
+      for (const SweepRecord& record : family.runs) {
+        const double error = error_of(record);
+        // Beyond the scene's own size an error says no more than that it is gone.
+        if (error < 3) series.points.push_back({work(record), std::max(error, smallest_plotted_error)});
+      }
+      std::ranges::sort(series.points);
+      if (!series.points.empty()) panel.series.push_back(std::move(series));
+    }
+    // A scene without rows has no place on an axis of rows.
+    const bool has_points = std::ranges::any_of(panel.series, [](const Series& series) {
+      return std::ranges::any_of(series.points, [](const auto& point) { return point[0] > 0; });
+    });
+    if (has_points) sheet.panels.push_back(std::move(panel));
+  }
+  return sheet;
+}
+
+Sheet work_rows(const FigureSource& source, bool contacts) {
+  Sheet sheet = work_sheet(
+      source, contacts,
+      contacts ? "Error against rows solved: contacts" : "Error against rows solved: joints and spin",
+      "rows solved in a simulated second", [](const SweepRecord& record) {
+        return static_cast<double>(record.metrics->row_solves) / record.duration;
+      });
+  sheet.caption = {
+      "A1 and A2: steps of h, h/2, h/4 … (A2 with contacts: m = 1, 4, 16, 64 at h); A3 to A5: n = 1, 2, 4 … "
+      "sub-steps of one iteration at the scene's "
+      "h. A direct "
+      "solve counts each row once a pivot.",
+      "Down and to the left is better. Runs that are lost, with an error above three times the scene's size, "
+      "are not "
+      "drawn."};
+  return sheet;
+}
+
+Sheet work_time(const FigureSource& source, bool contacts) {
+  Sheet sheet = work_sheet(
+      source, contacts,
+      contacts ? "Error against CPU time: contacts" : "Error against CPU time: joints and spin",
+      "CPU time of a simulated second, s",
+      [](const SweepRecord& record) { return record.times ? record.times->median / record.duration : NAN; });
+  sheet.caption = {
+      "One core, medians of the sweep's repetitions. A1 and A2: steps of h, h/2, h/4 … (A2 with contacts: m "
+      "= 1, 4, 16, 64 at h); A3 to A5: n = 1, 2, "
+      "4 … "
+      "sub-steps of one iteration at the scene's h.",
+      "Down and to the left is better. Runs that are lost, with an error above three times the scene's size, "
+      "are not "
+      "drawn."};
+  return sheet;
+}
+
+Sheet order(const FigureSource& source) {
+  Sheet sheet = work_sheet(source, false, "Error against the (sub-)step: order", "h / n, s",
+                           [](const SweepRecord& record) { return sub_step_of(record.settings); });
+  for (Panel& panel : sheet.panels) {
+    // Below the line of A1, or of the first family there is.
+    if (panel.series.empty() || panel.series.front().points.size() < 2) continue;
+    const auto& points = panel.series.front().points;
+    const auto& anchor = points[points.size() / 2];
+    panel.triangles = {{anchor[0] * 1.3, anchor[1] * 0.12, 3, 1}};
+  }
+  sheet.caption = {
+      "Both axes logarithmic; the triangle has slope 1: half the step, half the error. A1 and A2: h halved; "
+      "A3 to A5: n "
+      "doubled at the scene's h.",
+      "A1 and A3 take Jacobians anew for each h/n, A4 and A5 once an h (stable joints: at each solve). Where "
+      "a line goes level, "
+      "that is what is left."};
+  return sheet;
+}
+
+Sheet equal_rows(const FigureSource& source) {
+  Sheet sheet;
+  sheet.title = "At equal row solves: n sub-steps, or n iterations";
+  sheet.columns = 3;
+  sheet.panel_width = 400;
+  sheet.panel_height = 280;
+  for (const std::string& scene : scenes_of(source.records)) {
+    Series substeps{"A3: n sub-steps, one iteration each", {2, 7, false, true, true}, {}};
+    Series iterations{"A2: one step, n iterations", {1, 5, true, true, true}, {}};
+    for (const SweepRecord& record : equal_row_runs(source.records, scene)) {
+      const bool is_a3 = record.settings.algorithm == Algorithm::a3;
+      Series& series = is_a3 ? substeps : iterations;
+      series.points.push_back(
+          {static_cast<double>(is_a3 ? record.settings.substeps : record.settings.iterations),
+           error_of(record)});
+    }
+    if (substeps.points.size() < 2 || iterations.points.size() < 2) continue;
+    Panel panel;
+    panel.title = scene;
+    panel.x = {"n", true, std::array{0.8, 80.0}, "(1, 4, 16, 64)"};
+    panel.y = {"RMS error / size", true, {}, {}};
+    std::ranges::sort(substeps.points);
+    std::ranges::sort(iterations.points);
+    panel.series = {std::move(substeps), std::move(iterations)};
+    sheet.panels.push_back(std::move(panel));
+  }
+  sheet.caption = {
+      "The scene's step, single rows, τ = κ = 1: both solve each row n times a step (claim 3 of the "
+      "report)."};
+  return sheet;
+}
+
+Scene scene_at(const FigureSource& source, const std::string& name) {
+  return load_scene(source.scenes / (name + ".gltf"));
+}
+
+constexpr std::array algorithms{Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5};
+
+std::string title_of(Algorithm algorithm) {
+  return fmt::format("A{}", static_cast<int>(algorithm) + 1);
+}
+
+Sheet drift(const FigureSource& source) {
+  Sheet sheet;
+  sheet.title = "Drift and energy over time";
+  sheet.columns = 2;
+  sheet.panel_width = 500;
+  sheet.legend_columns = 5;
+  struct View {
+    const char* scene;
+    const char* title;
+    const char* axis;
+    bool logarithmic;
+    double (*value)(const HistoryPoint&);
+  };
+  const std::array<View, 4> views{{{"rod_chain", "rod_chain: joints", "largest gap, m", true,
+                                    [](const HistoryPoint& p) { return p.joint_gap; }},
+                                   {"rod_chain", "rod_chain: energy", "E − E(0), J", false,
+                                    [](const HistoryPoint& p) { return p.energy_change; }},
+                                   {"heavy_chain", "heavy_chain: joints", "largest gap, m", true,
+                                    [](const HistoryPoint& p) { return p.joint_gap; }},
+                                   {"stone_pyramid", "stone_pyramid: contacts", "deepest overlap, m", true,
+                                    [](const HistoryPoint& p) { return p.penetration; }}}};
+  for (const View& view : views) {
+    const Scene scene = scene_at(source, view.scene);
+    Panel panel;
+    panel.title = view.title;
+    panel.x = {"t, s", false, std::array{0.0, scene.duration}, {}};
+    panel.y = {view.axis, view.logarithmic, {}, {}};
+    if (view.logarithmic) panel.y.range = std::array{1e-6, 10.0};
+    for (const Algorithm algorithm : algorithms) {
+      Series series{title_of(algorithm), look_of(algorithm), {}};
+      series.look.points = false;
+      series.look.dashed = algorithm == Algorithm::a5;  // it lies on A4 where nothing tells them apart
+      for (const HistoryPoint& point : history(scene, usual_settings(scene, algorithm))) {
+        series.points.push_back({point.time, view.value(point)});
+      }
+      panel.series.push_back(std::move(series));
+    }
+    sheet.panels.push_back(std::move(panel));
+  }
+  sheet.caption = {
+      "The scene's step; 16 row solves a row and step: A2 m = 16; A3 n = 16, plain joints; A4 and A5 n = 16, "
+      "stable "
+      "joints; τ = 0.3 with contacts.",
+      "A gap or overlap below 1 µm is off the scale: A1's contacts have none."};
+  return sheet;
+}
+
+Sheet size(const FigureSource& source) {
+  Sheet sheet;
+  sheet.title = "Cost against size: a chain of N links";
+  sheet.columns = 2;
+  sheet.legend_columns = 5;
+  Panel whole;
+  whole.title = "a step";
+  whole.x = {"links", true, {}, {}};
+  whole.y = {"CPU time, µs", true, {}, {}};
+  Panel each = whole;
+  each.title = "a link";
+  const Scene scene = scene_at(source, "rod_chain");
+  for (const Algorithm algorithm : algorithms) {
+    Series steps{title_of(algorithm), look_of(algorithm), {}};
+    Series links = steps;
+    for (const int count : {4, 8, 16, 32, 64, 128, 256, 512}) {
+      Scene chain = lengthened_chain(scene, count);
+      Settings settings = usual_settings(chain, algorithm);
+      settings.substeps = 4;
+      settings.iterations = algorithm == Algorithm::a2 ? 4 : 1;
+      // It may well tear: what a step costs does not change.
+      constexpr int steps_timed = 60;
+      chain.duration = steps_timed * settings.step;
+      const double time = time_run(chain, settings, 5).median / steps_timed * 1e6;
+      steps.points.push_back({static_cast<double>(count), time});
+      links.points.push_back({static_cast<double>(count), time / count});
+    }
+    whole.series.push_back(std::move(steps));
+    each.series.push_back(std::move(links));
+  }
+  sheet.panels = {std::move(whole), std::move(each)};
+  sheet.caption = {
+      "rod_chain.gltf made longer; A2 m = 4, A3 to A5 n = 4, m = 1, A3 plain, A4 and A5 stable joints; "
+      "medians "
+      "of five runs of 60 steps, one core."};
+  return sheet;
+}
+
+Sheet mass_ratio(const FigureSource& source) {
+  Sheet sheet;
+  sheet.title = "Mass ratio against sub-steps: a chain with a heavy end";
+  sheet.columns = 3;
+  sheet.panel_width = 360;
+  sheet.legend_columns = 3;
+  const Scene scene = scene_at(source, "heavy_chain");
+  struct Row {
+    Algorithm algorithm;
+    Joints joints;
+  };
+  for (const Row& row : {Row{Algorithm::a3, Joints::plain}, Row{Algorithm::a5, Joints::plain},
+                         Row{Algorithm::a5, Joints::stable}}) {
+    Settings settings = usual_settings(scene, row.algorithm);
+    settings.joints = row.joints;
+    Series good{"error below 1 % of the size", {2, 7, false, false, true}, {}};
+    Series fair{"bounded: below 10 %", {1, 9, false, false, true}, {}};
+    Series lost{"lost", {4, 2, false, false, true}, {}};
+    for (const MassRatioPoint& point : mass_ratio_map(scene, settings, 1, 64)) {
+      Series& series = !point.bounded ? lost : point.error < 0.01 ? good : fair;
+      series.points.push_back({point.ratio, static_cast<double>(point.substeps)});
+    }
+    Panel panel;
+    panel.title = fmt::format("{} {}", title_of(row.algorithm), name(row.joints));
+    panel.x = {"mass of the end / of a link", true, std::array{0.4, 25000.0}, {}};
+    panel.y = {"sub-steps n", true, std::array{0.7, 90.0}, "(1, 2, 4, 8, 16, 32, 64)"};
+    panel.series = {std::move(good), std::move(fair), std::move(lost)};
+    sheet.panels.push_back(std::move(panel));
+  }
+  sheet.caption = {
+      "heavy_chain.gltf, the ball's mass changed; h = 1/60 s, m = 1, τ = κ = 1, 1 s against the reference.",
+      "Bounded: RMS error below 10 % of the chain's length, joints open by less than 5 % of it."};
+  return sheet;
+}
+
+Sheet stiffness(const FigureSource&) {
+  Sheet sheet;
+  sheet.title = "Step against stiffness: one weight of 1 kg on a spring without damping";
+  sheet.columns = 3;
+  sheet.panel_width = 360;
+  sheet.panel_height = 300;
+  sheet.legend_columns = 3;
+  for (const Algorithm algorithm : {Algorithm::a1, Algorithm::a3, Algorithm::a5}) {
+    Settings settings;
+    settings.algorithm = algorithm;
+    Series good{"keeps its energy to 10 % for 1 s", {2, 7, false, false, true}, {}};
+    Series damped{"is damped", {1, 6, false, false, true}, {}};
+    Series grows{"gains energy", {4, 2, false, false, true}, {}};
+    for (const StiffnessPoint& point : stiffness_map(settings)) {
+      Series& series = !(point.energy <= 1.1) ? grows : point.energy < 0.9 ? damped : good;
+      series.points.push_back({point.stiffness, point.step});
+    }
+    Panel panel;
+    panel.title = label(settings).substr(0, label(settings).find("  h="));
+    panel.x = {"stiffness, N/m", true, std::array{0.3, 3e8},
+               "(1, '10^2' 1e2, '10^4' 1e4, '10^6' 1e6, '10^8' 1e8)"};
+    panel.y = {"h, s", true, std::array{1.0 / 700, 1.0 / 20},
+               "('1/480' 1./480, '1/240' 1./240, '1/120' 1./120, '1/60' 1./60, '1/30' 1./30)"};
+    panel.series = {std::move(good), std::move(damped), std::move(grows)};
+    sheet.panels.push_back(std::move(panel));
+  }
+  sheet.caption = {
+      "A spring is taken implicitly (a soft limit): too stiff for the step, it should be damped and never "
+      "gain "
+      "energy."};
+  return sheet;
+}
+
+Sheet stability(const FigureSource&) {
+  Sheet sheet;
+  sheet.title = "Stability of one constraint row under τ and κ";
+  sheet.columns = 3;
+  sheet.panel_width = 360;
+  sheet.panel_height = 340;
+  sheet.legend_columns = 3;
+  const std::vector<StabilityPoint> points = measure_stability_map();
+  for (const Algorithm algorithm : {Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
+    Series stable{"stable", {2, 7, false, false, true}, {}};
+    Series unstable{"unstable", {4, 2, false, false, true}, {}};
+    for (const StabilityPoint& point : points) {
+      if (point.algorithm != algorithm) continue;
+      (point.stable ? stable : unstable).points.push_back({point.kappa, point.tau});
+    }
+    Panel panel;
+    panel.title = title_of(algorithm);
+    panel.x = {"κ", false, std::array{0.0, 2.0}, {}};
+    panel.y = {"τ", false, std::array{0.0, 4.0}, {}};
+    Series border{"closed form: τ = 4 − 2κ", {0, 7, false, true, false}, {}};
+    border.points = {{0, stability_border(0)}, {2, stability_border(2)}};
+    panel.series = {std::move(stable), std::move(unstable), std::move(border)};
+    sheet.panels.push_back(std::move(panel));
+  }
+  sheet.caption = {
+      "A weight without gravity whose joint is off by 1 mm; 8 sub-steps, 200 steps. Stable: it came closer."};
+  return sheet;
+}
+
+Sheet ladder(const FigureSource& source) {
+  Sheet sheet;
+  sheet.title = "The ladder from A3 to A4 and A5: what each approximation costs";
+  sheet.columns = 1;
+  sheet.panel_width = 860;
+  sheet.panel_height = 360;
+  Panel panel;
+  panel.title = "";
+  panel.x = {"", false, std::array{0.5, 5.5}, "("};
+  for (std::size_t i = 1; i < rungs.size(); ++i) {
+    panel.x.tics += fmt::format("{}\"{}\" {}", i > 1 ? ", " : "", name(rungs[i]), i);
+  }
+  panel.x.tics += ")";
+  panel.y = {"largest distance from A3, m", true, {}, {}};
+  struct Rungs {
+    const char* scene;
+    int substeps;
+    Look look;
+  };
+  for (const Rungs& row :
+       {Rungs{"pendulum", 4, {2, 7, false, true, true}}, Rungs{"rod_chain", 4, {3, 9, false, true, true}},
+        Rungs{"heavy_chain", 16, {4, 5, false, true, true}},
+        Rungs{"powered_wheel", 4, {5, 11, false, true, true}},
+        Rungs{"joint_kinds", 4, {1, 13, false, true, true}}}) {
+    Series series{fmt::format("{}, n = {}", row.scene, row.substeps), row.look, {}};
+    series.look.line = false;
+    const std::vector<double> prices = ladder_prices(scene_at(source, row.scene), row.substeps, 1);
+    for (std::size_t i = 1; i < prices.size(); ++i) {
+      if (prices[i] > 1e-9) series.points.push_back({static_cast<double>(i), prices[i]});
+    }
+    panel.series.push_back(std::move(series));
+  }
+  sheet.panels = {std::move(panel)};
+  sheet.caption = {
+      "A3 with one approximation switched on, against A3, after 1 s; the scene's step, m = 1, plain joints. "
+      "Below "
+      "1 nm is not drawn."};
+  return sheet;
+}
+
+}  // namespace
+
+const std::vector<ReportFigure>& figures() {
+  static const std::vector<ReportFigure> all{
+      {"work-rows", "error against rows solved: joints and spin", true, true,
+       [](const FigureSource& source) { return work_rows(source, false); }},
+      {"work-rows-contacts", "error against rows solved: contacts", true, true,
+       [](const FigureSource& source) { return work_rows(source, true); }},
+      {"work-time", "error against CPU time: joints and spin", false, true,
+       [](const FigureSource& source) { return work_time(source, false); }},
+      {"work-time-contacts", "error against CPU time: contacts", false, true,
+       [](const FigureSource& source) { return work_time(source, true); }},
+      {"order", "error against the (sub-)step, with slope triangles", true, true, order},
+      {"equal-rows", "sub-steps against iterations at equal row solves", true, true, equal_rows},
+      {"drift", "joint gaps, overlaps and energy over time", true, false, drift},
+      {"mass-ratio", "validity: mass ratio against sub-steps", true, false, mass_ratio},
+      {"stiffness", "validity: step against a spring's stiffness", true, false, stiffness},
+      {"stability", "validity: τ against κ, with the closed form", true, false, stability},
+      {"ladder", "what each approximation from A3 to A5 costs", true, false, ladder},
+      {"size", "CPU time against the length of a chain", false, false, size}};
+  return all;
+}
+
+const ReportFigure& figure_named(const std::string& name) {
+  const auto found = std::ranges::find(figures(), name, &ReportFigure::name);
+  if (found != figures().end()) return *found;
+  std::vector<std::string_view> names;
+  for (const ReportFigure& figure : figures()) names.push_back(figure.name);
+  throw Error(fmt::format("there is no figure '{}'; there are {}", name, fmt::join(names, " ")));
+}
+
+}  // namespace substep

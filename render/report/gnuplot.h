@@ -1,0 +1,11 @@
+#pragma once
+/// Figures through the program gnuplot.
+
+#include <string>
+
+namespace substep {
+
+/// What gnuplot prints for a script. Throws Error when it is not there or fails.
+std::string gnuplot(const std::string& script);
+
+}  // namespace substep

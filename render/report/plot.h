@@ -1,0 +1,66 @@
+#pragma once
+/// A sheet of plots in the one style of all our figures: readable in print, in dark mode, and by people who
+/// see colours differently (each series has a shape of its own too).
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace substep {
+
+/// What a series looks like. Colours are those of Okabe and Ito.
+struct Look {
+  int hue = 0;    ///< 0 ink, 1 orange, 2 blue, 3 green, 4 vermilion, 5 purple, 6 sky, 7 grey
+  int shape = 7;  ///< gnuplot's point type: 7 disc, 6 ring, 5 square, 9 triangle, 11 triangle down, 2 cross
+  bool dashed = false;  ///< line
+  bool line = true;     ///< points are joined
+  bool points = true;
+};
+
+struct Series {
+  std::string title;  ///< equal titles on one sheet have one entry in the legend
+  Look look;
+  std::vector<std::array<double, 2>> points;  ///< those that are not finite are left out
+};
+
+struct Axis {
+  std::string title;
+  bool logarithmic = false;
+  std::optional<std::array<double, 2>> range;  ///< else the data's
+  std::string tics;                            ///< gnuplot's, where its own are not good
+};
+
+/// Shows a power law: a right triangle with this slope, its corner at (x, y), as wide as a factor `width` in
+/// x.
+struct SlopeTriangle {
+  double x;
+  double y;
+  double width;
+  double slope;
+};
+
+struct Panel {
+  std::string title;
+  Axis x;
+  Axis y;
+  std::vector<Series> series;
+  std::vector<SlopeTriangle> triangles;
+};
+
+struct Sheet {
+  std::string title;
+  std::vector<std::string> caption;  ///< lines: what it shows, and the settings
+  int columns = 2;
+  double panel_width = 420;  ///< pixels, with its axes
+  double panel_height = 320;
+  int legend_columns = 4;
+  std::vector<Panel> panels;
+};
+
+enum class PictureFormat { svg, pdf };
+
+/// Throws Error when gnuplot is not there. The same sheet gives the same SVG, byte by byte.
+std::string draw(const Sheet& sheet, PictureFormat format);
+
+}  // namespace substep

@@ -1,0 +1,156 @@
+#include "sim/measure/validity_maps.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "sim/error.h"
+#include "sim/ladder.h"
+#include "sim/measure/measured_run.h"
+#include "sim/simulation.h"
+
+namespace substep {
+namespace {
+
+double kinetic_and_spring_energy(const State& state, double stiffness) {
+  const double y = state.q[1].linear.y();
+  return 0.5 * state.v[1].linear.squaredNorm() + 0.5 * stiffness * y * y;
+}
+
+Scene weight_on_a_spring(double stiffness) {
+  Scene scene;
+  scene.name = "weight on a spring";
+  scene.gravity.setZero();
+  scene.bodies.resize(2);
+  scene.bodies[0].name = "world";
+  Body& weight = scene.bodies[1];
+  weight.name = "weight";
+  weight.inverse_mass = 1;
+  weight.inverse_inertia = Vector3::Constant(10);
+  weight.pose.position = {0, 0.1, 0};
+  Joint joint;
+  joint.name = "spring";
+  joint.body_a = world_body;
+  joint.body_b = 1;
+  JointLimit spring;
+  spring.axes = {false, true, false};
+  spring.min = spring.max = 0;
+  spring.stiffness = stiffness;
+  joint.limits.push_back(spring);
+  scene.joints.push_back(joint);
+  return scene;
+}
+
+}  // namespace
+
+std::vector<MassRatioPoint> mass_ratio_map(const Scene& scene, const Settings& settings, double horizon,
+                                           int most) {
+  const auto moving = [](const Body& body) { return body.inverse_mass > 0; };
+  std::size_t heaviest = 0;
+  double lightest = 0;
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const Body& body = scene.bodies[i];
+    if (!moving(body)) continue;
+    if (heaviest == 0 || body.inverse_mass < scene.bodies[heaviest].inverse_mass) heaviest = i;
+    lightest = std::max(lightest, body.inverse_mass);
+  }
+  std::vector<MassRatioPoint> points;
+  for (const double ratio : {1.0, 10.0, 100.0, 1000.0, 10000.0}) {
+    Scene scaled = scene;
+    scaled.duration = horizon;
+    Body& body = scaled.bodies[heaviest];
+    const double factor = lightest / ratio / body.inverse_mass;
+    body.inverse_mass *= factor;
+    body.inverse_inertia *= factor;
+    const ReferenceMotion reference = reference_motion(scaled, horizon);
+    const double size = size_of(scaled);
+    for (int n = 1; n <= most; n *= 2) {
+      Settings one = settings;
+      one.substeps = n;
+      const Metrics metrics = measure(scaled, one, reference, false);
+      points.push_back({ratio, n, metrics.error.position.rms / size, metrics.bounded});
+    }
+  }
+  return points;
+}
+
+std::vector<StiffnessPoint> stiffness_map(const Settings& settings) {
+  std::vector<StiffnessPoint> points;
+  for (const int rate : {30, 60, 120, 240, 480}) {
+    for (int exponent = 0; exponent <= 8; ++exponent) {
+      double stiffness = 1;
+      for (int i = 0; i < exponent; ++i) stiffness *= 10;
+      const Scene scene = weight_on_a_spring(stiffness);
+      Settings one = settings;
+      one.step = 1.0 / rate;
+      Simulation simulation(scene, one);
+      const double start = kinetic_and_spring_energy(simulation.state(), stiffness);
+      double end = 0;
+      for (int k = 0; k < rate && std::isfinite(end); ++k) {
+        const bool diverged = simulation.step().status == StepReport::Status::diverged;
+        end = diverged ? std::numeric_limits<double>::infinity()
+                       : kinetic_and_spring_energy(simulation.state(), stiffness);
+      }
+      points.push_back({one.step, stiffness, end / start});
+    }
+  }
+  return points;
+}
+
+Scene lengthened_chain(const Scene& scene, int links) {
+  Scene chain = scene;
+  const auto last = static_cast<int>(scene.bodies.size()) - 1;
+  const auto joins_the_last_two = [&](const Joint& joint) {
+    return std::min(joint.body_a, joint.body_b) == last - 1 && std::max(joint.body_a, joint.body_b) == last;
+  };
+  if (last < 2 || scene.joints.empty() || !joins_the_last_two(scene.joints.back())) {
+    throw Error(fmt::format("scene {}: its last joint is not between its last two bodies", scene.name));
+  }
+  const Vector3 pitch = scene.bodies[last].pose.position - scene.bodies[last - 1].pose.position;
+  for (int i = last + 1; i <= links; ++i) {
+    Body body = chain.bodies.back();
+    body.name = fmt::format("link {}", i);
+    body.pose.position += pitch;
+    chain.bodies.push_back(body);
+    Joint joint = chain.joints.back();
+    joint.body_a += 1;
+    joint.body_b += 1;
+    chain.joints.push_back(joint);
+  }
+  return chain;
+}
+
+std::vector<double> ladder_prices(const Scene& scene, int substeps, double horizon) {
+  Settings settings;
+  settings.algorithm = Algorithm::a3;
+  settings.step = scene.step;
+  settings.substeps = substeps;
+  const MeasuredRun exact = measured_run(scene, settings, horizon);
+  std::vector<double> prices;
+  for (const Rung rung : rungs) {
+    Simulation simulation(scene, settings, ladder_procedure(rung));
+    prices.push_back(position_difference(measured_run(simulation, horizon), exact));
+  }
+  return prices;
+}
+
+std::vector<HistoryPoint> history(const Scene& scene, const Settings& settings) {
+  const Sampling sampling(settings.step, scene.step);
+  Simulation simulation(scene, settings);
+  PenetrationMeter meter(scene);
+  const double start = energy(scene, simulation.state());
+  std::vector<HistoryPoint> points;
+  const auto steps = static_cast<int>(std::lround(scene.duration / settings.step));
+  for (int k = 1; k <= steps; ++k) {
+    if (simulation.step().status == StepReport::Status::diverged) break;
+    if (k % sampling.steps_between() != 0) continue;
+    const State& state = simulation.state();
+    points.push_back(
+        {k * settings.step, joint_gap(scene, state), meter.depth(state), energy(scene, state) - start});
+  }
+  return points;
+}
+
+}  // namespace substep

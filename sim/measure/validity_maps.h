@@ -1,0 +1,49 @@
+#pragma once
+/// Over which ranges an algorithm is of use: mass ratio against sub-steps, step against a spring's stiffness.
+/// For τ against κ see stability_map.h.
+
+#include <vector>
+
+#include "sim/measure/metrics.h"
+
+namespace substep {
+
+struct MassRatioPoint {
+  double ratio;  ///< of the heaviest body's mass to the lightest's
+  int substeps;
+  double error;  ///< RMS, over the scene's size; not finite where it blew up
+  bool bounded;  ///< Metrics::bounded
+};
+
+/// The scene with its heaviest body of 1, 10, … 10 000 times the lightest's mass, for `horizon` seconds with
+/// n = 1, 2, 4, … `most`. `settings` says the rest.
+std::vector<MassRatioPoint> mass_ratio_map(const Scene& scene, const Settings& settings, double horizon,
+                                           int most);
+
+struct StiffnessPoint {
+  double step;       ///< s
+  double stiffness;  ///< N/m, of a spring without damping under 1 kg
+  double energy;     ///< after 1 s, over the start's; not finite where it blew up. Exactly 1 is right
+};
+
+/// One weight on a spring, for steps of 1/30 to 1/480 s and stiffnesses of 1 to 1e8 N/m.
+std::vector<StiffnessPoint> stiffness_map(const Settings& settings);
+
+/// The scene with more bodies of the kind of its last, each jointed to the one before as the last is: for
+/// what a chain's length costs. Throws Error where the last joint is not between the last two bodies.
+Scene lengthened_chain(const Scene& scene, int links);
+
+/// What each rung of the ladder (ladder.h) costs: largest distance of a body from where A3 has it at the
+/// horizon, m; in the order of `rungs`.
+std::vector<double> ladder_prices(const Scene& scene, int substeps, double horizon);
+
+/// Joint gap, penetration and energy along a run, at the end of each of the scene's steps until it diverges.
+struct HistoryPoint {
+  double time;
+  double joint_gap;
+  double penetration;
+  double energy_change;
+};
+std::vector<HistoryPoint> history(const Scene& scene, const Settings& settings);
+
+}  // namespace substep

@@ -1,0 +1,20 @@
+# cmake -D program=… -D source=… -D folder=… -P readme_figures.cmake
+file(REMOVE_RECURSE ${folder})
+file(MAKE_DIRECTORY ${folder})
+function(run)
+  execute_process(COMMAND ${ARGN} WORKING_DIRECTORY ${source} RESULT_VARIABLE result OUTPUT_VARIABLE text ERROR_VARIABLE text)
+  if(NOT result EQUAL 0)
+    message(FATAL_ERROR "${ARGN}: ${text}")
+  endif()
+endfunction()
+run(${program} sweep scenes/sweep.toml --output ${folder}/sweep)
+foreach(name work-rows mass-ratio)
+  string(REPLACE "-" "_" file ${name})
+  run(${program} figure ${name} --results ${folder}/sweep --output ${folder}/${file}.svg)
+  execute_process(COMMAND ${CMAKE_COMMAND} -E compare_files ${folder}/${file}.svg ${source}/scenes/pictures/${file}.svg
+    RESULT_VARIABLE result)
+  if(NOT result EQUAL 0)
+    message(FATAL_ERROR "scenes/pictures/${file}.svg is not what 'substep figure ${name}' draws: look at ${folder}/${file}.svg, "
+      "and where the change is wanted, put it in its place")
+  endif()
+endforeach()
