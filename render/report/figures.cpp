@@ -30,8 +30,23 @@ std::string error_title(const std::vector<SweepRecord>& records) {
 }
 
 /// One panel a scene: families of runs, by some measure of their work.
+using Chosen = bool (*)(const RunFamily& family);
+
+bool is_ours(const RunFamily& family) {
+  return family.runs.front().peer.empty();
+}
+
+/// Other engines, and of ours those that differ most.
+bool stands_beside_peers(const RunFamily& family) {
+  const Settings& s = family.runs.front().settings;
+  return !is_ours(family) || s.algorithm == Algorithm::a1 ||
+         (s.algorithm == Algorithm::a3 && s.joints == Joints::plain && s.tau == 1) ||
+         (s.algorithm == Algorithm::a5 && s.tau == 1);
+}
+
 Sheet work_sheet(const FigureSource& source, bool contacts, const std::string& title,
-                 const std::string& x_title, const std::function<double(const SweepRecord&)>& work) {
+                 const std::string& x_title, Chosen chosen,
+                 const std::function<double(const SweepRecord&)>& work) {
   Sheet sheet;
   sheet.title = title;
   sheet.columns = 3;
@@ -44,20 +59,20 @@ Sheet work_sheet(const FigureSource& source, bool contacts, const std::string& t
     panel.x = {x_title, true, {}, {}};
     panel.y = {error_title(records), true, {}, {}};
     for (const RunFamily& family : families_of(records)) {
+      if (!chosen(family)) continue;
       Series series{family.title, family.look, {}};
       for (const SweepRecord& record : family.runs) {
         const double error = error_of(record);
+        const double spent = work(record);
+        if (!(spent > 0)) continue;
         // Beyond the scene's own size an error says no more than that it is gone.
-        if (error < 3) series.points.push_back({work(record), std::max(error, smallest_plotted_error)});
+        if (error < 3) series.points.push_back({spent, std::max(error, smallest_plotted_error)});
       }
       std::ranges::sort(series.points);
       if (!series.points.empty()) panel.series.push_back(std::move(series));
     }
     // A scene without rows has no place on an axis of rows.
-    const bool has_points = std::ranges::any_of(panel.series, [](const Series& series) {
-      return std::ranges::any_of(series.points, [](const auto& point) { return point[0] > 0; });
-    });
-    if (has_points) sheet.panels.push_back(std::move(panel));
+    if (!panel.series.empty()) sheet.panels.push_back(std::move(panel));
   }
   return sheet;
 }
@@ -66,7 +81,7 @@ Sheet work_rows(const FigureSource& source, bool contacts) {
   Sheet sheet = work_sheet(
       source, contacts,
       contacts ? "Error against rows solved: contacts" : "Error against rows solved: joints and spin",
-      "rows solved in a simulated second", [](const SweepRecord& record) {
+      "rows solved in a simulated second", is_ours, [](const SweepRecord& record) {
         return static_cast<double>(record.metrics->row_solves) / record.duration;
       });
   sheet.caption = {
@@ -84,7 +99,7 @@ Sheet work_time(const FigureSource& source, bool contacts) {
   Sheet sheet = work_sheet(
       source, contacts,
       contacts ? "Error against CPU time: contacts" : "Error against CPU time: joints and spin",
-      "CPU time of a simulated second, s",
+      "CPU time of a simulated second, s", is_ours,
       [](const SweepRecord& record) { return record.times ? record.times->median / record.duration : NAN; });
   sheet.caption = {
       "One core, medians of the sweep's repetitions. A1 and A2: steps of h, h/2, h/4 … (A2 with contacts: m "
@@ -97,8 +112,22 @@ Sheet work_time(const FigureSource& source, bool contacts) {
   return sheet;
 }
 
+Sheet beside_peers(const FigureSource& source, bool contacts) {
+  Sheet sheet = work_sheet(
+      source, contacts, contacts ? "Beside other engines: contacts" : "Beside other engines: joints and spin",
+      "CPU time of a simulated second, s", stands_beside_peers,
+      [](const SweepRecord& record) { return record.times ? record.times->median / record.duration : NAN; });
+  sheet.caption = {
+      "The same scene files, one core. The engines and A1: steps of h, h/2, h/4 …; A3 and A5: n = 1, 2, 4 … "
+      "sub-steps of one "
+      "iteration at the scene's h.",
+      "Down and to the left is better. Against the same reference: for contacts it is our A1 at a small "
+      "step."};
+  return sheet;
+}
+
 Sheet order(const FigureSource& source) {
-  Sheet sheet = work_sheet(source, false, "Error against the (sub-)step: order", "h / n, s",
+  Sheet sheet = work_sheet(source, false, "Error against the (sub-)step: order", "h / n, s", is_ours,
                            [](const SweepRecord& record) { return sub_step_of(record.settings); });
   for (Panel& panel : sheet.panels) {
     // Below the line of A1, or of the first family there is.
@@ -393,6 +422,10 @@ const std::vector<ReportFigure>& figures() {
        [](const FigureSource& source) { return work_time(source, false); }},
       {"work-time-contacts", "error against CPU time: contacts", false, true,
        [](const FigureSource& source) { return work_time(source, true); }},
+      {"peers", "beside other engines: joints and spin", false, true,
+       [](const FigureSource& source) { return beside_peers(source, false); }},
+      {"peers-contacts", "beside other engines: contacts", false, true,
+       [](const FigureSource& source) { return beside_peers(source, true); }},
       {"order", "error against the (sub-)step, with slope triangles", true, true, order},
       {"equal-rows", "sub-steps against iterations at equal row solves", true, true, equal_rows},
       {"drift", "joint gaps, overlaps and energy over time", true, false, drift},

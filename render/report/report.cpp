@@ -8,6 +8,7 @@
 #include <map>
 
 #include "render/report/advice.h"
+#include "render/report/peers.h"
 #include "render/report/run_families.h"
 
 namespace substep {
@@ -187,10 +188,24 @@ TextTable runs_table(const std::vector<SweepRecord>& runs) {
   return table;
 }
 
+/// Engines that ran beside ours, with how they were set.
+TextTable engines(const std::vector<SweepRecord>& records) {
+  TextTable table{{"engine", "settings"}, {}};
+  for (const Peer& peer : peers()) {
+    const bool ran = std::ranges::any_of(
+        records, [&](const SweepRecord& record) { return record.peer == peer.name && record.metrics; });
+    if (ran) table.rows.push_back({peer.label, peer.settings});
+  }
+  return table;
+}
+
 TextTable omitted(const std::vector<SweepRecord>& records) {
   TextTable table{{"scene", "engine", "why"}, {}};
   for (const SweepRecord& record : records) {
-    if (!record.omitted.empty()) table.rows.push_back({record.scene, record.peer, record.omitted});
+    // Once, not for each step.
+    const std::vector<std::string> row{record.scene, record.peer, record.omitted};
+    if (!record.omitted.empty() && (table.rows.empty() || table.rows.back() != row))
+      table.rows.push_back(row);
   }
   return table;
 }
@@ -277,6 +292,16 @@ Document make_report(const FigureSource& source, const std::function<void(double
       "last digit; after the time given, single bodies cannot be followed, and only gaps, overlaps and "
       "energy are measured.");
   page.table(references(records));
+  const TextTable others = engines(records);
+  if (!others.rows.empty()) {
+    page.heading(2, "Other engines");
+    page.paragraph(
+        "They run the same scenes at h, h/2, h/4 … and are compared with the same reference. Their rows are "
+        "not counted. "
+        "Each has passed a pendulum against its closed form in the same run.");
+    page.table(others);
+    for (const char* const name : {"peers", "peers-contacts"}) picture(name);
+  }
   const TextTable missing = omitted(records);
   if (!missing.rows.empty()) {
     page.heading(2, "Omitted");
