@@ -14,7 +14,8 @@ struct Peer {
   std::string label;     ///< as figures say: "Bullet SI"
   std::string settings;  ///< what else was set, for captions
   /// Throws Error with the reason where a scene cannot be represented: it is listed as omitted. Reads of the
-  /// settings the step, and `iterations` where the engine has such a number. Called from several threads.
+  /// settings the step, and `iterations` where the engine has such a number. Called from several
+  /// threads, one at a time.
   MakeStepper make;
 };
 
