@@ -8,6 +8,7 @@
 
 #include "golden/check_results.h"
 #include "golden/provenance.h"
+#include "golden/sidecar.h"
 #include "sim/error.h"
 #include "sim/log/file_output.h"
 
@@ -22,6 +23,10 @@ struct NewFile {
   std::string content;
 };
 
+[[noreturn]] void refuse(const std::string& case_name, const std::string& why) {
+  throw Error(fmt::format("{} is not approved: {}; nothing was written", case_name, why));
+}
+
 std::string today() {
   const std::time_t now = std::time(nullptr);
   std::tm utc{};
@@ -33,6 +38,7 @@ std::string today() {
 Json essence(Json sidecar) {
   sidecar.erase("made_with");
   sidecar.erase("approved");
+  sidecar.erase("alternates");
   return sidecar;
 }
 
@@ -42,28 +48,76 @@ bool says_the_same(const fs::path& sidecar, const Json& expected) {
   return present.is_object() && essence(present) == essence(expected);
 }
 
+/// What the check left, unless it is something else by now.
+std::string shown(const fs::path& file, const std::string& hash, const std::string& case_name) {
+  std::string content = fs::exists(file) ? read_bytes(file) : std::string();
+  if (content_hash(content) != hash) {
+    refuse(case_name,
+           fmt::format("{} is no longer what the check left: run 'substep check' again", file.string()));
+  }
+  return content;
+}
+
+/// A picture beside the golden one for each that failed, under the next free number.
+std::vector<NewFile> alternates_of(const CheckResults::Case& entry, const ApproveOptions& options,
+                                   const Json& made_with) {
+  if (!entry.poses_pass) refuse(entry.name, "its poses changed, and alternates are for other renderers");
+  if (entry.alternates.empty()) refuse(entry.name, "no picture of it differs from a golden one");
+  Json sidecar =
+      fs::exists(entry.sidecar_file) ? Json::parse(read_bytes(entry.sidecar_file), nullptr, false) : Json();
+  if (!sidecar.is_object()) refuse(entry.name, "it has no sidecar to note an alternate's reason in");
+  const Sidecar known = read_sidecar(entry.sidecar_file);
+  std::vector<NewFile> files;
+  for (const AlternateOffer& offer : entry.alternates) {
+    const bool is_there =
+        std::any_of(known.alternates.begin(), known.alternates.end(),
+                    [&](const Alternate& a) { return a.frame == offer.frame && a.pixels == offer.pixels; });
+    if (is_there) continue;
+    fs::path file;
+    for (int number = 1; file.empty() || fs::exists(file); ++number) {
+      file = entry.sidecar_file;
+      file.replace_extension(fmt::format(".f{:04}.alt{}.png", offer.frame, number));
+    }
+    sidecar["alternates"].push_back({{"frame", offer.frame},
+                                     {"file", file.filename().string()},
+                                     {"pixels", offer.pixels},
+                                     {"reason", options.reason},
+                                     {"date", today()},
+                                     {"made_with", made_with}});
+    files.push_back({file, shown(offer.from, offer.from_hash, entry.name)});
+  }
+  if (!files.empty()) files.push_back({entry.sidecar_file, sidecar.dump(1) + "\n"});
+  return files;
+}
+
+/// The pictures' alternates that still stand beside the golden picture they were accepted beside.
+void keep_alternates(const fs::path& sidecar_file, const std::vector<NewFile>& files, Json& sidecar) {
+  if (!fs::exists(sidecar_file)) return;
+  const Json old = Json::parse(read_bytes(sidecar_file), nullptr, false);
+  if (!old.is_object() || !old.contains("alternates")) return;
+  // New pictures have no old alternates; their files are orphans then, for a person to delete.
+  const bool has_picture =
+      std::any_of(files.begin(), files.end(), [](const NewFile& f) { return f.file.extension() == ".png"; });
+  if (!has_picture) sidecar["alternates"] = old["alternates"];
+}
+
 /// What is to be written for one case; empty when its goldens are those of the check already.
 std::vector<NewFile> files_of(const CheckResults::Case& entry, const ApproveOptions& options) {
-  const auto refuse = [&](const std::string& why) {
-    throw Error(fmt::format("{} is not approved: {}; nothing was written", entry.name, why));
-  };
-  if (!entry.refusal.empty()) refuse(entry.refusal);
+  if (!entry.refusal.empty()) refuse(entry.name, entry.refusal);
   std::vector<NewFile> files;
   for (const Offer& offer : entry.offers) {
-    const std::string content = fs::exists(offer.from) ? read_bytes(offer.from) : std::string();
-    if (content_hash(content) != offer.from_hash) {
-      refuse(
-          fmt::format("{} is no longer what the check left: run 'substep check' again", offer.from.string()));
-    }
+    const std::string content = shown(offer.from, offer.from_hash, entry.name);
     const std::string golden_hash = fs::exists(offer.to) ? content_hash(read_bytes(offer.to)) : std::string();
     if (golden_hash == offer.from_hash) continue;
     if (golden_hash != offer.to_hash) {
-      refuse(fmt::format("{} is no longer what the check saw: run 'substep check' again", offer.to.string()));
+      refuse(entry.name,
+             fmt::format("{} is no longer what the check saw: run 'substep check' again", offer.to.string()));
     }
     files.push_back({offer.to, content});
   }
   if (!files.empty() || !says_the_same(entry.sidecar_file, entry.sidecar)) {
     Json sidecar = entry.sidecar;
+    keep_alternates(entry.sidecar_file, files, sidecar);
     sidecar["approved"] = {{"date", today()}, {"reason", options.reason}};
     files.push_back({entry.sidecar_file, sidecar.dump(1) + "\n"});
   }
@@ -80,7 +134,7 @@ Approval approve(const ApproveOptions& options) {
     throw Error("approve needs the names of cases, or --failed for all that did not pass");
   }
   const CheckResults results = read_results(options.output);
-  if (content_hash(read_bytes(options.suite)) != results.suite_hash) {
+  if (content_hash(read_bytes(suite_file(options.suite))) != results.suite_hash) {
     throw Error(fmt::format("{} is not the suite file that was checked: run 'substep check' again",
                             options.suite.string()));
   }
@@ -97,7 +151,14 @@ Approval approve(const ApproveOptions& options) {
         std::find(options.cases.begin(), options.cases.end(), entry.name) != options.cases.end();
     const bool passed = entry.verdict == name(Verdict::pass);
     if (!is_named && (!options.all_failed || passed)) continue;
-    std::vector<NewFile> own = passed ? std::vector<NewFile>() : files_of(entry, options);
+    std::vector<NewFile> own;
+    // A case that passes may still lack a track.
+    const bool has_nothing = passed && entry.offers.empty();
+    if (options.as_alternates && !passed) {
+      own = alternates_of(entry, options, results.made_with);
+    } else if (!has_nothing) {
+      own = files_of(entry, options);
+    }
     if (own.empty()) approval.already_good.push_back(entry.name);
     std::move(own.begin(), own.end(), std::back_inserter(files));
   }

@@ -20,6 +20,10 @@ struct ApproveOptions {
   std::vector<std::string> cases;              ///< names; used when not all_failed
   bool all_failed = false;                     ///< every case that did not pass
   std::string reason;                          ///< kept in the sidecars
+  /// Accepts the pictures beside the golden ones instead of in their place: for a renderer that cannot make
+  /// the golden ones, while the poses pass. The only way to approve from another renderer than the pinned
+  /// one.
+  bool as_alternates = false;
 };
 
 struct Approval {

@@ -1,19 +1,18 @@
 #pragma once
-/// Whether the simulation and the renderer still do what the goldens say, and which of the two does not.
+/// Runs the suite: does the simulation still give the golden poses, and does the renderer still make the
+/// golden pictures of them?
 ///
-/// Two independent tests a case, so that the verdict is a fact:
-///
-///  - poses:  the live simulation against the golden pose log, bit for bit by the hash of each frame;
-///  - images: the *golden* pose log drawn by today's renderer, against the golden pictures.
+/// Two tests that do not depend on each other, for each case:
+///   poses   the live simulation against the golden pose log, bit for bit (motion_comparison.h);
+///   images  the *golden* pose log, drawn now, against the golden pictures (image_comparison.h).
 ///
 /// A change of the solver fails the first alone, a change of the renderer the second alone. On the pinned
 /// renderer pictures must be equal; on another one the case's tolerance holds, and a picture beyond it is put
 /// down to the environment.
 ///
-/// Everything that a person wants to see of a failing case lies in <output>/<case>/: actual.poses, and for
-/// each picture f0060.expected.png, f0060.actual.png, f0060.difference.png; where the poses changed,
-/// f0060.new.png is the live simulation's picture. <output>/results.json has every figure, and is what
-/// approve() goes by. Goldens are never written here.
+/// Everything that a person wants to see of a failing case lies in <output>/<case>/: the new pose log and the
+/// pictures that PicturePair names. <output>/results.json has every figure, and is what approve() and the
+/// report go by. Goldens are never written here.
 
 #include <cstdint>
 #include <filesystem>
@@ -22,7 +21,10 @@
 #include <string>
 #include <vector>
 
+#include "golden/blame.h"
+#include "golden/distance_matrix.h"
 #include "golden/image_comparison.h"
+#include "golden/motion_comparison.h"
 #include "golden/provenance.h"
 #include "golden/suite.h"
 #include "sim/log/pose_log.h"
@@ -47,10 +49,11 @@ struct FlipSummary {
   std::string visibility;
 };
 
-/// A picture against another. `flip` where they differ and have one size.
+/// A picture against another. `flip` and `blame` where they differ and have one size.
 struct PictureComparison {
   ImageComparison image;
   std::optional<FlipSummary> flip;
+  std::optional<Blame> blame;
 };
 
 struct PoseResult {
@@ -58,10 +61,13 @@ struct PoseResult {
   bool has_golden = false;
   bool passes = false;
   PoseDifference difference;
-  std::string body;  ///< name of difference.body
-  int frames = 0;    ///< of the live run, frame 0 included
+  MotionComparison motion;
+  int visible_frame = -1;  ///< first whose pictures of old and new poses differ; −1: none, or not drawn
+  bool visible_is_fact = false;  ///< whether all frames up to it could be drawn
+  int frames = 0;                ///< of the live run, frame 0 included
   int golden_frames = 0;
-  std::string end;  ///< how the live run ended: pose_log.h
+  bool has_track = false;  ///< the golden one
+  std::string end;         ///< how the live run ended: pose_log.h
 };
 
 struct ImageResult {
@@ -75,6 +81,22 @@ struct ImageResult {
   std::optional<PictureComparison> new_poses;  ///< new against golden poses, both by this renderer
 };
 
+/// Two pictures for a person to compare, and what shows their difference: files in the case's folder, empty
+/// where there is none.
+struct PicturePair {
+  enum class About { renderer, simulation, first_visible, only };
+  About about = About::renderer;
+  int frame = 0;
+  std::string expected;
+  std::string actual;
+  std::string difference;  ///< times 16
+  std::string flip;        ///< heat map
+  std::string bodies;      ///< differing pixels in their body's colour
+  PictureComparison comparison;
+};
+
+std::string_view name(PicturePair::About about);
+
 struct CaseResult {
   SuiteCase entry;
   double step = 0;  ///< s
@@ -82,6 +104,7 @@ struct CaseResult {
   PoseResult poses;
   bool images_checked = false;
   std::vector<ImageResult> images;
+  std::vector<PicturePair> pairs;
   std::vector<std::string> notes;  ///< context, never a reason to fail
   std::string refusal;             ///< why approve() will not take it; empty: it will
   std::filesystem::path files;     ///< the folder with its files
@@ -91,6 +114,7 @@ struct CheckOptions {
   std::filesystem::path suite = "golden/suite.toml";
   std::filesystem::path output = "out/check";
   std::vector<std::string> cases;  ///< see select(); empty: all, and orphans are looked for
+  Shard shard;
   bool poses = true;
   bool images = true;
 };
@@ -100,6 +124,7 @@ struct CheckResult {
   MadeWith made_with;
   std::vector<CaseResult> cases;
   std::vector<std::filesystem::path> orphans;
+  std::vector<DistanceMatrix> distances;
 
   /// 0: all pass. 1: something differs, is new, missing or an orphan. 3: nothing but the environment.
   int exit_code() const;
@@ -112,6 +137,13 @@ CheckResult check(const CheckOptions& options,
 
 /// What a person should know of a case that does not pass: several lines, each ended.
 std::string explain(const CaseResult& result, const CheckOptions& options);
+
+/// "simulation changed (renderer unchanged)": the verdict as a sentence's part.
+std::string meaning(const CaseResult& result);
+
+/// The commands to see the case's run again, and to approve it.
+std::string replay_command(const CaseResult& result, const CheckOptions& options);
+std::string approve_command(const CaseResult& result, const CheckOptions& options);
 
 /// "3 simulation changed, 0 renderer changed, … 30 pass": one line.
 std::string totals(const CheckResult& result);

@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <cmath>
 
+#include "golden/sidecar.h"
 #include "sim/error.h"
 #include "sim/log/file_output.h"
 
@@ -14,27 +14,21 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr const char* results_format = "substep check results 1";
-constexpr const char* sidecar_format = "substep golden 1";
+constexpr const char* results_format = "substep check results 2";
 
-Json to_json(const MadeWith& made_with) {
-  return {{"renderer", made_with.renderer},
-          {"pinned", made_with.is_pinned},
-          {"compiler", made_with.compiler},
-          {"processor", made_with.processor},
-          {"commit", made_with.commit}};
-}
-
-Json to_json(const Settings& s) {
-  return {{"algorithm", name(s.algorithm)},
-          {"step", s.step},
-          {"substeps", s.substeps},
-          {"iterations", s.iterations},
-          {"tau", s.tau},
-          {"kappa", s.kappa},
-          {"joints", name(s.joints)},
-          {"relaxation", s.relaxation},
-          {"tolerance", s.tolerance}};
+Json to_json(const Blame& blame) {
+  Json bodies = Json::array();
+  for (const BodyBlame& b : blame.bodies) {
+    bodies.push_back({{"name", b.name},
+                      {"differing", b.differing},
+                      {"levels", b.levels},
+                      {"pixels", b.pixels},
+                      {"gone", b.is_gone}});
+  }
+  return {{"foreground", blame.foreground},
+          {"differing_foreground", blame.differing_foreground},
+          {"everywhere", blame.is_everywhere},
+          {"bodies", bodies}};
 }
 
 Json to_json(const PictureComparison& comparison) {
@@ -56,25 +50,48 @@ Json to_json(const PictureComparison& comparison) {
                     {"max", comparison.flip->max},
                     {"visibility", comparison.flip->visibility}};
   }
+  if (comparison.blame) json["blame"] = to_json(*comparison.blame);
   return json;
+}
+
+Json to_json(const MotionComparison& motion) {
+  Json errors = Json::array();
+  for (const MotionComparison::Error& e : motion.errors) {
+    // Runs that blow up have errors that are no numbers in JSON.
+    const auto finite = [](double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); };
+    errors.push_back({e.frame, finite(e.position), finite(e.pixels)});
+  }
+  const FirstChange& first = motion.first;
+  return {{"judgement", name(motion.judgement)},
+          {"first_frame", first.frame},
+          {"first_bodies", first.bodies},
+          {"body", first.body},
+          {"axis", std::string(1, first.axis)},
+          {"size", first.size},
+          {"size_frame", first.size_frame},
+          {"contacts_frame", motion.contacts_frame},
+          {"limit_frame", motion.limit_frame},
+          {"limit", motion.limit},
+          {"predicted_frame", motion.predicted_frame},
+          {"predicted_body", motion.predicted_body},
+          {"errors", errors}};
 }
 
 Json to_json(const PoseResult& poses) {
   Json json{{"checked", poses.is_checked}, {"golden", poses.has_golden}, {"pass", poses.passes}};
   if (!poses.is_checked) return json;
-  const PoseDifference& d = poses.difference;
   json["frames"] = poses.frames;
   json["end"] = poses.end;
   if (!poses.has_golden) return json;
+  const PoseDifference& d = poses.difference;
   json["golden_frames"] = poses.golden_frames;
-  json["first_frame"] = d.first_frame;
-  json["first_full_frame"] = d.first_full_frame;
-  json["body"] = poses.body;
-  json["axis"] = std::string(1, d.axis);
-  json["size"] = d.size;
+  json["track"] = poses.has_track;
   json["largest_position"] = d.largest_position;
   json["largest_orientation"] = d.largest_orientation;
   json["headers"] = d.headers;
+  json["visible_frame"] = poses.visible_frame;
+  json["visible_is_fact"] = poses.visible_is_fact;
+  json["motion"] = to_json(poses.motion);
   return json;
 }
 
@@ -89,16 +106,21 @@ Json to_json(const ImageResult& image) {
   return json;
 }
 
-Json to_json(const CheckedCase& checked, const CheckOptions& options) {
-  const CaseResult& result = checked.result;
-  Json json{{"name", result.entry.name},       {"scene", result.entry.scene.string()},
-            {"verdict", name(result.verdict)}, {"settings", to_json(result.entry.settings)},
-            {"poses", to_json(result.poses)},  {"images", Json::array()},
-            {"notes", result.notes},           {"files", result.files.string()}};
-  for (const ImageResult& image : result.images) json["images"].push_back(to_json(image));
-  if (result.verdict == Verdict::pass) return json;
-  json["text"] = explain(result, options);
-  json["refusal"] = result.refusal;
+Json to_json(const PicturePair& pair) {
+  return {{"about", name(pair.about)},     {"frame", pair.frame},
+          {"expected", pair.expected},     {"actual", pair.actual},
+          {"difference", pair.difference}, {"flip", pair.flip},
+          {"bodies", pair.bodies},         {"comparison", to_json(pair.comparison)}};
+}
+
+Json to_json(const ImageTolerance& t) {
+  return {
+      {"hard", t.hard}, {"level", t.level}, {"count", t.count}, {"mean", t.mean}, {"tile_mean", t.tile_mean}};
+}
+
+/// What approve() goes by.
+void add_offers(const CheckedCase& checked, Json& json) {
+  json["refusal"] = checked.result.refusal;
   json["offers"] = Json::array();
   for (const Offer& offer : checked.offers) {
     json["offers"].push_back({{"from", offer.from.string()},
@@ -106,9 +128,61 @@ Json to_json(const CheckedCase& checked, const CheckOptions& options) {
                               {"to", offer.to.string()},
                               {"to_hash", offer.to_hash}});
   }
-  json["sidecar_file"] = result.entry.sidecar.string();
+  json["alternates"] = Json::array();
+  for (const AlternateOffer& offer : checked.alternates) {
+    json["alternates"].push_back({{"frame", offer.frame},
+                                  {"from", offer.from.string()},
+                                  {"from_hash", offer.from_hash},
+                                  {"pixels", offer.pixels}});
+  }
+  json["sidecar_file"] = checked.result.entry.sidecar.string();
   json["sidecar"] = checked.sidecar;
+}
+
+Json to_json(const CheckedCase& checked, const CheckOptions& options) {
+  const CaseResult& result = checked.result;
+  Json json{{"name", result.entry.name},
+            {"scene", result.entry.scene.string()},
+            {"verdict", name(result.verdict)},
+            {"meaning", meaning(result)},
+            {"step", result.step},
+            {"size", {result.entry.width, result.entry.height}},
+            {"settings", to_json(result.entry.settings)},
+            {"tolerance", to_json(result.entry.tolerance)},
+            {"poses", to_json(result.poses)},
+            {"images", Json::array()},
+            {"notes", result.notes},
+            {"files", result.files.string()}};
+  for (const ImageResult& image : result.images) json["images"].push_back(to_json(image));
+  if (result.verdict != Verdict::pass) {
+    json["pairs"] = Json::array();
+    for (const PicturePair& pair : result.pairs) json["pairs"].push_back(to_json(pair));
+    json["golden_made_with"] = read_sidecar(result.entry.sidecar).made_with;
+    json["text"] = explain(result, options);
+    json["replay"] = replay_command(result, options);
+    json["approve"] = approve_command(result, options);
+  }
+  if (result.verdict != Verdict::pass || !checked.offers.empty()) add_offers(checked, json);
   return json;
+}
+
+void read_offers(const Json& json, CheckResults::Case& result) {
+  result.refusal = json.at("refusal");
+  result.sidecar_file = json.at("sidecar_file").get<std::string>();
+  result.sidecar = json.at("sidecar");
+  for (const Json& offer : json.at("offers")) {
+    result.offers.push_back({offer.at("from").get<std::string>(), offer.at("from_hash"),
+                             offer.at("to").get<std::string>(), offer.at("to_hash")});
+  }
+  for (const Json& offer : json.at("alternates")) {
+    result.alternates.push_back(
+        {offer.at("frame"), offer.at("from").get<std::string>(), offer.at("from_hash"), offer.at("pixels")});
+  }
+}
+
+Json to_json(const DistanceMatrix& matrix) {
+  return {
+      {"scene", matrix.scene}, {"cases", matrix.cases}, {"before", matrix.before}, {"after", matrix.after}};
 }
 
 }  // namespace
@@ -117,7 +191,7 @@ fs::path results_file(const fs::path& output) {
   return output / "results.json";
 }
 
-void write_results(const CheckResult& result, const std::vector<CheckedCase>& cases) {
+Json results_json(const CheckResult& result, const std::vector<CheckedCase>& cases) {
   Json json{{"format", results_format},
             {"suite", result.options.suite.string()},
             {"suite_hash", content_hash(read_bytes(result.options.suite))},
@@ -125,108 +199,55 @@ void write_results(const CheckResult& result, const std::vector<CheckedCase>& ca
             {"totals", totals(result)},
             {"exit_code", result.exit_code()},
             {"cases", Json::array()},
-            {"orphans", Json::array()}};
+            {"orphans", Json::array()},
+            {"distances", Json::array()}};
   for (const CheckedCase& checked : cases) json["cases"].push_back(to_json(checked, result.options));
   for (const fs::path& orphan : result.orphans) json["orphans"].push_back(orphan.string());
-  write_file(results_file(result.options.output), json.dump(1) + "\n");
+  for (const DistanceMatrix& matrix : result.distances) json["distances"].push_back(to_json(matrix));
+  return json;
 }
 
-CheckResults read_results(const fs::path& output) {
+void write_results(const Json& results, const fs::path& output) {
+  write_file(results_file(output), results.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
+Json read_results_json(const fs::path& output) {
   const fs::path file = results_file(output);
   if (!fs::exists(file)) {
     throw Error(
         fmt::format("{}: not there: run 'substep check' first, and look at what it shows", file.string()));
   }
   try {
-    const Json json = Json::parse(read_bytes(file));
+    Json json = Json::parse(read_bytes(file));
     if (json.at("format") != results_format) {
       throw Error(
           fmt::format("{}: is of another version of substep: run 'substep check' again", file.string()));
     }
-    CheckResults results;
-    results.suite_hash = json.at("suite_hash");
-    results.is_pinned = json.at("made_with").at("pinned");
-    for (const Json& entry : json.at("cases")) {
-      CheckResults::Case result;
-      result.name = entry.at("name");
-      result.verdict = entry.at("verdict");
-      if (result.verdict != name(Verdict::pass)) {
-        result.refusal = entry.at("refusal");
-        result.sidecar_file = entry.at("sidecar_file").get<std::string>();
-        result.sidecar = entry.at("sidecar");
-        for (const Json& offer : entry.at("offers")) {
-          result.offers.push_back({offer.at("from").get<std::string>(), offer.at("from_hash"),
-                                   offer.at("to").get<std::string>(), offer.at("to_hash")});
-        }
-      }
-      results.cases.push_back(std::move(result));
-    }
-    return results;
+    return json;
   } catch (const Json::exception& error) {
     throw Error(fmt::format("{}: is damaged: run 'substep check' again ({})", file.string(), error.what()));
   }
 }
 
-Json make_sidecar(const CaseResult& result, const PoseLog& log, const Scene& scene,
-                  std::span<const Image* const> pictures, const MadeWith& made_with) {
-  const SuiteCase& entry = result.entry;
-  Json images = Json::array();
-  for (std::size_t i = 0; i < pictures.size(); ++i) {
-    const Image& picture = *pictures[i];
-    std::array<double, 3> sum{};
-    for (std::size_t k = 0; k < picture.rgb.size(); ++k) sum[k % 3] += picture.rgb[k];
-    Json mean = Json::array();
-    for (const double s : sum) mean.push_back(std::round(s / (picture.width * picture.height) * 100) / 100);
-    images.push_back({{"frame", entry.images[i]}, {"pixels", pixel_hash(picture)}, {"mean_color", mean}});
-  }
-  return {{"format", sidecar_format},
-          {"case", entry.name},
-          {"scene", entry.scene.filename().string()},
-          {"scene_hash", fmt::format("{:016x}", scene.hash)},
-          {"settings", to_json(entry.settings)},
-          {"frames", entry.frames},
-          {"poses",
-           {{"first", fmt::format("{:016x}", log.frames.front().hash)},
-            {"last", fmt::format("{:016x}", log.frames.back().hash)}}},
-          {"size", {entry.width, entry.height}},
-          {"images", images},
-          {"made_with", to_json(made_with)}};
-}
-
-std::string approved_pixels(const fs::path& sidecar, int frame) {
+CheckResults read_results(const fs::path& output) {
+  const Json json = read_results_json(output);
   try {
-    if (!fs::exists(sidecar)) return {};
-    const Json json = Json::parse(read_bytes(sidecar));
-    for (const Json& image : json.at("images")) {
-      if (image.at("frame") == frame) return image.at("pixels");
+    CheckResults results;
+    results.suite_hash = json.at("suite_hash");
+    results.made_with = json.at("made_with");
+    for (const Json& entry : json.at("cases")) {
+      CheckResults::Case result;
+      result.name = entry.at("name");
+      result.verdict = entry.at("verdict");
+      result.poses_pass = entry.at("poses").at("pass");
+      if (entry.contains("offers")) read_offers(entry, result);
+      results.cases.push_back(std::move(result));
     }
-  } catch (const Json::exception&) {
-    // A sidecar is context: one that cannot be read says nothing.
+    return results;
+  } catch (const Json::exception& error) {
+    throw Error(fmt::format("{}: is damaged: run 'substep check' again ({})", results_file(output).string(),
+                            error.what()));
   }
-  return {};
-}
-
-std::string provenance_differences(const fs::path& sidecar, const MadeWith& here) {
-  std::string text;
-  try {
-    if (!fs::exists(sidecar)) return {};
-    const Json golden = Json::parse(read_bytes(sidecar)).at("made_with");
-    const Json mine = to_json(here);
-    for (const char* key : {"renderer", "compiler", "processor"}) {
-      // Nothing was drawn where only poses were checked.
-      const auto here_too = mine.at(key).get<std::string>();
-      if (golden.at(key) == here_too || here_too.empty()) continue;
-      text += fmt::format("{}{} {}, here {}", text.empty() ? "golden made with " : "; ", key,
-                          golden.at(key).get<std::string>(), here_too);
-    }
-  } catch (const Json::exception&) {
-    return {};
-  }
-  return text;
-}
-
-std::string pixel_hash(const Image& image) {
-  return fmt::format("{:016x}", hash(image));
 }
 
 }  // namespace substep

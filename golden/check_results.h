@@ -1,15 +1,12 @@
 #pragma once
-/// results.json: every figure of a check, and what approving would copy; and the sidecar of a case's goldens.
+/// results.json: every figure of a check, what approving would copy, and all that the report shows.
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <span>
 #include <string>
 #include <vector>
 
 #include "golden/check.h"
-#include "sim/log/pose_log.h"
-#include "sim/scene/scene.h"
 
 namespace substep {
 
@@ -21,9 +18,18 @@ struct Offer {
   std::string to_hash;  ///< empty: there was no such golden
 };
 
+/// A picture that could be approved as good beside the golden one.
+struct AlternateOffer {
+  int frame = 0;
+  std::filesystem::path from;
+  std::string from_hash;
+  std::string pixels;  ///< hash
+};
+
 struct CheckedCase {
   CaseResult result;
   std::vector<Offer> offers;
+  std::vector<AlternateOffer> alternates;
   nlohmann::ordered_json sidecar;  ///< but for when and why it was approved
 };
 
@@ -34,33 +40,24 @@ struct CheckResults {
     std::string name;
     std::string verdict;
     std::string refusal;
+    bool poses_pass = false;
     std::filesystem::path sidecar_file;
     std::vector<Offer> offers;
+    std::vector<AlternateOffer> alternates;
     nlohmann::ordered_json sidecar;
   };
   std::vector<Case> cases;
-  bool is_pinned = false;
+  nlohmann::ordered_json made_with;
 };
 
 std::filesystem::path results_file(const std::filesystem::path& output);
 
-void write_results(const CheckResult& result, const std::vector<CheckedCase>& cases);
+nlohmann::ordered_json results_json(const CheckResult& result, const std::vector<CheckedCase>& cases);
+
+void write_results(const nlohmann::ordered_json& results, const std::filesystem::path& output);
 
 /// Throws Error when there are none, or they are not what write_results wrote.
+nlohmann::ordered_json read_results_json(const std::filesystem::path& output);
 CheckResults read_results(const std::filesystem::path& output);
-
-/// What the goldens of a case were made with. `pictures` are those of entry.images.
-nlohmann::ordered_json make_sidecar(const CaseResult& result, const PoseLog& log, const Scene& scene,
-                                    std::span<const Image* const> pictures, const MadeWith& made_with);
-
-/// The hash of the approved picture's pixels according to the sidecar; empty when it says nothing.
-std::string approved_pixels(const std::filesystem::path& sidecar, int frame);
-
-/// "golden made with compiler GNU 12.2.0, here Clang 14.0.6": context of a failure; empty where all is the
-/// same.
-std::string provenance_differences(const std::filesystem::path& sidecar, const MadeWith& here);
-
-/// 16 hexadecimal digits of hash(image).
-std::string pixel_hash(const Image& image);
 
 }  // namespace substep

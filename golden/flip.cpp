@@ -4,8 +4,11 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <numbers>
+
+#include "golden/lanes.h"
 
 namespace substep {
 namespace {
@@ -15,7 +18,6 @@ constexpr float color_exponent = 0.7F;           // q_c
 constexpr float color_knee = 0.4F;               // p_c
 constexpr float color_knee_value = 0.95F;        // p_t
 constexpr float feature_width_degrees = 0.082F;  // w
-constexpr float feature_exponent = 0.5F;         // q_f
 /// Contrast sensitivity: a Gaussian a·√(π/b)·exp(−π²x²/b), x in degrees (the paper's table 1).
 struct Sensitivity {
   double a, b;
@@ -26,8 +28,9 @@ constexpr Sensitivity blue_yellow_narrow{34.1, 0.04};
 constexpr Sensitivity blue_yellow_wide{13.5, 0.025};
 
 using Matrix3f = Eigen::Matrix3f;
-using Color = std::array<float, 3>;
-using Plane = std::vector<float>;
+using lanes::all;
+using lanes::Floats;
+using Color = std::array<Floats, 3>;
 using Kernel = std::vector<float>;  // weights at −r … r
 
 /// Linear sRGB → CIE XYZ from the primaries of IEC 61966-2-1 and, as the authors' program has it, the white
@@ -63,66 +66,93 @@ Color transform(const Matrix3f& m, const Color& c) {
 Color opponent(const Color& xyz) {
   return {116 * xyz[1] - 16, 500 * (xyz[0] - xyz[1]), 200 * (xyz[1] - xyz[2])};
 }
-float luminance(float lightness) {
+Floats luminance(Floats lightness) {
   return lightness * (1.0F / 116) + 16.0F / 116;
 }
 Color xyz_from_opponent(const Color& c) {
-  const float y = luminance(c[0]);
+  const Floats y = luminance(c[0]);
   return {y + c[1] / 500, y, y - c[2] / 200};
 }
 
 /// L*a*b*, with a* and b* scaled by 0.01 L*: colours count less in the dark (Hunt).
 Color hunt_lab(const ColorSpaces& spaces, const Color& rgb) {
   constexpr float delta = 6.0F / 29;
+  constexpr float knee = delta * delta * delta;
   const Color xyz = transform(spaces.xyz_from_rgb, rgb);
   Color f;
   for (std::size_t i = 0; i < 3; ++i) {
-    f[i] = xyz[i] > delta * delta * delta ? std::cbrt(xyz[i]) : xyz[i] / (3 * delta * delta) + 4.0F / 29;
+    const Floats root = lanes::cube_root(lanes::max(xyz[i], all(knee)));
+    f[i] = lanes::choose(xyz[i] > knee, root, xyz[i] / (3 * delta * delta) + 4.0F / 29);
   }
-  const float lightness = 116 * f[1] - 16;
+  const Floats lightness = 116 * f[1] - 16;
   return {lightness, 0.01F * lightness * 500 * (f[0] - f[1]), 0.01F * lightness * 200 * (f[1] - f[2])};
 }
 
-float hyab(const Color& p, const Color& q) {
-  return std::abs(p[0] - q[0]) + std::hypot(p[1] - q[1], p[2] - q[2]);
+Floats hyab(const Color& p, const Color& q) {
+  const Floats a = p[1] - q[1];
+  const Floats b = p[2] - q[2];
+  return lanes::absolute(p[0] - q[0]) + lanes::root(a * a + b * b);
 }
 
-/// Along rows or columns, the border repeated.
-enum class Along { rows, columns };
+/// One number a pixel. Rows are padded to whole blocks, whose surplus means nothing.
+struct Plane {
+  static constexpr int block = 8 * lanes::width;
+  int width = 0;
+  int height = 0;
+  int stride = 0;
+  std::vector<float> values;
 
-Plane convolve(const Plane& in, int width, int height, const Kernel& kernel, Along along) {
-  Plane out(in.size());
+  Plane(int w, int h) : width(w), height(h), stride((w + block - 1) / block * block) {
+    values.resize(static_cast<std::size_t>(stride) * h);
+  }
+  float* row(int y) { return &values[static_cast<std::size_t>(y) * stride]; }
+  const float* row(int y) const { return &values[static_cast<std::size_t>(y) * stride]; }
+};
+
+/// The sum over taps of weights[tap] · from(tap)[0 … block).
+template <typename From>
+void weigh_block(const Kernel& weights, const From& from, float* target) {
+  std::array<Floats, Plane::block / lanes::width> sums{};
+  for (std::size_t tap = 0; tap < weights.size(); ++tap) {
+    const float weight = weights[tap];
+    const float* source = from(tap);
+    for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += weight * lanes::load(source + lanes::width * i);
+  }
+  for (std::size_t i = 0; i < sums.size(); ++i) lanes::store(target + lanes::width * i, sums[i]);
+}
+
+/// The border is repeated.
+void convolve_rows(const Plane& in, const Kernel& kernel, Plane& out) {
+  const auto radius = static_cast<std::ptrdiff_t>(kernel.size() / 2);
+  std::vector<float> padded(static_cast<std::size_t>(in.stride) + kernel.size());
+  for (int y = 0; y < in.height; ++y) {
+    const float* row = in.row(y);
+    std::fill_n(padded.begin(), radius, row[0]);
+    std::copy_n(row, in.width, padded.begin() + radius);
+    std::fill(padded.begin() + radius + in.width, padded.end(), row[in.width - 1]);
+    for (int x = 0; x < in.stride; x += Plane::block) {
+      weigh_block(
+          kernel, [&](std::size_t tap) { return &padded[static_cast<std::size_t>(x) + tap]; },
+          out.row(y) + x);
+    }
+  }
+}
+
+void convolve_columns(const Plane& in, const Kernel& kernel, Plane& out) {
   const int radius = static_cast<int>(kernel.size() / 2);
-  if (along == Along::rows) {
-    std::vector<float> padded(static_cast<std::size_t>(width) + kernel.size() - 1);
-    for (int y = 0; y < height; ++y) {
-      const float* row = &in[static_cast<std::size_t>(y) * width];
-      std::fill_n(padded.begin(), radius, row[0]);
-      std::copy_n(row, width, padded.begin() + radius);
-      std::fill_n(padded.begin() + radius + width, radius, row[width - 1]);
-      float* target = &out[static_cast<std::size_t>(y) * width];
-      for (std::size_t tap = 0; tap < kernel.size(); ++tap) {
-        const float weight = kernel[tap];
-        const float* source = &padded[tap];
-        for (int x = 0; x < width; ++x) target[x] += weight * source[x];
+  // In strips, so that the rows that a kernel reaches stay in the nearest cache.
+  constexpr int strip = 4 * Plane::block;
+  for (int left = 0; left < in.stride; left += strip) {
+    const int right = std::min(left + strip, in.stride);
+    for (int y = 0; y < in.height; ++y) {
+      for (int x = left; x < right; x += Plane::block) {
+        const auto source = [&](std::size_t tap) {
+          return in.row(std::clamp(y - radius + static_cast<int>(tap), 0, in.height - 1)) + x;
+        };
+        weigh_block(kernel, source, out.row(y) + x);
       }
     }
-    return out;
   }
-  for (int y = 0; y < height; ++y) {
-    float* target = &out[static_cast<std::size_t>(y) * width];
-    for (std::size_t tap = 0; tap < kernel.size(); ++tap) {
-      const float weight = kernel[tap];
-      const int from = std::clamp(y - radius + static_cast<int>(tap), 0, height - 1);
-      const float* source = &in[static_cast<std::size_t>(from) * width];
-      for (int x = 0; x < width; ++x) target[x] += weight * source[x];
-    }
-  }
-  return out;
-}
-
-Plane convolve(const Plane& in, int width, int height, const Kernel& across, const Kernel& down) {
-  return convolve(convolve(in, width, height, across, Along::rows), width, height, down, Along::columns);
 }
 
 /// A Gaussian of a contrast sensitivity, unit sum, and its weight in a sum of such: the two-dimensional
@@ -133,11 +163,16 @@ struct SensitivityFilter {
   double weight;
 };
 
+/// Of all channels: three standard deviations of the widest.
+int sensitivity_radius(float pixels_per_degree) {
+  using std::numbers::pi;
+  return static_cast<int>(std::ceil(3 * std::sqrt(blue_yellow_narrow.b / (2 * pi * pi)) *
+                                    static_cast<double>(pixels_per_degree)));
+}
+
 SensitivityFilter sensitivity_filter(const Sensitivity& s, float pixels_per_degree) {
   using std::numbers::pi;
-  // All channels share the radius of the widest: three standard deviations.
-  const int radius = static_cast<int>(std::ceil(3 * std::sqrt(blue_yellow_narrow.b / (2 * pi * pi)) *
-                                                static_cast<double>(pixels_per_degree)));
+  const int radius = sensitivity_radius(pixels_per_degree);
   std::vector<double> weights;
   double sum = 0;
   for (int i = -radius; i <= radius; ++i) {
@@ -146,6 +181,12 @@ SensitivityFilter sensitivity_filter(const Sensitivity& s, float pixels_per_degr
     sum += weights.back();
   }
   for (double& w : weights) w /= sum;
+  // What rounding would swallow need not be computed: the narrow filters have a third of the wide ones' taps.
+  constexpr double negligible = 1e-9;
+  while (weights.size() > 1 && weights.front() < negligible) {
+    weights.erase(weights.begin());
+    weights.pop_back();
+  }
   return {Kernel(weights.begin(), weights.end()), s.a * std::sqrt(pi / s.b) * sum * sum};
 }
 
@@ -176,71 +217,163 @@ FeatureKernels feature_kernels(float pixels_per_degree) {
   return kernels;
 }
 
-struct Planes {
-  std::array<Plane, 3> opponent;
+/// What the eye resolves of a channel: a filter for each of lightness, red–green and, in two parts,
+/// blue–yellow.
+struct Filters {
+  SensitivityFilter lightness, red, blue_narrow, blue_wide;
+  float share;  ///< of the narrow part
+  FeatureKernels features;
+  int halo;  ///< how far any of them reaches, pixels
+
+  explicit Filters(float pixels_per_degree)
+      : lightness(sensitivity_filter(achromatic, pixels_per_degree)),
+        red(sensitivity_filter(red_green, pixels_per_degree)),
+        blue_narrow(sensitivity_filter(blue_yellow_narrow, pixels_per_degree)),
+        blue_wide(sensitivity_filter(blue_yellow_wide, pixels_per_degree)),
+        share(static_cast<float>(blue_narrow.weight / (blue_narrow.weight + blue_wide.weight))),
+        features(feature_kernels(pixels_per_degree)),
+        halo(std::max(sensitivity_radius(pixels_per_degree),
+                      static_cast<int>(features.gaussian.size() / 2))) {}
 };
 
-Planes to_opponent(const Image& image, const ColorSpaces& spaces) {
+std::array<float, 256> linear_levels() {
   std::array<float, 256> linear;
   for (std::size_t i = 0; i < linear.size(); ++i) {
     const float c = static_cast<float>(i) / 255;
     linear[i] = c <= 0.04045F ? c / 12.92F : std::pow((c + 0.055F) / 1.055F, 2.4F);
   }
-  Planes planes;
-  const std::size_t count = static_cast<std::size_t>(image.width) * image.height;
-  for (Plane& plane : planes.opponent) plane.resize(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::uint8_t* p = &image.rgb[3 * i];
-    const Color c = opponent(transform(spaces.xyz_from_rgb, {linear[p[0]], linear[p[1]], linear[p[2]]}));
-    for (std::size_t channel = 0; channel < 3; ++channel) planes.opponent[channel][i] = c[channel];
-  }
-  return planes;
+  return linear;
 }
 
-/// What the eye resolves at this distance, in the Hunt-adjusted L*a*b*.
-std::vector<Color> perceived(const Planes& planes, int width, int height, const ColorSpaces& spaces,
-                             float pixels_per_degree) {
-  const auto blur = [&](const Plane& plane, const SensitivityFilter& filter) {
-    return convolve(plane, width, height, filter.kernel, filter.kernel);
-  };
-  const Plane lightness = blur(planes.opponent[0], sensitivity_filter(achromatic, pixels_per_degree));
-  const Plane red = blur(planes.opponent[1], sensitivity_filter(red_green, pixels_per_degree));
-  const SensitivityFilter narrow = sensitivity_filter(blue_yellow_narrow, pixels_per_degree);
-  const SensitivityFilter wide = sensitivity_filter(blue_yellow_wide, pixels_per_degree);
-  const Plane blue_narrow = blur(planes.opponent[2], narrow);
-  const Plane blue_wide = blur(planes.opponent[2], wide);
-  const float share = static_cast<float>(narrow.weight / (narrow.weight + wide.weight));
-  std::vector<Color> result(lightness.size());
-  for (std::size_t i = 0; i < result.size(); ++i) {
-    const float blue = share * blue_narrow[i] + (1 - share) * blue_wide[i];
-    Color rgb = transform(spaces.rgb_from_xyz, xyz_from_opponent({lightness[i], red[i], blue}));
-    for (float& c : rgb) c = std::clamp(c, 0.0F, 1.0F);
-    result[i] = hunt_lab(spaces, rgb);
-  }
-  return result;
-}
+/// A band of a picture with all that is computed of it. Used for one band after another: getting memory from
+/// the system for each took as long as the filters.
+class PictureBand {
+ public:
+  PictureBand(const Image& image, int rows, const ColorSpaces& spaces, const Filters& filters)
+      : image_(image), spaces_(spaces), filters_(filters), opponent_{plane(rows), plane(rows), plane(rows)} {}
 
-struct Features {
-  Plane edges, points;  // magnitudes
+  /// Reads rows from `first` on; above and below the picture its border is repeated.
+  void read(int first) {
+    to_opponent(first);
+    blur(opponent_[0], filters_.lightness, lightness_);
+    blur(opponent_[1], filters_.red, red_);
+    blur(opponent_[2], filters_.blue_narrow, blue_narrow_);
+    blur(opponent_[2], filters_.blue_wide, blue_wide_);
+    Plane& plane = opponent_[0];
+    for (std::size_t i = 0; i < plane.values.size(); i += lanes::width) {
+      lanes::store(&plane.values[i], luminance(lanes::load(&plane.values[i])));
+    }
+    convolve_rows(plane, filters_.features.gaussian, smooth_);
+    find_features(filters_.features.first, edges_);
+    find_features(filters_.features.second, points_);
+  }
+
+  int stride() const { return opponent_[0].stride; }
+
+  /// The perceived colours of four pixels.
+  Color lab(int x, int y) const {
+    const Floats blue = filters_.share * lanes::load(blue_narrow_.row(y) + x) +
+                        (1 - filters_.share) * lanes::load(blue_wide_.row(y) + x);
+    Color rgb = transform(spaces_.rgb_from_xyz, xyz_from_opponent({lanes::load(lightness_.row(y) + x),
+                                                                   lanes::load(red_.row(y) + x), blue}));
+    for (Floats& c : rgb) c = lanes::min(lanes::max(c, all(0)), all(1));
+    return hunt_lab(spaces_, rgb);
+  }
+  Floats edge(int x, int y) const { return lanes::load(edges_.row(y) + x); }
+  Floats point(int x, int y) const { return lanes::load(points_.row(y) + x); }
+
+ private:
+  Plane plane(int rows) const { return Plane(image_.width, rows); }
+
+  void to_opponent(int first) {
+    std::array<std::vector<float>, 3> rgb;
+    for (auto& channel : rgb) channel.resize(static_cast<std::size_t>(stride()));
+    for (int y = 0; y < opponent_[0].height; ++y) {
+      const std::uint8_t* p = image_.pixel(0, std::clamp(first + y, 0, image_.height - 1));
+      for (std::size_t x = 0; x < static_cast<std::size_t>(image_.width); ++x) {
+        for (std::size_t channel = 0; channel < 3; ++channel) rgb[channel][x] = linear_[p[3 * x + channel]];
+      }
+      for (int x = 0; x < stride(); x += lanes::width) {
+        const Color c = opponent(
+            transform(spaces_.xyz_from_rgb, {lanes::load(rgb[0].data() + x), lanes::load(rgb[1].data() + x),
+                                             lanes::load(rgb[2].data() + x)}));
+        for (std::size_t channel = 0; channel < 3; ++channel) {
+          lanes::store(opponent_[channel].row(y) + x, c[channel]);
+        }
+      }
+    }
+  }
+
+  void blur(const Plane& in, const SensitivityFilter& filter, Plane& out) {
+    convolve_rows(in, filter.kernel, scratch_);
+    convolve_columns(scratch_, filter.kernel, out);
+  }
+
+  void find_features(const Kernel& derivative, Plane& magnitude) {
+    convolve_rows(opponent_[0], derivative, scratch_);
+    convolve_columns(scratch_, filters_.features.gaussian, magnitude);
+    convolve_columns(smooth_, derivative, scratch_);
+    for (std::size_t i = 0; i < magnitude.values.size(); i += lanes::width) {
+      const Floats a = lanes::load(&magnitude.values[i]);
+      const Floats b = lanes::load(&scratch_.values[i]);
+      lanes::store(&magnitude.values[i], lanes::root(a * a + b * b));
+    }
+  }
+
+  const Image& image_;
+  const ColorSpaces& spaces_;
+  const Filters& filters_;
+  std::array<float, 256> linear_ = linear_levels();
+  std::array<Plane, 3> opponent_;
+  Plane lightness_ = opponent_[0], red_ = opponent_[0], blue_narrow_ = opponent_[0],
+        blue_wide_ = opponent_[0];
+  Plane smooth_ = opponent_[0], edges_ = opponent_[0], points_ = opponent_[0], scratch_ = opponent_[0];
 };
 
-Features features(const Planes& planes, int width, int height, const FeatureKernels& kernels) {
-  Plane plane(planes.opponent[0].size());
-  std::transform(planes.opponent[0].begin(), planes.opponent[0].end(), plane.begin(), luminance);
-  const auto magnitude = [&](const Kernel& derivative) {
-    Plane x = convolve(plane, width, height, derivative, kernels.gaussian);
-    const Plane y = convolve(plane, width, height, kernels.gaussian, derivative);
-    for (std::size_t i = 0; i < x.size(); ++i) x[i] = std::sqrt(x[i] * x[i] + y[i] * y[i]);
-    return x;
-  };
-  return {magnitude(kernels.first), magnitude(kernels.second)};
+/// Compresses large colour differences: [0, knee·max] → [0, 0.95], the rest → [0.95, 1].
+Floats redistribute(Floats difference, float largest) {
+  const float knee = color_knee * largest;
+  return lanes::choose(difference < knee, difference * color_knee_value / knee,
+                       color_knee_value + (difference - knee) / (largest - knee) * (1 - color_knee_value));
 }
 
-/// Compresses large colour differences: [0, knee·max] → [0, 0.95], the rest → [0.95, 1].
-float redistribute(float difference, float largest) {
-  const float knee = color_knee * largest;
-  if (difference < knee) return difference * color_knee_value / knee;
-  return color_knee_value + (difference - knee) / (largest - knee) * (1 - color_knee_value);
+/// The values of four pixels of the map.
+Floats difference(const PictureBand& expected, const PictureBand& actual, int x, int y, float largest) {
+  const Floats apart = hyab(expected.lab(x, y), actual.lab(x, y));
+  const Floats color = redistribute(lanes::power(apart, all(color_exponent)), largest);
+  const Floats edges = lanes::absolute(expected.edge(x, y) - actual.edge(x, y));
+  const Floats points = lanes::absolute(expected.point(x, y) - actual.point(x, y));
+  // To the power of q_f = ½.
+  const Floats feature = lanes::root(lanes::max(edges, points) / std::numbers::sqrt2_v<float>);
+  return lanes::power(color, 1 - feature);
+}
+
+/// Equal rows have no difference, and rounding in the filters must not make one.
+bool are_equal(const Image& a, const Image& b, int first, int last) {
+  first = std::max(first, 0);
+  last = std::min(last, a.height - 1);
+  return std::equal(a.pixel(0, first), a.pixel(a.width - 1, last) + 3, b.pixel(0, first));
+}
+
+/// The value that 99 % are at or below, found by halves of the range: values are within [0, 1], where floats
+/// are ordered as their bits.
+double percentile_99(const std::vector<float>& values) {
+  const std::size_t wanted = (values.size() * 99 - 1) / 100;
+  std::uint32_t low = 0;
+  std::uint32_t high = std::bit_cast<std::uint32_t>(2.0F);
+  // The smallest value that more than `wanted` values are at or below.
+  while (low < high) {
+    const std::uint32_t middle = low + (high - low) / 2;
+    const auto limit = std::bit_cast<float>(middle);
+    std::size_t below = 0;
+    for (const float value : values) below += value <= limit ? 1 : 0;
+    if (below > wanted) {
+      high = middle;
+    } else {
+      low = middle + 1;
+    }
+  }
+  return std::bit_cast<float>(low);
 }
 
 }  // namespace
@@ -248,41 +381,54 @@ float redistribute(float difference, float largest) {
 Flip flip(const Image& expected, const Image& actual, float pixels_per_degree) {
   const int width = expected.width;
   const int height = expected.height;
-  Flip result{width, height, Plane(static_cast<std::size_t>(width) * height)};
-  // Rounding in the filters must not make equal pictures differ, nor take their time.
+  Flip result{width, height, std::vector<float>(static_cast<std::size_t>(width) * height)};
   if (expected.rgb == actual.rgb) return result;
-  static const ColorSpaces spaces;
-  const Planes expected_planes = to_opponent(expected, spaces);
-  const Planes actual_planes = to_opponent(actual, spaces);
-  const std::vector<Color> expected_colors =
-      perceived(expected_planes, width, height, spaces, pixels_per_degree);
-  const std::vector<Color> actual_colors = perceived(actual_planes, width, height, spaces, pixels_per_degree);
-  const FeatureKernels kernels = feature_kernels(pixels_per_degree);
-  const Features expected_features = features(expected_planes, width, height, kernels);
-  const Features actual_features = features(actual_planes, width, height, kernels);
-
+  const ColorSpaces spaces;
+  const Filters filters(pixels_per_degree);
+  const Color green{all(0), all(1), all(0)};
+  const Color blue{all(0), all(0), all(1)};
   const float largest =
-      std::pow(hyab(hunt_lab(spaces, {0, 1, 0}), hunt_lab(spaces, {0, 0, 1})), color_exponent);
-  double sum = 0;
-  for (std::size_t i = 0; i < result.map.size(); ++i) {
-    const float color =
-        redistribute(std::pow(hyab(expected_colors[i], actual_colors[i]), color_exponent), largest);
-    const float feature =
-        std::pow(std::max(std::abs(expected_features.edges[i] - actual_features.edges[i]),
-                          std::abs(expected_features.points[i] - actual_features.points[i])) /
-                     std::numbers::sqrt2_v<float>,
-                 feature_exponent);
-    const float value = std::pow(color, 1 - feature);
-    result.map[i] = value;
-    sum += value;
-    result.max = std::max(result.max, static_cast<double>(value));
+      lanes::power(hyab(hunt_lab(spaces, green), hunt_lab(spaces, blue)), all(color_exponent))[0];
+  // Bands whose planes stay in the cache, each with the rows that filters reach above and below it.
+  constexpr int band = 64;
+  PictureBand expected_band(expected, band + 2 * filters.halo, spaces, filters);
+  PictureBand actual_band(actual, band + 2 * filters.halo, spaces, filters);
+  std::vector<float> row(static_cast<std::size_t>(expected_band.stride()));
+  for (int top = 0; top < height; top += band) {
+    if (are_equal(expected, actual, top - filters.halo, top + band + filters.halo - 1)) continue;
+    expected_band.read(top - filters.halo);
+    actual_band.read(top - filters.halo);
+    for (int y = top; y < std::min(top + band, height); ++y) {
+      for (int x = 0; x < expected_band.stride(); x += lanes::width) {
+        lanes::store(row.data() + x,
+                     difference(expected_band, actual_band, x, filters.halo + y - top, largest));
+      }
+      std::copy_n(row.begin(), width, result.map.begin() + static_cast<std::ptrdiff_t>(y) * width);
+    }
   }
+  double sum = 0;
+  for (const float value : result.map) sum += value;
   result.mean = sum / static_cast<double>(result.map.size());
-  std::vector<float> sorted = result.map;
-  const auto at_99 = sorted.begin() + static_cast<std::ptrdiff_t>((sorted.size() * 99 - 1) / 100);
-  std::nth_element(sorted.begin(), at_99, sorted.end());
-  result.percentile_99 = *at_99;
+  result.max = *std::max_element(result.map.begin(), result.map.end());
+  result.percentile_99 = percentile_99(result.map);
   return result;
+}
+
+Image heat_map(const Flip& flip) {
+  // From black over violet and orange to pale yellow: brightness alone tells the order too.
+  constexpr std::array<std::array<float, 3>, 6> stops{
+      {{0, 0, 0}, {70, 15, 110}, {150, 40, 120}, {225, 85, 80}, {252, 165, 70}, {252, 253, 200}}};
+  Image image(flip.width, flip.height);
+  for (std::size_t i = 0; i < flip.map.size(); ++i) {
+    const float at = std::clamp(flip.map[i], 0.0F, 1.0F) * (stops.size() - 1);
+    const auto low = std::min(static_cast<std::size_t>(at), stops.size() - 2);
+    const float share = at - static_cast<float>(low);
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+      const float level = stops[low][channel] + share * (stops[low + 1][channel] - stops[low][channel]);
+      image.rgb[3 * i + channel] = static_cast<std::uint8_t>(level + 0.5F);
+    }
+  }
+  return image;
 }
 
 std::string_view visibility(const Flip& flip) {

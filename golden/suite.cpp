@@ -5,6 +5,7 @@
 
 #include <toml++/toml.h>
 #include <algorithm>
+#include <map>
 #include <set>
 #include <string_view>
 
@@ -18,6 +19,8 @@ namespace fs = std::filesystem;
 constexpr int largest_frame_count = 100000;
 constexpr int largest_size = 4096;
 const std::vector<std::string_view> algorithm_keys{"a1", "a2", "a3", "a4", "a5"};
+const std::vector<std::string_view> plan_keys{"frames",     "full_every", "images",         "size",
+                                              "algorithms", "tolerance",  "pose_tolerance", "settings"};
 const std::vector<std::string_view> settings_keys{"step",  "substeps", "iterations", "tau",
                                                   "kappa", "joints",   "relaxation", "tolerance"};
 
@@ -31,6 +34,7 @@ struct Plan {
   std::vector<Algorithm> algorithms{Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4,
                                     Algorithm::a5};
   ImageTolerance tolerance;
+  std::optional<PoseTolerance> pose_tolerance;
   std::vector<const toml::table*> settings;  ///< applied in this order
 };
 
@@ -47,14 +51,14 @@ class Reader {
       if (line == 0) throw Error(fmt::format("{}: cannot be read: {}", file_.string(), error.description()));
       throw Error(fmt::format("{}:{}: {}", file_.string(), line, error.description()));
     }
-    expect_keys(root, "the suite file", {"defaults", "case"});
+    expect_keys(root, "the suite file", {"defaults", "preset", "case"});
     Plan defaults;
     if (const toml::node* node = root.get("defaults")) {
       const toml::table& table = as_table(*node, "defaults");
-      expect_keys(table, "[defaults]",
-                  {"frames", "full_every", "images", "size", "algorithms", "tolerance", "settings"});
+      expect_keys(table, "[defaults]", plan_keys);
       read_plan(table, defaults);
     }
+    if (const toml::node* node = root.get("preset")) read_presets(as_table(*node, "preset"));
     Suite suite{file_, {}};
     const toml::node* cases = root.get("case");
     if (cases == nullptr) throw Error(fmt::format("{}: has no [[case]]", file_.string()));
@@ -109,6 +113,54 @@ class Reader {
     return *node.as_array();
   }
 
+  static std::vector<std::string_view> with_plan_keys(std::vector<std::string_view> keys) {
+    keys.insert(keys.end(), plan_keys.begin(), plan_keys.end());
+    return keys;
+  }
+
+  void read_presets(const toml::table& presets) {
+    for (const auto& [key, node] : presets) {
+      const std::string where = fmt::format("[preset.{}]", key.str());
+      const toml::table& table = as_table(node, fmt::format("preset.{}", key.str()));
+      expect_keys(table, where, with_plan_keys({"preset"}));
+      presets_.emplace(key.str(), &table);
+    }
+  }
+
+  /// Applies the presets that `table` names, each with those that it names itself first.
+  void apply_presets(const toml::table& table, Plan& plan, std::vector<std::string>& path) const {
+    const toml::node* named = table.get("preset");
+    if (named == nullptr) return;
+    std::vector<const toml::node*> entries{named};
+    if (named->is_array()) {
+      entries.clear();
+      for (const toml::node& entry : array(*named, "preset")) entries.push_back(&entry);
+    }
+    for (const toml::node* entry : entries) {
+      const std::string name = text(*entry, "preset");
+      const auto found = presets_.find(name);
+      if (found == presets_.end()) fail(*entry, fmt::format("there is no [preset.{}]", name));
+      if (std::find(path.begin(), path.end(), name) != path.end()) {
+        fail(*entry, fmt::format("preset '{}' is made of itself", name));
+      }
+      path.push_back(name);
+      apply_presets(*found->second, plan, path);
+      path.pop_back();
+      read_plan(*found->second, plan);
+    }
+  }
+
+  void read_pose_tolerance(const toml::table& table, PoseTolerance& tolerance) const {
+    expect_keys(table, "pose_tolerance", {"position", "orientation", "energy", "penetration", "resting"});
+    if (const auto* node = table.get("position")) tolerance.position = number(*node, "position");
+    if (const auto* node = table.get("orientation")) tolerance.orientation = number(*node, "orientation");
+    if (const auto* node = table.get("energy")) tolerance.energy = number(*node, "energy");
+    if (const auto* node = table.get("penetration")) tolerance.penetration = number(*node, "penetration");
+    if (const auto* node = table.get("resting")) {
+      tolerance.resting = integer(*node, "resting", 0, largest_frame_count);
+    }
+  }
+
   void read_plan(const toml::table& table, Plan& plan) const {
     if (const auto* node = table.get("frames"))
       plan.frames = integer(*node, "frames", 1, largest_frame_count);
@@ -137,6 +189,10 @@ class Reader {
     }
     if (const auto* node = table.get("tolerance"))
       read_tolerance(as_table(*node, "tolerance"), plan.tolerance);
+    if (const auto* node = table.get("pose_tolerance")) {
+      if (!plan.pose_tolerance) plan.pose_tolerance.emplace();
+      read_pose_tolerance(as_table(*node, "pose_tolerance"), *plan.pose_tolerance);
+    }
     if (const auto* node = table.get("settings")) {
       const toml::table& settings = as_table(*node, "settings");
       for (const auto& [key, value] : settings) {
@@ -190,10 +246,10 @@ class Reader {
   }
 
   void read_case(const toml::table& table, const Plan& defaults, Suite& suite) {
-    expect_keys(table, "[[case]]",
-                {"scene", "variant", "frames", "full_every", "images", "size", "algorithms", "tolerance",
-                 "settings"});
+    expect_keys(table, "[[case]]", with_plan_keys({"scene", "variant", "preset"}));
     Plan plan = defaults;
+    std::vector<std::string> path;
+    apply_presets(table, plan, path);
     read_plan(table, plan);
     const toml::node* scene = table.get("scene");
     if (scene == nullptr) fail(table, "[[case]] without a 'scene'");
@@ -237,7 +293,9 @@ class Reader {
       result.width = plan.width;
       result.height = plan.height;
       result.tolerance = plan.tolerance;
+      result.pose_tolerance = plan.pose_tolerance;
       result.pose_file = suite.folder() / "poses" / scene_name / (slug + ".poses");
+      result.track_file = suite.folder() / "poses" / scene_name / (slug + ".track");
       result.sidecar = suite.folder() / "images" / scene_name / (slug + ".json");
       if (!names_.insert(result.name).second) {
         fail(table, fmt::format("there is a case {} already: give one of them a 'variant'", result.name));
@@ -254,6 +312,7 @@ class Reader {
 
   fs::path file_;
   std::set<std::string> names_;
+  std::map<std::string, const toml::table*, std::less<>> presets_;
 };
 
 }  // namespace
@@ -263,51 +322,13 @@ fs::path SuiteCase::image_file(int frame) const {
   return file.replace_extension(fmt::format(".f{:04}.png", frame));
 }
 
+fs::path suite_file(const fs::path& named) {
+  std::error_code none;
+  return fs::is_directory(named, none) ? named / "suite.toml" : named;
+}
+
 Suite read_suite(const fs::path& file) {
-  return Reader(file).read();
-}
-
-std::vector<SuiteCase> select(const Suite& suite, const std::vector<std::string>& names) {
-  if (names.empty()) return suite.cases;
-  std::vector<SuiteCase> chosen;
-  std::set<std::string> matched;
-  for (const SuiteCase& entry : suite.cases) {
-    const std::string scene_name = entry.scene.stem().string();
-    bool wanted = false;
-    for (const std::string& name : names) {
-      if (name != entry.name && name != scene_name) continue;
-      matched.insert(name);
-      wanted = true;
-    }
-    if (wanted) chosen.push_back(entry);
-  }
-  for (const std::string& name : names) {
-    if (matched.count(name) != 0) continue;
-    std::vector<std::string_view> known;
-    for (const SuiteCase& entry : suite.cases) known.push_back(entry.name);
-    throw Error(
-        fmt::format("{}: has no case '{}'; cases are {}", suite.file.string(), name, fmt::join(known, " ")));
-  }
-  return chosen;
-}
-
-std::vector<fs::path> orphans(const Suite& suite) {
-  std::set<fs::path> claimed;
-  for (const SuiteCase& entry : suite.cases) {
-    claimed.insert(entry.pose_file.lexically_normal());
-    claimed.insert(entry.sidecar.lexically_normal());
-    for (const int frame : entry.images) claimed.insert(entry.image_file(frame).lexically_normal());
-  }
-  std::vector<fs::path> result;
-  for (const char* folder : {"poses", "images"}) {
-    std::error_code none;
-    for (const auto& entry : fs::recursive_directory_iterator(suite.folder() / folder, none)) {
-      if (entry.is_directory()) continue;
-      if (claimed.count(entry.path().lexically_normal()) == 0) result.push_back(entry.path());
-    }
-  }
-  std::sort(result.begin(), result.end());
-  return result;
+  return Reader(suite_file(file)).read();
 }
 
 }  // namespace substep

@@ -13,6 +13,7 @@ void add_info_command(CLI::App& app);
 void add_diff_command(CLI::App& app);
 void add_check_command(CLI::App& app);
 void add_approve_command(CLI::App& app);
+void add_replay_command(CLI::App& app);
 void add_claims_command(CLI::App& app);
 void add_measure_command(CLI::App& app);
 void add_sweep_command(CLI::App& app);

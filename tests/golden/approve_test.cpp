@@ -47,7 +47,7 @@ class ApproveTest : public testing::Test {
 TEST_F(ApproveTest, MakesNewGoldensOnceAndSaysWhatTheyWereMadeWith) {
   suite_.run();
   const Approval first = suite_.approve_failed("the first ones");
-  EXPECT_EQ(first.written.size(), 4U);
+  EXPECT_EQ(first.written.size(), 5U);  // poses, track, two pictures, sidecar
   EXPECT_GT(first.size_change, 1000);
   const auto after_first = goldens();
   const Approval second = suite_.approve_failed("once more");
@@ -97,7 +97,7 @@ TEST_F(ApproveTest, NewPosesComeWithTheirPictures) {
   suite_.make_goldens();
   replace_in(suite_.scene(), "\"gravity\":[0.0,-9.81,0.0]", "\"gravity\":[3.0,9.81,0.0]");
   EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::simulation_changed);
-  EXPECT_EQ(suite_.approve_failed().written.size(), 4U);
+  EXPECT_EQ(suite_.approve_failed().written.size(), 5U);
   EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::pass);
 }
 
@@ -106,7 +106,7 @@ TEST_F(ApproveTest, GoesOnWhereItWasInterrupted) {
   fs::create_directories(suite_.poses().parent_path());
   fs::copy_file(suite_.shown("actual.poses"), suite_.poses());
   const Approval approval = suite_.approve_failed();
-  EXPECT_EQ(approval.written.size(), 3U);
+  EXPECT_EQ(approval.written.size(), 4U);
   EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::pass);
 }
 
@@ -158,6 +158,62 @@ TEST_F(ApproveTest, RefusesHalfACheck) {
   suite_.options.poses = false;
   suite_.run();
   EXPECT_NE(refusal().find("only half of it was checked"), std::string::npos);
+}
+
+TEST_F(ApproveTest, AnAlternatePassesBesideTheGoldenPicture) {
+  suite_.make_goldens();
+  const std::string scene = read_text(suite_.scene());
+  change_light();
+  suite_.run();
+  ApproveOptions options;
+  options.suite = suite_.options.suite;
+  options.output = suite_.options.output;
+  options.all_failed = true;
+  options.as_alternates = true;
+  options.reason = "as another renderer draws it";
+  EXPECT_EQ(approve(options).written.size(), 3U);  // two pictures, sidecar
+  const auto after_first = goldens();
+  EXPECT_TRUE(approve(options).written.empty());
+  EXPECT_EQ(goldens(), after_first);
+  const CheckResult alternate = suite_.run();
+  EXPECT_EQ(alternate.cases.at(0).verdict, Verdict::pass);
+  EXPECT_TRUE(alternate.orphans.empty());
+  EXPECT_NE(alternate.cases.at(0).notes.back().find("as another renderer draws it"), std::string::npos);
+  write_text(suite_.scene(), scene);
+  EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::pass);
+  // A third way to draw it is neither.
+  change_light();
+  replace_in(suite_.scene(), "\"intensity\":2.5", "\"intensity\":2.0");
+  EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::renderer_changed);
+}
+
+TEST_F(ApproveTest, RefusesAlternatesOfNewPoses) {
+  suite_.make_goldens();
+  replace_in(suite_.scene(), "\"gravity\":[0.0,-9.81,0.0]", "\"gravity\":[0.0,-9.0,0.0]");
+  suite_.run();
+  ApproveOptions options;
+  options.suite = suite_.options.suite;
+  options.output = suite_.options.output;
+  options.all_failed = true;
+  options.as_alternates = true;
+  options.reason = "no";
+  EXPECT_THROW(approve(options), Error);
+}
+
+TEST_F(ApproveTest, AddsATrackToGoldensThatHaveNone) {
+  suite_.make_goldens();
+  const auto before = goldens();
+  fs::remove(suite_.track());
+  const CheckResult result = suite_.run();
+  EXPECT_EQ(result.cases.at(0).verdict, Verdict::pass);
+  EXPECT_TRUE(suite_.approve_failed().written.empty());
+  ApproveOptions options;
+  options.suite = suite_.options.suite;
+  options.output = suite_.options.output;
+  options.cases = {"box_stack.a3"};
+  options.reason = "for the test";
+  EXPECT_EQ(approve(options).written.front(), suite_.track());
+  EXPECT_EQ(goldens(), before);
 }
 
 TEST_F(ApproveTest, RefusesDamagedResults) {

@@ -84,12 +84,12 @@ TEST_F(CheckTest, AnotherSolutionIsTheSimulation) {
   EXPECT_EQ(result.verdict, Verdict::simulation_changed);
   EXPECT_EQ(result.poses.difference.first_frame, 1);
   EXPECT_EQ(result.poses.difference.first_full_frame, 10);
-  EXPECT_EQ(result.poses.body.substr(0, 4), "box_");
+  EXPECT_EQ(result.poses.motion.first.body.substr(0, 4), "box_");
   EXPECT_GT(result.poses.difference.size, 0);
   EXPECT_TRUE(says("VERDICT: simulation changed (renderer unchanged)")) << text_;
-  EXPECT_TRUE(says("body " + result.poses.body)) << text_;
+  EXPECT_TRUE(says("body " + result.poses.motion.first.body)) << text_;
   EXPECT_TRUE(says("header: substeps")) << text_;
-  EXPECT_TRUE(says("--substeps 3")) << text_;
+  EXPECT_TRUE(says("replay   substep replay box_stack.a3 --suite ")) << text_;
   EXPECT_TRUE(fs::exists(suite_.shown("f0020.new.png")));
 }
 

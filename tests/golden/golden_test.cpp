@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path suite_file = fs::path(SUBSTEP_SOURCE_DIR) / "golden/suite.toml";
+const fs::path own_suite = fs::path(SUBSTEP_SOURCE_DIR) / "golden/suite.toml";
 
 enum class Half { poses, images };
 
@@ -28,7 +28,7 @@ class GoldenTest : public testing::Test {
 
   void TestBody() override {
     CheckOptions options;
-    options.suite = suite_file;
+    options.suite = own_suite;
     options.cases = {case_name_};
     options.poses = half_ == Half::poses;
     options.images = half_ == Half::images;
@@ -56,7 +56,7 @@ void register_cases(const Suite& suite) {
 }
 
 TEST(golden_folder, HasNoOrphans) {
-  for (const fs::path& orphan : orphans(read_suite(suite_file))) {
+  for (const fs::path& orphan : orphans(read_suite(own_suite))) {
     ADD_FAILURE() << orphan << " belongs to no case: delete it, or put its case back";
   }
 }
@@ -65,7 +65,7 @@ TEST(golden_folder, KeepsItsSizeBudget) {
   constexpr std::uintmax_t whole = 10'000'000;
   constexpr std::uintmax_t picture = 100'000;
   std::uintmax_t sum = 0;
-  for (const auto& entry : fs::recursive_directory_iterator(suite_file.parent_path())) {
+  for (const auto& entry : fs::recursive_directory_iterator(own_suite.parent_path())) {
     if (!entry.is_regular_file()) continue;
     sum += entry.file_size();
     if (entry.path().extension() == ".png") {
@@ -82,7 +82,7 @@ int main(int argc, char** argv) {
   try {
     substep::pin_renderer();
     testing::InitGoogleTest(&argc, argv);
-    substep::register_cases(substep::read_suite(substep::suite_file));
+    substep::register_cases(substep::read_suite(substep::own_suite));
     return RUN_ALL_TESTS();
   } catch (const substep::Error& error) {
     std::fprintf(stderr, "%s\n", error.what());

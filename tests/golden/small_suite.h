@@ -6,6 +6,7 @@
 #include <iterator>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "golden/approve.h"
@@ -28,33 +29,41 @@ inline void replace_in(const std::filesystem::path& file, const std::string& old
   write_text(file, text.replace(at, old_text.size(), new_text));
 }
 
-/// Ten boxes for 20 steps of A3, pictures of frames 10 and 20.
+/// By default ten boxes for 20 steps of A3, pictures of frames 10 and 20.
 class SmallSuite {
  public:
-  SmallSuite() {
+  explicit SmallSuite(std::string scene_name = "box_stack", int frames = 20) : name_(std::move(scene_name)) {
     options.suite = folder_.path() / "golden/suite.toml";
     options.output = folder_.path() / "out";
     std::filesystem::create_directories(folder_.path() / "scenes");
-    std::filesystem::copy_file(std::filesystem::path(SUBSTEP_SOURCE_DIR) / "scenes/box_stack.gltf", scene());
+    std::filesystem::copy_file(std::filesystem::path(SUBSTEP_SOURCE_DIR) / "scenes" / (name_ + ".gltf"),
+                               scene());
     write_text(options.suite,
                "[defaults]\n"
-               "frames = 20\n"
-               "images = [10, 20]\n"
-               "size = [160, 90]\n"
-               "[[case]]\n"
-               "scene = \"../scenes/box_stack.gltf\"\n"
-               "algorithms = [\"a3\"]\n");
+               "frames = " +
+                   std::to_string(frames) +
+                   "\n"
+                   "images = [10, " +
+                   std::to_string(frames) +
+                   "]\n"
+                   "size = [160, 90]\n"
+                   "[[case]]\n"
+                   "scene = \"../scenes/" +
+                   name_ +
+                   ".gltf\"\n"
+                   "algorithms = [\"a3\"]\n");
   }
 
-  std::filesystem::path scene() const { return folder_.path() / "scenes/box_stack.gltf"; }
+  std::filesystem::path scene() const { return folder_.path() / "scenes" / (name_ + ".gltf"); }
   std::filesystem::path golden(const std::string& file) const { return options.suite.parent_path() / file; }
-  std::filesystem::path poses() const { return golden("poses/box_stack/a3.poses"); }
+  std::filesystem::path poses() const { return golden("poses/" + name_ + "/a3.poses"); }
+  std::filesystem::path track() const { return golden("poses/" + name_ + "/a3.track"); }
   std::filesystem::path image(int frame) const {
-    return golden("images/box_stack/a3.f00" + std::to_string(frame) + ".png");
+    return golden("images/" + name_ + "/a3.f00" + std::to_string(frame) + ".png");
   }
-  std::filesystem::path sidecar() const { return golden("images/box_stack/a3.json"); }
+  std::filesystem::path sidecar() const { return golden("images/" + name_ + "/a3.json"); }
   std::filesystem::path shown(const std::string& file) const {
-    return options.output / "box_stack.a3" / file;
+    return options.output / (name_ + ".a3") / file;
   }
 
   CheckResult run() { return check(options); }
@@ -77,6 +86,7 @@ class SmallSuite {
   CheckOptions options;
 
  private:
+  std::string name_;
   TemporaryFolder folder_;
 };
 

@@ -99,10 +99,9 @@ TEST_F(SuiteTest, MistakesAreNamedWithTheirLine) {
   const std::string a_case = "[[case]]\nscene = \"s.gltf\"\n";
   EXPECT_EQ(message("# nothing\n"), "suite.toml: has no [[case]]");
   EXPECT_EQ(message("case = 3\n"), "suite.toml:1: 'case' must be tables: [[case]]");
-  EXPECT_EQ(
-      message(a_case + "framez = 3\n"),
-      "suite.toml:3: unknown key 'framez' in [[case]]; known are scene, variant, frames, full_every, images, "
-      "size, algorithms, tolerance, settings");
+  EXPECT_EQ(message(a_case + "framez = 3\n"),
+            "suite.toml:3: unknown key 'framez' in [[case]]; known are scene, variant, preset, frames, "
+            "full_every, images, size, algorithms, tolerance, pose_tolerance, settings");
   EXPECT_EQ(message(a_case + "frames = 0\n"),
             "suite.toml:3: 'frames' must be a whole number from 1 to 100000");
   EXPECT_EQ(message(a_case + "frames = 2.5\n"),
@@ -141,6 +140,51 @@ TEST_F(SuiteTest, MistakesAreNamedWithTheirLine) {
   EXPECT_EQ(message(a_case + a_case),
             "suite.toml:3: there is a case s.a1 already: give one of them a 'variant'");
   EXPECT_EQ(message("[defaults\n").rfind("suite.toml:1: ", 0), 0U);
+}
+
+TEST_F(SuiteTest, PresetsAreInheritedAndMerged) {
+  const Suite suite = read(
+      "[defaults]\nframes = 50\nimages = [50]\ntolerance = { level = 1, count = 2 }\n"
+      "[preset.chaotic]\npose_tolerance = { position = 0.5 }\n"
+      "[preset.loose]\npreset = \"chaotic\"\ntolerance = { count = 400 }\npose_tolerance = { energy = 0.1 }\n"
+      "[preset.large]\nsize = [640, 360]\n"
+      "[[case]]\nscene = \"one.gltf\"\nalgorithms = [\"a1\"]\n"
+      "[[case]]\nscene = \"two.gltf\"\nalgorithms = [\"a1\"]\npreset = [\"loose\", \"large\"]\n"
+      "tolerance = { mean = 0.25 }\n");
+  const SuiteCase& plain = suite.cases.at(0);
+  EXPECT_FALSE(plain.pose_tolerance);
+  EXPECT_EQ(plain.tolerance.count, 2);
+  EXPECT_EQ(plain.width, 320);
+  const SuiteCase& loose = suite.cases.at(1);
+  EXPECT_EQ(loose.pose_tolerance->position, 0.5);
+  EXPECT_EQ(loose.pose_tolerance->energy, 0.1);
+  EXPECT_EQ(loose.pose_tolerance->penetration, PoseTolerance().penetration);
+  EXPECT_EQ(loose.tolerance.level, 1);
+  EXPECT_EQ(loose.tolerance.count, 400);
+  EXPECT_EQ(loose.tolerance.mean, 0.25);
+  EXPECT_EQ(loose.width, 640);
+  EXPECT_EQ(loose.frames, 50);
+  const std::string a_case = "[[case]]\nscene = \"s.gltf\"\n";
+  EXPECT_EQ(message(a_case + "preset = \"none\"\n"), "suite.toml:3: there is no [preset.none]");
+  EXPECT_EQ(message(a_case + "preset = \"a\"\n[preset.a]\npreset = \"a\"\n"),
+            "suite.toml:5: preset 'a' is made of itself");
+}
+
+TEST_F(SuiteTest, AFolderStandsForItsSuite) {
+  read("[[case]]\nscene = \"one.gltf\"\n");
+  EXPECT_EQ(read_suite(folder_.path()).cases.size(), 5U);
+}
+
+TEST_F(SuiteTest, ShardsTakeScenesInTurn) {
+  const Suite suite = read(
+      "[[case]]\nscene = \"one.gltf\"\n[[case]]\nscene = \"two.gltf\"\n[[case]]\nscene = \"three.gltf\"\n"
+      "[[case]]\nscene = \"one.gltf\"\nvariant = \"again\"\n");
+  const auto first = part_of(suite.cases, shard_in("1/2"));
+  const auto second = part_of(suite.cases, shard_in("2/2"));
+  EXPECT_EQ(first.size() + second.size(), suite.cases.size());
+  EXPECT_EQ(second.size(), 5U);
+  EXPECT_EQ(second.front().name, "two.a1");
+  for (const char* wrong : {"", "1", "0/2", "3/2", "1/2x", "a/b"}) EXPECT_THROW(shard_in(wrong), Error);
 }
 
 TEST_F(SuiteTest, AMissingFileIsNamed) {

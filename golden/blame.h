@@ -1,0 +1,51 @@
+#pragma once
+/// Which bodies the differing pixels of two pictures belong to.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "render/image.h"
+
+namespace substep {
+
+/// Where a body is seen in a picture, from an image of bodies (Renderer::draw_bodies). Body −1 is the sky, 0
+/// the world with the ground.
+struct BodyExtent {
+  int body = 0;
+  std::int64_t pixels = 0;
+  int left = 0, top = 0, right = -1, bottom = -1;  ///< the box around them, both ends included
+};
+
+/// By body, ascending; only those that are seen.
+std::vector<BodyExtent> body_extents(const Image& bodies);
+
+struct BodyBlame {
+  int body = 0;
+  std::string name;            ///< "sky", "ground and world" or the body's
+  std::int64_t differing = 0;  ///< pixels
+  std::int64_t levels = 0;     ///< their differences in the channel that differs most, summed
+  std::int64_t pixels = 0;     ///< where it is seen, in either picture
+  bool is_gone = false;        ///< it was in the golden picture and is not drawn any more
+};
+
+struct Blame {
+  std::int64_t foreground = 0;            ///< pixels that show a body other than the world, in either picture
+  std::int64_t differing_foreground = 0;  ///< those of them that differ
+  std::vector<BodyBlame> bodies;          ///< those with differing pixels, most levels first
+  bool is_everywhere = false;  ///< most of what is seen differs: light, camera or sky, not one body
+};
+
+/// A differing pixel is that of the body the expected picture shows there, and where that is sky or world, of
+/// the one that the actual picture shows. `approved` is where bodies were when the golden picture was made:
+/// one that is drawn no more takes the differing pixels of its box. All images have one size.
+Blame blame(const Image& expected, const Image& actual, const Image& expected_bodies,
+            const Image& actual_bodies, const std::vector<BodyExtent>& approved,
+            const std::vector<std::string>& names);
+
+/// `actual` in grey, with each differing pixel in its body's colour.
+Image blame_image(const Image& expected, const Image& actual, const Image& expected_bodies,
+                  const Image& actual_bodies);
+
+}  // namespace substep

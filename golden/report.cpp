@@ -1,0 +1,367 @@
+#include "golden/report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "golden/error_strip.h"
+#include "golden/markup.h"
+#include "golden/provenance.h"
+#include "golden/report_assets.h"
+#include "sim/log/file_output.h"
+
+namespace substep {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+const std::vector<std::string> verdicts{
+    "both changed", "simulation changed", "renderer changed", "missing", "new", "environment", "pass"};
+
+std::string text_of(const Json& json) {
+  return escaped(json.get<std::string>());
+}
+
+/// A verdict as a class of the style sheet.
+std::string css_class(std::string verdict) {
+  std::replace(verdict.begin(), verdict.end(), ' ', '-');
+  return verdict;
+}
+
+double severity(const Json& entry) {
+  double largest = 0;
+  if (!entry.contains("pairs")) return largest;
+  for (const Json& pair : entry.at("pairs")) {
+    const Json& comparison = pair.at("comparison");
+    if (comparison.contains("flip"))
+      largest = std::max(largest, comparison.at("flip").at("max").get<double>());
+  }
+  return largest;
+}
+
+/// What does not pass, the gravest verdict first and in it what is most visible.
+std::vector<const Json*> failing_cases(const Json& results) {
+  std::vector<const Json*> cases;
+  for (const Json& entry : results.at("cases")) {
+    if (entry.at("verdict") != "pass") cases.push_back(&entry);
+  }
+  const auto rank = [](const Json* entry) {
+    return std::find(verdicts.begin(), verdicts.end(), entry->at("verdict").get<std::string>()) -
+           verdicts.begin();
+  };
+  std::stable_sort(cases.begin(), cases.end(), [&](const Json* a, const Json* b) {
+    if (rank(a) != rank(b)) return rank(a) < rank(b);
+    return severity(*a) > severity(*b);
+  });
+  return cases;
+}
+
+std::string totals_list(const Json& results) {
+  std::string html = "<ul class=\"totals\">\n";
+  const auto add = [&](const std::string& verdict, std::size_t count) {
+    html += fmt::format("<li class=\"{}{}\"><b>{}</b>{}</li>\n", css_class(verdict),
+                        count == 0 ? " zero" : "", count, verdict);
+  };
+  const Json& cases = results.at("cases");
+  for (const std::string& verdict : verdicts) {
+    if (verdict == "pass") add("orphan", results.at("orphans").size());
+    add(verdict, static_cast<std::size_t>(std::count_if(
+                     cases.begin(), cases.end(), [&](const Json& e) { return e.at("verdict") == verdict; })));
+  }
+  return html + "</ul>\n";
+}
+
+std::string machines(const Json& results) {
+  std::string rows;
+  for (const char* key : {"renderer", "compiler", "processor", "commit"}) {
+    std::set<std::string> golden;
+    for (const Json& entry : results.at("cases")) {
+      const bool has = entry.contains("golden_made_with") && entry.at("golden_made_with").is_object();
+      if (has) golden.insert(entry.at("golden_made_with").value(key, std::string()));
+    }
+    const auto here = results.at("made_with").at(key).get<std::string>();
+    std::string theirs;
+    for (const std::string& value : golden) {
+      theirs += (value == here ? escaped(value) : "<mark>" + escaped(value) + "</mark>") + "<br>";
+    }
+    rows += fmt::format("<tr><th>{}</th><td>{}</td><td>{}</td></tr>\n", key,
+                        here.empty() ? "–" : escaped(here), theirs.empty() ? "–" : theirs);
+  }
+  return "<h3>Machines</h3>\n<div class=\"wide\"><table><tr><th></th><th>this check</th><th>goldens of the "
+         "failing cases</th></tr>\n" +
+         rows + "</table></div>\n";
+}
+
+std::string frame_text(const Json& frame) {
+  return frame.get<int>() < 0 ? "–" : std::to_string(frame.get<int>());
+}
+
+std::string overview(const std::vector<const Json*>& cases) {
+  if (cases.empty()) return {};
+  std::string html =
+      "<h3>What does not pass</h3>\n<div class=\"wide\"><table><tr><th>case</th><th>verdict</th><th "
+      "class=\"number\">first difference</th><th>body</th><th class=\"number\">half a pixel</th><th "
+      "class=\"number\">first other picture</th><th class=\"number\">FLIP max</th></tr>\n";
+  for (const Json* entry : cases) {
+    const Json& poses = entry->at("poses");
+    const bool differs = poses.contains("motion") && !poses.at("pass").get<bool>();
+    const Json none = -1;
+    const Json& motion = differs ? poses.at("motion") : none;
+    const double visible = severity(*entry);
+    fmt::format_to(
+        std::back_inserter(html),
+        "<tr><td><a href=\"#{0}\">{0}</a></td><td class=\"verdict {1}\">{2}</td><td class=\"number\">{3}</td>"
+        "<td>{4}</td><td class=\"number\">{5}</td><td class=\"number\">{6}</td><td "
+        "class=\"number\">{7}</td></tr>\n",
+        text_of(entry->at("name")), css_class(entry->at("verdict")), text_of(entry->at("verdict")),
+        differs ? frame_text(motion.at("first_frame")) : "–", differs ? text_of(motion.at("body")) : "–",
+        differs ? frame_text(motion.at("predicted_frame")) : "–",
+        differs ? frame_text(poses.at("visible_frame")) : "–",
+        visible > 0 ? fmt::format("{:.2f}", visible) : "–");
+  }
+  return html + "</table></div>\n";
+}
+
+/// Pictures as part of the page, or as links where it would grow too large.
+class Pictures {
+ public:
+  Pictures(fs::path output, std::size_t budget) : output_(std::move(output)), budget_(budget) {}
+
+  std::string source(const fs::path& folder, const std::string& file) {
+    const fs::path path = output_ / folder.filename() / file;
+    const std::string data = "data:image/png;base64," + base64(read_bytes(path));
+    if (data.size() > budget_) return escaped((folder.filename() / file).string());
+    budget_ -= data.size();
+    return data;
+  }
+
+ private:
+  fs::path output_;
+  std::size_t budget_;
+};
+
+std::string pair_title(const Json& pair) {
+  const auto about = pair.at("about").get<std::string>();
+  const std::string frame = fmt::format("Frame {}", pair.at("frame").get<int>());
+  if (about == "renderer")
+    return frame + ": the renderer’s part – golden picture, and golden poses drawn now";
+  if (about == "simulation") return frame + ": the simulation’s part – golden and new poses, both drawn now";
+  if (about == "first visible") return frame + ": the first whose picture is another – old and new poses";
+  return frame + ": no golden to compare with";
+}
+
+std::string comparison_text(const Json& comparison) {
+  if (!comparison.contains("above")) return text_of(comparison.at("judgement"));
+  const auto count = comparison.at("above").at(0).get<std::int64_t>();
+  std::string text = fmt::format("{} px differ ({:.3g} %), most by {} levels at ({}, {})", count,
+                                 100.0 * static_cast<double>(count) / comparison.at("pixels").get<double>(),
+                                 comparison.at("max").get<int>(), comparison.at("max_at").at(0).get<int>(),
+                                 comparison.at("max_at").at(1).get<int>());
+  if (comparison.contains("flip")) {
+    const Json& flip = comparison.at("flip");
+    text += fmt::format(" · FLIP mean {:.4f}, 99 % {:.2f}, max {:.2f}: <b>{}</b>",
+                        flip.at("mean").get<double>(), flip.at("percentile_99").get<double>(),
+                        flip.at("max").get<double>(), text_of(flip.at("visibility")));
+  }
+  return text;
+}
+
+std::string blame_table(const Json& comparison) {
+  if (!comparison.contains("blame")) return {};
+  const Json& blame = comparison.at("blame");
+  const auto share = [](const Json& part, const Json& whole) {
+    const auto count = whole.get<double>();
+    return count > 0 ? fmt::format("{:.1f} %", 100 * part.get<double>() / count) : std::string("–");
+  };
+  std::string html = fmt::format("<p>{} of the foreground differs{}</p>\n",
+                                 share(blame.at("differing_foreground"), blame.at("foreground")),
+                                 blame.at("everywhere").get<bool>()
+                                     ? ", all over the picture: light, camera or sky, not one body."
+                                     : ".");
+  html +=
+      "<details><summary>Differing pixels by body</summary><table><tr><th>body</th><th class=\"number\">"
+      "pixels</th><th class=\"number\">of all that differ</th><th class=\"number\">of the body</th></tr>\n";
+  for (const Json& body : blame.at("bodies")) {
+    html += fmt::format(
+        "<tr><td>{}{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td "
+        "class=\"number\">{}</td>"
+        "</tr>\n",
+        text_of(body.at("name")), body.at("gone").get<bool>() ? " (not drawn any more)" : "",
+        body.at("differing").get<std::int64_t>(), share(body.at("differing"), comparison.at("above").at(0)),
+        share(body.at("differing"), body.at("pixels")));
+  }
+  return html + "</table></details>\n";
+}
+
+std::string pair_block(const Json& pair, const Json& entry, Pictures& pictures) {
+  std::string html = fmt::format("<div class=\"pair\"><h3>{}</h3>\n", pair_title(pair));
+  if (pair.at("about") != "only") html += "<p>" + comparison_text(pair.at("comparison")) + "</p>\n";
+  html += "<div class=\"pictures\">\n";
+  const fs::path folder = entry.at("files").get<std::string>();
+  constexpr std::array<std::array<const char*, 2>, 5> kinds{{{"expected", "before"},
+                                                             {"actual", "after"},
+                                                             {"difference", "difference × 16"},
+                                                             {"flip", "FLIP: how visible"},
+                                                             {"bodies", "differing pixels by body"}}};
+  for (const auto& [kind, caption] : kinds) {
+    const auto file = pair.at(kind).get<std::string>();
+    if (file.empty()) continue;
+    fmt::format_to(
+        std::back_inserter(html),
+        "<figure><img data-what=\"{}\" loading=\"lazy\" width=\"{}\" height=\"{}\" alt=\"{} of frame "
+        "{}\" src=\"{}\"><figcaption>{}</figcaption></figure>\n",
+        kind, entry.at("size").at(0).get<int>(), entry.at("size").at(1).get<int>(), caption,
+        pair.at("frame").get<int>(), pictures.source(folder, file), caption);
+  }
+  return html + "</div>\n" + blame_table(pair.at("comparison")) + "</div>\n";
+}
+
+std::string command(const char* label, const Json& text, const char* style) {
+  return fmt::format("<div class=\"command\"><span>{}</span><code class=\"{}\">{}</code></div>\n", label,
+                     style, text_of(text));
+}
+
+std::string case_section(const Json& entry, Pictures& pictures) {
+  std::string html = fmt::format(
+      "<section class=\"case\" id=\"{0}\">\n<header><h2>{0}</h2><span class=\"verdict "
+      "{1}\">{2}</span></header>\n",
+      text_of(entry.at("name")), css_class(entry.at("verdict")), text_of(entry.at("meaning")));
+  html += command("replay", entry.at("replay"), "replay");
+  if (entry.at("refusal").get<std::string>().empty()) {
+    html += command("approve", entry.at("approve"), "approve");
+  } else {
+    html += fmt::format("<p class=\"quiet\">Cannot be approved from this check: {}.</p>\n",
+                        text_of(entry.at("refusal")));
+  }
+  for (const Json& note : entry.at("notes")) html += fmt::format("<p>Note: {}</p>\n", text_of(note));
+  const std::string strip = error_strip(entry.at("poses"));
+  if (!strip.empty()) html += "<h3>Error over frames</h3>\n" + strip;
+  for (const Json& pair : entry.at("pairs")) html += pair_block(pair, entry, pictures);
+  return html + fmt::format(
+                    "<details><summary>As printed in the terminal</summary><pre>{}</pre></details>\n"
+                    "</section>\n",
+                    text_of(entry.at("text")));
+}
+
+std::string matrix_table(const Json& matrix, const char* which, const Json& other) {
+  const Json& names = matrix.at("cases");
+  const auto algorithm = [](const Json& name) {
+    const auto text = name.get<std::string>();
+    return escaped(text.substr(text.find('.') + 1));
+  };
+  std::string html = fmt::format("<div class=\"wide\"><table><tr><th>{}</th>", which);
+  for (const Json& name : names) html += "<th class=\"number\">" + algorithm(name) + "</th>";
+  html += "</tr>\n";
+  const Json& values = matrix.at(which);
+  for (std::size_t row = 0; row < names.size(); ++row) {
+    html += "<tr><th>" + algorithm(names[row]) + "</th>";
+    for (std::size_t column = 0; column < names.size(); ++column) {
+      const std::size_t at = row * names.size() + column;
+      // Runs that blow up have no distance that JSON can hold.
+      const double value = values[at].is_null() ? -1 : values[at].get<double>();
+      const std::string text = value < 0 ? "–" : row == column ? "0" : fmt::format("{:.3g}", value);
+      const bool is_same = values[at] == other[at];
+      html += "<td class=\"number\">" + (is_same ? text : "<mark>" + text + "</mark>") + "</td>";
+    }
+    html += "</tr>\n";
+  }
+  return html + "</table></div>\n";
+}
+
+std::string distances(const Json& results) {
+  std::string changed;
+  for (const Json& matrix : results.at("distances")) {
+    const bool is_other = matrix.at("before") != matrix.at("after");
+    if (!is_other || matrix.at("cases").size() < 2) continue;
+    changed += fmt::format("<h3>{}</h3>\n<div class=\"matrices\">\n{}{}</div>\n", text_of(matrix.at("scene")),
+                           matrix_table(matrix, "before", matrix.at("after")),
+                           matrix_table(matrix, "after", matrix.at("before")));
+  }
+  if (changed.empty()) return {};
+  return "<section class=\"case\" id=\"distances\"><h2>How far the algorithms lie apart</h2>\n<p "
+         "class=\"quiet\">Root mean square over frames and bodies of the distance of centres, in metres; "
+         "what "
+         "changed is marked.</p>\n" +
+         changed + "</section>\n";
+}
+
+std::string passing(const Json& results) {
+  std::string rows;
+  std::size_t count = 0;
+  for (const Json& entry : results.at("cases")) {
+    if (entry.at("verdict") != "pass") continue;
+    ++count;
+    std::string notes;
+    for (const Json& note : entry.at("notes")) notes += text_of(note) + "<br>";
+    rows += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", text_of(entry.at("name")), notes);
+  }
+  if (count == 0) return {};
+  return fmt::format("<details><summary>{} that pass</summary><table>\n{}</table></details>\n", count, rows);
+}
+
+std::string orphans(const Json& results) {
+  if (results.at("orphans").empty()) return {};
+  std::string html =
+      "<h3>Orphans: goldens of no case</h3>\n<p>Delete them, or put their cases back.</p>\n<ul>\n";
+  for (const Json& orphan : results.at("orphans")) html += fmt::format("<li>{}</li>\n", text_of(orphan));
+  return html + "</ul>\n";
+}
+
+std::string body(const Json& results, const fs::path& output, std::size_t budget) {
+  const std::vector<const Json*> cases = failing_cases(results);
+  std::string html = fmt::format(
+      "<header class=\"top\"><h1>Visual regression: {}</h1>\n<p class=\"quiet\">{} · {} cases</p>\n",
+      cases.empty() && results.at("orphans").empty() ? "all as it was" : "something changed",
+      text_of(results.at("suite")), results.at("cases").size());
+  html += totals_list(results) + overview(cases) + orphans(results) + machines(results);
+  html +=
+      "<p class=\"keys quiet\" hidden><kbd>j</kbd> <kbd>k</kbd> next and last case · <kbd>n</kbd> "
+      "<kbd>p</kbd> "
+      "pictures · <kbd>1</kbd>–<kbd>6</kbd> how to compare · <kbd>space</kbd> flicker by hand · <kbd>+</kbd> "
+      "<kbd>−</kbd> zoom</p>\n</header>\n<main>\n";
+  Pictures pictures(output, budget);
+  for (const Json* entry : cases) html += case_section(*entry, pictures);
+  html += distances(results) + passing(results) + "</main>\n";
+  std::string options;
+  if (!cases.empty()) {
+    // What follows the name in the case's own command.
+    const auto own = cases.front()->at("approve").get<std::string>();
+    const auto from = own.find(cases.front()->at("name").get<std::string>());
+    const auto after = from + cases.front()->at("name").get<std::string>().size();
+    options = own.substr(after, own.rfind(" --reason") - after);
+  }
+  return html + fmt::format(
+                    "<div class=\"basket\" data-options=\"{}\"><div class=\"command\"><span>ticked</span>"
+                    "<code></code></div></div>",
+                    escaped(options));
+}
+
+void replace(std::string& text, std::string_view mark, std::string_view with) {
+  text.replace(text.find(mark), mark.size(), with);
+}
+
+}  // namespace
+
+fs::path report_file(const fs::path& output) {
+  return output / "report.html";
+}
+
+void write_report(const Json& results, const fs::path& output) {
+  // Room for everything but pictures.
+  const std::size_t words = results.dump().size() * 2 + 200'000;
+  const std::size_t budget = largest_report - std::min(words, largest_report);
+  std::string page(report_assets::page());
+  replace(page, "{{title}}", "substep check: " + escaped(results.at("totals").get<std::string>()));
+  replace(page, "{{style}}", report_assets::style());
+  replace(page, "{{script}}", report_assets::script());
+  replace(page, "{{body}}", body(results, output, budget));
+  write_file(report_file(output), page);
+}
+
+}  // namespace substep

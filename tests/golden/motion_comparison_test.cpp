@@ -1,0 +1,148 @@
+#include "golden/motion_comparison.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace substep {
+namespace {
+
+/// A ball that falls for 20 frames, and touches from frame 10 on.
+struct Fall {
+  PoseLog log;
+  Track track;
+
+  Fall() {
+    log.bodies = {"world", "ball", "block"};
+    for (int k = 0; k <= 20; ++k) {
+      Coordinates ball;
+      ball.linear = {0, 2 - 0.1 * k, 0};
+      Coordinates block;
+      block.linear = {1, 0, 0};
+      log.frames.push_back({static_cast<std::uint64_t>(k), {Coordinates{}, ball, block}});
+      Track::Frame frame;
+      frame.digests = {0, static_cast<std::uint16_t>(k), 7};
+      frame.poses = log.frames.back().poses;
+      frame.invariants = {static_cast<std::uint16_t>(k < 10 ? 0 : 1), 20, 0.001, 1};
+      track.frames.push_back(frame);
+    }
+  }
+
+  /// The ball is elsewhere from `frame` on.
+  void move(int frame, double by) {
+    for (std::size_t k = static_cast<std::size_t>(frame); k < log.frames.size(); ++k) {
+      log.frames[k].hash += 1000;
+      log.frames[k].poses[1].linear.x() += by;
+      track.frames[k].digests[1] = static_cast<std::uint16_t>(track.frames[k].digests[1] + 1000);
+      track.frames[k].poses = log.frames[k].poses;
+    }
+  }
+
+  Motion motion() const { return {&log, &track}; }
+};
+
+Viewfinder from_the_front() {
+  Viewfinder finder;
+  finder.view.eye = {0, 1, 10};
+  finder.width = 200;
+  finder.height = 200;
+  finder.parts = {{1, {-0.1, -0.1, -0.1}, {0.1, 0.1, 0.1}}};
+  return finder;
+}
+
+MotionComparison compared(const Fall& golden, const Fall& actual, const PoseTolerance* tolerance = nullptr) {
+  return compare_motion(golden.motion(), actual.motion(), from_the_front(),
+                        tolerance == nullptr ? std::nullopt : std::optional(*tolerance));
+}
+
+TEST(MotionComparison, EqualIsExact) {
+  const PoseTolerance tolerance;
+  EXPECT_EQ(compared(Fall(), Fall(), &tolerance).judgement, PoseJudgement::exact);
+}
+
+TEST(MotionComparison, WithoutAToleranceNothingElsePasses) {
+  Fall actual;
+  actual.move(5, 1e-12);
+  const MotionComparison found = compared(Fall(), actual);
+  EXPECT_EQ(found.judgement, PoseJudgement::differs);
+  EXPECT_EQ(found.first.frame, 5);
+  EXPECT_EQ(found.first.bodies, std::vector<std::string>{"ball"});
+  EXPECT_EQ(found.first.axis, 'x');
+  EXPECT_NEAR(found.first.size, 1e-12, 1e-15);
+}
+
+TEST(MotionComparison, PosesCountUntilContactsDiffer) {
+  PoseTolerance tolerance;
+  tolerance.position = 0.01;
+  Fall actual;
+  actual.move(5, 0.005);
+  EXPECT_EQ(compared(Fall(), actual, &tolerance).judgement, PoseJudgement::within);
+  actual.move(8, 0.02);
+  const MotionComparison beyond = compared(Fall(), actual, &tolerance);
+  EXPECT_EQ(beyond.judgement, PoseJudgement::poses);
+  EXPECT_EQ(beyond.limit_frame, 8);
+  EXPECT_NE(beyond.limit.find("body ball position x"), std::string::npos) << beyond.limit;
+
+  // The same, but contacts differ before: poses need not agree from there on, invariants must.
+  actual.track.frames[7].invariants.touching = 1;
+  const MotionComparison chaotic = compared(Fall(), actual, &tolerance);
+  EXPECT_EQ(chaotic.contacts_frame, 7);
+  EXPECT_EQ(chaotic.judgement, PoseJudgement::within);
+  actual.track.frames[15].invariants.energy = 25;
+  const MotionComparison hot = compared(Fall(), actual, &tolerance);
+  EXPECT_EQ(hot.judgement, PoseJudgement::invariants);
+  EXPECT_EQ(hot.limit_frame, 15);
+  EXPECT_NE(hot.limit.find("energy"), std::string::npos);
+  actual.track.frames[15].invariants.energy = 20;
+  actual.track.frames[16].invariants.penetration = 0.01;
+  EXPECT_EQ(compared(Fall(), actual, &tolerance).limit_frame, 16);
+  actual.track.frames[16].invariants.penetration = 0.001;
+  actual.track.frames[17].invariants.resting = 3;
+  EXPECT_EQ(compared(Fall(), actual, &tolerance).limit_frame, 17);
+}
+
+TEST(MotionComparison, AnotherEndIsNoTolerance) {
+  const PoseTolerance tolerance;
+  Fall actual;
+  actual.log.end = "diverged 21 body 1 ball";
+  actual.log.frames.back().hash = 5;
+  EXPECT_EQ(compared(Fall(), actual, &tolerance).judgement, PoseJudgement::end);
+}
+
+TEST(MotionComparison, PredictsHalfAPixel) {
+  // 200 pixels on 20 m at a distance of 10 m: a pixel is a decimetre, a little less on the near side.
+  Fall small;
+  small.move(3, 0.045);
+  EXPECT_EQ(compared(Fall(), small).predicted_frame, -1);
+  Fall large;
+  large.move(3, 0.055);
+  const MotionComparison found = compared(Fall(), large);
+  EXPECT_EQ(found.predicted_frame, 3);
+  EXPECT_EQ(found.predicted_body, "ball");
+  ASSERT_EQ(found.errors.size(), 21U);
+  EXPECT_EQ(found.errors[2].pixels, 0);
+  EXPECT_NEAR(found.errors[3].pixels, 0.0555, 0.6);
+  EXPECT_NEAR(found.errors[3].position, 0.055, 1e-12);
+}
+
+TEST(MotionComparison, TracksFillInBetweenStoredPoses) {
+  Fall golden;
+  Fall actual;
+  actual.move(5, 0.2);
+  for (std::size_t k = 0; k < golden.log.frames.size(); ++k) {
+    if (k % 10 != 0) golden.log.frames[k].poses.clear();
+  }
+  const MotionComparison with = compared(golden, actual);
+  EXPECT_EQ(with.first.size_frame, 5);
+  EXPECT_EQ(with.predicted_frame, 5);
+  const MotionComparison without =
+      compare_motion({&golden.log, nullptr}, actual.motion(), from_the_front(), {});
+  EXPECT_EQ(without.first.frame, 5);
+  EXPECT_TRUE(without.first.bodies.empty());
+  EXPECT_EQ(without.first.body, "ball");
+  EXPECT_EQ(without.first.size_frame, 10);
+  EXPECT_EQ(without.predicted_frame, 10);
+}
+
+}  // namespace
+}  // namespace substep

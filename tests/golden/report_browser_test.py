@@ -1,0 +1,187 @@
+"""The report in a headless browser: every mode clicked and typed, and nothing asked of a network.
+
+report_browser_test.py SUBSTEP SOURCE_FOLDER CHROMIUM CHROMEDRIVER [FOLDER_FOR_SCREENSHOTS]
+"""
+
+import json
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+
+from selenium import webdriver
+from selenium.webdriver import ActionChains
+from selenium.webdriver.common.by import By
+from selenium.webdriver.chrome.options import Options
+from selenium.webdriver.chrome.service import Service
+
+MODES = ["side", "slider", "flicker", "difference", "flip", "bodies"]
+SUITE = """
+[defaults]
+frames = 40
+images = [20, 40]
+size = [320, 180]
+[[case]]
+scene = "../scenes/bouncing_balls.gltf"
+algorithms = ["a3", "a4"]
+"""
+
+
+def expect(condition, what):
+    if not condition:
+        sys.exit(f"report_browser_test: {what}")
+
+
+def failing_report(substep, source, folder):
+    """Goldens of a scene, then the scene with another light and another bounce; returns the report."""
+    (folder / "golden").mkdir()
+    (folder / "scenes").mkdir()
+    (folder / "golden/suite.toml").write_text(SUITE)
+    scene = folder / "scenes/bouncing_balls.gltf"
+    shutil.copy(source / "scenes/bouncing_balls.gltf", scene)
+
+    def run(*arguments):
+        return subprocess.run([substep, *arguments], cwd=folder, capture_output=True, text=True).returncode
+
+    expect(run("check", "--suite", "golden") == 1, "a new case did not fail")
+    expect(run("approve", "--suite", "golden", "--failed", "--reason", "first") == 0, "cannot approve")
+    text = scene.read_text().replace('"intensity":3.0', '"intensity":2.5').replace('"restitution":0.5', '"restitution":0.4')
+    scene.write_text(text)
+    expect(run("check", "--suite", "golden") == 1, "a changed case did not fail")
+    return folder / "out/check/report.html"
+
+
+def browser(chromium, driver):
+    options = Options()
+    options.binary_location = chromium
+    for argument in ["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--window-size=1300,1050",
+                     "--hide-scrollbars"]:
+        options.add_argument(argument)
+    options.set_capability("goog:loggingPrefs", {"performance": "ALL", "browser": "ALL"})
+    return webdriver.Chrome(service=Service(driver), options=options)
+
+
+class Page:
+    def __init__(self, page, report, screenshots):
+        self.page = page
+        self.screenshots = screenshots
+        page.get(report.as_uri())
+        self.body = page.find_element(By.TAG_NAME, "body")
+
+    def shot(self, name):
+        if self.screenshots:
+            self.page.save_screenshot(str(self.screenshots / f"{name}.png"))
+
+    def script(self, text, *arguments):
+        return self.page.execute_script(text, *arguments)
+
+    def key(self, keys):
+        self.body.send_keys(keys)
+
+    def pair(self):
+        return self.page.find_element(By.CSS_SELECTOR, "section.current .pair")
+
+    def pressed(self):
+        return self.pair().find_element(By.CSS_SELECTOR, "button[aria-pressed=true]").text
+
+    def shows(self):
+        return [v.get_attribute("data-shows") for v in self.pair().find_elements(By.CSS_SELECTOR, ".view")]
+
+
+def drive(page):
+    page.shot("overview")
+    expect(page.script("return document.querySelectorAll('section.case h2').length") == 3, "two cases and the distances")
+    page.key("j")
+    expect(len(page.page.find_elements(By.CSS_SELECTOR, "section.current")) == 1, "j goes to a case")
+    expected = {"side": ["expected", "actual"], "slider": ["actual"], "flicker": None, "difference": ["difference"],
+                "flip": ["flip"], "bodies": ["bodies"]}
+    buttons = page.pair().find_elements(By.CSS_SELECTOR, ".viewer-bar button")[:len(MODES)]
+    for by in ["key", "click"]:
+        for number, mode in enumerate(MODES):
+            if by == "key":
+                page.key(str(number + 1))
+            else:
+                buttons[number].click()
+            expect(buttons[number].get_attribute("aria-pressed") == "true", f"{by}: {mode} is not pressed")
+            if expected[mode]:
+                expect(page.shows() == expected[mode], f"{by}: {mode} shows {page.shows()}")
+            if by == "key":
+                page.shot(mode)
+    page.key("3")
+    page.key(" ")
+    first = page.shows()
+    page.key(" ")
+    expect(first != page.shows(), "space flickers by hand")
+    # The slider, by the pointer.
+    page.key("2")
+    view = page.pair().find_element(By.CSS_SELECTOR, ".view")
+    ActionChains(page.page).move_to_element(view).click_and_hold().move_by_offset(90, 0).release().perform()
+    right = page.script("return parseFloat(arguments[0].querySelector('.over').style.right)", view)
+    expect(20 < right < 48, f"the slider follows the pointer: {right}")
+    # Zoom and levels.
+    page.key("1")
+    for _ in range(3):
+        page.key("+")
+    view = page.pair().find_element(By.CSS_SELECTOR, ".view")
+    ActionChains(page.page).move_to_element_with_offset(view, 7, 5).perform()
+    text = page.pair().find_element(By.CSS_SELECTOR, ".readout").text
+    expect("before" in text and "after" in text and "change" in text, f"levels are read: {text}")
+    page.shot("zoom")
+    page.page.find_element(By.CSS_SELECTOR, "section.current input[type=checkbox]").click()
+    basket = page.page.find_element(By.CSS_SELECTOR, ".basket code").text
+    expect(basket.startswith("substep approve bouncing_balls.a") and "--suite golden" in basket, f"basket: {basket}")
+    page.shot("approve")
+    page.page.find_element(By.CSS_SELECTOR, "section.current input[type=checkbox]").click()
+    page.key("j")
+    page.key("k")
+    page.key("n")
+    page.key("p")
+    page.script("document.querySelector('#distances').scrollIntoView()")
+    page.shot("distances")
+
+
+def dark(page):
+    page.page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": "dark"}]})
+    color = page.script("return getComputedStyle(document.body).backgroundColor")
+    expect(sum(int(c) for c in color[4:-1].split(",")) < 200, f"dark mode is dark: {color}")
+    page.script("scrollTo(0, 0)")
+    page.shot("dark")
+
+
+def without_scripts(page, report):
+    page.page.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": True})
+    page.page.get(report.as_uri())
+    pictures = page.page.find_elements(By.CSS_SELECTOR, ".pictures img")
+    expect(len(pictures) > 10 and pictures[0].is_displayed(), "without scripts the pictures are there")
+    page.shot("no_script")
+
+
+def no_network(page):
+    for entry in page.page.get_log("performance"):
+        message = json.loads(entry["message"])["message"]
+        if message["method"] != "Network.requestWillBeSent":
+            continue
+        url = message["params"]["request"]["url"]
+        expect(url.startswith(("file:", "data:")), f"asked for {url[:100]}")
+    errors = [e for e in page.page.get_log("browser") if e["level"] == "SEVERE"]
+    expect(not errors, f"the page has errors: {errors}")
+
+
+def main():
+    substep, source, chromium, driver = sys.argv[1:5]
+    screenshots = pathlib.Path(sys.argv[5]) if len(sys.argv) > 5 else None
+    with tempfile.TemporaryDirectory() as folder:
+        report = failing_report(substep, pathlib.Path(source), pathlib.Path(folder))
+        chrome = browser(chromium, driver)
+        try:
+            page = Page(chrome, report, screenshots)
+            drive(page)
+            dark(page)
+            no_network(page)
+            without_scripts(page, report)
+        finally:
+            chrome.quit()
+
+
+main()

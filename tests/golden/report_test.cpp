@@ -1,0 +1,130 @@
+#include "golden/report.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+
+#include "golden/junit.h"
+#include "golden/markup.h"
+#include "golden/merge.h"
+#include "golden/replay.h"
+#include "render/renderer.h"
+#include "sim/error.h"
+#include "tests/golden/small_suite.h"
+
+namespace substep {
+namespace {
+
+namespace fs = std::filesystem;
+
+class ReportTest : public testing::Test {
+ protected:
+  ReportTest() : suite_("bouncing_balls", 40) { suite_.make_goldens(); }
+
+  /// Both changed: another light, and one ball bounces otherwise.
+  void break_both() {
+    replace_in(suite_.scene(), "\"intensity\":3.0", "\"intensity\":2.5");
+    replace_in(suite_.scene(), "\"restitution\":0.5", "\"restitution\":0.4");
+  }
+
+  std::string page() const { return read_text(report_file(suite_.options.output)); }
+
+  SmallSuite suite_;
+};
+
+TEST_F(ReportTest, NeedsNothingFromOutside) {
+  break_both();
+  EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::both_changed);
+  const std::string html = page();
+  EXPECT_EQ(html.find("http://"), std::string::npos);
+  EXPECT_EQ(html.find("https://"), std::string::npos);
+  EXPECT_EQ(html.find("{{"), std::string::npos);
+  EXPECT_NE(html.find("id=\"bouncing_balls.a3\""), std::string::npos);
+  EXPECT_NE(html.find("the renderer’s part"), std::string::npos);
+  EXPECT_NE(html.find("the simulation’s part"), std::string::npos);
+  EXPECT_NE(html.find("half a pixel, predicted"), std::string::npos);
+  EXPECT_NE(html.find("substep approve bouncing_balls.a3"), std::string::npos);
+  EXPECT_LT(html.size(), largest_report);
+  // Every picture is in the page.
+  EXPECT_EQ(html.find(".png\""), std::string::npos);
+}
+
+TEST_F(ReportTest, TwoRunsGiveTheSameBytes) {
+  break_both();
+  suite_.run();
+  const std::string html = page();
+  const std::string json = read_text(suite_.options.output / "results.json");
+  const std::string xml = read_text(junit_file(suite_.options.output));
+  suite_.run();
+  EXPECT_EQ(page(), html);
+  EXPECT_EQ(read_text(suite_.options.output / "results.json"), json);
+  EXPECT_EQ(read_text(junit_file(suite_.options.output)), xml);
+}
+
+TEST_F(ReportTest, JunitSaysWhichHalf) {
+  replace_in(suite_.scene(), "\"intensity\":3.0", "\"intensity\":2.5");
+  suite_.run();
+  const std::string xml = read_text(junit_file(suite_.options.output));
+  EXPECT_NE(xml.find("tests=\"2\" failures=\"1\""), std::string::npos) << xml;
+  EXPECT_NE(xml.find("<testcase classname=\"poses\" name=\"bouncing_balls.a3\"/>"), std::string::npos) << xml;
+  EXPECT_NE(xml.find("<testcase classname=\"images\" name=\"bouncing_balls.a3\"><failure"),
+            std::string::npos);
+}
+
+TEST_F(ReportTest, ShardsPutTogetherAreTheWhole) {
+  write_text(suite_.options.suite, read_text(suite_.options.suite) +
+                                       "[[case]]\nscene = \"../scenes/other.gltf\"\nalgorithms = [\"a4\"]\n");
+  fs::copy_file(suite_.scene(), suite_.scene().parent_path() / "other.gltf");
+  break_both();
+  const fs::path whole = suite_.options.output;
+  EXPECT_EQ(suite_.run().exit_code(), 1);
+  const auto one = whole.parent_path() / "one";
+  const auto two = whole.parent_path() / "two";
+  suite_.options.output = one;
+  suite_.options.shard = {1, 2};
+  EXPECT_EQ(suite_.run().cases.size(), 1U);
+  suite_.options.output = two;
+  suite_.options.shard = {2, 2};
+  EXPECT_EQ(suite_.run().cases.size(), 1U);
+  // Moved, as artifacts of CI are.
+  fs::rename(two, whole.parent_path() / "moved");
+  const auto merged = whole.parent_path() / "merged";
+  EXPECT_EQ(merge({one, whole.parent_path() / "moved"}, merged), 1);
+  // What was approved by is the merged folder: approving goes by the copies.
+  suite_.options.output = merged;
+  EXPECT_EQ(suite_.approve_failed().written.size(), 10U);
+  EXPECT_THROW(merge({one, one}, merged), Error);
+}
+
+TEST_F(ReportTest, ReplayShowsTheBody) {
+  replace_in(suite_.scene(), "\"restitution\":0.5", "\"restitution\":0.4");
+  const CaseResult result = suite_.run().cases.at(0);
+  ReplayOptions options;
+  options.to = result.poses.motion.first.frame;
+  options.focus = result.poses.motion.first.body;
+  const std::string text = replay(read_suite(suite_.options.suite).cases.at(0), options);
+  EXPECT_NE(text.find("state as golden"), std::string::npos) << text;
+  EXPECT_NE(text.find("state differs from golden"), std::string::npos) << text;
+  EXPECT_NE(text.find(options.focus), std::string::npos);
+  options.focus = "nobody";
+  EXPECT_THROW(replay(read_suite(suite_.options.suite).cases.at(0), options), Error);
+}
+
+TEST(Markup, EscapesAndEncodes) {
+  EXPECT_EQ(escaped("a<b & \"c\"\x01"), "a&lt;b &amp; &quot;c&quot; ");
+  EXPECT_EQ(base64(""), "");
+  EXPECT_EQ(base64("f"), "Zg==");
+  EXPECT_EQ(base64("fo"), "Zm8=");
+  EXPECT_EQ(base64("foo"), "Zm9v");
+  EXPECT_EQ(base64("foobar"), "Zm9vYmFy");
+}
+
+}  // namespace
+}  // namespace substep
+
+int main(int argc, char** argv) {
+  substep::pin_renderer();
+  testing::InitGoogleTest(&argc, argv);
+  return RUN_ALL_TESTS();
+}
