@@ -94,8 +94,8 @@ class CaseCheck {
     }
   }
 
-  Motion golden_motion() const { return {&*golden_, golden_track_ ? &*golden_track_ : nullptr}; }
-  Motion live_motion() const { return {&*live_, &*live_track_}; }
+  LoggedMotion golden_motion() const { return {&*golden_, golden_track_ ? &*golden_track_ : nullptr}; }
+  LoggedMotion live_motion() const { return {&*live_, &*live_track_}; }
 
   void note(std::string text) { result_.notes.push_back(std::move(text)); }
 

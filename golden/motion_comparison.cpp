@@ -42,21 +42,21 @@ BodyChange change_of(const Coordinates& a, const Coordinates& b) {
   return result;
 }
 
-int frame_count(const Motion& golden, const Motion& actual) {
+int frame_count(const LoggedMotion& golden, const LoggedMotion& actual) {
   return static_cast<int>(std::min(golden.log->frames.size(), actual.log->frames.size()));
 }
 
-std::string body_name(const Motion& motion, std::size_t body) {
+std::string body_name(const LoggedMotion& motion, std::size_t body) {
   const auto& names = motion.log->bodies;
   return body < names.size() ? names[body] : fmt::format("body {}", body);
 }
 
-const Track::Frame* track_frame(const Motion& motion, int frame) {
+const Track::Frame* track_frame(const LoggedMotion& motion, int frame) {
   if (motion.track == nullptr || frame >= static_cast<int>(motion.track->frames.size())) return nullptr;
   return &motion.track->frames[static_cast<std::size_t>(frame)];
 }
 
-int first_changed_frame(const Motion& golden, const Motion& actual) {
+int first_changed_frame(const LoggedMotion& golden, const LoggedMotion& actual) {
   const int common = frame_count(golden, actual);
   for (int k = 0; k < common; ++k) {
     const auto frame = static_cast<std::size_t>(k);
@@ -66,7 +66,7 @@ int first_changed_frame(const Motion& golden, const Motion& actual) {
 }
 
 /// The bodies whose digests differ; all but the world when the tracks do not say.
-std::vector<std::size_t> changed_bodies(const Motion& golden, const Motion& actual, int frame,
+std::vector<std::size_t> changed_bodies(const LoggedMotion& golden, const LoggedMotion& actual, int frame,
                                         bool& is_known) {
   std::vector<std::size_t> result;
   const Track::Frame* a = track_frame(golden, frame);
@@ -81,7 +81,7 @@ std::vector<std::size_t> changed_bodies(const Motion& golden, const Motion& actu
   return result;
 }
 
-FirstChange first_change(const Motion& golden, const Motion& actual) {
+FirstChange first_change(const LoggedMotion& golden, const LoggedMotion& actual) {
   FirstChange first;
   first.frame = first_changed_frame(golden, actual);
   if (first.frame < 0) return first;
@@ -141,7 +141,8 @@ double shift_in_picture(const Viewfinder& finder, const Part& part, const Coordi
   return largest;
 }
 
-void predict(const Motion& golden, const Motion& actual, const Viewfinder& finder, MotionComparison& result) {
+void predict(const LoggedMotion& golden, const LoggedMotion& actual, const Viewfinder& finder,
+             MotionComparison& result) {
   for (int k = 0; k < frame_count(golden, actual); ++k) {
     const PosePair pair = poses_at(golden, actual, k);
     const std::size_t bodies = std::min(pair.golden.size(), pair.actual.size());
@@ -166,7 +167,7 @@ void predict(const Motion& golden, const Motion& actual, const Viewfinder& finde
   }
 }
 
-int first_other_contacts(const Motion& golden, const Motion& actual, int from) {
+int first_other_contacts(const LoggedMotion& golden, const LoggedMotion& actual, int from) {
   for (int k = std::max(from, 0); k < frame_count(golden, actual); ++k) {
     const Track::Frame* a = track_frame(golden, k);
     const Track::Frame* b = track_frame(actual, k);
@@ -177,7 +178,7 @@ int first_other_contacts(const Motion& golden, const Motion& actual, int from) {
 }
 
 /// What is beyond the tolerance in a frame's poses; empty: nothing.
-std::string poses_beyond(const Motion& golden, const PosePair& pair, const PoseTolerance& tolerance) {
+std::string poses_beyond(const LoggedMotion& golden, const PosePair& pair, const PoseTolerance& tolerance) {
   for (std::size_t i = 1; i < std::min(pair.golden.size(), pair.actual.size()); ++i) {
     const BodyChange change = change_of(pair.golden[i], pair.actual[i]);
     if (change.position > tolerance.position) {
@@ -210,7 +211,7 @@ std::string invariants_beyond(const Invariants& golden, const Invariants& actual
   return {};
 }
 
-void judge(const Motion& golden, const Motion& actual, const PoseTolerance& tolerance,
+void judge(const LoggedMotion& golden, const LoggedMotion& actual, const PoseTolerance& tolerance,
            MotionComparison& result) {
   if (golden.log->frames.size() != actual.log->frames.size() || golden.log->end != actual.log->end) {
     result.judgement = PoseJudgement::end;
@@ -255,7 +256,7 @@ std::string_view name(PoseJudgement judgement) {
   return "?";
 }
 
-PosePair poses_at(const Motion& golden, const Motion& actual, int frame) {
+PosePair poses_at(const LoggedMotion& golden, const LoggedMotion& actual, int frame) {
   const auto k = static_cast<std::size_t>(frame);
   if (k < golden.log->frames.size() && k < actual.log->frames.size()) {
     const auto& a = golden.log->frames[k].poses;
@@ -268,8 +269,8 @@ PosePair poses_at(const Motion& golden, const Motion& actual, int frame) {
   return {a->poses, b->poses, true};
 }
 
-MotionComparison compare_motion(const Motion& golden, const Motion& actual, const Viewfinder& finder,
-                                const std::optional<PoseTolerance>& tolerance) {
+MotionComparison compare_motion(const LoggedMotion& golden, const LoggedMotion& actual,
+                                const Viewfinder& finder, const std::optional<PoseTolerance>& tolerance) {
   MotionComparison result;
   result.first = first_change(golden, actual);
   if (result.first.frame < 0) return result;

@@ -41,7 +41,7 @@ inline bool passes(PoseJudgement judgement) {
 }
 
 /// A pose log and, where there is one, its track.
-struct Motion {
+struct LoggedMotion {
   const PoseLog* log = nullptr;
   const Track* track = nullptr;
 };
@@ -53,7 +53,7 @@ struct PosePair {
   std::span<const Coordinates> actual;
   bool is_rounded = false;  ///< to Track::resolution
 };
-PosePair poses_at(const Motion& golden, const Motion& actual, int frame);
+PosePair poses_at(const LoggedMotion& golden, const LoggedMotion& actual, int frame);
 
 /// Where the runs come apart.
 struct FirstChange {
@@ -90,7 +90,7 @@ struct Viewfinder {
   std::vector<Part> parts;
 };
 
-MotionComparison compare_motion(const Motion& golden, const Motion& actual, const Viewfinder& finder,
-                                const std::optional<PoseTolerance>& tolerance);
+MotionComparison compare_motion(const LoggedMotion& golden, const LoggedMotion& actual,
+                                const Viewfinder& finder, const std::optional<PoseTolerance>& tolerance);
 
 }  // namespace substep

@@ -38,7 +38,7 @@ struct Fall {
     }
   }
 
-  Motion motion() const { return {&log, &track}; }
+  LoggedMotion motion() const { return {&log, &track}; }
 };
 
 Viewfinder from_the_front() {
