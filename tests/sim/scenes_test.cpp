@@ -121,9 +121,12 @@ TEST(Scenes, TrayAndBallsGoAsSimBenchmarkSays) {
   const Scene scene = library_scene("balls_on_tray");
   const double acceleration = (150 - 0.4 * 35 * gravity) / (10 + 25 * 2.0 / 7);
   for (const Algorithm algorithm : all) {
-    // A1, A2: measured 4e-13. Eight sweeps leave A4 and A5 0.025 m/s² of 0.7385. A3, for which the balls'
-    // contacts turn with them, has 0.148.
-    const double limit = algorithm <= Algorithm::a2 ? 1e-9 : algorithm == Algorithm::a3 ? 0.17 : 0.03;
+    // Measured 4e-13 (A1), 4.2e-6 (A2). Eight sweeps leave A4 and A5 0.025 m/s² of 0.7385. A3, for which the
+    // balls' contacts turn with them, has 0.148.
+    const double limit = algorithm == Algorithm::a1   ? 1e-9
+                         : algorithm == Algorithm::a2 ? 1e-5
+                         : algorithm == Algorithm::a3 ? 0.17
+                                                      : 0.03;
     const State state = run(scene, settings_of(algorithm, 1.0 / 60), 2);
     EXPECT_NEAR(state.v[body_named(scene, "tray")].linear.x() / 2, acceleration, limit) << name(algorithm);
     for (int i = 1; i <= 25; ++i) {
@@ -193,11 +196,12 @@ TEST(Scenes, GatesSwingAlikeOnAnyNumberOfHinges) {
     for (const int count : {1, 2, 5, 10}) {
       const int i = body_named(scene, "hinges_" + std::to_string(count));
       double last = 0;
+      int turns = 0;
       double period = 0;  // until it turns back for the second time
       const Settings settings = settings_of(algorithm, 1.0 / 240);
       run(scene, settings, 4, [&](double t, const State& state) {
         const double rate = state.v[i].angular.dot(axis);
-        if (last > 0 && rate < 0) period = t - settings.step * rate / (rate - last);
+        if (last * rate < 0 && ++turns == 2) period = t - settings.step * rate / (rate - last);
         last = rate;
       });
       EXPECT_NEAR(period, 3.420684, 0.002)
