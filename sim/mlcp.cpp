@@ -307,14 +307,14 @@ void MlcpSolver::solve_free(const Mlcp& problem, std::vector<double>& lambda) {
   }
 }
 
-void MlcpSolver::iterate(const Mlcp& problem, Start start, int most_sets, std::vector<double>& lambda,
+void MlcpSolver::iterate(const Mlcp& problem, Start start, int sets_allowed, std::vector<double>& lambda,
                          MlcpReport& report) {
   const auto rows = static_cast<std::int64_t>(problem.rows.size());
   centre_ = lambda;
   int sets = 0;
   int sets_about_centre = 0;
   int idle = 0;
-  for (int round = 0; round < most_rounds && sets < most_sets; ++round) {
+  for (int round = 0; round < most_rounds && sets < sets_allowed; ++round) {
     velocities(problem, lambda);
     pull_to_centre(problem, lambda);
     bool another_set = true;

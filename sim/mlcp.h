@@ -74,7 +74,7 @@ class MlcpSolver {
   void prepare(const Mlcp& problem);
   /// Which set comes first: what the impulses say, or all rows free; perhaps: unless many then give way.
   enum class Start : std::int8_t { impulses, free, perhaps_free };
-  void iterate(const Mlcp& problem, Start start, int most_sets, std::vector<double>& lambda,
+  void iterate(const Mlcp& problem, Start start, int sets_allowed, std::vector<double>& lambda,
                MlcpReport& report);
   void sweep(const Mlcp& problem, std::vector<double>& lambda, int sweeps);
   void velocities(const Mlcp& problem, const std::vector<double>& lambda);
