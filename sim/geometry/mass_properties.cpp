@@ -5,8 +5,9 @@
 #include <limits>
 #include <numbers>
 #include <numeric>
-#include <tuple>
 #include <utility>
+
+#include "sim/geometry/welded_points.h"
 
 namespace substep {
 namespace {
@@ -182,23 +183,6 @@ MassProperties of_shape(const Polytope& polytope) {
   return sum.result(corner);
 }
 
-/// For each vertex the first one at the same position.
-std::vector<std::uint32_t> welded(std::span<const Vector3> vertices) {
-  std::vector<std::uint32_t> order(vertices.size());
-  std::iota(order.begin(), order.end(), 0U);
-  const auto key = [&](std::uint32_t i) {
-    return std::tuple(vertices[i].x(), vertices[i].y(), vertices[i].z());
-  };
-  std::ranges::sort(
-      order, [&](std::uint32_t i, std::uint32_t j) { return key(i) != key(j) ? key(i) < key(j) : i < j; });
-  std::vector<std::uint32_t> first(vertices.size());
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    const bool same = i > 0 && key(order[i]) == key(order[i - 1]);
-    first[order[i]] = same ? first[order[i - 1]] : order[i];
-  }
-  return first;
-}
-
 /// Of the 24 ways to name the axes of `rotation` (columns) that keep them right-handed, the one nearest to
 /// the given axes: the greatest trace. The first of several alike.
 std::array<int, 3> nearest_names(const Matrix3& rotation, std::array<double, 3>& signs) {
@@ -248,19 +232,31 @@ bool is_closed(std::span<const Vector3> vertices, std::span<const Triangle> tria
   const std::vector<std::uint32_t> weld = welded(vertices);
   std::vector<std::array<std::uint32_t, 2>> edges;
   edges.reserve(3 * triangles.size());
+  std::vector<std::uint32_t> begin(vertices.size() + 1, 0);  // where the edges from each vertex begin
   for (const Triangle& triangle : triangles) {
     if (std::ranges::any_of(triangle, [&](std::uint32_t i) { return i >= vertices.size(); })) return false;
     const Triangle corners = {weld[triangle[0]], weld[triangle[1]], weld[triangle[2]]};
     // One that the weld made a line has no inside.
     if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) continue;
-    for (std::size_t i = 0; i < 3; ++i) edges.push_back({corners[i], corners[(i + 1) % 3]});
+    for (std::size_t i = 0; i < 3; ++i) {
+      edges.push_back({corners[i], corners[(i + 1) % 3]});
+      ++begin[corners[i] + 1];
+    }
   }
   if (edges.empty()) return false;
-  std::ranges::sort(edges);
-  if (std::ranges::adjacent_find(edges) != edges.end()) return false;
-  return std::ranges::all_of(edges, [&](const auto& edge) {
-    return std::ranges::binary_search(edges, std::array{edge[1], edge[0]});
-  });
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<std::uint32_t> ends(edges.size());
+  std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
+  for (const auto& [from, to] : edges) ends[next[from]++] = to;
+  const auto ends_from = [&](std::uint32_t vertex) {
+    return std::span(ends.data() + begin[vertex], ends.data() + begin[vertex + 1]);
+  };
+  for (std::uint32_t vertex = 0; vertex < vertices.size(); ++vertex) {
+    std::ranges::sort(ends_from(vertex));
+    if (std::ranges::adjacent_find(ends_from(vertex)) != ends_from(vertex).end()) return false;
+  }
+  return std::ranges::all_of(
+      edges, [&](const auto& edge) { return std::ranges::binary_search(ends_from(edge[1]), edge[0]); });
 }
 
 MassProperties transformed(const MassProperties& properties, const Pose& pose) {

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "sim/error.h"
+#include "sim/geometry/welded_points.h"
 
 namespace substep {
 namespace {
@@ -24,17 +25,7 @@ constexpr double smallest_height = 1e-10;
 /// Gives each vertex the index of the first at its place, and leaves out what is then not used.
 void weld(TriangleMesh& mesh) {
   const std::vector<Vector3>& given = mesh.vertices;
-  std::vector<std::uint32_t> order(given.size());
-  std::iota(order.begin(), order.end(), 0U);
-  const auto place = [&](std::uint32_t i) { return std::tuple(given[i].x(), given[i].y(), given[i].z()); };
-  std::ranges::sort(order, [&](std::uint32_t i, std::uint32_t j) {
-    return place(i) != place(j) ? place(i) < place(j) : i < j;
-  });
-  std::vector<std::uint32_t> first(given.size());
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    const bool same = i > 0 && place(order[i]) == place(order[i - 1]);
-    first[order[i]] = same ? first[order[i - 1]] : order[i];
-  }
+  const std::vector<std::uint32_t> first = welded(given);
   std::vector<std::uint32_t> index(given.size(), TriangleMesh::none);
   std::vector<Vector3> kept;
   for (Triangle& triangle : mesh.triangles) {
@@ -95,6 +86,8 @@ class TreeBuilder {
     }
     mesh_.nodes[node].bounds = box;
     if (end - begin <= leaf_size) {
+      // Which triangles are in a half is given, which come first depends on the library that selected them.
+      std::sort(order_.begin() + begin, order_.begin() + end);
       mesh_.nodes[node].first = begin;
       mesh_.nodes[node].count = end - begin;
       return;
@@ -108,9 +101,6 @@ class TreeBuilder {
       return a != b ? a < b : i < j;
     };
     std::nth_element(order_.begin() + begin, order_.begin() + half, order_.begin() + end, precedes);
-    // Which of a half's come first depends on the library that selected them.
-    std::sort(order_.begin() + begin, order_.begin() + half);
-    std::sort(order_.begin() + half, order_.begin() + end);
     const auto first = static_cast<std::uint32_t>(mesh_.nodes.size());
     mesh_.nodes[node].first = first;
     mesh_.nodes.resize(mesh_.nodes.size() + 2);
@@ -125,39 +115,57 @@ class TreeBuilder {
 
 void join_neighbours(TriangleMesh& mesh) {
   struct Side {
-    std::array<std::uint32_t, 2> ends;
+    std::uint32_t to;
     std::uint32_t triangle;
     std::uint32_t corner;
   };
-  std::vector<Side> sides;
-  sides.reserve(3 * mesh.triangles.size());
+  const std::size_t vertices = mesh.vertices.size();
+  // The sides by the vertex that they lead from, then by where they lead to.
+  std::vector<std::uint32_t> begin(vertices + 1, 0);
+  for (const Triangle& corners : mesh.triangles) {
+    for (const std::uint32_t corner : corners) ++begin[corner + 1];
+  }
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
+  std::vector<Side> sides(3 * mesh.triangles.size());
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     const Triangle& corners = mesh.triangles[t];
-    for (std::uint32_t i = 0; i < 3; ++i) sides.push_back({{corners[i], corners[(i + 1) % 3]}, t, i});
+    for (std::uint32_t i = 0; i < 3; ++i) sides[next[corners[i]]++] = {corners[(i + 1) % 3], t, i};
   }
-  std::ranges::sort(sides, {}, [](const Side& side) { return std::tuple(side.ends, side.triangle); });
-  const auto with_ends = [&](const std::array<std::uint32_t, 2>& ends) {
-    return std::ranges::equal_range(sides, ends, {}, &Side::ends);
+  const auto sides_from = [&](std::uint32_t vertex) {
+    return std::span(sides.data() + begin[vertex], sides.data() + begin[vertex + 1]);
+  };
+  for (std::uint32_t vertex = 0; vertex < vertices; ++vertex) {
+    std::ranges::sort(sides_from(vertex), {},
+                      [](const Side& side) { return std::tuple(side.to, side.triangle); });
+  }
+  const auto only_side = [&](std::uint32_t from, std::uint32_t to) -> const Side* {
+    const std::span<const Side> candidates = sides_from(from);
+    const auto found = std::ranges::lower_bound(candidates, to, {}, &Side::to);
+    if (found == candidates.end() || found->to != to) return nullptr;
+    return found + 1 == candidates.end() || (found + 1)->to != to ? &*found : nullptr;
   };
   mesh.neighbours.assign(mesh.triangles.size(), {TriangleMesh::none, TriangleMesh::none, TriangleMesh::none});
-  std::vector<std::array<std::uint32_t, 2>> joined;
-  for (const Side& side : sides) {
-    joined.push_back(side.ends);
-    joined.push_back({side.ends[1], side.ends[0]});
-    const auto same = with_ends(side.ends);
-    const auto across = with_ends({side.ends[1], side.ends[0]});
-    if (same.size() == 1 && across.size() == 1) {
-      mesh.neighbours[side.triangle][side.corner] = across.front().triangle;
+  // Who leads to a vertex: as many as lead from it, for each triangle has one side of either kind there.
+  std::vector<std::uint32_t> origins(sides.size());
+  next.assign(begin.begin(), begin.end() - 1);
+  for (std::uint32_t from = 0; from < vertices; ++from) {
+    for (const Side& side : sides_from(from)) {
+      origins[next[side.to]++] = from;
+      const Side* across = only_side(side.to, from);
+      if (across && only_side(from, side.to)) mesh.neighbours[side.triangle][side.corner] = across->triangle;
     }
   }
-  std::ranges::sort(joined);
-  joined.erase(std::unique(joined.begin(), joined.end()), joined.end());
-  mesh.ring_begin.assign(mesh.vertices.size() + 1, 0);
-  for (const auto& [from, to] : joined) {
-    ++mesh.ring_begin[from + 1];
-    mesh.ring.push_back(to);
+  mesh.ring_begin.assign(1, 0);
+  std::vector<std::uint32_t> around;
+  for (std::uint32_t vertex = 0; vertex < vertices; ++vertex) {
+    around.assign(origins.begin() + begin[vertex], origins.begin() + begin[vertex + 1]);
+    for (const Side& side : sides_from(vertex)) around.push_back(side.to);
+    std::ranges::sort(around);
+    around.erase(std::unique(around.begin(), around.end()), around.end());
+    mesh.ring.insert(mesh.ring.end(), around.begin(), around.end());
+    mesh.ring_begin.push_back(static_cast<std::uint32_t>(mesh.ring.size()));
   }
-  std::partial_sum(mesh.ring_begin.begin(), mesh.ring_begin.end(), mesh.ring_begin.begin());
 }
 
 bool overlap(const Bounds& a, const Bounds& b) {

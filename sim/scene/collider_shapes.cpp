@@ -5,12 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <tuple>
+#include <numeric>
 
 #include "sim/error.h"
 #include "sim/geometry/convex_hull.h"
 #include "sim/geometry/round_solids.h"
 #include "sim/geometry/triangle_mesh.h"
+#include "sim/geometry/welded_points.h"
 #include "sim/rotation.h"
 
 namespace substep {
@@ -140,26 +141,124 @@ class GeometryGatherer {
   NodeGeometry geometry_;
 };
 
-// Of the points the outermost in each of `directions` directions, spread evenly over the sphere along a
-// spiral of golden angles. In the order of the points, each once.
-std::vector<Vector3> outermost(std::span<const Vector3> points, std::size_t directions) {
-  constexpr double golden_angle = 2.399963229728653;
-  std::vector<std::size_t> chosen;
-  for (std::size_t i = 0; i < directions; ++i) {
-    const double y = 1 - (2 * static_cast<double>(i) + 1) / static_cast<double>(directions);
-    const double across = std::sqrt(1 - y * y);
-    const SineCosine around = sine_cosine(golden_angle * static_cast<double>(i));
-    const Vector3 direction(across * around.cosine, y, across * around.sine);
-    std::size_t best = 0;
-    for (std::size_t k = 1; k < points.size(); ++k) {
-      if (direction.dot(points[k]) > direction.dot(points[best])) best = k;
+/// Finds of many points the outermost in a direction. Points that follow each other in a mesh mostly lie near
+/// each other, so blocks of them whose box does not reach far enough are passed over.
+class Outermost {
+ public:
+  explicit Outermost(std::span<const Vector3> points) : points_(points) {
+    for (std::size_t begin = 0; begin < points.size(); begin += block_size) {
+      Vector3 lower = points[begin];
+      Vector3 upper = points[begin];
+      for (std::size_t i = begin; i < std::min(begin + block_size, points.size()); ++i) {
+        lower = lower.cwiseMin(points[i]);
+        upper = upper.cwiseMax(points[i]);
+        size_ = std::max(size_, points[i].cwiseAbs().maxCoeff());
+      }
+      blocks_.push_back({(lower + upper) / 2, (upper - lower) / 2});
     }
-    chosen.push_back(best);
   }
-  std::ranges::sort(chosen);
-  chosen.erase(std::unique(chosen.begin(), chosen.end()), chosen.end());
+
+  /// The first of several that are as far out.
+  std::size_t in(const Vector3& direction) const {
+    std::size_t best = 0;
+    double reach = direction.dot(points_[0]);
+    const auto consider = [&](std::size_t i) {
+      const double value = direction.dot(points_[i]);
+      if (value < reach || (value == reach && i >= best)) return;
+      reach = value;
+      best = i;
+    };
+    for (std::size_t i = 0; i < points_.size(); i += block_size) consider(i);
+    const Vector3 spread = direction.cwiseAbs();
+    const double rounding = 1e-14 * size_;
+    for (std::size_t block = 0; block < blocks_.size(); ++block) {
+      const auto& [middle, half] = blocks_[block];
+      if (direction.dot(middle) + spread.dot(half) + rounding < reach) continue;
+      const std::size_t begin = block * block_size;
+      for (std::size_t i = begin; i < std::min(begin + block_size, points_.size()); ++i) consider(i);
+    }
+    return best;
+  }
+
+  /// In each of `directions` directions, spread evenly over the sphere along a spiral of golden angles. In
+  /// the order of the points, each once.
+  std::vector<std::size_t> in_all(std::size_t directions) const {
+    constexpr double golden_angle = 2.399963229728653;
+    std::vector<std::size_t> chosen;
+    for (std::size_t i = 0; i < directions; ++i) {
+      const double y = 1 - (2 * static_cast<double>(i) + 1) / static_cast<double>(directions);
+      const double across = std::sqrt(1 - y * y);
+      const SineCosine around = sine_cosine(golden_angle * static_cast<double>(i));
+      chosen.push_back(in(Vector3(across * around.cosine, y, across * around.sine)));
+    }
+    std::ranges::sort(chosen);
+    chosen.erase(std::unique(chosen.begin(), chosen.end()), chosen.end());
+    return chosen;
+  }
+
+ private:
+  static constexpr std::size_t block_size = 16;
+  struct Block {
+    Vector3 middle, half;
+  };
+  std::span<const Vector3> points_;
+  std::vector<Block> blocks_;
+  double size_ = 0;
+};
+
+/// How far points lie outside a hull: from a point to where the line to the hull's centre meets its surface.
+/// That face is found by walking from face to face, from the last point's on, to greater n·p / d: the
+/// greatest of a linear function over the dual polytope's corners, so no other hill stops the walk.
+class OutsideDistance {
+ public:
+  explicit OutsideDistance(const Polytope& hull) : centre_(hull.centre) {
+    begin_.assign(hull.face_count() + 1, 0);
+    for (const auto& [a, b] : hull.edge_faces) {
+      ++begin_[a + 1];
+      ++begin_[b + 1];
+    }
+    std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
+    std::vector<std::uint32_t> next(begin_.begin(), begin_.end() - 1);
+    neighbours_.resize(2 * hull.edge_faces.size());
+    for (const auto& [a, b] : hull.edge_faces) {
+      neighbours_[next[a]++] = b;
+      neighbours_[next[b]++] = a;
+    }
+    for (std::size_t face = 0; face < hull.face_count(); ++face) {
+      const Vector3& normal = hull.face_normals[face];
+      poles_.push_back(normal / (hull.face_offsets[face] - normal.dot(centre_)));
+    }
+  }
+
+  double of(const Vector3& point) {
+    const Vector3 from_centre = point - centre_;
+    double ratio = poles_[face_].dot(from_centre);
+    for (bool climbs = true; climbs;) {
+      climbs = false;
+      for (std::uint32_t i = begin_[face_]; i < begin_[face_ + 1]; ++i) {
+        const double other = poles_[neighbours_[i]].dot(from_centre);
+        if (!(other > ratio)) continue;
+        ratio = other;
+        face_ = neighbours_[i];
+        climbs = true;
+        break;
+      }
+    }
+    return ratio > 1 ? from_centre.norm() * (1 - 1 / ratio) : 0;
+  }
+
+ private:
+  Vector3 centre_;
+  std::vector<std::uint32_t> begin_;
+  std::vector<std::uint32_t> neighbours_;
+  std::vector<Vector3> poles_;
+  std::uint32_t face_ = 0;
+};
+
+std::vector<Vector3> chosen_points(std::span<const Vector3> points, std::span<const std::size_t> indices) {
   std::vector<Vector3> result;
-  for (const std::size_t index : chosen) result.push_back(points[index]);
+  result.reserve(indices.size());
+  for (const std::size_t index : indices) result.push_back(points[index]);
   return result;
 }
 
@@ -212,32 +311,42 @@ NodeGeometry geometry_of_node(const GltfDocument& document, const std::vector<Gl
 
 Polytope simplified_hull(std::span<const Vector3> points, const std::string& what, const std::string& place,
                          std::vector<std::string>& warnings) {
-  // A contact of two hulls costs about the product of their edges; and a full hull of very many points takes
-  // long.
+  // A contact of two hulls costs about the product of their edges; and a full hull of many points takes long.
   constexpr std::size_t most_vertices = 256;
-  constexpr std::size_t most_for_full_hull = 100'000;
-  std::vector<Vector3> distinct(points.begin(), points.end());
-  const auto key = [](const Vector3& point) { return std::tuple(point.x(), point.y(), point.z()); };
-  if (points.size() > most_for_full_hull &&
-      std::ranges::all_of(points, [](const Vector3& p) { return p.allFinite(); })) {
-    std::ranges::sort(distinct, {}, key);
-    distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
-    if (distinct.size() > most_for_full_hull) distinct = outermost(distinct, 10 * most_vertices);
+  constexpr std::size_t most_for_full_hull = 2 * most_vertices;
+  if (points.size() <= most_vertices ||
+      !std::ranges::all_of(points, [](const Vector3& p) { return p.allFinite(); })) {
+    return convex_hull(points, what);
   }
-  Polytope full = convex_hull(distinct, what);
-  if (full.vertices.size() <= most_vertices) return full;
-  Polytope simple = convex_hull(outermost(full.vertices, most_vertices), what);
+  const std::vector<std::uint32_t> first = welded(points);
+  std::vector<Vector3> distinct;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (first[i] == i) distinct.push_back(points[i]);
+  }
+  if (distinct.size() <= most_vertices) return convex_hull(points, what);
+
+  std::vector<std::size_t> chosen = Outermost(distinct).in_all(most_vertices);
+  Polytope simple = convex_hull(chosen_points(distinct, chosen), what);
+  // Of the others only those outside can be vertices of the full hull; the rest is rounding.
+  const double negligible = 1e-6 * simple.bounding_radius;
+  const std::size_t inner = chosen.size();
+  OutsideDistance outside(simple);
   double left_out = 0;
-  for (const Vector3& vertex : full.vertices) {
-    double outside = 0;
-    for (std::size_t face = 0; face < simple.face_count(); ++face) {
-      outside = std::max(outside, simple.face_normals[face].dot(vertex) - simple.face_offsets[face]);
-    }
-    left_out = std::max(left_out, outside);
+  for (std::size_t i = 0; i < distinct.size(); ++i) {
+    const double distance = outside.of(distinct[i]);
+    if (distance <= negligible) continue;
+    left_out = std::max(left_out, distance);
+    chosen.push_back(i);
   }
-  warnings.push_back(
-      fmt::format("{}: its convex hull of {} vertices is simplified to {}, which leaves out {:.2g} m at most",
-                  place, full.vertices.size(), simple.vertices.size(), left_out));
+  if (chosen.size() == inner) return simple;
+  if (chosen.size() <= most_for_full_hull) {
+    std::ranges::sort(chosen);
+    Polytope full = convex_hull(chosen_points(distinct, chosen), what);
+    if (full.vertices.size() <= most_vertices) return full;
+  }
+  warnings.push_back(fmt::format(
+      "{}: its convex hull of more than {} vertices is simplified to {}, which leaves out {:.2g} m at most",
+      place, most_vertices, simple.vertices.size(), left_out));
   return simple;
 }
 

@@ -116,7 +116,7 @@ INSTANTIATE_TEST_SUITE_P(
         Change{"roughness", "/materials/0/pbrMetallicRoughness/roughnessFactor", "2",
                "/materials/0/pbrMetallicRoughness/roughnessFactor", "between 0 and 1"},
         Change{"unknown_setting", "/extras", R"({"substep": {"gravitation": [0, 0, 0]}})", "/extras/substep",
-               "unknown key 'gravitation'; known are gravity, duration, step, gyroscopic"},
+               "unknown key 'gravitation'; known are gravity, duration, step, poster, gyroscopic"},
         Change{"gravity", "/extras", R"({"substep": {"gravity": -9.81}})", "/extras/substep/gravity",
                "3 numbers"},
         Change{"duration", "/scenes/0/extras", R"({"substep": {"duration": 0}})",

@@ -1,0 +1,16 @@
+#pragma once
+/// Points of a mesh that lie at one place.
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "sim/vector.h"
+
+namespace substep {
+
+/// For each point the first one at the same position, itself where there is none before it. Points with a NaN
+/// are at no other's position.
+std::vector<std::uint32_t> welded(std::span<const Vector3> points);
+
+}  // namespace substep
