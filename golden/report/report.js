@@ -91,7 +91,7 @@ class Viewer {
     const source = this.images[what];
     const width = Number(source.getAttribute('width')), height = Number(source.getAttribute('height'));
     const wanted = this.mode === 'side' ? 540 : 960;
-    const base = Math.max(1, Math.min(3, Math.floor(wanted / width)));
+    const base = Math.max(1, Math.min(3, wanted / width));
     const view = element('div', {class: 'view', 'data-shows': what});
     view.style.width = `${width * base}px`;
     view.style.height = `${height * base}px`;
