@@ -152,7 +152,7 @@ std::string masonry_arch() {
                                     {"thin", 0.07, 1.35, {finish::brick, finish::granite}}}};
 
   GltfBuilder gltf("masonry_arch", 3);
-  gltf.poster(0.75);
+  gltf.poster(0.1);
   gltf.camera({1.6, 1.9, 5.9}, {0, 0.66, 0}, 0.52);
   gltf.sun(afternoon, warm_white, daylight);
   add_ground(gltf, 0.7);
