@@ -13,6 +13,7 @@
 #include "sim/scene/collider_shapes.h"
 #include "sim/scene/file_bytes.h"
 #include "sim/scene/gltf_document.h"
+#include "sim/scene/gltf_mesh_file.h"
 #include "sim/scene/gltf_meshes.h"
 #include "sim/scene/mesh_file.h"
 #include "sim/scene/mesh_scene.h"
@@ -45,8 +46,8 @@ double inverse_or_infinite(double value) {
 
 class SceneBuilder {
  public:
-  explicit SceneBuilder(const std::filesystem::path& file)
-      : document_(read_gltf(file)),
+  SceneBuilder(const std::filesystem::path& file, GltfDocument document)
+      : document_(std::move(document)),
         meshes_(read_meshes(document_, scene_.warnings)),
         skins_(read_skins(document_)),
         tables_(read_physics_tables(document_.root(), scene_.warnings)) {
@@ -441,16 +442,27 @@ class SceneBuilder {
   std::map<int, MassProperties> solids_;        // of colliders whose mesh fills less than their shape
 };
 
+Scene scene_of_plain_gltf(const GltfDocument& document, const MeshOptions& options) {
+  std::vector<std::string> warnings;
+  const MeshFile meshes = mesh_file_of(document, warnings);
+  Scene scene = mesh_scene(document.file, meshes, options);
+  warnings.emplace_back("has no body of KHR_physics_rigid_bodies, so its meshes fall as bodies on a plane");
+  scene.warnings.insert(scene.warnings.begin(), warnings.begin(), warnings.end());
+  return scene;
+}
+
 }  // namespace
 
 Scene load_scene(const std::filesystem::path& file, const std::optional<MeshOptions>& options) {
   const std::string extension = lower_extension(file);
   try {
     if (extension == ".gltf" || extension == ".glb") {
+      GltfDocument document = read_gltf(file);
+      if (is_mesh_file(document)) return scene_of_plain_gltf(document, options.value_or(MeshOptions{}));
       if (options) {
         throw Error(file.string() + ": is a scene: mass, pose and copies of its bodies are as it has them");
       }
-      return SceneBuilder(file).build();
+      return SceneBuilder(file, std::move(document)).build();
     }
     if (is_mesh_extension(extension)) {
       return mesh_scene(file, read_mesh_file(file), options.value_or(MeshOptions{}));

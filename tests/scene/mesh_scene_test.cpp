@@ -209,6 +209,45 @@ TEST(MeshScene, ReadsStlPlyAndCollada) {
   EXPECT_NEAR(1 / tetrahedron.bodies[1].inverse_mass, 1000 / 6., 1e-4);  // measured 2e-6
 }
 
+nlohmann::json without_physics() {
+  nlohmann::json document = example();
+  document.erase("extensions");
+  document.erase("extensionsUsed");
+  document.erase("extensionsRequired");
+  document.erase("extras");
+  const int mesh = document["nodes"][1]["mesh"];
+  document["nodes"] = nlohmann::json::array();
+  document["nodes"].push_back({{"name", "left"}, {"mesh", mesh}, {"translation", {-2, 5, 0}}});
+  document["nodes"].push_back({{"name", "right"}, {"mesh", mesh}, {"scale", {2, 1, -1}}});
+  document["scenes"] = nlohmann::json::array({{{"nodes", {0, 1}}}});
+  document["scene"] = 0;
+  return document;
+}
+
+TEST(MeshScene, AGltfWithoutPhysicsFallsAsMeshes) {
+  const Scene scene = load_text("plain.gltf", without_physics().dump());
+  ASSERT_EQ(scene.bodies.size(), 3u);
+  EXPECT_EQ(scene.bodies[1].name, "left");
+  EXPECT_NEAR(1 / scene.bodies[1].inverse_mass, 1000, 1e-9);
+  EXPECT_NEAR(1 / scene.bodies[2].inverse_mass, 2000, 1e-9);  // mirrored, and no thinner for it
+  EXPECT_NEAR(scene.bodies[1].pose.position.y() - scene.bodies[2].pose.position.y(), 5, 1e-12);
+  EXPECT_THAT(scene.warnings, Contains(HasSubstr("its meshes fall as bodies on a plane")));
+  MeshOptions options;
+  options.mass = 3;
+  EXPECT_NEAR(1 / load_text("plain.gltf", without_physics().dump(), options).bodies[1].inverse_mass, 3,
+              1e-12);
+}
+
+TEST(MeshScene, AGltfThatSharesAMeshTooOftenIsRefused) {
+  nlohmann::json document = without_physics();
+  for (int i = 2; i < 1001; ++i) {
+    document["nodes"].push_back({{"mesh", document["nodes"][0]["mesh"]}});
+    document["scenes"][0]["nodes"].push_back(i);
+  }
+  EXPECT_THAT(complaint(document), HasSubstr("/nodes/1000"));
+  EXPECT_THAT(complaint(document), HasSubstr("more than 1000"));
+}
+
 TEST(MeshScene, KnotIsDrawnSmoothAndInItsColour) {
   const Scene knot = load_scene(meshes / "knot.obj");
   EXPECT_NEAR(1 / knot.bodies[1].inverse_mass, 404.92, 0.05);
