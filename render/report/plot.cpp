@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "render/report/gnuplot.h"
+#include "sim/error.h"
 
 namespace substep {
 namespace {
@@ -217,6 +218,10 @@ std::string with_dark_mode(std::string svg) {
 }  // namespace
 
 std::string draw(const Sheet& sheet, PictureFormat format) {
+  if (sheet.panels.empty()) {
+    throw Error(
+        fmt::format("the figure '{}' has nothing to show: the sweep measured none of it", sheet.title));
+  }
   const std::vector<Entry> entries = legend_of(sheet);
   const Layout layout = layout_of(sheet, entries.size());
   std::string script = "set encoding utf8\n";

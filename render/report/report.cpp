@@ -217,10 +217,13 @@ Document make_report(const FigureSource& source, const std::function<void(double
   std::map<std::string, std::string> pictures;
   for (const ReportFigure& figure : figures()) {
     if (progress) progress(static_cast<double>(pictures.size()) / static_cast<double>(figures().size()));
-    pictures[figure.name] = draw(figure.make(source), PictureFormat::svg);
+    const Sheet sheet = figure.make(source);
+    // A sweep need not have what each figure shows.
+    if (!sheet.panels.empty()) pictures[figure.name] = draw(sheet, PictureFormat::svg);
   }
   Document page;
   const auto picture = [&](const std::string& name) {
+    if (!pictures.contains(name)) return;
     page.picture(figure_named(name).about, fmt::format("figures/{}.svg", name), pictures.at(name));
   };
   page.heading(1, "Speed against error of A1 to A5");

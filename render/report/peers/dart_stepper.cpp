@@ -27,6 +27,8 @@ namespace {
 
 namespace dynamics = dart::dynamics;
 
+constexpr double fastest = 1e4;  ///< m/s and rad/s
+
 Eigen::Isometry3d isometry(const Pose& pose) {
   Eigen::Isometry3d result = Eigen::Isometry3d::Identity();
   result.linear() = pose.orientation.toRotationMatrix();
@@ -51,6 +53,10 @@ class DartStepper final : public Stepper {
   }
 
   bool step() override {
+    // It ends the program when a number is not finite; what is as fast as this will soon not be.
+    for (const dynamics::SkeletonPtr& one : skeletons_) {
+      if (!(one->getVelocities().cwiseAbs().sum() < fastest)) return false;
+    }
     world_->step();
     for (std::size_t i = 0; i < nodes_.size(); ++i) {
       if (!nodes_[i]) continue;
