@@ -18,8 +18,10 @@ namespace {
 /// 1e-4 is left.
 constexpr double regularisation = 1e-6;
 constexpr int first_sweeps = 12;
-constexpr int usual_sets = 60;  // a wall of 225 boxes takes at most 40
-constexpr int most_sets = 200;
+constexpr int usual_sets = 60;    // a wall of 225 boxes takes at most 40
+constexpr int more_sweeps = 200;  // each of so many rounds, where the sets of the usual starts do not settle
+constexpr int most_sweep_rounds = 10;
+constexpr double nearly_solved = 1e-6;  // the residual that they may leave
 constexpr int most_sets_about_centre = 12;
 constexpr int most_rounds = 400;
 constexpr int most_idle = 12;  // moves of the centre that leave the residual as it is
@@ -367,28 +369,37 @@ MlcpReport MlcpSolver::solve(const Mlcp& problem, std::vector<double>& lambda) {
   analyse(problem);
   report.residual = residual(problem, lambda);
   best_ = lambda;
-  if (limited) iterate(problem, Start::perhaps_free, usual_sets, lambda, report);
-  if (!(report.residual <= tolerance)) {
-    lambda.assign(problem.rows.size(), 0.0);
+  const auto is_solved = [&] { return report.residual <= tolerance; };
+  // λ after more sweeps from where the last ones ended: an answer, and a guess of the sets.
+  swept_ = lambda;
+  const auto iterate_from_sweeps = [&](int sweeps, int sets) {
+    lambda = swept_;
     if (limited) {
       velocities(problem, lambda);
-      sweep(problem, lambda, first_sweeps);
-      report.row_solves += rows * first_sweeps;
+      sweep(problem, lambda, sweeps);
+      report.row_solves += rows * sweeps;
+      swept_ = lambda;
+      const double now = residual(problem, lambda);
+      if (now < report.residual) {
+        report.residual = now;
+        best_ = lambda;
+      }
     }
-    iterate(problem, Start::impulses, usual_sets, lambda, report);
-  }
-  if (limited && !(report.residual <= tolerance)) {
+    if (!is_solved()) iterate(problem, Start::impulses, sets, lambda, report);
+  };
+  if (limited) iterate(problem, Start::perhaps_free, usual_sets, lambda, report);
+  if (!is_solved()) iterate_from_sweeps(first_sweeps, usual_sets);
+  if (limited && !is_solved()) {
     // From either start the sets may go round in circles.
     lambda.assign(problem.rows.size(), 0.0);
     iterate(problem, Start::free, usual_sets, lambda, report);
   }
-  if (!(report.residual <= tolerance)) {
-    lambda = best_;
-    iterate(problem, Start::impulses, most_sets, lambda, report);
+  for (int round = 0; limited && round < most_sweep_rounds && report.residual > nearly_solved; ++round) {
+    iterate_from_sweeps(more_sweeps, most_sets_about_centre);
   }
   lambda = best_;
   velocities(problem, lambda);
-  if (!(report.residual <= tolerance)) report.status = MlcpReport::Status::unsolved;
+  if (!is_solved()) report.status = MlcpReport::Status::unsolved;
   return report;
 }
 

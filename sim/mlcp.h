@@ -56,8 +56,8 @@ struct MlcpReport {
 /// bodies' space: 1 + Gᵀ(εD + S)⁻¹G is factored by blocks of six with little fill, whatever Γ's rank. The
 /// rows' signs say which set is next. When the set stays, the centre moves to λ, until the rows of the
 /// problem itself hold. The first set is that nothing gives way, as in what rests, or what Gauss–Seidel
-/// sweeps say. A solver keeps its memory from call to call, not its answers: equal problems have equal
-/// solutions.
+/// sweeps say; where no set settles, sweeps go on and what they come to is the answer. A solver keeps its
+/// memory from call to call, not its answers: equal problems have equal solutions.
 class MlcpSolver {
  public:
   static constexpr double tolerance = 1e-9;  ///< of MlcpReport::residual
@@ -92,6 +92,7 @@ class MlcpSolver {
   std::vector<Vector6> y_;  // Gᵀλ by body
   std::vector<Vector6> step_;
   std::vector<double> best_;
+  std::vector<double> swept_;
   std::vector<double> centre_;
 
   // The block factorisation of 1 + Gᵀ D G: pattern, then numbers.
