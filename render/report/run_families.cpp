@@ -36,7 +36,7 @@ Look look_of(const SweepRecord& record, bool contacts) {
     for (std::size_t i = 0; i < peers().size(); ++i) {
       if (peers()[i].name != record.peer) continue;
       constexpr std::array hues{5, 6, 7};
-      constexpr std::array shapes{4, 8, 10, 12, 1, 3};
+      constexpr std::array shapes{4, 8, 10, 12, 1, 3, 6, 2};
       look.hue = hues[i % hues.size()];
       look.shape = shapes[i % shapes.size()];
     }
