@@ -145,6 +145,7 @@ class MujocoStepper final : public Stepper {
 
  private:
   void load(const std::string& text) {
+    mju_user_warning = [](const char*) {};  // else it writes a file where the program runs
     mjVFS files;
     mj_defaultVFS(&files);
     mj_makeEmptyFileVFS(&files, "scene.xml", static_cast<int>(text.size()));
