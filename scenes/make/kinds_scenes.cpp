@@ -122,6 +122,7 @@ std::string joint_kinds() {
   const AxesLimit upright = locked(angular, {0, 1, 2});
   const AxesLimit hinge = locked(angular, {0, 1});
   const Pose lean = turn(Vector3::UnitZ(), 1);
+  const Vector3 coned_arm_rate(1, 0, 2);
   Rigs rigs(gltf);
 
   rigs.add({.name = "stopped_slider", .frame = at(column(0), upper - 0.1, 0), .size = block_size},
@@ -146,7 +147,8 @@ std::string joint_kinds() {
             .frame = at(column(4), upper, 0) * lean,
             .hold = arm_top,
             .size = arm_size,
-            .angular_velocity = {2, 0, 0}},
+            .linear_velocity = coned_arm_rate.cross(-arm_top),  // it turns about its joint
+            .angular_velocity = coned_arm_rate},
            arm_look(finish::blue), {point, {.kind = angular, .axes = {0, 2}, .max = 0.5}});
   rigs.add({.name = "stopped_hinge",
             .frame = at(column(5), upper, 0) * turn(Vector3::UnitZ(), pi / 2),
