@@ -9,6 +9,7 @@
 #include "golden/check_results.h"
 #include "golden/provenance.h"
 #include "golden/sidecar.h"
+#include "render/image.h"
 #include "sim/error.h"
 #include "sim/log/file_output.h"
 
@@ -58,6 +59,24 @@ std::string shown(const fs::path& file, const std::string& hash, const std::stri
   return content;
 }
 
+/// The picture that a golden file will hold: another file than the check left, with the same pixels.
+std::string kept(const fs::path& to, std::string content) {
+  return to.extension() == ".png" ? to_small_png(from_png(content, to.string())) : std::move(content);
+}
+
+/// Whether the golden says what `content` does already. What makes a picture is its pixels.
+bool holds(const fs::path& golden, const std::string& golden_bytes, const std::string& content) {
+  if (golden_bytes == content) return true;
+  if (golden.extension() != ".png" || golden_bytes.empty()) return false;
+  try {
+    const Image old = from_png(golden_bytes, golden.string());
+    const Image fresh = from_png(content, golden.string());
+    return old.width == fresh.width && old.rgb == fresh.rgb;
+  } catch (const Error&) {
+    return false;  // a damaged golden is one to replace
+  }
+}
+
 /// A picture beside the golden one for each that failed, under the next free number.
 std::vector<NewFile> alternates_of(const CheckResults::Case& entry, const ApproveOptions& options,
                                    const Json& made_with) {
@@ -84,7 +103,7 @@ std::vector<NewFile> alternates_of(const CheckResults::Case& entry, const Approv
                                      {"reason", options.reason},
                                      {"date", today()},
                                      {"made_with", made_with}});
-    files.push_back({file, shown(offer.from, offer.from_hash, entry.name)});
+    files.push_back({file, kept(file, shown(offer.from, offer.from_hash, entry.name))});
   }
   if (!files.empty()) files.push_back({entry.sidecar_file, sidecar.dump(1) + "\n"});
   return files;
@@ -107,13 +126,13 @@ std::vector<NewFile> files_of(const CheckResults::Case& entry, const ApproveOpti
   std::vector<NewFile> files;
   for (const Offer& offer : entry.offers) {
     const std::string content = shown(offer.from, offer.from_hash, entry.name);
-    const std::string golden_hash = fs::exists(offer.to) ? content_hash(read_bytes(offer.to)) : std::string();
-    if (golden_hash == offer.from_hash) continue;
-    if (golden_hash != offer.to_hash) {
+    const std::string golden = fs::exists(offer.to) ? read_bytes(offer.to) : std::string();
+    if (holds(offer.to, golden, content)) continue;
+    if ((golden.empty() ? std::string() : content_hash(golden)) != offer.to_hash) {
       refuse(entry.name,
              fmt::format("{} is no longer what the check saw: run 'substep check' again", offer.to.string()));
     }
-    files.push_back({offer.to, content});
+    files.push_back({offer.to, kept(offer.to, content)});
   }
   if (!files.empty() || !says_the_same(entry.sidecar_file, entry.sidecar)) {
     Json sidecar = entry.sidecar;

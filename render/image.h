@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace substep {
@@ -24,8 +25,14 @@ struct Image {
 /// 64-bit FNV-1a of size and pixels: what identifies a picture (the bytes of its PNG do not).
 std::uint64_t hash(const Image& image);
 
-std::string to_png(const Image& image);                                 ///< the file's bytes, deterministic
+/// A PNG file's bytes, deterministic. The small one, a fifth smaller, takes some 0.3 s of a picture of
+/// 320×180: for pictures that are kept.
+std::string to_png(const Image& image);
+std::string to_small_png(const Image& image);
 void write_png(const Image& image, const std::filesystem::path& file);  ///< whole or not at all; throws Error
-Image read_png(const std::filesystem::path& file);                      ///< throws Error
+
+/// A PNG's pixels. Throws Error, which calls it `name`.
+Image from_png(std::string_view bytes, const std::string& name);
+Image read_png(const std::filesystem::path& file);
 
 }  // namespace substep

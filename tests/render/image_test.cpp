@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <filesystem>
 #include <fstream>
 
@@ -57,6 +58,32 @@ TEST_F(Images, PngGivesBackThePixels) {
 
 TEST_F(Images, PngBytesAreTheSameEachTime) {
   EXPECT_EQ(to_png(pattern(64, 48)), to_png(pattern(64, 48)));
+  EXPECT_EQ(to_small_png(pattern(64, 48)), to_small_png(pattern(64, 48)));
+}
+
+TEST_F(Images, SmallPngGivesBackThePixelsOfEveryFilter) {
+  for (const auto& [width, height] : {std::pair{1, 1}, {7, 3}, {64, 48}, {3, 200}}) {
+    const Image image = pattern(width, height);
+    EXPECT_EQ(from_png(to_small_png(image), "small").rgb, image.rgb);
+  }
+  // Rows that a filter each suits best: noise repeated from above, steps to the right, a slope, flat.
+  Image image(96, 40);
+  std::uint32_t random = 1;
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      for (int channel = 0; channel < 3; ++channel) {
+        random = random * 1664525 + 1013904223;
+        const std::array<std::uint32_t, 5> values{
+            random >> 24, static_cast<std::uint32_t>(x * (7 + channel)),
+            static_cast<std::uint32_t>(3 * x + 5 * y), 40,
+            y > 0 ? image.pixel(x, y - 1)[channel] + (random >> 30) : 0};
+        image.pixel(x, y)[channel] = static_cast<std::uint8_t>(values[static_cast<std::size_t>(y / 2) % 5]);
+      }
+    }
+  }
+  const std::string png = to_small_png(image);
+  EXPECT_EQ(from_png(png, "small").rgb, image.rgb);
+  EXPECT_LT(png.size(), 3700u);  // measured 3615, to_png 4076
 }
 
 TEST_F(Images, SmoothPicturesCompress) {
