@@ -11,8 +11,6 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <string>
-#include <string_view>
 #include <vector>
 
 namespace substep {
@@ -55,9 +53,14 @@ struct MlcpReport {
 /// lie 1e-8 apart. Given which rows are at which limit, the others are one linear system, solved in the
 /// bodies' space: 1 + Gᵀ(εD + S)⁻¹G is factored by blocks of six with little fill, whatever Γ's rank. The
 /// rows' signs say which set is next. When the set stays, the centre moves to λ, until the rows of the
-/// problem itself hold. The first set is that nothing gives way, as in what rests, or what Gauss–Seidel
-/// sweeps say; where no set settles, sweeps go on and what they come to is the answer. A solver keeps its
-/// memory from call to call, not its answers: equal problems have equal solutions.
+/// problem itself hold.
+///
+/// The quick way has a small ε. It starts from nothing giving way, as in what rests, then from what some
+/// Gauss–Seidel sweeps say. Where its sets go round in circles, the careful way has a large ε, under which
+/// few rows give way at once, and halves it from centre to centre. Where the sets do not settle there either,
+/// it starts from the same problem with friction's limits fixed, a convex one whose minimum can be descended
+/// to; and if that does not help, ε is raised. A solver keeps its memory from call to call, not its answers:
+/// equal problems have equal solutions.
 class MlcpSolver {
  public:
   static constexpr double tolerance = 1e-9;  ///< of MlcpReport::residual
@@ -70,30 +73,45 @@ class MlcpSolver {
 
  private:
   enum class Set : std::int8_t { free, low, high, off };
+  /// Whether sliding rows' impulses are ±μ of their normals', or have the limits low_ and high_.
+  enum class Friction : std::int8_t { follows, fixed };
 
   void prepare(const Mlcp& problem);
-  /// Which set comes first: what the impulses say, or all rows free; perhaps: unless many then give way.
-  enum class Start : std::int8_t { impulses, free, perhaps_free };
-  void iterate(const Mlcp& problem, Start start, int sets_allowed, std::vector<double>& lambda,
-               MlcpReport& report);
+  void analyse(const Mlcp& problem);
   void sweep(const Mlcp& problem, std::vector<double>& lambda, int sweeps);
   void velocities(const Mlcp& problem, const std::vector<double>& lambda);
   void pull_to_centre(const Mlcp& problem, const std::vector<double>& lambda);
   int classify(const Mlcp& problem, const std::vector<double>& lambda);
   void fix_limits(const Mlcp& problem, std::vector<double>& lambda) const;
-  void factor(const Mlcp& problem);
+  void factor(const Mlcp& problem, Friction friction);
+  void solve_blocks();
   void solve_free(const Mlcp& problem, std::vector<double>& lambda);
+  void solve_set(const Mlcp& problem, std::vector<double>& lambda);
   double residual(const Mlcp& problem, const std::vector<double>& lambda);
-  void analyse(const Mlcp& problem);
+  double keep_if_better(const Mlcp& problem, const std::vector<double>& lambda, MlcpReport& report);
+  /// Which set comes first: what the impulses say, or all rows free, unless many then give way.
+  enum class Start : std::int8_t { impulses, perhaps_free };
+  void solve_quickly(const Mlcp& problem, Start start, std::vector<double>& lambda, MlcpReport& report);
+  /// With friction's limits as λ's normals give them, the problem pulled to the centre is a convex one in the
+  /// bodies' velocities y: ½|y|² and a half parabola a row. Newton's method with an exact line search.
+  void minimise(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
+  bool solve_about_centre(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
+  void solve_carefully(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
 
+  double pull_ = 0;            // ε
   std::vector<double> gamma_;  // Γ_xx
   std::vector<double> w_;
   std::vector<Set> set_;
   std::vector<Vector6> y_;  // Gᵀλ by body
   std::vector<Vector6> step_;
   std::vector<double> best_;
-  std::vector<double> swept_;
   std::vector<double> centre_;
+  std::vector<double> swept_;
+  std::vector<double> minimum_;
+  std::vector<double> low_;  // minimise: limits
+  std::vector<double> high_;
+  std::vector<double> unclamped_;
+  std::vector<double> slope_;
 
   // The block factorisation of 1 + Gᵀ D G: pattern, then numbers.
   std::vector<std::pair<int, int>> pattern_;  // body pairs, as analysed last
@@ -108,11 +126,5 @@ class MlcpSolver {
   std::vector<Matrix6> blocks_;   // diagonal, then upper and lower of each neighbour pair
   std::vector<Matrix6> inverse_;  // of the diagonal blocks
 };
-
-/// The problem as text, numbers at round-trip precision: what a run leaves when it could not solve one.
-std::string to_text(const Mlcp& problem);
-
-/// Reads what to_text wrote. Throws Error, with `what` (a file's name) and the line at its front.
-Mlcp parse_mlcp(std::string_view text, const std::string& what);
 
 }  // namespace substep

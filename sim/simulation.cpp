@@ -5,6 +5,7 @@
 #include "sim/algorithms.h"
 #include "sim/error.h"
 #include "sim/formulate.h"
+#include "sim/mlcp_text.h"
 #include "sim/model.h"
 
 namespace substep {
