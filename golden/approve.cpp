@@ -6,6 +6,7 @@
 #include <ctime>
 #include <utility>
 
+#include "golden/approval_journal.h"
 #include "golden/check_results.h"
 #include "golden/provenance.h"
 #include "golden/sidecar.h"
@@ -18,11 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
-
-struct NewFile {
-  fs::path file;
-  std::string content;
-};
 
 [[noreturn]] void refuse(const std::string& case_name, const std::string& why) {
   throw Error(fmt::format("{} is not approved: {}; nothing was written", case_name, why));
@@ -78,15 +74,15 @@ bool holds(const fs::path& golden, const std::string& golden_bytes, const std::s
 }
 
 /// A picture beside the golden one for each that failed, under the next free number.
-std::vector<NewFile> alternates_of(const CheckResults::Case& entry, const ApproveOptions& options,
-                                   const Json& made_with) {
+std::vector<NewGolden> alternates_of(const CheckResults::Case& entry, const ApproveOptions& options,
+                                     const Json& made_with) {
   if (!entry.poses_pass) refuse(entry.name, "its poses changed, and alternates are for other renderers");
   if (entry.alternates.empty()) refuse(entry.name, "no picture of it differs from a golden one");
   Json sidecar =
       fs::exists(entry.sidecar_file) ? Json::parse(read_bytes(entry.sidecar_file), nullptr, false) : Json();
   if (!sidecar.is_object()) refuse(entry.name, "it has no sidecar to note an alternate's reason in");
   const Sidecar known = read_sidecar(entry.sidecar_file);
-  std::vector<NewFile> files;
+  std::vector<NewGolden> files;
   for (const AlternateOffer& offer : entry.alternates) {
     const bool is_there =
         std::any_of(known.alternates.begin(), known.alternates.end(),
@@ -110,20 +106,20 @@ std::vector<NewFile> alternates_of(const CheckResults::Case& entry, const Approv
 }
 
 /// The pictures' alternates that still stand beside the golden picture they were accepted beside.
-void keep_alternates(const fs::path& sidecar_file, const std::vector<NewFile>& files, Json& sidecar) {
+void keep_alternates(const fs::path& sidecar_file, const std::vector<NewGolden>& files, Json& sidecar) {
   if (!fs::exists(sidecar_file)) return;
   const Json old = Json::parse(read_bytes(sidecar_file), nullptr, false);
   if (!old.is_object() || !old.contains("alternates")) return;
   // New pictures have no old alternates; their files are orphans then, for a person to delete.
-  const bool has_picture =
-      std::any_of(files.begin(), files.end(), [](const NewFile& f) { return f.file.extension() == ".png"; });
+  const bool has_picture = std::any_of(files.begin(), files.end(),
+                                       [](const NewGolden& f) { return f.file.extension() == ".png"; });
   if (!has_picture) sidecar["alternates"] = old["alternates"];
 }
 
 /// What is to be written for one case; empty when its goldens are those of the check already.
-std::vector<NewFile> files_of(const CheckResults::Case& entry, const ApproveOptions& options) {
+std::vector<NewGolden> files_of(const CheckResults::Case& entry, const ApproveOptions& options) {
   if (!entry.refusal.empty()) refuse(entry.name, entry.refusal);
-  std::vector<NewFile> files;
+  std::vector<NewGolden> files;
   for (const Offer& offer : entry.offers) {
     const std::string content = shown(offer.from, offer.from_hash, entry.name);
     const std::string golden = fs::exists(offer.to) ? read_bytes(offer.to) : std::string();
@@ -152,6 +148,8 @@ Approval approve(const ApproveOptions& options) {
   if (options.cases.empty() && !options.all_failed) {
     throw Error("approve needs the names of cases, or --failed for all that did not pass");
   }
+  const fs::path suite_folder = suite_file(options.suite).parent_path();
+  finish_approvals(suite_folder);
   const CheckResults results = read_results(options.output);
   if (content_hash(read_bytes(suite_file(options.suite))) != results.suite_hash) {
     throw Error(fmt::format("{} is not the suite file that was checked: run 'substep check' again",
@@ -163,32 +161,37 @@ Approval approve(const ApproveOptions& options) {
       throw Error(fmt::format("the last check had no case '{}'", wanted));
     }
   }
+  // All that can be refused is, before anything is written.
+  std::vector<std::pair<std::string, std::vector<NewGolden>>> cases;
   Approval approval;
-  std::vector<NewFile> files;
   for (const CheckResults::Case& entry : results.cases) {
     const bool is_named =
         std::find(options.cases.begin(), options.cases.end(), entry.name) != options.cases.end();
     const bool passed = entry.verdict == name(Verdict::pass);
     if (!is_named && (!options.all_failed || passed)) continue;
-    std::vector<NewFile> own;
+    std::vector<NewGolden> files;
     // A case that passes may still lack a track.
     const bool has_nothing = passed && entry.offers.empty();
     if (options.as_alternates && !passed) {
-      own = alternates_of(entry, options, results.made_with);
+      files = alternates_of(entry, options, results.made_with);
     } else if (!has_nothing) {
-      own = files_of(entry, options);
+      files = files_of(entry, options);
     }
-    if (own.empty()) approval.already_good.push_back(entry.name);
-    std::move(own.begin(), own.end(), std::back_inserter(files));
+    if (files.empty()) {
+      approval.already_good.push_back(entry.name);
+    } else {
+      cases.emplace_back(entry.name, std::move(files));
+    }
   }
-  for (const NewFile& file : files) {
-    std::error_code none;
-    const auto old_size = fs::file_size(file.file, none);
-    approval.size_change += static_cast<std::int64_t>(file.content.size());
-    if (!none) approval.size_change -= static_cast<std::int64_t>(old_size);
-    fs::create_directories(file.file.parent_path(), none);
-    write_file(file.file, file.content);
-    approval.written.push_back(file.file);
+  for (const auto& [case_name, files] : cases) {
+    for (const NewGolden& file : files) {
+      std::error_code none;
+      const auto old_size = fs::file_size(file.file, none);
+      approval.size_change += static_cast<std::int64_t>(file.content.size());
+      if (!none) approval.size_change -= static_cast<std::int64_t>(old_size);
+      approval.written.push_back(file.file);
+    }
+    replace_goldens(suite_folder, case_name, files);
   }
   return approval;
 }

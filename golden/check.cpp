@@ -4,6 +4,7 @@
 #include <memory>
 #include <utility>
 
+#include "golden/approval_journal.h"
 #include "golden/case_check.h"
 #include "golden/check_results.h"
 #include "golden/junit.h"
@@ -117,6 +118,7 @@ int CheckResult::exit_code() const {
 CheckResult check(const CheckOptions& options,
                   const std::function<void(const CaseResult&, int number, int of)>& after_case) {
   const Suite suite = read_suite(options.suite);
+  finish_approvals(suite.folder());
   const std::vector<SuiteCase> chosen = part_of(select(suite, options.cases), options.shard);
   CheckResult result;
   result.options = options;

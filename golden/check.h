@@ -12,7 +12,7 @@
 ///
 /// Everything that a person wants to see of a failing case lies in <output>/<case>/: the new pose log and the
 /// pictures that PicturePair names. <output>/results.json has every figure, and is what approve() and the
-/// report go by. Goldens are never written here.
+/// report go by. Goldens are never written here, but for what an interrupted approval had already decided.
 
 #include <cstdint>
 #include <filesystem>

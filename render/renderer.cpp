@@ -13,12 +13,10 @@
 
 #include "render/body_mesh.h"
 #include "render/camera.h"
-#include "render/context.h"
+#include "render/device.h"
 #include "render/gl.h"
-#include "render/gl_program.h"
 #include "render/ground.h"
 #include "render/resolve.h"
-#include "render/shaders.h"
 #include "render/shadow_map.h"
 #include "sim/error.h"
 #include "sim/rotation.h"
@@ -44,19 +42,6 @@ struct FrameUniforms {
   glm::vec4 shadow_scale;
   glm::vec4 occlusion;
   std::array<glm::vec4, 32> taps;
-};
-
-constexpr int disc_corners = 64;
-constexpr int disc_vertices = disc_corners + 2;  // the centre, and the first corner twice
-
-enum Unit : GLint {
-  shadow_depth_unit,
-  shadow_test_unit,
-  shadow_range_unit,
-  occlusion_unit,
-  position_unit,
-  normal_unit,
-  color_unit
 };
 
 glm::dmat4 matrix(const Coordinates& q) {
@@ -92,6 +77,7 @@ std::array<glm::vec4, 32> disc_points() {
 /// A colour and a depth buffer to draw to.
 struct Target {
   GLuint framebuffer = 0;
+  GLuint color = 0;
   GLuint depth = 0;  ///< with a stencil
   int width = 0;
   int height = 0;
@@ -101,12 +87,11 @@ struct Target {
   Target(int w, int h) : width(w), height(h), pixels(static_cast<std::size_t>(w) * h * 4) {
     glGenFramebuffers(1, &framebuffer);
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-    std::array<GLuint, 2> buffers{};
-    glGenRenderbuffers(2, buffers.data());
-    glBindRenderbuffer(GL_RENDERBUFFER, buffers[0]);
+    glGenRenderbuffers(1, &color);
+    glBindRenderbuffer(GL_RENDERBUFFER, color);
     glRenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, width, height);
-    glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, buffers[0]);
-    depth = buffers[1];
+    glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, color);
+    glGenRenderbuffers(1, &depth);
     glBindRenderbuffer(GL_RENDERBUFFER, depth);
     glRenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH32F_STENCIL8, width, height);
     glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_STENCIL_ATTACHMENT, GL_RENDERBUFFER, depth);
@@ -121,6 +106,12 @@ struct Target {
   }
 
   void read() { glReadPixels(0, 0, width, height, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data()); }
+
+  void end() const {
+    glDeleteFramebuffers(1, &framebuffer);
+    glDeleteRenderbuffers(1, &color);
+    glDeleteRenderbuffers(1, &depth);
+  }
 };
 
 /// What is seen at each sample, for the light to be computed once however many triangles lie behind each
@@ -146,6 +137,11 @@ struct Surfaces {
     if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
       refuse_size(target.width, target.height);
   }
+
+  void end() const {
+    glDeleteFramebuffers(1, &framebuffer);
+    glDeleteTextures(3, textures.data());
+  }
 };
 
 GLuint buffer_of(GLenum target, const void* data, std::size_t bytes) {
@@ -161,20 +157,6 @@ const void* offset(std::size_t bytes) {
   return reinterpret_cast<const void*>(bytes);
 }
 
-GLuint sampler(GLint filter, bool compares) {
-  GLuint name = 0;
-  glGenSamplers(1, &name);
-  glSamplerParameteri(name, GL_TEXTURE_MIN_FILTER, filter);
-  glSamplerParameteri(name, GL_TEXTURE_MAG_FILTER, filter);
-  glSamplerParameteri(name, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-  glSamplerParameteri(name, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-  if (compares) {
-    glSamplerParameteri(name, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
-    glSamplerParameteri(name, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
-  }
-  return name;
-}
-
 bool is_drawable(const Coordinates& q) {
   // Beyond this single precision turns bodies into noise.
   constexpr double farthest = 1e6;
@@ -184,7 +166,7 @@ bool is_drawable(const Coordinates& q) {
 }  // namespace
 
 struct Renderer::Implementation {
-  Context context;
+  std::unique_ptr<Device> device = take_device();
   RenderSettings settings;
   BodyMesh mesh;
   View view;
@@ -195,19 +177,8 @@ struct Renderer::Implementation {
   std::vector<bool> scenery;  ///< of each part
   FrameUniforms frame{};
 
-  GLuint bodies = 0;  ///< vertex arrays
-  GLuint disc = 0;
-  GLuint nothing = 0;
-  GLuint frame_buffer = 0;
-  GLuint body_program = 0;
-  GLuint shading_program = 0;
-  GLuint ground_program = 0;
-  GLuint ground_depth_program = 0;
-  GLuint sky_program = 0;
-  GLuint depth_program = 0;
-  GLuint color_program = 0;
-  GLuint occlusion = 0;
-  std::unique_ptr<ShadowMap> shadow;
+  GLuint bodies = 0;  ///< vertex array
+  std::array<GLuint, 2> body_buffers{};
   Target samples;  ///< four a pixel if anti-aliased
   Surfaces surfaces;
   Target picture;
@@ -215,8 +186,11 @@ struct Renderer::Implementation {
   Implementation(const Scene& scene, const RenderSettings& wanted,
                  std::span<const std::vector<Coordinates>> reference);
 
-  void make_programs();
-  void make_buffers();
+  ~Implementation();
+  Implementation(const Implementation&) = delete;
+  Implementation& operator=(const Implementation&) = delete;
+
+  void make_bodies();
   void set_light(const Scene& scene);
   void set_view(double focus);
 
@@ -261,63 +235,38 @@ Renderer::Implementation::Implementation(const Scene& scene, const RenderSetting
   // One body that a run has lost must not stretch the shadow map until it shows nothing of the others.
   sight = 3 * farthest;
 
-  const Context::Current current(context);
-  make_programs();
-  make_buffers();
+  const Context::Current current(device->context);
+  make_bodies();
   set_light(scene);
   set_view(std::max(nearest, 0.1));
   const int scale = settings.antialiasing ? 2 : 1;
   samples = Target(settings.width * scale, settings.height * scale);
   surfaces = Surfaces(samples);
   picture = Target(settings.width, settings.height);
-  shadow = std::make_unique<ShadowMap>();
   if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
     throw Error("software OpenGL reports error " + std::to_string(error) +
                 " while being set up: is libosmesa6 of Mesa 22.3 installed?");
   }
 }
 
-void Renderer::Implementation::make_programs() {
-  body_program = make_program(shaders::body_vertex(), shaders::body_fragment());
-  shading_program = make_program(shaders::sky_vertex(), shaders::shading_fragment());
-  ground_program = make_program(shaders::ground_vertex(), shaders::ground_fragment());
-  ground_depth_program = make_program(shaders::ground_vertex(), shaders::depth_fragment());
-  sky_program = make_program(shaders::sky_vertex(), shaders::sky_fragment());
-  depth_program = make_program(shaders::depth_vertex(), shaders::depth_fragment());
-  color_program = make_program(shaders::depth_vertex(), shaders::color_fragment());
-  for (const GLuint program : {shading_program, ground_program, ground_depth_program, sky_program}) {
-    glUniformBlockBinding(program, glGetUniformBlockIndex(program, "Frame"), 0);
-    glUseProgram(program);
-    const auto set = [program](const char* name, GLint unit) {
-      glUniform1i(glGetUniformLocation(program, name), unit);
-    };
-    set("shadow_depth", shadow_depth_unit);
-    set("shadow_test", shadow_test_unit);
-    set("shadow_range", shadow_range_unit);
-    set("occlusion_map", occlusion_unit);
-    set("position_metallic", position_unit);
-    set("normal_roughness", normal_unit);
-    set("surface_color", color_unit);
+Renderer::Implementation::~Implementation() {
+  {
+    const Context::Current current(device->context);
+    samples.end();
+    surfaces.end();
+    picture.end();
+    glDeleteVertexArrays(1, &bodies);
+    glDeleteBuffers(2, body_buffers.data());
   }
-  glBindSampler(shadow_depth_unit, sampler(GL_NEAREST, false));
-  glBindSampler(shadow_test_unit, sampler(GL_LINEAR, true));
-  for (const GLuint unit : {shadow_range_unit, position_unit, normal_unit, color_unit}) {
-    glBindSampler(unit, sampler(GL_NEAREST, false));
-  }
-  const GLuint occlusion_sampler = sampler(GL_LINEAR, false);
-  const std::array<float, 4> open{1, 1, 1, 1};
-  glSamplerParameteri(occlusion_sampler, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_BORDER);
-  glSamplerParameteri(occlusion_sampler, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_BORDER);
-  glSamplerParameterfv(occlusion_sampler, GL_TEXTURE_BORDER_COLOR, open.data());
-  glBindSampler(occlusion_unit, occlusion_sampler);
+  give_back(std::move(device));
 }
 
-void Renderer::Implementation::make_buffers() {
-  glGenVertexArrays(1, &nothing);
+void Renderer::Implementation::make_bodies() {
   glGenVertexArrays(1, &bodies);
   glBindVertexArray(bodies);
-  buffer_of(GL_ARRAY_BUFFER, mesh.vertices.data(), mesh.vertices.size() * sizeof(Vertex));
-  buffer_of(GL_ELEMENT_ARRAY_BUFFER, mesh.indices.data(), mesh.indices.size() * sizeof(std::uint32_t));
+  body_buffers = {
+      buffer_of(GL_ARRAY_BUFFER, mesh.vertices.data(), mesh.vertices.size() * sizeof(Vertex)),
+      buffer_of(GL_ELEMENT_ARRAY_BUFFER, mesh.indices.data(), mesh.indices.size() * sizeof(std::uint32_t))};
   const auto attribute = [](GLuint index, GLint count, std::size_t from) {
     glEnableVertexAttribArray(index);
     glVertexAttribPointer(index, count, GL_FLOAT, GL_FALSE, sizeof(Vertex), offset(from));
@@ -326,26 +275,6 @@ void Renderer::Implementation::make_buffers() {
   attribute(1, 3, offsetof(Vertex, normal));
   attribute(2, 3, offsetof(Vertex, color));
   attribute(3, 2, offsetof(Vertex, metallic));
-
-  glGenVertexArrays(1, &disc);
-  glBindVertexArray(disc);
-  std::vector<glm::vec3> fan{{0, 0, 0}};
-  for (int i = 0; i <= disc_corners; ++i) {
-    const SineCosine of = sine_cosine(-2 * std::numbers::pi * i / disc_corners);
-    fan.emplace_back(of.cosine, 0, of.sine);
-  }
-  buffer_of(GL_ARRAY_BUFFER, fan.data(), fan.size() * sizeof(glm::vec3));
-  glEnableVertexAttribArray(0);
-  glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, sizeof(glm::vec3), nullptr);
-
-  glGenBuffers(1, &frame_buffer);
-  glBindBuffer(GL_UNIFORM_BUFFER, frame_buffer);
-  glBufferData(GL_UNIFORM_BUFFER, sizeof(FrameUniforms), nullptr, GL_STREAM_DRAW);
-
-  glGenTextures(1, &occlusion);
-  glBindTexture(GL_TEXTURE_2D, occlusion);
-  glTexImage2D(GL_TEXTURE_2D, 0, GL_R32F, GroundOcclusion::size, GroundOcclusion::size, 0, GL_RED, GL_FLOAT,
-               nullptr);
 }
 
 void Renderer::Implementation::set_light(const Scene& scene) {
@@ -411,11 +340,11 @@ void Renderer::Implementation::fit_shadow(std::span<const Coordinates> poses) {
   frame.shadow_scale = {static_cast<float>(1 / sun.width), static_cast<float>(0.001 + 0.6 * texel),
                         static_cast<float>(sun.depth), settings.shadows ? 1.0F : 0.0F};
   if (!settings.shadows) return;
-  shadow->start();
+  device->shadow->start();
   glEnable(GL_DEPTH_CLAMP);
-  draw_bodies(depth_program, sun.clip_from_world, poses);
+  draw_bodies(device->depth_program, sun.clip_from_world, poses);
   glDisable(GL_DEPTH_CLAMP);
-  shadow->finish();
+  device->shadow->finish();
 }
 
 void Renderer::Implementation::fit_occlusion(std::span<const Coordinates> poses) {
@@ -442,7 +371,7 @@ void Renderer::Implementation::fit_occlusion(std::span<const Coordinates> poses)
                                                (low.z() + high.z() - width) / 2, width);
   frame.occlusion = {static_cast<float>(map.corner_x), static_cast<float>(map.corner_z),
                      static_cast<float>(1 / map.width), static_cast<float>(1 / largest)};
-  glBindTexture(GL_TEXTURE_2D, occlusion);
+  glBindTexture(GL_TEXTURE_2D, device->occlusion);
   glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, GroundOcclusion::size, GroundOcclusion::size, GL_RED, GL_FLOAT,
                   map.openness.data());
 }
@@ -477,37 +406,37 @@ void Renderer::Implementation::draw_ground(GLuint program) {
   glEnable(GL_POLYGON_OFFSET_FILL);
   glPolygonOffset(1, 8);
   glUseProgram(program);
-  glBindVertexArray(disc);
-  glDrawArrays(GL_TRIANGLE_FAN, 0, disc_vertices);
+  glBindVertexArray(device->disc);
+  glDrawArrays(GL_TRIANGLE_FAN, 0, Device::disc_vertices);
   glDisable(GL_POLYGON_OFFSET_FILL);
 }
 
 Image Renderer::Implementation::draw(std::span<const Coordinates> poses) {
-  const Context::Current current(context);
+  const Context::Current current(device->context);
   glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_LEQUAL);
   fit_shadow(poses);
   fit_occlusion(poses);
-  glBindBuffer(GL_UNIFORM_BUFFER, frame_buffer);
-  glBufferSubData(GL_UNIFORM_BUFFER, 0, sizeof frame, &frame);
-  glBindBufferBase(GL_UNIFORM_BUFFER, 0, frame_buffer);
+  glBindBuffer(GL_UNIFORM_BUFFER, device->frame_buffer);
+  glBufferData(GL_UNIFORM_BUFFER, sizeof frame, &frame, GL_STREAM_DRAW);
+  glBindBufferBase(GL_UNIFORM_BUFFER, 0, device->frame_buffer);
   const auto bind = [](GLint unit, GLuint texture) {
     glActiveTexture(static_cast<GLenum>(GL_TEXTURE0 + unit));
     glBindTexture(GL_TEXTURE_2D, texture);
   };
-  bind(shadow_range_unit, shadow->range());
-  bind(shadow_test_unit, shadow->depth());
-  bind(occlusion_unit, occlusion);
+  bind(shadow_range_unit, device->shadow->range());
+  bind(shadow_test_unit, device->shadow->depth());
+  bind(occlusion_unit, device->occlusion);
   bind(position_unit, surfaces.textures[0]);
   bind(normal_unit, surfaces.textures[1]);
   bind(color_unit, surfaces.textures[2]);
-  bind(shadow_depth_unit, shadow->depth());
+  bind(shadow_depth_unit, device->shadow->depth());
 
   // Ground and sky are smooth in themselves: one sample a pixel is enough, and they are most of the picture.
   picture.start();
-  draw_ground(ground_program);
-  glUseProgram(sky_program);
-  glBindVertexArray(nothing);
+  draw_ground(device->ground_program);
+  glUseProgram(device->sky_program);
+  glBindVertexArray(device->nothing);
   glDrawArrays(GL_TRIANGLES, 0, 3);
   picture.read();
   Image image = top_down(picture.pixels, settings.width, settings.height);
@@ -516,19 +445,19 @@ Image Renderer::Implementation::draw(std::span<const Coordinates> poses) {
   samples.start();
   glBindFramebuffer(GL_FRAMEBUFFER, surfaces.framebuffer);
   glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-  draw_ground(ground_depth_program);
+  draw_ground(device->ground_depth_program);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   glEnable(GL_STENCIL_TEST);
   glStencilFunc(GL_ALWAYS, 1, 0xff);
   glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
-  draw_bodies(body_program, clip_from_world, poses);
+  draw_bodies(device->body_program, clip_from_world, poses);
   // Then the light on them.
   glBindFramebuffer(GL_FRAMEBUFFER, samples.framebuffer);
   glStencilFunc(GL_EQUAL, 1, 0xff);
   glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
   glDisable(GL_DEPTH_TEST);
-  glUseProgram(shading_program);
-  glBindVertexArray(nothing);
+  glUseProgram(device->shading_program);
+  glBindVertexArray(device->nothing);
   glDrawArrays(GL_TRIANGLES, 0, 3);
   glDisable(GL_STENCIL_TEST);
   samples.read();
@@ -537,22 +466,20 @@ Image Renderer::Implementation::draw(std::span<const Coordinates> poses) {
 }
 
 Image Renderer::Implementation::draw_colors(std::span<const Coordinates> poses) {
-  const Context::Current current(context);
+  const Context::Current current(device->context);
   glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_LEQUAL);
-  glBindBuffer(GL_UNIFORM_BUFFER, frame_buffer);
-  glBindBufferBase(GL_UNIFORM_BUFFER, 0, frame_buffer);
   picture.start();
-  draw_bodies(color_program, clip_from_world, poses);
+  draw_bodies(device->color_program, clip_from_world, poses);
   // The ground is the world's.
-  glUseProgram(color_program);
+  glUseProgram(device->color_program);
   glm::dmat4 place(1);
   place[0][0] = place[2][2] = frame.ground_reach.w;
   place[3] = {view.eye.x, ground, view.eye.z, 1};
-  glUniformMatrix4fv(glGetUniformLocation(color_program, "clip_from_body"), 1, GL_FALSE,
+  glUniformMatrix4fv(glGetUniformLocation(device->color_program, "clip_from_body"), 1, GL_FALSE,
                      glm::value_ptr(glm::mat4(clip_from_world * place)));
-  glUniform3f(glGetUniformLocation(color_program, "color"), 1.0F / 255, 0, 0);
-  draw_ground(color_program);
+  glUniform3f(glGetUniformLocation(device->color_program, "color"), 1.0F / 255, 0, 0);
+  draw_ground(device->color_program);
   picture.read();
   return top_down(picture.pixels, settings.width, settings.height);
 }

@@ -28,7 +28,7 @@ struct RenderSettings {
   bool shadows = true;
 };
 
-/// One OpenGL context; use from one thread at a time.
+/// One OpenGL context, which the next renderer takes over; use from one thread at a time.
 class Renderer {
  public:
   /// `reference` (may be empty): all frames' poses that will be drawn, for a camera that sees them all where

@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 
+#include "golden/approval_journal.h"
 #include "golden/replay.h"
 #include "render/program/commands.h"
 
@@ -25,7 +26,9 @@ void add_replay_command(CLI::App& app) {
   command->add_option("--focus", options->replay.focus, "The body to show (the one that differs most)");
   command->footer("Example:\n  substep replay box_stack.a4 --to 52 --focus box_03");
   command->callback([options] {
-    const std::vector<SuiteCase> cases = select(read_suite(options->suite), {options->name});
+    const Suite suite = read_suite(options->suite);
+    finish_approvals(suite.folder());
+    const std::vector<SuiteCase> cases = select(suite, {options->name});
     for (const SuiteCase& entry : cases) fmt::print("{}\n", replay(entry, options->replay));
   });
 }

@@ -1,0 +1,132 @@
+#include "render/device.h"
+
+#include <array>
+#include <glm/vec3.hpp>
+#include <mutex>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "render/gl_program.h"
+#include "render/ground.h"
+#include "render/shaders.h"
+#include "sim/rotation.h"
+
+namespace substep {
+namespace {
+
+GLuint sampler(GLint filter, bool compares) {
+  GLuint name = 0;
+  glGenSamplers(1, &name);
+  glSamplerParameteri(name, GL_TEXTURE_MIN_FILTER, filter);
+  glSamplerParameteri(name, GL_TEXTURE_MAG_FILTER, filter);
+  glSamplerParameteri(name, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+  glSamplerParameteri(name, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+  if (compares) {
+    glSamplerParameteri(name, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
+    glSamplerParameteri(name, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
+  }
+  return name;
+}
+
+/// Never destroyed: at the end of the process the driver may be gone before it.
+struct Pool {
+  std::mutex mutex;
+  std::vector<std::unique_ptr<Device>> devices;
+};
+Pool& pool() {
+  static Pool* const devices = new Pool;
+  return *devices;
+}
+
+}  // namespace
+
+Device::Device() {
+  const Context::Current current(context);
+  make_programs();
+  make_samplers();
+  make_disc();
+  glGenVertexArrays(1, &nothing);
+  glGenBuffers(1, &frame_buffer);
+  glGenTextures(1, &occlusion);
+  glBindTexture(GL_TEXTURE_2D, occlusion);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_R32F, GroundOcclusion::size, GroundOcclusion::size, 0, GL_RED, GL_FLOAT,
+               nullptr);
+  shadow = std::make_unique<ShadowMap>();
+}
+
+void Device::make_programs() {
+  body_program = make_program(shaders::body_vertex(), shaders::body_fragment());
+  shading_program = make_program(shaders::sky_vertex(), shaders::shading_fragment());
+  ground_program = make_program(shaders::ground_vertex(), shaders::ground_fragment());
+  ground_depth_program = make_program(shaders::ground_vertex(), shaders::depth_fragment());
+  sky_program = make_program(shaders::sky_vertex(), shaders::sky_fragment());
+  depth_program = make_program(shaders::depth_vertex(), shaders::depth_fragment());
+  color_program = make_program(shaders::depth_vertex(), shaders::color_fragment());
+  for (const GLuint program : {shading_program, ground_program, ground_depth_program, sky_program}) {
+    glUniformBlockBinding(program, glGetUniformBlockIndex(program, "Frame"), 0);
+    glUseProgram(program);
+    const auto set = [program](const char* name, GLint unit) {
+      glUniform1i(glGetUniformLocation(program, name), unit);
+    };
+    set("shadow_depth", shadow_depth_unit);
+    set("shadow_test", shadow_test_unit);
+    set("shadow_range", shadow_range_unit);
+    set("occlusion_map", occlusion_unit);
+    set("position_metallic", position_unit);
+    set("normal_roughness", normal_unit);
+    set("surface_color", color_unit);
+  }
+}
+
+void Device::make_samplers() {
+  glBindSampler(shadow_depth_unit, sampler(GL_NEAREST, false));
+  glBindSampler(shadow_test_unit, sampler(GL_LINEAR, true));
+  for (const GLuint unit : {shadow_range_unit, position_unit, normal_unit, color_unit}) {
+    glBindSampler(unit, sampler(GL_NEAREST, false));
+  }
+  const GLuint occlusion_sampler = sampler(GL_LINEAR, false);
+  const std::array<float, 4> open{1, 1, 1, 1};
+  glSamplerParameteri(occlusion_sampler, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_BORDER);
+  glSamplerParameteri(occlusion_sampler, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_BORDER);
+  glSamplerParameterfv(occlusion_sampler, GL_TEXTURE_BORDER_COLOR, open.data());
+  glBindSampler(occlusion_unit, occlusion_sampler);
+}
+
+void Device::make_disc() {
+  glGenVertexArrays(1, &disc);
+  glBindVertexArray(disc);
+  std::vector<glm::vec3> fan{{0, 0, 0}};
+  for (int i = 0; i <= disc_corners; ++i) {
+    const SineCosine of = sine_cosine(-2 * std::numbers::pi * i / disc_corners);
+    fan.emplace_back(of.cosine, 0, of.sine);
+  }
+  GLuint buffer = 0;
+  glGenBuffers(1, &buffer);
+  glBindBuffer(GL_ARRAY_BUFFER, buffer);
+  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(fan.size() * sizeof(glm::vec3)), fan.data(),
+               GL_STATIC_DRAW);
+  glEnableVertexAttribArray(0);
+  glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, sizeof(glm::vec3), nullptr);
+}
+
+std::unique_ptr<Device> take_device() {
+  {
+    Pool& idle = pool();
+    const std::lock_guard lock(idle.mutex);
+    if (!idle.devices.empty()) {
+      std::unique_ptr<Device> device = std::move(idle.devices.back());
+      idle.devices.pop_back();
+      return device;
+    }
+  }
+  return std::make_unique<Device>();
+}
+
+void give_back(std::unique_ptr<Device> device) {
+  Pool& idle = pool();
+  const std::lock_guard lock(idle.mutex);
+  idle.devices.push_back(std::move(device));
+}
+
+}  // namespace substep

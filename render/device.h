@@ -1,0 +1,57 @@
+#pragma once
+/// A context with all that does not depend on what is drawn: programs, samplers, the ground's disc, the
+/// shadow map.
+///
+/// Software OpenGL compiles a program to machine code when it first draws with it, which takes longer than
+/// drawing a hundred small pictures. So a device outlives its renderer, for the next one to use.
+
+#include <memory>
+
+#include "render/context.h"
+#include "render/gl.h"
+#include "render/shadow_map.h"
+
+namespace substep {
+
+/// Texture units.
+enum Unit : GLint {
+  shadow_depth_unit,
+  shadow_test_unit,
+  shadow_range_unit,
+  occlusion_unit,
+  position_unit,
+  normal_unit,
+  color_unit
+};
+
+struct Device {
+  static constexpr int disc_corners = 64;
+  static constexpr int disc_vertices = disc_corners + 2;  ///< the centre, and the first corner twice
+
+  Device();
+
+  Context context;
+  GLuint body_program = 0;
+  GLuint shading_program = 0;
+  GLuint ground_program = 0;
+  GLuint ground_depth_program = 0;
+  GLuint sky_program = 0;
+  GLuint depth_program = 0;
+  GLuint color_program = 0;
+  GLuint disc = 0;          ///< vertex array of the ground
+  GLuint nothing = 0;       ///< vertex array of what needs none
+  GLuint frame_buffer = 0;  ///< of the block Frame
+  GLuint occlusion = 0;     ///< texture, GroundOcclusion::size²
+  std::unique_ptr<ShadowMap> shadow;
+
+ private:
+  void make_programs();
+  void make_samplers();
+  void make_disc();
+};
+
+/// One that no one uses, made where there is none. Any thread.
+std::unique_ptr<Device> take_device();
+void give_back(std::unique_ptr<Device> device);
+
+}  // namespace substep
