@@ -238,10 +238,11 @@ ErrorParts parts_of(const Scene& scene, const Settings& settings, const Motion& 
   return parts;
 }
 
-void judge_bounds(const Scene& scene, Metrics& metrics) {
+void judge_bounds(const Scene& scene, const ReferenceMotion& reference, Metrics& metrics) {
   const double size = size_of(scene);
-  metrics.bounded = !metrics.diverged && metrics.error.position.rms <= bounded_error * size &&
-                    metrics.joint_gap <= bounded_violation * size &&
+  // Without a reference there is no error to judge by.
+  const bool is_near = reference.horizon == 0 || metrics.error.position.rms <= bounded_error * size;
+  metrics.bounded = !metrics.diverged && is_near && metrics.joint_gap <= bounded_violation * size &&
                     metrics.penetration <= bounded_violation * size;
 }
 
@@ -276,7 +277,7 @@ Metrics measure(const Scene& scene, Stepper& stepper, double step, const Referen
   metrics.row_solves = stepper.row_solves();
   metrics.error =
       difference(scene, motion, thinned(reference.motion, motion), whole_horizon(motion, reference));
-  judge_bounds(scene, metrics);
+  judge_bounds(scene, reference, metrics);
   return metrics;
 }
 
@@ -298,7 +299,7 @@ Metrics measure(const Scene& scene, const Settings& settings, const ReferenceMot
   metrics.error =
       difference(scene, motion, thinned(reference.motion, motion), whole_horizon(motion, reference));
   if (parts) metrics.parts = parts_of(scene, settings, motion, reference);
-  judge_bounds(scene, metrics);
+  judge_bounds(scene, reference, metrics);
   return metrics;
 }
 

@@ -80,14 +80,23 @@ TextTable times_of(const SceneMeasurement& m) {
   return table;
 }
 
+std::string reference_text(const ReferenceMotion& reference) {
+  if (reference.horizon == 0) {
+    return fmt::format("none: {} and half its steps part at once, at {}", reference.method,
+                       reference.parting);
+  }
+  std::string text = fmt::format("{}; itself uncertain by {} m and {} rad until {:g} s", reference.method,
+                                 short_number(reference.uncertainty),
+                                 short_number(reference.turn_uncertainty), reference.horizon);
+  if (!reference.parting.empty()) text += fmt::format(", when its refinements part at {}", reference.parting);
+  return text;
+}
+
 std::string heading(const SceneMeasurement& m) {
   return fmt::format(
-      "{}: {}\nReference: {}; itself uncertain by {} m and {} rad until {:g} s. Errors are until then, over "
-      "all "
-      "moving\nbodies; ≈: less than 100 times the uncertainty. Scene's size: {:.3g} m; invariants over {:g} "
-      "s.\n",
-      m.scene, m.modelled, m.reference.method, short_number(m.reference.uncertainty),
-      short_number(m.reference.turn_uncertainty), m.reference.horizon, m.size, m.duration);
+      "{}: {}\nReference: {}. Errors are until then, over all moving\nbodies; ≈: less than 100 times the "
+      "uncertainty. Scene's size: {:.3g} m; invariants over {:g} s.\n",
+      m.scene, m.modelled, reference_text(m.reference), m.size, m.duration);
 }
 
 template <typename Print>

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "sim/error.h"
+#include "sim/measure/smooth_motion.h"
 #include "sim/model.h"
 #include "sim/rotation.h"
 #include "sim/simulation.h"
@@ -59,21 +60,23 @@ Motion extrapolated(const Motion& coarse, const Motion& fine, int order) {
 /// How long two motions agree, and how far they are apart until then.
 struct Agreement {
   std::size_t samples = 0;
-  double distance = 0;  ///< m
-  double turn = 0;      ///< rad
+  double distance = 0;       ///< m
+  double turn = 0;           ///< rad
+  int parting = world_body;  ///< of the samples' end: the body that is then furthest apart
 
   /// A turn counts as the way of a point half the scene's size away.
   double whole(double size) const { return std::max(distance, turn * size / 2); }
 };
 
 /// Largest distances of a body between two samples.
-Agreement distance(const Scene& scene, const State& a, const State& b) {
+Agreement distance(const Scene& scene, const State& a, const State& b, double size) {
   constexpr double infinite = std::numeric_limits<double>::infinity();
   Agreement result;
   for (std::size_t i = 1; i < a.q.size(); ++i) {
     if (scene.bodies[i].inverse_mass == 0) continue;
     const double d = (a.q[i].linear - b.q[i].linear).norm();
     const double turn = rotation_vector(Quaternion(a.q[i].angular.conjugate() * b.q[i].angular)).norm();
+    if (!(std::max(d, turn * size / 2) <= result.whole(size))) result.parting = static_cast<int>(i);
     result.distance = std::isfinite(d) ? std::max(result.distance, d) : infinite;
     result.turn = std::isfinite(turn) ? std::max(result.turn, turn) : infinite;
   }
@@ -84,11 +87,18 @@ Agreement agreement_of(const Scene& scene, const Motion& a, const Motion& b, dou
   Agreement result;
   const std::size_t count = std::min(a.samples.size(), b.samples.size());
   for (std::size_t k = 0; k < count; ++k) {
-    const Agreement now = distance(scene, a.samples[k], b.samples[k]);
-    if (!(now.whole(size) <= agreement * size)) break;
+    const Agreement now = distance(scene, a.samples[k], b.samples[k], size);
+    if (!(now.whole(size) <= agreement * size)) {
+      result.parting = now.parting;
+      break;
+    }
     result = {k, std::max(result.distance, now.distance), std::max(result.turn, now.turn)};
   }
   return result;
+}
+
+std::string name_of(const Scene& scene, int body) {
+  return body == world_body ? "" : scene.bodies[body].name;
 }
 
 /// Halvings of the scene's step that the finest level has: as many as a few seconds of computing allow,
@@ -106,6 +116,84 @@ int finest_level(const Scene& scene, double duration) {
   int level = 9;
   while (level > 4 && rows * std::ldexp(duration / scene.step, level) > budget) --level;
   return level;
+}
+
+/// As far as the scene has one; see smooth_motion.h.
+ReferenceMotion smooth_reference(const Scene& scene, double duration) {
+  constexpr int columns = 6;
+  constexpr int finest = 64;
+  ReferenceMotion reference;
+  const double size = size_of(scene);
+  const auto samples = static_cast<std::size_t>(std::lround(duration / scene.step));
+  Motion coarse;
+  double least = std::numeric_limits<double>::infinity();
+  for (int divisions = 2; divisions <= finest; divisions *= 2) {
+    std::unique_ptr<Stepper> stepper;
+    try {
+      stepper = smooth_stepper(scene, scene.step / divisions, columns);
+    } catch (const Error&) {
+      return reference;  // it has no such motion
+    }
+    Motion fine{scene.step, {stepper->state()}};
+    bool goes_on = true;
+    while (goes_on && fine.samples.size() <= samples) {
+      for (int i = 0; goes_on && i < divisions; ++i) goes_on = stepper->step();
+      if (goes_on) fine.samples.push_back(stepper->state());
+    }
+    const Agreement agreed = agreement_of(scene, coarse, fine, size);
+    coarse = std::move(fine);
+    if (divisions == 2) continue;
+    const double horizon = static_cast<double>(agreed.samples) * scene.step;
+    const double whole = agreed.whole(size);
+    // Until it is rounding: smaller steps then bring no less.
+    if (horizon > reference.horizon || (horizon == reference.horizon && whole < least)) {
+      least = whole;
+      reference = {coarse,          fmt::format("own of order {} at h/{}", 2 * columns, divisions),
+                   agreed.distance, agreed.turn,
+                   horizon,         name_of(scene, agreed.parting)};
+    } else {
+      break;
+    }
+    if (agreed.samples == samples && whole < 1e-11 * size) break;
+  }
+  return reference;
+}
+
+ReferenceMotion reference_by_a1(const Scene& scene, double duration) {
+  constexpr int levels = 5;
+  const double size = size_of(scene);
+  const int finest = finest_level(scene, duration);
+  // Romberg's table, a row a level; of the last two rows the columns are compared.
+  std::vector<Motion> before;
+  std::vector<Motion> row;
+  for (int j = 0; j < levels; ++j) {
+    before = std::move(row);
+    row.clear();
+    row.push_back(run_of_a1(scene, duration, 1 << (finest - levels + 1 + j)));
+    for (int k = 1; k <= j; ++k) row.push_back(extrapolated(before[k - 1], row[k - 1], k));
+  }
+  std::size_t column = 0;
+  Agreement best = agreement_of(scene, before[0], row[0], size);
+  for (std::size_t k = 1; k < before.size(); ++k) {
+    const Agreement candidate = agreement_of(scene, before[k], row[k], size);
+    if (candidate.samples > best.samples ||
+        (candidate.samples == best.samples && candidate.whole(size) < best.whole(size))) {
+      best = candidate;
+      column = k;
+    }
+  }
+  ReferenceMotion reference;
+  reference.method = fmt::format("A1 at h/{}", 1 << finest);
+  if (column > 0) {
+    reference.method = fmt::format("A1 at h/{} to h/{}, extrapolated to order {}",
+                                   1 << (finest - static_cast<int>(column)), 1 << finest, column + 1);
+  }
+  reference.motion = std::move(row[column]);
+  reference.uncertainty = best.distance;
+  reference.turn_uncertainty = best.turn;
+  reference.horizon = static_cast<double>(best.samples) * scene.step;
+  reference.parting = name_of(scene, best.parting);
+  return reference;
 }
 
 }  // namespace
@@ -151,6 +239,7 @@ double size_of(const Scene& scene) {
 }
 
 MotionDifference difference(const Scene& scene, const Motion& a, const Motion& b, double horizon, int every) {
+  constexpr double infinite = std::numeric_limits<double>::infinity();
   MotionDifference result;
   double squares = 0;
   double turns = 0;
@@ -158,7 +247,6 @@ MotionDifference difference(const Scene& scene, const Motion& a, const Motion& b
   const auto last = static_cast<std::size_t>(std::lround(horizon / b.interval));
   for (std::size_t k = every; k <= last; k += every) {
     if (k >= a.samples.size() || k >= b.samples.size()) {
-      constexpr double infinite = std::numeric_limits<double>::infinity();
       return {{infinite, infinite}, {infinite, infinite}};
     }
     const State& one = a.samples[k];
@@ -175,47 +263,17 @@ MotionDifference difference(const Scene& scene, const Motion& a, const Motion& b
       ++count;
     }
   }
-  if (count > 0) {
-    result.position.rms = std::sqrt(squares / count);
-    result.orientation.rms = std::sqrt(turns / count);
-  }
+  if (count == 0) return {{infinite, infinite}, {infinite, infinite}};
+  result.position.rms = std::sqrt(squares / count);
+  result.orientation.rms = std::sqrt(turns / count);
   return result;
 }
 
 ReferenceMotion reference_motion(const Scene& scene, double duration) {
-  constexpr int levels = 5;
-  const double size = size_of(scene);
-  const int finest = finest_level(scene, duration);
-  // Romberg's table, a row a level; of the last two rows the columns are compared.
-  std::vector<Motion> before;
-  std::vector<Motion> row;
-  for (int j = 0; j < levels; ++j) {
-    before = std::move(row);
-    row.clear();
-    row.push_back(run_of_a1(scene, duration, 1 << (finest - levels + 1 + j)));
-    for (int k = 1; k <= j; ++k) row.push_back(extrapolated(before[k - 1], row[k - 1], k));
-  }
-  std::size_t column = 0;
-  Agreement best = agreement_of(scene, before[0], row[0], size);
-  for (std::size_t k = 1; k < before.size(); ++k) {
-    const Agreement candidate = agreement_of(scene, before[k], row[k], size);
-    if (candidate.samples > best.samples ||
-        (candidate.samples == best.samples && candidate.whole(size) < best.whole(size))) {
-      best = candidate;
-      column = k;
-    }
-  }
-  ReferenceMotion reference;
-  reference.method = fmt::format("A1 at h/{}", 1 << finest);
-  if (column > 0) {
-    reference.method = fmt::format("A1 at h/{} to h/{}, extrapolated to order {}",
-                                   1 << (finest - static_cast<int>(column)), 1 << finest, column + 1);
-  }
-  reference.motion = std::move(row[column]);
-  reference.uncertainty = best.distance;
-  reference.turn_uncertainty = best.turn;
-  reference.horizon = static_cast<double>(best.samples) * scene.step;
-  return reference;
+  const ReferenceMotion smooth = smooth_reference(scene, duration);
+  if (smooth.horizon > duration - scene.step / 2) return smooth;
+  ReferenceMotion direct = reference_by_a1(scene, duration);
+  return smooth.horizon > direct.horizon ? smooth : direct;
 }
 
 }  // namespace substep
