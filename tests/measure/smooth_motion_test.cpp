@@ -104,7 +104,7 @@ TEST(SmoothMotion, IsOfItsOrder) {
   for (const int columns : {1, 2, 3}) {
     const double coarse = distance(run(scene, columns, 4, 0.5), exact);
     const double fine = distance(run(scene, columns, 8, 0.5), exact);
-    EXPECT_NEAR(std::log2(coarse / fine), 2 * columns, 0.3) << columns;  // measured within ORDERDEV
+    EXPECT_NEAR(std::log2(coarse / fine), 2 * columns, 0.15) << columns;  // measured 1.98, 4.03, 5.89
   }
 }
 
