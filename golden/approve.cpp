@@ -76,7 +76,10 @@ bool holds(const fs::path& golden, const std::string& golden_bytes, const std::s
 /// A picture beside the golden one for each that failed, under the next free number.
 std::vector<NewGolden> alternates_of(const CheckResults::Case& entry, const ApproveOptions& options,
                                      const Json& made_with) {
-  if (!entry.poses_pass) refuse(entry.name, "its poses changed, and alternates are for other renderers");
+  if (!entry.poses_pass)
+    refuse(entry.name,
+           "its poses changed or were not checked, and an alternate is another renderer's picture of the "
+           "same poses");
   if (entry.alternates.empty()) refuse(entry.name, "no picture of it differs from a golden one");
   Json sidecar =
       fs::exists(entry.sidecar_file) ? Json::parse(read_bytes(entry.sidecar_file), nullptr, false) : Json();

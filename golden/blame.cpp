@@ -1,7 +1,6 @@
 #include "golden/blame.h"
 
 #include <algorithm>
-#include <array>
 #include <cstdlib>
 #include <cstring>
 #include <map>
@@ -131,8 +130,7 @@ Blame blame(const Image& expected, const Image& actual, const Image& expected_bo
   return result;
 }
 
-Image blame_image(const Image& expected, const Image& actual, const Image& expected_bodies,
-                  const Image& actual_bodies) {
+std::array<std::uint8_t, 3> blame_color(int body) {
   // Told apart also by those who see red and green alike (after Okabe and Ito).
   constexpr std::array<std::array<std::uint8_t, 3>, 7> colors{{{213, 94, 0},
                                                                {0, 114, 178},
@@ -142,6 +140,11 @@ Image blame_image(const Image& expected, const Image& actual, const Image& expec
                                                                {86, 180, 233},
                                                                {240, 228, 66}}};
   constexpr std::array<std::uint8_t, 3> background{90, 90, 90};
+  return body > world ? colors[static_cast<std::size_t>(body - 1) % colors.size()] : background;
+}
+
+Image blame_image(const Image& expected, const Image& actual, const Image& expected_bodies,
+                  const Image& actual_bodies) {
   Image result(actual.width, actual.height);
   const std::size_t count = static_cast<std::size_t>(actual.width) * actual.height;
   for (std::size_t i = 0; i < count; ++i) {
@@ -150,8 +153,7 @@ Image blame_image(const Image& expected, const Image& actual, const Image& expec
     std::array<std::uint8_t, 3> color;
     color.fill(static_cast<std::uint8_t>(grey));
     if (differs(expected, actual, i)) {
-      const int body = body_at(expected_bodies, actual_bodies, i);
-      color = body > world ? colors[static_cast<std::size_t>(body - 1) % colors.size()] : background;
+      color = blame_color(body_at(expected_bodies, actual_bodies, i));
     }
     std::copy(color.begin(), color.end(), &result.rgb[3 * i]);
   }

@@ -1,6 +1,7 @@
 #pragma once
 /// Which bodies the differing pixels of two pictures belong to.
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -43,6 +44,9 @@ struct Blame {
 Blame blame(const Image& expected, const Image& actual, const Image& expected_bodies,
             const Image& actual_bodies, const std::vector<BodyExtent>& approved,
             const std::vector<std::string>& names);
+
+/// A body's colour in blame_image(); the same for every seventh.
+std::array<std::uint8_t, 3> blame_color(int body);
 
 /// `actual` in grey, with each differing pixel in its body's colour.
 Image blame_image(const Image& expected, const Image& actual, const Image& expected_bodies,

@@ -347,6 +347,7 @@ class CaseCheck {
                                       pixel_hash(drawing.picture)});
       }
     }
+    checked.result.has_alternates = result_.poses.passes && !checked.alternates.empty();
     checked.sidecar = make_sidecar(entry, *live_, scene_, pictures, made_with_);
     if (!made_with_.is_pinned) {
       refusal = "it was drawn by " + made_with_.renderer + ", which is not the pinned renderer";

@@ -107,6 +107,7 @@ struct CaseResult {
   std::vector<PicturePair> pairs;
   std::vector<std::string> notes;  ///< context, never a reason to fail
   std::string refusal;             ///< why approve() will not take it; empty: it will
+  bool has_alternates = false;     ///< pictures that approve() would take beside the golden ones
   std::filesystem::path files;     ///< the folder with its files
 };
 
@@ -144,6 +145,10 @@ std::string meaning(const CaseResult& result);
 /// The commands to see the case's run again, and to approve it.
 std::string replay_command(const CaseResult& result, const CheckOptions& options);
 std::string approve_command(const CaseResult& result, const CheckOptions& options);
+std::string alternate_command(const CaseResult& result, const CheckOptions& options);
+
+/// "position y 7.4e-03 m (at frame 30)": by how much the first body to differ did.
+std::string change_text(const FirstChange& first);
 
 /// "3 simulation changed, 0 renderer changed, … 30 pass": one line.
 std::string totals(const CheckResult& result);

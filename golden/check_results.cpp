@@ -14,12 +14,13 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr const char* results_format = "substep check results 2";
+constexpr const char* results_format = "substep check results 3";
 
 Json to_json(const Blame& blame) {
   Json bodies = Json::array();
   for (const BodyBlame& b : blame.bodies) {
-    bodies.push_back({{"name", b.name},
+    bodies.push_back({{"body", b.body},
+                      {"name", b.name},
                       {"differing", b.differing},
                       {"levels", b.levels},
                       {"pixels", b.pixels},
@@ -69,6 +70,7 @@ Json to_json(const MotionComparison& motion) {
           {"axis", std::string(1, first.axis)},
           {"size", first.size},
           {"size_frame", first.size_frame},
+          {"change", change_text(first)},
           {"contacts_frame", motion.contacts_frame},
           {"limit_frame", motion.limit_frame},
           {"limit", motion.limit},
@@ -161,6 +163,7 @@ Json to_json(const CheckedCase& checked, const CheckOptions& options) {
     json["text"] = explain(result, options);
     json["replay"] = replay_command(result, options);
     json["approve"] = approve_command(result, options);
+    if (result.has_alternates) json["alternate"] = alternate_command(result, options);
   }
   if (result.verdict != Verdict::pass || !checked.offers.empty()) add_offers(checked, json);
   return json;

@@ -12,18 +12,6 @@ namespace {
 
 constexpr const char* indent = "           ";
 
-std::string size_text(const FirstChange& first) {
-  if (first.axis == ' ') {
-    return first.size_frame < 0 ? "no poses are stored from there on" : "only velocities differ";
-  }
-  const bool turned = first.axis == 'r';
-  std::string text = fmt::format("{} {:.2g} {}",
-                                 turned ? std::string("orientation") : fmt::format("position {}", first.axis),
-                                 first.size, turned ? "rad" : "m");
-  if (first.size_frame != first.frame) text += fmt::format(" (at frame {})", first.size_frame);
-  return text;
-}
-
 std::string explain_first(const PoseResult& poses, double step) {
   const FirstChange& first = poses.motion.first;
   std::string text =
@@ -35,7 +23,7 @@ std::string explain_first(const PoseResult& poses, double step) {
   const bool is_beyond_end = first.frame >= std::min(poses.frames, poses.golden_frames);
   if (is_beyond_end) return text + "\n";
   const std::string who = first.body.empty() ? std::string() : fmt::format("   body {}  ", first.body);
-  text += (who.empty() ? "; " : who) + size_text(first) + "\n";
+  text += (who.empty() ? "; " : who) + change_text(first) + "\n";
   if (first.bodies.size() > 1) {
     text += fmt::format("{}in this frame {} bodies change", indent, first.bodies.size());
     constexpr std::size_t most = 6;
@@ -160,7 +148,7 @@ std::string explain_image(const ImageResult& image, const SuiteCase& entry) {
   } else {
     text += "golden poses, this renderer: " + explain_pictures(*image.against_golden, entry.tolerance);
   }
-  if (image.is_blank) text += "           the picture is blank\n";
+  if (image.is_blank) text += "           the picture is blank: it shows one colour all over\n";
   if (image.new_poses) {
     text += "           new poses against golden ones, both drawn here: " +
             explain_pictures(*image.new_poses, entry.tolerance);
@@ -190,6 +178,18 @@ std::string options_text(const CheckOptions& options, bool with_output) {
 }
 
 }  // namespace
+
+std::string change_text(const FirstChange& first) {
+  if (first.axis == ' ') {
+    return first.size_frame < 0 ? "no poses are stored from there on" : "only velocities differ";
+  }
+  const bool turned = first.axis == 'r';
+  std::string text = fmt::format("{} {:.2g} {}",
+                                 turned ? std::string("orientation") : fmt::format("position {}", first.axis),
+                                 first.size, turned ? "rad" : "m");
+  if (first.size_frame != first.frame) text += fmt::format(" (at frame {})", first.size_frame);
+  return text;
+}
 
 std::string meaning(const CaseResult& result) {
   switch (result.verdict) {
@@ -226,6 +226,11 @@ std::string approve_command(const CaseResult& result, const CheckOptions& option
   return fmt::format("substep approve {}{} --reason \"...\"", result.entry.name, options_text(options, true));
 }
 
+std::string alternate_command(const CaseResult& result, const CheckOptions& options) {
+  return fmt::format("substep approve {}{} --alternate --reason \"...\"", result.entry.name,
+                     options_text(options, true));
+}
+
 std::string explain(const CaseResult& result, const CheckOptions& options) {
   const std::string& case_name = result.entry.name;
   std::string text = fmt::format("FAILED {}   VERDICT: {}\n", case_name, meaning(result));
@@ -237,6 +242,7 @@ std::string explain(const CaseResult& result, const CheckOptions& options) {
   text += fmt::format("  replay   {}\n", replay_command(result, options));
   if (!result.refusal.empty()) {
     text += fmt::format("  approve  not from this check: {}\n", result.refusal);
+    if (result.has_alternates) text += fmt::format("  or       {}\n", alternate_command(result, options));
   } else {
     text += fmt::format("  approve  {}\n", approve_command(result, options));
   }

@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "golden/error_strip.h"
 #include "golden/markup.h"
 #include "golden/provenance.h"
 #include "golden/report_assets.h"
+#include "golden/report_case.h"
 #include "sim/log/file_output.h"
 
 namespace substep {
@@ -23,16 +23,6 @@ using Json = nlohmann::ordered_json;
 
 const std::vector<std::string> verdicts{
     "both changed", "simulation changed", "renderer changed", "missing", "new", "environment", "pass"};
-
-std::string text_of(const Json& json) {
-  return escaped(json.get<std::string>());
-}
-
-/// A verdict as a class of the style sheet.
-std::string css_class(std::string verdict) {
-  std::replace(verdict.begin(), verdict.end(), ' ', '-');
-  return verdict;
-}
 
 double severity(const Json& entry) {
   double largest = 0;
@@ -88,6 +78,7 @@ std::string machines(const Json& results) {
     const auto here = results.at("made_with").at(key).get<std::string>();
     std::string theirs;
     for (const std::string& value : golden) {
+      if (value.empty()) continue;
       theirs += (value == here ? escaped(value) : "<mark>" + escaped(value) + "</mark>") + "<br>";
     }
     rows += fmt::format("<tr><th>{}</th><td>{}</td><td>{}</td></tr>\n", key,
@@ -126,127 +117,6 @@ std::string overview(const std::vector<const Json*>& cases) {
         visible > 0 ? fmt::format("{:.2f}", visible) : "–");
   }
   return html + "</table></div>\n";
-}
-
-/// Pictures as part of the page, or as links where it would grow too large.
-class Pictures {
- public:
-  Pictures(fs::path output, std::size_t budget) : output_(std::move(output)), budget_(budget) {}
-
-  std::string source(const fs::path& folder, const std::string& file) {
-    const fs::path path = output_ / folder.filename() / file;
-    const std::string data = "data:image/png;base64," + base64(read_bytes(path));
-    if (data.size() > budget_) return escaped((folder.filename() / file).string());
-    budget_ -= data.size();
-    return data;
-  }
-
- private:
-  fs::path output_;
-  std::size_t budget_;
-};
-
-std::string pair_title(const Json& pair) {
-  const auto about = pair.at("about").get<std::string>();
-  const std::string frame = fmt::format("Frame {}", pair.at("frame").get<int>());
-  if (about == "renderer")
-    return frame + ": the renderer’s part – golden picture, and golden poses drawn now";
-  if (about == "simulation") return frame + ": the simulation’s part – golden and new poses, both drawn now";
-  if (about == "first visible") return frame + ": the first whose picture is another – old and new poses";
-  return frame + ": no golden to compare with";
-}
-
-std::string comparison_text(const Json& comparison) {
-  if (!comparison.contains("above")) return text_of(comparison.at("judgement"));
-  const auto count = comparison.at("above").at(0).get<std::int64_t>();
-  std::string text = fmt::format("{} px differ ({:.3g} %), most by {} levels at ({}, {})", count,
-                                 100.0 * static_cast<double>(count) / comparison.at("pixels").get<double>(),
-                                 comparison.at("max").get<int>(), comparison.at("max_at").at(0).get<int>(),
-                                 comparison.at("max_at").at(1).get<int>());
-  if (comparison.contains("flip")) {
-    const Json& flip = comparison.at("flip");
-    text += fmt::format(" · FLIP mean {:.4f}, 99 % {:.2f}, max {:.2f}: <b>{}</b>",
-                        flip.at("mean").get<double>(), flip.at("percentile_99").get<double>(),
-                        flip.at("max").get<double>(), text_of(flip.at("visibility")));
-  }
-  return text;
-}
-
-std::string blame_table(const Json& comparison) {
-  if (!comparison.contains("blame")) return {};
-  const Json& blame = comparison.at("blame");
-  const auto share = [](const Json& part, const Json& whole) {
-    const auto count = whole.get<double>();
-    return count > 0 ? fmt::format("{:.1f} %", 100 * part.get<double>() / count) : std::string("–");
-  };
-  std::string html = fmt::format("<p>{} of the foreground differs{}</p>\n",
-                                 share(blame.at("differing_foreground"), blame.at("foreground")),
-                                 blame.at("everywhere").get<bool>()
-                                     ? ", all over the picture: light, camera or sky, not one body."
-                                     : ".");
-  html +=
-      "<details><summary>Differing pixels by body</summary><table><tr><th>body</th><th class=\"number\">"
-      "pixels</th><th class=\"number\">of all that differ</th><th class=\"number\">of the body</th></tr>\n";
-  for (const Json& body : blame.at("bodies")) {
-    html += fmt::format(
-        "<tr><td>{}{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td "
-        "class=\"number\">{}</td>"
-        "</tr>\n",
-        text_of(body.at("name")), body.at("gone").get<bool>() ? " (not drawn any more)" : "",
-        body.at("differing").get<std::int64_t>(), share(body.at("differing"), comparison.at("above").at(0)),
-        share(body.at("differing"), body.at("pixels")));
-  }
-  return html + "</table></details>\n";
-}
-
-std::string pair_block(const Json& pair, const Json& entry, Pictures& pictures) {
-  std::string html = fmt::format("<div class=\"pair\"><h3>{}</h3>\n", pair_title(pair));
-  if (pair.at("about") != "only") html += "<p>" + comparison_text(pair.at("comparison")) + "</p>\n";
-  html += "<div class=\"pictures\">\n";
-  const fs::path folder = entry.at("files").get<std::string>();
-  constexpr std::array<std::array<const char*, 2>, 5> kinds{{{"expected", "before"},
-                                                             {"actual", "after"},
-                                                             {"difference", "difference × 16"},
-                                                             {"flip", "FLIP: how visible"},
-                                                             {"bodies", "differing pixels by body"}}};
-  for (const auto& [kind, caption] : kinds) {
-    const auto file = pair.at(kind).get<std::string>();
-    if (file.empty()) continue;
-    fmt::format_to(
-        std::back_inserter(html),
-        "<figure><img data-what=\"{}\" loading=\"lazy\" width=\"{}\" height=\"{}\" alt=\"{} of frame "
-        "{}\" src=\"{}\"><figcaption>{}</figcaption></figure>\n",
-        kind, entry.at("size").at(0).get<int>(), entry.at("size").at(1).get<int>(), caption,
-        pair.at("frame").get<int>(), pictures.source(folder, file), caption);
-  }
-  return html + "</div>\n" + blame_table(pair.at("comparison")) + "</div>\n";
-}
-
-std::string command(const char* label, const Json& text, const char* style) {
-  return fmt::format("<div class=\"command\"><span>{}</span><code class=\"{}\">{}</code></div>\n", label,
-                     style, text_of(text));
-}
-
-std::string case_section(const Json& entry, Pictures& pictures) {
-  std::string html = fmt::format(
-      "<section class=\"case\" id=\"{0}\">\n<header><h2>{0}</h2><span class=\"verdict "
-      "{1}\">{2}</span></header>\n",
-      text_of(entry.at("name")), css_class(entry.at("verdict")), text_of(entry.at("meaning")));
-  html += command("replay", entry.at("replay"), "replay");
-  if (entry.at("refusal").get<std::string>().empty()) {
-    html += command("approve", entry.at("approve"), "approve");
-  } else {
-    html += fmt::format("<p class=\"quiet\">Cannot be approved from this check: {}.</p>\n",
-                        text_of(entry.at("refusal")));
-  }
-  for (const Json& note : entry.at("notes")) html += fmt::format("<p>Note: {}</p>\n", text_of(note));
-  const std::string strip = error_strip(entry.at("poses"));
-  if (!strip.empty()) html += "<h3>Error over frames</h3>\n" + strip;
-  for (const Json& pair : entry.at("pairs")) html += pair_block(pair, entry, pictures);
-  return html + fmt::format(
-                    "<details><summary>As printed in the terminal</summary><pre>{}</pre></details>\n"
-                    "</section>\n",
-                    text_of(entry.at("text")));
 }
 
 std::string matrix_table(const Json& matrix, const char* which, const Json& other) {
@@ -315,17 +185,19 @@ std::string orphans(const Json& results) {
 
 std::string body(const Json& results, const fs::path& output, std::size_t budget) {
   const std::vector<const Json*> cases = failing_cases(results);
+  const std::size_t all = results.at("cases").size();
+  std::string outcome = fmt::format("{} of {} cases do not pass", cases.size(), all);
+  if (cases.empty()) outcome = results.at("orphans").empty() ? "all as it was" : "goldens of no case";
   std::string html = fmt::format(
-      "<header class=\"top\"><h1>Visual regression: {}</h1>\n<p class=\"quiet\">{} · {} cases</p>\n",
-      cases.empty() && results.at("orphans").empty() ? "all as it was" : "something changed",
-      text_of(results.at("suite")), results.at("cases").size());
+      "<header class=\"top\"><h1>Visual regression: {}</h1>\n<p class=\"quiet\">{} · {} cases</p>\n", outcome,
+      text_of(results.at("suite")), all);
   html += totals_list(results) + overview(cases) + orphans(results) + machines(results);
   html +=
-      "<p class=\"keys quiet\" hidden><kbd>j</kbd> <kbd>k</kbd> next and last case · <kbd>n</kbd> "
+      "<p class=\"keys quiet\" hidden><kbd>j</kbd> <kbd>k</kbd> next and previous case · <kbd>n</kbd> "
       "<kbd>p</kbd> "
       "pictures · <kbd>1</kbd>–<kbd>6</kbd> how to compare · <kbd>space</kbd> flicker by hand · <kbd>+</kbd> "
       "<kbd>−</kbd> zoom</p>\n</header>\n<main>\n";
-  Pictures pictures(output, budget);
+  ReportPictures pictures(output, budget);
   for (const Json* entry : cases) html += case_section(*entry, pictures);
   html += distances(results) + passing(results) + "</main>\n";
   std::string options;

@@ -91,7 +91,9 @@ class Viewer {
     const source = this.images[what];
     const width = Number(source.getAttribute('width')), height = Number(source.getAttribute('height'));
     const wanted = this.mode === 'side' ? 540 : 960;
-    const base = Math.max(1, Math.min(3, wanted / width));
+    // As large as fits; from twice the size on whole pixels, so that all are alike.
+    const fits = Math.max(1, Math.min(3, wanted / width, (innerHeight - 200) / height));
+    const base = fits < 2 ? fits : Math.floor(fits);
     const view = element('div', {class: 'view', 'data-shows': what});
     view.style.width = `${width * base}px`;
     view.style.height = `${height * base}px`;
@@ -99,6 +101,7 @@ class Viewer {
     const scale = base * this.scale;
     const limit = (centre, size) => Math.min(0, Math.max(size * base - size * scale, size * base / 2 - centre * size * scale));
     const x = limit(this.centre[0], width), y = limit(this.centre[1], height);
+    image.style.imageRendering = scale < 2 ? 'auto' : 'pixelated';
     image.style.transform = `translate(${x}px, ${y}px) scale(${scale})`;
     view.append(image);
     if (label) view.append(element('span', {class: side ? 'tag right' : 'tag'}, label));
@@ -115,6 +118,10 @@ class Viewer {
       this.zoom(this.scale >= 16 ? 1 : this.scale * 2);
     });
     return view;
+  }
+
+  caption(what) {
+    return this.images[what].closest('figure').querySelector('figcaption').textContent;
   }
 
   read(x, y, width, height) {
@@ -155,7 +162,7 @@ class Viewer {
       this.flick();
       this.startFlicker();
     } else {
-      this.stage.replaceChildren(this.window(this.mode));
+      this.stage.replaceChildren(this.window(this.mode, this.caption(this.mode)));
     }
   }
 
@@ -282,6 +289,12 @@ class Report {
     next.scrollIntoView({block: 'start'});
   }
 
+  /// What a key changes is brought into sight.
+  show(viewer, mode) {
+    viewer.set(mode);
+    viewer.pair.scrollIntoView({block: 'nearest'});
+  }
+
   key(event) {
     if (event.ctrlKey || event.metaKey || event.altKey || event.target.tagName === 'INPUT') return;
     const viewer = this.viewer();
@@ -290,7 +303,7 @@ class Report {
     else if (event.key === 'k') this.go(this.current - 1);
     else if (event.key === 'n') this.nextPair(1);
     else if (event.key === 'p') this.nextPair(-1);
-    else if (viewer && mode && event.key !== ' ') viewer.set(mode[0]);
+    else if (viewer && mode && event.key !== ' ') this.show(viewer, mode[0]);
     else if (viewer && event.key === ' ') viewer.flickOnce();
     else if (viewer && event.key === '+') viewer.zoom(Math.min(16, viewer.scale * 2));
     else if (viewer && event.key === '-') viewer.zoom(Math.max(1, viewer.scale / 2));

@@ -1,17 +1,21 @@
 /// Ten faults, five in the simulation and five in the renderer, and whether each is put down to the right
 /// one, to the right body and to the right frame. What a fault gives is made the golden, so that the shipped
-/// program is what differs from it and needs no switch to be faulty.
+/// program is what differs from it and needs no switch to be faulty. And a set that must fail whatever the
+/// renderer: beyond every tolerance, not only unequal.
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <functional>
+#include <regex>
 #include <string>
+#include <utility>
 
 #include "golden/case_pictures.h"
 #include "golden/track.h"
 #include "render/renderer.h"
 #include "sim/algorithms.h"
+#include "sim/error.h"
 #include "sim/log/file_output.h"
 #include "tests/golden/small_suite.h"
 
@@ -236,6 +240,142 @@ TEST(RendererFault, SizeOfAMesh) {
   fault.expect_blame("ball_4", [](Scene& scene, int ball) {
     for (Vector3& position : own_mesh(scene, ball).positions) position *= 1.4;
   });
+}
+
+/// A case whose golden picture of the last frame is not what is drawn now.
+class MustFail : public testing::Test {
+ protected:
+  MustFail() : suite_("bouncing_balls", last_frame) { suite_.make_goldens(); }
+
+  Image golden() const { return read_png(suite_.image(last_frame)); }
+
+  /// As a fault would draw the golden poses.
+  Image drawn(const std::function<void(Scene&, std::vector<Coordinates>&)>& fault) const {
+    Scene scene = load_scene(suite_.scene());
+    const PoseLog log = read_pose_log(suite_.poses());
+    std::vector<Coordinates> poses = log.frames.back().poses;
+    fault(scene, poses);
+    CasePainter painter(scene, read_suite(suite_.options.suite).cases.at(0), log);
+    return painter.draw_picture(poses);
+  }
+
+  void expect_failure(const Image& picture) {
+    write_png(picture, suite_.image(last_frame));
+    const CheckResult result = suite_.run();
+    EXPECT_EQ(result.exit_code(), 1);
+    EXPECT_EQ(result.cases.at(0).verdict, Verdict::renderer_changed);
+    const ImageResult& image = result.cases.at(0).images.back();
+    EXPECT_FALSE(image.passes);
+    EXPECT_FALSE(passes(image.against_golden->image.judgement))
+        << name(image.against_golden->image.judgement);
+    EXPECT_EQ(image.against_golden->flip->visibility, "visible");
+  }
+
+  SmallSuite suite_;
+};
+
+TEST_F(MustFail, MovedBody) {
+  expect_failure(drawn([](Scene& scene, std::vector<Coordinates>& poses) {
+    poses[static_cast<std::size_t>(body_named(scene, "ball_2"))].linear.x() += 0.1;
+  }));
+}
+
+TEST_F(MustFail, MissingBody) {
+  expect_failure(drawn([](Scene& scene, std::vector<Coordinates>&) {
+    const int ball = body_named(scene, "ball_1");
+    std::erase_if(scene.visuals, [&](const Visual& visual) { return visual.body == ball; });
+    std::erase_if(scene.colliders, [&](const Collider& collider) { return collider.body == ball; });
+  }));
+}
+
+TEST_F(MustFail, Hue) {
+  // The same mesh in a colour of about the same luminance: grey pictures would hardly differ.
+  expect_failure(drawn([](Scene& scene, std::vector<Coordinates>&) {
+    Mesh& mesh = own_mesh(scene, body_named(scene, "ball_2"));
+    Surface other = scene.surfaces[static_cast<std::size_t>(mesh.surface)];
+    std::swap(other.base_color[0], other.base_color[1]);
+    scene.surfaces.push_back(other);
+    mesh.surface = static_cast<int>(scene.surfaces.size()) - 1;
+  }));
+}
+
+TEST_F(MustFail, SwappedPanels) {
+  const Image before = golden();
+  Image swapped = before;
+  const int half = before.width / 2;
+  for (int y = 0; y < before.height; ++y) {
+    std::copy_n(before.pixel(half, y), 3 * half, swapped.pixel(0, y));
+    std::copy_n(before.pixel(0, y), 3 * half, swapped.pixel(half, y));
+  }
+  expect_failure(swapped);
+}
+
+TEST_F(MustFail, ShiftedLight) {
+  expect_failure(drawn([](Scene& scene, std::vector<Coordinates>&) { scene.sun->direction.x() += 0.3; }));
+}
+
+TEST_F(MustFail, BlackGolden) {
+  expect_failure(Image(160, 90));
+}
+
+TEST(MustFailInTheSolver, OneSign) {
+  SimulationFault fault("box_stack");
+  const auto result = fault.check_with([](Scene&) {},
+                                       [](std::vector<Coordinates>& q, std::vector<Velocity>& v,
+                                          const Settings& settings, Problem& problem, Work& work) {
+                                         const double before = v[1].angular.z();
+                                         proc3(q, v, settings, problem, work);
+                                         v[1].angular.z() = 2 * before - v[1].angular.z();
+                                       });
+  EXPECT_FALSE(passes(result.poses.motion.judgement));
+}
+
+/// A scene that is drawn black: metal that reflects nothing, seen from so near that nothing else is.
+class BlackFrame : public testing::Test {
+ protected:
+  BlackFrame() {
+    std::string text = read_text(suite_.scene());
+    text = std::regex_replace(text, std::regex("\"baseColorFactor\":\\[[^\\]]*\\]"),
+                              "\"baseColorFactor\":[0,0,0,1]");
+    text = std::regex_replace(text, std::regex("\"metallicFactor\":0\\.0"), "\"metallicFactor\":1.0");
+    write_text(suite_.scene(), text);
+    replace_in(suite_.scene(), "\"translation\":[9.0,9.4,16.6]", "\"translation\":[0,5.5,3]");
+    replace_in(suite_.scene(),
+               "\"rotation\":[-0.11793651712559072,0.24403200422826324,0.029913895231727477,"
+               "0.9621042135406577]",
+               "\"rotation\":[0,0,0,1]");
+    replace_in(suite_.scene(), "\"yfov\":0.6", "\"yfov\":0.02");
+  }
+
+  SmallSuite suite_;
+};
+
+TEST_F(BlackFrame, IsNotApproved) {
+  const CaseResult result = suite_.run().cases.at(0);
+  EXPECT_EQ(result.verdict, Verdict::created);
+  const Image black = read_png(suite_.shown("f0020.new.png"));
+  EXPECT_LE(*std::max_element(black.rgb.begin(), black.rgb.end()), 2);
+  try {
+    suite_.approve_failed();
+    FAIL() << "was approved";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("frame 10 is blank"), std::string::npos) << error.what();
+  }
+  EXPECT_FALSE(std::filesystem::exists(suite_.image(20)));
+  EXPECT_FALSE(std::filesystem::exists(suite_.poses()));
+}
+
+TEST_F(BlackFrame, FailsACheckEvenWhereTheGoldenIsBlackToo) {
+  suite_.run();
+  write_text(suite_.poses(), read_text(suite_.shown("actual.poses")));
+  write_text(suite_.track(), read_text(suite_.shown("actual.track")));
+  write_text(suite_.image(10), read_text(suite_.shown("f0010.new.png")));
+  write_text(suite_.image(20), read_text(suite_.shown("f0020.new.png")));
+  const CheckResult result = suite_.run();
+  EXPECT_EQ(result.exit_code(), 1);
+  EXPECT_EQ(result.cases.at(0).verdict, Verdict::renderer_changed);
+  EXPECT_EQ(result.cases.at(0).images.at(0).against_golden->image.judgement, Judgement::exact);
+  EXPECT_NE(explain(result.cases.at(0), suite_.options).find("the picture is blank"), std::string::npos);
 }
 
 }  // namespace

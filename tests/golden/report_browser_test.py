@@ -3,6 +3,7 @@
 report_browser_test.py SUBSTEP SOURCE_FOLDER CHROMIUM CHROMEDRIVER [FOLDER_FOR_SCREENSHOTS]
 """
 
+import base64
 import json
 import pathlib
 import shutil
@@ -75,6 +76,14 @@ class Page:
         if self.screenshots:
             self.page.save_screenshot(str(self.screenshots / f"{name}.png"))
 
+    def tall_shot(self, name, height):
+        """More of the page than the window shows."""
+        if not self.screenshots:
+            return
+        shot = self.page.execute_cdp_cmd("Page.captureScreenshot", {"captureBeyondViewport": True,
+            "clip": {"x": 0, "y": 0, "width": 1300, "height": height, "scale": 1}})
+        (self.screenshots / f"{name}.png").write_bytes(base64.b64decode(shot["data"]))
+
     def script(self, text, *arguments):
         return self.page.execute_script(text, *arguments)
 
@@ -108,7 +117,11 @@ def drive(page):
             expect(buttons[number].get_attribute("aria-pressed") == "true", f"{by}: {mode} is not pressed")
             if expected[mode]:
                 expect(page.shows() == expected[mode], f"{by}: {mode} shows {page.shows()}")
+            box = page.pair().find_element(By.CSS_SELECTOR, ".stage").rect
+            top = page.script("return scrollY")
             if by == "key":
+                expect(box["y"] >= top and box["y"] + box["height"] <= top + page.script("return innerHeight"),
+                       f"{mode} is not in sight after its key")
                 page.shot(mode)
     page.key("3")
     page.key(" ")
@@ -149,6 +162,9 @@ def dark(page):
     expect(sum(int(c) for c in color[4:-1].split(",")) < 200, f"dark mode is dark: {color}")
     page.script("scrollTo(0, 0)")
     page.shot("dark")
+    page.key("k")
+    page.key("6")
+    page.shot("dark_bodies")
 
 
 def without_scripts(page, report):
@@ -156,7 +172,9 @@ def without_scripts(page, report):
     page.page.get(report.as_uri())
     pictures = page.page.find_elements(By.CSS_SELECTOR, ".pictures img")
     expect(len(pictures) > 10 and pictures[0].is_displayed(), "without scripts the pictures are there")
-    page.shot("no_script")
+    page.tall_shot("no_script_dark", 2300)
+    page.page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": "light"}]})
+    page.tall_shot("no_script", 2300)
 
 
 def no_network(page):
