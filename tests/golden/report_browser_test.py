@@ -1,6 +1,6 @@
 """The report in a headless browser: every mode clicked and typed, and nothing asked of a network.
 
-report_browser_test.py SUBSTEP SOURCE_FOLDER CHROMIUM CHROMEDRIVER [FOLDER_FOR_SCREENSHOTS]
+report_browser_test.py SUBSTEP SOURCE_FOLDER [FOLDER_FOR_SCREENSHOTS]
 """
 
 import base64
@@ -11,11 +11,16 @@ import subprocess
 import sys
 import tempfile
 
-from selenium import webdriver
-from selenium.webdriver import ActionChains
-from selenium.webdriver.common.by import By
-from selenium.webdriver.chrome.options import Options
-from selenium.webdriver.chrome.service import Service
+NEEDS = "needs Chromium, its driver and selenium: on Debian, apt-get install chromium-driver python3-selenium"
+
+try:
+    from selenium import webdriver
+    from selenium.webdriver import ActionChains
+    from selenium.webdriver.common.by import By
+    from selenium.webdriver.chrome.options import Options
+    from selenium.webdriver.chrome.service import Service
+except ImportError:
+    sys.exit(f"report_browser_test: {NEEDS}")
 
 MODES = ["side", "slider", "flicker", "difference", "flip", "bodies"]
 SUITE = """
@@ -55,7 +60,9 @@ def failing_report(substep, source, folder):
     return folder / "out/check/report.html"
 
 
-def browser(chromium, driver):
+def browser():
+    chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
+    expect(chromium and driver, NEEDS)
     options = Options()
     options.binary_location = chromium
     for argument in ["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--window-size=1300,1050",
@@ -189,11 +196,11 @@ def no_network(page):
 
 
 def main():
-    substep, source, chromium, driver = sys.argv[1:5]
-    screenshots = pathlib.Path(sys.argv[5]) if len(sys.argv) > 5 else None
+    substep, source = sys.argv[1:3]
+    screenshots = pathlib.Path(sys.argv[3]) if len(sys.argv) > 3 else None
     with tempfile.TemporaryDirectory() as folder:
         report = failing_report(substep, pathlib.Path(source), pathlib.Path(folder))
-        chrome = browser(chromium, driver)
+        chrome = browser()
         try:
             page = Page(chrome, report, screenshots)
             drive(page)
