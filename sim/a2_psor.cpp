@@ -33,7 +33,10 @@ void proc2(CoordinateVector& q, VelocityVector& v, const Settings& settings, Pro
       apply(c, x, {change}, v_hat);                                           // proc2:9
       moved = std::max(moved, std::abs(change) / c.rows[x.first].inverse_gamma);
     }
-    work.row_solves += static_cast<std::int64_t>(c.rows.size());
+    for (const ContactBatch& x : c.contacts.batches) {
+      solve_and_apply(c.contacts, x, {.omega = settings.relaxation}, v_hat, &moved);
+    }
+    work.row_solves += c.row_count();
   }
   // v' = v̂, in place  // proc2:10
 

@@ -34,7 +34,9 @@ void proc4(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
         const Impulse lambda = solve(c, x, kappa, tau, v_hat);  // proc4:11
         apply(c, x, lambda, v_hat);                             // proc4:12
       }
-      work.row_solves += static_cast<std::int64_t>(c.rows.size());
+      for (const ContactBatch& x : c.contacts.batches)
+        solve_and_apply(c.contacts, x, {.kappa = kappa, .tau = tau}, v_hat);
+      work.row_solves += c.row_count();
     }
     add(v_hat, work.sum);  // proc4:13
     // Sub-step 𝒞 to (t + j·hs)

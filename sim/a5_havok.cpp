@@ -41,7 +41,8 @@ void proc5(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
         const Impulse boxed_lambda = solve(c, x, 1, 1, mv, 1 / kappa);  // proc5:12
         apply(c, x, boxed_lambda, mv, kappa);                           // proc5:13
       }
-      work.row_solves += static_cast<std::int64_t>(c.rows.size());
+      for (const ContactBatch& x : c.contacts.batches) solve_and_apply(c.contacts, x, {.scale = kappa}, mv);
+      work.row_solves += c.row_count();
     }
     // Sub-step 𝒞 to (t + j·hs)
     subtract(sum_v, mv);  // proc5:15

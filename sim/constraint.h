@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "sim/contact_batch.h"
 #include "sim/state.h"
 #include "sim/vector.h"
 
@@ -65,6 +66,9 @@ struct Constraints {
   std::vector<Block> blocks;
   std::vector<Row> rows;
   std::vector<Matrix3> inverse_gammas;  ///< (J M⁻¹ Jᵀ)⁻¹ of each block of several rows
+  ContactBatches contacts;              ///< those that are not among the blocks; a sweep's last
+
+  std::int64_t row_count() const { return std::ssize(rows) + contacts.row_count; }
 };
 
 /// Limits of a friction row: ±μ times its normal's impulse of the same (sub-)step.
@@ -140,6 +144,7 @@ inline void apply(const Constraints& c, const Block& x, const Impulse& change, s
 /// λ = 0.
 inline void clear_impulses(Constraints& c) {
   for (Row& row : c.rows) row.impulse = 0;
+  clear_impulses(c.contacts);
 }
 
 }  // namespace substep

@@ -297,13 +297,60 @@ Coordinates ahead(const Coordinates& q, const Velocity& v_local, double duration
 
 }  // namespace
 
+namespace {
+
+/// The block of a contact's normal or of one of its tangents.
+Block contact_block(const Model& model, const Contact& contact, std::size_t source, Block::Kind kind,
+                    int component) {
+  Block x{};
+  x.kind = kind;
+  x.rows = 1;
+  x.component = static_cast<std::uint8_t>(component);
+  x.a = contact.a;
+  x.b = contact.b;
+  x.source = static_cast<int>(source);
+  x.inverse_mass_a = model.masses[x.a].inverse_mass;
+  x.inverse_mass_b = model.masses[x.b].inverse_mass;
+  const bool is_normal = kind == Block::Kind::contact_normal;
+  x.position_share = is_normal && contact.bounce <= 0 ? 1 : 0;
+  x.friction = is_normal ? 0 : contact.friction;
+  return x;
+}
+
+/// Contacts by pairs of bodies: a pair's normals, then its friction, which needs their impulses.
+void add_contacts(Problem& problem, int& first) {
+  const Model& model = *problem.model;
+  const std::vector<Contact>& contacts = *problem.contacts;
+  const auto add = [&](std::size_t i, Block::Kind kind, int component, int normal) {
+    problem.c.blocks.push_back(contact_block(model, contacts[i], i, kind, component));
+    problem.c.blocks.back().first = first++;
+    problem.c.blocks.back().normal = normal;
+  };
+  for (std::size_t begin = 0, end = 0; begin < contacts.size(); begin = end) {
+    const int first_normal = first;
+    while (end < contacts.size() && contacts[end].a == contacts[begin].a &&
+           contacts[end].b == contacts[begin].b) {
+      add(end++, Block::Kind::contact_normal, 0, -1);
+    }
+    for (std::size_t i = begin; i < end; ++i) {
+      if (contacts[i].friction == 0) continue;
+      const int normal = first_normal + static_cast<int>(i - begin);
+      for (int k = 0; k < 2; ++k) add(i, Block::Kind::contact_friction, k, normal);
+    }
+  }
+}
+
+}  // namespace
+
 void build_blocks(Problem& problem, Joints joints) {
   Constraints& c = problem.c;
   const Model& model = *problem.model;
   c.blocks.clear();
   c.inverse_gammas.clear();
-  c.blocks.reserve(3 * problem.contacts->capacity());
-  c.rows.reserve(3 * problem.contacts->capacity());
+  if (!problem.batched) {
+    c.blocks.reserve(3 * problem.contacts->capacity());
+    c.rows.reserve(3 * problem.contacts->capacity());
+  }
   int first = 0;
   const auto add = [&](Block::Kind kind, int rows, int component, int a, int b,
                        std::size_t source) -> Block& {
@@ -346,25 +393,10 @@ void build_blocks(Problem& problem, Joints joints) {
   for (std::size_t i = 0; i < model.drives.size(); ++i) {
     add(Block::Kind::drive, 1, 0, model.drives[i].at.a, model.drives[i].at.b, i);
   }
-  // Contacts by pairs of bodies: a pair's normals, then its friction, which needs their impulses.
-  const std::vector<Contact>& contacts = *problem.contacts;
-  for (std::size_t begin = 0, end = 0; begin < contacts.size(); begin = end) {
-    const int first_normal = first;
-    while (end < contacts.size() && contacts[end].a == contacts[begin].a &&
-           contacts[end].b == contacts[begin].b) {
-      Block& x = add(Block::Kind::contact_normal, 1, 0, contacts[end].a, contacts[end].b, end);
-      if (contacts[end].bounce > 0) x.position_share = 0;
-      ++end;
-    }
-    for (std::size_t i = begin; i < end; ++i) {
-      if (contacts[i].friction == 0) continue;
-      for (int k = 0; k < 2; ++k) {
-        Block& x = add(Block::Kind::contact_friction, 1, k, contacts[i].a, contacts[i].b, i);
-        x.position_share = 0;
-        x.normal = first_normal + static_cast<int>(i - begin);
-        x.friction = contacts[i].friction;
-      }
-    }
+  if (problem.batched) {
+    c.contacts.build(model, *problem.contacts);
+  } else {
+    add_contacts(problem, first);
   }
   c.rows.resize(first);
   problem.order.interleave(model, c);
@@ -375,6 +407,10 @@ void formulate(Problem& problem, const std::vector<Coordinates>& q, double hs) {
   for (std::size_t i = 0; i < q.size(); ++i) problem.rotations[i] = q[i].angular.toRotationMatrix();
   for (Block& x : problem.c.blocks) {
     formulate_block(problem, x, {q[x.a], q[x.b], problem.rotations[x.a], problem.rotations[x.b]}, hs);
+  }
+  if (problem.batched) {
+    formulate(problem.c.contacts, *problem.model, *problem.contacts, q, problem.rotations,
+              problem.frame == Frame::body, hs);
   }
 }
 
@@ -445,10 +481,12 @@ void update_biases(Constraints& c, const std::vector<Velocity>& v_local) {
       row.beta -= x.position_share * row_velocity(row, v_local[x.a], v_local[x.b]);
     }
   }
+  update_biases(c.contacts, v_local);
 }
 
 void box_biases(Constraints& c, double kappa, double tau) {
   for (Row& row : c.rows) row.beta *= tau / kappa;
+  box_biases(c.contacts, kappa, tau);
 }
 
 void undo_update_rule(Constraints& c, const std::vector<Velocity>& change) {
@@ -459,6 +497,7 @@ void undo_update_rule(Constraints& c, const std::vector<Velocity>& change) {
       row.beta += (1 - x.position_share) * row_velocity(row, change[x.a], change[x.b]);
     }
   }
+  undo_update_rule(c.contacts, change);
 }
 
 void make_mlcp(const Problem& problem, const std::vector<Velocity>& v_local, Mlcp& mlcp) {

@@ -57,14 +57,15 @@ struct Problem {
   const Model* model = nullptr;
   const std::vector<Contact>* contacts = nullptr;
   Frame frame = Frame::body;
+  bool batched = false;  ///< contacts are in c.contacts, not among c.blocks
   Constraints c;
   BlockOrder order;
   Substeps substeps;
   std::vector<Matrix3> rotations;  ///< of `formulate`'s coordinates
 };
 
-/// The list of blocks: joints first, then contacts, each normal before its friction, as far as they share
-/// bodies; see block_order.h. `joints` says how joints are blocked.
+/// The list of blocks: joints first, then (unless batched) contacts, each normal before its friction, as far
+/// as they share bodies; see block_order.h. `joints` says how joints are blocked.
 void build_blocks(Problem& problem, Joints joints);
 
 /// s2: J, β(hs) and M⁻¹Jᵀ of every row from coordinates q.

@@ -30,6 +30,7 @@ struct Simulation::Implementation {
     problem.model = &model;
     problem.contacts = &no_contacts;
     problem.frame = settings.algorithm == Algorithm::a2 ? Frame::world : Frame::body;
+    problem.batched = settings.algorithm != Algorithm::a1 && !procedure;
     problem.substeps.bias_at_next_frame = settings.algorithm == Algorithm::a3;
     problem.substeps.duration = sub_stepped ? settings.step / settings.substeps : settings.step;
     joints = sub_stepped ? settings.joints : Joints::rows;
@@ -38,7 +39,7 @@ struct Simulation::Implementation {
     work.sum_v.resize(state.v.size());
     work.change.resize(state.v.size());
     problem.substeps.offset.resize(state.v.size());
-    report.rows = static_cast<int>(problem.c.rows.size());
+    report.rows = static_cast<int>(problem.c.row_count());
   }
 
   void step() {
@@ -47,7 +48,7 @@ struct Simulation::Implementation {
       problem.contacts = &finder.find(state, settings.step);
       build_blocks(problem, joints);
       report.contacts = static_cast<int>(problem.contacts->size());
-      report.rows = static_cast<int>(problem.c.rows.size());
+      report.rows = static_cast<int>(problem.c.row_count());
     }
     // s2: rows
     formulate(problem, state.q, problem.substeps.duration);
