@@ -1,9 +1,12 @@
 #include "sim/contact_batch.h"
 
+#ifdef __clang__
+#define _Bool bool  // NOLINT: the next header is meant for C, and gcc's C++ knows this word of it
+#endif
 #include <sys/platform/x86.h>
+#undef _Bool
 
 #include <algorithm>
-#include <cstring>
 #include <tuple>
 
 namespace substep {
