@@ -10,9 +10,11 @@
 #include <limits>
 #include <numbers>
 #include <numeric>
+#include <span>
 #include <utility>
 
 #include "sim/error.h"
+#include "sim/geometry/welded_points.h"
 #include "sim/rotation.h"
 
 namespace substep {
@@ -28,7 +30,24 @@ constexpr double coplanar = 4e-7;
 /// Metres. Beyond, products of three lengths leave the range in which they are exact to rounding.
 constexpr double largest_coordinate = 1e9;
 
-using Polygon = std::vector<std::uint32_t>;
+/// Polygons by their corners, those of all in one list.
+class Polygons {
+ public:
+  void add(std::span<const std::uint32_t> corners) {
+    corners_.insert(corners_.end(), corners.begin(), corners.end());
+    begin_.push_back(static_cast<std::uint32_t>(corners_.size()));
+  }
+  std::size_t size() const { return begin_.size() - 1; }
+  std::span<const std::uint32_t> operator[](std::size_t index) const {
+    return {corners_.data() + begin_[index], corners_.data() + begin_[index + 1]};
+  }
+  const std::vector<std::uint32_t>& begin() const { return begin_; }
+  const std::vector<std::uint32_t>& corners() const { return corners_; }
+
+ private:
+  std::vector<std::uint32_t> begin_ = {0};
+  std::vector<std::uint32_t> corners_;
+};
 
 /// Twice the area of a polygon as a vector along its normal (Newell's sum, about the first vertex).
 Vector3 area_vector(std::span<const Vector3> points, std::span<const std::uint32_t> polygon) {
@@ -40,28 +59,36 @@ Vector3 area_vector(std::span<const Vector3> points, std::span<const std::uint32
   return sum;
 }
 
-std::span<const std::uint32_t> face(const Polytope& polytope, std::size_t index) {
-  return {polytope.face_vertices.data() + polytope.face_begin[index],
-          polytope.face_vertices.data() + polytope.face_begin[index + 1]};
-}
-
 struct DirectedEdge {
   std::uint32_t from, to, face;
 };
 
-/// All sides of all faces, ordered by their two ends, lesser first; so the two sides of an edge are
+/// All sides of all polygons, ordered by their two ends, lesser first; so the two sides of an edge are
 /// neighbours.
-std::vector<DirectedEdge> sides(const std::vector<Polygon>& polygons) {
-  std::vector<DirectedEdge> result;
-  for (std::uint32_t f = 0; f < polygons.size(); ++f) {
-    for (std::size_t i = 0; i < polygons[f].size(); ++i) {
-      result.push_back({polygons[f][i], polygons[f][(i + 1) % polygons[f].size()], f});
+std::vector<DirectedEdge> sides(const Polygons& polygons, std::size_t points) {
+  // Into one bin for each lesser end; a bin holds few.
+  std::vector<std::uint32_t> bins(points + 1, 0);
+  const auto for_each_side = [&](const auto& use) {
+    for (std::uint32_t f = 0; f < polygons.size(); ++f) {
+      const std::span<const std::uint32_t> corners = polygons[f];
+      for (std::size_t i = 0; i < corners.size(); ++i) {
+        use(DirectedEdge{corners[i], corners[i + 1 < corners.size() ? i + 1 : 0], f});
+      }
     }
-  }
-  const auto key = [](const DirectedEdge& side) {
-    return std::array{std::min(side.from, side.to), std::max(side.from, side.to), side.from};
   };
-  std::ranges::sort(result, {}, key);
+  for_each_side([&](const DirectedEdge& side) { ++bins[std::min(side.from, side.to) + 1]; });
+  std::partial_sum(bins.begin(), bins.end(), bins.begin());
+  std::vector<DirectedEdge> result(polygons.corners().size());
+  std::vector<std::uint32_t> next(bins.begin(), bins.end() - 1);
+  for_each_side([&](const DirectedEdge& side) { result[next[std::min(side.from, side.to)]++] = side; });
+  for (std::size_t i = 0; i < points; ++i) {
+    std::sort(result.begin() + bins[i], result.begin() + bins[i + 1],
+              [](const DirectedEdge& a, const DirectedEdge& b) {
+                const std::uint32_t end_a = std::max(a.from, a.to);
+                const std::uint32_t end_b = std::max(b.from, b.to);
+                return end_a != end_b ? end_a < end_b : a.from < b.from;
+              });
+  }
   return result;
 }
 
@@ -78,7 +105,8 @@ void measure(Polytope& polytope) {
   }
   polytope.inner_radius = std::numeric_limits<double>::infinity();
   for (std::size_t f = 0; f + 1 < polytope.face_begin.size(); ++f) {
-    const std::span<const std::uint32_t> corners = face(polytope, f);
+    const std::span<const std::uint32_t> corners{polytope.face_vertices.data() + polytope.face_begin[f],
+                                                 polytope.face_vertices.data() + polytope.face_begin[f + 1]};
     const Vector3 normal = area_vector(polytope.vertices, corners).normalized();
     // The outermost corner, so that the polytope lies below the face's plane even where the corners of a
     // merged face are not quite in one plane.
@@ -94,15 +122,14 @@ void measure(Polytope& polytope) {
 }
 
 /// A polytope from all its data but what follows from them. Returns false when the faces do not close.
-bool assemble(std::vector<Vector3> vertices, const std::vector<Polygon>& polygons, Polytope& polytope) {
+bool assemble(std::vector<Vector3> vertices, const Polygons& polygons, Polytope& polytope) {
   polytope.vertices = std::move(vertices);
-  polytope.face_begin = {0};
-  for (const Polygon& polygon : polygons) {
-    polytope.face_vertices.insert(polytope.face_vertices.end(), polygon.begin(), polygon.end());
-    polytope.face_begin.push_back(static_cast<std::uint32_t>(polytope.face_vertices.size()));
-  }
-  const std::vector<DirectedEdge> both = sides(polygons);
+  polytope.face_begin = polygons.begin();
+  polytope.face_vertices = polygons.corners();
+  const std::vector<DirectedEdge> both = sides(polygons, polytope.vertices.size());
   if (both.size() % 2 != 0) return false;
+  polytope.edges.reserve(both.size() / 2);
+  polytope.edge_faces.reserve(both.size() / 2);
   for (std::size_t i = 0; i < both.size(); i += 2) {
     if (both[i].from != both[i + 1].to || both[i].to != both[i + 1].from) return false;
     polytope.edges.push_back({both[i].from, both[i].to});
@@ -119,8 +146,9 @@ class Qhull {
     messages_ = open_memstream(&text_, &size_);
     if (!messages_) throw Error("qhull: there is no memory for its messages");
     qh_zero(&qhull_, messages_);
-    // Qt: triangles only, whose corners can be read without calling qhull again.
-    char command[] = "qhull Qt";
+    // Qt: triangles only, whose corners can be read without calling qhull again. Q5: how far points lie outside
+    // of merged facets is not asked, so not measured.
+    char command[] = "qhull Qt Q5";
     status_ = qh_new_qhull(&qhull_, 3, static_cast<int>(coordinates.size() / 3), coordinates.data(), False,
                            command, nullptr, messages_);
   }
@@ -138,19 +166,20 @@ class Qhull {
   bool succeeded() const { return status_ == 0; }
 
   /// The facets, counter-clockwise seen from outside, as indices of points.
-  std::vector<Polygon> triangles() {
-    std::vector<Polygon> result;
+  Polygons triangles() {
+    Polygons result;
+    std::vector<std::uint32_t> corners;
     qhT* qh = &qhull_;
     facetT* facet = nullptr;
     FORALLfacets {
-      Polygon triangle;
+      corners.clear();
       vertexT* vertex = nullptr;
       vertexT** vertexp = nullptr;
       FOREACHvertex_(facet->vertices) {
-        triangle.push_back(static_cast<std::uint32_t>(qh_pointid(qh, vertex->point)));
+        corners.push_back(static_cast<std::uint32_t>(qh_pointid(qh, vertex->point)));
       }
-      if (static_cast<bool>(facet->toporient)) std::ranges::reverse(triangle);
-      result.push_back(std::move(triangle));
+      if (static_cast<bool>(facet->toporient)) std::ranges::reverse(corners);
+      result.add(corners);
     }
     return result;
   }
@@ -163,96 +192,140 @@ class Qhull {
   int status_ = 0;
 };
 
-/// Joins neighbouring polygons that lie in one plane to within `tolerance`. qhull merges only what its own
-/// rounding cannot tell apart.
-std::vector<Polygon> merged(std::span<const Vector3> points, const std::vector<Polygon>& polygons,
-                            double tolerance) {
-  const std::vector<DirectedEdge> both = sides(polygons);
-  std::vector<std::vector<std::uint32_t>> neighbours(polygons.size());
-  for (std::size_t i = 0; i + 1 < both.size(); i += 2) {
-    neighbours[both[i].face].push_back(both[i + 1].face);
-    neighbours[both[i + 1].face].push_back(both[i].face);
-  }
-  // The largest facet of a face has the most exact plane: start from it.
-  std::vector<Vector3> areas(polygons.size());
-  std::ranges::transform(polygons, areas.begin(),
-                         [&](const Polygon& polygon) { return area_vector(points, polygon); });
-  std::vector<std::uint32_t> order(polygons.size());
-  std::iota(order.begin(), order.end(), 0U);
-  std::ranges::stable_sort(
-      order, [&](std::uint32_t i, std::uint32_t j) { return areas[i].norm() > areas[j].norm(); });
+/// Faces of triangles that lie in one plane to within `tolerance`. qhull merges only what its own rounding
+/// cannot tell apart.
+class FaceMerger {
+ public:
+  FaceMerger(std::span<const Vector3> points, const Polygons& triangles, double tolerance)
+      : points_(points),
+        triangles_(triangles),
+        tolerance_(tolerance),
+        sides_(sides(triangles, points.size())),
+        group_(triangles.size(), none) {}
 
-  constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
-  std::vector<std::uint32_t> group(polygons.size(), none);
-  std::vector<std::uint32_t> seeds;
-  for (const std::uint32_t seed : order) {
-    if (group[seed] != none) continue;
-    const Vector3 normal = areas[seed].normalized();
-    const double offset = normal.dot(points[polygons[seed][0]]);
-    const auto belongs = [&](std::uint32_t candidate) {
-      return std::ranges::all_of(polygons[candidate], [&](std::uint32_t corner) {
-        return std::abs(normal.dot(points[corner]) - offset) <= tolerance;
-      });
+  /// Nothing when some outline is no polygon.
+  Polygons faces() {
+    group();
+    // What remains of a group's sides is its outline.
+    std::vector<std::uint32_t> begin(triangles_.size() + 1, 0);
+    const auto for_each_outer_side = [&](const auto& use) {
+      for (std::size_t i = 0; i + 1 < sides_.size(); i += 2) {
+        if (group_[sides_[i].face] == group_[sides_[i + 1].face]) continue;
+        use(sides_[i]);
+        use(sides_[i + 1]);
+      }
     };
-    group[seed] = seed;
-    seeds.push_back(seed);
-    std::vector<std::uint32_t> front = {seed};
-    while (!front.empty()) {
-      const std::uint32_t current = front.back();
-      front.pop_back();
-      for (const std::uint32_t next : neighbours[current]) {
-        if (group[next] != none || !belongs(next)) continue;
-        group[next] = seed;
-        front.push_back(next);
+    for_each_outer_side([&](const DirectedEdge& side) { ++begin[group_[side.face] + 1]; });
+    std::partial_sum(begin.begin(), begin.end(), begin.begin());
+    std::vector<Side> outer(begin.back());
+    std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
+    for_each_outer_side([&](const DirectedEdge& side) {
+      outer[next[group_[side.face]]++] = {side.from, side.to};
+    });
+    Polygons result;
+    for (const std::uint32_t seed : seeds_) {
+      const std::span<Side> outline(outer.data() + begin[seed], outer.data() + begin[seed + 1]);
+      if (!follow(outline)) return {};
+      result.add(polygon_);
+    }
+    return result;
+  }
+
+ private:
+  static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
+  using Side = std::array<std::uint32_t, 2>;
+
+  // Gives each triangle the number of the one that its face began with.
+  void group() {
+    std::vector<std::array<std::uint32_t, 3>> neighbours(triangles_.size(), {none, none, none});
+    const auto join = [&](std::uint32_t one, std::uint32_t other) {
+      const auto free = std::ranges::find(neighbours[one], none);
+      if (free != neighbours[one].end()) *free = other;
+    };
+    for (std::size_t i = 0; i + 1 < sides_.size(); i += 2) {
+      join(sides_[i].face, sides_[i + 1].face);
+      join(sides_[i + 1].face, sides_[i].face);
+    }
+    // The largest triangle of a face has the most exact plane: start from it.
+    std::vector<Vector3> areas(triangles_.size());
+    std::vector<std::pair<double, std::uint32_t>> order;
+    order.reserve(triangles_.size());
+    for (std::uint32_t i = 0; i < triangles_.size(); ++i) {
+      areas[i] = area_vector(points_, triangles_[i]);
+      order.emplace_back(-areas[i].norm(), i);
+    }
+    std::ranges::sort(order);
+    std::vector<std::uint32_t> front;
+    for (const auto& [negative_area, seed] : order) {
+      if (group_[seed] != none) continue;
+      const Vector3 normal = areas[seed].normalized();
+      const double offset = normal.dot(points_[triangles_[seed][0]]);
+      const auto belongs = [&](std::uint32_t candidate) {
+        return std::ranges::all_of(triangles_[candidate], [&](std::uint32_t corner) {
+          return std::abs(normal.dot(points_[corner]) - offset) <= tolerance_;
+        });
+      };
+      group_[seed] = seed;
+      seeds_.push_back(seed);
+      front.assign(1, seed);
+      while (!front.empty()) {
+        const std::uint32_t current = front.back();
+        front.pop_back();
+        for (const std::uint32_t other : neighbours[current]) {
+          if (other == none || group_[other] != none || !belongs(other)) continue;
+          group_[other] = seed;
+          front.push_back(other);
+        }
       }
     }
   }
 
-  // What remains of a group's sides is its outline: follow it from corner to corner.
-  std::vector<std::vector<std::array<std::uint32_t, 2>>> outlines(polygons.size());
-  for (std::size_t i = 0; i + 1 < both.size(); i += 2) {
-    if (group[both[i].face] == group[both[i + 1].face]) continue;
-    for (const DirectedEdge& side : {both[i], both[i + 1]}) {
-      outlines[group[side.face]].push_back({side.from, side.to});
-    }
-  }
-  std::vector<Polygon> result;
-  for (const std::uint32_t seed : seeds) {
-    std::vector<std::array<std::uint32_t, 2>>& outline = outlines[seed];
+  // Sets polygon_ to the outline from corner to corner, from the least on.
+  bool follow(std::span<Side> outline) {
     std::ranges::sort(outline);
-    if (outline.empty()) return {};
-    Polygon polygon;
+    polygon_.clear();
+    if (outline.empty()) return false;
     std::uint32_t corner = outline[0][0];
     do {
       const auto side =
-          std::ranges::lower_bound(outline, corner, {}, [](const auto& pair) { return pair[0]; });
-      if (side == outline.end() || (*side)[0] != corner) return {};
-      polygon.push_back(corner);
+          std::ranges::lower_bound(outline, corner, {}, [](const Side& pair) { return pair[0]; });
+      if (side == outline.end() || (*side)[0] != corner) return false;
+      polygon_.push_back(corner);
       corner = (*side)[1];
-    } while (corner != outline[0][0] && polygon.size() <= outline.size());
-    if (polygon.size() != outline.size()) return {};
-    result.push_back(std::move(polygon));
+    } while (corner != outline[0][0] && polygon_.size() <= outline.size());
+    return polygon_.size() == outline.size();
   }
-  return result;
-}
+
+  std::span<const Vector3> points_;
+  const Polygons& triangles_;
+  double tolerance_;
+  std::vector<DirectedEdge> sides_;
+  std::vector<std::uint32_t> group_;
+  std::vector<std::uint32_t> seeds_;  // largest first
+  std::vector<std::uint32_t> polygon_;
+};
 
 /// Leaves out corners between two faces only, which lie on a straight edge, and vertices that no face has.
-void drop_unused(std::span<const Vector3> points, std::vector<Polygon>& polygons,
-                 std::vector<Vector3>& vertices) {
+Polygons without_unused(std::span<const Vector3> points, const Polygons& polygons,
+                        std::vector<Vector3>& vertices) {
   std::vector<std::uint32_t> faces_at(points.size(), 0);
-  for (const Polygon& polygon : polygons) {
-    for (const std::uint32_t corner : polygon) ++faces_at[corner];
-  }
+  for (const std::uint32_t corner : polygons.corners()) ++faces_at[corner];
   std::vector<std::uint32_t> index(points.size(), 0);
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (faces_at[i] < 3) continue;
     index[i] = static_cast<std::uint32_t>(vertices.size());
     vertices.push_back(points[i]);
   }
-  for (Polygon& polygon : polygons) {
-    std::erase_if(polygon, [&](std::uint32_t corner) { return faces_at[corner] < 3; });
-    for (std::uint32_t& corner : polygon) corner = index[corner];
+  Polygons result;
+  std::vector<std::uint32_t> kept;
+  for (std::size_t f = 0; f < polygons.size(); ++f) {
+    kept.clear();
+    for (const std::uint32_t corner : polygons[f]) {
+      if (faces_at[corner] >= 3) kept.push_back(index[corner]);
+    }
+    result.add(kept);
   }
+  return result;
 }
 
 bool is_thin(const Polytope& polytope, double thickness) {
@@ -272,27 +345,29 @@ bool is_thin(const Polytope& polytope, double thickness) {
 
 }  // namespace
 
-Polytope convex_hull(std::span<const Vector3> points, const std::string& what) {
+Polytope convex_hull(std::span<const Vector3> given, const std::string& what) {
   const auto number = [](double value) {
     char text[32];
     std::snprintf(text, sizeof text, "%.6g", value);
     return std::string(text);
   };
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    for (const double coordinate : {points[i].x(), points[i].y(), points[i].z()}) {
+  for (std::size_t i = 0; i < given.size(); ++i) {
+    for (const double coordinate : {given[i].x(), given[i].y(), given[i].z()}) {
       // Written so that NaN fails too.
       if (std::abs(coordinate) <= largest_coordinate) continue;
       throw Error(what + ": vertex " + std::to_string(i) + " has the coordinate " + number(coordinate) +
                   "; a convex hull needs finite coordinates within ±1e9 m");
     }
   }
-  if (points.size() < 4) {
+  if (given.size() < 4) {
     throw Error(what + ": a convex hull needs at least 4 vertices, there are " +
-                std::to_string(points.size()));
+                std::to_string(given.size()));
   }
-  if (points.size() > static_cast<std::size_t>(std::numeric_limits<int>::max() / 3)) {
-    throw Error(what + ": there are too many vertices for a convex hull: " + std::to_string(points.size()));
+  if (given.size() > static_cast<std::size_t>(std::numeric_limits<int>::max() / 3)) {
+    throw Error(what + ": there are too many vertices for a convex hull: " + std::to_string(given.size()));
   }
+  // Meshes have a vertex several times where its normals differ.
+  const std::vector<Vector3> points = distinct(given);
   Vector3 lower = points[0];
   Vector3 upper = points[0];
   for (const Vector3& point : points) {
@@ -312,20 +387,18 @@ Polytope convex_hull(std::span<const Vector3> points, const std::string& what) {
     const Vector3 local = (point - middle) / size;
     coordinates.insert(coordinates.end(), {local.x(), local.y(), local.z()});
   }
-  std::vector<Polygon> polygons;
+  Polygons triangles;
   {
     Qhull qhull(coordinates);
     if (!qhull.succeeded()) throw thin;
-    polygons = qhull.triangles();
+    triangles = qhull.triangles();
   }
-  polygons = merged(points, polygons, coplanar * size);
-
   Polytope hull;
   std::vector<Vector3> vertices;
-  drop_unused(points, polygons, vertices);
-  const bool solid = vertices.size() >= 4 && std::ranges::all_of(polygons, [](const Polygon& polygon) {
-                       return polygon.size() >= 3;
-                     });
+  const Polygons polygons =
+      without_unused(points, FaceMerger(points, triangles, coplanar * size).faces(), vertices);
+  bool solid = vertices.size() >= 4;
+  for (std::size_t f = 0; f < polygons.size(); ++f) solid = solid && polygons[f].size() >= 3;
   if (!solid || !assemble(std::move(vertices), polygons, hull) || is_thin(hull, smallest_thickness * size)) {
     throw thin;
   }
@@ -341,9 +414,17 @@ Polytope box(const Vector3& size) {
     vertices.emplace_back((corner & 1) != 0 ? half.x() : -half.x(), (corner & 2) != 0 ? half.y() : -half.y(),
                           (corner & 4) != 0 ? half.z() : -half.z());
   }
+  Polygons faces;
+  for (const std::array<std::uint32_t, 4>& corners : {std::array<std::uint32_t, 4>{1, 3, 7, 5},
+                                                      {0, 4, 6, 2},
+                                                      {2, 6, 7, 3},
+                                                      {0, 1, 5, 4},
+                                                      {4, 5, 7, 6},
+                                                      {0, 2, 3, 1}}) {
+    faces.add(corners);
+  }
   Polytope result;
-  assemble(std::move(vertices),
-           {{1, 3, 7, 5}, {0, 4, 6, 2}, {2, 6, 7, 3}, {0, 1, 5, 4}, {4, 5, 7, 6}, {0, 2, 3, 1}}, result);
+  assemble(std::move(vertices), faces, result);
   result.box = OrientedBox{Pose{}, half};
   return result;
 }
@@ -358,7 +439,7 @@ Polytope cylinder(double height, double radius_bottom, double radius_top, int si
   // Vertices of the ring at y: its first index; a point has one index for all.
   const auto ring = [&](double radius, double y) {
     const auto first = static_cast<std::uint32_t>(vertices.size());
-    Polygon indices(count, first);
+    std::vector<std::uint32_t> indices(count, first);
     if (radius == 0) {
       vertices.emplace_back(0, y, 0);
       return indices;
@@ -370,20 +451,20 @@ Polytope cylinder(double height, double radius_bottom, double radius_top, int si
     }
     return indices;
   };
-  const Polygon bottom = ring(radius_bottom, -height / 2);
-  const Polygon top = ring(radius_top, height / 2);
-  std::vector<Polygon> polygons;
+  const std::vector<std::uint32_t> bottom = ring(radius_bottom, -height / 2);
+  const std::vector<std::uint32_t> top = ring(radius_top, height / 2);
+  Polygons polygons;
   // Angles grow from +X to +Z, clockwise seen from above: the bottom's outline seen from below.
-  if (radius_bottom > 0) polygons.push_back(bottom);
-  if (radius_top > 0) polygons.emplace_back(top.rbegin(), top.rend());
+  if (radius_bottom > 0) polygons.add(bottom);
+  if (radius_top > 0) polygons.add(std::vector<std::uint32_t>(top.rbegin(), top.rend()));
   for (std::uint32_t i = 0; i < count; ++i) {
     const std::uint32_t next = (i + 1) % count;
     if (radius_bottom == 0) {
-      polygons.push_back({bottom[0], top[i], top[next]});
+      polygons.add(std::array{bottom[0], top[i], top[next]});
     } else if (radius_top == 0) {
-      polygons.push_back({bottom[i], top[0], bottom[next]});
+      polygons.add(std::array{bottom[i], top[0], bottom[next]});
     } else {
-      polygons.push_back({bottom[i], top[i], top[next], bottom[next]});
+      polygons.add(std::array{bottom[i], top[i], top[next], bottom[next]});
     }
   }
   Polytope result;

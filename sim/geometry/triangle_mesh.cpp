@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <span>
 #include <tuple>
 
 #include "sim/error.h"
@@ -55,62 +56,77 @@ bool has_area(std::span<const Vector3> vertices, const Triangle& triangle) {
 }
 
 /// Splits triangles at the median of their middles until leaves are small; a leaf's are neighbours in
-/// `order`.
+/// the order that it gives.
 class TreeBuilder {
  public:
-  TreeBuilder(TriangleMesh& mesh, std::vector<std::uint32_t>& order) : mesh_(mesh), order_(order) {
-    for (const Triangle& triangle : mesh.triangles) {
-      const Vector3& a = mesh.vertices[triangle[0]];
-      const Vector3& b = mesh.vertices[triangle[1]];
-      const Vector3& c = mesh.vertices[triangle[2]];
-      boxes_.push_back({a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)});
+  explicit TreeBuilder(TriangleMesh& mesh) : mesh_(mesh) {
+    boxes_.reserve(mesh.triangles.size());
+    items_.reserve(mesh.triangles.size());
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+      const Vector3& a = mesh.vertices[mesh.triangles[t][0]];
+      const Vector3& b = mesh.vertices[mesh.triangles[t][1]];
+      const Vector3& c = mesh.vertices[mesh.triangles[t][2]];
+      const Bounds box = {a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)};
+      boxes_.push_back(box);
+      items_.push_back({box.lower + box.upper, t});
     }
   }
 
-  void build() {
+  /// The triangles in the order of the leaves.
+  std::vector<std::uint32_t> build() {
     mesh_.nodes.assign(1, {});
-    split(0, 0, static_cast<std::uint32_t>(order_.size()));
+    split(0, 0, static_cast<std::uint32_t>(items_.size()));
+    std::vector<std::uint32_t> order;
+    order.reserve(items_.size());
+    for (const Item& item : items_) order.push_back(item.triangle);
+    return order;
   }
 
  private:
-  Vector3 middle(std::uint32_t triangle) const { return boxes_[triangle].lower + boxes_[triangle].upper; }
+  struct Item {
+    Vector3 middle;  // twice
+    std::uint32_t triangle;
+  };
 
   void split(std::uint32_t node, std::uint32_t begin, std::uint32_t end) {
-    Bounds box = boxes_[order_[begin]];
-    Bounds middles = {middle(order_[begin]), middle(order_[begin])};
-    for (std::uint32_t i = begin + 1; i < end; ++i) {
-      box.lower = box.lower.cwiseMin(boxes_[order_[i]].lower);
-      box.upper = box.upper.cwiseMax(boxes_[order_[i]].upper);
-      middles.lower = middles.lower.cwiseMin(middle(order_[i]));
-      middles.upper = middles.upper.cwiseMax(middle(order_[i]));
-    }
-    mesh_.nodes[node].bounds = box;
-    if (end - begin <= leaf_size) {
+    const std::span items(items_.data() + begin, items_.data() + end);
+    if (items.size() <= leaf_size) {
       // Which triangles are in a half is given, which come first depends on the library that selected them.
-      std::sort(order_.begin() + begin, order_.begin() + end);
-      mesh_.nodes[node].first = begin;
-      mesh_.nodes[node].count = end - begin;
+      std::ranges::sort(items, {}, &Item::triangle);
+      Bounds box = boxes_[items[0].triangle];
+      for (const Item& item : items.subspan(1)) box = united(box, boxes_[item.triangle]);
+      mesh_.nodes[node] = {box, begin, end - begin};
       return;
+    }
+    Bounds middles = {items[0].middle, items[0].middle};
+    for (const Item& item : items.subspan(1)) {
+      middles.lower = middles.lower.cwiseMin(item.middle);
+      middles.upper = middles.upper.cwiseMax(item.middle);
     }
     Eigen::Index axis = 0;
     (middles.upper - middles.lower).maxCoeff(&axis);
     const std::uint32_t half = begin + (end - begin) / 2;
-    const auto precedes = [&](std::uint32_t i, std::uint32_t j) {
-      const double a = middle(i)[axis];
-      const double b = middle(j)[axis];
-      return a != b ? a < b : i < j;
+    const auto precedes = [&](const Item& i, const Item& j) {
+      const double a = i.middle[axis];
+      const double b = j.middle[axis];
+      return a != b ? a < b : i.triangle < j.triangle;
     };
-    std::nth_element(order_.begin() + begin, order_.begin() + half, order_.begin() + end, precedes);
+    std::nth_element(items.begin(), items.begin() + (half - begin), items.end(), precedes);
     const auto first = static_cast<std::uint32_t>(mesh_.nodes.size());
-    mesh_.nodes[node].first = first;
     mesh_.nodes.resize(mesh_.nodes.size() + 2);
     split(first, begin, half);
     split(first + 1, half, end);
+    mesh_.nodes[node].first = first;
+    mesh_.nodes[node].bounds = united(mesh_.nodes[first].bounds, mesh_.nodes[first + 1].bounds);
+  }
+
+  static Bounds united(const Bounds& a, const Bounds& b) {
+    return {a.lower.cwiseMin(b.lower), a.upper.cwiseMax(b.upper)};
   }
 
   TriangleMesh& mesh_;
-  std::vector<std::uint32_t>& order_;
   std::vector<Bounds> boxes_;
+  std::vector<Item> items_;
 };
 
 void join_neighbours(TriangleMesh& mesh) {
@@ -203,9 +219,7 @@ TriangleMesh make_triangle_mesh(std::span<const Vector3> positions, std::span<co
   if (mesh.triangles.empty()) throw Error(what + ": a triangle mesh needs a triangle with an area");
   weld(mesh);
 
-  std::vector<std::uint32_t> order(mesh.triangles.size());
-  std::iota(order.begin(), order.end(), 0U);
-  TreeBuilder(mesh, order).build();
+  const std::vector<std::uint32_t> order = TreeBuilder(mesh).build();
   std::vector<Triangle> ordered;
   ordered.reserve(order.size());
   for (const std::uint32_t t : order) ordered.push_back(mesh.triangles[t]);

@@ -13,4 +13,7 @@ namespace substep {
 /// are at no other's position.
 std::vector<std::uint32_t> welded(std::span<const Vector3> points);
 
+/// Each position once, in the order of their first points.
+std::vector<Vector3> distinct(std::span<const Vector3> points);
+
 }  // namespace substep

@@ -51,23 +51,30 @@ void add_ball(std::vector<Vector3>& points, double y, double radius, int first_r
   }
 }
 
-// What is round and not of a kind that contacts know, as the hull of points on it.
-Shape faceted(const ImplicitShape& shape, const Vector3& scale, const char* name, const JsonValue& place,
-              std::vector<std::string>& warnings) {
-  std::vector<Vector3> points;
-  const double half = shape.kind == ImplicitShape::Kind::capsule ? shape.height / 2 : 0;
-  add_ball(points, half, shape.radius_top, 0, 6);
-  add_ball(points, -half, shape.radius_bottom, 6, 12);
-  for (Vector3& point : points) point = scale.cwiseProduct(point);
-  Polytope hull = convex_hull(points, fmt::format("{}: {}", place.file(), place.path()));
+// What is round and not of a kind that contacts know, as the hull of points on it, which is made once for
+// all scales.
+Shape faceted(const ImplicitShape& shape, const Vector3& scale, std::optional<Polytope>& unscaled,
+              const char* name, const JsonValue& place, std::vector<std::string>& warnings) {
+  if (!(scale.minCoeff() > 1e-5 * scale.maxCoeff())) {
+    place.fail("is thinner than 1e-5 of its size; a solid body needs a thickness");
+  }
+  if (!unscaled) {
+    std::vector<Vector3> points;
+    const double half = shape.kind == ImplicitShape::Kind::capsule ? shape.height / 2 : 0;
+    add_ball(points, half, shape.radius_top, 0, 6);
+    add_ball(points, -half, shape.radius_bottom, 6, 12);
+    unscaled = convex_hull(points, fmt::format("{}: {}", place.file(), place.path()));
+  }
   warnings.push_back(fmt::format("{}: {} collides as the hull of {} points on it", place.path(), name,
-                                 hull.vertices.size()));
-  return hull;
+                                 unscaled->vertices.size()));
+  return scaled(*unscaled, scale);
 }
 
-Shape capsule(const ImplicitShape& shape, const Vector3& scale, const JsonValue& place,
-              std::vector<std::string>& warnings) {
-  if (!is_uniform(scale)) return faceted(shape, scale, "a capsule under an unequal scale", place, warnings);
+Shape capsule(const ImplicitShape& shape, const Vector3& scale, std::optional<Polytope>& unscaled,
+              const JsonValue& place, std::vector<std::string>& warnings) {
+  if (!is_uniform(scale)) {
+    return faceted(shape, scale, unscaled, "a capsule under an unequal scale", place, warnings);
+  }
   const double height = shape.height * scale.x();
   const double bottom = shape.radius_bottom * scale.x();
   const double top = shape.radius_top * scale.x();
@@ -142,40 +149,47 @@ class GeometryGatherer {
 };
 
 /// Finds of many points the outermost in a direction. Points that follow each other in a mesh mostly lie near
-/// each other, so blocks of them whose box does not reach far enough are passed over.
+/// each other, so blocks of them whose box does not reach far enough are passed over, and so are groups of
+/// blocks.
 class Outermost {
  public:
   explicit Outermost(std::span<const Vector3> points) : points_(points) {
+    std::vector<Vector3> corners;  // of the blocks' boxes
     for (std::size_t begin = 0; begin < points.size(); begin += block_size) {
-      Vector3 lower = points[begin];
-      Vector3 upper = points[begin];
-      for (std::size_t i = begin; i < std::min(begin + block_size, points.size()); ++i) {
-        lower = lower.cwiseMin(points[i]);
-        upper = upper.cwiseMax(points[i]);
-        size_ = std::max(size_, points[i].cwiseAbs().maxCoeff());
-      }
-      blocks_.push_back({(lower + upper) / 2, (upper - lower) / 2});
+      blocks_.emplace_back(points.subspan(begin, std::min(block_size, points.size() - begin)));
+      corners.push_back(blocks_.back().middle - blocks_.back().half);
+      corners.push_back(blocks_.back().middle + blocks_.back().half);
     }
+    for (std::size_t begin = 0; begin < corners.size(); begin += 2 * block_size) {
+      groups_.emplace_back(
+          std::span(corners).subspan(begin, std::min(2 * block_size, corners.size() - begin)));
+    }
+    for (const Vector3& corner : corners) rounding_ = std::max(rounding_, corner.cwiseAbs().maxCoeff());
+    rounding_ *= 1e-14;
   }
 
-  /// The first of several that are as far out.
-  std::size_t in(const Vector3& direction) const {
-    std::size_t best = 0;
-    double reach = direction.dot(points_[0]);
+  /// The first of several that are as far out. The nearer `guess` comes to it, the more is passed over.
+  std::size_t in(const Vector3& direction, std::size_t guess) const {
+    std::size_t best = guess;
+    double reach = direction.dot(points_[guess]);
     const auto consider = [&](std::size_t i) {
       const double value = direction.dot(points_[i]);
       if (value < reach || (value == reach && i >= best)) return;
       reach = value;
       best = i;
     };
-    for (std::size_t i = 0; i < points_.size(); i += block_size) consider(i);
     const Vector3 spread = direction.cwiseAbs();
-    const double rounding = 1e-14 * size_;
-    for (std::size_t block = 0; block < blocks_.size(); ++block) {
-      const auto& [middle, half] = blocks_[block];
-      if (direction.dot(middle) + spread.dot(half) + rounding < reach) continue;
-      const std::size_t begin = block * block_size;
-      for (std::size_t i = begin; i < std::min(begin + block_size, points_.size()); ++i) consider(i);
+    const auto may_reach = [&](const Box& box) {
+      return direction.dot(box.middle) + spread.dot(box.half) + rounding_ >= reach;
+    };
+    for (std::size_t group = 0; group < groups_.size(); ++group) {
+      if (!may_reach(groups_[group])) continue;
+      const std::size_t last_block = std::min((group + 1) * block_size, blocks_.size());
+      for (std::size_t block = group * block_size; block < last_block; ++block) {
+        if (!may_reach(blocks_[block])) continue;
+        const std::size_t last = std::min((block + 1) * block_size, points_.size());
+        for (std::size_t i = block * block_size; i < last; ++i) consider(i);
+      }
     }
     return best;
   }
@@ -184,12 +198,14 @@ class Outermost {
   /// the order of the points, each once.
   std::vector<std::size_t> in_all(std::size_t directions) const {
     constexpr double golden_angle = 2.399963229728653;
+    constexpr std::size_t neighbour = 21;  // a Fibonacci number of golden angles ago it pointed nearby
     std::vector<std::size_t> chosen;
     for (std::size_t i = 0; i < directions; ++i) {
       const double y = 1 - (2 * static_cast<double>(i) + 1) / static_cast<double>(directions);
       const double across = std::sqrt(1 - y * y);
       const SineCosine around = sine_cosine(golden_angle * static_cast<double>(i));
-      chosen.push_back(in(Vector3(across * around.cosine, y, across * around.sine)));
+      chosen.push_back(in(Vector3(across * around.cosine, y, across * around.sine),
+                          i < neighbour ? 0 : chosen[i - neighbour]));
     }
     std::ranges::sort(chosen);
     chosen.erase(std::unique(chosen.begin(), chosen.end()), chosen.end());
@@ -198,12 +214,24 @@ class Outermost {
 
  private:
   static constexpr std::size_t block_size = 16;
-  struct Block {
-    Vector3 middle, half;
+  struct Box {
+    explicit Box(std::span<const Vector3> points) {
+      Vector3 lower = points[0];
+      Vector3 upper = points[0];
+      for (const Vector3& point : points) {
+        lower = lower.cwiseMin(point);
+        upper = upper.cwiseMax(point);
+      }
+      middle = (lower + upper) / 2;
+      half = (upper - lower) / 2;
+    }
+    Vector3 middle;
+    Vector3 half;
   };
   std::span<const Vector3> points_;
-  std::vector<Block> blocks_;
-  double size_ = 0;
+  std::vector<Box> blocks_;
+  std::vector<Box> groups_;  // of block_size blocks
+  double rounding_ = 0;
 };
 
 /// How far points lie outside a hull: from a point to where the line to the hull's centre meets its surface.
@@ -255,6 +283,23 @@ class OutsideDistance {
   std::uint32_t face_ = 0;
 };
 
+/// Whether more than `count` of the points are each the outermost of them in one of the directions, so that
+/// they are vertices of their hull.
+bool has_more_outermost(std::span<const Vector3> points, std::span<const Vector3> directions,
+                        std::size_t count) {
+  std::vector<bool> is_outermost(points.size(), false);
+  std::size_t found = 0;
+  for (const Vector3& direction : directions) {
+    const auto farthest =
+        std::ranges::max_element(points, {}, [&](const Vector3& point) { return direction.dot(point); });
+    const auto index = static_cast<std::size_t>(farthest - points.begin());
+    if (is_outermost[index]) continue;
+    is_outermost[index] = true;
+    if (++found > count) return true;
+  }
+  return false;
+}
+
 std::vector<Vector3> chosen_points(std::span<const Vector3> points, std::span<const std::size_t> indices) {
   std::vector<Vector3> result;
   result.reserve(indices.size());
@@ -264,19 +309,20 @@ std::vector<Vector3> chosen_points(std::span<const Vector3> points, std::span<co
 
 }  // namespace
 
-Shape implicit_shape(const ImplicitShape& shape, const Vector3& signed_scale, const JsonValue& place,
+Shape implicit_shape(const ImplicitShape& shape, const Vector3& signed_scale,
+                     std::optional<Polytope>& faceted_hull, const JsonValue& place,
                      std::vector<std::string>& warnings) {
   const Vector3 scale = signed_scale.cwiseAbs();
   if (!(scale.minCoeff() > 0)) place.fail("its node's scale is 0 along an axis");
   switch (shape.kind) {
     case ImplicitShape::Kind::sphere:
       if (!is_uniform(scale))
-        return faceted(shape, scale, "a sphere under an unequal scale", place, warnings);
+        return faceted(shape, scale, faceted_hull, "a sphere under an unequal scale", place, warnings);
       return Sphere{shape.radius_bottom * scale.x()};
     case ImplicitShape::Kind::box:
       return box(shape.size.cwiseProduct(scale));
     case ImplicitShape::Kind::capsule:
-      return capsule(shape, scale, place, warnings);
+      return capsule(shape, scale, faceted_hull, place, warnings);
     case ImplicitShape::Kind::cylinder:
       if (is_equal_scale(scale.x(), scale.z())) {
         return made(place, [&] {
@@ -298,6 +344,24 @@ Shape implicit_shape(const ImplicitShape& shape, const Vector3& signed_scale, co
   });
 }
 
+std::size_t geometry_size(const GltfDocument& document, const std::vector<GltfMesh>& meshes,
+                          const std::vector<GltfSkin>& skins, int node) {
+  std::size_t size = 0;
+  std::vector<int> pending = {node};
+  while (!pending.empty()) {
+    const GltfNode& next = document.nodes[pending.back()];
+    pending.pop_back();
+    pending.insert(pending.end(), next.children.begin(), next.children.end());
+    ++size;
+    if (next.mesh < 0) continue;
+    for (const GltfPrimitive& primitive : meshes[next.mesh].primitives) {
+      size += primitive.positions.size() + primitive.triangles.size();
+      if (next.skin >= 0) size += skins[next.skin].joints.size();
+    }
+  }
+  return size;
+}
+
 NodeGeometry geometry_of_node(const GltfDocument& document, const std::vector<GltfMesh>& meshes,
                               const std::vector<GltfSkin>& skins, int node, const Vector3& scale,
                               const JsonValue& place) {
@@ -309,45 +373,46 @@ NodeGeometry geometry_of_node(const GltfDocument& document, const std::vector<Gl
   return geometry;
 }
 
-Polytope simplified_hull(std::span<const Vector3> points, const std::string& what, const std::string& place,
-                         std::vector<std::string>& warnings) {
+SimplifiedHull simplified_hull(std::span<const Vector3> given, const std::string& what) {
   // A contact of two hulls costs about the product of their edges; and a full hull of many points takes long.
   constexpr std::size_t most_vertices = 256;
   constexpr std::size_t most_for_full_hull = 2 * most_vertices;
-  if (points.size() <= most_vertices ||
-      !std::ranges::all_of(points, [](const Vector3& p) { return p.allFinite(); })) {
-    return convex_hull(points, what);
+  if (given.size() <= most_vertices ||
+      !std::ranges::all_of(given, [](const Vector3& p) { return p.allFinite(); })) {
+    return {convex_hull(given, what), {}};
   }
-  const std::vector<std::uint32_t> first = welded(points);
-  std::vector<Vector3> distinct;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (first[i] == i) distinct.push_back(points[i]);
+  const std::vector<Vector3> points = distinct(given);
+  if (points.size() <= most_for_full_hull) {
+    Polytope full = convex_hull(points, what);
+    if (full.vertices.size() <= most_vertices) return {std::move(full), {}};
   }
-  if (distinct.size() <= most_vertices) return convex_hull(points, what);
 
-  std::vector<std::size_t> chosen = Outermost(distinct).in_all(most_vertices);
-  Polytope simple = convex_hull(chosen_points(distinct, chosen), what);
+  std::vector<std::size_t> chosen = Outermost(points).in_all(most_vertices);
+  SimplifiedHull result{convex_hull(chosen_points(points, chosen), what), {}};
   // Of the others only those outside can be vertices of the full hull; the rest is rounding.
-  const double negligible = 1e-6 * simple.bounding_radius;
-  const std::size_t inner = chosen.size();
-  OutsideDistance outside(simple);
+  const double negligible = 1e-6 * result.hull.bounding_radius;
+  OutsideDistance outside(result.hull);
+  std::vector<std::size_t> others;
   double left_out = 0;
-  for (std::size_t i = 0; i < distinct.size(); ++i) {
-    const double distance = outside.of(distinct[i]);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double distance = outside.of(points[i]);
     if (distance <= negligible) continue;
     left_out = std::max(left_out, distance);
-    chosen.push_back(i);
+    others.push_back(i);
   }
-  if (chosen.size() == inner) return simple;
-  if (chosen.size() <= most_for_full_hull) {
+  if (others.empty()) return result;
+  const std::size_t known = chosen.size();
+  chosen.insert(chosen.end(), others.begin(), others.end());
+  if (chosen.size() <= most_for_full_hull &&
+      !has_more_outermost(chosen_points(points, others), result.hull.face_normals, most_vertices - known)) {
     std::ranges::sort(chosen);
-    Polytope full = convex_hull(chosen_points(distinct, chosen), what);
-    if (full.vertices.size() <= most_vertices) return full;
+    Polytope full = convex_hull(chosen_points(points, chosen), what);
+    if (full.vertices.size() <= most_vertices) return {std::move(full), {}};
   }
-  warnings.push_back(fmt::format(
-      "{}: its convex hull of more than {} vertices is simplified to {}, which leaves out {:.2g} m at most",
-      place, most_vertices, simple.vertices.size(), left_out));
-  return simple;
+  result.warning = fmt::format(
+      "its convex hull of more than {} vertices is simplified to {}, which leaves out {:.2g} m at most",
+      most_vertices, result.hull.vertices.size(), left_out);
+  return result;
 }
 
 }  // namespace substep

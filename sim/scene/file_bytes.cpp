@@ -1,6 +1,8 @@
 #include "sim/scene/file_bytes.h"
 
 #include <fmt/format.h>
+#define XXH_INLINE_ALL
+#include <xxhash.h>
 
 #include <algorithm>
 #include <fstream>
@@ -30,9 +32,19 @@ std::string read_bytes(const fs::path& file, const std::string& complaint, std::
   return bytes;
 }
 
-std::uint64_t add_to_hash(std::uint64_t hash, std::string_view bytes) {
-  for (const char byte : bytes) hash = (hash ^ static_cast<unsigned char>(byte)) * 0x100000001b3;
+std::uint64_t add_to_hash(std::uint64_t hash, std::string_view text) {
+  for (const char byte : text) hash = (hash ^ static_cast<unsigned char>(byte)) * 0x100000001b3;
   return hash;
+}
+
+std::uint64_t add_binary_to_hash(std::uint64_t hash, std::string_view bytes) {
+  std::uint64_t digest = XXH3_64bits(bytes.data(), bytes.size());
+  std::string text(8, '\0');
+  for (char& byte : text) {
+    byte = static_cast<char>(digest & 0xff);
+    digest >>= 8;
+  }
+  return add_to_hash(hash, text);
 }
 
 std::string lower_extension(const fs::path& file) {

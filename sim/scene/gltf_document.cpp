@@ -175,7 +175,10 @@ std::string base64_decoded(const JsonValue& uri, std::string_view text) {
   return decoded;
 }
 
-std::string read_uri(const JsonValue& uri, const fs::path& scene_file, std::uint64_t& hash) {
+// Files that several buffers name are read once.
+using ReadFiles = std::map<fs::path, std::string_view>;
+
+std::string_view read_uri(const JsonValue& uri, GltfDocument& document, ReadFiles& read_files) {
   const std::string& text = uri.text();
   if (text.compare(0, 5, "data:") == 0) {
     const std::size_t comma = text.find(',');
@@ -184,24 +187,29 @@ std::string read_uri(const JsonValue& uri, const fs::path& scene_file, std::uint
     if (comma < marker.size() || text.compare(comma - marker.size(), marker.size(), marker) != 0) {
       uri.fail("is a data URI that is not base64, the only coding read");
     }
-    return base64_decoded(uri, std::string_view(text).substr(comma + 1));
+    return document.files.emplace_back(base64_decoded(uri, std::string_view(text).substr(comma + 1)));
   }
   if (text.find("://") != std::string::npos)
     uri.fail("is a network address; only files and data URIs are read");
   const std::string name = percent_decoded(uri);
   if (name.empty()) uri.fail("is empty");
   bool leaves = false;
-  const std::optional<fs::path> found = file_beside(scene_file, name, leaves);
+  const std::optional<fs::path> found = file_beside(document.file, name, leaves);
   if (leaves) {
     uri.fail(fmt::format("'{}' leaves the scene's folder; only files in it or below are read", name));
   }
   if (!found) uri.fail(fmt::format("there is no file '{}' beside the scene", name));
-  std::string bytes = read_bytes(*found, (scene_file.parent_path() / name).string());
-  hash = add_to_hash(hash, bytes);
-  return bytes;
+  const auto [file, is_new] = read_files.try_emplace(*found);
+  if (is_new) {
+    file->second =
+        document.files.emplace_back(read_bytes(*found, (document.file.parent_path() / name).string()));
+    document.hash = add_binary_to_hash(document.hash, file->second);
+  }
+  return file->second;
 }
 
 void read_buffers(GltfDocument& document, std::optional<std::string_view> binary) {
+  ReadFiles read_files;
   std::uint64_t total = 0;
   for (std::size_t i = 0; i < document.size_of("buffers"); ++i) {
     const JsonValue buffer = document.item_of("buffers", static_cast<int>(i));
@@ -211,9 +219,9 @@ void read_buffers(GltfDocument& document, std::optional<std::string_view> binary
       buffer.fail(
           fmt::format("the buffers together have more than {} bytes, the most that is read", largest_file));
     }
-    std::string bytes;
+    std::string_view bytes;
     if (const std::optional<JsonValue> uri = buffer.find("uri")) {
-      bytes = read_uri(*uri, document.file, document.hash);
+      bytes = read_uri(*uri, document, read_files);
     } else if (i == 0 && binary) {
       bytes = *binary;
     } else {
@@ -222,8 +230,7 @@ void read_buffers(GltfDocument& document, std::optional<std::string_view> binary
     if (bytes.size() < length) {
       buffer.fail(fmt::format("says {} bytes, but there are only {}", length, bytes.size()));
     }
-    bytes.resize(static_cast<std::size_t>(length));
-    document.buffers.push_back(std::move(bytes));
+    document.buffers.push_back(bytes.substr(0, static_cast<std::size_t>(length)));
   }
 }
 
@@ -264,9 +271,7 @@ void read_nodes(GltfDocument& document) {
   for (std::size_t i = 0; i < count; ++i) {
     const JsonValue json = document.node_json(static_cast<int>(i));
     GltfNode& node = document.nodes[i];
-    const std::optional<JsonValue> given = json.find("name");
-    const std::string base =
-        given && !given->text().empty() ? printable(given->text()) : fmt::format("node {}", i);
+    const std::string base = json.name(fmt::format("node {}", i));
     node.name = base;
     for (int& use = uses.try_emplace(base, 1).first->second; !names.insert(node.name).second;) {
       node.name = fmt::format("{} #{}", base, ++use);
@@ -368,11 +373,15 @@ GltfDocument read_gltf(const fs::path& file) {
   document.file = file;
   document.file_name = file.string();
   const std::string extension = lower_extension(file);
-  const std::string bytes = read_bytes(file, document.file_name);
+  const std::string& bytes = document.files.emplace_back(read_bytes(file, document.file_name));
   if (bytes.empty()) throw Error(document.file_name + ": is empty");
-  document.hash = add_to_hash(empty_hash, bytes);
   Container container{bytes, std::nullopt};
-  if (extension == ".glb") container = split_glb(bytes, document.file_name);
+  if (extension == ".glb") {
+    document.hash = add_binary_to_hash(empty_hash, bytes);
+    container = split_glb(bytes, document.file_name);
+  } else {
+    document.hash = add_to_hash(empty_hash, bytes);
+  }
   document.json = parse(container.json, document.file_name);
 
   const JsonValue root = document.root();

@@ -3,8 +3,10 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <list>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "sim/scene/json_value.h"
@@ -23,12 +25,14 @@ struct GltfNode {
   NodeTransform world;  ///< composed in double precision from the root down
 };
 
+/// Moved, never copied: `buffers` look into `files`.
 struct GltfDocument {
   std::filesystem::path file;
   std::string file_name;  ///< `file` as the complaints name it
   std::uint64_t hash = 0;
   nlohmann::json json;
-  std::vector<std::string> buffers;
+  std::vector<std::string_view> buffers;  ///< as long as they say, in `files`
+  std::list<std::string> files;           ///< what was read; a list, so that its strings stay where they are
   std::vector<GltfNode> nodes;
   int scene = -1;  ///< the default scene; −1 where the file lists none, which makes all roots the scene
 

@@ -17,7 +17,7 @@ namespace {
 
 // Nodes may share a mesh, and each makes its own body of it.
 constexpr std::size_t most_objects = 1000;
-constexpr std::size_t most_shared_vertices = 200'000;
+constexpr std::size_t most_shared = 200'000;  // vertices and triangles
 
 std::optional<std::array<double, 3>> color_of(const GltfDocument& document, int material) {
   if (material < 0) return std::nullopt;
@@ -29,6 +29,13 @@ std::optional<std::array<double, 3>> color_of(const GltfDocument& document, int 
   std::array<double, 3> color{};
   for (std::size_t i = 0; i < 3; ++i) color[i] = std::clamp(numbers[i].number(), 0.0, 1.0);
   return color;
+}
+
+std::size_t size_of(const GltfMesh& mesh) {
+  std::size_t size = 0;
+  for (const GltfPrimitive& primitive : mesh.primitives)
+    size += primitive.positions.size() + primitive.triangles.size();
+  return size;
 }
 
 MeshPart placed(MeshPart part, const NodeTransform& world) {
@@ -74,22 +81,20 @@ MeshFile mesh_file_of(const GltfDocument& document, std::vector<std::string>& wa
   MeshFile file;
   file.hash = document.hash;
   std::set<std::string> names{"world"};  // of body 0
-  std::size_t own = 0;                   // vertices, were no mesh shared
-  for (const GltfMesh& mesh : meshes) {
-    for (const GltfPrimitive& primitive : mesh.primitives) own += primitive.positions.size();
-  }
-  const std::size_t most = std::max(own, most_shared_vertices);
-  std::size_t vertices = 0;
+  std::size_t own = 0;                   // vertices and triangles, were no mesh shared
+  for (const GltfMesh& mesh : meshes) own += size_of(mesh);
+  const std::size_t most = std::max(own, most_shared);
+  std::size_t size = 0;
   for (std::size_t i = 0; i < document.nodes.size(); ++i) {
     const GltfNode& node = document.nodes[i];
     if (!node.in_scene || node.mesh < 0) continue;
     MeshObject object;
-    for (const GltfPrimitive& primitive : meshes[node.mesh].primitives)
-      vertices += primitive.positions.size();
-    if (vertices > most || file.objects.size() >= most_objects) {
+    size += size_of(meshes[node.mesh]);
+    if (size > most || file.objects.size() >= most_objects) {
       document.node_json(static_cast<int>(i))
-          .fail(fmt::format("with it the meshes to drop are more than {} or have more than {} vertices",
-                            most_objects, most));
+          .fail(fmt::format(
+              "with it the meshes to drop are more than {} or have more than {} vertices and triangles",
+              most_objects, most));
     }
     for (const GltfPrimitive& primitive : meshes[node.mesh].primitives) {
       MeshPart part;

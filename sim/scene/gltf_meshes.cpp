@@ -1,29 +1,21 @@
 #include "sim/scene/gltf_meshes.h"
 
-#include <assimp/mesh.h>
-#include <assimp/scene.h>
-
-#include <algorithm>
-#include <assimp/IOStream.hpp>
-#include <assimp/IOSystem.hpp>
-#include <assimp/Importer.hpp>
-#include <bit>
-#include <cmath>
-#include <optional>
-#include <string_view>
-
 #include <fmt/format.h>
 
-#include "sim/error.h"
-#include "sim/scene/memory_stream.h"
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numeric>
+#include <optional>
+#include <span>
+#include <string_view>
 
 namespace substep {
 namespace {
 
-using nlohmann::json;
-
-constexpr int mode_triangles = 4;
-constexpr std::size_t largest_total = 50'000'000;  // vertices and indices; primitives may share a buffer
+// Of primitives: points and three kinds of lines come before, strips of triangles between.
+constexpr std::uint64_t mode_triangles = 4;
+constexpr std::uint64_t mode_fan = 6;
 
 struct Component {
   std::uint64_t size;
@@ -49,12 +41,35 @@ std::optional<Component> component(std::uint64_t type) {
   }
 }
 
-// Checks one accessor of a mesh down to its bytes and returns its count.
-class AccessorCheck {
- public:
-  explicit AccessorCheck(const GltfDocument& document) : document_(document) {}
+template <int size>
+std::uint32_t little_endian(const char* bytes) {
+  std::uint32_t value = 0;
+  for (int i = size - 1; i >= 0; --i) value = value << 8 | static_cast<unsigned char>(bytes[i]);
+  return value;
+}
 
-  std::uint64_t vectors(const JsonValue& reference) { return check(reference, "VEC3", {5126}, 3).count; }
+std::uint32_t whole_number(const char* bytes, std::uint64_t size) {
+  return size == 1 ? little_endian<1>(bytes) : size == 2 ? little_endian<2>(bytes) : little_endian<4>(bytes);
+}
+
+// Reads accessors; checks each down to its bytes.
+class AccessorReader {
+ public:
+  explicit AccessorReader(const GltfDocument& document) : document_(document) {
+    for (const std::string_view buffer : document.buffers) most_ += 2 * buffer.size();
+  }
+
+  std::vector<Vector3> vectors(const JsonValue& reference) {
+    const Elements elements = check(reference, "VEC3", {5126}, 3);
+    std::vector<Vector3> result;
+    result.reserve(elements.count);
+    for (std::uint64_t i = 0; i < elements.count; ++i) {
+      const char* from = elements.begin + i * elements.stride;
+      const auto coordinate = [&](int k) { return std::bit_cast<float>(little_endian<4>(from + 4 * k)); };
+      result.emplace_back(coordinate(0), coordinate(1), coordinate(2));
+    }
+    return result;
+  }
 
   // Rows of `width` numbers; whole ones are divided by their largest where `normalized`.
   std::vector<double> numbers(const JsonValue& reference, const char* type,
@@ -66,10 +81,7 @@ class AccessorCheck {
     result.reserve(elements.count * width);
     for (std::uint64_t i = 0; i < elements.count; ++i) {
       for (std::uint64_t k = 0; k < width; ++k) {
-        const char* from = elements.begin + i * elements.stride + k * size;
-        std::uint32_t bits = 0;
-        for (std::uint64_t byte = size; byte-- > 0;)
-          bits = bits << 8 | static_cast<unsigned char>(from[byte]);
+        const std::uint32_t bits = whole_number(elements.begin + i * elements.stride + k * size, size);
         const double largest = size == 1 ? 0xff : 0xffff;
         result.push_back(size == 4 ? std::bit_cast<float>(bits) : normalized ? bits / largest : bits);
         if (!std::isfinite(result.back())) reference.fail(fmt::format("element {} is not finite", i));
@@ -78,20 +90,18 @@ class AccessorCheck {
     return result;
   }
 
-  // assimp leaves out a triangle with an index out of range without a word, so they are looked at here.
-  std::uint64_t indices(const JsonValue& reference, std::uint64_t vertices) {
+  std::vector<std::uint32_t> indices(const JsonValue& reference, std::uint64_t vertices) {
     const Elements elements = check(reference, "SCALAR", {5121, 5123, 5125}, 1);
+    std::vector<std::uint32_t> result;
+    result.reserve(elements.count);
     for (std::uint64_t i = 0; i < elements.count; ++i) {
-      std::uint64_t index = 0;
-      for (std::uint64_t byte = elements.size; byte-- > 0;) {
-        index = index << 8 | static_cast<unsigned char>(elements.begin[i * elements.stride + byte]);
-      }
-      if (index >= vertices) {
+      result.push_back(whole_number(elements.begin + i * elements.stride, elements.size));
+      if (result.back() >= vertices) {
         reference.fail(fmt::format("index {} of triangle {} is out of range: the primitive has {} vertices",
-                                   index, i / 3, vertices));
+                                   result.back(), i / 3, vertices));
       }
     }
-    return elements.count;
+    return result;
   }
 
  private:
@@ -117,18 +127,13 @@ class AccessorCheck {
           .fail(fmt::format("is {} ({}), which cannot be read here ({})", component_type,
                             found ? found->name : "unknown", reference.path()));
     }
-    const std::uint64_t count = accessor.require("count").integer(largest_total);
+    const std::uint64_t count = accessor.require("count").integer(0xffffffff);
     if (count == 0) accessor.require("count").fail("is 0");
-    total_ += count;
-    if (total_ > largest_total) {
-      reference.fail(
-          fmt::format("the meshes together have more than {} vertices and indices", largest_total));
-    }
 
     const JsonValue view_reference = accessor.require("bufferView");
     const int view_index = view_reference.index(document_.size_of("bufferViews"), "buffer view");
     const JsonValue view = document_.item_of("bufferViews", view_index);
-    const std::string& buffer =
+    const std::string_view buffer =
         document_.buffers[view.require("buffer").index(document_.buffers.size(), "buffer")];
     const auto number = [](const JsonValue& object, const char* key) {
       const auto value = object.find(key);
@@ -155,105 +160,33 @@ class AccessorCheck {
     if (end > view_length) {
       accessor.fail(fmt::format("ends at byte {}, but its buffer view has {}", end, view_length));
     }
+    read_ += count;
+    if (read_ > most_) {
+      reference.fail(fmt::format(
+          "with it the meshes have more than {} vertices and indices, two for each byte and two million",
+          most_));
+    }
     return {buffer.data() + number(view, "byteOffset") + offset, count, stride, element};
   }
 
   const GltfDocument& document_;
-  std::uint64_t total_ = 0;
-};
-
-constexpr const char* copy_name = "copy.gltf";
-
-// All that assimp may open: the copy of the document, and the document's buffers by number. It never reaches
-// the disk.
-class MemorySystem : public Assimp::IOSystem {
- public:
-  MemorySystem(std::string copy, const std::vector<std::string>& buffers)
-      : copy_(std::move(copy)), buffers_(buffers) {}
-
-  bool Exists(const char* name) const override { return find(name) != nullptr; }
-  char getOsSeparator() const override { return '/'; }
-  Assimp::IOStream* Open(const char* name, const char*) override {
-    const std::string* bytes = find(name);
-    return bytes ? new MemoryStream(*bytes) : nullptr;
-  }
-  void Close(Assimp::IOStream* stream) override { delete stream; }
-
- private:
-  const std::string* find(std::string_view name) const {
-    name.remove_prefix(name.rfind('/') + 1);  // rfind gives −1 where there is none
-    if (name == copy_name) return &copy_;
-    for (std::size_t i = 0; i < buffers_.size(); ++i) {
-      if (name == fmt::format("buffer{}", i)) return &buffers_[i];
-    }
-    return nullptr;
-  }
-
-  std::string copy_;
-  const std::vector<std::string>& buffers_;
-};
-
-// Of `object` the keys that are wanted, as they are.
-json picked(const json& object, std::initializer_list<const char*> keys) {
-  json result = json::object();
-  for (const char* key : keys) {
-    if (object.contains(key)) result[key] = object[key];
-  }
-  return result;
-}
-
-// The document's geometry alone, its names and extensions dropped: one node "#mesh<i>" for each mesh.
-class GeometryCopy {
- public:
-  explicit GeometryCopy(const GltfDocument& document) {
-    copy_["asset"] = {{"version", "2.0"}};
-    copy_["scene"] = 0;
-    // A second root makes assimp put a root of its own above all, so that our nodes keep their names.
-    copy_["nodes"] = json::array({{{"name", "#pad"}}});
-    copy_["meshes"] = json::array();
-    for (std::size_t i = 0; i < document.buffers.size(); ++i) {
-      copy_["buffers"].push_back(
-          {{"byteLength", document.buffers[i].size()}, {"uri", fmt::format("buffer{}", i)}});
-    }
-    for (std::size_t i = 0; i < document.size_of("bufferViews"); ++i) {
-      copy_["bufferViews"].push_back(picked(document.item_of("bufferViews", static_cast<int>(i)).json(),
-                                            {"buffer", "byteOffset", "byteLength", "byteStride"}));
-    }
-    for (std::size_t i = 0; i < document.size_of("accessors"); ++i) {
-      copy_["accessors"].push_back(picked(document.item_of("accessors", static_cast<int>(i)).json(),
-                                          {"bufferView", "byteOffset", "componentType", "count", "type"}));
-    }
-  }
-
-  void add(std::size_t mesh, const json& primitives) {
-    copy_["nodes"].push_back({{"name", fmt::format("#mesh{}", mesh)}, {"mesh", copy_["meshes"].size()}});
-    copy_["meshes"].push_back({{"primitives", primitives}});
-  }
-
-  bool empty() const { return copy_["meshes"].empty(); }
-
-  std::string text() {
-    json roots = json::array();
-    for (std::size_t i = 0; i < copy_["nodes"].size(); ++i) roots.push_back(i);
-    copy_["scenes"] = json::array({{{"nodes", roots}}});
-    return copy_.dump();
-  }
-
- private:
-  json copy_;
+  // Many primitives may share an accessor, so that a small file asks for much.
+  std::uint64_t most_ = 2'000'000;
+  std::uint64_t read_ = 0;
 };
 
 std::vector<SkinInfluence> influences(const JsonValue& attributes, std::uint64_t vertices,
-                                      AccessorCheck& check, std::vector<std::string>& warnings) {
+                                      AccessorReader& accessors, std::vector<std::string>& warnings) {
   const auto joints = attributes.find("JOINTS_0");
   const auto weights = attributes.find("WEIGHTS_0");
   if (!joints && !weights) return {};
   if (attributes.find("JOINTS_1")) {
     warnings.push_back(attributes.path() + ": more than four joints hold a vertex; the first four count");
   }
-  const std::vector<double> indices = check.numbers(attributes.require("JOINTS_0"), "VEC4", {5121, 5123}, 4);
+  const std::vector<double> indices =
+      accessors.numbers(attributes.require("JOINTS_0"), "VEC4", {5121, 5123}, 4);
   const std::vector<double> shares =
-      check.numbers(attributes.require("WEIGHTS_0"), "VEC4", {5121, 5123, 5126}, 4, true);
+      accessors.numbers(attributes.require("WEIGHTS_0"), "VEC4", {5121, 5123, 5126}, 4, true);
   if (indices.size() != 4 * vertices) joints->fail("has another number of elements than POSITION");
   if (shares.size() != 4 * vertices) weights->fail("has another number of elements than POSITION");
   std::vector<SkinInfluence> result(vertices);
@@ -269,11 +202,45 @@ std::vector<SkinInfluence> influences(const JsonValue& attributes, std::uint64_t
   return result;
 }
 
-std::optional<json> checked_primitive(const GltfDocument& document, const JsonValue& primitive,
-                                      AccessorCheck& check, GltfPrimitive& read,
-                                      std::vector<std::string>& warnings) {
-  const auto mode = primitive.find("mode");
-  const std::uint64_t kind = mode ? mode->integer(6) : mode_triangles;
+// The corners of triangles, strips or fans as triangles.
+std::vector<Triangle> triangles_of(std::uint64_t mode, std::span<const std::uint32_t> corners) {
+  std::vector<Triangle> triangles;
+  if (mode == mode_triangles) {
+    triangles.reserve(corners.size() / 3);
+    for (std::size_t i = 0; i + 2 < corners.size(); i += 3) {
+      triangles.push_back({corners[i], corners[i + 1], corners[i + 2]});
+    }
+    return triangles;
+  }
+  triangles.reserve(corners.size() - 2);
+  for (std::size_t i = 0; i + 2 < corners.size(); ++i) {
+    if (mode == mode_fan) {
+      triangles.push_back({corners[0], corners[i + 1], corners[i + 2]});
+    } else if (i % 2 == 0) {
+      triangles.push_back({corners[i], corners[i + 1], corners[i + 2]});
+    } else {
+      triangles.push_back({corners[i + 1], corners[i], corners[i + 2]});
+    }
+  }
+  return triangles;
+}
+
+std::vector<Vector3> unit_normals(std::vector<Vector3> normals, const JsonValue& place) {
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    if (!normals[i].allFinite()) place.fail(fmt::format("normal {} is not finite", i));
+    const double length = normals[i].norm();
+    if (!(length > 0)) return {};  // no direction: as if none had been given
+    normals[i] /= length;
+  }
+  return normals;
+}
+
+// Nothing where the primitive has no triangles.
+std::optional<GltfPrimitive> read_primitive(const GltfDocument& document, const JsonValue& primitive,
+                                            AccessorReader& accessors, std::vector<std::string>& warnings) {
+  GltfPrimitive read;
+  const auto given_mode = primitive.find("mode");
+  const std::uint64_t mode = given_mode ? given_mode->integer(mode_fan) : mode_triangles;
   if (primitive.extension("KHR_draco_mesh_compression") || primitive.extension("EXT_meshopt_compression")) {
     primitive.fail("is compressed, which is not read; export it without compression");
   }
@@ -284,73 +251,40 @@ std::optional<json> checked_primitive(const GltfDocument& document, const JsonVa
     read.double_sided =
         get(document.item_of("materials", read.material), "doubleSided", false, &JsonValue::boolean);
   }
-  if (kind < mode_triangles) return std::nullopt;
+  if (mode < mode_triangles) return std::nullopt;
 
-  json kept{{"mode", kind}, {"attributes", {{"POSITION", position.json()}}}};
-  const std::uint64_t vertices = check.vectors(position);
+  read.positions = accessors.vectors(position);
+  const auto lost = std::ranges::find_if_not(read.positions, [](const Vector3& p) { return p.allFinite(); });
+  if (lost != read.positions.end()) {
+    primitive.fail(
+        fmt::format("vertex {} is not finite: POSITION holds a NaN or an infinity; export the mesh again",
+                    lost - read.positions.begin()));
+  }
   if (const auto normal = attributes.find("NORMAL")) {
-    if (check.vectors(*normal) != vertices) normal->fail("has another number of elements than POSITION");
-    kept["attributes"]["NORMAL"] = normal->json();
+    std::vector<Vector3> normals = accessors.vectors(*normal);
+    if (normals.size() != read.positions.size()) normal->fail("has another number of elements than POSITION");
+    read.normals = unit_normals(std::move(normals), primitive);
   }
-  read.influences = influences(attributes, vertices, check, warnings);
-  std::uint64_t corners = vertices;
+  read.influences = influences(attributes, read.positions.size(), accessors, warnings);
+  std::vector<std::uint32_t> corners;
   if (const auto indices = primitive.find("indices")) {
-    corners = check.indices(*indices, vertices);
-    kept["indices"] = indices->json();
+    corners = accessors.indices(*indices, read.positions.size());
+  } else {
+    corners.resize(read.positions.size());
+    std::iota(corners.begin(), corners.end(), 0U);
   }
-  if (corners < 3 || (kind == mode_triangles && corners % 3 != 0)) {
-    primitive.fail(fmt::format("{} corners make no whole triangles", corners));
+  if (corners.size() < 3 || (mode == mode_triangles && corners.size() % 3 != 0)) {
+    primitive.fail(fmt::format("{} corners make no whole triangles", corners.size()));
   }
-  return kept;
-}
-
-Vector3 to_vector(const aiVector3D& vector) {
-  return {vector.x, vector.y, vector.z};
-}
-
-void take_over(const aiMesh& mesh, const JsonValue& place, GltfPrimitive& primitive) {
-  primitive.positions.reserve(mesh.mNumVertices);
-  for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
-    primitive.positions.push_back(to_vector(mesh.mVertices[i]));
-    if (!primitive.positions.back().allFinite()) {
-      place.fail(fmt::format(
-          "vertex {} is not finite: POSITION holds a NaN or an infinity; export the mesh again", i));
-    }
-  }
-  if (mesh.HasNormals()) {
-    primitive.normals.reserve(mesh.mNumVertices);
-    for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
-      const Vector3 normal = to_vector(mesh.mNormals[i]);
-      if (!normal.allFinite()) place.fail(fmt::format("normal {} is not finite", i));
-      const double length = normal.norm();
-      if (!(length > 0)) {  // no direction: as if none had been given
-        primitive.normals.clear();
-        break;
-      }
-      primitive.normals.push_back(normal / length);
-    }
-  }
-  primitive.triangles.reserve(mesh.mNumFaces);
-  for (unsigned i = 0; i < mesh.mNumFaces; ++i) {
-    const aiFace& face = mesh.mFaces[i];
-    if (face.mNumIndices != 3) place.fail(fmt::format("face {} has {} corners", i, face.mNumIndices));
-    Triangle triangle{};
-    for (int corner = 0; corner < 3; ++corner) {
-      triangle[corner] = face.mIndices[corner];
-      if (triangle[corner] >= mesh.mNumVertices) place.fail(fmt::format("triangle {} is out of range", i));
-    }
-    primitive.triangles.push_back(triangle);
-  }
-  if (!primitive.influences.empty() && primitive.influences.size() != primitive.positions.size()) {
-    place.fail("assimp changes the number of its vertices, so its skin does not fit");
-  }
+  read.triangles = triangles_of(mode, corners);
+  return read;
 }
 
 }  // namespace
 
 std::vector<GltfSkin> read_skins(const GltfDocument& document) {
   std::vector<GltfSkin> skins(document.size_of("skins"));
-  AccessorCheck check(document);
+  AccessorReader accessors(document);
   for (std::size_t i = 0; i < skins.size(); ++i) {
     const JsonValue skin = document.item_of("skins", static_cast<int>(i));
     for (const JsonValue& joint : skin.require("joints").items()) {
@@ -359,7 +293,7 @@ std::vector<GltfSkin> read_skins(const GltfDocument& document) {
     skins[i].joint_from_mesh.resize(skins[i].joints.size());
     const auto given = skin.find("inverseBindMatrices");
     if (!given) continue;
-    const std::vector<double> entries = check.numbers(*given, "MAT4", {5126}, 16);
+    const std::vector<double> entries = accessors.numbers(*given, "MAT4", {5126}, 16);
     if (entries.size() != 16 * skins[i].joints.size())
       given->fail("has another number of elements than 'joints'");
     for (std::size_t joint = 0; joint < skins[i].joints.size(); ++joint) {
@@ -373,47 +307,20 @@ std::vector<GltfSkin> read_skins(const GltfDocument& document) {
 
 std::vector<GltfMesh> read_meshes(const GltfDocument& document, std::vector<std::string>& warnings) {
   std::vector<GltfMesh> meshes(document.size_of("meshes"));
-  std::vector<std::vector<JsonValue>> places(meshes.size());
-  GeometryCopy copy(document);
-  AccessorCheck check(document);
+  AccessorReader accessors(document);
   for (std::size_t i = 0; i < meshes.size(); ++i) {
     const JsonValue mesh = document.item_of("meshes", static_cast<int>(i));
-    json primitives = json::array();
     bool morphs = false;
     for (const JsonValue& primitive : mesh.require("primitives").items()) {
       morphs = morphs || primitive.find("targets");
-      GltfPrimitive read;
-      const std::optional<json> kept = checked_primitive(document, primitive, check, read, warnings);
-      if (!kept) {
+      std::optional<GltfPrimitive> read = read_primitive(document, primitive, accessors, warnings);
+      if (read) {
+        meshes[i].primitives.push_back(std::move(*read));
+      } else {
         warnings.push_back(primitive.path() + ": points and lines are left out");
-        continue;
       }
-      primitives.push_back(*kept);
-      places[i].push_back(primitive);
-      meshes[i].primitives.push_back(std::move(read));
     }
     if (morphs) warnings.push_back(mesh.path() + ": morph targets are ignored");
-    if (!primitives.empty()) copy.add(i, primitives);
-  }
-  if (copy.empty()) return meshes;
-
-  Assimp::Importer importer;
-  importer.SetIOHandler(new MemorySystem(copy.text(), document.buffers));  // the importer deletes it
-  const aiScene* scene = importer.ReadFile(copy_name, 0);
-  if (!scene || !scene->mRootNode) {
-    throw Error(
-        fmt::format("{}: its meshes cannot be read: {}", document.file_name, importer.GetErrorString()));
-  }
-  for (std::size_t i = 0; i < meshes.size(); ++i) {
-    if (places[i].empty()) continue;
-    const aiNode* node = scene->mRootNode->FindNode(fmt::format("#mesh{}", i).c_str());
-    if (!node || node->mNumMeshes != places[i].size()) {
-      throw Error(fmt::format("{}: /meshes/{}: cannot be read: assimp gave {} primitives of {}",
-                              document.file_name, i, node ? node->mNumMeshes : 0, places[i].size()));
-    }
-    for (std::size_t k = 0; k < places[i].size(); ++k) {
-      take_over(*scene->mMeshes[node->mMeshes[k]], places[i][k], meshes[i].primitives[k]);
-    }
   }
   return meshes;
 }

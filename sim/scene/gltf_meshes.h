@@ -1,6 +1,9 @@
 #pragma once
-/// The triangles of a glTF document's meshes, read by assimp from a copy of the document that holds nothing
-/// else.
+/// The triangles of a glTF document's meshes, and its skins.
+///
+/// assimp drops the nodes that colliders point to, leaves out triangles without a word and takes any number
+/// for a vertex, so that every accessor must be checked down to its bytes before it. From there to the
+/// vertices is a loop.
 
 #include <array>
 #include <cstdint>

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "sim/error.h"
+#include "sim/scene/file_bytes.h"
 
 namespace substep {
 namespace {
@@ -25,7 +26,10 @@ std::optional<JsonValue> JsonValue::find(const char* key) const {
   if (!value_->is_object()) fail("must be an object, but is " + kind(*value_));
   const auto found = value_->find(key);
   if (found == value_->end()) return std::nullopt;
-  return JsonValue(*found, *file_, path_ + "/" + key);
+  std::string path;
+  path.reserve(path_.size() + 1 + found.key().size());
+  path.append(path_).append(1, '/').append(key);
+  return JsonValue(*found, *file_, std::move(path));
 }
 
 JsonValue JsonValue::require(const char* key) const {
@@ -63,6 +67,12 @@ double JsonValue::number() const {
   return value_->get<double>();  // finite: the parser refuses what overflows a double
 }
 
+double JsonValue::number_at(std::size_t index) const {
+  const nlohmann::json& item = (*value_)[index];
+  if (!item.is_number()) items()[index].number();  // fails and names the place
+  return item.get<double>();
+}
+
 double JsonValue::positive() const {
   const double value = number();
   if (!(value > 0)) fail(fmt::format("must be greater than 0, but is {}", value));
@@ -85,6 +95,17 @@ const std::string& JsonValue::text() const {
   return value_->get_ref<const std::string&>();
 }
 
+std::string JsonValue::name(const std::string& otherwise) const {
+  constexpr std::size_t longest = 1000;  // bytes; every body, piece and warning has a copy
+  const std::optional<JsonValue> given = find("name");
+  if (!given || given->text().empty()) return otherwise;
+  if (given->text().size() > longest) {
+    given->fail(
+        fmt::format("has {} bytes; the longest name that is read has {}", given->text().size(), longest));
+  }
+  return printable(given->text());
+}
+
 std::uint64_t JsonValue::integer(std::uint64_t largest) const {
   if (!value_->is_number_unsigned()) {
     if (value_->is_number()) fail(fmt::format("must be a whole number from 0, but is {}", value_->dump()));
@@ -103,17 +124,12 @@ int JsonValue::index(std::size_t size, const char* what) const {
 
 Vector3 JsonValue::vector3() const {
   if (!value_->is_array() || value_->size() != 3) fail("must be an array of 3 numbers");
-  Vector3 vector;
-  const std::vector<JsonValue> numbers = items();
-  for (int i = 0; i < 3; ++i) vector[i] = numbers[i].number();
-  return vector;
+  return {number_at(0), number_at(1), number_at(2)};
 }
 
 Quaternion JsonValue::rotation() const {
   if (!value_->is_array() || value_->size() != 4) fail("must be an array of 4 numbers (x, y, z, w)");
-  Quaternion rotation;
-  const std::vector<JsonValue> numbers = items();
-  for (int i = 0; i < 4; ++i) rotation.coeffs()[i] = numbers[i].number();
+  Quaternion rotation(number_at(3), number_at(0), number_at(1), number_at(2));
   const double length = rotation.norm();
   if (!(std::fabs(length - 1) < 0.01)) {
     fail(fmt::format("must be a unit quaternion (x, y, z, w), but its length is {}", length));

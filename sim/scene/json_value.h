@@ -41,6 +41,8 @@ class JsonValue {
   double non_negative() const;
   bool boolean() const;
   const std::string& text() const;
+  /// The object's `name` without control characters; `otherwise` where it is absent or empty.
+  std::string name(const std::string& otherwise) const;
   std::uint64_t integer(std::uint64_t largest) const;
   /// An index into a list of `size` things called `what` in the complaint.
   int index(std::size_t size, const char* what) const;
@@ -49,6 +51,8 @@ class JsonValue {
   Quaternion rotation() const;
 
  private:
+  double number_at(std::size_t index) const;
+
   const nlohmann::json* value_;
   const std::string* file_;
   std::string path_;

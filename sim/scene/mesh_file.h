@@ -28,7 +28,7 @@ struct MeshObject {
 
 struct MeshFile {
   std::vector<MeshObject> objects;  ///< at least one; each with a triangle
-  std::uint64_t hash = 0;           ///< 64-bit FNV-1a of the file's bytes
+  std::uint64_t hash = 0;           ///< of the file's bytes, as a scene's
 };
 
 /// Whether assimp reads files with this extension (".obj").

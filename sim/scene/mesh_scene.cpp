@@ -154,7 +154,11 @@ class MeshSceneBuilder {
       for (const std::uint32_t corner : triangle) corners.push_back(positions[corner]);
     }
     const std::string place = fmt::format("mesh '{}'", object.name);
-    solid.hull = simplified_hull(corners, where, place, scene_.warnings);
+    SimplifiedHull simplified = simplified_hull(corners, where);
+    solid.hull = std::move(simplified.hull);
+    if (!simplified.warning.empty()) {
+      scene_.warnings.push_back(fmt::format("{}: {}", place, simplified.warning));
+    }
     solid.properties = mass_properties(solid.hull);
     const double hull_volume = solid.properties.mass;
     if (!is_closed(positions, triangles)) {

@@ -165,13 +165,22 @@ JointDrive read_drive(const JsonValue& json, std::vector<std::string>& warnings)
   return drive;
 }
 
+// Every joint node has a copy of its description.
+std::vector<JsonValue> few_items(const JsonValue& list) {
+  constexpr std::size_t most = 100;
+  std::vector<JsonValue> items = list.items();
+  if (items.size() > most)
+    list.fail(fmt::format("has {} entries; the most that is read is {}", items.size(), most));
+  return items;
+}
+
 JointDescription read_joint(const JsonValue& json, std::vector<std::string>& warnings) {
   JointDescription joint;
   if (const auto limits = json.find("limits")) {
-    for (const JsonValue& limit : limits->items()) joint.limits.push_back(read_limit(limit));
+    for (const JsonValue& limit : few_items(*limits)) joint.limits.push_back(read_limit(limit));
   }
   if (const auto drives = json.find("drives")) {
-    for (const JsonValue& drive : drives->items()) joint.drives.push_back(read_drive(drive, warnings));
+    for (const JsonValue& drive : few_items(*drives)) joint.drives.push_back(read_drive(drive, warnings));
   }
   return joint;
 }

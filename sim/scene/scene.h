@@ -128,7 +128,9 @@ struct Sun {
 struct Scene {
   std::string name;  ///< file name without extension
   std::filesystem::path file;
-  std::uint64_t hash = 0;        ///< 64-bit FNV-1a of the file's bytes, then of its buffers' files
+  /// Of the file's bytes and of its buffers' files: 64-bit FNV-1a of a .gltf's text and of the XXH3 of all
+  /// else.
+  std::uint64_t hash = 0;
   Vector3 gravity{0, -9.81, 0};  ///< m/s²
   double duration = 5;           ///< s
   double step = 1.0 / 60;        ///< s, what a run uses unless told otherwise

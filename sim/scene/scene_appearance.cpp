@@ -18,7 +18,7 @@ double unit_interval(const JsonValue& object, const char* key) {
 
 Surface read_surface(const JsonValue& material, std::size_t index, bool& textured) {
   Surface surface;
-  surface.name = material.find("name") ? material.require("name").text() : fmt::format("material {}", index);
+  surface.name = material.name(fmt::format("material {}", index));
   surface.base_color = {1, 1, 1};
   surface.metallic = 1;
   surface.roughness = 1;
@@ -90,15 +90,15 @@ std::vector<Surface> read_surfaces(const GltfDocument& document, std::vector<std
   return surfaces;
 }
 
-Mesh drawn_mesh(const std::vector<Vector3>& positions, const std::vector<Vector3>& normals,
-                const std::vector<Triangle>& triangles, const std::string& name, int surface) {
+Mesh drawn_mesh(std::vector<Vector3> positions, std::vector<Vector3> normals, std::vector<Triangle> triangles,
+                const std::string& name, int surface) {
   Mesh mesh;
   mesh.name = name;
   mesh.surface = surface;
   if (!normals.empty()) {
-    mesh.positions = positions;
-    mesh.normals = normals;
-    mesh.triangles = triangles;
+    mesh.positions = std::move(positions);
+    mesh.normals = std::move(normals);
+    mesh.triangles = std::move(triangles);
     return mesh;
   }
   for (const Triangle& triangle : triangles) {

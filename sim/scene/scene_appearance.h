@@ -13,8 +13,8 @@ namespace substep {
 std::vector<Surface> read_surfaces(const GltfDocument& document, std::vector<std::string>& warnings);
 
 /// Triangles as they are drawn. Without normals each gets its own flat one, as glTF asks.
-Mesh drawn_mesh(const std::vector<Vector3>& positions, const std::vector<Vector3>& normals,
-                const std::vector<Triangle>& triangles, const std::string& name, int surface);
+Mesh drawn_mesh(std::vector<Vector3> positions, std::vector<Vector3> normals, std::vector<Triangle> triangles,
+                const std::string& name, int surface);
 
 /// Sets the camera and the sun from the first camera and the first directional light among the scene's nodes,
 /// in the order of the file.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <new>
 #include <numbers>
 #include <optional>
@@ -54,12 +55,21 @@ class SceneBuilder {
     scene_.file = file;
     scene_.name = file.stem().string();
     scene_.hash = document_.hash;
+    faceted_.resize(tables_.shapes.size());
+    most_spent_ += 4 * (document_.nodes.size());
+    for (const GltfMesh& mesh : meshes_) {
+      for (const GltfPrimitive& primitive : mesh.primitives) {
+        most_spent_ += 4 * (primitive.positions.size() + primitive.triangles.size());
+      }
+    }
+    for (const GltfSkin& skin : skins_) most_spent_ += 4 * skin.joints.size();
   }
 
   Scene build() {
     read_settings(document_, scene_);
     read_physics();
     add_bodies();
+    find_attachments();
     add_colliders();
     for (std::size_t body = 1; body < scene_.bodies.size(); ++body) place_body(static_cast<int>(body));
     check_bodies();
@@ -78,6 +88,15 @@ class SceneBuilder {
     int body = world_body;
     NodeTransform
         in_node;  // to the frame of the body's node, without that node's scale; to the world's if static
+  };
+
+  // A node's meshes in a collider's scale, and what follows from them as far as it was needed.
+  struct ColliderGeometry {
+    int node;
+    Vector3 scale;
+    NodeGeometry geometry;
+    std::optional<SimplifiedHull> hull;
+    std::optional<MassProperties> solid;
   };
 
   JsonValue extension(int node, const char* part) const {
@@ -116,22 +135,28 @@ class SceneBuilder {
 
   // Composed from the body's node downwards, not through the world, so that what is on the body's own node is
   // exactly at its origin wherever the body stands.
-  Attachment attachment(int node) const {
-    std::vector<int> path;
-    for (int i = node; i >= 0; i = document_.nodes[i].parent) {
-      if (physics_[i].motion) {
-        Attachment result;
-        result.body = body_of_node_[i];
-        result.in_node =
-            make_transform(Vector3::Zero(), Quaternion::Identity(), document_.nodes[i].world.scale);
-        for (auto below = path.rbegin(); below != path.rend(); ++below) {
-          result.in_node = compose(result.in_node, document_.nodes[*below].local);
-        }
-        return result;
-      }
-      path.push_back(i);
+  void find_attachments() {
+    attachments_.resize(document_.nodes.size());
+    std::vector<int> pending;
+    for (std::size_t i = 0; i < document_.nodes.size(); ++i) {
+      if (document_.nodes[i].parent < 0) pending.push_back(static_cast<int>(i));
     }
-    return {world_body, document_.nodes[node].world};
+    while (!pending.empty()) {
+      const int index = pending.back();
+      pending.pop_back();
+      const GltfNode& node = document_.nodes[index];
+      Attachment& own = attachments_[index];
+      if (physics_[index].motion) {
+        own.body = body_of_node_[index];
+        own.in_node = make_transform(Vector3::Zero(), Quaternion::Identity(), node.world.scale);
+      } else if (node.parent >= 0 && attachments_[node.parent].body != world_body) {
+        own.body = attachments_[node.parent].body;
+        own.in_node = compose(attachments_[node.parent].in_node, node.local);
+      } else {
+        own.in_node = node.world;
+      }
+      pending.insert(pending.end(), node.children.begin(), node.children.end());
+    }
   }
 
   void add_colliders() {
@@ -143,7 +168,7 @@ class SceneBuilder {
 
   void add_collider(int node, const ColliderProperties& properties) {
     const JsonValue place = extension(node, "collider");
-    const auto [body, placement] = attachment(node);
+    const auto& [body, placement] = attachments_[node];
     if (placement.linear.isZero(0)) {
       scene_.warnings.push_back(place.path() + ": is left out: its node is scaled to nothing");
       return;
@@ -155,8 +180,8 @@ class SceneBuilder {
     collider.body = body;
     collider.placement = placement.rigid();
     if (properties.shape >= 0) {
-      collider.shape =
-          implicit_shape(tables_.shapes[properties.shape], placement.scale, place, scene_.warnings);
+      collider.shape = implicit_shape(tables_.shapes[properties.shape], placement.scale,
+                                      faceted_[properties.shape], place, scene_.warnings);
     } else {
       set_shape_of_node(collider, properties, placement.scale, place);
     }
@@ -182,7 +207,8 @@ class SceneBuilder {
 
   void set_shape_of_node(Collider& collider, const ColliderProperties& properties, const Vector3& scale,
                          const JsonValue& place) {
-    const NodeGeometry geometry = geometry_of_node(document_, meshes_, skins_, properties.node, scale, place);
+    ColliderGeometry& known = geometry_of(properties.node, scale, place);
+    const NodeGeometry& geometry = known.geometry;
     const std::string what = fmt::format("{}: {}", document_.file_name, place.path());
     const std::string& name = document_.nodes[properties.node].name;
     if (geometry.skinned) {
@@ -191,23 +217,64 @@ class SceneBuilder {
                       place.path(), name));
     }
     if (!properties.convex_hull && is_driven(collider.body)) {
+      spend(geometry.points.size() + geometry.triangles.size(), place);
       // A closed mesh has an inside, whatever its material says of what is drawn.
       const bool two_sided = geometry.double_sided && !is_closed(geometry.points, geometry.triangles);
       collider.shape = make_triangle_mesh(geometry.points, geometry.triangles, what, two_sided);
       return;
     }
-    collider.shape = simplified_hull(geometry.points, what, place.path(), scene_.warnings);
+    const SimplifiedHull& hull = hull_of(known, what);
+    if (!hull.warning.empty()) scene_.warnings.push_back(fmt::format("{}: {}", place.path(), hull.warning));
+    collider.shape = hull.hull;
     if (properties.convex_hull) return;
     scene_.warnings.push_back(fmt::format(
         "{}: the mesh of node '{}' moves, so it collides as its convex hull", place.path(), name));
-    if (!is_closed(geometry.points, geometry.triangles)) return;
+    if (!known.solid) known.solid = solid_inside(geometry, hull.hull);
+    if (known.solid->mass > 0) solids_.emplace(static_cast<int>(scene_.colliders.size()), *known.solid);
+  }
+
+  // What the mesh itself encloses; nothing where it is open or encloses next to nothing of its hull.
+  static MassProperties solid_inside(const NodeGeometry& geometry, const Polytope& hull) {
+    if (!is_closed(geometry.points, geometry.triangles)) return {};
     MassProperties solid = mass_properties(geometry.points, geometry.triangles);
     if (solid.mass < 0) {  // inside out
       solid.mass = -solid.mass;
       solid.inertia = -solid.inertia;
     }
-    if (solid.mass > 1e-6 * mass_properties(collider.shape).mass) {
-      solids_.emplace(static_cast<int>(scene_.colliders.size()), solid);
+    return solid.mass > 1e-6 * mass_properties(Shape(hull)).mass ? solid : MassProperties{};
+  }
+
+  ColliderGeometry& geometry_of(int node, const Vector3& scale, const JsonValue& place) {
+    for (const std::unique_ptr<ColliderGeometry>& known : geometries_) {
+      if (known->node == node && known->scale == scale) return *known;
+    }
+    spend(geometry_size(document_, meshes_, skins_, node), place);
+    geometries_.push_back(std::make_unique<ColliderGeometry>(ColliderGeometry{
+        node, scale, geometry_of_node(document_, meshes_, skins_, node, scale, place), {}, {}}));
+    return *geometries_.back();
+  }
+
+  // Nodes with a mesh each often have the same mesh, and its hull takes long.
+  const SimplifiedHull& hull_of(ColliderGeometry& geometry, const std::string& what) {
+    if (geometry.hull) return *geometry.hull;
+    for (const std::unique_ptr<ColliderGeometry>& other : geometries_) {
+      if (other->hull && other->geometry.points == geometry.geometry.points) {
+        geometry.hull = other->hull;
+        return *geometry.hull;
+      }
+    }
+    geometry.hull = simplified_hull(geometry.geometry.points, what);
+    return *geometry.hull;
+  }
+
+  // Colliders and skins may share their meshes, so that a small file asks for much.
+  void spend(std::size_t size, const JsonValue& place) {
+    spent_ += size;
+    if (spent_ > most_spent_) {
+      place.fail(
+          fmt::format("with it what collides and what wears a skin has more than {} nodes, vertices, "
+                      "triangles and joints, a hundred thousand and four times what the file has",
+                      most_spent_));
     }
   }
 
@@ -320,7 +387,7 @@ class SceneBuilder {
     joint.name = document_.nodes[node].name;
     joint.enable_collision = properties.enable_collision;
     const auto frame = [&](int end, int& body) {
-      const Attachment attached = attachment(end);
+      const Attachment& attached = attachments_[end];
       if (attached.in_node.sheared && !attached.in_node.turned) {
         place.fail(fmt::format("node {} ('{}') is sheared or flat, so the joint has no frame there", end,
                                document_.nodes[end].name));
@@ -349,14 +416,22 @@ class SceneBuilder {
 
   void add_visuals() {
     scene_.surfaces = read_surfaces(document_, scene_.warnings);
+    constexpr std::size_t most_visuals = 200'000;
     std::vector<int> first_mesh(meshes_.size(), -1);  // among the scene's, of each mesh of the document
     bool skinned = false;
+    // Colliders have what they need of the meshes; only skins need them more than once.
+    const auto taken = [&](GltfPrimitive& primitive) {
+      return skins_.empty() ? std::move(primitive) : primitive;
+    };
     for (std::size_t i = 0; i < document_.nodes.size(); ++i) {
       const GltfNode& node = document_.nodes[i];
       if (!node.in_scene || node.mesh < 0) continue;
-      const GltfMesh& mesh = meshes_[node.mesh];
-      const auto given = document_.item_of("meshes", node.mesh).find("name");
-      const std::string name = given ? given->text() : fmt::format("mesh {}", node.mesh);
+      GltfMesh& mesh = meshes_[node.mesh];
+      const std::string name = document_.item_of("meshes", node.mesh).name(fmt::format("mesh {}", node.mesh));
+      if (scene_.visuals.size() + mesh.primitives.size() > most_visuals) {
+        document_.node_json(static_cast<int>(i))
+            .fail(fmt::format("with it more than {} pieces are to be drawn", most_visuals));
+      }
       const auto has_skin = [](const GltfPrimitive& primitive) { return !primitive.influences.empty(); };
       if (node.skin >= 0 && std::ranges::any_of(mesh.primitives, has_skin)) {
         skinned = true;
@@ -368,12 +443,13 @@ class SceneBuilder {
       int& first = first_mesh[node.mesh];
       if (first < 0) {
         first = static_cast<int>(scene_.meshes.size());
-        for (const GltfPrimitive& primitive : mesh.primitives) {
-          scene_.meshes.push_back(drawn_mesh(primitive.positions, primitive.normals, primitive.triangles,
-                                             name, surface_of(primitive)));
+        for (GltfPrimitive& primitive : mesh.primitives) {
+          GltfPrimitive drawn = taken(primitive);
+          scene_.meshes.push_back(drawn_mesh(std::move(drawn.positions), std::move(drawn.normals),
+                                             std::move(drawn.triangles), name, surface_of(drawn)));
         }
       }
-      const auto [body, placement] = attachment(static_cast<int>(i));
+      const auto& [body, placement] = attachments_[i];
       const Pose& body_from_node = scene_.bodies[body].body_from_node;
       Visual visual;
       visual.body = body;
@@ -398,10 +474,12 @@ class SceneBuilder {
   // Each triangle goes with the body of the joint that holds most of its corners.
   void add_skinned_visuals(int node, const GltfPrimitive& primitive, const std::string& name) {
     const GltfSkin& skin = skins_[document_.nodes[node].skin];
+    spend(skin.joints.size() + primitive.positions.size() + primitive.triangles.size(),
+          document_.node_json(node));
     const PosedVertices posed = posed_vertices(document_, skin, primitive, document_.node_json(node));
     std::vector<int> body_of_joint;
     for (const int joint : skin.joints) {
-      body_of_joint.push_back(document_.nodes[joint].in_scene ? attachment(joint).body : world_body);
+      body_of_joint.push_back(document_.nodes[joint].in_scene ? attachments_[joint].body : world_body);
     }
     std::map<int, std::vector<Triangle>> pieces;
     for (const Triangle& triangle : primitive.triangles) {
@@ -417,16 +495,31 @@ class SceneBuilder {
           shares, [](const auto& one, const auto& other) { return one.second < other.second; });
       pieces[most->first].push_back(triangle);
     }
-    for (const auto& [body, triangles] : pieces) {
+    constexpr std::uint32_t none = ~std::uint32_t{0};
+    std::vector<std::uint32_t> in_piece(posed.positions.size(), none);  // the vertices of one piece at a time
+    for (auto& [body, triangles] : pieces) {
       const Pose body_from_world = scene_.bodies[body].pose.inverse();
       std::vector<Vector3> positions;
       std::vector<Vector3> normals;
-      for (const Vector3& position : posed.positions) positions.push_back(body_from_world * position);
-      for (const Vector3& normal : posed.normals) normals.push_back(body_from_world.orientation * normal);
+      std::vector<std::uint32_t> used;
+      for (Triangle& triangle : triangles) {
+        for (std::uint32_t& corner : triangle) {
+          if (in_piece[corner] == none) {
+            in_piece[corner] = static_cast<std::uint32_t>(used.size());
+            used.push_back(corner);
+            positions.push_back(body_from_world * posed.positions[corner]);
+            if (!posed.normals.empty())
+              normals.push_back(body_from_world.orientation * posed.normals[corner]);
+          }
+          corner = in_piece[corner];
+        }
+      }
+      for (const std::uint32_t vertex : used) in_piece[vertex] = none;
       Visual& visual = scene_.visuals.emplace_back();
       visual.mesh = static_cast<int>(scene_.meshes.size());
       visual.body = body;
-      scene_.meshes.push_back(drawn_mesh(positions, normals, triangles, name, surface_of(primitive)));
+      scene_.meshes.push_back(drawn_mesh(std::move(positions), std::move(normals), std::move(triangles), name,
+                                         surface_of(primitive)));
     }
   }
 
@@ -436,10 +529,15 @@ class SceneBuilder {
   std::vector<GltfSkin> skins_;
   PhysicsTables tables_;
   std::vector<NodePhysics> physics_;
+  std::vector<Attachment> attachments_;         // of the nodes
   std::vector<int> body_of_node_;               // the world's where the node carries none
   std::vector<int> node_of_body_;               // −1 for the world
   std::vector<std::vector<int>> colliders_of_;  // each body's, as indices
-  std::map<int, MassProperties> solids_;        // of colliders whose mesh fills less than their shape
+  std::vector<std::unique_ptr<ColliderGeometry>> geometries_;
+  std::vector<std::optional<Polytope>> faceted_;  // of each implicit shape, unscaled
+  std::size_t most_spent_ = 100'000;
+  std::size_t spent_ = 0;
+  std::map<int, MassProperties> solids_;  // of colliders whose mesh fills less than their shape
 };
 
 Scene scene_of_plain_gltf(const GltfDocument& document, const MeshOptions& options) {

@@ -236,7 +236,8 @@ TEST(Scaled, KeepsABoxABoxAndAHullSound) {
   EXPECT_EQ(solid.box->half_size, Vector3(0.5, 1, 1.5));
   expect_sound(scaled(convex_hull(test::dodecahedron_points(), "d"), {1, 5, 0.2}), 1e-14);
   // A box that stands askew is sheared by it, so it is one no longer.
-  EXPECT_FALSE(scaled(transformed(box({1, 1, 1}), {{}, test::turn(0.5, {0, 0, 1})}), {1, 2, 1}).box);
+  EXPECT_FALSE(
+      scaled(transformed(box({1, 1, 1}), {Vector3::Zero(), test::turn(0.5, {0, 0, 1})}), {1, 2, 1}).box);
   EXPECT_THROW(scaled(solid, {1, -1, 1}), Error);
 }
 

@@ -238,7 +238,7 @@ TEST(PrincipalInertia, OfADiagonalMatrixIsTheIdentity) {
 
 TEST(PrincipalInertia, OfACubeWithRoundingIsTheIdentity) {
   const MassProperties cube =
-      mass_properties(Shape(transformed(box({1, 1, 1}), {{}, test::turn(0.3, {1, 2, 3})})));
+      mass_properties(Shape(transformed(box({1, 1, 1}), {Vector3::Zero(), test::turn(0.3, {1, 2, 3})})));
   EXPECT_EQ(principal_inertia(cube.inertia).orientation.coeffs(), Quaternion::Identity().coeffs());
 }
 

@@ -1,0 +1,468 @@
+/// Small files that ask for much: each loads or is refused within a gibibyte of memory and two seconds.
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/error.h"
+#include "sim/scene/scene.h"
+#include "tests/scene/example_scene.h"
+
+namespace substep {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+using namespace test;
+
+constexpr std::size_t largest_crafted = std::size_t{1} << 20;
+constexpr double most_mebibytes = 1024;
+// The sanitizers take several times as long.
+#if defined(__SANITIZE_ADDRESS__) || !defined(NDEBUG)
+constexpr double most_seconds = 20;
+#else
+constexpr double most_seconds = 2;
+#endif
+
+struct Crafted {
+  std::string file;
+  std::string bytes;
+  std::optional<MeshOptions> options;
+};
+
+struct Case {
+  const char* name;
+  const char* place;  // what a refusal must hold; empty where the file loads
+  const char* words;
+  std::function<Crafted()> make;
+};
+
+void PrintTo(const Case& tried, std::ostream* out) {
+  *out << tried.name;
+}
+
+// Float positions, then 32-bit indices.
+struct Geometry {
+  std::vector<float> positions;
+  std::vector<std::uint32_t> indices;
+
+  void add(double x, double y, double z) {
+    for (const double coordinate : {x, y, z}) positions.push_back(static_cast<float>(coordinate));
+  }
+  std::size_t vertices() const { return positions.size() / 3; }
+};
+
+// Points spread over a ball; its triangles are any, as a hull does not need them.
+Geometry ball(std::size_t points) {
+  Geometry geometry;
+  for (std::size_t i = 0; i < points; ++i) {
+    const double y = 1 - (2 * static_cast<double>(i) + 1) / static_cast<double>(points);
+    const double angle = 2.4 * static_cast<double>(i);
+    geometry.add(std::sqrt(1 - y * y) * std::cos(angle), y, std::sqrt(1 - y * y) * std::sin(angle));
+  }
+  geometry.indices = {0, 1, 2};
+  return geometry;
+}
+
+Geometry grid(std::size_t side) {
+  Geometry geometry;
+  for (std::size_t i = 0; i < side * side; ++i) {
+    geometry.add(static_cast<double>(i % side), 0, static_cast<double>(i / side));
+  }
+  for (std::uint32_t i = 0; i + side + 1 < side * side; ++i) {
+    if (i % side + 1 == side) continue;
+    const auto below = static_cast<std::uint32_t>(i + side);
+    for (const std::uint32_t corner : {i, below, i + 1, i + 1, below, below + 1}) {
+      geometry.indices.push_back(corner);
+    }
+  }
+  return geometry;
+}
+
+// One mesh of one primitive; `nodes` and the rest is for the case to add.
+json document_of(const Geometry& geometry) {
+  const std::size_t positions = 4 * geometry.positions.size();
+  const std::size_t indices = 4 * geometry.indices.size();
+  json document = json::parse(R"({"asset": {"version": "2.0"},
+    "extensionsUsed": ["KHR_physics_rigid_bodies", "KHR_implicit_shapes"], "nodes": []})");
+  document["buffers"] = {{{"byteLength", positions + indices}}};
+  document["bufferViews"] = {{{"buffer", 0}, {"byteLength", positions}},
+                             {{"buffer", 0}, {"byteOffset", positions}, {"byteLength", indices}}};
+  document["accessors"] = {
+      {{"bufferView", 0}, {"componentType", 5126}, {"type", "VEC3"}, {"count", geometry.vertices()}},
+      {{"bufferView", 1}, {"componentType", 5125}, {"type", "SCALAR"}, {"count", geometry.indices.size()}}};
+  document["meshes"] = {{{"primitives", {{{"attributes", {{"POSITION", 0}}}, {"indices", 1}}}}}};
+  return document;
+}
+
+Crafted as_glb(const json& document, const Geometry& geometry) {
+  std::string binary(4 * (geometry.positions.size() + geometry.indices.size()), '\0');
+  std::memcpy(binary.data(), geometry.positions.data(), 4 * geometry.positions.size());
+  std::memcpy(binary.data() + 4 * geometry.positions.size(), geometry.indices.data(),
+              4 * geometry.indices.size());
+  return {"crafted.glb", glb(document.dump(), binary), {}};
+}
+
+Crafted as_gltf(const json& document) {
+  return {"crafted.gltf", document.dump(), {}};
+}
+
+json collider_of_node(int node, bool hull, bool moves) {
+  json physics = {{"collider", {{"geometry", {{"node", node}, {"convexHull", hull}}}}}};
+  if (moves) physics["motion"] = {{"mass", 1}};
+  return {{"extensions", {{"KHR_physics_rigid_bodies", physics}}}};
+}
+
+// Node 0 has the mesh; `count` colliders have its geometry, each in a scale of its own where that is asked.
+json with_colliders(json document, int count, bool hull, bool moves, bool scaled) {
+  document["nodes"].push_back({{"mesh", 0}});
+  for (int i = 0; i < count; ++i) {
+    json node = collider_of_node(0, hull, moves);
+    if (scaled) node["scale"] = {1 + 0.001 * i, 1, 1};
+    document["nodes"].push_back(node);
+  }
+  return document;
+}
+
+json with_shapes(const char* shape, int count, bool scaled) {
+  json document = one_body("{}", shape);
+  const json node = document["nodes"][0];
+  document.erase("scenes");
+  document.erase("scene");
+  for (int i = 1; i < count; ++i) {
+    json copy = node;
+    copy["name"] = std::to_string(i);
+    if (scaled) copy["scale"] = {1 + 0.001 * i, 1, 2};
+    document["nodes"].push_back(copy);
+  }
+  return document;
+}
+
+// Nodes each below the one before.
+json chain(int length) {
+  json document = example();
+  document["nodes"] = json::array();
+  for (int i = 0; i < length; ++i) document["nodes"].push_back({{"children", {i + 1}}});
+  document["nodes"].push_back(json::object());
+  document.erase("scenes");
+  document.erase("scene");
+  return document;
+}
+
+// Nodes that wear the skin of 2000 joints, all one node.
+json with_skins(const Geometry& geometry, int wearers, std::size_t joints) {
+  json document = document_of(geometry);
+  const std::size_t vertices = geometry.vertices();
+  const std::size_t begin = document["buffers"][0]["byteLength"];
+  document["buffers"][0]["byteLength"] = begin + 8 * vertices;
+  document["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", begin}, {"byteLength", 8 * vertices}});
+  document["accessors"].push_back(
+      {{"bufferView", 2}, {"componentType", 5121}, {"type", "VEC4"}, {"count", vertices}});
+  document["accessors"].push_back({{"bufferView", 2},
+                                   {"byteOffset", 4 * vertices},
+                                   {"componentType", 5121},
+                                   {"normalized", true},
+                                   {"type", "VEC4"},
+                                   {"count", vertices}});
+  json& attributes = document["meshes"][0]["primitives"][0]["attributes"];
+  attributes["JOINTS_0"] = 2;
+  attributes["WEIGHTS_0"] = 3;
+  document["skins"] = {{{"joints", std::vector<int>(joints, 0)}}};
+  document["nodes"].push_back({{"extensions", {{"KHR_physics_rigid_bodies", {{"motion", {{"mass", 1}}}}}}}});
+  for (int i = 0; i < wearers; ++i) document["nodes"].push_back({{"mesh", 0}, {"skin", 0}});
+  return document;
+}
+
+Crafted skinned_glb(const Geometry& geometry, int wearers, std::size_t joints) {
+  Geometry more = geometry;
+  more.indices.resize(more.indices.size() + geometry.vertices(), 0);            // joints
+  more.indices.resize(more.indices.size() + geometry.vertices(), 0x000000ffU);  // weights
+  return as_glb(with_skins(geometry, wearers, joints), more);
+}
+
+Crafted text_mesh(const Geometry& geometry, int copies) {
+  std::string text;
+  for (std::size_t i = 0; i < geometry.vertices(); ++i) {
+    const float* point = &geometry.positions[3 * i];
+    text += fmt::format("v {} {} {}\n", point[0], point[1], point[2]);
+    if (i >= 2) text += fmt::format("f {} {} {}\n", i - 1, i, i + 1);
+  }
+  MeshOptions options;
+  options.copies = copies;
+  return {"crafted.obj", text, options};
+}
+
+const std::vector<Case>& cases() {
+  static const std::vector<Case> all = {
+      {"CountWithoutBytes", "/accessors/0", "ends at byte",
+       [] {
+         json document = example();
+         document["accessors"][0]["count"] = 4294967295U;
+         return as_gltf(document);
+       }},
+      {"CountBeyondAll", "/accessors/0/count", "is more than",
+       [] {
+         json document = example();
+         document["accessors"][0]["count"] = 1'000'000'000'000'000U;
+         return as_gltf(document);
+       }},
+      {"SparseAccessor", "/accessors/0", "is sparse",
+       [] {
+         json document = example();
+         document["accessors"][0]["sparse"] = {{"count", 4'000'000'000U}};
+         return as_gltf(document);
+       }},
+      {"PrimitivesShareAnAccessor", "/meshes/0/primitives", "more than",
+       [] {
+         const Geometry geometry = ball(40'000);
+         json document = document_of(geometry);
+         document["nodes"].push_back({{"mesh", 0}});
+         for (int i = 0; i < 9000; ++i)
+           document["meshes"][0]["primitives"].push_back({{"attributes", {{"POSITION", 0}}}, {"mode", 6}});
+         return as_glb(document, geometry);
+       }},
+      {"NodesDeep", "/nodes/256", "deeper than 256", [] { return as_gltf(chain(50'000)); }},
+      {"JsonDeep", "crafted.gltf", "nested deeper than 64",
+       [] {
+         return Crafted{"crafted.gltf", std::string(500'000, '['), {}};
+       }},
+      {"BodiesMany", "", "", [] { return as_gltf(with_shapes(R"({"type": "sphere"})", 5500, false)); }},
+      {"EllipsoidsMany", "", "", [] { return as_gltf(with_shapes(R"({"type": "sphere"})", 5500, true)); }},
+      {"EllipticCylindersMany", "", "",
+       [] { return as_gltf(with_shapes(R"({"type": "cylinder"})", 5500, true)); }},
+      {"TaperedCapsulesMany", "", "",
+       [] {
+         return as_gltf(with_shapes(
+             R"({"type": "capsule", "capsule": {"height": 1, "radiusBottom": 0.5, "radiusTop": 0.2}})", 5500,
+             true));
+       }},
+      {"OneHullManyTimes", "", "",
+       [] {
+         const Geometry geometry = ball(256);
+         return as_glb(with_colliders(document_of(geometry), 6000, true, true, false), geometry);
+       }},
+      {"HullsOfOneMeshInManyScales", "/collider", "has more than",
+       [] {
+         const Geometry geometry = ball(512);
+         return as_glb(with_colliders(document_of(geometry), 6000, true, true, true), geometry);
+       }},
+      {"HullsOfAllPoints", "", "",  // as many as fit, each with its own
+       [] {
+         const Geometry geometry = ball(80'000);
+         return as_glb(with_colliders(document_of(geometry), 1, true, true, false), geometry);
+       }},
+      {"HullsOfAllPointsInSomeScales", "/collider", "has more than",
+       [] {
+         const Geometry geometry = ball(80'000);
+         return as_glb(with_colliders(document_of(geometry), 20, true, true, true), geometry);
+       }},
+      {"FlatHull", "/collider", "thinner than",
+       [] {
+         const Geometry geometry = grid(150);
+         return as_glb(with_colliders(document_of(geometry), 1, true, true, false), geometry);
+       }},
+      {"GroundsOfOneMesh", "/collider", "has more than",
+       [] {
+         const Geometry geometry = grid(100);
+         return as_glb(with_colliders(document_of(geometry), 4000, false, false, false), geometry);
+       }},
+      {"GroundOfAFan", "", "",  // all triangles at one vertex
+       [] {
+         Geometry geometry = ball(35'000);
+         geometry.indices.clear();
+         for (std::uint32_t i = 1; i + 1 < geometry.vertices(); ++i) {
+           for (const std::uint32_t corner : {0U, i, i + 1}) geometry.indices.push_back(corner);
+         }
+         return as_glb(with_colliders(document_of(geometry), 1, false, false, false), geometry);
+       }},
+      {"CollidersOfOneTree", "/collider", "has more than",
+       [] {
+         const Geometry geometry = ball(100);
+         json document = with_colliders(document_of(geometry), 3000, true, true, true);
+         std::vector<int> children;
+         for (int i = 0; i < 9000; ++i) {
+           children.push_back(static_cast<int>(document["nodes"].size()));
+           document["nodes"].push_back(json::object());
+         }
+         document["nodes"][0]["children"] = children;
+         return as_glb(document, geometry);
+       }},
+      {"JointOfManyLimits", "/physicsJoints/0/limits", "entries; the most that is read is 100",
+       [] {
+         json document = example();
+         json& limits = document["extensions"]["KHR_physics_rigid_bodies"]["physicsJoints"][0]["limits"];
+         for (int i = 0; i < 10'000; ++i) limits.push_back(limits[0]);
+         return as_gltf(document);
+       }},
+      {"JointsMany", "", "",
+       [] {
+         json document = example();
+         json& limits = document["extensions"]["KHR_physics_rigid_bodies"]["physicsJoints"][0]["limits"];
+         while (limits.size() < 100) limits.push_back(limits[0]);
+         const json hook = document["nodes"][2];
+         for (int i = 0; i < 5000; ++i) {
+           document["nodes"][1]["children"].push_back(document["nodes"].size());
+           document["nodes"].push_back(hook);
+         }
+         return as_gltf(document);
+       }},
+      {"NameLong", "/nodes/1/name", "the longest name",
+       [] {
+         json document = example();
+         document["nodes"][1]["name"] = std::string(1'000'000, 'n');
+         return as_gltf(document);
+       }},
+      {"NameOfManyPieces", "/meshes/0/name", "the longest name",
+       [] {
+         json document = example();
+         document["meshes"][0]["name"] = std::string(300'000, 'n');
+         for (int i = 0; i < 9000; ++i)
+           document["meshes"][0]["primitives"].push_back(document["meshes"][0]["primitives"][0]);
+         return as_gltf(document);
+       }},
+      {"PiecesDrawnOften", "/nodes/", "pieces are to be drawn",
+       [] {
+         json document = example();
+         for (int i = 0; i < 9000; ++i)
+           document["meshes"][0]["primitives"].push_back(document["meshes"][0]["primitives"][0]);
+         document.erase("scenes");
+         document.erase("scene");
+         for (int i = 0; i < 9000; ++i) document["nodes"].push_back({{"mesh", 0}});
+         return as_gltf(document);
+       }},
+      {"SkinWornOften", "/nodes/", "has more than", [] { return skinned_glb(ball(10'000), 10'000, 100); }},
+      {"SkinOfManyJoints", "/nodes/", "has more than", [] { return skinned_glb(ball(100), 3000, 200'000); }},
+      {"SkinsWorn", "", "", [] { return skinned_glb(ball(1000), 50, 100); }},
+      {"BuffersAreTheFileItself", "", "",
+       [] {
+         json document = example();
+         for (int i = 0; i < 20'000; ++i)
+           document["buffers"].push_back({{"byteLength", 1}, {"uri", "crafted.gltf"}});
+         return as_gltf(document);
+       }},
+      {"VerticesDenormal", "/collider", "thinner than",
+       [] {
+         Geometry geometry = ball(20'000);
+         for (float& coordinate : geometry.positions) coordinate *= 1e-42F;
+         for (std::size_t i = 2; i < geometry.positions.size(); i += 3) geometry.positions[i] = 0;
+         return as_glb(with_colliders(document_of(geometry), 1, true, true, false), geometry);
+       }},
+      {"VertexInfinite", "/meshes/0/primitives/0", "vertex 777 is not finite",
+       [] {
+         Geometry geometry = ball(20'000);
+         geometry.positions[3 * 777 + 1] = std::numeric_limits<float>::infinity();
+         return as_glb(with_colliders(document_of(geometry), 1, true, true, false), geometry);
+       }},
+      {"VerticesFar", "/collider", "within ±1e9 m",
+       [] {
+         Geometry geometry = ball(20'000);
+         for (float& coordinate : geometry.positions) coordinate *= 1e38F;
+         return as_glb(with_colliders(document_of(geometry), 1, true, true, false), geometry);
+       }},
+      {"StepsWithoutEnd", "", "",  // the loader only reads them; a run refuses them
+       [] {
+         json document = example();
+         document["extras"] = {{"substep", {{"duration", 1e300}, {"step", 1e-300}}}};
+         return as_gltf(document);
+       }},
+      {"MeshesDroppedOften", "/nodes/", "the meshes to drop",
+       [] {
+         Geometry geometry = grid(100);
+         json document = document_of(geometry);
+         document.erase("extensionsUsed");
+         for (int i = 0; i < 5000; ++i) document["nodes"].push_back({{"mesh", 0}});
+         return as_glb(document, geometry);
+       }},
+      {"CopiesOfAMesh", "", "", [] { return text_mesh(ball(5000), 1000); }},
+      {"CopiesBeyondAll", "crafted.obj", "copies",
+       [] { return text_mesh(ball(5000), std::numeric_limits<int>::max()); }},
+  };
+  return all;
+}
+
+struct Outcome {
+  std::string said;  // empty where it loaded
+  double mebibytes = 0;
+  double seconds = 0;
+};
+
+// In a child, whose costs the system counts.
+Outcome outcome_of(const Crafted& crafted) {
+  const Folder folder;
+  const std::filesystem::path file = folder.write(crafted.file, crafted.bytes);
+  int ends[2];
+  if (pipe(ends) != 0) throw Error("no pipe");
+  const pid_t child = fork();
+  if (child == 0) {
+    close(ends[0]);
+    std::string said;
+    try {
+      load_scene(file, crafted.options);
+    } catch (const std::exception& failure) {
+      said = failure.what();
+    }
+    const bool sent = write(ends[1], said.data(), said.size()) == static_cast<ssize_t>(said.size());
+    _exit(sent ? 0 : 3);
+  }
+  close(ends[1]);
+  Outcome outcome;
+  char part[4096];
+  for (ssize_t got = 0; (got = read(ends[0], part, sizeof part)) > 0;) {
+    outcome.said.append(part, static_cast<std::size_t>(got));
+  }
+  close(ends[0]);
+  int status = 0;
+  rusage used{};
+  EXPECT_EQ(wait4(child, &status, 0, &used), child);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << "it ended with status " << status;
+  const auto seconds = [](const timeval& time) {
+    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+  };
+  outcome.seconds = seconds(used.ru_utime) + seconds(used.ru_stime);
+  outcome.mebibytes = static_cast<double>(used.ru_maxrss) / 1024;
+  return outcome;
+}
+
+class SmallFile : public testing::TestWithParam<Case> {};
+
+TEST_P(SmallFile, TakesLittle) {
+  const Case& tried = GetParam();
+  const Crafted crafted = tried.make();
+  ASSERT_LE(crafted.bytes.size(), largest_crafted);
+  const Outcome outcome = outcome_of(crafted);
+  RecordProperty("mebibytes", std::to_string(outcome.mebibytes));
+  RecordProperty("seconds", std::to_string(outcome.seconds));
+  fmt::print("{}: {} bytes, {:.0f} MiB, {:.3f} s: {}\n", tried.name, crafted.bytes.size(), outcome.mebibytes,
+             outcome.seconds, outcome.said.empty() ? "loads" : outcome.said.substr(0, 240));
+  EXPECT_LE(outcome.mebibytes, most_mebibytes);
+  EXPECT_LE(outcome.seconds, most_seconds);
+  if (*tried.words == '\0') {
+    EXPECT_EQ(outcome.said, "");
+  } else {
+    EXPECT_THAT(outcome.said, HasSubstr(crafted.file + ": "));
+    EXPECT_THAT(outcome.said, HasSubstr(tried.place));
+    EXPECT_THAT(outcome.said, HasSubstr(tried.words));
+  }
+}
+
+std::string name_of(const testing::TestParamInfo<Case>& info) {
+  return info.param.name;
+}
+
+INSTANTIATE_TEST_SUITE_P(Crafted, SmallFile, testing::ValuesIn(cases()), name_of);
+
+}  // namespace
+}  // namespace substep
