@@ -29,8 +29,13 @@ class TetrahedronSum {
     const Vector3 sum = a + b + c;
     six_volumes_ += six_volumes;
     moment_ += six_volumes / 24 * sum;
-    second_moment_ += six_volumes / 120 *
-                      (sum * sum.transpose() + a * a.transpose() + b * b.transpose() + c * c.transpose());
+    // The lower half: it is symmetric.
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j <= i; ++j) {
+        second_moment_(i, j) +=
+            six_volumes / 120 * (sum[i] * sum[j] + a[i] * a[j] + b[i] * b[j] + c[i] * c[j]);
+      }
+    }
   }
 
   MassProperties result(const Vector3& corner) const {
@@ -39,8 +44,9 @@ class TetrahedronSum {
     if (properties.mass == 0) return properties;
     const Vector3 centre = moment_ / properties.mass;
     properties.centre_of_mass = corner + centre;
+    const Matrix3 second_moment = second_moment_.selfadjointView<Eigen::Lower>();
     properties.inertia =
-        inertia_of_second_moment(second_moment_ - properties.mass * centre * centre.transpose());
+        inertia_of_second_moment(second_moment - properties.mass * centre * centre.transpose());
     return properties;
   }
 

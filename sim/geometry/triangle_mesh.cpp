@@ -7,7 +7,6 @@
 #include <cmath>
 #include <numeric>
 #include <span>
-#include <tuple>
 
 #include "sim/error.h"
 #include "sim/geometry/welded_points.h"
@@ -59,59 +58,59 @@ bool has_area(std::span<const Vector3> vertices, const Triangle& triangle) {
 /// the order that it gives.
 class TreeBuilder {
  public:
-  explicit TreeBuilder(TriangleMesh& mesh) : mesh_(mesh) {
-    boxes_.reserve(mesh.triangles.size());
-    items_.reserve(mesh.triangles.size());
-    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-      const Vector3& a = mesh.vertices[mesh.triangles[t][0]];
-      const Vector3& b = mesh.vertices[mesh.triangles[t][1]];
-      const Vector3& c = mesh.vertices[mesh.triangles[t][2]];
-      const Bounds box = {a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)};
-      boxes_.push_back(box);
-      items_.push_back({box.lower + box.upper, t});
+  explicit TreeBuilder(TriangleMesh& mesh) : mesh_(mesh), order_(mesh.triangles.size()) {
+    std::iota(order_.begin(), order_.end(), 0U);
+    boxes_.reserve(order_.size());
+    for (const Triangle& triangle : mesh.triangles) {
+      const Vector3& a = mesh.vertices[triangle[0]];
+      const Vector3& b = mesh.vertices[triangle[1]];
+      const Vector3& c = mesh.vertices[triangle[2]];
+      boxes_.push_back({a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)});
     }
   }
 
   /// The triangles in the order of the leaves.
   std::vector<std::uint32_t> build() {
     mesh_.nodes.assign(1, {});
-    split(0, 0, static_cast<std::uint32_t>(items_.size()));
-    std::vector<std::uint32_t> order;
-    order.reserve(items_.size());
-    for (const Item& item : items_) order.push_back(item.triangle);
-    return order;
+    split(0, 0, static_cast<std::uint32_t>(order_.size()));
+    return std::move(order_);
   }
 
  private:
-  struct Item {
-    Vector3 middle;  // twice
+  struct Place {
+    double middle;  // twice, along the axis of the split
     std::uint32_t triangle;
+    bool operator<(const Place& other) const {
+      return middle != other.middle ? middle < other.middle : triangle < other.triangle;
+    }
   };
 
+  Vector3 middle(std::uint32_t triangle) const { return boxes_[triangle].lower + boxes_[triangle].upper; }
+
   void split(std::uint32_t node, std::uint32_t begin, std::uint32_t end) {
-    const std::span items(items_.data() + begin, items_.data() + end);
-    if (items.size() <= leaf_size) {
+    const std::span<std::uint32_t> triangles(order_.data() + begin, order_.data() + end);
+    if (triangles.size() <= leaf_size) {
       // Which triangles are in a half is given, which come first depends on the library that selected them.
-      std::ranges::sort(items, {}, &Item::triangle);
-      Bounds box = boxes_[items[0].triangle];
-      for (const Item& item : items.subspan(1)) box = united(box, boxes_[item.triangle]);
+      std::ranges::sort(triangles);
+      Bounds box = boxes_[triangles[0]];
+      for (const std::uint32_t t : triangles.subspan(1)) box = united(box, boxes_[t]);
       mesh_.nodes[node] = {box, begin, end - begin};
       return;
     }
-    Bounds middles = {items[0].middle, items[0].middle};
-    for (const Item& item : items.subspan(1)) {
-      middles.lower = middles.lower.cwiseMin(item.middle);
-      middles.upper = middles.upper.cwiseMax(item.middle);
+    Bounds middles = {middle(triangles[0]), middle(triangles[0])};
+    for (const std::uint32_t t : triangles) {
+      middles.lower = middles.lower.cwiseMin(middle(t));
+      middles.upper = middles.upper.cwiseMax(middle(t));
     }
     Eigen::Index axis = 0;
     (middles.upper - middles.lower).maxCoeff(&axis);
+    places_.clear();
+    for (const std::uint32_t t : triangles) {
+      places_.push_back({boxes_[t].lower[axis] + boxes_[t].upper[axis], t});
+    }
     const std::uint32_t half = begin + (end - begin) / 2;
-    const auto precedes = [&](const Item& i, const Item& j) {
-      const double a = i.middle[axis];
-      const double b = j.middle[axis];
-      return a != b ? a < b : i.triangle < j.triangle;
-    };
-    std::nth_element(items.begin(), items.begin() + (half - begin), items.end(), precedes);
+    std::nth_element(places_.begin(), places_.begin() + (half - begin), places_.end());
+    std::ranges::transform(places_, triangles.begin(), &Place::triangle);
     const auto first = static_cast<std::uint32_t>(mesh_.nodes.size());
     mesh_.nodes.resize(mesh_.nodes.size() + 2);
     split(first, begin, half);
@@ -125,62 +124,62 @@ class TreeBuilder {
   }
 
   TriangleMesh& mesh_;
+  std::vector<std::uint32_t> order_;
   std::vector<Bounds> boxes_;
-  std::vector<Item> items_;
+  std::vector<Place> places_;
 };
 
 void join_neighbours(TriangleMesh& mesh) {
   struct Side {
-    std::uint32_t to;
+    std::uint32_t end;  // the greater one
     std::uint32_t triangle;
     std::uint32_t corner;
+    bool leads_up;  // from the lesser end to the greater
   };
   const std::size_t vertices = mesh.vertices.size();
-  // The sides by the vertex that they lead from, then by where they lead to.
+  // The sides by their lesser end, then by the greater: those of an edge together.
   std::vector<std::uint32_t> begin(vertices + 1, 0);
   for (const Triangle& corners : mesh.triangles) {
-    for (const std::uint32_t corner : corners) ++begin[corner + 1];
+    for (std::size_t i = 0; i < 3; ++i) ++begin[std::min(corners[i], corners[(i + 1) % 3]) + 1];
   }
   std::partial_sum(begin.begin(), begin.end(), begin.begin());
   std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
   std::vector<Side> sides(3 * mesh.triangles.size());
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-    const Triangle& corners = mesh.triangles[t];
-    for (std::uint32_t i = 0; i < 3; ++i) sides[next[corners[i]]++] = {corners[(i + 1) % 3], t, i};
-  }
-  const auto sides_from = [&](std::uint32_t vertex) {
-    return std::span(sides.data() + begin[vertex], sides.data() + begin[vertex + 1]);
-  };
-  for (std::uint32_t vertex = 0; vertex < vertices; ++vertex) {
-    std::ranges::sort(sides_from(vertex), {},
-                      [](const Side& side) { return std::tuple(side.to, side.triangle); });
-  }
-  const auto only_side = [&](std::uint32_t from, std::uint32_t to) -> const Side* {
-    const std::span<const Side> candidates = sides_from(from);
-    const auto found = std::ranges::lower_bound(candidates, to, {}, &Side::to);
-    if (found == candidates.end() || found->to != to) return nullptr;
-    return found + 1 == candidates.end() || (found + 1)->to != to ? &*found : nullptr;
-  };
-  mesh.neighbours.assign(mesh.triangles.size(), {TriangleMesh::none, TriangleMesh::none, TriangleMesh::none});
-  // Who leads to a vertex: as many as lead from it, for each triangle has one side of either kind there.
-  std::vector<std::uint32_t> origins(sides.size());
-  next.assign(begin.begin(), begin.end() - 1);
-  for (std::uint32_t from = 0; from < vertices; ++from) {
-    for (const Side& side : sides_from(from)) {
-      origins[next[side.to]++] = from;
-      const Side* across = only_side(side.to, from);
-      if (across && only_side(from, side.to)) mesh.neighbours[side.triangle][side.corner] = across->triangle;
+    for (std::uint32_t i = 0; i < 3; ++i) {
+      const std::uint32_t from = mesh.triangles[t][i];
+      const std::uint32_t to = mesh.triangles[t][(i + 1) % 3];
+      sides[next[std::min(from, to)]++] = {std::max(from, to), t, i, from < to};
     }
   }
-  mesh.ring_begin.assign(1, 0);
-  std::vector<std::uint32_t> around;
+  mesh.neighbours.assign(mesh.triangles.size(), {TriangleMesh::none, TriangleMesh::none, TriangleMesh::none});
+  std::vector<std::array<std::uint32_t, 2>> edges;
+  edges.reserve(sides.size() / 2 + 1);
+  mesh.ring_begin.assign(vertices + 1, 0);
   for (std::uint32_t vertex = 0; vertex < vertices; ++vertex) {
-    around.assign(origins.begin() + begin[vertex], origins.begin() + begin[vertex + 1]);
-    for (const Side& side : sides_from(vertex)) around.push_back(side.to);
-    std::ranges::sort(around);
-    around.erase(std::unique(around.begin(), around.end()), around.end());
-    mesh.ring.insert(mesh.ring.end(), around.begin(), around.end());
-    mesh.ring_begin.push_back(static_cast<std::uint32_t>(mesh.ring.size()));
+    const std::span at(sides.data() + begin[vertex], sides.data() + begin[vertex + 1]);
+    std::ranges::sort(at, {}, &Side::end);
+    for (std::size_t i = 0; i < at.size();) {
+      std::size_t past = i + 1;
+      while (past < at.size() && at[past].end == at[i].end) ++past;
+      if (past - i == 2 && at[i].leads_up != at[i + 1].leads_up) {
+        mesh.neighbours[at[i].triangle][at[i].corner] = at[i + 1].triangle;
+        mesh.neighbours[at[i + 1].triangle][at[i + 1].corner] = at[i].triangle;
+      }
+      edges.push_back({vertex, at[i].end});
+      ++mesh.ring_begin[vertex + 1];
+      ++mesh.ring_begin[at[i].end + 1];
+      i = past;
+    }
+  }
+  std::partial_sum(mesh.ring_begin.begin(), mesh.ring_begin.end(), mesh.ring_begin.begin());
+  // In the edges' order each vertex gets first the lesser vertices around it, then the greater, each in
+  // order.
+  mesh.ring.resize(mesh.ring_begin.back());
+  next.assign(mesh.ring_begin.begin(), mesh.ring_begin.end() - 1);
+  for (const auto& [lesser, greater] : edges) {
+    mesh.ring[next[lesser]++] = greater;
+    mesh.ring[next[greater]++] = lesser;
   }
 }
 

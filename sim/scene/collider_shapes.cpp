@@ -128,6 +128,10 @@ class GeometryGatherer {
   void add_triangles(const GltfPrimitive& primitive, const std::vector<Vector3>& positions,
                      const NodeTransform& placement) {
     const auto first = static_cast<std::uint32_t>(geometry_.points.size());
+    if (first == 0) {
+      geometry_.points.reserve(positions.size());
+      geometry_.triangles.reserve(primitive.triangles.size());
+    }
     for (const Vector3& position : positions) {
       geometry_.points.push_back(placement.linear * position + placement.translation);
     }
