@@ -19,6 +19,7 @@ try:
     from selenium.webdriver.common.by import By
     from selenium.webdriver.chrome.options import Options
     from selenium.webdriver.chrome.service import Service
+    from selenium.webdriver.common import utils
 except ImportError:
     sys.exit(f"report_browser_test: {NEEDS}")
 
@@ -60,16 +61,27 @@ def failing_report(substep, source, folder):
     return folder / "out/check/report.html"
 
 
+class DriverService(Service):
+    """Reached by number, as the browser is by a pipe: a bare system may not know the name localhost."""
+
+    @property
+    def service_url(self):
+        return f"http://127.0.0.1:{self.port}"
+
+    def is_connectable(self):
+        return utils.is_connectable(self.port, "127.0.0.1")
+
+
 def browser():
     chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
     expect(chromium and driver, NEEDS)
     options = Options()
     options.binary_location = chromium
     for argument in ["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--window-size=1300,1050",
-                     "--hide-scrollbars"]:
+                     "--hide-scrollbars", "--remote-debugging-pipe"]:
         options.add_argument(argument)
     options.set_capability("goog:loggingPrefs", {"performance": "ALL", "browser": "ALL"})
-    return webdriver.Chrome(service=Service(driver), options=options)
+    return webdriver.Chrome(service=DriverService(driver), options=options)
 
 
 class Page:
