@@ -24,9 +24,8 @@ std::vector<std::uint32_t> welded_by_order(std::span<const Vector3> points) {
   std::vector<std::uint32_t> order(points.size());
   std::iota(order.begin(), order.end(), 0U);
   // Points with a NaN have no place in an order, nor are they at another's position.
-  const auto numbers_end = std::ranges::stable_partition(order, [&](std::uint32_t i) {
-                             return !points[i].array().isNaN().any();
-                           }).begin();
+  const auto numbers_end = std::stable_partition(
+      order.begin(), order.end(), [&](std::uint32_t i) { return !points[i].array().isNaN().any(); });
   std::sort(order.begin(), numbers_end, [&](std::uint32_t i, std::uint32_t j) {
     const Vector3& a = points[i];
     const Vector3& b = points[j];
