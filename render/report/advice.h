@@ -27,4 +27,8 @@ std::string advice(const std::vector<SweepRecord>& records);
 /// four runs whose error is above the reference's uncertainty. Nothing with fewer than three.
 std::optional<double> measured_order(const std::vector<SweepRecord>& family);
 
+/// The same from each run to the next with half its h/n: the middle of the two (geometric, s) and the slope.
+/// Lost runs and errors that the reference is not sure of have none.
+std::vector<std::pair<double, double>> local_orders(const std::vector<SweepRecord>& family);
+
 }  // namespace substep

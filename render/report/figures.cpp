@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "render/report/advice.h"
+#include "render/report/peers.h"
 #include "render/report/run_families.h"
 #include "sim/error.h"
 #include "sim/ladder.h"
@@ -34,6 +36,15 @@ using Chosen = bool (*)(const RunFamily& family);
 
 bool is_ours(const RunFamily& family) {
   return family.runs.front().peer.empty();
+}
+
+bool is_accurate_mode(const RunFamily& family) {
+  const auto found = std::ranges::find(peers(), family.runs.front().peer, &Peer::name);
+  return found != peers().end() && found->is_ours;
+}
+
+bool is_ours_or_accurate(const RunFamily& family) {
+  return is_ours(family) || is_accurate_mode(family);
 }
 
 /// Other engines, and of ours those that differ most.
@@ -66,7 +77,8 @@ Sheet work_sheet(const FigureSource& source, bool contacts, const std::string& t
         const double spent = work(record);
         if (!(spent > 0)) continue;
         // Beyond the scene's own size an error says no more than that it is gone.
-        if (error < 3) series.points.push_back({spent, std::max(error, smallest_plotted_error)});
+        if (error < 3 && is_sure(record))
+          series.points.push_back({spent, std::max(error, smallest_plotted_error)});
       }
       std::ranges::sort(series.points);
       if (!series.points.empty()) panel.series.push_back(std::move(series));
@@ -89,9 +101,9 @@ Sheet work_rows(const FigureSource& source, bool contacts) {
       "sub-steps of one iteration at the scene's "
       "h. A direct "
       "solve counts each row once a pivot.",
-      "Down and to the left is better. Runs that are lost, with an error above three times the scene's size, "
-      "are not "
-      "drawn."};
+      "Down and to the left is better. Not drawn: runs that are lost (error above three times the scene's "
+      "size), and "
+      "errors below a hundred times the reference's own uncertainty."};
   return sheet;
 }
 
@@ -99,16 +111,17 @@ Sheet work_time(const FigureSource& source, bool contacts) {
   Sheet sheet = work_sheet(
       source, contacts,
       contacts ? "Error against CPU time: contacts" : "Error against CPU time: joints and spin",
-      "CPU time of a simulated second, s", is_ours,
+      "CPU time of a simulated second, s", is_ours_or_accurate,
       [](const SweepRecord& record) { return record.times ? record.times->median / record.duration : NAN; });
   sheet.caption = {
-      "One core, medians of the sweep's repetitions. A1 and A2: steps of h, h/2, h/4 … (A2 with contacts: m "
+      "One core, medians of the sweep's repetitions. Own, order 4 and 8: the accurate mode beside the five, "
+      "h, h/2, h/4 …. A1 and A2: steps of h, h/2, h/4 … (A2 with contacts: m "
       "= 1, 4, 16, 64 at h); A3 to A5: n = 1, 2, "
       "4 … "
       "sub-steps of one iteration at the scene's h.",
-      "Down and to the left is better. Runs that are lost, with an error above three times the scene's size, "
-      "are not "
-      "drawn."};
+      "Down and to the left is better. Not drawn: runs that are lost (error above three times the scene's "
+      "size), and "
+      "errors below a hundred times the reference's own uncertainty."};
   return sheet;
 }
 
@@ -143,6 +156,35 @@ Sheet order(const FigureSource& source) {
       "A1 and A3 take Jacobians anew for each h/n, A4 and A5 once an h (stable joints: at each solve). Where "
       "a line goes level, "
       "that is what is left."};
+  return sheet;
+}
+
+Sheet slopes(const FigureSource& source) {
+  Sheet sheet;
+  sheet.title = "Local order: where each leaves first order";
+  sheet.columns = 3;
+  sheet.panel_width = 400;
+  sheet.legend_columns = 5;
+  for (const std::string& scene : plotted_scenes(source, false)) {
+    Panel panel;
+    panel.title = scene;
+    panel.x = {"h / n, s", true, {}, {}};
+    panel.y = {"powers of two per halving", false, std::array{-1.0, 3.0}, {}};
+    for (const RunFamily& family : families_of(of_scene(source.records, scene))) {
+      if (!is_ours(family)) continue;
+      Series series{family.title, family.look, {}};
+      for (const auto& [middle, slope] : local_orders(family.runs))
+        series.points.push_back({middle, std::clamp(slope, -1.0, 3.0)});
+      if (!series.points.empty()) panel.series.push_back(std::move(series));
+    }
+    if (!panel.series.empty()) sheet.panels.push_back(std::move(panel));
+  }
+  sheet.caption = {
+      "The slope of 'error against the (sub-)step' from each run to the next, in the middle of the two; "
+      "below −1 and above 3 "
+      "at the border.",
+      "1 is first order, 0 no gain. A4 and A5 go to 0 where what is left is the step h for which they take "
+      "Jacobians."};
   return sheet;
 }
 
@@ -427,6 +469,7 @@ const std::vector<ReportFigure>& figures() {
       {"peers-contacts", "beside other engines: contacts", false, true,
        [](const FigureSource& source) { return beside_peers(source, true); }},
       {"order", "error against the (sub-)step, with slope triangles", true, true, order},
+      {"slopes", "local order: the slope from each run to the next", true, true, slopes},
       {"equal-rows", "sub-steps against iterations at equal row solves", true, true, equal_rows},
       {"drift", "joint gaps, overlaps and energy over time", true, false, drift},
       {"mass-ratio", "validity: mass ratio against sub-steps", true, false, mass_ratio},

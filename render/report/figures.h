@@ -40,5 +40,8 @@ std::vector<std::string> scenes_of(const std::vector<SweepRecord>& records);
 /// where the run ended early.
 double error_of(const SweepRecord& record);
 bool turns_in_place(const std::vector<SweepRecord>& records);
+/// Whether the error is at least a hundred times what the reference itself may be off by; or rounding, below
+/// `smallest_plotted_error`.
+bool is_sure(const SweepRecord& record);
 
 }  // namespace substep

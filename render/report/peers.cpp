@@ -7,6 +7,7 @@
 
 #include "render/report/peers/engines.h"
 #include "sim/error.h"
+#include "sim/measure/smooth_motion.h"
 
 namespace substep {
 namespace {
@@ -72,26 +73,41 @@ MakeStepper checked(MakeStepper make) {
 
 std::vector<Peer> built() {
   std::vector<Peer> all;
+  for (const int order : {4, 8}) {
+    all.push_back(
+        {fmt::format("order-{}", order), fmt::format("own, order {}", order),
+         fmt::format(
+             "the accurate mode: constraints at acceleration level, {}, projected back after each step",
+             order == 4 ? "Runge-Kutta" : "extrapolated midpoint rule"),
+         true, checked([order](const Scene& scene, const Settings& settings) {
+           return smooth_stepper(scene, settings.step, order);
+         })});
+  }
 #ifdef SUBSTEP_HAS_BULLET
-  all.push_back({"bullet-si", "Bullet SI", "warm starting, split impulse, ERP 0.2 as it ships",
+  all.push_back({"bullet-si", "Bullet SI", "warm starting, split impulse, ERP 0.2 as it ships", false,
                  checked(bullet_sequential_impulse)});
-  all.push_back({"bullet-dantzig", "Bullet Dantzig", "MLCP by Dantzig's method", checked(bullet_dantzig)});
+  all.push_back(
+      {"bullet-dantzig", "Bullet Dantzig", "MLCP by Dantzig's method", false, checked(bullet_dantzig)});
   all.push_back({"bullet-featherstone", "Bullet Featherstone",
-                 "reduced coordinates, semi-implicit Euler, no damping", checked(bullet_featherstone)});
+                 "reduced coordinates, semi-implicit Euler, no damping", false,
+                 checked(bullet_featherstone)});
+  all.push_back({"bullet-featherstone-rk4", "Bullet Featherstone RK4",
+                 "reduced coordinates, Runge-Kutta, no damping", false, checked(bullet_runge_kutta)});
 #endif
 #ifdef SUBSTEP_HAS_ODE
-  all.push_back({"ode-step", "ODE dWorldStep", "ERP 0.2, CFM as it ships", checked(ode_world_step)});
-  all.push_back({"ode-quickstep", "ODE QuickStep", "ERP 0.2, CFM as it ships", checked(ode_quick_step)});
+  all.push_back({"ode-step", "ODE dWorldStep", "ERP 0.2, CFM as it ships", false, checked(ode_world_step)});
+  all.push_back(
+      {"ode-quickstep", "ODE QuickStep", "ERP 0.2, CFM as it ships", false, checked(ode_quick_step)});
 #endif
 #ifdef SUBSTEP_HAS_DART
-  all.push_back(
-      {"dart", "DART", "reduced coordinates, Dantzig, its own contact detector", checked(dart_stepper)});
+  all.push_back({"dart", "DART", "reduced coordinates, Dantzig, its own contact detector", false,
+                 checked(dart_stepper)});
 #endif
 #ifdef SUBSTEP_HAS_MUJOCO
-  all.push_back({"mujoco-euler", "MuJoCo Euler", "reduced coordinates, soft contacts as it ships",
+  all.push_back({"mujoco-euler", "MuJoCo Euler", "reduced coordinates, soft contacts as it ships", false,
                  checked(mujoco_euler)});
   all.push_back({"mujoco-rk4", "MuJoCo RK4", "reduced coordinates, Runge-Kutta, soft contacts as it ships",
-                 checked(mujoco_runge_kutta)});
+                 false, checked(mujoco_runge_kutta)});
 #endif
   return all;
 }

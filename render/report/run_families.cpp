@@ -148,6 +148,14 @@ bool turns_in_place(const std::vector<SweepRecord>& records) {
   });
 }
 
+bool is_sure(const SweepRecord& record) {
+  const double error = error_of(record);
+  if (!std::isfinite(error)) return true;
+  const bool turns = !(record.metrics->error.position.rms > 0);
+  const double uncertainty = turns ? record.turn_uncertainty : record.uncertainty / record.size;
+  return error < smallest_plotted_error || error >= 100 * uncertainty;
+}
+
 double error_of(const SweepRecord& record) {
   if (!record.metrics) return std::numeric_limits<double>::infinity();
   const MotionDifference& error = record.metrics->error;

@@ -31,6 +31,7 @@ struct SweepRecord {
   double uncertainty = 0;       ///< of it, m
   double turn_uncertainty = 0;  ///< rad
   double horizon = 0;           ///< s
+  std::string parting;          ///< where the reference's refinements part at the horizon; empty: nowhere
   std::string omitted;          ///< why this was not run; empty: it was
   std::optional<Metrics> metrics;
   std::optional<RunTimes> times;

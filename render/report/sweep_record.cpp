@@ -51,6 +51,7 @@ std::string to_json(const SweepRecord& r) {
             {"uncertainty", r.uncertainty},
             {"turn_uncertainty", r.turn_uncertainty},
             {"horizon", r.horizon},
+            {"parting", r.parting},
             {"omitted", r.omitted}};
   if (r.metrics) json["metrics"] = Json::parse(to_json(*r.metrics));
   if (r.limit) {
@@ -80,6 +81,7 @@ SweepRecord record_in(const std::string& text) {
     read("uncertainty", r.uncertainty);
     read("turn_uncertainty", r.turn_uncertainty);
     read("horizon", r.horizon);
+    read("parting", r.parting);
     read("omitted", r.omitted);
     const auto algorithm = algorithm_named(json.at("algorithm").get<std::string>());
     const auto joints = joints_named(json.at("joints").get<std::string>());
@@ -103,19 +105,19 @@ std::string errors_csv(const std::vector<SweepRecord>& records) {
   std::string text = fmt::format(
       "{},size,horizon,uncertainty,position_rms,position_largest,turn_rms,turn_largest,stepping_error,"
       "solver_error,model_error,residual_rms,residual_largest,row_solves,joint_gap,penetration,energy_change,"
-      "energy_growth,momentum,angular_momentum,diverged,bounded\n",
+      "energy_growth,moved,momentum,angular_momentum,diverged,bounded\n",
       run_columns);
   for (const SweepRecord& r : records) {
     if (!r.metrics) continue;
     const Metrics& x = *r.metrics;
-    text +=
-        fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", columns_of(r),
-                    field(r.size), field(r.horizon), field(r.uncertainty), field(x.error.position.rms),
-                    field(x.error.position.largest), field(x.error.orientation.rms),
-                    field(x.error.orientation.largest), field(x.parts.stepping), field(x.parts.solver),
-                    field(x.parts.model), field(x.residual.rms), field(x.residual.largest), x.row_solves,
-                    field(x.joint_gap), field(x.penetration), field(x.energy_change), field(x.energy_growth),
-                    field(x.momentum), field(x.angular_momentum), field(x.diverged), x.bounded ? 1 : 0);
+    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
+                        columns_of(r), field(r.size), field(r.horizon), field(r.uncertainty),
+                        field(x.error.position.rms), field(x.error.position.largest),
+                        field(x.error.orientation.rms), field(x.error.orientation.largest),
+                        field(x.parts.stepping), field(x.parts.solver), field(x.parts.model),
+                        field(x.residual.rms), field(x.residual.largest), x.row_solves, field(x.joint_gap),
+                        field(x.penetration), field(x.energy_change), field(x.energy_growth), field(x.moved),
+                        field(x.momentum), field(x.angular_momentum), field(x.diverged), x.bounded ? 1 : 0);
   }
   return text;
 }

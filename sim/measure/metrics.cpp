@@ -13,8 +13,10 @@ namespace substep {
 namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
-constexpr double bounded_error = 0.1;       // of the scene's size
-constexpr double bounded_violation = 0.05;  // the same, of joints and contacts
+constexpr double bounded_error = 0.1;      // of the scene's size
+constexpr double bounded_violation = 0.1;  // of the smallest body: of joints and contacts, and of what stands
+constexpr double bounded_energy = 0.1;     // of energy_scale
+constexpr double still = 0.01;             // of the smallest body: a reference that moves by less stands
 
 /// Whether no body meets or is joined to one of infinite mass: then momentum is gravity's doing alone.
 bool is_free(const Scene& scene) {
@@ -59,6 +61,16 @@ Momentum momentum_of(const Scene& scene, const State& state, double time) {
   return sum;
 }
 
+/// Largest distance of a body's centre from its start, m.
+double moved(const Scene& scene, const State& start, const State& state) {
+  double largest = 0;
+  for (std::size_t i = 1; i < state.q.size(); ++i) {
+    if (scene.bodies[i].inverse_mass > 0)
+      largest = std::max(largest, (state.q[i].linear - start.q[i].linear).norm());
+  }
+  return largest;
+}
+
 /// What must stay zero or constant, gathered along a run.
 class Invariants {
  public:
@@ -66,6 +78,7 @@ class Invariants {
       : scene_(scene),
         meter_(scene),
         is_free_(is_free(scene)),
+        start_(start),
         energy_(energy(scene, start)),
         momentum_(momentum_of(scene, start, 0)) {}
 
@@ -74,6 +87,7 @@ class Invariants {
     metrics.penetration = std::max(metrics.penetration, meter_.depth(state));
     metrics.energy_change = energy(scene_, state) - energy_;
     metrics.energy_growth = std::max(metrics.energy_growth, metrics.energy_change);
+    metrics.moved = std::max(metrics.moved, moved(scene_, start_, state));
     if (!is_free_) return;
     const Momentum now = momentum_of(scene_, state, time);
     metrics.momentum = std::max(metrics.momentum.value_or(0), (now.linear - momentum_.linear).norm());
@@ -85,6 +99,7 @@ class Invariants {
   const Scene& scene_;
   PenetrationMeter meter_;
   bool is_free_;
+  State start_;
   double energy_;
   Momentum momentum_;
 };
@@ -238,12 +253,51 @@ ErrorParts parts_of(const Scene& scene, const Settings& settings, const Motion& 
   return parts;
 }
 
+/// Whether no drive, spring or fixed body that moves can feed energy in.
+bool is_undriven(const Scene& scene) {
+  return std::ranges::none_of(scene.joints,
+                              [](const Joint& joint) {
+                                return !joint.drives.empty() ||
+                                       std::ranges::any_of(joint.limits, [](const JointLimit& limit) {
+                                         return limit.stiffness.has_value();
+                                       });
+                              }) &&
+         std::ranges::none_of(scene.bodies, [](const Body& body) {
+           return body.inverse_mass == 0 &&
+                  (body.linear_velocity != Vector3::Zero() || body.angular_velocity != Vector3::Zero());
+         });
+}
+
+/// Of what moves at the start, and of a fall by the scene's size, J.
+double energy_scale(const Scene& scene) {
+  Scene weightless = scene;
+  weightless.gravity.setZero();
+  double scale = energy(weightless, initial_state(scene));
+  for (const Body& body : scene.bodies) {
+    if (body.inverse_mass > 0) scale += scene.gravity.norm() * size_of(scene) / body.inverse_mass;
+  }
+  return scale;
+}
+
+bool stands(const Scene& scene, const ReferenceMotion& reference) {
+  const auto last = static_cast<std::size_t>(std::lround(reference.horizon / reference.motion.interval));
+  if (last == 0) return false;
+  const double most = still * smallest_body_of(scene);
+  const std::vector<State>& samples = reference.motion.samples;
+  return std::ranges::all_of(
+      samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(last) + 1,
+      [&](const State& state) { return moved(scene, samples.front(), state) <= most; });
+}
+
 void judge_bounds(const Scene& scene, const ReferenceMotion& reference, Metrics& metrics) {
   const double size = size_of(scene);
   // Without a reference there is no error to judge by.
   const bool is_near = reference.horizon == 0 || metrics.error.position.rms <= bounded_error * size;
-  metrics.bounded = !metrics.diverged && is_near && metrics.joint_gap <= bounded_violation * size &&
-                    metrics.penetration <= bounded_violation * size;
+  const double most = bounded_violation * smallest_body_of(scene);
+  metrics.bounded = !metrics.diverged && is_near && metrics.joint_gap <= most &&
+                    metrics.penetration <= most &&
+                    (!is_undriven(scene) || metrics.energy_growth <= bounded_energy * energy_scale(scene)) &&
+                    (!stands(scene, reference) || metrics.moved <= most);
 }
 
 }  // namespace

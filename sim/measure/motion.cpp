@@ -120,7 +120,7 @@ int finest_level(const Scene& scene, double duration) {
 
 /// As far as the scene has one; see smooth_motion.h.
 ReferenceMotion smooth_reference(const Scene& scene, double duration) {
-  constexpr int columns = 6;
+  constexpr int order = 12;
   constexpr int finest = 64;
   ReferenceMotion reference;
   const double size = size_of(scene);
@@ -130,7 +130,7 @@ ReferenceMotion smooth_reference(const Scene& scene, double duration) {
   for (int divisions = 2; divisions <= finest; divisions *= 2) {
     std::unique_ptr<Stepper> stepper;
     try {
-      stepper = smooth_stepper(scene, scene.step / divisions, columns);
+      stepper = smooth_stepper(scene, scene.step / divisions, order);
     } catch (const Error&) {
       return reference;  // it has no such motion
     }
@@ -148,7 +148,7 @@ ReferenceMotion smooth_reference(const Scene& scene, double duration) {
     // Until it is rounding: smaller steps then bring no less.
     if (horizon > reference.horizon || (horizon == reference.horizon && whole < least)) {
       least = whole;
-      reference = {coarse,          fmt::format("own of order {} at h/{}", 2 * columns, divisions),
+      reference = {coarse,          fmt::format("own of order {} at h/{}", order, divisions),
                    agreed.distance, agreed.turn,
                    horizon,         name_of(scene, agreed.parting)};
     } else {
@@ -196,6 +196,16 @@ ReferenceMotion reference_by_a1(const Scene& scene, double duration) {
   return reference;
 }
 
+/// Of the box that has the body's moments: a box of half-sizes a, b, c has m/3 (b² + c²), …, in sum
+/// 2m/3 (a² + b² + c²).
+double half_diagonal(const Body& body) {
+  double moments = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (body.inverse_inertia[axis] > 0) moments += 1 / body.inverse_inertia[axis];
+  }
+  return std::sqrt(1.5 * moments * body.inverse_mass);
+}
+
 }  // namespace
 
 Sampling::Sampling(double step, double interval) {
@@ -214,6 +224,16 @@ Sampling::Sampling(double step, double interval) {
   }
 }
 
+double smallest_body_of(const Scene& scene) {
+  double smallest = std::numeric_limits<double>::infinity();
+  for (const Body& body : scene.bodies) {
+    if (body.inverse_mass == 0) continue;
+    const double diagonal = 2 * half_diagonal(body);
+    if (diagonal > 0) smallest = std::min(smallest, diagonal);
+  }
+  return std::isfinite(smallest) ? smallest : size_of(scene);
+}
+
 double size_of(const Scene& scene) {
   Vector3 centre = Vector3::Zero();
   int count = 0;
@@ -227,13 +247,7 @@ double size_of(const Scene& scene) {
   double radius = 0;
   for (const Body& body : scene.bodies) {
     if (body.inverse_mass == 0) continue;
-    // A box of half-sizes a, b, c has the moments m/3 (b² + c²), …: their sum is 2m/3 (a² + b² + c²).
-    double moments = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-      if (body.inverse_inertia[axis] > 0) moments += 1 / body.inverse_inertia[axis];
-    }
-    const double half_diagonal = std::sqrt(1.5 * moments * body.inverse_mass);
-    radius = std::max(radius, (body.pose.position - centre).norm() + half_diagonal);
+    radius = std::max(radius, (body.pose.position - centre).norm() + half_diagonal(body));
   }
   return radius > 0 ? 2 * radius : 1;
 }

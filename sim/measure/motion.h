@@ -31,6 +31,9 @@ class Sampling {
 /// A body counts as the box that has its moments of inertia.
 double size_of(const Scene& scene);
 
+/// Diagonal of the smallest body that moves, m; a body counts as above.
+double smallest_body_of(const Scene& scene);
+
 /// Root of the mean square, and the largest, over bodies that can move (and over time).
 struct Spread {
   double rms = 0;

@@ -57,26 +57,25 @@ class RowSolver {
 
 /// How the two frames of a joint move, in the world.
 struct Turning {
-  Turning(const Attachment& at, const CoordinateVector& q, const VelocityVector& v)
-      : frame_a(at.frame_a.orientation),
-        frame_b(at.frame_b.orientation),
-        orientation_a(q[at.a].angular),
-        orientation_b(q[at.b].angular),
-        spin_a(orientation_a * v[at.a].angular),
-        spin_b(orientation_b * v[at.b].angular) {
-    const Vector3 arm_a = orientation_a * at.frame_a.position;
-    const Vector3 arm_b = orientation_b * at.frame_b.position;
+  Turning(const Attachment& joint, const CoordinateVector& q, const std::vector<Matrix3>& rotations,
+          const VelocityVector& v)
+      : at(joint),
+        rotation_a(rotations[at.a]),
+        rotation_b(rotations[at.b]),
+        spin_a(rotation_a * v[at.a].angular),
+        spin_b(rotation_b * v[at.b].angular) {
+    const Vector3 arm_a = rotation_a * at.frame_a.position;
+    const Vector3 arm_b = rotation_b * at.frame_b.position;
     offset = q[at.a].linear + arm_a - (q[at.b].linear + arm_b);
     speed = v[at.a].linear + spin_a.cross(arm_a) - (v[at.b].linear + spin_b.cross(arm_b));
     centripetal = spin_a.cross(spin_a.cross(arm_a)) - spin_b.cross(spin_b.cross(arm_b));
   }
-  Vector3 axis_a(int axis) const { return orientation_a * (frame_a * Vector3::Unit(axis)); }
-  Vector3 axis_b(int axis) const { return orientation_b * (frame_b * Vector3::Unit(axis)); }
+  Matrix3 axes_a() const { return rotation_a * at.frame_a.orientation.toRotationMatrix(); }
+  Matrix3 axes_b() const { return rotation_b * at.frame_b.orientation.toRotationMatrix(); }
 
-  Quaternion frame_a;
-  Quaternion frame_b;
-  Quaternion orientation_a;
-  Quaternion orientation_b;
+  const Attachment& at;
+  const Matrix3& rotation_a;
+  const Matrix3& rotation_b;
   Vector3 spin_a;
   Vector3 spin_b;
   Vector3 offset;  ///< from b's origin to a's
@@ -84,33 +83,39 @@ struct Turning {
   Vector3 centripetal;
 };
 
-/// J̆' v̆ of a lock's row: what is left of the second derivative of its C where nothing accelerates.
-double turning_of(const Lock& lock, int component, const Turning& t) {
-  if (lock.kind == Lock::Kind::point) return t.centripetal[component];
+/// J̆' v̆ of a lock's rows: what is left of the second derivative of its C where nothing accelerates.
+Vector3 turning_of(const Lock& lock, const Turning& t) {
+  if (lock.kind == Lock::Kind::point) return t.centripetal;
   if (lock.kind == Lock::Kind::orientation) {
     // C = 2 vec(q), q' = ½ Ω ∘ q: q'' = ½ Ω' ∘ q − ¼ Ω² q, with Ω in b's axes, which turn.
-    const Quaternion from_world = (t.orientation_b * t.frame_b).conjugate();
-    Quaternion q = from_world * (t.orientation_a * t.frame_a);
+    const Matrix3 from_world = t.axes_b().transpose();
+    Quaternion q(Matrix3(from_world * t.axes_a()));
     if (q.w() < 0) q.coeffs() = -q.coeffs();
     const Vector3 turn_rate = from_world * t.spin_a.cross(t.spin_b);
-    const Vector3 sum = q.w() * turn_rate + turn_rate.cross(q.vec());
-    return sum[component] - 0.5 * (t.spin_a - t.spin_b).squaredNorm() * q.vec()[component];
+    return q.w() * turn_rate + turn_rate.cross(q.vec()) - 0.5 * (t.spin_a - t.spin_b).squaredNorm() * q.vec();
   }
-  const Vector3 across = t.axis_b((lock.axis + 1 + component) % 3);
-  const Vector3 rate = t.spin_b.cross(across);
-  const Vector3 bend = t.spin_b.cross(rate);
-  if (lock.kind == Lock::Kind::line)  // C = offset · across
-    return t.centripetal.dot(across) + 2 * t.speed.dot(rate) + t.offset.dot(bend);
-  // direction: C = axis of a · across
-  const Vector3 axis = t.axis_a(lock.axis);
+  const Matrix3 axes_b = t.axes_b();
+  const Vector3 axis = t.axes_a().col(lock.axis);
   const Vector3 axis_rate = t.spin_a.cross(axis);
-  return t.spin_a.cross(axis_rate).dot(across) + 2 * axis_rate.dot(rate) + axis.dot(bend);
+  const Vector3 axis_bend = t.spin_a.cross(axis_rate);
+  Vector3 result = Vector3::Zero();
+  for (int component = 0; component < 2; ++component) {
+    const Vector3 across = axes_b.col((lock.axis + 1 + component) % 3);
+    const Vector3 rate = t.spin_b.cross(across);
+    const Vector3 bend = t.spin_b.cross(rate);
+    result[component] = lock.kind == Lock::Kind::line
+                            // C = offset · across
+                            ? t.centripetal.dot(across) + 2 * t.speed.dot(rate) + t.offset.dot(bend)
+                            // direction: C = axis of a · across
+                            : axis_bend.dot(across) + 2 * axis_rate.dot(rate) + axis.dot(bend);
+  }
+  return result;
 }
 
 class SmoothStepper : public Stepper {
  public:
-  SmoothStepper(const Scene& scene, double step, int columns)
-      : step_(step), columns_(columns), size_(size_of(scene)), state_(initial_state(scene)) {
+  SmoothStepper(const Scene& scene, double step, int order)
+      : step_(step), order_(order), size_(size_of(scene)), state_(initial_state(scene)) {
     const Model model = build_model(scene);
     if (model.contacts) throw Error("it has contacts: its motion is not smooth");
     split(model);
@@ -298,7 +303,11 @@ class SmoothStepper : public Stepper {
   }
 
   void advance(double length) {
-    extrapolate(length);
+    if (order_ == 4) {
+      runge_kutta(length);
+    } else {
+      extrapolate(length);
+    }
     project();
   }
 
@@ -319,8 +328,8 @@ class SmoothStepper : public Stepper {
     }
     if (!force_.c.blocks.empty()) add_forces(q, v);
     if (rigid_.c.blocks.empty()) return;
-    set_turning(q, v);
     formulate(rigid_, q, 1);
+    set_turning(q, v);
     for (const Block& x : rigid_.c.blocks) rigid_.c.rows[x.first].beta = -turning_[x.first];
     respond(acceleration_);
   }
@@ -379,12 +388,14 @@ class SmoothStepper : public Stepper {
     b.angular += row.response_b * force;
   }
 
-  /// J̆' v̆ of each row, in `turning_`.
+  /// J̆' v̆ of each row, in `turning_`; the rows are formulated at q.
   void set_turning(const CoordinateVector& q, const VelocityVector& v) {
+    lock_turning_.resize(rigid_model_.locks.size());
+    for (std::size_t i = 0; i < lock_turning_.size(); ++i)
+      lock_turning_[i] =
+          turning_of(rigid_model_.locks[i], Turning(rigid_model_.locks[i].at, q, rigid_.rotations, v));
     for (const Block& x : rigid_.c.blocks) {
-      if (x.kind != Block::Kind::lock) continue;
-      const Lock& lock = rigid_model_.locks[x.source];
-      turning_[x.first] = turning_of(lock, x.component, Turning(lock.at, q, v));
+      if (x.kind == Block::Kind::lock) turning_[x.first] = lock_turning_[x.source][x.component];
     }
     if (limit_model_.limits.empty()) return;
     // Limits by the central difference of order 8 along the motion, short beside a turn and beside the
@@ -472,13 +483,31 @@ class SmoothStepper : public Stepper {
     }
   }
 
+  void runge_kutta(double length) {
+    flatten(q_, v_, start_);
+    rate(start_, rate_);
+    newer_ = rate_;
+    point_ = start_ + length / 2 * rate_;
+    rate(point_, rate_);
+    newer_ += 2 * rate_;
+    point_ = start_ + length / 2 * rate_;
+    rate(point_, rate_);
+    newer_ += 2 * rate_;
+    point_ = start_ + length * rate_;
+    rate(point_, rate_);
+    newer_ += rate_;
+    point_ = start_ + length / 6 * newer_;
+    unflatten(point_, q_, v_);
+  }
+
   /// One step by Aitken and Neville's scheme on the midpoint rule with 2, 4, 6 … parts, whose error has even
   /// powers of the part alone. Changes are extrapolated and not values: less rounding.
   void extrapolate(double length) {
     flatten(q_, v_, start_);
     rate(start_, start_rate_);
-    table_.resize(columns_);
-    for (int j = 0; j < columns_; ++j) {
+    const int columns = order_ / 2;
+    table_.resize(columns);
+    for (int j = 0; j < columns; ++j) {
       const int parts = 2 * (j + 1);
       const double part = length / parts;
       older_.setZero(start_.size());
@@ -516,7 +545,7 @@ class SmoothStepper : public Stepper {
   };
 
   double step_;
-  int columns_;
+  int order_;
   double size_;
   State state_;
   CoordinateVector q_;
@@ -535,6 +564,7 @@ class SmoothStepper : public Stepper {
   std::vector<Bound> bounds_;
   std::size_t two_sided_ = 0;     // of rigid_model_.limits, the first
   std::vector<int> drive_sides_;  // by drive: which of its greatest forces it is at
+  std::vector<Vector3> lock_turning_;
   std::vector<double> limit_turning_;
   std::vector<double> turning_;  // by row
   Mlcp mlcp_;
@@ -558,8 +588,8 @@ class SmoothStepper : public Stepper {
 
 }  // namespace
 
-std::unique_ptr<Stepper> smooth_stepper(const Scene& scene, double step, int columns) {
-  return std::make_unique<SmoothStepper>(scene, step, columns);
+std::unique_ptr<Stepper> smooth_stepper(const Scene& scene, double step, int order) {
+  return std::make_unique<SmoothStepper>(scene, step, order);
 }
 
 }  // namespace substep

@@ -51,7 +51,7 @@ TEST(Peers, ComeToTheReferenceAsTheStepIsHalved) {
     const ReferenceMotion reference = reference_motion(scene, 1);
     for (const Peer& peer : peers()) {
       SCOPED_TRACE(name + ", " + peer.label);
-      if (name == "tumbling_body" && peer.name == "bullet-featherstone") {
+      if (name == "tumbling_body" && peer.name.starts_with("bullet-featherstone")) {
         EXPECT_EQ(omitted(peer, scene), "a body is on no joint");
         continue;
       }
@@ -62,8 +62,9 @@ TEST(Peers, ComeToTheReferenceAsTheStepIsHalved) {
         return error.position.rms + error.orientation.rms;
       };
       const double coarse = error_at(16);
-      EXPECT_LT(coarse, 0.012);               // measured at most 0.0092: reduced coordinates on the rod chain
-      EXPECT_LT(error_at(32), 0.6 * coarse);  // measured at most 0.52; Runge-Kutta 0.06 and 0.25
+      EXPECT_LT(coarse, 0.012);  // measured at most 0.0092: reduced coordinates on the rod chain
+      // Measured at most 0.52; Runge-Kutta 0.06 and 0.25; of order 8 it is rounding.
+      EXPECT_LT(error_at(32), std::max(0.6 * coarse, 1e-13));
     }
   }
 }
@@ -74,10 +75,13 @@ TEST(Peers, ABlockStopsOnAFloor) {
   scene.duration = 1;
   test::add_box(scene, {1, 0.2, 1}, 1, {{0, 0.1, 0}, Quaternion::Identity()}, 0.3);
   scene.bodies[1].linear_velocity = {2, 0, 0};
-  int run = 0;
   for (const Peer& peer : peers()) {
     SCOPED_TRACE(peer.label);
-    if (peer.name == "bullet-featherstone") {
+    if (peer.is_ours) {
+      EXPECT_EQ(omitted(peer, scene), "it has contacts: its motion is not smooth");
+      continue;
+    }
+    if (peer.name.starts_with("bullet-featherstone")) {
       EXPECT_EQ(omitted(peer, scene), "its articulated bodies are run without contacts here");
       continue;
     }
@@ -85,16 +89,16 @@ TEST(Peers, ABlockStopsOnAFloor) {
     for (int i = 0; i < 240; ++i) ASSERT_TRUE(stepper->step());
     EXPECT_NEAR(stepper->state().q[1].linear.x(), 0.6796, 0.025);  // measured 0.017: Bullet SI; else 0.0042
     EXPECT_NEAR(stepper->state().q[1].linear.y(), 0.1, 1e-4);      // measured 5e-6
-    ++run;
   }
-  EXPECT_EQ(run + (peers().empty() ? 0 : 1), std::ssize(peers()));
 }
 
 TEST(Peers, SayWhatTheyCannotRepresent) {
   Scene scene = scene_named("pendulum");
   const auto expect = [&](const std::string& why) {
-    for (const Peer& peer : peers())
+    for (const Peer& peer : peers()) {
+      if (peer.is_ours) continue;
       EXPECT_NE(omitted(peer, scene).find(why), std::string::npos) << peer.label;
+    }
   };
   scene.bodies[1].gravity_factor = 0.5;
   expect("has a gravity of its own");

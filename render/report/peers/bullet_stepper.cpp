@@ -197,7 +197,7 @@ class BulletStepper final : public Stepper {
 /// Trees of links on the world; a body without a joint is a tree of its own, with a base that is free.
 class FeatherstoneStepper final : public Stepper {
  public:
-  FeatherstoneStepper(const Scene& scene, const Settings& settings)
+  FeatherstoneStepper(const Scene& scene, const Settings& settings, bool runge_kutta)
       : step_(settings.step),
         dispatcher_(&configuration_),
         world_(&dispatcher_, &broad_phase_, &solver_, &configuration_),
@@ -211,6 +211,7 @@ class FeatherstoneStepper final : public Stepper {
     tree_->setLinearDamping(0);
     tree_->setAngularDamping(0);
     tree_->setUseGyroTerm(scene.gyroscopic);
+    tree_->useRK4Integration(runge_kutta);
     for (const PeerLink& link : links) add(scene, link);
     tree_->finalizeMultiDof();
     for (std::size_t i = 0; i < links.size(); ++i) start(scene, links[i], static_cast<int>(i));
@@ -314,7 +315,11 @@ std::unique_ptr<Stepper> bullet_dantzig(const Scene& scene, const Settings& sett
 }
 
 std::unique_ptr<Stepper> bullet_featherstone(const Scene& scene, const Settings& settings) {
-  return std::make_unique<FeatherstoneStepper>(scene, settings);
+  return std::make_unique<FeatherstoneStepper>(scene, settings, false);
+}
+
+std::unique_ptr<Stepper> bullet_runge_kutta(const Scene& scene, const Settings& settings) {
+  return std::make_unique<FeatherstoneStepper>(scene, settings, true);
 }
 
 }  // namespace substep

@@ -16,8 +16,10 @@ std::unique_ptr<Stepper> ode_quick_step(const Scene& scene, const Settings& sett
 std::unique_ptr<Stepper> bullet_sequential_impulse(const Scene& scene, const Settings& settings);
 /// Bullet's direct solver (Dantzig).
 std::unique_ptr<Stepper> bullet_dantzig(const Scene& scene, const Settings& settings);
-/// Bullet's articulated bodies in reduced coordinates; joints only.
+/// Bullet's articulated bodies in reduced coordinates; joints only. Semi-implicit Euler, or Runge–Kutta of
+/// fourth order.
 std::unique_ptr<Stepper> bullet_featherstone(const Scene& scene, const Settings& settings);
+std::unique_ptr<Stepper> bullet_runge_kutta(const Scene& scene, const Settings& settings);
 
 /// DART: reduced coordinates; contacts of boxes and spheres by its own detector and its Dantzig solver.
 std::unique_ptr<Stepper> dart_stepper(const Scene& scene, const Settings& settings);
