@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <utility>
 
 #include "render/report/figures.h"
@@ -38,7 +39,7 @@ std::string price_text(const SweepRecord& record) {
 }
 
 /// "A3 with n = 16, plain joints, h = 1/60 s"
-std::string spoken(const SweepRecord& record) {
+std::string spoken(const SweepRecord& record, bool joints) {
   const Settings& s = record.settings;
   std::vector<std::string> words;
   if (s.algorithm >= Algorithm::a3) words.push_back(fmt::format("n = {}", s.substeps));
@@ -46,7 +47,7 @@ std::string spoken(const SweepRecord& record) {
     words.push_back(fmt::format("m = {}", s.iterations));
   }
   if (s.tau != 1) words.push_back(fmt::format("τ = {:g}", s.tau));
-  if (s.algorithm >= Algorithm::a3) {
+  if (s.algorithm >= Algorithm::a3 && joints) {
     words.push_back(s.joints == Joints::rows ? "single rows" : fmt::format("{} joints", name(s.joints)));
   }
   const double rate = 1 / s.step;
@@ -58,12 +59,13 @@ std::string choice_text(const std::vector<SweepRecord>& records) {
   const auto coarse = cheapest(records, 0.01);
   const auto fine = cheapest(records, 0.001);
   if (!coarse) return "No run stays within 1 % of the scene's size: take smaller steps than were measured. ";
-  std::string text = fmt::format("For 1 % of the scene's size take **{}** ({}, measured {})", spoken(*coarse),
-                                 price_text(*coarse), percent(error_of(*coarse)));
+  std::string text =
+      fmt::format("For 1 % of the scene's size take **{}** ({}, measured {})",
+                  spoken(*coarse, has_joints(records)), price_text(*coarse), percent(error_of(*coarse)));
   if (!fine) return text + "; no run gets to 0.1 %. ";
   if (fine->key == coarse->key) return text + "; nothing cheaper gets to 0.1 % either. ";
-  return text + fmt::format("; for 0.1 % **{}** ({}, measured {}). ", spoken(*fine), price_text(*fine),
-                            percent(error_of(*fine)));
+  return text + fmt::format("; for 0.1 % **{}** ({}, measured {}). ", spoken(*fine, has_joints(records)),
+                            price_text(*fine), percent(error_of(*fine)));
 }
 
 /// The same question put to each algorithm alone.
@@ -96,20 +98,98 @@ std::string ranking_text(const std::vector<SweepRecord>& records) {
   return text;
 }
 
-/// What the choice does to the energy, beside what the most accurate run does: an error of the first seconds
-/// does not show a slow loss.
-std::string energy_text(const std::vector<SweepRecord>& records) {
-  const auto chosen = cheapest(records, 0.01);
-  if (!chosen) return "";
+const SweepRecord* most_accurate(const std::vector<SweepRecord>& records) {
   const SweepRecord* best = nullptr;
   for (const SweepRecord& record : records) {
     if (is_ours(record) && record.metrics->bounded && (!best || error_of(record) < error_of(*best)))
       best = &record;
   }
+  return best;
+}
+
+/// How far its change of energy is from that of the most accurate run, in parts of what there is to lose.
+double energy_error(const SweepRecord& record, const SweepRecord& best) {
+  const Metrics& x = *record.metrics;
+  if (!(x.energy_scale > 0)) return 0;
+  return std::abs(x.energy_change - best.metrics->energy_change) / x.energy_scale;
+}
+
+/// What the choice does to the energy, beside what the most accurate run does: an error of the first seconds
+/// does not show a slow loss.
+std::string energy_text(const std::vector<SweepRecord>& records) {
+  const auto chosen = cheapest(records, 0.01);
+  if (!chosen) return "";
+  const SweepRecord* const best = most_accurate(records);
   return fmt::format(
       "Over all {:g} s the choice for 1 % changes the energy by {} J, the most accurate run by {} J. ",
       chosen->duration, short_number(chosen->metrics->energy_change),
       short_number(best->metrics->energy_change));
+}
+
+/// What is wrong with a run that was near the reference as long as there was one.
+std::string late_fault(const SweepRecord& record, const SweepRecord* best) {
+  const Metrics& x = *record.metrics;
+  if (x.diverged) return fmt::format("it blows up at {:.2g} s", *x.diverged);
+  if (x.bounded && best && energy_error(record, *best) > 0.1) {
+    return fmt::format("its energy changes by {} J instead of {} J", short_number(x.energy_change),
+                       short_number(best->metrics->energy_change));
+  }
+  if (x.bounded) return "";
+  if (x.energy_growth > 0.1 * x.energy_scale)
+    return fmt::format("its energy rises by {} J", short_number(x.energy_growth));
+  const double open = std::max(x.joint_gap, x.penetration);
+  if (open > 0.01 * record.size)
+    return fmt::format("joints or contacts give way by {} m", short_number(open));
+  return fmt::format("a body is {} m from where it should stand", short_number(x.moved));
+}
+
+/// Settings that look good as long as the reference lasts, and are not.
+std::string late_text(const std::vector<SweepRecord>& records) {
+  const SweepRecord* const best = most_accurate(records);
+  const SweepRecord* cheapest_fault = nullptr;
+  int count = 0;
+  for (const SweepRecord& record : records) {
+    if (!is_ours(record) || !(error_of(record) <= 0.01) || late_fault(record, best).empty()) continue;
+    ++count;
+    if (!cheapest_fault || price_of(record) < price_of(*cheapest_fault)) cheapest_fault = &record;
+  }
+  if (!cheapest_fault) return "";
+  return fmt::format("{} that {} within 1 % for the first {:g} s {} to the end ({:g} s): {}{}. ",
+                     count == 1 ? std::string("One setting") : fmt::format("{} settings", count),
+                     count == 1 ? "is" : "are", cheapest_fault->horizon,
+                     count == 1 ? "is not right" : "are not right", cheapest_fault->duration,
+                     count == 1 ? "" : "the cheapest is ",
+                     fmt::format("{}, where {}", spoken(*cheapest_fault, has_joints(records)),
+                                 late_fault(*cheapest_fault, best)));
+}
+
+/// Where more sub-steps make A3 worse, as on a ball that rolls.
+std::string rolling_text(const std::vector<SweepRecord>& records) {
+  if (!has_contacts(records)) return "";
+  const double step = scene_step(records);
+  std::map<double, std::map<int, const SweepRecord*>> by_tau;
+  for (const SweepRecord& record : records) {
+    const Settings& s = record.settings;
+    if (is_ours(record) && s.algorithm == Algorithm::a3 && s.joints == Joints::plain && s.iterations == 1 &&
+        s.step == step)
+      by_tau[s.tau][s.substeps] = &record;
+  }
+  for (const auto& [tau, runs] : by_tau) {
+    if (runs.size() < 2) continue;
+    const SweepRecord& few = *runs.begin()->second;
+    const SweepRecord& many = *runs.rbegin()->second;
+    if (!(error_of(many) > 2 * error_of(few)) || !(many.metrics->penetration > 2 * few.metrics->penetration))
+      continue;
+    return fmt::format(
+        "A3 gets worse with n here (n = {}: {}, n = {}: {}, overlap {} m): contact points stay fixed in the "
+        "bodies for "
+        "the whole step, a body that rolls takes its own along, and A3, which follows them exactly, lets it "
+        "sink by what "
+        "they rise. A4 and A5 do not follow them: take those, or smaller h. ",
+        few.settings.substeps, percent(error_of(few)), many.settings.substeps, percent(error_of(many)),
+        short_number(many.metrics->penetration));
+  }
+  return "";
 }
 
 /// Plain against stable joints, in the same algorithm with the same n, most n first.
@@ -173,10 +253,12 @@ std::string limits_text(const std::vector<SweepRecord>& records) {
     if (!record.limit) continue;
     const Settings& s = record.settings;
     std::string who = fmt::format("A{}", static_cast<int>(s.algorithm) + 1);
-    if (s.algorithm >= Algorithm::a3 && !!has_joints(records)) who += fmt::format(" {}", name(s.joints));
+    if (s.algorithm >= Algorithm::a3 && has_joints(records)) who += fmt::format(" {}", name(s.joints));
+    if (s.algorithm >= Algorithm::a2 && has_contacts(records))
+      who += fmt::format(" with m = {}", s.iterations);
     if (record.limit->divisions == 1) continue;
     if (record.limit->divisions == 0) {
-      needs.push_back(fmt::format("{} none up to {}", who, record.limit->most));
+      needs.push_back(fmt::format("{} more than {} parts of a step", who, record.limit->most));
     } else if (s.algorithm >= Algorithm::a3) {
       needs.push_back(fmt::format("{} n = {}", who, record.limit->divisions));
     } else {
@@ -194,10 +276,13 @@ double cost_of(const SweepRecord& record) {
 }
 
 std::optional<SweepRecord> cheapest(const std::vector<SweepRecord>& records, double tolerance) {
+  const SweepRecord* const reference = most_accurate(records);
   const SweepRecord* best = nullptr;
   for (const SweepRecord& record : records) {
     if (!is_ours(record)) continue;
     const Metrics& x = *record.metrics;
+    // Energy is judged over the whole run, and so ten times as mildly.
+    if (reference && energy_error(record, *reference) > 10 * tolerance) continue;
     const double limit = tolerance * record.size;
     if (!x.bounded || !(error_of(record) <= tolerance) || x.joint_gap > limit || x.penetration > limit)
       continue;
@@ -226,8 +311,9 @@ std::vector<SweepRecord> best_runs(const std::vector<SweepRecord>& records) {
 }
 
 std::string advice(const std::vector<SweepRecord>& records) {
-  std::string text = choice_text(records) + energy_text(records) + ranking_text(records) +
-                     joints_text(records) + parts_text(records) + limits_text(records);
+  std::string text = choice_text(records) + energy_text(records) + late_text(records) +
+                     ranking_text(records) + rolling_text(records) + joints_text(records) +
+                     parts_text(records) + limits_text(records);
   while (!text.empty() && text.back() == ' ') text.pop_back();
   return text;
 }

@@ -9,8 +9,9 @@
 
 namespace substep {
 
-/// The cheapest run of ours that stays bounded with an RMS error of at most `tolerance` (of the scene's size)
-/// and joints and contacts as closed; by CPU time, where there are times, else by rows solved.
+/// The cheapest run of ours that stays bounded with an RMS error of at most `tolerance` (of the scene's
+/// size), joints and contacts as closed, and over the whole run a change of energy that is within ten times
+/// as much of the most accurate run's; by CPU time, where there are times, else by rows solved.
 std::optional<SweepRecord> cheapest(const std::vector<SweepRecord>& records, double tolerance);
 
 /// The runs that no other one beats in both error and cost, the cheapest first.

@@ -294,9 +294,10 @@ void judge_bounds(const Scene& scene, const ReferenceMotion& reference, Metrics&
   // Without a reference there is no error to judge by.
   const bool is_near = reference.horizon == 0 || metrics.error.position.rms <= bounded_error * size;
   const double most = bounded_violation * smallest_body_of(scene);
+  metrics.energy_scale = energy_scale(scene);
   metrics.bounded = !metrics.diverged && is_near && metrics.joint_gap <= most &&
                     metrics.penetration <= most &&
-                    (!is_undriven(scene) || metrics.energy_growth <= bounded_energy * energy_scale(scene)) &&
+                    (!is_undriven(scene) || metrics.energy_growth <= bounded_energy * metrics.energy_scale) &&
                     (!stands(scene, reference) || metrics.moved <= most);
 }
 

@@ -57,6 +57,7 @@ std::string to_json(const Metrics& x) {
               {"penetration", number(x.penetration)},
               {"energy_change", number(x.energy_change)},
               {"energy_growth", number(x.energy_growth)},
+              {"energy_scale", number(x.energy_scale)},
               {"moved", number(x.moved)},
               {"momentum", number(x.momentum)},
               {"angular_momentum", number(x.angular_momentum)},
@@ -77,6 +78,7 @@ Metrics metrics_in(const std::string& json) {
     x.penetration = number_in(j.at("penetration"));
     x.energy_change = number_in(j.at("energy_change"));
     x.energy_growth = number_in(j.at("energy_growth"));
+    x.energy_scale = number_in(j.at("energy_scale"));
     x.moved = number_in(j.at("moved"));
     x.momentum = optional_in(j.at("momentum"));
     x.angular_momentum = optional_in(j.at("angular_momentum"));

@@ -51,6 +51,28 @@ TEST(Advice, SaysWhatIsNotThere) {
   EXPECT_THAT(text, HasSubstr("Not there with any setting measured: A5."));
 }
 
+TEST(Advice, TurnsDownWhatLosesItsEnergyOrGainsSome) {
+  std::vector<SweepRecord> runs{run(Algorithm::a1, 1, 0.001, 100), run(Algorithm::a3, 4, 0.005, 40),
+                                run(Algorithm::a5, 2, 0.004, 10, false), run(Algorithm::a5, 4, 0.004, 20)};
+  for (SweepRecord& record : runs) record.metrics->energy_scale = 50;
+  runs[2].metrics->energy_growth = 17;
+  runs[3].metrics->energy_change = -12;
+  EXPECT_EQ(cheapest(runs, 0.01)->settings.algorithm, Algorithm::a3);
+  const std::string text = advice(runs);
+  EXPECT_THAT(text, HasSubstr("2 settings that are within 1 %"));
+  EXPECT_THAT(text, HasSubstr("its energy rises by 17 J"));
+}
+
+TEST(Order, OfEachIntervalLeavesOutWhatTheReferenceIsNotSureOf) {
+  std::vector<SweepRecord> runs;
+  for (const int n : {1, 2, 4, 8}) runs.push_back(run(Algorithm::a3, n, n < 8 ? 0.01 / n : 0.00001, n));
+  for (SweepRecord& record : runs) record.uncertainty = 1e-6;
+  const auto orders = local_orders(runs);
+  ASSERT_EQ(orders.size(), 2u);
+  for (const auto& [middle, order] : orders) EXPECT_NEAR(order, 1, 1e-12);
+  EXPECT_GT(orders[0].first, orders[1].first);
+}
+
 TEST(Order, IsTheSlopeOfAPowerLaw) {
   std::vector<SweepRecord> runs;
   for (const int n : {1, 2, 4, 8}) runs.push_back(run(Algorithm::a3, n, 0.01 / n / n, n));
