@@ -228,6 +228,30 @@ void add_polytope(Gatherer& gatherer, const Pose& placement, const Polytope& pol
   }
 }
 
+/// Ring by ring from the top.
+void add_ellipsoid(Gatherer& gatherer, const Pose& placement, const Vector3& half_axes) {
+  constexpr int sectors = 64;
+  constexpr int rings = 32;
+  std::vector<std::uint32_t> previous;
+  for (int ring = 0; ring <= rings; ++ring) {
+    const SineCosine down = sine_cosine(std::numbers::pi * ring / rings);
+    std::vector<std::uint32_t> circle;
+    for (int sector = 0; sector < sectors; ++sector) {
+      const SineCosine around = sine_cosine(2 * std::numbers::pi * sector / sectors);
+      const Vector3 direction(down.sine * around.cosine, down.cosine, down.sine * around.sine);
+      const Vector3 normal = direction.cwiseQuotient(half_axes).normalized();
+      circle.push_back(gatherer.add_vertex(placement * Vector3(half_axes.cwiseProduct(direction)),
+                                           placement.orientation * normal));
+    }
+    for (std::size_t i = 0; !previous.empty() && i < sectors; ++i) {
+      const std::size_t next = (i + 1) % sectors;
+      gatherer.add_triangle(previous[i], previous[next], circle[i]);
+      gatherer.add_triangle(previous[next], circle[next], circle[i]);
+    }
+    previous = circle;
+  }
+}
+
 void add_collider(Gatherer& gatherer, const Collider& collider) {
   gatherer.start_part(collider.body, default_surface(collider.body));
   if (const auto* sphere = std::get_if<Sphere>(&collider.shape)) {
@@ -235,7 +259,10 @@ void add_collider(Gatherer& gatherer, const Collider& collider) {
   } else if (const auto* capsule = std::get_if<Capsule>(&collider.shape)) {
     add_round(gatherer, collider.placement, capsule->radius, capsule->half_length);
   } else if (const auto* polytope = std::get_if<Polytope>(&collider.shape)) {
-    add_polytope(gatherer, collider.placement, *polytope);
+    if (polytope->ellipsoid)
+      add_ellipsoid(gatherer, collider.placement, *polytope->ellipsoid);
+    else
+      add_polytope(gatherer, collider.placement, *polytope);
   } else if (const auto* cylinder = std::get_if<Cylinder>(&collider.shape)) {
     add_cylinder(gatherer, collider.placement, *cylinder);
   } else if (const auto* tapered = std::get_if<TaperedCapsule>(&collider.shape)) {

@@ -46,6 +46,11 @@ json of_shape(const Plane& /*plane*/) {
 }
 json of_shape(const Polytope& polytope) {
   if (polytope.box) return {{"shape", "box"}, {"size", numbers(2 * polytope.box->half_size)}};
+  if (polytope.ellipsoid) {
+    return {{"shape", "ellipsoid"},
+            {"halfAxes", numbers(*polytope.ellipsoid)},
+            {"vertices", polytope.vertices.size()}};
+  }
   return {{"shape", "hull"}, {"vertices", polytope.vertices.size()}, {"faces", polytope.face_count()}};
 }
 json of_shape(const Cylinder& cylinder) {
@@ -196,6 +201,9 @@ std::string collider_line(const json& collider) {
     text += fmt::format(", radius {} m, {} m between its centres", measure("radius"), measure("height"));
   } else if (shape == "box") {
     text += fmt::format(", {} m", triple(collider.at("size")));
+  } else if (shape == "ellipsoid") {
+    text += fmt::format(", half axes {} m; to others than planes a hull of {} vertices",
+                        triple(collider.at("halfAxes")), collider.at("vertices").dump());
   } else if (shape == "hull") {
     text +=
         fmt::format(", {} vertices, {} faces", collider.at("vertices").dump(), collider.at("faces").dump());

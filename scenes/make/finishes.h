@@ -16,6 +16,12 @@ inline constexpr Finish granite{"granite", {0.366, 0.323, 0.287}, 0, 0.70};
 inline constexpr Finish basalt{"basalt", {0.147, 0.144, 0.138}, 0, 0.65};
 inline constexpr Finish brick{"brick", {0.350, 0.165, 0.110}, 0, 0.85};
 
+inline constexpr Finish grass{"grass", {0.125, 0.185, 0.052}, 0, 0.95};
+inline constexpr Finish meadow{"meadow", {0.205, 0.225, 0.070}, 0, 0.95};
+inline constexpr Finish scree{"scree", {0.345, 0.290, 0.215}, 0, 0.95};
+inline constexpr Finish cliff{"cliff", {0.250, 0.225, 0.200}, 0, 0.90};
+inline constexpr Finish soil{"soil", {0.145, 0.085, 0.045}, 0, 0.95};
+
 inline constexpr Finish steel{"steel", {0.456, 0.497, 0.539}, 1, 0.32};
 inline constexpr Finish brass{"brass", {0.631, 0.381, 0.080}, 1, 0.30};
 inline constexpr Finish iron{"iron", {0.068, 0.084, 0.107}, 0.6, 0.45};

@@ -87,11 +87,13 @@ int GltfBuilder::material(const Finish& finish) {
   Json& materials = document_["materials"];
   for (std::size_t i = 0; i < materials.size(); ++i)
     if (materials[i]["name"] == finish.name) return static_cast<int>(i);
-  return append(materials, {{"name", finish.name},
-                            {"pbrMetallicRoughness",
-                             {{"baseColorFactor", {finish.color[0], finish.color[1], finish.color[2], 1.0}},
-                              {"metallicFactor", finish.metallic},
-                              {"roughnessFactor", finish.roughness}}}});
+  Json json = {{"name", finish.name},
+               {"pbrMetallicRoughness",
+                {{"baseColorFactor", {finish.color[0], finish.color[1], finish.color[2], 1.0}},
+                 {"metallicFactor", finish.metallic},
+                 {"roughnessFactor", finish.roughness}}}};
+  if (finish.double_sided) json["doubleSided"] = true;
+  return append(materials, json);
 }
 
 int GltfBuilder::accessor(std::string_view bytes, int target, int component_type, const char* type,
@@ -117,7 +119,7 @@ int GltfBuilder::geometry(const Mesh& mesh) {
       lower[axis] = i == 0 ? x : std::min(lower[axis], x);
       upper[axis] = i == 0 ? x : std::max(upper[axis], x);
       append_float(positions, mesh.positions[i][axis]);
-      append_float(normals, mesh.normals[i][axis]);
+      if (!mesh.normals.empty()) append_float(normals, mesh.normals[i][axis]);
     }
   }
   for (const auto& triangle : mesh.triangles)
@@ -129,7 +131,7 @@ int GltfBuilder::geometry(const Mesh& mesh) {
   for (const auto& [key, bounds] : {std::pair{"min", lower}, std::pair{"max", upper}})
     document_["accessors"][position][key] = {static_cast<double>(bounds[0]), static_cast<double>(bounds[1]),
                                              static_cast<double>(bounds[2])};
-  accessor(normals, array_buffer, single_float, "VEC3", count);
+  if (!mesh.normals.empty()) accessor(normals, array_buffer, single_float, "VEC3", count);
   accessor(indices, element_array_buffer, unsigned_short, "SCALAR", 3 * mesh.triangles.size());
   return position;
 }
@@ -137,8 +139,12 @@ int GltfBuilder::geometry(const Mesh& mesh) {
 int GltfBuilder::mesh(std::string_view name, const std::vector<Part>& parts) {
   Json primitives = Json::array();
   for (const Part& part : parts) {
-    primitives.push_back({{"attributes", {{"POSITION", part.geometry}, {"NORMAL", part.geometry + 1}}},
-                          {"indices", part.geometry + 2},
+    // After the positions come the normals, if there are any, and the corners of the triangles.
+    const bool has_normals = document_["accessors"][part.geometry + 1]["type"] == "VEC3";
+    Json attributes = {{"POSITION", part.geometry}};
+    if (has_normals) attributes["NORMAL"] = part.geometry + 1;
+    primitives.push_back({{"attributes", attributes},
+                          {"indices", part.geometry + (has_normals ? 2 : 1)},
                           {"material", part.material}});
   }
   return append(document_["meshes"], {{"name", name}, {"primitives", primitives}});
@@ -164,6 +170,10 @@ void GltfBuilder::show(int node, int mesh) {
   document_["nodes"][node]["mesh"] = mesh;
 }
 
+void GltfBuilder::scale(int node, const Vector3& factors) {
+  document_["nodes"][node]["scale"] = to_json(factors);
+}
+
 int GltfBuilder::box_shape(const Vector3& size) {
   return append(document_["extensions"][implicit_shapes]["shapes"],
                 {{"type", "box"}, {"box", {{"size", to_json(size)}}}});
@@ -174,16 +184,26 @@ int GltfBuilder::sphere_shape(double radius) {
                 {{"type", "sphere"}, {"sphere", {{"radius", radius}}}});
 }
 
-int GltfBuilder::capsule_shape(double radius, double height) {
+int GltfBuilder::revolved_shape(const char* type, double radius_bottom, double radius_top, double height) {
   return append(document_["extensions"][implicit_shapes]["shapes"],
-                {{"type", "capsule"},
-                 {"capsule", {{"height", height}, {"radiusBottom", radius}, {"radiusTop", radius}}}});
+                {{"type", type},
+                 {type, {{"height", height}, {"radiusBottom", radius_bottom}, {"radiusTop", radius_top}}}});
+}
+
+int GltfBuilder::capsule_shape(double radius, double height) {
+  return revolved_shape("capsule", radius, radius, height);
+}
+
+int GltfBuilder::tapered_capsule_shape(double radius_bottom, double radius_top, double height) {
+  return revolved_shape("capsule", radius_bottom, radius_top, height);
 }
 
 int GltfBuilder::cylinder_shape(double radius, double height) {
-  return append(document_["extensions"][implicit_shapes]["shapes"],
-                {{"type", "cylinder"},
-                 {"cylinder", {{"height", height}, {"radiusBottom", radius}, {"radiusTop", radius}}}});
+  return revolved_shape("cylinder", radius, radius, height);
+}
+
+int GltfBuilder::tapered_cylinder_shape(double radius_bottom, double radius_top, double height) {
+  return revolved_shape("cylinder", radius_bottom, radius_top, height);
 }
 
 int GltfBuilder::plane_shape() {
@@ -217,6 +237,8 @@ void GltfBuilder::motion(int node, const Motion& motion) {
   Json json = {{"mass", motion.mass}};
   if (motion.kinematic) json["isKinematic"] = true;
   if (motion.inertia) json["inertiaDiagonal"] = to_json(*motion.inertia);
+  if (motion.inertia_orientation.vec() != Vector3::Zero())
+    json["inertiaOrientation"] = to_json(motion.inertia_orientation);
   if (motion.centre_of_mass) json["centerOfMass"] = to_json(*motion.centre_of_mass);
   if (motion.linear_velocity != Vector3::Zero()) json["linearVelocity"] = to_json(motion.linear_velocity);
   if (motion.angular_velocity != Vector3::Zero()) json["angularVelocity"] = to_json(motion.angular_velocity);
@@ -230,6 +252,17 @@ void GltfBuilder::collider(int node, int shape, int physics_material) {
 void GltfBuilder::hull_collider(int node, int mesh_node, int physics_material) {
   physics(node)["collider"] = {{"geometry", {{"node", mesh_node}, {"convexHull", true}}},
                                {"physicsMaterial", physics_material}};
+}
+
+void GltfBuilder::mesh_collider(int node, int mesh_node, int physics_material) {
+  physics(node)["collider"] = {{"geometry", {{"node", mesh_node}}}, {"physicsMaterial", physics_material}};
+}
+
+void GltfBuilder::collide_as(int node, std::string_view system, std::optional<std::string_view> only_with) {
+  Json filter = {{"collisionSystems", Json::array({system})}};
+  if (only_with) filter["collideWithSystems"] = Json::array({*only_with});
+  physics(node)["collider"]["collisionFilter"] =
+      append(document_["extensions"][rigid_bodies]["collisionFilters"], filter);
 }
 
 int GltfBuilder::ball_joint() {

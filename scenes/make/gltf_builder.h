@@ -27,16 +27,18 @@ struct Finish {
   std::array<double, 3> color;  ///< linear RGB
   double metallic = 0;
   double roughness = 0.5;
+  bool double_sided = false;  ///< an open mesh of it collides on both sides
 };
 
 struct Motion {
   double mass = 1;  ///< kg
   std::optional<Vector3> inertia =
       {};  ///< principal moments along the node's axes, kg·m²; else of its colliders
-  std::optional<Vector3> centre_of_mass = {};  ///< node space; else the colliders'
-  Vector3 linear_velocity = Vector3::Zero();   ///< node space, m/s
-  Vector3 angular_velocity = Vector3::Zero();  ///< node space, rad/s
-  bool kinematic = false;                      ///< keeps its velocity whatever happens
+  Quaternion inertia_orientation = Quaternion::Identity();  ///< of the principal axes in the node
+  std::optional<Vector3> centre_of_mass = {};               ///< node space; else the colliders'
+  Vector3 linear_velocity = Vector3::Zero();                ///< node space, m/s
+  Vector3 angular_velocity = Vector3::Zero();               ///< node space, rad/s
+  bool kinematic = false;                                   ///< keeps its velocity whatever happens
 };
 
 /// A bound on one, two or three axes of a joint, as in the extension. Hard without stiffness.
@@ -81,7 +83,8 @@ class GltfBuilder {
   /// The same finish asked for again is the same material.
   int material(const Finish& finish);
 
-  /// The vertices and triangles; several meshes may show them in different materials.
+  /// The vertices and triangles; several meshes may show them in different materials. Without normals it is
+  /// drawn with flat faces.
   int geometry(const Mesh& mesh);
   struct Part {
     int geometry;
@@ -94,12 +97,17 @@ class GltfBuilder {
   /// A node that is not in the scene: what colliders refer to, never drawn.
   int detached_node(std::string_view name, int mesh);
   void show(int node, int mesh);
+  /// Stretches what the node holds along its axes.
+  void scale(int node, const Vector3& factors);
 
   int box_shape(const Vector3& size);
   int sphere_shape(double radius);
   /// Along Y; `height` is of the straight part.
   int capsule_shape(double radius, double height);
+  int tapered_capsule_shape(double radius_bottom, double radius_top, double height);
   int cylinder_shape(double radius, double height);
+  /// With a radius of 0 a cone.
+  int tapered_cylinder_shape(double radius_bottom, double radius_top, double height);
   /// The plane y = 0 of its node, without end.
   int plane_shape();
   /// Where two materials meet, the smaller friction counts. No restitution.
@@ -112,6 +120,11 @@ class GltfBuilder {
   void collider(int node, int shape, int physics_material);
   /// The convex hull of another node's mesh, in this node's place.
   void hull_collider(int node, int mesh_node, int physics_material);
+  /// The triangles of a node's mesh, which may be this node itself: for what does not move.
+  void mesh_collider(int node, int mesh_node, int physics_material);
+
+  /// The collider of a node belongs to a system and meets only those of one other; of all, without one.
+  void collide_as(int node, std::string_view system, std::optional<std::string_view> only_with = {});
 
   /// Joints keep two points together; the hinge leaves turning about the node's +Z too.
   int ball_joint();
@@ -130,6 +143,7 @@ class GltfBuilder {
   std::string text() const;
 
  private:
+  int revolved_shape(const char* type, double radius_bottom, double radius_top, double height);
   Json& extension(int node, const char* name) { return document_["nodes"][node]["extensions"][name]; }
   Json& physics(int node) { return extension(node, "KHR_physics_rigid_bodies"); }
   int append(Json& list, Json element);

@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "sim/geometry/convex_hull.h"
 #include "sim/rotation.h"
 
 namespace substep::make {
@@ -264,6 +265,28 @@ Mesh rod(double length, double radius, double fillet, int sides) {
   const std::array<ProfilePoint, 4> profile{
       {{0, -length / 2}, {radius, -length / 2, fillet}, {radius, length / 2, fillet}, {0, length / 2}}};
   return turned(profile, sides);
+}
+
+Mesh hull(std::span<const Vector3> points) {
+  const Polytope solid = convex_hull(points, "a modelled hull");
+  Mesh mesh;
+  mesh.positions = solid.vertices;
+  for (std::size_t face = 0; face < solid.face_count(); ++face) {
+    const std::uint32_t first = solid.face_begin[face];
+    for (std::uint32_t i = first + 1; i + 1 < solid.face_begin[face + 1]; ++i)
+      mesh.triangles.push_back(
+          {solid.face_vertices[first], solid.face_vertices[i], solid.face_vertices[i + 1]});
+  }
+  return mesh;
+}
+
+double noise(std::uint64_t index) {
+  // The finaliser of splitmix64 (Steele, Lea, Flood 2014).
+  std::uint64_t z = (index + 1) * 0x9e3779b97f4a7c15U;
+  z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9U;
+  z = (z ^ z >> 27) * 0x94d049bb133111ebU;
+  z = z ^ z >> 31;
+  return static_cast<double>(z >> 11) / 9007199254740992.0;
 }
 
 Pose turn(const Vector3& axis, double angle) {

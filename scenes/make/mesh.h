@@ -12,7 +12,7 @@
 
 namespace substep::make {
 
-/// Triangles counter-clockwise seen from outside; one unit normal per position.
+/// Triangles counter-clockwise seen from outside; one unit normal per position, or none for flat faces.
 struct Mesh {
   std::vector<Vector3> positions;
   std::vector<Vector3> normals;
@@ -66,6 +66,12 @@ Mesh ball(double radius, int sides = 32);
 
 /// A cylinder along +Y, centred at the origin, its rims rounded by `fillet`.
 Mesh rod(double length, double radius, double fillet, int sides = 24);
+
+/// The convex hull of points, with flat faces.
+Mesh hull(std::span<const Vector3> points);
+
+/// Numbers that look random and are the same on every machine: in [0, 1), one for each `index`.
+double noise(std::uint64_t index);
 
 /// Rotation of `angle` about an axis through the origin.
 Pose turn(const Vector3& axis, double angle);

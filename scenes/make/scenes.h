@@ -41,13 +41,17 @@ std::string ragdoll();
 std::string squeezer();
 std::string water_wheel();
 std::string euler_disk();
+std::string rock_slide();
+std::string rattleback();
+std::string bowling();
+std::string funnel();
 
 struct SceneFile {
   std::string_view name;  ///< of the file, without ".gltf"
   std::string (*text)();
 };
 
-inline constexpr std::array<SceneFile, 30> all_scenes{{
+inline constexpr std::array<SceneFile, 34> all_scenes{{
     {"rod_chain", rod_chain},
     {"pendulum", pendulum},
     {"heavy_chain", heavy_chain},
@@ -78,6 +82,10 @@ inline constexpr std::array<SceneFile, 30> all_scenes{{
     {"squeezer", squeezer},
     {"water_wheel", water_wheel},
     {"euler_disk", euler_disk},
+    {"rock_slide", rock_slide},
+    {"rattleback", rattleback},
+    {"bowling", bowling},
+    {"funnel", funnel},
 }};
 
 }  // namespace substep::make

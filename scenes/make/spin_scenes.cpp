@@ -6,6 +6,7 @@
 #include "gltf_builder.h"
 #include "mesh.h"
 #include "scenes.h"
+#include "sim/geometry/mass_properties.h"
 #include "sim/rotation.h"
 #include "stage.h"
 
@@ -209,6 +210,63 @@ std::string euler_disk() {
   const int inlay_look = gltf.geometry(inlay);
   const int steel = gltf.material(finish::steel);
   gltf.show(disk, gltf.mesh("disk", {{disk_look, steel}, {inlay_look, gltf.material(finish::terracotta)}}));
+  return gltf.text();
+}
+
+std::string rattleback() {
+  // T. R. Kane and D. A. Levinson's figures (1982). Their axes 1, 2 and 3 are X, −Z and Y.
+  const Vector3 half_axes(0.20, 0.02, 0.03);
+  constexpr double lowered = 0.01;  // the centre of mass below the ellipsoid's
+  constexpr double tilt = 0.5 * pi / 180;
+  constexpr double spin = 5;
+  Matrix3 inertia;
+  inertia << 2e-4, 0, 0.2e-4, 0, 17e-4, 0, 0.2e-4, 0, 16e-4;
+  const PrincipalInertia principal = principal_inertia(inertia);
+
+  GltfBuilder gltf("rattleback", 10);
+  gltf.poster(3);
+  gltf.camera({0.50, 0.48, 0.86}, {0, 0.0, 0.0}, 0.42);
+  gltf.sun(afternoon, warm_white, daylight);
+  add_ground(gltf, 1);
+
+  // The lower half of the ellipsoid under a lid, with two weights askew on it, which make its principal axes
+  // stand askew to its keel.
+  const auto stretched = [](Mesh mesh, const Vector3& factors) {
+    for (Vector3& position : mesh.positions) position = position.cwiseProduct(factors);
+    for (Vector3& normal : mesh.normals) normal = normal.cwiseQuotient(factors).normalized();
+    return mesh;
+  };
+  const std::array<ProfilePoint, 4> bowl{{{0, -1}, {1, -1, 1}, {1, 0}, {0, 0}}};
+  const int hull_geometry = gltf.geometry(stretched(turned(bowl, 64), half_axes));
+  const std::array<ProfilePoint, 4> cap{{{0, 0}, {0.013, 0}, {0.013, 0.012, 0.005}, {0, 0.012}}};
+  Mesh weights;
+  for (const int side : {-1, 1}) weights.add(turned(cap, 32), at(side * 0.125, 0, side * -0.008));
+  const int weight_geometry = gltf.geometry(weights);
+  const int brass = gltf.material(finish::brass);
+  const int shape = gltf.sphere_shape(1);
+  const int grip = gltf.physics_material(1);
+  for (const bool turns_back : {true, false}) {
+    const std::string name = turns_back ? "turns_back" : "goes_on";
+    const Quaternion orientation = (turn(Vector3::UnitX(), tilt) * turn(Vector3::UnitZ(), tilt)).orientation;
+    // All in the body's node, whose origin is the ellipsoid's centre.
+    const Vector3 up = orientation.conjugate() * Vector3::UnitY();
+    const Vector3 reach = half_axes.cwiseProduct(up);
+    const Vector3 contact = -half_axes.cwiseProduct(reach) / reach.norm();
+    const Vector3 rate = (turns_back ? -spin : spin) * up;
+    const Vector3 centre(0, -lowered, 0);
+    const int body = gltf.node(name, {Vector3(0, reach.norm(), turns_back ? -0.25 : 0.25), orientation});
+    gltf.motion(body, {.mass = 1,
+                       .inertia = principal.moments,
+                       .inertia_orientation = principal.orientation,
+                       .centre_of_mass = centre,
+                       .linear_velocity = rate.cross(centre - contact),  // it rolls: its contact is at rest
+                       .angular_velocity = rate});
+    const int shell = gltf.node(name + "_shell", {}, body);
+    gltf.scale(shell, half_axes);
+    gltf.collider(shell, shape, grip);
+    const int paint = gltf.material(turns_back ? finish::terracotta : finish::teal);
+    gltf.show(body, gltf.mesh(name, {{hull_geometry, paint}, {weight_geometry, brass}}));
+  }
   return gltf.text();
 }
 

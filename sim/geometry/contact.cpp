@@ -120,6 +120,8 @@ Bounds bounds_of(const Polytope& polytope, const Pose& pose) {
     const Matrix3 axes = rotation * polytope.box->pose.orientation.toRotationMatrix();
     return around(rotation * polytope.box->pose.position + pose.position, axes.cwiseAbs() * half);
   }
+  if (polytope.ellipsoid)
+    return around(pose.position, (rotation * polytope.ellipsoid->asDiagonal()).rowwise().norm());
   Bounds result{rotation * polytope.vertices[0], rotation * polytope.vertices[0]};
   for (const Vector3& vertex : polytope.vertices) {
     const Vector3 turned = rotation * vertex;

@@ -339,6 +339,14 @@ void find_plane_polytope(const Pose& plane, const Polytope& b, const Pose& pose_
   const Vector3 local = pose_b.orientation.conjugate() * normal;
   const double offset = normal.dot(pose_b.position - plane.position);
   if (offset + local.dot(b.centre) - b.bounding_radius >= margin) return;
+  if (b.ellipsoid) {
+    const Vector3 reach = b.ellipsoid->cwiseProduct(local);
+    const double height = offset - reach.norm();
+    if (height >= margin) return;
+    const Vector3 point = pose_b * Vector3(-b.ellipsoid->cwiseProduct(reach) / reach.norm());
+    out.push_back({point - height * normal, point, -normal, height});
+    return;
+  }
   for (const Vector3& vertex : b.vertices) {
     const double height = offset + local.dot(vertex);
     if (height >= margin) continue;

@@ -472,6 +472,25 @@ Polytope cylinder(double height, double radius_bottom, double radius_top, int si
   return result;
 }
 
+Polytope ellipsoid(const Vector3& half_axes, int rings) {
+  if (!(half_axes.minCoeff() > 0) || !half_axes.allFinite() || rings < 2 || rings % 2 != 0) {
+    throw Error("an ellipsoid needs three positive half axes and an even number of rings");
+  }
+  const int sectors = 2 * rings;
+  std::vector<Vector3> points{Vector3(0, half_axes.y(), 0)};
+  for (int ring = 1; ring < rings; ++ring) {
+    const auto [out, up] = sine_cosine(std::numbers::pi * ring / rings);
+    for (int sector = 0; sector < sectors; ++sector) {
+      const auto [sine, cosine] = sine_cosine(2 * std::numbers::pi * sector / sectors);
+      points.emplace_back(half_axes.cwiseProduct(Vector3(out * cosine, up, out * sine)));
+    }
+  }
+  points.emplace_back(0, -half_axes.y(), 0);
+  Polytope result = convex_hull(points, "an ellipsoid");
+  result.ellipsoid = half_axes;
+  return result;
+}
+
 Polytope scaled(const Polytope& polytope, const Vector3& factors) {
   if (!(factors.minCoeff() > 0) || !factors.allFinite()) throw Error("a shape needs positive scale factors");
   Polytope result = polytope;
@@ -486,6 +505,7 @@ Polytope scaled(const Polytope& polytope, const Vector3& factors) {
       result.box.reset();
     }
   }
+  if (result.ellipsoid) result.ellipsoid = result.ellipsoid->cwiseProduct(factors);
   return result;
 }
 
@@ -494,6 +514,7 @@ Polytope transformed(const Polytope& polytope, const Pose& pose) {
   for (Vector3& vertex : result.vertices) vertex = pose * vertex;
   measure(result);
   if (result.box) result.box->pose = pose * result.box->pose;
+  result.ellipsoid.reset();
   return result;
 }
 

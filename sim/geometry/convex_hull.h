@@ -20,10 +20,14 @@ Polytope box(const Vector3& size);
 /// whose vertices lie on the circles. A radius of 0 makes a cone.
 Polytope cylinder(double height, double radius_bottom, double radius_top, int sides = 32);
 
+/// The ellipsoid about the origin with these half axes, with the hull of points on it: `rings` from pole to
+/// pole along Y, twice as many round it. Both are even, so that the half axes' ends are among the points.
+Polytope ellipsoid(const Vector3& half_axes, int rings = 12);
+
 /// The polytope scaled along its own axes; factors must be positive.
 Polytope scaled(const Polytope& polytope, const Vector3& factors);
 
-/// The polytope moved rigidly: vertex → pose * vertex.
+/// The polytope moved rigidly: vertex → pose * vertex. An ellipsoid becomes its hull.
 Polytope transformed(const Polytope& polytope, const Pose& pose);
 
 }  // namespace substep

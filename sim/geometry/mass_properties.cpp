@@ -175,6 +175,14 @@ MassProperties of_shape(const TriangleMesh& /*mesh*/) {
 }
 
 MassProperties of_shape(const Polytope& polytope) {
+  if (polytope.ellipsoid) {
+    const Vector3& half = *polytope.ellipsoid;
+    MassProperties properties;
+    properties.mass = 4.0 / 3 * std::numbers::pi * half.prod();
+    properties.inertia =
+        inertia_of_second_moment((properties.mass / 5 * half.cwiseAbs2()).asDiagonal().toDenseMatrix());
+    return properties;
+  }
   const Vector3 corner = mean(polytope.vertices);
   TetrahedronSum sum;
   for (std::size_t f = 0; f < polytope.face_count(); ++f) {

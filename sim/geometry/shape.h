@@ -101,6 +101,9 @@ struct Polytope {
   double bounding_radius = 0;        ///< of the smallest ball about `centre` that holds the polytope
   double inner_radius = 0;           ///< of the largest ball about `centre` that the polytope holds
   std::optional<OrientedBox> box;    ///< set where the polytope was made as a box: such pairs are quicker
+  /// Set where the vertices lie on an ellipsoid about the origin: its half axes. It is then the solid, to
+  /// mass properties and to a plane, which it touches in one point; to all other shapes its hull is.
+  std::optional<Vector3> ellipsoid;
 
   std::size_t face_count() const { return face_normals.size(); }
 };

@@ -51,29 +51,33 @@ void add_ball(std::vector<Vector3>& points, double y, double radius, int first_r
   }
 }
 
-// What is round and not of a kind that contacts know, as the hull of points on it, which is made once for
-// all scales.
+// A sphere or capsule under an unequal scale, with the hull of points on it, which is made once for all
+// scales.
 Shape faceted(const ImplicitShape& shape, const Vector3& scale, std::optional<Polytope>& unscaled,
-              const char* name, const JsonValue& place, std::vector<std::string>& warnings) {
+              const JsonValue& place) {
   if (!(scale.minCoeff() > 1e-5 * scale.maxCoeff())) {
     place.fail("is thinner than 1e-5 of its size; a solid body needs a thickness");
   }
-  if (!unscaled) {
+  if (!unscaled && shape.kind == ImplicitShape::Kind::sphere) {
+    unscaled =
+        std::get<Polytope>(made(place, [&] { return ellipsoid(Vector3::Constant(shape.radius_bottom)); }));
+  } else if (!unscaled) {
     std::vector<Vector3> points;
-    const double half = shape.kind == ImplicitShape::Kind::capsule ? shape.height / 2 : 0;
-    add_ball(points, half, shape.radius_top, 0, 6);
-    add_ball(points, -half, shape.radius_bottom, 6, 12);
+    add_ball(points, shape.height / 2, shape.radius_top, 0, 6);
+    add_ball(points, -shape.height / 2, shape.radius_bottom, 6, 12);
     unscaled = convex_hull(points, fmt::format("{}: {}", place.file(), place.path()));
   }
-  warnings.push_back(fmt::format("{}: {} collides as the hull of {} points on it", place.path(), name,
-                                 unscaled->vertices.size()));
   return scaled(*unscaled, scale);
 }
 
 Shape capsule(const ImplicitShape& shape, const Vector3& scale, std::optional<Polytope>& unscaled,
               const JsonValue& place, std::vector<std::string>& warnings) {
   if (!is_uniform(scale)) {
-    return faceted(shape, scale, unscaled, "a capsule under an unequal scale", place, warnings);
+    Shape hull = faceted(shape, scale, unscaled, place);
+    warnings.push_back(
+        fmt::format("{}: a capsule under an unequal scale collides as the hull of {} points on it",
+                    place.path(), unscaled->vertices.size()));
+    return hull;
   }
   const double height = shape.height * scale.x();
   const double bottom = shape.radius_bottom * scale.x();
@@ -320,8 +324,7 @@ Shape implicit_shape(const ImplicitShape& shape, const Vector3& signed_scale,
   if (!(scale.minCoeff() > 0)) place.fail("its node's scale is 0 along an axis");
   switch (shape.kind) {
     case ImplicitShape::Kind::sphere:
-      if (!is_uniform(scale))
-        return faceted(shape, scale, faceted_hull, "a sphere under an unequal scale", place, warnings);
+      if (!is_uniform(scale)) return faceted(shape, scale, faceted_hull, place);
       return Sphere{shape.radius_bottom * scale.x()};
     case ImplicitShape::Kind::box:
       return box(shape.size.cwiseProduct(scale));

@@ -446,6 +446,37 @@ TEST(Contacts, BesideACornerAreOfTheClosestPoints) {
   }
 }
 
+TEST(Contacts, OfAnEllipsoidAndAPlaneAreThoseOfManyPoints) {
+  const Vector3 half_axes(0.2, 0.02, 0.03);
+  // So many points that their hull is nearly the ellipsoid.
+  Polytope points = ellipsoid(half_axes, 100);
+  points.ellipsoid.reset();
+  const Shape fine = points;
+  const Shape smooth = ellipsoid(half_axes);
+  const Pose plane{Vector3(0.1, -0.2, 0.3), turn(0.4, {1, 0.2, -0.5})};
+  const Vector3 normal = plane.orientation * Vector3::UnitY();
+  for (int i = 0; i < 50; ++i) {
+    const Quaternion orientation = turn(0.37 * i, {std::sin(1.0 * i), 0.3, std::cos(2.0 * i)});
+    const Bounds around = bounds(smooth, {Vector3::Zero(), orientation});
+    const Bounds around_points = bounds(fine, {Vector3::Zero(), orientation});
+    EXPECT_LT((around.upper - around_points.upper).norm(), 5e-5);  // measured 3.7e-5
+    EXPECT_EQ(around.lower, -around.upper);
+
+    const Pose pose{plane.position + 0.03 * normal, orientation};
+    const auto found = contacts(smooth, pose, Plane{}, plane, 1);
+    const auto expected = contacts(fine, pose, Plane{}, plane, 1);
+    ASSERT_EQ(found.size(), 1U);
+    const auto lowest = std::ranges::min_element(expected, {}, &ContactPoint::distance);
+    EXPECT_NEAR(found[0].distance, lowest->distance, 4e-5);  // measured 2.8e-5
+    EXPECT_LE(found[0].distance, lowest->distance);
+    EXPECT_EQ(found[0].normal, normal);
+    EXPECT_NEAR(normal.dot(found[0].on_b - plane.position), 0, 1e-15);
+    EXPECT_NEAR(normal.dot(found[0].on_a - found[0].on_b), found[0].distance, 1e-15);
+    const Vector3 local = pose.inverse() * found[0].on_a;
+    EXPECT_NEAR(local.cwiseQuotient(half_axes).norm(), 1, 1e-14);
+  }
+}
+
 TEST(Contacts, OfPlanesWithEachOtherAreNone) {
   EXPECT_TRUE(contacts(Plane{}, {}, Plane{}, {{0, 1, 0}, turn(1, {1, 0, 0})}, margin).empty());
 }

@@ -258,6 +258,16 @@ TEST(PrincipalInertia, OfRandomBodies) {
   }
 }
 
+TEST(MassProperties, OfAnEllipsoidAreThoseOfManyFacets) {
+  const Vector3 half_axes(0.2, 0.02, 0.03);
+  Polytope facets = ellipsoid(half_axes, 60);
+  facets.ellipsoid.reset();
+  const MassProperties expected = mass_properties(facets);
+  const MassProperties found = mass_properties(ellipsoid(half_axes));
+  EXPECT_NEAR(expected.mass / found.mass, 1, 1.5e-3);  // measured 1.1e-3: the hull lies inside
+  EXPECT_LT((expected.inertia - found.inertia).norm(), 2.5e-3 * found.inertia.norm());  // measured 2.1e-3
+}
+
 TEST(PrincipalInertia, FollowsASmallTurn) {
   const Vector3 moments(3, 1, 2);
   const Quaternion small = test::turn(0.1, {1, 2, 3});
