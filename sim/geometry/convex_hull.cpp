@@ -146,8 +146,8 @@ class Qhull {
     messages_ = open_memstream(&text_, &size_);
     if (!messages_) throw Error("qhull: there is no memory for its messages");
     qh_zero(&qhull_, messages_);
-    // Qt: triangles only, whose corners can be read without calling qhull again. Q5: how far points lie outside
-    // of merged facets is not asked, so not measured.
+    // Qt: triangles only, whose corners can be read without calling qhull again. Q5: how far points lie
+    // outside of merged facets is not asked, so not measured.
     char command[] = "qhull Qt Q5";
     status_ = qh_new_qhull(&qhull_, 3, static_cast<int>(coordinates.size() / 3), coordinates.data(), False,
                            command, nullptr, messages_);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <numeric>
@@ -176,16 +177,18 @@ class Outermost {
     rounding_ *= 1e-14;
   }
 
-  /// The first of several that are as far out. The nearer `guess` comes to it, the more is passed over.
-  std::size_t in(const Vector3& direction, std::size_t guess) const {
-    std::size_t best = guess;
-    double reach = direction.dot(points_[guess]);
+  /// The first of several that are as far out. The nearer one of the guesses comes to it, the more is passed
+  /// over.
+  std::size_t in(const Vector3& direction, std::span<const std::size_t> guesses) const {
+    std::size_t best = guesses[0];
+    double reach = direction.dot(points_[best]);
     const auto consider = [&](std::size_t i) {
       const double value = direction.dot(points_[i]);
       if (value < reach || (value == reach && i >= best)) return;
       reach = value;
       best = i;
     };
+    for (const std::size_t guess : guesses) consider(guess);
     const Vector3 spread = direction.cwiseAbs();
     const auto may_reach = [&](const Box& box) {
       return direction.dot(box.middle) + spread.dot(box.half) + rounding_ >= reach;
@@ -206,14 +209,17 @@ class Outermost {
   /// the order of the points, each once.
   std::vector<std::size_t> in_all(std::size_t directions) const {
     constexpr double golden_angle = 2.399963229728653;
-    constexpr std::size_t neighbour = 21;  // a Fibonacci number of golden angles ago it pointed nearby
     std::vector<std::size_t> chosen;
     for (std::size_t i = 0; i < directions; ++i) {
       const double y = 1 - (2 * static_cast<double>(i) + 1) / static_cast<double>(directions);
       const double across = std::sqrt(1 - y * y);
       const SineCosine around = sine_cosine(golden_angle * static_cast<double>(i));
-      chosen.push_back(in(Vector3(across * around.cosine, y, across * around.sine),
-                          i < neighbour ? 0 : chosen[i - neighbour]));
+      // Fibonacci numbers of golden angles ago it pointed nearby.
+      std::array<std::size_t, 4> guesses{};
+      for (std::size_t k = 0; const std::size_t back : {8, 13, 21, 34}) {
+        if (i >= back) guesses[k++] = chosen[i - back];
+      }
+      chosen.push_back(in(Vector3(across * around.cosine, y, across * around.sine), guesses));
     }
     std::ranges::sort(chosen);
     chosen.erase(std::unique(chosen.begin(), chosen.end()), chosen.end());
@@ -388,13 +394,21 @@ SimplifiedHull simplified_hull(std::span<const Vector3> given, const std::string
       !std::ranges::all_of(given, [](const Vector3& p) { return p.allFinite(); })) {
     return {convex_hull(given, what), {}};
   }
+  const auto full_hull = [&](std::span<const Vector3> points) -> std::optional<SimplifiedHull> {
+    Polytope full = convex_hull(points, what);
+    if (full.vertices.size() > most_vertices) return std::nullopt;
+    return SimplifiedHull{std::move(full), {}};
+  };
   const std::vector<Vector3> points = distinct(given);
   if (points.size() <= most_for_full_hull) {
-    Polytope full = convex_hull(points, what);
-    if (full.vertices.size() <= most_vertices) return {std::move(full), {}};
+    if (auto full = full_hull(points)) return *full;
+  }
+  std::vector<std::size_t> chosen = Outermost(points).in_all(most_vertices);
+  // Where few are outermost, most are inside and cost a full hull little.
+  if (chosen.size() <= most_vertices / 2 && points.size() <= 8 * most_for_full_hull) {
+    if (auto full = full_hull(points)) return *full;
   }
 
-  std::vector<std::size_t> chosen = Outermost(points).in_all(most_vertices);
   SimplifiedHull result{convex_hull(chosen_points(points, chosen), what), {}};
   // Of the others only those outside can be vertices of the full hull; the rest is rounding.
   const double negligible = 1e-6 * result.hull.bounding_radius;
@@ -413,8 +427,7 @@ SimplifiedHull simplified_hull(std::span<const Vector3> given, const std::string
   if (chosen.size() <= most_for_full_hull &&
       !has_more_outermost(chosen_points(points, others), result.hull.face_normals, most_vertices - known)) {
     std::ranges::sort(chosen);
-    Polytope full = convex_hull(chosen_points(points, chosen), what);
-    if (full.vertices.size() <= most_vertices) return {std::move(full), {}};
+    if (auto full = full_hull(chosen_points(points, chosen))) return *full;
   }
   result.warning = fmt::format(
       "its convex hull of more than {} vertices is simplified to {}, which leaves out {:.2g} m at most",

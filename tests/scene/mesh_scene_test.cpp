@@ -8,6 +8,8 @@
 #include <cmath>
 #include <cstring>
 #include <numbers>
+#include <string>
+#include <vector>
 
 #include "sim/error.h"
 #include "tests/scene/example_scene.h"
@@ -413,7 +415,8 @@ TEST(HostileMeshes, ReadNothingOutsideTheFolder) {
   folder.write("outside.mtl", "newmtl red\nKd 1 0 0\n");
   std::filesystem::create_directories(folder.path() / "inner");
   std::filesystem::create_symlink(folder.path() / "outside.mtl", folder.path() / "inner/link.mtl");
-  for (const std::string name : {"../outside.mtl", "link.mtl", (folder.path() / "outside.mtl").c_str()}) {
+  const std::string absolute = (folder.path() / "outside.mtl").string();
+  for (const std::string& name : std::vector<std::string>{"../outside.mtl", "link.mtl", absolute}) {
     const Scene scene = load_scene(
         folder.write("inner/cube.obj", "mtllib " + name + "\nusemtl red\n" + std::string(cube_obj)));
     for (const Surface& surface : scene.surfaces)
