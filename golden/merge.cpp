@@ -94,6 +94,8 @@ int merge(const std::vector<fs::path>& shards, const fs::path& output) {
   }
   all["exit_code"] = exit_code;
   all["totals"] = totals_of(all);
+  std::error_code none;
+  fs::create_directories(output, none);
   write_results(all, output);
   write_junit(all, output);
   write_report(all, output);

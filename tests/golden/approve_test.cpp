@@ -98,11 +98,8 @@ TEST_F(ApproveTest, LeavesWhatPassesAlone) {
   suite_.run();
   const auto before = goldens();
   EXPECT_TRUE(suite_.approve_failed().written.empty());
-  ApproveOptions options;
-  options.suite = suite_.options.suite;
-  options.output = suite_.options.output;
+  ApproveOptions options = suite_.approval("none needed");
   options.cases = {"box_stack.a3"};
-  options.reason = "none needed";
   EXPECT_TRUE(approve(options).written.empty());
   EXPECT_EQ(goldens(), before);
 }
@@ -127,11 +124,8 @@ TEST_F(ApproveTest, GoesOnWhereItWasInterrupted) {
 TEST_F(ApproveTest, NeedsReasonNamesAndACheck) {
   EXPECT_NE(refusal().find("run 'substep check' first"), std::string::npos);
   suite_.run();
-  ApproveOptions options;
-  options.suite = suite_.options.suite;
-  options.output = suite_.options.output;
+  ApproveOptions options = suite_.approval(" ");
   options.all_failed = true;
-  options.reason = " ";
   EXPECT_THROW(approve(options), Error);
   options.reason = "good";
   options.all_failed = false;
@@ -179,12 +173,9 @@ TEST_F(ApproveTest, AnAlternatePassesBesideTheGoldenPicture) {
   const std::string scene = read_text(suite_.scene());
   change_light();
   suite_.run();
-  ApproveOptions options;
-  options.suite = suite_.options.suite;
-  options.output = suite_.options.output;
+  ApproveOptions options = suite_.approval("as another renderer draws it");
   options.all_failed = true;
   options.as_alternates = true;
-  options.reason = "as another renderer draws it";
   EXPECT_EQ(approve(options).written.size(), 3U);  // two pictures, sidecar
   const auto after_first = goldens();
   EXPECT_TRUE(approve(options).written.empty());
@@ -205,12 +196,9 @@ TEST_F(ApproveTest, RefusesAlternatesOfNewPoses) {
   suite_.make_goldens();
   replace_in(suite_.scene(), "\"gravity\":[0.0,-9.81,0.0]", "\"gravity\":[0.0,-9.0,0.0]");
   suite_.run();
-  ApproveOptions options;
-  options.suite = suite_.options.suite;
-  options.output = suite_.options.output;
+  ApproveOptions options = suite_.approval();
   options.all_failed = true;
   options.as_alternates = true;
-  options.reason = "no";
   EXPECT_THROW(approve(options), Error);
 }
 
@@ -221,11 +209,8 @@ TEST_F(ApproveTest, AddsATrackToGoldensThatHaveNone) {
   const CheckResult result = suite_.run();
   EXPECT_EQ(result.cases.at(0).verdict, Verdict::pass);
   EXPECT_TRUE(suite_.approve_failed().written.empty());
-  ApproveOptions options;
-  options.suite = suite_.options.suite;
-  options.output = suite_.options.output;
+  ApproveOptions options = suite_.approval();
   options.cases = {"box_stack.a3"};
-  options.reason = "for the test";
   EXPECT_EQ(approve(options).written.front(), suite_.track());
   EXPECT_EQ(goldens(), before);
 }

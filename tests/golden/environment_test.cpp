@@ -67,6 +67,23 @@ TEST_F(EnvironmentTest, BeyondToleranceIsTheEnvironment) {
   EXPECT_EQ(result.exit_code(), 3);
 }
 
+TEST_F(EnvironmentTest, SaysHowToKeepAnAlternate) {
+  change_pixel(100);
+  // Its sidecar is where an alternate's reason goes.
+  write_text(suite_.sidecar(), "{\"scene_hash\":\"\",\"made_with\":{},\"images\":[]}");
+  const CheckResult result = suite_.run();
+  const std::string text = explain(result.cases.at(0), suite_.options);
+  EXPECT_NE(text.find("approve  not from this check: it was drawn by"), std::string::npos) << text;
+  EXPECT_NE(text.find("or       substep approve box_stack.a3"), std::string::npos) << text;
+  EXPECT_NE(text.find("--alternate"), std::string::npos) << text;
+  EXPECT_NE(read_text(suite_.options.output / "report.html").find("--alternate"), std::string::npos);
+  ApproveOptions options = suite_.approval("another renderer");
+  options.all_failed = true;
+  options.as_alternates = true;
+  EXPECT_EQ(approve(options).written.size(), 2U);  // the picture, the sidecar
+  EXPECT_EQ(suite_.run().exit_code(), 0);
+}
+
 TEST_F(EnvironmentTest, TheSimulationIsStillJudgedExactly) {
   change_pixel(100);
   write_text(suite_.options.suite, read_text(suite_.options.suite) + "settings = { substeps = 3 }\n");

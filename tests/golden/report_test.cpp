@@ -97,6 +97,15 @@ TEST_F(ReportTest, ShardsPutTogetherAreTheWhole) {
   EXPECT_THROW(merge({one, one}, merged), Error);
 }
 
+TEST_F(ReportTest, ShardsThatPassArePutTogetherInANewFolder) {
+  const fs::path whole = suite_.options.output;
+  EXPECT_EQ(suite_.run().exit_code(), 0);
+  const fs::path merged = whole.parent_path() / "a/new/folder";
+  EXPECT_EQ(merge({whole}, merged), 0);
+  EXPECT_TRUE(fs::exists(report_file(merged)));
+  EXPECT_TRUE(fs::exists(junit_file(merged)));
+}
+
 TEST_F(ReportTest, ReplayShowsTheBody) {
   replace_in(suite_.scene(), "\"restitution\":0.5", "\"restitution\":0.4");
   const CaseResult result = suite_.run().cases.at(0);

@@ -68,14 +68,20 @@ class SmallSuite {
 
   CheckResult run() { return check(options); }
 
+  /// To approve what the last check left, whatever it says.
+  ApproveOptions approval(const std::string& reason = "for the test") const {
+    ApproveOptions result;
+    result.suite = options.suite;
+    result.output = options.output;
+    result.reason = reason;
+    return result;
+  }
+
   /// The last check's only case.
   Approval approve_failed(const std::string& reason = "for the test") {
-    ApproveOptions approval;
-    approval.suite = options.suite;
-    approval.output = options.output;
-    approval.all_failed = true;
-    approval.reason = reason;
-    return approve(approval);
+    ApproveOptions failed = approval(reason);
+    failed.all_failed = true;
+    return approve(failed);
   }
 
   void make_goldens() {
