@@ -75,9 +75,11 @@ TEST_P(EachScene, StartsWithItsFacesTouchingExactly) {
                     scene.bodies[b.body].pose * b.placement, 1e-3, contacts);
     }
   }
-  const bool starts_in_the_air = GetParam() == "bouncing_balls" || GetParam() == "ragdoll";
-  // Stones' hulls are made of the file's 32-bit floats.
-  const double exact = GetParam() == "masonry_arch" ? 1e-7 : 1e-12;
+  const bool starts_in_the_air =
+      GetParam() == "bouncing_balls" || GetParam() == "ragdoll" || GetParam() == "rock_slide";
+  // Stones' hulls are made of the file's 32-bit floats. What lies in the funnel lies on the curve that its
+  // facets are chords of.
+  const double exact = GetParam() == "masonry_arch" ? 1e-7 : GetParam() == "funnel" ? 1e-3 : 1e-12;
   EXPECT_EQ(contacts.empty(), scene.colliders.empty() || starts_in_the_air);
   for (const ContactPoint& contact : contacts)
     EXPECT_LT(std::fabs(contact.distance), exact);  // measured 2.8e-17
