@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstring>
 
 #include "golden/flip_color.h"
@@ -117,7 +118,7 @@ Image heat_map(const Flip& flip) {
     const float share = at - static_cast<float>(low);
     for (std::size_t channel = 0; channel < 3; ++channel) {
       const float level = stops[low][channel] + share * (stops[low + 1][channel] - stops[low][channel]);
-      image.rgb[3 * i + channel] = static_cast<std::uint8_t>(level + 0.5F);
+      image.rgb[3 * i + channel] = static_cast<std::uint8_t>(std::lround(level));
     }
   }
   return image;

@@ -137,7 +137,7 @@ FlipFilters::FlipFilters(float pixels_per_degree) {
 
 SeenStrip::SeenStrip(const Image& image, const FlipFilters& filters, const FlipColors& colors)
     : image_(image), filters_(filters), colors_(colors) {
-  const auto kept_rows = static_cast<std::size_t>(2 * filters.reach + 1);
+  const auto kept_rows = 2 * static_cast<std::size_t>(filters.reach) + 1;
   rows_.resize(kept_rows);
   sources_.resize(kept_rows);
   smooth_sources_.resize(kept_rows);
