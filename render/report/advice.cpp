@@ -137,10 +137,9 @@ std::string late_fault(const SweepRecord& record, const SweepRecord* best) {
   if (x.bounded) return "";
   if (x.energy_growth > 0.1 * x.energy_scale)
     return fmt::format("its energy rises by {} J", short_number(x.energy_growth));
-  const double open = std::max(x.joint_gap, x.penetration);
-  if (open > 0.01 * record.size)
-    return fmt::format("joints or contacts give way by {} m", short_number(open));
-  return fmt::format("a body is {} m from where it should stand", short_number(x.moved));
+  if (x.joint_gap > 0) return fmt::format("joints open by {} m", short_number(x.joint_gap));
+  if (x.moved < 5 * x.penetration) return fmt::format("bodies overlap by {} m", short_number(x.penetration));
+  return fmt::format("a body ends up to {} m from where it should stand", short_number(x.moved));
 }
 
 /// Settings that look good as long as the reference lasts, and are not.
@@ -258,7 +257,9 @@ std::string limits_text(const std::vector<SweepRecord>& records) {
       who += fmt::format(" with m = {}", s.iterations);
     if (record.limit->divisions == 1) continue;
     if (record.limit->divisions == 0) {
-      needs.push_back(fmt::format("{} more than {} parts of a step", who, record.limit->most));
+      needs.push_back(s.algorithm >= Algorithm::a3
+                          ? fmt::format("{} n above {}", who, record.limit->most)
+                          : fmt::format("{} less than h/{}", who, record.limit->most));
     } else if (s.algorithm >= Algorithm::a3) {
       needs.push_back(fmt::format("{} n = {}", who, record.limit->divisions));
     } else {

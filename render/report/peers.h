@@ -16,7 +16,7 @@ struct Peer {
   bool is_ours;          ///< the accurate mode: smooth_motion.h
   /// Throws Error with the reason where a scene cannot be represented: it is listed as omitted. Reads of the
   /// settings the step, and `iterations` where the engine has such a number. Called from several
-  /// threads, one at a time.
+  /// threads at once.
   MakeStepper make;
 };
 

@@ -131,6 +131,33 @@ Layout layout_of(const Sheet& sheet, std::size_t entries) {
   return layout;
 }
 
+/// Lines broken between words, so that none is wider than `most` characters.
+std::vector<std::string> wrapped(const std::vector<std::string>& lines, int most) {
+  std::vector<std::string> result;
+  for (const std::string& line : lines) {
+    std::string now;
+    int width = 0;
+    std::size_t begin = 0;
+    while (begin < line.size()) {
+      const std::size_t end = std::min(line.find(' ', begin), line.size());
+      const std::string word = line.substr(begin, end - begin);
+      // Bytes that go on with a character of UTF-8 have no width.
+      const auto letters =
+          static_cast<int>(std::ranges::count_if(word, [](char c) { return (c & 0xc0) != 0x80; }));
+      if (width > 0 && width + 1 + letters > most) {
+        result.push_back(now);
+        now.clear();
+        width = 0;
+      }
+      now += (width > 0 ? " " : "") + word;
+      width += (width > 0 ? 1 : 0) + letters;
+      begin = end + 1;
+    }
+    result.push_back(now);
+  }
+  return result;
+}
+
 std::string panel_script(const Sheet& sheet, std::size_t index, const Layout& layout) {
   const Panel& panel = sheet.panels[index];
   const auto column = static_cast<double>(index % sheet.columns);
@@ -205,6 +232,7 @@ std::string with_dark_mode(std::string svg) {
   };
   for (const Ink& ink : inks) add(ink);
   add(frame_ink);
+  add(text_ink);
   add(paper);
   for (const char* const what : {"stroke", "fill", "color"}) {
     rules += fmt::format("[{0}=\"black\"]{{{0}:{1}}}", what, text_ink.dark);
@@ -217,11 +245,14 @@ std::string with_dark_mode(std::string svg) {
 
 }  // namespace
 
-std::string draw(const Sheet& sheet, PictureFormat format) {
-  if (sheet.panels.empty()) {
+std::string draw(const Sheet& given, PictureFormat format) {
+  if (given.panels.empty()) {
     throw Error(
-        fmt::format("the figure '{}' has nothing to show: the sweep measured none of it", sheet.title));
+        fmt::format("the figure '{}' has nothing to show: the sweep measured none of it", given.title));
   }
+  Sheet sheet = given;
+  constexpr double letter_width = 6.6;  // of the caption's font, on average
+  sheet.caption = wrapped(given.caption, static_cast<int>(layout_of(given, 0).width / letter_width));
   const std::vector<Entry> entries = legend_of(sheet);
   const Layout layout = layout_of(sheet, entries.size());
   std::string script = "set encoding utf8\n";

@@ -111,7 +111,8 @@ TextTable limits(const std::vector<SweepRecord>& records, bool contacts) {
 TextTable slopes(const std::vector<SweepRecord>& records) {
   TextTable table{{"h/n, s"}, {}};
   std::map<double, std::size_t, std::greater<>> columns;
-  const std::vector<RunFamily> families = families_of(records);
+  std::vector<RunFamily> families = families_of(records);
+  std::erase_if(families, [](const RunFamily& family) { return !family.runs.front().peer.empty(); });
   for (const RunFamily& family : families) {
     for (const auto& [middle, slope] : local_orders(family.runs)) columns[middle] = 0;
   }
@@ -138,6 +139,7 @@ TextTable orders(const std::vector<SweepRecord>& records) {
     if (has_contacts(own)) continue;
     scenes.push_back(scene);
     for (const RunFamily& family : families_of(own)) {
+      if (!family.runs.front().peer.empty()) continue;
       if (std::ranges::find(table.head, family.title) == table.head.end()) table.head.push_back(family.title);
     }
   }
@@ -145,6 +147,7 @@ TextTable orders(const std::vector<SweepRecord>& records) {
     std::vector<std::string> row(table.head.size());
     row[0] = scene;
     for (const RunFamily& family : families_of(of_scene(records, scene))) {
+      if (!family.runs.front().peer.empty()) continue;
       const auto column = std::ranges::find(table.head, family.title) - table.head.begin();
       const auto order = measured_order(family.runs);
       row[static_cast<std::size_t>(column)] = order ? fmt::format("{:.2f}", *order) : "";

@@ -76,9 +76,6 @@ void measure_peer(const Sweep& sweep, const SweepJob& job, const Scene& scene,
     record.omitted = "the program was built without it";
     return;
   }
-  // One at a time: ODE's worlds share their threads' bookkeeping, and abort when two are stepped at once.
-  static std::mutex one_at_a_time;
-  const std::lock_guard lock(one_at_a_time);
   try {
     const auto stepper = peer->make(scene, job.settings);
     record.metrics = measure(scene, *stepper, job.settings.step, reference);

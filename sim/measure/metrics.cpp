@@ -279,7 +279,13 @@ double energy_scale(const Scene& scene) {
   return scale;
 }
 
+/// Whether all bodies start at rest, and stay there in the reference.
 bool stands(const Scene& scene, const ReferenceMotion& reference) {
+  if (std::ranges::any_of(scene.bodies, [](const Body& body) {
+        return body.linear_velocity != Vector3::Zero() || body.angular_velocity != Vector3::Zero();
+      })) {
+    return false;
+  }
   const auto last = static_cast<std::size_t>(std::lround(reference.horizon / reference.motion.interval));
   if (last == 0) return false;
   const double most = still * smallest_body_of(scene);

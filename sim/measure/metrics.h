@@ -32,18 +32,16 @@ struct Metrics {
   double penetration = 0;    ///< largest depth of one collider in another, m
   double energy_change = 0;  ///< end − start, J
   double energy_growth = 0;  ///< largest rise above the start's, J
-  double energy_scale =
-      0;             ///< what the bodies' speed at the start and a fall by the scene's size are worth, J
-  double moved = 0;  ///< largest distance of a body's centre from its start, m
+  double energy_scale = 0;   ///< what the speeds at the start and a fall by the scene's size are worth, J
+  double moved = 0;          ///< largest distance of a body's centre from its start, m
   std::optional<double>
       momentum;  ///< largest change beyond gravity's, N·s; of scenes that touch nothing fixed
   std::optional<double> angular_momentum;  ///< the same about the common centre of mass, N·m·s
   std::optional<double> diverged;          ///< when, s
   /// It stays finite, its RMS error is at most a tenth of the scene's size, joints and contacts never give
   /// way by more than a tenth of the smallest body's size, and where nothing drives the scene its energy
-  /// never rises by more than a tenth of `energy_scale`. Where
-  /// the reference stands still no body may ever be further from its start than a tenth of the smallest
-  /// body's size.
+  /// never rises by more than a tenth of `energy_scale`. Where the reference stands still no body may ever be
+  /// further from its start than a tenth of the smallest body's size.
   bool bounded = false;
 };
 

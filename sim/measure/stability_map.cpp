@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "sim/measure/weight_scene.h"
 #include "sim/simulation.h"
 
 namespace substep {
@@ -10,27 +11,11 @@ namespace {
 constexpr double offset = 0.001;  // m
 
 /// A weight on a ball joint that is off by 1 mm: three rows, each the scalar row.
-Scene weight_on_a_joint() {
-  Scene scene;
-  scene.name = "one weight";
-  scene.gravity.setZero();
-  scene.bodies.resize(2);
-  scene.bodies[0].name = "world";
-  Body& weight = scene.bodies[1];
-  weight.name = "weight";
-  weight.inverse_mass = 1;
-  weight.inverse_inertia = Vector3::Constant(10);
-  weight.pose.position = {0, offset, 0};
-  Joint joint;
-  joint.name = "joint";
-  joint.body_a = world_body;
-  joint.body_b = 1;
+Scene weight_off_its_joint() {
   JointLimit locked;
   locked.axes = {true, true, true};
   locked.min = locked.max = 0;
-  joint.limits.push_back(locked);
-  scene.joints.push_back(joint);
-  return scene;
+  return weight_on_a_joint(offset, locked);
 }
 
 bool is_stable(const Scene& scene, Algorithm algorithm, double tau, double kappa) {
@@ -50,7 +35,7 @@ bool is_stable(const Scene& scene, Algorithm algorithm, double tau, double kappa
 }  // namespace
 
 std::vector<StabilityPoint> measure_stability_map() {
-  const Scene scene = weight_on_a_joint();
+  const Scene scene = weight_off_its_joint();
   std::vector<StabilityPoint> points;
   for (const Algorithm algorithm : {Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
     for (int k = 0; k < 10; ++k) {

@@ -9,6 +9,7 @@
 #include "sim/error.h"
 #include "sim/ladder.h"
 #include "sim/measure/measured_run.h"
+#include "sim/measure/weight_scene.h"
 #include "sim/simulation.h"
 
 namespace substep {
@@ -20,27 +21,11 @@ double kinetic_and_spring_energy(const State& state, double stiffness) {
 }
 
 Scene weight_on_a_spring(double stiffness) {
-  Scene scene;
-  scene.name = "weight on a spring";
-  scene.gravity.setZero();
-  scene.bodies.resize(2);
-  scene.bodies[0].name = "world";
-  Body& weight = scene.bodies[1];
-  weight.name = "weight";
-  weight.inverse_mass = 1;
-  weight.inverse_inertia = Vector3::Constant(10);
-  weight.pose.position = {0, 0.1, 0};
-  Joint joint;
-  joint.name = "spring";
-  joint.body_a = world_body;
-  joint.body_b = 1;
   JointLimit spring;
   spring.axes = {false, true, false};
   spring.min = spring.max = 0;
   spring.stiffness = stiffness;
-  joint.limits.push_back(spring);
-  scene.joints.push_back(joint);
-  return scene;
+  return weight_on_a_joint(0.1, spring);
 }
 
 }  // namespace
