@@ -20,7 +20,7 @@ TEST_F(MeasureCommand, PrintsTheSameTwiceAndAllFive) {
                                 "A4  n=4 m=1 stable  h=1/60", "A5  n=4 m=1 stable  h=1/60"}) {
     EXPECT_THAT(one.out, HasSubstr(row));
   }
-  EXPECT_THAT(one.out, HasSubstr("Reference: A1 at"));
+  EXPECT_THAT(one.out, HasSubstr("Reference: own of order 12 at h"));
 }
 
 TEST_F(MeasureCommand, WritesMarkdownAndJson) {
