@@ -225,9 +225,12 @@ std::string with_dark_mode(std::string svg) {
     const auto channel = [&](int i) {
       return std::stoi(std::string(ink.light).substr(1 + 2 * i, 2), nullptr, 16);
     };
-    const std::string spelled = fmt::format("rgb({:3}, {:3}, {:3})", channel(0), channel(1), channel(2));
+    // gnuplot writes a colour in three ways: as it was told, with blanks, and in text without them.
+    const std::string blanks = fmt::format("rgb({:3}, {:3}, {:3})", channel(0), channel(1), channel(2));
+    const std::string dense = fmt::format("rgb({},{},{})", channel(0), channel(1), channel(2));
     for (const char* const what : {"stroke", "fill", "color"}) {
-      rules += fmt::format("[{0}=\"{1}\"],[{0}=\"{2}\"]{{{0}:{3}}}", what, ink.light, spelled, ink.dark);
+      rules += fmt::format("[{0}=\"{1}\"],[{0}=\"{2}\"],[{0}=\"{3}\"]{{{0}:{4}}}", what, ink.light, blanks,
+                           dense, ink.dark);
     }
   };
   for (const Ink& ink : inks) add(ink);
