@@ -183,9 +183,10 @@ std::string rock_slide() {
   // Six cuts of rock, in three sizes; they lie loosely over the top of the slope.
   constexpr int cuts = 6;
   constexpr std::array stones{finish::granite, finish::limestone, finish::basalt, finish::sandstone};
+  constexpr std::size_t kinds_of_stone = stones.size();
   struct Rock {
     int collider_node;
-    std::array<int, stones.size()> looks;
+    std::array<int, kinds_of_stone> looks;
     double mass;
   };
   std::vector<Rock> rocks;
