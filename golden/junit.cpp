@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <string>
 
-#include "golden/markup.h"
+#include "render/markup.h"
 #include "sim/log/file_output.h"
 
 namespace substep {

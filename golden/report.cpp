@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "golden/markup.h"
 #include "golden/provenance.h"
 #include "golden/report_assets.h"
 #include "golden/report_case.h"
+#include "render/markup.h"
 #include "sim/log/file_output.h"
 
 namespace substep {

@@ -9,8 +9,8 @@
 
 #include "golden/blame.h"
 #include "golden/error_strip.h"
-#include "golden/markup.h"
 #include "golden/provenance.h"
+#include "render/markup.h"
 
 namespace substep {
 namespace {

@@ -2,26 +2,10 @@
 
 #include <fmt/format.h>
 
+#include "render/markup.h"
+
 namespace substep {
 namespace {
-
-std::string escaped(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    if (c == '&') {
-      result += "&amp;";
-    } else if (c == '<') {
-      result += "&lt;";
-    } else if (c == '>') {
-      result += "&gt;";
-    } else if (c == '"') {
-      result += "&quot;";
-    } else {
-      result += c;
-    }
-  }
-  return result;
-}
 
 /// What is between ** is strong, what is between ` is code.
 std::string with_marks(const std::string& text) {

@@ -321,17 +321,26 @@ Sheet size(const FigureSource& source) {
   sheet.panels = {std::move(whole), std::move(each)};
   sheet.caption = {
       "rod_chain.gltf made longer; A2 m = 4, A3 to A5 n = 4, m = 1, A3 plain, A4 and A5 stable joints; "
-      "medians "
-      "of five runs of 60 steps, one core."};
+      "medians of five runs of 60 steps, one core."};
+  return sheet;
+}
+
+/// Marks of a point where the run is right, and of one where it is lost.
+constexpr Look holds{2, 7, false, false, true};
+constexpr Look fails{4, 2, false, false, true};
+
+/// Three panels in a row, with what became of the runs as points.
+Sheet validity_sheet(const std::string& title) {
+  Sheet sheet;
+  sheet.title = title;
+  sheet.columns = 3;
+  sheet.panel_width = 360;
+  sheet.legend_columns = 3;
   return sheet;
 }
 
 Sheet mass_ratio(const FigureSource& source) {
-  Sheet sheet;
-  sheet.title = "Mass ratio against sub-steps: a chain with a heavy end";
-  sheet.columns = 3;
-  sheet.panel_width = 360;
-  sheet.legend_columns = 3;
+  Sheet sheet = validity_sheet("Mass ratio against sub-steps: a chain with a heavy end");
   const Scene scene = scene_at(source, "heavy_chain");
   struct Row {
     Algorithm algorithm;
@@ -341,9 +350,9 @@ Sheet mass_ratio(const FigureSource& source) {
                          Row{Algorithm::a5, Joints::stable}}) {
     Settings settings = usual_settings(scene, row.algorithm);
     settings.joints = row.joints;
-    Series good{"error below 1 % of the size", {2, 7, false, false, true}, {}};
+    Series good{"error below 1 % of the size", holds, {}};
     Series fair{"bounded: below 10 %", {1, 9, false, false, true}, {}};
-    Series lost{"lost", {4, 2, false, false, true}, {}};
+    Series lost{"lost", fails, {}};
     for (const MassRatioPoint& point : mass_ratio_map(scene, settings, 1, 64)) {
       Series& series = !point.bounded ? lost : point.error < 0.01 ? good : fair;
       series.points.push_back({point.ratio, static_cast<double>(point.substeps)});
@@ -363,18 +372,14 @@ Sheet mass_ratio(const FigureSource& source) {
 }
 
 Sheet stiffness(const FigureSource&) {
-  Sheet sheet;
-  sheet.title = "Step against stiffness: one weight of 1 kg on a spring without damping";
-  sheet.columns = 3;
-  sheet.panel_width = 360;
+  Sheet sheet = validity_sheet("Step against stiffness: one weight of 1 kg on a spring without damping");
   sheet.panel_height = 300;
-  sheet.legend_columns = 3;
   for (const Algorithm algorithm : {Algorithm::a1, Algorithm::a3, Algorithm::a5}) {
     Settings settings;
     settings.algorithm = algorithm;
-    Series good{"keeps its energy to 10 % for 1 s", {2, 7, false, false, true}, {}};
+    Series good{"keeps its energy to 10 % for 1 s", holds, {}};
     Series damped{"is damped", {1, 6, false, false, true}, {}};
-    Series grows{"gains energy", {4, 2, false, false, true}, {}};
+    Series grows{"gains energy", fails, {}};
     for (const StiffnessPoint& point : stiffness_map(settings)) {
       Series& series = !(point.energy <= 1.1) ? grows : point.energy < 0.9 ? damped : good;
       series.points.push_back({point.stiffness, point.step});
@@ -396,16 +401,12 @@ Sheet stiffness(const FigureSource&) {
 }
 
 Sheet stability(const FigureSource&) {
-  Sheet sheet;
-  sheet.title = "Stability of one constraint row under τ and κ";
-  sheet.columns = 3;
-  sheet.panel_width = 360;
+  Sheet sheet = validity_sheet("Stability of one constraint row under τ and κ");
   sheet.panel_height = 340;
-  sheet.legend_columns = 3;
   const std::vector<StabilityPoint> points = measure_stability_map();
   for (const Algorithm algorithm : {Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
-    Series stable{"stable", {2, 7, false, false, true}, {}};
-    Series unstable{"unstable", {4, 2, false, false, true}, {}};
+    Series stable{"stable", holds, {}};
+    Series unstable{"unstable", fails, {}};
     for (const StabilityPoint& point : points) {
       if (point.algorithm != algorithm) continue;
       (point.stable ? stable : unstable).points.push_back({point.kappa, point.tau});

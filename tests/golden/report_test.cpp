@@ -6,9 +6,9 @@
 #include <string>
 
 #include "golden/junit.h"
-#include "golden/markup.h"
 #include "golden/merge.h"
 #include "golden/replay.h"
+#include "render/markup.h"
 #include "render/renderer.h"
 #include "sim/error.h"
 #include "tests/golden/small_suite.h"

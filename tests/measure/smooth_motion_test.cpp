@@ -12,6 +12,7 @@
 #include "sim/measure/measured_run.h"
 #include "sim/measure/motion.h"
 #include "sim/rotation.h"
+#include "tests/sim/squeezer_end.h"
 
 namespace substep {
 namespace {
@@ -82,17 +83,7 @@ TEST(SmoothMotion, KeepsTheHeavyTopsEnergyAndGoesRoundAsLagrangesEquationsSay) {
 TEST(SmoothMotion, SqueezerEndsAsPublished) {
   const Scene scene = scene_named("squeezer");
   const State state = run(scene, 12, 4, 3);
-  const std::array<double, 7> q{15.81077119629904,   -15.75637105984298, 0.04082224013073101,
-                                -0.5347301163226948, 0.5244099658805304, 0.5347301163226948,
-                                1.048080741042263};
-  const std::array<std::pair<const char*, double>, 7> angles{{{"crank", q[0]},
-                                                              {"rod", q[0] + q[1]},
-                                                              {"lever", q[2]},
-                                                              {"upper_link", q[3] + q[4]},
-                                                              {"upper_arm", q[4]},
-                                                              {"lower_link", q[5] + q[6]},
-                                                              {"lower_arm", q[6]}}};
-  for (const auto& [body, angle] : angles) {
+  for (const auto& [body, angle] : test::squeezer_angles) {
     const Vector3 turn = rotation_vector(state.q[body_named(scene, body)].angular);
     EXPECT_NEAR(std::remainder(turn.z() - angle, 2 * pi), 0, 1e-7) << body;
   }

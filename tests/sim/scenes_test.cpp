@@ -16,6 +16,7 @@
 #include "sim/rotation.h"
 #include "sim/scene/scene.h"
 #include "sim/simulation.h"
+#include "tests/sim/squeezer_end.h"
 
 namespace substep {
 namespace {
@@ -253,21 +254,11 @@ TEST(Scenes, TurntableHoldsBlocksThatFrictionCanHold) {
 
 TEST(Scenes, SqueezerEndsAsPublished) {
   const Scene scene = library_scene("squeezer");
-  const std::array<double, 7> q{15.81077119629904,   -15.75637105984298, 0.04082224013073101,
-                                -0.5347301163226948, 0.5244099658805304, 0.5347301163226948,
-                                1.048080741042263};
-  const std::array<std::pair<const char*, double>, 7> angles{{{"crank", q[0]},
-                                                              {"rod", q[0] + q[1]},
-                                                              {"lever", q[2]},
-                                                              {"upper_link", q[3] + q[4]},
-                                                              {"upper_arm", q[4]},
-                                                              {"lower_link", q[5] + q[6]},
-                                                              {"lower_arm", q[6]}}};
   for (const Algorithm algorithm : all) {
     std::array<double, 2> largest{};
     for (const int i : {0, 1}) {
       const State state = run(scene, settings_of(algorithm, i == 0 ? 1.0 / 1000 : 1.0 / 4000), 3);
-      for (const auto& [body, angle] : angles) {
+      for (const auto& [body, angle] : test::squeezer_angles) {
         const Vector3 turn = rotation_vector(state.q[body_named(scene, body)].angular);
         largest[i] = std::max(largest[i], std::fabs(std::remainder(turn.z() - angle, 2 * pi)));
       }

@@ -1,4 +1,4 @@
-#include "golden/markup.h"
+#include "render/markup.h"
 
 #include <algorithm>
 #include <cstdint>
