@@ -11,7 +11,7 @@
 
 #include "golden/provenance.h"
 #include "sim/error.h"
-#include "sim/formulate.h"
+#include "sim/contact_finder.h"
 #include "sim/measure/measured_run.h"
 #include "sim/model.h"
 

@@ -20,8 +20,9 @@ void proc2(CoordinateVector& q, VelocityVector& v, const Settings& settings, Pro
 
   // Step velocities
   VelocityVector& v_hat = v;
-  add_external(model, q, Frame::world, h, v_hat);  // proc2:3
   clear_impulses(c);
+  start_substep(problem, v_hat);
+  add_external(model, q, Frame::world, h, v_hat);  // proc2:3
   // Iterate
   double moved = std::numeric_limits<double>::infinity();
   for (int p = 0; p < settings.iterations && moved > settings.tolerance; ++p) {  // proc2:5

@@ -26,10 +26,11 @@ void proc3(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
   // Sub-step
   VelocityVector& v_hat = v_local;  // proc3:4
   set_zero(work.sum);
+  clear_impulses(c);
   for (int j = 1; j <= n; ++j) {  // proc3:5
     // Micro-iterate
+    start_substep(problem, v_hat);                   // λ = 0
     add_external(model, q, Frame::body, hs, v_hat);  // proc3:7
-    clear_impulses(c);
     for (int i = 1; i <= m; ++i) {  // proc3:8
       for (Block& x : c.blocks) {   // proc3:9
         // J̆_x(κ v̂ + M̆⁻¹J̆_xᵀλ) = τ β_xʲ : lo, hi

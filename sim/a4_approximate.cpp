@@ -23,10 +23,11 @@ void proc4(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
   // Sub-step
   VelocityVector& v_hat = v_local;  // proc4:4
   set_zero(work.sum);
+  clear_impulses(c);
   for (int j = 1; j <= n; ++j) {  // proc4:5
     // Micro-iterate
+    start_substep(problem, v_hat);                   // λ = 0
     add_external(model, q, Frame::body, hs, v_hat);  // proc4:7
-    clear_impulses(c);
     for (int i = 1; i <= m; ++i) {  // proc4:8
       for (Block& x : c.blocks) {   // proc4:9
         // J̆_x(κ v̂ + M̆⁻¹J̆_xᵀλ) = τ β_xʲ : lo, hi
@@ -41,7 +42,7 @@ void proc4(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
     add(v_hat, work.sum);  // proc4:13
     // Sub-step 𝒞 to (t + j·hs)
     add(v_hat, substeps.offset);  // proc4:15
-    update_biases(c, v_local);    // proc4:16
+    update_biases(problem, v_local);    // proc4:16
   }
 
   // Step coordinates; body 0 is the world

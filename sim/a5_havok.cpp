@@ -28,12 +28,13 @@ void proc5(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
   VelocityVector& sum_v = work.sum_v;
   set_zero(work.sum);
   set_zero(sum_v);
+  clear_impulses(c);
   box_biases(c, kappa, tau);      // proc5:5
   for (int j = 1; j <= n; ++j) {  // proc5:6
     // Micro-iterate
+    start_substep(problem, v_local, &sum_v);  // λ□ = 0
     add_external(model, q, Frame::body, hs, v_local);
     add(sum_v, mv);  // proc5:8
-    clear_impulses(c);
     for (int i = 1; i <= m; ++i) {  // proc5:9
       for (Block& x : c.blocks) {   // proc5:10
         // J̆_x(m̂v + M̆⁻¹J̆_xᵀλ□) = β□_x : lo/κ, hi/κ
@@ -50,7 +51,7 @@ void proc5(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
     add(v_local, substeps.offset);
     scale(tau / kappa, v_local, work.change);
     add(work.change, sum_v);  // proc5:16
-    undo_update_rule(c, work.change);
+    undo_update_rule(problem, kappa, tau, work.change, sum_v);
     // mvʲ⁺¹ = v̆ʲ + svʲ⁺¹: line 8 adds sv, so that ext sees v̆  // proc5:17
   }
 

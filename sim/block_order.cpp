@@ -5,7 +5,6 @@ namespace substep {
 void BlockOrder::interleave(const Model& model, Constraints& c) {
   level_.reserve(c.blocks.capacity());
   begin_.reserve(c.blocks.capacity() + 1);
-  first_.reserve(c.rows.capacity());
   sorted_.reserve(c.blocks.capacity());
 
   // A block's level is one above those that it waits for.
@@ -30,16 +29,10 @@ void BlockOrder::interleave(const Model& model, Constraints& c) {
   for (std::size_t i = 0; i < c.blocks.size(); ++i) sorted_[begin_[level_[i]]++] = c.blocks[i];
   c.blocks.swap(sorted_);
 
-  first_.resize(c.rows.size());
   int row = 0;
   for (Block& x : c.blocks) {
-    first_[x.first] = row;
     x.first = row;
     row += x.rows;
-  }
-  // A normal is before its friction, with which it shares the bodies.
-  for (Block& x : c.blocks) {
-    if (x.normal >= 0) x.normal = first_[x.normal];
   }
 }
 

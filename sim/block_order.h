@@ -21,7 +21,6 @@ class BlockOrder {
   std::vector<int> depth_;  ///< by body: blocks on the longest chain of waits that ends in it
   std::vector<int> level_;  ///< by block: how many it has to wait for
   std::vector<int> begin_;  ///< by level: place of its next block
-  std::vector<int> first_;  ///< by row: its place before the sort → after
   std::vector<Block> sorted_;
 };
 

@@ -30,26 +30,28 @@ struct Row {
   double high;
   double softness;  ///< added to Γ's diagonal: the row is a spring or damper; 0 is rigid
   double impulse;   ///< λ, the total of the (sub-)step
+  double earlier;   ///< the impulse of the step's earlier sub-steps: the limits hold for the sum
 };
 
 /// A block constraint: up to three rows between the same two bodies, solved at once. Rows in a block of more
 /// than one have infinite limits.
 struct Block {
-  enum class Kind : std::uint8_t { lock, limit, drive, contact_normal, contact_friction };
+  enum class Kind : std::uint8_t { lock, limit, drive };
   Kind kind;
   bool stable;  ///< Jacobian taken at next-frame coordinates (IV.2.2, point 2)
   std::uint8_t rows;
-  std::uint8_t component;  ///< which of the joint's or contact's rows the first one is
+  std::uint8_t component;  ///< which of the joint's rows the first one is
   int first;               ///< its rows are rows[first] … rows[first + rows − 1]
   int a;
   int b;
   int coupling = -1;  ///< which of Constraints::inverse_gammas, where there is more than one row
-  int source;         ///< which lock, limit, drive or contact it was formulated from
+  int source;         ///< which lock, limit or drive it was formulated from
   /// How much of its β follows the coordinates: 1 for a position-level row (β = −C/hs: the update rule of A4
   /// and A5 fits), 0 for a velocity-level row (β is a velocity), in between for a spring with a damper.
   double position_share = 1;
-  int normal = -1;      ///< friction: the row of its contact's normal
-  double friction = 0;  ///< friction: μ
+  /// Whether τ and κ stabilize it: it is rigid and follows the coordinates. Motors, springs and dampers have
+  /// the fixed point that their own law gives, J v + softness λ = β, whatever τ and κ are.
+  bool stabilized = true;
   double inverse_mass_a;
   double inverse_mass_b;
 };
@@ -66,41 +68,33 @@ struct Constraints {
   std::vector<Block> blocks;
   std::vector<Row> rows;
   std::vector<Matrix3> inverse_gammas;  ///< (J M⁻¹ Jᵀ)⁻¹ of each block of several rows
-  ContactBatches contacts;              ///< those that are not among the blocks; a sweep's last
+  ContactBatches contacts;              ///< a sweep's last
 
   std::int64_t row_count() const { return std::ssize(rows) + contacts.row_count; }
 };
 
-/// Limits of a friction row: ±μ times its normal's impulse of the same (sub-)step.
-inline void set_friction_limits(Constraints& c, const Block& x) {
-  if (x.kind != Block::Kind::contact_friction) return;
-  const double limit = x.friction * c.rows[x.normal].impulse;
-  c.rows[x.first].low = -limit;
-  c.rows[x.first].high = limit;
-}
-
 /// The clamped total's change for one row: `wanted` is the row's right-hand side less its velocity.
 inline double clamped_change(Row& row, double wanted, double limit_scale) {
-  const double free = row.impulse + (wanted - row.softness * row.impulse) * row.inverse_gamma;
-  const double total = std::clamp(free, row.low * limit_scale, row.high * limit_scale);
+  const double free = row.impulse + wanted * row.inverse_gamma;
+  const double total = std::clamp(free, row.low * limit_scale - row.earlier, row.high * limit_scale - row.earlier);
   const double change = total - row.impulse;
   row.impulse = total;
   return change;
 }
 
-/// Solves block x for the change of λ in  J_x(κ v̂ + M⁻¹J_xᵀλ) = τ β_x : lo, hi.
-/// `limit_scale` multiplies the limits of motors (A5's 1/κ); friction's follow the normal's impulse by
-/// themselves.
+/// Solves block x for the change of λ in  J_x(κ v̂ + M⁻¹J_xᵀλ) = τ β_x : lo, hi; where x is not stabilized, in
+/// J_x(κ v̂ + M⁻¹J_xᵀλ) + κ softness λ = κ β_x. `limit_scale` is A5's 1/κ, by which its λ and their limits are
+/// smaller.
 inline Impulse solve(Constraints& c, const Block& x, double kappa, double tau, const std::vector<Velocity>& v,
                      double limit_scale = 1) {
   const Velocity& a = v[x.a];
   const Velocity& b = v[x.b];
   Impulse change{};
   if (x.rows == 1) {
-    set_friction_limits(c, x);
     Row& row = c.rows[x.first];
-    const double scale = x.kind == Block::Kind::drive ? limit_scale : 1;
-    change[0] = clamped_change(row, tau * row.beta - kappa * row_velocity(row, a, b), scale);
+    const double right = (x.stabilized ? tau : kappa) * row.beta;
+    const double soft = row.softness * (kappa / limit_scale) * row.impulse;
+    change[0] = clamped_change(row, right - kappa * row_velocity(row, a, b) - soft, limit_scale);
     return change;
   }
   Vector3 wanted = Vector3::Zero();
@@ -118,7 +112,6 @@ inline Impulse solve(Constraints& c, const Block& x, double kappa, double tau, c
 
 /// A2's row: λ_x ← clamp(λ_x + ω δ, lo, hi), and its change. Blocks of one row only.
 inline double solve_relaxed(Constraints& c, const Block& x, double omega, const std::vector<Velocity>& v) {
-  set_friction_limits(c, x);
   Row& row = c.rows[x.first];
   const double before = row.impulse;
   const double wanted = row.beta - row_velocity(row, v[x.a], v[x.b]) - row.softness * before;
@@ -141,10 +134,9 @@ inline void apply(const Constraints& c, const Block& x, const Impulse& change, s
   }
 }
 
-/// λ = 0.
+/// λ = 0, of the step.
 inline void clear_impulses(Constraints& c) {
-  for (Row& row : c.rows) row.impulse = 0;
-  clear_impulses(c.contacts);
+  for (Row& row : c.rows) row.impulse = row.earlier = 0;
 }
 
 }  // namespace substep

@@ -1,7 +1,9 @@
+#include "sim/contact_finder.h"
+
 #include <algorithm>
 #include <cmath>
-
-#include "sim/formulate.h"
+#include <limits>
+#include <tuple>
 
 namespace substep {
 namespace {
@@ -49,13 +51,32 @@ Vector3 across(const Vector3& normal) {
   return normal.cross(Vector3::Unit(least)).normalized();
 }
 
+/// Of the smaller shape: a point that has moved by less on both bodies is the same. A rolling body's has not:
+/// what it rolls over in a step would count as displacement, by a part of up to a sixth of its angle squared.
+constexpr double same_place = 0.02;
+
+/// What the two materials make of a coefficient each.
+struct PairMaterial {
+  PairMaterial(const ContactMaterial& one, const ContactMaterial& other)
+      : dynamic_friction(combine(std::min(one.friction_combine, other.friction_combine), one.dynamic_friction,
+                                 other.dynamic_friction)),
+        static_friction(combine(std::min(one.friction_combine, other.friction_combine), one.static_friction,
+                                other.static_friction)),
+        restitution(combine(std::min(one.restitution_combine, other.restitution_combine), one.restitution,
+                            other.restitution)) {}
+  double dynamic_friction;
+  double static_friction;
+  double restitution;
+};
+
 }  // namespace
 
 ContactFinder::ContactFinder(const Scene& scene, const Model& model) : model_(model) {
   if (!model.contacts) return;
   for (const Collider& collider : scene.colliders) {
-    candidates_.push_back(
-        {&collider, collider.placement.position.norm() + std::visit(Reach{}, collider.shape)});
+    const double size = std::visit(Reach{}, collider.shape);
+    candidates_.push_back({&collider, collider.placement.position.norm() + size,
+                           size > 0 ? size : std::numeric_limits<double>::infinity()});
   }
   poses_.resize(candidates_.size());
   bounds_.resize(candidates_.size());
@@ -76,7 +97,7 @@ bool ContactFinder::may_meet(std::uint32_t i, std::uint32_t j) const {
   return !std::ranges::binary_search(model_.jointed, bodies);
 }
 
-const std::vector<Contact>& ContactFinder::find(const State& state, double step) {
+const std::vector<Contact>& ContactFinder::find(const State& state, double step, bool aligned) {
   contacts_.clear();
   for (std::size_t i = 0; i < candidates_.size(); ++i) {
     const Collider& collider = *candidates_[i].collider;
@@ -97,59 +118,86 @@ const std::vector<Contact>& ContactFinder::find(const State& state, double step)
     if (!may_meet(i, j)) continue;
     // The normal is fixed in b. The static one is b; else the one that comes first in the file.
     const bool swap = model_.masses[candidates_[j].collider->body].inverse_mass == 0;
-    const std::uint32_t first = swap ? i : j;
-    const std::uint32_t second = swap ? j : i;
-    const Collider& on_a = *candidates_[first].collider;
-    const Collider& on_b = *candidates_[second].collider;
-    points_.clear();
-    find_contacts(on_a.shape, poses_[first], on_b.shape, poses_[second], margins_[i] + margins_[j], points_);
-    if (points_.empty()) continue;
-
-    const Coordinates& qa = state.q[on_a.body];
-    const Coordinates& qb = state.q[on_b.body];
-    const Velocity& va = state.v[on_a.body];
-    const Velocity& vb = state.v[on_b.body];
-    const Quaternion to_a = qa.angular.conjugate();
-    const Quaternion to_b = qb.angular.conjugate();
-    const auto fall = [&](int body) -> Vector3 {
-      if (model_.masses[body].inverse_mass == 0) return Vector3::Zero();
-      return model_.gravity * (model_.masses[body].gravity_factor * step);
-    };
-    const Vector3 external = fall(on_a.body) - fall(on_b.body);
-    const Combine how = std::min(on_a.material.friction_combine, on_b.material.friction_combine);
-    const double moving = combine(how, on_a.material.dynamic_friction, on_b.material.dynamic_friction);
-    const double resting = combine(how, on_a.material.static_friction, on_b.material.static_friction);
-    const double restitution =
-        combine(std::min(on_a.material.restitution_combine, on_b.material.restitution_combine),
-                on_a.material.restitution, on_b.material.restitution);
-    // What the external forces do in a step: slower than that is at rest. It has the scene's own scale.
-    const double at_rest = external.norm();
-    const double speed = va.linear.norm() + vb.linear.norm() + external.norm();
-    // Points come round the manifold's rim. They are taken crosswise, 0 2 1 3 of four: a sweep that went
-    // round would leave a turn to the same side each time, and topple a stack.
-    const std::size_t half = (points_.size() + 1) / 2;
-    for (std::size_t k = 0; k < points_.size(); ++k) {
-      const ContactPoint& point = points_[k % 2 == 0 ? k / 2 : half + k / 2];
-      const Vector3 arm_a = point.on_a - qa.linear;
-      const Vector3 arm_b = point.on_b - qb.linear;
-      const Vector3 before = va.linear + va.angular.cross(arm_a) - vb.linear - vb.angular.cross(arm_b);
-      const Vector3 relative = before + external;
-      const Vector3 slip = relative - point.normal * point.normal.dot(relative);
-      const double slip_speed = slip.norm();
-      // Slip that is rounding beside the speeds has no direction worth following.
-      const Vector3 along = slip_speed > 1e-9 * speed ? Vector3(slip / slip_speed) : across(point.normal);
-      const double approach = -point.normal.dot(before);
-      const double slipped = (before + approach * point.normal).norm();
-      const double friction = slipped > at_rest ? moving : resting;
-      // It bounces in the step in which it would touch, and if it comes faster than the forces alone can make
-      // it.
-      const bool touches = point.distance <= step * -point.normal.dot(relative);
-      const double bounce = touches && approach > 2 * at_rest ? restitution * approach : 0;
-      contacts_.push_back({on_a.body, on_b.body, to_a * arm_a, to_b * arm_b, to_b * point.normal,
-                           to_b * along, to_b * point.normal.cross(along), friction, bounce});
-    }
+    add_contacts(state, step, aligned, swap ? i : j, swap ? j : i);
   }
   return contacts_;
+}
+
+void ContactFinder::add_contacts(const State& state, double step, bool aligned, std::uint32_t a,
+                                 std::uint32_t b) {
+  const Collider& on_a = *candidates_[a].collider;
+  const Collider& on_b = *candidates_[b].collider;
+  points_.clear();
+  find_contacts(on_a.shape, poses_[a], on_b.shape, poses_[b], margins_[a] + margins_[b], points_);
+  if (points_.empty()) return;
+
+  const Coordinates& qa = state.q[on_a.body];
+  const Coordinates& qb = state.q[on_b.body];
+  const Velocity& va = state.v[on_a.body];
+  const Velocity& vb = state.v[on_b.body];
+  const Quaternion to_a = qa.angular.conjugate();
+  const Quaternion to_b = qb.angular.conjugate();
+  const auto fall = [&](int body) -> Vector3 {
+    if (model_.masses[body].inverse_mass == 0) return Vector3::Zero();
+    return model_.gravity * model_.masses[body].gravity_factor;
+  };
+  const Vector3 acceleration = fall(on_a.body) - fall(on_b.body);
+  const Vector3 external = acceleration * step;
+  const PairMaterial material(on_a.material, on_b.material);
+  // What gravity does in a step: slower than that is at rest. It has the scene's own scale.
+  const double at_rest = external.norm();
+  const double speed = va.linear.norm() + vb.linear.norm() + at_rest;
+  for (const ContactPoint& point : points_) {
+    const Vector3 arm_a = point.on_a - qa.linear;
+    const Vector3 arm_b = point.on_b - qb.linear;
+    const Vector3 before = va.linear + va.angular.cross(arm_a) - vb.linear - vb.angular.cross(arm_b);
+    const Vector3 slip_before = before - point.normal * point.normal.dot(before);
+    Vector3 along = across(point.normal);
+    if (aligned) {
+      const Vector3 relative = before + external;
+      const Vector3 slip = relative - point.normal * point.normal.dot(relative);
+      // Slip that is rounding beside the speeds has no direction worth following.
+      if (slip.norm() > 1e-9 * speed) along = slip.normalized();
+    }
+    Contact contact{};
+    contact.a = on_a.body;
+    contact.b = on_b.body;
+    contact.collider_a = static_cast<int>(a);
+    contact.collider_b = static_cast<int>(b);
+    contact.arm_a = to_a * arm_a;
+    contact.arm_b = to_b * arm_b;
+    contact.normal_b = to_b * point.normal;
+    contact.tangent_b1 = to_b * along;
+    contact.tangent_b2 = to_b * point.normal.cross(along);
+    contact.friction = slip_before.norm() > at_rest ? material.dynamic_friction : material.static_friction;
+    contact.restitution = material.restitution;
+    contact.resting_acceleration = 2 * acceleration.norm();
+    contact.acceleration = -point.normal.dot(acceleration);
+    contact.left_over = std::max(0.0, -point.distance - recovery_speed * step);
+    contact.slid = slip_before.norm() > at_rest;
+    remember(state, step, -point.distance, contact);
+    contacts_.push_back(contact);
+  }
+}
+
+/// What the state remembers of these colliders, and of the nearest of their points, if it is the same.
+void ContactFinder::remember(const State& state, double step, double overlap, Contact& contact) const {
+  const auto colliders = [](const auto& m) { return std::tie(m.collider_a, m.collider_b); };
+  const auto begin = std::ranges::lower_bound(state.contacts, colliders(contact), {}, colliders);
+  double nearest =
+      same_place * std::min(candidates_[contact.collider_a].size, candidates_[contact.collider_b].size);
+  double left_over = 0;
+  auto m = begin;
+  for (; m != state.contacts.end() && colliders(*m) == colliders(contact); ++m) {
+    left_over = std::max(left_over, m->left_over);
+    const double distance = std::max((m->arm_a - contact.arm_a).norm(), (m->arm_b - contact.arm_b).norm());
+    if (!(distance < nearest)) continue;
+    nearest = distance;
+    contact.displacement_1 = contact.tangent_b1.dot(m->displacement);
+    contact.displacement_2 = contact.tangent_b2.dot(m->displacement);
+    contact.slid = m->slides;
+  }
+  if (m != begin) contact.left_over = std::clamp(overlap, 0.0, std::max(0.0, left_over - recovery_speed * step));
 }
 
 }  // namespace substep

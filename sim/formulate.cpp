@@ -220,6 +220,7 @@ void formulate_limit(Problem& problem, Block& x, const Placed& at, double hs) {
   set_row(problem, x, at, m, sign, -room / hs, row);
   if (!two_sided) row.low = 0;
   x.position_share = 1;
+  x.stabilized = !limit.soft || !problem.c.contacts.reading.velocity_level_apart;
   if (limit.soft) {
     // λ = −hs (stiffness (room + hs Jv') + damping Jv'), in the form Jv' + softness λ = β. Within the bound β
     // lets the room close; beyond it the spring has been at work.
@@ -242,32 +243,12 @@ void formulate_drive(Problem& problem, Block& x, const Placed& at, double hs) {
   Row& row = problem.c.rows[x.first];
   set_row(problem, x, at, m, 1, pull / strength, row);
   x.position_share = hs * drive.stiffness / strength;
+  x.stabilized = !problem.c.contacts.reading.velocity_level_apart;
   const double mass = drive.per_mass ? row.inverse_gamma : 1;
-  row.high = hs * drive.max_force * mass;
+  const double duration = problem.c.contacts.reading.limits_over_step ? problem.step : hs;
+  row.high = duration * drive.max_force * mass;
   row.low = -row.high;
   if (mass > 0) soften(1 / (hs * strength * mass), row);
-}
-
-void formulate_contact(Problem& problem, const Block& x, const Placed& at, double hs) {
-  const Contact& contact = (*problem.contacts)[x.source];
-  Row& row = problem.c.rows[x.first];
-  const bool is_normal = x.kind == Block::Kind::contact_normal;
-  // Fixed in b, so that b's part of J̆ does not change with the coordinates.
-  const Vector3& direction_b = is_normal          ? contact.normal_b
-                               : x.component == 0 ? contact.tangent_b1
-                                                  : contact.tangent_b2;
-  const Vector3 direction = at.rotation_b * direction_b;
-  const Vector3 direction_a = at.rotation_a.transpose() * direction;
-  set_rigid(0, direction, row);
-  if (is_normal) {
-    row.low = 0;
-    // A positive distance is admitted too: β lets it close, no more. One that bounces has a velocity for its
-    // β.
-    const double gap = direction.dot(at.a.linear - at.b.linear) + direction_a.dot(contact.arm_a) -
-                       direction_b.dot(contact.arm_b);
-    row.beta = contact.bounce > 0 ? contact.bounce : -gap / hs;
-  }
-  set_angular(problem, x, at, contact.arm_a.cross(direction_a), direction_b.cross(contact.arm_b), row);
 }
 
 /// J, β and M⁻¹Jᵀ of the block's rows.
@@ -282,10 +263,6 @@ void formulate_block(Problem& problem, Block& x, const Placed& at, double hs) {
     case Block::Kind::drive:
       formulate_drive(problem, x, at, hs);
       break;
-    case Block::Kind::contact_normal:
-    case Block::Kind::contact_friction:
-      formulate_contact(problem, x, at, hs);
-      break;
   }
   if (x.rows > 1) invert_gamma(problem.c, x);
 }
@@ -297,60 +274,11 @@ Coordinates ahead(const Coordinates& q, const Velocity& v_local, double duration
 
 }  // namespace
 
-namespace {
-
-/// The block of a contact's normal or of one of its tangents.
-Block contact_block(const Model& model, const Contact& contact, std::size_t source, Block::Kind kind,
-                    int component) {
-  Block x{};
-  x.kind = kind;
-  x.rows = 1;
-  x.component = static_cast<std::uint8_t>(component);
-  x.a = contact.a;
-  x.b = contact.b;
-  x.source = static_cast<int>(source);
-  x.inverse_mass_a = model.masses[x.a].inverse_mass;
-  x.inverse_mass_b = model.masses[x.b].inverse_mass;
-  const bool is_normal = kind == Block::Kind::contact_normal;
-  x.position_share = is_normal && contact.bounce <= 0 ? 1 : 0;
-  x.friction = is_normal ? 0 : contact.friction;
-  return x;
-}
-
-/// Contacts by pairs of bodies: a pair's normals, then its friction, which needs their impulses.
-void add_contacts(Problem& problem, int& first) {
-  const Model& model = *problem.model;
-  const std::vector<Contact>& contacts = *problem.contacts;
-  const auto add = [&](std::size_t i, Block::Kind kind, int component, int normal) {
-    problem.c.blocks.push_back(contact_block(model, contacts[i], i, kind, component));
-    problem.c.blocks.back().first = first++;
-    problem.c.blocks.back().normal = normal;
-  };
-  for (std::size_t begin = 0, end = 0; begin < contacts.size(); begin = end) {
-    const int first_normal = first;
-    while (end < contacts.size() && contacts[end].a == contacts[begin].a &&
-           contacts[end].b == contacts[begin].b) {
-      add(end++, Block::Kind::contact_normal, 0, -1);
-    }
-    for (std::size_t i = begin; i < end; ++i) {
-      if (contacts[i].friction == 0) continue;
-      const int normal = first_normal + static_cast<int>(i - begin);
-      for (int k = 0; k < 2; ++k) add(i, Block::Kind::contact_friction, k, normal);
-    }
-  }
-}
-
-}  // namespace
-
 void build_blocks(Problem& problem, Joints joints) {
   Constraints& c = problem.c;
   const Model& model = *problem.model;
   c.blocks.clear();
   c.inverse_gammas.clear();
-  if (!problem.batched) {
-    c.blocks.reserve(3 * problem.contacts->capacity());
-    c.rows.reserve(3 * problem.contacts->capacity());
-  }
   int first = 0;
   const auto add = [&](Block::Kind kind, int rows, int component, int a, int b,
                        std::size_t source) -> Block& {
@@ -393,11 +321,7 @@ void build_blocks(Problem& problem, Joints joints) {
   for (std::size_t i = 0; i < model.drives.size(); ++i) {
     add(Block::Kind::drive, 1, 0, model.drives[i].at.a, model.drives[i].at.b, i);
   }
-  if (problem.batched) {
-    c.contacts.build(model, *problem.contacts);
-  } else {
-    add_contacts(problem, first);
-  }
+  c.contacts.build(model, *problem.contacts);
   c.rows.resize(first);
   problem.order.interleave(model, c);
 }
@@ -408,10 +332,8 @@ void formulate(Problem& problem, const std::vector<Coordinates>& q, double hs) {
   for (Block& x : problem.c.blocks) {
     formulate_block(problem, x, {q[x.a], q[x.b], problem.rotations[x.a], problem.rotations[x.b]}, hs);
   }
-  if (problem.batched) {
-    formulate(problem.c.contacts, *problem.model, *problem.contacts, q, problem.rotations,
-              problem.frame == Frame::body, hs);
-  }
+  formulate(problem.c.contacts, *problem.model, *problem.contacts, q, problem.rotations,
+            problem.frame == Frame::body, hs);
 }
 
 void update_stable(Problem& problem, Block& x, const std::vector<Velocity>& v_hat,
@@ -473,7 +395,17 @@ void step_coordinates(double hs, const std::vector<Velocity>& v_local, std::vect
   for (std::size_t i = 1; i < q.size(); ++i) q[i] = ahead(q[i], v_local[i], hs);
 }
 
-void update_biases(Constraints& c, const std::vector<Velocity>& v_local) {
+void start_substep(Problem& problem, const std::vector<Velocity>& v, const std::vector<Velocity>* sum_v) {
+  Constraints& c = problem.c;
+  for (Row& row : c.rows) {
+    if (c.contacts.reading.limits_over_step) row.earlier += row.impulse;
+    row.impulse = 0;
+  }
+  start_substep(c.contacts, problem.substeps.duration, v, problem.substeps.offset, sum_v);
+}
+
+void update_biases(Problem& problem, const std::vector<Velocity>& v_local) {
+  Constraints& c = problem.c;
   for (const Block& x : c.blocks) {
     if (x.position_share == 0) continue;
     for (int k = 0; k < x.rows; ++k) {
@@ -481,51 +413,116 @@ void update_biases(Constraints& c, const std::vector<Velocity>& v_local) {
       row.beta -= x.position_share * row_velocity(row, v_local[x.a], v_local[x.b]);
     }
   }
-  update_biases(c.contacts, v_local);
+  update_biases(c.contacts, problem.substeps.duration, v_local, problem.substeps.offset);
 }
 
 void box_biases(Constraints& c, double kappa, double tau) {
-  for (Row& row : c.rows) row.beta *= tau / kappa;
+  for (const Block& x : c.blocks) {
+    if (!x.stabilized) continue;
+    for (int k = 0; k < x.rows; ++k) c.rows[x.first + k].beta *= tau / kappa;
+  }
   box_biases(c.contacts, kappa, tau);
 }
 
-void undo_update_rule(Constraints& c, const std::vector<Velocity>& change) {
+void undo_update_rule(Problem& problem, double kappa, double tau, const std::vector<Velocity>& change,
+                      const std::vector<Velocity>& sum_v) {
+  Constraints& c = problem.c;
   for (const Block& x : c.blocks) {
-    if (x.position_share == 1) continue;
+    // A row that is not stabilized follows the coordinates by its share of v̆, not of (τ/κ) v̆.
+    const double undone = 1 - x.position_share * (x.stabilized ? 1 : kappa / tau);
+    if (undone == 0) continue;
     for (int k = 0; k < x.rows; ++k) {
       Row& row = c.rows[x.first + k];
-      row.beta += (1 - x.position_share) * row_velocity(row, change[x.a], change[x.b]);
+      row.beta += undone * row_velocity(row, change[x.a], change[x.b]);
     }
   }
-  undo_update_rule(c.contacts, change);
+  undo_update_rule(c.contacts, problem.substeps.duration, sum_v, problem.substeps.offset);
 }
 
-void make_mlcp(const Problem& problem, const std::vector<Velocity>& v_local, Mlcp& mlcp) {
-  const Model& model = *problem.model;
-  const auto moves = [&](int body) {
-    return model.masses[body].inverse_mass > 0 || model.masses[body].inverse_inertia.maxCoeff() > 0;
-  };
-  const auto set_part = [&](int body, double sign, const Vector3& linear, const Vector3& angular,
-                            Vector6& part) {
-    const BodyMass& mass = model.masses[body];
+namespace {
+
+/// Rows of J M^(−1/2) for the direct solver.
+class MlcpWriter {
+ public:
+  MlcpWriter(const Problem& problem, const std::vector<Velocity>& v_local, Mlcp& mlcp)
+      : model_(*problem.model), v_local_(v_local), mlcp_(mlcp) {}
+
+  /// The row's bodies, J and β; limits are infinite.
+  Mlcp::Row& add(int a, int b, const Vector3& linear, const Vector3& angular_a, const Vector3& angular_b,
+                 double beta) {
+    Mlcp::Row out{};
+    out.a = moves(a) ? a : -1;
+    out.b = moves(b) ? b : -1;
+    set_part(a, 1, linear, angular_a, out.part_a);
+    set_part(b, -1, linear, angular_b, out.part_b);
+    out.right = beta - linear.dot(v_local_[a].linear - v_local_[b].linear) -
+                angular_a.dot(v_local_[a].angular) - angular_b.dot(v_local_[b].angular);
+    out.low = -unlimited;
+    out.high = unlimited;
+    mlcp_.rows.push_back(out);
+    return mlcp_.rows.back();
+  }
+
+  Mlcp::Row& add(const ContactBatch& x, int lane, const ContactRow& row, double beta) {
+    const auto vector = [lane](const LaneVectors& v) { return Vector3(v[0][lane], v[1][lane], v[2][lane]); };
+    return add(x.a[lane], x.b[lane], vector(row.linear), vector(row.angular_a), vector(row.angular_b), beta);
+  }
+
+ private:
+  bool moves(int body) const {
+    return model_.masses[body].inverse_mass > 0 || model_.masses[body].inverse_inertia.maxCoeff() > 0;
+  }
+  void set_part(int body, double sign, const Vector3& linear, const Vector3& angular, Vector6& part) const {
+    const BodyMass& mass = model_.masses[body];
     part.head<3>() = linear * (sign * mass.root_inverse_mass);
     part.tail<3>() = angular.cwiseProduct(mass.root_inverse_inertia);
-  };
-  mlcp.bodies = static_cast<int>(model.masses.size());
-  mlcp.rows.resize(problem.c.rows.size());
+  }
+
+  const Model& model_;
+  const std::vector<Velocity>& v_local_;
+  Mlcp& mlcp_;
+};
+
+/// The points of one manifold of a batch.
+void add_manifold(const ContactBatches& contacts, const ContactBatch& x, int lane, MlcpWriter& writer,
+                  Mlcp& mlcp) {
+  int next_friction = x.first_friction;
+  const int end_friction = x.first_friction + x.frictions;
+  for (int i = 0; i < x.contacts; ++i) {
+    const NormalRow& normal = contacts.normals[x.first_normal + i];
+    const RestitutionRow* const bounce =
+        x.first_restitution < 0 ? nullptr : &contacts.restitutions[x.first_restitution + i];
+    const bool impact = bounce && bounce->impact[lane] > 0;
+    writer.add(x, lane, normal.row, impact ? bounce->velocity[lane] : normal.row.beta[lane]).low = 0;
+    if (next_friction == end_friction || contacts.frictions[next_friction].normal != i) continue;
+    const int row = static_cast<int>(mlcp.rows.size()) - 1;
+    const FrictionRows& friction = contacts.frictions[next_friction++];
+    for (const ContactRow& tangent : friction.row) {
+      Mlcp::Row& out = writer.add(x, lane, tangent, 0);
+      out.normal = row;
+      out.friction = friction.coefficient[lane];
+    }
+  }
+}
+
+}  // namespace
+
+void make_mlcp(const Problem& problem, const std::vector<Velocity>& v_local, Mlcp& mlcp) {
+  mlcp.bodies = static_cast<int>(problem.model->masses.size());
+  mlcp.rows.clear();
+  mlcp.rows.reserve(problem.c.row_count());
+  MlcpWriter writer(problem, v_local, mlcp);
   for (const Block& x : problem.c.blocks) {
     const Row& row = problem.c.rows[x.first];
-    Mlcp::Row& out = mlcp.rows[x.first];
-    out.a = moves(x.a) ? x.a : -1;
-    out.b = moves(x.b) ? x.b : -1;
-    set_part(x.a, 1, row.linear, row.angular_a, out.part_a);
-    set_part(x.b, -1, row.linear, row.angular_b, out.part_b);
-    out.right = row.beta - row_velocity(row, v_local[x.a], v_local[x.b]);
+    Mlcp::Row& out = writer.add(x.a, x.b, row.linear, row.angular_a, row.angular_b, row.beta);
     out.low = row.low;
     out.high = row.high;
     out.softness = row.softness;
-    out.normal = x.kind == Block::Kind::contact_friction ? x.normal : -1;
-    out.friction = x.friction;
+  }
+  for (const ContactBatch& x : problem.c.contacts.batches) {
+    for (int lane = 0; lane < x.manifolds; ++lane) {
+      add_manifold(problem.c.contacts, x, lane, writer, mlcp);
+    }
   }
 }
 

@@ -1,11 +1,10 @@
 #pragma once
-/// s1 and s2: contacts and constraint rows from coordinates; what the listings ask of 𝒞 while sub-stepping.
+/// s2: constraint rows from coordinates; what the listings ask of 𝒞 while sub-stepping.
 
 #include <vector>
 
 #include "sim/block_order.h"
 #include "sim/constraint.h"
-#include "sim/geometry/contact.h"
 #include "sim/mlcp.h"
 #include "sim/model.h"
 #include "sim/settings.h"
@@ -14,34 +13,6 @@ namespace substep {
 
 /// The frame of the rows' angular parts and of angular velocities: the world's (J, v) or the bodies' (J̆, v̆).
 enum class Frame { world, body };
-
-/// s1, geometry: finds the contacts of a step. Keeps its arrays from step to step.
-class ContactFinder {
- public:
-  ContactFinder(const Scene& scene, const Model& model);
-
-  /// Contact points closer than the bodies can come in `step` seconds, at world velocities `v`. Tangents: the
-  /// first along the slip velocity that the external forces leave, where there is any; so a sliding body's
-  /// friction points against its motion, and has Coulomb's magnitude.
-  const std::vector<Contact>& find(const State& state, double step);
-
- private:
-  struct Candidate {
-    const Collider* collider;
-    double reach;  ///< of the shape's farthest point from the body's origin
-  };
-  bool may_meet(std::uint32_t i, std::uint32_t j) const;
-
-  const Model& model_;
-  std::vector<Candidate> candidates_;
-  std::vector<Pose> poses_;
-  std::vector<Bounds> bounds_;
-  std::vector<double> margins_;
-  BroadPhase broad_phase_;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs_;
-  std::vector<ContactPoint> points_;
-  std::vector<Contact> contacts_;
-};
 
 /// The coordinates a sub-step starts from, as an algorithm knows them: exactly stepped (A3), or the frame's
 /// start and the sum of velocities since (A4, A5).
@@ -57,15 +28,15 @@ struct Problem {
   const Model* model = nullptr;
   const std::vector<Contact>* contacts = nullptr;
   Frame frame = Frame::body;
-  bool batched = false;  ///< contacts are in c.contacts, not among c.blocks
+  double step = 0;  ///< h: limits hold for the impulse of this time
   Constraints c;
   BlockOrder order;
   Substeps substeps;
   std::vector<Matrix3> rotations;  ///< of `formulate`'s coordinates
 };
 
-/// The list of blocks: joints first, then (unless batched) contacts, each normal before its friction, as far
-/// as they share bodies; see block_order.h. `joints` says how joints are blocked.
+/// The list of blocks, in the order of block_order.h, and the contacts in theirs. `joints` says how joints are
+/// blocked.
 void build_blocks(Problem& problem, Joints joints);
 
 /// s2: J, β(hs) and M⁻¹Jᵀ of every row from coordinates q.
@@ -88,17 +59,24 @@ void to_world(const std::vector<Matrix3>& rotations, std::vector<Velocity>& v);
 /// ₜq ← ₜq + hs ₜv̆, ᵣq ← ᵣq ∘ R_q(hs ᵣv̆), with local angular velocities.
 void step_coordinates(double hs, const std::vector<Velocity>& v_local, std::vector<Coordinates>& q);
 
-/// β_x ← β_x − J̆ v̆ of every position-level row.
-void update_biases(Constraints& c, const std::vector<Velocity>& v_local);
+/// λ = 0, of a sub-step that starts with velocities `v`; the limits hold for the sum of the step's. Contacts
+/// that meet in the sub-step bounce. `sum_v`: what A5 adds to the velocities, else null.
+void start_substep(Problem& problem, const std::vector<Velocity>& v,
+                   const std::vector<Velocity>* sum_v = nullptr);
 
-/// β□ = (τ/κ) β of every row.
+/// β_x ← β_x − J̆ v̆ of every position-level row. Friction that slides lets go: its β is 0.
+void update_biases(Problem& problem, const std::vector<Velocity>& v_local);
+
+/// β□ = (τ/κ) β of every row that is stabilized; the others' fixed point is their own β.
 void box_biases(Constraints& c, double kappa, double tau);
 
-/// β_x ← β_x + J̆ change of every velocity-level row: undoes what A5's sum of velocities bakes into it.
-void undo_update_rule(Constraints& c, const std::vector<Velocity>& change);
+/// β_x ← β_x + J̆ change, as far as x does not follow the coordinates: undoes what A5's sum of velocities bakes
+/// into it. `change` is (τ/κ) v̆, which led to `sum_v`. Friction that slides lets go.
+void undo_update_rule(Problem& problem, double kappa, double tau, const std::vector<Velocity>& change,
+                      const std::vector<Velocity>& sum_v);
 
 /// The whole step's problem for A1, from blocks of one row, formulated in the bodies' frames, and local
-/// velocities that include ext.
+/// velocities that include ext. Contacts come last, by points: a normal, then its two rows of friction.
 void make_mlcp(const Problem& problem, const std::vector<Velocity>& v_local, Mlcp& mlcp);
 
 /// v̆ ← v̆ + M̆⁻¹J̆ᵀλ, from the impulses M̆^(−1/2)J̆ᵀλ that A1's solver leaves by body.

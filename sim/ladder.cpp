@@ -40,15 +40,18 @@ class Experiment {
     stepped_ = q;
     keep(first_, c);
     set_zero(work.sum);
+    clear_impulses(c);
     for (int j = 1; j <= n; ++j) {
+      start_substep(problem, v_local);
       add_external(*problem.model, q, Frame::body, hs, v_local);
-      clear_impulses(c);
       for (int i = 1; i <= m; ++i) {
         for (Block& x : c.blocks) {
           update_stable(problem, x, v_local);
           apply(c, x, solve(c, x, kappa, tau, v_local), v_local);
         }
-        work.row_solves += static_cast<std::int64_t>(c.rows.size());
+        for (const ContactBatch& x : c.contacts.batches)
+          solve_and_apply(c.contacts, x, {.kappa = kappa, .tau = tau}, v_local);
+        work.row_solves += c.row_count();
       }
       add(v_local, work.sum);
       step_coordinates(hs, v_local, stepped_);
@@ -72,34 +75,57 @@ class Experiment {
   struct Kept {
     std::vector<Row> rows;
     std::vector<Matrix3> inverse_gammas;
+    std::vector<NormalRow> normals;
+    std::vector<FrictionRows> frictions;
+    std::vector<Coupling> couplings;
   };
 
   static void keep(Kept& kept, const Constraints& c) {
     kept.rows = c.rows;
     kept.inverse_gammas = c.inverse_gammas;
+    kept.normals = c.contacts.normals;
+    kept.frictions = c.contacts.frictions;
+    kept.couplings = c.contacts.couplings;
+  }
+
+  static void swap(Kept& kept, Constraints& c) {
+    std::swap(kept.rows, c.rows);
+    std::swap(kept.inverse_gammas, c.inverse_gammas);
+    std::swap(kept.normals, c.contacts.normals);
+    std::swap(kept.frictions, c.contacts.frictions);
+    std::swap(kept.couplings, c.contacts.couplings);
   }
 
   /// Lines 15 and 16: J̆ʲ⁺¹ and βʲ⁺¹, each exact or not.
   void step_problem(Problem& problem, double hs, const VelocityVector& v_local, const VelocityVector& sum) {
     Constraints& c = problem.c;
-    if (approximations_.bias_update) update_biases(c, v_local);
+    if (approximations_.bias_update) update_biases(problem, v_local);
     keep(before_, c);
     formulate(problem, stepped_, hs);
     if (approximations_.frozen_jacobian) {
-      std::swap(before_.rows, c.rows);
-      std::swap(before_.inverse_gammas, c.inverse_gammas);
+      swap(before_, c);
       if (approximations_.exact_bias()) take_biases(before_, c);
     } else if (approximations_.bias_update) {
       take_biases(before_, c);
     }
     if (approximations_.current_jacobian_bias) {
       take_biases(first_, c);
-      update_biases(c, sum);
+      update_biases(problem, sum);
     }
   }
 
   static void take_biases(const Kept& from, Constraints& c) {
     for (std::size_t i = 0; i < c.rows.size(); ++i) c.rows[i].beta = from.rows[i].beta;
+    for (std::size_t i = 0; i < from.normals.size(); ++i) {
+      c.contacts.normals[i].row.beta = from.normals[i].row.beta;
+    }
+    for (std::size_t i = 0; i < from.frictions.size(); ++i) {
+      FrictionRows& rows = c.contacts.frictions[i];
+      for (int k = 0; k < 2; ++k) {
+        rows.row[k].beta = from.frictions[i].row[k].beta;
+        rows.reference[k] = from.frictions[i].reference[k];
+      }
+    }
   }
 
   Approximations approximations_;

@@ -6,8 +6,9 @@
 /// - Limit: position-level, one-sided; where both bounds are one it is two-sided, and can be stable.
 /// - Limit, soft: between position- and velocity-level, by what stiffness and damping weigh in a step.
 /// - Drive: velocity-level without stiffness, with it like a soft limit; two-sided within ±max_force.
-/// - Contact: position-level, one-sided; velocity-level in the step in which it bounces.
-/// - Friction: velocity-level, within ±μ times the normal's impulse.
+/// - Contact: position-level, one-sided; velocity-level in the sub-step in which it bounces.
+/// - Friction: position-level while it holds, velocity-level where it slides; within μ times the normal's
+///   impulse.
 
 #include <string>
 #include <vector>
@@ -91,13 +92,21 @@ struct Drive {
 struct Contact {
   int a;
   int b;
+  int collider_a;  ///< indices of Scene::colliders
+  int collider_b;
   Vector3 arm_a;
   Vector3 arm_b;
   Vector3 normal_b;  ///< from b to a
   Vector3 tangent_b1;
   Vector3 tangent_b2;
   double friction;
-  double bounce;  ///< speed at which restitution sends it back, m/s; 0: it does not bounce in this step
+  double restitution;           ///< 0: it does not bounce
+  double resting_acceleration;  ///< m/s²: what comes slower than this for a (sub-)step does not bounce
+  double acceleration;          ///< by gravity, of a towards b along the normal, m/s²
+  double left_over;             ///< of the overlap, for later steps to recover, m
+  double displacement_1;        ///< along the tangents, since the contact was made or last slid, m
+  double displacement_2;
+  bool slid;  ///< when the last step ended
 };
 
 struct Model {

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "sim/algorithms.h"
+#include "sim/contact_finder.h"
 #include "sim/error.h"
 #include "sim/formulate.h"
 #include "sim/mlcp_text.h"
@@ -19,10 +20,11 @@ void to_world(const CoordinateVector& q, VelocityVector& v) {
 }  // namespace
 
 struct Simulation::Implementation {
-  Implementation(const Scene& s, const Settings& set, Procedure p)
+  Implementation(const Scene& s, const Settings& set, Procedure p, const ContactReading& how)
       : scene(s),
         settings(set),
         procedure(std::move(p)),
+        reading(how),
         model(build_model(s)),
         finder(scene, model),
         state(initial_state(s)) {
@@ -30,7 +32,8 @@ struct Simulation::Implementation {
     problem.model = &model;
     problem.contacts = &no_contacts;
     problem.frame = settings.algorithm == Algorithm::a2 ? Frame::world : Frame::body;
-    problem.batched = settings.algorithm != Algorithm::a1 && !procedure;
+    problem.c.contacts.reading = reading;
+    problem.step = settings.step;
     problem.substeps.bias_at_next_frame = settings.algorithm == Algorithm::a3;
     problem.substeps.duration = sub_stepped ? settings.step / settings.substeps : settings.step;
     joints = sub_stepped ? settings.joints : Joints::rows;
@@ -45,7 +48,7 @@ struct Simulation::Implementation {
   void step() {
     // s1: geometry
     if (model.contacts) {
-      problem.contacts = &finder.find(state, settings.step);
+      problem.contacts = &finder.find(state, settings.step, !reading.isotropic_friction);
       build_blocks(problem, joints);
       report.contacts = static_cast<int>(problem.contacts->size());
       report.rows = static_cast<int>(problem.c.row_count());
@@ -67,6 +70,9 @@ struct Simulation::Implementation {
       run_algorithm();
     }
     if (sub_stepped) to_world(state.q, state.v);
+    if (model.contacts && settings.algorithm != Algorithm::a1) {
+      remember_contacts(problem.c.contacts, *problem.contacts, state.q, state.contacts);
+    }
     report.row_solves = work.row_solves;
     if (!is_finite(state, &report.diverged_body)) {
       report.status = StepReport::Status::diverged;
@@ -102,6 +108,7 @@ struct Simulation::Implementation {
   Scene scene;
   Settings settings;
   Procedure procedure;
+  ContactReading reading;
   Model model;
   ContactFinder finder;
   State state;
@@ -118,9 +125,16 @@ struct Simulation::Implementation {
 Simulation::Simulation(const Scene& scene, const Settings& settings)
     : Simulation(scene, settings, Procedure{}) {}
 
-Simulation::Simulation(const Scene& scene, const Settings& settings, Procedure procedure) {
+Simulation::Simulation(const Scene& scene, const Settings& settings, Procedure procedure)
+    : Simulation(scene, settings, std::move(procedure), ContactReading{}) {}
+
+Simulation::Simulation(const Scene& scene, const Settings& settings, const ContactReading& reading)
+    : Simulation(scene, settings, Procedure{}, reading) {}
+
+Simulation::Simulation(const Scene& scene, const Settings& settings, Procedure procedure,
+                       const ContactReading& reading) {
   check(settings);
-  implementation_ = std::make_unique<Implementation>(scene, settings, std::move(procedure));
+  implementation_ = std::make_unique<Implementation>(scene, settings, std::move(procedure), reading);
 }
 Simulation::~Simulation() = default;
 Simulation::Simulation(Simulation&&) noexcept = default;

@@ -12,6 +12,7 @@
 
 namespace substep {
 
+struct ContactReading;
 struct Problem;
 struct Work;
 
@@ -44,6 +45,9 @@ class Simulation {
   /// For experiments: all is set up as for the settings' algorithm (frames, rows, blocks), but `procedure`
   /// takes its place.
   Simulation(const Scene& scene, const Settings& settings, Procedure procedure);
+
+  /// For experiments: contacts are solved otherwise; see contact_batch.h.
+  Simulation(const Scene& scene, const Settings& settings, const ContactReading& reading);
   ~Simulation();
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;
@@ -67,6 +71,8 @@ class Simulation {
   std::string last_problem() const;
 
  private:
+  Simulation(const Scene& scene, const Settings& settings, Procedure procedure,
+             const ContactReading& reading);
   struct Implementation;
   std::unique_ptr<Implementation> implementation_;
 };

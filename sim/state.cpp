@@ -36,6 +36,15 @@ std::uint64_t hash(const State& state) {
       add(hash, value);
     }
   }
+  for (const ContactMemory& memory : state.contacts) {
+    add(hash, memory.collider_a);
+    add(hash, memory.collider_b);
+    add(hash, memory.slides ? 1 : 0);
+    add(hash, memory.left_over);
+    for (const Vector3& part : {memory.arm_a, memory.arm_b, memory.displacement}) {
+      for (int k = 0; k < 3; ++k) add(hash, part[k]);
+    }
+  }
   return hash;
 }
 

@@ -21,15 +21,31 @@ struct Velocity {
   Vector3 angular = Vector3::Zero();
 };
 
-/// The state between steps; index 0 is the world. Angular velocities are in the world frame.
+/// What is remembered of a contact point from one step to the next, in which it is found again by its place on
+/// both bodies.
+struct ContactMemory {
+  int collider_a;  ///< indices of Scene::colliders
+  int collider_b;
+  Vector3 arm_a;         ///< the point in the body frame of a, m
+  Vector3 arm_b;         ///< and of b
+  /// Of a's point from b's, across the normal, since the contact was made or last slid; body frame of b, m.
+  Vector3 displacement;
+  bool slides;       ///< at the end of the step: it has let its displacement go
+  double left_over;  ///< of the overlap that the bodies met with: it is still to be recovered, m
+};
+
+/// The state between steps; index 0 is the world. Angular velocities are in the world frame. A run that goes
+/// on from a state is the run that led to it, to the last bit.
 struct State {
   std::vector<Coordinates> q;
   std::vector<Velocity> v;
+  std::vector<ContactMemory> contacts;  ///< by colliders; A2 to A5
 };
 
 State initial_state(const Scene& scene);
 
-/// 64-bit FNV-1a of the bits of all coordinates and velocities but the world's; −0 counts as 0.
+/// 64-bit FNV-1a of the bits of all coordinates and velocities but the world's, and of what contacts
+/// remember; −0 counts as 0.
 std::uint64_t hash(const State& state);
 
 /// Whether every number is finite; if not, `body` is the first that is not.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "sim/contact_finder.h"
 #include "sim/formulate.h"
 #include "sim/measure/measured_run.h"
 #include "sim/model.h"

@@ -5,6 +5,7 @@
 #include <ctime>
 #include <vector>
 
+#include "sim/contact_finder.h"
 #include "sim/formulate.h"
 #include "sim/model.h"
 
@@ -49,7 +50,7 @@ StageTimes stages_at(const Scene& scene, const Settings& settings, const std::ve
   Problem problem;
   problem.model = &model;
   problem.frame = sub_stepped ? Frame::body : Frame::world;
-  problem.batched = settings.algorithm != Algorithm::a1;
+  problem.step = settings.step;
   problem.substeps.duration = hs;
   problem.contacts = &no_contacts;
   build_blocks(problem, joints);
