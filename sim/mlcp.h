@@ -15,6 +15,7 @@
 
 namespace substep {
 
+using Vector2 = Eigen::Vector2d;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
@@ -72,17 +73,34 @@ class MlcpSolver {
   const std::vector<Vector6>& impulses() const { return y_; }
 
  private:
-  enum class Set : std::int8_t { free, low, high, off };
+  enum class Set : std::int8_t { free, low, high, off, slides };
   /// Whether sliding rows' impulses are ±μ of their normals', or have the limits low_ and high_.
   enum class Friction : std::int8_t { follows, fixed };
+
+  /// Two rows are a pair if they are one contact's tangents.
+  enum class Pair : std::int8_t { none, first, second };
+  struct Slip {
+    Vector2 along = Vector2::Zero();  ///< of the impulse: against the slip
+    double across = 0;                ///< softness of the impulse across it
+  };
 
   void prepare(const Mlcp& problem);
   void analyse(const Mlcp& problem);
   void sweep(const Mlcp& problem, std::vector<double>& lambda, int sweeps);
+  double velocity(const Mlcp::Row& row) const;
+  void add_impulse(const Mlcp::Row& row, double change);
+  double pulled(const Mlcp& problem, std::size_t i) const {
+    return pull_ * gamma_[i] + problem.rows[i].softness;
+  }
+  Vector2 target_of_pair(const Mlcp& problem, const std::vector<double>& lambda, std::size_t i) const;
+  Set set_of_pair(std::size_t i, const Vector2& target, double radius, double diagonal);
   void velocities(const Mlcp& problem, const std::vector<double>& lambda);
   void pull_to_centre(const Mlcp& problem, const std::vector<double>& lambda);
   int classify(const Mlcp& problem, const std::vector<double>& lambda);
   void fix_limits(const Mlcp& problem, std::vector<double>& lambda) const;
+  void add_product(const Mlcp& problem, std::size_t row_index, const Vector6& column_a,
+                   const Vector6& column_b, const Vector6& row_a, const Vector6& row_b, double factor);
+  void add_slide(const Mlcp& problem, std::size_t i, Friction friction);
   void factor(const Mlcp& problem, Friction friction);
   void solve_blocks();
   void solve_free(const Mlcp& problem, std::vector<double>& lambda);
@@ -94,6 +112,8 @@ class MlcpSolver {
   void solve_quickly(const Mlcp& problem, Start start, std::vector<double>& lambda, MlcpReport& report);
   /// With friction's limits as λ's normals give them, the problem pulled to the centre is a convex one in the
   /// bodies' velocities y: ½|y|² and a half parabola a row. Newton's method with an exact line search.
+  int clamp_unlimited(const Mlcp& problem, std::vector<double>& lambda);
+  double share_of_step(const Mlcp& problem) const;
   void minimise(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
   bool solve_about_centre(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
   void solve_carefully(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
@@ -101,6 +121,11 @@ class MlcpSolver {
   double pull_ = 0;            // ε
   std::vector<double> gamma_;  // Γ_xx
   std::vector<double> w_;
+  std::vector<double> natural_;  // natural residual, an impulse
+  double scale_ = 0;             // what the residual is relative to
+  std::vector<Pair> pair_;
+  std::vector<Slip> slip_;  // by row: of the pair whose first row it is
+  double turned_ = 0;       // by how much slips turned last
   std::vector<Set> set_;
   std::vector<Vector6> y_;  // Gᵀλ by body
   std::vector<Vector6> step_;
