@@ -35,6 +35,10 @@ constexpr double settled_turn = 1e-6;
 /// Softness across the slip, over Γ_xx, where the limit is next to nothing: as good as infinite.
 constexpr double most_across = 1e9;
 
+bool has_limits(const Mlcp::Row& row) {
+  return row.normal >= 0 || std::isfinite(row.low) || std::isfinite(row.high);
+}
+
 double limit(const Mlcp::Row& row, double value) {
   return row.friction * std::max(value, 0.0);
 }
@@ -477,7 +481,37 @@ double MlcpSolver::keep_if_better(const Mlcp& problem, const std::vector<double>
   return now;
 }
 
-void MlcpSolver::solve_quickly(const Mlcp& problem, Start start, std::vector<double>& lambda,
+bool MlcpSolver::rest_is_redundant(const Mlcp& problem) {
+  for (Vector6& y : y_) y.setZero();
+  double of_rows = 0;  // |r|², r = what is left of the rows over √Γ_xx
+  double moved = 0;    // rᵀ(Γ + S)r, relative to Γ's diagonal
+  for (std::size_t i = 0; i < problem.rows.size(); ++i) {
+    const double squared = natural_[i] * natural_[i];
+    of_rows += squared * gamma_[i];
+    moved += squared * problem.rows[i].softness;
+    add_impulse(problem.rows[i], natural_[i]);
+  }
+  for (const Vector6& y : y_) moved += y.squaredNorm();
+  return moved <= rank_tolerance * of_rows;
+}
+
+bool MlcpSolver::rest_has_limits(const Mlcp& problem) const {
+  for (std::size_t i = 0; i < problem.rows.size(); ++i) {
+    if (has_limits(problem.rows[i]) && std::abs(natural_[i]) * std::sqrt(gamma_[i]) > 1e-13 * scale_)
+      return true;
+  }
+  return false;
+}
+
+int MlcpSolver::violated(const Mlcp& problem) const {
+  int count = 0;
+  for (std::size_t i = 0; i < problem.rows.size(); ++i) {
+    count += std::abs(natural_[i]) * std::sqrt(gamma_[i]) > tolerance * scale_ ? 1 : 0;
+  }
+  return count;
+}
+
+bool MlcpSolver::solve_quickly(const Mlcp& problem, Start start, std::vector<double>& lambda,
                                MlcpReport& report) {
   const auto rows = static_cast<std::int64_t>(problem.rows.size());
   pull_ = usual_pull;
@@ -485,6 +519,7 @@ void MlcpSolver::solve_quickly(const Mlcp& problem, Start start, std::vector<dou
   int sets = 0;
   int sets_about_centre = 0;
   int idle = 0;
+  bool is_redundant = false;
   for (int round = 0; round < most_rounds && sets < most_sets; ++round) {
     velocities(problem, lambda);
     pull_to_centre(problem, lambda);
@@ -510,6 +545,13 @@ void MlcpSolver::solve_quickly(const Mlcp& problem, Start start, std::vector<dou
       const double now = keep_if_better(problem, lambda, report);
       idle = now < 0.9 * before ? 0 : idle + 1;
       if (!std::isfinite(now)) lambda = best_;
+      if (!another_set && std::isfinite(now) && !rest_has_limits(problem) && rest_is_redundant(problem)) {
+        // Further moves would only drive the redundant rows' impulses apart.
+        best_ = lambda;
+        report.residual = now;
+        is_redundant = true;
+        break;
+      }
       if (report.residual <= 1e-13 || idle > (report.residual <= tolerance ? 1 : most_idle)) break;
       centre_ = lambda;
       sets_about_centre = 0;
@@ -517,6 +559,7 @@ void MlcpSolver::solve_quickly(const Mlcp& problem, Start start, std::vector<dou
     solve_set(problem, lambda);
   }
   report.pivots += sets;
+  return is_redundant;
 }
 
 int MlcpSolver::clamp_unlimited(const Mlcp& problem, std::vector<double>& lambda) {
@@ -674,28 +717,31 @@ MlcpReport MlcpSolver::solve(const Mlcp& problem, std::vector<double>& lambda) {
   lambda.assign(problem.rows.size(), 0.0);
   prepare(problem);
   if (problem.rows.empty()) return report;
-  const bool limited = std::ranges::any_of(problem.rows, [](const Mlcp::Row& row) {
-    return row.normal >= 0 || std::isfinite(row.low) || std::isfinite(row.high);
-  });
+  const bool limited = std::ranges::any_of(problem.rows, has_limits);
   analyse(problem);
   best_ = lambda;
   report.residual = residual(problem, lambda);
   const auto is_solved = [&] { return report.residual <= tolerance; };
-  solve_quickly(problem, limited ? Start::perhaps_free : Start::impulses, lambda, report);
-  if (limited && !is_solved()) {
+  bool is_redundant = solve_quickly(problem, limited ? Start::perhaps_free : Start::impulses, lambda, report);
+  if (limited && !is_redundant && !is_solved()) {
     lambda.assign(problem.rows.size(), 0.0);
     velocities(problem, lambda);
     sweep(problem, lambda, first_sweeps);
     report.row_solves += static_cast<std::int64_t>(problem.rows.size()) * first_sweeps;
     keep_if_better(problem, lambda, report);
     swept_ = lambda;
-    if (!is_solved()) solve_quickly(problem, Start::impulses, lambda, report);
+    if (!is_solved()) is_redundant = solve_quickly(problem, Start::impulses, lambda, report);
     lambda = swept_;
-    if (!is_solved()) solve_carefully(problem, lambda, report);
+    if (!is_redundant && !is_solved()) solve_carefully(problem, lambda, report);
   }
   lambda = best_;
+  report.residual = residual(problem, lambda);
+  if (!is_solved()) {
+    report.contradicting = violated(problem);
+    report.status =
+        rest_is_redundant(problem) ? MlcpReport::Status::least_squares : MlcpReport::Status::unsolved;
+  }
   velocities(problem, lambda);
-  if (!is_solved()) report.status = MlcpReport::Status::unsolved;
   return report;
 }
 
