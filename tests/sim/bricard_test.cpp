@@ -119,8 +119,7 @@ TEST(Bricard, SwingsAtSixtySteps) {
   for (std::size_t i = 0; i < coarse.path.size(); ++i) {
     furthest = std::max(furthest, (coarse.path[i] - fine.path[4 * i + 3]).norm());
   }
-  EXPECT_LT(furthest, 0.2);
-  std::printf("furthest %g least %d %d\n", furthest, coarse.least_squares, fine.least_squares);
+  EXPECT_LT(furthest, 0.02);  // measured 0.0095 m, of a swing of 2 m
 }
 
 // A kick or a stop shows as a change of speed that gravity does not give in a step.
@@ -130,8 +129,7 @@ TEST(Bricard, IsNeitherKickedNorStopped) {
   for (std::size_t i = 2; i < fall.path.size(); ++i) {
     most = std::max(most, (fall.path[i] - 2 * fall.path[i - 1] + fall.path[i - 2]).norm() * 3600);
   }
-  EXPECT_LT(most, 9.81);
-  std::printf("acceleration %g\n", most);
+  EXPECT_LT(most, 5);  // measured 3.27 m/s²; a stop from 0.43 m/s has 26
 }
 
 }  // namespace
