@@ -14,7 +14,8 @@ namespace substep {
 /// trees and rings. Γ must be regular.
 class EnvelopeSolver {
  public:
-  /// False where the problem has limits, a large envelope or a singular Γ: `lambda` is no solution then.
+  /// False where the problem has limits, a large envelope or a Γ that is singular but for rounding: `lambda`
+  /// is no solution then.
   bool solve(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
 
   /// Gᵀλ of the last solution, by body.
@@ -27,6 +28,7 @@ class EnvelopeSolver {
   bool factor(const Mlcp& problem);
   void add_solution(std::vector<double>& lambda);
   double residual(const Mlcp& problem, const std::vector<double>& lambda);
+  bool is_mostly_redundant(const Mlcp& problem, const std::vector<double>& lambda) const;
 
   /// Up to three rows, one after the other, between the same two bodies.
   struct Group {

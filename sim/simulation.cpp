@@ -17,6 +17,18 @@ void to_world(const CoordinateVector& q, VelocityVector& v) {
   for (std::size_t i = 0; i < q.size(); ++i) v[i].angular = q[i].angular * v[i].angular;
 }
 
+StepReport::Status status_of(MlcpReport::Status status) {
+  switch (status) {
+    case MlcpReport::Status::solved:
+      break;
+    case MlcpReport::Status::least_squares:
+      return StepReport::Status::least_squares;
+    case MlcpReport::Status::unsolved:
+      return StepReport::Status::unsolved;
+  }
+  return StepReport::Status::ok;
+}
+
 }  // namespace
 
 struct Simulation::Implementation {
@@ -88,7 +100,8 @@ struct Simulation::Implementation {
         proc1(state.q, state.v, settings, problem, work);
         report.pivots = work.report.pivots;
         report.residual = work.report.residual;
-        if (work.report.status != MlcpReport::Status::solved) report.status = StepReport::Status::unsolved;
+        report.contradicting = work.report.contradicting;
+        report.status = status_of(work.report.status);
         break;
       case Algorithm::a2:
         proc2(state.q, state.v, settings, problem, work);

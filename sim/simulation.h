@@ -24,6 +24,7 @@ using Procedure = std::function<void(std::vector<Coordinates>& q, std::vector<Ve
 struct StepReport {
   enum class Status {
     ok,
+    least_squares,  ///< A1: redundant rows contradict one another by `residual`; all else is solved
     unsolved,  ///< A1 found no solution to the accuracy asked for: see `residual`; the best one found was
                ///< used
     diverged,  ///< the state is no longer finite; it is left as it was before the step
@@ -34,6 +35,7 @@ struct StepReport {
   std::int64_t row_solves = 0;  ///< rows solved in s3: A1 counts each row once a pivot
   int pivots = 0;               ///< A1: changes of its active set
   double residual = 0;          ///< A1: largest violation of the MLCP, relative to its size
+  int contradicting = 0;        ///< A1: rows that are violated by more than rounding
   int diverged_body = 0;
 };
 
