@@ -15,6 +15,8 @@ namespace {
 constexpr double infinite = std::numeric_limits<double>::infinity();
 constexpr double same_time = 1e-9;  // s: by how much a sum of steps misses the time that it stands for
 
+constexpr double least_rise = 0.1;  // of the tolerance: to a maximum and down from it
+
 /// The angle that is one of `angle` + 2π k and nearest to `before`, rad.
 double unwound(double angle, double before) {
   return before + std::remainder(angle - before, 2 * std::numbers::pi);
@@ -118,7 +120,10 @@ class Reader {
           add_peak(value);
           break;
         case Reading::mean:
-          if (time > e_.from + same_time && time <= e_.to + same_time) sum_ += value, ++count_;
+          if (last_time_ >= e_.from - same_time && time <= e_.to + same_time) {
+            sum_ += (last_ + value) / 2 * (time - last_time_);
+            summed_ += time - last_time_;
+          }
           break;
         case Reading::throughout:
           break;
@@ -136,7 +141,7 @@ class Reader {
   double result(bool diverged) const {
     if (e_.reading == Reading::mean) {
       const bool is_whole = last_time_ >= e_.to - same_time || !diverged;
-      return is_whole && count_ > 0 ? sum_ / count_ : infinite;
+      return is_whole && summed_ > 0 ? sum_ / summed_ : infinite;
     }
     if (e_.reading == Reading::throughout && diverged && !(last_time_ >= e_.to - same_time)) return infinite;
     return found_.value_or(infinite);
@@ -173,17 +178,18 @@ class Reader {
     side_ = side;
   }
 
-  /// A maximum counts once the quantity has fallen from it by the tolerance, having risen by as much before.
+  /// A maximum counts once the quantity has fallen from it by a tenth of the tolerance, having risen by as
+  /// much before: what trembles by less has none.
   void add_peak(double value) {
     if (is_rising_) {
       highest_ = std::max(highest_, value);
-      if (value > highest_ - e_.tolerance) return;
+      if (value > highest_ - least_rise * e_.tolerance) return;
       is_rising_ = false;
       lowest_ = value;
       if (++count_ == e_.count) finish(highest_);
     } else {
       lowest_ = std::min(lowest_, value);
-      if (value < lowest_ + e_.tolerance) return;
+      if (value < lowest_ + least_rise * e_.tolerance) return;
       is_rising_ = true;
       highest_ = value;
     }
@@ -202,7 +208,8 @@ class Reader {
   bool done_ = false;
   double last_time_ = 0;
   double last_ = 0;
-  double sum_ = 0;
+  double sum_ = 0;     // of trapezoids
+  double summed_ = 0;  // s
   int count_ = 0;
   int side_ = 0;
   bool is_rising_ = false;

@@ -32,7 +32,7 @@ enum class Reading {
   throughout,  ///< the value furthest from what is expected, from `from` to `to`
   at,          ///< the value at the time `from`
   mean,        ///< the mean from `from` to `to`
-  peak,        ///< the `count`-th maximum that the quantity rises to and falls from by `tolerance` at least
+  peak,        ///< the `count`-th maximum that it rises to and falls from by a tenth of `tolerance` at least
   crossing,    ///< the time, in s, at which it goes through `level` for the `count`-th time
 };
 
