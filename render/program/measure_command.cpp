@@ -103,8 +103,9 @@ void measure_scene(const MeasureOptions& options) {
 }  // namespace
 
 void add_measure_command(CLI::App& app) {
-  CLI::App* const command = app.add_subcommand(
-      "measure", "Measure a scene with all five algorithms: errors, where they come from, invariants, cost");
+  CLI::App* const command = app.add_subcommand("measure",
+                                               "Measure a scene with all five algorithms: errors, where they "
+                                               "come from, invariants, what is known, cost");
   const auto options = std::make_shared<MeasureOptions>();
   options->scene.add_to(*command);
   command->add_option("--step", options->step, "Step h in seconds, such as 1/60 (the scene's)");

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "render/report/advice.h"
+#include "render/report/bad_figures.h"
 #include "render/report/peers.h"
 #include "render/report/run_families.h"
 
@@ -265,6 +266,7 @@ Document make_report(const FigureSource& source, const std::function<void(double
       "run and on "
       "every machine. CPU times are of one core, medians with half their spread. Made by `substep report`.",
       records.size(), scenes_of(records).size()));
+  add_bad_figures(records, page);
   page.heading(2, "What to choose");
   page.paragraph(
       "The cheapest run measured that stays bounded, with an RMS error, joint gaps and overlaps below 1 % "

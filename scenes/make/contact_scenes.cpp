@@ -46,6 +46,8 @@ std::string box_stack() {
     gltf.collider(body, shape, friction);
     gltf.show(body, looks[i % finishes.size()]);
   }
+
+  gltf.expect_standing(0.05, "it is in equilibrium, and friction holds it");
   return gltf.text();
 }
 
@@ -120,6 +122,8 @@ std::string stone_pyramid() {
       gltf.show(body, gltf.mesh(name, {{cut.geometry, gltf.material(look)}}));
     }
   }
+
+  gltf.expect_standing(0.025, "it is in equilibrium, and friction holds it");
   return gltf.text();
 }
 
@@ -172,6 +176,30 @@ std::string incline() {
     gltf.motion(body, {.mass = 10});
     gltf.collider(body, shape, gltf.physics_material(lane.friction));
     gltf.show(body, gltf.mesh(lane.name, {{block, gltf.material(lane.look)}}));
+  }
+
+  const Vector3 downhill(cosine, -sine, 0);
+  for (const Lane& lane : lanes) {
+    const std::string name = lane.name;
+    const double gain = 9.81 * (sine - lane.friction * cosine);
+    if (gain < 0) {
+      gltf.expect({.name = name + ": largest displacement",
+                   .quantity = "displacement",
+                   .bodies = {name},
+                   .value = 0,
+                   .tolerance = 0.001,
+                   .source = "Coulomb: it stays, since tan 30° < μ"});
+      continue;
+    }
+    const double way = gain * 2 * 2 / 2;
+    gltf.expect({.name = name + ": way down the slope at 2 s",
+                 .quantity = "way",
+                 .bodies = {name},
+                 .direction = downhill,
+                 .at = 2,
+                 .value = way,
+                 .tolerance = 0.02 * way,
+                 .source = "Coulomb: a t²/2 with a = g (sin 30° − μ cos 30°)"});
   }
   return gltf.text();
 }
@@ -288,6 +316,41 @@ std::string powered_wheel() {
   const int axle = gltf.node("axle", {}, wheels);
   gltf.joint(axle, gltf.node("bearing", {}, chassis),
              gltf.hinge(VelocityDrive{.velocity = 2.5, .damping = 1000, .max_torque = 8}));
+
+  constexpr double reached = 0.7;  // s: when it has its speed
+  const std::string_view level = "T/r = (M + I/r²) a until v = ω r, and v from then on";
+  gltf.expect({.name = "speed before the ramp, mean from 0.8 to 1.5 s",
+               .quantity = "velocity",
+               .bodies = {"wheels"},
+               .direction = Vector3::UnitX(),
+               .mean = {{0.8, 1.5}},
+               .value = 2.5 * radius,
+               .tolerance = 0.02,
+               .source = level});
+  gltf.expect({.name = "way to the ramp at 1.5 s",
+               .quantity = "way",
+               .bodies = {"wheels"},
+               .direction = Vector3::UnitX(),
+               .at = 1.5,
+               .value = reached * 2.5 * radius / 2 + (1.5 - reached) * 2.5 * radius,
+               .tolerance = 0.025,
+               .source = level});
+  gltf.expect({.name = "speed on the deck, mean from 4.5 to 5 s",
+               .quantity = "velocity",
+               .bodies = {"wheels"},
+               .direction = Vector3::UnitX(),
+               .mean = {{4.5, 5}},
+               .value = 2.5 * radius,
+               .tolerance = 0.02,
+               .source = "the motor holds ω, the wheels roll: v = ω r"});
+  gltf.expect({.name = "the wheels' rate on the deck, mean from 4.5 to 5 s",
+               .quantity = "angular_velocity",
+               .bodies = {"wheels"},
+               .direction = -Vector3::UnitZ(),
+               .mean = {{4.5, 5}},
+               .value = 2.5,
+               .tolerance = 0.05,
+               .source = "the motor's speed"});
   return gltf.text();
 }
 

@@ -78,6 +78,50 @@ void GltfBuilder::poster(double time) {
   document_["scenes"][0]["extras"]["substep"]["poster"] = time;
 }
 
+void GltfBuilder::expect(const Known& known) {
+  Json json;
+  if (!known.name.empty()) json["name"] = known.name;
+  json["quantity"] = known.quantity;
+  if (known.bodies.size() == 1) json["body"] = known.bodies[0];
+  if (known.bodies.size() > 1) json["bodies"] = known.bodies;
+  if (!known.relative_to.empty()) json["relative_to"] = known.relative_to;
+  if (known.direction) json["direction"] = to_json(*known.direction);
+  if (known.in_node) json["frame"] = "node";
+  if (known.centre) json["centre"] = to_json(*known.centre);
+  if (known.at) json["at"] = *known.at;
+  if (known.mean) json["mean"] = *known.mean;
+  if (known.during) json["throughout"] = *known.during;
+  if (known.peak > 0) json["peak"] = known.peak;
+  if (known.crossing > 0) json["crossing"] = known.crossing;
+  if (known.level != 0) json["level"] = known.level;
+  if (known.value) json["value"] = positive_zero(*known.value);
+  if (known.at_most) json["at_most"] = *known.at_most;
+  if (known.at_least) json["at_least"] = *known.at_least;
+  json["tolerance"] = known.tolerance;
+  json["source"] = known.source;
+  document_["scenes"][0]["extras"]["substep"]["expected"].push_back(json);
+}
+
+void GltfBuilder::expect_standing(double tolerance, std::string_view source,
+                                  const std::vector<std::string>& bodies) {
+  std::string who = bodies.empty() ? "any body" : bodies.front();
+  if (bodies.size() > 1) who += (bodies.size() == 2 ? " and " : " … ") + bodies.back();
+  expect({.name = "largest displacement of " + who,
+          .quantity = "displacement",
+          .bodies = bodies,
+          .value = 0,
+          .tolerance = tolerance,
+          .source = source});
+}
+
+void GltfBuilder::expect_no_gain(double tolerance, std::string_view source) {
+  expect({.name = "largest rise of energy",
+          .quantity = "energy_change",
+          .at_most = 0,
+          .tolerance = tolerance,
+          .source = source});
+}
+
 int GltfBuilder::append(Json& list, Json element) {
   list.push_back(std::move(element));
   return static_cast<int>(list.size()) - 1;

@@ -71,6 +71,29 @@ struct VelocityDrive {
   double max_torque = 0;  ///< N·m
 };
 
+/// A figure that is known of the scene's motion: `extras.substep.expected` in scenes/format.md, whose keys
+/// have the same names. What is left out is not written.
+struct Known {
+  std::string name = {};
+  std::string_view quantity;
+  std::vector<std::string> bodies = {};  ///< one is written as `body`
+  std::string_view relative_to = {};
+  std::optional<Vector3> direction = {};
+  bool in_node = false;
+  std::optional<Vector3> centre = {};
+  std::optional<double> at = {};                     ///< s
+  std::optional<std::array<double, 2>> mean = {};    ///< s
+  std::optional<std::array<double, 2>> during = {};  ///< s, `throughout`
+  int peak = 0;
+  int crossing = 0;
+  double level = 0;
+  std::optional<double> value = {};
+  std::optional<double> at_most = {};
+  std::optional<double> at_least = {};
+  double tolerance;
+  std::string_view source;
+};
+
 class GltfBuilder {
  public:
   /// `extras.substep` of the scene.
@@ -79,6 +102,14 @@ class GltfBuilder {
 
   /// The moment, in seconds, that a picture of the scene should show.
   void poster(double time);
+
+  /// Adds to what is known of the scene's motion.
+  void expect(const Known& known);
+  /// No centre of these bodies, or of any, is ever further from its start than `tolerance`.
+  void expect_standing(double tolerance, std::string_view source,
+                       const std::vector<std::string>& bodies = {});
+  /// Nothing drives the scene and nothing in it gives energy: J, at most `tolerance` more than at the start.
+  void expect_no_gain(double tolerance, std::string_view source);
 
   /// The same finish asked for again is the same material.
   int material(const Finish& finish);

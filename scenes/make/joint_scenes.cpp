@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "closed_forms.h"
 #include "finishes.h"
 #include "gltf_builder.h"
 #include "mesh.h"
@@ -110,6 +111,19 @@ std::string rod_chain() {
     add_joint(gltf, "joint_" + number, body, -length / 2, connected, joint);
     connected = gltf.node("end_" + number, at(length / 2, 0, 0), body);
   }
+
+  gltf.expect(
+      {.name = "largest change of energy",
+       .quantity = "energy_change",
+       .value = 0,
+       .tolerance = 1,
+       .source = "nothing drives the chain, and its joints take nothing: 22 J are what a fall is worth"});
+  gltf.expect({.name = "way out of the plane z = 0",
+               .quantity = "way",
+               .direction = Vector3::UnitZ(),
+               .value = 0,
+               .tolerance = 1e-6,
+               .source = "it starts in that plane, in which all forces are"});
   return gltf.text();
 }
 
@@ -134,6 +148,22 @@ std::string pendulum() {
   gltf.show(body, gltf.mesh("rod", {{gltf.geometry(shaft), gltf.material(finish::cherry)},
                                     {gltf.geometry(fittings), gltf.material(finish::brass)}}));
   add_joint(gltf, "hinge", body, -length / 2, add_post(gltf, height, 0.8), gltf.hinge());
+
+  const double moment = length * length / 3;
+  const double period = pendulum_period(moment, 1, 9.81, length / 2, std::numbers::pi / 2);
+  gltf.expect({.name = "time of two and a half swings",
+               .quantity = "angular_velocity",
+               .bodies = {"rod"},
+               .direction = Vector3::UnitZ(),
+               .crossing = 5,
+               .value = 2.5 * period,
+               .tolerance = 0.02 * 2.5 * period,
+               .source = "T = 4 √(2 L/3 g) K(sin 45°)"});
+  gltf.expect({.name = "largest change of energy",
+               .quantity = "energy_change",
+               .value = 0,
+               .tolerance = 0.25,
+               .source = "nothing drives it, and its hinge takes nothing: a fall is worth m g L/2 = 4.9 J"});
   return gltf.text();
 }
 
@@ -191,6 +221,13 @@ std::string heavy_chain() {
   gltf.show(heavy, gltf.mesh("ball", {{gltf.geometry(ball(radius, 40)), gltf.material(finish::iron)},
                                       {gltf.geometry(fittings), gltf.material(finish::brass)}}));
   add_joint(gltf, "joint_" + std::to_string(rods + 1), heavy, -radius, connected, joint);
+
+  gltf.expect(
+      {.name = "largest change of energy",
+       .quantity = "energy_change",
+       .value = 0,
+       .tolerance = 350,
+       .source = "nothing drives the chain, and its joints take nothing: 7 kJ are what its swing is worth"});
   return gltf.text();
 }
 
@@ -245,6 +282,31 @@ std::string tumbling_body() {
                                        {gltf.geometry(axle), gltf.material(finish::steel)},
                                        {gltf.geometry(front), gltf.material(finish::terracotta)},
                                        {gltf.geometry(back), gltf.material(finish::ivory)}}));
+
+  const std::vector<double> times =
+      turnovers(Vector3(0.13 / 3, 0.10 / 3, 0.05 / 3), Vector3(0.05, 5, 0.05), 10);
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    gltf.expect(
+        {.name = "time of turning over " + std::to_string(i + 1),
+         .quantity = "angular_velocity",
+         .bodies = {"handle"},
+         .direction = Vector3::UnitY(),
+         .in_node = true,
+         .crossing = static_cast<int>(i) + 1,
+         .value = times[i],
+         .tolerance = 0.1,
+         .source = "Euler's equations: the angular velocity about the handle's own Y changes its sign"});
+  }
+  gltf.expect({.name = "largest change of energy",
+               .quantity = "energy_change",
+               .value = 0,
+               .tolerance = 0.02,
+               .source = "no force acts; the energy is 0.41674 J"});
+  gltf.expect({.name = "largest change of angular momentum",
+               .quantity = "angular_momentum_change",
+               .value = 0,
+               .tolerance = 0.002,
+               .source = "no moment acts; the angular momentum is 0.1667 N·m·s"});
   return gltf.text();
 }
 

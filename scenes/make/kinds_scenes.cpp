@@ -7,6 +7,7 @@
 #include "gltf_builder.h"
 #include "mesh.h"
 #include "scenes.h"
+#include "sim/rotation.h"
 #include "stage.h"
 
 namespace substep::make {
@@ -202,6 +203,39 @@ std::string joint_kinds() {
        .size = block_size},
       {{block, gltf.material(finish::blue)}}, {locked(linear, {1, 2}), upright},
       {{.kind = linear, .axis = 0, .acceleration = true, .velocity = 0.09, .damping = 50, .max_force = 100}});
+
+  gltf.expect({.name = "stopped_slider: way along Y at 4 s",
+               .quantity = "way",
+               .bodies = {"stopped_slider"},
+               .direction = Vector3::UnitY(),
+               .at = 4,
+               .value = -0.6,
+               .tolerance = 0.005,
+               .source = "its limit"});
+  gltf.expect({.name = "spring_slider: period",
+               .quantity = "velocity",
+               .bodies = {"spring_slider"},
+               .direction = Vector3::UnitY(),
+               .crossing = 2,
+               .value = 2 * pi / std::sqrt(30 - 0.25 * 0.25),
+               .tolerance = 0.02,
+               .source = "2π/√(k/m − (c/2m)²)"});
+  gltf.expect({.name = "lifted_block: way along Y at 4 s",
+               .quantity = "way",
+               .bodies = {"lifted_block"},
+               .direction = Vector3::UnitY(),
+               .at = 4,
+               .value = 0.7 - 0.15 - 9.81 / 100,
+               .tolerance = 0.005,
+               .source = "the drive's spring carries m g: target − g/100"});
+  gltf.expect({.name = "driven_block: way along X at 4 s",
+               .quantity = "way",
+               .bodies = {"driven_block"},
+               .direction = Vector3::UnitX(),
+               .at = 4,
+               .value = 0.09 * (4 - 1 / 50.0),
+               .tolerance = 0.005,
+               .source = "v (t − 1/c): it comes to its speed as exp(−c t)"});
   return gltf.text();
 }
 
@@ -240,6 +274,40 @@ std::string bouncing_balls() {
     gltf.motion(body, {.mass = 1});
     gltf.collider(body, shape, gltf.bouncing_material(restitution));
     gltf.show(body, gltf.mesh("ball_" + number, {{round, gltf.material(finishes[i])}}));
+  }
+
+  constexpr double gravity = 9.81;
+  const double falls = std::sqrt(2 * drop / gravity);  // s
+  for (int i = 0; i < 5; ++i) {
+    const double restitution = i / 4.0;
+    const std::string name = "ball_" + std::to_string(i);
+    double height = drop;
+    double flight = falls;
+    double time = falls;
+    for (int bounce = 1; bounce <= 3 && i > 0; ++bounce) {
+      height *= restitution * restitution;
+      flight *= restitution;
+      time += 2 * flight;
+      if (time > 4 || height < 0.01) break;
+      gltf.expect({.name = name + ": highest centre after impact " + std::to_string(bounce),
+                   .quantity = "position",
+                   .bodies = {name},
+                   .direction = Vector3::UnitY(),
+                   .peak = bounce,
+                   .value = radius + height,
+                   .tolerance = 0.05 * height,
+                   .source = "it goes up to e² times the height that it fell from"});
+    }
+    if (restitution == 1) continue;
+    const double rests = falls * (1 + restitution) / (1 - restitution);
+    gltf.expect({.name = name + ": centre once it rests",
+                 .quantity = "position",
+                 .bodies = {name},
+                 .direction = Vector3::UnitY(),
+                 .during = {{rests + 0.1, 4}},
+                 .value = radius,
+                 .tolerance = 0.01,
+                 .source = "infinitely many impacts last √(2 h/g) (1 + e)/(1 − e)"});
   }
   return gltf.text();
 }
@@ -332,6 +400,46 @@ std::string conveyor() {
     gltf.collider(body, box_shape, stick);
     gltf.show(body, gltf.mesh(name, {{crate, gltf.material(sliding ? finish::oak : finish::blue)}}));
   }
+
+  constexpr double gravity = 9.81;
+  const std::string_view carried =
+      "Coulomb: it gains μ g until it has the belt's speed v, and lags by v²/(2 μ g)";
+  for (const Lane& lane : lanes) {
+    const std::string name = lane.name;
+    const double way = speed * duration - speed * speed / (2 * lane.friction * gravity);
+    gltf.expect({.name = name + ": way at 3 s",
+                 .quantity = "way",
+                 .bodies = {name},
+                 .direction = Vector3::UnitX(),
+                 .at = duration,
+                 .value = way,
+                 .tolerance = 0.02 * way,
+                 .source = carried});
+    gltf.expect({.name = name + ": speed from 2 s on",
+                 .quantity = "velocity",
+                 .bodies = {name},
+                 .direction = Vector3::UnitX(),
+                 .during = {{2, duration}},
+                 .value = speed,
+                 .tolerance = 0.02 * speed,
+                 .source = carried});
+  }
+  const auto [sine, cosine] = sine_cosine(pi / 10);
+  gltf.expect({.name = "resting_block: largest displacement",
+               .quantity = "displacement",
+               .bodies = {"resting_block"},
+               .value = 0,
+               .tolerance = 0.001,
+               .source = "Coulomb: it stays, since tan 18° is less than the static μ"});
+  const double slid = 0.4 * duration + gravity * (sine - 0.3 * cosine) * duration * duration / 2;
+  gltf.expect({.name = "pushed_block: way down the slope at 3 s",
+               .quantity = "way",
+               .bodies = {"pushed_block"},
+               .direction = Vector3(cosine, -sine, 0),
+               .at = duration,
+               .value = slid,
+               .tolerance = 0.02 * slid,
+               .source = "Coulomb: v t + g (sin 18° − μ cos 18°) t²/2 with the dynamic μ"});
   return gltf.text();
 }
 

@@ -1,7 +1,9 @@
 /// Scenes of joints and contacts together: cradles, gates, chains, mechanisms.
 
 #include <algorithm>
+#include <cmath>
 
+#include "closed_forms.h"
 #include "finishes.h"
 #include "gltf_builder.h"
 #include "mesh.h"
@@ -78,6 +80,34 @@ std::string cradle() {
       gltf.joint(gltf.node(number + "_top", at(0, length, 0), body), pivot, hinge);
     }
   }
+
+  // What a ball has at the lowest point that has fallen from an angle, and what is left where the gap is
+  // shut.
+  constexpr double gravity = 9.81;
+  const double slowness = 1 + 0.4 * radius * radius / (length * length);
+  const double arrives = std::sqrt(2 * gravity * length * (1 - sine_cosine(angle).cosine) / slowness);
+  const double beyond = 0.03 / length;
+  const double taken = 2 * gravity * length * (1 - std::sqrt(1 - beyond * beyond)) / slowness;
+  const auto expect_speed = [&](const std::string& name, const std::vector<std::string>& bodies, int side,
+                                double speed) {
+    gltf.expect({.name = name,
+                 .quantity = "velocity",
+                 .bodies = bodies,
+                 .direction = Vector3(side, 0, 0),
+                 .peak = 1,
+                 .value = speed,
+                 .tolerance = 0.05 * arrives,
+                 .source = "the law of impact, restitution 1"});
+  };
+  expect_speed("touching_1: first speed back", {"touching_1"}, -1, 0.6 * arrives);
+  expect_speed("touching_2 … touching_5: first speed",
+               {"touching_2", "touching_3", "touching_4", "touching_5"}, 1, 0.4 * arrives);
+  expect_speed("spaced_5: first speed", {"spaced_5"}, 1, std::sqrt(arrives * arrives - 4 * taken));
+  gltf.expect({.name = "largest change of energy",
+               .quantity = "energy_change",
+               .value = 0,
+               .tolerance = 0.05 * 2 * gravity * length * (1 - sine_cosine(angle).cosine),
+               .source = "restitution 1 and no friction: nothing is lost"});
   return gltf.text();
 }
 
@@ -150,6 +180,22 @@ std::string door() {
       gltf.joint(gltf.node(number, at(-leaf.x() / 2 - clearance, heights[j] - 0.8, 0) * axis, body), fixed,
                  hinge);
     }
+  }
+
+  const double lever = clearance + leaf.x() / 2;
+  const double moment = 20 * ((leaf.x() * leaf.x() + leaf.z() * leaf.z()) / 12 + lever * lever);
+  const auto [sine, cosine] = sine_cosine(lean);
+  const double period = pendulum_period(moment, 20, 9.81 * sine, lever, open);
+  for (const int count : counts) {
+    const std::string name = "hinges_" + std::to_string(count);
+    gltf.expect({.name = name + ": period",
+                 .quantity = "angular_velocity",
+                 .bodies = {name},
+                 .direction = Vector3(sine, cosine, 0),
+                 .crossing = 2,
+                 .value = period,
+                 .tolerance = 0.02 * period,
+                 .source = "a pendulum in the field g sin 0.25: T = 4 √(I/(m g sin 0.25 l)) K(sin 0.65)"});
   }
   return gltf.text();
 }
@@ -309,6 +355,8 @@ std::string ragdoll() {
     join(name + "_hip", thigh, {0, 0.205, 0}, pelvis, {0, -0.09, side * 0.10}, hip);
     join(name + "_knee", shin, {0, 0.23, 0}, thigh, {0, -0.205, 0}, knee);
   }
+
+  gltf.expect_no_gain(5, "nothing drives it, and no contact gives energy");
   return gltf.text();
 }
 
@@ -510,6 +558,24 @@ std::string squeezer() {
                  Pose{place.point() + Vector3(0, height, 0.02), turn(Vector3::UnitX(), pi / 2).orientation});
   const int bearing_look = gltf.geometry(bearings);
   gltf.show(gltf.node("bearings"), gltf.mesh("bearings", {{bearing_look, steel}}));
+
+  // The seven angles at 0.03 s of the benchmark's time.
+  constexpr double end_beta = 15.81077119629904, end_theta = -15.75637105984298,
+                   end_gamma = 0.04082224013073101, end_phi = -0.5347301163226948,
+                   end_delta = 0.5244099658805304, end_omega = 0.5347301163226948,
+                   end_epsilon = 1.048080741042263;
+  const std::array<double, 7> ends{end_beta,  end_beta + end_theta,    end_gamma,  end_phi + end_delta,
+                                   end_delta, end_omega + end_epsilon, end_epsilon};
+  for (std::size_t i = 0; i < links.size(); ++i) {
+    gltf.expect({.name = std::string(links[i].name) + ": angle turned at 3 s",
+                 .quantity = "angle",
+                 .bodies = {links[i].name},
+                 .direction = Vector3::UnitZ(),
+                 .at = 3,
+                 .value = ends[i] - links[i].angle,
+                 .tolerance = i == 0 ? 0.15 : 0.05,
+                 .source = "Test Set for IVP Solvers (Bari), Andrews' squeezing mechanism"});
+  }
   return gltf.text();
 }
 
@@ -617,6 +683,17 @@ std::string water_wheel() {
     gltf.collider(body, shape, slick);
     gltf.show(body, gltf.mesh(name, {{round, paints[i % 3]}}));
   }
+
+  const auto [sine, cosine] = sine_cosine(0.14);
+  gltf.expect({.name = "ball_20: way down the chute at 1 s",
+               .quantity = "way",
+               .bodies = {"ball_20"},
+               .direction = Vector3(cosine, -sine, 0),
+               .at = 1,
+               .value = 5.0 / 7 * 9.81 * sine / 2,
+               .tolerance = 0.025,
+               .source = "a solid ball rolls with 5/7 g sin θ"});
+  gltf.expect_no_gain(6, "nothing drives the wheel; the balls' fall is worth 600 J");
   return gltf.text();
 }
 

@@ -139,6 +139,8 @@ std::string bowling() {
   const int hole_geometry = gltf.geometry(holes);
   gltf.show(ball_node, gltf.mesh("ball", {{ball_geometry, gltf.material(finish::blue)},
                                           {hole_geometry, gltf.material(finish::rubber)}}));
+
+  gltf.expect_no_gain(1.7, "restitution below 1 and friction only take energy; the ball has 170 J");
   return gltf.text();
 }
 
@@ -237,6 +239,12 @@ std::string funnel() {
   const int slick = gltf.physics_material(0);
   const int planet_shape = gltf.sphere_shape(planet_radius);
   const int planet_geometry = gltf.geometry(ball(planet_radius, 32));
+  struct Circle {
+    std::string name;
+    double distance;  // of the planet's centre from the axis
+    double speed;
+  };
+  std::vector<Circle> circles;
   struct Planet {
     const char* name;
     int ring;  // on which it goes round, from the rim
@@ -254,6 +262,7 @@ std::string funnel() {
     const Vector3 place = resting(r, planet_radius);
     // Round a circle: gravity's part along the slope is what it takes to stay on it.
     const double speed = std::sqrt(gravity * place.z() * place.x());
+    circles.push_back({planet.name, place.x(), speed});
     const int body =
         gltf.node(planet.name, turn(Vector3::UnitY(), planet.angle) * at(place.x(), place.y() - sunk, 0));
     gltf.motion(body, {.mass = 1, .linear_velocity = {0, 0, -speed}});
@@ -305,6 +314,24 @@ std::string funnel() {
     gltf.motion(body, {.mass = 0.5});
     gltf.collider(body, cone_shape, gltf.physics_material(0.08));
     gltf.show(body, cone_look);
+  }
+
+  for (const auto& [name, distance, speed] : circles) {
+    gltf.expect({.name = name + ": angle that it has gone round by after 6 s",
+                 .quantity = "azimuth",
+                 .bodies = {name},
+                 .direction = Vector3::UnitY(),
+                 .at = 6,
+                 .value = speed / distance * 6,
+                 .tolerance = 0.05 * speed / distance * 6,
+                 .source = "Kepler: v = √(g s ρ) on the circle where it starts"});
+    gltf.expect({.name = name + ": distance from the axis",
+                 .quantity = "distance",
+                 .bodies = {name},
+                 .direction = Vector3::UnitY(),
+                 .value = distance,
+                 .tolerance = 0.05 * distance,
+                 .source = "Kepler: it stays on its circle"});
   }
   return gltf.text();
 }

@@ -46,12 +46,17 @@ std::string rattleback();
 std::string bowling();
 std::string funnel();
 
+std::string tall_stack();
+std::string top_heavy_stack();
+std::string box_pyramid();
+std::string brick_wall();
+
 struct SceneFile {
   std::string_view name;  ///< of the file, without ".gltf"
   std::string (*text)();
 };
 
-inline constexpr std::array<SceneFile, 34> all_scenes{{
+inline constexpr std::array<SceneFile, 38> all_scenes{{
     {"rod_chain", rod_chain},
     {"pendulum", pendulum},
     {"heavy_chain", heavy_chain},
@@ -86,6 +91,10 @@ inline constexpr std::array<SceneFile, 34> all_scenes{{
     {"rattleback", rattleback},
     {"bowling", bowling},
     {"funnel", funnel},
+    {"tall_stack", tall_stack},
+    {"top_heavy_stack", top_heavy_stack},
+    {"box_pyramid", box_pyramid},
+    {"brick_wall", brick_wall},
 }};
 
 }  // namespace substep::make

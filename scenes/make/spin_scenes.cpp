@@ -78,6 +78,28 @@ std::string heavy_top() {
                                     {rim_look, terracotta},
                                     {stud_look, gltf.material(finish::brass)}}));
   gltf.joint(gltf.node("tip", at(0, -lever, 0), body), pivot, gltf.ball_joint());
+
+  const std::string_view simo = "Simo and Wong (1991); Lagrange's equations, integrated to 12 digits";
+  gltf.expect({.name = "angle that it has gone round by after 10 s",
+               .quantity = "azimuth",
+               .bodies = {"top"},
+               .direction = Vector3::UnitY(),
+               .at = 10,
+               .value = 4.196191,
+               .tolerance = 0.1,
+               .source = simo});
+  gltf.expect({.name = "largest distance from the vertical",
+               .quantity = "distance",
+               .bodies = {"top"},
+               .direction = Vector3::UnitY(),
+               .at_most = lever * sine_cosine(0.0545517).sine,
+               .tolerance = 0.003,
+               .source = simo});
+  gltf.expect({.name = "largest change of energy",
+               .quantity = "energy_change",
+               .value = 0,
+               .tolerance = 1,
+               .source = "Simo and Wong (1991): the energy is 1269.97500521 J, 20 J of it are the weight's"});
   return gltf.text();
 }
 
@@ -165,6 +187,39 @@ std::string turntable() {
     gltf.collider(body, shape, grip);
     gltf.show(body, gltf.mesh(block.name, {{look, gltf.material(block.finish)}}));
   }
+
+  gltf.expect({.name = "angle that the ball has gone round by after 6 s",
+               .quantity = "azimuth",
+               .bodies = {"ball"},
+               .direction = Vector3::UnitY(),
+               .at = 6,
+               .value = 2.0 / 7 * rate * 6,
+               .tolerance = 0.05,
+               .source = "S. Earnshaw (1844): a rolling sphere goes round at 2/7 of the table's rate"});
+  gltf.expect({.name = "the ball's distance from the axis",
+               .quantity = "distance",
+               .bodies = {"ball"},
+               .direction = Vector3::UnitY(),
+               .value = orbit,
+               .tolerance = 0.05 * orbit,
+               .source = "S. Earnshaw (1844): in a circle"});
+  for (const Block& block : blocks) {
+    const std::string name = block.name;
+    const bool stays = rate * rate * block.distance < 0.5 * 9.81;
+    Known known{.name = name + (stays ? ": distance from the axis" : ": distance from the axis at 6 s"),
+                .quantity = "distance",
+                .bodies = {name},
+                .direction = Vector3::UnitY(),
+                .tolerance = 0.02,
+                .source = stays ? "it stays, since Ω² r < μ g" : "it slides off, since Ω² r > μ g"};
+    if (stays) {
+      known.value = block.distance;
+    } else {
+      known.at = 6;
+      known.at_least = radius;
+    }
+    gltf.expect(known);
+  }
   return gltf.text();
 }
 
@@ -210,6 +265,19 @@ std::string euler_disk() {
   const int inlay_look = gltf.geometry(inlay);
   const int steel = gltf.material(finish::steel);
   gltf.show(disk, gltf.mesh("disk", {{disk_look, steel}, {inlay_look, gltf.material(finish::terracotta)}}));
+
+  const double worth = 1.5 * gravity * radius * sine;  // J
+  gltf.expect({.name = "largest change of energy",
+               .quantity = "energy_change",
+               .value = 0,
+               .tolerance = 0.1 * worth,
+               .source = "it rolls without losses; a thin disk's energy is 3/2 m g a sin α"});
+  gltf.expect({.name = "largest displacement of its centre",
+               .quantity = "displacement",
+               .bodies = {"disk"},
+               .value = 0,
+               .tolerance = 0.1 * radius,
+               .source = "H. K. Moffatt (2000): it rolls with its centre at rest"});
   return gltf.text();
 }
 
@@ -267,6 +335,42 @@ std::string rattleback() {
     const int paint = gltf.material(turns_back ? finish::terracotta : finish::teal);
     gltf.show(body, gltf.mesh(name, {{hull_geometry, paint}, {weight_geometry, brass}}));
   }
+
+  const std::string_view kane =
+      "Kane and Levinson's equations (1982) of rolling without slip, integrated to rounding in "
+      "tests/sim/scenes_test.cpp";
+  gltf.expect({.name = "turns_back: time at which it stands",
+               .quantity = "angular_velocity",
+               .bodies = {"turns_back"},
+               .direction = Vector3::UnitY(),
+               .crossing = 1,
+               .value = 2.804,
+               .tolerance = 0.3,
+               .source = kane});
+  gltf.expect({.name = "turns_back: rate at 6 s",
+               .quantity = "angular_velocity",
+               .bodies = {"turns_back"},
+               .direction = Vector3::UnitY(),
+               .at = 6,
+               .value = 5.26,
+               .tolerance = 0.5,
+               .source = kane});
+  gltf.expect({.name = "goes_on: rate at 5 s",
+               .quantity = "angular_velocity",
+               .bodies = {"goes_on"},
+               .direction = Vector3::UnitY(),
+               .at = 5,
+               .value = 4.361,
+               .tolerance = 0.2,
+               .source = kane});
+  gltf.expect({.name = "goes_on: rate at 10 s",
+               .quantity = "angular_velocity",
+               .bodies = {"goes_on"},
+               .direction = Vector3::UnitY(),
+               .at = 10,
+               .value = 1.25,
+               .tolerance = 0.2,
+               .source = kane});
   return gltf.text();
 }
 

@@ -10,6 +10,136 @@
 #include "stage.h"
 
 namespace substep::make {
+namespace {
+
+/// Cubes of 1 m with friction 0.6, drawn as crates in the woods' turn.
+class Crates {
+ public:
+  explicit Crates(GltfBuilder& gltf)
+      : gltf_(gltf),
+        shape_(gltf.box_shape({1, 1, 1})),
+        grip_(gltf.physics_material(0.6)),
+        crate_(gltf.geometry(rounded(box({1, 1, 1}), 0.06))) {}
+
+  int look(const std::string& name, const Finish& finish) {
+    return gltf_.mesh(name, {{crate_, gltf_.material(finish)}});
+  }
+
+  void add(const std::string& name, double x, double y, double mass, int look) {
+    const int body = gltf_.node(name, at(x, y, 0));
+    gltf_.motion(body, {.mass = mass});
+    gltf_.collider(body, shape_, grip_);
+    gltf_.show(body, look);
+  }
+
+  int geometry() const { return crate_; }
+
+ private:
+  GltfBuilder& gltf_;
+  int shape_;
+  int grip_;
+  int crate_;
+};
+
+constexpr std::array woods{finish::walnut, finish::maple, finish::cherry, finish::oak};
+
+std::array<int, woods.size()> wooden_looks(Crates& crates) {
+  std::array<int, woods.size()> looks{};
+  for (std::size_t i = 0; i < woods.size(); ++i)
+    looks[i] = crates.look("box_" + std::string(woods[i].name), woods[i]);
+  return looks;
+}
+
+constexpr std::string_view stands = "it is in equilibrium, and friction holds it";
+
+}  // namespace
+
+std::string tall_stack() {
+  constexpr int boxes = 20;
+
+  GltfBuilder gltf("tall_stack", 5);
+  gltf.camera({17.5, 17.0, 33.0}, {0, 10.2, 0}, 0.60);
+  gltf.sun(afternoon, warm_white, daylight);
+  add_ground(gltf, 0.6);
+  Crates crates(gltf);
+  const auto looks = wooden_looks(crates);
+  for (int i = 0; i < boxes; ++i)
+    crates.add("box_" + std::to_string(i + 1), 0, i + 0.5, 1, looks[static_cast<std::size_t>(i) % 4]);
+  gltf.expect_standing(0.05, stands);
+  return gltf.text();
+}
+
+std::string top_heavy_stack() {
+  constexpr int boxes = 10;
+  constexpr double top_mass = 1000;
+
+  GltfBuilder gltf("top_heavy_stack", 5);
+  gltf.camera({9.0, 9.4, 16.6}, {0, 4.7, 0}, 0.60);
+  gltf.sun(afternoon, warm_white, daylight);
+  add_ground(gltf, 0.6);
+  Crates crates(gltf);
+  const auto looks = wooden_looks(crates);
+  for (int i = 0; i + 1 < boxes; ++i)
+    crates.add("box_" + std::to_string(i + 1), 0, i + 0.5, 1, looks[static_cast<std::size_t>(i) % 4]);
+  // One stud for each zero of its mass, as in heavy_on_light.
+  Mesh studs;
+  for (int j = -1; j <= 1; ++j)
+    studs.add(rod(0.04, 0.056, 0.016, 20), at(0.2 * j, 0, 0.5) * turn(Vector3::UnitX(), pi / 2));
+  const int stud_look = gltf.geometry(studs);
+  const int iron = gltf.material(finish::iron);
+  const int top = gltf.mesh("top", {{crates.geometry(), iron}, {stud_look, gltf.material(finish::brass)}});
+  crates.add("top", 0, boxes - 0.5, top_mass, top);
+  gltf.expect_standing(0.05, stands);
+  return gltf.text();
+}
+
+std::string box_pyramid() {
+  constexpr int base = 20;
+  constexpr double pitch = 1.1;
+
+  GltfBuilder gltf("box_pyramid", 5);
+  gltf.camera({17.0, 14.0, 39.0}, {0, 9.4, 0}, 0.58);
+  gltf.sun(afternoon, warm_white, daylight);
+  add_ground(gltf, 0.6);
+  Crates crates(gltf);
+  const auto looks = wooden_looks(crates);
+  int number = 0;
+  for (int row = 0; row < base; ++row) {
+    const int boxes = base - row;
+    for (int i = 0; i < boxes; ++i) {
+      crates.add("box_" + std::to_string(++number), pitch * (i - (boxes - 1) / 2.0), row + 0.5, 1,
+                 looks[static_cast<std::size_t>(row) % 4]);
+    }
+  }
+  gltf.expect_standing(0.05, stands);
+  return gltf.text();
+}
+
+std::string brick_wall() {
+  constexpr int rows = 10;
+  constexpr int columns = 10;
+  constexpr double shift = 0.15;
+  constexpr std::array clay{finish::brick, finish::terracotta, finish::sandstone};
+
+  GltfBuilder gltf("brick_wall", 5);
+  gltf.camera({8.5, 8.5, 18.5}, {0, 4.6, 0}, 0.60);
+  gltf.sun(afternoon, warm_white, daylight);
+  add_ground(gltf, 0.6);
+  Crates crates(gltf);
+  std::array<int, clay.size()> looks{};
+  for (std::size_t i = 0; i < clay.size(); ++i)
+    looks[i] = crates.look("brick_" + std::string(clay[i].name), clay[i]);
+  int number = 0;
+  for (int row = 0; row < rows; ++row) {
+    const double left = (row % 2 == 0 ? -shift : shift) - (columns - 1) / 2.0;
+    for (int i = 0; i < columns; ++i, ++number) {
+      crates.add("brick_" + std::to_string(number + 1), left + i, row + 0.5, 1,
+                 looks[static_cast<std::size_t>(noise(static_cast<std::uint64_t>(number)) * 3)]);
+    }
+  }
+  gltf.expect_standing(0.05, stands);
+  return gltf.text();
+}
 
 std::string heavy_on_light() {
   const Vector3 size(0.5, 0.5, 0.5);
@@ -48,6 +178,12 @@ std::string heavy_on_light() {
     if (i > 0) parts.push_back({gltf.geometry(studs), brass});
     gltf.show(upper, gltf.mesh("heavy_" + number, parts));
   }
+
+  for (std::size_t i = 0; i < masses.size(); ++i) {
+    const std::string number = std::to_string(i + 1);
+    gltf.expect_standing(0.025, "each pair is in equilibrium, and friction holds it",
+                         {"light_" + number, "heavy_" + number});
+  }
   return gltf.text();
 }
 
@@ -76,6 +212,16 @@ std::string overlap() {
       gltf.show(body, gltf.mesh(name, {{cube, gltf.material(finishes[number % 4])}}));
     }
   }
+
+  const std::string_view source = "what starts overlapping shall come apart, and not be blown apart";
+  gltf.expect(
+      {.name = "fastest body", .quantity = "speed", .at_most = 2, .tolerance = 0.2, .source = source});
+  gltf.expect({.name = "fastest body at 3 s",
+               .quantity = "speed",
+               .at = 3,
+               .value = 0,
+               .tolerance = 0.1,
+               .source = source});
   return gltf.text();
 }
 
@@ -133,6 +279,8 @@ std::string card_house() {
                1 - level % 2);
     floor += thickness;
   }
+
+  gltf.expect_standing(0.05 * height, "a pair stands if μ ≥ ½ tan θ, under load if μ ≥ tan θ = 0.466");
   return gltf.text();
 }
 
@@ -190,6 +338,18 @@ std::string masonry_arch() {
       gltf.show(body, gltf.mesh(number, {{dressed, gltf.material(look)}}));
     }
   }
+
+  std::vector<std::string> thick;
+  for (int i = 1; i <= stones; ++i) thick.push_back("thick_stone_" + std::to_string(i));
+  gltf.expect_standing(0.01, "Milankovitch (1907): a semicircle stands from 0.1075 of its radius on", thick);
+  gltf.expect({.name = "fall of the thin arch's crown at 3 s",
+               .quantity = "way",
+               .bodies = {"thin_stone_6"},
+               .direction = -Vector3::UnitY(),
+               .at = 3,
+               .at_least = 0.5,
+               .tolerance = 0.05,
+               .source = "Milankovitch (1907): a semicircle thinner than 0.1075 of its radius cannot stand"});
   return gltf.text();
 }
 
@@ -242,6 +402,15 @@ std::string dominoes() {
     gltf.collider(body, shape, grip);
     gltf.show(body, looks[i % 5]);
   }
+
+  gltf.expect({.name = "fall of that domino's centre which falls least, at 4 s",
+               .quantity = "way",
+               .direction = -Vector3::UnitY(),
+               .at = 4,
+               .at_least = 0.05,
+               .tolerance = 0.005,
+               .source = "the first one turns faster than it takes to fall, and each hits the next"});
+  gltf.expect_no_gain(0.5, "nothing drives them; all of them are worth 36 J when they fall");
   return gltf.text();
 }
 
@@ -326,6 +495,8 @@ std::string wrecking_ball() {
       gltf.show(body, gltf.mesh(name, {{end ? half_look : whole_look, clay[(number * 5 + course) % 3]}}));
     }
   }
+
+  gltf.expect_no_gain(50, "nothing drives it; the ball's fall is worth 5 kJ");
   return gltf.text();
 }
 

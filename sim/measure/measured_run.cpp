@@ -68,6 +68,32 @@ double energy(const Scene& scene, const State& state) {
   return sum;
 }
 
+Momentum momentum(const Scene& scene, const State& state, double time) {
+  double mass = 0;
+  Vector3 centre = Vector3::Zero();
+  Momentum sum;
+  for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
+    const Body& body = scene.bodies[i];
+    if (body.inverse_mass == 0) continue;
+    const double m = 1 / body.inverse_mass;
+    mass += m;
+    centre += m * state.q[i].linear;
+    sum.linear += m * (state.v[i].linear - time * body.gravity_factor * scene.gravity);
+  }
+  if (mass > 0) centre /= mass;
+  for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
+    const Body& body = scene.bodies[i];
+    if (body.inverse_mass == 0) continue;
+    Vector3 spin = state.q[i].angular.conjugate() * state.v[i].angular;
+    for (int axis = 0; axis < 3; ++axis) {
+      spin[axis] = body.inverse_inertia[axis] > 0 ? spin[axis] / body.inverse_inertia[axis] : 0;
+    }
+    const Vector3 arm = state.q[i].linear - centre;
+    sum.angular += state.q[i].angular * spin + arm.cross(state.v[i].linear) / body.inverse_mass;
+  }
+  return sum;
+}
+
 double joint_gap(const Scene& scene, const State& state) {
   double largest = 0;
   for (const Joint& joint : scene.joints) {

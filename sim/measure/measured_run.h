@@ -23,6 +23,14 @@ MeasuredRun measured_run(const Scene& scene, const Settings& settings, double du
 /// Kinetic and potential energy of all bodies of finite mass, J.
 double energy(const Scene& scene, const State& state);
 
+struct Momentum {
+  Vector3 linear = Vector3::Zero();   ///< N·s
+  Vector3 angular = Vector3::Zero();  ///< about the common centre of mass, N·m·s
+};
+
+/// Of all bodies of finite mass, without what gravity gave since the start, `time` seconds ago.
+Momentum momentum(const Scene& scene, const State& state, double time);
+
 /// Largest distance between two anchors that a joint of three locked linear axes holds together, m.
 double joint_gap(const Scene& scene, const State& state);
 

@@ -29,39 +29,6 @@ bool is_free(const Scene& scene) {
                               [&](const Collider& collider) { return is_fixed(collider.body); });
 }
 
-struct Momentum {
-  Vector3 linear = Vector3::Zero();
-  Vector3 angular = Vector3::Zero();
-};
-
-/// Of all bodies that can move; the angular one about their common centre of mass. `gravity_impulse` is what
-/// gravity gave since the start.
-Momentum momentum_of(const Scene& scene, const State& state, double time) {
-  double mass = 0;
-  Vector3 centre = Vector3::Zero();
-  Momentum sum;
-  for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
-    const Body& body = scene.bodies[i];
-    if (body.inverse_mass == 0) continue;
-    const double m = 1 / body.inverse_mass;
-    mass += m;
-    centre += m * state.q[i].linear;
-    sum.linear += m * (state.v[i].linear - time * body.gravity_factor * scene.gravity);
-  }
-  if (mass > 0) centre /= mass;
-  for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
-    const Body& body = scene.bodies[i];
-    if (body.inverse_mass == 0) continue;
-    Vector3 spin = state.q[i].angular.conjugate() * state.v[i].angular;
-    for (int axis = 0; axis < 3; ++axis) {
-      spin[axis] = body.inverse_inertia[axis] > 0 ? spin[axis] / body.inverse_inertia[axis] : 0;
-    }
-    const Vector3 arm = state.q[i].linear - centre;
-    sum.angular += state.q[i].angular * spin + arm.cross(state.v[i].linear) / body.inverse_mass;
-  }
-  return sum;
-}
-
 /// Largest distance of a body's centre from its start, m.
 double moved(const Scene& scene, const State& start, const State& state) {
   double largest = 0;
@@ -81,7 +48,7 @@ class Invariants {
         is_free_(is_free(scene)),
         start_(start),
         energy_(energy(scene, start)),
-        momentum_(momentum_of(scene, start, 0)) {}
+        momentum_(momentum(scene, start, 0)) {}
 
   void add(const State& state, double time, Metrics& metrics) {
     metrics.joint_gap = std::max(metrics.joint_gap, joint_gap(scene_, state));
@@ -90,7 +57,7 @@ class Invariants {
     metrics.energy_growth = std::max(metrics.energy_growth, metrics.energy_change);
     metrics.moved = std::max(metrics.moved, moved(scene_, start_, state));
     if (!is_free_) return;
-    const Momentum now = momentum_of(scene_, state, time);
+    const Momentum now = momentum(scene_, state, time);
     metrics.momentum = std::max(metrics.momentum.value_or(0), (now.linear - momentum_.linear).norm());
     metrics.angular_momentum =
         std::max(metrics.angular_momentum.value_or(0), (now.angular - momentum_.angular).norm());
@@ -184,22 +151,28 @@ Motion sampled(const Scene& scene, Stepper& stepper, double step, double interva
   const Sampling sampling(step, interval);
   Motion motion{interval * sampling.samples_between(), {stepper.state()}};
   std::optional<Invariants> invariants;
+  std::optional<ExpectationMeter> expectations;
   if (metrics) {
     invariants.emplace(scene, stepper.state());
     invariants->add(stepper.state(), 0, *metrics);
+    expectations.emplace(scene, stepper.state());
   }
   const auto samples = static_cast<int>(std::lround(duration / motion.interval));
   for (int k = 1; k <= samples; ++k) {
     for (int i = 1; i <= sampling.steps_between(); ++i) {
       if (!stepper.step()) {
-        if (metrics) metrics->diverged = (k - 1) * motion.interval + i * step;
+        if (!metrics) return motion;
+        metrics->diverged = (k - 1) * motion.interval + i * step;
+        metrics->expected = expectations->figures(true);
         return motion;
       }
+      if (expectations) expectations->add(stepper.state(), (k - 1) * motion.interval + i * step);
     }
     motion.samples.push_back(stepper.state());
     if (invariants) invariants->add(stepper.state(), k * motion.interval, *metrics);
     at_sample(k * motion.interval, stepper.state());
   }
+  if (expectations) metrics->expected = expectations->figures(false);
   return motion;
 }
 

@@ -5,7 +5,9 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <vector>
 
+#include "sim/measure/expectations.h"
 #include "sim/measure/motion.h"
 
 namespace substep {
@@ -38,6 +40,8 @@ struct Metrics {
       momentum;  ///< largest change beyond gravity's, N·s; of scenes that touch nothing fixed
   std::optional<double> angular_momentum;  ///< the same about the common centre of mass, N·m·s
   std::optional<double> diverged;          ///< when, s
+  /// Over the scene's whole duration, after every step: what is known of the motion without a reference.
+  std::vector<ExpectedFigure> expected;
   /// It stays finite, its RMS error is at most a tenth of the scene's size, joints and contacts never give
   /// way by more than a tenth of the smallest body's size, and where nothing drives the scene its energy
   /// never rises by more than a tenth of `energy_scale`. Where the reference stands still no body may ever be

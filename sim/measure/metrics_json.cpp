@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "sim/error.h"
 
@@ -32,6 +35,41 @@ std::optional<double> optional_in(const Json& json) {
 }
 Spread spread_in(const Json& json) {
   return {number_in(json.at("rms")), number_in(json.at("largest"))};
+}
+
+constexpr std::array bounds{std::pair{Bound::equal, "value"}, std::pair{Bound::at_most, "at_most"},
+                            std::pair{Bound::at_least, "at_least"}};
+
+Json figures(const std::vector<ExpectedFigure>& expected) {
+  Json list = Json::array();
+  for (const ExpectedFigure& x : expected) {
+    const auto* const bound = std::ranges::find(bounds, x.bound, [](const auto& pair) { return pair.first; });
+    list.push_back({{"name", x.name},
+                    {"unit", x.unit},
+                    {bound->second, x.expected},
+                    {"tolerance", x.tolerance},
+                    {"measured", number(x.measured)},
+                    {"error", number(x.error())}});
+  }
+  return list;
+}
+
+std::vector<ExpectedFigure> figures_in(const Json& list) {
+  std::vector<ExpectedFigure> figures;
+  for (const Json& json : list) {
+    ExpectedFigure x;
+    x.name = json.at("name").get<std::string>();
+    x.unit = json.at("unit").get<std::string>();
+    for (const auto& [bound, key] : bounds) {
+      if (!json.contains(key)) continue;
+      x.bound = bound;
+      x.expected = json.at(key).get<double>();
+    }
+    x.tolerance = json.at("tolerance").get<double>();
+    x.measured = number_in(json.at("measured"));
+    figures.push_back(std::move(x));
+  }
+  return figures;
 }
 
 template <typename Read>
@@ -62,7 +100,8 @@ std::string to_json(const Metrics& x) {
               {"momentum", number(x.momentum)},
               {"angular_momentum", number(x.angular_momentum)},
               {"diverged", number(x.diverged)},
-              {"bounded", x.bounded}}
+              {"bounded", x.bounded},
+              {"expected", figures(x.expected)}}
       .dump();
 }
 
@@ -84,6 +123,7 @@ Metrics metrics_in(const std::string& json) {
     x.angular_momentum = optional_in(j.at("angular_momentum"));
     x.diverged = optional_in(j.at("diverged"));
     x.bounded = j.at("bounded").get<bool>();
+    x.expected = figures_in(j.at("expected"));
     return x;
   });
 }

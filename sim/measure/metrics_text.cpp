@@ -63,6 +63,43 @@ TextTable invariants_of(const SceneMeasurement& m) {
   return table;
 }
 
+/// Five digits: a period may differ in the third.
+std::string figure_number(double value) {
+  if (!(std::abs(value) < 1e9) || std::abs(value) < 1e-12) return short_number(value);
+  return fmt::format("{:.5g}", value);
+}
+
+std::string expected_text(const ExpectedFigure& x) {
+  const std::string value = figure_number(x.expected);
+  if (x.bound == Bound::at_most) return "≤ " + value;
+  return x.bound == Bound::at_least ? "≥ " + value : value;
+}
+
+/// A line for each figure; of each run its value and its error, with ! where that is bad.
+TextTable expectations_of(const SceneMeasurement& m) {
+  TextTable table{{"known for the whole duration", "expected", "±"}, {}};
+  for (const MeasuredSettings& run : m.runs) {
+    const std::string algorithm = label(run.settings).substr(0, 2);
+    table.head.insert(table.head.end(), {algorithm, "error"});
+  }
+  for (std::size_t i = 0; i < m.runs.front().metrics.expected.size(); ++i) {
+    const ExpectedFigure& first = m.runs.front().metrics.expected[i];
+    std::vector<std::string> row{fmt::format("{}, {}", first.name, first.unit), expected_text(first),
+                                 short_number(first.tolerance)};
+    for (const MeasuredSettings& run : m.runs) {
+      const ExpectedFigure& x = run.metrics.expected[i];
+      row.push_back(figure_number(x.measured));
+      row.push_back(short_number(x.error()) + (x.is_bad() ? " !" : ""));
+    }
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+bool has_expectations(const SceneMeasurement& m) {
+  return !m.runs.empty() && !m.runs.front().metrics.expected.empty();
+}
+
 bool has_times(const SceneMeasurement& m) {
   return !m.runs.empty() && m.runs.front().times.has_value();
 }
@@ -102,6 +139,10 @@ std::string heading(const SceneMeasurement& m) {
 template <typename Print>
 std::string with_tables(const SceneMeasurement& m, const Print& print) {
   std::string text = fmt::format("{}\n{}\n{}", heading(m), print(errors_of(m)), print(invariants_of(m)));
+  if (has_expectations(m)) {
+    text += fmt::format("\n{}\n!: off by more than ±; –: never, or the run blew up before.\n",
+                        print(expectations_of(m)));
+  }
   if (has_times(m)) text += fmt::format("\n{}", print(times_of(m)));
   return text;
 }

@@ -24,7 +24,8 @@ struct SceneMeasurement {
   std::vector<MeasuredSettings> runs;
 };
 
-/// Tables of the runs, a line each, below what they were measured against: for a terminal.
+/// Tables of the runs, a line each, below what they were measured against; a third one, of a line for each
+/// figure that is known of the scene, where there is one. For a terminal.
 std::string to_table(const SceneMeasurement& measurement);
 std::string to_markdown(const SceneMeasurement& measurement);
 /// {"scene", "size", "duration", "reference": {…}, "runs": [{…}]}, SI units. What is not finite is

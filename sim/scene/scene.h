@@ -14,6 +14,7 @@
 
 #include "sim/geometry/mass_properties.h"
 #include "sim/geometry/shape.h"
+#include "sim/scene/expectation.h"
 #include "sim/vector.h"
 
 namespace substep {
@@ -131,11 +132,12 @@ struct Scene {
   /// Of the file's bytes and of its buffers' files: 64-bit FNV-1a of a .gltf's text and of the XXH3 of all
   /// else.
   std::uint64_t hash = 0;
-  Vector3 gravity{0, -9.81, 0};  ///< m/s²
-  double duration = 5;           ///< s
-  double step = 1.0 / 60;        ///< s, what a run uses unless told otherwise
-  std::optional<double> poster;  ///< s, the moment that shows the scene's point
-  bool gyroscopic = true;        ///< whether unequal moments of inertia give a gyroscopic term
+  Vector3 gravity{0, -9.81, 0};       ///< m/s²
+  double duration = 5;                ///< s
+  double step = 1.0 / 60;             ///< s, what a run uses unless told otherwise
+  std::optional<double> poster;       ///< s, the moment that shows the scene's point
+  bool gyroscopic = true;             ///< whether unequal moments of inertia give a gyroscopic term
+  std::vector<Expectation> expected;  ///< what is known of its motion
 
   std::vector<Body> bodies;  ///< bodies[0] is the world
   std::vector<Collider> colliders;

@@ -21,6 +21,7 @@
 #include "sim/scene/physics_extension.h"
 #include "sim/scene/scene.h"
 #include "sim/scene/scene_appearance.h"
+#include "sim/scene/scene_expectations.h"
 #include "sim/scene/scene_settings.h"
 
 namespace substep {
@@ -73,6 +74,7 @@ class SceneBuilder {
     add_colliders();
     for (std::size_t body = 1; body < scene_.bodies.size(); ++body) place_body(static_cast<int>(body));
     check_bodies();
+    read_expectations(document_, scene_);
     add_joints();
     add_visuals();
     read_camera_and_sun(document_, scene_);

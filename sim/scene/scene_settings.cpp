@@ -8,7 +8,7 @@ void read_from(const JsonValue& object, Scene& scene) {
   if (!extras || !extras->json().is_object()) return;  // others may keep anything in their extras
   const auto settings = extras->find("substep");
   if (!settings) return;
-  settings->allow_only({"gravity", "duration", "step", "poster", "gyroscopic"});
+  settings->allow_only({"gravity", "duration", "step", "poster", "gyroscopic", "expected"});
   scene.gravity = get(*settings, "gravity", scene.gravity, &JsonValue::vector3);
   scene.duration = get(*settings, "duration", scene.duration, &JsonValue::positive);
   scene.step = get(*settings, "step", scene.step, &JsonValue::positive);

@@ -101,6 +101,18 @@ TEST(Json, ReadsBackToTheSameBits) {
   scene.duration = 0.5;
   const ReferenceMotion reference = reference_motion(scene, 0.25);
   const Metrics m = measure(scene, usual_settings(scene, Algorithm::a5), reference);
+  Metrics known = m;
+  known.expected = {{"height", "m", Bound::at_most, 0.1, 0.01, 1.0 / 3},
+                    {"way", "m", Bound::at_least, -2, 0.5, INFINITY},
+                    {"time", "s", Bound::equal, 1.5, 0.1, 1.25}};
+  const Metrics read = metrics_in(to_json(known));
+  EXPECT_EQ(to_json(read), to_json(known));
+  ASSERT_EQ(read.expected.size(), 3u);
+  EXPECT_EQ(read.expected[0].measured, 1.0 / 3);
+  EXPECT_EQ(read.expected[0].bound, Bound::at_most);
+  EXPECT_EQ(read.expected[1].measured, INFINITY);
+  EXPECT_EQ(read.expected[1].bound, Bound::at_least);
+  EXPECT_EQ(read.expected[2].tolerance, 0.1);
   const Metrics back = metrics_in(to_json(m));
   EXPECT_EQ(to_json(back), to_json(m));
   EXPECT_EQ(back.error.position.rms, m.error.position.rms);
@@ -143,8 +155,12 @@ TEST(Tables, SayTheReferenceAndHaveALineARun) {
   const std::string table = to_table(measurement);
   EXPECT_NE(table.find(measurement.reference.method), std::string::npos);
   EXPECT_NE(table.find("A5  n=16 m=1 stable  h=1/60"), std::string::npos);
+  // Half a second is too short for the period; the energy is known at once.
+  EXPECT_NE(table.find("largest change of energy, J"), std::string::npos);
+  EXPECT_EQ(table.find("swings"), std::string::npos);
   const auto json = nlohmann::json::parse(to_json(measurement));
   EXPECT_EQ(json["runs"].size(), 2u);
+  EXPECT_EQ(json["runs"][1]["expected"][0]["value"], 0);
   EXPECT_EQ(json["runs"][0]["solver_error"], "none");
   EXPECT_GT(json["runs"][1]["model_error"].get<double>(), 0);
   EXPECT_EQ(to_json(measurement).find("times"), std::string::npos);

@@ -1,0 +1,99 @@
+#include "render/report/bad_figures.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+namespace substep {
+namespace {
+
+bool is_judged(const SweepRecord& record) {
+  return record.peer.empty() && record.metrics && !record.metrics->expected.empty();
+}
+
+std::string expected_text(const ExpectedFigure& x) {
+  const char* const sign = x.bound == Bound::at_most ? "≤ " : x.bound == Bound::at_least ? "≥ " : "";
+  return fmt::format("{}{} {}", sign, short_number(x.expected), x.unit);
+}
+
+std::string measured_text(const ExpectedFigure& x) {
+  return std::isfinite(x.measured) ? fmt::format("{} {}", short_number(x.measured), x.unit) : "never";
+}
+
+std::string severity_text(double severity) {
+  return std::isfinite(severity) ? fmt::format("{:.2g} times", severity) : "all";
+}
+
+}  // namespace
+
+std::vector<BadFigure> bad_figures(const std::vector<SweepRecord>& records) {
+  std::map<std::pair<std::string, Algorithm>, BadFigure> worst;
+  for (const SweepRecord& record : records) {
+    if (!is_judged(record)) continue;
+    BadFigure& own = worst[{record.scene, record.settings.algorithm}];
+    ++own.runs;
+    own.bad += std::ranges::any_of(record.metrics->expected, &ExpectedFigure::is_bad) ? 1 : 0;
+    for (const ExpectedFigure& figure : record.metrics->expected) {
+      BadFigure candidate{record.scene, record.settings.algorithm, record.label, figure, own.bad, own.runs};
+      if (!own.scene.empty() && !(candidate.severity() > own.severity())) {
+        continue;
+      }
+      own = std::move(candidate);
+    }
+  }
+  std::vector<BadFigure> result;
+  for (auto& [place, figure] : worst) {
+    if (figure.bad > 0) result.push_back(std::move(figure));
+  }
+  std::ranges::stable_sort(result, [](const BadFigure& a, const BadFigure& b) {
+    if (a.severity() != b.severity()) return a.severity() > b.severity();
+    return static_cast<double>(a.bad) / a.runs > static_cast<double>(b.bad) / b.runs;
+  });
+  return result;
+}
+
+int judged_runs(const std::vector<SweepRecord>& records) {
+  return static_cast<int>(std::ranges::count_if(records, is_judged));
+}
+
+TextTable bad_figures_table(const std::vector<BadFigure>& figures) {
+  TextTable table{{"scene", "algorithm", "worst figure", "expected", "measured", "off by, in tolerances",
+                   "with", "settings with a bad figure"},
+                  {}};
+  for (const BadFigure& x : figures) {
+    table.rows.push_back({x.scene, fmt::format("A{}", static_cast<int>(x.algorithm) + 1), x.figure.name,
+                          expected_text(x.figure), measured_text(x.figure), severity_text(x.severity()),
+                          x.label, fmt::format("{} of {}", x.bad, x.runs)});
+  }
+  return table;
+}
+
+void add_bad_figures(const std::vector<SweepRecord>& records, Document& page) {
+  page.heading(2, "What is off");
+  const int judged = judged_runs(records);
+  if (judged == 0) {
+    page.paragraph("No scene that ran has a closed form, an invariant or anything else that is known of it.");
+    return;
+  }
+  const std::vector<BadFigure> figures = bad_figures(records);
+  if (figures.empty()) {
+    page.paragraph(fmt::format(
+        "Nothing: in each of {} runs all that is known of the scene (closed forms, invariants, what "
+        "must stand) holds within its tolerance for the whole duration.",
+        judged));
+    return;
+  }
+  page.paragraph(fmt::format(
+      "What is known of the scenes (closed forms, invariants, what must stand) and does not hold within its "
+      "tolerance over the whole duration, in {} runs that were compared: of each scene and algorithm the "
+      "worst "
+      "figure of all settings that ran, the worst first. What ran and is not here has none. "
+      "Coarse settings are among those that ran: the last column says how many of them are off.",
+      judged));
+  page.table(bad_figures_table(figures));
+}
+
+}  // namespace substep

@@ -1,0 +1,38 @@
+#pragma once
+/// Where runs miss what is known of their scenes.
+
+#include <string>
+#include <vector>
+
+#include "render/report/document.h"
+#include "render/report/sweep.h"
+#include "sim/measure/text_table.h"
+
+namespace substep {
+
+/// The worst figure of one algorithm in one scene, over all settings that ran.
+struct BadFigure {
+  std::string scene;
+  Algorithm algorithm = Algorithm::a1;
+  std::string label;  ///< the settings
+  ExpectedFigure figure;
+  int bad = 0;   ///< settings with a bad figure
+  int runs = 0;  ///< settings that ran
+
+  /// The error in tolerances; infinite where there is no value.
+  double severity() const { return figure.error() / figure.tolerance; }
+};
+
+/// Of each scene and algorithm with a bad figure, the worst first.
+std::vector<BadFigure> bad_figures(const std::vector<SweepRecord>& records);
+
+/// Runs of ours that were compared with something known.
+int judged_runs(const std::vector<SweepRecord>& records);
+
+TextTable bad_figures_table(const std::vector<BadFigure>& figures);
+
+/// A heading with that table, or with a sentence where nothing is bad. It stands at the report's top: no
+/// reader looks for it on the scenes' pages.
+void add_bad_figures(const std::vector<SweepRecord>& records, Document& page);
+
+}  // namespace substep

@@ -1,0 +1,105 @@
+#include "closed_forms.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "sim/rotation.h"
+
+namespace substep::make {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+/// The zero of a function that changes its sign once between `low` and `high`.
+template <typename Function>
+double zero_of(const Function& function, double low, double high) {
+  const bool is_rising = function(low) < 0;
+  for (int i = 0; i < 100; ++i) {
+    const double middle = (low + high) / 2;
+    ((function(middle) < 0) == is_rising ? low : high) = middle;
+  }
+  return (low + high) / 2;
+}
+
+/// The first time after `start` that the function has changed its sign; `duration` where it does not.
+template <typename Function>
+double next_zero(const Function& function, double start, double duration) {
+  constexpr double stride = 1e-4;
+  const bool side = function(start + stride) < 0;
+  for (int i = 1; start + stride * i < duration; ++i) {
+    const double time = start + stride * i;
+    if ((function(time + stride) < 0) != side) return zero_of(function, time, time + stride);
+  }
+  return duration;
+}
+
+}  // namespace
+
+double complete_elliptic_integral(double k) {
+  // Gauss's arithmetic-geometric mean.
+  double a = 1;
+  double b = std::sqrt(1 - k * k);
+  for (int i = 0; i < 60; ++i) {
+    const double mean = (a + b) / 2;
+    b = std::sqrt(a * b);
+    a = mean;
+  }
+  return pi / (2 * a);
+}
+
+double pendulum_period(double moment, double mass, double gravity, double lever, double amplitude) {
+  return 4 * std::sqrt(moment / (mass * gravity * lever)) *
+         complete_elliptic_integral(sine_cosine(amplitude / 2).sine);
+}
+
+std::vector<double> slips_on_shaken_table(double throw_length, double rate, double friction, double gravity,
+                                          double duration) {
+  const double most = throw_length * rate * rate;  // of the table's acceleration
+  const double held = friction * gravity;
+  const auto push = [&](double t) { return most * sine_cosine(rate * t).cosine; };  // seen from the table
+  std::vector<double> places;
+  double place = 0;
+  double time = 0;
+  while (time < duration) {
+    // It sticks until the push is more than friction holds.
+    if (!(std::fabs(push(time)) > held))
+      time = next_zero([&](double t) { return std::fabs(push(t)) - held; }, time, duration);
+    if (time >= duration) break;
+    const double side = push(time) > 0 ? 1 : -1;
+    const auto [sine, cosine] = sine_cosine(rate * time);
+    const auto speed = [&](double t) {
+      return throw_length * rate * (sine_cosine(rate * t).sine - sine) - side * held * (t - time);
+    };
+    const double end = next_zero(speed, time, duration);
+    if (end >= duration) break;
+    const double lasts = end - time;
+    place += throw_length * (cosine - sine_cosine(rate * end).cosine) - throw_length * rate * sine * lasts -
+             side * held * lasts * lasts / 2;
+    places.push_back(place);
+    time = end;
+  }
+  return places;
+}
+
+std::vector<double> turnovers(const Vector3& moments, const Vector3& rate, double duration) {
+  constexpr double step = 1e-3;
+  const auto change = [&](const Vector3& w) {
+    return Vector3((moments.y() - moments.z()) / moments.x() * w.y() * w.z(),
+                   (moments.z() - moments.x()) / moments.y() * w.z() * w.x(),
+                   (moments.x() - moments.y()) / moments.z() * w.x() * w.y());
+  };
+  std::vector<double> times;
+  Vector3 w = rate;
+  for (int i = 0; i * step < duration; ++i) {
+    const Vector3 k1 = change(w);
+    const Vector3 k2 = change(w + step / 2 * k1);
+    const Vector3 k3 = change(w + step / 2 * k2);
+    const Vector3 k4 = change(w + step * k3);
+    const Vector3 next = w + step / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
+    if ((w.y() < 0) != (next.y() < 0)) times.push_back((i + w.y() / (w.y() - next.y())) * step);
+    w = next;
+  }
+  return times;
+}
+
+}  // namespace substep::make

@@ -1,0 +1,287 @@
+#include "sim/measure/expectations.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+#include "sim/measure/measured_run.h"
+#include "sim/rotation.h"
+
+namespace substep {
+namespace {
+
+constexpr double infinite = std::numeric_limits<double>::infinity();
+constexpr double same_time = 1e-9;  // s: by how much a sum of steps misses the time that it stands for
+
+constexpr double least_rise = 0.1;  // of the tolerance: to a maximum and down from it
+
+/// The angle that is one of `angle` + 2π k and nearest to `before`, rad.
+double unwound(double angle, double before) {
+  return before + std::remainder(angle - before, 2 * std::numbers::pi);
+}
+
+/// A quantity of one body, or of the scene, from state to state.
+class QuantityOfBody {
+ public:
+  QuantityOfBody(const Scene& scene, const Expectation& expectation, int body, const State& start)
+      : scene_(scene), e_(expectation), body_(static_cast<std::size_t>(body)), start_(start) {
+    const Vector3& along = e_.direction;
+    const Vector3 arm = radial(start);
+    // Where the start is on the axis, angles are counted from wherever the body leaves it.
+    outwards_ = arm.norm() > 0 ? arm.normalized() : along.unitOrthogonal();
+    sideways_ = along.cross(outwards_);
+    if (e_.quantity == Quantity::energy_change) energy_ = energy(scene, start);
+    if (e_.quantity == Quantity::momentum_change || e_.quantity == Quantity::angular_momentum_change)
+      momentum_ = momentum(scene, start, 0);
+  }
+
+  double value(const State& state, double time) {
+    const Coordinates& q = state.q[body_];
+    const Velocity& v = state.v[body_];
+    const auto other = static_cast<std::size_t>(e_.relative_to);
+    const Vector3 position = q.linear - state.q[other].linear;
+    switch (e_.quantity) {
+      case Quantity::displacement:
+        return (q.linear - start_.q[body_].linear).norm();
+      case Quantity::position:
+        return position.dot(e_.direction);
+      case Quantity::way:
+        return (position - start_.q[body_].linear + start_.q[other].linear).dot(e_.direction);
+      case Quantity::velocity:
+        return (v.linear - state.v[other].linear).dot(e_.direction);
+      case Quantity::speed:
+        return v.linear.norm();
+      case Quantity::angular_velocity:
+        return v.angular.dot(axis(state));
+      case Quantity::angle:
+        return angle_ = unwound(turned(state), angle_);
+      case Quantity::azimuth: {
+        const Vector3 arm = radial(state);
+        return angle_ = unwound(angle_of(arm.dot(sideways_), arm.dot(outwards_)), angle_);
+      }
+      case Quantity::distance:
+        return radial(state).norm();
+      case Quantity::energy_change:
+        return energy(scene_, state) - energy_;
+      case Quantity::momentum_change:
+        return (momentum(scene_, state, time).linear - momentum_.linear).norm();
+      case Quantity::angular_momentum_change:
+        return (momentum(scene_, state, time).angular - momentum_.angular).norm();
+    }
+    return 0;
+  }
+
+ private:
+  /// From the axis to the body's centre.
+  Vector3 radial(const State& state) const {
+    const Vector3 arm = state.q[body_].linear - e_.centre;
+    return arm - arm.dot(e_.direction) * e_.direction;
+  }
+
+  Vector3 axis(const State& state) const {
+    if (!e_.in_node) return e_.direction;
+    return state.q[body_].angular * (scene_.bodies[body_].body_from_node.orientation * e_.direction);
+  }
+
+  /// The twist about the direction in the rotation since the start, in [−2π, 2π].
+  double turned(const State& state) const {
+    const Quaternion turn = state.q[body_].angular * start_.q[body_].angular.conjugate();
+    return 2 * angle_of(turn.vec().dot(e_.direction), turn.w());
+  }
+
+  const Scene& scene_;
+  const Expectation& e_;
+  std::size_t body_;
+  const State& start_;
+  Vector3 outwards_;
+  Vector3 sideways_;
+  double energy_ = 0;
+  Momentum momentum_;
+  double angle_ = 0;
+};
+
+/// Reads one number off a quantity.
+class Reader {
+ public:
+  explicit Reader(const Expectation& expectation) : e_(expectation) {}
+
+  void add(double time, double value) {
+    if (!is_first_ && !done_) {
+      switch (e_.reading) {
+        case Reading::at:
+          add_at(time, value);
+          break;
+        case Reading::crossing:
+          add_crossing(time, value);
+          break;
+        case Reading::peak:
+          add_peak(value);
+          break;
+        case Reading::mean:
+          if (last_time_ >= e_.from - same_time && time <= e_.to + same_time) {
+            sum_ += (last_ + value) / 2 * (time - last_time_);
+            summed_ += time - last_time_;
+          }
+          break;
+        case Reading::throughout:
+          break;
+      }
+    }
+    if (is_first_) begin(value);
+    if (e_.reading == Reading::throughout && time >= e_.from - same_time && time <= e_.to + same_time)
+      keep_furthest(value);
+    is_first_ = false;
+    last_time_ = time;
+    last_ = value;
+  }
+
+  /// Infinite where it has not come.
+  double result(bool diverged) const {
+    if (e_.reading == Reading::mean) {
+      const bool is_whole = last_time_ >= e_.to - same_time || !diverged;
+      return is_whole && summed_ > 0 ? sum_ / summed_ : infinite;
+    }
+    if (e_.reading == Reading::throughout && diverged && !(last_time_ >= e_.to - same_time)) return infinite;
+    return found_.value_or(infinite);
+  }
+
+ private:
+  void begin(double value) {
+    lowest_ = highest_ = value;
+    if (e_.reading == Reading::at && e_.from <= same_time) finish(value);
+    if (e_.reading == Reading::crossing) side_ = side_of(value);
+  }
+
+  void finish(double value) {
+    found_ = value;
+    done_ = true;
+  }
+
+  void add_at(double time, double value) {
+    if (time < e_.from - same_time) return;
+    // Between two steps: on the line from one to the other.
+    const double share = time > e_.from + same_time ? (e_.from - last_time_) / (time - last_time_) : 1;
+    finish(last_ + share * (value - last_));
+  }
+
+  int side_of(double value) const { return (value > e_.level) - (value < e_.level); }
+
+  void add_crossing(double time, double value) {
+    const int side = side_of(value);
+    if (side == 0) return;
+    if (side_ != 0 && side != side_ && ++count_ == e_.count) {
+      const double share = (e_.level - last_) / (value - last_);
+      finish(last_time_ + share * (time - last_time_));
+    }
+    side_ = side;
+  }
+
+  /// A maximum counts once the quantity has fallen from it by a tenth of the tolerance, having risen by as
+  /// much before: what trembles by less has none.
+  void add_peak(double value) {
+    if (is_rising_) {
+      highest_ = std::max(highest_, value);
+      if (value > highest_ - least_rise * e_.tolerance) return;
+      is_rising_ = false;
+      lowest_ = value;
+      if (++count_ == e_.count) finish(highest_);
+    } else {
+      lowest_ = std::min(lowest_, value);
+      if (value < lowest_ + least_rise * e_.tolerance) return;
+      is_rising_ = true;
+      highest_ = value;
+    }
+  }
+
+  void keep_furthest(double value) {
+    const auto beyond = [&](double x) {
+      if (e_.bound == Bound::at_most) return x;
+      return e_.bound == Bound::at_least ? -x : std::fabs(x - e_.value);
+    };
+    if (!found_ || beyond(value) > beyond(*found_)) found_ = value;
+  }
+
+  const Expectation& e_;
+  bool is_first_ = true;
+  bool done_ = false;
+  double last_time_ = 0;
+  double last_ = 0;
+  double sum_ = 0;     // of trapezoids
+  double summed_ = 0;  // s
+  int count_ = 0;
+  int side_ = 0;
+  bool is_rising_ = false;
+  double lowest_ = 0;
+  double highest_ = 0;
+  std::optional<double> found_;
+};
+
+}  // namespace
+
+struct ExpectationMeter::Implementation {
+  struct Series {
+    QuantityOfBody quantity;
+    Reader reader;
+  };
+  struct Figure {
+    Expectation expectation;
+    std::vector<Series> series;  ///< of each body
+  };
+
+  State start;
+  std::vector<Figure> figures;
+};
+
+ExpectationMeter::ExpectationMeter(const Scene& scene, const State& start)
+    : implementation_(std::make_unique<Implementation>()) {
+  implementation_->start = start;
+  for (const Expectation& expectation : scene.expected) {
+    if (expectation.needs <= scene.duration + same_time)
+      implementation_->figures.push_back({expectation, {}});
+  }
+  // Series refer to what their figures hold, which stays where it is from here on.
+  for (Implementation::Figure& figure : implementation_->figures) {
+    std::vector<int> bodies = figure.expectation.bodies;
+    if (bodies.empty()) bodies.push_back(world_body);
+    for (const int body : bodies) {
+      figure.series.push_back({QuantityOfBody(scene, figure.expectation, body, implementation_->start),
+                               Reader(figure.expectation)});
+    }
+  }
+  add(start, 0);
+}
+
+ExpectationMeter::~ExpectationMeter() = default;
+
+void ExpectationMeter::add(const State& state, double time) {
+  for (Implementation::Figure& figure : implementation_->figures) {
+    for (Implementation::Series& series : figure.series)
+      series.reader.add(time, series.quantity.value(state, time));
+  }
+}
+
+std::vector<ExpectedFigure> ExpectationMeter::figures(bool diverged) const {
+  std::vector<ExpectedFigure> result;
+  for (const Implementation::Figure& figure : implementation_->figures) {
+    const Expectation& e = figure.expectation;
+    ExpectedFigure worst{e.name, unit_of(e), e.bound, e.value, e.tolerance, 0};
+    bool is_first = true;
+    for (const Implementation::Series& series : figure.series) {
+      ExpectedFigure own = worst;
+      own.measured = series.reader.result(diverged);
+      // Within a bound errors are 0, and the value nearest to it says most.
+      const bool is_beyond = e.bound == Bound::at_most    ? own.measured > worst.measured
+                             : e.bound == Bound::at_least ? own.measured < worst.measured
+                                                          : own.error() > worst.error();
+      if (is_first || !std::isfinite(own.measured) || (std::isfinite(worst.measured) && is_beyond))
+        worst = own;
+      is_first = false;
+    }
+    result.push_back(std::move(worst));
+  }
+  return result;
+}
+
+}  // namespace substep

@@ -1,0 +1,288 @@
+// Each quantity and each way to read a number off it, on motions that are given as formulas, off the axes.
+
+#include "sim/measure/expectations.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include "sim/measure/metrics.h"
+#include "sim/rotation.h"
+
+namespace substep {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+const Vector3 along = Vector3(2, -3, 6) / 7;  // unit
+const Vector3 across = Vector3(3, 6, 2) / 7;  // unit, across `along`
+const Vector3 centre(0.3, -1.2, 0.7);
+
+/// The world and two bodies of 2 and 3 kg.
+Scene two_bodies() {
+  Scene scene;
+  scene.duration = 2;
+  scene.bodies.resize(3);
+  for (const int i : {1, 2}) {
+    scene.bodies[i].name = i == 1 ? "one" : "other";
+    scene.bodies[i].inverse_mass = 1.0 / (i + 1);
+    scene.bodies[i].inverse_inertia = Vector3(1, 0.5, 0.25);
+    scene.bodies[i].pose.position = i == 1 ? centre : Vector3(1, 2, 3);
+  }
+  return scene;
+}
+
+Expectation of(Quantity quantity, double value, double tolerance = 0.01) {
+  Expectation e;
+  e.quantity = quantity;
+  e.bodies = {1};
+  e.direction = along;
+  e.to = INFINITY;
+  e.value = value;
+  e.tolerance = tolerance;
+  return e;
+}
+
+using Move = std::function<void(State&, double)>;
+
+/// The figures of a run whose states `move` makes of the start.
+std::vector<ExpectedFigure> figures(Scene scene, const std::vector<Expectation>& expected, const Move& move,
+                                    double step = 1.0 / 64, double ends = 2) {
+  scene.expected = expected;
+  State start = initial_state(scene);
+  move(start, 0);
+  ExpectationMeter meter(scene, start);
+  for (int i = 1; i * step <= ends + 1e-9; ++i) {
+    State state = initial_state(scene);
+    move(state, i * step);
+    meter.add(state, i * step);
+  }
+  return meter.figures(ends < scene.duration);
+}
+
+double measured(const Expectation& expectation, const Move& move) {
+  return figures(two_bodies(), {expectation}, move).at(0).measured;
+}
+
+/// 1.5 m/s along the direction, and a swing of 0.4 m across it.
+void glide(State& state, double t) {
+  state.q[1].linear += 1.5 * t * along + 0.4 * std::sin(pi * t) * across;
+  state.v[1].linear = 1.5 * along + 0.4 * pi * std::cos(pi * t) * across;
+}
+
+TEST(Expectations, DisplacementIsTheLargestDistanceOfAllBodies) {
+  Expectation e = of(Quantity::displacement, 0, 0.3);
+  e.bodies = {1, 2};
+  const Move move = [](State& state, double t) { state.q[2].linear += 0.4 * std::sin(pi * t) * across; };
+  const auto result = figures(two_bodies(), {e}, move);
+  EXPECT_NEAR(result[0].measured, 0.4, 1e-12);  // at 0.5 s, and at 2 s it is back
+  EXPECT_NEAR(result[0].error(), 0.4, 1e-12);
+  EXPECT_TRUE(result[0].is_bad());
+  EXPECT_EQ(result[0].unit, "m");
+}
+
+TEST(Expectations, WayPositionAndVelocityAreAlongTheDirection) {
+  Expectation way = of(Quantity::way, 1.5 * 0.77);
+  way.reading = Reading::at;
+  way.from = way.to = 0.77;  // between two steps
+  EXPECT_NEAR(measured(way, glide), 1.5 * 0.77, 1e-12);
+  Expectation position = of(Quantity::position, 0);
+  position.reading = Reading::at;
+  position.from = position.to = 2;
+  EXPECT_NEAR(measured(position, glide), centre.dot(along) + 3, 1e-12);
+  position.relative_to = 2;
+  EXPECT_NEAR(measured(position, glide), (centre - Vector3(1, 2, 3)).dot(along) + 3, 1e-12);
+  way.relative_to = 2;
+  EXPECT_NEAR(measured(way, glide), 1.5 * 0.77, 1e-12);
+  EXPECT_NEAR(measured(of(Quantity::velocity, 0), glide), 1.5, 1e-12);
+  EXPECT_NEAR(measured(of(Quantity::speed, 0), glide), std::hypot(1.5, 0.4 * pi), 1e-12);
+}
+
+TEST(Expectations, ThroughoutFindsWhatIsFurthestFromTheValueOrTheBound) {
+  Expectation e = of(Quantity::velocity, 0.1);
+  e.direction = across;  // 0.4 π cos π t
+  EXPECT_NEAR(measured(e, glide), -0.4 * pi, 1e-12);
+  e.value = -0.1;
+  EXPECT_NEAR(measured(e, glide), 0.4 * pi, 1e-12);
+  e.from = 0.25;
+  e.to = 0.75;
+  EXPECT_NEAR(measured(e, glide), 0.4 * pi * std::cos(pi / 4), 1e-12);
+  e.to = INFINITY;
+  e.from = 0;
+  e.bound = Bound::at_most;
+  e.value = 1;
+  const auto result = figures(two_bodies(), {e}, glide);
+  EXPECT_NEAR(result[0].measured, 0.4 * pi, 1e-12);
+  EXPECT_NEAR(result[0].error(), 0.4 * pi - 1, 1e-12);
+  e.value = 1.3;
+  EXPECT_EQ(figures(two_bodies(), {e}, glide)[0].error(), 0);
+  e.bound = Bound::at_least;
+  e.value = -1;
+  EXPECT_NEAR(figures(two_bodies(), {e}, glide)[0].error(), 0.4 * pi - 1, 1e-12);
+}
+
+TEST(Expectations, MeanIsOverItsInterval) {
+  Expectation e = of(Quantity::velocity, 0);
+  e.direction = across;
+  e.reading = Reading::mean;
+  e.from = 0;
+  e.to = 0.5;
+  EXPECT_NEAR(measured(e, glide), 0.4 * pi * 2 / pi,
+              2e-4);  // of cos over a quarter: 2/π; trapezoids of 1/64 s
+}
+
+/// Bounces up to 1, then 1/2, then 1/4: |cos| damped from one to the next, on a slope.
+void bounce(State& state, double t) {
+  const double hop = std::floor(2 * t + 0.5);
+  state.q[1].linear = std::pow(0.5, hop) * std::fabs(std::cos(2 * pi * t)) * along + 0.2 * t * across;
+}
+
+TEST(Expectations, PeaksAreCountedFromTheFirstRise) {
+  Expectation e = of(Quantity::position, 0, 0.02);
+  e.reading = Reading::peak;
+  for (const auto& [count, height] : {std::pair{1, 0.5}, {2, 0.25}, {3, 0.125}}) {
+    e.count = count;
+    EXPECT_NEAR(measured(e, bounce), height, 1e-12) << count;
+  }
+  e.count = 9;
+  EXPECT_EQ(measured(e, bounce), INFINITY);
+  // What rises by less than a tenth of the tolerance is no maximum.
+  e.count = 1;
+  e.tolerance = 6;
+  EXPECT_EQ(measured(e, bounce), INFINITY);
+}
+
+TEST(Expectations, CrossingsAreTimesBetweenSteps) {
+  Expectation e = of(Quantity::velocity, 0);
+  e.direction = across;
+  e.reading = Reading::crossing;
+  EXPECT_NEAR(measured(e, glide), 0.5, 1e-3);
+  e.count = 2;
+  EXPECT_NEAR(measured(e, glide), 1.5, 1e-3);
+  e.level = 0.4 * pi * std::cos(pi / 3);
+  EXPECT_NEAR(measured(e, glide), 5.0 / 3, 1e-3);
+  e.count = 3;
+  EXPECT_EQ(measured(e, glide), INFINITY);
+  EXPECT_STREQ(unit_of(e), "s");
+}
+
+TEST(Expectations, AnglesGoOnBeyondATurn) {
+  const Move spin = [](State& state, double t) {
+    state.q[1].angular = rotation_quaternion(9 * t * along);
+    state.v[1].angular = 9 * along;
+    // Its centre goes round the axis the other way.
+    const double angle = -7 * t;
+    state.q[1].linear =
+        centre + 0.6 * (std::cos(angle) * across + std::sin(angle) * along.cross(across)) + 0.3 * t * along;
+  };
+  for (const auto& [quantity, value] : {std::pair{Quantity::angle, 18.0},
+                                        {Quantity::azimuth, -14.0},
+                                        {Quantity::distance, 0.6},
+                                        {Quantity::angular_velocity, 9.0}}) {
+    Expectation e = of(quantity, value);
+    e.centre = centre;
+    e.reading = Reading::at;
+    e.from = e.to = 2;
+    EXPECT_NEAR(measured(e, spin), value, 1e-9) << name(quantity);
+  }
+}
+
+TEST(Expectations, ADirectionCanTurnWithTheBodysNode) {
+  Scene scene = two_bodies();
+  const Quaternion node = rotation_quaternion({0.3, 0.8, -0.4});
+  scene.bodies[1].body_from_node.orientation = node;
+  Expectation e = of(Quantity::angular_velocity, 0);
+  e.in_node = true;
+  const Move move = [&](State& state, double t) {
+    state.q[1].angular = rotation_quaternion(Vector3(0.5, -0.2, 0.9) * t);
+    state.v[1].angular = state.q[1].angular * (node * (2.5 * along + 0.7 * across));
+  };
+  EXPECT_NEAR(figures(scene, {e}, move)[0].measured, 2.5, 1e-12);
+}
+
+TEST(Expectations, InvariantsAreChangesSinceTheStart) {
+  const Scene scene = two_bodies();
+  // Gravity's energy and momentum do not count: a fall keeps both.
+  const Move fall = [&](State& state, double t) {
+    for (const int i : {1, 2}) {
+      state.q[i].linear += t * across + 0.5 * t * t * scene.gravity;
+      state.v[i].linear = across + t * scene.gravity;
+    }
+  };
+  const Move pushed = [&](State& state, double t) {
+    fall(state, t);
+    state.v[1].linear += 0.5 * t * along;
+    state.v[2].angular += t * Vector3(0.1, 0, 0);  // of a moment of 1 about its X
+  };
+  for (const Quantity quantity :
+       {Quantity::energy_change, Quantity::momentum_change, Quantity::angular_momentum_change}) {
+    EXPECT_NEAR(measured(of(quantity, 0), fall), 0, 1e-11) << name(quantity);
+    EXPECT_GT(std::fabs(measured(of(quantity, 0), pushed)), 0.1) << name(quantity);
+  }
+  EXPECT_NEAR(measured(of(Quantity::momentum_change, 0), pushed), 2 * 0.5 * 2, 1e-12);
+}
+
+TEST(Expectations, ARunThatBlowsUpHasNoValueAfterwards) {
+  Expectation early = of(Quantity::way, 0);
+  early.reading = Reading::at;
+  early.from = early.to = 0.5;
+  Expectation late = early;
+  late.from = late.to = 1.5;
+  Expectation mean = early;
+  mean.reading = Reading::mean;
+  mean.from = 0.25;
+  mean.to = 1.5;
+  const std::vector<Expectation> expected{early, late, mean, of(Quantity::displacement, 0)};
+  const auto result = figures(two_bodies(), expected, glide, 1.0 / 64, 1);
+  EXPECT_NEAR(result[0].measured, 0.75, 1e-12);
+  for (const int i : {1, 2, 3}) {
+    EXPECT_EQ(result[i].measured, INFINITY) << i;
+    EXPECT_TRUE(result[i].is_bad()) << i;
+  }
+}
+
+TEST(Expectations, AShorterRunLeavesOutWhatComesLater) {
+  Scene scene = two_bodies();
+  Expectation late = of(Quantity::way, 0);
+  late.needs = 2;
+  scene.duration = 1;
+  EXPECT_TRUE(figures(scene, {late}, glide, 1.0 / 64, 1).empty());
+  EXPECT_EQ(figures(scene, {of(Quantity::way, 0)}, glide, 1.0 / 64, 1).size(), 1u);
+}
+
+TEST(Expectations, OfSeveralBodiesTheOneFurthestOffCounts) {
+  Expectation e = of(Quantity::way, 1);
+  e.bodies = {1, 2};
+  e.reading = Reading::at;
+  e.from = e.to = 2;
+  const Move move = [](State& state, double t) {
+    state.q[1].linear += 0.45 * t * along;
+    state.q[2].linear += 0.6 * t * along;
+  };
+  EXPECT_NEAR(measured(e, move), 1.2, 1e-12);
+  e.bound = Bound::at_least;
+  EXPECT_NEAR(measured(e, move), 0.9, 1e-12);
+  e.bound = Bound::at_most;
+  EXPECT_NEAR(measured(e, move), 1.2, 1e-12);
+}
+
+/// End to end: a scene's file, a run of it, and what comes of it.
+TEST(Expectations, TheInclinesBlocksSlideAsCoulombHasIt) {
+  const Scene scene = load_scene(std::string(SUBSTEP_SOURCE_DIR) + "/scenes/incline.gltf");
+  ASSERT_EQ(scene.expected.size(), 3u);
+  ReferenceMotion reference = reference_motion(scene, 0.1);
+  const Metrics metrics = measure(scene, usual_settings(scene, Algorithm::a1), reference, false);
+  ASSERT_EQ(metrics.expected.size(), 3u);
+  EXPECT_LT(metrics.expected[0].measured, 1e-9);
+  for (const auto& [i, friction] : {std::pair{1, 0.5}, {2, 0.3}}) {
+    const double gain = 9.81 * (0.5 - friction * std::sqrt(0.75));
+    EXPECT_NEAR(metrics.expected[i].expected, 2 * gain, 1e-12);
+    // A step h adds a h t/2.
+    EXPECT_NEAR(metrics.expected[i].measured, 2 * gain + gain / 60, 1e-3);
+    EXPECT_FALSE(metrics.expected[i].is_bad());
+  }
+}
+
+}  // namespace
+}  // namespace substep
