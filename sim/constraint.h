@@ -26,11 +26,11 @@ struct Row {
   Vector3 response_b;
   double inverse_gamma;  ///< 1 / (J M⁻¹ Jᵀ + softness)
   double beta;           ///< β: m/s or rad/s
-  double low;            ///< limits of the impulse λ, N·s or N·m·s
+  double low;            ///< limits of the impulse λ, N·s or N·m·s, of one (sub-)step
   double high;
   double softness;  ///< added to Γ's diagonal: the row is a spring or damper; 0 is rigid
   double impulse;   ///< λ, the total of the (sub-)step
-  double earlier;   ///< the impulse of the step's earlier sub-steps: the limits hold for the sum
+  double earlier;   ///< the impulse of the step's earlier sub-steps: limits hold for the sum of all
 };
 
 /// A block constraint: up to three rows between the same two bodies, solved at once. Rows in a block of more
@@ -68,12 +68,14 @@ struct Constraints {
   std::vector<Block> blocks;
   std::vector<Row> rows;
   std::vector<Matrix3> inverse_gammas;  ///< (J M⁻¹ Jᵀ)⁻¹ of each block of several rows
+  int limits_of = 1;  ///< how many sub-steps' limits hold for the impulse: those that have begun
   ContactBatches contacts;              ///< a sweep's last
 
   std::int64_t row_count() const { return std::ssize(rows) + contacts.row_count; }
 };
 
-/// The clamped total's change for one row: `wanted` is the row's right-hand side less its velocity.
+/// The clamped total's change for one row: `wanted` is the row's right-hand side less its velocity. The limits
+/// are those of the sub-steps so far, for all that they have given: what one has, a later one may take back.
 inline double clamped_change(Row& row, double wanted, double limit_scale) {
   const double free = row.impulse + wanted * row.inverse_gamma;
   const double total = std::clamp(free, row.low * limit_scale - row.earlier, row.high * limit_scale - row.earlier);
@@ -94,7 +96,7 @@ inline Impulse solve(Constraints& c, const Block& x, double kappa, double tau, c
     Row& row = c.rows[x.first];
     const double right = (x.stabilized ? tau : kappa) * row.beta;
     const double soft = row.softness * (kappa / limit_scale) * row.impulse;
-    change[0] = clamped_change(row, right - kappa * row_velocity(row, a, b) - soft, limit_scale);
+    change[0] = clamped_change(row, right - kappa * row_velocity(row, a, b) - soft, limit_scale * c.limits_of);
     return change;
   }
   Vector3 wanted = Vector3::Zero();
@@ -137,6 +139,7 @@ inline void apply(const Constraints& c, const Block& x, const Impulse& change, s
 /// λ = 0, of the step.
 inline void clear_impulses(Constraints& c) {
   for (Row& row : c.rows) row.impulse = row.earlier = 0;
+  c.limits_of = 0;
 }
 
 }  // namespace substep

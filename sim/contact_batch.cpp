@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <tuple>
 
 namespace substep {
@@ -16,10 +15,6 @@ namespace {
 
 /// Sweeps over the normals of a manifold, in the space of their impulses, that solve their block.
 constexpr int normal_sweeps = 8;
-
-/// Newton's steps for the slip of a sliding point. The function is nearly straight, so that three leave it
-/// with 1e-7 of its value.
-constexpr int slip_steps = 3;
 
 [[gnu::always_inline]] inline Lanes all(double value) {
   return Lanes{value, value, value, value};
@@ -183,12 +178,10 @@ struct Tangential {
   Lanes second;
 };
 
-/// (Γ + s)⁻¹ of a point's two rows, times `right`. Where Γ + s is singular to rounding, the larger of its
-/// eigenvalues counts for both.
-[[gnu::always_inline]] inline Tangential solve_two(const FrictionRows& rows, const Lanes& s,
-                                                   const Tangential& right) {
-  const Lanes g11 = rows.gamma[0] + s;
-  const Lanes g22 = rows.gamma[2] + s;
+/// Γ⁻¹ of a point's two rows, times `right`. Where Γ is singular to rounding, its trace counts for both.
+[[gnu::always_inline]] inline Tangential solve_two(const FrictionRows& rows, const Tangential& right) {
+  const Lanes& g11 = rows.gamma[0];
+  const Lanes& g22 = rows.gamma[2];
   const Lanes trace = g11 + g22;
   const Lanes determinant = g11 * g22 - rows.gamma[1] * rows.gamma[1];
   const auto regular = determinant > all(1e-14) * trace * trace;
@@ -197,31 +190,20 @@ struct Tangential {
           choose(regular, g11 * right.second - rows.gamma[1] * right.first, right.second) * inverse};
 }
 
-/// Coulomb's law of a point that slides: the impulse λ of size `limit` with (Γ + s) λ = right, s > 0: what
-/// velocity is left has its direction and points against it. Newton's method on 1/|λ(s)| (Moré and Sorensen,
-/// Computing a trust region step, 1983), from a lower bound of s, so that it rises to the solution.
+/// Coulomb's law of a point that slides: the projection of `before` + (what velocity is missing)/γ on the disc's
+/// edge, with γ the larger eigenvalue of Γ. Where it stays, the velocity that is left points against the impulse,
+/// so that friction is the same in all directions.
 [[gnu::always_inline]] inline Tangential slide(const FrictionRows& rows, const Lanes& limit,
-                                               const Tangential& right) {
+                                               const Tangential& before, const Tangential& missing) {
   const Lanes zero = all(0);
-  const Lanes tiny = all(std::numeric_limits<double>::min());
-  const Lanes safe_limit = larger(limit, tiny);
   const Lanes half_difference = all(0.5) * (rows.gamma[0] - rows.gamma[2]);
   const Lanes largest = all(0.5) * (rows.gamma[0] + rows.gamma[2]) +
                         root(half_difference * half_difference + rows.gamma[1] * rows.gamma[1]);
-  const Lanes size = root(right.first * right.first + right.second * right.second);
-  Lanes s = larger(size / safe_limit - largest, zero);
-  Tangential lambda = solve_two(rows, s, right);
-  for (int step = 0; step < slip_steps; ++step) {
-    const Tangential change = solve_two(rows, s, lambda);
-    const Lanes squared = lambda.first * lambda.first + lambda.second * lambda.second;
-    const Lanes slope = lambda.first * change.first + lambda.second * change.second;
-    const Lanes raise = squared / larger(slope, tiny) * (root(squared) - safe_limit) / safe_limit;
-    s = larger(s + choose(raise < all(1e300), raise, zero), zero);
-    lambda = solve_two(rows, s, right);
-  }
-  const Lanes length = root(lambda.first * lambda.first + lambda.second * lambda.second);
-  const Lanes factor = choose(limit > zero, limit / larger(length, tiny), zero);
-  return {lambda.first * factor, lambda.second * factor};
+  const Lanes inverse = choose(largest > zero, all(1) / largest, zero);
+  const Tangential target{before.first + missing.first * inverse, before.second + missing.second * inverse};
+  const Lanes length = root(target.first * target.first + target.second * target.second);
+  const Lanes factor = choose(length > zero, limit / length, zero);
+  return {target.first * factor, target.second * factor};
 }
 
 /// Where the normal takes back what it had given when the point slid, friction gives back in proportion.
@@ -245,7 +227,7 @@ template <bool ablated>
   const Tangential missing{
       all(at.how.tau) * rows.row[0].beta - all(at.how.kappa) * row_velocity(rows.row[0], a, b),
       all(at.how.tau) * rows.row[1].beta - all(at.how.kappa) * row_velocity(rows.row[1], a, b)};
-  const Tangential free = solve_two(rows, zero, missing);
+  const Tangential free = solve_two(rows, missing);
   const Tangential before{rows.row[0].impulse - rows.origin[0], rows.row[1].impulse - rows.origin[1]};
   Tangential after{before.first + omega * free.first, before.second + omega * free.second};
   const Lanes limit = rows.coefficient * (normal - rows.origin_normal);
@@ -253,10 +235,8 @@ template <bool ablated>
   rows.slides = choose(slides, all(1), zero);
   rows.lets_go = rows.slides * rows.slid;
   if (any(slides)) {
-    const Tangential right{
-        omega * missing.first + rows.gamma[0] * before.first + rows.gamma[1] * before.second,
-        omega * missing.second + rows.gamma[1] * before.first + rows.gamma[2] * before.second};
-    const Tangential sliding = slide(rows, limit, right);
+    const Tangential sliding =
+        slide(rows, limit, before, {omega * missing.first, omega * missing.second});
     after.first = choose(slides, sliding.first, after.first);
     after.second = choose(slides, sliding.second, after.second);
   }
@@ -788,8 +768,10 @@ void start_substep(ContactBatches& contacts, double hs, const std::vector<Veloci
           row.gap + all(hs) * row_velocity(normal.row, gather(offset, x.a), gather(offset, x.b));
       const auto meets = gap <= all(hs) * (approach + row.acceleration * all(hs));
       const auto fast = approach > row.resting_acceleration * all(hs);
-      row.impact = choose(meets, choose(fast, choose(row.coefficient > zero, all(1), zero), zero), zero);
-      row.velocity = rebound(row, gap, approach, hs);
+      row.impact = choose(fast, choose(row.coefficient > zero, all(1), zero), zero);
+      // Before they meet nothing brakes them: with τ < 1 the position-level row would, and take from the impact.
+      const Lanes let_through = all(-2) * (approach + row.acceleration * all(hs));
+      row.velocity = choose(meets, rebound(row, gap, approach, hs), let_through);
       if (sum_v) row.velocity += row_velocity(normal.row, gather(*sum_v, x.a), gather(*sum_v, x.b));
     }
   }

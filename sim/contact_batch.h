@@ -64,8 +64,8 @@ struct RestitutionRow {
   Lanes resting_acceleration;  ///< slower than this for a sub-step is at rest, m/s²
   Lanes gap;                   ///< at the coordinates that the row was formulated for, m
   Lanes acceleration;          ///< by gravity, against the normal, m/s²
-  Lanes velocity;              ///< along the normal, after an impact in this sub-step, m/s
-  Lanes impact;                ///< whether there is one: 1 or 0
+  Lanes velocity;              ///< along the normal, at least that after this sub-step, m/s
+  Lanes impact;                ///< whether that holds, not β: 1 or 0
 };
 
 /// The two rows of a contact point's friction: |λ_t − origin| <= μ (λ_n − origin_normal), a disc.

@@ -245,8 +245,7 @@ void formulate_drive(Problem& problem, Block& x, const Placed& at, double hs) {
   x.position_share = hs * drive.stiffness / strength;
   x.stabilized = !problem.c.contacts.reading.velocity_level_apart;
   const double mass = drive.per_mass ? row.inverse_gamma : 1;
-  const double duration = problem.c.contacts.reading.limits_over_step ? problem.step : hs;
-  row.high = duration * drive.max_force * mass;
+  row.high = hs * drive.max_force * mass;
   row.low = -row.high;
   if (mass > 0) soften(1 / (hs * strength * mass), row);
 }
@@ -397,8 +396,10 @@ void step_coordinates(double hs, const std::vector<Velocity>& v_local, std::vect
 
 void start_substep(Problem& problem, const std::vector<Velocity>& v, const std::vector<Velocity>* sum_v) {
   Constraints& c = problem.c;
+  const bool over_step = c.contacts.reading.limits_over_step;
+  c.limits_of = over_step ? c.limits_of + 1 : 1;
   for (Row& row : c.rows) {
-    if (c.contacts.reading.limits_over_step) row.earlier += row.impulse;
+    if (over_step) row.earlier += row.impulse;
     row.impulse = 0;
   }
   start_substep(c.contacts, problem.substeps.duration, v, problem.substeps.offset, sum_v);

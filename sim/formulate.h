@@ -28,7 +28,6 @@ struct Problem {
   const Model* model = nullptr;
   const std::vector<Contact>* contacts = nullptr;
   Frame frame = Frame::body;
-  double step = 0;  ///< h: limits hold for the impulse of this time
   Constraints c;
   BlockOrder order;
   Substeps substeps;

@@ -45,7 +45,6 @@ struct Simulation::Implementation {
     problem.contacts = &no_contacts;
     problem.frame = settings.algorithm == Algorithm::a2 ? Frame::world : Frame::body;
     problem.c.contacts.reading = reading;
-    problem.step = settings.step;
     problem.substeps.bias_at_next_frame = settings.algorithm == Algorithm::a3;
     problem.substeps.duration = sub_stepped ? settings.step / settings.substeps : settings.step;
     joints = sub_stepped ? settings.joints : Joints::rows;

@@ -96,7 +96,6 @@ struct Formulated {
     problem.model = &model;
     problem.contacts = &no_contacts;
     problem.frame = frame;
-    problem.step = scene.step;
     problem.substeps.duration = hs;
     problem.substeps.offset.resize(state.v.size());
     if (model.contacts) problem.contacts = &finder.find(state, scene.step);

@@ -50,7 +50,6 @@ StageTimes stages_at(const Scene& scene, const Settings& settings, const std::ve
   Problem problem;
   problem.model = &model;
   problem.frame = sub_stepped ? Frame::body : Frame::world;
-  problem.step = settings.step;
   problem.substeps.duration = hs;
   problem.contacts = &no_contacts;
   build_blocks(problem, joints);
