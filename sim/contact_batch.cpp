@@ -122,7 +122,7 @@ struct Visit {
   if (!at.restitutions) return right;
   const RestitutionRow& restitution = at.restitutions[i];
   const double factor = at.reading.velocity_level_apart ? at.how.kappa : at.how.tau;
-  return choose(restitution.impact > all(0), all(factor) * restitution.velocity, right);
+  return choose(restitution.impact > all(0), all(factor) * restitution.right, right);
 }
 
 /// The manifold's normals as one block: their LCP, by Gauss–Seidel in the space of their impulses; then what
@@ -570,6 +570,25 @@ bool is_four_wide() {
   return larger(root(larger(inner, all(0))) - all(0.5) * gain, all(0));
 }
 
+/// Whether a contact bounces in the sub-step that starts, and with what velocity.
+void start_impact(NormalRow& normal, RestitutionRow& row, const Lanes& gap, const Lanes& approach, double hs) {
+  const Lanes zero = all(0);
+  const Lanes gain = row.acceleration * all(hs);
+  // An impact lasts to the end of the step, in which sweeps and other contacts have to come to terms with it;
+  // meanwhile gravity acts. Once it would bring them together again, what the impact has given stays given.
+  const Lanes flying = row.velocity - gain;
+  const auto lasts = row.met * flying > zero;
+  normal.low = choose(row.met > zero, choose(lasts, normal.low, normal.row.impulse), normal.low);
+  const auto meets = gap <= all(hs) * (approach + gain);
+  const Lanes fast = choose(approach > row.resting_acceleration * all(hs), all(1), zero) *
+                     choose(row.coefficient > zero, all(1), zero);
+  row.impact = choose(lasts, all(1), fast);
+  row.met = choose(lasts, all(1), choose(meets, fast, zero));
+  // Before they meet nothing brakes them: with τ < 1 the position-level row would, and take from the impact.
+  const Lanes let_through = all(-2) * (approach + gain);
+  row.velocity = choose(lasts, flying, choose(meets, rebound(row, gap, approach, hs), let_through));
+}
+
 /// A total order: the points of two colliders by their places on the first.
 bool comes_before(const ContactMemory& one, const ContactMemory& other) {
   return std::tie(one.collider_a, one.collider_b, one.arm_a[0], one.arm_a[1], one.arm_a[2]) <
@@ -762,17 +781,12 @@ void start_substep(ContactBatches& contacts, double hs, const std::vector<Veloci
     for (int i = 0; i < x.contacts; ++i) {
       NormalRow& normal = contacts.normals[x.first_normal + i];
       RestitutionRow& row = contacts.restitutions[x.first_restitution + i];
-      normal.low = choose(row.impact > zero, normal.row.impulse, normal.low);
       const Lanes approach = -row_velocity(normal.row, gather(v, x.a), gather(v, x.b));
       const Lanes gap =
           row.gap + all(hs) * row_velocity(normal.row, gather(offset, x.a), gather(offset, x.b));
-      const auto meets = gap <= all(hs) * (approach + row.acceleration * all(hs));
-      const auto fast = approach > row.resting_acceleration * all(hs);
-      row.impact = choose(fast, choose(row.coefficient > zero, all(1), zero), zero);
-      // Before they meet nothing brakes them: with τ < 1 the position-level row would, and take from the impact.
-      const Lanes let_through = all(-2) * (approach + row.acceleration * all(hs));
-      row.velocity = choose(meets, rebound(row, gap, approach, hs), let_through);
-      if (sum_v) row.velocity += row_velocity(normal.row, gather(*sum_v, x.a), gather(*sum_v, x.b));
+      start_impact(normal, row, gap, approach, hs);
+      row.right = row.velocity;
+      if (sum_v) row.right += row_velocity(normal.row, gather(*sum_v, x.a), gather(*sum_v, x.b));
     }
   }
 }

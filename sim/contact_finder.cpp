@@ -55,6 +55,9 @@ Vector3 across(const Vector3& normal) {
 /// what it rolls over in a step would count as displacement, by a part of up to a sixth of its angle squared.
 constexpr double same_place = 0.02;
 
+/// Of the bodies' speeds: what approaches more slowly has met already.
+constexpr double touching = 0.01;
+
 /// What the two materials make of a coefficient each.
 struct PairMaterial {
   PairMaterial(const ContactMaterial& one, const ContactMaterial& other)
@@ -146,7 +149,7 @@ void ContactFinder::add_contacts(const State& state, double step, bool aligned, 
   const PairMaterial material(on_a.material, on_b.material);
   // What gravity does in a step: slower than that is at rest. It has the scene's own scale.
   const double at_rest = external.norm();
-  const double speed = va.linear.norm() + vb.linear.norm() + at_rest;
+  const double speed = va.linear.norm() + vb.linear.norm() + step * model_.gravity.norm();
   for (const ContactPoint& point : points_) {
     const Vector3 arm_a = point.on_a - qa.linear;
     const Vector3 arm_b = point.on_b - qb.linear;
@@ -170,9 +173,12 @@ void ContactFinder::add_contacts(const State& state, double step, bool aligned, 
     contact.tangent_b1 = to_b * along;
     contact.tangent_b2 = to_b * point.normal.cross(along);
     contact.friction = slip_before.norm() > at_rest ? material.dynamic_friction : material.static_friction;
-    contact.restitution = material.restitution;
     contact.resting_acceleration = 2 * acceleration.norm();
     contact.acceleration = -point.normal.dot(acceleration);
+    // What does not approach when the step begins is no impact, though others may press it together in the step:
+    // the law of impact holds for all contacts of a step at once.
+    const double approach = step * contact.acceleration - point.normal.dot(before);
+    contact.restitution = approach > touching * speed ? material.restitution : 0;
     contact.left_over = std::max(0.0, -point.distance - recovery_speed * step);
     contact.slid = slip_before.norm() > at_rest;
     remember(state, step, -point.distance, contact);

@@ -494,7 +494,7 @@ void add_manifold(const ContactBatches& contacts, const ContactBatch& x, int lan
     const RestitutionRow* const bounce =
         x.first_restitution < 0 ? nullptr : &contacts.restitutions[x.first_restitution + i];
     const bool impact = bounce && bounce->impact[lane] > 0;
-    writer.add(x, lane, normal.row, impact ? bounce->velocity[lane] : normal.row.beta[lane]).low = 0;
+    writer.add(x, lane, normal.row, impact ? bounce->right[lane] : normal.row.beta[lane]).low = 0;
     if (next_friction == end_friction || contacts.frictions[next_friction].normal != i) continue;
     const int row = static_cast<int>(mlcp.rows.size()) - 1;
     const FrictionRows& friction = contacts.frictions[next_friction++];
