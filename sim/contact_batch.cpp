@@ -233,7 +233,7 @@ template <bool ablated>
   const Lanes limit = rows.coefficient * (normal - rows.origin_normal);
   const auto slides = after.first * after.first + after.second * after.second >= limit * limit;
   rows.slides = choose(slides, all(1), zero);
-  rows.lets_go = rows.slides * rows.slid;
+  rows.keeps_sliding = rows.slides * rows.slid;
   if (any(slides)) {
     const Tangential sliding =
         slide(rows, limit, before, {omega * missing.first, omega * missing.second});
@@ -241,7 +241,7 @@ template <bool ablated>
     after.second = choose(slides, sliding.second, after.second);
   }
   if constexpr (ablated) {
-    if (!at.reading.friction_memory) rows.lets_go = rows.slides = all(1);
+    if (!at.reading.friction_memory) rows.keeps_sliding = rows.slides = all(1);
   }
   const Lanes change[2] = {after.first - before.first, after.second - before.second};
   for (int k = 0; k < 2; ++k) {
@@ -266,7 +266,7 @@ template <bool ablated>
     const auto under = free <= -limit;
     const Lanes total = rows.origin[k] + choose(over, limit, choose(under, -limit, free));
     rows.slides = choose(over || under, all(1), rows.slides);
-    rows.lets_go = rows.slides * larger(rows.slid, all(at.reading.friction_memory ? 0 : 1));
+    rows.keeps_sliding = rows.slides * larger(rows.slid, all(at.reading.friction_memory ? 0 : 1));
     const Lanes change = total - row.impulse;
     row.impulse = total;
     apply(row, at.x, all(at.how.scale) * change, a, b);
@@ -423,7 +423,7 @@ struct BatchBodies {
 [[gnu::always_inline]] inline void formulate_friction(const BatchBodies& at, const FourContacts& contact,
                                                       const LaneVectors& arm_a, const LaneVectors& arm_b,
                                                       const Formulation& from, FrictionRows& rows) {
-  const auto lets_go = rows.lets_go > all(0);
+  const auto lets_go = rows.keeps_sliding > all(0);
   rows.coefficient = gather(contact, &Contact::friction);
   int k = 0;
   for (const auto tangent : {&Contact::tangent_b1, &Contact::tangent_b2}) {
@@ -485,7 +485,7 @@ void formulate_two_wide(ContactBatches& contacts, const Formulation& from) {
 /// A point that slides lets its displacement go: from here on it counts from `offset`, the sum of velocities.
 [[gnu::always_inline]] inline void let_go(FrictionRows& rows, double hs, const Moving& offset_a,
                                           const Moving& offset_b) {
-  const auto lets_go = rows.lets_go > all(0);
+  const auto lets_go = rows.keeps_sliding > all(0);
   for (int k = 0; k < 2; ++k) {
     const Lanes displacement = all(hs) * row_velocity(rows.row[k], offset_a, offset_b);
     rows.reference[k] = choose(lets_go, -displacement, rows.reference[k]);
@@ -508,7 +508,7 @@ void formulate_two_wide(ContactBatches& contacts, const Formulation& from) {
       FrictionRows& rows = contacts.frictions[x.first_friction + i];
       let_go(rows, hs, offset_a, offset_b);
       for (ContactRow& row : rows.row) {
-        row.beta = choose(rows.lets_go > all(0), all(0), row.beta - row_velocity(row, a, b));
+        row.beta = choose(rows.keeps_sliding > all(0), all(0), row.beta - row_velocity(row, a, b));
       }
     }
   }
@@ -534,7 +534,7 @@ void update_biases_two_wide(ContactBatches& contacts, double hs, const std::vect
     const Moving offset_b = gather(offset, x.b);
     for (int i = 0; i < x.frictions; ++i) {
       FrictionRows& rows = contacts.frictions[x.first_friction + i];
-      const auto lets_go = rows.lets_go > all(0);
+      const auto lets_go = rows.keeps_sliding > all(0);
       if (!any(lets_go)) continue;
       let_go(rows, hs, offset_a, offset_b);
       for (ContactRow& row : rows.row) row.beta = choose(lets_go, row_velocity(row, a, b), row.beta);
@@ -588,6 +588,11 @@ void start_impact(NormalRow& normal, RestitutionRow& row, const Lanes& gap, cons
   const Lanes let_through = all(-2) * (approach + gain);
   row.velocity = choose(lasts, flying, choose(meets, rebound(row, gap, approach, hs), let_through));
 }
+
+/// Of its displacement, what a point keeps that has only begun to slide when the step ends. Measured on the
+/// wall, the pyramid of 210 and the card house with ten sub-steps: with nothing kept they give way by 11.6, 64
+/// and 4.4 mm, with half by 6.7, 28 and 2.1 mm, with all by 6.4, 110 and 2.1 mm.
+constexpr double kept_at_edge = 0.5;
 
 /// A total order: the points of two colliders by their places on the first.
 bool comes_before(const ContactMemory& one, const ContactMemory& other) {
@@ -771,7 +776,7 @@ void start_substep(ContactBatches& contacts, double hs, const std::vector<Veloci
   for (const ContactBatch& x : contacts.batches) {
     for (int i = 0; i < x.frictions; ++i) {
       FrictionRows& rows = contacts.frictions[x.first_friction + i];
-      const auto lets_go = rows.lets_go > zero;
+      const auto lets_go = rows.keeps_sliding > zero;
       if (!any(lets_go)) continue;
       for (int k = 0; k < 2; ++k) rows.origin[k] = choose(lets_go, rows.row[k].impulse, rows.origin[k]);
       const Lanes normal = contacts.normals[x.first_normal + rows.normal].row.impulse;
@@ -838,8 +843,11 @@ void remember_contacts(const ContactBatches& contacts, const std::vector<Contact
                             Vector3::Zero(),    true,               contact.left_over};
         if (friction < end && contacts.frictions[friction].normal == i) {
           const FrictionRows& rows = contacts.frictions[friction++];
-          point.slides = rows.slides[lane] > 0 || !contacts.reading.friction_memory;
-          if (!point.slides) point.displacement = displacement_at(rows, lane, contact, q);
+          point.slides = rows.keeps_sliding[lane] > 0;
+          if (!point.slides && contacts.reading.friction_memory) {
+            const double part = rows.slides[lane] > 0 ? kept_at_edge : 1;
+            point.displacement = part * displacement_at(rows, lane, contact, q);
+          }
         }
         memory.push_back(point);
       }

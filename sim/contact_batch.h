@@ -82,8 +82,8 @@ struct FrictionRows {
   Lanes slid;    ///< whether it slid when the step began: 1 or 0
   Lanes slides;  ///< whether the disc's edge is reached: 1 or 0
   /// Both: sliding goes on, and no displacement is to be taken back. What has only begun to slide may have so
-  /// for want of its normal's impulse, which one sweep leaves short; it holds on to the end of the step.
-  Lanes lets_go;
+  /// for want of its normal's impulse, which one sweep leaves short; it holds on.
+  Lanes keeps_sliding;
   int normal;    ///< which of the manifold's contacts it belongs to
 };
 

@@ -51,8 +51,9 @@ Vector3 across(const Vector3& normal) {
   return normal.cross(Vector3::Unit(least)).normalized();
 }
 
-/// Of the smaller shape: a point that has moved by less on both bodies is the same. A rolling body's has not:
-/// what it rolls over in a step would count as displacement, by a part of up to a sixth of its angle squared.
+/// Of the smaller shape: a point that has moved by less on both bodies, and slips by less in a step, is the
+/// same. A fast rolling body's is not: what it rolls over in a step would count as displacement, by up to a sixth
+/// of its angle squared.
 constexpr double same_place = 0.02;
 
 /// Of the bodies' speeds: what approaches more slowly has met already.
@@ -181,13 +182,14 @@ void ContactFinder::add_contacts(const State& state, double step, bool aligned, 
     contact.restitution = approach > touching * speed ? material.restitution : 0;
     contact.left_over = std::max(0.0, -point.distance - recovery_speed * step);
     contact.slid = slip_before.norm() > at_rest;
-    remember(state, step, -point.distance, contact);
+    remember(state, step, -point.distance, step * slip_before.norm(), contact);
     contacts_.push_back(contact);
   }
 }
 
 /// What the state remembers of these colliders, and of the nearest of their points, if it is the same.
-void ContactFinder::remember(const State& state, double step, double overlap, Contact& contact) const {
+void ContactFinder::remember(const State& state, double step, double overlap, double slip,
+                             Contact& contact) const {
   const auto colliders = [](const auto& m) { return std::tie(m.collider_a, m.collider_b); };
   const auto begin = std::ranges::lower_bound(state.contacts, colliders(contact), {}, colliders);
   double nearest =
@@ -196,7 +198,8 @@ void ContactFinder::remember(const State& state, double step, double overlap, Co
   auto m = begin;
   for (; m != state.contacts.end() && colliders(*m) == colliders(contact); ++m) {
     left_over = std::max(left_over, m->left_over);
-    const double distance = std::max((m->arm_a - contact.arm_a).norm(), (m->arm_b - contact.arm_b).norm());
+    const double distance =
+        std::max({(m->arm_a - contact.arm_a).norm(), (m->arm_b - contact.arm_b).norm(), slip});
     if (!(distance < nearest)) continue;
     nearest = distance;
     contact.displacement_1 = contact.tangent_b1.dot(m->displacement);

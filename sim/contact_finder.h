@@ -33,7 +33,7 @@ class ContactFinder {
   };
   bool may_meet(std::uint32_t i, std::uint32_t j) const;
   void add_contacts(const State& state, double step, bool aligned, std::uint32_t a, std::uint32_t b);
-  void remember(const State& state, double step, double overlap, Contact& contact) const;
+  void remember(const State& state, double step, double overlap, double slip, Contact& contact) const;
 
   const Model& model_;
   std::vector<Candidate> candidates_;

@@ -106,7 +106,7 @@ struct Contact {
   double left_over;             ///< of the overlap, for later steps to recover, m
   double displacement_1;        ///< along the tangents, since the contact was made or last slid, m
   double displacement_2;
-  bool slid;  ///< when the last step ended
+  bool slid;  ///< it slid already when the step began
 };
 
 struct Model {

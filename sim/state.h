@@ -30,7 +30,7 @@ struct ContactMemory {
   Vector3 arm_b;         ///< and of b
   /// Of a's point from b's, across the normal, since the contact was made or last slid; body frame of b, m.
   Vector3 displacement;
-  bool slides;       ///< at the end of the step: it has let its displacement go
+  bool slides;       ///< and has let its displacement go
   double left_over;  ///< of the overlap that the bodies met with: it is still to be recovered, m
 };
 
