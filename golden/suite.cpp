@@ -276,7 +276,7 @@ class Reader {
           variant.empty() ? std::string(name(algorithm)) : fmt::format("{}-{}", name(algorithm), variant);
       result.name = fmt::format("{}.{}", scene_name, slug);
       result.scene = (suite.folder() / scene_file).lexically_normal();
-      result.settings.algorithm = algorithm;
+      result.settings = default_settings(algorithm);
       for (const toml::table* settings : plan.settings) {
         apply(*settings, result);
         if (const auto* own = settings->get_as<toml::table>(name(algorithm))) apply(*own, result);

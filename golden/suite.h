@@ -10,7 +10,7 @@
 ///     algorithms = ["a1", "a2", "a3", "a4", "a5"]
 ///     tolerance = { hard = 64, level = 3, count = 20, mean = 0.5, tile_mean = 4 }   # image_comparison.h
 ///
-///     [defaults.settings]             # settings.h; the library's defaults, and the scene's step
+///     [defaults.settings]             # settings.h; else default_settings(), and the scene's step
 ///     substeps = 4
 ///
 ///     [defaults.settings.a2]          # for one algorithm

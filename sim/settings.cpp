@@ -35,6 +35,17 @@ std::string step_label(double step) {
 
 }  // namespace
 
+Settings default_settings(Algorithm algorithm) {
+  constexpr int solves = 10;
+  Settings settings;
+  settings.algorithm = algorithm;
+  settings.substeps = solves;
+  settings.iterations = algorithm == Algorithm::a2 ? solves : 1;
+  settings.tau = 0.6;
+  settings.joints = Joints::stable;
+  return settings;
+}
+
 std::string_view name(Algorithm algorithm) {
   return name_in(algorithm_names, algorithm);
 }

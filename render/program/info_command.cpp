@@ -146,8 +146,9 @@ json describe(const Scene& scene) {
               {"bodies", json::array()},
               {"joints", json::array()},
               {"warnings", scene.warnings}};
-  Settings settings;
+  Settings settings = default_settings(Algorithm::a5);
   settings.step = scene.step;
+  result["default"] = label(settings);
   result["modelled"] = Simulation(scene, settings).modelled();
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const Body& body = scene.bodies[i];
@@ -277,6 +278,7 @@ void print(const json& scene) {
   fmt::print("gravity {} m/s², {} s in steps of {} s\n", triple(scene.at("gravity")),
              number(scene.at("duration")), number(scene.at("step")));
   fmt::print("modelled: {}\n", scene.at("modelled").get<std::string>());
+  fmt::print("by default: {}\n", scene.at("default").get<std::string>());
   if (scene.at("camera").is_null()) {
     fmt::print("camera: none, so it is fitted to the motion\n");
   } else {

@@ -46,7 +46,7 @@ Settings settings_of(const MeasureOptions& options, const Scene& scene, Algorith
   if (options.iterations) settings.iterations = *options.iterations;
   // As many row solves as the others have.
   if (algorithm == Algorithm::a2 && (options.substeps || options.iterations)) {
-    settings.iterations = options.substeps.value_or(16) * options.iterations.value_or(1);
+    settings.iterations = options.substeps.value_or(settings.substeps) * options.iterations.value_or(1);
   }
   if (options.tau) settings.tau = *options.tau;
   if (options.kappa) settings.kappa = *options.kappa;
@@ -109,14 +109,13 @@ void add_measure_command(CLI::App& app) {
   const auto options = std::make_shared<MeasureOptions>();
   options->scene.add_to(*command);
   command->add_option("--step", options->step, "Step h in seconds, such as 1/60 (the scene's)");
-  command->add_option("--substeps", options->substeps, "Sub-steps n of A3 to A5 (16)");
+  command->add_option("--substeps", options->substeps, "Sub-steps n of A3 to A5 (10)");
   command->add_option("--iterations", options->iterations,
                       "Iterations m of A3 to A5 in a sub-step (1). A2 gets n·m: as many row solves");
-  command->add_option("--tau", options->tau,
-                      "Stabilization factor τ of A3 to A5 (1; 0.3 with contacts and without drives)");
+  command->add_option("--tau", options->tau, "Stabilization factor τ of A3 to A5 (0.6)");
   command->add_option("--kappa", options->kappa, "Stabilization factor κ of A3 to A5 (1)");
   command->add_option("--joints", options->joints,
-                      "Joints in A3 to A5: rows, plain or stable (A3 plain, A4 and A5 stable)");
+                      "Joints in A3 to A5: rows, plain or stable (stable)");
   command->add_option("--duration", options->duration, "Seconds to simulate (the scene's)");
   command->add_option("--horizon", options->horizon, "Seconds to compare with the reference, at most")
       ->capture_default_str();

@@ -48,10 +48,8 @@ ImageSize image_size_in(const std::string& text) {
 void SolverOptions::add_to(CLI::App& command) {
   command.add_option("--step", step, "Step h in seconds, such as 1/60 (the scene's)");
   command.add_option("--substeps", numbers.substeps, "Sub-steps n of A3 to A5")->capture_default_str();
-  command
-      .add_option("--iterations", numbers.iterations,
-                  "Iterations m: of A2 in a step, of A3 to A5 in a sub-step")
-      ->capture_default_str();
+  command.add_option("--iterations", iterations,
+                     "Iterations m: of A2 in a step (10), of A3 to A5 in a sub-step (1)");
   command.add_option("--tau", numbers.tau, "Stabilization factor τ of A3 to A5")->capture_default_str();
   command.add_option("--kappa", numbers.kappa, "Stabilization factor κ of A3 to A5")->capture_default_str();
   command.add_option("--joints", joints, "Joints in A3 to A5: rows, plain (blocks) or stable (blocks)")
@@ -73,6 +71,7 @@ Settings SolverOptions::settings(const Scene& scene) const {
   const auto chosen = algorithm_named(algorithm);
   if (!chosen) throw Error(fmt::format("--algorithm '{}': give a1, a2, a3, a4 or a5", algorithm));
   result.algorithm = *chosen;
+  result.iterations = iterations.value_or(default_settings(*chosen).iterations);
   const auto treatment = joints_named(joints);
   if (!treatment) throw Error(fmt::format("--joints '{}': give rows, plain or stable", joints));
   result.joints = *treatment;

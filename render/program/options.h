@@ -28,8 +28,9 @@ struct SolverOptions {
   std::string algorithm = std::string(name(Settings{}.algorithm));
   std::optional<std::string> step;
   std::optional<std::string> duration;
-  std::string joints = std::string(name(Settings{}.joints));
-  Settings numbers;  ///< the options that are plain numbers, and the defaults of all
+  std::optional<int> iterations;
+  Settings numbers = default_settings(Settings{}.algorithm);  ///< the options that are plain numbers
+  std::string joints = std::string(name(numbers.joints));
 
   /// Adds --step, --substeps, --iterations, --tau, --kappa, --joints and --duration.
   void add_to(CLI::App& command);

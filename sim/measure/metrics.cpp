@@ -339,16 +339,8 @@ Metrics measure(const Scene& scene, const Settings& settings, const ReferenceMot
 }
 
 Settings usual_settings(const Scene& scene, Algorithm algorithm) {
-  constexpr int solves = 16;
-  Settings settings;
-  settings.algorithm = algorithm;
+  Settings settings = default_settings(algorithm);
   settings.step = scene.step;
-  settings.substeps = solves;
-  settings.iterations = algorithm == Algorithm::a2 ? solves : 1;
-  settings.joints = algorithm == Algorithm::a3 ? Joints::plain : Joints::stable;
-  // τ takes overlaps away more gently, but it scales a motor's speed too.
-  const Model model = build_model(scene);
-  if (algorithm >= Algorithm::a3 && model.contacts && model.drives.empty()) settings.tau = 0.3;
   return settings;
 }
 

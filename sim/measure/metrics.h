@@ -71,9 +71,7 @@ class PenetrationMeter {
   std::unique_ptr<Implementation> implementation_;
 };
 
-/// The settings that `measure` takes for an algorithm unless told otherwise: 16 row solves a row and step for
-/// A2 to A5, joints as each of them does best, and for scenes with contacts and no drives
-/// τ = 0.3.
+/// The default settings at the scene's step: what `measure` takes unless told otherwise.
 Settings usual_settings(const Scene& scene, Algorithm algorithm);
 
 }  // namespace substep
