@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "golden/provenance.h"
-#include "sim/error.h"
 #include "sim/contact_finder.h"
+#include "sim/error.h"
 #include "sim/measure/measured_run.h"
 #include "sim/model.h"
 

@@ -2,6 +2,9 @@
 //
 // The direct solver is in direct_solver.h. It works on weighted rows J M^(−1/2), so that Γ is their product
 // with themselves. As M turns with the bodies they are J̆ M̆^(−1/2), and meanwhile v is v̆: J v = J̆ v̆ (III).
+//
+// The report leaves friction and restitution open. Here friction is Coulomb's disc, solved with all other
+// rows (mlcp.h), and what meets in the step bounces (contact_batch.h).
 
 #include "sim/algorithms.h"
 #include "sim/rotation.h"

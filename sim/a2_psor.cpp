@@ -4,7 +4,9 @@
 // |------|---------------------------|-------------------------------------------------------|----------------|
 // | 5–9  | all rows at once, exactly | row by row; projected successive over-relaxation by ω | claims 1, 2, 3 |
 //
-// The limits hold for a row's total impulse, and v̂ moves by the change of the total.
+// The limits hold for a row's total impulse, and v̂ moves by the change of the total. The report leaves the
+// order of the rows and contacts open: joints come first, then contacts by manifolds, those far from what
+// cannot move first, each with its normals as one block and friction in a disc (contact_batch.h).
 
 #include <cmath>
 

@@ -8,6 +8,10 @@
 // | 9    | row by row             | blocks of up to three rows where limits are infinite | claim 13       |
 // | 11   | ω                      | τ, κ                                                 | claim 11       |
 // | 15   | –                      | J̆, β from coordinates stepped exactly                | claims 2, 4    |
+//
+// Where the report is silent: λ starts at zero in each sub-step (line 7), its limits hold for all that the
+// step has given so far (line 11); τ and κ act on what follows the coordinates, so that a motor has its own β
+// as fixed point (line 11). Contacts: contact_batch.h; what each of its readings is worth, ladder.h.
 
 #include "sim/algorithms.h"
 #include "sim/rotation.h"
@@ -31,8 +35,8 @@ void proc3(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
     // Micro-iterate
     start_substep(problem, v_hat);                   // λ = 0
     add_external(model, q, Frame::body, hs, v_hat);  // proc3:7
-    for (int i = 1; i <= m; ++i) {  // proc3:8
-      for (Block& x : c.blocks) {   // proc3:9
+    for (int i = 1; i <= m; ++i) {                   // proc3:8
+      for (Block& x : c.blocks) {                    // proc3:9
         // J̆_x(κ v̂ + M̆⁻¹J̆_xᵀλ) = τ β_xʲ : lo, hi
         update_stable(problem, x, v_hat);                       // proc3:10
         const Impulse lambda = solve(c, x, kappa, tau, v_hat);  // proc3:11

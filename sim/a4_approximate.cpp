@@ -28,8 +28,8 @@ void proc4(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
     // Micro-iterate
     start_substep(problem, v_hat);                   // λ = 0
     add_external(model, q, Frame::body, hs, v_hat);  // proc4:7
-    for (int i = 1; i <= m; ++i) {  // proc4:8
-      for (Block& x : c.blocks) {   // proc4:9
+    for (int i = 1; i <= m; ++i) {                   // proc4:8
+      for (Block& x : c.blocks) {                    // proc4:9
         // J̆_x(κ v̂ + M̆⁻¹J̆_xᵀλ) = τ β_xʲ : lo, hi
         update_stable(problem, x, v_hat);                       // proc4:10
         const Impulse lambda = solve(c, x, kappa, tau, v_hat);  // proc4:11
@@ -41,8 +41,8 @@ void proc4(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
     }
     add(v_hat, work.sum);  // proc4:13
     // Sub-step 𝒞 to (t + j·hs)
-    add(v_hat, substeps.offset);  // proc4:15
-    update_biases(problem, v_local);    // proc4:16
+    add(v_hat, substeps.offset);      // proc4:15
+    update_biases(problem, v_local);  // proc4:16
   }
 
   // Step coordinates; body 0 is the world

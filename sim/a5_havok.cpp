@@ -34,7 +34,7 @@ void proc5(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
     // Micro-iterate
     start_substep(problem, v_local, &sum_v);  // λ□ = 0
     add_external(model, q, Frame::body, hs, v_local);
-    add(sum_v, mv);  // proc5:8
+    add(sum_v, mv);                 // proc5:8
     for (int i = 1; i <= m; ++i) {  // proc5:9
       for (Block& x : c.blocks) {   // proc5:10
         // J̆_x(m̂v + M̆⁻¹J̆_xᵀλ□) = β□_x : lo/κ, hi/κ

@@ -68,17 +68,19 @@ struct Constraints {
   std::vector<Block> blocks;
   std::vector<Row> rows;
   std::vector<Matrix3> inverse_gammas;  ///< (J M⁻¹ Jᵀ)⁻¹ of each block of several rows
-  int limits_of = 1;  ///< how many sub-steps' limits hold for the impulse: those that have begun
-  ContactBatches contacts;              ///< a sweep's last
+  int limits_of = 1;        ///< how many sub-steps' limits hold for the impulse: those that have begun
+  ContactBatches contacts;  ///< a sweep's last
 
   std::int64_t row_count() const { return std::ssize(rows) + contacts.row_count; }
 };
 
-/// The clamped total's change for one row: `wanted` is the row's right-hand side less its velocity. The limits
-/// are those of the sub-steps so far, for all that they have given: what one has, a later one may take back.
+/// The clamped total's change for one row: `wanted` is the row's right-hand side less its velocity. The
+/// limits are those of the sub-steps so far, for all that they have given: what one has, a later one may take
+/// back.
 inline double clamped_change(Row& row, double wanted, double limit_scale) {
   const double free = row.impulse + wanted * row.inverse_gamma;
-  const double total = std::clamp(free, row.low * limit_scale - row.earlier, row.high * limit_scale - row.earlier);
+  const double total =
+      std::clamp(free, row.low * limit_scale - row.earlier, row.high * limit_scale - row.earlier);
   const double change = total - row.impulse;
   row.impulse = total;
   return change;
@@ -96,7 +98,8 @@ inline Impulse solve(Constraints& c, const Block& x, double kappa, double tau, c
     Row& row = c.rows[x.first];
     const double right = (x.stabilized ? tau : kappa) * row.beta;
     const double soft = row.softness * (kappa / limit_scale) * row.impulse;
-    change[0] = clamped_change(row, right - kappa * row_velocity(row, a, b) - soft, limit_scale * c.limits_of);
+    change[0] =
+        clamped_change(row, right - kappa * row_velocity(row, a, b) - soft, limit_scale * c.limits_of);
     return change;
   }
   Vector3 wanted = Vector3::Zero();

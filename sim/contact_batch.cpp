@@ -162,8 +162,7 @@ struct Visit {
 [[gnu::always_inline]] inline void solve_normals_in_turn(const Visit& at, Moving& a, Moving& b) {
   for (int i = 0; i < at.x.contacts; ++i) {
     NormalRow& normal = at.normals[i];
-    const Lanes missing =
-        normal_right_side(at, i) - all(at.how.kappa) * row_velocity(normal.row, a, b);
+    const Lanes missing = normal_right_side(at, i) - all(at.how.kappa) * row_velocity(normal.row, a, b);
     const Lanes total =
         larger(normal.row.impulse + all(at.how.omega) * missing * normal.inverse_gamma, normal.low);
     const Lanes change = total - normal.row.impulse;
@@ -190,9 +189,9 @@ struct Tangential {
           choose(regular, g11 * right.second - rows.gamma[1] * right.first, right.second) * inverse};
 }
 
-/// Coulomb's law of a point that slides: the projection of `before` + (what velocity is missing)/γ on the disc's
-/// edge, with γ the larger eigenvalue of Γ. Where it stays, the velocity that is left points against the impulse,
-/// so that friction is the same in all directions.
+/// Coulomb's law of a point that slides: the projection of `before` + (what velocity is missing)/γ on the
+/// disc's edge, with γ the larger eigenvalue of Γ. Where it stays, the velocity that is left points against
+/// the impulse, so that friction is the same in all directions.
 [[gnu::always_inline]] inline Tangential slide(const FrictionRows& rows, const Lanes& limit,
                                                const Tangential& before, const Tangential& missing) {
   const Lanes zero = all(0);
@@ -235,8 +234,7 @@ template <bool ablated>
   rows.slides = choose(slides, all(1), zero);
   rows.keeps_sliding = rows.slides * rows.slid;
   if (any(slides)) {
-    const Tangential sliding =
-        slide(rows, limit, before, {omega * missing.first, omega * missing.second});
+    const Tangential sliding = slide(rows, limit, before, {omega * missing.first, omega * missing.second});
     after.first = choose(slides, sliding.first, after.first);
     after.second = choose(slides, sliding.second, after.second);
   }
@@ -254,14 +252,15 @@ template <bool ablated>
 /// The ladder's: each of a point's two rows by itself, within ±μ λ_n: a square.
 [[gnu::always_inline]] inline void solve_friction_in_turn(const Visit& at, FrictionRows& rows, Moving& a,
                                                           Moving& b) {
-  const Lanes limit = rows.coefficient * larger(at.normals[rows.normal].row.impulse - rows.origin_normal, all(0));
+  const Lanes limit =
+      rows.coefficient * larger(at.normals[rows.normal].row.impulse - rows.origin_normal, all(0));
   rows.slides = all(at.reading.friction_memory ? 0 : 1);
   for (int k = 0; k < 2; ++k) {
     ContactRow& row = rows.row[k];
     const Lanes missing = all(at.how.tau) * row.beta - all(at.how.kappa) * row_velocity(row, a, b);
     const Lanes gamma = rows.gamma[2 * k];
-    const Lanes free = row.impulse - rows.origin[k] +
-                       choose(gamma > all(0), all(at.how.omega) * missing / gamma, all(0));
+    const Lanes free =
+        row.impulse - rows.origin[k] + choose(gamma > all(0), all(at.how.omega) * missing / gamma, all(0));
     const auto over = free >= limit;
     const auto under = free <= -limit;
     const Lanes total = rows.origin[k] + choose(over, limit, choose(under, -limit, free));
@@ -459,7 +458,8 @@ struct BatchBodies {
   Coupling* const gamma = contacts.couplings.data() + x.first_coupling;
   for (int i = 0; i < x.contacts; ++i) {
     for (int j = 0; j <= i; ++j) {
-      gamma[i * x.contacts + j].gamma = gamma[j * x.contacts + i].gamma = coupling(at, normals[i].row, normals[j].row);
+      gamma[i * x.contacts + j].gamma = gamma[j * x.contacts + i].gamma =
+          coupling(at, normals[i].row, normals[j].row);
     }
     const Lanes own = gamma[i * x.contacts + i].gamma;
     normals[i].inverse_gamma = choose(own > all(0), all(1) / own, all(0));
@@ -560,8 +560,8 @@ bool is_four_wide() {
 /// The speed after an impact that has e² of the energy before it, in the discrete motion: with x the gap, u
 /// the approach, and g the acceleration towards the contact, steps of v' = v + g hs, x' = x − hs v' keep
 /// ½u² + ½ g hs u + g x in flight. With e = 1 the ball so comes back to the height it fell from.
-[[gnu::always_inline]] inline Lanes rebound(const RestitutionRow& row, const Lanes& gap, const Lanes& approach,
-                                            double hs) {
+[[gnu::always_inline]] inline Lanes rebound(const RestitutionRow& row, const Lanes& gap,
+                                            const Lanes& approach, double hs) {
   const Lanes squared = row.coefficient * row.coefficient;
   const Lanes gain = row.acceleration * all(hs);
   const Lanes before = squared * (approach * approach + gain * approach);
@@ -571,7 +571,8 @@ bool is_four_wide() {
 }
 
 /// Whether a contact bounces in the sub-step that starts, and with what velocity.
-void start_impact(NormalRow& normal, RestitutionRow& row, const Lanes& gap, const Lanes& approach, double hs) {
+void start_impact(NormalRow& normal, RestitutionRow& row, const Lanes& gap, const Lanes& approach,
+                  double hs) {
   const Lanes zero = all(0);
   const Lanes gain = row.acceleration * all(hs);
   // An impact lasts to the end of the step, in which sweeps and other contacts have to come to terms with it;
@@ -590,8 +591,8 @@ void start_impact(NormalRow& normal, RestitutionRow& row, const Lanes& gap, cons
 }
 
 /// Of its displacement, what a point keeps that has only begun to slide when the step ends. Measured on the
-/// wall, the pyramid of 210 and the card house with ten sub-steps: with nothing kept they give way by 11.6, 64
-/// and 4.4 mm, with half by 6.7, 28 and 2.1 mm, with all by 6.4, 110 and 2.1 mm.
+/// wall, the pyramid of 210 and the card house with ten sub-steps: with nothing kept they give way by 11.6,
+/// 64 and 4.4 mm, with half by 6.7, 28 and 2.1 mm, with all by 6.4, 110 and 2.1 mm.
 constexpr double kept_at_edge = 0.5;
 
 /// A total order: the points of two colliders by their places on the first.
@@ -839,8 +840,9 @@ void remember_contacts(const ContactBatches& contacts, const std::vector<Contact
       const int end = x.first_friction + x.frictions;
       for (int i = 0; i < x.contacts; ++i) {
         const Contact& contact = found[x.source[lane] + i];
-        ContactMemory point{contact.collider_a, contact.collider_b, contact.arm_a, contact.arm_b,
-                            Vector3::Zero(),    true,               contact.left_over};
+        ContactMemory point{contact.collider_a, contact.collider_b, contact.arm_a,
+                            contact.arm_b,      Vector3::Zero(),    true,
+                            contact.left_over};
         if (friction < end && contacts.frictions[friction].normal == i) {
           const FrictionRows& rows = contacts.frictions[friction++];
           point.slides = rows.keeps_sliding[lane] > 0;

@@ -1,11 +1,11 @@
 #pragma once
 /// The contacts of a step as rows, by manifolds, four manifolds at a time.
 ///
-/// A manifold holds the contact points of one pair of bodies (at most `most_in_manifold`; a pair with more has
-/// several). A sweep visits the manifolds one after the other: their normals as one block, then the friction
-/// of each point, two rows as one block. Manifolds that share no moving body do not notice each other, and may
-/// as well be solved at once, one in each lane of a vector. No lane depends on another, so the bits are
-/// those of a sweep manifold by manifold, on every machine.
+/// A manifold holds the contact points of one pair of bodies (at most `most_in_manifold`; a pair with more
+/// has several). A sweep visits the manifolds one after the other: their normals as one block, then the
+/// friction of each point, two rows as one block. Manifolds that share no moving body do not notice each
+/// other, and may as well be solved at once, one in each lane of a vector. No lane depends on another, so the
+/// bits are those of a sweep manifold by manifold, on every machine.
 ///
 /// The report leaves contacts open ("ignoring friction", IV.3.1; "foreach", proc3:9). What is read into it
 /// here, and what goes beyond it, is ContactReading.
@@ -30,15 +30,16 @@ struct LaneVectors {
   const Lanes& operator[](int k) const { return component[k]; }
 };
 
-/// How contacts are solved in A2 to A5 where the report does not say. All of it holds but in the ladder, which
-/// takes out one at a time and prints what that costs.
+/// How contacts are solved in A2 to A5 where the report does not say. All of it holds but in the ladder,
+/// which takes out one at a time and prints what that costs.
 struct ContactReading {
-  bool velocity_level_apart = true;  ///< τ and κ act on what follows the coordinates, not on what is a velocity
-  bool isotropic_friction = true;    ///< a point's friction has a disc for its limit, not a square
-  bool limits_over_step = true;      ///< λ's limits hold for the impulse of the step, not of a sub-step
-  bool far_first = true;             ///< a sweep ends at what cannot move; else it has the order of the file
-  bool manifold_blocks = true;       ///< beyond the report: a manifold's normals are one block
-  bool friction_memory = true;       ///< beyond the report: friction's rows are position-level
+  bool velocity_level_apart =
+      true;  ///< τ and κ act on what follows the coordinates, not on what is a velocity
+  bool isotropic_friction = true;  ///< a point's friction has a disc for its limit, not a square
+  bool limits_over_step = true;    ///< λ's limits hold for the impulse of the step, not of a sub-step
+  bool far_first = true;           ///< a sweep ends at what cannot move; else it has the order of the file
+  bool manifold_blocks = true;     ///< beyond the report: a manifold's normals are one block
+  bool friction_memory = true;     ///< beyond the report: friction's rows are position-level
 };
 
 /// One row of each of four manifolds: Row of constraint.h, less what a contact does not need.
@@ -73,8 +74,8 @@ struct RestitutionRow {
 /// The two rows of a contact point's friction: |λ_t − origin| <= μ (λ_n − origin_normal), a disc.
 struct FrictionRows {
   ContactRow row[2];
-  Lanes gamma[3];     ///< Γ of the two: 11, 12, 22
-  Lanes coefficient;  ///< μ
+  Lanes gamma[3];      ///< Γ of the two: 11, 12, 22
+  Lanes coefficient;   ///< μ
   Lanes reference[2];  ///< what the point's displacement since the step's start is added to, m
   /// The impulses when it last slid: those are spent, so that friction can turn with the slip in a step.
   Lanes origin[2];
@@ -84,7 +85,7 @@ struct FrictionRows {
   /// Both: sliding goes on, and no displacement is to be taken back. What has only begun to slide may have so
   /// for want of its normal's impulse, which one sweep leaves short; it holds on.
   Lanes keeps_sliding;
-  int normal;    ///< which of the manifold's contacts it belongs to
+  int normal;  ///< which of the manifold's contacts it belongs to
 };
 
 /// An element of Γ between two normals of each of four manifolds.
@@ -107,7 +108,7 @@ struct ContactBatch {
   int first_normal;               ///< normals[first_normal] … , one for each contact
   int first_friction;             ///< frictions[first_friction] …
   int first_coupling;             ///< couplings[first_coupling] …: Γ of the normals, row by row
-  int first_restitution;          ///< restitutions[first_restitution] …, one for each contact; −1: none bounces
+  int first_restitution;  ///< restitutions[first_restitution] …, one for each contact; −1: none bounces
   int row_count() const { return contacts + 2 * frictions; }
 };
 

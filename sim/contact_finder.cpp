@@ -52,8 +52,8 @@ Vector3 across(const Vector3& normal) {
 }
 
 /// Of the smaller shape: a point that has moved by less on both bodies, and slips by less in a step, is the
-/// same. A fast rolling body's is not: what it rolls over in a step would count as displacement, by up to a sixth
-/// of its angle squared.
+/// same. A fast rolling body's is not: what it rolls over in a step would count as displacement, by up to a
+/// sixth of its angle squared.
 constexpr double same_place = 0.02;
 
 /// Of the bodies' speeds: what approaches more slowly has met already.
@@ -176,8 +176,8 @@ void ContactFinder::add_contacts(const State& state, double step, bool aligned, 
     contact.friction = slip_before.norm() > at_rest ? material.dynamic_friction : material.static_friction;
     contact.resting_acceleration = 2 * acceleration.norm();
     contact.acceleration = -point.normal.dot(acceleration);
-    // What does not approach when the step begins is no impact, though others may press it together in the step:
-    // the law of impact holds for all contacts of a step at once.
+    // What does not approach when the step begins is no impact, though others may press it together in the
+    // step: the law of impact holds for all contacts of a step at once.
     const double approach = step * contact.acceleration - point.normal.dot(before);
     contact.restitution = approach > touching * speed ? material.restitution : 0;
     contact.left_over = std::max(0.0, -point.distance - recovery_speed * step);
@@ -206,7 +206,8 @@ void ContactFinder::remember(const State& state, double step, double overlap, do
     contact.displacement_2 = contact.tangent_b2.dot(m->displacement);
     contact.slid = m->slides;
   }
-  if (m != begin) contact.left_over = std::clamp(overlap, 0.0, std::max(0.0, left_over - recovery_speed * step));
+  if (m != begin)
+    contact.left_over = std::clamp(overlap, 0.0, std::max(0.0, left_over - recovery_speed * step));
 }
 
 }  // namespace substep

@@ -15,14 +15,14 @@ class ContactFinder {
  public:
   ContactFinder(const Scene& scene, const Model& model);
 
-  /// The overlap that bodies meet with, at the start above all, is recovered at this speed, m/s: the rest of it
-  /// is left to later steps (Contact::left_over). Else they would leave each other with C/h. What they sink
-  /// into each other afterwards, for want of sweeps, is not spared.
+  /// The overlap that bodies meet with, at the start above all, is recovered at this speed, m/s: the rest of
+  /// it is left to later steps (Contact::left_over). Else they would leave each other with C/h. What they
+  /// sink into each other afterwards, for want of sweeps, is not spared.
   static constexpr double recovery_speed = 0.4;
 
   /// Contact points closer than the bodies can come in `step` seconds, at world velocities `v`; friction and
-  /// overlaps as the state remembers them. With `aligned`, the first tangent is along the slip velocity that gravity leaves,
-  /// where there is any; else it depends on the normal alone.
+  /// overlaps as the state remembers them. With `aligned`, the first tangent is along the slip velocity that
+  /// gravity leaves, where there is any; else it depends on the normal alone.
   const std::vector<Contact>& find(const State& state, double step, bool aligned = false);
 
  private:

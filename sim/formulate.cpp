@@ -313,8 +313,8 @@ void build_blocks(Problem& problem, Joints joints) {
   }
   for (std::size_t i = 0; i < model.limits.size(); ++i) {
     const Limit& limit = model.limits[i];
-    // A distance that is both bounds is the report's stiff spring, which is stable. Other two-sided limits are
-    // not in its list; a slot that turns with its body errs the more in A5, the more sub-steps there are.
+    // A distance that is both bounds is the report's stiff spring, which is stable. Other two-sided limits
+    // are not in its list; a slot that turns with its body errs the more in A5, the more sub-steps there are.
     const bool is_stiff_spring =
         limit.side == Limit::Side::both && limit.coordinate.kind == JointCoordinate::Kind::distance;
     const bool stable = joints == Joints::stable && is_stiff_spring;

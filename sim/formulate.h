@@ -34,8 +34,8 @@ struct Problem {
   std::vector<Matrix3> rotations;  ///< of `formulate`'s coordinates
 };
 
-/// The list of blocks, in the order of block_order.h, and the contacts in theirs. `joints` says how joints are
-/// blocked.
+/// The list of blocks, in the order of block_order.h, and the contacts in theirs. `joints` says how joints
+/// are blocked.
 void build_blocks(Problem& problem, Joints joints);
 
 /// s2: J, β(hs) and M⁻¹Jᵀ of every row from coordinates q.
@@ -69,8 +69,8 @@ void update_biases(Problem& problem, const std::vector<Velocity>& v_local);
 /// β□ = (τ/κ) β of every row that is stabilized; the others' fixed point is their own β.
 void box_biases(Constraints& c, double kappa, double tau);
 
-/// β_x ← β_x + J̆ change, as far as x does not follow the coordinates: undoes what A5's sum of velocities bakes
-/// into it. `change` is (τ/κ) v̆, which led to `sum_v`. Friction that slides lets go.
+/// β_x ← β_x + J̆ change, as far as x does not follow the coordinates: undoes what A5's sum of velocities
+/// bakes into it. `change` is (τ/κ) v̆, which led to `sum_v`. Friction that slides lets go.
 void undo_update_rule(Problem& problem, double kappa, double tau, const std::vector<Velocity>& change,
                       const std::vector<Velocity>& sum_v);
 

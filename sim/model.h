@@ -3,7 +3,8 @@
 ///
 /// Which of the three kinds of rows each is; 'stable' is what a two-sided one can be (Settings::joints):
 /// - Lock: position-level, two-sided, in blocks; can be stable.
-/// - Limit: position-level, one-sided; where both bounds are one it is two-sided, and if it is a distance it can
+/// - Limit: position-level, one-sided; where both bounds are one it is two-sided, and if it is a distance it
+/// can
 ///   be stable.
 /// - Limit, soft: between position- and velocity-level, by what stiffness and damping weigh in a step.
 /// - Drive: velocity-level without stiffness, with it like a soft limit; two-sided within ±max_force.

@@ -14,8 +14,8 @@ enum class Algorithm { a1, a2, a3, a4, a5 };
 enum class Joints {
   rows,    ///< each row alone, as A2 does
   plain,   ///< up to three rows at once (IV.2.2, point 2), Jacobian of the sub-step's start
-  stable,  ///< the same, Jacobian at next-frame coordinates (IV.2.2, point 2; IV.3.2, third item): ball joints,
-           ///< the parts of hinges, sliders and fixed joints, and the stiff spring
+  stable,  ///< the same, Jacobian at next-frame coordinates (IV.2.2, point 2; IV.3.2, third item): ball
+           ///< joints, the parts of hinges, sliders and fixed joints, and the stiff spring
 };
 
 struct Settings {
@@ -40,8 +40,8 @@ struct Settings {
 };
 
 /// The settings that need no expert: with them every scene of the library stays bounded in A5 to its end, and
-/// what should stand stands. n = 10 and m = 1 (A2: ten iterations, as many row solves), τ = 0.6, κ = 1, 'stable'
-/// joints. A Settings by itself is the report's plainest: τ = κ = 1 is 'none'.
+/// what should stand stands. n = 10 and m = 1 (A2: ten iterations, as many row solves), τ = 0.6, κ = 1,
+/// 'stable' joints. A Settings by itself is the report's plainest: τ = κ = 1 is 'none'.
 Settings default_settings(Algorithm algorithm);
 
 std::string_view name(Algorithm algorithm);

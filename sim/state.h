@@ -21,13 +21,13 @@ struct Velocity {
   Vector3 angular = Vector3::Zero();
 };
 
-/// What is remembered of a contact point from one step to the next, in which it is found again by its place on
-/// both bodies.
+/// What is remembered of a contact point from one step to the next, in which it is found again by its place
+/// on both bodies.
 struct ContactMemory {
   int collider_a;  ///< indices of Scene::colliders
   int collider_b;
-  Vector3 arm_a;         ///< the point in the body frame of a, m
-  Vector3 arm_b;         ///< and of b
+  Vector3 arm_a;  ///< the point in the body frame of a, m
+  Vector3 arm_b;  ///< and of b
   /// Of a's point from b's, across the normal, since the contact was made or last slid; body frame of b, m.
   Vector3 displacement;
   bool slides;       ///< and has let its displacement go

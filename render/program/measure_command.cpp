@@ -114,8 +114,7 @@ void add_measure_command(CLI::App& app) {
                       "Iterations m of A3 to A5 in a sub-step (1). A2 gets n·m: as many row solves");
   command->add_option("--tau", options->tau, "Stabilization factor τ of A3 to A5 (0.6)");
   command->add_option("--kappa", options->kappa, "Stabilization factor κ of A3 to A5 (1)");
-  command->add_option("--joints", options->joints,
-                      "Joints in A3 to A5: rows, plain or stable (stable)");
+  command->add_option("--joints", options->joints, "Joints in A3 to A5: rows, plain or stable (stable)");
   command->add_option("--duration", options->duration, "Seconds to simulate (the scene's)");
   command->add_option("--horizon", options->horizon, "Seconds to compare with the reference, at most")
       ->capture_default_str();
