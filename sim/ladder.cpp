@@ -158,4 +158,39 @@ Procedure ladder_procedure(Rung rung) {
   return Experiment(rung);
 }
 
+std::string_view name(ContactRung rung) {
+  switch (rung) {
+    case ContactRung::all_six:
+      return "all six (A5)";
+    case ContactRung::velocity_level:
+      return "τ, κ on velocity-level rows";
+    case ContactRung::square_friction:
+      return "friction in a square";
+    case ContactRung::limits_by_substep:
+      return "limits by sub-step";
+    case ContactRung::file_order:
+      return "order of the file";
+    case ContactRung::single_normals:
+      return "normals one by one";
+    case ContactRung::forgetting_friction:
+      break;
+  }
+  return "friction without memory";
+}
+
+bool is_beyond_report(ContactRung rung) {
+  return rung == ContactRung::single_normals || rung == ContactRung::forgetting_friction;
+}
+
+ContactReading contact_reading(ContactRung rung) {
+  ContactReading reading;
+  reading.velocity_level_apart = rung != ContactRung::velocity_level;
+  reading.isotropic_friction = rung != ContactRung::square_friction;
+  reading.limits_over_step = rung != ContactRung::limits_by_substep;
+  reading.far_first = rung != ContactRung::file_order;
+  reading.manifold_blocks = rung != ContactRung::single_normals;
+  reading.friction_memory = rung != ContactRung::forgetting_friction;
+  return reading;
+}
+
 }  // namespace substep

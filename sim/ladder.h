@@ -1,10 +1,12 @@
 #pragma once
-/// The ladder from A3 to A5: the listing of A3 with one approximation switched on, so that what each costs in
-/// accuracy is a number. Experiments: nothing else uses them.
+/// Two ladders, so that what each step of them costs is a number. From A3 to A5: the listing of A3 with one
+/// approximation switched on. Of contacts: A5 with one reading of ContactReading taken out. Experiments:
+/// nothing else uses them.
 
 #include <array>
 #include <string_view>
 
+#include "sim/contact_batch.h"
 #include "sim/simulation.h"
 
 namespace substep {
@@ -28,5 +30,33 @@ std::string_view name(Rung rung);
 /// For Simulation, with settings of A3. Keeps buffers: one for each simulation. 'Stable' joints take their
 /// Jacobian anew in all rungs, as in A4.
 Procedure ladder_procedure(Rung rung);
+
+/// Which reading of contacts is taken out of all six.
+enum class ContactRung {
+  all_six,              ///< none is: A5
+  velocity_level,       ///< τ and κ act on velocity-level rows, too
+  square_friction,      ///< each of a point's two friction rows has a limit of its own
+  limits_by_substep,    ///< λ's limits hold for a sub-step's impulse
+  file_order,           ///< a sweep has the order of the file
+  single_normals,       ///< a manifold's normals are solved one by one
+  forgetting_friction,  ///< friction sees the velocity of the moment only
+};
+
+inline constexpr std::array contact_rungs{ContactRung::all_six,
+                                          ContactRung::velocity_level,
+                                          ContactRung::square_friction,
+                                          ContactRung::limits_by_substep,
+                                          ContactRung::file_order,
+                                          ContactRung::single_normals,
+                                          ContactRung::forgetting_friction};
+
+/// "order of the file", as tables print it.
+std::string_view name(ContactRung rung);
+
+/// Whether what is taken out goes beyond the report; else it is read into it.
+bool is_beyond_report(ContactRung rung);
+
+/// For Simulation, with settings of A2 to A5.
+ContactReading contact_reading(ContactRung rung);
 
 }  // namespace substep

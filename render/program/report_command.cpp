@@ -34,7 +34,7 @@ void report(const ReportOptions& options) {
     progress.show("sweep", 0);
     run_sweep(sweep, {results, options.threads, 1, 1}, [&](double share) { progress.show("sweep", share); });
     merge_sweep(sweep, results);
-    page = make_report({read_records(results), options.scenes},
+    page = make_report({read_records(results), options.scenes, {}},
                        [&](double share) { progress.show("drawing", share); });
   }
   for (const Block& block : page.blocks) {

@@ -12,6 +12,7 @@
 #include "sim/error.h"
 #include "sim/ladder.h"
 #include "sim/measure/stability_map.h"
+#include "sim/measure/text_table.h"
 #include "sim/measure/validity_maps.h"
 
 namespace substep {
@@ -50,9 +51,10 @@ bool is_ours_or_accurate(const RunFamily& family) {
 /// Other engines, and of ours those that differ most.
 bool stands_beside_peers(const RunFamily& family) {
   const Settings& s = family.runs.front().settings;
+  const double tau = has_contacts(family.runs) ? default_settings(Algorithm::a5).tau : 1;
   return !is_ours(family) || s.algorithm == Algorithm::a1 ||
-         (s.algorithm == Algorithm::a3 && s.joints == Joints::plain && s.tau == 1) ||
-         (s.algorithm == Algorithm::a5 && s.tau == 1);
+         (s.algorithm == Algorithm::a3 && s.joints == Joints::plain && s.tau == tau) ||
+         (s.algorithm == Algorithm::a5 && s.tau == tau);
 }
 
 Sheet work_sheet(const FigureSource& source, bool contacts, const std::string& title,
@@ -133,7 +135,7 @@ Sheet beside_peers(const FigureSource& source, bool contacts) {
   sheet.caption = {
       "The same scene files, one core. The engines and A1: steps of h, h/2, h/4 …; A3 and A5: n = 1, 2, 4 … "
       "sub-steps of one "
-      "iteration at the scene's h.",
+      "iteration at the scene's h; τ = 0.6 with contacts, else 1.",
       "Down and to the left is better. Against the same reference: for contacts it is our A1 at a small "
       "step."};
   return sheet;
@@ -242,6 +244,7 @@ std::string title_of(Algorithm algorithm) {
 }
 
 Sheet drift(const FigureSource& source) {
+  const Settings settings = default_settings(Algorithm::a5);
   Sheet sheet;
   sheet.title = "Drift and energy over time";
   sheet.columns = 2;
@@ -281,9 +284,10 @@ Sheet drift(const FigureSource& source) {
     sheet.panels.push_back(std::move(panel));
   }
   sheet.caption = {
-      "The scene's step; 16 row solves a row and step: A2 m = 16; A3 n = 16, plain joints; A4 and A5 n = 16, "
-      "stable "
-      "joints; τ = 0.3 with contacts.",
+      fmt::format(
+          "The default settings, the scene's step: {0} row solves a row and step, A2 m = {0}; A3 to A5 "
+          "n = {0}, m = 1, τ = {1:g}, κ = 1, stable joints.",
+          settings.substeps, settings.tau),
       "A gap or overlap below 1 µm is off the scale: A1's contacts have none."};
   return sheet;
 }
@@ -308,6 +312,8 @@ Sheet size(const FigureSource& source) {
       Settings settings = usual_settings(chain, algorithm);
       settings.substeps = 4;
       settings.iterations = algorithm == Algorithm::a2 ? 4 : 1;
+      settings.tau = settings.kappa = 1;
+      settings.joints = algorithm == Algorithm::a3 ? Joints::plain : Joints::stable;
       // It may well tear: what a step costs does not change.
       constexpr int steps_timed = 60;
       chain.duration = steps_timed * settings.step;
@@ -320,7 +326,8 @@ Sheet size(const FigureSource& source) {
   }
   sheet.panels = {std::move(whole), std::move(each)};
   sheet.caption = {
-      "rod_chain.gltf made longer; A2 m = 4, A3 to A5 n = 4, m = 1, A3 plain, A4 and A5 stable joints; "
+      "rod_chain.gltf made longer; A2 m = 4, A3 to A5 n = 4, m = 1, τ = κ = 1, A3 plain, A4 and A5 "
+      "stable joints; "
       "medians of five runs of 60 steps, one core."};
   return sheet;
 }
@@ -350,6 +357,7 @@ Sheet mass_ratio(const FigureSource& source) {
                          Row{Algorithm::a5, Joints::stable}}) {
     Settings settings = usual_settings(scene, row.algorithm);
     settings.joints = row.joints;
+    settings.tau = settings.kappa = 1;
     Series good{"error below 1 % of the size", holds, {}};
     Series fair{"bounded: below 10 %", {1, 9, false, false, true}, {}};
     Series lost{"lost", fails, {}};
@@ -465,6 +473,68 @@ Sheet ladder(const FigureSource& source) {
   return sheet;
 }
 
+/// An axis around the prices that are finite, with room for a note on either side and a decade to read.
+std::array<double, 2> range_of(const ContactPrices& scene) {
+  double least = INFINITY;
+  double most = -INFINITY;
+  for (const double price : scene.prices) {
+    if (!std::isfinite(price)) continue;
+    least = std::min(least, std::log10(price));
+    most = std::max(most, std::log10(price));
+  }
+  const double span = std::max(most - std::floor(least), 1.0);
+  const double first = std::min(std::floor(least), least - 0.22 * span);
+  return {std::pow(10, first), std::pow(10, std::max(most, first + span) + 0.2 * span)};
+}
+
+Panel contact_panel(const ContactPrices& scene) {
+  Panel panel;
+  panel.title = fmt::format("{}: {}", scene.scene, scene.what);
+  panel.x = {scene.unit, true, range_of(scene), {}};
+  // From above downwards, as in a table.
+  panel.y = {"", false, std::array{static_cast<double>(contact_rungs.size()) - 0.4, -0.6}, "("};
+  Series all{std::string(name(ContactRung::all_six)), {0, 5, false, false, true}, {}};
+  Series open{"a reading of the report taken out", {2, 7, false, false, true}, {}};
+  Series beyond{"what goes beyond the report taken out", {4, 9, false, false, true}, {}};
+  for (std::size_t i = 0; i < contact_rungs.size(); ++i) {
+    const ContactRung rung = contact_rungs[i];
+    const auto y = static_cast<double>(i);
+    panel.y.tics += fmt::format("{}\"{}\" {}", i > 0 ? ", " : "", name(rung), i);
+    const bool is_lost = !std::isfinite(scene.prices[i]);
+    const double x = is_lost ? (*panel.x.range)[0] : scene.prices[i];
+    Series& series = i == 0 ? all : is_beyond_report(rung) ? beyond : open;
+    if (!is_lost) series.points.push_back({x, y});
+    // Away from the dashed line.
+    panel.notes.push_back(
+        {x, y, is_lost ? std::string("lost") : short_number(x), !is_lost && x < 0.97 * scene.prices[0]});
+  }
+  panel.y.tics += ")";
+  Series baseline{"as good as all six", {0, 7, true, true, false}, {}};
+  baseline.points = {{scene.prices[0], (*panel.y.range)[0]}, {scene.prices[0], (*panel.y.range)[1]}};
+  panel.series = {std::move(baseline), std::move(all), std::move(open), std::move(beyond)};
+  return panel;
+}
+
+Sheet contact_ladder_sheet(const FigureSource& source) {
+  Sheet sheet;
+  sheet.title = "The ladder of contacts: what each reading costs when it is taken out";
+  sheet.columns = 2;
+  sheet.panel_width = 640;
+  sheet.panel_height = 300;
+  sheet.left_margin = 220;
+  sheet.legend_columns = 2;
+  const std::vector<ContactPrices> measured =
+      source.contact_ladder.empty() ? contact_ladder(source.scenes) : source.contact_ladder;
+  for (const ContactPrices& scene : measured) sheet.panels.push_back(contact_panel(scene));
+  const Settings settings = default_settings(Algorithm::a5);
+  sheet.caption = {fmt::format(
+      "A5 at the default settings (n = {}, m = {}, τ = {:g}, κ = {:g}, {} joints, the scene's step) with one "
+      "of the six readings of contacts taken out. Further to the left is better; the dashed line is where "
+      "all six are.",
+      settings.substeps, settings.iterations, settings.tau, settings.kappa, name(settings.joints))};
+  return sheet;
+}
+
 }  // namespace
 
 const std::vector<ReportFigure>& figures() {
@@ -489,6 +559,8 @@ const std::vector<ReportFigure>& figures() {
       {"stiffness", "validity: step against a spring's stiffness", true, false, stiffness},
       {"stability", "validity: τ against κ, with the closed form", true, false, stability},
       {"ladder", "what each approximation from A3 to A5 costs", true, false, ladder},
+      {"contact-ladder", "what each reading of contacts costs when it is taken out of A5", true, false,
+       contact_ladder_sheet},
       {"size", "CPU time against the length of a chain", false, false, size}};
   return all;
 }

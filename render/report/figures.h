@@ -8,13 +8,15 @@
 
 #include "render/report/plot.h"
 #include "render/report/sweep.h"
+#include "sim/measure/contact_ladder.h"
 
 namespace substep {
 
 /// What figures are drawn from.
 struct FigureSource {
-  std::vector<SweepRecord> records;         ///< of a sweep
-  std::filesystem::path scenes = "scenes";  ///< folder of the scene files, for what no sweep holds
+  std::vector<SweepRecord> records;           ///< of a sweep
+  std::filesystem::path scenes = "scenes";    ///< folder of the scene files, for what no sweep holds
+  std::vector<ContactPrices> contact_ladder;  ///< where there is none, it is measured when it is drawn
 };
 
 struct ReportFigure {

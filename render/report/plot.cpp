@@ -30,7 +30,6 @@ constexpr Ink paper{"#ffffff", "#14171a"};
 
 constexpr double title_height = 44;
 constexpr double line_height = 17;
-constexpr double left_margin = 78;
 constexpr double right_margin = 16;
 constexpr double top_margin = 30;
 constexpr double bottom_margin = 54;
@@ -90,6 +89,16 @@ std::string triangle_script(const std::vector<SlopeTriangle>& triangles) {
     line(t.x, t.y, x, y);
     script += fmt::format("set label '{:g}' at {:g},{:g} left offset 0.4,0 tc rgb '{}' front\n", t.slope, x,
                           t.y * std::pow(t.width, t.slope / 2), inks[7].light);
+  }
+  return script;
+}
+
+std::string notes_script(const std::vector<Note>& notes) {
+  std::string script;
+  for (const Note& note : notes) {
+    script +=
+        fmt::format("set label {} at {:g},{:g} {} font ',11' tc rgb '{}' front\n", quoted(note.text), note.x,
+                    note.y, note.to_the_left ? "right offset -0.9,0" : "left offset 0.9,0", text_ink.light);
   }
   return script;
 }
@@ -162,7 +171,7 @@ std::string panel_script(const Sheet& sheet, std::size_t index, const Layout& la
   const Panel& panel = sheet.panels[index];
   const auto column = static_cast<double>(index % sheet.columns);
   const auto row = static_cast<double>(index / sheet.columns);
-  const double left = column * sheet.panel_width + left_margin;
+  const double left = column * sheet.panel_width + sheet.left_margin;
   const double top = title_height + row * sheet.panel_height + top_margin;
   std::string script;
   std::vector<std::string> plots;
@@ -181,11 +190,12 @@ std::string panel_script(const Sheet& sheet, std::size_t index, const Layout& la
       "set lmargin at screen {:.6f}\nset rmargin at screen {:.6f}\nset tmargin at screen {:.6f}\nset bmargin "
       "at "
       "screen {:.6f}\nset title {} offset 0,-0.6\n",
-      left / layout.width, (left + sheet.panel_width - left_margin - right_margin) / layout.width,
+      left / layout.width, (left + sheet.panel_width - sheet.left_margin - right_margin) / layout.width,
       1 - top / layout.height, 1 - (top + sheet.panel_height - top_margin - bottom_margin) / layout.height,
       quoted(panel.title));
   script += "set xtics out nomirror scale 0.5 autofreq\nset ytics out nomirror scale 0.5 autofreq\n";
-  script += axis_script("x", panel.x) + axis_script("y", panel.y) + triangle_script(panel.triangles);
+  script += axis_script("x", panel.x) + axis_script("y", panel.y) + triangle_script(panel.triangles) +
+            notes_script(panel.notes);
   // A panel without a point still has its axes.
   if (plots.empty()) {
     script += "set xrange [1:10]\nset yrange [1:10]\n";

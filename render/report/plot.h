@@ -40,12 +40,21 @@ struct SlopeTriangle {
   double slope;
 };
 
+/// Words beside a point.
+struct Note {
+  double x;
+  double y;
+  std::string text;
+  bool to_the_left = false;
+};
+
 struct Panel {
   std::string title;
   Axis x;
   Axis y;
   std::vector<Series> series;
   std::vector<SlopeTriangle> triangles;
+  std::vector<Note> notes;
 };
 
 struct Sheet {
@@ -54,6 +63,7 @@ struct Sheet {
   int columns = 2;
   double panel_width = 420;  ///< pixels, with its axes
   double panel_height = 320;
+  double left_margin = 78;  ///< of a panel, for the y axis' tics and title
   int legend_columns = 4;
   std::vector<Panel> panels;
 };

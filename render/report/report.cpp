@@ -242,9 +242,23 @@ TextTable omitted(const std::vector<SweepRecord>& records) {
   return table;
 }
 
+TextTable contact_prices_table(const std::vector<ContactPrices>& ladder) {
+  TextTable table{{"taken out"}, {}};
+  for (const ContactPrices& column : ladder) table.head.push_back(column_title(column));
+  for (std::size_t i = 0; i < contact_rungs.size(); ++i) {
+    std::vector<std::string> row{row_title(contact_rungs[i])};
+    for (const ContactPrices& column : ladder) row.push_back(short_number(column.prices[i]));
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
 }  // namespace
 
-Document make_report(const FigureSource& source, const std::function<void(double)>& progress) {
+Document make_report(const FigureSource& given, const std::function<void(double)>& progress) {
+  FigureSource source = given;
+  // Once for its figure and its table.
+  if (source.contact_ladder.empty()) source.contact_ladder = contact_ladder(source.scenes);
   const std::vector<SweepRecord>& records = source.records;
   std::map<std::string, std::string> pictures;
   for (const ReportFigure& figure : figures()) {
@@ -330,6 +344,9 @@ Document make_report(const FigureSource& source, const std::function<void(double
   for (const char* const name : {"mass-ratio", "stability", "stiffness"}) picture(name);
   page.heading(2, "What the approximations cost");
   picture("ladder");
+  picture("contact-ladder");
+  page.paragraph(contact_ladder_caption(source.contact_ladder) + ".");
+  page.table(contact_prices_table(source.contact_ladder));
   picture("drift");
   page.heading(2, "Cost against size");
   picture("size");

@@ -138,8 +138,8 @@ double median(std::vector<double> values) {
 class Measurement {
  public:
   explicit Measurement(const std::filesystem::path& folder) {
-    for (const char* name :
-         {"rod_chain", "heavy_chain", "pendulum", "incline", "powered_wheel", "box_stack", "tumbling_body"}) {
+    for (const char* name : {"rod_chain", "heavy_chain", "pendulum", "incline", "powered_wheel", "box_stack",
+                             "tumbling_body", "stone_pyramid", "card_house"}) {
       scenes_[name] = load_scene(folder / (std::string(name) + ".gltf"));
     }
     scenes_["tumbling rod_chain"] = tumbling(scenes_["rod_chain"]);
@@ -170,7 +170,9 @@ class Measurement {
   const Reference& reference(const std::string& name) {
     const auto found = references_.find(name);
     if (found != references_.end()) return found->second;
-    return references_[name] = reference_run(scene(name), horizon, 128);
+    // What stands still has no step's error.
+    const bool stands = name == "stone_pyramid" || name == "card_house";
+    return references_[name] = reference_run(scene(name), horizon, stands ? 4 : 128);
   }
 
   MeasuredRun run(const std::string& name, Algorithm algorithm, int n, int m, Joints joints) const {
@@ -239,13 +241,17 @@ Claim Measurement::claim2() {
 }
 
 Claim Measurement::claim3() {
-  Claim claim{3,
-              "IV.2.2",
-              "At equal row solves, n sub-steps beat n iterations: Γ̂¹(t,h,n) is better than Γ̂ⁿ(t,h)",
-              "error at 1 s of A3 (n, m = 1, single rows) / A2 (n sweeps)",
-              {},
-              {}};
-  const std::vector<std::string> names{"pendulum", "rod_chain", "heavy_chain", "powered_wheel", "box_stack"};
+  Claim claim{
+      3,
+      "IV.2.2",
+      "At equal row solves, n sub-steps beat n iterations: Γ̂¹(t,h,n) is better than Γ̂ⁿ(t,h)",
+      "error at 1 s of A3 (n sub-steps, m = 1) / A2 (one step, n sweeps); equal are h, the order of "
+      "the rows, the row solves (each row n times a step, a contact's within its manifold), τ = κ = 1 "
+      "and joints by single rows; contacts are found once a step in both",
+      {},
+      {}};
+  const std::vector<std::string> names{"pendulum",  "rod_chain",     "heavy_chain", "powered_wheel",
+                                       "box_stack", "stone_pyramid", "card_house"};
   for (const std::string& name : names) {
     for (const int n : {4, 16}) {
       const double substeps = error(name, Algorithm::a3, n, 1, Joints::rows);
@@ -374,7 +380,8 @@ Claim Measurement::claim7() {
       "IV.2.2, IV.3",
       "A3 costs about as much as A2 with n iterations; A4 and A5 less",
       "n = 4, single rows, 600 steps in turn: row solves a step of A2 / A3 / A4 / A5, and the ratio of "
-      "median solver times (geometry and the step's first formulation left out) to A2's of A3 / A4 / A5",
+      "median solver times (geometry, the step's first formulation and what contacts keep for the next step "
+      "left out) to A2's of A3 / A4 / A5",
       {},
       {}};
   const std::vector<Procedure> procedures{proc2, proc3, proc4, proc5};
@@ -770,6 +777,7 @@ ClaimsReport measure_claims(const std::filesystem::path& folder, const std::func
                                 {"powered_wheel", 4}}) {
     report.ladder.push_back(measurement.ladder(name, n));
   }
+  report.contact_ladder = contact_ladder(folder);
   report.energy_scenes = {"pendulum", "rod_chain", "heavy_chain", "tumbling_body"};
   const auto add_energy = [&](const std::string& run, Algorithm algorithm, Joints joints) {
     report.energy.push_back(measurement.energy_drift(run, algorithm, joints, report.energy_scenes));

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "sim/ladder.h"
+#include "sim/measure/contact_ladder.h"
 
 namespace substep {
 
@@ -55,6 +56,7 @@ struct EnergyDrift {
 struct ClaimsReport {
   std::vector<Claim> claims;
   std::vector<LadderPrices> ladder;
+  std::vector<ContactPrices> contact_ladder;
   std::vector<std::string> energy_scenes;
   std::vector<EnergyDrift> energy;
 };
@@ -64,12 +66,13 @@ struct ClaimsReport {
 /// read.
 ClaimsReport measure_claims(const std::filesystem::path& folder, const std::function<void(int)>& progress);
 
-/// A heading and lines for each claim, then the ladder and the energies, for a terminal.
+/// A heading and lines for each claim, then both ladders and the energies, for a terminal.
 std::string to_table(const ClaimsReport& report);
-/// Three tables. Timings are marked by ~.
+/// Four tables. Timings are marked by ~.
 std::string to_markdown(const ClaimsReport& report);
 /// {"claims": [{number, section, claim, measured, figures, cases, verdict}], "ladder": [{scene, substeps,
-/// prices}], "energy": [{run, scenes: [{scene, growth, change}]}]}. What is not finite is null.
+/// prices}], "contact_ladder": [{scene, what, unit, prices}], "energy": [{run, scenes: [{scene, growth,
+/// change}]}]}. What is not finite is null.
 std::string to_json(const ClaimsReport& report);
 
 }  // namespace substep

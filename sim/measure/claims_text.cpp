@@ -55,6 +55,41 @@ constexpr std::string_view energy_caption =
     "the "
     "step can follow";
 
+std::string contact_table(const std::vector<ContactPrices>& ladder) {
+  std::string text = fmt::format("\n\n{}\n{:32}", contact_ladder_caption(ladder), "");
+  for (const ContactPrices& column : ladder) text += fmt::format("{:>24}", column_title(column));
+  for (std::size_t i = 0; i < contact_rungs.size(); ++i) {
+    text += fmt::format("\n{:32}", row_title(contact_rungs[i]));
+    for (const ContactPrices& column : ladder) text += fmt::format("{:>24}", number(column.prices[i]));
+  }
+  return text;
+}
+
+std::string contact_markdown(const std::vector<ContactPrices>& ladder) {
+  std::string text = fmt::format("\n\n{}:\n\n| taken out |", contact_ladder_caption(ladder));
+  for (const ContactPrices& column : ladder) text += fmt::format(" {} |", column_title(column));
+  text += "\n|---|";
+  for (std::size_t i = 0; i < ladder.size(); ++i) text += "---:|";
+  for (std::size_t i = 0; i < contact_rungs.size(); ++i) {
+    text += fmt::format("\n| {} |", row_title(contact_rungs[i]));
+    for (const ContactPrices& column : ladder) text += fmt::format(" {} |", number(column.prices[i]));
+  }
+  return text;
+}
+
+nlohmann::ordered_json contact_json(const std::vector<ContactPrices>& ladder) {
+  nlohmann::ordered_json columns = nlohmann::ordered_json::array();
+  for (const ContactPrices& column : ladder) {
+    nlohmann::ordered_json prices = nlohmann::ordered_json::object();
+    for (std::size_t i = 0; i < contact_rungs.size(); ++i) {
+      prices[std::string(name(contact_rungs[i]))] = json_number(column.prices[i]);
+    }
+    columns.push_back(
+        {{"scene", column.scene}, {"what", column.what}, {"unit", column.unit}, {"prices", prices}});
+  }
+  return columns;
+}
+
 std::string energy_cell(const EnergyDrift& drift, std::size_t i) {
   return fmt::format("{} / {}", number(drift.growth[i]), number(drift.change[i]));
 }
@@ -86,6 +121,7 @@ std::string to_table(const ClaimsReport& report) {
     text += fmt::format("\n{:32}", name(rungs[i]));
     for (const LadderPrices& row : report.ladder) text += fmt::format("{:>24}", number(row.prices[i]));
   }
+  text += contact_table(report.contact_ladder);
   text += fmt::format("\n\n{}\n{:12}", energy_caption, "");
   for (const std::string& scene : report.energy_scenes) text += fmt::format("{:>26}", scene);
   for (const EnergyDrift& drift : report.energy) {
@@ -113,6 +149,7 @@ std::string to_markdown(const ClaimsReport& report) {
     text += fmt::format("\n| {} |", name(rungs[i]));
     for (const LadderPrices& row : report.ladder) text += fmt::format(" {} |", number(row.prices[i]));
   }
+  text += contact_markdown(report.contact_ladder);
   text += fmt::format("\n\n{}:\n\n| |", energy_caption);
   for (const std::string& scene : report.energy_scenes) text += fmt::format(" {} |", scene);
   text += "\n|---|";
@@ -164,7 +201,12 @@ std::string to_json(const ClaimsReport& report) {
     }
     energy.push_back({{"run", drift.run}, {"scenes", scenes}});
   }
-  return nlohmann::ordered_json{{"claims", claims}, {"ladder", ladder}, {"energy", energy}}.dump(2) + "\n";
+  return nlohmann::ordered_json{{"claims", claims},
+                                {"ladder", ladder},
+                                {"contact_ladder", contact_json(report.contact_ladder)},
+                                {"energy", energy}}
+             .dump(2) +
+         "\n";
 }
 
 }  // namespace substep

@@ -46,7 +46,7 @@ class SweepResults : public testing::Test {
     const Sweep sweep = read_sweep(folder / "small.toml");
     run_sweep(sweep, {folder / "results", 2, 1, 1}, {});
     merge_sweep(sweep, folder / "results");
-    source_ = new FigureSource{read_records(folder / "results"), scenes()};
+    source_ = new FigureSource{read_records(folder / "results"), scenes(), {}};
   }
   static void TearDownTestSuite() { delete source_; }
 

@@ -1,8 +1,15 @@
-// The half-rungs between A3 and A4: the ends of the ladder are the algorithms themselves.
+// The half-rungs between A3 and A4: the ends of the ladder are the algorithms themselves. The ladder of
+// contacts: its first rung is A5, and each of the others costs something.
 
 #include "sim/ladder.h"
 
 #include <gtest/gtest.h>
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "sim/measure/contact_ladder.h"
 
 #include "tests/sim/test_scenes.h"
 
@@ -82,6 +89,51 @@ TEST(Ladder, EachApproximationHasAPriceOfItsOwn) {
     EXPECT_LT(price(rung), 0.2 * all) << name(rung);  // measured 0.019, 0.012, 0.041
   }
   EXPECT_GT(price(Rung::frozen_jacobian), all);  // measured 2.9 times as dear
+}
+
+TEST(ContactLadder, AllSixAreASimulationToTheBit) {
+  const Scene scene = sliding_box();
+  for (const Algorithm algorithm : {Algorithm::a2, Algorithm::a5}) {
+    Simulation simulation(scene, default_settings(algorithm), contact_reading(ContactRung::all_six));
+    for (int i = 0; i < 60; ++i) simulation.step();
+    EXPECT_EQ(hash(simulation.state()), hash(run(scene, algorithm, default_settings(algorithm), 60)));
+  }
+}
+
+struct Price {
+  ContactRung rung;
+  const char* scene;
+  double factor;  ///< at least so much worse than with all six
+};
+
+// Where each reading is needed most, of the scenes that are measured fast.
+TEST(ContactLadder, EachReadingHasAPriceOfItsOwn) {
+  std::map<std::string, std::vector<double>> measured;
+  const std::string folder = std::string(SUBSTEP_SOURCE_DIR) + "/scenes";
+  for (const Price& price : {Price{ContactRung::velocity_level, "powered_wheel", 40},         // measured 48
+                             Price{ContactRung::square_friction, "balls_on_tray", 200},       // measured 329
+                             Price{ContactRung::limits_by_substep, "heavy_on_light", 50},     // measured 483
+                             Price{ContactRung::file_order, "heavy_on_light", 5},             // measured 13
+                             Price{ContactRung::single_normals, "box_stack", 4},              // measured 5.2
+                             Price{ContactRung::forgetting_friction, "balls_on_tray", 5}}) {  // measured 7.4
+    std::vector<double>& prices = measured[price.scene];
+    if (prices.empty()) prices = contact_prices(folder, price.scene).prices;
+    EXPECT_GT(prices.at(static_cast<std::size_t>(price.rung)), price.factor * prices.front())
+        << name(price.rung) << " on " << price.scene;
+  }
+  EXPECT_LT(measured["box_stack"].front(), 0.005);      // measured 0.00405 m
+  EXPECT_LT(measured["balls_on_tray"].front(), 0.003);  // measured 0.00242 m
+  EXPECT_LT(measured["powered_wheel"].front(), 0.015);  // measured 0.0117 m
+  EXPECT_LT(measured["heavy_on_light"].front(), 0.6);   // measured 0.5 m
+}
+
+TEST(ContactLadder, EachRungTakesOneReadingOut) {
+  for (const ContactRung rung : contact_rungs) {
+    const ContactReading x = contact_reading(rung);
+    const int held = x.velocity_level_apart + x.isotropic_friction + x.limits_over_step + x.far_first +
+                     x.manifold_blocks + x.friction_memory;
+    EXPECT_EQ(held, rung == ContactRung::all_six ? 6 : 5) << name(rung);
+  }
 }
 
 }  // namespace
