@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <numbers>
 #include <utility>
@@ -60,9 +61,8 @@ TEST(RememberedContacts, EachOfTheirNumbersIsHashed) {
       {"left_over", [](ContactMemory& m) { m.left_over = std::nextafter(m.left_over, 1); }}};
   for (int k = 0; k < 3; ++k) {
     const auto add = [&](const char* field, Vector3 ContactMemory::*member) {
-      changes.emplace_back(field, [k, member](ContactMemory& m) {
-        (m.*member)[k] = std::nextafter((m.*member)[k], 1);
-      });
+      changes.emplace_back(
+          field, [k, member](ContactMemory& m) { (m.*member)[k] = std::nextafter((m.*member)[k], 1); });
     };
     add("arm_a", &ContactMemory::arm_a);
     add("arm_b", &ContactMemory::arm_b);
@@ -76,14 +76,13 @@ TEST(RememberedContacts, EachOfTheirNumbersIsHashed) {
 }
 
 TEST(RememberedContacts, ABoxAtRestOnASlopeDoesNotCreep) {
-  double worst = 0;
   double first = 0;
   for (const double heading : {0.0, 0.6, 2.1}) {
     for (const double turned : {0.0, 0.4, 1.1}) {
       for (const double mass : {0.03, 2.0, 700.0}) {
         Scene scene = test::floor_scene(0.6);
-        const Quaternion slope = compose(rotation_quaternion({0, heading, 0}),
-                                         rotation_quaternion({0, 0, std::numbers::pi / 9}));
+        const Quaternion slope =
+            compose(rotation_quaternion({0, heading, 0}), rotation_quaternion({0, 0, std::numbers::pi / 9}));
         scene.colliders[0].placement.orientation = slope;
         const Pose pose{slope * Vector3(0.2, 0.1, 0), slope * rotation_quaternion({0, turned, 0})};
         test::add_box(scene, {0.5, 0.2, 0.3}, mass, pose, 0.6);
@@ -94,14 +93,14 @@ TEST(RememberedContacts, ABoxAtRestOnASlopeDoesNotCreep) {
           first = std::max(first, (settled - pose.position).norm());
           for (int i = 0; i < 120; ++i) simulation.step();
           const double crept = (simulation.state().q[1].linear - settled).norm();
+          // In two seconds; measured 2.5e-14.
           EXPECT_LT(crept, 2e-6) << name(algorithm) << ", heading " << heading << ", turned " << turned
                                  << ", mass " << mass;
-          worst = std::max(worst, crept);
         }
       }
     }
   }
-  printf("crept %g first %g\n", worst, first);
+  EXPECT_LT(first, 2e-5);  // measured 1.3e-5 m, in the first steps
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <vector>
 
@@ -15,6 +14,7 @@ namespace {
 constexpr double radius = 0.13;
 constexpr double fall = 1.07;  // m, of the ball's lowest point
 constexpr double gravity = 9.81;
+constexpr double lowest = 0.005;  // m: bounces that are lower do not count
 const Quaternion tilts[] = {Quaternion::Identity(), rotation_quaternion({0.5, 0.3, -0.4})};
 
 /// A ball of 0.7 kg above a plane that is tilted; gravity is along the plane's normal.
@@ -68,29 +68,55 @@ Settings settings_of(Algorithm algorithm, int n, double tau, double kappa) {
   return settings;
 }
 
+/// Calls `use` with all settings and the plane's tilt.
+template <class Use>
+void with_all_settings(Use use) {
+  for (const Algorithm algorithm : {Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
+    for (const int n : {4, 7, 10, 30}) {
+      for (const double kappa : {0.9, 1.0}) {
+        for (const double tau : {0.3, 0.6, 1.0}) {
+          for (const Quaternion& tilt : tilts) use(settings_of(algorithm, n, tau, kappa), tilt);
+        }
+      }
+    }
+  }
+}
+
 TEST(Restitution, ComesBackToESquaredOfTheHeight) {
-  for (const Algorithm algorithm : {Algorithm::a3, Algorithm::a4, Algorithm::a5})
-    for (const int n : {4, 7, 10, 30})
-      for (const double kappa : {1.0, 0.9})
-        for (const double tau : {0.3, 0.6, 1.0})
-          for (const double e : {0.5, 0.8, 1.0})
-            for (const Quaternion& tilt : tilts) {
-              const auto heights = heights_of_bounces(bouncing_ball(e, tilt), settings_of(algorithm, n, tau, kappa), e == 1 ? 12 : 5, tilt);
-              double expected = fall;
-              double worst = 0;
-              int bounces = 0;
-              double at = 0;
-              double last = fall;
-              for (const double height : heights) {
-                expected = e * e * last;
-                if (expected < 0.005) break;
-                ++bounces;
-                const double error = height / expected - 1;
-                if (std::abs(error) > std::abs(worst)) { worst = error; at = expected; }
-                last = height;
-              }
-              printf("A%d n=%d k=%g t=%g e=%g tilt=%d: %d bounces worst %.4f at %.4f m; last %.5f\n", static_cast<int>(algorithm) + 1, n, kappa, tau, e, tilt.w() != 1, bounces, worst, at, last);
-            }
+  for (const double e : {0.5, 0.65, 0.8}) {
+    with_all_settings([e](const Settings& settings, const Quaternion& tilt) {
+      const std::vector<double> heights = heights_of_bounces(bouncing_ball(e, tilt), settings, 5, tilt);
+      double before = fall;
+      std::size_t bounces = 0;
+      for (const double height : heights) {
+        if (e * e * before < lowest) break;
+        // Measured at most 1.4 % (n = 4), 1.2 % (n >= 7), at a height of 8 to 17 mm.
+        EXPECT_NEAR(height, e * e * before, 0.02 * e * e * before) << label(settings) << ", e " << e;
+        before = height;
+        ++bounces;
+      }
+      if (settings.substeps >= 10) {
+        EXPECT_LT(e * e * before, lowest) << label(settings) << ", e " << e;
+      }
+      EXPECT_GT(bounces, 2U) << label(settings) << ", e " << e;
+    });
+  }
+}
+
+TEST(Restitution, WithoutLossComesBackToTheHeight) {
+  with_all_settings([](const Settings& settings, const Quaternion& tilt) {
+    const std::vector<double> heights = heights_of_bounces(bouncing_ball(1, tilt), settings, 11, tilt);
+    ASSERT_GE(heights.size(), 10U) << label(settings);
+    for (const double height : heights) EXPECT_NEAR(height, fall, 0.01 * fall);  // measured at most 0.03 %
+  });
+}
+
+TEST(Restitution, WithoutRestitutionStaysDown) {
+  with_all_settings([](const Settings& settings, const Quaternion& tilt) {
+    for (const double height : heights_of_bounces(bouncing_ball(0, tilt), settings, 2, tilt)) {
+      EXPECT_LT(height, 1e-3) << label(settings);
+    }
+  });
 }
 
 }  // namespace

@@ -13,8 +13,8 @@ namespace {
 constexpr Algorithm sub_stepped[] = {Algorithm::a3, Algorithm::a4, Algorithm::a5};
 const Quaternion tilt = rotation_quaternion({0.4, -0.7, 0.3});
 
-/// A body of `mass` on a joint with the world, whose frames are turned and away from the body's centre only
-/// along the joint's x axis, for the caller to add limits and drives to.
+/// A body of `mass` on a joint with the world at its centre, all turned off the axes, for the caller to
+/// add limits and drives to.
 Scene jointed_body(double mass) {
   Scene scene = test::empty_scene();
   scene.gravity.setZero();
@@ -74,7 +74,6 @@ TEST(Motor, WithoutLoadHoldsItsSpeed) {
   motor.damping = 300;
   sliding.joints[0].drives.push_back(motor);
 
-  double worst = 0;
   with_all_settings([&](const Settings& settings) {
     for (const Scene* scene : {&turning, &sliding}) {
       Simulation simulation(*scene, settings);
@@ -82,12 +81,12 @@ TEST(Motor, WithoutLoadHoldsItsSpeed) {
       for (int i = 0; i < 60; ++i) {
         simulation.step();
         const Velocity& v = simulation.state().v[1];
-        const double speed = scene == &turning ? v.angular.dot(tilt * Vector3(0, 0, 1)) : v.linear.dot(tilt * Vector3(1, 0, 0));
-        worst = std::max(worst, std::abs(speed / 2.3 - 1));
+        const double speed = scene == &turning ? v.angular.dot(tilt * Vector3(0, 0, 1))
+                                               : v.linear.dot(tilt * Vector3(1, 0, 0));
+        EXPECT_NEAR(speed, 2.3, 1e-13) << label(settings);  // measured 2e-14
       }
     }
   });
-  printf("motor %g\n", worst);
 }
 
 TEST(Spring, HangsAtItsStaticDeflection) {
@@ -120,18 +119,13 @@ TEST(Spring, HangsAtItsStaticDeflection) {
   limit.min = -0.2;
   one_sided.joints[0].limits.push_back(limit);
 
-  double worst[3] = {};
   with_all_settings([&](const Settings& settings) {
-    int k = 0;
     for (const Scene* scene : {&driven, &two_sided, &one_sided}) {
       const State state = test::run(*scene, settings, 3);
       const double deflection = (state.q[1].linear - scene->bodies[1].pose.position).dot(along);
-      worst[k] = std::max(worst[k], std::abs(deflection / expected - 1));
-      if (std::abs(deflection / expected - 1) > 1e-9) printf("A%d n %d tau %g kappa %g scene %d: %g\n", (int)settings.algorithm + 1, settings.substeps, settings.tau, settings.kappa, k, deflection / expected - 1);
-      ++k;
+      EXPECT_NEAR(deflection, expected, 1e-12 * expected) << label(settings);  // measured 9e-15
     }
   });
-  printf("spring %g %g %g\n", worst[0], worst[1], worst[2]);
 }
 
 TEST(Motor, AtItsForceLimitAcceleratesByForceOverMass) {
@@ -139,7 +133,6 @@ TEST(Motor, AtItsForceLimitAcceleratesByForceOverMass) {
   constexpr double force = 5.1;
   constexpr double acceleration = force / mass;
   const Vector3 along = tilt * Vector3(1, 0, 0);
-  double worst_speed = 0, worst_place = 0, bad = 0;
   for (const bool per_mass : {false, true}) {
     Scene scene = jointed_body(mass);
     scene.joints[0].limits.push_back(test::locked(false, {false, true, true}));
@@ -151,24 +144,22 @@ TEST(Motor, AtItsForceLimitAcceleratesByForceOverMass) {
     motor.damping = 1e5;
     motor.max_force = per_mass ? acceleration : force;
     scene.joints[0].drives.push_back(motor);
-    for (const Algorithm algorithm : sub_stepped)
-      for (const int n : {1, 4, 16})
-        for (const double tau : {0.3, 1.0})
-          for (const double kappa : {0.8, 1.0}) {
-            Simulation simulation(scene, settings_of(algorithm, n, tau, kappa));
-            const double hs = simulation.settings().step / n;
-            for (int i = 1; i <= 60; ++i) {
-              simulation.step();
-              const double t = i / 60.0;
-              const double moved = (simulation.state().q[1].linear - scene.bodies[1].pose.position).dot(along);
-              const double speed = simulation.state().v[1].linear.dot(along);
-              worst_speed = std::max(worst_speed, std::abs(speed / (acceleration * t) - 1));
-              worst_place = std::max(worst_place, std::abs(moved / (0.5 * acceleration * t * (t + hs)) - 1));
-              bad = std::max(bad, std::abs(moved - 0.5 * acceleration * t * t) / (0.5 * acceleration * t * hs));
-            }
-          }
+    with_all_settings([&](const Settings& settings) {
+      Simulation simulation(scene, settings);
+      const double hs = settings.step / settings.substeps;
+      for (int i = 1; i <= 60; ++i) {
+        simulation.step();
+        const double t = i / 60.0;
+        const double moved = (simulation.state().q[1].linear - scene.bodies[1].pose.position).dot(along);
+        const double speed = simulation.state().v[1].linear.dot(along);
+        // Of a t: measured 4e-14. The place is that of sub-steps, velocities first, then coordinates:
+        // measured 2e-13. From the continuous motion it differs by a t hs/2.
+        EXPECT_NEAR(speed, acceleration * t, 1e-12 * acceleration * t) << label(settings);
+        const double expected = 0.5 * acceleration * t * (t + hs);
+        EXPECT_NEAR(moved, expected, 1e-11 * expected) << label(settings);
+      }
+    });
   }
-  printf("limit: speed %g place %g, off / first order %g\n", worst_speed, worst_place, bad);
 }
 
 TEST(Motor, BrakesByItsForceLimitAndThenHolds) {
@@ -187,7 +178,6 @@ TEST(Motor, BrakesByItsForceLimitAndThenHolds) {
   motor.damping = 1e5;
   motor.max_force = torque;
   scene.joints[0].drives.push_back(motor);
-  double worst = 0, held = 0;
   with_all_settings([&](const Settings& settings) {
     Simulation simulation(scene, settings);
     for (int i = 1; i <= 60; ++i) {
@@ -195,11 +185,10 @@ TEST(Motor, BrakesByItsForceLimitAndThenHolds) {
       const double t = i / 60.0;
       const double speed = simulation.state().v[1].angular.dot(axis);
       const double expected = std::max(0.6, 1.9 - torque / inertia * t);
-      if (expected > 0.6) worst = std::max(worst, std::abs(speed - expected));
-      if (t > 0.9) held = std::max(held, std::abs(speed - expected));
+      EXPECT_NEAR(speed, expected, t > 0.9 || expected > 0.6 ? 1e-12 : 1e-6)
+          << label(settings);  // measured 2.5e-13
     }
   });
-  printf("brake: %g held %g\n", worst, held);
 }
 
 }  // namespace
