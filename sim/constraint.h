@@ -85,8 +85,8 @@ inline double clamped_change(Row& row, double wanted, double limit_scale) {
 }
 
 /// Solves block x for the change of λ in  J_x(κ v̂ + M⁻¹J_xᵀλ) = τ β_x : lo, hi; where x is not stabilized, in
-/// J_x(v̂ + M⁻¹J_xᵀλ) + softness λ = β_x: a spring that κ relaxed would be softer by it. `limit_scale` is A5's 1/κ,
-/// by which its λ and their limits are larger.
+/// J_x(v̂ + M⁻¹J_xᵀλ) + softness λ = β_x: a spring that κ relaxed would be softer by it. `limit_scale` is A5's
+/// 1/κ, by which its λ and their limits are larger.
 inline Impulse solve(Constraints& c, const Block& x, double kappa, double tau, const std::vector<Velocity>& v,
                      double limit_scale = 1) {
   const Velocity& a = v[x.a];

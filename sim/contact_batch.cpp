@@ -116,9 +116,10 @@ struct Visit {
   const ContactReading& reading;
 };
 
-/// What a normal's velocity lacks, in the equation of a row. An impact is over in its sub-step: κ < 1 would leave
-/// a part of it to later ones, of which the step may have none.
-[[gnu::always_inline]] inline Lanes missing_of_normal(const Visit& at, int i, const Moving& a, const Moving& b) {
+/// What a normal's velocity lacks, in the equation of a row. An impact is over in its sub-step: κ < 1 would
+/// leave a part of it to later ones, of which the step may have none.
+[[gnu::always_inline]] inline Lanes missing_of_normal(const Visit& at, int i, const Moving& a,
+                                                      const Moving& b) {
   const ContactRow& row = at.normals[i].row;
   const Lanes velocity = row_velocity(row, a, b);
   const Lanes missing = all(at.how.tau) * row.beta - all(at.how.kappa) * velocity;
