@@ -87,8 +87,8 @@ inline double clamped_change(Row& row, double wanted, double limit_scale) {
 }
 
 /// Solves block x for the change of λ in  J_x(κ v̂ + M⁻¹J_xᵀλ) = τ β_x : lo, hi; where x is not stabilized, in
-/// J_x(κ v̂ + M⁻¹J_xᵀλ) + κ softness λ = κ β_x. `limit_scale` is A5's 1/κ, by which its λ and their limits are
-/// smaller.
+/// J_x(v̂ + M⁻¹J_xᵀλ) + softness λ = β_x: a spring that κ relaxed would be softer by it. `limit_scale` is A5's
+/// 1/κ, by which its λ and their limits are larger.
 inline Impulse solve(Constraints& c, const Block& x, double kappa, double tau, const std::vector<Velocity>& v,
                      double limit_scale = 1) {
   const Velocity& a = v[x.a];
@@ -96,10 +96,11 @@ inline Impulse solve(Constraints& c, const Block& x, double kappa, double tau, c
   Impulse change{};
   if (x.rows == 1) {
     Row& row = c.rows[x.first];
-    const double right = (x.stabilized ? tau : kappa) * row.beta;
-    const double soft = row.softness * (kappa / limit_scale) * row.impulse;
-    change[0] =
-        clamped_change(row, right - kappa * row_velocity(row, a, b) - soft, limit_scale * c.limits_of);
+    const double velocity = row_velocity(row, a, b);
+    const double wanted =
+        x.stabilized ? tau * row.beta - kappa * velocity - row.softness * (kappa / limit_scale) * row.impulse
+                     : limit_scale * (row.beta - velocity) - row.softness * row.impulse;
+    change[0] = clamped_change(row, wanted, limit_scale * c.limits_of);
     return change;
   }
   Vector3 wanted = Vector3::Zero();

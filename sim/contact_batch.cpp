@@ -116,13 +116,19 @@ struct Visit {
   const ContactReading& reading;
 };
 
-/// κ-scaled velocity that a normal is to reach, from which κ J v is subtracted.
-[[gnu::always_inline]] inline Lanes normal_right_side(const Visit& at, int i) {
-  const Lanes right = all(at.how.tau) * at.normals[i].row.beta;
-  if (!at.restitutions) return right;
+/// What a normal's velocity lacks, in the equation of a row. An impact is over in its sub-step: κ < 1 would
+/// leave a part of it to later ones, of which the step may have none.
+[[gnu::always_inline]] inline Lanes missing_of_normal(const Visit& at, int i, const Moving& a,
+                                                      const Moving& b) {
+  const ContactRow& row = at.normals[i].row;
+  const Lanes velocity = row_velocity(row, a, b);
+  const Lanes missing = all(at.how.tau) * row.beta - all(at.how.kappa) * velocity;
+  if (!at.restitutions) return missing;
   const RestitutionRow& restitution = at.restitutions[i];
-  const double factor = at.reading.velocity_level_apart ? at.how.kappa : at.how.tau;
-  return choose(restitution.impact > all(0), all(factor) * restitution.right, right);
+  const Lanes of_impact = at.reading.velocity_level_apart
+                              ? (restitution.right - velocity) / all(at.how.scale)
+                              : all(at.how.tau) * restitution.right - all(at.how.kappa) * velocity;
+  return choose(restitution.impact > all(0), of_impact, missing);
 }
 
 /// The manifold's normals as one block: their LCP, by Gauss–Seidel in the space of their impulses; then what
@@ -133,9 +139,8 @@ struct Visit {
   Lanes missing[most_in_manifold];
   Lanes lambda[most_in_manifold];
   for (int i = 0; i < count; ++i) {
-    const ContactRow& row = at.normals[i].row;
-    missing[i] = normal_right_side(at, i) - all(at.how.kappa) * row_velocity(row, a, b);
-    lambda[i] = row.impulse;
+    missing[i] = missing_of_normal(at, i, a, b);
+    lambda[i] = at.normals[i].row.impulse;
   }
   const int sweeps = count == 1 ? 1 : normal_sweeps;
   for (int sweep = 0; sweep < sweeps; ++sweep) {
@@ -162,7 +167,7 @@ struct Visit {
 [[gnu::always_inline]] inline void solve_normals_in_turn(const Visit& at, Moving& a, Moving& b) {
   for (int i = 0; i < at.x.contacts; ++i) {
     NormalRow& normal = at.normals[i];
-    const Lanes missing = normal_right_side(at, i) - all(at.how.kappa) * row_velocity(normal.row, a, b);
+    const Lanes missing = missing_of_normal(at, i, a, b);
     const Lanes total =
         larger(normal.row.impulse + all(at.how.omega) * missing * normal.inverse_gamma, normal.low);
     const Lanes change = total - normal.row.impulse;

@@ -49,6 +49,11 @@ struct Simulation::Implementation {
     problem.substeps.duration = sub_stepped ? settings.step / settings.substeps : settings.step;
     joints = sub_stepped ? settings.joints : Joints::rows;
     build_blocks(problem, joints);
+    if (model.contacts) {
+      // As much room as ContactFinder has.
+      state.contacts.reserve(16 * scene.colliders.size());
+      before.contacts.reserve(state.contacts.capacity());
+    }
     work.sum.resize(state.v.size());
     work.sum_v.resize(state.v.size());
     work.change.resize(state.v.size());

@@ -168,6 +168,7 @@ void BroadPhase::find_pairs(const std::vector<Bounds>& boxes,
   begins_.assign(count + 1, 0);
   for (const auto& pair : pairs) ++begins_[pair.first + 1];
   for (std::uint32_t i = 0; i < count; ++i) begins_[i + 1] += begins_[i];
+  seconds_.reserve(pairs.capacity());  // whoever made room for pairs has made it for all
   seconds_.resize(pairs.size());
   for (const auto& pair : pairs) seconds_[begins_[pair.first]++] = pair.second;
   std::uint32_t begin = 0;

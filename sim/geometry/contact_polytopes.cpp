@@ -57,6 +57,16 @@ struct Scratch {
   std::vector<Vector3> polygon;
   std::vector<Vector3> clipped;
   std::vector<double> outside;
+
+  /// Room for what boxes need: those that stood flat in the first step may need their edges later.
+  Scratch() {
+    constexpr std::size_t edges_of_box = 12;
+    edges_a.reserve(edges_of_box);
+    edges_b.reserve(edges_of_box);
+    polygon.reserve(edges_of_box);
+    clipped.reserve(edges_of_box);
+    outside.reserve(edges_of_box);
+  }
 };
 
 Scratch& scratch() {
