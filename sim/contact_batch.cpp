@@ -323,6 +323,11 @@ using FourContacts = std::array<const Contact*, lanes>;
   return gather(contact[0]->*member, contact[1]->*member, contact[2]->*member, contact[3]->*member);
 }
 
+[[gnu::always_inline]] inline Lanes gather(const FourContacts& contact, bool Contact::*member) {
+  return Lanes{contact[0]->*member ? 1.0 : 0.0, contact[1]->*member ? 1.0 : 0.0,
+               contact[2]->*member ? 1.0 : 0.0, contact[3]->*member ? 1.0 : 0.0};
+}
+
 [[gnu::always_inline]] inline Lanes gather(const FourContacts& contact, double Contact::*member) {
   return Lanes{contact[0]->*member, contact[1]->*member, contact[2]->*member, contact[3]->*member};
 }
@@ -442,6 +447,14 @@ struct BatchBodies {
   rows.gamma[2] = coupling(at, rows.row[1], rows.row[1]);
 }
 
+/// Formulated anew in a step (A3), a round surface's point has turned away from where it pushed: what it has
+/// given there is not taken back here. Else a ball that rolls would be braked.
+template <typename Mask>
+[[gnu::always_inline]] inline void keep_given(const Lanes& normal, const Mask& round, FrictionRows& rows) {
+  for (int k = 0; k < 2; ++k) rows.origin[k] = choose(round, rows.row[k].impulse, rows.origin[k]);
+  rows.origin_normal = choose(round, normal, rows.origin_normal);
+}
+
 [[gnu::always_inline]] inline void formulate_lanes(ContactBatches& contacts, const ContactBatch& x,
                                                    const Formulation& from) {
   const BatchBodies at = bodies_of(x, from);
@@ -458,7 +471,11 @@ struct BatchBodies {
         gather(contact, &Contact::left_over);
     row.beta = -gap / all(from.hs);
     if (x.first_restitution >= 0) contacts.restitutions[x.first_restitution + i].gap = gap;
-    if (contact[0]->friction != 0) formulate_friction(at, contact, arm_a, arm_b, from, *friction++);
+    const auto round = gather(contact, &Contact::round) > all(0);
+    normals[i].low = choose(round, row.impulse, normals[i].low);
+    if (contact[0]->friction == 0) continue;
+    formulate_friction(at, contact, arm_a, arm_b, from, *friction);
+    keep_given(row.impulse, round, *friction++);
   }
   Coupling* const gamma = contacts.couplings.data() + x.first_coupling;
   for (int i = 0; i < x.contacts; ++i) {
@@ -715,8 +732,7 @@ void ContactBatches::add_batch(const Model& model, const std::vector<Contact>& c
     if (contact[0]->friction == 0) continue;  // and the others' is, too
     frictions.emplace_back();
     frictions.back().normal = i;
-    frictions.back().slid = Lanes{contact[0]->slid ? 1.0 : 0.0, contact[1]->slid ? 1.0 : 0.0,
-                                  contact[2]->slid ? 1.0 : 0.0, contact[3]->slid ? 1.0 : 0.0};
+    frictions.back().slid = gather(contact, &Contact::slid);
     frictions.back().reference[0] = gather(contact, &Contact::displacement_1);
     frictions.back().reference[1] = gather(contact, &Contact::displacement_2);
     ++x.frictions;

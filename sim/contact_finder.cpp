@@ -44,6 +44,11 @@ struct Reach {
   }
 };
 
+bool is_round(const Shape& shape) {
+  return !std::holds_alternative<Plane>(shape) && !std::holds_alternative<Polytope>(shape) &&
+         !std::holds_alternative<TriangleMesh>(shape);
+}
+
 /// A unit vector across `normal`, by the world axis that it is farthest from.
 Vector3 across(const Vector3& normal) {
   Eigen::Index least = 0;
@@ -80,7 +85,8 @@ ContactFinder::ContactFinder(const Scene& scene, const Model& model) : model_(mo
   for (const Collider& collider : scene.colliders) {
     const double size = std::visit(Reach{}, collider.shape);
     candidates_.push_back({&collider, collider.placement.position.norm() + size,
-                           size > 0 ? size : std::numeric_limits<double>::infinity()});
+                           size > 0 ? size : std::numeric_limits<double>::infinity(),
+                           is_round(collider.shape)});
   }
   poses_.resize(candidates_.size());
   bounds_.resize(candidates_.size());
@@ -174,6 +180,7 @@ void ContactFinder::add_contacts(const State& state, double step, bool aligned, 
     contact.tangent_b1 = to_b * along;
     contact.tangent_b2 = to_b * point.normal.cross(along);
     contact.friction = slip_before.norm() > at_rest ? material.dynamic_friction : material.static_friction;
+    contact.round = candidates_[a].round || candidates_[b].round;
     contact.resting_acceleration = 2 * acceleration.norm();
     contact.acceleration = -point.normal.dot(acceleration);
     // What does not approach when the step begins is no impact, though others may press it together in the

@@ -108,7 +108,8 @@ struct Contact {
   double left_over;             ///< of the overlap, for later steps to recover, m
   double displacement_1;        ///< along the tangents, since the contact was made or last slid, m
   double displacement_2;
-  bool slid;  ///< it slid already when the step began
+  bool slid;   ///< it slid already when the step began
+  bool round;  ///< on a round surface: as a body rolls its point leaves the other body
 };
 
 struct Model {

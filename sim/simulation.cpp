@@ -64,7 +64,9 @@ struct Simulation::Implementation {
   void step() {
     // s1: geometry
     if (model.contacts) {
-      problem.contacts = &finder.find(state, settings.step, !reading.isotropic_friction);
+      // A1's sweeps, from which its active sets start, come closer along the slip.
+      const bool aligned = settings.algorithm == Algorithm::a1 || !reading.isotropic_friction;
+      problem.contacts = &finder.find(state, settings.step, aligned);
       build_blocks(problem, joints);
       report.contacts = static_cast<int>(problem.contacts->size());
       report.rows = static_cast<int>(problem.c.row_count());
