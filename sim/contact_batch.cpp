@@ -597,19 +597,16 @@ void start_impact(NormalRow& normal, RestitutionRow& row, const Lanes& gap, cons
                   double hs) {
   const Lanes zero = all(0);
   const Lanes gain = row.acceleration * all(hs);
-  // An impact lasts to the end of the step, in which sweeps and other contacts have to come to terms with it;
-  // meanwhile gravity acts. Once it would bring them together again, what the impact has given stays given.
-  const Lanes flying = row.velocity - gain;
-  const auto lasts = row.met * flying > zero;
-  normal.low = choose(row.met > zero, choose(lasts, normal.low, normal.row.impulse), normal.low);
+  // What an impact has given stays given. It is over with its sub-step: to hold on to its velocity for the
+  // rest of the step, while others pass it on, feeds energy in (54 J in 4 s into the cradle, with thirty
+  // sub-steps).
+  normal.low = choose(row.impact > zero, normal.row.impulse, normal.low);
   const auto meets = gap <= all(hs) * (approach + gain);
-  const Lanes fast = choose(approach > row.resting_acceleration * all(hs), all(1), zero) *
-                     choose(row.coefficient > zero, all(1), zero);
-  row.impact = choose(lasts, all(1), fast);
-  row.met = choose(lasts, all(1), choose(meets, fast, zero));
+  const Lanes fast = choose(approach > row.resting_acceleration * all(hs), all(1), zero);
+  row.impact = fast * choose(row.coefficient > zero, all(1), zero);
   // Before they meet nothing brakes them: with τ < 1 the position-level row would, and take from the impact.
   const Lanes let_through = all(-2) * (approach + gain);
-  row.velocity = choose(lasts, flying, choose(meets, rebound(row, gap, approach, hs), let_through));
+  row.velocity = choose(meets, rebound(row, gap, approach, hs), let_through);
 }
 
 /// Of its displacement, what a point keeps that has only begun to slide when the step ends. Measured on the

@@ -68,7 +68,6 @@ struct RestitutionRow {
   Lanes velocity;              ///< along the normal, at least that after this sub-step, m/s
   Lanes right;                 ///< the same as the row's right-hand side: A5 adds J sv
   Lanes impact;                ///< whether that holds, not β: 1 or 0
-  Lanes met;                   ///< whether the bodies have met in this step: 1 or 0
 };
 
 /// The two rows of a contact point's friction: |λ_t − origin| <= μ (λ_n − origin_normal), a disc.

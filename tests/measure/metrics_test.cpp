@@ -30,20 +30,22 @@ TEST(Metrics, PartsOfTheErrorAddUp) {
     EXPECT_LE(m.error.position.rms, parts * (1 + 1e-9)) << name(algorithm);
     EXPECT_EQ(m.parts.solver.has_value(), algorithm != Algorithm::a1);
     EXPECT_EQ(m.parts.model.has_value(), algorithm >= Algorithm::a4);
-    // A5 with stable joints gains 17 J in the end, where a fall by the chain's length is worth 44 J.
-    EXPECT_EQ(m.bounded, algorithm != Algorithm::a5) << name(algorithm);
+    EXPECT_TRUE(m.bounded) << name(algorithm);
   }
 }
 
-TEST(Metrics, AStackThatLeansDoesNotStand) {
+TEST(Metrics, AStackThatSinksDoesNotStand) {
   const Scene scene = scene_named("box_stack");
   const ReferenceMotion reference = reference_motion(scene, 1);
   const Metrics direct = measure(scene, usual_settings(scene, Algorithm::a1), reference, false);
   EXPECT_TRUE(direct.bounded);
   EXPECT_LT(direct.moved, 1e-12);
-  const Metrics leaning = measure(scene, usual_settings(scene, Algorithm::a5), reference, false);
-  EXPECT_FALSE(leaning.bounded);
-  EXPECT_GT(leaning.moved, 0.5);  // of boxes of 1 m; in the first second it is 1 cm
+  Settings coarse = usual_settings(scene, Algorithm::a5);
+  EXPECT_TRUE(measure(scene, coarse, reference, false).bounded);
+  coarse.substeps = 1;
+  const Metrics sinking = measure(scene, coarse, reference, false);
+  EXPECT_FALSE(sinking.bounded);
+  EXPECT_GT(sinking.moved, 0.3);  // measured 0.43 m, of boxes of 1 m
 }
 
 TEST(Metrics, A1SolvesItsOwnConstraintsAndHasNoSolverError) {
@@ -93,7 +95,10 @@ TEST(Metrics, ABlownUpChainIsNotBounded) {
   scene.duration = 2;
   const ReferenceMotion reference = reference_motion(scene, 1);
   EXPECT_FALSE(measure(scene, usual_settings(scene, Algorithm::a1), reference, false).bounded);
-  EXPECT_TRUE(measure(scene, usual_settings(scene, Algorithm::a5), reference, false).bounded);
+  Settings fine = usual_settings(scene, Algorithm::a5);
+  fine.tau = 1;
+  fine.substeps = 16;
+  EXPECT_TRUE(measure(scene, fine, reference, false).bounded);
 }
 
 TEST(Json, ReadsBackToTheSameBits) {
@@ -154,7 +159,7 @@ TEST(Tables, SayTheReferenceAndHaveALineARun) {
   }
   const std::string table = to_table(measurement);
   EXPECT_NE(table.find(measurement.reference.method), std::string::npos);
-  EXPECT_NE(table.find("A5  n=16 m=1 stable  h=1/60"), std::string::npos);
+  EXPECT_NE(table.find("A5  n=10 m=1 τ=0.6 κ=1 stable  h=1/60"), std::string::npos);
   // Half a second is too short for the period; the energy is known at once.
   EXPECT_NE(table.find("largest change of energy, J"), std::string::npos);
   EXPECT_EQ(table.find("swings"), std::string::npos);

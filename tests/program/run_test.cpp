@@ -141,7 +141,7 @@ TEST_F(RunCommand, DiffNamesFrameAndSetting) {
       0);
   const Outcome outcome = run({"diff", "a", "b"});
   EXPECT_EQ(outcome.exit_code, 1);
-  EXPECT_THAT(outcome.out, HasSubstr("tau: 1 → 0.5\n"));
+  EXPECT_THAT(outcome.out, HasSubstr("tau: 0.6 → 0.5\n"));
   EXPECT_THAT(outcome.out, HasSubstr("first different state: frame "));
   EXPECT_THAT(outcome.out, HasSubstr("most in body "));
 }
