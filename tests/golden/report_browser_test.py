@@ -164,7 +164,7 @@ def drive(page):
     page.shot("zoom")
     page.page.find_element(By.CSS_SELECTOR, "section.current input[type=checkbox]").click()
     basket = page.page.find_element(By.CSS_SELECTOR, ".basket code").text
-    expect(basket == 'substep approve bouncing_balls.a3 --reason "..."', f"basket: {basket}")
+    expect(basket == 'substep approve bouncing_balls.a4 --reason "..."', f"basket: {basket}")
     page.shot("approve")
     page.page.find_element(By.CSS_SELECTOR, "section.current input[type=checkbox]").click()
     page.key("j")
