@@ -11,14 +11,11 @@ void BlockOrder::interleave(const Model& model, Constraints& c) {
   depth_.assign(model.masses.size(), 0);
   level_.resize(c.blocks.size());
   begin_.assign(1, 0);
-  const auto moves = [&model](int body) {
-    return model.masses[body].inverse_mass > 0 || model.masses[body].inverse_inertia.maxCoeff() > 0;
-  };
   for (std::size_t i = 0; i < c.blocks.size(); ++i) {
     const Block& x = c.blocks[i];
     const int level = std::max(depth_[x.a], depth_[x.b]);
-    if (moves(x.a)) depth_[x.a] = level + 1;
-    if (moves(x.b)) depth_[x.b] = level + 1;
+    if (moves(model.masses[x.a])) depth_[x.a] = level + 1;
+    if (moves(model.masses[x.b])) depth_[x.b] = level + 1;
     level_[i] = level;
     if (static_cast<int>(begin_.size()) < level + 2) begin_.resize(level + 2, 0);
     ++begin_[level + 1];

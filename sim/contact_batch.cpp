@@ -598,8 +598,7 @@ void start_impact(NormalRow& normal, RestitutionRow& row, const Lanes& gap, cons
   const Lanes zero = all(0);
   const Lanes gain = row.acceleration * all(hs);
   // What an impact has given stays given. It is over with its sub-step: to hold on to its velocity for the
-  // rest of the step, while others pass it on, feeds energy in (54 J in 4 s into the cradle, with thirty
-  // sub-steps).
+  // rest of the step, while others pass it on, feeds energy into the cradle.
   normal.low = choose(row.impact > zero, normal.row.impulse, normal.low);
   const auto meets = gap <= all(hs) * (approach + gain);
   const Lanes fast = choose(approach > row.resting_acceleration * all(hs), all(1), zero);
@@ -610,18 +609,15 @@ void start_impact(NormalRow& normal, RestitutionRow& row, const Lanes& gap, cons
 }
 
 /// Of its displacement, what a point keeps that has only begun to slide when the step ends. Measured on the
-/// wall, the pyramid of 210 and the card house with ten sub-steps: with nothing kept they give way by 11.6,
-/// 64 and 4.4 mm, with half by 6.7, 28 and 2.1 mm, with all by 6.4, 110 and 2.1 mm.
+/// wall, the pyramid of 210 and the card house with other values here, for 3 s with ten sub-steps: with
+/// nothing kept they give way by 11.6, 64 and 4.4 mm, with half by 6.7, 28 and 2.1 mm, with all by 6.4, 110
+/// and 2.1 mm.
 constexpr double kept_at_edge = 0.5;
 
 /// A total order: the points of two colliders by their places on the first.
 bool comes_before(const ContactMemory& one, const ContactMemory& other) {
   return std::tie(one.collider_a, one.collider_b, one.arm_a[0], one.arm_a[1], one.arm_a[2]) <
          std::tie(other.collider_a, other.collider_b, other.arm_a[0], other.arm_a[1], other.arm_a[2]);
-}
-
-bool moves(const BodyMass& mass) {
-  return mass.inverse_mass > 0 || mass.inverse_inertia.maxCoeff() > 0;
 }
 
 }  // namespace

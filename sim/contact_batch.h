@@ -11,7 +11,6 @@
 /// here, and what goes beyond it, is ContactReading.
 
 #include <array>
-#include <compare>
 #include <cstdint>
 #include <vector>
 
@@ -33,13 +32,12 @@ struct LaneVectors {
 /// How contacts are solved in A2 to A5 where the report does not say. All of it holds but in the ladder,
 /// which takes out one at a time and prints what that costs.
 struct ContactReading {
-  bool velocity_level_apart =
-      true;  ///< τ and κ act on what follows the coordinates, not on what is a velocity
-  bool isotropic_friction = true;  ///< a point's friction has a disc for its limit, not a square
-  bool limits_over_step = true;    ///< λ's limits hold for the impulse of the step, not of a sub-step
-  bool far_first = true;           ///< a sweep ends at what cannot move; else it has the order of the file
-  bool manifold_blocks = true;     ///< beyond the report: a manifold's normals are one block
-  bool friction_memory = true;     ///< beyond the report: friction's rows are position-level
+  bool velocity_level_apart = true;  ///< τ and κ leave velocity-level rows alone
+  bool isotropic_friction = true;    ///< a point's friction has a disc for its limit, not a square
+  bool limits_over_step = true;      ///< λ's limits hold for the impulse of the step, not of a sub-step
+  bool far_first = true;             ///< a sweep ends at what cannot move; else it has the order of the file
+  bool manifold_blocks = true;       ///< beyond the report: a manifold's normals are one block
+  bool friction_memory = true;       ///< beyond the report: friction's rows are position-level
 };
 
 /// One row of each of four manifolds: Row of constraint.h, less what a contact does not need.

@@ -455,8 +455,8 @@ class MlcpWriter {
   Mlcp::Row& add(int a, int b, const Vector3& linear, const Vector3& angular_a, const Vector3& angular_b,
                  double beta) {
     Mlcp::Row out{};
-    out.a = moves(a) ? a : -1;
-    out.b = moves(b) ? b : -1;
+    out.a = moves(model_.masses[a]) ? a : -1;
+    out.b = moves(model_.masses[b]) ? b : -1;
     set_part(a, 1, linear, angular_a, out.part_a);
     set_part(b, -1, linear, angular_b, out.part_b);
     out.right = beta - linear.dot(v_local_[a].linear - v_local_[b].linear) -
@@ -473,9 +473,6 @@ class MlcpWriter {
   }
 
  private:
-  bool moves(int body) const {
-    return model_.masses[body].inverse_mass > 0 || model_.masses[body].inverse_inertia.maxCoeff() > 0;
-  }
   void set_part(int body, double sign, const Vector3& linear, const Vector3& angular, Vector6& part) const {
     const BodyMass& mass = model_.masses[body];
     part.head<3>() = linear * (sign * mass.root_inverse_mass);

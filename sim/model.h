@@ -3,9 +3,7 @@
 ///
 /// Which of the three kinds of rows each is; 'stable' is what a two-sided one can be (Settings::joints):
 /// - Lock: position-level, two-sided, in blocks; can be stable.
-/// - Limit: position-level, one-sided; where both bounds are one it is two-sided, and if it is a distance it
-/// can
-///   be stable.
+/// - Limit: position-level, one-sided; two-sided where both bounds are one, and then stable if a distance.
 /// - Limit, soft: between position- and velocity-level, by what stiffness and damping weigh in a step.
 /// - Drive: velocity-level without stiffness, with it like a soft limit; two-sided within ±max_force.
 /// - Contact: position-level, one-sided; velocity-level in the sub-step in which it bounces.
@@ -27,6 +25,11 @@ struct BodyMass {
   double root_inverse_mass;      ///< of M^(−1/2)
   Vector3 root_inverse_inertia;  ///< of M^(−1/2)
 };
+
+/// Whether an impulse can do anything to the body.
+inline bool moves(const BodyMass& mass) {
+  return mass.inverse_mass > 0 || mass.inverse_inertia.maxCoeff() > 0;
+}
 
 /// The two attachment frames of a joint. As in the extension, coordinates are those of the connected node (a)
 /// in the frame of the joint's node (b): its axes are what limits and drives refer to.

@@ -39,9 +39,9 @@ struct Settings {
   Substepping substepping() const { return {substeps, iterations, tau, kappa}; }
 };
 
-/// The settings that need no expert: with them every scene of the library stays bounded in A5 to its end, and
-/// what should stand stands. n = 10 and m = 1 (A2: ten iterations, as many row solves), τ = 0.6, κ = 1,
-/// 'stable' joints. A Settings by itself is the report's plainest: τ = κ = 1 is 'none'.
+/// One setting for all scenes; README's limits name those for which it is too little. n = 10 and m = 1 (A2:
+/// ten iterations, as many row solves), τ = 0.6, κ = 1, 'stable' joints. A Settings by itself is the report's
+/// plainest: τ = κ = 1 is 'none'.
 Settings default_settings(Algorithm algorithm);
 
 std::string_view name(Algorithm algorithm);

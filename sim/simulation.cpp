@@ -64,7 +64,7 @@ struct Simulation::Implementation {
   void step() {
     // s1: geometry
     if (model.contacts) {
-      // A1's sweeps, from which its active sets start, come closer along the slip.
+      // A1's solution is the same for all tangents; its sweeps, which start its active sets, are not.
       const bool aligned = settings.algorithm == Algorithm::a1 || !reading.isotropic_friction;
       problem.contacts = &finder.find(state, settings.step, aligned);
       build_blocks(problem, joints);

@@ -25,32 +25,6 @@ double prism_volume(std::span<const PlanePoint> outline, double height, double t
 
 }  // namespace
 
-std::string box_stack() {
-  constexpr int boxes = 10;
-  constexpr std::array finishes{finish::walnut, finish::maple, finish::cherry, finish::oak};
-
-  GltfBuilder gltf("box_stack", 5);
-  gltf.camera({9.0, 9.4, 16.6}, {0, 4.7, 0}, 0.60);
-  gltf.sun(afternoon, warm_white, daylight);
-  add_ground(gltf, 0.6);
-
-  const int shape = gltf.box_shape({1, 1, 1});
-  const int friction = gltf.physics_material(0.6);
-  const int crate = gltf.geometry(rounded(box({1, 1, 1}), 0.06));
-  std::array<int, finishes.size()> looks{};
-  for (std::size_t i = 0; i < finishes.size(); ++i)
-    looks[i] = gltf.mesh("box_" + std::string(finishes[i].name), {{crate, gltf.material(finishes[i])}});
-  for (int i = 0; i < boxes; ++i) {
-    const int body = gltf.node("box_" + std::to_string(i + 1), at(0, i + 0.5, 0));
-    gltf.motion(body, {.mass = 1});
-    gltf.collider(body, shape, friction);
-    gltf.show(body, looks[i % finishes.size()]);
-  }
-
-  gltf.expect_standing(0.05, "it is in equilibrium, and friction holds it");
-  return gltf.text();
-}
-
 std::string stone_pyramid() {
   constexpr int courses = 5;
   constexpr double height = 0.5;

@@ -12,11 +12,11 @@
 namespace substep::make {
 namespace {
 
-/// Cubes of 1 m with friction 0.6, drawn as crates in the woods' turn.
+/// Cubes of 1 m with friction 0.6, drawn as crates in the woods' turn, on the ground in the afternoon sun.
 class Crates {
  public:
-  explicit Crates(GltfBuilder& gltf)
-      : gltf_(gltf),
+  Crates(GltfBuilder& gltf, const Vector3& eye, const Vector3& target, double view)
+      : gltf_(staged(gltf, eye, target, view)),
         shape_(gltf.box_shape({1, 1, 1})),
         grip_(gltf.physics_material(0.6)),
         crate_(gltf.geometry(rounded(box({1, 1, 1}), 0.06))) {}
@@ -35,6 +35,13 @@ class Crates {
   int geometry() const { return crate_; }
 
  private:
+  static GltfBuilder& staged(GltfBuilder& gltf, const Vector3& eye, const Vector3& target, double view) {
+    gltf.camera(eye, target, view);
+    gltf.sun(afternoon, warm_white, daylight);
+    add_ground(gltf, 0.6);
+    return gltf;
+  }
+
   GltfBuilder& gltf_;
   int shape_;
   int grip_;
@@ -52,19 +59,28 @@ std::array<int, woods.size()> wooden_looks(Crates& crates) {
 
 constexpr std::string_view stands = "it is in equilibrium, and friction holds it";
 
+/// `count` crates of 1 kg, one on the other.
+void add_column(Crates& crates, int count) {
+  const auto looks = wooden_looks(crates);
+  for (int i = 0; i < count; ++i)
+    crates.add("box_" + std::to_string(i + 1), 0, i + 0.5, 1,
+               looks[static_cast<std::size_t>(i) % woods.size()]);
+}
+
 }  // namespace
 
-std::string tall_stack() {
-  constexpr int boxes = 20;
+std::string box_stack() {
+  GltfBuilder gltf("box_stack", 5);
+  Crates crates(gltf, {9.0, 9.4, 16.6}, {0, 4.7, 0}, 0.60);
+  add_column(crates, 10);
+  gltf.expect_standing(0.05, stands);
+  return gltf.text();
+}
 
+std::string tall_stack() {
   GltfBuilder gltf("tall_stack", 5);
-  gltf.camera({17.5, 17.0, 33.0}, {0, 10.2, 0}, 0.60);
-  gltf.sun(afternoon, warm_white, daylight);
-  add_ground(gltf, 0.6);
-  Crates crates(gltf);
-  const auto looks = wooden_looks(crates);
-  for (int i = 0; i < boxes; ++i)
-    crates.add("box_" + std::to_string(i + 1), 0, i + 0.5, 1, looks[static_cast<std::size_t>(i) % 4]);
+  Crates crates(gltf, {17.5, 17.0, 33.0}, {0, 10.2, 0}, 0.60);
+  add_column(crates, 20);
   gltf.expect_standing(0.05, stands);
   return gltf.text();
 }
@@ -74,13 +90,8 @@ std::string top_heavy_stack() {
   constexpr double top_mass = 1000;
 
   GltfBuilder gltf("top_heavy_stack", 5);
-  gltf.camera({9.0, 9.4, 16.6}, {0, 4.7, 0}, 0.60);
-  gltf.sun(afternoon, warm_white, daylight);
-  add_ground(gltf, 0.6);
-  Crates crates(gltf);
-  const auto looks = wooden_looks(crates);
-  for (int i = 0; i + 1 < boxes; ++i)
-    crates.add("box_" + std::to_string(i + 1), 0, i + 0.5, 1, looks[static_cast<std::size_t>(i) % 4]);
+  Crates crates(gltf, {9.0, 9.4, 16.6}, {0, 4.7, 0}, 0.60);
+  add_column(crates, boxes - 1);
   // One stud for each zero of its mass, as in heavy_on_light.
   Mesh studs;
   for (int j = -1; j <= 1; ++j)
@@ -98,10 +109,7 @@ std::string box_pyramid() {
   constexpr double pitch = 1.1;
 
   GltfBuilder gltf("box_pyramid", 5);
-  gltf.camera({17.0, 14.0, 39.0}, {0, 9.4, 0}, 0.58);
-  gltf.sun(afternoon, warm_white, daylight);
-  add_ground(gltf, 0.6);
-  Crates crates(gltf);
+  Crates crates(gltf, {17.0, 14.0, 39.0}, {0, 9.4, 0}, 0.58);
   const auto looks = wooden_looks(crates);
   int number = 0;
   for (int row = 0; row < base; ++row) {
@@ -122,10 +130,7 @@ std::string brick_wall() {
   constexpr std::array clay{finish::brick, finish::terracotta, finish::sandstone};
 
   GltfBuilder gltf("brick_wall", 5);
-  gltf.camera({8.5, 8.5, 18.5}, {0, 4.6, 0}, 0.60);
-  gltf.sun(afternoon, warm_white, daylight);
-  add_ground(gltf, 0.6);
-  Crates crates(gltf);
+  Crates crates(gltf, {8.5, 8.5, 18.5}, {0, 4.6, 0}, 0.60);
   std::array<int, clay.size()> looks{};
   for (std::size_t i = 0; i < clay.size(); ++i)
     looks[i] = crates.look("brick_" + std::string(clay[i].name), clay[i]);

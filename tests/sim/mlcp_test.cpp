@@ -189,6 +189,16 @@ Mlcp any_contacts(std::mt19937& random, int bodies, double friction) {
   return problem;
 }
 
+/// Of one to five bodies.
+Mlcp some_contacts(std::mt19937& random) {
+  return any_contacts(random, 1 + static_cast<int>(random() % 5), 0.1 + 0.4 * std::abs(uniform(random)));
+}
+
+/// So that no rigid motion fits them.
+void move_right_sides(Mlcp& problem, std::mt19937& random) {
+  for (Mlcp::Row& row : problem.rows) row.right += 0.1 * uniform(random);
+}
+
 TEST(Mlcp, SolvesFrictionOrSaysThatItDidNot) {
   std::mt19937 random(4);
   MlcpSolver solver;
@@ -196,8 +206,7 @@ TEST(Mlcp, SolvesFrictionOrSaysThatItDidNot) {
   int solved = 0;
   constexpr int problems = 200;
   for (int i = 0; i < problems; ++i) {
-    const Mlcp problem =
-        any_contacts(random, 1 + static_cast<int>(random() % 5), 0.1 + 0.4 * std::abs(uniform(random)));
+    const Mlcp problem = some_contacts(random);
     const MlcpReport report = solver.solve(problem, lambda);
     EXPECT_EQ(report.status == MlcpReport::Status::solved, report.residual <= MlcpSolver::tolerance) << i;
     solved += report.status == MlcpReport::Status::solved;
@@ -214,9 +223,8 @@ TEST(Mlcp, SolvesFrictionAlsoWhereNoRigidMotionFitsTheSlips) {
   double worst = 0;
   constexpr int problems = 200;
   for (int i = 0; i < problems; ++i) {
-    Mlcp problem =
-        any_contacts(random, 1 + static_cast<int>(random() % 5), 0.1 + 0.4 * std::abs(uniform(random)));
-    for (Mlcp::Row& row : problem.rows) row.right += 0.1 * uniform(random);
+    Mlcp problem = some_contacts(random);
+    move_right_sides(problem, random);
     const MlcpReport report = solver.solve(problem, lambda);
     solved += report.status == MlcpReport::Status::solved;
     worst = std::max(worst, report.residual);
@@ -297,10 +305,9 @@ TEST(Mlcp, FrictionIsADiscWhateverTheTangents) {
   int solved = 0;
   constexpr int problems = 200;
   for (int i = 0; i < problems; ++i) {
-    Mlcp problem =
-        any_contacts(random, 1 + static_cast<int>(random() % 5), 0.1 + 0.4 * std::abs(uniform(random)));
+    Mlcp problem = some_contacts(random);
     if (i % 2 == 1) {
-      for (Mlcp::Row& row : problem.rows) row.right += 0.1 * uniform(random);
+      move_right_sides(problem, random);
     }
     const MlcpReport report = solver.solve(problem, lambda);
     const std::vector<Vector6> impulses = solver.impulses();

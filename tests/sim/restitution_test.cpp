@@ -58,15 +58,6 @@ std::vector<double> heights_of_bounces(const Scene& scene, const Settings& setti
   return heights;
 }
 
-Settings settings_of(Algorithm algorithm, int n, double tau, double kappa) {
-  Settings settings;
-  settings.algorithm = algorithm;
-  settings.substeps = n;
-  settings.tau = tau;
-  settings.kappa = kappa;
-  return settings;
-}
-
 /// Calls `use` with all settings and the plane's tilt.
 template <class Use>
 void with_all_settings(Use use) {
@@ -74,7 +65,7 @@ void with_all_settings(Use use) {
     for (const int n : {4, 7, 10, 30}) {
       for (const double kappa : {0.9, 1.0}) {
         for (const double tau : {0.3, 0.6, 1.0}) {
-          for (const Quaternion& tilt : tilts) use(settings_of(algorithm, n, tau, kappa), tilt);
+          for (const Quaternion& tilt : tilts) use(test::sub_stepped(algorithm, n, tau, kappa), tilt);
         }
       }
     }

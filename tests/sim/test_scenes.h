@@ -11,6 +11,18 @@
 
 namespace substep::test {
 
+/// A3, A4 or A5 with one micro-iteration.
+inline Settings sub_stepped(Algorithm algorithm, int n, double tau, double kappa,
+                            Joints joints = Joints::stable) {
+  Settings settings;
+  settings.algorithm = algorithm;
+  settings.substeps = n;
+  settings.tau = tau;
+  settings.kappa = kappa;
+  settings.joints = joints;
+  return settings;
+}
+
 inline Scene empty_scene() {
   Scene scene;
   scene.name = "test";

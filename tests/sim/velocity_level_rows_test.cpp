@@ -33,23 +33,13 @@ Scene jointed_body(double mass) {
   return scene;
 }
 
-Settings settings_of(Algorithm algorithm, int n, double tau, double kappa, Joints joints = Joints::stable) {
-  Settings settings;
-  settings.algorithm = algorithm;
-  settings.substeps = n;
-  settings.tau = tau;
-  settings.kappa = kappa;
-  settings.joints = joints;
-  return settings;
-}
-
 /// Calls `use` with all settings of A3 to A5 that τ, κ and n make.
 template <class Use>
 void with_all_settings(Use use) {
   for (const Algorithm algorithm : sub_stepped) {
     for (const int n : {1, 4, 7, 16}) {
       for (const double tau : {0.3, 0.6, 1.0}) {
-        for (const double kappa : {0.8, 1.0}) use(settings_of(algorithm, n, tau, kappa));
+        for (const double kappa : {0.8, 1.0}) use(test::sub_stepped(algorithm, n, tau, kappa));
       }
     }
   }
