@@ -132,12 +132,14 @@ struct Visit {
 }
 
 /// The manifold's normals as one block: their LCP, by Gauss–Seidel in the space of their impulses; then what
-/// changed goes to the velocities.
-[[gnu::always_inline]] inline void solve_normals(const Visit& at, Moving& a, Moving& b, Lanes& most,
-                                                 bool measured) {
-  const int count = at.x.contacts;
-  Lanes missing[most_in_manifold];
-  Lanes lambda[most_in_manifold];
+/// changed goes to the velocities. `known` is their number where the compiler is to know it, so that a
+/// manifold stays in registers; else 0.
+template <int known>
+[[gnu::always_inline]] inline void solve_normal_block(const Visit& at, Moving& a, Moving& b, Lanes& most,
+                                                      bool measured) {
+  const int count = known ? known : at.x.contacts;
+  Lanes missing[known ? known : most_in_manifold];
+  Lanes lambda[known ? known : most_in_manifold];
   for (int i = 0; i < count; ++i) {
     missing[i] = missing_of_normal(at, i, a, b);
     lambda[i] = at.normals[i].row.impulse;
@@ -159,7 +161,23 @@ struct Visit {
     const Lanes change = total - before;
     normal.row.impulse = total;
     apply(normal.row, at.x, all(at.how.scale) * change, a, b);
-    if (measured) most = larger(most, choose(change < all(0), -change, change) / normal.inverse_gamma);
+    if (measured) {
+      most = larger(most, choose(change < all(0), -change, change) * at.coupling[i * count + i].gamma);
+    }
+  }
+}
+
+[[gnu::always_inline]] inline void solve_normals(const Visit& at, Moving& a, Moving& b, Lanes& most,
+                                                 bool measured) {
+  switch (at.x.contacts) {
+    case 1:
+      return solve_normal_block<1>(at, a, b, most, measured);
+    case 2:
+      return solve_normal_block<2>(at, a, b, most, measured);
+    case 4:
+      return solve_normal_block<4>(at, a, b, most, measured);
+    default:
+      return solve_normal_block<0>(at, a, b, most, measured);
   }
 }
 
@@ -182,16 +200,10 @@ struct Tangential {
   Lanes second;
 };
 
-/// Γ⁻¹ of a point's two rows, times `right`. Where Γ is singular to rounding, its trace counts for both.
+/// Γ⁻¹ of a point's two rows, times `right`.
 [[gnu::always_inline]] inline Tangential solve_two(const FrictionRows& rows, const Tangential& right) {
-  const Lanes& g11 = rows.gamma[0];
-  const Lanes& g22 = rows.gamma[2];
-  const Lanes trace = g11 + g22;
-  const Lanes determinant = g11 * g22 - rows.gamma[1] * rows.gamma[1];
-  const auto regular = determinant > all(1e-14) * trace * trace;
-  const Lanes inverse = choose(regular, all(1) / determinant, choose(trace > all(0), all(1) / trace, all(0)));
-  return {choose(regular, g22 * right.first - rows.gamma[1] * right.second, right.first) * inverse,
-          choose(regular, g11 * right.second - rows.gamma[1] * right.first, right.second) * inverse};
+  return {(rows.gamma[2] * right.first - rows.gamma[1] * right.second) * rows.inverse_determinant,
+          (rows.gamma[0] * right.second - rows.gamma[1] * right.first) * rows.inverse_determinant};
 }
 
 /// Coulomb's law of a point that slides: the projection of `before` + (what velocity is missing)/γ on the
@@ -200,11 +212,8 @@ struct Tangential {
 [[gnu::always_inline]] inline Tangential slide(const FrictionRows& rows, const Lanes& limit,
                                                const Tangential& before, const Tangential& missing) {
   const Lanes zero = all(0);
-  const Lanes half_difference = all(0.5) * (rows.gamma[0] - rows.gamma[2]);
-  const Lanes largest = all(0.5) * (rows.gamma[0] + rows.gamma[2]) +
-                        root(half_difference * half_difference + rows.gamma[1] * rows.gamma[1]);
-  const Lanes inverse = choose(largest > zero, all(1) / largest, zero);
-  const Tangential target{before.first + missing.first * inverse, before.second + missing.second * inverse};
+  const Tangential target{before.first + missing.first * rows.inverse_largest,
+                          before.second + missing.second * rows.inverse_largest};
   const Lanes length = root(target.first * target.first + target.second * target.second);
   const Lanes factor = choose(length > zero, limit / length, zero);
   return {target.first * factor, target.second * factor};
@@ -429,6 +438,24 @@ struct BatchBodies {
          dot(one.angular_b, other.response_b);
 }
 
+/// What solving divides by. Where Γ is singular to rounding, its trace counts for both rows.
+[[gnu::always_inline]] inline void invert(FrictionRows& rows) {
+  const Lanes zero = all(0);
+  const Lanes one = all(1);
+  const Lanes trace = rows.gamma[0] + rows.gamma[2];
+  const Lanes determinant = rows.gamma[0] * rows.gamma[2] - rows.gamma[1] * rows.gamma[1];
+  const auto regular = determinant > all(1e-14) * trace * trace;
+  rows.gamma[0] = choose(regular, rows.gamma[0], trace);
+  rows.gamma[1] = choose(regular, rows.gamma[1], zero);
+  rows.gamma[2] = choose(regular, rows.gamma[2], trace);
+  rows.inverse_determinant =
+      choose(regular, one / determinant, choose(trace > zero, one / (trace * trace), zero));
+  const Lanes half_difference = all(0.5) * (rows.gamma[0] - rows.gamma[2]);
+  const Lanes largest = all(0.5) * (rows.gamma[0] + rows.gamma[2]) +
+                        root(half_difference * half_difference + rows.gamma[1] * rows.gamma[1]);
+  rows.inverse_largest = choose(largest > zero, one / largest, zero);
+}
+
 [[gnu::always_inline]] inline void formulate_friction(const BatchBodies& at, const FourContacts& contact,
                                                       const LaneVectors& arm_a, const LaneVectors& arm_b,
                                                       const Formulation& from, FrictionRows& rows) {
@@ -445,6 +472,7 @@ struct BatchBodies {
   rows.gamma[0] = coupling(at, rows.row[0], rows.row[0]);
   rows.gamma[1] = coupling(at, rows.row[0], rows.row[1]);
   rows.gamma[2] = coupling(at, rows.row[1], rows.row[1]);
+  invert(rows);
 }
 
 /// Formulated anew in a step (A3), a round surface's point has turned away from where it pushed: what it has
@@ -614,12 +642,6 @@ void start_impact(NormalRow& normal, RestitutionRow& row, const Lanes& gap, cons
 /// and 2.1 mm.
 constexpr double kept_at_edge = 0.5;
 
-/// A total order: the points of two colliders by their places on the first.
-bool comes_before(const ContactMemory& one, const ContactMemory& other) {
-  return std::tie(one.collider_a, one.collider_b, one.arm_a[0], one.arm_a[1], one.arm_a[2]) <
-         std::tie(other.collider_a, other.collider_b, other.arm_a[0], other.arm_a[1], other.arm_a[2]);
-}
-
 }  // namespace
 
 bool ContactBatches::Manifold::fits(const Manifold& other) const {
@@ -744,6 +766,8 @@ void ContactBatches::build(const Model& model, const std::vector<Contact>& conta
   restitutions.reserve(most);
   couplings.reserve(8 * most);
   partners_.reserve(2 * most);
+  remembered_.reserve(most);
+  in_order_.reserve(most);
   reached_.reserve(model.masses.size());
   batches.clear();
   normals.clear();
@@ -845,31 +869,45 @@ Vector3 displacement_at(const FrictionRows& rows, int lane, const Contact& conta
 
 }  // namespace
 
-void remember_contacts(const ContactBatches& contacts, const std::vector<Contact>& found,
-                       const std::vector<Coordinates>& q, std::vector<ContactMemory>& memory) {
-  memory.clear();
-  for (const ContactBatch& x : contacts.batches) {
+void ContactBatches::remember(const std::vector<Contact>& found, const std::vector<Coordinates>& q,
+                              std::vector<ContactMemory>& memory) {
+  remembered_.resize(found.size());
+  for (const ContactBatch& x : batches) {
     for (int lane = 0; lane < x.manifolds; ++lane) {
       int friction = x.first_friction;
       const int end = x.first_friction + x.frictions;
       for (int i = 0; i < x.contacts; ++i) {
         const Contact& contact = found[x.source[lane] + i];
-        ContactMemory point{contact.collider_a, contact.collider_b, contact.arm_a,
-                            contact.arm_b,      Vector3::Zero(),    true,
-                            contact.left_over};
-        if (friction < end && contacts.frictions[friction].normal == i) {
-          const FrictionRows& rows = contacts.frictions[friction++];
+        ContactMemory& point = remembered_[x.source[lane] + i];
+        point = {contact.collider_a, contact.collider_b, contact.arm_a, contact.arm_b, Vector3::Zero(), true,
+                 contact.left_over};
+        if (friction < end && frictions[friction].normal == i) {
+          const FrictionRows& rows = frictions[friction++];
           point.slides = rows.keeps_sliding[lane] > 0;
-          if (!point.slides && contacts.reading.friction_memory) {
+          if (!point.slides && reading.friction_memory) {
             const double part = rows.slides[lane] > 0 ? kept_at_edge : 1;
             point.displacement = part * displacement_at(rows, lane, contact, q);
           }
         }
-        memory.push_back(point);
       }
     }
   }
-  std::ranges::sort(memory, comes_before);
+  // A total order: the points of two colliders by their places on the first.
+  in_order_.resize(found.size());
+  for (int i = 0; i < static_cast<int>(found.size()); ++i) {
+    in_order_[i] = {found[i].collider_a, found[i].collider_b, i};
+  }
+  std::ranges::sort(in_order_, [&](const Place& one, const Place& other) {
+    const auto colliders = [](const Place& place) { return std::tie(place.collider_a, place.collider_b); };
+    if (colliders(one) != colliders(other)) return colliders(one) < colliders(other);
+    const auto place = [&](const Place& of) {
+      const Vector3& arm = found[of.point].arm_a;
+      return std::tie(arm[0], arm[1], arm[2], of.point);
+    };
+    return place(one) < place(other);
+  });
+  memory.clear();
+  for (const Place& place : in_order_) memory.push_back(remembered_[place.point]);
 }
 
 }  // namespace substep

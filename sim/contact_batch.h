@@ -71,9 +71,11 @@ struct RestitutionRow {
 /// The two rows of a contact point's friction: |λ_t − origin| <= μ (λ_n − origin_normal), a disc.
 struct FrictionRows {
   ContactRow row[2];
-  Lanes gamma[3];      ///< Γ of the two: 11, 12, 22
-  Lanes coefficient;   ///< μ
-  Lanes reference[2];  ///< what the point's displacement since the step's start is added to, m
+  Lanes gamma[3];  ///< Γ of the two: 11, 12, 22
+  Lanes inverse_determinant;
+  Lanes inverse_largest;  ///< of Γ's eigenvalues
+  Lanes coefficient;      ///< μ
+  Lanes reference[2];     ///< what the point's displacement since the step's start is added to, m
   /// The impulses when it last slid: those are spent, so that friction can turn with the slip in a step.
   Lanes origin[2];
   Lanes origin_normal;
@@ -118,6 +120,11 @@ class ContactBatches {
   /// bodies' distances from it in the graph of contacts; ties in the order of `contacts`.
   void build(const Model& model, const std::vector<Contact>& contacts);
 
+  /// What is remembered of the contacts at the step's end, where the bodies have come to q: a point that does
+  /// not slide keeps its displacement.
+  void remember(const std::vector<Contact>& found, const std::vector<Coordinates>& q,
+                std::vector<ContactMemory>& memory);
+
   ContactReading reading;
   std::vector<ContactBatch> batches;
   std::vector<NormalRow> normals;
@@ -139,7 +146,16 @@ class ContactBatches {
   void measure_distances(const Model& model, const std::vector<Contact>& contacts);
   void add_batch(const Model& model, const std::vector<Contact>& contacts, const Manifold* first, int count);
 
+  /// Of what is remembered.
+  struct Place {
+    int collider_a;
+    int collider_b;
+    int point;
+  };
+
   std::vector<Manifold> manifolds_;
+  std::vector<ContactMemory> remembered_;
+  std::vector<Place> in_order_;
   std::vector<int> depth_;     ///< by body: the level of what comes next
   std::vector<int> distance_;  ///< by body: from what cannot move
   std::vector<int> begin_;     ///< by body: of its partners
@@ -175,10 +191,5 @@ void update_biases(ContactBatches& contacts, double hs, const std::vector<Veloci
 void box_biases(ContactBatches& contacts, double kappa, double tau);
 void undo_update_rule(ContactBatches& contacts, double hs, const std::vector<Velocity>& sum_v,
                       const std::vector<Velocity>& offset);
-
-/// What is remembered of the contacts at the step's end, where the bodies have come to q: a point that does
-/// not slide keeps its displacement.
-void remember_contacts(const ContactBatches& contacts, const std::vector<Contact>& found,
-                       const std::vector<Coordinates>& q, std::vector<ContactMemory>& memory);
 
 }  // namespace substep

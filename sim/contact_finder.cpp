@@ -205,8 +205,9 @@ void ContactFinder::remember(const State& state, double step, double overlap, do
   auto m = begin;
   for (; m != state.contacts.end() && colliders(*m) == colliders(contact); ++m) {
     left_over = std::max(left_over, m->left_over);
-    const double distance =
-        std::max({(m->arm_a - contact.arm_a).norm(), (m->arm_b - contact.arm_b).norm(), slip});
+    const double distance = std::max(std::sqrt(std::max((m->arm_a - contact.arm_a).squaredNorm(),
+                                                        (m->arm_b - contact.arm_b).squaredNorm())),
+                                     slip);
     if (!(distance < nearest)) continue;
     nearest = distance;
     contact.displacement_1 = contact.tangent_b1.dot(m->displacement);

@@ -89,7 +89,7 @@ struct Simulation::Implementation {
     }
     if (sub_stepped) to_world(state.q, state.v);
     if (model.contacts && settings.algorithm != Algorithm::a1) {
-      remember_contacts(problem.c.contacts, *problem.contacts, state.q, state.contacts);
+      problem.c.contacts.remember(*problem.contacts, state.q, state.contacts);
     }
     report.row_solves = work.row_solves;
     if (!is_finite(state, &report.diverged_body)) {

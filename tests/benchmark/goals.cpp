@@ -27,11 +27,11 @@ std::vector<Goal> goals(const Results& results) {
   }
   add(1, "A1 a link, chain of 10000 / of 100", "chain 10000/A1", "chain 100/A1", "ns_per_body_step", 1.2);
   for (const std::string scene : {"pyramid 55", "pyramid 210", "pyramid 465", "pile 250"}) {
-    add(2, "A5 n=10 on " + scene + " / Bullet 10", scene + "/A5 n=10 m=1 tau=0.3", scene + "/Bullet SI 10",
-        "us_per_step", 0.28);
+    add(2, "A5 n=10 on " + scene + " / Bullet 10", scene + "/A5 n=10", scene + "/Bullet SI 10", "us_per_step",
+        0.28);
   }
-  add(2, "A5 n=10 a body-step, pile of 2000 / of 250", "pile 2000/A5 n=10 m=1 tau=0.3",
-      "pile 250/A5 n=10 m=1 tau=0.3", "ns_per_body_step", 1.2);
+  add(2, "A5 n=10 a body-step, pile of 2000 / of 250", "pile 2000/A5 n=10", "pile 250/A5 n=10",
+      "ns_per_body_step", 1.2);
   const std::pair<const char*, double> stacks[] = {
       {"stack 10", 2.2}, {"stack 10 top 100 kg", 10}, {"stack 10 top 1000 kg", 20}};
   for (const auto& [scene, milliseconds] : stacks) {

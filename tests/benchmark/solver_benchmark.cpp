@@ -63,35 +63,37 @@ void register_joints(const BenchmarkScene& scene) {
   register_peers(scene, true);
 }
 
-/// A5 with ten sweeps in all. With τ = 1 each sub-step takes back the whole depth at once, as speed that
-/// stays: it throws a pile out of its container, from 0.6 on.
-void register_a5_on_contacts(const BenchmarkScene& scene) {
-  Settings settings = settings_of(Algorithm::a5, scene.step, 10, 1);
-  settings.tau = 0.3;
-  register_ours(scene, "A5 n=10 m=1 tau=0.3", settings);
+/// As users run it: ten sub-steps of one sweep.
+void register_default(const BenchmarkScene& scene, Algorithm algorithm, const std::string& name) {
+  Settings settings = default_settings(algorithm);
+  settings.step = scene.step;
+  register_ours(scene, name, settings);
 }
 
 void register_contacts(const BenchmarkScene& scene) {
-  register_ours(scene, "A2 m=10", settings_of(Algorithm::a2, scene.step, 1, 10));
-  register_a5_on_contacts(scene);
+  register_default(scene, Algorithm::a2, "A2 m=10");
+  register_default(scene, Algorithm::a5, "A5 n=10");
   register_peers(scene, false);
 }
 
 void register_kernel(BenchmarkScene scene) {
   scene.steps = std::min(scene.steps, 240);  // to where contacts are many
   const double step = scene.step;
-  register_row_solves(scene, "A2", settings_of(Algorithm::a2, step, 1, 10),
-                      settings_of(Algorithm::a2, step, 1, 30));
+  Settings ten = default_settings(Algorithm::a2);
+  ten.step = step;
+  Settings thirty = ten;
+  thirty.iterations = 30;
+  register_row_solves(scene, "A2", ten, thirty);
   for (const Algorithm algorithm : {Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
     std::string title(name(algorithm));
     title[0] = 'A';
-    Settings few = settings_of(algorithm, step, 10, 1);
-    few.tau = 0.3;
+    Settings few = default_settings(algorithm);
+    few.step = step;
     Settings many = few;
     many.substeps = 30;
     register_row_solves(scene, title, few, many);
   }
-  register_limits(scene, settings_of(Algorithm::a2, step, 1, 10));
+  register_limits(scene, ten);
 }
 
 void register_all() {
@@ -109,7 +111,7 @@ void register_all() {
   for (const double top : {100.0, 1000.0}) register_a1(stack_of(10, top));
   for (const int base : {10, 20, 30}) register_contacts(pyramid_of(base));
   register_contacts(pile_of(250));
-  register_a5_on_contacts(pile_of(2000));
+  register_default(pile_of(2000), Algorithm::a5, "A5 n=10");
   register_kernel(chain_of(10));
   register_kernel(pyramid_of(20));
   register_kernel(pile_of(250));
