@@ -5,7 +5,7 @@
 #include <numbers>
 #include <variant>
 
-#include "sim/rotation.h"
+#include "sim/math/rotation.h"
 
 namespace substep {
 namespace {

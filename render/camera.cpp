@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "sim/rotation.h"
+#include "sim/math/rotation.h"
 
 #include <glm/geometric.hpp>
 

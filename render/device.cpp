@@ -10,7 +10,7 @@
 #include "render/gl_program.h"
 #include "render/ground.h"
 #include "render/shaders.h"
-#include "sim/rotation.h"
+#include "sim/math/rotation.h"
 
 namespace substep {
 namespace {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "render/body_mesh.h"
+#include "sim/model/state.h"
 #include "sim/scene/scene.h"
-#include "sim/state.h"
 
 namespace substep {
 

@@ -19,7 +19,7 @@
 #include "render/resolve.h"
 #include "render/shadow_map.h"
 #include "sim/error.h"
-#include "sim/rotation.h"
+#include "sim/math/rotation.h"
 
 namespace substep {
 namespace {

@@ -6,8 +6,8 @@
 #include <string>
 
 #include "render/image.h"
+#include "sim/model/state.h"
 #include "sim/scene/scene.h"
-#include "sim/state.h"
 
 namespace substep {
 

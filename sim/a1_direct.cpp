@@ -7,7 +7,7 @@
 // rows (mlcp.h), and what meets in the step bounces (contact_batch.h).
 
 #include "sim/algorithms.h"
-#include "sim/rotation.h"
+#include "sim/math/rotation.h"
 
 namespace substep {
 

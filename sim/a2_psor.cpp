@@ -11,7 +11,7 @@
 #include <cmath>
 
 #include "sim/algorithms.h"
-#include "sim/rotation.h"
+#include "sim/math/rotation.h"
 
 namespace substep {
 

@@ -7,7 +7,7 @@
 // | 20   | the product of the rotations | the rotation of the sum                  | claims 4, 9     |
 
 #include "sim/algorithms.h"
-#include "sim/rotation.h"
+#include "sim/math/rotation.h"
 
 namespace substep {
 

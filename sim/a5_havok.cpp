@@ -10,7 +10,7 @@
 // Neither is v̆ or its sum.
 
 #include "sim/algorithms.h"
-#include "sim/rotation.h"
+#include "sim/math/rotation.h"
 
 namespace substep {
 

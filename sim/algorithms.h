@@ -17,10 +17,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "sim/direct_solver.h"
-#include "sim/formulate.h"
-#include "sim/mlcp.h"
-#include "sim/settings.h"
+#include "sim/constraints/formulate.h"
+#include "sim/direct/direct_solver.h"
+#include "sim/direct/mlcp.h"
+#include "sim/model/settings.h"
 
 namespace substep {
 

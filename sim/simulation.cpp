@@ -3,11 +3,11 @@
 #include <utility>
 
 #include "sim/algorithms.h"
-#include "sim/contact_finder.h"
+#include "sim/constraints/contact_finder.h"
+#include "sim/constraints/formulate.h"
+#include "sim/direct/mlcp_text.h"
 #include "sim/error.h"
-#include "sim/formulate.h"
-#include "sim/mlcp_text.h"
-#include "sim/model.h"
+#include "sim/model/model.h"
 
 namespace substep {
 namespace {

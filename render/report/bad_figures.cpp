@@ -11,7 +11,7 @@ namespace substep {
 namespace {
 
 bool is_judged(const SweepRecord& record) {
-  return record.peer.empty() && record.metrics && !record.metrics->expected.empty();
+  return record.engine.empty() && record.metrics && !record.metrics->expected.empty();
 }
 
 std::string expected_text(const ExpectedFigure& x) {

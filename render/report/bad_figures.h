@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "render/report/document.h"
-#include "render/report/sweep.h"
 #include "sim/measure/text_table.h"
+#include "sim/study/sweep.h"
 
 namespace substep {
 

@@ -6,14 +6,16 @@
 #include <algorithm>
 #include <cmath>
 
-#include "render/report/advice.h"
-#include "render/report/peers.h"
-#include "render/report/run_families.h"
+#include "render/report/looks.h"
 #include "sim/error.h"
-#include "sim/ladder.h"
+#include "sim/loading/load_scene.h"
+#include "sim/measure/ablation.h"
 #include "sim/measure/stability_map.h"
 #include "sim/measure/text_table.h"
 #include "sim/measure/validity_maps.h"
+#include "sim/study/advice.h"
+#include "sim/study/engines/engines.h"
+#include "sim/study/sweep_results.h"
 
 namespace substep {
 namespace {
@@ -36,12 +38,12 @@ std::string error_title(const std::vector<SweepRecord>& records) {
 using Chosen = bool (*)(const RunFamily& family);
 
 bool is_ours(const RunFamily& family) {
-  return family.runs.front().peer.empty();
+  return family.runs.front().engine.empty();
 }
 
 bool is_accurate_mode(const RunFamily& family) {
-  const auto found = std::ranges::find(peers(), family.runs.front().peer, &Peer::name);
-  return found != peers().end() && found->is_ours;
+  const auto found = std::ranges::find(engines(), family.runs.front().engine, &Engine::name);
+  return found != engines().end() && found->is_ours;
 }
 
 bool is_ours_or_accurate(const RunFamily& family) {
@@ -73,7 +75,7 @@ Sheet work_sheet(const FigureSource& source, bool contacts, const std::string& t
     panel.y = {error_title(records), true, {}, {}};
     for (const RunFamily& family : families_of(records)) {
       if (!chosen(family)) continue;
-      Series series{family.title, family.look, {}};
+      Series series{family.title, look_of(family, has_contacts(records)), {}};
       for (const SweepRecord& record : family.runs) {
         const double error = error_of(record);
         const double spent = work(record);
@@ -185,7 +187,7 @@ Sheet slopes(const FigureSource& source) {
     panel.y = {"powers of two per halving", false, std::array{-1.0, 3.0}, {}};
     for (const RunFamily& family : families_of(of_scene(source.records, scene))) {
       if (!is_ours(family)) continue;
-      Series series{family.title, family.look, {}};
+      Series series{family.title, look_of(family, false), {}};
       for (const auto& [middle, slope] : local_orders(family.runs))
         series.points.push_back({middle, std::clamp(slope, -1.0, 3.0)});
       if (!series.points.empty()) panel.series.push_back(std::move(series));
@@ -433,17 +435,17 @@ Sheet stability(const FigureSource&) {
   return sheet;
 }
 
-Sheet ladder(const FigureSource& source) {
+Sheet ablation(const FigureSource& source) {
   Sheet sheet;
-  sheet.title = "The ladder from A3 to A4 and A5: what each approximation costs";
+  sheet.title = "The ablation from A3 to A4 and A5: what each approximation costs";
   sheet.columns = 1;
   sheet.panel_width = 860;
   sheet.panel_height = 360;
   Panel panel;
   panel.title = "";
   panel.x = {"", false, std::array{0.5, 5.5}, "("};
-  for (std::size_t i = 1; i < rungs.size(); ++i) {
-    panel.x.tics += fmt::format("{}\"{}\" {}", i > 1 ? ", " : "", name(rungs[i]), i);
+  for (std::size_t i = 1; i < approximations.size(); ++i) {
+    panel.x.tics += fmt::format("{}\"{}\" {}", i > 1 ? ", " : "", name(approximations[i]), i);
   }
   panel.x.tics += ")";
   panel.y = {"largest distance from A3, m", true, {}, {}};
@@ -459,9 +461,9 @@ Sheet ladder(const FigureSource& source) {
         Rungs{"joint_kinds", 4, {1, 13, false, true, true}}}) {
     Series series{fmt::format("{}, n = {}", row.scene, row.substeps), row.look, {}};
     series.look.line = false;
-    const std::vector<double> prices = ladder_prices(scene_at(source, row.scene), row.substeps, 1);
-    for (std::size_t i = 1; i < prices.size(); ++i) {
-      if (prices[i] > 1e-9) series.points.push_back({static_cast<double>(i), prices[i]});
+    const std::vector<double> costs = ablation_costs(scene_at(source, row.scene), row.substeps, 1);
+    for (std::size_t i = 1; i < costs.size(); ++i) {
+      if (costs[i] > 1e-9) series.points.push_back({static_cast<double>(i), costs[i]});
     }
     panel.series.push_back(std::move(series));
   }
@@ -473,59 +475,59 @@ Sheet ladder(const FigureSource& source) {
   return sheet;
 }
 
-/// An axis around the prices that are finite, with room for a note on either side and a decade to read.
-std::array<double, 2> range_of(const ContactPrices& scene) {
+/// An axis around the costs that are finite, with room for a note on either side and a decade to read.
+std::array<double, 2> range_of(const ContactAblationCosts& scene) {
   double least = INFINITY;
   double most = -INFINITY;
-  for (const double price : scene.prices) {
-    if (!std::isfinite(price)) continue;
-    least = std::min(least, std::log10(price));
-    most = std::max(most, std::log10(price));
+  for (const double cost : scene.costs) {
+    if (!std::isfinite(cost)) continue;
+    least = std::min(least, std::log10(cost));
+    most = std::max(most, std::log10(cost));
   }
   const double span = std::max(most - std::floor(least), 1.0);
   const double first = std::min(std::floor(least), least - 0.22 * span);
   return {std::pow(10, first), std::pow(10, std::max(most, first + span) + 0.2 * span)};
 }
 
-Panel contact_panel(const ContactPrices& scene) {
+Panel contact_panel(const ContactAblationCosts& scene) {
   Panel panel;
   panel.title = fmt::format("{}: {}", scene.scene, scene.what);
   panel.x = {scene.unit, true, range_of(scene), {}};
   // From above downwards, as in a table.
-  panel.y = {"", false, std::array{static_cast<double>(contact_rungs.size()) - 0.4, -0.6}, "("};
-  Series all{std::string(name(ContactRung::all_six)), {0, 5, false, false, true}, {}};
+  panel.y = {"", false, std::array{static_cast<double>(contact_ablations.size()) - 0.4, -0.6}, "("};
+  Series all{std::string(name(ContactAblation::all_six)), {0, 5, false, false, true}, {}};
   Series open{"a reading of the report taken out", {2, 7, false, false, true}, {}};
   Series beyond{"what goes beyond the report taken out", {4, 9, false, false, true}, {}};
-  for (std::size_t i = 0; i < contact_rungs.size(); ++i) {
-    const ContactRung rung = contact_rungs[i];
+  for (std::size_t i = 0; i < contact_ablations.size(); ++i) {
+    const ContactAblation approximation = contact_ablations[i];
     const auto y = static_cast<double>(i);
-    panel.y.tics += fmt::format("{}\"{}\" {}", i > 0 ? ", " : "", name(rung), i);
-    const bool is_lost = !std::isfinite(scene.prices[i]);
-    const double x = is_lost ? (*panel.x.range)[0] : scene.prices[i];
-    Series& series = i == 0 ? all : is_beyond_report(rung) ? beyond : open;
+    panel.y.tics += fmt::format("{}\"{}\" {}", i > 0 ? ", " : "", name(approximation), i);
+    const bool is_lost = !std::isfinite(scene.costs[i]);
+    const double x = is_lost ? (*panel.x.range)[0] : scene.costs[i];
+    Series& series = i == 0 ? all : is_beyond_report(approximation) ? beyond : open;
     if (!is_lost) series.points.push_back({x, y});
     // Away from the dashed line.
     panel.notes.push_back(
-        {x, y, is_lost ? std::string("lost") : short_number(x), !is_lost && x < 0.97 * scene.prices[0]});
+        {x, y, is_lost ? std::string("lost") : short_number(x), !is_lost && x < 0.97 * scene.costs[0]});
   }
   panel.y.tics += ")";
   Series baseline{"as good as all six", {0, 7, true, true, false}, {}};
-  baseline.points = {{scene.prices[0], (*panel.y.range)[0]}, {scene.prices[0], (*panel.y.range)[1]}};
+  baseline.points = {{scene.costs[0], (*panel.y.range)[0]}, {scene.costs[0], (*panel.y.range)[1]}};
   panel.series = {std::move(baseline), std::move(all), std::move(open), std::move(beyond)};
   return panel;
 }
 
-Sheet contact_ladder_sheet(const FigureSource& source) {
+Sheet contact_ablation_sheet(const FigureSource& source) {
   Sheet sheet;
-  sheet.title = "The ladder of contacts: what each reading costs when it is taken out";
+  sheet.title = "Ablation of contacts: what each reading costs when it is taken out";
   sheet.columns = 2;
   sheet.panel_width = 640;
   sheet.panel_height = 300;
   sheet.left_margin = 220;
   sheet.legend_columns = 2;
-  const std::vector<ContactPrices> measured =
-      source.contact_ladder.empty() ? contact_ladder(source.scenes) : source.contact_ladder;
-  for (const ContactPrices& scene : measured) sheet.panels.push_back(contact_panel(scene));
+  const std::vector<ContactAblationCosts> measured =
+      source.contact_ablation.empty() ? contact_ablation(source.scenes) : source.contact_ablation;
+  for (const ContactAblationCosts& scene : measured) sheet.panels.push_back(contact_panel(scene));
   const Settings settings = default_settings(Algorithm::a5);
   sheet.caption = {fmt::format(
       "A5 at the default settings (n = {}, m = {}, τ = {:g}, κ = {:g}, {} joints, the scene's step) with one "
@@ -547,9 +549,9 @@ const std::vector<ReportFigure>& figures() {
        [](const FigureSource& source) { return work_time(source, false); }},
       {"work-time-contacts", "error against CPU time: contacts", false, true,
        [](const FigureSource& source) { return work_time(source, true); }},
-      {"peers", "beside other engines: joints and spin", false, true,
+      {"engines", "beside other engines: joints and spin", false, true,
        [](const FigureSource& source) { return beside_peers(source, false); }},
-      {"peers-contacts", "beside other engines: contacts", false, true,
+      {"engines-contacts", "beside other engines: contacts", false, true,
        [](const FigureSource& source) { return beside_peers(source, true); }},
       {"order", "error against the (sub-)step, with slope triangles", true, true, order},
       {"slopes", "local order: the slope from each run to the next", true, true, slopes},
@@ -558,9 +560,9 @@ const std::vector<ReportFigure>& figures() {
       {"mass-ratio", "validity: mass ratio against sub-steps", true, false, mass_ratio},
       {"stiffness", "validity: step against a spring's stiffness", true, false, stiffness},
       {"stability", "validity: τ against κ, with the closed form", true, false, stability},
-      {"ladder", "what each approximation from A3 to A5 costs", true, false, ladder},
-      {"contact-ladder", "what each reading of contacts costs when it is taken out of A5", true, false,
-       contact_ladder_sheet},
+      {"ablation", "what each approximation from A3 to A5 costs", true, false, ablation},
+      {"contact-ablation", "what each reading of contacts costs when it is taken out of A5", true, false,
+       contact_ablation_sheet},
       {"size", "CPU time against the length of a chain", false, false, size}};
   return all;
 }

@@ -7,10 +7,10 @@
 #include <cmath>
 #include <map>
 
-#include "render/report/advice.h"
 #include "render/report/bad_figures.h"
-#include "render/report/peers.h"
-#include "render/report/run_families.h"
+#include "sim/study/advice.h"
+#include "sim/study/engines/engines.h"
+#include "sim/study/sweep_results.h"
 
 namespace substep {
 namespace {
@@ -113,7 +113,7 @@ TextTable slopes(const std::vector<SweepRecord>& records) {
   TextTable table{{"h/n, s"}, {}};
   std::map<double, std::size_t, std::greater<>> columns;
   std::vector<RunFamily> families = families_of(records);
-  std::erase_if(families, [](const RunFamily& family) { return !family.runs.front().peer.empty(); });
+  std::erase_if(families, [](const RunFamily& family) { return !family.runs.front().engine.empty(); });
   for (const RunFamily& family : families) {
     for (const auto& [middle, slope] : local_orders(family.runs)) columns[middle] = 0;
   }
@@ -140,7 +140,7 @@ TextTable orders(const std::vector<SweepRecord>& records) {
     if (has_contacts(own)) continue;
     scenes.push_back(scene);
     for (const RunFamily& family : families_of(own)) {
-      if (!family.runs.front().peer.empty()) continue;
+      if (!family.runs.front().engine.empty()) continue;
       if (std::ranges::find(table.head, family.title) == table.head.end()) table.head.push_back(family.title);
     }
   }
@@ -148,7 +148,7 @@ TextTable orders(const std::vector<SweepRecord>& records) {
     std::vector<std::string> row(table.head.size());
     row[0] = scene;
     for (const RunFamily& family : families_of(of_scene(records, scene))) {
-      if (!family.runs.front().peer.empty()) continue;
+      if (!family.runs.front().engine.empty()) continue;
       const auto column = std::ranges::find(table.head, family.title) - table.head.begin();
       const auto order = measured_order(family.runs);
       row[static_cast<std::size_t>(column)] = order ? fmt::format("{:.2f}", *order) : "";
@@ -223,10 +223,10 @@ TextTable runs_table(const std::vector<SweepRecord>& runs) {
 /// Engines that ran beside ours, with how they were set.
 TextTable engines(const std::vector<SweepRecord>& records) {
   TextTable table{{"engine", "settings"}, {}};
-  for (const Peer& peer : peers()) {
+  for (const Engine& engine : engines()) {
     const bool ran = std::ranges::any_of(
-        records, [&](const SweepRecord& record) { return record.peer == peer.name && record.metrics; });
-    if (ran) table.rows.push_back({peer.label, peer.settings});
+        records, [&](const SweepRecord& record) { return record.engine == engine.name && record.metrics; });
+    if (ran) table.rows.push_back({engine.label, engine.settings});
   }
   return table;
 }
@@ -235,19 +235,19 @@ TextTable omitted(const std::vector<SweepRecord>& records) {
   TextTable table{{"scene", "engine", "why"}, {}};
   for (const SweepRecord& record : records) {
     // Once, not for each step.
-    const std::vector<std::string> row{record.scene, record.peer, record.omitted};
+    const std::vector<std::string> row{record.scene, record.engine, record.omitted};
     if (!record.omitted.empty() && (table.rows.empty() || table.rows.back() != row))
       table.rows.push_back(row);
   }
   return table;
 }
 
-TextTable contact_prices_table(const std::vector<ContactPrices>& ladder) {
+TextTable contact_ablation_of_table(const std::vector<ContactAblationCosts>& ablation) {
   TextTable table{{"taken out"}, {}};
-  for (const ContactPrices& column : ladder) table.head.push_back(column_title(column));
-  for (std::size_t i = 0; i < contact_rungs.size(); ++i) {
-    std::vector<std::string> row{row_title(contact_rungs[i])};
-    for (const ContactPrices& column : ladder) row.push_back(short_number(column.prices[i]));
+  for (const ContactAblationCosts& column : ablation) table.head.push_back(column_title(column));
+  for (std::size_t i = 0; i < contact_ablations.size(); ++i) {
+    std::vector<std::string> row{row_title(contact_ablations[i])};
+    for (const ContactAblationCosts& column : ablation) row.push_back(short_number(column.costs[i]));
     table.rows.push_back(std::move(row));
   }
   return table;
@@ -258,7 +258,7 @@ TextTable contact_prices_table(const std::vector<ContactPrices>& ladder) {
 Document make_report(const FigureSource& given, const std::function<void(double)>& progress) {
   FigureSource source = given;
   // Once for its figure and its table.
-  if (source.contact_ladder.empty()) source.contact_ladder = contact_ladder(source.scenes);
+  if (source.contact_ablation.empty()) source.contact_ablation = contact_ablation(source.scenes);
   const std::vector<SweepRecord>& records = source.records;
   std::map<std::string, std::string> pictures;
   for (const ReportFigure& figure : figures()) {
@@ -343,10 +343,10 @@ Document make_report(const FigureSource& given, const std::function<void(double)
   page.table(limits(records, true));
   for (const char* const name : {"mass-ratio", "stability", "stiffness"}) picture(name);
   page.heading(2, "What the approximations cost");
-  picture("ladder");
-  picture("contact-ladder");
-  page.paragraph(contact_ladder_caption(source.contact_ladder) + ".");
-  page.table(contact_prices_table(source.contact_ladder));
+  picture("ablation");
+  picture("contact-ablation");
+  page.paragraph(contact_ablation_caption(source.contact_ablation) + ".");
+  page.table(contact_ablation_of_table(source.contact_ablation));
   picture("drift");
   page.heading(2, "Cost against size");
   picture("size");
@@ -384,7 +384,7 @@ Document make_report(const FigureSource& given, const std::function<void(double)
         "Runge-Kutta in "
         "reduced coordinates have the same error, the time says which is the better work.");
     page.table(others);
-    for (const char* const name : {"peers", "peers-contacts"}) picture(name);
+    for (const char* const name : {"engines", "engines-contacts"}) picture(name);
   }
   const TextTable missing = omitted(records);
   if (!missing.rows.empty()) {

@@ -6,9 +6,9 @@
 #include <optional>
 #include <vector>
 
+#include "sim/model/settings.h"
+#include "sim/model/state.h"
 #include "sim/scene/scene.h"
-#include "sim/settings.h"
-#include "sim/state.h"
 
 namespace substep {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "sim/rotation.h"
+#include "sim/math/rotation.h"
 
 namespace substep::make {
 namespace {

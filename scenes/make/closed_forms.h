@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "sim/vector.h"
+#include "sim/math/vector.h"
 
 namespace substep::make {
 

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "mesh.h"
-#include "sim/vector.h"
+#include "sim/math/vector.h"
 
 namespace substep::make {
 

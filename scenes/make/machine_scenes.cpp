@@ -8,7 +8,7 @@
 #include "gltf_builder.h"
 #include "mesh.h"
 #include "scenes.h"
-#include "sim/rotation.h"
+#include "sim/math/rotation.h"
 #include "stage.h"
 
 namespace substep::make {

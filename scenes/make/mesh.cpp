@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "sim/geometry/convex_hull.h"
-#include "sim/rotation.h"
+#include "sim/math/rotation.h"
 
 namespace substep::make {
 namespace {

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "sim/vector.h"
+#include "sim/math/vector.h"
 
 namespace substep::make {
 

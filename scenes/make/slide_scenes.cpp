@@ -10,7 +10,7 @@
 #include "scenes.h"
 #include "sim/geometry/convex_hull.h"
 #include "sim/geometry/mass_properties.h"
-#include "sim/rotation.h"
+#include "sim/math/rotation.h"
 #include "stage.h"
 
 namespace substep::make {

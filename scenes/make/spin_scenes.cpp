@@ -7,7 +7,7 @@
 #include "mesh.h"
 #include "scenes.h"
 #include "sim/geometry/mass_properties.h"
-#include "sim/rotation.h"
+#include "sim/math/rotation.h"
 #include "stage.h"
 
 namespace substep::make {

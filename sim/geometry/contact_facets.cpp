@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "sim/geometry/contact_pairs.h"
-#include "sim/geometry/find_root.h"
+#include "sim/math/find_root.h"
 
 namespace substep {
 namespace {

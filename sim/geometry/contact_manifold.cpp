@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "sim/geometry/find_root.h"
+#include "sim/math/find_root.h"
 
 namespace substep {
 namespace {

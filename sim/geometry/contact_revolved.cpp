@@ -8,7 +8,7 @@
 #include "sim/geometry/contact_facets.h"
 #include "sim/geometry/contact_manifold.h"
 #include "sim/geometry/contact_pairs.h"
-#include "sim/geometry/find_root.h"
+#include "sim/math/find_root.h"
 
 namespace substep {
 namespace {

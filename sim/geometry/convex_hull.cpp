@@ -15,7 +15,7 @@
 
 #include "sim/error.h"
 #include "sim/geometry/welded_points.h"
-#include "sim/rotation.h"
+#include "sim/math/rotation.h"
 
 namespace substep {
 namespace {

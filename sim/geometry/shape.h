@@ -7,7 +7,7 @@
 #include <variant>
 #include <vector>
 
-#include "sim/vector.h"
+#include "sim/math/vector.h"
 
 namespace substep {
 

@@ -32,9 +32,9 @@
 #include <string_view>
 #include <vector>
 
-#include "sim/settings.h"
+#include "sim/model/settings.h"
+#include "sim/model/state.h"
 #include "sim/simulation.h"
-#include "sim/state.h"
 
 namespace substep {
 

@@ -8,12 +8,13 @@
 #include <map>
 
 #include "sim/algorithms.h"
-#include "sim/contact_finder.h"
+#include "sim/constraints/contact_finder.h"
+#include "sim/constraints/formulate.h"
 #include "sim/error.h"
-#include "sim/formulate.h"
+#include "sim/loading/load_scene.h"
+#include "sim/math/rotation.h"
 #include "sim/measure/measured_run.h"
 #include "sim/measure/stability_map.h"
-#include "sim/rotation.h"
 
 namespace substep {
 namespace {
@@ -159,7 +160,7 @@ class Measurement {
   Claim claim12();
   Claim claim13();
   Claim claim14();
-  LadderPrices ladder(const std::string& name, int n);
+  AblationCosts ablation(const std::string& name, int n);
   EnergyDrift energy_drift(const std::string& run, Algorithm algorithm, Joints joints,
                            const std::vector<std::string>& names);
 
@@ -697,7 +698,7 @@ Claim Measurement::claim13() {
 Claim Measurement::claim14() {
   Claim claim{14,
               "IV.3.2",
-              "Frozen Jacobians hurt joints, next-frame ones mend it, at the price of damping",
+              "Frozen Jacobians hurt joints, next-frame ones mend it, at the cost of damping",
               "m = 1, 1 s: error (m) / largest joint gap (m) / change of energy (J)",
               {},
               {}};
@@ -730,15 +731,15 @@ Claim Measurement::claim14() {
   return claim;
 }
 
-LadderPrices Measurement::ladder(const std::string& name, int n) {
-  LadderPrices prices{name, n, {}};
+AblationCosts Measurement::ablation(const std::string& name, int n) {
+  AblationCosts costs{name, n, {}};
   const Settings settings = settings_of(scene(name), Algorithm::a3, n, 1);
   const MeasuredRun a3 = measured_run(scene(name), settings, horizon);
-  for (const Rung rung : rungs) {
-    Simulation simulation(scene(name), settings, ladder_procedure(rung));
-    prices.prices.push_back(position_difference(measured_run(simulation, horizon), a3));
+  for (const Approximation approximation : approximations) {
+    Simulation simulation(scene(name), settings, ablation_procedure(approximation));
+    costs.costs.push_back(position_difference(measured_run(simulation, horizon), a3));
   }
-  return prices;
+  return costs;
 }
 
 EnergyDrift Measurement::energy_drift(const std::string& run, Algorithm algorithm, Joints joints,
@@ -775,9 +776,9 @@ ClaimsReport measure_claims(const std::filesystem::path& folder, const std::func
                                 {"tumbling rod_chain", 4},
                                 {"heavy_chain", 16},
                                 {"powered_wheel", 4}}) {
-    report.ladder.push_back(measurement.ladder(name, n));
+    report.ablation.push_back(measurement.ablation(name, n));
   }
-  report.contact_ladder = contact_ladder(folder);
+  report.contact_ablation = contact_ablation(folder);
   report.energy_scenes = {"pendulum", "rod_chain", "heavy_chain", "tumbling_body"};
   const auto add_energy = [&](const std::string& run, Algorithm algorithm, Joints joints) {
     report.energy.push_back(measurement.energy_drift(run, algorithm, joints, report.energy_scenes));

@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "sim/ladder.h"
-#include "sim/measure/contact_ladder.h"
+#include "sim/measure/ablation.h"
+#include "sim/measure/contact_ablation.h"
 
 namespace substep {
 
@@ -40,10 +40,11 @@ struct Claim {
 };
 
 /// What each approximation between A3 and A5 costs on one scene.
-struct LadderPrices {
+struct AblationCosts {
   std::string scene;
   int substeps;
-  std::vector<double> prices;  ///< by `rungs`: largest distance of a body from where A3 has it after 1 s, m
+  std::vector<double>
+      costs;  ///< by `approximations`: largest distance of a body from where A3 has it after 1 s, m
 };
 
 /// Energy of a passive scene with one algorithm and flavour of joints.
@@ -55,8 +56,8 @@ struct EnergyDrift {
 
 struct ClaimsReport {
   std::vector<Claim> claims;
-  std::vector<LadderPrices> ladder;
-  std::vector<ContactPrices> contact_ladder;
+  std::vector<AblationCosts> ablation;
+  std::vector<ContactAblationCosts> contact_ablation;
   std::vector<std::string> energy_scenes;
   std::vector<EnergyDrift> energy;
 };
@@ -66,12 +67,12 @@ struct ClaimsReport {
 /// read.
 ClaimsReport measure_claims(const std::filesystem::path& folder, const std::function<void(int)>& progress);
 
-/// A heading and lines for each claim, then both ladders and the energies, for a terminal.
+/// A heading and lines for each claim, then both ablations and the energies, for a terminal.
 std::string to_table(const ClaimsReport& report);
 /// Four tables. Timings are marked by ~.
 std::string to_markdown(const ClaimsReport& report);
-/// {"claims": [{number, section, claim, measured, figures, cases, verdict}], "ladder": [{scene, substeps,
-/// prices}], "contact_ladder": [{scene, what, unit, prices}], "energy": [{run, scenes: [{scene, growth,
+/// {"claims": [{number, section, claim, measured, figures, cases, verdict}], "ablation": [{scene, substeps,
+/// costs}], "contact_ablation": [{scene, what, unit, costs}], "energy": [{run, scenes: [{scene, growth,
 /// change}]}]}. What is not finite is null.
 std::string to_json(const ClaimsReport& report);
 

@@ -39,8 +39,8 @@ nlohmann::ordered_json json_number(double value) {
   return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
 }
 
-constexpr std::string_view ladder_caption =
-    "The ladder: how far 1 s with one approximation in A3 leads from A3 (largest distance of a body's "
+constexpr std::string_view ablation_caption =
+    "Ablation: how far 1 s with one approximation in A3 leads from A3 (largest distance of a body's "
     "centre, m; "
     "plain joints, scene's step)";
 
@@ -55,37 +55,38 @@ constexpr std::string_view energy_caption =
     "the "
     "step can follow";
 
-std::string contact_table(const std::vector<ContactPrices>& ladder) {
-  std::string text = fmt::format("\n\n{}\n{:32}", contact_ladder_caption(ladder), "");
-  for (const ContactPrices& column : ladder) text += fmt::format("{:>24}", column_title(column));
-  for (std::size_t i = 0; i < contact_rungs.size(); ++i) {
-    text += fmt::format("\n{:32}", row_title(contact_rungs[i]));
-    for (const ContactPrices& column : ladder) text += fmt::format("{:>24}", number(column.prices[i]));
+std::string contact_table(const std::vector<ContactAblationCosts>& ablation) {
+  std::string text = fmt::format("\n\n{}\n{:32}", contact_ablation_caption(ablation), "");
+  for (const ContactAblationCosts& column : ablation) text += fmt::format("{:>24}", column_title(column));
+  for (std::size_t i = 0; i < contact_ablations.size(); ++i) {
+    text += fmt::format("\n{:32}", row_title(contact_ablations[i]));
+    for (const ContactAblationCosts& column : ablation)
+      text += fmt::format("{:>24}", number(column.costs[i]));
   }
   return text;
 }
 
-std::string contact_markdown(const std::vector<ContactPrices>& ladder) {
-  std::string text = fmt::format("\n\n{}:\n\n| taken out |", contact_ladder_caption(ladder));
-  for (const ContactPrices& column : ladder) text += fmt::format(" {} |", column_title(column));
+std::string contact_markdown(const std::vector<ContactAblationCosts>& ablation) {
+  std::string text = fmt::format("\n\n{}:\n\n| taken out |", contact_ablation_caption(ablation));
+  for (const ContactAblationCosts& column : ablation) text += fmt::format(" {} |", column_title(column));
   text += "\n|---|";
-  for (std::size_t i = 0; i < ladder.size(); ++i) text += "---:|";
-  for (std::size_t i = 0; i < contact_rungs.size(); ++i) {
-    text += fmt::format("\n| {} |", row_title(contact_rungs[i]));
-    for (const ContactPrices& column : ladder) text += fmt::format(" {} |", number(column.prices[i]));
+  for (std::size_t i = 0; i < ablation.size(); ++i) text += "---:|";
+  for (std::size_t i = 0; i < contact_ablations.size(); ++i) {
+    text += fmt::format("\n| {} |", row_title(contact_ablations[i]));
+    for (const ContactAblationCosts& column : ablation) text += fmt::format(" {} |", number(column.costs[i]));
   }
   return text;
 }
 
-nlohmann::ordered_json contact_json(const std::vector<ContactPrices>& ladder) {
+nlohmann::ordered_json contact_json(const std::vector<ContactAblationCosts>& ablation) {
   nlohmann::ordered_json columns = nlohmann::ordered_json::array();
-  for (const ContactPrices& column : ladder) {
-    nlohmann::ordered_json prices = nlohmann::ordered_json::object();
-    for (std::size_t i = 0; i < contact_rungs.size(); ++i) {
-      prices[std::string(name(contact_rungs[i]))] = json_number(column.prices[i]);
+  for (const ContactAblationCosts& column : ablation) {
+    nlohmann::ordered_json costs = nlohmann::ordered_json::object();
+    for (std::size_t i = 0; i < contact_ablations.size(); ++i) {
+      costs[std::string(name(contact_ablations[i]))] = json_number(column.costs[i]);
     }
     columns.push_back(
-        {{"scene", column.scene}, {"what", column.what}, {"unit", column.unit}, {"prices", prices}});
+        {{"scene", column.scene}, {"what", column.what}, {"unit", column.unit}, {"costs", costs}});
   }
   return columns;
 }
@@ -113,15 +114,15 @@ std::string to_table(const ClaimsReport& report) {
                         claim.claim, claim.section, claim.measured);
     for (const Figure& figure : claim.figures) text += fmt::format("      {}\n", text_of(figure));
   }
-  text += fmt::format("\n{}\n{:32}", ladder_caption, "");
-  for (const LadderPrices& row : report.ladder) {
+  text += fmt::format("\n{}\n{:32}", ablation_caption, "");
+  for (const AblationCosts& row : report.ablation) {
     text += fmt::format("{:>24}", fmt::format("{} n={}", row.scene, row.substeps));
   }
-  for (std::size_t i = 0; i < rungs.size(); ++i) {
-    text += fmt::format("\n{:32}", name(rungs[i]));
-    for (const LadderPrices& row : report.ladder) text += fmt::format("{:>24}", number(row.prices[i]));
+  for (std::size_t i = 0; i < approximations.size(); ++i) {
+    text += fmt::format("\n{:32}", name(approximations[i]));
+    for (const AblationCosts& row : report.ablation) text += fmt::format("{:>24}", number(row.costs[i]));
   }
-  text += contact_table(report.contact_ladder);
+  text += contact_table(report.contact_ablation);
   text += fmt::format("\n\n{}\n{:12}", energy_caption, "");
   for (const std::string& scene : report.energy_scenes) text += fmt::format("{:>26}", scene);
   for (const EnergyDrift& drift : report.energy) {
@@ -141,15 +142,16 @@ std::string to_markdown(const ClaimsReport& report) {
         fmt::format("| {} | {} | {} | {} | {} | **{}** |\n", claim.number, claim.section, cell(claim.claim),
                     cell(claim.measured), fmt::join(figures, "<br>"), cell(claim.verdict()));
   }
-  text += fmt::format("\n{}:\n\n| approximation |", ladder_caption);
-  for (const LadderPrices& row : report.ladder) text += fmt::format(" {}, n = {} |", row.scene, row.substeps);
+  text += fmt::format("\n{}:\n\n| approximation |", ablation_caption);
+  for (const AblationCosts& row : report.ablation)
+    text += fmt::format(" {}, n = {} |", row.scene, row.substeps);
   text += "\n|---|";
-  for (std::size_t i = 0; i < report.ladder.size(); ++i) text += "---|";
-  for (std::size_t i = 0; i < rungs.size(); ++i) {
-    text += fmt::format("\n| {} |", name(rungs[i]));
-    for (const LadderPrices& row : report.ladder) text += fmt::format(" {} |", number(row.prices[i]));
+  for (std::size_t i = 0; i < report.ablation.size(); ++i) text += "---|";
+  for (std::size_t i = 0; i < approximations.size(); ++i) {
+    text += fmt::format("\n| {} |", name(approximations[i]));
+    for (const AblationCosts& row : report.ablation) text += fmt::format(" {} |", number(row.costs[i]));
   }
-  text += contact_markdown(report.contact_ladder);
+  text += contact_markdown(report.contact_ablation);
   text += fmt::format("\n\n{}:\n\n| |", energy_caption);
   for (const std::string& scene : report.energy_scenes) text += fmt::format(" {} |", scene);
   text += "\n|---|";
@@ -183,13 +185,13 @@ std::string to_json(const ClaimsReport& report) {
                       {"cases", cases},
                       {"verdict", claim.verdict()}});
   }
-  nlohmann::ordered_json ladder = nlohmann::ordered_json::array();
-  for (const LadderPrices& row : report.ladder) {
-    nlohmann::ordered_json prices = nlohmann::ordered_json::object();
-    for (std::size_t i = 0; i < rungs.size(); ++i) {
-      prices[std::string(name(rungs[i]))] = json_number(row.prices[i]);
+  nlohmann::ordered_json ablation = nlohmann::ordered_json::array();
+  for (const AblationCosts& row : report.ablation) {
+    nlohmann::ordered_json costs = nlohmann::ordered_json::object();
+    for (std::size_t i = 0; i < approximations.size(); ++i) {
+      costs[std::string(name(approximations[i]))] = json_number(row.costs[i]);
     }
-    ladder.push_back({{"scene", row.scene}, {"substeps", row.substeps}, {"prices", prices}});
+    ablation.push_back({{"scene", row.scene}, {"substeps", row.substeps}, {"costs", costs}});
   }
   nlohmann::ordered_json energy = nlohmann::ordered_json::array();
   for (const EnergyDrift& drift : report.energy) {
@@ -202,8 +204,8 @@ std::string to_json(const ClaimsReport& report) {
     energy.push_back({{"run", drift.run}, {"scenes", scenes}});
   }
   return nlohmann::ordered_json{{"claims", claims},
-                                {"ladder", ladder},
-                                {"contact_ladder", contact_json(report.contact_ladder)},
+                                {"ablation", ablation},
+                                {"contact_ablation", contact_json(report.contact_ablation)},
                                 {"energy", energy}}
              .dump(2) +
          "\n";

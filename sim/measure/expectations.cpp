@@ -6,8 +6,8 @@
 #include <numbers>
 #include <optional>
 
+#include "sim/math/rotation.h"
 #include "sim/measure/measured_run.h"
-#include "sim/rotation.h"
 
 namespace substep {
 namespace {

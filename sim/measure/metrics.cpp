@@ -4,10 +4,10 @@
 #include <cmath>
 #include <limits>
 
-#include "sim/contact_finder.h"
-#include "sim/formulate.h"
+#include "sim/constraints/contact_finder.h"
+#include "sim/constraints/formulate.h"
 #include "sim/measure/measured_run.h"
-#include "sim/model.h"
+#include "sim/model/model.h"
 #include "sim/simulation.h"
 
 namespace substep {

@@ -7,9 +7,9 @@
 #include <limits>
 
 #include "sim/error.h"
-#include "sim/measure/smooth_motion.h"
-#include "sim/model.h"
-#include "sim/rotation.h"
+#include "sim/math/rotation.h"
+#include "sim/measure/reference_integrator.h"
+#include "sim/model/model.h"
 #include "sim/simulation.h"
 
 namespace substep {
@@ -132,7 +132,7 @@ ReferenceMotion smooth_reference(const Scene& scene, double duration) {
   for (int divisions = 2; divisions <= finest; divisions *= 2) {
     std::unique_ptr<Stepper> stepper;
     try {
-      stepper = smooth_stepper(scene, scene.step / divisions, order);
+      stepper = reference_stepper(scene, scene.step / divisions, order);
     } catch (const Error&) {
       return reference;  // it has no such motion
     }

@@ -6,7 +6,7 @@
 
 #include <vector>
 
-#include "sim/settings.h"
+#include "sim/model/settings.h"
 
 namespace substep {
 

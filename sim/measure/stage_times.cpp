@@ -5,9 +5,9 @@
 #include <ctime>
 #include <vector>
 
-#include "sim/contact_finder.h"
-#include "sim/formulate.h"
-#include "sim/model.h"
+#include "sim/constraints/contact_finder.h"
+#include "sim/constraints/formulate.h"
+#include "sim/model/model.h"
 
 namespace substep {
 namespace {

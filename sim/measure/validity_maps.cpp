@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "sim/error.h"
-#include "sim/ladder.h"
+#include "sim/measure/ablation.h"
 #include "sim/measure/measured_run.h"
 #include "sim/measure/weight_scene.h"
 #include "sim/simulation.h"
@@ -107,18 +107,18 @@ Scene lengthened_chain(const Scene& scene, int links) {
   return chain;
 }
 
-std::vector<double> ladder_prices(const Scene& scene, int substeps, double horizon) {
+std::vector<double> ablation_costs(const Scene& scene, int substeps, double horizon) {
   Settings settings;
   settings.algorithm = Algorithm::a3;
   settings.step = scene.step;
   settings.substeps = substeps;
   const MeasuredRun exact = measured_run(scene, settings, horizon);
-  std::vector<double> prices;
-  for (const Rung rung : rungs) {
-    Simulation simulation(scene, settings, ladder_procedure(rung));
-    prices.push_back(position_difference(measured_run(simulation, horizon), exact));
+  std::vector<double> costs;
+  for (const Approximation approximation : approximations) {
+    Simulation simulation(scene, settings, ablation_procedure(approximation));
+    costs.push_back(position_difference(measured_run(simulation, horizon), exact));
   }
-  return prices;
+  return costs;
 }
 
 std::vector<HistoryPoint> history(const Scene& scene, const Settings& settings) {

@@ -33,9 +33,9 @@ std::vector<StiffnessPoint> stiffness_map(const Settings& settings);
 /// what a chain's length costs. Throws Error where the last joint is not between the last two bodies.
 Scene lengthened_chain(const Scene& scene, int links);
 
-/// What each rung of the ladder (ladder.h) costs: largest distance of a body from where A3 has it at the
-/// horizon, m; in the order of `rungs`.
-std::vector<double> ladder_prices(const Scene& scene, int substeps, double horizon);
+/// What each approximation (ablation.h) costs: largest distance of a body from where A3 has it at the
+/// horizon, m; in the order of `approximations`.
+std::vector<double> ablation_costs(const Scene& scene, int substeps, double horizon);
 
 /// Joint gap, penetration and energy along a run, at the end of each of the scene's steps until it diverges.
 struct HistoryPoint {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/vector.h"
+#include "sim/math/vector.h"
 
 namespace substep {
 

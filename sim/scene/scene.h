@@ -14,8 +14,8 @@
 
 #include "sim/geometry/mass_properties.h"
 #include "sim/geometry/shape.h"
+#include "sim/math/vector.h"
 #include "sim/scene/expectation.h"
-#include "sim/vector.h"
 
 namespace substep {
 
@@ -151,22 +151,5 @@ struct Scene {
 
   std::vector<std::string> warnings;  ///< what the file asked for and got a replacement for
 };
-
-/// How the meshes of a file that is no scene become one.
-struct MeshOptions {
-  double scale = 1;            ///< metres in one unit of the file
-  double density = 1000;       ///< kg/m³
-  std::optional<double> mass;  ///< kg, of each body; counts in place of the density
-  /// How far the lowest point begins above the ground, m; absent: half of the file's largest extent.
-  std::optional<double> height;
-  Vector3 rotation = Vector3::Zero();  ///< degrees about x, then y, then z, before it is let go
-  int copies = 1;                      ///< of all that is in the file
-};
-
-/// Reads a scene: `.gltf` or `.glb` with KHR_physics_rigid_bodies and KHR_implicit_shapes, or meshes in
-/// another format that assimp reads (OBJ, STL, PLY, DAE, …), each of which becomes a body above a plane. A
-/// closed mesh has its exact mass properties, an open one those of its convex hull; all collide as their
-/// hulls. Throws Error, also when options are given for a scene.
-Scene load_scene(const std::filesystem::path& file, const std::optional<MeshOptions>& options = std::nullopt);
 
 }  // namespace substep

@@ -115,15 +115,15 @@ BenchmarkScene pile_of(int boxes) {
   return {"pile " + std::to_string(boxes), scene, frame, 480, BenchmarkScene::Judge::contained};
 }
 
-Verdict judge(const BenchmarkScene& scene, Contestant& contestant) {
+Verdict judge(const BenchmarkScene& scene, Stepper& engine) {
   if (scene.judge == BenchmarkScene::Judge::none) return {true, 0};
   const bool trajectory = scene.judge == BenchmarkScene::Judge::trajectory;
   const int steps = trajectory ? static_cast<int>(std::lround(1 / scene.step)) : scene.steps;
-  for (int i = 0; i < steps; ++i) contestant.step();
+  for (int i = 0; i < steps; ++i) engine.step();
   double error = 0;
   const int bodies = static_cast<int>(scene.scene.bodies.size());
   for (int i = 1; i < bodies; ++i) {
-    const Vector3 position = contestant.position(i);
+    const Vector3 position = engine.state().q[i].linear;
     double one = 0;
     switch (scene.judge) {
       case BenchmarkScene::Judge::none:

@@ -1,7 +1,9 @@
 #pragma once
 /// The benchmark's scenes, and how a run of one is judged.
 
-#include "tests/benchmark/contestant.h"
+#include <string>
+
+#include "sim/measure/stepper.h"
 
 namespace substep::benchmark {
 
@@ -31,7 +33,7 @@ struct Verdict {
   bool passed;
   double error;  ///< m: from the reference after 1 s; or moved; or how far outside the container
 };
-/// Runs the scene with `contestant` from its start, for 1 s (trajectory) or for all its steps.
-Verdict judge(const BenchmarkScene& scene, Contestant& contestant);
+/// Runs the scene with `engine` from its start, for 1 s (trajectory) or for all its steps.
+Verdict judge(const BenchmarkScene& scene, Stepper& engine);
 
 }  // namespace substep::benchmark

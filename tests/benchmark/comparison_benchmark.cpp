@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "golden/flip.h"
-#include "golden/image_comparison.h"
+#include "golden/compare/flip.h"
+#include "golden/compare/image_comparison.h"
 
 namespace {
 

@@ -1,6 +1,7 @@
 #include <chrono>
 
 #include "render/renderer.h"
+#include "sim/loading/load_scene.h"
 #include "tests/benchmark/measurement.h"
 
 namespace substep::benchmark {

@@ -43,20 +43,20 @@ double cpu_time() {
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-void register_steps(const BenchmarkScene& scene, const std::string& contestant,
-                    const std::function<std::unique_ptr<Contestant>()>& make) {
+void register_steps(const BenchmarkScene& scene, const std::string& engine, const MakeStepper& make,
+                    const Settings& settings) {
   // Judged once, before the first timing.
   struct Judged {
     bool yet = false;
     Verdict verdict{};
   };
   const auto judged = std::make_shared<Judged>();
-  const auto run = [scene, make, judged](::benchmark::State& state) {
-    if (!judged->yet) *judged = {true, judge(scene, *make())};
+  const auto run = [scene, make, settings, judged](::benchmark::State& state) {
+    if (!judged->yet) *judged = {true, judge(scene, *make(scene.scene, settings))};
     double time = 0;
     for (auto unused : state) {
       (void)unused;
-      const std::unique_ptr<Contestant> one = make();
+      const std::unique_ptr<Stepper> one = make(scene.scene, settings);
       one->step();  // the first step makes room
       const double start = cpu_time();
       for (int i = 1; i < scene.steps; ++i) one->step();
@@ -70,7 +70,7 @@ void register_steps(const BenchmarkScene& scene, const std::string& contestant,
     state.counters["error_m"] = judged->verdict.error;
     state.SetLabel(remark(scene, judged->verdict));
   };
-  ::benchmark::RegisterBenchmark((scene.name + "/" + contestant).c_str(), run)->UseManualTime();
+  ::benchmark::RegisterBenchmark((scene.name + "/" + engine).c_str(), run)->UseManualTime();
 }
 
 void register_cost_of_a1(const BenchmarkScene& scene) {
@@ -107,7 +107,7 @@ void register_cost_of_a1(const BenchmarkScene& scene) {
   ::benchmark::RegisterBenchmark((scene.name + "/cost of A1").c_str(), run)->UseManualTime();
 }
 
-void register_row_solves(const BenchmarkScene& scene, const std::string& contestant, const Settings& few,
+void register_row_solves(const BenchmarkScene& scene, const std::string& engine, const Settings& few,
                          const Settings& many) {
   const auto start = std::make_shared<substep::State>();  // settled once, before the first timing
   const auto run = [=](::benchmark::State& state) {
@@ -138,7 +138,7 @@ void register_row_solves(const BenchmarkScene& scene, const std::string& contest
     }
     state.counters["ns_per_row_solve"] = 1e9 * time / static_cast<double>(solves);
   };
-  ::benchmark::RegisterBenchmark((scene.name + "/row solves " + contestant).c_str(), run)->UseManualTime();
+  ::benchmark::RegisterBenchmark((scene.name + "/row solves " + engine).c_str(), run)->UseManualTime();
 }
 
 void Results::ReportRuns(const std::vector<Run>& runs) {
@@ -216,7 +216,7 @@ std::vector<const Results::Line*> lines_with(const Results& results, const std::
 }  // namespace
 
 std::string table(const Results& results, bool markdown) {
-  return table(results, lines_with(results, "rows", false), "scene/contestant",
+  return table(results, lines_with(results, "rows", false), "scene/engine",
                {{"us_per_step", "µs a step"},
                 {"ns_per_body_step", "ns a body-step"},
                 {"ns_per_row_solve", "ns a row solve"},

@@ -1,6 +1,6 @@
 #pragma once
 /// What the benchmark measures: CPU time of steps, of row solves and of frames, registered with Google
-/// Benchmark so that contestants of a scene are timed in turns.
+/// Benchmark so that the engines of a scene are timed in turns.
 
 #include <benchmark/benchmark.h>
 
@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/settings.h"
+#include "sim/model/settings.h"
 #include "tests/benchmark/benchmark_scenes.h"
 
 namespace substep::benchmark {
@@ -17,16 +17,16 @@ namespace substep::benchmark {
 /// CPU time of this thread, s.
 double cpu_time();
 
-/// A contestant on a scene; its name is "scene/contestant".
-void register_steps(const BenchmarkScene& scene, const std::string& contestant,
-                    const std::function<std::unique_ptr<Contestant>()>& make);
+/// An engine on a scene, ours or another; the benchmark's name is "scene/engine".
+void register_steps(const BenchmarkScene& scene, const std::string& engine, const MakeStepper& make,
+                    const Settings& settings);
 
 /// What A1 costs by the size of its problem: rows, sets tried and time.
 void register_cost_of_a1(const BenchmarkScene& scene);
 
 /// The marginal cost of a row solve: the same step taken with `few` and with `many` sub-steps or iterations,
 /// so that what a step costs beside its row solves falls out.
-void register_row_solves(const BenchmarkScene& scene, const std::string& contestant, const Settings& few,
+void register_row_solves(const BenchmarkScene& scene, const std::string& engine, const Settings& few,
                          const Settings& many);
 
 /// What a row solve costs at least on this machine: its numbers streamed from where they lie, or its

@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "sim/geometry/convex_hull.h"
+#include "sim/loading/load_scene.h"
 #include "sim/scene/scene.h"
 
 namespace {

@@ -1,4 +1,5 @@
-// solver_benchmark: what our algorithms and their peers cost, in one run, and how far that is from the goals.
+// solver_benchmark: what our algorithms and other engines cost, in one run, and how far that is from the
+// goals.
 //
 //   solver_benchmark                                     everything: some minutes
 //   solver_benchmark --benchmark_filter='chain 10/'      one scene
@@ -13,12 +14,11 @@
 #include <cmath>
 #include <cstring>
 
+#include "render/renderer.h"
 #include "sim/log/file_output.h"
+#include "sim/study/engines/engines.h"
 #include "tests/benchmark/goals.h"
 #include "tests/benchmark/measurement.h"
-#ifdef SUBSTEP_HAS_RENDER
-#include "render/renderer.h"
-#endif
 
 namespace substep::benchmark {
 namespace {
@@ -33,22 +33,31 @@ Settings settings_of(Algorithm algorithm, double step, int substeps, int iterati
 }
 
 void register_ours(const BenchmarkScene& scene, const std::string& name, const Settings& settings) {
-  register_steps(scene, name, [=] { return make_ours(scene.scene, settings); });
+  register_steps(scene, name, algorithm_stepper, settings);
+}
+
+/// An engine that sweeps know as `engine`, where it was built in; its defaults but for the iterations.
+void register_engine(const BenchmarkScene& scene, const std::string& engine, const std::string& name,
+                     int iterations) {
+  const auto found = std::ranges::find(engines(), engine, &Engine::name);
+  if (found == engines().end()) return;
+  Settings settings;
+  settings.step = scene.step;
+  settings.iterations = iterations;
+  register_steps(scene, name, found->make, settings);
 }
 
 void register_a1(const BenchmarkScene& scene) {
   register_ours(scene, "A1", settings_of(Algorithm::a1, scene.step, 1, 1));
 }
 
-void register_peers(const BenchmarkScene& scene, bool direct) {
-#ifdef SUBSTEP_HAS_ODE
-  if (direct) register_steps(scene, "dWorldStep", [=] { return make_ode(scene.scene, scene.step, 0); });
-  register_steps(scene, "QuickStep 20", [=] { return make_ode(scene.scene, scene.step, 20); });
-#endif
-#ifdef SUBSTEP_HAS_BULLET
-  register_steps(scene, "Bullet SI 10", [=] { return make_bullet(scene.scene, scene.step, 10); });
-#endif
-  (void)direct;
+void register_direct_engine(const BenchmarkScene& scene) {
+  register_engine(scene, "ode-step", "dWorldStep", 1);
+}
+
+void register_iterative_engines(const BenchmarkScene& scene) {
+  register_engine(scene, "ode-quickstep", "QuickStep 20", 20);
+  register_engine(scene, "bullet-si", "Bullet SI 10", 10);
 }
 
 void register_joints(const BenchmarkScene& scene) {
@@ -60,7 +69,8 @@ void register_joints(const BenchmarkScene& scene) {
   Settings stable = settings_of(Algorithm::a5, scene.step, 4, 1);
   stable.joints = Joints::stable;
   register_ours(scene, "A5 n=4 m=1 stable", stable);
-  register_peers(scene, true);
+  register_direct_engine(scene);
+  register_iterative_engines(scene);
 }
 
 /// As users run it: ten sub-steps of one sweep.
@@ -73,7 +83,7 @@ void register_default(const BenchmarkScene& scene, Algorithm algorithm, const st
 void register_contacts(const BenchmarkScene& scene) {
   register_default(scene, Algorithm::a2, "A2 m=10");
   register_default(scene, Algorithm::a5, "A5 n=10");
-  register_peers(scene, false);
+  register_iterative_engines(scene);
 }
 
 void register_kernel(BenchmarkScene scene) {
@@ -104,10 +114,7 @@ void register_all() {
   for (const int base : {5, 10, 15, 20}) register_cost_of_a1(pyramid_of(base));
   register_a1(stack_of(10));
   register_contacts(stack_of(10));
-#ifdef SUBSTEP_HAS_ODE
-  const BenchmarkScene stack = stack_of(10);
-  register_steps(stack, "dWorldStep", [=] { return make_ode(stack.scene, stack.step, 0); });
-#endif
+  register_direct_engine(stack_of(10));
   for (const double top : {100.0, 1000.0}) register_a1(stack_of(10, top));
   for (const int base : {10, 20, 30}) register_contacts(pyramid_of(base));
   register_contacts(pile_of(250));
@@ -115,12 +122,10 @@ void register_all() {
   register_kernel(chain_of(10));
   register_kernel(pyramid_of(20));
   register_kernel(pile_of(250));
-#ifdef SUBSTEP_HAS_RENDER
   for (const std::string scene : {"box_stack", "stone_pyramid"}) {
     register_frames(scene, 426, 240);
     register_frames(scene, 1280, 720);
   }
-#endif
 }
 
 int run(int argc, char** argv) {
@@ -157,8 +162,6 @@ int run(int argc, char** argv) {
 }  // namespace substep::benchmark
 
 int main(int argc, char** argv) {
-#ifdef SUBSTEP_HAS_RENDER
   substep::pin_renderer();
-#endif
   return substep::benchmark::run(argc, argv);
 }

@@ -14,7 +14,7 @@
 #include <map>
 #include <string>
 
-#include "golden/approval_journal.h"
+#include "golden/suite/approval_journal.h"
 #include "render/renderer.h"
 #include "sim/error.h"
 #include "tests/golden/small_suite.h"

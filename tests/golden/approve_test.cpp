@@ -1,4 +1,4 @@
-#include "golden/approve.h"
+#include "golden/approval/approve.h"
 
 #include <gtest/gtest.h>
 

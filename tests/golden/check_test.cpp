@@ -1,4 +1,4 @@
-#include "golden/check.h"
+#include "golden/check/check.h"
 
 #include <gtest/gtest.h>
 

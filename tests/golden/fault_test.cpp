@@ -11,11 +11,12 @@
 #include <string>
 #include <utility>
 
-#include "golden/case_pictures.h"
-#include "golden/track.h"
+#include "golden/check/case_pictures.h"
+#include "golden/compare/track.h"
 #include "render/renderer.h"
 #include "sim/algorithms.h"
 #include "sim/error.h"
+#include "sim/loading/load_scene.h"
 #include "sim/log/file_output.h"
 #include "tests/golden/small_suite.h"
 

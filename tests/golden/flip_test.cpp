@@ -1,4 +1,4 @@
-#include "golden/flip.h"
+#include "golden/compare/flip.h"
 
 #include <gtest/gtest.h>
 

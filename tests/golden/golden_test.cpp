@@ -8,8 +8,8 @@
 #include <string>
 #include <utility>
 
-#include "golden/check.h"
-#include "golden/suite.h"
+#include "golden/check/check.h"
+#include "golden/suite/suite.h"
 #include "render/renderer.h"
 #include "sim/error.h"
 

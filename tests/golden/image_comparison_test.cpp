@@ -1,4 +1,4 @@
-#include "golden/image_comparison.h"
+#include "golden/compare/image_comparison.h"
 
 #include <gtest/gtest.h>
 

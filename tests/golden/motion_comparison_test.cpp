@@ -1,4 +1,4 @@
-#include "golden/motion_comparison.h"
+#include "golden/compare/motion_comparison.h"
 
 #include <gtest/gtest.h>
 

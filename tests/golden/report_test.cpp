@@ -1,13 +1,13 @@
-#include "golden/report.h"
+#include "golden/report/report.h"
 
 #include <gtest/gtest.h>
 
 #include <filesystem>
 #include <string>
 
-#include "golden/junit.h"
-#include "golden/merge.h"
-#include "golden/replay.h"
+#include "golden/check/merge.h"
+#include "golden/check/replay.h"
+#include "golden/report/junit.h"
 #include "render/markup.h"
 #include "render/renderer.h"
 #include "sim/error.h"

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "golden/approve.h"
-#include "golden/check.h"
+#include "golden/approval/approve.h"
+#include "golden/check/check.h"
 #include "tests/golden/temporary_folder.h"
 
 namespace substep {

@@ -1,4 +1,4 @@
-#include "golden/suite.h"
+#include "golden/suite/suite.h"
 
 #include <gtest/gtest.h>
 

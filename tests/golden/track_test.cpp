@@ -1,10 +1,11 @@
-#include "golden/track.h"
+#include "golden/compare/track.h"
 
 #include <gtest/gtest.h>
 
 #include <string>
 
 #include "sim/error.h"
+#include "sim/loading/load_scene.h"
 #include "sim/log/pose_log.h"
 #include "tests/golden/temporary_folder.h"
 

@@ -1,4 +1,4 @@
-# Installs the build to a folder, takes the C++ block after <!-- example --> from README, builds it in a project
+# Installs the build to a folder, takes the C++ block after <!-- example --> from sim/README.md, builds it in a project
 # of its own that knows only find_package(substep), and runs it.
 
 function(run_or_fail)
@@ -34,7 +34,7 @@ cmake_minimum_required(VERSION 3.25)
 project(example LANGUAGES CXX)
 find_package(substep REQUIRED)
 add_executable(example example.cpp)
-target_link_libraries(example PRIVATE substep::sim)
+target_link_libraries(example PRIVATE substep::loading)
 ]])
 
 run_or_fail(${CMAKE_COMMAND} --install ${BUILD} --config ${CONFIGURATION} --prefix ${FOLDER}/installed)

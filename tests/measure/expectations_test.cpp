@@ -8,8 +8,9 @@
 #include <functional>
 #include <numbers>
 
+#include "sim/loading/load_scene.h"
+#include "sim/math/rotation.h"
 #include "sim/measure/metrics.h"
-#include "sim/rotation.h"
 
 namespace substep {
 namespace {

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "sim/error.h"
+#include "sim/loading/load_scene.h"
 #include "sim/measure/metrics_json.h"
 #include "sim/measure/metrics_text.h"
 

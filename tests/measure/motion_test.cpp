@@ -8,6 +8,7 @@
 #include <string>
 
 #include "sim/error.h"
+#include "sim/loading/load_scene.h"
 
 namespace substep {
 namespace {

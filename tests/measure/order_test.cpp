@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string>
 
+#include "sim/loading/load_scene.h"
 #include "sim/measure/metrics.h"
 
 namespace substep {

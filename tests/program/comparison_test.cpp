@@ -9,6 +9,7 @@
 
 #include "render/video/composition.h"
 #include "sim/error.h"
+#include "sim/loading/load_scene.h"
 #include "sim/scene/scene.h"
 
 namespace substep {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "program.h"
+#include "sim/loading/load_scene.h"
 #include "sim/log/pose_log.h"
 #include "sim/scene/scene.h"
 

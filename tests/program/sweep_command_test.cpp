@@ -62,11 +62,11 @@ TEST_F(SweepCommand, PartsMakeTheWhole) {
 }
 
 TEST_F(SweepCommand, ListsAnEngineThatIsNotThere) {
-  write("peer.toml",
+  write("engine.toml",
         "horizon = 0.1\n[[grid]]\nscenes = [\"pendulum.gltf\"]\nalgorithms = [\"a1\"]\npeers = "
         "[\"no-such\"]\n");
-  ASSERT_EQ(run({"sweep", "peer.toml", "--output", "peer"}).exit_code, 0);
-  EXPECT_THAT(content("peer/sweep.json"), HasSubstr("the program was built without it"));
+  ASSERT_EQ(run({"sweep", "engine.toml", "--output", "engine"}).exit_code, 0);
+  EXPECT_THAT(content("engine/sweep.json"), HasSubstr("the program was built without it"));
 }
 
 TEST_F(SweepCommand, RefusesWhatItCannotRead) {

@@ -5,7 +5,7 @@
 #include <glm/vec4.hpp>
 
 #include "render/body_mesh.h"
-#include "sim/rotation.h"
+#include "sim/math/rotation.h"
 #include "test_scenes.h"
 
 namespace substep {

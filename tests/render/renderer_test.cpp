@@ -11,7 +11,7 @@
 #include "render/context.h"
 #include "sim/error.h"
 #include "sim/geometry/convex_hull.h"
-#include "sim/rotation.h"
+#include "sim/math/rotation.h"
 #include "test_scenes.h"
 
 namespace substep {

@@ -1,7 +1,7 @@
 #include "test_scenes.h"
 
 #include "sim/geometry/convex_hull.h"
-#include "sim/rotation.h"
+#include "sim/math/rotation.h"
 
 namespace substep {
 

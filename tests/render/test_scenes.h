@@ -1,8 +1,8 @@
 #pragma once
 /// Scenes made of shapes alone.
 
+#include "sim/model/state.h"
 #include "sim/scene/scene.h"
-#include "sim/state.h"
 
 namespace substep {
 

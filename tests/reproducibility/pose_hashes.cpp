@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <exception>
 
+#include "sim/loading/load_scene.h"
 #include "sim/scene/scene.h"
 #include "sim/simulation.h"
 

@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "sim/error.h"
+#include "sim/loading/load_scene.h"
 
 namespace substep::test {
 namespace {

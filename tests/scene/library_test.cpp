@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "sim/geometry/contact.h"
+#include "sim/loading/load_scene.h"
 #include "sim/scene/scene.h"
 
 namespace substep {

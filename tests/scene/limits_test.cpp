@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "sim/error.h"
+#include "sim/loading/load_scene.h"
 #include "sim/scene/scene.h"
 #include "tests/scene/example_scene.h"
 

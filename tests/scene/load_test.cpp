@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "sim/loading/load_scene.h"
 #include "tests/scene/example_scene.h"
 
 namespace substep {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "sim/error.h"
+#include "sim/loading/load_scene.h"
 #include "tests/scene/example_scene.h"
 
 namespace substep {

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "sim/error.h"
+#include "sim/loading/load_scene.h"
 #include "tests/scene/example_scene.h"
 
 namespace substep {

@@ -5,7 +5,8 @@
 #include <cstdlib>
 #include <new>
 
-#include "sim/constraint.h"
+#include "sim/constraints/constraint.h"
+#include "sim/loading/load_scene.h"
 #include "tests/sim/test_scenes.h"
 
 namespace {

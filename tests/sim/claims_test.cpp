@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "sim/formulate.h"
+#include "sim/constraints/formulate.h"
 #include "tests/sim/test_scenes.h"
 
 namespace substep {

@@ -1,15 +1,16 @@
 // Contacts by manifolds, four at a time: lanes do not see each other, and a manifold's rows end up where
 // their law wants them.
 
-#include "sim/contact_batch.h"
+#include "sim/constraints/contact_batch.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "sim/contact_finder.h"
-#include "sim/formulate.h"
+#include "sim/constraints/contact_finder.h"
+#include "sim/constraints/formulate.h"
+#include "sim/loading/load_scene.h"
 #include "tests/sim/test_scenes.h"
 
 namespace substep {

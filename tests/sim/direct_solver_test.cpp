@@ -1,6 +1,6 @@
 // The envelope solver against the general one, on joint graphs of each shape.
 
-#include "sim/direct_solver.h"
+#include "sim/direct/direct_solver.h"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "sim/mlcp.h"
+#include "sim/direct/mlcp.h"
 #include "tests/sim/test_scenes.h"
 
 namespace substep {

@@ -1,4 +1,4 @@
-#include "sim/mlcp_text.h"
+#include "sim/direct/mlcp_text.h"
 
 #include <gtest/gtest.h>
 

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <utility>
 
+#include "sim/loading/load_scene.h"
 #include "tests/sim/test_scenes.h"
 
 namespace substep {

@@ -1,4 +1,4 @@
-#include "sim/rotation.h"
+#include "sim/math/rotation.h"
 
 #include <gtest/gtest.h>
 

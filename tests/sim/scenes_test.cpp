@@ -13,7 +13,8 @@
 #include <variant>
 #include <vector>
 
-#include "sim/rotation.h"
+#include "sim/loading/load_scene.h"
+#include "sim/math/rotation.h"
 #include "sim/scene/scene.h"
 #include "sim/simulation.h"
 #include "tests/sim/squeezer_end.h"

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <string>
 
+#include "sim/loading/load_scene.h"
 #include "sim/scene/scene.h"
 #include "sim/simulation.h"
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "sim/geometry/convex_hull.h"
-#include "sim/rotation.h"
+#include "sim/math/rotation.h"
 #include "sim/simulation.h"
 
 namespace substep::test {

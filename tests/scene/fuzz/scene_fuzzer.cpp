@@ -17,6 +17,7 @@
 #include <string_view>
 
 #include "sim/error.h"
+#include "sim/loading/load_scene.h"
 #include "sim/scene/scene.h"
 
 namespace substep {

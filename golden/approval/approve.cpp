@@ -1,0 +1,202 @@
+#include "golden/approval/approve.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <ctime>
+#include <utility>
+
+#include "golden/check/check_results.h"
+#include "golden/compare/provenance.h"
+#include "golden/suite/approval_journal.h"
+#include "golden/suite/sidecar.h"
+#include "render/image.h"
+#include "sim/error.h"
+#include "sim/log/file_output.h"
+
+namespace substep {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+[[noreturn]] void refuse(const std::string& case_name, const std::string& why) {
+  throw Error(fmt::format("{} is not approved: {}; nothing was written", case_name, why));
+}
+
+std::string today() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  return fmt::format("{:04}-{:02}-{:02}", utc.tm_year + 1900, utc.tm_mon + 1, utc.tm_mday);
+}
+
+/// The sidecar without what may differ between two equal sets of goldens.
+Json essence(Json sidecar) {
+  sidecar.erase("made_with");
+  sidecar.erase("approved");
+  sidecar.erase("alternates");
+  return sidecar;
+}
+
+bool says_the_same(const fs::path& sidecar, const Json& expected) {
+  if (!fs::exists(sidecar)) return false;
+  const Json present = Json::parse(read_bytes(sidecar), nullptr, false);
+  return present.is_object() && essence(present) == essence(expected);
+}
+
+/// What the check left, unless it is something else by now.
+std::string shown(const fs::path& file, const std::string& hash, const std::string& case_name) {
+  std::string content = fs::exists(file) ? read_bytes(file) : std::string();
+  if (content_hash(content) != hash) {
+    refuse(case_name,
+           fmt::format("{} is no longer what the check left: run 'substep check' again", file.string()));
+  }
+  return content;
+}
+
+/// The picture that a golden file will hold: another file than the check left, with the same pixels.
+std::string kept(const fs::path& to, std::string content) {
+  return to.extension() == ".png" ? to_small_png(from_png(content, to.string())) : std::move(content);
+}
+
+/// Whether the golden says what `content` does already. What makes a picture is its pixels.
+bool holds(const fs::path& golden, const std::string& golden_bytes, const std::string& content) {
+  if (golden_bytes == content) return true;
+  if (golden.extension() != ".png" || golden_bytes.empty()) return false;
+  try {
+    const Image old = from_png(golden_bytes, golden.string());
+    const Image fresh = from_png(content, golden.string());
+    return old.width == fresh.width && old.rgb == fresh.rgb;
+  } catch (const Error&) {
+    return false;  // a damaged golden is one to replace
+  }
+}
+
+/// A picture beside the golden one for each that failed, under the next free number.
+std::vector<NewGolden> alternates_of(const CheckResults::Case& entry, const ApproveOptions& options,
+                                     const Json& made_with) {
+  if (!entry.poses_pass)
+    refuse(entry.name,
+           "its poses changed or were not checked, and an alternate is another renderer's picture of the "
+           "same poses");
+  if (entry.alternates.empty()) refuse(entry.name, "no picture of it differs from a golden one");
+  Json sidecar =
+      fs::exists(entry.sidecar_file) ? Json::parse(read_bytes(entry.sidecar_file), nullptr, false) : Json();
+  if (!sidecar.is_object()) refuse(entry.name, "it has no sidecar to note an alternate's reason in");
+  const Sidecar known = read_sidecar(entry.sidecar_file);
+  std::vector<NewGolden> files;
+  for (const AlternateOffer& offer : entry.alternates) {
+    const bool is_there =
+        std::any_of(known.alternates.begin(), known.alternates.end(),
+                    [&](const Alternate& a) { return a.frame == offer.frame && a.pixels == offer.pixels; });
+    if (is_there) continue;
+    fs::path file;
+    for (int number = 1; file.empty() || fs::exists(file); ++number) {
+      file = entry.sidecar_file;
+      file.replace_extension(fmt::format(".f{:04}.alt{}.png", offer.frame, number));
+    }
+    sidecar["alternates"].push_back({{"frame", offer.frame},
+                                     {"file", file.filename().string()},
+                                     {"pixels", offer.pixels},
+                                     {"reason", options.reason},
+                                     {"date", today()},
+                                     {"made_with", made_with}});
+    files.push_back({file, kept(file, shown(offer.from, offer.from_hash, entry.name))});
+  }
+  if (!files.empty()) files.push_back({entry.sidecar_file, sidecar.dump(1) + "\n"});
+  return files;
+}
+
+/// The pictures' alternates that still stand beside the golden picture they were accepted beside.
+void keep_alternates(const fs::path& sidecar_file, const std::vector<NewGolden>& files, Json& sidecar) {
+  if (!fs::exists(sidecar_file)) return;
+  const Json old = Json::parse(read_bytes(sidecar_file), nullptr, false);
+  if (!old.is_object() || !old.contains("alternates")) return;
+  // New pictures have no old alternates; their files are orphans then, for a person to delete.
+  const bool has_picture = std::any_of(files.begin(), files.end(),
+                                       [](const NewGolden& f) { return f.file.extension() == ".png"; });
+  if (!has_picture) sidecar["alternates"] = old["alternates"];
+}
+
+/// What is to be written for one case; empty when its goldens are those of the check already.
+std::vector<NewGolden> files_of(const CheckResults::Case& entry, const ApproveOptions& options) {
+  if (!entry.refusal.empty()) refuse(entry.name, entry.refusal);
+  std::vector<NewGolden> files;
+  for (const Offer& offer : entry.offers) {
+    const std::string content = shown(offer.from, offer.from_hash, entry.name);
+    const std::string golden = fs::exists(offer.to) ? read_bytes(offer.to) : std::string();
+    if (holds(offer.to, golden, content)) continue;
+    if ((golden.empty() ? std::string() : content_hash(golden)) != offer.to_hash) {
+      refuse(entry.name,
+             fmt::format("{} is no longer what the check saw: run 'substep check' again", offer.to.string()));
+    }
+    files.push_back({offer.to, kept(offer.to, content)});
+  }
+  if (!files.empty() || !says_the_same(entry.sidecar_file, entry.sidecar)) {
+    Json sidecar = entry.sidecar;
+    keep_alternates(entry.sidecar_file, files, sidecar);
+    sidecar["approved"] = {{"date", today()}, {"reason", options.reason}};
+    files.push_back({entry.sidecar_file, sidecar.dump(1) + "\n"});
+  }
+  return files;
+}
+
+}  // namespace
+
+Approval approve(const ApproveOptions& options) {
+  if (options.reason.find_first_not_of(" \t\n") == std::string::npos) {
+    throw Error("approve needs a reason: --reason \"why the goldens change\"");
+  }
+  if (options.cases.empty() && !options.all_failed) {
+    throw Error("approve needs the names of cases, or --failed for all that did not pass");
+  }
+  const fs::path suite_folder = suite_file(options.suite).parent_path();
+  finish_approvals(suite_folder);
+  const CheckResults results = read_results(options.output);
+  if (content_hash(read_bytes(suite_file(options.suite))) != results.suite_hash) {
+    throw Error(fmt::format("{} is not the suite file that was checked: run 'substep check' again",
+                            options.suite.string()));
+  }
+  for (const std::string& wanted : options.cases) {
+    if (std::none_of(results.cases.begin(), results.cases.end(),
+                     [&](const auto& c) { return c.name == wanted; })) {
+      throw Error(fmt::format("the last check had no case '{}'", wanted));
+    }
+  }
+  // All that can be refused is, before anything is written.
+  std::vector<std::pair<std::string, std::vector<NewGolden>>> cases;
+  Approval approval;
+  for (const CheckResults::Case& entry : results.cases) {
+    const bool is_named =
+        std::find(options.cases.begin(), options.cases.end(), entry.name) != options.cases.end();
+    const bool passed = entry.verdict == name(Verdict::pass);
+    if (!is_named && (!options.all_failed || passed)) continue;
+    std::vector<NewGolden> files;
+    // A case that passes may still lack a track.
+    const bool has_nothing = passed && entry.offers.empty();
+    if (options.as_alternates && !passed) {
+      files = alternates_of(entry, options, results.made_with);
+    } else if (!has_nothing) {
+      files = files_of(entry, options);
+    }
+    if (files.empty()) {
+      approval.already_good.push_back(entry.name);
+    } else {
+      cases.emplace_back(entry.name, std::move(files));
+    }
+  }
+  for (const auto& [case_name, files] : cases) {
+    for (const NewGolden& file : files) {
+      std::error_code none;
+      const auto old_size = fs::file_size(file.file, none);
+      approval.size_change += static_cast<std::int64_t>(file.content.size());
+      if (!none) approval.size_change -= static_cast<std::int64_t>(old_size);
+      approval.written.push_back(file.file);
+    }
+    replace_goldens(suite_folder, case_name, files);
+  }
+  return approval;
+}
+
+}  // namespace substep

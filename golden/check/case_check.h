@@ -1,0 +1,24 @@
+#pragma once
+/// Checks one case of a suite: what check() does for each.
+
+#include <memory>
+#include <optional>
+
+#include "golden/check/check.h"
+#include "golden/check/check_results.h"
+#include "golden/compare/track.h"
+#include "sim/scene/scene.h"
+
+namespace substep {
+
+/// A case checked, with what approving would copy and the logs that its scene's distances are measured on.
+struct CheckedRun {
+  CheckedCase checked;
+  std::optional<PoseLog> golden;
+  std::optional<PoseLog> live;
+};
+
+CheckedRun check_case(const CheckOptions& options, const MadeWith& made_with, const SuiteCase& entry,
+                      const Scene& scene);
+
+}  // namespace substep

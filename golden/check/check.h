@@ -1,0 +1,156 @@
+#pragma once
+/// Runs the suite: does the simulation still give the golden poses, and does the renderer still make the
+/// golden pictures of them?
+///
+/// Two tests that do not depend on each other, for each case:
+///   poses   the live simulation against the golden pose log, bit for bit (motion_comparison.h);
+///   images  the *golden* pose log, drawn now, against the golden pictures (image_comparison.h).
+///
+/// A change of the solver fails the first alone, a change of the renderer the second alone. On the pinned
+/// renderer pictures must be equal; on another one the case's tolerance holds, and a picture beyond it is put
+/// down to the environment.
+///
+/// Everything that a person wants to see of a failing case lies in <output>/<case>/: the new pose log and the
+/// pictures that PicturePair names. <output>/results.json has every figure, and is what approve() and the
+/// report go by. Goldens are never written here, but for what an interrupted approval had already decided.
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "golden/compare/blame.h"
+#include "golden/compare/distance_matrix.h"
+#include "golden/compare/image_comparison.h"
+#include "golden/compare/motion_comparison.h"
+#include "golden/compare/provenance.h"
+#include "golden/suite/suite.h"
+#include "sim/log/pose_log.h"
+
+namespace substep {
+
+enum class Verdict {
+  pass,
+  simulation_changed,
+  renderer_changed,
+  both_changed,
+  environment,  ///< pictures beyond the tolerance, on a renderer that is not the pinned one
+  missing,      ///< some of the case's goldens are not there
+  created,      ///< none is: the case is new
+};
+
+/// "pass", "simulation changed", …, "new".
+std::string_view name(Verdict verdict);
+
+struct FlipSummary {
+  double mean = 0, percentile_99 = 0, max = 0;
+  std::string visibility;
+};
+
+/// A picture against another. `flip` and `blame` where they differ and have one size.
+struct PictureComparison {
+  ImageComparison image;
+  std::optional<FlipSummary> flip;
+  std::optional<Blame> blame;
+};
+
+struct PoseResult {
+  bool is_checked = false;
+  bool has_golden = false;
+  bool passes = false;
+  PoseDifference difference;
+  MotionComparison motion;
+  int visible_frame = -1;  ///< first whose pictures of old and new poses differ; −1: none, or not drawn
+  bool visible_is_fact = false;  ///< whether all frames up to it could be drawn
+  int frames = 0;                ///< of the live run, frame 0 included
+  int golden_frames = 0;
+  bool has_track = false;  ///< the golden one
+  std::string end;         ///< how the live run ended: pose_log.h
+};
+
+struct ImageResult {
+  int frame = 0;
+  bool has_golden = false;
+  bool is_drawn = false;  ///< from the golden poses
+  bool passes = false;
+  bool is_blank = false;
+  std::optional<PictureComparison>
+      against_golden;                          ///< golden poses, this renderer, against the golden picture
+  std::optional<PictureComparison> new_poses;  ///< new against golden poses, both by this renderer
+};
+
+/// Two pictures for a person to compare, and what shows their difference: files in the case's folder, empty
+/// where there is none.
+struct PicturePair {
+  enum class About { renderer, simulation, first_visible, only };
+  About about = About::renderer;
+  int frame = 0;
+  std::string expected;
+  std::string actual;
+  std::string difference;  ///< times 16
+  std::string flip;        ///< heat map
+  std::string bodies;      ///< differing pixels in their body's colour
+  PictureComparison comparison;
+};
+
+std::string_view name(PicturePair::About about);
+
+struct CaseResult {
+  SuiteCase entry;
+  double step = 0;  ///< s
+  Verdict verdict = Verdict::pass;
+  PoseResult poses;
+  bool images_checked = false;
+  std::vector<ImageResult> images;
+  std::vector<PicturePair> pairs;
+  std::vector<std::string> notes;  ///< context, never a reason to fail
+  std::string refusal;             ///< why approve() will not take it; empty: it will
+  bool has_alternates = false;     ///< pictures that approve() would take beside the golden ones
+  std::filesystem::path files;     ///< the folder with its files
+};
+
+struct CheckOptions {
+  std::filesystem::path suite = "golden/suite.toml";
+  std::filesystem::path output = "out/check";
+  std::vector<std::string> cases;  ///< see select(); empty: all, and orphans are looked for
+  Shard shard;
+  bool poses = true;
+  bool images = true;
+};
+
+struct CheckResult {
+  CheckOptions options;
+  MadeWith made_with;
+  std::vector<CaseResult> cases;
+  std::vector<std::filesystem::path> orphans;
+  std::vector<DistanceMatrix> distances;
+
+  /// 0: all pass. 1: something differs, is new, missing or an orphan. 3: nothing but the environment.
+  int exit_code() const;
+};
+
+/// `after_case(result, number, of)` is called after each case; may be empty. Throws Error when the suite, a
+/// scene or a golden cannot be read.
+CheckResult check(const CheckOptions& options,
+                  const std::function<void(const CaseResult&, int number, int of)>& after_case = {});
+
+/// What a person should know of a case that does not pass: several lines, each ended.
+std::string explain(const CaseResult& result, const CheckOptions& options);
+
+/// "simulation changed (renderer unchanged)": the verdict as a sentence's part.
+std::string meaning(const CaseResult& result);
+
+/// The commands to see the case's run again, and to approve it.
+std::string replay_command(const CaseResult& result, const CheckOptions& options);
+std::string approve_command(const CaseResult& result, const CheckOptions& options);
+std::string alternate_command(const CaseResult& result, const CheckOptions& options);
+
+/// "position y 7.4e-03 m (at frame 30)": by how much the first body to differ did.
+std::string change_text(const FirstChange& first);
+
+/// "3 simulation changed, 0 renderer changed, … 30 pass": one line.
+std::string totals(const CheckResult& result);
+
+}  // namespace substep

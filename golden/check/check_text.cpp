@@ -1,0 +1,264 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+
+#include "golden/check/check.h"
+
+namespace substep {
+namespace {
+
+constexpr const char* indent = "           ";
+
+std::string explain_first(const PoseResult& poses, double step) {
+  const FirstChange& first = poses.motion.first;
+  std::string text =
+      fmt::format("  poses    first difference     frame {} ({:.3f} s)", first.frame, first.frame * step);
+  if (poses.frames != poses.golden_frames) {
+    text += fmt::format("; golden has {} frames, the run {} (it ended \"{}\")", poses.golden_frames,
+                        poses.frames, poses.end);
+  }
+  const bool is_beyond_end = first.frame >= std::min(poses.frames, poses.golden_frames);
+  if (is_beyond_end) return text + "\n";
+  const std::string who = first.body.empty() ? std::string() : fmt::format("   body {}  ", first.body);
+  text += (who.empty() ? "; " : who) + change_text(first) + "\n";
+  if (first.bodies.size() > 1) {
+    text += fmt::format("{}in this frame {} bodies change", indent, first.bodies.size());
+    constexpr std::size_t most = 6;
+    for (std::size_t i = 0; i < std::min(first.bodies.size(), most); ++i) {
+      text += (i == 0 ? ": " : ", ") + first.bodies[i];
+    }
+    text += first.bodies.size() > most ? ", …\n" : "\n";
+  }
+  return text + fmt::format("{}largest over all stored poses {:.2g} m, {:.2g} rad\n", indent,
+                            poses.difference.largest_position, poses.difference.largest_orientation);
+}
+
+std::string explain_visibility(const CaseResult& result) {
+  const PoseResult& poses = result.poses;
+  const MotionComparison& motion = poses.motion;
+  std::string text;
+  if (motion.limit_frame >= 0) {
+    text += fmt::format("{}beyond tolerance     frame {}  {}\n", indent, motion.limit_frame, motion.limit);
+  }
+  if (motion.contacts_frame >= 0) {
+    text += fmt::format("{}touching bodies differ from frame {} on\n", indent, motion.contacts_frame);
+  }
+  if (motion.predicted_frame >= 0) {
+    text += fmt::format("{}half a pixel         frame {}  body {} (predicted)\n", indent,
+                        motion.predicted_frame, motion.predicted_body);
+  } else if (!motion.errors.empty()) {
+    text +=
+        fmt::format("{}half a pixel         never: no body is drawn that far from where it was\n", indent);
+  }
+  if (!result.images_checked) return text;
+  if (poses.visible_frame >= 0) {
+    const int after = poses.visible_frame - motion.first.frame;
+    text += fmt::format("  images   first other picture  frame {} (+{} frames, +{:.2f} s){}\n",
+                        poses.visible_frame, after, after * result.step,
+                        poses.visible_is_fact ? "" : ", or in one without stored poses before it");
+  } else if (motion.first.frame >= 0) {
+    text += fmt::format("  images   first other picture  never{}\n",
+                        poses.visible_is_fact ? "" : " in the frames whose poses are stored");
+  }
+  return text;
+}
+
+std::string explain_poses(const CaseResult& result) {
+  const PoseResult& poses = result.poses;
+  if (!poses.is_checked) return "  poses    not checked\n";
+  if (!poses.has_golden)
+    return fmt::format("  poses    no golden; the run has {} frames and ended \"{}\"\n", poses.frames,
+                       poses.end);
+  if (poses.motion.judgement == PoseJudgement::exact) {
+    return fmt::format("  poses    exact, {} frames\n", poses.frames);
+  }
+  std::string text;
+  if (poses.motion.first.frame >= 0) text = explain_first(poses, result.step) + explain_visibility(result);
+  if (text.empty()) text = "  poses    stored ones differ from those of their hashes\n";
+  std::string line;
+  for (const char c : poses.difference.headers + "\n") {
+    if (c != '\n') {
+      line += c;
+    } else if (!line.empty()) {
+      text += fmt::format("{}header: {}\n", indent, line);
+      line.clear();
+    }
+  }
+  return text;
+}
+
+std::string percent(std::int64_t part, std::int64_t whole) {
+  return fmt::format("{:.3g} %",
+                     whole == 0 ? 0.0 : 100.0 * static_cast<double>(part) / static_cast<double>(whole));
+}
+
+std::string explain_blame(const Blame& blame) {
+  std::string text = fmt::format("{}{} of the foreground differs; ", indent,
+                                 percent(blame.differing_foreground, blame.foreground));
+  if (blame.is_everywhere) return text + "all over the picture: light, camera or sky, not one body\n";
+  text += "by body, weighed by levels:";
+  std::int64_t levels = 0;
+  for (const BodyBlame& body : blame.bodies) levels += body.levels;
+  for (std::size_t i = 0; i < std::min<std::size_t>(blame.bodies.size(), 3); ++i) {
+    const BodyBlame& body = blame.bodies[i];
+    text += fmt::format("{} {} {}{}", i == 0 ? "" : ",", percent(body.levels, levels), body.name,
+                        body.is_gone ? " (not drawn any more)" : "");
+  }
+  return text + "\n";
+}
+
+std::string explain_pictures(const PictureComparison& comparison, const ImageTolerance& tolerance) {
+  const ImageComparison& c = comparison.image;
+  if (c.judgement == Judgement::exact) return "exact\n";
+  if (c.judgement == Judgement::size) return "another size\n";
+  std::string text =
+      fmt::format("{} px differ ({:.3g} %), {} px > {} levels (limit {}), max {} at ({},{})\n", c.above[0],
+                  100.0 * static_cast<double>(c.above[0]) / static_cast<double>(c.pixels), c.above_level,
+                  tolerance.level, tolerance.count, c.max, c.max_x, c.max_y);
+  text += fmt::format(
+      "{}mean {:.3g} levels (limit {:g}); worst 32x32 tile ({},{}): {:.3g} (limit {:g}); box {},{} to "
+      "{},{}\n",
+      indent, c.mean, tolerance.mean, c.tile_x, c.tile_y, c.tile_mean, tolerance.tile_mean, c.left, c.top,
+      c.right, c.bottom);
+  text += fmt::format("{}px above 0/1/2/4/8/16/32 levels: {}", indent, c.above[0]);
+  for (std::size_t i = 1; i < c.above.size(); ++i) text += fmt::format(" {}", c.above[i]);
+  if (passes(c.judgement)) {
+    text += "; within tolerance, but exact is the rule on this renderer";
+  } else {
+    text += fmt::format("; fails by {}", name(c.judgement));
+  }
+  if (comparison.flip) {
+    text += fmt::format("\n{}FLIP mean {:.4f}  p99 {:.2f}  max {:.2f} -> {}", indent, comparison.flip->mean,
+                        comparison.flip->percentile_99, comparison.flip->max, comparison.flip->visibility);
+  }
+  text += "\n";
+  if (comparison.blame) text += explain_blame(*comparison.blame);
+  return text;
+}
+
+std::string explain_image(const ImageResult& image, const SuiteCase& entry) {
+  std::string text = fmt::format("  f{:04}    ", image.frame);
+  if (!image.is_drawn) {
+    text += image.has_golden ? "cannot be drawn from the golden poses\n" : "no golden\n";
+  } else if (!image.against_golden) {
+    text += "no golden picture\n";
+  } else {
+    text += "golden poses, this renderer: " + explain_pictures(*image.against_golden, entry.tolerance);
+  }
+  if (image.is_blank) text += "           the picture is blank: it shows one colour all over\n";
+  if (image.new_poses) {
+    text += "           new poses against golden ones, both drawn here: " +
+            explain_pictures(*image.new_poses, entry.tolerance);
+  }
+  return text;
+}
+
+/// As one word of a shell.
+std::string quoted(const std::string& word) {
+  const bool is_plain = std::all_of(word.begin(), word.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.' || c == '/';
+  });
+  if (is_plain) return word;
+  std::string result = "'";
+  for (const char c : word) result += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return result + "'";
+}
+
+std::string options_text(const CheckOptions& options, bool with_output) {
+  const CheckOptions defaults;
+  std::string text;
+  if (options.suite != defaults.suite) text += fmt::format(" --suite {}", options.suite.string());
+  if (with_output && options.output != defaults.output) {
+    text += fmt::format(" --output {}", options.output.string());
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string change_text(const FirstChange& first) {
+  if (first.axis == ' ') {
+    return first.size_frame < 0 ? "no poses are stored from there on" : "only velocities differ";
+  }
+  const bool turned = first.axis == 'r';
+  std::string text = fmt::format("{} {:.2g} {}",
+                                 turned ? std::string("orientation") : fmt::format("position {}", first.axis),
+                                 first.size, turned ? "rad" : "m");
+  if (first.size_frame != first.frame) text += fmt::format(" (at frame {})", first.size_frame);
+  return text;
+}
+
+std::string meaning(const CaseResult& result) {
+  switch (result.verdict) {
+    case Verdict::simulation_changed:
+      return fmt::format("simulation changed (renderer {})",
+                         result.images_checked ? "unchanged" : "not checked");
+    case Verdict::renderer_changed:
+      return fmt::format("renderer changed (simulation {})",
+                         result.poses.is_checked ? "unchanged" : "not checked");
+    case Verdict::both_changed:
+      return "both changed, simulation and renderer";
+    case Verdict::environment:
+      return "environment: this is not the pinned renderer, and the pictures are beyond the tolerance";
+    case Verdict::missing:
+      return "missing: goldens of this case are not there";
+    case Verdict::created:
+      return "new: this case has no goldens yet";
+    case Verdict::pass:
+      break;
+  }
+  return "pass";
+}
+
+std::string replay_command(const CaseResult& result, const CheckOptions& options) {
+  const FirstChange& first = result.poses.motion.first;
+  std::string command = fmt::format("substep replay {}", result.entry.name) + options_text(options, false);
+  if (first.frame >= 0) command += fmt::format(" --to {}", first.frame);
+  // In quotes: names are the scene's, and may have spaces.
+  if (!first.body.empty()) command += fmt::format(" --focus {}", quoted(first.body));
+  return command;
+}
+
+std::string approve_command(const CaseResult& result, const CheckOptions& options) {
+  return fmt::format("substep approve {}{} --reason \"...\"", result.entry.name, options_text(options, true));
+}
+
+std::string alternate_command(const CaseResult& result, const CheckOptions& options) {
+  return fmt::format("substep approve {}{} --alternate --reason \"...\"", result.entry.name,
+                     options_text(options, true));
+}
+
+std::string explain(const CaseResult& result, const CheckOptions& options) {
+  const std::string& case_name = result.entry.name;
+  std::string text = fmt::format("FAILED {}   VERDICT: {}\n", case_name, meaning(result));
+  text += explain_poses(result);
+  if (!result.images_checked) text += "  images   not checked\n";
+  for (const ImageResult& image : result.images) text += explain_image(image, result.entry);
+  for (const std::string& note : result.notes) text += fmt::format("  note     {}\n", note);
+  text += fmt::format("  files    {}\n", result.files.string());
+  text += fmt::format("  replay   {}\n", replay_command(result, options));
+  if (!result.refusal.empty()) {
+    text += fmt::format("  approve  not from this check: {}\n", result.refusal);
+    if (result.has_alternates) text += fmt::format("  or       {}\n", alternate_command(result, options));
+  } else {
+    text += fmt::format("  approve  {}\n", approve_command(result, options));
+  }
+  return text;
+}
+
+std::string totals(const CheckResult& result) {
+  std::array<int, 7> counts{};
+  for (const CaseResult& entry : result.cases) ++counts[static_cast<std::size_t>(entry.verdict)];
+  std::string text;
+  for (const Verdict verdict : {Verdict::simulation_changed, Verdict::renderer_changed, Verdict::both_changed,
+                                Verdict::environment, Verdict::missing, Verdict::created}) {
+    text += fmt::format("{} {}, ", counts[static_cast<std::size_t>(verdict)], name(verdict));
+  }
+  return text + fmt::format("{} orphan, {} pass", result.orphans.size(),
+                            counts[static_cast<std::size_t>(Verdict::pass)]);
+}
+
+}  // namespace substep

@@ -1,0 +1,110 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <sstream>
+#include <string>
+
+#include "golden/commands/commands.h"
+#include "golden/compare/image_comparison.h"
+#include "render/image.h"
+#include "sim/error.h"
+#include "sim/log/pose_log.h"
+
+namespace substep {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct DiffOptions {
+  fs::path expected;
+  fs::path actual;
+};
+
+bool is_png(const fs::path& file) {
+  constexpr std::string_view start = "\x89PNG";
+  std::string found(start.size(), ' ');
+  std::ifstream stream(file, std::ios::binary);
+  return stream.read(found.data(), static_cast<std::streamsize>(found.size())) && found == start;
+}
+
+/// Prints what differs; returns whether anything does.
+bool differ(const PoseLog& expected, const PoseLog& actual) {
+  const PoseDifference difference = compare(expected, actual);
+  std::istringstream headers(difference.headers);
+  for (std::string line; std::getline(headers, line);) fmt::print("{}\n", line);
+  if (difference.first_frame < 0) {
+    fmt::print("all {} frames have the same state\n", expected.frames.size());
+  } else {
+    fmt::print("first different state: frame {} ({:g} s)\n", difference.first_frame,
+               difference.first_frame * expected.settings.step);
+  }
+  if (difference.first_full_frame >= 0) {
+    const std::string where = fmt::format("first poses from there on: frame {}", difference.first_full_frame);
+    if (difference.axis == ' ') {
+      fmt::print("{}: equal; velocities differ\n", where);
+    } else {
+      const bool turned = difference.axis == 'r';
+      fmt::print("{}: most in body {} {}, {}: {:.3g} {}\n", where, difference.body,
+                 expected.bodies[static_cast<std::size_t>(difference.body)],
+                 turned ? std::string("orientation") : fmt::format("position {}", difference.axis),
+                 difference.size, turned ? "rad" : "m");
+    }
+    fmt::print("largest over all poses: {:.3g} m, {:.3g} rad\n", difference.largest_position,
+               difference.largest_orientation);
+  }
+  return !difference.none();
+}
+
+bool differ(const Image& expected, const Image& actual) {
+  if (expected.width != actual.width || expected.height != actual.height) {
+    fmt::print("size: {}x{} → {}x{}\n", expected.width, expected.height, actual.width, actual.height);
+    return true;
+  }
+  const ImageComparison found = compare(expected, actual);
+  if (found.judgement == Judgement::exact) {
+    fmt::print("all {} pixels are equal\n", found.pixels);
+    return false;
+  }
+  const auto count = found.above[0];
+  fmt::print("{} pixels differ ({:.3g} %), by at most {} levels, at ({},{}); by {:.3g} levels in the mean\n",
+             count, 100.0 * static_cast<double>(count) / static_cast<double>(found.pixels), found.max,
+             found.max_x, found.max_y, found.mean);
+  fmt::print("they lie in ({},{}) to ({},{}); the worst tile is at ({},{}), {:.3g} levels in the mean\n",
+             found.left, found.top, found.right, found.bottom, found.tile_x, found.tile_y, found.tile_mean);
+  fmt::print("pixels that differ by more than");
+  for (std::size_t i = 0; i < ImageComparison::levels.size(); ++i) {
+    fmt::print("{} {} levels: {}", i == 0 ? "" : ",", ImageComparison::levels[i], found.above[i]);
+  }
+  fmt::print("\nwith the goldens' tolerance: {}\n", name(found.judgement));
+  return true;
+}
+
+void diff(const DiffOptions& options) {
+  const bool is_image = is_png(options.expected);
+  // A file that is neither is reported by the reader of pose logs.
+  if (is_image != is_png(options.actual) && fs::exists(options.expected) && fs::exists(options.actual)) {
+    throw Error(fmt::format("{} and {}: a picture cannot be compared with anything but a picture",
+                            options.expected.string(), options.actual.string()));
+  }
+  const bool different = is_image ? differ(read_png(options.expected), read_png(options.actual))
+                                  : differ(read_pose_log(options.expected), read_pose_log(options.actual));
+  if (different) throw CLI::RuntimeError(1);
+}
+
+}  // namespace
+
+void add_diff_command(CLI::App& app) {
+  CLI::App* const command =
+      app.add_subcommand("diff", "Say what differs between two pose logs or two PNG files");
+  const auto options = std::make_shared<DiffOptions>();
+  command->add_option("expected", options->expected, "A pose log or a PNG file")->required();
+  command->add_option("actual", options->actual, "Another of the same kind")->required();
+  command->footer(
+      "Ends with code 0 where nothing differs and 1 where something does.\n"
+      "Example:\n  substep diff golden/poses/rod_chain/a3.poses.txt rod_chain.a3.poses.txt");
+  command->callback([options] { diff(*options); });
+}
+
+}  // namespace substep

@@ -1,0 +1,287 @@
+#include "golden/compare/motion_comparison.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+namespace substep {
+namespace {
+
+constexpr double half_a_pixel = 0.5;
+
+struct BodyChange {
+  double position = 0;     ///< m
+  double orientation = 0;  ///< rad
+  char axis = ' ';
+
+  /// A position weighs more than an orientation: a turned ball can look the same.
+  bool is_larger_than(const BodyChange& other) const {
+    if (position != other.position) return position > other.position;
+    return orientation > other.orientation;
+  }
+  double size() const { return axis == 'r' ? orientation : position; }
+};
+
+BodyChange change_of(const Coordinates& a, const Coordinates& b) {
+  BodyChange result;
+  const Vector3 moved = (b.linear - a.linear).cwiseAbs();
+  int axis = 0;
+  result.position = moved.maxCoeff(&axis);
+  // Of the shorter arc; equal up to sign is equal.
+  const double along = std::abs(a.angular.dot(b.angular));
+  const double chord = std::min((a.angular.coeffs() - b.angular.coeffs()).norm(),
+                                (a.angular.coeffs() + b.angular.coeffs()).norm());
+  result.orientation = along < 0.5 ? 2 * std::acos(std::min(along, 1.0)) : 4 * std::asin(chord / 2);
+  if (result.position > 0) {
+    result.axis = "xyz"[axis];
+  } else if (result.orientation > 0) {
+    result.axis = 'r';
+  }
+  return result;
+}
+
+int frame_count(const LoggedMotion& golden, const LoggedMotion& actual) {
+  return static_cast<int>(std::min(golden.log->frames.size(), actual.log->frames.size()));
+}
+
+std::string body_name(const LoggedMotion& motion, std::size_t body) {
+  const auto& names = motion.log->bodies;
+  return body < names.size() ? names[body] : fmt::format("body {}", body);
+}
+
+const Track::Frame* track_frame(const LoggedMotion& motion, int frame) {
+  if (motion.track == nullptr || frame >= static_cast<int>(motion.track->frames.size())) return nullptr;
+  return &motion.track->frames[static_cast<std::size_t>(frame)];
+}
+
+int first_changed_frame(const LoggedMotion& golden, const LoggedMotion& actual) {
+  const int common = frame_count(golden, actual);
+  for (int k = 0; k < common; ++k) {
+    const auto frame = static_cast<std::size_t>(k);
+    if (golden.log->frames[frame].hash != actual.log->frames[frame].hash) return k;
+  }
+  return golden.log->frames.size() == actual.log->frames.size() ? -1 : common;
+}
+
+/// The bodies whose digests differ; all but the world when the tracks do not say.
+std::vector<std::size_t> changed_bodies(const LoggedMotion& golden, const LoggedMotion& actual, int frame,
+                                        bool& is_known) {
+  std::vector<std::size_t> result;
+  const Track::Frame* a = track_frame(golden, frame);
+  const Track::Frame* b = track_frame(actual, frame);
+  is_known = a != nullptr && b != nullptr && a->digests.size() == b->digests.size();
+  for (std::size_t i = 1; is_known && i < a->digests.size(); ++i) {
+    if (a->digests[i] != b->digests[i]) result.push_back(i);
+  }
+  if (!result.empty()) return result;
+  is_known = false;
+  for (std::size_t i = 1; i < golden.log->bodies.size(); ++i) result.push_back(i);
+  return result;
+}
+
+FirstChange first_change(const LoggedMotion& golden, const LoggedMotion& actual) {
+  FirstChange first;
+  first.frame = first_changed_frame(golden, actual);
+  if (first.frame < 0) return first;
+  bool is_known = false;
+  const std::vector<std::size_t> candidates = changed_bodies(golden, actual, first.frame, is_known);
+  if (is_known) {
+    for (const std::size_t body : candidates) first.bodies.push_back(body_name(golden, body));
+    first.body = first.bodies.front();
+  }
+  const int common = frame_count(golden, actual);
+  for (int k = first.frame; k < common; ++k) {
+    const PosePair pair = poses_at(golden, actual, k);
+    BodyChange largest;
+    for (const std::size_t body : candidates) {
+      if (body >= pair.golden.size() || body >= pair.actual.size()) continue;
+      const BodyChange change = change_of(pair.golden[body], pair.actual[body]);
+      if (change.axis == ' ' || !change.is_larger_than(largest)) continue;
+      largest = change;
+      first.body = body_name(golden, body);
+    }
+    first.axis = largest.axis;
+    first.size = largest.size();
+    first.size_frame = k;
+    // Logged poses that are equal say that only velocities differ; rounded ones say nothing yet.
+    const bool is_decided = largest.axis != ' ' || (!pair.golden.empty() && !pair.is_rounded);
+    if (is_decided) return first;
+  }
+  first.size_frame = -1;
+  return first;
+}
+
+/// Where a point is in the picture; false where it is not before the eye.
+bool project(const Viewfinder& finder, const Vector3& point, double& x, double& y) {
+  const glm::dvec3 p = glm::dvec3(point.x(), point.y(), point.z()) - finder.view.eye;
+  const double depth = glm::dot(p, finder.view.forward);
+  if (!(depth > 1e-6)) return false;
+  x = finder.width * 0.5 * (1 + glm::dot(p, finder.view.right) / (depth * finder.view.tangent_x));
+  y = finder.height * 0.5 * (1 - glm::dot(p, finder.view.up) / (depth * finder.view.tangent_y));
+  return true;
+}
+
+bool is_inside(const Viewfinder& finder, double x, double y) {
+  return x >= 0 && x <= finder.width && y >= 0 && y <= finder.height;
+}
+
+/// By how much a part's corners that are in either picture move, in pixels.
+double shift_in_picture(const Viewfinder& finder, const Part& part, const Coordinates& a,
+                        const Coordinates& b) {
+  double largest = 0;
+  for (const Vector3& corner : part.corners()) {
+    double ax = 0, ay = 0, bx = 0, by = 0;
+    const bool is_before = project(finder, a.angular * corner + a.linear, ax, ay) &&
+                           project(finder, b.angular * corner + b.linear, bx, by);
+    if (!is_before || (!is_inside(finder, ax, ay) && !is_inside(finder, bx, by))) continue;
+    largest = std::max(largest, std::hypot(ax - bx, ay - by));
+  }
+  return largest;
+}
+
+void predict(const LoggedMotion& golden, const LoggedMotion& actual, const Viewfinder& finder,
+             MotionComparison& result) {
+  for (int k = 0; k < frame_count(golden, actual); ++k) {
+    const PosePair pair = poses_at(golden, actual, k);
+    const std::size_t bodies = std::min(pair.golden.size(), pair.actual.size());
+    if (bodies == 0) continue;
+    MotionComparison::Error error{k, 0, 0};
+    // Before the first change rounding is all there could be.
+    const bool can_differ = result.first.frame >= 0 && k >= result.first.frame;
+    for (std::size_t i = 1; can_differ && i < bodies; ++i) {
+      error.position = std::max(error.position, (pair.golden[i].linear - pair.actual[i].linear).norm());
+    }
+    for (const Part& part : finder.parts) {
+      const auto body = static_cast<std::size_t>(part.body);
+      if (!can_differ || body == 0 || body >= bodies) continue;
+      const double pixels = shift_in_picture(finder, part, pair.golden[body], pair.actual[body]);
+      error.pixels = std::max(error.pixels, pixels);
+      if (pixels >= half_a_pixel && result.predicted_frame < 0) {
+        result.predicted_frame = k;
+        result.predicted_body = body_name(golden, body);
+      }
+    }
+    result.errors.push_back(error);
+  }
+}
+
+int first_other_contacts(const LoggedMotion& golden, const LoggedMotion& actual, int from) {
+  for (int k = std::max(from, 0); k < frame_count(golden, actual); ++k) {
+    const Track::Frame* a = track_frame(golden, k);
+    const Track::Frame* b = track_frame(actual, k);
+    if (a == nullptr || b == nullptr) return -1;
+    if (a->invariants.touching != b->invariants.touching) return k;
+  }
+  return -1;
+}
+
+/// What is beyond the tolerance in a frame's poses; empty: nothing.
+std::string poses_beyond(const LoggedMotion& golden, const PosePair& pair, const PoseTolerance& tolerance) {
+  for (std::size_t i = 1; i < std::min(pair.golden.size(), pair.actual.size()); ++i) {
+    const BodyChange change = change_of(pair.golden[i], pair.actual[i]);
+    if (change.position > tolerance.position) {
+      return fmt::format("body {} position {} {:.2g} m (limit {:g})", body_name(golden, i), change.axis,
+                         change.position, tolerance.position);
+    }
+    if (change.orientation > tolerance.orientation) {
+      return fmt::format("body {} orientation {:.2g} rad (limit {:g})", body_name(golden, i),
+                         change.orientation, tolerance.orientation);
+    }
+  }
+  return {};
+}
+
+std::string invariants_beyond(const Invariants& golden, const Invariants& actual, double energy_scale,
+                              const PoseTolerance& tolerance) {
+  const double energy = std::abs(actual.energy - golden.energy);
+  if (energy > tolerance.energy * energy_scale) {
+    return fmt::format("energy {:.4g} J, golden {:.4g} J (limit {:g} of {:.4g} J)", actual.energy,
+                       golden.energy, tolerance.energy, energy_scale);
+  }
+  if (actual.penetration > golden.penetration + tolerance.penetration) {
+    return fmt::format("penetration {:.2g} m, golden {:.2g} m (limit {:g} more)", actual.penetration,
+                       golden.penetration, tolerance.penetration);
+  }
+  if (std::abs(actual.resting - golden.resting) > tolerance.resting) {
+    return fmt::format("{} bodies rest, golden {} (limit {})", actual.resting, golden.resting,
+                       tolerance.resting);
+  }
+  return {};
+}
+
+void judge(const LoggedMotion& golden, const LoggedMotion& actual, const PoseTolerance& tolerance,
+           MotionComparison& result) {
+  if (golden.log->frames.size() != actual.log->frames.size() || golden.log->end != actual.log->end) {
+    result.judgement = PoseJudgement::end;
+    return;
+  }
+  double energy_scale = 0;
+  if (golden.track != nullptr) {
+    for (const Track::Frame& frame : golden.track->frames) {
+      energy_scale = std::max(energy_scale, std::abs(frame.invariants.energy));
+    }
+  }
+  result.judgement = PoseJudgement::within;
+  for (int k = result.first.frame; k < frame_count(golden, actual); ++k) {
+    const bool by_poses = result.contacts_frame < 0 || k < result.contacts_frame;
+    result.limit = by_poses ? poses_beyond(golden, poses_at(golden, actual, k), tolerance)
+                            : invariants_beyond(track_frame(golden, k)->invariants,
+                                                track_frame(actual, k)->invariants, energy_scale, tolerance);
+    if (result.limit.empty()) continue;
+    result.judgement = by_poses ? PoseJudgement::poses : PoseJudgement::invariants;
+    result.limit_frame = k;
+    return;
+  }
+}
+
+}  // namespace
+
+std::string_view name(PoseJudgement judgement) {
+  switch (judgement) {
+    case PoseJudgement::exact:
+      return "exact";
+    case PoseJudgement::within:
+      return "within tolerance";
+    case PoseJudgement::differs:
+      return "not exact";
+    case PoseJudgement::end:
+      return "end";
+    case PoseJudgement::poses:
+      return "poses";
+    case PoseJudgement::invariants:
+      return "invariants";
+  }
+  return "?";
+}
+
+PosePair poses_at(const LoggedMotion& golden, const LoggedMotion& actual, int frame) {
+  const auto k = static_cast<std::size_t>(frame);
+  if (k < golden.log->frames.size() && k < actual.log->frames.size()) {
+    const auto& a = golden.log->frames[k].poses;
+    const auto& b = actual.log->frames[k].poses;
+    if (!a.empty() && !b.empty()) return {a, b, false};
+  }
+  const Track::Frame* a = track_frame(golden, frame);
+  const Track::Frame* b = track_frame(actual, frame);
+  if (a == nullptr || b == nullptr) return {};
+  return {a->poses, b->poses, true};
+}
+
+MotionComparison compare_motion(const LoggedMotion& golden, const LoggedMotion& actual,
+                                const Viewfinder& finder, const std::optional<PoseTolerance>& tolerance) {
+  MotionComparison result;
+  result.first = first_change(golden, actual);
+  if (result.first.frame < 0) return result;
+  result.contacts_frame = first_other_contacts(golden, actual, result.first.frame);
+  predict(golden, actual, finder, result);
+  if (tolerance) {
+    judge(golden, actual, *tolerance, result);
+  } else {
+    result.judgement = PoseJudgement::differs;
+  }
+  return result;
+}
+
+}  // namespace substep

@@ -1,0 +1,96 @@
+#pragma once
+/// How two runs of a scene come apart: where it begins, when it could be seen, and whether it is within a
+/// tolerance.
+///
+/// The order of judgement; the first rule that speaks decides:
+///
+///  1. exact       every frame has the golden hash, and the stored poses are those of the hashes;
+///  2. exact only  without a tolerance anything else fails: the rule for our own scenes;
+///  3. end         the runs must have as many frames and end alike;
+///  4. poses       until the pairs of bodies that touch differ for the first time, every body must be within
+///                 `position` and `orientation` of the golden one;
+///  5. invariants  from there on two right runs need not agree any more, for contacts multiply the smallest
+///                 difference; but energy, deepest penetration and the number of resting bodies must.
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "golden/compare/track.h"
+#include "render/camera.h"
+#include "sim/log/pose_log.h"
+
+namespace substep {
+
+struct PoseTolerance {
+  double position = 1e-4;     ///< m
+  double orientation = 1e-3;  ///< rad
+  double energy = 0.02;       ///< of the largest energy in the golden run, relative
+  double penetration = 1e-3;  ///< m
+  int resting = 1;            ///< bodies
+};
+
+enum class PoseJudgement { exact, within, differs, end, poses, invariants };
+
+/// "exact", "within tolerance", "not exact", "end", "poses", "invariants".
+std::string_view name(PoseJudgement judgement);
+
+inline bool passes(PoseJudgement judgement) {
+  return judgement == PoseJudgement::exact || judgement == PoseJudgement::within;
+}
+
+/// A pose log and, where there is one, its track.
+struct LoggedMotion {
+  const PoseLog* log = nullptr;
+  const Track* track = nullptr;
+};
+
+/// The poses of both at a frame: as logged when both logs have them, else both from the tracks; empty when
+/// there are none.
+struct PosePair {
+  std::span<const Coordinates> golden;
+  std::span<const Coordinates> actual;
+  bool is_rounded = false;  ///< to Track::resolution
+};
+PosePair poses_at(const LoggedMotion& golden, const LoggedMotion& actual, int frame);
+
+/// Where the runs come apart.
+struct FirstChange {
+  int frame = -1;                   ///< first with another state, −1: none
+  std::vector<std::string> bodies;  ///< those whose state changed in it; empty: not known without a track
+  std::string body;                 ///< of these (or of all) the one that then differs most
+  char axis = ' ';                  ///< 'x' 'y' 'z' of its position, 'r' orientation, ' ' only velocities
+  double size = 0;                  ///< m, or rad for 'r'
+  int size_frame = -1;              ///< where that was measured: `frame`, or the next with poses that differ
+};
+
+struct MotionComparison {
+  PoseJudgement judgement = PoseJudgement::exact;
+  FirstChange first;
+  int contacts_frame = -1;   ///< first whose touching pairs differ; −1: none, or not known
+  int limit_frame = -1;      ///< first beyond the tolerance, by poses or invariants
+  std::string limit;         ///< what was beyond it: "body crate position 1.2e-3 m (limit 1e-4)"
+  int predicted_frame = -1;  ///< first in which a body is drawn half a pixel or more from where it was
+  std::string predicted_body;
+  /// Of frames that have poses in both runs, ascending.
+  struct Error {
+    int frame;
+    double position;  ///< largest of a body, m
+    double pixels;    ///< largest shift of a body's corner in the picture
+  };
+  std::vector<Error> errors;
+};
+
+/// What pictures of the motion are seen through.
+struct Viewfinder {
+  View view;
+  int width = 0;
+  int height = 0;
+  std::vector<Part> parts;
+};
+
+MotionComparison compare_motion(const LoggedMotion& golden, const LoggedMotion& actual,
+                                const Viewfinder& finder, const std::optional<PoseTolerance>& tolerance);
+
+}  // namespace substep

@@ -1,0 +1,100 @@
+#include "golden/compare/provenance.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <vector>
+
+#include "render/renderer.h"
+#include "sim/error.h"
+
+namespace substep {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The first line that git prints, or nothing when it fails. Without a shell: a folder may have any name.
+std::string git(const fs::path& folder, std::vector<std::string> arguments) {
+  std::array<int, 2> ends{};
+  if (::pipe2(ends.data(), O_CLOEXEC) != 0) return {};
+  arguments.insert(arguments.begin(), {"git", "-C", folder.empty() ? "." : folder.string()});
+  std::vector<char*> raw;
+  raw.reserve(arguments.size() + 1);
+  for (std::string& argument : arguments) raw.push_back(argument.data());
+  raw.push_back(nullptr);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
+  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
+  pid_t child = 0;
+  const int failure = posix_spawnp(&child, "git", &actions, nullptr, raw.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  ::close(ends[1]);
+  std::string output;
+  std::array<char, 256> buffer{};
+  while (failure == 0) {
+    const ssize_t got = ::read(ends[0], buffer.data(), buffer.size());
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) break;
+    output.append(buffer.data(), static_cast<std::size_t>(got));
+  }
+  ::close(ends[0]);
+  if (failure != 0) return {};
+  int status = 0;
+  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) return {};
+  return output.substr(0, output.find('\n'));
+}
+
+std::string processor() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);) {
+    if (line.rfind("model name", 0) != 0) continue;
+    const auto start = line.find_first_not_of(" \t", line.find(':') + 1);
+    return start == std::string::npos ? std::string() : line.substr(start);
+  }
+  return {};
+}
+
+}  // namespace
+
+MadeWith made_with(const fs::path& folder, bool with_renderer) {
+  MadeWith result;
+  if (with_renderer) {
+    result.renderer = renderer_description();
+    result.is_pinned = is_pinned_renderer();
+  }
+  result.compiler = SUBSTEP_COMPILER;
+  result.processor = processor();
+  result.commit = git(folder, {"describe", "--always", "--dirty", "--exclude=*", "--abbrev=40"});
+  return result;
+}
+
+std::string content_hash(std::string_view bytes) {
+  std::uint64_t hash = 0xcbf29ce484222325;
+  for (const char byte : bytes) {
+    hash ^= static_cast<std::uint8_t>(byte);
+    hash *= 0x100000001b3;
+  }
+  return fmt::format("{:016x}", hash);
+}
+
+std::string read_bytes(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) throw Error(fmt::format("{}: cannot be read: {}", file.string(), std::strerror(errno)));
+  std::string bytes{std::istreambuf_iterator<char>(stream), {}};
+  if (stream.bad()) throw Error(fmt::format("{}: cannot be read: {}", file.string(), std::strerror(errno)));
+  return bytes;
+}
+
+}  // namespace substep

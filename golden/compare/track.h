@@ -1,0 +1,65 @@
+#pragma once
+/// What each frame of a run was like, in few bytes.
+///
+/// A golden pose log has a hash of every frame, but poses of every tenth or so only. Its track, beside it,
+/// has for every frame a digest of each body, so that the first body to change is known and not guessed; the
+/// poses to a hundredth of a millimetre, so that the frame in which a change could first be seen is found by
+/// drawing it; and what stays meaningful where poses do not (invariants). It only explains: without a track a
+/// case is judged the same, with fewer words, but for a pose tolerance past a change of contacts
+/// (pose_judgement.h).
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "sim/model/settings.h"
+#include "sim/model/state.h"
+#include "sim/scene/scene.h"
+#include "sim/simulation.h"
+
+namespace substep {
+
+/// What two good runs of a chaotic scene still have in common.
+struct Invariants {
+  std::uint16_t touching = 0;  ///< digest of the pairs of bodies that touch
+  double energy = 0;           ///< of all bodies, J
+  double penetration = 0;      ///< of the deepest contact, m
+  int resting = 0;             ///< bodies slower than `resting_speed`
+};
+
+struct Track {
+  static constexpr double resolution = 1e-5;     ///< of positions (m) and of quaternions' components
+  static constexpr double resting_speed = 0.01;  ///< m/s, and rad/s
+  static constexpr double touching_gap = 1e-3;   ///< m; nearer bodies count as touching
+
+  struct Frame {
+    std::vector<std::uint16_t> digests;  ///< of each body's coordinates and velocity; the world first
+    std::vector<Coordinates> poses;      ///< rounded to `resolution`; the world first
+    Invariants invariants;
+  };
+  std::vector<Frame> frames;  ///< from frame 0 on
+};
+
+/// Makes a track frame by frame, for a run of `scene` with `settings`.
+class Tracker {
+ public:
+  Tracker(const Scene& scene, const Settings& settings);
+  ~Tracker();
+  Tracker(Tracker&&) noexcept;
+  void add(const State& state);
+  Track take();
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+/// As a file's bytes: deflated, deterministic.
+std::string to_bytes(const Track& track);
+
+/// Throws Error when the file cannot be read or is not a track.
+Track read_track(const std::filesystem::path& file);
+
+}  // namespace substep

@@ -1,0 +1,239 @@
+#include "golden/report/report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "golden/compare/provenance.h"
+#include "golden/report/report_assets.h"
+#include "golden/report/report_case.h"
+#include "render/markup.h"
+#include "sim/log/file_output.h"
+
+namespace substep {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+const std::vector<std::string> verdicts{
+    "both changed", "simulation changed", "renderer changed", "missing", "new", "environment", "pass"};
+
+double severity(const Json& entry) {
+  double largest = 0;
+  if (!entry.contains("pairs")) return largest;
+  for (const Json& pair : entry.at("pairs")) {
+    const Json& comparison = pair.at("comparison");
+    if (comparison.contains("flip"))
+      largest = std::max(largest, comparison.at("flip").at("max").get<double>());
+  }
+  return largest;
+}
+
+/// What does not pass, the gravest verdict first and in it what is most visible.
+std::vector<const Json*> failing_cases(const Json& results) {
+  std::vector<const Json*> cases;
+  for (const Json& entry : results.at("cases")) {
+    if (entry.at("verdict") != "pass") cases.push_back(&entry);
+  }
+  const auto rank = [](const Json* entry) {
+    return std::find(verdicts.begin(), verdicts.end(), entry->at("verdict").get<std::string>()) -
+           verdicts.begin();
+  };
+  std::stable_sort(cases.begin(), cases.end(), [&](const Json* a, const Json* b) {
+    if (rank(a) != rank(b)) return rank(a) < rank(b);
+    return severity(*a) > severity(*b);
+  });
+  return cases;
+}
+
+std::string totals_list(const Json& results) {
+  std::string html = "<ul class=\"totals\">\n";
+  const auto add = [&](const std::string& verdict, std::size_t count) {
+    html += fmt::format("<li class=\"{}{}\"><b>{}</b>{}</li>\n", css_class(verdict),
+                        count == 0 ? " zero" : "", count, verdict);
+  };
+  const Json& cases = results.at("cases");
+  for (const std::string& verdict : verdicts) {
+    if (verdict == "pass") add("orphan", results.at("orphans").size());
+    add(verdict, static_cast<std::size_t>(std::count_if(
+                     cases.begin(), cases.end(), [&](const Json& e) { return e.at("verdict") == verdict; })));
+  }
+  return html + "</ul>\n";
+}
+
+std::string machines(const Json& results) {
+  std::string rows;
+  for (const char* key : {"renderer", "compiler", "processor", "commit"}) {
+    std::set<std::string> golden;
+    for (const Json& entry : results.at("cases")) {
+      const bool has = entry.contains("golden_made_with") && entry.at("golden_made_with").is_object();
+      if (has) golden.insert(entry.at("golden_made_with").value(key, std::string()));
+    }
+    const auto here = results.at("made_with").at(key).get<std::string>();
+    std::string theirs;
+    for (const std::string& value : golden) {
+      if (value.empty()) continue;
+      theirs += (value == here ? escaped(value) : "<mark>" + escaped(value) + "</mark>") + "<br>";
+    }
+    rows += fmt::format("<tr><th>{}</th><td>{}</td><td>{}</td></tr>\n", key,
+                        here.empty() ? "–" : escaped(here), theirs.empty() ? "–" : theirs);
+  }
+  return "<h3>Machines</h3>\n<div class=\"wide\"><table><tr><th></th><th>this check</th><th>goldens of the "
+         "failing cases</th></tr>\n" +
+         rows + "</table></div>\n";
+}
+
+std::string frame_text(const Json& frame) {
+  return frame.get<int>() < 0 ? "–" : std::to_string(frame.get<int>());
+}
+
+std::string overview(const std::vector<const Json*>& cases) {
+  if (cases.empty()) return {};
+  std::string html =
+      "<h3>What does not pass</h3>\n<div class=\"wide\"><table><tr><th>case</th><th>verdict</th><th "
+      "class=\"number\">first difference</th><th>body</th><th class=\"number\">half a pixel</th><th "
+      "class=\"number\">first other picture</th><th class=\"number\">FLIP max</th></tr>\n";
+  for (const Json* entry : cases) {
+    const Json& poses = entry->at("poses");
+    const bool differs = poses.contains("motion") && !poses.at("pass").get<bool>();
+    const Json none = -1;
+    const Json& motion = differs ? poses.at("motion") : none;
+    const double visible = severity(*entry);
+    fmt::format_to(
+        std::back_inserter(html),
+        "<tr><td><a href=\"#{0}\">{0}</a></td><td class=\"verdict {1}\">{2}</td><td class=\"number\">{3}</td>"
+        "<td>{4}</td><td class=\"number\">{5}</td><td class=\"number\">{6}</td><td "
+        "class=\"number\">{7}</td></tr>\n",
+        text_of(entry->at("name")), css_class(entry->at("verdict")), text_of(entry->at("verdict")),
+        differs ? frame_text(motion.at("first_frame")) : "–", differs ? text_of(motion.at("body")) : "–",
+        differs ? frame_text(motion.at("predicted_frame")) : "–",
+        differs ? frame_text(poses.at("visible_frame")) : "–",
+        visible > 0 ? fmt::format("{:.2f}", visible) : "–");
+  }
+  return html + "</table></div>\n";
+}
+
+std::string matrix_table(const Json& matrix, const char* which, const Json& other) {
+  const Json& names = matrix.at("cases");
+  const auto algorithm = [](const Json& name) {
+    const auto text = name.get<std::string>();
+    return escaped(text.substr(text.find('.') + 1));
+  };
+  std::string html = fmt::format("<div class=\"wide\"><table><tr><th>{}</th>", which);
+  for (const Json& name : names) html += "<th class=\"number\">" + algorithm(name) + "</th>";
+  html += "</tr>\n";
+  const Json& values = matrix.at(which);
+  for (std::size_t row = 0; row < names.size(); ++row) {
+    html += "<tr><th>" + algorithm(names[row]) + "</th>";
+    for (std::size_t column = 0; column < names.size(); ++column) {
+      const std::size_t at = row * names.size() + column;
+      // Runs that blow up have no distance that JSON can hold.
+      const double value = values[at].is_null() ? -1 : values[at].get<double>();
+      const std::string text = value < 0 ? "–" : row == column ? "0" : fmt::format("{:.3g}", value);
+      const bool is_same = values[at] == other[at];
+      html += "<td class=\"number\">" + (is_same ? text : "<mark>" + text + "</mark>") + "</td>";
+    }
+    html += "</tr>\n";
+  }
+  return html + "</table></div>\n";
+}
+
+std::string distances(const Json& results) {
+  std::string changed;
+  for (const Json& matrix : results.at("distances")) {
+    const bool is_other = matrix.at("before") != matrix.at("after");
+    if (!is_other || matrix.at("cases").size() < 2) continue;
+    changed += fmt::format("<h3>{}</h3>\n<div class=\"matrices\">\n{}{}</div>\n", text_of(matrix.at("scene")),
+                           matrix_table(matrix, "before", matrix.at("after")),
+                           matrix_table(matrix, "after", matrix.at("before")));
+  }
+  if (changed.empty()) return {};
+  return "<section class=\"case\" id=\"distances\"><h2>How far the algorithms lie apart</h2>\n<p "
+         "class=\"quiet\">Root mean square over frames and bodies of the distance of centres, in metres; "
+         "what "
+         "changed is marked.</p>\n" +
+         changed + "</section>\n";
+}
+
+std::string passing(const Json& results) {
+  std::string rows;
+  std::size_t count = 0;
+  for (const Json& entry : results.at("cases")) {
+    if (entry.at("verdict") != "pass") continue;
+    ++count;
+    std::string notes;
+    for (const Json& note : entry.at("notes")) notes += text_of(note) + "<br>";
+    rows += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", text_of(entry.at("name")), notes);
+  }
+  if (count == 0) return {};
+  return fmt::format("<details><summary>{} that pass</summary><table>\n{}</table></details>\n", count, rows);
+}
+
+std::string orphans(const Json& results) {
+  if (results.at("orphans").empty()) return {};
+  std::string html =
+      "<h3>Orphans: goldens of no case</h3>\n<p>Delete them, or put their cases back.</p>\n<ul>\n";
+  for (const Json& orphan : results.at("orphans")) html += fmt::format("<li>{}</li>\n", text_of(orphan));
+  return html + "</ul>\n";
+}
+
+std::string body(const Json& results, const fs::path& output, std::size_t budget) {
+  const std::vector<const Json*> cases = failing_cases(results);
+  const std::size_t all = results.at("cases").size();
+  std::string outcome = fmt::format("{} of {} cases do not pass", cases.size(), all);
+  if (cases.empty()) outcome = results.at("orphans").empty() ? "all as it was" : "goldens of no case";
+  std::string html = fmt::format(
+      "<header class=\"top\"><h1>Visual regression: {}</h1>\n<p class=\"quiet\">{} · {} cases</p>\n", outcome,
+      text_of(results.at("suite")), all);
+  html += totals_list(results) + overview(cases) + orphans(results) + machines(results);
+  html +=
+      "<p class=\"keys quiet\" hidden><kbd>j</kbd> <kbd>k</kbd> next and previous case · <kbd>n</kbd> "
+      "<kbd>p</kbd> "
+      "pictures · <kbd>1</kbd>–<kbd>6</kbd> how to compare · <kbd>space</kbd> flicker by hand · <kbd>+</kbd> "
+      "<kbd>−</kbd> zoom</p>\n</header>\n<main>\n";
+  ReportPictures pictures(output, budget);
+  for (const Json* entry : cases) html += case_section(*entry, pictures);
+  html += distances(results) + passing(results) + "</main>\n";
+  std::string options;
+  if (!cases.empty()) {
+    // What follows the name in the case's own command.
+    const auto own = cases.front()->at("approve").get<std::string>();
+    const auto from = own.find(cases.front()->at("name").get<std::string>());
+    const auto after = from + cases.front()->at("name").get<std::string>().size();
+    options = own.substr(after, own.rfind(" --reason") - after);
+  }
+  return html + fmt::format(
+                    "<div class=\"basket\" data-options=\"{}\"><div class=\"command\"><span>ticked</span>"
+                    "<code></code></div></div>",
+                    escaped(options));
+}
+
+void replace(std::string& text, std::string_view mark, std::string_view with) {
+  text.replace(text.find(mark), mark.size(), with);
+}
+
+}  // namespace
+
+fs::path report_file(const fs::path& output) {
+  return output / "report.html";
+}
+
+void write_report(const Json& results, const fs::path& output) {
+  // Room for everything but pictures.
+  const std::size_t words = results.dump().size() * 2 + 200'000;
+  const std::size_t budget = largest_report - std::min(words, largest_report);
+  std::string page(report_assets::page());
+  replace(page, "{{title}}", "substep check: " + escaped(results.at("totals").get<std::string>()));
+  replace(page, "{{style}}", report_assets::style());
+  replace(page, "{{script}}", report_assets::script());
+  replace(page, "{{body}}", body(results, output, budget));
+  write_file(report_file(output), page);
+}
+
+}  // namespace substep

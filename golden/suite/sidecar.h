@@ -1,0 +1,64 @@
+#pragma once
+/// What stands beside a case's goldens: what they were made with, what they show, when and why they were
+/// approved. It explains; but for alternates it never decides.
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "golden/compare/blame.h"
+#include "golden/compare/provenance.h"
+#include "golden/suite/suite.h"
+#include "sim/log/pose_log.h"
+#include "sim/scene/scene.h"
+
+namespace substep {
+
+/// Another picture that is as good as the golden one, for a renderer that cannot make the golden one.
+struct Alternate {
+  int frame = 0;
+  std::filesystem::path file;
+  std::string pixels;  ///< hash
+  std::string reason;
+};
+
+/// A sidecar that is missing or cannot be read says nothing.
+struct Sidecar {
+  struct Picture {
+    int frame = 0;
+    std::string pixels;  ///< hash of the picture that was approved
+    std::vector<BodyExtent> bodies;
+  };
+  std::vector<Picture> pictures;
+  std::vector<Alternate> alternates;
+  std::string scene_hash;
+  nlohmann::ordered_json made_with;
+
+  const Picture* picture(int frame) const;
+};
+Sidecar read_sidecar(const std::filesystem::path& file);
+
+/// A picture of a case as it would be approved.
+struct ApprovablePicture {
+  const Image* picture = nullptr;
+  std::vector<BodyExtent> bodies;
+};
+
+/// What the goldens of a case were made with. `pictures` are those of entry.images. Alternates are not in it:
+/// they go with the golden pictures that they stand beside.
+nlohmann::ordered_json make_sidecar(const SuiteCase& entry, const PoseLog& log, const Scene& scene,
+                                    std::span<const ApprovablePicture> pictures, const MadeWith& made_with);
+
+nlohmann::ordered_json to_json(const MadeWith& made_with);
+nlohmann::ordered_json to_json(const Settings& settings);
+
+/// "golden made with compiler GNU 12.2.0, here Clang 14.0.6": context of a failure; empty where all is the
+/// same.
+std::string provenance_differences(const Sidecar& sidecar, const MadeWith& here);
+
+/// 16 hexadecimal digits of hash(image).
+std::string pixel_hash(const Image& image);
+
+}  // namespace substep

@@ -1,0 +1,334 @@
+#include "golden/suite/suite.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <toml++/toml.h>
+#include <algorithm>
+#include <map>
+#include <set>
+#include <string_view>
+
+#include "sim/error.h"
+
+namespace substep {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int largest_frame_count = 100000;
+constexpr int largest_size = 4096;
+const std::vector<std::string_view> algorithm_keys{"a1", "a2", "a3", "a4", "a5"};
+const std::vector<std::string_view> plan_keys{"frames",     "full_every", "images",         "size",
+                                              "algorithms", "tolerance",  "pose_tolerance", "settings"};
+const std::vector<std::string_view> settings_keys{"step",  "substeps", "iterations", "tau",
+                                                  "kappa", "joints",   "relaxation", "tolerance"};
+
+/// What both [defaults] and a [[case]] can say; a case starts from the defaults.
+struct Plan {
+  int frames = 120;
+  int full_every = 10;
+  std::vector<int> images{60, 120};
+  int width = 320;
+  int height = 180;
+  std::vector<Algorithm> algorithms{Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4,
+                                    Algorithm::a5};
+  ImageTolerance tolerance;
+  std::optional<PoseTolerance> pose_tolerance;
+  std::vector<const toml::table*> settings;  ///< applied in this order
+};
+
+class Reader {
+ public:
+  explicit Reader(fs::path file) : file_(std::move(file)) {}
+
+  Suite read() {
+    toml::table root;
+    try {
+      root = toml::parse_file(file_.string());
+    } catch (const toml::parse_error& error) {
+      const auto line = error.source().begin.line;
+      if (line == 0) throw Error(fmt::format("{}: cannot be read: {}", file_.string(), error.description()));
+      throw Error(fmt::format("{}:{}: {}", file_.string(), line, error.description()));
+    }
+    expect_keys(root, "the suite file", {"defaults", "preset", "case"});
+    Plan defaults;
+    if (const toml::node* node = root.get("defaults")) {
+      const toml::table& table = as_table(*node, "defaults");
+      expect_keys(table, "[defaults]", plan_keys);
+      read_plan(table, defaults);
+    }
+    if (const toml::node* node = root.get("preset")) read_presets(as_table(*node, "preset"));
+    Suite suite{file_, {}};
+    const toml::node* cases = root.get("case");
+    if (cases == nullptr) throw Error(fmt::format("{}: has no [[case]]", file_.string()));
+    if (!cases->is_array_of_tables()) fail(*cases, "'case' must be tables: [[case]]");
+    for (const toml::node& node : *cases->as_array()) read_case(*node.as_table(), defaults, suite);
+    return suite;
+  }
+
+ private:
+  [[noreturn]] void fail(const toml::node& node, const std::string& what) const {
+    throw Error(fmt::format("{}:{}: {}", file_.string(), node.source().begin.line, what));
+  }
+
+  const toml::table& as_table(const toml::node& node, std::string_view key) const {
+    if (!node.is_table()) fail(node, fmt::format("'{}' must be a table", key));
+    return *node.as_table();
+  }
+
+  void expect_keys(const toml::table& table, std::string_view where,
+                   const std::vector<std::string_view>& known) const {
+    for (const auto& [key, node] : table) {
+      if (std::find(known.begin(), known.end(), key.str()) == known.end()) {
+        throw Error(fmt::format("{}:{}: unknown key '{}' in {}; known are {}", file_.string(),
+                                key.source().begin.line, key.str(), where, fmt::join(known, ", ")));
+      }
+    }
+  }
+
+  int integer(const toml::node& node, std::string_view key, int low, int high) const {
+    const auto value = node.is_integer() ? node.value<std::int64_t>() : std::nullopt;
+    if (!value || *value < low || *value > high) {
+      fail(node, fmt::format("'{}' must be a whole number from {} to {}", key, low, high));
+    }
+    return static_cast<int>(*value);
+  }
+
+  /// At least 0; settings have narrower ranges, which check(Settings) knows.
+  double number(const toml::node& node, std::string_view key) const {
+    const auto value = node.is_number() ? node.value<double>() : std::nullopt;
+    if (!value || !(*value >= 0 && *value < 1e300))
+      fail(node, fmt::format("'{}' must be a number, at least 0", key));
+    return *value;
+  }
+
+  std::string text(const toml::node& node, std::string_view key) const {
+    if (!node.is_string()) fail(node, fmt::format("'{}' must be a text in quotes", key));
+    return *node.value<std::string>();
+  }
+
+  const toml::array& array(const toml::node& node, std::string_view key) const {
+    if (!node.is_array() || node.as_array()->empty()) fail(node, fmt::format("'{}' must be a list", key));
+    return *node.as_array();
+  }
+
+  static std::vector<std::string_view> with_plan_keys(std::vector<std::string_view> keys) {
+    keys.insert(keys.end(), plan_keys.begin(), plan_keys.end());
+    return keys;
+  }
+
+  void read_presets(const toml::table& presets) {
+    for (const auto& [key, node] : presets) {
+      const std::string where = fmt::format("[preset.{}]", key.str());
+      const toml::table& table = as_table(node, fmt::format("preset.{}", key.str()));
+      expect_keys(table, where, with_plan_keys({"preset"}));
+      presets_.emplace(key.str(), &table);
+    }
+  }
+
+  /// Applies the presets that `table` names, each with those that it names itself first.
+  void apply_presets(const toml::table& table, Plan& plan, std::vector<std::string>& path) const {
+    const toml::node* named = table.get("preset");
+    if (named == nullptr) return;
+    std::vector<const toml::node*> entries{named};
+    if (named->is_array()) {
+      entries.clear();
+      for (const toml::node& entry : array(*named, "preset")) entries.push_back(&entry);
+    }
+    for (const toml::node* entry : entries) {
+      const std::string name = text(*entry, "preset");
+      const auto found = presets_.find(name);
+      if (found == presets_.end()) fail(*entry, fmt::format("there is no [preset.{}]", name));
+      if (std::find(path.begin(), path.end(), name) != path.end()) {
+        fail(*entry, fmt::format("preset '{}' is made of itself", name));
+      }
+      path.push_back(name);
+      apply_presets(*found->second, plan, path);
+      path.pop_back();
+      read_plan(*found->second, plan);
+    }
+  }
+
+  void read_pose_tolerance(const toml::table& table, PoseTolerance& tolerance) const {
+    expect_keys(table, "pose_tolerance", {"position", "orientation", "energy", "penetration", "resting"});
+    if (const auto* node = table.get("position")) tolerance.position = number(*node, "position");
+    if (const auto* node = table.get("orientation")) tolerance.orientation = number(*node, "orientation");
+    if (const auto* node = table.get("energy")) tolerance.energy = number(*node, "energy");
+    if (const auto* node = table.get("penetration")) tolerance.penetration = number(*node, "penetration");
+    if (const auto* node = table.get("resting")) {
+      tolerance.resting = integer(*node, "resting", 0, largest_frame_count);
+    }
+  }
+
+  void read_plan(const toml::table& table, Plan& plan) const {
+    if (const auto* node = table.get("frames"))
+      plan.frames = integer(*node, "frames", 1, largest_frame_count);
+    if (const auto* node = table.get("full_every")) {
+      plan.full_every = integer(*node, "full_every", 1, largest_frame_count);
+    }
+    if (const auto* node = table.get("images")) {
+      plan.images.clear();
+      for (const toml::node& frame : array(*node, "images")) {
+        plan.images.push_back(integer(frame, "images", 0, largest_frame_count));
+      }
+    }
+    if (const auto* node = table.get("size")) {
+      const toml::array& size = array(*node, "size");
+      if (size.size() != 2) fail(*node, "'size' must be [width, height]");
+      plan.width = integer(size[0], "size", 16, largest_size);
+      plan.height = integer(size[1], "size", 16, largest_size);
+    }
+    if (const auto* node = table.get("algorithms")) {
+      plan.algorithms.clear();
+      for (const toml::node& entry : array(*node, "algorithms")) {
+        const auto algorithm = algorithm_named(text(entry, "algorithms"));
+        if (!algorithm) fail(entry, "'algorithms' must be some of a1, a2, a3, a4, a5");
+        plan.algorithms.push_back(*algorithm);
+      }
+    }
+    if (const auto* node = table.get("tolerance"))
+      read_tolerance(as_table(*node, "tolerance"), plan.tolerance);
+    if (const auto* node = table.get("pose_tolerance")) {
+      if (!plan.pose_tolerance) plan.pose_tolerance.emplace();
+      read_pose_tolerance(as_table(*node, "pose_tolerance"), *plan.pose_tolerance);
+    }
+    if (const auto* node = table.get("settings")) {
+      const toml::table& settings = as_table(*node, "settings");
+      for (const auto& [key, value] : settings) {
+        if (std::find(algorithm_keys.begin(), algorithm_keys.end(), key.str()) == algorithm_keys.end())
+          continue;
+        expect_keys(as_table(value, key.str()), fmt::format("settings.{}", key.str()), settings_keys);
+      }
+      plan.settings.push_back(&settings);
+    }
+  }
+
+  void read_tolerance(const toml::table& table, ImageTolerance& tolerance) const {
+    expect_keys(table, "tolerance", {"hard", "level", "count", "mean", "tile_mean"});
+    if (const auto* node = table.get("hard")) tolerance.hard = integer(*node, "hard", 0, 255);
+    if (const auto* node = table.get("level")) tolerance.level = integer(*node, "level", 0, 255);
+    if (const auto* node = table.get("count")) {
+      tolerance.count = integer(*node, "count", 0, largest_size * largest_size);
+    }
+    if (const auto* node = table.get("mean")) tolerance.mean = number(*node, "mean");
+    if (const auto* node = table.get("tile_mean")) tolerance.tile_mean = number(*node, "tile_mean");
+  }
+
+  void apply(const toml::table& table, SuiteCase& result) const {
+    Settings& s = result.settings;
+    for (const auto& [key_name, node] : table) {
+      const std::string_view key = key_name.str();
+      if (key == "step") {
+        s.step = number(node, key);
+        result.own_step = true;
+      } else if (key == "substeps") {
+        s.substeps = integer(node, key, 1, largest_frame_count);
+      } else if (key == "iterations") {
+        s.iterations = integer(node, key, 1, largest_frame_count);
+      } else if (key == "tau") {
+        s.tau = number(node, key);
+      } else if (key == "kappa") {
+        s.kappa = number(node, key);
+      } else if (key == "relaxation") {
+        s.relaxation = number(node, key);
+      } else if (key == "tolerance") {
+        s.tolerance = number(node, key);
+      } else if (key == "joints") {
+        const auto joints = joints_named(text(node, key));
+        if (!joints) fail(node, "'joints' must be rows, plain or stable");
+        s.joints = *joints;
+      } else if (std::find(algorithm_keys.begin(), algorithm_keys.end(), key) == algorithm_keys.end()) {
+        fail(node, fmt::format("unknown key '{}' in settings; known are {}, and a table for one of {}", key,
+                               fmt::join(settings_keys, ", "), fmt::join(algorithm_keys, ", ")));
+      }
+    }
+  }
+
+  void read_case(const toml::table& table, const Plan& defaults, Suite& suite) {
+    expect_keys(table, "[[case]]", with_plan_keys({"scene", "variant", "preset"}));
+    Plan plan = defaults;
+    std::vector<std::string> path;
+    apply_presets(table, plan, path);
+    read_plan(table, plan);
+    const toml::node* scene = table.get("scene");
+    if (scene == nullptr) fail(table, "[[case]] without a 'scene'");
+    const fs::path scene_file = text(*scene, "scene");
+    const std::string scene_name = scene_file.stem().string();
+    if (!is_name(scene_name)) {
+      fail(*scene, fmt::format("scene '{}': its name must be of letters, digits and _", scene_file.string()));
+    }
+    std::string variant;
+    if (const auto* node = table.get("variant")) {
+      variant = text(*node, "variant");
+      if (!is_name(variant)) fail(*node, "'variant' must be of letters, digits and _");
+    }
+    for (const int frame : plan.images) {
+      if (frame > plan.frames || (frame % plan.full_every != 0 && frame != plan.frames)) {
+        fail(table,
+             fmt::format("image of frame {}: must be a multiple of full_every = {} or the last frame, {}",
+                         frame, plan.full_every, plan.frames));
+      }
+    }
+    for (const Algorithm algorithm : plan.algorithms) {
+      SuiteCase result;
+      const std::string slug =
+          variant.empty() ? std::string(name(algorithm)) : fmt::format("{}-{}", name(algorithm), variant);
+      result.name = fmt::format("{}.{}", scene_name, slug);
+      result.scene = (suite.folder() / scene_file).lexically_normal();
+      result.settings = default_settings(algorithm);
+      for (const toml::table* settings : plan.settings) {
+        apply(*settings, result);
+        if (const auto* own = settings->get_as<toml::table>(name(algorithm))) apply(*own, result);
+      }
+      try {
+        check(result.settings);
+      } catch (const Error& error) {
+        fail(table, fmt::format("{}: {}", result.name, error.what()));
+      }
+      result.frames = plan.frames;
+      result.full_every = plan.full_every;
+      result.images = plan.images;
+      std::sort(result.images.begin(), result.images.end());
+      result.width = plan.width;
+      result.height = plan.height;
+      result.tolerance = plan.tolerance;
+      result.pose_tolerance = plan.pose_tolerance;
+      result.pose_file = suite.folder() / "poses" / scene_name / (slug + ".poses");
+      result.track_file = suite.folder() / "poses" / scene_name / (slug + ".track");
+      result.sidecar = suite.folder() / "images" / scene_name / (slug + ".json");
+      if (!names_.insert(result.name).second) {
+        fail(table, fmt::format("there is a case {} already: give one of them a 'variant'", result.name));
+      }
+      suite.cases.push_back(std::move(result));
+    }
+  }
+
+  static bool is_name(std::string_view name) {
+    return !name.empty() && std::all_of(name.begin(), name.end(), [](char c) {
+      return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
+    });
+  }
+
+  fs::path file_;
+  std::set<std::string> names_;
+  std::map<std::string, const toml::table*, std::less<>> presets_;
+};
+
+}  // namespace
+
+fs::path SuiteCase::image_file(int frame) const {
+  fs::path file = sidecar;
+  return file.replace_extension(fmt::format(".f{:04}.png", frame));
+}
+
+fs::path suite_file(const fs::path& named) {
+  std::error_code none;
+  return fs::is_directory(named, none) ? named / "suite.toml" : named;
+}
+
+Suite read_suite(const fs::path& file) {
+  return Reader(suite_file(file)).read();
+}
+
+}  // namespace substep

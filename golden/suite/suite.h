@@ -1,0 +1,102 @@
+#pragma once
+/// The suite file: which scenes are watched, how they are run, and which of their frames are kept as
+/// pictures.
+///
+///     [defaults]                      # every key may stand in a [[case]] too, and holds there
+///     frames = 120                    # steps to run
+///     full_every = 10                 # the golden pose log has the poses of every 10th frame
+///     images = [60, 120]              # frames kept as pictures; each must have its poses in the log
+///     size = [320, 180]               # of the pictures, pixels
+///     algorithms = ["a1", "a2", "a3", "a4", "a5"]
+///     tolerance = { hard = 64, level = 3, count = 20, mean = 0.5, tile_mean = 4 }   # image_comparison.h
+///
+///     [defaults.settings]             # settings.h; else default_settings(), and the scene's step
+///     substeps = 4
+///
+///     [defaults.settings.a2]          # for one algorithm
+///     iterations = 40
+///
+///     [preset.chaotic]                # any keys of [defaults] under a name, for cases that say so
+///     pose_tolerance = { position = 1e-4, orientation = 1e-3, energy = 0.02, penetration = 1e-3, resting = 1
+///     }
+///
+///     [preset.loose]
+///     preset = "chaotic"              # with all of another preset first
+///     tolerance = { count = 400 }     # what is not named here stays as inherited
+///
+///     [[case]]                        # one golden case per algorithm
+///     scene = "../scenes/box_stack.gltf"    # relative to the suite file
+///     preset = "loose"                # or several, applied in order: ["chaotic", "small"]
+///
+/// A case has what [defaults] say, then what its presets say, then what it says itself. Without a
+/// `pose_tolerance` (motion_comparison.h) poses must be the golden ones bit for bit.
+///
+/// A case is named after its scene file and algorithm: box_stack.a4. A second [[case]] of the same scene and
+/// algorithm needs a `variant = "stable"`: box_stack.a4-stable. The goldens stand beside the suite file:
+/// poses/<scene>/<algorithm>.poses and .track, images/<scene>/<algorithm>.f0060.png and
+/// images/<scene>/<algorithm>.json. So a folder of any other project with a suite.toml is a suite of its own.
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "golden/compare/image_comparison.h"
+#include "golden/compare/motion_comparison.h"
+#include "sim/model/settings.h"
+
+namespace substep {
+
+struct SuiteCase {
+  std::string name;             ///< "box_stack.a4"
+  std::filesystem::path scene;  ///< file
+  Settings settings;            ///< `settings.step` holds only when `own_step`
+  bool own_step = false;        ///< the suite sets the step; else the scene does
+  int frames = 120;
+  int full_every = 10;
+  std::vector<int> images;
+  int width = 320;
+  int height = 180;
+  ImageTolerance tolerance;
+  std::optional<PoseTolerance> pose_tolerance;
+
+  std::filesystem::path pose_file;   ///< the golden pose log
+  std::filesystem::path track_file;  ///< what else is kept of the golden run
+  std::filesystem::path sidecar;     ///< what its goldens were made with
+  std::filesystem::path image_file(int frame) const;
+};
+
+/// Part `number` of `of` of a suite.
+struct Shard {
+  int number = 1;
+  int of = 1;
+};
+
+struct Suite {
+  std::filesystem::path file;
+  std::vector<SuiteCase> cases;
+
+  std::filesystem::path folder() const { return file.parent_path(); }
+};
+
+/// `named`, or its suite.toml where that is a folder.
+std::filesystem::path suite_file(const std::filesystem::path& named);
+
+/// `file` may also be a folder, see suite_file(). Throws Error with file and line for anything that is
+/// unknown, missing, of a wrong type or out of range.
+Suite read_suite(const std::filesystem::path& file);
+
+/// The cases of these names, in the suite's order; "box_stack" stands for all cases of that scene. Empty:
+/// all. Throws Error for a name that is none.
+std::vector<SuiteCase> select(const Suite& suite, const std::vector<std::string>& names);
+
+/// The cases of one shard: scene by scene in turn, so that the algorithms of a scene stay together.
+std::vector<SuiteCase> part_of(const std::vector<SuiteCase>& cases, Shard shard);
+
+/// "2/4". Throws Error.
+Shard shard_in(const std::string& text);
+
+/// Files in poses/ and images/ that belong to no case, sorted.
+std::vector<std::filesystem::path> orphans(const Suite& suite);
+
+}  // namespace substep

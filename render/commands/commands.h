@@ -1,0 +1,15 @@
+#pragma once
+/// The commands of render, one file each. A callback throws Error for bad input (exit code 2) and
+/// CLI::RuntimeError(1) where the answer is no: a run diverged.
+
+#include <CLI/CLI.hpp>
+
+namespace substep {
+
+void add_render_command(CLI::App& app);
+void add_video_command(CLI::App& app);
+void add_sheet_command(CLI::App& app);
+void add_figure_command(CLI::App& app);
+void add_report_command(CLI::App& app);
+
+}  // namespace substep

@@ -1,0 +1,69 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "render/commands/commands.h"
+#include "render/report/report.h"
+#include "sim/commands/progress.h"
+#include "sim/error.h"
+#include "sim/log/file_output.h"
+
+namespace substep {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ReportOptions {
+  fs::path sweep = "scenes/sweep.toml";
+  fs::path output = "out/report";
+  fs::path scenes = "scenes";
+  int threads = 0;
+};
+
+void report(const ReportOptions& options) {
+  const Sweep sweep = read_sweep(options.sweep);
+  std::error_code failure;
+  fs::create_directories(options.output / "figures", failure);
+  if (failure) throw Error(fmt::format("{}: cannot be made: {}", options.output.string(), failure.message()));
+  const fs::path results = options.output / "sweep";
+  Document page;
+  {
+    Progress progress;
+    progress.show("sweep", 0);
+    run_sweep(sweep, {results, options.threads, 1, 1}, [&](double share) { progress.show("sweep", share); });
+    merge_sweep(sweep, results);
+    page = make_report({read_records(results), options.scenes, {}},
+                       [&](double share) { progress.show("drawing", share); });
+  }
+  for (const Block& block : page.blocks) {
+    if (block.kind == Block::Kind::picture) write_file(options.output / block.file, block.svg);
+  }
+  for (const auto& [name, text] :
+       {std::pair("report.md", to_markdown(page)), std::pair("report.html", to_html(page))}) {
+    write_file(options.output / name, text);
+    fmt::print("wrote {}\n", (options.output / name).string());
+  }
+}
+
+}  // namespace
+
+void add_report_command(CLI::App& app) {
+  CLI::App* const command = app.add_subcommand(
+      "report", "Run a sweep and write a page: speed against error, and what to choose when");
+  const auto options = std::make_shared<ReportOptions>();
+  command->add_option("sweep", options->sweep, "The sweep file")->capture_default_str();
+  command->add_option("--output", options->output, "Folder of the page, its figures and the sweep's results")
+      ->capture_default_str();
+  command->add_option("--scenes", options->scenes, "Folder of the scene files")->capture_default_str();
+  command->add_option("--threads", options->threads, "Jobs at a time; 0: one a core")
+      ->check(CLI::Range(0, 4096))
+      ->capture_default_str();
+  command->footer(
+      "What the folder holds of the sweep already is not run again. report.html needs no other file.\n"
+      "Example:\n  substep report --output report");
+  command->callback([options] { report(*options); });
+}
+
+}  // namespace substep

@@ -1,0 +1,132 @@
+#include <fmt/format.h>
+
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "sim/commands/commands.h"
+#include "sim/commands/options.h"
+#include "sim/commands/progress.h"
+#include "sim/error.h"
+#include "sim/log/file_output.h"
+#include "sim/measure/metrics_text.h"
+#include "sim/simulation.h"
+
+namespace substep {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::array algorithms{Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5};
+
+struct MeasureOptions {
+  SceneOptions scene;
+  std::optional<std::string> step;
+  std::optional<int> substeps;
+  std::optional<int> iterations;
+  std::optional<double> tau;
+  std::optional<double> kappa;
+  std::optional<std::string> joints;
+  std::optional<std::string> duration;
+  std::string horizon = "2";
+  int times = 0;
+  bool markdown = false;
+  bool json = false;
+  std::optional<fs::path> output;
+};
+
+/// The usual settings with what was typed.
+Settings settings_of(const MeasureOptions& options, const Scene& scene, Algorithm algorithm) {
+  Settings settings = usual_settings(scene, algorithm);
+  if (options.step) settings.step = seconds_in(*options.step, "--step");
+  if (options.substeps) settings.substeps = *options.substeps;
+  if (options.iterations) settings.iterations = *options.iterations;
+  // As many row solves as the others have.
+  if (algorithm == Algorithm::a2 && (options.substeps || options.iterations)) {
+    settings.iterations = options.substeps.value_or(settings.substeps) * options.iterations.value_or(1);
+  }
+  if (options.tau) settings.tau = *options.tau;
+  if (options.kappa) settings.kappa = *options.kappa;
+  if (options.joints) {
+    const auto joints = joints_named(*options.joints);
+    if (!joints) throw Error(fmt::format("--joints '{}': give rows, plain or stable", *options.joints));
+    settings.joints = *joints;
+  }
+  check(settings);
+  return settings;
+}
+
+void measure_scene(const MeasureOptions& options) {
+  Scene scene = options.scene.load();
+  if (options.duration) scene.duration = seconds_in(*options.duration, "--duration");
+  const double horizon = seconds_in(options.horizon, "--horizon");
+  if (!(scene.duration > 0 && scene.duration <= 3600)) {
+    throw Error(fmt::format("duration {:g} s: from above 0 to 3600 can be measured", scene.duration));
+  }
+  if (!(horizon > 0)) throw Error(fmt::format("--horizon '{}': must be above 0", options.horizon));
+  if (options.markdown && options.json) throw Error("--markdown and --json: give one of them");
+  if (options.output) require_folder_of(*options.output);
+  SceneMeasurement measurement;
+  for (const Algorithm algorithm : algorithms) {
+    measurement.runs.push_back({settings_of(options, scene, algorithm), {}, {}});
+    Sampling(measurement.runs.back().settings.step, scene.step);
+  }
+  measurement.scene = scene.name;
+  measurement.size = size_of(scene);
+  measurement.duration = scene.duration;
+  measurement.modelled = Simulation(scene, measurement.runs.front().settings).modelled();
+  {
+    Progress progress;
+    progress.show("reference", 0);
+    measurement.reference = reference_motion(scene, std::min(horizon, scene.duration));
+    double done = 0;
+    for (MeasuredSettings& run : measurement.runs) {
+      progress.show("measuring", done++ / algorithms.size());
+      run.metrics = measure(scene, run.settings, measurement.reference);
+      if (options.times > 0) run.times = time_run(scene, run.settings, options.times);
+    }
+  }
+  const std::string text = options.json       ? to_json(measurement)
+                           : options.markdown ? to_markdown(measurement)
+                                              : to_table(measurement);
+  if (options.output) {
+    write_file(*options.output, text);
+    fmt::print("wrote {}\n", options.output->string());
+  } else {
+    fmt::print("{}", text);
+  }
+}
+
+}  // namespace
+
+void add_measure_command(CLI::App& app) {
+  CLI::App* const command = app.add_subcommand("measure",
+                                               "Measure a scene with all five algorithms: errors, where they "
+                                               "come from, invariants, what is known, cost");
+  const auto options = std::make_shared<MeasureOptions>();
+  options->scene.add_to(*command);
+  command->add_option("--step", options->step, "Step h in seconds, such as 1/60 (the scene's)");
+  command->add_option("--substeps", options->substeps, "Sub-steps n of A3 to A5 (10)");
+  command->add_option("--iterations", options->iterations,
+                      "Iterations m of A3 to A5 in a sub-step (1). A2 gets n·m: as many row solves");
+  command->add_option("--tau", options->tau, "Stabilization factor τ of A3 to A5 (0.6)");
+  command->add_option("--kappa", options->kappa, "Stabilization factor κ of A3 to A5 (1)");
+  command->add_option("--joints", options->joints, "Joints in A3 to A5: rows, plain or stable (stable)");
+  command->add_option("--duration", options->duration, "Seconds to simulate (the scene's)");
+  command->add_option("--horizon", options->horizon, "Seconds to compare with the reference, at most")
+      ->capture_default_str();
+  command->add_option("--times", options->times, "Also CPU times: medians of so many repetitions")
+      ->check(CLI::Range(0, 1000));
+  command->add_flag("--markdown", options->markdown, "Tables as Markdown");
+  command->add_flag("--json", options->json, "All figures as JSON");
+  command->add_option("--output", options->output, "Write to this file instead of the terminal");
+  command->footer(
+      "Without --times the output is the same to the last byte, in every run and on every machine.\n"
+      "Example:\n  substep measure scenes/rod_chain.gltf --substeps 4");
+  command->callback([options] { measure_scene(*options); });
+}
+
+}  // namespace substep

@@ -1,0 +1,137 @@
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/commands/commands.h"
+#include "sim/commands/progress.h"
+#include "sim/error.h"
+#include "sim/study/sweep.h"
+
+namespace substep {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct SweepCommand {
+  fs::path file;
+  SweepOptions options;
+  std::optional<std::string> job;
+  std::optional<int> slurm;
+  bool merge = false;
+};
+
+/// "2/8": the second of eight parts.
+void read_part(const std::string& text, SweepOptions& options) {
+  const char* const end = text.data() + text.size();
+  const auto part = std::from_chars(text.data(), end, options.part);
+  const bool has_slash = part.ec == std::errc{} && part.ptr != end && *part.ptr == '/';
+  const auto parts = has_slash ? std::from_chars(part.ptr + 1, end, options.parts) : part;
+  if (!has_slash || parts.ec != std::errc{} || parts.ptr != end || options.part < 1 || options.parts < 1 ||
+      options.part > options.parts) {
+    throw Error(fmt::format("--job '{}': give the part and how many there are, such as 2/8", text));
+  }
+}
+
+/// Submits a job array whose tasks do a part each. Slurm runs a script; its arguments are the script's.
+void submit(const SweepCommand& command, int tasks) {
+  const fs::path results = fs::absolute(command.options.results);
+  std::error_code failure;
+  fs::create_directories(results / "slurm", failure);
+  if (failure) throw Error(fmt::format("{}: cannot be made: {}", results.string(), failure.message()));
+  const std::string program = fs::read_symlink("/proc/self/exe", failure).string();
+  std::vector<std::string> words{"sbatch",
+                                 "--parsable",
+                                 "--job-name=substep-sweep",
+                                 fmt::format("--array=1-{}", tasks),
+                                 "--cpus-per-task=1",
+                                 fmt::format("--output={}", (results / "slurm" / "%a.txt").string()),
+                                 "--wrap=exec \"$SUBSTEP_PROGRAM\" sweep \"$SUBSTEP_SWEEP\" --output "
+                                 "\"$SUBSTEP_RESULTS\" --threads 1 --job "
+                                 "\"$SLURM_ARRAY_TASK_ID/$SUBSTEP_TASKS\""};
+  std::vector<std::string> environment{
+      "SUBSTEP_PROGRAM=" + program, "SUBSTEP_SWEEP=" + fs::absolute(command.file).string(),
+      "SUBSTEP_RESULTS=" + results.string(), fmt::format("SUBSTEP_TASKS={}", tasks)};
+  for (char** entry = environ; *entry != nullptr; ++entry) environment.emplace_back(*entry);
+  const auto pointers = [](std::vector<std::string>& texts) {
+    std::vector<char*> result;
+    for (std::string& text : texts) result.push_back(text.data());
+    result.push_back(nullptr);
+    return result;
+  };
+  pid_t process = -1;
+  const int refused = ::posix_spawnp(&process, "sbatch", nullptr, nullptr, pointers(words).data(),
+                                     pointers(environment).data());
+  if (refused != 0) {
+    throw Error(
+        fmt::format("--slurm: the program sbatch cannot be started ({}): on Debian, apt-get install "
+                    "slurm-client",
+                    std::strerror(refused)));
+  }
+  int status = 0;
+  while (::waitpid(process, &status, 0) < 0 && errno == EINTR) {
+  }
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) throw Error("--slurm: sbatch did not take the jobs");
+  fmt::print("submitted: {} tasks\nwhen they are done: substep sweep {} --output {} --merge\n", tasks,
+             command.file.string(), command.options.results.string());
+}
+
+void run(SweepCommand& command) {
+  if (command.job) read_part(*command.job, command.options);
+  if (command.merge + command.job.has_value() + command.slurm.has_value() > 1) {
+    throw Error("--job, --slurm and --merge: give one of them");
+  }
+  const Sweep sweep = read_sweep(command.file);
+  if (command.slurm) return submit(command, std::min(*command.slurm, static_cast<int>(sweep.jobs.size())));
+  int done = 0;
+  if (!command.merge) {
+    Progress progress;
+    progress.show("sweep", 0);
+    done = run_sweep(sweep, command.options, [&](double share) { progress.show("sweep", share); });
+  }
+  if (command.job) {
+    fmt::print("part {}: {} jobs done now\n", *command.job, done);
+    return;
+  }
+  merge_sweep(sweep, command.options.results);
+  fmt::print("{} jobs, {} of them done now\n", sweep.jobs.size(), done);
+  for (const char* const name : {"errors.csv", "times.csv", "sweep.json"}) {
+    fmt::print("wrote {}\n", (command.options.results / name).string());
+  }
+}
+
+}  // namespace
+
+void add_sweep_command(CLI::App& app) {
+  CLI::App* const command =
+      app.add_subcommand("sweep", "Measure scenes with many settings, on all cores or on a cluster");
+  const auto options = std::make_shared<SweepCommand>();
+  options->file = "scenes/sweep.toml";
+  command->add_option("file", options->file, "The sweep file")->capture_default_str();
+  command->add_option("--output", options->options.results, "Folder of the results")->capture_default_str();
+  command->add_option("--threads", options->options.threads, "Jobs at a time; 0: one a core")
+      ->check(CLI::Range(0, 4096))
+      ->capture_default_str();
+  command->add_option("--job", options->job, "Only this part of the jobs: 2/8 is the second of eight");
+  command->add_option("--slurm", options->slurm, "Submit them to Slurm instead, as an array of so many tasks")
+      ->check(CLI::Range(1, 100000));
+  command->add_flag("--merge", options->merge, "Run nothing: put together what the parts left");
+  command->footer(
+      "What is done is kept, and not done again: a sweep that was interrupted goes on where it stopped. "
+      "Errors are\n"
+      "the same in every run (errors.csv), times are not (times.csv).\n"
+      "Example:\n  substep sweep scenes/sweep.toml --output results");
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace substep

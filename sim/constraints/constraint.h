@@ -1,0 +1,149 @@
+#pragma once
+/// 𝒞: the velocity constraints of one (sub-)step, as rows of the Jacobian in contiguous arrays.
+///
+/// A row holds one line of J (angular parts in the world frame: A1, A2) or of J̆ (in the body frames: A3–A5),
+/// the matching part of M⁻¹Jᵀ, its bias and its limits. The functions here are one line of a listing each;
+/// the loops over sub-steps, micro-iterations and rows are in the listings' files.
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "sim/constraints/contact_batch.h"
+#include "sim/math/vector.h"
+#include "sim/model/state.h"
+
+namespace substep {
+
+/// One Jacobian row between bodies a and b. Both bodies' linear parts are opposite, in every kind of joint
+/// and contact there is.
+struct Row {
+  Vector3 linear;     ///< ₜJ of body a; that of b is −linear
+  Vector3 angular_a;  ///< ᵣJ
+  Vector3 angular_b;
+  Vector3 response_a;  ///< ᵣM⁻¹ᵣJᵀ
+  Vector3 response_b;
+  double inverse_gamma;  ///< 1 / (J M⁻¹ Jᵀ + softness)
+  double beta;           ///< β: m/s or rad/s
+  double low;            ///< limits of the impulse λ, N·s or N·m·s, of one (sub-)step
+  double high;
+  double softness;  ///< added to Γ's diagonal: the row is a spring or damper; 0 is rigid
+  double impulse;   ///< λ, the total of the (sub-)step
+  double earlier;   ///< the impulse of the step's earlier sub-steps: limits hold for the sum of all
+};
+
+/// A block constraint: up to three rows between the same two bodies, solved at once. Rows in a block of more
+/// than one have infinite limits.
+struct Block {
+  enum class Kind : std::uint8_t { lock, limit, drive };
+  Kind kind;
+  bool stable;  ///< Jacobian taken at next-frame coordinates (IV.2.2, point 2)
+  std::uint8_t rows;
+  std::uint8_t component;  ///< which of the joint's rows the first one is
+  int first;               ///< its rows are rows[first] … rows[first + rows − 1]
+  int a;
+  int b;
+  int coupling = -1;  ///< which of Constraints::inverse_gammas, where there is more than one row
+  int source;         ///< which lock, limit or drive it was formulated from
+  /// How much of its β follows the coordinates: 1 for a position-level row (β = −C/hs: the update rule of A4
+  /// and A5 fits), 0 for a velocity-level row (β is a velocity), in between for a spring with a damper.
+  double position_share = 1;
+  /// Whether τ and κ stabilize it: it is rigid and follows the coordinates. Motors, springs and dampers have
+  /// the fixed point that their own law gives, J v + softness λ = β, whatever τ and κ are.
+  bool stabilized = true;
+  double inverse_mass_a;
+  double inverse_mass_b;
+};
+
+/// What the blocks do to the velocities: λ's change, for up to three rows.
+using Impulse = std::array<double, 3>;
+
+/// J_x v of one row.
+inline double row_velocity(const Row& row, const Velocity& a, const Velocity& b) {
+  return row.linear.dot(a.linear - b.linear) + row.angular_a.dot(a.angular) + row.angular_b.dot(b.angular);
+}
+
+struct Constraints {
+  std::vector<Block> blocks;
+  std::vector<Row> rows;
+  std::vector<Matrix3> inverse_gammas;  ///< (J M⁻¹ Jᵀ)⁻¹ of each block of several rows
+  int limits_of = 1;        ///< how many sub-steps' limits hold for the impulse: those that have begun
+  ContactBatches contacts;  ///< a sweep's last
+
+  std::int64_t row_count() const { return std::ssize(rows) + contacts.row_count; }
+};
+
+/// The clamped total's change for one row: `wanted` is the row's right-hand side less its velocity. The
+/// limits are those of the sub-steps so far, for all that they have given: what one has, a later one may take
+/// back.
+inline double clamped_change(Row& row, double wanted, double limit_scale) {
+  const double free = row.impulse + wanted * row.inverse_gamma;
+  const double total =
+      std::clamp(free, row.low * limit_scale - row.earlier, row.high * limit_scale - row.earlier);
+  const double change = total - row.impulse;
+  row.impulse = total;
+  return change;
+}
+
+/// Solves block x for the change of λ in  J_x(κ v̂ + M⁻¹J_xᵀλ) = τ β_x : lo, hi; where x is not stabilized, in
+/// J_x(v̂ + M⁻¹J_xᵀλ) + softness λ = β_x: a spring that κ relaxed would be softer by it. `limit_scale` is A5's
+/// 1/κ, by which its λ and their limits are larger.
+inline Impulse solve(Constraints& c, const Block& x, double kappa, double tau, const std::vector<Velocity>& v,
+                     double limit_scale = 1) {
+  const Velocity& a = v[x.a];
+  const Velocity& b = v[x.b];
+  Impulse change{};
+  if (x.rows == 1) {
+    Row& row = c.rows[x.first];
+    const double velocity = row_velocity(row, a, b);
+    const double wanted =
+        x.stabilized ? tau * row.beta - kappa * velocity - row.softness * (kappa / limit_scale) * row.impulse
+                     : limit_scale * (row.beta - velocity) - row.softness * row.impulse;
+    change[0] = clamped_change(row, wanted, limit_scale * c.limits_of);
+    return change;
+  }
+  Vector3 wanted = Vector3::Zero();
+  for (int k = 0; k < x.rows; ++k) {
+    const Row& row = c.rows[x.first + k];
+    wanted[k] = tau * row.beta - kappa * row_velocity(row, a, b);
+  }
+  const Vector3 lambda = c.inverse_gammas[x.coupling] * wanted;
+  for (int k = 0; k < x.rows; ++k) {
+    c.rows[x.first + k].impulse += lambda[k];
+    change[k] = lambda[k];
+  }
+  return change;
+}
+
+/// A2's row: λ_x ← clamp(λ_x + ω δ, lo, hi), and its change. Blocks of one row only.
+inline double solve_relaxed(Constraints& c, const Block& x, double omega, const std::vector<Velocity>& v) {
+  Row& row = c.rows[x.first];
+  const double before = row.impulse;
+  const double wanted = row.beta - row_velocity(row, v[x.a], v[x.b]) - row.softness * before;
+  row.impulse = std::clamp(before + omega * wanted * row.inverse_gamma, row.low, row.high);
+  return row.impulse - before;
+}
+
+/// v ← v + scale · M⁻¹J_xᵀ change.
+inline void apply(const Constraints& c, const Block& x, const Impulse& change, std::vector<Velocity>& v,
+                  double scale = 1) {
+  Velocity& a = v[x.a];
+  Velocity& b = v[x.b];
+  for (int k = 0; k < x.rows; ++k) {
+    const Row& row = c.rows[x.first + k];
+    const double impulse = scale * change[k];
+    a.linear += row.linear * (x.inverse_mass_a * impulse);
+    a.angular += row.response_a * impulse;
+    b.linear -= row.linear * (x.inverse_mass_b * impulse);
+    b.angular += row.response_b * impulse;
+  }
+}
+
+/// λ = 0, of the step.
+inline void clear_impulses(Constraints& c) {
+  for (Row& row : c.rows) row.impulse = row.earlier = 0;
+  c.limits_of = 0;
+}
+
+}  // namespace substep

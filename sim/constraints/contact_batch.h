@@ -1,0 +1,195 @@
+#pragma once
+/// The contacts of a step as rows, by manifolds, four manifolds at a time.
+///
+/// A manifold holds the contact points of one pair of bodies (at most `most_in_manifold`; a pair with more
+/// has several). A sweep visits the manifolds one after the other: their normals as one block, then the
+/// friction of each point, two rows as one block. Manifolds that share no moving body do not notice each
+/// other, and may as well be solved at once, one in each lane of a vector. No lane depends on another, so the
+/// bits are those of a sweep manifold by manifold, on every machine.
+///
+/// The report leaves contacts open ("ignoring friction", IV.3.1; "foreach", proc3:9). What is read into it
+/// here, and what goes beyond it, is ContactReading.
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "sim/model/model.h"
+#include "sim/model/state.h"
+
+namespace substep {
+
+constexpr int lanes = 4;
+using Lanes = double __attribute__((vector_size(8 * lanes), aligned(8 * lanes)));
+
+/// The three components of four vectors.
+struct LaneVectors {
+  Lanes component[3];
+  Lanes& operator[](int k) { return component[k]; }
+  const Lanes& operator[](int k) const { return component[k]; }
+};
+
+/// How contacts are solved in A2 to A5 where the report does not say. All of it holds but in ablations,
+/// which takes out one at a time and prints what that costs.
+struct ContactReading {
+  bool velocity_level_apart = true;  ///< τ and κ leave velocity-level rows alone
+  bool isotropic_friction = true;    ///< a point's friction has a disc for its limit, not a square
+  bool limits_over_step = true;      ///< λ's limits hold for the impulse of the step, not of a sub-step
+  bool far_first = true;             ///< a sweep ends at what cannot move; else it has the order of the file
+  bool manifold_blocks = true;       ///< beyond the report: a manifold's normals are one block
+  bool friction_memory = true;       ///< beyond the report: friction's rows are position-level
+};
+
+/// One row of each of four manifolds: Row of constraint.h, less what a contact does not need.
+struct ContactRow {
+  LaneVectors linear;
+  LaneVectors angular_a;
+  LaneVectors angular_b;
+  LaneVectors response_a;
+  LaneVectors response_b;
+  Lanes beta;     ///< position-level, of the (sub-)step
+  Lanes impulse;  ///< λ of the whole step so far
+};
+
+struct NormalRow {
+  ContactRow row;
+  Lanes inverse_gamma;
+  Lanes low;  ///< lower limit of the impulse: 0, or what an impact has given, which stays given
+};
+
+/// Restitution of a normal: Newton's law, in the sub-step in which the bodies meet.
+struct RestitutionRow {
+  Lanes coefficient;
+  Lanes resting_acceleration;  ///< slower than this for a sub-step is at rest, m/s²
+  Lanes gap;                   ///< at the coordinates that the row was formulated for, m
+  Lanes acceleration;          ///< by gravity, against the normal, m/s²
+  Lanes velocity;              ///< along the normal, at least that after this sub-step, m/s
+  Lanes right;                 ///< the same as the row's right-hand side: A5 adds J sv
+  Lanes impact;                ///< whether that holds, not β: 1 or 0
+};
+
+/// The two rows of a contact point's friction: |λ_t − origin| <= μ (λ_n − origin_normal), a disc.
+struct FrictionRows {
+  ContactRow row[2];
+  Lanes gamma[3];  ///< Γ of the two: 11, 12, 22
+  Lanes inverse_determinant;
+  Lanes inverse_largest;  ///< of Γ's eigenvalues
+  Lanes coefficient;      ///< μ
+  Lanes reference[2];     ///< what the point's displacement since the step's start is added to, m
+  /// The impulses when it last slid: those are spent, so that friction can turn with the slip in a step.
+  Lanes origin[2];
+  Lanes origin_normal;
+  Lanes slid;    ///< whether it slid when the step began: 1 or 0
+  Lanes slides;  ///< whether the disc's edge is reached: 1 or 0
+  /// Both: sliding goes on, and no displacement is to be taken back. What has only begun to slide may have so
+  /// for want of its normal's impulse, which one sweep leaves short; it holds on.
+  Lanes keeps_sliding;
+  int normal;  ///< which of the manifold's contacts it belongs to
+};
+
+/// An element of Γ between two normals of each of four manifolds.
+struct Coupling {
+  Lanes gamma;
+};
+
+constexpr int most_in_manifold = 16;
+
+/// Up to four manifolds with equally many contacts, no two sharing a moving body.
+struct ContactBatch {
+  Lanes inverse_mass_a;
+  Lanes inverse_mass_b;
+  std::array<int, lanes> a;
+  std::array<int, lanes> b;
+  std::array<int, lanes> source;  ///< the manifold's first contact
+  int manifolds;                  ///< lanes beyond repeat the first
+  int contacts;                   ///< of each manifold
+  int frictions;                  ///< of them with friction
+  int first_normal;               ///< normals[first_normal] … , one for each contact
+  int first_friction;             ///< frictions[first_friction] …
+  int first_coupling;             ///< couplings[first_coupling] …: Γ of the normals, row by row
+  int first_restitution;  ///< restitutions[first_restitution] …, one for each contact; −1: none bounces
+  int row_count() const { return contacts + 2 * frictions; }
+};
+
+class ContactBatches {
+ public:
+  /// Takes the place of what was there. Contacts of one pair of bodies follow each other. Rows are to be
+  /// formulated afterwards; their impulses are 0. Keeps its memory from step to step.
+  ///
+  /// Order: manifolds far from what cannot move come first, those with the world last, by the smaller of both
+  /// bodies' distances from it in the graph of contacts; ties in the order of `contacts`.
+  void build(const Model& model, const std::vector<Contact>& contacts);
+
+  /// What is remembered of the contacts at the step's end, where the bodies have come to q: a point that does
+  /// not slide keeps its displacement.
+  void remember(const std::vector<Contact>& found, const std::vector<Coordinates>& q,
+                std::vector<ContactMemory>& memory);
+
+  ContactReading reading;
+  std::vector<ContactBatch> batches;
+  std::vector<NormalRow> normals;
+  std::vector<FrictionRows> frictions;
+  std::vector<RestitutionRow> restitutions;
+  std::vector<Coupling> couplings;
+  int row_count = 0;  ///< of all manifolds
+
+ private:
+  struct Manifold {
+    int distance;  ///< of the nearer body from what cannot move; less is later
+    int level;     ///< manifolds that it has to wait for, one after the other
+    int contacts;
+    std::uint32_t friction;  ///< bit i: contact i has friction
+    int source;
+    bool fits(const Manifold& other) const;  ///< in one batch
+  };
+  void list_manifolds(const Model& model, const std::vector<Contact>& contacts);
+  void measure_distances(const Model& model, const std::vector<Contact>& contacts);
+  void add_batch(const Model& model, const std::vector<Contact>& contacts, const Manifold* first, int count);
+
+  /// Of what is remembered.
+  struct Place {
+    int collider_a;
+    int collider_b;
+    int point;
+  };
+
+  std::vector<Manifold> manifolds_;
+  std::vector<ContactMemory> remembered_;
+  std::vector<Place> in_order_;
+  std::vector<int> depth_;     ///< by body: the level of what comes next
+  std::vector<int> distance_;  ///< by body: from what cannot move
+  std::vector<int> begin_;     ///< by body: of its partners
+  std::vector<int> partners_;
+  std::vector<int> reached_;
+};
+
+/// s2 of all rows, as formulate() of formulate.h does it: rotations of the coordinates q; rows in the bodies'
+/// frames (J̆) or in the world's (J). What slides lets its displacement go.
+void formulate(ContactBatches& contacts, const Model& model, const std::vector<Contact>& found,
+               const std::vector<Coordinates>& q, const std::vector<Matrix3>& rotations, bool in_body_frames,
+               double hs);
+
+/// The start of a sub-step: which contacts meet in it with an impact. `v`: velocities before the forces act;
+/// `offset`: sum of the velocities since the formulation. `sum_v`: A5's, else null.
+void start_substep(ContactBatches& contacts, double hs, const std::vector<Velocity>& v,
+                   const std::vector<Velocity>& offset, const std::vector<Velocity>* sum_v);
+
+/// For all rows of a batch: the change of λ in J_x(κ v + M⁻¹J_xᵀλ) = τ β_x : lo, hi, relaxed by ω, and
+/// v ← v + scale · M⁻¹J_xᵀ change. `moved`: raised to the largest |change| Γ_xx, if given.
+struct RowSolve {
+  double kappa = 1;
+  double tau = 1;
+  double omega = 1;
+  double scale = 1;
+};
+void solve_and_apply(ContactBatches& contacts, const ContactBatch& x, const RowSolve& how,
+                     std::vector<Velocity>& v, double* moved = nullptr);
+
+// What formulate.h does to rows, for all of these.
+void update_biases(ContactBatches& contacts, double hs, const std::vector<Velocity>& v_local,
+                   const std::vector<Velocity>& offset);
+void box_biases(ContactBatches& contacts, double kappa, double tau);
+void undo_update_rule(ContactBatches& contacts, double hs, const std::vector<Velocity>& sum_v,
+                      const std::vector<Velocity>& offset);
+
+}  // namespace substep

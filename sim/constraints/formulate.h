@@ -1,0 +1,84 @@
+#pragma once
+/// s2: constraint rows from coordinates; what the listings ask of 𝒞 while sub-stepping.
+
+#include <vector>
+
+#include "sim/constraints/block_order.h"
+#include "sim/constraints/constraint.h"
+#include "sim/direct/mlcp.h"
+#include "sim/model/model.h"
+#include "sim/model/settings.h"
+
+namespace substep {
+
+/// The frame of the rows' angular parts and of angular velocities: the world's (J, v) or the bodies' (J̆, v̆).
+enum class Frame { world, body };
+
+/// The coordinates a sub-step starts from, as an algorithm knows them: exactly stepped (A3), or the frame's
+/// start and the sum of velocities since (A4, A5).
+struct Substeps {
+  double duration = 0;              ///< hs
+  bool bias_at_next_frame = false;  ///< A3: a stable block's bias is taken there too
+  std::vector<Coordinates> stepped;
+  std::vector<Velocity> offset;  ///< Σ v̆ since `stepped`; zero in A3
+};
+
+/// What stays the same while one scene is stepped, and the rows.
+struct Problem {
+  const Model* model = nullptr;
+  const std::vector<Contact>* contacts = nullptr;
+  Frame frame = Frame::body;
+  Constraints c;
+  BlockOrder order;
+  Substeps substeps;
+  std::vector<Matrix3> rotations;  ///< of `formulate`'s coordinates
+};
+
+/// The list of blocks, in the order of block_order.h, and the contacts in theirs. `joints` says how joints
+/// are blocked.
+void build_blocks(Problem& problem, Joints joints);
+
+/// s2: J, β(hs) and M⁻¹Jᵀ of every row from coordinates q.
+void formulate(Problem& problem, const std::vector<Coordinates>& q, double hs);
+
+/// J̆_x, and in A3 β_x, of a stable block from the coordinates that velocities `v_hat` lead to. Nothing for
+/// other blocks. `sum_v`: what A5's velocities carry beyond v̂, else null.
+void update_stable(Problem& problem, Block& x, const std::vector<Velocity>& v_hat,
+                   const std::vector<Velocity>* sum_v = nullptr);
+
+/// v ← v + ext over `duration`: gravity, and the gyroscopic term of bodies that have one (orientations from
+/// q, for the world frame).
+void add_external(const Model& model, const std::vector<Coordinates>& q, Frame frame, double duration,
+                  std::vector<Velocity>& v);
+
+/// Angular velocities from the world's frame to the bodies': ᵣv̆ = R⁻¹ ᵣv (III), and back.
+void to_local(const std::vector<Matrix3>& rotations, std::vector<Velocity>& v);
+void to_world(const std::vector<Matrix3>& rotations, std::vector<Velocity>& v);
+
+/// ₜq ← ₜq + hs ₜv̆, ᵣq ← ᵣq ∘ R_q(hs ᵣv̆), with local angular velocities.
+void step_coordinates(double hs, const std::vector<Velocity>& v_local, std::vector<Coordinates>& q);
+
+/// λ = 0, of a sub-step that starts with velocities `v`; the limits hold for the sum of the step's. Contacts
+/// that meet in the sub-step bounce. `sum_v`: what A5 adds to the velocities, else null.
+void start_substep(Problem& problem, const std::vector<Velocity>& v,
+                   const std::vector<Velocity>* sum_v = nullptr);
+
+/// β_x ← β_x − J̆ v̆ of every position-level row. Friction that slides lets go: its β is 0.
+void update_biases(Problem& problem, const std::vector<Velocity>& v_local);
+
+/// β□ = (τ/κ) β of every row that is stabilized; the others' fixed point is their own β.
+void box_biases(Constraints& c, double kappa, double tau);
+
+/// β_x ← β_x + J̆ change, as far as x does not follow the coordinates: undoes what A5's sum of velocities
+/// bakes into it. `change` is (τ/κ) v̆, which led to `sum_v`. Friction that slides lets go.
+void undo_update_rule(Problem& problem, double kappa, double tau, const std::vector<Velocity>& change,
+                      const std::vector<Velocity>& sum_v);
+
+/// The whole step's problem for A1, from blocks of one row, formulated in the bodies' frames, and local
+/// velocities that include ext. Contacts come last, by points: a normal, then its two rows of friction.
+void make_mlcp(const Problem& problem, const std::vector<Velocity>& v_local, Mlcp& mlcp);
+
+/// v̆ ← v̆ + M̆⁻¹J̆ᵀλ, from the impulses M̆^(−1/2)J̆ᵀλ that A1's solver leaves by body.
+void add_impulses(const Model& model, const std::vector<Vector6>& impulses, std::vector<Velocity>& v_local);
+
+}  // namespace substep

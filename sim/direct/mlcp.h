@@ -1,0 +1,184 @@
+#pragma once
+/// The mixed linear complementarity problem of a whole step, and its direct solver (A1).
+///
+/// Find λ with w = Γλ + Sλ − b such that
+///     λ = low ⇒ w >= 0,   λ = high ⇒ w <= 0,   else w = 0,
+/// where Γ = G Gᵀ, G = J M^(−1/2), b = β − J(v + ext), S the rows' softness. A contact's two friction rows
+/// have a disc as their limit, and a sliding contact's impulse is opposite to its slip:
+///     |λ_t| <= μ λ_n,   w_t ≠ 0 ⇒ λ_t = −μ λ_n w_t/|w_t|,
+/// with λ_n the normal's impulse of the same solution: coupled, not that of an earlier step or iteration.
+/// They are rows that follow each other and have the same normal, μ, softness and bodies, with tangents
+/// across each other: any two, the law does not depend on them. A friction row by itself has the limits ±μ
+/// λ_n.
+///
+/// Γ may be singular: four contacts a face, a door on three hinges, a closed loop. Velocities are unique
+/// there, impulses are not. Where the rows' right sides contradict one another there, up to rounding and
+/// drift, as a closed loop's do, nothing solves all of them: they are solved in the least-squares sense.
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+namespace substep {
+
+using Vector2 = Eigen::Vector2d;
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+struct Mlcp {
+  struct Row {
+    int a;  ///< bodies; −1 is one that cannot move
+    int b;
+    Vector6 part_a;  ///< row of J M^(−1/2), body a's part: linear, angular
+    Vector6 part_b;
+    double right;  ///< b
+    double low;
+    double high;
+    double softness;      ///< >= 0
+    int normal = -1;      ///< friction: index of the normal's row; low and high are then unused
+    double friction = 0;  ///< friction: μ
+  };
+  int bodies = 0;
+  std::vector<Row> rows;
+};
+
+struct MlcpReport {
+  enum class Status {
+    solved,
+    /// No solution, as redundant rows contradict one another; all else is solved. What is left of the right
+    /// sides lies in directions that Γ has next to nothing in: see `rank_tolerance`.
+    least_squares,
+    unsolved,  ///< no solution to `tolerance` found; perhaps friction has none
+  };
+  Status status = Status::solved;
+  /// Largest natural residual |λ − clamp(λ − w/Γ_xx)| √Γ_xx over the rows, relative to the largest
+  /// |b|/√Γ_xx: has no unit, and does not change with mass, length or time. A pair of friction rows has one,
+  /// with the nearest point of its disc in place of clamp, and the larger eigenvalue of its block as Γ_xx.
+  double residual = 0;
+  int contradicting = 0;        ///< rows with a larger residual than `tolerance`, where not solved
+  int pivots = 0;               ///< active sets tried
+  std::int64_t row_solves = 0;  ///< rows × (sweeps + active sets)
+};
+
+/// Solves by the proximal point method over primal–dual active sets. (Γ + S + εD)λ = b + εDc, with D =
+/// diag(Γ) and c a centre, has one solution even where Γ is singular and where contacts that cannot all close
+/// lie 1e-8 apart. Given which rows are at which limit, the others are one linear system, solved in the
+/// bodies' space: 1 + Gᵀ(εD + S)⁻¹G is factored by blocks of six with little fill, whatever Γ's rank. The
+/// rows' signs say which set is next. When the set stays, the centre moves to λ, until the rows of the
+/// problem itself hold.
+///
+/// A pair that slides has an impulse of μ λ_n along a direction, and across it, where the slip may turn it, a
+/// row with softness |w_t|/(μ λ_n): this is Newton's method on the disc's law. The direction follows λ −
+/// w/Γ_xx from set to set, like the signs; where nothing slides, nothing is solved again for it.
+///
+/// What the moves of the centre leave is in directions in which Γ has next to nothing. If these are below
+/// `rank_tolerance` and of rows without limits, further moves would only drive impulses apart, and with them,
+/// in the end, the velocities: a closed loop would be stopped dead for 1e-6 of a right side. So they end
+/// there.
+///
+/// The quick way has a small ε. It starts from nothing giving way, as in what rests, then from what some
+/// Gauss–Seidel sweeps say. Where its sets go round in circles, the careful way has a large ε, under which
+/// few rows give way at once, and halves it from centre to centre. Where the sets do not settle there either,
+/// it starts from the same problem with friction's limits fixed, a convex one whose minimum can be descended
+/// to; and if that does not help, ε is raised. A solver keeps its memory from call to call, not its answers:
+/// equal problems have equal solutions.
+class MlcpSolver {
+ public:
+  static constexpr double tolerance = 1e-9;  ///< of MlcpReport::residual
+  /// Rows' combinations r, scaled so that Γ's diagonal is 1, are redundant where rᵀ(Γ + S)r is at most so
+  /// much of |r|²: where the bodies' velocities, weighted by the roots of their masses, change by less than
+  /// its root, 3e-5, of what the rows have.
+  static constexpr double rank_tolerance = 1e-8;
+
+  /// λ is resized to the number of rows. Always finite for a finite problem.
+  MlcpReport solve(const Mlcp& problem, std::vector<double>& lambda);
+
+  /// Gᵀλ of the last solution, by body.
+  const std::vector<Vector6>& impulses() const { return y_; }
+
+ private:
+  enum class Set : std::int8_t { free, low, high, off, slides };
+  /// Whether sliding rows' impulses are ±μ of their normals', or have the limits low_ and high_.
+  enum class Friction : std::int8_t { follows, fixed };
+
+  /// Two rows are a pair if they are one contact's tangents.
+  enum class Pair : std::int8_t { none, first, second };
+  struct Slip {
+    Vector2 along = Vector2::Zero();  ///< of the impulse: against the slip
+    double across = 0;                ///< softness of the impulse across it
+  };
+
+  void prepare(const Mlcp& problem);
+  void analyse(const Mlcp& problem);
+  void sweep(const Mlcp& problem, std::vector<double>& lambda, int sweeps);
+  double velocity(const Mlcp::Row& row) const;
+  void add_impulse(const Mlcp::Row& row, double change);
+  double pulled(const Mlcp& problem, std::size_t i) const {
+    return pull_ * gamma_[i] + problem.rows[i].softness;
+  }
+  Vector2 target_of_pair(const Mlcp& problem, const std::vector<double>& lambda, std::size_t i) const;
+  Set set_of_pair(std::size_t i, const Vector2& target, double radius, double diagonal);
+  void velocities(const Mlcp& problem, const std::vector<double>& lambda);
+  void pull_to_centre(const Mlcp& problem, const std::vector<double>& lambda);
+  int classify(const Mlcp& problem, const std::vector<double>& lambda);
+  void fix_limits(const Mlcp& problem, std::vector<double>& lambda) const;
+  void add_product(const Mlcp& problem, std::size_t row_index, const Vector6& column_a,
+                   const Vector6& column_b, const Vector6& row_a, const Vector6& row_b, double factor);
+  void add_slide(const Mlcp& problem, std::size_t i, Friction friction);
+  void factor(const Mlcp& problem, Friction friction);
+  void solve_blocks();
+  void solve_free(const Mlcp& problem, std::vector<double>& lambda);
+  void solve_set(const Mlcp& problem, std::vector<double>& lambda);
+  double residual(const Mlcp& problem, const std::vector<double>& lambda);
+  double keep_if_better(const Mlcp& problem, const std::vector<double>& lambda, MlcpReport& report);
+  /// Which set comes first: what the impulses say, or all rows free, unless many then give way.
+  enum class Start : std::int8_t { impulses, perhaps_free };
+  /// Whether what is left of the rows is a contradiction among redundant ones. Overwrites y_.
+  bool rest_is_redundant(const Mlcp& problem);
+  bool rest_has_limits(const Mlcp& problem) const;
+  int violated(const Mlcp& problem) const;
+  /// True if it ended because what is left is a contradiction among redundant rows without limits.
+  bool solve_quickly(const Mlcp& problem, Start start, std::vector<double>& lambda, MlcpReport& report);
+  /// With friction's limits as λ's normals give them, the problem pulled to the centre is a convex one in the
+  /// bodies' velocities y: ½|y|² and a half parabola a row. Newton's method with an exact line search.
+  int clamp_unlimited(const Mlcp& problem, std::vector<double>& lambda);
+  double share_of_step(const Mlcp& problem) const;
+  void minimise(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
+  bool solve_about_centre(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
+  void solve_carefully(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
+
+  double pull_ = 0;            // ε
+  std::vector<double> gamma_;  // Γ_xx
+  std::vector<double> w_;
+  std::vector<double> natural_;  // natural residual, an impulse
+  double scale_ = 0;             // what the residual is relative to
+  std::vector<Pair> pair_;
+  std::vector<Slip> slip_;  // by row: of the pair whose first row it is
+  double turned_ = 0;       // by how much slips' turns changed impulses last, over √Γ_xx
+  std::vector<Set> set_;
+  std::vector<Vector6> y_;  // Gᵀλ by body
+  std::vector<Vector6> step_;
+  std::vector<double> best_;
+  std::vector<double> centre_;
+  std::vector<double> swept_;
+  std::vector<double> minimum_;
+  std::vector<double> low_;  // minimise: limits
+  std::vector<double> high_;
+  std::vector<double> unclamped_;
+  std::vector<double> slope_;
+
+  // The block factorisation of 1 + Gᵀ D G: pattern, then numbers.
+  std::vector<std::pair<int, int>> pattern_;  // body pairs, as analysed last
+  std::vector<std::pair<int, int>> pairs_;
+  std::vector<int> order_;            // elimination order of bodies
+  std::vector<int> place_;            // place of a body in it
+  std::vector<int> neighbour_begin_;  // per place: later neighbours, as places
+  std::vector<int> neighbours_;
+  std::vector<int> update_begin_;  // per place: where its Schur complement's blocks go
+  std::vector<int> updates_;
+  std::vector<int> row_blocks_;   // per row: blocks of (a,b) and (b,a)
+  std::vector<Matrix6> blocks_;   // diagonal, then upper and lower of each neighbour pair
+  std::vector<Matrix6> inverse_;  // of the diagonal blocks
+};
+
+}  // namespace substep

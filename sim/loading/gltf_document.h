@@ -1,0 +1,50 @@
+#pragma once
+/// A glTF file as read and checked: its JSON, its nodes as a tree, its buffers' bytes.
+
+#include <cstdint>
+#include <filesystem>
+#include <list>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sim/loading/json_value.h"
+#include "sim/loading/node_transform.h"
+
+namespace substep {
+
+struct GltfNode {
+  std::string name;  ///< unique: "node 7" where the file gives none, " #2" appended to the second of a name
+  int parent = -1;
+  std::vector<int> children;
+  bool in_scene = false;  ///< reachable from the default scene
+  int mesh = -1;          ///< −1: none
+  int skin = -1;          ///< −1: none
+  NodeTransform local;
+  NodeTransform world;  ///< composed in double precision from the root down
+};
+
+/// Moved, never copied: `buffers` look into `files`.
+struct GltfDocument {
+  std::filesystem::path file;
+  std::string file_name;  ///< `file` as the complaints name it
+  std::uint64_t hash = 0;
+  nlohmann::json json;
+  std::vector<std::string_view> buffers;  ///< as long as they say, in `files`
+  std::list<std::string> files;           ///< what was read; a list, so that its strings stay where they are
+  std::vector<GltfNode> nodes;
+  int scene = -1;  ///< the default scene; −1 where the file lists none, which makes all roots the scene
+
+  JsonValue root() const { return {json, file_name}; }
+  JsonValue node_json(int node) const;
+  std::size_t size_of(const char* list) const;  ///< length of a list at the root, 0 where it is absent
+  JsonValue item_of(const char* list, int index) const;
+};
+
+/// Reads `.gltf` or `.glb` with all buffers: from the file itself, data URIs, or files below its folder.
+/// Checks sizes, nesting, that the nodes form trees at most 256 deep, that their numbers are finite, and that
+/// every required extension is one of those modelled. Throws Error.
+GltfDocument read_gltf(const std::filesystem::path& file);
+
+}  // namespace substep

@@ -1,0 +1,61 @@
+#pragma once
+/// The triangles of a glTF document's meshes, and its skins.
+///
+/// assimp drops the nodes that colliders point to, leaves out triangles without a word and takes any number
+/// for a vertex, so that every accessor must be checked down to its bytes before it. From there to the
+/// vertices is a loop.
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "sim/geometry/mass_properties.h"
+#include "sim/loading/gltf_document.h"
+#include "sim/math/vector.h"
+
+namespace substep {
+
+/// Which of a skin's joints hold a vertex, and how much each.
+struct SkinInfluence {
+  std::array<std::uint16_t, 4> joints{};
+  std::array<double, 4> weights{};  ///< their sum is 1, or 0 where nothing holds it
+};
+
+/// One primitive of a mesh. `normals` is empty where the file gives none, `influences` where it has no skin.
+struct GltfPrimitive {
+  std::vector<Vector3> positions;
+  std::vector<Vector3> normals;
+  std::vector<Triangle> triangles;
+  std::vector<SkinInfluence> influences;
+  int material = -1;          ///< −1: none
+  bool double_sided = false;  ///< its material
+};
+
+struct GltfMesh {
+  std::vector<GltfPrimitive> primitives;  ///< triangles, strips and fans; points and lines are left out
+};
+
+/// A skeleton: the nodes that are its joints and, for each, mesh space → joint's space as it was modelled.
+struct GltfSkin {
+  std::vector<int> joints;
+  std::vector<NodeTransform> joint_from_mesh;
+};
+
+/// One entry per skin of the document, in its order. Throws Error.
+std::vector<GltfSkin> read_skins(const GltfDocument& document);
+
+/// One entry per mesh of the document, in its order. All positions are finite and all indices in range;
+/// normals are unit or absent. Adds to `warnings` what was left out. Throws Error.
+std::vector<GltfMesh> read_meshes(const GltfDocument& document, std::vector<std::string>& warnings);
+
+/// A skinned primitive in the form that its skeleton gives it at the start, in world space; normals are unit,
+/// or none. `place` is the node that wears the skin. Throws Error when a joint is out of range.
+struct PosedVertices {
+  std::vector<Vector3> positions;
+  std::vector<Vector3> normals;
+};
+PosedVertices posed_vertices(const GltfDocument& document, const GltfSkin& skin,
+                             const GltfPrimitive& primitive, const JsonValue& place);
+
+}  // namespace substep

@@ -1,0 +1,86 @@
+#pragma once
+/// KHR_physics_rigid_bodies and KHR_implicit_shapes as the file gives them, checked but not yet applied to
+/// nodes.
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/loading/json_value.h"
+#include "sim/scene/scene.h"
+
+namespace substep {
+
+/// One entry of KHR_implicit_shapes, in its own units.
+struct ImplicitShape {
+  enum class Kind { sphere, box, capsule, cylinder, plane };
+  Kind kind = Kind::sphere;
+  Vector3 size = Vector3::Ones();  ///< box, full extents
+  double radius_bottom = 0;        ///< a sphere's radius too
+  double radius_top = 0;
+  double height = 0;  ///< capsule: between the centres of its spheres
+  /// Plane: how far it reaches along x and z.
+  std::array<double, 2> plane_size{std::numeric_limits<double>::infinity(),
+                                   std::numeric_limits<double>::infinity()};
+  bool double_sided = false;  ///< plane
+};
+
+struct MotionProperties {
+  bool kinematic = false;
+  std::optional<double> mass;  ///< kg; 0 is infinite
+  std::optional<Vector3> centre_of_mass;
+  std::optional<Vector3> inertia_diagonal;  ///< kg·m²; a component 0 is infinite
+  Quaternion inertia_orientation = Quaternion::Identity();
+  Vector3 linear_velocity = Vector3::Zero();   ///< node space
+  Vector3 angular_velocity = Vector3::Zero();  ///< node space
+  double gravity_factor = 1;
+};
+
+struct ColliderProperties {
+  int shape = -1;  ///< index into PhysicsTables::shapes, or −1 and then
+  int node = -1;   ///< the node whose meshes make the shape
+  bool convex_hull = false;
+  int material = -1;
+  int filter = -1;
+};
+
+struct JointProperties {
+  int connected_node = -1;
+  int description = -1;
+  bool enable_collision = false;
+};
+
+struct NodePhysics {
+  std::optional<MotionProperties> motion;
+  std::optional<ColliderProperties> collider;
+  std::optional<JointProperties> joint;
+  bool trigger = false;
+};
+
+struct CollisionFilter {
+  std::uint64_t member = 0;
+  std::uint64_t collides_with = ~std::uint64_t{0};
+};
+
+struct JointDescription {
+  std::vector<JointLimit> limits;
+  std::vector<JointDrive> drives;
+};
+
+/// The tables at the document's root.
+struct PhysicsTables {
+  std::vector<ImplicitShape> shapes;
+  std::vector<ContactMaterial> materials;
+  std::vector<CollisionFilter> filters;
+  std::vector<JointDescription> joints;
+};
+
+PhysicsTables read_physics_tables(const JsonValue& root, std::vector<std::string>& warnings);
+
+/// `nodes` is the number of nodes in the document.
+NodePhysics read_node_physics(const JsonValue& node, const PhysicsTables& tables, std::size_t nodes);
+
+}  // namespace substep

@@ -1,0 +1,14 @@
+#pragma once
+/// What the glTF extensions leave out of a scene: `extras.substep`.
+
+#include "sim/loading/gltf_document.h"
+#include "sim/scene/scene.h"
+
+namespace substep {
+
+/// Sets gravity, duration, step and gyroscopic from `extras.substep` of the document and of its default
+/// scene; the scene's wins where both give a key. Throws Error on an unknown key. What is expected of bodies
+/// is read once these are there: scene_expectations.h.
+void read_settings(const GltfDocument& document, Scene& scene);
+
+}  // namespace substep

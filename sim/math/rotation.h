@@ -1,0 +1,41 @@
+#pragma once
+/// Rotations: R_q of the report (II.5.1), and what stepping orientations and gyroscopic terms need of it.
+///
+/// Sine and cosine are our own, since libm's differ in the last bit between versions and machines, and a pose
+/// log must not.
+
+#include "sim/math/vector.h"
+
+namespace substep {
+
+struct SineCosine {
+  double sine;
+  double cosine;
+};
+
+/// Within 1 unit in the last place of the exact value for |angle| <= 1e5; beyond, the argument's reduction
+/// loses digits as the angle grows. Not finite for what is not finite.
+SineCosine sine_cosine(double angle);
+
+/// The angle in [−π, π] of a point (cosine, sine) of the unit circle; 0 for (0, 0).
+double angle_of(double sine, double cosine);
+
+/// R_q(a): the unit quaternion of the rotation vector `a` (rad).
+Quaternion rotation_quaternion(const Vector3& a);
+
+/// The rotation vector of a unit quaternion, of length at most π.
+Vector3 rotation_vector(const Quaternion& q);
+
+/// p ∘ q, scaled back to unit length: a product of unit quaternions leaves it by a rounding each time.
+inline Quaternion compose(const Quaternion& p, const Quaternion& q) {
+  Quaternion product = p * q;
+  product.coeffs() *= 1 / std::sqrt(product.squaredNorm());
+  return product;
+}
+
+/// The change of local angular velocity (body frame, rad/s) of a free body over `duration`, chosen such that
+/// the body stepped by it has exactly the angular momentum it had: w = ω̆ + change solves R(duration · w) I w
+/// = I ω̆, with I = diag(inertia). By Newton's method to rounding.
+Vector3 gyroscopic_change(const Vector3& local_angular_velocity, const Vector3& inertia, double duration);
+
+}  // namespace substep

@@ -1,0 +1,199 @@
+#include "sim/measure/ablation.h"
+
+#include <utility>
+
+#include "sim/algorithms.h"
+#include "sim/math/rotation.h"
+
+namespace substep {
+namespace {
+
+/// A approximation as switches over the listing of A3.
+struct Approximations {
+  explicit Approximations(Approximation approximation)
+      : frozen_jacobian(approximation == Approximation::frozen_jacobian ||
+                        approximation == Approximation::all_of_a4),
+        bias_update(approximation == Approximation::bias_update || approximation == Approximation::all_of_a4),
+        current_jacobian_bias(approximation == Approximation::current_jacobian_bias),
+        summed_rotation(approximation == Approximation::summed_rotation ||
+                        approximation == Approximation::all_of_a4),
+        unstepped(approximation == Approximation::all_of_a4) {}
+
+  bool exact_bias() const { return !bias_update && !current_jacobian_bias; }
+
+  bool frozen_jacobian;
+  bool bias_update;
+  bool current_jacobian_bias;
+  bool summed_rotation;
+  bool unstepped;  ///< 'stable' blocks know the coordinates as the start and the sum, as in A4
+};
+
+class Experiment {
+ public:
+  explicit Experiment(Approximation approximation) : approximations_(approximation) {}
+
+  void operator()(CoordinateVector& q, VelocityVector& v_local, const Settings& settings, Problem& problem,
+                  Work& work) {
+    const auto [n, m, tau, kappa] = settings.substepping();
+    const double hs = settings.step / n;
+    Constraints& c = problem.c;
+    Substeps& substeps = problem.substeps;
+    substeps.bias_at_next_frame = approximations_.exact_bias();
+    stepped_ = q;
+    keep(first_, c);
+    set_zero(work.sum);
+    clear_impulses(c);
+    for (int j = 1; j <= n; ++j) {
+      start_substep(problem, v_local);
+      add_external(*problem.model, q, Frame::body, hs, v_local);
+      for (int i = 1; i <= m; ++i) {
+        for (Block& x : c.blocks) {
+          update_stable(problem, x, v_local);
+          apply(c, x, solve(c, x, kappa, tau, v_local), v_local);
+        }
+        for (const ContactBatch& x : c.contacts.batches)
+          solve_and_apply(c.contacts, x, {.kappa = kappa, .tau = tau}, v_local);
+        work.row_solves += c.row_count();
+      }
+      add(v_local, work.sum);
+      step_coordinates(hs, v_local, stepped_);
+      if (approximations_.unstepped) {
+        add(v_local, substeps.offset);
+      } else {
+        substeps.stepped = stepped_;
+      }
+      if (j < n) step_problem(problem, hs, v_local, work.sum);
+    }
+    for (std::size_t i = 0; i < q.size(); ++i) {
+      q[i].linear += hs * work.sum[i].linear;
+      q[i].angular = approximations_.summed_rotation
+                         ? compose(q[i].angular, rotation_quaternion(hs * work.sum[i].angular))
+                         : stepped_[i].angular;
+    }
+  }
+
+ private:
+  /// What a formulation overwrites.
+  struct Kept {
+    std::vector<Row> rows;
+    std::vector<Matrix3> inverse_gammas;
+    std::vector<NormalRow> normals;
+    std::vector<FrictionRows> frictions;
+    std::vector<Coupling> couplings;
+  };
+
+  static void keep(Kept& kept, const Constraints& c) {
+    kept.rows = c.rows;
+    kept.inverse_gammas = c.inverse_gammas;
+    kept.normals = c.contacts.normals;
+    kept.frictions = c.contacts.frictions;
+    kept.couplings = c.contacts.couplings;
+  }
+
+  static void swap(Kept& kept, Constraints& c) {
+    std::swap(kept.rows, c.rows);
+    std::swap(kept.inverse_gammas, c.inverse_gammas);
+    std::swap(kept.normals, c.contacts.normals);
+    std::swap(kept.frictions, c.contacts.frictions);
+    std::swap(kept.couplings, c.contacts.couplings);
+  }
+
+  /// Lines 15 and 16: J̆ʲ⁺¹ and βʲ⁺¹, each exact or not.
+  void step_problem(Problem& problem, double hs, const VelocityVector& v_local, const VelocityVector& sum) {
+    Constraints& c = problem.c;
+    if (approximations_.bias_update) update_biases(problem, v_local);
+    keep(before_, c);
+    formulate(problem, stepped_, hs);
+    if (approximations_.frozen_jacobian) {
+      swap(before_, c);
+      if (approximations_.exact_bias()) take_biases(before_, c);
+    } else if (approximations_.bias_update) {
+      take_biases(before_, c);
+    }
+    if (approximations_.current_jacobian_bias) {
+      take_biases(first_, c);
+      update_biases(problem, sum);
+    }
+  }
+
+  static void take_biases(const Kept& from, Constraints& c) {
+    for (std::size_t i = 0; i < c.rows.size(); ++i) c.rows[i].beta = from.rows[i].beta;
+    for (std::size_t i = 0; i < from.normals.size(); ++i) {
+      c.contacts.normals[i].row.beta = from.normals[i].row.beta;
+    }
+    for (std::size_t i = 0; i < from.frictions.size(); ++i) {
+      FrictionRows& rows = c.contacts.frictions[i];
+      for (int k = 0; k < 2; ++k) {
+        rows.row[k].beta = from.frictions[i].row[k].beta;
+        rows.reference[k] = from.frictions[i].reference[k];
+      }
+    }
+  }
+
+  Approximations approximations_;
+  CoordinateVector stepped_;
+  Kept first_;   ///< J̆¹, β¹
+  Kept before_;  ///< of the sub-step that ends
+};
+
+}  // namespace
+
+std::string_view name(Approximation approximation) {
+  switch (approximation) {
+    case Approximation::exact:
+      return "none (A3)";
+    case Approximation::bias_update:
+      return "bias update";
+    case Approximation::frozen_jacobian:
+      return "frozen Jacobian";
+    case Approximation::summed_rotation:
+      return "summed rotation";
+    case Approximation::current_jacobian_bias:
+      return "current Jacobian in the bias";
+    case Approximation::all_of_a4:
+      break;
+  }
+  return "all of A4's";
+}
+
+Procedure ablation_procedure(Approximation approximation) {
+  return Experiment(approximation);
+}
+
+std::string_view name(ContactAblation approximation) {
+  switch (approximation) {
+    case ContactAblation::all_six:
+      return "all six (A5)";
+    case ContactAblation::velocity_level:
+      return "τ, κ on velocity-level rows";
+    case ContactAblation::square_friction:
+      return "friction in a square";
+    case ContactAblation::limits_by_substep:
+      return "limits by sub-step";
+    case ContactAblation::file_order:
+      return "order of the file";
+    case ContactAblation::single_normals:
+      return "normals one by one";
+    case ContactAblation::forgetting_friction:
+      break;
+  }
+  return "friction without memory";
+}
+
+bool is_beyond_report(ContactAblation approximation) {
+  return approximation == ContactAblation::single_normals ||
+         approximation == ContactAblation::forgetting_friction;
+}
+
+ContactReading contact_reading(ContactAblation approximation) {
+  ContactReading reading;
+  reading.velocity_level_apart = approximation != ContactAblation::velocity_level;
+  reading.isotropic_friction = approximation != ContactAblation::square_friction;
+  reading.limits_over_step = approximation != ContactAblation::limits_by_substep;
+  reading.far_first = approximation != ContactAblation::file_order;
+  reading.manifold_blocks = approximation != ContactAblation::single_normals;
+  reading.friction_memory = approximation != ContactAblation::forgetting_friction;
+  return reading;
+}
+
+}  // namespace substep

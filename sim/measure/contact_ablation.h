@@ -1,0 +1,34 @@
+#pragma once
+/// What each reading of contacts (ContactReading) costs when it is taken out of A5 by itself.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "sim/measure/ablation.h"
+
+namespace substep {
+
+/// The costs of one scene, at A5's default settings.
+struct ContactAblationCosts {
+  std::string scene;
+  std::string what;           ///< "largest displacement in 5 s": what a cost is
+  std::string unit;           ///< "m", "m/s"
+  std::vector<double> costs;  ///< by `contact_ablations`; less is better; not finite where it diverged
+};
+
+/// "box_stack [m]": heads a column of costs.
+std::string column_title(const ContactAblationCosts& costs);
+/// "order of the file"; with an asterisk where that goes beyond the report.
+std::string row_title(ContactAblation approximation);
+/// What a table of costs shows: settings, what a cost is, and the asterisk.
+std::string contact_ablation_caption(const std::vector<ContactAblationCosts>& ablation);
+
+/// On box_stack, box_pyramid, balls_on_tray, powered_wheel and dominoes of `folder`: some seconds, the same
+/// in every run. Throws Error when a scene cannot be read.
+std::vector<ContactAblationCosts> contact_ablation(const std::filesystem::path& folder);
+
+/// The same of one of these scenes.
+ContactAblationCosts contact_ablation_of(const std::filesystem::path& folder, const std::string& scene);
+
+}  // namespace substep

@@ -1,0 +1,167 @@
+#include "sim/model/model.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/error.h"
+
+namespace substep {
+namespace {
+
+Vector3 moments(const Vector3& inverse_inertia) {
+  Vector3 result = Vector3::Zero();
+  for (int i = 0; i < 3; ++i) {
+    if (inverse_inertia[i] > 0) result[i] = 1 / inverse_inertia[i];
+  }
+  return result;
+}
+
+using Axes = std::array<bool, 3>;
+
+int count(const Axes& axes) {
+  return axes[0] + axes[1] + axes[2];
+}
+
+int first(const Axes& axes) {
+  return axes[0] ? 0 : axes[1] ? 1 : 2;
+}
+
+int first_missing(const Axes& axes) {
+  return !axes[0] ? 0 : !axes[1] ? 1 : 2;
+}
+
+JointCoordinate coordinate_of(const JointLimit& limit) {
+  using Kind = JointCoordinate::Kind;
+  switch (count(limit.axes)) {
+    case 1:
+      return {limit.angular ? Kind::twist : Kind::position, first(limit.axes)};
+    case 2:
+      return {limit.angular ? Kind::cone : Kind::radius, first_missing(limit.axes)};
+    default:
+      return {limit.angular ? Kind::turn : Kind::distance, 0};
+  }
+}
+
+void add_limit(const JointLimit& limit, const Attachment& at, Model& model) {
+  const JointCoordinate coordinate = coordinate_of(limit);
+  const bool soft = limit.stiffness.has_value();
+  const double stiffness = limit.stiffness.value_or(0);
+  // A spring of no stiffness and no damping does nothing.
+  if (soft && stiffness == 0 && limit.damping == 0) return;
+  const auto add = [&](Limit::Side side, double bound) {
+    model.limits.push_back({at, coordinate, side, bound, soft, stiffness, limit.damping});
+  };
+  using Kind = JointCoordinate::Kind;
+  const bool is_length =
+      coordinate.kind != Kind::position && coordinate.kind != Kind::twist;  // never negative
+  if (limit.min == limit.max) {
+    add(is_length && limit.max <= 0 ? Limit::Side::high : Limit::Side::both, limit.max);
+    return;
+  }
+  if (std::isfinite(limit.min) && !(is_length && limit.min <= 0)) add(Limit::Side::low, limit.min);
+  if (std::isfinite(limit.max)) add(Limit::Side::high, limit.max);
+}
+
+void add_joint(const Scene& scene, const Joint& joint, Model& model) {
+  const Attachment at{joint.body_b, joint.body_a, joint.frame_b, joint.frame_a};
+  // Axes locked at zero, by whichever limits, go into blocks; the rest are rows of their own.
+  Axes linear{};
+  Axes angular{};
+  for (const JointLimit& limit : joint.limits) {
+    if (limit.min == 0 && limit.max == 0 && !limit.stiffness) {
+      for (int axis = 0; axis < 3; ++axis) {
+        if (limit.axes[axis]) (limit.angular ? angular : linear)[axis] = true;
+      }
+    } else {
+      add_limit(limit, at, model);
+    }
+  }
+  const auto lock_one = [&](JointCoordinate::Kind kind, int axis) {
+    model.limits.push_back({at, {kind, axis}, Limit::Side::both, 0, false, 0, 0});
+  };
+  if (count(linear) == 3) model.locks.push_back({Lock::Kind::point, at, 0});
+  if (count(linear) == 2) model.locks.push_back({Lock::Kind::line, at, first_missing(linear)});
+  if (count(linear) == 1) lock_one(JointCoordinate::Kind::position, first(linear));
+  if (count(angular) == 3) model.locks.push_back({Lock::Kind::orientation, at, 0});
+  if (count(angular) == 2) model.locks.push_back({Lock::Kind::direction, at, first_missing(angular)});
+  if (count(angular) == 1) lock_one(JointCoordinate::Kind::twist, first(angular));
+  for (const JointDrive& drive : joint.drives) {
+    if (!(drive.stiffness > 0) && !(drive.damping > 0)) {
+      throw Error(fmt::format("{}: joint {}: a drive needs stiffness or damping above 0: they make the force",
+                              scene.file.string(), joint.name));
+    }
+    const auto kind = drive.angular ? JointCoordinate::Kind::twist : JointCoordinate::Kind::position;
+    model.drives.push_back({at,
+                            {kind, drive.axis},
+                            drive.position_target,
+                            drive.velocity_target,
+                            drive.stiffness,
+                            drive.damping,
+                            drive.max_force,
+                            drive.acceleration});
+  }
+}
+
+std::string counted(std::size_t number, const char* thing) {
+  return fmt::format("{} {}{}", number, thing, number == 1 ? "" : "s");
+}
+
+}  // namespace
+
+Model build_model(const Scene& scene) {
+  Model model;
+  model.gravity = scene.gravity;
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const Body& body = scene.bodies[i];
+    model.masses.push_back({body.inverse_mass, body.inverse_inertia, body.gravity_factor,
+                            std::sqrt(body.inverse_mass), body.inverse_inertia.cwiseSqrt()});
+    const Vector3 inertia = moments(body.inverse_inertia);
+    model.inertia.push_back(inertia);
+    const bool finite = body.inverse_inertia.minCoeff() > 0;
+    const bool equal = inertia[0] == inertia[1] && inertia[1] == inertia[2];
+    if (scene.gyroscopic && finite && !equal) model.gyroscopic.push_back(static_cast<int>(i));
+  }
+  for (const Joint& joint : scene.joints) {
+    add_joint(scene, joint, model);
+    if (!joint.enable_collision) model.jointed.emplace_back(std::minmax(joint.body_a, joint.body_b));
+  }
+  std::ranges::sort(model.jointed);
+  const auto any = [&](auto&& property) { return std::ranges::any_of(scene.colliders, property); };
+  model.contacts = scene.colliders.size() > 1 &&
+                   any([&](const Collider& c) { return scene.bodies[c.body].inverse_mass > 0; });
+  model.friction = model.contacts && any([](const Collider& c) {
+                     return c.material.dynamic_friction > 0 || c.material.static_friction > 0;
+                   });
+  model.restitution = model.contacts && any([](const Collider& c) { return c.material.restitution > 0; });
+  return model;
+}
+
+std::string description(const Model& model) {
+  std::string joints;
+  const auto add = [&](std::size_t number, const char* thing) {
+    if (number > 0) joints += (joints.empty() ? "" : ", ") + counted(number, thing);
+  };
+  const auto locks = [&](Lock::Kind kind) {
+    return static_cast<std::size_t>(std::ranges::count(model.locks, kind, &Lock::kind));
+  };
+  add(locks(Lock::Kind::point), "locked point");
+  add(locks(Lock::Kind::line), "locked line");
+  add(locks(Lock::Kind::direction), "locked direction");
+  add(locks(Lock::Kind::orientation), "locked orientation");
+  add(model.limits.size(), "limit");
+  add(model.drives.size(), "drive");
+  std::string contacts = "no contacts";
+  if (model.contacts) {
+    contacts = model.friction ? "contacts with friction" : "contacts without friction";
+    contacts += model.restitution ? " and restitution" : "";
+  }
+  const std::string term = model.gyroscopic.empty()
+                               ? std::string("no gyroscopic term")
+                               : fmt::format("gyroscopic term of {} of {} bodies", model.gyroscopic.size(),
+                                             model.masses.size() - 1);
+  return fmt::format("{}; {}; {}", joints.empty() ? "no joints" : joints, contacts, term);
+}
+
+}  // namespace substep

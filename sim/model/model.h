@@ -1,0 +1,138 @@
+#pragma once
+/// What the solver builds of a scene: only what the scene needs.
+///
+/// Which of the three kinds of rows each is; 'stable' is what a two-sided one can be (Settings::joints):
+/// - Lock: position-level, two-sided, in blocks; can be stable.
+/// - Limit: position-level, one-sided; two-sided where both bounds are one, and then stable if a distance.
+/// - Limit, soft: between position- and velocity-level, by what stiffness and damping weigh in a step.
+/// - Drive: velocity-level without stiffness, with it like a soft limit; two-sided within ±max_force.
+/// - Contact: position-level, one-sided; velocity-level in the sub-step in which it bounces.
+/// - Friction: position-level while it holds, velocity-level where it slides; within μ times the normal's
+///   impulse.
+
+#include <string>
+#include <vector>
+
+#include "sim/math/vector.h"
+#include "sim/scene/scene.h"
+
+namespace substep {
+
+struct BodyMass {
+  double inverse_mass;      ///< 1/kg
+  Vector3 inverse_inertia;  ///< principal, 1/(kg m²)
+  double gravity_factor;
+  double root_inverse_mass;      ///< of M^(−1/2)
+  Vector3 root_inverse_inertia;  ///< of M^(−1/2)
+};
+
+/// Whether an impulse can do anything to the body.
+inline bool moves(const BodyMass& mass) {
+  return mass.inverse_mass > 0 || mass.inverse_inertia.maxCoeff() > 0;
+}
+
+/// The two attachment frames of a joint. As in the extension, coordinates are those of the connected node (a)
+/// in the frame of the joint's node (b): its axes are what limits and drives refer to.
+struct Attachment {
+  int a;         ///< the body of the connected node
+  int b;         ///< the body of the joint's node
+  Pose frame_a;  ///< attachment frame → body frame of a
+  Pose frame_b;
+};
+
+/// Directions that a joint locks altogether: one block of bilateral position-level rows.
+struct Lock {
+  enum class Kind {
+    point,        ///< the frames' origins coincide: 3 rows
+    line,         ///< the origin of a lies on an axis of b: 2 rows
+    direction,    ///< an axis of a is parallel to that of b: 2 rows; with `point` a hinge
+    orientation,  ///< the frames' axes are parallel: 3 rows
+  };
+  Kind kind;
+  Attachment at;
+  int axis = 0;  ///< line, direction: which axis is left free
+};
+
+/// One number that says how the frames stand to each other, and that a limit or a drive acts on.
+struct JointCoordinate {
+  enum class Kind {
+    position,  ///< of a's origin along an axis of b, m
+    radius,    ///< of a's origin from an axis of b, m
+    distance,  ///< between the origins, m
+    twist,     ///< angle of a about an axis of b, rad
+    cone,      ///< angle between an axis of a and that of b, rad
+    turn,      ///< angle of the whole rotation from b to a, rad
+  };
+  Kind kind;
+  int axis = 0;  ///< position, twist: along or about it; radius, cone: the axis that is measured from
+};
+
+/// A bound of a coordinate: a position-level row, one-sided, or two-sided where both bounds are the same.
+/// With stiffness it is a spring that acts beyond the bound, taken implicitly.
+struct Limit {
+  Attachment at;
+  JointCoordinate coordinate;
+  enum class Side { low, high, both } side;
+  double bound;
+  bool soft;
+  double stiffness;  ///< N/m or N·m/rad
+  double damping;    ///< N·s/m or N·m·s/rad
+};
+
+/// A driven coordinate: force = stiffness (position_target − x) + damping (velocity_target − ẋ), within
+/// ±max_force, taken implicitly. Without stiffness a velocity-level row (a motor).
+struct Drive {
+  Attachment at;
+  JointCoordinate coordinate;
+  double position_target;
+  double velocity_target;
+  double stiffness;
+  double damping;
+  double max_force;
+  bool per_mass;  ///< mode 'acceleration': stiffness, damping and max_force are per unit of effective mass
+};
+
+/// A contact point as s1 leaves it, fixed for the whole step. The normal and the tangents are fixed in b,
+/// which is the static body where there is one. Body frames.
+struct Contact {
+  int a;
+  int b;
+  int collider_a;  ///< indices of Scene::colliders
+  int collider_b;
+  Vector3 arm_a;
+  Vector3 arm_b;
+  Vector3 normal_b;  ///< from b to a
+  Vector3 tangent_b1;
+  Vector3 tangent_b2;
+  double friction;
+  double restitution;           ///< 0: it does not bounce
+  double resting_acceleration;  ///< m/s²: what comes slower than this for a (sub-)step does not bounce
+  double acceleration;          ///< by gravity, of a towards b along the normal, m/s²
+  double left_over;             ///< of the overlap, for later steps to recover, m
+  double displacement_1;        ///< along the tangents, since the contact was made or last slid, m
+  double displacement_2;
+  bool slid;   ///< it slid already when the step began
+  bool round;  ///< on a round surface: as a body rolls its point leaves the other body
+};
+
+struct Model {
+  Vector3 gravity;
+  std::vector<BodyMass> masses;  ///< one per body, the world first
+  std::vector<int> gyroscopic;   ///< bodies whose moments differ
+  std::vector<Vector3> inertia;  ///< principal moments of all bodies (0 where infinite)
+  std::vector<Lock> locks;
+  std::vector<Limit> limits;
+  std::vector<Drive> drives;
+  std::vector<std::pair<int, int>> jointed;  ///< body pairs that do not collide, sorted
+  bool contacts = false;                     ///< whether any two colliders can meet
+  bool friction = false;
+  bool restitution = false;
+};
+
+/// Throws Error naming the joint that asks for what has no meaning.
+Model build_model(const Scene& scene);
+
+/// "2 ball joints, 1 hinge, 1 drive; contacts with friction; no gyroscopic term"
+std::string description(const Model& model);
+
+}  // namespace substep

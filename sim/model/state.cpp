@@ -1,0 +1,65 @@
+#include "sim/model/state.h"
+
+#include <bit>
+#include <cmath>
+
+namespace substep {
+namespace {
+
+void add(std::uint64_t& hash, double value) {
+  std::uint64_t bits = std::bit_cast<std::uint64_t>(value + 0.0);  // −0 + 0 is 0
+  for (int byte = 0; byte < 8; ++byte) {
+    hash = (hash ^ (bits & 0xff)) * 0x100000001b3;
+    bits >>= 8;
+  }
+}
+
+}  // namespace
+
+State initial_state(const Scene& scene) {
+  State state;
+  for (const Body& body : scene.bodies) {
+    state.q.push_back({body.pose.position, body.pose.orientation});
+    state.v.push_back({body.linear_velocity, body.angular_velocity});
+  }
+  return state;
+}
+
+std::uint64_t hash(const State& state) {
+  std::uint64_t hash = 0xcbf29ce484222325;
+  for (std::size_t body = 1; body < state.q.size(); ++body) {
+    const Coordinates& q = state.q[body];
+    const Velocity& v = state.v[body];
+    for (const double value : {q.linear.x(), q.linear.y(), q.linear.z(), q.angular.w(), q.angular.x(),
+                               q.angular.y(), q.angular.z(), v.linear.x(), v.linear.y(), v.linear.z(),
+                               v.angular.x(), v.angular.y(), v.angular.z()}) {
+      add(hash, value);
+    }
+  }
+  for (const ContactMemory& memory : state.contacts) {
+    add(hash, memory.collider_a);
+    add(hash, memory.collider_b);
+    add(hash, memory.slides ? 1 : 0);
+    add(hash, memory.left_over);
+    for (const Vector3& part : {memory.arm_a, memory.arm_b, memory.displacement}) {
+      for (int k = 0; k < 3; ++k) add(hash, part[k]);
+    }
+  }
+  return hash;
+}
+
+bool is_finite(const State& state, int* body) {
+  for (std::size_t i = 0; i < state.q.size(); ++i) {
+    const Coordinates& q = state.q[i];
+    const Velocity& v = state.v[i];
+    // A sum is finite only if its terms are, up to overflow, which counts as not finite just as well.
+    const double sum = q.linear.sum() + q.angular.coeffs().sum() + v.linear.sum() + v.angular.sum();
+    if (!std::isfinite(sum)) {
+      if (body) *body = static_cast<int>(i);
+      return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace substep

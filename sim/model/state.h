@@ -1,0 +1,81 @@
+#pragma once
+/// q and v: the coordinates and velocities of all bodies, in contiguous arrays.
+
+#include <cstdint>
+#include <vector>
+
+#include "sim/math/vector.h"
+#include "sim/scene/scene.h"
+
+namespace substep {
+
+/// q of one body: centre of mass in the world, unit quaternion body frame → world.
+struct Coordinates {
+  Vector3 linear = Vector3::Zero();
+  Quaternion angular = Quaternion::Identity();
+};
+
+/// v of one body. Linear: of the centre of mass, world. Angular: world (v) or, in A3–A5, body frame (v̆).
+struct Velocity {
+  Vector3 linear = Vector3::Zero();
+  Vector3 angular = Vector3::Zero();
+};
+
+/// What is remembered of a contact point from one step to the next, in which it is found again by its place
+/// on both bodies.
+struct ContactMemory {
+  int collider_a;  ///< indices of Scene::colliders
+  int collider_b;
+  Vector3 arm_a;  ///< the point in the body frame of a, m
+  Vector3 arm_b;  ///< and of b
+  /// Of a's point from b's, across the normal, since the contact was made or last slid; body frame of b, m.
+  Vector3 displacement;
+  bool slides;       ///< and has let its displacement go
+  double left_over;  ///< of the overlap that the bodies met with: it is still to be recovered, m
+};
+
+/// The state between steps; index 0 is the world. Angular velocities are in the world frame. A run that goes
+/// on from a state is the run that led to it, to the last bit.
+struct State {
+  std::vector<Coordinates> q;
+  std::vector<Velocity> v;
+  std::vector<ContactMemory> contacts;  ///< by colliders; A2 to A5
+};
+
+State initial_state(const Scene& scene);
+
+/// 64-bit FNV-1a of the bits of all coordinates and velocities but the world's, and of what contacts
+/// remember; −0 counts as 0.
+std::uint64_t hash(const State& state);
+
+/// Whether every number is finite; if not, `body` is the first that is not.
+bool is_finite(const State& state, int* body = nullptr);
+
+// Sums of velocities, body by body. Both arguments have as many bodies.
+
+inline void set_zero(std::vector<Velocity>& v) {
+  for (Velocity& body : v) body = Velocity{};
+}
+
+inline void add(const std::vector<Velocity>& v, std::vector<Velocity>& to) {
+  for (std::size_t i = 0; i < to.size(); ++i) {
+    to[i].linear += v[i].linear;
+    to[i].angular += v[i].angular;
+  }
+}
+
+inline void subtract(const std::vector<Velocity>& v, std::vector<Velocity>& from) {
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    from[i].linear -= v[i].linear;
+    from[i].angular -= v[i].angular;
+  }
+}
+
+inline void scale(double factor, const std::vector<Velocity>& v, std::vector<Velocity>& result) {
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    result[i].linear = factor * v[i].linear;
+    result[i].angular = factor * v[i].angular;
+  }
+}
+
+}  // namespace substep

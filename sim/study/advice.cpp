@@ -1,0 +1,369 @@
+#include "sim/study/advice.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "sim/measure/text_table.h"
+#include "sim/study/sweep_results.h"
+
+namespace substep {
+namespace {
+
+bool is_ours(const SweepRecord& record) {
+  return record.engine.empty() && record.metrics.has_value();
+}
+
+/// What choices are made by.
+double cost_of_ablation(const SweepRecord& record) {
+  if (record.times) return cost_of(record);
+  return static_cast<double>(record.metrics->row_solves);
+}
+
+std::string percent(double share) {
+  if (share < 1e-11) return "rounding";
+  return fmt::format("{:.2g} %", 100 * share);
+}
+
+std::string price_text(const SweepRecord& record) {
+  if (record.times) return fmt::format("{:.2g} ms of CPU a simulated second", 1000 * cost_of(record));
+  return fmt::format(
+      "{} rows a simulated second",
+      static_cast<std::int64_t>(static_cast<double>(record.metrics->row_solves) / record.duration));
+}
+
+/// "A3 with n = 16, plain joints, h = 1/60 s"
+std::string spoken(const SweepRecord& record, bool joints) {
+  const Settings& s = record.settings;
+  std::vector<std::string> words;
+  if (s.algorithm >= Algorithm::a3) words.push_back(fmt::format("n = {}", s.substeps));
+  if (s.algorithm >= Algorithm::a2 && (s.algorithm == Algorithm::a2 || s.iterations > 1)) {
+    words.push_back(fmt::format("m = {}", s.iterations));
+  }
+  if (s.tau != 1) words.push_back(fmt::format("τ = {:g}", s.tau));
+  if (s.algorithm >= Algorithm::a3 && joints) {
+    words.push_back(s.joints == Joints::rows ? "single rows" : fmt::format("{} joints", name(s.joints)));
+  }
+  const double rate = 1 / s.step;
+  words.push_back(fmt::format("h = 1/{:.0f} s", rate));
+  return fmt::format("A{} with {}", static_cast<int>(s.algorithm) + 1, fmt::join(words, ", "));
+}
+
+std::string choice_text(const std::vector<SweepRecord>& records) {
+  const auto coarse = cheapest(records, 0.01);
+  const auto fine = cheapest(records, 0.001);
+  if (!coarse) return "No run stays within 1 % of the scene's size: take smaller steps than were measured. ";
+  std::string text =
+      fmt::format("For 1 % of the scene's size take **{}** ({}, measured {})",
+                  spoken(*coarse, has_joints(records)), price_text(*coarse), percent(error_of(*coarse)));
+  if (!fine) return text + "; no run gets to 0.1 %. ";
+  if (fine->key == coarse->key) return text + "; nothing cheaper gets to 0.1 % either. ";
+  return text + fmt::format("; for 0.1 % **{}** ({}, measured {}). ", spoken(*fine, has_joints(records)),
+                            price_text(*fine), percent(error_of(*fine)));
+}
+
+/// The same question put to each algorithm alone.
+std::string ranking_text(const std::vector<SweepRecord>& records) {
+  const auto best = cheapest(records, 0.01);
+  if (!best) return "";
+  std::vector<std::string> others;
+  std::vector<std::string> failing;
+  for (const Algorithm algorithm :
+       {Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
+    std::vector<SweepRecord> own;
+    for (const SweepRecord& record : records) {
+      if (is_ours(record) && record.settings.algorithm == algorithm) own.push_back(record);
+    }
+    if (own.empty() || algorithm == best->settings.algorithm) continue;
+    const std::string title = fmt::format("A{}", static_cast<int>(algorithm) + 1);
+    const auto run = cheapest(own, 0.01);
+    if (!run) {
+      failing.push_back(title);
+    } else {
+      const double ratio = cost_of_ablation(*run) / cost_of_ablation(*best);
+      others.push_back(ratio < 1.1 ? fmt::format("{} as much", title)
+                                   : fmt::format("{} {:.2g} times", title, ratio));
+    }
+  }
+  std::string text;
+  if (!others.empty()) text += fmt::format("For the same 1 % the others cost: {}. ", fmt::join(others, ", "));
+  if (!failing.empty())
+    text += fmt::format("Not there with any setting measured: {}. ", fmt::join(failing, ", "));
+  return text;
+}
+
+const SweepRecord* most_accurate(const std::vector<SweepRecord>& records) {
+  const SweepRecord* best = nullptr;
+  for (const SweepRecord& record : records) {
+    if (is_ours(record) && record.metrics->bounded && (!best || error_of(record) < error_of(*best)))
+      best = &record;
+  }
+  return best;
+}
+
+/// How far its change of energy is from that of the most accurate run, in parts of what there is to lose.
+double energy_error(const SweepRecord& record, const SweepRecord& best) {
+  const Metrics& x = *record.metrics;
+  if (!(x.energy_scale > 0)) return 0;
+  return std::abs(x.energy_change - best.metrics->energy_change) / x.energy_scale;
+}
+
+/// What the choice does to the energy, beside what the most accurate run does: an error of the first seconds
+/// does not show a slow loss.
+std::string energy_text(const std::vector<SweepRecord>& records) {
+  const auto chosen = cheapest(records, 0.01);
+  if (!chosen) return "";
+  const SweepRecord* const best = most_accurate(records);
+  return fmt::format(
+      "Over all {:g} s the choice for 1 % changes the energy by {} J, the most accurate run by {} J. ",
+      chosen->duration, short_number(chosen->metrics->energy_change),
+      short_number(best->metrics->energy_change));
+}
+
+/// What is wrong with a run that was near the reference as long as there was one.
+std::string late_fault(const SweepRecord& record, const SweepRecord* best) {
+  const Metrics& x = *record.metrics;
+  if (x.diverged) return fmt::format("it blows up at {:.2g} s", *x.diverged);
+  if (x.bounded && best && energy_error(record, *best) > 0.1) {
+    return fmt::format("its energy changes by {} J instead of {} J", short_number(x.energy_change),
+                       short_number(best->metrics->energy_change));
+  }
+  if (x.bounded) return "";
+  if (x.energy_growth > 0.1 * x.energy_scale)
+    return fmt::format("its energy rises by {} J", short_number(x.energy_growth));
+  if (x.joint_gap > 0) return fmt::format("joints open by {} m", short_number(x.joint_gap));
+  if (x.moved < 5 * x.penetration) return fmt::format("bodies overlap by {} m", short_number(x.penetration));
+  return fmt::format("a body ends up to {} m from where it should stand", short_number(x.moved));
+}
+
+/// Settings that look good as long as the reference lasts, and are not.
+std::string late_text(const std::vector<SweepRecord>& records) {
+  const SweepRecord* const best = most_accurate(records);
+  const SweepRecord* cheapest_fault = nullptr;
+  int count = 0;
+  for (const SweepRecord& record : records) {
+    if (!is_ours(record) || !(error_of(record) <= 0.01) || late_fault(record, best).empty()) continue;
+    ++count;
+    if (!cheapest_fault || cost_of_ablation(record) < cost_of_ablation(*cheapest_fault))
+      cheapest_fault = &record;
+  }
+  if (!cheapest_fault) return "";
+  return fmt::format("{} that {} within 1 % for the first {:g} s {} to the end ({:g} s): {}{}. ",
+                     count == 1 ? std::string("One setting") : fmt::format("{} settings", count),
+                     count == 1 ? "is" : "are", cheapest_fault->horizon,
+                     count == 1 ? "is not right" : "are not right", cheapest_fault->duration,
+                     count == 1 ? "" : "the cheapest is ",
+                     fmt::format("{}, where {}", spoken(*cheapest_fault, has_joints(records)),
+                                 late_fault(*cheapest_fault, best)));
+}
+
+/// Where more sub-steps make A3 worse, as on a ball that rolls.
+std::string rolling_text(const std::vector<SweepRecord>& records) {
+  if (!has_contacts(records)) return "";
+  const double step = scene_step(records);
+  std::map<double, std::map<int, const SweepRecord*>> by_tau;
+  for (const SweepRecord& record : records) {
+    const Settings& s = record.settings;
+    if (is_ours(record) && s.algorithm == Algorithm::a3 && s.joints == Joints::plain && s.iterations == 1 &&
+        s.step == step)
+      by_tau[s.tau][s.substeps] = &record;
+  }
+  for (const auto& [tau, runs] : by_tau) {
+    if (runs.size() < 2) continue;
+    const SweepRecord& few = *runs.begin()->second;
+    const SweepRecord& many = *runs.rbegin()->second;
+    if (!(error_of(many) > 2 * error_of(few)) || !(many.metrics->penetration > 2 * few.metrics->penetration))
+      continue;
+    return fmt::format(
+        "A3 gets worse with n here (n = {}: {}, n = {}: {}, overlap {} m): contact points stay fixed in the "
+        "bodies for "
+        "the whole step, a body that rolls takes its own along, and A3, which follows them exactly, lets it "
+        "sink by what "
+        "they rise. A4 and A5 do not follow them: take those, or smaller h. ",
+        few.settings.substeps, percent(error_of(few)), many.settings.substeps, percent(error_of(many)),
+        short_number(many.metrics->penetration));
+  }
+  return "";
+}
+
+/// Plain against stable joints, in the same algorithm with the same n, most n first.
+std::string joints_text(const std::vector<SweepRecord>& records) {
+  const double step = scene_step(records);
+  const SweepRecord* plain = nullptr;
+  const SweepRecord* stable = nullptr;
+  for (const SweepRecord& record : records) {
+    const Settings& s = record.settings;
+    if (!is_ours(record) || s.algorithm != Algorithm::a5 || s.step != step || s.iterations != 1 ||
+        s.tau != 1 || s.substeps != 16) {
+      continue;
+    }
+    if (s.joints == Joints::plain) plain = &record;
+    if (s.joints == Joints::stable) stable = &record;
+  }
+  if (!plain || !stable || !has_joints(records)) return "";
+  const double p = error_of(*plain);
+  const double s = error_of(*stable);
+  if (!stable->metrics->bounded && !plain->metrics->bounded) {
+    return "A5 with n = 16 is lost with plain and with stable joints. ";
+  }
+  if (!plain->metrics->bounded) {
+    return fmt::format("A5 holds with stable joints alone (n = 16: {}). ", percent(s));
+  }
+  if (!stable->metrics->bounded) {
+    return fmt::format("A5 holds with plain joints alone (n = 16: {}). ", percent(p));
+  }
+  if (std::max(p, s) < 1.2 * std::min(p, s)) return "";
+  return fmt::format("In A5 with n = 16 {} joints are better: {} against {}. ", p < s ? "plain" : "stable",
+                     percent(std::min(p, s)), percent(std::max(p, s)));
+}
+
+/// Which part of A5's error is the largest.
+std::string parts_text(const std::vector<SweepRecord>& records) {
+  const double step = scene_step(records);
+  const SweepRecord* chosen = nullptr;
+  for (const SweepRecord& record : records) {
+    const Settings& s = record.settings;
+    if (!is_ours(record) || s.algorithm != Algorithm::a5 || s.substeps != 16 || s.iterations != 1 ||
+        s.step != step || !record.metrics->bounded || !record.metrics->parts.model) {
+      continue;
+    }
+    if (!chosen || error_of(record) < error_of(*chosen)) chosen = &record;
+  }
+  if (!chosen || !(error_of(*chosen) > 1e-9)) return "";
+  const ErrorParts& parts = chosen->metrics->parts;
+  const std::array<std::pair<double, const char*>, 3> named{
+      {{parts.stepping, "the step's own, which smaller h/n lessens"},
+       {parts.solver.value_or(0), "the solver's, which more iterations or sub-steps lessen"},
+       {*parts.model, "the model's (Jacobians and biases not taken anew), which only smaller h lessens"}}};
+  const auto largest = std::ranges::max_element(named, {}, [](const auto& part) { return part.first; });
+  return fmt::format("What is left of A5's error there (n = 16, {}) is mostly {}. ",
+                     chosen->settings.joints == Joints::plain ? "plain" : "stable", largest->second);
+}
+
+/// The limits of stability, where one was looked for.
+std::string limits_text(const std::vector<SweepRecord>& records) {
+  std::vector<std::string> needs;
+  for (const SweepRecord& record : records) {
+    if (!record.limit) continue;
+    const Settings& s = record.settings;
+    std::string who = fmt::format("A{}", static_cast<int>(s.algorithm) + 1);
+    if (s.algorithm >= Algorithm::a3 && has_joints(records)) who += fmt::format(" {}", name(s.joints));
+    if (s.algorithm >= Algorithm::a2 && has_contacts(records))
+      who += fmt::format(" with m = {}", s.iterations);
+    if (record.limit->divisions == 1) continue;
+    if (record.limit->divisions == 0) {
+      needs.push_back(s.algorithm >= Algorithm::a3
+                          ? fmt::format("{} n above {}", who, record.limit->most)
+                          : fmt::format("{} less than h/{}", who, record.limit->most));
+    } else if (s.algorithm >= Algorithm::a3) {
+      needs.push_back(fmt::format("{} n = {}", who, record.limit->divisions));
+    } else {
+      needs.push_back(fmt::format("{} h/{}", who, record.limit->divisions));
+    }
+  }
+  if (needs.empty()) return "";
+  return fmt::format("To stay bounded at all it takes: {}. ", fmt::join(needs, ", "));
+}
+
+}  // namespace
+
+double cost_of(const SweepRecord& record) {
+  return record.times ? record.times->median / record.duration : std::numeric_limits<double>::quiet_NaN();
+}
+
+std::optional<SweepRecord> cheapest(const std::vector<SweepRecord>& records, double tolerance) {
+  const SweepRecord* const reference = most_accurate(records);
+  const SweepRecord* best = nullptr;
+  for (const SweepRecord& record : records) {
+    if (!is_ours(record)) continue;
+    const Metrics& x = *record.metrics;
+    // Energy is judged over the whole run, and so ten times as mildly.
+    if (reference && energy_error(record, *reference) > 10 * tolerance) continue;
+    const double limit = tolerance * record.size;
+    if (!x.bounded || !(error_of(record) <= tolerance) || x.joint_gap > limit || x.penetration > limit)
+      continue;
+    if (!best || cost_of_ablation(record) < cost_of_ablation(*best)) best = &record;
+  }
+  return best ? std::optional(*best) : std::nullopt;
+}
+
+std::vector<SweepRecord> best_runs(const std::vector<SweepRecord>& records) {
+  std::vector<SweepRecord> candidates;
+  for (const SweepRecord& record : records) {
+    if (is_ours(record) && record.metrics->bounded) candidates.push_back(record);
+  }
+  std::ranges::stable_sort(candidates, {}, cost_of_ablation);
+  std::vector<SweepRecord> best;
+  double error = std::numeric_limits<double>::infinity();
+  for (const SweepRecord& record : candidates) {
+    // A gain that cannot be seen is none.
+    const double own = std::max(error_of(record), 1e-9);
+    if (own < 0.8 * error) {
+      best.push_back(record);
+      error = own;
+    }
+  }
+  return best;
+}
+
+std::string advice(const std::vector<SweepRecord>& records) {
+  std::string text = choice_text(records) + energy_text(records) + late_text(records) +
+                     ranking_text(records) + rolling_text(records) + joints_text(records) +
+                     parts_text(records) + limits_text(records);
+  while (!text.empty() && text.back() == ' ') text.pop_back();
+  return text;
+}
+
+std::vector<std::pair<double, double>> local_orders(const std::vector<SweepRecord>& family) {
+  std::vector<std::pair<double, double>> points;  // step, error
+  for (const SweepRecord& record : family) {
+    const double error = error_of(record);
+    const bool is_lost = !std::isfinite(error) || error > 1;
+    if (!is_lost && error > smallest_plotted_error && is_sure(record))
+      points.emplace_back(sub_step_of(record.settings), error);
+  }
+  std::ranges::sort(points);
+  std::vector<std::pair<double, double>> orders;
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    const auto& [fine, fine_error] = points[i - 1];
+    const auto& [coarse, coarse_error] = points[i];
+    if (std::abs(coarse / fine - 2) < 1e-6)
+      orders.emplace_back(std::sqrt(fine * coarse), std::log2(coarse_error / fine_error));
+  }
+  std::ranges::reverse(orders);
+  return orders;
+}
+
+std::optional<double> measured_order(const std::vector<SweepRecord>& family) {
+  std::vector<std::array<double, 2>> points;
+  for (const SweepRecord& record : family) {
+    const double error = error_of(record);
+    if (record.metrics->bounded && error > smallest_plotted_error && is_sure(record)) {
+      points.push_back({std::log2(sub_step_of(record.settings)), std::log2(error)});
+    }
+  }
+  std::ranges::sort(points);
+  if (points.size() > 4) points.resize(4);
+  if (points.size() < 3) return std::nullopt;
+  const auto count = static_cast<double>(points.size());
+  double x = 0;
+  double y = 0;
+  for (const auto& point : points) {
+    x += point[0] / count;
+    y += point[1] / count;
+  }
+  double above = 0;
+  double below = 0;
+  for (const auto& point : points) {
+    above += (point[0] - x) * (point[1] - y);
+    below += (point[0] - x) * (point[0] - x);
+  }
+  return above / below;
+}
+
+}  // namespace substep

@@ -1,0 +1,35 @@
+#pragma once
+/// What to choose for a scene, by rules from what a sweep measured.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/study/sweep.h"
+
+namespace substep {
+
+/// The cheapest run of ours that stays bounded with an RMS error of at most `tolerance` (of the scene's
+/// size), joints and contacts as closed, and over the whole run a change of energy that is within ten times
+/// as much of the most accurate run's; by CPU time, where there are times, else by rows solved.
+std::optional<SweepRecord> cheapest(const std::vector<SweepRecord>& records, double tolerance);
+
+/// The runs that no other one beats in both error and cost, the cheapest first.
+std::vector<SweepRecord> best_runs(const std::vector<SweepRecord>& records);
+
+/// CPU time of a simulated second, s; not a number where there are no times.
+double cost_of(const SweepRecord& record);
+
+/// One paragraph on a scene: which setting for which error, what holds it up, which joints, what does not
+/// work.
+std::string advice(const std::vector<SweepRecord>& records);
+
+/// By how many powers of two the error falls when h/n is halved: the least-squares slope of a family's finest
+/// four runs whose error is above the reference's uncertainty. Nothing with fewer than three.
+std::optional<double> measured_order(const std::vector<SweepRecord>& family);
+
+/// The same from each run to the next with half its h/n: the middle of the two (geometric, s) and the slope.
+/// Lost runs and errors that the reference is not sure of have none.
+std::vector<std::pair<double, double>> local_orders(const std::vector<SweepRecord>& family);
+
+}  // namespace substep

@@ -1,0 +1,325 @@
+// Bullet's headers shadow names and convert freely.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wshadow"
+#pragma GCC diagnostic ignored "-Wconversion"
+#pragma GCC diagnostic ignored "-Wpedantic"
+#include <BulletDynamics/Featherstone/btMultiBody.h>
+#include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
+#include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
+#include <BulletDynamics/MLCPSolvers/btDantzigSolver.h>
+#include <BulletDynamics/MLCPSolvers/btMLCPSolver.h>
+#include <btBulletDynamicsCommon.h>
+#pragma GCC diagnostic pop
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/error.h"
+#include "sim/study/engines/engine_scene.h"
+#include "sim/study/engines/engine_steppers.h"
+
+namespace substep {
+namespace {
+
+btVector3 vector(const Vector3& v) {
+  return {v.x(), v.y(), v.z()};
+}
+btQuaternion quaternion(const Quaternion& q) {
+  return {q.x(), q.y(), q.z(), q.w()};
+}
+btTransform transform(const Pose& pose) {
+  return btTransform(quaternion(pose.orientation), vector(pose.position));
+}
+Vector3 vector(const btVector3& v) {
+  return {v.x(), v.y(), v.z()};
+}
+Quaternion quaternion(const btQuaternion& q) {
+  return {q.w(), q.x(), q.y(), q.z()};
+}
+
+class BulletStepper final : public Stepper {
+ public:
+  BulletStepper(const Scene& scene, const Settings& settings, bool direct)
+      : step_(settings.step),
+        dispatcher_(&configuration_),
+        solver_(direct ? std::make_unique<btMLCPSolver>(&dantzig_)
+                       : std::make_unique<btSequentialImpulseConstraintSolver>()),
+        world_(&dispatcher_, &broad_phase_, solver_.get(), &configuration_),
+        state_(initial_state(scene)) {
+    const EngineScene shared = engine_scene(scene);
+    world_.setGravity(vector(scene.gravity));
+    world_.getSolverInfo().m_numIterations = settings.iterations;
+    // A pair has the product of its frictions.
+    friction_ = std::sqrt(shared.friction);
+    shapes_.resize(scene.bodies.size());
+    bodies_.resize(scene.bodies.size());
+    if (shared.has_contacts) {
+      for (const Collider& collider : scene.colliders) add(scene, collider);
+    }
+    for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
+      if (scene.bodies[i].inverse_mass > 0) add(scene.bodies[i], scene.gyroscopic, i);
+    }
+    for (const EngineJoint& joint : shared.joints) add(scene, joint);
+  }
+  ~BulletStepper() override {
+    for (const auto& joint : joints_) world_.removeConstraint(joint.get());
+    for (const auto& body : bodies_) {
+      if (body) world_.removeRigidBody(body.get());
+    }
+    for (const auto& body : fixed_) world_.removeRigidBody(body.get());
+  }
+  BulletStepper(const BulletStepper&) = delete;
+  BulletStepper& operator=(const BulletStepper&) = delete;
+
+  bool step() override {
+    world_.stepSimulation(step_, 0);
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+      if (!bodies_[i]) continue;
+      const btTransform& at = bodies_[i]->getWorldTransform();
+      next_.q[i] = {vector(at.getOrigin()), quaternion(at.getRotation())};
+      next_.v[i] = {vector(bodies_[i]->getLinearVelocity()), vector(bodies_[i]->getAngularVelocity())};
+    }
+    if (!is_finite(next_)) return false;
+    state_ = next_;
+    return true;
+  }
+  const State& state() const override { return state_; }
+
+ private:
+  btCollisionShape* keep(std::unique_ptr<btCollisionShape> shape) {
+    parts_.push_back(std::move(shape));
+    return parts_.back().get();
+  }
+
+  void add(const Scene& scene, const Collider& collider) {
+    const bool moves = scene.bodies[collider.body].inverse_mass > 0;
+    Pose placement = moves ? collider.placement : scene.bodies[collider.body].pose * collider.placement;
+    btCollisionShape* shape = nullptr;
+    if (const auto* polytope = std::get_if<Polytope>(&collider.shape); polytope && polytope->box) {
+      shape = keep(std::make_unique<btBoxShape>(vector(polytope->box->half_size)));
+      placement = placement * polytope->box->pose;
+    } else if (polytope) {
+      auto hull = std::make_unique<btConvexHullShape>();
+      for (const Vector3& vertex : polytope->vertices) hull->addPoint(vector(vertex), false);
+      hull->recalcLocalAabb();
+      shape = keep(std::move(hull));
+    } else if (const auto* sphere = std::get_if<Sphere>(&collider.shape)) {
+      shape = keep(std::make_unique<btSphereShape>(sphere->radius));
+    } else if (const auto* capsule = std::get_if<Capsule>(&collider.shape)) {
+      shape = keep(std::make_unique<btCapsuleShape>(capsule->radius, 2 * capsule->half_length));
+    } else if (std::holds_alternative<Plane>(collider.shape) && !moves) {
+      shape = keep(std::make_unique<btStaticPlaneShape>(btVector3(0, 1, 0), 0));
+    } else {
+      throw Error("a collider is no box, hull, sphere, capsule or fixed plane");
+    }
+    if (moves) {
+      auto& compound = shapes_[collider.body];
+      if (!compound) compound = std::make_unique<btCompoundShape>();
+      compound->addChildShape(transform(placement), shape);
+      return;
+    }
+    fixed_.push_back(std::make_unique<btRigidBody>(0, nullptr, shape));
+    fixed_.back()->setWorldTransform(transform(placement));
+    fixed_.back()->setFriction(friction_);
+    world_.addRigidBody(fixed_.back().get());
+  }
+
+  void add(const Body& body, bool gyroscopic, std::size_t index) {
+    const bool collides = shapes_[index] != nullptr;
+    btCollisionShape* shape = shapes_[index].get();
+    if (!collides) {
+      shape = keep(std::make_unique<btSphereShape>(0.01));
+    } else if (shapes_[index]->getNumChildShapes() == 1 &&
+               transform(Pose{}) == shapes_[index]->getChildTransform(0)) {
+      shape = shapes_[index]->getChildShape(0);  // a compound has fewer contacts than what it is made of
+    }
+    bodies_[index] = std::make_unique<btRigidBody>(1 / body.inverse_mass, nullptr, shape,
+                                                   vector(body.inverse_inertia.cwiseInverse()));
+    btRigidBody& made = *bodies_[index];
+    made.setWorldTransform(transform(body.pose));
+    made.setLinearVelocity(vector(body.linear_velocity));
+    made.setAngularVelocity(vector(body.angular_velocity));
+    made.setFriction(friction_);
+    if (!gyroscopic) made.setFlags(0);
+    made.setActivationState(DISABLE_DEACTIVATION);
+    if (collides) {
+      world_.addRigidBody(&made);
+    } else {
+      world_.addRigidBody(&made, 0, 0);  // in no group, meets none
+    }
+  }
+
+  void add(const Scene& scene, const EngineJoint& joint) {
+    btRigidBody& a = *bodies_[joint.a];
+    const bool on_world = joint.b == world_body;
+    const btVector3 at_a = vector(joint.anchor_a);
+    const btVector3 at_b = vector(joint.anchor_b);
+    std::unique_ptr<btTypedConstraint> made;
+    switch (joint.kind) {
+      case EngineJoint::Kind::ball:
+        made = on_world ? std::make_unique<btPoint2PointConstraint>(a, at_a)
+                        : std::make_unique<btPoint2PointConstraint>(a, *bodies_[joint.b], at_a, at_b);
+        break;
+      case EngineJoint::Kind::hinge:
+        made = on_world ? std::make_unique<btHingeConstraint>(a, at_a, vector(joint.axis_a))
+                        : std::make_unique<btHingeConstraint>(a, *bodies_[joint.b], at_a, at_b,
+                                                              vector(joint.axis_a), vector(joint.axis_b));
+        break;
+      case EngineJoint::Kind::fixed: {
+        const Pose frame_a{joint.anchor_a, Quaternion::Identity()};
+        const Pose in_b = scene.bodies[joint.b].pose.inverse() * (scene.bodies[joint.a].pose * frame_a);
+        btRigidBody& b = on_world ? btTypedConstraint::getFixedBody() : *bodies_[joint.b];
+        made = std::make_unique<btFixedConstraint>(a, b, transform(frame_a), transform(in_b));
+        break;
+      }
+    }
+    joints_.push_back(std::move(made));
+    world_.addConstraint(joints_.back().get(), true);
+  }
+
+  double step_;
+  double friction_ = 0;
+  btDefaultCollisionConfiguration configuration_;
+  btCollisionDispatcher dispatcher_;
+  btDbvtBroadphase broad_phase_;
+  btDantzigSolver dantzig_;
+  std::unique_ptr<btConstraintSolver> solver_;
+  std::vector<std::unique_ptr<btCollisionShape>> parts_;
+  std::vector<std::unique_ptr<btCompoundShape>> shapes_;  ///< by body
+  std::vector<std::unique_ptr<btRigidBody>> bodies_;
+  std::vector<std::unique_ptr<btRigidBody>> fixed_;
+  std::vector<std::unique_ptr<btTypedConstraint>> joints_;
+  btDiscreteDynamicsWorld world_;
+  State state_;
+  State next_ = state_;
+};
+
+/// Trees of links on the world; a body without a joint is a tree of its own, with a base that is free.
+class FeatherstoneStepper final : public Stepper {
+ public:
+  FeatherstoneStepper(const Scene& scene, const Settings& settings, bool runge_kutta)
+      : step_(settings.step),
+        dispatcher_(&configuration_),
+        world_(&dispatcher_, &broad_phase_, &solver_, &configuration_),
+        state_(initial_state(scene)) {
+    const EngineScene shared = engine_scene(scene);
+    if (shared.has_contacts) throw Error("its articulated bodies are run without contacts here");
+    world_.setGravity(vector(scene.gravity));
+    // Each tree hangs on the world: a base that is fixed at the origin.
+    const std::vector<EngineLink> links = tree_of(scene, shared.joints);
+    tree_ = std::make_unique<btMultiBody>(static_cast<int>(links.size()), 0, btVector3(1, 1, 1), true, false);
+    tree_->setLinearDamping(0);
+    tree_->setAngularDamping(0);
+    tree_->setUseGyroTerm(scene.gyroscopic);
+    tree_->useRK4Integration(runge_kutta);
+    for (const EngineLink& link : links) add(scene, link);
+    tree_->finalizeMultiDof();
+    for (std::size_t i = 0; i < links.size(); ++i) start(scene, links[i], static_cast<int>(i));
+    world_.addMultiBody(tree_.get());
+    read();
+  }
+  ~FeatherstoneStepper() override { world_.removeMultiBody(tree_.get()); }
+  FeatherstoneStepper(const FeatherstoneStepper&) = delete;
+  FeatherstoneStepper& operator=(const FeatherstoneStepper&) = delete;
+
+  bool step() override {
+    world_.stepSimulation(step_, 0);
+    return read();
+  }
+  const State& state() const override { return state_; }
+
+ private:
+  void add(const Scene& scene, const EngineLink& link) {
+    if (!link.joint) throw Error("a body is on no joint");
+    const Body& body = scene.bodies[link.body];
+    const int index = static_cast<int>(bodies_.size());
+    const auto found = std::ranges::find(bodies_, link.parent);
+    const int parent = found == bodies_.end() ? -1 : static_cast<int>(found - bodies_.begin());
+    bodies_.push_back(link.body);
+    const Quaternion parent_to_body =
+        body.pose.orientation.conjugate() * scene.bodies[link.parent].pose.orientation;
+    const btVector3 to_pivot = vector(anchor_of_parent(link));
+    const btVector3 from_pivot = vector(Vector3(-anchor_of_body(link)));
+    const double mass = 1 / body.inverse_mass;
+    const btVector3 inertia = vector(body.inverse_inertia.cwiseInverse());
+    switch (link.joint->kind) {
+      case EngineJoint::Kind::ball:
+        tree_->setupSpherical(index, mass, inertia, parent, quaternion(parent_to_body), to_pivot, from_pivot,
+                              true);
+        break;
+      case EngineJoint::Kind::hinge:
+        tree_->setupRevolute(index, mass, inertia, parent, quaternion(parent_to_body),
+                             vector(axis_of_body(link)), to_pivot, from_pivot, true);
+        break;
+      case EngineJoint::Kind::fixed:
+        tree_->setupFixed(index, mass, inertia, parent, quaternion(parent_to_body), to_pivot, from_pivot);
+        break;
+    }
+  }
+
+  void start(const Scene& scene, const EngineLink& link, int index) {
+    const Vector3 spin = relative_spin(scene, link);
+    if (link.joint->kind == EngineJoint::Kind::ball) {
+      const double velocity[] = {spin.x(), spin.y(), spin.z()};
+      tree_->setJointVelMultiDof(index, velocity);
+    } else if (link.joint->kind == EngineJoint::Kind::hinge) {
+      const double velocity[] = {spin.dot(axis_of_body(link))};
+      tree_->setJointVelMultiDof(index, velocity);
+    }
+  }
+
+  bool read() {
+    // Positions of links from the joints' coordinates, parents first.
+    btAlignedObjectArray<btQuaternion> rotations;
+    btAlignedObjectArray<btVector3> origins;
+    tree_->forwardKinematics(rotations, origins);
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+      const btTransform at = tree_->getLink(static_cast<int>(i)).m_cachedWorldTransform;
+      next_.q[bodies_[i]] = {vector(at.getOrigin()), quaternion(at.getRotation())};
+    }
+    btAlignedObjectArray<btVector3> spins;
+    btAlignedObjectArray<btVector3> speeds;
+    spins.resize(tree_->getNumLinks() + 1);
+    speeds.resize(tree_->getNumLinks() + 1);
+    tree_->compTreeLinkVelocities(&spins[0], &speeds[0]);  // in the links' frames, the base first
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+      const Quaternion& turn = next_.q[bodies_[i]].angular;
+      next_.v[bodies_[i]] = {turn * vector(speeds[static_cast<int>(i) + 1]),
+                             turn * vector(spins[static_cast<int>(i) + 1])};
+    }
+    if (!is_finite(next_)) return false;
+    state_ = next_;
+    return true;
+  }
+
+  double step_;
+  btDefaultCollisionConfiguration configuration_;
+  btCollisionDispatcher dispatcher_;
+  btDbvtBroadphase broad_phase_;
+  btMultiBodyConstraintSolver solver_;
+  std::unique_ptr<btMultiBody> tree_;
+  std::vector<int> bodies_;  ///< by link
+  btMultiBodyDynamicsWorld world_;
+  State state_;
+  State next_ = state_;
+};
+
+}  // namespace
+
+std::unique_ptr<Stepper> bullet_sequential_impulse(const Scene& scene, const Settings& settings) {
+  return std::make_unique<BulletStepper>(scene, settings, false);
+}
+
+std::unique_ptr<Stepper> bullet_dantzig(const Scene& scene, const Settings& settings) {
+  return std::make_unique<BulletStepper>(scene, settings, true);
+}
+
+std::unique_ptr<Stepper> bullet_featherstone(const Scene& scene, const Settings& settings) {
+  return std::make_unique<FeatherstoneStepper>(scene, settings, false);
+}
+
+std::unique_ptr<Stepper> bullet_runge_kutta(const Scene& scene, const Settings& settings) {
+  return std::make_unique<FeatherstoneStepper>(scene, settings, true);
+}
+
+}  // namespace substep

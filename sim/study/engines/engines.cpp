@@ -1,0 +1,122 @@
+#include "sim/study/engines/engines.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <mutex>
+
+#include "sim/error.h"
+#include "sim/measure/reference_integrator.h"
+#include "sim/study/engines/engine_steppers.h"
+
+namespace substep {
+namespace {
+
+/// A uniform rod of 1 m, 1 kg, on a hinge at its end, level and at rest.
+Scene pendulum() {
+  Scene scene;
+  scene.name = "pendulum";
+  scene.bodies.resize(2);
+  Body& rod = scene.bodies[1];
+  rod.name = "rod";
+  rod.inverse_mass = 1;
+  rod.inverse_inertia = {5000, 12, 12};
+  rod.pose.position = {0.5, 0, 0};
+  Joint hinge;
+  hinge.name = "hinge";
+  hinge.body_a = 1;
+  hinge.frame_a.position = {-0.5, 0, 0};
+  hinge.limits.resize(2);
+  hinge.limits[0].axes = {true, true, true};
+  hinge.limits[1].angular = true;
+  hinge.limits[1].axes = {true, true, false};
+  for (JointLimit& limit : hinge.limits) limit.min = limit.max = 0;
+  scene.joints.push_back(hinge);
+  return scene;
+}
+
+/// Why an engine's pendulum is wrong; empty: it is not. A quarter of the period is known in closed form.
+std::string fault_of(const MakeStepper& make) {
+  constexpr double quarter = 1.93333485 / 4;
+  Settings settings;
+  settings.step = 1.0 / 2000;
+  const auto stepper = make(pendulum(), settings);
+  double time = 0;
+  double before = 0.5;
+  while (time < 1 && stepper->step()) {
+    time += settings.step;
+    const double x = stepper->state().q[1].linear.x();
+    if (x <= 0) {
+      time -= settings.step * x / (x - before);
+      break;
+    }
+    before = x;
+  }
+  const double error = std::abs(time / quarter - 1);
+  if (error < 0.01) return "";
+  return fmt::format("its pendulum's quarter period is {:.4f} s, {:.4f} s in closed form", time, quarter);
+}
+
+/// The same, of an engine that has passed the pendulum.
+MakeStepper checked(MakeStepper make) {
+  struct Check {
+    std::once_flag once;
+    std::string fault;
+  };
+  return [make = std::move(make), check = std::make_shared<Check>()](const Scene& scene,
+                                                                     const Settings& settings) {
+    std::call_once(check->once, [&] { check->fault = fault_of(make); });
+    if (!check->fault.empty()) throw Error(check->fault);
+    return make(scene, settings);
+  };
+}
+
+std::vector<Engine> built() {
+  std::vector<Engine> all;
+  for (const int order : {4, 8}) {
+    all.push_back(
+        {fmt::format("order-{}", order), fmt::format("own, order {}", order),
+         fmt::format(
+             "the accurate mode: constraints at acceleration level, {}, projected back after each step",
+             order == 4 ? "Runge-Kutta" : "extrapolated midpoint rule"),
+         true, checked([order](const Scene& scene, const Settings& settings) {
+           return reference_stepper(scene, settings.step, order);
+         })});
+  }
+#ifdef SUBSTEP_HAS_BULLET
+  all.push_back({"bullet-si", "Bullet SI", "warm starting, split impulse, ERP 0.2 as it ships", false,
+                 checked(bullet_sequential_impulse)});
+  all.push_back(
+      {"bullet-dantzig", "Bullet Dantzig", "MLCP by Dantzig's method", false, checked(bullet_dantzig)});
+  all.push_back({"bullet-featherstone", "Bullet Featherstone",
+                 "reduced coordinates, semi-implicit Euler, no damping", false,
+                 checked(bullet_featherstone)});
+  all.push_back({"bullet-featherstone-rk4", "Bullet Featherstone RK4",
+                 "reduced coordinates, Runge-Kutta, no damping", false, checked(bullet_runge_kutta)});
+#endif
+#ifdef SUBSTEP_HAS_ODE
+  all.push_back({"ode-step", "ODE dWorldStep", "ERP 0.2, CFM as it ships", false, checked(ode_world_step)});
+  all.push_back(
+      {"ode-quickstep", "ODE QuickStep", "ERP 0.2, CFM as it ships", false, checked(ode_quick_step)});
+#endif
+#ifdef SUBSTEP_HAS_DART
+  all.push_back({"dart", "DART", "reduced coordinates, Dantzig, its own contact detector", false,
+                 checked(dart_stepper)});
+#endif
+#ifdef SUBSTEP_HAS_MUJOCO
+  all.push_back({"mujoco-euler", "MuJoCo Euler", "reduced coordinates, soft contacts as it ships", false,
+                 checked(mujoco_euler)});
+  all.push_back({"mujoco-rk4", "MuJoCo RK4", "reduced coordinates, Runge-Kutta, soft contacts as it ships",
+                 false, checked(mujoco_runge_kutta)});
+#endif
+  return all;
+}
+
+}  // namespace
+
+const std::vector<Engine>& engines() {
+  static const std::vector<Engine> all = built();
+  return all;
+}
+
+}  // namespace substep

@@ -1,0 +1,26 @@
+#pragma once
+/// What a sweep can run beside the five algorithms: physics engines, none of which is linked into the
+/// library, and which there are is decided when the program is built; and our own accurate mode.
+
+#include <string>
+#include <vector>
+
+#include "sim/measure/stepper.h"
+
+namespace substep {
+
+struct Engine {
+  std::string name;      ///< as sweep files say: "bullet-si"; letters, digits and -
+  std::string label;     ///< as figures say: "Bullet SI"
+  std::string settings;  ///< what else was set, for captions
+  bool is_ours;          ///< the accurate mode: smooth_motion.h
+  /// Throws Error with the reason where a scene cannot be represented: it is listed as omitted. Reads of the
+  /// settings the step, and `iterations` where the engine has such a number. Called from several
+  /// threads at once.
+  MakeStepper make;
+};
+
+/// The accurate mode first, then the engines that were built.
+const std::vector<Engine>& engines();
+
+}  // namespace substep

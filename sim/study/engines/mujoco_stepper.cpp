@@ -1,0 +1,192 @@
+#include <fmt/format.h>
+#include <mujoco/mujoco.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/error.h"
+#include "sim/study/engines/engine_scene.h"
+#include "sim/study/engines/engine_steppers.h"
+
+namespace substep {
+namespace {
+
+std::string numbers(const Vector3& v) {
+  return fmt::format("{} {} {}", v.x(), v.y(), v.z());
+}
+std::string numbers(const Quaternion& q) {
+  return fmt::format("{} {} {} {}", q.w(), q.x(), q.y(), q.z());
+}
+std::string placed(const Pose& pose) {
+  return fmt::format("pos=\"{}\" quat=\"{}\"", numbers(pose.position), numbers(pose.orientation));
+}
+
+/// The scene in MuJoCo's language. Body i is called "b<i>".
+class MujocoText {
+ public:
+  MujocoText(const Scene& scene, const Settings& settings, const char* integrator)
+      : scene_(scene), peer_(engine_scene(scene)), links_(tree_of(scene, peer_.joints)) {
+    if (!scene.gyroscopic) throw Error("its gyroscopic term cannot be left out");
+    text_ = fmt::format(
+        "<mujoco><compiler angle=\"radian\" inertiafromgeom=\"false\" boundmass=\"0\"/>"
+        "<option timestep=\"{}\" integrator=\"{}\" gravity=\"{}\"/><worldbody>",
+        settings.step, integrator, numbers(scene.gravity));
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+      if (i == world_body || scene.bodies[i].inverse_mass == 0)
+        add_colliders(static_cast<int>(i), scene.bodies[i].pose);
+    }
+    for (const EngineLink& link : links_) {
+      if (link.parent == world_body) add(link);
+    }
+    text_ += "</worldbody></mujoco>";
+  }
+  const std::string& text() const { return text_; }
+  const std::vector<EngineLink>& links() const { return links_; }
+
+ private:
+  void add_colliders(int body, const Pose& outer) {
+    if (!peer_.has_contacts) return;
+    for (const Collider& collider : scene_.colliders) {
+      if (collider.body != body) continue;
+      Pose placement = outer * collider.placement;
+      // Capsules lie along z, a plane's normal is z.
+      const Quaternion y_to_z(std::sqrt(0.5), -std::sqrt(0.5), 0, 0);
+      std::string shape;
+      if (const auto* polytope = std::get_if<Polytope>(&collider.shape); polytope && polytope->box) {
+        shape = fmt::format("box\" size=\"{}\"", numbers(polytope->box->half_size));
+        placement = placement * polytope->box->pose;
+      } else if (const auto* sphere = std::get_if<Sphere>(&collider.shape)) {
+        shape = fmt::format("sphere\" size=\"{}\"", sphere->radius);
+      } else if (const auto* capsule = std::get_if<Capsule>(&collider.shape)) {
+        shape = fmt::format("capsule\" size=\"{} {}\"", capsule->radius, capsule->half_length);
+        placement.orientation = placement.orientation * y_to_z;
+      } else if (std::holds_alternative<Plane>(collider.shape)) {
+        shape = "plane\" size=\"0 0 1\"";
+        placement.orientation = placement.orientation * y_to_z;
+      } else {
+        throw Error("a collider is no box, sphere, capsule or plane");
+      }
+      text_ += fmt::format("<geom type=\"{} friction=\"{} 0 0\" condim=\"3\" {}/>", shape, peer_.friction,
+                           placed(placement));
+    }
+  }
+
+  void add(const EngineLink& link) {
+    const Body& body = scene_.bodies[link.body];
+    const Pose pose =
+        link.parent == world_body ? body.pose : scene_.bodies[link.parent].pose.inverse() * body.pose;
+    text_ += fmt::format("<body name=\"b{}\" {}><inertial pos=\"0 0 0\" mass=\"{}\" diaginertia=\"{}\"/>",
+                         link.body, placed(pose), 1 / body.inverse_mass,
+                         numbers(Vector3(body.inverse_inertia.cwiseInverse())));
+    if (!link.joint) {
+      text_ += "<freejoint/>";
+    } else if (link.joint->kind == EngineJoint::Kind::ball) {
+      text_ += fmt::format("<joint type=\"ball\" pos=\"{}\"/>", numbers(anchor_of_body(link)));
+    } else if (link.joint->kind == EngineJoint::Kind::hinge) {
+      text_ += fmt::format("<joint type=\"hinge\" pos=\"{}\" axis=\"{}\"/>", numbers(anchor_of_body(link)),
+                           numbers(axis_of_body(link)));
+    }
+    add_colliders(link.body, Pose{});
+    for (const EngineLink& child : links_) {
+      if (child.parent == link.body) add(child);
+    }
+    text_ += "</body>";
+  }
+
+  const Scene& scene_;
+  EngineScene peer_;
+  std::vector<EngineLink> links_;
+  std::string text_;
+};
+
+class MujocoStepper final : public Stepper {
+ public:
+  MujocoStepper(const Scene& scene, const Settings& settings, const char* integrator)
+      : state_(initial_state(scene)) {
+    const MujocoText text(scene, settings, integrator);
+    load(text.text());
+    data_ = mj_makeData(model_);
+    for (const EngineLink& link : text.links()) {
+      const int id = mj_name2id(model_, mjOBJ_BODY, fmt::format("b{}", link.body).c_str());
+      bodies_.emplace_back(link.body, id);
+      start(scene, link, id);
+    }
+    mj_forward(model_, data_);
+  }
+  ~MujocoStepper() override {
+    mj_deleteData(data_);
+    mj_deleteModel(model_);
+  }
+  MujocoStepper(const MujocoStepper&) = delete;
+  MujocoStepper& operator=(const MujocoStepper&) = delete;
+
+  bool step() override {
+    mj_step(model_, data_);
+    mj_kinematics(model_, data_);  // a step leaves the bodies where it found them
+    mj_comPos(model_, data_);
+    mj_comVel(model_, data_);
+    for (const auto& [body, id] : bodies_) {
+      const mjtNum* p = data_->xpos + 3 * id;
+      const mjtNum* q = data_->xquat + 4 * id;
+      mjtNum velocity[6];
+      mj_objectVelocity(model_, data_, mjOBJ_XBODY, id, velocity, 0);
+      next_.q[body] = {{p[0], p[1], p[2]}, {q[0], q[1], q[2], q[3]}};
+      next_.v[body] = {{velocity[3], velocity[4], velocity[5]}, {velocity[0], velocity[1], velocity[2]}};
+    }
+    // It starts a scene anew when numbers grow too large, and says so.
+    const bool went_wrong = data_->warning[mjWARN_BADQPOS].number > 0 ||
+                            data_->warning[mjWARN_BADQVEL].number > 0 ||
+                            data_->warning[mjWARN_BADQACC].number > 0;
+    if (went_wrong || !is_finite(next_)) return false;
+    state_ = next_;
+    return true;
+  }
+  const State& state() const override { return state_; }
+
+ private:
+  void load(const std::string& text) {
+    mju_user_warning = [](const char*) {};  // else it writes a file where the program runs
+    mjVFS files;
+    mj_defaultVFS(&files);
+    mj_makeEmptyFileVFS(&files, "scene.xml", static_cast<int>(text.size()));
+    std::copy(text.begin(), text.end(), static_cast<char*>(files.filedata[0]));
+    char message[1000] = "";
+    model_ = mj_loadXML("scene.xml", &files, message, sizeof message);
+    mj_deleteVFS(&files);
+    if (!model_) throw Error(fmt::format("MuJoCo refuses it: {}", message));
+  }
+
+  void start(const Scene& scene, const EngineLink& link, int id) {
+    const Body& body = scene.bodies[link.body];
+    const int degrees = model_->body_dofadr[id];
+    if (degrees < 0) return;
+    mjtNum* const v = data_->qvel + degrees;
+    const Vector3 spin = relative_spin(scene, link);
+    if (!link.joint) {
+      for (int k = 0; k < 3; ++k) v[k] = body.linear_velocity[k];
+      for (int k = 0; k < 3; ++k) v[3 + k] = spin[k];
+    } else if (link.joint->kind == EngineJoint::Kind::ball) {
+      for (int k = 0; k < 3; ++k) v[k] = spin[k];
+    } else {
+      v[0] = spin.dot(axis_of_body(link));
+    }
+  }
+
+  mjModel* model_ = nullptr;
+  mjData* data_ = nullptr;
+  std::vector<std::pair<int, int>> bodies_;  ///< ours and MuJoCo's
+  State state_;
+  State next_ = state_;
+};
+
+}  // namespace
+
+std::unique_ptr<Stepper> mujoco_euler(const Scene& scene, const Settings& settings) {
+  return std::make_unique<MujocoStepper>(scene, settings, "Euler");
+}
+
+std::unique_ptr<Stepper> mujoco_runge_kutta(const Scene& scene, const Settings& settings) {
+  return std::make_unique<MujocoStepper>(scene, settings, "RK4");
+}
+
+}  // namespace substep

@@ -1,0 +1,252 @@
+#include "sim/study/sweep.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <exception>
+#include <fstream>
+#include <iterator>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "sim/error.h"
+#include "sim/log/file_output.h"
+#include "sim/study/engines/engines.h"
+#include "sim/study/sweep_record.h"
+
+namespace substep {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::optional<std::string> content_of(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) return std::nullopt;
+  return std::string(std::istreambuf_iterator<char>(stream), {});
+}
+
+std::uint64_t hash_of(std::string_view text, std::uint64_t hash = 0xcbf29ce484222325) {
+  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
+  return hash;
+}
+
+/// Of this program: results of another build are not mixed with its own.
+std::uint64_t program_hash() {
+  static const std::uint64_t hash = hash_of(content_of("/proc/self/exe").value_or(""));
+  return hash;
+}
+
+/// What a job's result depends on, beside its key.
+std::string fingerprint(const Sweep& sweep, const SweepJob& job) {
+  const Scene& scene = sweep.scenes.at(job.scene);
+  const std::string text =
+      fmt::format("{:x} {:x} {} {} {} {}", program_hash(), scene.hash, sweep.horizon_of(job.scene),
+                  scene.duration, sweep.repetitions, sweep.most);
+  return fmt::format("{:016x}", hash_of(text));
+}
+
+fs::path file_of(const fs::path& results, const SweepJob& job) {
+  return results / "jobs" / (job.key + ".json");
+}
+
+/// The record of a job that is done: a line with the fingerprint, then the record.
+std::optional<std::string> finished(const Sweep& sweep, const fs::path& results, const SweepJob& job) {
+  const auto text = content_of(file_of(results, job));
+  if (!text) return std::nullopt;
+  const std::size_t end = text->find('\n');
+  if (end == std::string::npos || text->substr(0, end) != fingerprint(sweep, job)) return std::nullopt;
+  return text->substr(end + 1);
+}
+
+const Engine* engine_named(const std::string& name) {
+  const auto found = std::ranges::find(engines(), name, &Engine::name);
+  return found == engines().end() ? nullptr : &*found;
+}
+
+void measure_peer(const Sweep& sweep, const SweepJob& job, const Scene& scene,
+                  const ReferenceMotion& reference, SweepRecord& record) {
+  const Engine* const engine = engine_named(job.engine);
+  record.label = fmt::format("{}  h={:g}", engine ? engine->label : job.engine, job.settings.step);
+  if (!engine) {
+    record.omitted = "the program was built without it";
+    return;
+  }
+  try {
+    const auto stepper = engine->make(scene, job.settings);
+    record.metrics = measure(scene, *stepper, job.settings.step, reference);
+    if (sweep.repetitions > 0) record.times = time_run(scene, job.settings, engine->make, sweep.repetitions);
+  } catch (const Error& error) {
+    record.omitted = error.what();
+  }
+}
+
+SweepRecord measured(const Sweep& sweep, const SweepJob& job, const ReferenceMotion& reference) {
+  const Scene& scene = sweep.scenes.at(job.scene);
+  SweepRecord record;
+  record.key = job.key;
+  record.scene = job.scene;
+  record.engine = job.engine;
+  record.label = label(job.settings);
+  record.settings = job.settings;
+  record.size = size_of(scene);
+  record.duration = scene.duration;
+  record.reference = reference.method;
+  record.uncertainty = reference.uncertainty;
+  record.turn_uncertainty = reference.turn_uncertainty;
+  record.horizon = reference.horizon;
+  record.parting = reference.parting;
+  if (!job.engine.empty()) {
+    measure_peer(sweep, job, scene, reference, record);
+  } else if (job.is_limit) {
+    record.limit = stability_limit(scene, job.settings, reference, sweep.most);
+  } else {
+    record.metrics = measure(scene, job.settings, reference);
+    if (sweep.repetitions > 0) record.times = time_run(scene, job.settings, sweep.repetitions);
+  }
+  return record;
+}
+
+/// Rows and steps, roughly: for the time left, and so that long jobs are not the last ones.
+double cost_of(const Sweep& sweep, const SweepJob& job) {
+  const Scene& scene = sweep.scenes.at(job.scene);
+  const double size = static_cast<double>(scene.bodies.size() + 8 * scene.colliders.size());
+  const Settings& s = job.settings;
+  const double steps = scene.duration / s.step;
+  const double work = 10 + s.substeps * (s.iterations + 4.0);
+  return size * steps * work * (job.is_limit ? 12 : 3 + sweep.repetitions);
+}
+
+/// Calls `work(i)` for i below `count` on several threads; `wait` is called now and then on this one. The
+/// first exception ends it, once the calls under way are done.
+void in_parallel(int threads, std::size_t count, const std::function<void(std::size_t)>& work,
+                 const std::function<void()>& wait) {
+  std::atomic<std::size_t> next{0};
+  std::atomic<bool> stop{false};
+  std::exception_ptr failure;
+  std::mutex mutex;
+  std::condition_variable changed;
+  int running = std::clamp(threads, 1, static_cast<int>(std::max<std::size_t>(1, count)));
+  std::vector<std::thread> workers;
+  for (int i = running; i > 0; --i) {
+    workers.emplace_back([&] {
+      for (std::size_t index = next++; index < count && !stop; index = next++) {
+        try {
+          work(index);
+        } catch (...) {
+          const std::lock_guard lock(mutex);
+          if (!failure) failure = std::current_exception();
+          stop = true;
+        }
+      }
+      const std::lock_guard lock(mutex);
+      if (--running == 0) changed.notify_all();
+    });
+  }
+  {
+    std::unique_lock lock(mutex);
+    while (!changed.wait_for(lock, std::chrono::milliseconds(200), [&] { return running == 0; })) wait();
+  }
+  for (std::thread& worker : workers) worker.join();
+  if (failure) std::rethrow_exception(failure);
+}
+
+}  // namespace
+
+int run_sweep(const Sweep& sweep, const SweepOptions& options, const std::function<void(double)>& progress) {
+  std::error_code failure;
+  fs::create_directories(options.results / "jobs", failure);
+  if (failure)
+    throw Error(fmt::format("{}: cannot be made: {}", options.results.string(), failure.message()));
+  std::vector<const SweepJob*> open;
+  for (std::size_t i = 0; i < sweep.jobs.size(); ++i) {
+    if (static_cast<int>(i % options.parts) != options.part - 1) continue;
+    if (!finished(sweep, options.results, sweep.jobs[i])) open.push_back(&sweep.jobs[i]);
+  }
+  // The order of work says nothing about the results: the longest first.
+  std::ranges::stable_sort(
+      open, [&](const SweepJob* a, const SweepJob* b) { return cost_of(sweep, *a) > cost_of(sweep, *b); });
+  const int threads = options.threads > 0
+                          ? options.threads
+                          : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+
+  std::map<std::string, ReferenceMotion> references;
+  for (const SweepJob* job : open) references.try_emplace(job->scene);
+  std::vector<std::string> names;
+  for (const auto& [name, reference] : references) names.push_back(name);
+  double total = 0;
+  for (const SweepJob* job : open) total += cost_of(sweep, *job);
+  // References are some tenth of the work.
+  const double reference_cost = names.empty() ? 0 : 0.1 * total / static_cast<double>(names.size());
+  total *= 1.1;
+  std::atomic<double> done{0};
+  const auto report = [&] {
+    if (progress && total > 0) progress(done / total);
+  };
+  in_parallel(
+      threads, names.size(),
+      [&](std::size_t i) {
+        references.at(names[i]) = reference_motion(sweep.scenes.at(names[i]), sweep.horizon_of(names[i]));
+        done += reference_cost;
+      },
+      report);
+  in_parallel(
+      threads, open.size(),
+      [&](std::size_t i) {
+        const SweepJob& job = *open[i];
+        const SweepRecord record = measured(sweep, job, references.at(job.scene));
+        write_file(file_of(options.results, job),
+                   fmt::format("{}\n{}\n", fingerprint(sweep, job), to_json(record)));
+        done += cost_of(sweep, job);
+      },
+      report);
+  return static_cast<int>(open.size());
+}
+
+std::vector<std::string> missing_jobs(const Sweep& sweep, const fs::path& results) {
+  std::vector<std::string> missing;
+  for (const SweepJob& job : sweep.jobs) {
+    if (!finished(sweep, results, job)) missing.push_back(job.key);
+  }
+  return missing;
+}
+
+void merge_sweep(const Sweep& sweep, const fs::path& results) {
+  const std::vector<std::string> missing = missing_jobs(sweep, results);
+  if (!missing.empty()) {
+    throw Error(
+        fmt::format("{}: {} of {} jobs are not done, the first is {}: run the sweep again, it goes on where "
+                    "it stopped",
+                    results.string(), missing.size(), sweep.jobs.size(), missing.front()));
+  }
+  std::vector<SweepRecord> records;
+  std::string text = "[\n";
+  for (const SweepJob& job : sweep.jobs) {
+    const std::string record = finished(sweep, results, job).value_or("");
+    records.push_back(record_in(record));
+    text += fmt::format("{}{}", records.size() > 1 ? ",\n" : "",
+                        std::string_view(record).substr(0, record.size() - 1));
+  }
+  write_file(results / "sweep.json", fmt::format("{}\n]\n", text));
+  write_file(results / "errors.csv", errors_csv(records));
+  write_file(results / "times.csv", times_csv(records));
+}
+
+std::vector<SweepRecord> read_records(const fs::path& results) {
+  const fs::path file = results / "sweep.json";
+  const auto text = content_of(file);
+  if (!text) throw Error(fmt::format("{}: cannot be read: 'substep sweep' writes it", file.string()));
+  std::vector<SweepRecord> records;
+  try {
+    for (const auto& entry : nlohmann::ordered_json::parse(*text)) records.push_back(record_in(entry.dump()));
+  } catch (const nlohmann::json::exception& error) {
+    throw Error(fmt::format("{}: {}", file.string(), error.what()));
+  }
+  return records;
+}
+
+}  // namespace substep

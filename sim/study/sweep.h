@@ -1,0 +1,62 @@
+#pragma once
+/// Runs the jobs of a sweep: each by itself, a file each, so that what is done is never lost and never done
+/// twice, on one machine or many.
+///
+/// A folder of results holds jobs/<key>.json, written beside and renamed, and after the merge sweep.json (all
+/// of it, in the sweep file's order), errors.csv (what is the same in every run) and times.csv (what is not).
+/// A job's file says which program, scene and settings made it; one of another build is made again.
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/measure/metrics.h"
+#include "sim/measure/stability_limit.h"
+#include "sim/measure/stage_times.h"
+#include "sim/study/sweep_file.h"
+
+namespace substep {
+
+/// What a job found.
+struct SweepRecord {
+  std::string key;
+  std::string scene;
+  std::string engine;  ///< empty: one of our algorithms
+  std::string label;   ///< "A3  n=4 m=1 plain  h=1/60", "Bullet SI  h=1/60"
+  Settings settings;
+  double size = 0;              ///< of the scene, m
+  double duration = 0;          ///< of the scene, s
+  std::string reference;        ///< how it was made
+  double uncertainty = 0;       ///< of it, m
+  double turn_uncertainty = 0;  ///< rad
+  double horizon = 0;           ///< s
+  std::string parting;          ///< where the reference's refinements part at the horizon; empty: nowhere
+  std::string omitted;          ///< why this was not run; empty: it was
+  std::optional<Metrics> metrics;
+  std::optional<RunTimes> times;
+  std::optional<StabilityLimit> limit;
+};
+
+struct SweepOptions {
+  std::filesystem::path results = "out/sweep";
+  int threads = 0;  ///< 0: as many as the machine has
+  int part = 1;     ///< of `parts`: the jobs part, part + parts, … of the list
+  int parts = 1;
+};
+
+/// Does the jobs that are not done. `progress` hears the share done, of this call's work, on the calling
+/// thread. Returns how many were done now. Throws Error when a scene cannot be modelled or a file cannot be
+/// written; what is done stays done.
+int run_sweep(const Sweep& sweep, const SweepOptions& options, const std::function<void(double)>& progress);
+
+/// The jobs whose files are not there or are of another build.
+std::vector<std::string> missing_jobs(const Sweep& sweep, const std::filesystem::path& results);
+
+/// Writes sweep.json, errors.csv and times.csv. Throws Error when jobs are missing.
+void merge_sweep(const Sweep& sweep, const std::filesystem::path& results);
+
+/// The records of a merged sweep. Throws Error.
+std::vector<SweepRecord> read_records(const std::filesystem::path& results);
+
+}  // namespace substep

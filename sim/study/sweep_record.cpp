@@ -1,0 +1,138 @@
+#include "sim/study/sweep_record.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "sim/error.h"
+#include "sim/measure/metrics_json.h"
+
+namespace substep {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string field(double value) {
+  return std::isfinite(value) ? fmt::format("{}", value) : "inf";
+}
+std::string field(const std::optional<double>& value) {
+  return value ? field(*value) : "";
+}
+
+/// The columns that say which run it was.
+std::string columns_of(const SweepRecord& r) {
+  const Settings& s = r.settings;
+  return fmt::format("{},{},{},{},{},{},{},{},\"{}\"", r.scene,
+                     r.engine.empty() ? std::string(name(s.algorithm)) : r.engine, field(s.step), s.substeps,
+                     s.iterations, s.tau, s.kappa, name(s.joints), r.label);
+}
+
+constexpr std::string_view run_columns = "scene,algorithm,step,substeps,iterations,tau,kappa,joints,label";
+
+}  // namespace
+
+std::string to_json(const SweepRecord& r) {
+  const Settings& s = r.settings;
+  Json json{{"key", r.key},
+            {"scene", r.scene},
+            {"engine", r.engine},
+            {"label", r.label},
+            {"algorithm", name(s.algorithm)},
+            {"step", s.step},
+            {"substeps", s.substeps},
+            {"iterations", s.iterations},
+            {"tau", s.tau},
+            {"kappa", s.kappa},
+            {"joints", name(s.joints)},
+            {"size", r.size},
+            {"duration", r.duration},
+            {"reference", r.reference},
+            {"uncertainty", r.uncertainty},
+            {"turn_uncertainty", r.turn_uncertainty},
+            {"horizon", r.horizon},
+            {"parting", r.parting},
+            {"omitted", r.omitted}};
+  if (r.metrics) json["metrics"] = Json::parse(to_json(*r.metrics));
+  if (r.limit) {
+    json["limit"] = {{"divisions", r.limit->divisions}, {"most", r.limit->most}, {"runs", r.limit->runs}};
+  }
+  if (r.times) json["times"] = Json::parse(to_json(*r.times));
+  return json.dump();
+}
+
+SweepRecord record_in(const std::string& text) {
+  try {
+    const Json json = Json::parse(text);
+    SweepRecord r;
+    const auto read = [&](const char* key, auto& value) { json.at(key).get_to(value); };
+    read("key", r.key);
+    read("scene", r.scene);
+    read("engine", r.engine);
+    read("label", r.label);
+    read("step", r.settings.step);
+    read("substeps", r.settings.substeps);
+    read("iterations", r.settings.iterations);
+    read("tau", r.settings.tau);
+    read("kappa", r.settings.kappa);
+    read("size", r.size);
+    read("duration", r.duration);
+    read("reference", r.reference);
+    read("uncertainty", r.uncertainty);
+    read("turn_uncertainty", r.turn_uncertainty);
+    read("horizon", r.horizon);
+    read("parting", r.parting);
+    read("omitted", r.omitted);
+    const auto algorithm = algorithm_named(json.at("algorithm").get<std::string>());
+    const auto joints = joints_named(json.at("joints").get<std::string>());
+    if (!algorithm || !joints) throw Error("not what a sweep wrote: unknown settings");
+    r.settings.algorithm = *algorithm;
+    r.settings.joints = *joints;
+    if (json.contains("metrics")) r.metrics = metrics_in(json["metrics"].dump());
+    if (json.contains("times")) r.times = times_in(json["times"].dump());
+    if (json.contains("limit")) {
+      const Json& limit = json["limit"];
+      r.limit = StabilityLimit{limit.at("divisions").get<int>(), limit.at("most").get<int>(),
+                               limit.at("runs").get<int>()};
+    }
+    return r;
+  } catch (const Json::exception& error) {
+    throw Error(fmt::format("not what a sweep wrote: {}", error.what()));
+  }
+}
+
+std::string errors_csv(const std::vector<SweepRecord>& records) {
+  std::string text = fmt::format(
+      "{},size,horizon,uncertainty,position_rms,position_largest,turn_rms,turn_largest,stepping_error,"
+      "solver_error,model_error,residual_rms,residual_largest,row_solves,joint_gap,penetration,energy_change,"
+      "energy_growth,moved,momentum,angular_momentum,diverged,bounded\n",
+      run_columns);
+  for (const SweepRecord& r : records) {
+    if (!r.metrics) continue;
+    const Metrics& x = *r.metrics;
+    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
+                        columns_of(r), field(r.size), field(r.horizon), field(r.uncertainty),
+                        field(x.error.position.rms), field(x.error.position.largest),
+                        field(x.error.orientation.rms), field(x.error.orientation.largest),
+                        field(x.parts.stepping), field(x.parts.solver), field(x.parts.model),
+                        field(x.residual.rms), field(x.residual.largest), x.row_solves, field(x.joint_gap),
+                        field(x.penetration), field(x.energy_change), field(x.energy_growth), field(x.moved),
+                        field(x.momentum), field(x.angular_momentum), field(x.diverged), x.bounded ? 1 : 0);
+  }
+  return text;
+}
+
+std::string times_csv(const std::vector<SweepRecord>& records) {
+  std::string text =
+      fmt::format("{},seconds_median,seconds_least,seconds_most,repetitions,s1,s2,s3,s4\n", run_columns);
+  for (const SweepRecord& r : records) {
+    if (!r.times) continue;
+    const RunTimes& t = *r.times;
+    text += fmt::format("{},{:.4g},{:.4g},{:.4g},{},{:.4g},{:.4g},{:.4g},{:.4g}\n", columns_of(r), t.median,
+                        t.smallest, t.largest, t.repetitions, t.stages.geometry, t.stages.formulation,
+                        t.stages.velocities, t.stages.coordinates);
+  }
+  return text;
+}
+
+}  // namespace substep

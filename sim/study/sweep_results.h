@@ -1,0 +1,52 @@
+#pragma once
+/// What is asked of the records of a sweep.
+
+#include <string>
+#include <vector>
+
+#include "sim/study/sweep.h"
+
+namespace substep {
+
+/// Records of one scene, in the sweep's order.
+std::vector<SweepRecord> of_scene(const std::vector<SweepRecord>& records, const std::string& scene);
+/// Names of the scenes, in the sweep's order.
+std::vector<std::string> scenes_of(const std::vector<SweepRecord>& records);
+
+/// RMS error over the scene's size; of bodies that stay in place and turn, the RMS turn in rad. Not finite
+/// where the run ended early.
+double error_of(const SweepRecord& record);
+bool turns_in_place(const std::vector<SweepRecord>& records);
+/// Whether the error is at least a hundred times what the reference itself may be off by; or rounding, below
+/// `smallest_plotted_error`.
+bool is_sure(const SweepRecord& record);
+
+/// Runs that differ in one setting alone: the step of A1 and A2, the sub-steps of A3 to A5, the step of a
+/// engine.
+struct RunFamily {
+  std::string title;  ///< "A3 plain", "A2 m=16"
+  std::vector<SweepRecord> runs;
+};
+
+/// The families of one scene's records, A1 first. Those of A3 to A5 have one iteration and the scene's step.
+std::vector<RunFamily> families_of(const std::vector<SweepRecord>& records);
+
+/// Whether the sweep ran the scene for its contacts: some run of it overlapped.
+bool has_contacts(const std::vector<SweepRecord>& records);
+
+/// Whether it ran it for its joints: plain and stable ones were told apart.
+bool has_joints(const std::vector<SweepRecord>& records);
+
+/// A3 with single rows and A2, with as many row solves, at the scene's step and τ = κ = 1.
+std::vector<SweepRecord> equal_row_runs(const std::vector<SweepRecord>& records, const std::string& scene);
+
+/// The largest step of the records: the scene's.
+double scene_step(const std::vector<SweepRecord>& records);
+
+/// h, or h/n of A3 to A5.
+double sub_step_of(const Settings& settings);
+
+/// Less is rounding: runs that do it exactly are drawn there.
+inline constexpr double smallest_plotted_error = 1e-10;
+
+}  // namespace substep

@@ -1,0 +1,144 @@
+// The half-approximations between A3 and A4: the ends of the ablation are the algorithms themselves. The
+// ablation of contacts: its first approximation is A5, and each of the others costs something.
+
+#include "sim/measure/ablation.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "sim/measure/contact_ablation.h"
+
+#include "tests/sim/test_scenes.h"
+
+namespace substep {
+namespace {
+
+using test::position_difference;
+
+Scene tumbling_chain() {
+  Scene scene = test::chain(3, 0.3);
+  scene.joints[2].limits.push_back(test::locked(true, {true, true, false}));
+  scene.bodies[1].angular_velocity = {0.5, 1, 0};
+  scene.bodies[3].angular_velocity = {1, -0.5, 2};
+  return scene;
+}
+
+/// A box that falls on its edge and slides: contacts with friction.
+Scene sliding_box() {
+  Scene scene = test::floor_scene(0.4);
+  test::add_box(scene, {1, 1, 1}, 1, {{0, 0.6, 0}, rotation_quaternion({0.1, 0.2, 0.05})}, 0.4);
+  scene.bodies[1].linear_velocity = {1, 0, 0.3};
+  return scene;
+}
+
+State climb(const Scene& scene, Approximation approximation, const Settings& settings, int steps) {
+  Simulation simulation(scene, settings, ablation_procedure(approximation));
+  for (int i = 0; i < steps; ++i) simulation.step();
+  return simulation.state();
+}
+
+State run(const Scene& scene, Algorithm algorithm, Settings settings, int steps) {
+  settings.algorithm = algorithm;
+  Simulation simulation(scene, settings);
+  for (int i = 0; i < steps; ++i) simulation.step();
+  return simulation.state();
+}
+
+TEST(Ladder, WithoutApproximationIsA3ToTheBit) {
+  for (const Scene& scene : {tumbling_chain(), sliding_box()}) {
+    for (const Joints joints : {Joints::rows, Joints::plain, Joints::stable}) {
+      Settings settings;
+      settings.joints = joints;
+      settings.iterations = 2;
+      settings.tau = 0.7;
+      settings.kappa = 0.9;
+      EXPECT_EQ(hash(climb(scene, Approximation::exact, settings, 60)),
+                hash(run(scene, Algorithm::a3, settings, 60)));
+    }
+  }
+}
+
+TEST(Ladder, WithAllOfA4sIsA4) {
+  for (const Joints joints : {Joints::rows, Joints::plain, Joints::stable}) {
+    Settings settings;
+    settings.joints = joints;
+    settings.tau = 0.7;
+    settings.kappa = 0.9;
+    const State all = climb(tumbling_chain(), Approximation::all_of_a4, settings, 60);
+    const State a4 = run(tumbling_chain(), Algorithm::a4, settings, 60);
+    EXPECT_LT(position_difference(all, a4), 1e-12) << name(joints);  // measured 0
+    EXPECT_GT(position_difference(a4, run(tumbling_chain(), Algorithm::a3, settings, 60)), 1e-4);
+  }
+  const Settings settings;
+  const State all = climb(sliding_box(), Approximation::all_of_a4, settings, 20);
+  EXPECT_LT(position_difference(all, run(sliding_box(), Algorithm::a4, settings, 20)), 1e-12);  // measured 0
+}
+
+// Every switch switches something; the frozen Jacobian is the dear one, and dearer alone than with the bias
+// update that belongs to it.
+TEST(Ladder, EachApproximationHasAPriceOfItsOwn) {
+  const Scene scene = tumbling_chain();
+  const Settings settings;
+  const State a3 = run(scene, Algorithm::a3, settings, 60);
+  const auto cost = [&](Approximation approximation) {
+    return position_difference(climb(scene, approximation, settings, 60), a3);
+  };
+  const double all = cost(Approximation::all_of_a4);  // measured 0.032 m
+  for (const Approximation approximation :
+       {Approximation::bias_update, Approximation::summed_rotation, Approximation::current_jacobian_bias}) {
+    EXPECT_GT(cost(approximation), 1e-6) << name(approximation);
+    EXPECT_LT(cost(approximation), 0.2 * all) << name(approximation);  // measured 0.019, 0.012, 0.041
+  }
+  EXPECT_GT(cost(Approximation::frozen_jacobian), all);  // measured 2.9 times as dear
+}
+
+TEST(ContactAblation, AllSixAreASimulationToTheBit) {
+  const Scene scene = sliding_box();
+  for (const Algorithm algorithm : {Algorithm::a2, Algorithm::a5}) {
+    Simulation simulation(scene, default_settings(algorithm), contact_reading(ContactAblation::all_six));
+    for (int i = 0; i < 60; ++i) simulation.step();
+    EXPECT_EQ(hash(simulation.state()), hash(run(scene, algorithm, default_settings(algorithm), 60)));
+  }
+}
+
+struct Cost {
+  ContactAblation approximation;
+  const char* scene;
+  double factor;  ///< at least so much worse than with all six
+};
+
+// Where each reading is needed most, of the scenes that are measured fast.
+TEST(ContactAblation, EachReadingHasAPriceOfItsOwn) {
+  std::map<std::string, std::vector<double>> measured;
+  const std::string folder = std::string(SUBSTEP_SOURCE_DIR) + "/scenes";
+  for (const Cost& cost : {Cost{ContactAblation::velocity_level, "powered_wheel", 40},         // measured 48
+                           Cost{ContactAblation::square_friction, "balls_on_tray", 200},       // measured 329
+                           Cost{ContactAblation::limits_by_substep, "heavy_on_light", 50},     // measured 483
+                           Cost{ContactAblation::file_order, "heavy_on_light", 5},             // measured 13
+                           Cost{ContactAblation::single_normals, "box_stack", 4},              // measured 5.2
+                           Cost{ContactAblation::forgetting_friction, "balls_on_tray", 5}}) {  // measured 7.4
+    std::vector<double>& costs = measured[cost.scene];
+    if (costs.empty()) costs = contact_ablation_of(folder, cost.scene).costs;
+    EXPECT_GT(costs.at(static_cast<std::size_t>(cost.approximation)), cost.factor * costs.front())
+        << name(cost.approximation) << " on " << cost.scene;
+  }
+  EXPECT_LT(measured["box_stack"].front(), 0.005);      // measured 0.00405 m
+  EXPECT_LT(measured["balls_on_tray"].front(), 0.003);  // measured 0.00242 m
+  EXPECT_LT(measured["powered_wheel"].front(), 0.015);  // measured 0.0117 m
+  EXPECT_LT(measured["heavy_on_light"].front(), 0.6);   // measured 0.5 m
+}
+
+TEST(ContactAblation, EachRungTakesOneReadingOut) {
+  for (const ContactAblation approximation : contact_ablations) {
+    const ContactReading x = contact_reading(approximation);
+    const int held = x.velocity_level_apart + x.isotropic_friction + x.limits_over_step + x.far_first +
+                     x.manifold_blocks + x.friction_memory;
+    EXPECT_EQ(held, approximation == ContactAblation::all_six ? 6 : 5) << name(approximation);
+  }
+}
+
+}  // namespace
+}  // namespace substep

@@ -1,0 +1,106 @@
+// The report of `substep claims`: what must hold does, and the page shows what is measured, all but timings.
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <sstream>
+
+#include "sim/error.h"
+#include "sim/measure/claims.h"
+
+namespace substep {
+namespace {
+
+/// What `substep claims` wrote when these tests began (CTest's fixture `claims`): it is measured once.
+std::string content(const std::string& name) {
+  std::ifstream stream(std::string(SUBSTEP_BINARY_DIR) + "/tests/" + name, std::ios::binary);
+  EXPECT_TRUE(stream) << name << ": run the tests through ctest, which measures the claims first";
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+nlohmann::json measured() {
+  return nlohmann::json::parse(content("claims.json"));
+}
+
+/// Markdown with the digits of its timings taken out.
+std::string without_timings(const std::string& markdown) {
+  return std::regex_replace(markdown, std::regex("~[0-9.]+"), "~");
+}
+
+/// Lines of the tables that the page does not have; it shows them as `substep claims --format markdown` does.
+std::string missing_on_page(const std::string& markdown) {
+  std::ifstream stream(std::string(SUBSTEP_SOURCE_DIR) + "/scenes/claims.md", std::ios::binary);
+  const std::string text(std::istreambuf_iterator<char>(stream), {});
+  const std::string page = without_timings(text);
+  std::istringstream lines(without_timings(markdown));
+  std::string missing;
+  for (std::string line; std::getline(lines, line);) {
+    line += '\n';
+    if (page.find(line) == std::string::npos) missing += line;
+  }
+  return missing;
+}
+
+class ClaimOfTheReport : public testing::TestWithParam<int> {};
+
+TEST_P(ClaimOfTheReport, HoldsOrIsAFinding) {
+  const int number = GetParam();
+  const nlohmann::json claim = measured()["claims"].at(number - 1);
+  ASSERT_EQ(claim["number"], number);
+  EXPECT_FALSE(claim["figures"].empty());
+  EXPECT_FALSE(claim["cases"].empty());
+  // Findings: a block's smaller gap is not always a smaller error (13); A5's Jacobian in the bias lets joints
+  // go (14). What 7 says is decided by timings.
+  if (number == 7) return;
+  if (number == 13 || number == 14) {
+    EXPECT_NE(claim["verdict"], "holds");
+  } else {
+    EXPECT_EQ(claim["verdict"], "holds");
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, ClaimOfTheReport, testing::Range(1, 15),
+                         [](const auto& number) { return std::to_string(number.param); });
+
+TEST(ClaimsReport, HasTheAblations) {
+  const nlohmann::json report = measured();
+  ASSERT_EQ(report["claims"].size(), 14u);
+  ASSERT_EQ(report["ablation"].size(), 5u);
+  for (const nlohmann::json& row : report["ablation"]) {
+    EXPECT_EQ(row["costs"]["none (A3)"], 0) << row["scene"];
+    EXPECT_GT(row["costs"]["all of A4's"], 1e-3) << row["scene"];
+  }
+  ASSERT_EQ(report["contact_ablation"].size(), 6u);
+  for (const nlohmann::json& column : report["contact_ablation"]) {
+    EXPECT_EQ(column["costs"].size(), contact_ablations.size()) << column["scene"];
+    EXPECT_GT(column["costs"]["all six (A5)"], 0) << column["scene"];
+  }
+}
+
+TEST(ClaimsReport, IsWhatThePageShows) {
+  EXPECT_EQ(missing_on_page(content("claims.md")), "");
+}
+
+TEST(ClaimsReport, VerdictSaysForWhat) {
+  Claim claim{1, "I", "one", "two", {}, {{"a", true}, {"b", true}, {"c", false}}};
+  EXPECT_EQ(claim.verdict(), "holds except: c");
+  claim.cases = {{"a", true}, {"b", false}};
+  EXPECT_EQ(claim.verdict(), "holds only: a");
+  claim.cases = {{"b", false}};
+  EXPECT_EQ(claim.verdict(), "does not hold");
+}
+
+TEST(ClaimsReport, AMissingSceneIsNamed) {
+  try {
+    measure_claims("no/such/folder", [](int) {});
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("rod_chain.gltf"), std::string::npos) << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace substep

@@ -1,0 +1,85 @@
+// The rules of choice, on made-up measurements.
+
+#include "sim/study/advice.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace substep {
+namespace {
+
+using testing::HasSubstr;
+
+SweepRecord run(Algorithm algorithm, int n, double error, std::int64_t rows, bool bounded = true) {
+  SweepRecord record;
+  record.key = std::string(name(algorithm)) + std::to_string(n);
+  record.scene = "scene";
+  record.settings.algorithm = algorithm;
+  record.settings.substeps = n;
+  record.size = 1;
+  record.duration = 1;
+  Metrics metrics;
+  metrics.error.position = {error, error};
+  metrics.row_solves = rows;
+  metrics.bounded = bounded;
+  record.metrics = metrics;
+  return record;
+}
+
+TEST(Cheapest, CountsRowsWhereThereAreNoTimes) {
+  const std::vector<SweepRecord> runs{run(Algorithm::a1, 1, 0.02, 10), run(Algorithm::a3, 4, 0.005, 40),
+                                      run(Algorithm::a3, 16, 0.0005, 160),
+                                      run(Algorithm::a5, 2, 0.001, 20, false)};
+  EXPECT_EQ(cheapest(runs, 0.01)->settings.substeps, 4);
+  EXPECT_EQ(cheapest(runs, 0.001)->settings.substeps, 16);
+  EXPECT_FALSE(cheapest(runs, 0.0001));
+}
+
+TEST(Cheapest, TakesTimesWhereThereAre) {
+  std::vector<SweepRecord> runs{run(Algorithm::a1, 1, 0.005, 10), run(Algorithm::a3, 4, 0.005, 40)};
+  runs[0].times = RunTimes{2, 2, 2, 1, {}};
+  runs[1].times = RunTimes{1, 1, 1, 1, {}};
+  EXPECT_EQ(cheapest(runs, 0.01)->settings.algorithm, Algorithm::a3);
+}
+
+TEST(Advice, SaysWhatIsNotThere) {
+  EXPECT_THAT(advice({run(Algorithm::a1, 1, 0.5, 10)}), HasSubstr("No run stays within 1 %"));
+  const std::string text = advice({run(Algorithm::a1, 1, 0.005, 10), run(Algorithm::a5, 4, 0.5, 10)});
+  EXPECT_THAT(text, HasSubstr("**A1 with h = 1/60 s**"));
+  EXPECT_THAT(text, HasSubstr("Not there with any setting measured: A5."));
+}
+
+TEST(Advice, TurnsDownWhatLosesItsEnergyOrGainsSome) {
+  std::vector<SweepRecord> runs{run(Algorithm::a1, 1, 0.001, 100), run(Algorithm::a3, 4, 0.005, 40),
+                                run(Algorithm::a5, 2, 0.004, 10, false), run(Algorithm::a5, 4, 0.004, 20)};
+  for (SweepRecord& record : runs) record.metrics->energy_scale = 50;
+  runs[2].metrics->energy_growth = 17;
+  runs[3].metrics->energy_change = -12;
+  EXPECT_EQ(cheapest(runs, 0.01)->settings.algorithm, Algorithm::a3);
+  const std::string text = advice(runs);
+  EXPECT_THAT(text, HasSubstr("2 settings that are within 1 %"));
+  EXPECT_THAT(text, HasSubstr("its energy rises by 17 J"));
+}
+
+TEST(Order, OfEachIntervalLeavesOutWhatTheReferenceIsNotSureOf) {
+  std::vector<SweepRecord> runs;
+  for (const int n : {1, 2, 4, 8}) runs.push_back(run(Algorithm::a3, n, n < 8 ? 0.01 / n : 0.00001, n));
+  for (SweepRecord& record : runs) record.uncertainty = 1e-6;
+  const auto orders = local_orders(runs);
+  ASSERT_EQ(orders.size(), 2u);
+  for (const auto& [middle, order] : orders) EXPECT_NEAR(order, 1, 1e-12);
+  EXPECT_GT(orders[0].first, orders[1].first);
+}
+
+TEST(Order, IsTheSlopeOfAPowerLaw) {
+  std::vector<SweepRecord> runs;
+  for (const int n : {1, 2, 4, 8}) runs.push_back(run(Algorithm::a3, n, 0.01 / n / n, n));
+  EXPECT_NEAR(*measured_order(runs), 2, 1e-12);
+  runs.resize(2);
+  EXPECT_FALSE(measured_order(runs));
+}
+
+}  // namespace
+}  // namespace substep

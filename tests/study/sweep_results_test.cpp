@@ -1,0 +1,161 @@
+// What a small sweep over joint scenes must show, and what is drawn of it.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "render/report/figures.h"
+#include "render/report/report.h"
+#include "sim/error.h"
+#include "sim/loading/load_scene.h"
+#include "sim/measure/measured_run.h"
+#include "sim/measure/validity_maps.h"
+#include "sim/study/advice.h"
+#include "sim/study/sweep_results.h"
+
+namespace substep {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+fs::path scenes() {
+  return fs::path(SUBSTEP_SOURCE_DIR) / "scenes";
+}
+
+/// Pendulum and rod chain, at halved steps and doubled sub-steps; made once for all tests.
+class SweepResults : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    const fs::path folder = fs::path(SUBSTEP_BINARY_DIR) / "tests/report/sweep";
+    fs::create_directories(folder);
+    std::ofstream(folder / "small.toml")
+        << "horizon = 1\nmost = 32\n"
+        << "[[grid]]\nscenes = [\"" << (scenes() / "pendulum.gltf").string() << "\", \""
+        << (scenes() / "rod_chain.gltf").string() << "\"]\n"
+        << "algorithms = [\"a1\", \"a2\"]\ndivisions = [1, 2, 4, 8, 16]\niterations = [16]\n"
+        << "[[grid]]\nscenes = [\"" << (scenes() / "pendulum.gltf").string() << "\", \""
+        << (scenes() / "rod_chain.gltf").string() << "\"]\n"
+        << "algorithms = [\"a3\", \"a4\", \"a5\"]\nsubsteps = [1, 2, 4, 8, 16]\njoints = [\"plain\", "
+           "\"stable\", "
+           "\"rows\"]\n"
+        << "[[limit]]\nscenes = [\"" << (scenes() / "rod_chain.gltf").string()
+        << "\"]\nalgorithms = [\"a1\"]\n";
+    const Sweep sweep = read_sweep(folder / "small.toml");
+    run_sweep(sweep, {folder / "results", 2, 1, 1}, {});
+    merge_sweep(sweep, folder / "results");
+    source_ = new FigureSource{read_records(folder / "results"), scenes(), {}};
+  }
+  static void TearDownTestSuite() { delete source_; }
+
+  static const FigureSource& source() { return *source_; }
+
+  static std::vector<SweepRecord> family(const std::string& scene, const std::string& title) {
+    for (const RunFamily& candidate : families_of(of_scene(source_->records, scene))) {
+      if (candidate.title == title) return candidate.runs;
+    }
+    return {};
+  }
+
+ private:
+  static inline FigureSource* source_ = nullptr;
+};
+
+TEST_F(SweepResults, A1ToA3AreOfFirstOrderOnJoints) {
+  for (const char* const scene : {"pendulum", "rod_chain"}) {
+    for (const char* const title : {"A1", "A2 m=16", "A3 plain"}) {
+      const auto order = measured_order(family(scene, title));
+      ASSERT_TRUE(order) << scene << " " << title;
+      EXPECT_NEAR(*order, 1, 0.2) << scene << " " << title;  // measured 0.91 to 1.12
+    }
+  }
+}
+
+TEST_F(SweepResults, FrozenJacobiansLeaveTheLine) {
+  for (const char* const title : {"A4 plain", "A5 plain"}) {
+    for (const char* const scene : {"pendulum", "rod_chain"}) {
+      const auto order = measured_order(family(scene, title));
+      ASSERT_TRUE(order) << scene << " " << title;
+      EXPECT_LT(*order, 0.6) << scene << " " << title;
+    }
+  }
+}
+
+TEST_F(SweepResults, EachErrorIsAHundredTimesTheReferencesUncertainty) {
+  for (const SweepRecord& record : source().records) {
+    if (!record.metrics) continue;
+    EXPECT_GT(record.metrics->error.position.rms, 100 * record.uncertainty) << record.key;
+  }
+}
+
+TEST_F(SweepResults, TheFigureIsTheSameTwice) {
+  const ReportFigure& figure = figure_named("work-rows");
+  const std::string one = draw(figure.make(source()), PictureFormat::svg);
+  EXPECT_EQ(one, draw(figure.make(source()), PictureFormat::svg));
+  for (const char* const part : {"rod\\_chain, 1 s", "A5 stable", "prefers-color-scheme:dark"}) {
+    std::string text = part;
+    std::erase(text, '\\');
+    EXPECT_THAT(one, HasSubstr(text));
+  }
+  EXPECT_EQ(draw(figure.make(source()), PictureFormat::pdf).substr(0, 5), "%PDF-");
+}
+
+TEST_F(SweepResults, AdviceNamesTheCheapestThatIsGoodEnough) {
+  const std::vector<SweepRecord> own = of_scene(source().records, "rod_chain");
+  const auto run = cheapest(own, 0.01);
+  ASSERT_TRUE(run);
+  EXPECT_LE(error_of(*run), 0.01);
+  for (const SweepRecord& other : own) {
+    if (!other.metrics || other.metrics->row_solves >= run->metrics->row_solves) continue;
+    const bool is_good =
+        other.metrics->bounded && error_of(other) <= 0.01 && other.metrics->joint_gap <= 0.01 * other.size;
+    EXPECT_FALSE(is_good) << other.key;
+  }
+  EXPECT_THAT(advice(own), HasSubstr("For 1 % of the scene's size take **A"));
+  EXPECT_FALSE(cheapest(own, 1e-12));
+}
+
+TEST_F(SweepResults, BestRunsGetBetterAsTheyCostMore) {
+  const std::vector<SweepRecord> best = best_runs(of_scene(source().records, "rod_chain"));
+  ASSERT_GE(best.size(), 2u);
+  for (std::size_t i = 1; i < best.size(); ++i) {
+    EXPECT_GE(best[i].metrics->row_solves, best[i - 1].metrics->row_solves);
+    EXPECT_LT(error_of(best[i]), error_of(best[i - 1]));
+  }
+}
+
+TEST(StabilityLimit, IsFoundAndIsTheSmallest) {
+  Scene scene = load_scene(scenes() / "heavy_chain.gltf");
+  scene.duration = 1;
+  const ReferenceMotion reference = reference_motion(scene, 1);
+  Settings settings = usual_settings(scene, Algorithm::a5);
+  const StabilityLimit limit = stability_limit(scene, settings, reference, 64);
+  ASSERT_GT(limit.divisions, 1);
+  settings.substeps = limit.divisions;
+  EXPECT_TRUE(measure(scene, settings, reference, false).bounded);
+  settings.substeps = limit.divisions - 1;
+  EXPECT_FALSE(measure(scene, settings, reference, false).bounded);
+  EXPECT_EQ(stability_limit(scene, usual_settings(scene, Algorithm::a1), reference, 1).divisions, 0);
+}
+
+TEST(ValidityMaps, AStiffSpringIsDampedAndNeverGainsEnergy) {
+  for (const Algorithm algorithm : {Algorithm::a1, Algorithm::a3, Algorithm::a5}) {
+    Settings settings;
+    settings.algorithm = algorithm;
+    for (const StiffnessPoint& point : stiffness_map(settings)) EXPECT_LE(point.energy, 1 + 1e-9);
+  }
+}
+
+TEST(ValidityMaps, ALongerChainHasItsLinksJoined) {
+  const Scene chain = lengthened_chain(load_scene(scenes() / "rod_chain.gltf"), 12);
+  EXPECT_EQ(chain.bodies.size(), 13u);
+  EXPECT_EQ(chain.joints.size(), 12u);
+  EXPECT_LT(joint_gap(chain, initial_state(chain)), 1e-12);
+  EXPECT_THROW(lengthened_chain(load_scene(scenes() / "pendulum.gltf"), 5), Error);
+}
+
+}  // namespace
+}  // namespace substep
