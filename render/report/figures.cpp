@@ -51,7 +51,7 @@ bool is_ours_or_accurate(const RunFamily& family) {
 }
 
 /// Other engines, and of ours those that differ most.
-bool stands_beside_peers(const RunFamily& family) {
+bool stands_beside_engines(const RunFamily& family) {
   const Settings& s = family.runs.front().settings;
   const double tau = has_contacts(family.runs) ? default_settings(Algorithm::a5).tau : 1;
   return !is_ours(family) || s.algorithm == Algorithm::a1 ||
@@ -129,10 +129,10 @@ Sheet work_time(const FigureSource& source, bool contacts) {
   return sheet;
 }
 
-Sheet beside_peers(const FigureSource& source, bool contacts) {
+Sheet beside_engines(const FigureSource& source, bool contacts) {
   Sheet sheet = work_sheet(
       source, contacts, contacts ? "Beside other engines: contacts" : "Beside other engines: joints and spin",
-      "CPU time of a simulated second, s", stands_beside_peers,
+      "CPU time of a simulated second, s", stands_beside_engines,
       [](const SweepRecord& record) { return record.times ? record.times->median / record.duration : NAN; });
   sheet.caption = {
       "The same scene files, one core. The engines and A1: steps of h, h/2, h/4 …; A3 and A5: n = 1, 2, 4 … "
@@ -550,9 +550,9 @@ const std::vector<ReportFigure>& figures() {
       {"work-time-contacts", "error against CPU time: contacts", false, true,
        [](const FigureSource& source) { return work_time(source, true); }},
       {"engines", "beside other engines: joints and spin", false, true,
-       [](const FigureSource& source) { return beside_peers(source, false); }},
+       [](const FigureSource& source) { return beside_engines(source, false); }},
       {"engines-contacts", "beside other engines: contacts", false, true,
-       [](const FigureSource& source) { return beside_peers(source, true); }},
+       [](const FigureSource& source) { return beside_engines(source, true); }},
       {"order", "error against the (sub-)step, with slope triangles", true, true, order},
       {"slopes", "local order: the slope from each run to the next", true, true, slopes},
       {"equal-rows", "sub-steps against iterations at equal row solves", true, true, equal_rows},

@@ -49,7 +49,7 @@ std::string style_of(const Look& look) {
 }
 
 /// gnuplot's text between single quotes; its marks for subscripts are letters here.
-std::string quoted(const std::string& text) {
+std::string quoted_text(const std::string& text) {
   std::string result = "'";
   for (const char c : text) {
     if (c == '_') result += '\\';
@@ -63,7 +63,7 @@ std::string quoted(const std::string& text) {
 std::string axis_script(const char* name, const Axis& axis) {
   std::string script =
       fmt::format("set {0}label {1} offset {3}\n{2} logscale {0}\nset autoscale {0}\n", name,
-                  quoted(axis.title), axis.logarithmic ? "set" : "unset", name[0] == 'x' ? "0,0.7" : "1.2,0");
+                  quoted_text(axis.title), axis.logarithmic ? "set" : "unset", name[0] == 'x' ? "0,0.7" : "1.2,0");
   if (axis.logarithmic && axis.tics.empty()) {
     script += fmt::format("set format {} '10^{{%T}}'\n", name);
   } else {
@@ -97,7 +97,7 @@ std::string notes_script(const std::vector<Note>& notes) {
   std::string script;
   for (const Note& note : notes) {
     script +=
-        fmt::format("set label {} at {:g},{:g} {} font ',11' tc rgb '{}' front\n", quoted(note.text), note.x,
+        fmt::format("set label {} at {:g},{:g} {} font ',11' tc rgb '{}' front\n", quoted_text(note.text), note.x,
                     note.y, note.to_the_left ? "right offset -0.9,0" : "left offset 0.9,0", text_ink.light);
   }
   return script;
@@ -192,7 +192,7 @@ std::string panel_script(const Sheet& sheet, std::size_t index, const Layout& la
       "screen {:.6f}\nset title {} offset 0,-0.6\n",
       left / layout.width, (left + sheet.panel_width - sheet.left_margin - right_margin) / layout.width,
       1 - top / layout.height, 1 - (top + sheet.panel_height - top_margin - bottom_margin) / layout.height,
-      quoted(panel.title));
+      quoted_text(panel.title));
   script += "set xtics out nomirror scale 0.5 autofreq\nset ytics out nomirror scale 0.5 autofreq\n";
   script += axis_script("x", panel.x) + axis_script("y", panel.y) + triangle_script(panel.triangles) +
             notes_script(panel.notes);
@@ -216,13 +216,13 @@ std::string legend_script(const Sheet& sheet, const std::vector<Entry>& entries,
       "horizontal Left reverse samplen 2.6 width 1\n",
       1 - layout.legend_top / layout.height, sheet.legend_columns);
   for (std::size_t i = 0; i < sheet.caption.size(); ++i) {
-    script += fmt::format("set label {} at screen 0.5,{:.6f} center font ',11'\n", quoted(sheet.caption[i]),
+    script += fmt::format("set label {} at screen 0.5,{:.6f} center font ',11'\n", quoted_text(sheet.caption[i]),
                           1 - (layout.caption_top + static_cast<double>(i) * line_height) / layout.height);
   }
   script += "plot ";
   for (std::size_t i = 0; i < entries.size(); ++i) {
     script += fmt::format("{}NaN {} title {}", i > 0 ? ", " : "", style_of(entries[i].look),
-                          quoted(entries[i].title));
+                          quoted_text(entries[i].title));
   }
   if (entries.empty()) script += "NaN notitle";
   return script + "\n";
@@ -283,7 +283,7 @@ std::string draw(const Sheet& given, PictureFormat format) {
       "1\nset grid xtics ytics lc rgb '{0}' lw 0.5 dt 3\nunset key\nset label {2} at screen 0.5,{3:.6f} "
       "center font "
       "',15' textcolor rgb '{1}'\n",
-      frame_ink.light, text_ink.light, quoted(sheet.title), 1 - 18 / layout.height);
+      frame_ink.light, text_ink.light, quoted_text(sheet.title), 1 - 18 / layout.height);
   // The title is a label of a plot that shows nothing else, since each panel clears its labels.
   script += "unset border\nunset tics\nset xrange [0:1]\nset yrange [0:1]\nplot NaN notitle\n";
   script += fmt::format("unset label\nset border 3 lc rgb '{0}'\nset tics out nomirror textcolor rgb '{1}'\n",

@@ -221,7 +221,7 @@ TextTable runs_table(const std::vector<SweepRecord>& runs) {
 }
 
 /// Engines that ran beside ours, with how they were set.
-TextTable engines(const std::vector<SweepRecord>& records) {
+TextTable engines_that_ran(const std::vector<SweepRecord>& records) {
   TextTable table{{"engine", "settings"}, {}};
   for (const Engine& engine : engines()) {
     const bool ran = std::ranges::any_of(
@@ -374,7 +374,7 @@ Document make_report(const FigureSource& given, const std::function<void(double)
       "gaps, overlaps, "
       "energy, and what has moved that should stand.");
   page.table(references(records));
-  const TextTable others = engines(records);
+  const TextTable others = engines_that_ran(records);
   if (!others.rows.empty()) {
     page.heading(2, "Beside the five: the accurate mode and other engines");
     page.paragraph(

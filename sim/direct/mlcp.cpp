@@ -29,8 +29,8 @@ constexpr int most_careful_rounds = 100;
 constexpr int most_steps_of_minimise = 60;
 constexpr int most_steps_of_search = 40;
 
-/// Directions of friction that turn impulses by less than this, relative to the residual's scale, are taken
-/// as settled: what is left is of second order, and goes with the next move of the centre.
+/// Directions of friction that turn less than this are taken as settled: what is left is of second order, and
+/// goes with the next move of the centre.
 constexpr double settled_turn = 1e-6;
 /// Softness across the slip, over Γ_xx, where the limit is next to nothing: as good as infinite.
 constexpr double most_across = 1e9;
@@ -190,9 +190,7 @@ MlcpSolver::Set MlcpSolver::set_of_pair(std::size_t i, const Vector2& target, do
   const double length = target.norm();
   if (!(length > radius)) return Set::free;
   const Vector2 along = target / length;
-  if (set_[i] == Set::slides) {
-    turned_ = std::max(turned_, (along - slip_[i].along).norm() * radius * std::sqrt(gamma_[i]));
-  }
+  if (set_[i] == Set::slides) turned_ = std::max(turned_, (along - slip_[i].along).norm());
   slip_[i].along = along;
   slip_[i].across = diagonal * std::min((length - radius) / std::max(radius, 1e-300), most_across);
   return Set::slides;
@@ -530,7 +528,7 @@ bool MlcpSolver::solve_quickly(const Mlcp& problem, Start start, std::vector<dou
       for (std::size_t i = 0; i < problem.rows.size(); ++i) set_[i] = gamma_[i] > 0 ? Set::free : Set::off;
     } else {
       const int changed = classify(problem, lambda);
-      another_set = changed > 0 || turned_ > settled_turn * scale_ || round == 0;
+      another_set = changed > 0 || turned_ > settled_turn || round == 0;
       // Where much gives way at once, the sweeps' guess is better than this one.
       if (start == Start::perhaps_free && sets == 1 && 8 * changed > rows) break;
     }
@@ -658,7 +656,7 @@ void MlcpSolver::minimise(const Mlcp& problem, std::vector<double>& lambda, Mlcp
   velocities(problem, lambda);
   for (int k = 0; k < most_steps_of_minimise; ++k) {
     const int changed = clamp_unlimited(problem, lambda);
-    if (k > 0 && changed == 0 && turned_ <= settled_turn * scale_) return;
+    if (k > 0 && changed == 0 && turned_ <= settled_turn) return;
     factor(problem, Friction::fixed);
     ++report.pivots;
     report.row_solves += static_cast<std::int64_t>(count);
@@ -678,7 +676,7 @@ bool MlcpSolver::solve_about_centre(const Mlcp& problem, std::vector<double>& la
   for (int k = 0; k < most_sets_about_centre; ++k) {
     velocities(problem, lambda);
     pull_to_centre(problem, lambda);
-    const bool settled = classify(problem, lambda) == 0 && turned_ <= settled_turn * scale_ && k > 0;
+    const bool settled = classify(problem, lambda) == 0 && turned_ <= settled_turn && k > 0;
     if (!settled) {
       factor(problem, Friction::follows);
       ++report.pivots;

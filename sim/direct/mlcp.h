@@ -154,7 +154,7 @@ class MlcpSolver {
   double scale_ = 0;             // what the residual is relative to
   std::vector<Pair> pair_;
   std::vector<Slip> slip_;  // by row: of the pair whose first row it is
-  double turned_ = 0;       // by how much slips' turns changed impulses last, over √Γ_xx
+  double turned_ = 0;       // by how much slips turned last
   std::vector<Set> set_;
   std::vector<Vector6> y_;  // Gᵀλ by body
   std::vector<Vector6> step_;

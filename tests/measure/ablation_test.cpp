@@ -47,7 +47,7 @@ State run(const Scene& scene, Algorithm algorithm, Settings settings, int steps)
   return simulation.state();
 }
 
-TEST(Ladder, WithoutApproximationIsA3ToTheBit) {
+TEST(Ablation, WithoutApproximationIsA3ToTheBit) {
   for (const Scene& scene : {tumbling_chain(), sliding_box()}) {
     for (const Joints joints : {Joints::rows, Joints::plain, Joints::stable}) {
       Settings settings;
@@ -61,7 +61,7 @@ TEST(Ladder, WithoutApproximationIsA3ToTheBit) {
   }
 }
 
-TEST(Ladder, WithAllOfA4sIsA4) {
+TEST(Ablation, WithAllOfA4sIsA4) {
   for (const Joints joints : {Joints::rows, Joints::plain, Joints::stable}) {
     Settings settings;
     settings.joints = joints;
@@ -79,7 +79,7 @@ TEST(Ladder, WithAllOfA4sIsA4) {
 
 // Every switch switches something; the frozen Jacobian is the dear one, and dearer alone than with the bias
 // update that belongs to it.
-TEST(Ladder, EachApproximationHasAPriceOfItsOwn) {
+TEST(Ablation, EachApproximationHasACostOfItsOwn) {
   const Scene scene = tumbling_chain();
   const Settings settings;
   const State a3 = run(scene, Algorithm::a3, settings, 60);

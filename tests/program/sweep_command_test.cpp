@@ -63,7 +63,7 @@ TEST_F(SweepCommand, PartsMakeTheWhole) {
 
 TEST_F(SweepCommand, ListsAnEngineThatIsNotThere) {
   write("engine.toml",
-        "horizon = 0.1\n[[grid]]\nscenes = [\"pendulum.gltf\"]\nalgorithms = [\"a1\"]\npeers = "
+        "horizon = 0.1\n[[grid]]\nscenes = [\"pendulum.gltf\"]\nalgorithms = [\"a1\"]\nengines = "
         "[\"no-such\"]\n");
   ASSERT_EQ(run({"sweep", "engine.toml", "--output", "engine"}).exit_code, 0);
   EXPECT_THAT(content("engine/sweep.json"), HasSubstr("the program was built without it"));

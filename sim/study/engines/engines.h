@@ -13,7 +13,7 @@ struct Engine {
   std::string name;      ///< as sweep files say: "bullet-si"; letters, digits and -
   std::string label;     ///< as figures say: "Bullet SI"
   std::string settings;  ///< what else was set, for captions
-  bool is_ours;          ///< the accurate mode: smooth_motion.h
+  bool is_ours;          ///< the accurate mode: reference_integrator.h
   /// Throws Error with the reason where a scene cannot be represented: it is listed as omitted. Reads of the
   /// settings the step, and `iterations` where the engine has such a number. Called from several
   /// threads at once.
