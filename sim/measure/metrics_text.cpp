@@ -120,12 +120,13 @@ TextTable times_of(const SceneMeasurement& m) {
 std::string reference_text(const ReferenceMotion& reference) {
   if (reference.horizon == 0) {
     return fmt::format("none: {} and half its steps part at once, at {}", reference.method,
-                       reference.parting);
+                       reference.divergence_point);
   }
   std::string text = fmt::format("{}; itself uncertain by {} m and {} rad until {:g} s", reference.method,
                                  short_number(reference.uncertainty),
                                  short_number(reference.turn_uncertainty), reference.horizon);
-  if (!reference.parting.empty()) text += fmt::format(", when its refinements part at {}", reference.parting);
+  if (!reference.divergence_point.empty())
+    text += fmt::format(", when its refinements part at {}", reference.divergence_point);
   return text;
 }
 

@@ -60,9 +60,9 @@ Motion extrapolated(const Motion& coarse, const Motion& fine, int order) {
 /// How long two motions agree, and how far they are apart until then.
 struct Agreement {
   std::size_t samples = 0;
-  double distance = 0;       ///< m
-  double turn = 0;           ///< rad
-  int parting = world_body;  ///< of the samples' end: the body that is then furthest apart
+  double distance = 0;                ///< m
+  double turn = 0;                    ///< rad
+  int divergence_point = world_body;  ///< of the samples' end: the body that is then furthest apart
 
   /// A turn counts as the way of a point half the scene's size away.
   double whole(double size) const { return std::max(distance, turn * size / 2); }
@@ -76,7 +76,7 @@ Agreement distance(const Scene& scene, const State& a, const State& b, double si
     if (scene.bodies[i].inverse_mass == 0) continue;
     const double d = (a.q[i].linear - b.q[i].linear).norm();
     const double turn = rotation_vector(Quaternion(a.q[i].angular.conjugate() * b.q[i].angular)).norm();
-    if (!(std::max(d, turn * size / 2) <= result.whole(size))) result.parting = static_cast<int>(i);
+    if (!(std::max(d, turn * size / 2) <= result.whole(size))) result.divergence_point = static_cast<int>(i);
     result.distance = std::isfinite(d) ? std::max(result.distance, d) : infinite;
     result.turn = std::isfinite(turn) ? std::max(result.turn, turn) : infinite;
   }
@@ -89,7 +89,7 @@ Agreement agreement_of(const Scene& scene, const Motion& a, const Motion& b, dou
   for (std::size_t k = 0; k < count; ++k) {
     const Agreement now = distance(scene, a.samples[k], b.samples[k], size);
     if (!(now.whole(size) <= agreement * size)) {
-      result.parting = now.parting;
+      result.divergence_point = now.divergence_point;
       break;
     }
     result = {k, std::max(result.distance, now.distance), std::max(result.turn, now.turn)};
@@ -120,7 +120,7 @@ int finest_level(const Scene& scene, double duration) {
   return level;
 }
 
-/// As far as the scene has one; see smooth_motion.h.
+/// As far as the scene has one; see reference_integrator.h.
 ReferenceMotion smooth_reference(const Scene& scene, double duration) {
   constexpr int order = 12;
   constexpr int finest = 64;
@@ -152,7 +152,7 @@ ReferenceMotion smooth_reference(const Scene& scene, double duration) {
       least = whole;
       reference = {coarse,          fmt::format("own of order {} at h/{}", order, divisions),
                    agreed.distance, agreed.turn,
-                   horizon,         name_of(scene, agreed.parting)};
+                   horizon,         name_of(scene, agreed.divergence_point)};
     } else {
       break;
     }
@@ -194,7 +194,7 @@ ReferenceMotion reference_by_a1(const Scene& scene, double duration) {
   reference.uncertainty = best.distance;
   reference.turn_uncertainty = best.turn;
   reference.horizon = static_cast<double>(best.samples) * scene.step;
-  reference.parting = name_of(scene, best.parting);
+  reference.divergence_point = name_of(scene, best.divergence_point);
   return reference;
 }
 

@@ -52,18 +52,18 @@ MotionDifference difference(const Scene& scene, const Motion& a, const Motion& b
 
 struct ReferenceMotion {
   Motion motion;
-  std::string method;           ///< "own of order 12 at h/8", "A1 at h/8 … h/128, extrapolated to order 4"
-  double uncertainty = 0;       ///< by how much the last refinement moved any body before the horizon, m
-  double turn_uncertainty = 0;  ///< the same, rad
-  double horizon = 0;           ///< s: after it the reference says nothing more of single bodies
-  std::string parting;          ///< the body of which two refinements then say different things; empty: none
+  std::string method;            ///< "own of order 12 at h/8", "A1 at h/8 … h/128, extrapolated to order 4"
+  double uncertainty = 0;        ///< by how much the last refinement moved any body before the horizon, m
+  double turn_uncertainty = 0;   ///< the same, rad
+  double horizon = 0;            ///< s: after it the reference says nothing more of single bodies
+  std::string divergence_point;  ///< the body of which two refinements then say different things; empty: none
 };
 
-/// The motion without a step's error. Where the scene has no contacts: by the accurate mode of
-/// smooth_motion.h, in order 12, with steps halved until no digit moves any more. Else, and where that lasts
-/// longer: A1 at steps halved again and again, extrapolated to step zero (Richardson; Romberg's table). Of
-/// the table's columns the one is taken that two refinements agree on longest: a high one where the motion is
-/// smooth, none where contacts open and close. The horizon is where two refinements differ by 2e-5 of the
+/// The motion without a step's error. Where the scene has no contacts: by the reference DAE integrator of
+/// reference_integrator.h, in order 12, with steps halved until no digit moves any more. Else, and where that
+/// lasts longer: A1 at steps halved again and again, extrapolated to step zero (Richardson; Romberg's table).
+/// Of the table's columns the one is taken that two refinements agree on longest: a high one where the motion
+/// is smooth, none where contacts open and close. The horizon is where two refinements differ by 2e-5 of the
 /// scene's size, and at most `duration`.
 ReferenceMotion reference_motion(const Scene& scene, double duration);
 

@@ -99,7 +99,7 @@ SweepRecord measured(const Sweep& sweep, const SweepJob& job, const ReferenceMot
   record.uncertainty = reference.uncertainty;
   record.turn_uncertainty = reference.turn_uncertainty;
   record.horizon = reference.horizon;
-  record.parting = reference.parting;
+  record.divergence_point = reference.divergence_point;
   if (!job.engine.empty()) {
     measure_peer(sweep, job, scene, reference, record);
   } else if (job.is_limit) {

@@ -25,14 +25,14 @@ struct SweepRecord {
   std::string engine;  ///< empty: one of our algorithms
   std::string label;   ///< "A3  n=4 m=1 plain  h=1/60", "Bullet SI  h=1/60"
   Settings settings;
-  double size = 0;              ///< of the scene, m
-  double duration = 0;          ///< of the scene, s
-  std::string reference;        ///< how it was made
-  double uncertainty = 0;       ///< of it, m
-  double turn_uncertainty = 0;  ///< rad
-  double horizon = 0;           ///< s
-  std::string parting;          ///< where the reference's refinements part at the horizon; empty: nowhere
-  std::string omitted;          ///< why this was not run; empty: it was
+  double size = 0;               ///< of the scene, m
+  double duration = 0;           ///< of the scene, s
+  std::string reference;         ///< how it was made
+  double uncertainty = 0;        ///< of it, m
+  double turn_uncertainty = 0;   ///< rad
+  double horizon = 0;            ///< s
+  std::string divergence_point;  ///< where the reference's refinements part at the horizon; empty: nowhere
+  std::string omitted;           ///< why this was not run; empty: it was
   std::optional<Metrics> metrics;
   std::optional<RunTimes> times;
   std::optional<StabilityLimit> limit;

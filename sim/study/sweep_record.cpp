@@ -51,7 +51,7 @@ std::string to_json(const SweepRecord& r) {
             {"uncertainty", r.uncertainty},
             {"turn_uncertainty", r.turn_uncertainty},
             {"horizon", r.horizon},
-            {"parting", r.parting},
+            {"parting", r.divergence_point},
             {"omitted", r.omitted}};
   if (r.metrics) json["metrics"] = Json::parse(to_json(*r.metrics));
   if (r.limit) {
@@ -81,7 +81,7 @@ SweepRecord record_in(const std::string& text) {
     read("uncertainty", r.uncertainty);
     read("turn_uncertainty", r.turn_uncertainty);
     read("horizon", r.horizon);
-    read("parting", r.parting);
+    read("parting", r.divergence_point);
     read("omitted", r.omitted);
     const auto algorithm = algorithm_named(json.at("algorithm").get<std::string>());
     const auto joints = joints_named(json.at("joints").get<std::string>());

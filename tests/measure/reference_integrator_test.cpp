@@ -1,4 +1,4 @@
-// The accurate mode against closed forms, published end values and A1.
+// The reference DAE integrator against closed forms, published end values and A1.
 
 #include "sim/measure/reference_integrator.h"
 

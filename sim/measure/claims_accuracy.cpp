@@ -1,0 +1,127 @@
+/// Claims of smaller errors: 3, 6, 13 and 14, and what each approximation costs.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "sim/algorithms.h"
+#include "sim/measure/claims_measurement.h"
+#include "sim/measure/claims_sentences.h"
+#include "sim/measure/solver_times.h"
+
+namespace substep::claims {
+namespace {
+
+void add_uncertainties(const std::vector<std::string>& names, Measurement& measurement, Claim& claim) {
+  Figure figure{"uncertainty of the reference, in this order", {}, "m"};
+  for (const std::string& name : names) figure.values.push_back(measurement.reference(name).uncertainty);
+  claim.figures.push_back(figure);
+}
+
+}  // namespace
+
+Claim claim3(Measurement& measurement) {
+  Claim claim = unmeasured_claim(3);
+  const std::vector<std::string> names{"pendulum",  "rod_chain",     "heavy_chain", "powered_wheel",
+                                       "box_stack", "stone_pyramid", "card_house"};
+  for (const std::string& name : names) {
+    for (const int n : {4, 16}) {
+      const double substeps = measurement.error(name, Algorithm::a3, n, 1, Joints::rows);
+      const double iterations = measurement.error(name, Algorithm::a2, 1, n, Joints::rows);
+      const std::string what = fmt::format("{}, n = {}", name, n);
+      claim.figures.push_back({what, {substeps, iterations}, "m"});
+      claim.cases.push_back({what, substeps < iterations});
+    }
+  }
+  add_uncertainties(names, measurement, claim);
+  return claim;
+}
+
+Claim claim6(Measurement& measurement) {
+  Claim claim = unmeasured_claim(6);
+  std::map<int, double> a4;
+  std::map<int, double> a5;
+  for (const int n : {4, 16, 64, 256}) {
+    a4[n] = measurement.error("rod_chain", Algorithm::a4, n, 1, Joints::stable);
+    a5[n] = measurement.error("rod_chain", Algorithm::a5, n, 1, Joints::stable);
+    claim.figures.push_back({fmt::format("n = {}", n), {a4[n], a5[n]}, "m"});
+  }
+  claim.cases.push_back(
+      {"A5 above A4 from n = 16 on", a5[16] > a4[16] && a5[64] > a4[64] && a5[256] > a4[256]});
+  claim.cases.push_back({"A4 still falling by more than half from n = 16 to 64", a4[64] < 0.5 * a4[16]});
+  claim.cases.push_back({"A5 not falling by half from n = 16 to 256", a5[256] > 0.5 * a5[16]});
+  return claim;
+}
+
+Claim claim13(Measurement& measurement) {
+  Claim claim = unmeasured_claim(13);
+  const std::vector<std::string> names{"pendulum", "rod_chain", "heavy_chain"};
+  for (const std::string& name : names) {
+    for (const int n : {4, 16}) {
+      const MeasuredRun blocks = measurement.run(name, Algorithm::a3, n, 1, Joints::plain);
+      const MeasuredRun rows = measurement.run(name, Algorithm::a3, n, 1, Joints::rows);
+      const double block_error = error_of(blocks, measurement.reference(name));
+      const double row_error = error_of(rows, measurement.reference(name));
+      const std::string what = fmt::format("{}, n = {}", name, n);
+      claim.figures.push_back({what, {block_error, row_error, blocks.largest_gap, rows.largest_gap}, "m"});
+      claim.cases.push_back({"error on " + what, block_error < row_error});
+      claim.cases.push_back({"gap on " + what, blocks.largest_gap < rows.largest_gap});
+    }
+  }
+  for (const std::string& name : names) {
+    const std::vector<Settings> all{settings_of(measurement.scene(name), Algorithm::a3, 16, 1, Joints::plain),
+                                    settings_of(measurement.scene(name), Algorithm::a3, 16, 1, Joints::rows)};
+    const auto times = solver_times(measurement.scene(name), all, {proc3, proc3}, 120);
+    claim.figures.push_back({fmt::format("{}, n = 16: solver time of blocks", name),
+                             {median(times[0]) / median(times[1])},
+                             "× rows'",
+                             true});
+  }
+  add_uncertainties(names, measurement, claim);
+  return claim;
+}
+
+Claim claim14(Measurement& measurement) {
+  Claim claim = unmeasured_claim(14);
+  const std::vector<std::string> names{"rod_chain", "heavy_chain"};
+  for (const std::string& name : names) {
+    for (const int n : {4, 16}) {
+      const auto measure = [&](Algorithm algorithm, Joints joints) {
+        MeasuredRun result = measurement.run(name, algorithm, n, 1, joints);
+        claim.figures.push_back(
+            {fmt::format("{}, n = {}: {} {}", name, n, title(algorithm), substep::name(joints)),
+             {error_of(result, measurement.reference(name)), result.largest_gap, result.energy_change},
+             ""});
+        return result;
+      };
+      const MeasuredRun exact = measure(Algorithm::a3, Joints::plain);
+      const MeasuredRun plain = measure(Algorithm::a4, Joints::plain);
+      const MeasuredRun stable4 = measure(Algorithm::a4, Joints::stable);
+      const MeasuredRun stable5 = measure(Algorithm::a5, Joints::stable);
+      const std::string what = fmt::format("{}, n = {}", name, n);
+      claim.cases.push_back({"gaps by frozen ones, " + what, plain.largest_gap > exact.largest_gap});
+      for (const auto& [algorithm, stable] :
+           {std::pair{Algorithm::a4, &stable4}, {Algorithm::a5, &stable5}}) {
+        claim.cases.push_back({fmt::format("gaps mended in {}, {}", title(algorithm), what),
+                               stable->largest_gap < plain.largest_gap});
+        claim.cases.push_back({fmt::format("damping by {}, {}", title(algorithm), what),
+                               stable->energy_change < std::min(0.0, exact.energy_change)});
+      }
+    }
+  }
+  return claim;
+}
+
+AblationCosts ablation(const Measurement& measurement, const std::string& name, int n) {
+  AblationCosts costs{name, n, {}};
+  const Settings settings = settings_of(measurement.scene(name), Algorithm::a3, n, 1);
+  const MeasuredRun a3 = measured_run(measurement.scene(name), settings, horizon);
+  for (const Approximation approximation : approximations) {
+    Simulation simulation(measurement.scene(name), settings, ablation_procedure(approximation));
+    costs.costs.push_back(position_difference(measured_run(simulation, horizon), a3));
+  }
+  return costs;
+}
+
+}  // namespace substep::claims

@@ -1,0 +1,102 @@
+#include "sim/measure/claims_measurement.h"
+
+#include <fmt/format.h>
+
+#include "sim/loading/load_scene.h"
+#include "sim/math/rotation.h"
+
+namespace substep::claims {
+namespace {
+
+/// Every body moving in a way of its own, in space; joints that were closed stay closed.
+Scene tumbling(Scene scene) {
+  Scene turned = disturbed(scene, 7, 1);
+  for (std::size_t i = 1; i < scene.bodies.size(); ++i) turned.bodies[i].pose = scene.bodies[i].pose;
+  // A1 at small steps takes away what the joints do not let pass, and leads out of the plane.
+  Settings fine;
+  fine.algorithm = Algorithm::a1;
+  fine.step = 1.0 / 61440;
+  const State state = measured_run(turned, fine, 0.2).state;
+  for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
+    scene.bodies[i].pose = {state.q[i].linear, state.q[i].angular};
+    scene.bodies[i].linear_velocity = state.v[i].linear;
+    scene.bodies[i].angular_velocity = state.v[i].angular;
+  }
+  return scene;
+}
+
+}  // namespace
+
+std::string title(Algorithm algorithm) {
+  return fmt::format("A{}", static_cast<int>(algorithm) + 1);
+}
+
+Settings settings_of(const Scene& scene, Algorithm algorithm, int n, int m, Joints joints) {
+  Settings settings;
+  settings.algorithm = algorithm;
+  settings.step = scene.step;
+  settings.substeps = n;
+  settings.iterations = m;
+  settings.joints = joints;
+  return settings;
+}
+
+Scene disturbed(Scene scene, std::uint32_t seed, double amount) {
+  Numbers numbers(seed);
+  for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
+    Body& body = scene.bodies[i];
+    if (body.inverse_mass == 0) continue;
+    const Vector3 turn = amount * numbers.next_vector();
+    body.pose.orientation = compose(body.pose.orientation, rotation_quaternion(turn));
+    body.linear_velocity = amount * numbers.next_vector();
+    body.angular_velocity = amount * numbers.next_vector();
+  }
+  return scene;
+}
+
+Formulated::Formulated(const Scene& scene, Frame frame, Joints joints, double hs)
+    : model(build_model(scene)), finder(scene, model), state(initial_state(scene)) {
+  problem.model = &model;
+  problem.contacts = &no_contacts;
+  problem.frame = frame;
+  problem.substeps.duration = hs;
+  problem.substeps.offset.resize(state.v.size());
+  if (model.contacts) problem.contacts = &finder.find(state, scene.step);
+  build_blocks(problem, joints);
+  formulate(problem, state.q, hs);
+}
+
+std::vector<Velocity> Formulated::local_velocities() const {
+  std::vector<Velocity> local = state.v;
+  for (std::size_t i = 0; i < local.size(); ++i) {
+    local[i].angular = state.q[i].angular.conjugate() * local[i].angular;
+  }
+  return local;
+}
+
+Measurement::Measurement(const std::filesystem::path& folder) {
+  for (const char* name : {"rod_chain", "heavy_chain", "pendulum", "incline", "powered_wheel", "box_stack",
+                           "tumbling_body", "stone_pyramid", "card_house"}) {
+    scenes_[name] = load_scene(folder / (std::string(name) + ".gltf"));
+  }
+  scenes_["tumbling rod_chain"] = tumbling(scenes_["rod_chain"]);
+}
+
+const Reference& Measurement::reference(const std::string& name) {
+  const auto found = references_.find(name);
+  if (found != references_.end()) return found->second;
+  // What stands still has no step's error.
+  const bool stands = name == "stone_pyramid" || name == "card_house";
+  return references_[name] = reference_run(scene(name), horizon, stands ? 4 : 128);
+}
+
+MeasuredRun Measurement::run(const std::string& name, Algorithm algorithm, int n, int m,
+                             Joints joints) const {
+  return measured_run(scene(name), settings_of(scene(name), algorithm, n, m, joints), horizon);
+}
+
+double Measurement::error(const std::string& name, Algorithm algorithm, int n, int m, Joints joints) {
+  return error_of(run(name, algorithm, n, m, joints), reference(name));
+}
+
+}  // namespace substep::claims

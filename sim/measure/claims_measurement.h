@@ -1,0 +1,105 @@
+#pragma once
+/// What the claims' files share: scenes, their disturbed variants and references, rows at one state, and the
+/// claims themselves, one function each. Internal: claims.h has the report.
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "sim/constraints/contact_finder.h"
+#include "sim/constraints/formulate.h"
+#include "sim/measure/claims.h"
+#include "sim/measure/measured_run.h"
+
+namespace substep::claims {
+
+inline constexpr double horizon = 1;  // s: chaotic scenes are compared before their chaos shows
+
+/// "A3"
+std::string title(Algorithm algorithm);
+
+Settings settings_of(const Scene& scene, Algorithm algorithm, int n, int m, Joints joints = Joints::plain);
+
+/// Numbers in [−1, 1], the same in every run.
+class Numbers {
+ public:
+  explicit Numbers(std::uint32_t seed) : seed_(seed) {}
+  double next() {
+    seed_ = seed_ * 1664525u + 1013904223u;
+    return static_cast<double>(seed_ >> 8) / 8388608.0 - 1;
+  }
+  Vector3 next_vector() {
+    const double x = next();
+    const double y = next();
+    return {x, y, next()};
+  }
+
+ private:
+  std::uint32_t seed_;
+};
+
+/// Every body turned and moving in a way of its own; joints are violated by it.
+Scene disturbed(Scene scene, std::uint32_t seed, double amount);
+
+/// A scene's rows at one state, formulated as the algorithms do.
+struct Formulated {
+  Formulated(const Scene& scene, Frame frame, Joints joints, double hs);
+  Formulated(const Formulated&) = delete;
+  Formulated& operator=(const Formulated&) = delete;
+
+  std::vector<Velocity> local_velocities() const;
+
+  std::vector<Contact> no_contacts;
+  Model model;
+  ContactFinder finder;
+  State state;
+  Problem problem;
+};
+
+/// The scenes that claims are measured on, runs of them, and their references.
+class Measurement {
+ public:
+  explicit Measurement(const std::filesystem::path& folder);
+
+  const Scene& scene(const std::string& name) const { return scenes_.at(name); }
+
+  /// Made once, since A1 at small steps takes most of the time.
+  const Reference& reference(const std::string& name);
+
+  MeasuredRun run(const std::string& name, Algorithm algorithm, int n, int m, Joints joints) const;
+
+  double error(const std::string& name, Algorithm algorithm, int n, int m, Joints joints);
+
+ private:
+  std::map<std::string, Scene> scenes_;
+  std::map<std::string, Reference> references_;
+};
+
+// claims_exactness.cpp
+Claim claim1(Measurement& measurement);
+Claim claim2(Measurement& measurement);
+Claim claim4(Measurement& measurement);
+Claim claim5(Measurement& measurement);
+Claim claim8(Measurement& measurement);
+Claim claim9(Measurement& measurement);  ///< has no scene
+Claim claim10(Measurement& measurement);
+
+// claims_accuracy.cpp
+Claim claim3(Measurement& measurement);
+Claim claim6(Measurement& measurement);
+Claim claim13(Measurement& measurement);
+Claim claim14(Measurement& measurement);
+AblationCosts ablation(const Measurement& measurement, const std::string& name, int n);
+
+// claims_cost.cpp
+Claim claim7(Measurement& measurement);
+
+// claims_stability.cpp
+Claim claim11(Measurement& measurement);
+Claim claim12(Measurement& measurement);
+EnergyDrift energy_drift(const Measurement& measurement, const std::string& run, Algorithm algorithm,
+                         Joints joints, const std::vector<std::string>& names);
+
+}  // namespace substep::claims

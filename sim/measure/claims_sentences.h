@@ -1,0 +1,11 @@
+#pragma once
+/// What the report claims, and what is measured of it, in words.
+
+#include "sim/measure/claims.h"
+
+namespace substep::claims {
+
+/// Number, section, sentence and what is measured; figures and cases are still to come. 1 to 14.
+Claim unmeasured_claim(int number);
+
+}  // namespace substep::claims

@@ -1,0 +1,128 @@
+/// Claims of what runs settle at and whether they stay bounded: 11 and 12, and energies.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "sim/algorithms.h"
+#include "sim/error.h"
+#include "sim/measure/claims_measurement.h"
+#include "sim/measure/claims_sentences.h"
+#include "sim/measure/stability_map.h"
+
+namespace substep::claims {
+namespace {
+
+constexpr std::array algorithms{Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5};
+
+}  // namespace
+
+Claim claim11(Measurement& measurement) {
+  Claim claim = unmeasured_claim(11);
+  Scene out_of_place = disturbed(measurement.scene("rod_chain"), 3, 0.2);
+  out_of_place.gravity.setZero();
+  constexpr double beta = 0.25;
+  constexpr double tau = 0.5;
+  constexpr double kappa = 0.8;
+  const auto residual = [&](const auto& solve_block, Joints joints, double expected) {
+    Formulated at(out_of_place, Frame::body, joints, 0.01);
+    Constraints& c = at.problem.c;
+    for (Row& row : c.rows) row.beta = beta;
+    std::vector<Velocity> v = at.local_velocities();
+    for (int i = 0; i < 4000; ++i) {
+      for (const Block& x : c.blocks) apply(c, x, solve_block(c, x, v), v);
+    }
+    double largest = 0;
+    for (const Block& x : c.blocks) {
+      for (int k = 0; k < x.rows; ++k) {
+        const Row& row = c.rows[x.first + k];
+        largest = std::max(largest, std::abs(row_velocity(row, v[static_cast<std::size_t>(x.a)],
+                                                          v[static_cast<std::size_t>(x.b)]) -
+                                             expected));
+      }
+    }
+    return largest;
+  };
+  const auto micro = [&](Constraints& c, const Block& x, const std::vector<Velocity>& v) {
+    return solve(c, x, kappa, tau, v);
+  };
+  const auto relaxed = [&](Constraints& c, const Block& x, const std::vector<Velocity>& v) {
+    return Impulse{solve_relaxed(c, x, kappa, v)};
+  };
+  const double to_ratio = residual(micro, Joints::plain, tau / kappa * beta);
+  const double to_beta = residual(micro, Joints::plain, beta);
+  const double psor = residual(relaxed, Joints::rows, beta);
+  claim.figures.push_back({"micro-iteration, from (τ/κ) β / from β", {to_ratio, to_beta}, "m/s"});
+  claim.figures.push_back({"PSOR with ω = 0.8, from β", {psor}, "m/s"});
+  const StabilityMatch match = match_closed_form(measure_stability_map());
+  claim.figures.push_back({"points of the stability map / on the wrong side of τ = 4 − 2κ",
+                           {static_cast<double>(match.points), static_cast<double>(match.wrong)},
+                           ""});
+  claim.cases = {{"the fixed point of τ, κ", to_ratio < 1e-9 && to_beta > 0.01},
+                 {"the fixed point of ω", psor < 1e-9},
+                 {"the stability map", match.wrong == 0}};
+  return claim;
+}
+
+Claim claim12(Measurement& measurement) {
+  const Scene& wheel = measurement.scene("powered_wheel");
+  const auto driven =
+      std::ranges::find_if(wheel.joints, [](const Joint& joint) { return !joint.drives.empty(); });
+  if (driven == wheel.joints.end()) throw Error(fmt::format("{}: no joint has a drive", wheel.file.string()));
+  const JointDrive& drive = driven->drives.front();
+  Claim claim = unmeasured_claim(12);
+  claim.measured += fmt::format(" at {:g} s, target {:g} rad/s", horizon, drive.velocity_target);
+  const auto speed = [&](const Settings& settings, const Procedure& procedure) {
+    Simulation simulation(wheel, settings, procedure);
+    const State state = measured_run(simulation, horizon).state;
+    const auto a = static_cast<std::size_t>(driven->body_a);
+    const auto b = static_cast<std::size_t>(driven->body_b);
+    const Vector3 axis = state.q[a].angular * (driven->frame_a.orientation * Vector3::Unit(drive.axis));
+    return axis.dot(state.v[b].angular - state.v[a].angular);
+  };
+  // The same, but for the motor's bias, which follows the update rule.
+  const auto without_undoing = [](const Procedure& procedure) {
+    return [procedure](CoordinateVector& q, VelocityVector& v, const Settings& settings, Problem& problem,
+                       Work& work) {
+      for (Block& x : problem.c.blocks) {
+        if (x.kind == Block::Kind::drive) x.position_share = 1;
+      }
+      procedure(q, v, settings, problem, work);
+    };
+  };
+  const auto off = [&](double value) { return std::abs(value - drive.velocity_target); };
+  Figure with{"A1 / A2 / A3 / A4 / A5", {}, "rad/s"};
+  for (const Algorithm algorithm : algorithms) {
+    with.values.push_back(speed(settings_of(wheel, algorithm, 4, 4), Procedure{}));
+    claim.cases.push_back({fmt::format("{} within 2 % of the target", title(algorithm)),
+                           off(with.values.back()) < 0.02 * drive.velocity_target});
+  }
+  Figure without{"A4 / A5 where it is not undone", {}, "rad/s"};
+  for (const auto& [algorithm, procedure] : {std::pair{Algorithm::a4, &proc4}, {Algorithm::a5, &proc5}}) {
+    without.values.push_back(speed(settings_of(wheel, algorithm, 4, 4), without_undoing(procedure)));
+    claim.cases.push_back({fmt::format("{} off by more than half of it where not undone", title(algorithm)),
+                           off(without.values.back()) > 0.5 * drive.velocity_target});
+  }
+  claim.figures = {with, without};
+  return claim;
+}
+
+EnergyDrift energy_drift(const Measurement& measurement, const std::string& run, Algorithm algorithm,
+                         Joints joints, const std::vector<std::string>& names) {
+  EnergyDrift drift{run, {}, {}};
+  for (const std::string& name : names) {
+    Settings settings =
+        settings_of(measurement.scene(name), algorithm, 4, algorithm == Algorithm::a2 ? 4 : 1);
+    settings.joints = joints;
+    const MeasuredRun result = measured_run(measurement.scene(name), settings, 5);
+    constexpr double infinite = std::numeric_limits<double>::infinity();
+    drift.growth.push_back(result.diverged ? infinite : result.energy_growth);
+    drift.change.push_back(result.diverged ? infinite : result.energy_change);
+  }
+  return drift;
+}
+
+}  // namespace substep::claims

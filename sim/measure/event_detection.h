@@ -1,0 +1,50 @@
+#pragma once
+/// Events: a rigid one-sided limit that is met or let go, a drive that reaches or leaves its greatest force.
+/// Between them the motion is smooth. Internal to the reference integrator.
+
+#include <vector>
+
+#include "sim/measure/constrained_dynamics.h"
+
+namespace substep {
+
+class EventDetection {
+ public:
+  /// Says to `dynamics` which limits are held, and at which of its forces each drive is; all open at first.
+  EventDetection(const Model& model, ConstrainedDynamics& dynamics);
+  EventDetection(const EventDetection&) = delete;
+  EventDetection& operator=(const EventDetection&) = delete;
+
+  /// Drives as they are at the start; holds a bound that the start stands at and that pushes, as a taut rope
+  /// does.
+  void start(const CoordinateVector& q, const VelocityVector& v);
+
+  /// Whether not all goes on as it went: drives at or within their greatest force, bounds held or open.
+  bool detect_events(const CoordinateVector& q, const VelocityVector& v);
+
+  /// Holds and lets go what the events at q and v̆ say; then projects them.
+  void apply_events(CoordinateVector& q, VelocityVector& v);
+
+ private:
+  /// A rigid one-sided limit. Held, it is a two-sided row as long as it pushes.
+  struct Bound {
+    Limit limit;
+    bool held;
+    double margin = 0;
+  };
+
+  /// Rows for the bounds as they are held or open now.
+  void set_up();
+  void hold_bounds_met_at_the_start(const CoordinateVector& q, const VelocityVector& v);
+  /// What decides how a bound goes on: the room of an open one (m, rad), the push of one that is held (N,
+  /// N·m).
+  void update_margins(const CoordinateVector& q, const VelocityVector& v);
+
+  ConstrainedDynamics& dynamics_;
+  std::vector<Bound> bounds_;
+  std::vector<Contact> no_contacts_;
+  Model open_model_;
+  Problem open_;
+};
+
+}  // namespace substep

@@ -1,0 +1,35 @@
+#pragma once
+/// J̆' v̆, what is left of the second derivative of a row's C where nothing accelerates: of locks in closed
+/// form, of limits by differences. Internal to the reference integrator.
+
+#include <vector>
+
+#include "sim/algorithms.h"
+
+namespace substep {
+
+class JacobianRate {
+ public:
+  /// Of the rows of `rigid`, which has locks and two-sided limits. `size`: of the scene, m.
+  JacobianRate(const Model& rigid, double size);
+  JacobianRate(const JacobianRate&) = delete;
+  JacobianRate& operator=(const JacobianRate&) = delete;
+
+  /// To be called when the rows of `rigid` are others.
+  void set_up(const Problem& rigid);
+
+  /// J̆' v̆ of each row; `rigid` is formulated at q.
+  const std::vector<double>& terms(const Problem& rigid, const CoordinateVector& q, const VelocityVector& v);
+
+ private:
+  double size_;
+  std::vector<Contact> no_contacts_;
+  Model limit_model_;  // the rigid limits by themselves
+  Problem limit_;
+  std::vector<Vector3> lock_terms_;
+  std::vector<double> limit_terms_;
+  std::vector<double> terms_;  // by row
+  CoordinateVector shifted_;
+};
+
+}  // namespace substep
