@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "sim/error.h"
+#include "sim/math/fnv1a.h"
 
 // The analyser finds fault with the implementation, which is not ours to mend.
 #ifndef __clang_analyzer__
@@ -18,13 +19,11 @@
 
 namespace substep {
 std::uint64_t hash(const Image& image) {
-  std::uint64_t value = 0xcbf29ce484222325u;
-  const auto add = [&value](std::uint8_t byte) { value = (value ^ byte) * 0x100000001b3u; };
+  std::uint64_t value = fnv1a_start;
   for (const int size : {image.width, image.height}) {
-    for (int shift = 0; shift < 32; shift += 8) add(static_cast<std::uint8_t>(size >> shift));
+    value = fnv1a_of_number(static_cast<std::uint32_t>(size), 4, value);
   }
-  for (const std::uint8_t byte : image.rgb) add(byte);
-  return value;
+  return fnv1a({reinterpret_cast<const char*>(image.rgb.data()), image.rgb.size()}, value);
 }
 
 Image from_png(std::string_view bytes, const std::string& name) {

@@ -9,6 +9,4 @@ namespace substep {
 /// For content and for attributes in double quotes. Control characters, which XML cannot have, become spaces.
 std::string escaped(std::string_view text);
 
-std::string base64(std::string_view bytes);
-
 }  // namespace substep

@@ -1,12 +1,13 @@
 #pragma once
-/// Four numbers at once, by the compiler's vector extension, and the functions that FLIP needs of them. Only
-/// operations that IEEE 754 defines to the last bit, so that figures are the same on every machine.
+/// Numbers of four cells at once, neighbours in a row of pixels, by the compiler's vector extension, and the
+/// functions that FLIP needs of them. Only operations that IEEE 754 defines to the last bit, so that figures
+/// are the same on every machine.
 
 #include <cmath>
 #include <cstdint>
 #include <cstring>
 
-namespace substep::lanes {
+namespace substep::cells {
 
 using Floats = float __attribute__((vector_size(16)));
 using Ints = std::int32_t __attribute__((vector_size(16)));
@@ -92,4 +93,4 @@ inline Floats power(Floats a, Floats b) {
   return choose(a > 0, result, choose(b > 0, all(0), all(1)));
 }
 
-}  // namespace substep::lanes
+}  // namespace substep::cells

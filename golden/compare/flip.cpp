@@ -13,7 +13,7 @@
 namespace substep {
 namespace {
 
-using lanes::Floats;
+using cells::Floats;
 
 /// The rows of a strip that any differing pixel is within reach of: elsewhere both pictures are seen alike,
 /// to the last bit.
@@ -37,17 +37,17 @@ std::vector<bool> rows_in_reach(const Image& expected, const Image& actual, int 
 Floats value_at(const FlipColors& colors, const SeenRow& expected, const SeenRow& actual, std::size_t x) {
   const auto perceived = [&](const SeenRow& row) {
     return colors.perceived(
-        {lanes::load(&row.lightness[x]), lanes::load(&row.red_green[x]), lanes::load(&row.blue_yellow[x])});
+        {cells::load(&row.lightness[x]), cells::load(&row.red_green[x]), cells::load(&row.blue_yellow[x])});
   };
   const Floats color = colors.difference(perceived(expected), perceived(actual));
   const auto apart = [&](const SeenRow::Line& e, const SeenRow::Line& a) {
-    return lanes::absolute(lanes::load(&e[x]) - lanes::load(&a[x]));
+    return cells::absolute(cells::load(&e[x]) - cells::load(&a[x]));
   };
   const Floats strongest =
-      lanes::max(apart(expected.edges, actual.edges), apart(expected.points, actual.points));
+      cells::max(apart(expected.edges, actual.edges), apart(expected.points, actual.points));
   // To the power of q_f = ½.
-  const Floats feature = lanes::root(strongest * (1 / std::numbers::sqrt2_v<float>));
-  return lanes::power(color, 1 - feature);
+  const Floats feature = cells::root(strongest * (1 / std::numbers::sqrt2_v<float>));
+  return cells::power(color, 1 - feature);
 }
 
 /// The value that 99 % are at or below. Values are not negative, where floats are ordered as their bits: the
@@ -92,8 +92,8 @@ Flip flip(const Image& expected, const Image& actual, float pixels_per_degree) {
       if (!in_reach[static_cast<std::size_t>(y)]) continue;
       expected_strip.see(y, expected_row);
       actual_strip.see(y, actual_row);
-      for (std::size_t x = 0; x < SeenRow::width; x += lanes::width) {
-        lanes::store(&values[x], value_at(colors, expected_row, actual_row, x));
+      for (std::size_t x = 0; x < SeenRow::width; x += cells::width) {
+        cells::store(&values[x], value_at(colors, expected_row, actual_row, x));
       }
       std::copy_n(values.begin(), std::min(SeenRow::width, width - left),
                   &result.map[static_cast<std::size_t>(y) * width + left]);

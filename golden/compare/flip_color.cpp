@@ -12,8 +12,8 @@ constexpr float color_exponent = 0.7F;     // q_c
 constexpr float color_knee = 0.4F;         // p_c
 constexpr float color_knee_value = 0.95F;  // p_t
 
-using lanes::all;
-using lanes::Floats;
+using cells::all;
+using cells::Floats;
 
 /// Linear sRGB → CIE XYZ from the primaries of IEC 61966-2-1 and, as the authors' program has it, the white
 /// D65 to five digits.
@@ -47,7 +47,7 @@ std::array<float, 256> decoded_levels() {
 Floats hyab(const FlipColor& p, const FlipColor& q) {
   const Floats a = p[1] - q[1];
   const Floats b = p[2] - q[2];
-  return lanes::absolute(p[0] - q[0]) + lanes::root(a * a + b * b);
+  return cells::absolute(p[0] - q[0]) + cells::root(a * a + b * b);
 }
 
 }  // namespace
@@ -74,7 +74,7 @@ FlipColors::FlipColors() {
   rgb_from_xyz_.rows = rows_of(relative.inverse());
   const FlipColor green{all(0), all(1), all(0)};
   const FlipColor blue{all(0), all(0), all(1)};
-  const float largest = lanes::power(hyab(hunt_lab(green), hunt_lab(blue)), all(color_exponent))[0];
+  const float largest = cells::power(hyab(hunt_lab(green), hunt_lab(blue)), all(color_exponent))[0];
   knee_ = color_knee * largest;
   below_knee_ = color_knee_value / knee_;
   above_knee_ = (1 - color_knee_value) / (largest - knee_);
@@ -89,7 +89,7 @@ FlipColor FlipColors::perceived(const FlipColor& opponent) const {
   const Floats y = luminance(opponent[0]);
   FlipColor rgb =
       rgb_from_xyz_ * FlipColor{y + opponent[1] * (1.0F / 500), y, y - opponent[2] * (1.0F / 200)};
-  for (Floats& c : rgb) c = lanes::min(lanes::max(c, all(0)), all(1));
+  for (Floats& c : rgb) c = cells::min(cells::max(c, all(0)), all(1));
   return hunt_lab(rgb);
 }
 
@@ -99,8 +99,8 @@ FlipColor FlipColors::hunt_lab(const FlipColor& rgb) const {
   const FlipColor xyz = xyz_from_rgb_ * rgb;
   FlipColor f;
   for (std::size_t i = 0; i < 3; ++i) {
-    const Floats root = lanes::cube_root(lanes::max(xyz[i], all(knee)));
-    f[i] = lanes::choose(xyz[i] > knee, root, xyz[i] * (1 / (3 * delta * delta)) + 4.0F / 29);
+    const Floats root = cells::cube_root(cells::max(xyz[i], all(knee)));
+    f[i] = cells::choose(xyz[i] > knee, root, xyz[i] * (1 / (3 * delta * delta)) + 4.0F / 29);
   }
   const Floats lightness = 116 * f[1] - 16;
   const Floats hunt = 0.01F * lightness;
@@ -108,8 +108,8 @@ FlipColor FlipColors::hunt_lab(const FlipColor& rgb) const {
 }
 
 Floats FlipColors::difference(const FlipColor& p, const FlipColor& q) const {
-  const Floats apart = lanes::power(hyab(p, q), all(color_exponent));
-  return lanes::choose(apart < knee_, apart * below_knee_, color_knee_value + (apart - knee_) * above_knee_);
+  const Floats apart = cells::power(hyab(p, q), all(color_exponent));
+  return cells::choose(apart < knee_, apart * below_knee_, color_knee_value + (apart - knee_) * above_knee_);
 }
 
 }  // namespace substep

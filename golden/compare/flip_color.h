@@ -9,7 +9,7 @@
 namespace substep {
 
 /// Three numbers of each of four pixels.
-using FlipColor = std::array<lanes::Floats, 3>;
+using FlipColor = std::array<cells::Floats, 3>;
 
 /// Of 8-bit sRGB (IEC 61966-2-1), 0 to 1.
 const std::array<float, 256>& linear_levels();
@@ -28,7 +28,7 @@ class FlipColors {
 
   /// Differences of perceived colours (HyAB) to the power 0.7, then [0, 0.4 of the largest] → [0, 0.95] and
   /// the rest → [0.95, 1]: large differences are compressed.
-  lanes::Floats difference(const FlipColor& p, const FlipColor& q) const;
+  cells::Floats difference(const FlipColor& p, const FlipColor& q) const;
 
  private:
   struct Matrix {
@@ -45,6 +45,6 @@ class FlipColors {
 };
 
 /// Relative luminance of an opponent colour's lightness.
-lanes::Floats luminance(lanes::Floats lightness);
+cells::Floats luminance(cells::Floats lightness);
 
 }  // namespace substep

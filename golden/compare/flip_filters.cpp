@@ -19,7 +19,7 @@ constexpr Sensitivity red_green_sensitivity{1.0, 0.0053};
 constexpr Sensitivity blue_yellow_narrow{34.1, 0.04};
 constexpr Sensitivity blue_yellow_wide{13.5, 0.025};
 
-using lanes::Floats;
+using cells::Floats;
 
 /// Three standard deviations of the widest sensitivity.
 int sensitivity_radius(float pixels_per_degree) {
@@ -51,7 +51,7 @@ SensitivityFilter sensitivity_filter(const Sensitivity& s, float pixels_per_degr
   constexpr double negligible = 1e-9;
   FlipKernel kernel;
   for (const double weight : weights) {
-    if (weight / sum >= negligible) kernel.push_back(lanes::all(static_cast<float>(weight / sum)));
+    if (weight / sum >= negligible) kernel.push_back(cells::all(static_cast<float>(weight / sum)));
   }
   return {std::move(kernel), s.a * std::sqrt(pi / s.b) * sum * sum};
 }
@@ -64,7 +64,7 @@ FlipKernel of_unit_sums(const std::vector<float>& weights) {
   float negative = 0;
   for (const float w : weights) (w > 0 ? positive : negative) += std::abs(w);
   FlipKernel kernel;
-  for (const float w : weights) kernel.push_back(lanes::all(w / (w > 0 ? positive : negative)));
+  for (const float w : weights) kernel.push_back(cells::all(w / (w > 0 ? positive : negative)));
   return kernel;
 }
 
@@ -74,37 +74,37 @@ constexpr std::size_t batch = 4;  // as many sums of four as the processor can h
 template <typename From>
 void weigh_symmetric(const FlipKernel& kernel, const From& from, float* target) {
   const std::size_t radius = kernel.size() / 2;
-  for (std::size_t x = 0; x < SeenRow::width; x += batch * lanes::width) {
+  for (std::size_t x = 0; x < SeenRow::width; x += batch * cells::width) {
     std::array<Floats, batch> sums;
     for (std::size_t i = 0; i < batch; ++i) {
-      sums[i] = kernel[radius] * lanes::load(from(radius) + x + lanes::width * i);
+      sums[i] = kernel[radius] * cells::load(from(radius) + x + cells::width * i);
     }
     for (std::size_t tap = 0; tap < radius; ++tap) {
       const float* before = from(tap) + x;
       const float* after = from(kernel.size() - 1 - tap) + x;
       for (std::size_t i = 0; i < batch; ++i) {
         sums[i] +=
-            kernel[tap] * (lanes::load(before + lanes::width * i) + lanes::load(after + lanes::width * i));
+            kernel[tap] * (cells::load(before + cells::width * i) + cells::load(after + cells::width * i));
       }
     }
-    for (std::size_t i = 0; i < batch; ++i) lanes::store(target + x + lanes::width * i, sums[i]);
+    for (std::size_t i = 0; i < batch; ++i) cells::store(target + x + cells::width * i, sums[i]);
   }
 }
 
 /// √(a² + b²) of a = Σ gaussian[tap] · derived(tap) and b = Σ derivative[tap] · smooth(tap).
 void weigh_gradient(const FlipKernel& gaussian, const FlipKernel& derivative, const float* const* derived,
                     const float* const* smooth, float* target) {
-  for (std::size_t x = 0; x < SeenRow::width; x += batch * lanes::width) {
+  for (std::size_t x = 0; x < SeenRow::width; x += batch * cells::width) {
     std::array<Floats, batch> across{};
     std::array<Floats, batch> down{};
     for (std::size_t tap = 0; tap < gaussian.size(); ++tap) {
       for (std::size_t i = 0; i < batch; ++i) {
-        across[i] += gaussian[tap] * lanes::load(derived[tap] + x + lanes::width * i);
-        down[i] += derivative[tap] * lanes::load(smooth[tap] + x + lanes::width * i);
+        across[i] += gaussian[tap] * cells::load(derived[tap] + x + cells::width * i);
+        down[i] += derivative[tap] * cells::load(smooth[tap] + x + cells::width * i);
       }
     }
     for (std::size_t i = 0; i < batch; ++i) {
-      lanes::store(target + x + lanes::width * i, lanes::root(across[i] * across[i] + down[i] * down[i]));
+      cells::store(target + x + cells::width * i, cells::root(across[i] * across[i] + down[i] * down[i]));
     }
   }
 }
@@ -144,7 +144,7 @@ SeenStrip::SeenStrip(const Image& image, const FlipFilters& filters, const FlipC
   kept_.resize(kept_rows * planes * SeenRow::width);
   // Whole lanes, for each channel and for luminance.
   const int padded = SeenRow::width + 2 * filters.reach;
-  pixels_.resize(4 * static_cast<std::size_t>((padded + lanes::width - 1) / lanes::width * lanes::width));
+  pixels_.resize(4 * static_cast<std::size_t>((padded + cells::width - 1) / cells::width * cells::width));
 }
 
 void SeenStrip::start(int left) {
@@ -167,11 +167,11 @@ void SeenStrip::filter_row(int y) {
     const std::uint8_t* p = image_.pixel(x, y);
     for (std::size_t c = 0; c < 3; ++c) channel[c][i] = levels[p[c]];
   }
-  for (std::size_t i = 0; i < length; i += lanes::width) {
+  for (std::size_t i = 0; i < length; i += cells::width) {
     const FlipColor seen = colors_.opponent(
-        {lanes::load(channel[0] + i), lanes::load(channel[1] + i), lanes::load(channel[2] + i)});
-    for (std::size_t c = 0; c < 3; ++c) lanes::store(channel[c] + i, seen[c]);
-    lanes::store(light + i, luminance(seen[0]));
+        {cells::load(channel[0] + i), cells::load(channel[1] + i), cells::load(channel[2] + i)});
+    for (std::size_t c = 0; c < 3; ++c) cells::store(channel[c] + i, seen[c]);
+    cells::store(light + i, luminance(seen[0]));
   }
   const auto blur = [&](const float* from, const FlipKernel& kernel, Plane plane) {
     const float* start = from + filters_.reach - kernel.size() / 2;
@@ -183,20 +183,20 @@ void SeenStrip::filter_row(int y) {
   blur(channel[2], filters_.blue_narrow, blue_narrow);
   blur(channel[2], filters_.blue_wide, blue_wide);
   const float* start = light + filters_.reach - filters_.gaussian.size() / 2;
-  for (std::size_t x = 0; x < SeenRow::width; x += batch * lanes::width) {
+  for (std::size_t x = 0; x < SeenRow::width; x += batch * cells::width) {
     std::array<Floats, batch> mean{}, slope{}, curvature{};
     for (std::size_t tap = 0; tap < filters_.gaussian.size(); ++tap) {
       for (std::size_t i = 0; i < batch; ++i) {
-        const Floats value = lanes::load(start + x + tap + lanes::width * i);
+        const Floats value = cells::load(start + x + tap + cells::width * i);
         mean[i] += filters_.gaussian[tap] * value;
         slope[i] += filters_.first[tap] * value;
         curvature[i] += filters_.second[tap] * value;
       }
     }
     for (std::size_t i = 0; i < batch; ++i) {
-      lanes::store(line(smooth, y) + x + lanes::width * i, mean[i]);
-      lanes::store(line(first, y) + x + lanes::width * i, slope[i]);
-      lanes::store(line(second, y) + x + lanes::width * i, curvature[i]);
+      cells::store(line(smooth, y) + x + cells::width * i, mean[i]);
+      cells::store(line(first, y) + x + cells::width * i, slope[i]);
+      cells::store(line(second, y) + x + cells::width * i, curvature[i]);
     }
   }
 }

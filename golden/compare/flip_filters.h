@@ -11,7 +11,7 @@
 namespace substep {
 
 /// Weights at −r … r, each in all lanes.
-using FlipKernel = std::vector<lanes::Floats>;
+using FlipKernel = std::vector<cells::Floats>;
 
 /// A filter for each of lightness, red–green and, in two parts, blue–yellow; and a Gaussian with its first
 /// and second derivatives, by which edges and points are found.

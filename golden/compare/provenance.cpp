@@ -8,7 +8,6 @@
 
 #include <array>
 #include <cerrno>
-#include <cstdint>
 #include <cstring>
 #include <fstream>
 #include <iterator>
@@ -16,6 +15,7 @@
 
 #include "render/renderer.h"
 #include "sim/error.h"
+#include "sim/math/fnv1a.h"
 
 namespace substep {
 namespace {
@@ -81,12 +81,7 @@ MadeWith made_with(const fs::path& folder, bool with_renderer) {
 }
 
 std::string content_hash(std::string_view bytes) {
-  std::uint64_t hash = 0xcbf29ce484222325;
-  for (const char byte : bytes) {
-    hash ^= static_cast<std::uint8_t>(byte);
-    hash *= 0x100000001b3;
-  }
-  return fmt::format("{:016x}", hash);
+  return fmt::format("{:016x}", fnv1a(bytes));
 }
 
 std::string read_bytes(const fs::path& file) {

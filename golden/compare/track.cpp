@@ -12,6 +12,7 @@
 #include "golden/compare/provenance.h"
 #include "sim/constraints/contact_finder.h"
 #include "sim/error.h"
+#include "sim/math/fnv1a.h"
 #include "sim/measure/measured_run.h"
 #include "sim/model/model.h"
 
@@ -25,19 +26,15 @@ constexpr std::uint64_t largest_size = 1U << 30;
 /// 64-bit FNV-1a, folded.
 class Digest {
  public:
-  void add(std::uint64_t value) {
-    for (int byte = 0; byte < 8; ++byte) {
-      hash_ ^= value >> (8 * byte) & 0xff;
-      hash_ *= 0x100000001b3;
-    }
+  void add(double value) {
+    hash_ = fnv1a_of_number(std::bit_cast<std::uint64_t>(value == 0 ? 0.0 : value), 8, hash_);
   }
-  void add(double value) { add(std::bit_cast<std::uint64_t>(value == 0 ? 0.0 : value)); }
   std::uint16_t value() const {
     return static_cast<std::uint16_t>(hash_ ^ hash_ >> 16 ^ hash_ >> 32 ^ hash_ >> 48);
   }
 
  private:
-  std::uint64_t hash_ = 0xcbf29ce484222325;
+  std::uint64_t hash_ = fnv1a_start;
 };
 
 std::uint16_t digest(const Coordinates& q, const Velocity& v) {

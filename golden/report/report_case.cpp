@@ -11,6 +11,7 @@
 #include "golden/compare/provenance.h"
 #include "golden/report/error_strip.h"
 #include "render/markup.h"
+#include "sim/math/base64.h"
 
 namespace substep {
 namespace {

@@ -18,6 +18,9 @@ struct FigureSource {
   std::filesystem::path scenes = "scenes";  ///< folder of the scene files, for what no sweep holds
   std::vector<ContactAblationCosts>
       contact_ablation;  ///< where there is none, it is measured when it is drawn
+
+  /// The scene of a file in `scenes`, by its name without ".gltf". Throws Error.
+  Scene scene(const std::string& name) const;
 };
 
 struct ReportFigure {

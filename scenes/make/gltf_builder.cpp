@@ -4,6 +4,8 @@
 #include <bit>
 #include <cmath>
 
+#include "sim/math/base64.h"
+
 namespace substep::make {
 namespace {
 
@@ -36,19 +38,6 @@ void append_little_endian(std::string& bytes, std::uint32_t value, int count) {
 
 void append_float(std::string& bytes, double value) {
   append_little_endian(bytes, std::bit_cast<std::uint32_t>(static_cast<float>(positive_zero(value))), 4);
-}
-
-std::string base64(std::string_view bytes) {
-  constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t group = 0;
-    for (std::size_t j = 0; j < 3; ++j)
-      group = group << 8 | (i + j < bytes.size() ? static_cast<std::uint8_t>(bytes[i + j]) : 0u);
-    for (std::size_t j = 0; j < 4; ++j)
-      text.push_back(i + j <= bytes.size() ? digits[group >> (18 - 6 * j) & 63] : '=');
-  }
-  return text;
 }
 
 /// Of a node whose −Z points along `direction` and whose +Y is as near to up as may be.

@@ -1,4 +1,4 @@
-/// Scenes that show each kind of joint and of contact once.
+/// Scenes that show each kind of joint, and of friction, once.
 
 #include <cmath>
 #include <numbers>
@@ -236,79 +236,6 @@ std::string joint_kinds() {
                .value = 0.09 * (4 - 1 / 50.0),
                .tolerance = 0.005,
                .source = "v (t − 1/c): it comes to its speed as exp(−c t)"});
-  return gltf.text();
-}
-
-std::string bouncing_balls() {
-  constexpr double radius = 0.15;
-  constexpr double drop = 1;
-  constexpr double pitch = 0.5;
-  constexpr std::array finishes{finish::rubber, finish::blue, finish::teal, finish::mustard,
-                                finish::terracotta};
-
-  GltfBuilder gltf("bouncing_balls", 4);
-  gltf.camera({0.7, 1.15, 3.9}, {0, 0.66, 0}, 0.46);
-  gltf.sun(afternoon, warm_white, daylight);
-  const int plane = gltf.plane_shape();
-  gltf.collider(gltf.node("ground"), plane, gltf.bouncing_material(0));
-
-  const int shape = gltf.sphere_shape(radius);
-  const int round = gltf.geometry(ball(radius, 40));
-  // Where the lowest point of each ball should come to after its first bounce: drawn only.
-  const std::array<ProfilePoint, 6> foot{
-      {{0, 0}, {0.10, 0, 0.01}, {0.10, 0.03, 0.01}, {0.014, 0.04, 0.01}, {0.014, 1.4, 0.01}, {0, 1.4}}};
-  const std::array<ProfilePoint, 4> collar{
-      {{0.012, -0.012, 0.004}, {0.035, -0.012, 0.004}, {0.035, 0.012, 0.004}, {0.012, 0.012, 0.004}}};
-  const int post = gltf.geometry(turned(foot, 28));
-  const int mark = gltf.geometry(turned(collar, 28, true));
-  const int post_look = gltf.mesh("post", {{post, gltf.material(finish::iron)}});
-  const int mark_look = gltf.mesh("mark", {{mark, gltf.material(finish::brass)}});
-  for (int i = 0; i < 5; ++i) {
-    const std::string number = std::to_string(i);
-    const double restitution = i / 4.0;
-    const double x = pitch * (i - 2);
-    const int stand = gltf.node("post_" + number, at(x, 0, -0.3));
-    gltf.show(stand, post_look);
-    gltf.show(gltf.node("mark_" + number, at(0, restitution * restitution * drop, 0), stand), mark_look);
-    const int body = gltf.node("ball_" + number, at(x, drop + radius, 0));
-    gltf.motion(body, {.mass = 1});
-    gltf.collider(body, shape, gltf.bouncing_material(restitution));
-    gltf.show(body, gltf.mesh("ball_" + number, {{round, gltf.material(finishes[i])}}));
-  }
-
-  constexpr double gravity = 9.81;
-  const double falls = std::sqrt(2 * drop / gravity);  // s
-  for (int i = 0; i < 5; ++i) {
-    const double restitution = i / 4.0;
-    const std::string name = "ball_" + std::to_string(i);
-    double height = drop;
-    double flight = falls;
-    double time = falls;
-    for (int bounce = 1; bounce <= 3 && i > 0; ++bounce) {
-      height *= restitution * restitution;
-      flight *= restitution;
-      time += 2 * flight;
-      if (time > 4 || height < 0.01) break;
-      gltf.expect({.name = name + ": highest centre after impact " + std::to_string(bounce),
-                   .quantity = "position",
-                   .bodies = {name},
-                   .direction = Vector3::UnitY(),
-                   .peak = bounce,
-                   .value = radius + height,
-                   .tolerance = 0.05 * height,
-                   .source = "it goes up to e² times the height that it fell from"});
-    }
-    if (restitution == 1) continue;
-    const double rests = falls * (1 + restitution) / (1 - restitution);
-    gltf.expect({.name = name + ": centre once it rests",
-                 .quantity = "position",
-                 .bodies = {name},
-                 .direction = Vector3::UnitY(),
-                 .during = {{rests + 0.1, 4}},
-                 .value = radius,
-                 .tolerance = 0.01,
-                 .source = "infinitely many impacts last √(2 h/g) (1 + e)/(1 − e)"});
-  }
   return gltf.text();
 }
 

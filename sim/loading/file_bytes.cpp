@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "sim/error.h"
+#include "sim/math/fnv1a.h"
 
 namespace substep {
 
@@ -32,19 +33,8 @@ std::string read_bytes(const fs::path& file, const std::string& complaint, std::
   return bytes;
 }
 
-std::uint64_t add_to_hash(std::uint64_t hash, std::string_view text) {
-  for (const char byte : text) hash = (hash ^ static_cast<unsigned char>(byte)) * 0x100000001b3;
-  return hash;
-}
-
 std::uint64_t add_binary_to_hash(std::uint64_t hash, std::string_view bytes) {
-  std::uint64_t digest = XXH3_64bits(bytes.data(), bytes.size());
-  std::string text(8, '\0');
-  for (char& byte : text) {
-    byte = static_cast<char>(digest & 0xff);
-    digest >>= 8;
-  }
-  return add_to_hash(hash, text);
+  return fnv1a_of_number(XXH3_64bits(bytes.data(), bytes.size()), 8, hash);
 }
 
 std::string lower_extension(const fs::path& file) {

@@ -15,11 +15,8 @@ inline constexpr std::uintmax_t largest_file = std::uintmax_t{1} << 30;
 std::string read_bytes(const std::filesystem::path& file, const std::string& complaint,
                        std::uintmax_t most = largest_file);
 
-/// 64-bit FNV-1a, continued over several texts from `empty_hash`.
-inline constexpr std::uint64_t empty_hash = 0xcbf29ce484222325;
-std::uint64_t add_to_hash(std::uint64_t hash, std::string_view text);
-/// The same of the bytes' 64-bit XXH3, little end first: for buffers, which one byte after the other takes
-/// longer to hash than to read.
+/// `hash` continued as FNV-1a by the bytes' 64-bit XXH3, little end first: for buffers, which one byte after
+/// the other takes longer to hash than to read.
 std::uint64_t add_binary_to_hash(std::uint64_t hash, std::string_view bytes);
 
 /// The extension in lower case, with its dot.

@@ -7,9 +7,12 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "sim/error.h"
 #include "sim/loading/file_bytes.h"
+#include "sim/math/base64.h"
+#include "sim/math/fnv1a.h"
 
 namespace substep {
 namespace {
@@ -144,37 +147,6 @@ std::string percent_decoded(const JsonValue& uri) {
   return decoded;
 }
 
-std::string base64_decoded(const JsonValue& uri, std::string_view text) {
-  while (!text.empty() && text.back() == '=') text.remove_suffix(1);
-  std::string decoded;
-  decoded.reserve(text.size() / 4 * 3 + 3);
-  std::uint32_t bits = 0;
-  int count = 0;
-  for (const char c : text) {
-    int digit = 0;
-    if (c >= 'A' && c <= 'Z') {
-      digit = c - 'A';
-    } else if (c >= 'a' && c <= 'z') {
-      digit = c - 'a' + 26;
-    } else if (c >= '0' && c <= '9') {
-      digit = c - '0' + 52;
-    } else if (c == '+') {
-      digit = 62;
-    } else if (c == '/') {
-      digit = 63;
-    } else {
-      uri.fail(fmt::format("has a byte that is not base64 (code {})", static_cast<unsigned char>(c)));
-    }
-    bits = bits << 6 | static_cast<std::uint32_t>(digit);
-    count += 6;
-    if (count >= 8) {
-      count -= 8;
-      decoded += static_cast<char>(bits >> count & 0xff);
-    }
-  }
-  return decoded;
-}
-
 // Files that several buffers name are read once.
 using ReadFiles = std::map<fs::path, std::string_view>;
 
@@ -187,7 +159,12 @@ std::string_view read_uri(const JsonValue& uri, GltfDocument& document, ReadFile
     if (comma < marker.size() || text.compare(comma - marker.size(), marker.size(), marker) != 0) {
       uri.fail("is a data URI that is not base64, the only coding read");
     }
-    return document.files.emplace_back(base64_decoded(uri, std::string_view(text).substr(comma + 1)));
+    std::optional<char> stranger;
+    std::string bytes = base64_decoded(std::string_view(text).substr(comma + 1), stranger);
+    if (stranger) {
+      uri.fail(fmt::format("has a byte that is not base64 (code {})", static_cast<unsigned char>(*stranger)));
+    }
+    return document.files.emplace_back(std::move(bytes));
   }
   if (text.find("://") != std::string::npos)
     uri.fail("is a network address; only files and data URIs are read");
@@ -377,10 +354,10 @@ GltfDocument read_gltf(const fs::path& file) {
   if (bytes.empty()) throw Error(document.file_name + ": is empty");
   Container container{bytes, std::nullopt};
   if (extension == ".glb") {
-    document.hash = add_binary_to_hash(empty_hash, bytes);
+    document.hash = add_binary_to_hash(fnv1a_start, bytes);
     container = split_glb(bytes, document.file_name);
   } else {
-    document.hash = add_to_hash(empty_hash, bytes);
+    document.hash = fnv1a(bytes);
   }
   document.json = parse(container.json, document.file_name);
 

@@ -29,6 +29,7 @@
 #include "sim/error.h"
 #include "sim/loading/file_bytes.h"
 #include "sim/loading/memory_stream.h"
+#include "sim/math/fnv1a.h"
 
 namespace substep {
 namespace {
@@ -412,7 +413,7 @@ MeshFile read_mesh_file(const fs::path& file) {
     throw Error(fmt::format("{}: cannot be read as a mesh: {}", complaint, printable(answer.substr(1))));
   }
   MeshFile mesh_file;
-  mesh_file.hash = add_binary_to_hash(empty_hash, bytes);
+  mesh_file.hash = add_binary_to_hash(fnv1a_start, bytes);
   std::set<std::string> names{"world"};  // of body 0
   try {
     for (Reader reader(std::string_view(answer).substr(1), complaint); reader.take<bool>();) {

@@ -11,9 +11,9 @@
 #include "sim/loading/body_inertia.h"
 #include "sim/loading/collider_shapes.h"
 #include "sim/loading/crease_normals.h"
-#include "sim/loading/file_bytes.h"
 #include "sim/loading/load_scene.h"
 #include "sim/loading/scene_appearance.h"
+#include "sim/math/fnv1a.h"
 #include "sim/math/rotation.h"
 
 namespace substep {
@@ -78,10 +78,11 @@ class MeshSceneBuilder {
     scene_.file = file;
     scene_.name = file.stem().string();
     // Other options are another scene: its poses would not fit.
-    scene_.hash = add_to_hash(
-        meshes.hash, fmt::format("{} {} {} {} {} {} {} {}", options.scale, options.density,
-                                 options.mass.value_or(-1), options.height.value_or(-1), options.rotation.x(),
-                                 options.rotation.y(), options.rotation.z(), options.copies));
+    scene_.hash =
+        fnv1a(fmt::format("{} {} {} {} {} {} {} {}", options.scale, options.density,
+                          options.mass.value_or(-1), options.height.value_or(-1), options.rotation.x(),
+                          options.rotation.y(), options.rotation.z(), options.copies),
+              meshes.hash);
     scene_.bodies.emplace_back().name = "world";
     scene_.colliders.emplace_back().shape = Plane{};
     for (const MeshObject& object : meshes.objects) add_solid(object);

@@ -3,15 +3,13 @@
 #include <bit>
 #include <cmath>
 
+#include "sim/math/fnv1a.h"
+
 namespace substep {
 namespace {
 
 void add(std::uint64_t& hash, double value) {
-  std::uint64_t bits = std::bit_cast<std::uint64_t>(value + 0.0);  // −0 + 0 is 0
-  for (int byte = 0; byte < 8; ++byte) {
-    hash = (hash ^ (bits & 0xff)) * 0x100000001b3;
-    bits >>= 8;
-  }
+  hash = fnv1a_of_number(std::bit_cast<std::uint64_t>(value + 0.0), 8, hash);  // −0 + 0 is 0
 }
 
 }  // namespace
@@ -26,7 +24,7 @@ State initial_state(const Scene& scene) {
 }
 
 std::uint64_t hash(const State& state) {
-  std::uint64_t hash = 0xcbf29ce484222325;
+  std::uint64_t hash = fnv1a_start;
   for (std::size_t body = 1; body < state.q.size(); ++body) {
     const Coordinates& q = state.q[body];
     const Velocity& v = state.v[body];

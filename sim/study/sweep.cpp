@@ -16,6 +16,7 @@
 
 #include "sim/error.h"
 #include "sim/log/file_output.h"
+#include "sim/math/fnv1a.h"
 #include "sim/study/engines/engines.h"
 #include "sim/study/sweep_record.h"
 
@@ -30,14 +31,9 @@ std::optional<std::string> content_of(const fs::path& file) {
   return std::string(std::istreambuf_iterator<char>(stream), {});
 }
 
-std::uint64_t hash_of(std::string_view text, std::uint64_t hash = 0xcbf29ce484222325) {
-  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
-  return hash;
-}
-
 /// Of this program: results of another build are not mixed with its own.
 std::uint64_t program_hash() {
-  static const std::uint64_t hash = hash_of(content_of("/proc/self/exe").value_or(""));
+  static const std::uint64_t hash = fnv1a(content_of("/proc/self/exe").value_or(""));
   return hash;
 }
 
@@ -47,7 +43,7 @@ std::string fingerprint(const Sweep& sweep, const SweepJob& job) {
   const std::string text =
       fmt::format("{:x} {:x} {} {} {} {}", program_hash(), scene.hash, sweep.horizon_of(job.scene),
                   scene.duration, sweep.repetitions, sweep.most);
-  return fmt::format("{:016x}", hash_of(text));
+  return fmt::format("{:016x}", fnv1a(text));
 }
 
 fs::path file_of(const fs::path& results, const SweepJob& job) {

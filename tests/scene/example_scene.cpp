@@ -10,6 +10,7 @@
 
 #include "sim/error.h"
 #include "sim/loading/load_scene.h"
+#include "sim/math/base64.h"
 
 namespace substep::test {
 namespace {
@@ -51,20 +52,6 @@ std::string cube_buffer() {
     append(bytes, static_cast<std::uint64_t>(index), 2);
   }
   return bytes;
-}
-
-std::string base64(const std::string& bytes) {
-  static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t bits = 0;
-    for (std::size_t k = i; k < i + 3; ++k) {
-      bits = bits << 8 | (k < bytes.size() ? static_cast<unsigned char>(bytes[k]) : 0);
-    }
-    for (int k = 3; k >= 0; --k) text += digits[bits >> (6 * k) & 63];
-  }
-  const std::size_t padding = (3 - bytes.size() % 3) % 3;
-  return text.replace(text.size() - padding, padding, padding, '=');
 }
 
 json example() {

@@ -28,8 +28,6 @@ class Folder {
 /// The buffer of `example()`: a cube with corners at ±0.5, 8 float positions and 36 16-bit indices.
 std::string cube_buffer();
 
-std::string base64(const std::string& bytes);
-
 /// Nodes: 0 "ground" with a plane; 1 "crate", a box of 2 kg, with its mesh and the child 2 "hook", which a
 /// joint ties to 3 "nail" in the world; 4 "rock", the hull of node 5, which lies outside the scene; 6 "eye",
 /// a camera; 7 "sun", a light. The buffer is a data URI.

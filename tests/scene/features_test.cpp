@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/math/base64.h"
 #include "tests/scene/example_scene.h"
 
 namespace substep {

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "sim/error.h"
+#include "sim/math/base64.h"
 #include "tests/scene/example_scene.h"
 
 namespace substep {

@@ -1,0 +1,81 @@
+#include "golden/check/case_offers.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace substep {
+namespace {
+
+namespace fs = std::filesystem;
+
+void offer(CheckedCase& checked, const fs::path& from, const fs::path& to) {
+  checked.offers.push_back({from, content_hash(read_bytes(from)), to,
+                            fs::exists(to) ? content_hash(read_bytes(to)) : std::string()});
+}
+
+void offer_logs(CaseWork& work, CheckedCase& checked) {
+  if (!work.live) return;
+  const SuiteCase& entry = work.result.entry;
+  const std::string text = to_text(*work.live);
+  const bool is_another = !work.result.poses.has_golden || text != read_bytes(entry.pose_file);
+  // A run within its tolerance is no reason for another golden.
+  const bool is_wanted =
+      !work.result.poses.passes || work.result.poses.motion.judgement == PoseJudgement::exact;
+  if (is_wanted && is_another) offer(checked, work.folder.write("actual.poses", text), entry.pose_file);
+  const std::string track = to_bytes(*work.live_track);
+  if (is_wanted && (!work.result.poses.has_track || track != read_bytes(entry.track_file))) {
+    offer(checked, work.folder.write("actual.track", track), entry.track_file);
+  }
+}
+
+}  // namespace
+
+void prepare_approval(CaseWork& work, CheckedCase& checked) {
+  const SuiteCase& entry = work.result.entry;
+  std::string& refusal = checked.result.refusal;
+  offer_logs(work, checked);
+  if (!work.result.poses.is_checked || !work.result.images_checked) {
+    refusal = fmt::format(
+        "only half of it was checked, and poses and pictures are approved together: 'substep check --case "
+        "{}'",
+        entry.name);
+    return;
+  }
+  const bool from_live = !work.new_images.empty();
+  std::vector<ApprovablePicture> pictures;
+  for (std::size_t i = 0; i < entry.images.size(); ++i) {
+    const ImageResult& image = work.result.images[i];
+    const Drawing& drawing = from_live ? work.new_images[i] : work.drawn[i];
+    if (!drawing.is_there()) {
+      refusal = fmt::format("the run has no frame {}: it ended \"{}\"", image.frame, work.live->end);
+      return;
+    }
+    if (is_blank(drawing.picture)) {
+      refusal = fmt::format("frame {} is blank", image.frame);
+      return;
+    }
+    pictures.push_back({&drawing.picture, body_extents(drawing.bodies)});
+    const std::string file_name = fmt::format("f{:04}.{}.png", image.frame, from_live ? "new" : "actual");
+    const bool is_unchanged =
+        image.passes && !from_live
+            ? true
+            : image.has_golden && read_png(entry.image_file(image.frame)).rgb == drawing.picture.rgb;
+    if (is_unchanged) continue;
+    offer(checked, work.result.files / file_name, entry.image_file(image.frame));
+    if (!from_live && image.has_golden) {
+      checked.alternates.push_back({image.frame, work.result.files / file_name,
+                                    content_hash(read_bytes(work.result.files / file_name)),
+                                    pixel_hash(drawing.picture)});
+    }
+  }
+  checked.result.has_alternates = work.result.poses.passes && !checked.alternates.empty();
+  checked.sidecar = make_sidecar(entry, *work.live, work.scene, pictures, work.made_with);
+  if (!work.made_with.is_pinned) {
+    refusal = "it was drawn by " + work.made_with.renderer + ", which is not the pinned renderer";
+  }
+}
+
+}  // namespace substep

@@ -1,0 +1,15 @@
+#include "golden/check/case_work.h"
+
+namespace substep {
+
+CaseWork::CaseWork(const CheckOptions& options_of, const MadeWith& with, const SuiteCase& entry,
+                   const Scene& of)
+    : options(options_of), made_with(with), scene(of), folder(options.output / entry.name) {
+  result.entry = entry;
+  result.files = options.output / entry.name;
+  if (!entry.own_step) result.entry.settings.step = scene.step;
+  result.step = result.entry.settings.step;
+  sidecar = read_sidecar(entry.sidecar);
+}
+
+}  // namespace substep

@@ -1,0 +1,42 @@
+#pragma once
+/// A case while check_case checks it: what it is checked against, what was found, and what each step leaves
+/// for those after it.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "golden/check/case_pictures.h"
+#include "golden/check/check.h"
+#include "golden/check/check_results.h"
+#include "golden/compare/motion_comparison.h"
+#include "golden/compare/track.h"
+#include "golden/suite/sidecar.h"
+#include "sim/scene/scene.h"
+
+namespace substep {
+
+struct CaseWork {
+  CaseWork(const CheckOptions& options_of, const MadeWith& with, const SuiteCase& entry, const Scene& of);
+
+  /// Once there are both logs.
+  LoggedMotion golden_motion() const { return {&*golden, golden_track ? &*golden_track : nullptr}; }
+  LoggedMotion live_motion() const { return {&*live, &*live_track}; }
+
+  void note(std::string text) { result.notes.push_back(std::move(text)); }
+
+  const CheckOptions& options;
+  const MadeWith& made_with;
+  const Scene& scene;
+  CaseFolder folder;
+  CaseResult result;
+  Sidecar sidecar;
+  std::optional<PoseLog> golden;
+  std::optional<Track> golden_track;
+  std::optional<PoseLog> live;
+  std::optional<Track> live_track;
+  std::vector<Drawing> drawn;       ///< the golden poses, a drawing a picture of the case
+  std::vector<Drawing> new_images;  ///< the live ones, where they are needed
+};
+
+}  // namespace substep

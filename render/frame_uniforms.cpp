@@ -1,0 +1,73 @@
+#include "render/frame_uniforms.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "sim/math/rotation.h"
+
+namespace substep {
+namespace {
+
+/// Points spread evenly over the unit disc (Vogel's spiral), such that every fourth of them is spread evenly
+/// too.
+std::array<glm::vec4, 32> disc_points() {
+  const double golden = std::numbers::pi * (3 - std::sqrt(5.0));
+  std::array<glm::vec4, 32> pairs{};
+  for (int i = 0; i < 64; ++i) {
+    const double radius = std::sqrt((i + 0.5) / 64);
+    const SineCosine of = sine_cosine(golden * i);
+    glm::vec4& pair = pairs[static_cast<std::size_t>(i / 2)];
+    pair[i % 2 * 2] = static_cast<float>(radius * of.cosine);
+    pair[i % 2 * 2 + 1] = static_cast<float>(radius * of.sine);
+  }
+  return pairs;
+}
+
+}  // namespace
+
+glm::dvec3 set_light(FrameUniforms& frame, const Scene& scene, double ground) {
+  const Sun sun = scene.sun.value_or(Sun{{-0.55, -1, -0.45}, {1, 0.95, 0.88}, 3});
+  const double length = sun.direction.norm();
+  glm::dvec3 ray{0, -1, 0};
+  if (length > 0 && std::isfinite(length)) {
+    const Vector3 unit = sun.direction / length;
+    ray = {unit.x(), unit.y(), unit.z()};
+  }
+  const glm::vec3 radiance(glm::dvec3(sun.color[0], sun.color[1], sun.color[2]) *
+                           (sun.illuminance / std::numbers::pi));
+  const glm::vec3 ground_color(0.46F, 0.415F, 0.36F);
+  const glm::vec3 zenith(0.10F, 0.22F, 0.46F);
+  const glm::vec3 horizon(0.70F, 0.78F, 0.86F);
+  const glm::vec3 sky = 0.45F * zenith + 0.55F * horizon;
+  const auto up = static_cast<float>(std::max(-ray.y, 0.0));
+  frame.to_sun = glm::vec4(glm::vec3(-ray), 0);
+  frame.sun = glm::vec4(radiance, 0);
+  frame.zenith = glm::vec4(zenith, 0);
+  frame.horizon = glm::vec4(horizon, 0);
+  frame.bounce = glm::vec4(ground_color * (radiance * up + sky) * 0.7F, 0);
+  frame.ground_color = glm::vec4(ground_color, static_cast<float>(ground));
+  frame.taps = disc_points();
+  return ray;
+}
+
+glm::dmat4 set_view(FrameUniforms& frame, const View& view, const RenderSettings& settings, double focus) {
+  const double reach = 40 * focus;
+  const double near = std::min(0.02 * focus, 0.1);
+  const glm::dmat4 from_world = clip_from_world(view, near, 2.5 * reach);
+  frame.clip_from_world = glm::mat4(from_world);
+  const glm::dvec3 right = view.right * (2 * view.tangent_x / settings.width);
+  const glm::dvec3 up = view.up * (2 * view.tangent_y / settings.height);
+  frame.eye = glm::vec4(glm::vec3(view.eye), settings.antialiasing ? 1 : 0);
+  frame.ray_corner =
+      glm::vec4(glm::vec3(view.forward - view.right * view.tangent_x - view.up * view.tangent_y), 0);
+  frame.ray_right = glm::vec4(glm::vec3(right), 0);
+  frame.ray_up = glm::vec4(glm::vec3(up), 0);
+  // Lines a decimetre apart help where the picture shows a few metres only.
+  const double fine = std::clamp((8 - focus) / 4, 0.0, 1.0);
+  frame.ground_reach = {static_cast<float>(2.5 * focus), static_cast<float>(reach), static_cast<float>(fine),
+                        static_cast<float>(2 * reach)};
+  return from_world;
+}
+
+}  // namespace substep

@@ -1,0 +1,42 @@
+#pragma once
+/// What shaders are told of a whole frame.
+
+#include <array>
+#include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+
+#include "render/camera.h"
+#include "render/renderer.h"
+#include "sim/scene/scene.h"
+
+namespace substep {
+
+/// The block Frame of shaders.cpp, whose comments say what each is.
+struct FrameUniforms {
+  glm::mat4 clip_from_world;
+  glm::mat4 shadow_from_world;
+  glm::vec4 eye;
+  glm::vec4 ray_corner;
+  glm::vec4 ray_right;
+  glm::vec4 ray_up;
+  glm::vec4 to_sun;
+  glm::vec4 sun;
+  glm::vec4 zenith;
+  glm::vec4 horizon;
+  glm::vec4 bounce;
+  glm::vec4 ground_color;
+  glm::vec4 ground_reach;
+  glm::vec4 shadow_scale;
+  glm::vec4 occlusion;
+  std::array<glm::vec4, 32> taps;
+};
+
+/// Sun, sky and ground at this height; the direction of the sun's rays.
+glm::dvec3 set_light(FrameUniforms& frame, const Scene& scene, double ground);
+
+/// The view and how far the ground reaches, for a scene `focus` from the eye; the map from the world to the
+/// picture.
+glm::dmat4 set_view(FrameUniforms& frame, const View& view, const RenderSettings& settings, double focus);
+
+}  // namespace substep

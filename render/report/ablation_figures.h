@@ -1,0 +1,11 @@
+#pragma once
+/// Figures of what each approximation of A4 and A5 costs.
+
+#include "render/report/figures.h"
+
+namespace substep {
+
+Sheet ablation_sheet(const FigureSource& source);
+Sheet contact_ablation_sheet(const FigureSource& source);
+
+}  // namespace substep

@@ -1,0 +1,15 @@
+#pragma once
+/// Figures of what a sweep measured: work and errors.
+
+#include "render/report/figures.h"
+
+namespace substep {
+
+Sheet work_rows_sheet(const FigureSource& source, bool contacts);
+Sheet work_time_sheet(const FigureSource& source, bool contacts);
+Sheet engines_sheet(const FigureSource& source, bool contacts);
+Sheet order_sheet(const FigureSource& source);
+Sheet slopes_sheet(const FigureSource& source);
+Sheet equal_rows_sheet(const FigureSource& source);
+
+}  // namespace substep

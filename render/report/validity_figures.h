@@ -1,0 +1,12 @@
+#pragma once
+/// Maps of where runs are right: mass ratio, stiffness, τ and κ.
+
+#include "render/report/figures.h"
+
+namespace substep {
+
+Sheet mass_ratio_sheet(const FigureSource& source);
+Sheet stiffness_sheet(const FigureSource& source);
+Sheet stability_sheet(const FigureSource& source);
+
+}  // namespace substep

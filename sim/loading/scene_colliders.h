@@ -1,0 +1,11 @@
+#pragma once
+/// A scene's colliders, each in the frame of its body's node.
+
+#include "sim/loading/scene_draft.h"
+
+namespace substep {
+
+/// Once bodies and attachments are there. Throws Error.
+void add_colliders(SceneDraft& draft);
+
+}  // namespace substep
