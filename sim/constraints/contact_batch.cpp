@@ -148,7 +148,7 @@ template <int known>
   for (int sweep = 0; sweep < sweeps; ++sweep) {
     for (int i = 0; i < count; ++i) {
       const NormalRow& normal = at.normals[i];
-      const Lanes total = larger(lambda[i] + missing[i] * normal.inverse_gamma, normal.low);
+      const Lanes total = larger(lambda[i] + missing[i] * normal.effective_mass, normal.low);
       const Lanes change = total - lambda[i];
       lambda[i] = total;
       for (int j = 0; j < count; ++j) missing[j] -= at.coupling[i * count + j].gamma * change;
@@ -187,7 +187,7 @@ template <int known>
     NormalRow& normal = at.normals[i];
     const Lanes missing = missing_of_normal(at, i, a, b);
     const Lanes total =
-        larger(normal.row.impulse + all(at.how.omega) * missing * normal.inverse_gamma, normal.low);
+        larger(normal.row.impulse + all(at.how.omega) * missing * normal.effective_mass, normal.low);
     const Lanes change = total - normal.row.impulse;
     normal.row.impulse = total;
     apply(normal.row, at.x, all(at.how.scale) * change, a, b);
@@ -512,7 +512,7 @@ template <typename Mask>
           coupling(at, normals[i].row, normals[j].row);
     }
     const Lanes own = gamma[i * x.contacts + i].gamma;
-    normals[i].inverse_gamma = choose(own > all(0), all(1) / own, all(0));
+    normals[i].effective_mass = choose(own > all(0), all(1) / own, all(0));
   }
 }
 

@@ -425,7 +425,7 @@ Claim Measurement::claim7() {
 std::vector<double> position_level_biases(const Constraints& c) {
   std::vector<double> biases;
   for (const Block& x : c.blocks) {
-    if (x.position_share == 1) biases.push_back(c.rows[static_cast<std::size_t>(x.first)].beta);
+    if (x.positional_bias_fraction == 1) biases.push_back(c.rows[static_cast<std::size_t>(x.first)].beta);
   }
   const auto add = [&biases](const ContactRow& row) {
     for (int lane = 0; lane < lanes; ++lane) biases.push_back(row.beta[lane]);
@@ -639,7 +639,7 @@ Claim Measurement::claim12() {
     return [procedure](CoordinateVector& q, VelocityVector& v, const Settings& settings, Problem& problem,
                        Work& work) {
       for (Block& x : problem.c.blocks) {
-        if (x.kind == Block::Kind::drive) x.position_share = 1;
+        if (x.kind == Block::Kind::drive) x.positional_bias_fraction = 1;
       }
       procedure(q, v, settings, problem, work);
     };

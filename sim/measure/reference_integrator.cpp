@@ -349,7 +349,7 @@ class SmoothStepper : public Stepper {
     return force > most ? 1 : force < -most ? -1 : 0;
   }
 
-  /// Springs and drives as in formulate.cpp, with hs → 0: force = stiffness · way − damping · rate.
+  /// Springs and drives as in joint_rows.cpp, with hs → 0: force = stiffness · way − damping · rate.
   void add_forces(const CoordinateVector& q, const VelocityVector& v) {
     formulate(force_, q, 1);
     for (const Block& x : force_.c.blocks) {
