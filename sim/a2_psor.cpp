@@ -34,7 +34,7 @@ void proc2(CoordinateVector& q, VelocityVector& v, const Settings& settings, Pro
       // J_x(v̂ + M_x⁻¹J_xᵀλ) = β_x(h) : lo_x, hi_x
       const double change = solve_relaxed(c, x, settings.relaxation, v_hat);  // proc2:8
       apply(c, x, {change}, v_hat);                                           // proc2:9
-      moved = std::max(moved, std::abs(change) / c.rows[x.first].inverse_gamma);
+      moved = std::max(moved, std::abs(change) / c.rows[x.first].effective_mass);
     }
     for (const ContactBatch& x : c.contacts.batches) {
       solve_and_apply(c.contacts, x, {.omega = settings.relaxation}, v_hat, &moved);

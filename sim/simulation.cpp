@@ -104,7 +104,7 @@ struct Simulation::Implementation {
     switch (settings.algorithm) {
       case Algorithm::a1:
         proc1(state.q, state.v, settings, problem, work);
-        report.pivots = work.report.pivots;
+        report.active_sets = work.report.active_sets;
         report.residual = work.report.residual;
         report.contradicting = work.report.contradicting;
         report.status = status_of(work.report.status);

@@ -32,8 +32,8 @@ struct StepReport {
   Status status = Status::ok;
   int contacts = 0;             ///< contact points found by s1
   int rows = 0;                 ///< constraint rows formulated by s2
-  std::int64_t row_solves = 0;  ///< rows solved in s3: A1 counts each row once a pivot
-  int pivots = 0;               ///< A1: changes of its active set
+  std::int64_t row_solves = 0;  ///< rows solved in s3: A1 counts each row once an active set
+  int active_sets = 0;          ///< A1: active sets tried
   double residual = 0;          ///< A1: largest violation of the MLCP, relative to its size
   int contradicting = 0;        ///< A1: rows that are violated by more than rounding
   int diverged_body = 0;

@@ -24,9 +24,9 @@ struct Row {
   Vector3 angular_b;
   Vector3 response_a;  ///< ᵣM⁻¹ᵣJᵀ
   Vector3 response_b;
-  double inverse_gamma;  ///< 1 / (J M⁻¹ Jᵀ + softness)
-  double beta;           ///< β: m/s or rad/s
-  double low;            ///< limits of the impulse λ, N·s or N·m·s, of one (sub-)step
+  double effective_mass;  ///< 1 / (J M⁻¹ Jᵀ + softness)
+  double beta;            ///< β: m/s or rad/s
+  double low;             ///< limits of the impulse λ, N·s or N·m·s, of one (sub-)step
   double high;
   double softness;  ///< added to Γ's diagonal: the row is a spring or damper; 0 is rigid
   double impulse;   ///< λ, the total of the (sub-)step
@@ -44,11 +44,11 @@ struct Block {
   int first;               ///< its rows are rows[first] … rows[first + rows − 1]
   int a;
   int b;
-  int coupling = -1;  ///< which of Constraints::inverse_gammas, where there is more than one row
+  int coupling = -1;  ///< which of Constraints::effective_masses, where there is more than one row
   int source;         ///< which lock, limit or drive it was formulated from
   /// How much of its β follows the coordinates: 1 for a position-level row (β = −C/hs: the update rule of A4
   /// and A5 fits), 0 for a velocity-level row (β is a velocity), in between for a spring with a damper.
-  double position_share = 1;
+  double positional_bias_fraction = 1;
   /// Whether τ and κ stabilize it: it is rigid and follows the coordinates. Motors, springs and dampers have
   /// the fixed point that their own law gives, J v + softness λ = β, whatever τ and κ are.
   bool stabilized = true;
@@ -67,7 +67,7 @@ inline double row_velocity(const Row& row, const Velocity& a, const Velocity& b)
 struct Constraints {
   std::vector<Block> blocks;
   std::vector<Row> rows;
-  std::vector<Matrix3> inverse_gammas;  ///< (J M⁻¹ Jᵀ)⁻¹ of each block of several rows
+  std::vector<Matrix3> effective_masses;  ///< (J M⁻¹ Jᵀ)⁻¹ of each block of several rows
   int limits_of = 1;        ///< how many sub-steps' limits hold for the impulse: those that have begun
   ContactBatches contacts;  ///< a sweep's last
 
@@ -78,7 +78,7 @@ struct Constraints {
 /// limits are those of the sub-steps so far, for all that they have given: what one has, a later one may take
 /// back.
 inline double clamped_change(Row& row, double wanted, double limit_scale) {
-  const double free = row.impulse + wanted * row.inverse_gamma;
+  const double free = row.impulse + wanted * row.effective_mass;
   const double total =
       std::clamp(free, row.low * limit_scale - row.earlier, row.high * limit_scale - row.earlier);
   const double change = total - row.impulse;
@@ -108,7 +108,7 @@ inline Impulse solve(Constraints& c, const Block& x, double kappa, double tau, c
     const Row& row = c.rows[x.first + k];
     wanted[k] = tau * row.beta - kappa * row_velocity(row, a, b);
   }
-  const Vector3 lambda = c.inverse_gammas[x.coupling] * wanted;
+  const Vector3 lambda = c.effective_masses[x.coupling] * wanted;
   for (int k = 0; k < x.rows; ++k) {
     c.rows[x.first + k].impulse += lambda[k];
     change[k] = lambda[k];
@@ -121,7 +121,7 @@ inline double solve_relaxed(Constraints& c, const Block& x, double omega, const 
   Row& row = c.rows[x.first];
   const double before = row.impulse;
   const double wanted = row.beta - row_velocity(row, v[x.a], v[x.b]) - row.softness * before;
-  row.impulse = std::clamp(before + omega * wanted * row.inverse_gamma, row.low, row.high);
+  row.impulse = std::clamp(before + omega * wanted * row.effective_mass, row.low, row.high);
   return row.impulse - before;
 }
 

@@ -53,7 +53,7 @@ struct ContactRow {
 
 struct NormalRow {
   ContactRow row;
-  Lanes inverse_gamma;
+  Lanes effective_mass;
   Lanes low;  ///< lower limit of the impulse: 0, or what an impact has given, which stays given
 };
 

@@ -314,7 +314,7 @@ bool EnvelopeSolver::solve(const Mlcp& problem, std::vector<double>& lambda, Mlc
       right_[place][k] = problem.rows[groups_[place].first + k].right;
     }
   }
-  report.pivots = 1;
+  report.active_sets = 1;
   for (int round = 0; round <= most_refinements; ++round) {
     add_solution(lambda);
     report.row_solves += static_cast<std::int64_t>(count);

@@ -56,7 +56,7 @@ struct MlcpReport {
   /// with the nearest point of its disc in place of clamp, and the larger eigenvalue of its block as Γ_xx.
   double residual = 0;
   int contradicting = 0;        ///< rows with a larger residual than `tolerance`, where not solved
-  int pivots = 0;               ///< active sets tried
+  int active_sets = 0;          ///< active sets tried
   std::int64_t row_solves = 0;  ///< rows × (sweeps + active sets)
 };
 
@@ -76,12 +76,12 @@ struct MlcpReport {
 /// in the end, the velocities: a closed loop would be stopped dead for 1e-6 of a right side. So they end
 /// there.
 ///
-/// The quick way has a small ε. It starts from nothing giving way, as in what rests, then from what some
-/// Gauss–Seidel sweeps say. Where its sets go round in circles, the careful way has a large ε, under which
-/// few rows give way at once, and halves it from centre to centre. Where the sets do not settle there either,
-/// it starts from the same problem with friction's limits fixed, a convex one whose minimum can be descended
-/// to; and if that does not help, ε is raised. A solver keeps its memory from call to call, not its answers:
-/// equal problems have equal solutions.
+/// ε is small at first. The active sets start from nothing giving way, as in what rests, then from what some
+/// Gauss–Seidel sweeps say. Where the sets go round in circles, there is continuation in ε: from a large one,
+/// under which few rows give way at once, it is halved from centre to centre. Where the sets do not settle
+/// there either, they start from the same problem with friction's limits fixed, a convex one whose minimum
+/// can be descended to; and if that does not help, ε is raised. A solver keeps its memory from call to call,
+/// not its answers: equal problems have equal solutions.
 class MlcpSolver {
  public:
   static constexpr double tolerance = 1e-9;  ///< of MlcpReport::residual
@@ -110,16 +110,20 @@ class MlcpSolver {
 
   void prepare(const Mlcp& problem);
   void analyse(const Mlcp& problem);
+  std::vector<std::vector<int>> order_bodies(int bodies);
+  void list_neighbours(const std::vector<std::vector<int>>& eliminated);
+  int block_of(int p, int q) const;
+  void list_updates();
   void sweep(const Mlcp& problem, std::vector<double>& lambda, int sweeps);
   double velocity(const Mlcp::Row& row) const;
   void add_impulse(const Mlcp::Row& row, double change);
-  double pulled(const Mlcp& problem, std::size_t i) const {
-    return pull_ * gamma_[i] + problem.rows[i].softness;
+  double with_proximal(const Mlcp& problem, std::size_t i) const {
+    return proximal_ * gamma_[i] + problem.rows[i].softness;
   }
   Vector2 target_of_pair(const Mlcp& problem, const std::vector<double>& lambda, std::size_t i) const;
   Set set_of_pair(std::size_t i, const Vector2& target, double radius, double diagonal);
   void velocities(const Mlcp& problem, const std::vector<double>& lambda);
-  void pull_to_centre(const Mlcp& problem, const std::vector<double>& lambda);
+  void add_proximal_term(const Mlcp& problem, const std::vector<double>& lambda);
   int classify(const Mlcp& problem, const std::vector<double>& lambda);
   void fix_limits(const Mlcp& problem, std::vector<double>& lambda) const;
   void add_product(const Mlcp& problem, std::size_t row_index, const Vector6& column_a,
@@ -138,16 +142,16 @@ class MlcpSolver {
   bool rest_has_limits(const Mlcp& problem) const;
   int violated(const Mlcp& problem) const;
   /// True if it ended because what is left is a contradiction among redundant rows without limits.
-  bool solve_quickly(const Mlcp& problem, Start start, std::vector<double>& lambda, MlcpReport& report);
-  /// With friction's limits as λ's normals give them, the problem pulled to the centre is a convex one in the
-  /// bodies' velocities y: ½|y|² and a half parabola a row. Newton's method with an exact line search.
+  bool solve_active_sets(const Mlcp& problem, Start start, std::vector<double>& lambda, MlcpReport& report);
+  /// With friction's limits as λ's normals give them, the problem with the proximal term is a convex one
+  /// in the bodies' velocities y: ½|y|² and a half parabola a row. Newton's method with an exact line search.
   int clamp_unlimited(const Mlcp& problem, std::vector<double>& lambda);
   double share_of_step(const Mlcp& problem) const;
   void minimise(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
   bool solve_about_centre(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
-  void solve_carefully(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
+  void solve_by_continuation(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
 
-  double pull_ = 0;            // ε
+  double proximal_ = 0;        // ε
   std::vector<double> gamma_;  // Γ_xx
   std::vector<double> w_;
   std::vector<double> natural_;  // natural residual, an impulse

@@ -76,7 +76,7 @@ class Experiment {
   /// What a formulation overwrites.
   struct Kept {
     std::vector<Row> rows;
-    std::vector<Matrix3> inverse_gammas;
+    std::vector<Matrix3> effective_masses;
     std::vector<NormalRow> normals;
     std::vector<FrictionRows> frictions;
     std::vector<Coupling> couplings;
@@ -84,7 +84,7 @@ class Experiment {
 
   static void keep(Kept& kept, const Constraints& c) {
     kept.rows = c.rows;
-    kept.inverse_gammas = c.inverse_gammas;
+    kept.effective_masses = c.effective_masses;
     kept.normals = c.contacts.normals;
     kept.frictions = c.contacts.frictions;
     kept.couplings = c.contacts.couplings;
@@ -92,7 +92,7 @@ class Experiment {
 
   static void swap(Kept& kept, Constraints& c) {
     std::swap(kept.rows, c.rows);
-    std::swap(kept.inverse_gammas, c.inverse_gammas);
+    std::swap(kept.effective_masses, c.effective_masses);
     std::swap(kept.normals, c.contacts.normals);
     std::swap(kept.frictions, c.contacts.frictions);
     std::swap(kept.couplings, c.contacts.couplings);

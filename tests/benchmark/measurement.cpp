@@ -90,7 +90,7 @@ void register_cost_of_a1(const BenchmarkScene& scene) {
       for (int i = 1; i < scene.steps; ++i) {
         const StepReport& report = simulation.step();
         rows += report.rows;
-        sets += report.pivots;
+        sets += report.active_sets;
         residual = std::max(residual, report.residual);
       }
       const double taken = cpu_time() - start;

@@ -89,5 +89,18 @@ TEST(EnvelopeSolver, LeavesToTheGeneralOneWhatItCannotSolve) {
   EXPECT_LT(general.residual, MlcpSolver::tolerance);  // measured 1e-13
 }
 
+TEST(EnvelopeSolver, IsNotMisledByALongChain) {
+  // λᵀΓλ is (π/N)² of λᵀDλ there, without any redundancy.
+  Settings settings;
+  settings.algorithm = Algorithm::a1;
+  Simulation simulation(test::chain(10000), settings);
+  for (int i = 0; i < 3; ++i) {
+    const StepReport& report = simulation.step();
+    EXPECT_EQ(report.status, StepReport::Status::ok);
+    EXPECT_EQ(report.active_sets, 1);
+    EXPECT_LT(report.residual, 1e-12);  // measured 5e-14
+  }
+}
+
 }  // namespace
 }  // namespace substep

@@ -1,0 +1,160 @@
+// What changes in contacts' rows from sub-step to sub-step: impacts, origins of friction's limits, biases.
+
+#include "sim/constraints/four_wide.h"
+#include "sim/constraints/lanes.h"
+
+namespace substep {
+namespace {
+
+/// A point that slides lets its displacement go: from here on it counts from `offset`, the sum of velocities.
+[[gnu::always_inline]] inline void let_go(FrictionRows& rows, double hs, const Moving& offset_a,
+                                          const Moving& offset_b) {
+  const auto lets_go = rows.keeps_sliding > all(0);
+  for (int k = 0; k < 2; ++k) {
+    const Lanes displacement = all(hs) * row_velocity(rows.row[k], offset_a, offset_b);
+    rows.reference[k] = choose(lets_go, -displacement, rows.reference[k]);
+  }
+}
+
+[[gnu::always_inline]] inline void update_biases_lanes(ContactBatches& contacts, double hs,
+                                                       const std::vector<Velocity>& v_local,
+                                                       const std::vector<Velocity>& offset) {
+  for (const ContactBatch& x : contacts.batches) {
+    const Moving a = gather(v_local, x.a);
+    const Moving b = gather(v_local, x.b);
+    for (int i = 0; i < x.contacts; ++i) {
+      ContactRow& row = contacts.normals[x.first_normal + i].row;
+      row.beta -= row_velocity(row, a, b);
+    }
+    const Moving offset_a = gather(offset, x.a);
+    const Moving offset_b = gather(offset, x.b);
+    for (int i = 0; i < x.frictions; ++i) {
+      FrictionRows& rows = contacts.frictions[x.first_friction + i];
+      let_go(rows, hs, offset_a, offset_b);
+      for (ContactRow& row : rows.row) {
+        row.beta = choose(rows.keeps_sliding > all(0), all(0), row.beta - row_velocity(row, a, b));
+      }
+    }
+  }
+}
+void update_biases_two_wide(ContactBatches& contacts, double hs, const std::vector<Velocity>& v_local,
+                            const std::vector<Velocity>& offset) {
+  update_biases_lanes(contacts, hs, v_local, offset);
+}
+[[gnu::target("avx2")]] void update_biases_four_wide(ContactBatches& contacts, double hs,
+                                                     const std::vector<Velocity>& v_local,
+                                                     const std::vector<Velocity>& offset) {
+  update_biases_lanes(contacts, hs, v_local, offset);
+}
+
+/// Only what slides has nothing to follow: A5's sum of velocities is given back to it whole.
+[[gnu::always_inline]] inline void undo_update_rule_lanes(ContactBatches& contacts, double hs,
+                                                          const std::vector<Velocity>& sum_v,
+                                                          const std::vector<Velocity>& offset) {
+  for (const ContactBatch& x : contacts.batches) {
+    const Moving a = gather(sum_v, x.a);
+    const Moving b = gather(sum_v, x.b);
+    const Moving offset_a = gather(offset, x.a);
+    const Moving offset_b = gather(offset, x.b);
+    for (int i = 0; i < x.frictions; ++i) {
+      FrictionRows& rows = contacts.frictions[x.first_friction + i];
+      const auto lets_go = rows.keeps_sliding > all(0);
+      if (!any(lets_go)) continue;
+      let_go(rows, hs, offset_a, offset_b);
+      for (ContactRow& row : rows.row) row.beta = choose(lets_go, row_velocity(row, a, b), row.beta);
+    }
+  }
+}
+void undo_update_rule_two_wide(ContactBatches& contacts, double hs, const std::vector<Velocity>& sum_v,
+                               const std::vector<Velocity>& offset) {
+  undo_update_rule_lanes(contacts, hs, sum_v, offset);
+}
+[[gnu::target("avx2")]] void undo_update_rule_four_wide(ContactBatches& contacts, double hs,
+                                                        const std::vector<Velocity>& sum_v,
+                                                        const std::vector<Velocity>& offset) {
+  undo_update_rule_lanes(contacts, hs, sum_v, offset);
+}
+
+/// The speed after an impact that has e² of the energy before it, in the discrete motion: with x the gap, u
+/// the approach, and g the acceleration towards the contact, steps of v' = v + g hs, x' = x − hs v' keep
+/// ½u² + ½ g hs u + g x in flight. With e = 1 the ball so comes back to the height it fell from.
+[[gnu::always_inline]] inline Lanes rebound(const RestitutionRow& row, const Lanes& gap,
+                                            const Lanes& approach, double hs) {
+  const Lanes squared = row.coefficient * row.coefficient;
+  const Lanes gain = row.acceleration * all(hs);
+  const Lanes before = squared * (approach * approach + gain * approach);
+  const Lanes height = all(2) * row.acceleration * larger(gap, all(0)) * (all(1) - squared);
+  const Lanes inner = all(0.25) * gain * gain + before - height;
+  return larger(root(larger(inner, all(0))) - all(0.5) * gain, all(0));
+}
+
+/// Whether a contact bounces in the sub-step that starts, and with what velocity.
+void start_impact(NormalRow& normal, RestitutionRow& row, const Lanes& gap, const Lanes& approach,
+                  double hs) {
+  const Lanes zero = all(0);
+  const Lanes gain = row.acceleration * all(hs);
+  // What an impact has given stays given. It is over with its sub-step: to hold on to its velocity for the
+  // rest of the step, while others pass it on, feeds energy into the cradle.
+  normal.low = choose(row.impact > zero, normal.row.impulse, normal.low);
+  const auto meets = gap <= all(hs) * (approach + gain);
+  const Lanes fast = choose(approach > row.resting_acceleration * all(hs), all(1), zero);
+  row.impact = fast * choose(row.coefficient > zero, all(1), zero);
+  // Before they meet nothing brakes them: with τ < 1 the position-level row would, and take from the impact.
+  const Lanes let_through = all(-2) * (approach + gain);
+  row.velocity = choose(meets, rebound(row, gap, approach, hs), let_through);
+}
+
+}  // namespace
+
+void start_substep(ContactBatches& contacts, double hs, const std::vector<Velocity>& v,
+                   const std::vector<Velocity>& offset, const std::vector<Velocity>* sum_v) {
+  const Lanes zero = all(0);
+  if (!contacts.reading.limits_over_step) {
+    for (NormalRow& normal : contacts.normals) normal.row.impulse = normal.low = zero;
+    for (FrictionRows& rows : contacts.frictions) {
+      rows.row[0].impulse = rows.row[1].impulse = rows.origin[0] = rows.origin[1] = rows.origin_normal = zero;
+    }
+  }
+  for (const ContactBatch& x : contacts.batches) {
+    for (int i = 0; i < x.frictions; ++i) {
+      FrictionRows& rows = contacts.frictions[x.first_friction + i];
+      const auto lets_go = rows.keeps_sliding > zero;
+      if (!any(lets_go)) continue;
+      for (int k = 0; k < 2; ++k) rows.origin[k] = choose(lets_go, rows.row[k].impulse, rows.origin[k]);
+      const Lanes normal = contacts.normals[x.first_normal + rows.normal].row.impulse;
+      rows.origin_normal = choose(lets_go, normal, rows.origin_normal);
+    }
+    if (x.first_restitution < 0) continue;
+    for (int i = 0; i < x.contacts; ++i) {
+      NormalRow& normal = contacts.normals[x.first_normal + i];
+      RestitutionRow& row = contacts.restitutions[x.first_restitution + i];
+      const Lanes approach = -row_velocity(normal.row, gather(v, x.a), gather(v, x.b));
+      const Lanes gap =
+          row.gap + all(hs) * row_velocity(normal.row, gather(offset, x.a), gather(offset, x.b));
+      start_impact(normal, row, gap, approach, hs);
+      row.right = row.velocity;
+      if (sum_v) row.right += row_velocity(normal.row, gather(*sum_v, x.a), gather(*sum_v, x.b));
+    }
+  }
+}
+
+void update_biases(ContactBatches& contacts, double hs, const std::vector<Velocity>& v_local,
+                   const std::vector<Velocity>& offset) {
+  is_four_wide() ? update_biases_four_wide(contacts, hs, v_local, offset)
+                 : update_biases_two_wide(contacts, hs, v_local, offset);
+}
+
+void box_biases(ContactBatches& contacts, double kappa, double tau) {
+  for (NormalRow& normal : contacts.normals) normal.row.beta *= all(tau / kappa);
+  for (FrictionRows& rows : contacts.frictions) {
+    for (ContactRow& row : rows.row) row.beta *= all(tau / kappa);
+  }
+}
+
+void undo_update_rule(ContactBatches& contacts, double hs, const std::vector<Velocity>& sum_v,
+                      const std::vector<Velocity>& offset) {
+  is_four_wide() ? undo_update_rule_four_wide(contacts, hs, sum_v, offset)
+                 : undo_update_rule_two_wide(contacts, hs, sum_v, offset);
+}
+
+}  // namespace substep

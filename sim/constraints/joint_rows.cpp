@@ -1,0 +1,265 @@
+#include "sim/constraints/joint_rows.h"
+
+#include <Eigen/LU>
+#include <limits>
+
+#include "sim/math/rotation.h"
+
+namespace substep {
+namespace {
+
+/// Fills a row's angular parts from ᵣJ̆ᵀ, which are in the bodies' frames, and 1/Γ.
+[[gnu::always_inline]] inline void set_angular(const Problem& problem, const Block& x, const Placed& at,
+                                               const Vector3& local_a, const Vector3& local_b, Row& row) {
+  const Vector3 response_a = problem.model->masses[x.a].inverse_inertia.cwiseProduct(local_a);
+  const Vector3 response_b = problem.model->masses[x.b].inverse_inertia.cwiseProduct(local_b);
+  const double gamma = row.linear.squaredNorm() * (x.inverse_mass_a + x.inverse_mass_b) +
+                       local_a.dot(response_a) + local_b.dot(response_b);
+  row.effective_mass = gamma > 0 ? 1 / gamma : 0;
+  if (problem.frame == Frame::body) {
+    row.angular_a = local_a;
+    row.angular_b = local_b;
+    row.response_a = response_a;
+    row.response_b = response_b;
+  } else {
+    row.angular_a = at.rotation_a * local_a;  // ᵣJᵀ = R ᵣJ̆ᵀ (III.1)
+    row.angular_b = at.rotation_b * local_b;
+    row.response_a = at.rotation_a * response_a;
+    row.response_b = at.rotation_b * response_b;
+  }
+}
+
+constexpr double unlimited = std::numeric_limits<double>::infinity();
+
+/// The row's rigid and two-sided part; its kind says what else. Its impulse stays: a block may be formulated
+/// amid its iteration.
+void set_rigid(double beta, const Vector3& linear, Row& row) {
+  row.linear = linear;
+  row.beta = beta;
+  row.low = -unlimited;
+  row.high = unlimited;
+  row.softness = 0;
+}
+
+/// Γ of the block's rows, inverted.
+void invert_gamma(Constraints& c, const Block& x) {
+  Matrix3 gamma = Matrix3::Identity();
+  for (int i = 0; i < x.rows; ++i) {
+    const Row& r = c.rows[x.first + i];
+    for (int j = 0; j <= i; ++j) {
+      const Row& s = c.rows[x.first + j];
+      gamma(i, j) = gamma(j, i) = r.linear.dot(s.linear) * (x.inverse_mass_a + x.inverse_mass_b) +
+                                  r.angular_a.dot(s.response_a) + r.angular_b.dot(s.response_b);
+    }
+  }
+  c.effective_masses[x.coupling] = gamma.inverse();
+}
+
+/// The attachment frames in the world.
+struct Frames {
+  Vector3 arm_a;  ///< from a's centre of mass to its frame's origin
+  Vector3 arm_b;
+  Vector3 offset;  ///< from b's origin to a's
+  Matrix3 axes_a;  ///< columns
+  Matrix3 axes_b;
+};
+
+Frames frames_of(const Attachment& attachment, const Placed& at) {
+  Frames f;
+  f.arm_a = at.rotation_a * attachment.frame_a.position;
+  f.arm_b = at.rotation_b * attachment.frame_b.position;
+  f.offset = (at.a.linear + f.arm_a) - (at.b.linear + f.arm_b);
+  f.axes_a = at.rotation_a * attachment.frame_a.orientation.toRotationMatrix();
+  f.axes_b = at.rotation_b * attachment.frame_b.orientation.toRotationMatrix();
+  return f;
+}
+
+/// A coordinate's value, and its rate as a row: linear, and ᵣJᵀ of both bodies in the world frame.
+struct Measured {
+  double value = 0;
+  Vector3 linear = Vector3::Zero();
+  Vector3 angular_a = Vector3::Zero();
+  Vector3 angular_b = Vector3::Zero();
+};
+
+/// Along `direction` (unit), from b's origin to a's. The direction is fixed in b, whose turning adds
+/// ω_b × direction · offset: as if b's arm reached to a's origin. Where it follows the offset that is zero.
+Measured along(const Frames& f, const Vector3& direction) {
+  return {direction.dot(f.offset), direction, f.arm_a.cross(direction), direction.cross(f.arm_b + f.offset)};
+}
+
+Measured about(double value, const Vector3& axis) {
+  return {value, Vector3::Zero(), axis, -axis};
+}
+
+/// The rotation from b's frame to a's, in b's axes.
+Quaternion relative_rotation(const Frames& f) {
+  Quaternion q(Matrix3(f.axes_b.transpose() * f.axes_a));
+  if (q.w() < 0) q.coeffs() = -q.coeffs();
+  return q;
+}
+
+Measured measure(const JointCoordinate& coordinate, const Frames& f) {
+  using Kind = JointCoordinate::Kind;
+  const Vector3 axis_b = f.axes_b.col(coordinate.axis);
+  const Vector3 across_b = f.axes_b.col((coordinate.axis + 1) % 3);  // where a direction is not determined
+  switch (coordinate.kind) {
+    case Kind::position:
+      return along(f, axis_b);
+    case Kind::radius: {
+      const Vector3 across = f.offset - axis_b * axis_b.dot(f.offset);
+      const double radius = across.norm();
+      return along(f, radius > 0 ? Vector3(across / radius) : across_b);
+    }
+    case Kind::distance: {
+      const double distance = f.offset.norm();
+      return along(f, distance > 0 ? Vector3(f.offset / distance) : across_b);
+    }
+    case Kind::twist: {
+      // θ = 2 atan2(q_k, q_w), and its gradient by q' = ½ ω ∘ q, ω the relative velocity in b's axes.
+      const Quaternion q = relative_rotation(f);
+      const Vector3 v = q.vec();
+      const double k = v[coordinate.axis];
+      const Vector3 unit = Vector3::Unit(coordinate.axis);
+      const double squared = q.w() * q.w() + k * k;
+      if (squared == 0) return about(0, axis_b);
+      const Vector3 axis = (q.w() * q.w() * unit + q.w() * v.cross(unit) + k * v) / squared;
+      return about(2 * angle_of(k, q.w()), f.axes_b * axis);
+    }
+    case Kind::cone: {
+      const Vector3 axis_a = f.axes_a.col(coordinate.axis);
+      const Vector3 cross = axis_b.cross(axis_a);
+      const double sine = cross.norm();
+      return about(angle_of(sine, axis_a.dot(axis_b)), sine > 0 ? Vector3(cross / sine) : across_b);
+    }
+    case Kind::turn:
+      break;
+  }
+  const Vector3 turn = rotation_vector(relative_rotation(f));
+  const double angle = turn.norm();
+  return about(angle, angle > 0 ? Vector3(f.axes_b * (turn / angle)) : across_b);
+}
+
+/// The row of ± a coordinate's rate.
+void set_row(const Problem& problem, const Block& x, const Placed& at, const Measured& m, double sign,
+             double beta, Row& row) {
+  set_rigid(beta, sign * m.linear, row);
+  set_angular(problem, x, at, at.rotation_a.transpose() * (sign * m.angular_a),
+              at.rotation_b.transpose() * (sign * m.angular_b), row);
+}
+
+/// Adds softness to a row that has its Γ.
+void soften(double softness, Row& row) {
+  row.softness = softness;
+  if (row.effective_mass > 0) row.effective_mass = 1 / (1 / row.effective_mass + softness);
+}
+
+/// The frames' origins coincide, along the world's axes, which turn with neither body.
+void formulate_point(Problem& problem, const Block& x, const Placed& at, double hs) {
+  const Attachment& attachment = problem.model->locks[x.source].at;
+  const Vector3& arm_a = attachment.frame_a.position;
+  const Vector3& arm_b = attachment.frame_b.position;
+  const Vector3 offset = (at.a.linear + at.rotation_a * arm_a) - (at.b.linear + at.rotation_b * arm_b);
+  for (int k = 0; k < x.rows; ++k) {
+    const int axis = x.component + k;
+    Row& row = problem.c.rows[x.first + k];
+    set_rigid(-offset[axis] / hs, Vector3::Unit(axis), row);
+    set_angular(problem, x, at, arm_a.cross(at.rotation_a.row(axis).transpose()),
+                at.rotation_b.row(axis).transpose().cross(arm_b), row);
+  }
+}
+
+void formulate_lock(Problem& problem, const Block& x, const Placed& at, double hs) {
+  const Lock& lock = problem.model->locks[x.source];
+  if (lock.kind == Lock::Kind::point) {
+    formulate_point(problem, x, at, hs);
+    return;
+  }
+  const Frames f = frames_of(lock.at, at);
+  for (int k = 0; k < x.rows; ++k) {
+    const int component = x.component + k;
+    const int across = (lock.axis + 1 + component) % 3;
+    Measured m;
+    switch (lock.kind) {
+      case Lock::Kind::point:
+        break;
+      case Lock::Kind::line:
+        m = along(f, f.axes_b.col(across));
+        break;
+      case Lock::Kind::direction: {
+        // C = axis of a · axis across it of b: its rate is (ω_a − ω_b) · (axis_a × across_b).
+        const Vector3 axis_a = f.axes_a.col(lock.axis);
+        const Vector3 across_b = f.axes_b.col(across);
+        m = about(axis_a.dot(across_b), axis_a.cross(across_b));
+        break;
+      }
+      case Lock::Kind::orientation: {
+        // C = 2 vec(q), the rotation vector to first order; its rate by q' = ½ ω ∘ q.
+        const Quaternion q = relative_rotation(f);
+        const Vector3 unit = Vector3::Unit(component);
+        m = about(2 * q.vec()[component], f.axes_b * (q.w() * unit + q.vec().cross(unit)));
+        break;
+      }
+    }
+    set_row(problem, x, at, m, 1, -m.value / hs, problem.c.rows[x.first + k]);
+  }
+}
+
+void formulate_limit(Problem& problem, Block& x, const Placed& at, double hs) {
+  const Limit& limit = problem.model->limits[x.source];
+  const Measured m = measure(limit.coordinate, frames_of(limit.at, at));
+  const bool two_sided = limit.side == Limit::Side::both;
+  const double sign = limit.side == Limit::Side::high ? -1 : 1;
+  const double room = sign * (m.value - limit.bound);  // >= 0 within the bound
+  Row& row = problem.c.rows[x.first];
+  set_row(problem, x, at, m, sign, -room / hs, row);
+  if (!two_sided) row.low = 0;
+  x.positional_bias_fraction = 1;
+  x.stabilized = !limit.soft || !problem.c.contacts.reading.velocity_level_apart;
+  if (limit.soft) {
+    // λ = −hs (stiffness (room + hs Jv') + damping Jv'), in the form Jv' + softness λ = β. Within the bound β
+    // lets the room close; beyond it the spring has been at work.
+    const double strength = hs * limit.stiffness + limit.damping;
+    if (room <= 0 || two_sided) {
+      row.beta = -room * limit.stiffness / strength;
+      x.positional_bias_fraction = hs * limit.stiffness / strength;
+    }
+    soften(1 / (hs * strength), row);
+  }
+}
+
+void formulate_drive(Problem& problem, Block& x, const Placed& at, double hs) {
+  const Drive& drive = problem.model->drives[x.source];
+  const Measured m = measure(drive.coordinate, frames_of(drive.at, at));
+  // The force at the step's end: λ = hs (stiffness (target − x − hs Jv') + damping (target' − Jv')).
+  const double strength = hs * drive.stiffness + drive.damping;
+  const double pull =
+      drive.stiffness * (drive.position_target - m.value) + drive.damping * drive.velocity_target;
+  Row& row = problem.c.rows[x.first];
+  set_row(problem, x, at, m, 1, pull / strength, row);
+  x.positional_bias_fraction = hs * drive.stiffness / strength;
+  x.stabilized = !problem.c.contacts.reading.velocity_level_apart;
+  const double mass = drive.per_mass ? row.effective_mass : 1;
+  row.high = hs * drive.max_force * mass;
+  row.low = -row.high;
+  if (mass > 0) soften(1 / (hs * strength * mass), row);
+}
+
+}  // namespace
+
+void formulate_block(Problem& problem, Block& x, const Placed& at, double hs) {
+  switch (x.kind) {
+    case Block::Kind::lock:
+      formulate_lock(problem, x, at, hs);
+      break;
+    case Block::Kind::limit:
+      formulate_limit(problem, x, at, hs);
+      break;
+    case Block::Kind::drive:
+      formulate_drive(problem, x, at, hs);
+      break;
+  }
+  if (x.rows > 1) invert_gamma(problem.c, x);
+}
+
+}  // namespace substep

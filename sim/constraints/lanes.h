@@ -1,0 +1,138 @@
+#pragma once
+/// Four manifolds' numbers at a time: what is done with the vectors of contact_batch.h. A vector wider than
+/// the least x86-64 has is handed on in another way where there are wider ones, so all of this is inlined,
+/// into functions that are compiled for both (four_wide.h).
+
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "sim/constraints/contact_batch.h"
+
+namespace substep {
+
+[[gnu::always_inline]] inline Lanes all(double value) {
+  return Lanes{value, value, value, value};
+}
+
+/// Where `mask` is all ones, `yes`. Neither is computed with: a NaN stays where it is.
+template <typename Mask>
+[[gnu::always_inline]] inline Lanes choose(const Mask& mask, const Lanes& yes, const Lanes& no) {
+  return mask ? yes : no;
+}
+
+template <typename Mask>
+[[gnu::always_inline]] inline bool any(const Mask& mask) {
+  return (mask[0] | mask[1] | mask[2] | mask[3]) != 0;
+}
+
+[[gnu::always_inline]] inline Lanes larger(const Lanes& a, const Lanes& b) {
+  return choose(a < b, b, a);
+}
+
+[[gnu::always_inline]] inline Lanes root(const Lanes& x) {
+  return Lanes{std::sqrt(x[0]), std::sqrt(x[1]), std::sqrt(x[2]), std::sqrt(x[3])};
+}
+
+[[gnu::always_inline]] inline Lanes dot(const LaneVectors& a, const LaneVectors& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+[[gnu::always_inline]] inline LaneVectors cross(const LaneVectors& a, const LaneVectors& b) {
+  return {{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}};
+}
+
+[[gnu::always_inline]] inline LaneVectors product(const LaneVectors& a, const LaneVectors& b) {
+  return {{a[0] * b[0], a[1] * b[1], a[2] * b[2]}};
+}
+
+[[gnu::always_inline]] inline LaneVectors gather(const Vector3& v0, const Vector3& v1, const Vector3& v2,
+                                                 const Vector3& v3) {
+  return {{Lanes{v0.x(), v1.x(), v2.x(), v3.x()}, Lanes{v0.y(), v1.y(), v2.y(), v3.y()},
+           Lanes{v0.z(), v1.z(), v2.z(), v3.z()}}};
+}
+
+/// The velocities of one of the bodies of each manifold.
+struct Moving {
+  LaneVectors linear;
+  LaneVectors angular;
+};
+
+[[gnu::always_inline]] inline Moving gather(const std::vector<Velocity>& v,
+                                            const std::array<int, lanes>& body) {
+  const Velocity& v0 = v[body[0]];
+  const Velocity& v1 = v[body[1]];
+  const Velocity& v2 = v[body[2]];
+  const Velocity& v3 = v[body[3]];
+  return {gather(v0.linear, v1.linear, v2.linear, v3.linear),
+          gather(v0.angular, v1.angular, v2.angular, v3.angular)};
+}
+
+[[gnu::always_inline]] inline void scatter(const Moving& from, const std::array<int, lanes>& body, int count,
+                                           std::vector<Velocity>& v) {
+  for (int lane = 0; lane < count; ++lane) {
+    double* const linear = v[body[lane]].linear.data();
+    double* const angular = v[body[lane]].angular.data();
+    for (int k = 0; k < 3; ++k) {
+      linear[k] = from.linear[k][lane];
+      angular[k] = from.angular[k][lane];
+    }
+  }
+}
+
+/// J_x v.
+[[gnu::always_inline]] inline Lanes row_velocity(const ContactRow& row, const Moving& a, const Moving& b) {
+  const LaneVectors relative{
+      {a.linear[0] - b.linear[0], a.linear[1] - b.linear[1], a.linear[2] - b.linear[2]}};
+  return dot(row.linear, relative) + dot(row.angular_a, a.angular) + dot(row.angular_b, b.angular);
+}
+
+using FourContacts = std::array<const Contact*, lanes>;
+
+[[gnu::always_inline]] inline FourContacts contacts_of(const ContactBatch& x, int i,
+                                                       const std::vector<Contact>& found) {
+  return {&found[x.source[0] + i], &found[x.source[1] + i], &found[x.source[2] + i], &found[x.source[3] + i]};
+}
+
+[[gnu::always_inline]] inline LaneVectors gather(const FourContacts& contact, Vector3 Contact::*member) {
+  return gather(contact[0]->*member, contact[1]->*member, contact[2]->*member, contact[3]->*member);
+}
+
+[[gnu::always_inline]] inline Lanes gather(const FourContacts& contact, bool Contact::*member) {
+  return Lanes{contact[0]->*member ? 1.0 : 0.0, contact[1]->*member ? 1.0 : 0.0,
+               contact[2]->*member ? 1.0 : 0.0, contact[3]->*member ? 1.0 : 0.0};
+}
+
+[[gnu::always_inline]] inline Lanes gather(const FourContacts& contact, double Contact::*member) {
+  return Lanes{contact[0]->*member, contact[1]->*member, contact[2]->*member, contact[3]->*member};
+}
+
+/// A rotation matrix of each of four, by columns.
+struct LaneMatrices {
+  LaneVectors column[3];
+};
+
+[[gnu::always_inline]] inline LaneMatrices gather_rotations(const std::vector<Matrix3>& rotations,
+                                                            const std::array<int, lanes>& body) {
+  const double* const r0 = rotations[body[0]].data();
+  const double* const r1 = rotations[body[1]].data();
+  const double* const r2 = rotations[body[2]].data();
+  const double* const r3 = rotations[body[3]].data();
+  LaneMatrices result;
+  for (int k = 0; k < 9; ++k) result.column[k / 3][k % 3] = Lanes{r0[k], r1[k], r2[k], r3[k]};
+  return result;
+}
+
+/// R v.
+[[gnu::always_inline]] inline LaneVectors turned(const LaneMatrices& r, const LaneVectors& v) {
+  return {{r.column[0][0] * v[0] + r.column[1][0] * v[1] + r.column[2][0] * v[2],
+           r.column[0][1] * v[0] + r.column[1][1] * v[1] + r.column[2][1] * v[2],
+           r.column[0][2] * v[0] + r.column[1][2] * v[1] + r.column[2][2] * v[2]}};
+}
+
+/// Rᵀ v.
+[[gnu::always_inline]] inline LaneVectors turned_back(const LaneMatrices& r, const LaneVectors& v) {
+  return {{dot(r.column[0], v), dot(r.column[1], v), dot(r.column[2], v)}};
+}
+
+}  // namespace substep

@@ -1,0 +1,121 @@
+// What changes from sub-step to sub-step: coordinates, velocities by forces and frames, rows' biases.
+
+#include "sim/constraints/joint_rows.h"
+#include "sim/math/rotation.h"
+
+namespace substep {
+namespace {
+
+Coordinates ahead(const Coordinates& q, const Velocity& v_local, double duration) {
+  return {q.linear + duration * v_local.linear,
+          compose(q.angular, rotation_quaternion(duration * v_local.angular))};
+}
+
+}  // namespace
+
+void update_stable(Problem& problem, Block& x, const std::vector<Velocity>& v_hat,
+                   const std::vector<Velocity>* sum_v) {
+  if (!x.stable) return;
+  const Substeps& substeps = problem.substeps;
+  const auto next_frame = [&](int body) {
+    Velocity v = v_hat[body];
+    if (sum_v) {
+      v.linear -= (*sum_v)[body].linear;
+      v.angular -= (*sum_v)[body].angular;
+    }
+    v.linear += substeps.offset[body].linear;
+    v.angular += substeps.offset[body].angular;
+    return ahead(substeps.stepped[body], v, substeps.duration);
+  };
+  const Coordinates a = next_frame(x.a);
+  const Coordinates b = next_frame(x.b);
+  Impulse beta{};
+  for (int k = 0; k < x.rows; ++k) beta[k] = problem.c.rows[x.first + k].beta;
+  formulate_block(problem, x, {a, b, a.angular.toRotationMatrix(), b.angular.toRotationMatrix()},
+                  substeps.duration);
+  for (int k = 0; k < x.rows; ++k) {
+    Row& row = problem.c.rows[x.first + k];
+    if (substeps.bias_at_next_frame) {
+      // One Newton step on C(q + hs v') = 0 from v̂: J̆ v' = J̆ v̂ − C(q + hs v̂)/hs. A damper's share has no C.
+      row.beta += x.positional_bias_fraction * row_velocity(row, v_hat[x.a], v_hat[x.b]);
+    } else {
+      row.beta = beta[k];
+    }
+  }
+}
+
+void add_external(const Model& model, const std::vector<Coordinates>& q, Frame frame, double duration,
+                  std::vector<Velocity>& v) {
+  const Vector3 fall = duration * model.gravity;
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    if (model.masses[i].inverse_mass > 0) v[i].linear += model.masses[i].gravity_factor * fall;
+  }
+  for (const int i : model.gyroscopic) {
+    if (frame == Frame::body) {
+      v[i].angular += gyroscopic_change(v[i].angular, model.inertia[i], duration);
+    } else {
+      const Vector3 local = q[i].angular.conjugate() * v[i].angular;
+      v[i].angular += q[i].angular * gyroscopic_change(local, model.inertia[i], duration);
+    }
+  }
+}
+
+void to_local(const std::vector<Matrix3>& rotations, std::vector<Velocity>& v) {
+  for (std::size_t i = 1; i < v.size(); ++i) v[i].angular = (rotations[i].transpose() * v[i].angular).eval();
+}
+
+void to_world(const std::vector<Matrix3>& rotations, std::vector<Velocity>& v) {
+  for (std::size_t i = 1; i < v.size(); ++i) v[i].angular = (rotations[i] * v[i].angular).eval();
+}
+
+void step_coordinates(double hs, const std::vector<Velocity>& v_local, std::vector<Coordinates>& q) {
+  for (std::size_t i = 1; i < q.size(); ++i) q[i] = ahead(q[i], v_local[i], hs);
+}
+
+void start_substep(Problem& problem, const std::vector<Velocity>& v, const std::vector<Velocity>* sum_v) {
+  Constraints& c = problem.c;
+  const bool over_step = c.contacts.reading.limits_over_step;
+  c.limits_of = over_step ? c.limits_of + 1 : 1;
+  for (Row& row : c.rows) {
+    if (over_step) row.earlier += row.impulse;
+    row.impulse = 0;
+  }
+  start_substep(c.contacts, problem.substeps.duration, v, problem.substeps.offset, sum_v);
+}
+
+void update_biases(Problem& problem, const std::vector<Velocity>& v_local) {
+  Constraints& c = problem.c;
+  for (const Block& x : c.blocks) {
+    if (x.positional_bias_fraction == 0) continue;
+    for (int k = 0; k < x.rows; ++k) {
+      Row& row = c.rows[x.first + k];
+      row.beta -= x.positional_bias_fraction * row_velocity(row, v_local[x.a], v_local[x.b]);
+    }
+  }
+  update_biases(c.contacts, problem.substeps.duration, v_local, problem.substeps.offset);
+}
+
+void box_biases(Constraints& c, double kappa, double tau) {
+  for (const Block& x : c.blocks) {
+    if (!x.stabilized) continue;
+    for (int k = 0; k < x.rows; ++k) c.rows[x.first + k].beta *= tau / kappa;
+  }
+  box_biases(c.contacts, kappa, tau);
+}
+
+void undo_update_rule(Problem& problem, double kappa, double tau, const std::vector<Velocity>& change,
+                      const std::vector<Velocity>& sum_v) {
+  Constraints& c = problem.c;
+  for (const Block& x : c.blocks) {
+    // A row that is not stabilized follows the coordinates by its share of v̆, not of (τ/κ) v̆.
+    const double undone = 1 - x.positional_bias_fraction * (x.stabilized ? 1 : kappa / tau);
+    if (undone == 0) continue;
+    for (int k = 0; k < x.rows; ++k) {
+      Row& row = c.rows[x.first + k];
+      row.beta += undone * row_velocity(row, change[x.a], change[x.b]);
+    }
+  }
+  undo_update_rule(c.contacts, problem.substeps.duration, sum_v, problem.substeps.offset);
+}
+
+}  // namespace substep
