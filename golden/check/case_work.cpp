@@ -12,4 +12,8 @@ CaseWork::CaseWork(const CheckOptions& options_of, const MadeWith& with, const S
   sidecar = read_sidecar(entry.sidecar);
 }
 
+void CaseWork::note(std::string_view text) {
+  result.notes.emplace_back(text);
+}
+
 }  // namespace substep

@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "golden/check/case_pictures.h"
@@ -23,7 +24,7 @@ struct CaseWork {
   LoggedMotion golden_motion() const { return {&*golden, golden_track ? &*golden_track : nullptr}; }
   LoggedMotion live_motion() const { return {&*live, &*live_track}; }
 
-  void note(std::string text) { result.notes.push_back(std::move(text)); }
+  void note(std::string_view text);
 
   const CheckOptions& options;
   const MadeWith& made_with;

@@ -10,6 +10,7 @@
 
 #include "sim/measure/ablation.h"
 #include "sim/measure/text_table.h"
+#include "sim/measure/validity_maps.h"
 
 namespace substep {
 namespace {
@@ -72,16 +73,16 @@ Sheet ablation_sheet(const FigureSource& source) {
   }
   panel.x.tics += ")";
   panel.y = {"largest distance from A3, m", true, {}, {}};
-  struct Rungs {
+  struct AblatedScene {
     const char* scene;
     int substeps;
     Look look;
   };
-  for (const Rungs& row :
-       {Rungs{"pendulum", 4, {2, 7, false, true, true}}, Rungs{"rod_chain", 4, {3, 9, false, true, true}},
-        Rungs{"heavy_chain", 16, {4, 5, false, true, true}},
-        Rungs{"powered_wheel", 4, {5, 11, false, true, true}},
-        Rungs{"joint_kinds", 4, {1, 13, false, true, true}}}) {
+  for (const AblatedScene& row : {AblatedScene{"pendulum", 4, {2, 7, false, true, true}},
+                                  AblatedScene{"rod_chain", 4, {3, 9, false, true, true}},
+                                  AblatedScene{"heavy_chain", 16, {4, 5, false, true, true}},
+                                  AblatedScene{"powered_wheel", 4, {5, 11, false, true, true}},
+                                  AblatedScene{"joint_kinds", 4, {1, 13, false, true, true}}}) {
     Series series{fmt::format("{}, n = {}", row.scene, row.substeps), row.look, {}};
     series.look.line = false;
     const std::vector<double> costs = ablation_costs(source.scene(row.scene), row.substeps, 1);

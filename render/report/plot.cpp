@@ -61,9 +61,9 @@ std::string quoted_text(const std::string& text) {
 }
 
 std::string axis_script(const char* name, const Axis& axis) {
-  std::string script =
-      fmt::format("set {0}label {1} offset {3}\n{2} logscale {0}\nset autoscale {0}\n", name,
-                  quoted_text(axis.title), axis.logarithmic ? "set" : "unset", name[0] == 'x' ? "0,0.7" : "1.2,0");
+  std::string script = fmt::format("set {0}label {1} offset {3}\n{2} logscale {0}\nset autoscale {0}\n", name,
+                                   quoted_text(axis.title), axis.logarithmic ? "set" : "unset",
+                                   name[0] == 'x' ? "0,0.7" : "1.2,0");
   if (axis.logarithmic && axis.tics.empty()) {
     script += fmt::format("set format {} '10^{{%T}}'\n", name);
   } else {
@@ -96,9 +96,9 @@ std::string triangle_script(const std::vector<SlopeTriangle>& triangles) {
 std::string notes_script(const std::vector<Note>& notes) {
   std::string script;
   for (const Note& note : notes) {
-    script +=
-        fmt::format("set label {} at {:g},{:g} {} font ',11' tc rgb '{}' front\n", quoted_text(note.text), note.x,
-                    note.y, note.to_the_left ? "right offset -0.9,0" : "left offset 0.9,0", text_ink.light);
+    script += fmt::format("set label {} at {:g},{:g} {} font ',11' tc rgb '{}' front\n",
+                          quoted_text(note.text), note.x, note.y,
+                          note.to_the_left ? "right offset -0.9,0" : "left offset 0.9,0", text_ink.light);
   }
   return script;
 }
@@ -216,8 +216,9 @@ std::string legend_script(const Sheet& sheet, const std::vector<Entry>& entries,
       "horizontal Left reverse samplen 2.6 width 1\n",
       1 - layout.legend_top / layout.height, sheet.legend_columns);
   for (std::size_t i = 0; i < sheet.caption.size(); ++i) {
-    script += fmt::format("set label {} at screen 0.5,{:.6f} center font ',11'\n", quoted_text(sheet.caption[i]),
-                          1 - (layout.caption_top + static_cast<double>(i) * line_height) / layout.height);
+    script +=
+        fmt::format("set label {} at screen 0.5,{:.6f} center font ',11'\n", quoted_text(sheet.caption[i]),
+                    1 - (layout.caption_top + static_cast<double>(i) * line_height) / layout.height);
   }
   script += "plot ";
   for (std::size_t i = 0; i < entries.size(); ++i) {

@@ -28,7 +28,7 @@ bool is_near(double value, double expected) {
 std::vector<double> position_level_biases(const Constraints& c) {
   std::vector<double> biases;
   for (const Block& x : c.blocks) {
-    if (x.position_share == 1) biases.push_back(c.rows[static_cast<std::size_t>(x.first)].beta);
+    if (x.positional_bias_fraction == 1) biases.push_back(c.rows[static_cast<std::size_t>(x.first)].beta);
   }
   const auto add = [&biases](const ContactRow& row) {
     for (int lane = 0; lane < lanes; ++lane) biases.push_back(row.beta[lane]);

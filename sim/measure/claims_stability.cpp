@@ -88,7 +88,7 @@ Claim claim12(Measurement& measurement) {
     return [procedure](CoordinateVector& q, VelocityVector& v, const Settings& settings, Problem& problem,
                        Work& work) {
       for (Block& x : problem.c.blocks) {
-        if (x.kind == Block::Kind::drive) x.position_share = 1;
+        if (x.kind == Block::Kind::drive) x.positional_bias_fraction = 1;
       }
       procedure(q, v, settings, problem, work);
     };

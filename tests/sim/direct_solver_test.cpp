@@ -7,6 +7,9 @@
 #include <cmath>
 #include <random>
 
+#include "sim/simulation.h"
+#include "tests/sim/test_scenes.h"
+
 namespace substep {
 namespace {
 
