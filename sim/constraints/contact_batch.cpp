@@ -110,6 +110,7 @@ void ContactBatches::add_batch(const Model& model, const std::vector<Contact>& c
     if (contact[0]->friction == 0) continue;  // and the others' is, too
     frictions.emplace_back();
     frictions.back().normal = i;
+    frictions.back().arm_a = gather(contact, &Contact::arm_a);
     frictions.back().slid = gather(contact, &Contact::slid);
     frictions.back().reference[0] = gather(contact, &Contact::displacement_1);
     frictions.back().reference[1] = gather(contact, &Contact::displacement_2);
@@ -137,6 +138,7 @@ void ContactBatches::build(const Model& model, const std::vector<Contact>& conta
   frictions.clear();
   restitutions.clear();
   couplings.clear();
+  formulations = 0;
   list_manifolds(model, contacts);
   std::ranges::sort(manifolds_, [](const Manifold& one, const Manifold& other) {
     return std::tie(one.level, one.contacts, one.friction, one.source) <

@@ -75,6 +75,7 @@ struct FrictionRows {
   Lanes inverse_determinant;
   Lanes inverse_largest;  ///< of Γ's eigenvalues
   Lanes coefficient;      ///< μ
+  LaneVectors arm_a;      ///< of the last formulation: what is formulated anew on a sphere has another
   Lanes reference[2];     ///< what the point's displacement since the step's start is added to, m
   /// The impulses when it last slid: those are spent, so that friction can turn with the slip in a step.
   Lanes origin[2];
@@ -131,7 +132,8 @@ class ContactBatches {
   std::vector<FrictionRows> frictions;
   std::vector<RestitutionRow> restitutions;
   std::vector<Coupling> couplings;
-  int row_count = 0;  ///< of all manifolds
+  int row_count = 0;     ///< of all manifolds
+  int formulations = 0;  ///< since they were built
 
  private:
   struct Manifold {

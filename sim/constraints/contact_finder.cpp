@@ -86,7 +86,7 @@ ContactFinder::ContactFinder(const Scene& scene, const Model& model) : model_(mo
     const double size = std::visit(Reach{}, collider.shape);
     candidates_.push_back({&collider, collider.placement.position.norm() + size,
                            size > 0 ? size : std::numeric_limits<double>::infinity(),
-                           is_round(collider.shape)});
+                           is_round(collider.shape), std::holds_alternative<Sphere>(collider.shape)});
   }
   poses_.resize(candidates_.size());
   bounds_.resize(candidates_.size());
@@ -180,7 +180,10 @@ void ContactFinder::add_contacts(const State& state, double step, bool aligned, 
     contact.tangent_b1 = to_b * along;
     contact.tangent_b2 = to_b * point.normal.cross(along);
     contact.friction = slip_before.norm() > at_rest ? material.dynamic_friction : material.static_friction;
-    contact.round = candidates_[a].round || candidates_[b].round;
+    contact.on_sphere = candidates_[a].sphere && !candidates_[b].round;
+    contact.round = !contact.on_sphere && (candidates_[a].round || candidates_[b].round);
+    contact.centre_a = on_a.placement.position;
+    contact.radius_b = to_b * (point.on_a - poses_[a].position);
     contact.resting_acceleration = 2 * acceleration.norm();
     contact.acceleration = -point.normal.dot(acceleration);
     // What does not approach when the step begins is no impact, though others may press it together in the

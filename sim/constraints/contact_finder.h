@@ -31,6 +31,7 @@ class ContactFinder {
     double reach;  ///< of the shape's farthest point from the body's origin
     double size;   ///< of the shape; infinite for planes
     bool round;    ///< not all of its faces are flat
+    bool sphere;
   };
   bool may_meet(std::uint32_t i, std::uint32_t j) const;
   void add_contacts(const State& state, double step, bool aligned, std::uint32_t a, std::uint32_t b);

@@ -98,11 +98,15 @@ struct BatchBodies {
                                                       const Formulation& from, FrictionRows& rows) {
   const auto lets_go = rows.keeps_sliding > all(0);
   rows.coefficient = gather(contact, &Contact::friction);
+  // The displacement goes on from the point that was to the point that is.
+  const LaneVectors back_b = turned_back(at.rotation_b, turned(at.rotation_a, difference(rows.arm_a, arm_a)));
+  rows.arm_a = arm_a;
   int k = 0;
   for (const auto tangent : {&Contact::tangent_b1, &Contact::tangent_b2}) {
     ContactRow& row = rows.row[k];
     const Lanes distance = set_row(at, arm_a, arm_b, gather(contact, tangent), from.in_body_frames, row);
-    rows.reference[k] = choose(lets_go, -distance, rows.reference[k]);
+    const Lanes reference = rows.reference[k] + dot(gather(contact, tangent), back_b);
+    rows.reference[k] = choose(lets_go, -distance, reference);
     row.beta = -(distance + rows.reference[k]) / all(from.hs);
     ++k;
   }
@@ -120,6 +124,20 @@ template <typename Mask>
   rows.origin_normal = choose(round, normal, rows.origin_normal);
 }
 
+/// To the contact's point on a. Formulated anew in a step (A3), a ball has turned: its point is now another
+/// of its surface, where the normal meets it.
+[[gnu::always_inline]] inline LaneVectors arm_of_a(const BatchBodies& at, const FourContacts& contact,
+                                                   bool anew) {
+  LaneVectors arm = gather(contact, &Contact::arm_a);
+  const auto on_sphere = gather(contact, &Contact::on_sphere) > all(0);
+  if (!anew || !any(on_sphere)) return arm;
+  const LaneVectors radius =
+      turned_back(at.rotation_a, turned(at.rotation_b, gather(contact, &Contact::radius_b)));
+  const LaneVectors centre = gather(contact, &Contact::centre_a);
+  for (int k = 0; k < 3; ++k) arm[k] = choose(on_sphere, centre[k] + radius[k], arm[k]);
+  return arm;
+}
+
 [[gnu::always_inline]] inline void formulate_lanes(ContactBatches& contacts, const ContactBatch& x,
                                                    const Formulation& from) {
   const BatchBodies at = bodies_of(x, from);
@@ -127,7 +145,7 @@ template <typename Mask>
   FrictionRows* friction = contacts.frictions.data() + x.first_friction;
   for (int i = 0; i < x.contacts; ++i) {
     const FourContacts contact = contacts_of(x, i, from.contacts);
-    const LaneVectors arm_a = gather(contact, &Contact::arm_a);
+    const LaneVectors arm_a = arm_of_a(at, contact, contacts.formulations > 0);
     const LaneVectors arm_b = gather(contact, &Contact::arm_b);
     ContactRow& row = normals[i].row;
     // A positive distance is admitted too: β lets it close, no more.
@@ -167,6 +185,7 @@ void formulate(ContactBatches& contacts, const Model& model, const std::vector<C
                double hs) {
   const Formulation from{model, found, q, rotations, in_body_frames, hs};
   is_four_wide() ? formulate_four_wide(contacts, from) : formulate_two_wide(contacts, from);
+  ++contacts.formulations;
 }
 
 }  // namespace substep

@@ -19,7 +19,9 @@ Vector3 displacement_at(const FrictionRows& rows, int lane, const Contact& conta
                         const std::vector<Coordinates>& q) {
   const Coordinates& a = q[contact.a];
   const Coordinates& b = q[contact.b];
-  const Vector3 apart = a.linear + a.angular * contact.arm_a - (b.linear + b.angular * contact.arm_b);
+  const Vector3 arm_a(rows.arm_a.component[0][lane], rows.arm_a.component[1][lane],
+                      rows.arm_a.component[2][lane]);
+  const Vector3 apart = a.linear + a.angular * arm_a - (b.linear + b.angular * contact.arm_b);
   const Vector3 apart_b = b.angular.conjugate() * apart;
   return contact.tangent_b1 * (rows.reference[0][lane] + contact.tangent_b1.dot(apart_b)) +
          contact.tangent_b2 * (rows.reference[1][lane] + contact.tangent_b2.dot(apart_b));

@@ -42,6 +42,10 @@ template <typename Mask>
   return {{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}};
 }
 
+[[gnu::always_inline]] inline LaneVectors difference(const LaneVectors& a, const LaneVectors& b) {
+  return {{a[0] - b[0], a[1] - b[1], a[2] - b[2]}};
+}
+
 [[gnu::always_inline]] inline LaneVectors product(const LaneVectors& a, const LaneVectors& b) {
   return {{a[0] * b[0], a[1] * b[1], a[2] * b[2]}};
 }

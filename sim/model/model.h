@@ -113,6 +113,10 @@ struct Contact {
   double displacement_2;
   bool slid;   ///< it slid already when the step began
   bool round;  ///< on a round surface: as a body rolls its point leaves the other body
+  bool
+      on_sphere;  ///< a's surface there is a sphere's and b's is flat: the point is where the normal meets it
+  Vector3 centre_a;  ///< then: the sphere's centre, body frame of a
+  Vector3 radius_b;  ///< and from it to the point, body frame of b
 };
 
 struct Model {
