@@ -49,6 +49,12 @@ bool is_round(const Shape& shape) {
          !std::holds_alternative<TriangleMesh>(shape);
 }
 
+/// Whether a shape is flat where it has this normal, in its own frame.
+bool is_flat(const Shape& shape, const Vector3& normal) {
+  if (std::holds_alternative<Cylinder>(shape)) return std::abs(normal.y()) > 1 - 1e-9;
+  return !is_round(shape);
+}
+
 /// A unit vector across `normal`, by the world axis that it is farthest from.
 Vector3 across(const Vector3& normal) {
   Eigen::Index least = 0;
@@ -153,6 +159,7 @@ void ContactFinder::add_contacts(const State& state, double step, bool aligned, 
   };
   const Vector3 acceleration = fall(on_a.body) - fall(on_b.body);
   const Vector3 external = acceleration * step;
+  const Quaternion to_shape_b = poses_[b].orientation.conjugate();
   const PairMaterial material(on_a.material, on_b.material);
   // What gravity does in a step: slower than that is at rest. It has the scene's own scale.
   const double at_rest = external.norm();
@@ -180,7 +187,7 @@ void ContactFinder::add_contacts(const State& state, double step, bool aligned, 
     contact.tangent_b1 = to_b * along;
     contact.tangent_b2 = to_b * point.normal.cross(along);
     contact.friction = slip_before.norm() > at_rest ? material.dynamic_friction : material.static_friction;
-    contact.on_sphere = candidates_[a].sphere && !candidates_[b].round;
+    contact.on_sphere = candidates_[a].sphere && is_flat(on_b.shape, to_shape_b * point.normal);
     contact.round = !contact.on_sphere && (candidates_[a].round || candidates_[b].round);
     contact.centre_a = on_a.placement.position;
     contact.radius_b = to_b * (point.on_a - poses_[a].position);

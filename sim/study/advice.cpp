@@ -162,7 +162,7 @@ std::string late_text(const std::vector<SweepRecord>& records) {
                                  late_fault(*cheapest_fault, best)));
 }
 
-/// Where more sub-steps make A3 worse, as on a ball that rolls.
+/// Where more sub-steps make A3 worse, as on a round body, other than a ball, that rolls.
 std::string rolling_text(const std::vector<SweepRecord>& records) {
   if (!has_contacts(records)) return "";
   const double step = scene_step(records);
