@@ -69,18 +69,6 @@ Json to_json(const MadeWith& made_with) {
           {"commit", made_with.commit}};
 }
 
-Json to_json(const Settings& s) {
-  return {{"algorithm", name(s.algorithm)},
-          {"step", s.step},
-          {"substeps", s.substeps},
-          {"iterations", s.iterations},
-          {"tau", s.tau},
-          {"kappa", s.kappa},
-          {"joints", name(s.joints)},
-          {"relaxation", s.relaxation},
-          {"tolerance", s.tolerance}};
-}
-
 Json make_sidecar(const SuiteCase& entry, const PoseLog& log, const Scene& scene,
                   std::span<const ApprovablePicture> pictures, const MadeWith& made_with) {
   Json images = Json::array();

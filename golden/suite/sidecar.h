@@ -12,6 +12,7 @@
 #include "golden/compare/provenance.h"
 #include "golden/suite/suite.h"
 #include "sim/log/pose_log.h"
+#include "sim/measure/settings_json.h"
 #include "sim/scene/scene.h"
 
 namespace substep {
@@ -52,7 +53,6 @@ nlohmann::ordered_json make_sidecar(const SuiteCase& entry, const PoseLog& log, 
                                     std::span<const ApprovablePicture> pictures, const MadeWith& made_with);
 
 nlohmann::ordered_json to_json(const MadeWith& made_with);
-nlohmann::ordered_json to_json(const Settings& settings);
 
 /// "golden made with compiler GNU 12.2.0, here Clang 14.0.6": context of a failure; empty where all is the
 /// same.

@@ -3,13 +3,13 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <toml++/toml.h>
 #include <algorithm>
 #include <map>
 #include <set>
 #include <string_view>
 
 #include "sim/error.h"
+#include "sim/loading/toml_values.h"
 
 namespace substep {
 namespace {
@@ -38,19 +38,12 @@ struct Plan {
   std::vector<const toml::table*> settings;  ///< applied in this order
 };
 
-class Reader {
+class Reader : private TomlValues {
  public:
-  explicit Reader(fs::path file) : file_(std::move(file)) {}
+  using TomlValues::TomlValues;
 
   Suite read() {
-    toml::table root;
-    try {
-      root = toml::parse_file(file_.string());
-    } catch (const toml::parse_error& error) {
-      const auto line = error.source().begin.line;
-      if (line == 0) throw Error(fmt::format("{}: cannot be read: {}", file_.string(), error.description()));
-      throw Error(fmt::format("{}:{}: {}", file_.string(), line, error.description()));
-    }
+    const toml::table root = parse();
     expect_keys(root, "the suite file", {"defaults", "preset", "case"});
     Plan defaults;
     if (const toml::node* node = root.get("defaults")) {
@@ -59,40 +52,18 @@ class Reader {
       read_plan(table, defaults);
     }
     if (const toml::node* node = root.get("preset")) read_presets(as_table(*node, "preset"));
-    Suite suite{file_, {}};
+    Suite suite{file(), {}};
     const toml::node* cases = root.get("case");
-    if (cases == nullptr) throw Error(fmt::format("{}: has no [[case]]", file_.string()));
+    if (cases == nullptr) throw Error(fmt::format("{}: has no [[case]]", file().string()));
     if (!cases->is_array_of_tables()) fail(*cases, "'case' must be tables: [[case]]");
     for (const toml::node& node : *cases->as_array()) read_case(*node.as_table(), defaults, suite);
     return suite;
   }
 
  private:
-  [[noreturn]] void fail(const toml::node& node, const std::string& what) const {
-    throw Error(fmt::format("{}:{}: {}", file_.string(), node.source().begin.line, what));
-  }
-
   const toml::table& as_table(const toml::node& node, std::string_view key) const {
     if (!node.is_table()) fail(node, fmt::format("'{}' must be a table", key));
     return *node.as_table();
-  }
-
-  void expect_keys(const toml::table& table, std::string_view where,
-                   const std::vector<std::string_view>& known) const {
-    for (const auto& [key, node] : table) {
-      if (std::find(known.begin(), known.end(), key.str()) == known.end()) {
-        throw Error(fmt::format("{}:{}: unknown key '{}' in {}; known are {}", file_.string(),
-                                key.source().begin.line, key.str(), where, fmt::join(known, ", ")));
-      }
-    }
-  }
-
-  int integer(const toml::node& node, std::string_view key, int low, int high) const {
-    const auto value = node.is_integer() ? node.value<std::int64_t>() : std::nullopt;
-    if (!value || *value < low || *value > high) {
-      fail(node, fmt::format("'{}' must be a whole number from {} to {}", key, low, high));
-    }
-    return static_cast<int>(*value);
   }
 
   /// At least 0; settings have narrower ranges, which check(Settings) knows.
@@ -101,16 +72,6 @@ class Reader {
     if (!value || !(*value >= 0 && *value < 1e300))
       fail(node, fmt::format("'{}' must be a number, at least 0", key));
     return *value;
-  }
-
-  std::string text(const toml::node& node, std::string_view key) const {
-    if (!node.is_string()) fail(node, fmt::format("'{}' must be a text in quotes", key));
-    return *node.value<std::string>();
-  }
-
-  const toml::array& array(const toml::node& node, std::string_view key) const {
-    if (!node.is_array() || node.as_array()->empty()) fail(node, fmt::format("'{}' must be a list", key));
-    return *node.as_array();
   }
 
   static std::vector<std::string_view> with_plan_keys(std::vector<std::string_view> keys) {
@@ -310,7 +271,6 @@ class Reader {
     });
   }
 
-  fs::path file_;
   std::set<std::string> names_;
   std::map<std::string, const toml::table*, std::less<>> presets_;
 };

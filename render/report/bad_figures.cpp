@@ -64,9 +64,9 @@ TextTable bad_figures_table(const std::vector<BadFigure>& figures) {
                    "with", "settings with a bad figure"},
                   {}};
   for (const BadFigure& x : figures) {
-    table.rows.push_back({x.scene, fmt::format("A{}", static_cast<int>(x.algorithm) + 1), x.figure.name,
-                          expected_text(x.figure), measured_text(x.figure), severity_text(x.severity()),
-                          x.label, fmt::format("{} of {}", x.bad, x.runs)});
+    table.rows.push_back({x.scene, std::string(title_of(x.algorithm)), x.figure.name, expected_text(x.figure),
+                          measured_text(x.figure), severity_text(x.severity()), x.label,
+                          fmt::format("{} of {}", x.bad, x.runs)});
   }
   return table;
 }

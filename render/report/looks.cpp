@@ -1,16 +1,10 @@
 #include "render/report/looks.h"
 
-#include <fmt/format.h>
-
 #include <array>
 
 #include "sim/study/engines/engines.h"
 
 namespace substep {
-
-std::string title_of(Algorithm algorithm) {
-  return fmt::format("A{}", static_cast<int>(algorithm) + 1);
-}
 
 Look look_of(Algorithm algorithm) {
   constexpr std::array<Look, 5> looks{{{0, 7, false, true, true},

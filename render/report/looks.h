@@ -1,15 +1,10 @@
 #pragma once
 /// What algorithms and families of runs look like in figures.
 
-#include <string>
-
 #include "render/report/plot.h"
 #include "sim/study/sweep_results.h"
 
 namespace substep {
-
-/// "A1" … "A5".
-std::string title_of(Algorithm algorithm);
 
 Look look_of(Algorithm algorithm);
 

@@ -85,7 +85,7 @@ TextTable limits_table(const std::vector<SweepRecord>& records, bool contacts) {
   TextTable table{{"scene"}, {}};
   const auto title = [&](const SweepRecord& record) {
     const Settings& s = record.settings;
-    std::string text = fmt::format("A{}", static_cast<int>(s.algorithm) + 1);
+    std::string text(title_of(s.algorithm));
     if (s.algorithm >= Algorithm::a3 && !contacts) text += fmt::format(" {}", name(s.joints));
     if (s.algorithm >= Algorithm::a2) text += fmt::format(" m={}", s.iterations);
     if (s.algorithm >= Algorithm::a3 && s.tau != 1) text += fmt::format(" τ={:g}", s.tau);

@@ -46,7 +46,7 @@ Sheet drift_sheet(const FigureSource& source) {
     panel.y = {view.axis, view.logarithmic, {}, {}};
     if (view.logarithmic) panel.y.range = std::array{1e-6, 10.0};
     for (const Algorithm algorithm : algorithms) {
-      Series series{title_of(algorithm), look_of(algorithm), {}};
+      Series series{std::string(title_of(algorithm)), look_of(algorithm), {}};
       series.look.points = false;
       series.look.dashed = algorithm == Algorithm::a5;  // it lies on A4 where nothing tells them apart
       for (const HistoryPoint& point : history(scene, usual_settings(scene, algorithm))) {
@@ -78,7 +78,7 @@ Sheet size_sheet(const FigureSource& source) {
   each.title = "a link";
   const Scene scene = source.scene("rod_chain");
   for (const Algorithm algorithm : algorithms) {
-    Series steps{title_of(algorithm), look_of(algorithm), {}};
+    Series steps{std::string(title_of(algorithm)), look_of(algorithm), {}};
     Series links = steps;
     for (const int count : {4, 8, 16, 32, 64, 128, 256, 512}) {
       Scene chain = lengthened_chain(scene, count);

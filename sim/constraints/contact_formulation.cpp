@@ -98,15 +98,11 @@ struct BatchBodies {
                                                       const Formulation& from, FrictionRows& rows) {
   const auto lets_go = rows.keeps_sliding > all(0);
   rows.coefficient = gather(contact, &Contact::friction);
-  // The displacement goes on from the point that was to the point that is.
-  const LaneVectors back_b = turned_back(at.rotation_b, turned(at.rotation_a, difference(rows.arm_a, arm_a)));
-  rows.arm_a = arm_a;
   int k = 0;
   for (const auto tangent : {&Contact::tangent_b1, &Contact::tangent_b2}) {
     ContactRow& row = rows.row[k];
     const Lanes distance = set_row(at, arm_a, arm_b, gather(contact, tangent), from.in_body_frames, row);
-    const Lanes reference = rows.reference[k] + dot(gather(contact, tangent), back_b);
-    rows.reference[k] = choose(lets_go, -distance, reference);
+    rows.reference[k] = choose(lets_go, -distance, rows.reference[k]);
     row.beta = -(distance + rows.reference[k]) / all(from.hs);
     ++k;
   }
@@ -117,7 +113,7 @@ struct BatchBodies {
 }
 
 /// Formulated anew in a step (A3), a round surface's point has turned away from where it pushed: what it has
-/// given there is not taken back here. Else a ball that rolls would be braked.
+/// given there is not taken back here. Else what rolls would be braked. Balls need it not: see arm_of_a.
 template <typename Mask>
 [[gnu::always_inline]] inline void keep_given(const Lanes& normal, const Mask& round, FrictionRows& rows) {
   for (int k = 0; k < 2; ++k) rows.origin[k] = choose(round, rows.row[k].impulse, rows.origin[k]);
@@ -136,6 +132,15 @@ template <typename Mask>
   const LaneVectors centre = gather(contact, &Contact::centre_a);
   for (int k = 0; k < 3; ++k) arm[k] = choose(on_sphere, centre[k] + radius[k], arm[k]);
   return arm;
+}
+
+/// The displacement goes on from the point that was to the point that is.
+[[gnu::always_inline]] inline void move_point(const BatchBodies& at, const FourContacts& contact,
+                                              const LaneVectors& arm_a, FrictionRows& rows) {
+  const LaneVectors back = turned_back(at.rotation_b, turned(at.rotation_a, difference(rows.arm_a, arm_a)));
+  rows.reference[0] += dot(gather(contact, &Contact::tangent_b1), back);
+  rows.reference[1] += dot(gather(contact, &Contact::tangent_b2), back);
+  rows.arm_a = arm_a;
 }
 
 [[gnu::always_inline]] inline void formulate_lanes(ContactBatches& contacts, const ContactBatch& x,
@@ -157,6 +162,7 @@ template <typename Mask>
     const auto round = gather(contact, &Contact::round) > all(0);
     normals[i].low = choose(round, row.impulse, normals[i].low);
     if (contact[0]->friction == 0) continue;
+    if (contacts.formulations > 0) move_point(at, contact, arm_a, *friction);
     formulate_friction(at, contact, arm_a, arm_b, from, *friction);
     keep_given(row.impulse, round, *friction++);
   }

@@ -8,8 +8,8 @@
 namespace substep {
 
 /// Directions of friction that turn by less than this are taken as settled: what is left is of second order,
-/// and goes with the next move of the centre. To weight the turn by the impulse that it moves leaves 13 of
-/// 120 steps of the card house unsolved.
+/// and goes with the next move of the centre. To weight the turn by the impulse that it moves leaves more
+/// steps of the card house unsolved.
 constexpr double settled_turn = 1e-6;
 
 /// What a friction row's impulse can be at most, with `value` as its normal's.

@@ -90,7 +90,7 @@ Claim claim14(Measurement& measurement) {
       const auto measure = [&](Algorithm algorithm, Joints joints) {
         MeasuredRun result = measurement.run(name, algorithm, n, 1, joints);
         claim.figures.push_back(
-            {fmt::format("{}, n = {}: {} {}", name, n, title(algorithm), substep::name(joints)),
+            {fmt::format("{}, n = {}: {} {}", name, n, title_of(algorithm), substep::name(joints)),
              {error_of(result, measurement.reference(name)), result.largest_gap, result.energy_change},
              ""});
         return result;
@@ -103,9 +103,9 @@ Claim claim14(Measurement& measurement) {
       claim.cases.push_back({"gaps by frozen ones, " + what, plain.largest_gap > exact.largest_gap});
       for (const auto& [algorithm, stable] :
            {std::pair{Algorithm::a4, &stable4}, {Algorithm::a5, &stable5}}) {
-        claim.cases.push_back({fmt::format("gaps mended in {}, {}", title(algorithm), what),
+        claim.cases.push_back({fmt::format("gaps mended in {}, {}", title_of(algorithm), what),
                                stable->largest_gap < plain.largest_gap});
-        claim.cases.push_back({fmt::format("damping by {}, {}", title(algorithm), what),
+        claim.cases.push_back({fmt::format("damping by {}, {}", title_of(algorithm), what),
                                stable->energy_change < std::min(0.0, exact.energy_change)});
       }
     }

@@ -27,10 +27,6 @@ Scene tumbling(Scene scene) {
 
 }  // namespace
 
-std::string title(Algorithm algorithm) {
-  return fmt::format("A{}", static_cast<int>(algorithm) + 1);
-}
-
 Settings settings_of(const Scene& scene, Algorithm algorithm, int n, int m, Joints joints) {
   Settings settings;
   settings.algorithm = algorithm;

@@ -17,9 +17,6 @@ namespace substep::claims {
 
 inline constexpr double horizon = 1;  // s: chaotic scenes are compared before their chaos shows
 
-/// "A3"
-std::string title(Algorithm algorithm);
-
 Settings settings_of(const Scene& scene, Algorithm algorithm, int n, int m, Joints joints = Joints::plain);
 
 /// Numbers in [−1, 1], the same in every run.

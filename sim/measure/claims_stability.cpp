@@ -97,14 +97,15 @@ Claim claim12(Measurement& measurement) {
   Figure with{"A1 / A2 / A3 / A4 / A5", {}, "rad/s"};
   for (const Algorithm algorithm : algorithms) {
     with.values.push_back(speed(settings_of(wheel, algorithm, 4, 4), Procedure{}));
-    claim.cases.push_back({fmt::format("{} within 2 % of the target", title(algorithm)),
+    claim.cases.push_back({fmt::format("{} within 2 % of the target", title_of(algorithm)),
                            off(with.values.back()) < 0.02 * drive.velocity_target});
   }
   Figure without{"A4 / A5 where it is not undone", {}, "rad/s"};
   for (const auto& [algorithm, procedure] : {std::pair{Algorithm::a4, &proc4}, {Algorithm::a5, &proc5}}) {
     without.values.push_back(speed(settings_of(wheel, algorithm, 4, 4), without_undoing(procedure)));
-    claim.cases.push_back({fmt::format("{} off by more than half of it where not undone", title(algorithm)),
-                           off(without.values.back()) > 0.5 * drive.velocity_target});
+    claim.cases.push_back(
+        {fmt::format("{} off by more than half of it where not undone", title_of(algorithm)),
+         off(without.values.back()) > 0.5 * drive.velocity_target});
   }
   claim.figures = {with, without};
   return claim;

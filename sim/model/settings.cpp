@@ -16,6 +16,11 @@ constexpr std::array<std::pair<Algorithm, std::string_view>, 5> algorithm_names{
                                                                                  {Algorithm::a3, "a3"},
                                                                                  {Algorithm::a4, "a4"},
                                                                                  {Algorithm::a5, "a5"}}};
+constexpr std::array<std::pair<Algorithm, std::string_view>, 5> algorithm_titles{{{Algorithm::a1, "A1"},
+                                                                                  {Algorithm::a2, "A2"},
+                                                                                  {Algorithm::a3, "A3"},
+                                                                                  {Algorithm::a4, "A4"},
+                                                                                  {Algorithm::a5, "A5"}}};
 constexpr std::array<std::pair<Joints, std::string_view>, 3> joints_names{
     {{Joints::rows, "rows"}, {Joints::plain, "plain"}, {Joints::stable, "stable"}}};
 
@@ -48,6 +53,10 @@ Settings default_settings(Algorithm algorithm) {
 
 std::string_view name(Algorithm algorithm) {
   return name_in(algorithm_names, algorithm);
+}
+
+std::string_view title_of(Algorithm algorithm) {
+  return name_in(algorithm_titles, algorithm);
 }
 std::string_view name(Joints joints) {
   return name_in(joints_names, joints);
@@ -97,8 +106,7 @@ std::string label(const Settings& s) {
     default:
       break;
   }
-  std::string text =
-      fmt::format("A{}  n={} m={}", static_cast<int>(s.algorithm) + 1, s.substeps, s.iterations);
+  std::string text = fmt::format("{}  n={} m={}", title_of(s.algorithm), s.substeps, s.iterations);
   if (s.tau != 1 || s.kappa != 1) text += fmt::format(" τ={:g} κ={:g}", s.tau, s.kappa);
   text += fmt::format(" {}  {}", name(s.joints), step);
   return text;

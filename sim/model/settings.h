@@ -44,7 +44,8 @@ struct Settings {
 /// plainest: τ = κ = 1 is 'none'.
 Settings default_settings(Algorithm algorithm);
 
-std::string_view name(Algorithm algorithm);
+std::string_view name(Algorithm algorithm);      ///< "a3", as it is typed
+std::string_view title_of(Algorithm algorithm);  ///< "A3", as people read it
 std::string_view name(Joints joints);
 std::optional<Algorithm> algorithm_named(std::string_view name);
 std::optional<Joints> joints_named(std::string_view name);

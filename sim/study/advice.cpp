@@ -20,7 +20,7 @@ bool is_ours(const SweepRecord& record) {
 }
 
 /// What choices are made by.
-double cost_of_ablation(const SweepRecord& record) {
+double time_or_rows(const SweepRecord& record) {
   if (record.times) return cost_of(record);
   return static_cast<double>(record.metrics->row_solves);
 }
@@ -51,7 +51,7 @@ std::string spoken(const SweepRecord& record, bool joints) {
   }
   const double rate = 1 / s.step;
   words.push_back(fmt::format("h = 1/{:.0f} s", rate));
-  return fmt::format("A{} with {}", static_cast<int>(s.algorithm) + 1, fmt::join(words, ", "));
+  return fmt::format("{} with {}", title_of(s.algorithm), fmt::join(words, ", "));
 }
 
 std::string choice_text(const std::vector<SweepRecord>& records) {
@@ -80,12 +80,12 @@ std::string ranking_text(const std::vector<SweepRecord>& records) {
       if (is_ours(record) && record.settings.algorithm == algorithm) own.push_back(record);
     }
     if (own.empty() || algorithm == best->settings.algorithm) continue;
-    const std::string title = fmt::format("A{}", static_cast<int>(algorithm) + 1);
+    const std::string title(title_of(algorithm));
     const auto run = cheapest(own, 0.01);
     if (!run) {
       failing.push_back(title);
     } else {
-      const double ratio = cost_of_ablation(*run) / cost_of_ablation(*best);
+      const double ratio = time_or_rows(*run) / time_or_rows(*best);
       others.push_back(ratio < 1.1 ? fmt::format("{} as much", title)
                                    : fmt::format("{} {:.2g} times", title, ratio));
     }
@@ -149,8 +149,7 @@ std::string late_text(const std::vector<SweepRecord>& records) {
   for (const SweepRecord& record : records) {
     if (!is_ours(record) || !(error_of(record) <= 0.01) || late_fault(record, best).empty()) continue;
     ++count;
-    if (!cheapest_fault || cost_of_ablation(record) < cost_of_ablation(*cheapest_fault))
-      cheapest_fault = &record;
+    if (!cheapest_fault || time_or_rows(record) < time_or_rows(*cheapest_fault)) cheapest_fault = &record;
   }
   if (!cheapest_fault) return "";
   return fmt::format("{} that {} within 1 % for the first {:g} s {} to the end ({:g} s): {}{}. ",
@@ -251,7 +250,7 @@ std::string limits_text(const std::vector<SweepRecord>& records) {
   for (const SweepRecord& record : records) {
     if (!record.limit) continue;
     const Settings& s = record.settings;
-    std::string who = fmt::format("A{}", static_cast<int>(s.algorithm) + 1);
+    std::string who(title_of(s.algorithm));
     if (s.algorithm >= Algorithm::a3 && has_joints(records)) who += fmt::format(" {}", name(s.joints));
     if (s.algorithm >= Algorithm::a2 && has_contacts(records))
       who += fmt::format(" with m = {}", s.iterations);
@@ -287,7 +286,7 @@ std::optional<SweepRecord> cheapest(const std::vector<SweepRecord>& records, dou
     const double limit = tolerance * record.size;
     if (!x.bounded || !(error_of(record) <= tolerance) || x.joint_gap > limit || x.penetration > limit)
       continue;
-    if (!best || cost_of_ablation(record) < cost_of_ablation(*best)) best = &record;
+    if (!best || time_or_rows(record) < time_or_rows(*best)) best = &record;
   }
   return best ? std::optional(*best) : std::nullopt;
 }
@@ -297,7 +296,7 @@ std::vector<SweepRecord> best_runs(const std::vector<SweepRecord>& records) {
   for (const SweepRecord& record : records) {
     if (is_ours(record) && record.metrics->bounded) candidates.push_back(record);
   }
-  std::ranges::stable_sort(candidates, {}, cost_of_ablation);
+  std::ranges::stable_sort(candidates, {}, time_or_rows);
   std::vector<SweepRecord> best;
   double error = std::numeric_limits<double>::infinity();
   for (const SweepRecord& record : candidates) {

@@ -3,13 +3,13 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <toml++/toml.h>
 #include <algorithm>
 #include <cmath>
 #include <set>
 
 #include "sim/error.h"
 #include "sim/loading/load_scene.h"
+#include "sim/loading/toml_values.h"
 #include "sim/study/engines/engines.h"
 
 namespace substep {
@@ -40,21 +40,12 @@ std::string key_of(const SweepJob& job) {
   return text;
 }
 
-class Reader {
+class Reader : private TomlValues {
  public:
-  explicit Reader(fs::path file) { sweep_.file = std::move(file); }
+  explicit Reader(const fs::path& path) : TomlValues(path) { sweep_.file = path; }
 
   Sweep read() {
-    toml::table root;
-    try {
-      root = toml::parse_file(sweep_.file.string());
-    } catch (const toml::parse_error& error) {
-      const auto line = error.source().begin.line;
-      if (line == 0) {
-        throw Error(fmt::format("{}: cannot be read: {}", sweep_.file.string(), error.description()));
-      }
-      throw Error(fmt::format("{}:{}: {}", sweep_.file.string(), line, error.description()));
-    }
+    const toml::table root = parse();
     expect_keys(root, "the sweep file", {"horizon", "repetitions", "most", "horizons", "grid", "limit"});
     if (const auto* node = root.get("horizon")) sweep_.horizon = positive(*node, "horizon");
     if (const auto* node = root.get("repetitions"))
@@ -82,38 +73,11 @@ class Reader {
   }
 
  private:
-  [[noreturn]] void fail(const toml::node& node, const std::string& what) const {
-    throw Error(fmt::format("{}:{}: {}", sweep_.file.string(), node.source().begin.line, what));
-  }
-
-  void expect_keys(const toml::table& table, std::string_view where,
-                   const std::vector<std::string_view>& known) const {
-    for (const auto& [key, node] : table) {
-      if (std::ranges::find(known, key.str()) == known.end()) {
-        throw Error(fmt::format("{}:{}: unknown key '{}' in {}; known are {}", sweep_.file.string(),
-                                key.source().begin.line, key.str(), where, fmt::join(known, ", ")));
-      }
-    }
-  }
-
-  int integer(const toml::node& node, std::string_view key, int low, int high) const {
-    const auto value = node.is_integer() ? node.value<std::int64_t>() : std::nullopt;
-    if (!value || *value < low || *value > high) {
-      fail(node, fmt::format("'{}' must be a whole number from {} to {}", key, low, high));
-    }
-    return static_cast<int>(*value);
-  }
-
   double positive(const toml::node& node, std::string_view key) const {
     const auto value = node.is_number() ? node.value<double>() : std::nullopt;
     if (!value || !(*value > 0 && *value < 1e6))
       fail(node, fmt::format("'{}' must be a number above 0", key));
     return *value;
-  }
-
-  std::string text(const toml::node& node, std::string_view key) const {
-    if (!node.is_string()) fail(node, fmt::format("'{}' must be a text in quotes", key));
-    return *node.value<std::string>();
   }
 
   /// The entries of a list, or `otherwise` where there is none.
@@ -122,9 +86,8 @@ class Reader {
                           const Read& read) const {
     const toml::node* const node = table.get(key);
     if (node == nullptr) return otherwise;
-    if (!node->is_array() || node->as_array()->empty()) fail(*node, fmt::format("'{}' must be a list", key));
     std::vector<Value> values;
-    for (const toml::node& entry : *node->as_array()) values.push_back(read(entry, key));
+    for (const toml::node& entry : array(*node, key)) values.push_back(read(entry, key));
     return values;
   }
 

@@ -7,6 +7,7 @@
 
 #include "sim/error.h"
 #include "sim/measure/metrics_json.h"
+#include "sim/measure/settings_json.h"
 
 namespace substep {
 namespace {
@@ -33,26 +34,16 @@ constexpr std::string_view run_columns = "scene,algorithm,step,substeps,iteratio
 }  // namespace
 
 std::string to_json(const SweepRecord& r) {
-  const Settings& s = r.settings;
-  Json json{{"key", r.key},
-            {"scene", r.scene},
-            {"engine", r.engine},
-            {"label", r.label},
-            {"algorithm", name(s.algorithm)},
-            {"step", s.step},
-            {"substeps", s.substeps},
-            {"iterations", s.iterations},
-            {"tau", s.tau},
-            {"kappa", s.kappa},
-            {"joints", name(s.joints)},
-            {"size", r.size},
-            {"duration", r.duration},
-            {"reference", r.reference},
-            {"uncertainty", r.uncertainty},
-            {"turn_uncertainty", r.turn_uncertainty},
-            {"horizon", r.horizon},
-            {"parting", r.divergence_point},
-            {"omitted", r.omitted}};
+  Json json{{"key", r.key}, {"scene", r.scene}, {"engine", r.engine}, {"label", r.label}};
+  json.update(to_json(r.settings));
+  json.update(Json{{"size", r.size},
+                   {"duration", r.duration},
+                   {"reference", r.reference},
+                   {"uncertainty", r.uncertainty},
+                   {"turn_uncertainty", r.turn_uncertainty},
+                   {"horizon", r.horizon},
+                   {"parting", r.divergence_point},
+                   {"omitted", r.omitted}});
   if (r.metrics) json["metrics"] = Json::parse(to_json(*r.metrics));
   if (r.limit) {
     json["limit"] = {{"divisions", r.limit->divisions}, {"most", r.limit->most}, {"runs", r.limit->runs}};
@@ -70,11 +61,6 @@ SweepRecord record_in(const std::string& text) {
     read("scene", r.scene);
     read("engine", r.engine);
     read("label", r.label);
-    read("step", r.settings.step);
-    read("substeps", r.settings.substeps);
-    read("iterations", r.settings.iterations);
-    read("tau", r.settings.tau);
-    read("kappa", r.settings.kappa);
     read("size", r.size);
     read("duration", r.duration);
     read("reference", r.reference);
@@ -83,11 +69,7 @@ SweepRecord record_in(const std::string& text) {
     read("horizon", r.horizon);
     read("parting", r.divergence_point);
     read("omitted", r.omitted);
-    const auto algorithm = algorithm_named(json.at("algorithm").get<std::string>());
-    const auto joints = joints_named(json.at("joints").get<std::string>());
-    if (!algorithm || !joints) throw Error("not what a sweep wrote: unknown settings");
-    r.settings.algorithm = *algorithm;
-    r.settings.joints = *joints;
+    r.settings = settings_in(json);
     if (json.contains("metrics")) r.metrics = metrics_in(json["metrics"].dump());
     if (json.contains("times")) r.times = times_in(json["times"].dump());
     if (json.contains("limit")) {

@@ -19,7 +19,7 @@ std::string title_of(const SweepRecord& record, bool contacts) {
     return record.engine;
   }
   const Settings& s = record.settings;
-  std::string title = fmt::format("A{}", static_cast<int>(s.algorithm) + 1);
+  std::string title(title_of(s.algorithm));
   if (s.algorithm == Algorithm::a2) title += contacts ? ", by m" : fmt::format(" m={}", s.iterations);
   if (s.algorithm >= Algorithm::a3) {
     title += fmt::format(" {}", name(s.joints));

@@ -95,13 +95,11 @@ void register_kernel(BenchmarkScene scene) {
   thirty.iterations = 30;
   register_row_solves(scene, "A2", ten, thirty);
   for (const Algorithm algorithm : {Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
-    std::string title(name(algorithm));
-    title[0] = 'A';
     Settings few = default_settings(algorithm);
     few.step = step;
     Settings many = few;
     many.substeps = 30;
-    register_row_solves(scene, title, few, many);
+    register_row_solves(scene, std::string(title_of(algorithm)), few, many);
   }
   register_limits(scene, ten);
 }

@@ -28,7 +28,7 @@ void check(const Body& body) {
   if (body.gravity_factor != 1) throw Error(fmt::format("{} has a gravity of its own", body.name));
 }
 
-EngineJoint peer_joint(const Scene& scene, const Joint& joint) {
+EngineJoint engine_joint(const Scene& scene, const Joint& joint) {
   if (!joint.drives.empty()) throw Error(fmt::format("joint {} has a drive", joint.name));
   std::array<bool, 3> linear{};
   std::array<bool, 3> angular{};
@@ -76,7 +76,7 @@ EngineJoint peer_joint(const Scene& scene, const Joint& joint) {
 EngineScene engine_scene(const Scene& scene) {
   EngineScene result;
   for (std::size_t i = 1; i < scene.bodies.size(); ++i) check(scene.bodies[i]);
-  for (const Joint& joint : scene.joints) result.joints.push_back(peer_joint(scene, joint));
+  for (const Joint& joint : scene.joints) result.joints.push_back(engine_joint(scene, joint));
   result.has_contacts = build_model(scene).contacts;
   if (!result.has_contacts) return result;
   for (const Joint& joint : scene.joints) {

@@ -25,7 +25,7 @@ std::string placed(const Pose& pose) {
 class MujocoText {
  public:
   MujocoText(const Scene& scene, const Settings& settings, const char* integrator)
-      : scene_(scene), peer_(engine_scene(scene)), links_(tree_of(scene, peer_.joints)) {
+      : scene_(scene), shared_(engine_scene(scene)), links_(tree_of(scene, shared_.joints)) {
     if (!scene.gyroscopic) throw Error("its gyroscopic term cannot be left out");
     text_ = fmt::format(
         "<mujoco><compiler angle=\"radian\" inertiafromgeom=\"false\" boundmass=\"0\"/>"
@@ -45,7 +45,7 @@ class MujocoText {
 
  private:
   void add_colliders(int body, const Pose& outer) {
-    if (!peer_.has_contacts) return;
+    if (!shared_.has_contacts) return;
     for (const Collider& collider : scene_.colliders) {
       if (collider.body != body) continue;
       Pose placement = outer * collider.placement;
@@ -66,7 +66,7 @@ class MujocoText {
       } else {
         throw Error("a collider is no box, sphere, capsule or plane");
       }
-      text_ += fmt::format("<geom type=\"{} friction=\"{} 0 0\" condim=\"3\" {}/>", shape, peer_.friction,
+      text_ += fmt::format("<geom type=\"{} friction=\"{} 0 0\" condim=\"3\" {}/>", shape, shared_.friction,
                            placed(placement));
     }
   }
@@ -94,7 +94,7 @@ class MujocoText {
   }
 
   const Scene& scene_;
-  EngineScene peer_;
+  EngineScene shared_;
   std::vector<EngineLink> links_;
   std::string text_;
 };

@@ -1,0 +1,55 @@
+#include "sim/loading/toml_values.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+
+#include "sim/error.h"
+
+namespace substep {
+
+toml::table TomlValues::parse() const {
+  try {
+    return toml::parse_file(file_.string());
+  } catch (const toml::parse_error& error) {
+    const auto line = error.source().begin.line;
+    if (line == 0) throw Error(fmt::format("{}: cannot be read: {}", file_.string(), error.description()));
+    throw Error(fmt::format("{}:{}: {}", file_.string(), line, error.description()));
+  }
+}
+
+void TomlValues::fail(const toml::node& node, const std::string& what) const {
+  throw Error(fmt::format("{}:{}: {}", file_.string(), node.source().begin.line, what));
+}
+
+void TomlValues::expect_keys(const toml::table& table, std::string_view where,
+                             const std::vector<std::string_view>& known) const {
+  for (const auto& [key, node] : table) {
+    if (std::ranges::find(known, key.str()) != known.end()) continue;
+    throw Error(fmt::format("{}:{}: unknown key '{}' in {}; known are {}", file_.string(),
+                            key.source().begin.line, key.str(), where, fmt::join(known, ", ")));
+  }
+}
+
+int TomlValues::integer(const toml::node& node, std::string_view key, int low, int high) const {
+  const auto value = node.is_integer() ? node.value<std::int64_t>() : std::nullopt;
+  if (!value || *value < low || *value > high) {
+    fail(node, fmt::format("'{}' must be a whole number from {} to {}", key, low, high));
+  }
+  return static_cast<int>(*value);
+}
+
+std::string TomlValues::text(const toml::node& node, std::string_view key) const {
+  if (!node.is_string()) fail(node, fmt::format("'{}' must be a text in quotes", key));
+  return *node.value<std::string>();
+}
+
+const toml::array& TomlValues::array(const toml::node& node, std::string_view key) const {
+  if (!node.is_array() || node.as_array()->empty()) fail(node, fmt::format("'{}' must be a list", key));
+  return *node.as_array();
+}
+
+}  // namespace substep

@@ -1,0 +1,33 @@
+#pragma once
+/// What files of settings in TOML have in common: their values, with file and line where something is wrong.
+
+#include <toml++/toml.h>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace substep {
+
+class TomlValues {
+ public:
+  explicit TomlValues(std::filesystem::path file) : file_(std::move(file)) {}
+
+  const std::filesystem::path& file() const { return file_; }
+
+  // All throw Error.
+  toml::table parse() const;
+  [[noreturn]] void fail(const toml::node& node, const std::string& what) const;
+  /// Refuses keys that are not known, and lists those that are. `where`: "[defaults]".
+  void expect_keys(const toml::table& table, std::string_view where,
+                   const std::vector<std::string_view>& known) const;
+  int integer(const toml::node& node, std::string_view key, int low, int high) const;
+  std::string text(const toml::node& node, std::string_view key) const;
+  /// One that has entries.
+  const toml::array& array(const toml::node& node, std::string_view key) const;
+
+ private:
+  std::filesystem::path file_;
+};
+
+}  // namespace substep
