@@ -1,4 +1,4 @@
-# cmake -D program=… -D source=… -D build=… -D compiler=… -P same_bits.cmake
+# cmake -D program=… -D source=… -D build=… -D compiler=… -D body_steps=… -P same_bits.cmake
 #
 # Fails when the state hashes of all scenes differ between `program` and
 # - itself without AVX2 and FMA in the C library's eyes,
@@ -7,7 +7,7 @@
 file(GLOB scenes ${source}/scenes/*.gltf ${source}/scenes/*.glb)
 
 function(hashes out)
-  execute_process(COMMAND ${ARGN} ${scenes} OUTPUT_VARIABLE text RESULT_VARIABLE result)
+  execute_process(COMMAND ${ARGN} ${body_steps} ${scenes} OUTPUT_VARIABLE text RESULT_VARIABLE result)
   if(NOT result EQUAL 0)
     message(FATAL_ERROR "${ARGN} ended with ${result}")
   endif()
