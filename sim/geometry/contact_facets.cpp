@@ -173,7 +173,9 @@ class RevolvedSearch {
     const bool edge_first = edge_.separation > face_.separation + preference(face_.separation);
     if (edge_first && edge_.of_neighbour) return;  // found there
     if (!edge_first && add_face_contacts()) return;
-    if (edge_.separation > -infinity && !edge_.of_neighbour && add_edge_contacts()) return;
+    // Far below the face's, an edge's direction is not the one in which the two meet.
+    const bool is_near = edge_.separation > face_.separation - preference(face_.separation);
+    if (is_near && !edge_.of_neighbour && add_edge_contacts()) return;
     if (b_.mesh && edge_first) add_face_contacts();
     if (b_.mesh || std::max(edge_.separation, face_.separation) > 0) return;
     // Overlapping polytopes and solids have a contact, whatever rounding did.
@@ -283,7 +285,9 @@ class TriangleSearch {
     const bool edge_first = edge_.separation > face_.separation + face_preference(face_.separation, size_);
     if (edge_first && edge_.of_neighbour) return;  // found there
     if (!edge_first && add_face_contacts()) return;
-    if (edge_.arc != none) {
+    // Far below the face's, an edge's direction is not the one in which the two meet.
+    const bool is_near = edge_.separation > face_.separation - face_preference(face_.separation, size_);
+    if (is_near && edge_.arc != none) {
       const Segment of_a = {a_.vertices[a_.arcs[edge_.arc_a].from], a_.vertices[a_.arcs[edge_.arc_a].to]};
       const Segment of_b = {b_.vertices[b_.arcs[edge_.arc].from], b_.vertices[b_.arcs[edge_.arc].to]};
       Manifold manifold(edge_.normal, size_, margin_, out_);

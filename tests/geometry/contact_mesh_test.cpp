@@ -1,8 +1,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <random>
 
 #include "sim/error.h"
 #include "sim/geometry/closest_points.h"
@@ -19,6 +22,7 @@ using test::contacts;
 using test::turn;
 
 constexpr double margin = 0.02;
+constexpr double pi = std::numbers::pi;
 const Quaternion upright = Quaternion::Identity();
 
 /// Two slopes that meet in the line x = z = 0, y = 0 along z; each goes down (or up) by `slope` away from it.
@@ -232,6 +236,50 @@ TEST(MeshContacts, OfABorderAreWithItsEdge) {
   ASSERT_EQ(points.size(), 1U);
   EXPECT_LT((points[0].normal - Vector3::UnitX()).norm(), 1e-9);
   EXPECT_NEAR(points[0].distance, -0.01, 1e-12);
+}
+
+TEST(MeshContacts, InsideARingOfStripsPushInwardsNeverOverItsTopEdge) {
+  // A ring like a fence round what stands inside: its top edge is open, its inner edges are concave.
+  constexpr int sides = 96;
+  constexpr double radius = 1.15;
+  constexpr double top = 0.09;
+  std::vector<Vector3> positions;
+  std::vector<Triangle> triangles;
+  for (std::uint32_t i = 0; i < sides; ++i) {
+    const double angle = 2 * pi * i / sides;
+    for (const double y : {0.0, top})
+      positions.emplace_back(radius * std::cos(angle), y, radius * std::sin(angle));
+    const std::uint32_t next = (i + 1) % sides;
+    triangles.push_back({2 * i, 2 * next, 2 * next + 1});
+    triangles.push_back({2 * i, 2 * next + 1, 2 * i + 1});
+  }
+  const TriangleMesh ring = make_triangle_mesh(positions, triangles, "ring", true);
+  const double inner_radius = radius * std::cos(pi / sides);
+  int touching = 0;
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> any(-1, 1);
+  for (const Shape& shape : {Shape(make_cylinder(0.12, 0.05, 0)), Shape(make_cylinder(0.12, 0.05, 0.05)),
+                             Shape(make_cylinder(0.12, 0.05, 0.03)), Shape(box({0.1, 0.12, 0.1}))}) {
+    for (int i = 0; i < 400; ++i) {
+      const double depth = std::array{-1e-3, -1e-9, 0.0, 1e-9, 1e-5, 1e-3}[i % 6];
+      const double angle = pi * any(random);
+      const Vector3 outwards(std::cos(angle), 0, std::sin(angle));
+      Pose pose = {0.5 * outwards,
+                   Quaternion(any(random), any(random), any(random), any(random)).normalized()};
+      // It lies at the ring's foot, and against the ring.
+      pose.position.y() += depth_below(shape, pose, Vector3::Zero(), Vector3::UnitY()) * -1;
+      pose.position += (depth_below(shape, pose, inner_radius * outwards, -outwards) + depth) * outwards;
+      for (const ContactPoint& point : contacts(shape, pose, ring, {}, margin)) {
+        ++touching;
+        // A wrong direction shows as a depth that is not there, up to the ring's height. The ring itself
+        // comes inwards by 2.8 mm within the reach of a shape's corners, 0.08 m to a side.
+        EXPECT_GT(point.distance, -std::max(depth, 0.0) - 2.8e-3)
+            << "shape " << shape.index() << ", " << i << ", at " << angle << " rad, depth " << depth
+            << ": normal " << point.normal.transpose();
+      }
+    }
+  }
+  EXPECT_GT(touching, 1600);
 }
 
 TEST(TriangleMesh, RefusesWhatIsNoMesh) {
