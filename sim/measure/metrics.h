@@ -43,8 +43,9 @@ struct Metrics {
   /// Over the scene's whole duration, after every step: what is known of the motion without a reference.
   std::vector<ExpectedFigure> expected;
   /// It stays finite, its RMS error is at most a tenth of the scene's size, joints and contacts never give
-  /// way by more than a tenth of the smallest body's size, and where nothing drives the scene its energy
-  /// never rises by more than a tenth of `energy_scale`. Where the reference stands still no body may ever be
+  /// way by more than a tenth of the smallest body's size beyond what they do at the start, and where nothing
+  /// drives the scene its energy never rises by more than a tenth of `energy_scale` and what taking back the
+  /// start's own violations lifts. Where the reference stands still no body may ever be
   /// further from its start than a tenth of the smallest body's size.
   bool bounded = false;
 };
