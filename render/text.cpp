@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <string_view>
 #include <tuple>
 #include <vector>
 
@@ -11,19 +12,11 @@
 #define STBTT_STATIC
 #include <stb/stb_truetype.h>
 
+#include "render/embedded_file.h"
+
 // The fonts are part of the program, so that text needs no files and looks alike everywhere.
-asm(".section .rodata\n"
-    ".balign 16\n"
-    "substep_font_regular:\n"
-    ".incbin \"" SUBSTEP_FONTS
-    "/DejaVuSans.ttf\"\n"
-    ".balign 16\n"
-    "substep_font_bold:\n"
-    ".incbin \"" SUBSTEP_FONTS
-    "/DejaVuSans-Bold.ttf\"\n"
-    ".previous\n");
-extern "C" const unsigned char substep_font_regular[];
-extern "C" const unsigned char substep_font_bold[];
+SUBSTEP_EMBEDDED_FILE(font_regular, SUBSTEP_FONTS "/DejaVuSans.ttf")
+SUBSTEP_EMBEDDED_FILE(font_bold, SUBSTEP_FONTS "/DejaVuSans-Bold.ttf")
 
 namespace substep {
 namespace {
@@ -43,8 +36,8 @@ struct Glyph {
 
 class Font {
  public:
-  explicit Font(const unsigned char* data) {
-    stbtt_InitFont(&info_, data, 0);
+  explicit Font(std::string_view file) {
+    stbtt_InitFont(&info_, reinterpret_cast<const unsigned char*>(file.data()), 0);
     for (int digit = '0'; digit <= '9'; ++digit) {
       digit_advance_ = std::max(digit_advance_, advance(index(digit)));
     }
@@ -91,8 +84,8 @@ class Font {
 
 /// One of each a thread: glyphs are cached without locks.
 Font& font(bool bold) {
-  thread_local Font regular_font(substep_font_regular);
-  thread_local Font bold_font(substep_font_bold);
+  thread_local Font regular_font(font_regular());
+  thread_local Font bold_font(font_bold());
   return bold ? bold_font : regular_font;
 }
 

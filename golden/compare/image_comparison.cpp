@@ -17,6 +17,31 @@ struct Figures {
   std::array<std::int64_t, 256> histogram{};  ///< pixels by their largest channel difference
 };
 
+/// The pixels of row y, whose channels are e and a, from x = `begin` to `end`. Returns the sum of their
+/// channels' differences.
+int compare_pixels(const std::uint8_t* e, const std::uint8_t* a, int y, int begin, int end,
+                   Figures& figures) {
+  ImageComparison& c = figures.comparison;
+  int sum = 0;
+  for (int x = begin; x < end; ++x) {
+    const int r = std::abs(e[3 * x] - a[3 * x]);
+    const int g = std::abs(e[3 * x + 1] - a[3 * x + 1]);
+    const int b = std::abs(e[3 * x + 2] - a[3 * x + 2]);
+    const int largest = std::max({r, g, b});
+    ++figures.histogram[static_cast<std::size_t>(largest)];
+    if (largest == 0) continue;
+    sum += r + g + b;
+    c.left = std::min(c.left, x);
+    c.right = std::max(c.right, x);
+    if (largest > c.max) {
+      c.max = largest;
+      c.max_x = x;
+      c.max_y = y;
+    }
+  }
+  return sum;
+}
+
 Figures measure(const Image& expected, const Image& actual) {
   Figures figures;
   ImageComparison& c = figures.comparison;
@@ -44,24 +69,7 @@ Figures measure(const Image& expected, const Image& actual) {
       c.bottom = y;
       for (int tile = 0; tile < tiles_across; ++tile) {
         const int end = std::min((tile + 1) * side, width);
-        int tile_sum = 0;
-        for (int x = tile * side; x < end; ++x) {
-          const int r = std::abs(e[3 * x] - a[3 * x]);
-          const int g = std::abs(e[3 * x + 1] - a[3 * x + 1]);
-          const int b = std::abs(e[3 * x + 2] - a[3 * x + 2]);
-          const int largest = std::max({r, g, b});
-          ++figures.histogram[static_cast<std::size_t>(largest)];
-          if (largest == 0) continue;
-          tile_sum += r + g + b;
-          c.left = std::min(c.left, x);
-          c.right = std::max(c.right, x);
-          if (largest > c.max) {
-            c.max = largest;
-            c.max_x = x;
-            c.max_y = y;
-          }
-        }
-        tile_sums[static_cast<std::size_t>(tile)] += tile_sum;
+        tile_sums[static_cast<std::size_t>(tile)] += compare_pixels(e, a, y, tile * side, end, figures);
       }
     }
     for (int tile = 0; tile < tiles_across; ++tile) {

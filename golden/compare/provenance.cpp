@@ -1,20 +1,15 @@
 #include "golden/compare/provenance.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <array>
-#include <cerrno>
-#include <cstring>
 #include <fstream>
 #include <iterator>
+#include <system_error>
 #include <vector>
 
 #include "render/renderer.h"
 #include "sim/error.h"
+#include "sim/execution/child_process.h"
 #include "sim/math/fnv1a.h"
 
 namespace substep {
@@ -23,37 +18,18 @@ namespace {
 namespace fs = std::filesystem;
 
 /// The first line that git prints, or nothing when it fails. Without a shell: a folder may have any name.
-std::string git(const fs::path& folder, std::vector<std::string> arguments) {
-  std::array<int, 2> ends{};
-  if (::pipe2(ends.data(), O_CLOEXEC) != 0) return {};
-  arguments.insert(arguments.begin(), {"git", "-C", folder.empty() ? "." : folder.string()});
-  std::vector<char*> raw;
-  raw.reserve(arguments.size() + 1);
-  for (std::string& argument : arguments) raw.push_back(argument.data());
-  raw.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
-  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
-  pid_t child = 0;
-  const int failure = posix_spawnp(&child, "git", &actions, nullptr, raw.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  ::close(ends[1]);
-  std::string output;
-  std::array<char, 256> buffer{};
-  while (failure == 0) {
-    const ssize_t got = ::read(ends[0], buffer.data(), buffer.size());
-    if (got < 0 && errno == EINTR) continue;
-    if (got <= 0) break;
-    output.append(buffer.data(), static_cast<std::size_t>(got));
+std::string git(const fs::path& folder, const std::vector<std::string>& arguments) {
+  std::vector<std::string> words{"git", "-C", folder.empty() ? "." : folder.string()};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  try {
+    const TemporaryFile out;
+    ChildProcess process(words, {.out = out.descriptor(), .err = ChildProcess::nowhere});
+    if (!process.succeeds()) return {};
+    const std::string output = out.content();
+    return output.substr(0, output.find('\n'));
+  } catch (const std::system_error&) {
+    return {};
   }
-  ::close(ends[0]);
-  if (failure != 0) return {};
-  int status = 0;
-  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) return {};
-  return output.substr(0, output.find('\n'));
 }
 
 std::string processor() {

@@ -1,37 +1,21 @@
 #include "golden/report/report_assets.h"
 
-// Part of the program, so that a report needs no files.
-asm(".section .rodata\n"
-    "substep_report_page:\n"
-    ".incbin \"" SUBSTEP_REPORT
-    "/report.html\"\n"
-    "substep_report_page_end:\n"
-    "substep_report_style:\n"
-    ".incbin \"" SUBSTEP_REPORT
-    "/report.css\"\n"
-    "substep_report_style_end:\n"
-    "substep_report_script:\n"
-    ".incbin \"" SUBSTEP_REPORT
-    "/report.js\"\n"
-    "substep_report_script_end:\n"
-    ".previous\n");
-extern "C" const char substep_report_page[];
-extern "C" const char substep_report_page_end[];
-extern "C" const char substep_report_style[];
-extern "C" const char substep_report_style_end[];
-extern "C" const char substep_report_script[];
-extern "C" const char substep_report_script_end[];
+#include "render/embedded_file.h"
+
+SUBSTEP_EMBEDDED_FILE(report_page, SUBSTEP_REPORT "/report.html")
+SUBSTEP_EMBEDDED_FILE(report_style, SUBSTEP_REPORT "/report.css")
+SUBSTEP_EMBEDDED_FILE(report_script, SUBSTEP_REPORT "/report.js")
 
 namespace substep::report_assets {
 
 std::string_view page() {
-  return {substep_report_page, substep_report_page_end};
+  return report_page();
 }
 std::string_view style() {
-  return {substep_report_style, substep_report_style_end};
+  return report_style();
 }
 std::string_view script() {
-  return {substep_report_script, substep_report_script_end};
+  return report_script();
 }
 
 }  // namespace substep::report_assets

@@ -21,8 +21,15 @@ constexpr int largest_size = 4096;
 const std::vector<std::string_view> algorithm_keys{"a1", "a2", "a3", "a4", "a5"};
 const std::vector<std::string_view> plan_keys{"frames",     "full_every", "images",         "size",
                                               "algorithms", "tolerance",  "pose_tolerance", "settings"};
-const std::vector<std::string_view> settings_keys{"step",  "substeps", "iterations", "tau",
-                                                  "kappa", "joints",   "relaxation", "tolerance"};
+
+/// Of [settings]: the fields but the algorithm, which `algorithms` says.
+std::vector<std::string_view> settings_keys() {
+  std::vector<std::string_view> keys;
+  for (const SettingsField& field : settings_fields) {
+    if (field.name != "algorithm") keys.push_back(field.name);
+  }
+  return keys;
+}
 
 /// What both [defaults] and a [[case]] can say; a case starts from the defaults.
 struct Plan {
@@ -159,7 +166,7 @@ class Reader : private TomlValues {
       for (const auto& [key, value] : settings) {
         if (std::find(algorithm_keys.begin(), algorithm_keys.end(), key.str()) == algorithm_keys.end())
           continue;
-        expect_keys(as_table(value, key.str()), fmt::format("settings.{}", key.str()), settings_keys);
+        expect_keys(as_table(value, key.str()), fmt::format("settings.{}", key.str()), settings_keys());
       }
       plan.settings.push_back(&settings);
     }
@@ -177,31 +184,15 @@ class Reader : private TomlValues {
   }
 
   void apply(const toml::table& table, SuiteCase& result) const {
-    Settings& s = result.settings;
+    const std::vector<std::string_view> keys = settings_keys();
     for (const auto& [key_name, node] : table) {
       const std::string_view key = key_name.str();
-      if (key == "step") {
-        s.step = number(node, key);
-        result.own_step = true;
-      } else if (key == "substeps") {
-        s.substeps = integer(node, key, 1, largest_frame_count);
-      } else if (key == "iterations") {
-        s.iterations = integer(node, key, 1, largest_frame_count);
-      } else if (key == "tau") {
-        s.tau = number(node, key);
-      } else if (key == "kappa") {
-        s.kappa = number(node, key);
-      } else if (key == "relaxation") {
-        s.relaxation = number(node, key);
-      } else if (key == "tolerance") {
-        s.tolerance = number(node, key);
-      } else if (key == "joints") {
-        const auto joints = joints_named(text(node, key));
-        if (!joints) fail(node, "'joints' must be rows, plain or stable");
-        s.joints = *joints;
-      } else if (std::find(algorithm_keys.begin(), algorithm_keys.end(), key) == algorithm_keys.end()) {
+      if (std::ranges::find(keys, key) != keys.end()) {
+        set_field(result.settings, field_named(key), node);
+        result.own_step |= key == "step";
+      } else if (std::ranges::find(algorithm_keys, key) == algorithm_keys.end()) {
         fail(node, fmt::format("unknown key '{}' in settings; known are {}, and a table for one of {}", key,
-                               fmt::join(settings_keys, ", "), fmt::join(algorithm_keys, ", ")));
+                               fmt::join(keys, ", "), fmt::join(algorithm_keys, ", ")));
       }
     }
   }

@@ -10,15 +10,14 @@
 ///     algorithms = ["a1", "a2", "a3", "a4", "a5"]
 ///     tolerance = { hard = 64, level = 3, count = 20, mean = 0.5, tile_mean = 4 }   # image_comparison.h
 ///
-///     [defaults.settings]             # settings.h; else default_settings(), and the scene's step
+///     [defaults.settings]             # settings_fields.h; else default_settings(), and the scene's step
 ///     substeps = 4
 ///
 ///     [defaults.settings.a2]          # for one algorithm
 ///     iterations = 40
 ///
 ///     [preset.chaotic]                # any keys of [defaults] under a name, for cases that say so
-///     pose_tolerance = { position = 1e-4, orientation = 1e-3, energy = 0.02, penetration = 1e-3, resting = 1
-///     }
+///     pose_tolerance = { position = 1e-4, orientation = 1e-3, energy = 0.02, penetration = 1e-3 }
 ///
 ///     [preset.loose]
 ///     preset = "chaotic"              # with all of another preset first

@@ -28,7 +28,7 @@ struct SheetOptions {
   std::string size = "256x144";
   int columns = 6;
   fs::path output = "sheet.png";
-  SolverOptions solver;
+  SolverOptions solver{Algorithm::a1};
 };
 
 /// The scene at its poster's time, or as near as it comes.
@@ -79,7 +79,6 @@ void draw_sheet(const SheetOptions& options) {
 void add_sheet_command(CLI::App& app) {
   CLI::App& command = *app.add_subcommand("sheet", "Draw a contact sheet: one picture of each scene");
   const auto options = std::make_shared<SheetOptions>();
-  options->solver.algorithm = "a1";
   command.add_option("scenes", options->scenes, "Scene files, in the order of the sheet")->required();
   command.add_option("--size", options->size, "Width and height of one picture in pixels")
       ->capture_default_str();

@@ -2,7 +2,11 @@
 
 #include <fmt/format.h>
 
+#include "render/embedded_file.h"
 #include "render/markup.h"
+
+SUBSTEP_EMBEDDED_FILE(page_template, SUBSTEP_REPORT_PAGE "/document.html")
+SUBSTEP_EMBEDDED_FILE(page_style, SUBSTEP_REPORT_PAGE "/document.css")
 
 namespace substep {
 namespace {
@@ -42,15 +46,12 @@ std::string data_address(const std::string& svg) {
   return result;
 }
 
-constexpr std::string_view style =
-    ":root{color-scheme:light dark}"
-    "body{font:16px/1.5 system-ui,'DejaVu Sans',sans-serif;max-width:1240px;margin:2em auto;padding:0 1.2em}"
-    "p{max-width:52em}h2{margin-top:2.2em;border-bottom:1px solid #8886}h3{margin-top:1.8em}"
-    ".table{overflow-x:auto}table{border-collapse:collapse;font-size:13.5px;font-variant-numeric:tabular-"
-    "nums}"
-    "th,td{padding:.22em .7em;border-bottom:1px solid #8885;text-align:right;white-space:nowrap}"
-    "th:first-child,td:first-child{text-align:left}th{border-bottom-color:#888}"
-    "img{max-width:100%;display:block;margin:1em 0}code{font-size:.92em}";
+/// A file's lines without their ends, as the page has them.
+std::string joined(std::string_view lines) {
+  std::string text(lines);
+  std::erase(text, '\n');
+  return text;
+}
 
 std::string html_table(const TextTable& table) {
   std::string text = "<div class=\"table\"><table><tr>";
@@ -108,10 +109,8 @@ std::string to_html(const Document& document) {
         break;
     }
   }
-  return fmt::format(
-      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
-      "content=\"width=device-width\"><title>{}</title><style>{}</style></head><body>\n{}</body></html>\n",
-      escaped(title), style, body);
+  return fmt::format(fmt::runtime(page_template()), fmt::arg("title", escaped(title)),
+                     fmt::arg("style", joined(page_style())), fmt::arg("body", body));
 }
 
 }  // namespace substep

@@ -1,12 +1,19 @@
 #pragma once
 /// The report: one page of what a sweep measured, with its figures, tables and what to choose when.
 
+#include <functional>
+#include <map>
+#include <string>
+
 #include "render/report/document.h"
 #include "render/report/figures.h"
 
 namespace substep {
 
-/// `progress` hears the share done: figures take a while.
+/// The page with these figures: SVG, by their names. What is not there is left out.
+Document report_page(const FigureSource& source, const std::map<std::string, std::string>& pictures);
+
+/// The page with all figures that there are. `progress` hears the share done: figures take a while.
 Document make_report(const FigureSource& source, const std::function<void(double)>& progress);
 
 }  // namespace substep

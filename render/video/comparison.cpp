@@ -5,14 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <chrono>
 #include <cmath>
-#include <condition_variable>
-#include <exception>
-#include <mutex>
-#include <thread>
 
 #include "sim/error.h"
+#include "sim/execution/parallel_for.h"
 #include "sim/simulation.h"
 
 namespace substep {
@@ -37,12 +33,12 @@ Clock clock_of(double step, double duration) {
 
 /// `steps_per_shot` steps of the run are one step of the clock.
 void simulate(const Scene& scene, const Clock& clock, int steps_per_shot, Run& run,
-              std::atomic<std::int64_t>& done, const std::atomic<bool>& stop) {
+              std::atomic<std::int64_t>& done, const std::stop_token& stop) {
   Simulation simulation(scene, run.settings);
   std::int64_t steps = 0;
   for (const std::int64_t shot : clock.steps) {
     while (steps < shot * steps_per_shot) {
-      if (stop) return;
+      if (stop.stop_requested()) return;
       const StepReport& report = simulation.step();
       ++steps;
       ++done;
@@ -128,41 +124,16 @@ Comparison simulate_comparison(const Scene& scene, const ComparisonSettings& set
   // The longest first, so that no thread is left alone with it.
   constexpr std::array<std::size_t, 6> order{5, 0, 2, 3, 4, 1};
   const std::int64_t total = clock.steps.back() * (5 + settings.reference_substeps);
-  std::array<std::exception_ptr, 6> failures;
-  std::atomic<std::size_t> next{0};
   std::atomic<std::int64_t> done{0};
-  std::atomic<bool> stop{false};
-  std::mutex mutex;
-  std::condition_variable finished;
-  int running = std::clamp(settings.threads, 1, static_cast<int>(order.size()));
-
-  std::vector<std::thread> threads;
-  for (int i = running; i > 0; --i) {
-    threads.emplace_back([&] {
-      for (std::size_t job = next++; job < order.size(); job = next++) {
-        const std::size_t index = order[job];
-        Run& run = comparison.runs[index];
-        try {
-          simulate(scene, clock, run.is_reference ? settings.reference_substeps : 1, run, done, stop);
-        } catch (...) {
-          failures[index] = std::current_exception();
-          stop = true;
-        }
-      }
-      const std::lock_guard lock(mutex);
-      if (--running == 0) finished.notify_all();
-    });
-  }
-  {
-    std::unique_lock lock(mutex);
-    while (!finished.wait_for(lock, std::chrono::milliseconds(100), [&] { return running == 0; })) {
-      if (progress) progress(total > 0 ? static_cast<double>(done) / static_cast<double>(total) : 1);
-    }
-  }
-  for (std::thread& thread : threads) thread.join();
-  for (const std::exception_ptr& failure : failures) {
-    if (failure) std::rethrow_exception(failure);
-  }
+  parallel_for(
+      settings.threads, order.size(),
+      [&](std::size_t i, const std::stop_token& stop) {
+        Run& run = comparison.runs[order[i]];
+        simulate(scene, clock, run.is_reference ? settings.reference_substeps : 1, run, done, stop);
+      },
+      [&] {
+        if (progress) progress(total > 0 ? static_cast<double>(done) / static_cast<double>(total) : 1);
+      });
   for (Run& run : comparison.runs) measure(scene, comparison.reference(), run);
   return comparison;
 }

@@ -2,19 +2,18 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <spawn.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
 #include <cerrno>
 #include <csignal>
-#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <string_view>
+#include <system_error>
 
 #include "sim/error.h"
+#include "sim/execution/child_process.h"
 
 namespace substep {
 
@@ -74,9 +73,10 @@ std::string command_line(const std::vector<std::string>& arguments) {
 }
 
 struct Ffmpeg::Implementation {
-  pid_t process = -1;
-  int pipe = -1;
-  std::FILE* messages = nullptr;
+  TemporaryFile messages;
+  std::optional<ChildProcess> process;
+  int frames_in = -1;   ///< the pipe's end that frames are written to
+  int frames_out = -1;  ///< and ffmpeg's
   struct sigaction previous {};
 
   Implementation() {
@@ -87,79 +87,44 @@ struct Ffmpeg::Implementation {
   Implementation(const Implementation&) = delete;
   Implementation& operator=(const Implementation&) = delete;
   ~Implementation() {
-    close_pipe();
-    if (process > 0) {
-      ::kill(process, SIGTERM);
-      wait();
-    }
-    if (messages != nullptr) std::fclose(messages);
+    close(frames_in);
+    close(frames_out);
+    process.reset();
     ::sigaction(SIGPIPE, &previous, nullptr);
   }
 
-  void close_pipe() {
-    if (pipe >= 0) ::close(pipe);
-    pipe = -1;
+  static void close(int& end) {
+    if (end >= 0) ::close(end);
+    end = -1;
   }
 
-  int wait() {
-    int status = 0;
-    while (::waitpid(process, &status, 0) < 0 && errno == EINTR) {
-    }
-    process = -1;
-    return status;
+  void start(const std::vector<std::string>& words) {
+    std::array<int, 2> ends{-1, -1};
+    if (::pipe2(ends.data(), O_CLOEXEC) != 0) throw std::system_error(errno, std::generic_category());
+    frames_out = ends[0];
+    frames_in = ends[1];
+    process.emplace(words, ChildProcess::Streams{
+                               .in = frames_out, .out = ChildProcess::nowhere, .err = messages.descriptor()});
+    close(frames_out);
   }
 
   /// The last line that ffmpeg wrote; the lines before it are its context.
   std::string last_message() const {
-    std::string text;
-    std::rewind(messages);
-    std::array<char, 4096> buffer{};
-    for (std::size_t count = 0; (count = std::fread(buffer.data(), 1, buffer.size(), messages)) > 0;) {
-      text.append(buffer.data(), count);
-    }
+    std::string text = messages.content();
     while (!text.empty() && (text.back() == '\n' || text.back() == '\r')) text.pop_back();
     const std::size_t start = text.find_last_of("\r\n");
     return start == std::string::npos ? text : text.substr(start + 1);
   }
 };
 
-Ffmpeg::Ffmpeg(const fs::path& program, const std::vector<std::string>& arguments)
-    : implementation_(std::make_unique<Implementation>()) {
-  Implementation& self = *implementation_;
-  self.messages = std::tmpfile();
-  std::array<int, 2> ends{-1, -1};
-  if (self.messages == nullptr || ::pipe2(ends.data(), O_CLOEXEC) != 0) {
-    throw Error(fmt::format("{}: cannot be started: {}", program.string(), std::strerror(errno)));
-  }
-  self.pipe = ends[1];
-
+Ffmpeg::Ffmpeg(const fs::path& program, const std::vector<std::string>& arguments) {
   std::vector<std::string> words{program.string(), "-hide_banner", "-loglevel", "error", "-y"};
   words.insert(words.end(), arguments.begin(), arguments.end());
-  std::vector<char*> pointers;
-  pointers.reserve(words.size() + 1);
-  for (std::string& word : words) pointers.push_back(word.data());
-  pointers.push_back(nullptr);
-
-  posix_spawn_file_actions_t actions;
-  ::posix_spawn_file_actions_init(&actions);
-  ::posix_spawn_file_actions_adddup2(&actions, ends[0], STDIN_FILENO);
-  ::posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-  ::posix_spawn_file_actions_adddup2(&actions, ::fileno(self.messages), STDERR_FILENO);
-  posix_spawnattr_t attributes;
-  ::posix_spawnattr_init(&attributes);
-  sigset_t signals;
-  ::sigemptyset(&signals);
-  ::sigaddset(&signals, SIGPIPE);
-  ::posix_spawnattr_setsigdefault(&attributes, &signals);
-  ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF);
-  const int failure =
-      ::posix_spawn(&self.process, program.c_str(), &actions, &attributes, pointers.data(), environ);
-  ::posix_spawnattr_destroy(&attributes);
-  ::posix_spawn_file_actions_destroy(&actions);
-  ::close(ends[0]);
-  if (failure != 0) {
-    self.process = -1;
-    throw Error(fmt::format("{}: cannot be started: {}", program.string(), std::strerror(failure)));
+  try {
+    implementation_ = std::make_unique<Implementation>();
+    implementation_->start(words);
+  } catch (const std::system_error& error) {
+    throw Error(fmt::format("{}: cannot be started: {}", program.string(), error.code().message()));
   }
 }
 
@@ -167,7 +132,7 @@ Ffmpeg::~Ffmpeg() = default;
 
 void Ffmpeg::write(std::span<const std::uint8_t> bytes) {
   while (!bytes.empty()) {
-    const ssize_t written = ::write(implementation_->pipe, bytes.data(), bytes.size());
+    const ssize_t written = ::write(implementation_->frames_in, bytes.data(), bytes.size());
     if (written >= 0) {
       bytes = bytes.subspan(static_cast<std::size_t>(written));
     } else if (errno == EPIPE) {
@@ -180,9 +145,8 @@ void Ffmpeg::write(std::span<const std::uint8_t> bytes) {
 }
 
 void Ffmpeg::finish() {
-  implementation_->close_pipe();
-  const int status = implementation_->wait();
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return;
+  Implementation::close(implementation_->frames_in);
+  if (implementation_->process->succeeds()) return;
   const std::string message = implementation_->last_message();
   throw Error(fmt::format("ffmpeg failed: {}", message.empty() ? "it gave no reason" : message));
 }

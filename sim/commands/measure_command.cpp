@@ -24,13 +24,7 @@ constexpr std::array algorithms{Algorithm::a1, Algorithm::a2, Algorithm::a3, Alg
 
 struct MeasureOptions {
   SceneOptions scene;
-  std::optional<std::string> step;
-  std::optional<int> substeps;
-  std::optional<int> iterations;
-  std::optional<double> tau;
-  std::optional<double> kappa;
-  std::optional<std::string> joints;
-  std::optional<std::string> duration;
+  SolverOptions solver;
   std::string horizon = "2";
   int times = 0;
   bool markdown = false;
@@ -41,27 +35,19 @@ struct MeasureOptions {
 /// The usual settings with what was typed.
 Settings settings_of(const MeasureOptions& options, const Scene& scene, Algorithm algorithm) {
   Settings settings = usual_settings(scene, algorithm);
-  if (options.step) settings.step = seconds_in(*options.step, "--step");
-  if (options.substeps) settings.substeps = *options.substeps;
-  if (options.iterations) settings.iterations = *options.iterations;
+  options.solver.apply_to(settings);
   // As many row solves as the others have.
-  if (algorithm == Algorithm::a2 && (options.substeps || options.iterations)) {
-    settings.iterations = options.substeps.value_or(settings.substeps) * options.iterations.value_or(1);
+  if (algorithm == Algorithm::a2 && (options.solver.has("substeps") || options.solver.has("iterations"))) {
+    if (!options.solver.has("iterations")) settings.iterations = 1;
+    settings.iterations *= settings.substeps;
+    check(settings);
   }
-  if (options.tau) settings.tau = *options.tau;
-  if (options.kappa) settings.kappa = *options.kappa;
-  if (options.joints) {
-    const auto joints = joints_named(*options.joints);
-    if (!joints) throw Error(fmt::format("--joints '{}': give rows, plain or stable", *options.joints));
-    settings.joints = *joints;
-  }
-  check(settings);
   return settings;
 }
 
 void measure_scene(const MeasureOptions& options) {
   Scene scene = options.scene.load();
-  if (options.duration) scene.duration = seconds_in(*options.duration, "--duration");
+  scene.duration = options.solver.seconds(scene);
   const double horizon = seconds_in(options.horizon, "--horizon");
   if (!(scene.duration > 0 && scene.duration <= 3600)) {
     throw Error(fmt::format("duration {:g} s: from above 0 to 3600 can be measured", scene.duration));
@@ -108,14 +94,10 @@ void add_measure_command(CLI::App& app) {
                                                "come from, invariants, what is known, cost");
   const auto options = std::make_shared<MeasureOptions>();
   options->scene.add_to(*command);
-  command->add_option("--step", options->step, "Step h in seconds, such as 1/60 (the scene's)");
-  command->add_option("--substeps", options->substeps, "Sub-steps n of A3 to A5 (10)");
-  command->add_option("--iterations", options->iterations,
-                      "Iterations m of A3 to A5 in a sub-step (1). A2 gets n·m: as many row solves");
-  command->add_option("--tau", options->tau, "Stabilization factor τ of A3 to A5 (0.6)");
-  command->add_option("--kappa", options->kappa, "Stabilization factor κ of A3 to A5 (1)");
-  command->add_option("--joints", options->joints, "Joints in A3 to A5: rows, plain or stable (stable)");
-  command->add_option("--duration", options->duration, "Seconds to simulate (the scene's)");
+  options->solver.add_to(*command);
+  command->get_option("--iterations")
+      ->description("Iterations m of A3 to A5 in a sub-step. A2 gets n·m: as many row solves")
+      ->default_str("1");
   command->add_option("--horizon", options->horizon, "Seconds to compare with the reference, at most")
       ->capture_default_str();
   command->add_option("--times", options->times, "Also CPU times: medians of so many repetitions")

@@ -12,6 +12,10 @@
 namespace substep {
 namespace {
 
+std::size_t index_of(const SettingsField& field) {
+  return static_cast<std::size_t>(&field - settings_fields.data());
+}
+
 std::optional<double> number_in(std::string_view text) {
   double value = 0;
   const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -21,16 +25,51 @@ std::optional<double> number_in(std::string_view text) {
   return value;
 }
 
-}  // namespace
-
-double seconds_in(const std::string& text, const std::string& option) {
+/// "0.01" or "1/60".
+std::optional<double> fraction_in(const std::string& text) {
   const std::size_t slash = text.find('/');
   const auto above = number_in(std::string_view(text).substr(0, slash));
   const auto below = slash == std::string::npos ? 1.0 : number_in(std::string_view(text).substr(slash + 1));
-  if (!above || !below || *below == 0) {
-    throw Error(fmt::format("{} '{}': give seconds, such as 0.01 or 1/60", option, text));
-  }
+  if (!above || !below || *below == 0) return std::nullopt;
   return *above / *below;
+}
+
+/// Sets the field from what was typed for it.
+void set_typed(Settings& settings, const SettingsField& field, const std::string& text) {
+  if (const auto* const number = std::get_if<double Settings::*>(&field.member)) {
+    const auto value = fraction_in(text);
+    if (!value) throw Error(fmt::format("--{} '{}': give a number, such as 0.01 or 1/60", field.name, text));
+    settings.** number = *value;
+  } else if (!set(settings, field, text)) {
+    throw Error(fmt::format("--{} '{}': give {}", field.name, text, kind_of(field)));
+  }
+}
+
+/// What help shows as the kind of a value.
+std::string type_name(const SettingsField& field) {
+  if (std::holds_alternative<int Settings::*>(field.member)) return "INT";
+  return std::holds_alternative<double Settings::*>(field.member) ? "FLOAT" : "TEXT";
+}
+
+std::string help_of(const SettingsField& field) {
+  const bool is_choice = type_name(field) == "TEXT";
+  return is_choice ? fmt::format("{} {}", field.help, kind_of(field)) : std::string(field.help);
+}
+
+std::string usual_value(const SettingsField& field, Algorithm algorithm) {
+  return field.usual.empty() ? text_of(default_settings(algorithm), field) : std::string(field.usual);
+}
+
+bool is_algorithm(const SettingsField& field) {
+  return field.name == "algorithm";
+}
+
+}  // namespace
+
+double seconds_in(const std::string& text, const std::string& option) {
+  const auto value = fraction_in(text);
+  if (!value) throw Error(fmt::format("{} '{}': give seconds, such as 0.01 or 1/60", option, text));
+  return *value;
 }
 
 ImageSize image_size_in(const std::string& text) {
@@ -46,38 +85,43 @@ ImageSize image_size_in(const std::string& text) {
   return size;
 }
 
+void SolverOptions::add_field(CLI::App& command, const SettingsField& field) {
+  command.add_option(fmt::format("--{}", field.name), typed_[index_of(field)], help_of(field))
+      ->type_name(type_name(field))
+      ->default_str(usual_value(field, usual_));
+}
+
 void SolverOptions::add_to(CLI::App& command) {
-  command.add_option("--step", step, "Step h in seconds, such as 1/60 (the scene's)");
-  command.add_option("--substeps", numbers.substeps, "Sub-steps n of A3 to A5")->capture_default_str();
-  command.add_option("--iterations", iterations,
-                     "Iterations m: of A2 in a step (10), of A3 to A5 in a sub-step (1)");
-  command.add_option("--tau", numbers.tau, "Stabilization factor τ of A3 to A5")->capture_default_str();
-  command.add_option("--kappa", numbers.kappa, "Stabilization factor κ of A3 to A5")->capture_default_str();
-  command.add_option("--joints", joints, "Joints in A3 to A5: rows, plain (blocks) or stable (blocks)")
-      ->capture_default_str();
-  command.add_option("--duration", duration, "Seconds to simulate (the scene's)");
+  for (const SettingsField& field : settings_fields) {
+    if (!is_algorithm(field)) add_field(command, field);
+  }
+  command.add_option("--duration", duration, "Seconds to simulate")->default_str("the scene's");
 }
 
 void SolverOptions::add_algorithm_to(CLI::App& command) {
-  command.add_option("--algorithm", algorithm, "a1, a2, a3, a4 or a5")->capture_default_str();
-  command.add_option("--relaxation", numbers.relaxation, "Over-relaxation ω of A2")->capture_default_str();
-  command
-      .add_option("--tolerance", numbers.tolerance,
-                  "A2 ends a step when no row moves its velocity by more (m/s, rad/s); 0: never")
-      ->capture_default_str();
+  for (const SettingsField& field : settings_fields) {
+    if (is_algorithm(field)) add_field(command, field);
+  }
+}
+
+bool SolverOptions::has(std::string_view field) const {
+  return typed_[index_of(field_named(field))].has_value();
+}
+
+void SolverOptions::apply_to(Settings& settings) const {
+  for (const SettingsField& field : settings_fields) {
+    if (const auto& text = typed_[index_of(field)]) set_typed(settings, field, *text);
+  }
+  check(settings);
 }
 
 Settings SolverOptions::settings(const Scene& scene) const {
-  Settings result = numbers;
-  const auto chosen = algorithm_named(algorithm);
-  if (!chosen) throw Error(fmt::format("--algorithm '{}': give a1, a2, a3, a4 or a5", algorithm));
-  result.algorithm = *chosen;
-  result.iterations = iterations.value_or(default_settings(*chosen).iterations);
-  const auto treatment = joints_named(joints);
-  if (!treatment) throw Error(fmt::format("--joints '{}': give rows, plain or stable", joints));
-  result.joints = *treatment;
-  result.step = step ? seconds_in(*step, "--step") : scene.step;
-  check(result);
+  Settings typed;
+  typed.algorithm = usual_;
+  apply_to(typed);
+  Settings result = default_settings(typed.algorithm);
+  result.step = scene.step;
+  apply_to(result);
   return result;
 }
 

@@ -2,13 +2,16 @@
 /// Options that several commands take, and their values as typed.
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "sim/loading/load_scene.h"
 #include "sim/model/settings.h"
+#include "sim/model/settings_fields.h"
 #include "sim/scene/scene.h"
 
 namespace substep {
@@ -24,25 +27,34 @@ struct ImageSize {
 /// "1280x720". Throws Error.
 ImageSize image_size_in(const std::string& text);
 
-/// How to solve, as typed.
-struct SolverOptions {
-  std::string algorithm = std::string(name(Settings{}.algorithm));
-  std::optional<std::string> step;
+/// How to solve, as typed: an option for each field of Settings.
+class SolverOptions {
+ public:
   std::optional<std::string> duration;
-  std::optional<int> iterations;
-  Settings numbers = default_settings(Settings{}.algorithm);  ///< the options that are plain numbers
-  std::string joints = std::string(name(numbers.joints));
 
-  /// Adds --step, --substeps, --iterations, --tau, --kappa, --joints and --duration.
+  /// `usual` is run where no algorithm is typed.
+  explicit SolverOptions(Algorithm usual = Settings{}.algorithm) : usual_(usual) {}
+
+  /// Adds the fields but the algorithm, and --duration.
   void add_to(CLI::App& command);
-  /// Adds --algorithm, --relaxation and --tolerance.
+  /// Adds --algorithm, to commands that run one.
   void add_algorithm_to(CLI::App& command);
 
-  /// Throws Error naming what cannot be used.
+  bool has(std::string_view field) const;  ///< whether it was typed
+  /// Sets what was typed. Throws Error naming what cannot be used.
+  void apply_to(Settings& settings) const;
+
+  /// The algorithm's defaults and the scene's step with what was typed. Throws Error as apply_to().
   Settings settings(const Scene& scene) const;
   double seconds(const Scene& scene) const;
   /// How many steps the duration is. Throws Error above ten million.
   int steps(const Scene& scene, const Settings& settings) const;
+
+ private:
+  void add_field(CLI::App& command, const SettingsField& field);
+
+  Algorithm usual_;
+  std::array<std::optional<std::string>, settings_fields.size()> typed_;
 };
 
 /// A scene's file and, for a mesh without a scene, how it becomes one; as typed.

@@ -1,21 +1,18 @@
 #include <fmt/format.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
-#include <cstring>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "sim/commands/commands.h"
 #include "sim/commands/progress.h"
 #include "sim/error.h"
+#include "sim/execution/child_process.h"
 #include "sim/study/sweep.h"
 
 namespace substep {
@@ -50,38 +47,27 @@ void submit(const SweepCommand& command, int tasks) {
   fs::create_directories(results / "slurm", failure);
   if (failure) throw Error(fmt::format("{}: cannot be made: {}", results.string(), failure.message()));
   const std::string program = fs::read_symlink("/proc/self/exe", failure).string();
-  std::vector<std::string> words{"sbatch",
-                                 "--parsable",
-                                 "--job-name=substep-sweep",
-                                 fmt::format("--array=1-{}", tasks),
-                                 "--cpus-per-task=1",
-                                 fmt::format("--output={}", (results / "slurm" / "%a.txt").string()),
-                                 "--wrap=exec \"$SUBSTEP_PROGRAM\" sweep \"$SUBSTEP_SWEEP\" --output "
-                                 "\"$SUBSTEP_RESULTS\" --threads 1 --job "
-                                 "\"$SLURM_ARRAY_TASK_ID/$SUBSTEP_TASKS\""};
-  std::vector<std::string> environment{
+  const std::vector<std::string> words{"sbatch",
+                                       "--parsable",
+                                       "--job-name=substep-sweep",
+                                       fmt::format("--array=1-{}", tasks),
+                                       "--cpus-per-task=1",
+                                       fmt::format("--output={}", (results / "slurm" / "%a.txt").string()),
+                                       "--wrap=exec \"$SUBSTEP_PROGRAM\" sweep \"$SUBSTEP_SWEEP\" --output "
+                                       "\"$SUBSTEP_RESULTS\" --threads 1 --job "
+                                       "\"$SLURM_ARRAY_TASK_ID/$SUBSTEP_TASKS\""};
+  const std::vector<std::string> environment{
       "SUBSTEP_PROGRAM=" + program, "SUBSTEP_SWEEP=" + fs::absolute(command.file).string(),
       "SUBSTEP_RESULTS=" + results.string(), fmt::format("SUBSTEP_TASKS={}", tasks)};
-  for (char** entry = environ; *entry != nullptr; ++entry) environment.emplace_back(*entry);
-  const auto pointers = [](std::vector<std::string>& texts) {
-    std::vector<char*> result;
-    for (std::string& text : texts) result.push_back(text.data());
-    result.push_back(nullptr);
-    return result;
-  };
-  pid_t process = -1;
-  const int refused = ::posix_spawnp(&process, "sbatch", nullptr, nullptr, pointers(words).data(),
-                                     pointers(environment).data());
-  if (refused != 0) {
+  try {
+    if (!ChildProcess(words, {}, environment).succeeds())
+      throw Error("--slurm: sbatch did not take the jobs");
+  } catch (const std::system_error& error) {
     throw Error(
         fmt::format("--slurm: the program sbatch cannot be started ({}): on Debian, apt-get install "
                     "slurm-client",
-                    std::strerror(refused)));
+                    error.code().message()));
   }
-  int status = 0;
-  while (::waitpid(process, &status, 0) < 0 && errno == EINTR) {
-  }
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) throw Error("--slurm: sbatch did not take the jobs");
   fmt::print("submitted: {} tasks\nwhen they are done: substep sweep {} --output {} --merge\n", tasks,
              command.file.string(), command.options.results.string());
 }

@@ -20,13 +20,14 @@ std::uint64_t hash_of(const Vector3& point) {
 }
 
 // The same as `welded` by sorting: slower, but never by much.
-std::vector<std::uint32_t> welded_by_order(std::span<const Vector3> points) {
+std::vector<std::uint32_t> welded_by_order(std::span<const Vector3> points, std::size_t& comparisons) {
   std::vector<std::uint32_t> order(points.size());
   std::iota(order.begin(), order.end(), 0U);
   // Points with a NaN have no place in an order, nor are they at another's position.
   const auto numbers_end = std::stable_partition(
       order.begin(), order.end(), [&](std::uint32_t i) { return !points[i].array().isNaN().any(); });
   std::sort(order.begin(), numbers_end, [&](std::uint32_t i, std::uint32_t j) {
+    ++comparisons;
     const Vector3& a = points[i];
     const Vector3& b = points[j];
     return std::tuple(a.x(), a.y(), a.z(), i) < std::tuple(b.x(), b.y(), b.z(), j);
@@ -41,17 +42,20 @@ std::vector<std::uint32_t> welded_by_order(std::span<const Vector3> points) {
 
 }  // namespace
 
-std::vector<std::uint32_t> welded(std::span<const Vector3> points) {
+std::vector<std::uint32_t> welded(std::span<const Vector3> points, std::size_t* comparisons) {
   constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
+  std::size_t counted = 0;
+  std::size_t& probes = comparisons != nullptr ? *comparisons : counted;
+  probes = 0;
   // Points can be made so that all fall into one slot.
-  std::size_t probes_left = 1000 + 16 * points.size();
+  const std::size_t most_probes = 1000 + 16 * points.size();
   // Open addressing, at most half full.
   std::vector<std::uint32_t> table(std::bit_ceil(2 * points.size() + 1), none);
   std::vector<std::uint32_t> first(points.size());
   for (std::uint32_t i = 0; i < points.size(); ++i) {
     std::size_t slot = hash_of(points[i]) & (table.size() - 1);
     while (table[slot] != none && points[table[slot]] != points[i]) {
-      if (probes_left-- == 0) return welded_by_order(points);
+      if (probes++ == most_probes) return welded_by_order(points, probes);
       slot = (slot + 1) & (table.size() - 1);
     }
     if (table[slot] == none) table[slot] = i;

@@ -4,8 +4,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <optional>
+#include <type_traits>
+#include <utility>
 
 #include "sim/error.h"
 
@@ -45,6 +48,26 @@ int TomlValues::integer(const toml::node& node, std::string_view key, int low, i
 std::string TomlValues::text(const toml::node& node, std::string_view key) const {
   if (!node.is_string()) fail(node, fmt::format("'{}' must be a text in quotes", key));
   return *node.value<std::string>();
+}
+
+void TomlValues::set_field(Settings& settings, const SettingsField& field, const toml::node& node) const {
+  std::visit(
+      [&](auto member) {
+        using Value = std::remove_reference_t<decltype(settings.*member)>;
+        if constexpr (std::is_enum_v<Value>) {
+          if (node.is_string() && set(settings, field, *node.value<std::string>())) return;
+        } else if (const auto value = node.value_exact<std::int64_t>(); value && std::in_range<int>(*value)) {
+          settings.*member = static_cast<int>(*value);
+          return;
+        } else if constexpr (std::is_same_v<Value, double>) {
+          if (const auto number = node.value<double>(); node.is_number() && std::isfinite(*number)) {
+            settings.*member = *number;
+            return;
+          }
+        }
+        fail(node, fmt::format("'{}' must be {}", field.name, kind_of(field)));
+      },
+      field.member);
 }
 
 const toml::array& TomlValues::array(const toml::node& node, std::string_view key) const {

@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "sim/model/settings_fields.h"
+
 namespace substep {
 
 class TomlValues {
@@ -23,6 +25,8 @@ class TomlValues {
                    const std::vector<std::string_view>& known) const;
   int integer(const toml::node& node, std::string_view key, int low, int high) const;
   std::string text(const toml::node& node, std::string_view key) const;
+  /// Sets the field of settings, whatever its range: check() knows that.
+  void set_field(Settings& settings, const SettingsField& field, const toml::node& node) const;
   /// One that has entries.
   const toml::array& array(const toml::node& node, std::string_view key) const;
 

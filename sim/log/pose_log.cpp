@@ -12,6 +12,7 @@
 
 #include "sim/error.h"
 #include "sim/log/file_output.h"
+#include "sim/model/settings_fields.h"
 
 namespace substep {
 namespace {
@@ -30,6 +31,11 @@ std::string escaped(std::string_view text) {
     }
   }
   return result;
+}
+
+/// A binary file has lines of megabytes and bytes that would upset a terminal.
+std::string shortened(std::string_view text) {
+  return escaped(text.substr(0, 60)) + (text.size() > 60 ? "…" : "");
 }
 
 template <typename Number>
@@ -133,11 +139,6 @@ class Reader {
   }
 
  private:
-  /// A binary file has lines of megabytes and bytes that would upset a terminal.
-  static std::string shortened(std::string_view text) {
-    return escaped(text.substr(0, 60)) + (text.size() > 60 ? "…" : "");
-  }
-
   std::string_view rest_;
   std::string what_;
   std::string_view line_;
@@ -149,8 +150,6 @@ void read_header(Reader& reader, PoseLog& log) {
     reader.next(key);
     return reader.after(key);
   };
-  const auto real = [&](std::string_view key) { return reader.number<double>(value(key), key); };
-  const auto integer = [&](std::string_view key) { return reader.number<int>(value(key), key); };
 
   reader.next(first_line);
   if (reader.line() != first_line) {
@@ -164,19 +163,11 @@ void read_header(Reader& reader, PoseLog& log) {
   if (reader.line() != units_line) reader.refuse(fmt::format("'{}' is expected", units_line));
   log.scene = reader.name(value("scene"));
   log.scene_hash = reader.hash(value("scene-hash"));
-  const auto algorithm = algorithm_named(value("algorithm"));
-  if (!algorithm) reader.refuse("the algorithm is none of a1, a2, a3, a4, a5");
-  log.settings.algorithm = *algorithm;
-  log.settings.step = real("step");
-  log.settings.substeps = integer("substeps");
-  log.settings.iterations = integer("iterations");
-  log.settings.tau = real("tau");
-  log.settings.kappa = real("kappa");
-  const auto joints = joints_named(value("joints"));
-  if (!joints) reader.refuse("the treatment of joints is none of rows, plain, stable");
-  log.settings.joints = *joints;
-  log.settings.relaxation = real("relaxation");
-  log.settings.tolerance = real("tolerance");
+  for (const SettingsField& field : settings_fields) {
+    const std::string_view text = value(field.name);
+    if (set(log.settings, field, text)) continue;
+    reader.refuse(fmt::format("{} '{}': must be {}", field.name, shortened(text), kind_of(field)));
+  }
   try {
     check(log.settings);
   } catch (const Error& error) {
@@ -294,19 +285,11 @@ std::string header_differences(const PoseLog& expected, const PoseLog& actual) {
   const auto line = [&result](std::string_view what, const auto& a, const auto& b) {
     if (a != b) result += fmt::format("{}: {} → {}\n", what, a, b);
   };
-  const Settings& s = expected.settings;
-  const Settings& t = actual.settings;
   line("scene", expected.scene, actual.scene);
   line("scene-hash", fmt::format("{:016x}", expected.scene_hash), fmt::format("{:016x}", actual.scene_hash));
-  line("algorithm", name(s.algorithm), name(t.algorithm));
-  line("step", s.step, t.step);
-  line("substeps", s.substeps, t.substeps);
-  line("iterations", s.iterations, t.iterations);
-  line("tau", s.tau, t.tau);
-  line("kappa", s.kappa, t.kappa);
-  line("joints", name(s.joints), name(t.joints));
-  line("relaxation", s.relaxation, t.relaxation);
-  line("tolerance", s.tolerance, t.tolerance);
+  for (const SettingsField& field : settings_fields) {
+    line(field.name, text_of(expected.settings, field), text_of(actual.settings, field));
+  }
   line("modelled", expected.modelled, actual.modelled);
   line("bodies", expected.bodies.size() - 1, actual.bodies.size() - 1);
   const std::size_t bodies = std::min(expected.bodies.size(), actual.bodies.size());
@@ -346,15 +329,13 @@ PoseLog read_pose_log(const std::filesystem::path& file) {
 }
 
 std::string to_text(const PoseLog& log) {
-  const Settings& s = log.settings;
   std::string text;
   auto out = std::back_inserter(text);
   fmt::format_to(out, "{}\n{}\n", first_line, units_line);
   fmt::format_to(out, "scene {}\nscene-hash {:016x}\n", escaped(log.scene), log.scene_hash);
-  fmt::format_to(out, "algorithm {}\nstep {}\nsubsteps {}\niterations {}\n", name(s.algorithm), s.step,
-                 s.substeps, s.iterations);
-  fmt::format_to(out, "tau {}\nkappa {}\njoints {}\nrelaxation {}\ntolerance {}\n", s.tau, s.kappa,
-                 name(s.joints), s.relaxation, s.tolerance);
+  for (const SettingsField& field : settings_fields) {
+    fmt::format_to(out, "{} {}\n", field.name, text_of(log.settings, field));
+  }
   fmt::format_to(out, "modelled {}\n", escaped(log.modelled));
   for (std::size_t i = 1; i < log.bodies.size(); ++i) {
     fmt::format_to(out, "body {} {}\n", i, escaped(log.bodies[i]));

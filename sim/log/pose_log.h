@@ -7,19 +7,19 @@
 ///     units metres seconds radians
 ///     scene box_stack.gltf
 ///     scene-hash 8c5e0f3a11d2b697
-///     algorithm a3
+///     algorithm a3                        a line for each field of Settings, as in settings_fields.h
 ///     step 0.016666666666666666
-///     substeps 4                          one line per setting: iterations, tau, kappa, joints, relaxation,
-///     …                                   tolerance, in this order
+///     …
 ///     modelled …
 ///     body 1 crate                        index, name; 0 is the world and is not logged
 ///     full-every 10
 ///     frame 0 f00dfeed12345678            state hash: coordinates and velocities
-///     pose 1 0 0.5 0 1 0 0 0              body, x y z (m, centre of mass, world), w x y z (body frame →
-///     world) frame 1 … end ok 300                          the last frame; or: end diverged 17 body 3 crate:
-///     step 17 diverged,
-///                                         frame 16 is the last; or: end unsolved 17 steps 2: all frames are
-///                                         there, 2 steps were not solved, the first of them is 17
+///     pose 1 0 0.5 0 1 0 0 0              body, x y z (m, centre of mass, world), w x y z (body → world)
+///     frame 1 …
+///     end ok 300                          the last frame
+///
+/// The last line may also be `end diverged 17 body 3 crate`: step 17 diverged, frame 16 is the last. Or
+/// `end unsolved 17 steps 2`: all frames are there, 2 steps were not solved, the first of them is 17.
 ///
 /// In names, a control character or a backslash is written as \x and two hexadecimal digits.
 /// A log without its `end` line is truncated, and reading it is an error; so is anything else that a writer

@@ -40,6 +40,7 @@ MeasuredRun measured_run(Simulation& simulation, double duration) {
     const StepReport& report = simulation.step();
     run.diverged = report.status == StepReport::Status::diverged;
     run.row_solves += report.row_solves;
+    run.largest_residual = std::max(run.largest_residual, report.residual);
     run.largest_gap = std::max(run.largest_gap, joint_gap(scene, simulation.state()));
     run.energy_growth = std::max(run.energy_growth, energy(scene, simulation.state()) - start);
   }
@@ -107,19 +108,25 @@ double joint_gap(const Scene& scene, const State& state) {
   return largest;
 }
 
-double position_difference(const MeasuredRun& a, const MeasuredRun& b) {
-  if (a.diverged || b.diverged) return infinite;
-  return distance(centres_of(a.state), centres_of(b.state));
+double position_difference(const State& a, const State& b) {
+  return distance(centres_of(a), centres_of(b));
 }
 
-double orientation_difference(const MeasuredRun& a, const MeasuredRun& b) {
-  if (a.diverged || b.diverged) return infinite;
+double orientation_difference(const State& a, const State& b) {
   double largest = 0;
-  for (std::size_t i = 1; i < a.state.q.size(); ++i) {
-    const Quaternion turn = a.state.q[i].angular.conjugate() * b.state.q[i].angular;
+  for (std::size_t i = 1; i < a.q.size(); ++i) {
+    const Quaternion turn = a.q[i].angular.conjugate() * b.q[i].angular;
     largest = std::max(largest, rotation_vector(turn).norm());
   }
   return largest;
+}
+
+double position_difference(const MeasuredRun& a, const MeasuredRun& b) {
+  return a.diverged || b.diverged ? infinite : position_difference(a.state, b.state);
+}
+
+double orientation_difference(const MeasuredRun& a, const MeasuredRun& b) {
+  return a.diverged || b.diverged ? infinite : orientation_difference(a.state, b.state);
 }
 
 Reference reference_run(const Scene& scene, double duration, int divisions) {

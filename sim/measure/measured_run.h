@@ -8,11 +8,12 @@
 namespace substep {
 
 struct MeasuredRun {
-  State state;               ///< at the end, or the last finite one
-  bool diverged = false;     ///< it left the finite numbers
-  double largest_gap = 0;    ///< of two anchors that a joint holds together, after any step, m
-  double energy_change = 0;  ///< of all bodies, end − start, J
-  double energy_growth = 0;  ///< largest rise above the start's, after any step, J
+  State state;                  ///< at the end, or the last finite one
+  bool diverged = false;        ///< it left the finite numbers
+  double largest_gap = 0;       ///< of two anchors that a joint holds together, after any step, m
+  double energy_change = 0;     ///< of all bodies, end − start, J
+  double energy_growth = 0;     ///< largest rise above the start's, after any step, J
+  double largest_residual = 0;  ///< of A1, after any step
   std::int64_t row_solves = 0;
 };
 
@@ -34,9 +35,12 @@ Momentum momentum(const Scene& scene, const State& state, double time);
 /// Largest distance between two anchors that a joint of three locked linear axes holds together, m.
 double joint_gap(const Scene& scene, const State& state);
 
-/// Largest distance between the centres of equal bodies, m. Infinite where one of the runs diverged.
-double position_difference(const MeasuredRun& a, const MeasuredRun& b);
+/// Largest distance between the centres of equal bodies, m.
+double position_difference(const State& a, const State& b);
 /// Largest angle between the orientations of equal bodies, rad.
+double orientation_difference(const State& a, const State& b);
+/// The same at the ends of two runs. Infinite where one of them diverged.
+double position_difference(const MeasuredRun& a, const MeasuredRun& b);
 double orientation_difference(const MeasuredRun& a, const MeasuredRun& b);
 
 /// The motion without a step's error: A1 at two small steps, extrapolated to step zero (Richardson).

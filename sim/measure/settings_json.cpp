@@ -1,36 +1,48 @@
 #include "sim/measure/settings_json.h"
 
+#include <fmt/format.h>
+
+#include <string>
+#include <type_traits>
+
 #include "sim/error.h"
+#include "sim/model/settings_fields.h"
 
 namespace substep {
 
-nlohmann::ordered_json to_json(const Settings& s) {
-  return {{"algorithm", name(s.algorithm)},
-          {"step", s.step},
-          {"substeps", s.substeps},
-          {"iterations", s.iterations},
-          {"tau", s.tau},
-          {"kappa", s.kappa},
-          {"joints", name(s.joints)},
-          {"relaxation", s.relaxation},
-          {"tolerance", s.tolerance}};
+nlohmann::ordered_json to_json(const Settings& settings) {
+  nlohmann::ordered_json json;
+  for (const SettingsField& field : settings_fields) {
+    std::visit(
+        [&](auto member) {
+          const auto value = settings.*member;
+          if constexpr (std::is_enum_v<std::remove_const_t<decltype(value)>>) {
+            json[std::string(field.name)] = name(value);
+          } else {
+            json[std::string(field.name)] = value;
+          }
+        },
+        field.member);
+  }
+  return json;
 }
 
 Settings settings_in(const nlohmann::ordered_json& json) {
-  const auto algorithm = algorithm_named(json.at("algorithm").get<std::string>());
-  const auto joints = joints_named(json.at("joints").get<std::string>());
-  if (!algorithm || !joints) throw Error("unknown settings");
-  Settings s;
-  s.algorithm = *algorithm;
-  s.joints = *joints;
-  json.at("step").get_to(s.step);
-  json.at("substeps").get_to(s.substeps);
-  json.at("iterations").get_to(s.iterations);
-  json.at("tau").get_to(s.tau);
-  json.at("kappa").get_to(s.kappa);
-  json.at("relaxation").get_to(s.relaxation);
-  json.at("tolerance").get_to(s.tolerance);
-  return s;
+  Settings settings;
+  for (const SettingsField& field : settings_fields) {
+    const nlohmann::ordered_json& value = json.at(std::string(field.name));
+    std::visit(
+        [&](auto member) {
+          if constexpr (std::is_enum_v<std::remove_reference_t<decltype(settings.*member)>>) {
+            if (set(settings, field, value.get<std::string>())) return;
+            throw Error(fmt::format("'{}' must be {}", field.name, kind_of(field)));
+          } else {
+            value.get_to(settings.*member);
+          }
+        },
+        field.member);
+  }
+  return settings;
 }
 
 }  // namespace substep

@@ -1,5 +1,5 @@
 #pragma once
-/// Settings as JSON: one list of their fields, for sidecars of goldens and for records of sweeps.
+/// Settings as JSON, for sidecars of goldens and for records of sweeps: the fields of settings_fields.h.
 
 #include <nlohmann/json.hpp>
 

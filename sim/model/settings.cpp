@@ -2,11 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <type_traits>
 #include <utility>
 
 #include "sim/error.h"
+#include "sim/model/settings_fields.h"
 
 namespace substep {
 namespace {
@@ -36,6 +39,20 @@ std::string step_label(double step) {
   const double rate = 1 / step;
   if (std::abs(rate - std::round(rate)) < 1e-9 * rate) return fmt::format("h=1/{:.0f}", rate);
   return fmt::format("h={:g}", step);
+}
+
+/// Whether a label says the field: it, or another of its group, is not as in Settings{}.
+bool is_said(const Settings& settings, const SettingsField& field) {
+  if (field.group == 0) return true;
+  return std::ranges::any_of(settings_fields, [&](const SettingsField& other) {
+    return other.group == field.group && text_of(settings, other) != text_of(Settings{}, other);
+  });
+}
+
+/// As text_of(), with six digits.
+std::string short_text(const Settings& settings, const SettingsField& field) {
+  const auto* const number = std::get_if<double Settings::*>(&field.member);
+  return number ? fmt::format("{:g}", settings.**number) : text_of(settings, field);
 }
 
 }  // namespace
@@ -76,40 +93,31 @@ std::optional<Joints> joints_named(std::string_view text) {
   return std::nullopt;
 }
 
-void check(const Settings& s) {
-  // Written so that a NaN fails each test.
-  if (!(s.step > 0 && s.step <= 10))
-    throw Error(fmt::format("step {} s: must be above 0 and at most 10", s.step));
-  if (!(s.substeps >= 1 && s.substeps <= 100000)) {
-    throw Error(fmt::format("substeps {}: must be from 1 to 100000", s.substeps));
+void check(const Settings& settings) {
+  for (const SettingsField& field : settings_fields) {
+    std::visit(
+        [&](auto member) {
+          const auto value = settings.*member;
+          if constexpr (std::is_arithmetic_v<std::remove_const_t<decltype(value)>>) {
+            if (field.range.contains(value)) return;
+            throw Error(fmt::format("{} {}: must be {}", field.name, value, field.range.text()));
+          }
+        },
+        field.member);
   }
-  if (!(s.iterations >= 1 && s.iterations <= 100000)) {
-    throw Error(fmt::format("iterations {}: must be from 1 to 100000", s.iterations));
-  }
-  if (!(s.tau > 0 && s.tau <= 4)) throw Error(fmt::format("tau {}: must be above 0 and at most 4", s.tau));
-  if (!(s.kappa > 0 && s.kappa <= 2))
-    throw Error(fmt::format("kappa {}: must be above 0 and at most 2", s.kappa));
-  if (!(s.relaxation > 0 && s.relaxation < 2)) {
-    throw Error(fmt::format("relaxation {}: must be above 0 and below 2", s.relaxation));
-  }
-  if (!(s.tolerance >= 0)) throw Error(fmt::format("tolerance {}: must not be negative", s.tolerance));
 }
 
-std::string label(const Settings& s) {
-  const std::string step = step_label(s.step);
-  switch (s.algorithm) {
-    case Algorithm::a1:
-      return fmt::format("A1  {}", step);
-    case Algorithm::a2:
-      return fmt::format("A2  m={}{}  {}", s.iterations,
-                         s.relaxation == 1 ? "" : fmt::format(" ω={:g}", s.relaxation), step);
-    default:
-      break;
+std::string label(const Settings& settings) {
+  std::string text = fmt::format("{}  ", title_of(settings.algorithm));
+  const std::size_t before = text.size();
+  for (const SettingsField& field : settings_fields) {
+    if (field.name == "algorithm" || field.name == "step") continue;
+    if (!field.is_read_by(settings.algorithm) || !is_said(settings, field)) continue;
+    text +=
+        fmt::format("{}{}{}", text.size() == before ? "" : " ", field.symbol, short_text(settings, field));
   }
-  std::string text = fmt::format("{}  n={} m={}", title_of(s.algorithm), s.substeps, s.iterations);
-  if (s.tau != 1 || s.kappa != 1) text += fmt::format(" τ={:g} κ={:g}", s.tau, s.kappa);
-  text += fmt::format(" {}  {}", name(s.joints), step);
-  return text;
+  if (text.size() != before) text += "  ";
+  return text + step_label(settings.step);
 }
 
 }  // namespace substep

@@ -5,16 +5,13 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
-#include <condition_variable>
-#include <exception>
 #include <fstream>
 #include <iterator>
-#include <mutex>
 #include <nlohmann/json.hpp>
 #include <thread>
 
 #include "sim/error.h"
+#include "sim/execution/parallel_for.h"
 #include "sim/log/file_output.h"
 #include "sim/math/fnv1a.h"
 #include "sim/study/engines/engines.h"
@@ -117,40 +114,6 @@ double cost_of(const Sweep& sweep, const SweepJob& job) {
   return size * steps * work * (job.is_limit ? 12 : 3 + sweep.repetitions);
 }
 
-/// Calls `work(i)` for i below `count` on several threads; `wait` is called now and then on this one. The
-/// first exception ends it, once the calls under way are done.
-void in_parallel(int threads, std::size_t count, const std::function<void(std::size_t)>& work,
-                 const std::function<void()>& wait) {
-  std::atomic<std::size_t> next{0};
-  std::atomic<bool> stop{false};
-  std::exception_ptr failure;
-  std::mutex mutex;
-  std::condition_variable changed;
-  int running = std::clamp(threads, 1, static_cast<int>(std::max<std::size_t>(1, count)));
-  std::vector<std::thread> workers;
-  for (int i = running; i > 0; --i) {
-    workers.emplace_back([&] {
-      for (std::size_t index = next++; index < count && !stop; index = next++) {
-        try {
-          work(index);
-        } catch (...) {
-          const std::lock_guard lock(mutex);
-          if (!failure) failure = std::current_exception();
-          stop = true;
-        }
-      }
-      const std::lock_guard lock(mutex);
-      if (--running == 0) changed.notify_all();
-    });
-  }
-  {
-    std::unique_lock lock(mutex);
-    while (!changed.wait_for(lock, std::chrono::milliseconds(200), [&] { return running == 0; })) wait();
-  }
-  for (std::thread& worker : workers) worker.join();
-  if (failure) std::rethrow_exception(failure);
-}
-
 }  // namespace
 
 int run_sweep(const Sweep& sweep, const SweepOptions& options, const std::function<void(double)>& progress) {
@@ -183,16 +146,16 @@ int run_sweep(const Sweep& sweep, const SweepOptions& options, const std::functi
   const auto report = [&] {
     if (progress && total > 0) progress(done / total);
   };
-  in_parallel(
+  parallel_for(
       threads, names.size(),
-      [&](std::size_t i) {
+      [&](std::size_t i, const std::stop_token& /*stop*/) {
         references.at(names[i]) = reference_motion(sweep.scenes.at(names[i]), sweep.horizon_of(names[i]));
         done += reference_cost;
       },
       report);
-  in_parallel(
+  parallel_for(
       threads, open.size(),
-      [&](std::size_t i) {
+      [&](std::size_t i, const std::stop_token& /*stop*/) {
         const SweepJob& job = *open[i];
         const SweepRecord record = measured(sweep, job, references.at(job.scene));
         write_file(file_of(options.results, job),

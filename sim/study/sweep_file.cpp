@@ -10,6 +10,7 @@
 #include "sim/error.h"
 #include "sim/loading/load_scene.h"
 #include "sim/loading/toml_values.h"
+#include "sim/model/settings_fields.h"
 #include "sim/study/engines/engines.h"
 
 namespace substep {
@@ -17,15 +18,22 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The settings that the algorithm does not read, at one value: so that equal runs have equal keys.
+/// What a sweep has where a grid says nothing.
+constexpr Settings unsaid{.substeps = 1};
+
+/// The settings that the algorithm does not read, at one value: so that equal runs have equal records.
 Settings as_read(Settings settings) {
-  if (settings.algorithm < Algorithm::a3) {
-    settings.substeps = 1;
-    settings.tau = settings.kappa = 1;
-    settings.joints = Joints::rows;
+  constexpr Settings unread{.substeps = 1, .joints = Joints::rows};
+  for (const SettingsField& field : settings_fields) {
+    if (!field.is_read_by(settings.algorithm)) copy(settings, field, unread);
   }
-  if (settings.algorithm == Algorithm::a1) settings.iterations = 1;
   return settings;
+}
+
+/// Whether a grid, or the table of a limit, has a list of the field's values under its name: the algorithms
+/// have another name, the step is divided, and sub-steps are what a limit is looked for in.
+bool has_list(const SettingsField& field, bool is_limit) {
+  return field.name != "algorithm" && field.name != "step" && !(is_limit && field.name == "substeps");
 }
 
 std::string key_of(const SweepJob& job) {
@@ -34,11 +42,43 @@ std::string key_of(const SweepJob& job) {
     return fmt::format("{}.{}-h{}-m{}", job.scene, job.engine, job.divisions, s.iterations);
   std::string text = fmt::format("{}.{}", job.scene, name(s.algorithm));
   text += job.is_limit ? "-limit" : fmt::format("-h{}", job.divisions);
-  if (s.algorithm >= Algorithm::a3 && !job.is_limit) text += fmt::format("-n{}", s.substeps);
-  if (s.algorithm >= Algorithm::a2) text += fmt::format("-m{}", s.iterations);
-  if (s.algorithm >= Algorithm::a3) text += fmt::format("-t{:g}-k{:g}-{}", s.tau, s.kappa, name(s.joints));
+  for (const SettingsField& field : settings_fields) {
+    if (!has_list(field, job.is_limit) || !field.is_read_by(s.algorithm)) continue;
+    text += fmt::format("-{}{}", field.letter, text_of(s, field));
+  }
   return text;
 }
+
+/// A list of a grid: settings that have one of its values each.
+struct GridList {
+  const SettingsField* field;
+  std::vector<Settings> values;
+};
+
+/// `start` with every combination of the lists' values; those of the last list change first.
+std::vector<Settings> combinations(const Settings& start, const std::vector<GridList>& lists) {
+  std::vector<Settings> result{start};
+  for (const GridList& list : lists) {
+    std::vector<Settings> longer;
+    for (const Settings& settings : result) {
+      for (const Settings& value : list.values) {
+        copy(longer.emplace_back(settings), *list.field, value);
+      }
+    }
+    result = std::move(longer);
+  }
+  return result;
+}
+
+/// One table of the file.
+struct Grid {
+  std::vector<const Scene*> scenes;
+  std::vector<int> divisions{1};
+  std::vector<GridList> iterations;  ///< one or none: engines read it too
+  std::vector<Algorithm> algorithms;
+  std::vector<std::string> engines;
+  std::vector<GridList> lists;  ///< of the other fields
+};
 
 class Reader : private TomlValues {
  public:
@@ -80,15 +120,13 @@ class Reader : private TomlValues {
     return *value;
   }
 
-  /// The entries of a list, or `otherwise` where there is none.
-  template <typename Value, typename Read>
-  std::vector<Value> list(const toml::table& table, std::string_view key, std::vector<Value> otherwise,
-                          const Read& read) const {
-    const toml::node* const node = table.get(key);
-    if (node == nullptr) return otherwise;
-    std::vector<Value> values;
-    for (const toml::node& entry : array(*node, key)) values.push_back(read(entry, key));
-    return values;
+  /// The list of the table, if it has one.
+  std::vector<const toml::node*> list(const toml::table& table, std::string_view key) const {
+    std::vector<const toml::node*> entries;
+    if (const toml::node* const node = table.get(key)) {
+      for (const toml::node& entry : array(*node, key)) entries.push_back(&entry);
+    }
+    return entries;
   }
 
   const Scene& scene_of(const toml::node& node) {
@@ -106,80 +144,91 @@ class Reader : private TomlValues {
     if (keys_.insert(job.key).second) sweep_.jobs.push_back(std::move(job));
   }
 
-  void read_grid(const toml::table& table, bool is_limit) {
-    std::vector<std::string_view> known{"scenes", "algorithms", "iterations", "tau", "kappa", "joints"};
-    if (!is_limit) known.insert(known.end(), {"divisions", "substeps", "engines"});
-    expect_keys(table, is_limit ? "[[limit]]" : "[[grid]]", known);
-    const auto count = [&](const toml::node& node, std::string_view key) {
-      return integer(node, key, 1, 4096);
-    };
-    const auto factor = [&](const toml::node& node, std::string_view key) { return positive(node, key); };
-    const auto algorithms = list<Algorithm>(table, "algorithms", {}, [&](const toml::node& node, auto key) {
-      const auto algorithm = algorithm_named(text(node, key));
-      if (!algorithm) fail(node, "'algorithms' must be some of a1, a2, a3, a4, a5");
-      return *algorithm;
-    });
-    const auto joints = list<Joints>(table, "joints", {Joints::plain}, [&](const toml::node& node, auto key) {
-      const auto value = joints_named(text(node, key));
-      if (!value) fail(node, "'joints' must be some of rows, plain, stable");
-      return *value;
-    });
-    const auto names = list<std::string>(table, "engines", {}, [&](const toml::node& node, auto key) {
-      const std::string engine = text(node, key);
-      if (engine.empty() ||
-          engine.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-") != std::string::npos) {
-        fail(node, "'engines' must be of small letters, digits and -");
+  static std::vector<std::string_view> keys_of_grid(bool is_limit) {
+    std::vector<std::string_view> keys{"scenes", "algorithms"};
+    for (const SettingsField& field : settings_fields) {
+      if (has_list(field, is_limit)) keys.push_back(field.name);
+    }
+    if (!is_limit) keys.insert(keys.end(), {"divisions", "engines"});
+    return keys;
+  }
+
+  Grid grid_in(const toml::table& table, bool is_limit) {
+    Grid grid;
+    for (const toml::node* const node : list(table, "algorithms")) {
+      const auto algorithm = algorithm_named(text(*node, "algorithms"));
+      if (!algorithm) fail(*node, "'algorithms' must be some of a1, a2, a3, a4, a5");
+      grid.algorithms.push_back(*algorithm);
+    }
+    for (const toml::node* const node : list(table, "engines")) {
+      grid.engines.push_back(text(*node, "engines"));
+      if (grid.engines.back().empty() || grid.engines.back().find_first_not_of(
+                                             "abcdefghijklmnopqrstuvwxyz0123456789-") != std::string::npos) {
+        fail(*node, "'engines' must be of small letters, digits and -");
       }
-      return engine;
-    });
-    const auto divisions = list<int>(table, "divisions", {1}, count);
-    const auto substeps = list<int>(table, "substeps", {1}, count);
-    const auto iterations = list<int>(table, "iterations", {1}, count);
-    const auto taus = list<double>(table, "tau", {1.0}, factor);
-    const auto kappas = list<double>(table, "kappa", {1.0}, factor);
-    const toml::node* const scenes = table.get("scenes");
-    if (scenes == nullptr) fail(table, "a grid without 'scenes'");
-    if (!scenes->is_array() || scenes->as_array()->empty()) fail(*scenes, "'scenes' must be a list");
-    if (algorithms.empty() && names.empty()) fail(table, "a grid without 'algorithms'");
-    for (const toml::node& entry : *scenes->as_array()) {
-      const Scene& scene = scene_of(entry);
-      SweepJob job;
-      job.scene = scene.name;
-      job.is_limit = is_limit;
-      for (const int division : divisions) {
-        job.divisions = division;
-        job.settings.step = scene.step / division;
-        for (const int m : iterations) {
-          job.settings.iterations = m;
-          for (const std::string& engine : names) {
-            SweepJob other = job;
-            other.engine = engine;
-            add(std::move(other));
-          }
-          for (const Algorithm algorithm : algorithms) {
-            for (const int n : substeps) {
-              for (const double tau : taus) {
-                for (const double kappa : kappas) {
-                  for (const Joints treatment : joints) {
-                    SweepJob own = job;
-                    own.settings.algorithm = algorithm;
-                    own.settings.substeps = n;
-                    own.settings.tau = tau;
-                    own.settings.kappa = kappa;
-                    own.settings.joints = treatment;
-                    own.settings = as_read(own.settings);
-                    try {
-                      check(own.settings);
-                    } catch (const Error& error) {
-                      fail(table, error.what());
-                    }
-                    add(std::move(own));
-                  }
-                }
-              }
-            }
-          }
+    }
+    const auto divisions = list(table, "divisions");
+    if (!divisions.empty()) grid.divisions.clear();
+    for (const toml::node* const node : divisions)
+      grid.divisions.push_back(integer(*node, "divisions", 1, 4096));
+    for (const SettingsField& field : settings_fields) {
+      GridList values{&field, {}};
+      if (!has_list(field, is_limit)) continue;
+      for (const toml::node* const node : list(table, field.name)) {
+        set_field(values.values.emplace_back(unsaid), field, *node);
+        check_at(*node, values.values.back());
+      }
+      if (values.values.empty()) continue;
+      (field.name == "iterations" ? grid.iterations : grid.lists).push_back(std::move(values));
+    }
+    if (table.get("scenes") == nullptr) fail(table, "a grid without 'scenes'");
+    if (grid.algorithms.empty() && grid.engines.empty()) fail(table, "a grid without 'algorithms'");
+    for (const toml::node* const node : list(table, "scenes")) grid.scenes.push_back(&scene_of(*node));
+    return grid;
+  }
+
+  void check_at(const toml::node& node, const Settings& settings) const {
+    try {
+      check(settings);
+    } catch (const Error& error) {
+      fail(node, error.what());
+    }
+  }
+
+  void read_grid(const toml::table& table, bool is_limit) {
+    expect_keys(table, is_limit ? "[[limit]]" : "[[grid]]", keys_of_grid(is_limit));
+    const Grid grid = grid_in(table, is_limit);
+    for (const Scene* const scene : grid.scenes) {
+      for (const int division : grid.divisions) {
+        Settings settings = unsaid;
+        settings.step = scene->step / division;
+        check_at(table, settings);
+        for (const Settings& with_iterations : combinations(settings, grid.iterations)) {
+          SweepJob job;
+          job.scene = scene->name;
+          job.settings = with_iterations;
+          job.divisions = division;
+          job.is_limit = is_limit;
+          add_jobs(grid, job);
         }
+      }
+    }
+  }
+
+  /// The engines and algorithms of a grid, at the step and number of iterations of `job`.
+  void add_jobs(const Grid& grid, const SweepJob& job) {
+    for (const std::string& engine : grid.engines) {
+      SweepJob other = job;
+      other.engine = engine;
+      add(std::move(other));
+    }
+    for (const Algorithm algorithm : grid.algorithms) {
+      Settings start = job.settings;
+      start.algorithm = algorithm;
+      for (const Settings& settings : combinations(start, grid.lists)) {
+        SweepJob own = job;
+        own.settings = as_read(settings);
+        add(std::move(own));
       }
     }
   }

@@ -14,14 +14,12 @@
 ///     divisions = [1, 2, 4]             # of the scene's step: h = step / 1, step / 2, …
 ///     substeps = [1, 2, 4, 8]           # n; A1 and A2 have none
 ///     iterations = [1]                  # m; A1 has none
-///     tau = [1]
-///     kappa = [1]
-///     joints = ["plain", "stable"]
-///     engines = ["bullet-si"]             # engines to run beside them, where the program was built with
-///     them
+///     joints = ["plain", "stable"]      # and so any other field of settings_fields.h: tau, kappa, …
+///     engines = ["bullet-si"]           # engines to run beside them, where the program was built with them
 ///
-///     [[limit]]                         # the same keys but `divisions`, `substeps` and `engines`: how
-///     coarse scenes = ["pendulum.gltf"]        # each may be and stay bounded, by bisection
+///     [[limit]]                         # how coarse each may be and stay bounded, by bisection. The same
+///     scenes = ["pendulum.gltf"]        # keys but `divisions`, `substeps` and `engines`
+///     algorithms = ["a3", "a4", "a5"]
 ///
 /// Settings that an algorithm does not read make no jobs of their own: each run is made once.
 

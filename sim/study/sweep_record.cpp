@@ -8,6 +8,7 @@
 #include "sim/error.h"
 #include "sim/measure/metrics_json.h"
 #include "sim/measure/settings_json.h"
+#include "sim/model/settings_fields.h"
 
 namespace substep {
 namespace {
@@ -23,13 +24,19 @@ std::string field(const std::optional<double>& value) {
 
 /// The columns that say which run it was.
 std::string columns_of(const SweepRecord& r) {
-  const Settings& s = r.settings;
-  return fmt::format("{},{},{},{},{},{},{},{},\"{}\"", r.scene,
-                     r.engine.empty() ? std::string(name(s.algorithm)) : r.engine, field(s.step), s.substeps,
-                     s.iterations, s.tau, s.kappa, name(s.joints), r.label);
+  std::string text = r.scene;
+  for (const SettingsField& field : settings_fields) {
+    const bool is_engine = field.name == "algorithm" && !r.engine.empty();
+    text += fmt::format(",{}", is_engine ? r.engine : text_of(r.settings, field));
+  }
+  return fmt::format("{},\"{}\"", text, r.label);
 }
 
-constexpr std::string_view run_columns = "scene,algorithm,step,substeps,iterations,tau,kappa,joints,label";
+std::string run_columns() {
+  std::string text = "scene";
+  for (const SettingsField& field : settings_fields) text += fmt::format(",{}", field.name);
+  return text + ",label";
+}
 
 }  // namespace
 
@@ -88,7 +95,7 @@ std::string errors_csv(const std::vector<SweepRecord>& records) {
       "{},size,horizon,uncertainty,position_rms,position_largest,turn_rms,turn_largest,stepping_error,"
       "solver_error,model_error,residual_rms,residual_largest,row_solves,joint_gap,penetration,energy_change,"
       "energy_growth,moved,momentum,angular_momentum,diverged,bounded\n",
-      run_columns);
+      run_columns());
   for (const SweepRecord& r : records) {
     if (!r.metrics) continue;
     const Metrics& x = *r.metrics;
@@ -106,7 +113,7 @@ std::string errors_csv(const std::vector<SweepRecord>& records) {
 
 std::string times_csv(const std::vector<SweepRecord>& records) {
   std::string text =
-      fmt::format("{},seconds_median,seconds_least,seconds_most,repetitions,s1,s2,s3,s4\n", run_columns);
+      fmt::format("{},seconds_median,seconds_least,seconds_most,repetitions,s1,s2,s3,s4\n", run_columns());
   for (const SweepRecord& r : records) {
     if (!r.times) continue;
     const RunTimes& t = *r.times;

@@ -53,7 +53,7 @@ void expect_alike(const Shape& shape, const Pose& pose, const Vector3& spin, dou
     const State on_plane = after(scene_on(Plane{}), algorithm, 120);
     for (const double uneven : {0.0, 0.3}) {
       const State on_mesh = after(scene_on(test::flat_mesh(16, 0.5, uneven)), algorithm, 120);
-      EXPECT_LT(test::position_difference(on_plane, on_mesh), 1e-9) << uneven;
+      EXPECT_LT(position_difference(on_plane, on_mesh), 1e-9) << uneven;
       EXPECT_LT(test::velocity_difference(on_plane, on_mesh), 1e-9) << uneven;
       EXPECT_GT(on_mesh.q[1].linear.x(), pose.position.x() + 1);
     }

@@ -203,9 +203,3 @@ TEST_F(ApproveInterruption, AJournalThatWouldWriteElsewhereIsRefused) {
 
 }  // namespace
 }  // namespace substep
-
-int main(int argc, char** argv) {
-  substep::pin_renderer();
-  testing::InitGoogleTest(&argc, argv);
-  return RUN_ALL_TESTS();
-}

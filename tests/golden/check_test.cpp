@@ -215,9 +215,3 @@ TEST_F(CheckTest, GoldensThatCannotBeReadAreNamed) {
 
 }  // namespace
 }  // namespace substep
-
-int main(int argc, char** argv) {
-  substep::pin_renderer();
-  testing::InitGoogleTest(&argc, argv);
-  return RUN_ALL_TESTS();
-}

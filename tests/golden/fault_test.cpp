@@ -19,18 +19,12 @@
 #include "sim/loading/load_scene.h"
 #include "sim/log/file_output.h"
 #include "tests/golden/small_suite.h"
+#include "tests/scene_files.h"
 
 namespace substep {
 namespace {
 
 constexpr int last_frame = 40;
-
-int body_named(const Scene& scene, const std::string& name) {
-  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-    if (scene.bodies[i].name == name) return static_cast<int>(i);
-  }
-  throw std::runtime_error("no body " + name);
-}
 
 Body& body(Scene& scene, const std::string& name) {
   return scene.bodies[static_cast<std::size_t>(body_named(scene, name))];
@@ -381,9 +375,3 @@ TEST_F(BlackFrame, FailsACheckEvenWhereTheGoldenIsBlackToo) {
 
 }  // namespace
 }  // namespace substep
-
-int main(int argc, char** argv) {
-  substep::pin_renderer();
-  testing::InitGoogleTest(&argc, argv);
-  return RUN_ALL_TESTS();
-}

@@ -126,9 +126,3 @@ TEST(Markup, Escapes) {
 
 }  // namespace
 }  // namespace substep
-
-int main(int argc, char** argv) {
-  substep::pin_renderer();
-  testing::InitGoogleTest(&argc, argv);
-  return RUN_ALL_TESTS();
-}

@@ -16,8 +16,6 @@
 namespace substep {
 namespace {
 
-using test::position_difference;
-
 Scene tumbling_chain() {
   Scene scene = test::chain(3, 0.3);
   scene.joints[2].limits.push_back(test::locked(true, {true, true, false}));

@@ -9,16 +9,12 @@
 #include <string>
 
 #include "sim/error.h"
-#include "sim/loading/load_scene.h"
 #include "sim/measure/metrics_json.h"
 #include "sim/measure/metrics_text.h"
+#include "tests/scene_files.h"
 
 namespace substep {
 namespace {
-
-Scene scene_named(const std::string& name) {
-  return load_scene(std::string(SUBSTEP_SOURCE_DIR) + "/scenes/" + name + ".gltf");
-}
 
 TEST(Metrics, PartsOfTheErrorAddUp) {
   const Scene scene = scene_named("rod_chain");

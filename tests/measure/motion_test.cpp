@@ -8,14 +8,10 @@
 #include <string>
 
 #include "sim/error.h"
-#include "sim/loading/load_scene.h"
+#include "tests/scene_files.h"
 
 namespace substep {
 namespace {
-
-Scene scene_named(const std::string& name) {
-  return load_scene(std::string(SUBSTEP_SOURCE_DIR) + "/scenes/" + name + ".gltf");
-}
 
 /// First time at which `value` of a sample passes zero upwards or downwards, by a cubic through four samples.
 template <typename Value>

@@ -9,25 +9,16 @@
 #include <string>
 
 #include "sim/error.h"
-#include "sim/loading/load_scene.h"
 #include "sim/math/rotation.h"
 #include "sim/measure/measured_run.h"
 #include "sim/measure/motion.h"
+#include "tests/scene_files.h"
 #include "tests/sim/squeezer_end.h"
 
 namespace substep {
 namespace {
 
 constexpr double pi = std::numbers::pi;
-
-Scene scene_named(const std::string& name) {
-  return load_scene(std::string(SUBSTEP_SOURCE_DIR) + "/scenes/" + name + ".gltf");
-}
-
-int body_named(const Scene& scene, const std::string& name) {
-  const auto found = std::ranges::find(scene.bodies, name, &Body::name);
-  return static_cast<int>(found - scene.bodies.begin());
-}
 
 /// After `duration` with steps of the scene's / `divisions`; `at_step` sees time and state.
 template <typename AtStep>

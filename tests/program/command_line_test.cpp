@@ -1,8 +1,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 #include <iterator>
+#include <sstream>
 
 #include "program.h"
 
@@ -29,14 +31,30 @@ class CommandLine : public Program {
   }
 };
 
+/// The names under "Subcommands:", in the order of the help.
+std::vector<std::string> commands_in(const std::string& help) {
+  std::vector<std::string> commands;
+  std::istringstream lines(help.substr(std::min(help.size(), help.find("Subcommands:\n"))));
+  std::string line;
+  std::getline(lines, line);
+  while (std::getline(lines, line) && line.starts_with("  ")) {
+    const std::size_t end = line.find(' ', 2);
+    if (end > 2) commands.push_back(line.substr(2, end - 2));
+  }
+  return commands;
+}
+
 TEST_F(CommandLine, HelpOfEachCommandHasAnExample) {
   const Outcome all = run({"--help"});
   EXPECT_EQ(all.exit_code, 0);
-  for (const char* const command : {"run", "render", "video", "info", "diff"}) {
-    EXPECT_THAT(all.out, HasSubstr(command));
+  const std::vector<std::string> commands = commands_in(all.out);
+  EXPECT_THAT(commands, testing::UnorderedElementsAre("run", "render", "video", "info", "diff", "check",
+                                                      "approve", "replay", "claims", "measure", "sweep",
+                                                      "sheet", "figure", "report"));
+  for (const std::string& command : commands) {
     const Outcome one = run({command, "--help"});
     EXPECT_EQ(one.exit_code, 0);
-    EXPECT_THAT(one.out, HasSubstr(std::string("Example:\n  substep ") + command + " "));
+    EXPECT_THAT(one.out, HasSubstr("Example:\n  substep " + command + " "));
     EXPECT_EQ(one.err, "");
   }
 }
@@ -86,7 +104,7 @@ TEST_F(CommandLine, BadScenesAreRefusedByEachCommandThatReadsThem) {
   write("empty.gltf", "");
   write("no_such_body.gltf",
         changed(good, "\"connectedNode\"", "\"connectedNode\"", "\"connectedNode\": 9999, \"was\""));
-  for (const char* const command : {"run", "render", "video"}) {
+  for (const char* const command : {"run", "render", "video", "info", "measure", "sheet"}) {
     expect_refused({command, "not_there.gltf"}, "not_there.gltf");
     expect_refused({command, "truncated.glb"}, "truncated.glb");
     expect_refused({command, "truncated.gltf"}, "truncated.gltf");

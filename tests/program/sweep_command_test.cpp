@@ -80,7 +80,8 @@ TEST_F(SweepCommand, RefusesWhatItCannotRead) {
          "bad.toml:3: 'algorithms' must be");
   expect("[[grid]]\nscenes = [\"nothing.gltf\"]\nalgorithms = [\"a1\"]\n", "nothing.gltf");
   expect("[[grid]]\nscenes = [\"pendulum.gltf\"]\nalgorithms = [\"a3\"]\nkappa = [3]\n", "kappa 3");
-  expect("[[grid]]\nscenes = [\"pendulum.gltf\"]\nalgorithms = [\"a3\"]\nsubsteps = [0]\n", "from 1 to 4096");
+  expect("[[grid]]\nscenes = [\"pendulum.gltf\"]\nalgorithms = [\"a3\"]\nsubsteps = [0]\n",
+         "bad.toml:4: substeps 0: must be from 1 to 100000");
   expect("[[grid]]\nscenes = [\"pendulum.gltf\"]\nalgorithm = [\"a3\"]\n", "unknown key 'algorithm'");
   expect("horizon = 1\n[horizons]\nmoon = 1\n[[grid]]\nscenes = [\"pendulum.gltf\"]\nalgorithms = [\"a1\"]\n",
          "'moon' is a scene of no grid");

@@ -21,6 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
+using testing::Not;
 
 fs::path scenes() {
   return fs::path(SUBSTEP_SOURCE_DIR) / "scenes";
@@ -101,6 +102,37 @@ TEST_F(SweepResults, TheFigureIsTheSameTwice) {
     EXPECT_THAT(one, HasSubstr(text));
   }
   EXPECT_EQ(draw(figure.make(source()), PictureFormat::pdf).substr(0, 5), "%PDF-");
+}
+
+TEST_F(SweepResults, ThePageIsTheTemplateFilledIn) {
+  const std::string page = to_markdown(report_page(source(), {{"order", "<svg/>"}}));
+  EXPECT_THAT(page,
+              HasSubstr("# Speed against error of A1 to A5\n\n111 runs of 2 scenes. Errors are distances"));
+  EXPECT_THAT(page, HasSubstr("as root mean squares over bodies and time"));  // a line's end in the template
+  EXPECT_THAT(page, HasSubstr("![error against the (sub-)step, with slope triangles](figures/order.svg)"));
+  for (const char* const heading :
+       {"## What to choose", "## Order", "#### rod_chain", "## Sub-steps or iterations",
+        "## What stays bounded", "### pendulum", "## References"}) {
+    EXPECT_THAT(page, HasSubstr(std::string("\n") + heading + "\n")) << heading;
+  }
+  EXPECT_THAT(page, HasSubstr("scenes: pendulum, rod_chain."));
+  // No engine ran and nothing was left out: these sections go.
+  EXPECT_THAT(page, Not(HasSubstr("## Beside the five")));
+  EXPECT_THAT(page, Not(HasSubstr("## Omitted")));
+  // Nothing of the template is left as it was written there.
+  EXPECT_EQ(page.find_first_of("{}"), std::string::npos);
+  EXPECT_THAT(page, Not(HasSubstr("\n[")));
+}
+
+TEST_F(SweepResults, ThePageHasWhatWasLeftOut) {
+  FigureSource omitted = source();
+  SweepRecord& record = omitted.records.emplace_back(omitted.records.front());
+  record.engine = "no-such";
+  record.omitted = "the program was built without it";
+  record.metrics.reset();
+  const std::string page = to_markdown(report_page(omitted, {}));
+  EXPECT_THAT(page, HasSubstr("## Omitted\n"));
+  EXPECT_THAT(page, HasSubstr("the program was built without it"));
 }
 
 TEST_F(SweepResults, AdviceNamesTheCheapestThatIsGoodEnough) {

@@ -6,7 +6,7 @@
 #include <new>
 
 #include "sim/constraints/constraint.h"
-#include "sim/loading/load_scene.h"
+#include "tests/scene_files.h"
 #include "tests/sim/test_scenes.h"
 
 namespace {
@@ -77,10 +77,6 @@ Scene balls_in_a_row() {
     scene.colliders.push_back(collider);
   }
   return scene;
-}
-
-Scene scene_named(const char* name) {
-  return load_scene(std::string(SUBSTEP_SOURCE_DIR) + "/scenes/" + name + ".gltf");
 }
 
 TEST(Allocation, NoneInAStepAfterTheFirst) {

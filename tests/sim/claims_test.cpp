@@ -2,15 +2,13 @@
 
 #include <gtest/gtest.h>
 
-#include "sim/constraints/formulate.h"
+#include "sim/measure/claims_measurement.h"
 #include "tests/sim/test_scenes.h"
 
 namespace substep {
 namespace {
 
 using test::chain;
-using test::orientation_difference;
-using test::position_difference;
 using test::run;
 using test::velocity_difference;
 
@@ -28,7 +26,7 @@ Settings settings(Algorithm algorithm, int substeps, int iterations, Joints join
 Scene moving_chain() {
   Scene scene = chain(4, 0.3);
   scene.joints[2].limits.push_back(test::locked(true, {true, true, false}));
-  test::disturb(scene, 7, 0.2);
+  scene = claims::disturbed(scene, 7, 0.2);
   scene.bodies[4].inverse_inertia = {1 / 0.02, 1 / 0.03, 1 / 0.04};
   return scene;
 }
@@ -170,36 +168,20 @@ TEST(Claim6, A5FallsBehindA4WithManyStableSubsteps) {
 TEST(Claim10, LocalRowsGiveTheSameVelocitiesAndResponses) {
   Scene scene = moving_chain();
   scene.bodies[2].inverse_inertia = {3, 40, 50};
-  const Model model = build_model(scene);
-  const std::vector<Contact> none;
   double largest = 0;
   for (unsigned seed = 1; seed <= 200; ++seed) {
-    Scene posed = scene;
-    test::disturb(posed, seed, 3);
-    const State state = initial_state(posed);
-    std::vector<Velocity> local = state.v;
-    for (std::size_t i = 0; i < local.size(); ++i) {
-      local[i].angular = state.q[i].angular.conjugate() * local[i].angular;
-    }
-    Problem world;
-    world.model = &model;
-    world.contacts = &none;
-    world.frame = Frame::world;
-    Problem body = world;
-    body.frame = Frame::body;
-    for (Problem* problem : {&world, &body}) {
-      build_blocks(*problem, Joints::rows);
-      formulate(*problem, state.q, 0.01);
-    }
-    for (std::size_t x = 0; x < world.c.blocks.size(); ++x) {
-      const Block& block = world.c.blocks[x];
-      const Row& in_world = world.c.rows[block.first];
-      const Row& in_body = body.c.rows[block.first];
-      const double one = row_velocity(in_world, state.v[block.a], state.v[block.b]);
+    const Scene posed = claims::disturbed(scene, seed, 3);
+    const claims::Formulated world(posed, Frame::world, Joints::rows, 0.01);
+    const claims::Formulated body(posed, Frame::body, Joints::rows, 0.01);
+    const std::vector<Velocity> local = body.local_velocities();
+    for (const Block& block : world.problem.c.blocks) {
+      const Row& in_world = world.problem.c.rows[block.first];
+      const Row& in_body = body.problem.c.rows[block.first];
+      const double one = row_velocity(in_world, world.state.v[block.a], world.state.v[block.b]);
       const double other = row_velocity(in_body, local[block.a], local[block.b]);
       largest = std::max(largest, std::abs(one - other));
       // M̆⁻¹ J̆ᵀ with the constant M̆⁻¹ is R⁻¹ M⁻¹ Jᵀ.
-      const Vector3 turned = state.q[block.a].angular.conjugate() * in_world.response_a;
+      const Vector3 turned = world.state.q[block.a].angular.conjugate() * in_world.response_a;
       largest = std::max(largest, (turned - in_body.response_a).norm() / (1 + turned.norm()));
     }
   }
@@ -210,28 +192,21 @@ TEST(Claim10, LocalRowsGiveTheSameVelocitiesAndResponses) {
 // not.
 TEST(Claim11, TheFixedPointOfMicroIterationIsTauOverKappa) {
   Scene scene = chain(3, 0.3);
-  test::disturb(scene, 3, 0.2);
+  scene = claims::disturbed(scene, 3, 0.2);
   scene.gravity.setZero();
-  const Model model = build_model(scene);
-  const std::vector<Contact> none;
-  Problem problem;
-  problem.model = &model;
-  problem.contacts = &none;
-  problem.frame = Frame::body;
-  build_blocks(problem, Joints::plain);
-  State state = initial_state(scene);
-  formulate(problem, state.q, 0.01);
-  for (Row& row : problem.c.rows) row.beta = 0.25;
+  claims::Formulated at(scene, Frame::body, Joints::plain, 0.01);
+  Constraints& c = at.problem.c;
+  std::vector<Velocity>& v = at.state.v;
+  for (Row& row : c.rows) row.beta = 0.25;
   const double tau = 0.5;
   const double kappa = 0.8;
   for (int i = 0; i < 4000; ++i) {
-    for (const Block& x : problem.c.blocks)
-      apply(problem.c, x, solve(problem.c, x, kappa, tau, state.v), state.v);
+    for (const Block& x : c.blocks) apply(c, x, solve(c, x, kappa, tau, v), v);
   }
-  for (const Block& x : problem.c.blocks) {
+  for (const Block& x : c.blocks) {
     for (int k = 0; k < x.rows; ++k) {
-      const Row& row = problem.c.rows[x.first + k];
-      EXPECT_NEAR(row_velocity(row, state.v[x.a], state.v[x.b]), tau / kappa * row.beta, 1e-9);
+      const Row& row = c.rows[x.first + k];
+      EXPECT_NEAR(row_velocity(row, v[x.a], v[x.b]), tau / kappa * row.beta, 1e-9);
     }
   }
 }

@@ -10,7 +10,8 @@
 
 #include "sim/constraints/contact_finder.h"
 #include "sim/constraints/formulate.h"
-#include "sim/loading/load_scene.h"
+#include "sim/measure/claims_measurement.h"
+#include "tests/scene_files.h"
 #include "tests/sim/test_scenes.h"
 
 namespace substep {
@@ -73,7 +74,7 @@ TEST(ContactBatches, AStackAmongOthersMovesWithTheBitsOfOneAlone) {
                 << name(algorithm) << ", copy " << copy << " of " << copies << ", step " << step;
           }
         }
-        EXPECT_GT(test::position_difference(simulation.state(), initial_state(together)), 0.05);
+        EXPECT_GT(position_difference(simulation.state(), initial_state(together)), 0.05);
       }
     }
   }
@@ -138,7 +139,7 @@ void solve_one(unsigned seed, int sweeps, Violation& worst) {
                 {slope * Vector3(0.02, 0.175, -0.03), slope * rotation_quaternion({0, 0.1 * (seed % 7), 0})},
                 friction);
   const Pose pose = scene.bodies.back().pose;
-  test::disturb(scene, seed, 1.5);
+  scene = claims::disturbed(scene, seed, 1.5);
   scene.bodies.back().pose = pose;
   if (seed % 2 == 1) scene.bodies[1].pose.orientation = slope;
 
@@ -232,7 +233,7 @@ TEST(ContactBatches, AManifoldThatIsSweptToTheEndObeysItsLaws) {
 }
 
 TEST(ContactBatches, ManifoldsOfOneBatchShareNoMovingBody) {
-  const Scene scene = load_scene(std::string(SUBSTEP_SOURCE_DIR) + "/scenes/stone_pyramid.gltf");
+  const Scene scene = scene_named("stone_pyramid");
   const Model model = build_model(scene);
   ContactFinder finder(scene, model);
   const std::vector<Contact>& found = finder.find(initial_state(scene), 1.0 / 60);

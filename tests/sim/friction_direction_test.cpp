@@ -52,12 +52,11 @@ TEST(FrictionDirection, ABlockPushedBeyondFrictionMovesAlikeInSixteenDirections)
     for (const double block : blocks) {
       for (int k = 0; k < 16; ++k) {
         const Scene scene = pushed_block(1.06, 22.5 * k, block, slope);
-        double residual = 0;
-        const State state = test::run(scene, settings, steps * settings.step, &residual);
-        const Vector3 moved = state.q[1].linear - scene.bodies[1].pose.position;
+        const MeasuredRun run = measured_run(scene, settings, steps * settings.step);
+        const Vector3 moved = run.state.q[1].linear - scene.bodies[1].pose.position;
         const Vector3 heading = heading_of(22.5 * k, slope);
         EXPECT_NEAR(moved.dot(heading), expected, 0.02 * expected) << "block " << block << ", heading " << k;
-        EXPECT_LE(residual, MlcpSolver::tolerance);
+        EXPECT_LE(run.largest_residual, MlcpSolver::tolerance);
         worst = std::max(worst, std::abs(moved.dot(heading) / expected - 1));
         worst_aside = std::max(worst_aside, (moved - moved.dot(heading) * heading).norm() / expected);
       }

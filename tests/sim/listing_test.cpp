@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <map>
 #include <regex>
@@ -108,9 +109,28 @@ TEST(Listings, LoopsOverSubstepsAndRowsAreInTheFiveFilesOnly) {
     EXPECT_EQ(text.find("for (int j = 1; j <= n; ++j)") != std::string::npos, sub_stepped) << listing.file;
     EXPECT_EQ(text.find("for (int i = 1; i <= m; ++i)") != std::string::npos, sub_stepped) << listing.file;
   }
-  // What the five share may loop over one block's rows or over all bodies, not over blocks while solving.
-  const std::string shared = read("constraint.h");
-  EXPECT_EQ(shared.find("c.blocks)"), std::string::npos);
+  // What the five share may loop over one block's rows, or over all blocks to formulate or to update them; it
+  // has no loop over sub-steps or iterations, and none over blocks that solves them.
+  const std::regex steps("for \\(int \\w+ = 1; \\w+ <= (n|m|substeps|iterations);");
+  int files = 0;
+  int loops_over_blocks = 0;
+  const std::filesystem::path folder = std::filesystem::path(SUBSTEP_SOURCE_DIR) / "sim/constraints";
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    const std::string text = read("constraints/" + entry.path().filename().string());
+    ASSERT_FALSE(text.empty()) << entry.path();
+    ++files;
+    EXPECT_FALSE(std::regex_search(text, steps)) << entry.path();
+    for (std::size_t at = text.find("c.blocks) "); at != std::string::npos;
+         at = text.find("c.blocks) ", at + 1)) {
+      ++loops_over_blocks;
+      const std::string body = text.substr(at, text.find("\n\n", at) - at);
+      for (const char* const solving : {"solve(", "solve_relaxed(", "solve_and_apply(", "apply("}) {
+        EXPECT_EQ(body.find(solving), std::string::npos) << entry.path() << ": " << body;
+      }
+    }
+  }
+  EXPECT_GE(files, 10);
+  EXPECT_GE(loops_over_blocks, 5);
 }
 
 }  // namespace

@@ -8,17 +8,13 @@
 #include <numbers>
 #include <utility>
 
-#include "sim/loading/load_scene.h"
+#include "tests/scene_files.h"
 #include "tests/sim/test_scenes.h"
 
 namespace substep {
 namespace {
 
 constexpr Algorithm iterative[] = {Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5};
-
-Scene scene_named(const std::string& name) {
-  return load_scene(std::string(SUBSTEP_SOURCE_DIR) + "/scenes/" + name + ".gltf");
-}
 
 std::uint64_t hash_after(Simulation& simulation, int steps) {
   for (int i = 0; i < steps; ++i) simulation.step();

@@ -13,10 +13,10 @@
 #include <variant>
 #include <vector>
 
-#include "sim/loading/load_scene.h"
 #include "sim/math/rotation.h"
 #include "sim/scene/scene.h"
 #include "sim/simulation.h"
+#include "tests/scene_files.h"
 #include "tests/sim/squeezer_end.h"
 
 namespace substep {
@@ -25,17 +25,6 @@ namespace {
 constexpr double gravity = 9.81;
 constexpr double pi = std::numbers::pi;
 constexpr std::array all{Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5};
-
-Scene library_scene(const std::string& name) {
-  return load_scene(std::string(SUBSTEP_SOURCE_DIR) + "/scenes/" + name + ".gltf");
-}
-
-int body_named(const Scene& scene, const std::string& name) {
-  for (std::size_t i = 0; i < scene.bodies.size(); ++i)
-    if (scene.bodies[i].name == name) return static_cast<int>(i);
-  ADD_FAILURE() << name;
-  return 0;
-}
 
 Settings settings_of(Algorithm algorithm, double step) {
   Settings settings;
@@ -67,7 +56,7 @@ double azimuth(const Vector3& x) {
 }
 
 TEST(Scenes, HeavyTopGoesRoundAsPublished) {
-  const Scene scene = library_scene("heavy_top");
+  const Scene scene = scene_named("heavy_top");
   const Vector3 pivot(0, 0.62, 0);
   struct Limit {
     Algorithm algorithm;
@@ -104,7 +93,7 @@ TEST(Scenes, HeavyTopGoesRoundAsPublished) {
 }
 
 TEST(Scenes, BallsRollWithThePartOfTheirSpeedThatTheirMomentLeaves) {
-  const Scene scene = library_scene("sliding_ball");
+  const Scene scene = scene_named("sliding_ball");
   for (const Algorithm algorithm : all) {
     // A3 moves a contact with the body that it is on, and a ball turns by 0.3 rad in a step: measured 0.109
     // m/s. The others: 3e-14.
@@ -123,7 +112,7 @@ TEST(Scenes, BallsRollWithThePartOfTheirSpeedThatTheirMomentLeaves) {
 }
 
 TEST(Scenes, TrayAndBallsGoAsSimBenchmarkSays) {
-  const Scene scene = library_scene("balls_on_tray");
+  const Scene scene = scene_named("balls_on_tray");
   const double acceleration = (150 - 0.4 * 35 * gravity) / (10 + 25 * 2.0 / 7);
   for (const Algorithm algorithm : all) {
     // Measured 4e-13 (A1), 1.2e-5 (A2). Eight sweeps leave A4 and A5 0.025 m/s² of 0.7385. A3, for which the
@@ -142,7 +131,7 @@ TEST(Scenes, TrayAndBallsGoAsSimBenchmarkSays) {
 }
 
 TEST(Scenes, ShakenBlocksSlipAsFarAsTheClosedFormSays) {
-  const Scene scene = library_scene("shaken_block");
+  const Scene scene = scene_named("shaken_block");
   const int table = body_named(scene, "table");
   const auto range = [&](Algorithm algorithm, const char* block) {
     const int i = body_named(scene, block);
@@ -167,7 +156,7 @@ TEST(Scenes, ShakenBlocksSlipAsFarAsTheClosedFormSays) {
 }
 
 TEST(Scenes, CradleGivesBothAnswers) {
-  const Scene scene = library_scene("cradle");
+  const Scene scene = scene_named("cradle");
   const double arrives = 1.5425358516997971;
   for (const Algorithm algorithm : all) {
     std::array<double, 5> touching{};
@@ -194,7 +183,7 @@ TEST(Scenes, CradleGivesBothAnswers) {
 }
 
 TEST(Scenes, GatesSwingAlikeOnAnyNumberOfHinges) {
-  const Scene scene = library_scene("door");
+  const Scene scene = scene_named("door");
   const Vector3 axis(std::sin(0.25), std::cos(0.25), 0);
   for (const Algorithm algorithm : all) {
     std::vector<double> periods;
@@ -218,7 +207,7 @@ TEST(Scenes, GatesSwingAlikeOnAnyNumberOfHinges) {
 }
 
 TEST(Scenes, TurntableCarriesABallWithTwoSevenths) {
-  const Scene scene = library_scene("turntable");
+  const Scene scene = scene_named("turntable");
   const int ball = body_named(scene, "ball");
   // Not A3: a ball that turns by 0.1 rad in a step and takes its contact along comes off its way, see the
   // page.
@@ -238,7 +227,7 @@ TEST(Scenes, TurntableCarriesABallWithTwoSevenths) {
 }
 
 TEST(Scenes, TurntableHoldsBlocksThatFrictionCanHold) {
-  const Scene scene = library_scene("turntable");
+  const Scene scene = scene_named("turntable");
   // Friction acts on velocities: along the tangent a step carries a block outwards by r (Ω h)²/2.
   for (const Algorithm algorithm : {Algorithm::a1, Algorithm::a2}) {
     const State state = run(scene, settings_of(algorithm, 1.0 / 960), 6);
@@ -260,7 +249,7 @@ TEST(Scenes, TurntableHoldsBlocksThatFrictionCanHold) {
 }
 
 TEST(Scenes, SqueezerEndsAsPublished) {
-  const Scene scene = library_scene("squeezer");
+  const Scene scene = scene_named("squeezer");
   for (const Algorithm algorithm : all) {
     std::array<double, 2> largest{};
     for (const int i : {0, 1}) {
@@ -282,7 +271,7 @@ TEST(Scenes, SqueezerEndsAsPublished) {
 
 TEST(Scenes, PainlevesRodComesToTheParadoxAsPublished) {
   // The time depends on the start as few things do: a rod that starts 0.05° steeper is there 0.11 s earlier.
-  const Scene scene = library_scene("painleve_rod");
+  const Scene scene = scene_named("painleve_rod");
   const int rod = body_named(scene, "rod");
   double time = 0;
   double slip = 0;
@@ -297,7 +286,7 @@ TEST(Scenes, PainlevesRodComesToTheParadoxAsPublished) {
 }
 
 TEST(Scenes, ABallWithRestitutionStopsAfterInfinitelyManyBounces) {
-  const Scene scene = library_scene("bouncing_balls");
+  const Scene scene = scene_named("bouncing_balls");
   const int ball = body_named(scene, "ball_2");
   for (const Algorithm algorithm : all) {
     double moving = 0;
@@ -312,7 +301,7 @@ TEST(Scenes, ABallWithRestitutionStopsAfterInfinitelyManyBounces) {
 /// steps are left a little above the tolerance of 1e-9.
 TEST(Scenes, A1SolvesNearlyEachStepOfWhatFallsInHeaps) {
   for (const char* name : {"card_house", "dominoes", "masonry_arch", "ragdoll", "water_wheel"}) {
-    Simulation simulation(library_scene(name), settings_of(Algorithm::a1, 1.0 / 60));
+    Simulation simulation(scene_named(name), settings_of(Algorithm::a1, 1.0 / 60));
     int unsolved = 0;
     for (int step = 1; step <= 180; ++step) {
       const StepReport& report = simulation.step();
@@ -391,7 +380,7 @@ class Rattleback {
 };
 
 TEST(Scenes, RattlebackTurnsBackOneWayOnly) {
-  const Scene scene = library_scene("rattleback");
+  const Scene scene = scene_named("rattleback");
   const auto reference_of = [&](int body) {
     const auto collider = std::ranges::find(scene.colliders, body, &Collider::body);
     return Rattleback(scene.bodies[static_cast<std::size_t>(body)],
@@ -443,7 +432,7 @@ double height_of(const TriangleMesh& mesh, double x, double z) {
 }
 
 TEST(Scenes, RocksSlideOnTheMeshAndComeToRest) {
-  const Scene scene = library_scene("rock_slide");
+  const Scene scene = scene_named("rock_slide");
   const auto ground = std::ranges::find_if(scene.colliders, [](const Collider& collider) {
     return std::holds_alternative<TriangleMesh>(collider.shape);
   });
@@ -483,7 +472,7 @@ TEST(Scenes, RocksSlideOnTheMeshAndComeToRest) {
 }
 
 TEST(Scenes, PlanetsGoRoundTheFunnelAsKeplerHasIt) {
-  Scene scene = library_scene("funnel");
+  Scene scene = scene_named("funnel");
   // They meet nothing but the funnel, so nothing else is needed: not the bodies that roll down it.
   const int bodies = body_named(scene, "inner_planet") + 1;
   scene.bodies.resize(static_cast<std::size_t>(bodies));

@@ -6,16 +6,12 @@
 #include <algorithm>
 #include <string>
 
-#include "sim/loading/load_scene.h"
 #include "sim/scene/scene.h"
 #include "sim/simulation.h"
+#include "tests/scene_files.h"
 
 namespace substep {
 namespace {
-
-Scene scene_named(const std::string& name) {
-  return load_scene(std::string(SUBSTEP_SOURCE_DIR) + "/scenes/" + name + ".gltf");
-}
 
 Settings settings_of(int substeps, double tau = 0.6) {
   Settings settings = default_settings(Algorithm::a5);

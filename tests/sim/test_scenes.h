@@ -7,6 +7,7 @@
 
 #include "sim/geometry/convex_hull.h"
 #include "sim/math/rotation.h"
+#include "sim/measure/measured_run.h"
 #include "sim/simulation.h"
 
 namespace substep::test {
@@ -115,25 +116,9 @@ inline int add_box(Scene& scene, const Vector3& size, double mass, const Pose& p
   return collider.body;
 }
 
-/// The state after `duration` seconds, and the largest residual of A1 on the way.
-inline State run(const Scene& scene, const Settings& settings, double duration, double* residual = nullptr) {
-  Simulation simulation(scene, settings);
-  const int steps = static_cast<int>(std::lround(duration / settings.step));
-  for (int i = 0; i < steps; ++i) {
-    const StepReport& report = simulation.step();
-    if (residual) *residual = std::max(*residual, report.residual);
-    if (report.status == StepReport::Status::diverged) break;
-  }
-  return simulation.state();
-}
-
-/// Largest distance between the centres of equal bodies, m.
-inline double position_difference(const State& a, const State& b) {
-  double largest = 0;
-  for (std::size_t i = 1; i < a.q.size(); ++i) {
-    largest = std::max(largest, (a.q[i].linear - b.q[i].linear).norm());
-  }
-  return largest;
+/// The state after `duration` seconds.
+inline State run(const Scene& scene, const Settings& settings, double duration) {
+  return measured_run(scene, settings, duration).state;
 }
 
 inline double velocity_difference(const State& a, const State& b) {
@@ -143,29 +128,6 @@ inline double velocity_difference(const State& a, const State& b) {
     largest = std::max(largest, (a.v[i].angular - b.v[i].angular).norm());
   }
   return largest;
-}
-
-inline double orientation_difference(const State& a, const State& b) {
-  double largest = 0;
-  for (std::size_t i = 1; i < a.q.size(); ++i) {
-    largest = std::max(largest, rotation_vector(a.q[i].angular.conjugate() * b.q[i].angular).norm());
-  }
-  return largest;
-}
-
-/// Any pose and velocity of every body, the same on each call: joints are violated, everything moves.
-inline void disturb(Scene& scene, unsigned seed, double amount) {
-  const auto next = [&] {
-    seed = seed * 1664525u + 1013904223u;
-    return amount * (static_cast<double>(seed >> 8) / 8388608.0 - 1.0);
-  };
-  for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
-    Body& body = scene.bodies[i];
-    const Vector3 turn(next(), next(), next());
-    body.pose.orientation = compose(body.pose.orientation, rotation_quaternion(turn));
-    body.linear_velocity = Vector3(next(), next(), next());
-    body.angular_velocity = Vector3(next(), next(), next());
-  }
 }
 
 }  // namespace substep::test

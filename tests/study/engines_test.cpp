@@ -8,15 +8,16 @@
 #include <cmath>
 
 #include "sim/error.h"
-#include "sim/loading/load_scene.h"
 #include "sim/measure/metrics.h"
+#include "tests/scene_files.h"
 #include "tests/sim/test_scenes.h"
 
 namespace substep {
 namespace {
 
-Scene scene_named(const std::string& name) {
-  Scene scene = load_scene(SUBSTEP_SOURCE_DIR "/scenes/" + name + ".gltf");
+/// The first second of it.
+Scene short_scene(const std::string& name) {
+  Scene scene = scene_named(name);
   scene.duration = 1;
   return scene;
 }
@@ -94,7 +95,7 @@ TEST(Engines, ABlockStopsOnAFloor) {
 }
 
 TEST(Engines, SayWhatTheyCannotRepresent) {
-  Scene scene = scene_named("pendulum");
+  Scene scene = short_scene("pendulum");
   const auto expect = [&](const std::string& why) {
     for (const Engine& engine : engines()) {
       if (engine.is_ours) continue;
@@ -103,20 +104,20 @@ TEST(Engines, SayWhatTheyCannotRepresent) {
   };
   scene.bodies[1].gravity_factor = 0.5;
   expect("has a gravity of its own");
-  scene = scene_named("pendulum");
+  scene = short_scene("pendulum");
   scene.bodies[1].inverse_inertia.x() = 0;
   expect("infinite moment");
-  scene = scene_named("pendulum");
+  scene = short_scene("pendulum");
   scene.joints[0].limits[0].stiffness = 100;
   expect("limit or a spring");
-  scene = scene_named("pendulum");
+  scene = short_scene("pendulum");
   scene.joints[0].drives.emplace_back();
   expect("has a drive");
-  scene = scene_named("bouncing_balls");
+  scene = short_scene("bouncing_balls");
   expect("restitution");
-  scene = scene_named("incline");
+  scene = short_scene("incline");
   expect("more than one coefficient of friction");
-  scene = scene_named("conveyor");
+  scene = short_scene("conveyor");
   expect("kinematic body that moves");
 }
 

@@ -1,0 +1,18 @@
+#pragma once
+/// A loop on several threads.
+
+#include <cstddef>
+#include <functional>
+#include <stop_token>
+
+namespace substep {
+
+/// Calls `work(i, stop)` for each i below `count`, in this order on `threads` threads, and returns when all
+/// calls have. After an exception no call is begun and `stop` is requested, which long work may look at; of
+/// the exceptions the one of the lowest i is thrown here. `wait`, if there is one, is called a few times a
+/// second on the calling thread.
+void parallel_for(int threads, std::size_t count,
+                  const std::function<void(std::size_t i, const std::stop_token& stop)>& work,
+                  const std::function<void()>& wait = {});
+
+}  // namespace substep

@@ -1,0 +1,113 @@
+#include "sim/model/settings_fields.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <type_traits>
+#include <utility>
+
+#include "sim/error.h"
+
+namespace substep {
+namespace {
+
+/// Stands for a value of any type, to count what Settings takes.
+struct AnyValue {
+  template <typename Value>
+  operator Value() const;  // NOLINT: never called
+};
+
+template <std::size_t... i>
+constexpr bool has_fields(std::index_sequence<i...> /*count*/) {
+  return requires {
+    Settings{(static_cast<void>(i), AnyValue{})...};
+  };
+}
+
+static_assert(has_fields(std::make_index_sequence<settings_fields.size()>{}) &&
+                  !has_fields(std::make_index_sequence<settings_fields.size() + 1>{}),
+              "settings_fields lists other fields than Settings has");
+
+template <typename Value>
+bool read(std::string_view text, Value& value) {
+  Value result{};
+  const auto end = std::from_chars(text.data(), text.data() + text.size(), result);
+  if (end.ec != std::errc{} || end.ptr != text.data() + text.size()) return false;
+  if (!std::isfinite(static_cast<double>(result))) return false;
+  value = result;
+  return true;
+}
+
+template <typename Value>
+bool choose(const std::optional<Value>& chosen, Value& value) {
+  if (chosen) value = *chosen;
+  return chosen.has_value();
+}
+
+bool read(std::string_view text, Algorithm& value) {
+  return choose(algorithm_named(text), value);
+}
+bool read(std::string_view text, Joints& value) {
+  return choose(joints_named(text), value);
+}
+
+std::string kind_of(double /*value*/) {
+  return "a number";
+}
+std::string kind_of(int /*value*/) {
+  return "a whole number";
+}
+std::string kind_of(Algorithm /*value*/) {
+  return "a1, a2, a3, a4 or a5";
+}
+std::string kind_of(Joints /*value*/) {
+  return "rows, plain or stable";
+}
+
+}  // namespace
+
+bool SettingsField::Range::contains(double value) const {
+  return (value > low || (has_low && value == low)) && (value < high || (has_high && value == high));
+}
+
+std::string SettingsField::Range::text() const {
+  if (has_low && has_high && std::isfinite(high)) return fmt::format("from {} to {}{}", low, high, unit);
+  std::string text = fmt::format("{} {}", has_low ? "at least" : "above", low);
+  if (std::isfinite(high)) text += fmt::format(" and {} {}", has_high ? "at most" : "below", high);
+  return fmt::format("{}{}", text, unit);
+}
+
+std::string text_of(const Settings& settings, const SettingsField& field) {
+  return std::visit(
+      [&](auto member) -> std::string {
+        const auto value = settings.*member;
+        if constexpr (std::is_enum_v<std::remove_const_t<decltype(value)>>) {
+          return std::string(name(value));
+        } else {
+          return fmt::format("{}", value);
+        }
+      },
+      field.member);
+}
+
+bool set(Settings& settings, const SettingsField& field, std::string_view text) {
+  return std::visit([&](auto member) { return read(text, settings.*member); }, field.member);
+}
+
+void copy(Settings& settings, const SettingsField& field, const Settings& from) {
+  std::visit([&](auto member) { settings.*member = from.*member; }, field.member);
+}
+
+std::string kind_of(const SettingsField& field) {
+  return std::visit([](auto member) { return kind_of(Settings{}.*member); }, field.member);
+}
+
+const SettingsField& field_named(std::string_view name) {
+  const auto found = std::ranges::find(settings_fields, name, &SettingsField::name);
+  if (found == settings_fields.end()) throw Error(fmt::format("settings have no '{}'", name));
+  return *found;
+}
+
+}  // namespace substep

@@ -1,0 +1,50 @@
+#include "sim/execution/child_process.h"
+
+#include <gtest/gtest.h>
+
+#include <system_error>
+
+namespace substep {
+namespace {
+
+TEST(ChildProcess, GetsItsWordsAsTheyAre) {
+  const TemporaryFile out;
+  ChildProcess process({"printf", "%s|", "two words", "$HOME; 'quoted'"}, {.out = out.descriptor()});
+  EXPECT_TRUE(process.succeeds());
+  EXPECT_EQ(out.content(), "two words|$HOME; 'quoted'|");
+}
+
+TEST(ChildProcess, ReadsAndWritesFiles) {
+  const TemporaryFile in("one\ntwo\n");
+  const TemporaryFile out;
+  EXPECT_TRUE(ChildProcess({"cat"}, {.in = in.descriptor(), .out = out.descriptor()}).succeeds());
+  EXPECT_EQ(out.content(), "one\ntwo\n");
+  const TemporaryFile nothing;
+  EXPECT_TRUE(ChildProcess({"cat"}, {.in = ChildProcess::nowhere, .out = nothing.descriptor()}).succeeds());
+  EXPECT_EQ(nothing.content(), "");
+}
+
+TEST(ChildProcess, HasTheEnvironmentThatIsAdded) {
+  const TemporaryFile out;
+  ChildProcess process({"sh", "-c", "printf %s \"$SUBSTEP_WORD\""}, {.out = out.descriptor()},
+                       {"SUBSTEP_WORD=seven"});
+  EXPECT_TRUE(process.succeeds());
+  EXPECT_EQ(out.content(), "seven");
+}
+
+TEST(ChildProcess, FailsWithItsExitCodeOrASignal) {
+  EXPECT_FALSE(ChildProcess({"false"}, {}).succeeds());
+  EXPECT_FALSE(ChildProcess({"sh", "-c", "kill -9 $$"}, {}).succeeds());
+}
+
+TEST(ChildProcess, ThrowsWhereThereIsNoSuchProgram) {
+  EXPECT_THROW(ChildProcess({"substep-no-such-program"}, {}), std::system_error);
+}
+
+TEST(ChildProcess, EndsWithItsOwner) {
+  // It would wait for ever, and so would this test.
+  const ChildProcess process({"sleep", "infinity"}, {});
+}
+
+}  // namespace
+}  // namespace substep

@@ -1,0 +1,58 @@
+// The commands of the visual regression suite, one after another as a user types them.
+
+#include <gmock/gmock.h>
+
+#include "program.h"
+
+namespace substep {
+namespace {
+
+using testing::HasSubstr;
+
+class GoldenCommands : public Program {
+ protected:
+  /// A suite of one short case.
+  void SetUp() override {
+    std::filesystem::copy_file(scene("pendulum.gltf"), folder() / "pendulum.gltf");
+    write("suite.toml",
+          "[defaults]\nframes = 10\nimages = [10]\nsize = [64, 36]\n"
+          "[[case]]\nscene = \"pendulum.gltf\"\nalgorithms = [\"a3\"]\n");
+  }
+
+  Outcome check() const { return run({"check", "--suite", "suite.toml", "--output", "checked"}); }
+};
+
+TEST_F(GoldenCommands, CheckApproveReplayAndDiffOneCase) {
+  const Outcome fresh = check();
+  EXPECT_EQ(fresh.exit_code, 1) << fresh.err;
+  EXPECT_THAT(fresh.out, HasSubstr("pendulum.a3"));
+  const Outcome approved = run({"approve", "pendulum.a3", "--reason", "the first goldens", "--suite",
+                                "suite.toml", "--output", "checked"});
+  ASSERT_EQ(approved.exit_code, 0) << approved.err;
+  EXPECT_TRUE(std::filesystem::exists(folder() / "poses/pendulum/a3.poses"));
+  EXPECT_TRUE(std::filesystem::exists(folder() / "images/pendulum/a3.f0010.png"));
+  EXPECT_EQ(check().exit_code, 0);
+
+  const Outcome replayed = run({"replay", "pendulum.a3", "--suite", "suite.toml", "--to", "10"});
+  EXPECT_EQ(replayed.exit_code, 0) << replayed.err;
+  EXPECT_THAT(replayed.out, HasSubstr("frame 10"));
+  const Outcome same = run({"diff", "poses/pendulum/a3.poses", "poses/pendulum/a3.poses"});
+  EXPECT_EQ(same.exit_code, 0) << same.err;
+
+  // A heavier step changes the poses: the check says which case and what.
+  write("suite.toml", content("suite.toml") + "settings = { substeps = 3 }\n");
+  const Outcome changed = check();
+  EXPECT_EQ(changed.exit_code, 1) << changed.err;
+  EXPECT_THAT(changed.out, HasSubstr("pendulum.a3"));
+  EXPECT_THAT(changed.out, HasSubstr("changed"));
+}
+
+TEST_F(GoldenCommands, RefuseWhatIsNotThere) {
+  expect_refused({"check", "--suite", "nothing.toml"}, "nothing.toml");
+  expect_refused({"check", "--suite", "suite.toml", "--case", "pendulum.a9"}, "pendulum.a9");
+  expect_refused({"approve", "pendulum.a3", "--reason", "none", "--suite", "suite.toml"}, "out/check");
+  expect_refused({"replay", "pendulum.a9", "--suite", "suite.toml"}, "pendulum.a9");
+}
+
+}  // namespace
+}  // namespace substep

@@ -1,0 +1,161 @@
+// What is made from the list of settings' fields: each field changes all of it, and is read back from it.
+
+#include <gmock/gmock.h>
+
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "golden/suite/sidecar.h"
+#include "golden/suite/suite.h"
+#include "program.h"
+#include "sim/log/pose_log.h"
+#include "sim/measure/settings_json.h"
+#include "sim/model/settings_fields.h"
+#include "sim/study/sweep_file.h"
+#include "sim/study/sweep_record.h"
+
+namespace substep {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+/// Names of the fields in which they differ.
+std::vector<std::string> differences(const Settings& a, const Settings& b) {
+  std::vector<std::string> names;
+  for (const SettingsField& field : settings_fields) {
+    if (text_of(a, field) != text_of(b, field)) names.emplace_back(field.name);
+  }
+  return names;
+}
+
+class EveryField : public Program, public testing::WithParamInterface<SettingsField> {
+ protected:
+  const SettingsField& field() const { return GetParam(); }
+  std::string name() const { return std::string(field().name); }
+
+  /// Of an algorithm that reads the field.
+  Settings usual() const { return default_settings(field().first); }
+
+  /// The same but for the field.
+  Settings changed() const {
+    Settings settings = usual();
+    std::visit(
+        [&](auto member) {
+          auto& value = settings.*member;
+          using Value = std::remove_reference_t<decltype(value)>;
+          if constexpr (std::is_enum_v<Value>) {
+            value = value == Value{} ? static_cast<Value>(1) : Value{};
+          } else if constexpr (std::is_same_v<Value, int>) {
+            ++value;
+          } else {
+            value = value == 0 ? 0.25 : value / 2;
+          }
+        },
+        field().member);
+    return settings;
+  }
+
+  /// As JSON and TOML write it.
+  std::string value_in(const Settings& settings) const { return to_json(settings)[name()].dump(); }
+};
+
+TEST_P(EveryField, CanBeChangedAlone) {
+  EXPECT_THAT(differences(usual(), changed()), ElementsAre(name()));
+  EXPECT_NO_THROW(check(changed()));
+}
+
+TEST_P(EveryField, IsInJson) {
+  EXPECT_NE(to_json(changed()).dump(), to_json(usual()).dump());
+  EXPECT_THAT(differences(settings_in(to_json(changed())), changed()), IsEmpty());
+}
+
+TEST_P(EveryField, IsInLabels) {
+  EXPECT_NE(label(changed()), label(usual()));
+}
+
+TEST_P(EveryField, IsInThePoseLog) {
+  PoseLog log;
+  log.scene = "none.gltf";
+  log.bodies = {"world"};
+  log.frames.resize(1);
+  log.settings = usual();
+  PoseLog other = log;
+  other.settings = changed();
+  EXPECT_THAT(differences(parse_pose_log(to_text(other), "log").settings, changed()), IsEmpty());
+  EXPECT_EQ(compare(log, other).headers,
+            name() + ": " + text_of(usual(), field()) + " → " + text_of(changed(), field()));
+}
+
+TEST_P(EveryField, IsInTheSweepRecordAndItsTable) {
+  SweepRecord record;
+  record.settings = usual();
+  record.metrics.emplace();
+  SweepRecord other = record;
+  other.settings = changed();
+  EXPECT_THAT(differences(record_in(to_json(other)).settings, changed()), IsEmpty());
+  EXPECT_THAT(errors_csv({other}), HasSubstr("," + name() + ","));
+  EXPECT_NE(errors_csv({other}), errors_csv({record}));
+}
+
+TEST_P(EveryField, IsAListOfSweepFiles) {
+  std::string text = "[[grid]]\nscenes = [\"" + scene("pendulum.gltf") + "\"]\n";
+  if (name() == "step") {
+    text += "algorithms = [\"a1\"]\ndivisions = [1, 2]\n";
+  } else if (name() == "algorithm") {
+    text += "algorithms = [\"a1\", \"a2\"]\n";
+  } else {
+    text += "algorithms = [" + to_json(usual())["algorithm"].dump() + "]\n";
+    text += name() + " = [" + value_in(usual()) + ", " + value_in(changed()) + "]\n";
+  }
+  write("one.toml", text);
+  const Sweep sweep = read_sweep(folder() / "one.toml");
+  ASSERT_EQ(sweep.jobs.size(), 2U) << "runs of equal keys are made once";
+  const std::vector<SweepJob>& jobs = sweep.jobs;
+  EXPECT_NE(jobs[0].key, jobs[1].key);
+  EXPECT_THAT(differences(jobs[0].settings, jobs[1].settings), testing::Contains(name()));
+  if (name() == "step") return;
+  EXPECT_EQ(text_of(jobs[1].settings, field()), text_of(changed(), field()));
+}
+
+TEST_P(EveryField, IsInTheSuiteAndTheSidecar) {
+  const std::string algorithm = to_json(changed())["algorithm"].dump();
+  std::string text = "[[case]]\nscene = \"one.gltf\"\nalgorithms = [" + algorithm + "]\n";
+  if (name() != "algorithm") text += "settings = { " + name() + " = " + value_in(changed()) + " }\n";
+  write("suite.toml", text);
+  SuiteCase entry = read_suite(folder() / "suite.toml").cases.at(0);
+  EXPECT_EQ(text_of(entry.settings, field()), text_of(changed(), field()));
+  EXPECT_EQ(entry.own_step, name() == "step");
+  PoseLog log;
+  log.frames.resize(1);
+  const auto sidecar = make_sidecar(entry, log, Scene{}, {}, {});
+  EXPECT_EQ(sidecar["settings"][name()].dump(), value_in(changed()));
+}
+
+TEST_P(EveryField, IsAnOption) {
+  const std::string option = "--" + name();
+  std::vector<std::string> words{"run",  scene("pendulum.gltf"),     "--duration", "0.02",
+                                 option, text_of(changed(), field())};
+  words.insert(words.end(), {"--output", "one.poses"});
+  if (name() != "algorithm") {
+    words.insert(words.end(), {"--algorithm", text_of(usual(), field_named("algorithm"))});
+  }
+  const Outcome outcome = run(words);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const PoseLog log = read_pose_log(folder() / "one.poses");
+  EXPECT_EQ(text_of(log.settings, field()), text_of(changed(), field()));
+  for (const char* const command : {"render", "sheet", "video", "measure"}) {
+    // Videos and measurements are of all five.
+    const bool is_of_all = command == std::string("video") || command == std::string("measure");
+    if (name() == "algorithm" && is_of_all) continue;
+    EXPECT_THAT(run({command, "--help"}).out, HasSubstr(option + " ")) << command;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Settings, EveryField, testing::ValuesIn(settings_fields),
+                         [](const auto& one) { return std::string(one.param.name); });
+
+}  // namespace
+}  // namespace substep
