@@ -1,4 +1,5 @@
 #include <GL/osmesa.h>
+#include <fmt/format.h>
 
 #include <array>
 #include <cstdint>
@@ -25,6 +26,32 @@ struct Context::Handle {
   }
 };
 
+namespace {
+
+/// What else the environment can tell Mesa 22.3's llvmpipe that changes pixels: whoever sets one of these has
+/// another renderer.
+constexpr std::array<const char*, 10> switches{"GALLIUM_NOSSE",
+                                               "GALLIVM_PERF",
+                                               "GALLIVM_DEBUG",
+                                               "LP_PERF",
+                                               "LP_DEBUG",
+                                               "LP_NO_RAST",
+                                               "DRAW_FSE",
+                                               "DRAW_NO_FSE",
+                                               "MESA_EXTENSION_OVERRIDE",
+                                               "MESA_GL_VERSION_OVERRIDE"};
+
+/// Vertices without LLVM: llvmpipe crashes over it.
+void refuse_interpreted_vertices() {
+  const char* value = std::getenv("DRAW_USE_LLVM");
+  if (value == nullptr) return;
+  const std::string_view text = value;
+  if (text == "1" || text == "true" || text == "yes" || text == "y" || text == "t") return;
+  throw Error(fmt::format("DRAW_USE_LLVM={}: software OpenGL crashes with it: unset it", text));
+}
+
+}  // namespace
+
 Context::Context() : handle_(std::make_unique<Handle>()) {
   const std::array<int, 13> attributes{OSMESA_FORMAT,
                                        OSMESA_RGBA,
@@ -39,6 +66,7 @@ Context::Context() : handle_(std::make_unique<Handle>()) {
                                        0,
                                        0,
                                        0};
+  refuse_interpreted_vertices();
   handle_->context = OSMesaCreateContextAttribs(attributes.data(), nullptr);
   if (handle_->context == nullptr) {
     throw Error(
@@ -84,7 +112,12 @@ std::string renderer_description() {
       const GLubyte* value = glGetString(name);
       return std::string(value == nullptr ? "?" : reinterpret_cast<const char*>(value));
     };
-    return text(GL_RENDERER) + ", " + text(GL_VERSION);
+    std::string description_here = text(GL_RENDERER) + ", " + text(GL_VERSION);
+    for (const char* name : switches) {
+      const char* value = std::getenv(name);
+      if (value != nullptr) description_here += fmt::format(", {}={}", name, value);
+    }
+    return description_here;
   }();
   return description;
 }

@@ -8,6 +8,7 @@
 
 #include "golden/check/check_results.h"
 #include "golden/compare/provenance.h"
+#include "golden/compare/verdict.h"
 #include "golden/suite/approval_journal.h"
 #include "golden/suite/sidecar.h"
 #include "render/image.h"
@@ -36,6 +37,7 @@ Json essence(Json sidecar) {
   sidecar.erase("made_with");
   sidecar.erase("approved");
   sidecar.erase("alternates");
+  sidecar.erase("history");
   return sidecar;
 }
 
@@ -104,7 +106,7 @@ std::vector<NewGolden> alternates_of(const CheckResults::Case& entry, const Appr
                                      {"made_with", made_with}});
     files.push_back({file, kept(file, shown(offer.from, offer.from_hash, entry.name))});
   }
-  if (!files.empty()) files.push_back({entry.sidecar_file, sidecar.dump(1) + "\n"});
+  if (!files.empty()) files.push_back({entry.sidecar_file, sidecar_text(sidecar)});
   return files;
 }
 
@@ -117,6 +119,43 @@ void keep_alternates(const fs::path& sidecar_file, const std::vector<NewGolden>&
   const bool has_picture = std::any_of(files.begin(), files.end(),
                                        [](const NewGolden& f) { return f.file.extension() == ".png"; });
   if (!has_picture) sidecar["alternates"] = old["alternates"];
+}
+
+/// When and why, after what was noted of the approvals before: of what was renewed and not changed nothing
+/// else.
+void note_approval(const CheckResults::Case& entry, const ApproveOptions& options, bool is_new,
+                   Json& sidecar) {
+  const Json old =
+      fs::exists(entry.sidecar_file) ? Json::parse(read_bytes(entry.sidecar_file), nullptr, false) : Json();
+  const bool has_old = old.is_object() && old.contains("approved");
+  if (has_old && !is_new && entry.verdict == name(Verdict::pass)) {
+    sidecar["made_with"] = old.at("made_with");
+    sidecar["approved"] = old.at("approved");
+  } else {
+    sidecar["approved"] = {{"date", today()}, {"reason", options.reason}};
+  }
+  if (old.is_object() && old.contains("history")) sidecar["history"] = old.at("history");
+  if (!has_old || sidecar["approved"] == old.at("approved")) return;
+  Json before = old.at("approved");
+  before["commit"] = old.value("made_with", Json::object()).value("commit", std::string());
+  sidecar["history"].push_back(std::move(before));
+}
+
+/// Deletes the goldens of no case that the check named, if they are still what it saw.
+void prune(const CheckResults& results, const fs::path& suite_file_here, Approval& approval) {
+  const std::vector<fs::path> still = orphans(read_suite(suite_file_here));
+  for (const CheckResults::Orphan& orphan : results.orphans) {
+    const auto is_it = [&](const fs::path& file) {
+      return file.lexically_normal() == orphan.file.lexically_normal();
+    };
+    if (std::none_of(still.begin(), still.end(), is_it)) continue;
+    if (content_hash(read_bytes(orphan.file)) != orphan.hash) {
+      throw Error(fmt::format("{} is not deleted: it changed since the check", orphan.file.string()));
+    }
+    approval.size_change -= static_cast<std::int64_t>(fs::file_size(orphan.file));
+    fs::remove(orphan.file);
+    approval.deleted.push_back(orphan.file);
+  }
 }
 
 /// What is to be written for one case; empty when its goldens are those of the check already.
@@ -136,8 +175,8 @@ std::vector<NewGolden> files_of(const CheckResults::Case& entry, const ApproveOp
   if (!files.empty() || !says_the_same(entry.sidecar_file, entry.sidecar)) {
     Json sidecar = entry.sidecar;
     keep_alternates(entry.sidecar_file, files, sidecar);
-    sidecar["approved"] = {{"date", today()}, {"reason", options.reason}};
-    files.push_back({entry.sidecar_file, sidecar.dump(1) + "\n"});
+    note_approval(entry, options, !files.empty(), sidecar);
+    files.push_back({entry.sidecar_file, sidecar_text(sidecar)});
   }
   return files;
 }
@@ -145,15 +184,16 @@ std::vector<NewGolden> files_of(const CheckResults::Case& entry, const ApproveOp
 }  // namespace
 
 Approval approve(const ApproveOptions& options) {
-  if (options.reason.find_first_not_of(" \t\n") == std::string::npos) {
+  const bool needs_reason = options.all_failed || !options.cases.empty();
+  if (needs_reason && options.reason.find_first_not_of(" \t\n") == std::string::npos) {
     throw Error("approve needs a reason: --reason \"why the goldens change\"");
   }
-  if (options.cases.empty() && !options.all_failed) {
+  if (!needs_reason && !options.renews && !options.prunes) {
     throw Error("approve needs the names of cases, or --failed for all that did not pass");
   }
   const fs::path suite_folder = suite_file(options.suite).parent_path();
   finish_approvals(suite_folder);
-  const CheckResults results = read_results(options.output);
+  const CheckResults results = read_results(options.output, suite_folder);
   if (content_hash(read_bytes(suite_file(options.suite))) != results.suite_hash) {
     throw Error(fmt::format("{} is not the suite file that was checked: run 'substep check' again",
                             options.suite.string()));
@@ -171,10 +211,11 @@ Approval approve(const ApproveOptions& options) {
     const bool is_named =
         std::find(options.cases.begin(), options.cases.end(), entry.name) != options.cases.end();
     const bool passed = entry.verdict == name(Verdict::pass);
-    if (!is_named && (!options.all_failed || passed)) continue;
+    const bool is_renewed = options.renews && passed && entry.sidecar.is_object();
+    if (!is_named && !is_renewed && (!options.all_failed || passed)) continue;
     std::vector<NewGolden> files;
     // A case that passes may still lack a track.
-    const bool has_nothing = passed && entry.offers.empty();
+    const bool has_nothing = passed && !entry.sidecar.is_object();
     if (options.as_alternates && !passed) {
       files = alternates_of(entry, options, results.made_with);
     } else if (!has_nothing) {
@@ -196,6 +237,7 @@ Approval approve(const ApproveOptions& options) {
     }
     replace_goldens(suite_folder, case_name, files);
   }
+  if (options.prunes) prune(results, options.suite, approval);
   return approval;
 }
 

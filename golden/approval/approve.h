@@ -5,8 +5,8 @@
 /// writes nothing at all, when a file is no longer what the check left or a golden no longer what it saw,
 /// when it was not the pinned renderer that drew, when a picture is blank, and when poses or pictures alone
 /// were checked: new poses with old pictures would be reported as a changed renderer. Leaves alone what
-/// passes and never deletes. A case gets all of its new goldens or none (approval_journal.h); after an
-/// interruption the same command does the rest.
+/// passes and deletes nothing but, when asked to, goldens of no case. A case gets all of its new goldens or
+/// none (approval_journal.h); after an interruption the same command does the rest.
 
 #include <filesystem>
 #include <string>
@@ -20,6 +20,8 @@ struct ApproveOptions {
   std::vector<std::string> cases;              ///< names; used when not all_failed
   bool all_failed = false;                     ///< every case that did not pass
   std::string reason;                          ///< kept in the sidecars
+  bool renews = false;                         ///< also cases that pass whose sidecar or track is out of date
+  bool prunes = false;                         ///< delete the goldens of no case that the check found
   /// Accepts the pictures beside the golden ones instead of in their place: for a renderer that cannot make
   /// the golden ones, while the poses pass. The only way to approve from another renderer than the pinned
   /// one.
@@ -28,7 +30,8 @@ struct ApproveOptions {
 
 struct Approval {
   std::vector<std::filesystem::path> written;
-  std::int64_t size_change = 0;           ///< bytes
+  std::int64_t size_change = 0;  ///< bytes
+  std::vector<std::filesystem::path> deleted;
   std::vector<std::string> already_good;  ///< named cases that had passed or were approved before
 };
 

@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <chrono>
 #include <utility>
 
 #include "golden/check/case_images.h"
 #include "golden/check/case_offers.h"
+#include "golden/check/case_verdict.h"
 #include "golden/check/case_work.h"
+#include "golden/suite/scene_parts.h"
 #include "sim/simulation.h"
 
 namespace substep {
@@ -31,6 +33,18 @@ bool has_own_track(CaseWork& work) {
   return is_own;
 }
 
+/// Whether the sidecar says what is true of goldens that pass; without one there is nothing to say.
+bool is_up_to_date(const CaseWork& work) {
+  const Sidecar& sidecar = work.sidecar;
+  if (!work.live || !work.live_track || sidecar.scene_hash.empty()) return true;
+  // Nothing passes by its poses being near enough and is noted anew for it.
+  if (work.result.poses.motion.judgement != PoseJudgement::exact) return true;
+  return sidecar.scene_hash == fmt::format("{:016x}", work.scene.hash) &&
+         sidecar.parts == scene_parts(work.scene) &&
+         sidecar.pose_log_hash == content_hash(to_text(*work.live)) &&
+         sidecar.track_hash == content_hash(to_bytes(*work.live_track));
+}
+
 void check_poses(CaseWork& work) {
   PoseResult& poses = work.result.poses;
   poses.is_checked = true;
@@ -43,6 +57,8 @@ void check_poses(CaseWork& work) {
   work.live_track = tracker.take();
   poses.frames = static_cast<int>(work.live->frames.size());
   poses.end = work.live->end;
+  poses.bodies = static_cast<int>(work.live->bodies.size()) - 1;
+  poses.modelled = work.live->modelled;
   if (!work.golden) return;
   poses.golden_frames = static_cast<int>(work.golden->frames.size());
   poses.difference = compare(*work.golden, *work.live);
@@ -54,6 +70,7 @@ void check_poses(CaseWork& work) {
                                   work.result.entry.pose_tolerance);
   } else if (!same_poses) {
     poses.motion.judgement = PoseJudgement::differs;
+    work.edited.push_back(work.result.entry.pose_file.filename().string());
     work.note("the golden log's poses are not those that its hashes are of: it was edited");
   }
   poses.passes = passes(poses.motion.judgement);
@@ -66,47 +83,39 @@ void check_poses(CaseWork& work) {
   }
 }
 
-void decide(CaseWork& work) {
-  const PoseResult& poses = work.result.poses;
-  const auto& images = work.result.images;
-  const auto none_of = [&](auto&& is) { return std::none_of(images.begin(), images.end(), is); };
-  const bool no_image = none_of([](const auto& i) { return i.has_golden; });
-  const bool every_image = none_of([](const auto& i) { return !i.has_golden; });
-  const bool poses_fail = poses.is_checked && !poses.passes;
-  const bool images_fail = !none_of([](const auto& i) { return i.is_drawn && !i.passes; });
-  const bool all_drawn = none_of([](const auto& i) { return !i.is_drawn; });
-  if (!poses.has_golden && no_image) {
-    work.result.verdict = Verdict::created;
-  } else if (!poses.has_golden || !every_image || (!all_drawn && !poses_fail)) {
-    work.result.verdict = Verdict::missing;
-  } else if (poses_fail) {
-    const bool renderer_differs = images_fail && work.made_with.is_pinned;
-    work.result.verdict = renderer_differs ? Verdict::both_changed : Verdict::simulation_changed;
-  } else if (images_fail) {
-    work.result.verdict = work.made_with.is_pinned ? Verdict::renderer_changed : Verdict::environment;
-  }
-  if (work.result.verdict == Verdict::pass) return;
-  const std::string other = provenance_differences(work.sidecar, work.made_with);
-  if (!other.empty()) work.note(other);
-}
-
 }  // namespace
 
 CheckedRun check_case(const CheckOptions& options, const MadeWith& made_with, const SuiteCase& entry,
                       const Scene& scene) {
+  const auto start = std::chrono::steady_clock::now();
   CaseWork work(options, made_with, entry, scene);
   work.folder.clear();
   work.result.poses.has_golden = fs::exists(entry.pose_file);
   if (work.result.poses.has_golden) work.golden = read_pose_log(entry.pose_file);
   if (fs::exists(entry.track_file)) work.golden_track = read_track(entry.track_file);
   work.result.poses.has_track = work.golden_track.has_value();
+  find_edited_logs(work);
   if (options.poses) check_poses(work);
-  if (options.images) check_images(work);
+  if (options.images && !entry.images.empty()) check_images(work);
   decide(work);
-  CheckedCase checked{work.result, {}, {}, {}};
-  const bool is_complete = work.result.verdict == Verdict::pass && has_own_track(work);
+  CheckedCase checked{work.result, {}, {}, {}, work.sidecar.made_with};
+  const bool is_complete = work.result.verdict == Verdict::pass && has_own_track(work) && is_up_to_date(work);
   if (!is_complete) prepare_approval(work, checked);
+  const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
+  checked.result.seconds = spent.count();
   return {std::move(checked), std::move(work.golden), std::move(work.live)};
+}
+
+CheckedCase failed_case(const CheckOptions& options, const SuiteCase& entry, const std::string& why) {
+  CheckedCase checked;
+  CaseResult& result = checked.result;
+  result.entry = entry;
+  result.files = options.output / entry.name;
+  CaseFolder(result.files).clear();
+  result.verdict = Verdict::error;
+  result.cause = one_line(why);
+  result.refusal = "it could not be checked";
+  return checked;
 }
 
 }  // namespace substep

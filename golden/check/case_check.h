@@ -21,4 +21,7 @@ struct CheckedRun {
 CheckedRun check_case(const CheckOptions& options, const MadeWith& made_with, const SuiteCase& entry,
                       const Scene& scene);
 
+/// The result of a case that could not be checked.
+CheckedCase failed_case(const CheckOptions& options, const SuiteCase& entry, const std::string& why);
+
 }  // namespace substep

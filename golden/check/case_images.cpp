@@ -147,6 +147,7 @@ class ImageCheck {
     const Sidecar::Picture* approved = work_.sidecar.picture(image.frame);
     const std::string found = pixel_hash(golden.picture);
     if (approved != nullptr && approved->pixels != found) {
+      work_.edited.push_back(entry.image_file(image.frame).filename().string());
       work_.note(fmt::format(
           "the golden picture of frame {} is not the one that was approved (pixels {}, approved {})",
           image.frame, found, approved->pixels));

@@ -37,7 +37,7 @@ void prepare_approval(CaseWork& work, CheckedCase& checked) {
   const SuiteCase& entry = work.result.entry;
   std::string& refusal = checked.result.refusal;
   offer_logs(work, checked);
-  if (!work.result.poses.is_checked || !work.result.images_checked) {
+  if (!work.result.poses.is_checked || (!work.result.images_checked && !entry.images.empty())) {
     refusal = fmt::format(
         "only half of it was checked, and poses and pictures are approved together: 'substep check --case "
         "{}'",
@@ -72,8 +72,10 @@ void prepare_approval(CaseWork& work, CheckedCase& checked) {
     }
   }
   checked.result.has_alternates = work.result.poses.passes && !checked.alternates.empty();
-  checked.sidecar = make_sidecar(entry, *work.live, work.scene, pictures, work.made_with);
-  if (!work.made_with.is_pinned) {
+  const ApprovableRun run{&*work.live, content_hash(to_text(*work.live)),
+                          content_hash(to_bytes(*work.live_track))};
+  checked.sidecar = make_sidecar(entry, run, work.scene, pictures, work.made_with);
+  if (!entry.images.empty() && !work.made_with.is_pinned) {
     refusal = "it was drawn by " + work.made_with.renderer + ", which is not the pinned renderer";
   }
 }

@@ -36,6 +36,7 @@ struct CaseWork {
   std::optional<Track> golden_track;
   std::optional<PoseLog> live;
   std::optional<Track> live_track;
+  std::vector<std::string> edited;  ///< golden files that are not those that were approved
   std::vector<Drawing> drawn;       ///< the golden poses, a drawing a picture of the case
   std::vector<Drawing> new_images;  ///< the live ones, where they are needed
 };

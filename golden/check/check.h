@@ -10,6 +10,10 @@
 /// renderer pictures must be equal; on another one the case's tolerance holds, and a picture beyond it is put
 /// down to the environment.
 ///
+/// A case that fails because its inputs are others says so instead: the scene's file, what is loaded of it,
+/// or a golden that is not the one that was approved (case_verdict.h). A case that cannot be checked at all
+/// is an error, and the others go on.
+///
 /// Everything that a person wants to see of a failing case lies in <output>/<case>/: the new pose log and the
 /// pictures that PicturePair names. <output>/results.json has every figure, and is what approve() and the
 /// report go by. Goldens are never written here, but for what an interrupted approval had already decided.
@@ -26,23 +30,11 @@
 #include "golden/compare/image_comparison.h"
 #include "golden/compare/motion_comparison.h"
 #include "golden/compare/provenance.h"
+#include "golden/compare/verdict.h"
 #include "golden/suite/suite.h"
 #include "sim/log/pose_log.h"
 
 namespace substep {
-
-enum class Verdict {
-  pass,
-  simulation_changed,
-  renderer_changed,
-  both_changed,
-  environment,  ///< pictures beyond the tolerance, on a renderer that is not the pinned one
-  missing,      ///< some of the case's goldens are not there
-  created,      ///< none is: the case is new
-};
-
-/// "pass", "simulation changed", …, "new".
-std::string_view name(Verdict verdict);
 
 struct FlipSummary {
   double mean = 0, percentile_99 = 0, max = 0;
@@ -68,6 +60,8 @@ struct PoseResult {
   int golden_frames = 0;
   bool has_track = false;  ///< the golden one
   std::string end;         ///< how the live run ended: pose_log.h
+  int bodies = 0;          ///< that move or could, in the live run
+  std::string modelled;    ///< of the live run: pose_log.h
 };
 
 struct ImageResult {
@@ -106,9 +100,12 @@ struct CaseResult {
   std::vector<ImageResult> images;
   std::vector<PicturePair> pairs;
   std::vector<std::string> notes;  ///< context, never a reason to fail
+  std::string cause;               ///< what the failure is put down to, in a few words; empty: not known
   std::string refusal;             ///< why approve() will not take it; empty: it will
   bool has_alternates = false;     ///< pictures that approve() would take beside the golden ones
   std::filesystem::path files;     ///< the folder with its files
+  double seconds = 0;              ///< that checking it took
+  std::string text;                ///< what a person should know of it when it fails: lines, each ended
 };
 
 struct CheckOptions {
@@ -127,30 +124,21 @@ struct CheckResult {
   std::vector<std::filesystem::path> orphans;
   std::vector<DistanceMatrix> distances;
 
-  /// 0: all pass. 1: something differs, is new, missing or an orphan. 3: nothing but the environment.
   int exit_code() const;
 };
 
-/// `after_case(result, number, of)` is called after each case; may be empty. Throws Error when the suite, a
-/// scene or a golden cannot be read.
-CheckResult check(const CheckOptions& options,
-                  const std::function<void(const CaseResult&, int number, int of)>& after_case = {});
+/// Checks all in this process: a crash ends it, and nothing ends a case that takes too long. check_apart() is
+/// for those. `after_case(result)` is called after each case; may be empty. Throws Error when the suite
+/// cannot be read, or another check writes to the same folder.
+CheckResult check(const CheckOptions& options, const std::function<void(const CaseResult&)>& after_case = {});
 
-/// What a person should know of a case that does not pass: several lines, each ended.
-std::string explain(const CaseResult& result, const CheckOptions& options);
+/// What a person should know of a case that does not pass, but for the commands (case_commands.h).
+std::string explain(const CaseResult& result);
 
 /// "simulation changed (renderer unchanged)": the verdict as a sentence's part.
 std::string meaning(const CaseResult& result);
 
-/// The commands to see the case's run again, and to approve it.
-std::string replay_command(const CaseResult& result, const CheckOptions& options);
-std::string approve_command(const CaseResult& result, const CheckOptions& options);
-std::string alternate_command(const CaseResult& result, const CheckOptions& options);
-
 /// "position y 7.4e-03 m (at frame 30)": by how much the first body to differ did.
 std::string change_text(const FirstChange& first);
-
-/// "3 simulation changed, 0 renderer changed, … 30 pass": one line.
-std::string totals(const CheckResult& result);
 
 }  // namespace substep

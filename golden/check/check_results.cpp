@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "golden/suite/sidecar.h"
@@ -14,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr const char* results_format = "substep check results 3";
+constexpr const char* results_format = "substep check results 4";
 
 Json to_json(const Blame& blame) {
   Json bodies = Json::array();
@@ -84,6 +85,8 @@ Json to_json(const PoseResult& poses) {
   if (!poses.is_checked) return json;
   json["frames"] = poses.frames;
   json["end"] = poses.end;
+  json["bodies"] = poses.bodies;
+  json["modelled"] = poses.modelled;
   if (!poses.has_golden) return json;
   const PoseDifference& d = poses.difference;
   json["golden_frames"] = poses.golden_frames;
@@ -120,33 +123,66 @@ Json to_json(const ImageTolerance& t) {
       {"hard", t.hard}, {"level", t.level}, {"count", t.count}, {"mean", t.mean}, {"tile_mean", t.tile_mean}};
 }
 
+/// A path below `folder`, from there.
+std::string below(const fs::path& file, const fs::path& folder) {
+  return file.lexically_normal().lexically_relative(folder.lexically_normal()).generic_string();
+}
+
 /// What approve() goes by.
 void add_offers(const CheckedCase& checked, Json& json) {
-  json["refusal"] = checked.result.refusal;
+  const fs::path output = checked.result.files.parent_path();
+  const fs::path suite_folder = checked.result.entry.suite_folder;
   json["offers"] = Json::array();
   for (const Offer& offer : checked.offers) {
-    json["offers"].push_back({{"from", offer.from.string()},
+    json["offers"].push_back({{"from", below(offer.from, output)},
                               {"from_hash", offer.from_hash},
-                              {"to", offer.to.string()},
+                              {"to", below(offer.to, suite_folder)},
                               {"to_hash", offer.to_hash}});
   }
   json["alternates"] = Json::array();
   for (const AlternateOffer& offer : checked.alternates) {
     json["alternates"].push_back({{"frame", offer.frame},
-                                  {"from", offer.from.string()},
+                                  {"from", below(offer.from, output)},
                                   {"from_hash", offer.from_hash},
                                   {"pixels", offer.pixels}});
   }
-  json["sidecar_file"] = checked.result.entry.sidecar.string();
+  json["sidecar_file"] = below(checked.result.entry.sidecar, suite_folder);
   json["sidecar"] = checked.sidecar;
 }
 
-Json to_json(const CheckedCase& checked, const CheckOptions& options) {
+/// A path of results.json, which may come from elsewhere, below `folder`.
+fs::path inside(const fs::path& folder, const std::string& text) {
+  const fs::path path = text;
+  if (path.is_absolute() || std::find(path.begin(), path.end(), "..") != path.end()) {
+    throw Error(fmt::format("the results name {}, which is not among them: run 'substep check' again", text));
+  }
+  return folder / path;
+}
+
+void read_offers(const Json& json, const fs::path& output, const fs::path& suite_folder,
+                 CheckResults::Case& result) {
+  result.sidecar_file = inside(suite_folder, json.at("sidecar_file"));
+  result.sidecar = json.at("sidecar");
+  for (const Json& offer : json.at("offers")) {
+    result.offers.push_back({inside(output, offer.at("from")), offer.at("from_hash"),
+                             inside(suite_folder, offer.at("to")), offer.at("to_hash")});
+  }
+  for (const Json& offer : json.at("alternates")) {
+    result.alternates.push_back(
+        {offer.at("frame"), inside(output, offer.at("from")), offer.at("from_hash"), offer.at("pixels")});
+  }
+}
+
+}  // namespace
+
+Json to_json(const CheckedCase& checked) {
   const CaseResult& result = checked.result;
   Json json{{"name", result.entry.name},
             {"scene", result.entry.scene.string()},
             {"verdict", name(result.verdict)},
             {"meaning", meaning(result)},
+            {"cause", result.cause},
+            {"seconds", std::round(result.seconds * 1000) / 1000},
             {"step", result.step},
             {"size", {result.entry.width, result.entry.height}},
             {"settings", to_json(result.entry.settings)},
@@ -154,33 +190,19 @@ Json to_json(const CheckedCase& checked, const CheckOptions& options) {
             {"poses", to_json(result.poses)},
             {"images", Json::array()},
             {"notes", result.notes},
-            {"files", result.files.string()}};
+            {"files", result.files.filename().string()}};
   for (const ImageResult& image : result.images) json["images"].push_back(to_json(image));
+  json["refusal"] = result.refusal;
   if (result.verdict != Verdict::pass) {
     json["pairs"] = Json::array();
     for (const PicturePair& pair : result.pairs) json["pairs"].push_back(to_json(pair));
-    json["golden_made_with"] = read_sidecar(result.entry.sidecar).made_with;
-    json["text"] = explain(result, options);
-    json["replay"] = replay_command(result, options);
-    json["approve"] = approve_command(result, options);
-    if (result.has_alternates) json["alternate"] = alternate_command(result, options);
+    json["golden_made_with"] = checked.golden_made_with;
+    json["text"] = explain(result);
+    json["has_alternates"] = result.has_alternates;
   }
-  if (result.verdict != Verdict::pass || !checked.offers.empty()) add_offers(checked, json);
+  const bool is_offered = result.verdict != Verdict::pass && result.verdict != Verdict::error;
+  if (is_offered || checked.sidecar.is_object()) add_offers(checked, json);
   return json;
-}
-
-void read_offers(const Json& json, CheckResults::Case& result) {
-  result.refusal = json.at("refusal");
-  result.sidecar_file = json.at("sidecar_file").get<std::string>();
-  result.sidecar = json.at("sidecar");
-  for (const Json& offer : json.at("offers")) {
-    result.offers.push_back({offer.at("from").get<std::string>(), offer.at("from_hash"),
-                             offer.at("to").get<std::string>(), offer.at("to_hash")});
-  }
-  for (const Json& offer : json.at("alternates")) {
-    result.alternates.push_back(
-        {offer.at("frame"), offer.at("from").get<std::string>(), offer.at("from_hash"), offer.at("pixels")});
-  }
 }
 
 Json to_json(const DistanceMatrix& matrix) {
@@ -188,26 +210,47 @@ Json to_json(const DistanceMatrix& matrix) {
       {"scene", matrix.scene}, {"cases", matrix.cases}, {"before", matrix.before}, {"after", matrix.after}};
 }
 
-}  // namespace
-
 fs::path results_file(const fs::path& output) {
   return output / "results.json";
 }
 
-Json results_json(const CheckResult& result, const std::vector<CheckedCase>& cases) {
-  Json json{{"format", results_format},
-            {"suite", result.options.suite.string()},
-            {"suite_hash", content_hash(read_bytes(result.options.suite))},
-            {"made_with", to_json(result.made_with)},
-            {"totals", totals(result)},
-            {"exit_code", result.exit_code()},
-            {"cases", Json::array()},
-            {"orphans", Json::array()},
-            {"distances", Json::array()}};
-  for (const CheckedCase& checked : cases) json["cases"].push_back(to_json(checked, result.options));
-  for (const fs::path& orphan : result.orphans) json["orphans"].push_back(orphan.string());
-  for (const DistanceMatrix& matrix : result.distances) json["distances"].push_back(to_json(matrix));
-  return json;
+Json orphan_json(const fs::path& file, const fs::path& suite_folder, const Json& cases) {
+  const std::string hash = content_hash(read_bytes(file));
+  Json orphan{{"file", below(file, suite_folder)}, {"hash", hash}};
+  for (const Json& entry : cases) {
+    if (entry.at("verdict") != name(Verdict::created) || file.extension() != ".track") continue;
+    for (const Json& offer : entry.at("offers")) {
+      // Of a run a track has nothing but its motion: another scene's is another.
+      if (offer.at("from_hash") == hash) orphan["is_now"] = entry.at("name");
+    }
+  }
+  return orphan;
+}
+
+Json empty_results(const Suite& suite, const CheckOptions& options, std::size_t cases) {
+  return {{"format", results_format},
+          {"suite", suite.file.string()},
+          {"suite_hash", content_hash(read_bytes(suite.file))},
+          {"shard", {options.shard.number, options.shard.of}},
+          {"only", options.cases},
+          {"ended", false},
+          {"of", cases},
+          {"made_with", to_json(MadeWith())},
+          {"totals", ""},
+          {"exit_code", 1},
+          {"cases", Json::array()},
+          {"orphans", Json::array()},
+          {"distances", Json::array()}};
+}
+
+void sum_up(Json& results) {
+  std::vector<Verdict> found;
+  for (const Json& entry : results.at("cases")) {
+    found.push_back(verdict_named(entry.at("verdict").get<std::string>()).value_or(Verdict::error));
+  }
+  const std::size_t orphans = results.at("orphans").size();
+  results["totals"] = totals(found, orphans);
+  results["exit_code"] = exit_code(found, orphans);
 }
 
 void write_results(const Json& results, const fs::path& output) {
@@ -232,18 +275,22 @@ Json read_results_json(const fs::path& output) {
   }
 }
 
-CheckResults read_results(const fs::path& output) {
+CheckResults read_results(const fs::path& output, const fs::path& suite_folder) {
   const Json json = read_results_json(output);
   try {
     CheckResults results;
     results.suite_hash = json.at("suite_hash");
     results.made_with = json.at("made_with");
+    for (const Json& orphan : json.at("orphans")) {
+      results.orphans.push_back({inside(suite_folder, orphan.at("file")), orphan.at("hash")});
+    }
     for (const Json& entry : json.at("cases")) {
       CheckResults::Case result;
       result.name = entry.at("name");
       result.verdict = entry.at("verdict");
       result.poses_pass = entry.at("poses").at("pass");
-      if (entry.contains("offers")) read_offers(entry, result);
+      result.refusal = entry.at("refusal");
+      if (entry.contains("offers")) read_offers(entry, output, suite_folder, result);
       results.cases.push_back(std::move(result));
     }
     return results;

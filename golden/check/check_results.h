@@ -10,7 +10,8 @@
 
 namespace substep {
 
-/// A file that approving would copy over a golden, with the contents of both as the check saw them.
+/// A file that approving would copy over a golden, with the contents of both as the check saw them. In
+/// results.json `from` is relative to the results' folder and `to` to the suite's: either may be moved.
 struct Offer {
   std::filesystem::path from;
   std::string from_hash;
@@ -30,7 +31,8 @@ struct CheckedCase {
   CaseResult result;
   std::vector<Offer> offers;
   std::vector<AlternateOffer> alternates;
-  nlohmann::ordered_json sidecar;  ///< but for when and why it was approved
+  nlohmann::ordered_json sidecar;           ///< but for when and why it was approved
+  nlohmann::ordered_json golden_made_with;  ///< of the goldens that it was checked against
 };
 
 /// What was checked, as approve() needs it.
@@ -47,17 +49,37 @@ struct CheckResults {
     nlohmann::ordered_json sidecar;
   };
   std::vector<Case> cases;
+  struct Orphan {
+    std::filesystem::path file;
+    std::string hash;
+  };
+  std::vector<Orphan> orphans;
   nlohmann::ordered_json made_with;
 };
 
 std::filesystem::path results_file(const std::filesystem::path& output);
 
-nlohmann::ordered_json results_json(const CheckResult& result, const std::vector<CheckedCase>& cases);
+/// A case's part of results.json.
+nlohmann::ordered_json to_json(const CheckedCase& checked);
+nlohmann::ordered_json to_json(const DistanceMatrix& matrix);
+
+/// A golden of no case: its file below the suite's folder, its content's hash and, where a new case moves
+/// just as it says, that case's name: it was renamed.
+nlohmann::ordered_json orphan_json(const std::filesystem::path& file,
+                                   const std::filesystem::path& suite_folder,
+                                   const nlohmann::ordered_json& cases);
+
+/// Results without cases yet, which `ended` says.
+nlohmann::ordered_json empty_results(const Suite& suite, const CheckOptions& options, std::size_t cases);
+
+/// Adds what follows from the cases: totals and the exit code.
+void sum_up(nlohmann::ordered_json& results);
 
 void write_results(const nlohmann::ordered_json& results, const std::filesystem::path& output);
 
 /// Throws Error when there are none, or they are not what write_results wrote.
 nlohmann::ordered_json read_results_json(const std::filesystem::path& output);
-CheckResults read_results(const std::filesystem::path& output);
+/// `suite_folder` is where the goldens are.
+CheckResults read_results(const std::filesystem::path& output, const std::filesystem::path& suite_folder);
 
 }  // namespace substep

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
-#include <cmath>
 
 #include "golden/check/check.h"
 
@@ -99,13 +97,15 @@ std::string explain_blame(const Blame& blame) {
   std::string text = fmt::format("{}{} of the foreground differs; ", indent,
                                  percent(blame.differing_foreground, blame.foreground));
   if (blame.is_everywhere) return text + "all over the picture: light, camera or sky, not one body\n";
+  for (const BodyBlame& body : blame.bodies) {
+    if (body.is_gone) text += fmt::format("{} is gone; ", body.name);
+  }
   text += "by body, weighed by levels:";
   std::int64_t levels = 0;
   for (const BodyBlame& body : blame.bodies) levels += body.levels;
   for (std::size_t i = 0; i < std::min<std::size_t>(blame.bodies.size(), 3); ++i) {
     const BodyBlame& body = blame.bodies[i];
-    text += fmt::format("{} {} {}{}", i == 0 ? "" : ",", percent(body.levels, levels), body.name,
-                        body.is_gone ? " (not drawn any more)" : "");
+    text += fmt::format("{} {} {}", i == 0 ? "" : ",", percent(body.levels, levels), body.name);
   }
   return text + "\n";
 }
@@ -156,27 +156,6 @@ std::string explain_image(const ImageResult& image, const SuiteCase& entry) {
   return text;
 }
 
-/// As one word of a shell.
-std::string quoted(const std::string& word) {
-  const bool is_plain = std::all_of(word.begin(), word.end(), [](unsigned char c) {
-    return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.' || c == '/';
-  });
-  if (is_plain) return word;
-  std::string result = "'";
-  for (const char c : word) result += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return result + "'";
-}
-
-std::string options_text(const CheckOptions& options, bool with_output) {
-  const CheckOptions defaults;
-  std::string text;
-  if (options.suite != defaults.suite) text += fmt::format(" --suite {}", options.suite.string());
-  if (with_output && options.output != defaults.output) {
-    text += fmt::format(" --output {}", options.output.string());
-  }
-  return text;
-}
-
 }  // namespace
 
 std::string change_text(const FirstChange& first) {
@@ -201,6 +180,14 @@ std::string meaning(const CaseResult& result) {
                          result.poses.is_checked ? "unchanged" : "not checked");
     case Verdict::both_changed:
       return "both changed, simulation and renderer";
+    case Verdict::error:
+      return "error: it could not be checked";
+    case Verdict::golden_edited:
+      return "golden edited: it is not the one that was approved";
+    case Verdict::scene_changed:
+      return "scene changed: the file holds another scene than the goldens were made of";
+    case Verdict::loading_changed:
+      return "loading changed: another scene is loaded of the same file";
     case Verdict::environment:
       return "environment: this is not the pinned renderer, and the pictures are beyond the tolerance";
     case Verdict::missing:
@@ -213,52 +200,16 @@ std::string meaning(const CaseResult& result) {
   return "pass";
 }
 
-std::string replay_command(const CaseResult& result, const CheckOptions& options) {
-  const FirstChange& first = result.poses.motion.first;
-  std::string command = fmt::format("substep replay {}", result.entry.name) + options_text(options, false);
-  if (first.frame >= 0) command += fmt::format(" --to {}", first.frame);
-  // In quotes: names are the scene's, and may have spaces.
-  if (!first.body.empty()) command += fmt::format(" --focus {}", quoted(first.body));
-  return command;
-}
-
-std::string approve_command(const CaseResult& result, const CheckOptions& options) {
-  return fmt::format("substep approve {}{} --reason \"...\"", result.entry.name, options_text(options, true));
-}
-
-std::string alternate_command(const CaseResult& result, const CheckOptions& options) {
-  return fmt::format("substep approve {}{} --alternate --reason \"...\"", result.entry.name,
-                     options_text(options, true));
-}
-
-std::string explain(const CaseResult& result, const CheckOptions& options) {
-  const std::string& case_name = result.entry.name;
-  std::string text = fmt::format("FAILED {}   VERDICT: {}\n", case_name, meaning(result));
-  text += explain_poses(result);
-  if (!result.images_checked) text += "  images   not checked\n";
-  for (const ImageResult& image : result.images) text += explain_image(image, result.entry);
+std::string explain(const CaseResult& result) {
+  std::string text = fmt::format("FAILED {}   VERDICT: {}\n", result.entry.name, meaning(result));
+  if (!result.cause.empty()) text += fmt::format("  cause    {}\n", result.cause);
+  if (result.verdict != Verdict::error) {
+    text += explain_poses(result);
+    if (!result.images_checked) text += "  images   not checked\n";
+    for (const ImageResult& image : result.images) text += explain_image(image, result.entry);
+  }
   for (const std::string& note : result.notes) text += fmt::format("  note     {}\n", note);
-  text += fmt::format("  files    {}\n", result.files.string());
-  text += fmt::format("  replay   {}\n", replay_command(result, options));
-  if (!result.refusal.empty()) {
-    text += fmt::format("  approve  not from this check: {}\n", result.refusal);
-    if (result.has_alternates) text += fmt::format("  or       {}\n", alternate_command(result, options));
-  } else {
-    text += fmt::format("  approve  {}\n", approve_command(result, options));
-  }
   return text;
-}
-
-std::string totals(const CheckResult& result) {
-  std::array<int, 7> counts{};
-  for (const CaseResult& entry : result.cases) ++counts[static_cast<std::size_t>(entry.verdict)];
-  std::string text;
-  for (const Verdict verdict : {Verdict::simulation_changed, Verdict::renderer_changed, Verdict::both_changed,
-                                Verdict::environment, Verdict::missing, Verdict::created}) {
-    text += fmt::format("{} {}, ", counts[static_cast<std::size_t>(verdict)], name(verdict));
-  }
-  return text + fmt::format("{} orphan, {} pass", result.orphans.size(),
-                            counts[static_cast<std::size_t>(Verdict::pass)]);
 }
 
 }  // namespace substep

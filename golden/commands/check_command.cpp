@@ -1,11 +1,17 @@
 #include <fmt/format.h>
 
+#include <cstdio>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "golden/check/check.h"
+#include "golden/check/check_apart.h"
+#include "golden/check/check_results.h"
 #include "golden/check/merge.h"
 #include "golden/commands/commands.h"
+#include "golden/report/case_commands.h"
+#include "golden/report/failure_groups.h"
 #include "golden/report/junit.h"
 #include "golden/report/report.h"
 #include "sim/commands/progress.h"
@@ -13,35 +19,71 @@
 namespace substep {
 namespace {
 
-void say_where(const std::filesystem::path& output) {
-  fmt::print("report: {}\nfigures: {} {}\n", report_file(output).string(), (output / "results.json").string(),
+using Json = nlohmann::ordered_json;
+
+constexpr int bad_input = 2;
+
+/// The simplest case of each group that fails in full, a line a group, the totals, and where to look.
+void print_outcome(const Json& results, const std::filesystem::path& output) {
+  const ResultsPlace place = place_of(results, output);
+  const std::vector<FailureGroup> groups = failure_groups(results);
+  for (const FailureGroup& group : groups) fmt::print("{}\n", explanation(*group.cases.front(), place));
+  for (const FailureGroup& group : groups) {
+    if (groups.size() > 1 || group.cases.size() > 1) fmt::print("{}\n", group.line());
+  }
+  for (const Json& orphan : results.at("orphans")) {
+    fmt::print("FAILED orphan: {} belongs to no case of {}: {}\n", orphan.at("file").get<std::string>(),
+               place.suite.string(),
+               orphan.contains("is_now")
+                   ? fmt::format("it is {} by its old name: approve that, and delete this",
+                                 orphan.at("is_now").get<std::string>())
+                   : std::string("delete it, or put its case back"));
+  }
+  if (!results.at("orphans").empty()) {
+    const ApproveCommand all = approve_command({}, place);
+    const std::string prune = all.before.substr(0, all.before.find(" --failed")) +
+                              all.before.substr(all.before.find(" --failed") + 9) + all.output;
+    fmt::print("delete orphans: {} --prune\n", prune);
+  }
+  fmt::print("{}\n", results.at("totals").get<std::string>());
+  fmt::print("report: {}\nfigures: {} {}\n", report_file(output).string(), results_file(output).string(),
              junit_file(output).string());
 }
 
 void check_goldens(const CheckOptions& options) {
-  CheckResult result;
+  Json results;
   {
     Progress progress;
-    result = check(options, [&](const CaseResult&, int number, int of) {
-      progress.show("checking", static_cast<double>(number) / of);
-    });
+    std::size_t failed = 0;
+    CheckWatcher watcher;
+    watcher.before_case = [&](const std::string& name, std::size_t number, std::size_t of) {
+      progress.show(fmt::format("checking, {} failed, {} of {}: {}", failed, number, of, name),
+                    static_cast<double>(number - 1) / static_cast<double>(of));
+    };
+    watcher.after_case = [&](const Json& entry) {
+      if (entry.at("verdict") == "pass") return;
+      ++failed;
+      progress.clear();
+      const auto cause = entry.at("cause").get<std::string>();
+      fmt::print("failed {}: {}{}{}\n", entry.at("name").get<std::string>(),
+                 entry.at("verdict").get<std::string>(), cause.empty() ? "" : ": ", cause);
+      std::fflush(stdout);
+    };
+    results = check_apart(options, watcher);
   }
-  for (const CaseResult& entry : result.cases) {
-    if (entry.verdict != Verdict::pass) fmt::print("{}\n", explain(entry, options));
-  }
-  for (const auto& orphan : result.orphans) {
-    fmt::print("FAILED orphan: {} belongs to no case of {}: delete it, or put its case back\n",
-               orphan.string(), options.suite.string());
-  }
-  fmt::print("{}\n", totals(result));
-  say_where(options.output);
-  if (const int code = result.exit_code()) throw CLI::RuntimeError(code);
+  print_outcome(results, options.output);
+  if (const int code = results.at("exit_code")) throw CLI::RuntimeError(code);
 }
 
-void merge_shards(const std::vector<std::filesystem::path>& shards, const std::filesystem::path& output) {
-  const int code = merge(shards, output);
-  say_where(output);
-  if (code != 0) throw CLI::RuntimeError(code);
+void merge_shards(const std::vector<std::filesystem::path>& shards, const CheckOptions& options,
+                  bool has_suite) {
+  const Json results = merge(shards, options.output, has_suite ? options.suite : std::filesystem::path());
+  print_outcome(results, options.output);
+  for (const Json& missing : results.at("missing")) {
+    fmt::print(stderr, "substep: {}\n", missing.get<std::string>());
+  }
+  if (!results.at("missing").empty()) throw CLI::RuntimeError(bad_input);
+  if (const int code = results.at("exit_code")) throw CLI::RuntimeError(code);
 }
 
 }  // namespace
@@ -53,8 +95,9 @@ void add_check_command(CLI::App& app) {
   const auto half = std::make_shared<std::string>();
   const auto shard = std::make_shared<std::string>();
   const auto merged = std::make_shared<std::vector<std::filesystem::path>>();
-  command->add_option("--suite", options->suite, "The suite file beside its goldens, or their folder")
-      ->capture_default_str();
+  const CLI::Option* const suite =
+      command->add_option("--suite", options->suite, "The suite file beside its goldens, or their folder")
+          ->capture_default_str();
   command->add_option("--case", options->cases,
                       "Only these: box_stack.a4, or box_stack for all of that scene");
   command->add_option("--only", *half, "poses: no pictures; images: no simulation")
@@ -62,16 +105,19 @@ void add_check_command(CLI::App& app) {
   command->add_option("--output", options->output, "Folder for what a person wants to see of a failing case")
       ->capture_default_str();
   command->add_option("--shard", *shard, "Only part K of N, as K/N: for several machines");
-  command->add_option("--merge", *merged,
-                      "Check nothing, but put these folders of shards together in --output");
+  command->add_option(
+      "--merge", *merged,
+      "Check nothing, but put these folders of shards, or one of a check that was moved here, "
+      "together in --output");
   command->footer(
-      "Ends with code 0 where all pass, 1 where something differs, is new, missing or an orphan, 2 for input "
-      "that\n"
-      "cannot be used, 3 where only pictures differ and this is not the renderer that the goldens are exact "
-      "on.\n"
+      "Ends with code 0 where all pass, 1 where something differs, is new, missing, an orphan or an error, 2 "
+      "for\n"
+      "input that cannot be used and where a part is missing, 3 where only pictures differ and this is not "
+      "the\n"
+      "renderer that the goldens are exact on.\n"
       "Example:\n  substep check --case box_stack.a4");
-  command->callback([options, half, shard, merged] {
-    if (!merged->empty()) return merge_shards(*merged, options->output);
+  command->callback([options, half, shard, merged, suite] {
+    if (!merged->empty()) return merge_shards(*merged, *options, suite->count() > 0);
     if (!shard->empty()) options->shard = shard_in(*shard);
     options->poses = *half != "images";
     options->images = *half != "poses";

@@ -10,5 +10,6 @@ void add_check_command(CLI::App& app);
 void add_approve_command(CLI::App& app);
 void add_replay_command(CLI::App& app);
 void add_diff_command(CLI::App& app);
+void add_init_command(CLI::App& app);
 
 }  // namespace substep

@@ -56,9 +56,21 @@ std::vector<BodyExtent> gone(const std::vector<BodyExtent>& approved, const std:
   return result;
 }
 
-/// Whether what differs is spread over all that is seen. A body that moved or changed takes some of the
-/// ground with it, but not the other bodies.
+/// Whether it is not bodies that differ, but what shows them: the sky, or nearly all of the ground. Bodies
+/// that moved or changed take some of the ground with them, under a shadow, however many they are.
 bool is_everywhere(const std::map<int, BodyBlame>& seen) {
+  constexpr double most_of_sky = 0.5;
+  // A weaker light changed 96 % of the ground's pixels, a narrower view 82 %.
+  constexpr double nearly_all_ground = 0.75;
+  const auto share = [&](int body) {
+    const auto found = seen.find(body);
+    if (found == seen.end() || found->second.pixels < smallest_extent) return -1.0;
+    return static_cast<double>(found->second.differing) / static_cast<double>(found->second.pixels);
+  };
+  if (share(sky) >= 0 || share(world) >= 0) {
+    return share(sky) > most_of_sky || share(world) > nearly_all_ground;
+  }
+  // Seen from so near that there are bodies alone: all of them, then.
   std::int64_t bodies = 0;
   std::int64_t touched = 0;
   for (const auto& [body, found] : seen) {

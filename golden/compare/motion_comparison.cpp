@@ -42,6 +42,16 @@ BodyChange change_of(const Coordinates& a, const Coordinates& b) {
   return result;
 }
 
+/// What of a change is not the rounding of poses from tracks: it can be one step of theirs and wrong by as
+/// much.
+BodyChange beyond_rounding(BodyChange change) {
+  constexpr double least = 4 * Track::resolution;
+  if (change.position <= least) change.position = 0;
+  if (change.orientation <= least) change.orientation = 0;
+  if (change.position == 0) change.axis = change.orientation > 0 ? 'r' : ' ';
+  return change;
+}
+
 int frame_count(const LoggedMotion& golden, const LoggedMotion& actual) {
   return static_cast<int>(std::min(golden.log->frames.size(), actual.log->frames.size()));
 }
@@ -97,7 +107,8 @@ FirstChange first_change(const LoggedMotion& golden, const LoggedMotion& actual)
     BodyChange largest;
     for (const std::size_t body : candidates) {
       if (body >= pair.golden.size() || body >= pair.actual.size()) continue;
-      const BodyChange change = change_of(pair.golden[body], pair.actual[body]);
+      const BodyChange exact = change_of(pair.golden[body], pair.actual[body]);
+      const BodyChange change = pair.is_rounded ? beyond_rounding(exact) : exact;
       if (change.axis == ' ' || !change.is_larger_than(largest)) continue;
       largest = change;
       first.body = body_name(golden, body);

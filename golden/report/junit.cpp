@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <string>
+#include <string_view>
 
+#include "golden/report/case_commands.h"
 #include "render/markup.h"
 #include "sim/log/file_output.h"
 
@@ -24,14 +26,77 @@ bool images_pass(const Json& entry) {
                      [](const Json& image) { return image.at("pass").get<bool>(); });
 }
 
-std::string test(const Json& entry, const char* half, bool passes) {
-  std::string xml = fmt::format("  <testcase classname=\"{}\" name=\"{}\"", half,
-                                escaped(entry.at("name").get<std::string>()));
-  if (passes) return xml + "/>\n";
-  const auto text = entry.value("text", std::string());
-  return xml + fmt::format("><failure message=\"{}\">{}</failure></testcase>\n",
-                           escaped(entry.at("meaning").get<std::string>()), escaped(text));
-}
+class Suite {
+ public:
+  void add_case(const Json& entry, const ResultsPlace& place) {
+    const bool passes = entry.at("verdict") == "pass";
+    if (entry.at("verdict") == "error") {
+      return add("case", entry, "error", entry.at("cause").get<std::string>(), explanation(entry, place));
+    }
+    const bool has_poses = entry.at("poses").at("checked").get<bool>();
+    const bool has_images = !entry.at("images").empty();
+    const bool bad_images = !passes && has_images && (!images_pass(entry) || poses_pass(entry));
+    // Whatever fails, at least one of the two says so.
+    const bool bad_poses = !passes && has_poses && (!poses_pass(entry) || !bad_images);
+    const auto add_half = [&](const char* half, bool is_bad) {
+      if (!is_bad) return add(half, entry, nullptr, {}, {});
+      add(half, entry, "failure", entry.at("meaning").get<std::string>(), explanation(entry, place));
+    };
+    if (has_poses) add_half("poses", bad_poses);
+    if (has_images) add_half("images", bad_images);
+  }
+
+  void add_error(const std::string& name, const std::string& why) {
+    ++tests_;
+    ++errors_;
+    xml_ += fmt::format("  <testcase classname=\"check\" name=\"{}\"><error message=\"{}\"/></testcase>\n",
+                        escaped(name), escaped(why));
+  }
+
+  void add_orphan(const std::string& file) {
+    ++tests_;
+    ++failures_;
+    xml_ += fmt::format(
+        "  <testcase classname=\"orphans\" name=\"{0}\" file=\"{0}\"><failure message=\"{0} belongs to no "
+        "case\"/></testcase>\n",
+        escaped(file));
+  }
+
+  void write(const std::filesystem::path& output) const {
+    write_file(junit_file(output),
+               fmt::format("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuite name=\"substep check\" "
+                           "tests=\"{}\" failures=\"{}\" errors=\"{}\" time=\"{:.3f}\">\n{}</testsuite>\n",
+                           tests_, failures_, errors_, seconds_, xml_));
+  }
+
+ private:
+  /// `what` is null for a test that passes.
+  void add(const char* half, const Json& entry, const char* what, const std::string& message,
+           const std::string& text) {
+    ++tests_;
+    // A case's time is its first test's: the sum is what the check took.
+    const bool is_first = entry.at("name") != last_name_;
+    last_name_ = entry.at("name");
+    const double seconds = is_first ? entry.at("seconds").get<double>() : 0;
+    seconds_ += seconds;
+    xml_ += fmt::format("  <testcase classname=\"{}\" name=\"{}\" file=\"{}\" time=\"{:.3f}\"", half,
+                        escaped(last_name_), escaped(entry.at("scene").get<std::string>()), seconds);
+    if (what == nullptr) {
+      xml_ += "/>\n";
+      return;
+    }
+    (std::string_view(what) == "error" ? errors_ : failures_) += 1;
+    xml_ +=
+        fmt::format("><{0} message=\"{1}\">{2}</{0}></testcase>\n", what, escaped(message), escaped(text));
+  }
+
+  std::string xml_;
+  std::string last_name_;
+  int tests_ = 0;
+  int failures_ = 0;
+  int errors_ = 0;
+  double seconds_ = 0;
+};
 
 }  // namespace
 
@@ -40,37 +105,24 @@ std::filesystem::path junit_file(const std::filesystem::path& output) {
 }
 
 void write_junit(const Json& results, const std::filesystem::path& output) {
-  std::string tests;
-  int count = 0;
-  int failures = 0;
-  const auto add = [&](const std::string& xml, bool passes) {
-    tests += xml;
-    ++count;
-    failures += passes ? 0 : 1;
-  };
-  for (const Json& entry : results.at("cases")) {
-    const bool passes = entry.at("verdict") == "pass";
-    if (entry.at("poses").at("checked").get<bool>()) {
-      const bool good = passes || poses_pass(entry);
-      add(test(entry, "poses", good), good);
-    }
-    if (!entry.at("images").empty()) {
-      // Whatever fails, at least one of the two says so.
-      const bool good = passes || (images_pass(entry) && !poses_pass(entry));
-      add(test(entry, "images", good), good);
-    }
+  Suite suite;
+  const ResultsPlace place = place_of(results, output);
+  for (const Json& entry : results.at("cases")) suite.add_case(entry, place);
+  for (const Json& orphan : results.at("orphans")) suite.add_orphan(orphan.at("file").get<std::string>());
+  if (!results.at("ended").get<bool>()) {
+    suite.add_error("the whole suite", fmt::format("the check did not end: {} of {} cases were checked",
+                                                   results.at("cases").size(), results.at("of").get<int>()));
   }
-  for (const Json& orphan : results.at("orphans")) {
-    add(fmt::format(
-            "  <testcase classname=\"orphans\" name=\"{0}\"><failure message=\"{0} belongs to no case\"/>"
-            "</testcase>\n",
-            escaped(orphan.get<std::string>())),
-        false);
+  if (results.contains("missing")) {
+    for (const Json& part : results.at("missing")) suite.add_error("shards", part.get<std::string>());
   }
-  write_file(junit_file(output),
-             fmt::format("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuite name=\"substep check\" "
-                         "tests=\"{}\" failures=\"{}\">\n{}</testsuite>\n",
-                         count, failures, tests));
+  suite.write(output);
+}
+
+void write_failed_junit(const std::string& why, const std::filesystem::path& output) {
+  Suite suite;
+  suite.add_error("the whole suite", why);
+  suite.write(output);
 }
 
 }  // namespace substep

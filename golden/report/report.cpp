@@ -10,6 +10,9 @@
 #include <vector>
 
 #include "golden/compare/provenance.h"
+#include "golden/compare/verdict.h"
+#include "golden/report/case_commands.h"
+#include "golden/report/failure_groups.h"
 #include "golden/report/report_assets.h"
 #include "golden/report/report_case.h"
 #include "render/markup.h"
@@ -20,9 +23,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
-
-const std::vector<std::string> verdicts{
-    "both changed", "simulation changed", "renderer changed", "missing", "new", "environment", "pass"};
 
 double severity(const Json& entry) {
   double largest = 0;
@@ -42,8 +42,8 @@ std::vector<const Json*> failing_cases(const Json& results) {
     if (entry.at("verdict") != "pass") cases.push_back(&entry);
   }
   const auto rank = [](const Json* entry) {
-    return std::find(verdicts.begin(), verdicts.end(), entry->at("verdict").get<std::string>()) -
-           verdicts.begin();
+    const auto verdict = verdict_named(entry->at("verdict").get<std::string>());
+    return std::find(verdicts.begin(), verdicts.end(), verdict.value_or(Verdict::error)) - verdicts.begin();
   };
   std::stable_sort(cases.begin(), cases.end(), [&](const Json* a, const Json* b) {
     if (rank(a) != rank(b)) return rank(a) < rank(b);
@@ -55,14 +55,16 @@ std::vector<const Json*> failing_cases(const Json& results) {
 std::string totals_list(const Json& results) {
   std::string html = "<ul class=\"totals\">\n";
   const auto add = [&](const std::string& verdict, std::size_t count) {
+    if (count == 0 && verdict != "pass") return;
     html += fmt::format("<li class=\"{}{}\"><b>{}</b>{}</li>\n", css_class(verdict),
                         count == 0 ? " zero" : "", count, verdict);
   };
   const Json& cases = results.at("cases");
-  for (const std::string& verdict : verdicts) {
-    if (verdict == "pass") add("orphan", results.at("orphans").size());
-    add(verdict, static_cast<std::size_t>(std::count_if(
-                     cases.begin(), cases.end(), [&](const Json& e) { return e.at("verdict") == verdict; })));
+  for (const Verdict verdict : verdicts) {
+    if (verdict == Verdict::pass) add("orphan", results.at("orphans").size());
+    add(std::string(name(verdict)),
+        static_cast<std::size_t>(std::count_if(
+            cases.begin(), cases.end(), [&](const Json& e) { return e.at("verdict") == name(verdict); })));
   }
   return html + "</ul>\n";
 }
@@ -117,6 +119,17 @@ std::string overview(const std::vector<const Json*>& cases) {
         visible > 0 ? fmt::format("{:.2f}", visible) : "–");
   }
   return html + "</table></div>\n";
+}
+
+/// What the failures have in common, where that is shorter than all of them.
+std::string groups(const Json& results) {
+  std::string items;
+  bool is_shorter = false;
+  for (const FailureGroup& group : failure_groups(results)) {
+    is_shorter = is_shorter || group.cases.size() > 1;
+    items += fmt::format("<li>{}</li>\n", escaped(group.line()));
+  }
+  return is_shorter ? "<h3>In short</h3>\n<ul>\n" + items + "</ul>\n" : std::string();
 }
 
 std::string matrix_table(const Json& matrix, const char* which, const Json& other) {
@@ -178,8 +191,13 @@ std::string passing(const Json& results) {
 std::string orphans(const Json& results) {
   if (results.at("orphans").empty()) return {};
   std::string html =
-      "<h3>Orphans: goldens of no case</h3>\n<p>Delete them, or put their cases back.</p>\n<ul>\n";
-  for (const Json& orphan : results.at("orphans")) html += fmt::format("<li>{}</li>\n", text_of(orphan));
+      "<h3>Orphans: goldens of no case</h3>\n<p>Delete them by <code>substep approve --prune</code>, or put "
+      "their cases back.</p>\n<ul>\n";
+  for (const Json& orphan : results.at("orphans")) {
+    html += fmt::format("<li>{}", text_of(orphan.at("file")));
+    if (orphan.contains("is_now")) html += fmt::format(" is now {}", text_of(orphan.at("is_now")));
+    html += "</li>\n";
+  }
   return html + "</ul>\n";
 }
 
@@ -191,27 +209,23 @@ std::string body(const Json& results, const fs::path& output, std::size_t budget
   std::string html = fmt::format(
       "<header class=\"top\"><h1>Visual regression: {}</h1>\n<p class=\"quiet\">{} · {} cases</p>\n", outcome,
       text_of(results.at("suite")), all);
-  html += totals_list(results) + overview(cases) + orphans(results) + machines(results);
+  html += totals_list(results) + groups(results) + overview(cases) + orphans(results) + machines(results);
   html +=
       "<p class=\"keys quiet\" hidden><kbd>j</kbd> <kbd>k</kbd> next and previous case · <kbd>n</kbd> "
       "<kbd>p</kbd> "
       "pictures · <kbd>1</kbd>–<kbd>6</kbd> how to compare · <kbd>space</kbd> flicker by hand · <kbd>+</kbd> "
       "<kbd>−</kbd> zoom</p>\n</header>\n<main>\n";
   ReportPictures pictures(output, budget);
-  for (const Json* entry : cases) html += case_section(*entry, pictures);
+  const ResultsPlace place = place_of(results, output);
+  for (const Json* entry : cases) html += case_section(*entry, place, pictures);
   html += distances(results) + passing(results) + "</main>\n";
-  std::string options;
-  if (!cases.empty()) {
-    // What follows the name in the case's own command.
-    const auto own = cases.front()->at("approve").get<std::string>();
-    const auto from = own.find(cases.front()->at("name").get<std::string>());
-    const auto after = from + cases.front()->at("name").get<std::string>().size();
-    options = own.substr(after, own.rfind(" --reason") - after);
-  }
+  const ApproveCommand ticked = approve_command({"@"}, place);
   return html + fmt::format(
-                    "<div class=\"basket\" data-options=\"{}\"><div class=\"command\"><span>ticked</span>"
-                    "<code></code></div></div>",
-                    escaped(options));
+                    "<div class=\"basket\" data-command=\"{}\" data-output=\"{}\" data-folder=\"{}\"><div "
+                    "class=\"command\">"
+                    "<span>ticked</span><code></code></div></div>",
+                    escaped(ticked.before), escaped(ticked.output),
+                    escaped(output.lexically_normal().string()));
 }
 
 void replace(std::string& text, std::string_view mark, std::string_view with) {

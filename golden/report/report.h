@@ -11,7 +11,7 @@
 
 namespace substep {
 
-constexpr std::size_t largest_report = 20'000'000;  ///< bytes
+constexpr std::size_t largest_report = 10'000'000;  ///< bytes
 
 std::filesystem::path report_file(const std::filesystem::path& output);
 

@@ -221,6 +221,7 @@ class Report {
     }
     for (const command of document.querySelectorAll('.command')) this.addCopy(command);
     this.addBasket();
+    this.findItself();
     document.addEventListener('keydown', event => this.key(event));
     const named = this.cases.findIndex(entry => '#' + entry.id === decodeURIComponent(location.hash));
     if (named >= 0) this.go(named);
@@ -256,11 +257,23 @@ class Report {
     }
   }
 
+  /// Opened elsewhere than the check left it, the commands name where it is now.
+  findItself() {
+    if (location.protocol !== 'file:') return;
+    const here = decodeURIComponent(location.pathname).replace(/\/[^/]*$/, '');
+    const was = this.basket.dataset.folder;
+    if (here === was || here.endsWith('/' + was)) return;
+    const word = /^[\w\/.-]+$/.test(here) ? here : `'${here.replaceAll("'", "'\\''")}'`;
+    this.basket.dataset.output = ` --output ${word}`;
+    for (const output of document.querySelectorAll('.command .output')) output.textContent = ` --output ${word}`;
+  }
+
   fill() {
     const ticked = Array.from(document.querySelectorAll('[data-case]:checked'), tick => tick.dataset.case);
     this.basket.classList.toggle('filled', ticked.length > 0);
+    const {command, output} = this.basket.dataset;
     this.basket.querySelector('code').textContent =
-        `substep approve ${ticked.join(' ')}${this.basket.dataset.options} --reason "..."`;
+        `${command.replace('@', ticked.join(' '))}${output} --reason "..."`;
   }
 
   go(index) {
@@ -296,7 +309,9 @@ class Report {
   }
 
   key(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey || event.target.tagName === 'INPUT') return;
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    // A tick keeps the focus: space is its own key, the others are the report's.
+    if (event.target.tagName === 'INPUT' && event.key === ' ') return;
     const viewer = this.viewer();
     const mode = MODES[Number(event.key) - 1];
     if (event.key === 'j') this.go(this.current + 1);

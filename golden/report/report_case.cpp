@@ -119,9 +119,18 @@ std::string pair_block(const Json& pair, const Json& entry, ReportPictures& pict
   return html + "</div>\n" + blame_table(pair.at("comparison")) + "</div>\n";
 }
 
-std::string command(const char* label, const Json& text, const char* style) {
+/// `html` is the command, escaped.
+std::string command(const char* label, const std::string& html, const char* style) {
   return fmt::format("<div class=\"command\"><span>{}</span><code class=\"{}\">{}</code></div>\n", label,
-                     style, text_of(text));
+                     style, html);
+}
+
+/// The script puts in where the report lies, when it was moved.
+std::string command(const char* label, const ApproveCommand& words, const char* style) {
+  return command(label,
+                 fmt::format("{}<span class=\"output\">{}</span>{}", escaped(words.before),
+                             escaped(words.output), escaped(words.after)),
+                 style);
 }
 
 /// What the poses say, in words.
@@ -166,18 +175,22 @@ std::string ReportPictures::source(const fs::path& folder, const std::string& fi
   return data;
 }
 
-std::string case_section(const Json& entry, ReportPictures& pictures) {
+std::string case_section(const Json& entry, const ResultsPlace& place, ReportPictures& pictures) {
+  const CaseCommands commands = commands_of(entry, place);
   std::string html = fmt::format(
       "<section class=\"case\" id=\"{0}\">\n<header><h2>{0}</h2><span class=\"verdict "
       "{1}\">{2}</span></header>\n",
       text_of(entry.at("name")), css_class(entry.at("verdict")), text_of(entry.at("meaning")));
-  html += command("replay", entry.at("replay"), "replay");
-  if (entry.at("refusal").get<std::string>().empty()) {
-    html += command("approve", entry.at("approve"), "approve");
+  if (!entry.at("cause").get<std::string>().empty()) {
+    html += fmt::format("<p>Cause: <b>{}</b></p>\n", text_of(entry.at("cause")));
+  }
+  html += command("replay", escaped(commands.replay), "replay");
+  if (commands.approve.is_there()) {
+    html += command("approve", commands.approve, "approve");
   } else {
     html += fmt::format("<p class=\"quiet\">Cannot be approved from this check: {}.</p>\n",
                         text_of(entry.at("refusal")));
-    if (entry.contains("alternate")) html += command("or", entry.at("alternate"), "alternate");
+    if (commands.alternate.is_there()) html += command("or", commands.alternate, "alternate");
   }
   for (const Json& note : entry.at("notes")) html += fmt::format("<p>Note: {}</p>\n", text_of(note));
   html += facts(entry);
@@ -187,7 +200,7 @@ std::string case_section(const Json& entry, ReportPictures& pictures) {
   return html + fmt::format(
                     "<details><summary>As printed in the terminal</summary><pre>{}</pre></details>\n"
                     "</section>\n",
-                    text_of(entry.at("text")));
+                    escaped(explanation(entry, place)));
 }
 
 std::string text_of(const Json& json) {

@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "golden/report/case_commands.h"
+
 namespace substep {
 
 /// Pictures as part of the page, or as links where it would grow too large.
@@ -20,7 +22,8 @@ class ReportPictures {
   std::size_t budget_;
 };
 
-std::string case_section(const nlohmann::ordered_json& entry, ReportPictures& pictures);
+std::string case_section(const nlohmann::ordered_json& entry, const ResultsPlace& place,
+                         ReportPictures& pictures);
 
 /// A JSON string as text of the page.
 std::string text_of(const nlohmann::ordered_json& json);

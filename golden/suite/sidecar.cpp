@@ -6,6 +6,9 @@
 #include <array>
 #include <cmath>
 
+#include "golden/suite/scene_parts.h"
+#include "sim/error.h"
+
 namespace substep {
 namespace {
 
@@ -24,6 +27,25 @@ std::vector<BodyExtent> extents_in(const Json& json) {
   std::vector<BodyExtent> result;
   for (const Json& b : json) result.push_back({b.at(0), b.at(1), b.at(2), b.at(3), b.at(4), b.at(5)});
   return result;
+}
+
+/// An item a line, but a list of numbers in one: a sidecar has some of every body.
+void write_json(const Json& json, std::size_t depth, std::string& text) {
+  const auto is_plain = [](const Json& item) { return !item.is_structured(); };
+  if (is_plain(json) || json.empty() ||
+      (json.is_array() && std::all_of(json.begin(), json.end(), is_plain))) {
+    text += json.dump();
+    return;
+  }
+  text += json.is_array() ? "[" : "{";
+  bool is_first = true;
+  for (const auto& [key, item] : json.items()) {
+    text += fmt::format("{}\n{:{}}", is_first ? "" : ",", "", depth + 1);
+    if (json.is_object()) text += fmt::format("{}: ", Json(key).dump());
+    write_json(item, depth + 1, text);
+    is_first = false;
+  }
+  text += fmt::format("\n{:{}}{}", "", depth, json.is_array() ? "]" : "}");
 }
 
 void read_pictures(const Json& json, const fs::path& folder, Sidecar& result) {
@@ -49,14 +71,25 @@ const Sidecar::Picture* Sidecar::picture(int frame) const {
 
 Sidecar read_sidecar(const fs::path& file) {
   Sidecar result;
+  if (!fs::exists(file)) return result;
+  result.is_there = true;
   try {
-    if (!fs::exists(file)) return {};
     const Json json = Json::parse(read_bytes(file));
     result.scene_hash = json.at("scene_hash");
     result.made_with = json.at("made_with");
+    if (json.contains("parts")) result.parts = json.at("parts");
+    if (json.contains("poses")) {
+      const Json& poses = json.at("poses");
+      result.first_state = poses.value("first", std::string());
+      result.last_state = poses.value("last", std::string());
+      result.pose_log_hash = poses.value("log_hash", std::string());
+      result.track_hash = poses.value("track_hash", std::string());
+    }
     read_pictures(json, file.parent_path(), result);
   } catch (const Json::exception&) {
-    return {};
+    throw Error(fmt::format(
+        "{}: is damaged: put back the one that was approved, or delete it and approve the case again",
+        file.string()));
   }
   return result;
 }
@@ -69,7 +102,7 @@ Json to_json(const MadeWith& made_with) {
           {"commit", made_with.commit}};
 }
 
-Json make_sidecar(const SuiteCase& entry, const PoseLog& log, const Scene& scene,
+Json make_sidecar(const SuiteCase& entry, const ApprovableRun& run, const Scene& scene,
                   std::span<const ApprovablePicture> pictures, const MadeWith& made_with) {
   Json images = Json::array();
   for (std::size_t i = 0; i < pictures.size(); ++i) {
@@ -90,11 +123,20 @@ Json make_sidecar(const SuiteCase& entry, const PoseLog& log, const Scene& scene
           {"settings", to_json(entry.settings)},
           {"frames", entry.frames},
           {"poses",
-           {{"first", fmt::format("{:016x}", log.frames.front().hash)},
-            {"last", fmt::format("{:016x}", log.frames.back().hash)}}},
+           {{"first", fmt::format("{:016x}", run.log->frames.front().hash)},
+            {"last", fmt::format("{:016x}", run.log->frames.back().hash)},
+            {"log_hash", run.pose_log_hash},
+            {"track_hash", run.track_hash}}},
+          {"parts", scene_parts(scene)},
           {"size", {entry.width, entry.height}},
           {"images", images},
           {"made_with", to_json(made_with)}};
+}
+
+std::string sidecar_text(const Json& sidecar) {
+  std::string text;
+  write_json(sidecar, 0, text);
+  return text + "\n";
 }
 
 std::string provenance_differences(const Sidecar& sidecar, const MadeWith& here) {

@@ -1,6 +1,7 @@
 #pragma once
 /// What stands beside a case's goldens: what they were made with, what they show, when and why they were
-/// approved. It explains; but for alternates it never decides.
+/// approved. It explains, says whose fault a failure is, and names the alternates; it never makes a case
+/// fail.
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -25,8 +26,9 @@ struct Alternate {
   std::string reason;
 };
 
-/// A sidecar that is missing or cannot be read says nothing.
+/// A sidecar that is missing says nothing.
 struct Sidecar {
+  bool is_there = false;
   struct Picture {
     int frame = 0;
     std::string pixels;  ///< hash of the picture that was approved
@@ -35,10 +37,17 @@ struct Sidecar {
   std::vector<Picture> pictures;
   std::vector<Alternate> alternates;
   std::string scene_hash;
+  nlohmann::ordered_json parts;  ///< scene_parts(); null in sidecars of before they were noted
+  std::string pose_log_hash;     ///< content hash of the approved pose log; may not be noted
+  std::string track_hash;
+  std::string first_state;  ///< hash of the approved run's frame 0 and of its last
+  std::string last_state;
   nlohmann::ordered_json made_with;
 
   const Picture* picture(int frame) const;
 };
+
+/// Throws Error when it is there and damaged.
 Sidecar read_sidecar(const std::filesystem::path& file);
 
 /// A picture of a case as it would be approved.
@@ -47,10 +56,20 @@ struct ApprovablePicture {
   std::vector<BodyExtent> bodies;
 };
 
+/// A case's run as it would be approved, and its logs as they would be written.
+struct ApprovableRun {
+  const PoseLog* log = nullptr;
+  std::string pose_log_hash;
+  std::string track_hash;
+};
+
 /// What the goldens of a case were made with. `pictures` are those of entry.images. Alternates are not in it:
 /// they go with the golden pictures that they stand beside.
-nlohmann::ordered_json make_sidecar(const SuiteCase& entry, const PoseLog& log, const Scene& scene,
+nlohmann::ordered_json make_sidecar(const SuiteCase& entry, const ApprovableRun& run, const Scene& scene,
                                     std::span<const ApprovablePicture> pictures, const MadeWith& made_with);
+
+/// As it stands in the file.
+std::string sidecar_text(const nlohmann::ordered_json& sidecar);
 
 nlohmann::ordered_json to_json(const MadeWith& made_with);
 

@@ -19,8 +19,9 @@ namespace fs = std::filesystem;
 constexpr int largest_frame_count = 100000;
 constexpr int largest_size = 4096;
 const std::vector<std::string_view> algorithm_keys{"a1", "a2", "a3", "a4", "a5"};
-const std::vector<std::string_view> plan_keys{"frames",     "full_every", "images",         "size",
-                                              "algorithms", "tolerance",  "pose_tolerance", "settings"};
+const std::vector<std::string_view> plan_keys{"frames",         "full_every", "images",
+                                              "size",           "algorithms", "tolerance",
+                                              "pose_tolerance", "settings",   "time_limit"};
 
 /// Of [settings]: the fields but the algorithm, which `algorithms` says.
 std::vector<std::string_view> settings_keys() {
@@ -42,6 +43,7 @@ struct Plan {
                                     Algorithm::a5};
   ImageTolerance tolerance;
   std::optional<PoseTolerance> pose_tolerance;
+  double time_limit = SuiteCase().time_limit;
   std::vector<const toml::table*> settings;  ///< applied in this order
 };
 
@@ -137,7 +139,9 @@ class Reader : private TomlValues {
     }
     if (const auto* node = table.get("images")) {
       plan.images.clear();
-      for (const toml::node& frame : array(*node, "images")) {
+      // None: poses alone.
+      const bool is_none = node->is_array() && node->as_array()->empty();
+      for (const toml::node& frame : is_none ? *node->as_array() : array(*node, "images")) {
         plan.images.push_back(integer(frame, "images", 0, largest_frame_count));
       }
     }
@@ -161,6 +165,7 @@ class Reader : private TomlValues {
       if (!plan.pose_tolerance) plan.pose_tolerance.emplace();
       read_pose_tolerance(as_table(*node, "pose_tolerance"), *plan.pose_tolerance);
     }
+    if (const auto* node = table.get("time_limit")) plan.time_limit = number(*node, "time_limit");
     if (const auto* node = table.get("settings")) {
       const toml::table& settings = as_table(*node, "settings");
       for (const auto& [key, value] : settings) {
@@ -208,12 +213,13 @@ class Reader : private TomlValues {
     const fs::path scene_file = text(*scene, "scene");
     const std::string scene_name = scene_file.stem().string();
     if (!is_name(scene_name)) {
-      fail(*scene, fmt::format("scene '{}': its name must be of letters, digits and _", scene_file.string()));
+      fail(*scene,
+           fmt::format("scene '{}': its name must be of letters, digits, _ and -", scene_file.string()));
     }
     std::string variant;
     if (const auto* node = table.get("variant")) {
       variant = text(*node, "variant");
-      if (!is_name(variant)) fail(*node, "'variant' must be of letters, digits and _");
+      if (!is_name(variant)) fail(*node, "'variant' must be of letters, digits, _ and -");
     }
     for (const int frame : plan.images) {
       if (frame > plan.frames || (frame % plan.full_every != 0 && frame != plan.frames)) {
@@ -246,6 +252,8 @@ class Reader : private TomlValues {
       result.height = plan.height;
       result.tolerance = plan.tolerance;
       result.pose_tolerance = plan.pose_tolerance;
+      result.time_limit = plan.time_limit;
+      result.suite_folder = suite.folder();
       result.pose_file = suite.folder() / "poses" / scene_name / (slug + ".poses");
       result.track_file = suite.folder() / "poses" / scene_name / (slug + ".track");
       result.sidecar = suite.folder() / "images" / scene_name / (slug + ".json");
@@ -257,8 +265,9 @@ class Reader : private TomlValues {
   }
 
   static bool is_name(std::string_view name) {
-    return !name.empty() && std::all_of(name.begin(), name.end(), [](char c) {
-      return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
+    return !name.empty() && name.front() != '-' && std::all_of(name.begin(), name.end(), [](char c) {
+      return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+             c == '-';
     });
   }
 

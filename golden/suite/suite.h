@@ -8,6 +8,7 @@
 ///     images = [60, 120]              # frames kept as pictures; each must have its poses in the log
 ///     size = [320, 180]               # of the pictures, pixels
 ///     algorithms = ["a1", "a2", "a3", "a4", "a5"]
+///     time_limit = 120                # s: a case that takes longer to check is an error
 ///     tolerance = { hard = 64, level = 3, count = 20, mean = 0.5, tile_mean = 4 }   # image_comparison.h
 ///
 ///     [defaults.settings]             # settings_fields.h; else default_settings(), and the scene's step
@@ -58,10 +59,12 @@ struct SuiteCase {
   int height = 180;
   ImageTolerance tolerance;
   std::optional<PoseTolerance> pose_tolerance;
+  double time_limit = 120;  ///< s, for checking it: one that takes longer is an error
 
-  std::filesystem::path pose_file;   ///< the golden pose log
-  std::filesystem::path track_file;  ///< what else is kept of the golden run
-  std::filesystem::path sidecar;     ///< what its goldens were made with
+  std::filesystem::path suite_folder;  ///< where the goldens are
+  std::filesystem::path pose_file;     ///< the golden pose log
+  std::filesystem::path track_file;    ///< what else is kept of the golden run
+  std::filesystem::path sidecar;       ///< what its goldens were made with
   std::filesystem::path image_file(int frame) const;
 };
 
@@ -95,7 +98,8 @@ std::vector<SuiteCase> part_of(const std::vector<SuiteCase>& cases, Shard shard)
 /// "2/4". Throws Error.
 Shard shard_in(const std::string& text);
 
-/// Files in poses/ and images/ that belong to no case, sorted.
+/// Files in poses/ and images/ that belong to no case, sorted; hidden files and those of file managers are
+/// none.
 std::vector<std::filesystem::path> orphans(const Suite& suite);
 
 }  // namespace substep

@@ -14,6 +14,18 @@ namespace substep {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+std::vector<Alternate> alternates_of(const SuiteCase& entry) {
+  try {
+    return read_sidecar(entry.sidecar).alternates;
+  } catch (const Error&) {
+    return {};  // checking its case says that it is damaged
+  }
+}
+
+}  // namespace
+
 std::vector<SuiteCase> select(const Suite& suite, const std::vector<std::string>& names) {
   if (names.empty()) return suite.cases;
   std::vector<SuiteCase> chosen;
@@ -68,16 +80,17 @@ std::vector<fs::path> orphans(const Suite& suite) {
     claimed.insert(entry.pose_file.lexically_normal());
     claimed.insert(entry.track_file.lexically_normal());
     claimed.insert(entry.sidecar.lexically_normal());
-    for (const Alternate& alternate : read_sidecar(entry.sidecar).alternates) {
-      claimed.insert(alternate.file.lexically_normal());
-    }
+    for (const Alternate& alternate : alternates_of(entry)) claimed.insert(alternate.file.lexically_normal());
     for (const int frame : entry.images) claimed.insert(entry.image_file(frame).lexically_normal());
   }
   std::vector<fs::path> result;
   for (const char* folder : {"poses", "images"}) {
     std::error_code none;
     for (const auto& entry : fs::recursive_directory_iterator(suite.folder() / folder, none)) {
-      if (entry.is_directory()) continue;
+      // .DS_Store, Thumbs.db and the like come by themselves.
+      const std::string name = entry.path().filename().string();
+      if (entry.is_directory() || name.starts_with('.') || name == "Thumbs.db" || name == "desktop.ini")
+        continue;
       if (claimed.count(entry.path().lexically_normal()) == 0) result.push_back(entry.path());
     }
   }

@@ -11,7 +11,12 @@ namespace substep {
 Progress::Progress() : is_terminal_(::isatty(STDERR_FILENO) != 0) {}
 
 Progress::~Progress() {
+  clear();
+}
+
+void Progress::clear() {
   if (is_shown_) fmt::print(stderr, "\r\x1b[K");
+  is_shown_ = false;
 }
 
 void Progress::show(std::string_view stage, double share) {

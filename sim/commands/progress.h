@@ -17,6 +17,9 @@ class Progress {
 
   void show(std::string_view stage, double share);
 
+  /// Takes the line away, for another to be printed; the next show() brings it back.
+  void clear();
+
  private:
   using Clock = std::chrono::steady_clock;
 

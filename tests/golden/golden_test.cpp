@@ -36,7 +36,7 @@ class GoldenTest : public testing::Test {
     options.output =
         fs::path(SUBSTEP_BINARY_DIR) / "check" / (options.poses ? "poses" : "images") / case_name_;
     const CheckResult result = check(options);
-    EXPECT_EQ(result.exit_code(), 0) << explain(result.cases.at(0), options);
+    EXPECT_EQ(result.exit_code(), 0) << result.cases.at(0).text;
   }
 
  private:

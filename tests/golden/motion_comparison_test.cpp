@@ -55,6 +55,27 @@ MotionComparison compared(const Fall& golden, const Fall& actual, const PoseTole
                         tolerance == nullptr ? std::nullopt : std::optional(*tolerance));
 }
 
+TEST(MotionComparison, TheRoundingOfPosesIsNobodysChange) {
+  // Both bodies change in frame 3, the ball by 2.8e-6 m; the track rounds the block's place to another step.
+  const Fall golden;
+  Fall actual;
+  actual.move(3, 2.8e-6);
+  for (std::size_t k = 3; k <= 20; ++k) actual.track.frames[k].digests[2] = 8;
+  Fall rounded = golden;
+  for (std::size_t k = 3; k < 10; ++k) {
+    // Poses are logged every tenth frame only.
+    rounded.log.frames[k].poses.clear();
+    actual.log.frames[k].poses.clear();
+    actual.track.frames[k].poses = golden.track.frames[k].poses;
+    actual.track.frames[k].poses[2].linear.x() += Track::resolution;
+  }
+  const FirstChange first = compared(rounded, actual).first;
+  EXPECT_EQ(first.frame, 3);
+  EXPECT_EQ(first.body, "ball");
+  EXPECT_EQ(first.size_frame, 10);
+  EXPECT_NEAR(first.size, 2.8e-6, 1e-12);
+}
+
 TEST(MotionComparison, EqualIsExact) {
   const PoseTolerance tolerance;
   EXPECT_EQ(compared(Fall(), Fall(), &tolerance).judgement, PoseJudgement::exact);

@@ -1,0 +1,171 @@
+#include "golden/check/case_verdict.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "golden/suite/scene_parts.h"
+
+namespace substep {
+namespace {
+
+/// What of a case fails, and is not put down to anything yet.
+struct Failing {
+  bool poses = false;
+  bool images = false;
+
+  bool any() const { return poses || images; }
+  /// Takes what is explained away; returns whether that was anything.
+  bool explain(bool poses_too, bool images_too) {
+    const bool explains = (poses && poses_too) || (images && images_too);
+    poses = poses && !poses_too;
+    images = images && !images_too;
+    return explains;
+  }
+};
+
+bool contains(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+/// Edited poses fail both halves, an edited picture its own frame only.
+void explain_edits(CaseWork& work, Failing& failing) {
+  const SuiteCase& entry = work.result.entry;
+  if (work.edited.empty()) return;
+  const bool poses = contains(work.edited, entry.pose_file.filename().string());
+  const auto& images = work.result.images;
+  const bool all_images = std::all_of(images.begin(), images.end(), [&](const ImageResult& image) {
+    return image.passes || contains(work.edited, entry.image_file(image.frame).filename().string());
+  });
+  if (!failing.explain(poses, poses || all_images)) return;
+  work.result.cause = fmt::format("{} is not what was approved", fmt::join(work.edited, ", "));
+  if (!failing.any()) work.result.verdict = Verdict::golden_edited;
+}
+
+std::string noted_scene_hash(const CaseWork& work) {
+  if (!work.sidecar.scene_hash.empty()) return work.sidecar.scene_hash;
+  return work.golden ? fmt::format("{:016x}", work.golden->scene_hash) : std::string();
+}
+
+/// Another file, or other bodies of the same.
+void explain_inputs(CaseWork& work, Failing& failing) {
+  const std::string noted = noted_scene_hash(work);
+  const bool is_other_file = !noted.empty() && noted != fmt::format("{:016x}", work.scene.hash);
+  const std::vector<std::string> names = work.golden ? work.golden->bodies : std::vector<std::string>();
+  const SceneDifference difference = scene_difference(work.sidecar.parts, work.scene, names);
+  const bool starts_otherwise = work.result.poses.motion.first.frame == 0;
+  Verdict verdict = Verdict::scene_changed;
+  std::string cause = difference.text;
+  bool moves = difference.moves;
+  bool is_drawn = difference.is_drawn;
+  if (is_other_file && !difference.is_known) {
+    moves = is_drawn = true;
+    cause = "its file is another; what in it is not known, for the sidecar is of an older version";
+  } else if (!is_other_file) {
+    verdict = Verdict::loading_changed;
+    if (starts_otherwise && cause.empty()) {
+      moves = is_drawn = true;
+      cause = "the bodies stand elsewhere at frame 0";
+    }
+  }
+  if (!failing.explain(moves, is_drawn)) return;
+  work.result.verdict = verdict;
+  work.result.cause = cause;
+  // On another renderer than theirs pictures may differ for no reason here.
+  if (failing.poses || (failing.images && work.made_with.is_pinned)) {
+    work.result.cause += failing.poses ? "; that does not explain its poses: the simulation changed, too"
+                                       : "; that does not explain its pictures: the renderer changed, too";
+  }
+}
+
+/// The one body or the light that a picture's difference is put down to.
+std::string cause_of_picture(const Blame& blame) {
+  std::string gone;
+  for (const BodyBlame& body : blame.bodies) {
+    if (body.is_gone) gone += (gone.empty() ? "" : ", ") + body.name;
+  }
+  if (!gone.empty()) return "gone: " + gone;
+  if (blame.is_everywhere) return "light, camera or sky";
+  return blame.bodies.empty() ? std::string() : blame.bodies.front().name;
+}
+
+/// Whether what explains the goldens was deleted. A track that was never noted was never there.
+bool lacks_explanation(CaseWork& work) {
+  const SuiteCase& entry = work.result.entry;
+  const bool lacks_track = !work.golden_track && !work.sidecar.track_hash.empty();
+  if (!work.sidecar.is_there) work.note(fmt::format("there is no {}", entry.sidecar.filename().string()));
+  if (lacks_track) work.note(fmt::format("there is no {}", entry.track_file.filename().string()));
+  return !work.sidecar.is_there || lacks_track;
+}
+
+void find_cause(CaseWork& work) {
+  CaseResult& result = work.result;
+  const FirstChange& first = result.poses.motion.first;
+  if (result.verdict == Verdict::simulation_changed || result.verdict == Verdict::both_changed) {
+    result.cause =
+        fmt::format("from frame {} on{}{}", first.frame, first.body.empty() ? "" : ", ", first.body);
+    return;
+  }
+  for (const ImageResult& image : result.images) {
+    if (image.passes || !image.against_golden || !image.against_golden->blame) continue;
+    result.cause = cause_of_picture(*image.against_golden->blame);
+    return;
+  }
+}
+
+}  // namespace
+
+void find_edited_logs(CaseWork& work) {
+  const Sidecar& sidecar = work.sidecar;
+  const SuiteCase& entry = work.result.entry;
+  const auto add = [&](const std::filesystem::path& file) {
+    work.edited.push_back(file.filename().string());
+    work.note(fmt::format("the golden {} is not the one that was approved", file.filename().string()));
+  };
+  if (work.golden && !work.golden->frames.empty()) {
+    const auto text = [](std::uint64_t hash) { return fmt::format("{:016x}", hash); };
+    const bool is_noted = !sidecar.pose_log_hash.empty();
+    const bool is_other = is_noted ? content_hash(read_bytes(entry.pose_file)) != sidecar.pose_log_hash
+                                   : !sidecar.first_state.empty() &&
+                                         (text(work.golden->frames.front().hash) != sidecar.first_state ||
+                                          text(work.golden->frames.back().hash) != sidecar.last_state);
+    if (is_other) add(entry.pose_file);
+  }
+  const bool has_other_track = work.golden_track && !sidecar.track_hash.empty() &&
+                               content_hash(read_bytes(entry.track_file)) != sidecar.track_hash;
+  if (has_other_track) add(entry.track_file);
+}
+
+void decide(CaseWork& work) {
+  const PoseResult& poses = work.result.poses;
+  const auto& images = work.result.images;
+  const auto none_of = [&](auto&& is) { return std::none_of(images.begin(), images.end(), is); };
+  const bool no_image = none_of([](const auto& i) { return i.has_golden; });
+  const bool every_image = none_of([](const auto& i) { return !i.has_golden; });
+  const bool all_drawn = none_of([](const auto& i) { return !i.is_drawn; });
+  Failing failing{poses.is_checked && !poses.passes,
+                  !none_of([](const auto& i) { return i.is_drawn && !i.passes; })};
+  Verdict& verdict = work.result.verdict;
+  if (!poses.has_golden && no_image) {
+    verdict = Verdict::created;
+  } else if (!poses.has_golden || !every_image || (!all_drawn && !failing.poses) || lacks_explanation(work)) {
+    verdict = Verdict::missing;
+  } else if (failing.any()) {
+    explain_edits(work, failing);
+    if (verdict == Verdict::pass && failing.any()) explain_inputs(work, failing);
+    if (verdict == Verdict::pass) {
+      const bool is_pinned = work.made_with.is_pinned;
+      verdict = failing.poses && failing.images && is_pinned ? Verdict::both_changed
+                : failing.poses                              ? Verdict::simulation_changed
+                : is_pinned                                  ? Verdict::renderer_changed
+                                                             : Verdict::environment;
+      find_cause(work);
+    }
+  }
+  if (verdict == Verdict::pass) return;
+  const std::string other = provenance_differences(work.sidecar, work.made_with);
+  if (!other.empty()) work.note(other);
+}
+
+}  // namespace substep

@@ -1,0 +1,240 @@
+#include "golden/check/check_apart.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <optional>
+#include <span>
+#include <utility>
+
+#include "golden/check/case_check.h"
+#include "golden/check/check_cases.h"
+#include "golden/check/check_output.h"
+#include "golden/suite/sidecar.h"
+#include "sim/error.h"
+
+namespace substep {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Clock = std::chrono::steady_clock;
+
+/// What a worker tells, a line each.
+constexpr const char* says_made_with = "made_with";
+constexpr const char* says_refusal = "refusal";
+constexpr const char* says_start = "start";
+constexpr const char* says_case = "case";
+constexpr const char* says_distances = "distances";
+
+void tell(int descriptor, const char* what, const Json& value) {
+  const std::string line = Json{{what, value}}.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+  std::string_view rest = line;
+  while (!rest.empty()) {
+    const ssize_t written = ::write(descriptor, rest.data(), rest.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) ::_exit(1);  // nobody listens any more
+    rest.remove_prefix(static_cast<std::size_t>(written));
+  }
+}
+
+/// The worker's whole life.
+[[noreturn]] void work(const CheckPlan& plan, std::span<const SuiteCase> cases, int descriptor) {
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+  try {
+    const MadeWith made_with = made_with_here(plan.suite, cases, plan.options);
+    tell(descriptor, says_made_with, to_json(made_with));
+    CheckListener listener;
+    listener.before_case = [&](const SuiteCase& entry) { tell(descriptor, says_start, entry.name); };
+    listener.after_case = [&](const CheckedCase& checked) { tell(descriptor, says_case, to_json(checked)); };
+    listener.after_scene = [&](const DistanceMatrix& matrix) {
+      tell(descriptor, says_distances, to_json(matrix));
+    };
+    check_cases(cases, plan.options, made_with, listener);
+  } catch (const std::exception& error) {
+    tell(descriptor, says_refusal, error.what());
+  }
+  // Without what the parent would do at its end.
+  ::_exit(0);
+}
+
+/// A process that checks cases, and what it says.
+class Worker {
+ public:
+  Worker(const CheckPlan& plan, std::span<const SuiteCase> cases) {
+    std::array<int, 2> ends{};
+    if (::pipe2(ends.data(), O_CLOEXEC) != 0) throw Error("no pipe to a process that checks");
+    std::fflush(nullptr);
+    process_ = ::fork();
+    if (process_ == 0) work(plan, cases, ends[1]);
+    ::close(ends[1]);
+    descriptor_ = ends[0];
+    if (process_ < 0) throw Error(fmt::format("no process to check in: {}", std::strerror(errno)));
+  }
+  ~Worker() {
+    end();
+    ::close(descriptor_);
+  }
+  Worker(const Worker&) = delete;
+  Worker& operator=(const Worker&) = delete;
+
+  enum class Event { line, ended, late };
+
+  /// Waits for its next line, until `deadline`.
+  Event wait(std::string& line, std::optional<Clock::time_point> deadline) {
+    while (true) {
+      const std::size_t end_of_line = buffer_.find('\n');
+      if (end_of_line != std::string::npos) {
+        line = buffer_.substr(0, end_of_line);
+        buffer_.erase(0, end_of_line + 1);
+        return Event::line;
+      }
+      int timeout = -1;
+      if (deadline) {
+        const std::chrono::duration<double, std::milli> left = *deadline - Clock::now();
+        if (left.count() <= 0) return Event::late;
+        timeout = static_cast<int>(std::min(std::ceil(left.count()), 1e6));
+      }
+      pollfd waiting{descriptor_, POLLIN, 0};
+      if (::poll(&waiting, 1, timeout) <= 0) continue;
+      std::array<char, 65536> bytes{};
+      const ssize_t got = ::read(descriptor_, bytes.data(), bytes.size());
+      if (got < 0 && errno == EINTR) continue;
+      if (got <= 0) return Event::ended;
+      buffer_.append(bytes.data(), static_cast<std::size_t>(got));
+    }
+  }
+
+  /// Ends it, if it has not yet; returns how it ended, in words.
+  std::string end() {
+    if (process_ <= 0) return {};
+    ::kill(process_, SIGKILL);
+    return wait_for_end();
+  }
+
+  std::string wait_for_end() {
+    int status = 0;
+    while (::waitpid(process_, &status, 0) < 0 && errno == EINTR) {
+    }
+    process_ = -1;
+    if (WIFSIGNALED(status)) {
+      return fmt::format("it crashed: {} (signal {})", ::strsignal(WTERMSIG(status)), WTERMSIG(status));
+    }
+    return fmt::format("its process ended with code {}", WEXITSTATUS(status));
+  }
+
+ private:
+  pid_t process_ = -1;
+  int descriptor_ = -1;
+  std::string buffer_;
+};
+
+class CheckApart {
+ public:
+  CheckApart(const CheckPlan& plan, const CheckWatcher& watcher, CheckOutput& output)
+      : plan_(plan), watcher_(watcher), output_(output) {}
+
+  void run() {
+    while (done_ < plan_.cases.size()) {
+      const std::size_t before = done_;
+      run_worker();
+      if (done_ == before) throw Error("a process that checks ended without checking: run it again");
+    }
+  }
+
+ private:
+  const SuiteCase& current() const { return plan_.cases[done_]; }
+
+  /// Until the worker has no more to say.
+  void run_worker() {
+    Worker worker(plan_, std::span(plan_.cases).subspan(done_));
+    is_in_case_ = false;
+    bool has_renderer = false;
+    std::string line;
+    while (true) {
+      std::optional<Clock::time_point> deadline;
+      if (is_in_case_) {
+        deadline = start_ + std::chrono::duration_cast<Clock::duration>(
+                                std::chrono::duration<double>(current().time_limit));
+      }
+      switch (worker.wait(line, deadline)) {
+        case Worker::Event::line:
+          has_renderer = true;
+          hear(Json::parse(line));
+          break;
+        case Worker::Event::late:
+          worker.end();
+          add_error(fmt::format("it took longer than its limit, {:g} s", current().time_limit));
+          return;
+        case Worker::Event::ended: {
+          const std::string how = worker.wait_for_end();
+          if (is_in_case_) add_error(how);
+          if (!has_renderer) throw Error("the renderer cannot be started: " + how);
+          return;
+        }
+      }
+    }
+  }
+
+  void hear(const Json& said) {
+    const auto item = said.begin();
+    const std::string& what = item.key();
+    const Json& value = item.value();
+    if (what == says_refusal) throw Error(value.get<std::string>());
+    if (what == says_made_with) output_.set_made_with(value);
+    if (what == says_distances) output_.add_distances(value);
+    if (what == says_start) {
+      is_in_case_ = true;
+      start_ = Clock::now();
+      if (watcher_.before_case) watcher_.before_case(current().name, done_ + 1, plan_.cases.size());
+    }
+    if (what == says_case) add(value);
+  }
+
+  void add(const Json& entry) {
+    is_in_case_ = false;
+    ++done_;
+    output_.add_case(entry);
+    if (watcher_.after_case) watcher_.after_case(entry);
+  }
+
+  void add_error(const std::string& why) {
+    CheckedCase checked = failed_case(plan_.options, current(), why);
+    checked.result.seconds = std::chrono::duration<double>(Clock::now() - start_).count();
+    add(to_json(checked));
+  }
+
+  const CheckPlan& plan_;
+  const CheckWatcher& watcher_;
+  CheckOutput& output_;
+  std::size_t done_ = 0;
+  bool is_in_case_ = false;
+  Clock::time_point start_;
+};
+
+}  // namespace
+
+Json check_apart(const CheckOptions& options, const CheckWatcher& watcher) {
+  CheckOutput output(options.output);
+  try {
+    const CheckPlan plan = plan_check(options);
+    output.start(plan.suite, plan.options, plan.cases.size());
+    CheckApart(plan, watcher, output).run();
+    return output.finish(plan.orphans());
+  } catch (const Error& error) {
+    output.fail(error.what());
+    throw;
+  }
+}
+
+}  // namespace substep

@@ -1,0 +1,103 @@
+#include "golden/report/case_commands.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+
+namespace substep {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+/// A path as a word that is no option, whatever its name.
+std::string path_word(const fs::path& path) {
+  const std::string text = path.string();
+  return shell_word(text.starts_with('-') ? fmt::format("./{}", text) : text);
+}
+
+std::string suite_option(const ResultsPlace& place) {
+  if (place.suite == fs::path("golden/suite.toml")) return {};
+  return fmt::format(" --suite {}", path_word(place.suite));
+}
+
+/// The first frame that differs and its body, where the poses were compared.
+std::string replayed_part(const Json& entry) {
+  const Json& poses = entry.at("poses");
+  if (!poses.contains("motion")) return {};
+  const Json& motion = poses.at("motion");
+  std::string text;
+  if (motion.at("first_frame").get<int>() >= 0) {
+    text += fmt::format(" --to {}", motion.at("first_frame").get<int>());
+  }
+  const auto body = motion.at("body").get<std::string>();
+  // In quotes: names are the scene's, and may have spaces.
+  if (!body.empty()) text += fmt::format(" --focus {}", shell_word(body));
+  return text;
+}
+
+}  // namespace
+
+std::string shell_word(const std::string& word) {
+  const bool is_plain = !word.empty() && std::all_of(word.begin(), word.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.' || c == '/';
+  });
+  if (is_plain) return word;
+  std::string result(1, '\'');
+  for (const char c : word) {
+    if (c == '\'') result += "'\\'";
+    result += c;
+  }
+  result += '\'';
+  return result;
+}
+
+ResultsPlace place_of(const Json& results, const fs::path& output) {
+  std::error_code none;
+  const fs::path here = fs::current_path(none);
+  const auto near = [&](const fs::path& path) {
+    if (!path.is_absolute() || here.empty()) return path;
+    const fs::path relative = path.lexically_relative(here);
+    return relative.empty() || *relative.begin() == ".." ? path : relative;
+  };
+  return {near(results.at("suite").get<std::string>()), near(output)};
+}
+
+ApproveCommand approve_command(const std::vector<std::string>& cases, const ResultsPlace& place) {
+  ApproveCommand command{"substep approve", {}, " --reason \"...\""};
+  for (const std::string& name : cases) command.before += fmt::format(" {}", shell_word(name));
+  if (cases.empty()) command.before += " --failed";
+  command.before += suite_option(place);
+  if (place.output != fs::path("out/check")) {
+    command.output = fmt::format(" --output {}", path_word(place.output));
+  }
+  return command;
+}
+
+CaseCommands commands_of(const Json& entry, const ResultsPlace& place) {
+  const auto case_name = entry.at("name").get<std::string>();
+  CaseCommands commands;
+  commands.files = (place.output / entry.at("files").get<std::string>()).string();
+  commands.replay =
+      fmt::format("substep replay {}{}{}", shell_word(case_name), suite_option(place), replayed_part(entry));
+  const bool can_approve = entry.at("refusal").get<std::string>().empty() && entry.contains("offers");
+  if (can_approve) commands.approve = approve_command({case_name}, place);
+  if (entry.value("has_alternates", false)) {
+    commands.alternate = approve_command({case_name}, place);
+    commands.alternate.after = fmt::format(" --alternate{}", commands.alternate.after);
+  }
+  return commands;
+}
+
+std::string explanation(const Json& entry, const ResultsPlace& place) {
+  const CaseCommands commands = commands_of(entry, place);
+  std::string text = entry.at("text");
+  text += fmt::format("  files    {}\n  replay   {}\n", commands.files, commands.replay);
+  if (commands.approve.is_there()) return text + fmt::format("  approve  {}\n", commands.approve.text());
+  text += fmt::format("  approve  not from this check: {}\n", entry.at("refusal").get<std::string>());
+  if (commands.alternate.is_there()) text += fmt::format("  or       {}\n", commands.alternate.text());
+  return text;
+}
+
+}  // namespace substep

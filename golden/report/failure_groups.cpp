@@ -1,0 +1,168 @@
+#include "golden/report/failure_groups.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <functional>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "golden/compare/verdict.h"
+
+namespace substep {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string algorithm_of(const Json& entry) {
+  return entry.at("settings").at("algorithm");
+}
+
+int bodies_of(const Json& entry) {
+  return entry.at("poses").value("bodies", 0);
+}
+
+/// What a scene has that a change could be of, as its log says it.
+std::set<std::string> features_of(const Json& entry) {
+  const auto modelled = entry.at("poses").value("modelled", std::string());
+  std::set<std::string> features;
+  const auto add = [&](const char* feature, const char* absent) {
+    if (!modelled.empty() && modelled.find(absent) == std::string::npos) features.insert(feature);
+  };
+  add("with joints", "no joints");
+  add("with contacts", "no contacts");
+  add("with a gyroscopic term", "no gyroscopic term");
+  return features;
+}
+
+/// A way to choose among the checked cases, in words.
+struct Choice {
+  std::string text;
+  std::function<bool(const Json&)> holds;
+};
+
+/// From the plainest on.
+std::vector<Choice> choices(const Json& checked) {
+  std::vector<Choice> result{{"all cases", [](const Json&) { return true; }}};
+  std::set<std::string> algorithms;
+  std::set<std::string> features;
+  for (const Json& entry : checked) {
+    algorithms.insert(algorithm_of(entry));
+    features.merge(features_of(entry));
+  }
+  for (const std::string& algorithm : algorithms) {
+    result.push_back(
+        {"all cases of " + algorithm, [=](const Json& entry) { return algorithm_of(entry) == algorithm; }});
+  }
+  for (const std::string& feature : features) {
+    result.push_back(
+        {"all scenes " + feature, [=](const Json& entry) { return features_of(entry).count(feature) != 0; }});
+  }
+  for (const std::string& algorithm : algorithms) {
+    for (const std::string& feature : features) {
+      result.push_back({fmt::format("all cases of {} {}", algorithm, feature), [=](const Json& entry) {
+                          return algorithm_of(entry) == algorithm && features_of(entry).count(feature) != 0;
+                        }});
+    }
+  }
+  return result;
+}
+
+/// What the failing cases have in common and no others have; else which algorithms they are of.
+std::string common_part(const std::vector<const Json*>& failing, const Json& checked) {
+  for (const Choice& choice : choices(checked)) {
+    const auto chosen = static_cast<std::size_t>(std::count_if(checked.begin(), checked.end(), choice.holds));
+    const bool holds_all =
+        std::all_of(failing.begin(), failing.end(), [&](const Json* entry) { return choice.holds(*entry); });
+    if (!holds_all || chosen != failing.size()) continue;
+    return chosen == checked.size() ? choice.text : choice.text + ", no others";
+  }
+  std::set<std::string> algorithms;
+  std::set<std::string> scenes;
+  for (const Json* entry : failing) {
+    algorithms.insert(algorithm_of(*entry));
+    scenes.insert(entry->at("scene").get<std::string>());
+  }
+  return fmt::format("{} of {} cases, of {} scene{}, all {}", failing.size(), checked.size(), scenes.size(),
+                     scenes.size() == 1 ? "" : "s", fmt::join(algorithms, " "));
+}
+
+std::string first_frames(const std::vector<const Json*>& failing) {
+  std::set<int> frames;
+  for (const Json* entry : failing) {
+    if (entry->at("poses").contains("motion"))
+      frames.insert(entry->at("poses").at("motion").at("first_frame").get<int>());
+  }
+  frames.erase(-1);
+  if (frames.empty()) return {};
+  if (frames.size() == 1) return fmt::format(", from frame {} on", *frames.begin());
+  return fmt::format(", from frame {} to {} on", *frames.begin(), *frames.rbegin());
+}
+
+/// What tells the groups of one verdict apart. A change of the program is one however many cases it fails,
+/// and which those are says where to look; inputs change one by one.
+std::string origin_key(const Json& entry) {
+  const auto verdict = verdict_named(entry.at("verdict").get<std::string>());
+  const auto cause = entry.at("cause").get<std::string>();
+  switch (verdict.value_or(Verdict::error)) {
+    case Verdict::error:
+      return cause;
+    case Verdict::scene_changed:
+    case Verdict::loading_changed:
+      return entry.at("scene").get<std::string>() + ": " + cause;
+    case Verdict::renderer_changed:
+      return cause == "light, camera or sky" ? cause : std::string();
+    default:
+      return {};
+  }
+}
+
+FailureGroup group_of(const std::string& verdict, const std::string& key, std::vector<const Json*> cases,
+                      const Json& checked) {
+  std::stable_sort(cases.begin(), cases.end(),
+                   [](const Json* a, const Json* b) { return bodies_of(*a) < bodies_of(*b); });
+  FailureGroup group{verdict, key, std::move(cases)};
+  if (key.empty() || verdict == name(Verdict::renderer_changed)) {
+    group.origin += fmt::format("{}{}", key.empty() ? "" : ", ", common_part(group.cases, checked));
+  }
+  if (verdict == name(Verdict::simulation_changed) || verdict == name(Verdict::both_changed)) {
+    group.origin += first_frames(group.cases);
+  }
+  return group;
+}
+
+}  // namespace
+
+std::string FailureGroup::line() const {
+  const auto simplest = cases.front()->at("name").get<std::string>();
+  if (cases.size() == 1) {
+    const auto cause = cases.front()->at("cause").get<std::string>();
+    return fmt::format("{}, {}{}{}", simplest, verdict, cause.empty() ? "" : ": ", cause);
+  }
+  return fmt::format("{} cases, {}: {}; simplest: {}", cases.size(), verdict, origin, simplest);
+}
+
+std::vector<FailureGroup> failure_groups(const Json& results) {
+  const Json& checked = results.at("cases");
+  std::vector<FailureGroup> groups;
+  for (const Verdict verdict : verdicts) {
+    if (verdict == Verdict::pass) continue;
+    std::map<std::string, std::vector<const Json*>> by_origin;
+    for (const Json& entry : checked) {
+      if (entry.at("verdict") == name(verdict)) by_origin[origin_key(entry)].push_back(&entry);
+    }
+    std::vector<FailureGroup> found;
+    for (auto& [key, cases] : by_origin) {
+      found.push_back(group_of(std::string(name(verdict)), key, std::move(cases), checked));
+    }
+    std::stable_sort(found.begin(), found.end(), [](const FailureGroup& a, const FailureGroup& b) {
+      return a.cases.size() > b.cases.size();
+    });
+    groups.insert(groups.end(), found.begin(), found.end());
+  }
+  return groups;
+}
+
+}  // namespace substep

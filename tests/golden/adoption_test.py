@@ -1,0 +1,286 @@
+"""Another repository adopts the suite, and what its CI and its people meet: nothing here but the program and a shell.
+
+adoption_test.py SUBSTEP SOURCE_FOLDER [TEST]...
+"""
+
+import json
+import os
+import pathlib
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import xml.etree.ElementTree as xml
+
+SUBSTEP = pathlib.Path(sys.argv[1]).resolve()
+SCENES = pathlib.Path(sys.argv[2]).resolve() / "scenes"
+SUITE = """
+[defaults]
+frames = 20
+images = [20]
+size = [96, 54]
+algorithms = ["a3", "a5"]
+"""
+
+
+def expect(condition, what):
+    if not condition:
+        raise AssertionError(what)
+
+
+class Project:
+    """A repository of its own with scenes in it, and `substep` on the path."""
+
+    def __init__(self, folder, scenes=("box_stack", "pendulum")):
+        self.folder = pathlib.Path(folder)
+        (self.folder / "scenes").mkdir(parents=True)
+        for scene in scenes:
+            shutil.copy(SCENES / f"{scene}.gltf", self.folder / "scenes")
+
+    def with_goldens(self, suite=SUITE):
+        names = sorted(path.name for path in (self.folder / "scenes").iterdir())
+        (self.folder / "golden").mkdir()
+        cases = "".join(f'[[case]]\nscene = "../scenes/{name}"\n' for name in names)
+        (self.folder / "golden/suite.toml").write_text(suite + cases)
+        self.shell("substep check", 1)
+        self.shell('substep approve --failed --reason "the first"', 0)
+        return self
+
+    def scene(self, name):
+        return self.folder / "scenes" / f"{name}.gltf"
+
+    def damage(self, name):
+        self.scene(name).write_text(self.scene(name).read_text()[:700])
+
+    def shell(self, command, code, folder=None):
+        """Runs a command as a person types it, and expects its exit code."""
+        environment = dict(os.environ, PATH=f"{SUBSTEP.parent}:{os.environ['PATH']}")
+        done = subprocess.run(["sh", "-c", command], cwd=folder or self.folder, env=environment, capture_output=True,
+                              text=True)
+        expect(done.returncode == code, f"{command}: code {done.returncode}, not {code}\n{done.stdout}{done.stderr}")
+        return done.stdout + done.stderr
+
+    def results(self, output="out/check"):
+        return json.loads((self.folder / output / "results.json").read_text())
+
+    def verdicts(self, output="out/check"):
+        return {entry["name"]: entry["verdict"] for entry in self.results(output)["cases"]}
+
+    def junit(self, output="out/check"):
+        return xml.parse(self.folder / output / "junit.xml").getroot()
+
+
+def printed(text, what):
+    """The one command that was printed for `what`, as it was."""
+    found = re.findall(rf"^ *(?:{what})? *(substep .*)$", text, re.M)
+    expect(found, f"no command for {what} in\n{text}")
+    return found
+
+
+def a_damaged_scene_beside_a_changed_one(folder):
+    project = Project(folder).with_goldens()
+    project.damage("pendulum")
+    changed = project.scene("box_stack")
+    changed.write_text(changed.read_text().replace('"mass":1.0', '"mass":2.0', 1))
+    text = project.shell("substep check", 1)
+    expect(project.verdicts() == {"box_stack.a3": "scene changed", "box_stack.a5": "scene changed",
+                                  "pendulum.a3": "error", "pendulum.a5": "error"}, project.verdicts())
+    expect("cause    mass or inertia of box_1" in text, text)
+    expect(text.count("FAILED") == 2, f"each of two groups is shown once\n{text}")
+    junit = project.junit()
+    expect((junit.get("errors"), junit.get("failures")) == ("2", "2"), junit.attrib)
+    expect(all(float(test.get("time")) >= 0 and test.get("file") for test in junit), "tests have times and files")
+
+
+def damaged_goldens_are_errors_of_their_cases(folder):
+    project = Project(folder).with_goldens()
+    for file in ["images/box_stack/a3.f0020.png", "poses/box_stack/a5.poses", "poses/pendulum/a3.track"]:
+        golden = project.folder / "golden" / file
+        golden.write_bytes(golden.read_bytes()[:100])
+    project.shell("substep check", 1)
+    expect(project.verdicts() == {"box_stack.a3": "error", "box_stack.a5": "error", "pendulum.a3": "error",
+                                  "pendulum.a5": "pass"}, project.verdicts())
+    for entry in project.results()["cases"][:3]:
+        expect("\n" not in entry["cause"] and entry["cause"].startswith("golden/"), entry["cause"])
+
+
+def no_old_green(folder):
+    project = Project(folder).with_goldens()
+    project.shell("substep check", 0)
+    (project.folder / "golden/suite.toml").write_text("[defaults]\nframs = 3\n")
+    project.shell("substep check", 2)
+    expect(not (project.folder / "out/check/results.json").exists(), "old results are gone")
+    expect(not (project.folder / "out/check/report.html").exists(), "the old report is gone")
+    expect(project.junit().get("errors") == "1", "junit.xml says that there was no check")
+
+
+def a_case_that_takes_too_long_or_crashes_is_an_error_and_the_others_run(folder):
+    project = Project(folder, ["bowling", "pendulum"]).with_goldens()
+    suite = project.folder / "golden/suite.toml"
+    suite.write_text(suite.read_text().replace('bowling.gltf"', 'bowling.gltf"\ntime_limit = 0.01'))
+    project.shell("substep check", 1)
+    entries = {entry["name"]: entry for entry in project.results()["cases"]}
+    expect(entries["bowling.a3"]["cause"] == "it took longer than its limit, 0.01 s", entries["bowling.a3"]["cause"])
+    expect(entries["pendulum.a5"]["verdict"] == "pass", "the case after it ran")
+    # A crash: the process that checks is ended in the middle of a case.
+    suite.write_text(suite.read_text().replace("time_limit = 0.01", "frames = 20000\nimages = [20000]"))
+    check = subprocess.Popen([SUBSTEP, "check"], cwd=project.folder, stdout=subprocess.DEVNULL)
+    for _ in range(2):
+        worker = None
+        while not worker:
+            worker = pathlib.Path(f"/proc/{check.pid}/task/{check.pid}/children").read_text().split()
+            time.sleep(0.05)
+        time.sleep(0.5)
+        junit = project.junit()
+        expect(junit.get("errors") != "0", "junit.xml of a check that goes on is not green")
+        os.kill(int(worker[0]), signal.SIGSEGV)
+        while pathlib.Path(f"/proc/{worker[0]}").exists():
+            time.sleep(0.05)
+    expect(check.wait() == 1, "a crash is a failure")
+    entries = {entry["name"]: entry for entry in project.results()["cases"]}
+    expect(entries["bowling.a3"]["cause"].startswith("it crashed: Segmentation fault"), entries["bowling.a3"]["cause"])
+    expect(entries["pendulum.a5"]["verdict"] == "pass", "the cases after a crash ran")
+
+
+def two_checks_do_not_write_to_one_folder(folder):
+    project = Project(folder, ["pendulum"]).with_goldens()
+    import fcntl
+    with open(project.folder / "out/check/.lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        text = project.shell("substep check", 2)
+    expect(text.count("\n") == 1 and "another check is writing there" in text, text)
+    project.shell("substep check", 0)
+
+
+def shards_are_complete_or_an_error(folder):
+    project = Project(folder).with_goldens()
+    project.shell("substep check --shard 1/2 --output part-1", 0)
+    project.shell("substep check --shard 2/2 --output part-2", 0)
+    text = project.shell("substep check --merge part-1 --output all", 2)
+    expect("part 2 of 2 is missing" in text and "2 pass" in text, text)
+    expect(project.junit("all").get("errors") == "1", "a missing part is an error in junit.xml")
+    text = project.shell("substep check --merge part-1 part-2 --output all", 0)
+    expect("4 pass" in text, text)
+    project.shell("substep check --merge part-1 part-1 --output all", 2)
+    results = project.results("part-2")
+    results["ended"] = False
+    (project.folder / "part-2/results.json").write_text(json.dumps(results))
+    expect("did not end" in project.shell("substep check --merge part-1 part-2 --output all", 2), "an interrupted part")
+    suite = project.folder / "golden/suite.toml"
+    suite.write_text(suite.read_text() + "\n")
+    project.shell("substep check --shard 2/2 --output part-2", 0)
+    expect("are of different suites" in project.shell("substep check --merge part-1 part-2 --output all", 2), "suites")
+
+
+def folders_of_any_name_run_nothing(folder):
+    project = Project(folder, ["pendulum"])
+    strange = "a $(touch ran) 'b\" `touch ran` -c"
+    os.rename(project.with_goldens().folder / "golden", project.folder / strange)
+    scene = project.scene("pendulum")
+    scene.write_text(scene.read_text().replace('"intensity":3.0', '"intensity":2.5'))
+    text = subprocess.run([SUBSTEP, "check", "--suite", strange, "--output", strange + "out"], cwd=project.folder,
+                          capture_output=True, text=True).stdout
+    for command in printed(text, "replay|approve"):
+        if "approve" in command:
+            command = command.replace('"..."', '"as meant"')
+        project.shell(command, 0)
+    expect(not (project.folder / "ran").exists(), "a folder's name was run")
+    environment = ["--suite", strange]
+    expect(subprocess.run([SUBSTEP, "check", *environment], cwd=project.folder, capture_output=True).returncode == 1,
+           "only the case that was named first in its group is approved")
+
+
+def orphans_are_pruned_and_renames_found(folder):
+    project = Project(folder, ["pendulum"]).with_goldens()
+    os.rename(project.scene("pendulum"), project.scene("swing-1"))
+    suite = project.folder / "golden/suite.toml"
+    suite.write_text(suite.read_text().replace("pendulum", "swing-1"))
+    text = project.shell("substep check", 1)
+    expect("poses/pendulum/a3.track belongs to no case" in text and "it is swing-1.a3 by its old name" in text, text)
+    project.shell('substep approve --failed --reason "renamed"', 0)
+    command = re.search(r"^delete orphans: (.*)$", text, re.M).group(1)
+    expect("8 deleted" in project.shell(command, 0), "poses, track, picture and sidecar of two cases")
+    project.shell("substep check", 0)
+
+
+def a_scene_without_pictures_needs_no_renderer(folder):
+    project = Project(folder, ["pendulum"])
+    project.with_goldens(SUITE.replace("images = [20]", "images = []"))
+    project.shell("substep check", 0)
+    project.shell("DRAW_USE_LLVM=0 substep check", 0)
+    expect(not list(project.folder.glob("golden/images/*/*.png")), "there are no pictures")
+    expect(project.results()["made_with"]["renderer"] == "", "the renderer was not asked for")
+
+
+def other_renderers_are_known(folder):
+    project = Project(folder, ["pendulum"]).with_goldens()
+    text = project.shell("DRAW_USE_LLVM=0 substep check", 2)
+    expect(text.count("\n") == 1 and "DRAW_USE_LLVM=0" in text, text)
+    project.shell("GALLIUM_NOSSE=1 substep check", 0)
+    made_with = project.results()["made_with"]
+    expect(made_with["renderer"].endswith("GALLIUM_NOSSE=1") and not made_with["pinned"], made_with)
+
+
+def adopts_goes_red_and_green_again_by_what_is_printed(folder):
+    project = Project(pathlib.Path(folder) / "theirs", ["box_stack", "pendulum", "bouncing_balls"])
+    (project.folder / "scenes/empty.gltf").write_text("{}")
+    text = project.shell("substep init .", 0)
+    expect("3 scenes are cases, 1 are not" in text, text)
+    project.shell("substep init .", 2)
+    check, approve = printed(text, "")
+    project.shell(check, 1)
+    project.shell(approve, 0)
+    project.shell(check, 0)
+    # Red: one scene is damaged, another was changed; on two machines, whose work trees lie elsewhere.
+    good = project.scene("pendulum").read_text()
+    project.damage("pendulum")
+    changed = project.scene("bouncing_balls")
+    changed.write_text(changed.read_text().replace('"restitution":0.5', '"restitution":0.4'))
+    machine = pathlib.Path(folder) / "runner/work"
+    shutil.copytree(project.folder, machine, ignore=shutil.ignore_patterns("out"))
+    for part in ["1", "2"]:
+        project.shell(f"substep check --suite golden --shard {part}/2 --output part-{part}; true", 0, machine)
+    project.shell("substep check --merge part-1 part-2 --output report", 1, machine)
+    # The artifact is downloaded.
+    shutil.move(machine / "report", pathlib.Path(folder) / "down load")
+    shutil.rmtree(machine)
+    text = project.shell("substep check --merge '../down load' --output out/check", 1)
+    expect(project.verdicts() == {"box_stack.a5": "pass", "pendulum.a5": "error", "bouncing_balls.a5": "scene changed"},
+           project.verdicts())
+    expect("contact material or filter of" in text, text)
+    project.scene("pendulum").write_text(good)
+    approve = [command for command in printed(text, "approve") if "bouncing_balls" in command]
+    project.shell(approve[0].replace("...", "they bounce less"), 0)
+    project.shell("substep check", 0)
+    sidecar = json.loads((project.folder / "golden/images/bouncing_balls/a5.json").read_text())
+    expect(sidecar["approved"]["reason"] == "they bounce less", sidecar["approved"])
+    expect([entry["reason"] for entry in sidecar["history"]] == ["the first goldens"], sidecar["history"])
+
+
+TESTS = [a_damaged_scene_beside_a_changed_one, damaged_goldens_are_errors_of_their_cases, no_old_green,
+         a_case_that_takes_too_long_or_crashes_is_an_error_and_the_others_run, two_checks_do_not_write_to_one_folder,
+         shards_are_complete_or_an_error, folders_of_any_name_run_nothing, orphans_are_pruned_and_renames_found,
+         a_scene_without_pictures_needs_no_renderer, other_renderers_are_known,
+         adopts_goes_red_and_green_again_by_what_is_printed]
+
+
+def main():
+    wanted = sys.argv[3:]
+    failed = 0
+    for test in TESTS:
+        if wanted and test.__name__ not in wanted:
+            continue
+        with tempfile.TemporaryDirectory() as folder:
+            try:
+                test(pathlib.Path(folder) / "project")
+                print("ok    ", test.__name__, flush=True)
+            except AssertionError as error:
+                failed += 1
+                print("FAILED", test.__name__, error, flush=True)
+    sys.exit(1 if failed else 0)
+
+
+main()

@@ -1,0 +1,108 @@
+// Rules of contacts that no scene of the suite of goldens would notice the loss of, on one ball and a floor:
+// which colliders meet, A2's over-relaxation and where it stops, and from what speed on something bounces.
+
+#include <gtest/gtest.h>
+
+#include "tests/sim/test_scenes.h"
+
+namespace substep {
+namespace {
+
+constexpr double radius = 0.2;
+constexpr double gravity = 9.81;
+constexpr double step = 1.0 / 60;
+
+/// A ball of 1 kg that touches the floor.
+Scene ball_on_floor() {
+  Scene scene = test::floor_scene(0);
+  scene.gravity = {0, -gravity, 0};
+  Body ball;
+  ball.name = "ball";
+  ball.inverse_mass = 1;
+  ball.inverse_inertia = Vector3::Constant(1 / (0.4 * radius * radius));
+  ball.pose.position = {0, radius, 0};
+  scene.bodies.push_back(ball);
+  Collider collider;
+  collider.body = 1;
+  collider.shape = Sphere{radius};
+  collider.material.dynamic_friction = collider.material.static_friction = 0;
+  scene.colliders.push_back(collider);
+  return scene;
+}
+
+Settings settings_of(Algorithm algorithm) {
+  Settings settings = default_settings(algorithm);
+  settings.step = step;
+  return settings;
+}
+
+double speed_after_a_step(const Scene& scene, const Settings& settings) {
+  return test::run(scene, settings, step).v[1].linear.y();
+}
+
+/// What falls in a step without a floor, m/s.
+constexpr double fall = gravity * step;
+
+class Filter : public testing::TestWithParam<Algorithm> {};
+
+TEST_P(Filter, ForbidsWhenEitherSideDoes) {
+  const auto speed = [](std::uint64_t floor_meets, std::uint64_t ball_meets) {
+    Scene scene = ball_on_floor();
+    scene.colliders[0].in_no_system = scene.colliders[1].in_no_system = false;
+    scene.colliders[0].member = 1;
+    scene.colliders[1].member = 2;
+    scene.colliders[0].collides_with = floor_meets;
+    scene.colliders[1].collides_with = ball_meets;
+    return speed_after_a_step(scene, settings_of(GetParam()));
+  };
+  EXPECT_NEAR(speed(2, 1), 0, 0.01 * fall);
+  EXPECT_NEAR(speed(2, 2), -fall, 1e-12);  // the ball does not meet the floor's system
+  EXPECT_NEAR(speed(1, 1), -fall, 1e-12);  // nor the floor the ball's
+  EXPECT_NEAR(speed(1, 2), -fall, 1e-12);
+}
+
+INSTANTIATE_TEST_SUITE_P(Contacts, Filter,
+                         testing::Values(Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4,
+                                         Algorithm::a5),
+                         [](const auto& info) { return std::string(name(info.param)); });
+
+TEST(Relaxation, TakesItsShareOfAContactsErrorInEachIteration) {
+  for (const double omega : {0.5, 1.0, 1.3}) {
+    Settings settings = settings_of(Algorithm::a2);
+    settings.relaxation = omega;
+    settings.tolerance = 0;
+    for (const int iterations : {1, 2, 3}) {
+      settings.iterations = iterations;
+      const double left = std::pow(1 - omega, iterations);
+      EXPECT_NEAR(speed_after_a_step(ball_on_floor(), settings), -fall * left, 1e-12)
+          << omega << " " << iterations;
+    }
+  }
+}
+
+TEST(Relaxation, StopsWhenAnIterationMovesLessThanTheTolerance) {
+  Settings settings = settings_of(Algorithm::a2);
+  settings.relaxation = 0.5;
+  settings.iterations = 100;
+  // Iterations move 1/2, 1/4, 1/8 … of the fall.
+  settings.tolerance = 0.3 * fall;
+  EXPECT_NEAR(speed_after_a_step(ball_on_floor(), settings), -fall / 4, 1e-12);
+  settings.tolerance = 0.1 * fall;
+  EXPECT_NEAR(speed_after_a_step(ball_on_floor(), settings), -fall / 16, 1e-12);
+}
+
+TEST(BounceThreshold, IsWhatGravityGivesInASubstep) {
+  for (const Algorithm algorithm : {Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
+    const auto speed = [&](double approach) {
+      Scene scene = ball_on_floor();
+      for (Collider& collider : scene.colliders) collider.material.restitution = 0.9;
+      scene.bodies[1].linear_velocity = {0, -approach, 0};
+      return speed_after_a_step(scene, test::sub_stepped(algorithm, 1, 1, 1));
+    };
+    EXPECT_NEAR(speed(0.9 * fall), 0, 0.01 * fall) << name(algorithm);
+    EXPECT_GT(speed(1.1 * fall), 0.5 * fall) << name(algorithm);
+  }
+}
+
+}  // namespace
+}  // namespace substep
