@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace substep {
 namespace {
@@ -10,6 +11,96 @@ namespace {
 double lowest_point(const Part& part, const Coordinates& q) {
   double lowest = std::numeric_limits<double>::infinity();
   for (const Vector3& corner : part.corners()) lowest = std::min(lowest, (q.angular * corner + q.linear).y());
+  return lowest;
+}
+
+/// Whether the joint keeps its two anchors together.
+bool holds_anchors(const Joint& joint) {
+  std::array<bool, 3> held{};
+  for (const JointLimit& limit : joint.limits) {
+    if (limit.angular || limit.min != 0 || limit.max != 0 || limit.stiffness) continue;
+    for (std::size_t axis = 0; axis < 3; ++axis) held[axis] = held[axis] || limit.axes[axis];
+  }
+  return held[0] && held[1] && held[2];
+}
+
+/// A point of the world that bodies hang on, and how far from it each joint's anchor can get at most: along
+/// the bodies between them. Infinite where nothing holds it to the point.
+struct Hold {
+  Vector3 point;
+  std::vector<double> reach;  ///< of each of the scene's joints
+};
+
+Hold hold_of(const Scene& scene, std::size_t fixed) {
+  const Joint& first = scene.joints[fixed];
+  Hold hold;
+  hold.point = first.body_a == world_body ? first.frame_a.position : first.frame_b.position;
+  hold.reach.assign(scene.joints.size(), std::numeric_limits<double>::infinity());
+  hold.reach[fixed] = 0;
+  // From joint to joint over the body that both hold, until nothing gets shorter.
+  for (bool shorter = true; shorter;) {
+    shorter = false;
+    for (std::size_t from = 0; from < scene.joints.size(); ++from) {
+      const Joint& a = scene.joints[from];
+      for (std::size_t to = 0; std::isfinite(hold.reach[from]) && to < scene.joints.size(); ++to) {
+        const Joint& b = scene.joints[to];
+        if (!holds_anchors(b)) continue;
+        for (const auto& [body, here] : {std::pair(a.body_a, a.frame_a), std::pair(a.body_b, a.frame_b)}) {
+          if (body == world_body || (b.body_a != body && b.body_b != body)) continue;
+          const Pose& there = b.body_a == body ? b.frame_a : b.frame_b;
+          const double reach = hold.reach[from] + (there.position - here.position).norm();
+          if (reach < hold.reach[to]) {
+            hold.reach[to] = reach;
+            shorter = true;
+          }
+        }
+      }
+    }
+  }
+  return hold;
+}
+
+/// The lowest that a point can be which is at most `a` from `p` and at most `b` from `q`.
+double lowest_within(const Vector3& p, double a, const Vector3& q, double b) {
+  const Vector3 between = q - p;
+  const double apart = between.norm();
+  const Vector3 below_p = p - a * Vector3::UnitY();
+  const Vector3 below_q = q - b * Vector3::UnitY();
+  if ((below_p - q).norm() <= b) return below_p.y();
+  if ((below_q - p).norm() <= a) return below_q.y();
+  // On the circle in which the two balls' surfaces meet; where they do not, on the line between them.
+  const double along = std::clamp((a * a - b * b + apart * apart) / (2 * apart), 0.0, apart);
+  const double radius = std::sqrt(std::max(a * a - along * along, 0.0));
+  const double upright = between.y() / apart;
+  return p.y() + along * upright - radius * std::sqrt(std::max(1 - upright * upright, 0.0));
+}
+
+/// The lowest that the part's corners can get as its body hangs on the world; −∞ where nothing holds it.
+double lowest_hanging(const Scene& scene, const Part& part, std::span<const Hold> holds) {
+  double lowest = std::numeric_limits<double>::infinity();
+  for (const Vector3& corner : part.corners()) {
+    std::vector<std::pair<Vector3, double>> balls;
+    for (const Hold& hold : holds) {
+      double reach = std::numeric_limits<double>::infinity();
+      for (std::size_t i = 0; i < scene.joints.size(); ++i) {
+        const Joint& joint = scene.joints[i];
+        for (const auto& [body, frame] :
+             {std::pair(joint.body_a, joint.frame_a), std::pair(joint.body_b, joint.frame_b)}) {
+          if (body == part.body) reach = std::min(reach, hold.reach[i] + (corner - frame.position).norm());
+        }
+      }
+      if (std::isfinite(reach)) balls.emplace_back(hold.point, reach);
+    }
+    double bound = -std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < balls.size(); ++i) {
+      bound = std::max(bound, balls[i].first.y() - balls[i].second);
+      for (std::size_t j = 0; j < i; ++j) {
+        bound =
+            std::max(bound, lowest_within(balls[i].first, balls[i].second, balls[j].first, balls[j].second));
+      }
+    }
+    lowest = std::min(lowest, bound);
+  }
   return lowest;
 }
 
@@ -39,41 +130,39 @@ std::vector<Ball> balls_of(const Part& part) {
 
 }  // namespace
 
-double ground_height(const Scene& scene, std::span<const Part> parts,
-                     std::span<const std::vector<Coordinates>> frames) {
-  double plane = -std::numeric_limits<double>::infinity();
+double ground_height(const Scene& scene, std::span<const Part> parts) {
+  constexpr double infinite = std::numeric_limits<double>::infinity();
+  double plane = -infinite;
   for (const Collider& collider : scene.colliders) {
     if (is_ground(collider)) plane = std::max(plane, collider.placement.position.y());
   }
   if (std::isfinite(plane)) return plane;
 
-  double of_world = std::numeric_limits<double>::infinity();
-  double lowest = of_world;
-  double highest = -of_world;
-  for (const Part& part : parts) {
-    const auto body = static_cast<std::size_t>(part.body);
-    if (part.body == world_body) of_world = std::min(of_world, lowest_point(part, Coordinates{}));
-    for (const std::vector<Coordinates>& frame : frames) {
-      const double y = lowest_point(part, frame[body]);
-      if (!(std::abs(y) < 1000)) continue;
-      lowest = std::min(lowest, y);
-      highest = std::max(highest, frame[body].linear.y());
-      if (part.body == world_body) break;
-    }
+  std::vector<Hold> holds;
+  for (std::size_t i = 0; i < scene.joints.size(); ++i) {
+    const Joint& joint = scene.joints[i];
+    const bool is_fixed = (joint.body_a == world_body) != (joint.body_b == world_body);
+    if (is_fixed && holds_anchors(joint)) holds.push_back(hold_of(scene, i));
   }
-  if (!std::isfinite(lowest)) return 0;
-  // What falls out of the scene does not take the ground along.
-  const double first = [&] {
-    double y = highest;
-    for (const Part& part : parts) {
-      y = std::min(y, lowest_point(part, frames.front()[static_cast<std::size_t>(part.body)]));
+  const std::vector<Coordinates> start = initial_state(scene).q;
+  double of_world = infinite;
+  double at_start = infinite;
+  double lowest = infinite;
+  double highest = -infinite;
+  for (const Part& part : parts) {
+    const Coordinates& q = start[static_cast<std::size_t>(part.body)];
+    const double y = lowest_point(part, q);
+    if (part.body == world_body) {
+      of_world = std::min(of_world, y);
+      continue;
     }
-    return y;
-  }();
-  const double extent = std::max(highest - first, 0.1);
-  if (lowest < first - 3 * extent) lowest = first;
-  if (of_world <= lowest) return of_world;
-  return lowest - 0.2 * (highest - lowest);
+    const double hanging = lowest_hanging(scene, part, holds);
+    at_start = std::min(at_start, y);
+    lowest = std::min({lowest, y, std::isfinite(hanging) ? hanging : y});
+    highest = std::max(highest, q.linear.y());
+  }
+  if (of_world <= at_start) return std::isfinite(of_world) ? of_world : 0;
+  return lowest - 0.2 * std::max(highest - lowest, 0.1);
 }
 
 GroundOcclusion ground_occlusion(std::span<const Part> parts, std::span<const Coordinates> poses,

@@ -11,10 +11,10 @@
 
 namespace substep {
 
-/// Height of the world's horizontal plane; in a scene without one, that of the lowest thing of the world, or
-/// low enough below all that the bodies do in the given frames.
-double ground_height(const Scene& scene, std::span<const Part> parts,
-                     std::span<const std::vector<Coordinates>> frames);
+/// Height of the world's horizontal plane; in a scene without one, that of the lowest thing of the world
+/// where it is below all bodies at the start; else low enough for all that joints hold to the world to swing
+/// above it. It follows from the scene alone: all runs of it, and all their frames, stand on the same ground.
+double ground_height(const Scene& scene, std::span<const Part> parts);
 
 /// How much of the sky the bodies leave to the ground around them, on a square grid; bodies count as rows of
 /// balls.

@@ -346,6 +346,16 @@ TEST(Renderer, VisualsReplaceColliders) {
   EXPECT_GT(green, triangle * 8 / 10);
 }
 
+TEST(Renderer, AFrameDoesNotDependOnTheRunItIsOf) {
+  Scene scene = empty_scene(false);
+  const int ball = add_body(scene, Sphere{0.25}, {0, 2, 0});
+  scene.camera = Camera{{{0, 2, 6}, Quaternion::Identity()}, 0.8};
+  std::vector<std::vector<Coordinates>> falls(2, initial_state(scene).q);
+  falls[1][static_cast<std::size_t>(ball)].linear.y() = -8;
+  EXPECT_EQ(hash(Renderer(scene, small_picture(), falls).draw(falls[0])),
+            hash(Renderer(scene, small_picture()).draw(falls[0])));
+}
+
 TEST(Renderer, SizesThatCannotBeAreRefused) {
   const Scene scene = three_shapes();
   RenderSettings settings;
