@@ -1,6 +1,9 @@
 #include "render/renderer.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cstdint>
 #include <glm/gtc/type_ptr.hpp>
 #include <glm/mat4x4.hpp>
 #include <limits>
@@ -55,7 +58,7 @@ struct Renderer::Implementation {
 Renderer::Implementation::Implementation(const Scene& scene, const RenderSettings& wanted,
                                          std::span<const std::vector<Coordinates>> reference)
     : settings(wanted), mesh(gather_body_mesh(scene)) {
-  if (settings.width < 1 || settings.height < 1) throw Error("a picture needs at least one pixel each way");
+  check(settings);
   std::vector<std::vector<Coordinates>> initial;
   if (reference.empty()) {
     initial.push_back(initial_state(scene).q);
@@ -247,6 +250,22 @@ Image Renderer::Implementation::draw_colors(std::span<const Coordinates> poses) 
   draw_ground(device->color_program);
   picture.read();
   return top_down(picture.pixels, settings.width, settings.height);
+}
+
+void check(const RenderSettings& settings) {
+  if (settings.width < 1 || settings.height < 1) throw Error("a picture needs at least one pixel each way");
+  // What llvmpipe takes: so many samples a side, and textures of 1 GiB, at 16 bytes a sample.
+  constexpr std::int64_t longest = 16384;
+  constexpr std::int64_t most = 1 << 26;
+  const std::int64_t scale = settings.antialiasing ? 2 : 1;
+  const std::int64_t width = settings.width * scale;
+  const std::int64_t height = settings.height * scale;
+  if (width > longest || height > longest || width * height > most) {
+    throw Error(
+        fmt::format("a picture of {}×{} is too large for software OpenGL: ask for at most {} pixels, "
+                    "and {} each way",
+                    settings.width, settings.height, most / (scale * scale), longest / scale));
+  }
 }
 
 Renderer::Renderer(const Scene& scene, const RenderSettings& settings,

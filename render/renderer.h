@@ -28,6 +28,9 @@ struct RenderSettings {
   bool shadows = true;
 };
 
+/// Throws Error where software OpenGL could not draw pictures of this size, before it takes memory for them.
+void check(const RenderSettings& settings);
+
 /// One OpenGL context, which the next renderer takes over; use from one thread at a time.
 class Renderer {
  public:

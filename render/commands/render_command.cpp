@@ -62,9 +62,35 @@ Scene scene_of(const PoseLog& log, const RenderOptions& options) {
   return scene;
 }
 
-PoseLog simulated(const Scene& scene, const SolverOptions& solver, Progress& progress) {
-  const Settings settings = solver.settings(scene);
-  const int steps = solver.steps(scene, settings);
+int frame_in(const std::string& text) {
+  int frame = -1;
+  const auto parsed = std::from_chars(text.data(), text.data() + text.size(), frame);
+  if (parsed.ec != std::errc{} || parsed.ptr != text.data() + text.size() || frame < 0) {
+    throw Error(fmt::format("--frame '{}': give a frame's number or 'all'", text));
+  }
+  return frame;
+}
+
+/// The last frame that is named; nothing where all are asked for.
+std::optional<int> last_named(const std::vector<std::string>& asked) {
+  int last = 0;
+  for (const std::string& text : asked) {
+    if (text == "all") return std::nullopt;
+    last = std::max(last, frame_in(text));
+  }
+  return last;
+}
+
+/// As far as frames are asked for.
+PoseLog simulated(const Scene& scene, const RenderOptions& options, Progress& progress) {
+  const Settings settings = options.solver.settings(scene);
+  int steps = options.solver.steps(scene, settings);
+  if (const std::optional<int> last = last_named(options.frames)) {
+    if (*last > steps) {
+      throw Error(fmt::format("--frame {}: the last is {} (--duration makes more)", *last, steps));
+    }
+    steps = *last;
+  }
   Simulation simulation(scene, settings);
   return record(simulation, steps, 1, [&](int frame, const StepReport&) {
     progress.show("simulating", static_cast<double>(frame) / steps);
@@ -82,11 +108,7 @@ std::vector<int> frames_of(const PoseLog& log, const std::vector<std::string>& a
       }
       continue;
     }
-    int frame = -1;
-    const auto parsed = std::from_chars(text.data(), text.data() + text.size(), frame);
-    if (parsed.ec != std::errc{} || parsed.ptr != text.data() + text.size() || frame < 0) {
-      throw Error(fmt::format("--frame '{}': give a frame's number or 'all'", text));
-    }
+    const int frame = frame_in(text);
     if (frame > last) {
       throw Error(fmt::format("--frame {}: the last is {}{}", frame, last,
                               log.end == "ok" ? "" : ", the run " + log.end));
@@ -103,7 +125,11 @@ std::vector<int> frames_of(const PoseLog& log, const std::vector<std::string>& a
 }
 
 void render(const RenderOptions& options) {
+  RenderSettings settings;
   const ImageSize size = image_size_in(options.size);
+  settings.width = size.width;
+  settings.height = size.height;
+  check(settings);
   Progress progress;
   PoseLog log;
   Scene scene;
@@ -116,7 +142,7 @@ void render(const RenderOptions& options) {
   } else {
     if (options.scene) throw Error("--scene: is of use with a pose log only");
     scene = options.mesh.load(options.input);
-    log = simulated(scene, options.solver, progress);
+    log = simulated(scene, options, progress);
     stem = fmt::format("{}.{}", scene.name, name(log.settings.algorithm));
   }
   const std::vector<int> frames = frames_of(log, options.frames);
@@ -131,15 +157,13 @@ void render(const RenderOptions& options) {
     throw Error(fmt::format("{}: there is no such folder", options.output.string()));
   }
 
-  // For the camera of a scene without one: the same whichever frames are asked for.
-  std::vector<std::vector<Coordinates>> all;
-  for (const PoseLog::Frame& frame : log.frames) {
-    if (!frame.poses.empty()) all.push_back(frame.poses);
+  // For the camera of a scene without one: what moves until the last of the frames.
+  std::vector<std::vector<Coordinates>> seen;
+  for (int k = 0; k <= frames.back(); ++k) {
+    const PoseLog::Frame& frame = log.frames[static_cast<std::size_t>(k)];
+    if (!frame.poses.empty()) seen.push_back(frame.poses);
   }
-  RenderSettings settings;
-  settings.width = size.width;
-  settings.height = size.height;
-  Renderer renderer(scene, settings, all);
+  Renderer renderer(scene, settings, seen);
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const Image image = renderer.draw(log.frames[static_cast<std::size_t>(frames[i])].poses);
     const fs::path file =
@@ -173,7 +197,8 @@ void add_render_command(CLI::App& app) {
   options->solver.add_to(*command);
   options->mesh.add_mesh_options_to(*command);
   command->footer(
-      "Frame k is the state after k steps. A pose log has its own settings: those above are for a scene.\n"
+      "Frame k is the state after k steps; no more are simulated than the last one asked for needs. A pose "
+      "log has its own settings: those above are for a scene.\n"
       "Example:\n  substep render box_stack.a3.poses.txt --scene scenes/box_stack.gltf --frame 0,60,120");
   command->callback([options] { render(*options); });
 }

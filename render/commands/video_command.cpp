@@ -51,6 +51,11 @@ void make(VideoOptions& options) {
   video.width = size.width;
   video.height = size.height;
   video.output = options.output.value_or(scene.name + ".mp4");
+  if (video.output.extension() == ".png" && !video.frames) {
+    video.frames = video.output;
+    video.frames->replace_extension();
+    video.output.replace_extension(".mp4");
+  }
   if (video.loop && video.loop->extension() != ".gif") {
     throw Error(fmt::format("--loop {}: must be a .gif file", video.loop->string()));
   }
@@ -90,7 +95,10 @@ void add_video_command(CLI::App& app) {
                    "The reference is A1 at the step divided by this")
       ->capture_default_str();
   command->add_option("--size", options->size, "Width and height in pixels")->capture_default_str();
-  command->add_option("--output", options->output, "The film (SCENE.mp4)");
+  command->add_option(
+      "--output", options->output,
+      "The film: .mp4, .webm, .gif or .apng, or NAME.png for a folder NAME of numbered pictures "
+      "(SCENE.mp4)");
   command->add_option("--frames", video.frames, "A folder for PNG frames, instead of the film");
   command->add_option("--poster", video.poster, "Also write one frame as a PNG file");
   command->add_option("--poster-time", video.poster_time, "Which one, in seconds (well into the film)")

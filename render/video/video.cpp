@@ -199,7 +199,16 @@ VideoReport make_video(const Scene& scene, const VideoSettings& settings) {
   for (const auto& file : {settings.poster, settings.loop}) {
     if (file) require_folder_of(*file);
   }
-  if (!settings.frames) require_folder_of(settings.output);
+  const std::optional<Container> container = container_of(settings.output);
+  if (!settings.frames) {
+    if (!container) {
+      throw Error(
+          fmt::format("{}: a film's name ends in .mp4, .webm, .gif or .apng, or in .png for a folder "
+                      "of numbered pictures",
+                      settings.output.string()));
+    }
+    require_folder_of(settings.output);
+  }
   const std::optional<fs::path> program = find_ffmpeg();
   if (settings.loop && !program) {
     throw Error("a loop needs ffmpeg, which is not in PATH: on Debian, apt-get install ffmpeg");
@@ -216,7 +225,7 @@ VideoReport make_video(const Scene& scene, const VideoSettings& settings) {
     folder = std::make_unique<FrameFolder>(report.written);
     std::vector<std::string> arguments{"-framerate", std::to_string(video_frame_rate), "-i",
                                        (report.written / "frame_%04d.png").string()};
-    for (const std::string& word : film_output()) arguments.push_back(word);
+    for (const std::string& word : film_output(container.value_or(Container::mp4))) arguments.push_back(word);
     arguments.push_back(settings.output.string());
     report.film_command = command_line(arguments);
   }
@@ -230,7 +239,7 @@ VideoReport make_video(const Scene& scene, const VideoSettings& settings) {
   std::unique_ptr<FilmFile> film;
   if (report.is_film) {
     std::vector<std::string> arguments = raw_frames_input(settings.width, settings.height, video_frame_rate);
-    for (const std::string& word : film_output()) arguments.push_back(word);
+    for (const std::string& word : film_output(*container)) arguments.push_back(word);
     film = std::make_unique<FilmFile>(settings.output, *program, arguments);
   }
   const int count = static_cast<int>(comparison.times.size());

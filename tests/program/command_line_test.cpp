@@ -73,6 +73,9 @@ TEST_F(CommandLine, WhatCannotBeUnderstoodIsRefused) {
   expect_refused({"render", chain, "--duration", "0.1", "--frame", "7"}, "--frame 7: the last is 6");
   expect_refused({"render", chain, "--duration", "0.1", "--output", "missing"}, "no such folder");
   expect_refused({"video", chain, "--size", "33x33"}, "size 33x33");
+  expect_refused({"render", chain, "--size", "8192x8192"}, "too large for software OpenGL");
+  expect_refused({"video", chain, "--output", "film.avi"}, "film.avi: a film's name ends in .mp4");
+  expect_refused({"video", chain, "--output", "film"}, "film: a film's name ends in .mp4");
   expect_refused({"video", chain, "--duration", "1e9"}, "duration");
   expect_refused({"video", chain, "--reference-substeps", "0"}, "reference sub-steps 0");
   expect_refused({"video", chain, "--loop", "loop.webp"}, "must be a .gif");

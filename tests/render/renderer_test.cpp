@@ -364,6 +364,12 @@ TEST(Renderer, SizesThatCannotBeAreRefused) {
   settings.width = 100000;
   settings.antialiasing = false;
   EXPECT_THROW(Renderer(scene, settings), Error);
+  // Four samples a pixel of 16 bytes: 4 GiB, of which OpenGL would take a half before it gave up.
+  settings.width = settings.height = 8192;
+  settings.antialiasing = true;
+  EXPECT_THROW(check(settings), Error);
+  settings.width = settings.height = 4096;
+  EXPECT_NO_THROW(check(settings));
 }
 
 TEST(Renderer, AnEmptySceneIsGroundAndSky) {
