@@ -69,7 +69,10 @@ Renderer::Implementation::Implementation(const Scene& scene, const RenderSetting
   }
   for (const Part& part : mesh.parts) scenery.push_back(is_scenery(part, mesh.parts));
   const double aspect = static_cast<double>(settings.width) / settings.height;
-  view = scene.camera ? view_from(*scene.camera, aspect) : automatic_view(mesh.parts, reference, aspect);
+  view = scene.camera && settings.steps_back
+             ? stepped_back(view_from(*scene.camera, aspect), mesh.parts, reference)
+         : scene.camera ? view_from(*scene.camera, aspect)
+                        : automatic_view(mesh.parts, reference, aspect);
   ground = ground_height(scene, mesh.parts);
 
   // How far away the scene is, which near and far planes and the ground's fading follow.

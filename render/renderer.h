@@ -26,6 +26,7 @@ struct RenderSettings {
   int height = 720;
   bool antialiasing = true;
   bool shadows = true;
+  bool steps_back = false;  ///< the scene's own camera, until it sees all frames given: stepped_back()
 };
 
 /// Throws Error where software OpenGL could not draw pictures of this size, before it takes memory for them.

@@ -11,6 +11,7 @@
 
 #include "render/commands/commands.h"
 #include "render/image.h"
+#include "render/log_scene.h"
 #include "render/renderer.h"
 #include "sim/commands/options.h"
 #include "sim/commands/progress.h"
@@ -51,14 +52,7 @@ Scene scene_of(const PoseLog& log, const RenderOptions& options) {
                             options.input.string(), log.scene));
   }
   Scene scene = options.mesh.load(file);
-  if (scene.hash != log.scene_hash) {
-    throw Error(fmt::format("{}: was made from another version of {}: run it again", options.input.string(),
-                            file.string()));
-  }
-  if (scene.bodies.size() != log.bodies.size()) {
-    throw Error(fmt::format("{}: has {} bodies, {} has {}", options.input.string(), log.bodies.size() - 1,
-                            file.string(), scene.bodies.size() - 1));
-  }
+  require_log_of(scene, log, options.input);
   return scene;
 }
 

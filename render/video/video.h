@@ -1,5 +1,5 @@
 #pragma once
-/// A scene as a comparison video: A1 … A5 and a reference side by side.
+/// A scene as a film: several runs of it side by side.
 
 #include <filesystem>
 #include <functional>
@@ -14,6 +14,8 @@ namespace substep {
 
 struct VideoSettings {
   ComparisonSettings comparison;
+  std::string title;  ///< empty: the scene's name
+  double frame_rate = 30;
   int width = 1280;
   int height = 720;
   double hold = 1;                              ///< s for which the last frame stays

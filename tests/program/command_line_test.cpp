@@ -78,6 +78,10 @@ TEST_F(CommandLine, WhatCannotBeUnderstoodIsRefused) {
   expect_refused({"video", chain, "--output", "film"}, "film: a film's name ends in .mp4");
   expect_refused({"video", chain, "--duration", "1e9"}, "duration");
   expect_refused({"video", chain, "--reference-substeps", "0"}, "reference sub-steps 0");
+  expect_refused({"video", chain, "--panel", "a6"}, "panel a6: 'a6': give a1 to a5, reference, log:FILE");
+  expect_refused({"video", chain, "--panel", "log:missing.poses.txt"}, "missing.poses.txt");
+  expect_refused({"video", chain, "--panel", "reference", "--no-reference"}, "there is none");
+  expect_refused({"video", chain, "--start", "9"}, "start 9 s");
   expect_refused({"video", chain, "--loop", "loop.webp"}, "must be a .gif");
   expect_refused({"video", chain, "--poster", "missing/a.png"}, "there is no folder missing");
 }
