@@ -1,9 +1,15 @@
 #include "render/ground.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <numbers>
 #include <utility>
+
+#include "sim/math/rotation.h"
 
 namespace substep {
 namespace {
@@ -104,28 +110,42 @@ double lowest_hanging(const Scene& scene, const Part& part, std::span<const Hold
   return lowest;
 }
 
-/// A ball of the row that stands for a part, in the body frame.
-struct Ball {
-  Vector3 centre;
-  double radius;
+/// A way over the ground that light is followed against: offsets in cells, and the distances between which
+/// each of its places stands for the way, in cells.
+struct Way {
+  static constexpr int places = 11;
+  struct Place {
+    int x = 0;
+    int z = 0;
+    float near = 0;
+    float far = 0;
+  };
+  std::array<Place, places> at;
 };
 
-/// Balls along the part's box, as wide as its middle side and at most nine.
-std::vector<Ball> balls_of(const Part& part) {
-  const Vector3 half = part.half_size();
-  Eigen::Index longest = 0;
-  half.maxCoeff(&longest);
-  const double wide = std::max(half[(longest + 1) % 3], half[(longest + 2) % 3]);
-  const double thin = std::min(half[(longest + 1) % 3], half[(longest + 2) % 3]);
-  const double radius = std::max(std::sqrt(wide * thin) * 1.1, half[longest] / 9);
-  const int count = std::clamp(static_cast<int>(std::lround(half[longest] / std::max(radius, 1e-9))), 1, 9);
-  std::vector<Ball> balls;
-  for (int i = 0; i < count; ++i) {
-    Ball ball{part.centre(), radius};
-    ball.centre[longest] += (2.0 * i + 1 - count) / count * half[longest];
-    balls.push_back(ball);
+/// Ways in eight directions; from place to place half as far again.
+std::array<Way, 8> ways_from_a_cell() {
+  std::array<Way, 8> ways;
+  for (std::size_t direction = 0; direction < ways.size(); ++direction) {
+    const SineCosine of = sine_cosine(2 * std::numbers::pi * (static_cast<double>(direction) + 0.3) / 8);
+    double near = 0.25;
+    for (Way::Place& place : ways[direction].at) {
+      const double far = near * 1.5;
+      const double middle = (near + far) / 2;
+      place = {static_cast<int>(std::lround(middle * of.cosine)),
+               static_cast<int>(std::lround(middle * of.sine)), static_cast<float>(near),
+               static_cast<float>(far)};
+      near = far;
+    }
   }
-  return balls;
+  return ways;
+}
+
+/// Of light that falls on level ground evenly from all sides, the part from below an elevation is the square
+/// of its sine: here of the slope height / distance, in 32nds.
+int thirty_seconds(float height, float distance) {
+  const float squared = height * height;
+  return static_cast<int>(32 * squared / (squared + distance * distance) + 0.5F);
 }
 
 }  // namespace
@@ -165,46 +185,38 @@ double ground_height(const Scene& scene, std::span<const Part> parts) {
   return lowest - 0.2 * std::max(highest - lowest, 0.1);
 }
 
-GroundOcclusion ground_occlusion(std::span<const Part> parts, std::span<const Coordinates> poses,
-                                 double height, double low_x, double low_z, double width) {
-  GroundOcclusion map;
-  map.corner_x = low_x;
-  map.corner_z = low_z;
-  map.width = width;
-  constexpr int size = GroundOcclusion::size;
-  map.openness.assign(static_cast<std::size_t>(size) * size, 1.0F);
-  const double cell = width / size;
-  for (const Part& part : parts) {
-    if (is_scenery(part, parts)) continue;
-    const Coordinates& q = poses[static_cast<std::size_t>(part.body)];
-    for (const Ball& ball : balls_of(part)) {
-      const Vector3 centre = q.angular * ball.centre + q.linear;
-      const double above = std::max(centre.y() - height, 0.0);
-      // A ball hides the cosine-weighted part r² cos / d² of the sky; beyond `reach` that is under 1 %.
-      const double reach = 5 * ball.radius;
-      if (!(above < reach)) continue;
-      const auto cells = [&](double from, double corner) {
-        return static_cast<int>(std::clamp((from - corner) / cell, 0.0, static_cast<double>(size)));
-      };
-      const int first_row = cells(centre.z() - reach, low_z);
-      const int last_row = cells(centre.z() + reach, low_z);
-      const int first_column = cells(centre.x() - reach, low_x);
-      const int last_column = cells(centre.x() + reach, low_x);
-      const auto strength = static_cast<float>(ball.radius * ball.radius * above);
-      for (int row = first_row; row < last_row; ++row) {
-        const auto dz = static_cast<float>(low_z + (row + 0.5) * cell - centre.z());
-        float* open = &map.openness[static_cast<std::size_t>(row) * size];
-        const auto high_squared = static_cast<float>(above * above) + dz * dz;
-        for (int column = first_column; column < last_column; ++column) {
-          const auto dx = static_cast<float>(low_x + (column + 0.5) * cell - centre.x());
-          const float squared = std::max(high_squared + dx * dx, 1e-12F);
-          const float hidden = std::min(strength / (squared * std::sqrt(squared)), 0.9F);
-          open[column] *= 1 - hidden;
+std::vector<float> ground_openness(const Relief& relief) {
+  // Visibility by bitmask (Therrien, Levesque and Gilet 2023), over a map from above instead of over the
+  // screen: a bit is a 32nd of the light of one direction.
+  static const std::array<Way, 8> ways = ways_from_a_cell();
+  constexpr int size = Relief::size;
+  const auto cell = static_cast<float>(relief.width / size);
+  std::vector<float> openness(static_cast<std::size_t>(size) * size, 1.0F);
+  for (int z = 0; z < size; ++z) {
+    for (int x = 0; x < size; ++x) {
+      int hidden = 0;
+      for (const Way& way : ways) {
+        std::uint32_t bits = 0;
+        for (const Way::Place& place : way.at) {
+          const int u = x + place.x;
+          const int v = z + place.z;
+          if (u < 0 || v < 0 || u >= size || v >= size) break;
+          const std::size_t index = static_cast<std::size_t>(v) * size + static_cast<std::size_t>(u);
+          if (relief.highest[index] < 0) continue;
+          const int from = thirty_seconds(relief.lowest[index], place.far * cell);
+          const int to = thirty_seconds(relief.highest[index], place.near * cell);
+          const std::uint64_t below_to = (std::uint64_t{1} << to) - 1;
+          const std::uint64_t below_from = (std::uint64_t{1} << from) - 1;
+          bits |= static_cast<std::uint32_t>(below_to & ~below_from);
         }
+        hidden += std::popcount(bits);
       }
+      const float open = 1 - static_cast<float>(hidden) / (32.0F * 8);
+      openness[static_cast<std::size_t>(z) * size + static_cast<std::size_t>(x)] =
+          ambient_floor + (1 - ambient_floor) * open;
     }
   }
-  return map;
+  return openness;
 }
 
 }  // namespace substep

@@ -50,6 +50,8 @@ struct Renderer::Implementation {
   bool is_in_sight(const Coordinates& q) const;
   void fit_shadow(std::span<const Coordinates> poses);
   void fit_occlusion(std::span<const Coordinates> poses);
+  void draw_relief(std::span<const Coordinates> poses, double low_x, double low_z, double high,
+                   Relief& relief);
   void draw_ground(GLuint program);
   Image draw(std::span<const Coordinates> poses);
   Image draw_colors(std::span<const Coordinates> poses);
@@ -158,18 +160,44 @@ void Renderer::Implementation::fit_occlusion(std::span<const Coordinates> poses)
     largest = std::max(largest, part.half_size().norm());
   }
   if (!(low.x() < infinite)) low = high = Vector3::Zero();
-  const double width = std::max(high.x() - low.x(), high.z() - low.z()) + 6 * largest;
-  std::vector<Coordinates> drawn(poses.begin(), poses.end());
-  for (Coordinates& q : drawn) {
-    if (!is_in_sight(q)) q = {{0, infinite, 0}, Quaternion::Identity()};
-  }
-  const GroundOcclusion map = ground_occlusion(mesh.parts, drawn, ground, (low.x() + high.x() - width) / 2,
-                                               (low.z() + high.z() - width) / 2, width);
-  frame.occlusion = {static_cast<float>(map.corner_x), static_cast<float>(map.corner_z),
-                     static_cast<float>(1 / map.width), static_cast<float>(1 / largest)};
+  Relief relief;
+  relief.width = std::max(high.x() - low.x(), high.z() - low.z()) + 6 * largest;
+  const double low_x = (low.x() + high.x() - relief.width) / 2;
+  const double low_z = (low.z() + high.z() - relief.width) / 2;
+  draw_relief(poses, low_x, low_z, std::max(high.y() + 2 * largest - ground, 0.1), relief);
+  frame.occlusion = {static_cast<float>(low_x), static_cast<float>(low_z),
+                     static_cast<float>(1 / relief.width), static_cast<float>(1 / largest)};
+  const std::vector<float> openness = ground_openness(relief);
   glBindTexture(GL_TEXTURE_2D, device->occlusion);
-  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, GroundOcclusion::size, GroundOcclusion::size, GL_RED, GL_FLOAT,
-                  map.openness.data());
+  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, Relief::size, Relief::size, GL_RED, GL_FLOAT, openness.data());
+}
+
+/// The bodies as the ground sees them, and as the sky does, from straight below and above.
+void Renderer::Implementation::draw_relief(std::span<const Coordinates> poses, double low_x, double low_z,
+                                           double high, Relief& relief) {
+  std::vector<float> depths(relief.lowest.size());
+  glEnable(GL_DEPTH_CLAMP);
+  for (const bool from_below : {true, false}) {
+    device->relief.start();
+    glm::dmat4 clip(0);
+    clip[0][0] = 2 / relief.width;
+    clip[2][1] = 2 / relief.width;
+    clip[1][2] = (from_below ? 2 : -2) / high;
+    clip[3] = {-1 - low_x * clip[0][0], -1 - low_z * clip[2][1], (from_below ? -1 : 1) - ground * clip[1][2],
+               1};
+    bodies.draw(mesh, device->depth_program, clip, poses);
+    glReadPixels(0, 0, Relief::size, Relief::size, GL_DEPTH_COMPONENT, GL_FLOAT, depths.data());
+    for (std::size_t i = 0; i < depths.size(); ++i) {
+      const bool is_there = depths[i] < 1;
+      const auto height = static_cast<float>(high) * (from_below ? depths[i] : 1 - depths[i]);
+      if (from_below) {
+        relief.lowest[i] = height;
+      } else {
+        relief.highest[i] = is_there ? height : -1.0F;
+      }
+    }
+  }
+  glDisable(GL_DEPTH_CLAMP);
 }
 
 void Renderer::Implementation::draw_ground(GLuint program) {

@@ -186,7 +186,7 @@ void add_video_command(CLI::App& app) {
       "picture is the RMS distance of the bodies' points from where the reference has them, on one "
       "logarithmic\n"
       "scale; it ends where the reference does, and is grey below what the reference knows of itself.\n"
-      "Examples:\n  substep video scenes/rod_chain.gltf --substeps 4 --joints stable --poster rod_chain.png\n"
+      "Example:\n  substep video scenes/rod_chain.gltf --substeps 4 --joints stable --poster rod_chain.png\n"
       "  substep video scenes/heavy_chain.gltf --panel a5,n=1 --panel a5,n=4 --panel bullet");
   command->callback([options] { make(*options); });
 }

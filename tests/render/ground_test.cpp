@@ -69,21 +69,41 @@ TEST(Ground, KnowsThatATightRopeDoesNotSag) {
   EXPECT_GT(height_of(scene), 1);
 }
 
-TEST(Ground, IsDarkestUnderABody) {
-  Scene scene = empty_scene();
-  add_body(scene, Sphere{0.5}, {0, 2, 0});
-  const BodyMesh mesh = gather_body_mesh(scene);
-  const GroundOcclusion map = ground_occlusion(mesh.parts, initial_state(scene).q, 0, -4, -4, 8);
-  const auto at = [&map](double x, double z) {
-    const auto cell = [&](double u) { return static_cast<std::size_t>((u + 4) / 8 * GroundOcclusion::size); };
-    return map.openness[cell(z) * GroundOcclusion::size + cell(x)];
-  };
-  // Straight below, the ball (drawn a tenth wider) hides (r/h)² of the sky: 1 − 0.275².
-  EXPECT_NEAR(at(0, 0), 1 - 0.275 * 0.275, 2e-3);  // measured 6e-5 off
-  EXPECT_EQ(at(0.5, 0), at(-0.51, 0));
-  EXPECT_EQ(at(0.5, 0), at(0, 0.5));
-  EXPECT_GT(at(1, 0), at(0.5, 0));
-  EXPECT_EQ(at(3.5, 0), 1);
+/// Of the middle of a square of 4 m, what a thing between two heights over all cells within `radius` leaves
+/// open of the sky, without the floor.
+double open_below(double radius, float lowest, float highest) {
+  Relief relief;
+  relief.width = 4;
+  for (int z = 0; z < Relief::size; ++z) {
+    for (int x = 0; x < Relief::size; ++x) {
+      const double cell = relief.width / Relief::size;
+      const double distance = std::hypot((x - Relief::size / 2) * cell, (z - Relief::size / 2) * cell);
+      if (distance > radius) continue;
+      const auto index = static_cast<std::size_t>(z * Relief::size + x);
+      relief.lowest[index] = lowest;
+      relief.highest[index] = highest;
+    }
+  }
+  const std::vector<float> openness = ground_openness(relief);
+  const double open = openness[Relief::size / 2 * Relief::size + Relief::size / 2];
+  return (open - ambient_floor) / (1 - ambient_floor);
+}
+
+TEST(Ground, ADiscAboveHidesItsShareOfTheSky) {
+  // r² / (r² + h²), from below its middle.
+  for (const double height : {0.3, 0.6, 1.2}) {
+    const double share = 0.6 * 0.6 / (0.6 * 0.6 + height * height);
+    EXPECT_NEAR(1 - open_below(0.6, static_cast<float>(height), static_cast<float>(height) + 0.02F), share,
+                0.12)  // the rim is found between places half as far again
+        << height;
+  }
+}
+
+TEST(Ground, IsOpenWhereNothingIsAndHasAFloorWhereAllIsHidden) {
+  EXPECT_EQ(open_below(-1, 0, 1), 1);
+  EXPECT_NEAR(open_below(1, 0, 1), 0, 0.02);
+  Relief relief;
+  EXPECT_EQ(ground_openness(relief)[0], 1);
 }
 
 }  // namespace
