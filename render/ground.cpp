@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "sim/math/rotation.h"
+#include "sim/model/joint_anchors.h"
 
 namespace substep {
 namespace {
@@ -18,16 +19,6 @@ double lowest_point(const Part& part, const Coordinates& q) {
   double lowest = std::numeric_limits<double>::infinity();
   for (const Vector3& corner : part.corners()) lowest = std::min(lowest, (q.angular * corner + q.linear).y());
   return lowest;
-}
-
-/// Whether the joint keeps its two anchors together.
-bool holds_anchors(const Joint& joint) {
-  std::array<bool, 3> held{};
-  for (const JointLimit& limit : joint.limits) {
-    if (limit.angular || limit.min != 0 || limit.max != 0 || limit.stiffness) continue;
-    for (std::size_t axis = 0; axis < 3; ++axis) held[axis] = held[axis] || limit.axes[axis];
-  }
-  return held[0] && held[1] && held[2];
 }
 
 /// A point of the world that bodies hang on, and how far from it each joint's anchor can get at most: along
@@ -50,7 +41,7 @@ Hold hold_of(const Scene& scene, std::size_t fixed) {
       const Joint& a = scene.joints[from];
       for (std::size_t to = 0; std::isfinite(hold.reach[from]) && to < scene.joints.size(); ++to) {
         const Joint& b = scene.joints[to];
-        if (!holds_anchors(b)) continue;
+        if (!holds_anchors_together(b)) continue;
         for (const auto& [body, here] : {std::pair(a.body_a, a.frame_a), std::pair(a.body_b, a.frame_b)}) {
           if (body == world_body || (b.body_a != body && b.body_b != body)) continue;
           const Pose& there = b.body_a == body ? b.frame_a : b.frame_b;
@@ -162,7 +153,7 @@ double ground_height(const Scene& scene, std::span<const Part> parts) {
   for (std::size_t i = 0; i < scene.joints.size(); ++i) {
     const Joint& joint = scene.joints[i];
     const bool is_fixed = (joint.body_a == world_body) != (joint.body_b == world_body);
-    if (is_fixed && holds_anchors(joint)) holds.push_back(hold_of(scene, i));
+    if (is_fixed && holds_anchors_together(joint)) holds.push_back(hold_of(scene, i));
   }
   const std::vector<Coordinates> start = initial_state(scene).q;
   double of_world = infinite;

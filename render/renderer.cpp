@@ -31,6 +31,7 @@ struct Renderer::Implementation {
   glm::dmat4 clip_from_world{1};
   glm::dvec3 ray{0, -1, 0};
   double ground = 0;
+  double focus = 0;  ///< how far from the eye the scene begins
   double sight = 0;  ///< farther from the eye than this, bodies neither cast shadows nor hide the sky
   std::vector<bool> scenery;  ///< of each part
   FrameUniforms frame{};
@@ -95,7 +96,8 @@ Renderer::Implementation::Implementation(const Scene& scene, const RenderSetting
   const Context::Current current(device->context);
   bodies = BodyBuffers(mesh);
   ray = set_light(frame, scene, ground);
-  clip_from_world = set_view(frame, view, settings, std::max(nearest, 0.1));
+  focus = std::max(nearest, 0.1);
+  clip_from_world = set_view(frame, view, settings, focus);
   const int scale = settings.antialiasing ? 2 : 1;
   samples = Target(settings.width * scale, settings.height * scale);
   surfaces = Surfaces(samples);
@@ -304,6 +306,15 @@ Renderer::Renderer(const Scene& scene, const RenderSettings& settings,
     : implementation_(std::make_unique<Implementation>(scene, settings, reference)) {}
 Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;
+
+const View& Renderer::view() const {
+  return implementation_->view;
+}
+void Renderer::look(const View& view) {
+  implementation_->view = view;
+  implementation_->clip_from_world =
+      set_view(implementation_->frame, view, implementation_->settings, implementation_->focus);
+}
 
 Image Renderer::draw(std::span<const Coordinates> poses) {
   return implementation_->draw(poses);

@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 
+#include "render/camera.h"
 #include "render/image.h"
 #include "sim/model/state.h"
 #include "sim/scene/scene.h"
@@ -41,6 +42,10 @@ class Renderer {
            std::span<const std::vector<Coordinates>> reference = {});
   ~Renderer();
   Renderer(Renderer&&) noexcept;
+
+  const View& view() const;
+  /// Looks from elsewhere from now on.
+  void look(const View& view);
 
   /// The frame with bodies at `poses` (one per body of the scene, the world first).
   Image draw(std::span<const Coordinates> poses);

@@ -3,22 +3,19 @@
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "render/commands/commands.h"
+#include "render/commands/run_input.h"
 #include "render/image.h"
-#include "render/log_scene.h"
 #include "render/renderer.h"
 #include "sim/commands/options.h"
-#include "sim/commands/progress.h"
 #include "sim/error.h"
 #include "sim/log/file_output.h"
 #include "sim/log/pose_log.h"
-#include "sim/simulation.h"
 
 namespace substep {
 namespace {
@@ -26,35 +23,11 @@ namespace {
 namespace fs = std::filesystem;
 
 struct RenderOptions {
-  fs::path input;
-  std::optional<fs::path> scene;
+  RunInput run;
   std::vector<std::string> frames{"0"};
   std::string size = "1280x720";
   fs::path output = ".";
-  SolverOptions solver;
-  SceneOptions mesh;
 };
-
-bool is_pose_log(const fs::path& file) {
-  constexpr std::string_view start = "substep pose log";
-  std::string found(start.size(), ' ');
-  std::ifstream stream(file, std::ios::binary);
-  stream.read(found.data(), static_cast<std::streamsize>(found.size()));
-  return stream.gcount() == static_cast<std::streamsize>(start.size()) && found == start;
-}
-
-/// The scene a log was made from, in the same version: its poses would not fit another.
-Scene scene_of(const PoseLog& log, const RenderOptions& options) {
-  const fs::path file = options.scene.value_or(options.input.parent_path() / log.scene);
-  std::error_code ignored;
-  if (!options.scene && !fs::exists(file, ignored)) {
-    throw Error(fmt::format("{}: its scene {} is not beside it: name it with --scene FILE",
-                            options.input.string(), log.scene));
-  }
-  Scene scene = options.mesh.load(file);
-  require_log_of(scene, log, options.input);
-  return scene;
-}
 
 int frame_in(const std::string& text) {
   int frame = -1;
@@ -73,22 +46,6 @@ std::optional<int> last_named(const std::vector<std::string>& asked) {
     last = std::max(last, frame_in(text));
   }
   return last;
-}
-
-/// As far as frames are asked for.
-PoseLog simulated(const Scene& scene, const RenderOptions& options, Progress& progress) {
-  const Settings settings = options.solver.settings(scene);
-  int steps = options.solver.steps(scene, settings);
-  if (const std::optional<int> last = last_named(options.frames)) {
-    if (*last > steps) {
-      throw Error(fmt::format("--frame {}: the last is {} (--duration makes more)", *last, steps));
-    }
-    steps = *last;
-  }
-  Simulation simulation(scene, settings);
-  return record(simulation, steps, 1, [&](int frame, const StepReport&) {
-    progress.show("simulating", static_cast<double>(frame) / steps);
-  });
 }
 
 /// The frames asked for, ascending. Each has poses.
@@ -125,20 +82,7 @@ void render(const RenderOptions& options) {
   settings.height = size.height;
   check(settings);
   Progress progress;
-  PoseLog log;
-  Scene scene;
-  std::string stem;
-  if (is_pose_log(options.input)) {
-    log = read_pose_log(options.input);
-    scene = scene_of(log, options);
-    stem = options.input.filename().string();
-    stem = stem.substr(0, stem.rfind(".poses.txt"));
-  } else {
-    if (options.scene) throw Error("--scene: is of use with a pose log only");
-    scene = options.mesh.load(options.input);
-    log = simulated(scene, options, progress);
-    stem = fmt::format("{}.{}", scene.name, name(log.settings.algorithm));
-  }
+  const auto [scene, log, stem] = options.run.load(last_named(options.frames), progress);
   const std::vector<int> frames = frames_of(log, options.frames);
   const bool to_file = options.output.extension() == ".png";
   if (to_file && frames.size() != 1) {
@@ -178,18 +122,13 @@ void render(const RenderOptions& options) {
 void add_render_command(CLI::App& app) {
   CLI::App* const command = app.add_subcommand("render", "Draw frames of a scene or a pose log as PNG files");
   const auto options = std::make_shared<RenderOptions>();
-  command->add_option("input", options->input, "A pose log, or a scene or mesh, which is simulated first")
-      ->required();
-  command->add_option("--scene", options->scene, "The scene of a pose log that is not in the log's folder");
+  options->run.add_to(*command);
   command->add_option("--frame", options->frames, "The frames' numbers, comma-separated, or 'all'")
       ->delimiter(',')
       ->capture_default_str();
   command->add_option("--size", options->size, "Width and height in pixels")->capture_default_str();
   command->add_option("--output", options->output, "A folder, or for one frame a .png file")
       ->capture_default_str();
-  options->solver.add_algorithm_to(*command);
-  options->solver.add_to(*command);
-  options->mesh.add_mesh_options_to(*command);
   command->footer(
       "Frame k is the state after k steps; no more are simulated than the last one asked for needs. A pose "
       "log has its own settings: those above are for a scene.\n"

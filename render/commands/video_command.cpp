@@ -28,6 +28,8 @@ struct VideoOptions {
   bool no_reference = false;
   double speed = 1;
   std::string start = "0";
+  std::string camera = "scene";
+  std::vector<std::string> overlays;
   std::optional<fs::path> output;
   VideoSettings video;
 };
@@ -92,6 +94,8 @@ void make(VideoOptions& options) {
   video.comparison.duration = options.solver.seconds(scene);
   video.comparison.frame_interval = options.speed / video.frame_rate;
   video.comparison.threads = video.threads;
+  video.camera = camera_named(options.camera, scene);
+  video.overlays = overlays_named(options.overlays);
   if (!(video.threads >= 1 && video.threads <= 64)) {
     throw Error(fmt::format("--threads {}: must be from 1 to 64", video.threads));
   }
@@ -154,6 +158,16 @@ void add_video_command(CLI::App& app) {
                    "The reference is at the step divided by this, its check at half as many")
       ->capture_default_str();
   command->add_option("--size", options->size, "Width and height in pixels")->capture_default_str();
+  command
+      ->add_option("--overlay", options->overlays,
+                   "Comma-separated: trails (of the last second), joints (and the gaps where they are open), "
+                   "ghost (the reference's outline), error (bodies in its colour)")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  command
+      ->add_option("--camera", options->camera,
+                   "scene (its own), fit (all that moves), follow:BODY or orbit:DEGREES in a second of film")
+      ->capture_default_str();
   command->add_option("--start", options->start, "Seconds into the run at which the film begins")
       ->capture_default_str();
   command

@@ -163,24 +163,7 @@ bool has_smooth_reference(const Scene& scene, double step) {
   }
 }
 
-/// Mean over the body's mass of the squared distance between where a point is and where it should be.
-///
-/// A turn by θ about the unit axis u moves a point by 2 sin(θ/2) times its distance from the axis, and the
-/// mean square of that distance is uᵀI u / m; sin(θ/2) u is the vector part of the quaternion between the
-/// two.
-double squared_distance(const Body& body, const Coordinates& is, const Coordinates& should_be) {
-  double sum = (is.linear - should_be.linear).squaredNorm();
-  const Quaternion between = should_be.angular.conjugate() * is.angular;
-  for (int axis = 0; axis < 3; ++axis) {
-    // A body of infinite inertia does not turn.
-    if (body.inverse_inertia[axis] == 0) continue;
-    const double squared_radius = body.inverse_mass / body.inverse_inertia[axis];
-    sum += 4 * squared_radius * between.vec()[axis] * between.vec()[axis];
-  }
-  return sum;
-}
-
-/// Mean of the above over the bodies that move.
+/// Mean of squared_distance over the bodies that move.
 double squared_distance(const Scene& scene, const std::vector<Coordinates>& is,
                         const std::vector<Coordinates>& should_be) {
   double sum = 0;
@@ -334,6 +317,21 @@ void run_jobs(const std::vector<Job>& jobs, int wanted, Tally& tally, std::int64
 }
 
 }  // namespace
+
+/// A turn by θ about the unit axis u moves a point by 2 sin(θ/2) times its distance from the axis, and the
+/// mean square of that distance is uᵀI u / m; sin(θ/2) u is the vector part of the quaternion between the
+/// two.
+double squared_distance(const Body& body, const Coordinates& is, const Coordinates& should_be) {
+  double sum = (is.linear - should_be.linear).squaredNorm();
+  const Quaternion between = should_be.angular.conjugate() * is.angular;
+  for (int axis = 0; axis < 3; ++axis) {
+    // A body of infinite inertia does not turn.
+    if (body.inverse_inertia[axis] == 0) continue;
+    const double squared_radius = body.inverse_mass / body.inverse_inertia[axis];
+    sum += 4 * squared_radius * between.vec()[axis] * between.vec()[axis];
+  }
+  return sum;
+}
 
 Comparison simulate_comparison(const Scene& scene, const ComparisonSettings& settings,
                                const std::function<void(double)>& progress) {

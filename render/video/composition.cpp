@@ -160,15 +160,18 @@ void check_film_size(int width, int height) {
   }
 }
 
-Composition::Composition(const Comparison& comparison, const std::string& title, int width, int height)
+Composition::Composition(const Comparison& comparison, const std::string& title, int width, int height,
+                         const std::vector<KeyEntry>& key)
     : comparison_(comparison),
       width_(width),
       height_(height),
       scale_(std::sqrt(static_cast<double>(width) * height / (1280.0 * 720))),
       error_scale_(error_scale(comparison)) {
   check_film_size(width, height);
+  if (!key.empty()) footer_ = static_cast<int>(std::lround(std::max(14.0, 26 * scale_)));
   lay_out();
   draw_background(title);
+  if (!key.empty()) draw_footer(key);
 }
 
 double Composition::text_size(double at_720) const {
@@ -184,16 +187,19 @@ void Composition::lay_out() {
   const int header = scaled(28, 16);
   const int strip = has_strips() ? scaled(62, 28) : 0;
   const int count = static_cast<int>(comparison_.runs.size());
-  const int columns = columns_for(count, width_ - gap, height_ - title_.height, header + strip + gap);
+  const int columns =
+      columns_for(count, width_ - gap, height_ - title_.height - footer_, header + strip + gap);
   const int rows = (count + columns - 1) / columns;
   const int panel_width = (width_ - (columns + 1) * gap) / columns;
-  const int panel_height = (height_ - title_.height - rows * gap) / rows;
+  const int panel_height = (height_ - title_.height - footer_ - rows * gap) / rows;
   picture_width_ = panel_width;
   picture_height_ = panel_height - header - strip;
   if (picture_width_ < 40 || picture_height_ < 24) {
     throw Error(
         fmt::format("size {}x{}: leaves no room for {} panels: make it larger", width_, height_, count));
   }
+  // In a narrow panel the axis' names would take the curve's room.
+  has_axis_ = panel_width > 4 * text_width("0.1 mm", {.size = text_size(12)});
   for (int i = 0; i < count; ++i) {
     // A last row that is not full stands in the middle.
     const int in_row = std::min(columns, count - i / columns * columns);
@@ -205,7 +211,8 @@ void Composition::lay_out() {
     panel.picture = {x, y + header, picture_width_, picture_height_};
     panel.strip = {x, y + header + picture_height_, panel_width, strip};
     // Room for the axis at the left and for the value at the right.
-    const int left = panel_width > scaled(240, 160) ? scaled(46, 6) : scaled(6, 4);
+    const int axis = static_cast<int>(text_width("0.1 mm", {.size = text_size(12)}) + 8 * scale_);
+    const int left = has_axis_ ? axis : scaled(6, 4);
     const int right = scaled(84, 50);
     const int margin = scaled(8, 4);
     panel.plot = {panel.strip.x + left, panel.strip.y + margin, std::max(8, panel_width - left - right),
@@ -249,9 +256,26 @@ void Composition::draw_background(const std::string& title) {
     draw_header(panel, run, style);
     if (!has_strips()) continue;
     fill_rectangle(background_, panel.strip.x, panel.strip.y, panel.strip.width, panel.strip.height, surface);
-    draw_grid(panel, panel.plot.x - panel.strip.x > 30);
+    draw_grid(panel, has_axis_);
     draw_certainty(panel);
     if (comparison_.runs[run].is_reference()) draw_key(panel);
+  }
+}
+
+/// As large as fits.
+void Composition::draw_footer(const std::vector<KeyEntry>& key) {
+  TextStyle style{.size = text_size(15)};
+  const auto width = [&] {
+    double sum = 0;
+    for (const auto& [text, color] : key) sum += text_width(text, style);
+    return sum;
+  };
+  while (style.size > 6 && width() > title_.width) style.size *= 0.97;
+  double x = title_.x;
+  for (const auto& [text, color] : key) {
+    style.color = color;
+    draw_text(background_, x, baseline(height_ - footer_, footer_, style.size) - 2 * scale_, text, style);
+    x += text_width(text, style);
   }
 }
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "render/image.h"
@@ -12,6 +13,9 @@
 namespace substep {
 
 using Color = std::array<std::uint8_t, 3>;
+
+/// A piece of text and its colour.
+using KeyEntry = std::pair<std::string, Color>;
 
 /// inks.h's of the panel, on dark ground.
 Color accent(const PanelChoice& panel);
@@ -38,8 +42,9 @@ void check_film_size(int width, int height);
 class Composition {
  public:
   /// Lays out panels for a frame of this size and draws what does not change. Throws Error when the size
-  /// cannot be, or leaves no room for the pictures.
-  Composition(const Comparison& comparison, const std::string& title, int width, int height);
+  /// cannot be, or leaves no room for the pictures. `key`, where there is one, stands below them.
+  Composition(const Comparison& comparison, const std::string& title, int width, int height,
+              const std::vector<KeyEntry>& key = {});
 
   int picture_width() const { return picture_width_; }
   int picture_height() const { return picture_height_; }
@@ -82,7 +87,11 @@ class Composition {
   void draw_notice(Image& image, std::size_t run, const std::string& text, bool over_all) const;
   void draw_fate(Image& image, std::size_t run, std::size_t k) const;
 
+  void draw_footer(const std::vector<KeyEntry>& key);
+
   const Comparison& comparison_;
+  int footer_ = 0;  ///< its height
+  bool has_axis_ = true;
   int width_;
   int height_;
   double scale_;  ///< 1 at 720 lines

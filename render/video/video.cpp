@@ -77,24 +77,82 @@ std::string title_of(const Scene& scene, const VideoSettings& settings) {
   return title;
 }
 
-/// Paints video frames of this size; `every` of the comparison's frames is painted, the others are left out.
-std::function<Painter()> painters(const Scene& scene, const Comparison& comparison,
-                                  const Composition& composition, int every) {
-  return [&scene, &comparison, &composition, every]() -> Painter {
-    RenderSettings settings;
-    settings.width = composition.picture_width();
-    settings.height = composition.picture_height();
-    settings.steps_back = true;
-    auto renderer = std::make_shared<Renderer>(scene, settings, seen_frames(scene, comparison));
-    return [renderer, &scene, &comparison, &composition, every](int k) {
+/// Where the camera of a run is at frame k.
+View view_at(const View& view, const Scene& scene, const VideoSettings& settings,
+             const Comparison& comparison, const Run& run, std::size_t k) {
+  const auto body = static_cast<std::size_t>(settings.camera.follows);
+  Vector3 way = Vector3::Zero();
+  if (!run.poses.empty()) {
+    way = run.poses[std::min(k, run.poses.size() - 1)][body].linear - run.poses.front()[body].linear;
+  }
+  Vector3 middle = Vector3::Zero();
+  for (std::size_t i = 1; i < scene.bodies.size(); ++i) middle += scene.bodies[i].pose.position;
+  middle /= static_cast<double>(std::max<std::size_t>(1, scene.bodies.size() - 1));
+  // A second of film is as many frames as its rate says.
+  const double seconds = static_cast<double>(k) / settings.frame_rate;
+  return moved(view, settings.camera, way, std::min(seconds, static_cast<double>(comparison.times.size())),
+               middle);
+}
+
+/// One panel's picture at film frame k, with its overlays.
+Image panel_picture(Renderer& renderer, const Scene& scene, const VideoSettings& settings,
+                    const Comparison& comparison, const Run& run, std::size_t k) {
+  const std::vector<Coordinates> poses = poses_at(scene, run, k);
+  Image picture = renderer.draw(poses);
+  if (!settings.overlays.any() || run.is_reference()) return picture;
+  const ErrorScale scale = error_scale(comparison);
+  const bool is_known = comparison.reference && k < comparison.reference->known;
+  OverlayFrame frame{scene, renderer.view(), run};
+  frame.k = k;
+  frame.trail = static_cast<std::size_t>(std::max(1L, std::lround(settings.frame_rate)));
+  frame.lower = scale.lower;
+  frame.upper = scale.upper;
+  Image bodies;
+  Image reference_bodies;
+  if (is_known) {
+    frame.reference = &*comparison.reference;
+    if (settings.overlays.error) {
+      bodies = renderer.draw_bodies(poses);
+      frame.bodies = &bodies;
+    }
+    if (settings.overlays.ghost) {
+      reference_bodies = renderer.draw_bodies(comparison.reference->poses[k]);
+      frame.reference_bodies = &reference_bodies;
+    }
+  }
+  draw_overlays(picture, settings.overlays, frame);
+  return picture;
+}
+
+/// Paints film frames of this size; `every` of the comparison's frames is painted, the others are left out.
+std::function<Painter()> painters(const Scene& scene, const VideoSettings& settings,
+                                  const Comparison& comparison, const Composition& composition, int every) {
+  return [&scene, &settings, &comparison, &composition, every]() -> Painter {
+    RenderSettings pictures_settings;
+    pictures_settings.width = composition.picture_width();
+    pictures_settings.height = composition.picture_height();
+    pictures_settings.steps_back = true;
+    Scene seen = scene;
+    if (settings.camera.is_automatic) seen.camera.reset();
+    auto renderer = std::make_shared<Renderer>(seen, pictures_settings, seen_frames(scene, comparison));
+    const View still = renderer->view();
+    return [renderer, still, &scene, &settings, &comparison, &composition, every](int k) {
       const int frame = k * every;
+      const auto index = static_cast<std::size_t>(frame);
       std::vector<Image> pictures;
       for (const Run& run : comparison.runs) {
-        pictures.push_back(renderer->draw(poses_at(scene, run, static_cast<std::size_t>(frame))));
+        renderer->look(view_at(still, scene, settings, comparison, run, index));
+        pictures.push_back(panel_picture(*renderer, scene, settings, comparison, run, index));
       }
       return composition.frame(frame, pictures);
     };
   };
+}
+
+/// The key of the film's overlays.
+std::vector<KeyEntry> key_of(const VideoSettings& settings, const Comparison& comparison) {
+  const ErrorScale scale = error_scale(comparison);
+  return key_of(settings.overlays, scale.lower, scale.upper);
 }
 
 /// A file that ffmpeg writes: beside, then renamed.
@@ -143,7 +201,8 @@ void make_loop(const Scene& scene, const VideoSettings& settings, const Comparis
         LoopAttempt{400, 6, 32}}) {
     const int height =
         static_cast<int>(std::lround(0.5 * attempt.width * settings.height / settings.width)) * 2;
-    const Composition composition(comparison, title_of(scene, settings), attempt.width, height);
+    const Composition composition(comparison, title_of(scene, settings), attempt.width, height,
+                                  key_of(settings, comparison));
     const int count = (static_cast<int>(comparison.times.size()) - 1) / attempt.every + 1;
     const double rate = settings.frame_rate / attempt.every;
     std::vector<std::string> arguments = raw_frames_input(attempt.width, height, rate);
@@ -159,7 +218,7 @@ void make_loop(const Scene& scene, const VideoSettings& settings, const Comparis
       arguments.push_back(word);
     }
     FilmFile film(*settings.loop, program, arguments);
-    paint_in_order(count, settings.threads, painters(scene, comparison, composition, attempt.every),
+    paint_in_order(count, settings.threads, painters(scene, settings, comparison, composition, attempt.every),
                    [&](int k, const Image& frame) {
                      film.write(frame);
                      if (settings.progress) settings.progress("loop", static_cast<double>(k + 1) / count);
@@ -239,6 +298,9 @@ void FrameFolder::finish() {
 
 VideoReport make_video(const Scene& scene, const VideoSettings& settings) {
   check_film_size(settings.width, settings.height);
+  if ((settings.overlays.ghost || settings.overlays.error) && !settings.comparison.has_reference) {
+    throw Error("the overlays ghost and error show the reference, and there is none");
+  }
   for (const auto& file : {settings.poster, settings.loop}) {
     if (file) require_folder_of(*file);
   }
@@ -277,7 +339,8 @@ VideoReport make_video(const Scene& scene, const VideoSettings& settings) {
     if (settings.progress) settings.progress("simulating", share);
   });
   const Comparison& comparison = report.comparison;
-  const Composition composition(comparison, title_of(scene, settings), settings.width, settings.height);
+  const Composition composition(comparison, title_of(scene, settings), settings.width, settings.height,
+                                key_of(settings, comparison));
 
   std::unique_ptr<FilmFile> film;
   if (report.is_film) {
@@ -289,7 +352,7 @@ VideoReport make_video(const Scene& scene, const VideoSettings& settings) {
   const int count = static_cast<int>(comparison.times.size());
   const int held = static_cast<int>(std::lround(settings.hold * settings.frame_rate));
   std::string poster;
-  paint_in_order(count, settings.threads, painters(scene, comparison, composition, 1),
+  paint_in_order(count, settings.threads, painters(scene, settings, comparison, composition, 1),
                  [&](int k, const Image& frame) {
                    for (int copies = k + 1 == count ? 1 + held : 1; copies > 0; --copies) {
                      if (film) film->write(frame);

@@ -8,6 +8,8 @@
 #include <string_view>
 
 #include "render/video/comparison.h"
+#include "render/video/film_camera.h"
+#include "render/video/overlay.h"
 #include "sim/scene/scene.h"
 
 namespace substep {
@@ -16,6 +18,8 @@ struct VideoSettings {
   ComparisonSettings comparison;
   std::string title;  ///< empty: the scene's name
   double frame_rate = 30;
+  FilmCamera camera;
+  Overlays overlays;
   int width = 1280;
   int height = 720;
   double hold = 1;                              ///< s for which the last frame stays

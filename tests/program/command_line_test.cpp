@@ -81,6 +81,9 @@ TEST_F(CommandLine, WhatCannotBeUnderstoodIsRefused) {
   expect_refused({"video", chain, "--panel", "a6"}, "panel a6: 'a6': give a1 to a5, reference, log:FILE");
   expect_refused({"video", chain, "--panel", "log:missing.poses.txt"}, "missing.poses.txt");
   expect_refused({"video", chain, "--panel", "reference", "--no-reference"}, "there is none");
+  expect_refused({"video", chain, "--overlay", "contacts"}, "--overlay 'contacts': give some of trails");
+  expect_refused({"video", chain, "--overlay", "ghost", "--no-reference"}, "there is none");
+  expect_refused({"video", chain, "--camera", "follow:nobody"}, "has no such body: rod");
   expect_refused({"video", chain, "--start", "9"}, "start 9 s");
   expect_refused({"video", chain, "--loop", "loop.webp"}, "must be a .gif");
   expect_refused({"video", chain, "--poster", "missing/a.png"}, "there is no folder missing");

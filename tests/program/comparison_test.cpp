@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -10,7 +11,10 @@
 #include <utility>
 #include <vector>
 
+#include "render/text.h"
 #include "render/video/composition.h"
+#include "render/video/film_camera.h"
+#include "render/video/overlay.h"
 #include "sim/error.h"
 #include "sim/loading/load_scene.h"
 #include "sim/log/pose_log.h"
@@ -285,6 +289,113 @@ TEST(Composition, SizesThatCannotBeFilmedAreRefused) {
   EXPECT_THROW(Composition(comparison, "test", 1281, 720), Error);
   EXPECT_THROW(Composition(comparison, "test", 300, 160), Error);
   EXPECT_NO_THROW(Composition(comparison, "test", 320, 180));
+}
+
+int pixels_of(const Image& image, const std::array<std::uint8_t, 3>& color) {
+  int count = 0;
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      const std::uint8_t* const p = image.pixel(x, y);
+      bool same = true;
+      for (std::size_t c = 0; c < 3; ++c) same = same && std::abs(p[c] - color[c]) < 30;
+      count += same ? 1 : 0;
+    }
+  }
+  return count;
+}
+
+TEST(Overlay, PointsAreWhereTheViewShowsThem) {
+  View view;  // looks along −Z, as wide as it is far to both sides
+  double x = 0;
+  double y = 0;
+  ASSERT_TRUE(project(view, {0, 0, -2}, 200, 100, x, y));
+  EXPECT_NEAR(x, 100, 1e-12);
+  EXPECT_NEAR(y, 50, 1e-12);
+  ASSERT_TRUE(project(view, {1, 1, -2}, 200, 100, x, y));
+  EXPECT_NEAR(x, 150, 1e-12);
+  EXPECT_NEAR(y, 25, 1e-12);
+  EXPECT_FALSE(project(view, {0, 0, 2}, 200, 100, x, y));
+}
+
+TEST(Overlay, AnOpenJointIsRedAndAClosedOneIsNot) {
+  const Scene loaded = scene("pendulum.gltf");
+  Comparison comparison = simulate_comparison(loaded, settings(loaded, 0.1));
+  const View view = view_from(*loaded.camera, 16.0 / 9);
+  const auto red = [&] {
+    Image picture(320, 180);
+    draw_overlays(picture, overlays_named({"joints"}), {loaded, view, comparison.runs[2]});
+    return pixels_of(picture, {255, 60, 80});
+  };
+  EXPECT_EQ(red(), 0);
+  for (std::size_t body = 1; body < loaded.bodies.size(); ++body) {
+    comparison.runs[2].poses[0][body].linear.x() += 0.3;
+  }
+  EXPECT_GT(red(), 20);
+}
+
+TEST(Overlay, TheGhostIsTheReferencesOutline) {
+  const Scene loaded = scene("pendulum.gltf");
+  const Comparison comparison = simulate_comparison(loaded, settings(loaded, 0.1));
+  const View view = view_from(*loaded.camera, 16.0 / 9);
+  Image bodies(320, 180);  // sky, and a square of body 1
+  fill_rectangle(bodies, 100, 60, 40, 40, {2, 0, 0});
+  Image picture(320, 180);
+  OverlayFrame frame{loaded, view, comparison.runs[2]};
+  frame.reference = &*comparison.reference;
+  frame.reference_bodies = &bodies;
+  draw_overlays(picture, overlays_named({"ghost"}), frame);
+  const int outline = pixels_of(picture, {217, 217, 217});
+  EXPECT_GE(outline, 156);  // of the square's 4 · 40
+  EXPECT_LE(outline, 164);
+  EXPECT_EQ(picture.pixel(120, 80)[0], 0);
+}
+
+TEST(Overlay, BodiesTakeTheColorOfTheirError) {
+  const Scene loaded = scene("pendulum.gltf");
+  Comparison comparison = simulate_comparison(loaded, settings(loaded, 0.1));
+  const View view = view_from(*loaded.camera, 16.0 / 9);
+  Image bodies(320, 180);
+  fill_rectangle(bodies, 100, 60, 40, 40, {2, 0, 0});
+  const auto color = [&](double error) {
+    Image picture(320, 180);
+    std::fill(picture.rgb.begin(), picture.rgb.end(), std::uint8_t{100});
+    comparison.runs[2].poses[1][1] = comparison.reference->poses[1][1];
+    comparison.runs[2].poses[1][1].linear.x() += error;
+    OverlayFrame frame{loaded, view, comparison.runs[2]};
+    frame.k = 1;
+    frame.reference = &*comparison.reference;
+    frame.bodies = &bodies;
+    draw_overlays(picture, overlays_named({"error"}), frame);
+    EXPECT_EQ(picture.pixel(10, 10)[0], 100);
+    const std::uint8_t* const p = picture.pixel(120, 80);
+    return std::array<int, 3>{p[0], p[1], p[2]};
+  };
+  // Viridis' ends, for errors of 10^-3 and 1 m.
+  EXPECT_EQ(color(1e-4), (std::array<int, 3>{68, 1, 84}));
+  EXPECT_EQ(color(10), (std::array<int, 3>{253, 231, 37}));
+}
+
+TEST(Overlay, UnknownNamesAreRefused) {
+  EXPECT_THROW(overlays_named({"trails", "contacts"}), Error);
+  EXPECT_FALSE(overlays_named({}).any());
+}
+
+TEST(FilmCamera, FollowsABodyAndGoesRoundTheScene) {
+  const Scene loaded = scene("rod_chain.gltf");
+  const View view = view_from(*loaded.camera, 16.0 / 9);
+  const FilmCamera follow = camera_named("follow:" + loaded.bodies[2].name, loaded);
+  EXPECT_EQ(follow.follows, 2);
+  const View along = moved(view, follow, {1, 2, 3}, 1, Vector3::Zero());
+  EXPECT_NEAR((along.eye - view.eye).y, 2, 1e-12);
+  // Half round: on the other side of the middle, and looking back.
+  const View round = moved(view, camera_named("orbit:90", loaded), Vector3::Zero(), 2, {0.5, 0, 0.25});
+  EXPECT_NEAR(round.eye.x, 1 - view.eye.x, 1e-12);
+  EXPECT_NEAR(round.eye.y, view.eye.y, 1e-12);
+  EXPECT_NEAR(round.eye.z, 0.5 - view.eye.z, 1e-12);
+  EXPECT_NEAR(round.forward.x, -view.forward.x, 1e-12);
+  for (const char* const text : {"follow:nobody", "orbit:round", "somewhere"}) {
+    EXPECT_THROW(camera_named(text, loaded), Error) << text;
+  }
 }
 
 }  // namespace
