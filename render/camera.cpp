@@ -88,6 +88,51 @@ View automatic_view(std::span<const Part> parts, std::span<const std::vector<Coo
   return view;
 }
 
+View stepped_back(const View& view, std::span<const Part> parts,
+                  std::span<const std::vector<Coordinates>> frames) {
+  constexpr double margin = 1.04;
+  const auto centre_of = [&](const Part& part) {
+    const Coordinates& q = frames.front()[static_cast<std::size_t>(part.body)];
+    return Vector3(q.angular * part.centre() + q.linear);
+  };
+  const auto is_shown = [&](const Vector3& point) {
+    const glm::dvec3 p = to_glm(point) - view.eye;
+    const double z = glm::dot(p, view.forward);
+    return std::abs(glm::dot(p, view.right)) < z * view.tangent_x &&
+           std::abs(glm::dot(p, view.up)) < z * view.tangent_y;
+  };
+  std::vector<const Part*> held;
+  Vector3 middle = Vector3::Zero();
+  for (const Part& part : parts) {
+    if (is_scenery(part, parts) || (part.body == world_body && !is_shown(centre_of(part)))) continue;
+    held.push_back(&part);
+    middle += centre_of(part);
+  }
+  middle /= static_cast<double>(std::max<std::size_t>(1, held.size()));
+  double stage = 0;
+  for (const Part* part : held) {
+    stage = std::max(stage, 2.5 * ((centre_of(*part) - middle).norm() + part->half_size().norm()));
+  }
+  double back = 0;
+  for (const Part* part : held) {
+    for (const std::vector<Coordinates>& frame : frames) {
+      const Coordinates& q = frame[static_cast<std::size_t>(part->body)];
+      for (const Vector3& corner : part->corners()) {
+        const Vector3 point = q.angular * corner + q.linear;
+        if (!((point - middle).norm() < stage)) continue;
+        const glm::dvec3 p = to_glm(point) - view.eye;
+        const double beside = std::max(std::abs(glm::dot(p, view.right)) / view.tangent_x,
+                                       std::abs(glm::dot(p, view.up)) / view.tangent_y);
+        back = std::max(back, margin * beside - glm::dot(p, view.forward));
+      }
+      if (part->body == world_body) break;
+    }
+  }
+  View result = view;
+  result.eye -= view.forward * back;
+  return result;
+}
+
 glm::dmat4 clip_from_world(const View& view, double near, double far) {
   glm::dmat4 eye_from_world(1);
   const glm::dvec3 axes[3] = {view.right, view.up, -view.forward};

@@ -31,6 +31,12 @@ View view_from(const Camera& camera, double aspect);
 View automatic_view(std::span<const Part> parts, std::span<const std::vector<Coordinates>> frames,
                     double aspect);
 
+/// The same view from farther back, as far as is needed to hold all moving parts at the given frames' poses,
+/// and those parts of the world whose middle it showed anyway. What leaves the scene (two and a half times as
+/// far out as anything is at the first frame) is let go.
+View stepped_back(const View& view, std::span<const Part> parts,
+                  std::span<const std::vector<Coordinates>> frames);
+
 /// World → clip space, depth from `near` to `far` in front of the eye.
 glm::dmat4 clip_from_world(const View& view, double near, double far);
 

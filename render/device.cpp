@@ -50,8 +50,8 @@ Device::Device() {
   glGenBuffers(1, &frame_buffer);
   glGenTextures(1, &occlusion);
   glBindTexture(GL_TEXTURE_2D, occlusion);
-  glTexImage2D(GL_TEXTURE_2D, 0, GL_R32F, GroundOcclusion::size, GroundOcclusion::size, 0, GL_RED, GL_FLOAT,
-               nullptr);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_R32F, Relief::size, Relief::size, 0, GL_RED, GL_FLOAT, nullptr);
+  relief = Target(Relief::size, Relief::size);
   shadow = std::make_unique<ShadowMap>();
 }
 

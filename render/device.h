@@ -10,6 +10,7 @@
 #include "render/context.h"
 #include "render/gl.h"
 #include "render/shadow_map.h"
+#include "render/targets.h"
 
 namespace substep {
 
@@ -41,7 +42,8 @@ struct Device {
   GLuint disc = 0;          ///< vertex array of the ground
   GLuint nothing = 0;       ///< vertex array of what needs none
   GLuint frame_buffer = 0;  ///< of the block Frame
-  GLuint occlusion = 0;     ///< texture, GroundOcclusion::size²
+  Target relief;            ///< Relief::size²
+  GLuint occlusion = 0;     ///< texture, Relief::size²
   std::unique_ptr<ShadowMap> shadow;
 
  private:

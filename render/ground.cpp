@@ -1,8 +1,16 @@
 #include "render/ground.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <numbers>
+#include <utility>
+
+#include "sim/math/rotation.h"
+#include "sim/model/joint_anchors.h"
 
 namespace substep {
 namespace {
@@ -13,109 +21,193 @@ double lowest_point(const Part& part, const Coordinates& q) {
   return lowest;
 }
 
-/// A ball of the row that stands for a part, in the body frame.
-struct Ball {
-  Vector3 centre;
-  double radius;
+/// A point of the world that bodies hang on, and how far from it each joint's anchor can get at most: along
+/// the bodies between them. Infinite where nothing holds it to the point.
+struct Hold {
+  Vector3 point;
+  std::vector<double> reach;  ///< of each of the scene's joints
 };
 
-/// Balls along the part's box, as wide as its middle side and at most nine.
-std::vector<Ball> balls_of(const Part& part) {
-  const Vector3 half = part.half_size();
-  Eigen::Index longest = 0;
-  half.maxCoeff(&longest);
-  const double wide = std::max(half[(longest + 1) % 3], half[(longest + 2) % 3]);
-  const double thin = std::min(half[(longest + 1) % 3], half[(longest + 2) % 3]);
-  const double radius = std::max(std::sqrt(wide * thin) * 1.1, half[longest] / 9);
-  const int count = std::clamp(static_cast<int>(std::lround(half[longest] / std::max(radius, 1e-9))), 1, 9);
-  std::vector<Ball> balls;
-  for (int i = 0; i < count; ++i) {
-    Ball ball{part.centre(), radius};
-    ball.centre[longest] += (2.0 * i + 1 - count) / count * half[longest];
-    balls.push_back(ball);
+Hold hold_of(const Scene& scene, std::size_t fixed) {
+  const Joint& first = scene.joints[fixed];
+  Hold hold;
+  hold.point = first.body_a == world_body ? first.frame_a.position : first.frame_b.position;
+  hold.reach.assign(scene.joints.size(), std::numeric_limits<double>::infinity());
+  hold.reach[fixed] = 0;
+  // From joint to joint over the body that both hold, until nothing gets shorter.
+  for (bool shorter = true; shorter;) {
+    shorter = false;
+    for (std::size_t from = 0; from < scene.joints.size(); ++from) {
+      const Joint& a = scene.joints[from];
+      for (std::size_t to = 0; std::isfinite(hold.reach[from]) && to < scene.joints.size(); ++to) {
+        const Joint& b = scene.joints[to];
+        if (!holds_anchors_together(b)) continue;
+        for (const auto& [body, here] : {std::pair(a.body_a, a.frame_a), std::pair(a.body_b, a.frame_b)}) {
+          if (body == world_body || (b.body_a != body && b.body_b != body)) continue;
+          const Pose& there = b.body_a == body ? b.frame_a : b.frame_b;
+          const double reach = hold.reach[from] + (there.position - here.position).norm();
+          if (reach < hold.reach[to]) {
+            hold.reach[to] = reach;
+            shorter = true;
+          }
+        }
+      }
+    }
   }
-  return balls;
+  return hold;
+}
+
+/// The lowest that a point can be which is at most `a` from `p` and at most `b` from `q`.
+double lowest_within(const Vector3& p, double a, const Vector3& q, double b) {
+  const Vector3 between = q - p;
+  const double apart = between.norm();
+  const Vector3 below_p = p - a * Vector3::UnitY();
+  const Vector3 below_q = q - b * Vector3::UnitY();
+  if ((below_p - q).norm() <= b) return below_p.y();
+  if ((below_q - p).norm() <= a) return below_q.y();
+  // On the circle in which the two balls' surfaces meet; where they do not, on the line between them.
+  const double along = std::clamp((a * a - b * b + apart * apart) / (2 * apart), 0.0, apart);
+  const double radius = std::sqrt(std::max(a * a - along * along, 0.0));
+  const double upright = between.y() / apart;
+  return p.y() + along * upright - radius * std::sqrt(std::max(1 - upright * upright, 0.0));
+}
+
+/// The lowest that the part's corners can get as its body hangs on the world; −∞ where nothing holds it.
+double lowest_hanging(const Scene& scene, const Part& part, std::span<const Hold> holds) {
+  double lowest = std::numeric_limits<double>::infinity();
+  for (const Vector3& corner : part.corners()) {
+    std::vector<std::pair<Vector3, double>> balls;
+    for (const Hold& hold : holds) {
+      double reach = std::numeric_limits<double>::infinity();
+      for (std::size_t i = 0; i < scene.joints.size(); ++i) {
+        const Joint& joint = scene.joints[i];
+        for (const auto& [body, frame] :
+             {std::pair(joint.body_a, joint.frame_a), std::pair(joint.body_b, joint.frame_b)}) {
+          if (body == part.body) reach = std::min(reach, hold.reach[i] + (corner - frame.position).norm());
+        }
+      }
+      if (std::isfinite(reach)) balls.emplace_back(hold.point, reach);
+    }
+    double bound = -std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < balls.size(); ++i) {
+      bound = std::max(bound, balls[i].first.y() - balls[i].second);
+      for (std::size_t j = 0; j < i; ++j) {
+        bound =
+            std::max(bound, lowest_within(balls[i].first, balls[i].second, balls[j].first, balls[j].second));
+      }
+    }
+    lowest = std::min(lowest, bound);
+  }
+  return lowest;
+}
+
+/// A way over the ground that light is followed against: offsets in cells, and the distances between which
+/// each of its places stands for the way, in cells.
+struct Way {
+  static constexpr int places = 11;
+  struct Place {
+    int x = 0;
+    int z = 0;
+    float near = 0;
+    float far = 0;
+  };
+  std::array<Place, places> at;
+};
+
+/// Ways in eight directions; from place to place half as far again.
+std::array<Way, 8> ways_from_a_cell() {
+  std::array<Way, 8> ways;
+  for (std::size_t direction = 0; direction < ways.size(); ++direction) {
+    const SineCosine of = sine_cosine(2 * std::numbers::pi * (static_cast<double>(direction) + 0.3) / 8);
+    double near = 0.25;
+    for (Way::Place& place : ways[direction].at) {
+      const double far = near * 1.5;
+      const double middle = (near + far) / 2;
+      place = {static_cast<int>(std::lround(middle * of.cosine)),
+               static_cast<int>(std::lround(middle * of.sine)), static_cast<float>(near),
+               static_cast<float>(far)};
+      near = far;
+    }
+  }
+  return ways;
+}
+
+/// Of light that falls on level ground evenly from all sides, the part from below an elevation is the square
+/// of its sine: here of the slope height / distance, in 32nds.
+int thirty_seconds(float height, float distance) {
+  const float squared = height * height;
+  return static_cast<int>(32 * squared / (squared + distance * distance) + 0.5F);
 }
 
 }  // namespace
 
-double ground_height(const Scene& scene, std::span<const Part> parts,
-                     std::span<const std::vector<Coordinates>> frames) {
-  double plane = -std::numeric_limits<double>::infinity();
+double ground_height(const Scene& scene, std::span<const Part> parts) {
+  constexpr double infinite = std::numeric_limits<double>::infinity();
+  double plane = -infinite;
   for (const Collider& collider : scene.colliders) {
     if (is_ground(collider)) plane = std::max(plane, collider.placement.position.y());
   }
   if (std::isfinite(plane)) return plane;
 
-  double of_world = std::numeric_limits<double>::infinity();
-  double lowest = of_world;
-  double highest = -of_world;
-  for (const Part& part : parts) {
-    const auto body = static_cast<std::size_t>(part.body);
-    if (part.body == world_body) of_world = std::min(of_world, lowest_point(part, Coordinates{}));
-    for (const std::vector<Coordinates>& frame : frames) {
-      const double y = lowest_point(part, frame[body]);
-      if (!(std::abs(y) < 1000)) continue;
-      lowest = std::min(lowest, y);
-      highest = std::max(highest, frame[body].linear.y());
-      if (part.body == world_body) break;
-    }
+  std::vector<Hold> holds;
+  for (std::size_t i = 0; i < scene.joints.size(); ++i) {
+    const Joint& joint = scene.joints[i];
+    const bool is_fixed = (joint.body_a == world_body) != (joint.body_b == world_body);
+    if (is_fixed && holds_anchors_together(joint)) holds.push_back(hold_of(scene, i));
   }
-  if (!std::isfinite(lowest)) return 0;
-  // What falls out of the scene does not take the ground along.
-  const double first = [&] {
-    double y = highest;
-    for (const Part& part : parts) {
-      y = std::min(y, lowest_point(part, frames.front()[static_cast<std::size_t>(part.body)]));
+  const std::vector<Coordinates> start = initial_state(scene).q;
+  double of_world = infinite;
+  double at_start = infinite;
+  double lowest = infinite;
+  double highest = -infinite;
+  for (const Part& part : parts) {
+    const Coordinates& q = start[static_cast<std::size_t>(part.body)];
+    const double y = lowest_point(part, q);
+    if (part.body == world_body) {
+      of_world = std::min(of_world, y);
+      continue;
     }
-    return y;
-  }();
-  const double extent = std::max(highest - first, 0.1);
-  if (lowest < first - 3 * extent) lowest = first;
-  if (of_world <= lowest) return of_world;
-  return lowest - 0.2 * (highest - lowest);
+    const double hanging = lowest_hanging(scene, part, holds);
+    at_start = std::min(at_start, y);
+    lowest = std::min({lowest, y, std::isfinite(hanging) ? hanging : y});
+    highest = std::max(highest, q.linear.y());
+  }
+  if (of_world <= at_start) return std::isfinite(of_world) ? of_world : 0;
+  return lowest - 0.2 * std::max(highest - lowest, 0.1);
 }
 
-GroundOcclusion ground_occlusion(std::span<const Part> parts, std::span<const Coordinates> poses,
-                                 double height, double low_x, double low_z, double width) {
-  GroundOcclusion map;
-  map.corner_x = low_x;
-  map.corner_z = low_z;
-  map.width = width;
-  constexpr int size = GroundOcclusion::size;
-  map.openness.assign(static_cast<std::size_t>(size) * size, 1.0F);
-  const double cell = width / size;
-  for (const Part& part : parts) {
-    if (is_scenery(part, parts)) continue;
-    const Coordinates& q = poses[static_cast<std::size_t>(part.body)];
-    for (const Ball& ball : balls_of(part)) {
-      const Vector3 centre = q.angular * ball.centre + q.linear;
-      const double above = std::max(centre.y() - height, 0.0);
-      // A ball hides the cosine-weighted part r² cos / d² of the sky; beyond `reach` that is under 1 %.
-      const double reach = 5 * ball.radius;
-      if (!(above < reach)) continue;
-      const auto cells = [&](double from, double corner) {
-        return static_cast<int>(std::clamp((from - corner) / cell, 0.0, static_cast<double>(size)));
-      };
-      const int first_row = cells(centre.z() - reach, low_z);
-      const int last_row = cells(centre.z() + reach, low_z);
-      const int first_column = cells(centre.x() - reach, low_x);
-      const int last_column = cells(centre.x() + reach, low_x);
-      const auto strength = static_cast<float>(ball.radius * ball.radius * above);
-      for (int row = first_row; row < last_row; ++row) {
-        const auto dz = static_cast<float>(low_z + (row + 0.5) * cell - centre.z());
-        float* open = &map.openness[static_cast<std::size_t>(row) * size];
-        const auto high_squared = static_cast<float>(above * above) + dz * dz;
-        for (int column = first_column; column < last_column; ++column) {
-          const auto dx = static_cast<float>(low_x + (column + 0.5) * cell - centre.x());
-          const float squared = std::max(high_squared + dx * dx, 1e-12F);
-          const float hidden = std::min(strength / (squared * std::sqrt(squared)), 0.9F);
-          open[column] *= 1 - hidden;
+std::vector<float> ground_openness(const Relief& relief) {
+  // Visibility by bitmask (Therrien, Levesque and Gilet 2023), over a map from above instead of over the
+  // screen: a bit is a 32nd of the light of one direction.
+  static const std::array<Way, 8> ways = ways_from_a_cell();
+  constexpr int size = Relief::size;
+  const auto cell = static_cast<float>(relief.width / size);
+  std::vector<float> openness(static_cast<std::size_t>(size) * size, 1.0F);
+  for (int z = 0; z < size; ++z) {
+    for (int x = 0; x < size; ++x) {
+      int hidden = 0;
+      for (const Way& way : ways) {
+        std::uint32_t bits = 0;
+        for (const Way::Place& place : way.at) {
+          const int u = x + place.x;
+          const int v = z + place.z;
+          if (u < 0 || v < 0 || u >= size || v >= size) break;
+          const std::size_t index = static_cast<std::size_t>(v) * size + static_cast<std::size_t>(u);
+          if (relief.highest[index] < 0) continue;
+          const int from = thirty_seconds(relief.lowest[index], place.far * cell);
+          const int to = thirty_seconds(relief.highest[index], place.near * cell);
+          const std::uint64_t below_to = (std::uint64_t{1} << to) - 1;
+          const std::uint64_t below_from = (std::uint64_t{1} << from) - 1;
+          bits |= static_cast<std::uint32_t>(below_to & ~below_from);
         }
+        hidden += std::popcount(bits);
       }
+      const float open = 1 - static_cast<float>(hidden) / (32.0F * 8);
+      openness[static_cast<std::size_t>(z) * size + static_cast<std::size_t>(x)] =
+          ambient_floor + (1 - ambient_floor) * open;
     }
   }
-  return map;
+  return openness;
 }
 
 }  // namespace substep

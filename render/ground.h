@@ -1,7 +1,6 @@
 #pragma once
 /// The ground: where it lies, and what stands close to it.
 
-#include <array>
 #include <span>
 #include <vector>
 
@@ -11,23 +10,24 @@
 
 namespace substep {
 
-/// Height of the world's horizontal plane; in a scene without one, that of the lowest thing of the world, or
-/// low enough below all that the bodies do in the given frames.
-double ground_height(const Scene& scene, std::span<const Part> parts,
-                     std::span<const std::vector<Coordinates>> frames);
+/// Height of the world's horizontal plane; in a scene without one, that of the lowest thing of the world
+/// where it is below all bodies at the start; else low enough for all that joints hold to the world to swing
+/// above it. It follows from the scene alone: all runs of it, and all their frames, stand on the same ground.
+double ground_height(const Scene& scene, std::span<const Part> parts);
 
-/// How much of the sky the bodies leave to the ground around them, on a square grid; bodies count as rows of
-/// balls.
-struct GroundOcclusion {
+/// What stands above a square piece of the ground: of each cell, the least and the greatest height of
+/// surfaces over it, m; where there is none, the greatest is below 0. Rows along x.
+struct Relief {
   static constexpr int size = 128;
-  double corner_x = 0;
-  double corner_z = 0;
-  double width = 1;             ///< m, of the square
-  std::vector<float> openness;  ///< 0–1 at the cells' centres, rows along x
+  double width = 1;  ///< m, of the square
+  std::vector<float> lowest = std::vector<float>(static_cast<std::size_t>(size) * size, 0.0F);
+  std::vector<float> highest = std::vector<float>(static_cast<std::size_t>(size) * size, -1.0F);
 };
 
-/// For the square from (low_x, low_z) of side `width`.
-GroundOcclusion ground_occlusion(std::span<const Part> parts, std::span<const Coordinates> poses,
-                                 double height, double low_x, double low_z, double width);
+/// Part of the sky's light that reaches the ground at the cells' centres, 0–1. All between a cell's two
+/// heights counts as filled. What the ground and the bodies reflect to each other lets no place be darker
+/// than `ambient_floor`.
+std::vector<float> ground_openness(const Relief& relief);
+inline constexpr float ambient_floor = 0.25F;
 
 }  // namespace substep

@@ -1,6 +1,9 @@
 #include "render/renderer.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cstdint>
 #include <glm/gtc/type_ptr.hpp>
 #include <glm/mat4x4.hpp>
 #include <limits>
@@ -28,6 +31,7 @@ struct Renderer::Implementation {
   glm::dmat4 clip_from_world{1};
   glm::dvec3 ray{0, -1, 0};
   double ground = 0;
+  double focus = 0;  ///< how far from the eye the scene begins
   double sight = 0;  ///< farther from the eye than this, bodies neither cast shadows nor hide the sky
   std::vector<bool> scenery;  ///< of each part
   FrameUniforms frame{};
@@ -47,6 +51,8 @@ struct Renderer::Implementation {
   bool is_in_sight(const Coordinates& q) const;
   void fit_shadow(std::span<const Coordinates> poses);
   void fit_occlusion(std::span<const Coordinates> poses);
+  void draw_relief(std::span<const Coordinates> poses, double low_x, double low_z, double high,
+                   Relief& relief);
   void draw_ground(GLuint program);
   Image draw(std::span<const Coordinates> poses);
   Image draw_colors(std::span<const Coordinates> poses);
@@ -55,7 +61,7 @@ struct Renderer::Implementation {
 Renderer::Implementation::Implementation(const Scene& scene, const RenderSettings& wanted,
                                          std::span<const std::vector<Coordinates>> reference)
     : settings(wanted), mesh(gather_body_mesh(scene)) {
-  if (settings.width < 1 || settings.height < 1) throw Error("a picture needs at least one pixel each way");
+  check(settings);
   std::vector<std::vector<Coordinates>> initial;
   if (reference.empty()) {
     initial.push_back(initial_state(scene).q);
@@ -66,8 +72,11 @@ Renderer::Implementation::Implementation(const Scene& scene, const RenderSetting
   }
   for (const Part& part : mesh.parts) scenery.push_back(is_scenery(part, mesh.parts));
   const double aspect = static_cast<double>(settings.width) / settings.height;
-  view = scene.camera ? view_from(*scene.camera, aspect) : automatic_view(mesh.parts, reference, aspect);
-  ground = ground_height(scene, mesh.parts, reference);
+  view = scene.camera && settings.steps_back
+             ? stepped_back(view_from(*scene.camera, aspect), mesh.parts, reference)
+         : scene.camera ? view_from(*scene.camera, aspect)
+                        : automatic_view(mesh.parts, reference, aspect);
+  ground = ground_height(scene, mesh.parts);
 
   // How far away the scene is, which near and far planes and the ground's fading follow.
   double nearest = std::numeric_limits<double>::infinity();
@@ -87,7 +96,8 @@ Renderer::Implementation::Implementation(const Scene& scene, const RenderSetting
   const Context::Current current(device->context);
   bodies = BodyBuffers(mesh);
   ray = set_light(frame, scene, ground);
-  clip_from_world = set_view(frame, view, settings, std::max(nearest, 0.1));
+  focus = std::max(nearest, 0.1);
+  clip_from_world = set_view(frame, view, settings, focus);
   const int scale = settings.antialiasing ? 2 : 1;
   samples = Target(settings.width * scale, settings.height * scale);
   surfaces = Surfaces(samples);
@@ -152,18 +162,44 @@ void Renderer::Implementation::fit_occlusion(std::span<const Coordinates> poses)
     largest = std::max(largest, part.half_size().norm());
   }
   if (!(low.x() < infinite)) low = high = Vector3::Zero();
-  const double width = std::max(high.x() - low.x(), high.z() - low.z()) + 6 * largest;
-  std::vector<Coordinates> drawn(poses.begin(), poses.end());
-  for (Coordinates& q : drawn) {
-    if (!is_in_sight(q)) q = {{0, infinite, 0}, Quaternion::Identity()};
-  }
-  const GroundOcclusion map = ground_occlusion(mesh.parts, drawn, ground, (low.x() + high.x() - width) / 2,
-                                               (low.z() + high.z() - width) / 2, width);
-  frame.occlusion = {static_cast<float>(map.corner_x), static_cast<float>(map.corner_z),
-                     static_cast<float>(1 / map.width), static_cast<float>(1 / largest)};
+  Relief relief;
+  relief.width = std::max(high.x() - low.x(), high.z() - low.z()) + 6 * largest;
+  const double low_x = (low.x() + high.x() - relief.width) / 2;
+  const double low_z = (low.z() + high.z() - relief.width) / 2;
+  draw_relief(poses, low_x, low_z, std::max(high.y() + 2 * largest - ground, 0.1), relief);
+  frame.occlusion = {static_cast<float>(low_x), static_cast<float>(low_z),
+                     static_cast<float>(1 / relief.width), static_cast<float>(1 / largest)};
+  const std::vector<float> openness = ground_openness(relief);
   glBindTexture(GL_TEXTURE_2D, device->occlusion);
-  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, GroundOcclusion::size, GroundOcclusion::size, GL_RED, GL_FLOAT,
-                  map.openness.data());
+  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, Relief::size, Relief::size, GL_RED, GL_FLOAT, openness.data());
+}
+
+/// The bodies as the ground sees them, and as the sky does, from straight below and above.
+void Renderer::Implementation::draw_relief(std::span<const Coordinates> poses, double low_x, double low_z,
+                                           double high, Relief& relief) {
+  std::vector<float> depths(relief.lowest.size());
+  glEnable(GL_DEPTH_CLAMP);
+  for (const bool from_below : {true, false}) {
+    device->relief.start();
+    glm::dmat4 clip(0);
+    clip[0][0] = 2 / relief.width;
+    clip[2][1] = 2 / relief.width;
+    clip[1][2] = (from_below ? 2 : -2) / high;
+    clip[3] = {-1 - low_x * clip[0][0], -1 - low_z * clip[2][1], (from_below ? -1 : 1) - ground * clip[1][2],
+               1};
+    bodies.draw(mesh, device->depth_program, clip, poses);
+    glReadPixels(0, 0, Relief::size, Relief::size, GL_DEPTH_COMPONENT, GL_FLOAT, depths.data());
+    for (std::size_t i = 0; i < depths.size(); ++i) {
+      const bool is_there = depths[i] < 1;
+      const auto height = static_cast<float>(high) * (from_below ? depths[i] : 1 - depths[i]);
+      if (from_below) {
+        relief.lowest[i] = height;
+      } else {
+        relief.highest[i] = is_there ? height : -1.0F;
+      }
+    }
+  }
+  glDisable(GL_DEPTH_CLAMP);
 }
 
 void Renderer::Implementation::draw_ground(GLuint program) {
@@ -249,11 +285,36 @@ Image Renderer::Implementation::draw_colors(std::span<const Coordinates> poses) 
   return top_down(picture.pixels, settings.width, settings.height);
 }
 
+void check(const RenderSettings& settings) {
+  if (settings.width < 1 || settings.height < 1) throw Error("a picture needs at least one pixel each way");
+  // What llvmpipe takes: so many samples a side, and textures of 1 GiB, at 16 bytes a sample.
+  constexpr std::int64_t longest = 16384;
+  constexpr std::int64_t most = 1 << 26;
+  const std::int64_t scale = settings.antialiasing ? 2 : 1;
+  const std::int64_t width = settings.width * scale;
+  const std::int64_t height = settings.height * scale;
+  if (width > longest || height > longest || width * height > most) {
+    throw Error(
+        fmt::format("a picture of {}×{} is too large for software OpenGL: ask for at most {} pixels, "
+                    "and {} each way",
+                    settings.width, settings.height, most / (scale * scale), longest / scale));
+  }
+}
+
 Renderer::Renderer(const Scene& scene, const RenderSettings& settings,
                    std::span<const std::vector<Coordinates>> reference)
     : implementation_(std::make_unique<Implementation>(scene, settings, reference)) {}
 Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;
+
+const View& Renderer::view() const {
+  return implementation_->view;
+}
+void Renderer::look(const View& view) {
+  implementation_->view = view;
+  implementation_->clip_from_world =
+      set_view(implementation_->frame, view, implementation_->settings, implementation_->focus);
+}
 
 Image Renderer::draw(std::span<const Coordinates> poses) {
   return implementation_->draw(poses);

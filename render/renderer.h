@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 
+#include "render/camera.h"
 #include "render/image.h"
 #include "sim/model/state.h"
 #include "sim/scene/scene.h"
@@ -26,7 +27,11 @@ struct RenderSettings {
   int height = 720;
   bool antialiasing = true;
   bool shadows = true;
+  bool steps_back = false;  ///< the scene's own camera, until it sees all frames given: stepped_back()
 };
+
+/// Throws Error where software OpenGL could not draw pictures of this size, before it takes memory for them.
+void check(const RenderSettings& settings);
 
 /// One OpenGL context, which the next renderer takes over; use from one thread at a time.
 class Renderer {
@@ -37,6 +42,10 @@ class Renderer {
            std::span<const std::vector<Coordinates>> reference = {});
   ~Renderer();
   Renderer(Renderer&&) noexcept;
+
+  const View& view() const;
+  /// Looks from elsewhere from now on.
+  void look(const View& view);
 
   /// The frame with bodies at `poses` (one per body of the scene, the world first).
   Image draw(std::span<const Coordinates> poses);

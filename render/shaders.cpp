@@ -109,9 +109,9 @@ float sunlight(vec3 position, vec3 n, int stride, int start) {
   return lit;
 }
 
-/// Part of the sky that bodies near the ground leave open to the ground below `position`.
-float openness(vec3 position) {
-  vec2 place = (position.xz - occlusion.xy) * occlusion.z;
+/// Part of the sky that bodies leave open to the ground below `position`, or `cells` of the map beside it.
+float openness(vec3 position, vec2 cells) {
+  vec2 place = (position.xz - occlusion.xy) * occlusion.z + cells / 128.0;
   return textureLod(occlusion_map, place, 0.0).r;
 }
 
@@ -208,7 +208,8 @@ void main() {
 
   // The surroundings: sky above, ground below; by the ground, bodies take the sky from each other too.
   float height = max(world_position.y - ground_color.w, 0.0);
-  float open = openness(world_position);
+  // Of the ground in front of a wall, not below it.
+  float open = openness(world_position, 2.0 * n.xz);
   float shade = mix(open, 1.0, clamp(height * occlusion.w + max(n.y, 0.0), 0.0, 1.0));
   vec3 sky = mix(zenith.rgb, horizon.rgb, 0.55);
   float upward = 0.5 + 0.5 * n.y;
@@ -281,7 +282,7 @@ void main() {
 
   vec3 n = vec3(0.0, 1.0, 0.0);
   float lit = sunlight(position, n, 2, 0);
-  float open = openness(position);
+  float open = openness(position, vec2(0.0));
   vec3 sky = mix(zenith.rgb, horizon.rgb, 0.55);
   vec3 radiance = color * (sun.rgb * (max(to_sun.y, 0.0) * lit) + sky * open);
 

@@ -1,9 +1,11 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "render/commands/commands.h"
 #include "render/video/composition.h"
@@ -21,29 +23,79 @@ struct VideoOptions {
   SceneOptions scene;
   SolverOptions solver;
   std::string size = "1280x720";
+  std::vector<std::string> panels;
+  std::optional<fs::path> panels_file;
+  bool no_reference = false;
+  double speed = 1;
+  std::string start = "0";
+  std::string camera = "scene";
+  std::vector<std::string> overlays;
   std::optional<fs::path> output;
   VideoSettings video;
 };
 
+std::string row_title(const Run& run) {
+  std::string title = fmt::format("{}  {}", name_of(run.panel), settings_of(run.panel));
+  if (!run.panel.title.empty()) title += "  " + run.panel.title;
+  return title;
+}
+
 void print_table(const Comparison& comparison) {
   fmt::print("{:<48}{:>12}{:>12}{:>14}\n", "", "RMS error", "at the end", "row solves");
   for (const Run& run : comparison.runs) {
-    std::string title = (run.is_reference ? "reference: " : "") + label(run.settings);
-    const std::string rms = run.is_reference ? "" : length_label(run.rms_error);
-    const std::string final = run.is_reference || run.errors.empty() ? "" : length_label(run.errors.back());
-    fmt::print("{:<48}{:>12}{:>12}{:>14}", title, rms, final, run.row_solves);
+    if (run.is_reference()) continue;
+    const std::string rms = run.errors.empty() ? "" : length_label(run.rms_error);
+    const std::string final = run.errors.empty() ? "" : length_label(run.errors.back());
+    fmt::print("{:<48}{:>12}{:>12}{:>14}", row_title(run), rms, final,
+               run.row_solves > 0 ? fmt::format("{}", run.row_solves) : "");
     if (run.diverged) fmt::print("  diverged at t = {:.3f} s", *run.diverged);
     if (run.unsolved > 0) fmt::print("  {} steps not solved to the accuracy asked for", run.unsolved);
     fmt::print("\n");
+  }
+  if (!comparison.reference) return;
+  const ReferenceRun& reference = *comparison.reference;
+  fmt::print("reference: {}", reference.method);
+  if (!reference.uncertainty.empty()) {
+    fmt::print(", known to {}", length_label(*std::ranges::max_element(reference.uncertainty)));
+  }
+  if (reference.known == 0) {
+    fmt::print("; {}: there are no errors\n", reference.fate);
+  } else if (!reference.fate.empty()) {
+    fmt::print("; {}: errors are those up to {:.2f} s\n", reference.fate,
+               comparison.times[reference.known - 1]);
+  } else {
+    fmt::print("\n");
+  }
+}
+
+/// The panels asked for, or the five and the reference.
+void choose_panels(const VideoOptions& options, const Settings& base, VideoSettings& video) {
+  std::vector<PanelChoice>& panels = video.comparison.panels;
+  if (options.panels_file) {
+    PanelFile file = read_panels(*options.panels_file, base);
+    panels = std::move(file.panels);
+    if (video.title.empty()) video.title = file.title;
+  }
+  for (const std::string& text : options.panels) panels.push_back(panel_in(text, base));
+  if (panels.empty()) {
+    panels = default_panels(base);
+    if (options.no_reference) panels.pop_back();
   }
 }
 
 void make(VideoOptions& options) {
   const Scene scene = options.scene.load();
   VideoSettings& video = options.video;
-  video.comparison.settings = options.solver.settings(scene);
+  const Settings base = options.solver.settings(scene);
+  choose_panels(options, base, video);
+  video.comparison.step = base.step;
+  video.comparison.has_reference = !options.no_reference;
+  video.comparison.start = seconds_in(options.start, "--start");
   video.comparison.duration = options.solver.seconds(scene);
+  video.comparison.frame_interval = options.speed / video.frame_rate;
   video.comparison.threads = video.threads;
+  video.camera = camera_named(options.camera, scene);
+  video.overlays = overlays_named(options.overlays);
   if (!(video.threads >= 1 && video.threads <= 64)) {
     throw Error(fmt::format("--threads {}: must be from 1 to 64", video.threads));
   }
@@ -51,6 +103,11 @@ void make(VideoOptions& options) {
   video.width = size.width;
   video.height = size.height;
   video.output = options.output.value_or(scene.name + ".mp4");
+  if (video.output.extension() == ".png" && !video.frames) {
+    video.frames = video.output;
+    video.frames->replace_extension();
+    video.output.replace_extension(".mp4");
+  }
   if (video.loop && video.loop->extension() != ".gif") {
     throw Error(fmt::format("--loop {}: must be a .gif file", video.loop->string()));
   }
@@ -63,8 +120,9 @@ void make(VideoOptions& options) {
   }
   print_table(report.comparison);
   if (report.comparison.is_nearest) {
-    fmt::print("the step does not divide 1/{} s: each frame shows the step nearest to its time\n",
-               video_frame_rate);
+    fmt::print(
+        "the step does not divide the {:g} s between frames: each shows the step nearest to its time\n",
+        video.comparison.frame_interval);
   }
   fmt::print("wrote {}\n", report.written.string());
   if (!report.is_film) {
@@ -79,18 +137,50 @@ void make(VideoOptions& options) {
 }  // namespace
 
 void add_video_command(CLI::App& app) {
-  CLI::App* const command =
-      app.add_subcommand("video", "Film a scene: A1 to A5 and a reference side by side, with their errors");
+  CLI::App* const command = app.add_subcommand(
+      "video", "Film a scene: algorithms, engines and finished runs side by side, with their errors");
   const auto options = std::make_shared<VideoOptions>();
   VideoSettings& video = options->video;
   options->scene.add_to(*command);
   options->solver.add_to(*command);
   command
+      ->add_option(
+          "--panel", options->panels,
+          "A panel of its own: a1 to a5, an engine, log:FILE or reference; once for each (A1 to A5 and "
+          "the reference)")
+      ->allow_extra_args(false);
+  command->add_option("--panels", options->panels_file, "A TOML file of [[panel]] tables")
+      ->check(CLI::ExistingFile);
+  command->add_option("--title", video.title, "The film's (the scene's name)");
+  command->add_flag("--no-reference", options->no_reference, "Simulate none, and show no errors");
+  command
       ->add_option("--reference-substeps", video.comparison.reference_substeps,
-                   "The reference is A1 at the step divided by this")
+                   "The reference is at the step divided by this, its check at half as many")
       ->capture_default_str();
   command->add_option("--size", options->size, "Width and height in pixels")->capture_default_str();
-  command->add_option("--output", options->output, "The film (SCENE.mp4)");
+  command
+      ->add_option("--overlay", options->overlays,
+                   "Comma-separated: trails (of the last second), joints (and the gaps where they are open), "
+                   "ghost (the reference's outline), error (bodies in its colour)")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  command
+      ->add_option("--camera", options->camera,
+                   "scene (its own), fit (all that moves), follow:BODY or orbit:DEGREES in a second of film")
+      ->capture_default_str();
+  command->add_option("--start", options->start, "Seconds into the run at which the film begins")
+      ->capture_default_str();
+  command
+      ->add_option("--speed", options->speed, "Seconds of the scene in a second of film: 0.25 is slow motion")
+      ->check(CLI::Range(1e-3, 1e3))
+      ->capture_default_str();
+  command->add_option("--fps", video.frame_rate, "Frames in a second of film")
+      ->check(CLI::Range(1.0, 240.0))
+      ->capture_default_str();
+  command->add_option(
+      "--output", options->output,
+      "The film: .mp4, .webm, .gif or .apng, or NAME.png for a folder NAME of numbered pictures "
+      "(SCENE.mp4)");
   command->add_option("--frames", video.frames, "A folder for PNG frames, instead of the film");
   command->add_option("--poster", video.poster, "Also write one frame as a PNG file");
   command->add_option("--poster-time", video.poster_time, "Which one, in seconds (well into the film)")
@@ -103,9 +193,15 @@ void add_video_command(CLI::App& app) {
   command->add_option("--threads", video.threads, "Threads; the film is the same for any number")
       ->capture_default_str();
   command->footer(
-      "A2 has n·m iterations, as many row solves as A3 to A5. The strip under each picture is the RMS\n"
-      "distance of the bodies' points from where the reference has them, on one logarithmic scale.\n"
-      "Example:\n  substep video scenes/rod_chain.gltf --substeps 4 --joints stable --poster rod_chain.png");
+      "A panel is 'a5,n=4,joints=stable', with what is to be other than the options above of n, m, tau, "
+      "kappa,\n"
+      "joints, relaxation, step and, last, title; A2 has n·m iterations unless it has an m. The strip under "
+      "a\n"
+      "picture is the RMS distance of the bodies' points from where the reference has them, on one "
+      "logarithmic\n"
+      "scale; it ends where the reference does, and is grey below what the reference knows of itself.\n"
+      "Example:\n  substep video scenes/rod_chain.gltf --substeps 4 --joints stable --poster rod_chain.png\n"
+      "  substep video scenes/heavy_chain.gltf --panel a5,n=1 --panel a5,n=4 --panel bullet");
   command->callback([options] { make(*options); });
 }
 

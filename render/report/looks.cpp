@@ -2,17 +2,14 @@
 
 #include <array>
 
+#include "render/inks.h"
 #include "sim/study/engines/engines.h"
 
 namespace substep {
 
 Look look_of(Algorithm algorithm) {
-  constexpr std::array<Look, 5> looks{{{0, 7, false, true, true},
-                                       {1, 5, false, true, true},
-                                       {2, 9, false, true, true},
-                                       {3, 13, false, true, true},
-                                       {4, 11, false, true, true}}};
-  return looks.at(static_cast<std::size_t>(algorithm));
+  constexpr std::array shapes{7, 5, 9, 13, 11};
+  return {hue_of(algorithm), shapes.at(static_cast<std::size_t>(algorithm)), false, true, true};
 }
 
 Look look_of(const RunFamily& family, bool contacts) {
@@ -21,9 +18,8 @@ Look look_of(const RunFamily& family, bool contacts) {
     Look look{5, 4, false, true, true};
     for (std::size_t i = 0; i < engines().size(); ++i) {
       if (engines()[i].name != record.engine) continue;
-      constexpr std::array hues{5, 6, 7};
       constexpr std::array shapes{4, 8, 10, 12, 1, 3, 6, 2};
-      look.hue = hues[i % hues.size()];
+      look.hue = hue_of_engine(i);
       look.shape = shapes[i % shapes.size()];
     }
     return look;

@@ -5,25 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "render/inks.h"
 #include "render/report/gnuplot.h"
 #include "sim/error.h"
 
 namespace substep {
 namespace {
 
-/// On white, and what stands for it on dark ground.
-struct Ink {
-  const char* light;
-  const char* dark;
-};
-constexpr std::array<Ink, 8> inks{{{"#222222", "#e6e6e6"},
-                                   {"#e69f00", "#f0b73a"},
-                                   {"#0072b2", "#5db4ea"},
-                                   {"#009e73", "#3fd0a4"},
-                                   {"#d55e00", "#ff8a3d"},
-                                   {"#cc79a7", "#e8a3c8"},
-                                   {"#56b4e9", "#8fd0f5"},
-                                   {"#8c8c8c", "#9d9d9d"}}};
 constexpr Ink text_ink{"#222222", "#e6e6e6"};
 constexpr Ink frame_ink{"#b8b8b8", "#5a5a5a"};
 constexpr Ink paper{"#ffffff", "#14171a"};

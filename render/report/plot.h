@@ -9,9 +9,9 @@
 
 namespace substep {
 
-/// What a series looks like. Colours are those of Okabe and Ito.
+/// What a series looks like.
 struct Look {
-  int hue = 0;    ///< 0 ink, 1 orange, 2 blue, 3 green, 4 vermilion, 5 purple, 6 sky, 7 grey
+  int hue = 0;    ///< of inks.h
   int shape = 7;  ///< gnuplot's point type: 7 disc, 6 ring, 5 square, 9 triangle, 11 triangle down, 2 cross
   bool dashed = false;  ///< line
   bool line = true;     ///< points are joined

@@ -3,58 +3,296 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <cmath>
+#include <limits>
+#include <memory>
+#include <stop_token>
 
+#include "render/log_scene.h"
 #include "sim/error.h"
 #include "sim/execution/parallel_for.h"
+#include "sim/log/pose_log.h"
+#include "sim/measure/motion.h"
+#include "sim/measure/reference_integrator.h"
 #include "sim/simulation.h"
+#include "sim/study/engines/engines.h"
 
 namespace substep {
 namespace {
 
-/// Which step each video frame shows.
+/// Which step of a run each film frame shows.
 struct Clock {
   std::vector<std::int64_t> steps;
   bool is_nearest = false;
 };
 
-Clock clock_of(double step, double duration) {
-  const auto frames = static_cast<std::int64_t>(std::floor(duration * video_frame_rate + 1e-6)) + 1;
+Clock clock_of(double step, const ComparisonSettings& settings) {
+  const auto frames = static_cast<std::int64_t>(
+      std::floor((settings.duration - settings.start) / settings.frame_interval + 1e-6));
   Clock clock;
-  for (std::int64_t k = 0; k < frames; ++k) {
-    const double exact = static_cast<double>(k) / (video_frame_rate * step);
+  for (std::int64_t k = 0; k <= frames; ++k) {
+    const double exact = (settings.start + static_cast<double>(k) * settings.frame_interval) / step;
     clock.steps.push_back(std::llround(exact));
     if (std::abs(exact - static_cast<double>(clock.steps.back())) > 1e-6) clock.is_nearest = true;
   }
   return clock;
 }
 
-/// `steps_per_shot` steps of the run are one step of the clock.
-void simulate(const Scene& scene, const Clock& clock, int steps_per_shot, Run& run,
-              std::atomic<std::int64_t>& done, const std::stop_token& stop) {
-  Simulation simulation(scene, run.settings);
-  std::int64_t steps = 0;
+/// Work that goes on beside other work.
+struct Tally {
+  std::atomic<std::int64_t> done{0};
+  std::atomic<bool> stop{false};
+};
+
+/// Steps until each shot in turn and keeps its poses. False where `step` says that there is no more.
+bool take_shots(const Clock& clock, int steps_per_shot, Tally& tally, const std::function<bool()>& step,
+                const std::function<const State&()>& state, std::vector<std::vector<Coordinates>>& poses,
+                std::int64_t& steps) {
   for (const std::int64_t shot : clock.steps) {
     while (steps < shot * steps_per_shot) {
-      if (stop.stop_requested()) return;
-      const StepReport& report = simulation.step();
+      if (tally.stop) return true;
       ++steps;
-      ++done;
-      run.row_solves += report.row_solves;
-      if (report.status == StepReport::Status::unsolved) ++run.unsolved;
-      if (report.status == StepReport::Status::diverged) {
-        run.diverged = static_cast<double>(steps) * run.settings.step;
-        return;
-      }
+      ++tally.done;
+      if (!step()) return false;
     }
-    run.poses.push_back(simulation.state().q);
+    poses.push_back(state().q);
+  }
+  return true;
+}
+
+void simulate_algorithm(const Scene& scene, const Clock& clock, Run& run, Tally& tally) {
+  Simulation simulation(scene, run.panel.settings);
+  std::int64_t steps = 0;
+  const auto step = [&] {
+    const StepReport& report = simulation.step();
+    run.row_solves += report.row_solves;
+    if (report.status == StepReport::Status::unsolved) ++run.unsolved;
+    return report.status != StepReport::Status::diverged;
+  };
+  if (!take_shots(
+          clock, 1, tally, step, [&]() -> const State& { return simulation.state(); }, run.poses, steps)) {
+    run.diverged = static_cast<double>(steps) * run.panel.settings.step;
   }
 }
 
-/// Mean over the body's mass of the squared distance between where a point is and where it should be.
-///
+void simulate_engine(const Scene& scene, const Clock& clock, Run& run, Tally& tally) {
+  const Engine& engine = *std::ranges::find(engines(), run.panel.engine, &Engine::name);
+  std::unique_ptr<Stepper> stepper;
+  try {
+    stepper = engine.make(scene, run.panel.settings);
+  } catch (const Error& error) {
+    throw Error(fmt::format("panel {}: {}: {}", engine.name, scene.name, error.what()));
+  }
+  std::int64_t steps = 0;
+  if (!take_shots(
+          clock, 1, tally, [&] { return stepper->step(); },
+          [&]() -> const State& { return stepper->state(); }, run.poses, steps)) {
+    run.diverged = static_cast<double>(steps) * run.panel.settings.step;
+  }
+  run.row_solves = stepper->row_solves();
+}
+
+void read_log(const Scene& scene, const Clock& clock, Run& run) {
+  const PoseLog log = read_pose_log(run.panel.log);
+  require_log_of(scene, log, run.panel.log);
+  for (const std::int64_t shot : clock.steps) {
+    const auto frame = static_cast<std::size_t>(shot);
+    if (frame >= log.frames.size()) {
+      if (!log.end.starts_with("diverged")) {
+        throw Error(fmt::format("{}: ends at {:g} s: shorten the film with --duration",
+                                run.panel.log.string(),
+                                static_cast<double>(log.frames.size() - 1) * log.settings.step));
+      }
+      run.diverged = static_cast<double>(log.frames.size()) * log.settings.step;
+      return;
+    }
+    if (log.frames[frame].poses.empty()) {
+      throw Error(fmt::format("{}: has poses every {} frames only: the film needs frame {}",
+                              run.panel.log.string(), log.full_every, frame));
+    }
+    run.poses.push_back(log.frames[frame].poses);
+  }
+}
+
+/// One of the two runs that are the reference.
+struct ReferenceAttempt {
+  std::vector<std::vector<Coordinates>> poses;
+  std::optional<double> ended;     ///< when it could not go on, s
+  std::optional<double> unsolved;  ///< when a step was not solved first, s
+  int unsolved_steps = 0;
+};
+
+void simulate_reference(const Scene& scene, const Clock& clock, double step, int divisions, bool is_smooth,
+                        ReferenceAttempt& attempt, Tally& tally) {
+  std::int64_t steps = 0;
+  bool goes_on = true;
+  if (is_smooth) {
+    const std::unique_ptr<Stepper> stepper = reference_stepper(scene, step / divisions, 8);
+    goes_on = take_shots(
+        clock, divisions, tally, [&] { return stepper->step(); },
+        [&]() -> const State& { return stepper->state(); }, attempt.poses, steps);
+  } else {
+    Settings settings;
+    settings.algorithm = Algorithm::a1;
+    settings.step = step / divisions;
+    Simulation simulation(scene, settings);
+    const auto advance = [&] {
+      const StepReport& report = simulation.step();
+      if (report.status == StepReport::Status::unsolved && ++attempt.unsolved_steps == 1) {
+        attempt.unsolved = static_cast<double>(steps) * settings.step;
+      }
+      return report.status != StepReport::Status::diverged;
+    };
+    goes_on = take_shots(
+        clock, divisions, tally, advance, [&]() -> const State& { return simulation.state(); }, attempt.poses,
+        steps);
+  }
+  if (!goes_on) attempt.ended = static_cast<double>(steps) * step / divisions;
+}
+
+bool has_smooth_reference(const Scene& scene, double step) {
+  try {
+    reference_stepper(scene, step, 8);
+    return true;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+/// Mean of squared_distance over the bodies that move.
+double squared_distance(const Scene& scene, const std::vector<Coordinates>& is,
+                        const std::vector<Coordinates>& should_be) {
+  double sum = 0;
+  int count = 0;
+  for (std::size_t body = 1; body < scene.bodies.size(); ++body) {
+    if (scene.bodies[body].inverse_mass == 0) continue;
+    sum += squared_distance(scene.bodies[body], is[body], should_be[body]);
+    ++count;
+  }
+  return count == 0 ? 0 : sum / count;
+}
+
+void measure(const Scene& scene, const ReferenceRun& reference, Run& run) {
+  const std::size_t frames = std::min(run.poses.size(), reference.known);
+  double sum_over_frames = 0;
+  for (std::size_t k = 0; k < frames; ++k) {
+    const double mean = squared_distance(scene, run.poses[k], reference.poses[k]);
+    run.errors.push_back(std::sqrt(mean));
+    sum_over_frames += mean;
+  }
+  if (frames > 0) run.rms_error = std::sqrt(sum_over_frames / static_cast<double>(frames));
+}
+
+/// What the two runs say together: until when the finer is a reference.
+ReferenceRun reference_of(const Scene& scene, const ReferenceAttempt& coarse, ReferenceAttempt fine,
+                          const std::vector<double>& times, const std::string& method) {
+  ReferenceRun reference;
+  reference.method = method;
+  reference.poses = std::move(fine.poses);
+  const std::size_t both = std::min(reference.poses.size(), coarse.poses.size());
+  const double most = parted * size_of(scene);
+  while (reference.known < both) {
+    const std::size_t k = reference.known;
+    const double apart = std::sqrt(squared_distance(scene, coarse.poses[k], reference.poses[k]));
+    // Written so that a NaN has parted.
+    if (!(apart <= most)) break;
+    if (fine.unsolved && times[k] + 1e-9 >= *fine.unsolved) break;
+    reference.uncertainty.push_back(apart);
+    ++reference.known;
+  }
+  if (reference.known == times.size()) return reference;
+  // That all begin alike is no measurement.
+  if (reference.known == 1) {
+    reference.known = 0;
+    reference.uncertainty.clear();
+  }
+  const std::size_t first =
+      reference.known == 0 ? std::min<std::size_t>(1, times.size() - 1) : reference.known;
+  if (first < both && fine.unsolved && times[first] + 1e-9 >= *fine.unsolved) {
+    reference.fate =
+        fmt::format("{} steps not solved, the first at {:.2f} s", fine.unsolved_steps, *fine.unsolved);
+  } else if (first < both) {
+    reference.fate = fmt::format("its refinements part at {:.2f} s", times[first]);
+  } else {
+    reference.fate = fmt::format("fails at {:.2f} s", fine.ended.value_or(coarse.ended.value_or(0)));
+  }
+  return reference;
+}
+
+std::string step_words(double step) {
+  return fmt::format("h=1/{:g}", std::round(1 / step * 1e6) / 1e6);
+}
+
+void check(const ComparisonSettings& settings) {
+  if (!(settings.duration >= 0 && settings.duration <= 3600)) {
+    throw Error(fmt::format("duration {} s: a video can have from 0 to 3600", settings.duration));
+  }
+  if (!(settings.start >= 0 && settings.start <= settings.duration)) {
+    throw Error(
+        fmt::format("start {} s: must be from 0 to the duration, {} s", settings.start, settings.duration));
+  }
+  if ((settings.duration - settings.start) / settings.frame_interval > 200000) {
+    throw Error("the film has more than 200000 frames: shorten it with --duration, or show it less slowly");
+  }
+  if (!(settings.reference_substeps >= 2 && settings.reference_substeps <= 10000)) {
+    throw Error(fmt::format("reference sub-steps {}: must be from 2 to 10000", settings.reference_substeps));
+  }
+  if (settings.panels.empty()) throw Error("a film needs at least one panel");
+  constexpr std::size_t most = 64;
+  if (settings.panels.size() > most) throw Error(fmt::format("a film has at most {} panels", most));
+  for (const PanelChoice& panel : settings.panels) {
+    if (panel.kind == PanelChoice::Kind::reference && !settings.has_reference) {
+      throw Error("a panel shows the reference, and there is none");
+    }
+  }
+}
+
+/// The clock of each run. Where not all have one step, all must hit the frames' times, or errors would
+/// compare different instants.
+std::vector<Clock> clocks_of(const ComparisonSettings& settings, const std::vector<Run>& runs) {
+  std::vector<Clock> clocks;
+  for (const Run& run : runs) {
+    const double step = run.panel.settings.step;
+    clocks.push_back(clock_of(step, settings));
+    if (clocks.back().is_nearest && step != settings.step) {
+      throw Error(
+          fmt::format("panel {}: its step of {:g} s does not hit the film's frames, {:g} s apart: "
+                      "give a part of that, or --step",
+                      name_of(run.panel), step, settings.frame_interval));
+    }
+  }
+  const Clock base = clock_of(settings.step, settings);
+  for (const Clock& clock : clocks) {
+    if (base.is_nearest && clock.steps != base.steps) {
+      throw Error(
+          fmt::format("--step: {:g} s does not hit the film's frames, {:g} s apart, and the panels' "
+                      "steps differ: give a part of that",
+                      settings.step, settings.frame_interval));
+    }
+  }
+  return clocks;
+}
+
+using Job = std::function<void()>;
+
+/// Runs the jobs on threads, in their order. Throws the first failure in that order.
+void run_jobs(const std::vector<Job>& jobs, int threads, Tally& tally, std::int64_t total,
+              const std::function<void(double)>& progress) {
+  parallel_for(
+      threads, jobs.size(),
+      [&](std::size_t i, const std::stop_token& stop) {
+        const std::stop_callback end_all(stop, [&] { tally.stop = true; });
+        jobs[i]();
+      },
+      [&] {
+        if (!progress) return;
+        progress(total > 0 ? std::min(1.0, static_cast<double>(tally.done) / static_cast<double>(total)) : 1);
+      });
+}
+
+}  // namespace
+
 /// A turn by θ about the unit axis u moves a point by 2 sin(θ/2) times its distance from the axis, and the
 /// mean square of that distance is uᵀI u / m; sin(θ/2) u is the vector part of the quaternion between the
 /// two.
@@ -70,71 +308,68 @@ double squared_distance(const Body& body, const Coordinates& is, const Coordinat
   return sum;
 }
 
-void measure(const Scene& scene, const Run& reference, Run& run) {
-  const std::size_t frames = std::min(run.poses.size(), reference.poses.size());
-  double sum_over_frames = 0;
-  for (std::size_t k = 0; k < frames; ++k) {
-    double sum = 0;
-    int count = 0;
-    for (std::size_t body = 1; body < scene.bodies.size(); ++body) {
-      if (scene.bodies[body].inverse_mass == 0) continue;
-      sum += squared_distance(scene.bodies[body], run.poses[k][body], reference.poses[k][body]);
-      ++count;
-    }
-    const double mean = count == 0 ? 0 : sum / count;
-    run.errors.push_back(std::sqrt(mean));
-    sum_over_frames += mean;
-  }
-  if (frames > 0) run.rms_error = std::sqrt(sum_over_frames / static_cast<double>(frames));
-}
-
-std::vector<Run> runs_of(const ComparisonSettings& settings) {
-  std::vector<Run> runs;
-  for (const Algorithm algorithm :
-       {Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5, Algorithm::a1}) {
-    Run& run = runs.emplace_back();
-    run.settings = settings.settings;
-    run.settings.algorithm = algorithm;
-    if (algorithm == Algorithm::a2) run.settings.iterations *= run.settings.substeps;
-  }
-  runs.back().is_reference = true;
-  runs.back().settings.step /= settings.reference_substeps;
-  return runs;
-}
-
-}  // namespace
-
 Comparison simulate_comparison(const Scene& scene, const ComparisonSettings& settings,
                                const std::function<void(double)>& progress) {
-  if (!(settings.duration >= 0 && settings.duration <= 3600)) {
-    throw Error(fmt::format("duration {} s: a video can have from 0 to 3600", settings.duration));
-  }
-  if (!(settings.reference_substeps >= 1 && settings.reference_substeps <= 10000)) {
-    throw Error(fmt::format("reference sub-steps {}: must be from 1 to 10000", settings.reference_substeps));
-  }
+  check(settings);
   Comparison comparison;
-  comparison.runs = runs_of(settings);
-  for (const Run& run : comparison.runs) check(run.settings);
-  const Clock clock = clock_of(settings.settings.step, settings.duration);
+  for (const PanelChoice& panel : settings.panels) {
+    Run& run = comparison.runs.emplace_back();
+    run.panel = panel;
+    if (panel.kind == PanelChoice::Kind::log) run.panel.settings = read_pose_log(panel.log).settings;
+    if (panel.kind == PanelChoice::Kind::reference) run.panel.settings.step = settings.step;
+    check(run.panel.settings);
+  }
+  const std::vector<Clock> clocks = clocks_of(settings, comparison.runs);
+  const Clock clock = clock_of(settings.step, settings);
   for (const std::int64_t step : clock.steps) {
-    comparison.times.push_back(static_cast<double>(step) * settings.settings.step);
+    comparison.times.push_back(static_cast<double>(step) * settings.step);
   }
   comparison.is_nearest = clock.is_nearest;
 
+  Tally tally;
+  std::vector<Job> jobs;
+  std::int64_t total = 0;
   // The longest first, so that no thread is left alone with it.
-  constexpr std::array<std::size_t, 6> order{5, 0, 2, 3, 4, 1};
-  const std::int64_t total = clock.steps.back() * (5 + settings.reference_substeps);
-  std::atomic<std::int64_t> done{0};
-  parallel_for(
-      settings.threads, order.size(),
-      [&](std::size_t i, const std::stop_token& stop) {
-        Run& run = comparison.runs[order[i]];
-        simulate(scene, clock, run.is_reference ? settings.reference_substeps : 1, run, done, stop);
-      },
-      [&] {
-        if (progress) progress(total > 0 ? static_cast<double>(done) / static_cast<double>(total) : 1);
+  const bool is_smooth = settings.has_reference && has_smooth_reference(scene, settings.step);
+  const int divisions = settings.reference_substeps;
+  ReferenceAttempt fine;
+  ReferenceAttempt coarse;
+  if (settings.has_reference) {
+    for (const auto& [attempt, parts] : {std::pair(&fine, divisions), std::pair(&coarse, divisions / 2)}) {
+      total += clock.steps.back() * parts;
+      jobs.emplace_back([&, to = attempt, per_step = parts] {
+        simulate_reference(scene, clock, settings.step, per_step, is_smooth, *to, tally);
       });
-  for (Run& run : comparison.runs) measure(scene, comparison.reference(), run);
+    }
+  }
+  for (std::size_t i = 0; i < comparison.runs.size(); ++i) {
+    Run& run = comparison.runs[i];
+    const Clock& own = clocks[i];
+    if (run.is_reference()) continue;
+    if (run.panel.kind == PanelChoice::Kind::log) {
+      read_log(scene, own, run);
+      continue;
+    }
+    total += own.steps.back();
+    jobs.emplace_back([&] {
+      const bool is_engine = run.panel.kind == PanelChoice::Kind::engine;
+      (is_engine ? simulate_engine : simulate_algorithm)(scene, own, run, tally);
+    });
+  }
+  if (!jobs.empty()) run_jobs(jobs, settings.threads, tally, total, progress);
+
+  if (settings.has_reference) {
+    const std::string method = fmt::format("{}, {}", is_smooth ? "own, order 8" : "A1 itself",
+                                           step_words(settings.step / divisions));
+    comparison.reference = reference_of(scene, coarse, std::move(fine), comparison.times, method);
+    for (Run& run : comparison.runs) {
+      if (run.is_reference()) {
+        run.poses = comparison.reference->poses;
+      } else {
+        measure(scene, *comparison.reference, run);
+      }
+    }
+  }
   return comparison;
 }
 

@@ -1,52 +1,70 @@
 #pragma once
-/// The runs that a comparison video shows side by side, and how far each is from the reference.
+/// The runs that a film shows side by side, and how far each is from the reference.
 
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <string>
 #include <vector>
 
+#include "render/video/panel.h"
 #include "sim/model/settings.h"
 #include "sim/model/state.h"
 #include "sim/scene/scene.h"
 
 namespace substep {
 
-inline constexpr int video_frame_rate = 30;  ///< frame k shows the time k/30 s
-
 struct ComparisonSettings {
-  /// The step of all five, and n, m, τ, κ and the joints of A3–A5. A2 gets n·m iterations: the same number of
-  /// row solves.
-  Settings settings;
-  double duration = 5;          ///< s
-  int reference_substeps = 16;  ///< the reference is A1 at step/16
+  std::vector<PanelChoice> panels;
+  double step = 1.0 / 60;            ///< s, that the reference's steps are parts of
+  double start = 0;                  ///< s, of the film's first frame
+  double duration = 5;               ///< s, of its last frame
+  double frame_interval = 1.0 / 30;  ///< s of the scene's time from one frame to the next
+  bool has_reference = true;         ///< whether errors are measured
+  int reference_substeps = 16;       ///< the reference's step is step / this
   int threads = 2;
 };
 
 /// One panel's run.
 struct Run {
-  Settings settings;
-  bool is_reference = false;
-  std::vector<std::vector<Coordinates>> poses;  ///< of each video frame; fewer when it diverged
-  /// Of each video frame that the reference reached too: RMS distance of the bodies' points from where the
+  PanelChoice panel;
+  std::vector<std::vector<Coordinates>> poses;  ///< of each film frame; fewer when it diverged
+  /// Of each film frame that the reference is known at too: RMS distance of the bodies' points from where the
   /// reference has them, over each body's mass and then over the dynamic bodies, m. It sees turns too.
   std::vector<double> errors;
   double rms_error = 0;  ///< over `errors`, m
   std::int64_t row_solves = 0;
   std::optional<double> diverged;  ///< when, s
   int unsolved = 0;                ///< steps that A1 did not solve to the accuracy asked for
+
+  bool is_reference() const { return panel.kind == PanelChoice::Kind::reference; }
+};
+
+/// What errors are measured from: where the scene's forces are smooth, the reference DAE integrator; else A1
+/// at small steps. Each is run once more at twice the step.
+struct ReferenceRun {
+  std::string method;                           ///< "own, order 8, h=1/240", "A1, h=1/960"
+  std::vector<std::vector<Coordinates>> poses;  ///< of each film frame that it reached
+  std::vector<double> uncertainty;              ///< how far the two runs are apart, m, measured as errors are
+  std::size_t known = 0;                        ///< errors are measured at frames before this
+  std::string fate;                             ///< why not at all of them; empty: they are
 };
 
 struct Comparison {
-  std::vector<Run> runs;      ///< A1 … A5, then the reference
-  std::vector<double> times;  ///< of each video frame's state, s: the nearest step's
-  bool is_nearest = false;    ///< whether some of these are not exactly k/30 s
-
-  const Run& reference() const { return runs.back(); }
+  std::vector<Run> runs;      ///< the panels, in their order
+  std::vector<double> times;  ///< of each film frame's state, s: the nearest step's
+  bool is_nearest = false;    ///< whether some of these are not exactly the frames' times
+  std::optional<ReferenceRun> reference;
 };
 
-/// Runs all six. `progress` gets the share done, on the calling thread; may be empty.
-/// Throws Error when the settings cannot be used or the scene cannot be modelled.
+/// The part of the scene's size by which the reference's two runs may differ: after that they have parted.
+inline constexpr double parted = 0.01;
+
+/// Mean over the body's mass of the squared distance between where a point is and where it should be, m².
+double squared_distance(const Body& body, const Coordinates& is, const Coordinates& should_be);
+
+/// Runs all panels. `progress` gets the share done, on the calling thread; may be empty.
+/// Throws Error when the settings cannot be used, a log is of another scene, or the scene cannot be modelled.
 Comparison simulate_comparison(const Scene& scene, const ComparisonSettings& settings,
                                const std::function<void(double)>& progress = {});
 

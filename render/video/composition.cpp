@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "render/inks.h"
 #include "render/text.h"
 #include "sim/error.h"
 
@@ -17,12 +18,22 @@ constexpr Color surface{24, 29, 37};
 constexpr Color grid{52, 60, 72};
 constexpr Color bright{236, 240, 245};
 constexpr Color quiet{146, 156, 170};
-constexpr Color alarm{255, 122, 92};
+constexpr Color alarm{255, 92, 105};
 
-/// What distinguishes an algorithm from its neighbours, for someone who has not read the report.
-std::string_view description(const Run& run) {
-  if (run.is_reference) return "small steps, solved directly";
-  switch (run.settings.algorithm) {
+/// What distinguishes a run from its neighbours, for someone who has not read the report.
+std::string description(const Run& run) {
+  if (!run.panel.title.empty()) return run.panel.title;
+  switch (run.panel.kind) {
+    case PanelChoice::Kind::reference:
+      return "";
+    case PanelChoice::Kind::engine:
+      return "";
+    case PanelChoice::Kind::log:
+      return "finished run";
+    case PanelChoice::Kind::algorithm:
+      break;
+  }
+  switch (run.panel.settings.algorithm) {
     case Algorithm::a1:
       return "all rows at once";
     case Algorithm::a2:
@@ -35,6 +46,27 @@ std::string_view description(const Run& run) {
       return "sub-steps, as in Havok";
   }
   return "";
+}
+
+/// "#5db4ea".
+Color color_in(const char* ink) {
+  Color color{};
+  for (std::size_t i = 0; i < color.size(); ++i) {
+    const auto digit = [&](std::size_t at) { return ink[at] <= '9' ? ink[at] - '0' : ink[at] - 'a' + 10; };
+    color[i] = static_cast<std::uint8_t>(16 * digit(1 + 2 * i) + digit(2 + 2 * i));
+  }
+  return color;
+}
+
+/// A curve of several: pixels that are drawn and left out in turn, at 720 lines; later ones leave out more,
+/// so that those below show.
+struct Dash {
+  double drawn;
+  double left_out;
+};
+Dash dash_of(std::size_t run) {
+  constexpr std::array<Dash, 5> dashes{{{1, 0}, {14, 3}, {9, 6}, {5, 8}, {2.5, 9}}};
+  return dashes[run % dashes.size()];
 }
 
 /// `color` faded into the strip's ground. Not by drawing with an alpha: where a curve's pieces meet, that
@@ -54,20 +86,8 @@ double baseline(double y, double height, double size) {
 
 }  // namespace
 
-Color accent(Algorithm algorithm) {
-  switch (algorithm) {
-    case Algorithm::a1:
-      return {102, 187, 245};
-    case Algorithm::a2:
-      return {242, 163, 60};
-    case Algorithm::a3:
-      return {62, 201, 160};
-    case Algorithm::a4:
-      return {240, 222, 92};
-    case Algorithm::a5:
-      return {233, 138, 200};
-  }
-  return reference_accent;
+Color accent(const PanelChoice& panel) {
+  return color_in(inks.at(static_cast<std::size_t>(hue_of(panel))).dark);
 }
 
 std::string length_label(double metres) {
@@ -113,26 +133,49 @@ ErrorScale error_scale(const Comparison& comparison) {
   return scale;
 }
 
-Composition::Composition(const Comparison& comparison, const std::string& title, int width, int height)
+int columns_for(int count, int width, int height, int above) {
+  constexpr double usual = 16.0 / 9;
+  int best = 1;
+  double largest = -1;
+  for (int columns = 1; columns <= count; ++columns) {
+    const int rows = (count + columns - 1) / columns;
+    const double wide = static_cast<double>(width) / columns;
+    const double high = static_cast<double>(height) / rows - above;
+    // What is seen of the scene: somewhat more than a picture of the usual shape, were there more room.
+    const double seen = std::min(wide, high * usual) + 0.1 * std::min(wide, 2 * high * usual);
+    if (high > 0 && seen > largest * (1 + 1e-9)) {
+      largest = seen;
+      best = columns;
+    }
+  }
+  return best;
+}
+
+void check_film_size(int width, int height) {
+  if (width < 180 || height < 180 || width > 7680 || height > 7680 || width % 2 != 0 || height % 2 != 0 ||
+      static_cast<std::int64_t>(width) * height > std::int64_t{7680} * 4320) {
+    throw Error(
+        fmt::format("size {}x{}: a video's must be even, at least 180 each way and at most 7680x4320 in all",
+                    width, height));
+  }
+}
+
+Composition::Composition(const Comparison& comparison, const std::string& title, int width, int height,
+                         const std::vector<KeyEntry>& key)
     : comparison_(comparison),
       width_(width),
       height_(height),
-      scale_(std::min(height / 720.0, width / 1280.0)),
+      scale_(std::sqrt(static_cast<double>(width) * height / (1280.0 * 720))),
       error_scale_(error_scale(comparison)) {
-  if (width < 320 || height < 180 || width > 7680 || height > 4320 || width % 2 != 0 || height % 2 != 0) {
-    throw Error(fmt::format("size {}x{}: a video's must be even, from 320x180 to 7680x4320", width, height));
-  }
+  check_film_size(width, height);
+  if (!key.empty()) footer_ = static_cast<int>(std::lround(std::max(14.0, 26 * scale_)));
   lay_out();
   draw_background(title);
+  if (!key.empty()) draw_footer(key);
 }
 
 double Composition::text_size(double at_720) const {
   return std::max(10.0, at_720 * scale_);
-}
-
-Color Composition::color_of(std::size_t run) const {
-  const Run& r = comparison_.runs[run];
-  return r.is_reference ? reference_accent : accent(r.settings.algorithm);
 }
 
 void Composition::lay_out() {
@@ -142,24 +185,38 @@ void Composition::lay_out() {
   const int gap = scaled(12, 4);
   title_ = {gap, 0, width_ - 2 * gap, scaled(48, 20)};
   const int header = scaled(28, 16);
-  const int strip = scaled(62, 28);
-  const int panel_width = (width_ - 4 * gap) / 3;
-  const int panel_height = (height_ - title_.height - 2 * gap) / 2;
+  const int strip = has_strips() ? scaled(62, 28) : 0;
+  const int count = static_cast<int>(comparison_.runs.size());
+  const int columns =
+      columns_for(count, width_ - gap, height_ - title_.height - footer_, header + strip + gap);
+  const int rows = (count + columns - 1) / columns;
+  const int panel_width = (width_ - (columns + 1) * gap) / columns;
+  const int panel_height = (height_ - title_.height - footer_ - rows * gap) / rows;
   picture_width_ = panel_width;
   picture_height_ = panel_height - header - strip;
-  for (int i = 0; i < static_cast<int>(comparison_.runs.size()); ++i) {
-    const int x = gap + (i % 3) * (panel_width + gap);
-    const int y = title_.height + (i / 3) * (panel_height + gap);
+  if (picture_width_ < 40 || picture_height_ < 24) {
+    throw Error(
+        fmt::format("size {}x{}: leaves no room for {} panels: make it larger", width_, height_, count));
+  }
+  // In a narrow panel the axis' names would take the curve's room.
+  has_axis_ = panel_width > 4 * text_width("0.1 mm", {.size = text_size(12)});
+  for (int i = 0; i < count; ++i) {
+    // A last row that is not full stands in the middle.
+    const int in_row = std::min(columns, count - i / columns * columns);
+    const int left_out = (columns - in_row) * (panel_width + gap) / 2;
+    const int x = gap + left_out + (i % columns) * (panel_width + gap);
+    const int y = title_.height + (i / columns) * (panel_height + gap);
     Panel panel;
     panel.header = {x, y, panel_width, header};
     panel.picture = {x, y + header, picture_width_, picture_height_};
     panel.strip = {x, y + header + picture_height_, panel_width, strip};
     // Room for the axis at the left and for the value at the right.
-    const int left = scaled(46, 6);
-    const int right = comparison_.runs[static_cast<std::size_t>(i)].is_reference ? gap : scaled(84, 50);
+    const int axis = static_cast<int>(text_width("0.1 mm", {.size = text_size(12)}) + 8 * scale_);
+    const int left = has_axis_ ? axis : scaled(6, 4);
+    const int right = scaled(84, 50);
     const int margin = scaled(8, 4);
-    panel.plot = {panel.strip.x + left, panel.strip.y + margin, panel_width - left - right,
-                  strip - 2 * margin};
+    panel.plot = {panel.strip.x + left, panel.strip.y + margin, std::max(8, panel_width - left - right),
+                  std::max(0, strip - 2 * margin)};
     panels_.push_back(panel);
   }
 }
@@ -169,56 +226,107 @@ double Composition::plot_x(const Panel& panel, std::size_t k) const {
   return panel.plot.x + static_cast<double>(k) / static_cast<double>(last) * panel.plot.width;
 }
 
-void Composition::draw_background(const std::string& title) {
-  background_ = Image(width_, height_);
-  fill_rectangle(background_, 0, 0, width_, height_, ground);
-  const TextStyle bold{.size = text_size(24), .color = bright, .bold = true};
+double Composition::plot_y(const Panel& panel, double error) const {
+  return panel.plot.y + panel.plot.height * (1 - std::max(0.0, error_scale_.height(error)));
+}
+
+void Composition::draw_title(const std::string& title) {
+  TextStyle bold{.size = text_size(24), .color = bright, .bold = true};
+  const TextStyle clock{.size = text_size(22), .bold = true};
+  const double room = title_.width - text_width("00.00 s", clock) - 16 * scale_;
+  while (bold.size > 8 && text_width(title, bold) > room) bold.size *= 0.95;
   draw_text(background_, title_.x, baseline(title_.y, title_.height, bold.size), title, bold);
+  if (!has_strips()) return;
   const TextStyle small{.size = text_size(15), .color = quiet};
-  const std::string legend = "strips: RMS distance of the bodies’ points from the reference";
+  const std::string legend = fmt::format("strips: RMS distance of the bodies’ points from the reference ({})",
+                                         comparison_.reference->method);
   const double left = title_.x + text_width(title, bold) + 22 * scale_;
-  const double room = title_.width - 250 * scale_ - left;
-  if (text_width(legend, small) < room) {
+  if (text_width(legend, small) < title_.width - 250 * scale_ - left) {
     draw_text(background_, left, baseline(title_.y, title_.height, small.size) + 2 * scale_, legend, small);
-  }
-  for (std::size_t run = 0; run < panels_.size(); ++run) {
-    const Panel& panel = panels_[run];
-    draw_header(panel, run);
-    fill_rectangle(background_, panel.strip.x, panel.strip.y, panel.strip.width, panel.strip.height, surface);
-    draw_grid(panel, panel.plot.x - panel.strip.x > 30);
   }
 }
 
-void Composition::draw_header(const Panel& panel, std::size_t run) {
+void Composition::draw_background(const std::string& title) {
+  background_ = Image(width_, height_);
+  fill_rectangle(background_, 0, 0, width_, height_, ground);
+  draw_title(title);
+  const HeaderStyle style = header_style();
+  for (std::size_t run = 0; run < panels_.size(); ++run) {
+    const Panel& panel = panels_[run];
+    draw_header(panel, run, style);
+    if (!has_strips()) continue;
+    fill_rectangle(background_, panel.strip.x, panel.strip.y, panel.strip.width, panel.strip.height, surface);
+    draw_grid(panel, has_axis_);
+    draw_certainty(panel);
+    if (comparison_.runs[run].is_reference()) draw_key(panel);
+  }
+}
+
+/// As large as fits.
+void Composition::draw_footer(const std::vector<KeyEntry>& key) {
+  TextStyle style{.size = text_size(15)};
+  const auto width = [&] {
+    double sum = 0;
+    for (const auto& [text, color] : key) sum += text_width(text, style);
+    return sum;
+  };
+  while (style.size > 6 && width() > title_.width) style.size *= 0.97;
+  double x = title_.x;
+  for (const auto& [text, color] : key) {
+    style.color = color;
+    draw_text(background_, x, baseline(height_ - footer_, footer_, style.size) - 2 * scale_, text, style);
+    x += text_width(text, style);
+  }
+}
+
+/// What the header of a panel says, from the left: name, words; settings at the right.
+double Composition::header_width(std::size_t run, const HeaderStyle& style) const {
+  const Run& r = comparison_.runs[run];
+  const double f = style.factor;
+  double width = 20 * scale_ + text_width(name_of(r.panel), {.size = f * text_size(18), .bold = true});
+  const std::string words = description(r);
+  if (style.has_words && !words.empty()) width += 9 * scale_ + text_width(words, {.size = f * text_size(15)});
+  const std::string settings = r.is_reference() ? comparison_.reference->method : settings_of(r.panel);
+  if (style.has_settings) width += 12 * scale_ + text_width(settings, {.size = f * text_size(14)});
+  return width;
+}
+
+/// Shrinks all alike until the longest fits; then the words go, then the settings.
+Composition::HeaderStyle Composition::header_style() const {
+  for (HeaderStyle style : {HeaderStyle{1, true, true}, HeaderStyle{1, false, true},
+                            HeaderStyle{1, true, false}, HeaderStyle{1, false, false}}) {
+    for (; style.factor * text_size(14) >= 9 && style.factor >= 0.7; style.factor -= 0.05) {
+      bool fits = true;
+      for (std::size_t run = 0; run < panels_.size(); ++run) {
+        fits = fits && header_width(run, style) <= panels_[run].header.width;
+      }
+      if (fits) return style;
+    }
+  }
+  return {0.7, false, false};
+}
+
+void Composition::draw_header(const Panel& panel, std::size_t run, const HeaderStyle& style) {
   const Run& r = comparison_.runs[run];
   const Box& box = panel.header;
+  const Color color = accent(r.panel);
   fill_rectangle(background_, box.x, box.y, box.width, box.height, surface);
   const int bar = std::max(2, static_cast<int>(std::lround(4 * scale_)));
-  fill_rectangle(background_, box.x, box.y, bar, box.height, color_of(run));
+  fill_rectangle(background_, box.x, box.y, bar, box.height, color);
 
-  // label() begins with the algorithm's letter and two spaces.
-  const std::string settings = label(r.settings);
-  const std::size_t space = std::min(settings.find("  "), settings.size());
-  const std::string letter = r.is_reference ? "Reference" : settings.substr(0, space);
-  std::string rest = settings.substr(std::min(settings.size(), space + 2));
-  if (r.is_reference) rest = settings;
-
-  const TextStyle bold{.size = text_size(18), .color = color_of(run), .bold = true};
-  const TextStyle plain{.size = text_size(15), .color = bright};
-  const TextStyle small{.size = text_size(14), .color = quiet};
+  const TextStyle bold{.size = style.factor * text_size(18), .color = color, .bold = true};
+  const TextStyle plain{.size = style.factor * text_size(15), .color = bright};
+  const TextStyle small{.size = style.factor * text_size(14), .color = quiet};
   double x = box.x + bar + 8 * scale_;
-  draw_text(background_, x, baseline(box.y, box.height, bold.size), letter, bold);
-  x += text_width(letter, bold) + 9 * scale_;
-  const double right = box.x + box.width - 8 * scale_;
-  const double settings_left = right - text_width(rest, small);
-  // Where not all fits, the settings stay: they are what the run can be repeated by.
-  const bool fits = settings_left > x;
-  if (fits) {
-    draw_text(background_, settings_left, baseline(box.y, box.height, small.size), rest, small);
-  }
-  const std::string_view words = description(r);
-  if (x + text_width(words, plain) + 10 * scale_ < (fits ? settings_left : right)) {
-    draw_text(background_, x, baseline(box.y, box.height, plain.size), words, plain);
+  const std::string name = name_of(r.panel);
+  draw_text(background_, x, baseline(box.y, box.height, bold.size), name, bold);
+  x += text_width(name, bold) + 9 * scale_;
+  if (style.has_words)
+    draw_text(background_, x, baseline(box.y, box.height, plain.size), description(r), plain);
+  if (style.has_settings) {
+    const std::string settings = r.is_reference() ? comparison_.reference->method : settings_of(r.panel);
+    draw_text(background_, box.x + box.width - 8 * scale_ - text_width(settings, small),
+              baseline(box.y, box.height, small.size), settings, small);
   }
 }
 
@@ -241,16 +349,105 @@ void Composition::draw_grid(const Panel& panel, bool labels) {
   }
 }
 
-void Composition::draw_curve(Image& image, const Panel& panel, std::size_t run, std::size_t end,
-                             const Color& color) const {
+/// What the reference does not know: below its own uncertainty, and after its end.
+void Composition::draw_certainty(const Panel& panel) {
+  const ReferenceRun& reference = *comparison_.reference;
   const Box& plot = panel.plot;
+  const double bottom = plot.y + plot.height;
+  for (std::size_t k = 0; k + 1 < reference.known; ++k) {
+    const int left = static_cast<int>(std::lround(plot_x(panel, k)));
+    const int right = static_cast<int>(std::lround(plot_x(panel, k + 1)));
+    const double error = std::max(reference.uncertainty[k], reference.uncertainty[k + 1]);
+    const int top = static_cast<int>(std::lround(plot_y(panel, error)));
+    fill_rectangle(background_, left, top, right - left, static_cast<int>(bottom) - top, quiet, 0.25);
+  }
+  if (reference.known == comparison_.times.size()) return;
+  const int end = static_cast<int>(std::lround(plot_x(panel, reference.known)));
+  const int right = plot.x + plot.width;
+  fill_rectangle(background_, end, plot.y, right - end, plot.height, quiet, 0.25);
+  draw_line(background_, end, plot.y, end, bottom, std::max(1.5, 2 * scale_), alarm);
+  TextStyle style{.size = text_size(12), .color = bright};
+  for (const std::string& text :
+       {"no reference: " + reference.fate, reference.fate, std::string("no reference")}) {
+    const double wide = text_width(text, style);
+    if (wide + 8 * scale_ > right - end) continue;
+    draw_text(background_, end + 5 * scale_, baseline(plot.y, plot.height, style.size), text, style);
+    return;
+  }
+}
+
+/// The names of the curves in the reference's strip, in as many lines as there is room for.
+void Composition::draw_key(const Panel& panel) {
+  const Box& plot = panel.plot;
+  std::vector<std::pair<std::string, Color>> names;
+  for (const Run& run : comparison_.runs) {
+    std::pair<std::string, Color> entry{name_of(run.panel), accent(run.panel)};
+    if (!run.is_reference() && std::ranges::find(names, entry) == names.end()) names.push_back(entry);
+  }
+  TextStyle style{.size = std::max(9.0, 12 * scale_), .bold = true};
+  const auto lines = std::max<std::size_t>(1, static_cast<std::size_t>(panel.strip.height / style.size));
+  const double left = plot.x + plot.width + 8 * scale_;
+  double x = left;
+  double column = 0;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (i > 0 && i % lines == 0) {
+      x += column + 6 * scale_;
+      column = 0;
+    }
+    style.color = names[i].second;
+    const double wide = text_width(names[i].first, style);
+    if (x + wide > panel.strip.x + panel.strip.width) break;
+    column = std::max(column, wide);
+    const double pitch = static_cast<double>(panel.strip.height) / static_cast<double>(lines);
+    draw_text(background_, x,
+              baseline(panel.strip.y + static_cast<double>(i % lines) * pitch, pitch, style.size),
+              names[i].first, style);
+  }
+}
+
+void Composition::draw_curve(Image& image, const Panel& panel, std::size_t run, std::size_t end,
+                             const Color& color, bool dashed) const {
   const std::vector<double>& errors = comparison_.runs[run].errors;
-  const auto y = [&](std::size_t k) {
-    return plot.y + plot.height * (1 - std::max(0.0, error_scale_.height(errors[k])));
-  };
   const double width = std::max(1.2, 1.8 * scale_);
+  const Dash dash = dashed ? dash_of(run) : Dash{1, 0};
+  const double period = (dash.drawn + dash.left_out) * std::max(0.6, scale_);
+  const double drawn = dash.drawn * std::max(0.6, scale_);
+  double from = 0;  // along the curve, since its beginning
   for (std::size_t k = 1; k < std::min(end + 1, errors.size()); ++k) {
-    draw_line(image, plot_x(panel, k - 1), y(k - 1), plot_x(panel, k), y(k), width, color);
+    const double x0 = plot_x(panel, k - 1);
+    const double y0 = plot_y(panel, errors[k - 1]);
+    const double dx = plot_x(panel, k) - x0;
+    const double dy = plot_y(panel, errors[k]) - y0;
+    const double length = std::hypot(dx, dy);
+    if (dash.left_out == 0) {
+      draw_line(image, x0, y0, x0 + dx, y0 + dy, width, color);
+      continue;
+    }
+    for (double at = 0; length > 0 && at < length;) {
+      const double phase = std::fmod(from + at, period);
+      const bool on = phase < drawn;
+      const double next = std::min(length, at + std::max((on ? drawn : period) - phase, 1e-6));
+      if (on) {
+        draw_line(image, x0 + dx * at / length, y0 + dy * at / length, x0 + dx * next / length,
+                  y0 + dy * next / length, width, color);
+      }
+      at = next;
+    }
+    from += length;
+  }
+}
+
+/// Triangles at the top where the curve goes on above it.
+void Composition::draw_clipped(Image& image, const Panel& panel, std::size_t run, std::size_t end) const {
+  const std::vector<double>& errors = comparison_.runs[run].errors;
+  const double top = std::pow(10.0, error_scale_.upper);
+  const TextStyle style{.size = std::max(8.0, 11 * scale_), .color = accent(comparison_.runs[run].panel)};
+  const double apart = 40 * scale_;
+  double last = -1e9;
+  for (std::size_t k = 0; k < std::min(end + 1, errors.size()); ++k) {
+    if (!(errors[k] > top) || plot_x(panel, k) < last + apart) continue;
+    last = plot_x(panel, k);
+    draw_text(image, last - text_width("▲", style) / 2, panel.plot.y + 0.1 * style.size, "▲", style);
   }
 }
 
@@ -263,6 +460,7 @@ void Composition::draw_clock(Image& image, std::size_t k) const {
   const double right = title_.x + title_.width;
   const double base = baseline(title_.y, title_.height, bold.size);
   draw_text(image, right - text_width(time, bold), base, time, bold);
+  if (width_ < 900 * scale_) return;
   // Placed by the longest there will be, so that it stands still.
   const double column = text_width(fmt::format("{:.2f} s", comparison_.times.back()), bold) + 16 * scale_;
   draw_text(image, right - column - text_width(count, small), base, count, small);
@@ -274,37 +472,54 @@ void Composition::draw_strip(Image& image, std::size_t run, std::size_t k) const
   const Run& r = comparison_.runs[run];
   const double cursor = plot_x(panel, k);
   draw_line(image, cursor, plot.y, cursor, plot.y + plot.height, std::max(1.0, scale_), bright, 0.45);
-  if (r.is_reference) {
+  if (r.is_reference()) {
     // It has no error of its own: the strip shows all the others', to compare.
-    for (std::size_t other = 0; other + 1 < comparison_.runs.size(); ++other) {
-      draw_curve(image, panel, other, k, color_of(other));
+    for (std::size_t other = 0; other < comparison_.runs.size(); ++other) {
+      draw_curve(image, panel, other, k, accent(comparison_.runs[other].panel), true);
+      draw_clipped(image, panel, other, k);
     }
     return;
   }
-  draw_curve(image, panel, run, r.errors.size(), faded(color_of(run)));
-  draw_curve(image, panel, run, k, color_of(run));
-  if (r.errors.empty()) return;
-  const double error = r.errors[std::min(k, r.errors.size() - 1)];
+  const Color color = accent(r.panel);
+  draw_curve(image, panel, run, r.errors.size(), faded(color), false);
+  draw_curve(image, panel, run, k, color, false);
+  draw_clipped(image, panel, run, k);
+  if (k >= r.errors.size()) return;
+  const double error = r.errors[k];
   const int dot = std::max(2, static_cast<int>(std::lround(5 * scale_)));
-  const double dot_y = plot.y + plot.height * (1 - std::max(0.0, error_scale_.height(error)));
   fill_rectangle(image, static_cast<int>(std::lround(cursor - 0.5 * dot)),
-                 static_cast<int>(std::lround(dot_y - 0.5 * dot)), dot, dot, color_of(run));
-  const TextStyle bold{.size = text_size(16), .color = color_of(run), .bold = true};
-  const std::string value = length_label(error);
-  const double right = panel.strip.x + panel.strip.width - 8 * scale_;
+                 static_cast<int>(std::lround(plot_y(panel, error) - 0.5 * dot)), dot, dot, color);
+  // Below what the reference knows of itself, an error is that or less.
+  const double certain = comparison_.reference->uncertainty[k];
+  const std::string value = error < certain ? "≤ " + length_label(certain) : length_label(error);
+  TextStyle bold{.size = text_size(16), .color = color, .bold = true};
+  const double right = panel.strip.x + panel.strip.width - 6 * scale_;
+  const double room = right - plot.x - plot.width - 4 * scale_;
+  // By the longest there can be, so that all panels' are of one size.
+  const double widest = text_width("≤ 88.8 mm", bold);
+  if (widest > room) bold.size *= room / widest;
   draw_text(image, right - text_width(value, bold), baseline(panel.strip.y, panel.strip.height, bold.size),
             value, bold);
 }
 
+void Composition::draw_notice(Image& image, std::size_t run, const std::string& text, bool over_all) const {
+  const Box& box = panels_[run].picture;
+  TextStyle bold{.size = text_size(over_all ? 22 : 16), .color = alarm, .bold = true};
+  while (bold.size > 7 && text_width(text, bold) > box.width - 8 * scale_) bold.size *= 0.95;
+  const int height = over_all ? box.height : static_cast<int>(std::lround(1.5 * bold.size));
+  const int y = over_all ? box.y : box.y + box.height - height;
+  fill_rectangle(image, box.x, y, box.width, height, ground, over_all ? 0.55 : 0.8);
+  draw_text(image, box.x + (box.width - text_width(text, bold)) / 2, baseline(y, height, bold.size), text,
+            bold);
+}
+
 void Composition::draw_fate(Image& image, std::size_t run, std::size_t k) const {
   const Run& r = comparison_.runs[run];
-  if (!r.diverged || k < r.poses.size()) return;
-  const Box& box = panels_[run].picture;
-  fill_rectangle(image, box.x, box.y, box.width, box.height, ground, 0.55);
-  const TextStyle bold{.size = text_size(22), .color = alarm, .bold = true};
-  const std::string text = fmt::format("diverged at t = {:.2f} s", *r.diverged);
-  draw_text(image, box.x + (box.width - text_width(text, bold)) / 2, baseline(box.y, box.height, bold.size),
-            text, bold);
+  if (r.is_reference() && k >= comparison_.reference->known) {
+    draw_notice(image, run, "no reference: " + comparison_.reference->fate, k >= r.poses.size());
+  } else if (r.diverged && k >= r.poses.size()) {
+    draw_notice(image, run, fmt::format("diverged at t = {:.2f} s", *r.diverged), true);
+  }
 }
 
 Image Composition::frame(int k, const std::vector<Image>& pictures) const {
@@ -314,7 +529,7 @@ Image Composition::frame(int k, const std::vector<Image>& pictures) const {
   for (std::size_t run = 0; run < panels_.size(); ++run) {
     paste(image, pictures[run], panels_[run].picture.x, panels_[run].picture.y);
     draw_fate(image, run, index);
-    draw_strip(image, run, index);
+    if (has_strips()) draw_strip(image, run, index);
   }
   return image;
 }

@@ -1,9 +1,10 @@
 #pragma once
-/// One frame of a comparison video: the title, six panels with their labels, pictures and error strips.
+/// One frame of a film: the title, panels with their labels, pictures and error strips.
 
 #include <array>
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "render/image.h"
@@ -11,11 +12,13 @@
 
 namespace substep {
 
-/// Dark and calm, so that the six accents stand out; these are told apart by the colour-blind too (after
-/// Okabe and Ito, lightened for the dark ground).
 using Color = std::array<std::uint8_t, 3>;
-Color accent(Algorithm algorithm);
-inline constexpr Color reference_accent{205, 211, 220};
+
+/// A piece of text and its colour.
+using KeyEntry = std::pair<std::string, Color>;
+
+/// inks.h's of the panel, on dark ground.
+Color accent(const PanelChoice& panel);
 
 /// "1.23 m", "45.6 mm", "7.8 µm": three digits at most, for reading, not for files.
 std::string length_label(double metres);
@@ -29,16 +32,24 @@ struct ErrorScale {
 };
 ErrorScale error_scale(const Comparison& comparison);
 
+/// Columns of a grid of `count` panels in a frame of this size, such that pictures of the usual shape are as
+/// large as can be. `above`: height that each row spends on labels and strips.
+int columns_for(int count, int width, int height, int above);
+
+/// Throws Error when films cannot have this size: below 320×180, above 7680×4320 or odd (H.264 wants even).
+void check_film_size(int width, int height);
+
 class Composition {
  public:
-  /// Lays out panels for a frame of this size and draws what does not change. Throws Error when the size is
-  /// below 320×180, above 7680×4320 or odd (H.264 wants even).
-  Composition(const Comparison& comparison, const std::string& title, int width, int height);
+  /// Lays out panels for a frame of this size and draws what does not change. Throws Error when the size
+  /// cannot be, or leaves no room for the pictures. `key`, where there is one, stands below them.
+  Composition(const Comparison& comparison, const std::string& title, int width, int height,
+              const std::vector<KeyEntry>& key = {});
 
   int picture_width() const { return picture_width_; }
   int picture_height() const { return picture_height_; }
 
-  /// `pictures` are those of the runs at this video frame, in their order.
+  /// `pictures` are those of the runs at this film frame, in their order.
   Image frame(int k, const std::vector<Image>& pictures) const;
 
  private:
@@ -48,21 +59,39 @@ class Composition {
   struct Panel {
     Box header, picture, strip, plot;
   };
+  /// How panels' headers are written: all alike.
+  struct HeaderStyle {
+    double factor = 1;  ///< of the text's usual size
+    bool has_words = true;
+    bool has_settings = true;
+  };
 
   double text_size(double at_720) const;
-  Color color_of(std::size_t run) const;
+  bool has_strips() const { return comparison_.reference.has_value(); }
   double plot_x(const Panel& panel, std::size_t k) const;
+  double plot_y(const Panel& panel, double error) const;
   void lay_out();
   void draw_background(const std::string& title);
-  void draw_header(const Panel& panel, std::size_t run);
+  void draw_title(const std::string& title);
+  double header_width(std::size_t run, const HeaderStyle& style) const;
+  HeaderStyle header_style() const;
+  void draw_header(const Panel& panel, std::size_t run, const HeaderStyle& style);
   void draw_grid(const Panel& panel, bool labels);
-  void draw_curve(Image& image, const Panel& panel, std::size_t run, std::size_t end,
-                  const Color& color) const;
+  void draw_certainty(const Panel& panel);
+  void draw_key(const Panel& panel);
+  void draw_curve(Image& image, const Panel& panel, std::size_t run, std::size_t end, const Color& color,
+                  bool dashed) const;
+  void draw_clipped(Image& image, const Panel& panel, std::size_t run, std::size_t end) const;
   void draw_clock(Image& image, std::size_t k) const;
   void draw_strip(Image& image, std::size_t run, std::size_t k) const;
+  void draw_notice(Image& image, std::size_t run, const std::string& text, bool over_all) const;
   void draw_fate(Image& image, std::size_t run, std::size_t k) const;
 
+  void draw_footer(const std::vector<KeyEntry>& key);
+
   const Comparison& comparison_;
+  int footer_ = 0;  ///< its height
+  bool has_axis_ = true;
   int width_;
   int height_;
   double scale_;  ///< 1 at 720 lines

@@ -17,9 +17,16 @@ std::optional<std::filesystem::path> find_ffmpeg();
 /// Reading frames of this size from its standard input, as raw RGB.
 std::vector<std::string> raw_frames_input(int width, int height, double frame_rate);
 
-/// H.264 in MP4: the same bytes on every machine and for every number of threads. Everything between the
-/// input and the name of the output.
-std::vector<std::string> film_output();
+/// What a film is written as: H.264 in MP4, VP9 in WebM, an animated GIF of 256 colours a frame, an animated
+/// PNG.
+enum class Container { mp4, webm, gif, apng };
+
+/// By the file's extension; nothing where it names none of them.
+std::optional<Container> container_of(const std::filesystem::path& file);
+
+/// Everything between the input and the name of the output. The bytes of MP4, GIF and APNG are the same on
+/// every machine and for every number of threads.
+std::vector<std::string> film_output(Container container);
 
 /// As one would type it in a shell.
 std::string command_line(const std::vector<std::string>& arguments);

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "render/image.h"
@@ -20,8 +22,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The run's poses at video frame k; where it diverged before, its last.
-std::vector<Coordinates> poses_at(const Run& run, std::size_t k) {
+/// The run's poses at film frame k; where it diverged before, its last.
+std::vector<Coordinates> poses_at(const Scene& scene, const Run& run, std::size_t k) {
+  if (run.poses.empty()) return initial_state(scene).q;
   std::vector<Coordinates> poses = run.poses[std::min(k, run.poses.size() - 1)];
   for (Coordinates& pose : poses) {
     // What flies off far beyond sight would overflow the renderer's single precision.
@@ -31,32 +34,125 @@ std::vector<Coordinates> poses_at(const Run& run, std::size_t k) {
   return poses;
 }
 
-/// "rod_chain" as a person would write it.
-std::string title_of(const Scene& scene) {
+/// How far from its start any body of the run gets, m.
+double farthest_way(const Run& run) {
+  double farthest = 0;
+  for (const std::vector<Coordinates>& frame : run.poses) {
+    for (std::size_t body = 1; body < frame.size(); ++body) {
+      const double way = (frame[body].linear - run.poses.front()[body].linear).norm();
+      farthest = std::max(farthest, std::isfinite(way) ? way : std::numeric_limits<double>::max());
+    }
+  }
+  return farthest;
+}
+
+/// What cameras look at: the reference where it is known for half of the film or more; else the calmer half
+/// of the runs. One that explodes does not push the others out of sight.
+std::vector<std::vector<Coordinates>> seen_frames(const Scene& scene, const Comparison& comparison) {
+  std::vector<std::vector<Coordinates>> frames{initial_state(scene).q};
+  // Of each run, a hundred frames say where its bodies go.
+  const std::size_t stride = std::max<std::size_t>(1, comparison.times.size() / 100);
+  const auto add = [&](const std::vector<std::vector<Coordinates>>& poses, std::size_t end) {
+    for (std::size_t k = 0; k < end; k += stride) frames.push_back(poses[k]);
+  };
+  if (comparison.reference && 2 * comparison.reference->known >= comparison.times.size()) {
+    add(comparison.reference->poses, comparison.reference->known);
+    return frames;
+  }
+  std::vector<std::pair<double, const Run*>> runs;
+  for (const Run& run : comparison.runs) {
+    if (!run.is_reference() && !run.poses.empty()) runs.emplace_back(farthest_way(run), &run);
+  }
+  std::ranges::stable_sort(runs, {}, [](const auto& run) { return run.first; });
+  for (std::size_t i = 0; i < (runs.size() + 1) / 2; ++i)
+    add(runs[i].second->poses, runs[i].second->poses.size());
+  return frames;
+}
+
+/// The film's, or "rod_chain" as a person would write it.
+std::string title_of(const Scene& scene, const VideoSettings& settings) {
+  if (!settings.title.empty()) return settings.title;
   std::string title = scene.name;
   std::replace(title.begin(), title.end(), '_', ' ');
   return title;
 }
 
-/// Paints video frames of this size; `every` of the comparison's frames is painted, the others are left out.
-std::function<Painter()> painters(const Scene& scene, const Comparison& comparison,
-                                  const Composition& composition, int every) {
-  return [&scene, &comparison, &composition, every]() -> Painter {
-    RenderSettings settings;
-    settings.width = composition.picture_width();
-    settings.height = composition.picture_height();
-    // The camera of a scene without one follows the reference: a run that explodes does not push the others
-    // out of sight.
-    auto renderer = std::make_shared<Renderer>(scene, settings, comparison.reference().poses);
-    return [renderer, &comparison, &composition, every](int k) {
+/// Where the camera of a run is at frame k.
+View view_at(const View& view, const Scene& scene, const VideoSettings& settings,
+             const Comparison& comparison, const Run& run, std::size_t k) {
+  const auto body = static_cast<std::size_t>(settings.camera.follows);
+  Vector3 way = Vector3::Zero();
+  if (!run.poses.empty()) {
+    way = run.poses[std::min(k, run.poses.size() - 1)][body].linear - run.poses.front()[body].linear;
+  }
+  Vector3 middle = Vector3::Zero();
+  for (std::size_t i = 1; i < scene.bodies.size(); ++i) middle += scene.bodies[i].pose.position;
+  middle /= static_cast<double>(std::max<std::size_t>(1, scene.bodies.size() - 1));
+  // A second of film is as many frames as its rate says.
+  const double seconds = static_cast<double>(k) / settings.frame_rate;
+  return moved(view, settings.camera, way, std::min(seconds, static_cast<double>(comparison.times.size())),
+               middle);
+}
+
+/// One panel's picture at film frame k, with its overlays.
+Image panel_picture(Renderer& renderer, const Scene& scene, const VideoSettings& settings,
+                    const Comparison& comparison, const Run& run, std::size_t k) {
+  const std::vector<Coordinates> poses = poses_at(scene, run, k);
+  Image picture = renderer.draw(poses);
+  if (!settings.overlays.any() || run.is_reference()) return picture;
+  const ErrorScale scale = error_scale(comparison);
+  const bool is_known = comparison.reference && k < comparison.reference->known;
+  OverlayFrame frame{scene, renderer.view(), run};
+  frame.k = k;
+  frame.trail = static_cast<std::size_t>(std::max(1L, std::lround(settings.frame_rate)));
+  frame.lower = scale.lower;
+  frame.upper = scale.upper;
+  Image bodies;
+  Image reference_bodies;
+  if (is_known) {
+    frame.reference = &*comparison.reference;
+    if (settings.overlays.error) {
+      bodies = renderer.draw_bodies(poses);
+      frame.bodies = &bodies;
+    }
+    if (settings.overlays.ghost) {
+      reference_bodies = renderer.draw_bodies(comparison.reference->poses[k]);
+      frame.reference_bodies = &reference_bodies;
+    }
+  }
+  draw_overlays(picture, settings.overlays, frame);
+  return picture;
+}
+
+/// Paints film frames of this size; `every` of the comparison's frames is painted, the others are left out.
+std::function<Painter()> painters(const Scene& scene, const VideoSettings& settings,
+                                  const Comparison& comparison, const Composition& composition, int every) {
+  return [&scene, &settings, &comparison, &composition, every]() -> Painter {
+    RenderSettings pictures_settings;
+    pictures_settings.width = composition.picture_width();
+    pictures_settings.height = composition.picture_height();
+    pictures_settings.steps_back = true;
+    Scene seen = scene;
+    if (settings.camera.is_automatic) seen.camera.reset();
+    auto renderer = std::make_shared<Renderer>(seen, pictures_settings, seen_frames(scene, comparison));
+    const View still = renderer->view();
+    return [renderer, still, &scene, &settings, &comparison, &composition, every](int k) {
       const int frame = k * every;
+      const auto index = static_cast<std::size_t>(frame);
       std::vector<Image> pictures;
       for (const Run& run : comparison.runs) {
-        pictures.push_back(renderer->draw(poses_at(run, static_cast<std::size_t>(frame))));
+        renderer->look(view_at(still, scene, settings, comparison, run, index));
+        pictures.push_back(panel_picture(*renderer, scene, settings, comparison, run, index));
       }
       return composition.frame(frame, pictures);
     };
   };
+}
+
+/// The key of the film's overlays.
+std::vector<KeyEntry> key_of(const VideoSettings& settings, const Comparison& comparison) {
+  const ErrorScale scale = error_scale(comparison);
+  return key_of(settings.overlays, scale.lower, scale.upper);
 }
 
 /// A file that ffmpeg writes: beside, then renamed.
@@ -103,10 +199,12 @@ void make_loop(const Scene& scene, const VideoSettings& settings, const Comparis
   for (const LoopAttempt attempt :
        {LoopAttempt{800, 2, 128}, LoopAttempt{800, 3, 96}, LoopAttempt{640, 3, 64}, LoopAttempt{480, 3, 48},
         LoopAttempt{400, 6, 32}}) {
-    const int height = attempt.width * 9 / 16 / 2 * 2;
-    const Composition composition(comparison, title_of(scene), attempt.width, height);
+    const int height =
+        static_cast<int>(std::lround(0.5 * attempt.width * settings.height / settings.width)) * 2;
+    const Composition composition(comparison, title_of(scene, settings), attempt.width, height,
+                                  key_of(settings, comparison));
     const int count = (static_cast<int>(comparison.times.size()) - 1) / attempt.every + 1;
-    const double rate = static_cast<double>(video_frame_rate) / attempt.every;
+    const double rate = settings.frame_rate / attempt.every;
     std::vector<std::string> arguments = raw_frames_input(attempt.width, height, rate);
     const std::string filter = fmt::format(
         "split[a][b];[a]palettegen=max_colors={}:stats_mode=full[p];[b][p]paletteuse=dither=none:diff_mode="
@@ -120,7 +218,7 @@ void make_loop(const Scene& scene, const VideoSettings& settings, const Comparis
       arguments.push_back(word);
     }
     FilmFile film(*settings.loop, program, arguments);
-    paint_in_order(count, settings.threads, painters(scene, comparison, composition, attempt.every),
+    paint_in_order(count, settings.threads, painters(scene, settings, comparison, composition, attempt.every),
                    [&](int k, const Image& frame) {
                      film.write(frame);
                      if (settings.progress) settings.progress("loop", static_cast<double>(k + 1) / count);
@@ -137,8 +235,11 @@ void make_loop(const Scene& scene, const VideoSettings& settings, const Comparis
 /// The frame nearest to the time asked for; without one, well into the film.
 int poster_frame(const Comparison& comparison, const std::optional<double>& time) {
   const int last = static_cast<int>(comparison.times.size()) - 1;
-  const double frame = time ? *time * video_frame_rate : 0.6 * last;
-  return static_cast<int>(std::lround(std::clamp(frame, 0.0, static_cast<double>(last))));
+  const double frame = 0.6 * last;
+  if (!time) return static_cast<int>(std::lround(frame));
+  const auto distance = [&](double t) { return std::abs(t - *time); };
+  const auto nearest = std::ranges::min_element(comparison.times, {}, distance);
+  return static_cast<int>(nearest - comparison.times.begin());
 }
 
 bool is_frame_name(const std::string& name) {
@@ -196,10 +297,23 @@ void FrameFolder::finish() {
 }
 
 VideoReport make_video(const Scene& scene, const VideoSettings& settings) {
+  check_film_size(settings.width, settings.height);
+  if ((settings.overlays.ghost || settings.overlays.error) && !settings.comparison.has_reference) {
+    throw Error("the overlays ghost and error show the reference, and there is none");
+  }
   for (const auto& file : {settings.poster, settings.loop}) {
     if (file) require_folder_of(*file);
   }
-  if (!settings.frames) require_folder_of(settings.output);
+  const std::optional<Container> container = container_of(settings.output);
+  if (!settings.frames) {
+    if (!container) {
+      throw Error(
+          fmt::format("{}: a film's name ends in .mp4, .webm, .gif or .apng, or in .png for a folder "
+                      "of numbered pictures",
+                      settings.output.string()));
+    }
+    require_folder_of(settings.output);
+  }
   const std::optional<fs::path> program = find_ffmpeg();
   if (settings.loop && !program) {
     throw Error("a loop needs ffmpeg, which is not in PATH: on Debian, apt-get install ffmpeg");
@@ -214,9 +328,9 @@ VideoReport make_video(const Scene& scene, const VideoSettings& settings) {
     without_extension.replace_extension();
     report.written = settings.frames.value_or(without_extension.string() + "_frames");
     folder = std::make_unique<FrameFolder>(report.written);
-    std::vector<std::string> arguments{"-framerate", std::to_string(video_frame_rate), "-i",
+    std::vector<std::string> arguments{"-framerate", fmt::format("{}", settings.frame_rate), "-i",
                                        (report.written / "frame_%04d.png").string()};
-    for (const std::string& word : film_output()) arguments.push_back(word);
+    for (const std::string& word : film_output(container.value_or(Container::mp4))) arguments.push_back(word);
     arguments.push_back(settings.output.string());
     report.film_command = command_line(arguments);
   }
@@ -225,18 +339,20 @@ VideoReport make_video(const Scene& scene, const VideoSettings& settings) {
     if (settings.progress) settings.progress("simulating", share);
   });
   const Comparison& comparison = report.comparison;
-  const Composition composition(comparison, title_of(scene), settings.width, settings.height);
+  const Composition composition(comparison, title_of(scene, settings), settings.width, settings.height,
+                                key_of(settings, comparison));
 
   std::unique_ptr<FilmFile> film;
   if (report.is_film) {
-    std::vector<std::string> arguments = raw_frames_input(settings.width, settings.height, video_frame_rate);
-    for (const std::string& word : film_output()) arguments.push_back(word);
+    std::vector<std::string> arguments =
+        raw_frames_input(settings.width, settings.height, settings.frame_rate);
+    for (const std::string& word : film_output(*container)) arguments.push_back(word);
     film = std::make_unique<FilmFile>(settings.output, *program, arguments);
   }
   const int count = static_cast<int>(comparison.times.size());
-  const int held = static_cast<int>(std::lround(settings.hold * video_frame_rate));
+  const int held = static_cast<int>(std::lround(settings.hold * settings.frame_rate));
   std::string poster;
-  paint_in_order(count, settings.threads, painters(scene, comparison, composition, 1),
+  paint_in_order(count, settings.threads, painters(scene, settings, comparison, composition, 1),
                  [&](int k, const Image& frame) {
                    for (int copies = k + 1 == count ? 1 + held : 1; copies > 0; --copies) {
                      if (film) film->write(frame);

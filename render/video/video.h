@@ -1,5 +1,5 @@
 #pragma once
-/// A scene as a comparison video: A1 … A5 and a reference side by side.
+/// A scene as a film: several runs of it side by side.
 
 #include <filesystem>
 #include <functional>
@@ -8,16 +8,22 @@
 #include <string_view>
 
 #include "render/video/comparison.h"
+#include "render/video/film_camera.h"
+#include "render/video/overlay.h"
 #include "sim/scene/scene.h"
 
 namespace substep {
 
 struct VideoSettings {
   ComparisonSettings comparison;
+  std::string title;  ///< empty: the scene's name
+  double frame_rate = 30;
+  FilmCamera camera;
+  Overlays overlays;
   int width = 1280;
   int height = 720;
   double hold = 1;                              ///< s for which the last frame stays
-  std::filesystem::path output;                 ///< the film, MP4
+  std::filesystem::path output;                 ///< the film: .mp4, .webm, .gif or .apng
   std::optional<std::filesystem::path> frames;  ///< a folder for PNG files, instead of the film
   std::optional<std::filesystem::path> poster;  ///< one frame, PNG
   std::optional<double> poster_time;            ///< s; which one
@@ -34,7 +40,8 @@ struct VideoReport {
   std::string film_command;  ///< where there is no film: the ffmpeg command that makes it of the frames
 };
 
-/// Simulates and draws. Where ffmpeg is missing, the frames are left as PNG files in the folder
+/// Simulates and draws. The output's extension says what is written; another is an error. Where ffmpeg is
+/// missing, the frames are left as PNG files in the folder
 /// "<output without extension>_frames", and a loop is an error.
 /// Throws Error; then no output is left half-written.
 VideoReport make_video(const Scene& scene, const VideoSettings& settings);

@@ -1,4 +1,5 @@
 #include "sim/measure/measured_run.h"
+#include "sim/model/joint_anchors.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,12 +11,6 @@ namespace substep {
 namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
-
-bool holds_anchors_together(const Joint& joint) {
-  return std::ranges::any_of(joint.limits, [](const JointLimit& limit) {
-    return !limit.angular && limit.axes == std::array{true, true, true} && limit.min == 0 && limit.max == 0;
-  });
-}
 
 std::vector<Vector3> centres_of(const State& state) {
   std::vector<Vector3> centres;

@@ -91,8 +91,18 @@ TEST_F(CommandLine, WhatCannotBeUnderstoodIsRefused) {
   expect_refused({"render", chain, "--duration", "0.1", "--frame", "7"}, "--frame 7: the last is 6");
   expect_refused({"render", chain, "--duration", "0.1", "--output", "missing"}, "no such folder");
   expect_refused({"video", chain, "--size", "33x33"}, "size 33x33");
+  expect_refused({"render", chain, "--size", "8192x8192"}, "too large for software OpenGL");
+  expect_refused({"video", chain, "--output", "film.avi"}, "film.avi: a film's name ends in .mp4");
+  expect_refused({"video", chain, "--output", "film"}, "film: a film's name ends in .mp4");
   expect_refused({"video", chain, "--duration", "1e9"}, "duration");
   expect_refused({"video", chain, "--reference-substeps", "0"}, "reference sub-steps 0");
+  expect_refused({"video", chain, "--panel", "a6"}, "panel a6: 'a6': give a1 to a5, reference, log:FILE");
+  expect_refused({"video", chain, "--panel", "log:missing.poses.txt"}, "missing.poses.txt");
+  expect_refused({"video", chain, "--panel", "reference", "--no-reference"}, "there is none");
+  expect_refused({"video", chain, "--overlay", "contacts"}, "--overlay 'contacts': give some of trails");
+  expect_refused({"video", chain, "--overlay", "ghost", "--no-reference"}, "there is none");
+  expect_refused({"video", chain, "--camera", "follow:nobody"}, "has no such body: rod");
+  expect_refused({"video", chain, "--start", "9"}, "start 9 s");
   expect_refused({"video", chain, "--loop", "loop.webp"}, "must be a .gif");
   expect_refused({"video", chain, "--poster", "missing/a.png"}, "there is no folder missing");
 }

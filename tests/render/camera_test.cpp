@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <glm/geometric.hpp>
 #include <glm/vec4.hpp>
 
 #include "render/body_mesh.h"
@@ -86,6 +87,35 @@ TEST(View, BodiesThatAreGoneAndSceneryDoNotPullTheCamera) {
   scene.colliders.back().placement.orientation = rotation_quaternion({0, 0, 0.5});
   const View view = automatic_view(gather_body_mesh(scene).parts, frames, aspect);
   EXPECT_EQ(view.eye, near.eye);
+}
+
+TEST(View, ACameraStepsBackAsFarAsIsNeeded) {
+  const Scene scene = three_shapes();
+  const BodyMesh mesh = gather_body_mesh(scene);
+  std::vector<std::vector<Coordinates>> frames{initial_state(scene).q};
+  const View wide = automatic_view(mesh.parts, frames, 1);
+  // It sees all: nothing is changed.
+  EXPECT_EQ(stepped_back(wide, mesh.parts, frames).eye, wide.eye);
+  View near = wide;
+  near.eye += near.forward * 1.0;
+  // What is lost does not count, what moves within the scene does.
+  frames.push_back(frames[0]);
+  frames[1][1].linear += Vector3(0.3, 0.2, 0);
+  frames[1][2].linear = {1e9, 0, 0};
+  const View view = stepped_back(near, mesh.parts, frames);
+  EXPECT_NEAR(glm::length(glm::cross(view.eye - near.eye, near.forward)), 0, 1e-12);
+  double farthest = 0;
+  for (const Part& part : mesh.parts) {
+    for (const std::size_t k : {0, 1}) {
+      const Coordinates& q = frames[k][static_cast<std::size_t>(part.body)];
+      if (is_scenery(part, mesh.parts) || q.linear.norm() > 100) continue;
+      for (const Vector3& corner : part.corners()) {
+        const glm::dvec3 p = project(view, q.angular * corner + q.linear);
+        farthest = std::max({farthest, std::abs(p.x), std::abs(p.y)});
+      }
+    }
+  }
+  EXPECT_NEAR(farthest, 1 / 1.04, 1e-9);
 }
 
 TEST(View, AnEmptySceneStillHasAView) {

@@ -346,6 +346,16 @@ TEST(Renderer, VisualsReplaceColliders) {
   EXPECT_GT(green, triangle * 8 / 10);
 }
 
+TEST(Renderer, AFrameDoesNotDependOnTheRunItIsOf) {
+  Scene scene = empty_scene(false);
+  const int ball = add_body(scene, Sphere{0.25}, {0, 2, 0});
+  scene.camera = Camera{{{0, 2, 6}, Quaternion::Identity()}, 0.8};
+  std::vector<std::vector<Coordinates>> falls(2, initial_state(scene).q);
+  falls[1][static_cast<std::size_t>(ball)].linear.y() = -8;
+  EXPECT_EQ(hash(Renderer(scene, small_picture(), falls).draw(falls[0])),
+            hash(Renderer(scene, small_picture()).draw(falls[0])));
+}
+
 TEST(Renderer, SizesThatCannotBeAreRefused) {
   const Scene scene = three_shapes();
   RenderSettings settings;
@@ -354,6 +364,12 @@ TEST(Renderer, SizesThatCannotBeAreRefused) {
   settings.width = 100000;
   settings.antialiasing = false;
   EXPECT_THROW(Renderer(scene, settings), Error);
+  // Four samples a pixel of 16 bytes: 4 GiB, of which OpenGL would take a half before it gave up.
+  settings.width = settings.height = 8192;
+  settings.antialiasing = true;
+  EXPECT_THROW(check(settings), Error);
+  settings.width = settings.height = 4096;
+  EXPECT_NO_THROW(check(settings));
 }
 
 TEST(Renderer, AnEmptySceneIsGroundAndSky) {

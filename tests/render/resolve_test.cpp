@@ -49,6 +49,22 @@ TEST(Resolve, SamplesAreAveragedAsLight) {
   EXPECT_EQ(covered(255, 3, 0), 137);
 }
 
+TEST(Resolve, AnUprightEdgeHasFourStepsAPixel) {
+  // Three pixels in a row; the first `drawn` columns of samples are white, the ground is black.
+  std::vector<int> middle;
+  for (int drawn = 0; drawn <= 6; ++drawn) {
+    Pixels samples(std::size_t{6} * 2 * 4, 0);
+    for (std::size_t i = 0; i < 12; ++i) {
+      if (static_cast<int>(i % 6) < drawn) std::fill_n(&samples[4 * i], 4, std::uint8_t{255});
+    }
+    Image image(3, 1);
+    cover(image, samples, 2);
+    middle.push_back(image.pixel(1, 0)[0]);
+  }
+  // sRGB's codes of 0, 0, 1/8, 1/2, 7/8, 1, 1.
+  EXPECT_EQ(middle, (std::vector<int>{0, 0, 99, 188, 240, 255, 255}));
+}
+
 TEST(Resolve, NothingDrawnLeavesThePixel) {
   for (const int below : {0, 1, 77, 254, 255}) EXPECT_EQ(covered(below, 0, 255), below);
 }

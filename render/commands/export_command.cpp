@@ -1,0 +1,66 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include "render/animated_glb.h"
+#include "render/commands/commands.h"
+#include "render/commands/run_input.h"
+#include "sim/error.h"
+#include "sim/log/file_output.h"
+
+namespace substep {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ExportOptions {
+  RunInput run;
+  std::optional<fs::path> output;
+  double rate = 60;
+};
+
+void export_run(const ExportOptions& options) {
+  if (options.output) {
+    if (options.output->extension() != ".glb") {
+      throw Error(fmt::format("{}: give a name that ends in .glb", options.output->string()));
+    }
+    require_folder_of(*options.output);
+  }
+  Progress progress;
+  const LoadedRun run = options.run.load(std::nullopt, progress);
+  const PoseLog& log = run.log;
+  // Keys at whole steps that the log has poses of, as near to the rate as these come.
+  const double spacing = log.settings.step * log.full_every;
+  const int every = log.full_every * std::max(1, static_cast<int>(std::lround(1 / (options.rate * spacing))));
+  std::vector<std::vector<Coordinates>> frames;
+  for (std::size_t k = 0; k < log.frames.size(); k += static_cast<std::size_t>(every)) {
+    if (!log.frames[k].poses.empty()) frames.push_back(log.frames[k].poses);
+  }
+  const fs::path output = options.output.value_or(run.stem + ".glb");
+  write_file(output, animated_glb(run.scene, frames, log.settings.step * every));
+  fmt::print("wrote {}: {} frames, {:g} s apart\n", output.string(), frames.size(),
+             log.settings.step * every);
+  if (log.end != "ok") fmt::print("the run {}\n", log.end);
+}
+
+}  // namespace
+
+void add_export_command(CLI::App& app) {
+  CLI::App* const command =
+      app.add_subcommand("export", "Write a run as an animated .glb, for Blender and viewers on the web");
+  const auto options = std::make_shared<ExportOptions>();
+  options->run.add_to(*command);
+  command->add_option("--output", options->output, "The .glb file (SCENE.ALGORITHM.glb)");
+  command->add_option("--rate", options->rate, "Poses in a second, to the nearest whole number of steps")
+      ->check(CLI::Range(0.1, 100000.0))
+      ->capture_default_str();
+  command->footer(
+      "The file holds bodies with what is drawn of them, the ground, the scene's camera and sun.\n"
+      "Example:\n  substep export scenes/ragdoll.gltf --algorithm a5 --output ragdoll.glb");
+  command->callback([options] { export_run(*options); });
+}
+
+}  // namespace substep

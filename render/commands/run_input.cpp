@@ -1,0 +1,80 @@
+#include "render/commands/run_input.h"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <string_view>
+
+#include "render/log_scene.h"
+#include "sim/error.h"
+#include "sim/simulation.h"
+
+namespace substep {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_pose_log(const fs::path& file) {
+  constexpr std::string_view start = "substep pose log";
+  std::string found(start.size(), ' ');
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(found.data(), static_cast<std::streamsize>(found.size()));
+  return stream.gcount() == static_cast<std::streamsize>(start.size()) && found == start;
+}
+
+/// The scene a log was made from, in the same version: its poses would not fit another.
+Scene scene_of(const PoseLog& log, const RunInput& input) {
+  const fs::path file = input.scene.value_or(input.file.parent_path() / log.scene);
+  std::error_code ignored;
+  if (!input.scene && !fs::exists(file, ignored)) {
+    throw Error(fmt::format("{}: its scene {} is not beside it: name it with --scene FILE",
+                            input.file.string(), log.scene));
+  }
+  Scene scene = input.mesh.load(file);
+  require_log_of(scene, log, input.file);
+  return scene;
+}
+
+PoseLog simulated(const Scene& scene, const SolverOptions& solver, std::optional<int> last_frame,
+                  Progress& progress) {
+  const Settings settings = solver.settings(scene);
+  int steps = solver.steps(scene, settings);
+  if (last_frame) {
+    if (*last_frame > steps) {
+      throw Error(fmt::format("--frame {}: the last is {} (--duration makes more)", *last_frame, steps));
+    }
+    steps = *last_frame;
+  }
+  Simulation simulation(scene, settings);
+  return record(simulation, steps, 1, [&](int frame, const StepReport&) {
+    progress.show("simulating", static_cast<double>(frame) / steps);
+  });
+}
+
+}  // namespace
+
+void RunInput::add_to(CLI::App& command) {
+  command.add_option("input", file, "A pose log, or a scene or mesh, which is simulated first")->required();
+  command.add_option("--scene", scene, "The scene of a pose log that is not in the log's folder");
+  solver.add_algorithm_to(command);
+  solver.add_to(command);
+  mesh.add_mesh_options_to(command);
+}
+
+LoadedRun RunInput::load(std::optional<int> last_frame, Progress& progress) const {
+  LoadedRun run;
+  if (is_pose_log(file)) {
+    run.log = read_pose_log(file);
+    run.scene = scene_of(run.log, *this);
+    run.stem = file.filename().string();
+    run.stem = run.stem.substr(0, run.stem.rfind(".poses.txt"));
+    return run;
+  }
+  if (scene) throw Error("--scene: is of use with a pose log only");
+  run.scene = mesh.load(file);
+  run.log = simulated(run.scene, solver, last_frame, progress);
+  run.stem = fmt::format("{}.{}", run.scene.name, name(run.log.settings.algorithm));
+  return run;
+}
+
+}  // namespace substep

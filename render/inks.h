@@ -1,0 +1,37 @@
+#pragma once
+/// The colours of algorithms and engines in all our films and figures: those of Okabe and Ito, which people
+/// who see colours differently tell apart too.
+
+#include <array>
+
+#include "sim/model/settings.h"
+
+namespace substep {
+
+/// On white, and what stands for it on dark ground; as #rrggbb.
+struct Ink {
+  const char* light;
+  const char* dark;
+};
+
+/// 0 ink, 1 orange, 2 blue, 3 green, 4 vermilion, 5 purple, 6 sky, 7 grey.
+inline constexpr std::array<Ink, 8> inks{{{"#222222", "#e6e6e6"},
+                                          {"#e69f00", "#f0b73a"},
+                                          {"#0072b2", "#5db4ea"},
+                                          {"#009e73", "#3fd0a4"},
+                                          {"#d55e00", "#ff8a3d"},
+                                          {"#cc79a7", "#e8a3c8"},
+                                          {"#56b4e9", "#8fd0f5"},
+                                          {"#8c8c8c", "#9d9d9d"}}};
+
+/// Index of `inks`: A1 ink, A2 orange, A3 blue, A4 green, A5 vermilion.
+constexpr int hue_of(Algorithm algorithm) {
+  return static_cast<int>(algorithm);
+}
+
+/// Of the engine at this place of engines().
+constexpr int hue_of_engine(std::size_t index) {
+  return 5 + static_cast<int>(index % 3);
+}
+
+}  // namespace substep

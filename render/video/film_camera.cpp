@@ -1,0 +1,66 @@
+#include "render/video/film_camera.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <numbers>
+
+#include "sim/error.h"
+#include "sim/math/rotation.h"
+
+namespace substep {
+namespace {
+
+int body_named(const std::string& name, const Scene& scene) {
+  std::string known;
+  for (std::size_t body = 1; body < scene.bodies.size(); ++body) {
+    if (scene.bodies[body].name == name) return static_cast<int>(body);
+    if (body <= 12) known += (body > 1 ? ", " : "") + scene.bodies[body].name;
+  }
+  if (scene.bodies.size() > 13) known += ", …";
+  throw Error(fmt::format("--camera follow:{}: {} has no such body: {}", name, scene.name, known));
+}
+
+glm::dvec3 turned(const glm::dvec3& v, const SineCosine& by) {
+  return {by.cosine * v.x + by.sine * v.z, v.y, by.cosine * v.z - by.sine * v.x};
+}
+
+}  // namespace
+
+FilmCamera camera_named(const std::string& text, const Scene& scene) {
+  FilmCamera camera;
+  constexpr std::string_view follow = "follow:";
+  constexpr std::string_view orbit = "orbit:";
+  if (text == "fit") {
+    camera.is_automatic = true;
+  } else if (text.starts_with(follow)) {
+    camera.follows = body_named(text.substr(follow.size()), scene);
+  } else if (text.starts_with(orbit)) {
+    const char* const end = text.data() + text.size();
+    const auto parsed = std::from_chars(text.data() + orbit.size(), end, camera.degrees_per_second);
+    if (parsed.ec != std::errc{} || parsed.ptr != end || !std::isfinite(camera.degrees_per_second)) {
+      throw Error(fmt::format("--camera '{}': give orbit:DEGREES, of a second of film", text));
+    }
+  } else if (text != "scene") {
+    throw Error(fmt::format("--camera '{}': give scene, fit, follow:BODY or orbit:DEGREES", text));
+  }
+  return camera;
+}
+
+View moved(const View& view, const FilmCamera& camera, const Vector3& way, double seconds,
+           const Vector3& middle) {
+  View result = view;
+  if (camera.follows != world_body && way.allFinite()) result.eye += glm::dvec3(way.x(), way.y(), way.z());
+  if (camera.degrees_per_second != 0) {
+    const SineCosine by = sine_cosine(camera.degrees_per_second * seconds * std::numbers::pi / 180);
+    const glm::dvec3 centre(middle.x(), middle.y(), middle.z());
+    result.eye = centre + turned(view.eye - centre, by);
+    result.right = turned(view.right, by);
+    result.up = turned(view.up, by);
+    result.forward = turned(view.forward, by);
+  }
+  return result;
+}
+
+}  // namespace substep

@@ -1,0 +1,49 @@
+#pragma once
+/// What is drawn over a panel's picture, to explain it.
+
+#include <string>
+#include <vector>
+
+#include "render/camera.h"
+#include "render/image.h"
+#include "render/video/comparison.h"
+#include "render/video/composition.h"
+
+namespace substep {
+
+struct Overlays {
+  bool trails = false;  ///< the way of each body's centre in the last second of film
+  bool joints = false;  ///< the anchors that a joint holds together, and the gap where it does not
+  bool ghost = false;   ///< where the reference has the bodies: their outline
+  bool error = false;   ///< bodies in the colour of their distance from where the reference has them
+
+  bool any() const { return trails || joints || ghost || error; }
+};
+
+/// From their names. Throws Error.
+Overlays overlays_named(const std::vector<std::string>& names);
+
+/// What the overlays mean, piece by piece; the colours of errors run from 10^lower to 10^upper m.
+std::vector<KeyEntry> key_of(const Overlays& overlays, int lower, int upper);
+
+/// What one panel's overlays need at film frame k.
+struct OverlayFrame {
+  const Scene& scene;
+  const View& view;
+  const Run& run;
+  const ReferenceRun* reference = nullptr;  ///< where it is known at k
+  std::size_t k = 0;
+  std::size_t trail = 30;                   ///< frames that a trail is long
+  const Image* bodies = nullptr;            ///< the run's, of Renderer::draw_bodies
+  const Image* reference_bodies = nullptr;  ///< the reference's
+  int lower = -3;                           ///< decades of the errors' colours
+  int upper = 0;
+};
+
+void draw_overlays(Image& picture, const Overlays& overlays, const OverlayFrame& frame);
+
+/// Where the view shows a point, in pixels from the top left corner of a picture of this size. False where it
+/// is behind the eye.
+bool project(const View& view, const Vector3& point, int width, int height, double& x, double& y);
+
+}  // namespace substep

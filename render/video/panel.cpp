@@ -1,0 +1,219 @@
+#include "render/video/panel.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <utility>
+
+#include "render/inks.h"
+#include "sim/error.h"
+#include "sim/loading/toml_values.h"
+#include "sim/study/engines/engines.h"
+
+namespace substep {
+namespace {
+
+namespace fs = std::filesystem;
+
+using Values = std::vector<std::pair<std::string, std::string>>;
+
+double number_in(const std::string& key, const std::string& text) {
+  const std::size_t slash = text.find('/');
+  const auto part = [&](std::string_view digits) {
+    double value = 0;
+    const auto parsed = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+    if (parsed.ec != std::errc{} || parsed.ptr != digits.data() + digits.size() || !std::isfinite(value)) {
+      throw Error(fmt::format("'{}={}': give a number", key, text));
+    }
+    return value;
+  };
+  const double above = part(std::string_view(text).substr(0, slash));
+  return slash == std::string::npos ? above : above / part(std::string_view(text).substr(slash + 1));
+}
+
+int count_in(const std::string& key, const std::string& text) {
+  const double value = number_in(key, text);
+  if (value != std::floor(value) || std::abs(value) > 1e6) {
+    throw Error(fmt::format("'{}={}': give a whole number", key, text));
+  }
+  return static_cast<int>(value);
+}
+
+void set(PanelChoice& panel, const std::string& key, const std::string& value) {
+  const bool is_engine = panel.kind == PanelChoice::Kind::engine;
+  if (key == "title") {
+    panel.title = value;
+  } else if (panel.kind == PanelChoice::Kind::log || panel.kind == PanelChoice::Kind::reference) {
+    throw Error(fmt::format("'{}={}': a {} has its own settings, and 'title' alone can be given", key, value,
+                            panel.kind == PanelChoice::Kind::log ? "log" : "reference"));
+  } else if (key == "m") {
+    panel.settings.iterations = count_in(key, value);
+  } else if (key == "step") {
+    panel.settings.step = number_in(key, value);
+  } else if (!is_engine && key == "n") {
+    panel.settings.substeps = count_in(key, value);
+  } else if (!is_engine && key == "tau") {
+    panel.settings.tau = number_in(key, value);
+  } else if (!is_engine && key == "kappa") {
+    panel.settings.kappa = number_in(key, value);
+  } else if (!is_engine && key == "relaxation") {
+    panel.settings.relaxation = number_in(key, value);
+  } else if (!is_engine && key == "joints") {
+    const auto joints = joints_named(value);
+    if (!joints) throw Error(fmt::format("'joints={}': give rows, plain or stable", value));
+    panel.settings.joints = *joints;
+  } else {
+    throw Error(
+        fmt::format("'{}': give some of {}", key,
+                    is_engine ? "m, step, title" : "n, m, tau, kappa, joints, relaxation, step, title"));
+  }
+}
+
+/// The engine of that name, or the first whose name begins with it.
+std::string engine_named(const std::string& text) {
+  const auto begins = [&](const Engine& engine) {
+    return engine.name == text || engine.name.starts_with(text + "-");
+  };
+  const auto found = std::ranges::find_if(engines(), begins);
+  if (!text.empty() && found != engines().end()) return found->name;
+  std::string known;
+  for (const Engine& engine : engines()) known += ", " + engine.name;
+  throw Error(fmt::format("'{}': give a1 to a5, reference, log:FILE{}", text, known));
+}
+
+PanelChoice panel_of(const std::string& show, const Values& values, const Settings& settings) {
+  PanelChoice panel;
+  panel.settings = settings;
+  if (const auto algorithm = algorithm_named(show)) {
+    panel.settings.algorithm = *algorithm;
+  } else if (show == "reference") {
+    panel.kind = PanelChoice::Kind::reference;
+  } else if (show.starts_with("log:")) {
+    panel.kind = PanelChoice::Kind::log;
+    panel.log = show.substr(4);
+  } else {
+    panel.kind = PanelChoice::Kind::engine;
+    panel.engine = engine_named(show);
+  }
+  const bool has_iterations = std::ranges::any_of(values, [](const auto& v) { return v.first == "m"; });
+  for (const auto& [key, value] : values) set(panel, key, value);
+  if (show == "a2" && !has_iterations) panel.settings.iterations *= panel.settings.substeps;
+  if (panel.kind != PanelChoice::Kind::log) check(panel.settings);
+  return panel;
+}
+
+}  // namespace
+
+std::vector<PanelChoice> default_panels(const Settings& settings) {
+  std::vector<PanelChoice> panels;
+  for (const char* const show : {"a1", "a2", "a3", "a4", "a5", "reference"}) {
+    panels.push_back(panel_of(show, {}, settings));
+  }
+  return panels;
+}
+
+PanelChoice panel_in(const std::string& text, const Settings& settings) {
+  try {
+    std::string rest = text;
+    std::string title;
+    // A title may have commas.
+    if (const std::size_t begin = rest.find(",title="); begin != std::string::npos) {
+      title = rest.substr(begin + 7);
+      rest.resize(begin);
+    }
+    Values values;
+    std::size_t end = std::min(rest.find(','), rest.size());
+    const std::string show = rest.substr(0, end);
+    while (end < rest.size()) {
+      const std::size_t begin = end + 1;
+      end = std::min(rest.find(',', begin), rest.size());
+      const std::string word = rest.substr(begin, end - begin);
+      const std::size_t equals = word.find('=');
+      if (equals == std::string::npos) throw Error(fmt::format("'{}': give KEY=VALUE", word));
+      values.emplace_back(word.substr(0, equals), word.substr(equals + 1));
+    }
+    if (!title.empty()) values.emplace_back("title", title);
+    return panel_of(show, values, settings);
+  } catch (const Error& error) {
+    throw Error(fmt::format("panel {}: {}", text, error.what()));
+  }
+}
+
+PanelFile read_panels(const fs::path& file, const Settings& settings) {
+  const TomlValues toml(file);
+  const toml::table root = toml.parse();
+  toml.expect_keys(root, "the film's file", {"title", "panel"});
+  PanelFile result;
+  if (const auto* node = root.get("title")) result.title = toml.text(*node, "title");
+  const toml::node* const list = root.get("panel");
+  if (list == nullptr || !list->is_array_of_tables()) {
+    throw Error(fmt::format("{}: has no [[panel]]", file.string()));
+  }
+  for (const toml::node& node : *list->as_array()) {
+    std::string show;
+    Values values;
+    for (const auto& [key, value] : *node.as_table()) {
+      std::string text;
+      if (const auto words = value.value<std::string>(); words && value.is_string()) {
+        text = *words;
+      } else if (const auto number = value.value<double>(); number && value.is_number()) {
+        text = fmt::format("{}", *number);
+      } else {
+        toml.fail(value, fmt::format("'{}' must be a number or text", key.str()));
+      }
+      if (key.str() == "show") {
+        show = text;
+      } else {
+        values.emplace_back(key.str(), text);
+      }
+    }
+    try {
+      result.panels.push_back(panel_of(show, values, settings));
+    } catch (const Error& error) {
+      toml.fail(node, error.what());
+    }
+    PanelChoice& panel = result.panels.back();
+    if (panel.log.is_relative() && !panel.log.empty()) panel.log = file.parent_path() / panel.log;
+  }
+  return result;
+}
+
+std::string name_of(const PanelChoice& panel) {
+  switch (panel.kind) {
+    case PanelChoice::Kind::algorithm:
+    case PanelChoice::Kind::log:
+      return std::string(title_of(panel.settings.algorithm));
+    case PanelChoice::Kind::engine:
+      return std::ranges::find(engines(), panel.engine, &Engine::name)->label;
+    case PanelChoice::Kind::reference:
+      break;
+  }
+  return "Reference";
+}
+
+std::string settings_of(const PanelChoice& panel) {
+  // label() begins with the algorithm's letter and two spaces.
+  const std::string all = label(panel.settings);
+  switch (panel.kind) {
+    case PanelChoice::Kind::algorithm:
+      return all.substr(all.find("  ") + 2);
+    case PanelChoice::Kind::log:
+      return fmt::format("{}  {}", panel.log.filename().string(), all.substr(all.find("  ") + 2));
+    case PanelChoice::Kind::engine:
+      return all.substr(all.rfind("  ") + 2);
+    case PanelChoice::Kind::reference:
+      break;
+  }
+  return "";
+}
+
+int hue_of(const PanelChoice& panel) {
+  if (panel.kind == PanelChoice::Kind::reference) return 7;
+  if (panel.kind != PanelChoice::Kind::engine) return hue_of(panel.settings.algorithm);
+  const auto found = std::ranges::find(engines(), panel.engine, &Engine::name);
+  return hue_of_engine(static_cast<std::size_t>(found - engines().begin()));
+}
+
+}  // namespace substep

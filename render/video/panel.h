@@ -1,0 +1,46 @@
+#pragma once
+/// What each panel of a film shows.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "sim/model/settings.h"
+
+namespace substep {
+
+struct PanelChoice {
+  enum class Kind { algorithm, engine, log, reference };
+
+  Kind kind = Kind::algorithm;
+  Settings settings;          ///< of an algorithm; of an engine the step and the iterations
+  std::string engine;         ///< its name in engines()
+  std::filesystem::path log;  ///< a finished run
+  std::string title;          ///< words of one's own; empty: what the rest says
+};
+
+/// A1 to A5 with these settings, then the reference. A2 gets n·m iterations: as many row solves.
+std::vector<PanelChoice> default_panels(const Settings& settings);
+
+/// As typed: "a5,n=4,joints=stable", "bullet-si", "log:run.poses.txt", "reference", each with ",title=…" at
+/// its end; "bullet" is the first engine of that name. What is not given is as in `settings`; A2 gets n·m
+/// iterations. Throws Error.
+PanelChoice panel_in(const std::string& text, const Settings& settings);
+
+struct PanelFile {
+  std::string title;  ///< of the film; empty: the scene's name
+  std::vector<PanelChoice> panels;
+};
+
+/// A TOML file of tables [[panel]], each with `show` ("a5", "bullet", "log:run.poses.txt", "reference") and
+/// panel_in()'s keys; and a `title`. Logs are looked for beside the file. Throws Error.
+PanelFile read_panels(const std::filesystem::path& file, const Settings& settings);
+
+/// What stands first, in the panel's colour: "A5", "Bullet SI", "Reference".
+std::string name_of(const PanelChoice& panel);
+/// How it was run: "n=4 m=1 stable  h=1/60".
+std::string settings_of(const PanelChoice& panel);
+/// Index of `inks`.
+int hue_of(const PanelChoice& panel);
+
+}  // namespace substep

@@ -1,0 +1,11 @@
+#pragma once
+/// The two points that a joint holds together.
+
+#include "sim/scene/scene.h"
+
+namespace substep {
+
+/// Whether the joint keeps its frames' origins at one place: its three linear axes are locked.
+bool holds_anchors_together(const Joint& joint);
+
+}  // namespace substep

@@ -1,0 +1,105 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "program.h"
+#include "sim/log/pose_log.h"
+
+namespace substep {
+namespace {
+
+using testing::HasSubstr;
+using Json = nlohmann::json;
+
+class Export : public Program {
+ protected:
+  struct Glb {
+    Json json;
+    std::string binary;
+
+    std::vector<float> floats(int accessor) const {
+      const Json& a = json["accessors"][static_cast<std::size_t>(accessor)];
+      const Json& view = json["bufferViews"][a["bufferView"].get<std::size_t>()];
+      std::vector<float> values(view["byteLength"].get<std::size_t>() / 4);
+      std::memcpy(values.data(), binary.data() + view["byteOffset"].get<std::size_t>(), values.size() * 4);
+      return values;
+    }
+  };
+
+  static std::uint32_t number(const std::string& bytes, std::size_t at) {
+    std::uint32_t value = 0;
+    std::memcpy(&value, bytes.data() + at, 4);
+    return value;
+  }
+
+  Glb read(const std::string& file) const {
+    const std::string bytes = content(file);
+    EXPECT_EQ(bytes.substr(0, 4), "glTF");
+    EXPECT_EQ(number(bytes, 8), bytes.size());
+    const std::uint32_t length = number(bytes, 12);
+    EXPECT_EQ(number(bytes, 20 + length), bytes.size() - 28 - length);
+    return {Json::parse(bytes.substr(20, length)), bytes.substr(28 + length)};
+  }
+};
+
+TEST_F(Export, AGlbHasTheRunsPosesAsKeys) {
+  ASSERT_EQ(run({"run", scene("rod_chain.gltf"), "--algorithm", "a5", "--duration", "0.5", "--output",
+                 "a.poses.txt"})
+                .exit_code,
+            0);
+  const Outcome outcome = run({"export", "a.poses.txt", "--scene", scene("rod_chain.gltf"), "--rate", "30"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("wrote a.glb: 16 frames"));
+  const Glb glb = read("a.glb");
+  const PoseLog log = read_pose_log(folder() / "a.poses.txt");
+
+  ASSERT_EQ(glb.json["animations"].size(), 1u);
+  const Json& animation = glb.json["animations"][0];
+  ASSERT_EQ(animation["channels"].size(), 6u);  // three rods move and turn
+  for (const Json& channel : animation["channels"]) {
+    const Json& sampler = animation["samplers"][channel["sampler"].get<std::size_t>()];
+    const std::vector<float> times = glb.floats(sampler["input"]);
+    ASSERT_EQ(times.size(), 16u);
+    EXPECT_FLOAT_EQ(times.back(), 0.5F);
+    const std::string name = glb.json["nodes"][channel["target"]["node"].get<std::size_t>()]["name"];
+    const auto body = static_cast<std::size_t>(std::ranges::find(log.bodies, name) - log.bodies.begin());
+    ASSERT_LT(body, log.bodies.size()) << name;
+    const std::vector<float> keys = glb.floats(sampler["output"]);
+    const bool is_turn = channel["target"]["path"] == "rotation";
+    ASSERT_EQ(keys.size(), is_turn ? 64u : 48u);
+    for (std::size_t k = 0; k < 16; ++k) {
+      const Coordinates& q = log.frames[2 * k].poses[body];
+      if (is_turn) {
+        const Eigen::Vector4f key(&keys[4 * k]);
+        EXPECT_NEAR(std::abs(key.dot(q.angular.coeffs().cast<float>())), 1, 1e-6);
+        if (k > 0) {
+          EXPECT_GT(key.dot(Eigen::Vector4f(&keys[4 * k - 4])), 0);
+        }
+      } else {
+        EXPECT_LT((Eigen::Vector3f(&keys[3 * k]) - q.linear.cast<float>()).norm(), 1e-6);
+      }
+    }
+  }
+  EXPECT_EQ(glb.json["cameras"].size(), 1u);
+  EXPECT_EQ(glb.json["extensions"]["KHR_lights_punctual"]["lights"].size(), 1u);
+}
+
+TEST_F(Export, EqualBodiesShareAMesh) {
+  ASSERT_EQ(run({"export", scene("box_pyramid.gltf"), "--duration", "0", "--output", "p.glb"}).exit_code, 0);
+  const Glb glb = read("p.glb");
+  EXPECT_GT(glb.json["nodes"].size(), 50u);
+  EXPECT_LT(glb.json["meshes"].size(), 12u);
+  EXPECT_FALSE(glb.json.contains("animations"));
+  expect_refused({"export", scene("pendulum.gltf"), "--output", "p.obj"},
+                 "p.obj: give a name that ends in .glb");
+  expect_refused({"export", scene("pendulum.gltf"), "--output", "missing/p.glb"},
+                 "there is no folder missing");
+}
+
+}  // namespace
+}  // namespace substep
