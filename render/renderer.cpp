@@ -17,6 +17,7 @@
 #include "render/shadow_map.h"
 #include "render/targets.h"
 #include "sim/error.h"
+#include "sim/math/floating_point.h"
 
 namespace substep {
 
@@ -250,15 +251,19 @@ Image Renderer::Implementation::draw_colors(std::span<const Coordinates> poses) 
 }
 
 Renderer::Renderer(const Scene& scene, const RenderSettings& settings,
-                   std::span<const std::vector<Coordinates>> reference)
-    : implementation_(std::make_unique<Implementation>(scene, settings, reference)) {}
+                   std::span<const std::vector<Coordinates>> reference) {
+  const DefaultFloatingPoint environment;
+  implementation_ = std::make_unique<Implementation>(scene, settings, reference);
+}
 Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;
 
 Image Renderer::draw(std::span<const Coordinates> poses) {
+  const DefaultFloatingPoint environment;
   return implementation_->draw(poses);
 }
 Image Renderer::draw_bodies(std::span<const Coordinates> poses) {
+  const DefaultFloatingPoint environment;
   return implementation_->draw_colors(poses);
 }
 
