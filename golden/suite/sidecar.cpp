@@ -6,6 +6,9 @@
 #include <array>
 #include <cmath>
 
+#include "sim/error.h"
+#include "sim/loading/parse_json.h"
+
 namespace substep {
 namespace {
 
@@ -49,14 +52,16 @@ const Sidecar::Picture* Sidecar::picture(int frame) const {
 
 Sidecar read_sidecar(const fs::path& file) {
   Sidecar result;
+  if (!fs::exists(file)) return result;
   try {
-    if (!fs::exists(file)) return {};
-    const Json json = Json::parse(read_bytes(file));
+    const Json json = parse_json<Json>(read_bytes(file), file.string());
     result.scene_hash = json.at("scene_hash");
     result.made_with = json.at("made_with");
     read_pictures(json, file.parent_path(), result);
-  } catch (const Json::exception&) {
-    return {};
+  } catch (const Json::exception& error) {
+    throw Error(
+        fmt::format("{}: is not what 'substep approve' writes: put back what it wrote, or delete it ({})",
+                    file.string(), error.what()));
   }
   return result;
 }

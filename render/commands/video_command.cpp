@@ -1,9 +1,12 @@
 #include <fmt/format.h>
 
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "render/commands/commands.h"
 #include "render/video/composition.h"
@@ -40,12 +43,18 @@ void print_table(const Comparison& comparison) {
 
 void make(VideoOptions& options) {
   const Scene scene = options.scene.load();
+  note_cost_of_a1(scene);
   VideoSettings& video = options.video;
   video.comparison.settings = options.solver.settings(scene);
   video.comparison.duration = options.solver.seconds(scene);
   video.comparison.threads = video.threads;
   if (!(video.threads >= 1 && video.threads <= 64)) {
     throw Error(fmt::format("--threads {}: must be from 1 to 64", video.threads));
+  }
+  // What CLI11 compares with a range may be no number.
+  if (std::isnan(video.hold)) throw Error("--hold nan: must be from 0 to 60 s");
+  if (video.poster_time && !std::isfinite(*video.poster_time)) {
+    throw Error(fmt::format("--poster-time {}: give seconds", *video.poster_time));
   }
   const ImageSize size = image_size_in(options.size);
   video.width = size.width;
@@ -54,6 +63,12 @@ void make(VideoOptions& options) {
   if (video.loop && video.loop->extension() != ".gif") {
     throw Error(fmt::format("--loop {}: must be a .gif file", video.loop->string()));
   }
+  std::vector<GivenFile> outputs{{"--output", video.output}};
+  for (const auto& [role, file] : {std::pair("--frames", video.frames), std::pair("--poster", video.poster),
+                                   std::pair("--loop", video.loop)}) {
+    if (file) outputs.push_back({role, *file});
+  }
+  options.scene.require_separate(outputs);
 
   VideoReport report;
   {

@@ -2,19 +2,24 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <poll.h>
 #include <spawn.h>
+#include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <csignal>
-#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <string_view>
+#include <thread>
+#include <utility>
 
 #include "sim/error.h"
+#include "sim/log/partial_file.h"
 
 namespace substep {
 
@@ -73,10 +78,70 @@ std::string command_line(const std::vector<std::string>& arguments) {
   return line;
 }
 
+namespace {
+
+/// A file in memory: what ffmpeg says is there even where the disk is full.
+int memory_file(const char* name) {
+  return ::memfd_create(name, MFD_CLOEXEC);
+}
+
+std::string content_of(int descriptor) {
+  std::string text;
+  std::array<char, 4096> buffer{};
+  for (ssize_t count = 0;
+       (count = ::pread(descriptor, buffer.data(), buffer.size(), static_cast<off_t>(text.size()))) > 0;) {
+    text.append(buffer.data(), static_cast<std::size_t>(count));
+  }
+  return text;
+}
+
+/// The last line; the lines before it are its context.
+std::string last_line(std::string text) {
+  while (!text.empty() && (text.back() == '\n' || text.back() == '\r')) text.pop_back();
+  const std::size_t start = text.find_last_of("\r\n");
+  return start == std::string::npos ? text : text.substr(start + 1);
+}
+
+/// Starts `words`, of which the first is the program. Returns 0 or the errno of what failed.
+int start(std::vector<std::string>& words, int input, int output, int messages, pid_t& process) {
+  std::vector<char*> pointers;
+  pointers.reserve(words.size() + 1);
+  for (std::string& word : words) pointers.push_back(word.data());
+  pointers.push_back(nullptr);
+  posix_spawn_file_actions_t actions;
+  ::posix_spawn_file_actions_init(&actions);
+  ::posix_spawn_file_actions_adddup2(&actions, input, STDIN_FILENO);
+  ::posix_spawn_file_actions_adddup2(&actions, output, STDOUT_FILENO);
+  ::posix_spawn_file_actions_adddup2(&actions, messages, STDERR_FILENO);
+  posix_spawnattr_t attributes;
+  ::posix_spawnattr_init(&attributes);
+  sigset_t signals;
+  ::sigemptyset(&signals);
+  ::sigaddset(&signals, SIGPIPE);
+  ::sigaddset(&signals, SIGXFSZ);
+  ::posix_spawnattr_setsigdefault(&attributes, &signals);
+  ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF);
+  const int failure =
+      ::posix_spawn(&process, words.front().c_str(), &actions, &attributes, pointers.data(), environ);
+  ::posix_spawnattr_destroy(&attributes);
+  ::posix_spawn_file_actions_destroy(&actions);
+  return failure;
+}
+
+}  // namespace
+
 struct Ffmpeg::Implementation {
+  using Clock = std::chrono::steady_clock;
+
   pid_t process = -1;
+  std::optional<PartialFileWriter> writer;  // of `process`, as long as it runs
   int pipe = -1;
-  std::FILE* messages = nullptr;
+  int messages = -1;
+  int answer = -1;
+  fs::path output;
+  std::chrono::milliseconds patience{};
+  std::uintmax_t size = 0;  // of `output` when it was looked at last
+  Clock::time_point last_progress = Clock::now();
   struct sigaction previous {};
 
   Implementation() {
@@ -89,10 +154,13 @@ struct Ffmpeg::Implementation {
   ~Implementation() {
     close_pipe();
     if (process > 0) {
-      ::kill(process, SIGTERM);
-      wait();
+      // It may not listen to anything milder.
+      ::kill(process, SIGKILL);
+      reap(0);
     }
-    if (messages != nullptr) std::fclose(messages);
+    for (const int descriptor : {messages, answer}) {
+      if (descriptor >= 0) ::close(descriptor);
+    }
     ::sigaction(SIGPIPE, &previous, nullptr);
   }
 
@@ -101,90 +169,109 @@ struct Ffmpeg::Implementation {
     pipe = -1;
   }
 
-  int wait() {
+  /// Its status once it has ended.
+  std::optional<int> reap(int flags) {
     int status = 0;
-    while (::waitpid(process, &status, 0) < 0 && errno == EINTR) {
+    pid_t ended = 0;
+    while ((ended = ::waitpid(process, &status, flags)) < 0 && errno == EINTR) {
     }
+    if (ended == 0) return std::nullopt;
     process = -1;
+    writer.reset();
     return status;
   }
 
-  /// The last line that ffmpeg wrote; the lines before it are its context.
-  std::string last_message() const {
-    std::string text;
-    std::rewind(messages);
-    std::array<char, 4096> buffer{};
-    for (std::size_t count = 0; (count = std::fread(buffer.data(), 1, buffer.size(), messages)) > 0;) {
-      text.append(buffer.data(), count);
+  /// Throws Error when nothing has happened for too long.
+  void require_progress() {
+    std::error_code none;
+    const std::uintmax_t now = output.empty() ? 0 : fs::file_size(output, none);
+    if (!none && now != size) {
+      size = now;
+      last_progress = Clock::now();
     }
-    while (!text.empty() && (text.back() == '\n' || text.back() == '\r')) text.pop_back();
-    const std::size_t start = text.find_last_of("\r\n");
-    return start == std::string::npos ? text : text.substr(start + 1);
+    if (Clock::now() - last_progress < patience) return;
+    throw Error(fmt::format("ffmpeg has done nothing for {:g} s: it was ended",
+                            std::chrono::duration<double>(patience).count()));
   }
 };
 
-Ffmpeg::Ffmpeg(const fs::path& program, const std::vector<std::string>& arguments)
+Ffmpeg::Ffmpeg(const fs::path& program, const std::vector<std::string>& arguments, fs::path output,
+               std::chrono::milliseconds patience)
     : implementation_(std::make_unique<Implementation>()) {
   Implementation& self = *implementation_;
-  self.messages = std::tmpfile();
+  self.output = std::move(output);
+  self.patience = patience;
+  self.messages = memory_file("messages");
+  self.answer = memory_file("answer");
   std::array<int, 2> ends{-1, -1};
-  if (self.messages == nullptr || ::pipe2(ends.data(), O_CLOEXEC) != 0) {
+  if (self.messages < 0 || self.answer < 0 || ::pipe2(ends.data(), O_CLOEXEC) != 0) {
     throw Error(fmt::format("{}: cannot be started: {}", program.string(), std::strerror(errno)));
   }
   self.pipe = ends[1];
-
+  // So that a pipe that is never emptied can be given up.
+  ::fcntl(self.pipe, F_SETFL, O_NONBLOCK);
   std::vector<std::string> words{program.string(), "-hide_banner", "-loglevel", "error", "-y"};
   words.insert(words.end(), arguments.begin(), arguments.end());
-  std::vector<char*> pointers;
-  pointers.reserve(words.size() + 1);
-  for (std::string& word : words) pointers.push_back(word.data());
-  pointers.push_back(nullptr);
-
-  posix_spawn_file_actions_t actions;
-  ::posix_spawn_file_actions_init(&actions);
-  ::posix_spawn_file_actions_adddup2(&actions, ends[0], STDIN_FILENO);
-  ::posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-  ::posix_spawn_file_actions_adddup2(&actions, ::fileno(self.messages), STDERR_FILENO);
-  posix_spawnattr_t attributes;
-  ::posix_spawnattr_init(&attributes);
-  sigset_t signals;
-  ::sigemptyset(&signals);
-  ::sigaddset(&signals, SIGPIPE);
-  ::posix_spawnattr_setsigdefault(&attributes, &signals);
-  ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF);
-  const int failure =
-      ::posix_spawn(&self.process, program.c_str(), &actions, &attributes, pointers.data(), environ);
-  ::posix_spawnattr_destroy(&attributes);
-  ::posix_spawn_file_actions_destroy(&actions);
+  const int failure = start(words, ends[0], self.answer, self.messages, self.process);
   ::close(ends[0]);
   if (failure != 0) {
     self.process = -1;
     throw Error(fmt::format("{}: cannot be started: {}", program.string(), std::strerror(failure)));
   }
+  self.writer.emplace(self.process);
 }
 
 Ffmpeg::~Ffmpeg() = default;
 
 void Ffmpeg::write(std::span<const std::uint8_t> bytes) {
+  Implementation& self = *implementation_;
+  self.last_progress = Implementation::Clock::now();
   while (!bytes.empty()) {
-    const ssize_t written = ::write(implementation_->pipe, bytes.data(), bytes.size());
+    const ssize_t written = ::write(self.pipe, bytes.data(), bytes.size());
     if (written >= 0) {
       bytes = bytes.subspan(static_cast<std::size_t>(written));
+      self.last_progress = Implementation::Clock::now();
     } else if (errno == EPIPE) {
       finish();
       throw Error("ffmpeg ended before it had all frames");
+    } else if (errno == EAGAIN) {
+      pollfd room{self.pipe, POLLOUT, 0};
+      ::poll(&room, 1, 100);
+      self.require_progress();
     } else if (errno != EINTR) {
       throw Error(fmt::format("ffmpeg cannot be written to: {}", std::strerror(errno)));
     }
   }
 }
 
-void Ffmpeg::finish() {
-  implementation_->close_pipe();
-  const int status = implementation_->wait();
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return;
-  const std::string message = implementation_->last_message();
+std::string Ffmpeg::finish() {
+  Implementation& self = *implementation_;
+  self.close_pipe();
+  self.last_progress = Implementation::Clock::now();
+  std::optional<int> status;
+  for (auto pause = std::chrono::milliseconds(1); !(status = self.reap(WNOHANG));) {
+    self.require_progress();
+    std::this_thread::sleep_for(pause);
+    pause = std::min(2 * pause, std::chrono::milliseconds(50));
+  }
+  const std::string message = last_line(content_of(self.messages));
+  if (WIFEXITED(*status) && WEXITSTATUS(*status) == 0 && message.empty()) return content_of(self.answer);
   throw Error(fmt::format("ffmpeg failed: {}", message.empty() ? "it gave no reason" : message));
+}
+
+void require_whole_film(const fs::path& program, const fs::path& film, int frames) {
+  // One line a packet, and comments.
+  Ffmpeg reader(program,
+                {"-i", "file:" + film.string(), "-map", "0:v:0", "-c", "copy", "-f", "framecrc", "pipe:1"});
+  const std::string list = reader.finish();
+  int found = 0;
+  for (std::size_t start = 0; start < list.size();
+       start = std::min(list.find('\n', start), list.size()) + 1) {
+    found += list[start] != '#';
+  }
+  if (found != frames) {
+    throw Error(fmt::format("ffmpeg failed: its film has {} frames of {}", found, frames));
+  }
 }
 
 }  // namespace substep

@@ -3,11 +3,13 @@
 
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 
 #include "render/video/comparison.h"
+#include "sim/log/partial_file.h"
 #include "sim/scene/scene.h"
 
 namespace substep {
@@ -44,16 +46,12 @@ VideoReport make_video(const Scene& scene, const VideoSettings& settings);
 class FrameFolder {
  public:
   explicit FrameFolder(const std::filesystem::path& folder);
-  ~FrameFolder();
-  FrameFolder(const FrameFolder&) = delete;
-  FrameFolder& operator=(const FrameFolder&) = delete;
-
   std::filesystem::path next();  ///< the file to write the next frame to
   void finish();
 
  private:
   std::filesystem::path folder_;
-  std::filesystem::path partial_;
+  std::unique_ptr<PartialFile> partial_;
   int count_ = 0;
 };
 
