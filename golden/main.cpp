@@ -8,6 +8,7 @@
 #include <string>
 
 #include "golden/commands/commands.h"
+#include "golden/process.h"
 #include "render/commands/commands.h"
 #include "render/renderer.h"
 #include "sim/commands/commands.h"
@@ -70,13 +71,17 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   try {
+    substep::prepare_process();
     substep::pin_renderer();
-    return substep::run(argc, argv);
+    const int code = substep::run(argc, argv);
+    substep::flush_output();
+    return code;
   } catch (const substep::Error& error) {
     return substep::refuse(error.what());
   } catch (const std::bad_alloc&) {
-    return substep::refuse("there is not enough memory for this");
+    return substep::refuse_for_memory();
   } catch (const std::exception& error) {
-    return substep::refuse(error.what());
+    const bool is_output = std::ferror(stdout) != 0;
+    return substep::refuse(is_output ? fmt::format("standard output: {}", error.what()) : error.what());
   }
 }

@@ -20,6 +20,7 @@
 #include "render/shadow_map.h"
 #include "render/targets.h"
 #include "sim/error.h"
+#include "sim/math/floating_point.h"
 
 namespace substep {
 
@@ -302,8 +303,10 @@ void check(const RenderSettings& settings) {
 }
 
 Renderer::Renderer(const Scene& scene, const RenderSettings& settings,
-                   std::span<const std::vector<Coordinates>> reference)
-    : implementation_(std::make_unique<Implementation>(scene, settings, reference)) {}
+                   std::span<const std::vector<Coordinates>> reference) {
+  const DefaultFloatingPoint environment;
+  implementation_ = std::make_unique<Implementation>(scene, settings, reference);
+}
 Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;
 
@@ -317,9 +320,11 @@ void Renderer::look(const View& view) {
 }
 
 Image Renderer::draw(std::span<const Coordinates> poses) {
+  const DefaultFloatingPoint environment;
   return implementation_->draw(poses);
 }
 Image Renderer::draw_bodies(std::span<const Coordinates> poses) {
+  const DefaultFloatingPoint environment;
   return implementation_->draw_colors(poses);
 }
 

@@ -7,6 +7,7 @@
 #include "sim/constraints/formulate.h"
 #include "sim/direct/mlcp_text.h"
 #include "sim/error.h"
+#include "sim/math/floating_point.h"
 #include "sim/model/model.h"
 
 namespace substep {
@@ -152,6 +153,7 @@ Simulation::Simulation(const Scene& scene, const Settings& settings, const Conta
 
 Simulation::Simulation(const Scene& scene, const Settings& settings, Procedure procedure,
                        const ContactReading& reading) {
+  const DefaultFloatingPoint environment;
   check(settings);
   implementation_ = std::make_unique<Implementation>(scene, settings, std::move(procedure), reading);
 }
@@ -160,6 +162,7 @@ Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 
 const StepReport& Simulation::step() {
+  const DefaultFloatingPoint environment;
   implementation_->step();
   return implementation_->report;
 }

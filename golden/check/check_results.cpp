@@ -7,6 +7,7 @@
 
 #include "golden/suite/sidecar.h"
 #include "sim/error.h"
+#include "sim/loading/parse_json.h"
 #include "sim/log/file_output.h"
 
 namespace substep {
@@ -264,7 +265,7 @@ Json read_results_json(const fs::path& output) {
         fmt::format("{}: not there: run 'substep check' first, and look at what it shows", file.string()));
   }
   try {
-    Json json = Json::parse(read_bytes(file));
+    Json json = parse_json<Json>(read_bytes(file), file.string());
     if (json.at("format") != results_format) {
       throw Error(
           fmt::format("{}: is of another version of substep: run 'substep check' again", file.string()));

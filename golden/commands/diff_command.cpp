@@ -35,10 +35,15 @@ bool differ(const PoseLog& expected, const PoseLog& actual) {
   std::istringstream headers(difference.headers);
   for (std::string line; std::getline(headers, line);) fmt::print("{}\n", line);
   if (difference.first_frame < 0) {
-    fmt::print("all {} frames have the same state\n", expected.frames.size());
+    fmt::print("all {} frames have the same {}\n", expected.frames.size(),
+               difference.first_contradiction < 0 ? "state" : "hash");
   } else {
     fmt::print("first different state: frame {} ({:g} s)\n", difference.first_frame,
                difference.first_frame * expected.settings.step);
+  }
+  if (difference.first_contradiction >= 0) {
+    fmt::print("frame {}: other poses under one hash: one of the files was edited, or is damaged\n",
+               difference.first_contradiction);
   }
   if (difference.first_full_frame >= 0) {
     const std::string where = fmt::format("first poses from there on: frame {}", difference.first_full_frame);
@@ -51,6 +56,8 @@ bool differ(const PoseLog& expected, const PoseLog& actual) {
                  turned ? std::string("orientation") : fmt::format("position {}", difference.axis),
                  difference.size, turned ? "rad" : "m");
     }
+  }
+  if (difference.first_full_frame >= 0 || difference.first_contradiction >= 0) {
     fmt::print("largest over all poses: {:.3g} m, {:.3g} rad\n", difference.largest_position,
                difference.largest_orientation);
   }

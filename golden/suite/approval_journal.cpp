@@ -78,16 +78,6 @@ std::vector<NewGolden> files_in(const fs::path& journal, const fs::path& suite_f
   return files;
 }
 
-/// What a write that was killed left beside `file`.
-void remove_partial_files(const fs::path& file) {
-  const std::string start = fmt::format(".{}.", file.filename().string());
-  std::error_code none;
-  for (const auto& entry : fs::directory_iterator(file.parent_path(), none)) {
-    const std::string name = entry.path().filename().string();
-    if (name.starts_with(start) && name.ends_with(".partial")) fs::remove(entry.path(), none);
-  }
-}
-
 /// Holds a file for one process at a time.
 class FileLock {
  public:
@@ -110,10 +100,11 @@ void finish(const fs::path& journal, const fs::path& suite_folder) {
   if (!fs::exists(journal, none)) return;  // another process was first
   for (const NewGolden& file : files_in(journal, suite_folder)) {
     fs::create_directories(file.file.parent_path(), none);
-    remove_partial_files(file.file);
     write_file(file.file, file.content);
   }
   fs::remove(journal);
+  // A journal that came back after a power failure would undo what was approved since.
+  flush_folder(journal.parent_path());
 }
 
 }  // namespace
@@ -121,7 +112,6 @@ void finish(const fs::path& journal, const fs::path& suite_folder) {
 void replace_goldens(const fs::path& suite_folder, const std::string& case_name,
                      std::span<const NewGolden> files) {
   const fs::path journal = normal_path(suite_folder) / ("." + case_name + journal_extension);
-  remove_partial_files(journal);
   write_file(journal, journal_of(suite_folder, files));
   finish(journal, suite_folder);
 }

@@ -8,6 +8,7 @@
 
 #include "golden/suite/scene_parts.h"
 #include "sim/error.h"
+#include "sim/loading/parse_json.h"
 
 namespace substep {
 namespace {
@@ -74,7 +75,7 @@ Sidecar read_sidecar(const fs::path& file) {
   if (!fs::exists(file)) return result;
   result.is_there = true;
   try {
-    const Json json = Json::parse(read_bytes(file));
+    const Json json = parse_json<Json>(read_bytes(file), file.string());
     result.scene_hash = json.at("scene_hash");
     result.made_with = json.at("made_with");
     if (json.contains("parts")) result.parts = json.at("parts");

@@ -52,6 +52,9 @@ void draw_sheet(const SheetOptions& options) {
   constexpr int label_height = 22;
   const ImageSize size = image_size_in(options.size);
   require_folder_of(options.output);
+  std::vector<GivenFile> inputs;
+  for (const fs::path& scene : options.scenes) inputs.push_back({"a scene", scene});
+  require_separate_files(inputs, std::vector<GivenFile>{{"--output", options.output}});
 
   const int count = static_cast<int>(options.scenes.size());
   const int columns = std::min(options.columns, count);

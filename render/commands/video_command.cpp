@@ -1,10 +1,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "render/commands/commands.h"
@@ -85,6 +87,7 @@ void choose_panels(const VideoOptions& options, const Settings& base, VideoSetti
 
 void make(VideoOptions& options) {
   const Scene scene = options.scene.load();
+  note_cost_of_a1(scene);
   VideoSettings& video = options.video;
   const Settings base = options.solver.settings(scene);
   choose_panels(options, base, video);
@@ -99,6 +102,11 @@ void make(VideoOptions& options) {
   if (!(video.threads >= 1 && video.threads <= 64)) {
     throw Error(fmt::format("--threads {}: must be from 1 to 64", video.threads));
   }
+  // What CLI11 compares with a range may be no number.
+  if (std::isnan(video.hold)) throw Error("--hold nan: must be from 0 to 60 s");
+  if (video.poster_time && !std::isfinite(*video.poster_time)) {
+    throw Error(fmt::format("--poster-time {}: give seconds", *video.poster_time));
+  }
   const ImageSize size = image_size_in(options.size);
   video.width = size.width;
   video.height = size.height;
@@ -111,6 +119,12 @@ void make(VideoOptions& options) {
   if (video.loop && video.loop->extension() != ".gif") {
     throw Error(fmt::format("--loop {}: must be a .gif file", video.loop->string()));
   }
+  std::vector<GivenFile> outputs{{"--output", video.output}};
+  for (const auto& [role, file] : {std::pair("--frames", video.frames), std::pair("--poster", video.poster),
+                                   std::pair("--loop", video.loop)}) {
+    if (file) outputs.push_back({role, *file});
+  }
+  options.scene.require_separate(outputs);
 
   VideoReport report;
   {

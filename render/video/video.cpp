@@ -16,6 +16,7 @@
 #include "render/video/frame_queue.h"
 #include "sim/error.h"
 #include "sim/log/file_output.h"
+#include "sim/log/partial_file.h"
 
 namespace substep {
 namespace {
@@ -159,31 +160,29 @@ std::vector<KeyEntry> key_of(const VideoSettings& settings, const Comparison& co
 class FilmFile {
  public:
   FilmFile(const fs::path& file, const fs::path& program, std::vector<std::string> arguments)
-      : file_(file), partial_(partial_file(file)) {
-    arguments.push_back("file:" + partial_.string());
-    ffmpeg_ = std::make_unique<Ffmpeg>(program, arguments);
+      : program_(program), partial_(file) {
+    arguments.push_back("file:" + partial_.path().string());
+    ffmpeg_ = std::make_unique<Ffmpeg>(program, arguments, partial_.path());
   }
-  ~FilmFile() {
-    ffmpeg_.reset();
-    std::error_code ignored;
-    fs::remove(partial_, ignored);
+
+  void write(const Image& frame) {
+    ffmpeg_->write(frame.rgb);
+    ++frames_;
   }
-  FilmFile(const FilmFile&) = delete;
-  FilmFile& operator=(const FilmFile&) = delete;
 
-  void write(const Image& frame) { ffmpeg_->write(frame.rgb); }
-
-  /// Waits until the file is complete; returns its size.
+  /// Waits until the file is complete and looks at it; returns its size. Throws Error.
   std::uintmax_t complete() {
     ffmpeg_->finish();
-    return fs::file_size(partial_);
+    require_whole_film(program_, partial_.path(), frames_);
+    return fs::file_size(partial_.path());
   }
-  void publish() { fs::rename(partial_, file_); }
+  void publish() { partial_.publish(); }
 
  private:
-  fs::path file_;
-  fs::path partial_;
-  std::unique_ptr<Ffmpeg> ffmpeg_;
+  fs::path program_;
+  PartialFile partial_;
+  std::unique_ptr<Ffmpeg> ffmpeg_;  // ended before its file is removed
+  int frames_ = 0;
 };
 
 struct LoopAttempt {
@@ -269,20 +268,11 @@ FrameFolder::FrameFolder(const fs::path& folder)
   } else {
     require_folder_of(folder_);
   }
-  partial_ = partial_file(folder_);
-  std::error_code failure;
-  if (!fs::create_directory(partial_, failure)) {
-    throw Error(fmt::format("{}: cannot be made: {}", folder_.string(), failure.message()));
-  }
-}
-
-FrameFolder::~FrameFolder() {
-  std::error_code ignored;
-  fs::remove_all(partial_, ignored);
+  partial_ = std::make_unique<PartialFile>(folder_, PartialFile::Kind::folder);
 }
 
 fs::path FrameFolder::next() {
-  return partial_ / fmt::format("frame_{:04d}.png", count_++);
+  return partial_->path() / fmt::format("frame_{:04d}.png", count_++);
 }
 
 void FrameFolder::finish() {
@@ -292,8 +282,7 @@ void FrameFolder::finish() {
     refuse_other_files(folder_);
     fs::remove_all(folder_, failure);
   }
-  fs::rename(partial_, folder_, failure);
-  if (failure) throw Error(fmt::format("{}: cannot be replaced: {}", folder_.string(), failure.message()));
+  partial_->publish();
 }
 
 VideoReport make_video(const Scene& scene, const VideoSettings& settings) {

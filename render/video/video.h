@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -10,6 +11,7 @@
 #include "render/video/comparison.h"
 #include "render/video/film_camera.h"
 #include "render/video/overlay.h"
+#include "sim/log/partial_file.h"
 #include "sim/scene/scene.h"
 
 namespace substep {
@@ -51,16 +53,12 @@ VideoReport make_video(const Scene& scene, const VideoSettings& settings);
 class FrameFolder {
  public:
   explicit FrameFolder(const std::filesystem::path& folder);
-  ~FrameFolder();
-  FrameFolder(const FrameFolder&) = delete;
-  FrameFolder& operator=(const FrameFolder&) = delete;
-
   std::filesystem::path next();  ///< the file to write the next frame to
   void finish();
 
  private:
   std::filesystem::path folder_;
-  std::filesystem::path partial_;
+  std::unique_ptr<PartialFile> partial_;
   int count_ = 0;
 };
 

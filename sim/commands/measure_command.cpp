@@ -47,6 +47,7 @@ Settings settings_of(const MeasureOptions& options, const Scene& scene, Algorith
 
 void measure_scene(const MeasureOptions& options) {
   Scene scene = options.scene.load();
+  note_cost_of_a1(scene);
   scene.duration = options.solver.seconds(scene);
   const double horizon = seconds_in(options.horizon, "--horizon");
   if (!(scene.duration > 0 && scene.duration <= 3600)) {
@@ -54,7 +55,10 @@ void measure_scene(const MeasureOptions& options) {
   }
   if (!(horizon > 0)) throw Error(fmt::format("--horizon '{}': must be above 0", options.horizon));
   if (options.markdown && options.json) throw Error("--markdown and --json: give one of them");
-  if (options.output) require_folder_of(*options.output);
+  if (options.output) {
+    require_folder_of(*options.output);
+    options.scene.require_separate({{"--output", *options.output}});
+  }
   SceneMeasurement measurement;
   for (const Algorithm algorithm : algorithms) {
     measurement.runs.push_back({settings_of(options, scene, algorithm), {}, {}});

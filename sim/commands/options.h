@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "sim/loading/load_scene.h"
+#include "sim/log/file_output.h"
 #include "sim/model/settings.h"
 #include "sim/model/settings_fields.h"
 #include "sim/scene/scene.h"
@@ -57,6 +58,10 @@ class SolverOptions {
   std::array<std::optional<std::string>, settings_fields.size()> typed_;
 };
 
+/// Says on stderr, before work begins, where A1 will take minutes and gigabytes: its one problem of all
+/// contacts grows with the square of what touches.
+void note_cost_of_a1(const Scene& scene);
+
 /// A scene's file and, for a mesh without a scene, how it becomes one; as typed.
 struct SceneOptions {
   std::filesystem::path file;
@@ -70,6 +75,8 @@ struct SceneOptions {
   Scene load() const { return load(file); }
   /// The same of another file.
   Scene load(const std::filesystem::path& other) const;
+  /// Throws Error when an output is a file that the scene is read from, or another output.
+  void require_separate(const std::vector<GivenFile>& outputs) const;
   /// What was given of the options for meshes; nothing when none was.
   std::optional<MeshOptions> mesh_options() const;
 

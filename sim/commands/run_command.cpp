@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "sim/commands/commands.h"
 #include "sim/commands/options.h"
@@ -15,6 +16,7 @@
 #include "sim/error.h"
 #include "sim/log/file_output.h"
 #include "sim/log/pose_log.h"
+#include "sim/measure/invariants.h"
 #include "sim/simulation.h"
 
 namespace substep {
@@ -29,6 +31,7 @@ struct RunOptions {
   int every = 1;
   std::optional<fs::path> csv;
   std::optional<double> rate;
+  bool strict = false;
 };
 
 /// Commas and quotes in a body's name stay in its field.
@@ -43,19 +46,21 @@ std::string csv_field(const std::string& text) {
 class CsvTable {
  public:
   /// Without a rate every step is sampled, with one the steps nearest to its instants.
-  CsvTable(const Scene& scene, double step, std::optional<double> rate)
-      : scene_(scene), step_(step), rate_(rate) {
+  CsvTable(const fs::path& file, const Scene& scene, double step, std::optional<double> rate)
+      : output_(file), scene_(scene), step_(step), rate_(rate) {
     if (rate && !(*rate > 0)) throw Error(fmt::format("--rate {}: must be above 0", *rate));
     if (rate && *rate * step > 1 + 1e-9) {
       throw Error(
           fmt::format("--rate {}: above the {:g} steps a second that are simulated", *rate, 1 / step));
     }
+    output_.write("t,body,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz\n");
   }
 
   /// Call for each step from 0 on.
   void add(int step, const State& state) {
     if (step != next_step()) return;
     ++sample_;
+    std::string text;
     for (std::size_t i = 1; i < scene_.bodies.size(); ++i) {
       const Body& body = scene_.bodies[i];
       if (body.inverse_mass == 0) continue;
@@ -63,13 +68,14 @@ class CsvTable {
       const Quaternion r = state.q[i].angular * body.body_from_node.orientation;
       const Vector3& v = state.v[i].linear;
       const Vector3& w = state.v[i].angular;
-      fmt::format_to(std::back_inserter(text_), "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
-                     step * step_, csv_field(body.name), x.x(), x.y(), x.z(), r.w(), r.x(), r.y(), r.z(),
-                     v.x(), v.y(), v.z(), w.x(), w.y(), w.z());
+      fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", step * step_,
+                     csv_field(body.name), x.x(), x.y(), x.z(), r.w(), r.x(), r.y(), r.z(), v.x(), v.y(),
+                     v.z(), w.x(), w.y(), w.z());
     }
+    output_.write(text);
   }
 
-  const std::string& text() const { return text_; }
+  void publish() { output_.publish(); }
 
  private:
   int next_step() const {
@@ -77,33 +83,82 @@ class CsvTable {
     return static_cast<int>(std::llround(sample_ / (*rate_ * step_)));
   }
 
+  OutputFile output_;
   const Scene& scene_;
   double step_;
   std::optional<double> rate_;
   int sample_ = 0;
-  std::string text_ = "t,body,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz\n";
 };
 
-/// Steps whose redundant rows contradicted one another: the run is right but for what it names.
-struct LeastSquares {
-  int steps = 0;
-  int rows = 0;         ///< the most in a step
-  double residual = 0;  ///< the largest
-
-  void add(const StepReport& report) {
-    if (report.status != StepReport::Status::least_squares) return;
-    ++steps;
-    rows = std::max(rows, report.contradicting);
-    residual = std::max(residual, report.residual);
+/// What a run did that is to be said, or with --strict is an error.
+class RunSummary {
+ public:
+  explicit RunSummary(const Simulation& simulation)
+      : scene_(simulation.scene()),
+        invariants_(scene_, simulation.state()),
+        // Contacts are looked for once more to see how deep they are: not in steps finer than films show.
+        every_(std::max(1, static_cast<int>(std::lround(1 / (60 * simulation.settings().step))))) {
+    invariants_.add(simulation.state(), 0, metrics_);
   }
-  void print(std::size_t of_steps) const {
-    if (steps == 0) return;
+
+  void add(int step, const StepReport& report, const State& state) {
+    if (report.status == StepReport::Status::unsolved) ++unsolved_;
+    if (report.status == StepReport::Status::least_squares) {
+      ++least_squares_;
+      contradicting_ = std::max(contradicting_, report.contradicting);
+      residual_ = std::max(residual_, report.residual);
+    }
+    if (step % every_ == 0) invariants_.add(state, 0, metrics_);
+  }
+
+  void print(int steps, bool diverged) const {
     fmt::print(
-        "{} of {} steps solved in the least-squares sense: up to {} rows contradict one another, by up "
-        "to {:.1e} of the largest right-hand side\n",
-        steps, of_steps, rows, residual);
+        "deepest penetration {:.3g} m, largest joint gap {:.3g} m, energy above the start's by up to {:.3g} "
+        "J\n",
+        metrics_.penetration, metrics_.joint_gap, metrics_.energy_growth);
+    if (unsolved_ > 0 || diverged) {
+      fmt::print("{} of {} steps not solved{}\n", unsolved_, steps,
+                 diverged ? ", and the next one diverged" : "");
+    }
+    if (least_squares_ > 0) {
+      fmt::print(
+          "{} of {} steps solved in the least-squares sense: up to {} rows contradict one another, by up "
+          "to {:.1e} of the largest right-hand side\n",
+          least_squares_, steps, contradicting_, residual_);
+    }
   }
+
+  /// What --strict does not let pass and a plain run does; empty: nothing.
+  std::string complaint() const {
+    std::string text = out_of_bounds(scene_, metrics_);
+    if (least_squares_ > 0) {
+      text += fmt::format("{}{} steps solved in the least-squares sense only", text.empty() ? "" : "; ",
+                          least_squares_);
+    }
+    return text;
+  }
+
+ private:
+  const Scene& scene_;
+  Invariants invariants_;
+  int every_;
+  Metrics metrics_;
+  int unsolved_ = 0;
+  int least_squares_ = 0;
+  int contradicting_ = 0;  // rows, the most in a step
+  double residual_ = 0;    // the largest
 };
+
+/// The outputs, of which none may be another or the scene's.
+void require_outputs(const RunOptions& options, const fs::path& output, const fs::path& problem) {
+  require_folder_of(output);
+  std::vector<GivenFile> outputs{{"--output", output}, {"the unsolved problem", problem}};
+  if (options.csv) {
+    require_folder_of(*options.csv);
+    outputs.push_back({"--csv", *options.csv});
+  }
+  options.scene.require_separate(outputs);
+}
 
 void run(const RunOptions& options) {
   const Scene scene = options.scene.load();
@@ -111,39 +166,41 @@ void run(const RunOptions& options) {
   const int steps = options.solver.steps(scene, settings);
   const fs::path output =
       options.output.value_or(fmt::format("{}.{}.poses.txt", scene.name, name(settings.algorithm)));
-  require_folder_of(output);
-  if (options.csv) require_folder_of(*options.csv);
+  const fs::path problem = output.string() + ".unsolved.txt";
+  require_outputs(options, output, problem);
   if (options.rate && !options.csv) throw Error("--rate: is of use with --csv only");
+  if (settings.algorithm == Algorithm::a1) note_cost_of_a1(scene);
   std::optional<CsvTable> table;
-  if (options.csv) table.emplace(scene, settings.step, options.rate);
+  if (options.csv) table.emplace(*options.csv, scene, settings.step, options.rate);
 
   Simulation simulation(scene, settings);
   if (table) table->add(0, simulation.state());
   std::string unsolved;
-  LeastSquares least_squares;
-  PoseLog log;
+  RunSummary summary(simulation);
+  WrittenRun written;
   {
     Progress progress;
-    log = record(simulation, steps, options.every, [&](int frame, const StepReport& report) {
+    written = record_to(output, simulation, steps, options.every, [&](int frame, const StepReport& report) {
       if (table) table->add(frame, simulation.state());
-      least_squares.add(report);
+      summary.add(frame, report, simulation.state());
       if (report.status == StepReport::Status::unsolved && unsolved.empty())
         unsolved = simulation.last_problem();
       progress.show("simulating", static_cast<double>(frame) / steps);
     });
   }
-  write_pose_log(log, output);
-  if (table) write_file(*options.csv, table->text());
-  fmt::print("{}: {}\n{}: {} steps, {:g} s\nwrote {}\n", scene.name, log.modelled, label(settings),
-             log.frames.size() - 1, static_cast<double>(log.frames.size() - 1) * settings.step,
-             output.string());
+  if (table) table->publish();
+  fmt::print("{}: {}\n{}: {} steps, {:g} s\nwrote {}\n", scene.name, simulation.modelled(), label(settings),
+             written.last_frame, written.last_frame * settings.step, output.string());
   if (table) fmt::print("wrote {}\n", options.csv->string());
-  least_squares.print(log.frames.size() - 1);
-  if (log.end == "ok") return;
-
-  std::string message = fmt::format("{}: {} {}", scene.name, label(settings), log.end);
+  summary.print(written.last_frame, written.end.starts_with("diverged"));
+  std::string message = written.end == "ok" ? "" : written.end;
+  if (options.strict) {
+    const std::string complaint = summary.complaint();
+    if (!complaint.empty()) message += fmt::format("{}{}", message.empty() ? "" : "; ", complaint);
+  }
+  if (message.empty()) return;
+  message = fmt::format("{}: {} {}", scene.name, label(settings), message);
   if (!unsolved.empty()) {
-    const fs::path problem = output.string() + ".unsolved.txt";
     write_file(problem, unsolved);
     message += fmt::format("; the first problem that was not solved is in {}", problem.string());
   }
@@ -167,10 +224,18 @@ void add_run_command(CLI::App& app) {
   command->add_option("--csv", options->csv,
                       "Also write centres of mass, orientations and velocities as a table");
   command->add_option("--rate", options->rate, "Lines a second and body in the table (one a step)");
+  command->add_flag(
+      "--strict", options->strict,
+      "Also an error: least-squares steps, joints or contacts that give way, energy that grows");
   command->footer(
       "Ends with code 1 when the run diverges or a step is not solved: the log says so at its end.\n"
       "Redundant rows that contradict one another (a closed loop's) are solved in the least-squares sense:\n"
-      "that is no error, and said at the end.\n"
+      "that is said at the end, and an error with --strict only. So are a penetration or a joint's gap above "
+      "a\n"
+      "tenth of the smallest body, and where nothing drives the scene an energy that rises by a tenth of "
+      "what "
+      "its\n"
+      "speeds and a fall by its size are worth.\n"
       "Example:\n  substep run scenes/rod_chain.gltf --algorithm a3 --step 1/60 --substeps 4 --csv "
       "rod_chain.csv "
       "--rate 30");

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <spawn.h>
+#include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -23,21 +24,29 @@ std::vector<char*> pointers_to(std::vector<std::string>& texts) {
 
 }  // namespace
 
-TemporaryFile::TemporaryFile(std::string_view content) : file_(std::tmpfile(), &std::fclose) {
-  const bool is_written = file_ != nullptr &&
-                          std::fwrite(content.data(), 1, content.size(), file_.get()) == content.size() &&
-                          std::fflush(file_.get()) == 0;
-  if (!is_written)
-    throw std::system_error(errno, std::generic_category(), "no temporary file can be written");
-  std::rewind(file_.get());
+TemporaryFile::TemporaryFile(std::string_view content) : descriptor_(::memfd_create("substep", MFD_CLOEXEC)) {
+  while (descriptor_ >= 0 && !content.empty()) {
+    const ssize_t written = ::write(descriptor_, content.data(), content.size());
+    if (written < 0) break;
+    content.remove_prefix(static_cast<std::size_t>(written));
+  }
+  if (descriptor_ >= 0 && content.empty() && ::lseek(descriptor_, 0, SEEK_SET) == 0) return;
+  const int failure = errno;
+  if (descriptor_ >= 0) ::close(descriptor_);
+  throw std::system_error(failure, std::generic_category(), "no temporary file can be written");
+}
+
+TemporaryFile::~TemporaryFile() {
+  ::close(descriptor_);
 }
 
 std::string TemporaryFile::content() const {
-  std::rewind(file_.get());
   std::string text;
   std::array<char, 4096> buffer{};
-  while (const std::size_t count = std::fread(buffer.data(), 1, buffer.size(), file_.get())) {
-    text.append(buffer.data(), count);
+  // The other program shares the descriptor's place in the file.
+  for (ssize_t count = 0;
+       (count = ::pread(descriptor_, buffer.data(), buffer.size(), static_cast<off_t>(text.size()))) > 0;) {
+    text.append(buffer.data(), static_cast<std::size_t>(count));
   }
   return text;
 }
@@ -55,12 +64,13 @@ ChildProcess::ChildProcess(std::vector<std::string> words, const Streams& stream
       ::posix_spawn_file_actions_adddup2(&actions, from[stream], stream);
     }
   }
-  // Where this program ignores SIGPIPE, the other need not.
+  // Where this program ignores a signal, the other need not.
   posix_spawnattr_t attributes;
   ::posix_spawnattr_init(&attributes);
   sigset_t signals;
   ::sigemptyset(&signals);
   ::sigaddset(&signals, SIGPIPE);
+  ::sigaddset(&signals, SIGXFSZ);
   ::posix_spawnattr_setsigdefault(&attributes, &signals);
   ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF);
   const int failure = ::posix_spawnp(&process_, words.front().c_str(), &actions, &attributes,
@@ -74,16 +84,26 @@ ChildProcess::ChildProcess(std::vector<std::string> words, const Streams& stream
 
 ChildProcess::~ChildProcess() {
   if (process_ < 0) return;
-  ::kill(process_, SIGTERM);
+  ::kill(process_, SIGKILL);
   succeeds();
 }
 
-bool ChildProcess::succeeds() {
+std::optional<bool> ChildProcess::reap(int flags) {
   int status = 0;
-  while (::waitpid(process_, &status, 0) < 0 && errno == EINTR) {
+  pid_t found = 0;
+  while ((found = ::waitpid(process_, &status, flags)) < 0 && errno == EINTR) {
   }
+  if (found == 0) return std::nullopt;
   process_ = -1;
   return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+std::optional<bool> ChildProcess::ended() {
+  return reap(WNOHANG);
+}
+
+bool ChildProcess::succeeds() {
+  return *reap(0);
 }
 
 }  // namespace substep

@@ -3,23 +3,26 @@
 
 #include <sys/types.h>
 
-#include <cstdio>
-#include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace substep {
 
-/// A file without a name, gone with this object: for what another program reads or writes.
+/// A file in memory without a name, gone with this object: for what another program reads or writes, also
+/// where the disk is full.
 class TemporaryFile {
  public:
   explicit TemporaryFile(std::string_view content = {});  ///< throws std::system_error
-  int descriptor() const { return ::fileno(file_.get()); }
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+  ~TemporaryFile();
+  int descriptor() const { return descriptor_; }
   std::string content() const;
 
  private:
-  std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_;
+  int descriptor_ = -1;
 };
 
 class ChildProcess {
@@ -41,13 +44,18 @@ class ChildProcess {
                         std::vector<std::string> environment = {});
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
-  /// Ends the program if nobody has waited for it.
+  /// Ends the program if nobody has waited for it, whether it listens or not.
   ~ChildProcess();
 
+  pid_t id() const { return process_; }  ///< −1 once its end is known
+  /// Whether it ended by itself with exit code 0; nothing as long as it runs.
+  std::optional<bool> ended();
   /// Waits until it has ended; whether it did so by itself, with exit code 0.
   bool succeeds();
 
  private:
+  std::optional<bool> reap(int flags);
+
   pid_t process_ = -1;
 };
 

@@ -11,6 +11,7 @@
 
 #include "sim/error.h"
 #include "sim/loading/file_bytes.h"
+#include "sim/loading/parse_json.h"
 #include "sim/math/base64.h"
 #include "sim/math/fnv1a.h"
 
@@ -112,7 +113,7 @@ nlohmann::json parse(std::string_view text, const std::string& file_name) {
   }
   check_nesting(text, file_name);
   try {
-    nlohmann::json json = nlohmann::json::parse(text);
+    nlohmann::json json = parse_json<nlohmann::json>(text, file_name);
     if (!json.is_object()) throw Error(file_name + ": is JSON, but not an object: not a glTF file");
     return json;
   } catch (const nlohmann::json::exception& failure) {
@@ -178,6 +179,7 @@ std::string_view read_uri(const JsonValue& uri, GltfDocument& document, ReadFile
   if (!found) uri.fail(fmt::format("there is no file '{}' beside the scene", name));
   const auto [file, is_new] = read_files.try_emplace(*found);
   if (is_new) {
+    document.buffer_files.push_back(*found);
     file->second =
         document.files.emplace_back(read_bytes(*found, (document.file.parent_path() / name).string()));
     document.hash = add_binary_to_hash(document.hash, file->second);

@@ -33,6 +33,7 @@ struct GltfDocument {
   nlohmann::json json;
   std::vector<std::string_view> buffers;  ///< as long as they say, in `files`
   std::list<std::string> files;           ///< what was read; a list, so that its strings stay where they are
+  std::vector<std::filesystem::path> buffer_files;  ///< those of `files` that are not `file`, and no data URI
   std::vector<GltfNode> nodes;
   int scene = -1;  ///< the default scene; −1 where the file lists none, which makes all roots the scene
 

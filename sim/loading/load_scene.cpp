@@ -17,6 +17,7 @@
 #include "sim/loading/scene_joints.h"
 #include "sim/loading/scene_settings.h"
 #include "sim/loading/scene_visuals.h"
+#include "sim/math/floating_point.h"
 
 namespace substep {
 namespace {
@@ -50,6 +51,7 @@ Scene scene_of_plain_gltf(const GltfDocument& document, const MeshOptions& optio
 }  // namespace
 
 Scene load_scene(const std::filesystem::path& file, const std::optional<MeshOptions>& options) {
+  const DefaultFloatingPoint environment;
   const std::string extension = lower_extension(file);
   try {
     if (extension == ".gltf" || extension == ".glb") {

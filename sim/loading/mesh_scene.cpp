@@ -20,6 +20,7 @@ namespace substep {
 namespace {
 
 constexpr int most_copies = 1000;
+constexpr double most_height = 1e5;  // m; the renderer shows nothing farther
 
 struct Bounds {
   Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity());
@@ -51,8 +52,8 @@ void check(const MeshOptions& options, const std::string& file) {
   if (options.mass)
     require(positive(*options.mass), fmt::format("the mass must be above 0, but is {}", *options.mass));
   if (options.height) {
-    require(std::isfinite(*options.height) && *options.height >= 0,
-            fmt::format("the height must not be negative, but is {}", *options.height));
+    require(*options.height >= 0 && *options.height <= most_height,
+            fmt::format("the height must be from 0 to {:g} m, but is {}", most_height, *options.height));
   }
   require(options.rotation.allFinite() && options.rotation.cwiseAbs().maxCoeff() <= 360,
           "the rotation must be three angles within ±360 degrees");

@@ -9,9 +9,11 @@
 #include <fstream>
 #include <iterator>
 #include <optional>
+#include <utility>
 
 #include "sim/error.h"
 #include "sim/log/file_output.h"
+#include "sim/math/floating_point.h"
 #include "sim/model/settings_fields.h"
 
 namespace substep {
@@ -303,9 +305,90 @@ std::string header_differences(const PoseLog& expected, const PoseLog& actual) {
   return result;
 }
 
+std::string header_text(const PoseLog& log) {
+  std::string text;
+  auto out = std::back_inserter(text);
+  fmt::format_to(out, "{}\n{}\n", first_line, units_line);
+  fmt::format_to(out, "scene {}\nscene-hash {:016x}\n", escaped(log.scene), log.scene_hash);
+  for (const SettingsField& field : settings_fields) {
+    fmt::format_to(out, "{} {}\n", field.name, text_of(log.settings, field));
+  }
+  fmt::format_to(out, "modelled {}\n", escaped(log.modelled));
+  for (std::size_t i = 1; i < log.bodies.size(); ++i) {
+    fmt::format_to(out, "body {} {}\n", i, escaped(log.bodies[i]));
+  }
+  fmt::format_to(out, "full-every {}\n", log.full_every);
+  return text;
+}
+
+void add_text(std::string& text, int number, const PoseLog::Frame& frame) {
+  auto out = std::back_inserter(text);
+  fmt::format_to(out, "frame {} {:016x}\n", number, frame.hash);
+  for (std::size_t i = 1; i < frame.poses.size(); ++i) {
+    const Vector3& x = frame.poses[i].linear;
+    const Quaternion& r = frame.poses[i].angular;
+    fmt::format_to(out, "pose {} {} {} {} {} {} {} {}\n", i, x.x(), x.y(), x.z(), r.w(), r.x(), r.y(), r.z());
+  }
+}
+
+std::string end_text(const std::string& end, int last) {
+  return end == "ok" ? fmt::format("end ok {}\n", last) : fmt::format("end {}\n", escaped(end));
+}
+
+/// What a log says before its first frame.
+PoseLog header_of(const Simulation& simulation, int full_every) {
+  const Scene& scene = simulation.scene();
+  PoseLog log;
+  log.scene = scene.file.filename().string();
+  log.scene_hash = scene.hash;
+  log.settings = simulation.settings();
+  log.modelled = simulation.modelled();
+  for (const Body& body : scene.bodies) log.bodies.push_back(body.name);
+  log.full_every = full_every;
+  return log;
+}
+
+/// Steps and hands over the frames in order, each when it is known whether it is the last, which is full.
+/// Returns how the run ended.
+std::string run(Simulation& simulation, int frames, int full_every, const AfterFrame& after_frame,
+                const std::function<void(PoseLog::Frame)>& take) {
+  if (frames < 0) throw Error(fmt::format("{} frames cannot be run", frames));
+  if (full_every < 1) throw Error(fmt::format("full poses every {} frames: must be at least 1", full_every));
+  const auto frame_of = [&](bool full) {
+    return PoseLog::Frame{hash(simulation.state()), full ? simulation.state().q : std::vector<Coordinates>{}};
+  };
+  PoseLog::Frame latest = frame_of(true);
+  int first_unsolved = 0;
+  int unsolved = 0;
+  for (int k = 1; k <= frames; ++k) {
+    const StepReport& report = simulation.step();
+    if (report.status == StepReport::Status::diverged) {
+      latest.poses = simulation.state().q;
+      take(std::move(latest));
+      const auto body = static_cast<std::size_t>(report.diverged_body);
+      return fmt::format("diverged {} body {} {}", k, body, simulation.scene().bodies[body].name);
+    }
+    if (report.status == StepReport::Status::unsolved && unsolved++ == 0) first_unsolved = k;
+    take(std::exchange(latest, frame_of(k % full_every == 0 || k == frames)));
+    if (after_frame) after_frame(k, report);
+  }
+  take(std::move(latest));
+  return unsolved == 0 ? "ok" : fmt::format("unsolved {} steps {}", first_unsolved, unsolved);
+}
+
+bool same_poses(const PoseLog::Frame& a, const PoseLog::Frame& b) {
+  const std::size_t bodies = std::min(a.poses.size(), b.poses.size());
+  for (std::size_t i = 1; i < bodies; ++i) {
+    if (a.poses[i].linear != b.poses[i].linear) return false;
+    if (a.poses[i].angular.coeffs() != b.poses[i].angular.coeffs()) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 PoseLog parse_pose_log(std::string_view text, const std::string& what) {
+  const DefaultFloatingPoint environment;
   PoseLog log;
   Reader reader(text, what);
   read_header(reader, log);
@@ -323,40 +406,22 @@ PoseLog read_pose_log(const std::filesystem::path& file) {
   }
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw Error(fmt::format("{}: cannot be read", file.string()));
-  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  // What is no pose log may be a device without an end.
+  std::string text(60, '\0');
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(stream.gcount()));
+  constexpr std::string_view start = "substep pose log";
+  if (text.size() > start.size() && !text.starts_with(start))
+    return parse_pose_log(text + '\n', file.string());
+  if (stream) text.append(std::istreambuf_iterator<char>(stream), {});
   if (stream.bad()) throw Error(fmt::format("{}: cannot be read to its end", file.string()));
   return parse_pose_log(text, file.string());
 }
 
 std::string to_text(const PoseLog& log) {
-  std::string text;
-  auto out = std::back_inserter(text);
-  fmt::format_to(out, "{}\n{}\n", first_line, units_line);
-  fmt::format_to(out, "scene {}\nscene-hash {:016x}\n", escaped(log.scene), log.scene_hash);
-  for (const SettingsField& field : settings_fields) {
-    fmt::format_to(out, "{} {}\n", field.name, text_of(log.settings, field));
-  }
-  fmt::format_to(out, "modelled {}\n", escaped(log.modelled));
-  for (std::size_t i = 1; i < log.bodies.size(); ++i) {
-    fmt::format_to(out, "body {} {}\n", i, escaped(log.bodies[i]));
-  }
-  fmt::format_to(out, "full-every {}\n", log.full_every);
-  for (std::size_t k = 0; k < log.frames.size(); ++k) {
-    const PoseLog::Frame& frame = log.frames[k];
-    fmt::format_to(out, "frame {} {:016x}\n", k, frame.hash);
-    for (std::size_t i = 1; i < frame.poses.size(); ++i) {
-      const Vector3& x = frame.poses[i].linear;
-      const Quaternion& r = frame.poses[i].angular;
-      fmt::format_to(out, "pose {} {} {} {} {} {} {} {}\n", i, x.x(), x.y(), x.z(), r.w(), r.x(), r.y(),
-                     r.z());
-    }
-  }
-  if (log.end == "ok") {
-    fmt::format_to(out, "end ok {}\n", log.frames.size() - 1);
-  } else {
-    fmt::format_to(out, "end {}\n", escaped(log.end));
-  }
-  return text;
+  std::string text = header_text(log);
+  for (std::size_t k = 0; k < log.frames.size(); ++k) add_text(text, static_cast<int>(k), log.frames[k]);
+  return text + end_text(log.end, static_cast<int>(log.frames.size()) - 1);
 }
 
 void write_pose_log(const PoseLog& log, const std::filesystem::path& file) {
@@ -364,39 +429,27 @@ void write_pose_log(const PoseLog& log, const std::filesystem::path& file) {
 }
 
 PoseLog record(Simulation& simulation, int frames, int full_every, const AfterFrame& after_frame) {
-  if (frames < 0) throw Error(fmt::format("{} frames cannot be run", frames));
-  if (full_every < 1) throw Error(fmt::format("full poses every {} frames: must be at least 1", full_every));
-  const Scene& scene = simulation.scene();
-  PoseLog log;
-  log.scene = scene.file.filename().string();
-  log.scene_hash = scene.hash;
-  log.settings = simulation.settings();
-  log.modelled = simulation.modelled();
-  for (const Body& body : scene.bodies) log.bodies.push_back(body.name);
-  log.full_every = full_every;
-
-  const auto add_frame = [&](bool full) {
-    PoseLog::Frame& frame = log.frames.emplace_back();
-    frame.hash = hash(simulation.state());
-    if (full) frame.poses = simulation.state().q;
-  };
-  add_frame(true);
-  int first_unsolved = 0;
-  int unsolved = 0;
-  for (int k = 1; k <= frames; ++k) {
-    const StepReport& report = simulation.step();
-    if (report.status == StepReport::Status::diverged) {
-      const auto body = static_cast<std::size_t>(report.diverged_body);
-      log.end = fmt::format("diverged {} body {} {}", k, body, log.bodies[body]);
-      log.frames.back().poses = simulation.state().q;  // the last frame is full
-      return log;
-    }
-    if (report.status == StepReport::Status::unsolved && unsolved++ == 0) first_unsolved = k;
-    add_frame(k % full_every == 0 || k == frames);
-    if (after_frame) after_frame(k, report);
-  }
-  if (unsolved > 0) log.end = fmt::format("unsolved {} steps {}", first_unsolved, unsolved);
+  PoseLog log = header_of(simulation, full_every);
+  log.end = run(simulation, frames, full_every, after_frame,
+                [&log](PoseLog::Frame frame) { log.frames.push_back(std::move(frame)); });
   return log;
+}
+
+WrittenRun record_to(const std::filesystem::path& file, Simulation& simulation, int frames, int full_every,
+                     const AfterFrame& after_frame) {
+  OutputFile output(file);
+  output.write(header_text(header_of(simulation, full_every)));
+  WrittenRun result;
+  result.last_frame = -1;
+  std::string text;
+  result.end = run(simulation, frames, full_every, after_frame, [&](const PoseLog::Frame& frame) {
+    text.clear();
+    add_text(text, ++result.last_frame, frame);
+    output.write(text);
+  });
+  output.write(end_text(result.end, result.last_frame));
+  output.publish();
+  return result;
 }
 
 PoseDifference compare(const PoseLog& expected, const PoseLog& actual) {
@@ -407,6 +460,9 @@ PoseDifference compare(const PoseLog& expected, const PoseLog& actual) {
     const PoseLog::Frame& a = expected.frames[k];
     const PoseLog::Frame& b = actual.frames[k];
     if (result.first_frame < 0 && a.hash != b.hash) result.first_frame = static_cast<int>(k);
+    if (result.first_contradiction < 0 && a.hash == b.hash && !same_poses(a, b)) {
+      result.first_contradiction = static_cast<int>(k);
+    }
     const std::size_t bodies = std::min(a.poses.size(), b.poses.size());
     const bool first_full = result.first_frame >= 0 && result.first_full_frame < 0 && bodies > 0;
     if (first_full) result.first_full_frame = static_cast<int>(k);

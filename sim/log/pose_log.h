@@ -73,9 +73,22 @@ using AfterFrame = std::function<void(int frame, const StepReport& report)>;
 /// below 1.
 PoseLog record(Simulation& simulation, int frames, int full_every, const AfterFrame& after_frame = {});
 
+/// How a run that was written as it came ended.
+struct WrittenRun {
+  int last_frame = 0;
+  std::string end = "ok";  ///< as PoseLog's
+};
+
+/// The same to `file`, whole or not at all, without holding the frames: memory does not grow with them.
+WrittenRun record_to(const std::filesystem::path& file, Simulation& simulation, int frames, int full_every,
+                     const AfterFrame& after_frame = {});
+
 /// The first frame whose hashes differ, and there the body and quantity that differ most.
 struct PoseDifference {
-  int first_frame = -1;         ///< first frame with other hashes, or that one log lacks; −1: none
+  int first_frame = -1;  ///< first frame with other hashes, or that one log lacks; −1: none
+  /// First frame with other poses under one hash, so that something else than a run wrote one of the logs;
+  /// −1: none
+  int first_contradiction = -1;
   int first_full_frame = -1;    ///< first frame at or after it with poses in both
   int body = 0;                 ///< with the largest difference there
   char axis = ' ';              ///< 'x' 'y' 'z' of position, 'r' for orientation; ' ' where poses are equal
@@ -85,7 +98,7 @@ struct PoseDifference {
   std::string headers;             ///< what differs in the headers and the end, one line each; empty: nothing
 
   /// Whether the logs say the same.
-  bool none() const { return first_frame < 0 && headers.empty(); }
+  bool none() const { return first_frame < 0 && first_contradiction < 0 && headers.empty(); }
 };
 
 PoseDifference compare(const PoseLog& expected, const PoseLog& actual);

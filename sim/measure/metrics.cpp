@@ -6,6 +6,8 @@
 
 #include "sim/constraints/contact_finder.h"
 #include "sim/constraints/formulate.h"
+#include "sim/math/floating_point.h"
+#include "sim/measure/invariants.h"
 #include "sim/measure/measured_run.h"
 #include "sim/model/model.h"
 #include "sim/simulation.h"
@@ -14,63 +16,8 @@ namespace substep {
 namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
-constexpr double bounded_error = 0.1;      // of the scene's size
-constexpr double bounded_violation = 0.1;  // of the smallest body: of joints and contacts, and of what stands
-constexpr double bounded_energy = 0.1;     // of energy_scale
-constexpr double still = 0.01;             // of the smallest body: a reference that moves by less stands
-
-/// Whether no body meets or is joined to one of infinite mass: then momentum is gravity's doing alone.
-bool is_free(const Scene& scene) {
-  const auto is_fixed = [&](int body) { return scene.bodies[body].inverse_mass == 0; };
-  return std::ranges::none_of(
-             scene.joints,
-             [&](const Joint& joint) { return is_fixed(joint.body_a) || is_fixed(joint.body_b); }) &&
-         std::ranges::none_of(scene.colliders,
-                              [&](const Collider& collider) { return is_fixed(collider.body); });
-}
-
-/// Largest distance of a body's centre from its start, m.
-double moved(const Scene& scene, const State& start, const State& state) {
-  double largest = 0;
-  for (std::size_t i = 1; i < state.q.size(); ++i) {
-    if (scene.bodies[i].inverse_mass > 0)
-      largest = std::max(largest, (state.q[i].linear - start.q[i].linear).norm());
-  }
-  return largest;
-}
-
-/// What must stay zero or constant, gathered along a run.
-class Invariants {
- public:
-  Invariants(const Scene& scene, const State& start)
-      : scene_(scene),
-        meter_(scene),
-        is_free_(is_free(scene)),
-        start_(start),
-        energy_(energy(scene, start)),
-        momentum_(momentum(scene, start, 0)) {}
-
-  void add(const State& state, double time, Metrics& metrics) {
-    metrics.joint_gap = std::max(metrics.joint_gap, joint_gap(scene_, state));
-    metrics.penetration = std::max(metrics.penetration, meter_.depth(state));
-    metrics.energy_change = energy(scene_, state) - energy_;
-    metrics.energy_growth = std::max(metrics.energy_growth, metrics.energy_change);
-    metrics.moved = std::max(metrics.moved, moved(scene_, start_, state));
-    if (!is_free_) return;
-    const Momentum now = momentum(scene_, state, time);
-    metrics.momentum = std::max(metrics.momentum.value_or(0), (now.linear - momentum_.linear).norm());
-    metrics.angular_momentum =
-        std::max(metrics.angular_momentum.value_or(0), (now.angular - momentum_.angular).norm());
-  }
-
- private:
-  const Scene& scene_;
-  PenetrationMeter meter_;
-  bool is_free_;
-  State start_;
-  double energy_;
-  Momentum momentum_;
-};
+constexpr double bounded_error = 0.1;  // of the scene's size
+constexpr double still = 0.01;         // of the smallest body: a reference that moves by less stands
 
 /// √(Σ m |Δv|² + Δω · I Δω) / √Σ m, m/s.
 double velocity_distance(const Scene& scene, const State& a, const State& b) {
@@ -227,32 +174,6 @@ ErrorParts parts_of(const Scene& scene, const Settings& settings, const Motion& 
   return parts;
 }
 
-/// Whether no drive, spring or fixed body that moves can feed energy in.
-bool is_undriven(const Scene& scene) {
-  return std::ranges::none_of(scene.joints,
-                              [](const Joint& joint) {
-                                return !joint.drives.empty() ||
-                                       std::ranges::any_of(joint.limits, [](const JointLimit& limit) {
-                                         return limit.stiffness.has_value();
-                                       });
-                              }) &&
-         std::ranges::none_of(scene.bodies, [](const Body& body) {
-           return body.inverse_mass == 0 &&
-                  (body.linear_velocity != Vector3::Zero() || body.angular_velocity != Vector3::Zero());
-         });
-}
-
-/// Of what moves at the start, and of a fall by the scene's size, J.
-double energy_scale(const Scene& scene) {
-  Scene weightless = scene;
-  weightless.gravity.setZero();
-  double scale = energy(weightless, initial_state(scene));
-  for (const Body& body : scene.bodies) {
-    if (body.inverse_mass > 0) scale += scene.gravity.norm() * size_of(scene) / body.inverse_mass;
-  }
-  return scale;
-}
-
 /// Whether all bodies start at rest, and stay there in the reference.
 bool stands(const Scene& scene, const ReferenceMotion& reference) {
   if (std::ranges::any_of(scene.bodies, [](const Body& body) {
@@ -269,32 +190,13 @@ bool stands(const Scene& scene, const ReferenceMotion& reference) {
       [&](const State& state) { return moved(scene, samples.front(), state) <= most; });
 }
 
-/// What taking back the start's own violations can do, J: each moving body is pushed by no more than all of
-/// them in a row, against the weight of all.
-double energy_of_violations(const Scene& scene, double violation) {
-  double weight = 0;
-  int moving = 0;
-  for (const Body& body : scene.bodies) {
-    if (body.inverse_mass == 0) continue;
-    weight += scene.gravity.norm() / body.inverse_mass;
-    ++moving;
-  }
-  return weight * moving * violation;
-}
-
 void judge_bounds(const Scene& scene, const ReferenceMotion& reference, Metrics& metrics) {
   const double size = size_of(scene);
   // Without a reference there is no error to judge by.
   const bool is_near = reference.horizon == 0 || metrics.error.position.rms <= bounded_error * size;
   const double most = bounded_violation * smallest_body_of(scene);
-  const State start = initial_state(scene);
-  const double gap = joint_gap(scene, start);
-  const double depth = PenetrationMeter(scene).depth(start);
   metrics.energy_scale = energy_scale(scene);
-  const double most_growth = bounded_energy * metrics.energy_scale + energy_of_violations(scene, gap + depth);
-  metrics.bounded = !metrics.diverged && is_near && metrics.joint_gap <= gap + most &&
-                    metrics.penetration <= depth + most &&
-                    (!is_undriven(scene) || metrics.energy_growth <= most_growth) &&
+  metrics.bounded = !metrics.diverged && is_near && out_of_bounds(scene, metrics).empty() &&
                     (!stands(scene, reference) || metrics.moved <= most);
 }
 
@@ -323,6 +225,7 @@ double PenetrationMeter::depth(const State& state) {
 }
 
 Metrics measure(const Scene& scene, Stepper& stepper, double step, const ReferenceMotion& reference) {
+  const DefaultFloatingPoint environment;
   Metrics metrics;
   const Motion motion = sampled(scene, stepper, step, reference.motion.interval, scene.duration, &metrics,
                                 [](double, const State&) {});
@@ -334,6 +237,7 @@ Metrics measure(const Scene& scene, Stepper& stepper, double step, const Referen
 }
 
 Metrics measure(const Scene& scene, const Settings& settings, const ReferenceMotion& reference, bool parts) {
+  const DefaultFloatingPoint environment;
   Metrics metrics;
   const auto stepper = algorithm_stepper(scene, settings);
   Judge judge(scene, settings);

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "sim/error.h"
+#include "sim/math/floating_point.h"
 #include "sim/math/rotation.h"
 #include "sim/measure/reference_integrator.h"
 #include "sim/model/model.h"
@@ -286,6 +287,7 @@ MotionDifference difference(const Scene& scene, const Motion& a, const Motion& b
 }
 
 ReferenceMotion reference_motion(const Scene& scene, double duration) {
+  const DefaultFloatingPoint environment;
   const ReferenceMotion smooth = smooth_reference(scene, duration);
   if (smooth.horizon > duration - scene.step / 2) return smooth;
   ReferenceMotion direct = reference_by_a1(scene, duration);

@@ -3,6 +3,7 @@
 #include <bit>
 #include <cmath>
 
+#include "sim/math/floating_point.h"
 #include "sim/math/fnv1a.h"
 
 namespace substep {
@@ -24,6 +25,7 @@ State initial_state(const Scene& scene) {
 }
 
 std::uint64_t hash(const State& state) {
+  const DefaultFloatingPoint environment;  // rounding downwards, −0 + 0 is −0
   std::uint64_t hash = fnv1a_start;
   for (std::size_t body = 1; body < state.q.size(); ++body) {
     const Coordinates& q = state.q[body];

@@ -12,6 +12,7 @@
 
 #include "sim/error.h"
 #include "sim/execution/parallel_for.h"
+#include "sim/loading/parse_json.h"
 #include "sim/log/file_output.h"
 #include "sim/math/fnv1a.h"
 #include "sim/study/engines/engines.h"
@@ -47,13 +48,20 @@ fs::path file_of(const fs::path& results, const SweepJob& job) {
   return results / "jobs" / (job.key + ".json");
 }
 
-/// The record of a job that is done: a line with the fingerprint, then the record.
+/// The first line of a job's file: what the result was made from, and what it was.
+std::string seal(const Sweep& sweep, const SweepJob& job, std::string_view record) {
+  return fmt::format("{} {:016x}", fingerprint(sweep, job), fnv1a(record));
+}
+
+/// The record of a job that is done: a line with the seal, then the record. One that was changed is not done.
 std::optional<std::string> finished(const Sweep& sweep, const fs::path& results, const SweepJob& job) {
   const auto text = content_of(file_of(results, job));
   if (!text) return std::nullopt;
   const std::size_t end = text->find('\n');
-  if (end == std::string::npos || text->substr(0, end) != fingerprint(sweep, job)) return std::nullopt;
-  return text->substr(end + 1);
+  if (end == std::string::npos) return std::nullopt;
+  const std::string_view record = std::string_view(*text).substr(end + 1);
+  if (text->substr(0, end) != seal(sweep, job, record)) return std::nullopt;
+  return std::string(record);
 }
 
 const Engine* engine_named(const std::string& name) {
@@ -158,8 +166,8 @@ int run_sweep(const Sweep& sweep, const SweepOptions& options, const std::functi
       [&](std::size_t i, const std::stop_token& /*stop*/) {
         const SweepJob& job = *open[i];
         const SweepRecord record = measured(sweep, job, references.at(job.scene));
-        write_file(file_of(options.results, job),
-                   fmt::format("{}\n{}\n", fingerprint(sweep, job), to_json(record)));
+        const std::string text = to_json(record) + "\n";
+        write_file(file_of(options.results, job), fmt::format("{}\n{}", seal(sweep, job, text), text));
         done += cost_of(sweep, job);
       },
       report);
@@ -201,7 +209,11 @@ std::vector<SweepRecord> read_records(const fs::path& results) {
   if (!text) throw Error(fmt::format("{}: cannot be read: 'substep sweep' writes it", file.string()));
   std::vector<SweepRecord> records;
   try {
-    for (const auto& entry : nlohmann::ordered_json::parse(*text)) records.push_back(record_in(entry.dump()));
+    for (const auto& entry : parse_json<nlohmann::ordered_json>(*text, file.string())) {
+      records.push_back(record_in(entry.dump()));
+    }
+  } catch (const Error& error) {
+    throw Error(fmt::format("{}: {}", file.string(), error.what()));
   } catch (const nlohmann::json::exception& error) {
     throw Error(fmt::format("{}: {}", file.string(), error.what()));
   }

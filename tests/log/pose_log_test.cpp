@@ -149,6 +149,7 @@ INSTANTIATE_TEST_SUITE_P(
         Malformed{"substeps_missing", "substeps 7\n", "", "7", "'substeps …' is expected"},
         Malformed{"joints", "joints stable", "joints loose", "11", "rows, plain or stable"},
         Malformed{"name_escape", "line\\x0a", "line\\xg", "16", "backslash"},
+        Malformed{"name_escape_cut", "line\\x0abreak \\x5c and ümlaut", "line\\x0", "16", "backslash"},
         Malformed{"body_index", "body 2", "body 3", "16", "body 2 is expected"},
         Malformed{"body_huge", "body 2", "body 2000000000", "16", "body 2 is expected"},
         Malformed{"full_every_zero", "full-every 2", "full-every 0", "17", "at least 1"},
@@ -177,6 +178,12 @@ INSTANTIATE_TEST_SUITE_P(
         Malformed{"end_diverged_early", "end ok 4", "end diverged 3 body 1 crate", "29", "end that fits"},
         Malformed{"after_end", "end ok 4\n", "end ok 4\nend ok 4\n", "30", "nothing may follow"}),
     [](const auto& one) { return one.param.what; });
+
+TEST(PoseLog, ANameMayEndWithAnEscape) {
+  PoseLog log = example();
+  log.bodies[2] = "line\n";
+  EXPECT_EQ(parse_pose_log(to_text(log), "text").bodies[2], "line\n");
+}
 
 TEST(PoseLog, EveryTruncationIsRefused) {
   const std::string text = to_text(example());
@@ -265,6 +272,45 @@ TEST(PoseLogCompare, SaysWhatDiffersInTheHeaders) {
             "end: ok → diverged 3 body 1 barrel");
   EXPECT_EQ(difference.first_frame, 3);
   EXPECT_EQ(difference.first_full_frame, -1);
+}
+
+TEST(PoseLogCompare, EveryLineOfTheHeaderIsCompared) {
+  const PoseLog expected = example();
+  const auto difference = [&](const auto& change) {
+    PoseLog actual = expected;
+    change(actual);
+    EXPECT_FALSE(compare(expected, actual).none());
+    return compare(expected, actual).headers;
+  };
+  EXPECT_EQ(difference([](PoseLog& log) { log.scene = "other.gltf"; }), "scene: two_boxes.gltf → other.gltf");
+  EXPECT_EQ(difference([](PoseLog& log) { log.scene_hash = 1; }),
+            "scene-hash: 00c5e0f3a11d2b69 → 0000000000000001");
+  EXPECT_EQ(difference([](PoseLog& log) { log.settings.algorithm = Algorithm::a3; }), "algorithm: a5 → a3");
+  EXPECT_EQ(difference([](PoseLog& log) { log.settings.step = 0.5; }), "step: 0.016666666666666666 → 0.5");
+  EXPECT_EQ(difference([](PoseLog& log) { log.settings.iterations = 3; }), "iterations: 2 → 3");
+  EXPECT_EQ(difference([](PoseLog& log) { log.settings.tau = 1; }), "tau: 0.30000000000000004 → 1");
+  EXPECT_EQ(difference([](PoseLog& log) { log.settings.kappa = 1; }), "kappa: 0.3333333333333333 → 1");
+  EXPECT_EQ(difference([](PoseLog& log) { log.settings.joints = Joints::rows; }), "joints: stable → rows");
+  EXPECT_EQ(difference([](PoseLog& log) { log.settings.relaxation = 1.5; }), "relaxation: 1 → 1.5");
+  EXPECT_EQ(difference([](PoseLog& log) { log.settings.tolerance = 1e-3; }), "tolerance: 0 → 0.001");
+  EXPECT_EQ(difference([](PoseLog& log) { log.modelled = "nothing"; }),
+            "modelled: joints: 1 ball; no contacts → nothing");
+  EXPECT_EQ(difference([](PoseLog& log) { log.bodies.emplace_back("third"); }), "bodies: 2 → 3");
+  EXPECT_EQ(difference([](PoseLog& log) { log.full_every = 4; }), "full-every: 2 → 4");
+}
+
+TEST(PoseLogCompare, APoseThatMovedUnderOneHashIsADifference) {
+  const PoseLog expected = example();
+  PoseLog actual = expected;
+  actual.frames[2].poses[2].linear.x() += 0.5;
+  const PoseDifference moved = compare(expected, actual);
+  EXPECT_FALSE(moved.none());
+  EXPECT_EQ(moved.first_contradiction, 2);
+  EXPECT_EQ(moved.first_frame, -1);
+  EXPECT_EQ(moved.largest_position, 0.5);
+  actual = expected;
+  actual.frames[4].poses[1].angular.coeffs() *= -1;
+  EXPECT_EQ(compare(expected, actual).first_contradiction, 4);
 }
 
 }  // namespace

@@ -147,5 +147,39 @@ TEST_F(RunCommand, DiffNamesFrameAndSetting) {
   EXPECT_THAT(outcome.out, HasSubstr("most in body "));
 }
 
+TEST_F(RunCommand, SaysWhatGaveWayAndStrictlyDoesNotPassIt) {
+  const Outcome good = run({"run", scene("pendulum.gltf"), "--strict"});
+  EXPECT_EQ(good.exit_code, 0) << good.err;
+  EXPECT_THAT(good.out, HasSubstr("deepest penetration 0 m, largest joint gap "));
+  // A chain whose links are too short for its anchors, at too large a step: it tears, and the plain run says
+  // so only.
+  const std::vector<std::string> torn{"run", scene("short_chain.gltf"), "--algorithm", "a1", "--step",
+                                      "1/30"};
+  const Outcome plain = run(torn);
+  EXPECT_EQ(plain.exit_code, 0) << plain.err;
+  EXPECT_THAT(plain.out, HasSubstr("steps solved in the least-squares sense"));
+  std::vector<std::string> strict = torn;
+  strict.emplace_back("--strict");
+  const Outcome refused = run(strict);
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_EQ(refused.out, plain.out);
+  for (const char* const part :
+       {"joint gap", "energy growth", "steps solved in the least-squares sense only"}) {
+    EXPECT_THAT(refused.err, HasSubstr(part));
+  }
+}
+
+TEST_F(RunCommand, SaysBeforeItStartsWhatA1Costs) {
+  write("cube.obj",
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
+        "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n");
+  const auto note = [&](const char* algorithm, const char* copies) {
+    return run({"run", "cube.obj", "--copies", copies, "--algorithm", algorithm, "--duration", "0"}).err;
+  };
+  EXPECT_THAT(note("a1", "1000"), HasSubstr("A1 solves all contacts of 1000 bodies at once"));
+  EXPECT_THAT(note("a1", "999"), testing::Not(HasSubstr("A1 solves")));
+  EXPECT_THAT(note("a5", "1000"), testing::Not(HasSubstr("A1 solves")));
+}
+
 }  // namespace
 }  // namespace substep

@@ -51,6 +51,26 @@ TEST_F(SweepCommand, DoesOnlyWhatIsNotDone) {
   for (const std::string& file : files()) EXPECT_THAT(file, Not(HasSubstr("partial")));
 }
 
+TEST_F(SweepCommand, AResultThatWasChangedIsNone) {
+  ASSERT_EQ(run({"sweep", "small.toml", "--output", "done"}).exit_code, 0);
+  const std::string errors = content("done/errors.csv");
+  const auto falsify = [&](const std::string& file) {
+    std::string text = content(file);
+    const std::size_t value = text.find("\"position\":{\"rms\":");
+    ASSERT_NE(value, std::string::npos);
+    const std::size_t start = text.find(':', value + 12) + 1;
+    write(file, text.replace(start, text.find(',', start) - start, "-7"));
+  };
+  falsify("done/jobs/pendulum.a1-h1.json");
+  EXPECT_THAT(run({"sweep", "small.toml", "--output", "done", "--merge"}).err,
+              HasSubstr("1 of 4 jobs are not done, the first is pendulum.a1-h1"));
+  EXPECT_THAT(run({"sweep", "small.toml", "--output", "done"}).out, HasSubstr("1 of them done now"));
+  EXPECT_EQ(content("done/errors.csv"), errors);
+  falsify("done/sweep.json");
+  expect_refused({"figure", "work-rows", "--results", "done"},
+                 "done/sweep.json: not what a sweep wrote: 'position' of pendulum.a1-h1 is -7");
+}
+
 TEST_F(SweepCommand, PartsMakeTheWhole) {
   ASSERT_EQ(run({"sweep", "small.toml", "--output", "whole"}).exit_code, 0);
   for (const char* const part : {"1/3", "2/3", "3/3"}) {

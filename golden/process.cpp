@@ -1,0 +1,109 @@
+#include "golden/process.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <iostream>
+#include <string_view>
+
+#include "sim/error.h"
+#include "sim/log/partial_file.h"
+
+namespace substep {
+namespace {
+
+constexpr int bad_input = 2;
+
+// Everything below up to prepare_process runs in signal handlers: system calls, and nothing that allocates.
+
+void say(std::string_view line) noexcept {
+  if (::isatty(STDERR_FILENO) != 0) {
+    // Progress may stand there.
+    constexpr std::string_view clear_line = "\r\x1b[K";
+    if (::write(STDERR_FILENO, clear_line.data(), clear_line.size()) < 0) return;
+  }
+  if (::write(STDERR_FILENO, line.data(), line.size()) < 0) return;
+}
+
+/// Ends the process by `signal`, as its parent expects to see.
+void end_by(int signal) noexcept {
+  std::signal(signal, SIG_DFL);
+  sigset_t only;
+  ::sigemptyset(&only);
+  ::sigaddset(&only, signal);
+  ::sigprocmask(SIG_UNBLOCK, &only, nullptr);
+  ::kill(::getpid(), signal);
+}
+
+extern "C" void substep_interrupted(int signal) {
+  remove_partial_files();
+  say("substep: interrupted: what was not finished is removed\n");
+  end_by(signal);
+}
+
+bool memory_is_limited() noexcept {
+  for (const auto resource : {RLIMIT_AS, RLIMIT_DATA}) {
+    rlimit limit{};
+    if (::getrlimit(resource, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY) return true;
+  }
+  return false;
+}
+
+extern "C" void substep_failed(int signal) {
+  remove_partial_files();
+  // LLVM and Mesa, which draw, abort where memory ends, or use what they did not get.
+  if (memory_is_limited()) ::_exit(refuse_for_memory());
+  say("substep: ended by a fault in it or in a library that it uses: please report it\n");
+  end_by(signal);
+}
+
+void handle(int signal, void (*handler)(int), bool on_own_stack) {
+  struct sigaction now {};
+  // What the parent ignores (nohup), or a sanitizer watches, stays theirs.
+  if (::sigaction(signal, nullptr, &now) != 0 || now.sa_handler != SIG_DFL) return;
+  struct sigaction action {};
+  action.sa_handler = handler;
+  action.sa_flags = on_own_stack ? SA_ONSTACK : 0;
+  ::sigaction(signal, &action, nullptr);
+}
+
+}  // namespace
+
+void prepare_process() {
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    // For reading, so that writing to a closed standard output stays the error that it is.
+    if (::fcntl(stream, F_GETFD) < 0) ::open("/dev/null", stream == STDERR_FILENO ? O_WRONLY : O_RDONLY);
+  }
+  std::signal(SIGXFSZ, SIG_IGN);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) handle(signal, substep_interrupted, false);
+  // An overflowing stack has no room for a handler.
+  static std::array<char, 1 << 16> stack;
+  stack_t own{};
+  own.ss_sp = stack.data();
+  own.ss_size = stack.size();
+  ::sigaltstack(&own, nullptr);
+  for (const int signal : {SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL}) handle(signal, substep_failed, true);
+}
+
+void flush_output() {
+  errno = 0;
+  std::cout.flush();
+  const bool flushed = std::fflush(stdout) == 0;
+  if (flushed && std::cout && std::ferror(stdout) == 0) return;
+  throw Error(fmt::format("standard output cannot be written{}{}", errno != 0 ? ": " : "",
+                          errno != 0 ? std::strerror(errno) : ""));
+}
+
+int refuse_for_memory() noexcept {
+  say("substep: there is not enough memory for this\n");
+  return bad_input;
+}
+
+}  // namespace substep
