@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
 
 namespace substep {
 namespace {
@@ -42,6 +43,24 @@ const Tables& tables() {
   return made;
 }
 
+/// Samples' light and how much of the pixel they cover, both times their weights.
+struct Weighted {
+  std::array<int, 3> light{};
+  int drawn = 0;
+};
+
+/// A row of samples, each added to its column.
+void add_row(std::vector<Weighted>& columns, const std::uint8_t* sample, int weight) {
+  const Tables& table = tables();
+  for (Weighted& column : columns) {
+    if (sample[3] != 0) {
+      column.drawn += weight;
+      for (std::size_t c = 0; c < 3; ++c) column.light[c] += weight * table.linear[sample[c]];
+    }
+    sample += 4;
+  }
+}
+
 }  // namespace
 
 Image top_down(std::span<const std::uint8_t> rgba, int width, int height) {
@@ -55,37 +74,36 @@ Image top_down(std::span<const std::uint8_t> rgba, int width, int height) {
 }
 
 void cover(Image& image, std::span<const std::uint8_t> rgba, int samples) {
-  const Tables& table = tables();
-  const int width = image.width * samples;
+  const auto width = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(samples);
   const int height = image.height * samples;
   // Two samples each way alone give an edge that is nearly upright two steps a pixel; with the neighbours'
   // nearest ones, which count a third, it has four.
   constexpr std::array<int, 4> weights{1, 3, 3, 1};
   const int reach = samples == 1 ? 0 : 1;
   const int one = samples == 1 ? 9 : 64;
+  std::vector<Weighted> columns(width);
   for (int y = 0; y < image.height; ++y) {
+    std::ranges::fill(columns, Weighted{});
+    for (int row = -reach; row < samples + reach; ++row) {
+      const int v = std::clamp((image.height - 1 - y) * samples + row, 0, height - 1);
+      add_row(columns, &rgba[static_cast<std::size_t>(v) * width * 4],
+              weights[static_cast<std::size_t>(row + 1)]);
+    }
     std::uint8_t* to = image.pixel(0, y);
     for (int x = 0; x < image.width; ++x, to += 3) {
-      std::array<int, 3> light{};
-      int drawn = 0;
-      for (int row = -reach; row < samples + reach; ++row) {
-        const int v = std::clamp((image.height - 1 - y) * samples + row, 0, height - 1);
-        const std::uint8_t* const line =
-            &rgba[static_cast<std::size_t>(v) * static_cast<std::size_t>(width) * 4];
-        for (int column = -reach; column < samples + reach; ++column) {
-          const std::uint8_t* sample =
-              line + std::ptrdiff_t{4} * std::clamp(x * samples + column, 0, width - 1);
-          if (sample[3] == 0) continue;
-          const int weight =
-              weights[static_cast<std::size_t>(row + 1)] * weights[static_cast<std::size_t>(column + 1)];
-          drawn += weight;
-          for (std::size_t c = 0; c < 3; ++c) light[c] += weight * table.linear[sample[c]];
-        }
+      Weighted sum;
+      for (int i = -reach; i < samples + reach; ++i) {
+        const Weighted& column =
+            columns[static_cast<std::size_t>(std::clamp(x * samples + i, 0, static_cast<int>(width) - 1))];
+        if (column.drawn == 0) continue;
+        const int weight = weights[static_cast<std::size_t>(i + 1)];
+        sum.drawn += weight * column.drawn;
+        for (std::size_t c = 0; c < 3; ++c) sum.light[c] += weight * column.light[c];
       }
-      if (drawn == 0) continue;
+      if (sum.drawn == 0) continue;
       for (std::size_t c = 0; c < 3; ++c) {
-        const int sum = light[c] + (one - drawn) * table.linear[to[c]];
-        to[c] = table.encoded[static_cast<std::size_t>((sum + one / 2) / one)];
+        const int light = sum.light[c] + (one - sum.drawn) * tables().linear[to[c]];
+        to[c] = tables().encoded[static_cast<std::size_t>((light + one / 2) / one)];
       }
     }
   }

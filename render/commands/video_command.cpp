@@ -148,6 +148,47 @@ void make(VideoOptions& options) {
   }
 }
 
+/// What is filmed.
+void add_panel_options(CLI::App& command, VideoOptions& options) {
+  command
+      .add_option(
+          "--panel", options.panels,
+          "A panel of its own: a1 to a5, an engine, log:FILE or reference; once for each (A1 to A5 and "
+          "the reference)")
+      ->allow_extra_args(false);
+  command.add_option("--panels", options.panels_file, "A TOML file of [[panel]] tables")
+      ->check(CLI::ExistingFile);
+  command.add_option("--title", options.video.title, "The film's (the scene's name)");
+  command.add_flag("--no-reference", options.no_reference, "Simulate none, and show no errors");
+  command
+      .add_option("--reference-substeps", options.video.comparison.reference_substeps,
+                  "The reference is at the step divided by this, its check at half as many")
+      ->capture_default_str();
+}
+
+/// How it is shown.
+void add_look_options(CLI::App& command, VideoOptions& options) {
+  command
+      .add_option("--overlay", options.overlays,
+                  "Comma-separated: trails (of the last second), joints (and the gaps where they are open), "
+                  "ghost (the reference's outline), error (bodies in its colour)")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  command
+      .add_option("--camera", options.camera,
+                  "scene (its own), fit (all that moves), follow:BODY or orbit:DEGREES in a second of film")
+      ->capture_default_str();
+  command.add_option("--start", options.start, "Seconds into the run at which the film begins")
+      ->capture_default_str();
+  command
+      .add_option("--speed", options.speed, "Seconds of the scene in a second of film: 0.25 is slow motion")
+      ->check(CLI::Range(1e-3, 1e3))
+      ->capture_default_str();
+  command.add_option("--fps", options.video.frame_rate, "Frames in a second of film")
+      ->check(CLI::Range(1.0, 240.0))
+      ->capture_default_str();
+}
+
 }  // namespace
 
 void add_video_command(CLI::App& app) {
@@ -157,40 +198,9 @@ void add_video_command(CLI::App& app) {
   VideoSettings& video = options->video;
   options->scene.add_to(*command);
   options->solver.add_to(*command);
-  command
-      ->add_option(
-          "--panel", options->panels,
-          "A panel of its own: a1 to a5, an engine, log:FILE or reference; once for each (A1 to A5 and "
-          "the reference)")
-      ->allow_extra_args(false);
-  command->add_option("--panels", options->panels_file, "A TOML file of [[panel]] tables")
-      ->check(CLI::ExistingFile);
-  command->add_option("--title", video.title, "The film's (the scene's name)");
-  command->add_flag("--no-reference", options->no_reference, "Simulate none, and show no errors");
-  command
-      ->add_option("--reference-substeps", video.comparison.reference_substeps,
-                   "The reference is at the step divided by this, its check at half as many")
-      ->capture_default_str();
+  add_panel_options(*command, *options);
   command->add_option("--size", options->size, "Width and height in pixels")->capture_default_str();
-  command
-      ->add_option("--overlay", options->overlays,
-                   "Comma-separated: trails (of the last second), joints (and the gaps where they are open), "
-                   "ghost (the reference's outline), error (bodies in its colour)")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  command
-      ->add_option("--camera", options->camera,
-                   "scene (its own), fit (all that moves), follow:BODY or orbit:DEGREES in a second of film")
-      ->capture_default_str();
-  command->add_option("--start", options->start, "Seconds into the run at which the film begins")
-      ->capture_default_str();
-  command
-      ->add_option("--speed", options->speed, "Seconds of the scene in a second of film: 0.25 is slow motion")
-      ->check(CLI::Range(1e-3, 1e3))
-      ->capture_default_str();
-  command->add_option("--fps", video.frame_rate, "Frames in a second of film")
-      ->check(CLI::Range(1.0, 240.0))
-      ->capture_default_str();
+  add_look_options(*command, *options);
   command->add_option(
       "--output", options->output,
       "The film: .mp4, .webm, .gif or .apng, or NAME.png for a folder NAME of numbered pictures "

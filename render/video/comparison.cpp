@@ -274,6 +274,19 @@ std::vector<Clock> clocks_of(const ComparisonSettings& settings, const std::vect
   return clocks;
 }
 
+/// The panels' runs, before they are made. A log has its own settings.
+std::vector<Run> runs_of(const ComparisonSettings& settings) {
+  std::vector<Run> runs;
+  for (const PanelChoice& panel : settings.panels) {
+    Run& run = runs.emplace_back();
+    run.panel = panel;
+    if (panel.kind == PanelChoice::Kind::log) run.panel.settings = read_pose_log(panel.log).settings;
+    if (panel.kind == PanelChoice::Kind::reference) run.panel.settings.step = settings.step;
+    check(run.panel.settings);
+  }
+  return runs;
+}
+
 using Job = std::function<void()>;
 
 /// Runs the jobs on threads, in their order. Throws the first failure in that order.
@@ -312,13 +325,7 @@ Comparison simulate_comparison(const Scene& scene, const ComparisonSettings& set
                                const std::function<void(double)>& progress) {
   check(settings);
   Comparison comparison;
-  for (const PanelChoice& panel : settings.panels) {
-    Run& run = comparison.runs.emplace_back();
-    run.panel = panel;
-    if (panel.kind == PanelChoice::Kind::log) run.panel.settings = read_pose_log(panel.log).settings;
-    if (panel.kind == PanelChoice::Kind::reference) run.panel.settings.step = settings.step;
-    check(run.panel.settings);
-  }
+  comparison.runs = runs_of(settings);
   const std::vector<Clock> clocks = clocks_of(settings, comparison.runs);
   const Clock clock = clock_of(settings.step, settings);
   for (const std::int64_t step : clock.steps) {

@@ -255,6 +255,29 @@ void refuse_other_files(const fs::path& folder) {
   }
 }
 
+/// Throws Error where something that is asked for cannot be made: long work comes before it would be.
+void check_outputs(const VideoSettings& settings, bool has_container, bool has_ffmpeg) {
+  check_film_size(settings.width, settings.height);
+  if ((settings.overlays.ghost || settings.overlays.error) && !settings.comparison.has_reference) {
+    throw Error("the overlays ghost and error show the reference, and there is none");
+  }
+  for (const auto& file : {settings.poster, settings.loop}) {
+    if (file) require_folder_of(*file);
+  }
+  if (!settings.frames) {
+    if (!has_container) {
+      throw Error(
+          fmt::format("{}: a film's name ends in .mp4, .webm, .gif or .apng, or in .png for a folder "
+                      "of numbered pictures",
+                      settings.output.string()));
+    }
+    require_folder_of(settings.output);
+  }
+  if (settings.loop && !has_ffmpeg) {
+    throw Error("a loop needs ffmpeg, which is not in PATH: on Debian, apt-get install ffmpeg");
+  }
+}
+
 }  // namespace
 
 FrameFolder::FrameFolder(const fs::path& folder)
@@ -286,27 +309,9 @@ void FrameFolder::finish() {
 }
 
 VideoReport make_video(const Scene& scene, const VideoSettings& settings) {
-  check_film_size(settings.width, settings.height);
-  if ((settings.overlays.ghost || settings.overlays.error) && !settings.comparison.has_reference) {
-    throw Error("the overlays ghost and error show the reference, and there is none");
-  }
-  for (const auto& file : {settings.poster, settings.loop}) {
-    if (file) require_folder_of(*file);
-  }
   const std::optional<Container> container = container_of(settings.output);
-  if (!settings.frames) {
-    if (!container) {
-      throw Error(
-          fmt::format("{}: a film's name ends in .mp4, .webm, .gif or .apng, or in .png for a folder "
-                      "of numbered pictures",
-                      settings.output.string()));
-    }
-    require_folder_of(settings.output);
-  }
   const std::optional<fs::path> program = find_ffmpeg();
-  if (settings.loop && !program) {
-    throw Error("a loop needs ffmpeg, which is not in PATH: on Debian, apt-get install ffmpeg");
-  }
+  check_outputs(settings, container.has_value(), program.has_value());
 
   VideoReport report;
   report.is_film = program && !settings.frames;
