@@ -86,12 +86,33 @@ bool is_name_of(const fs::path& path, int descriptor) {
          named.st_ino == open.st_ino && named.st_dev == open.st_dev;
 }
 
+bool is_partial(const fs::path& path) {
+  const std::string name = path.filename().string();
+  return name.starts_with('.') && name.ends_with(extension);
+}
+
+/// Waits until the disk has a file or folder. Returns 0 or the errno of what failed.
+int flush(int descriptor) {
+  // Some file systems cannot, and say so.
+  return ::fsync(descriptor) != 0 && errno != EINVAL ? errno : 0;
+}
+
+int flush_files_in(const fs::path& folder) {
+  std::error_code none;
+  int failure = 0;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, none)) {
+    const int descriptor = ::open(entry.path().c_str(), O_RDONLY | O_CLOEXEC);
+    if (descriptor < 0) continue;
+    if (failure == 0) failure = flush(descriptor);
+    ::close(descriptor);
+  }
+  return failure;
+}
+
 /// Removes those of `target` that no process holds.
 void remove_left_ones(const fs::path& target) {
   const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
-  const std::string folder_name = folder.filename().string();
-  // A partial folder is this process's own: nothing in it is older.
-  if (folder_name.starts_with('.') && folder_name.ends_with(extension)) return;
+  if (is_partial(folder)) return;  // this process's own: nothing in it is older
   const std::string start = fmt::format(".{}.", target.filename().string());
   std::error_code none;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, none)) {
@@ -162,14 +183,17 @@ PartialFile::~PartialFile() {
 }
 
 void PartialFile::publish() {
-  int failure = ::fsync(descriptor_) != 0 && errno != EINVAL ? errno : 0;
+  // The thousands of frames in a folder are flushed with the folder, which takes less than one by one.
+  const bool now = !is_partial(target_.parent_path());
+  int failure = now && fs::is_directory(path_) ? flush_files_in(path_) : 0;
+  if (now && failure == 0) failure = flush(descriptor_);
   if (failure == 0 && ::rename(path_.c_str(), target_.c_str()) != 0) failure = errno;
   if (failure != 0) refuse(target_, failure);
   path_.clear();
   unlist(slot_);
   // A full disk over a network may show only here.
   if (::close(std::exchange(descriptor_, -1)) != 0) refuse(target_, errno);
-  flush_folder(target_.parent_path());
+  if (now) flush_folder(target_.parent_path());
 }
 
 PartialFileWriter::PartialFileWriter(pid_t process) : slot_(-1) {

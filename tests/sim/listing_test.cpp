@@ -4,10 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <regex>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -31,12 +31,14 @@ std::vector<std::string> lines_of(const std::string& text) {
 /// The numbers of the marks "// procK:N", in the file's order.
 std::vector<int> marks(const std::string& text, int procedure) {
   std::vector<int> found;
-  const std::regex mark("// proc(\\d):(\\d+)\\s*$");
   for (const std::string& line : lines_of(text)) {
-    std::smatch match;
-    if (!std::regex_search(line, match, mark)) continue;
-    EXPECT_EQ(std::stoi(match[1]), procedure) << line;
-    found.push_back(std::stoi(match[2]));
+    int of = 0;
+    int number = 0;
+    const std::size_t mark = line.find("// proc");
+    if (mark == std::string::npos || std::sscanf(line.c_str() + mark, "// proc%d:%d", &of, &number) != 2)
+      continue;
+    EXPECT_EQ(of, procedure) << line;
+    found.push_back(number);
   }
   return found;
 }
@@ -68,7 +70,8 @@ std::vector<std::string> statements(const std::string& file) {
   std::vector<std::string> body;
   bool inside = false;
   for (std::string line : lines_of(read(file))) {
-    line = std::regex_replace(line, std::regex("\\s*//.*$"), "");
+    line.erase(std::min(line.find("//"), line.size()));
+    line.erase(line.find_last_not_of(" \t") + 1);
     if (line.find("void proc") == 0) {
       inside = true;
       continue;
