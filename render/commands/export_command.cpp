@@ -28,6 +28,7 @@ void export_run(const ExportOptions& options) {
       throw Error(fmt::format("{}: give a name that ends in .glb", options.output->string()));
     }
     require_folder_of(*options.output);
+    options.run.require_separate(*options.output);
   }
   Progress progress;
   const LoadedRun run = options.run.load(std::nullopt, progress);

@@ -91,9 +91,7 @@ void render(const RenderOptions& options) {
   std::error_code ignored;
   if (to_file) {
     require_folder_of(options.output);
-    std::vector<GivenFile> inputs{{"the input", options.input}};
-    if (options.scene) inputs.push_back({"--scene", *options.scene});
-    require_separate_files(inputs, std::vector<GivenFile>{{"--output", options.output}});
+    options.run.require_separate(options.output);
   } else if (!fs::is_directory(options.output, ignored)) {
     throw Error(fmt::format("{}: there is no such folder", options.output.string()));
   }

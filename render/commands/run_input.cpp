@@ -61,6 +61,12 @@ void RunInput::add_to(CLI::App& command) {
   mesh.add_mesh_options_to(command);
 }
 
+void RunInput::require_separate(const fs::path& output) const {
+  std::vector<GivenFile> inputs{{"the input", file}};
+  if (scene) inputs.push_back({"--scene", *scene});
+  require_separate_files(inputs, std::vector<GivenFile>{{"--output", output}});
+}
+
 LoadedRun RunInput::load(std::optional<int> last_frame, Progress& progress) const {
   LoadedRun run;
   if (is_pose_log(file)) {

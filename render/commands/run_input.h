@@ -28,6 +28,9 @@ struct RunInput {
   /// Adds the file as the command's argument, --scene and the options of solving and of meshes.
   void add_to(CLI::App& command);
 
+  /// Throws Error when the output is one of the files that are read.
+  void require_separate(const std::filesystem::path& output) const;
+
   /// A scene is simulated up to `last_frame`, or for its duration. Throws Error.
   LoadedRun load(std::optional<int> last_frame, Progress& progress) const;
 };
