@@ -57,6 +57,7 @@ void print_table(const Comparison& comparison) {
   if (!comparison.reference) return;
   const ReferenceRun& reference = *comparison.reference;
   fmt::print("reference: {}", reference.method);
+  if (reference.is_a1) fmt::print(" (the error of A1 is from its own smaller steps)");
   if (!reference.uncertainty.empty()) {
     fmt::print(", known to {}", length_label(*std::ranges::max_element(reference.uncertainty)));
   }

@@ -369,6 +369,7 @@ Comparison simulate_comparison(const Scene& scene, const ComparisonSettings& set
     const std::string method = fmt::format("{}, {}", is_smooth ? "own, order 8" : "A1 itself",
                                            step_words(settings.step / divisions));
     comparison.reference = reference_of(scene, coarse, std::move(fine), comparison.times, method);
+    comparison.reference->is_a1 = !is_smooth;
     for (Run& run : comparison.runs) {
       if (run.is_reference()) {
         run.poses = comparison.reference->poses;

@@ -48,6 +48,7 @@ struct ReferenceRun {
   std::vector<double> uncertainty;              ///< how far the two runs are apart, m, measured as errors are
   std::size_t known = 0;                        ///< errors are measured at frames before this
   std::string fate;                             ///< why not at all of them; empty: they are
+  bool is_a1 = false;                           ///< not the integrator: A1's errors are from itself then
 };
 
 struct Comparison {

@@ -21,7 +21,7 @@ constexpr Color quiet{146, 156, 170};
 constexpr Color alarm{255, 92, 105};
 
 /// What distinguishes a run from its neighbours, for someone who has not read the report.
-std::string description(const Run& run) {
+std::string description(const Run& run, const Comparison& comparison) {
   if (!run.panel.title.empty()) return run.panel.title;
   switch (run.panel.kind) {
     case PanelChoice::Kind::reference:
@@ -35,6 +35,8 @@ std::string description(const Run& run) {
   }
   switch (run.panel.settings.algorithm) {
     case Algorithm::a1:
+      // It is no truth about itself.
+      if (comparison.reference && comparison.reference->is_a1) return "all rows at once; error from itself";
       return "all rows at once";
     case Algorithm::a2:
       return "row by row, iterated";
@@ -284,7 +286,7 @@ double Composition::header_width(std::size_t run, const HeaderStyle& style) cons
   const Run& r = comparison_.runs[run];
   const double f = style.factor;
   double width = 20 * scale_ + text_width(name_of(r.panel), {.size = f * text_size(18), .bold = true});
-  const std::string words = description(r);
+  const std::string words = description(r, comparison_);
   if (style.has_words && !words.empty()) width += 9 * scale_ + text_width(words, {.size = f * text_size(15)});
   const std::string settings = r.is_reference() ? comparison_.reference->method : settings_of(r.panel);
   if (style.has_settings) width += 12 * scale_ + text_width(settings, {.size = f * text_size(14)});
@@ -322,7 +324,7 @@ void Composition::draw_header(const Panel& panel, std::size_t run, const HeaderS
   draw_text(background_, x, baseline(box.y, box.height, bold.size), name, bold);
   x += text_width(name, bold) + 9 * scale_;
   if (style.has_words)
-    draw_text(background_, x, baseline(box.y, box.height, plain.size), description(r), plain);
+    draw_text(background_, x, baseline(box.y, box.height, plain.size), description(r, comparison_), plain);
   if (style.has_settings) {
     const std::string settings = r.is_reference() ? comparison_.reference->method : settings_of(r.panel);
     draw_text(background_, box.x + box.width - 8 * scale_ - text_width(settings, small),

@@ -120,6 +120,7 @@ TEST(Comparison, ErrorsEndWhereTheReferenceDoes) {
   ASSERT_TRUE(comparison.reference);
   EXPECT_EQ(comparison.reference->known, 0u);
   EXPECT_NE(comparison.reference->fate, "");
+  EXPECT_TRUE(comparison.reference->is_a1);
   for (const substep::Run& run : comparison.runs) {
     EXPECT_TRUE(run.errors.empty());
   }
@@ -131,6 +132,7 @@ TEST(Comparison, ASmoothScenesReferenceIsNotA1) {
   EXPECT_EQ(comparison.reference->method, "own, order 8, h=1/960");
   EXPECT_EQ(comparison.reference->known, comparison.times.size());
   EXPECT_EQ(comparison.reference->fate, "");
+  EXPECT_FALSE(comparison.reference->is_a1);
   // Its two runs agree far better than A1 at a 16th of the step would: to 1e-3 m / 16.
   EXPECT_LT(*std::ranges::max_element(comparison.reference->uncertainty), 1e-9);  // measured 2e-12
 }
