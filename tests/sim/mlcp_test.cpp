@@ -73,6 +73,50 @@ Mlcp any_problem(std::mt19937& random, int bodies, int rows, bool redundant) {
   return problem;
 }
 
+/// The largest violation of a row's law by these impulses, as the law is written: w = J M⁻¹ Jᵀ λ + S λ − b,
+/// and λ inside its limits has w = 0, at the lower one w ≥ 0, at the upper one w ≤ 0. Knows nothing of the
+/// solver's sums.
+double law_violation(const Mlcp& problem, const std::vector<double>& lambda) {
+  std::vector<Vector6> velocity(static_cast<std::size_t>(problem.bodies), Vector6::Zero());
+  for (std::size_t i = 0; i < lambda.size(); ++i) {
+    const Mlcp::Row& row = problem.rows[i];
+    if (row.a != -1) velocity[static_cast<std::size_t>(row.a)] += lambda[i] * row.part_a;
+    if (row.b != -1) velocity[static_cast<std::size_t>(row.b)] += lambda[i] * row.part_b;
+  }
+  double worst = 0;
+  for (std::size_t i = 0; i < lambda.size(); ++i) {
+    const Mlcp::Row& row = problem.rows[i];
+    double w = row.softness * lambda[i] - row.right;
+    if (row.a != -1) w += row.part_a.dot(velocity[static_cast<std::size_t>(row.a)]);
+    if (row.b != -1) w += row.part_b.dot(velocity[static_cast<std::size_t>(row.b)]);
+    worst = std::max({worst, row.low - lambda[i], lambda[i] - row.high});
+    if (lambda[i] < row.high) worst = std::max(worst, -w);
+    if (lambda[i] > row.low) worst = std::max(worst, w);
+  }
+  return worst;
+}
+
+TEST(Mlcp, SolutionsObeyTheLawAsItIsWritten) {
+  std::mt19937 random(4);
+  MlcpSolver solver;
+  std::vector<double> lambda;
+  double worst = 0;
+  for (int i = 0; i < 300; ++i) {
+    const int bodies = 2 + static_cast<int>(random() % 4);
+    Mlcp problem = any_problem(random, bodies, 1 + static_cast<int>(random() % (2 * bodies)), false);
+    // The list's first body as a row's second one.
+    Mlcp::Row& row = problem.rows.front();
+    row.a = 1;
+    row.b = 0;
+    row.part_b = any_part(random);
+    row.low = -INFINITY;
+    row.high = INFINITY;
+    ASSERT_EQ(solver.solve(problem, lambda).status, MlcpReport::Status::solved) << i;
+    worst = std::max(worst, law_violation(problem, lambda));
+  }
+  EXPECT_LT(worst, 1e-7);
+}
+
 TEST(Mlcp, SolvesRandomProblemsToRounding) {
   std::mt19937 random(1);
   MlcpSolver solver;
