@@ -44,19 +44,58 @@ std::vector<std::string> raw_frames_input(int width, int height, double frame_ra
           "-i",         "pipe:0"};
 }
 
-std::vector<std::string> film_output() {
-  return {
-      "-an",
-      // The colour conversion that gives the same bytes whatever instructions the machine has, to the
-      // matrix that players assume of a film of this size.
-      "-vf",
-      "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+bitexact+full_chroma_int,format=yuv420p",
-      "-sws_flags", "+accurate_rnd+bitexact+full_chroma_int", "-c:v", "libx264", "-preset", "veryfast",
-      "-crf", "20", "-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709",
-      "-color_range", "tv",
-      // Without this message the file does not tell how many threads wrote it.
-      "-bsf:v", "filter_units=remove_types=6", "-fflags", "+bitexact", "-flags:v", "+bitexact",
-      "-map_metadata", "-1", "-movflags", "+faststart", "-f", "mp4"};
+std::optional<Container> container_of(const fs::path& file) {
+  const std::string extension = file.extension().string();
+  if (extension == ".mp4") return Container::mp4;
+  if (extension == ".webm") return Container::webm;
+  if (extension == ".gif") return Container::gif;
+  if (extension == ".apng") return Container::apng;
+  return std::nullopt;
+}
+
+std::vector<std::string> film_output(Container container) {
+  // The colour conversion that gives the same bytes whatever instructions the machine has, to the matrix that
+  // players assume of a film of this size.
+  const std::string to_video =
+      "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+bitexact+full_chroma_int,format=yuv420p";
+  std::vector<std::string> words;
+  const auto add = [&words](std::initializer_list<std::string> more) {
+    words.insert(words.end(), more.begin(), more.end());
+  };
+  add({"-an"});
+  if (container == Container::mp4 || container == Container::webm) {
+    add({"-vf", to_video, "-sws_flags", "+accurate_rnd+bitexact+full_chroma_int"});
+  }
+  switch (container) {
+    case Container::mp4:
+      add({"-c:v", "libx264", "-preset", "veryfast", "-crf", "20"});
+      break;
+    case Container::webm:
+      add({"-c:v", "libvpx-vp9", "-deadline", "realtime", "-cpu-used", "8", "-row-mt", "1", "-crf", "33",
+           "-b:v", "0"});
+      break;
+    case Container::gif:
+      // A palette a frame: one for the whole film would keep all its frames in memory.
+      add({"-filter_complex",
+           "split[a][b];[a]palettegen=stats_mode=single[p];[b][p]paletteuse=dither=none:new=1", "-loop",
+           "0"});
+      break;
+    case Container::apng:
+      add({"-c:v", "apng", "-pred", "none", "-plays", "0"});
+      break;
+  }
+  if (container == Container::mp4 || container == Container::webm) {
+    add({"-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709", "-color_range", "tv"});
+  }
+  // Without this message the file does not tell how many threads wrote it.
+  if (container == Container::mp4) add({"-bsf:v", "filter_units=remove_types=6"});
+  add({"-fflags", "+bitexact", "-flags:v", "+bitexact", "-map_metadata", "-1"});
+  if (container == Container::mp4) add({"-movflags", "+faststart"});
+  add({"-f", container == Container::mp4    ? "mp4"
+             : container == Container::webm ? "webm"
+             : container == Container::gif  ? "gif"
+                                            : "apng"});
+  return words;
 }
 
 std::string command_line(const std::vector<std::string>& arguments) {

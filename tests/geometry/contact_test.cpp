@@ -46,6 +46,27 @@ double missed(const std::vector<Vector3>& corners, const std::vector<ContactPoin
   return worst;
 }
 
+TEST(Contact, APlaneNeedNotPassThroughTheOrigin) {
+  const Quaternion tilted = turn(0.5, {0.3, 0.2, -0.4});
+  const Vector3 normal = tilted * Vector3::UnitY();
+  const Vector3 there(3, -5, 2);
+  const Vector3 aside = tilted * Vector3(0.7, 0, -0.4);
+  // Each of radius 0.5 about its centre, sunk into the plane by 0.1.
+  const Vector3 centre = there + aside + 0.4 * normal;
+  const Quaternion lying = tilted * Quaternion::FromTwoVectors(Vector3::UnitY(), Vector3::UnitX());
+  for (const Shape& shape : {Shape(Sphere{0.5}), Shape(Capsule{1.0, 0.5}),
+                             Shape(TaperedCapsule{1.0, 0.5, 0.5}), Shape(Cylinder{1.0, 0.5, 0.5})}) {
+    const auto found = contacts(shape, {centre, lying}, Plane{}, {there, tilted}, margin);
+    ASSERT_FALSE(found.empty()) << shape.index();
+    for (const ContactPoint& point : found) {
+      EXPECT_NEAR(point.distance, -0.1, 1e-12) << shape.index();
+      EXPECT_NEAR(normal.dot(point.on_b - there), 0, 1e-12) << shape.index();
+      EXPECT_NEAR(normal.dot(point.on_a - there), -0.1, 1e-12) << shape.index();
+      EXPECT_NEAR((point.normal - normal).norm(), 0, 1e-12) << shape.index();
+    }
+  }
+}
+
 /// A shape that rests on another, touching it at the height 0 without a gap.
 struct Resting {
   const char* name;

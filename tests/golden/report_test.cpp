@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <regex>
+#include <sstream>
 #include <string>
 
 #include "golden/check/merge.h"
@@ -12,6 +13,8 @@
 #include "render/markup.h"
 #include "render/renderer.h"
 #include "sim/error.h"
+#include "sim/loading/load_scene.h"
+#include "sim/simulation.h"
 #include "tests/golden/small_suite.h"
 
 namespace substep {
@@ -125,6 +128,46 @@ TEST_F(ReportTest, ReplayShowsTheBody) {
   EXPECT_NE(text.find(options.focus), std::string::npos);
   options.focus = "nobody";
   EXPECT_THROW(replay(read_suite(suite_.options.suite).cases.at(0), options), Error);
+}
+
+TEST_F(ReportTest, ReplayShowsTheStatesThatTheRunHas) {
+  const SuiteCase entry = read_suite(suite_.options.suite).cases.at(0);
+  const Scene scene = load_scene(entry.scene);
+  Settings settings = entry.settings;
+  settings.step = scene.step;
+  Simulation simulation(scene, settings);
+  for (int k = 0; k < 7; ++k) simulation.step();
+  const auto body = scene.bodies.size() - 1;
+  ReplayOptions options;
+  options.to = 7;
+  options.before = 0;
+  options.focus = scene.bodies[body].name;
+  const std::string text = replay(entry, options);
+  const auto numbers = [&](const std::string& row) {
+    const std::size_t line = text.find("  " + row + " ");
+    EXPECT_NE(line, std::string::npos) << row << '\n' << text;
+    std::istringstream stream(text.substr(line + 2 + row.size()));
+    Vector3 result;
+    stream >> result.x() >> result.y() >> result.z();
+    return result;
+  };
+  EXPECT_EQ(numbers("position"), simulation.state().q[body].linear);
+  EXPECT_EQ(numbers("velocity"), simulation.state().v[body].linear);
+  EXPECT_EQ(numbers("angular velocity"), simulation.state().v[body].angular);
+  EXPECT_EQ(text.find("bodies off the golden run"), std::string::npos) << text;
+}
+
+TEST_F(ReportTest, ReplayListsEveryBodyThatLeftItsGoldenWay) {
+  const SuiteCase entry = read_suite(suite_.options.suite).cases.at(0);
+  replace_in(suite_.scene(), "-9.81", "-9.0");
+  const std::string text = replay(entry, ReplayOptions{});
+  const std::size_t list = text.find("bodies off the golden run");
+  ASSERT_NE(list, std::string::npos) << text;
+  for (const char* const ball : {"ball_1", "ball_2", "ball_3", "ball_4"}) {
+    EXPECT_NE(text.find(std::string("  ") + ball + " ", list), std::string::npos) << ball << '\n' << text;
+  }
+  // It does not bounce, and lies where it lay.
+  EXPECT_EQ(text.find("  ball_0 ", list), std::string::npos) << text;
 }
 
 TEST(Markup, Escapes) {

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "golden/suite/sidecar.h"
 #include "sim/error.h"
 #include "tests/golden/temporary_folder.h"
 
@@ -170,6 +171,26 @@ TEST_F(SuiteTest, PresetsAreInheritedAndMerged) {
             "suite.toml:5: preset 'a' is made of itself");
 }
 
+TEST_F(SuiteTest, EveryToleranceIsReadFromItsOwnKey) {
+  const Suite suite = read(
+      "[[case]]\nscene = \"../scenes/box_stack.gltf\"\nalgorithms = [\"a3\"]\n"
+      "tolerance = { hard = 61, level = 2, count = 33, mean = 0.4, tile_mean = 5.5 }\n"
+      "pose_tolerance = { position = 0.1, orientation = 0.2, energy = 0.3, penetration = 0.4, resting = 5 "
+      "}\n");
+  const SuiteCase& entry = suite.cases.at(0);
+  EXPECT_EQ(entry.tolerance.hard, 61);
+  EXPECT_EQ(entry.tolerance.level, 2);
+  EXPECT_EQ(entry.tolerance.count, 33);
+  EXPECT_EQ(entry.tolerance.mean, 0.4);
+  EXPECT_EQ(entry.tolerance.tile_mean, 5.5);
+  ASSERT_TRUE(entry.pose_tolerance);
+  EXPECT_EQ(entry.pose_tolerance->position, 0.1);
+  EXPECT_EQ(entry.pose_tolerance->orientation, 0.2);
+  EXPECT_EQ(entry.pose_tolerance->energy, 0.3);
+  EXPECT_EQ(entry.pose_tolerance->penetration, 0.4);
+  EXPECT_EQ(entry.pose_tolerance->resting, 5);
+}
+
 TEST_F(SuiteTest, AFolderStandsForItsSuite) {
   read("[[case]]\nscene = \"one.gltf\"\n");
   EXPECT_EQ(read_suite(folder_.path()).cases.size(), 5U);
@@ -203,12 +224,35 @@ TEST_F(SuiteTest, SelectsByCaseOrScene) {
   EXPECT_THROW(select(suite, {"two.a1"}), Error);
 }
 
+TEST_F(SuiteTest, ASidecarThatIsNoneIsRefusedByName) {
+  const std::string good = "{\"scene_hash\":\"1\",\"made_with\":{},\"images\":[]}";
+  const std::filesystem::path file = folder_.path() / "a3.json";
+  const auto complaint = [&](const std::string& text) {
+    write_text(file, text);
+    try {
+      read_sidecar(file);
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(complaint(good), "");
+  for (const std::string& text :
+       {std::string(), std::string("not JSON"), std::string("[]"), std::string("{}"),
+        good.substr(0, good.size() - 2), std::string("{\"scene_hash\":7}")}) {
+    EXPECT_EQ(complaint(text).rfind(file.string() + ": is not what 'substep approve' writes", 0), 0U) << text;
+  }
+  EXPECT_EQ(complaint("{\"scene_hash\":\"2\"," + good.substr(1)),
+            file.string() + ": the key 'scene_hash' stands twice in one object");
+  EXPECT_EQ(read_sidecar(folder_.path() / "missing.json").scene_hash, "");
+}
+
 TEST_F(SuiteTest, OrphansAreFilesOfNoCase) {
   const Suite suite = read("[[case]]\nscene = \"one.gltf\"\nalgorithms = [\"a3\"]\nimages = [60]\n");
   EXPECT_TRUE(orphans(suite).empty());
   write_text(folder_.path() / "poses/one/a3.poses", "");
   write_text(folder_.path() / "images/one/a3.f0060.png", "");
-  write_text(folder_.path() / "images/one/a3.json", "");
+  write_text(folder_.path() / "images/one/a3.json", "{\"scene_hash\":\"\",\"made_with\":{},\"images\":[]}");
   EXPECT_TRUE(orphans(suite).empty());
   write_text(folder_.path() / "images/one/a3.f0120.png", "");
   write_text(folder_.path() / "poses/gone/a1.poses", "");

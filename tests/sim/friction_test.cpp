@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "sim/constraints/contact_finder.h"
+#include "sim/model/model.h"
 #include "tests/sim/test_scenes.h"
 
 namespace substep {
@@ -14,6 +16,47 @@ namespace {
 constexpr double gravity = 9.81;
 constexpr double pi = std::numbers::pi;
 constexpr double slope_angle = pi / 9;
+
+/// The coefficient that a box takes on a fixed plank, both moving at the scene's start.
+double coefficient(const Vector3& box_velocity, const Vector3& plank_velocity,
+                   const Vector3& plank_spin = {0, 0, 0}, const Vector3& box_spin = {0, 0, 0}) {
+  Scene scene = test::empty_scene();
+  const int plank = test::add_box(scene, {9, 1, 9}, 1, {Vector3(0, -0.5, 0), Quaternion::Identity()}, 0);
+  const int box = test::add_box(scene, {0.2, 0.2, 0.2}, 1, {Vector3(2, 0.1, 1), Quaternion::Identity()}, 0);
+  scene.bodies[plank].inverse_mass = 0;
+  scene.bodies[plank].inverse_inertia.setZero();
+  scene.bodies[plank].linear_velocity = plank_velocity;
+  scene.bodies[plank].angular_velocity = plank_spin;
+  scene.bodies[box].linear_velocity = box_velocity;
+  scene.bodies[box].angular_velocity = box_spin;
+  for (Collider& collider : scene.colliders) {
+    collider.material.static_friction = 0.9;
+    collider.material.dynamic_friction = 0.4;
+  }
+  const Model model = build_model(scene);
+  ContactFinder finder(scene, model);
+  const std::vector<Contact>& contacts = finder.find(initial_state(scene), 1.0 / 60);
+  EXPECT_GE(contacts.size(), 4u);
+  for (const Contact& contact : contacts) EXPECT_EQ(contact.friction, contacts.front().friction);
+  return contacts.empty() ? 0 : contacts.front().friction;
+}
+
+TEST(Friction, WhatMovesWithItsGroundSticksAndWhatDoesNotSlides) {
+  // g hs = 0.16 m/s: slower is at rest.
+  const Vector3 east(2, 0, 0);
+  const Vector3 north(0, 0, 2);
+  EXPECT_EQ(coefficient({0, 0, 0}, {0, 0, 0}), 0.9);
+  EXPECT_EQ(coefficient(east, {0, 0, 0}), 0.4);
+  EXPECT_EQ(coefficient({0, 0, 0}, east), 0.4);
+  EXPECT_EQ(coefficient(east, east), 0.9);
+  EXPECT_EQ(coefficient(north, east), 0.4);
+  // On a turntable, at its own place's speed ω × r and turning with it.
+  const Vector3 spin(0, 1.5, 0);
+  const Vector3 arm(2, 0.6, 1);
+  EXPECT_EQ(coefficient(spin.cross(arm), {0, 0, 0}, spin, spin), 0.9);
+  EXPECT_EQ(coefficient(-spin.cross(arm), {0, 0, 0}, spin, spin), 0.4);
+  EXPECT_EQ(coefficient({0, 0, 0}, {0, 0, 0}, {0, 0, 0}, Vector3(0, 9, 0)), 0.4);
+}
 
 /// A block of 2 kg on a slope, sent up along it.
 struct Slope {

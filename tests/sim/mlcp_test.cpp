@@ -133,6 +133,27 @@ double violation(const Mlcp& problem, const std::vector<double>& lambda) {
   return worst;
 }
 
+TEST(Mlcp, SolvesRowsWhoseSecondBodyIsTheFirstOfTheList) {
+  std::mt19937 random(4);
+  MlcpSolver solver;
+  std::vector<double> lambda;
+  double worst = 0;
+  for (int i = 0; i < 300; ++i) {
+    const int bodies = 2 + static_cast<int>(random() % 4);
+    Mlcp problem = any_problem(random, bodies, 1 + static_cast<int>(random() % (2 * bodies)), false);
+    // The list's first body as a row's second one.
+    Mlcp::Row& row = problem.rows.front();
+    row.a = 1;
+    row.b = 0;
+    row.part_b = any_part(random);
+    row.low = -INFINITY;
+    row.high = INFINITY;
+    ASSERT_EQ(solver.solve(problem, lambda).status, MlcpReport::Status::solved) << i;
+    worst = std::max(worst, violation(problem, lambda));
+  }
+  EXPECT_LT(worst, 1e-7);
+}
+
 TEST(Mlcp, SolvesRandomProblemsToRounding) {
   std::mt19937 random(1);
   MlcpSolver solver;
