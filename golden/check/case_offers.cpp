@@ -75,7 +75,11 @@ void prepare_approval(CaseWork& work, CheckedCase& checked) {
   const ApprovableRun run{&*work.live, content_hash(to_text(*work.live)),
                           content_hash(to_bytes(*work.live_track))};
   checked.sidecar = make_sidecar(entry, run, work.scene, pictures, work.made_with);
-  if (!entry.images.empty() && !work.made_with.is_pinned) {
+  // While the poses pass, pictures of another platform become baselines beside the golden ones.
+  const bool is_elsewhere = entry.any_renderer && work.sidecar.is_there && work.result.poses.passes &&
+                            work.sidecar.platform() != work.made_with.platform;
+  checked.is_baseline = is_elsewhere && checked.result.has_alternates;
+  if (!entry.images.empty() && !work.made_with.is_pinned && !entry.any_renderer) {
     refusal = "it was drawn by " + work.made_with.renderer + ", which is not the pinned renderer";
   }
 }

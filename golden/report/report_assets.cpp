@@ -14,6 +14,10 @@ asm(".section .rodata\n"
     ".incbin \"" SUBSTEP_REPORT
     "/report.js\"\n"
     "substep_report_script_end:\n"
+    "substep_review_script:\n"
+    ".incbin \"" SUBSTEP_REPORT
+    "/review.js\"\n"
+    "substep_review_script_end:\n"
     ".previous\n");
 extern "C" const char substep_report_page[];
 extern "C" const char substep_report_page_end[];
@@ -21,6 +25,8 @@ extern "C" const char substep_report_style[];
 extern "C" const char substep_report_style_end[];
 extern "C" const char substep_report_script[];
 extern "C" const char substep_report_script_end[];
+extern "C" const char substep_review_script[];
+extern "C" const char substep_review_script_end[];
 
 namespace substep::report_assets {
 
@@ -32,6 +38,10 @@ std::string_view style() {
 }
 std::string_view script() {
   return {substep_report_script, substep_report_script_end};
+}
+
+std::string_view review_script() {
+  return {substep_review_script, substep_review_script_end};
 }
 
 }  // namespace substep::report_assets
