@@ -29,7 +29,7 @@ std::string one_line(std::string text) {
 bool has_own_track(CaseWork& work) {
   if (!work.golden_track) return false;
   if (!work.live || work.result.poses.motion.judgement != PoseJudgement::exact) return true;
-  const bool is_own = to_bytes(*work.golden_track) == to_bytes(*work.live_track);
+  const bool is_own = has_equal_track(work);
   if (!is_own) work.note("its track is of another run than its poses: approve it by name to renew it");
   return is_own;
 }
@@ -54,7 +54,7 @@ bool is_up_to_date(const CaseWork& work) {
   return sidecar.scene_hash == fmt::format("{:016x}", work.scene.hash) &&
          sidecar.parts == scene_parts(work.scene) &&
          sidecar.pose_log_hash == content_hash(to_text(*work.live)) &&
-         sidecar.track_hash == content_hash(to_bytes(*work.live_track));
+         sidecar.track_hash == approved_track_hash(work);
 }
 
 void check_poses(CaseWork& work) {
