@@ -43,6 +43,7 @@ int run(int argc, char** argv) {
   add_approve_command(app);
   add_replay_command(app);
   add_init_command(app);
+  add_review_command(app);
   add_claims_command(app);
   add_measure_command(app);
   add_sweep_command(app);

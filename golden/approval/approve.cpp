@@ -75,7 +75,28 @@ bool holds(const fs::path& golden, const std::string& golden_bytes, const std::s
   }
 }
 
-/// A picture beside the golden one for each that failed, under the next free number.
+/// Notes an alternate in the sidecar; returns its file.
+NewGolden new_alternate(const CheckResults::Case& entry, const AlternateOffer& offer,
+                        const ApproveOptions& options, const Json& made_with, const std::string& platform,
+                        const fs::path& file, Json& sidecar) {
+  Json alternate{{"frame", offer.frame},   {"file", file.filename().string()},
+                 {"pixels", offer.pixels}, {"reason", options.reason},
+                 {"date", today()},        {"made_with", made_with}};
+  if (!platform.empty()) alternate["platform"] = platform;
+  sidecar["alternates"].push_back(std::move(alternate));
+  return {file, kept(file, shown(offer.from, offer.from_hash, entry.name))};
+}
+
+void forget_alternate(Json& sidecar, const std::string& file_name) {
+  Json rest = Json::array();
+  for (const Json& alternate : sidecar.at("alternates")) {
+    if (alternate.at("file") != file_name) rest.push_back(alternate);
+  }
+  sidecar["alternates"] = std::move(rest);
+}
+
+/// A picture beside the golden one for each that failed: under the next free number, or in the place of this
+/// platform's baseline.
 std::vector<NewGolden> alternates_of(const CheckResults::Case& entry, const ApproveOptions& options,
                                      const Json& made_with) {
   if (!entry.poses_pass)
@@ -87,24 +108,25 @@ std::vector<NewGolden> alternates_of(const CheckResults::Case& entry, const Appr
       fs::exists(entry.sidecar_file) ? Json::parse(read_bytes(entry.sidecar_file), nullptr, false) : Json();
   if (!sidecar.is_object()) refuse(entry.name, "it has no sidecar to note an alternate's reason in");
   const Sidecar known = read_sidecar(entry.sidecar_file);
+  const std::string platform = entry.is_baseline ? made_with.value("platform", std::string()) : std::string();
   std::vector<NewGolden> files;
   for (const AlternateOffer& offer : entry.alternates) {
     const bool is_there =
-        std::any_of(known.alternates.begin(), known.alternates.end(),
-                    [&](const Alternate& a) { return a.frame == offer.frame && a.pixels == offer.pixels; });
+        std::any_of(known.alternates.begin(), known.alternates.end(), [&](const Alternate& a) {
+          return a.frame == offer.frame && a.pixels == offer.pixels && a.platform == platform;
+        });
     if (is_there) continue;
     fs::path file;
-    for (int number = 1; file.empty() || fs::exists(file); ++number) {
+    if (const Alternate* old = known.baseline(offer.frame, platform)) {
+      file = old->file;
+      forget_alternate(sidecar, file.filename().string());
+    }
+    for (int number = 1; file.empty(); ++number) {
       file = entry.sidecar_file;
       file.replace_extension(fmt::format(".f{:04}.alt{}.png", offer.frame, number));
+      if (fs::exists(file)) file.clear();
     }
-    sidecar["alternates"].push_back({{"frame", offer.frame},
-                                     {"file", file.filename().string()},
-                                     {"pixels", offer.pixels},
-                                     {"reason", options.reason},
-                                     {"date", today()},
-                                     {"made_with", made_with}});
-    files.push_back({file, kept(file, shown(offer.from, offer.from_hash, entry.name))});
+    files.push_back(new_alternate(entry, offer, options, made_with, platform, file, sidecar));
   }
   if (!files.empty()) files.push_back({entry.sidecar_file, sidecar_text(sidecar)});
   return files;
@@ -216,7 +238,7 @@ Approval approve(const ApproveOptions& options) {
     std::vector<NewGolden> files;
     // A case that passes may still lack a track.
     const bool has_nothing = passed && !entry.sidecar.is_object();
-    if (options.as_alternates && !passed) {
+    if ((options.as_alternates || entry.is_baseline) && !passed) {
       files = alternates_of(entry, options, results.made_with);
     } else if (!has_nothing) {
       files = files_of(entry, options);

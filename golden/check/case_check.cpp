@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <utility>
 
@@ -28,9 +29,20 @@ std::string one_line(std::string text) {
 bool has_own_track(CaseWork& work) {
   if (!work.golden_track) return false;
   if (!work.live || work.result.poses.motion.judgement != PoseJudgement::exact) return true;
-  const bool is_own = to_bytes(*work.golden_track) == to_bytes(*work.live_track);
+  const bool is_own = has_equal_track(work);
   if (!is_own) work.note("its track is of another run than its poses: approve it by name to renew it");
   return is_own;
+}
+
+/// Whether the golden pictures are what is drawn here, and not only near it or good beside it: else nothing
+/// can be noted of them.
+bool draws_its_goldens(const CaseWork& work) {
+  const auto& images = work.result.images;
+  const bool is_theirs =
+      !work.result.entry.any_renderer || images.empty() || work.sidecar.platform() == work.made_with.platform;
+  return is_theirs && std::all_of(images.begin(), images.end(), [](const ImageResult& image) {
+           return image.against_golden && image.against_golden->image.judgement == Judgement::exact;
+         });
 }
 
 /// Whether the sidecar says what is true of goldens that pass; without one there is nothing to say.
@@ -42,7 +54,7 @@ bool is_up_to_date(const CaseWork& work) {
   return sidecar.scene_hash == fmt::format("{:016x}", work.scene.hash) &&
          sidecar.parts == scene_parts(work.scene) &&
          sidecar.pose_log_hash == content_hash(to_text(*work.live)) &&
-         sidecar.track_hash == content_hash(to_bytes(*work.live_track));
+         sidecar.track_hash == approved_track_hash(work);
 }
 
 void check_poses(CaseWork& work) {
@@ -98,8 +110,9 @@ CheckedRun check_case(const CheckOptions& options, const MadeWith& made_with, co
   if (options.poses) check_poses(work);
   if (options.images && !entry.images.empty()) check_images(work);
   decide(work);
-  CheckedCase checked{work.result, {}, {}, {}, work.sidecar.made_with};
-  const bool is_complete = work.result.verdict == Verdict::pass && has_own_track(work) && is_up_to_date(work);
+  CheckedCase checked{work.result, {}, {}, {}, work.sidecar.made_with, false};
+  const bool is_complete = work.result.verdict == Verdict::pass &&
+                           ((has_own_track(work) && is_up_to_date(work)) || !draws_its_goldens(work));
   if (!is_complete) prepare_approval(work, checked);
   const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
   checked.result.seconds = spent.count();

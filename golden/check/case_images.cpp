@@ -130,15 +130,21 @@ class ImageCheck {
 
   void judge(ImageResult& image, const Drawing& drawn, const std::string& prefix) {
     const SuiteCase& entry = work_.result.entry;
-    const Drawing golden{read_png(entry.image_file(image.frame)), drawn.bodies};
+    // A baseline of this platform stands in the golden picture's place.
+    const Alternate* own = work_.result.entry.any_renderer
+                               ? work_.sidecar.baseline(image.frame, work_.made_with.platform)
+                               : nullptr;
+    const Drawing golden{read_png(own == nullptr ? entry.image_file(image.frame) : own->file), drawn.bodies};
     image.against_golden = compared(golden, drawn, image.frame);
     const Judgement judgement = image.against_golden->image.judgement;
     const bool is_near_enough =
-        judgement == Judgement::exact || (!work_.made_with.is_pinned && passes(judgement));
+        judgement == Judgement::exact || (!work_.is_exact_here() && is_within(*image.against_golden));
     const bool is_alternate = !is_near_enough && equals_alternate(image.frame, drawn.picture);
     image.passes = (is_near_enough || is_alternate) && !image.is_blank;
     if (is_near_enough && judgement != Judgement::exact) {
-      work_.note(fmt::format("frame {} within tolerance: this is not the pinned renderer", image.frame));
+      work_.note(fmt::format(
+          "frame {} within tolerance{}: this is not {}", image.frame, entry.tolerance.flip ? " by FLIP" : "",
+          entry.any_renderer ? "the renderer that it was approved on" : "the pinned renderer"));
     }
     if (image.passes) return;
     work_.folder.write(prefix + ".expected.png", to_png(golden.picture));
@@ -146,7 +152,7 @@ class ImageCheck {
              prefix + ".expected.png", prefix + ".actual.png");
     const Sidecar::Picture* approved = work_.sidecar.picture(image.frame);
     const std::string found = pixel_hash(golden.picture);
-    if (approved != nullptr && approved->pixels != found) {
+    if (approved != nullptr && (own == nullptr ? approved->pixels : own->pixels) != found) {
       work_.edited.push_back(entry.image_file(image.frame).filename().string());
       work_.note(fmt::format(
           "the golden picture of frame {} is not the one that was approved (pixels {}, approved {})",
@@ -154,10 +160,18 @@ class ImageCheck {
     }
   }
 
+  /// By FLIP where the case says so, else by levels and counts.
+  bool is_within(const PictureComparison& comparison) const {
+    const std::optional<double>& limit = work_.result.entry.tolerance.flip;
+    if (!limit || comparison.image.judgement == Judgement::size) return passes(comparison.image.judgement);
+    return comparison.flip && comparison.flip->max <= *limit;
+  }
+
   bool equals_alternate(int frame, const Image& drawn) {
     const std::string pixels = pixel_hash(drawn);
     for (const Alternate& alternate : work_.sidecar.alternates) {
-      if (alternate.frame != frame || alternate.pixels != pixels) continue;
+      // Another platform's baseline is not good here.
+      if (alternate.frame != frame || alternate.pixels != pixels || !alternate.platform.empty()) continue;
       if (read_png(alternate.file).rgb != drawn.rgb) continue;
       work_.note(
           fmt::format("frame {} equals {}: {}", frame, alternate.file.filename().string(), alternate.reason));

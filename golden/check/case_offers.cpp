@@ -25,13 +25,21 @@ void offer_logs(CaseWork& work, CheckedCase& checked) {
   const bool is_wanted =
       !work.result.poses.passes || work.result.poses.motion.judgement == PoseJudgement::exact;
   if (is_wanted && is_another) offer(checked, work.folder.write("actual.poses", text), entry.pose_file);
-  const std::string track = to_bytes(*work.live_track);
-  if (is_wanted && (!work.result.poses.has_track || track != read_bytes(entry.track_file))) {
-    offer(checked, work.folder.write("actual.track", track), entry.track_file);
+  if (is_wanted && !has_equal_track(work)) {
+    offer(checked, work.folder.write("actual.track", to_bytes(*work.live_track)), entry.track_file);
   }
 }
 
 }  // namespace
+
+bool has_equal_track(const CaseWork& work) {
+  return work.golden_track && to_bytes(*work.golden_track) == to_bytes(*work.live_track);
+}
+
+std::string approved_track_hash(const CaseWork& work) {
+  return content_hash(has_equal_track(work) ? read_bytes(work.result.entry.track_file)
+                                            : to_bytes(*work.live_track));
+}
 
 void prepare_approval(CaseWork& work, CheckedCase& checked) {
   const SuiteCase& entry = work.result.entry;
@@ -72,10 +80,13 @@ void prepare_approval(CaseWork& work, CheckedCase& checked) {
     }
   }
   checked.result.has_alternates = work.result.poses.passes && !checked.alternates.empty();
-  const ApprovableRun run{&*work.live, content_hash(to_text(*work.live)),
-                          content_hash(to_bytes(*work.live_track))};
+  const ApprovableRun run{&*work.live, content_hash(to_text(*work.live)), approved_track_hash(work)};
   checked.sidecar = make_sidecar(entry, run, work.scene, pictures, work.made_with);
-  if (!entry.images.empty() && !work.made_with.is_pinned) {
+  // While the poses pass, pictures of another platform become baselines beside the golden ones.
+  const bool is_elsewhere = entry.any_renderer && work.sidecar.is_there && work.result.poses.passes &&
+                            work.sidecar.platform() != work.made_with.platform;
+  checked.is_baseline = is_elsewhere && checked.result.has_alternates;
+  if (!entry.images.empty() && !work.made_with.is_pinned && !entry.any_renderer) {
     refusal = "it was drawn by " + work.made_with.renderer + ", which is not the pinned renderer";
   }
 }

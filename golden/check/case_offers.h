@@ -8,4 +8,10 @@ namespace substep {
 /// Writes what approving would copy, and finds what forbids it.
 void prepare_approval(CaseWork& work, CheckedCase& checked);
 
+/// Whether the golden track says of each frame what the live one does; its bytes may be deflated otherwise.
+bool has_equal_track(const CaseWork& work);
+
+/// Of the track's file as approving leaves it.
+std::string approved_track_hash(const CaseWork& work);
+
 }  // namespace substep

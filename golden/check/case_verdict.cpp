@@ -73,7 +73,7 @@ void explain_inputs(CaseWork& work, Failing& failing) {
   work.result.verdict = verdict;
   work.result.cause = cause;
   // On another renderer than theirs pictures may differ for no reason here.
-  if (failing.poses || (failing.images && work.made_with.is_pinned)) {
+  if (failing.poses || (failing.images && work.is_exact_here())) {
     work.result.cause += failing.poses ? "; that does not explain its poses: the simulation changed, too"
                                        : "; that does not explain its pictures: the renderer changed, too";
   }
@@ -155,11 +155,11 @@ void decide(CaseWork& work) {
     explain_edits(work, failing);
     if (verdict == Verdict::pass && failing.any()) explain_inputs(work, failing);
     if (verdict == Verdict::pass) {
-      const bool is_pinned = work.made_with.is_pinned;
-      verdict = failing.poses && failing.images && is_pinned ? Verdict::both_changed
-                : failing.poses                              ? Verdict::simulation_changed
-                : is_pinned                                  ? Verdict::renderer_changed
-                                                             : Verdict::environment;
+      const bool is_exact = work.is_exact_here();
+      verdict = failing.poses && failing.images && is_exact ? Verdict::both_changed
+                : failing.poses                             ? Verdict::simulation_changed
+                : is_exact                                  ? Verdict::renderer_changed
+                                                            : Verdict::environment;
       find_cause(work);
     }
   }

@@ -1,5 +1,7 @@
 #include "golden/check/case_work.h"
 
+#include <algorithm>
+
 namespace substep {
 
 CaseWork::CaseWork(const CheckOptions& options_of, const MadeWith& with, const SuiteCase& entry,
@@ -10,6 +12,14 @@ CaseWork::CaseWork(const CheckOptions& options_of, const MadeWith& with, const S
   if (!entry.own_step) result.entry.settings.step = scene.step;
   result.step = result.entry.settings.step;
   sidecar = read_sidecar(entry.sidecar);
+}
+
+bool CaseWork::is_exact_here() const {
+  if (!result.entry.any_renderer) return made_with.is_pinned;
+  const auto& known = sidecar.alternates;
+  return sidecar.platform() == made_with.platform ||
+         std::any_of(known.begin(), known.end(),
+                     [&](const Alternate& a) { return a.platform == made_with.platform; });
 }
 
 void CaseWork::note(std::string_view text) {

@@ -26,6 +26,9 @@ struct CaseWork {
 
   void note(std::string_view text);
 
+  /// Whether pictures must be equal here: on the pinned renderer, or on the one that they are of.
+  bool is_exact_here() const;
+
   const CheckOptions& options;
   const MadeWith& made_with;
   const Scene& scene;

@@ -120,8 +120,10 @@ Json to_json(const PicturePair& pair) {
 }
 
 Json to_json(const ImageTolerance& t) {
-  return {
+  Json json{
       {"hard", t.hard}, {"level", t.level}, {"count", t.count}, {"mean", t.mean}, {"tile_mean", t.tile_mean}};
+  if (t.flip) json["flip"] = *t.flip;
+  return json;
 }
 
 /// A path below `folder`, from there.
@@ -147,6 +149,7 @@ void add_offers(const CheckedCase& checked, Json& json) {
                                   {"from_hash", offer.from_hash},
                                   {"pixels", offer.pixels}});
   }
+  json["baseline"] = checked.is_baseline;
   json["sidecar_file"] = below(checked.result.entry.sidecar, suite_folder);
   json["sidecar"] = checked.sidecar;
 }
@@ -164,6 +167,7 @@ void read_offers(const Json& json, const fs::path& output, const fs::path& suite
                  CheckResults::Case& result) {
   result.sidecar_file = inside(suite_folder, json.at("sidecar_file"));
   result.sidecar = json.at("sidecar");
+  result.is_baseline = json.at("baseline");
   for (const Json& offer : json.at("offers")) {
     result.offers.push_back({inside(output, offer.at("from")), offer.at("from_hash"),
                              inside(suite_folder, offer.at("to")), offer.at("to_hash")});

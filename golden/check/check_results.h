@@ -33,6 +33,7 @@ struct CheckedCase {
   std::vector<AlternateOffer> alternates;
   nlohmann::ordered_json sidecar;           ///< but for when and why it was approved
   nlohmann::ordered_json golden_made_with;  ///< of the goldens that it was checked against
+  bool is_baseline = false;  ///< its pictures are approved as this platform's, beside the golden ones
 };
 
 /// What was checked, as approve() needs it.
@@ -43,6 +44,7 @@ struct CheckResults {
     std::string verdict;
     std::string refusal;
     bool poses_pass = false;
+    bool is_baseline = false;
     std::filesystem::path sidecar_file;
     std::vector<Offer> offers;
     std::vector<AlternateOffer> alternates;

@@ -133,6 +133,7 @@ std::string explain_pictures(const PictureComparison& comparison, const ImageTol
   if (comparison.flip) {
     text += fmt::format("\n{}FLIP mean {:.4f}  p99 {:.2f}  max {:.2f} -> {}", indent, comparison.flip->mean,
                         comparison.flip->percentile_99, comparison.flip->max, comparison.flip->visibility);
+    if (tolerance.flip) text += fmt::format(" (on another renderer the limit is {:g})", *tolerance.flip);
   }
   text += "\n";
   if (comparison.blame) text += explain_blame(*comparison.blame);

@@ -16,6 +16,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string_view>
 
 #include "render/image.h"
@@ -28,6 +29,9 @@ struct ImageTolerance {
   std::int64_t count = 20;
   double mean = 0.5;
   double tile_mean = 4;
+  /// When given, the largest FLIP error of a pixel alone decides, in place of rules 3 to 6: two renderers
+  /// that round edges otherwise, and look the same. Whoever compares computes it.
+  std::optional<double> flip;
 };
 
 enum class Judgement { exact, within, size, hard, count, mean, tile };

@@ -2,6 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <array>
+#include <cctype>
+#include <cerrno>
+#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <system_error>
@@ -42,6 +46,32 @@ std::string processor() {
   return {};
 }
 
+/// "debian-12", as the system calls itself.
+std::string operating_system() {
+  std::ifstream file("/etc/os-release");
+  std::string id;
+  std::string version;
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with("ID=")) id = line.substr(3);
+    if (line.starts_with("VERSION_ID=")) version = line.substr(11);
+  }
+  return fmt::format("{} {}", id, version);
+}
+
+/// Small letters and digits, with one hyphen for whatever is between them.
+std::string as_word(const std::string& text) {
+  std::string word;
+  for (const unsigned char c : text) {
+    if (std::isalnum(c) != 0) {
+      word += static_cast<char>(std::tolower(c));
+    } else if (!word.empty() && word.back() != '-') {
+      word += '-';
+    }
+  }
+  while (word.ends_with('-')) word.pop_back();
+  return word;
+}
+
 }  // namespace
 
 MadeWith made_with(const fs::path& folder, bool with_renderer) {
@@ -49,6 +79,7 @@ MadeWith made_with(const fs::path& folder, bool with_renderer) {
   if (with_renderer) {
     result.renderer = renderer_description();
     result.is_pinned = is_pinned_renderer();
+    result.platform = as_word(result.renderer + " " + operating_system());
   }
   result.compiler = SUBSTEP_COMPILER;
   result.processor = processor();

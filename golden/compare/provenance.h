@@ -10,6 +10,7 @@ namespace substep {
 struct MadeWith {
   std::string renderer;    ///< renderer_description(); empty when nothing was drawn
   bool is_pinned = false;  ///< whether that is the renderer that goldens are exact on
+  std::string platform;    ///< renderer and system as one word: what pictures are exact on
   std::string compiler;    ///< "GNU 12.2.0"
   std::string processor;   ///< as the system names it
   std::string commit;  ///< of the work tree; with "-dirty" when files differ from it; empty outside of git

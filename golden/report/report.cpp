@@ -219,7 +219,7 @@ std::string body(const Json& results, const fs::path& output, std::size_t budget
   const ResultsPlace place = place_of(results, output);
   for (const Json* entry : cases) html += case_section(*entry, place, pictures);
   html += distances(results) + passing(results) + "</main>\n";
-  const ApproveCommand ticked = approve_command({"@"}, place);
+  const ApproveCommand ticked = approve_command({"CASES"}, place);
   return html + fmt::format(
                     "<div class=\"basket\" data-command=\"{}\" data-output=\"{}\" data-folder=\"{}\"><div "
                     "class=\"command\">"

@@ -273,7 +273,7 @@ class Report {
     this.basket.classList.toggle('filled', ticked.length > 0);
     const {command, output} = this.basket.dataset;
     this.basket.querySelector('code').textContent =
-        `${command.replace('@', ticked.join(' '))}${output} --reason "..."`;
+        `${command.replace('CASES', ticked.join(' '))}${output} --reason "..."`;
   }
 
   go(index) {

@@ -58,7 +58,8 @@ void read_pictures(const Json& json, const fs::path& folder, Sidecar& result) {
   if (!json.contains("alternates")) return;
   for (const Json& entry : json.at("alternates")) {
     result.alternates.push_back({entry.at("frame"), folder / entry.at("file").get<std::string>(),
-                                 entry.at("pixels"), entry.at("reason")});
+                                 entry.at("pixels"), entry.at("reason"),
+                                 entry.value("platform", std::string())});
   }
 }
 
@@ -68,6 +69,17 @@ const Sidecar::Picture* Sidecar::picture(int frame) const {
   const auto found =
       std::find_if(pictures.begin(), pictures.end(), [&](const Picture& p) { return p.frame == frame; });
   return found == pictures.end() ? nullptr : &*found;
+}
+
+std::string Sidecar::platform() const {
+  return made_with.is_object() ? made_with.value("platform", std::string()) : std::string();
+}
+
+const Alternate* Sidecar::baseline(int frame, const std::string& platform) const {
+  const auto found = std::find_if(alternates.begin(), alternates.end(), [&](const Alternate& a) {
+    return a.frame == frame && !platform.empty() && a.platform == platform;
+  });
+  return found == alternates.end() ? nullptr : &*found;
 }
 
 Sidecar read_sidecar(const fs::path& file) {
@@ -96,11 +108,9 @@ Sidecar read_sidecar(const fs::path& file) {
 }
 
 Json to_json(const MadeWith& made_with) {
-  return {{"renderer", made_with.renderer},
-          {"pinned", made_with.is_pinned},
-          {"compiler", made_with.compiler},
-          {"processor", made_with.processor},
-          {"commit", made_with.commit}};
+  return {{"renderer", made_with.renderer},   {"pinned", made_with.is_pinned},
+          {"platform", made_with.platform},   {"compiler", made_with.compiler},
+          {"processor", made_with.processor}, {"commit", made_with.commit}};
 }
 
 Json make_sidecar(const SuiteCase& entry, const ApprovableRun& run, const Scene& scene,

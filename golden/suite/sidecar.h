@@ -24,6 +24,7 @@ struct Alternate {
   std::filesystem::path file;
   std::string pixels;  ///< hash
   std::string reason;
+  std::string platform;  ///< MadeWith::platform of whom it is the baseline; empty: good wherever it is equal
 };
 
 /// A sidecar that is missing says nothing.
@@ -44,6 +45,9 @@ struct Sidecar {
   std::string last_state;
   nlohmann::ordered_json made_with;
 
+  /// The platform that the golden pictures were approved on; empty where that was not noted.
+  std::string platform() const;
+  const Alternate* baseline(int frame, const std::string& platform) const;
   const Picture* picture(int frame) const;
 };
 

@@ -19,9 +19,9 @@ namespace fs = std::filesystem;
 constexpr int largest_frame_count = 100000;
 constexpr int largest_size = 4096;
 const std::vector<std::string_view> algorithm_keys{"a1", "a2", "a3", "a4", "a5"};
-const std::vector<std::string_view> plan_keys{"frames",         "full_every", "images",
-                                              "size",           "algorithms", "tolerance",
-                                              "pose_tolerance", "settings",   "time_limit"};
+const std::vector<std::string_view> plan_keys{"frames",     "full_every", "images",         "size",
+                                              "algorithms", "tolerance",  "pose_tolerance", "settings",
+                                              "time_limit", "renderer"};
 
 /// Of [settings]: the fields but the algorithm, which `algorithms` says.
 std::vector<std::string_view> settings_keys() {
@@ -44,6 +44,7 @@ struct Plan {
   ImageTolerance tolerance;
   std::optional<PoseTolerance> pose_tolerance;
   double time_limit = SuiteCase().time_limit;
+  bool any_renderer = false;
   std::vector<const toml::table*> settings;  ///< applied in this order
 };
 
@@ -165,6 +166,11 @@ class Reader : private TomlValues {
       if (!plan.pose_tolerance) plan.pose_tolerance.emplace();
       read_pose_tolerance(as_table(*node, "pose_tolerance"), *plan.pose_tolerance);
     }
+    if (const auto* node = table.get("renderer")) {
+      const std::string renderer = text(*node, "renderer");
+      if (renderer != "any" && renderer != "pinned") fail(*node, "'renderer' must be \"pinned\" or \"any\"");
+      plan.any_renderer = renderer == "any";
+    }
     if (const auto* node = table.get("time_limit")) plan.time_limit = number(*node, "time_limit");
     if (const auto* node = table.get("settings")) {
       const toml::table& settings = as_table(*node, "settings");
@@ -178,7 +184,8 @@ class Reader : private TomlValues {
   }
 
   void read_tolerance(const toml::table& table, ImageTolerance& tolerance) const {
-    expect_keys(table, "tolerance", {"hard", "level", "count", "mean", "tile_mean"});
+    expect_keys(table, "tolerance", {"hard", "level", "count", "mean", "tile_mean", "flip"});
+    if (const auto* node = table.get("flip")) tolerance.flip = number(*node, "flip");
     if (const auto* node = table.get("hard")) tolerance.hard = integer(*node, "hard", 0, 255);
     if (const auto* node = table.get("level")) tolerance.level = integer(*node, "level", 0, 255);
     if (const auto* node = table.get("count")) {
@@ -253,15 +260,21 @@ class Reader : private TomlValues {
       result.tolerance = plan.tolerance;
       result.pose_tolerance = plan.pose_tolerance;
       result.time_limit = plan.time_limit;
-      result.suite_folder = suite.folder();
-      result.pose_file = suite.folder() / "poses" / scene_name / (slug + ".poses");
-      result.track_file = suite.folder() / "poses" / scene_name / (slug + ".track");
-      result.sidecar = suite.folder() / "images" / scene_name / (slug + ".json");
+      result.any_renderer = plan.any_renderer;
+      place_goldens(suite.folder(), scene_name, slug, result);
       if (!names_.insert(result.name).second) {
         fail(table, fmt::format("there is a case {} already: give one of them a 'variant'", result.name));
       }
       suite.cases.push_back(std::move(result));
     }
+  }
+
+  static void place_goldens(const fs::path& folder, const std::string& scene_name, const std::string& slug,
+                            SuiteCase& result) {
+    result.suite_folder = folder;
+    result.pose_file = folder / "poses" / scene_name / (slug + ".poses");
+    result.track_file = folder / "poses" / scene_name / (slug + ".track");
+    result.sidecar = folder / "images" / scene_name / (slug + ".json");
   }
 
   static bool is_name(std::string_view name) {

@@ -8,6 +8,9 @@
 ///     images = [60, 120]              # frames kept as pictures; each must have its poses in the log
 ///     size = [320, 180]               # of the pictures, pixels
 ///     algorithms = ["a1", "a2", "a3", "a4", "a5"]
+///     renderer = "pinned"             # or "any": pictures are exact on the renderer that they were approved
+///     on, and
+///                                     # others can have baselines of their own beside them
 ///     time_limit = 120                # s: a case that takes longer to check is an error
 ///     tolerance = { hard = 64, level = 3, count = 20, mean = 0.5, tile_mean = 4 }   # image_comparison.h
 ///
@@ -59,6 +62,8 @@ struct SuiteCase {
   int height = 180;
   ImageTolerance tolerance;
   std::optional<PoseTolerance> pose_tolerance;
+  bool any_renderer =
+      false;  ///< pictures are exact on the renderer that they were approved on, whatever that is
   double time_limit = 120;  ///< s, for checking it: one that takes longer is an error
 
   std::filesystem::path suite_folder;  ///< where the goldens are

@@ -91,5 +91,70 @@ TEST_F(EnvironmentTest, TheSimulationIsStillJudgedExactly) {
   EXPECT_EQ(result.exit_code(), 1);
 }
 
+/// A suite whose pictures may be of any renderer: this one's is not the pinned one.
+class AnyRenderer : public testing::Test {
+ protected:
+  AnyRenderer() { replace_in(suite_.options.suite, "[defaults]\n", "[defaults]\nrenderer = \"any\"\n"); }
+
+  /// As if the golden pictures had been approved elsewhere, where they are drawn a little otherwise.
+  void approve_elsewhere(int levels) {
+    suite_.make_goldens();
+    Image golden = read_png(suite_.image(20));
+    std::uint8_t& red = golden.pixel(31, 17)[0];
+    red = static_cast<std::uint8_t>(red >= 128 ? red - levels : red + levels);
+    write_png(golden, suite_.image(20));
+    suite_.sign();
+    auto sidecar = nlohmann::ordered_json::parse(read_text(suite_.sidecar()));
+    sidecar["made_with"]["platform"] = "another";
+    write_text(suite_.sidecar(), sidecar_text(sidecar));
+  }
+
+  SmallSuite suite_;
+};
+
+TEST_F(AnyRenderer, IsApprovedOnAndExactFromThenOn) {
+  suite_.make_goldens();
+  EXPECT_EQ(suite_.run().exit_code(), 0);
+  Image golden = read_png(suite_.image(20));
+  golden.pixel(31, 17)[0] ^= 1;
+  write_png(golden, suite_.image(20));
+  suite_.sign();
+  const CheckResult result = suite_.run();
+  EXPECT_EQ(result.cases.at(0).verdict, Verdict::renderer_changed) << result.cases.at(0).text;
+}
+
+TEST_F(AnyRenderer, ElsewhereTheToleranceHolds) {
+  approve_elsewhere(1);
+  const CheckResult result = suite_.run();
+  EXPECT_EQ(result.cases.at(0).verdict, Verdict::pass) << result.cases.at(0).text;
+  EXPECT_EQ(result.cases.at(0).notes.at(0),
+            "frame 20 within tolerance: this is not the renderer that it was approved on");
+}
+
+TEST_F(AnyRenderer, ByFlipWhereTheCaseSaysSo) {
+  approve_elsewhere(100);
+  EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::environment);
+  write_text(suite_.options.suite, read_text(suite_.options.suite) + "tolerance = { flip = 0.9 }\n");
+  EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::pass);
+  replace_in(suite_.options.suite, "flip = 0.9", "flip = 0.01");
+  EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::environment);
+}
+
+TEST_F(AnyRenderer, ABaselineOfItsOwnIsExact) {
+  approve_elsewhere(100);
+  EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::environment);
+  const std::string golden = read_text(suite_.image(20));
+  EXPECT_EQ(suite_.approve_failed("as drawn here").written.size(), 2U);  // the picture, the sidecar
+  EXPECT_EQ(read_text(suite_.image(20)), golden);                        // the other platform's stays
+  const CheckResult result = suite_.run();
+  EXPECT_EQ(result.cases.at(0).verdict, Verdict::pass) << result.cases.at(0).text;
+  EXPECT_TRUE(result.orphans.empty());
+  // From now on what is drawn here is held to it.
+  replace_in(suite_.scene(), "\"intensity\":3.0", "\"intensity\":2.99");
+  EXPECT_EQ(suite_.run().exit_code(), 1);
+  EXPECT_EQ(suite_.approve_failed("another light").written.size(), 3U);  // two baselines, the sidecar
+  EXPECT_EQ(suite_.run().exit_code(), 0);
+}
+
 }  // namespace
 }  // namespace substep

@@ -6,6 +6,7 @@ report_browser_test.py SUBSTEP SOURCE_FOLDER [FOLDER_FOR_SCREENSHOTS]
 import base64
 import json
 import pathlib
+import shlex
 import shutil
 import subprocess
 import sys
@@ -166,6 +167,10 @@ def drive(page):
     basket = page.page.find_element(By.CSS_SELECTOR, ".basket code").text
     expect(basket == 'substep approve bouncing_balls.a4 --reason "..."', f"basket: {basket}")
     page.shot("approve")
+    # The tick has the focus, and the keys are still the report's.
+    page.page.switch_to.active_element.send_keys("4")
+    expect(page.shows() == ["difference"], f"a key after a tick: {page.shows()}")
+    page.page.switch_to.active_element.send_keys("1")
     page.page.find_element(By.CSS_SELECTOR, "section.current input[type=checkbox]").click()
     page.key("j")
     page.key("k")
@@ -173,6 +178,19 @@ def drive(page):
     page.key("p")
     page.script("document.querySelector('#distances').scrollIntoView()")
     page.shot("distances")
+
+
+def moved(chrome, report):
+    """Elsewhere, the commands name the folder that the report lies in now, as a shell takes it."""
+    folder = report.parent.parent / "it's moved"
+    shutil.copytree(report.parent, folder)
+    page = Page(chrome, folder / "report.html", None)
+    command = page.page.find_element(By.CSS_SELECTOR, "code.approve").text
+    expect(shlex.split(command)[3:5] == ["--output", str(folder)], f"moved: {command}")
+    page.key("j")
+    page.page.find_element(By.CSS_SELECTOR, "section.current input[type=checkbox]").click()
+    basket = page.page.find_element(By.CSS_SELECTOR, ".basket code").text
+    expect(shlex.split(basket)[3:5] == ["--output", str(folder)], f"moved: {basket}")
 
 
 def dark(page):
@@ -218,6 +236,7 @@ def main():
             drive(page)
             dark(page)
             no_network(page)
+            moved(chrome, report)
             without_scripts(page, report)
         finally:
             chrome.quit()

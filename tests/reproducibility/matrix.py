@@ -21,6 +21,7 @@ COMPILERS = ("g++", "clang++")
 LEVELS = ("-O0", "-O2", "-O3")
 PROCESSORS = ("Nehalem", "Haswell", "EPYC")
 LOCALES = ("de_DE.UTF-8", "tr_TR.UTF-8")
+BODY_STEPS = "1000000"  # as many as two seconds take
 ENTRIES = ("upward", "downward", "toward-zero", "flush-to-zero")
 
 
@@ -33,7 +34,7 @@ def built(folder: pathlib.Path, compiler: str, level: str) -> pathlib.Path:
 
 
 def hashes(command: list, scenes: list, environment: dict | None = None) -> list[str]:
-    result = subprocess.run([*command, *scenes], env={**os.environ, **(environment or {})}, capture_output=True,
+    result = subprocess.run([*command, BODY_STEPS, *scenes], env={**os.environ, **(environment or {})}, capture_output=True,
                             text=True, check=False)
     if result.returncode != 0:
         return [f"code {result.returncode}: {result.stderr.strip()[-80:]}"]

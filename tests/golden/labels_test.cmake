@@ -1,0 +1,24 @@
+# cmake -D program=… -D source=… -D folder=… -P labels_test.cmake: a film's frame and a contact sheet, with all that is
+# written on them, pixel for pixel. The suite's pictures have no words, so that a label a pixel off would pass there.
+function(run_or_fail)
+  execute_process(COMMAND ${ARGV} RESULT_VARIABLE result OUTPUT_VARIABLE out ERROR_VARIABLE out)
+  if(NOT result EQUAL 0)
+    list(JOIN ARGV " " command)
+    message(FATAL_ERROR "${command}: ${result}\n${out}")
+  endif()
+endfunction()
+
+file(MAKE_DIRECTORY ${folder})
+set(scenes ${source}/scenes)
+run_or_fail(${program} sheet ${scenes}/pendulum.gltf ${scenes}/box_stack.gltf --size 160x90 --columns 2 --substeps 2
+  --duration 0.1 --output ${folder}/sheet.png)
+run_or_fail(${program} video ${scenes}/pendulum.gltf --size 640x360 --substeps 2 --duration 0.1 --hold 0
+  --frames ${folder}/frames --poster ${folder}/film.png --poster-time 0.05)
+foreach(picture sheet film)
+  set(golden ${source}/tests/golden/labels/${picture}.png)
+  execute_process(COMMAND ${program} diff ${golden} ${folder}/${picture}.png RESULT_VARIABLE result OUTPUT_VARIABLE out
+    ERROR_VARIABLE out)
+  if(NOT result EQUAL 0)
+    message(SEND_ERROR "${golden}:\n${out}Look at ${folder}/${picture}.png; if it is right, copy it over the golden.")
+  endif()
+endforeach()
