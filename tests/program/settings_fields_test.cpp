@@ -130,7 +130,8 @@ TEST_P(EveryField, IsInTheSuiteAndTheSidecar) {
   EXPECT_EQ(entry.own_step, name() == "step");
   PoseLog log;
   log.frames.resize(1);
-  const auto sidecar = make_sidecar(entry, log, Scene{}, {}, {});
+  const auto sidecar =
+      make_sidecar(entry, {.log = &log, .pose_log_hash = {}, .track_hash = {}}, Scene{}, {}, {});
   EXPECT_EQ(sidecar["settings"][name()].dump(), value_in(changed()));
 }
 

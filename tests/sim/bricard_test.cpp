@@ -54,19 +54,6 @@ struct Fall {
   std::vector<Vector3> path;  // of the rod opposite
 };
 
-double energy(const Scene& scene, const State& state) {
-  double sum = 0;
-  for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
-    const Body& body = scene.bodies[i];
-    if (body.inverse_mass == 0) continue;
-    const Vector3 local = state.q[i].angular.conjugate() * state.v[i].angular;
-    sum += 0.5 * state.v[i].linear.squaredNorm() / body.inverse_mass +
-           0.5 * local.cwiseAbs2().cwiseQuotient(body.inverse_inertia).sum() -
-           scene.gravity.dot(state.q[i].linear) / body.inverse_mass;
-  }
-  return sum;
-}
-
 double widest_gap(const Scene& scene, const State& state) {
   double widest = 0;
   for (const Joint& joint : scene.joints) {

@@ -64,7 +64,7 @@ TEST_P(Filter, ForbidsWhenEitherSideDoes) {
 INSTANTIATE_TEST_SUITE_P(Contacts, Filter,
                          testing::Values(Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4,
                                          Algorithm::a5),
-                         [](const auto& info) { return std::string(name(info.param)); });
+                         [](const auto& parameter) { return std::string(name(parameter.param)); });
 
 TEST(Relaxation, TakesItsShareOfAContactsErrorInEachIteration) {
   for (const double omega : {0.5, 1.0, 1.3}) {
