@@ -110,9 +110,10 @@ CheckedRun check_case(const CheckOptions& options, const MadeWith& made_with, co
   if (options.poses) check_poses(work);
   if (options.images && !entry.images.empty()) check_images(work);
   decide(work);
-  CheckedCase checked{work.result, {}, {}, {}, work.sidecar.made_with, false};
   const bool is_complete = work.result.verdict == Verdict::pass &&
                            ((has_own_track(work) && is_up_to_date(work)) || !draws_its_goldens(work));
+  // After all that is noted.
+  CheckedCase checked{work.result, {}, {}, {}, work.sidecar.made_with, false};
   if (!is_complete) prepare_approval(work, checked);
   const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
   checked.result.seconds = spent.count();

@@ -34,10 +34,9 @@ void add_review_command(CLI::App& app) {
       ->check(CLI::Range(0, 65535))
       ->capture_default_str();
   command->footer(
-      "Open the address that it prints. Ends with the page's button, or when every case is decided: with "
-      "code 0 "
-      "where\nall are approved, else 1. What is rejected is noted in rejected.json in the results' folder.\n"
-      "Example:\n  substep review");
+      "Open the address that it prints. Ends with the page's button, or when every case is decided: with\n"
+      "code 0 where all are approved, else 1. What is rejected is noted in rejected.json in the results'\n"
+      "folder.\nExample:\n  substep review --port 8080");
   command->callback([options] { review_results(*options); });
 }
 

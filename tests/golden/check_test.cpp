@@ -193,6 +193,25 @@ TEST_F(CheckTest, ADeletedTrackOrSidecarIsMissing) {
   EXPECT_EQ(run().verdict, Verdict::pass) << text_;
 }
 
+TEST_F(CheckTest, ATrackOfAnotherRunIsNoted) {
+  suite_.make_goldens();
+  const std::string track = read_text(suite_.track());
+  const std::string suite = read_text(suite_.options.suite);
+  write_text(suite_.options.suite, suite + "settings = { substeps = 3 }\n");
+  run();
+  fs::copy_file(suite_.shown("actual.track"), suite_.track(), fs::copy_options::overwrite_existing);
+  write_text(suite_.options.suite, suite);
+  suite_.sign();
+  const CaseResult result = run();
+  EXPECT_EQ(result.verdict, Verdict::pass) << text_;
+  ASSERT_EQ(result.notes.size(), 1U);
+  EXPECT_EQ(result.notes.at(0), "its track is of another run than its poses: approve it by name to renew it");
+  ApproveOptions options = suite_.approval();
+  options.renews = true;
+  EXPECT_EQ(approve(options).written, (std::vector<fs::path>{suite_.track(), suite_.sidecar()}));
+  EXPECT_EQ(read_text(suite_.track()), track);
+}
+
 TEST_F(CheckTest, ADamagedSceneIsTheErrorOfItsCase) {
   suite_.make_goldens();
   write_text(suite_.scene(), read_text(suite_.scene()).substr(0, 1000));

@@ -48,8 +48,15 @@ TEST_F(GoldenCommands, CheckApproveReplayAndDiffOneCase) {
 }
 
 TEST_F(GoldenCommands, RefuseWhatIsNotThere) {
-  expect_refused({"check", "--suite", "nothing.toml"}, "nothing.toml");
-  expect_refused({"check", "--suite", "suite.toml", "--case", "pendulum.a9"}, "pendulum.a9");
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{"check", "--suite", "nothing.toml"},
+        {"check", "--suite", "suite.toml", "--case", "pendulum.a9"}}) {
+    const Outcome outcome = run(words);
+    EXPECT_EQ(outcome.exit_code, 2);
+    EXPECT_THAT(outcome.err, testing::HasSubstr(words.back()));
+    // CI reads it: there was no check.
+    EXPECT_THAT(content("out/check/junit.xml"), testing::HasSubstr("errors=\"1\""));
+  }
   expect_refused({"approve", "pendulum.a3", "--reason", "none", "--suite", "suite.toml"}, "out/check");
   expect_refused({"replay", "pendulum.a9", "--suite", "suite.toml"}, "pendulum.a9");
 }

@@ -142,21 +142,22 @@ TEST_F(Outputs, AnInterruptedCommandLeavesNothing) {
   using std::chrono::steady_clock;
   const std::vector<std::vector<std::string>> commands{
       {"run", pendulum(), "--duration", "100000", "--output", "a.txt", "--csv", "a.csv"},
-      {"video", pendulum(), "--duration", "300", "--step", "1/30", "--reference-substeps", "1", "--size",
+      {"video", pendulum(), "--duration", "300", "--step", "1/30", "--reference-substeps", "2", "--size",
        "320x180", "--output", "a.mp4"},
-      {"video", pendulum(), "--duration", "300", "--step", "1/30", "--reference-substeps", "1", "--size",
+      {"video", pendulum(), "--duration", "300", "--step", "1/30", "--reference-substeps", "2", "--size",
        "320x180", "--frames", "frames"}};
   for (const std::vector<std::string>& words : commands) {
     for (const int signal : {SIGINT, SIGTERM}) {
       const pid_t process = start(words);
       const auto limit = steady_clock::now() + std::chrono::seconds(60);
+      int status = 0;
       while (!has_partial() && steady_clock::now() < limit) {
+        ASSERT_EQ(waitpid(process, &status, WNOHANG), 0) << content("said");
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
       }
       EXPECT_TRUE(has_partial());
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
       kill(process, signal);
-      int status = 0;
       ASSERT_EQ(waitpid(process, &status, 0), process);
       EXPECT_TRUE(WIFSIGNALED(status)) << status;
       EXPECT_EQ(WTERMSIG(status), signal);

@@ -91,6 +91,7 @@ TEST_P(EveryField, IsInThePoseLog) {
 
 TEST_P(EveryField, IsInTheSweepRecordAndItsTable) {
   SweepRecord record;
+  record.size = record.duration = 1;
   record.settings = usual();
   record.metrics.emplace();
   SweepRecord other = record;

@@ -150,7 +150,7 @@ TEST(MeshScene, OptionsOutOfRangeAreRefused) {
   EXPECT_THAT(complaint_about(options), HasSubstr("the mass must be above 0"));
   options = {};
   options.height = -1;
-  EXPECT_THAT(complaint_about(options), HasSubstr("the height must not be negative"));
+  EXPECT_THAT(complaint_about(options), HasSubstr("the height must be from 0 to 100000 m, but is -1"));
   options = {};
   options.copies = 1001;
   EXPECT_THAT(complaint_about(options), HasSubstr("the copies must be from 1 to 1000"));
