@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cstdint>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -31,14 +33,13 @@ class Film : public Program {
     fs::permissions(folder() / "bin/ffmpeg", fs::perms::owner_all);
   }
 
-  Outcome film() const {
-    return run(
-        {"video", scene("pendulum.gltf"), "--duration", "0.2", "--size", "320x180", "--output", "a.mp4"},
-        (folder() / "bin").string() + ":" + system_path());
-  }
+  /// Films are made by it, so the tests' machine has it.
+  static std::string real_ffmpeg() { return find_ffmpeg().value().string(); }
 
   void expect_failure(const std::string& part) const {
-    const Outcome outcome = film();
+    const std::vector<std::string> words{
+        "video", scene("pendulum.gltf"), "--duration", "0.2", "--size", "320x180", "--output", "a.mp4"};
+    const Outcome outcome = run(words, (folder() / "bin").string() + ":" + system_path());
     EXPECT_EQ(outcome.exit_code, 2);
     EXPECT_THAT(outcome.err, HasSubstr(part));
     EXPECT_EQ(content("a.mp4"), "an earlier film");
@@ -57,30 +58,18 @@ TEST_F(Film, AnEmptyFileIsAFailure) {
 }
 
 TEST_F(Film, ACutFileIsAFailure) {
-  const std::optional<fs::path> real = find_ffmpeg();
-  if (!real) GTEST_SKIP() << "ffmpeg is not installed";
   fake(
       fmt::format("{} \"$@\" || exit\nfor last; do :; done\n"
                   "case $last in file:*) truncate -s -1000 \"${{last#file:}}\";; esac\n",
-                  real->string()));
+                  real_ffmpeg()));
   expect_failure("ffmpeg failed: ");
 }
 
 TEST_F(Film, AFullDiskIsAFailure) {
-  if (!find_ffmpeg()) GTEST_SKIP() << "ffmpeg is not installed";
-  fs::create_directory(folder() / "disk");
-  const std::string disk = quoted((folder() / "disk").string());
-  const auto on_disk = [&](const std::string& command) {
-    return run_command(fmt::format(
-        "unshare -m sh -c {}",
-        quoted(fmt::format("mount -t tmpfs -o size=48k none {} && cd {} && {}", disk, disk, command))));
-  };
-  if (on_disk("true").exit_code != 0) GTEST_SKIP() << "no small disk can be made here: that takes root";
-  const Outcome outcome =
-      on_disk(fmt::format("{} video {} --duration 2 --size 640x360 --output a.mp4; echo code $?; ls -A",
-                          SUBSTEP_PROGRAM, quoted(scene("pendulum.gltf"))));
-  EXPECT_EQ(outcome.out, "code 2\n");  // and no file
-  EXPECT_THAT(outcome.err, HasSubstr("substep: ffmpeg failed: "));
+  // A limit of ffmpeg's files to 4 KB, since a small disk takes root: what is written beyond it is an error
+  // of the write, as there.
+  fake(fmt::format("trap '' XFSZ\nulimit -f 8\nexec {} \"$@\"\n", real_ffmpeg()));
+  expect_failure("ffmpeg failed: ");
 }
 
 TEST_F(Film, AHangEnds) {
