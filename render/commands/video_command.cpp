@@ -43,12 +43,14 @@ std::string row_title(const Run& run) {
 }
 
 void print_table(const Comparison& comparison) {
-  fmt::print("{:<48}{:>12}{:>12}{:>14}\n", "", "RMS error", "at the end", "row solves");
+  std::size_t width = 48;
+  for (const Run& run : comparison.runs) width = std::max(width, row_title(run).size());
+  fmt::print("{:<{}}{:>12}{:>12}{:>14}\n", "", width, "RMS error", "at the end", "row solves");
   for (const Run& run : comparison.runs) {
     if (run.is_reference()) continue;
     const std::string rms = run.errors.empty() ? "" : length_label(run.rms_error);
     const std::string final = run.errors.empty() ? "" : length_label(run.errors.back());
-    fmt::print("{:<48}{:>12}{:>12}{:>14}", row_title(run), rms, final,
+    fmt::print("{:<{}}{:>12}{:>12}{:>14}", row_title(run), width, rms, final,
                run.row_solves > 0 ? fmt::format("{}", run.row_solves) : "");
     if (run.diverged) fmt::print("  diverged at t = {:.3f} s", *run.diverged);
     if (run.unsolved > 0) fmt::print("  {} steps not solved to the accuracy asked for", run.unsolved);
@@ -88,12 +90,16 @@ void choose_panels(const VideoOptions& options, const Settings& base, VideoSetti
 
 void make(VideoOptions& options) {
   const Scene scene = options.scene.load();
-  note_cost_of_a1(scene);
   VideoSettings& video = options.video;
   const Settings base = options.solver.settings(scene);
   choose_panels(options, base, video);
   video.comparison.step = base.step;
   video.comparison.has_reference = !options.no_reference;
+  // The reference of contacts is A1 itself.
+  const bool has_a1 = std::ranges::any_of(video.comparison.panels, [](const PanelChoice& panel) {
+    return panel.kind == PanelChoice::Kind::algorithm && panel.settings.algorithm == Algorithm::a1;
+  });
+  if (has_a1 || video.comparison.has_reference) note_cost_of_a1(scene);
   video.comparison.start = seconds_in(options.start, "--start");
   video.comparison.duration = options.solver.seconds(scene);
   video.comparison.frame_interval = options.speed / video.frame_rate;

@@ -3,13 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <utility>
 
 #include "render/inks.h"
 #include "sim/error.h"
 #include "sim/loading/toml_values.h"
+#include "sim/model/settings_fields.h"
 #include "sim/study/engines/engines.h"
 
 namespace substep {
@@ -19,56 +18,38 @@ namespace fs = std::filesystem;
 
 using Values = std::vector<std::pair<std::string, std::string>>;
 
-double number_in(const std::string& key, const std::string& text) {
-  const std::size_t slash = text.find('/');
-  const auto part = [&](std::string_view digits) {
-    double value = 0;
-    const auto parsed = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-    if (parsed.ec != std::errc{} || parsed.ptr != digits.data() + digits.size() || !std::isfinite(value)) {
-      throw Error(fmt::format("'{}={}': give a number", key, text));
-    }
-    return value;
-  };
-  const double above = part(std::string_view(text).substr(0, slash));
-  return slash == std::string::npos ? above : above / part(std::string_view(text).substr(slash + 1));
+/// How a field is called in a panel: by its name, or as labels have it, such as "n".
+bool is_called(const SettingsField& field, std::string_view key) {
+  return key == field.name ||
+         (!field.symbol.empty() && key == field.symbol.substr(0, field.symbol.size() - 1));
 }
 
-int count_in(const std::string& key, const std::string& text) {
-  const double value = number_in(key, text);
-  if (value != std::floor(value) || std::abs(value) > 1e6) {
-    throw Error(fmt::format("'{}={}': give a whole number", key, text));
-  }
-  return static_cast<int>(value);
+/// What an algorithm or an engine can be given; `show` says which of them.
+bool has_field(const PanelChoice& panel, const SettingsField& field) {
+  if (panel.kind == PanelChoice::Kind::engine) return field.name == "iterations" || field.name == "step";
+  return field.name != "algorithm";
 }
 
 void set(PanelChoice& panel, const std::string& key, const std::string& value) {
-  const bool is_engine = panel.kind == PanelChoice::Kind::engine;
   if (key == "title") {
     panel.title = value;
-  } else if (panel.kind == PanelChoice::Kind::log || panel.kind == PanelChoice::Kind::reference) {
+    return;
+  }
+  if (panel.kind == PanelChoice::Kind::log || panel.kind == PanelChoice::Kind::reference) {
     throw Error(fmt::format("'{}={}': a {} has its own settings, and 'title' alone can be given", key, value,
                             panel.kind == PanelChoice::Kind::log ? "log" : "reference"));
-  } else if (key == "m") {
-    panel.settings.iterations = count_in(key, value);
-  } else if (key == "step") {
-    panel.settings.step = number_in(key, value);
-  } else if (!is_engine && key == "n") {
-    panel.settings.substeps = count_in(key, value);
-  } else if (!is_engine && key == "tau") {
-    panel.settings.tau = number_in(key, value);
-  } else if (!is_engine && key == "kappa") {
-    panel.settings.kappa = number_in(key, value);
-  } else if (!is_engine && key == "relaxation") {
-    panel.settings.relaxation = number_in(key, value);
-  } else if (!is_engine && key == "joints") {
-    const auto joints = joints_named(value);
-    if (!joints) throw Error(fmt::format("'joints={}': give rows, plain or stable", value));
-    panel.settings.joints = *joints;
-  } else {
-    throw Error(
-        fmt::format("'{}': give some of {}", key,
-                    is_engine ? "m, step, title" : "n, m, tau, kappa, joints, relaxation, step, title"));
   }
+  std::string known;
+  for (const SettingsField& field : settings_fields) {
+    if (!has_field(panel, field)) continue;
+    known += fmt::format("{}, ", field.name);
+    if (!is_called(field, key)) continue;
+    if (set_typed(panel.settings, field, value)) return;
+    const bool is_choice = std::holds_alternative<Joints Settings::*>(field.member);
+    throw Error(fmt::format("'{}={}': give {}", key, value,
+                            is_choice || fraction_in(value) ? kind_of(field) : "a number"));
+  }
+  throw Error(fmt::format("'{}': give some of {}title", key, known));
 }
 
 /// The engine of that name, or the first whose name begins with it.
@@ -97,7 +78,8 @@ PanelChoice panel_of(const std::string& show, const Values& values, const Settin
     panel.kind = PanelChoice::Kind::engine;
     panel.engine = engine_named(show);
   }
-  const bool has_iterations = std::ranges::any_of(values, [](const auto& v) { return v.first == "m"; });
+  const bool has_iterations = std::ranges::any_of(
+      values, [](const auto& v) { return is_called(field_named("iterations"), v.first); });
   for (const auto& [key, value] : values) set(panel, key, value);
   if (show == "a2" && !has_iterations) panel.settings.iterations *= panel.settings.substeps;
   if (panel.kind != PanelChoice::Kind::log) check(panel.settings);

@@ -20,35 +20,6 @@ std::size_t index_of(const SettingsField& field) {
   return static_cast<std::size_t>(&field - settings_fields.data());
 }
 
-std::optional<double> number_in(std::string_view text) {
-  double value = 0;
-  const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (result.ec != std::errc{} || result.ptr != text.data() + text.size() || !std::isfinite(value)) {
-    return std::nullopt;
-  }
-  return value;
-}
-
-/// "0.01" or "1/60".
-std::optional<double> fraction_in(const std::string& text) {
-  const std::size_t slash = text.find('/');
-  const auto above = number_in(std::string_view(text).substr(0, slash));
-  const auto below = slash == std::string::npos ? 1.0 : number_in(std::string_view(text).substr(slash + 1));
-  if (!above || !below || *below == 0) return std::nullopt;
-  return *above / *below;
-}
-
-/// Sets the field from what was typed for it.
-void set_typed(Settings& settings, const SettingsField& field, const std::string& text) {
-  if (const auto* const number = std::get_if<double Settings::*>(&field.member)) {
-    const auto value = fraction_in(text);
-    if (!value) throw Error(fmt::format("--{} '{}': give a number, such as 0.01 or 1/60", field.name, text));
-    settings.** number = *value;
-  } else if (!set(settings, field, text)) {
-    throw Error(fmt::format("--{} '{}': give {}", field.name, text, kind_of(field)));
-  }
-}
-
 /// What help shows as the kind of a value.
 std::string type_name(const SettingsField& field) {
   if (std::holds_alternative<int Settings::*>(field.member)) return "INT";
@@ -114,7 +85,11 @@ bool SolverOptions::has(std::string_view field) const {
 
 void SolverOptions::apply_to(Settings& settings) const {
   for (const SettingsField& field : settings_fields) {
-    if (const auto& text = typed_[index_of(field)]) set_typed(settings, field, *text);
+    const auto& text = typed_[index_of(field)];
+    if (!text || set_typed(settings, field, *text)) continue;
+    const bool is_number = std::holds_alternative<double Settings::*>(field.member);
+    throw Error(fmt::format("--{} '{}': give {}{}", field.name, *text, kind_of(field),
+                            is_number ? ", such as 0.01 or 1/60" : ""));
   }
   check(settings);
 }
@@ -149,12 +124,11 @@ void note_cost_of_a1(const Scene& scene) {
   const std::ptrdiff_t bodies =
       std::ranges::count_if(scene.bodies, [](const Body& b) { return b.inverse_mass > 0; });
   if (bodies < many || scene.colliders.empty()) return;
-  // Measured: 5,000 boxes in layers.
-  fmt::print(stderr,
-             "substep: note: A1 solves all contacts of {} bodies at once: where 5,000 boxes lie on one "
-             "another a step "
-             "takes 40 s and 1 GB; fewer bodies, a shorter --duration or another algorithm are quicker\n",
-             bodies);
+  fmt::print(
+      stderr,
+      "substep: note: A1 solves all contacts of {} bodies at once: its time and memory grow faster than "
+      "their number; fewer bodies, a shorter --duration or another algorithm are quicker\n",
+      bodies);
 }
 
 void SceneOptions::add_to(CLI::App& command) {

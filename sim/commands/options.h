@@ -58,8 +58,8 @@ class SolverOptions {
   std::array<std::optional<std::string>, settings_fields.size()> typed_;
 };
 
-/// Says on stderr, before work begins, where A1 will take minutes and gigabytes: its one problem of all
-/// contacts grows with the square of what touches.
+/// Says on stderr, before work begins, where A1 will solve the contacts of thousands of bodies as one
+/// problem.
 void note_cost_of_a1(const Scene& scene);
 
 /// A scene's file and, for a mesh without a scene, how it becomes one; as typed.

@@ -230,15 +230,14 @@ void add_run_command(CLI::App& app) {
   command->footer(
       "Ends with code 1 when the run diverges or a step is not solved: the log says so at its end.\n"
       "Redundant rows that contradict one another (a closed loop's) are solved in the least-squares sense:\n"
-      "that is said at the end, and an error with --strict only. So are a penetration or a joint's gap above "
-      "a\n"
-      "tenth of the smallest body, and where nothing drives the scene an energy that rises by a tenth of "
-      "what "
-      "its\n"
-      "speeds and a fall by its size are worth.\n"
-      "Example:\n  substep run scenes/rod_chain.gltf --algorithm a3 --step 1/60 --substeps 4 --csv "
-      "rod_chain.csv "
-      "--rate 30");
+      "that is said at the end, and an error with --strict only. So are a penetration or a joint's gap "
+      "above\n"
+      "a tenth of the smallest body beyond the start's, and where nothing drives the scene an energy that\n"
+      "rises by a tenth of what its speeds and a fall by its size are worth.\n"
+      "Example:\n"
+      "  substep run scenes/rod_chain.gltf --algorithm a3 --step 1/60 --substeps 4 --csv rod_chain.csv "
+      "--rate "
+      "30");
   command->callback([options] { run(*options); });
 }
 

@@ -37,9 +37,9 @@ class ChildProcess {
     int err = inherited;
   };
 
-  /// Starts words[0], looked for in PATH unless it has a slash, with the other words as arguments.
-  /// `environment`
-  /// ("NAME=value") goes before this program's own. Throws std::system_error when it cannot be started.
+  /// Starts words[0], looked for in PATH unless it has a slash, with the other words as arguments. What
+  /// `environment` has ("NAME=value") goes before this program's own. Throws std::system_error when it cannot
+  /// be started.
   explicit ChildProcess(std::vector<std::string> words, const Streams& streams,
                         std::vector<std::string> environment = {});
   ChildProcess(const ChildProcess&) = delete;

@@ -73,9 +73,9 @@ std::vector<ExpectedFigure> figures_in(const Json& list) {
 }
 
 template <typename Read>
-auto reading(const std::string& text, const Read& read) {
+auto reading(const Json& json, const Read& read) {
   try {
-    return read(Json::parse(text));
+    return read(json);
   } catch (const Json::exception& error) {
     throw Error(fmt::format("not what a sweep wrote: {}", error.what()));
   }
@@ -83,29 +83,28 @@ auto reading(const std::string& text, const Read& read) {
 
 }  // namespace
 
-std::string to_json(const Metrics& x) {
-  return Json{{"position", spread(x.error.position)},
-              {"orientation", spread(x.error.orientation)},
-              {"stepping_error", number(x.parts.stepping)},
-              {"solver_error", number(x.parts.solver)},
-              {"model_error", number(x.parts.model)},
-              {"residual", spread(x.residual)},
-              {"row_solves", x.row_solves},
-              {"joint_gap", number(x.joint_gap)},
-              {"penetration", number(x.penetration)},
-              {"energy_change", number(x.energy_change)},
-              {"energy_growth", number(x.energy_growth)},
-              {"energy_scale", number(x.energy_scale)},
-              {"moved", number(x.moved)},
-              {"momentum", number(x.momentum)},
-              {"angular_momentum", number(x.angular_momentum)},
-              {"diverged", number(x.diverged)},
-              {"bounded", x.bounded},
-              {"expected", figures(x.expected)}}
-      .dump();
+Json to_json(const Metrics& x) {
+  return {{"position", spread(x.error.position)},
+          {"orientation", spread(x.error.orientation)},
+          {"stepping_error", number(x.parts.stepping)},
+          {"solver_error", number(x.parts.solver)},
+          {"model_error", number(x.parts.model)},
+          {"residual", spread(x.residual)},
+          {"row_solves", x.row_solves},
+          {"joint_gap", number(x.joint_gap)},
+          {"penetration", number(x.penetration)},
+          {"energy_change", number(x.energy_change)},
+          {"energy_growth", number(x.energy_growth)},
+          {"energy_scale", number(x.energy_scale)},
+          {"moved", number(x.moved)},
+          {"momentum", number(x.momentum)},
+          {"angular_momentum", number(x.angular_momentum)},
+          {"diverged", number(x.diverged)},
+          {"bounded", x.bounded},
+          {"expected", figures(x.expected)}};
 }
 
-Metrics metrics_in(const std::string& json) {
+Metrics metrics_in(const Json& json) {
   return reading(json, [](const Json& j) {
     Metrics x;
     x.error = {spread_in(j.at("position")), spread_in(j.at("orientation"))};
@@ -128,14 +127,13 @@ Metrics metrics_in(const std::string& json) {
   });
 }
 
-std::string to_json(const RunTimes& t) {
-  return Json{{"median", t.median},           {"smallest", t.smallest},    {"largest", t.largest},
-              {"repetitions", t.repetitions}, {"s1", t.stages.geometry},   {"s2", t.stages.formulation},
-              {"s3", t.stages.velocities},    {"s4", t.stages.coordinates}}
-      .dump();
+Json to_json(const RunTimes& t) {
+  return {{"median", t.median},           {"smallest", t.smallest},    {"largest", t.largest},
+          {"repetitions", t.repetitions}, {"s1", t.stages.geometry},   {"s2", t.stages.formulation},
+          {"s3", t.stages.velocities},    {"s4", t.stages.coordinates}};
 }
 
-RunTimes times_in(const std::string& json) {
+RunTimes times_in(const Json& json) {
   return reading(json, [](const Json& j) {
     return RunTimes{j.at("median").get<double>(),
                     j.at("smallest").get<double>(),

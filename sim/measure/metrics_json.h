@@ -2,18 +2,18 @@
 /// Metrics and times as JSON, and back: what a finished job of a sweep leaves. What is not finite is null,
 /// and reads back as infinite.
 
-#include <string>
+#include <nlohmann/json.hpp>
 
 #include "sim/measure/metrics.h"
 #include "sim/measure/stage_times.h"
 
 namespace substep {
 
-std::string to_json(const Metrics& metrics);
-std::string to_json(const RunTimes& times);
+nlohmann::ordered_json to_json(const Metrics& metrics);
+nlohmann::ordered_json to_json(const RunTimes& times);
 
 /// Throw Error for what the functions above would not have written.
-Metrics metrics_in(const std::string& json);
-RunTimes times_in(const std::string& json);
+Metrics metrics_in(const nlohmann::ordered_json& json);
+RunTimes times_in(const nlohmann::ordered_json& json);
 
 }  // namespace substep

@@ -165,8 +165,8 @@ std::string to_json(const SceneMeasurement& m) {
   Json runs = Json::array();
   for (const MeasuredSettings& run : m.runs) {
     Json entry{{"algorithm", name(run.settings.algorithm)}, {"label", label(run.settings)}};
-    entry.update(Json::parse(to_json(run.metrics)));
-    if (run.times) entry["times"] = Json::parse(to_json(*run.times));
+    entry.update(to_json(run.metrics));
+    if (run.times) entry["times"] = to_json(*run.times);
     runs.push_back(std::move(entry));
   }
   const Json reference{{"method", m.reference.method},

@@ -96,6 +96,24 @@ bool set(Settings& settings, const SettingsField& field, std::string_view text) 
   return std::visit([&](auto member) { return read(text, settings.*member); }, field.member);
 }
 
+std::optional<double> fraction_in(std::string_view text) {
+  const std::size_t slash = text.find('/');
+  double above = 0;
+  double below = 1;
+  if (!read(text.substr(0, slash), above)) return std::nullopt;
+  if (slash != std::string_view::npos && !read(text.substr(slash + 1), below)) return std::nullopt;
+  if (below == 0) return std::nullopt;
+  return above / below;
+}
+
+bool set_typed(Settings& settings, const SettingsField& field, std::string_view text) {
+  const auto* const number = std::get_if<double Settings::*>(&field.member);
+  if (number == nullptr) return set(settings, field, text);
+  const auto value = fraction_in(text);
+  if (value) settings.** number = *value;
+  return value.has_value();
+}
+
 void copy(Settings& settings, const SettingsField& field, const Settings& from) {
   std::visit([&](auto member) { settings.*member = from.*member; }, field.member);
 }

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -111,6 +112,12 @@ std::string text_of(const Settings& settings, const SettingsField& field);
 
 /// Sets the field from such a text, whatever its range. False, and nothing set, where no value reads so.
 bool set(Settings& settings, const SettingsField& field, std::string_view text);
+
+/// The number that was typed, which may be a fraction: "0.01" or "1/60".
+std::optional<double> fraction_in(std::string_view text);
+
+/// Sets the field from what was typed for it: as set(), and a number may be a fraction.
+bool set_typed(Settings& settings, const SettingsField& field, std::string_view text);
 
 /// Sets the field as it is in `from`.
 void copy(Settings& settings, const SettingsField& field, const Settings& from);

@@ -103,11 +103,11 @@ std::string to_json(const SweepRecord& r) {
                    {"horizon", r.horizon},
                    {"parting", r.divergence_point},
                    {"omitted", r.omitted}});
-  if (r.metrics) json["metrics"] = Json::parse(to_json(*r.metrics));
+  if (r.metrics) json["metrics"] = to_json(*r.metrics);
   if (r.limit) {
     json["limit"] = {{"divisions", r.limit->divisions}, {"most", r.limit->most}, {"runs", r.limit->runs}};
   }
-  if (r.times) json["times"] = Json::parse(to_json(*r.times));
+  if (r.times) json["times"] = to_json(*r.times);
   return json.dump();
 }
 
@@ -129,8 +129,8 @@ SweepRecord record_in(const std::string& text) {
     read("parting", r.divergence_point);
     read("omitted", r.omitted);
     r.settings = settings_in(json);
-    if (json.contains("metrics")) r.metrics = metrics_in(json["metrics"].dump());
-    if (json.contains("times")) r.times = times_in(json["times"].dump());
+    if (json.contains("metrics")) r.metrics = metrics_in(json["metrics"]);
+    if (json.contains("times")) r.times = times_in(json["times"]);
     if (json.contains("limit")) {
       const Json& limit = json["limit"];
       r.limit = StabilityLimit{limit.at("divisions").get<int>(), limit.at("most").get<int>(),

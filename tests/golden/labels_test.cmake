@@ -1,12 +1,6 @@
 # cmake -D program=… -D source=… -D folder=… -P labels_test.cmake: a film's frame and a contact sheet, with all that is
 # written on them, pixel for pixel. The suite's pictures have no words, so that a label a pixel off would pass there.
-function(run_or_fail)
-  execute_process(COMMAND ${ARGV} RESULT_VARIABLE result OUTPUT_VARIABLE out ERROR_VARIABLE out)
-  if(NOT result EQUAL 0)
-    list(JOIN ARGV " " command)
-    message(FATAL_ERROR "${command}: ${result}\n${out}")
-  endif()
-endfunction()
+include(${CMAKE_CURRENT_LIST_DIR}/../run_or_fail.cmake)
 
 file(MAKE_DIRECTORY ${folder})
 set(scenes ${source}/scenes)

@@ -1,11 +1,12 @@
 #include "golden/report/report.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <regex>
 #include <sstream>
 #include <string>
+#include <string_view>
 
 #include "golden/check/merge.h"
 #include "golden/check/replay.h"
@@ -58,8 +59,14 @@ TEST_F(ReportTest, TwoRunsGiveTheSameBytes) {
   break_both();
   suite_.run();
   const auto without_times = [&](const char* file) {
-    const std::regex time(" ?(time=\"|\"seconds\": )[0-9.]+");
-    return std::regex_replace(read_text(suite_.options.output / file), time, "");
+    std::string text = read_text(suite_.options.output / file);
+    for (const std::string_view start : {"time=\"", "\"seconds\": "}) {
+      for (std::size_t at = text.find(start); at != std::string::npos; at = text.find(start, at)) {
+        at += start.size();
+        text.erase(at, text.find_first_not_of("0123456789.", at) - at);
+      }
+    }
+    return text;
   };
   const std::string html = page();
   const std::string json = without_times("results.json");
@@ -76,8 +83,8 @@ TEST_F(ReportTest, JunitSaysWhichHalf) {
   const std::string xml = read_text(junit_file(suite_.options.output));
   EXPECT_NE(xml.find("tests=\"2\" failures=\"1\""), std::string::npos) << xml;
   const std::string test = " name=\"bouncing_balls.a3\" file=\"[^\"]*bouncing_balls.gltf\" time=\"[0-9.]+\"";
-  EXPECT_TRUE(std::regex_search(xml, std::regex("classname=\"poses\"" + test + "/>"))) << xml;
-  EXPECT_TRUE(std::regex_search(xml, std::regex("classname=\"images\"" + test + "><failure"))) << xml;
+  EXPECT_THAT(xml, testing::ContainsRegex("classname=\"poses\"" + test + "/>"));
+  EXPECT_THAT(xml, testing::ContainsRegex("classname=\"images\"" + test + "><failure"));
 }
 
 TEST_F(ReportTest, ShardsPutTogetherAreTheWhole) {

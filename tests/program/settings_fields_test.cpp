@@ -9,6 +9,7 @@
 #include "golden/suite/sidecar.h"
 #include "golden/suite/suite.h"
 #include "program.h"
+#include "render/video/panel.h"
 #include "sim/log/pose_log.h"
 #include "sim/measure/settings_json.h"
 #include "sim/model/settings_fields.h"
@@ -99,6 +100,12 @@ TEST_P(EveryField, IsInTheSweepRecordAndItsTable) {
   EXPECT_THAT(differences(record_in(to_json(other)).settings, changed()), IsEmpty());
   EXPECT_THAT(errors_csv({other}), HasSubstr("," + name() + ","));
   EXPECT_NE(errors_csv({other}), errors_csv({record}));
+}
+
+TEST_P(EveryField, IsAKeyOfPanels) {
+  const std::string algorithm = text_of(changed(), field_named("algorithm"));
+  const std::string key = name() == "algorithm" ? "" : "," + name() + "=" + text_of(changed(), field());
+  EXPECT_EQ(text_of(panel_in(algorithm + key, usual()).settings, field()), text_of(changed(), field()));
 }
 
 TEST_P(EveryField, IsAListOfSweepFiles) {
