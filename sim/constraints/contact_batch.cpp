@@ -110,7 +110,7 @@ void ContactBatches::add_batch(const Model& model, const std::vector<Contact>& c
     if (contact[0]->friction == 0) continue;  // and the others' is, too
     frictions.emplace_back();
     frictions.back().normal = i;
-    frictions.back().arm_a = gather(contact, &Contact::arm_a);
+    touching.push_back({gather(contact, &Contact::arm_a), gather(contact, &Contact::arm_b)});
     frictions.back().slid = gather(contact, &Contact::slid);
     frictions.back().reference[0] = gather(contact, &Contact::displacement_1);
     frictions.back().reference[1] = gather(contact, &Contact::displacement_2);
@@ -127,6 +127,7 @@ void ContactBatches::build(const Model& model, const std::vector<Contact>& conta
   batches.reserve(most);
   normals.reserve(most);
   frictions.reserve(most);
+  touching.reserve(most);
   restitutions.reserve(most);
   couplings.reserve(8 * most);
   partners_.reserve(2 * most);
@@ -136,6 +137,7 @@ void ContactBatches::build(const Model& model, const std::vector<Contact>& conta
   batches.clear();
   normals.clear();
   frictions.clear();
+  touching.clear();
   restitutions.clear();
   couplings.clear();
   formulations = 0;

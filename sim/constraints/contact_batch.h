@@ -75,7 +75,6 @@ struct FrictionRows {
   Lanes inverse_determinant;
   Lanes inverse_largest;  ///< of Γ's eigenvalues
   Lanes coefficient;      ///< μ
-  LaneVectors arm_a;      ///< of the last formulation: what is formulated anew on a sphere has another
   Lanes reference[2];     ///< what the point's displacement since the step's start is added to, m
   /// The impulses when it last slid: those are spent, so that friction can turn with the slip in a step.
   Lanes origin[2];
@@ -86,6 +85,13 @@ struct FrictionRows {
   /// for want of its normal's impulse, which one sweep leaves short; it holds on.
   Lanes keeps_sliding;
   int normal;  ///< which of the manifold's contacts it belongs to
+};
+
+/// To a contact point with friction, body frames: of the last formulation, since a round body that is
+/// formulated anew touches with another point.
+struct TouchingPoint {
+  LaneVectors arm_a;
+  LaneVectors arm_b;
 };
 
 /// An element of Γ between two normals of each of four manifolds.
@@ -130,10 +136,12 @@ class ContactBatches {
   std::vector<ContactBatch> batches;
   std::vector<NormalRow> normals;
   std::vector<FrictionRows> frictions;
+  std::vector<TouchingPoint> touching;  ///< one of each of `frictions`
   std::vector<RestitutionRow> restitutions;
   std::vector<Coupling> couplings;
-  int row_count = 0;     ///< of all manifolds
-  int formulations = 0;  ///< since they were built
+  int row_count = 0;                     ///< of all manifolds
+  int formulations = 0;                  ///< since they were built
+  std::vector<Matrix3> first_rotations;  ///< of all bodies at the first of them
 
  private:
   struct Manifold {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <tuple>
 
 namespace substep {
@@ -44,15 +45,10 @@ struct Reach {
   }
 };
 
+/// Whether a shape has neither faces nor edges.
 bool is_round(const Shape& shape) {
-  return !std::holds_alternative<Plane>(shape) && !std::holds_alternative<Polytope>(shape) &&
-         !std::holds_alternative<TriangleMesh>(shape);
-}
-
-/// Whether a shape is flat where it has this normal, in its own frame.
-bool is_flat(const Shape& shape, const Vector3& normal) {
-  if (std::holds_alternative<Cylinder>(shape)) return std::abs(normal.y()) > 1 - 1e-9;
-  return !is_round(shape);
+  return std::holds_alternative<Sphere>(shape) || std::holds_alternative<Capsule>(shape) ||
+         std::holds_alternative<TaperedCapsule>(shape);
 }
 
 /// A unit vector across `normal`, by the world axis that it is farthest from.
@@ -69,6 +65,68 @@ constexpr double same_place = 0.02;
 
 /// Of the bodies' speeds: what approaches more slowly has met already.
 constexpr double touching = 0.01;
+
+/// Of a unit vector's sine, squared: a point lies where the normal meets the surface.
+constexpr double same_direction = 1e-6;
+
+/// Squared sine of the angle between axis and normal from which on a cylinder rolls on a circle. One that
+/// stands has several points, and they stay where they are.
+constexpr double leans = 1e-6;
+
+bool lies_along(const Vector3& arm, const Vector3& normal) {
+  return arm.dot(normal) < 0 &&
+         arm.cross(normal).squaredNorm() <= same_direction * arm.squaredNorm() * normal.squaredNorm();
+}
+
+/// An ellipsoid in a shape's frame: its centre, and the squares of its half axes about the frame's axes.
+struct TouchingEllipsoid {
+  Vector3 centre;
+  Vector3 squares;
+};
+
+TouchingEllipsoid ball(double y, double radius) {
+  return {{0, y, 0}, Vector3::Constant(radius * radius)};
+}
+
+/// What a round shape is in a point of its surface, with a normal that points to itself: see
+/// Contact::rolls_a. Shape's frame. Where a solid of revolution is no ball it is the circle about Y through
+/// the point: it may touch along a line, on which only the turn about Y moves the point.
+struct RoundSurface {
+  const Shape& other;  ///< what it touches
+  Vector3 point;
+  Vector3 normal;
+
+  std::optional<TouchingEllipsoid> operator()(const Sphere& sphere) const { return ball(0, sphere.radius); }
+  std::optional<TouchingEllipsoid> operator()(const Capsule& capsule) const {
+    return of_balls(capsule.half_length, capsule.radius, capsule.radius);
+  }
+  std::optional<TouchingEllipsoid> operator()(const TaperedCapsule& capsule) const {
+    return of_balls(capsule.half_length, capsule.radius_bottom, capsule.radius_top);
+  }
+  std::optional<TouchingEllipsoid> operator()(const Cylinder&) const { return circle(); }
+  std::optional<TouchingEllipsoid> operator()(const Polytope& polytope) const {
+    // An ellipsoid is its hull to all other shapes.
+    if (!polytope.ellipsoid || !std::holds_alternative<Plane>(other)) return std::nullopt;
+    return TouchingEllipsoid{Vector3::Zero(), polytope.ellipsoid->cwiseAbs2()};
+  }
+  std::optional<TouchingEllipsoid> operator()(const Plane&) const { return std::nullopt; }
+  std::optional<TouchingEllipsoid> operator()(const TriangleMesh&) const { return std::nullopt; }
+
+ private:
+  std::optional<TouchingEllipsoid> of_balls(double half_length, double bottom, double top) const {
+    for (const auto& [y, radius] : {std::pair{-half_length, bottom}, std::pair{half_length, top}}) {
+      const Vector3 arm = point - Vector3(0, y, 0);
+      if (std::abs(arm.norm() - radius) < 1e-6 * radius && lies_along(arm, normal)) return ball(y, radius);
+    }
+    return circle();
+  }
+  std::optional<TouchingEllipsoid> circle() const {
+    const Vector3 radial(point.x(), 0, point.z());
+    const Vector3 across(normal.x(), 0, normal.z());
+    if (across.squaredNorm() < leans || !lies_along(radial, across)) return std::nullopt;
+    return TouchingEllipsoid{{0, point.y(), 0}, radial.squaredNorm() * Vector3(1, 0, 1)};
+  }
+};
 
 /// What the two materials make of a coefficient each.
 struct PairMaterial {
@@ -90,9 +148,11 @@ ContactFinder::ContactFinder(const Scene& scene, const Model& model) : model_(mo
   if (!model.contacts) return;
   for (const Collider& collider : scene.colliders) {
     const double size = std::visit(Reach{}, collider.shape);
-    candidates_.push_back({&collider, collider.placement.position.norm() + size,
-                           size > 0 ? size : std::numeric_limits<double>::infinity(),
-                           is_round(collider.shape), std::holds_alternative<Sphere>(collider.shape)});
+    candidates_.push_back({
+        &collider,
+        collider.placement.position.norm() + size,
+        size > 0 ? size : std::numeric_limits<double>::infinity(),
+    });
   }
   poses_.resize(candidates_.size());
   bounds_.resize(candidates_.size());
@@ -159,7 +219,6 @@ void ContactFinder::add_contacts(const State& state, double step, bool aligned, 
   };
   const Vector3 acceleration = fall(on_a.body) - fall(on_b.body);
   const Vector3 external = acceleration * step;
-  const Quaternion to_shape_b = poses_[b].orientation.conjugate();
   const PairMaterial material(on_a.material, on_b.material);
   // What gravity does in a step: slower than that is at rest. It has the scene's own scale.
   const double at_rest = external.norm();
@@ -187,10 +246,7 @@ void ContactFinder::add_contacts(const State& state, double step, bool aligned, 
     contact.tangent_b1 = to_b * along;
     contact.tangent_b2 = to_b * point.normal.cross(along);
     contact.friction = slip_before.norm() > at_rest ? material.dynamic_friction : material.static_friction;
-    contact.on_sphere = candidates_[a].sphere && is_flat(on_b.shape, to_shape_b * point.normal);
-    contact.round = !contact.on_sphere && (candidates_[a].round || candidates_[b].round);
-    contact.centre_a = on_a.placement.position;
-    contact.radius_b = to_b * (point.on_a - poses_[a].position);
+    set_rolling(point, contact);
     contact.resting_acceleration = 2 * acceleration.norm();
     contact.acceleration = -point.normal.dot(acceleration);
     // What does not approach when the step begins is no impact, though others may press it together in the
@@ -202,6 +258,33 @@ void ContactFinder::add_contacts(const State& state, double step, bool aligned, 
     remember(state, step, -point.distance, step * slip_before.norm(), contact);
     contacts_.push_back(contact);
   }
+}
+
+/// Where the point goes, and the normal, as one or both of the colliders roll.
+void ContactFinder::set_rolling(const ContactPoint& point, Contact& contact) const {
+  const auto is_curved = [&](int collider, int other, const Vector3& on, const Vector3& normal, bool& rolls,
+                             Vector3& centre, Matrix3& ellipsoid) {
+    const Shape& shape = candidates_[collider].collider->shape;
+    const Quaternion to_shape = poses_[collider].orientation.conjugate();
+    const auto touching =
+        std::visit(RoundSurface{candidates_[other].collider->shape,
+                                to_shape * (on - poses_[collider].position), to_shape * normal},
+                   shape);
+    rolls = touching.has_value();
+    if (touching) {
+      const Pose& placement = candidates_[collider].collider->placement;
+      const Matrix3 axes = placement.orientation.toRotationMatrix();
+      centre = placement * touching->centre;
+      ellipsoid = axes * touching->squares.asDiagonal() * axes.transpose();
+    }
+    return rolls || is_round(shape);
+  };
+  const bool a_is_curved = is_curved(contact.collider_a, contact.collider_b, point.on_a, point.normal,
+                                     contact.rolls_a, contact.centre_a, contact.ellipsoid_a);
+  const bool b_is_curved = is_curved(contact.collider_b, contact.collider_a, point.on_b, -point.normal,
+                                     contact.rolls_b, contact.centre_b, contact.ellipsoid_b);
+  contact.turns_with_a = b_is_curved && !a_is_curved;
+  contact.turns_with_neither = b_is_curved && a_is_curved;
 }
 
 /// What the state remembers of these colliders, and of the nearest of their points, if it is the same.

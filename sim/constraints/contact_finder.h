@@ -30,11 +30,10 @@ class ContactFinder {
     const Collider* collider;
     double reach;  ///< of the shape's farthest point from the body's origin
     double size;   ///< of the shape; infinite for planes
-    bool round;    ///< not all of its faces are flat
-    bool sphere;
   };
   bool may_meet(std::uint32_t i, std::uint32_t j) const;
   void add_contacts(const State& state, double step, bool aligned, std::uint32_t a, std::uint32_t b);
+  void set_rolling(const ContactPoint& point, Contact& contact) const;
   void remember(const State& state, double step, double overlap, double slip, Contact& contact) const;
 
   const Model& model_;

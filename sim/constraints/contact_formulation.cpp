@@ -14,6 +14,8 @@ struct Formulation {
   const std::vector<Matrix3>& rotations;
   bool in_body_frames;
   double hs;
+  bool anew;  ///< not for the first time in the step
+  const std::vector<Matrix3>& first_rotations;
 };
 
 /// The bodies' part of a batch's formulation.
@@ -93,18 +95,89 @@ struct BatchBodies {
   rows.inverse_largest = choose(largest > zero, one / largest, zero);
 }
 
+/// A contact point: arms in body frames, directions in b's.
+struct PointGeometry {
+  LaneVectors arm_a;
+  LaneVectors arm_b;
+  LaneVectors normal;
+  LaneVectors tangent[2];
+};
+
+/// Where a normal, which points out of what it touches, meets an ellipsoid. All in one body's frame.
+[[gnu::always_inline]] inline LaneVectors lowest(const LaneMatrices& ellipsoid, const LaneVectors& centre,
+                                                 const LaneVectors& normal) {
+  const LaneVectors reach = turned(ellipsoid, normal);
+  // A circle across the normal has no lowest point.
+  const Lanes distance = root(larger(dot(normal, reach), all(1e-24)));
+  return {
+      {centre[0] - reach[0] / distance, centre[1] - reach[1] / distance, centre[2] - reach[2] / distance}};
+}
+
+/// The normal and the tangents where they do not turn with b since the step's first formulation.
+[[gnu::always_inline]] inline void turn_back(const BatchBodies& at, const ContactBatch& x,
+                                             const FourContacts& contact, const Formulation& from,
+                                             PointGeometry& point) {
+  const auto with_a = gather(contact, &Contact::turns_with_a) > all(0);
+  const auto with_neither = gather(contact, &Contact::turns_with_neither) > all(0);
+  if (!any(with_a) && !any(with_neither)) return;
+  const LaneMatrices first_a = gather_rotations(from.first_rotations, x.a);
+  const LaneMatrices first_b = gather_rotations(from.first_rotations, x.b);
+  for (LaneVectors* direction : {&point.normal, &point.tangent[0], &point.tangent[1]}) {
+    const LaneVectors first = turned(first_b, *direction);
+    const LaneVectors turned_with_a =
+        turned_back(at.rotation_b, turned(at.rotation_a, turned_back(first_a, first)));
+    const LaneVectors fixed = turned_back(at.rotation_b, first);
+    for (int k = 0; k < 3; ++k) {
+      Lanes& component = (*direction)[k];
+      component = choose(with_a, turned_with_a[k], choose(with_neither, fixed[k], component));
+    }
+  }
+}
+
+/// Formulated anew in a step (A3), a round body has turned: its point is now another of its surface, where
+/// the normal meets it. Fixed in the body, it would leave the contact by what the body rolls, and push where
+/// nothing touches; and a normal that turns with a round body would push aside.
+[[gnu::always_inline]] inline void roll(const BatchBodies& at, const ContactBatch& x,
+                                        const FourContacts& contact, const Formulation& from,
+                                        PointGeometry& point) {
+  turn_back(at, x, contact, from, point);
+  const auto rolls_a = gather(contact, &Contact::rolls_a) > all(0);
+  if (any(rolls_a)) {
+    const LaneVectors arm =
+        lowest(gather(contact, &Contact::ellipsoid_a), gather(contact, &Contact::centre_a),
+               turned_back(at.rotation_a, turned(at.rotation_b, point.normal)));
+    for (int k = 0; k < 3; ++k) point.arm_a[k] = choose(rolls_a, arm[k], point.arm_a[k]);
+  }
+  const auto rolls_b = gather(contact, &Contact::rolls_b) > all(0);
+  if (any(rolls_b)) {
+    const LaneVectors& n = point.normal;
+    const LaneVectors arm = lowest(gather(contact, &Contact::ellipsoid_b),
+                                   gather(contact, &Contact::centre_b), {{-n[0], -n[1], -n[2]}});
+    for (int k = 0; k < 3; ++k) point.arm_b[k] = choose(rolls_b, arm[k], point.arm_b[k]);
+  }
+}
+
+[[gnu::always_inline]] inline PointGeometry geometry_of(const BatchBodies& at, const ContactBatch& x,
+                                                        const FourContacts& contact,
+                                                        const Formulation& from) {
+  PointGeometry point{gather(contact, &Contact::arm_a),
+                      gather(contact, &Contact::arm_b),
+                      gather(contact, &Contact::normal_b),
+                      {gather(contact, &Contact::tangent_b1), gather(contact, &Contact::tangent_b2)}};
+  if (from.anew) roll(at, x, contact, from, point);
+  return point;
+}
+
 [[gnu::always_inline]] inline void formulate_friction(const BatchBodies& at, const FourContacts& contact,
-                                                      const LaneVectors& arm_a, const LaneVectors& arm_b,
-                                                      const Formulation& from, FrictionRows& rows) {
+                                                      const PointGeometry& point, const Formulation& from,
+                                                      FrictionRows& rows) {
   const auto lets_go = rows.keeps_sliding > all(0);
   rows.coefficient = gather(contact, &Contact::friction);
-  int k = 0;
-  for (const auto tangent : {&Contact::tangent_b1, &Contact::tangent_b2}) {
+  for (int k = 0; k < 2; ++k) {
     ContactRow& row = rows.row[k];
-    const Lanes distance = set_row(at, arm_a, arm_b, gather(contact, tangent), from.in_body_frames, row);
+    const Lanes distance = set_row(at, point.arm_a, point.arm_b, point.tangent[k], from.in_body_frames, row);
     rows.reference[k] = choose(lets_go, -distance, rows.reference[k]);
     row.beta = -(distance + rows.reference[k]) / all(from.hs);
-    ++k;
   }
   rows.gamma[0] = coupling(at, rows.row[0], rows.row[0]);
   rows.gamma[1] = coupling(at, rows.row[0], rows.row[1]);
@@ -112,35 +185,15 @@ struct BatchBodies {
   invert(rows);
 }
 
-/// Formulated anew in a step (A3), a round surface's point has turned away from where it pushed: what it has
-/// given there is not taken back here. Else what rolls would be braked. Balls need it not: see arm_of_a.
-template <typename Mask>
-[[gnu::always_inline]] inline void keep_given(const Lanes& normal, const Mask& round, FrictionRows& rows) {
-  for (int k = 0; k < 2; ++k) rows.origin[k] = choose(round, rows.row[k].impulse, rows.origin[k]);
-  rows.origin_normal = choose(round, normal, rows.origin_normal);
-}
-
-/// To the contact's point on a. Formulated anew in a step (A3), a ball has turned: its point is now another
-/// of its surface, where the normal meets it.
-[[gnu::always_inline]] inline LaneVectors arm_of_a(const BatchBodies& at, const FourContacts& contact,
-                                                   bool anew) {
-  LaneVectors arm = gather(contact, &Contact::arm_a);
-  const auto on_sphere = gather(contact, &Contact::on_sphere) > all(0);
-  if (!anew || !any(on_sphere)) return arm;
-  const LaneVectors radius =
-      turned_back(at.rotation_a, turned(at.rotation_b, gather(contact, &Contact::radius_b)));
-  const LaneVectors centre = gather(contact, &Contact::centre_a);
-  for (int k = 0; k < 3; ++k) arm[k] = choose(on_sphere, centre[k] + radius[k], arm[k]);
-  return arm;
-}
-
 /// The displacement goes on from the point that was to the point that is.
-[[gnu::always_inline]] inline void move_point(const BatchBodies& at, const FourContacts& contact,
-                                              const LaneVectors& arm_a, FrictionRows& rows) {
-  const LaneVectors back = turned_back(at.rotation_b, turned(at.rotation_a, difference(rows.arm_a, arm_a)));
-  rows.reference[0] += dot(gather(contact, &Contact::tangent_b1), back);
-  rows.reference[1] += dot(gather(contact, &Contact::tangent_b2), back);
-  rows.arm_a = arm_a;
+[[gnu::always_inline]] inline void move_point(const BatchBodies& at, const PointGeometry& point,
+                                              TouchingPoint& touching, FrictionRows& rows) {
+  const LaneVectors on_a =
+      turned_back(at.rotation_b, turned(at.rotation_a, difference(touching.arm_a, point.arm_a)));
+  const LaneVectors back = difference(on_a, difference(touching.arm_b, point.arm_b));
+  rows.reference[0] += dot(point.tangent[0], back);
+  rows.reference[1] += dot(point.tangent[1], back);
+  touching = {point.arm_a, point.arm_b};
 }
 
 [[gnu::always_inline]] inline void formulate_lanes(ContactBatches& contacts, const ContactBatch& x,
@@ -148,23 +201,20 @@ template <typename Mask>
   const BatchBodies at = bodies_of(x, from);
   NormalRow* const normals = contacts.normals.data() + x.first_normal;
   FrictionRows* friction = contacts.frictions.data() + x.first_friction;
+  TouchingPoint* touching = contacts.touching.data() + x.first_friction;
   for (int i = 0; i < x.contacts; ++i) {
     const FourContacts contact = contacts_of(x, i, from.contacts);
-    const LaneVectors arm_a = arm_of_a(at, contact, contacts.formulations > 0);
-    const LaneVectors arm_b = gather(contact, &Contact::arm_b);
+    const PointGeometry point = geometry_of(at, x, contact, from);
     ContactRow& row = normals[i].row;
     // A positive distance is admitted too: β lets it close, no more.
-    const Lanes gap =
-        set_row(at, arm_a, arm_b, gather(contact, &Contact::normal_b), from.in_body_frames, row) +
-        gather(contact, &Contact::left_over);
+    const Lanes gap = set_row(at, point.arm_a, point.arm_b, point.normal, from.in_body_frames, row) +
+                      gather(contact, &Contact::left_over);
     row.beta = -gap / all(from.hs);
     if (x.first_restitution >= 0) contacts.restitutions[x.first_restitution + i].gap = gap;
-    const auto round = gather(contact, &Contact::round) > all(0);
-    normals[i].low = choose(round, row.impulse, normals[i].low);
     if (contact[0]->friction == 0) continue;
-    if (contacts.formulations > 0) move_point(at, contact, arm_a, *friction);
-    formulate_friction(at, contact, arm_a, arm_b, from, *friction);
-    keep_given(row.impulse, round, *friction++);
+    if (from.anew) move_point(at, point, *touching++, *friction);
+    formulate_friction(at, contact, point, from, *friction);
+    ++friction;
   }
   Coupling* const gamma = contacts.couplings.data() + x.first_coupling;
   for (int i = 0; i < x.contacts; ++i) {
@@ -189,7 +239,9 @@ void formulate_two_wide(ContactBatches& contacts, const Formulation& from) {
 void formulate(ContactBatches& contacts, const Model& model, const std::vector<Contact>& found,
                const std::vector<Coordinates>& q, const std::vector<Matrix3>& rotations, bool in_body_frames,
                double hs) {
-  const Formulation from{model, found, q, rotations, in_body_frames, hs};
+  const bool anew = contacts.formulations > 0;
+  if (!anew) contacts.first_rotations = rotations;
+  const Formulation from{model, found, q, rotations, in_body_frames, hs, anew, contacts.first_rotations};
   is_four_wide() ? formulate_four_wide(contacts, from) : formulate_two_wide(contacts, from);
   ++contacts.formulations;
 }

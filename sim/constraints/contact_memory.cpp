@@ -15,13 +15,15 @@ namespace {
 constexpr double kept_at_edge = 0.5;
 
 /// The point's displacement at the step's end, in the body frame of b.
-Vector3 displacement_at(const FrictionRows& rows, int lane, const Contact& contact,
-                        const std::vector<Coordinates>& q) {
+Vector3 displacement_at(const FrictionRows& rows, const TouchingPoint& touching, int lane,
+                        const Contact& contact, const std::vector<Coordinates>& q) {
   const Coordinates& a = q[contact.a];
   const Coordinates& b = q[contact.b];
-  const Vector3 arm_a(rows.arm_a.component[0][lane], rows.arm_a.component[1][lane],
-                      rows.arm_a.component[2][lane]);
-  const Vector3 apart = a.linear + a.angular * arm_a - (b.linear + b.angular * contact.arm_b);
+  const auto arm = [&](const LaneVectors& arms) {
+    return Vector3(arms[0][lane], arms[1][lane], arms[2][lane]);
+  };
+  const Vector3 apart =
+      a.linear + a.angular * arm(touching.arm_a) - (b.linear + b.angular * arm(touching.arm_b));
   const Vector3 apart_b = b.angular.conjugate() * apart;
   return contact.tangent_b1 * (rows.reference[0][lane] + contact.tangent_b1.dot(apart_b)) +
          contact.tangent_b2 * (rows.reference[1][lane] + contact.tangent_b2.dot(apart_b));
@@ -42,12 +44,13 @@ void ContactBatches::remember(const std::vector<Contact>& found, const std::vect
         point = {contact.collider_a, contact.collider_b, contact.arm_a, contact.arm_b, Vector3::Zero(), true,
                  contact.left_over};
         if (friction < end && frictions[friction].normal == i) {
-          const FrictionRows& rows = frictions[friction++];
+          const FrictionRows& rows = frictions[friction];
           point.slides = rows.keeps_sliding[lane] > 0;
           if (!point.slides && reading.friction_memory) {
             const double part = rows.slides[lane] > 0 ? kept_at_edge : 1;
-            point.displacement = part * displacement_at(rows, lane, contact, q);
+            point.displacement = part * displacement_at(rows, touching[friction], lane, contact, q);
           }
+          ++friction;
         }
       }
     }

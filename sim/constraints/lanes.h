@@ -111,7 +111,7 @@ using FourContacts = std::array<const Contact*, lanes>;
   return Lanes{contact[0]->*member, contact[1]->*member, contact[2]->*member, contact[3]->*member};
 }
 
-/// A rotation matrix of each of four, by columns.
+/// A matrix of each of four, by columns.
 struct LaneMatrices {
   LaneVectors column[3];
 };
@@ -124,6 +124,15 @@ struct LaneMatrices {
   const double* const r3 = rotations[body[3]].data();
   LaneMatrices result;
   for (int k = 0; k < 9; ++k) result.column[k / 3][k % 3] = Lanes{r0[k], r1[k], r2[k], r3[k]};
+  return result;
+}
+
+[[gnu::always_inline]] inline LaneMatrices gather(const FourContacts& contact, Matrix3 Contact::*member) {
+  LaneMatrices result;
+  for (int k = 0; k < 9; ++k) {
+    result.column[k / 3][k % 3] = Lanes{(contact[0]->*member).data()[k], (contact[1]->*member).data()[k],
+                                        (contact[2]->*member).data()[k], (contact[3]->*member).data()[k]};
+  }
   return result;
 }
 

@@ -111,12 +111,20 @@ struct Contact {
   double left_over;             ///< of the overlap, for later steps to recover, m
   double displacement_1;        ///< along the tangents, since the contact was made or last slid, m
   double displacement_2;
-  bool slid;   ///< it slid already when the step began
-  bool round;  ///< on a round surface: as a body rolls its point leaves the other body
-  bool
-      on_sphere;  ///< a's surface there is a sphere's and b's is flat: the point is where the normal meets it
-  Vector3 centre_a;  ///< then: the sphere's centre, body frame of a
-  Vector3 radius_b;  ///< and from it to the point, body frame of b
+  bool slid;  ///< it slid already when the step began
+  /// A body's surface there is an ellipsoid's: as the body rolls, the point is where the normal meets the
+  /// ellipsoid, in place of `arm_a` or `arm_b`.
+  bool rolls_a;
+  bool rolls_b;
+  /// The normal turns with b, which is flat there or has an edge or corner; else with a, if a is; else with
+  /// neither.
+  bool turns_with_a;
+  bool turns_with_neither;
+  Vector3 centre_a = Vector3::Zero();  ///< of the ellipsoid, body frame
+  Vector3 centre_b = Vector3::Zero();
+  /// Q diag(squares of the half axes) Qᵀ, body frame: r² 1 of a ball, r² (1 − u uᵀ) of a circle about u.
+  Matrix3 ellipsoid_a = Matrix3::Zero();
+  Matrix3 ellipsoid_b = Matrix3::Zero();
 };
 
 struct Model {
