@@ -51,6 +51,12 @@ bool is_round(const Shape& shape) {
          std::holds_alternative<TaperedCapsule>(shape);
 }
 
+/// Whether it may be an ellipsoid's or a ball's surface, or a cylinder's, where it touches.
+bool is_curved(const Shape& shape) {
+  const auto* polytope = std::get_if<Polytope>(&shape);
+  return is_round(shape) || std::holds_alternative<Cylinder>(shape) || (polytope && polytope->ellipsoid);
+}
+
 /// A unit vector across `normal`, by the world axis that it is farthest from.
 Vector3 across(const Vector3& normal) {
   Eigen::Index least = 0;
@@ -152,6 +158,7 @@ ContactFinder::ContactFinder(const Scene& scene, const Model& model) : model_(mo
         &collider,
         collider.placement.position.norm() + size,
         size > 0 ? size : std::numeric_limits<double>::infinity(),
+        is_curved(collider.shape),
     });
   }
   poses_.resize(candidates_.size());
@@ -246,7 +253,7 @@ void ContactFinder::add_contacts(const State& state, double step, bool aligned, 
     contact.tangent_b1 = to_b * along;
     contact.tangent_b2 = to_b * point.normal.cross(along);
     contact.friction = slip_before.norm() > at_rest ? material.dynamic_friction : material.static_friction;
-    set_rolling(point, contact);
+    if (candidates_[a].curved || candidates_[b].curved) set_rolling(point, contact);
     contact.resting_acceleration = 2 * acceleration.norm();
     contact.acceleration = -point.normal.dot(acceleration);
     // What does not approach when the step begins is no impact, though others may press it together in the
@@ -262,8 +269,8 @@ void ContactFinder::add_contacts(const State& state, double step, bool aligned, 
 
 /// Where the point goes, and the normal, as one or both of the colliders roll.
 void ContactFinder::set_rolling(const ContactPoint& point, Contact& contact) const {
-  const auto is_curved = [&](int collider, int other, const Vector3& on, const Vector3& normal, bool& rolls,
-                             Vector3& centre, Matrix3& ellipsoid) {
+  const auto curves = [&](int collider, int other, const Vector3& on, const Vector3& normal, bool& rolls,
+                          Vector3& centre, Matrix3& ellipsoid) {
     const Shape& shape = candidates_[collider].collider->shape;
     const Quaternion to_shape = poses_[collider].orientation.conjugate();
     const auto touching =
@@ -279,10 +286,10 @@ void ContactFinder::set_rolling(const ContactPoint& point, Contact& contact) con
     }
     return rolls || is_round(shape);
   };
-  const bool a_is_curved = is_curved(contact.collider_a, contact.collider_b, point.on_a, point.normal,
-                                     contact.rolls_a, contact.centre_a, contact.ellipsoid_a);
-  const bool b_is_curved = is_curved(contact.collider_b, contact.collider_a, point.on_b, -point.normal,
-                                     contact.rolls_b, contact.centre_b, contact.ellipsoid_b);
+  const bool a_is_curved = curves(contact.collider_a, contact.collider_b, point.on_a, point.normal,
+                                  contact.rolls_a, contact.centre_a, contact.ellipsoid_a);
+  const bool b_is_curved = curves(contact.collider_b, contact.collider_a, point.on_b, -point.normal,
+                                  contact.rolls_b, contact.centre_b, contact.ellipsoid_b);
   contact.turns_with_a = b_is_curved && !a_is_curved;
   contact.turns_with_neither = b_is_curved && a_is_curved;
 }

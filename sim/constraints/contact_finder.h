@@ -30,6 +30,7 @@ class ContactFinder {
     const Collider* collider;
     double reach;  ///< of the shape's farthest point from the body's origin
     double size;   ///< of the shape; infinite for planes
+    bool curved;   ///< not flat everywhere
   };
   bool may_meet(std::uint32_t i, std::uint32_t j) const;
   void add_contacts(const State& state, double step, bool aligned, std::uint32_t a, std::uint32_t b);
