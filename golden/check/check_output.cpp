@@ -55,6 +55,7 @@ CheckOutput::~CheckOutput() {
 
 void CheckOutput::start(const Suite& suite, const CheckOptions& options, std::size_t cases) {
   results_ = empty_results(suite, options, cases);
+  pictures_url_ = options.pictures_url;
   write(true);
 }
 
@@ -88,7 +89,7 @@ const Json& CheckOutput::finish(const std::vector<fs::path>& orphans) {
   results_["ended"] = true;
   write(true);
   write_report(results_, folder_);
-  write_summary(results_, folder_);
+  write_summary(results_, folder_, pictures_url_);
   return results_;
 }
 

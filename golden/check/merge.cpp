@@ -107,7 +107,8 @@ fs::path suite_here(const Json& results, const fs::path& given) {
 
 }  // namespace
 
-Json merge(const std::vector<fs::path>& shards, const fs::path& output, const fs::path& suite) {
+Json merge(const std::vector<fs::path>& shards, const fs::path& output, const fs::path& suite,
+           const std::string& pictures_url) {
   for (const fs::path& shard : shards) {
     std::error_code none;
     if (fs::equivalent(shard, output, none)) {
@@ -129,7 +130,7 @@ Json merge(const std::vector<fs::path>& shards, const fs::path& output, const fs
     write_results(all, output);
     write_junit(all, output);
     write_report(all, output);
-    write_summary(all, output);
+    write_summary(all, output, pictures_url);
     return all;
   } catch (const Json::exception& error) {
     const std::string why = fmt::format("results of a shard are damaged: check it again ({})", error.what());

@@ -13,6 +13,7 @@
 #include "golden/report/case_commands.h"
 #include "golden/report/failure_groups.h"
 #include "golden/report/junit.h"
+#include "golden/report/masked_parts.h"
 #include "golden/report/report.h"
 #include "sim/commands/progress.h"
 
@@ -44,6 +45,10 @@ void print_outcome(const Json& results, const std::filesystem::path& output) {
     const std::string prune = all.before.substr(0, all.before.find(" --failed")) +
                               all.before.substr(all.before.find(" --failed") + 9) + all.output;
     fmt::print("delete orphans: {} --prune\n", prune);
+  }
+  if (const std::size_t masked = cases_that_differ_masked(results)) {
+    fmt::print("{} case{} where masked or within tolerances of bodies\n", masked,
+               masked == 1 ? " differs" : "s differ");
   }
   fmt::print("{}\n", results.at("totals").get<std::string>());
   fmt::print("report: {}\nfigures: {} {}\n", report_file(output).string(), results_file(output).string(),
@@ -77,7 +82,8 @@ void check_goldens(const CheckOptions& options) {
 
 void merge_shards(const std::vector<std::filesystem::path>& shards, const CheckOptions& options,
                   bool has_suite) {
-  const Json results = merge(shards, options.output, has_suite ? options.suite : std::filesystem::path());
+  const Json results = merge(shards, options.output, has_suite ? options.suite : std::filesystem::path(),
+                             options.pictures_url);
   print_outcome(results, options.output);
   for (const Json& missing : results.at("missing")) {
     fmt::print(stderr, "substep: {}\n", missing.get<std::string>());
@@ -109,6 +115,9 @@ void add_check_command(CLI::App& app) {
       "--merge", *merged,
       "Check nothing, but put these folders of shards, or one of a check that was moved here, "
       "together in --output");
+  command->add_option(
+      "--pictures-url", options->pictures_url,
+      "Where the summary's pictures can be seen, those of --output; else it links their files");
   command->footer(
       "Ends with code 0 where all pass, 1 where something differs, is new, missing, an orphan or an error, 2 "
       "for\n"

@@ -12,11 +12,6 @@ constexpr int sky = -1;
 constexpr int world = 0;
 constexpr std::int64_t smallest_extent = 8;  // pixels: less may hide behind another body
 
-int body_at(const Image& bodies, std::size_t pixel) {
-  const std::uint8_t* p = &bodies.rgb[3 * pixel];
-  return p[0] + (p[1] << 8) + (p[2] << 16) - 1;
-}
-
 int body_at(const Image& expected_bodies, const Image& actual_bodies, std::size_t pixel) {
   const int expected = body_at(expected_bodies, pixel);
   return expected > world ? expected : std::max(expected, body_at(actual_bodies, pixel));
@@ -82,6 +77,11 @@ bool is_everywhere(const std::map<int, BodyBlame>& seen) {
 }
 
 }  // namespace
+
+int body_at(const Image& bodies, std::size_t pixel) {
+  const std::uint8_t* p = &bodies.rgb[3 * pixel];
+  return p[0] + (p[1] << 8) + (p[2] << 16) - 1;
+}
 
 std::vector<BodyExtent> body_extents(const Image& bodies) {
   std::map<int, BodyExtent> found;
