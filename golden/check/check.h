@@ -119,7 +119,6 @@ struct CheckOptions {
   Shard shard;
   bool poses = true;
   bool images = true;
-  std::string pictures_url;  ///< what the summary's pictures are linked below; empty: beside it
 };
 
 struct CheckResult {

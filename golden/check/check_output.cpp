@@ -55,7 +55,6 @@ CheckOutput::~CheckOutput() {
 
 void CheckOutput::start(const Suite& suite, const CheckOptions& options, std::size_t cases) {
   results_ = empty_results(suite, options, cases);
-  pictures_url_ = options.pictures_url;
   write(true);
 }
 
@@ -89,7 +88,7 @@ const Json& CheckOutput::finish(const std::vector<fs::path>& orphans) {
   results_["ended"] = true;
   write(true);
   write_report(results_, folder_);
-  write_summary(results_, folder_, pictures_url_);
+  write_summary(results_, folder_);
   return results_;
 }
 

@@ -37,7 +37,6 @@ class CheckOutput {
   std::filesystem::path folder_;
   int lock_ = -1;
   nlohmann::ordered_json results_;
-  std::string pictures_url_;
   double last_written_ = -1e9;  ///< s
 };
 

@@ -107,8 +107,7 @@ fs::path suite_here(const Json& results, const fs::path& given) {
 
 }  // namespace
 
-Json merge(const std::vector<fs::path>& shards, const fs::path& output, const fs::path& suite,
-           const std::string& pictures_url) {
+Json merge(const std::vector<fs::path>& shards, const fs::path& output, const fs::path& suite) {
   for (const fs::path& shard : shards) {
     std::error_code none;
     if (fs::equivalent(shard, output, none)) {
@@ -130,7 +129,7 @@ Json merge(const std::vector<fs::path>& shards, const fs::path& output, const fs
     write_results(all, output);
     write_junit(all, output);
     write_report(all, output);
-    write_summary(all, output, pictures_url);
+    write_summary(all, output);
     return all;
   } catch (const Json::exception& error) {
     const std::string why = fmt::format("results of a shard are damaged: check it again ({})", error.what());

@@ -82,8 +82,7 @@ void check_goldens(const CheckOptions& options) {
 
 void merge_shards(const std::vector<std::filesystem::path>& shards, const CheckOptions& options,
                   bool has_suite) {
-  const Json results = merge(shards, options.output, has_suite ? options.suite : std::filesystem::path(),
-                             options.pictures_url);
+  const Json results = merge(shards, options.output, has_suite ? options.suite : std::filesystem::path());
   print_outcome(results, options.output);
   for (const Json& missing : results.at("missing")) {
     fmt::print(stderr, "substep: {}\n", missing.get<std::string>());
@@ -115,9 +114,6 @@ void add_check_command(CLI::App& app) {
       "--merge", *merged,
       "Check nothing, but put these folders of shards, or one of a check that was moved here, "
       "together in --output");
-  command->add_option(
-      "--pictures-url", options->pictures_url,
-      "Where the summary's pictures can be seen, those of --output; else it links their files");
   command->footer(
       "Ends with code 0 where all pass, 1 where something differs, is new, missing, an orphan or an error, 2 "
       "for\n"

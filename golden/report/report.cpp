@@ -145,7 +145,8 @@ std::string first_looks(const Json& results, ReportPictures& pictures) {
     ++count;
     const Json& pair = entry.at("pairs").front();
     fmt::format_to(std::back_inserter(figures),
-                   "<figure><a href=\"#{0}\"><img width=\"160\" alt=\"{0}, frame {1}, as it is drawn now\" "
+                   "<figure><a href=\"#{0}\"><img width=\"160\" decoding=\"sync\" alt=\"{0}, frame {1}, as "
+                   "it is drawn now\" "
                    "src=\"{2}\"></a><figcaption>{0}: {3}</figcaption></figure>\n",
                    text_of(entry.at("name")), pair.at("frame").get<int>(),
                    pictures.source(entry.at("files").get<std::string>(), pair.at("actual")),

@@ -56,23 +56,23 @@ std::string block(const std::string& command) {
 }
 
 /// Where a case's picture before and after is, or a new case's; empty: it has none.
-std::string picture_of(const Json& entry, const std::string& pictures) {
+std::string picture_of(const Json& entry) {
   if (entry.contains("flicker")) {
-    return fmt::format("{}{}/{}", pictures, entry.at("files").get<std::string>(),
+    return fmt::format("{}/{}", entry.at("files").get<std::string>(),
                        entry.at("flicker").at("file").get<std::string>());
   }
   if (!entry.contains("pairs") || entry.at("pairs").empty()) return {};
-  return fmt::format("{}{}/{}", pictures, entry.at("files").get<std::string>(),
+  return fmt::format("{}/{}", entry.at("files").get<std::string>(),
                      entry.at("pairs").back().at("actual").get<std::string>());
 }
 
 /// One for each origin of failures, of its simplest case.
-std::string thumbnails(const std::vector<FailureGroup>& groups, const std::string& pictures) {
+std::string thumbnails(const std::vector<FailureGroup>& groups) {
   std::string text;
   std::size_t count = 0;
   for (const FailureGroup& group : groups) {
     const Json& entry = *group.cases.front();
-    const std::string picture = picture_of(entry, pictures);
+    const std::string picture = picture_of(entry);
     if (picture.empty() || ++count > most_thumbnails) continue;
     const bool flickers = entry.contains("flicker");
     const int frame = (flickers ? entry.at("flicker") : entry.at("pairs").back()).at("frame");
@@ -93,19 +93,19 @@ std::string masked_line(const Json& results) {
                           cases, cases == 1 ? " differs" : "s differ");
 }
 
-std::string row(const Json& entry, const std::string& pictures) {
+std::string row(const Json& entry) {
   const Json& poses = entry.at("poses");
   std::string first = "–";
   if (poses.contains("motion") && poses.at("motion").at("first_frame").get<int>() >= 0) {
     first = fmt::format("{}", poses.at("motion").at("first_frame").get<int>());
   }
-  const std::string picture = picture_of(entry, pictures);
+  const std::string picture = picture_of(entry);
   return fmt::format("| {} | {} | {} | {} | {} |\n", cell(entry.at("name")), cell(entry.at("verdict")),
                      cell(entry.at("cause")), first,
                      picture.empty() ? "–" : fmt::format("[see]({})", picture));
 }
 
-std::string summary(const Json& results, const ResultsPlace& place, const std::string& pictures) {
+std::string summary(const Json& results, const ResultsPlace& place) {
   std::string text = fmt::format("### substep check: {}\n\n", cell(results.at("totals")));
   if (results.contains("missing")) {
     for (const Json& part : results.at("missing")) text += fmt::format("**{}**\n\n", cell(part));
@@ -117,12 +117,12 @@ std::string summary(const Json& results, const ResultsPlace& place, const std::s
   }
   text += masked_line(results);
   if (groups.empty()) return text;
-  text += thumbnails(groups, pictures);
+  text += thumbnails(groups);
   text += "\n| case | verdict | cause | first frame | before and after |\n|---|---|---|---|---|\n";
   std::size_t rows = 0;
   for (const FailureGroup& group : groups) {
     for (const Json* entry : group.cases) {
-      if (++rows <= most_rows) text += row(*entry, pictures);
+      if (++rows <= most_rows) text += row(*entry);
     }
   }
   if (rows > most_rows) text += fmt::format("\nand {} more in the report\n", rows - most_rows);
@@ -155,12 +155,8 @@ fs::path annotations_file(const fs::path& output) {
   return output / "annotations.txt";
 }
 
-void write_summary(const Json& results, const fs::path& output, const std::string& pictures_url) {
-  const ResultsPlace place = place_of(results, output);
-  write_file(
-      summary_file(output),
-      summary(results, place,
-              pictures_url.empty() || pictures_url.ends_with('/') ? pictures_url : pictures_url + "/"));
+void write_summary(const Json& results, const fs::path& output) {
+  write_file(summary_file(output), summary(results, place_of(results, output)));
   write_file(annotations_file(output), annotations(results));
 }
 

@@ -4,14 +4,12 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <string>
 
 namespace substep {
 
-/// Of what results.json holds. The summary's pictures are files of `output`, linked from there or, where they
-/// are shown elsewhere, below `pictures_url`: GitHub shows no others.
-void write_summary(const nlohmann::ordered_json& results, const std::filesystem::path& output,
-                   const std::string& pictures_url = {});
+/// Of what results.json holds. The summary links its pictures as files of `output`: where it is shown
+/// elsewhere they are to be put somewhere, for GitHub shows none that stand in the text itself.
+void write_summary(const nlohmann::ordered_json& results, const std::filesystem::path& output);
 
 std::filesystem::path summary_file(const std::filesystem::path& output);
 std::filesystem::path annotations_file(const std::filesystem::path& output);

@@ -105,17 +105,6 @@ TEST_F(ReportTest, TheSummaryShowsBeforeAndAfterAsOnePicture) {
       << xml;
 }
 
-TEST_F(ReportTest, TheSummarysPicturesCanBeElsewhere) {
-  break_both();
-  for (const char* const url : {"https://example.com/pictures", "https://example.com/pictures/"}) {
-    suite_.options.pictures_url = url;
-    suite_.run();
-    EXPECT_NE(read_text(summary_file(suite_.options.output))
-                  .find("(https://example.com/pictures/bouncing_balls.a3/flicker.png)"),
-              std::string::npos);
-  }
-}
-
 TEST_F(ReportTest, AThousandFailuresAreAPageOfTenMegabytesThatStartsWithAPicture) {
   break_both();
   suite_.run();
