@@ -11,6 +11,7 @@
 #include "golden/check/check_results.h"
 #include "golden/check/merge.h"
 #include "golden/check/replay.h"
+#include "golden/report/failure_groups.h"
 #include "golden/report/junit.h"
 #include "golden/report/summary.h"
 #include "render/markup.h"
@@ -133,6 +134,30 @@ TEST_F(ReportTest, AThousandFailuresAreAPageOfTenMegabytesThatStartsWithAPicture
     // The last is there, too, to be approved.
     EXPECT_NE(html.find(fmt::format("substep approve case_{}.a3 ", count - 1)), std::string::npos);
   }
+}
+
+TEST_F(ReportTest, OneChangeOfManyScenesIsALine) {
+  replace_in(suite_.scene(), "\"intensity\":3.0", "\"intensity\":2.5");
+  suite_.run();
+  auto results = read_results_json(suite_.options.output);
+  const auto entry = results.at("cases").at(0);
+  const auto add = [&](const std::string& scene, const std::string& cause) {
+    results["cases"].push_back(entry);
+    results["cases"].back()["scene"] = scene;
+    results["cases"].back()["cause"] = cause;
+  };
+  for (int i = 0; i < 9; ++i) add(fmt::format("{}.gltf", i), "placement or strength of light");
+  add("heavy.gltf", "mass or inertia of a; placement or strength of camera, light");
+  add("light.gltf", "mass or inertia of b, c and 7 more; placement or strength of camera, light");
+  add("one.gltf", "gone: d");
+  std::string lines;
+  for (const FailureGroup& group : failure_groups(results)) lines += group.line() + "\n";
+  EXPECT_EQ(
+      lines,
+      "10 cases, scene changed: placement or strength of light in 10 scenes; simplest: bouncing_balls.a3\n"
+      "2 cases, scene changed: mass or inertia; placement or strength of camera, light in 2 scenes; "
+      "simplest: bouncing_balls.a3\n"
+      "bouncing_balls.a3, scene changed: gone: d\n");
 }
 
 TEST_F(ReportTest, JunitSaysWhichHalf) {
