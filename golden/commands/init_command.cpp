@@ -28,6 +28,7 @@ void init(const InitOptions& options) {
   fmt::print("\nnext:\n");
   if (options.project != ".") fmt::print("  cd {}\n", shell_word(options.project.string()));
   fmt::print("  substep check\n  substep approve --failed --reason \"the first goldens\"\n");
+  fmt::print("  git add golden {}\n", shell_word(suite.files.back().name.string()));
   if (!suite.to_do.empty()) fmt::print("and {}\n", suite.to_do);
   if (options.program == InitOptions().program) {
     fmt::print("and in {} put the owner of the repository with substep for OWNER\n",

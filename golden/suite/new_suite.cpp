@@ -90,6 +90,9 @@ time_limit = 120         # s, for checking a case
 # Without a tolerance poses are compared bit for bit. A scene whose poses may differ a little, as between compilers:
 # [preset.tolerant]
 # pose_tolerance = { position = 1e-4, orientation = 1e-3, energy = 0.02, penetration = 1e-3, resting = 1 }
+# Or one body alone, and parts of pictures that may differ; the report says by how much they do. In a case:
+# body_tolerances = [{ body = "rotor", position = 1e-3, orientation = 0.1, reason = "why" }]
+# masks = [{ body = "rotor", reason = "why" }, { box = [0, 0, 60, 20], reason = "left, top, width, height" }]
 )";
 
 constexpr const char* readme = R"(# Goldens
@@ -100,7 +103,8 @@ beside each, when and why it was approved.
     substep check                                   # compares, and says what changed
     substep approve --failed --reason "why"         # after you looked at out/check/report.html
 
-The first time every case is *new*: look at the report, then approve, and commit this folder.
+The first time every case is *new*: look at the report, then approve, and commit this folder. `out` is what a check leaves, and
+belongs into `.gitignore`.
 
 When the check fails in CI, download its `report`, open `report.html` in it, and, in the repository:
 
