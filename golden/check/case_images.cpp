@@ -197,7 +197,7 @@ class ImageCheck {
     return std::all_of(parts.begin(), parts.end(), [](const MaskedPart& part) { return part.passes; });
   }
 
-  bool is_of_one_size(const Image& a, const Image& b) const {
+  static bool is_of_one_size(const Image& a, const Image& b) {
     return a.width == b.width && a.height == b.height;
   }
 

@@ -142,7 +142,9 @@ class Reader : private TomlValues {
   std::string required_text(const toml::table& table, std::string_view key, std::string_view where) const {
     const toml::node* node = table.get(key);
     if (node == nullptr) fail(table, fmt::format("one of '{}' is without a '{}'", where, key));
-    return text(*node, key);
+    std::string found = text(*node, key);
+    if (found.find_first_not_of(" \t\n") == std::string::npos) fail(*node, fmt::format("'{}' is empty", key));
+    return found;
   }
 
   std::vector<BodyTolerance> read_body_tolerances(const toml::node& node) const {
@@ -189,7 +191,7 @@ class Reader : private TomlValues {
       if ((box == nullptr) == (body == nullptr)) fail(entry, "one of 'masks' must have a 'box' or a 'body'");
       Mask mask;
       if (box != nullptr) mask.box = read_box(*box, plan);
-      if (body != nullptr) mask.body = text(*body, "body");
+      if (body != nullptr) mask.body = required_text(table, "body", "masks");
       mask.reason = required_text(table, "reason", "masks");
       if (const toml::node* tolerance = table.get("tolerance")) {
         const toml::table& limits = as_table(*tolerance, "tolerance");
@@ -279,6 +281,21 @@ class Reader : private TomlValues {
     }
   }
 
+  /// But for the settings and the masks.
+  static void apply_plan(const Plan& plan, SuiteCase& result) {
+    result.frames = plan.frames;
+    result.full_every = plan.full_every;
+    result.images = plan.images;
+    std::sort(result.images.begin(), result.images.end());
+    result.width = plan.width;
+    result.height = plan.height;
+    result.tolerance = plan.tolerance;
+    result.pose_tolerance = plan.pose_tolerance;
+    result.body_tolerances = plan.body_tolerances;
+    result.time_limit = plan.time_limit;
+    result.any_renderer = plan.any_renderer;
+  }
+
   void read_case(const toml::table& table, const Plan& defaults, Suite& suite) {
     expect_keys(table, "[[case]]", with_plan_keys({"scene", "variant", "preset"}));
     Plan plan = defaults;
@@ -322,18 +339,8 @@ class Reader : private TomlValues {
       } catch (const Error& error) {
         fail(table, fmt::format("{}: {}", result.name, error.what()));
       }
-      result.frames = plan.frames;
-      result.full_every = plan.full_every;
-      result.images = plan.images;
-      std::sort(result.images.begin(), result.images.end());
-      result.width = plan.width;
-      result.height = plan.height;
-      result.tolerance = plan.tolerance;
-      result.pose_tolerance = plan.pose_tolerance;
-      result.body_tolerances = plan.body_tolerances;
+      apply_plan(plan, result);
       result.masks = masks;
-      result.time_limit = plan.time_limit;
-      result.any_renderer = plan.any_renderer;
       place_goldens(suite.folder(), scene_name, slug, result);
       if (!names_.insert(result.name).second) {
         fail(table, fmt::format("there is a case {} already: give one of them a 'variant'", result.name));

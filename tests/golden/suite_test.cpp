@@ -189,6 +189,7 @@ TEST_F(SuiteTest, MasksThatCannotBeAreRefused) {
   EXPECT_EQ(refused("{ box = [0, 0, 9], reason = 'x' }"),
             "suite.toml:4: 'box' must be [left, top, width, height], pixels");
   EXPECT_EQ(refused("{ box = [0, 0, 9, 9] }"), "suite.toml:4: one of 'masks' is without a 'reason'");
+  EXPECT_EQ(refused("{ box = [0, 0, 9, 9], reason = ' ' }"), "suite.toml:4: 'reason' is empty");
   EXPECT_EQ(refused("{ reason = 'x' }"), "suite.toml:4: one of 'masks' must have a 'box' or a 'body'");
   EXPECT_EQ(refused("{ body = 'a', box = [0, 0, 9, 9], reason = 'x' }"),
             "suite.toml:4: one of 'masks' must have a 'box' or a 'body'");
