@@ -166,7 +166,7 @@ class ImageCheck {
                                ? work_.sidecar.baseline(image.frame, work_.made_with.platform)
                                : nullptr;
     const Drawing golden{read_png(own == nullptr ? entry.image_file(image.frame) : own->file), drawn.bodies};
-    const Drawing unmasked{without_masked(golden, drawn, image), drawn.bodies};
+    const Drawing unmasked = without_masked(golden, drawn, image);
     image.against_golden = compared(unmasked, drawn, image.frame);
     const Judgement judgement = image.against_golden->image.judgement;
     const bool is_near_enough =
@@ -202,16 +202,16 @@ class ImageCheck {
   }
 
   /// The golden picture with what is masked as it is drawn, which is noted.
-  Image without_masked(const Drawing& golden, const Drawing& drawn, ImageResult& image) {
+  Drawing without_masked(const Drawing& golden, const Drawing& drawn, ImageResult& image) {
     const std::vector<Mask>& masks = work_.result.entry.masks;
-    if (masks.empty() || !is_of_one_size(golden.picture, drawn.picture)) return golden.picture;
+    if (masks.empty() || !is_of_one_size(golden.picture, drawn.picture)) return golden;
     MaskedPicture result =
         masked(golden.picture, drawn.picture, drawn.bodies, masks, body_names(work_.scene));
     for (const MaskedPart& part : result.parts) {
       if (part.differing > 0) work_.note(fmt::format("frame {}, masked: {}", image.frame, part.text()));
     }
     image.masked = std::move(result.parts);
-    return std::move(result.expected);
+    return {std::move(result.expected), std::move(result.bodies)};
   }
 
   /// By FLIP where the case says so, else by levels and counts.

@@ -117,6 +117,7 @@ Json to_json(const ImageResult& image) {
                               {"pixels", part.pixels},
                               {"differing", part.differing},
                               {"max", part.max},
+                              {"found", part.found()},
                               {"limit", part.limit},
                               {"pass", part.passes}});
   }

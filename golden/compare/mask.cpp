@@ -50,9 +50,18 @@ void copy_pixels(const Image& from, const std::vector<bool>& covered, Image& to)
   }
 }
 
+void mark_masked(const std::vector<bool>& covered, Image& bodies) {
+  for (std::size_t i = 0; i < covered.size(); ++i) {
+    if (covered[i]) set_body(bodies, i, masked_body);
+  }
+}
+
 MaskedPart judge(const Mask& mask, const std::vector<bool>& covered, const Image& expected,
                  const Image& actual) {
-  MaskedPart part{mask.text(), mask.reason, std::count(covered.begin(), covered.end(), true), 0, 0, true, {}};
+  MaskedPart part;
+  part.what = mask.text();
+  part.reason = mask.reason;
+  part.pixels = std::count(covered.begin(), covered.end(), true);
   Image inside = actual;
   copy_pixels(expected, covered, inside);
   ImageTolerance tolerance = mask.tolerance.value_or(ImageTolerance());
@@ -63,8 +72,8 @@ MaskedPart judge(const Mask& mask, const std::vector<bool>& covered, const Image
   part.max = found.max;
   if (!mask.tolerance) return part;
   part.passes = passes(found.judgement);
-  part.limit = fmt::format("{} px > {} levels of {} allowed, none > {}", found.above_level, tolerance.level,
-                           tolerance.count, tolerance.hard);
+  part.above = fmt::format("{} px > {} levels", found.above_level, tolerance.level);
+  part.limit = fmt::format("{} px > {} levels, none > {}", tolerance.count, tolerance.level, tolerance.hard);
   return part;
 }
 
@@ -75,23 +84,30 @@ std::string Mask::text() const {
   return fmt::format("box [{}, {}, {}, {}]", box->left, box->top, box->width, box->height);
 }
 
+std::string MaskedPart::found() const {
+  if (differing == 0) return fmt::format("none of {} px differs", pixels);
+  std::string text =
+      fmt::format("{} of {} px differ, most by {} level{}", differing, pixels, max, max == 1 ? "" : "s");
+  return above.empty() ? text : fmt::format("{}, {}", text, above);
+}
+
 std::string MaskedPart::text() const {
-  std::string text = fmt::format("{} ({}): ", what, reason);
-  text += differing == 0 ? fmt::format("none of {} px differs", pixels)
-                         : fmt::format("{} of {} px differ, most by {} level{}", differing, pixels, max,
-                                       max == 1 ? "" : "s");
-  if (!limit.empty()) text += fmt::format("; {}{}", passes ? "" : "beyond its tolerance: ", limit);
-  return text;
+  const std::string text = fmt::format("{} ({}): {}", what, reason, found());
+  if (limit.empty()) return text;
+  return fmt::format("{}; {} its tolerance, {}", text, passes ? "within" : "beyond", limit);
 }
 
 MaskedPicture masked(const Image& expected, const Image& actual, const Image& bodies,
                      std::span<const Mask> masks, const std::vector<std::string>& names) {
-  MaskedPicture result{expected, {}};
+  MaskedPicture result{expected, bodies, {}};
   std::vector<bool> ignored(static_cast<std::size_t>(expected.width) * expected.height);
   for (const Mask& mask : masks) {
     const std::vector<bool> covered = pixels_of(mask, bodies, names);
     result.parts.push_back(judge(mask, covered, expected, actual));
-    if (result.parts.back().passes) copy_pixels(actual, covered, result.expected);
+    if (result.parts.back().passes) {
+      copy_pixels(actual, covered, result.expected);
+      mark_masked(covered, result.bodies);
+    }
     if (mask.tolerance) continue;
     for (std::size_t i = 0; i < covered.size(); ++i) ignored[i] = ignored[i] || covered[i];
   }

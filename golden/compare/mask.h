@@ -36,13 +36,16 @@ struct MaskedPart {
   std::int64_t differing = 0;
   int max = 0;  ///< largest difference of a channel, levels
   bool passes = true;
-  std::string limit;  ///< of its own tolerance, in words; empty: none
+  std::string above;  ///< "7 px > 3 levels", where it has a tolerance of its own
+  std::string limit;  ///< "20 px > 3 levels, none > 64": what may differ
 
-  std::string text() const;  ///< "body rotor (why): 12 of 812 px differ, most by 40 levels"
+  std::string found() const;  ///< "12 of 812 px differ, most by 40 levels"
+  std::string text() const;   ///< the same with what and why, and whether that is within the tolerance
 };
 
 struct MaskedPicture {
   Image expected;
+  Image bodies;  ///< with `masked_body` where it is masked and passes
   std::vector<MaskedPart> parts;
 };
 

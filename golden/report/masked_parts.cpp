@@ -25,15 +25,13 @@ struct Part {
 };
 
 Part part_of_picture(const Json& part, const std::string& name, int frame) {
-  const auto differing = part.at("differing").get<std::int64_t>();
   const auto limit = part.at("limit").get<std::string>();
   return {name,
           fmt::format("frame {}: {}", frame, part.at("what").get<std::string>()),
           part.at("reason"),
-          fmt::format("{} of {} px, most by {} levels", differing, part.at("pixels").get<std::int64_t>(),
-                      part.at("max").get<int>()),
+          part.at("found"),
           limit.empty() ? "any" : limit,
-          differing > 0,
+          part.at("differing").get<std::int64_t>() > 0,
           part.at("pass")};
 }
 

@@ -83,8 +83,8 @@ TEST_F(Masks, AToleranceHoldsWithinTheMask) {
   MaskedPicture result = apply({mask});
   EXPECT_FALSE(result.parts[0].passes);
   EXPECT_EQ(result.parts[0].text(),
-            "box [0, 0, 4, 4] (a test): 2 of 16 px differ, most by 40 levels; beyond its tolerance: 2 px > 5 "
-            "levels of 1 allowed, none > 50");
+            "box [0, 0, 4, 4] (a test): 2 of 16 px differ, most by 40 levels, 2 px > 5 levels; beyond its "
+            "tolerance, 1 px > 5 levels, none > 50");
   // What fails in a mask is seen as everything else.
   EXPECT_EQ(compare(result.expected, actual_).above[0], 2);
   actual_ = grey();
@@ -133,7 +133,7 @@ TEST_F(MaskedCase, WhatDiffersUnderAMaskIsSaidAndIsNoFailure) {
             "frame 40, masked: box [30, 10, 5, 20] (a clock): 1 of 100 px differ, most by 9 levels");
   EXPECT_NE(page().find("2 masked parts of pictures and bodies with tolerances of their own; 1 differ"),
             std::string::npos);
-  EXPECT_NE(page().find("1 of 100 px, most by 9 levels"), std::string::npos);
+  EXPECT_NE(page().find("1 of 100 px differ, most by 9 levels"), std::string::npos);
   // Nothing of what is masked becomes golden by itself.
   ApproveOptions options = suite_.approval();
   options.renews = true;
@@ -161,9 +161,22 @@ TEST_F(MaskedCase, BeyondTheMasksOwnToleranceItFails) {
   replace_in(suite_.options.suite, "count = 1", "count = 0");
   const CaseResult result = run();
   EXPECT_EQ(result.verdict, Verdict::renderer_changed);
-  EXPECT_NE(result.text.find("beyond its tolerance: 1 px > 5 levels of 0 allowed"), std::string::npos)
+  EXPECT_NE(result.text.find("1 px > 5 levels; beyond its tolerance, 0 px > 5 levels, none > 64"),
+            std::string::npos)
       << result.text;
   EXPECT_NE(page().find("<mark>1 of 100 px"), std::string::npos);
+}
+
+TEST_F(MaskedCase, TheRestIsJudgedAsIfTheMaskedWereNotThere) {
+  // More than half of the picture is masked, and all of the rest is in another light.
+  suite_.repaint();
+  add(R"(masks = [{ box = [60, 0, 100, 90], reason = "most of it" }])");
+  const CaseResult result = run();
+  EXPECT_EQ(result.verdict, Verdict::renderer_changed);
+  EXPECT_EQ(result.cause, "light, camera or sky");
+  std::int64_t pixels = 0;
+  for (const BodyBlame& body : result.images.at(1).against_golden->blame->bodies) pixels += body.pixels;
+  EXPECT_LE(pixels, 60 * 90);
 }
 
 TEST_F(MaskedCase, AMaskOfABodyThatIsNotThereIsAnError) {
