@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 
+#include "render/animated_png.h"
 #include "render/image.h"
 #include "sim/error.h"
 #include "sim/log/file_output.h"
@@ -124,16 +125,68 @@ std::string rows_tried_one_by_one(const Image& image) {
   return rows;
 }
 
-std::string png_of(const Image& image, std::string_view compressed) {
+/// Signature and header.
+std::string start_of(const Image& image) {
   std::string file = "\x89PNG\r\n\x1a\n";
   std::string header;
   append_number(header, static_cast<std::uint32_t>(image.width));
   append_number(header, static_cast<std::uint32_t>(image.height));
   header.append({8, 2, 0, 0, 0});  // 8 bits of red, green and blue, not interlaced
   append_chunk(file, "IHDR", header);
+  return file;
+}
+
+std::string png_of(const Image& image, std::string_view compressed) {
+  std::string file = start_of(image);
   append_chunk(file, "IDAT", compressed);
   append_chunk(file, "IEND", "");
   return file;
+}
+
+/// Pixels as they are compressed where it must take little time: this filter with this level gave the
+/// smallest files.
+std::string quickly_compressed(const Image& image) {
+  return Deflater(3)(rows_with(image, left));
+}
+
+/// A rectangle of an image, and where it was.
+struct Cutting {
+  Image image;
+  int x = 0;
+  int y = 0;
+};
+
+/// Where `image` differs from the one before; of equal ones a pixel, for a frame cannot be empty.
+Cutting changed_part(const Image& before, const Image& image) {
+  int left_end = image.width, top = image.height, right_end = 0, bottom = 0;
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      if (std::equal(image.pixel(x, y), image.pixel(x, y) + pixel_bytes, before.pixel(x, y))) continue;
+      left_end = std::min(left_end, x);
+      right_end = std::max(right_end, x + 1);
+      top = std::min(top, y);
+      bottom = y + 1;
+    }
+  }
+  if (right_end == 0) left_end = top = 0, right_end = bottom = 1;
+  Cutting part{Image(right_end - left_end, bottom - top), left_end, top};
+  for (int y = 0; y < part.image.height; ++y) {
+    std::copy_n(image.pixel(left_end, top + y), pixel_bytes * static_cast<std::size_t>(part.image.width),
+                part.image.pixel(0, y));
+  }
+  return part;
+}
+
+void append_frame_control(std::string& file, std::uint32_t sequence, const Cutting& part, int milliseconds) {
+  std::string control;
+  append_number(control, sequence);
+  for (const int value : {part.image.width, part.image.height, part.x, part.y}) {
+    append_number(control, static_cast<std::uint32_t>(value));
+  }
+  // A fraction of seconds, 16 bits each.
+  append_number(control, static_cast<std::uint32_t>(milliseconds) << 16 | 1000);
+  control.append({0, 0});  // what was there stays, and is written over
+  append_chunk(file, "fcTL", control);
 }
 
 void require_pixels(const Image& image) {
@@ -144,8 +197,28 @@ void require_pixels(const Image& image) {
 
 std::string to_png(const Image& image) {
   require_pixels(image);
-  // This filter with this level gave the smallest files of all that take little time.
-  return png_of(image, Deflater(3)(rows_with(image, left)));
+  return png_of(image, quickly_compressed(image));
+}
+
+std::string to_animated_png(std::span<const Image> frames, int milliseconds_each) {
+  require_pixels(frames.front());
+  std::string file = start_of(frames.front());
+  std::string control;
+  append_number(control, static_cast<std::uint32_t>(frames.size()));
+  append_number(control, 0);  // for ever
+  append_chunk(file, "acTL", control);
+  std::uint32_t sequence = 0;
+  append_frame_control(file, sequence++, {frames.front()}, milliseconds_each);
+  append_chunk(file, "IDAT", quickly_compressed(frames.front()));
+  for (std::size_t i = 1; i < frames.size(); ++i) {
+    const Cutting part = changed_part(frames[i - 1], frames[i]);
+    append_frame_control(file, sequence++, part, milliseconds_each);
+    std::string data;
+    append_number(data, sequence++);
+    append_chunk(file, "fdAT", data + quickly_compressed(part.image));
+  }
+  append_chunk(file, "IEND", "");
+  return file;
 }
 
 std::string to_small_png(const Image& image) {

@@ -3,8 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <utility>
+
+#include "render/animated_png.h"
+#include "sim/error.h"
 
 namespace substep {
 namespace {
@@ -36,6 +40,7 @@ class ImageCheck {
       work_.new_images = draw_frames(painter, *work_.live);
     }
     for (std::size_t i = 0; i < entry.images.size(); ++i) check_image(i);
+    expect_masks_in_use();
     if (golden_painter && work_.live && work_.result.poses.motion.first.frame >= 0)
       find_visible(*golden_painter);
   }
@@ -77,6 +82,21 @@ class ImageCheck {
     work_.result.images.push_back(std::move(image));
   }
 
+  /// A body that no picture shows is a mistake: in its name or in the frames.
+  void expect_masks_in_use() const {
+    const auto& images = work_.result.images;
+    const std::vector<Mask>& masks = work_.result.entry.masks;
+    const bool were_all_asked =
+        std::all_of(images.begin(), images.end(), [](const ImageResult& i) { return !i.masked.empty(); });
+    for (std::size_t m = 0; were_all_asked && m < masks.size(); ++m) {
+      const bool is_seen = std::any_of(images.begin(), images.end(),
+                                       [m](const ImageResult& i) { return i.masked[m].pixels > 0; });
+      if (is_seen) continue;
+      throw Error(fmt::format("the mask of {} covers nothing: none of the case's pictures shows it",
+                              masks[m].text()));
+    }
+  }
+
   std::vector<Drawing> draw_frames(CasePainter& painter, const PoseLog& log) {
     std::vector<Drawing> drawings;
     for (const int frame : work_.result.entry.images) {
@@ -98,10 +118,9 @@ class ImageCheck {
 
   PictureComparison compared(const Drawing& expected, const Drawing& actual, int frame) const {
     const Sidecar::Picture* approved = work_.sidecar.picture(frame);
-    std::vector<std::string> names;
-    for (const Body& body : work_.scene.bodies) names.push_back(body.name);
     return compare_pictures(expected, actual, work_.result.entry.tolerance,
-                            approved == nullptr ? std::vector<BodyExtent>() : approved->bodies, names);
+                            approved == nullptr ? std::vector<BodyExtent>() : approved->bodies,
+                            body_names(work_.scene));
   }
 
   void add_only(int frame, const std::string& file) {
@@ -124,8 +143,20 @@ class ImageCheck {
     pair.comparison = comparison;
     if (comparison.image.judgement != Judgement::size) {
       write_difference(work_.folder, prefix, expected, actual, pair);
+      add_flicker(frame, comparison, expected.picture, actual.picture);
     }
     work_.result.pairs.push_back(std::move(pair));
+  }
+
+  /// Of the pair that a person sees most of.
+  void add_flicker(int frame, const PictureComparison& comparison, const Image& before, const Image& after) {
+    constexpr int milliseconds = 500;
+    const double visible = comparison.flip ? comparison.flip->max : 0;
+    if (visible <= most_visible_) return;
+    most_visible_ = visible;
+    work_.result.flicker = "flicker.png";
+    work_.result.flicker_frame = frame;
+    work_.folder.write(work_.result.flicker, to_animated_png(std::array{before, after}, milliseconds));
   }
 
   void judge(ImageResult& image, const Drawing& drawn, const std::string& prefix) {
@@ -135,11 +166,13 @@ class ImageCheck {
                                ? work_.sidecar.baseline(image.frame, work_.made_with.platform)
                                : nullptr;
     const Drawing golden{read_png(own == nullptr ? entry.image_file(image.frame) : own->file), drawn.bodies};
-    image.against_golden = compared(golden, drawn, image.frame);
+    const Drawing unmasked = without_masked(golden, drawn, image);
+    image.against_golden = compared(unmasked, drawn, image.frame);
     const Judgement judgement = image.against_golden->image.judgement;
     const bool is_near_enough =
-        judgement == Judgement::exact || (!work_.is_exact_here() && is_within(*image.against_golden));
-    const bool is_alternate = !is_near_enough && equals_alternate(image.frame, drawn.picture);
+        judgement == Judgement::exact ||
+        (!work_.is_exact_here() && is_within(*image.against_golden) && all_pass(image.masked));
+    const bool is_alternate = !is_near_enough && equals_alternate(image.frame, drawn);
     image.passes = (is_near_enough || is_alternate) && !image.is_blank;
     if (is_near_enough && judgement != Judgement::exact) {
       work_.note(fmt::format(
@@ -148,7 +181,7 @@ class ImageCheck {
     }
     if (image.passes) return;
     work_.folder.write(prefix + ".expected.png", to_png(golden.picture));
-    add_pair(PicturePair::About::renderer, image.frame, *image.against_golden, prefix, golden, drawn,
+    add_pair(PicturePair::About::renderer, image.frame, *image.against_golden, prefix, unmasked, drawn,
              prefix + ".expected.png", prefix + ".actual.png");
     const Sidecar::Picture* approved = work_.sidecar.picture(image.frame);
     const std::string found = pixel_hash(golden.picture);
@@ -160,6 +193,27 @@ class ImageCheck {
     }
   }
 
+  static bool all_pass(const std::vector<MaskedPart>& parts) {
+    return std::all_of(parts.begin(), parts.end(), [](const MaskedPart& part) { return part.passes; });
+  }
+
+  static bool is_of_one_size(const Image& a, const Image& b) {
+    return a.width == b.width && a.height == b.height;
+  }
+
+  /// The golden picture with what is masked as it is drawn, which is noted.
+  Drawing without_masked(const Drawing& golden, const Drawing& drawn, ImageResult& image) {
+    const std::vector<Mask>& masks = work_.result.entry.masks;
+    if (masks.empty() || !is_of_one_size(golden.picture, drawn.picture)) return golden;
+    MaskedPicture result =
+        masked(golden.picture, drawn.picture, drawn.bodies, masks, body_names(work_.scene));
+    for (const MaskedPart& part : result.parts) {
+      if (part.differing > 0) work_.note(fmt::format("frame {}, masked: {}", image.frame, part.text()));
+    }
+    image.masked = std::move(result.parts);
+    return {std::move(result.expected), std::move(result.bodies)};
+  }
+
   /// By FLIP where the case says so, else by levels and counts.
   bool is_within(const PictureComparison& comparison) const {
     const std::optional<double>& limit = work_.result.entry.tolerance.flip;
@@ -167,12 +221,17 @@ class ImageCheck {
     return comparison.flip && comparison.flip->max <= *limit;
   }
 
-  bool equals_alternate(int frame, const Image& drawn) {
-    const std::string pixels = pixel_hash(drawn);
+  bool equals_alternate(int frame, const Drawing& drawn) {
+    const std::vector<Mask>& masks = work_.result.entry.masks;
     for (const Alternate& alternate : work_.sidecar.alternates) {
       // Another platform's baseline is not good here.
-      if (alternate.frame != frame || alternate.pixels != pixels || !alternate.platform.empty()) continue;
-      if (read_png(alternate.file).rgb != drawn.rgb) continue;
+      if (alternate.frame != frame || !alternate.platform.empty()) continue;
+      Image picture = read_png(alternate.file);
+      if (pixel_hash(picture) != alternate.pixels || !is_of_one_size(picture, drawn.picture)) continue;
+      if (!masks.empty()) {
+        picture = masked(picture, drawn.picture, drawn.bodies, masks, body_names(work_.scene)).expected;
+      }
+      if (picture.rgb != drawn.picture.rgb) continue;
       work_.note(
           fmt::format("frame {} equals {}: {}", frame, alternate.file.filename().string(), alternate.reason));
       return true;
@@ -207,6 +266,7 @@ class ImageCheck {
   }
 
   CaseWork& work_;
+  double most_visible_ = -1;
 };
 
 }  // namespace

@@ -17,7 +17,11 @@
 
 namespace substep {
 
+/// In the scene's order, the world first.
+std::vector<std::string> body_names(const Scene& scene);
+
 struct CaseWork {
+  /// Throws Error when the sidecar is damaged, or the case speaks of bodies that the scene does not have.
   CaseWork(const CheckOptions& options_of, const MadeWith& with, const SuiteCase& entry, const Scene& of);
 
   /// Once there are both logs.

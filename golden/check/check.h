@@ -28,6 +28,7 @@
 #include "golden/compare/blame.h"
 #include "golden/compare/distance_matrix.h"
 #include "golden/compare/image_comparison.h"
+#include "golden/compare/mask.h"
 #include "golden/compare/motion_comparison.h"
 #include "golden/compare/provenance.h"
 #include "golden/compare/verdict.h"
@@ -70,8 +71,9 @@ struct ImageResult {
   bool is_drawn = false;  ///< from the golden poses
   bool passes = false;
   bool is_blank = false;
-  std::optional<PictureComparison>
-      against_golden;                          ///< golden poses, this renderer, against the golden picture
+  /// Golden poses, this renderer, against the golden picture; what is masked and passes is left out.
+  std::optional<PictureComparison> against_golden;
+  std::vector<MaskedPart> masked;
   std::optional<PictureComparison> new_poses;  ///< new against golden poses, both by this renderer
 };
 
@@ -100,12 +102,14 @@ struct CaseResult {
   std::vector<ImageResult> images;
   std::vector<PicturePair> pairs;
   std::vector<std::string> notes;  ///< context, never a reason to fail
-  std::string cause;               ///< what the failure is put down to, in a few words; empty: not known
-  std::string refusal;             ///< why approve() will not take it; empty: it will
-  bool has_alternates = false;     ///< pictures that approve() would take beside the golden ones
-  std::filesystem::path files;     ///< the folder with its files
-  double seconds = 0;              ///< that checking it took
-  std::string text;                ///< what a person should know of it when it fails: lines, each ended
+  std::string flicker;          ///< the most visible pair as one animated picture: a file as those of pairs
+  int flicker_frame = -1;       ///< of the case
+  std::string cause;            ///< what the failure is put down to, in a few words; empty: not known
+  std::string refusal;          ///< why approve() will not take it; empty: it will
+  bool has_alternates = false;  ///< pictures that approve() would take beside the golden ones
+  std::filesystem::path files;  ///< the folder with its files
+  double seconds = 0;           ///< that checking it took
+  std::string text;             ///< what a person should know of it when it fails: lines, each ended
 };
 
 struct CheckOptions {

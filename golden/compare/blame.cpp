@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <map>
+#include <set>
 
 namespace substep {
 namespace {
@@ -11,11 +12,6 @@ namespace {
 constexpr int sky = -1;
 constexpr int world = 0;
 constexpr std::int64_t smallest_extent = 8;  // pixels: less may hide behind another body
-
-int body_at(const Image& bodies, std::size_t pixel) {
-  const std::uint8_t* p = &bodies.rgb[3 * pixel];
-  return p[0] + (p[1] << 8) + (p[2] << 16) - 1;
-}
 
 int body_at(const Image& expected_bodies, const Image& actual_bodies, std::size_t pixel) {
   const int expected = body_at(expected_bodies, pixel);
@@ -45,13 +41,13 @@ bool holds(const BodyExtent& extent, int x, int y) {
   return x >= extent.left && x <= extent.right && y >= extent.top && y <= extent.bottom;
 }
 
-/// Bodies that were seen and are not any more.
-std::vector<BodyExtent> gone(const std::vector<BodyExtent>& approved, const std::map<int, BodyBlame>& seen) {
+/// Bodies that were seen and are not any more; those under a mask are seen.
+std::vector<BodyExtent> gone(const std::vector<BodyExtent>& approved, const std::map<int, BodyBlame>& seen,
+                             const std::set<int>& masked) {
   std::vector<BodyExtent> result;
   for (const BodyExtent& extent : approved) {
-    if (extent.body > world && extent.pixels >= smallest_extent && seen.count(extent.body) == 0) {
-      result.push_back(extent);
-    }
+    const bool is_seen = seen.count(extent.body) != 0 || masked.count(extent.body) != 0;
+    if (extent.body > world && extent.pixels >= smallest_extent && !is_seen) result.push_back(extent);
   }
   return result;
 }
@@ -83,6 +79,17 @@ bool is_everywhere(const std::map<int, BodyBlame>& seen) {
 
 }  // namespace
 
+int body_at(const Image& bodies, std::size_t pixel) {
+  const std::uint8_t* p = &bodies.rgb[3 * pixel];
+  return p[0] + (p[1] << 8) + (p[2] << 16) - 1;
+}
+
+void set_body(Image& bodies, std::size_t pixel, int body) {
+  for (int channel = 0; channel < 3; ++channel) {
+    bodies.rgb[3 * pixel + channel] = static_cast<std::uint8_t>((body + 1) >> 8 * channel);
+  }
+}
+
 std::vector<BodyExtent> body_extents(const Image& bodies) {
   std::map<int, BodyExtent> found;
   for (int y = 0; y < bodies.height; ++y) {
@@ -106,13 +113,20 @@ Blame blame(const Image& expected, const Image& actual, const Image& expected_bo
             const std::vector<std::string>& names) {
   const std::size_t count = static_cast<std::size_t>(expected.width) * expected.height;
   std::map<int, BodyBlame> seen;
+  std::set<int> masked;
   for (std::size_t i = 0; i < count; ++i) {
-    ++seen[body_at(expected_bodies, actual_bodies, i)].pixels;
+    const int body = body_at(expected_bodies, actual_bodies, i);
+    if (body == masked_body) {
+      masked.insert(body_at(actual_bodies, i));
+    } else {
+      ++seen[body].pixels;
+    }
   }
-  const std::vector<BodyExtent> absent = gone(approved, seen);
+  const std::vector<BodyExtent> absent = gone(approved, seen, masked);
   Blame result;
   for (std::size_t i = 0; i < count; ++i) {
     int body = body_at(expected_bodies, actual_bodies, i);
+    if (body == masked_body) continue;
     if (body <= world && differs(expected, actual, i)) {
       const int x = static_cast<int>(i) % expected.width;
       const int y = static_cast<int>(i) / expected.width;

@@ -19,6 +19,13 @@ struct BodyExtent {
   int left = 0, top = 0, right = -1, bottom = -1;  ///< the box around them, both ends included
 };
 
+/// The body that is seen at a pixel of an image of bodies.
+int body_at(const Image& bodies, std::size_t pixel);
+void set_body(Image& bodies, std::size_t pixel, int body);
+
+/// In an image of bodies: a pixel that nobody is asked about. Of no body, and counted nowhere.
+constexpr int masked_body = 0xfffffe;
+
 /// By body, ascending; only those that are seen.
 std::vector<BodyExtent> body_extents(const Image& bodies);
 

@@ -101,8 +101,23 @@ std::string first_frames(const std::vector<const Json*>& failing) {
   return fmt::format(", from frame {} to {} on", *frames.begin(), *frames.rbegin());
 }
 
+/// What of scenes differs, without whose it is: "mass or inertia; placement or strength of light" of a cause
+/// that also names bodies (scene_difference()).
+std::string kinds_in(const std::string& cause) {
+  std::string kinds;
+  for (std::size_t at = 0; at < cause.size();) {
+    const std::size_t end = std::min(cause.find("; ", at), cause.size());
+    std::string part = cause.substr(at, end - at);
+    at = end + 2;
+    if (!part.starts_with("placement or strength of "))
+      part = part.substr(0, std::min(part.find(" of "), part.find(": ")));
+    kinds += (kinds.empty() ? "" : "; ") + part;
+  }
+  return kinds;
+}
+
 /// What tells the groups of one verdict apart. A change of the program is one however many cases it fails,
-/// and which those are says where to look; inputs change one by one.
+/// and which those are says where to look; scenes that differ in the same are changed together.
 std::string origin_key(const Json& entry) {
   const auto verdict = verdict_named(entry.at("verdict").get<std::string>());
   const auto cause = entry.at("cause").get<std::string>();
@@ -111,7 +126,7 @@ std::string origin_key(const Json& entry) {
       return cause;
     case Verdict::scene_changed:
     case Verdict::loading_changed:
-      return entry.at("scene").get<std::string>() + ": " + cause;
+      return kinds_in(cause);
     case Verdict::renderer_changed:
       return cause == "light, camera or sky" ? cause : std::string();
     default:
@@ -119,11 +134,22 @@ std::string origin_key(const Json& entry) {
   }
 }
 
+/// Of one scene all that is known; of several what they have in common.
+std::string origin_of_scenes(const std::string& kinds, const std::vector<const Json*>& cases) {
+  std::set<std::string> scenes;
+  for (const Json* entry : cases) scenes.insert(entry->at("scene").get<std::string>());
+  if (scenes.size() > 1) return fmt::format("{} in {} scenes", kinds, scenes.size());
+  return fmt::format("{}: {}", *scenes.begin(), cases.front()->at("cause").get<std::string>());
+}
+
 FailureGroup group_of(const std::string& verdict, const std::string& key, std::vector<const Json*> cases,
                       const Json& checked) {
   std::stable_sort(cases.begin(), cases.end(),
                    [](const Json* a, const Json* b) { return bodies_of(*a) < bodies_of(*b); });
   FailureGroup group{verdict, key, std::move(cases)};
+  if (verdict == name(Verdict::scene_changed) || verdict == name(Verdict::loading_changed)) {
+    group.origin = origin_of_scenes(key, group.cases);
+  }
   if (key.empty() || verdict == name(Verdict::renderer_changed)) {
     group.origin += fmt::format("{}{}", key.empty() ? "" : ", ", common_part(group.cases, checked));
   }

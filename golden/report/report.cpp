@@ -13,6 +13,7 @@
 #include "golden/compare/verdict.h"
 #include "golden/report/case_commands.h"
 #include "golden/report/failure_groups.h"
+#include "golden/report/masked_parts.h"
 #include "golden/report/report_assets.h"
 #include "golden/report/report_case.h"
 #include "render/markup.h"
@@ -132,6 +133,28 @@ std::string groups(const Json& results) {
   return is_shorter ? "<h3>In short</h3>\n<ul>\n" + items + "</ul>\n" : std::string();
 }
 
+/// A picture for each origin of failures, of its simplest case: the first thing that is seen, however many
+/// cases follow.
+std::string first_looks(const Json& results, ReportPictures& pictures) {
+  constexpr std::size_t most = 6;
+  std::string figures;
+  std::size_t count = 0;
+  for (const FailureGroup& group : failure_groups(results)) {
+    const Json& entry = *group.cases.front();
+    if (!entry.contains("pairs") || entry.at("pairs").empty() || count == most) continue;
+    ++count;
+    const Json& pair = entry.at("pairs").front();
+    fmt::format_to(std::back_inserter(figures),
+                   "<figure><a href=\"#{0}\"><img width=\"160\" decoding=\"sync\" alt=\"{0}, frame {1}, as "
+                   "it is drawn now\" "
+                   "src=\"{2}\"></a><figcaption>{0}: {3}</figcaption></figure>\n",
+                   text_of(entry.at("name")), pair.at("frame").get<int>(),
+                   pictures.source(entry.at("files").get<std::string>(), pair.at("actual")),
+                   text_of(entry.at("verdict")));
+  }
+  return figures.empty() ? figures : "<div class=\"looks\">\n" + figures + "</div>\n";
+}
+
 std::string matrix_table(const Json& matrix, const char* which, const Json& other) {
   const Json& names = matrix.at("cases");
   const auto algorithm = [](const Json& name) {
@@ -201,7 +224,13 @@ std::string orphans(const Json& results) {
   return html + "</ul>\n";
 }
 
-std::string body(const Json& results, const fs::path& output, std::size_t budget) {
+/// What the page has room for.
+struct Room {
+  std::size_t pictures = 0;         ///< bytes
+  std::size_t detailed = SIZE_MAX;  ///< cases; of those after them verdict, cause and commands alone
+};
+
+std::string body(const Json& results, const fs::path& output, const Room& room) {
   const std::vector<const Json*> cases = failing_cases(results);
   const std::size_t all = results.at("cases").size();
   std::string outcome = fmt::format("{} of {} cases do not pass", cases.size(), all);
@@ -209,15 +238,18 @@ std::string body(const Json& results, const fs::path& output, std::size_t budget
   std::string html = fmt::format(
       "<header class=\"top\"><h1>Visual regression: {}</h1>\n<p class=\"quiet\">{} · {} cases</p>\n", outcome,
       text_of(results.at("suite")), all);
-  html += totals_list(results) + groups(results) + overview(cases) + orphans(results) + machines(results);
+  ReportPictures pictures(output, room.pictures);
+  html += totals_list(results) + first_looks(results, pictures) + groups(results) + overview(cases) +
+          orphans(results) + masked_table(results) + machines(results);
   html +=
       "<p class=\"keys quiet\" hidden><kbd>j</kbd> <kbd>k</kbd> next and previous case · <kbd>n</kbd> "
       "<kbd>p</kbd> "
       "pictures · <kbd>1</kbd>–<kbd>6</kbd> how to compare · <kbd>space</kbd> flicker by hand · <kbd>+</kbd> "
       "<kbd>−</kbd> zoom</p>\n</header>\n<main>\n";
-  ReportPictures pictures(output, budget);
   const ResultsPlace place = place_of(results, output);
-  for (const Json* entry : cases) html += case_section(*entry, place, pictures);
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    html += i < room.detailed ? case_section(*cases[i], place, pictures) : brief_section(*cases[i], place);
+  }
   html += distances(results) + passing(results) + "</main>\n";
   const ApproveCommand ticked = approve_command({"CASES"}, place);
   return html + fmt::format(
@@ -239,14 +271,21 @@ fs::path report_file(const fs::path& output) {
 }
 
 void write_report(const Json& results, const fs::path& output) {
-  // Room for everything but pictures.
-  const std::size_t words = results.dump().size() * 2 + 200'000;
-  const std::size_t budget = largest_report - std::min(words, largest_report);
   std::string page(report_assets::page());
   replace(page, "{{title}}", "substep check: " + escaped(results.at("totals").get<std::string>()));
   replace(page, "{{style}}", report_assets::style());
   replace(page, "{{script}}", report_assets::script());
-  replace(page, "{{body}}", body(results, output, budget));
+  // Words come first; pictures have the room that is left.
+  constexpr std::size_t most_words = largest_report * 6 / 10;
+  Room room;
+  std::string text = body(results, output, room);
+  while (text.size() > most_words && room.detailed > 0) {
+    const std::size_t cases = std::min(room.detailed, results.at("cases").size());
+    room.detailed = cases * most_words / (text.size() + text.size() / 10);
+    text = body(results, output, room);
+  }
+  room.pictures = largest_report - std::min(largest_report, page.size() + text.size());
+  replace(page, "{{body}}", body(results, output, room));
   write_file(report_file(output), page);
 }
 

@@ -169,13 +169,18 @@ std::string facts(const Json& entry) {
 
 std::string ReportPictures::source(const fs::path& folder, const std::string& file) {
   const fs::path path = output_ / folder.filename() / file;
+  std::error_code none;
+  if (fs::file_size(path, none) > budget_) return escaped((folder.filename() / file).string());
   const std::string data = "data:image/png;base64," + base64(read_bytes(path));
   if (data.size() > budget_) return escaped((folder.filename() / file).string());
   budget_ -= data.size();
   return data;
 }
 
-std::string case_section(const Json& entry, const ResultsPlace& place, ReportPictures& pictures) {
+namespace {
+
+/// Without its end.
+std::string section_start(const Json& entry, const ResultsPlace& place) {
   const CaseCommands commands = commands_of(entry, place);
   std::string html = fmt::format(
       "<section class=\"case\" id=\"{0}\">\n<header><h2>{0}</h2><span class=\"verdict "
@@ -192,11 +197,34 @@ std::string case_section(const Json& entry, const ResultsPlace& place, ReportPic
                         text_of(entry.at("refusal")));
     if (commands.alternate.is_there()) html += command("or", commands.alternate, "alternate");
   }
+  return html;
+}
+
+}  // namespace
+
+std::string brief_section(const Json& entry, const ResultsPlace& place) {
+  return section_start(entry, place) +
+         fmt::format(
+             "<p class=\"quiet\">More cases fail than fit on a page: the pictures of this one are in {}, its "
+             "figures in results.json.</p>\n</section>\n",
+             text_of(entry.at("files")));
+}
+
+std::string case_section(const Json& entry, const ResultsPlace& place, ReportPictures& pictures) {
+  std::string html = section_start(entry, place);
   for (const Json& note : entry.at("notes")) html += fmt::format("<p>Note: {}</p>\n", text_of(note));
   html += facts(entry);
   const std::string strip = error_strip(entry.at("poses"));
   if (!strip.empty()) html += "<h3>Error over frames</h3>\n" + strip;
   for (const Json& pair : entry.at("pairs")) html += pair_block(pair, entry, pictures);
+  if (entry.contains("flicker")) {
+    // Not in the page, which flickers by itself: for a comment or a message.
+    const std::string file =
+        entry.at("files").get<std::string>() + "/" + entry.at("flicker").at("file").get<std::string>();
+    html += fmt::format(
+        "<p class=\"quiet\">Frame {} before and after as one animated picture: <a href=\"{}\">{}</a></p>\n",
+        entry.at("flicker").at("frame").get<int>(), escaped(file), escaped(file));
+  }
   return html + fmt::format(
                     "<details><summary>As printed in the terminal</summary><pre>{}</pre></details>\n"
                     "</section>\n",

@@ -25,6 +25,9 @@ class ReportPictures {
 std::string case_section(const nlohmann::ordered_json& entry, const ResultsPlace& place,
                          ReportPictures& pictures);
 
+/// Verdict, cause and commands alone, for a page that would grow too large.
+std::string brief_section(const nlohmann::ordered_json& entry, const ResultsPlace& place);
+
 /// A JSON string as text of the page.
 std::string text_of(const nlohmann::ordered_json& json);
 

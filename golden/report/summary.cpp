@@ -9,6 +9,7 @@
 
 #include "golden/report/case_commands.h"
 #include "golden/report/failure_groups.h"
+#include "golden/report/masked_parts.h"
 #include "sim/log/file_output.h"
 
 namespace substep {
@@ -17,7 +18,8 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t most_rows = 50;         // GitHub takes a summary of 1 MB; a person reads fewer
+constexpr std::size_t most_rows = 50;  // GitHub takes a summary of 1 MB; a person reads fewer
+constexpr std::size_t most_thumbnails = 8;
 constexpr std::size_t most_annotations = 10;  // what GitHub shows of a step
 
 /// Text in a table of Markdown: nothing in it is taken for markup.
@@ -53,14 +55,54 @@ std::string block(const std::string& command) {
   return fmt::format("````sh\n{}\n````\n", command);
 }
 
+/// Where a case's picture before and after is, or a new case's; empty: it has none.
+std::string picture_of(const Json& entry) {
+  if (entry.contains("flicker")) {
+    return fmt::format("{}/{}", entry.at("files").get<std::string>(),
+                       entry.at("flicker").at("file").get<std::string>());
+  }
+  if (!entry.contains("pairs") || entry.at("pairs").empty()) return {};
+  return fmt::format("{}/{}", entry.at("files").get<std::string>(),
+                     entry.at("pairs").back().at("actual").get<std::string>());
+}
+
+/// One for each origin of failures, of its simplest case.
+std::string thumbnails(const std::vector<FailureGroup>& groups) {
+  std::string text;
+  std::size_t count = 0;
+  for (const FailureGroup& group : groups) {
+    const Json& entry = *group.cases.front();
+    const std::string picture = picture_of(entry);
+    if (picture.empty() || ++count > most_thumbnails) continue;
+    const bool flickers = entry.contains("flicker");
+    const int frame = (flickers ? entry.at("flicker") : entry.at("pairs").back()).at("frame");
+    const std::string what = fmt::format("{}, frame {}{}", entry.at("name").get<std::string>(), frame,
+                                         flickers ? ", before and after" : ", new");
+    text += fmt::format("\n![{0}]({1})\n{0}\n", cell(what), picture);
+  }
+  return text;
+}
+
+/// What differs where cases are masked, which is no failure.
+std::string masked_line(const Json& results) {
+  const std::size_t cases = cases_that_differ_masked(results);
+  return cases == 0 ? std::string()
+                    : fmt::format(
+                          "\n{} case{} where masked or within tolerances of bodies: the report says "
+                          "by how much\n",
+                          cases, cases == 1 ? " differs" : "s differ");
+}
+
 std::string row(const Json& entry) {
   const Json& poses = entry.at("poses");
   std::string first = "–";
   if (poses.contains("motion") && poses.at("motion").at("first_frame").get<int>() >= 0) {
     first = fmt::format("{}", poses.at("motion").at("first_frame").get<int>());
   }
-  return fmt::format("| {} | {} | {} | {} |\n", cell(entry.at("name")), cell(entry.at("verdict")),
-                     cell(entry.at("cause")), first);
+  const std::string picture = picture_of(entry);
+  return fmt::format("| {} | {} | {} | {} | {} |\n", cell(entry.at("name")), cell(entry.at("verdict")),
+                     cell(entry.at("cause")), first,
+                     picture.empty() ? "–" : fmt::format("[see]({})", picture));
 }
 
 std::string summary(const Json& results, const ResultsPlace& place) {
@@ -73,8 +115,10 @@ std::string summary(const Json& results, const ResultsPlace& place) {
   for (const Json& orphan : results.at("orphans")) {
     text += fmt::format("- orphan: {}\n", cell(orphan.at("file")));
   }
+  text += masked_line(results);
   if (groups.empty()) return text;
-  text += "\n| case | verdict | cause | first frame |\n|---|---|---|---|\n";
+  text += thumbnails(groups);
+  text += "\n| case | verdict | cause | first frame | before and after |\n|---|---|---|---|---|\n";
   std::size_t rows = 0;
   for (const FailureGroup& group : groups) {
     for (const Json* entry : group.cases) {
@@ -112,8 +156,7 @@ fs::path annotations_file(const fs::path& output) {
 }
 
 void write_summary(const Json& results, const fs::path& output) {
-  const ResultsPlace place = place_of(results, output);
-  write_file(summary_file(output), summary(results, place));
+  write_file(summary_file(output), summary(results, place_of(results, output)));
   write_file(annotations_file(output), annotations(results));
 }
 

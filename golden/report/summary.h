@@ -7,7 +7,8 @@
 
 namespace substep {
 
-/// Of what results.json holds.
+/// Of what results.json holds. The summary links its pictures as files of `output`: where it is shown
+/// elsewhere they are to be put somewhere, for GitHub shows none that stand in the text itself.
 void write_summary(const nlohmann::ordered_json& results, const std::filesystem::path& output);
 
 std::filesystem::path summary_file(const std::filesystem::path& output);

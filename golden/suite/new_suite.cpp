@@ -90,6 +90,9 @@ time_limit = 120         # s, for checking a case
 # Without a tolerance poses are compared bit for bit. A scene whose poses may differ a little, as between compilers:
 # [preset.tolerant]
 # pose_tolerance = { position = 1e-4, orientation = 1e-3, energy = 0.02, penetration = 1e-3, resting = 1 }
+# Or one body alone, and parts of pictures that may differ; the report says by how much they do. In a case:
+# body_tolerances = [{ body = "rotor", position = 1e-3, orientation = 0.1, reason = "why" }]
+# masks = [{ body = "rotor", reason = "why" }, { box = [0, 0, 60, 20], reason = "left, top, width, height" }]
 )";
 
 constexpr const char* readme = R"(# Goldens
@@ -100,7 +103,8 @@ beside each, when and why it was approved.
     substep check                                   # compares, and says what changed
     substep approve --failed --reason "why"         # after you looked at out/check/report.html
 
-The first time every case is *new*: look at the report, then approve, and commit this folder.
+The first time every case is *new*: look at the report, then approve, and commit this folder. `out` is what a check leaves, and
+belongs into `.gitignore`.
 
 When the check fails in CI, download its `report`, open `report.html` in it, and, in the repository:
 
@@ -119,9 +123,29 @@ jobs:
     with: {{ suite: golden, program: {} }}
 )";
 
+constexpr const char* pipeline =
+    R"(# The goldens, checked at every push: what fails stands in the merge request, and the report is an artifact.
+include: https://raw.githubusercontent.com/{}/main/.ci/gitlab.yml
+goldens:
+  extends: .substep
+  variables: {{ SUITE: golden, PROGRAM: {} }}
+)";
+
+void add_pipeline(const fs::path& project, const std::string& program, CiService service, NewSuite& suite) {
+  if (service == CiService::github) {
+    suite.files.push_back(
+        {".github/workflows/goldens.yml", fmt::format(fmt::runtime(workflow), program, program)});
+    return;
+  }
+  const bool has_own = fs::exists(project / ".gitlab-ci.yml");
+  const fs::path file = has_own ? "golden/gitlab-ci.yml" : ".gitlab-ci.yml";
+  suite.files.push_back({file, fmt::format(fmt::runtime(pipeline), program, program)});
+  if (has_own) suite.to_do = "in .gitlab-ci.yml: include: golden/gitlab-ci.yml";
+}
+
 }  // namespace
 
-NewSuite new_suite(const fs::path& project, const std::string& program) {
+NewSuite new_suite(const fs::path& project, const std::string& program, CiService service) {
   if (!fs::is_directory(project)) throw Error(fmt::format("{}: there is no such folder", project.string()));
   NewSuite suite;
   std::string text = suite_start;
@@ -147,9 +171,8 @@ NewSuite new_suite(const fs::path& project, const std::string& program) {
     throw Error(fmt::format("{}: has no scene (.gltf or .glb) in which something moves", project.string()));
   }
   for (const std::string& other : suite.others) text += fmt::format("\n# not taken: {}\n", other);
-  suite.files = {{"golden/suite.toml", text},
-                 {"golden/README.md", readme},
-                 {".github/workflows/goldens.yml", fmt::format(fmt::runtime(workflow), program, program)}};
+  suite.files = {{"golden/suite.toml", text}, {"golden/README.md", readme}};
+  add_pipeline(project, program, service, suite);
   return suite;
 }
 

@@ -1,5 +1,6 @@
 /// The goldens: two tests per case of golden/suite.toml, pose_golden.<case> and render_golden.<case>, so that
-/// the list of failing tests already says which of simulation and renderer changed.
+/// the list of failing tests already says which of simulation and renderer changed. CTest runs an algorithm's
+/// together.
 
 #include <gtest/gtest.h>
 

@@ -8,9 +8,12 @@
 #include <string>
 #include <string_view>
 
+#include "golden/check/check_results.h"
 #include "golden/check/merge.h"
 #include "golden/check/replay.h"
+#include "golden/report/failure_groups.h"
 #include "golden/report/junit.h"
+#include "golden/report/summary.h"
 #include "render/markup.h"
 #include "render/renderer.h"
 #include "sim/error.h"
@@ -52,7 +55,7 @@ TEST_F(ReportTest, NeedsNothingFromOutside) {
   EXPECT_NE(html.find("substep approve bouncing_balls.a3"), std::string::npos);
   EXPECT_LT(html.size(), largest_report);
   // Every picture is in the page.
-  EXPECT_EQ(html.find(".png\""), std::string::npos);
+  EXPECT_EQ(html.find("src=\"bouncing_balls.a3"), std::string::npos);
 }
 
 TEST_F(ReportTest, TwoRunsGiveTheSameBytes) {
@@ -75,6 +78,86 @@ TEST_F(ReportTest, TwoRunsGiveTheSameBytes) {
   EXPECT_EQ(page(), html);
   EXPECT_EQ(without_times("results.json"), json);
   EXPECT_EQ(without_times("junit.xml"), xml);
+}
+
+TEST_F(ReportTest, TheSummaryShowsBeforeAndAfterAsOnePicture) {
+  break_both();
+  const CaseResult result = suite_.run().cases.at(0);
+  const std::string summary = read_text(summary_file(suite_.options.output));
+  const std::string picture = "![bouncing\\_balls.a3, frame " + std::to_string(result.flicker_frame) +
+                              ", before and after](bouncing_balls.a3/flicker.png)";
+  EXPECT_NE(summary.find(picture), std::string::npos) << summary;
+  EXPECT_NE(summary.find("| [see](bouncing_balls.a3/flicker.png) |"), std::string::npos) << summary;
+  // The pair that a person sees most of, its first picture first.
+  double most = 0;
+  const PicturePair* shown = nullptr;
+  for (const PicturePair& pair : result.pairs) {
+    if (pair.comparison.flip->max <= most) continue;
+    most = pair.comparison.flip->max;
+    shown = &pair;
+  }
+  const std::string flicker = read_text(suite_.shown("flicker.png"));
+  EXPECT_NE(flicker.find("acTL"), std::string::npos);
+  EXPECT_EQ(from_png(flicker, "flicker").rgb, read_png(suite_.shown(shown->expected)).rgb);
+  EXPECT_NE(page().find("href=\"bouncing_balls.a3/flicker.png\""), std::string::npos);
+  // For GitLab, which shows what stands in the tests' results.
+  const std::string xml = read_text(junit_file(suite_.options.output));
+  EXPECT_NE(xml.find("[[ATTACHMENT|" + suite_.shown("flicker.png").string() + "]]"), std::string::npos)
+      << xml;
+}
+
+TEST_F(ReportTest, AThousandFailuresAreAPageOfTenMegabytesThatStartsWithAPicture) {
+  break_both();
+  suite_.run();
+  auto results = read_results_json(suite_.options.output);
+  const auto entry = results.at("cases").at(0);
+  for (const int count : {177, 1000}) {
+    results["cases"].clear();
+    for (int i = 0; i < count; ++i) {
+      results["cases"].push_back(entry);
+      results["cases"].back()["name"] = fmt::format("case_{}.a3", i);
+      // As many differ in a suite: what of it is words grows with the cases.
+      results["cases"].back()["cause"] = fmt::format("from frame {} on", i);
+    }
+    write_report(results, suite_.options.output);
+    const std::string html = page();
+    EXPECT_LE(html.size(), largest_report) << count;
+    EXPECT_GT(html.size(), largest_report / 2) << count;
+    // The first picture is within the first 200 kB, which is what a browser has when it first draws.
+    const std::size_t first = html.find("src=\"data:image/png;base64,");
+    EXPECT_LT(first, 200'000U) << count;
+    // Of the first case all are in the page.
+    const std::size_t section = html.find("<section class=\"case\"");
+    EXPECT_EQ(
+        html.substr(section, html.find("</section>", section) - section).find("src=\"bouncing_balls.a3"),
+        std::string::npos);
+    // The last is there, too, to be approved.
+    EXPECT_NE(html.find(fmt::format("substep approve case_{}.a3 ", count - 1)), std::string::npos);
+  }
+}
+
+TEST_F(ReportTest, OneChangeOfManyScenesIsALine) {
+  replace_in(suite_.scene(), "\"intensity\":3.0", "\"intensity\":2.5");
+  suite_.run();
+  auto results = read_results_json(suite_.options.output);
+  const auto entry = results.at("cases").at(0);
+  const auto add = [&](const std::string& scene, const std::string& cause) {
+    results["cases"].push_back(entry);
+    results["cases"].back()["scene"] = scene;
+    results["cases"].back()["cause"] = cause;
+  };
+  for (int i = 0; i < 9; ++i) add(fmt::format("{}.gltf", i), "placement or strength of light");
+  add("heavy.gltf", "mass or inertia of a; placement or strength of camera, light");
+  add("light.gltf", "mass or inertia of b, c and 7 more; placement or strength of camera, light");
+  add("one.gltf", "gone: d");
+  std::string lines;
+  for (const FailureGroup& group : failure_groups(results)) lines += group.line() + "\n";
+  EXPECT_EQ(
+      lines,
+      "10 cases, scene changed: placement or strength of light in 10 scenes; simplest: bouncing_balls.a3\n"
+      "2 cases, scene changed: mass or inertia; placement or strength of camera, light in 2 scenes; "
+      "simplest: bouncing_balls.a3\n"
+      "bouncing_balls.a3, scene changed: gone: d\n");
 }
 
 TEST_F(ReportTest, JunitSaysWhichHalf) {

@@ -418,6 +418,24 @@ TEST(LoadScene, AMirroringNodeTurnsVelocitiesAndMeshesAlike) {
   EXPECT_EQ(body.pose * scene.joints[0].frame_a.position, Vector3(0, 1.5, 0));
 }
 
+TEST(LoadScene, EachCombineModeIsTheOneOfItsName) {
+  const std::vector<std::pair<std::string, Combine>> modes{{"average", Combine::average},
+                                                           {"minimum", Combine::minimum},
+                                                           {"maximum", Combine::maximum},
+                                                           {"multiply", Combine::multiply}};
+  for (const auto& [friction, friction_mode] : modes) {
+    for (const auto& [restitution, restitution_mode] : modes) {
+      json document = example();
+      json& material = document["extensions"]["KHR_physics_rigid_bodies"]["physicsMaterials"][0];
+      material["frictionCombine"] = friction;
+      material["restitutionCombine"] = restitution;
+      const Scene scene = load(document);
+      EXPECT_EQ(scene.colliders[1].material.friction_combine, friction_mode) << friction;
+      EXPECT_EQ(scene.colliders[1].material.restitution_combine, restitution_mode) << restitution;
+    }
+  }
+}
+
 TEST(LoadScene, AMatrixStandsForTranslationRotationAndScale) {
   json document = one_body("{}", R"({"type": "box"})");
   document["nodes"][0]["matrix"] = {0, 2, 0, 0, -3, 0, 0, 0, 0, 0, 4, 0, 5, 6, 7, 1};

@@ -92,7 +92,8 @@ TEST(Relaxation, StopsWhenAnIterationMovesLessThanTheTolerance) {
 }
 
 TEST(BounceThreshold, IsTwiceWhatGravityGivesInASubstep) {
-  for (const Algorithm algorithm : {Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
+  for (const Algorithm algorithm :
+       {Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
     const auto speed = [&](double approach) {
       Scene scene = ball_on_floor();
       for (Collider& collider : scene.colliders) collider.material.restitution = 0.9;
