@@ -8,6 +8,7 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -228,6 +229,10 @@ struct Case {
   double error;         // of A1 at 1/60 s, m, at most
   double own_accuracy;  // of the motion here, m
 };
+
+void PrintTo(const Case& one, std::ostream* out) {
+  *out << one.mechanism.scene;
+}
 
 class MinimalCoordinates : public testing::TestWithParam<Case> {};
 
