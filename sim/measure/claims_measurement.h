@@ -84,6 +84,7 @@ Claim claim5(Measurement& measurement);
 Claim claim8(Measurement& measurement);
 Claim claim9(Measurement& measurement);  ///< has no scene
 Claim claim10(Measurement& measurement);
+Claim claim16(Measurement& measurement);
 
 // claims_accuracy.cpp
 Claim claim3(Measurement& measurement);
