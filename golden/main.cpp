@@ -46,6 +46,7 @@ int run(int argc, char** argv) {
   add_review_command(app);
   add_claims_command(app);
   add_measure_command(app);
+  add_reference_command(app);
   add_sweep_command(app);
   add_sheet_command(app);
   add_figure_command(app);

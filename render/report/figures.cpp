@@ -39,6 +39,8 @@ const std::vector<ReportFigure>& figures() {
       {"mass-ratio", "validity: mass ratio against sub-steps", true, false, mass_ratio_sheet},
       {"stiffness", "validity: step against a spring's stiffness", true, false, stiffness_sheet},
       {"stability", "validity: τ against κ, with the closed form", true, false, stability_sheet},
+      {"coupled-rows", "validity: growth of coupled rows in a sub-step, over τ and m", true, false,
+       coupled_rows_sheet},
       {"ablation", "what each approximation from A3 to A5 costs", true, false, ablation_sheet},
       {"contact-ablation", "what each reading of contacts costs when it is taken out of A5", true, false,
        contact_ablation_sheet},

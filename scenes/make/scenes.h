@@ -39,6 +39,9 @@ std::string dominoes();
 std::string wrecking_ball();
 std::string ragdoll();
 std::string squeezer();
+std::string bricard();
+std::string four_bar();
+std::string governor();
 std::string water_wheel();
 std::string euler_disk();
 std::string rock_slide();
@@ -56,7 +59,7 @@ struct SceneFile {
   std::string (*text)();
 };
 
-inline constexpr std::array<SceneFile, 38> all_scenes{{
+inline constexpr std::array<SceneFile, 41> all_scenes{{
     {"rod_chain", rod_chain},
     {"pendulum", pendulum},
     {"heavy_chain", heavy_chain},
@@ -85,6 +88,9 @@ inline constexpr std::array<SceneFile, 38> all_scenes{{
     {"wrecking_ball", wrecking_ball},
     {"ragdoll", ragdoll},
     {"squeezer", squeezer},
+    {"bricard", bricard},
+    {"four_bar", four_bar},
+    {"governor", governor},
     {"water_wheel", water_wheel},
     {"euler_disk", euler_disk},
     {"rock_slide", rock_slide},

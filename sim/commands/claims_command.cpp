@@ -35,7 +35,7 @@ void claims(const ClaimsOptions& options) {
   {
     Progress progress;
     text = text_of(measure_claims(options.scenes, [&](int number) {
-      constexpr double count = 14;
+      constexpr double count = 16;
       progress.show("measuring", (number - 1) / count);
     }));
   }

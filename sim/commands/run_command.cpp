@@ -11,8 +11,10 @@
 #include <vector>
 
 #include "sim/commands/commands.h"
+#include "sim/commands/csv_lines.h"
 #include "sim/commands/options.h"
 #include "sim/commands/progress.h"
+#include "sim/direct/mlcp.h"
 #include "sim/error.h"
 #include "sim/log/file_output.h"
 #include "sim/log/pose_log.h"
@@ -34,14 +36,6 @@ struct RunOptions {
   bool strict = false;
 };
 
-/// Commas and quotes in a body's name stay in its field.
-std::string csv_field(const std::string& text) {
-  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
-  std::string field = "\"";
-  for (const char c : text) field += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return field + "\"";
-}
-
 /// The table for people who plot: a line per sampled step and dynamic body.
 class CsvTable {
  public:
@@ -53,26 +47,14 @@ class CsvTable {
       throw Error(
           fmt::format("--rate {}: above the {:g} steps a second that are simulated", *rate, 1 / step));
     }
-    output_.write("t,body,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz\n");
+    output_.write(fmt::format("{}\n", csv_columns));
   }
 
   /// Call for each step from 0 on.
   void add(int step, const State& state) {
     if (step != next_step()) return;
     ++sample_;
-    std::string text;
-    for (std::size_t i = 1; i < scene_.bodies.size(); ++i) {
-      const Body& body = scene_.bodies[i];
-      if (body.inverse_mass == 0) continue;
-      const Vector3& x = state.q[i].linear;
-      const Quaternion r = state.q[i].angular * body.body_from_node.orientation;
-      const Vector3& v = state.v[i].linear;
-      const Vector3& w = state.v[i].angular;
-      fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", step * step_,
-                     csv_field(body.name), x.x(), x.y(), x.z(), r.w(), r.x(), r.y(), r.z(), v.x(), v.y(),
-                     v.z(), w.x(), w.y(), w.z());
-    }
-    output_.write(text);
+    output_.write(csv_lines(scene_, state, step * step_));
   }
 
   void publish() { output_.publish(); }
@@ -123,9 +105,21 @@ class RunSummary {
     if (least_squares_ > 0) {
       fmt::print(
           "{} of {} steps solved in the least-squares sense: up to {} rows contradict one another, by up "
-          "to {:.1e} of the largest right-hand side\n",
-          least_squares_, steps, contradicting_, residual_);
+          "to {:.1e} of the largest right-hand side, in directions below the rank tolerance of {:.0e}\n",
+          least_squares_, steps, contradicting_, residual_, MlcpSolver::rank_tolerance);
     }
+  }
+
+  /// Of what no motion of the scene does.
+  void warn(const Settings& settings) const {
+    const std::string nonsense = out_of_bounds(scene_, metrics_);
+    if (nonsense.empty()) return;
+    std::fflush(stdout);
+    fmt::print(
+        stderr,
+        "substep: warning: {}: {} stays finite, but is no motion of this scene: {} (--strict makes this an "
+        "error)\n",
+        scene_.name, label(settings), nonsense);
   }
 
   /// What --strict does not let pass and a plain run does; empty: nothing.
@@ -192,11 +186,14 @@ void run(const RunOptions& options) {
   fmt::print("{}: {}\n{}: {} steps, {:g} s\nwrote {}\n", scene.name, simulation.modelled(), label(settings),
              written.last_frame, written.last_frame * settings.step, output.string());
   if (table) fmt::print("wrote {}\n", options.csv->string());
-  summary.print(written.last_frame, written.end.starts_with("diverged"));
+  const bool diverged = written.end.starts_with("diverged");
+  summary.print(written.last_frame, diverged);
   std::string message = written.end == "ok" ? "" : written.end;
   if (options.strict) {
     const std::string complaint = summary.complaint();
     if (!complaint.empty()) message += fmt::format("{}{}", message.empty() ? "" : "; ", complaint);
+  } else if (!diverged) {
+    summary.warn(settings);
   }
   if (message.empty()) return;
   message = fmt::format("{}: {} {}", scene.name, label(settings), message);
@@ -233,7 +230,9 @@ void add_run_command(CLI::App& app) {
       "that is said at the end, and an error with --strict only. So are a penetration or a joint's gap "
       "above\n"
       "a tenth of the smallest body beyond the start's, and where nothing drives the scene an energy that\n"
-      "rises by a tenth of what its speeds and a fall by its size are worth.\n"
+      "rises by a tenth of what its speeds and a fall by its size are worth. Without --strict the latter "
+      "are\n"
+      "warned of: smaller steps or sub-steps may not mend them (claim 15).\n"
       "Example:\n"
       "  substep run scenes/rod_chain.gltf --algorithm a3 --step 1/60 --substeps 4 --csv rod_chain.csv "
       "--rate "

@@ -232,6 +232,7 @@ MlcpReport MlcpSolver::solve(const Mlcp& problem, std::vector<double>& lambda) {
   const auto is_solved = [&] { return report.residual <= tolerance; };
   bool is_redundant =
       solve_active_sets(problem, limited ? Start::perhaps_free : Start::impulses, lambda, report);
+  if (!limited && !is_redundant && !is_solved()) is_redundant = solve_by_gradients(problem, lambda, report);
   if (limited && !is_redundant && !is_solved()) {
     lambda.assign(problem.rows.size(), 0.0);
     velocities(problem, lambda);

@@ -76,6 +76,9 @@ struct MlcpReport {
 /// in the end, the velocities: a closed loop would be stopped dead for 1e-6 of a right side. So they end
 /// there.
 ///
+/// Rows without limits that are nearly redundant but not quite, as a mechanism's are beside a singular
+/// position, would take a thousand moves: conjugate gradients take as many as there are such directions.
+///
 /// ε is small at first. The active sets start from nothing giving way, as in what rests, then from what some
 /// Gauss–Seidel sweeps say. Where the sets go round in circles, there is continuation in ε: from a large one,
 /// under which few rows give way at once, it is halved from centre to centre. Where the sets do not settle
@@ -87,7 +90,7 @@ class MlcpSolver {
   static constexpr double tolerance = 1e-9;  ///< of MlcpReport::residual
   /// Rows' combinations r, scaled so that Γ's diagonal is 1, are redundant where rᵀ(Γ + S)r is at most so
   /// much of |r|²: where the bodies' velocities, weighted by the roots of their masses, change by less than
-  /// its root, 3e-5, of what the rows have.
+  /// its root, 1e-4, of what the rows have.
   static constexpr double rank_tolerance = 1e-8;
 
   /// λ is resized to the number of rows. Always finite for a finite problem.
@@ -143,6 +146,9 @@ class MlcpSolver {
   int violated(const Mlcp& problem) const;
   /// True if it ended because what is left is a contradiction among redundant rows without limits.
   bool solve_active_sets(const Mlcp& problem, Start start, std::vector<double>& lambda, MlcpReport& report);
+  /// Rows without limits: the method of conjugate gradients with the proximal problem as its preconditioner,
+  /// from the best λ so far. True as above.
+  bool solve_by_gradients(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
   /// With friction's limits as λ's normals give them, the problem with the proximal term is a convex one
   /// in the bodies' velocities y: ½|y|² and a half parabola a row. Newton's method with an exact line search.
   int clamp_unlimited(const Mlcp& problem, std::vector<double>& lambda);
@@ -166,6 +172,7 @@ class MlcpSolver {
   std::vector<double> centre_;
   std::vector<double> swept_;
   std::vector<double> minimum_;
+  std::vector<double> conjugate_;
   std::vector<double> low_;  // minimise: limits
   std::vector<double> high_;
   std::vector<double> unclamped_;

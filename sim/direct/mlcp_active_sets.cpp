@@ -142,6 +142,43 @@ bool MlcpSolver::solve_active_sets(const Mlcp& problem, Start start, std::vector
   return is_redundant;
 }
 
+bool MlcpSolver::solve_by_gradients(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report) {
+  const std::size_t count = problem.rows.size();
+  proximal_ = usual_proximal;
+  for (std::size_t i = 0; i < count; ++i) set_[i] = gamma_[i] > 0 ? Set::free : Set::off;
+  factor(problem, Friction::follows);
+  ++report.active_sets;
+  lambda = best_;
+  conjugate_.assign(count, 0.0);
+  double before = 0;
+  for (int idle = 0; idle <= most_idle;) {
+    const double least = report.residual;
+    const double now = keep_if_better(problem, lambda, report);
+    if (!(now > 1e-13) || !std::isfinite(now)) break;
+    if (rest_is_redundant(problem)) {
+      best_ = lambda;
+      report.residual = now;
+      return true;
+    }
+    idle = now < 0.9 * least ? 0 : idle + 1;
+    centre_ = lambda;
+    solve_free(problem, lambda);
+    double product = 0;  // of what is left and its preconditioned direction
+    for (std::size_t i = 0; i < count; ++i) product -= w_[i] * (lambda[i] - centre_[i]);
+    for (std::size_t i = 0; i < count; ++i) {
+      conjugate_[i] = lambda[i] - centre_[i] + (before > 0 ? product / before * conjugate_[i] : 0);
+    }
+    before = product;
+    velocities(problem, conjugate_);
+    double curvature = 0;
+    for (std::size_t i = 0; i < count; ++i) curvature += conjugate_[i] * (w_[i] + problem.rows[i].right);
+    if (!(curvature > 0)) break;
+    for (std::size_t i = 0; i < count; ++i) lambda[i] = centre_[i] + product / curvature * conjugate_[i];
+    report.row_solves += static_cast<std::int64_t>(count);
+  }
+  return false;
+}
+
 bool MlcpSolver::solve_about_centre(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report) {
   for (int k = 0; k < most_sets_about_centre; ++k) {
     velocities(problem, lambda);

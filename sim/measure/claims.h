@@ -29,7 +29,7 @@ struct Case {
 
 struct Claim {
   int number;
-  std::string section;   ///< of the report
+  std::string section;   ///< of the report; "not the report's" for ours
   std::string claim;     ///< in one sentence
   std::string measured;  ///< scenes, settings, and what a figure's values are
   std::vector<Figure> figures;

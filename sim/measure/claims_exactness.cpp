@@ -8,6 +8,7 @@
 #include "sim/math/rotation.h"
 #include "sim/measure/claims_measurement.h"
 #include "sim/measure/claims_sentences.h"
+#include "sim/measure/small_step_xpbd.h"
 
 namespace substep::claims {
 namespace {
@@ -230,6 +231,26 @@ Claim claim10(Measurement& measurement) {
     claim.figures.push_back({name, {velocities, responses}, ""});
     claim.cases.push_back({name, velocities < 1e-12 && responses < 1e-12});
   }
+  return claim;
+}
+
+Claim claim16(Measurement& measurement) {
+  Claim claim = unmeasured_claim(16);
+  double same = 0;
+  const auto add = [&](const std::string& name, int n, Joints joints, double tau) {
+    Settings settings = settings_of(measurement.scene(name), Algorithm::a3, n, 1, joints);
+    settings.tau = tau;
+    const double distance = distance_from_xpbd(measurement.scene(name), settings, 2);
+    claim.figures.push_back(
+        {fmt::format("{}, n = {}, {}, τ = {:g}", name, n, substep::name(joints), tau), {distance}, "m"});
+    return distance;
+  };
+  for (const auto& [name, n] : {std::pair{"rod_chain", 4}, {"rod_chain", 16}, {"heavy_chain", 16}})
+    same = std::max(same, add(name, n, Joints::stable, 1));
+  const double plain = add("rod_chain", 4, Joints::plain, 1);
+  const double slower = add("rod_chain", 4, Joints::stable, 0.9);
+  claim.cases = {{"stable joints, τ = 1", same < 1e-11},
+                 {"not with plain joints or another τ", std::min(plain, slower) > 1e-3}};
   return claim;
 }
 

@@ -70,7 +70,7 @@ std::vector<Velocity> Formulated::local_velocities() const {
   return local;
 }
 
-Measurement::Measurement(const std::filesystem::path& folder) {
+Measurement::Measurement(const std::filesystem::path& folder) : folder_(folder) {
   for (const char* name : {"rod_chain", "heavy_chain", "pendulum", "incline", "powered_wheel", "box_stack",
                            "tumbling_body", "stone_pyramid", "card_house"}) {
     scenes_[name] = load_scene(folder / (std::string(name) + ".gltf"));

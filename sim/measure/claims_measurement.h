@@ -61,6 +61,7 @@ class Measurement {
   explicit Measurement(const std::filesystem::path& folder);
 
   const Scene& scene(const std::string& name) const { return scenes_.at(name); }
+  const std::filesystem::path& folder() const { return folder_; }
 
   /// Made once, since A1 at small steps takes most of the time.
   const Reference& reference(const std::string& name);
@@ -70,6 +71,7 @@ class Measurement {
   double error(const std::string& name, Algorithm algorithm, int n, int m, Joints joints);
 
  private:
+  std::filesystem::path folder_;
   std::map<std::string, Scene> scenes_;
   std::map<std::string, Reference> references_;
 };
@@ -82,6 +84,7 @@ Claim claim5(Measurement& measurement);
 Claim claim8(Measurement& measurement);
 Claim claim9(Measurement& measurement);  ///< has no scene
 Claim claim10(Measurement& measurement);
+Claim claim16(Measurement& measurement);
 
 // claims_accuracy.cpp
 Claim claim3(Measurement& measurement);
@@ -96,6 +99,7 @@ Claim claim7(Measurement& measurement);
 // claims_stability.cpp
 Claim claim11(Measurement& measurement);
 Claim claim12(Measurement& measurement);
+Claim claim15(Measurement& measurement);
 EnergyDrift energy_drift(const Measurement& measurement, const std::string& run, Algorithm algorithm,
                          Joints joints, const std::vector<std::string>& names);
 

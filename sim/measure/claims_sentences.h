@@ -5,7 +5,8 @@
 
 namespace substep::claims {
 
-/// Number, section, sentence and what is measured; figures and cases are still to come. 1 to 14.
+/// Number, section, sentence and what is measured; figures and cases are still to come. 1 to 14 are the
+/// report's, 15 and 16 are ours.
 Claim unmeasured_claim(int number);
 
 }  // namespace substep::claims

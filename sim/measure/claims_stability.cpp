@@ -1,4 +1,4 @@
-/// Claims of what runs settle at and whether they stay bounded: 11 and 12, and energies.
+/// Claims of what runs settle at and whether they stay bounded: 11, 12 and 15, and energies.
 
 #include <fmt/format.h>
 
@@ -9,9 +9,11 @@
 
 #include "sim/algorithms.h"
 #include "sim/error.h"
+#include "sim/loading/load_scene.h"
 #include "sim/measure/claims_measurement.h"
 #include "sim/measure/claims_sentences.h"
 #include "sim/measure/stability_map.h"
+#include "sim/measure/substep_map.h"
 
 namespace substep::claims {
 namespace {
@@ -108,6 +110,41 @@ Claim claim12(Measurement& measurement) {
          off(without.values.back()) > 0.5 * drive.velocity_target});
   }
   claim.figures = {with, without};
+  return claim;
+}
+
+Claim claim15(Measurement& measurement) {
+  Claim claim = unmeasured_claim(15);
+  double one_row = 0;  // furthest from its closed form: |1 − τ| at κ = 1
+  double hinged = -1;
+  double governor = -1;
+  for (const CoupledRows& system : coupled_rows(measurement.folder())) {
+    Figure figure{system.name, {}, ""};
+    for (const auto& [tau, iterations] : {std::pair{1.0, 1}, {0.6, 1}, {0.3, 1}, {1.0, 4}}) {
+      const double radius = largest_radius(system, tau, 1, iterations);
+      figure.values.push_back(radius - 1);
+      if (system.positions.front().joints.size() == 1)
+        one_row = std::max(one_row, std::abs(radius - (1 - tau)));
+    }
+    const bool has_rods = system.name == coupled_governor;
+    (has_rods ? governor : hinged) = std::max(has_rods ? governor : hinged, figure.values.front());
+    claim.figures.push_back(std::move(figure));
+  }
+  const Scene rods = without_springs(load_scene(measurement.folder() / "governor.gltf"));
+  Figure runs{"governor with rods: fastest turn with n = 4 / 16 / 64, 6.28 at the start", {}, "rad/s"};
+  for (const int n : {4, 16, 64}) {
+    Simulation simulation(rods, settings_of(rods, Algorithm::a3, n, 1, Joints::rows));
+    double fastest = 0;
+    for (int i = 0; i < 120 && simulation.step().status != StepReport::Status::diverged; ++i) {
+      for (const Velocity& v : simulation.state().v) fastest = std::max(fastest, v.angular.norm());
+    }
+    runs.values.push_back(fastest);
+  }
+  claim.cases = {{"one row and one block, as the closed form", one_row < 1e-9},
+                 {"chains and loops of hinges do not grow", hinged < 0},
+                 {"the governor with rods grows", governor > 0.005},
+                 {"smaller sub-steps make it worse", runs.values[2] > 1e6 && runs.values[1] < 20}};
+  claim.figures.push_back(std::move(runs));
   return claim;
 }
 

@@ -92,13 +92,49 @@ void ConstrainedDynamics::hold(const std::vector<Limit>& bounds) {
     build_blocks(*problem, Joints::rows);
   }
   jacobian_rate_.set_up(rigid_);
+  place_.clear();
+  redundant_rows_ = 0;
+}
+
+void ConstrainedDynamics::choose_rows(const CoordinateVector& q, double tolerance) {
+  place_.clear();
+  redundant_rows_ = 0;
+  if (rigid_.c.blocks.empty()) return;
+  formulate(rigid_, q, 1);
+  change_.resize(q.size());
+  set_zero(change_);
+  make_mlcp(rigid_, change_, mlcp_);
+  const auto rows = static_cast<Eigen::Index>(mlcp_.rows.size());
+  Eigen::MatrixXd directions = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(6) * mlcp_.bodies, rows);
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    const Mlcp::Row& row = mlcp_.rows[i];
+    if (row.a >= 0) directions.col(i).segment<6>(6 * row.a) += row.part_a;
+    if (row.b >= 0) directions.col(i).segment<6>(6 * row.b) += row.part_b;
+    directions.col(i).normalize();
+  }
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> factored(directions);
+  factored.setThreshold(tolerance);
+  const Eigen::Index rank = factored.rank();
+  if (rank == rows) return;
+  place_.assign(rows, -1);
+  for (Eigen::Index k = 0; k < rank; ++k) place_[factored.colsPermutation().indices()[k]] = 0;
+  int next = 0;
+  for (int& place : place_) {
+    if (place == 0) place = next++;
+  }
+  redundant_rows_ = static_cast<int>(rows) - next;
+}
+
+double ConstrainedDynamics::lambda_of(int row) const {
+  if (place_.empty()) return solver_.lambda()[row];
+  return place_[row] < 0 ? 0 : solver_.lambda()[place_[row]];
 }
 
 std::vector<double> ConstrainedDynamics::pushes(const CoordinateVector& q, const VelocityVector& v) {
   std::vector<double> all(rigid_model_.limits.size());
   accelerate(q, v);
   for (const Block& x : rigid_.c.blocks) {
-    if (x.kind == Block::Kind::limit) all[x.source] = solver_.lambda()[x.first];
+    if (x.kind == Block::Kind::limit) all[x.source] = lambda_of(x.first);
   }
   return {all.begin() + static_cast<std::ptrdiff_t>(two_sided_), all.end()};
 }
@@ -195,6 +231,10 @@ int ConstrainedDynamics::side_of(const Block& x, const VelocityVector& v) const 
 
 void ConstrainedDynamics::respond(VelocityVector& v) {
   make_mlcp(rigid_, v, mlcp_);
+  for (std::size_t i = 0; i < place_.size(); ++i) {
+    if (place_[i] >= 0) mlcp_.rows[place_[i]] = mlcp_.rows[i];
+  }
+  mlcp_.rows.resize(mlcp_.rows.size() - redundant_rows_);
   solver_.solve(mlcp_);
   add_impulses(rigid_model_, solver_.impulses(), v);
   row_solves_ += std::ssize(mlcp_.rows);

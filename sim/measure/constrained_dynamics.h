@@ -49,6 +49,15 @@ class ConstrainedDynamics {
   /// Largest |C(q)| of a row.
   double violation(const CoordinateVector& q);
 
+  /// Which rows count until this is called again: of rows that say the same at q, those that are needed. A
+  /// closed loop's redundant rows agree where C(q) = 0 only: where a step's inner points have drifted off,
+  /// they contradict one another, and what is left out holds by itself. Rows' directions, of unit length in
+  /// the metric of the masses, are redundant where what they have beyond the others' is shorter than
+  /// `tolerance`.
+  void choose_rows(const CoordinateVector& q, double tolerance);
+  /// Rows that are left out.
+  int redundant_rows() const { return redundant_rows_; }
+
   /// v̆' at q and v̆.
   const VelocityVector& accelerate(const CoordinateVector& q, const VelocityVector& v);
 
@@ -67,6 +76,8 @@ class ConstrainedDynamics {
   int side_of(const Block& x, const VelocityVector& v) const;
   /// v ← v + M̆⁻¹J̆ᵀλ such that J̆ v = β, with the rows as they are.
   void respond(VelocityVector& v);
+  /// By row of rigid_.
+  double lambda_of(int row) const;
 
   double size_;
   std::vector<Contact> no_contacts_;
@@ -79,6 +90,8 @@ class ConstrainedDynamics {
   JacobianRate jacobian_rate_;
   Mlcp mlcp_;
   RowSolver solver_;
+  std::vector<int> place_;  // by row of rigid_: among those that count; −1: redundant. Empty: all count
+  int redundant_rows_ = 0;
   std::int64_t row_solves_ = 0;
   VelocityVector change_;
   VelocityVector acceleration_;

@@ -117,19 +117,6 @@ TextTable times_of(const SceneMeasurement& m) {
   return table;
 }
 
-std::string reference_text(const ReferenceMotion& reference) {
-  if (reference.horizon == 0) {
-    return fmt::format("none: {} and half its steps part at once, at {}", reference.method,
-                       reference.divergence_point);
-  }
-  std::string text = fmt::format("{}; itself uncertain by {} m and {} rad until {:g} s", reference.method,
-                                 short_number(reference.uncertainty),
-                                 short_number(reference.turn_uncertainty), reference.horizon);
-  if (!reference.divergence_point.empty())
-    text += fmt::format(", when its refinements part at {}", reference.divergence_point);
-  return text;
-}
-
 std::string heading(const SceneMeasurement& m) {
   return fmt::format(
       "{}: {}\nReference: {}. Errors are until then, over all moving\nbodies; ≈: less than 100 times the "
@@ -152,6 +139,19 @@ Json number(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);
 }
 }  // namespace
+
+std::string reference_text(const ReferenceMotion& reference) {
+  if (reference.horizon == 0) {
+    return fmt::format("none: {} and half its steps part at once, at {}", reference.method,
+                       reference.divergence_point);
+  }
+  std::string text = fmt::format("{}; itself uncertain by {} m and {} rad until {:g} s", reference.method,
+                                 short_number(reference.uncertainty),
+                                 short_number(reference.turn_uncertainty), reference.horizon);
+  if (!reference.divergence_point.empty())
+    text += fmt::format(", when its refinements part at {}", reference.divergence_point);
+  return text;
+}
 
 std::string to_table(const SceneMeasurement& measurement) {
   return with_tables(measurement, [](const TextTable& table) { return to_text(table); });

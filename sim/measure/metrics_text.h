@@ -24,6 +24,9 @@ struct SceneMeasurement {
   std::vector<MeasuredSettings> runs;
 };
 
+/// How it was made, how uncertain it is and until when, on a line.
+std::string reference_text(const ReferenceMotion& reference);
+
 /// Tables of the runs, a line each, below what they were measured against; a third one, of a line for each
 /// figure that is known of the scene, where there is one. For a terminal.
 std::string to_table(const SceneMeasurement& measurement);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "sim/direct/mlcp.h"
 #include "sim/error.h"
 #include "sim/math/floating_point.h"
 #include "sim/math/rotation.h"
@@ -98,6 +99,75 @@ Agreement agreement_of(const Scene& scene, const Motion& a, const Motion& b, dou
   return result;
 }
 
+/// Largest distances of two motions until each of `samples`, the first included; infinite where one has
+/// ended.
+std::vector<Uncertainty> differences(const Scene& scene, const Motion& a, const Motion& b,
+                                     std::size_t samples) {
+  constexpr double infinite = std::numeric_limits<double>::infinity();
+  std::vector<Uncertainty> result(samples + 1);
+  const double size = size_of(scene);
+  for (std::size_t k = 1; k <= samples; ++k) {
+    const bool both = k < std::min(a.samples.size(), b.samples.size());
+    const Agreement now = both ? distance(scene, a.samples[k], b.samples[k], size)
+                               : Agreement{.distance = infinite, .turn = infinite};
+    result[k] = {std::max(result[k - 1].position, now.distance), std::max(result[k - 1].turn, now.turn)};
+  }
+  return result;
+}
+
+/// At each instant of `one`; `other` may end earlier.
+std::vector<Uncertainty> larger_of(std::vector<Uncertainty> one, const std::vector<Uncertainty>& other) {
+  for (std::size_t k = 0; k < one.size(); ++k) {
+    const Uncertainty& more = other[std::min(k, other.size() - 1)];
+    one[k] = {std::max(one[k].position, more.position), std::max(one[k].turn, more.turn)};
+  }
+  return one;
+}
+
+/// What the differences of A1's refinements may not show, by chance or because they share it. Where an
+/// acceleration jumps, as where a ball begins to roll, steps of `step` leave up to its jump times their
+/// square, of which half is the same in the next refinement, too; and all have A1's tolerance. By the fastest
+/// body's.
+std::vector<Uncertainty> unseen(const Scene& scene, const Motion& motion, std::size_t samples, double step) {
+  constexpr double part = 4 * MlcpSolver::tolerance;
+  const double jumps = 2 * step * step / motion.interval;
+  const auto largest = [&](const auto& value) {
+    double result = 0;
+    for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
+      if (scene.bodies[i].inverse_mass > 0) result = std::max(result, value(i).norm());
+    }
+    return result;
+  };
+  std::vector<Uncertainty> result(samples + 1);
+  const auto velocities = [&](std::size_t k) -> const std::vector<Velocity>& { return motion.samples[k].v; };
+  const std::size_t last = motion.samples.size() - 1;
+  for (std::size_t k = 1; k <= samples; ++k) {
+    result[k] = result[k - 1];
+    result[k].position += part * motion.interval * largest([&](auto i) { return velocities(k)[i].linear; });
+    result[k].turn += part * motion.interval * largest([&](auto i) { return velocities(k)[i].angular; });
+    // A jump late in an interval is seen in the next one.
+    if (const std::size_t j = k + 1; j <= last) {
+      const auto& now = velocities(j);
+      const auto& before = velocities(j - 1);
+      const auto& earlier = velocities(j - 2);
+      result[k].position += jumps * largest([&](auto i) {
+                              return Vector3(now[i].linear - 2 * before[i].linear + earlier[i].linear);
+                            });
+      result[k].turn += jumps * largest([&](auto i) {
+                          return Vector3(now[i].angular - 2 * before[i].angular + earlier[i].angular);
+                        });
+    }
+  }
+  return result;
+}
+
+/// Takes over what is known of the motion's uncertainty, until its horizon.
+void set_uncertainties(std::vector<Uncertainty> uncertainties, ReferenceMotion& reference) {
+  reference.uncertainty = uncertainties.back().position;
+  reference.turn_uncertainty = uncertainties.back().turn;
+  reference.uncertainties = std::move(uncertainties);
+}
+
 std::string name_of(const Scene& scene, int body) {
   return body == world_body ? "" : scene.bodies[body].name;
 }
@@ -121,29 +191,42 @@ int finest_level(const Scene& scene, double duration) {
   return level;
 }
 
-/// As far as the scene has one; see reference_integrator.h.
-ReferenceMotion smooth_reference(const Scene& scene, double duration) {
+/// The instants of the scene's steps, until it cannot go on.
+Motion run_of_stepper(const Scene& scene, Stepper& stepper, int divisions, std::size_t samples) {
+  Motion motion{scene.step, {stepper.state()}};
+  bool goes_on = true;
+  while (goes_on && motion.samples.size() <= samples) {
+    for (int i = 0; goes_on && i < divisions; ++i) goes_on = stepper.step();
+    if (goes_on) motion.samples.push_back(stepper.state());
+  }
+  return motion;
+}
+
+/// As far as the scene has one; see reference_integrator.h. `why_not` is left empty where it has contacts, of
+/// which all know, or the whole motion; else it says what is in the way.
+ReferenceMotion smooth_reference(const Scene& scene, double duration, std::string& why_not) {
   constexpr int order = 12;
-  constexpr int finest = 64;
+  constexpr int usually_finest = 64;
+  constexpr std::int64_t most_row_solves = 60'000'000;  // of one run where springs are stiffer than that
   ReferenceMotion reference;
+  if (build_model(scene).contacts) return reference;
   const double size = size_of(scene);
   const auto samples = static_cast<std::size_t>(std::lround(duration / scene.step));
   Motion coarse;
   double least = std::numeric_limits<double>::infinity();
-  for (int divisions = 2; divisions <= finest; divisions *= 2) {
+  std::int64_t row_solves = 0;
+  for (int divisions = 2; divisions <= usually_finest || 2 * row_solves <= most_row_solves; divisions *= 2) {
     std::unique_ptr<Stepper> stepper;
     try {
       stepper = reference_stepper(scene, scene.step / divisions, order);
-    } catch (const Error&) {
-      return reference;  // it has no such motion
+    } catch (const Error& error) {
+      why_not = error.what();
+      return reference;
     }
-    Motion fine{scene.step, {stepper->state()}};
-    bool goes_on = true;
-    while (goes_on && fine.samples.size() <= samples) {
-      for (int i = 0; goes_on && i < divisions; ++i) goes_on = stepper->step();
-      if (goes_on) fine.samples.push_back(stepper->state());
-    }
+    Motion fine = run_of_stepper(scene, *stepper, divisions, samples);
+    row_solves = stepper->row_solves();
     const Agreement agreed = agreement_of(scene, coarse, fine, size);
+    std::vector<Uncertainty> moved = differences(scene, coarse, fine, agreed.samples);
     coarse = std::move(fine);
     if (divisions == 2) continue;
     const double horizon = static_cast<double>(agreed.samples) * scene.step;
@@ -151,14 +234,22 @@ ReferenceMotion smooth_reference(const Scene& scene, double duration) {
     // Until it is rounding: smaller steps then bring no less.
     if (horizon > reference.horizon || (horizon == reference.horizon && whole < least)) {
       least = whole;
-      reference = {coarse,          fmt::format("own of order {} at h/{}", order, divisions),
-                   agreed.distance, agreed.turn,
-                   horizon,         name_of(scene, agreed.divergence_point)};
-    } else {
+      reference = {.motion = coarse,
+                   .method = fmt::format("own of order {} at h/{}", order, divisions),
+                   .horizon = horizon,
+                   .divergence_point = name_of(scene, agreed.divergence_point)};
+      set_uncertainties(std::move(moved), reference);
+    } else if (reference.horizon > 0) {
+      // What this refinement moved is the error of the one before, too.
+      set_uncertainties(larger_of(reference.uncertainties, moved), reference);
       break;
     }
     if (agreed.samples == samples && whole < 1e-11 * size) break;
+    if (reference.horizon > 0 && divisions >= usually_finest) break;  // stiff, and agreed
   }
+  if (reference.horizon > duration - scene.step / 2) return reference;
+  why_not = reference.horizon > 0 ? fmt::format("its refinements agree until {:g} s only", reference.horizon)
+                                  : "its refinements do not agree";
   return reference;
 }
 
@@ -191,9 +282,11 @@ ReferenceMotion reference_by_a1(const Scene& scene, double duration) {
     reference.method = fmt::format("A1 at h/{} to h/{}, extrapolated to order {}",
                                    1 << (finest - static_cast<int>(column)), 1 << finest, column + 1);
   }
+  const double step = scene.step / (1 << finest);
+  set_uncertainties(larger_of(differences(scene, before[column], row[column], best.samples),
+                              unseen(scene, row[column], best.samples, step)),
+                    reference);
   reference.motion = std::move(row[column]);
-  reference.uncertainty = best.distance;
-  reference.turn_uncertainty = best.turn;
   reference.horizon = static_cast<double>(best.samples) * scene.step;
   reference.divergence_point = name_of(scene, best.divergence_point);
   return reference;
@@ -288,10 +381,13 @@ MotionDifference difference(const Scene& scene, const Motion& a, const Motion& b
 
 ReferenceMotion reference_motion(const Scene& scene, double duration) {
   const DefaultFloatingPoint environment;
-  const ReferenceMotion smooth = smooth_reference(scene, duration);
+  std::string why_not;
+  const ReferenceMotion smooth = smooth_reference(scene, duration, why_not);
   if (smooth.horizon > duration - scene.step / 2) return smooth;
   ReferenceMotion direct = reference_by_a1(scene, duration);
-  return smooth.horizon > direct.horizon ? smooth : direct;
+  if (smooth.horizon > direct.horizon) return smooth;
+  if (!why_not.empty()) direct.method += fmt::format(" (not the own integrator: {})", why_not);
+  return direct;
 }
 
 }  // namespace substep

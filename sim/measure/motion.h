@@ -50,21 +50,31 @@ struct MotionDifference {
 MotionDifference difference(const Scene& scene, const Motion& a, const Motion& b, double horizon,
                             int every = 1);
 
+/// By how much any body may be off at any time until a sample.
+struct Uncertainty {
+  double position = 0;  ///< m
+  double turn = 0;      ///< rad
+};
+
 struct ReferenceMotion {
   Motion motion;
-  std::string method;            ///< "own of order 12 at h/8", "A1 at h/8 … h/128, extrapolated to order 4"
-  double uncertainty = 0;        ///< by how much the last refinement moved any body before the horizon, m
+  /// "own of order 12 at h/8"; "A1 at h/8 to h/128, extrapolated to order 4", and where the scene has no
+  /// contacts why it is not the first.
+  std::string method;
+  double uncertainty = 0;        ///< of any body before the horizon, m: what refinements moved it by
   double turn_uncertainty = 0;   ///< the same, rad
   double horizon = 0;            ///< s: after it the reference says nothing more of single bodies
   std::string divergence_point;  ///< the body of which two refinements then say different things; empty: none
+  std::vector<Uncertainty> uncertainties = {};  ///< by sample until the horizon; the last are those above
 };
 
 /// The motion without a step's error. Where the scene has no contacts: by the reference DAE integrator of
-/// reference_integrator.h, in order 12, with steps halved until no digit moves any more. Else, and where that
-/// lasts longer: A1 at steps halved again and again, extrapolated to step zero (Richardson; Romberg's table).
-/// Of the table's columns the one is taken that two refinements agree on longest: a high one where the motion
-/// is smooth, none where contacts open and close. The horizon is where two refinements differ by 2e-5 of the
-/// scene's size, and at most `duration`.
+/// reference_integrator.h, in order 12, with steps halved until no digit moves any more: down to 1/64 of the
+/// scene's, and where that is too coarse for a stiff spring as far as a few seconds of computing allow. Else,
+/// and where that lasts longer: A1 at steps halved again and again, extrapolated to step zero (Richardson;
+/// Romberg's table). Of the table's columns the one is taken that two refinements agree on longest: a high
+/// one where the motion is smooth, none where contacts open and close. The horizon is where two refinements
+/// differ by 2e-5 of the scene's size, and at most `duration`.
 ReferenceMotion reference_motion(const Scene& scene, double duration);
 
 }  // namespace substep

@@ -14,7 +14,11 @@ namespace {
 
 constexpr int body_numbers = 13;   // position, quaternion, velocity, local angular velocity
 constexpr double most_gap = 1e-4;  // of the scene's size: more is no rounding of the file's numbers
-constexpr int most_events = 20;    // in one step
+/// Of a step's redundant rows; see ConstrainedDynamics::choose_rows. More than what single precision leaves
+/// of a file's numbers. A mechanism that is closer than this to a singular position as a step begins loses a
+/// row for the step.
+constexpr double rank_tolerance = 1e-6;
+constexpr int most_events = 20;  // in one step
 
 Model smooth_model(const Scene& scene) {
   Model model = build_model(scene);
@@ -59,7 +63,10 @@ class ReferenceIntegrator : public Stepper {
     for (std::size_t i = 0; i < q_.size(); ++i) v_[i].angular = q_[i].angular.conjugate() * v_[i].angular;
     events_.start(q_, v_);
     if (dynamics_.violation(q_) > most_gap * size_of(scene)) throw Error("its joints are open at the start");
-    dynamics_.project(q_, v_);
+    for (const double tolerance : {most_gap, rank_tolerance}) {
+      dynamics_.choose_rows(q_, tolerance);
+      dynamics_.project(q_, v_);
+    }
     store();
   }
 
@@ -70,6 +77,7 @@ class ReferenceIntegrator : public Stepper {
   double advance_to_event(double length) {
     const CoordinateVector q = q_;
     const VelocityVector v = v_;
+    dynamics_.choose_rows(q, rank_tolerance);
     const auto try_length = [&](double trial) {
       q_ = q;
       v_ = v;

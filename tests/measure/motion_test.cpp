@@ -9,6 +9,7 @@
 
 #include "sim/error.h"
 #include "tests/scene_files.h"
+#include "tests/sim/test_scenes.h"
 
 namespace substep {
 namespace {
@@ -65,6 +66,52 @@ TEST(Reference, EndsAtTheFirstImpactItCannotPlace) {
   const ReferenceMotion reference = reference_motion(scene_named("bouncing_balls"), 2);
   EXPECT_GT(reference.horizon, 0.4);
   EXPECT_LT(reference.horizon, 0.5);  // the balls fall for 0.4515 s
+}
+
+/// A ball of radius 0.1 m that starts sliding along x: at 2/7 of its speed's loss to friction it rolls.
+struct SlidingBall {
+  double speed;
+  double friction;
+
+  double rolls_at() const { return 2 * speed / (7 * friction * 9.81); }
+  double way(double t) const {
+    const double sliding = std::min(t, rolls_at());
+    return speed * sliding - friction * 9.81 * sliding * sliding / 2 + 5 * speed / 7 * (t - sliding);
+  }
+  Scene scene() const {
+    Scene scene = test::floor_scene(friction);
+    Body ball;
+    ball.name = "ball";
+    ball.inverse_mass = 1;
+    ball.inverse_inertia = Vector3::Constant(1 / (0.4 * 0.01));
+    ball.pose.position = {0, 0.1, 0};
+    ball.linear_velocity = {speed, 0, 0};
+    scene.bodies.push_back(ball);
+    Collider collider;
+    collider.body = 1;
+    collider.shape = Sphere{0.1};
+    collider.material.static_friction = collider.material.dynamic_friction = friction;
+    scene.colliders.push_back(collider);
+    return scene;
+  }
+};
+
+TEST(Reference, ABallIsWithinItsUncertaintyAlsoWhenItBeginsToRoll) {
+  // Of 24 such balls those that are off by most of it, 0.2, and a usual one. What the last two refinements
+  // differ by is for 3, 8 and 18 by chance 60 to 1700 times less than what they are off by.
+  for (const int i : {3, 8, 10, 18, 23}) {
+    const SlidingBall ball{1 + 0.13 * i, 0.2 + 0.017 * ((7 * i) % 24)};
+    const ReferenceMotion reference = reference_motion(ball.scene(), 1);
+    ASSERT_GT(reference.horizon, 2 * ball.rolls_at());
+    double worst = 0;
+    for (std::size_t k = 1; k < reference.uncertainties.size(); ++k) {
+      const double off =
+          std::abs(reference.motion.samples[k].q[1].linear.x() - ball.way(static_cast<double>(k) / 60));
+      worst = std::max(worst, off / reference.uncertainties[k].position);
+    }
+    EXPECT_LT(worst, 1) << ball.speed << " m/s, friction " << ball.friction;
+    EXPECT_LT(reference.uncertainty, 1e-7);
+  }
 }
 
 TEST(Reference, IsTheSameInEveryRun) {

@@ -14,6 +14,7 @@
 #include "sim/measure/motion.h"
 #include "tests/scene_files.h"
 #include "tests/sim/squeezer_end.h"
+#include "tests/sim/test_scenes.h"
 
 namespace substep {
 namespace {
@@ -120,6 +121,71 @@ TEST(SmoothMotion, KeepsJointsClosed) {
   const Scene scene = scene_named("heavy_chain");
   const State state = run(scene, 8, 4, 2);
   EXPECT_LT(joint_gap(scene, state), 1e-13);  // measured 5e-15
+}
+
+/// A ball of 1 kg, 0.1 m from its centre held to the world's origin by `limit`, from (x, 0, 0) m.
+Scene held_ball(double x, const JointLimit& limit) {
+  Scene scene = test::empty_scene();
+  Body ball;
+  ball.name = "ball";
+  ball.inverse_mass = 1;
+  ball.inverse_inertia = Vector3::Constant(1 / 0.004);
+  ball.pose.position = {x, 0, 0};
+  scene.bodies.push_back(ball);
+  Joint joint = test::ball_joint(1, world_body, {0, 0, 0}, {0, 0, 0});
+  joint.limits = {limit};
+  scene.joints.push_back(joint);
+  return scene;
+}
+
+JointLimit distance_limit(double min, double max) {
+  JointLimit limit = test::locked(false, {true, true, true});
+  limit.min = min;
+  limit.max = max;
+  return limit;
+}
+
+// Springs, soft and stiff, a rod, a rope that is taut, one that becomes so, a constant torque: none is left
+// to A1.
+TEST(SmoothMotion, IsTheReferenceOfAllWithoutContacts) {
+  JointLimit soft = distance_limit(1, 1);
+  soft.stiffness = 50;
+  soft.damping = 0.5;
+  JointLimit stiff = distance_limit(1, 1);
+  stiff.stiffness = 1e6;
+  JointLimit overdamped = stiff;
+  overdamped.damping = 3e4;
+  Scene torque = test::chain(2);
+  torque.joints[1].drives.push_back(
+      {.angular = true, .axis = 2, .max_force = 3, .velocity_target = 1e6, .damping = 1});
+  const std::pair<const char*, Scene> scenes[] = {{"soft spring", held_ball(1.2, soft)},
+                                                  {"stiff spring", held_ball(1.001, stiff)},
+                                                  {"overdamped spring", held_ball(1.001, overdamped)},
+                                                  {"rod", held_ball(1, distance_limit(1, 1))},
+                                                  {"taut rope", held_ball(1, distance_limit(0, 1))},
+                                                  {"slack rope", held_ball(0.5, distance_limit(0, 1))},
+                                                  {"constant torque", torque}};
+  for (const auto& [what, scene] : scenes) {
+    const ReferenceMotion reference = reference_motion(scene, 1);
+    EXPECT_EQ(reference.method.substr(0, 3), "own") << what << ": " << reference.method;
+    EXPECT_GT(reference.horizon, 0.99) << what;
+    EXPECT_LT(reference.uncertainty, 1e-7) << what;
+  }
+}
+
+TEST(SmoothMotion, SpringsSwingAsTheClosedFormSays) {
+  JointLimit spring = test::locked(false, {true, false, false});
+  spring.stiffness = 1e6;
+  Scene scene = held_ball(0.001, spring);
+  scene.gravity.setZero();
+  const ReferenceMotion reference = reference_motion(scene, 1);
+  for (std::size_t k = 0; k < reference.uncertainties.size(); ++k) {
+    EXPECT_NEAR(reference.motion.samples[k].q[1].linear.x(),
+                0.001 * std::cos(1000 * static_cast<double>(k) / 60),
+                reference.uncertainties[k].position + 1e-12)
+        << k;
+  }
+  EXPECT_EQ(reference.uncertainties.size(), 61U);
 }
 
 TEST(SmoothMotion, RefusesWhatIsNotSmooth) {

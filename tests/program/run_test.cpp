@@ -169,6 +169,21 @@ TEST_F(RunCommand, SaysWhatGaveWayAndStrictlyDoesNotPassIt) {
   }
 }
 
+TEST_F(RunCommand, WarnsOfBoundedNonsense) {
+  // Nothing drives the chain, and it ends with a hundred times the energy that its fall is worth.
+  const Outcome wild = run({"run", scene("heavy_chain.gltf"), "--algorithm", "a2"});
+  EXPECT_EQ(wild.exit_code, 0);
+  EXPECT_THAT(wild.err, HasSubstr("substep: warning: heavy_chain: A2"));
+  EXPECT_THAT(wild.err, HasSubstr("stays finite, but is no motion of this scene: "));
+  EXPECT_THAT(wild.err, HasSubstr("energy growth "));
+  EXPECT_THAT(wild.err, HasSubstr("(--strict makes this an error)\n"));
+  const Outcome strict = run({"run", scene("heavy_chain.gltf"), "--algorithm", "a2", "--strict"});
+  EXPECT_EQ(strict.exit_code, 1);
+  EXPECT_THAT(strict.err, testing::Not(HasSubstr("warning")));
+  const Outcome good = run({"run", scene("rod_chain.gltf")});
+  EXPECT_EQ(good.err, "");
+}
+
 TEST_F(RunCommand, SaysBeforeItStartsWhatA1Costs) {
   write("cube.obj",
         "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"

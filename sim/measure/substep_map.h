@@ -1,0 +1,47 @@
+#pragma once
+/// What one sub-step does to small velocities and openings of a scene's joints: a linear map, and its
+/// spectral radius. Above 1 they grow from sub-step to sub-step whatever the step is; smaller ones then only
+/// make it worse.
+///
+/// Of coordinates that stand, with all joints as rows that do not give: what is along the joints' freedoms
+/// stays as it is, and is left out. A row's bias is what its opening over hs asks for, so that hs falls out.
+/// Between one row, whose radius is known (stability_map.h), and rows that share bodies lie the sweep's order
+/// and m.
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sim/model/settings.h"
+#include "sim/scene/scene.h"
+
+namespace substep {
+
+/// Of A3, and of A4 and A5 whose Jacobians stay as coordinates stand; stable joints' do too. `scene` as it
+/// stands at its start: joints that do not give, no contacts. Its velocities do not count.
+double substep_radius(const Scene& scene, double tau, double kappa, int iterations, Joints joints);
+
+/// The scene with rods in place of springs: limits that were soft do not give.
+Scene without_springs(Scene scene);
+
+/// The scene at so many instants of its motion, the start included, `interval` s apart: by A1 at small steps.
+/// All stand still.
+std::vector<Scene> positions_of(const Scene& scene, int count, double interval);
+
+/// A system of rows, at the positions that are looked at.
+struct CoupledRows {
+  std::string name;  ///< "chain of three rods"
+  std::vector<Scene> positions;
+};
+
+inline constexpr std::string_view coupled_governor = "governor, rods";
+
+/// One row, a block of three, chains, closed loops: of scenes in `folder`. Throws Error when one cannot be
+/// read.
+std::vector<CoupledRows> coupled_rows(const std::filesystem::path& folder);
+
+/// The largest at any of the positions; joints in blocks.
+double largest_radius(const CoupledRows& system, double tau, double kappa, int iterations);
+
+}  // namespace substep

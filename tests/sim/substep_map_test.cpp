@@ -1,0 +1,112 @@
+// The spectral radius of a sub-step's map against the closed form of one row, and against what runs of A3 do.
+
+#include "sim/measure/substep_map.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "sim/error.h"
+#include "sim/measure/measured_run.h"
+#include "sim/measure/weight_scene.h"
+#include "sim/simulation.h"
+#include "tests/scene_files.h"
+
+namespace substep {
+namespace {
+
+/// u' = (1−κ)u + τβ, β' = β − u'.
+double closed_form(double tau, double kappa) {
+  const double half_trace = 1 - (kappa + tau) / 2;
+  const double determinant = 1 - kappa;
+  const double root = half_trace * half_trace - determinant;
+  return root < 0 ? std::sqrt(determinant) : std::abs(half_trace) + std::sqrt(root);
+}
+
+TEST(SubstepMap, OfOneRowIsTheClosedForm) {
+  JointLimit locked;
+  locked.axes = {true, true, true};
+  locked.min = locked.max = 0;
+  const Scene weight = weight_on_a_joint(0, locked);
+  for (const double kappa : {0.3, 0.9, 1.0, 1.7}) {
+    for (const double tau : {0.1, 0.6, 1.0, 2.5}) {
+      for (const Joints joints : {Joints::rows, Joints::plain}) {
+        EXPECT_NEAR(substep_radius(weight, tau, kappa, 1, joints), closed_form(tau, kappa), 1e-7)
+            << tau << " " << kappa;
+      }
+    }
+  }
+}
+
+/// The governor with rods where the map grows most, without gravity, all but at rest.
+Scene growing_governor() {
+  Scene scene = positions_of(without_springs(scene_named("governor")), 7, 0.1).at(5);
+  scene.gravity.setZero();
+  for (std::size_t i = 1; i < scene.bodies.size(); ++i)
+    scene.bodies[i].linear_velocity = 1e-11 * Vector3(1, -0.5 * static_cast<double>(i), 0.3);
+  return scene;
+}
+
+// A3's own runs grow by the map's radius in each sub-step, whatever the sub-step is.
+TEST(SubstepMap, IsWhatRunsDo) {
+  const Scene scene = growing_governor();
+  for (const Joints joints : {Joints::plain, Joints::rows}) {
+    const double radius = substep_radius(scene, 1, 1, 1, joints);
+    EXPECT_GT(radius, 1.005);
+    for (const double step : {1.0 / 60, 1.0 / 6000}) {
+      Settings settings;
+      settings.algorithm = Algorithm::a3;
+      settings.step = step;
+      settings.substeps = 10;
+      settings.tau = settings.kappa = 1;
+      settings.joints = joints;
+      Simulation simulation(scene, settings);
+      // The largest angular speed in 50 steps: it swings as it grows.
+      const auto peak = [&] {
+        double largest = 0;
+        for (int i = 0; i < 50; ++i) {
+          simulation.step();
+          for (const Velocity& v : simulation.state().v) largest = std::max(largest, v.angular.norm());
+        }
+        return largest;
+      };
+      for (int i = 0; i < 50; ++i) simulation.step();
+      const double before = peak();
+      peak();
+      const double growth = std::log(peak() / before) / 1000;  // sub-steps
+      EXPECT_NEAR(growth, std::log(radius), 0.05 * growth) << step << " " << name(joints);
+    }
+  }
+}
+
+TEST(SubstepMap, IsOfJointsThatDoNotGive) {
+  EXPECT_THROW(substep_radius(scene_named("governor"), 1, 1, 1, Joints::plain), Error);
+  EXPECT_THROW(substep_radius(scene_named("box_stack"), 1, 1, 1, Joints::plain), Error);
+  EXPECT_THROW(substep_radius(scene_named("powered_wheel"), 1, 1, 1, Joints::plain), Error);
+}
+
+// The claim's case: the governor with rods, where one row's limit, τ < 4 − 2κ, is far away.
+TEST(SubstepMap, SmallerSubstepsMakeItWorse) {
+  const Scene scene = without_springs(scene_named("governor"));
+  const auto fastest = [&](int n) {
+    Settings settings;
+    settings.algorithm = Algorithm::a3;
+    settings.step = scene.step;
+    settings.substeps = n;
+    settings.tau = settings.kappa = 1;
+    settings.joints = Joints::rows;
+    Simulation simulation(scene, settings);
+    double largest = 0;
+    for (int i = 0; i < 120 && simulation.step().status != StepReport::Status::diverged; ++i) {
+      for (const Velocity& v : simulation.state().v) largest = std::max(largest, v.angular.norm());
+    }
+    return largest;
+  };
+  EXPECT_LT(fastest(16), 20);   // measured 9.98 rad/s of 6.28 at the start
+  EXPECT_GT(fastest(64), 1e6);  // measured 6.5e8
+}
+
+}  // namespace
+}  // namespace substep
