@@ -3,8 +3,8 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <string>
+#include <vector>
 
 #include "sim/commands/commands.h"
 #include "sim/commands/progress.h"
@@ -20,31 +20,47 @@ namespace fs = std::filesystem;
 struct ClaimsOptions {
   fs::path scenes = "scenes";
   std::string format = "table";
-  std::optional<fs::path> output;
+  std::vector<fs::path> outputs;
 };
 
-void claims(const ClaimsOptions& options) {
-  std::string (*text_of)(const ClaimsReport&) = nullptr;
-  if (options.format == "table") text_of = to_table;
-  if (options.format == "markdown") text_of = to_markdown;
-  if (options.format == "json") text_of = to_json;
-  if (!text_of) throw Error(fmt::format("--format '{}': give table, markdown or json", options.format));
-  if (options.output) require_folder_of(*options.output);
+using TextOf = std::string (*)(const ClaimsReport&);
 
-  std::string text;
+TextOf text_of(const std::string& format) {
+  if (format == "table") return to_table;
+  if (format == "markdown") return to_markdown;
+  if (format == "json") return to_json;
+  throw Error(fmt::format("--format '{}': give table, markdown or json", format));
+}
+
+/// By the file's extension.
+TextOf text_of(const fs::path& output) {
+  const std::string extension = output.extension().string();
+  if (extension == ".txt") return to_table;
+  if (extension == ".md") return to_markdown;
+  if (extension == ".json") return to_json;
+  throw Error(fmt::format("--output {}: give a name that ends in .txt, .md or .json", output.string()));
+}
+
+void claims(const ClaimsOptions& options) {
+  const TextOf on_terminal = text_of(options.format);
+  for (const fs::path& output : options.outputs) {
+    text_of(output);
+    require_folder_of(output);
+  }
+
+  ClaimsReport report;
   {
     Progress progress;
-    text = text_of(measure_claims(options.scenes, [&](int number) {
+    report = measure_claims(options.scenes, [&](int number) {
       constexpr double count = 16;
       progress.show("measuring", (number - 1) / count);
-    }));
+    });
   }
-  if (options.output) {
-    write_file(*options.output, text);
-    fmt::print("wrote {}\n", options.output->string());
-  } else {
-    fmt::print("{}", text);
+  for (const fs::path& output : options.outputs) {
+    write_file(output, text_of(output)(report));
+    fmt::print("wrote {}\n", output.string());
   }
+  if (options.outputs.empty()) fmt::print("{}", on_terminal(report));
 }
 
 }  // namespace
@@ -54,8 +70,12 @@ void add_claims_command(CLI::App& app) {
       app.add_subcommand("claims", "Measure what the report claims of its algorithms; print the table");
   const auto options = std::make_shared<ClaimsOptions>();
   command->add_option("--scenes", options->scenes, "Folder of the scene files")->capture_default_str();
-  command->add_option("--format", options->format, "table, markdown or json")->capture_default_str();
-  command->add_option("--output", options->output, "Write to this file instead of the terminal");
+  CLI::Option* const format =
+      command->add_option("--format", options->format, "table, markdown or json")->capture_default_str();
+  command
+      ->add_option("--output", options->outputs,
+                   "Write to these files instead of the terminal: .txt (table), .md or .json")
+      ->excludes(format);
   command->footer(
       "A claim that does not hold is a finding: the code is 0 all the same. Timings, marked by ~, differ "
       "from\n"
