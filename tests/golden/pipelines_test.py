@@ -1,6 +1,6 @@
 """The pipelines of .github/workflows and .ci: their steps, run in a repository of its own by the shell that runs them.
 
-What a service provides is a stand-in here: apt-get installs nothing, curl leaves a file, artifacts are folders.
+What a service provides is a stand-in here: apt-get installs nothing, curl notes what it is asked for, artifacts are folders.
 
 pipelines_test.py SUBSTEP SOURCE_FOLDER [TEST]...
 """
@@ -15,7 +15,7 @@ from another_project import SOURCE, SUBSTEP, SUITE, Project, expect, run
 
 STAND_INS = {
     "apt-get": "exit 0",
-    "curl": 'echo "$3" >>"$LOG"; : >"$2"',
+    "curl": 'echo "$3" >>"$LOG"',
     "gh": 'echo "gh $*" >>"$LOG"; case "$*" in *--edit-last*) exit 1;; esac',
 }
 
@@ -40,7 +40,7 @@ class Runner:
         home = project.folder.parent / "home"
         home.mkdir(exist_ok=True)
         self.environment = dict(os.environ, PATH=f"{tools}:{SUBSTEP.parent}:{os.environ['PATH']}", HOME=str(home),
-                                LOG=str(self.log), **environment)
+                                RUNNER_TEMP=str(home), LOG=str(self.log), **environment)
 
     def value(self, expression):
         """Of ${{ expression }}: names, comparisons and conjunctions are all that is used."""

@@ -92,9 +92,12 @@ def programs_of(build: pathlib.Path, file: pathlib.Path) -> list[pathlib.Path]:
     folders = next(folders for prefix, folders in TESTS if relative.startswith(prefix + "/"))
     result = []
     for folder in folders:
-        for cmake in sorted((build / "tests" / folder).glob("*_tests.cmake")):
-            # gtest_discover_tests leaves NAME[1]_tests.cmake beside the program NAME.
-            result.append(cmake.parent / re.sub(r"\[\d+\]_tests\.cmake$", "", cmake.name))
+        here = build / "tests" / folder
+        tests = (here / "CTestTestfile.cmake").read_text()
+        # Those whose tests are registered one by one, and those whose are together: tests/CMakeLists.txt.
+        names = re.findall(r'/([^/"]+)\[\d+\]_include\.cmake"', tests)
+        names += re.findall(r'/([^/"]+)" "--gtest_filter=', tests)
+        result += [here / name for name in sorted(set(names))]
     return [p for p in result if p.exists()]
 
 
