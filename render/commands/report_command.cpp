@@ -2,10 +2,12 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "render/commands/commands.h"
 #include "render/report/report.h"
+#include "sim/commands/options.h"
 #include "sim/commands/progress.h"
 #include "sim/error.h"
 #include "sim/log/file_output.h"
@@ -18,7 +20,7 @@ namespace fs = std::filesystem;
 struct ReportOptions {
   fs::path sweep = "scenes/sweep.toml";
   fs::path output = "out/report";
-  fs::path scenes = "scenes";
+  std::optional<fs::path> scenes;
   int threads = 0;
 };
 
@@ -28,13 +30,15 @@ void report(const ReportOptions& options) {
   fs::create_directories(options.output / "figures", failure);
   if (failure) throw Error(fmt::format("{}: cannot be made: {}", options.output.string(), failure.message()));
   const fs::path results = options.output / "sweep";
+  note_damaged_jobs(sweep, results);
   Document page;
   {
     Progress progress;
     progress.show("sweep", 0);
     run_sweep(sweep, {results, options.threads, 1, 1}, [&](double share) { progress.show("sweep", share); });
     merge_sweep(sweep, results);
-    page = make_report({read_records(results), options.scenes, {}},
+    const fs::path scenes = options.scenes.value_or(options.sweep.parent_path());
+    page = make_report({read_records(results), scenes, sweep.properties, {}},
                        [&](double share) { progress.show("drawing", share); });
   }
   for (const Block& block : page.blocks) {
@@ -56,7 +60,8 @@ void add_report_command(CLI::App& app) {
   command->add_option("sweep", options->sweep, "The sweep file")->capture_default_str();
   command->add_option("--output", options->output, "Folder of the page, its figures and the sweep's results")
       ->capture_default_str();
-  command->add_option("--scenes", options->scenes, "Folder of the scene files")->capture_default_str();
+  command->add_option("--scenes", options->scenes,
+                      "Folder of the scenes that 'properties' in the sweep file asks for (the sweep file's)");
   command->add_option("--threads", options->threads, "Jobs at a time; 0: one a core")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();

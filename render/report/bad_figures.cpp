@@ -1,10 +1,12 @@
 #include "render/report/bad_figures.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <string_view>
 #include <utility>
 
 namespace substep {
@@ -63,10 +65,26 @@ TextTable bad_figures_table(const std::vector<BadFigure>& figures) {
   TextTable table{{"scene", "algorithm", "worst figure", "expected", "measured", "off by, in tolerances",
                    "with", "settings with a bad figure"},
                   {}};
+  std::vector<const BadFigure*> shown;
   for (const BadFigure& x : figures) {
-    table.rows.push_back({x.scene, std::string(title_of(x.algorithm)), x.figure.name, expected_text(x.figure),
-                          measured_text(x.figure), severity_text(x.severity()), x.label,
-                          fmt::format("{} of {}", x.bad, x.runs)});
+    const auto is_same = [&](const BadFigure* other) {
+      return other->scene == x.scene && other->figure.name == x.figure.name;
+    };
+    // The worst of the algorithms that miss the same has the line.
+    if (std::ranges::any_of(shown, is_same)) continue;
+    shown.push_back(&x);
+    std::vector<std::string_view> algorithms;
+    int bad = 0;
+    int runs = 0;
+    for (const BadFigure& other : figures) {
+      if (!is_same(&other)) continue;
+      algorithms.push_back(title_of(other.algorithm));
+      bad += other.bad;
+      runs += other.runs;
+    }
+    table.rows.push_back({x.scene, fmt::format("{}", fmt::join(algorithms, ", ")), x.figure.name,
+                          expected_text(x.figure), measured_text(x.figure), severity_text(x.severity()),
+                          x.label, fmt::format("{} of {}", bad, runs)});
   }
   return table;
 }
@@ -90,7 +108,8 @@ void add_bad_figures(const std::vector<SweepRecord>& records, Document& page) {
       "What is known of the scenes (closed forms, invariants, what must stand) and does not hold within its "
       "tolerance over the whole duration, in {} runs that were compared: of each scene and algorithm the "
       "worst "
-      "figure of all settings that ran, the worst first. What ran and is not here has none. "
+      "figure of all settings that ran, the worst first, and one line for the algorithms that miss the same. "
+      "What ran and is not here has none. "
       "Coarse settings are among those that ran: the last column says how many of them are off.",
       judged));
   page.table(bad_figures_table(figures));

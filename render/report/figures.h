@@ -16,6 +16,7 @@ namespace substep {
 struct FigureSource {
   std::vector<SweepRecord> records;         ///< of a sweep
   std::filesystem::path scenes = "scenes";  ///< folder of the scene files, for what no sweep holds
+  bool properties = true;                   ///< whether a page has what no sweep holds
   std::vector<ContactAblationCosts>
       contact_ablation;  ///< where there is none, it is measured when it is drawn
 

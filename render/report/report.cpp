@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <functional>
 #include <map>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -15,6 +16,7 @@
 #include "render/report/bad_figures.h"
 #include "render/report/report_tables.h"
 #include "sim/study/advice.h"
+#include "sim/study/decision_table.h"
 #include "sim/study/sweep_results.h"
 
 SUBSTEP_EMBEDDED_FILE(report_template, SUBSTEP_REPORT_PAGE "/report.md")
@@ -29,6 +31,7 @@ Pictures drawn(const FigureSource& source, const std::function<void(double)>& pr
   Pictures pictures;
   for (const ReportFigure& figure : figures()) {
     if (progress) progress(static_cast<double>(pictures.size()) / static_cast<double>(figures().size()));
+    if (!figure.from_sweep && !source.properties) continue;
     const Sheet sheet = figure.make(source);
     // A sweep need not have what each figure shows.
     if (!sheet.panels.empty()) pictures[figure.name] = draw(sheet, PictureFormat::svg);
@@ -53,40 +56,104 @@ std::vector<std::string> parts_of(std::string_view text) {
   return parts;
 }
 
-/// Fills in report.md: paragraphs with figures in braces, ![figures] and [what is made of the records].
+/// The table without columns that have nothing below their head.
+TextTable without_empty_columns(const TextTable& table) {
+  TextTable result;
+  result.rows.resize(table.rows.size());
+  for (std::size_t column = 0; column < table.head.size(); ++column) {
+    const auto is_filled = [&](const std::vector<std::string>& row) { return !row[column].empty(); };
+    if (column > 0 && std::ranges::none_of(table.rows, is_filled)) continue;
+    result.head.push_back(table.head[column]);
+    for (std::size_t row = 0; row < table.rows.size(); ++row)
+      result.rows[row].push_back(table.rows[row][column]);
+  }
+  return result;
+}
+
+/// Fills in report.md: paragraphs with figures in braces, ![figures] and [what is made of the records]. A
+/// paragraph that begins with (if CONDITION) stands where that holds. A section of which all figures and
+/// tables are empty goes, with its heading and its words.
 class Report {
  public:
   Report(const FigureSource& source, Pictures pictures)
-      : source_(source), records_(source.records), pictures_(std::move(pictures)) {}
+      : source_(source), records_(source.records), pictures_(std::move(pictures)) {
+    for (const std::string& scene : scenes_of(records_)) {
+      conditions_.insert(scene);
+      conditions_.insert(has_contacts(of_scene(records_, scene)) ? "contacts" : "joints");
+    }
+    if (source.properties) conditions_.insert("properties");
+    if (!orders_.rows.empty()) conditions_.insert("orders");
+    if (!sliding_table(records_).rows.empty()) conditions_.insert("sliding");
+    if (!limits_table(records_, true).rows.empty()) conditions_.insert("limits with contacts");
+    if (std::ranges::any_of(records_, [](const SweepRecord& record) { return record.times.has_value(); }))
+      conditions_.insert("times");
+    if (!rules_faults_table(decisions_, records_).rows.empty()) conditions_.insert("wrong rules");
+  }
 
   Document page() {
-    for (const std::string& part : parts_of(report_template())) {
-      if (part.starts_with('#')) {
-        const std::size_t level = part.find(' ');
-        is_left_out_ = false;
-        section_ = page_.blocks.size();
-        page_.heading(static_cast<int>(level), part.substr(level + 1));
-      } else if (is_left_out_) {
-        continue;
-      } else if (part.starts_with("![")) {
-        picture(part.substr(2, part.size() - 3));
-      } else if (part.starts_with('[')) {
-        contents_.at(part.substr(1, part.size() - 2))();
-      } else {
-        page_.paragraph(filled(part));
-      }
-    }
+    for (const std::string& part : parts_of(report_template())) add(part);
+    end_section();
     return std::move(page_);
   }
 
  private:
+  void add(const std::string& part) {
+    constexpr std::string_view condition = "(if ";
+    if (part.starts_with('#')) {
+      end_section();
+      const std::size_t level = part.find(' ');
+      section_ = page_.blocks.size();
+      page_.heading(static_cast<int>(level), part.substr(level + 1));
+    } else if (part.starts_with("![")) {
+      const std::size_t before = page_.blocks.size();
+      picture(part.substr(2, part.size() - 3));
+      count(before);
+    } else if (part.starts_with('[')) {
+      const std::size_t before = page_.blocks.size();
+      contents_.at(part.substr(1, part.size() - 2))();
+      count(before);
+    } else if (part.starts_with(condition)) {
+      const std::size_t end = part.find(')');
+      if (conditions_.contains(part.substr(condition.size(), end - condition.size())))
+        add(part.substr(end + 2));
+    } else {
+      page_.paragraph(filled(part));
+    }
+  }
+
+  /// Of a few scenes nobody could say how often rules are right.
+  bool has_rules() const { return decisions_.tried().size() >= 5; }
+
+  /// A figure or a table of the section was asked for, and came or did not.
+  void count(std::size_t blocks_before) {
+    ++asked_;
+    if (page_.blocks.size() > blocks_before) ++came_;
+  }
+
+  void end_section() {
+    if (asked_ > 0 && came_ == 0) page_.blocks.resize(section_);
+    asked_ = came_ = 0;
+  }
+
   void picture(const std::string& name) {
     if (!pictures_.contains(name)) return;
     page_.picture(figure_named(name).about, fmt::format("figures/{}.svg", name), pictures_.at(name));
   }
 
+  void table(const TextTable& given) {
+    const TextTable rows = without_empty_columns(given);
+    if (!rows.rows.empty() && rows.head.size() > 1) page_.table(rows);
+  }
+
   std::string filled(const std::string& paragraph) const {
     const std::vector<std::string>& lost = equal_rows_.failing;
+    const std::vector<std::string> tried = decisions_.tried();
+    const std::vector<std::string> right = decisions_.right();
+    const auto answers = [&](bool only_right) {
+      return std::ranges::count_if(decisions_.trials, [&](const RuleTrial& trial) {
+        return trial.has_advice && (!only_right || trial.fault.empty());
+      });
+    };
     return fmt::format(
         fmt::runtime(paragraph), fmt::arg("runs", records_.size()),
         fmt::arg("scenes", scenes_of(records_).size()), fmt::arg("orders", order_ranges(orders_)),
@@ -94,35 +161,34 @@ class Report {
         fmt::arg("compared", equal_rows_.holding.size() + lost.size()),
         fmt::arg("won_scenes", fmt::join(equal_rows_.holding, ", ")),
         fmt::arg("lost_scenes", lost.empty() ? "" : fmt::format(" Not on {}.", fmt::join(lost, ", "))),
+        fmt::arg("heavy_ratio", heavy_ratio), fmt::arg("rule_margin", rule_margin),
+        fmt::arg("rule_cost", rule_cost), fmt::arg("asked", decisions_.trials.size()),
+        fmt::arg("tried", tried.size()), fmt::arg("right", right.size()),
+        fmt::arg("tried_scenes", fmt::join(tried, ", ")), fmt::arg("answers", answers(false)),
+        fmt::arg("right_answers", answers(true)), fmt::arg("equal_cost", equal_cost_factor),
         fmt::arg("contact_ablation", contact_ablation_caption(source_.contact_ablation)));
   }
 
   void slopes() {
     for (const std::string& scene : scenes_of(records_)) {
       const std::vector<SweepRecord> own = of_scene(records_, scene);
-      if (has_contacts(own)) continue;
+      const TextTable slopes = slopes_table(own);
+      if (has_contacts(own) || slopes.rows.empty()) continue;
       page_.heading(4, scene);
-      page_.table(slopes_table(own));
+      table(slopes);
     }
   }
 
   void advice_for_scenes() {
     for (const std::string& scene : scenes_of(records_)) {
       const std::vector<SweepRecord> own = of_scene(records_, scene);
+      if (std::ranges::none_of(own, is_own_run)) continue;
       page_.heading(3, scene);
       page_.paragraph(advice(own));
+      const TextTable best = runs_table(best_runs(own));
+      if (best.rows.empty()) continue;
       page_.paragraph("The runs that no other one beats in error and in cost:");
-      page_.table(runs_table(best_runs(own)));
-    }
-  }
-
-  /// Without rows it goes, with its section.
-  void table_if_any(const TextTable& table) {
-    is_left_out_ = table.rows.empty();
-    if (is_left_out_) {
-      page_.blocks.resize(section_);
-    } else {
-      page_.table(table);
+      table(best);
     }
   }
 
@@ -131,23 +197,41 @@ class Report {
   const Pictures pictures_;
   const TextTable orders_ = orders_table(records_);
   const EqualRows equal_rows_ = equal_rows(records_);
+  const DecisionTable decisions_ = decision_table(records_);
+  std::set<std::string> conditions_;  ///< that hold: names of scenes, and what the constructor adds
   Document page_;
   std::size_t section_ = 0;  ///< where in the page the last heading of the template is
-  bool is_left_out_ = false;
+  int asked_ = 0;            ///< figures and tables of the section
+  int came_ = 0;             ///< of them
   /// What stands in brackets in the template.
   const std::map<std::string, std::function<void()>> contents_{
       {"worst figures", [this] { add_bad_figures(records_, page_); }},
-      {"choices", [this] { page_.table(choices_table(records_)); }},
-      {"orders", [this] { page_.table(orders_); }},
+      {"choices", [this] { table(choices_table(records_)); }},
+      {"equal cost", [this] { table(equal_cost_table(records_)); }},
+      {"orders", [this] { table(orders_); }},
       {"slopes of each scene", [this] { slopes(); }},
-      {"equal rows", [this] { page_.table(equal_rows_.table); }},
-      {"limits", [this] { page_.table(limits_table(records_, false)); }},
-      {"limits with contacts", [this] { page_.table(limits_table(records_, true)); }},
-      {"ablation of contacts", [this] { page_.table(contact_ablation_table(source_.contact_ablation)); }},
+      {"equal rows", [this] { table(equal_rows_.table); }},
+      {"limits", [this] { table(limits_table(records_, false)); }},
+      {"limits with contacts", [this] { table(limits_table(records_, true)); }},
+      {"ablation of contacts", [this] { table(contact_ablation_table(source_.contact_ablation)); }},
+      {"energy", [this] { table(energy_table(records_)); }},
+      {"sliding", [this] { table(sliding_table(records_)); }},
+      {"springs",
+       [this] {
+         if (source_.properties) table(springs_table());
+       }},
       {"advice for each scene", [this] { advice_for_scenes(); }},
-      {"references", [this] { page_.table(references_table(records_)); }},
-      {"other engines, if any", [this] { table_if_any(engines_table(records_)); }},
-      {"omitted, if any", [this] { table_if_any(omitted_table(records_)); }},
+      {"references", [this] { table(references_table(records_)); }},
+      {"engines", [this] { table(engines_table(records_)); }},
+      {"omitted", [this] { table(omitted_table(records_)); }},
+      {"rules",
+       [this] {
+         if (has_rules()) table(rules_table(decisions_));
+       }},
+      {"wrong rules",
+       [this] {
+         if (has_rules()) table(rules_faults_table(decisions_, records_));
+       }},
   };
 };
 
@@ -160,7 +244,8 @@ Document report_page(const FigureSource& source, const std::map<std::string, std
 Document make_report(const FigureSource& given, const std::function<void(double)>& progress) {
   FigureSource source = given;
   // Once for its figure and its table.
-  if (source.contact_ablation.empty()) source.contact_ablation = contact_ablation(source.scenes);
+  if (source.properties && source.contact_ablation.empty())
+    source.contact_ablation = contact_ablation(source.scenes);
   return report_page(source, drawn(source, progress));
 }
 

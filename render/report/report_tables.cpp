@@ -9,6 +9,7 @@
 #include <functional>
 #include <map>
 
+#include "sim/measure/validity_maps.h"
 #include "sim/study/advice.h"
 #include "sim/study/engines/engines.h"
 #include "sim/study/sweep_results.h"
@@ -16,17 +17,86 @@
 namespace substep {
 namespace {
 
-std::string percent(double share) {
-  if (!std::isfinite(share)) return "lost";
-  if (share < 1e-11) return "rounding";
-  return fmt::format("{:.2g} %", 100 * share);
-}
-
 std::string milliseconds(const SweepRecord& record) {
   if (!record.times) return "";
   const RunTimes& t = *record.times;
   const double spread = (t.largest - t.smallest) / 2 / std::max(t.median, 1e-12);
   return fmt::format("{:.3g} ± {:.0f} %", 1000 * cost_of(record), 100 * spread);
+}
+
+double rows_a_second(const SweepRecord& record) {
+  return static_cast<double>(record.metrics->row_solves) / record.duration;
+}
+
+/// In milliseconds, or in rows where there are no times.
+std::string price(const SweepRecord& record) {
+  return record.times ? milliseconds(record) : short_number(rows_a_second(record));
+}
+
+/// The settings without the algorithm's name.
+std::string settings_text(const SweepRecord& record) {
+  const std::size_t space = record.label.find("  ");
+  return space == std::string::npos ? record.label : record.label.substr(space + 2);
+}
+
+/// Of each family of ours the run whose row solves come closest to those of A3 to A5 with 16 sub-steps (or as
+/// many as there are below), and are not more.
+std::vector<std::pair<std::string, SweepRecord>> at_equal_rows(const std::vector<SweepRecord>& own) {
+  const std::vector<RunFamily> families = families_of(own);
+  std::int64_t most = 0;
+  for (const RunFamily& family : families) {
+    for (const SweepRecord& run : family.runs) {
+      const Settings& s = run.settings;
+      if (run.engine.empty() && s.algorithm >= Algorithm::a3 && s.substeps <= 16)
+        most = std::max(most, run.metrics->row_solves);
+    }
+  }
+  std::vector<std::pair<std::string, SweepRecord>> chosen;
+  for (const RunFamily& family : families) {
+    const SweepRecord* best = nullptr;
+    for (const SweepRecord& run : family.runs) {
+      // Contacts that are found elsewhere are a few rows more or less.
+      if (!run.engine.empty() ||
+          static_cast<double>(run.metrics->row_solves) > 1.05 * static_cast<double>(most))
+        continue;
+      if (!best || run.metrics->row_solves > best->metrics->row_solves) best = &run;
+    }
+    if (best) chosen.emplace_back(family.title, *best);
+  }
+  return chosen;
+}
+
+/// The cell of a row under a title that is added to the head when it is new.
+std::string& cell(TextTable& table, std::vector<std::string>& row, const std::string& title) {
+  auto found = std::ranges::find(table.head, title);
+  if (found == table.head.end()) found = table.head.insert(table.head.end(), title);
+  row.resize(std::max(row.size(), table.head.size()));
+  return row[static_cast<std::size_t>(found - table.head.begin())];
+}
+
+/// Rows as long as the head.
+void fill(TextTable& table) {
+  for (auto& row : table.rows) row.resize(table.head.size());
+}
+
+/// From "take" to "times the cheapest" of a line of rules.
+std::vector<std::string> advice_cells(const Rule& rule) {
+  if (!rule.setting) return {"no rule", "", "", "", "", "", "", ""};
+  const SweepRecord& setting = *rule.setting;
+  const Settings& s = setting.settings;
+  const bool has_substeps = s.algorithm >= Algorithm::a3;
+  const std::string least = short_number(1000 * rule.least_cost);
+  const std::string most = short_number(1000 * rule.most_cost);
+  return {std::string(title_of(s.algorithm)),
+          setting.divisions == 1 ? "h" : fmt::format("h/{}", setting.divisions),
+          has_substeps ? std::to_string(s.substeps) : "",
+          s.algorithm >= Algorithm::a2 ? std::to_string(s.iterations) : "",
+          has_substeps ? fmt::format("{:g}", s.tau) : "",
+          has_substeps && setting.traits.has_joints ? std::string(name(s.joints)) : "",
+          !setting.times  ? ""
+          : least == most ? least
+                          : fmt::format("{} to {}", least, most),
+          fmt::format("{:.2g}", rule.cost_ratio)};
 }
 
 /// "n = 4", "h/8", "1" …
@@ -42,15 +112,19 @@ std::string limit_text(const SweepRecord& record) {
 }  // namespace
 
 TextTable choices_table(const std::vector<SweepRecord>& records) {
-  TextTable table{
-      {"scene", "for 1 % of its size", "ms a simulated second", "for 0.1 %", "ms a simulated second"}, {}};
+  const std::string unit =
+      std::ranges::any_of(records, [](const SweepRecord& record) { return record.times.has_value(); })
+          ? "ms a simulated second"
+          : "rows a simulated second";
+  TextTable table{{"scene", "for 1 % of its size", unit, "for 0.1 %", unit}, {}};
   for (const std::string& scene : scenes_of(records)) {
     const std::vector<SweepRecord> own = of_scene(records, scene);
+    if (std::ranges::none_of(own, is_own_run)) continue;
     std::vector<std::string> row{scene};
     for (const double tolerance : {0.01, 0.001}) {
       const auto run = cheapest(own, tolerance);
       row.push_back(run ? run->label : "none");
-      row.push_back(run ? milliseconds(*run) : "");
+      row.push_back(run ? price(*run) : "");
     }
     table.rows.push_back(std::move(row));
   }
@@ -127,9 +201,9 @@ TextTable slopes_table(const std::vector<SweepRecord>& records) {
   for (const RunFamily& family : families) {
     std::vector<std::string> row(table.head.size());
     row[0] = family.title;
-    for (const auto& [middle, slope] : local_orders(family.runs))
-      row[columns.at(middle)] = fmt::format("{:.2f}", slope);
-    table.rows.push_back(std::move(row));
+    const auto orders = local_orders(family.runs);
+    for (const auto& [middle, slope] : orders) row[columns.at(middle)] = fmt::format("{:.2f}", slope);
+    if (!orders.empty()) table.rows.push_back(std::move(row));
   }
   return table;
 }
@@ -155,7 +229,8 @@ TextTable orders_table(const std::vector<SweepRecord>& records) {
       const auto order = measured_order(family.runs);
       row[static_cast<std::size_t>(column)] = order ? fmt::format("{:.2f}", *order) : "";
     }
-    table.rows.push_back(std::move(row));
+    const auto is_empty = [](const std::string& text) { return text.empty(); };
+    if (!std::all_of(row.begin() + 1, row.end(), is_empty)) table.rows.push_back(std::move(row));
   }
   return table;
 }
@@ -199,6 +274,172 @@ EqualRows equal_rows(const std::vector<SweepRecord>& records) {
     if (has_any) (holds ? result.holding : result.failing).push_back(scene);
   }
   return result;
+}
+
+TextTable equal_cost_table(const std::vector<SweepRecord>& records) {
+  TextTable table{{"scene", "", "A1", "A2", "A3", "A4", "A5"}, {}};
+  for (const std::string& scene : scenes_of(records)) {
+    const std::vector<SweepRecord> own = of_scene(records, scene);
+    const auto cheap = cheapest(own, 0.01);
+    if (!cheap) continue;
+    const double most = equal_cost_factor * time_or_rows(*cheap);
+    table.head[1] = cheap->times ? "at most, ms a simulated second" : "at most, rows a simulated second";
+    std::array<const SweepRecord*, 5> best{};
+    std::array<bool, 5> ran{};
+    std::array<bool, 5> affordable{};
+    for (const SweepRecord& record : own) {
+      if (!is_own_run(record)) continue;
+      const auto i = static_cast<std::size_t>(record.settings.algorithm);
+      ran[i] = true;
+      if (time_or_rows(record) > most) continue;
+      affordable[i] = true;
+      if (record.metrics->bounded && (!best[i] || error_of(record) < error_of(*best[i]))) best[i] = &record;
+    }
+    const SweepRecord* winner = nullptr;
+    for (const SweepRecord* const run : best) {
+      if (run && (!winner || error_of(*run) < error_of(*winner))) winner = run;
+    }
+    const double shown = cheap->times ? 1000 * most : equal_cost_factor * rows_a_second(*cheap);
+    std::vector<std::string> row{scene, short_number(shown)};
+    for (std::size_t i = 0; i < best.size(); ++i) {
+      if (!best[i]) {
+        row.push_back(!ran[i] ? "not run" : affordable[i] ? "lost" : "costs more");
+        continue;
+      }
+      const std::string text = fmt::format("{}, {}", percent(error_of(*best[i])), settings_text(*best[i]));
+      // What is as good but for a twentieth wins as well.
+      row.push_back(error_of(*best[i]) <= 1.05 * error_of(*winner) ? fmt::format("**{}**", text) : text);
+    }
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+TextTable energy_table(const std::vector<SweepRecord>& records) {
+  TextTable table{{"scene", "over, s"}, {}};
+  for (const std::string& scene : scenes_of(records)) {
+    const std::vector<SweepRecord> own = of_scene(records, scene);
+    if (has_contacts(own)) continue;
+    std::vector<std::string> row{scene, fmt::format("{:g}", own.front().duration)};
+    const auto runs = at_equal_rows(own);
+    for (const auto& [title, run] : runs) {
+      const Metrics& x = *run.metrics;
+      const SweepRecord& own_run = run;
+      // τ changes little here: where there is a run without it, that stands for both.
+      const bool is_twin = own_run.settings.tau != 1 && std::ranges::any_of(runs, [&](const auto& other) {
+                             const Settings& s = other.second.settings;
+                             return s.tau == 1 && s.joints == own_run.settings.joints &&
+                                    s.algorithm == own_run.settings.algorithm;
+                           });
+      if (!(x.energy_scale > 0) || is_twin) continue;
+      const bool is_lost = !std::isfinite(x.energy_change) || !x.bounded;
+      cell(table, row, title) = is_lost ? "lost"
+                                        : fmt::format("{} / {}", percent(x.energy_change / x.energy_scale),
+                                                      percent(x.energy_growth / x.energy_scale));
+    }
+    if (row.size() > 2) table.rows.push_back(std::move(row));
+  }
+  fill(table);
+  return table;
+}
+
+TextTable sliding_table(const std::vector<SweepRecord>& records) {
+  TextTable table{{"scene", "known", "expected"}, {}};
+  for (const std::string& scene : scenes_of(records)) {
+    const std::vector<SweepRecord> own = of_scene(records, scene);
+    const ContactKind contacts = own.front().traits.contacts;
+    if (contacts != ContactKind::rolling && contacts != ContactKind::moving) continue;
+    const auto runs = at_equal_rows(own);
+    if (runs.empty()) continue;
+    for (std::size_t i = 0; i < runs.front().second.metrics->expected.size(); ++i) {
+      const ExpectedFigure& known = runs.front().second.metrics->expected[i];
+      // What is only bounded says nothing of by how much friction is off.
+      if (known.bound != Bound::equal || known.expected == 0) continue;
+      double largest = 0;
+      std::vector<std::string> row{scene, known.name,
+                                   fmt::format("{} {}", short_number(known.expected), known.unit)};
+      for (const auto& [title, run] : runs) {
+        if (i >= run.metrics->expected.size()) continue;
+        const double error = run.metrics->expected[i].measured / known.expected - 1;
+        largest = std::max(largest, std::isfinite(error) ? std::abs(error) : 0);
+        cell(table, row, title) = !std::isfinite(error)    ? "never"
+                                  : std::abs(error) < 1e-9 ? "exact"
+                                                           : fmt::format("{:+.2g} %", 100 * error);
+      }
+      // What all have to a thousandth tells nobody apart.
+      if (largest >= 1e-3) table.rows.push_back(std::move(row));
+    }
+  }
+  fill(table);
+  return table;
+}
+
+TextTable springs_table() {
+  TextTable table{{"stiffness under 1 kg, N/m", "h √(k/m)"}, {}};
+  std::vector<std::vector<StiffnessPoint>> maps;
+  for (const Algorithm algorithm : {Algorithm::a1, Algorithm::a3, Algorithm::a5}) {
+    Settings settings;
+    settings.algorithm = algorithm;
+    maps.push_back(stiffness_map(settings));
+    const int n = algorithm == Algorithm::a1 ? 1 : settings.substeps;
+    table.head.push_back(fmt::format("{}{}", title_of(algorithm), n > 1 ? fmt::format(", n = {}", n) : ""));
+    table.head.push_back(fmt::format("closed form at {}", n > 1 ? fmt::format("h/{}", n) : "h"));
+  }
+  for (std::size_t i = 0; i < maps[0].size(); ++i) {
+    const StiffnessPoint& point = maps[0][i];
+    // Stiffer ones have nothing left.
+    if (std::abs(point.step * 60 - 1) > 1e-9 || point.stiffness > 1e4) continue;
+    const double angle = point.step * std::sqrt(point.stiffness);
+    std::vector<std::string> row{short_number(point.stiffness), short_number(angle)};
+    for (std::size_t k = 0; k < maps.size(); ++k) {
+      const double n = k == 0 ? 1 : Settings{}.substeps;
+      // An implicit step takes 1 + (h ω)² off the energy.
+      const double closed = std::pow(1 + angle * angle / n / n, -60 * n);
+      row.push_back(percent(maps[k][i].energy));
+      row.push_back(percent(closed));
+    }
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+TextTable rules_table(const DecisionTable& decisions) {
+  TextTable table{{"scene", "error", "take", "step", "n", "m", "τ", "joints", "CPU, ms a simulated second",
+                   "times the cheapest, at most", "made from", "held out: right"},
+                  {}};
+  for (std::size_t i = 0; i < decisions.rules.size(); ++i) {
+    const Rule& rule = decisions.rules[i];
+    int right = 0;
+    int tried = 0;
+    for (const RuleTrial& trial : decisions.trials) {
+      if (trial.rule != i || !trial.has_advice) continue;
+      ++tried;
+      right += trial.fault.empty() ? 1 : 0;
+    }
+    std::vector<std::string> row{title_of(rule.kind), percent(rule.accuracy)};
+    const std::vector<std::string> advice = advice_cells(rule);
+    row.insert(row.end(), advice.begin(), advice.end());
+    std::string made = fmt::format("{}", fmt::join(rule.made_from, ", "));
+    const auto all = static_cast<int>(rule.made_from.size());
+    if (rule.good_on < all)
+      made += fmt::format(" (no setting is good on more than {} of {})", rule.good_on, all);
+    row.push_back(std::move(made));
+    row.push_back(tried == 0 ? "not tried" : fmt::format("{} of {}", right, tried));
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+TextTable rules_faults_table(const DecisionTable& decisions, const std::vector<SweepRecord>& records) {
+  TextTable table{{"scene", "error", "advice", "what is wrong with it", "cheapest that is right"}, {}};
+  for (const RuleTrial& trial : decisions.trials) {
+    if (!trial.has_advice || trial.fault.empty()) continue;
+    const Rule& rule = decisions.rules[trial.rule];
+    const auto right = cheapest(of_scene(records, trial.scene), rule.accuracy);
+    table.rows.push_back({trial.scene, percent(rule.accuracy), rule.setting->label, trial.fault,
+                          right ? right->label : "none"});
+  }
+  return table;
 }
 
 TextTable runs_table(const std::vector<SweepRecord>& runs) {

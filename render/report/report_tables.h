@@ -6,6 +6,7 @@
 
 #include "sim/measure/contact_ablation.h"
 #include "sim/measure/text_table.h"
+#include "sim/study/decision_table.h"
 #include "sim/study/sweep.h"
 
 namespace substep {
@@ -32,6 +33,27 @@ struct EqualRows {
   std::vector<std::string> failing;
 };
 EqualRows equal_rows(const std::vector<SweepRecord>& records);
+
+/// How many times the cost of the cheapest run for 1 % each algorithm may spend in the next table.
+inline constexpr double equal_cost_factor = 2;
+/// The smallest error of each algorithm at equal cost (CPU time, where there are times, else rows solved),
+/// and the setting that has it; ** around the smallest of all.
+TextTable equal_cost_table(const std::vector<SweepRecord>& records);
+
+/// Of scenes without contacts: change of energy to the end and largest rise, in parts of what there is to
+/// lose, at equal row solves.
+TextTable energy_table(const std::vector<SweepRecord>& records);
+
+/// What is known of scenes whose contacts slide or roll, and what is measured of it at equal row solves.
+TextTable sliding_table(const std::vector<SweepRecord>& records);
+
+/// The energy that an undamped spring has left after a second, measured beside the closed form of implicit
+/// steps.
+TextTable springs_table();
+
+TextTable rules_table(const DecisionTable& decisions);
+/// Where a rule was not right on a scene that was held out.
+TextTable rules_faults_table(const DecisionTable& decisions, const std::vector<SweepRecord>& records);
 
 TextTable runs_table(const std::vector<SweepRecord>& runs);
 

@@ -40,6 +40,11 @@ bool is_accurate_mode(const RunFamily& family) {
   return found != engines().end() && found->is_ours;
 }
 
+bool is_other_engine(const SweepRecord& record) {
+  const auto found = std::ranges::find(engines(), record.engine, &Engine::name);
+  return !record.engine.empty() && (found == engines().end() || !found->is_ours);
+}
+
 bool is_ours_or_accurate(const RunFamily& family) {
   return is_ours(family) || is_accurate_mode(family);
 }
@@ -51,6 +56,17 @@ bool stands_beside_engines(const RunFamily& family) {
   return !is_ours(family) || s.algorithm == Algorithm::a1 ||
          (s.algorithm == Algorithm::a3 && s.joints == Joints::plain && s.tau == tau) ||
          (s.algorithm == Algorithm::a5 && s.tau == tau);
+}
+
+/// Without contacts τ changes little: a line without it stands for both.
+bool has_twin_without_tau(const RunFamily& family, const std::vector<RunFamily>& families) {
+  const Settings& s = family.runs.front().settings;
+  if (!is_ours(family) || s.tau == 1 || has_contacts(family.runs)) return false;
+  return std::ranges::any_of(families, [&](const RunFamily& other) {
+    const Settings& t = other.runs.front().settings;
+    return is_ours(other) && t.tau == 1 && t.algorithm == s.algorithm && t.joints == s.joints &&
+           t.kappa == s.kappa;
+  });
 }
 
 /// One panel a scene: families of runs, by some measure of their work.
@@ -68,8 +84,9 @@ Sheet work_sheet(const FigureSource& source, bool contacts, const std::string& t
     panel.title = fmt::format("{}, {:g} s", scene, records.front().horizon);
     panel.x = {x_title, true, {}, {}};
     panel.y = {error_title(records), true, {}, {}};
-    for (const RunFamily& family : families_of(records)) {
-      if (!chosen(family)) continue;
+    const std::vector<RunFamily> families = families_of(records);
+    for (const RunFamily& family : families) {
+      if (!chosen(family) || has_twin_without_tau(family, families)) continue;
       Series series{family.title, look_of(family, has_contacts(records)), {}};
       for (const SweepRecord& record : family.runs) {
         const double error = error_of(record);
@@ -131,6 +148,13 @@ Sheet engines_sheet(const FigureSource& source, bool contacts) {
       source, contacts, contacts ? "Beside other engines: contacts" : "Beside other engines: joints and spin",
       "CPU time of a simulated second, s", stands_beside_engines,
       [](const SweepRecord& record) { return record.times ? record.times->median / record.duration : NAN; });
+  // Where no other engine ran there is nothing that ours could stand beside.
+  std::erase_if(sheet.panels, [&](const Panel& panel) {
+    const std::string scene = panel.title.substr(0, panel.title.find(','));
+    return std::ranges::none_of(source.records, [&](const SweepRecord& record) {
+      return record.scene == scene && record.metrics && is_other_engine(record);
+    });
+  });
   sheet.caption = {
       "The same scene files, one core. The engines and A1: steps of h, h/2, h/4 …; A3 and A5: n = 1, 2, 4 … "
       "sub-steps of one "
@@ -182,8 +206,9 @@ Sheet slopes_sheet(const FigureSource& source) {
     panel.title = scene;
     panel.x = {"h / n, s", true, {}, {}};
     panel.y = {"powers of two per halving", false, std::array{-1.0, 3.0}, {}};
-    for (const RunFamily& family : families_of(of_scene(source.records, scene))) {
-      if (!is_ours(family)) continue;
+    const std::vector<RunFamily> families = families_of(of_scene(source.records, scene));
+    for (const RunFamily& family : families) {
+      if (!is_ours(family) || has_twin_without_tau(family, families)) continue;
       Series series{family.title, look_of(family, false), {}};
       for (const auto& [middle, slope] : local_orders(family.runs))
         series.points.push_back({middle, std::clamp(slope, -1.0, 3.0)});

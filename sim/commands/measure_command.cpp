@@ -1,11 +1,14 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "sim/commands/commands.h"
 #include "sim/commands/options.h"
@@ -27,6 +30,8 @@ struct MeasureOptions {
   SolverOptions solver;
   std::string horizon = "2";
   int times = 0;
+  bool equal_rows = false;
+  bool brief = false;
   bool markdown = false;
   bool json = false;
   std::optional<fs::path> output;
@@ -45,6 +50,34 @@ Settings settings_of(const MeasureOptions& options, const Scene& scene, Algorith
   return settings;
 }
 
+/// A1 with steps so small that it has as many row solves as the others have, a hundredth more at most;
+/// nothing where it has them at its own step. Rows of contacts are counted once a pivot: no rule says how
+/// many there will be.
+std::optional<MeasuredSettings> spend_rows(const Scene& scene, const ReferenceMotion& reference,
+                                           std::int64_t rows, const MeasuredSettings& direct) {
+  const auto most = static_cast<double>(rows) * 1.01;
+  const auto own = static_cast<double>(std::max<std::int64_t>(direct.metrics.row_solves, 1));
+  for (auto divisions = static_cast<int>(most / own); divisions > 1; --divisions) {
+    MeasuredSettings finer{direct.settings, {}, {}};
+    finer.settings.step /= divisions;
+    finer.metrics = measure(scene, finer.settings, reference);
+    if (static_cast<double>(finer.metrics.row_solves) <= most) return finer;
+  }
+  return std::nullopt;
+}
+
+/// Beside A2 with n·m sweeps of one step: one sweep of each n·m-th of it, which has as many row solves too.
+Settings in_small_steps(Settings settings) {
+  settings.step /= settings.iterations;
+  settings.iterations = 1;
+  return settings;
+}
+
+std::string brief_text(const SceneMeasurement& measurement, bool markdown) {
+  const TextTable table = brief_table(measurement);
+  return markdown ? to_markdown(table) : to_text(table);
+}
+
 void measure_scene(const MeasureOptions& options) {
   Scene scene = options.scene.load();
   note_cost_of_a1(scene);
@@ -54,6 +87,7 @@ void measure_scene(const MeasureOptions& options) {
     throw Error(fmt::format("duration {:g} s: from above 0 to 3600 can be measured", scene.duration));
   }
   if (!(horizon > 0)) throw Error(fmt::format("--horizon '{}': must be above 0", options.horizon));
+  if (options.brief && options.json) throw Error("--brief and --json: give one of them");
   if (options.markdown && options.json) throw Error("--markdown and --json: give one of them");
   if (options.output) {
     require_folder_of(*options.output);
@@ -62,8 +96,10 @@ void measure_scene(const MeasureOptions& options) {
   SceneMeasurement measurement;
   for (const Algorithm algorithm : algorithms) {
     measurement.runs.push_back({settings_of(options, scene, algorithm), {}, {}});
-    Sampling(measurement.runs.back().settings.step, scene.step);
+    if (options.equal_rows && algorithm == Algorithm::a2)
+      measurement.runs.push_back({in_small_steps(measurement.runs.back().settings), {}, {}});
   }
+  for (const MeasuredSettings& run : measurement.runs) Sampling(run.settings.step, scene.step);
   measurement.scene = scene.name;
   measurement.size = size_of(scene);
   measurement.duration = scene.duration;
@@ -74,12 +110,20 @@ void measure_scene(const MeasureOptions& options) {
     measurement.reference = reference_motion(scene, std::min(horizon, scene.duration));
     double done = 0;
     for (MeasuredSettings& run : measurement.runs) {
-      progress.show("measuring", done++ / algorithms.size());
+      progress.show("measuring", done++ / static_cast<double>(measurement.runs.size()));
       run.metrics = measure(scene, run.settings, measurement.reference);
-      if (options.times > 0) run.times = time_run(scene, run.settings, options.times);
+    }
+    if (options.equal_rows) {
+      const std::int64_t rows = measurement.runs.back().metrics.row_solves;
+      if (auto finer = spend_rows(scene, measurement.reference, rows, measurement.runs.front()))
+        measurement.runs.insert(measurement.runs.begin() + 1, std::move(*finer));
+    }
+    if (options.times > 0) {
+      for (MeasuredSettings& run : measurement.runs) run.times = time_run(scene, run.settings, options.times);
     }
   }
   const std::string text = options.json       ? to_json(measurement)
+                           : options.brief    ? brief_text(measurement, options.markdown)
                            : options.markdown ? to_markdown(measurement)
                                               : to_table(measurement);
   if (options.output) {
@@ -104,6 +148,11 @@ void add_measure_command(CLI::App& app) {
       ->default_str("1");
   command->add_option("--horizon", options->horizon, "Seconds to compare with the reference, at most")
       ->capture_default_str();
+  command->add_flag(
+      "--equal-rows", options->equal_rows,
+      "Also A1 with steps so small, and A2 with single sweeps of steps so small, that they solve as "
+      "many rows as the others");
+  command->add_flag("--brief", options->brief, "One table: cost, error, what gives way");
   command->add_option("--times", options->times, "Also CPU times: medians of so many repetitions")
       ->check(CLI::Range(0, 1000));
   command->add_flag("--markdown", options->markdown, "Tables as Markdown");

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "sim/commands/commands.h"
+#include "sim/commands/options.h"
 #include "sim/commands/progress.h"
 #include "sim/error.h"
 #include "sim/execution/child_process.h"
@@ -81,6 +82,7 @@ void run(SweepCommand& command) {
   if (command.slurm) return submit(command, std::min(*command.slurm, static_cast<int>(sweep.jobs.size())));
   int done = 0;
   if (!command.merge) {
+    note_damaged_jobs(sweep, command.options.results);
     Progress progress;
     progress.show("sweep", 0);
     done = run_sweep(sweep, command.options, [&](double share) { progress.show("sweep", share); });

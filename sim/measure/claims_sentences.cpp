@@ -21,9 +21,11 @@ constexpr Sentence sentences[]{
      "A3 with single rows against A2 with one sweep at h/n, 1 s: largest difference in position (m) / "
      "orientation (rad)"},
     {3, "IV.2.2", "At equal row solves, n sub-steps beat n iterations: Γ̂¹(t,h,n) is better than Γ̂ⁿ(t,h)",
-     "error at 1 s of A3 (n sub-steps, m = 1) / A2 (one step, n sweeps); equal are h, the order of "
-     "the rows, the row solves (each row n times a step, a contact's within its manifold), τ = κ = 1 "
-     "and joints by single rows; contacts are found once a step in both"},
+     "error at 1 s of A3 (n sub-steps, m = 1) / A2 (one step, n sweeps) / A2 with the sweeps that take A3's "
+     "time (3 to 8 n; fewer where it has converged, as on the pendulum); equal are h, the order of the rows, "
+     "τ = κ = 1, joints by single rows, of the first two the row solves (each row n times a step, a "
+     "contact's "
+     "within its manifold), of the first and the third the time; contacts are found once a step in all"},
     {4, "IV.3", "A4 is a first-order approximation of A3",
      "tumbling rod_chain: one step, n = 4, plain blocks, h halved from 1/240 to 1/15360 s; slope of the "
      "difference in h, to be 2 in position and 1 in velocity"},
@@ -34,7 +36,8 @@ constexpr Sentence sentences[]{
      "With recomputed Jacobians A5 falls below A4: its error has a floor where A4's goes on falling",
      "rod_chain, stable joints, m = 1: error at 1 s of A4 / A5"},
     {7, "IV.2.2, IV.3", "A3 costs about as much as A2 with n iterations; A4 and A5 less",
-     "n = 4, single rows, 600 steps in turn: row solves a step of A2 / A3 / A4 / A5, and the ratio of "
+     "n = 4, single rows, 600 steps in turn; equal are the row solves, the time is what is measured: row "
+     "solves a step of A2 / A3 / A4 / A5, and the ratio of "
      "median solver times (geometry, the step's first formulation and what contacts keep for the next step "
      "left out) to A2's of A3 / A4 / A5"},
     {8, "IV.3.1",
@@ -52,7 +55,8 @@ constexpr Sentence sentences[]{
     {12, "IV.3.1.4", "A velocity-level row must undo the update rule",
      "powered_wheel, n = m = 4, plain blocks: speed of the motor"},
     {13, "IV.2.2", "Blocks help: 3×3 blocks beat single rows at equal cost",
-     "A3, m = 1, 1 s, the same row solves: error of blocks / rows, then largest joint gap of blocks / rows"},
+     "A3, m = 1, 1 s; equal are the row solves, and nearly the time (below): error of blocks / rows, then "
+     "largest joint gap of blocks / rows"},
     {14, "IV.3.2", "Frozen Jacobians hurt joints, next-frame ones mend it, at the cost of damping",
      "m = 1, 1 s: error (m) / largest joint gap (m) / change of energy (J)"},
     {15, "not the report's",

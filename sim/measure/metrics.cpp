@@ -174,7 +174,18 @@ ErrorParts parts_of(const Scene& scene, const Settings& settings, const Motion& 
   return parts;
 }
 
-/// Whether all bodies start at rest, and stay there in the reference.
+void judge_bounds(const Scene& scene, const ReferenceMotion& reference, Metrics& metrics) {
+  const double size = size_of(scene);
+  // Without a reference there is no error to judge by.
+  const bool is_near = reference.horizon == 0 || metrics.error.position.rms <= bounded_error * size;
+  const double most = bounded_violation * smallest_body_of(scene);
+  metrics.energy_scale = energy_scale(scene);
+  metrics.bounded = !metrics.diverged && is_near && out_of_bounds(scene, metrics).empty() &&
+                    (!stands(scene, reference) || metrics.moved <= most);
+}
+
+}  // namespace
+
 bool stands(const Scene& scene, const ReferenceMotion& reference) {
   if (std::ranges::any_of(scene.bodies, [](const Body& body) {
         return body.linear_velocity != Vector3::Zero() || body.angular_velocity != Vector3::Zero();
@@ -189,18 +200,6 @@ bool stands(const Scene& scene, const ReferenceMotion& reference) {
       samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(last) + 1,
       [&](const State& state) { return moved(scene, samples.front(), state) <= most; });
 }
-
-void judge_bounds(const Scene& scene, const ReferenceMotion& reference, Metrics& metrics) {
-  const double size = size_of(scene);
-  // Without a reference there is no error to judge by.
-  const bool is_near = reference.horizon == 0 || metrics.error.position.rms <= bounded_error * size;
-  const double most = bounded_violation * smallest_body_of(scene);
-  metrics.energy_scale = energy_scale(scene);
-  metrics.bounded = !metrics.diverged && is_near && out_of_bounds(scene, metrics).empty() &&
-                    (!stands(scene, reference) || metrics.moved <= most);
-}
-
-}  // namespace
 
 struct PenetrationMeter::Implementation {
   explicit Implementation(const Scene& s) : model(build_model(s)), finder(s, model) {}

@@ -58,6 +58,9 @@ Metrics measure(const Scene& scene, const Settings& settings, const ReferenceMot
 /// The same of any stepper; its error is not taken apart, and there is no residual.
 Metrics measure(const Scene& scene, Stepper& stepper, double step, const ReferenceMotion& reference);
 
+/// Whether all bodies start at rest, and stay there in the reference.
+bool stands(const Scene& scene, const ReferenceMotion& reference);
+
 /// Deepest overlap of two colliders that can meet, m.
 class PenetrationMeter {
  public:

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -159,6 +160,30 @@ std::string to_table(const SceneMeasurement& measurement) {
 
 std::string to_markdown(const SceneMeasurement& measurement) {
   return with_tables(measurement, [](const TextTable& table) { return to_markdown(table); });
+}
+
+TextTable brief_table(const SceneMeasurement& m) {
+  const auto any = [&](double Metrics::*value) {
+    return std::ranges::any_of(m.runs, [&](const MeasuredSettings& run) { return run.metrics.*value > 0; });
+  };
+  TextTable table{{"", "row solves"}, {}};
+  if (has_times(m)) table.head.push_back("CPU, ms a simulated second");
+  table.head.push_back(fmt::format("RMS error to {:.3g} s, m", m.reference.horizon));
+  if (any(&Metrics::joint_gap)) table.head.push_back("joint gap, m");
+  if (any(&Metrics::penetration)) table.head.insert(table.head.end(), {"overlap, m", "moved, m"});
+  table.head.push_back("bounded");
+  for (const MeasuredSettings& run : m.runs) {
+    const Metrics& x = run.metrics;
+    std::vector<std::string> row{label(run.settings), std::to_string(x.row_solves)};
+    if (has_times(m)) row.push_back(fmt::format("~{:.2g}", 1000 * run.times->median / m.duration));
+    row.push_back(error_number(x.error.position.rms, m.reference.uncertainty));
+    if (any(&Metrics::joint_gap)) row.push_back(short_number(x.joint_gap));
+    if (any(&Metrics::penetration))
+      row.insert(row.end(), {short_number(x.penetration), short_number(x.moved)});
+    row.push_back(verdict(x));
+    table.rows.push_back(std::move(row));
+  }
+  return table;
 }
 
 std::string to_json(const SceneMeasurement& m) {

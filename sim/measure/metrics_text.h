@@ -6,6 +6,7 @@
 
 #include "sim/measure/metrics.h"
 #include "sim/measure/stage_times.h"
+#include "sim/measure/text_table.h"
 
 namespace substep {
 
@@ -31,6 +32,8 @@ std::string reference_text(const ReferenceMotion& reference);
 /// figure that is known of the scene, where there is one. For a terminal.
 std::string to_table(const SceneMeasurement& measurement);
 std::string to_markdown(const SceneMeasurement& measurement);
+/// A line a run: row solves, time, error, what gave way. Times have ~: they differ from run to run.
+TextTable brief_table(const SceneMeasurement& measurement);
 /// {"scene", "size", "duration", "reference": {…}, "runs": [{…}]}, SI units. What is not finite is
 /// null; what a run does not have is "none".
 std::string to_json(const SceneMeasurement& measurement);

@@ -53,7 +53,11 @@ std::vector<MassRatioPoint> mass_ratio_map(const Scene& scene, const Settings& s
     const double size = size_of(scaled);
     for (int n = 1; n <= most; n *= 2) {
       Settings one = settings;
-      one.substeps = n;
+      if (settings.algorithm >= Algorithm::a3) {
+        one.substeps = n;
+      } else {
+        one.step = settings.step / n;
+      }
       const Metrics metrics = measure(scaled, one, reference, false);
       points.push_back({ratio, n, metrics.error.position.rms / size, metrics.bounded});
     }

@@ -10,13 +10,13 @@ namespace substep {
 
 struct MassRatioPoint {
   double ratio;  ///< of the heaviest body's mass to the lightest's
-  int substeps;
+  int substeps;  ///< A1 and A2: parts that the step is taken in
   double error;  ///< RMS, over the scene's size; not finite where it blew up
   bool bounded;  ///< Metrics::bounded
 };
 
 /// The scene with its heaviest body of 1, 10, … 10 000 times the lightest's mass, for `horizon` seconds with
-/// n = 1, 2, 4, … `most`. `settings` says the rest.
+/// n = 1, 2, 4, … `most`; A1 and A2 have the step over n instead. `settings` says the rest.
 std::vector<MassRatioPoint> mass_ratio_map(const Scene& scene, const Settings& settings, double horizon,
                                            int most);
 

@@ -9,9 +9,24 @@
 
 namespace substep {
 
-/// The cheapest run of ours that stays bounded with an RMS error of at most `tolerance` (of the scene's
-/// size), joints and contacts as closed, and over the whole run a change of energy that is within ten times
-/// as much of the most accurate run's; by CPU time, where there are times, else by rows solved.
+/// Whether it is a run of one of the five, and was measured.
+bool is_own_run(const SweepRecord& record);
+
+/// What choices are made by: CPU time, where there are times, else rows solved.
+double time_or_rows(const SweepRecord& record);
+
+/// Why the run is not good enough, in words; empty where it is. It is where it stays bounded with an RMS
+/// error of at most `tolerance` (of the scene's size) over `margin`, joints and contacts closed to
+/// `tolerance`, and over the whole run a change of energy that is within ten times as much of the most
+/// accurate run's. `records`: of the same scene.
+std::string fault_of(const SweepRecord& record, const std::vector<SweepRecord>& records, double tolerance,
+                     double margin = 1);
+
+/// The runs of ours that are good enough.
+std::vector<SweepRecord> good_runs(const std::vector<SweepRecord>& records, double tolerance,
+                                   double margin = 1);
+
+/// The cheapest of these.
 std::optional<SweepRecord> cheapest(const std::vector<SweepRecord>& records, double tolerance);
 
 /// The runs that no other one beats in both error and cost, the cheapest first.

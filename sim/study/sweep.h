@@ -14,6 +14,7 @@
 #include "sim/measure/metrics.h"
 #include "sim/measure/stability_limit.h"
 #include "sim/measure/stage_times.h"
+#include "sim/study/scene_traits.h"
 #include "sim/study/sweep_file.h"
 
 namespace substep {
@@ -25,6 +26,8 @@ struct SweepRecord {
   std::string engine;  ///< empty: one of our algorithms
   std::string label;   ///< "A3  n=4 m=1 plain  h=1/60", "Bullet SI  h=1/60"
   Settings settings;
+  int divisions = 1;             ///< of the scene's step: the step is that / divisions
+  SceneTraits traits;            ///< of the scene
   double size = 0;               ///< of the scene, m
   double duration = 0;           ///< of the scene, s
   std::string reference;         ///< how it was made
@@ -50,8 +53,12 @@ struct SweepOptions {
 /// written; what is done stays done.
 int run_sweep(const Sweep& sweep, const SweepOptions& options, const std::function<void(double)>& progress);
 
-/// The jobs whose files are not there or are of another build.
+/// The jobs whose files are not there, are of another build, or are damaged.
 std::vector<std::string> missing_jobs(const Sweep& sweep, const std::filesystem::path& results);
+
+/// The jobs' files that are not what a sweep wrote: cut off or changed. They are measured again. Throws Error
+/// where what stands in a job's place is no file.
+std::vector<std::filesystem::path> damaged_jobs(const Sweep& sweep, const std::filesystem::path& results);
 
 /// Writes sweep.json, errors.csv and times.csv. Throws Error when jobs are missing.
 void merge_sweep(const Sweep& sweep, const std::filesystem::path& results);

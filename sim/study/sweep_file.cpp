@@ -86,11 +86,16 @@ class Reader : private TomlValues {
 
   Sweep read() {
     const toml::table root = parse();
-    expect_keys(root, "the sweep file", {"horizon", "repetitions", "most", "horizons", "grid", "limit"});
+    expect_keys(root, "the sweep file",
+                {"horizon", "repetitions", "most", "properties", "horizons", "grid", "limit"});
     if (const auto* node = root.get("horizon")) sweep_.horizon = positive(*node, "horizon");
     if (const auto* node = root.get("repetitions"))
       sweep_.repetitions = integer(*node, "repetitions", 0, 1000);
     if (const auto* node = root.get("most")) sweep_.most = integer(*node, "most", 1, 4096);
+    if (const auto* node = root.get("properties")) {
+      if (!node->is_boolean()) fail(*node, "'properties' must be true or false");
+      sweep_.properties = node->as_boolean()->get();
+    }
     for (const char* const kind : {"grid", "limit"}) {
       const toml::node* const list = root.get(kind);
       if (list == nullptr) continue;

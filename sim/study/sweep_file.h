@@ -4,6 +4,10 @@
 ///     horizon = 2                       # s: runs are compared with the reference until then, at most
 ///     repetitions = 5                   # of a run whose CPU time is measured; 0: no times
 ///     most = 64                         # how fine a search for the stability limit may go
+///     properties = true                 # `substep report` also shows what the algorithms do on test scenes
+///     of
+///                                       # their own, read from the sweep file's folder; else nothing but
+///                                       these
 ///
 ///     [horizons]                        # other horizons, by scene
 ///     rod_chain = 1
@@ -47,6 +51,7 @@ struct Sweep {
   double horizon = 2;
   int repetitions = 0;
   int most = 64;
+  bool properties = false;
   std::map<std::string, double> horizons;
   std::map<std::string, Scene> scenes;  ///< by name
   std::vector<SweepJob> jobs;           ///< in the file's order, each once

@@ -51,6 +51,9 @@ void require_possible(const SweepRecord& r) {
     require(value > 0 && std::isfinite(value), what, value);
   };
   check(r.settings);
+  require(r.divisions >= 1, "divisions", r.divisions);
+  require(r.traits.mass_ratio >= 1 && std::isfinite(r.traits.mass_ratio), "mass_ratio", r.traits.mass_ratio);
+  not_negative("spring_angle", r.traits.spring_angle);
   positive("size", r.size);
   positive("duration", r.duration);
   not_negative("horizon", r.horizon);
@@ -90,12 +93,30 @@ void require_possible(const SweepRecord& r) {
   }
 }
 
+SceneTraits traits_in(const Json& json) {
+  SceneTraits traits;
+  json.at("joints").get_to(traits.has_joints);
+  json.at("loops").get_to(traits.has_loops);
+  traits.contacts = contact_kind_named(json.at("contacts").get<std::string>());
+  json.at("mass_ratio").get_to(traits.mass_ratio);
+  json.at("spring_angle").get_to(traits.spring_angle);
+  return traits;
+}
+
 }  // namespace
 
 std::string to_json(const SweepRecord& r) {
   Json json{{"key", r.key}, {"scene", r.scene}, {"engine", r.engine}, {"label", r.label}};
   json.update(to_json(r.settings));
-  json.update(Json{{"size", r.size},
+  const SceneTraits& traits = r.traits;
+  json.update(Json{{"divisions", r.divisions},
+                   {"traits",
+                    {{"joints", traits.has_joints},
+                     {"loops", traits.has_loops},
+                     {"contacts", name(traits.contacts)},
+                     {"mass_ratio", traits.mass_ratio},
+                     {"spring_angle", traits.spring_angle}}},
+                   {"size", r.size},
                    {"duration", r.duration},
                    {"reference", r.reference},
                    {"uncertainty", r.uncertainty},
@@ -128,7 +149,9 @@ SweepRecord record_in(const std::string& text) {
     read("horizon", r.horizon);
     read("parting", r.divergence_point);
     read("omitted", r.omitted);
+    read("divisions", r.divisions);
     r.settings = settings_in(json);
+    r.traits = traits_in(json.at("traits"));
     if (json.contains("metrics")) r.metrics = metrics_in(json["metrics"]);
     if (json.contains("times")) r.times = times_in(json["times"]);
     if (json.contains("limit")) {

@@ -41,6 +41,13 @@ bool is_followed(const SweepRecord& record, double step, bool contacts) {
 
 }  // namespace
 
+std::string percent(double share) {
+  if (!std::isfinite(share)) return "lost";
+  if (std::abs(share) < 1e-11) return "rounding";
+  return std::abs(share) < 0.995 ? fmt::format("{:.2g} %", 100 * share)
+                                 : fmt::format("{:.0f} %", 100 * share);
+}
+
 double scene_step(const std::vector<SweepRecord>& records) {
   double step = 0;
   for (const SweepRecord& record : records) step = std::max(step, record.settings.step);

@@ -46,6 +46,9 @@ double scene_step(const std::vector<SweepRecord>& records);
 /// h, or h/n of A3 to A5.
 double sub_step_of(const Settings& settings);
 
+/// "1.2 %"; "lost" for what is not finite, "rounding" below 1e-11.
+std::string percent(double share);
+
 /// Less is rounding: runs that do it exactly are drawn there.
 inline constexpr double smallest_plotted_error = 1e-10;
 

@@ -27,11 +27,24 @@ std::vector<std::string> page_names() {
     if (entry.path().extension() == ".gltf") names.push_back(entry.path().stem().string());
   }
   std::ranges::sort(names);
+  names.emplace_back("README");
   return names;
 }
 
 fs::path page_file(const std::string& name) {
+  if (name == "README") return fs::path(SUBSTEP_SOURCE_DIR) / "README.md";
   return fs::path(SUBSTEP_SOURCE_DIR) / "scenes" / (name + ".md");
+}
+
+std::string without_timings(const std::string& text) {
+  std::string result;
+  bool in_timing = false;
+  for (const char c : text) {
+    const bool is_digit = (c >= '0' && c <= '9') || c == '.' || c == 'e' || c == '+' || c == '-';
+    in_timing = c == '~' || (in_timing && is_digit);
+    if (!in_timing || c == '~') result += c;
+  }
+  return result;
 }
 
 std::vector<PageTable> tables_of(const std::string& page) {

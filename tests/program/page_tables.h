@@ -8,7 +8,7 @@
 
 namespace substep {
 
-/// Pages of the scenes in scenes/, by their scenes' names, sorted.
+/// Pages of the scenes in scenes/, by their scenes' names, sorted; then "README", the project's.
 std::vector<std::string> page_names();
 
 std::filesystem::path page_file(const std::string& name);
@@ -22,6 +22,9 @@ struct PageTable {
 
 /// In their order. Throws Error where a mark has no end.
 std::vector<PageTable> tables_of(const std::string& page);
+
+/// Without the digits after each ~: timings differ from run to run.
+std::string without_timings(const std::string& text);
 
 /// What the command prints now, run in the project's folder. Throws Error when it fails.
 std::string printed(const PageTable& table);

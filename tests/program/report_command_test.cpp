@@ -1,5 +1,7 @@
 #include <gmock/gmock.h>
 
+#include <filesystem>
+
 #include "program.h"
 
 namespace substep {
@@ -22,6 +24,23 @@ TEST_F(FigureCommand, RefusesWhatItCannotDraw) {
 }
 
 class ReportCommand : public Program {};
+
+TEST_F(ReportCommand, MakesAPageOfScenesOfOnesOwn) {
+  std::filesystem::create_directory(folder() / "mine");
+  std::filesystem::copy_file(scene("pendulum.gltf"), folder() / "mine/swing.gltf");
+  std::filesystem::copy_file(scene("sliding_ball.gltf"), folder() / "mine/ball.gltf");
+  write("mine/my.toml",
+        "horizon = 0.1\n[[grid]]\nscenes = [\"swing.gltf\", \"ball.gltf\"]\n"
+        "algorithms = [\"a1\", \"a5\"]\nsubsteps = [1, 4]\n");
+  const Outcome outcome = run({"report", "mine/my.toml", "--output", "page"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const std::string page = content("page/report.md");
+  EXPECT_THAT(page, HasSubstr("6 runs of 2 scenes"));
+  EXPECT_THAT(page, HasSubstr("### swing"));
+  for (const char* const other :
+       {"heavy_chain", "box_stack", "figures/stability.svg", "figures/drift.svg", "engines"})
+    EXPECT_THAT(page, testing::Not(HasSubstr(other)));
+}
 
 TEST_F(ReportCommand, RefusesAMissingSweepFile) {
   expect_refused({"report", "nothing.toml"}, "nothing.toml");

@@ -46,8 +46,16 @@ TEST_F(SweepCommand, DoesOnlyWhatIsNotDone) {
   const Outcome refused = run({"sweep", "small.toml", "--output", "done", "--merge"});
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.err, HasSubstr("2 of 4 jobs are not done, the first is pendulum.a1-h1"));
-  EXPECT_THAT(run({"sweep", "small.toml", "--output", "done"}).out, HasSubstr("2 of them done now"));
+  EXPECT_THAT(refused.err, HasSubstr("(done/jobs/pendulum.a1-h1.json is damaged)"));
+  const Outcome again = run({"sweep", "small.toml", "--output", "done"});
+  EXPECT_THAT(again.out, HasSubstr("2 of them done now"));
+  EXPECT_EQ(again.err, "substep: note: done/jobs/pendulum.a1-h1.json: is damaged: it is measured again\n");
   EXPECT_EQ(content("done/errors.csv"), errors);
+  std::filesystem::remove(folder() / "done/jobs/pendulum.a1-h1.json");
+  std::filesystem::create_directory(folder() / "done/jobs/pendulum.a1-h1.json");
+  EXPECT_THAT(
+      run({"sweep", "small.toml", "--output", "done"}).err,
+      HasSubstr("done/jobs/pendulum.a1-h1.json: is no file, where a job's result belongs: remove it"));
   for (const std::string& file : files()) EXPECT_THAT(file, Not(HasSubstr("partial")));
 }
 
@@ -103,6 +111,8 @@ TEST_F(SweepCommand, RefusesWhatItCannotRead) {
   expect("[[grid]]\nscenes = [\"pendulum.gltf\"]\nalgorithms = [\"a3\"]\nsubsteps = [0]\n",
          "bad.toml:4: substeps 0: must be from 1 to 100000");
   expect("[[grid]]\nscenes = [\"pendulum.gltf\"]\nalgorithm = [\"a3\"]\n", "unknown key 'algorithm'");
+  expect("properties = 1\n[[grid]]\nscenes = [\"pendulum.gltf\"]\nalgorithms = [\"a1\"]\n",
+         "bad.toml:1: 'properties' must be true or false");
   expect("horizon = 1\n[horizons]\nmoon = 1\n[[grid]]\nscenes = [\"pendulum.gltf\"]\nalgorithms = [\"a1\"]\n",
          "'moon' is a scene of no grid");
   expect_refused({"sweep", "nothing.toml"}, "nothing.toml");

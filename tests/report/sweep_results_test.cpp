@@ -1,14 +1,17 @@
 // What a small sweep over joint scenes must show, and what is drawn of it.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <map>
 
 #include "render/report/figures.h"
 #include "render/report/report.h"
+#include "render/report/report_tables.h"
 #include "sim/error.h"
 #include "sim/loading/load_scene.h"
 #include "sim/measure/measured_run.h"
@@ -48,7 +51,7 @@ class SweepResults : public testing::Test {
     const Sweep sweep = read_sweep(folder / "small.toml");
     run_sweep(sweep, {folder / "results", 2, 1, 1}, {});
     merge_sweep(sweep, folder / "results");
-    source_ = new FigureSource{read_records(folder / "results"), scenes(), {}};
+    source_ = new FigureSource{read_records(folder / "results"), scenes(), false, {}};
   }
   static void TearDownTestSuite() { delete source_; }
 
@@ -124,6 +127,91 @@ TEST_F(SweepResults, ThePageIsTheTemplateFilledIn) {
   EXPECT_THAT(page, Not(HasSubstr("\n[")));
 }
 
+TEST_F(SweepResults, ThePageSpeaksOfItsOwnScenesAlone) {
+  const std::string page = to_markdown(report_page(source(), {}));
+  for (const fs::directory_entry& entry : fs::directory_iterator(scenes())) {
+    const std::string name = entry.path().stem().string();
+    const bool is_own = name == "pendulum" || name == "rod_chain";
+    const bool is_a_word = name == "overlap";
+    if (entry.path().extension() != ".gltf" || is_own || is_a_word) continue;
+    EXPECT_THAT(page, Not(HasSubstr(name)));
+  }
+  // No contacts, no times, no scene held out, no engine, no figure: nothing is said of them.
+  for (const char* const word :
+       {"CPU", "sliding", "held out", "A2 with contacts", "## Springs", "## Error against"})
+    EXPECT_THAT(page, Not(HasSubstr(word)));
+  // No table without a row and no heading without a word below.
+  for (std::size_t at = page.find("\n#"); at != std::string::npos; at = page.find("\n#", at + 1)) {
+    const std::size_t below = page.find_first_not_of('\n', page.find('\n', at + 1));
+    const bool goes_deeper = page.compare(below, 2, "##") == 0;
+    EXPECT_TRUE(below != std::string::npos && (page[below] != '#' || goes_deeper)) << page.substr(at, 60);
+  }
+  for (std::size_t at = page.find("|---"); at != std::string::npos; at = page.find("|---", at + 1)) {
+    const std::size_t below = page.find('\n', at) + 1;
+    EXPECT_EQ(page[below], '|') << page.substr(page.rfind('\n', at - 2) + 1, 200);
+    at = below;
+  }
+}
+
+TEST_F(SweepResults, ScenesBesideEnginesAreThoseWhereOneRan) {
+  EXPECT_TRUE(figure_named("engines").make(source()).panels.empty());
+  FigureSource beside = source();
+  for (const double step : {1.0 / 60, 1.0 / 120}) {
+    SweepRecord& record = beside.records.emplace_back(beside.records.front());
+    record.engine = "some-engine";
+    record.settings.step = step;
+    record.times = RunTimes{1, 1, 1, 1, {}};
+  }
+  const Sheet sheet = figure_named("engines").make(beside);
+  ASSERT_EQ(sheet.panels.size(), 1u);
+  EXPECT_THAT(sheet.panels[0].title, HasSubstr("pendulum"));
+}
+
+TEST_F(SweepResults, EqualCostIsNoMoreThanTwiceTheCheapest) {
+  const TextTable table = equal_cost_table(source().records);
+  ASSERT_EQ(table.rows.size(), 2u);
+  const std::vector<SweepRecord> own = of_scene(source().records, "rod_chain");
+  const SweepRecord cheap = *cheapest(own, 0.01);
+  double least = 1;
+  for (const SweepRecord& record : own) {
+    const bool is_affordable = record.metrics && record.metrics->row_solves <= 2 * cheap.metrics->row_solves;
+    if (is_affordable && record.metrics->bounded) least = std::min(least, error_of(record));
+  }
+  EXPECT_THAT(to_text(table), HasSubstr(fmt::format("**{:.2g} %", 100 * least)));
+}
+
+TEST_F(SweepResults, EnergyIsComparedAtEqualRows) {
+  const TextTable table = energy_table(source().records);
+  ASSERT_EQ(table.rows.size(), 2u);
+  EXPECT_THAT(to_text(table), HasSubstr("A3 stable"));
+  // Stable joints only take energy from the pendulum (claim 14): its largest rise is none.
+  const auto column = std::ranges::find(table.head, "A3 stable") - table.head.begin();
+  EXPECT_THAT(table.rows[0][static_cast<std::size_t>(column)], testing::MatchesRegex("-.* / rounding"));
+}
+
+TEST(ReportTables, SpringsAreDampedAsImplicitStepsDo) {
+  const TextTable table = springs_table();
+  ASSERT_EQ(table.rows.size(), 5u);
+  for (const auto& row : table.rows) EXPECT_EQ(row[2], row[3]) << row[0];  // A1 and its closed form
+}
+
+TEST(DefaultSweep, HasASceneOfEachSort) {
+  const Sweep sweep = read_sweep(scenes() / "sweep.toml");
+  EXPECT_TRUE(sweep.properties);
+  for (const char* const scene : {"ragdoll", "squeezer", "box_pyramid", "rock_slide"})
+    EXPECT_TRUE(sweep.scenes.contains(scene)) << scene;
+  // A3, A4 and A5 with the same settings: none has been tried less.
+  std::map<std::string, std::map<Algorithm, int>> settings;
+  for (const SweepJob& job : sweep.jobs) {
+    const bool is_compared = job.engine.empty() && job.settings.joints != Joints::rows;
+    if (is_compared && job.settings.algorithm >= Algorithm::a3) ++settings[job.scene][job.settings.algorithm];
+  }
+  for (auto& [scene, counts] : settings) {
+    EXPECT_EQ(counts[Algorithm::a3], counts[Algorithm::a4]) << scene;
+    EXPECT_EQ(counts[Algorithm::a3], counts[Algorithm::a5]) << scene;
+  }
+}
+
 TEST_F(SweepResults, ThePageHasWhatWasLeftOut) {
   FigureSource omitted = source();
   SweepRecord& record = omitted.records.emplace_back(omitted.records.front());
@@ -171,6 +259,16 @@ TEST(StabilityLimit, IsFoundAndIsTheSmallest) {
   settings.substeps = limit.divisions - 1;
   EXPECT_FALSE(measure(scene, settings, reference, false).bounded);
   EXPECT_EQ(stability_limit(scene, usual_settings(scene, Algorithm::a1), reference, 1).divisions, 0);
+}
+
+TEST(ValidityMaps, TheMassRatioHasSmallerStepsOfA1) {
+  const Scene scene = load_scene(scenes() / "heavy_chain.gltf");
+  const std::vector<MassRatioPoint> points =
+      mass_ratio_map(scene, usual_settings(scene, Algorithm::a1), 0.5, 8);
+  ASSERT_EQ(points.size(), 20u);
+  EXPECT_FALSE(points[12].bounded);  // 1000 : 1 at the scene's step
+  EXPECT_TRUE(points[15].bounded);   // and at an eighth of it
+  EXPECT_LT(points[15].error, 0.01);
 }
 
 TEST(ValidityMaps, AStiffSpringIsDampedAndNeverGainsEnergy) {

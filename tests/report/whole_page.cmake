@@ -1,6 +1,8 @@
 # cmake -D program=… -D source=… -D folder=… -P whole_page.cmake: `substep report` of a small sweep.
+cmake_minimum_required(VERSION 3.25)
 file(REMOVE_RECURSE ${folder})
 file(WRITE ${folder}/small.toml "horizon = 0.1
+properties = true
 [[grid]]
 scenes = [\"${source}/scenes/pendulum.gltf\", \"${source}/scenes/box_stack.gltf\"]
 algorithms = [\"a1\", \"a2\", \"a3\", \"a5\"]
@@ -12,7 +14,7 @@ if(NOT result EQUAL 0)
   message(FATAL_ERROR "substep report: ${text}")
 endif()
 file(READ ${folder}/report/report.md page)
-foreach(part IN ITEMS "11 runs of 2 scenes" "### box_stack" "## References")
+foreach(part IN ITEMS "12 runs of 2 scenes" "### box_stack" "## References")
   if(NOT page MATCHES "${part}")
     message(FATAL_ERROR "report.md has no '${part}'")
   endif()

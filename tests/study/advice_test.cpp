@@ -48,7 +48,7 @@ TEST(Advice, SaysWhatIsNotThere) {
   EXPECT_THAT(advice({run(Algorithm::a1, 1, 0.5, 10)}), HasSubstr("No run stays within 1 %"));
   const std::string text = advice({run(Algorithm::a1, 1, 0.005, 10), run(Algorithm::a5, 4, 0.5, 10)});
   EXPECT_THAT(text, HasSubstr("**A1 with h = 1/60 s**"));
-  EXPECT_THAT(text, HasSubstr("Not there with any setting measured: A5."));
+  EXPECT_THAT(text, HasSubstr("beside the choice): A5 (of 1, the dearest 1 times)."));
 }
 
 TEST(Advice, TurnsDownWhatLosesItsEnergyOrGainsSome) {

@@ -1,0 +1,232 @@
+#include "sim/study/decision_table.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "sim/model/settings_fields.h"
+#include "sim/study/advice.h"
+#include "sim/study/sweep_results.h"
+
+namespace substep {
+namespace {
+
+constexpr std::array accuracies{0.01, 0.001};
+constexpr double infinite = std::numeric_limits<double>::infinity();
+
+using Records = std::vector<SweepRecord>;
+
+struct KindOfScenes {
+  std::vector<Records> made_from;
+  std::vector<Records> held_out;
+};
+
+/// Loops and springs of too few scenes join the others without contacts.
+void join_small_kinds(std::map<SceneKind, KindOfScenes>& kinds) {
+  for (auto it = kinds.begin(); it != kinds.end();) {
+    SceneKind wider = it->first;
+    wider.has_loops = wider.has_springs = false;
+    if (wider == it->first || it->second.made_from.size() >= scenes_of_a_line) {
+      ++it;
+      continue;
+    }
+    const KindOfScenes small = std::move(it->second);
+    it = kinds.erase(it);
+    KindOfScenes& joined = kinds[wider];
+    joined.made_from.insert(joined.made_from.end(), small.made_from.begin(), small.made_from.end());
+    joined.held_out.insert(joined.held_out.end(), small.held_out.begin(), small.held_out.end());
+  }
+}
+
+std::map<SceneKind, KindOfScenes> kinds_of(const Records& records) {
+  std::map<SceneKind, std::vector<std::string>> names;
+  for (const std::string& scene : scenes_of(records)) {
+    const Records own = of_scene(records, scene);
+    if (std::ranges::any_of(own, is_own_run)) names[kind_of(own.front().traits)].push_back(scene);
+  }
+  std::map<SceneKind, KindOfScenes> kinds;
+  for (auto& [kind, scenes] : names) {
+    std::ranges::sort(scenes);
+    for (std::size_t i = 0; i < scenes.size(); ++i)
+      (i % 3 == 1 ? kinds[kind].held_out : kinds[kind].made_from).push_back(of_scene(records, scenes[i]));
+  }
+  join_small_kinds(kinds);
+  return kinds;
+}
+
+/// The scene's run with the same setting at the same part of its step. Joints are no setting of a scene
+/// without any.
+const SweepRecord* same_setting(const Records& scene, const SweepRecord& setting) {
+  for (const SweepRecord& record : scene) {
+    if (!is_own_run(record) || record.divisions != setting.divisions) continue;
+    const bool is_same = std::ranges::all_of(settings_fields, [&](const SettingsField& field) {
+      const bool is_asked = field.name != "step" && (field.name != "joints" || record.traits.has_joints);
+      return !is_asked || text_of(record.settings, field) == text_of(setting.settings, field);
+    });
+    if (is_same) return &record;
+  }
+  return nullptr;
+}
+
+bool contains(const Records& records, const SweepRecord& record) {
+  return std::ranges::any_of(records, [&](const SweepRecord& other) { return other.key == record.key; });
+}
+
+/// Cost over the cheapest good setting's; infinite where there is none.
+double cost_ratio(const Records& scene, const SweepRecord& record, double accuracy) {
+  const auto best = cheapest(scene, accuracy);
+  return best ? time_or_rows(record) / time_or_rows(*best) : infinite;
+}
+
+/// What a setting is worth on the scenes that a rule is made from: more is better first, less second.
+struct Worth {
+  int good_on = 0;
+  double cost = 0;  ///< the largest ratio
+};
+
+std::optional<Worth> worth_of(const SweepRecord& setting, const std::vector<Records>& scenes, double accuracy,
+                              const std::vector<Records>& good) {
+  Worth worth;
+  for (std::size_t i = 0; i < scenes.size(); ++i) {
+    const SweepRecord* const run = same_setting(scenes[i], setting);
+    if (!run) return std::nullopt;
+    if (!contains(good[i], *run)) continue;
+    ++worth.good_on;
+    worth.cost = std::max(worth.cost, cost_ratio(scenes[i], *run, accuracy));
+  }
+  return worth;
+}
+
+/// The setting that is worth most on the scenes, and what.
+std::pair<std::optional<SweepRecord>, Worth> best_setting(const std::vector<Records>& scenes, double accuracy,
+                                                          double margin) {
+  std::vector<Records> good;
+  for (const Records& scene : scenes) good.push_back(good_runs(scene, accuracy, margin));
+  std::optional<SweepRecord> setting;
+  Worth best;
+  // Where joints are a setting, their settings are those of a scene that has some.
+  const auto with_joints =
+      std::ranges::find_if(scenes, [](const Records& scene) { return scene.front().traits.has_joints; });
+  for (const SweepRecord& candidate : with_joints == scenes.end() ? scenes.front() : *with_joints) {
+    if (!is_own_run(candidate)) continue;
+    const auto worth = worth_of(candidate, scenes, accuracy, good);
+    if (!worth || worth->good_on == 0 || worth->good_on < best.good_on) continue;
+    if (worth->good_on == best.good_on && !(worth->cost < best.cost)) continue;
+    best = *worth;
+    setting = candidate;
+  }
+  return {setting, best};
+}
+
+Rule rule_for(const SceneKind& kind, const std::vector<Records>& all, double accuracy) {
+  Rule rule{kind, accuracy, {}, 0, {}, 0, infinite, 0};
+  std::vector<Records> scenes;
+  for (const Records& scene : all) {
+    // Where nothing is good enough there is nothing to learn.
+    if (!cheapest(scene, accuracy)) continue;
+    scenes.push_back(scene);
+    rule.made_from.push_back(scene.front().scene);
+  }
+  if (scenes.empty()) return rule;
+  for (const double margin : {rule_margin, 1.0}) {
+    const auto [setting, worth] = best_setting(scenes, accuracy, margin);
+    rule.good_on = worth.good_on;
+    rule.cost_ratio = std::min(rule_margin * worth.cost, rule_cost);
+    if (rule.good_on == static_cast<int>(scenes.size())) rule.setting = setting;
+    if (rule.setting) break;
+  }
+  if (!rule.setting) return rule;
+  for (const Records& scene : scenes) {
+    const double cost = cost_of(*same_setting(scene, *rule.setting));
+    rule.least_cost = std::min(rule.least_cost, cost);
+    rule.most_cost = std::max(rule.most_cost, cost);
+  }
+  return rule;
+}
+
+RuleTrial trial_of(const Rule& rule, std::size_t index, const Records& scene) {
+  RuleTrial trial{scene.front().scene, index, false, "", NAN};
+  const SweepRecord* const run = rule.setting ? same_setting(scene, *rule.setting) : nullptr;
+  if (!run) return trial;
+  trial.has_advice = true;
+  trial.fault = fault_of(*run, scene, rule.accuracy);
+  if (!trial.fault.empty()) return trial;
+  trial.cost_ratio = cost_ratio(scene, *run, rule.accuracy);
+  if (trial.cost_ratio > rule.cost_ratio) {
+    trial.fault = fmt::format("{:.2g} times the cost of {}, at most {:.2g} are promised", trial.cost_ratio,
+                              cheapest(scene, rule.accuracy)->label, rule.cost_ratio);
+  }
+  return trial;
+}
+
+/// Scenes of trials, each once: those of which all trials that count are `wanted`.
+template <typename Wanted>
+std::vector<std::string> scenes_where(const std::vector<RuleTrial>& trials, const Wanted& wanted) {
+  std::vector<std::string> scenes;
+  for (const RuleTrial& trial : trials) {
+    if (!trial.has_advice || std::ranges::find(scenes, trial.scene) != scenes.end()) continue;
+    const bool all = std::ranges::all_of(trials, [&](const RuleTrial& other) {
+      return other.scene != trial.scene || !other.has_advice || wanted(other);
+    });
+    if (all) scenes.push_back(trial.scene);
+  }
+  return scenes;
+}
+
+}  // namespace
+
+SceneKind kind_of(const SceneTraits& traits) {
+  const bool has_contacts = traits.contacts != ContactKind::none;
+  return {traits.contacts, !has_contacts && traits.has_loops, !has_contacts && traits.spring_angle > 1,
+          traits.mass_ratio >= heavy_ratio};
+}
+
+std::string title_of(const SceneKind& kind) {
+  std::string text;
+  switch (kind.contacts) {
+    case ContactKind::none:
+      text = kind.has_loops ? "no contacts, closed loops" : "no contacts";
+      break;
+    case ContactKind::standing:
+      text = "contacts that stand";
+      break;
+    case ContactKind::rolling:
+      text = "contacts, round bodies";
+      break;
+    case ContactKind::moving:
+      text = "contacts that slide or fall";
+      break;
+  }
+  if (kind.has_springs) text += ", stiff springs";
+  if (kind.is_heavy) text += fmt::format(", mass ratio from {:g}", heavy_ratio);
+  return text;
+}
+
+std::vector<std::string> DecisionTable::tried() const {
+  return scenes_where(trials, [](const RuleTrial&) { return true; });
+}
+
+std::vector<std::string> DecisionTable::right() const {
+  return scenes_where(trials, [](const RuleTrial& trial) { return trial.fault.empty(); });
+}
+
+DecisionTable decision_table(const Records& records) {
+  DecisionTable table;
+  for (const auto& [kind, scenes] : kinds_of(records)) {
+    for (const double accuracy : accuracies) {
+      table.rules.push_back(rule_for(kind, scenes.made_from, accuracy));
+      for (const Records& scene : scenes.held_out) {
+        if (!cheapest(scene, accuracy)) continue;
+        table.trials.push_back(trial_of(table.rules.back(), table.rules.size() - 1, scene));
+      }
+    }
+  }
+  return table;
+}
+
+}  // namespace substep
