@@ -382,7 +382,7 @@ MotionDifference difference(const Scene& scene, const Motion& a, const Motion& b
 ReferenceMotion reference_motion(const Scene& scene, double duration) {
   const DefaultFloatingPoint environment;
   std::string why_not;
-  const ReferenceMotion smooth = smooth_reference(scene, duration, why_not);
+  ReferenceMotion smooth = smooth_reference(scene, duration, why_not);
   if (smooth.horizon > duration - scene.step / 2) return smooth;
   ReferenceMotion direct = reference_by_a1(scene, duration);
   if (smooth.horizon > direct.horizon) return smooth;
