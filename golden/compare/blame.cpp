@@ -104,6 +104,7 @@ std::vector<BodyExtent> body_extents(const Image& bodies) {
     }
   }
   std::vector<BodyExtent> result;
+  result.reserve(found.size());
   for (const auto& [body, extent] : found) result.push_back(extent);
   return result;
 }

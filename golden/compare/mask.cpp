@@ -92,7 +92,7 @@ std::string MaskedPart::found() const {
 }
 
 std::string MaskedPart::text() const {
-  const std::string text = fmt::format("{} ({}): {}", what, reason, found());
+  std::string text = fmt::format("{} ({}): {}", what, reason, found());
   if (limit.empty()) return text;
   return fmt::format("{}; {} its tolerance, {}", text, passes ? "within" : "beyond", limit);
 }

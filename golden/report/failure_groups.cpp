@@ -120,7 +120,7 @@ std::string kinds_in(const std::string& cause) {
 /// and which those are says where to look; scenes that differ in the same are changed together.
 std::string origin_key(const Json& entry) {
   const auto verdict = verdict_named(entry.at("verdict").get<std::string>());
-  const auto cause = entry.at("cause").get<std::string>();
+  auto cause = entry.at("cause").get<std::string>();
   switch (verdict.value_or(Verdict::error)) {
     case Verdict::error:
       return cause;
@@ -180,6 +180,7 @@ std::vector<FailureGroup> failure_groups(const Json& results) {
       if (entry.at("verdict") == name(verdict)) by_origin[origin_key(entry)].push_back(&entry);
     }
     std::vector<FailureGroup> found;
+    found.reserve(by_origin.size());
     for (auto& [key, cases] : by_origin) {
       found.push_back(group_of(std::string(name(verdict)), key, std::move(cases), checked));
     }
