@@ -91,6 +91,7 @@ TEST_F(Images, AnAnimatedPngHoldsTheFirstPictureAndWhatIsAnotherInTheNext) {
   EXPECT_EQ(from_png(file, "file").rgb, before.rgb);
   const std::vector<Chunk> chunks = chunks_of(file);
   std::vector<std::string> kinds;
+  kinds.reserve(chunks.size());
   for (const Chunk& chunk : chunks) kinds.push_back(chunk.kind);
   ASSERT_EQ(kinds, (std::vector<std::string>{"IHDR", "acTL", "fcTL", "IDAT", "fcTL", "fdAT", "IEND"}));
   EXPECT_EQ(chunks[1].number(0), 2U);  // frames
