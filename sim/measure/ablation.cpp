@@ -79,6 +79,7 @@ class Experiment {
     std::vector<Matrix3> effective_masses;
     std::vector<NormalRow> normals;
     std::vector<FrictionRows> frictions;
+    std::vector<TouchingPoint> touching;
     std::vector<Coupling> couplings;
   };
 
@@ -87,6 +88,7 @@ class Experiment {
     kept.effective_masses = c.effective_masses;
     kept.normals = c.contacts.normals;
     kept.frictions = c.contacts.frictions;
+    kept.touching = c.contacts.touching;
     kept.couplings = c.contacts.couplings;
   }
 
@@ -95,6 +97,7 @@ class Experiment {
     std::swap(kept.effective_masses, c.effective_masses);
     std::swap(kept.normals, c.contacts.normals);
     std::swap(kept.frictions, c.contacts.frictions);
+    std::swap(kept.touching, c.contacts.touching);
     std::swap(kept.couplings, c.contacts.couplings);
   }
 
@@ -128,6 +131,8 @@ class Experiment {
         rows.reference[k] = from.frictions[i].reference[k];
       }
     }
+    // A displacement is that of the points that it was followed to.
+    c.contacts.touching = from.touching;
   }
 
   Approximations approximations_;
