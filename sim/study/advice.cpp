@@ -154,35 +154,6 @@ std::string late_text(const std::vector<SweepRecord>& records) {
                                  late_fault(*cheapest_fault, best)));
 }
 
-/// Where more sub-steps make A3 worse, as on a round body, other than a ball, that rolls.
-std::string rolling_text(const std::vector<SweepRecord>& records) {
-  if (!has_contacts(records)) return "";
-  const double step = scene_step(records);
-  std::map<double, std::map<int, const SweepRecord*>> by_tau;
-  for (const SweepRecord& record : records) {
-    const Settings& s = record.settings;
-    if (is_own_run(record) && s.algorithm == Algorithm::a3 && s.joints == Joints::plain &&
-        s.iterations == 1 && s.step == step)
-      by_tau[s.tau][s.substeps] = &record;
-  }
-  for (const auto& [tau, runs] : by_tau) {
-    if (runs.size() < 2) continue;
-    const SweepRecord& few = *runs.begin()->second;
-    const SweepRecord& many = *runs.rbegin()->second;
-    if (!(error_of(many) > 2 * error_of(few)) || !(many.metrics->penetration > 2 * few.metrics->penetration))
-      continue;
-    return fmt::format(
-        "A3 gets worse with n here (n = {}: {}, n = {}: {}, overlap {} m): contact points stay fixed in the "
-        "bodies for "
-        "the whole step, a body that rolls takes its own along, and A3, which follows them exactly, lets it "
-        "sink by what "
-        "they rise. A4 and A5 do not follow them: take those, or smaller h. ",
-        few.settings.substeps, percent(error_of(few)), many.settings.substeps, percent(error_of(many)),
-        short_number(many.metrics->penetration));
-  }
-  return "";
-}
-
 /// Plain against stable joints, in the same algorithm with the same n, most n first.
 std::string joints_text(const std::vector<SweepRecord>& records) {
   const double step = scene_step(records);
@@ -334,8 +305,8 @@ std::vector<SweepRecord> best_runs(const std::vector<SweepRecord>& records) {
 
 std::string advice(const std::vector<SweepRecord>& records) {
   std::string text = choice_text(records) + energy_text(records) + late_text(records) +
-                     ranking_text(records) + rolling_text(records) + joints_text(records) +
-                     parts_text(records) + limits_text(records);
+                     ranking_text(records) + joints_text(records) + parts_text(records) +
+                     limits_text(records);
   while (!text.empty() && text.back() == ' ') text.pop_back();
   return text;
 }

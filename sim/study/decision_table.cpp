@@ -43,7 +43,7 @@ void join_small_kinds(std::map<SceneKind, KindOfScenes>& kinds) {
   }
 }
 
-std::map<SceneKind, KindOfScenes> kinds_of(const Records& records) {
+std::map<SceneKind, KindOfScenes> kinds_of(const Records& records, std::size_t third) {
   std::map<SceneKind, std::vector<std::string>> names;
   for (const std::string& scene : scenes_of(records)) {
     const Records own = of_scene(records, scene);
@@ -53,7 +53,7 @@ std::map<SceneKind, KindOfScenes> kinds_of(const Records& records) {
   for (auto& [kind, scenes] : names) {
     std::ranges::sort(scenes);
     for (std::size_t i = 0; i < scenes.size(); ++i)
-      (i % 3 == 1 ? kinds[kind].held_out : kinds[kind].made_from).push_back(of_scene(records, scenes[i]));
+      (i % 3 == third ? kinds[kind].held_out : kinds[kind].made_from).push_back(of_scene(records, scenes[i]));
   }
   join_small_kinds(kinds);
   return kinds;
@@ -215,9 +215,9 @@ std::vector<std::string> DecisionTable::right() const {
   return scenes_where(trials, [](const RuleTrial& trial) { return trial.fault.empty(); });
 }
 
-DecisionTable decision_table(const Records& records) {
+DecisionTable decision_table(const Records& records, int third) {
   DecisionTable table;
-  for (const auto& [kind, scenes] : kinds_of(records)) {
+  for (const auto& [kind, scenes] : kinds_of(records, static_cast<std::size_t>(third))) {
     for (const double accuracy : accuracies) {
       table.rules.push_back(rule_for(kind, scenes.made_from, accuracy));
       for (const Records& scene : scenes.held_out) {
@@ -227,6 +227,22 @@ DecisionTable decision_table(const Records& records) {
     }
   }
   return table;
+}
+
+std::vector<AnswerCount> cross_validation(const Records& records) {
+  std::vector<AnswerCount> counts;
+  for (const double accuracy : accuracies) counts.push_back({accuracy, 0, 0});
+  for (int third = 0; third < 3; ++third) {
+    const DecisionTable table = decision_table(records, third);
+    for (const RuleTrial& trial : table.trials) {
+      if (!trial.has_advice) continue;
+      AnswerCount& count =
+          *std::ranges::find(counts, table.rules[trial.rule].accuracy, &AnswerCount::accuracy);
+      ++count.answers;
+      if (trial.fault.empty()) ++count.right;
+    }
+  }
+  return counts;
 }
 
 }  // namespace substep
