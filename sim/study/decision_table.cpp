@@ -106,6 +106,7 @@ std::optional<Worth> worth_of(const SweepRecord& setting, const std::vector<Reco
 std::pair<std::optional<SweepRecord>, Worth> best_setting(const std::vector<Records>& scenes, double accuracy,
                                                           double margin) {
   std::vector<Records> good;
+  good.reserve(scenes.size());
   for (const Records& scene : scenes) good.push_back(good_runs(scene, accuracy, margin));
   std::optional<SweepRecord> setting;
   Worth best;
@@ -231,6 +232,7 @@ DecisionTable decision_table(const Records& records, int third) {
 
 std::vector<AnswerCount> cross_validation(const Records& records) {
   std::vector<AnswerCount> counts;
+  counts.reserve(accuracies.size());
   for (const double accuracy : accuracies) counts.push_back({accuracy, 0, 0});
   for (int third = 0; third < 3; ++third) {
     const DecisionTable table = decision_table(records, third);
