@@ -170,7 +170,7 @@ class Report {
         fmt::arg("contact_ablation", contact_ablation_caption(source_.contact_ablation)));
   }
 
-  /// "at 1 % 22 of 22 answers are right, at 0.1 % 17 of 24"
+  /// "at 1 % 22 of 22 answers, at 0.1 % 17 of 24 answers"
   std::string each_third() const {
     std::vector<std::string> texts;
     for (const AnswerCount& count : cross_validation(records_))
@@ -208,7 +208,7 @@ class Report {
   const TextTable orders_ = orders_table(records_);
   const EqualRows equal_rows_ = equal_rows(records_);
   const DecisionTable decisions_ = decision_table(records_);
-  std::string each_third_ = each_third();
+  const std::string each_third_ = each_third();
   std::set<std::string> conditions_;  ///< that hold: names of scenes, and what the constructor adds
   Document page_;
   std::size_t section_ = 0;  ///< where in the page the last heading of the template is

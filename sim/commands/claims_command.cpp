@@ -32,8 +32,7 @@ TextOf text_of(const std::string& format) {
   throw Error(fmt::format("--format '{}': give table, markdown or json", format));
 }
 
-/// By the file's extension.
-TextOf text_of(const fs::path& output) {
+TextOf text_by_extension(const fs::path& output) {
   const std::string extension = output.extension().string();
   if (extension == ".txt") return to_table;
   if (extension == ".md") return to_markdown;
@@ -44,7 +43,7 @@ TextOf text_of(const fs::path& output) {
 void claims(const ClaimsOptions& options) {
   const TextOf on_terminal = text_of(options.format);
   for (const fs::path& output : options.outputs) {
-    text_of(output);
+    text_by_extension(output);
     require_folder_of(output);
   }
 
@@ -57,7 +56,7 @@ void claims(const ClaimsOptions& options) {
     });
   }
   for (const fs::path& output : options.outputs) {
-    write_file(output, text_of(output)(report));
+    write_file(output, text_by_extension(output)(report));
     fmt::print("wrote {}\n", output.string());
   }
   if (options.outputs.empty()) fmt::print("{}", on_terminal(report));

@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <tuple>
+
+#include "sim/geometry/touching_ellipsoid.h"
 
 namespace substep {
 namespace {
@@ -45,18 +46,6 @@ struct Reach {
   }
 };
 
-/// Whether a shape has neither faces nor edges.
-bool is_round(const Shape& shape) {
-  return std::holds_alternative<Sphere>(shape) || std::holds_alternative<Capsule>(shape) ||
-         std::holds_alternative<TaperedCapsule>(shape);
-}
-
-/// Whether it may be an ellipsoid's or a ball's surface, or a cylinder's, where it touches.
-bool is_curved(const Shape& shape) {
-  const auto* polytope = std::get_if<Polytope>(&shape);
-  return is_round(shape) || std::holds_alternative<Cylinder>(shape) || (polytope && polytope->ellipsoid);
-}
-
 /// A unit vector across `normal`, by the world axis that it is farthest from.
 Vector3 across(const Vector3& normal) {
   Eigen::Index least = 0;
@@ -71,68 +60,6 @@ constexpr double same_place = 0.02;
 
 /// Of the bodies' speeds: what approaches more slowly has met already.
 constexpr double touching = 0.01;
-
-/// Of a unit vector's sine, squared: a point lies where the normal meets the surface.
-constexpr double same_direction = 1e-6;
-
-/// Squared sine of the angle between axis and normal from which on a cylinder rolls on a circle. One that
-/// stands has several points, and they stay where they are.
-constexpr double leans = 1e-6;
-
-bool lies_along(const Vector3& arm, const Vector3& normal) {
-  return arm.dot(normal) < 0 &&
-         arm.cross(normal).squaredNorm() <= same_direction * arm.squaredNorm() * normal.squaredNorm();
-}
-
-/// An ellipsoid in a shape's frame: its centre, and the squares of its half axes about the frame's axes.
-struct TouchingEllipsoid {
-  Vector3 centre;
-  Vector3 squares;
-};
-
-TouchingEllipsoid ball(double y, double radius) {
-  return {{0, y, 0}, Vector3::Constant(radius * radius)};
-}
-
-/// What a round shape is in a point of its surface, with a normal that points to itself: see
-/// Contact::rolls_a. Shape's frame. Where a solid of revolution is no ball it is the circle about Y through
-/// the point: it may touch along a line, on which only the turn about Y moves the point.
-struct RoundSurface {
-  const Shape& other;  ///< what it touches
-  Vector3 point;
-  Vector3 normal;
-
-  std::optional<TouchingEllipsoid> operator()(const Sphere& sphere) const { return ball(0, sphere.radius); }
-  std::optional<TouchingEllipsoid> operator()(const Capsule& capsule) const {
-    return of_balls(capsule.half_length, capsule.radius, capsule.radius);
-  }
-  std::optional<TouchingEllipsoid> operator()(const TaperedCapsule& capsule) const {
-    return of_balls(capsule.half_length, capsule.radius_bottom, capsule.radius_top);
-  }
-  std::optional<TouchingEllipsoid> operator()(const Cylinder&) const { return circle(); }
-  std::optional<TouchingEllipsoid> operator()(const Polytope& polytope) const {
-    // An ellipsoid is its hull to all other shapes.
-    if (!polytope.ellipsoid || !std::holds_alternative<Plane>(other)) return std::nullopt;
-    return TouchingEllipsoid{Vector3::Zero(), polytope.ellipsoid->cwiseAbs2()};
-  }
-  std::optional<TouchingEllipsoid> operator()(const Plane&) const { return std::nullopt; }
-  std::optional<TouchingEllipsoid> operator()(const TriangleMesh&) const { return std::nullopt; }
-
- private:
-  std::optional<TouchingEllipsoid> of_balls(double half_length, double bottom, double top) const {
-    for (const auto& [y, radius] : {std::pair{-half_length, bottom}, std::pair{half_length, top}}) {
-      const Vector3 arm = point - Vector3(0, y, 0);
-      if (std::abs(arm.norm() - radius) < 1e-6 * radius && lies_along(arm, normal)) return ball(y, radius);
-    }
-    return circle();
-  }
-  std::optional<TouchingEllipsoid> circle() const {
-    const Vector3 radial(point.x(), 0, point.z());
-    const Vector3 across(normal.x(), 0, normal.z());
-    if (across.squaredNorm() < leans || !lies_along(radial, across)) return std::nullopt;
-    return TouchingEllipsoid{{0, point.y(), 0}, radial.squaredNorm() * Vector3(1, 0, 1)};
-  }
-};
 
 /// What the two materials make of a coefficient each.
 struct PairMaterial {
@@ -273,10 +200,8 @@ void ContactFinder::set_rolling(const ContactPoint& point, Contact& contact) con
                           Vector3& centre, Matrix3& ellipsoid) {
     const Shape& shape = candidates_[collider].collider->shape;
     const Quaternion to_shape = poses_[collider].orientation.conjugate();
-    const auto touching =
-        std::visit(RoundSurface{candidates_[other].collider->shape,
-                                to_shape * (on - poses_[collider].position), to_shape * normal},
-                   shape);
+    const auto touching = touching_ellipsoid(shape, candidates_[other].collider->shape,
+                                             to_shape * (on - poses_[collider].position), to_shape * normal);
     rolls = touching.has_value();
     if (touching) {
       const Pose& placement = candidates_[collider].collider->placement;

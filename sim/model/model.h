@@ -92,7 +92,7 @@ struct Drive {
   bool per_mass;  ///< mode 'acceleration': stiffness, damping and max_force are per unit of effective mass
 };
 
-/// A contact point as s1 leaves it, fixed for the whole step. The normal and the tangents are fixed in b,
+/// A contact point as s1 leaves it for the whole step. The normal and the tangents are fixed in b,
 /// which is the static body where there is one. Body frames.
 struct Contact {
   int a;
@@ -112,8 +112,9 @@ struct Contact {
   double displacement_1;        ///< along the tangents, since the contact was made or last slid, m
   double displacement_2;
   bool slid;  ///< it slid already when the step began
-  /// A body's surface there is an ellipsoid's: as the body rolls, the point is where the normal meets the
-  /// ellipsoid, in place of `arm_a` or `arm_b`.
+  /// What is formulated anew in a step (A3) goes by these. A body's surface there is an ellipsoid's (see
+  /// touching_ellipsoid.h): as the body rolls, the point is where the normal meets the ellipsoid, in place of
+  /// `arm_a` or `arm_b`.
   bool rolls_a;
   bool rolls_b;
   /// The normal turns with b, which is flat there or has an edge or corner; else with a, if a is; else with

@@ -1,4 +1,4 @@
-// What rolls, against closed forms, in all five: balls, a cylinder, a capsule and a cone, off the axes, of
+// What rolls, against closed forms, in all five: balls, a cylinder and a capsule, off the axes, of
 // unusual sizes and masses, on a floor that is tilted; and in A3, whose sub-steps are to be as good as steps
 // of A1.
 
