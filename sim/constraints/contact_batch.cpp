@@ -131,8 +131,9 @@ void ContactBatches::build(const Model& model, const std::vector<Contact>& conta
   restitutions.reserve(most);
   couplings.reserve(8 * most);
   partners_.reserve(2 * most);
-  remembered_.reserve(most);
+  place_of_.reserve(most);
   in_order_.reserve(most);
+  begin_.reserve(most + 1);
   reached_.reserve(model.masses.size());
   batches.clear();
   normals.clear();

@@ -154,21 +154,15 @@ class ContactBatches {
   };
   void list_manifolds(const Model& model, const std::vector<Contact>& contacts);
   void measure_distances(const Model& model, const std::vector<Contact>& contacts);
+  void sort_places(const std::vector<Contact>& found);
   void add_batch(const Model& model, const std::vector<Contact>& contacts, const Manifold* first, int count);
 
-  /// Of what is remembered.
-  struct Place {
-    int collider_a;
-    int collider_b;
-    int point;
-  };
-
   std::vector<Manifold> manifolds_;
-  std::vector<ContactMemory> remembered_;
-  std::vector<Place> in_order_;
+  std::vector<int> in_order_;  ///< contacts, as they are remembered
+  std::vector<int> place_of_;  ///< by contact: its place among them
   std::vector<int> depth_;     ///< by body: the level of what comes next
   std::vector<int> distance_;  ///< by body: from what cannot move
-  std::vector<int> begin_;     ///< by body: of its partners
+  std::vector<int> begin_;     ///< by body: of its partners; by collider: of its contacts
   std::vector<int> partners_;
   std::vector<int> reached_;
 };
