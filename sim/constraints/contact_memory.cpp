@@ -70,19 +70,19 @@ void ContactBatches::remember(const std::vector<Contact>& found, const std::vect
   memory.resize(found.size());
   for (const ContactBatch& x : batches) {
     for (int lane = 0; lane < x.manifolds; ++lane) {
-      int friction = x.first_friction;
-      const int end = x.first_friction + x.frictions;
-      for (int i = 0; i < x.contacts; ++i) {
+      int friction = 0;
+      for (int i = 0; i < x.count[lane]; ++i) {
         const Contact& contact = found[x.source[lane] + i];
         ContactMemory& point = memory[place_of_[x.source[lane] + i]];
         point = {contact.collider_a, contact.collider_b, contact.arm_a, contact.arm_b, Vector3::Zero(), true,
                  contact.left_over};
-        if (friction < end && frictions[friction].normal == i) {
-          const FrictionRows& rows = frictions[friction];
-          point.slides = rows.keeps_sliding[lane] > 0;
+        if (friction < x.frictions && x.contact_of[friction] == i) {
+          const FrictionRows& rows = frictions[x.first_friction + friction];
+          point.slides = rows.slides[lane] > 0 && rows.slid[lane] > 0;
           if (!point.slides && reading.friction_memory) {
             const double part = rows.slides[lane] > 0 ? kept_at_edge : 1;
-            point.displacement = part * displacement_at(rows, touching[friction], lane, contact, q);
+            point.displacement =
+                part * displacement_at(rows, touching[x.first_friction + friction], lane, contact, q);
           }
           ++friction;
         }

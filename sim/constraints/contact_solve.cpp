@@ -11,22 +11,11 @@ namespace {
 /// Sweeps over the normals of a manifold, in the space of their impulses, that solve their block.
 constexpr int normal_sweeps = 8;
 
-/// v ← v + M⁻¹J_xᵀ impulse.
-[[gnu::always_inline]] inline void apply(const ContactRow& row, const ContactBatch& x, const Lanes& impulse,
-                                         Moving& a, Moving& b) {
-  const Lanes impulse_a = x.inverse_mass_a * impulse;
-  const Lanes impulse_b = x.inverse_mass_b * impulse;
-  for (int k = 0; k < 3; ++k) {
-    a.linear[k] += row.linear[k] * impulse_a;
-    a.angular[k] += row.response_a[k] * impulse;
-    b.linear[k] -= row.linear[k] * impulse_b;
-    b.angular[k] += row.response_b[k] * impulse;
-  }
-}
-
 /// What a kernel works on: a batch, its rows, and how they are solved.
 struct Visit {
   const ContactBatch& x;
+  const ContactDirections* directions;
+  const RowResponses* responses;  ///< null: rows are in the bodies' frames
   NormalRow* normals;
   FrictionRows* frictions;
   const RestitutionRow* restitutions;  ///< null: none bounces
@@ -35,12 +24,51 @@ struct Visit {
   const ContactReading& reading;
 };
 
+/// What is known of a visit where its kernel is compiled.
+struct Kind {
+  bool in_world;  ///< may be: rows in the world's frame
+  bool measured;  ///< the largest change is asked for
+  bool ablated;
+};
+constexpr Kind plain{false, false, false};
+constexpr Kind plain_in_world{true, false, false};
+constexpr Kind measured{true, true, false};
+constexpr Kind any_kind{true, false, true};
+
+/// v ← v + M⁻¹J_xᵀ impulse, for the `place`-th of the batch's rows.
+template <Kind kind>
+[[gnu::always_inline]] inline void apply(const Visit& at, int place, const LaneVectors& direction,
+                                         const ContactRow& row, const Lanes& impulse, Moving& a, Moving& b) {
+  const ContactBatch& x = at.x;
+  const Lanes impulse_a = x.inverse_mass_a * impulse;
+  const Lanes impulse_b = x.inverse_mass_b * impulse;
+  for (int k = 0; k < 3; ++k) {
+    a.linear[k] += direction[k] * impulse_a;
+    b.linear[k] -= direction[k] * impulse_b;
+  }
+  if (kind.in_world && at.responses) {
+    for (int k = 0; k < 3; ++k) {
+      a.angular[k] += at.responses[place].a[k] * impulse;
+      b.angular[k] += at.responses[place].b[k] * impulse;
+    }
+  } else {
+    for (int k = 0; k < 3; ++k) {
+      a.angular[k] += x.inverse_inertia_a[k] * row.angular_a[k] * impulse;
+      b.angular[k] += x.inverse_inertia_b[k] * row.angular_b[k] * impulse;
+    }
+  }
+}
+
+[[gnu::always_inline]] inline const LaneVectors& normal_of(const Visit& at, int i) {
+  return at.directions[i * at.x.direction_step].normal;
+}
+
 /// What a normal's velocity lacks, in the equation of a row. An impact is over in its sub-step: κ < 1 would
 /// leave a part of it to later ones, of which the step may have none.
 [[gnu::always_inline]] inline Lanes missing_of_normal(const Visit& at, int i, const Moving& a,
                                                       const Moving& b) {
   const ContactRow& row = at.normals[i].row;
-  const Lanes velocity = row_velocity(row, a, b);
+  const Lanes velocity = row_velocity(normal_of(at, i), row, a, b);
   const Lanes missing = all(at.how.tau) * row.beta - all(at.how.kappa) * velocity;
   if (!at.restitutions) return missing;
   const RestitutionRow& restitution = at.restitutions[i];
@@ -53,9 +81,8 @@ struct Visit {
 /// The manifold's normals as one block: their LCP, by Gauss–Seidel in the space of their impulses; then what
 /// changed goes to the velocities. `known` is their number where the compiler is to know it, so that a
 /// manifold stays in registers; else 0.
-template <int known>
-[[gnu::always_inline]] inline void solve_normal_block(const Visit& at, Moving& a, Moving& b, Lanes& most,
-                                                      bool measured) {
+template <Kind kind, int known>
+[[gnu::always_inline]] inline void solve_normal_block(const Visit& at, Moving& a, Moving& b, Lanes& most) {
   const int count = known ? known : at.x.contacts;
   Lanes missing[known ? known : most_in_manifold];
   Lanes lambda[known ? known : most_in_manifold];
@@ -79,24 +106,24 @@ template <int known>
     const Lanes total = larger(before + all(at.how.omega) * (lambda[i] - before), normal.low);
     const Lanes change = total - before;
     normal.row.impulse = total;
-    apply(normal.row, at.x, all(at.how.scale) * change, a, b);
-    if (measured) {
+    apply<kind>(at, i, normal_of(at, i), normal.row, all(at.how.scale) * change, a, b);
+    if (kind.measured) {
       most = larger(most, choose(change < all(0), -change, change) * at.coupling[i * count + i].gamma);
     }
   }
 }
 
-[[gnu::always_inline]] inline void solve_normals(const Visit& at, Moving& a, Moving& b, Lanes& most,
-                                                 bool measured) {
+template <Kind kind>
+[[gnu::always_inline]] inline void solve_normals(const Visit& at, Moving& a, Moving& b, Lanes& most) {
   switch (at.x.contacts) {
     case 1:
-      return solve_normal_block<1>(at, a, b, most, measured);
+      return solve_normal_block<kind, 1>(at, a, b, most);
     case 2:
-      return solve_normal_block<2>(at, a, b, most, measured);
+      return solve_normal_block<kind, 2>(at, a, b, most);
     case 4:
-      return solve_normal_block<4>(at, a, b, most, measured);
+      return solve_normal_block<kind, 4>(at, a, b, most);
     default:
-      return solve_normal_block<0>(at, a, b, most, measured);
+      return solve_normal_block<kind, 0>(at, a, b, most);
   }
 }
 
@@ -109,7 +136,7 @@ template <int known>
         larger(normal.row.impulse + all(at.how.omega) * missing * normal.effective_mass, normal.low);
     const Lanes change = total - normal.row.impulse;
     normal.row.impulse = total;
-    apply(normal.row, at.x, all(at.how.scale) * change, a, b);
+    apply<any_kind>(at, i, normal_of(at, i), normal.row, all(at.how.scale) * change, a, b);
   }
 }
 
@@ -149,48 +176,56 @@ struct Tangential {
 }
 
 /// A point's friction: two rows as one block, within the disc that its normal's impulse gives.
-template <bool ablated>
-[[gnu::always_inline]] inline void solve_friction(const Visit& at, FrictionRows& rows, Moving& a, Moving& b,
-                                                  Lanes& most, bool measured) {
+/// The i-th point's.
+template <Kind kind>
+[[gnu::always_inline]] inline void solve_friction(const Visit& at, int i, Moving& a, Moving& b, Lanes& most,
+                                                  Lanes& any_slides) {
   const Lanes zero = all(0);
   const Lanes omega = all(at.how.omega);
-  const Lanes normal = at.normals[rows.normal].row.impulse;
+  FrictionRows& rows = at.frictions[i];
+  const ContactDirections& along = at.directions[at.x.contact_of[i] * at.x.direction_step];
+  const Lanes normal = at.normals[at.x.contact_of[i]].row.impulse;
   give_back(rows, normal);
-  const Tangential missing{
-      all(at.how.tau) * rows.row[0].beta - all(at.how.kappa) * row_velocity(rows.row[0], a, b),
-      all(at.how.tau) * rows.row[1].beta - all(at.how.kappa) * row_velocity(rows.row[1], a, b)};
+  const Tangential missing{all(at.how.tau) * rows.row[0].beta -
+                               all(at.how.kappa) * row_velocity(along.tangent[0], rows.row[0], a, b),
+                           all(at.how.tau) * rows.row[1].beta -
+                               all(at.how.kappa) * row_velocity(along.tangent[1], rows.row[1], a, b)};
   const Tangential free = solve_two(rows, missing);
   const Tangential before{rows.row[0].impulse - rows.origin[0], rows.row[1].impulse - rows.origin[1]};
   Tangential after{before.first + omega * free.first, before.second + omega * free.second};
   const Lanes limit = rows.coefficient * (normal - rows.origin_normal);
   const auto slides = after.first * after.first + after.second * after.second >= limit * limit;
   rows.slides = choose(slides, all(1), zero);
-  rows.keeps_sliding = rows.slides * rows.slid;
   if (any(slides)) {
     const Tangential sliding = slide(rows, limit, before, {omega * missing.first, omega * missing.second});
     after.first = choose(slides, sliding.first, after.first);
     after.second = choose(slides, sliding.second, after.second);
   }
-  if constexpr (ablated) {
-    if (!at.reading.friction_memory) rows.keeps_sliding = rows.slides = all(1);
-  }
+  if (kind.ablated && !at.reading.friction_memory) rows.slides = rows.slid = all(1);
+  any_slides += rows.slides;
   const Lanes change[2] = {after.first - before.first, after.second - before.second};
   for (int k = 0; k < 2; ++k) {
     rows.row[k].impulse += change[k];
-    apply(rows.row[k], at.x, all(at.how.scale) * change[k], a, b);
-    if (measured) most = larger(most, choose(change[k] < zero, -change[k], change[k]) * rows.gamma[2 * k]);
+    apply<kind>(at, at.x.contacts + 2 * i + k, along.tangent[k], rows.row[k], all(at.how.scale) * change[k],
+                a, b);
+    if (kind.measured)
+      most = larger(most, choose(change[k] < zero, -change[k], change[k]) * rows.gamma[2 * k]);
   }
 }
 
 /// Ablation: each of a point's two rows by itself, within ±μ λ_n: a square.
-[[gnu::always_inline]] inline void solve_friction_in_turn(const Visit& at, FrictionRows& rows, Moving& a,
-                                                          Moving& b) {
-  const Lanes limit =
-      rows.coefficient * larger(at.normals[rows.normal].row.impulse - rows.origin_normal, all(0));
+[[gnu::always_inline]] inline void solve_friction_in_turn(const Visit& at, int i, Moving& a, Moving& b,
+                                                          Lanes& any_slides) {
+  FrictionRows& rows = at.frictions[i];
+  const ContactDirections& along = at.directions[at.x.contact_of[i] * at.x.direction_step];
+  const Lanes normal = at.normals[at.x.contact_of[i]].row.impulse;
+  const Lanes limit = rows.coefficient * larger(normal - rows.origin_normal, all(0));
   rows.slides = all(at.reading.friction_memory ? 0 : 1);
+  if (!at.reading.friction_memory) rows.slid = all(1);
   for (int k = 0; k < 2; ++k) {
     ContactRow& row = rows.row[k];
-    const Lanes missing = all(at.how.tau) * row.beta - all(at.how.kappa) * row_velocity(row, a, b);
+    const Lanes missing =
+        all(at.how.tau) * row.beta - all(at.how.kappa) * row_velocity(along.tangent[k], row, a, b);
     const Lanes gamma = rows.gamma[2 * k];
     const Lanes free =
         row.impulse - rows.origin[k] + choose(gamma > all(0), all(at.how.omega) * missing / gamma, all(0));
@@ -198,54 +233,55 @@ template <bool ablated>
     const auto under = free <= -limit;
     const Lanes total = rows.origin[k] + choose(over, limit, choose(under, -limit, free));
     rows.slides = choose(over || under, all(1), rows.slides);
-    rows.keeps_sliding = rows.slides * larger(rows.slid, all(at.reading.friction_memory ? 0 : 1));
     const Lanes change = total - row.impulse;
     row.impulse = total;
-    apply(row, at.x, all(at.how.scale) * change, a, b);
+    apply<any_kind>(at, at.x.contacts + 2 * i + k, along.tangent[k], row, all(at.how.scale) * change, a, b);
   }
+  any_slides += rows.slides;
 }
 
-template <bool measured, bool ablated>
-[[gnu::always_inline]] inline void solve_lanes(const Visit& at, std::vector<Velocity>& v, double* moved) {
+/// Returns whether any point may slide.
+template <Kind kind>
+[[gnu::always_inline]] inline bool solve_lanes(const Visit& at, std::vector<Velocity>& v, double* moved) {
   Lanes most = all(0);
+  Lanes any_slides = all(0);
   Moving a = gather(v, at.x.a);
   Moving b = gather(v, at.x.b);
-  if (ablated && !at.reading.manifold_blocks) {
+  if (kind.ablated && !at.reading.manifold_blocks) {
     solve_normals_in_turn(at, a, b);
   } else {
-    solve_normals(at, a, b, most, measured);
+    solve_normals<kind>(at, a, b, most);
   }
   for (int i = 0; i < at.x.frictions; ++i) {
-    if (ablated && !at.reading.isotropic_friction) {
-      solve_friction_in_turn(at, at.frictions[i], a, b);
+    if (kind.ablated && !at.reading.isotropic_friction) {
+      solve_friction_in_turn(at, i, a, b, any_slides);
     } else {
-      solve_friction<ablated>(at, at.frictions[i], a, b, most, measured);
+      solve_friction<kind>(at, i, a, b, most, any_slides);
     }
   }
   scatter(a, at.x.a, at.x.manifolds, v);
   scatter(b, at.x.b, at.x.manifolds, v);
-  if constexpr (measured) {
+  if (kind.measured) {
     for (int lane = 0; lane < lanes; ++lane) *moved = std::max(*moved, most[lane]);
   }
+  return any(any_slides > all(0));
 }
 
-[[gnu::always_inline]] inline void solve_any(const Visit& at, std::vector<Velocity>& v, double* moved) {
+[[gnu::always_inline]] inline bool solve_any(const Visit& at, std::vector<Velocity>& v, double* moved) {
   const ContactReading& reading = at.reading;
   if (!reading.isotropic_friction || !reading.manifold_blocks || !reading.friction_memory) {
-    solve_lanes<false, true>(at, v, nullptr);
-  } else if (moved) {
-    solve_lanes<true, false>(at, v, moved);
-  } else {
-    solve_lanes<false, false>(at, v, nullptr);
+    return solve_lanes<any_kind>(at, v, nullptr);
   }
+  if (moved) return solve_lanes<measured>(at, v, moved);
+  return at.responses ? solve_lanes<plain_in_world>(at, v, nullptr) : solve_lanes<plain>(at, v, nullptr);
 }
 
-using Solve = void(const Visit&, std::vector<Velocity>&, double*);
-void solve_two_wide(const Visit& at, std::vector<Velocity>& v, double* moved) {
-  solve_any(at, v, moved);
+using Solve = bool(const Visit&, std::vector<Velocity>&, double*);
+bool solve_two_wide(const Visit& at, std::vector<Velocity>& v, double* moved) {
+  return solve_any(at, v, moved);
 }
-[[gnu::target("avx2")]] void solve_four_wide(const Visit& at, std::vector<Velocity>& v, double* moved) {
-  solve_any(at, v, moved);
+[[gnu::target("avx2")]] bool solve_four_wide(const Visit& at, std::vector<Velocity>& v, double* moved) {
+  return solve_any(at, v, moved);
 }
 
 }  // namespace
@@ -253,10 +289,16 @@ void solve_two_wide(const Visit& at, std::vector<Velocity>& v, double* moved) {
 void solve_and_apply(ContactBatches& contacts, const ContactBatch& x, const RowSolve& how,
                      std::vector<Velocity>& v, double* moved) {
   static Solve* const solve = is_four_wide() ? solve_four_wide : solve_two_wide;
-  solve({x, contacts.normals.data() + x.first_normal, contacts.frictions.data() + x.first_friction,
-         x.first_restitution < 0 ? nullptr : contacts.restitutions.data() + x.first_restitution,
-         contacts.couplings.data() + x.first_coupling, how, contacts.reading},
-        v, moved);
+  const Visit at{x,
+                 contacts.directions.data() + x.first_direction,
+                 contacts.responses.empty() ? nullptr : contacts.responses.data() + x.first_response,
+                 contacts.normals.data() + x.first_normal,
+                 contacts.frictions.data() + x.first_friction,
+                 x.first_restitution < 0 ? nullptr : contacts.restitutions.data() + x.first_restitution,
+                 contacts.couplings.data() + x.first_coupling,
+                 how,
+                 contacts.reading};
+  contacts.slides[&x - contacts.batches.data()] = solve(at, v, moved) ? 1 : 0;
 }
 
 }  // namespace substep
