@@ -102,9 +102,9 @@ struct TouchingPoint {
   LaneVectors arm_b;
 };
 
-/// An element of Γ between two normals of each of four manifolds.
+/// Of two normals of each of four manifolds, what one impulse takes of another's: Γ_ij/Γ_ii. Γ_ii of one.
 struct Coupling {
-  Lanes gamma;
+  Lanes share;
 };
 
 /// Up to four manifolds, no two sharing a moving body.
@@ -125,7 +125,7 @@ struct ContactBatch {
   int first_friction;     ///< frictions[first_friction] …
   int first_direction;    ///< directions[first_direction] …, one for each contact, or one
   int direction_step;     ///< 1; 0 where all contacts have the same directions
-  int first_coupling;     ///< couplings[first_coupling] …: Γ of the normals, row by row
+  int first_coupling;     ///< couplings[first_coupling] …: of the normals, row by row
   int first_restitution;  ///< restitutions[first_restitution] …, one for each contact; −1: none bounces
   int first_response;     ///< responses[first_response] …: of the normals, then of friction
   /// Of a lane's manifold.
@@ -158,7 +158,7 @@ class ContactBatches {
   std::vector<TouchingPoint> touching;  ///< one of each of `frictions`
   std::vector<ContactDirections> directions;
   std::vector<RowResponses> responses;  ///< empty where rows are in the bodies' frames
-  std::vector<std::uint8_t> slides;     ///< by batch: whether any of its points may slide
+  std::vector<std::uint8_t> slides;     ///< by batch: whether any of its points goes on sliding
   std::vector<RestitutionRow> restitutions;
   std::vector<Coupling> couplings;
   int row_count = 0;                     ///< of all manifolds

@@ -234,36 +234,42 @@ struct TurnedDirections {
   rows.reference[1] += dot(tangent[1].in_b, back);
 }
 
-/// Γ of a manifold's normals.
+/// Γ of a manifold's normals, each row by its diagonal.
 [[gnu::always_inline]] inline void couple(const ContactBatch& x, const BatchBodies& at, NormalRow* normals,
                                           const ContactDirections* directions, const RowResponses* in_world,
-                                          Coupling* gamma) {
-  for (int j = 0; j < x.contacts; ++j) {
+                                          Coupling* couplings) {
+  const int count = x.contacts;
+  for (int j = 0; j < count; ++j) {
     const RowResponses responses = responses_of(x, normals[j].row, in_world ? in_world + j : nullptr);
-    for (int i = j; i < x.contacts; ++i) {
+    for (int i = j; i < count; ++i) {
       const Lanes along =
           dot(directions[i * x.direction_step].normal, directions[j * x.direction_step].normal);
-      gamma[i * x.contacts + j].gamma = gamma[j * x.contacts + i].gamma =
+      couplings[i * count + j].share = couplings[j * count + i].share =
           coupling(at, along, normals[i].row, responses);
     }
-    const Lanes own = gamma[j * x.contacts + j].gamma;
+    const Lanes own = couplings[j * count + j].share;
     normals[j].effective_mass = choose(own > all(0), all(1) / own, all(0));
+  }
+  for (int i = 0; i < count; ++i) {
+    for (int j = 0; j < count; ++j) {
+      if (j != i) couplings[i * count + j].share *= normals[i].effective_mass;
+    }
   }
 }
 
 /// Where a manifold has fewer contacts than its batch, what is beyond takes and gives no impulse.
-void leave_out(const ContactBatch& x, NormalRow* normals, FrictionRows* frictions, Coupling* gamma) {
+void leave_out(const ContactBatch& x, NormalRow* normals, FrictionRows* frictions, Coupling* couplings) {
   for (int lane = 0; lane < lanes; ++lane) {
     for (int i = x.count[lane]; i < x.contacts; ++i) {
       normals[i].effective_mass[lane] = 0;
       for (int j = 0; j < x.contacts; ++j) {
-        gamma[i * x.contacts + j].gamma[lane] = gamma[j * x.contacts + i].gamma[lane] = 0;
+        couplings[i * x.contacts + j].share[lane] = couplings[j * x.contacts + i].share[lane] = 0;
       }
     }
     for (int i = x.frictions_of(lane); i < x.frictions; ++i) {
       FrictionRows& rows = frictions[i];
       rows.inverse_determinant[lane] = rows.inverse_largest[lane] = rows.slid[lane] = 0;
-      for (Lanes& gamma_of_two : rows.gamma) gamma_of_two[lane] = 0;
+      for (Lanes& gamma : rows.gamma) gamma[lane] = 0;
       rows.origin_normal[lane] = -1;  // within its disc, so that its batch need not slide for it
     }
   }
@@ -315,10 +321,10 @@ void leave_out(const ContactBatch& x, NormalRow* normals, FrictionRows* friction
                        in_world ? in_world + x.contacts + 2 * friction : nullptr, rows);
     ++friction;
   }
-  Coupling* const gamma = contacts.couplings.data() + x.first_coupling;
-  couple(x, at, normals, directions, in_world, gamma);
+  Coupling* const couplings = contacts.couplings.data() + x.first_coupling;
+  couple(x, at, normals, directions, in_world, couplings);
   for (const int count : x.count) all_as_long = all_as_long && count == x.contacts;
-  if (!all_as_long) leave_out(x, normals, frictions, gamma);
+  if (!all_as_long) leave_out(x, normals, frictions, couplings);
 }
 
 void formulate_two_wide(ContactBatches& contacts, const Formulation& from) {

@@ -26,14 +26,26 @@ struct Visit {
 
 /// What is known of a visit where its kernel is compiled.
 struct Kind {
-  bool in_world;  ///< may be: rows in the world's frame
-  bool measured;  ///< the largest change is asked for
-  bool ablated;
+  bool in_world;  ///< rows may be in the world's frame
+  bool by_one;    ///< κ, τ, ω and the scale are 1, and multiply nothing
+  bool any;       ///< the largest change may be asked for, and the reading be another
 };
-constexpr Kind plain{false, false, false};
-constexpr Kind plain_in_world{true, false, false};
-constexpr Kind measured{true, true, false};
+constexpr Kind plain{false, true, false};
+constexpr Kind plain_in_world{true, true, false};
 constexpr Kind any_kind{true, false, true};
+
+template <Kind kind>
+[[gnu::always_inline]] inline Lanes times(double factor, const Lanes& x) {
+  if constexpr (kind.by_one) return x;
+  return all(factor) * x;
+}
+
+/// What a row's velocity lacks: τ β − κ J v.
+template <Kind kind>
+[[gnu::always_inline]] inline Lanes missing_of(const Visit& at, const LaneVectors& direction,
+                                               const ContactRow& row, const Moving& a, const Moving& b) {
+  return times<kind>(at.how.tau, row.beta) - times<kind>(at.how.kappa, row_velocity(direction, row, a, b));
+}
 
 /// v ← v + M⁻¹J_xᵀ impulse, for the `place`-th of the batch's rows.
 template <Kind kind>
@@ -65,11 +77,12 @@ template <Kind kind>
 
 /// What a normal's velocity lacks, in the equation of a row. An impact is over in its sub-step: κ < 1 would
 /// leave a part of it to later ones, of which the step may have none.
+template <Kind kind>
 [[gnu::always_inline]] inline Lanes missing_of_normal(const Visit& at, int i, const Moving& a,
                                                       const Moving& b) {
   const ContactRow& row = at.normals[i].row;
   const Lanes velocity = row_velocity(normal_of(at, i), row, a, b);
-  const Lanes missing = all(at.how.tau) * row.beta - all(at.how.kappa) * velocity;
+  const Lanes missing = times<kind>(at.how.tau, row.beta) - times<kind>(at.how.kappa, velocity);
   if (!at.restitutions) return missing;
   const RestitutionRow& restitution = at.restitutions[i];
   const Lanes of_impact = at.reading.velocity_level_apart
@@ -81,34 +94,44 @@ template <Kind kind>
 /// The manifold's normals as one block: their LCP, by Gauss–Seidel in the space of their impulses; then what
 /// changed goes to the velocities. `known` is their number where the compiler is to know it, so that a
 /// manifold stays in registers; else 0.
+///
+/// A sweep waits for one impulse after the other, so each takes the one before it last: that is a product, a
+/// difference and a comparison to wait for.
 template <Kind kind, int known>
 [[gnu::always_inline]] inline void solve_normal_block(const Visit& at, Moving& a, Moving& b, Lanes& most) {
   const int count = known ? known : at.x.contacts;
-  Lanes missing[known ? known : most_in_manifold];
-  Lanes lambda[known ? known : most_in_manifold];
+  constexpr int room = known ? known : most_in_manifold;
+  Lanes wanted[room];  // changes of impulses: without the others, at least, and so far
+  Lanes least[room];
+  Lanes change[room];
   for (int i = 0; i < count; ++i) {
-    missing[i] = missing_of_normal(at, i, a, b);
-    lambda[i] = at.normals[i].row.impulse;
+    const NormalRow& normal = at.normals[i];
+    wanted[i] = missing_of_normal<kind>(at, i, a, b) * normal.effective_mass;
+    least[i] = normal.low - normal.row.impulse;
+  }
+  for (int i = 0; i < count; ++i) {
+    Lanes one = wanted[i];
+    for (int j = 0; j < i; ++j) one -= at.coupling[i * count + j].share * change[j];
+    change[i] = larger(one, least[i]);
   }
   const int sweeps = count == 1 ? 1 : normal_sweeps;
-  for (int sweep = 0; sweep < sweeps; ++sweep) {
+  for (int sweep = 1; sweep < sweeps; ++sweep) {
     for (int i = 0; i < count; ++i) {
-      const NormalRow& normal = at.normals[i];
-      const Lanes total = larger(lambda[i] + missing[i] * normal.effective_mass, normal.low);
-      const Lanes change = total - lambda[i];
-      lambda[i] = total;
-      for (int j = 0; j < count; ++j) missing[j] -= at.coupling[i * count + j].gamma * change;
+      Lanes one = wanted[i];
+      for (int j = i + 1; j < count; ++j) one -= at.coupling[i * count + j].share * change[j];
+      for (int j = 0; j < i; ++j) one -= at.coupling[i * count + j].share * change[j];
+      change[i] = larger(one, least[i]);
     }
   }
   for (int i = 0; i < count; ++i) {
     NormalRow& normal = at.normals[i];
     const Lanes before = normal.row.impulse;
-    const Lanes total = larger(before + all(at.how.omega) * (lambda[i] - before), normal.low);
-    const Lanes change = total - before;
+    const Lanes total = larger(before + times<kind>(at.how.omega, change[i]), normal.low);
+    const Lanes given = total - before;
     normal.row.impulse = total;
-    apply<kind>(at, i, normal_of(at, i), normal.row, all(at.how.scale) * change, a, b);
-    if (kind.measured) {
-      most = larger(most, choose(change < all(0), -change, change) * at.coupling[i * count + i].gamma);
+    apply<kind>(at, i, normal_of(at, i), normal.row, times<kind>(at.how.scale, given), a, b);
+    if (kind.any) {
+      most = larger(most, choose(given < all(0), -given, given) * at.coupling[i * count + i].share);
     }
   }
 }
@@ -131,7 +154,7 @@ template <Kind kind>
 [[gnu::always_inline]] inline void solve_normals_in_turn(const Visit& at, Moving& a, Moving& b) {
   for (int i = 0; i < at.x.contacts; ++i) {
     NormalRow& normal = at.normals[i];
-    const Lanes missing = missing_of_normal(at, i, a, b);
+    const Lanes missing = missing_of_normal<any_kind>(at, i, a, b);
     const Lanes total =
         larger(normal.row.impulse + all(at.how.omega) * missing * normal.effective_mass, normal.low);
     const Lanes change = total - normal.row.impulse;
@@ -181,34 +204,34 @@ template <Kind kind>
 [[gnu::always_inline]] inline void solve_friction(const Visit& at, int i, Moving& a, Moving& b, Lanes& most,
                                                   Lanes& any_slides) {
   const Lanes zero = all(0);
-  const Lanes omega = all(at.how.omega);
   FrictionRows& rows = at.frictions[i];
   const ContactDirections& along = at.directions[at.x.contact_of[i] * at.x.direction_step];
   const Lanes normal = at.normals[at.x.contact_of[i]].row.impulse;
   give_back(rows, normal);
-  const Tangential missing{all(at.how.tau) * rows.row[0].beta -
-                               all(at.how.kappa) * row_velocity(along.tangent[0], rows.row[0], a, b),
-                           all(at.how.tau) * rows.row[1].beta -
-                               all(at.how.kappa) * row_velocity(along.tangent[1], rows.row[1], a, b)};
+  const Tangential missing{missing_of<kind>(at, along.tangent[0], rows.row[0], a, b),
+                           missing_of<kind>(at, along.tangent[1], rows.row[1], a, b)};
   const Tangential free = solve_two(rows, missing);
   const Tangential before{rows.row[0].impulse - rows.origin[0], rows.row[1].impulse - rows.origin[1]};
-  Tangential after{before.first + omega * free.first, before.second + omega * free.second};
+  Tangential after{before.first + times<kind>(at.how.omega, free.first),
+                   before.second + times<kind>(at.how.omega, free.second)};
   const Lanes limit = rows.coefficient * (normal - rows.origin_normal);
   const auto slides = after.first * after.first + after.second * after.second >= limit * limit;
   rows.slides = choose(slides, all(1), zero);
   if (any(slides)) {
-    const Tangential sliding = slide(rows, limit, before, {omega * missing.first, omega * missing.second});
+    const Tangential sliding =
+        slide(rows, limit, before,
+              {times<kind>(at.how.omega, missing.first), times<kind>(at.how.omega, missing.second)});
     after.first = choose(slides, sliding.first, after.first);
     after.second = choose(slides, sliding.second, after.second);
   }
-  if (kind.ablated && !at.reading.friction_memory) rows.slides = rows.slid = all(1);
-  any_slides += rows.slides;
+  if (kind.any && !at.reading.friction_memory) rows.slides = rows.slid = all(1);
+  any_slides += keeps_sliding(rows);
   const Lanes change[2] = {after.first - before.first, after.second - before.second};
   for (int k = 0; k < 2; ++k) {
     rows.row[k].impulse += change[k];
-    apply<kind>(at, at.x.contacts + 2 * i + k, along.tangent[k], rows.row[k], all(at.how.scale) * change[k],
-                a, b);
-    if (kind.measured)
+    apply<kind>(at, at.x.contacts + 2 * i + k, along.tangent[k], rows.row[k],
+                times<kind>(at.how.scale, change[k]), a, b);
+    if (kind.any)
       most = larger(most, choose(change[k] < zero, -change[k], change[k]) * rows.gamma[2 * k]);
   }
 }
@@ -237,23 +260,23 @@ template <Kind kind>
     row.impulse = total;
     apply<any_kind>(at, at.x.contacts + 2 * i + k, along.tangent[k], row, all(at.how.scale) * change, a, b);
   }
-  any_slides += rows.slides;
+  any_slides += keeps_sliding(rows);
 }
 
-/// Returns whether any point may slide.
+/// Returns whether any point goes on sliding.
 template <Kind kind>
 [[gnu::always_inline]] inline bool solve_lanes(const Visit& at, std::vector<Velocity>& v, double* moved) {
   Lanes most = all(0);
   Lanes any_slides = all(0);
   Moving a = gather(v, at.x.a);
   Moving b = gather(v, at.x.b);
-  if (kind.ablated && !at.reading.manifold_blocks) {
+  if (kind.any && !at.reading.manifold_blocks) {
     solve_normals_in_turn(at, a, b);
   } else {
     solve_normals<kind>(at, a, b, most);
   }
   for (int i = 0; i < at.x.frictions; ++i) {
-    if (kind.ablated && !at.reading.isotropic_friction) {
+    if (kind.any && !at.reading.isotropic_friction) {
       solve_friction_in_turn(at, i, a, b, any_slides);
     } else {
       solve_friction<kind>(at, i, a, b, most, any_slides);
@@ -261,7 +284,7 @@ template <Kind kind>
   }
   scatter(a, at.x.a, at.x.manifolds, v);
   scatter(b, at.x.b, at.x.manifolds, v);
-  if (kind.measured) {
+  if (kind.any && moved) {
     for (int lane = 0; lane < lanes; ++lane) *moved = std::max(*moved, most[lane]);
   }
   return any(any_slides > all(0));
@@ -269,10 +292,12 @@ template <Kind kind>
 
 [[gnu::always_inline]] inline bool solve_any(const Visit& at, std::vector<Velocity>& v, double* moved) {
   const ContactReading& reading = at.reading;
+  const RowSolve& how = at.how;
   if (!reading.isotropic_friction || !reading.manifold_blocks || !reading.friction_memory) {
     return solve_lanes<any_kind>(at, v, nullptr);
   }
-  if (moved) return solve_lanes<measured>(at, v, moved);
+  const bool by_one = how.kappa == 1 && how.tau == 1 && how.omega == 1 && how.scale == 1;
+  if (moved || !by_one) return solve_lanes<any_kind>(at, v, moved);
   return at.responses ? solve_lanes<plain_in_world>(at, v, nullptr) : solve_lanes<plain>(at, v, nullptr);
 }
 

@@ -172,10 +172,10 @@ void solve_one(unsigned seed, int sweeps, Violation& worst) {
   for (const NormalRow& normal : contacts.normals) largest = std::max(largest, normal.row.impulse[0]);
   if (largest == 0) return;  // they leave each other
   std::vector<Velocity> rest = v;
-  const ContactDirections& along = contacts.directions[x.first_direction];
+  const ContactDirections& directions = contacts.directions[x.first_direction];
   ASSERT_EQ(x.direction_step, 0) << seed;
   for (int i = 0; i < x.contacts; ++i) {
-    const LaneRow row(along.normal, contacts.normals[i].row, contacts.responses[i], 0);
+    const LaneRow row(directions.normal, contacts.normals[i].row, contacts.responses[i], 0);
     const double missed = row.missed(x, v);
     worst.approach = std::max(worst.approach, -missed);
     worst.pull = std::max(worst.pull, -row.impulse() / largest);
@@ -186,8 +186,8 @@ void solve_one(unsigned seed, int sweeps, Violation& worst) {
   for (int i = 0; i < x.frictions; ++i) {
     const FrictionRows& rows = contacts.frictions[i];
     const RowResponses* const responses = &contacts.responses[x.contacts + 2 * i];
-    const LaneRow first(along.tangent[0], rows.row[0], responses[0], 0);
-    const LaneRow second(along.tangent[1], rows.row[1], responses[1], 0);
+    const LaneRow first(directions.tangent[0], rows.row[0], responses[0], 0);
+    const LaneRow second(directions.tangent[1], rows.row[1], responses[1], 0);
     const double limit = friction * contacts.normals[x.contact_of[i]].row.impulse[0];
     const double impulse = std::hypot(first.impulse(), second.impulse());
     const double slip_1 = first.missed(x, v);
