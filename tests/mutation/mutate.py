@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
 """Wrong lines that the tests must notice: changes one operator, constant, sign, condition, boundary or statement at a
-seeded random line, compiles that one file, links the one library that holds it, runs the area's tests without goldens,
-and where they pass `substep check`.
+seeded random line, compiles that one file beside a build, links the area's test programs with it one after the other,
+the quick and deadly first, and runs them; where all pass without goldens, `substep check`.
 
     tests/mutation/mutate.py --area sim --count 20 --seed 1
     tests/mutation/mutate.py --change 'sim/direct/mlcp.cpp | i >= 0 | i > 0'   # this one, by a part of its line
     tests/mutation/mutate.py --table                                            # of all that were judged
 
-Works in a copy of the sources with a build of its own (--work), at the lowest priority. What was judged stands in
-results.json there, so that a run that was stopped goes on. Prints a Markdown table by area and the survivors.
+Sources and build stay as they are; all runs at the lowest priority (--nice). What was judged stands in --results, so that a run that
+was stopped goes on. Prints a Markdown table by area and the survivors.
 `equivalent.txt` beside this file holds those that were judged to change nothing that can be seen, with the reason.
 """
 
@@ -20,11 +20,12 @@ import os
 import pathlib
 import random
 import re
+import resource
 import shlex
 import shutil
 import subprocess
 import sys
-import time
+import tempfile
 
 TREE = pathlib.Path(__file__).resolve().parents[2]
 # A folder's tests: those of the first prefix that fits.
@@ -114,54 +115,42 @@ def named(change: str) -> Mutant:
 
 
 def run(command: list, seconds: float, folder: pathlib.Path) -> bool:
+    """Seconds of the processor, so that what else the machine does judges nothing; a wait for nothing ends, too."""
+    limit = round(seconds)
     try:
         return subprocess.run(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-                              stdin=subprocess.DEVNULL, timeout=seconds, check=False).returncode == 0
+                              stdin=subprocess.DEVNULL, timeout=60 + 20 * seconds, check=False,
+                              preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (limit, limit))).returncode == 0
     except subprocess.TimeoutExpired:
         return False
 
 
-class Workshop:
-    """A copy of the sources, built with one shared library a layer: a change is one compilation and one link."""
+def children_time() -> float:
+    times = os.times()
+    return times.children_user + times.children_system
 
-    def __init__(self, work: pathlib.Path):
-        self.source = work / "source"
-        self.build = work / "build"
-        self.results_file = work / "results.json"
-        known = json.loads(self.results_file.read_text()) if self.results_file.exists() else {}
+
+class Workshop:
+    """Uses a build as it is, and changes nothing in it but, for as long as a test needs it, the program."""
+
+    def __init__(self, build: pathlib.Path, results: pathlib.Path):
+        self.build, self.results_file = build, results
+        known = json.loads(results.read_text()) if results.exists() else {}
         self.verdicts: dict[str, str] = known.get("verdicts", {})
         self.seconds: dict[str, float] = known.get("seconds", {})
-        self.ready: set[str] = set()
+        self.commands: dict[str, list[str]] = {}
 
-    def open(self) -> None:
-        self.copy_sources()
-        if not (self.build / "build.ninja").exists():
-            # A shared library's own define, given to all, for headers parsed once serve several.
-            flags = "-O2 -DNDEBUG -Dsubstep_core_EXPORTS -Dsubstep_sim_commands_EXPORTS"
-            self.call(["cmake", "-S", self.source, "-B", self.build, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=None",
-                       f"-DCMAKE_CXX_FLAGS={flags}", "-DSUBSTEP_LIBRARIES=SHARED", "-DSUBSTEP_BENCHMARKS=OFF",
-                       "-DCMAKE_POSITION_INDEPENDENT_CODE=ON", "-DCMAKE_COMPILE_WARNING_AS_ERROR=OFF"])
-        commands = json.loads((self.build / "compile_commands.json").read_text())
-        self.commands = {c["file"]: shlex.split(c["command"]) for c in commands}
-
-    def call(self, command: list) -> None:
-        subprocess.run(command, check=True, stdout=sys.stderr)
-
-    def copy_sources(self) -> None:
-        """Those under version control, where they differ: what did not change is not built again."""
-        listed = subprocess.run(["git", "ls-files", "-z"], cwd=TREE, check=True, capture_output=True, text=True).stdout
-        for name in filter(None, listed.split("\0")):
-            here, there = TREE / name, self.source / name
-            if not here.is_file() or (there.exists() and there.read_bytes() == here.read_bytes()):
-                continue
-            there.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(here, there)
+    def open(self, files: set[str]) -> None:
+        for command in json.loads((self.build / "compile_commands.json").read_text()):
+            self.commands[command["file"]] = shlex.split(command["command"])
+        targets = sorted({program.name for file in files for program in self.programs_of(file)})
+        subprocess.run(["ninja", "-C", self.build, "substep", *targets], check=True, stdout=sys.stderr)
 
     def programs_of(self, file: str) -> list[pathlib.Path]:
         folders = next(folders for prefix, folders in TESTS if (file + "/").startswith(prefix + "/"))
         result = []
         for folder in folders:
-            text = (self.source / "tests" / folder / "CMakeLists.txt").read_text()
+            text = (TREE / "tests" / folder / "CMakeLists.txt").read_text()
             for words in re.findall(r"foreach\(name ([^)]*)\)\s*substep_test\(\$\{name\}_test", text):
                 result += [self.build / "tests" / folder / f"{word}_test" for word in words.split()]
             result += [self.build / "tests" / folder / name for name in re.findall(r"substep_test\((\w+)", text)]
@@ -172,70 +161,91 @@ class Workshop:
         new.write_text(json.dumps({"verdicts": self.verdicts, "seconds": self.seconds}, indent=1, ensure_ascii=False))
         new.replace(self.results_file)
 
-    def test_command(self, program: pathlib.Path) -> list:
-        return [program, "--gtest_brief=1", "--gtest_fail_fast"]
+    def said_by_ninja(self, *words: str) -> str:
+        return subprocess.run(["ninja", "-C", self.build, "-t", *words], check=True, capture_output=True, text=True).stdout
 
-    def prepare(self, programs: list[pathlib.Path], suite: bool) -> None:
-        """Builds them. All must pass as the sources are; how long each takes bounds what a change may make of it."""
-        new = [program for program in programs if program.name not in self.ready]
-        if new or (suite and "substep" not in self.ready):
-            self.call(["ninja", "-C", self.build, *(["substep"] if suite else []), *(program.name for program in new)])
-            self.ready |= {program.name for program in new} | ({"substep"} if suite else set())
-        for program in new:
-            if program.name in self.seconds:
-                continue
-            start = time.monotonic()
-            if not run(self.test_command(program), 3600, self.build):
-                sys.exit(f"{program} fails as the sources are")
-            self.seconds[program.name] = time.monotonic() - start
-            self.keep()
+    def library_of(self, thing: str) -> str:
+        """What an object goes into: a library, or the program."""
+        after = [line.strip() for line in self.said_by_ninja("query", thing).split("outputs:")[1].splitlines()]
+        return next(target for target in after if target.endswith(".a") or target == "substep")
 
-    def library_of(self, thing: str) -> tuple[pathlib.Path, list[str]]:
-        """The library or program that an object goes into, and its link command."""
-        text = subprocess.run(["ninja", "-C", self.build, "-t", "query", thing], check=True, capture_output=True,
-                              text=True).stdout
-        after = [line.strip() for line in text.split("outputs:")[1].splitlines() if line.strip()]
-        target = next(t for t in after if t.endswith(".so") or t == "substep")
-        commands = subprocess.run(["ninja", "-C", self.build, "-t", "commands", "-s", target], check=True,
-                                  capture_output=True, text=True).stdout
-        return self.build / target, commands.strip().splitlines()[-1:]
+    def link(self, target: str, thing: str, library: str, mutant: pathlib.Path, out: pathlib.Path) -> bool | None:
+        """Links a program with the changed object, which comes before its library. None: it has no use for that."""
+        command = self.said_by_ninja("commands", "-s", target).strip().splitlines()[-1].removeprefix(": && ").split(" && ")[0]
+        words = shlex.split(command)
+        if thing in words:
+            words[words.index(thing)] = str(mutant)
+        elif library not in words:
+            return None
+        else:
+            words.insert(words.index("-o") + 2, str(mutant))
+        words[words.index("-o") + 1] = str(out)
+        return run(words, 600, self.build)
 
     def judge(self, mutant: Mutant, suite: bool) -> str:
         """Does not build, killed by NAME, killed by goldens, or survived."""
-        self.prepare(self.programs_of(mutant.file), suite)
-        source = self.source / mutant.file
-        compile_command = self.commands[str(source)]
-        thing = compile_command[compile_command.index("-o") + 1]
-        library, link = self.library_of(thing)
-        kept = [source, self.build / thing, library]
-        for file in kept:
-            shutil.copy2(file, str(file) + ".kept")
-        try:
-            lines = source.read_text().split("\n")
-            if lines[mutant.line] != mutant.old:
-                sys.exit(f"{source} is not as it was read")
+        with tempfile.TemporaryDirectory() as folder:
+            here = pathlib.Path(folder)
+            lines = (TREE / mutant.file).read_text().split("\n")
             lines[mutant.line] = mutant.new
-            source.write_text("\n".join(lines))
-            if not run(compile_command, 600, self.build) or not run(["sh", "-c", link[0]], 600, self.build):
+            (here / "mutant.cpp").write_text("\n".join(lines))
+            command = list(self.commands[str(TREE / mutant.file)])
+            thing = command[command.index("-o") + 1]
+            command[command.index("-o") + 1] = str(here / "mutant.o")
+            command[command.index("-c") + 1] = str(here / "mutant.cpp")
+            # What is no longer used is no fault here.
+            command.insert(command.index("-c"), "-Wno-error")
+            if not run(command, 600, self.build):
                 return "does not build"
-            return self.tried(mutant, suite)
-        finally:
-            for file in kept:
-                os.replace(str(file) + ".kept", file)
+            return self.tried(mutant, thing, here, suite)
 
-    def tried(self, mutant: Mutant, suite: bool) -> str:
+    def time_of(self, program: pathlib.Path) -> float:
+        """How long it takes as the sources are, which bounds what a change may make of it. It must pass."""
+        if program.name not in self.seconds:
+            start = children_time()
+            if not run([program, "--gtest_brief=1"], 3600, self.build):
+                sys.exit(f"{program} fails as the sources are")
+            self.seconds[program.name] = children_time() - start
+            self.keep()
+        return self.seconds[program.name]
+
+    def tried(self, mutant: Mutant, thing: str, here: pathlib.Path, suite: bool) -> str:
+        library = self.library_of(thing)
         # First those that kill much in little time.
         kills = [verdict.removeprefix("killed by ") for key, verdict in self.verdicts.items()
                  if key.split(" | ")[0].rsplit("/", 1)[0] == mutant.file.rsplit("/", 1)[0]]
         programs = sorted(self.programs_of(mutant.file),
-                          key=lambda p: self.seconds[p.name] / (0.2 + kills.count(p.name)))
+                          key=lambda p: self.seconds.get(p.name, 1.0) / (0.2 + kills.count(p.name)))
         for program in programs:
-            if not run(self.test_command(program), 10 + 5 * self.seconds[program.name], self.build):
+            limit = 10 + 5 * self.time_of(program)
+            called = self.build / "substep" if program.name == "program_tests" else program
+            linked = self.link(str(called.relative_to(self.build)), thing, library, here / "mutant.o", here / "linked")
+            if linked is None:
+                continue
+            if not linked:
+                return "does not build"
+            if called == program:
+                passed = run([here / "linked", "--gtest_brief=1", "--gtest_fail_fast"], limit, self.build)
+            else:
+                passed = self.with_program(here, [program, "--gtest_brief=1", "--gtest_fail_fast"], limit)
+            if not passed:
                 return f"killed by {program.name}"
-        if suite and not run([self.build / "substep", "check", "--suite", self.source / "golden", "--output",
-                              self.build / "check"], 3600, self.build):
-            return "killed by goldens"
-        return "survived" if suite else "survived the tests"
+        if not suite:
+            return "survived the tests"
+        if not self.link("substep", thing, library, here / "mutant.o", here / "linked"):
+            return "does not build"
+        check = [here / "linked", "check", "--suite", TREE / "golden", "--output", here / "check"]
+        return "survived" if run(check, 3600, self.build) else "killed by goldens"
+
+    def with_program(self, here: pathlib.Path, command: list, limit: float) -> bool:
+        """Runs what calls the program, with the changed one in its place."""
+        program = self.build / "substep"
+        shutil.copy2(program, str(program) + ".kept")
+        try:
+            os.replace(shutil.copy2(here / "linked", str(program) + ".changed"), program)
+            return run(command, limit, self.build)
+        finally:
+            os.replace(str(program) + ".kept", program)
 
 
 def judged_equivalent() -> dict[str, str]:
@@ -274,13 +284,15 @@ def table(verdicts: dict[str, str]) -> str:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--work", type=pathlib.Path, default=TREE / "out/mutation", help="copy, build and results")
+    parser.add_argument("--build", type=pathlib.Path, default=TREE / "build")
+    parser.add_argument("--results", type=pathlib.Path, default=TREE / "out/mutation.json")
     parser.add_argument("--area", default=["sim"], nargs="+", help="folders or files: sim, sim/geometry, golden, …")
     parser.add_argument("--count", type=int, default=20)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--change", action="append", help="FILE | PART OF ONE LINE | WHAT IT BECOMES; not kept")
     parser.add_argument("--again", action="store_true", help="judge survivors anew")
     parser.add_argument("--no-goldens", action="store_true", help="do not run substep check on survivors")
+    parser.add_argument("--nice", type=int, default=19)
     parser.add_argument("--list", action="store_true", help="only say what would be changed")
     parser.add_argument("--table", action="store_true", help="only print the table of what was judged")
     arguments = parser.parse_args()
@@ -289,13 +301,13 @@ def main() -> int:
     if arguments.list:
         print("\n".join(str(mutant) for mutant in chosen))
         return 0
-    work = arguments.work.resolve()
+    arguments.results.parent.mkdir(parents=True, exist_ok=True)
+    workshop = Workshop(arguments.build.resolve(), arguments.results.resolve())
     if arguments.table:
-        print(table(Workshop(work).verdicts))
+        print(table(workshop.verdicts))
         return 0
-    os.nice(19)
-    workshop = Workshop(work)
-    workshop.open()
+    os.nice(arguments.nice)
+    workshop.open({mutant.file for mutant in chosen})
     verdicts = {}
     for mutant in chosen:
         verdict = workshop.verdicts.get(mutant.key()) if not arguments.change else None
