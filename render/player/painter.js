@@ -474,9 +474,10 @@ class Painter {
 
 /** Turns about a point; all panels have the same. */
 class Camera {
-  constructor({eye, target, tangent}) {
+  constructor({eye, target, tangent, side}) {
     this.first = {eye, target};
     this.tangent = tangent;
+    this.side = side;
     this.home = Math.hypot(...minus(eye, target));
     this.reset();
   }
@@ -495,11 +496,11 @@ class Camera {
     return {forward: [-sy * cp, -sp, -cy * cp], right: [cy, 0, -sy], up: [-sy * sp, cp, -cy * sp]};
   }
 
-  /** For a picture of this box: the film's height, and its width in a narrower one. */
+  /** For a picture of this box: the film's height, or more where else too little of the width would be seen. */
   view(box) {
     const {forward, right, up} = this.axes();
     const aspect = box[2] / box[3];
-    const y = this.tangent * Math.max(1, 16 / 9 / aspect);
+    const y = Math.max(this.tangent, this.side / aspect);
     const x = y * aspect;
     const eye = plus(this.target, forward, -this.distance);
     const reach = 40 * this.distance;

@@ -8,10 +8,13 @@
 #include <cmath>
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <stdexcept>
 #include <vector>
 
 #include "render/animated_glb.h"
+#include "render/body_mesh.h"
+#include "render/camera.h"
 #include "render/embedded_file.h"
 #include "render/frame_uniforms.h"
 #include "render/ground.h"
@@ -55,26 +58,50 @@ Json rounded(const std::vector<double>& values) {
   return result;
 }
 
+Vector3 vector(const glm::dvec3& v) {
+  return {v.x, v.y, v.z};
+}
+
+/// The tangent to the side at which the picture may end: that of the outermost corner that the view shows.
+double side_of(const View& view, std::span<const Part> parts,
+               std::span<const std::vector<Coordinates>> frames) {
+  double side = 0;
+  for (const std::vector<Coordinates>& frame : frames) {
+    for (const Part& part : parts) {
+      if (is_scenery(part, parts)) continue;
+      const Coordinates& q = frame[static_cast<std::size_t>(part.body)];
+      for (const Vector3& corner : part.corners()) {
+        const Vector3 p = q.angular * corner + q.linear - vector(view.eye);
+        const double tangent = std::abs(p.dot(vector(view.right))) / p.dot(vector(view.forward));
+        if (tangent > side && tangent < view.tangent_x) side = tangent;
+      }
+    }
+  }
+  return std::min(1.08 * side, view.tangent_x);
+}
+
 /// Where the film's camera stands, and how far before it the bodies are.
-Json view_of(const Scene& scene, const Comparison& comparison) {
+Json view_of(const Scene& scene, const Comparison& comparison, std::span<const Part> parts) {
   RenderSettings settings;
   settings.width = 320;
   settings.height = 180;
   settings.steps_back = true;
-  const View view = Renderer(scene, settings, seen_frames(scene, comparison)).view();
+  const std::vector<std::vector<Coordinates>> seen = seen_frames(scene, comparison);
+  const View view = Renderer(scene, settings, seen).view();
   Vector3 middle = Vector3::Zero();
   for (std::size_t i = 1; i < scene.bodies.size(); ++i) middle += scene.bodies[i].pose.position;
   middle /= static_cast<double>(std::max<std::size_t>(1, scene.bodies.size() - 1));
-  const Vector3 eye(view.eye.x, view.eye.y, view.eye.z);
-  const Vector3 forward(view.forward.x, view.forward.y, view.forward.z);
-  const double distance = std::max((middle - eye).dot(forward), 0.1);
-  return {
-      {"eye", list(eye)}, {"target", list(Vector3(eye + distance * forward))}, {"tangent", view.tangent_y}};
+  const Vector3 eye = vector(view.eye);
+  const double distance = std::max((middle - eye).dot(vector(view.forward)), 0.1);
+  return {{"eye", list(eye)},
+          {"target", list(Vector3(eye + distance * vector(view.forward)))},
+          {"tangent", view.tangent_y},
+          {"side", side_of(view, parts, seen)}};
 }
 
-Json light_of(const Scene& scene) {
+Json light_of(const Scene& scene, std::span<const Part> parts) {
   FrameUniforms frame{};
-  const double ground = ground_height(scene, gather_body_mesh(scene).parts);
+  const double ground = ground_height(scene, parts);
   set_light(frame, scene, ground);
   return {{"to_sun", list(frame.to_sun)},
           {"sun", list(frame.sun)},
@@ -199,6 +226,7 @@ std::string player_page(const Scene& scene, const Comparison& comparison, const 
                         double speed) {
   const double unit = position_unit(size_of(scene));
   const ErrorScale scale = error_scale(comparison);
+  const std::vector<Part> parts = gather_body_mesh(scene).parts;
   Json data = {{"title", title},
                {"scene", scene.name},
                {"speed", speed},
@@ -211,8 +239,8 @@ std::string player_page(const Scene& scene, const Comparison& comparison, const 
                {"panels", panels_of(comparison)},
                {"scale", {scale.lower, scale.upper}},
                {"ramp", error_ramp},
-               {"view", view_of(scene, comparison)},
-               {"light", light_of(scene)}};
+               {"view", view_of(scene, comparison, parts)},
+               {"light", light_of(scene, parts)}};
   const std::string glb = animated_glb(scene, {}, 0);
   std::string poses;
   for (const Run& run : comparison.runs) {

@@ -101,5 +101,35 @@ TEST_F(Export, EqualBodiesShareAMesh) {
                  "there is no folder missing");
 }
 
+using Player = Program;
+
+TEST_F(Player, IsOneFileThatNamesNoOther) {
+  const std::vector<std::string> words{"player",  scene("rod_chain.gltf"), "--duration", "0.2",
+                                       "--title", "</script><a>",          "--output",   "a.html"};
+  const Outcome outcome = run(words);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("wrote a.html"));
+  EXPECT_EQ(files(), std::vector<std::string>{"a.html"});
+  const std::string page = content("a.html");
+  EXPECT_THAT(page, HasSubstr("<h1>&lt;/script&gt;&lt;a&gt;</h1>"));
+  EXPECT_THAT(page, HasSubstr("\"name\":\"Reference\""));
+  for (const char* const never : {"://", "</script><a>", "{{", "src=", "href=\""}) {
+    EXPECT_EQ(page.find(never), std::string::npos) << never;
+  }
+  ASSERT_EQ(run(words).exit_code, 0);
+  EXPECT_EQ(content("a.html"), page);
+}
+
+TEST_F(Player, SixPanelsOfFiveSecondsAreSmall) {
+  std::vector<std::string> words{"player",         scene("dominoes.gltf"), "--output", "a.html",
+                                 "--no-reference", "--duration",           "5"};
+  for (const char* const n : {"1", "2", "3", "4", "5", "6"}) {
+    words.insert(words.end(), {"--panel", std::string("a5,n=") + n});
+  }
+  ASSERT_EQ(run(words).exit_code, 0);
+  EXPECT_LT(content("a.html").size(),
+            1'000'000u);  // measured 460 kB; the largest scene, box_pyramid, has 2.6 MB
+}
+
 }  // namespace
 }  // namespace substep
