@@ -22,6 +22,11 @@ std::string row_title(const Run& run) {
 
 void ComparisonOptions::add_to(CLI::App& command) {
   scene.add_to(command);
+  command.add_option("--title", title, "What stands above all (the scene's name)");
+  add_settings_to(command);
+}
+
+void ComparisonOptions::add_settings_to(CLI::App& command) {
   solver.add_to(command);
   add_panels_to(command);
   command.add_option("--start", start_, "Seconds into the run at which the film begins")
@@ -44,7 +49,6 @@ void ComparisonOptions::add_panels_to(CLI::App& command) {
           "the reference)")
       ->allow_extra_args(false);
   command.add_option("--panels", panels_file_, "A TOML file of [[panel]] tables")->check(CLI::ExistingFile);
-  command.add_option("--title", title, "What stands above all (the scene's name)");
   command.add_flag("--no-reference", no_reference_, "Simulate none, and show no errors");
   command
       .add_option("--reference-substeps", reference_substeps_,

@@ -21,6 +21,8 @@ struct ComparisonOptions {
 
   /// Adds the scene as the command's argument, and the options of solving, of panels and of time.
   void add_to(CLI::App& command);
+  /// All but the scene and the title: for commands that show several scenes.
+  void add_settings_to(CLI::App& command);
 
   /// The panels asked for, or the five and the reference; notes what A1 will cost. Throws Error.
   ComparisonSettings settings(const Scene& scene);

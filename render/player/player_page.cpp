@@ -203,23 +203,6 @@ std::string for_page(const Json& json) {
   return safe;
 }
 
-/// Puts each content where the page has its name in braces of two.
-std::string filled(std::string_view page, const std::vector<std::pair<std::string, std::string>>& contents) {
-  std::string result;
-  while (!page.empty()) {
-    const std::size_t open = page.find("{{");
-    const std::size_t close = page.find("}}", open);
-    result += page.substr(0, open);
-    if (close == std::string_view::npos) break;
-    const std::string_view name = page.substr(open + 2, close - open - 2);
-    const auto found = std::ranges::find(contents, name, &std::pair<std::string, std::string>::first);
-    if (found == contents.end()) throw std::logic_error("player.html has no content for a place");
-    result += found->second;
-    page.remove_prefix(close + 2);
-  }
-  return result;
-}
-
 }  // namespace
 
 std::string player_page(const Scene& scene, const Comparison& comparison, const std::string& title,

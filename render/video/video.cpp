@@ -266,6 +266,13 @@ void FrameFolder::finish() {
 }
 
 VideoReport make_video(const Scene& scene, const VideoSettings& settings) {
+  check_outputs(settings, container_of(settings.output).has_value(), find_ffmpeg().has_value());
+  return make_video(scene, settings, simulate_comparison(scene, settings.comparison, [&](double share) {
+                      if (settings.progress) settings.progress("simulating", share);
+                    }));
+}
+
+VideoReport make_video(const Scene& scene, const VideoSettings& settings, Comparison simulated) {
   const std::optional<Container> container = container_of(settings.output);
   const std::optional<fs::path> program = find_ffmpeg();
   check_outputs(settings, container.has_value(), program.has_value());
@@ -286,9 +293,7 @@ VideoReport make_video(const Scene& scene, const VideoSettings& settings) {
     report.film_command = command_line(arguments);
   }
 
-  report.comparison = simulate_comparison(scene, settings.comparison, [&](double share) {
-    if (settings.progress) settings.progress("simulating", share);
-  });
+  report.comparison = std::move(simulated);
   const Comparison& comparison = report.comparison;
   const Composition composition(comparison, film_title(scene, settings.title), settings.width,
                                 settings.height, key_of(settings, comparison));
