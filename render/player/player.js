@@ -160,7 +160,8 @@ class Player {
     this.on[name] = !this.on[name];
     button.setAttribute('aria-pressed', String(this.on[name]));
     this.writeKey();
-    this.ask();
+    // The key takes room.
+    this.layOut();
   }
 
   changeSpeed(by) {

@@ -20,7 +20,7 @@ TITLE = 'a <b>"chain"</b> </script> & more'
 # What the test asks of pictures: a panel's pixels, and in how many two differ.
 HELPERS = """
 window.pixels = index => {
-  player.draw();
+  player.layOut();
   const box = player.boxOf(player.panels[index].picture);
   const canvas = document.createElement('canvas');
   [canvas.width, canvas.height] = [box[2], box[3]];
