@@ -30,6 +30,8 @@ struct VideoOptions {
   bool no_reference = false;
   double speed = 1;
   std::string start = "0";
+  std::optional<std::string> end;
+  std::vector<std::string> strips;
   std::string camera = "scene";
   std::vector<std::string> overlays;
   std::optional<fs::path> output;
@@ -102,10 +104,21 @@ void make(VideoOptions& options) {
   if (has_a1 || video.comparison.has_reference) note_cost_of_a1(scene);
   video.comparison.start = seconds_in(options.start, "--start");
   video.comparison.duration = options.solver.seconds(scene);
+  if (options.end) {
+    const double end = seconds_in(*options.end, "--end");
+    if (!(end >= video.comparison.start && end <= video.comparison.duration)) {
+      throw Error(
+          fmt::format("--end {}: must be from --start to the end of the run, {:g} s (--duration "
+                      "makes it longer)",
+                      *options.end, video.comparison.duration));
+    }
+    video.comparison.duration = end;
+  }
   video.comparison.frame_interval = options.speed / video.frame_rate;
   video.comparison.threads = video.threads;
   video.camera = camera_named(options.camera, scene);
   video.overlays = overlays_named(options.overlays);
+  if (!options.strips.empty()) video.strips = strips_named(options.strips);
   if (!(video.threads >= 1 && video.threads <= 64)) {
     throw Error(fmt::format("--threads {}: must be from 1 to 64", video.threads));
   }
@@ -145,6 +158,8 @@ void make(VideoOptions& options) {
         "the step does not divide the {:g} s between frames: each shows the step nearest to its time\n",
         video.comparison.frame_interval);
   }
+  fmt::print("CPU time: simulate {:.1f} s, draw {:.1f} s, encode {:.1f} s\n", report.cpu.simulating,
+             report.cpu.drawing, report.cpu.encoding);
   fmt::print("wrote {}\n", report.written.string());
   if (!report.is_film) {
     if (!video.frames) fmt::print("ffmpeg is not in PATH: the frames are there as PNG files\n");
@@ -178,15 +193,28 @@ void add_look_options(CLI::App& command, VideoOptions& options) {
   command
       .add_option("--overlay", options.overlays,
                   "Comma-separated: trails (of the last second), joints (and the gaps where they are open), "
-                  "ghost (the reference's outline), error (bodies in its colour)")
+                  "ghost (the reference's outline), contacts (and their impulses), and bodies in the colour "
+                  "of error, penetration or velocity")
       ->delimiter(',')
       ->allow_extra_args(false);
   command
+      .add_option("--strip", options.strips,
+                  "Comma-separated, below each picture: error (from the reference; what there is unless "
+                  "told otherwise), energy (since the start), gap (the largest of a joint)")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  command.add_flag(
+      "--freeze", options.video.freezes,
+      "Stand still where a run first leaves the reference, by 2 % of the scene's size, with a ring "
+      "round the body");
+  command
       .add_option("--camera", options.camera,
-                  "scene (its own), fit (all that moves), follow:BODY or orbit:DEGREES in a second of film")
+                  "scene (its first), name:CAMERA, fit (all that moves), follow:BODY or orbit:DEGREES in a "
+                  "second of film")
       ->capture_default_str();
   command.add_option("--start", options.start, "Seconds into the run at which the film begins")
       ->capture_default_str();
+  command.add_option("--end", options.end, "Seconds into the run at which it ends (the duration)");
   command
       .add_option("--speed", options.speed, "Seconds of the scene in a second of film: 0.25 is slow motion")
       ->check(CLI::Range(1e-3, 1e3))
@@ -232,7 +260,9 @@ void add_video_command(CLI::App& app) {
       "logarithmic\n"
       "scale; it ends where the reference does, and is grey below what the reference knows of itself.\n"
       "Example:\n  substep video scenes/rod_chain.gltf --substeps 4 --joints stable --poster rod_chain.png\n"
-      "  substep video scenes/heavy_chain.gltf --panel a5,n=1 --panel a5,n=4 --panel bullet");
+      "  substep video scenes/heavy_chain.gltf --panel a5,n=1 --panel a5,n=4 --panel bullet\n"
+      "  substep video scenes/box_stack.gltf --overlay contacts,velocity --strip error,energy --start 0.5 "
+      "--end 2");
   command->callback([options] { make(*options); });
 }
 
