@@ -213,14 +213,14 @@ void ContactFinder::set_rolling(const ContactPoint& point, Contact& contact) con
                           Vector3& centre, Matrix3& ellipsoid) {
     const Shape& shape = candidates_[collider].collider->shape;
     const Quaternion to_shape = poses_[collider].orientation.conjugate();
-    const auto touching = touching_ellipsoid(shape, candidates_[other].collider->shape,
-                                             to_shape * (on - poses_[collider].position), to_shape * normal);
-    rolls = touching.has_value();
-    if (touching) {
+    const auto surface = touching_ellipsoid(shape, candidates_[other].collider->shape,
+                                            to_shape * (on - poses_[collider].position), to_shape * normal);
+    rolls = surface.has_value();
+    if (surface) {
       const Pose& placement = candidates_[collider].collider->placement;
       const Matrix3 axes = placement.orientation.toRotationMatrix();
-      centre = placement * touching->centre;
-      ellipsoid = axes * touching->squares.asDiagonal() * axes.transpose();
+      centre = placement * surface->centre;
+      ellipsoid = axes * surface->squares.asDiagonal() * axes.transpose();
     }
     return rolls || is_round(shape);
   };
@@ -244,9 +244,14 @@ void ContactFinder::list_remembered(const State& state) {
 
 std::span<const ContactMemory> ContactFinder::remembered_of(const State& state, std::uint32_t a,
                                                             std::uint32_t b) const {
-  const std::span of_a(state.contacts.begin() + begins_[a], state.contacts.begin() + begins_[a + 1]);
-  const auto found = std::ranges::equal_range(of_a, static_cast<int>(b), {}, &ContactMemory::collider_b);
-  return {found.begin(), found.end()};
+  const auto first = state.contacts.begin();
+  const int other = static_cast<int>(b);
+  const auto begin = std::lower_bound(
+      first + begins_[a], first + begins_[a + 1], other,
+      [](const ContactMemory& memory, int collider) { return memory.collider_b < collider; });
+  auto end = begin;
+  while (end != first + begins_[a + 1] && end->collider_b == other) ++end;
+  return {begin, end};
 }
 
 /// What is remembered of the nearest of these colliders' points, if it is the same.
