@@ -52,6 +52,20 @@ Vector3 across(const Vector3& normal) {
   return normal.cross(Vector3::Unit(least)).normalized();
 }
 
+/// A unit vector along what `velocity` has across `normal`; where that is no more than `rounding`, which has
+/// no direction worth following, across().
+Vector3 along_slip(const Vector3& normal, const Vector3& velocity, double rounding) {
+  const Vector3 slip = velocity - normal * normal.dot(velocity);
+  return slip.norm() > rounding ? Vector3(slip.normalized()) : across(normal);
+}
+
+/// A face's points have one normal, which says what the tangents are.
+void share_directions(const Contact& from, Contact& to) {
+  to.normal_b = from.normal_b;
+  to.tangent_b1 = from.tangent_b1;
+  to.tangent_b2 = from.tangent_b2;
+}
+
 /// Of the smaller shape: a point that has moved by less on both bodies, and slips by less in a step, is the
 /// same. A fast rolling body's is not: what it rolls over in a step would count as displacement, by up to a
 /// sixth of its angle squared.
@@ -134,6 +148,12 @@ const std::vector<Contact>& ContactFinder::find(const State& state, double step,
   return contacts_;
 }
 
+/// By gravity, m/s².
+Vector3 ContactFinder::fall_of(int body) const {
+  if (model_.masses[body].inverse_mass == 0) return Vector3::Zero();
+  return model_.gravity * model_.masses[body].gravity_factor;
+}
+
 void ContactFinder::add_contacts(const State& state, double step, bool aligned, std::uint32_t a,
                                  std::uint32_t b) {
   const Collider& on_a = *candidates_[a].collider;
@@ -148,11 +168,7 @@ void ContactFinder::add_contacts(const State& state, double step, bool aligned, 
   const Velocity& vb = state.v[on_b.body];
   const Quaternion to_a = qa.angular.conjugate();
   const Quaternion to_b = qb.angular.conjugate();
-  const auto fall = [&](int body) -> Vector3 {
-    if (model_.masses[body].inverse_mass == 0) return Vector3::Zero();
-    return model_.gravity * model_.masses[body].gravity_factor;
-  };
-  const Vector3 acceleration = fall(on_a.body) - fall(on_b.body);
+  const Vector3 acceleration = fall_of(on_a.body) - fall_of(on_b.body);
   const Vector3 external = acceleration * step;
   const PairMaterial material(on_a.material, on_b.material);
   // What gravity does in a step: slower than that is at rest. It has the scene's own scale.
@@ -175,19 +191,10 @@ void ContactFinder::add_contacts(const State& state, double step, bool aligned, 
     contact.arm_a = to_a * arm_a;
     contact.arm_b = to_b * arm_b;
     if (!aligned && before_this && before_this->normal == point.normal) {
-      // A face's points have one normal, which says what the tangents are.
-      const Contact& other = *std::prev(contacts_.end(), 2);
-      contact.normal_b = other.normal_b;
-      contact.tangent_b1 = other.tangent_b1;
-      contact.tangent_b2 = other.tangent_b2;
+      share_directions(*std::prev(contacts_.end(), 2), contact);
     } else {
-      Vector3 along = across(point.normal);
-      if (aligned) {
-        const Vector3 relative = before + external;
-        const Vector3 slip = relative - point.normal * point.normal.dot(relative);
-        // Slip that is rounding beside the speeds has no direction worth following.
-        if (slip.norm() > 1e-9 * speed) along = slip.normalized();
-      }
+      const Vector3 along =
+          aligned ? along_slip(point.normal, before + external, 1e-9 * speed) : across(point.normal);
       contact.normal_b = to_b * point.normal;
       contact.tangent_b1 = to_b * along;
       contact.tangent_b2 = to_b * point.normal.cross(along);
@@ -213,14 +220,14 @@ void ContactFinder::set_rolling(const ContactPoint& point, Contact& contact) con
                           Vector3& centre, Matrix3& ellipsoid) {
     const Shape& shape = candidates_[collider].collider->shape;
     const Quaternion to_shape = poses_[collider].orientation.conjugate();
-    const auto touching = touching_ellipsoid(shape, candidates_[other].collider->shape,
-                                             to_shape * (on - poses_[collider].position), to_shape * normal);
-    rolls = touching.has_value();
-    if (touching) {
+    const auto surface = touching_ellipsoid(shape, candidates_[other].collider->shape,
+                                            to_shape * (on - poses_[collider].position), to_shape * normal);
+    rolls = surface.has_value();
+    if (surface) {
       const Pose& placement = candidates_[collider].collider->placement;
       const Matrix3 axes = placement.orientation.toRotationMatrix();
-      centre = placement * touching->centre;
-      ellipsoid = axes * touching->squares.asDiagonal() * axes.transpose();
+      centre = placement * surface->centre;
+      ellipsoid = axes * surface->squares.asDiagonal() * axes.transpose();
     }
     return rolls || is_round(shape);
   };
@@ -244,9 +251,14 @@ void ContactFinder::list_remembered(const State& state) {
 
 std::span<const ContactMemory> ContactFinder::remembered_of(const State& state, std::uint32_t a,
                                                             std::uint32_t b) const {
-  const std::span of_a(state.contacts.begin() + begins_[a], state.contacts.begin() + begins_[a + 1]);
-  const auto found = std::ranges::equal_range(of_a, static_cast<int>(b), {}, &ContactMemory::collider_b);
-  return {found.begin(), found.end()};
+  const auto first = state.contacts.begin();
+  const int other = static_cast<int>(b);
+  const auto begin = std::lower_bound(
+      first + begins_[a], first + begins_[a + 1], other,
+      [](const ContactMemory& memory, int collider) { return memory.collider_b < collider; });
+  auto end = begin;
+  while (end != first + begins_[a + 1] && end->collider_b == other) ++end;
+  return {begin, end};
 }
 
 /// What is remembered of the nearest of these colliders' points, if it is the same.

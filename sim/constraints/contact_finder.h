@@ -34,6 +34,7 @@ class ContactFinder {
     bool curved;   ///< not flat everywhere
   };
   bool may_meet(std::uint32_t i, std::uint32_t j) const;
+  Vector3 fall_of(int body) const;
   void add_contacts(const State& state, double step, bool aligned, std::uint32_t a, std::uint32_t b);
   void set_rolling(const ContactPoint& point, Contact& contact) const;
   void list_remembered(const State& state);

@@ -231,8 +231,7 @@ template <Kind kind>
     rows.row[k].impulse += change[k];
     apply<kind>(at, at.x.contacts + 2 * i + k, along.tangent[k], rows.row[k],
                 times<kind>(at.how.scale, change[k]), a, b);
-    if (kind.any)
-      most = larger(most, choose(change[k] < zero, -change[k], change[k]) * rows.gamma[2 * k]);
+    if (kind.any) most = larger(most, choose(change[k] < zero, -change[k], change[k]) * rows.gamma[2 * k]);
   }
 }
 

@@ -26,7 +26,7 @@ std::vector<Goal> goals(const Results& results) {
         "us_per_step", 0.5);
   }
   add(1, "A1 a link, chain of 10000 / of 100", "chain 10000/A1", "chain 100/A1", "ns_per_body_step", 1.2);
-  for (const std::string scene : {"pyramid 55", "pyramid 210", "pyramid 465", "pile 250"}) {
+  for (const std::string scene : {"pyramid 55", "pyramid 210", "pyramid 465", "pile 250", "pile 2000"}) {
     add(2, "A5 n=10 on " + scene + " / Bullet 10", scene + "/A5 n=10", scene + "/Bullet SI 10", "us_per_step",
         0.28);
   }
@@ -46,6 +46,11 @@ std::vector<Goal> goals(const Results& results) {
   }
   add(5, "row solves of A5 on pile 250: the machine's limit / measured",
       "pile 250/row solves at the machine's limit", "pile 250/row solves A5", "ns_per_row_solve", 0.5, true);
+  for (const std::string scene : {"pyramid 55", "pyramid 210", "pyramid 465", "pile 250", "pile 2000"}) {
+    const double part = results.median(scene + "/stages of A5 n=10", "part_of_rows");
+    if (std::isfinite(part))
+      all.push_back({7, "s1 and s2 of A5 on " + scene + ", of a step", part, 0.4, false, ""});
+  }
   return all;
 }
 

@@ -10,11 +10,11 @@
 namespace substep::benchmark {
 namespace {
 
-/// A contact row's numbers: linear 3, angular 2 × 3, response 2 × 3, β, 1/Γ, a limit, the impulse; and two
-/// bodies' indices.
-constexpr double bytes_of_row = (3 + 6 + 6 + 4) * 8 + 8;
-/// J v: 3 − and 9 × and 8 +; the clamped total: 6; M⁻¹Jᵀλ: 14 × and 12 +.
-constexpr double operations_of_row = 20 + 6 + 26;
+/// A contact row's numbers: angular 2 × 3, β, 1/Γ, a limit, the impulse; and two bodies' indices. Its
+/// direction is that of its manifold, and M⁻¹Jᵀ follows.
+constexpr double bytes_of_row = (6 + 4) * 8 + 8;
+/// J v: 3 − and 9 × and 8 +; the clamped total: 6; M⁻¹Jᵀλ: 20 × and 12 +.
+constexpr double operations_of_row = 20 + 6 + 32;
 constexpr int lanes = 4;
 constexpr int chains = 10;  // independent ones, to hide the latency
 

@@ -7,6 +7,7 @@
 #include <ctime>
 #include <limits>
 
+#include "sim/measure/stage_times.h"
 #include "sim/simulation.h"
 
 namespace substep::benchmark {
@@ -141,6 +142,27 @@ void register_row_solves(const BenchmarkScene& scene, const std::string& engine,
   ::benchmark::RegisterBenchmark((scene.name + "/row solves " + engine).c_str(), run)->UseManualTime();
 }
 
+void register_stages(const BenchmarkScene& scene, const std::string& engine, const Settings& settings) {
+  const auto run = [=](::benchmark::State& state) {
+    Scene timed = scene.scene;
+    timed.duration = scene.steps * scene.step;
+    RunTimes times;
+    for (auto unused : state) {
+      (void)unused;
+      times = time_run(timed, settings, 1);
+      state.SetIterationTime(times.median);
+    }
+    const StageTimes& stages = times.stages;
+    const double whole = stages.geometry + stages.formulation + stages.velocities + stages.coordinates;
+    state.counters["us_geometry"] = stages.geometry;
+    state.counters["us_formulation"] = stages.formulation;
+    state.counters["us_velocities"] = stages.velocities;
+    state.counters["us_coordinates"] = stages.coordinates;
+    state.counters["part_of_rows"] = (stages.geometry + stages.formulation) / whole;
+  };
+  ::benchmark::RegisterBenchmark((scene.name + "/stages of " + engine).c_str(), run)->UseManualTime();
+}
+
 void Results::ReportRuns(const std::vector<Run>& runs) {
   for (const Run& run : runs) {
     if (run.run_type != Run::RT_Iteration || run.error_occurred) continue;
@@ -205,10 +227,10 @@ std::string table(const Results& results, const std::vector<const Results::Line*
   return text;
 }
 
-std::vector<const Results::Line*> lines_with(const Results& results, const std::string& figure, bool with) {
+std::vector<const Results::Line*> lines_with(const Results& results, const std::string& figure) {
   std::vector<const Results::Line*> lines;
   for (const Results::Line& line : results.lines()) {
-    if (line.figures.contains(figure) == with) lines.push_back(&line);
+    if (line.figures.contains(figure)) lines.push_back(&line);
   }
   return lines;
 }
@@ -216,7 +238,11 @@ std::vector<const Results::Line*> lines_with(const Results& results, const std::
 }  // namespace
 
 std::string table(const Results& results, bool markdown) {
-  return table(results, lines_with(results, "rows", false), "scene/engine",
+  std::vector<const Results::Line*> lines;
+  for (const Results::Line& line : results.lines()) {
+    if (!line.figures.contains("rows") && !line.figures.contains("part_of_rows")) lines.push_back(&line);
+  }
+  return table(results, lines, "scene/engine",
                {{"us_per_step", "µs a step"},
                 {"ns_per_body_step", "ns a body-step"},
                 {"ns_per_row_solve", "ns a row solve"},
@@ -224,8 +250,20 @@ std::string table(const Results& results, bool markdown) {
                "check", markdown);
 }
 
+std::string stages(const Results& results, bool markdown) {
+  const std::vector<const Results::Line*> lines = lines_with(results, "part_of_rows");
+  if (lines.empty()) return "";
+  return table(results, lines, "scene",
+               {{"us_geometry", "µs s1, geometry"},
+                {"us_formulation", "s2, rows"},
+                {"us_velocities", "s3, velocities"},
+                {"us_coordinates", "s4, coordinates"},
+                {"part_of_rows", "s1 and s2"}},
+               "", markdown);
+}
+
 std::string cost_of_a1(const Results& results, bool markdown) {
-  const std::vector<const Results::Line*> lines = lines_with(results, "rows", true);
+  const std::vector<const Results::Line*> lines = lines_with(results, "rows");
   if (lines.empty()) return "";
   return table(results, lines, "scene",
                {{"rows", "rows"},

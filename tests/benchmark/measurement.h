@@ -29,6 +29,9 @@ void register_cost_of_a1(const BenchmarkScene& scene);
 void register_row_solves(const BenchmarkScene& scene, const std::string& engine, const Settings& few,
                          const Settings& many);
 
+/// What the stages of a step cost: s1 to s4 as RunTimes of stage_times.h has them, over the scene's run.
+void register_stages(const BenchmarkScene& scene, const std::string& engine, const Settings& settings);
+
 /// What a row solve costs at least on this machine: its numbers streamed from where they lie, or its
 /// multiplications and additions at the machine's peak, whichever is longer.
 void register_limits(const BenchmarkScene& scene, const Settings& settings);
@@ -61,6 +64,9 @@ class Results final : public ::benchmark::BenchmarkReporter {
 
 /// Figures that are not there are blank.
 std::string table(const Results& results, bool markdown);
+
+/// The stages of steps, of the scenes registered for it; empty where none ran.
+std::string stages(const Results& results, bool markdown);
 
 /// A1's cost by size, of the scenes registered for it; empty where none ran.
 std::string cost_of_a1(const Results& results, bool markdown);

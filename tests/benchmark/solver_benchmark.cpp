@@ -117,6 +117,13 @@ void register_all() {
   for (const int base : {10, 20, 30}) register_contacts(pyramid_of(base));
   register_contacts(pile_of(250));
   register_default(pile_of(2000), Algorithm::a5, "A5 n=10");
+  register_engine(pile_of(2000), "bullet-si", "Bullet SI 10", 10);
+  for (const BenchmarkScene& scene :
+       {pyramid_of(10), pyramid_of(20), pyramid_of(30), pile_of(250), pile_of(2000)}) {
+    Settings settings = default_settings(Algorithm::a5);
+    settings.step = scene.step;
+    register_stages(scene, "A5 n=10", settings);
+  }
   register_kernel(chain_of(10));
   register_kernel(pyramid_of(20));
   register_kernel(pile_of(250));
@@ -148,10 +155,11 @@ int run(int argc, char** argv) {
   Results results;
   ::benchmark::RunSpecifiedBenchmarks(&results);
   const std::vector<Goal> reached = goals(results);
-  fmt::print("{}\n{}\n{}", table(results, false), cost_of_a1(results, false), lines(reached));
+  fmt::print("{}\n{}\n{}\n{}", table(results, false), stages(results, false), cost_of_a1(results, false),
+             lines(reached));
   if (!markdown_file.empty()) {
-    write_file(markdown_file,
-               table(results, true) + "\n" + cost_of_a1(results, true) + "\n" + markdown(reached));
+    write_file(markdown_file, table(results, true) + "\n" + stages(results, true) + "\n" +
+                                  cost_of_a1(results, true) + "\n" + markdown(reached));
   }
   return 0;
 }

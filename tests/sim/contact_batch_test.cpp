@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "sim/constraints/contact_finder.h"
 #include "sim/constraints/formulate.h"
@@ -77,6 +78,58 @@ TEST(ContactBatches, AStackAmongOthersMovesWithTheBitsOfOneAlone) {
         EXPECT_GT(position_difference(simulation.state(), initial_state(together)), 0.05);
       }
     }
+  }
+}
+
+/// On the floor, each with another number of contacts: a box, a capsule on its side, a cylinder.
+void add_solid(Scene& scene, int kind) {
+  const Quaternion turned = rotation_quaternion({0.01, 0.3 + 0.2 * kind, -0.02});
+  const int body = test::add_box(scene, {0.6, 0.4, 0.5}, 1.3, {{0, 0.21, 0}, turned}, 0.5);
+  scene.bodies[body].linear_velocity = {0.4, -0.1, 0.2};
+  Collider& collider = scene.colliders.back();
+  if (kind == 1) {
+    collider.shape = Capsule{0.3, 0.2};
+    collider.placement.orientation = rotation_quaternion({0, 0, 0.5 * std::numbers::pi});
+  } else if (kind == 2) {
+    collider.shape = Cylinder{0.2, 0.25, 0.25};
+  }
+  collider.in_no_system = false;  // meets the floor alone
+  collider.member = collider.collides_with = std::uint64_t{1} << kind;
+}
+
+TEST(ContactBatches, ManifoldsOfUnlikeLengthShareABatchAndKeepTheirBits) {
+  for (const Algorithm algorithm : iterative) {
+    const Settings settings = default_settings(algorithm);
+    Scene together = test::floor_scene(0.5);
+    std::vector<Simulation> alone;
+    for (int kind = 0; kind < 3; ++kind) {
+      add_solid(together, kind);
+      Scene scene = test::floor_scene(0.5);
+      add_solid(scene, kind);
+      alone.emplace_back(scene, settings);
+    }
+    const Model model = build_model(together);
+    ContactFinder finder(together, model);
+    ContactBatches contacts;
+    Simulation simulation(together, settings);
+    int unlike = 0;
+    for (int step = 1; step <= 90; ++step) {
+      contacts.build(model, finder.find(simulation.state(), settings.step));
+      for (const ContactBatch& x : contacts.batches) {
+        if (x.manifolds > 1 && x.count[0] < x.contacts) ++unlike;
+      }
+      simulation.step();
+      for (int kind = 0; kind < 3; ++kind) {
+        alone[kind].step();
+        const State& one = simulation.state();
+        const State& other = alone[kind].state();
+        ASSERT_EQ(one.q[1 + kind].linear, other.q[1].linear) << name(algorithm) << kind << ", step " << step;
+        ASSERT_EQ(one.q[1 + kind].angular.coeffs(), other.q[1].angular.coeffs());
+        ASSERT_EQ(one.v[1 + kind].linear, other.v[1].linear);
+        ASSERT_EQ(one.v[1 + kind].angular, other.v[1].angular);
+      }
+    }
+    EXPECT_GT(unlike, 30) << name(algorithm);
   }
 }
 

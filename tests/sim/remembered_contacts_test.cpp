@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <tuple>
 #include <utility>
 
 #include "tests/scene_files.h"
@@ -41,6 +42,23 @@ TEST(RememberedContacts, ARunThatGoesOnFromItsStateIsTheRun) {
       other.set_state(forgetful);
       EXPECT_NE(hash_after(other, 60), expected) << name << ' ' << substep::name(algorithm);
     }
+  }
+}
+
+TEST(RememberedContacts, AreInOrderByCollidersAndThenByPlace) {
+  for (const char* name : {"stone_pyramid", "dominoes", "funnel", "wrecking_ball"}) {
+    Simulation simulation(scene_named(name), default_settings(Algorithm::a5));
+    for (int step = 1; step <= 40; ++step) {
+      simulation.step();
+      EXPECT_TRUE(std::ranges::is_sorted(simulation.state().contacts, {},
+                                         [](const ContactMemory& memory) {
+                                           const Vector3& arm = memory.arm_a;
+                                           return std::tuple(memory.collider_a, memory.collider_b, arm[0],
+                                                             arm[1], arm[2]);
+                                         }))
+          << name << ", step " << step;
+    }
+    EXPECT_GT(simulation.state().contacts.size(), 20U) << name;
   }
 }
 
