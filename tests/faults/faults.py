@@ -330,11 +330,13 @@ def main() -> int:
     parser.add_argument("--program", type=pathlib.Path, default=SOURCE / "build/substep")
     parser.add_argument("--moments", type=int, default=50, help="moments at which one of the three signals comes")
     parser.add_argument("--sizes", type=int, default=5, help="tries of each other fault that has a size or a moment")
+    parser.add_argument("--minutes", type=float, default=1e9, help="begin no further try after so many")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--commands", nargs="*", default=list(COMMANDS), choices=list(COMMANDS))
     parser.add_argument("--faults", nargs="*", default=list(FAULTS), choices=list(FAULTS))
     arguments = parser.parse_args()
     program = arguments.program.resolve()
+    end = time.monotonic() + 60 * arguments.minutes
     rows: dict[str, list[str]] = {fault: [] for fault in arguments.faults}
     wrong: list[str] = []
     with tempfile.TemporaryDirectory() as place:
@@ -352,6 +354,8 @@ def main() -> int:
                 signals = [f for f in FAULTS if f.startswith("SIG")]
                 moments = range(signals.index(fault), arguments.moments, 3) if fault in signals else range(arguments.sizes)
                 for k in moments[:1] if fault in ONCE else moments:
+                    if time.monotonic() > end:
+                        break
                     came, found = bench.tried(random.Random(f"{arguments.seed} {name} {fault} {k}"), fault)
                     counts[came] += 1
                     bad += bool(found)

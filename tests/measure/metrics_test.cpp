@@ -11,6 +11,7 @@
 #include "sim/error.h"
 #include "sim/measure/metrics_json.h"
 #include "sim/measure/metrics_text.h"
+#include "sim/measure/stage_times.h"
 #include "tests/scene_files.h"
 
 namespace substep {
@@ -188,6 +189,13 @@ TEST(Tables, SayTheReferenceAndHaveALineARun) {
   measurement.runs[0].times = RunTimes{0.001, 0.0009, 0.0011, 3, {1, 2, 3, 4}};
   measurement.runs[1].times = RunTimes{0.002, 0.0019, 0.0021, 3, {1, 2, 3, 4}};
   EXPECT_NE(to_table(measurement).find("CPU time"), std::string::npos);
+}
+
+TEST(StageTimes, AreAboveZeroForEachStage) {
+  Scene scene = scene_named("box_stack");
+  scene.duration = 3 * scene.step;
+  const StageTimes times = time_run(scene, usual_settings(scene, Algorithm::a5), 1).stages;
+  for (const double time : {times.geometry, times.formulation, times.coordinates}) EXPECT_GT(time, 0);
 }
 
 }  // namespace

@@ -154,6 +154,19 @@ TEST(Mlcp, SolvesRowsWhoseSecondBodyIsTheFirstOfTheList) {
   EXPECT_LT(worst, 1e-7);
 }
 
+TEST(Mlcp, CountsTheActiveSetsThatItTries) {
+  // A row without limits is active, whatever its impulse: there is one set to try.
+  std::mt19937 random(5);
+  MlcpSolver solver;
+  std::vector<double> lambda;
+  for (int i = 0; i < 20; ++i) {
+    Mlcp problem = any_problem(random, 2, 1, false);
+    problem.rows.front().low = -INFINITY;
+    problem.rows.front().high = INFINITY;
+    EXPECT_EQ(solver.solve(problem, lambda).active_sets, 1) << i;
+  }
+}
+
 TEST(Mlcp, SolvesRandomProblemsToRounding) {
   std::mt19937 random(1);
   MlcpSolver solver;

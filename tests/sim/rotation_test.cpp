@@ -76,5 +76,26 @@ TEST(GyroscopicChange, IsZeroForEqualMoments) {
   EXPECT_LT(gyroscopic_change({1, 2, 3}, Vector3::Constant(0.4), 0.01).norm(), 1e-15);
 }
 
+TEST(GyroscopicChange, TurnsATopWithTwoEqualMomentsAboutItsAxis) {
+  // Free, it precesses in its own frame about the axis of the third moment at (I3 / I1 − 1) w3, and the spin
+  // about that axis stays. Whichever axis it is.
+  constexpr double duration = 1e-5;
+  for (int axis = 0; axis < 3; ++axis) {
+    const int next = (axis + 1) % 3;
+    const int last = (axis + 2) % 3;
+    Vector3 inertia = Vector3::Constant(0.5);
+    inertia[axis] = 0.8;
+    Vector3 velocity;
+    velocity[axis] = 3;
+    velocity[next] = 2;
+    velocity[last] = 0;
+    const Vector3 change = gyroscopic_change(velocity, inertia, duration);
+    const double precession = (0.8 / 0.5 - 1) * 3;
+    EXPECT_NEAR(change[last] / duration, precession * 2, 1e-3) << axis;
+    EXPECT_NEAR(change[axis] / duration, 0, 1e-3) << axis;
+    EXPECT_NEAR(change[next] / duration, 0, 1e-3) << axis;
+  }
+}
+
 }  // namespace
 }  // namespace substep
