@@ -19,4 +19,8 @@ struct ReplayOptions {
 /// is not.
 std::string replay(const SuiteCase& entry, const ReplayOptions& options);
 
+/// The same as a page that plays the run beside its golden one, with the distance between them over time.
+/// Throws Error also where there is no golden track, or it is of other bodies.
+std::string replay_page(const SuiteCase& entry, const ReplayOptions& options);
+
 }  // namespace substep

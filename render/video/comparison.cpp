@@ -249,17 +249,6 @@ double squared_distance(const Scene& scene, const std::vector<Coordinates>& is,
   return count == 0 ? 0 : sum / count;
 }
 
-void measure(const Scene& scene, const ReferenceRun& reference, Run& run) {
-  const std::size_t frames = std::min(run.poses.size(), reference.known);
-  double sum_over_frames = 0;
-  for (std::size_t k = 0; k < frames; ++k) {
-    const double mean = squared_distance(scene, run.poses[k], reference.poses[k]);
-    run.errors.push_back(std::sqrt(mean));
-    sum_over_frames += mean;
-  }
-  if (frames > 0) run.rms_error = std::sqrt(sum_over_frames / static_cast<double>(frames));
-}
-
 /// What the two runs say together: until when the finer is a reference.
 ReferenceRun reference_of(const Scene& scene, const ReferenceAttempt& coarse, ReferenceAttempt fine,
                           const std::vector<double>& times, const std::string& method) {
@@ -414,6 +403,17 @@ std::optional<Departure> departure_of(const Scene& scene, const Comparison& comp
   return std::nullopt;
 }
 
+void measure_from(const Scene& scene, const ReferenceRun& reference, Run& run) {
+  const std::size_t frames = std::min(run.poses.size(), reference.known);
+  double sum_over_frames = 0;
+  for (std::size_t k = 0; k < frames; ++k) {
+    const double mean = squared_distance(scene, run.poses[k], reference.poses[k]);
+    run.errors.push_back(std::sqrt(mean));
+    sum_over_frames += mean;
+  }
+  if (frames > 0) run.rms_error = std::sqrt(sum_over_frames / static_cast<double>(frames));
+}
+
 Comparison simulate_comparison(const Scene& scene, const ComparisonSettings& settings,
                                const std::function<void(double)>& progress) {
   check(settings);
@@ -468,7 +468,7 @@ Comparison simulate_comparison(const Scene& scene, const ComparisonSettings& set
       if (run.is_reference()) {
         run.poses = comparison.reference->poses;
       } else {
-        measure(scene, *comparison.reference, run);
+        measure_from(scene, *comparison.reference, run);
       }
     }
   }

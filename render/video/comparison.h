@@ -95,6 +95,9 @@ inline constexpr double parted = 0.01;
 /// Mean over the body's mass of the squared distance between where a point is and where it should be, m².
 double squared_distance(const Body& body, const Coordinates& is, const Coordinates& should_be);
 
+/// Fills the run's errors, at the frames at which it has poses and the reference is known.
+void measure_from(const Scene& scene, const ReferenceRun& reference, Run& run);
+
 /// Runs all panels. `progress` gets the share done, on the calling thread; may be empty.
 /// Throws Error when the settings cannot be used, a log is of another scene, or the scene cannot be modelled.
 Comparison simulate_comparison(const Scene& scene, const ComparisonSettings& settings,

@@ -45,6 +45,14 @@ TEST_F(GoldenCommands, CheckApproveReplayAndDiffOneCase) {
   EXPECT_EQ(changed.exit_code, 1) << changed.err;
   EXPECT_THAT(changed.out, HasSubstr("pendulum.a3"));
   EXPECT_THAT(changed.out, HasSubstr("changed"));
+  const Outcome played = run({"replay", "pendulum.a3", "--suite", "suite.toml", "--player", "both.html"});
+  EXPECT_EQ(played.exit_code, 0) << played.err;
+  const std::string page = content("both.html");
+  for (const char* const part : {"\"method\":\"the golden run\"", "\"as it runs now\"", "n=3"}) {
+    EXPECT_THAT(page, HasSubstr(part));
+  }
+  expect_refused({"replay", "pendulum.a3", "--suite", "suite.toml", "--player", "both.htm"},
+                 "both.htm: give a name that ends in .html");
 }
 
 TEST_F(GoldenCommands, RefuseWhatIsNotThere) {
