@@ -34,6 +34,8 @@ int run(int argc, char** argv) {
   add_run_command(app);
   add_render_command(app);
   add_video_command(app);
+  add_player_command(app);
+  add_site_command(app);
   add_export_command(app);
   add_info_command(app);
   add_diff_command(app);

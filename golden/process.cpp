@@ -46,6 +46,12 @@ extern "C" void substep_interrupted(int signal) {
   end_by(signal);
 }
 
+/// Whoever reads has gone, and wants to hear no more: its end by the signal is what other programs do, too.
+extern "C" void substep_not_read(int signal) {
+  remove_partial_files();
+  end_by(signal);
+}
+
 bool memory_is_limited() noexcept {
   for (const auto resource : {RLIMIT_AS, RLIMIT_DATA}) {
     rlimit limit{};
@@ -81,6 +87,7 @@ void prepare_process() {
   }
   std::signal(SIGXFSZ, SIG_IGN);
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) handle(signal, substep_interrupted, false);
+  handle(SIGPIPE, substep_not_read, false);
   // An overflowing stack has no room for a handler.
   static std::array<char, 1 << 16> stack;
   stack_t own{};

@@ -1,5 +1,8 @@
 #include "render/markup.h"
 
+#include <algorithm>
+#include <stdexcept>
+
 namespace substep {
 
 std::string escaped(std::string_view text) {
@@ -19,6 +22,22 @@ std::string escaped(std::string_view text) {
     } else {
       result += c;
     }
+  }
+  return result;
+}
+
+std::string filled(std::string_view page, const std::vector<std::pair<std::string, std::string>>& contents) {
+  std::string result;
+  while (!page.empty()) {
+    const std::size_t open = page.find("{{");
+    const std::size_t close = page.find("}}", open);
+    result += page.substr(0, open);
+    if (close == std::string_view::npos) break;
+    const std::string_view name = page.substr(open + 2, close - open - 2);
+    const auto found = std::ranges::find(contents, name, &std::pair<std::string, std::string>::first);
+    if (found == contents.end()) throw std::logic_error("a page names what it is not given");
+    result += found->second;
+    page.remove_prefix(close + 2);
   }
   return result;
 }

@@ -50,11 +50,7 @@ struct Simulation::Implementation {
     problem.substeps.duration = sub_stepped ? settings.step / settings.substeps : settings.step;
     joints = sub_stepped ? settings.joints : Joints::rows;
     build_blocks(problem, joints);
-    if (model.contacts) {
-      // As much room as ContactFinder has.
-      state.contacts.reserve(16 * scene.colliders.size());
-      before.contacts.reserve(state.contacts.capacity());
-    }
+    if (model.contacts) state.contacts.reserve(16 * scene.colliders.size());  // as ContactFinder has
     work.sum.resize(state.v.size());
     work.sum_v.resize(state.v.size());
     work.change.resize(state.v.size());
@@ -75,7 +71,8 @@ struct Simulation::Implementation {
     // s2: rows
     formulate(problem, state.q, problem.substeps.duration);
     // s3, s4
-    before = state;
+    before_q = state.q;
+    before_v = state.v;
     work.row_solves = 0;
     report.status = StepReport::Status::ok;
     if (sub_stepped) {
@@ -89,14 +86,15 @@ struct Simulation::Implementation {
       run_algorithm();
     }
     if (sub_stepped) to_world(state.q, state.v);
-    if (model.contacts && settings.algorithm != Algorithm::a1) {
-      problem.c.contacts.remember(*problem.contacts, state.q, state.contacts);
-    }
     report.row_solves = work.row_solves;
     if (!is_finite(state, &report.diverged_body)) {
       report.status = StepReport::Status::diverged;
-      state = before;
+      state.q = before_q;
+      state.v = before_v;
       return;
+    }
+    if (model.contacts && settings.algorithm != Algorithm::a1) {
+      problem.c.contacts.remember(*problem.contacts, state.q, state.contacts);
     }
     ++steps;
   }
@@ -132,7 +130,8 @@ struct Simulation::Implementation {
   Model model;
   ContactFinder finder;
   State state;
-  State before;
+  std::vector<Coordinates> before_q;
+  std::vector<Velocity> before_v;
   bool sub_stepped;  ///< A3–A5: velocities are v̆ between to_local and to_world
   Joints joints;
   std::vector<Contact> no_contacts;

@@ -8,6 +8,8 @@ namespace substep {
 
 void add_render_command(CLI::App& app);
 void add_video_command(CLI::App& app);
+void add_player_command(CLI::App& app);
+void add_site_command(CLI::App& app);
 void add_export_command(CLI::App& app);
 void add_sheet_command(CLI::App& app);
 void add_figure_command(CLI::App& app);

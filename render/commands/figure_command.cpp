@@ -1,9 +1,14 @@
 #include <fmt/format.h>
 
+#include <array>
+#include <charconv>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "render/commands/commands.h"
 #include "render/report/figures.h"
@@ -20,22 +25,113 @@ struct FigureOptions {
   fs::path results = "out/sweep";
   fs::path scenes = "scenes";
   std::optional<fs::path> output;
+  std::optional<std::string> width;
+  std::optional<std::string> x_range;
+  std::optional<std::string> y_range;
+  std::vector<std::string> panels;
+  std::vector<std::string> series;
+  bool no_title = false;
+  bool no_caption = false;
+  FigureStyle style;
 };
+
+PictureFormat format_of(const fs::path& output) {
+  const std::string extension = output.extension().string();
+  if (extension == ".svg") return PictureFormat::svg;
+  if (extension == ".pdf") return PictureFormat::pdf;
+  if (extension == ".png") return PictureFormat::png;
+  throw Error(fmt::format("{}: give a name that ends in .svg, .pdf or .png", output.string()));
+}
+
+std::optional<double> number_in(std::string_view text) {
+  double number = 0;
+  const char* const end = text.data() + text.size();
+  const auto parsed = std::from_chars(text.data(), end, number);
+  if (parsed.ec != std::errc{} || parsed.ptr != end || !std::isfinite(number)) return std::nullopt;
+  return number;
+}
+
+/// mm.
+double width_in(const std::string& text) {
+  if (text == "one-column") return 85;
+  if (text == "two-columns") return 178;
+  const std::optional<double> width = number_in(text);
+  if (!width || !(*width >= 40 && *width <= 1000)) {
+    throw Error(fmt::format(
+        "--width '{}': give one-column (85 mm), two-columns (178 mm) or 40 to 1000, in mm", text));
+  }
+  return *width;
+}
+
+std::array<double, 2> range_in(const std::string& text, const char* option) {
+  const std::size_t colon = std::min(text.find(':'), text.size());
+  const std::optional<double> from = number_in(std::string_view(text).substr(0, colon));
+  const std::optional<double> to = number_in(std::string_view(text).substr(std::min(colon + 1, text.size())));
+  if (!from || !to || !(*from < *to)) {
+    throw Error(fmt::format("{} '{}': give FROM:TO, the lesser first", option, text));
+  }
+  return {*from, *to};
+}
+
+void set_range(Axis& axis, const std::array<double, 2>& range, const char* option) {
+  if (axis.logarithmic && !(range[0] > 0)) {
+    throw Error(fmt::format("{} {:g}:{:g}: the axis is logarithmic, and has nothing at 0 and below", option,
+                            range[0], range[1]));
+  }
+  axis.range = range;
+}
 
 void draw_figure(const FigureOptions& options) {
   const ReportFigure& figure = figure_named(options.name);
   const fs::path output = options.output.value_or(figure.name + ".svg");
-  const std::string extension = output.extension().string();
-  if (extension != ".svg" && extension != ".pdf") {
-    throw Error(fmt::format("{}: give a name that ends in .svg or .pdf", output.string()));
+  const PictureFormat format = format_of(output);
+  FigureStyle style = options.style;
+  if (options.width) style.width = width_in(*options.width);
+  style.title = !options.no_title;
+  style.caption = !options.no_caption;
+  // It stands between quotes in gnuplot's script.
+  if (style.font.find_first_of("'\"\\\n,") != std::string::npos || style.font.empty()) {
+    throw Error(fmt::format("--font '{}': give a font's name", style.font));
   }
+  std::optional<std::array<double, 2>> x_range;
+  std::optional<std::array<double, 2>> y_range;
+  if (options.x_range) x_range = range_in(*options.x_range, "--x-range");
+  if (options.y_range) y_range = range_in(*options.y_range, "--y-range");
   require_folder_of(output);
   FigureSource source;
   if (figure.from_sweep) source.records = read_records(options.results);
   source.scenes = options.scenes;
-  write_file(output,
-             draw(figure.make(source), extension == ".svg" ? PictureFormat::svg : PictureFormat::pdf));
+  Sheet sheet = with_choice(figure.make(source), options.panels, options.series);
+  for (Panel& panel : sheet.panels) {
+    if (x_range) set_range(panel.x, *x_range, "--x-range");
+    if (y_range) set_range(panel.y, *y_range, "--y-range");
+  }
+  write_file(output, draw(sheet, format, style));
   fmt::print("wrote {}\n", output.string());
+}
+
+/// For print.
+void add_style_options(CLI::App& command, FigureOptions& options) {
+  command.add_option(
+      "--width", options.width,
+      "one-column (85 mm), two-columns (178 mm) or mm: a layout for print (as on the report's page)");
+  command.add_option("--text", options.style.text, "Its text's size, points")
+      ->check(CLI::Range(5.0, 14.0))
+      ->capture_default_str();
+  command.add_option("--font", options.style.font, "Its text's font, which has to be installed")
+      ->capture_default_str();
+  command.add_option("--panel", options.panels, "Only panels whose title begins so; once for each")
+      ->allow_extra_args(false);
+  command.add_option("--series", options.series, "Only series whose title begins so; once for each")
+      ->allow_extra_args(false);
+  command.add_option("--x-range", options.x_range, "FROM:TO, of all panels' x axes");
+  command.add_option("--y-range", options.y_range, "FROM:TO, of all panels' y axes");
+  command.add_flag("--no-title", options.no_title, "For a figure that the document titles");
+  command.add_flag("--no-caption", options.no_caption, "For a figure that the document captions");
+  command.add_flag("--transparent", options.style.transparent, "No white ground");
+  command.add_option("--dpi", options.style.dpi, "Pixels in an inch of a .png")
+      ->check(CLI::Range(50.0, 2400.0))
+      ->capture_default_str();
 }
 
 }  // namespace
@@ -52,12 +148,14 @@ void add_figure_command(CLI::App& app) {
   command->add_option("name", options->name, about)->required();
   command->add_option("--results", options->results, "Folder of the sweep's results")->capture_default_str();
   command->add_option("--scenes", options->scenes, "Folder of the scene files")->capture_default_str();
-  command->add_option("--output", options->output, "The picture, .svg or .pdf (NAME.svg)");
+  command->add_option("--output", options->output, "The picture, .svg, .pdf or .png (NAME.svg)");
+  add_style_options(*command, *options);
   command->footer(
       "[sweep]: 'substep sweep' must have been run before. [times]: differs from run to run; the others are "
       "the same\n"
       "to the last byte.\n"
-      "Example:\n  substep figure work-rows --results results --output work.pdf");
+      "Example:\n  substep figure work-rows --results results --output work.pdf\n"
+      "  substep figure stability --width one-column --no-title --no-caption --output stability.pdf");
   command->callback([options] { draw_figure(*options); });
 }
 

@@ -53,18 +53,6 @@ std::string joined(std::string_view lines) {
   return text;
 }
 
-std::string html_table(const TextTable& table) {
-  std::string text = "<div class=\"table\"><table><tr>";
-  for (const std::string& cell : table.head) text += fmt::format("<th>{}</th>", with_marks(cell));
-  text += "</tr>\n";
-  for (const auto& row : table.rows) {
-    text += "<tr>";
-    for (const std::string& cell : row) text += fmt::format("<td>{}</td>", with_marks(cell));
-    text += "</tr>\n";
-  }
-  return text + "</table></div>\n";
-}
-
 }  // namespace
 
 std::string to_markdown(const Document& document) {
@@ -89,6 +77,18 @@ std::string to_markdown(const Document& document) {
   return text;
 }
 
+std::string to_html(const TextTable& table) {
+  std::string text = "<div class=\"table\"><table><tr>";
+  for (const std::string& cell : table.head) text += fmt::format("<th>{}</th>", with_marks(cell));
+  text += "</tr>\n";
+  for (const auto& row : table.rows) {
+    text += "<tr>";
+    for (const std::string& cell : row) text += fmt::format("<td>{}</td>", with_marks(cell));
+    text += "</tr>\n";
+  }
+  return text + "</table></div>\n";
+}
+
 std::string to_html(const Document& document) {
   std::string title = "substep";
   std::string body;
@@ -102,7 +102,7 @@ std::string to_html(const Document& document) {
         body += fmt::format("<p>{}</p>\n", with_marks(block.text));
         break;
       case Block::Kind::table:
-        body += html_table(block.table);
+        body += to_html(block.table);
         break;
       case Block::Kind::picture:
         body += fmt::format("<img alt=\"{}\" src=\"{}\">\n", escaped(block.text), data_address(block.svg));

@@ -36,4 +36,7 @@ std::string to_markdown(const Document& document);
 /// Needs no other file; follows the reader's dark mode.
 std::string to_html(const Document& document);
 
+/// The table alone, with the marks of paragraphs in its cells.
+std::string to_html(const TextTable& table);
+
 }  // namespace substep

@@ -1,6 +1,7 @@
 #include "render/report/plot.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -16,7 +17,6 @@ constexpr Ink text_ink{"#222222", "#e6e6e6"};
 constexpr Ink frame_ink{"#b8b8b8", "#5a5a5a"};
 constexpr Ink paper{"#ffffff", "#14171a"};
 
-constexpr double title_height = 44;
 constexpr double line_height = 17;
 constexpr double right_margin = 16;
 constexpr double top_margin = 30;
@@ -48,10 +48,17 @@ std::string quoted_text(const std::string& text) {
   return result;
 }
 
-std::string axis_script(const char* name, const Axis& axis) {
+/// How far the y axis' title is moved towards its tics, in letters. For print gnuplot leaves no room for tics
+/// that are given.
+const char* y_offset(const Axis& axis, bool is_print) {
+  if (!is_print) return "1.2,0";
+  return axis.tics.empty() ? "0.6,0" : "-0.4,0";
+}
+
+std::string axis_script(const char* name, const Axis& axis, bool is_print) {
   std::string script = fmt::format("set {0}label {1} offset {3}\n{2} logscale {0}\nset autoscale {0}\n", name,
                                    quoted_text(axis.title), axis.logarithmic ? "set" : "unset",
-                                   name[0] == 'x' ? "0,0.7" : "1.2,0");
+                                   name[0] == 'x' ? "0,0.7" : y_offset(axis, is_print));
   if (axis.logarithmic && axis.tics.empty()) {
     script += fmt::format("set format {} '10^{{%T}}'\n", name);
   } else {
@@ -109,24 +116,16 @@ std::vector<Entry> legend_of(const Sheet& sheet) {
   return entries;
 }
 
+/// In units of which the text's size is 12: on screens, pixels.
 struct Layout {
   double width;
   double height;
-  double legend_top;   ///< y of the legend's top edge, from the top
-  double caption_top;  ///< y of the caption's first line's middle
+  double panels_top;
+  double title_size;
+  std::vector<std::string> title;  ///< its lines
+  double legend_top;               ///< y of the legend's top edge, from the top
+  double caption_top;              ///< y of the caption's first line's middle
 };
-
-Layout layout_of(const Sheet& sheet, std::size_t entries) {
-  const int columns = std::min<int>(sheet.columns, static_cast<int>(sheet.panels.size()));
-  const int rows = (static_cast<int>(sheet.panels.size()) + columns - 1) / columns;
-  const int legend_rows = (static_cast<int>(entries) + sheet.legend_columns - 1) / sheet.legend_columns;
-  Layout layout{};
-  layout.width = columns * sheet.panel_width;
-  layout.legend_top = title_height + rows * sheet.panel_height + 12;
-  layout.caption_top = layout.legend_top + legend_rows * (line_height + 2) + 20;
-  layout.height = layout.caption_top + static_cast<double>(sheet.caption.size()) * line_height + 2;
-  return layout;
-}
 
 /// Lines broken between words, so that none is wider than `most` characters.
 std::vector<std::string> wrapped(const std::vector<std::string>& lines, int most) {
@@ -155,12 +154,31 @@ std::vector<std::string> wrapped(const std::vector<std::string>& lines, int most
   return result;
 }
 
-std::string panel_script(const Sheet& sheet, std::size_t index, const Layout& layout) {
+Layout layout_of(const Sheet& sheet, std::size_t entries, const FigureStyle& style) {
+  const int columns = std::min<int>(sheet.columns, static_cast<int>(sheet.panels.size()));
+  const int rows = (static_cast<int>(sheet.panels.size()) + columns - 1) / columns;
+  const int legend_rows = (static_cast<int>(entries) + sheet.legend_columns - 1) / sheet.legend_columns;
+  Layout layout{};
+  layout.width = columns * sheet.panel_width;
+  layout.title_size = style.width ? 13 : 15;
+  if (style.title) layout.title = {sheet.title};
+  // Of its font, letters are some 7.6 wide.
+  if (style.title && style.width) layout.title = wrapped(layout.title, static_cast<int>(layout.width / 7.6));
+  layout.panels_top = 4 + (style.title ? 22 + 18 * static_cast<double>(layout.title.size()) : 0);
+  layout.legend_top = layout.panels_top + rows * sheet.panel_height + 12;
+  const double legend_end = layout.legend_top + legend_rows * (line_height + 2);
+  layout.caption_top = legend_end + 20;
+  layout.height = layout.caption_top + static_cast<double>(sheet.caption.size()) * line_height + 2;
+  if (sheet.caption.empty()) layout.height = legend_end + 4;
+  return layout;
+}
+
+std::string panel_script(const Sheet& sheet, std::size_t index, const Layout& layout, bool is_print) {
   const Panel& panel = sheet.panels[index];
   const auto column = static_cast<double>(index % sheet.columns);
   const auto row = static_cast<double>(index / sheet.columns);
   const double left = column * sheet.panel_width + sheet.left_margin;
-  const double top = title_height + row * sheet.panel_height + top_margin;
+  const double top = layout.panels_top + row * sheet.panel_height + top_margin;
   std::string script;
   std::vector<std::string> plots;
   for (std::size_t i = 0; i < panel.series.size(); ++i) {
@@ -182,8 +200,8 @@ std::string panel_script(const Sheet& sheet, std::size_t index, const Layout& la
       1 - top / layout.height, 1 - (top + sheet.panel_height - top_margin - bottom_margin) / layout.height,
       quoted_text(panel.title));
   script += "set xtics out nomirror scale 0.5 autofreq\nset ytics out nomirror scale 0.5 autofreq\n";
-  script += axis_script("x", panel.x) + axis_script("y", panel.y) + triangle_script(panel.triangles) +
-            notes_script(panel.notes);
+  script += axis_script("x", panel.x, is_print) + axis_script("y", panel.y, is_print) +
+            triangle_script(panel.triangles) + notes_script(panel.notes);
   // A panel without a point still has its axes.
   if (plots.empty()) {
     script += "set xrange [1:10]\nset yrange [1:10]\n";
@@ -245,43 +263,142 @@ std::string with_dark_mode(std::string svg) {
   return svg;
 }
 
+/// Letters, of which UTF-8 has some in several bytes.
+std::size_t letters_of(const std::string& text) {
+  return static_cast<std::size_t>(std::ranges::count_if(text, [](char c) { return (c & 0xc0) != 0x80; }));
+}
+
+/// Panels in columns of a page's width, that is `width` units.
+void fit(Sheet& sheet, double width) {
+  // A panel's, for its tics not to touch; somewhat less where all stand in one row then.
+  constexpr double least = 290;
+  constexpr double least_in_row = 240;
+  const auto count = static_cast<int>(sheet.panels.size());
+  const bool is_row = width / count >= least_in_row;
+  sheet.columns = is_row ? count : std::clamp(static_cast<int>(width / least), 1, count);
+  sheet.panel_width = width / sheet.columns;
+  sheet.panel_height = std::clamp(0.64 * sheet.panel_width, 200.0, 280.0);
+  sheet.left_margin = std::min(sheet.left_margin, 70.0);
+  std::size_t longest = 1;
+  for (const Entry& entry : legend_of(sheet)) longest = std::max(longest, letters_of(entry.title));
+  sheet.legend_columns = std::max(1, static_cast<int>(width / (60 + 7.4 * static_cast<double>(longest))));
+}
+
+/// What the picture is written by. `unit`: points.
+std::string terminal(const Layout& layout, PictureFormat format, const FigureStyle& style, double unit) {
+  const std::string ground =
+      style.transparent ? "transparent" : fmt::format("background rgb '{}'", paper.light);
+  switch (format) {
+    case PictureFormat::svg:
+      // Transparent is what gnuplot's SVG is by itself.
+      return fmt::format("set terminal svg size {:.0f},{:.0f} font '{},12' {}\n", layout.width, layout.height,
+                         style.font, style.transparent ? "" : ground);
+    case PictureFormat::pdf:
+      return fmt::format(
+          "set terminal pdfcairo size {:.4f},{:.4f} font '{},12' fontscale {:.4g} linewidth {:.4g} "
+          "pointscale {:.4g} {}\n",
+          layout.width * unit / 72, layout.height * unit / 72, style.font, unit * (style.width ? 0.75 : 0.82),
+          unit, unit, style.transparent ? "transparent" : "");
+    case PictureFormat::png:
+      break;
+  }
+  const double pixels = unit * style.dpi / 72;
+  return fmt::format(
+      "set terminal pngcairo size {:.0f},{:.0f} font '{},12' fontscale {:.4g} linewidth {:.4g} "
+      "pointscale {:.4g} {}\n",
+      layout.width * pixels, layout.height * pixels, style.font, pixels, pixels, pixels, ground);
+}
+
+/// Its size in print, and the font that the page that shows it may lack.
+std::string for_print(std::string svg, const Layout& layout, const FigureStyle& style) {
+  const double unit = *style.width / layout.width;
+  const std::string given = fmt::format("width=\"{:.0f}\" height=\"{:.0f}\"", layout.width, layout.height);
+  const std::size_t size = svg.find(given);
+  if (size != std::string::npos) {
+    svg.replace(size, given.size(),
+                fmt::format("width=\"{:.3f}mm\" height=\"{:.3f}mm\"", *style.width, layout.height * unit));
+  }
+  return svg;
+}
+
+bool begins_with_one_of(const std::string& title, const std::vector<std::string>& words) {
+  return std::ranges::any_of(words, [&](const std::string& word) { return title.starts_with(word); });
+}
+
+/// Throws Error where a word begins no title.
+void require_named(const std::vector<std::string>& titles, const std::vector<std::string>& words,
+                   const char* what) {
+  for (const std::string& word : words) {
+    if (std::ranges::any_of(titles, [&](const std::string& title) { return title.starts_with(word); }))
+      continue;
+    throw Error(fmt::format("the figure has no {} '{}': it has {}", what, word, fmt::join(titles, "; ")));
+  }
+}
+
 }  // namespace
 
-std::string draw(const Sheet& given, PictureFormat format) {
+Sheet with_choice(Sheet sheet, const std::vector<std::string>& panels,
+                  const std::vector<std::string>& series) {
+  std::vector<std::string> titles;
+  for (const Panel& panel : sheet.panels) titles.push_back(panel.title);
+  require_named(titles, panels, "panel");
+  if (!panels.empty()) {
+    std::erase_if(sheet.panels, [&](const Panel& panel) { return !begins_with_one_of(panel.title, panels); });
+  }
+  titles.clear();
+  for (const Entry& entry : legend_of(sheet)) titles.push_back(entry.title);
+  require_named(titles, series, "series");
+  if (series.empty()) return sheet;
+  for (Panel& panel : sheet.panels) {
+    std::erase_if(panel.series, [&](const Series& one) { return !begins_with_one_of(one.title, series); });
+  }
+  return sheet;
+}
+
+std::string draw(const Sheet& given, PictureFormat format, const FigureStyle& style) {
   if (given.panels.empty()) {
     throw Error(
         fmt::format("the figure '{}' has nothing to show: the sweep measured none of it", given.title));
   }
   Sheet sheet = given;
-  constexpr double letter_width = 6.6;  // of the caption's font, on average
-  sheet.caption = wrapped(given.caption, static_cast<int>(layout_of(given, 0).width / letter_width));
+  // Points in a unit: on screens one of the picture's, which a PNG has 96 of in an inch.
+  const double unit = style.width ? style.text / 12 : format == PictureFormat::png ? 0.75 : 1;
+  if (style.width) fit(sheet, *style.width / 25.4 * 72 / unit);
   const std::vector<Entry> entries = legend_of(sheet);
-  const Layout layout = layout_of(sheet, entries.size());
-  std::string script = "set encoding utf8\n";
-  if (format == PictureFormat::svg) {
-    script += fmt::format("set terminal svg size {:.0f},{:.0f} font 'DejaVu Sans,12' background rgb '{}'\n",
-                          layout.width, layout.height, paper.light);
-  } else {
-    // A pixel as a point.
-    script += fmt::format("set terminal pdfcairo size {:.4f},{:.4f} font 'DejaVu Sans,12' fontscale 0.82\n",
-                          layout.width / 72, layout.height / 72);
+  constexpr double letter_width = 6.6;  // of the caption's font, on average
+  const double width = layout_of(sheet, 0, style).width;
+  sheet.caption.clear();
+  if (style.caption) {
+    // In print its lines are one paragraph.
+    const std::vector<std::string> lines =
+        style.width ? std::vector{fmt::format("{}", fmt::join(given.caption, " "))} : given.caption;
+    sheet.caption = wrapped(lines, static_cast<int>(width / letter_width));
   }
+  const Layout layout = layout_of(sheet, entries.size(), style);
+  std::string script = "set encoding utf8\n" + terminal(layout, format, style, unit);
   script += fmt::format(
       "set multiplot\nset border 3 lc rgb '{0}'\nset tics out nomirror textcolor rgb '{1}'\nset mxtics "
       "1\nset mytics "
-      "1\nset grid xtics ytics lc rgb '{0}' lw 0.5 dt 3\nunset key\nset label {2} at screen 0.5,{3:.6f} "
-      "center font "
-      "',15' textcolor rgb '{1}'\n",
-      frame_ink.light, text_ink.light, quoted_text(sheet.title), 1 - 18 / layout.height);
+      "1\nset grid xtics ytics lc rgb '{0}' lw 0.5 dt 3\nunset key\n",
+      frame_ink.light, text_ink.light);
+  for (std::size_t i = 0; i < layout.title.size(); ++i) {
+    script +=
+        fmt::format("set label {} at screen 0.5,{:.6f} center font ',{:g}' textcolor rgb '{}'\n",
+                    quoted_text(layout.title[i]), 1 - (18 + 18 * static_cast<double>(i)) / layout.height,
+                    layout.title_size, text_ink.light);
+  }
   // The title is a label of a plot that shows nothing else, since each panel clears its labels.
   script += "unset border\nunset tics\nset xrange [0:1]\nset yrange [0:1]\nplot NaN notitle\n";
   script += fmt::format("unset label\nset border 3 lc rgb '{0}'\nset tics out nomirror textcolor rgb '{1}'\n",
                         frame_ink.light, text_ink.light);
-  for (std::size_t i = 0; i < sheet.panels.size(); ++i) script += panel_script(sheet, i, layout);
+  for (std::size_t i = 0; i < sheet.panels.size(); ++i)
+    script += panel_script(sheet, i, layout, style.width.has_value());
   script += legend_script(sheet, entries, layout);
   script += "unset multiplot\n";
   const std::string picture = gnuplot(script);
-  return format == PictureFormat::svg ? with_dark_mode(picture) : picture;
+  if (format != PictureFormat::svg) return picture;
+  if (style.width) return for_print(picture, layout, style);
+  return style.transparent ? picture : with_dark_mode(picture);
 }
 
 }  // namespace substep

@@ -68,9 +68,28 @@ struct Sheet {
   std::vector<Panel> panels;
 };
 
-enum class PictureFormat { svg, pdf };
+enum class PictureFormat { svg, pdf, png };
+
+/// For print: how wide, and what of the sheet.
+struct FigureStyle {
+  /// mm. As many panels stand side by side as there is room for, and all text has nearly one size. Absent:
+  /// the sheet's own layout, for screens; its SVG follows the reader's dark mode.
+  std::optional<double> width;
+  double text =
+      8;  ///< points; panels' titles and axes have this, the caption 11/12 and the title 13/12 of it
+  std::string font = "DejaVu Sans";
+  bool title = true;
+  bool caption = true;
+  bool transparent = false;  ///< ground
+  double dpi = 300;          ///< of a PNG
+};
 
 /// Throws Error when gnuplot is not there. The same sheet gives the same SVG, byte by byte.
-std::string draw(const Sheet& sheet, PictureFormat format);
+std::string draw(const Sheet& sheet, PictureFormat format, const FigureStyle& style = {});
+
+/// The figure with the panels and series alone whose titles begin with one of these words; none are given:
+/// all. Throws Error where a word names nothing.
+Sheet with_choice(Sheet sheet, const std::vector<std::string>& panels,
+                  const std::vector<std::string>& series);
 
 }  // namespace substep

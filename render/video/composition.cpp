@@ -20,8 +20,41 @@ constexpr Color bright{236, 240, 245};
 constexpr Color quiet{146, 156, 170};
 constexpr Color alarm{255, 92, 105};
 
-/// What distinguishes a run from its neighbours, for someone who has not read the report.
-std::string description(const Run& run, const Comparison& comparison) {
+/// "#5db4ea".
+Color color_in(const char* ink) {
+  Color color{};
+  for (std::size_t i = 0; i < color.size(); ++i) {
+    const auto digit = [&](std::size_t at) { return ink[at] <= '9' ? ink[at] - '0' : ink[at] - 'a' + 10; };
+    color[i] = static_cast<std::uint8_t>(16 * digit(1 + 2 * i) + digit(2 + 2 * i));
+  }
+  return color;
+}
+
+/// `color` faded into the strip's ground. Not by drawing with an alpha: where a curve's pieces meet, that
+/// would show as beads.
+Color faded(const Color& color) {
+  Color result{};
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    result[i] = static_cast<std::uint8_t>(surface[i] + (color[i] - surface[i]) * 38 / 100);
+  }
+  return result;
+}
+
+/// The baseline that centres capitals and digits of this size in a box.
+double baseline(double y, double height, double size) {
+  return y + height / 2 + 0.31 * size;
+}
+
+}  // namespace
+
+std::string film_title(const Scene& scene, const std::string& given) {
+  if (!given.empty()) return given;
+  std::string title = scene.name;
+  std::replace(title.begin(), title.end(), '_', ' ');
+  return title;
+}
+
+std::string words_of(const Run& run, const Comparison& comparison) {
   if (!run.panel.title.empty()) return run.panel.title;
   switch (run.panel.kind) {
     case PanelChoice::Kind::reference:
@@ -50,43 +83,10 @@ std::string description(const Run& run, const Comparison& comparison) {
   return "";
 }
 
-/// "#5db4ea".
-Color color_in(const char* ink) {
-  Color color{};
-  for (std::size_t i = 0; i < color.size(); ++i) {
-    const auto digit = [&](std::size_t at) { return ink[at] <= '9' ? ink[at] - '0' : ink[at] - 'a' + 10; };
-    color[i] = static_cast<std::uint8_t>(16 * digit(1 + 2 * i) + digit(2 + 2 * i));
-  }
-  return color;
-}
-
-/// A curve of several: pixels that are drawn and left out in turn, at 720 lines; later ones leave out more,
-/// so that those below show.
-struct Dash {
-  double drawn;
-  double left_out;
-};
 Dash dash_of(std::size_t run) {
   constexpr std::array<Dash, 5> dashes{{{1, 0}, {14, 3}, {9, 6}, {5, 8}, {2.5, 9}}};
   return dashes[run % dashes.size()];
 }
-
-/// `color` faded into the strip's ground. Not by drawing with an alpha: where a curve's pieces meet, that
-/// would show as beads.
-Color faded(const Color& color) {
-  Color result{};
-  for (std::size_t i = 0; i < result.size(); ++i) {
-    result[i] = static_cast<std::uint8_t>(surface[i] + (color[i] - surface[i]) * 38 / 100);
-  }
-  return result;
-}
-
-/// The baseline that centres capitals and digits of this size in a box.
-double baseline(double y, double height, double size) {
-  return y + height / 2 + 0.31 * size;
-}
-
-}  // namespace
 
 Color accent(const PanelChoice& panel) {
   return color_in(inks.at(static_cast<std::size_t>(hue_of(panel))).dark);
@@ -286,7 +286,7 @@ double Composition::header_width(std::size_t run, const HeaderStyle& style) cons
   const Run& r = comparison_.runs[run];
   const double f = style.factor;
   double width = 20 * scale_ + text_width(name_of(r.panel), {.size = f * text_size(18), .bold = true});
-  const std::string words = description(r, comparison_);
+  const std::string words = words_of(r, comparison_);
   if (style.has_words && !words.empty()) width += 9 * scale_ + text_width(words, {.size = f * text_size(15)});
   const std::string settings = r.is_reference() ? comparison_.reference->method : settings_of(r.panel);
   if (style.has_settings) width += 12 * scale_ + text_width(settings, {.size = f * text_size(14)});
@@ -324,7 +324,7 @@ void Composition::draw_header(const Panel& panel, std::size_t run, const HeaderS
   draw_text(background_, x, baseline(box.y, box.height, bold.size), name, bold);
   x += text_width(name, bold) + 9 * scale_;
   if (style.has_words)
-    draw_text(background_, x, baseline(box.y, box.height, plain.size), description(r, comparison_), plain);
+    draw_text(background_, x, baseline(box.y, box.height, plain.size), words_of(r, comparison_), plain);
   if (style.has_settings) {
     const std::string settings = r.is_reference() ? comparison_.reference->method : settings_of(r.panel);
     draw_text(background_, box.x + box.width - 8 * scale_ - text_width(settings, small),

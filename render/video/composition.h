@@ -20,6 +20,20 @@ using KeyEntry = std::pair<std::string, Color>;
 /// inks.h's of the panel, on dark ground.
 Color accent(const PanelChoice& panel);
 
+/// What is given, or "rod_chain" as a person would write it.
+std::string film_title(const Scene& scene, const std::string& given);
+
+/// What distinguishes a run from its neighbours, for someone who has not read the report.
+std::string words_of(const Run& run, const Comparison& comparison);
+
+/// A curve of several: pixels that are drawn and left out in turn, at 720 lines; later ones leave out more,
+/// so that those below show.
+struct Dash {
+  double drawn;
+  double left_out;
+};
+Dash dash_of(std::size_t run);
+
 /// "1.23 m", "45.6 mm", "7.8 µm": three digits at most, for reading, not for files.
 std::string length_label(double metres);
 

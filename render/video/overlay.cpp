@@ -17,17 +17,13 @@ constexpr Color gap_color{255, 60, 80};
 constexpr Color anchor_color{255, 255, 255};
 constexpr Color ghost_color{255, 255, 255};
 
-/// Viridis, at five places: its lightness rises evenly, for all eyes.
-constexpr std::array<Color, 5> ramp{
-    {{68, 1, 84}, {59, 82, 139}, {33, 145, 140}, {94, 201, 98}, {253, 231, 37}}};
-
 Color ramp_at(double share) {
-  const double place = std::clamp(share, 0.0, 1.0) * (ramp.size() - 1);
-  const auto index = std::min(static_cast<std::size_t>(place), ramp.size() - 2);
+  const double place = std::clamp(share, 0.0, 1.0) * (error_ramp.size() - 1);
+  const auto index = std::min(static_cast<std::size_t>(place), error_ramp.size() - 2);
   Color color{};
   for (std::size_t c = 0; c < 3; ++c) {
-    const double from = ramp[index][c];
-    const double to = ramp[index + 1][c];
+    const double from = error_ramp[index][c];
+    const double to = error_ramp[index + 1][c];
     color[c] =
         static_cast<std::uint8_t>(std::lround(from + (to - from) * (place - static_cast<double>(index))));
   }

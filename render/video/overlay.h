@@ -1,6 +1,7 @@
 #pragma once
 /// What is drawn over a panel's picture, to explain it.
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,10 @@
 #include "render/video/composition.h"
 
 namespace substep {
+
+/// Colours of errors: viridis, at five places. Its lightness rises evenly, for all eyes.
+inline constexpr std::array<Color, 5> error_ramp{
+    {{68, 1, 84}, {59, 82, 139}, {33, 145, 140}, {94, 201, 98}, {253, 231, 37}}};
 
 struct Overlays {
   bool trails = false;  ///< the way of each body's centre in the last second of film

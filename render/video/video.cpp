@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -14,6 +13,7 @@
 #include "render/video/composition.h"
 #include "render/video/ffmpeg.h"
 #include "render/video/frame_queue.h"
+#include "render/video/seen_frames.h"
 #include "sim/error.h"
 #include "sim/log/file_output.h"
 #include "sim/log/partial_file.h"
@@ -33,49 +33,6 @@ std::vector<Coordinates> poses_at(const Scene& scene, const Run& run, std::size_
     pose.linear = pose.linear.cwiseMax(-far).cwiseMin(far);
   }
   return poses;
-}
-
-/// How far from its start any body of the run gets, m.
-double farthest_way(const Run& run) {
-  double farthest = 0;
-  for (const std::vector<Coordinates>& frame : run.poses) {
-    for (std::size_t body = 1; body < frame.size(); ++body) {
-      const double way = (frame[body].linear - run.poses.front()[body].linear).norm();
-      farthest = std::max(farthest, std::isfinite(way) ? way : std::numeric_limits<double>::max());
-    }
-  }
-  return farthest;
-}
-
-/// What cameras look at: the reference where it is known for half of the film or more; else the calmer half
-/// of the runs. One that explodes does not push the others out of sight.
-std::vector<std::vector<Coordinates>> seen_frames(const Scene& scene, const Comparison& comparison) {
-  std::vector<std::vector<Coordinates>> frames{initial_state(scene).q};
-  // Of each run, a hundred frames say where its bodies go.
-  const std::size_t stride = std::max<std::size_t>(1, comparison.times.size() / 100);
-  const auto add = [&](const std::vector<std::vector<Coordinates>>& poses, std::size_t end) {
-    for (std::size_t k = 0; k < end; k += stride) frames.push_back(poses[k]);
-  };
-  if (comparison.reference && 2 * comparison.reference->known >= comparison.times.size()) {
-    add(comparison.reference->poses, comparison.reference->known);
-    return frames;
-  }
-  std::vector<std::pair<double, const Run*>> runs;
-  for (const Run& run : comparison.runs) {
-    if (!run.is_reference() && !run.poses.empty()) runs.emplace_back(farthest_way(run), &run);
-  }
-  std::ranges::stable_sort(runs, {}, [](const auto& run) { return run.first; });
-  for (std::size_t i = 0; i < (runs.size() + 1) / 2; ++i)
-    add(runs[i].second->poses, runs[i].second->poses.size());
-  return frames;
-}
-
-/// The film's, or "rod_chain" as a person would write it.
-std::string title_of(const Scene& scene, const VideoSettings& settings) {
-  if (!settings.title.empty()) return settings.title;
-  std::string title = scene.name;
-  std::replace(title.begin(), title.end(), '_', ' ');
-  return title;
 }
 
 /// Where the camera of a run is at frame k.
@@ -200,7 +157,7 @@ void make_loop(const Scene& scene, const VideoSettings& settings, const Comparis
         LoopAttempt{400, 6, 32}}) {
     const int height =
         static_cast<int>(std::lround(0.5 * attempt.width * settings.height / settings.width)) * 2;
-    const Composition composition(comparison, title_of(scene, settings), attempt.width, height,
+    const Composition composition(comparison, film_title(scene, settings.title), attempt.width, height,
                                   key_of(settings, comparison));
     const int count = (static_cast<int>(comparison.times.size()) - 1) / attempt.every + 1;
     const double rate = settings.frame_rate / attempt.every;
@@ -309,6 +266,13 @@ void FrameFolder::finish() {
 }
 
 VideoReport make_video(const Scene& scene, const VideoSettings& settings) {
+  check_outputs(settings, container_of(settings.output).has_value(), find_ffmpeg().has_value());
+  return make_video(scene, settings, simulate_comparison(scene, settings.comparison, [&](double share) {
+                      if (settings.progress) settings.progress("simulating", share);
+                    }));
+}
+
+VideoReport make_video(const Scene& scene, const VideoSettings& settings, Comparison simulated) {
   const std::optional<Container> container = container_of(settings.output);
   const std::optional<fs::path> program = find_ffmpeg();
   check_outputs(settings, container.has_value(), program.has_value());
@@ -329,12 +293,10 @@ VideoReport make_video(const Scene& scene, const VideoSettings& settings) {
     report.film_command = command_line(arguments);
   }
 
-  report.comparison = simulate_comparison(scene, settings.comparison, [&](double share) {
-    if (settings.progress) settings.progress("simulating", share);
-  });
+  report.comparison = std::move(simulated);
   const Comparison& comparison = report.comparison;
-  const Composition composition(comparison, title_of(scene, settings), settings.width, settings.height,
-                                key_of(settings, comparison));
+  const Composition composition(comparison, film_title(scene, settings.title), settings.width,
+                                settings.height, key_of(settings, comparison));
 
   std::unique_ptr<FilmFile> film;
   if (report.is_film) {

@@ -48,6 +48,9 @@ struct VideoReport {
 /// Throws Error; then no output is left half-written.
 VideoReport make_video(const Scene& scene, const VideoSettings& settings);
 
+/// Of what is simulated already.
+VideoReport make_video(const Scene& scene, const VideoSettings& settings, Comparison simulated);
+
 /// Makes `folder` of numbered frames frame_0000.png …: written beside and renamed, so that it is there whole
 /// or not at all. An earlier one with nothing but such frames is replaced; anything else in it is an Error.
 class FrameFolder {

@@ -7,8 +7,16 @@
 
 namespace substep {
 
+bool ContactBatches::Manifold::has_friction_throughout() const {
+  return friction == (std::uint32_t{1} << contacts) - 1;
+}
+
 bool ContactBatches::Manifold::fits(const Manifold& other) const {
-  return std::tie(level, contacts, friction) == std::tie(other.level, other.contacts, other.friction);
+  if (level != other.level) return false;
+  // One contact alone is solved at once, several by sweeps.
+  const bool several = contacts > 1 && other.contacts > 1;
+  if (several && has_friction_throughout() && other.has_friction_throughout()) return true;
+  return std::tie(contacts, friction) == std::tie(other.contacts, other.friction);
 }
 
 void ContactBatches::list_manifolds(const Model& model, const std::vector<Contact>& contacts) {
@@ -78,68 +86,67 @@ void ContactBatches::measure_distances(const Model& model, const std::vector<Con
   }
 }
 
+namespace {
+
+/// Whether a manifold's points have the same directions, in all formulations of the step.
+bool have_one_direction(const Contact* first, int count) {
+  return std::all_of(first + 1, first + count, [&](const Contact& other) {
+    return other.normal_b == first->normal_b && other.tangent_b1 == first->tangent_b1 &&
+           other.tangent_b2 == first->tangent_b2 && other.turns_with_a == first->turns_with_a &&
+           other.turns_with_neither == first->turns_with_neither;
+  });
+}
+
+}  // namespace
+
+/// Its rows are set when they are formulated.
 void ContactBatches::add_batch(const Model& model, const std::vector<Contact>& contacts,
                                const Manifold* first, int count) {
+  const Manifold& longest = first[count - 1];
   ContactBatch x{};
-  x.contacts = first->contacts;
+  x.contacts = longest.contacts;
   x.manifolds = count;
-  x.first_normal = static_cast<int>(normals.size());
-  x.first_friction = static_cast<int>(frictions.size());
-  x.first_coupling = static_cast<int>(couplings.size());
   x.first_restitution = -1;
   for (int lane = 0; lane < lanes; ++lane) {
-    const int source = first[lane < count ? lane : 0].source;
+    const Manifold& manifold = first[lane < count ? lane : 0];
+    const int source = manifold.source;
     x.source[lane] = source;
+    x.count[lane] = manifold.contacts;
     x.a[lane] = contacts[source].a;
     x.b[lane] = contacts[source].b;
-    x.inverse_mass_a[lane] = model.masses[x.a[lane]].inverse_mass;
-    x.inverse_mass_b[lane] = model.masses[x.b[lane]].inverse_mass;
-    for (int i = 0; i < x.contacts; ++i) {
-      if (contacts[source + i].restitution > 0) x.first_restitution = static_cast<int>(restitutions.size());
+    const BodyMass& a = model.masses[x.a[lane]];
+    const BodyMass& b = model.masses[x.b[lane]];
+    x.inverse_mass_a[lane] = a.inverse_mass;
+    x.inverse_mass_b[lane] = b.inverse_mass;
+    for (int k = 0; k < 3; ++k) {
+      x.inverse_inertia_a[k][lane] = a.inverse_inertia[k];
+      x.inverse_inertia_b[k][lane] = b.inverse_inertia[k];
     }
+    for (int i = 0; i < manifold.contacts; ++i) {
+      if (contacts[source + i].restitution > 0) x.first_restitution = counts_.restitutions;
+    }
+    if (!have_one_direction(&contacts[source], manifold.contacts)) x.direction_step = 1;
   }
   for (int i = 0; i < x.contacts; ++i) {
-    const FourContacts contact = contacts_of(x, i, contacts);
-    normals.emplace_back();  // all zero: the limits count from here
-    if (x.first_restitution >= 0) {
-      restitutions.emplace_back();
-      restitutions.back().coefficient = gather(contact, &Contact::restitution);
-      restitutions.back().resting_acceleration = gather(contact, &Contact::resting_acceleration);
-      restitutions.back().acceleration = gather(contact, &Contact::acceleration);
-    }
-    if (contact[0]->friction == 0) continue;  // and the others' is, too
-    frictions.emplace_back();
-    frictions.back().normal = i;
-    touching.push_back({gather(contact, &Contact::arm_a), gather(contact, &Contact::arm_b)});
-    frictions.back().slid = gather(contact, &Contact::slid);
-    frictions.back().reference[0] = gather(contact, &Contact::displacement_1);
-    frictions.back().reference[1] = gather(contact, &Contact::displacement_2);
-    ++x.frictions;
+    if ((longest.friction >> i & 1) != 0) x.contact_of[x.frictions++] = static_cast<std::uint8_t>(i);
   }
-  couplings.resize(couplings.size() + x.contacts * x.contacts);
+  x.first_normal = counts_.normals;
+  x.first_friction = counts_.frictions;
+  x.first_direction = counts_.directions;
+  x.first_coupling = counts_.couplings;
+  x.first_response = counts_.normals + 2 * counts_.frictions;
+  counts_.normals += x.contacts;
+  counts_.frictions += x.frictions;
+  counts_.directions += x.direction_step == 0 ? 1 : x.contacts;
+  counts_.couplings += x.contacts * x.contacts;
+  if (x.first_restitution >= 0) counts_.restitutions += x.contacts;
   batches.push_back(x);
 }
 
 void ContactBatches::build(const Model& model, const std::vector<Contact>& contacts) {
-  // There are at most as many manifolds as contacts.
-  const std::size_t most = contacts.capacity();
-  manifolds_.reserve(most);
-  batches.reserve(most);
-  normals.reserve(most);
-  frictions.reserve(most);
-  touching.reserve(most);
-  restitutions.reserve(most);
-  couplings.reserve(8 * most);
-  partners_.reserve(2 * most);
-  remembered_.reserve(most);
-  in_order_.reserve(most);
-  reached_.reserve(model.masses.size());
+  reserve(model, contacts.capacity());
   batches.clear();
-  normals.clear();
-  frictions.clear();
-  touching.clear();
-  restitutions.clear();
-  couplings.clear();
+  counts_ = {};
   formulations = 0;
   list_manifolds(model, contacts);
   std::ranges::sort(manifolds_, [](const Manifold& one, const Manifold& other) {
@@ -147,11 +154,40 @@ void ContactBatches::build(const Model& model, const std::vector<Contact>& conta
            std::tie(other.level, other.contacts, other.friction, other.source);
   });
   for (std::size_t begin = 0, end = 0; begin < manifolds_.size(); begin = end) {
-    for (end = begin + 1; end < manifolds_.size() && end - begin < lanes; ++end) {
-      if (!manifolds_[end].fits(manifolds_[begin])) break;
+    while (end < manifolds_.size() && manifolds_[end].fits(manifolds_[begin])) ++end;
+    // Those with the most contacts together: a batch takes as long as its longest manifold.
+    for (std::size_t next = begin; next < end;) {
+      const std::size_t odd = (end - next) % lanes;
+      const std::size_t count = odd > 0 ? odd : lanes;
+      add_batch(model, contacts, &manifolds_[next], static_cast<int>(count));
+      next += count;
     }
-    add_batch(model, contacts, &manifolds_[begin], static_cast<int>(end - begin));
   }
+  normals.resize(counts_.normals);
+  frictions.resize(counts_.frictions);
+  touching.resize(counts_.frictions);
+  directions.resize(counts_.directions);
+  restitutions.resize(counts_.restitutions);
+  couplings.resize(counts_.couplings);
+  slides.assign(batches.size(), 0);
+}
+
+/// There are at most as many manifolds as contacts.
+void ContactBatches::reserve(const Model& model, std::size_t most) {
+  manifolds_.reserve(most);
+  batches.reserve(most);
+  slides.reserve(most);
+  normals.reserve(most);
+  frictions.reserve(most);
+  touching.reserve(most);
+  directions.reserve(most);
+  restitutions.reserve(most);
+  couplings.reserve(8 * most);
+  partners_.reserve(2 * most);
+  place_of_.reserve(most);
+  in_order_.reserve(most);
+  begin_.reserve(most + 1);
+  reached_.reserve(model.masses.size());
 }
 
 }  // namespace substep

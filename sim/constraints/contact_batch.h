@@ -20,6 +20,7 @@
 namespace substep {
 
 constexpr int lanes = 4;
+constexpr int most_in_manifold = 16;
 using Lanes = double __attribute__((vector_size(8 * lanes), aligned(8 * lanes)));
 
 /// The three components of four vectors.
@@ -40,15 +41,26 @@ struct ContactReading {
   bool friction_memory = true;       ///< beyond the report: friction's rows are position-level
 };
 
-/// One row of each of four manifolds: Row of constraint.h, less what a contact does not need.
+/// One row of each of four manifolds: Row of constraint.h, less what a contact does not need. Its linear part
+/// is its direction (ContactDirections). M⁻¹Jᵀ follows from it where angular parts are in the bodies' frames,
+/// in which moments of inertia are diagonal: what a sweep reads is most of what it costs.
 struct ContactRow {
-  LaneVectors linear;
   LaneVectors angular_a;
   LaneVectors angular_b;
-  LaneVectors response_a;
-  LaneVectors response_b;
   Lanes beta;     ///< position-level, of the (sub-)step
   Lanes impulse;  ///< λ of the whole step so far
+};
+
+/// The angular parts of M⁻¹Jᵀ of a row in the world's frame.
+struct RowResponses {
+  LaneVectors a;
+  LaneVectors b;
+};
+
+/// The normal and the tangents of contact points, in the world's frame.
+struct ContactDirections {
+  LaneVectors normal;
+  LaneVectors tangent[2];
 };
 
 struct NormalRow {
@@ -81,10 +93,6 @@ struct FrictionRows {
   Lanes origin_normal;
   Lanes slid;    ///< whether it slid when the step began: 1 or 0
   Lanes slides;  ///< whether the disc's edge is reached: 1 or 0
-  /// Both: sliding goes on, and no displacement is to be taken back. What has only begun to slide may have so
-  /// for want of its normal's impulse, which one sweep leaves short; it holds on.
-  Lanes keeps_sliding;
-  int normal;  ///< which of the manifold's contacts it belongs to
 };
 
 /// To a contact point with friction, body frames: of the last formulation, since a round body that is
@@ -94,28 +102,39 @@ struct TouchingPoint {
   LaneVectors arm_b;
 };
 
-/// An element of Γ between two normals of each of four manifolds.
+/// Of two normals of each of four manifolds, what one impulse takes of another's: Γ_ij/Γ_ii. Γ_ii of one.
 struct Coupling {
-  Lanes gamma;
+  Lanes share;
 };
 
-constexpr int most_in_manifold = 16;
-
-/// Up to four manifolds with equally many contacts, no two sharing a moving body.
+/// Up to four manifolds, no two sharing a moving body.
 struct ContactBatch {
   Lanes inverse_mass_a;
   Lanes inverse_mass_b;
+  LaneVectors inverse_inertia_a;
+  LaneVectors inverse_inertia_b;
   std::array<int, lanes> a;
   std::array<int, lanes> b;
   std::array<int, lanes> source;  ///< the manifold's first contact
+  std::array<int, lanes> count;   ///< of the manifold's contacts: beyond, nothing acts on a lane
   int manifolds;                  ///< lanes beyond repeat the first
-  int contacts;                   ///< of each manifold
+  int contacts;                   ///< the largest count
   int frictions;                  ///< of them with friction
-  int first_normal;               ///< normals[first_normal] … , one for each contact
-  int first_friction;             ///< frictions[first_friction] …
-  int first_coupling;             ///< couplings[first_coupling] …: Γ of the normals, row by row
+  std::array<std::uint8_t, most_in_manifold> contact_of;  ///< by friction
+  int first_normal;       ///< normals[first_normal] … , one for each contact
+  int first_friction;     ///< frictions[first_friction] …
+  int first_direction;    ///< directions[first_direction] …, one for each contact, or one
+  int direction_step;     ///< 1; 0 where all contacts have the same directions
+  int first_coupling;     ///< couplings[first_coupling] …: of the normals, row by row
   int first_restitution;  ///< restitutions[first_restitution] …, one for each contact; −1: none bounces
-  int row_count() const { return contacts + 2 * frictions; }
+  int first_response;     ///< responses[first_response] …: of the normals, then of friction
+  /// Of a lane's manifold.
+  int row_count(int lane) const { return count[lane] + 2 * frictions_of(lane); }
+  int frictions_of(int lane) const {
+    int number = 0;
+    while (number < frictions && contact_of[number] < count[lane]) ++number;
+    return number;
+  }
 };
 
 class ContactBatches {
@@ -137,6 +156,9 @@ class ContactBatches {
   std::vector<NormalRow> normals;
   std::vector<FrictionRows> frictions;
   std::vector<TouchingPoint> touching;  ///< one of each of `frictions`
+  std::vector<ContactDirections> directions;
+  std::vector<RowResponses> responses;  ///< empty where rows are in the bodies' frames
+  std::vector<std::uint8_t> slides;     ///< by batch: whether any of its points goes on sliding
   std::vector<RestitutionRow> restitutions;
   std::vector<Coupling> couplings;
   int row_count = 0;                     ///< of all manifolds
@@ -150,34 +172,39 @@ class ContactBatches {
     int contacts;
     std::uint32_t friction;  ///< bit i: contact i has friction
     int source;
+    bool has_friction_throughout() const;
     bool fits(const Manifold& other) const;  ///< in one batch
   };
   void list_manifolds(const Model& model, const std::vector<Contact>& contacts);
   void measure_distances(const Model& model, const std::vector<Contact>& contacts);
+  void reserve(const Model& model, std::size_t most);
+  void sort_places(const std::vector<Contact>& found);
   void add_batch(const Model& model, const std::vector<Contact>& contacts, const Manifold* first, int count);
 
-  /// Of what is remembered.
-  struct Place {
-    int collider_a;
-    int collider_b;
-    int point;
+  /// What batches have taken so far.
+  struct Counts {
+    int normals;
+    int frictions;
+    int directions;
+    int restitutions;
+    int couplings;
   };
 
+  Counts counts_{};
   std::vector<Manifold> manifolds_;
-  std::vector<ContactMemory> remembered_;
-  std::vector<Place> in_order_;
+  std::vector<int> in_order_;  ///< contacts, as they are remembered
+  std::vector<int> place_of_;  ///< by contact: its place among them
   std::vector<int> depth_;     ///< by body: the level of what comes next
   std::vector<int> distance_;  ///< by body: from what cannot move
-  std::vector<int> begin_;     ///< by body: of its partners
+  std::vector<int> begin_;     ///< by body: of its partners; by collider: of its contacts
   std::vector<int> partners_;
   std::vector<int> reached_;
 };
 
 /// s2 of all rows, as formulate() of formulate.h does it: rotations of the coordinates q; rows in the bodies'
 /// frames (J̆) or in the world's (J). What slides lets its displacement go.
-void formulate(ContactBatches& contacts, const Model& model, const std::vector<Contact>& found,
-               const std::vector<Coordinates>& q, const std::vector<Matrix3>& rotations, bool in_body_frames,
-               double hs);
+void formulate(ContactBatches& contacts, const std::vector<Contact>& found, const std::vector<Coordinates>& q,
+               const std::vector<Matrix3>& rotations, bool in_body_frames, double hs);
 
 /// The start of a sub-step: which contacts meet in it with an impact. `v`: velocities before the forces act;
 /// `offset`: sum of the velocities since the formulation. `sum_v`: A5's, else null.

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <tuple>
 
 #include "sim/geometry/touching_ellipsoid.h"
 
@@ -95,6 +94,7 @@ ContactFinder::ContactFinder(const Scene& scene, const Model& model) : model_(mo
   pairs_.reserve(16 * candidates_.size());
   points_.reserve(64);
   contacts_.reserve(16 * candidates_.size());
+  begins_.reserve(candidates_.size() + 1);
 }
 
 bool ContactFinder::may_meet(std::uint32_t i, std::uint32_t j) const {
@@ -109,6 +109,7 @@ bool ContactFinder::may_meet(std::uint32_t i, std::uint32_t j) const {
 
 const std::vector<Contact>& ContactFinder::find(const State& state, double step, bool aligned) {
   contacts_.clear();
+  list_remembered(state);
   for (std::size_t i = 0; i < candidates_.size(); ++i) {
     const Collider& collider = *candidates_[i].collider;
     const Coordinates& q = state.q[collider.body];
@@ -156,41 +157,53 @@ void ContactFinder::add_contacts(const State& state, double step, bool aligned, 
   const PairMaterial material(on_a.material, on_b.material);
   // What gravity does in a step: slower than that is at rest. It has the scene's own scale.
   const double at_rest = external.norm();
+  const double resting_acceleration = 2 * acceleration.norm();
   const double speed = va.linear.norm() + vb.linear.norm() + step * model_.gravity.norm();
+  const std::span<const ContactMemory> remembered = remembered_of(state, a, b);
+  const ContactPoint* before_this = nullptr;
   for (const ContactPoint& point : points_) {
     const Vector3 arm_a = point.on_a - qa.linear;
     const Vector3 arm_b = point.on_b - qb.linear;
     const Vector3 before = va.linear + va.angular.cross(arm_a) - vb.linear - vb.angular.cross(arm_b);
     const Vector3 slip_before = before - point.normal * point.normal.dot(before);
-    Vector3 along = across(point.normal);
-    if (aligned) {
-      const Vector3 relative = before + external;
-      const Vector3 slip = relative - point.normal * point.normal.dot(relative);
-      // Slip that is rounding beside the speeds has no direction worth following.
-      if (slip.norm() > 1e-9 * speed) along = slip.normalized();
-    }
-    Contact contact{};
+    const double slip_speed = slip_before.norm();
+    Contact& contact = contacts_.emplace_back();
     contact.a = on_a.body;
     contact.b = on_b.body;
     contact.collider_a = static_cast<int>(a);
     contact.collider_b = static_cast<int>(b);
     contact.arm_a = to_a * arm_a;
     contact.arm_b = to_b * arm_b;
-    contact.normal_b = to_b * point.normal;
-    contact.tangent_b1 = to_b * along;
-    contact.tangent_b2 = to_b * point.normal.cross(along);
-    contact.friction = slip_before.norm() > at_rest ? material.dynamic_friction : material.static_friction;
+    if (!aligned && before_this && before_this->normal == point.normal) {
+      // A face's points have one normal, which says what the tangents are.
+      const Contact& other = *std::prev(contacts_.end(), 2);
+      contact.normal_b = other.normal_b;
+      contact.tangent_b1 = other.tangent_b1;
+      contact.tangent_b2 = other.tangent_b2;
+    } else {
+      Vector3 along = across(point.normal);
+      if (aligned) {
+        const Vector3 relative = before + external;
+        const Vector3 slip = relative - point.normal * point.normal.dot(relative);
+        // Slip that is rounding beside the speeds has no direction worth following.
+        if (slip.norm() > 1e-9 * speed) along = slip.normalized();
+      }
+      contact.normal_b = to_b * point.normal;
+      contact.tangent_b1 = to_b * along;
+      contact.tangent_b2 = to_b * point.normal.cross(along);
+    }
+    before_this = &point;
+    contact.friction = slip_speed > at_rest ? material.dynamic_friction : material.static_friction;
     if (candidates_[a].curved || candidates_[b].curved) set_rolling(point, contact);
-    contact.resting_acceleration = 2 * acceleration.norm();
+    contact.resting_acceleration = resting_acceleration;
     contact.acceleration = -point.normal.dot(acceleration);
     // What does not approach when the step begins is no impact, though others may press it together in the
     // step: the law of impact holds for all contacts of a step at once.
     const double approach = step * contact.acceleration - point.normal.dot(before);
     contact.restitution = approach > touching * speed ? material.restitution : 0;
     contact.left_over = std::max(0.0, -point.distance - recovery_speed * step);
-    contact.slid = slip_before.norm() > at_rest;
-    remember(state, step, -point.distance, step * slip_before.norm(), contact);
-    contacts_.push_back(contact);
+    contact.slid = slip_speed > at_rest;
+    remember(remembered, step, -point.distance, step * slip_speed, contact);
   }
 }
 
@@ -219,28 +232,42 @@ void ContactFinder::set_rolling(const ContactPoint& point, Contact& contact) con
   contact.turns_with_neither = b_is_curved && a_is_curved;
 }
 
-/// What the state remembers of these colliders, and of the nearest of their points, if it is the same.
-void ContactFinder::remember(const State& state, double step, double overlap, double slip,
-                             Contact& contact) const {
-  const auto colliders = [](const auto& m) { return std::tie(m.collider_a, m.collider_b); };
-  const auto begin = std::ranges::lower_bound(state.contacts, colliders(contact), {}, colliders);
+/// By the first collider of each, where it begins among those remembered, which are sorted.
+void ContactFinder::list_remembered(const State& state) {
+  begins_.assign(candidates_.size() + 1, 0);
+  const auto count = static_cast<int>(candidates_.size());
+  for (const ContactMemory& memory : state.contacts) {
+    if (memory.collider_a >= 0 && memory.collider_a < count) ++begins_[memory.collider_a + 1];
+  }
+  for (std::size_t i = 1; i < begins_.size(); ++i) begins_[i] += begins_[i - 1];
+}
+
+std::span<const ContactMemory> ContactFinder::remembered_of(const State& state, std::uint32_t a,
+                                                            std::uint32_t b) const {
+  const std::span of_a(state.contacts.begin() + begins_[a], state.contacts.begin() + begins_[a + 1]);
+  const auto found = std::ranges::equal_range(of_a, static_cast<int>(b), {}, &ContactMemory::collider_b);
+  return {found.begin(), found.end()};
+}
+
+/// What is remembered of the nearest of these colliders' points, if it is the same.
+void ContactFinder::remember(std::span<const ContactMemory> remembered, double step, double overlap,
+                             double slip, Contact& contact) const {
+  if (remembered.empty()) return;
   double nearest =
       same_place * std::min(candidates_[contact.collider_a].size, candidates_[contact.collider_b].size);
   double left_over = 0;
-  auto m = begin;
-  for (; m != state.contacts.end() && colliders(*m) == colliders(contact); ++m) {
-    left_over = std::max(left_over, m->left_over);
-    const double distance = std::max(std::sqrt(std::max((m->arm_a - contact.arm_a).squaredNorm(),
-                                                        (m->arm_b - contact.arm_b).squaredNorm())),
+  for (const ContactMemory& memory : remembered) {
+    left_over = std::max(left_over, memory.left_over);
+    const double distance = std::max(std::sqrt(std::max((memory.arm_a - contact.arm_a).squaredNorm(),
+                                                        (memory.arm_b - contact.arm_b).squaredNorm())),
                                      slip);
     if (!(distance < nearest)) continue;
     nearest = distance;
-    contact.displacement_1 = contact.tangent_b1.dot(m->displacement);
-    contact.displacement_2 = contact.tangent_b2.dot(m->displacement);
-    contact.slid = m->slides;
+    contact.displacement_1 = contact.tangent_b1.dot(memory.displacement);
+    contact.displacement_2 = contact.tangent_b2.dot(memory.displacement);
+    contact.slid = memory.slides;
   }
-  if (m != begin)
-    contact.left_over = std::clamp(overlap, 0.0, std::max(0.0, left_over - recovery_speed * step));
+  contact.left_over = std::clamp(overlap, 0.0, std::max(0.0, left_over - recovery_speed * step));
 }
 
 }  // namespace substep

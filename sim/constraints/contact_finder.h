@@ -1,6 +1,7 @@
 #pragma once
 /// s1, geometry: the contacts of a step.
 
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -35,7 +36,10 @@ class ContactFinder {
   bool may_meet(std::uint32_t i, std::uint32_t j) const;
   void add_contacts(const State& state, double step, bool aligned, std::uint32_t a, std::uint32_t b);
   void set_rolling(const ContactPoint& point, Contact& contact) const;
-  void remember(const State& state, double step, double overlap, double slip, Contact& contact) const;
+  void list_remembered(const State& state);
+  std::span<const ContactMemory> remembered_of(const State& state, std::uint32_t a, std::uint32_t b) const;
+  void remember(std::span<const ContactMemory> remembered, double step, double overlap, double slip,
+                Contact& contact) const;
 
   const Model& model_;
   std::vector<Candidate> candidates_;
@@ -44,6 +48,7 @@ class ContactFinder {
   std::vector<double> margins_;
   BroadPhase broad_phase_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs_;
+  std::vector<int> begins_;  ///< by collider: of what is remembered
   std::vector<ContactPoint> points_;
   std::vector<Contact> contacts_;
 };

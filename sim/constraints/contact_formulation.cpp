@@ -8,7 +8,6 @@ namespace {
 
 /// What a step's rows are formulated from.
 struct Formulation {
-  const Model& model;
   const std::vector<Contact>& contacts;
   const std::vector<Coordinates>& q;
   const std::vector<Matrix3>& rotations;
@@ -22,22 +21,15 @@ struct Formulation {
 struct BatchBodies {
   LaneMatrices rotation_a;
   LaneMatrices rotation_b;
-  LaneVectors inverse_inertia_a;
-  LaneVectors inverse_inertia_b;
   LaneVectors offset;  ///< from b's centre of mass to a's
   Lanes inverse_mass;  ///< both bodies'
 };
 
 [[gnu::always_inline]] inline BatchBodies bodies_of(const ContactBatch& x, const Formulation& from) {
-  const auto& masses = from.model.masses;
   const auto& q = from.q;
   BatchBodies at;
   at.rotation_a = gather_rotations(from.rotations, x.a);
   at.rotation_b = gather_rotations(from.rotations, x.b);
-  at.inverse_inertia_a = gather(masses[x.a[0]].inverse_inertia, masses[x.a[1]].inverse_inertia,
-                                masses[x.a[2]].inverse_inertia, masses[x.a[3]].inverse_inertia);
-  at.inverse_inertia_b = gather(masses[x.b[0]].inverse_inertia, masses[x.b[1]].inverse_inertia,
-                                masses[x.b[2]].inverse_inertia, masses[x.b[3]].inverse_inertia);
   const LaneVectors to_a = gather(q[x.a[0]].linear, q[x.a[1]].linear, q[x.a[2]].linear, q[x.a[3]].linear);
   const LaneVectors to_b = gather(q[x.b[0]].linear, q[x.b[1]].linear, q[x.b[2]].linear, q[x.b[3]].linear);
   at.offset = {{to_a[0] - to_b[0], to_a[1] - to_b[1], to_a[2] - to_b[2]}};
@@ -45,36 +37,49 @@ struct BatchBodies {
   return at;
 }
 
-/// J and M⁻¹Jᵀ of a row along `direction_b`, which is fixed in b; returns the contact's distance along it.
-[[gnu::always_inline]] inline Lanes set_row(const BatchBodies& at, const LaneVectors& arm_a,
-                                            const LaneVectors& arm_b, const LaneVectors& direction_b,
-                                            bool in_body_frames, ContactRow& row) {
-  const LaneVectors direction = turned(at.rotation_b, direction_b);
-  const LaneVectors direction_a = turned_back(at.rotation_a, direction);
-  const LaneVectors local_a = cross(arm_a, direction_a);
-  const LaneVectors local_b = cross(direction_b, arm_b);
-  const LaneVectors response_a = product(at.inverse_inertia_a, local_a);
-  const LaneVectors response_b = product(at.inverse_inertia_b, local_b);
-  row.linear = direction;
-  if (in_body_frames) {
-    row.angular_a = local_a;
-    row.angular_b = local_b;
-    row.response_a = response_a;
-    row.response_b = response_b;
-  } else {
-    row.angular_a = turned(at.rotation_a, local_a);
-    row.angular_b = turned(at.rotation_b, local_b);
-    row.response_a = turned(at.rotation_a, response_a);
-    row.response_b = turned(at.rotation_b, response_b);
-  }
-  return dot(direction, at.offset) + dot(direction_a, arm_a) - dot(direction_b, arm_b);
+/// A direction that is fixed in b, as all see it.
+struct Direction {
+  LaneVectors in_b;
+  LaneVectors in_world;
+  LaneVectors in_a;
+};
+
+[[gnu::always_inline]] inline Direction direction_of(const BatchBodies& at, const LaneVectors& in_b) {
+  const LaneVectors in_world = turned(at.rotation_b, in_b);
+  return {in_b, in_world, turned_back(at.rotation_a, in_world)};
 }
 
-/// An element of Γ.
-[[gnu::always_inline]] inline Lanes coupling(const BatchBodies& at, const ContactRow& one,
-                                             const ContactRow& other) {
-  return dot(one.linear, other.linear) * at.inverse_mass + dot(one.angular_a, other.response_a) +
-         dot(one.angular_b, other.response_b);
+/// The angular parts of J and of M⁻¹Jᵀ of a row; returns the contact's distance along its direction.
+/// `responses` is null for the bodies' frames.
+[[gnu::always_inline]] inline Lanes set_row(const ContactBatch& x, const BatchBodies& at,
+                                            const LaneVectors& arm_a, const LaneVectors& arm_b,
+                                            const Direction& along, ContactRow& row,
+                                            RowResponses* responses) {
+  const LaneVectors local_a = cross(arm_a, along.in_a);
+  const LaneVectors local_b = cross(along.in_b, arm_b);
+  if (responses) {
+    row.angular_a = turned(at.rotation_a, local_a);
+    row.angular_b = turned(at.rotation_b, local_b);
+    responses->a = turned(at.rotation_a, product(x.inverse_inertia_a, local_a));
+    responses->b = turned(at.rotation_b, product(x.inverse_inertia_b, local_b));
+  } else {
+    row.angular_a = local_a;
+    row.angular_b = local_b;
+  }
+  return dot(along.in_world, at.offset) + dot(along.in_a, arm_a) - dot(along.in_b, arm_b);
+}
+
+/// A row's M⁻¹Jᵀ, which in the bodies' frames is a product.
+[[gnu::always_inline]] inline RowResponses responses_of(const ContactBatch& x, const ContactRow& row,
+                                                        const RowResponses* in_world) {
+  if (in_world) return *in_world;
+  return {product(x.inverse_inertia_a, row.angular_a), product(x.inverse_inertia_b, row.angular_b)};
+}
+
+/// An element of Γ: `linear` is the product of both directions.
+[[gnu::always_inline]] inline Lanes coupling(const BatchBodies& at, const Lanes& linear,
+                                             const ContactRow& one, const RowResponses& other) {
+  return linear * at.inverse_mass + dot(one.angular_a, other.a) + dot(one.angular_b, other.b);
 }
 
 /// What solving divides by. Where Γ is singular to rounding, its trace counts for both rows.
@@ -95,12 +100,16 @@ struct BatchBodies {
   rows.inverse_largest = choose(largest > zero, one / largest, zero);
 }
 
-/// A contact point: arms in body frames, directions in b's.
-struct PointGeometry {
-  LaneVectors arm_a;
-  LaneVectors arm_b;
+/// Of a contact point, in b's frame.
+struct PointDirections {
   LaneVectors normal;
   LaneVectors tangent[2];
+};
+
+/// Of a contact point, body frames.
+struct PointArms {
+  LaneVectors a;
+  LaneVectors b;
 };
 
 /// Where a normal, which points out of what it touches, meets an ellipsoid. All in one body's frame.
@@ -116,7 +125,7 @@ struct PointGeometry {
 /// The normal and the tangents where they do not turn with b since the step's first formulation.
 [[gnu::always_inline]] inline void turn_back(const BatchBodies& at, const ContactBatch& x,
                                              const FourContacts& contact, const Formulation& from,
-                                             PointGeometry& point) {
+                                             PointDirections& point) {
   const auto with_a = gather(contact, &Contact::turns_with_a) > all(0);
   const auto with_neither = gather(contact, &Contact::turns_with_neither) > all(0);
   if (!any(with_a) && !any(with_neither)) return;
@@ -137,94 +146,185 @@ struct PointGeometry {
 /// Formulated anew in a step (A3), a round body has turned: its point is now another of its surface, where
 /// the normal meets it. Fixed in the body, it would leave the contact by what the body rolls, and push where
 /// nothing touches; and a normal that turns with a round body would push aside.
-[[gnu::always_inline]] inline void roll(const BatchBodies& at, const ContactBatch& x,
-                                        const FourContacts& contact, const Formulation& from,
-                                        PointGeometry& point) {
-  turn_back(at, x, contact, from, point);
+[[gnu::always_inline]] inline void roll(const BatchBodies& at, const FourContacts& contact,
+                                        const LaneVectors& normal, PointArms& arms) {
   const auto rolls_a = gather(contact, &Contact::rolls_a) > all(0);
   if (any(rolls_a)) {
     const LaneVectors arm =
         lowest(gather(contact, &Contact::ellipsoid_a), gather(contact, &Contact::centre_a),
-               turned_back(at.rotation_a, turned(at.rotation_b, point.normal)));
-    for (int k = 0; k < 3; ++k) point.arm_a[k] = choose(rolls_a, arm[k], point.arm_a[k]);
+               turned_back(at.rotation_a, turned(at.rotation_b, normal)));
+    for (int k = 0; k < 3; ++k) arms.a[k] = choose(rolls_a, arm[k], arms.a[k]);
   }
   const auto rolls_b = gather(contact, &Contact::rolls_b) > all(0);
   if (any(rolls_b)) {
-    const LaneVectors& n = point.normal;
-    const LaneVectors arm = lowest(gather(contact, &Contact::ellipsoid_b),
-                                   gather(contact, &Contact::centre_b), {{-n[0], -n[1], -n[2]}});
-    for (int k = 0; k < 3; ++k) point.arm_b[k] = choose(rolls_b, arm[k], point.arm_b[k]);
+    const LaneVectors arm =
+        lowest(gather(contact, &Contact::ellipsoid_b), gather(contact, &Contact::centre_b),
+               {{-normal[0], -normal[1], -normal[2]}});
+    for (int k = 0; k < 3; ++k) arms.b[k] = choose(rolls_b, arm[k], arms.b[k]);
   }
 }
 
-[[gnu::always_inline]] inline PointGeometry geometry_of(const BatchBodies& at, const ContactBatch& x,
-                                                        const FourContacts& contact,
-                                                        const Formulation& from) {
-  PointGeometry point{gather(contact, &Contact::arm_a),
-                      gather(contact, &Contact::arm_b),
-                      gather(contact, &Contact::normal_b),
-                      {gather(contact, &Contact::tangent_b1), gather(contact, &Contact::tangent_b2)}};
-  if (from.anew) roll(at, x, contact, from, point);
-  return point;
+/// The directions of a contact point.
+struct TurnedDirections {
+  Direction normal;
+  Direction tangent[2];
+};
+
+[[gnu::always_inline]] inline void set_directions(const BatchBodies& at, const ContactBatch& x,
+                                                  const FourContacts& contact, const Formulation& from,
+                                                  TurnedDirections& turned_directions,
+                                                  ContactDirections& directions) {
+  PointDirections point{gather(contact, &Contact::normal_b),
+                        {gather(contact, &Contact::tangent_b1), gather(contact, &Contact::tangent_b2)}};
+  if (from.anew) turn_back(at, x, contact, from, point);
+  turned_directions.normal = direction_of(at, point.normal);
+  directions.normal = turned_directions.normal.in_world;
+  for (int k = 0; k < 2; ++k) {
+    turned_directions.tangent[k] = direction_of(at, point.tangent[k]);
+    directions.tangent[k] = turned_directions.tangent[k].in_world;
+  }
 }
 
-[[gnu::always_inline]] inline void formulate_friction(const BatchBodies& at, const FourContacts& contact,
-                                                      const PointGeometry& point, const Formulation& from,
-                                                      FrictionRows& rows) {
-  const auto lets_go = rows.keeps_sliding > all(0);
+[[gnu::always_inline]] inline void start_restitution(const FourContacts& contact, RestitutionRow& row) {
+  row.velocity = row.right = row.impact = all(0);
+  row.coefficient = gather(contact, &Contact::restitution);
+  row.resting_acceleration = gather(contact, &Contact::resting_acceleration);
+  row.acceleration = gather(contact, &Contact::acceleration);
+}
+
+/// What is remembered of a point, and what a step starts from.
+[[gnu::always_inline]] inline void start_friction(const FourContacts& contact, FrictionRows& rows) {
+  const Lanes zero = all(0);
+  rows.slid = gather(contact, &Contact::slid);
+  rows.reference[0] = gather(contact, &Contact::displacement_1);
+  rows.reference[1] = gather(contact, &Contact::displacement_2);
+  rows.row[0].impulse = rows.row[1].impulse = rows.origin[0] = rows.origin[1] = rows.origin_normal = zero;
+  rows.slides = zero;
+}
+
+[[gnu::always_inline]] inline void formulate_friction(const ContactBatch& x, const BatchBodies& at,
+                                                      const FourContacts& contact, const PointArms& arms,
+                                                      const Direction (&tangent)[2], const Formulation& from,
+                                                      RowResponses* in_world, FrictionRows& rows) {
+  const auto lets_go = keeps_sliding(rows) > all(0);
   rows.coefficient = gather(contact, &Contact::friction);
   for (int k = 0; k < 2; ++k) {
     ContactRow& row = rows.row[k];
-    const Lanes distance = set_row(at, point.arm_a, point.arm_b, point.tangent[k], from.in_body_frames, row);
+    const Lanes distance = set_row(x, at, arms.a, arms.b, tangent[k], row, in_world ? in_world + k : nullptr);
     rows.reference[k] = choose(lets_go, -distance, rows.reference[k]);
     row.beta = -(distance + rows.reference[k]) / all(from.hs);
   }
-  rows.gamma[0] = coupling(at, rows.row[0], rows.row[0]);
-  rows.gamma[1] = coupling(at, rows.row[0], rows.row[1]);
-  rows.gamma[2] = coupling(at, rows.row[1], rows.row[1]);
+  const RowResponses first = responses_of(x, rows.row[0], in_world);
+  const RowResponses second = responses_of(x, rows.row[1], in_world ? in_world + 1 : nullptr);
+  const auto along = [&](int one, int other) { return dot(tangent[one].in_world, tangent[other].in_world); };
+  rows.gamma[0] = coupling(at, along(0, 0), rows.row[0], first);
+  rows.gamma[1] = coupling(at, along(0, 1), rows.row[0], second);
+  rows.gamma[2] = coupling(at, along(1, 1), rows.row[1], second);
   invert(rows);
 }
 
 /// The displacement goes on from the point that was to the point that is.
-[[gnu::always_inline]] inline void move_point(const BatchBodies& at, const PointGeometry& point,
-                                              TouchingPoint& touching, FrictionRows& rows) {
+[[gnu::always_inline]] inline void move_point(const BatchBodies& at, const PointArms& arms,
+                                              const Direction (&tangent)[2], const TouchingPoint& touching,
+                                              FrictionRows& rows) {
   const LaneVectors on_a =
-      turned_back(at.rotation_b, turned(at.rotation_a, difference(touching.arm_a, point.arm_a)));
-  const LaneVectors back = difference(on_a, difference(touching.arm_b, point.arm_b));
-  rows.reference[0] += dot(point.tangent[0], back);
-  rows.reference[1] += dot(point.tangent[1], back);
-  touching = {point.arm_a, point.arm_b};
+      turned_back(at.rotation_b, turned(at.rotation_a, difference(touching.arm_a, arms.a)));
+  const LaneVectors back = difference(on_a, difference(touching.arm_b, arms.b));
+  rows.reference[0] += dot(tangent[0].in_b, back);
+  rows.reference[1] += dot(tangent[1].in_b, back);
+}
+
+/// Γ of a manifold's normals, each row by its diagonal.
+[[gnu::always_inline]] inline void couple(const ContactBatch& x, const BatchBodies& at, NormalRow* normals,
+                                          const ContactDirections* directions, const RowResponses* in_world,
+                                          Coupling* couplings) {
+  const int count = x.contacts;
+  for (int j = 0; j < count; ++j) {
+    const RowResponses responses = responses_of(x, normals[j].row, in_world ? in_world + j : nullptr);
+    for (int i = j; i < count; ++i) {
+      const Lanes along =
+          dot(directions[i * x.direction_step].normal, directions[j * x.direction_step].normal);
+      couplings[i * count + j].share = couplings[j * count + i].share =
+          coupling(at, along, normals[i].row, responses);
+    }
+    const Lanes own = couplings[j * count + j].share;
+    normals[j].effective_mass = choose(own > all(0), all(1) / own, all(0));
+  }
+  for (int i = 0; i < count; ++i) {
+    for (int j = 0; j < count; ++j) {
+      if (j != i) couplings[i * count + j].share *= normals[i].effective_mass;
+    }
+  }
+}
+
+/// Where a manifold has fewer contacts than its batch, what is beyond takes and gives no impulse.
+void leave_out(const ContactBatch& x, NormalRow* normals, FrictionRows* frictions, Coupling* couplings) {
+  for (int lane = 0; lane < lanes; ++lane) {
+    for (int i = x.count[lane]; i < x.contacts; ++i) {
+      normals[i].effective_mass[lane] = 0;
+      for (int j = 0; j < x.contacts; ++j) {
+        couplings[i * x.contacts + j].share[lane] = couplings[j * x.contacts + i].share[lane] = 0;
+      }
+    }
+    for (int i = x.frictions_of(lane); i < x.frictions; ++i) {
+      FrictionRows& rows = frictions[i];
+      rows.inverse_determinant[lane] = rows.inverse_largest[lane] = rows.slid[lane] = 0;
+      for (Lanes& gamma : rows.gamma) gamma[lane] = 0;
+      rows.origin_normal[lane] = -1;  // within its disc, so that its batch need not slide for it
+    }
+  }
 }
 
 [[gnu::always_inline]] inline void formulate_lanes(ContactBatches& contacts, const ContactBatch& x,
                                                    const Formulation& from) {
   const BatchBodies at = bodies_of(x, from);
   NormalRow* const normals = contacts.normals.data() + x.first_normal;
-  FrictionRows* friction = contacts.frictions.data() + x.first_friction;
-  TouchingPoint* touching = contacts.touching.data() + x.first_friction;
+  FrictionRows* const frictions = contacts.frictions.data() + x.first_friction;
+  TouchingPoint* const touching = contacts.touching.data() + x.first_friction;
+  ContactDirections* const directions = contacts.directions.data() + x.first_direction;
+  RestitutionRow* const restitutions =
+      x.first_restitution < 0 ? nullptr : contacts.restitutions.data() + x.first_restitution;
+  RowResponses* const in_world = from.in_body_frames ? nullptr : contacts.responses.data() + x.first_response;
+  TurnedDirections turned_directions{};
+  int friction = 0;
+  bool all_as_long = true;
   for (int i = 0; i < x.contacts; ++i) {
     const FourContacts contact = contacts_of(x, i, from.contacts);
-    const PointGeometry point = geometry_of(at, x, contact, from);
+    PointArms arms{};
+    arms.a = gather(contact, &Contact::arm_a);
+    arms.b = gather(contact, &Contact::arm_b);
+    if (i == 0 || x.direction_step == 1) {
+      set_directions(at, x, contact, from, turned_directions, directions[i * x.direction_step]);
+    }
+    if (from.anew) roll(at, contact, turned_directions.normal.in_b, arms);
     ContactRow& row = normals[i].row;
+    if (!from.anew) row.impulse = normals[i].low = all(0);
     // A positive distance is admitted too: β lets it close, no more.
-    const Lanes gap = set_row(at, point.arm_a, point.arm_b, point.normal, from.in_body_frames, row) +
-                      gather(contact, &Contact::left_over);
+    const Lanes gap =
+        set_row(x, at, arms.a, arms.b, turned_directions.normal, row, in_world ? in_world + i : nullptr) +
+        gather(contact, &Contact::left_over);
     row.beta = -gap / all(from.hs);
-    if (x.first_restitution >= 0) contacts.restitutions[x.first_restitution + i].gap = gap;
-    if (contact[0]->friction == 0) continue;
-    if (from.anew) move_point(at, point, *touching++, *friction);
-    formulate_friction(at, contact, point, from, *friction);
+    if (restitutions) {
+      RestitutionRow& bounce = restitutions[i];
+      if (!from.anew) start_restitution(contact, bounce);
+      bounce.gap = gap;
+    }
+    if (friction == x.frictions || x.contact_of[friction] != i) continue;
+    FrictionRows& rows = frictions[friction];
+    if (from.anew) {
+      move_point(at, arms, turned_directions.tangent, touching[friction], rows);
+    } else {
+      start_friction(contact, rows);
+    }
+    touching[friction] = {arms.a, arms.b};
+    formulate_friction(x, at, contact, arms, turned_directions.tangent, from,
+                       in_world ? in_world + x.contacts + 2 * friction : nullptr, rows);
     ++friction;
   }
-  Coupling* const gamma = contacts.couplings.data() + x.first_coupling;
-  for (int i = 0; i < x.contacts; ++i) {
-    for (int j = 0; j <= i; ++j) {
-      gamma[i * x.contacts + j].gamma = gamma[j * x.contacts + i].gamma =
-          coupling(at, normals[i].row, normals[j].row);
-    }
-    const Lanes own = gamma[i * x.contacts + i].gamma;
-    normals[i].effective_mass = choose(own > all(0), all(1) / own, all(0));
-  }
+  Coupling* const couplings = contacts.couplings.data() + x.first_coupling;
+  couple(x, at, normals, directions, in_world, couplings);
+  for (const int count : x.count) all_as_long = all_as_long && count == x.contacts;
+  if (!all_as_long) leave_out(x, normals, frictions, couplings);
 }
 
 void formulate_two_wide(ContactBatches& contacts, const Formulation& from) {
@@ -236,12 +336,17 @@ void formulate_two_wide(ContactBatches& contacts, const Formulation& from) {
 
 }  // namespace
 
-void formulate(ContactBatches& contacts, const Model& model, const std::vector<Contact>& found,
-               const std::vector<Coordinates>& q, const std::vector<Matrix3>& rotations, bool in_body_frames,
-               double hs) {
+void formulate(ContactBatches& contacts, const std::vector<Contact>& found, const std::vector<Coordinates>& q,
+               const std::vector<Matrix3>& rotations, bool in_body_frames, double hs) {
   const bool anew = contacts.formulations > 0;
   if (!anew) contacts.first_rotations = rotations;
-  const Formulation from{model, found, q, rotations, in_body_frames, hs, anew, contacts.first_rotations};
+  if (in_body_frames) {
+    contacts.responses.clear();
+  } else {
+    contacts.responses.reserve(3 * contacts.normals.capacity());
+    contacts.responses.resize(contacts.normals.size() + 2 * contacts.frictions.size());
+  }
+  const Formulation from{found, q, rotations, in_body_frames, hs, anew, contacts.first_rotations};
   is_four_wide() ? formulate_four_wide(contacts, from) : formulate_two_wide(contacts, from);
   ++contacts.formulations;
 }

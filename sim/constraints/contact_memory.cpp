@@ -31,46 +31,64 @@ Vector3 displacement_at(const FrictionRows& rows, const TouchingPoint& touching,
 
 }  // namespace
 
+/// Places among what is remembered: by colliders, and the points of two colliders by where they are on the
+/// first. A total order, whatever the order of `found`; where that is ascending by the first of each pair of
+/// colliders it takes hardly more than counting.
+void ContactBatches::sort_places(const std::vector<Contact>& found) {
+  const auto precedes = [&](int one, int other) {
+    const Contact& a = found[one];
+    const Contact& b = found[other];
+    return std::tie(a.collider_a, a.collider_b, a.arm_a[0], a.arm_a[1], a.arm_a[2], one) <
+           std::tie(b.collider_a, b.collider_b, b.arm_a[0], b.arm_a[1], b.arm_a[2], other);
+  };
+  int colliders = 0;
+  for (const Contact& contact : found) colliders = std::max(colliders, contact.collider_a + 1);
+  begin_.assign(colliders + 1, 0);
+  for (const Contact& contact : found) ++begin_[contact.collider_a + 1];
+  for (int i = 1; i <= colliders; ++i) begin_[i] += begin_[i - 1];
+  in_order_.resize(found.size());
+  for (int i = 0; i < static_cast<int>(found.size()); ++i) in_order_[begin_[found[i].collider_a]++] = i;
+  std::size_t moves = 8 * in_order_.size();
+  for (std::size_t i = 1; i < in_order_.size(); ++i) {
+    const int point = in_order_[i];
+    std::size_t place = i;
+    for (; place > 0 && moves > 0 && precedes(point, in_order_[place - 1]); --place, --moves) {
+      in_order_[place] = in_order_[place - 1];
+    }
+    in_order_[place] = point;
+    if (moves > 0) continue;
+    std::ranges::sort(in_order_, precedes);
+    break;
+  }
+  place_of_.resize(found.size());
+  for (int i = 0; i < static_cast<int>(found.size()); ++i) place_of_[in_order_[i]] = i;
+}
+
 void ContactBatches::remember(const std::vector<Contact>& found, const std::vector<Coordinates>& q,
                               std::vector<ContactMemory>& memory) {
-  remembered_.resize(found.size());
+  sort_places(found);
+  memory.resize(found.size());
   for (const ContactBatch& x : batches) {
     for (int lane = 0; lane < x.manifolds; ++lane) {
-      int friction = x.first_friction;
-      const int end = x.first_friction + x.frictions;
-      for (int i = 0; i < x.contacts; ++i) {
+      int friction = 0;
+      for (int i = 0; i < x.count[lane]; ++i) {
         const Contact& contact = found[x.source[lane] + i];
-        ContactMemory& point = remembered_[x.source[lane] + i];
+        ContactMemory& point = memory[place_of_[x.source[lane] + i]];
         point = {contact.collider_a, contact.collider_b, contact.arm_a, contact.arm_b, Vector3::Zero(), true,
                  contact.left_over};
-        if (friction < end && frictions[friction].normal == i) {
-          const FrictionRows& rows = frictions[friction];
-          point.slides = rows.keeps_sliding[lane] > 0;
+        if (friction < x.frictions && x.contact_of[friction] == i) {
+          const FrictionRows& rows = frictions[x.first_friction + friction];
+          point.slides = rows.slides[lane] > 0 && rows.slid[lane] > 0;
           if (!point.slides && reading.friction_memory) {
             const double part = rows.slides[lane] > 0 ? kept_at_edge : 1;
-            point.displacement = part * displacement_at(rows, touching[friction], lane, contact, q);
+            point.displacement =
+                part * displacement_at(rows, touching[x.first_friction + friction], lane, contact, q);
           }
           ++friction;
         }
       }
     }
   }
-  // A total order: the points of two colliders by their places on the first.
-  in_order_.resize(found.size());
-  for (int i = 0; i < static_cast<int>(found.size()); ++i) {
-    in_order_[i] = {found[i].collider_a, found[i].collider_b, i};
-  }
-  std::ranges::sort(in_order_, [&](const Place& one, const Place& other) {
-    const auto colliders = [](const Place& place) { return std::tie(place.collider_a, place.collider_b); };
-    if (colliders(one) != colliders(other)) return colliders(one) < colliders(other);
-    const auto place = [&](const Place& of) {
-      const Vector3& arm = found[of.point].arm_a;
-      return std::tie(arm[0], arm[1], arm[2], of.point);
-    };
-    return place(one) < place(other);
-  });
-  memory.clear();
-  for (const Place& place : in_order_) memory.push_back(remembered_[place.point]);
 }
 
 }  // namespace substep

@@ -11,22 +11,11 @@ namespace {
 /// Sweeps over the normals of a manifold, in the space of their impulses, that solve their block.
 constexpr int normal_sweeps = 8;
 
-/// v ← v + M⁻¹J_xᵀ impulse.
-[[gnu::always_inline]] inline void apply(const ContactRow& row, const ContactBatch& x, const Lanes& impulse,
-                                         Moving& a, Moving& b) {
-  const Lanes impulse_a = x.inverse_mass_a * impulse;
-  const Lanes impulse_b = x.inverse_mass_b * impulse;
-  for (int k = 0; k < 3; ++k) {
-    a.linear[k] += row.linear[k] * impulse_a;
-    a.angular[k] += row.response_a[k] * impulse;
-    b.linear[k] -= row.linear[k] * impulse_b;
-    b.angular[k] += row.response_b[k] * impulse;
-  }
-}
-
 /// What a kernel works on: a batch, its rows, and how they are solved.
 struct Visit {
   const ContactBatch& x;
+  const ContactDirections* directions;
+  const RowResponses* responses;  ///< null: rows are in the bodies' frames
   NormalRow* normals;
   FrictionRows* frictions;
   const RestitutionRow* restitutions;  ///< null: none bounces
@@ -35,13 +24,65 @@ struct Visit {
   const ContactReading& reading;
 };
 
+/// What is known of a visit where its kernel is compiled.
+struct Kind {
+  bool in_world;  ///< rows may be in the world's frame
+  bool by_one;    ///< κ, τ, ω and the scale are 1, and multiply nothing
+  bool any;       ///< the largest change may be asked for, and the reading be another
+};
+constexpr Kind plain{false, true, false};
+constexpr Kind plain_in_world{true, true, false};
+constexpr Kind any_kind{true, false, true};
+
+template <Kind kind>
+[[gnu::always_inline]] inline Lanes times(double factor, const Lanes& x) {
+  if constexpr (kind.by_one) return x;
+  return all(factor) * x;
+}
+
+/// What a row's velocity lacks: τ β − κ J v.
+template <Kind kind>
+[[gnu::always_inline]] inline Lanes missing_of(const Visit& at, const LaneVectors& direction,
+                                               const ContactRow& row, const Moving& a, const Moving& b) {
+  return times<kind>(at.how.tau, row.beta) - times<kind>(at.how.kappa, row_velocity(direction, row, a, b));
+}
+
+/// v ← v + M⁻¹J_xᵀ impulse, for the `place`-th of the batch's rows.
+template <Kind kind>
+[[gnu::always_inline]] inline void apply(const Visit& at, int place, const LaneVectors& direction,
+                                         const ContactRow& row, const Lanes& impulse, Moving& a, Moving& b) {
+  const ContactBatch& x = at.x;
+  const Lanes impulse_a = x.inverse_mass_a * impulse;
+  const Lanes impulse_b = x.inverse_mass_b * impulse;
+  for (int k = 0; k < 3; ++k) {
+    a.linear[k] += direction[k] * impulse_a;
+    b.linear[k] -= direction[k] * impulse_b;
+  }
+  if (kind.in_world && at.responses) {
+    for (int k = 0; k < 3; ++k) {
+      a.angular[k] += at.responses[place].a[k] * impulse;
+      b.angular[k] += at.responses[place].b[k] * impulse;
+    }
+  } else {
+    for (int k = 0; k < 3; ++k) {
+      a.angular[k] += x.inverse_inertia_a[k] * row.angular_a[k] * impulse;
+      b.angular[k] += x.inverse_inertia_b[k] * row.angular_b[k] * impulse;
+    }
+  }
+}
+
+[[gnu::always_inline]] inline const LaneVectors& normal_of(const Visit& at, int i) {
+  return at.directions[i * at.x.direction_step].normal;
+}
+
 /// What a normal's velocity lacks, in the equation of a row. An impact is over in its sub-step: κ < 1 would
 /// leave a part of it to later ones, of which the step may have none.
+template <Kind kind>
 [[gnu::always_inline]] inline Lanes missing_of_normal(const Visit& at, int i, const Moving& a,
                                                       const Moving& b) {
   const ContactRow& row = at.normals[i].row;
-  const Lanes velocity = row_velocity(row, a, b);
-  const Lanes missing = all(at.how.tau) * row.beta - all(at.how.kappa) * velocity;
+  const Lanes velocity = row_velocity(normal_of(at, i), row, a, b);
+  const Lanes missing = times<kind>(at.how.tau, row.beta) - times<kind>(at.how.kappa, velocity);
   if (!at.restitutions) return missing;
   const RestitutionRow& restitution = at.restitutions[i];
   const Lanes of_impact = at.reading.velocity_level_apart
@@ -53,50 +94,59 @@ struct Visit {
 /// The manifold's normals as one block: their LCP, by Gauss–Seidel in the space of their impulses; then what
 /// changed goes to the velocities. `known` is their number where the compiler is to know it, so that a
 /// manifold stays in registers; else 0.
-template <int known>
-[[gnu::always_inline]] inline void solve_normal_block(const Visit& at, Moving& a, Moving& b, Lanes& most,
-                                                      bool measured) {
+///
+/// A sweep waits for one impulse after the other, so each takes the one before it last: that is a product, a
+/// difference and a comparison to wait for.
+template <Kind kind, int known>
+[[gnu::always_inline]] inline void solve_normal_block(const Visit& at, Moving& a, Moving& b, Lanes& most) {
   const int count = known ? known : at.x.contacts;
-  Lanes missing[known ? known : most_in_manifold];
-  Lanes lambda[known ? known : most_in_manifold];
+  constexpr int room = known ? known : most_in_manifold;
+  Lanes wanted[room];  // changes of impulses: without the others, at least, and so far
+  Lanes least[room];
+  Lanes change[room];
   for (int i = 0; i < count; ++i) {
-    missing[i] = missing_of_normal(at, i, a, b);
-    lambda[i] = at.normals[i].row.impulse;
+    const NormalRow& normal = at.normals[i];
+    wanted[i] = missing_of_normal<kind>(at, i, a, b) * normal.effective_mass;
+    least[i] = normal.low - normal.row.impulse;
+  }
+  for (int i = 0; i < count; ++i) {
+    Lanes one = wanted[i];
+    for (int j = 0; j < i; ++j) one -= at.coupling[i * count + j].share * change[j];
+    change[i] = larger(one, least[i]);
   }
   const int sweeps = count == 1 ? 1 : normal_sweeps;
-  for (int sweep = 0; sweep < sweeps; ++sweep) {
+  for (int sweep = 1; sweep < sweeps; ++sweep) {
     for (int i = 0; i < count; ++i) {
-      const NormalRow& normal = at.normals[i];
-      const Lanes total = larger(lambda[i] + missing[i] * normal.effective_mass, normal.low);
-      const Lanes change = total - lambda[i];
-      lambda[i] = total;
-      for (int j = 0; j < count; ++j) missing[j] -= at.coupling[i * count + j].gamma * change;
+      Lanes one = wanted[i];
+      for (int j = i + 1; j < count; ++j) one -= at.coupling[i * count + j].share * change[j];
+      for (int j = 0; j < i; ++j) one -= at.coupling[i * count + j].share * change[j];
+      change[i] = larger(one, least[i]);
     }
   }
   for (int i = 0; i < count; ++i) {
     NormalRow& normal = at.normals[i];
     const Lanes before = normal.row.impulse;
-    const Lanes total = larger(before + all(at.how.omega) * (lambda[i] - before), normal.low);
-    const Lanes change = total - before;
+    const Lanes total = larger(before + times<kind>(at.how.omega, change[i]), normal.low);
+    const Lanes given = total - before;
     normal.row.impulse = total;
-    apply(normal.row, at.x, all(at.how.scale) * change, a, b);
-    if (measured) {
-      most = larger(most, choose(change < all(0), -change, change) * at.coupling[i * count + i].gamma);
+    apply<kind>(at, i, normal_of(at, i), normal.row, times<kind>(at.how.scale, given), a, b);
+    if (kind.any) {
+      most = larger(most, choose(given < all(0), -given, given) * at.coupling[i * count + i].share);
     }
   }
 }
 
-[[gnu::always_inline]] inline void solve_normals(const Visit& at, Moving& a, Moving& b, Lanes& most,
-                                                 bool measured) {
+template <Kind kind>
+[[gnu::always_inline]] inline void solve_normals(const Visit& at, Moving& a, Moving& b, Lanes& most) {
   switch (at.x.contacts) {
     case 1:
-      return solve_normal_block<1>(at, a, b, most, measured);
+      return solve_normal_block<kind, 1>(at, a, b, most);
     case 2:
-      return solve_normal_block<2>(at, a, b, most, measured);
+      return solve_normal_block<kind, 2>(at, a, b, most);
     case 4:
-      return solve_normal_block<4>(at, a, b, most, measured);
+      return solve_normal_block<kind, 4>(at, a, b, most);
     default:
-      return solve_normal_block<0>(at, a, b, most, measured);
+      return solve_normal_block<kind, 0>(at, a, b, most);
   }
 }
 
@@ -104,12 +154,12 @@ template <int known>
 [[gnu::always_inline]] inline void solve_normals_in_turn(const Visit& at, Moving& a, Moving& b) {
   for (int i = 0; i < at.x.contacts; ++i) {
     NormalRow& normal = at.normals[i];
-    const Lanes missing = missing_of_normal(at, i, a, b);
+    const Lanes missing = missing_of_normal<any_kind>(at, i, a, b);
     const Lanes total =
         larger(normal.row.impulse + all(at.how.omega) * missing * normal.effective_mass, normal.low);
     const Lanes change = total - normal.row.impulse;
     normal.row.impulse = total;
-    apply(normal.row, at.x, all(at.how.scale) * change, a, b);
+    apply<any_kind>(at, i, normal_of(at, i), normal.row, all(at.how.scale) * change, a, b);
   }
 }
 
@@ -149,48 +199,56 @@ struct Tangential {
 }
 
 /// A point's friction: two rows as one block, within the disc that its normal's impulse gives.
-template <bool ablated>
-[[gnu::always_inline]] inline void solve_friction(const Visit& at, FrictionRows& rows, Moving& a, Moving& b,
-                                                  Lanes& most, bool measured) {
+/// The i-th point's.
+template <Kind kind>
+[[gnu::always_inline]] inline void solve_friction(const Visit& at, int i, Moving& a, Moving& b, Lanes& most,
+                                                  Lanes& any_slides) {
   const Lanes zero = all(0);
-  const Lanes omega = all(at.how.omega);
-  const Lanes normal = at.normals[rows.normal].row.impulse;
+  FrictionRows& rows = at.frictions[i];
+  const ContactDirections& along = at.directions[at.x.contact_of[i] * at.x.direction_step];
+  const Lanes normal = at.normals[at.x.contact_of[i]].row.impulse;
   give_back(rows, normal);
-  const Tangential missing{
-      all(at.how.tau) * rows.row[0].beta - all(at.how.kappa) * row_velocity(rows.row[0], a, b),
-      all(at.how.tau) * rows.row[1].beta - all(at.how.kappa) * row_velocity(rows.row[1], a, b)};
+  const Tangential missing{missing_of<kind>(at, along.tangent[0], rows.row[0], a, b),
+                           missing_of<kind>(at, along.tangent[1], rows.row[1], a, b)};
   const Tangential free = solve_two(rows, missing);
   const Tangential before{rows.row[0].impulse - rows.origin[0], rows.row[1].impulse - rows.origin[1]};
-  Tangential after{before.first + omega * free.first, before.second + omega * free.second};
+  Tangential after{before.first + times<kind>(at.how.omega, free.first),
+                   before.second + times<kind>(at.how.omega, free.second)};
   const Lanes limit = rows.coefficient * (normal - rows.origin_normal);
   const auto slides = after.first * after.first + after.second * after.second >= limit * limit;
   rows.slides = choose(slides, all(1), zero);
-  rows.keeps_sliding = rows.slides * rows.slid;
   if (any(slides)) {
-    const Tangential sliding = slide(rows, limit, before, {omega * missing.first, omega * missing.second});
+    const Tangential sliding =
+        slide(rows, limit, before,
+              {times<kind>(at.how.omega, missing.first), times<kind>(at.how.omega, missing.second)});
     after.first = choose(slides, sliding.first, after.first);
     after.second = choose(slides, sliding.second, after.second);
   }
-  if constexpr (ablated) {
-    if (!at.reading.friction_memory) rows.keeps_sliding = rows.slides = all(1);
-  }
+  if (kind.any && !at.reading.friction_memory) rows.slides = rows.slid = all(1);
+  any_slides += keeps_sliding(rows);
   const Lanes change[2] = {after.first - before.first, after.second - before.second};
   for (int k = 0; k < 2; ++k) {
     rows.row[k].impulse += change[k];
-    apply(rows.row[k], at.x, all(at.how.scale) * change[k], a, b);
-    if (measured) most = larger(most, choose(change[k] < zero, -change[k], change[k]) * rows.gamma[2 * k]);
+    apply<kind>(at, at.x.contacts + 2 * i + k, along.tangent[k], rows.row[k],
+                times<kind>(at.how.scale, change[k]), a, b);
+    if (kind.any)
+      most = larger(most, choose(change[k] < zero, -change[k], change[k]) * rows.gamma[2 * k]);
   }
 }
 
 /// Ablation: each of a point's two rows by itself, within ±μ λ_n: a square.
-[[gnu::always_inline]] inline void solve_friction_in_turn(const Visit& at, FrictionRows& rows, Moving& a,
-                                                          Moving& b) {
-  const Lanes limit =
-      rows.coefficient * larger(at.normals[rows.normal].row.impulse - rows.origin_normal, all(0));
+[[gnu::always_inline]] inline void solve_friction_in_turn(const Visit& at, int i, Moving& a, Moving& b,
+                                                          Lanes& any_slides) {
+  FrictionRows& rows = at.frictions[i];
+  const ContactDirections& along = at.directions[at.x.contact_of[i] * at.x.direction_step];
+  const Lanes normal = at.normals[at.x.contact_of[i]].row.impulse;
+  const Lanes limit = rows.coefficient * larger(normal - rows.origin_normal, all(0));
   rows.slides = all(at.reading.friction_memory ? 0 : 1);
+  if (!at.reading.friction_memory) rows.slid = all(1);
   for (int k = 0; k < 2; ++k) {
     ContactRow& row = rows.row[k];
-    const Lanes missing = all(at.how.tau) * row.beta - all(at.how.kappa) * row_velocity(row, a, b);
+    const Lanes missing =
+        all(at.how.tau) * row.beta - all(at.how.kappa) * row_velocity(along.tangent[k], row, a, b);
     const Lanes gamma = rows.gamma[2 * k];
     const Lanes free =
         row.impulse - rows.origin[k] + choose(gamma > all(0), all(at.how.omega) * missing / gamma, all(0));
@@ -198,54 +256,57 @@ template <bool ablated>
     const auto under = free <= -limit;
     const Lanes total = rows.origin[k] + choose(over, limit, choose(under, -limit, free));
     rows.slides = choose(over || under, all(1), rows.slides);
-    rows.keeps_sliding = rows.slides * larger(rows.slid, all(at.reading.friction_memory ? 0 : 1));
     const Lanes change = total - row.impulse;
     row.impulse = total;
-    apply(row, at.x, all(at.how.scale) * change, a, b);
+    apply<any_kind>(at, at.x.contacts + 2 * i + k, along.tangent[k], row, all(at.how.scale) * change, a, b);
   }
+  any_slides += keeps_sliding(rows);
 }
 
-template <bool measured, bool ablated>
-[[gnu::always_inline]] inline void solve_lanes(const Visit& at, std::vector<Velocity>& v, double* moved) {
+/// Returns whether any point goes on sliding.
+template <Kind kind>
+[[gnu::always_inline]] inline bool solve_lanes(const Visit& at, std::vector<Velocity>& v, double* moved) {
   Lanes most = all(0);
+  Lanes any_slides = all(0);
   Moving a = gather(v, at.x.a);
   Moving b = gather(v, at.x.b);
-  if (ablated && !at.reading.manifold_blocks) {
+  if (kind.any && !at.reading.manifold_blocks) {
     solve_normals_in_turn(at, a, b);
   } else {
-    solve_normals(at, a, b, most, measured);
+    solve_normals<kind>(at, a, b, most);
   }
   for (int i = 0; i < at.x.frictions; ++i) {
-    if (ablated && !at.reading.isotropic_friction) {
-      solve_friction_in_turn(at, at.frictions[i], a, b);
+    if (kind.any && !at.reading.isotropic_friction) {
+      solve_friction_in_turn(at, i, a, b, any_slides);
     } else {
-      solve_friction<ablated>(at, at.frictions[i], a, b, most, measured);
+      solve_friction<kind>(at, i, a, b, most, any_slides);
     }
   }
   scatter(a, at.x.a, at.x.manifolds, v);
   scatter(b, at.x.b, at.x.manifolds, v);
-  if constexpr (measured) {
+  if (kind.any && moved) {
     for (int lane = 0; lane < lanes; ++lane) *moved = std::max(*moved, most[lane]);
   }
+  return any(any_slides > all(0));
 }
 
-[[gnu::always_inline]] inline void solve_any(const Visit& at, std::vector<Velocity>& v, double* moved) {
+[[gnu::always_inline]] inline bool solve_any(const Visit& at, std::vector<Velocity>& v, double* moved) {
   const ContactReading& reading = at.reading;
+  const RowSolve& how = at.how;
   if (!reading.isotropic_friction || !reading.manifold_blocks || !reading.friction_memory) {
-    solve_lanes<false, true>(at, v, nullptr);
-  } else if (moved) {
-    solve_lanes<true, false>(at, v, moved);
-  } else {
-    solve_lanes<false, false>(at, v, nullptr);
+    return solve_lanes<any_kind>(at, v, nullptr);
   }
+  const bool by_one = how.kappa == 1 && how.tau == 1 && how.omega == 1 && how.scale == 1;
+  if (moved || !by_one) return solve_lanes<any_kind>(at, v, moved);
+  return at.responses ? solve_lanes<plain_in_world>(at, v, nullptr) : solve_lanes<plain>(at, v, nullptr);
 }
 
-using Solve = void(const Visit&, std::vector<Velocity>&, double*);
-void solve_two_wide(const Visit& at, std::vector<Velocity>& v, double* moved) {
-  solve_any(at, v, moved);
+using Solve = bool(const Visit&, std::vector<Velocity>&, double*);
+bool solve_two_wide(const Visit& at, std::vector<Velocity>& v, double* moved) {
+  return solve_any(at, v, moved);
 }
-[[gnu::target("avx2")]] void solve_four_wide(const Visit& at, std::vector<Velocity>& v, double* moved) {
-  solve_any(at, v, moved);
+[[gnu::target("avx2")]] bool solve_four_wide(const Visit& at, std::vector<Velocity>& v, double* moved) {
+  return solve_any(at, v, moved);
 }
 
 }  // namespace
@@ -253,10 +314,16 @@ void solve_two_wide(const Visit& at, std::vector<Velocity>& v, double* moved) {
 void solve_and_apply(ContactBatches& contacts, const ContactBatch& x, const RowSolve& how,
                      std::vector<Velocity>& v, double* moved) {
   static Solve* const solve = is_four_wide() ? solve_four_wide : solve_two_wide;
-  solve({x, contacts.normals.data() + x.first_normal, contacts.frictions.data() + x.first_friction,
-         x.first_restitution < 0 ? nullptr : contacts.restitutions.data() + x.first_restitution,
-         contacts.couplings.data() + x.first_coupling, how, contacts.reading},
-        v, moved);
+  const Visit at{x,
+                 contacts.directions.data() + x.first_direction,
+                 contacts.responses.empty() ? nullptr : contacts.responses.data() + x.first_response,
+                 contacts.normals.data() + x.first_normal,
+                 contacts.frictions.data() + x.first_friction,
+                 x.first_restitution < 0 ? nullptr : contacts.restitutions.data() + x.first_restitution,
+                 contacts.couplings.data() + x.first_coupling,
+                 how,
+                 contacts.reading};
+  contacts.slides[&x - contacts.batches.data()] = solve(at, v, moved) ? 1 : 0;
 }
 
 }  // namespace substep

@@ -7,11 +7,11 @@ namespace substep {
 namespace {
 
 /// A point that slides lets its displacement go: from here on it counts from `offset`, the sum of velocities.
-[[gnu::always_inline]] inline void let_go(FrictionRows& rows, double hs, const Moving& offset_a,
-                                          const Moving& offset_b) {
-  const auto lets_go = rows.keeps_sliding > all(0);
+[[gnu::always_inline]] inline void let_go(const ContactDirections& along, FrictionRows& rows, double hs,
+                                          const Moving& offset_a, const Moving& offset_b) {
+  const auto lets_go = keeps_sliding(rows) > all(0);
   for (int k = 0; k < 2; ++k) {
-    const Lanes displacement = all(hs) * row_velocity(rows.row[k], offset_a, offset_b);
+    const Lanes displacement = all(hs) * row_velocity(along.tangent[k], rows.row[k], offset_a, offset_b);
     rows.reference[k] = choose(lets_go, -displacement, rows.reference[k]);
   }
 }
@@ -22,17 +22,21 @@ namespace {
   for (const ContactBatch& x : contacts.batches) {
     const Moving a = gather(v_local, x.a);
     const Moving b = gather(v_local, x.b);
+    const ContactDirections* const directions = contacts.directions.data() + x.first_direction;
     for (int i = 0; i < x.contacts; ++i) {
       ContactRow& row = contacts.normals[x.first_normal + i].row;
-      row.beta -= row_velocity(row, a, b);
+      row.beta -= row_velocity(directions[i * x.direction_step].normal, row, a, b);
     }
     const Moving offset_a = gather(offset, x.a);
     const Moving offset_b = gather(offset, x.b);
     for (int i = 0; i < x.frictions; ++i) {
       FrictionRows& rows = contacts.frictions[x.first_friction + i];
-      let_go(rows, hs, offset_a, offset_b);
-      for (ContactRow& row : rows.row) {
-        row.beta = choose(rows.keeps_sliding > all(0), all(0), row.beta - row_velocity(row, a, b));
+      const ContactDirections& along = directions[x.contact_of[i] * x.direction_step];
+      let_go(along, rows, hs, offset_a, offset_b);
+      for (int k = 0; k < 2; ++k) {
+        ContactRow& row = rows.row[k];
+        row.beta = choose(keeps_sliding(rows) > all(0), all(0),
+                          row.beta - row_velocity(along.tangent[k], row, a, b));
       }
     }
   }
@@ -51,17 +55,24 @@ void update_biases_two_wide(ContactBatches& contacts, double hs, const std::vect
 [[gnu::always_inline]] inline void undo_update_rule_lanes(ContactBatches& contacts, double hs,
                                                           const std::vector<Velocity>& sum_v,
                                                           const std::vector<Velocity>& offset) {
-  for (const ContactBatch& x : contacts.batches) {
+  for (std::size_t batch = 0; batch < contacts.batches.size(); ++batch) {
+    if (contacts.slides[batch] == 0) continue;
+    const ContactBatch& x = contacts.batches[batch];
+    const ContactDirections* const directions = contacts.directions.data() + x.first_direction;
     const Moving a = gather(sum_v, x.a);
     const Moving b = gather(sum_v, x.b);
     const Moving offset_a = gather(offset, x.a);
     const Moving offset_b = gather(offset, x.b);
     for (int i = 0; i < x.frictions; ++i) {
       FrictionRows& rows = contacts.frictions[x.first_friction + i];
-      const auto lets_go = rows.keeps_sliding > all(0);
+      const auto lets_go = keeps_sliding(rows) > all(0);
       if (!any(lets_go)) continue;
-      let_go(rows, hs, offset_a, offset_b);
-      for (ContactRow& row : rows.row) row.beta = choose(lets_go, row_velocity(row, a, b), row.beta);
+      const ContactDirections& along = directions[x.contact_of[i] * x.direction_step];
+      let_go(along, rows, hs, offset_a, offset_b);
+      for (int k = 0; k < 2; ++k) {
+        ContactRow& row = rows.row[k];
+        row.beta = choose(lets_go, row_velocity(along.tangent[k], row, a, b), row.beta);
+      }
     }
   }
 }
@@ -115,25 +126,28 @@ void start_substep(ContactBatches& contacts, double hs, const std::vector<Veloci
       rows.row[0].impulse = rows.row[1].impulse = rows.origin[0] = rows.origin[1] = rows.origin_normal = zero;
     }
   }
-  for (const ContactBatch& x : contacts.batches) {
-    for (int i = 0; i < x.frictions; ++i) {
+  for (std::size_t batch = 0; batch < contacts.batches.size(); ++batch) {
+    const ContactBatch& x = contacts.batches[batch];
+    for (int i = 0; i < x.frictions && contacts.slides[batch] != 0; ++i) {
       FrictionRows& rows = contacts.frictions[x.first_friction + i];
-      const auto lets_go = rows.keeps_sliding > zero;
+      const auto lets_go = keeps_sliding(rows) > zero;
       if (!any(lets_go)) continue;
       for (int k = 0; k < 2; ++k) rows.origin[k] = choose(lets_go, rows.row[k].impulse, rows.origin[k]);
-      const Lanes normal = contacts.normals[x.first_normal + rows.normal].row.impulse;
+      const Lanes normal = contacts.normals[x.first_normal + x.contact_of[i]].row.impulse;
       rows.origin_normal = choose(lets_go, normal, rows.origin_normal);
     }
     if (x.first_restitution < 0) continue;
+    const ContactDirections* const directions = contacts.directions.data() + x.first_direction;
     for (int i = 0; i < x.contacts; ++i) {
       NormalRow& normal = contacts.normals[x.first_normal + i];
       RestitutionRow& row = contacts.restitutions[x.first_restitution + i];
-      const Lanes approach = -row_velocity(normal.row, gather(v, x.a), gather(v, x.b));
+      const LaneVectors& along = directions[i * x.direction_step].normal;
+      const Lanes approach = -row_velocity(along, normal.row, gather(v, x.a), gather(v, x.b));
       const Lanes gap =
-          row.gap + all(hs) * row_velocity(normal.row, gather(offset, x.a), gather(offset, x.b));
+          row.gap + all(hs) * row_velocity(along, normal.row, gather(offset, x.a), gather(offset, x.b));
       start_impact(normal, row, gap, approach, hs);
       row.right = row.velocity;
-      if (sum_v) row.right += row_velocity(normal.row, gather(*sum_v, x.a), gather(*sum_v, x.b));
+      if (sum_v) row.right += row_velocity(along, normal.row, gather(*sum_v, x.a), gather(*sum_v, x.b));
     }
   }
 }

@@ -38,6 +38,10 @@ struct Problem {
 /// are blocked.
 void build_blocks(Problem& problem, Joints joints);
 
+/// What springs hold, J: soft limits beyond their bounds, and drives off their targets as if no force were
+/// too large for them. Those by mass are left out.
+double energy_of_springs(const Model& model, const std::vector<Coordinates>& q);
+
 /// s2: J, β(hs) and M⁻¹Jᵀ of every row from coordinates q.
 void formulate(Problem& problem, const std::vector<Coordinates>& q, double hs);
 

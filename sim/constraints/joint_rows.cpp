@@ -247,6 +247,26 @@ void formulate_drive(Problem& problem, Block& x, const Placed& at, double hs) {
 
 }  // namespace
 
+double energy_of_springs(const Model& model, const std::vector<Coordinates>& q) {
+  const auto value = [&q](const Attachment& at, const JointCoordinate& coordinate) {
+    const Matrix3 rotation_a = q[at.a].angular.toRotationMatrix();
+    const Matrix3 rotation_b = q[at.b].angular.toRotationMatrix();
+    return measure(coordinate, frames_of(at, {q[at.a], q[at.b], rotation_a, rotation_b})).value;
+  };
+  double energy = 0;
+  for (const Limit& limit : model.limits) {
+    if (!limit.soft) continue;
+    const double beyond = value(limit.at, limit.coordinate) - limit.bound;
+    const bool is_held = limit.side == Limit::Side::both || (limit.side == Limit::Side::high) == (beyond > 0);
+    if (is_held) energy += limit.stiffness * beyond * beyond / 2;
+  }
+  for (const Drive& drive : model.drives) {
+    const double off = value(drive.at, drive.coordinate) - drive.position_target;
+    if (!drive.per_mass) energy += drive.stiffness * off * off / 2;
+  }
+  return energy;
+}
+
 void formulate_block(Problem& problem, Block& x, const Placed& at, double hs) {
   switch (x.kind) {
     case Block::Kind::lock:

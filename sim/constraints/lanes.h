@@ -85,17 +85,25 @@ struct Moving {
 }
 
 /// J_x v.
-[[gnu::always_inline]] inline Lanes row_velocity(const ContactRow& row, const Moving& a, const Moving& b) {
-  const LaneVectors relative{
-      {a.linear[0] - b.linear[0], a.linear[1] - b.linear[1], a.linear[2] - b.linear[2]}};
-  return dot(row.linear, relative) + dot(row.angular_a, a.angular) + dot(row.angular_b, b.angular);
+[[gnu::always_inline]] inline Lanes row_velocity(const LaneVectors& direction, const ContactRow& row,
+                                                 const Moving& a, const Moving& b) {
+  return dot(direction, difference(a.linear, b.linear)) + dot(row.angular_a, a.angular) +
+         dot(row.angular_b, b.angular);
+}
+
+/// Sliding goes on, and no displacement is to be taken back: 1 or 0. What has only begun to slide may have so
+/// for want of its normal's impulse, which one sweep leaves short; it holds on.
+[[gnu::always_inline]] inline Lanes keeps_sliding(const FrictionRows& rows) {
+  return rows.slides * rows.slid;
 }
 
 using FourContacts = std::array<const Contact*, lanes>;
 
+/// The i-th contact of each manifold; of those that have no more, the last.
 [[gnu::always_inline]] inline FourContacts contacts_of(const ContactBatch& x, int i,
                                                        const std::vector<Contact>& found) {
-  return {&found[x.source[0] + i], &found[x.source[1] + i], &found[x.source[2] + i], &found[x.source[3] + i]};
+  const auto place = [&](int lane) { return x.source[lane] + (i < x.count[lane] ? i : x.count[lane] - 1); };
+  return {&found[place(0)], &found[place(1)], &found[place(2)], &found[place(3)]};
 }
 
 [[gnu::always_inline]] inline LaneVectors gather(const FourContacts& contact, Vector3 Contact::*member) {

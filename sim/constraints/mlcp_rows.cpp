@@ -29,9 +29,10 @@ class MlcpWriter {
     return mlcp_.rows.back();
   }
 
-  Mlcp::Row& add(const ContactBatch& x, int lane, const ContactRow& row, double beta) {
+  Mlcp::Row& add(const ContactBatch& x, int lane, const LaneVectors& direction, const ContactRow& row,
+                 double beta) {
     const auto vector = [lane](const LaneVectors& v) { return Vector3(v[0][lane], v[1][lane], v[2][lane]); };
-    return add(x.a[lane], x.b[lane], vector(row.linear), vector(row.angular_a), vector(row.angular_b), beta);
+    return add(x.a[lane], x.b[lane], vector(direction), vector(row.angular_a), vector(row.angular_b), beta);
   }
 
  private:
@@ -49,21 +50,22 @@ class MlcpWriter {
 /// The points of one manifold of a batch.
 void add_manifold(const ContactBatches& contacts, const ContactBatch& x, int lane, MlcpWriter& writer,
                   Mlcp& mlcp) {
-  int next_friction = x.first_friction;
-  const int end_friction = x.first_friction + x.frictions;
-  for (int i = 0; i < x.contacts; ++i) {
+  int friction = 0;
+  for (int i = 0; i < x.count[lane]; ++i) {
+    const ContactDirections& directions = contacts.directions[x.first_direction + i * x.direction_step];
     const NormalRow& normal = contacts.normals[x.first_normal + i];
     const RestitutionRow* const bounce =
         x.first_restitution < 0 ? nullptr : &contacts.restitutions[x.first_restitution + i];
     const bool impact = bounce && bounce->impact[lane] > 0;
-    writer.add(x, lane, normal.row, impact ? bounce->right[lane] : normal.row.beta[lane]).low = 0;
-    if (next_friction == end_friction || contacts.frictions[next_friction].normal != i) continue;
+    writer.add(x, lane, directions.normal, normal.row, impact ? bounce->right[lane] : normal.row.beta[lane])
+        .low = 0;
+    if (friction == x.frictions || x.contact_of[friction] != i) continue;
     const int row = static_cast<int>(mlcp.rows.size()) - 1;
-    const FrictionRows& friction = contacts.frictions[next_friction++];
-    for (const ContactRow& tangent : friction.row) {
-      Mlcp::Row& out = writer.add(x, lane, tangent, 0);
+    const FrictionRows& rows = contacts.frictions[x.first_friction + friction++];
+    for (int k = 0; k < 2; ++k) {
+      Mlcp::Row& out = writer.add(x, lane, directions.tangent[k], rows.row[k], 0);
       out.normal = row;
-      out.friction = friction.coefficient[lane];
+      out.friction = rows.coefficient[lane];
     }
   }
 }

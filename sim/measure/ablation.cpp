@@ -80,6 +80,7 @@ class Experiment {
     std::vector<NormalRow> normals;
     std::vector<FrictionRows> frictions;
     std::vector<TouchingPoint> touching;
+    std::vector<ContactDirections> directions;
     std::vector<Coupling> couplings;
   };
 
@@ -89,6 +90,7 @@ class Experiment {
     kept.normals = c.contacts.normals;
     kept.frictions = c.contacts.frictions;
     kept.touching = c.contacts.touching;
+    kept.directions = c.contacts.directions;
     kept.couplings = c.contacts.couplings;
   }
 
@@ -98,6 +100,7 @@ class Experiment {
     std::swap(kept.normals, c.contacts.normals);
     std::swap(kept.frictions, c.contacts.frictions);
     std::swap(kept.touching, c.contacts.touching);
+    std::swap(kept.directions, c.contacts.directions);
     std::swap(kept.couplings, c.contacts.couplings);
   }
 

@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim/constraints/formulate.h"
+#include "sim/model/model.h"
+
 namespace substep {
 namespace {
 
@@ -20,14 +23,14 @@ bool is_free(const Scene& scene) {
                               [&](const Collider& collider) { return is_fixed(collider.body); });
 }
 
-/// Whether no drive, spring or fixed body that moves can feed energy in.
+/// Whether no motor and no fixed body that moves can feed energy in. A drive that holds a position is a
+/// spring, but for one by mass, which is not told from a motor here.
 bool is_undriven(const Scene& scene) {
   return std::ranges::none_of(scene.joints,
                               [](const Joint& joint) {
-                                return !joint.drives.empty() ||
-                                       std::ranges::any_of(joint.limits, [](const JointLimit& limit) {
-                                         return limit.stiffness.has_value();
-                                       });
+                                return std::ranges::any_of(joint.drives, [](const JointDrive& drive) {
+                                  return drive.acceleration || drive.velocity_target != 0;
+                                });
                               }) &&
          std::ranges::none_of(scene.bodies, [](const Body& body) {
            return body.inverse_mass == 0 &&
@@ -105,7 +108,8 @@ std::string out_of_bounds(const Scene& scene, const Metrics& metrics) {
   say("penetration", metrics.penetration, "m", depth + most);
   if (is_undriven(scene)) {
     say("energy growth", metrics.energy_growth, "J",
-        bounded_energy * energy_scale(scene) + energy_of_violations(scene, gap + depth));
+        bounded_energy * energy_scale(scene) + energy_of_violations(scene, gap + depth) +
+            energy_of_springs(build_model(scene), start.q));
   }
   return text;
 }

@@ -35,8 +35,8 @@ double energy_scale(const Scene& scene);
 
 /// Which of the invariants that were gathered are beyond all sense, in words: joints or contacts that give
 /// way by more than `bounded_violation` beyond what they do at the start, and where nothing drives the scene
-/// an energy that rose by more than a tenth of its scale and what taking back the start's own violations
-/// lifts. Empty: none.
+/// an energy of motion and height that rose by more than a tenth of its scale, what taking back the start's
+/// own violations lifts, and what springs held at the start. Empty: none.
 std::string out_of_bounds(const Scene& scene, const Metrics& metrics);
 
 }  // namespace substep

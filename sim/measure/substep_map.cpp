@@ -19,14 +19,18 @@ namespace {
 
 constexpr double rank_tolerance = 1e-6;  // of rows' directions; positions are closed to 1e-9 or better
 
+/// Whether all rows are of joints that do not give.
+bool is_rigid(const Model& model) {
+  return !model.contacts && model.drives.empty() &&
+         std::ranges::none_of(
+             model.limits, [](const Limit& limit) { return limit.soft || limit.side != Limit::Side::both; });
+}
+
 /// A scene's rows, and velocities as combinations of what their impulses can give.
 class RowMap {
  public:
   RowMap(const Scene& scene, Joints joints) : model_(build_model(scene)), start_(initial_state(scene)) {
-    if (model_.contacts || !model_.drives.empty() ||
-        std::ranges::any_of(model_.limits, [](const Limit& limit) {
-          return limit.soft || limit.side != Limit::Side::both;
-        })) {
+    if (!is_rigid(model_)) {
       throw Error(fmt::format("scene {}: a sub-step's map is of joints that do not give", scene.name));
     }
     problem_.model = &model_;
@@ -123,6 +127,15 @@ CoupledRows system(std::string name, const Scene& scene, int positions, double i
 
 double substep_radius(const Scene& scene, double tau, double kappa, int iterations, Joints joints) {
   return RowMap(scene, joints).map(tau, kappa, iterations).eigenvalues().cwiseAbs().maxCoeff();
+}
+
+std::optional<double> substep_radius(const Scene& scene, const Settings& settings) {
+  constexpr std::size_t most_joints = 20;  // of up to five rows
+  if (settings.algorithm < Algorithm::a3 || scene.joints.empty() || scene.joints.size() > most_joints ||
+      !is_rigid(build_model(scene))) {
+    return std::nullopt;
+  }
+  return substep_radius(scene, settings.tau, settings.kappa, settings.iterations, settings.joints);
 }
 
 Scene without_springs(Scene scene) {

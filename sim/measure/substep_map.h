@@ -9,6 +9,7 @@
 /// and m.
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,6 +22,13 @@ namespace substep {
 /// Of A3, and of A4 and A5 whose Jacobians stay as coordinates stand; stable joints' do too. `scene` as it
 /// stands at its start: joints that do not give, no contacts. Its velocities do not count.
 double substep_radius(const Scene& scene, double tau, double kappa, int iterations, Joints joints);
+
+/// The same for what a run steps with. None for A1 and A2, for a scene whose rows are not all of joints that
+/// do not give, and above a hundred rows, whose eigenvalues would take longer than its runs.
+std::optional<double> substep_radius(const Scene& scene, const Settings& settings);
+
+/// Above this, by more than rounding, what is open and what moves grows from sub-step to sub-step.
+inline constexpr double growing_radius = 1 + 1e-6;
 
 /// The scene with rods in place of springs: limits that were soft do not give.
 Scene without_springs(Scene scene);

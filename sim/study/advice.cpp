@@ -9,6 +9,7 @@
 #include <map>
 #include <utility>
 
+#include "sim/measure/substep_map.h"
 #include "sim/measure/text_table.h"
 #include "sim/study/sweep_results.h"
 
@@ -39,10 +40,26 @@ std::string spoken(const SweepRecord& record, bool joints) {
   return fmt::format("{} with {}", title_of(s.algorithm), fmt::join(words, ", "));
 }
 
+bool is_growing(const SweepRecord& record) {
+  return record.substep_radius.value_or(0) > growing_radius;
+}
+
+/// Where no setting is good: which way to go on. Not by smaller sub-steps where those make it worse.
+std::string beyond_text(const std::vector<SweepRecord>& records) {
+  const auto worst = std::ranges::max_element(
+      records, {}, [](const SweepRecord& record) { return record.substep_radius.value_or(0); });
+  if (!is_growing(*worst)) return "take smaller steps than were measured";
+  return fmt::format(
+      "smaller sub-steps are no way there in {}, where what rows that share bodies leave grows by a factor "
+      "of "
+      "{:.3g} in each, however small. Take more iterations or a smaller τ, or smaller steps of A1",
+      spoken(*worst, has_joints(records)), *worst->substep_radius);
+}
+
 std::string choice_text(const std::vector<SweepRecord>& records) {
   const auto coarse = cheapest(records, 0.01);
   const auto fine = cheapest(records, 0.001);
-  if (!coarse) return "No run stays within 1 % of the scene's size: take smaller steps than were measured. ";
+  if (!coarse) return fmt::format("No run stays within 1 % of the scene's size: {}. ", beyond_text(records));
   std::string text =
       fmt::format("For 1 % of the scene's size take **{}** ({}, measured {})",
                   spoken(*coarse, has_joints(records)), price_text(*coarse), percent(error_of(*coarse)));
@@ -201,7 +218,11 @@ std::string parts_text(const std::vector<SweepRecord>& records) {
   const ErrorParts& parts = chosen->metrics->parts;
   const std::array<std::pair<double, const char*>, 3> named{
       {{parts.stepping, "the step's own, which smaller h/n lessens"},
-       {parts.solver.value_or(0), "the solver's, which more iterations or sub-steps lessen"},
+       {parts.solver.value_or(0),
+        is_growing(*chosen)
+            ? "the solver's, which more iterations or a smaller τ lessen: sub-steps do not, since "
+              "what coupled rows leave grows in each"
+            : "the solver's, which more iterations or sub-steps lessen"},
        {*parts.model, "the model's (Jacobians and biases not taken anew), which only smaller h lessens"}}};
   const auto largest = std::ranges::max_element(named, {}, [](const auto& part) { return part.first; });
   return fmt::format("What is left of A5's error with n = 16, {} joints, is mostly {}. ",
@@ -220,9 +241,11 @@ std::string limits_text(const std::vector<SweepRecord>& records) {
       who += fmt::format(" with m = {}", s.iterations);
     if (record.limit->divisions == 1) continue;
     if (record.limit->divisions == 0) {
-      needs.push_back(s.algorithm >= Algorithm::a3
-                          ? fmt::format("{} n above {}", who, record.limit->most)
-                          : fmt::format("{} less than h/{}", who, record.limit->most));
+      needs.push_back(
+          is_growing(record) ? fmt::format("{} another m or τ, for coupled rows grow by {:.3g} in a sub-step",
+                                           who, *record.substep_radius)
+          : s.algorithm >= Algorithm::a3 ? fmt::format("{} n above {}", who, record.limit->most)
+                                         : fmt::format("{} less than h/{}", who, record.limit->most));
     } else if (s.algorithm >= Algorithm::a3) {
       needs.push_back(fmt::format("{} n = {}", who, record.limit->divisions));
     } else {

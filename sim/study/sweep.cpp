@@ -15,6 +15,7 @@
 #include "sim/loading/parse_json.h"
 #include "sim/log/file_output.h"
 #include "sim/math/fnv1a.h"
+#include "sim/measure/substep_map.h"
 #include "sim/study/engines/engines.h"
 #include "sim/study/sweep_record.h"
 
@@ -131,8 +132,10 @@ SweepRecord measured(const Sweep& sweep, const SweepJob& job, const ReferenceMot
   if (!job.engine.empty()) {
     measure_peer(sweep, job, scene, reference, record);
   } else if (job.is_limit) {
+    record.substep_radius = substep_radius(scene, job.settings);
     record.limit = stability_limit(scene, job.settings, reference, sweep.most);
   } else {
+    record.substep_radius = substep_radius(scene, job.settings);
     record.metrics = measure(scene, job.settings, reference);
     if (sweep.repetitions > 0) record.times = time_run(scene, job.settings, sweep.repetitions);
   }

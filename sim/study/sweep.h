@@ -36,6 +36,8 @@ struct SweepRecord {
   double horizon = 0;            ///< s
   std::string divergence_point;  ///< where the reference's refinements part at the horizon; empty: nowhere
   std::string omitted;           ///< why this was not run; empty: it was
+  /// Of a sub-step's map with these settings, where it has one (substep_map.h).
+  std::optional<double> substep_radius;
   std::optional<Metrics> metrics;
   std::optional<RunTimes> times;
   std::optional<StabilityLimit> limit;

@@ -57,6 +57,7 @@ void require_possible(const SweepRecord& r) {
   positive("size", r.size);
   positive("duration", r.duration);
   not_negative("horizon", r.horizon);
+  not_negative("substep_radius", r.substep_radius.value_or(0));
   not_negative("uncertainty", r.uncertainty);
   not_negative("turn_uncertainty", r.turn_uncertainty);
   if (r.metrics) {
@@ -124,6 +125,7 @@ std::string to_json(const SweepRecord& r) {
                    {"horizon", r.horizon},
                    {"parting", r.divergence_point},
                    {"omitted", r.omitted}});
+  if (r.substep_radius) json["substep_radius"] = *r.substep_radius;
   if (r.metrics) json["metrics"] = to_json(*r.metrics);
   if (r.limit) {
     json["limit"] = {{"divisions", r.limit->divisions}, {"most", r.limit->most}, {"runs", r.limit->runs}};
@@ -152,6 +154,7 @@ SweepRecord record_in(const std::string& text) {
     read("divisions", r.divisions);
     r.settings = settings_in(json);
     r.traits = traits_in(json.at("traits"));
+    if (json.contains("substep_radius")) r.substep_radius = json["substep_radius"].get<double>();
     if (json.contains("metrics")) r.metrics = metrics_in(json["metrics"]);
     if (json.contains("times")) r.times = times_in(json["times"]);
     if (json.contains("limit")) {

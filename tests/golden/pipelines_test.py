@@ -101,7 +101,7 @@ def dim(project, scene, to):
 
 def all_are_yaml_and_use_what_there_is(folder):
     files = [*(SOURCE / ".github/workflows").glob("*.yml"), SOURCE / ".ci/gitlab.yml"]
-    expect(len(files) == 5, files)
+    expect(len(files) == 6, files)
     for file in files:
         for name, job in (yaml.safe_load(file.read_text()).get("jobs") or {}).items():
             for step in job["steps"]:

@@ -12,17 +12,10 @@ import subprocess
 import sys
 import tempfile
 
-NEEDS = "needs Chromium, its driver and selenium: on Debian, apt-get install chromium-driver python3-selenium"
-
-try:
-    from selenium import webdriver
-    from selenium.webdriver import ActionChains
-    from selenium.webdriver.common.by import By
-    from selenium.webdriver.chrome.options import Options
-    from selenium.webdriver.chrome.service import Service
-    from selenium.webdriver.common import utils
-except ImportError:
-    sys.exit(f"report_browser_test: {NEEDS}")
+sys.path.insert(0, str(pathlib.Path(__file__).parent.parent))
+from headless_browser import browser, expect, expect_no_network  # noqa: E402
+from selenium.webdriver import ActionChains  # noqa: E402
+from selenium.webdriver.common.by import By  # noqa: E402
 
 MODES = ["side", "slider", "flicker", "difference", "flip", "bodies"]
 SUITE = """
@@ -34,11 +27,6 @@ size = [320, 180]
 scene = "../scenes/bouncing_balls.gltf"
 algorithms = ["a3", "a4"]
 """
-
-
-def expect(condition, what):
-    if not condition:
-        sys.exit(f"report_browser_test: {what}")
 
 
 def failing_report(substep, source, folder):
@@ -60,29 +48,6 @@ def failing_report(substep, source, folder):
     (folder / "golden/suite.toml").write_text(SUITE + "settings = { a4 = { substeps = 6 } }\n")
     expect(run("check", "--suite", "golden") == 1, "a changed case did not fail")
     return folder / "out/check/report.html"
-
-
-class DriverService(Service):
-    """Reached by number, as the browser is by a pipe: a bare system may not know the name localhost."""
-
-    @property
-    def service_url(self):
-        return f"http://127.0.0.1:{self.port}"
-
-    def is_connectable(self):
-        return utils.is_connectable(self.port, "127.0.0.1")
-
-
-def browser():
-    chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
-    expect(chromium and driver, NEEDS)
-    options = Options()
-    options.binary_location = chromium
-    for argument in ["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--window-size=1300,1050",
-                     "--hide-scrollbars", "--remote-debugging-pipe"]:
-        options.add_argument(argument)
-    options.set_capability("goog:loggingPrefs", {"performance": "ALL", "browser": "ALL"})
-    return webdriver.Chrome(service=DriverService(driver), options=options)
 
 
 class Page:
@@ -251,28 +216,17 @@ def without_scripts(page, report):
     page.tall_shot("no_script", 2300)
 
 
-def no_network(page):
-    for entry in page.page.get_log("performance"):
-        message = json.loads(entry["message"])["message"]
-        if message["method"] != "Network.requestWillBeSent":
-            continue
-        url = message["params"]["request"]["url"]
-        expect(url.startswith(("file:", "data:")), f"asked for {url[:100]}")
-    errors = [e for e in page.page.get_log("browser") if e["level"] == "SEVERE"]
-    expect(not errors, f"the page has errors: {errors}")
-
-
 def main():
     substep, source = sys.argv[1:3]
     screenshots = pathlib.Path(sys.argv[3]) if len(sys.argv) > 3 else None
     with tempfile.TemporaryDirectory() as folder:
         report = failing_report(substep, pathlib.Path(source), pathlib.Path(folder))
-        chrome = browser()
+        chrome = browser("1300,1050", ["--disable-gpu"])
         try:
             page = Page(chrome, report, screenshots)
             drive(page)
             dark(page)
-            no_network(page)
+            expect_no_network(page.page)
             moved(chrome, report)
             opens_fast(chrome, crowded_report(substep, report))
             without_scripts(page, report)

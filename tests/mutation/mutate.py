@@ -1,27 +1,41 @@
 #!/usr/bin/env python3
 """Wrong lines that the tests must notice: changes one operator, constant, sign, condition, boundary or statement at a
-seeded random line, builds what is needed, runs the area's tests without goldens, and where they pass `substep check`.
+seeded random line, compiles that one file beside a build, links the area's test programs with it one after the other,
+the quick and deadly first, and runs them; where all pass without goldens, `substep check`.
 
-    tests/mutation/mutate.py --build build --area sim --count 20 --seed 1
+    tests/mutation/mutate.py --area sim --count 20 --seed 1
+    tests/mutation/mutate.py --change 'sim/direct/mlcp.cpp | i >= 0 | i > 0'   # this one, by a part of its line
+    tests/mutation/mutate.py --table                                            # of all that were judged
 
-Prints a Markdown table by area and the survivors. `equivalent.txt` beside this file holds those that were judged to
-change nothing that can be seen, with the reason. Sources are put back, whatever happens.
+Sources and build stay as they are; all runs at the lowest priority (--nice). What was judged stands in --results, so that a run that
+was stopped goes on. Prints a Markdown table by area and the survivors.
+`equivalent.txt` beside this file holds those that were judged to change nothing that can be seen, with the reason.
 """
 
 import argparse
 import dataclasses
+import datetime
+import json
+import os
 import pathlib
 import random
 import re
+import resource
+import shlex
+import shutil
 import subprocess
 import sys
+import tempfile
 
-SOURCE = pathlib.Path(__file__).resolve().parents[2]
+TREE = pathlib.Path(__file__).resolve().parents[2]
 # A folder's tests: those of the first prefix that fits.
 TESTS = (("sim/geometry", ("geometry", "sim")), ("sim/loading", ("scene",)), ("sim/log", ("log",)),
-         ("sim/measure", ("measure",)), ("sim/study", ("study", "report")), ("sim/commands", ("program",)),
-         ("sim", ("sim", "geometry", "measure")), ("golden", ("golden",)), ("render/report", ("report",)),
-         ("render", ("render", "program")))
+         ("sim/execution", ("execution", "program")), ("sim/measure", ("measure", "sim")),
+         ("sim/study", ("study", "report", "program")), ("sim/commands", ("program",)),
+         ("sim", ("sim", "geometry", "measure", "scene")), ("golden/commands", ("golden", "program")),
+         ("golden", ("golden",)), ("render/report", ("report",)), ("render", ("render", "program")))
+# The goldens themselves, and figures that stand in README: they say that something is other, not what is wrong.
+GOLDENS = ("golden_test", "claims_report_test")
 SWAPS = ((r"(?<=[\w\)\]]) \+ ", " - "), (r"(?<=[\w\)\]]) - ", " + "), (r" \* ", " / "), (r" / ", " * "),
          (r" < ", " <= "), (r" <= ", " < "), (r" > ", " >= "), (r" >= ", " > "), (r" == ", " != "), (r" != ", " == "),
          (r" && ", " || "), (r" \|\| ", " && "), (r" \+= ", " -= "), (r" -= ", " += "), (r"\btrue\b", "false"),
@@ -29,20 +43,21 @@ SWAPS = ((r"(?<=[\w\)\]]) \+ ", " - "), (r"(?<=[\w\)\]]) - ", " + "), (r" \* ", 
          (r"\bcontinue;", "break;"), (r"= -(?=\w)", "= "), (r"\(-(?=\w)", "("), (r"\bif \(", "if (!("))
 NUMBER = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)(?![\w.])")
 STATEMENT = re.compile(r"^\s+(?!return|const|auto|throw|using|break|continue|int |double |std::)[\w.\->\[\]()]+.*[;]$")
+DECLARATION = re.compile(r"^\s+[A-Z][\w:<>, ]*[&*]? \w+(\{.*\}| = .*)?;")
 
 
 @dataclasses.dataclass(frozen=True)
 class Mutant:
-    file: pathlib.Path
+    file: str
     line: int
     old: str
     new: str
 
     def __str__(self) -> str:
-        return f"{self.file.relative_to(SOURCE)}:{self.line + 1}: `{self.old.strip()}` → `{self.new.strip()}`"
+        return f"{self.file}:{self.line + 1}: `{self.old.strip()}` → `{self.new.strip()}`"
 
-    def key(self) -> tuple[str, str, str]:
-        return str(self.file.relative_to(SOURCE)), self.old.strip(), self.new.strip()
+    def key(self) -> str:
+        return f"{self.file} | {self.old.strip()} | {self.new.strip()}"
 
 
 def changes_of(line: str) -> list[str]:
@@ -69,15 +84,17 @@ def changes_of(line: str) -> list[str]:
             number = match.group(1)
             other = str(int(number) + 1) if number.isdigit() else str(2 * float(number) or 1.0)
             result.append(line[:match.start()] + other + line[match.end():])
-    if STATEMENT.match(code.rstrip()) and "(" not in code.split("=")[0]:
+    code = code.rstrip()
+    if STATEMENT.match(code) and not DECLARATION.match(code) and code.count("(") == code.count(")"):
         result.append("")
     return result
 
 
-def mutants(area: str, count: int, seed: int) -> list[Mutant]:
-    files = sorted(f for f in (SOURCE / area).rglob("*.cpp") if "engines" not in f.parts)
-    every = [Mutant(f, i, line, new) for f in files for i, line in enumerate(f.read_text().split("\n"))
-             for new in changes_of(line)]
+def mutants(areas: list[str], count: int, seed: int) -> list[Mutant]:
+    files = sorted(f for area in areas for f in ([TREE / area] if area.endswith(".cpp") else (TREE / area).rglob("*.cpp"))
+                   if "engines" not in f.parts)
+    every = [Mutant(str(f.relative_to(TREE)), i, line, new) for f in files
+             for i, line in enumerate(f.read_text().split("\n")) for new in changes_of(line)]
     # Lines first, so that a line with many operators is not drawn more often.
     chooser = random.Random(seed)
     by_line: dict[tuple, list[Mutant]] = {}
@@ -87,64 +104,171 @@ def mutants(area: str, count: int, seed: int) -> list[Mutant]:
     return [chooser.choice(by_line[line]) for line in chooser.sample(lines, min(count, len(lines)))]
 
 
-def programs_of(build: pathlib.Path, file: pathlib.Path) -> list[pathlib.Path]:
-    relative = str(file.relative_to(SOURCE))
-    folders = next(folders for prefix, folders in TESTS if relative.startswith(prefix + "/"))
-    result = []
-    for folder in folders:
-        here = build / "tests" / folder
-        tests = (here / "CTestTestfile.cmake").read_text()
-        # Those whose tests are registered one by one, and those whose are together: tests/CMakeLists.txt.
-        names = re.findall(r'/([^/"]+)\[\d+\]_include\.cmake"', tests)
-        names += re.findall(r'/([^/"]+)" "--gtest_filter=', tests)
-        result += [here / name for name in sorted(set(names))]
-    return [p for p in result if p.exists()]
+def named(change: str) -> Mutant:
+    """FILE | PART OF ONE LINE | WHAT IT BECOMES."""
+    file, old, new = change.split(" | ")
+    lines = (TREE / file).read_text().split("\n")
+    found = [i for i, line in enumerate(lines) if old in line]
+    if len(found) != 1:
+        sys.exit(f"{file}: {len(found)} lines have '{old}'")
+    return Mutant(file, found[0], lines[found[0]], lines[found[0]].replace(old, new))
 
 
-def run(command: list, seconds: int) -> bool:
+def run(command: list, seconds: float, folder: pathlib.Path) -> bool:
+    """Seconds of the processor, so that what else the machine does judges nothing; a wait for nothing ends, too."""
+    limit = round(seconds)
     try:
-        return subprocess.run(command, cwd=SOURCE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-                              timeout=seconds, check=False).returncode == 0
+        return subprocess.run(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                              stdin=subprocess.DEVNULL, timeout=60 + 20 * seconds, check=False,
+                              preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (limit, limit))).returncode == 0
     except subprocess.TimeoutExpired:
         return False
 
 
-def judge(mutant: Mutant, build: pathlib.Path, suite: bool) -> str:
-    """Does not build, killed by NAME, killed by goldens, or survived."""
-    programs = programs_of(build, mutant.file)
-    targets = [str(p.relative_to(build)) for p in programs] + (["substep"] if suite else [])
-    if not run(["ninja", "-C", build, *targets], 3600):
-        return "does not build"
-    for program in programs:
-        # What is measured by the whole of a suite takes minutes, and is the goldens' part here.
-        if not run([program, "--gtest_brief=1"], 300):
-            return f"killed by {program.name}"
-    if suite and not run([build / "substep", "check", "--output", build / "mutation"], 1800):
-        return "killed by goldens"
-    return "survived"
+def children_time() -> float:
+    times = os.times()
+    return times.children_user + times.children_system
 
 
-def judged_equivalent() -> dict[tuple[str, str, str], str]:
+class Workshop:
+    """Uses a build as it is, and changes nothing in it but, for as long as a test needs it, the program."""
+
+    def __init__(self, build: pathlib.Path, results: pathlib.Path):
+        self.build, self.results_file = build, results
+        known = json.loads(results.read_text()) if results.exists() else {}
+        self.verdicts: dict[str, str] = known.get("verdicts", {})
+        self.seconds: dict[str, float] = known.get("seconds", {})
+        self.commands: dict[str, list[str]] = {}
+
+    def open(self, files: set[str]) -> None:
+        for command in json.loads((self.build / "compile_commands.json").read_text()):
+            self.commands[command["file"]] = shlex.split(command["command"])
+        targets = sorted({program.name for file in files for program in self.programs_of(file)})
+        subprocess.run(["ninja", "-C", self.build, "substep", *targets], check=True, stdout=sys.stderr)
+
+    def programs_of(self, file: str) -> list[pathlib.Path]:
+        folders = next(folders for prefix, folders in TESTS if (file + "/").startswith(prefix + "/"))
+        result = []
+        for folder in folders:
+            text = (TREE / "tests" / folder / "CMakeLists.txt").read_text()
+            for words in re.findall(r"foreach\(name ([^)]*)\)\s*substep_test\(\$\{name\}_test", text):
+                result += [self.build / "tests" / folder / f"{word}_test" for word in words.split()]
+            result += [self.build / "tests" / folder / name for name in re.findall(r"substep_test\((\w+)", text)]
+        return [program for program in result if program.name not in GOLDENS]
+
+    def keep(self) -> None:
+        new = self.results_file.with_suffix(".new")
+        new.write_text(json.dumps({"verdicts": self.verdicts, "seconds": self.seconds}, indent=1, ensure_ascii=False))
+        new.replace(self.results_file)
+
+    def said_by_ninja(self, *words: str) -> str:
+        return subprocess.run(["ninja", "-C", self.build, "-t", *words], check=True, capture_output=True, text=True).stdout
+
+    def library_of(self, thing: str) -> str:
+        """What an object goes into: a library, or the program."""
+        after = [line.strip() for line in self.said_by_ninja("query", thing).split("outputs:")[1].splitlines()]
+        return next(target for target in after if target.endswith(".a") or target == "substep")
+
+    def link(self, target: str, thing: str, library: str, mutant: pathlib.Path, out: pathlib.Path) -> bool | None:
+        """Links a program with the changed object, which comes before its library. None: it has no use for that."""
+        command = self.said_by_ninja("commands", "-s", target).strip().splitlines()[-1].removeprefix(": && ").split(" && ")[0]
+        words = shlex.split(command)
+        if thing in words:
+            words[words.index(thing)] = str(mutant)
+        elif library not in words:
+            return None
+        else:
+            words.insert(words.index("-o") + 2, str(mutant))
+        words[words.index("-o") + 1] = str(out)
+        return run(words, 600, self.build)
+
+    def judge(self, mutant: Mutant, suite: bool) -> str:
+        """Does not build, killed by NAME, killed by goldens, or survived."""
+        with tempfile.TemporaryDirectory() as folder:
+            here = pathlib.Path(folder)
+            lines = (TREE / mutant.file).read_text().split("\n")
+            lines[mutant.line] = mutant.new
+            (here / "mutant.cpp").write_text("\n".join(lines))
+            command = list(self.commands[str(TREE / mutant.file)])
+            thing = command[command.index("-o") + 1]
+            command[command.index("-o") + 1] = str(here / "mutant.o")
+            command[command.index("-c") + 1] = str(here / "mutant.cpp")
+            # What is no longer used is no fault here.
+            command.insert(command.index("-c"), "-Wno-error")
+            if not run(command, 600, self.build):
+                return "does not build"
+            return self.tried(mutant, thing, here, suite)
+
+    def time_of(self, program: pathlib.Path) -> float:
+        """How long it takes as the sources are, which bounds what a change may make of it. It must pass."""
+        if program.name not in self.seconds:
+            start = children_time()
+            if not run([program, "--gtest_brief=1"], 3600, self.build):
+                sys.exit(f"{program} fails as the sources are")
+            self.seconds[program.name] = children_time() - start
+            self.keep()
+        return self.seconds[program.name]
+
+    def tried(self, mutant: Mutant, thing: str, here: pathlib.Path, suite: bool) -> str:
+        library = self.library_of(thing)
+        # First those that kill much in little time.
+        kills = [verdict.removeprefix("killed by ") for key, verdict in self.verdicts.items()
+                 if key.split(" | ")[0].rsplit("/", 1)[0] == mutant.file.rsplit("/", 1)[0]]
+        programs = sorted(self.programs_of(mutant.file),
+                          key=lambda p: self.seconds.get(p.name, 1.0) / (0.2 + kills.count(p.name)))
+        for program in programs:
+            limit = 10 + 5 * self.time_of(program)
+            called = self.build / "substep" if program.name == "program_tests" else program
+            linked = self.link(str(called.relative_to(self.build)), thing, library, here / "mutant.o", here / "linked")
+            if linked is None:
+                continue
+            if not linked:
+                return "does not build"
+            if called == program:
+                passed = run([here / "linked", "--gtest_brief=1", "--gtest_fail_fast"], limit, self.build)
+            else:
+                passed = self.with_program(here, [program, "--gtest_brief=1", "--gtest_fail_fast"], limit)
+            if not passed:
+                return f"killed by {program.name}"
+        if not suite:
+            return "survived the tests"
+        if not self.link("substep", thing, library, here / "mutant.o", here / "linked"):
+            return "does not build"
+        check = [here / "linked", "check", "--suite", TREE / "golden", "--output", here / "check"]
+        return "survived" if run(check, 3600, self.build) else "killed by goldens"
+
+    def with_program(self, here: pathlib.Path, command: list, limit: float) -> bool:
+        """Runs what calls the program, with the changed one in its place."""
+        program = self.build / "substep"
+        shutil.copy2(program, str(program) + ".kept")
+        try:
+            os.replace(shutil.copy2(here / "linked", str(program) + ".changed"), program)
+            return run(command, limit, self.build)
+        finally:
+            os.replace(str(program) + ".kept", program)
+
+
+def judged_equivalent() -> dict[str, str]:
     """Lines FILE | OLD | NEW | REASON."""
     file = pathlib.Path(__file__).with_name("equivalent.txt")
     lines = file.read_text().splitlines() if file.exists() else []
     parts = [[part.strip() for part in line.split(" | ")] for line in lines if line and not line.startswith("#")]
-    return {(part[0], part[1], part[2]): part[3] for part in parts}
+    return {" | ".join(part[:3]): part[3] for part in parts}
 
 
-def report(results: list[tuple[Mutant, str]]) -> str:
+def table(verdicts: dict[str, str]) -> str:
     equivalent = judged_equivalent()
     areas: dict[str, dict[str, int]] = {}
     survivors = []
-    for mutant, verdict in results:
+    for key, verdict in verdicts.items():
         if verdict == "does not build":
             continue
-        counts = areas.setdefault(mutant.file.relative_to(SOURCE).parts[0],
-                                  dict.fromkeys(("tests", "goldens", "equivalent", "survived"), 0))
-        if verdict == "survived":
-            reason = equivalent.get(mutant.key())
+        counts = areas.setdefault(key.split("/")[0], dict.fromkeys(("tests", "goldens", "equivalent", "survived"), 0))
+        if verdict.startswith("survived"):
+            reason = equivalent.get(key)
+            file, old, new = key.split(" | ")
+            survivors.append(f"- {file}: `{old}` → `{new}`: {f'equivalent, {reason}' if reason else verdict}")
             verdict = "equivalent" if reason else "survived"
-            survivors.append(f"- {mutant}{f': equivalent, {reason}' if reason else ''}")
         kind = "goldens" if verdict.endswith("goldens") else verdict if verdict in counts else "tests"
         counts[kind] += 1
     text = "| area | changes | killed by tests | by goldens alone | equivalent | survived |\n|---|---|---|---|---|---|\n"
@@ -154,35 +278,47 @@ def report(results: list[tuple[Mutant, str]]) -> str:
         share = 100 * counts["tests"] / live if live else 100
         text += (f"| {area} | {total} | {counts['tests']} ({share:.0f} %) | {counts['goldens']} | "
                  f"{counts['equivalent']} | {counts['survived']} |\n")
-    return text + ("\n" + "\n".join(survivors) + "\n" if survivors else "")
+    return (f"Measured {datetime.date.today().isoformat()}.\n\n" + text +
+            ("\n" + "\n".join(survivors) + "\n" if survivors else ""))
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--build", type=pathlib.Path, default=SOURCE / "build")
-    parser.add_argument("--area", default="sim", help="a folder of sources: sim, sim/geometry, golden, render, …")
+    parser.add_argument("--build", type=pathlib.Path, default=TREE / "build")
+    parser.add_argument("--results", type=pathlib.Path, default=TREE / "out/mutation.json")
+    parser.add_argument("--area", default=["sim"], nargs="+", help="folders or files: sim, sim/geometry, golden, …")
     parser.add_argument("--count", type=int, default=20)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--change", action="append", help="FILE | PART OF ONE LINE | WHAT IT BECOMES; not kept")
+    parser.add_argument("--again", action="store_true", help="judge survivors anew")
     parser.add_argument("--no-goldens", action="store_true", help="do not run substep check on survivors")
+    parser.add_argument("--nice", type=int, default=19)
     parser.add_argument("--list", action="store_true", help="only say what would be changed")
+    parser.add_argument("--table", action="store_true", help="only print the table of what was judged")
     arguments = parser.parse_args()
-    chosen = mutants(arguments.area, arguments.count, arguments.seed)
+    chosen = [named(change) for change in arguments.change or []] or mutants(arguments.area, arguments.count,
+                                                                             arguments.seed)
     if arguments.list:
         print("\n".join(str(mutant) for mutant in chosen))
         return 0
-    results = []
+    arguments.results.parent.mkdir(parents=True, exist_ok=True)
+    workshop = Workshop(arguments.build.resolve(), arguments.results.resolve())
+    if arguments.table:
+        print(table(workshop.verdicts))
+        return 0
+    os.nice(arguments.nice)
+    workshop.open({mutant.file for mutant in chosen})
+    verdicts = {}
     for mutant in chosen:
-        original = mutant.file.read_text()
-        lines = original.split("\n")
-        lines[mutant.line] = mutant.new
-        try:
-            mutant.file.write_text("\n".join(lines))
-            verdict = judge(mutant, arguments.build.resolve(), not arguments.no_goldens)
-        finally:
-            mutant.file.write_text(original)
-        results.append((mutant, verdict))
-        print(f"{mutant}: {verdict}", file=sys.stderr, flush=True)
-    print(report(results))
+        verdict = workshop.verdicts.get(mutant.key()) if not arguments.change else None
+        if not verdict or (arguments.again and verdict.startswith("survived")):
+            verdict = workshop.judge(mutant, not arguments.no_goldens)
+            print(f"{mutant}: {verdict}", file=sys.stderr, flush=True)
+        verdicts[mutant.key()] = verdict
+        if not arguments.change:
+            workshop.verdicts[mutant.key()] = verdict
+            workshop.keep()
+    print(table(verdicts))
     return 0
 
 

@@ -49,9 +49,9 @@ TEST_F(CommandLine, HelpOfEachCommandHasAnExample) {
   EXPECT_EQ(all.exit_code, 0);
   const std::vector<std::string> commands = commands_in(all.out);
   EXPECT_THAT(commands,
-              testing::UnorderedElementsAre("run", "render", "video", "export", "info", "diff", "check",
-                                            "approve", "replay", "init", "review", "claims", "measure",
-                                            "reference", "sweep", "sheet", "figure", "report"));
+              testing::UnorderedElementsAre("run", "render", "video", "player", "site", "export", "info",
+                                            "diff", "check", "approve", "replay", "init", "review", "claims",
+                                            "measure", "reference", "sweep", "sheet", "figure", "report"));
   for (const std::string& command : commands) {
     const Outcome one = run({command, "--help"});
     EXPECT_EQ(one.exit_code, 0);
@@ -109,6 +109,9 @@ TEST_F(CommandLine, WhatCannotBeUnderstoodIsRefused) {
   expect_refused({"video", chain, "--overlay", "ghost", "--no-reference"}, "there is none");
   expect_refused({"video", chain, "--camera", "follow:nobody"}, "has no such body: rod");
   expect_refused({"video", chain, "--start", "9"}, "start 9 s");
+  expect_refused({"player", chain, "--output", "chain.htm"}, "chain.htm: give a name that ends in .html");
+  expect_refused({"player", chain, "--output", "missing/a.html"}, "there is no folder missing");
+  expect_refused({"player", chain, "--panel", "a6"}, "panel a6: 'a6': give a1 to a5, reference, log:FILE");
   expect_refused({"video", chain, "--loop", "loop.webp"}, "must be a .gif");
   expect_refused({"video", chain, "--poster", "missing/a.png"}, "there is no folder missing");
 }

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -99,6 +100,94 @@ TEST_F(Export, EqualBodiesShareAMesh) {
                  "p.obj: give a name that ends in .glb");
   expect_refused({"export", scene("pendulum.gltf"), "--output", "missing/p.glb"},
                  "there is no folder missing");
+}
+
+using Player = Program;
+
+TEST_F(Player, IsOneFileThatNamesNoOther) {
+  const std::vector<std::string> words{"player",  scene("rod_chain.gltf"), "--duration", "0.2",
+                                       "--title", "</script><a>",          "--output",   "a.html"};
+  const Outcome outcome = run(words);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("wrote a.html"));
+  EXPECT_EQ(files(), std::vector<std::string>{"a.html"});
+  const std::string page = content("a.html");
+  EXPECT_THAT(page, HasSubstr("<h1>&lt;/script&gt;&lt;a&gt;</h1>"));
+  EXPECT_THAT(page, HasSubstr("\"name\":\"Reference\""));
+  for (const char* const never : {"://", "</script><a>", "{{", "src=", "href=\""}) {
+    EXPECT_EQ(page.find(never), std::string::npos) << never;
+  }
+  ASSERT_EQ(run(words).exit_code, 0);
+  EXPECT_EQ(content("a.html"), page);
+}
+
+TEST_F(Player, SixPanelsOfFiveSecondsAreSmall) {
+  std::vector<std::string> words{"player",         scene("dominoes.gltf"), "--output", "a.html",
+                                 "--no-reference", "--duration",           "5"};
+  for (const char* const n : {"1", "2", "3", "4", "5", "6"}) {
+    words.insert(words.end(), {"--panel", std::string("a5,n=") + n});
+  }
+  ASSERT_EQ(run(words).exit_code, 0);
+  EXPECT_LT(content("a.html").size(),
+            1'000'000u);  // measured 460 kB; the largest scene, box_pyramid, has 2.6 MB
+}
+
+class Site : public Program {
+ protected:
+  /// A scene of the repository under another name.
+  void copy(const std::string& from, const std::string& to) const {
+    std::filesystem::copy_file(scene(from), folder() / to);
+  }
+
+  Outcome make(std::vector<std::string> scenes) const {
+    scenes.insert(scenes.begin(), "site");
+    scenes.insert(scenes.end(), {"--panel", "a5", "--duration", "0.1", "--reference-substeps", "2", "--title",
+                                 "a <site>", "--output", "site"});
+    return run(scenes);
+  }
+};
+
+TEST_F(Site, HasAPageForEachSceneAndNamesTheBadOnes) {
+  copy("pendulum.gltf", "a b&c.gltf");
+  copy("rod_chain.gltf", "chain.gltf");
+  write("a b&c.md",
+        "# A <b>pendulum</b>\n\nSee [the chain](chain.md), [its code](../sim/a5_havok.cpp), "
+        "[bad](javascript:alert(1)).\n\n<!-- a note -->\n| a | b |\n|---|---|\n| <script>x</script> | 2 |\n");
+  write("bad.gltf", "{}");
+  const Outcome outcome = make({"a b&c.gltf", "bad.gltf", "chain.gltf"});
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("substep: bad.gltf: "));
+  EXPECT_THAT(outcome.err, HasSubstr("1 scenes could not be shown"));
+  EXPECT_THAT(outcome.out, HasSubstr("wrote site/index.html: 2 of 3 scenes"));
+  EXPECT_THAT(files(),
+              testing::IsSupersetOf({"site/index.html", "site/a b&c/index.html", "site/a b&c/player.html",
+                                     "site/a b&c/poster.png", "site/chain/index.html"}));
+  const std::string index = content("site/index.html");
+  EXPECT_THAT(index, HasSubstr("<h1>a &lt;site&gt;</h1>"));
+  EXPECT_THAT(index, HasSubstr("<a href=\"a%20b%26c/index.html\">"));
+  EXPECT_THAT(index, HasSubstr("A &lt;b&gt;pendulum&lt;/b&gt;"));
+  const std::string page = content("site/a b&c/index.html");
+  EXPECT_THAT(page, HasSubstr("<a href=\"../chain/index.html\">the chain</a>"));
+  EXPECT_THAT(page, HasSubstr("<a>its code</a>"));
+  EXPECT_THAT(page, HasSubstr("<td>&lt;script&gt;x&lt;/script&gt;</td>"));
+  EXPECT_THAT(page, HasSubstr("<strong>A5</strong>"));
+  for (const char* const never : {"javascript:", "a note", "<script>"}) {
+    EXPECT_EQ(page.find(never), std::string::npos) << never;
+  }
+}
+
+TEST_F(Site, IsWrittenOverItselfAndOverNothingElse) {
+  copy("pendulum.gltf", "a.gltf");
+  std::filesystem::create_directory(folder() / "site");
+  write("site/mine.txt", "mine");
+  EXPECT_THAT(make({"a.gltf"}).err, HasSubstr("site: holds what is no site of 'substep site'"));
+  std::filesystem::remove(folder() / "site/mine.txt");
+  EXPECT_EQ(make({"a.gltf"}).exit_code, 0);
+  write("site/a/old.txt", "of an earlier version");
+  EXPECT_EQ(make({"a.gltf"}).exit_code, 0);
+  EXPECT_THAT(files(), testing::Not(testing::Contains("site/a/old.txt")));
+  EXPECT_THAT(make({"a.gltf", scene("pendulum.gltf"), "a.gltf"}).err,
+              HasSubstr("another scene has the name a"));
 }
 
 }  // namespace

@@ -20,7 +20,14 @@ TEST_F(FigureCommand, DrawsAPropertyWithoutASweep) {
 TEST_F(FigureCommand, RefusesWhatItCannotDraw) {
   expect_refused({"figure", "portrait"}, "there is no figure 'portrait'; there are work-rows");
   expect_refused({"figure", "work-rows"}, "'substep sweep' writes it");
-  expect_refused({"figure", "stability", "--output", "map.png"}, "ends in .svg or .pdf");
+  expect_refused({"figure", "stability", "--output", "map.eps"}, "ends in .svg, .pdf or .png");
+  expect_refused({"figure", "stability", "--width", "wide"}, "give one-column (85 mm), two-columns");
+  expect_refused({"figure", "stability", "--width", "5"}, "--width '5'");
+  expect_refused({"figure", "stability", "--x-range", "2:1"}, "--x-range '2:1': give FROM:TO");
+  expect_refused({"figure", "coupled-rows", "--y-range", "0:1"}, "the axis is logarithmic");
+  expect_refused({"figure", "stability", "--series", "A9"},
+                 "no series 'A9': it has stable; unstable; closed form");
+  expect_refused({"figure", "stability", "--font", "a'b"}, "--font 'a'b': give a font's name");
 }
 
 class ReportCommand : public Program {};

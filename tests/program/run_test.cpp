@@ -180,6 +180,9 @@ TEST_F(RunCommand, WarnsOfBoundedNonsense) {
   const Outcome strict = run({"run", scene("heavy_chain.gltf"), "--algorithm", "a2", "--strict"});
   EXPECT_EQ(strict.exit_code, 1);
   EXPECT_THAT(strict.err, testing::Not(HasSubstr("warning")));
+  // Springs feed in no more than they hold at the start.
+  const Outcome sprung = run({"run", scene("governor.gltf"), "--algorithm", "a2", "--iterations", "1"});
+  EXPECT_THAT(sprung.err, HasSubstr("energy growth "));
   const Outcome good = run({"run", scene("rod_chain.gltf")});
   EXPECT_EQ(good.err, "");
 }

@@ -4,6 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
+#include <string>
+
+#include "sim/error.h"
 
 namespace substep {
 namespace {
@@ -39,6 +43,80 @@ TEST(Plot, LeavesOutWhatAnAxisCannotShow) {
 
 TEST(Plot, DrawsAPanelWithoutPoints) {
   EXPECT_THAT(draw(sheet_of({}), PictureFormat::svg), HasSubstr("under_score"));
+}
+
+/// A number that follows `name` in the text.
+double number_after(const std::string& text, const std::string& name) {
+  const std::size_t at = text.find(name);
+  return at == std::string::npos ? NAN : std::stod(text.substr(at + name.size()));
+}
+
+std::uint32_t number_in_png(const std::string& png, std::size_t at) {
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < 4; ++i) value = (value << 8) | static_cast<unsigned char>(png[at + i]);
+  return value;
+}
+
+TEST(Plot, IsAsWideInPrintAsItIsAskedToBe) {
+  Sheet sheet = sheet_of({{1, 1}, {10, 0.1}});
+  sheet.panels.resize(5, sheet.panels[0]);
+  FigureStyle style;
+  for (const double width : {85.0, 178.0}) {
+    style.width = width;
+    style.text = width < 100 ? 7 : 9;
+    const std::string svg = draw(sheet, PictureFormat::svg, style);
+    EXPECT_DOUBLE_EQ(number_after(svg, " width=\""), width);
+    // Text of 12 units has the size asked for.
+    const double units = number_after(svg, "viewBox=\"0 0 ");
+    EXPECT_NEAR(12 * width / 25.4 * 72 / units, style.text, 0.02);
+    EXPECT_THAT(svg, HasSubstr("font-size=\"12.00\""));
+    EXPECT_THAT(svg, Not(HasSubstr("prefers-color-scheme")));
+    const std::string pdf = draw(sheet, PictureFormat::pdf, style);
+    EXPECT_NEAR(number_after(pdf, "/MediaBox [ 0 0 "), width / 25.4 * 72, 1);
+    style.dpi = 200;
+    const std::string png = draw(sheet, PictureFormat::png, style);
+    EXPECT_EQ(png.substr(1, 3), "PNG");
+    EXPECT_NEAR(number_in_png(png, 16), width / 25.4 * 200, 1);
+  }
+}
+
+TEST(Plot, LeavesOutTitleCaptionAndGround) {
+  FigureStyle style;
+  style.width = 85;
+  style.title = false;
+  style.caption = false;
+  style.transparent = true;
+  const Sheet sheet = sheet_of({{1, 1}, {10, 0.1}});
+  const std::string svg = draw(sheet, PictureFormat::svg, style);
+  for (const char* const text : {"title's", "a caption", "fill=\"#ffffff\""}) {
+    EXPECT_THAT(svg, Not(HasSubstr(text)));
+    EXPECT_THAT(draw(sheet, PictureFormat::svg), HasSubstr(text));
+  }
+  // A PNG of colours with an alpha.
+  EXPECT_EQ(draw(sheet, PictureFormat::png, style)[25], 6);
+  style.transparent = false;
+  EXPECT_EQ(draw(sheet, PictureFormat::png, style)[25], 2);
+}
+
+TEST(Plot, ShowsTheSeriesChosen) {
+  Sheet sheet = sheet_of({{1, 1}, {10, 0.1}});
+  sheet.panels[0].series.push_back({"two", {3, 5, false, true, true}, {{2, 2}}});
+  sheet.panels[1].title = "other";
+  const Sheet chosen = with_choice(sheet, {"under"}, {"tw"});
+  ASSERT_EQ(chosen.panels.size(), 1u);
+  ASSERT_EQ(chosen.panels[0].series.size(), 1u);
+  EXPECT_EQ(chosen.panels[0].series[0].title, "two");
+  const auto message_of = [&](const std::vector<std::string>& panels,
+                              const std::vector<std::string>& series) {
+    try {
+      with_choice(sheet, panels, series);
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(message_of({"over"}, {}), "the figure has no panel 'over': it has under_score; other");
+  EXPECT_EQ(message_of({}, {"one", "three"}), "the figure has no series 'three': it has one; two");
 }
 
 }  // namespace

@@ -82,13 +82,14 @@ TEST(ContactBatches, AStackAmongOthersMovesWithTheBitsOfOneAlone) {
 
 /// A row of one lane.
 struct LaneRow {
-  LaneRow(const ContactRow& row, int lane) : row_(row), lane_(lane) {}
+  LaneRow(const LaneVectors& direction, const ContactRow& row, const RowResponses& responses, int lane)
+      : direction_(direction), row_(row), responses_(responses), lane_(lane) {}
   Vector3 part(const LaneVectors& v) const { return {v[0][lane_], v[1][lane_], v[2][lane_]}; }
   /// J v − β.
   double missed(const ContactBatch& x, const std::vector<Velocity>& v) const {
     const Velocity& a = v[x.a[lane_]];
     const Velocity& b = v[x.b[lane_]];
-    return part(row_.linear).dot(a.linear - b.linear) + part(row_.angular_a).dot(a.angular) +
+    return part(direction_).dot(a.linear - b.linear) + part(row_.angular_a).dot(a.angular) +
            part(row_.angular_b).dot(b.angular) - row_.beta[lane_];
   }
   double impulse() const { return row_.impulse[lane_]; }
@@ -96,14 +97,16 @@ struct LaneRow {
   void take_back(const ContactBatch& x, std::vector<Velocity>& v) const {
     Velocity& a = v[x.a[lane_]];
     Velocity& b = v[x.b[lane_]];
-    a.linear -= part(row_.linear) * (impulse() * x.inverse_mass_a[lane_]);
-    b.linear += part(row_.linear) * (impulse() * x.inverse_mass_b[lane_]);
-    a.angular -= part(row_.response_a) * impulse();
-    b.angular -= part(row_.response_b) * impulse();
+    a.linear -= part(direction_) * (impulse() * x.inverse_mass_a[lane_]);
+    b.linear += part(direction_) * (impulse() * x.inverse_mass_b[lane_]);
+    a.angular -= part(responses_.a) * impulse();
+    b.angular -= part(responses_.b) * impulse();
   }
 
  private:
+  const LaneVectors& direction_;
   const ContactRow& row_;
+  const RowResponses& responses_;
   int lane_;
 };
 
@@ -169,8 +172,10 @@ void solve_one(unsigned seed, int sweeps, Violation& worst) {
   for (const NormalRow& normal : contacts.normals) largest = std::max(largest, normal.row.impulse[0]);
   if (largest == 0) return;  // they leave each other
   std::vector<Velocity> rest = v;
-  for (const NormalRow& normal : contacts.normals) {
-    const LaneRow row(normal.row, 0);
+  const ContactDirections& directions = contacts.directions[x.first_direction];
+  ASSERT_EQ(x.direction_step, 0) << seed;
+  for (int i = 0; i < x.contacts; ++i) {
+    const LaneRow row(directions.normal, contacts.normals[i].row, contacts.responses[i], 0);
     const double missed = row.missed(x, v);
     worst.approach = std::max(worst.approach, -missed);
     worst.pull = std::max(worst.pull, -row.impulse() / largest);
@@ -178,10 +183,12 @@ void solve_one(unsigned seed, int sweeps, Violation& worst) {
     if (row.impulse() == 0) ++worst.lifting;
     row.take_back(x, rest);
   }
-  for (const FrictionRows& rows : contacts.frictions) {
-    const LaneRow first(rows.row[0], 0);
-    const LaneRow second(rows.row[1], 0);
-    const double limit = friction * contacts.normals[rows.normal].row.impulse[0];
+  for (int i = 0; i < x.frictions; ++i) {
+    const FrictionRows& rows = contacts.frictions[i];
+    const RowResponses* const responses = &contacts.responses[x.contacts + 2 * i];
+    const LaneRow first(directions.tangent[0], rows.row[0], responses[0], 0);
+    const LaneRow second(directions.tangent[1], rows.row[1], responses[1], 0);
+    const double limit = friction * contacts.normals[x.contact_of[i]].row.impulse[0];
     const double impulse = std::hypot(first.impulse(), second.impulse());
     const double slip_1 = first.missed(x, v);
     const double slip_2 = second.missed(x, v);
@@ -243,7 +250,7 @@ TEST(ContactBatches, ManifoldsOfOneBatchShareNoMovingBody) {
   int rows = 0;
   int manifolds = 0;
   for (const ContactBatch& x : contacts.batches) {
-    rows += x.manifolds * x.row_count();
+    for (int lane = 0; lane < x.manifolds; ++lane) rows += x.row_count(lane);
     manifolds += x.manifolds;
     for (int one = 0; one < x.manifolds; ++one) {
       for (int other = 0; other < one; ++other) {

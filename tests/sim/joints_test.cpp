@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "sim/constraints/formulate.h"
+#include "sim/model/model.h"
 #include "tests/sim/test_scenes.h"
 
 namespace substep {
@@ -233,6 +235,25 @@ TEST(Joints, ATurnLimitIsHeldBetterByASmallerStep) {
       last = 0.1 * beyond;  // measured 0.055 to 0.071 for a quarter of the step: second order
     }
   }
+}
+
+TEST(Joints, SpringsHoldHalfTheirStiffnessTimesTheStretchSquared) {
+  JointLimit spring = range(false, {true, true, true}, 0.5, 0.8);  // of the distance
+  spring.stiffness = 300;
+  JointDrive held{.angular = true, .axis = 2, .position_target = 0.4, .stiffness = 7};
+  Scene scene = jointed_body({spring});
+  scene.joints[0].drives = {held};
+  scene.joints[0].frame_a = scene.joints[0].frame_b = Pose{};
+  const auto energy_at = [&](const Vector3& position, double turn) {
+    scene.bodies[1].pose = {position, Quaternion(Eigen::AngleAxisd(turn, Vector3::UnitZ()))};
+    return energy_of_springs(build_model(scene), initial_state(scene).q);
+  };
+  const double sign = scene.joints[0].body_b == 1 ? 1 : -1;  // the drive's angle is of b in a
+  const Vector3 direction = Vector3(2, -1, 2) / 3;
+  EXPECT_NEAR(energy_at(0.6 * direction, 0.4 * sign), 0, 1e-12);
+  EXPECT_NEAR(energy_at(1.0 * direction, 0.4 * sign), 300 * 0.2 * 0.2 / 2, 1e-12);
+  EXPECT_NEAR(energy_at(0.1 * direction, 0.4 * sign), 300 * 0.4 * 0.4 / 2, 1e-12);
+  EXPECT_NEAR(energy_at(0.6 * direction, 1.5 * sign), 7 * 1.1 * 1.1 / 2, 1e-12);
 }
 
 TEST(Joints, ASoftLimitIsADampedSpring) {

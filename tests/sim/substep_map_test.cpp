@@ -87,6 +87,21 @@ TEST(SubstepMap, IsOfJointsThatDoNotGive) {
   EXPECT_THROW(substep_radius(scene_named("powered_wheel"), 1, 1, 1, Joints::plain), Error);
 }
 
+TEST(SubstepMap, OfARunsSettingsIsThereWhereAllJointsAreRigid) {
+  const Scene chain = scene_named("rod_chain");
+  Settings settings = default_settings(Algorithm::a5);
+  settings.tau = 1;
+  settings.iterations = 2;
+  EXPECT_EQ(substep_radius(chain, settings), substep_radius(chain, 1, settings.kappa, 2, settings.joints));
+  for (const Algorithm algorithm : {Algorithm::a1, Algorithm::a2}) {
+    settings.algorithm = algorithm;
+    EXPECT_FALSE(substep_radius(chain, settings)) << name(algorithm);
+  }
+  settings.algorithm = Algorithm::a3;
+  for (const char* const scene : {"governor", "box_stack", "powered_wheel", "tumbling_body"})
+    EXPECT_FALSE(substep_radius(scene_named(scene), settings)) << scene;
+}
+
 // The claim's case: the governor with rods, where one row's limit, τ < 4 − 2κ, is far away.
 TEST(SubstepMap, SmallerSubstepsMakeItWorse) {
   const Scene scene = without_springs(scene_named("governor"));

@@ -1,0 +1,121 @@
+#include "render/commands/comparison_options.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "render/video/composition.h"
+#include "render/video/panel.h"
+#include "sim/error.h"
+
+namespace substep {
+namespace {
+
+std::string row_title(const Run& run) {
+  std::string title = fmt::format("{}  {}", name_of(run.panel), settings_of(run.panel));
+  if (!run.panel.title.empty()) title += "  " + run.panel.title;
+  return title;
+}
+
+}  // namespace
+
+void ComparisonOptions::add_to(CLI::App& command) {
+  scene.add_to(command);
+  command.add_option("--title", title, "What stands above all (the scene's name)");
+  add_settings_to(command);
+}
+
+void ComparisonOptions::add_settings_to(CLI::App& command) {
+  solver.add_to(command);
+  add_panels_to(command);
+  command.add_option("--start", start_, "Seconds into the run at which the film begins")
+      ->capture_default_str();
+  command.add_option("--speed", speed, "Seconds of the scene in a second of film: 0.25 is slow motion")
+      ->check(CLI::Range(1e-3, 1e3))
+      ->capture_default_str();
+  command.add_option("--fps", frame_rate, "Frames in a second of film")
+      ->check(CLI::Range(1.0, 240.0))
+      ->capture_default_str();
+  command.add_option("--threads", threads_, "Threads; the result is the same for any number")
+      ->capture_default_str();
+}
+
+void ComparisonOptions::add_panels_to(CLI::App& command) {
+  command
+      .add_option(
+          "--panel", panels_,
+          "A panel of its own: a1 to a5, an engine, log:FILE or reference; once for each (A1 to A5 and "
+          "the reference)")
+      ->allow_extra_args(false);
+  command.add_option("--panels", panels_file_, "A TOML file of [[panel]] tables")->check(CLI::ExistingFile);
+  command.add_flag("--no-reference", no_reference_, "Simulate none, and show no errors");
+  command
+      .add_option("--reference-substeps", reference_substeps_,
+                  "The reference is at the step divided by this, its check at half as many")
+      ->capture_default_str();
+}
+
+ComparisonSettings ComparisonOptions::settings(const Scene& scene_to_show) {
+  const Settings base = solver.settings(scene_to_show);
+  ComparisonSettings settings;
+  if (panels_file_) {
+    PanelFile file = read_panels(*panels_file_, base);
+    settings.panels = std::move(file.panels);
+    if (title.empty()) title = file.title;
+  }
+  for (const std::string& text : panels_) settings.panels.push_back(panel_in(text, base));
+  if (settings.panels.empty()) {
+    settings.panels = default_panels(base);
+    if (no_reference_) settings.panels.pop_back();
+  }
+  settings.step = base.step;
+  settings.has_reference = !no_reference_;
+  settings.reference_substeps = reference_substeps_;
+  // The reference of contacts is A1 itself.
+  const bool has_a1 = std::ranges::any_of(settings.panels, [](const PanelChoice& panel) {
+    return panel.kind == PanelChoice::Kind::algorithm && panel.settings.algorithm == Algorithm::a1;
+  });
+  if (has_a1 || settings.has_reference) note_cost_of_a1(scene_to_show);
+  settings.start = seconds_in(start_, "--start");
+  settings.duration = solver.seconds(scene_to_show);
+  settings.frame_interval = speed / frame_rate;
+  settings.threads = threads_;
+  if (!(threads_ >= 1 && threads_ <= 64)) {
+    throw Error(fmt::format("--threads {}: must be from 1 to 64", threads_));
+  }
+  return settings;
+}
+
+void print_table(const Comparison& comparison) {
+  std::size_t width = 48;
+  for (const Run& run : comparison.runs) width = std::max(width, row_title(run).size());
+  fmt::print("{:<{}}{:>12}{:>12}{:>14}\n", "", width, "RMS error", "at the end", "row solves");
+  for (const Run& run : comparison.runs) {
+    if (run.is_reference()) continue;
+    const std::string rms = run.errors.empty() ? "" : length_label(run.rms_error);
+    const std::string final = run.errors.empty() ? "" : length_label(run.errors.back());
+    fmt::print("{:<{}}{:>12}{:>12}{:>14}", row_title(run), width, rms, final,
+               run.row_solves > 0 ? fmt::format("{}", run.row_solves) : "");
+    if (run.diverged) fmt::print("  diverged at t = {:.3f} s", *run.diverged);
+    if (run.unsolved > 0) fmt::print("  {} steps not solved to the accuracy asked for", run.unsolved);
+    fmt::print("\n");
+  }
+  if (!comparison.reference) return;
+  const ReferenceRun& reference = *comparison.reference;
+  fmt::print("reference: {}", reference.method);
+  if (reference.is_a1) fmt::print(" (the error of A1 is from its own smaller steps)");
+  if (!reference.uncertainty.empty()) {
+    fmt::print(", known to {}", length_label(*std::ranges::max_element(reference.uncertainty)));
+  }
+  if (reference.known == 0) {
+    fmt::print("; {}: there are no errors\n", reference.fate);
+  } else if (!reference.fate.empty()) {
+    fmt::print("; {}: errors are those up to {:.2f} s\n", reference.fate,
+               comparison.times[reference.known - 1]);
+  } else {
+    fmt::print("\n");
+  }
+}
+
+}  // namespace substep

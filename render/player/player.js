@@ -1,0 +1,501 @@
+// The page: panels, time, camera, keys.
+
+const $ = (id) => document.getElementById(id);
+const SPEEDS = [4, 2, 1, 1 / 2, 1 / 4, 1 / 8, 1 / 16, 1 / 32, 1 / 64];
+const OVERLAYS = {t: 'trails', j: 'joints', g: 'ghost', e: 'error'};
+
+class Player {
+  constructor(data) {
+    this.data = data;
+    this.frame = 0;
+    this.isPlaying = false;
+    this.alone = -1;
+    this.on = {trails: false, joints: false, ghost: false, error: false};
+    this.camera = new Camera(data.view);
+    this.buildPanels();
+    this.buildControls();
+    try {
+      this.painter = new Painter($('pictures'), data);
+    } catch (error) {
+      this.say(error.message);
+    }
+    $('pictures').addEventListener('webglcontextlost', () => this.say('The browser took the pictures’ memory: reload the page.'));
+    new ResizeObserver(() => this.layOut()).observe($('panels'));
+    this.layOut();
+  }
+
+  say(text) {
+    const message = document.createElement('p');
+    message.id = 'message';
+    message.textContent = text;
+    $('panels').append(message);
+  }
+
+  buildPanels() {
+    const {data} = this;
+    this.panels = data.panels.map((panel, index) => {
+      const section = document.createElement('section');
+      section.className = 'panel';
+      section.style.setProperty('--ink', panel.color);
+      section.setAttribute('aria-label', `${panel.name} ${panel.settings}`);
+      const head = section.appendChild(document.createElement('div'));
+      head.className = 'head';
+      head.title = [panel.name, panel.words, panel.settings].filter(Boolean).join('  ');
+      for (const [tag, name, text] of [['b', '', panel.name], ['span', 'words', panel.words], ['span', 'settings', panel.settings]]) {
+        const part = head.appendChild(document.createElement(tag));
+        part.className = name;
+        part.textContent = text;
+      }
+      const picture = section.appendChild(document.createElement('div'));
+      picture.className = 'picture';
+      this.listenToPicture(picture);
+      section.addEventListener('dblclick', () => this.show(this.alone < 0 ? index : -1));
+      let strip = null;
+      if (data.reference) {
+        const canvas = section.appendChild(document.createElement('canvas'));
+        canvas.className = 'strip';
+        strip = new Strip(canvas, data, index);
+        this.listenToStrip(canvas, strip);
+      }
+      $('panels').append(section);
+      return {section, head, picture, strip};
+    });
+  }
+
+  listenToPicture(picture) {
+    const fingers = new Map();
+    picture.addEventListener('contextmenu', (event) => event.preventDefault());
+    picture.addEventListener('pointerdown', (event) => {
+      picture.setPointerCapture(event.pointerId);
+      fingers.set(event.pointerId, event);
+    });
+    for (const end of ['pointerup', 'pointercancel']) picture.addEventListener(end, (event) => fingers.delete(event.pointerId));
+    picture.addEventListener('pointermove', (event) => {
+      const before = fingers.get(event.pointerId);
+      if (!before) return;
+      const [dx, dy] = [event.clientX - before.clientX, event.clientY - before.clientY];
+      const other = [...fingers.values()].find((finger) => finger.pointerId !== event.pointerId);
+      if (other) {
+        const apart = (finger) => Math.hypot(finger.clientX - other.clientX, finger.clientY - other.clientY);
+        this.camera.zoom(apart(before) / Math.max(1, apart(event)));
+        this.camera.pan(dx / 2, dy / 2, picture.clientHeight);
+      } else if (event.shiftKey || event.buttons & 6) {
+        this.camera.pan(dx, dy, picture.clientHeight);
+      } else {
+        this.camera.orbit(dx, dy);
+      }
+      fingers.set(event.pointerId, event);
+      this.ask();
+    });
+    picture.addEventListener('wheel', (event) => {
+      event.preventDefault();
+      this.camera.zoom(Math.exp(0.0015 * event.deltaY * (event.deltaMode === 1 ? 20 : 1)));
+      this.ask();
+    }, {passive: false});
+  }
+
+  listenToStrip(canvas, strip) {
+    const scrub = (event) => {
+      if (event.type === 'pointerdown') canvas.setPointerCapture(event.pointerId);
+      if (event.buttons & 1) this.go(strip.frameAt(event.clientX - canvas.getBoundingClientRect().left));
+    };
+    canvas.addEventListener('pointerdown', scrub);
+    canvas.addEventListener('pointermove', scrub);
+  }
+
+  buildControls() {
+    const {data} = this;
+    $('scrubber').max = data.times.length - 1;
+    $('scrubber').addEventListener('input', () => this.go(+$('scrubber').value));
+    $('play').addEventListener('click', () => this.play(!this.isPlaying));
+    const speeds = [...new Set([...SPEEDS, data.speed])].sort((a, b) => b - a);
+    for (const speed of speeds) {
+      const text = speed >= 1 || speed <= 0 ? `${speed}×` : Number.isInteger(1 / speed) ? `1/${1 / speed}×` : `${speed}×`;
+      $('speed').append(new Option(text, speed, false, speed === data.speed));
+    }
+    $('speed').addEventListener('change', () => this.startClock());
+    for (const button of document.querySelectorAll('[data-overlay]')) {
+      const name = button.dataset.overlay;
+      const needsReference = name === 'ghost' || name === 'error';
+      button.disabled = needsReference ? !data.reference || data.reference.known === 0 : name === 'joints' && data.joints.length === 0;
+      button.setAttribute('aria-pressed', 'false');
+      button.addEventListener('click', () => this.toggle(name));
+    }
+    $('reset').addEventListener('click', () => { this.camera.reset(); this.ask(); });
+    $('save').addEventListener('click', () => this.save());
+    $('help').addEventListener('click', () => this.help());
+    document.addEventListener('keydown', (event) => this.key(event));
+    if (data.reference) $('legend').textContent = `strips: RMS distance of the bodies’ points from the reference (${data.reference.method})`;
+    $('precision').textContent = `Every frame is a computed one${data.nearest ? ', of the nearest step' : ''}. Positions are good to ${lengthLabel(data.unit / 2)}, turns to 3e-5 rad.`;
+  }
+
+  key(event) {
+    if (event.ctrlKey || event.altKey || event.metaKey) return;
+    const {key} = event;
+    const onButton = event.target instanceof HTMLButtonElement;
+    const step = event.shiftKey ? 10 : 1;
+    const actions = {
+      ArrowRight: () => this.go(this.frame + step), ArrowLeft: () => this.go(this.frame - step),
+      Home: () => this.go(0), End: () => this.go(Infinity),
+      ',': () => this.changeSpeed(1), '.': () => this.changeSpeed(-1),
+      r: () => { this.camera.reset(); this.ask(); }, s: () => this.save(), h: () => this.help(), '?': () => this.help(),
+      Escape: () => { $('keys').hidden = true; this.show(-1); }, 0: () => this.show(-1),
+    };
+    if (!onButton) actions[' '] = () => this.play(!this.isPlaying);
+    if (key in OVERLAYS) actions[key] = () => this.toggle(OVERLAYS[key]);
+    if (key >= '1' && key <= '9' && key <= this.panels.length) actions[key] = () => this.show(this.alone === key - 1 ? -1 : key - 1);
+    if (!actions[key]) return;
+    event.preventDefault();
+    actions[key]();
+  }
+
+  help() {
+    $('keys').hidden = !$('keys').hidden;
+    $('help').setAttribute('aria-expanded', String(!$('keys').hidden));
+  }
+
+  toggle(name) {
+    const button = document.querySelector(`[data-overlay=${name}]`);
+    if (button.disabled) return;
+    this.on[name] = !this.on[name];
+    button.setAttribute('aria-pressed', String(this.on[name]));
+    this.writeKey();
+    // The key takes room.
+    this.layOut();
+  }
+
+  changeSpeed(by) {
+    const select = $('speed');
+    select.selectedIndex = Math.max(0, Math.min(select.options.length - 1, select.selectedIndex + by));
+    this.startClock();
+  }
+
+  /** What the overlays mean. */
+  writeKey() {
+    const {data, on} = this;
+    const parts = [];
+    if (on.trails) parts.push('<span><b>—</b> the last second’s way</span>');
+    if (on.joints) parts.push('<span><b>●</b> joint &ensp;<b style="color:#ff3c50">●—●</b> open joint, and the largest gap</span>');
+    if (on.ghost) parts.push('<span><b>□</b> where the reference is</span>');
+    if (on.error) {
+      const [lower, upper] = data.scale.map((power) => lengthLabel(10 ** power));
+      const ramp = data.ramp.map((color) => `rgb(${color})`).join();
+      parts.push(`<span>${lower} <b style="display:inline-block;width:120px;height:9px;background:linear-gradient(90deg,${ramp})"></b> ${upper} from the reference</span>`);
+    }
+    $('key').innerHTML = parts.join('');
+  }
+
+  /** One panel alone; −1: all. */
+  show(index) {
+    this.alone = index;
+    this.layOut();
+  }
+
+  /** As many columns as make the pictures largest. */
+  layOut() {
+    const main = $('panels');
+    const shown = this.panels.filter((_, i) => this.alone < 0 || i === this.alone);
+    this.panels.forEach(({section}) => { section.hidden = true; });
+    const above = this.data.reference ? 96 : 38;
+    let best = {columns: 1, seen: -1};
+    for (let columns = 1; columns <= shown.length; ++columns) {
+      const rows = Math.ceil(shown.length / columns);
+      const width = main.clientWidth / columns;
+      const height = main.clientHeight / rows - above;
+      const seen = Math.min(width, height * 16 / 9) + 0.1 * Math.min(width, 2 * height * 16 / 9);
+      if (height > 0 && seen > best.seen * (1 + 1e-9)) best = {columns, seen};
+    }
+    // Twice as many columns as panels in a row: a last row that is not full stands in the middle.
+    const {columns} = best;
+    main.style.gridTemplateColumns = `repeat(${2 * columns}, minmax(0, 1fr))`;
+    main.style.gridAutoRows = 'minmax(0, 1fr)';
+    shown.forEach(({section}, i) => {
+      const inRow = Math.min(columns, shown.length - Math.floor(i / columns) * columns);
+      section.hidden = false;
+      section.style.gridColumn = `${1 + columns - inRow + 2 * (i % columns)} / span 2`;
+    });
+    const ratio = devicePixelRatio || 1;
+    for (const canvas of [$('pictures'), $('marks')]) {
+      canvas.width = Math.max(1, Math.round(main.clientWidth * ratio));
+      canvas.height = Math.max(1, Math.round(main.clientHeight * ratio));
+    }
+    this.ratio = ratio;
+    shown.forEach(({strip}) => strip && strip.resize());
+    this.fitHeads(shown);
+    this.draw();
+  }
+
+  /** Shrinks all alike until the longest fits; then the words go. */
+  fitHeads(shown) {
+    const fits = () => shown.every(({head}) => [...head.children].every((part) => part.scrollWidth <= part.clientWidth + 1));
+    for (const words of ['', 'none']) {
+      $('panels').style.setProperty('--words', words);
+      for (let size = 1; size >= 0.74; size -= 0.05) {
+        $('panels').style.setProperty('--head', size);
+        if (fits()) return;
+      }
+    }
+  }
+
+  play(isPlaying) {
+    if (isPlaying && this.frame === this.data.times.length - 1) this.go(0);
+    this.isPlaying = isPlaying;
+    $('play').textContent = isPlaying ? '❚❚' : '▶';
+    this.startClock();
+    this.ask();
+  }
+
+  startClock() {
+    this.clock = {wall: performance.now(), time: this.data.times[this.frame]};
+  }
+
+  go(frame) {
+    this.frame = Math.max(0, Math.min(this.data.times.length - 1, frame));
+    this.startClock();
+    this.ask();
+  }
+
+  /** Draws with the browser's next picture. */
+  ask() {
+    if (this.isAsked) return;
+    this.isAsked = true;
+    requestAnimationFrame((now) => {
+      this.isAsked = false;
+      if (this.isPlaying) this.advance(now);
+      this.draw();
+      if (this.isPlaying) this.ask();
+    });
+  }
+
+  advance(now) {
+    const {times} = this.data;
+    const time = this.clock.time + Math.max(0, now - this.clock.wall) / 1000 * $('speed').value;
+    let frame = this.frame;
+    while (frame + 1 < times.length && times[frame + 1] <= time + 1e-9) ++frame;
+    this.frame = frame;
+    if (frame === times.length - 1) {
+      this.isPlaying = false;
+      $('play').textContent = '▶';
+    }
+  }
+
+  draw() {
+    const {data, frame} = this;
+    $('scrubber').value = frame;
+    $('clock').textContent = `${data.times[frame].toFixed(2)} s`;
+    $('count').textContent = `frame ${frame}/${data.times.length - 1}`;
+    const marks = $('marks').getContext('2d');
+    marks.setTransform(1, 0, 0, 1, 0, 0);
+    marks.clearRect(0, 0, $('marks').width, $('marks').height);
+    this.panels.forEach(({section, picture, strip}, index) => {
+      if (section.hidden) return;
+      const box = this.boxOf(picture);
+      if (this.painter && box[2] > 0 && box[3] > 0) this.drawPicture(index, box);
+      this.drawMarks(marks, index, picture);
+      if (strip) strip.draw(frame);
+    });
+  }
+
+  /** The element's place on the canvas, in its pixels from the lower left. */
+  boxOf(element) {
+    const main = $('panels').getBoundingClientRect();
+    const own = element.getBoundingClientRect();
+    const left = Math.round((own.left - main.left) * this.ratio);
+    const bottom = Math.round((main.bottom - own.bottom) * this.ratio);
+    return [left, bottom, Math.round(own.width * this.ratio), Math.round(own.height * this.ratio)];
+  }
+
+  drawPicture(index, box) {
+    const {data, frame, on} = this;
+    const panel = data.panels[index];
+    const isKnown = data.reference && frame < data.reference.known;
+    const hasError = on.error && isKnown && !panel.reference && frame < panel.errors.length;
+    const tint = hasError ? (body) => data.bodies[body].moves ? this.errorColor(index, body) : null : () => null;
+    const ghost = on.ghost && isKnown && !panel.reference ? data.reference.track : null;
+    this.painter.draw({track: data.tracks[index], k: frame, camera: this.camera, box, tint, ghost});
+  }
+
+  /** Linear, with a weight. */
+  errorColor(index, body) {
+    const {ramp, scale: [lower, upper], tracks} = this.data;
+    const error = bodyError(this.data, tracks[index], this.frame, body);
+    const share = Math.max(0, Math.min(1, (Math.log10(Math.max(error, 1e-12)) - lower) / (upper - lower)));
+    const place = share * (ramp.length - 1);
+    const at = Math.min(ramp.length - 2, Math.floor(place));
+    return [0, 1, 2].map((c) => ((ramp[at][c] + (ramp[at + 1][c] - ramp[at][c]) * (place - at)) / 255) ** 2.2).concat(1);
+  }
+
+  /** What is drawn over a picture: trails, joints, what became of the run. */
+  drawMarks(context, index, picture) {
+    const {data, frame, on} = this;
+    const panel = data.panels[index];
+    const main = $('panels').getBoundingClientRect();
+    const own = picture.getBoundingClientRect();
+    context.setTransform(this.ratio, 0, 0, this.ratio, (own.left - main.left) * this.ratio, (own.top - main.top) * this.ratio);
+    context.save();
+    context.beginPath();
+    context.rect(0, 0, own.width, own.height);
+    context.clip();
+    const view = this.camera.view([0, 0, own.width, own.height]);
+    const place = (point) => projected(view, point, own.width, own.height);
+    if (on.trails && !panel.reference) this.drawTrails(context, index, place);
+    if (on.joints && !panel.reference) this.drawJoints(context, index, place, own);
+    const isOver = frame >= panel.frames;
+    if (panel.reference && frame >= data.reference.known) {
+      this.drawNotice(context, `no reference: ${data.reference.fate}`, own, frame >= data.reference.frames);
+    } else if (panel.fate && isOver) {
+      this.drawNotice(context, panel.fate, own, true);
+    }
+    context.restore();
+  }
+
+  drawTrails(context, index, place) {
+    const {data, frame} = this;
+    const track = data.tracks[index];
+    const end = Math.min(frame, track.frames - 1);
+    const begin = data.times.findIndex((time) => time >= data.times[frame] - 1 - 1e-9);
+    context.strokeStyle = data.panels[index].color;
+    context.lineWidth = 1.6;
+    context.lineCap = 'round';
+    data.bodies.forEach((body, i) => {
+      if (!body.moves) return;
+      let last = null;
+      for (let k = begin; k <= end; ++k) {
+        const at = place(poseAt(data, track, k, i));
+        if (at && last) {
+          context.globalAlpha = 0.9 * (k - begin) / Math.max(1, end - begin);
+          context.beginPath();
+          context.moveTo(...last);
+          context.lineTo(...at);
+          context.stroke();
+        }
+        last = at;
+      }
+    });
+    context.globalAlpha = 1;
+  }
+
+  drawJoints(context, index, place, {width, height}) {
+    const {data, frame} = this;
+    let largest = 0;
+    for (const {bodies, anchors} of data.joints) {
+      const points = bodies.map((body, end) => placed(poseAt(data, data.tracks[index], frame, body), anchors[end]));
+      largest = Math.max(largest, Math.hypot(...minus(points[0], points[1])));
+      const [a, b] = points.map(place);
+      if (!a || !b) continue;
+      const isOpen = Math.hypot(b[0] - a[0], b[1] - a[1]) > 1.5;
+      const radius = Math.max(2, height / 180);
+      context.fillStyle = context.strokeStyle = isOpen ? '#ff3c50' : '#ffffff';
+      if (isOpen) {
+        context.lineWidth = radius;
+        context.beginPath();
+        context.moveTo(...a);
+        context.lineTo(...b);
+        context.stroke();
+      }
+      for (const at of [a, b]) {
+        context.beginPath();
+        context.arc(at[0], at[1], radius, 0, 7);
+        context.fill();
+        context.strokeStyle = '#141414';
+        context.lineWidth = 1;
+        context.stroke();
+      }
+    }
+    const text = `gap ${largest < 2 * data.unit ? `< ${lengthLabel(2 * data.unit)}` : lengthLabel(largest)}`;
+    context.font = `bold 13px ${FONT}`;
+    context.textAlign = 'right';
+    context.textBaseline = 'alphabetic';
+    context.fillStyle = 'rgba(15, 18, 24, 0.7)';
+    context.fillRect(width - context.measureText(text).width - 14, height - 24, context.measureText(text).width + 10, 20);
+    context.fillStyle = '#ffffff';
+    context.fillText(text, width - 9, height - 9);
+  }
+
+  drawNotice(context, text, {width, height}, overAll) {
+    const high = overAll ? height : 24;
+    context.fillStyle = overAll ? 'rgba(15, 18, 24, 0.55)' : 'rgba(15, 18, 24, 0.8)';
+    context.fillRect(0, height - high, width, high);
+    context.fillStyle = STRIP.alarm;
+    context.font = `bold ${overAll ? 18 : 14}px ${FONT}`;
+    context.textAlign = 'center';
+    context.textBaseline = 'middle';
+    context.fillText(text, width / 2, height - high / 2, width - 12);
+  }
+
+  /** The panels as they are, with title and time. */
+  picture() {
+    this.draw();
+    const {ratio} = this;
+    const top = 44;
+    const canvas = document.createElement('canvas');
+    canvas.width = $('pictures').width;
+    canvas.height = $('pictures').height + Math.round((top + 10) * ratio);
+    const context = canvas.getContext('2d');
+    context.fillStyle = '#0f1218';
+    context.fillRect(0, 0, canvas.width, canvas.height);
+    const down = Math.round(top * ratio);
+    context.drawImage($('pictures'), 0, down);
+    context.drawImage($('marks'), 0, down);
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    const main = $('panels').getBoundingClientRect();
+    const write = (text, x, y, font, color, align = 'left', room = undefined) => {
+      Object.assign(context, {font: `${font} ${FONT}`, fillStyle: color, textAlign: align, textBaseline: 'middle'});
+      context.fillText(text, x, y, room);
+    };
+    write(this.data.title, 12, top / 2, 'bold 20px', STRIP.bright);
+    write($('clock').textContent, main.width - 12, top / 2, 'bold 19px', STRIP.bright, 'right');
+    this.panels.forEach(({section, head, strip}, index) => {
+      if (section.hidden) return;
+      const panel = this.data.panels[index];
+      const box = head.getBoundingClientRect();
+      const [x, y] = [box.left - main.left, box.top - main.top + top];
+      context.fillStyle = STRIP.surface;
+      context.fillRect(x, y, box.width, box.height);
+      context.fillStyle = panel.color;
+      context.fillRect(x, y, 4, box.height);
+      write(panel.name, x + 12, y + box.height / 2, 'bold 16px', panel.color);
+      const name = context.measureText(panel.name).width;
+      const room = (box.width - name - 40) / 2;
+      if ($('panels').style.getPropertyValue('--words') !== 'none') write(panel.words, x + 21 + name, y + box.height / 2, '13px', STRIP.bright, 'left', room);
+      write(panel.settings, x + box.width - 8, y + box.height / 2, '12px', STRIP.quiet, 'right', room);
+      if (strip) {
+        const own = strip.canvas.getBoundingClientRect();
+        context.drawImage(strip.canvas, own.left - main.left, own.top - main.top + top, own.width, own.height);
+      }
+    });
+    return canvas;
+  }
+
+  save() {
+    const time = this.data.times[this.frame].toFixed(2);
+    this.picture().toBlob((blob) => {
+      const link = document.createElement('a');
+      link.href = URL.createObjectURL(blob);
+      link.download = `${this.data.scene}_${time}s.png`;
+      link.click();
+      setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+    });
+  }
+}
+
+/** #t=1.5 shows that moment; else the page plays, unless its reader wants nothing to move by itself. */
+function begin(player) {
+  const asked = /[#&]t=([\d.]+)/.exec(location.hash);
+  if (asked) {
+    const {times} = player.data;
+    const frame = times.findIndex((time) => time >= +asked[1] - 1e-6);
+    player.go(frame < 0 ? times.length - 1 : frame);
+  } else if (!matchMedia('(prefers-reduced-motion: reduce)').matches) {
+    player.play(true);
+  }
+}
+
+readRecording().then((data) => {
+  const player = new Player(data);
+  window.player = player;
+  begin(player);
+}).catch((error) => {
+  document.querySelector('noscript').insertAdjacentHTML('afterend', '<p id="message"></p>');
+  $('message').textContent = `The page cannot be shown: ${error.message}`;
+});

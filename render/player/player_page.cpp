@@ -1,0 +1,251 @@
+#include "render/player/player_page.h"
+
+#include <fmt/format.h>
+#include <libdeflate.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <stdexcept>
+#include <vector>
+
+#include "render/animated_glb.h"
+#include "render/body_mesh.h"
+#include "render/camera.h"
+#include "render/embedded_file.h"
+#include "render/frame_uniforms.h"
+#include "render/ground.h"
+#include "render/inks.h"
+#include "render/markup.h"
+#include "render/player/pose_stream.h"
+#include "render/renderer.h"
+#include "render/video/composition.h"
+#include "render/video/overlay.h"
+#include "render/video/seen_frames.h"
+#include "sim/measure/motion.h"
+#include "sim/model/joint_anchors.h"
+
+SUBSTEP_EMBEDDED_FILE(player_html, SUBSTEP_PLAYER "/player.html")
+SUBSTEP_EMBEDDED_FILE(player_css, SUBSTEP_PLAYER "/player.css")
+SUBSTEP_EMBEDDED_FILE(recording_js, SUBSTEP_PLAYER "/recording.js")
+SUBSTEP_EMBEDDED_FILE(painter_js, SUBSTEP_PLAYER "/painter.js")
+SUBSTEP_EMBEDDED_FILE(strip_js, SUBSTEP_PLAYER "/strip.js")
+SUBSTEP_EMBEDDED_FILE(player_js, SUBSTEP_PLAYER "/player.js")
+
+namespace substep {
+namespace {
+
+using Json = nlohmann::json;
+
+Json list(const Vector3& v) {
+  return {v.x(), v.y(), v.z()};
+}
+
+Json list(const glm::vec4& v) {
+  return {v.x, v.y, v.z};
+}
+
+/// To what a curve shows: four digits.
+Json rounded(const std::vector<double>& values) {
+  Json result = Json::array();
+  for (const double value : values) {
+    const double digit = value > 0 ? std::pow(10.0, std::floor(std::log10(value)) - 3) : 1;
+    result.push_back(std::isfinite(value) ? std::round(value / digit) * digit : 1e6);
+  }
+  return result;
+}
+
+Vector3 vector(const glm::dvec3& v) {
+  return {v.x, v.y, v.z};
+}
+
+/// The tangent to the side at which the picture may end: that of the outermost corner that the view shows.
+double side_of(const View& view, std::span<const Part> parts,
+               std::span<const std::vector<Coordinates>> frames) {
+  double side = 0;
+  for (const std::vector<Coordinates>& frame : frames) {
+    for (const Part& part : parts) {
+      if (is_scenery(part, parts)) continue;
+      const Coordinates& q = frame[static_cast<std::size_t>(part.body)];
+      for (const Vector3& corner : part.corners()) {
+        const Vector3 p = q.angular * corner + q.linear - vector(view.eye);
+        const double tangent = std::abs(p.dot(vector(view.right))) / p.dot(vector(view.forward));
+        if (tangent > side && tangent < view.tangent_x) side = tangent;
+      }
+    }
+  }
+  return std::min(1.08 * side, view.tangent_x);
+}
+
+/// Where the film's camera stands, and how far before it the bodies are.
+Json view_of(const Scene& scene, const Comparison& comparison, std::span<const Part> parts) {
+  RenderSettings settings;
+  settings.width = 320;
+  settings.height = 180;
+  settings.steps_back = true;
+  const std::vector<std::vector<Coordinates>> seen = seen_frames(scene, comparison);
+  const View view = Renderer(scene, settings, seen).view();
+  Vector3 middle = Vector3::Zero();
+  for (std::size_t i = 1; i < scene.bodies.size(); ++i) middle += scene.bodies[i].pose.position;
+  middle /= static_cast<double>(std::max<std::size_t>(1, scene.bodies.size() - 1));
+  const Vector3 eye = vector(view.eye);
+  const double distance = std::max((middle - eye).dot(vector(view.forward)), 0.1);
+  return {{"eye", list(eye)},
+          {"target", list(Vector3(eye + distance * vector(view.forward)))},
+          {"tangent", view.tangent_y},
+          {"side", side_of(view, parts, seen)}};
+}
+
+Json light_of(const Scene& scene, std::span<const Part> parts) {
+  FrameUniforms frame{};
+  const double ground = ground_height(scene, parts);
+  set_light(frame, scene, ground);
+  return {{"to_sun", list(frame.to_sun)},
+          {"sun", list(frame.sun)},
+          {"zenith", list(frame.zenith)},
+          {"horizon", list(frame.horizon)},
+          {"bounce", list(frame.bounce)},
+          {"ground_color", list(frame.ground_color)},
+          {"ground", ground}};
+}
+
+/// Of each body the mean squared distances of its mass from the planes through its centre that a turn moves:
+/// squared_distance() has them.
+Json bodies_of(const Scene& scene) {
+  Json bodies = Json::array();
+  for (const Body& body : scene.bodies) {
+    Vector3 radius = Vector3::Zero();
+    for (int axis = 0; axis < 3; ++axis) {
+      if (body.inverse_inertia[axis] > 0) radius[axis] = body.inverse_mass / body.inverse_inertia[axis];
+    }
+    bodies.push_back({{"name", body.name}, {"moves", body.inverse_mass > 0}, {"radius", list(radius)}});
+  }
+  return bodies;
+}
+
+Json joints_of(const Scene& scene) {
+  Json joints = Json::array();
+  for (const Joint& joint : scene.joints) {
+    if (!holds_anchors_together(joint)) continue;
+    joints.push_back({{"bodies", {joint.body_a, joint.body_b}},
+                      {"anchors", {list(joint.frame_a.position), list(joint.frame_b.position)}}});
+  }
+  return joints;
+}
+
+/// What a panel shows: where there is nothing of the run, how the scene begins.
+std::vector<std::vector<Coordinates>> shown_poses(const Scene& scene,
+                                                  const std::vector<std::vector<Coordinates>>& poses) {
+  if (!poses.empty()) return poses;
+  return {initial_state(scene).q};
+}
+
+Json panels_of(const Comparison& comparison) {
+  Json panels = Json::array();
+  for (std::size_t i = 0; i < comparison.runs.size(); ++i) {
+    const Run& run = comparison.runs[i];
+    const Dash dash = dash_of(i);
+    Json panel = {{"name", name_of(run.panel)},
+                  {"words", words_of(run, comparison)},
+                  {"settings", run.is_reference() ? comparison.reference->method : settings_of(run.panel)},
+                  {"color", inks.at(static_cast<std::size_t>(hue_of(run.panel))).dark},
+                  {"dash", {dash.drawn, dash.left_out}},
+                  {"reference", run.is_reference()},
+                  {"errors", rounded(run.errors)},
+                  {"frames", std::max<std::size_t>(1, run.poses.size())}};
+    if (run.diverged) panel["fate"] = fmt::format("diverged at t = {:.2f} s", *run.diverged);
+    panels.push_back(std::move(panel));
+  }
+  return panels;
+}
+
+std::string compressed(const std::string& bytes) {
+  libdeflate_compressor* const compressor = libdeflate_alloc_compressor(9);
+  if (compressor == nullptr) throw std::bad_alloc();
+  std::string result(libdeflate_zlib_compress_bound(compressor, bytes.size()), '\0');
+  result.resize(
+      libdeflate_zlib_compress(compressor, bytes.data(), bytes.size(), result.data(), result.size()));
+  libdeflate_free_compressor(compressor);
+  return result;
+}
+
+std::string base64(const std::string& bytes) {
+  constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    std::uint32_t group = 0;
+    for (std::size_t j = 0; j < 3; ++j) {
+      group = (group << 8) | (i + j < bytes.size() ? static_cast<unsigned char>(bytes[i + j]) : 0U);
+    }
+    for (std::size_t j = 0; j < 4; ++j) {
+      text += i + j > bytes.size() ? '=' : digits[(group >> (18 - 6 * j)) & 63];
+    }
+  }
+  return text;
+}
+
+/// In a <script>: no tag ends in it.
+std::string for_page(const Json& json) {
+  // Names that are not UTF-8 get a replacement character.
+  const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  std::string safe;
+  for (const char c : text) {
+    if (c == '<') {
+      safe += "\\u003c";
+    } else {
+      safe += c;
+    }
+  }
+  return safe;
+}
+
+}  // namespace
+
+std::string player_page(const Scene& scene, const Comparison& comparison, const std::string& title,
+                        double speed) {
+  const double unit = position_unit(size_of(scene));
+  const ErrorScale scale = error_scale(comparison);
+  const std::vector<Part> parts = gather_body_mesh(scene).parts;
+  Json data = {{"title", title},
+               {"scene", scene.name},
+               {"speed", speed},
+               {"times", comparison.times},
+               {"nearest", comparison.is_nearest},
+               {"unit", unit},
+               {"turn_parts", turn_parts},
+               {"bodies", bodies_of(scene)},
+               {"joints", joints_of(scene)},
+               {"panels", panels_of(comparison)},
+               {"scale", {scale.lower, scale.upper}},
+               {"ramp", error_ramp},
+               {"view", view_of(scene, comparison, parts)},
+               {"light", light_of(scene, parts)}};
+  const std::string glb = animated_glb(scene, {}, 0);
+  std::string poses;
+  for (const Run& run : comparison.runs) {
+    // A reference panel's poses stand once, at the end.
+    if (!run.is_reference()) poses += pose_stream(shown_poses(scene, run.poses), unit);
+  }
+  if (comparison.reference) {
+    const ReferenceRun& reference = *comparison.reference;
+    poses += pose_stream(shown_poses(scene, reference.poses), unit);
+    data["reference"] = {{"method", reference.method},
+                         {"uncertainty", rounded(reference.uncertainty)},
+                         {"known", reference.known},
+                         {"fate", reference.fate},
+                         {"frames", std::max<std::size_t>(1, reference.poses.size())}};
+  }
+  data["glb_size"] = glb.size();
+  return filled(player_html(), {{"title", escaped(title)},
+                                {"style", std::string(player_css())},
+                                {"data", for_page(data)},
+                                {"bytes", base64(compressed(glb + poses))},
+                                {"script", std::string(recording_js()) + std::string(painter_js()) +
+                                               std::string(strip_js()) + std::string(player_js())}});
+}
+
+}  // namespace substep

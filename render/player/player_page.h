@@ -1,0 +1,16 @@
+#pragma once
+/// A comparison as a page that plays it in a browser.
+
+#include <string>
+
+#include "render/video/comparison.h"
+
+namespace substep {
+
+/// The poses are the runs' at every film frame, to position_unit() and turn_parts; bodies look as in
+/// animated_glb(). `speed` is that at which it begins, s of the scene a second. The page is one file that
+/// needs no other and asks for nothing; in a browser without WebGL 2 it shows all but the pictures.
+std::string player_page(const Scene& scene, const Comparison& comparison, const std::string& title,
+                        double speed);
+
+}  // namespace substep

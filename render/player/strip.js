@@ -1,0 +1,174 @@
+// The strips below the pictures: errors over time on one logarithmic scale, as in the films.
+
+const STRIP = {grid: '#343c48', bright: '#ecf0f5', quiet: '#929caa', alarm: '#ff5c69', surface: '#181d25'};
+const FONT = "'DejaVu Sans', Verdana, system-ui, sans-serif";
+
+function decadeName(power) {
+  return ['1 µm', '10 µm', '0.1 mm', '1 mm', '1 cm', '10 cm', '1 m', '10 m', '100 m', '1 km'][power + 6] || `1e${power} m`;
+}
+
+/** `color` faded into the strip's ground: not by an alpha, which would show where pieces meet. */
+function faded(color) {
+  const part = (text, at) => parseInt(text.slice(at, at + 2), 16);
+  return `rgb(${[1, 3, 5].map((at) => Math.round(part(STRIP.surface, at) + (part(color, at) - part(STRIP.surface, at)) * 0.38)).join()})`;
+}
+
+class Strip {
+  constructor(canvas, data, index) {
+    Object.assign(this, {canvas, data, index, panel: data.panels[index]});
+  }
+
+  /** Sets the size by the page's. */
+  resize() {
+    const ratio = devicePixelRatio || 1;
+    const {clientWidth, clientHeight} = this.canvas;
+    this.canvas.width = Math.max(1, Math.round(clientWidth * ratio));
+    this.canvas.height = Math.max(1, Math.round(clientHeight * ratio));
+    this.context = this.canvas.getContext('2d');
+    this.context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    this.width = clientWidth;
+    this.height = clientHeight;
+    const left = clientWidth > 260 ? 54 : 8;
+    this.plot = {x: left, y: 8, width: Math.max(8, clientWidth - left - 84), height: Math.max(4, clientHeight - 16)};
+  }
+
+  x(k) {
+    return this.plot.x + k / Math.max(1, this.data.times.length - 1) * this.plot.width;
+  }
+
+  y(error) {
+    const [lower, upper] = this.data.scale;
+    const share = (Math.log10(Math.max(error, 10 ** lower)) - lower) / (upper - lower);
+    return this.plot.y + this.plot.height * (1 - Math.min(1, share));
+  }
+
+  /** The frame at this place across the strip. */
+  frameAt(x) {
+    const last = this.data.times.length - 1;
+    return Math.max(0, Math.min(last, Math.round((x - this.plot.x) / this.plot.width * last)));
+  }
+
+  draw(k) {
+    const {context: c, data, panel} = this;
+    c.fillStyle = STRIP.surface;
+    c.fillRect(0, 0, this.width, this.height);
+    this.drawGrid();
+    this.drawCertainty();
+    c.strokeStyle = 'rgba(236, 240, 245, 0.45)';
+    c.lineWidth = 1;
+    c.beginPath();
+    c.moveTo(this.x(k), this.plot.y);
+    c.lineTo(this.x(k), this.plot.y + this.plot.height);
+    c.stroke();
+    if (panel.reference) {
+      data.panels.forEach((other) => { if (!other.reference) this.drawCurve(other, k, other.color, other.dash); });
+      this.drawNames();
+      return;
+    }
+    this.drawCurve(panel, panel.errors.length, faded(panel.color), [1, 0]);
+    this.drawCurve(panel, k, panel.color, [1, 0]);
+    if (k < panel.errors.length) this.drawValue(k);
+  }
+
+  drawGrid() {
+    const {context: c, plot, data: {scale: [lower, upper]}} = this;
+    c.strokeStyle = STRIP.grid;
+    c.fillStyle = STRIP.quiet;
+    c.font = `11px ${FONT}`;
+    c.textAlign = 'right';
+    c.textBaseline = 'middle';
+    c.lineWidth = 1;
+    for (let power = lower; power <= upper; ++power) {
+      const y = Math.round(this.y(10 ** power)) + 0.5;
+      c.beginPath();
+      c.moveTo(plot.x, y);
+      c.lineTo(plot.x + plot.width, y);
+      c.stroke();
+      if (plot.x > 20 && (power === lower || power === upper)) c.fillText(decadeName(power), plot.x - 5, y);
+    }
+  }
+
+  /** What the reference does not know: below its own uncertainty, and after its end. */
+  drawCertainty() {
+    const {context: c, plot, data: {reference, times}} = this;
+    const bottom = plot.y + plot.height;
+    c.fillStyle = 'rgba(146, 156, 170, 0.25)';
+    c.beginPath();
+    c.moveTo(this.x(0), bottom);
+    for (let k = 0; k < reference.known; ++k) c.lineTo(this.x(k), this.y(reference.uncertainty[k]));
+    c.lineTo(this.x(Math.max(0, reference.known - 1)), bottom);
+    c.fill();
+    if (reference.known === times.length) return;
+    const end = this.x(reference.known);
+    const room = plot.x + plot.width - end;
+    c.fillRect(end, plot.y, room, plot.height);
+    c.fillStyle = STRIP.alarm;
+    c.fillRect(end - 1, plot.y, 2, plot.height);
+    c.fillStyle = STRIP.bright;
+    c.font = `11px ${FONT}`;
+    c.textAlign = 'left';
+    c.textBaseline = 'middle';
+    const text = [`no reference: ${reference.fate}`, reference.fate, 'no reference'].find((words) => c.measureText(words).width + 8 < room);
+    if (text) c.fillText(text, end + 5, plot.y + plot.height / 2);
+  }
+
+  drawCurve({errors, color}, end, ink, [drawn, leftOut]) {
+    const {context: c} = this;
+    const count = Math.min(end + 1, errors.length);
+    c.strokeStyle = ink;
+    c.fillStyle = color;
+    c.lineWidth = 1.8;
+    c.lineJoin = 'round';
+    c.setLineDash(leftOut > 0 ? [drawn, leftOut] : []);
+    c.beginPath();
+    for (let k = 0; k < count; ++k) c.lineTo(this.x(k), this.y(errors[k]));
+    c.stroke();
+    c.setLineDash([]);
+    // Triangles at the top, where the curve goes on above it.
+    const top = 10 ** this.data.scale[1];
+    let last = -Infinity;
+    for (let k = 0; k < count; ++k) {
+      const x = this.x(k);
+      if (!(errors[k] > top) || x < last + 40) continue;
+      last = x;
+      c.beginPath();
+      c.moveTo(x - 4, this.plot.y - 1);
+      c.lineTo(x + 4, this.plot.y - 1);
+      c.lineTo(x, this.plot.y - 8);
+      c.fill();
+    }
+  }
+
+  drawValue(k) {
+    const {context: c, panel, data: {reference}} = this;
+    const error = panel.errors[k];
+    c.fillStyle = panel.color;
+    c.fillRect(this.x(k) - 2.5, this.y(error) - 2.5, 5, 5);
+    // Below what the reference knows of itself, an error is that or less.
+    const certain = reference.uncertainty[k];
+    c.font = `bold 14px ${FONT}`;
+    c.textAlign = 'right';
+    c.textBaseline = 'middle';
+    c.fillText(error < certain ? `≤ ${lengthLabel(certain)}` : lengthLabel(error), this.width - 6, this.height / 2, 78);
+  }
+
+  /** Whose curves stand in the reference's strip. */
+  drawNames() {
+    const {context: c, plot, data} = this;
+    c.font = `bold 10.5px ${FONT}`;
+    c.textAlign = 'left';
+    c.textBaseline = 'middle';
+    const names = [...new Map(data.panels.filter((p) => !p.reference).map((p) => [p.name + p.color, p])).values()];
+    const lines = Math.max(1, Math.floor((this.height - 2) / 11));
+    let x = plot.x + plot.width + 8;
+    let column = 0;
+    names.forEach((panel, i) => {
+      if (i > 0 && i % lines === 0) { x += column + 6; column = 0; }
+      const width = c.measureText(panel.name).width;
+      if (x + width > this.width) return;
+      column = Math.max(column, width);
+      c.fillStyle = panel.color;
+      c.fillText(panel.name, x, (i % lines + 0.5) * this.height / lines);
+    });
+  }
+}

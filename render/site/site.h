@@ -1,0 +1,34 @@
+#pragma once
+/// Scenes as a folder of pages for a web server.
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "render/video/comparison.h"
+
+namespace substep {
+
+struct SiteSettings {
+  std::vector<std::filesystem::path> scenes;
+  std::filesystem::path folder;
+  std::string title = "Scenes";
+  bool films = false;  ///< besides players; minutes each
+  double frame_rate = 30;
+  double speed = 1;
+  /// What is compared in a scene. Throws Error.
+  std::function<ComparisonSettings(const Scene&)> comparison;
+  /// Called with what is being done and its share done; may be empty.
+  std::function<void(std::string_view stage, double share)> progress;
+  /// Called with each scene that could not be shown, and why; may be empty.
+  std::function<void(const std::filesystem::path& scene, std::string_view why)> failure;
+};
+
+/// Writes a folder for each scene with its page, player and poster, and an index of those that could be
+/// shown; returns how many. A scene's folder is there whole or not at all. Throws Error where two scenes have
+/// one name, or `folder` holds anything but an earlier site.
+int make_site(const SiteSettings& settings);
+
+}  // namespace substep
