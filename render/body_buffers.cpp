@@ -29,6 +29,38 @@ const void* offset(std::size_t bytes) {
   return reinterpret_cast<const void*>(bytes);
 }
 
+/// Where a program's body stands, and its code as a colour.
+class Placement {
+ public:
+  explicit Placement(GLuint program)
+      : clip_from_body_(glGetUniformLocation(program, "clip_from_body")),
+        world_from_body_(glGetUniformLocation(program, "world_from_body")),
+        color_(glGetUniformLocation(program, "color")) {}
+
+  void set(std::size_t body, const glm::dmat4& clip_from_world, const Coordinates& q) const {
+    const glm::dmat4 world = matrix(q);
+    glUniformMatrix4fv(clip_from_body_, 1, GL_FALSE, glm::value_ptr(glm::mat4(clip_from_world * world)));
+    if (world_from_body_ >= 0) {
+      glUniformMatrix4fv(world_from_body_, 1, GL_FALSE, glm::value_ptr(glm::mat4(world)));
+    }
+    if (color_ >= 0) {
+      const std::size_t code = body + 1;
+      glUniform3f(color_, static_cast<float>(code & 0xff) / 255, static_cast<float>(code >> 8 & 0xff) / 255,
+                  static_cast<float>(code >> 16 & 0xff) / 255);
+    }
+  }
+
+ private:
+  GLint clip_from_body_;
+  GLint world_from_body_;
+  GLint color_;
+};
+
+void draw_indices(std::size_t begin, std::size_t end) {
+  glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(end - begin), GL_UNSIGNED_INT,
+                 offset(begin * sizeof(std::uint32_t)));
+}
+
 }  // namespace
 
 bool is_drawable(const Coordinates& q) {
@@ -42,7 +74,8 @@ BodyBuffers::BodyBuffers(const BodyMesh& mesh) {
   glBindVertexArray(array);
   buffers = {
       buffer_of(GL_ARRAY_BUFFER, mesh.vertices.data(), mesh.vertices.size() * sizeof(Vertex)),
-      buffer_of(GL_ELEMENT_ARRAY_BUFFER, mesh.indices.data(), mesh.indices.size() * sizeof(std::uint32_t))};
+      buffer_of(GL_ELEMENT_ARRAY_BUFFER, mesh.indices.data(), mesh.indices.size() * sizeof(std::uint32_t)),
+      0};
   const auto attribute = [](GLuint index, GLint count, std::size_t from) {
     glEnableVertexAttribArray(index);
     glVertexAttribPointer(index, count, GL_FLOAT, GL_FALSE, sizeof(Vertex), offset(from));
@@ -51,36 +84,46 @@ BodyBuffers::BodyBuffers(const BodyMesh& mesh) {
   attribute(1, 3, offsetof(Vertex, normal));
   attribute(2, 3, offsetof(Vertex, color));
   attribute(3, 2, offsetof(Vertex, metallic));
+  if (mesh.looks.empty()) return;
+  buffers[2] = buffer_of(GL_ARRAY_BUFFER, mesh.looks.data(), mesh.looks.size() * sizeof(LookVertex));
+  const auto look = [](GLuint index, GLint count, std::size_t from) {
+    glEnableVertexAttribArray(index);
+    glVertexAttribPointer(index, count, GL_FLOAT, GL_FALSE, sizeof(LookVertex), offset(from));
+  };
+  look(4, 4, offsetof(LookVertex, coordinates));
+  look(5, 4, offsetof(LookVertex, color));
+  look(6, 4, offsetof(LookVertex, tangent));
+  look(7, 2, offsetof(LookVertex, density));
 }
 
 void BodyBuffers::draw(const BodyMesh& mesh, GLuint program, const glm::dmat4& clip_from_world,
                        std::span<const Coordinates> poses) const {
   glUseProgram(program);
   glBindVertexArray(array);
-  const GLint clip_from_body = glGetUniformLocation(program, "clip_from_body");
-  const GLint world_from_body = glGetUniformLocation(program, "world_from_body");
-  const GLint color = glGetUniformLocation(program, "color");
+  const Placement placement(program);
   for (std::size_t i = 0; i + 1 < mesh.begin.size(); ++i) {
-    const std::size_t count = mesh.begin[i + 1] - mesh.begin[i];
-    if (count == 0 || !is_drawable(poses[i])) continue;
-    const glm::dmat4 world = matrix(poses[i]);
-    glUniformMatrix4fv(clip_from_body, 1, GL_FALSE, glm::value_ptr(glm::mat4(clip_from_world * world)));
-    if (world_from_body >= 0) {
-      glUniformMatrix4fv(world_from_body, 1, GL_FALSE, glm::value_ptr(glm::mat4(world)));
-    }
-    if (color >= 0) {
-      const std::size_t code = i + 1;
-      glUniform3f(color, static_cast<float>(code & 0xff) / 255, static_cast<float>(code >> 8 & 0xff) / 255,
-                  static_cast<float>(code >> 16 & 0xff) / 255);
-    }
-    glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(count), GL_UNSIGNED_INT,
-                   offset(mesh.begin[i] * sizeof(std::uint32_t)));
+    if (mesh.begin[i + 1] == mesh.begin[i] || !is_drawable(poses[i])) continue;
+    placement.set(i, clip_from_world, poses[i]);
+    draw_indices(mesh.begin[i], mesh.begin[i + 1]);
+  }
+}
+
+void BodyBuffers::draw_pieces(const BodyMesh& mesh, GLuint program, const glm::dmat4& clip_from_world,
+                              std::span<const Coordinates> poses,
+                              const std::function<bool(const Piece&)>& shows) const {
+  glUseProgram(program);
+  glBindVertexArray(array);
+  const Placement placement(program);
+  for (const Piece& piece : mesh.pieces) {
+    if (!is_drawable(poses[piece.body]) || !shows(piece)) continue;
+    placement.set(piece.body, clip_from_world, poses[piece.body]);
+    draw_indices(piece.begin, piece.end);
   }
 }
 
 void BodyBuffers::end() const {
   glDeleteVertexArrays(1, &array);
-  glDeleteBuffers(2, buffers.data());
+  glDeleteBuffers(static_cast<GLsizei>(buffers.size()), buffers.data());
 }
 
 }  // namespace substep

@@ -2,6 +2,7 @@
 /// The bodies' triangles on the device, and drawing them at poses.
 
 #include <array>
+#include <functional>
 #include <glm/mat4x4.hpp>
 #include <span>
 
@@ -16,7 +17,7 @@ bool is_drawable(const Coordinates& q);
 /// OpenGL's names are given back by end(), while their context is current.
 struct BodyBuffers {
   GLuint array = 0;
-  std::array<GLuint, 2> buffers{};
+  std::array<GLuint, 3> buffers{};  ///< vertices, indices, looks
 
   BodyBuffers() = default;
   explicit BodyBuffers(const BodyMesh& mesh);
@@ -25,6 +26,10 @@ struct BodyBuffers {
   /// has. `mesh` is what was uploaded.
   void draw(const BodyMesh& mesh, GLuint program, const glm::dmat4& clip_from_world,
             std::span<const Coordinates> poses) const;
+
+  /// Draws the pieces that `shows` is true of, after it has set what their surfaces need.
+  void draw_pieces(const BodyMesh& mesh, GLuint program, const glm::dmat4& clip_from_world,
+                   std::span<const Coordinates> poses, const std::function<bool(const Piece&)>& shows) const;
 
   void end() const;
 };

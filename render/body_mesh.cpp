@@ -34,11 +34,15 @@ Surface default_surface(int body) {
 
 class Gatherer {
  public:
-  explicit Gatherer(BodyMesh& mesh) : mesh_(mesh) {}
+  Gatherer(BodyMesh& mesh, bool with_looks) : mesh_(mesh), with_looks_(with_looks) {}
+
+  bool with_looks() const { return with_looks_; }
+  const Surface& surface() const { return surface_; }
 
   void start_part(int body, const Surface& surface) {
     surface_ = surface;
     first_ = mesh_.vertices.size();
+    first_index_ = mesh_.indices.size();
     body_ = body;
   }
 
@@ -68,8 +72,19 @@ class Gatherer {
     mesh_.indices.insert(mesh_.indices.end(), {a, b, c});
   }
 
+  /// Of the vertices that follow.
+  void add_looks(const std::vector<LookVertex>& looks) {
+    mesh_.looks.insert(mesh_.looks.end(), looks.begin(), looks.end());
+  }
+
   void end_part() {
     if (mesh_.vertices.size() == first_) return;
+    if (with_looks_) {
+      mesh_.looks.resize(mesh_.vertices.size());
+      mesh_.pieces.push_back(
+          {static_cast<std::size_t>(body_), first_index_, mesh_.indices.size(), mesh_.surfaces.size()});
+      mesh_.surfaces.push_back(surface_);
+    }
     Part part;
     part.body = body_;
     part.low = Vector3::Constant(std::numeric_limits<double>::infinity());
@@ -84,8 +99,10 @@ class Gatherer {
 
  private:
   BodyMesh& mesh_;
+  bool with_looks_;
   Surface surface_;
   std::size_t first_ = 0;
+  std::size_t first_index_ = 0;
   int body_ = world_body;
 };
 
@@ -102,12 +119,19 @@ void add_visual(Gatherer& gatherer, const Scene& scene, const Visual& visual) {
                           ? scene.surfaces[static_cast<std::size_t>(mesh.surface)]
                           : default_surface(visual.body));
   std::uint32_t first = 0;
+  std::vector<Vector3> positions;
+  std::vector<Vector3> normals;
   for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
     const Vector3 normal = cofactors * mesh.normals[i];
     const double length = normal.norm();
-    const std::uint32_t index = gatherer.add_vertex(visual.linear * mesh.positions[i] + visual.translation,
-                                                    length > 0 ? Vector3(normal / length) : Vector3::UnitY());
+    positions.emplace_back(visual.linear * mesh.positions[i] + visual.translation);
+    normals.push_back(length > 0 ? Vector3(normal / length) : Vector3::UnitY());
+    const std::uint32_t index = gatherer.add_vertex(positions.back(), normals.back());
     if (i == 0) first = index;
+  }
+  if (gatherer.with_looks()) {
+    const int set = gatherer.surface().textures[Surface::normal_texture].coordinates;
+    gatherer.add_looks(look_vertices(mesh, visual.linear, positions, normals, set));
   }
   for (const Triangle& triangle : mesh.triangles) {
     gatherer.add_triangle(first + triangle[0], first + triangle[1], first + triangle[2]);
@@ -302,7 +326,7 @@ std::array<Vector3, 8> Part::corners() const {
 
 BodyMesh gather_body_mesh(const Scene& scene) {
   BodyMesh mesh;
-  Gatherer gatherer(mesh);
+  Gatherer gatherer(mesh, needs_looks(scene));
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const int body = static_cast<int>(i);
     mesh.begin.push_back(mesh.indices.size());

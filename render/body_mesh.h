@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "render/vertex_looks.h"
 #include "sim/model/state.h"
 #include "sim/scene/scene.h"
 
@@ -31,12 +32,25 @@ struct Part {
   std::array<Vector3, 8> corners() const;
 };
 
+/// What of a body has one surface: some of its indices.
+struct Piece {
+  std::size_t body = 0;
+  std::size_t begin = 0;
+  std::size_t end = 0;
+  std::size_t surface = 0;  ///< index into BodyMesh::surfaces
+};
+
 struct BodyMesh {
   std::vector<Vertex> vertices;
   std::vector<std::uint32_t> indices;
   /// Body i has the indices from begin[i] up to begin[i + 1].
   std::vector<std::size_t> begin;
   std::vector<Part> parts;
+  /// Where the scene needs more than vertices have, needs_looks(): of each vertex, and what is drawn with
+  /// which surface; else empty.
+  std::vector<LookVertex> looks;
+  std::vector<Piece> pieces;
+  std::vector<Surface> surfaces;
 };
 
 /// Whether the collider is a horizontal plane of the world.

@@ -7,9 +7,11 @@
 #include <utility>
 #include <vector>
 
+#include "render/frame_uniforms.h"
 #include "render/gl_program.h"
 #include "render/ground.h"
 #include "render/shaders.h"
+#include "render/units.h"
 #include "sim/math/rotation.h"
 
 namespace substep {
@@ -64,25 +66,20 @@ void Device::make_programs() {
   depth_program = make_program(shaders::depth_vertex(), shaders::depth_fragment());
   color_program = make_program(shaders::depth_vertex(), shaders::color_fragment());
   for (const GLuint program : {shading_program, ground_program, ground_depth_program, sky_program}) {
-    glUniformBlockBinding(program, glGetUniformBlockIndex(program, "Frame"), 0);
-    glUseProgram(program);
-    const auto set = [program](const char* name, GLint unit) {
-      glUniform1i(glGetUniformLocation(program, name), unit);
-    };
-    set("shadow_depth", shadow_depth_unit);
-    set("shadow_test", shadow_test_unit);
-    set("shadow_range", shadow_range_unit);
-    set("occlusion_map", occlusion_unit);
-    set("position_metallic", position_unit);
-    set("normal_roughness", normal_unit);
-    set("surface_color", color_unit);
+    set_frame_units(program);
   }
+}
+
+const SurfacePrograms& Device::surface_programs() {
+  if (!surface_programs_) surface_programs_ = std::make_unique<SurfacePrograms>();
+  return *surface_programs_;
 }
 
 void Device::make_samplers() {
   glBindSampler(shadow_depth_unit, sampler(GL_NEAREST, false));
   glBindSampler(shadow_test_unit, sampler(GL_LINEAR, true));
-  for (const GLuint unit : {shadow_range_unit, position_unit, normal_unit, color_unit}) {
+  for (const GLuint unit :
+       {shadow_range_unit, position_unit, normal_unit, color_unit, emission_unit, nearer_unit}) {
     glBindSampler(unit, sampler(GL_NEAREST, false));
   }
   const GLuint occlusion_sampler = sampler(GL_LINEAR, false);

@@ -10,20 +10,10 @@
 #include "render/context.h"
 #include "render/gl.h"
 #include "render/shadow_map.h"
+#include "render/surface_programs.h"
 #include "render/targets.h"
 
 namespace substep {
-
-/// Texture units.
-enum Unit : GLint {
-  shadow_depth_unit,
-  shadow_test_unit,
-  shadow_range_unit,
-  occlusion_unit,
-  position_unit,
-  normal_unit,
-  color_unit
-};
 
 struct Device {
   static constexpr int disc_corners = 64;
@@ -46,7 +36,12 @@ struct Device {
   GLuint occlusion = 0;     ///< texture, Relief::size²
   std::unique_ptr<ShadowMap> shadow;
 
+  /// Compiled when first asked for: most scenes need none of them.
+  const SurfacePrograms& surface_programs();
+
  private:
+  std::unique_ptr<SurfacePrograms> surface_programs_;
+
   void make_programs();
   void make_samplers();
   void make_disc();

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "render/units.h"
 #include "sim/math/rotation.h"
 
 namespace substep {
@@ -26,8 +27,25 @@ std::array<glm::vec4, 32> disc_points() {
 
 }  // namespace
 
+void set_frame_units(GLuint program) {
+  glUniformBlockBinding(program, glGetUniformBlockIndex(program, "Frame"), 0);
+  glUseProgram(program);
+  const auto set = [program](const char* name, GLint unit) {
+    glUniform1i(glGetUniformLocation(program, name), unit);
+  };
+  set("shadow_depth", shadow_depth_unit);
+  set("shadow_test", shadow_test_unit);
+  set("shadow_range", shadow_range_unit);
+  set("occlusion_map", occlusion_unit);
+  set("position_metallic", position_unit);
+  set("normal_roughness", normal_unit);
+  set("surface_color", color_unit);
+}
+
 glm::dvec3 set_light(FrameUniforms& frame, const Scene& scene, double ground) {
-  const Sun sun = scene.sun.value_or(Sun{{-0.55, -1, -0.45}, {1, 0.95, 0.88}, 3});
+  // Where a file has other lights, it is they that it is meant to be seen by.
+  const double illuminance = scene.lights.empty() ? 3 : 0;
+  const Sun sun = scene.sun.value_or(Sun{{-0.55, -1, -0.45}, {1, 0.95, 0.88}, illuminance});
   const double length = sun.direction.norm();
   glm::dvec3 ray{0, -1, 0};
   if (length > 0 && std::isfinite(length)) {

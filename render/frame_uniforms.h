@@ -7,6 +7,7 @@
 #include <glm/vec4.hpp>
 
 #include "render/camera.h"
+#include "render/gl.h"
 #include "render/renderer.h"
 #include "sim/scene/scene.h"
 
@@ -31,6 +32,9 @@ struct FrameUniforms {
   glm::vec4 occlusion;
   std::array<glm::vec4, 32> taps;
 };
+
+/// Tells a program with the block Frame where that is and which texture units it reads.
+void set_frame_units(GLuint program);
 
 /// Sun, sky and ground at this height; the direction of the sun's rays.
 glm::dvec3 set_light(FrameUniforms& frame, const Scene& scene, double ground);

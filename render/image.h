@@ -35,4 +35,15 @@ void write_png(const Image& image, const std::filesystem::path& file);  ///< who
 Image from_png(std::string_view bytes, const std::string& name);
 Image read_png(const std::filesystem::path& file);
 
+/// A PNG's or JPEG's pixels with alpha, 4 bytes each as they are encoded, rows from the top.
+struct Texels {
+  int width = 0;
+  int height = 0;
+  std::vector<std::uint8_t> rgba;
+};
+/// Throws Error, which calls it `name`, where it is no whole picture or has more than `longest_texture`
+/// pixels a side.
+Texels decode_texels(std::string_view bytes, const std::string& name);
+inline constexpr int longest_texture = 8192;
+
 }  // namespace substep

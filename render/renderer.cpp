@@ -18,7 +18,10 @@
 #include "render/ground.h"
 #include "render/resolve.h"
 #include "render/shadow_map.h"
+#include "render/surface_programs.h"
+#include "render/surface_textures.h"
 #include "render/targets.h"
+#include "render/units.h"
 #include "sim/error.h"
 #include "sim/math/floating_point.h"
 
@@ -41,6 +44,10 @@ struct Renderer::Implementation {
   Target samples;  ///< four a pixel if anti-aliased
   Surfaces surfaces;
   Target picture;
+  // Where surfaces have more than a colour:
+  const SurfacePrograms* programs = nullptr;
+  SurfaceTextures textures;
+  Layers layers;  ///< where light passes through some
 
   Implementation(const Scene& scene, const RenderSettings& wanted,
                  std::span<const std::vector<Coordinates>> reference);
@@ -55,6 +62,14 @@ struct Renderer::Implementation {
   void draw_relief(std::span<const Coordinates> poses, double low_x, double low_z, double high,
                    Relief& relief);
   void draw_ground(GLuint program);
+  void draw_pieces(GLuint program, const glm::dmat4& clip, std::span<const Coordinates> poses,
+                   Surface::Opacity opacity);
+  void draw_solid(GLuint program, const glm::dmat4& clip, std::span<const Coordinates> poses);
+  void draw_surfaces(std::span<const Coordinates> poses);
+  void light_surfaces(GLuint framebuffer);
+  bool has(Surface::Opacity opacity) const;
+  bool draw_layer(std::span<const Coordinates> poses, std::size_t index);
+  void draw_layers(Image& image, std::span<const Coordinates> poses);
   Image draw(std::span<const Coordinates> poses);
   Image draw_colors(std::span<const Coordinates> poses);
 };
@@ -96,12 +111,18 @@ Renderer::Implementation::Implementation(const Scene& scene, const RenderSetting
 
   const Context::Current current(device->context);
   bodies = BodyBuffers(mesh);
+  if (!mesh.looks.empty()) {
+    programs = &device->surface_programs();
+    textures = SurfaceTextures(scene, mesh.surfaces);
+    programs->set_lights(scene, mesh.parts);
+  }
   ray = set_light(frame, scene, ground);
   focus = std::max(nearest, 0.1);
   clip_from_world = set_view(frame, view, settings, focus);
   const int scale = settings.antialiasing ? 2 : 1;
   samples = Target(settings.width * scale, settings.height * scale);
-  surfaces = Surfaces(samples);
+  surfaces = Surfaces(samples, programs != nullptr);
+  if (has(Surface::Opacity::blended)) layers = Layers(samples, surfaces);
   picture = Target(settings.width, settings.height);
   if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
     throw Error("software OpenGL reports error " + std::to_string(error) +
@@ -116,6 +137,8 @@ Renderer::Implementation::~Implementation() {
     surfaces.end();
     picture.end();
     bodies.end();
+    textures.end();
+    layers.end();
   }
   give_back(std::move(device));
 }
@@ -143,7 +166,7 @@ void Renderer::Implementation::fit_shadow(std::span<const Coordinates> poses) {
   if (!settings.shadows) return;
   device->shadow->start();
   glEnable(GL_DEPTH_CLAMP);
-  bodies.draw(mesh, device->depth_program, sun.clip_from_world, poses);
+  draw_solid(device->depth_program, sun.clip_from_world, poses);
   glDisable(GL_DEPTH_CLAMP);
   device->shadow->finish();
 }
@@ -188,7 +211,7 @@ void Renderer::Implementation::draw_relief(std::span<const Coordinates> poses, d
     clip[1][2] = (from_below ? 2 : -2) / high;
     clip[3] = {-1 - low_x * clip[0][0], -1 - low_z * clip[2][1], (from_below ? -1 : 1) - ground * clip[1][2],
                1};
-    bodies.draw(mesh, device->depth_program, clip, poses);
+    draw_solid(device->depth_program, clip, poses);
     glReadPixels(0, 0, Relief::size, Relief::size, GL_DEPTH_COMPONENT, GL_FLOAT, depths.data());
     for (std::size_t i = 0; i < depths.size(); ++i) {
       const bool is_there = depths[i] < 1;
@@ -213,6 +236,101 @@ void Renderer::Implementation::draw_ground(GLuint program) {
   glDisable(GL_POLYGON_OFFSET_FILL);
 }
 
+bool Renderer::Implementation::has(Surface::Opacity opacity) const {
+  return std::ranges::any_of(mesh.surfaces,
+                             [&](const Surface& surface) { return surface.opacity == opacity; });
+}
+
+void Renderer::Implementation::draw_pieces(GLuint program, const glm::dmat4& clip,
+                                           std::span<const Coordinates> poses, Surface::Opacity opacity) {
+  const bool has_textures = program == programs->body || program == programs->cut;
+  bodies.draw_pieces(mesh, program, clip, poses, [&](const Piece& piece) {
+    const Surface& surface = mesh.surfaces[piece.surface];
+    if (surface.opacity != opacity) return false;
+    if (has_textures) programs->set_surface(program, surface, textures, piece.surface);
+    return true;
+  });
+}
+
+/// Depth or colour alone of all that light does not pass through.
+void Renderer::Implementation::draw_solid(GLuint program, const glm::dmat4& clip,
+                                          std::span<const Coordinates> poses) {
+  if (programs == nullptr) {
+    bodies.draw(mesh, program, clip, poses);
+    return;
+  }
+  draw_pieces(program, clip, poses, Surface::Opacity::opaque);
+  if (has(Surface::Opacity::cut)) draw_pieces(programs->cut, clip, poses, Surface::Opacity::cut);
+}
+
+void Renderer::Implementation::draw_surfaces(std::span<const Coordinates> poses) {
+  if (programs == nullptr) {
+    bodies.draw(mesh, device->body_program, clip_from_world, poses);
+    return;
+  }
+  programs->set_sight(sight_of(view, samples.height), false);
+  draw_pieces(programs->body, clip_from_world, poses, Surface::Opacity::opaque);
+  draw_pieces(programs->body, clip_from_world, poses, Surface::Opacity::cut);
+}
+
+/// The light on what was drawn last, where its stencil says so; reads the samples.
+void Renderer::Implementation::light_surfaces(GLuint framebuffer) {
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+  glStencilFunc(GL_EQUAL, 1, 0xff);
+  glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
+  glDisable(GL_DEPTH_TEST);
+  glUseProgram(programs == nullptr ? device->shading_program : programs->shading);
+  glBindVertexArray(device->nothing);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  glDisable(GL_STENCIL_TEST);
+  samples.read();
+}
+
+/// The nearest surfaces that light passes through, from the second layer on those behind the one before.
+/// False where there are none.
+bool Renderer::Implementation::draw_layer(std::span<const Coordinates> poses, std::size_t index) {
+  const std::size_t turn = index % 2;
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, samples.framebuffer);
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, layers.surfaces[turn]);
+  glBlitFramebuffer(0, 0, samples.width, samples.height, 0, 0, samples.width, samples.height,
+                    GL_DEPTH_BUFFER_BIT, GL_NEAREST);
+  glBindFramebuffer(GL_FRAMEBUFFER, layers.surfaces[turn]);
+  glClear(GL_STENCIL_BUFFER_BIT);
+  glEnable(GL_DEPTH_TEST);
+  glEnable(GL_STENCIL_TEST);
+  glStencilFunc(GL_ALWAYS, 1, 0xff);
+  glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
+  glActiveTexture(GL_TEXTURE0 + nearer_unit);
+  glBindTexture(GL_TEXTURE_2D, layers.depths[1 - turn]);
+  programs->set_sight(sight_of(view, samples.height), index > 0);
+  GLuint query = 0;
+  glGenQueries(1, &query);
+  glBeginQuery(GL_SAMPLES_PASSED, query);
+  draw_pieces(programs->body, clip_from_world, poses, Surface::Opacity::blended);
+  glEndQuery(GL_SAMPLES_PASSED);
+  GLuint drawn = 0;
+  glGetQueryObjectuiv(query, GL_QUERY_RESULT, &drawn);
+  glDeleteQueries(1, &query);
+  if (drawn == 0) {
+    glDisable(GL_STENCIL_TEST);
+    return false;
+  }
+  glBindFramebuffer(GL_FRAMEBUFFER, layers.lit[turn]);
+  glClear(GL_COLOR_BUFFER_BIT);
+  light_surfaces(layers.lit[turn]);
+  return true;
+}
+
+/// What light passes through, over all else: the nearest layers, and they from back to front.
+void Renderer::Implementation::draw_layers(Image& image, std::span<const Coordinates> poses) {
+  constexpr std::size_t most = 8;
+  Veiled result = veiled(samples.pixels);
+  std::vector<std::vector<std::uint8_t>> drawn;
+  while (drawn.size() < most && draw_layer(poses, drawn.size())) drawn.push_back(samples.pixels);
+  for (auto layer = drawn.rbegin(); layer != drawn.rend(); ++layer) lay_over(result, *layer);
+  cover(image, result, settings.antialiasing ? 2 : 1);
+}
+
 Image Renderer::Implementation::draw(std::span<const Coordinates> poses) {
   const Context::Current current(device->context);
   glEnable(GL_DEPTH_TEST);
@@ -232,11 +350,12 @@ Image Renderer::Implementation::draw(std::span<const Coordinates> poses) {
   bind(position_unit, surfaces.textures[0]);
   bind(normal_unit, surfaces.textures[1]);
   bind(color_unit, surfaces.textures[2]);
+  bind(emission_unit, surfaces.textures[3]);
   bind(shadow_depth_unit, device->shadow->depth());
 
   // Ground and sky are smooth in themselves: one sample a pixel is enough, and they are most of the picture.
   picture.start();
-  draw_ground(device->ground_program);
+  draw_ground(programs == nullptr ? device->ground_program : programs->ground);
   glUseProgram(device->sky_program);
   glBindVertexArray(device->nothing);
   glDrawArrays(GL_TRIANGLES, 0, 3);
@@ -252,18 +371,13 @@ Image Renderer::Implementation::draw(std::span<const Coordinates> poses) {
   glEnable(GL_STENCIL_TEST);
   glStencilFunc(GL_ALWAYS, 1, 0xff);
   glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
-  bodies.draw(mesh, device->body_program, clip_from_world, poses);
-  // Then the light on them.
-  glBindFramebuffer(GL_FRAMEBUFFER, samples.framebuffer);
-  glStencilFunc(GL_EQUAL, 1, 0xff);
-  glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
-  glDisable(GL_DEPTH_TEST);
-  glUseProgram(device->shading_program);
-  glBindVertexArray(device->nothing);
-  glDrawArrays(GL_TRIANGLES, 0, 3);
-  glDisable(GL_STENCIL_TEST);
-  samples.read();
-  cover(image, samples.pixels, settings.antialiasing ? 2 : 1);
+  draw_surfaces(poses);
+  light_surfaces(samples.framebuffer);
+  if (has(Surface::Opacity::blended)) {
+    draw_layers(image, poses);
+  } else {
+    cover(image, samples.pixels, settings.antialiasing ? 2 : 1);
+  }
   return image;
 }
 
@@ -272,7 +386,10 @@ Image Renderer::Implementation::draw_colors(std::span<const Coordinates> poses) 
   glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_LEQUAL);
   picture.start();
-  bodies.draw(mesh, device->color_program, clip_from_world, poses);
+  draw_solid(device->color_program, clip_from_world, poses);
+  if (has(Surface::Opacity::blended)) {
+    draw_pieces(device->color_program, clip_from_world, poses, Surface::Opacity::blended);
+  }
   // The ground is the world's.
   glUseProgram(device->color_program);
   glm::dmat4 place(1);

@@ -44,20 +44,70 @@ const Tables& tables() {
 }
 
 /// Samples' light and how much of the pixel they cover, both times their weights.
+template <typename Number>
 struct Weighted {
-  std::array<int, 3> light{};
-  int drawn = 0;
+  std::array<Number, 3> light{};
+  Number drawn = 0;
 };
 
 /// A row of samples, each added to its column.
-void add_row(std::vector<Weighted>& columns, const std::uint8_t* sample, int weight) {
+void add_row(std::vector<Weighted<int>>& columns, std::span<const std::uint8_t> rgba, std::size_t first,
+             int weight) {
   const Tables& table = tables();
-  for (Weighted& column : columns) {
+  const std::uint8_t* sample = &rgba[first * 4];
+  for (Weighted<int>& column : columns) {
     if (sample[3] != 0) {
       column.drawn += weight;
       for (std::size_t c = 0; c < 3; ++c) column.light[c] += weight * table.linear[sample[c]];
     }
     sample += 4;
+  }
+}
+
+void add_row(std::vector<Weighted<std::int64_t>>& columns, const Veiled& veiled, std::size_t first,
+             int weight) {
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const auto& sample = veiled[first + i];
+    columns[i].drawn += weight * sample[3];
+    for (std::size_t c = 0; c < 3; ++c) columns[i].light[c] += weight * sample[c];
+  }
+}
+
+/// `covered` is what a sample that is wholly covered counts.
+template <typename Number, typename Samples>
+void cover_with(Image& image, const Samples& given, int samples, Number covered) {
+  const auto width = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(samples);
+  const int height = image.height * samples;
+  // Two samples each way alone give an edge that is nearly upright two steps a pixel; with the neighbours'
+  // nearest ones, which count a third, it has four.
+  constexpr std::array<int, 4> weights{1, 3, 3, 1};
+  const int reach = samples == 1 ? 0 : 1;
+  const Number one = (samples == 1 ? 9 : 64) * covered;
+  std::vector<Weighted<Number>> columns(width);
+  for (int y = 0; y < image.height; ++y) {
+    std::ranges::fill(columns, Weighted<Number>{});
+    for (int row = -reach; row < samples + reach; ++row) {
+      const int v = std::clamp((image.height - 1 - y) * samples + row, 0, height - 1);
+      add_row(columns, given, static_cast<std::size_t>(v) * width,
+              weights[static_cast<std::size_t>(row + 1)]);
+    }
+    std::uint8_t* to = image.pixel(0, y);
+    for (int x = 0; x < image.width; ++x, to += 3) {
+      Weighted<Number> sum;
+      for (int i = -reach; i < samples + reach; ++i) {
+        const Weighted<Number>& column =
+            columns[static_cast<std::size_t>(std::clamp(x * samples + i, 0, static_cast<int>(width) - 1))];
+        if (column.drawn == 0) continue;
+        const int weight = weights[static_cast<std::size_t>(i + 1)];
+        sum.drawn += weight * column.drawn;
+        for (std::size_t c = 0; c < 3; ++c) sum.light[c] += weight * column.light[c];
+      }
+      if (sum.drawn == 0) continue;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const Number light = sum.light[c] * covered + (one - sum.drawn) * tables().linear[to[c]];
+        to[c] = tables().encoded[static_cast<std::size_t>((light + one / 2) / one)];
+      }
+    }
   }
 }
 
@@ -74,39 +124,40 @@ Image top_down(std::span<const std::uint8_t> rgba, int width, int height) {
 }
 
 void cover(Image& image, std::span<const std::uint8_t> rgba, int samples) {
-  const auto width = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(samples);
-  const int height = image.height * samples;
-  // Two samples each way alone give an edge that is nearly upright two steps a pixel; with the neighbours'
-  // nearest ones, which count a third, it has four.
-  constexpr std::array<int, 4> weights{1, 3, 3, 1};
-  const int reach = samples == 1 ? 0 : 1;
-  const int one = samples == 1 ? 9 : 64;
-  std::vector<Weighted> columns(width);
-  for (int y = 0; y < image.height; ++y) {
-    std::ranges::fill(columns, Weighted{});
-    for (int row = -reach; row < samples + reach; ++row) {
-      const int v = std::clamp((image.height - 1 - y) * samples + row, 0, height - 1);
-      add_row(columns, &rgba[static_cast<std::size_t>(v) * width * 4],
-              weights[static_cast<std::size_t>(row + 1)]);
-    }
-    std::uint8_t* to = image.pixel(0, y);
-    for (int x = 0; x < image.width; ++x, to += 3) {
-      Weighted sum;
-      for (int i = -reach; i < samples + reach; ++i) {
-        const Weighted& column =
-            columns[static_cast<std::size_t>(std::clamp(x * samples + i, 0, static_cast<int>(width) - 1))];
-        if (column.drawn == 0) continue;
-        const int weight = weights[static_cast<std::size_t>(i + 1)];
-        sum.drawn += weight * column.drawn;
-        for (std::size_t c = 0; c < 3; ++c) sum.light[c] += weight * column.light[c];
-      }
-      if (sum.drawn == 0) continue;
-      for (std::size_t c = 0; c < 3; ++c) {
-        const int light = sum.light[c] + (one - sum.drawn) * tables().linear[to[c]];
-        to[c] = tables().encoded[static_cast<std::size_t>((light + one / 2) / one)];
-      }
+  cover_with<int>(image, rgba, samples, 1);
+}
+
+std::uint16_t linear_light(std::uint8_t code) {
+  return tables().linear[code];
+}
+
+Veiled veiled(std::span<const std::uint8_t> rgba) {
+  Veiled result(rgba.size() / 4);
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    const std::uint8_t* const sample = &rgba[4 * i];
+    if (sample[3] == 0) continue;
+    for (std::size_t c = 0; c < 3; ++c) result[i][c] = tables().linear[sample[c]];
+    result[i][3] = linear_one;
+  }
+  return result;
+}
+
+void lay_over(Veiled& samples, std::span<const std::uint8_t> rgba) {
+  constexpr int opaque = 255;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const std::uint8_t* const layer = &rgba[4 * i];
+    const int alpha = layer[3];
+    if (alpha == 0) continue;
+    for (std::size_t c = 0; c < 4; ++c) {
+      const int over = c < 3 ? tables().linear[layer[c]] : linear_one;
+      const int sum = over * alpha + samples[i][c] * (opaque - alpha);
+      samples[i][c] = static_cast<std::uint16_t>((sum + opaque / 2) / opaque);
     }
   }
+}
+
+void cover(Image& image, const Veiled& veiled, int samples) {
+  cover_with<std::int64_t>(image, veiled, samples, linear_one);
 }
 
 }  // namespace substep

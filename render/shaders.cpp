@@ -115,66 +115,67 @@ float openness(vec3 position, vec2 cells) {
   return textureLod(occlusion_map, place, 0.0).r;
 }
 
-/// Filmic curve (Narkowicz 2015, fitted to the ACES reference), then sRGB's code by roots alone; the fit of
-/// the roots is within 0.41 of an 8-bit code.
-vec3 display(vec3 radiance) {
-  vec3 x = radiance * 0.72;
-  vec3 y = clamp((x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0);
+/// sRGB's code by roots alone; their fit is within 0.41 of an 8-bit code.
+vec3 srgb(vec3 y) {
   vec3 r2 = sqrt(y);
   vec3 r4 = sqrt(r2);
   vec3 r8 = sqrt(r4);
   vec3 curve = 0.130942 * y - 0.092702 * r2 + 2.271373 * r4 - 1.590231 * r8 + 0.282206;
   return mix(curve, 12.92 * y, vec3(lessThan(y, vec3(0.0031308))));
 }
-)";
 
-}  // namespace
-
-std::string body_vertex() {
-  return R"(
-layout(location = 0) in vec3 position;
-layout(location = 1) in vec3 normal;
-layout(location = 2) in vec3 color;
-layout(location = 3) in vec2 finish;
-uniform mat4 clip_from_body;
-uniform mat4 world_from_body;
-out vec3 world_position;
-out vec3 world_normal;
-out vec3 base_color;
-out vec2 metallic_roughness;
-void main() {
-  gl_Position = clip_from_body * vec4(position, 1.0);
-  world_position = (world_from_body * vec4(position, 1.0)).xyz;
-  world_normal = mat3(world_from_body) * normal;
-  base_color = color;
-  metallic_roughness = finish;
+/// Filmic curve (Narkowicz 2015, fitted to the ACES reference), as a code.
+vec3 display(vec3 radiance) {
+  vec3 x = radiance * 0.72;
+  return srgb(clamp((x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0));
 }
 )";
-}
 
-std::string body_fragment() {
-  return R"(
-in vec3 world_position;
-in vec3 world_normal;
-in vec3 base_color;
-in vec2 metallic_roughness;
-layout(location = 0) out vec4 position_metallic;
-layout(location = 1) out vec4 normal_roughness;
-layout(location = 2) out vec4 surface_color;
-void main() {
-  position_metallic = vec4(world_position, metallic_roughness.x);
-  normal_roughness = vec4(gl_FrontFacing ? world_normal : -world_normal, metallic_roughness.y);
-  surface_color = vec4(base_color, 1.0);
+/// The lights beside the sun.
+const std::string lamps = R"(
+uniform int light_count;
+uniform vec4 light_places[16];  // w: 1; or the direction towards a light infinitely far, and 0
+uniform vec4 light_axes[16];    // against the direction a spot shines in; w: 1 / range²
+uniform vec4 light_cones[16];   // x, y: of the cosine between the axis and the way to the light
+uniform vec4 light_colors[16];
+
+/// Radiance at `position` of a white surface that faces the light, which lies along unit `towards`.
+vec3 lamp(int i, vec3 position, out vec3 towards) {
+  vec3 way = light_places[i].xyz - light_places[i].w * position;
+  float distance2 = max(dot(way, way), 1e-8);
+  towards = way * (1.0 / sqrt(distance2));
+  float cone = clamp(dot(light_axes[i].xyz, towards) * light_cones[i].x + light_cones[i].y, 0.0, 1.0);
+  // Where the light's range ends it has faded to nothing, and nowhere before the last part of it.
+  float fading = max(1.0 - square(distance2 * light_axes[i].w), 0.0);
+  float strength = mix(1.0, fading / max(distance2, 1e-4), light_places[i].w) * square(cone);
+  return light_colors[i].rgb * strength;
 }
 )";
-}
 
-std::string shading_fragment() {
-  return frame + light + R"(
+/// With LOOKS, of surfaces that have more than a colour, and in all lights.
+const std::string shading = R"(
 uniform sampler2D position_metallic;
 uniform sampler2D normal_roughness;
 uniform sampler2D surface_color;
 out vec4 code;
+#ifdef LOOKS
+uniform sampler2D emission_alpha;
+#endif
+
+/// Radiance towards v of a surface in light from l of radiance 1 / cosine.
+/// GGX with the height-correlated Smith term as Hammon (2017) approximates it, Fresnel as Schlick does.
+vec3 scattered(vec3 n, vec3 v, vec3 l, float nl, float nv, vec3 facing, vec3 diffuse, float roughness) {
+  vec3 h = normalize(v + l);
+  float nh = max(dot(n, h), 0.0);
+  float vh = max(dot(v, h), 0.0);
+  float alpha = roughness * roughness;
+  float bell = nh * nh * (alpha * alpha - 1.0) + 1.0;
+  float distribution = alpha * alpha / (bell * bell);
+  float visibility = 0.5 / mix(2.0 * nl * nv, nl + nv, alpha);
+  float away = 1.0 - vh;
+  vec3 fresnel = facing + (1.0 - facing) * (square(square(away)) * away);
+  return diffuse * (1.0 - fresnel) + fresnel * (distribution * visibility);
+}
 
 void main() {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
@@ -185,26 +186,23 @@ void main() {
   vec3 n = normalize(facet.xyz);
   vec3 v = normalize(eye.xyz - world_position);
   vec3 l = to_sun.xyz;
-  vec3 h = normalize(v + l);
   float metallic = surface.w;
   float roughness = clamp(facet.w, 0.06, 1.0);
   float nl = max(dot(n, l), 0.0);
   float nv = max(dot(n, v), 1e-3);
-  float nh = max(dot(n, h), 0.0);
-  float vh = max(dot(v, h), 0.0);
-
-  // GGX with the height-correlated Smith term as Hammon (2017) approximates it, Fresnel as Schlick does.
-  float alpha = roughness * roughness;
-  float bell = nh * nh * (alpha * alpha - 1.0) + 1.0;
-  float distribution = alpha * alpha / (bell * bell);
-  float visibility = 0.5 / mix(2.0 * nl * nv, nl + nv, alpha);
   vec3 facing = mix(vec3(0.04), base_color, metallic);
-  float away = 1.0 - vh;
-  vec3 fresnel = facing + (1.0 - facing) * (square(square(away)) * away);
   vec3 diffuse = base_color * (1.0 - metallic);
   int start = int(eye.w) * (int(gl_FragCoord.x) % 2 + 2 * (int(gl_FragCoord.y) % 2));
   float lit = nl > 0.0 ? sunlight(world_position, n, 4, start) : 0.0;
-  vec3 radiance = (diffuse * (1.0 - fresnel) + fresnel * (distribution * visibility)) * sun.rgb * (nl * lit);
+  vec3 radiance = scattered(n, v, l, nl, nv, facing, diffuse, roughness) * sun.rgb * (nl * lit);
+#ifdef LOOKS
+  for (int i = 0; i < light_count; ++i) {
+    vec3 towards;
+    vec3 light = lamp(i, world_position, towards);
+    float facing_light = max(dot(n, towards), 0.0);
+    radiance += scattered(n, v, towards, facing_light, nv, facing, diffuse, roughness) * light * facing_light;
+  }
+#endif
 
   // The surroundings: sky above, ground below; by the ground, bodies take the sky from each other too.
   float height = max(world_position.y - ground_color.w, 0.0);
@@ -219,24 +217,20 @@ void main() {
   float smoothness = 1.0 - roughness;
   vec3 rim = facing + (max(vec3(smoothness), facing) - facing) * grazing;
   vec3 mirrored = surroundings(reflect(-v, n), roughness);
+#ifdef LOOKS
+  vec4 shine = texelFetch(emission_alpha, pixel, 0);
+  float crevice = texelFetch(surface_color, pixel, 0).a;
+  radiance += (diffuse * around * (1.0 - rim) + rim * mirrored * shade) * crevice + shine.rgb;
+  code = vec4(surface.w > 1.5 ? srgb(clamp(base_color, 0.0, 1.0)) : display(radiance), shine.a);
+#else
   radiance += diffuse * around * (1.0 - rim) + rim * mirrored * shade;
   code = vec4(display(radiance), 1.0);
+#endif
 }
 )";
-}
 
-std::string ground_vertex() {
-  return frame + R"(
-layout(location = 0) in vec3 position;  // of the unit disc
-void main() {
-  vec3 world = vec3(eye.x, ground_color.w, eye.z) + ground_reach.w * position;
-  gl_Position = clip_from_world * vec4(world, 1.0);
-}
-)";
-}
-
-std::string ground_fragment() {
-  return frame + light + R"(
+/// With LOOKS, in all lights.
+const std::string ground = R"(
 out vec4 code;
 
 /// Mean over a footprint of `width` around x of lines of half-width `half_line` at the integers.
@@ -285,6 +279,13 @@ void main() {
   float open = openness(position, vec2(0.0));
   vec3 sky = mix(zenith.rgb, horizon.rgb, 0.55);
   vec3 radiance = color * (sun.rgb * (max(to_sun.y, 0.0) * lit) + sky * open);
+#ifdef LOOKS
+  for (int i = 0; i < light_count; ++i) {
+    vec3 towards;
+    vec3 light = lamp(i, position, towards);
+    radiance += color * light * max(towards.y, 0.0);
+  }
+#endif
 
   vec3 away = position - eye.xyz;
   float distance = length(away);
@@ -294,6 +295,209 @@ void main() {
   code = vec4(display(mix(radiance, sky_light(level), fade)), 1.0);
 }
 )";
+
+}  // namespace
+
+std::string look_shading_fragment() {
+  return "#define LOOKS\n" + frame + light + lamps + shading;
+}
+
+std::string look_vertex() {
+  return R"(
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec3 normal;
+layout(location = 2) in vec3 color;
+layout(location = 3) in vec2 finish;
+layout(location = 4) in vec4 coordinates;
+layout(location = 5) in vec4 tint;
+layout(location = 6) in vec4 tangent;
+layout(location = 7) in vec2 density;
+uniform mat4 clip_from_body;
+uniform mat4 world_from_body;
+out vec3 world_position;
+out vec3 world_normal;
+out vec4 base_color;
+out vec2 metallic_roughness;
+out vec4 places;
+out vec4 world_tangent;
+out vec2 places_per_metre;
+void main() {
+  gl_Position = clip_from_body * vec4(position, 1.0);
+  world_position = (world_from_body * vec4(position, 1.0)).xyz;
+  world_normal = mat3(world_from_body) * normal;
+  base_color = vec4(color, 1.0) * tint;
+  metallic_roughness = finish;
+  places = coordinates;
+  world_tangent = vec4(mat3(world_from_body) * tangent.xyz, tangent.w);
+  places_per_metre = density;
+}
+)";
+}
+
+std::string look_fragment() {
+  return R"(
+in vec3 world_position;
+in vec3 world_normal;
+in vec4 base_color;
+in vec2 metallic_roughness;
+in vec4 places;
+in vec4 world_tangent;
+in vec2 places_per_metre;
+uniform vec4 sight;        // the eye; w: metres between samples a metre from it
+uniform vec4 turns[5];     // of coordinates, row by row, for each role
+uniform vec4 offsets[5];   // z: which set; w: texels in a unit of it
+uniform vec4 emission;     // w: 1 where the colour is the light
+uniform vec4 opacity;      // alpha, cut-off, 1 where blended, 1 where seen from behind too
+uniform vec2 strengths;    // of normals, of occlusion
+uniform sampler2D color_texture;
+uniform sampler2D finish_texture;
+uniform sampler2D normal_texture;
+uniform sampler2D occlusion_texture;
+uniform sampler2D emission_texture;
+uniform sampler2D nearer_depth;
+uniform float is_behind;   // 1: only what lies behind nearer_depth
+layout(location = 0) out vec4 position_metallic;
+layout(location = 1) out vec4 normal_roughness;
+layout(location = 2) out vec4 surface_color;
+layout(location = 3) out vec4 emission_alpha;
+
+/// The logarithm to base 2, by lines between the powers: exact on every machine, off by at most 0.09.
+float logarithm(float x) {
+  int bits = floatBitsToInt(max(x, 1e-20));
+  return float((bits >> 23) - 127) + intBitsToFloat((bits & 0x7fffff) | 0x3f800000) - 1.0;
+}
+
+/// `metres`: between samples on the surface.
+vec4 texel(sampler2D map, int role, float metres) {
+  vec2 place = offsets[role].z > 0.5 ? places.zw : places.xy;
+  float density = offsets[role].z > 0.5 ? places_per_metre.y : places_per_metre.x;
+  vec2 turned = vec2(dot(turns[role].xy, place), dot(turns[role].zw, place)) + offsets[role].xy;
+  return textureLod(map, turned, logarithm(density * offsets[role].w * metres));
+}
+
+void main() {
+  if (!gl_FrontFacing && opacity.w < 0.5) discard;
+  if (is_behind > 0.5 && gl_FragCoord.z <= texelFetch(nearer_depth, ivec2(gl_FragCoord.xy), 0).r) discard;
+  float side = gl_FrontFacing ? 1.0 : -1.0;
+  vec3 n = normalize(world_normal);
+  vec3 to_eye = sight.xyz - world_position;
+  float away = sqrt(dot(to_eye, to_eye));
+  float slant = max(abs(dot(n, to_eye)) / away, 0.05);
+  float metres = sight.w * away / sqrt(slant);
+
+  vec4 color = base_color * texel(color_texture, 0, metres);
+  float alpha = color.a * opacity.x;
+  if (alpha < opacity.y) discard;
+  vec4 finish = texel(finish_texture, 1, metres);
+  vec3 bump = (2.0 * texel(normal_texture, 2, metres).xyz - 1.0) * vec3(strengths.xx, 1.0);
+  vec3 t = world_tangent.xyz - n * dot(n, world_tangent.xyz);
+  t /= max(sqrt(dot(t, t)), 1e-6);
+  vec3 b = cross(n, t) * world_tangent.w;
+  position_metallic = vec4(world_position, emission.w > 0.5 ? 2.0 : metallic_roughness.x * finish.b);
+  normal_roughness = vec4(side * normalize(t * bump.x + b * bump.y + n * max(bump.z, 0.05)),
+                          metallic_roughness.y * finish.g);
+  surface_color =
+      vec4(color.rgb, 1.0 + strengths.y * (texel(occlusion_texture, 3, metres).r - 1.0));
+  emission_alpha = vec4(emission.rgb * texel(emission_texture, 4, metres).rgb,
+                        opacity.z > 0.5 ? alpha : 1.0);
+}
+)";
+}
+
+std::string cut_vertex() {
+  return R"(
+layout(location = 0) in vec3 position;
+layout(location = 4) in vec4 coordinates;
+layout(location = 5) in vec4 tint;
+uniform mat4 clip_from_body;
+out vec4 places;
+out float tint_alpha;
+void main() {
+  gl_Position = clip_from_body * vec4(position, 1.0);
+  places = coordinates;
+  tint_alpha = tint.a;
+}
+)";
+}
+
+std::string cut_fragment() {
+  return R"(
+in vec4 places;
+in float tint_alpha;
+uniform vec4 turns[5];
+uniform vec4 offsets[5];
+uniform vec4 opacity;
+uniform sampler2D color_texture;
+uniform vec3 color;
+out vec4 code;
+void main() {
+  vec2 place = offsets[0].z > 0.5 ? places.zw : places.xy;
+  vec2 turned = vec2(dot(turns[0].xy, place), dot(turns[0].zw, place)) + offsets[0].xy;
+  if (textureLod(color_texture, turned, 0.0).a * tint_alpha * opacity.x < opacity.y) discard;
+  code = vec4(color, 1.0);
+}
+)";
+}
+
+std::string body_vertex() {
+  return R"(
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec3 normal;
+layout(location = 2) in vec3 color;
+layout(location = 3) in vec2 finish;
+uniform mat4 clip_from_body;
+uniform mat4 world_from_body;
+out vec3 world_position;
+out vec3 world_normal;
+out vec3 base_color;
+out vec2 metallic_roughness;
+void main() {
+  gl_Position = clip_from_body * vec4(position, 1.0);
+  world_position = (world_from_body * vec4(position, 1.0)).xyz;
+  world_normal = mat3(world_from_body) * normal;
+  base_color = color;
+  metallic_roughness = finish;
+}
+)";
+}
+
+std::string body_fragment() {
+  return R"(
+in vec3 world_position;
+in vec3 world_normal;
+in vec3 base_color;
+in vec2 metallic_roughness;
+layout(location = 0) out vec4 position_metallic;
+layout(location = 1) out vec4 normal_roughness;
+layout(location = 2) out vec4 surface_color;
+void main() {
+  position_metallic = vec4(world_position, metallic_roughness.x);
+  normal_roughness = vec4(gl_FrontFacing ? world_normal : -world_normal, metallic_roughness.y);
+  surface_color = vec4(base_color, 1.0);
+}
+)";
+}
+
+std::string shading_fragment() {
+  return frame + light + shading;
+}
+
+std::string ground_vertex() {
+  return frame + R"(
+layout(location = 0) in vec3 position;  // of the unit disc
+void main() {
+  vec3 world = vec3(eye.x, ground_color.w, eye.z) + ground_reach.w * position;
+  gl_Position = clip_from_world * vec4(world, 1.0);
+}
+)";
+}
+
+std::string ground_fragment() {
+  return frame + light + ground;
+}
+
+std::string look_ground_fragment() {
+  return "#define LOOKS\n" + frame + light + lamps + ground;
 }
 
 std::string sky_vertex() {

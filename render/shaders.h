@@ -15,6 +15,16 @@ std::string body_fragment();
 /// The light on it, drawn with sky_vertex().
 std::string shading_fragment();
 
+/// The same for surfaces with more than a colour, LookPrograms: a fourth output has what they shine with and
+/// their alpha, and the first's fourth is 2 for a surface whose colour is its light.
+std::string look_vertex();
+std::string look_fragment();
+std::string look_shading_fragment();
+std::string look_ground_fragment();
+/// Depth, or the uniform color, of what is not cut away.
+std::string cut_vertex();
+std::string cut_fragment();
+
 /// A disc around the eye's foot.
 std::string ground_vertex();
 std::string ground_fragment();

@@ -33,10 +33,22 @@ struct Target {
 /// too.
 struct Surfaces {
   GLuint framebuffer = 0;
-  std::array<GLuint, 3> textures{};
+  std::array<GLuint, 4> textures{};  ///< the last where it was asked for
 
   Surfaces() = default;
-  explicit Surfaces(const Target& target);
+  Surfaces(const Target& target, bool with_emission);
+
+  void end() const;
+};
+
+/// Depths of two layers in turn, to draw the surfaces of one behind those of the other.
+struct Layers {
+  std::array<GLuint, 2> depths{};
+  std::array<GLuint, 2> surfaces{};  ///< framebuffers: the textures of Surfaces, with these depths
+  std::array<GLuint, 2> lit{};       ///< the target's colour with these depths' stencils
+
+  Layers() = default;
+  Layers(const Target& target, const Surfaces& shared);
 
   void end() const;
 };

@@ -169,6 +169,12 @@ const StepReport& Simulation::step() {
 const State& Simulation::state() const {
   return implementation_->state;
 }
+std::vector<ContactImpulse> Simulation::contact_impulses() const {
+  const Implementation& of = *implementation_;
+  if (of.steps == 0) return {};
+  const bool is_direct = of.settings.algorithm == Algorithm::a1 && !of.procedure;
+  return substep::contact_impulses(of.problem, of.state.q, is_direct ? &of.work.lambda : nullptr);
+}
 const Settings& Simulation::settings() const {
   return implementation_->settings;
 }

@@ -59,6 +59,9 @@ class Simulation {
   const StepReport& step();
 
   const State& state() const;
+  /// Of all contact points of the last step, those that gave nothing too, where the bodies stand now. None
+  /// before the first.
+  std::vector<ContactImpulse> contact_impulses() const;
   const Settings& settings() const;
   const Scene& scene() const;
   std::int64_t steps() const;  ///< taken so far; the time is steps() * settings().step

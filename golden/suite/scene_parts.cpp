@@ -107,6 +107,27 @@ std::string joint_digest(const Joint& joint) {
   return digest.text();
 }
 
+/// Nothing for a surface that has no more than its colour and finish.
+void add_looks(Digest& digest, const Scene& scene, const Surface& surface, const VertexLooks& looks) {
+  const bool shines = std::ranges::any_of(surface.emission, [](double level) { return level > 0; });
+  if (shines) digest.add(surface.emission[0]).add(surface.emission[1]).add(surface.emission[2]);
+  if (surface.is_unlit) digest.add_number(1, 1);
+  if (surface.opacity != Surface::Opacity::opaque) {
+    digest.add_number(static_cast<std::uint64_t>(surface.opacity), 1).add(surface.alpha).add(surface.cut_off);
+  }
+  for (const Texture& texture : surface.textures) {
+    if (texture.image < 0) continue;
+    digest.add_number(fnv1a(*scene.images[static_cast<std::size_t>(texture.image)].bytes), 8);
+    digest.add(texture.turn).add(texture.offset);
+    for (const auto& place : looks.texture_coordinates[static_cast<std::size_t>(texture.coordinates)]) {
+      digest.add(place[0]).add(place[1]);
+    }
+  }
+  for (const auto& color : looks.colors) {
+    for (const float level : color) digest.add(level);
+  }
+}
+
 void add_visual(Digest& digest, const Scene& scene, const Visual& visual) {
   const Mesh& mesh = scene.meshes[static_cast<std::size_t>(visual.mesh)];
   digest.add(mesh.positions).add(mesh.normals).add(mesh.triangles);
@@ -115,6 +136,7 @@ void add_visual(Digest& digest, const Scene& scene, const Visual& visual) {
   const Surface& surface = scene.surfaces[static_cast<std::size_t>(mesh.surface)];
   for (const double level : surface.base_color) digest.add(level);
   digest.add(surface.metallic).add(surface.roughness);
+  add_looks(digest, scene, surface, mesh.looks);
 }
 
 /// The digests of all bodies, made by `add(digest, index)`.
@@ -140,6 +162,10 @@ std::string light_and_camera(const Scene& scene) {
   if (scene.sun) {
     light.add(scene.sun->direction).add(scene.sun->illuminance);
     for (const double level : scene.sun->color) light.add(level);
+  }
+  for (const Light& other : scene.lights) {
+    light.add(other.position).add(other.direction).add(other.intensity);
+    for (const double level : other.color) light.add(level);
   }
   return camera.text() + light.text();
 }

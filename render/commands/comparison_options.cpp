@@ -31,6 +31,7 @@ void ComparisonOptions::add_settings_to(CLI::App& command) {
   add_panels_to(command);
   command.add_option("--start", start_, "Seconds into the run at which the film begins")
       ->capture_default_str();
+  command.add_option("--end", end_, "Seconds into the run at which it ends (the duration)");
   command.add_option("--speed", speed, "Seconds of the scene in a second of film: 0.25 is slow motion")
       ->check(CLI::Range(1e-3, 1e3))
       ->capture_default_str();
@@ -79,6 +80,15 @@ ComparisonSettings ComparisonOptions::settings(const Scene& scene_to_show) {
   if (has_a1 || settings.has_reference) note_cost_of_a1(scene_to_show);
   settings.start = seconds_in(start_, "--start");
   settings.duration = solver.seconds(scene_to_show);
+  if (end_) {
+    const double end = seconds_in(*end_, "--end");
+    if (!(end >= settings.start && end <= settings.duration)) {
+      throw Error(fmt::format(
+          "--end {}: must be from --start to the end of the run, {:g} s (--duration makes it longer)", *end_,
+          settings.duration));
+    }
+    settings.duration = end;
+  }
   settings.frame_interval = speed / frame_rate;
   settings.threads = threads_;
   if (!(threads_ >= 1 && threads_ <= 64)) {

@@ -35,6 +35,7 @@ struct ComparisonOptions {
   bool no_reference_ = false;
   int reference_substeps_ = ComparisonSettings{}.reference_substeps;
   std::string start_ = "0";
+  std::optional<std::string> end_;
   int threads_ = ComparisonSettings{}.threads;
 };
 

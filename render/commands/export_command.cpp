@@ -31,7 +31,7 @@ void export_run(const ExportOptions& options) {
     options.run.require_separate(*options.output);
   }
   Progress progress;
-  const LoadedRun run = options.run.load(std::nullopt, progress);
+  const LoadedRun run = options.run.load({}, progress);
   const PoseLog& log = run.log;
   // Keys at whole steps that the log has poses of, as near to the rate as these come.
   const double spacing = log.settings.step * log.full_every;

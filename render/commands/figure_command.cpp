@@ -73,14 +73,6 @@ std::array<double, 2> range_in(const std::string& text, const char* option) {
   return {*from, *to};
 }
 
-void set_range(Axis& axis, const std::array<double, 2>& range, const char* option) {
-  if (axis.logarithmic && !(range[0] > 0)) {
-    throw Error(fmt::format("{} {:g}:{:g}: the axis is logarithmic, and has nothing at 0 and below", option,
-                            range[0], range[1]));
-  }
-  axis.range = range;
-}
-
 void draw_figure(const FigureOptions& options) {
   const ReportFigure& figure = figure_named(options.name);
   const fs::path output = options.output.value_or(figure.name + ".svg");
@@ -101,11 +93,8 @@ void draw_figure(const FigureOptions& options) {
   FigureSource source;
   if (figure.from_sweep) source.records = read_records(options.results);
   source.scenes = options.scenes;
-  Sheet sheet = with_choice(figure.make(source), options.panels, options.series);
-  for (Panel& panel : sheet.panels) {
-    if (x_range) set_range(panel.x, *x_range, "--x-range");
-    if (y_range) set_range(panel.y, *y_range, "--y-range");
-  }
+  const Sheet sheet =
+      with_ranges(with_choice(figure.make(source), options.panels, options.series), x_range, y_range);
   write_file(output, draw(sheet, format, style));
   fmt::print("wrote {}\n", output.string());
 }

@@ -2,16 +2,19 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "render/commands/commands.h"
 #include "render/commands/run_input.h"
 #include "render/image.h"
 #include "render/renderer.h"
+#include "render/video/film_camera.h"
 #include "sim/commands/options.h"
 #include "sim/error.h"
 #include "sim/log/file_output.h"
@@ -24,7 +27,10 @@ namespace fs = std::filesystem;
 
 struct RenderOptions {
   RunInput run;
-  std::vector<std::string> frames{"0"};
+  std::vector<std::string> frames;  ///< neither these nor times: the first
+  std::vector<std::string> times;
+  bool asks_for_run = false;  ///< an option says something of one
+  std::string camera = "scene";
   std::string size = "1280x720";
   fs::path output = ".";
 };
@@ -38,41 +44,85 @@ int frame_in(const std::string& text) {
   return frame;
 }
 
-/// The last frame that is named; nothing where all are asked for.
-std::optional<int> last_named(const std::vector<std::string>& asked) {
-  int last = 0;
-  for (const std::string& text : asked) {
-    if (text == "all") return std::nullopt;
-    last = std::max(last, frame_in(text));
+double time_in(const std::string& text) {
+  const double time = seconds_in(text, "--time");
+  if (!(time >= 0)) throw Error(fmt::format("--time '{}': must not be negative", text));
+  return time;
+}
+
+/// How far the run must go for what is asked for.
+Until last_of(const RenderOptions& options) {
+  Until until;
+  for (const std::string& text : options.frames) {
+    if (text == "all") return {};
+    until.frame = std::max(until.frame.value_or(0), frame_in(text));
   }
-  return last;
+  for (const std::string& text : options.times) {
+    until.time = std::max(until.time.value_or(0), time_in(text));
+  }
+  if (!until.frame && !until.time) until.frame = 0;
+  return until;
+}
+
+/// The frame that is nearest to a time among those with poses.
+int frame_at(const PoseLog& log, double time) {
+  const double spacing = log.settings.step * log.full_every;
+  const double frame = std::round(time / spacing) * log.full_every;
+  if (!(frame < static_cast<double>(log.frames.size()))) {
+    throw Error(fmt::format("--time {:g}: the last frame is at {:g} s{}", time,
+                            static_cast<double>(log.frames.size() - 1) * log.settings.step,
+                            log.end == "ok" ? "" : ", the run " + log.end));
+  }
+  return static_cast<int>(frame);
+}
+
+/// A number among the log's frames, which has poses.
+int require_frame(const PoseLog& log, int frame) {
+  const int last = static_cast<int>(log.frames.size()) - 1;
+  if (frame > last) {
+    throw Error(fmt::format("--frame {}: the last is {}{}", frame, last,
+                            log.end == "ok" ? "" : ", the run " + log.end));
+  }
+  if (log.frames[static_cast<std::size_t>(frame)].poses.empty()) {
+    throw Error(fmt::format("--frame {}: the log has poses every {} frames only: ask for {}", frame,
+                            log.full_every, frame / log.full_every * log.full_every));
+  }
+  return frame;
 }
 
 /// The frames asked for, ascending. Each has poses.
-std::vector<int> frames_of(const PoseLog& log, const std::vector<std::string>& asked) {
+std::vector<int> frames_of(const PoseLog& log, const RenderOptions& options) {
   std::vector<int> result;
-  const int last = static_cast<int>(log.frames.size()) - 1;
-  for (const std::string& text : asked) {
-    if (text == "all") {
-      for (int k = 0; k <= last; ++k) {
-        if (!log.frames[static_cast<std::size_t>(k)].poses.empty()) result.push_back(k);
-      }
+  for (const std::string& text : options.frames) {
+    if (text != "all") {
+      result.push_back(require_frame(log, frame_in(text)));
       continue;
     }
-    const int frame = frame_in(text);
-    if (frame > last) {
-      throw Error(fmt::format("--frame {}: the last is {}{}", frame, last,
-                              log.end == "ok" ? "" : ", the run " + log.end));
+    for (std::size_t k = 0; k < log.frames.size(); ++k) {
+      if (!log.frames[k].poses.empty()) result.push_back(static_cast<int>(k));
     }
-    if (log.frames[static_cast<std::size_t>(frame)].poses.empty()) {
-      throw Error(fmt::format("--frame {}: the log has poses every {} frames only: ask for {}", frame,
-                              log.full_every, frame / log.full_every * log.full_every));
-    }
-    result.push_back(frame);
   }
+  for (const std::string& text : options.times) result.push_back(frame_at(log, time_in(text)));
+  if (result.empty()) result.push_back(0);
   std::sort(result.begin(), result.end());
   result.erase(std::unique(result.begin(), result.end()), result.end());
   return result;
+}
+
+LoadedRun load(const RenderOptions& options, Progress& progress) {
+  if (!options.asks_for_run) {
+    if (std::optional<LoadedRun> still = options.run.load_still()) return std::move(*still);
+  }
+  return options.run.load(last_of(options), progress);
+}
+
+Scene seen_scene(const Scene& scene, const std::string& text) {
+  const FilmCamera camera = camera_named(text, scene);
+  if (camera.follows != world_body || camera.degrees_per_second != 0) {
+    throw Error(
+        fmt::format("--camera '{}': a picture has no time to move in: give scene, fit or name:CAMERA", text));
+  }
+  return seen_by(camera, scene);
 }
 
 void render(const RenderOptions& options) {
@@ -82,8 +132,8 @@ void render(const RenderOptions& options) {
   settings.height = size.height;
   check(settings);
   Progress progress;
-  const auto [scene, log, stem] = options.run.load(last_named(options.frames), progress);
-  const std::vector<int> frames = frames_of(log, options.frames);
+  const auto [scene, log, stem] = load(options, progress);
+  const std::vector<int> frames = frames_of(log, options);
   const bool to_file = options.output.extension() == ".png";
   if (to_file && frames.size() != 1) {
     throw Error(fmt::format("{}: {} frames need a folder", options.output.string(), frames.size()));
@@ -102,7 +152,7 @@ void render(const RenderOptions& options) {
     const PoseLog::Frame& frame = log.frames[static_cast<std::size_t>(k)];
     if (!frame.poses.empty()) seen.push_back(frame.poses);
   }
-  Renderer renderer(scene, settings, seen);
+  Renderer renderer(seen_scene(scene, options.camera), settings, seen);
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const Image image = renderer.draw(log.frames[static_cast<std::size_t>(frames[i])].poses);
     const fs::path file =
@@ -124,17 +174,31 @@ void add_render_command(CLI::App& app) {
   CLI::App* const command = app.add_subcommand("render", "Draw frames of a scene or a pose log as PNG files");
   const auto options = std::make_shared<RenderOptions>();
   options->run.add_to(*command);
-  command->add_option("--frame", options->frames, "The frames' numbers, comma-separated, or 'all'")
-      ->delimiter(',')
+  command->add_option("--frame", options->frames, "The frames' numbers, comma-separated, or 'all' (0)")
+      ->delimiter(',');
+  command->add_option("--time", options->times, "Or their times in seconds: the nearest frames")
+      ->delimiter(',');
+  command
+      ->add_option("--camera", options->camera,
+                   "scene (its first), fit (all that moves) or name:CAMERA, another of the scene's")
       ->capture_default_str();
   command->add_option("--size", options->size, "Width and height in pixels")->capture_default_str();
   command->add_option("--output", options->output, "A folder, or for one frame a .png file")
       ->capture_default_str();
   command->footer(
       "Frame k is the state after k steps; no more are simulated than the last one asked for needs. A pose "
-      "log has its own settings: those above are for a scene.\n"
-      "Example:\n  substep render box_stack.a3.poses.txt --scene scenes/box_stack.gltf --frame 0,60,120");
-  command->callback([options] { render(*options); });
+      "log has its own settings: those above are for a scene. A .gltf or .glb without physics is drawn as it "
+      "stands, with its cameras and lights; with --frame, --time or an option of the run it is dropped.\n"
+      "Example:\n  substep render box_stack.a3.poses.txt --scene scenes/box_stack.gltf --time 0,0.5,1\n"
+      "  substep render chair.glb --camera name:front --output chair.png");
+  command->callback([options, command] {
+    for (const CLI::Option* option : command->get_options()) {
+      const std::string name = option->get_single_name();
+      const bool is_of_picture = name == "input" || name == "size" || name == "output" || name == "camera";
+      options->asks_for_run = options->asks_for_run || (option->count() > 0 && !is_of_picture);
+    }
+    render(*options);
+  });
 }
 
 }  // namespace substep

@@ -2,11 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <string_view>
+#include <utility>
 
 #include "render/log_scene.h"
 #include "sim/error.h"
+#include "sim/model/state.h"
 #include "sim/simulation.h"
 
 namespace substep {
@@ -35,15 +39,23 @@ Scene scene_of(const PoseLog& log, const RunInput& input) {
   return scene;
 }
 
-PoseLog simulated(const Scene& scene, const SolverOptions& solver, std::optional<int> last_frame,
-                  Progress& progress) {
+PoseLog simulated(const Scene& scene, const SolverOptions& solver, const Until& until, Progress& progress) {
   const Settings settings = solver.settings(scene);
-  int steps = solver.steps(scene, settings);
-  if (last_frame) {
-    if (*last_frame > steps) {
-      throw Error(fmt::format("--frame {}: the last is {} (--duration makes more)", *last_frame, steps));
+  const int most = solver.steps(scene, settings);
+  int steps = until.frame || until.time ? 0 : most;
+  if (until.frame) {
+    if (*until.frame > most) {
+      throw Error(fmt::format("--frame {}: the last is {} (--duration makes more)", *until.frame, most));
     }
-    steps = *last_frame;
+    steps = *until.frame;
+  }
+  if (until.time) {
+    const double step = std::round(*until.time / settings.step);
+    if (!(step <= most)) {
+      throw Error(fmt::format("--time {:g}: the run ends at {:g} s (--duration makes it longer)", *until.time,
+                              most * settings.step));
+    }
+    steps = std::max(steps, static_cast<int>(step));
   }
   Simulation simulation(scene, settings);
   return record(simulation, steps, 1, [&](int frame, const StepReport&) {
@@ -67,7 +79,22 @@ void RunInput::require_separate(const fs::path& output) const {
   require_separate_files(inputs, std::vector<GivenFile>{{"--output", output}});
 }
 
-LoadedRun RunInput::load(std::optional<int> last_frame, Progress& progress) const {
+std::optional<LoadedRun> RunInput::load_still() const {
+  std::optional<Scene> still = load_still_scene(file);
+  if (!still) return std::nullopt;
+  LoadedRun run;
+  run.scene = std::move(*still);
+  for (const std::string& warning : run.scene.warnings) {
+    fmt::print(stderr, "substep: note: {}\n", warning);
+  }
+  run.stem = run.scene.name;
+  run.log.settings.step = run.scene.step;
+  run.log.end = "ok";
+  run.log.frames.emplace_back().poses = initial_state(run.scene).q;
+  return run;
+}
+
+LoadedRun RunInput::load(const Until& until, Progress& progress) const {
   LoadedRun run;
   if (is_pose_log(file)) {
     run.log = read_pose_log(file);
@@ -78,7 +105,7 @@ LoadedRun RunInput::load(std::optional<int> last_frame, Progress& progress) cons
   }
   if (scene) throw Error("--scene: is of use with a pose log only");
   run.scene = mesh.load(file);
-  run.log = simulated(run.scene, solver, last_frame, progress);
+  run.log = simulated(run.scene, solver, until, progress);
   run.stem = fmt::format("{}.{}", run.scene.name, name(run.log.settings.algorithm));
   return run;
 }

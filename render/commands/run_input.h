@@ -19,6 +19,12 @@ struct LoadedRun {
   std::string stem;  ///< what files made of it are named after: "box_stack.a3"
 };
 
+/// How far a scene is simulated: to this frame, and to this time. Neither: for its duration.
+struct Until {
+  std::optional<int> frame;
+  std::optional<double> time;
+};
+
 struct RunInput {
   std::filesystem::path file;
   std::optional<std::filesystem::path> scene;
@@ -31,8 +37,11 @@ struct RunInput {
   /// Throws Error when the output is one of the files that are read.
   void require_separate(const std::filesystem::path& output) const;
 
-  /// A scene is simulated up to `last_frame`, or for its duration. Throws Error.
-  LoadedRun load(std::optional<int> last_frame, Progress& progress) const;
+  /// A log is read, a scene simulated. Throws Error.
+  LoadedRun load(const Until& until, Progress& progress) const;
+
+  /// A glTF file without physics as it stands, as a run of one frame; nothing where the input is another.
+  std::optional<LoadedRun> load_still() const;
 };
 
 }  // namespace substep

@@ -24,6 +24,7 @@ namespace fs = std::filesystem;
 struct VideoOptions {
   ComparisonOptions comparison;
   std::string size = "1280x720";
+  std::vector<std::string> strips;
   std::string camera = "scene";
   std::vector<std::string> overlays;
   std::optional<fs::path> output;
@@ -39,6 +40,7 @@ void make(VideoOptions& options) {
   video.threads = video.comparison.threads;
   video.camera = camera_named(options.camera, scene);
   video.overlays = overlays_named(options.overlays);
+  if (!options.strips.empty()) video.strips = strips_named(options.strips);
   // What CLI11 compares with a range may be no number.
   if (std::isnan(video.hold)) throw Error("--hold nan: must be from 0 to 60 s");
   if (video.poster_time && !std::isfinite(*video.poster_time)) {
@@ -75,6 +77,8 @@ void make(VideoOptions& options) {
         "the step does not divide the {:g} s between frames: each shows the step nearest to its time\n",
         video.comparison.frame_interval);
   }
+  fmt::print("CPU time: simulate {:.1f} s, draw {:.1f} s, encode {:.1f} s\n", report.cpu.simulating,
+             report.cpu.drawing, report.cpu.encoding);
   fmt::print("wrote {}\n", report.written.string());
   if (!report.is_film) {
     if (!video.frames) fmt::print("ffmpeg is not in PATH: the frames are there as PNG files\n");
@@ -90,12 +94,24 @@ void add_look_options(CLI::App& command, VideoOptions& options) {
   command
       .add_option("--overlay", options.overlays,
                   "Comma-separated: trails (of the last second), joints (and the gaps where they are open), "
-                  "ghost (the reference's outline), error (bodies in its colour)")
+                  "ghost (the reference's outline), contacts (and their impulses), and bodies in the colour "
+                  "of error, penetration or velocity")
       ->delimiter(',')
       ->allow_extra_args(false);
   command
+      .add_option("--strip", options.strips,
+                  "Comma-separated, below each picture: error (from the reference; what there is unless "
+                  "told otherwise), energy (since the start), gap (the largest of a joint)")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  command.add_flag(
+      "--freeze", options.video.freezes,
+      "Stand still where a run first leaves the reference, by 2 % of the scene's size, with a ring "
+      "round the body");
+  command
       .add_option("--camera", options.camera,
-                  "scene (its own), fit (all that moves), follow:BODY or orbit:DEGREES in a second of film")
+                  "scene (its first), name:CAMERA, fit (all that moves), follow:BODY or orbit:DEGREES in a "
+                  "second of film")
       ->capture_default_str();
 }
 
@@ -131,7 +147,9 @@ void add_video_command(CLI::App& app) {
       "logarithmic\n"
       "scale; it ends where the reference does, and is grey below what the reference knows of itself.\n"
       "Example:\n  substep video scenes/rod_chain.gltf --substeps 4 --joints stable --poster rod_chain.png\n"
-      "  substep video scenes/heavy_chain.gltf --panel a5,n=1 --panel a5,n=4 --panel bullet");
+      "  substep video scenes/heavy_chain.gltf --panel a5,n=1 --panel a5,n=4 --panel bullet\n"
+      "  substep video scenes/box_stack.gltf --overlay contacts,velocity --strip error,energy --start 0.5 "
+      "--end 2");
   command->callback([options] { make(*options); });
 }
 

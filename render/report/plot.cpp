@@ -355,6 +355,24 @@ Sheet with_choice(Sheet sheet, const std::vector<std::string>& panels,
   return sheet;
 }
 
+Sheet with_ranges(Sheet sheet, const std::optional<std::array<double, 2>>& x,
+                  const std::optional<std::array<double, 2>>& y) {
+  const auto set = [](Axis& axis, const std::optional<std::array<double, 2>>& range) {
+    if (!range) return;
+    if (axis.logarithmic && !((*range)[0] > 0)) {
+      throw Error(
+          fmt::format("the range {:g}:{:g} of '{}': the axis is logarithmic, and has nothing at 0 and below",
+                      (*range)[0], (*range)[1], axis.title));
+    }
+    axis.range = range;
+  };
+  for (Panel& panel : sheet.panels) {
+    set(panel.x, x);
+    set(panel.y, y);
+  }
+  return sheet;
+}
+
 std::string draw(const Sheet& given, PictureFormat format, const FigureStyle& style) {
   if (given.panels.empty()) {
     throw Error(

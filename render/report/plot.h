@@ -92,4 +92,9 @@ std::string draw(const Sheet& sheet, PictureFormat format, const FigureStyle& st
 Sheet with_choice(Sheet sheet, const std::vector<std::string>& panels,
                   const std::vector<std::string>& series);
 
+/// With these ranges of all panels' axes. Throws Error where an axis is logarithmic and a range is not above
+/// 0.
+Sheet with_ranges(Sheet sheet, const std::optional<std::array<double, 2>>& x,
+                  const std::optional<std::array<double, 2>>& y);
+
 }  // namespace substep

@@ -13,6 +13,8 @@
 #include "sim/error.h"
 #include "sim/execution/parallel_for.h"
 #include "sim/log/pose_log.h"
+#include "sim/measure/measured_run.h"
+#include "sim/measure/metrics.h"
 #include "sim/measure/motion.h"
 #include "sim/measure/reference_integrator.h"
 #include "sim/simulation.h"
@@ -45,10 +47,61 @@ struct Tally {
   std::atomic<bool> stop{false};
 };
 
+/// Reads what is asked for of a run, frame by frame.
+class Reader {
+ public:
+  Reader(const Scene& scene, const ReadingChoice& choice, Readings& readings)
+      : scene_(scene), choice_(choice), readings_(readings) {
+    if (choice.depths) meter_ = std::make_unique<PenetrationMeter>(scene);
+  }
+
+  void read(const State& state) {
+    read_places(state);
+    if (choice_.energy) {
+      const double now = energy(scene_, state);
+      if (readings_.energies.empty()) start_ = now;
+      readings_.energies.push_back(now - start_);
+    }
+    if (choice_.speeds) {
+      std::vector<float>& speeds = readings_.speeds.emplace_back();
+      for (const Velocity& v : state.v) speeds.push_back(static_cast<float>(v.linear.norm()));
+    }
+  }
+
+  /// What follows from the poses alone.
+  void read_places(const State& state) {
+    if (choice_.gap) readings_.gaps.push_back(joint_gap(scene_, state));
+    if (choice_.depths) {
+      const std::vector<double> depths = meter_->depths(state);
+      readings_.depths.emplace_back(depths.begin(), depths.end());
+    }
+  }
+
+ private:
+  const Scene& scene_;
+  ReadingChoice choice_;
+  Readings& readings_;
+  std::unique_ptr<PenetrationMeter> meter_;
+  double start_ = 0;
+};
+
+/// Speeds of a run of which the poses alone are known: by the way since the frame before.
+void read_speeds(const Run& run, double interval, Readings& readings) {
+  for (std::size_t k = 0; k < run.poses.size(); ++k) {
+    const std::size_t from = k == 0 ? 0 : k - 1;
+    const std::size_t to = std::min(from + 1, run.poses.size() - 1);
+    std::vector<float>& speeds = readings.speeds.emplace_back();
+    for (std::size_t body = 0; body < run.poses[k].size(); ++body) {
+      const double way = (run.poses[to][body].linear - run.poses[from][body].linear).norm();
+      speeds.push_back(static_cast<float>(way / interval));
+    }
+  }
+}
+
 /// Steps until each shot in turn and keeps its poses. False where `step` says that there is no more.
 bool take_shots(const Clock& clock, int steps_per_shot, Tally& tally, const std::function<bool()>& step,
                 const std::function<const State&()>& state, std::vector<std::vector<Coordinates>>& poses,
-                std::int64_t& steps) {
+                std::int64_t& steps, const std::function<void(const State&)>& read = {}) {
   for (const std::int64_t shot : clock.steps) {
     while (steps < shot * steps_per_shot) {
       if (tally.stop) return true;
@@ -57,12 +110,15 @@ bool take_shots(const Clock& clock, int steps_per_shot, Tally& tally, const std:
       if (!step()) return false;
     }
     poses.push_back(state().q);
+    if (read) read(state());
   }
   return true;
 }
 
-void simulate_algorithm(const Scene& scene, const Clock& clock, Run& run, Tally& tally) {
+void simulate_algorithm(const Scene& scene, const Clock& clock, const ReadingChoice& choice, Run& run,
+                        Tally& tally) {
   Simulation simulation(scene, run.panel.settings);
+  Reader reader(scene, choice, run.readings);
   std::int64_t steps = 0;
   const auto step = [&] {
     const StepReport& report = simulation.step();
@@ -70,13 +126,19 @@ void simulate_algorithm(const Scene& scene, const Clock& clock, Run& run, Tally&
     if (report.status == StepReport::Status::unsolved) ++run.unsolved;
     return report.status != StepReport::Status::diverged;
   };
+  const auto read = [&](const State& state) {
+    reader.read(state);
+    if (choice.contacts) run.readings.contacts.push_back(simulation.contact_impulses());
+  };
   if (!take_shots(
-          clock, 1, tally, step, [&]() -> const State& { return simulation.state(); }, run.poses, steps)) {
+          clock, 1, tally, step, [&]() -> const State& { return simulation.state(); }, run.poses, steps,
+          read)) {
     run.diverged = static_cast<double>(steps) * run.panel.settings.step;
   }
 }
 
-void simulate_engine(const Scene& scene, const Clock& clock, Run& run, Tally& tally) {
+void simulate_engine(const Scene& scene, const Clock& clock, const ReadingChoice& choice, Run& run,
+                     Tally& tally) {
   const Engine& engine = *std::ranges::find(engines(), run.panel.engine, &Engine::name);
   std::unique_ptr<Stepper> stepper;
   try {
@@ -84,13 +146,27 @@ void simulate_engine(const Scene& scene, const Clock& clock, Run& run, Tally& ta
   } catch (const Error& error) {
     throw Error(fmt::format("panel {}: {}: {}", engine.name, scene.name, error.what()));
   }
+  Reader reader(scene, choice, run.readings);
   std::int64_t steps = 0;
   if (!take_shots(
           clock, 1, tally, [&] { return stepper->step(); },
-          [&]() -> const State& { return stepper->state(); }, run.poses, steps)) {
+          [&]() -> const State& { return stepper->state(); }, run.poses, steps,
+          [&](const State& state) { reader.read(state); })) {
     run.diverged = static_cast<double>(steps) * run.panel.settings.step;
   }
   run.row_solves = stepper->row_solves();
+}
+
+/// Of a run of which the poses alone are known.
+void read_poses(const Scene& scene, const ReadingChoice& choice, double interval, Run& run) {
+  Reader reader(scene, choice, run.readings);
+  State state = initial_state(scene);
+  state.contacts.clear();
+  for (const std::vector<Coordinates>& poses : run.poses) {
+    state.q = poses;
+    reader.read_places(state);
+  }
+  if (choice.speeds) read_speeds(run, interval, run.readings);
 }
 
 void read_log(const Scene& scene, const Clock& clock, Run& run) {
@@ -321,6 +397,23 @@ double squared_distance(const Body& body, const Coordinates& is, const Coordinat
   return sum;
 }
 
+std::optional<Departure> departure_of(const Scene& scene, const Comparison& comparison, const Run& run) {
+  if (!comparison.reference || run.is_reference()) return std::nullopt;
+  const double most = away * size_of(scene);
+  const std::size_t frames = std::min(run.poses.size(), comparison.reference->known);
+  for (std::size_t k = 0; k < frames; ++k) {
+    Departure farthest{k};
+    for (std::size_t body = 1; body < scene.bodies.size(); ++body) {
+      if (scene.bodies[body].inverse_mass == 0) continue;
+      const double distance = std::sqrt(
+          squared_distance(scene.bodies[body], run.poses[k][body], comparison.reference->poses[k][body]));
+      if (distance > farthest.distance) farthest = {k, static_cast<int>(body), distance};
+    }
+    if (farthest.distance > most) return farthest;
+  }
+  return std::nullopt;
+}
+
 Comparison simulate_comparison(const Scene& scene, const ComparisonSettings& settings,
                                const std::function<void(double)>& progress) {
   check(settings);
@@ -355,12 +448,13 @@ Comparison simulate_comparison(const Scene& scene, const ComparisonSettings& set
     if (run.is_reference()) continue;
     if (run.panel.kind == PanelChoice::Kind::log) {
       read_log(scene, own, run);
+      read_poses(scene, settings.readings, settings.frame_interval, run);
       continue;
     }
     total += own.steps.back();
     jobs.emplace_back([&] {
       const bool is_engine = run.panel.kind == PanelChoice::Kind::engine;
-      (is_engine ? simulate_engine : simulate_algorithm)(scene, own, run, tally);
+      (is_engine ? simulate_engine : simulate_algorithm)(scene, own, settings.readings, run, tally);
     });
   }
   if (!jobs.empty()) run_jobs(jobs, settings.threads, tally, total, progress);

@@ -14,6 +14,15 @@
 
 namespace substep {
 
+/// What is read of runs at each film frame, beside the poses.
+struct ReadingChoice {
+  bool gap = false;
+  bool energy = false;
+  bool speeds = false;
+  bool depths = false;
+  bool contacts = false;
+};
+
 struct ComparisonSettings {
   std::vector<PanelChoice> panels;
   double step = 1.0 / 60;            ///< s, that the reference's steps are parts of
@@ -22,7 +31,17 @@ struct ComparisonSettings {
   double frame_interval = 1.0 / 30;  ///< s of the scene's time from one frame to the next
   bool has_reference = true;         ///< whether errors are measured
   int reference_substeps = 16;       ///< the reference's step is step / this
+  ReadingChoice readings;
   int threads = 2;
+};
+
+/// As ReadingChoice asks for them; each has one entry for each film frame that has poses, or none.
+struct Readings {
+  std::vector<double> gaps;      ///< largest distance of two anchors that a joint holds together, m
+  std::vector<double> energies;  ///< kinetic and potential, since the film's first frame, J; not of logs
+  std::vector<std::vector<float>> speeds;             ///< of each body's centre, m/s
+  std::vector<std::vector<float>> depths;             ///< of each body, how far it is in another, m
+  std::vector<std::vector<ContactImpulse>> contacts;  ///< of the frame's last step; of algorithms only
 };
 
 /// One panel's run.
@@ -33,6 +52,7 @@ struct Run {
   /// reference has them, over each body's mass and then over the dynamic bodies, m. It sees turns too.
   std::vector<double> errors;
   double rms_error = 0;  ///< over `errors`, m
+  Readings readings;
   std::int64_t row_solves = 0;
   std::optional<double> diverged;  ///< when, s
   int unsolved = 0;                ///< steps that A1 did not solve to the accuracy asked for
@@ -57,6 +77,17 @@ struct Comparison {
   bool is_nearest = false;    ///< whether some of these are not exactly the frames' times
   std::optional<ReferenceRun> reference;
 };
+
+/// Where a run is first away from the reference.
+struct Departure {
+  std::size_t frame = 0;
+  int body = world_body;  ///< that is away farthest then
+  double distance = 0;    ///< m, as errors are measured
+};
+/// A body is away at this part of the scene's size.
+inline constexpr double away = 0.02;
+/// Nothing where it is never away, or the reference is not known before.
+std::optional<Departure> departure_of(const Scene& scene, const Comparison& comparison, const Run& run);
 
 /// The part of the scene's size by which the reference's two runs may differ: after that they have parted.
 inline constexpr double parted = 0.01;

@@ -40,6 +40,19 @@ Color faded(const Color& color) {
   return result;
 }
 
+/// For an axis: "+2 kJ", "−0.5 J".
+std::string short_energy(double joules) {
+  const double size = std::abs(joules);
+  const auto text = [&](double unit, const char* name) {
+    return fmt::format("{}{:g} {}", joules < 0 ? "−" : "+", size / unit, name);
+  };
+  return size >= 1e6    ? text(1e6, "MJ")
+         : size >= 1e3  ? text(1e3, "kJ")
+         : size >= 0.1  ? text(1, "J")
+         : size >= 1e-4 ? text(1e-3, "mJ")
+                        : text(1e-6, "µJ");
+}
+
 /// The baseline that centres capitals and digits of this size in a box.
 double baseline(double y, double height, double size) {
   return y + height / 2 + 0.31 * size;
@@ -115,24 +128,109 @@ double ErrorScale::height(double metres) const {
   return std::min(1.0, decades / (upper - lower));
 }
 
-ErrorScale error_scale(const Comparison& comparison) {
-  std::vector<double> errors;
-  for (const Run& run : comparison.runs) {
-    for (const double error : run.errors) {
-      if (error > 0) errors.push_back(error);
-    }
-  }
+namespace {
+
+/// Decades that hold the values but for the smallest few and what has exploded.
+ErrorScale decades_of(std::vector<double> values) {
+  std::erase_if(values, [](double value) { return !(value > 0); });
   ErrorScale scale;
-  if (errors.empty()) return scale;
-  std::sort(errors.begin(), errors.end());
+  if (values.empty()) return scale;
+  std::sort(values.begin(), values.end());
   // A run that explodes, and the first instants in which all agree, would press the rest into a line.
-  const double high = std::min(errors.back(), 100.0);
-  const double low = std::max(errors[errors.size() / 20], 1e-6);
+  const double high = std::min(values.back(), 100.0);
+  const double low = std::max(values[values.size() / 20], 1e-6);
   scale.upper = static_cast<int>(std::ceil(std::log10(high) - 1e-9));
   scale.upper = std::max(scale.upper, -4);
   scale.lower =
       std::clamp(static_cast<int>(std::floor(std::log10(low) + 1e-9)), scale.upper - 5, scale.upper - 2);
   return scale;
+}
+
+/// The next of 1, 2, 5, 10, … away from 0.
+double rounded_out(double value) {
+  if (value == 0) return 0;
+  const double ten = std::pow(10.0, std::floor(std::log10(std::abs(value)) + 1e-9));
+  for (const double step : {1.0, 2.0, 5.0, 10.0}) {
+    if (std::abs(value) <= step * ten * (1 + 1e-9)) return std::copysign(step * ten, value);
+  }
+  return value;
+}
+
+}  // namespace
+
+ErrorScale error_scale(const Comparison& comparison) {
+  std::vector<double> errors;
+  for (const Run& run : comparison.runs) errors.insert(errors.end(), run.errors.begin(), run.errors.end());
+  return decades_of(std::move(errors));
+}
+
+std::string energy_label(double joules) {
+  struct Unit {
+    double size;
+    std::string_view name;
+  };
+  constexpr std::array<Unit, 5> units{{{1e6, "MJ"}, {1e3, "kJ"}, {1, "J"}, {1e-3, "mJ"}, {1e-6, "µJ"}}};
+  if (!(std::abs(joules) < 1e9)) return joules > 0 ? "> 1000 MJ" : "< −1000 MJ";
+  for (const Unit& unit : units) {
+    const double value = std::abs(joules) / unit.size;
+    if (value >= 0.9995) {
+      return fmt::format("{}{:.{}f} {}", joules < 0 ? "−" : "+", value,
+                         value < 9.995   ? 2
+                         : value < 99.95 ? 1
+                                         : 0,
+                         unit.name);
+    }
+  }
+  return "0 J";
+}
+
+double StripAxis::height(double value) const {
+  if (is_logarithmic) return decades.height(value);
+  return std::clamp((value - low) / (high - low), 0.0, 1.0);
+}
+
+StripAxis axis_of(const Comparison& comparison, Strip strip) {
+  StripAxis axis;
+  std::vector<double> values;
+  for (const Run& run : comparison.runs) {
+    const std::vector<double>& of = strip == Strip::error ? run.errors
+                                    : strip == Strip::gap ? run.readings.gaps
+                                                          : run.readings.energies;
+    values.insert(values.end(), of.begin(), of.end());
+  }
+  if (strip != Strip::energy) {
+    axis.decades = decades_of(std::move(values));
+    return axis;
+  }
+  axis.is_logarithmic = false;
+  std::erase_if(values, [](double value) { return !std::isfinite(value); });
+  std::sort(values.begin(), values.end());
+  // One run that explodes must not press the rest into a line: it is clipped where it leaves the most that
+  // nine tenths of the values need.
+  const double calm =
+      values.empty() ? 1 : std::max(values[values.size() * 9 / 10], -values[values.size() / 10]);
+  const double most = 5 * std::max(calm, 1e-9);
+  axis.low = values.empty() ? -1 : rounded_out(std::clamp(values.front(), -most, 0.0));
+  axis.high = values.empty() ? 1 : rounded_out(std::clamp(values.back(), 0.0, most));
+  // Room for the line of the start.
+  const double span = axis.high - axis.low;
+  if (!(span > 0)) return {false, {}, -1, 1};
+  if (axis.high == 0) axis.high = 0.1 * span;
+  if (axis.low == 0) axis.low = -0.1 * span;
+  return axis;
+}
+
+std::vector<Strip> strips_named(const std::vector<std::string>& names) {
+  std::vector<Strip> strips;
+  for (const std::string& name : names) {
+    const Strip strip = name == "error" ? Strip::error
+                        : name == "gap" ? Strip::gap
+                        : name == "energy"
+                            ? Strip::energy
+                            : throw Error(fmt::format("--strip '{}': give some of error, gap, energy", name));
+    if (std::ranges::find(strips, strip) == strips.end()) strips.push_back(strip);
+  }
+  return strips;
 }
 
 int columns_for(int count, int width, int height, int above) {
@@ -163,13 +261,14 @@ void check_film_size(int width, int height) {
 }
 
 Composition::Composition(const Comparison& comparison, const std::string& title, int width, int height,
-                         const std::vector<KeyEntry>& key)
+                         const std::vector<KeyEntry>& key, const std::vector<Strip>& strips)
     : comparison_(comparison),
       width_(width),
       height_(height),
       scale_(std::sqrt(static_cast<double>(width) * height / (1280.0 * 720))),
-      error_scale_(error_scale(comparison)) {
+      strips_(strips) {
   check_film_size(width, height);
+  if (!comparison.reference) std::erase(strips_, Strip::error);
   if (!key.empty()) footer_ = static_cast<int>(std::lround(std::max(14.0, 26 * scale_)));
   lay_out();
   draw_background(title);
@@ -187,15 +286,16 @@ void Composition::lay_out() {
   const int gap = scaled(12, 4);
   title_ = {gap, 0, width_ - 2 * gap, scaled(48, 20)};
   const int header = scaled(28, 16);
-  const int strip = has_strips() ? scaled(62, 28) : 0;
+  const int strip = scaled(62, 28);
+  const int strips = strip * static_cast<int>(strips_.size());
   const int count = static_cast<int>(comparison_.runs.size());
   const int columns =
-      columns_for(count, width_ - gap, height_ - title_.height - footer_, header + strip + gap);
+      columns_for(count, width_ - gap, height_ - title_.height - footer_, header + strips + gap);
   const int rows = (count + columns - 1) / columns;
   const int panel_width = (width_ - (columns + 1) * gap) / columns;
   const int panel_height = (height_ - title_.height - footer_ - rows * gap) / rows;
   picture_width_ = panel_width;
-  picture_height_ = panel_height - header - strip;
+  picture_height_ = panel_height - header - strips;
   if (picture_width_ < 40 || picture_height_ < 24) {
     throw Error(
         fmt::format("size {}x{}: leaves no room for {} panels: make it larger", width_, height_, count));
@@ -211,25 +311,57 @@ void Composition::lay_out() {
     Panel panel;
     panel.header = {x, y, panel_width, header};
     panel.picture = {x, y + header, picture_width_, picture_height_};
-    panel.strip = {x, y + header + picture_height_, panel_width, strip};
-    // Room for the axis at the left and for the value at the right.
-    const int axis = static_cast<int>(text_width("0.1 mm", {.size = text_size(12)}) + 8 * scale_);
-    const int left = has_axis_ ? axis : scaled(6, 4);
-    const int right = scaled(84, 50);
-    const int margin = scaled(8, 4);
-    panel.plot = {panel.strip.x + left, panel.strip.y + margin, std::max(8, panel_width - left - right),
-                  std::max(0, strip - 2 * margin)};
+    lay_out_strips(panel, x, y + header + picture_height_, panel_width, strip);
     panels_.push_back(panel);
   }
 }
 
-double Composition::plot_x(const Panel& panel, std::size_t k) const {
-  const std::size_t last = std::max<std::size_t>(1, comparison_.times.size() - 1);
-  return panel.plot.x + static_cast<double>(k) / static_cast<double>(last) * panel.plot.width;
+void Composition::lay_out_strips(Panel& panel, int x, int y, int width, int height) const {
+  const auto scaled = [this](double at_720, double least) {
+    return static_cast<int>(std::lround(std::max(least, at_720 * scale_)));
+  };
+  // Room for the axis at the left and for the value at the right.
+  const int axis = static_cast<int>(text_width("0.1 mm", {.size = text_size(12)}) + 8 * scale_);
+  const int left = has_axis_ ? axis : scaled(6, 4);
+  const int right = scaled(84, 50);
+  const int margin = scaled(8, 4);
+  for (const Strip kind : strips_) {
+    StripBox box{kind, axis_of(comparison_, kind)};
+    box.strip = {x, y, width, height};
+    box.plot = {x + left, y + margin, std::max(8, width - left - right), std::max(0, height - 2 * margin)};
+    panel.strips.push_back(box);
+    y += height;
+  }
 }
 
-double Composition::plot_y(const Panel& panel, double error) const {
-  return panel.plot.y + panel.plot.height * (1 - std::max(0.0, error_scale_.height(error)));
+const std::vector<double>& Composition::series(const StripBox& strip, std::size_t run) const {
+  const Run& of = comparison_.runs[run];
+  return strip.kind == Strip::error ? of.errors
+         : strip.kind == Strip::gap ? of.readings.gaps
+                                    : of.readings.energies;
+}
+
+double Composition::plot_x(const StripBox& strip, std::size_t k) const {
+  const std::size_t last = std::max<std::size_t>(1, comparison_.times.size() - 1);
+  return strip.plot.x + static_cast<double>(k) / static_cast<double>(last) * strip.plot.width;
+}
+
+double Composition::plot_y(const StripBox& strip, double value) const {
+  return strip.plot.y + strip.plot.height * (1 - std::max(0.0, strip.axis.height(value)));
+}
+
+std::string Composition::legend() const {
+  std::string text;
+  for (const Strip strip : strips_) {
+    text += text.empty() ? "strips: " : "; ";
+    if (strip == Strip::error) {
+      text += fmt::format("RMS distance of the bodies’ points from the reference ({})",
+                          comparison_.reference->method);
+    } else {
+      text += strip == Strip::gap ? "largest gap of a joint" : "energy since the start";
+    }
+  }
+  return text;
 }
 
 void Composition::draw_title(const std::string& title) {
@@ -238,10 +370,9 @@ void Composition::draw_title(const std::string& title) {
   const double room = title_.width - text_width("00.00 s", clock) - 16 * scale_;
   while (bold.size > 8 && text_width(title, bold) > room) bold.size *= 0.95;
   draw_text(background_, title_.x, baseline(title_.y, title_.height, bold.size), title, bold);
-  if (!has_strips()) return;
+  if (strips_.empty()) return;
   const TextStyle small{.size = text_size(15), .color = quiet};
-  const std::string legend = fmt::format("strips: RMS distance of the bodies’ points from the reference ({})",
-                                         comparison_.reference->method);
+  const std::string legend = this->legend();
   const double left = title_.x + text_width(title, bold) + 22 * scale_;
   if (text_width(legend, small) < title_.width - 250 * scale_ - left) {
     draw_text(background_, left, baseline(title_.y, title_.height, small.size) + 2 * scale_, legend, small);
@@ -256,11 +387,13 @@ void Composition::draw_background(const std::string& title) {
   for (std::size_t run = 0; run < panels_.size(); ++run) {
     const Panel& panel = panels_[run];
     draw_header(panel, run, style);
-    if (!has_strips()) continue;
-    fill_rectangle(background_, panel.strip.x, panel.strip.y, panel.strip.width, panel.strip.height, surface);
-    draw_grid(panel, has_axis_);
-    draw_certainty(panel);
-    if (comparison_.runs[run].is_reference()) draw_key(panel);
+    for (const StripBox& strip : panel.strips) {
+      const Box& box = strip.strip;
+      fill_rectangle(background_, box.x, box.y, box.width, box.height, surface);
+      draw_grid(strip);
+      if (strip.kind == Strip::error) draw_certainty(strip);
+      if (comparison_.runs[run].is_reference() && &strip == &panel.strips.front()) draw_key(strip);
+    }
   }
 }
 
@@ -332,39 +465,56 @@ void Composition::draw_header(const Panel& panel, std::size_t run, const HeaderS
   }
 }
 
-void Composition::draw_grid(const Panel& panel, bool labels) {
-  const Box& plot = panel.plot;
-  const int decades = error_scale_.upper - error_scale_.lower;
+void Composition::draw_grid(const StripBox& strip) {
+  const Box& plot = strip.plot;
   const TextStyle style{.size = text_size(12), .color = quiet};
-  for (int decade = 0; decade <= decades; ++decade) {
-    const double y = plot.y + plot.height * (1 - static_cast<double>(decade) / decades);
-    draw_line(background_, plot.x, y, plot.x + plot.width, y, 1, grid);
-    // The top and the bottom: between them there is no room for more.
-    if (!labels || (decade != 0 && decade != decades)) continue;
-    constexpr std::array<std::string_view, 10> names{"1 µm",  "10 µm", "0.1 mm", "1 mm",  "1 cm",
-                                                     "10 cm", "1 m",   "10 m",   "100 m", "1 km"};
-    const int index = error_scale_.lower + decade + 6;
-    const std::string_view text = names[static_cast<std::size_t>(index)];
-    const double offset = decade == 0 ? -1 * scale_ : 1 * scale_;
+  const auto draw_label = [&](const std::string& text, double y, double offset) {
+    if (!has_axis_) return;
     draw_text(background_, plot.x - 5 * scale_ - text_width(text, style), y + 0.31 * style.size + offset,
               text, style);
+  };
+  if (!strip.axis.is_logarithmic) {
+    for (const double joules : {strip.axis.low, 0.0, strip.axis.high}) {
+      const double y = plot_y(strip, joules);
+      draw_line(background_, plot.x, y, plot.x + plot.width, y, 1, grid);
+      // Where 0 is near an end, it alone is named: that is what the curve is read against.
+      const double room = std::abs(y - plot_y(strip, 0));
+      if (joules == 0 || room > style.size) draw_label(joules == 0 ? "0 J" : short_energy(joules), y, 0);
+    }
+  } else {
+    const int lower = strip.axis.decades.lower;
+    const int decades = strip.axis.decades.upper - lower;
+    for (int decade = 0; decade <= decades; ++decade) {
+      const double y = plot.y + plot.height * (1 - static_cast<double>(decade) / decades);
+      draw_line(background_, plot.x, y, plot.x + plot.width, y, 1, grid);
+      // The top and the bottom: between them there is no room for more.
+      if (decade != 0 && decade != decades) continue;
+      constexpr std::array<const char*, 10> names{"1 µm",  "10 µm", "0.1 mm", "1 mm",  "1 cm",
+                                                  "10 cm", "1 m",   "10 m",   "100 m", "1 km"};
+      draw_label(names[static_cast<std::size_t>(lower + decade + 6)], y, decade == 0 ? -1 * scale_ : scale_);
+    }
   }
+  if (strips_.size() == 1 && strip.kind == Strip::error) return;
+  // Which of several strips it is.
+  const char* const name = strip.kind == Strip::error ? "error" : strip.kind == Strip::gap ? "gap" : "energy";
+  draw_text(background_, strip.strip.x + strip.strip.width - 6 * scale_ - text_width(name, style),
+            strip.strip.y + 1.05 * style.size, name, style);
 }
 
 /// What the reference does not know: below its own uncertainty, and after its end.
-void Composition::draw_certainty(const Panel& panel) {
+void Composition::draw_certainty(const StripBox& strip) {
   const ReferenceRun& reference = *comparison_.reference;
-  const Box& plot = panel.plot;
+  const Box& plot = strip.plot;
   const double bottom = plot.y + plot.height;
   for (std::size_t k = 0; k + 1 < reference.known; ++k) {
-    const int left = static_cast<int>(std::lround(plot_x(panel, k)));
-    const int right = static_cast<int>(std::lround(plot_x(panel, k + 1)));
+    const int left = static_cast<int>(std::lround(plot_x(strip, k)));
+    const int right = static_cast<int>(std::lround(plot_x(strip, k + 1)));
     const double error = std::max(reference.uncertainty[k], reference.uncertainty[k + 1]);
-    const int top = static_cast<int>(std::lround(plot_y(panel, error)));
+    const int top = static_cast<int>(std::lround(plot_y(strip, error)));
     fill_rectangle(background_, left, top, right - left, static_cast<int>(bottom) - top, quiet, 0.25);
   }
   if (reference.known == comparison_.times.size()) return;
-  const int end = static_cast<int>(std::lround(plot_x(panel, reference.known)));
+  const int end = static_cast<int>(std::lround(plot_x(strip, reference.known)));
   const int right = plot.x + plot.width;
   fill_rectangle(background_, end, plot.y, right - end, plot.height, quiet, 0.25);
   draw_line(background_, end, plot.y, end, bottom, std::max(1.5, 2 * scale_), alarm);
@@ -379,15 +529,15 @@ void Composition::draw_certainty(const Panel& panel) {
 }
 
 /// The names of the curves in the reference's strip, in as many lines as there is room for.
-void Composition::draw_key(const Panel& panel) {
-  const Box& plot = panel.plot;
+void Composition::draw_key(const StripBox& strip) {
+  const Box& plot = strip.plot;
   std::vector<std::pair<std::string, Color>> names;
   for (const Run& run : comparison_.runs) {
     std::pair<std::string, Color> entry{name_of(run.panel), accent(run.panel)};
     if (!run.is_reference() && std::ranges::find(names, entry) == names.end()) names.push_back(entry);
   }
   TextStyle style{.size = std::max(9.0, 12 * scale_), .bold = true};
-  const auto lines = std::max<std::size_t>(1, static_cast<std::size_t>(panel.strip.height / style.size));
+  const auto lines = std::max<std::size_t>(1, static_cast<std::size_t>(strip.strip.height / style.size));
   const double left = plot.x + plot.width + 8 * scale_;
   double x = left;
   double column = 0;
@@ -398,28 +548,28 @@ void Composition::draw_key(const Panel& panel) {
     }
     style.color = names[i].second;
     const double wide = text_width(names[i].first, style);
-    if (x + wide > panel.strip.x + panel.strip.width) break;
+    if (x + wide > strip.strip.x + strip.strip.width) break;
     column = std::max(column, wide);
-    const double pitch = static_cast<double>(panel.strip.height) / static_cast<double>(lines);
+    const double pitch = static_cast<double>(strip.strip.height) / static_cast<double>(lines);
     draw_text(background_, x,
-              baseline(panel.strip.y + static_cast<double>(i % lines) * pitch, pitch, style.size),
+              baseline(strip.strip.y + static_cast<double>(i % lines) * pitch, pitch, style.size),
               names[i].first, style);
   }
 }
 
-void Composition::draw_curve(Image& image, const Panel& panel, std::size_t run, std::size_t end,
+void Composition::draw_curve(Image& image, const StripBox& strip, std::size_t run, std::size_t end,
                              const Color& color, bool dashed) const {
-  const std::vector<double>& errors = comparison_.runs[run].errors;
+  const std::vector<double>& values = series(strip, run);
   const double width = std::max(1.2, 1.8 * scale_);
   const Dash dash = dashed ? dash_of(run) : Dash{1, 0};
   const double period = (dash.drawn + dash.left_out) * std::max(0.6, scale_);
   const double drawn = dash.drawn * std::max(0.6, scale_);
   double from = 0;  // along the curve, since its beginning
-  for (std::size_t k = 1; k < std::min(end + 1, errors.size()); ++k) {
-    const double x0 = plot_x(panel, k - 1);
-    const double y0 = plot_y(panel, errors[k - 1]);
-    const double dx = plot_x(panel, k) - x0;
-    const double dy = plot_y(panel, errors[k]) - y0;
+  for (std::size_t k = 1; k < std::min(end + 1, values.size()); ++k) {
+    const double x0 = plot_x(strip, k - 1);
+    const double y0 = plot_y(strip, values[k - 1]);
+    const double dx = plot_x(strip, k) - x0;
+    const double dy = plot_y(strip, values[k]) - y0;
     const double length = std::hypot(dx, dy);
     if (dash.left_out == 0) {
       draw_line(image, x0, y0, x0 + dx, y0 + dy, width, color);
@@ -440,16 +590,16 @@ void Composition::draw_curve(Image& image, const Panel& panel, std::size_t run, 
 }
 
 /// Triangles at the top where the curve goes on above it.
-void Composition::draw_clipped(Image& image, const Panel& panel, std::size_t run, std::size_t end) const {
-  const std::vector<double>& errors = comparison_.runs[run].errors;
-  const double top = std::pow(10.0, error_scale_.upper);
+void Composition::draw_clipped(Image& image, const StripBox& strip, std::size_t run, std::size_t end) const {
+  const std::vector<double>& values = series(strip, run);
+  const double top = strip.axis.is_logarithmic ? std::pow(10.0, strip.axis.decades.upper) : strip.axis.high;
   const TextStyle style{.size = std::max(8.0, 11 * scale_), .color = accent(comparison_.runs[run].panel)};
   const double apart = 40 * scale_;
   double last = -1e9;
-  for (std::size_t k = 0; k < std::min(end + 1, errors.size()); ++k) {
-    if (!(errors[k] > top) || plot_x(panel, k) < last + apart) continue;
-    last = plot_x(panel, k);
-    draw_text(image, last - text_width("▲", style) / 2, panel.plot.y + 0.1 * style.size, "▲", style);
+  for (std::size_t k = 0; k < std::min(end + 1, values.size()); ++k) {
+    if (!(values[k] > top) || plot_x(strip, k) < last + apart) continue;
+    last = plot_x(strip, k);
+    draw_text(image, last - text_width("▲", style) / 2, strip.plot.y + 0.1 * style.size, "▲", style);
   }
 }
 
@@ -468,39 +618,45 @@ void Composition::draw_clock(Image& image, std::size_t k) const {
   draw_text(image, right - column - text_width(count, small), base, count, small);
 }
 
-void Composition::draw_strip(Image& image, std::size_t run, std::size_t k) const {
-  const Panel& panel = panels_[run];
-  const Box& plot = panel.plot;
+std::string Composition::value_label(const StripBox& strip, std::size_t run, std::size_t k) const {
+  const double value = series(strip, run)[k];
+  if (strip.kind == Strip::energy) return energy_label(value);
+  if (strip.kind == Strip::gap) return length_label(value);
+  // Below what the reference knows of itself, an error is that or less.
+  const double certain = comparison_.reference->uncertainty[k];
+  return value < certain ? "≤ " + length_label(certain) : length_label(value);
+}
+
+void Composition::draw_strip(Image& image, const StripBox& strip, std::size_t run, std::size_t k) const {
+  const Box& plot = strip.plot;
   const Run& r = comparison_.runs[run];
-  const double cursor = plot_x(panel, k);
+  const double cursor = plot_x(strip, k);
   draw_line(image, cursor, plot.y, cursor, plot.y + plot.height, std::max(1.0, scale_), bright, 0.45);
   if (r.is_reference()) {
     // It has no error of its own: the strip shows all the others', to compare.
     for (std::size_t other = 0; other < comparison_.runs.size(); ++other) {
-      draw_curve(image, panel, other, k, accent(comparison_.runs[other].panel), true);
-      draw_clipped(image, panel, other, k);
+      draw_curve(image, strip, other, k, accent(comparison_.runs[other].panel), true);
+      draw_clipped(image, strip, other, k);
     }
     return;
   }
   const Color color = accent(r.panel);
-  draw_curve(image, panel, run, r.errors.size(), faded(color), false);
-  draw_curve(image, panel, run, k, color, false);
-  draw_clipped(image, panel, run, k);
-  if (k >= r.errors.size()) return;
-  const double error = r.errors[k];
+  draw_curve(image, strip, run, series(strip, run).size(), faded(color), false);
+  draw_curve(image, strip, run, k, color, false);
+  draw_clipped(image, strip, run, k);
+  if (k >= series(strip, run).size()) return;
   const int dot = std::max(2, static_cast<int>(std::lround(5 * scale_)));
   fill_rectangle(image, static_cast<int>(std::lround(cursor - 0.5 * dot)),
-                 static_cast<int>(std::lround(plot_y(panel, error) - 0.5 * dot)), dot, dot, color);
-  // Below what the reference knows of itself, an error is that or less.
-  const double certain = comparison_.reference->uncertainty[k];
-  const std::string value = error < certain ? "≤ " + length_label(certain) : length_label(error);
+                 static_cast<int>(std::lround(plot_y(strip, series(strip, run)[k]) - 0.5 * dot)), dot, dot,
+                 color);
+  const std::string value = value_label(strip, run, k);
   TextStyle bold{.size = text_size(16), .color = color, .bold = true};
-  const double right = panel.strip.x + panel.strip.width - 6 * scale_;
+  const double right = strip.strip.x + strip.strip.width - 6 * scale_;
   const double room = right - plot.x - plot.width - 4 * scale_;
   // By the longest there can be, so that all panels' are of one size.
   const double widest = text_width("≤ 88.8 mm", bold);
   if (widest > room) bold.size *= room / widest;
-  draw_text(image, right - text_width(value, bold), baseline(panel.strip.y, panel.strip.height, bold.size),
+  draw_text(image, right - text_width(value, bold), baseline(strip.strip.y, strip.strip.height, bold.size),
             value, bold);
 }
 
@@ -531,7 +687,7 @@ Image Composition::frame(int k, const std::vector<Image>& pictures) const {
   for (std::size_t run = 0; run < panels_.size(); ++run) {
     paste(image, pictures[run], panels_[run].picture.x, panels_[run].picture.y);
     draw_fate(image, run, index);
-    if (has_strips()) draw_strip(image, run, index);
+    for (const StripBox& strip : panels_[run].strips) draw_strip(image, strip, run, index);
   }
   return image;
 }

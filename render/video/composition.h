@@ -37,6 +37,9 @@ Dash dash_of(std::size_t run);
 /// "1.23 m", "45.6 mm", "7.8 µm": three digits at most, for reading, not for files.
 std::string length_label(double metres);
 
+/// "+1.23 kJ", "−45.6 mJ", "0 J".
+std::string energy_label(double joules);
+
 /// Decades of the error axis, the same in all panels.
 struct ErrorScale {
   int lower = -3;  ///< powers of ten, m
@@ -45,6 +48,21 @@ struct ErrorScale {
   double height(double metres) const;  ///< of an error in the strip: 0 at the bottom, 1 at the top
 };
 ErrorScale error_scale(const Comparison& comparison);
+
+/// What a strip below a panel's picture shows over time.
+enum class Strip { error, gap, energy };
+/// From their names. Throws Error.
+std::vector<Strip> strips_named(const std::vector<std::string>& names);
+
+/// The axis of a strip, the same in all panels: decades of metres, or joules on both sides of the start's.
+struct StripAxis {
+  bool is_logarithmic = true;
+  ErrorScale decades;
+  double low = 0, high = 1;  ///< J
+
+  double height(double value) const;  ///< in the strip: 0 at the bottom, 1 at the top
+};
+StripAxis axis_of(const Comparison& comparison, Strip strip);
 
 /// Columns of a grid of `count` panels in a frame of this size, such that pictures of the usual shape are as
 /// large as can be. `above`: height that each row spends on labels and strips.
@@ -56,9 +74,10 @@ void check_film_size(int width, int height);
 class Composition {
  public:
   /// Lays out panels for a frame of this size and draws what does not change. Throws Error when the size
-  /// cannot be, or leaves no room for the pictures. `key`, where there is one, stands below them.
+  /// cannot be, or leaves no room for the pictures. `key`, where there is one, stands below them; of the
+  /// strips, that of errors is left out where there is no reference.
   Composition(const Comparison& comparison, const std::string& title, int width, int height,
-              const std::vector<KeyEntry>& key = {});
+              const std::vector<KeyEntry>& key = {}, const std::vector<Strip>& strips = {Strip::error});
 
   int picture_width() const { return picture_width_; }
   int picture_height() const { return picture_height_; }
@@ -70,8 +89,15 @@ class Composition {
   struct Box {
     int x = 0, y = 0, width = 0, height = 0;
   };
+  struct StripBox {
+    Strip kind = Strip::error;
+    StripAxis axis;
+    Box strip{};
+    Box plot{};
+  };
   struct Panel {
-    Box header, picture, strip, plot;
+    Box header, picture;
+    std::vector<StripBox> strips;
   };
   /// How panels' headers are written: all alike.
   struct HeaderStyle {
@@ -81,23 +107,26 @@ class Composition {
   };
 
   double text_size(double at_720) const;
-  bool has_strips() const { return comparison_.reference.has_value(); }
-  double plot_x(const Panel& panel, std::size_t k) const;
-  double plot_y(const Panel& panel, double error) const;
+  const std::vector<double>& series(const StripBox& strip, std::size_t run) const;
+  double plot_x(const StripBox& strip, std::size_t k) const;
+  double plot_y(const StripBox& strip, double value) const;
   void lay_out();
+  void lay_out_strips(Panel& panel, int x, int y, int width, int height) const;
   void draw_background(const std::string& title);
   void draw_title(const std::string& title);
+  std::string legend() const;
   double header_width(std::size_t run, const HeaderStyle& style) const;
   HeaderStyle header_style() const;
   void draw_header(const Panel& panel, std::size_t run, const HeaderStyle& style);
-  void draw_grid(const Panel& panel, bool labels);
-  void draw_certainty(const Panel& panel);
-  void draw_key(const Panel& panel);
-  void draw_curve(Image& image, const Panel& panel, std::size_t run, std::size_t end, const Color& color,
+  void draw_grid(const StripBox& strip);
+  void draw_certainty(const StripBox& strip);
+  void draw_key(const StripBox& strip);
+  void draw_curve(Image& image, const StripBox& strip, std::size_t run, std::size_t end, const Color& color,
                   bool dashed) const;
-  void draw_clipped(Image& image, const Panel& panel, std::size_t run, std::size_t end) const;
+  void draw_clipped(Image& image, const StripBox& strip, std::size_t run, std::size_t end) const;
   void draw_clock(Image& image, std::size_t k) const;
-  void draw_strip(Image& image, std::size_t run, std::size_t k) const;
+  void draw_strip(Image& image, const StripBox& strip, std::size_t run, std::size_t k) const;
+  std::string value_label(const StripBox& strip, std::size_t run, std::size_t k) const;
   void draw_notice(Image& image, std::size_t run, const std::string& text, bool over_all) const;
   void draw_fate(Image& image, std::size_t run, std::size_t k) const;
 
@@ -108,8 +137,8 @@ class Composition {
   bool has_axis_ = true;
   int width_;
   int height_;
-  double scale_;  ///< 1 at 720 lines
-  ErrorScale error_scale_;
+  double scale_;               ///< 1 at 720 lines
+  std::vector<Strip> strips_;  ///< of each panel, from the top
   int picture_width_ = 0;
   int picture_height_ = 0;
   Box title_;

@@ -22,6 +22,20 @@ int body_named(const std::string& name, const Scene& scene) {
   throw Error(fmt::format("--camera follow:{}: {} has no such body: {}", name, scene.name, known));
 }
 
+Camera of_scene(const std::string& name, const Scene& scene) {
+  // Nodes' names differ; cameras may share one.
+  for (const NamedCamera& camera : scene.cameras) {
+    if (camera.node == name) return camera.view;
+  }
+  for (const NamedCamera& camera : scene.cameras) {
+    if (camera.camera == name) return camera.view;
+  }
+  std::string known;
+  for (const NamedCamera& camera : scene.cameras) known += (known.empty() ? "" : ", ") + camera.node;
+  throw Error(fmt::format("--camera name:{}: {} has no such camera: {}", name, scene.name,
+                          known.empty() ? "it has none" : known));
+}
+
 glm::dvec3 turned(const glm::dvec3& v, const SineCosine& by) {
   return {by.cosine * v.x + by.sine * v.z, v.y, by.cosine * v.z - by.sine * v.x};
 }
@@ -30,10 +44,13 @@ glm::dvec3 turned(const glm::dvec3& v, const SineCosine& by) {
 
 FilmCamera camera_named(const std::string& text, const Scene& scene) {
   FilmCamera camera;
+  constexpr std::string_view own = "name:";
   constexpr std::string_view follow = "follow:";
   constexpr std::string_view orbit = "orbit:";
   if (text == "fit") {
     camera.is_automatic = true;
+  } else if (text.starts_with(own)) {
+    camera.named = of_scene(text.substr(own.size()), scene);
   } else if (text.starts_with(follow)) {
     camera.follows = body_named(text.substr(follow.size()), scene);
   } else if (text.starts_with(orbit)) {
@@ -43,9 +60,17 @@ FilmCamera camera_named(const std::string& text, const Scene& scene) {
       throw Error(fmt::format("--camera '{}': give orbit:DEGREES, of a second of film", text));
     }
   } else if (text != "scene") {
-    throw Error(fmt::format("--camera '{}': give scene, fit, follow:BODY or orbit:DEGREES", text));
+    throw Error(
+        fmt::format("--camera '{}': give scene, fit, name:CAMERA, follow:BODY or orbit:DEGREES", text));
   }
   return camera;
+}
+
+Scene seen_by(const FilmCamera& camera, const Scene& scene) {
+  Scene seen = scene;
+  if (camera.is_automatic) seen.camera.reset();
+  if (camera.named) seen.camera = camera.named;
+  return seen;
 }
 
 View moved(const View& view, const FilmCamera& camera, const Vector3& way, double seconds,

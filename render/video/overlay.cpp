@@ -5,9 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <numbers>
 
 #include "render/text.h"
 #include "sim/error.h"
+#include "sim/math/rotation.h"
+#include "sim/measure/motion.h"
 #include "sim/model/joint_anchors.h"
 
 namespace substep {
@@ -16,6 +19,8 @@ namespace {
 constexpr Color gap_color{255, 60, 80};
 constexpr Color anchor_color{255, 255, 255};
 constexpr Color ghost_color{255, 255, 255};
+constexpr Color arrow_color{255, 214, 64};
+constexpr Color idle_color{190, 200, 212};
 
 Color ramp_at(double share) {
   const double place = std::clamp(share, 0.0, 1.0) * (error_ramp.size() - 1);
@@ -48,15 +53,37 @@ const std::vector<Coordinates>& poses_of(const OverlayFrame& frame) {
   return frame.run.poses[std::min(frame.k, frame.run.poses.size() - 1)];
 }
 
-void draw_error_colors(Image& picture, const OverlayFrame& frame) {
-  std::vector<Color> colors(frame.scene.bodies.size());
-  const std::vector<Coordinates>& poses = poses_of(frame);
-  for (std::size_t body = 1; body < colors.size(); ++body) {
-    const double error = std::sqrt(
-        squared_distance(frame.scene.bodies[body], poses[body], frame.reference->poses[frame.k][body]));
-    const double decades = std::log10(std::max(error, 1e-12)) - frame.lower;
-    colors[body] = ramp_at(decades / (frame.upper - frame.lower));
+Color tint_of(double value, const OverlayScales& scales) {
+  if (!scales.is_logarithmic) return ramp_at((value - scales.low) / (scales.high - scales.low));
+  return ramp_at(std::log10(std::max(value, 1e-12) / scales.low) / std::log10(scales.high / scales.low));
+}
+
+/// What colours each body at the frame; nothing where that is not known.
+std::vector<double> tint_values(const Overlays& overlays, const OverlayFrame& frame) {
+  std::vector<double> values;
+  const auto of_frame = [&](const std::vector<std::vector<float>>& all) {
+    if (all.empty()) return;
+    const std::vector<float>& at = all[std::min(frame.k, all.size() - 1)];
+    values.assign(at.begin(), at.end());
+  };
+  if (overlays.tint == Overlays::Tint::velocity) of_frame(frame.run.readings.speeds);
+  if (overlays.tint == Overlays::Tint::penetration) of_frame(frame.run.readings.depths);
+  if (overlays.tint == Overlays::Tint::error && frame.reference != nullptr &&
+      frame.k < frame.run.errors.size()) {
+    const std::vector<Coordinates>& poses = poses_of(frame);
+    values.reserve(poses.size());
+    for (std::size_t body = 0; body < poses.size(); ++body) {
+      values.push_back(std::sqrt(
+          squared_distance(frame.scene.bodies[body], poses[body], frame.reference->poses[frame.k][body])));
+    }
   }
+  return values;
+}
+
+void draw_tint(Image& picture, const std::vector<double>& values, const OverlayFrame& frame) {
+  std::vector<Color> colors;
+  colors.reserve(values.size());
+  for (const double value : values) colors.push_back(tint_of(value, frame.scales));
   for (int y = 0; y < picture.height; ++y) {
     for (int x = 0; x < picture.width; ++x) {
       const int body = body_at(*frame.bodies, x, y);
@@ -139,10 +166,120 @@ void draw_joints(Image& picture, const OverlayFrame& frame) {
   draw_text(picture, picture.width - wide - 8, picture.height - 0.55 * style.size, text, style);
 }
 
+/// A line that ends in a point.
+void draw_arrow(Image& picture, double x0, double y0, double x1, double y1, double barb_length, double width,
+                const Color& color) {
+  draw_line(picture, x0, y0, x1, y1, width, color);
+  const double length = std::hypot(x1 - x0, y1 - y0);
+  if (!(length > 0.5 * barb_length)) return;
+  const double along_x = (x1 - x0) / length;
+  const double along_y = (y1 - y0) / length;
+  const double barb = std::min(barb_length, 0.5 * length);
+  for (const double side : {-0.5, 0.5}) {
+    draw_line(picture, x1, y1, x1 - barb * (along_x + side * along_y), y1 - barb * (along_y - side * along_x),
+              width, color);
+  }
+}
+
+void draw_contacts(Image& picture, const OverlayFrame& frame) {
+  const auto& contacts = frame.run.readings.contacts;
+  if (contacts.empty()) return;
+  const double width = std::max(1.5, picture.height / 180.0);
+  const double dot = std::max(3.0, picture.height / 80.0);
+  constexpr Color dark{20, 20, 20};
+  for (const ContactImpulse& contact : contacts[std::min(frame.k, contacts.size() - 1)]) {
+    double x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+    const Vector3 tip = contact.place + frame.scales.metres_per_impulse * contact.impulse;
+    if (!project(frame.view, contact.place, picture.width, picture.height, x0, y0)) continue;
+    const bool is_idle = contact.impulse.isZero();
+    if (!is_idle && project(frame.view, tip, picture.width, picture.height, x1, y1)) {
+      draw_arrow(picture, x0, y0, x1, y1, 3.5 * width, width + 2, dark);
+      draw_arrow(picture, x0, y0, x1, y1, 3.5 * width, width, arrow_color);
+    }
+    const double size = is_idle ? 0.6 * dot : dot;
+    draw_line(picture, x0, y0, x0, y0, size + 2, dark);
+    draw_line(picture, x0, y0, x0, y0, size, is_idle ? idle_color : arrow_color);
+  }
+}
+
+/// The next of 1, 2, 5, 10, … that is not below a value.
+double round_up(double value) {
+  if (!(value > 0)) return 1;
+  const double ten = std::pow(10.0, std::floor(std::log10(value) + 1e-9));
+  for (const double step : {1.0, 2.0, 5.0}) {
+    if (value <= step * ten * (1 + 1e-9)) return step * ten;
+  }
+  return 10 * ten;
+}
+
+/// Below which all but a part of the values are; 0 where there are none.
+double quantile(std::vector<double>& values, double part) {
+  if (values.empty()) return 0;
+  const auto place =
+      values.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), place, values.end());
+  return *place;
+}
+
+/// Of all runs' moving bodies at all frames, those above 0.
+std::vector<double> values_of(const Scene& scene, const Comparison& comparison,
+                              std::vector<std::vector<float>> Readings::*series) {
+  std::vector<double> values;
+  for (const Run& run : comparison.runs) {
+    for (const std::vector<float>& frame : run.readings.*series) {
+      for (std::size_t body = 1; body < frame.size(); ++body) {
+        if (moves(scene, body) && frame[body] > 0 && std::isfinite(frame[body]))
+          values.push_back(frame[body]);
+      }
+    }
+  }
+  return values;
+}
+
+std::string number_label(double value) {
+  return fmt::format("{:g}", value);
+}
+
 }  // namespace
+
+OverlayScales scales_of(const Scene& scene, const Comparison& comparison, const Overlays& overlays) {
+  OverlayScales scales;
+  const ErrorScale errors = error_scale(comparison);
+  scales.low = std::pow(10.0, errors.lower);
+  scales.high = std::pow(10.0, errors.upper);
+  if (overlays.tint == Overlays::Tint::velocity) {
+    std::vector<double> speeds = values_of(scene, comparison, &Readings::speeds);
+    scales = {false, 0, round_up(quantile(speeds, 0.98))};
+  } else if (overlays.tint == Overlays::Tint::penetration) {
+    std::vector<double> depths = values_of(scene, comparison, &Readings::depths);
+    scales.high = std::pow(10.0, std::ceil(std::log10(std::max(quantile(depths, 0.995), 1e-6)) - 1e-9));
+    scales.low = scales.high * 1e-3;
+  }
+  std::vector<double> impulses;
+  for (const Run& run : comparison.runs) {
+    for (const std::vector<ContactImpulse>& frame : run.readings.contacts) {
+      for (const ContactImpulse& contact : frame) {
+        if (!contact.impulse.isZero()) impulses.push_back(contact.impulse.norm());
+      }
+    }
+  }
+  // A large one is as long as a tenth of the scene, and a metre is a round number of newton seconds.
+  const double large = quantile(impulses, 0.9);
+  if (large > 0) scales.metres_per_impulse = 1 / round_up(large / (0.1 * size_of(scene)));
+  return scales;
+}
 
 Overlays overlays_named(const std::vector<std::string>& names) {
   Overlays overlays;
+  const auto tint = [&](const std::string& name, Overlays::Tint kind) {
+    if (overlays.tint != Overlays::Tint::none && overlays.tint != kind) {
+      throw Error(
+          fmt::format("--overlay '{}': bodies have one colour: give one of error, penetration and "
+                      "velocity",
+                      name));
+    }
+    overlays.tint = kind;
+  };
   for (const std::string& name : names) {
     if (name == "trails") {
       overlays.trails = true;
@@ -150,18 +287,31 @@ Overlays overlays_named(const std::vector<std::string>& names) {
       overlays.joints = true;
     } else if (name == "ghost") {
       overlays.ghost = true;
+    } else if (name == "contacts") {
+      overlays.contacts = true;
     } else if (name == "error") {
-      overlays.error = true;
+      tint(name, Overlays::Tint::error);
+    } else if (name == "penetration") {
+      tint(name, Overlays::Tint::penetration);
+    } else if (name == "velocity") {
+      tint(name, Overlays::Tint::velocity);
     } else {
-      throw Error(fmt::format("--overlay '{}': give some of trails, joints, ghost, error", name));
+      throw Error(
+          fmt::format("--overlay '{}': give some of trails, joints, ghost, contacts, and error, "
+                      "penetration or velocity",
+                      name));
     }
   }
   return overlays;
 }
 
-std::vector<KeyEntry> key_of(const Overlays& overlays, int lower, int upper) {
+std::vector<KeyEntry> key_of(const Overlays& overlays, const OverlayScales& scales, bool has_rings) {
   constexpr Color words{146, 156, 170};
   std::vector<KeyEntry> key;
+  if (has_rings) {
+    key.emplace_back("○ ", gap_color);
+    key.emplace_back("first away from the reference    ", words);
+  }
   if (overlays.trails) {
     key.emplace_back("— ", Color{200, 205, 214});
     key.emplace_back("the last second’s way    ", words);
@@ -176,10 +326,28 @@ std::vector<KeyEntry> key_of(const Overlays& overlays, int lower, int upper) {
     key.emplace_back("□ ", ghost_color);
     key.emplace_back("where the reference is    ", words);
   }
-  if (overlays.error) {
-    key.emplace_back(fmt::format("{} ", length_label(std::pow(10.0, lower))), words);
+  if (overlays.contacts) {
+    key.emplace_back("● ", idle_color);
+    key.emplace_back("contact  ", words);
+    key.emplace_back("●→ ", arrow_color);
+    // A round length, at most a metre, so that the number is one a reader can use.
+    double length = 1;
+    while (length * 1 / scales.metres_per_impulse > 20) length /= 10;
+    key.emplace_back(fmt::format("its impulse in a step, {} is {} N·s    ", length_label(length),
+                                 number_label(length / scales.metres_per_impulse)),
+                     words);
+  }
+  if (overlays.tint != Overlays::Tint::none) {
+    const bool is_speed = overlays.tint == Overlays::Tint::velocity;
+    const auto label = [&](double value) {
+      return is_speed ? number_label(value) + " m/s" : length_label(value);
+    };
+    key.emplace_back(label(scales.low) + " ", words);
     for (int i = 0; i < 9; ++i) key.emplace_back("■", ramp_at(i / 8.0));
-    key.emplace_back(fmt::format(" {} from the reference", length_label(std::pow(10.0, upper))), words);
+    const char* const what = is_speed                                       ? "of the bodies’ centres"
+                             : overlays.tint == Overlays::Tint::penetration ? "deep in other bodies"
+                                                                            : "from the reference";
+    key.emplace_back(fmt::format(" {} {}", label(scales.high), what), words);
   }
   return key;
 }
@@ -196,15 +364,52 @@ bool project(const View& view, const Vector3& point, int width, int height, doub
 
 void draw_overlays(Image& picture, const Overlays& overlays, const OverlayFrame& frame) {
   if (frame.run.poses.empty()) return;
-  if (overlays.error && frame.reference != nullptr && frame.bodies != nullptr &&
-      frame.k < frame.run.errors.size()) {
-    draw_error_colors(picture, frame);
+  if (frame.bodies != nullptr) {
+    const std::vector<double> values = tint_values(overlays, frame);
+    if (!values.empty()) draw_tint(picture, values, frame);
   }
   if (overlays.trails) draw_trails(picture, frame);
   if (overlays.ghost && frame.reference != nullptr && frame.reference_bodies != nullptr) {
     draw_ghost(picture, frame);
   }
   if (overlays.joints) draw_joints(picture, frame);
+  if (overlays.contacts) draw_contacts(picture, frame);
+}
+
+void draw_departure(Image& picture, const Departure& departure, const OverlayFrame& frame) {
+  const auto body = static_cast<std::size_t>(departure.body);
+  const Coordinates& q = poses_of(frame)[body];
+  double x = 0, y = 0, beside = 0, ignored = 0;
+  // As large as the body seems, by its moments of inertia.
+  const Body& of = frame.scene.bodies[body];
+  const double inertia = of.inverse_inertia.minCoeff() > 0 ? 1 / of.inverse_inertia.minCoeff() : 0;
+  const double size = 1.8 * std::sqrt(inertia * of.inverse_mass) + 0.02;
+  const Vector3 right(frame.view.right.x, frame.view.right.y, frame.view.right.z);
+  if (!project(frame.view, q.linear, picture.width, picture.height, x, y) ||
+      !project(frame.view, q.linear + size * right, picture.width, picture.height, beside, ignored)) {
+    return;
+  }
+  const double radius = std::clamp(beside - x, picture.height / 18.0, picture.height / 3.0);
+  const double width = std::max(2.0, picture.height / 120.0);
+  constexpr int corners = 48;
+  for (const auto& [wide, color] : {std::pair(width + 2, Color{20, 20, 20}), std::pair(width, gap_color)}) {
+    for (int i = 0; i < corners; ++i) {
+      const SineCosine from = sine_cosine(2 * std::numbers::pi * i / corners);
+      const SineCosine to = sine_cosine(2 * std::numbers::pi * (i + 1) / corners);
+      draw_line(picture, x + radius * from.cosine, y + radius * from.sine, x + radius * to.cosine,
+                y + radius * to.sine, wide, color);
+    }
+  }
+  TextStyle style{.size = std::max(11.0, picture.height / 18.0), .color = {255, 255, 255}, .bold = true};
+  const std::string text = fmt::format("{} off", length_label(departure.distance));
+  while (style.size > 8 && text_width(text, style) > picture.width - 12) style.size *= 0.95;
+  const double wide = text_width(text, style);
+  const double left = std::clamp(x - wide / 2, 4.0, std::max(4.0, picture.width - wide - 4));
+  const double below = y + radius + 1.4 * style.size;
+  const double base = below < picture.height - 4 ? below : y - radius - 0.6 * style.size;
+  fill_rectangle(picture, static_cast<int>(left - 4), static_cast<int>(base - style.size),
+                 static_cast<int>(wide + 8), static_cast<int>(1.35 * style.size), {15, 18, 24}, 0.7);
+  draw_text(picture, left, base, text, style);
 }
 
 }  // namespace substep

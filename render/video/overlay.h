@@ -17,35 +17,49 @@ inline constexpr std::array<Color, 5> error_ramp{
     {{68, 1, 84}, {59, 82, 139}, {33, 145, 140}, {94, 201, 98}, {253, 231, 37}}};
 
 struct Overlays {
-  bool trails = false;  ///< the way of each body's centre in the last second of film
-  bool joints = false;  ///< the anchors that a joint holds together, and the gap where it does not
-  bool ghost = false;   ///< where the reference has the bodies: their outline
-  bool error = false;   ///< bodies in the colour of their distance from where the reference has them
+  bool trails = false;    ///< the way of each body's centre in the last second of film
+  bool joints = false;    ///< the anchors that a joint holds together, and the gap where it does not
+  bool ghost = false;     ///< where the reference has the bodies: their outline
+  bool contacts = false;  ///< contact points, and the impulses there as arrows
+  /// What colours the bodies: their distance from where the reference has them, how deep they are in others,
+  /// how fast they are.
+  enum class Tint { none, error, penetration, velocity };
+  Tint tint = Tint::none;
 
-  bool any() const { return trails || joints || ghost || error; }
+  bool any() const { return trails || joints || ghost || contacts || tint != Tint::none; }
 };
 
 /// From their names. Throws Error.
 Overlays overlays_named(const std::vector<std::string>& names);
 
-/// What the overlays mean, piece by piece; the colours of errors run from 10^lower to 10^upper m.
-std::vector<KeyEntry> key_of(const Overlays& overlays, int lower, int upper);
+/// What overlays are measured by: the same in all panels and frames.
+struct OverlayScales {
+  bool is_logarithmic = true;     ///< the tint's
+  double low = 1e-3, high = 1;    ///< of the tint: m or m/s
+  double metres_per_impulse = 1;  ///< of arrows: m for 1 N·s
+};
+OverlayScales scales_of(const Scene& scene, const Comparison& comparison, const Overlays& overlays);
+
+/// What the overlays, and the rings where a film freezes, mean, piece by piece.
+std::vector<KeyEntry> key_of(const Overlays& overlays, const OverlayScales& scales, bool has_rings);
 
 /// What one panel's overlays need at film frame k.
 struct OverlayFrame {
   const Scene& scene;
   const View& view;
   const Run& run;
+  OverlayScales scales = {};
   const ReferenceRun* reference = nullptr;  ///< where it is known at k
   std::size_t k = 0;
   std::size_t trail = 30;                   ///< frames that a trail is long
   const Image* bodies = nullptr;            ///< the run's, of Renderer::draw_bodies
   const Image* reference_bodies = nullptr;  ///< the reference's
-  int lower = -3;                           ///< decades of the errors' colours
-  int upper = 0;
 };
 
 void draw_overlays(Image& picture, const Overlays& overlays, const OverlayFrame& frame);
+
+/// A ring round the body that has left the reference, and how far it is.
+void draw_departure(Image& picture, const Departure& departure, const OverlayFrame& frame);
 
 /// Where the view shows a point, in pixels from the top left corner of a picture of this size. False where it
 /// is behind the eye.

@@ -1,6 +1,7 @@
 #include "render/video/video.h"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <cmath>
@@ -52,65 +53,98 @@ View view_at(const View& view, const Scene& scene, const VideoSettings& settings
                middle);
 }
 
+/// What stays the same for all frames of a film.
+struct Film {
+  const Scene& scene;
+  const VideoSettings& settings;
+  const Comparison& comparison;
+  OverlayScales scales = scales_of(scene, comparison, settings.overlays);
+  std::vector<std::optional<Departure>> departures{};  ///< of the runs, where the film freezes
+
+  std::size_t second() const {  ///< in frames
+    return static_cast<std::size_t>(std::max(1L, std::lround(settings.frame_rate)));
+  }
+  /// The first at which a run has left the reference.
+  std::optional<std::size_t> freeze() const {
+    std::optional<std::size_t> first;
+    for (const std::optional<Departure>& departure : departures) {
+      if (departure) first = std::min(first.value_or(departure->frame), departure->frame);
+    }
+    return first;
+  }
+};
+
+Film film_of(const Scene& scene, const VideoSettings& settings, const Comparison& comparison) {
+  Film film{scene, settings, comparison};
+  for (const Run& run : comparison.runs) {
+    film.departures.push_back(settings.freezes ? departure_of(scene, comparison, run) : std::nullopt);
+  }
+  return film;
+}
+
 /// One panel's picture at film frame k, with its overlays.
-Image panel_picture(Renderer& renderer, const Scene& scene, const VideoSettings& settings,
-                    const Comparison& comparison, const Run& run, std::size_t k) {
-  const std::vector<Coordinates> poses = poses_at(scene, run, k);
+Image panel_picture(Renderer& renderer, const Film& film, std::size_t index, std::size_t k) {
+  const VideoSettings& settings = film.settings;
+  const Comparison& comparison = film.comparison;
+  const Run& run = comparison.runs[index];
+  const std::vector<Coordinates> poses = poses_at(film.scene, run, k);
   Image picture = renderer.draw(poses);
-  if (!settings.overlays.any() || run.is_reference()) return picture;
-  const ErrorScale scale = error_scale(comparison);
-  const bool is_known = comparison.reference && k < comparison.reference->known;
-  OverlayFrame frame{scene, renderer.view(), run};
+  const std::optional<Departure>& departure = film.departures[index];
+  const bool is_ringed = departure && k >= departure->frame && k < departure->frame + film.second();
+  if ((!settings.overlays.any() && !is_ringed) || run.is_reference()) return picture;
+  OverlayFrame frame{film.scene, renderer.view(), run, film.scales};
   frame.k = k;
-  frame.trail = static_cast<std::size_t>(std::max(1L, std::lround(settings.frame_rate)));
-  frame.lower = scale.lower;
-  frame.upper = scale.upper;
+  frame.trail = film.second();
   Image bodies;
   Image reference_bodies;
-  if (is_known) {
+  if (settings.overlays.tint != Overlays::Tint::none) {
+    bodies = renderer.draw_bodies(poses);
+    frame.bodies = &bodies;
+  }
+  if (comparison.reference && k < comparison.reference->known) {
     frame.reference = &*comparison.reference;
-    if (settings.overlays.error) {
-      bodies = renderer.draw_bodies(poses);
-      frame.bodies = &bodies;
-    }
     if (settings.overlays.ghost) {
       reference_bodies = renderer.draw_bodies(comparison.reference->poses[k]);
       frame.reference_bodies = &reference_bodies;
     }
   }
   draw_overlays(picture, settings.overlays, frame);
+  if (is_ringed) draw_departure(picture, *departure, frame);
   return picture;
 }
 
 /// Paints film frames of this size; `every` of the comparison's frames is painted, the others are left out.
-std::function<Painter()> painters(const Scene& scene, const VideoSettings& settings,
-                                  const Comparison& comparison, const Composition& composition, int every) {
-  return [&scene, &settings, &comparison, &composition, every]() -> Painter {
+std::function<Painter()> painters(const Film& film, const Composition& composition, int every) {
+  return [&film, &composition, every]() -> Painter {
     RenderSettings pictures_settings;
     pictures_settings.width = composition.picture_width();
     pictures_settings.height = composition.picture_height();
-    pictures_settings.steps_back = true;
-    Scene seen = scene;
-    if (settings.camera.is_automatic) seen.camera.reset();
-    auto renderer = std::make_shared<Renderer>(seen, pictures_settings, seen_frames(scene, comparison));
+    pictures_settings.steps_back = !film.settings.camera.named;
+    const Scene seen = seen_by(film.settings.camera, film.scene);
+    auto renderer =
+        std::make_shared<Renderer>(seen, pictures_settings, seen_frames(film.scene, film.comparison));
     const View still = renderer->view();
-    return [renderer, still, &scene, &settings, &comparison, &composition, every](int k) {
+    return [renderer, still, &film, &composition, every](int k) {
       const int frame = k * every;
       const auto index = static_cast<std::size_t>(frame);
       std::vector<Image> pictures;
-      for (const Run& run : comparison.runs) {
-        renderer->look(view_at(still, scene, settings, comparison, run, index));
-        pictures.push_back(panel_picture(*renderer, scene, settings, comparison, run, index));
+      for (std::size_t run = 0; run < film.comparison.runs.size(); ++run) {
+        renderer->look(
+            view_at(still, film.scene, film.settings, film.comparison, film.comparison.runs[run], index));
+        pictures.push_back(panel_picture(*renderer, film, run, index));
       }
       return composition.frame(frame, pictures);
     };
   };
 }
 
-/// The key of the film's overlays.
-std::vector<KeyEntry> key_of(const VideoSettings& settings, const Comparison& comparison) {
-  const ErrorScale scale = error_scale(comparison);
-  return key_of(settings.overlays, scale.lower, scale.upper);
+Composition composition_of(const Film& film, int width, int height) {
+  return {film.comparison,
+          film_title(film.scene, film.settings.title),
+          width,
+          height,
+          key_of(film.settings.overlays, film.scales, film.freeze().has_value()),
+          film.settings.strips};
 }
 
 /// A file that ffmpeg writes: beside, then renamed.
@@ -148,8 +182,9 @@ struct LoopAttempt {
   int colors;  ///< in the palette
 };
 
-void make_loop(const Scene& scene, const VideoSettings& settings, const Comparison& comparison,
-               const fs::path& program) {
+void make_loop(const Film& film_frames, const fs::path& program) {
+  const VideoSettings& settings = film_frames.settings;
+  const Comparison& comparison = film_frames.comparison;
   constexpr std::uintmax_t limit = 2'000'000;
   // Each smaller than the one before; the first that is small enough is taken.
   for (const LoopAttempt attempt :
@@ -157,8 +192,7 @@ void make_loop(const Scene& scene, const VideoSettings& settings, const Comparis
         LoopAttempt{400, 6, 32}}) {
     const int height =
         static_cast<int>(std::lround(0.5 * attempt.width * settings.height / settings.width)) * 2;
-    const Composition composition(comparison, film_title(scene, settings.title), attempt.width, height,
-                                  key_of(settings, comparison));
+    const Composition composition = composition_of(film_frames, attempt.width, height);
     const int count = (static_cast<int>(comparison.times.size()) - 1) / attempt.every + 1;
     const double rate = settings.frame_rate / attempt.every;
     std::vector<std::string> arguments = raw_frames_input(attempt.width, height, rate);
@@ -174,7 +208,7 @@ void make_loop(const Scene& scene, const VideoSettings& settings, const Comparis
       arguments.push_back(word);
     }
     FilmFile film(*settings.loop, program, arguments);
-    paint_in_order(count, settings.threads, painters(scene, settings, comparison, composition, attempt.every),
+    paint_in_order(count, settings.threads, painters(film_frames, composition, attempt.every),
                    [&](int k, const Image& frame) {
                      film.write(frame);
                      if (settings.progress) settings.progress("loop", static_cast<double>(k + 1) / count);
@@ -215,8 +249,9 @@ void refuse_other_files(const fs::path& folder) {
 /// Throws Error where something that is asked for cannot be made: long work comes before it would be.
 void check_outputs(const VideoSettings& settings, bool has_container, bool has_ffmpeg) {
   check_film_size(settings.width, settings.height);
-  if ((settings.overlays.ghost || settings.overlays.error) && !settings.comparison.has_reference) {
-    throw Error("the overlays ghost and error show the reference, and there is none");
+  const bool shows_error = settings.overlays.tint == Overlays::Tint::error;
+  if ((settings.overlays.ghost || shows_error || settings.freezes) && !settings.comparison.has_reference) {
+    throw Error("the overlays ghost and error, and --freeze, show the reference, and there is none");
   }
   for (const auto& file : {settings.poster, settings.loop}) {
     if (file) require_folder_of(*file);
@@ -233,6 +268,31 @@ void check_outputs(const VideoSettings& settings, bool has_container, bool has_f
   if (settings.loop && !has_ffmpeg) {
     throw Error("a loop needs ffmpeg, which is not in PATH: on Debian, apt-get install ffmpeg");
   }
+}
+
+/// Of this process, or of those that it waited for.
+double cpu_seconds(int who) {
+  rusage usage{};
+  getrusage(who, &usage);
+  const auto seconds = [](const timeval& time) {
+    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+  };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+/// With what the overlays and strips show.
+ComparisonSettings with_readings(const VideoSettings& settings) {
+  ComparisonSettings comparison = settings.comparison;
+  ReadingChoice& readings = comparison.readings;
+  const auto has = [&](Strip strip) {
+    return std::ranges::find(settings.strips, strip) != settings.strips.end();
+  };
+  readings.gap = has(Strip::gap);
+  readings.energy = has(Strip::energy);
+  readings.speeds = settings.overlays.tint == Overlays::Tint::velocity;
+  readings.depths = settings.overlays.tint == Overlays::Tint::penetration;
+  readings.contacts = settings.overlays.contacts;
+  return comparison;
 }
 
 }  // namespace
@@ -267,9 +327,14 @@ void FrameFolder::finish() {
 
 VideoReport make_video(const Scene& scene, const VideoSettings& settings) {
   check_outputs(settings, container_of(settings.output).has_value(), find_ffmpeg().has_value());
-  return make_video(scene, settings, simulate_comparison(scene, settings.comparison, [&](double share) {
-                      if (settings.progress) settings.progress("simulating", share);
-                    }));
+  const double start = cpu_seconds(RUSAGE_SELF);
+  Comparison simulated = simulate_comparison(scene, with_readings(settings), [&](double share) {
+    if (settings.progress) settings.progress("simulating", share);
+  });
+  const double simulating = cpu_seconds(RUSAGE_SELF) - start;
+  VideoReport report = make_video(scene, settings, std::move(simulated));
+  report.cpu.simulating = simulating;
+  return report;
 }
 
 VideoReport make_video(const Scene& scene, const VideoSettings& settings, Comparison simulated) {
@@ -294,9 +359,11 @@ VideoReport make_video(const Scene& scene, const VideoSettings& settings, Compar
   }
 
   report.comparison = std::move(simulated);
+  const double start = cpu_seconds(RUSAGE_SELF);
+  const double ffmpeg_start = cpu_seconds(RUSAGE_CHILDREN);
   const Comparison& comparison = report.comparison;
-  const Composition composition(comparison, film_title(scene, settings.title), settings.width,
-                                settings.height, key_of(settings, comparison));
+  const Film shown = film_of(scene, settings, comparison);
+  const Composition composition = composition_of(shown, settings.width, settings.height);
 
   std::unique_ptr<FilmFile> film;
   if (report.is_film) {
@@ -308,23 +375,27 @@ VideoReport make_video(const Scene& scene, const VideoSettings& settings, Compar
   const int count = static_cast<int>(comparison.times.size());
   const int held = static_cast<int>(std::lround(settings.hold * settings.frame_rate));
   std::string poster;
-  paint_in_order(count, settings.threads, painters(scene, settings, comparison, composition, 1),
-                 [&](int k, const Image& frame) {
-                   for (int copies = k + 1 == count ? 1 + held : 1; copies > 0; --copies) {
-                     if (film) film->write(frame);
-                     if (folder) write_png(frame, folder->next());
-                   }
-                   if (settings.poster && k == poster_frame(comparison, settings.poster_time))
-                     poster = to_png(frame);
-                   if (settings.progress) settings.progress("drawing", static_cast<double>(k + 1) / count);
-                 });
-  if (settings.loop) make_loop(scene, settings, comparison, *program);
+  const std::optional<std::size_t> freeze = shown.freeze();
+  const auto frozen = static_cast<int>(std::lround(1.5 * settings.frame_rate));
+  paint_in_order(count, settings.threads, painters(shown, composition, 1), [&](int k, const Image& frame) {
+    const bool freezes = freeze && k == static_cast<int>(*freeze);
+    const int more = (k + 1 == count ? held : 0) + (freezes ? frozen : 0);
+    for (int copies = 1 + more; copies > 0; --copies) {
+      if (film) film->write(frame);
+      if (folder) write_png(frame, folder->next());
+    }
+    if (settings.poster && k == poster_frame(comparison, settings.poster_time)) poster = to_png(frame);
+    if (settings.progress) settings.progress("drawing", static_cast<double>(k + 1) / count);
+  });
+  if (settings.loop) make_loop(shown, *program);
   if (film) {
     film->complete();
     film->publish();
   }
   if (folder) folder->finish();
   if (settings.poster) write_file(*settings.poster, poster);
+  report.cpu.drawing = cpu_seconds(RUSAGE_SELF) - start;
+  report.cpu.encoding = cpu_seconds(RUSAGE_CHILDREN) - ffmpeg_start;
   return report;
 }
 

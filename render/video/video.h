@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "render/video/comparison.h"
 #include "render/video/film_camera.h"
@@ -22,6 +23,8 @@ struct VideoSettings {
   double frame_rate = 30;
   FilmCamera camera;
   Overlays overlays;
+  std::vector<Strip> strips{Strip::error};
+  bool freezes = false;  ///< where a run first leaves the reference, with a ring round the body
   int width = 1280;
   int height = 720;
   double hold = 1;                              ///< s for which the last frame stays
@@ -35,8 +38,16 @@ struct VideoSettings {
   std::function<void(std::string_view stage, double share)> progress;
 };
 
+/// Of this process and of ffmpeg, s.
+struct CpuTimes {
+  double simulating = 0;
+  double drawing = 0;
+  double encoding = 0;
+};
+
 struct VideoReport {
   Comparison comparison;
+  CpuTimes cpu;
   std::filesystem::path written;  ///< the film, or the folder of frames
   bool is_film = true;
   std::string film_command;  ///< where there is no film: the ffmpeg command that makes it of the frames

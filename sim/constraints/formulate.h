@@ -85,4 +85,9 @@ void make_mlcp(const Problem& problem, const std::vector<Velocity>& v_local, Mlc
 /// v̆ ← v̆ + M̆⁻¹J̆ᵀλ, from the impulses M̆^(−1/2)J̆ᵀλ that A1's solver leaves by body.
 void add_impulses(const Model& model, const std::vector<Vector6>& impulses, std::vector<Velocity>& v_local);
 
+/// What the contacts gave in the step that was solved last, with the bodies at `q`; `lambda` is the direct
+/// solver's solution, null where rows were swept.
+std::vector<ContactImpulse> contact_impulses(const Problem& problem, const std::vector<Coordinates>& q,
+                                             const std::vector<double>* lambda);
+
 }  // namespace substep

@@ -5,10 +5,12 @@
 #include <cstddef>
 #include <tuple>
 
+#include "sim/loading/scene_appearance.h"
+
 namespace substep {
 
 Mesh smoothly_drawn_mesh(const std::vector<Vector3>& positions, const std::vector<Triangle>& triangles,
-                         const std::string& name, int surface) {
+                         const std::string& name, int surface, const VertexLooks& looks) {
   constexpr double cosine_of_crease = 0.766;       // 40°
   constexpr std::ptrdiff_t most_neighbours = 256;  // a position with more costs their square
 
@@ -59,6 +61,7 @@ Mesh smoothly_drawn_mesh(const std::vector<Vector3>& positions, const std::vecto
   Mesh mesh;
   mesh.name = name;
   mesh.surface = surface;
+  std::vector<std::uint32_t> drawn;
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     if (!(directions[i].squaredNorm() > 0.5)) continue;
     const auto first = static_cast<std::uint32_t>(mesh.positions.size());
@@ -68,7 +71,10 @@ Mesh smoothly_drawn_mesh(const std::vector<Vector3>& positions, const std::vecto
       mesh.normals.push_back(normal.squaredNorm() > 0.5 ? normal : directions[i]);
     }
     mesh.triangles.push_back({first, first + 1, first + 2});
+    drawn.insert(drawn.end(), triangles[i].begin(), triangles[i].end());
   }
+  mesh.looks = looks_of(looks, drawn);
+  mesh.looks.tangents.clear();  // they were square to other normals
   return mesh;
 }
 

@@ -12,6 +12,6 @@ namespace substep {
 /// triangles at its position that are inclined to its own by less than 40°. Triangles without area are left
 /// out.
 Mesh smoothly_drawn_mesh(const std::vector<Vector3>& positions, const std::vector<Triangle>& triangles,
-                         const std::string& name, int surface);
+                         const std::string& name, int surface, const VertexLooks& looks = {});
 
 }  // namespace substep

@@ -24,8 +24,9 @@ constexpr std::size_t largest_json = std::size_t{1}
                                      << 27;  // the parsed document takes about 16 times as much
 constexpr int deepest_json = 64;
 constexpr int deepest_node = 256;
-constexpr std::array<const char*, 3> known_extensions{"KHR_implicit_shapes", "KHR_physics_rigid_bodies",
-                                                      "KHR_lights_punctual"};
+constexpr std::array<const char*, 6> known_extensions{
+    "KHR_implicit_shapes",   "KHR_physics_rigid_bodies", "KHR_lights_punctual",
+    "KHR_texture_transform", "KHR_materials_unlit",      "KHR_materials_emissive_strength"};
 
 std::uint32_t little_endian(std::string_view bytes, std::size_t offset) {
   std::uint32_t value = 0;
@@ -148,47 +149,35 @@ std::string percent_decoded(const JsonValue& uri) {
   return decoded;
 }
 
-// Files that several buffers name are read once.
-using ReadFiles = std::map<fs::path, std::string_view>;
+bool is_data(const JsonValue& uri) {
+  return uri.text().compare(0, 5, "data:") == 0;
+}
 
-std::string_view read_uri(const JsonValue& uri, GltfDocument& document, ReadFiles& read_files) {
+std::string_view read_data(const JsonValue& uri, GltfDocument& document) {
   const std::string& text = uri.text();
-  if (text.compare(0, 5, "data:") == 0) {
-    const std::size_t comma = text.find(',');
-    if (comma == std::string::npos) uri.fail("is a data URI without a comma before its data");
-    constexpr std::string_view marker = ";base64";
-    if (comma < marker.size() || text.compare(comma - marker.size(), marker.size(), marker) != 0) {
-      uri.fail("is a data URI that is not base64, the only coding read");
-    }
-    std::optional<char> stranger;
-    std::string bytes = base64_decoded(std::string_view(text).substr(comma + 1), stranger);
-    if (stranger) {
-      uri.fail(fmt::format("has a byte that is not base64 (code {})", static_cast<unsigned char>(*stranger)));
-    }
-    return document.files.emplace_back(std::move(bytes));
+  const std::size_t comma = text.find(',');
+  if (comma == std::string::npos) uri.fail("is a data URI without a comma before its data");
+  constexpr std::string_view marker = ";base64";
+  if (comma < marker.size() || text.compare(comma - marker.size(), marker.size(), marker) != 0) {
+    uri.fail("is a data URI that is not base64, the only coding read");
   }
-  if (text.find("://") != std::string::npos)
+  std::optional<char> stranger;
+  std::string bytes = base64_decoded(std::string_view(text).substr(comma + 1), stranger);
+  if (stranger) {
+    uri.fail(fmt::format("has a byte that is not base64 (code {})", static_cast<unsigned char>(*stranger)));
+  }
+  return document.files.emplace_back(std::move(bytes));
+}
+
+std::string file_name_of(const JsonValue& uri) {
+  if (uri.text().find("://") != std::string::npos)
     uri.fail("is a network address; only files and data URIs are read");
-  const std::string name = percent_decoded(uri);
+  std::string name = percent_decoded(uri);
   if (name.empty()) uri.fail("is empty");
-  bool leaves = false;
-  const std::optional<fs::path> found = file_beside(document.file, name, leaves);
-  if (leaves) {
-    uri.fail(fmt::format("'{}' leaves the scene's folder; only files in it or below are read", name));
-  }
-  if (!found) uri.fail(fmt::format("there is no file '{}' beside the scene", name));
-  const auto [file, is_new] = read_files.try_emplace(*found);
-  if (is_new) {
-    document.buffer_files.push_back(*found);
-    file->second =
-        document.files.emplace_back(read_bytes(*found, (document.file.parent_path() / name).string()));
-    document.hash = add_binary_to_hash(document.hash, file->second);
-  }
-  return file->second;
+  return name;
 }
 
 void read_buffers(GltfDocument& document, std::optional<std::string_view> binary) {
-  ReadFiles read_files;
   std::uint64_t total = 0;
   for (std::size_t i = 0; i < document.size_of("buffers"); ++i) {
     const JsonValue buffer = document.item_of("buffers", static_cast<int>(i));
@@ -200,7 +189,10 @@ void read_buffers(GltfDocument& document, std::optional<std::string_view> binary
     }
     std::string_view bytes;
     if (const std::optional<JsonValue> uri = buffer.find("uri")) {
-      bytes = read_uri(*uri, document, read_files);
+      const std::optional<UriBytes> read = read_uri(*uri, document);
+      if (!read) uri->fail(fmt::format("there is no file '{}' beside the scene", percent_decoded(*uri)));
+      bytes = read->bytes;
+      if (read->is_new_file) document.hash = add_binary_to_hash(document.hash, bytes);
     } else if (i == 0 && binary) {
       bytes = *binary;
     } else {
@@ -347,6 +339,42 @@ JsonValue GltfDocument::item_of(const char* list, int index) const {
   return {json.at(list).at(static_cast<std::size_t>(index)), file_name, fmt::format("/{}/{}", list, index)};
 }
 
+std::optional<fs::path> file_of_uri(const JsonValue& uri, const GltfDocument& document) {
+  if (is_data(uri)) return std::nullopt;
+  const std::string name = file_name_of(uri);
+  bool leaves = false;
+  std::optional<fs::path> found = file_beside(document.file, name, leaves);
+  if (leaves) {
+    uri.fail(fmt::format("'{}' leaves the scene's folder; only files in it or below are read", name));
+  }
+  return found;
+}
+
+std::optional<UriBytes> read_uri(const JsonValue& uri, GltfDocument& document) {
+  if (is_data(uri)) return UriBytes{read_data(uri, document)};
+  const std::optional<fs::path> found = file_of_uri(uri, document);
+  if (!found) return std::nullopt;
+  const auto [file, is_new] = document.files_beside.try_emplace(*found);
+  if (is_new) {
+    const std::string name = (document.file.parent_path() / percent_decoded(uri)).string();
+    file->second = document.files.emplace_back(read_bytes(*found, name));
+  }
+  return UriBytes{file->second, is_new};
+}
+
+std::string_view buffer_view(const GltfDocument& document, int index) {
+  const JsonValue view = document.item_of("bufferViews", index);
+  const std::string_view buffer =
+      document.buffers[view.require("buffer").index(document.buffers.size(), "buffer")];
+  const auto offset = view.find("byteOffset");
+  const std::uint64_t begin = offset ? offset->integer(std::uint64_t{1} << 40) : 0;
+  const std::uint64_t length = view.require("byteLength").integer(std::uint64_t{1} << 40);
+  if (begin + length > buffer.size()) {
+    view.fail(fmt::format("ends at byte {}, but its buffer has {}", begin + length, buffer.size()));
+  }
+  return buffer.substr(begin, length);
+}
+
 GltfDocument read_gltf(const fs::path& file) {
   GltfDocument document;
   document.file = file;
@@ -370,8 +398,8 @@ GltfDocument read_gltf(const fs::path& file) {
         fmt::format("is '{}'; only glTF version 2 is read", printable(version)));
   }
   check_extensions(root);
-  for (const char* list : {"accessors", "bufferViews", "buffers", "cameras", "materials", "meshes", "nodes",
-                           "scenes", "skins"}) {
+  for (const char* list : {"accessors", "bufferViews", "buffers", "cameras", "images", "materials", "meshes",
+                           "nodes", "samplers", "scenes", "skins", "textures"}) {
     if (const auto value = root.find(list); value && !value->json().is_array())
       value->fail("must be an array");
   }

@@ -4,7 +4,9 @@
 #include <cstdint>
 #include <filesystem>
 #include <list>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -33,7 +35,7 @@ struct GltfDocument {
   nlohmann::json json;
   std::vector<std::string_view> buffers;  ///< as long as they say, in `files`
   std::list<std::string> files;           ///< what was read; a list, so that its strings stay where they are
-  std::vector<std::filesystem::path> buffer_files;  ///< those of `files` that are not `file`, and no data URI
+  std::map<std::filesystem::path, std::string_view> files_beside;  ///< those of `files` that are such
   std::vector<GltfNode> nodes;
   int scene = -1;  ///< the default scene; −1 where the file lists none, which makes all roots the scene
 
@@ -47,5 +49,19 @@ struct GltfDocument {
 /// Checks sizes, nesting, that the nodes form trees at most 256 deep, that their numbers are finite, and that
 /// every required extension is one of those modelled. Throws Error.
 GltfDocument read_gltf(const std::filesystem::path& file);
+
+/// What a URI names, which is read where it was not yet: the bytes of a data URI, or of a file in the
+/// document's folder or below. Nothing where there is no such file. Throws Error.
+struct UriBytes {
+  std::string_view bytes;
+  bool is_new_file = false;
+};
+std::optional<UriBytes> read_uri(const JsonValue& uri, GltfDocument& document);
+
+/// The file that a URI names, where it names one that is there, in the document's folder or below.
+std::optional<std::filesystem::path> file_of_uri(const JsonValue& uri, const GltfDocument& document);
+
+/// The bytes of a buffer view. Throws Error where it leaves its buffer.
+std::string_view buffer_view(const GltfDocument& document, int index);
 
 }  // namespace substep

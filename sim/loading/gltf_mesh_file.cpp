@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <optional>
 #include <set>
 #include <utility>
 
 #include "sim/error.h"
 #include "sim/loading/gltf_meshes.h"
+#include "sim/loading/scene_appearance.h"
 
 namespace substep {
 namespace {
@@ -18,18 +18,6 @@ namespace {
 // Nodes may share a mesh, and each makes its own body of it.
 constexpr std::size_t most_objects = 1000;
 constexpr std::size_t most_shared = 200'000;  // vertices and triangles
-
-std::optional<std::array<double, 3>> color_of(const GltfDocument& document, int material) {
-  if (material < 0) return std::nullopt;
-  const auto surface = document.item_of("materials", material).find("pbrMetallicRoughness");
-  const auto factor = surface ? surface->find("baseColorFactor") : std::nullopt;
-  if (!factor) return std::nullopt;
-  const std::vector<JsonValue> numbers = factor->items();
-  if (numbers.size() != 4) factor->fail("must be an array of 4 numbers");
-  std::array<double, 3> color{};
-  for (std::size_t i = 0; i < 3; ++i) color[i] = std::clamp(numbers[i].number(), 0.0, 1.0);
-  return color;
-}
 
 std::size_t size_of(const GltfMesh& mesh) {
   std::size_t size = 0;
@@ -43,8 +31,14 @@ MeshPart placed(MeshPart part, const NodeTransform& world) {
   // Normals stay square to the surface under a scale that differs along its axes.
   const Matrix3 of_normals = world.linear.inverse().transpose();
   for (Vector3& normal : part.normals) normal = (of_normals * normal).stableNormalized();
-  if (world.linear.determinant() < 0) {
+  const bool is_mirrored = world.linear.determinant() < 0;
+  if (is_mirrored) {
     for (Triangle& triangle : part.triangles) std::swap(triangle[1], triangle[2]);
+  }
+  for (std::array<float, 4>& tangent : part.looks.tangents) {
+    const Vector3 turned = (world.linear * Vector3(tangent[0], tangent[1], tangent[2])).stableNormalized();
+    for (int i = 0; i < 3; ++i) tangent[i] = static_cast<float>(turned[i]);
+    if (is_mirrored) tangent[3] = -tangent[3];
   }
   return part;
 }
@@ -75,11 +69,12 @@ bool is_mesh_file(const GltfDocument& document) {
   return draws;
 }
 
-MeshFile mesh_file_of(const GltfDocument& document, std::vector<std::string>& warnings) {
+MeshFile mesh_file_of(GltfDocument& document, std::vector<std::string>& warnings) {
   const std::vector<GltfMesh> meshes = read_meshes(document, warnings);
   const std::vector<GltfSkin> skins = read_skins(document);
   MeshFile file;
   file.hash = document.hash;
+  file.surfaces = read_surfaces(document, file.images, warnings);
   std::set<std::string> names{"world"};  // of body 0
   std::size_t own = 0;                   // vertices and triangles, were no mesh shared
   for (const GltfMesh& mesh : meshes) own += size_of(mesh);
@@ -98,7 +93,8 @@ MeshFile mesh_file_of(const GltfDocument& document, std::vector<std::string>& wa
     }
     for (const GltfPrimitive& primitive : meshes[node.mesh].primitives) {
       MeshPart part;
-      part.color = color_of(document, primitive.material);
+      part.surface = primitive.material;
+      part.looks = primitive.looks;
       part.triangles = primitive.triangles;
       if (part.triangles.empty()) continue;
       if (node.skin >= 0 && !primitive.influences.empty()) {
@@ -106,6 +102,7 @@ MeshFile mesh_file_of(const GltfDocument& document, std::vector<std::string>& wa
             posed_vertices(document, skins[node.skin], primitive, document.node_json(static_cast<int>(i)));
         part.positions = std::move(posed.positions);
         part.normals = std::move(posed.normals);
+        part.looks.tangents.clear();  // the skeleton turns them
       } else if (std::fabs(node.world.linear.determinant()) > 0) {
         part.positions = primitive.positions;
         part.normals = primitive.normals;

@@ -15,6 +15,6 @@ bool is_mesh_file(const GltfDocument& document);
 /// One object for each node of the scene that has a mesh of triangles, placed as its nodes place it; what is
 /// skinned has the form that its skeleton gives it at the start. Adds to `warnings` what was left out. Throws
 /// Error where there is no triangle.
-MeshFile mesh_file_of(const GltfDocument& document, std::vector<std::string>& warnings);
+MeshFile mesh_file_of(GltfDocument& document, std::vector<std::string>& warnings);
 
 }  // namespace substep

@@ -133,17 +133,11 @@ class AccessorReader {
     const JsonValue view_reference = accessor.require("bufferView");
     const int view_index = view_reference.index(document_.size_of("bufferViews"), "buffer view");
     const JsonValue view = document_.item_of("bufferViews", view_index);
-    const std::string_view buffer =
-        document_.buffers[view.require("buffer").index(document_.buffers.size(), "buffer")];
+    const std::string_view bytes = buffer_view(document_, view_index);
     const auto number = [](const JsonValue& object, const char* key) {
       const auto value = object.find(key);
       return value ? value->integer(std::uint64_t{1} << 40) : 0;
     };
-    const std::uint64_t view_length = view.require("byteLength").integer(std::uint64_t{1} << 40);
-    const std::uint64_t view_end = number(view, "byteOffset") + view_length;
-    if (view_end > buffer.size()) {
-      view.fail(fmt::format("ends at byte {}, but its buffer has {}", view_end, buffer.size()));
-    }
     const std::uint64_t element = found->size * width;
     std::uint64_t stride = element;
     if (const auto given = view.find("byteStride")) {
@@ -157,8 +151,8 @@ class AccessorReader {
       accessor.fail(fmt::format("does not begin at a multiple of {} bytes", found->size));
     }
     const std::uint64_t end = offset + stride * (count - 1) + element;
-    if (end > view_length) {
-      accessor.fail(fmt::format("ends at byte {}, but its buffer view has {}", end, view_length));
+    if (end > bytes.size()) {
+      accessor.fail(fmt::format("ends at byte {}, but its buffer view has {}", end, bytes.size()));
     }
     read_ += count;
     if (read_ > most_) {
@@ -166,7 +160,7 @@ class AccessorReader {
           "with it the meshes have more than {} vertices and indices, two for each byte and two million",
           most_));
     }
-    return {buffer.data() + number(view, "byteOffset") + offset, count, stride, element};
+    return {bytes.data() + offset, count, stride, element};
   }
 
   const GltfDocument& document_;
@@ -200,6 +194,42 @@ std::vector<SkinInfluence> influences(const JsonValue& attributes, std::uint64_t
     for (std::size_t k = 0; k < 4 && sum > 0; ++k) result[i].weights[k] = shares[4 * i + k] / sum;
   }
   return result;
+}
+
+// What an attribute has for each vertex, as rows of `width` numbers, of which `rows` says how many there are.
+template <std::size_t width>
+std::vector<std::array<float, width>> rows_of(const JsonValue& attribute, std::span<const double> numbers,
+                                              std::size_t in_file, std::uint64_t vertices) {
+  if (numbers.size() != in_file * vertices) attribute.fail("has another number of elements than POSITION");
+  std::vector<std::array<float, width>> rows(vertices);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    rows[i].fill(1);
+    for (std::size_t k = 0; k < in_file; ++k) rows[i][k] = static_cast<float>(numbers[in_file * i + k]);
+  }
+  return rows;
+}
+
+VertexLooks looks_of(const GltfDocument& document, const JsonValue& attributes, std::uint64_t vertices,
+                     AccessorReader& accessors) {
+  VertexLooks looks;
+  for (std::size_t set = 0; set < looks.texture_coordinates.size(); ++set) {
+    const auto given = attributes.find(set == 0 ? "TEXCOORD_0" : "TEXCOORD_1");
+    if (!given) continue;
+    const std::vector<double> numbers = accessors.numbers(*given, "VEC2", {5126, 5121, 5123}, 2, true);
+    looks.texture_coordinates[set] = rows_of<2>(*given, numbers, 2, vertices);
+  }
+  if (const auto given = attributes.find("COLOR_0")) {
+    const int index = given->index(document.size_of("accessors"), "accessor");
+    const bool has_alpha = document.item_of("accessors", index).require("type").text() == "VEC4";
+    const std::size_t width = has_alpha ? 4 : 3;
+    const std::vector<double> numbers =
+        accessors.numbers(*given, has_alpha ? "VEC4" : "VEC3", {5126, 5121, 5123}, width, true);
+    looks.colors = rows_of<4>(*given, numbers, width, vertices);
+  }
+  if (const auto given = attributes.find("TANGENT")) {
+    looks.tangents = rows_of<4>(*given, accessors.numbers(*given, "VEC4", {5126}, 4), 4, vertices);
+  }
+  return looks;
 }
 
 // The corners of triangles, strips or fans as triangles.
@@ -266,6 +296,7 @@ std::optional<GltfPrimitive> read_primitive(const GltfDocument& document, const 
     read.normals = unit_normals(std::move(normals), primitive);
   }
   read.influences = influences(attributes, read.positions.size(), accessors, warnings);
+  read.looks = looks_of(document, attributes, read.positions.size(), accessors);
   std::vector<std::uint32_t> corners;
   if (const auto indices = primitive.find("indices")) {
     corners = accessors.indices(*indices, read.positions.size());

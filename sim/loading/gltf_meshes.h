@@ -13,6 +13,7 @@
 #include "sim/geometry/mass_properties.h"
 #include "sim/loading/gltf_document.h"
 #include "sim/math/vector.h"
+#include "sim/scene/scene.h"
 
 namespace substep {
 
@@ -28,6 +29,7 @@ struct GltfPrimitive {
   std::vector<Vector3> normals;
   std::vector<Triangle> triangles;
   std::vector<SkinInfluence> influences;
+  VertexLooks looks;
   int material = -1;          ///< −1: none
   bool double_sided = false;  ///< its material
 };

@@ -32,14 +32,14 @@ Scene scene_of(SceneDraft draft) {
   read_expectations(draft.document, draft.scene);
   add_joints(draft);
   add_visuals(draft);
-  read_camera_and_sun(draft.document, draft.scene);
+  read_cameras_and_lights(draft.document, draft.scene);
   if (draft.document.root().find("animations")) {
     draft.scene.warnings.emplace_back("animations are ignored: nodes move as bodies or not at all");
   }
   return std::move(draft.scene);
 }
 
-Scene scene_of_plain_gltf(const GltfDocument& document, const MeshOptions& options) {
+Scene scene_of_plain_gltf(GltfDocument& document, const MeshOptions& options) {
   std::vector<std::string> warnings;
   const MeshFile meshes = mesh_file_of(document, warnings);
   Scene scene = mesh_scene(document.file, meshes, options);
@@ -49,6 +49,19 @@ Scene scene_of_plain_gltf(const GltfDocument& document, const MeshOptions& optio
 }
 
 }  // namespace
+
+std::optional<Scene> load_still_scene(const std::filesystem::path& file) {
+  const DefaultFloatingPoint environment;
+  const std::string extension = lower_extension(file);
+  if (extension != ".gltf" && extension != ".glb") return std::nullopt;
+  try {
+    GltfDocument document = read_gltf(file);
+    if (!is_mesh_file(document)) return std::nullopt;
+    return scene_of(SceneDraft(file, std::move(document)));
+  } catch (const std::bad_alloc&) {
+    throw Error(file.string() + ": is too large for this machine's memory");
+  }
+}
 
 Scene load_scene(const std::filesystem::path& file, const std::optional<MeshOptions>& options) {
   const DefaultFloatingPoint environment;

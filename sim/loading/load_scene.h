@@ -25,4 +25,8 @@ struct MeshOptions {
 /// hulls. Throws Error, also when options are given for a scene.
 Scene load_scene(const std::filesystem::path& file, const std::optional<MeshOptions>& options = std::nullopt);
 
+/// A `.gltf` or `.glb` that describes no physics as it stands: what it draws, its cameras and lights, and no
+/// body but the world. Nothing where it describes physics, or is no such file. Throws Error.
+std::optional<Scene> load_still_scene(const std::filesystem::path& file);
+
 }  // namespace substep

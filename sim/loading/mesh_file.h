@@ -10,6 +10,7 @@
 
 #include "sim/geometry/mass_properties.h"
 #include "sim/math/vector.h"
+#include "sim/scene/scene.h"
 
 namespace substep {
 
@@ -19,6 +20,8 @@ struct MeshPart {
   std::vector<Vector3> normals;  ///< one per position, unit; or none
   std::vector<Triangle> triangles;
   std::optional<std::array<double, 3>> color;  ///< linear RGB
+  int surface = -1;                            ///< index into MeshFile::surfaces; −1: `color` says it all
+  VertexLooks looks;
 };
 
 struct MeshObject {
@@ -28,7 +31,9 @@ struct MeshObject {
 
 struct MeshFile {
   std::vector<MeshObject> objects;  ///< at least one; each with a triangle
-  std::uint64_t hash = 0;           ///< of the file's bytes, as a scene's
+  std::vector<Surface> surfaces;
+  std::vector<SceneImage> images;
+  std::uint64_t hash = 0;  ///< of the file's bytes, as a scene's
 };
 
 /// Whether assimp reads files with this extension (".obj").

@@ -86,6 +86,8 @@ class MeshSceneBuilder {
               meshes.hash);
     scene_.bodies.emplace_back().name = "world";
     scene_.colliders.emplace_back().shape = Plane{};
+    scene_.surfaces = meshes.surfaces;
+    scene_.images = meshes.images;
     for (const MeshObject& object : meshes.objects) add_solid(object);
     if (solids_.size() * static_cast<std::size_t>(options.copies) > most_bodies) {
       throw Error(fmt::format("{}: {} meshes in {} copies are more than {} bodies, the most that are made",
@@ -200,16 +202,17 @@ class MeshSceneBuilder {
   }
 
   int add_mesh(const std::string& name, const MeshPart& part) {
-    int surface = -1;
+    int surface = part.surface;
     if (part.color) {
       surface = static_cast<int>(scene_.surfaces.size());
       Surface& added = scene_.surfaces.emplace_back();
       added.name = name;
       added.base_color = *part.color;
     }
-    scene_.meshes.push_back(part.normals.empty()
-                                ? smoothly_drawn_mesh(part.positions, part.triangles, name, surface)
-                                : drawn_mesh(part.positions, part.normals, part.triangles, name, surface));
+    scene_.meshes.push_back(
+        part.normals.empty()
+            ? smoothly_drawn_mesh(part.positions, part.triangles, name, surface, part.looks)
+            : drawn_mesh(part.positions, part.normals, part.triangles, name, surface, part.looks));
     return static_cast<int>(scene_.meshes.size()) - 1;
   }
 

@@ -1,6 +1,8 @@
 #pragma once
-/// What a scene looks like: surfaces, drawn meshes, camera and light.
+/// What a scene looks like: surfaces, drawn meshes, cameras and lights.
 
+#include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -9,15 +11,19 @@
 
 namespace substep {
 
-/// One surface per material, and after them one for meshes that have none.
-std::vector<Surface> read_surfaces(const GltfDocument& document, std::vector<std::string>& warnings);
+/// One surface per material, and after them one for meshes that have none; their images go to `images`.
+std::vector<Surface> read_surfaces(GltfDocument& document, std::vector<SceneImage>& images,
+                                   std::vector<std::string>& warnings);
+
+/// Those of some vertices, in this order.
+VertexLooks looks_of(const VertexLooks& looks, std::span<const std::uint32_t> vertices);
 
 /// Triangles as they are drawn. Without normals each gets its own flat one, as glTF asks.
 Mesh drawn_mesh(std::vector<Vector3> positions, std::vector<Vector3> normals, std::vector<Triangle> triangles,
-                const std::string& name, int surface);
+                const std::string& name, int surface, VertexLooks looks = {});
 
-/// Sets the camera and the sun from the first camera and the first directional light among the scene's nodes,
-/// in the order of the file.
-void read_camera_and_sun(const GltfDocument& document, Scene& scene);
+/// Sets cameras and lights from the scene's nodes, in the order of the file: the first camera is the scene's,
+/// the first directional light its sun.
+void read_cameras_and_lights(const GltfDocument& document, Scene& scene);
 
 }  // namespace substep

@@ -63,18 +63,20 @@ void add_skinned_visuals(SceneDraft& draft, int node, const GltfPrimitive& primi
       }
     }
     for (const std::uint32_t vertex : used) in_piece[vertex] = none;
+    VertexLooks looks = looks_of(primitive.looks, used);
+    looks.tangents.clear();  // the skeleton turns them
     Visual& visual = draft.scene.visuals.emplace_back();
     visual.mesh = static_cast<int>(draft.scene.meshes.size());
     visual.body = body;
     draft.scene.meshes.push_back(drawn_mesh(std::move(positions), std::move(normals), std::move(triangles),
-                                            name, surface_of(draft, primitive)));
+                                            name, surface_of(draft, primitive), std::move(looks)));
   }
 }
 
 }  // namespace
 
 void add_visuals(SceneDraft& draft) {
-  draft.scene.surfaces = read_surfaces(draft.document, draft.scene.warnings);
+  draft.scene.surfaces = read_surfaces(draft.document, draft.scene.images, draft.scene.warnings);
   constexpr std::size_t most_visuals = 200'000;
   std::vector<int> first_mesh(draft.meshes.size(), -1);  // among the scene's, of each mesh of the document
   bool skinned = false;
@@ -106,7 +108,8 @@ void add_visuals(SceneDraft& draft) {
       for (GltfPrimitive& primitive : mesh.primitives) {
         GltfPrimitive drawn = taken(primitive);
         draft.scene.meshes.push_back(drawn_mesh(std::move(drawn.positions), std::move(drawn.normals),
-                                                std::move(drawn.triangles), name, surface_of(draft, drawn)));
+                                                std::move(drawn.triangles), name, surface_of(draft, drawn),
+                                                std::move(drawn.looks)));
       }
     }
     const auto& [body, placement] = draft.attachments[i];

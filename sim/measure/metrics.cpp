@@ -211,13 +211,18 @@ PenetrationMeter::PenetrationMeter(const Scene& scene)
 PenetrationMeter::~PenetrationMeter() = default;
 
 double PenetrationMeter::depth(const State& state) {
-  if (!implementation_->model.contacts) return 0;
-  double deepest = 0;
+  return std::ranges::max(depths(state));
+}
+
+std::vector<double> PenetrationMeter::depths(const State& state) {
+  std::vector<double> deepest(state.q.size(), 0);
+  if (!implementation_->model.contacts) return deepest;
   for (const Contact& contact : implementation_->finder.find(state, 0)) {
     const Coordinates& a = state.q[contact.a];
     const Coordinates& b = state.q[contact.b];
     const Vector3 apart = a.linear + a.angular * contact.arm_a - (b.linear + b.angular * contact.arm_b);
-    deepest = std::max(deepest, -apart.dot(b.angular * contact.normal_b));
+    const double depth = -apart.dot(b.angular * contact.normal_b);
+    for (const int body : {contact.a, contact.b}) deepest[body] = std::max(deepest[body], depth);
   }
   return deepest;
 }

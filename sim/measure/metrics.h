@@ -69,6 +69,8 @@ class PenetrationMeter {
   PenetrationMeter(const PenetrationMeter&) = delete;
   PenetrationMeter& operator=(const PenetrationMeter&) = delete;
   double depth(const State& state);
+  /// The same of each body's colliders, body by body.
+  std::vector<double> depths(const State& state);
 
  private:
   struct Implementation;

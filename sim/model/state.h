@@ -34,6 +34,14 @@ struct ContactMemory {
   double left_over;  ///< of the overlap that the bodies met with: it is still to be recovered, m
 };
 
+/// What two bodies gave each other at a contact point over a step.
+struct ContactImpulse {
+  int a;
+  int b;
+  Vector3 place;    ///< of the point on a, world, m
+  Vector3 impulse;  ///< on a, with friction; world, N·s
+};
+
 /// The state between steps; index 0 is the world. Angular velocities are in the world frame. A run that goes
 /// on from a state is the run that led to it, to the last bit.
 struct State {

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -89,20 +90,67 @@ struct Joint {
   std::vector<JointDrive> drives;
 };
 
-/// What to draw: a triangle mesh with one surface.
+/// A picture in a file, as encoded there (PNG or JPEG): drawing decodes it.
+struct SceneImage {
+  std::string place;  ///< what complaints call it: "crate.gltf: /images/0"
+  std::shared_ptr<const std::string> bytes;
+};
+
+/// An image of the scene as it lies on a surface.
+struct Texture {
+  enum class Wrap { repeat, mirrored, clamped };
+  enum class Levels { none, nearest, blended };  ///< of ever smaller copies of the image
+
+  int image = -1;       ///< index into Scene::images; −1: none
+  int coordinates = 0;  ///< which set of its mesh's
+  std::array<Wrap, 2> wrap{};
+  bool is_sharp_near = false;  ///< the nearest texel where they are larger than pixels, not a mean of four
+  bool is_sharp_far = false;   ///< where they are smaller
+  Levels levels = Levels::blended;
+  Eigen::Matrix2d turn = Eigen::Matrix2d::Identity();  ///< place in the image = turn · coordinates + offset
+  Eigen::Vector2d offset = Eigen::Vector2d::Zero();
+};
+
+/// How a mesh looks.
 struct Surface {
+  enum class Opacity {
+    opaque,
+    cut,      ///< not there where alpha is below the cut-off
+    blended,  ///< over what is behind, by alpha
+  };
+  /// What each texture multiplies or, the normal's, replaces. Occlusion takes from light all around.
+  enum Role { color_texture, finish_texture, normal_texture, occlusion_texture, emission_texture };
+
   std::string name;
   std::array<double, 3> base_color{0.8, 0.8, 0.8};  ///< linear RGB
   double metallic = 0;
   double roughness = 0.6;
+  double alpha = 1;
+  Opacity opacity = Opacity::opaque;
+  double cut_off = 0.5;
+  std::array<double, 3> emission{};  ///< linear RGB radiance; a white surface in full light has 1
+  bool is_unlit = false;             ///< shows its base colour whatever the light
+  bool has_back = true;              ///< is seen from behind too
+  double normal_scale = 1;
+  double occlusion_strength = 1;
+  std::array<Texture, 5> textures;  ///< by Role
 };
 
+/// What vertices have for their look alone; each one per position, or empty.
+struct VertexLooks {
+  std::array<std::vector<std::array<float, 2>>, 2> texture_coordinates;
+  std::vector<std::array<float, 4>> colors;    ///< linear RGBA, which multiply the surface's
+  std::vector<std::array<float, 4>> tangents;  ///< unit, of the first coordinate; w: ±1, the handedness
+};
+
+/// What to draw: a triangle mesh with one surface.
 struct Mesh {
   std::string name;
   std::vector<Vector3> positions;
   std::vector<Vector3> normals;  ///< one per position, unit
   std::vector<Triangle> triangles;
   int surface = 0;  ///< index into Scene::surfaces; −1: none given, so each body has a colour of its own
+  VertexLooks looks;
 };
 
 /// A mesh attached to a body. x_body = linear * x_mesh + translation (linear holds the node's scale).
@@ -126,6 +174,26 @@ struct Sun {
   double illuminance = 3;  ///< of a surface facing it; 1 is a white surface's full exposure × π
 };
 
+/// Any other light of a file; casts no shadow.
+struct Light {
+  enum class Kind { directional, point, spot };
+
+  Kind kind = Kind::point;
+  Vector3 position = Vector3::Zero();
+  Vector3 direction{0, 0, -1};  ///< unit, towards which it shines; of a point light nothing
+  std::array<double, 3> color{1, 1, 1};
+  double intensity = 1;  ///< illuminance as the sun's, or illuminance at 1 m
+  double range = std::numeric_limits<double>::infinity();  ///< m; farther it lights nothing
+  double inner_angle = 0;                                  ///< rad from the axis of a spot: full light within
+  double outer_angle = 0;                                  ///< none beyond
+};
+
+struct NamedCamera {
+  std::string node;    ///< name of its node, which no other has
+  std::string camera;  ///< name of the camera that the node holds; may be empty
+  Camera view;
+};
+
 struct Scene {
   std::string name;  ///< file name without extension
   std::filesystem::path file;
@@ -146,8 +214,12 @@ struct Scene {
   std::vector<Surface> surfaces;
   std::vector<Mesh> meshes;
   std::vector<Visual> visuals;
-  std::optional<Camera> camera;
+  std::vector<SceneImage> images;
+  std::optional<Camera> camera;      ///< the first of `cameras`
+  std::vector<NamedCamera> cameras;  ///< in the order of the file
   std::optional<Sun> sun;
+  std::vector<Light>
+      lights;  ///< without the sun; where there are some and no sun, nothing shines in its place
 
   std::vector<std::string> warnings;  ///< what the file asked for and got a replacement for
 };

@@ -105,7 +105,15 @@ TEST_F(CommandLine, WhatCannotBeUnderstoodIsRefused) {
   expect_refused({"video", chain, "--panel", "a6"}, "panel a6: 'a6': give a1 to a5, reference, log:FILE");
   expect_refused({"video", chain, "--panel", "log:missing.poses.txt"}, "missing.poses.txt");
   expect_refused({"video", chain, "--panel", "reference", "--no-reference"}, "there is none");
-  expect_refused({"video", chain, "--overlay", "contacts"}, "--overlay 'contacts': give some of trails");
+  expect_refused({"video", chain, "--overlay", "forces"}, "--overlay 'forces': give some of trails");
+  expect_refused({"video", chain, "--overlay", "error,velocity"}, "bodies have one colour");
+  expect_refused({"video", chain, "--strip", "height"}, "--strip 'height': give some of error, gap, energy");
+  expect_refused({"video", chain, "--freeze", "--no-reference"}, "there is none");
+  expect_refused({"video", chain, "--end", "100"}, "--end 100: must be from --start to the end of the run");
+  expect_refused({"video", chain, "--start", "1", "--end", "0.5"}, "--end 0.5: must be from --start");
+  expect_refused({"video", chain, "--camera", "name:left"}, "has no such camera: ");
+  expect_refused({"render", chain, "--camera", "orbit:10"}, "a picture has no time to move in");
+  expect_refused({"render", chain, "--time", "100"}, "--time 100: the run ends at");
   expect_refused({"video", chain, "--overlay", "ghost", "--no-reference"}, "there is none");
   expect_refused({"video", chain, "--camera", "follow:nobody"}, "has no such body: rod");
   expect_refused({"video", chain, "--start", "9"}, "start 9 s");

@@ -377,9 +377,135 @@ TEST(Overlay, BodiesTakeTheColorOfTheirError) {
   EXPECT_EQ(color(10), (std::array<int, 3>{253, 231, 37}));
 }
 
+TEST(Overlay, BodiesTakeTheColorOfTheirSpeedOrDepth) {
+  const Scene loaded = scene("pendulum.gltf");
+  Run run;
+  run.poses = {initial_state(loaded).q};
+  const View view = view_from(*loaded.camera, 16.0 / 9);
+  Image bodies(320, 180);
+  fill_rectangle(bodies, 100, 60, 40, 40, {2, 0, 0});
+  const auto color = [&](const char* overlay, OverlayScales scales) {
+    Image picture(320, 180);
+    std::fill(picture.rgb.begin(), picture.rgb.end(), std::uint8_t{100});
+    OverlayFrame frame{loaded, view, run, scales};
+    frame.bodies = &bodies;
+    draw_overlays(picture, overlays_named({overlay}), frame);
+    const std::uint8_t* const p = picture.pixel(120, 80);
+    return std::array<int, 3>{p[0], p[1], p[2]};
+  };
+  run.readings.speeds = {{0, 2}};
+  EXPECT_EQ(color("velocity", {false, 0, 2}), (std::array<int, 3>{253, 231, 37}));
+  EXPECT_EQ(color("velocity", {false, 0, 4}), (std::array<int, 3>{33, 145, 140}));
+  run.readings.depths = {{0, 1e-3F}};
+  EXPECT_EQ(color("penetration", {true, 1e-5, 1e-1}), (std::array<int, 3>{33, 145, 140}));
+}
+
+TEST(Overlay, AnArrowIsAsLongAsItsImpulse) {
+  const Scene loaded = scene("pendulum.gltf");
+  Run run;
+  run.poses = {initial_state(loaded).q};
+  run.readings.contacts = {{{1, 0, {0, 0, -2}, {0, 3, 0}}}};
+  Image picture(200, 100);
+  OverlayFrame frame{loaded, View{}, run, {true, 1e-3, 1, 0.25}};
+  draw_overlays(picture, overlays_named({"contacts"}), frame);
+  int top = 100;
+  for (int y = 0; y < 100; ++y) {
+    if (picture.pixel(100, y)[0] > 200) top = std::min(top, y);
+  }
+  // From the middle, 0.75 m at 2 m where the picture is 4 m high: 18.75 pixels, and half the line's width.
+  EXPECT_NEAR(top, 50 - 18.75, 2.5);
+  EXPECT_EQ(picture.pixel(60, 50)[0], 0);
+}
+
+TEST(Comparison, ReadsWhatStripsAndOverlaysShow) {
+  const Scene loaded = scene("box_stack.gltf");
+  ComparisonSettings choice = settings(loaded, 0.2);
+  choice.panels.erase(choice.panels.begin() + 1, choice.panels.end() - 2);  // A1, A5, the reference
+  choice.panels.pop_back();
+  choice.has_reference = false;
+  choice.readings = {true, true, true, true, true};
+  const Comparison comparison = simulate_comparison(loaded, choice);
+  for (const Run& run : comparison.runs) {
+    const Readings& readings = run.readings;
+    ASSERT_EQ(readings.energies.size(), run.poses.size());
+    EXPECT_EQ(readings.energies[0], 0);
+    ASSERT_EQ(readings.gaps.size(), run.poses.size());
+    EXPECT_EQ(readings.gaps.back(), 0);  // there is no joint
+    ASSERT_EQ(readings.speeds.back().size(), loaded.bodies.size());
+    EXPECT_LT(readings.speeds.back()[1], 0.05F);
+    ASSERT_EQ(readings.depths.back().size(), loaded.bodies.size());
+    EXPECT_LT(readings.depths.back()[1], 0.01F);
+    EXPECT_TRUE(readings.contacts.front().empty());
+    EXPECT_GE(readings.contacts.back().size(), 4u);
+  }
+}
+
+TEST(Comparison, ARunDepartsWhereABodyIsFirstAway) {
+  const Scene loaded = scene("pendulum.gltf");
+  Comparison comparison = simulate_comparison(loaded, settings(loaded, 0.2));
+  Run run = comparison.runs[4];
+  run.poses = comparison.reference->poses;
+  EXPECT_FALSE(departure_of(loaded, comparison, run));
+  run.poses[3][1].linear.x() += 0.5;
+  run.poses[4][1].linear.x() += 0.7;
+  const std::optional<Departure> departure = departure_of(loaded, comparison, run);
+  ASSERT_TRUE(departure);
+  EXPECT_EQ(departure->frame, 3u);
+  EXPECT_EQ(departure->body, 1);
+  EXPECT_NEAR(departure->distance, 0.5, 1e-9);
+  comparison.reference->known = 3;
+  EXPECT_FALSE(departure_of(loaded, comparison, run));
+}
+
+TEST(Composition, TheAxisOfEnergyHoldsBothSidesButNoExplosion) {
+  Comparison comparison;
+  comparison.runs.resize(1);
+  for (int i = 0; i < 100; ++i) comparison.runs[0].readings.energies.push_back(-0.03 * i);
+  StripAxis axis = axis_of(comparison, Strip::energy);
+  EXPECT_EQ(axis.low, -5);
+  EXPECT_EQ(axis.high, 0.5);  // room for the line of the start
+  EXPECT_EQ(axis.height(-5), 0);
+  EXPECT_NEAR(axis.height(0), 5 / 5.5, 1e-12);
+  comparison.runs[0].readings.energies.back() = 1e30;
+  axis = axis_of(comparison, Strip::energy);
+  EXPECT_LT(axis.high, 50);
+  EXPECT_EQ(axis.height(1e30), 1);
+  EXPECT_EQ(energy_label(-0.0123), "−12.3 mJ");
+  EXPECT_EQ(energy_label(1234), "+1.23 kJ");
+  EXPECT_EQ(energy_label(0), "0 J");
+}
+
+TEST(Composition, StripsStandBelowEachOther) {
+  const Scene loaded = scene("pendulum.gltf");
+  ComparisonSettings choice = settings(loaded, 0.2);
+  choice.readings.energy = choice.readings.gap = true;
+  const Comparison comparison = simulate_comparison(loaded, choice);
+  const Composition one(comparison, "test", 1280, 720);
+  const Composition three(comparison, "test", 1280, 720, {}, strips_named({"error", "energy", "gap", "gap"}));
+  // 62 lines for each, in two rows of panels.
+  EXPECT_EQ(one.picture_height() - three.picture_height(), 2 * 62);
+  const Image picture(three.picture_width(), three.picture_height());
+  EXPECT_NO_THROW(three.frame(3, std::vector<Image>(6, picture)));
+  EXPECT_THROW(strips_named({"height"}), Error);
+}
+
 TEST(Overlay, UnknownNamesAreRefused) {
-  EXPECT_THROW(overlays_named({"trails", "contacts"}), Error);
+  EXPECT_THROW(overlays_named({"trails", "forces"}), Error);
+  EXPECT_THROW(overlays_named({"error", "velocity"}), Error);
   EXPECT_FALSE(overlays_named({}).any());
+}
+
+TEST(FilmCamera, IsOneOfTheScenesByTheNameOfItsNodeOrItsOwn) {
+  Scene loaded = scene("pendulum.gltf");
+  Camera side = *loaded.camera;
+  side.pose.position = {7, 0, 0};
+  loaded.cameras.push_back({"on the left", "wide", side});
+  for (const char* const name : {"name:on the left", "name:wide"}) {
+    EXPECT_EQ(seen_by(camera_named(name, loaded), loaded).camera->pose.position.x(), 7) << name;
+  }
+  EXPECT_EQ(seen_by(camera_named("scene", loaded), loaded).camera->pose.position,
+            loaded.camera->pose.position);
+  EXPECT_FALSE(seen_by(camera_named("fit", loaded), loaded).camera);
 }
 
 TEST(FilmCamera, FollowsABodyAndGoesRoundTheScene) {
@@ -395,7 +521,7 @@ TEST(FilmCamera, FollowsABodyAndGoesRoundTheScene) {
   EXPECT_NEAR(round.eye.y, view.eye.y, 1e-12);
   EXPECT_NEAR(round.eye.z, 0.5 - view.eye.z, 1e-12);
   EXPECT_NEAR(round.forward.x, -view.forward.x, 1e-12);
-  for (const char* const text : {"follow:nobody", "orbit:round", "somewhere"}) {
+  for (const char* const text : {"follow:nobody", "orbit:round", "somewhere", "name:nobody"}) {
     EXPECT_THROW(camera_named(text, loaded), Error) << text;
   }
 }

@@ -53,6 +53,59 @@ TEST_F(Pictures, ALogIsDrawnAsItsSceneIs) {
   expect_refused({"diff", "a.f0000.png", "a.poses.txt"}, "picture");
 }
 
+TEST_F(Pictures, ATimeIsTheFrameNearestToIt) {
+  for (const auto& [option, value, file] :
+       {std::tuple("--frame", "12", "frame.png"), std::tuple("--time", "0.201", "time.png")}) {
+    const Outcome drawn =
+        run({"render", scene("pendulum.gltf"), option, value, "--size", "160x90", "--output", file});
+    ASSERT_EQ(drawn.exit_code, 0) << drawn.err;
+  }
+  EXPECT_EQ(content("time.png"), content("frame.png"));
+}
+
+TEST_F(Pictures, AFileWithoutPhysicsIsDrawnAsItStands) {
+  // A red square of 2 m, which its camera, 1 m before it, sees to its edges.
+  const std::string start = R"({"asset": {"version": "2.0"}, "scenes": [{"nodes": [0, 1]}], "nodes": [
+    {"mesh": 0}, {"camera": 0, "name": "front", "translation": [0, 0, 1]}],
+    "cameras": [{"type": "perspective", "perspective": {"yfov": 1.5707963, "znear": 0.1}}],
+    "materials": [{"pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 1]},
+                   "extensions": {"KHR_materials_unlit": {}}}],
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "mode": 5, "material": 0}]}],
+    "accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"}],
+    "bufferViews": [{"buffer": 0, "byteLength": 48}],
+    "buffers": [{"byteLength": 48, "uri": "data:;base64,)";
+  write("square.gltf", start + "AACAvwAAgL8AAAAAAACAPwAAgL8AAAAAAACAvwAAgD8AAAAAAACAPwAAgD8AAAAA\"}]}");
+  const Outcome drawn =
+      run({"render", "square.gltf", "--camera", "name:front", "--size", "64x64", "--output", "square.png"});
+  ASSERT_EQ(drawn.exit_code, 0) << drawn.err;
+  const Image image = read_png(folder() / "square.png");
+  for (const auto& [x, y] : {std::pair(2, 2), std::pair(32, 32), std::pair(61, 61)}) {
+    EXPECT_GE(image.pixel(x, y)[0], 254);
+    EXPECT_EQ(image.pixel(x, y)[1], 0);
+  }
+}
+
+TEST_F(Pictures, AFilmFreezesWhereARunLeavesTheReference) {
+  const auto frames = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{"video",    scene("rod_chain.gltf"),
+                                       "--panel",  "a5,n=1",
+                                       "--size",   "320x180",
+                                       "--hold",   "0",
+                                       "--start",  "0.2",
+                                       "--end",    "0.6",
+                                       "--fps",    "10",
+                                       "--frames", "film"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Outcome made = run(arguments);
+    EXPECT_EQ(made.exit_code, 0) << made.err;
+    EXPECT_THAT(made.out, HasSubstr("CPU time: simulate"));
+    return files().size();
+  };
+  const std::size_t moving = frames({});
+  EXPECT_EQ(moving, 1u + 5u);                    // a folder of the frames at 0.2 … 0.6 s
+  EXPECT_EQ(frames({"--freeze"}), moving + 15);  // 1.5 s more
+}
+
 TEST_F(Pictures, ASheetShowsEachSceneOnce) {
   const Outcome made = run({"sheet", scene("rod_chain.gltf"), scene("pendulum.gltf"), scene("incline.gltf"),
                             "--columns", "2", "--size", "64x36", "--output", "sheet.png"});

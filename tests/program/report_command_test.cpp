@@ -24,7 +24,6 @@ TEST_F(FigureCommand, RefusesWhatItCannotDraw) {
   expect_refused({"figure", "stability", "--width", "wide"}, "give one-column (85 mm), two-columns");
   expect_refused({"figure", "stability", "--width", "5"}, "--width '5'");
   expect_refused({"figure", "stability", "--x-range", "2:1"}, "--x-range '2:1': give FROM:TO");
-  expect_refused({"figure", "coupled-rows", "--y-range", "0:1"}, "the axis is logarithmic");
   expect_refused({"figure", "stability", "--series", "A9"},
                  "no series 'A9': it has stable; unstable; closed form");
   expect_refused({"figure", "stability", "--font", "a'b"}, "--font 'a'b': give a font's name");

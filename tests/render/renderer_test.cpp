@@ -320,7 +320,9 @@ TEST(Renderer, PosesThatCannotBeDrawnAreLeftOut) {
 
 TEST(Renderer, VisualsReplaceColliders) {
   Scene scene = three_shapes();
-  scene.surfaces.push_back({"green", {0.02, 0.6, 0.05}, 0, 0.8});
+  Surface& paint = scene.surfaces.emplace_back();
+  paint.base_color = {0.02, 0.6, 0.05};
+  paint.roughness = 0.8;
   Mesh& mesh = scene.meshes.emplace_back();
   mesh.positions = {{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}};
   mesh.normals = {3, Vector3::UnitZ()};

@@ -119,5 +119,15 @@ TEST(Plot, ShowsTheSeriesChosen) {
   EXPECT_EQ(message_of({}, {"one", "three"}), "the figure has no series 'three': it has one; two");
 }
 
+TEST(Plot, HasTheRangeAskedFor) {
+  const Sheet sheet = sheet_of({{1, 1}, {10, 0.1}});
+  const auto has_tic = [](const Sheet& drawn) {
+    return draw(drawn, PictureFormat::svg).find("-8</tspan>") != std::string::npos;
+  };
+  EXPECT_TRUE(has_tic(with_ranges(sheet, std::array<double, 2>{1e-8, 1e4}, {})));
+  EXPECT_FALSE(has_tic(with_ranges(sheet, {}, {})));
+  EXPECT_THROW(with_ranges(sheet, {}, std::array<double, 2>{0, 1}), Error);
+}
+
 }  // namespace
 }  // namespace substep

@@ -38,6 +38,17 @@ json& drive(json& document) {
   return document["extensions"]["KHR_physics_rigid_bodies"]["physicsJoints"][0]["drives"][0];
 }
 
+// How every PNG begins, in base64: what is decoded is seen by those who draw.
+constexpr const char* png_start = "iVBORw0KGgo=";
+
+// The first material's colour from an image of these bytes.
+void add_texture(json& document, const std::string& in_base64) {
+  document["images"] = {{{"uri", "data:image/png;base64," + in_base64}}};
+  document["samplers"] = {{{"magFilter", 9728}, {"minFilter", 9987}, {"wrapS", 33071}}};
+  document["textures"] = {{{"source", 0}, {"sampler", 0}}};
+  document["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}};
+}
+
 // Joints and weights for the cube's eight corners, half of them on each of nodes 1 and 3.
 void add_skin(json& document, int node) {
   std::string bytes = cube_buffer();
@@ -242,9 +253,49 @@ const std::vector<Feature>& features() {
          d["nodes"][3]["children"] = {5};
          physics(d, 4)["collider"]["geometry"]["node"] = 5;
        }},
-      {"textures", Outcome::warned, "textures are not drawn: each material is drawn in its factors",
+      {"textures: colour, metal and roughness, normals, occlusion, emission; PNG or JPEG", Outcome::supported,
+       "",
        [](json& d) {
-         d["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}};
+         add_texture(d, png_start);
+         d["materials"][0]["pbrMetallicRoughness"]["metallicRoughnessTexture"] = {{"index", 0}};
+         d["materials"][0]["normalTexture"] = {{"index", 0}, {"scale", 0.5}};
+         d["materials"][0]["occlusionTexture"] = {{"index", 0}, {"strength", 0.5}};
+         d["materials"][0]["emissiveTexture"] = {{"index", 0}};
+       }},
+      {"images in other formats", Outcome::warned, "is neither PNG nor JPEG: surfaces are drawn without it",
+       [](json& d) { add_texture(d, "UklGRg=="); }},
+      {"an image's file that is missing", Outcome::warned,
+       "there is no such file: surfaces are drawn without it",
+       [](json& d) {
+         add_texture(d, png_start);
+         d["images"][0]["uri"] = "wood.png";
+       }},
+      {"texture coordinates of a third set", Outcome::refused, "two sets are read, 0 and 1",
+       [](json& d) {
+         add_texture(d, png_start);
+         d["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["texCoord"] = 2;
+       }},
+      {"texture transforms, unlit materials, strong emission", Outcome::supported, "",
+       [](json& d) {
+         d["extensionsRequired"] = {"KHR_texture_transform", "KHR_materials_unlit",
+                                    "KHR_materials_emissive_strength"};
+         add_texture(d, png_start);
+         json& texture = d["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"];
+         texture["extensions"]["KHR_texture_transform"] = {{"scale", {2, 3}}, {"rotation", 1}};
+         d["materials"][0]["emissiveFactor"] = {1, 1, 1};
+         d["materials"][0]["extensions"] = {{"KHR_materials_unlit", json::object()},
+                                            {"KHR_materials_emissive_strength", {{"emissiveStrength", 5}}}};
+       }},
+      {"masks, blending, two sides", Outcome::supported, "",
+       [](json& d) {
+         d["materials"][0]["alphaMode"] = "MASK";
+         d["materials"][0]["alphaCutoff"] = 0.3;
+         d["materials"][0]["doubleSided"] = true;
+       }},
+      {"vertex colours", Outcome::supported, "",
+       [](json& d) {
+         d["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] =
+             d["meshes"][0]["primitives"][0]["attributes"]["POSITION"];
        }},
       {"animations", Outcome::warned, "animations are ignored: nodes move as bodies or not at all",
        [](json& d) { d["animations"] = json::array(); }},
@@ -260,11 +311,20 @@ const std::vector<Feature>& features() {
        [](json& d) {
          d["cameras"][0] = {{"type", "orthographic"}};
        }},
-      {"lights but one directional", Outcome::warned,
-       "only the first directional light is drawn; the others are ignored",
+      {"several cameras", Outcome::supported, "", [](json& d) { d["nodes"][0]["camera"] = 0; }},
+      {"directional, point and spot lights; the first directional one casts shadows", Outcome::supported, "",
+       [](json& d) {
+         d["extensions"]["KHR_lights_punctual"]["lights"].push_back(
+             {{"type", "spot"}, {"spot", json::object()}});
+         d["nodes"][0]["extensions"]["KHR_lights_punctual"]["light"] = 1;
+       }},
+      {"more than 16 lights beside that one", Outcome::warned, "more than 16 lights beside the sun",
        [](json& d) {
          d["extensions"]["KHR_lights_punctual"]["lights"].push_back({{"type", "point"}});
-         d["nodes"][0]["extensions"]["KHR_lights_punctual"]["light"] = 1;
+         for (int i = 0; i < 17; ++i) {
+           d["scenes"][0]["nodes"].push_back(d["nodes"].size());
+           d["nodes"].push_back({{"extensions", {{"KHR_lights_punctual", {{"light", 1}}}}}});
+         }
        }},
       {"sparse accessors", Outcome::refused, "is sparse, which is not read; export it without",
        [](json& d) { d["accessors"][0]["sparse"] = json::object(); }},

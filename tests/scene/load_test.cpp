@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "sim/loading/load_scene.h"
+#include "sim/loading/scene_files.h"
 #include "tests/scene/example_scene.h"
 
 namespace substep {
@@ -484,25 +485,104 @@ TEST(LoadScene, TheHullTakesInTheMeshesOfChildren) {
 TEST(LoadScene, WhatIsReplacedIsSaidInAWarning) {
   json document = example();
   document["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}};
+  document["textures"] = {{{"source", 0}}};
+  document["images"] = {{{"uri", "missing.png"}}};
   document["animations"] = json::array();
   document["cameras"].push_back({{"type", "orthographic"}});
   document["nodes"][0]["camera"] = 1;
-  document["extensions"]["KHR_lights_punctual"]["lights"].push_back({{"type", "point"}});
-  document["nodes"][0]["extensions"]["KHR_lights_punctual"]["light"] = 1;
   physics(document, 3)["trigger"] = {{"geometry", {{"shape", 1}}}};
   document["meshes"][0]["primitives"].push_back({{"mode", 1}, {"attributes", {{"POSITION", 0}}}});
   document["extensions"]["KHR_physics_rigid_bodies"]["physicsJoints"][0]["drives"][0].erase("damping");
   document["nodes"][7]["scale"] = {0, 0, 0};
   physics(document, 7)["collider"] = {{"geometry", {{"shape", 1}}}};
   const Scene scene = load(document);
-  for (const char* words : {"textures are not drawn", "animations are ignored", "only perspective cameras",
-                            "only the first directional light", "a trigger is ignored", "points and lines",
-                            "velocityTarget has no effect", "scaled to nothing"}) {
+  for (const char* words :
+       {"there is no such file", "animations are ignored", "only perspective cameras", "a trigger is ignored",
+        "points and lines", "velocityTarget has no effect", "scaled to nothing"}) {
     EXPECT_THAT(scene.warnings, Contains(HasSubstr(words)));
   }
-  EXPECT_EQ(scene.warnings.size(), 8u);
+  EXPECT_EQ(scene.warnings.size(), 7u);
   EXPECT_TRUE(scene.camera);
   EXPECT_TRUE(scene.sun);
+}
+
+// Of the example's crate: its texture's sampler, transform and image.
+TEST(LoadScene, AMaterialIsReadToItsTextures) {
+  json document = example();
+  document["images"] = {{{"bufferView", 2}, {"mimeType", "image/png"}}};
+  document["bufferViews"].push_back({{"buffer", 1}, {"byteOffset", 1}, {"byteLength", 8}});
+  document["buffers"].push_back({{"byteLength", 9}, {"uri", "data:;base64,AIlQTkcNChoK"}});
+  document["samplers"] = {{{"wrapS", 33648}, {"wrapT", 33071}, {"magFilter", 9728}, {"minFilter", 9985}}};
+  document["textures"] = {{{"source", 0}, {"sampler", 0}}};
+  json& material = document["materials"][0];
+  material["pbrMetallicRoughness"]["baseColorTexture"] = {
+      {"index", 0},
+      {"texCoord", 0},
+      {"extensions",
+       {{"KHR_texture_transform", {{"offset", {0.25, 0.5}}, {"scale", {2, 3}}, {"texCoord", 1}}}}}};
+  material["emissiveFactor"] = {0.5, 0.25, 0};
+  material["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"] = 4;
+  material["alphaMode"] = "BLEND";
+  const Scene scene = load(document);
+  ASSERT_EQ(scene.images.size(), 1u);
+  EXPECT_EQ(*scene.images[0].bytes, "\x89PNG\r\n\x1a\n");
+  const Surface& surface = scene.surfaces[0];
+  const Texture& texture = surface.textures[Surface::color_texture];
+  EXPECT_EQ(texture.image, 0);
+  EXPECT_EQ(texture.coordinates, 1);
+  EXPECT_EQ(texture.wrap, (std::array{Texture::Wrap::mirrored, Texture::Wrap::clamped}));
+  EXPECT_TRUE(texture.is_sharp_near);
+  EXPECT_FALSE(texture.is_sharp_far);
+  EXPECT_EQ(texture.levels, Texture::Levels::nearest);
+  EXPECT_EQ(texture.turn * Eigen::Vector2d(1, 1) + texture.offset, Eigen::Vector2d(2.25, 3.5));
+  EXPECT_EQ(surface.emission, (std::array{2.0, 1.0, 0.0}));
+  EXPECT_EQ(surface.opacity, Surface::Opacity::blended);
+  EXPECT_FALSE(surface.has_back);
+  EXPECT_EQ(surface.textures[Surface::normal_texture].image, -1);
+}
+
+TEST(LoadScene, ImagesAreLookedForInTheFolderAndNowhereElse) {
+  const Folder folder;
+  folder.write("wood.png", "\x89PNG\r\n\x1a\n");
+  json document = example();
+  document["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}};
+  document["textures"] = {{{"source", 0}}};
+  document["images"] = {{{"uri", "wood.png"}}};
+  const std::filesystem::path file = folder.write("scene.gltf", document.dump());
+  const Scene scene = load_scene(file);
+  ASSERT_EQ(scene.images.size(), 1u);
+  EXPECT_THAT(scene.images[0].place, HasSubstr("scene.gltf: /images/0"));
+  EXPECT_THAT(scene_files(file), Contains(std::filesystem::canonical(folder.path() / "wood.png")));
+  document["images"][0]["uri"] = "../wood.png";
+  EXPECT_THAT(complaint(document), HasSubstr("leaves the scene's folder"));
+  document["images"][0] = {{"bufferView", 77}};
+  EXPECT_THAT(complaint(document), HasSubstr("/images/0/bufferView"));
+}
+
+TEST(LoadScene, AFileWithoutPhysicsStandsWhereItsNodesPutIt) {
+  const Folder folder;
+  json document = one_body("{}", R"({"type": "box"})");
+  EXPECT_FALSE(load_still_scene(folder.write("body.gltf", document.dump())));
+  const json example_document = example();
+  for (const char* part : {"meshes", "materials", "accessors", "bufferViews", "buffers"}) {
+    document[part] = example_document[part];
+  }
+  document.erase("extensions");
+  document.erase("extensionsUsed");
+  document.erase("extras");
+  document["nodes"] = {{{"mesh", 0}, {"translation", {1, 2, 3}}}};
+  const std::filesystem::path file = folder.write("mesh.gltf", document.dump());
+  const std::optional<Scene> still = load_still_scene(file);
+  ASSERT_TRUE(still);
+  EXPECT_EQ(still->bodies.size(), 1u);
+  ASSERT_EQ(still->visuals.size(), 1u);
+  EXPECT_EQ(still->visuals[0].translation, Vector3(1, 2, 3));
+  EXPECT_THAT(still->warnings, IsEmpty());
+  // Dropped, it keeps its look.
+  const Scene falling = load_scene(file);
+  ASSERT_EQ(falling.bodies.size(), 2u);
+  EXPECT_EQ(falling.surfaces[static_cast<std::size_t>(falling.meshes[0].surface)].name,
+            still->surfaces[static_cast<std::size_t>(still->meshes[0].surface)].name);
 }
 
 TEST(LoadScene, LoadsEveryPublishedScene) {

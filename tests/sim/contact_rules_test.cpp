@@ -1,5 +1,6 @@
 // Rules of contacts that no scene of the suite of goldens would notice the loss of, on one ball and a floor:
-// which colliders meet, A2's over-relaxation and where it stops, and from what speed on something bounces.
+// which colliders meet, A2's over-relaxation and where it stops, from what speed on something bounces, and
+// which friction an impact has.
 
 #include <gtest/gtest.h>
 
@@ -102,6 +103,25 @@ TEST(BounceThreshold, IsTwiceWhatGravityGivesInASubstep) {
     };
     EXPECT_NEAR(speed(1.9 * fall), 0, 0.01 * fall) << name(algorithm);
     EXPECT_GT(speed(2.1 * fall), 0.5 * fall) << name(algorithm);
+  }
+}
+
+TEST(FrictionOfAnImpact, IsStaticWhereNothingSlips) {
+  // It falls along the floor's normal at six times what counts as at rest, and gravity draws it aside. Were
+  // the speed of the fall taken for slip, dynamic friction, of which there is none here, would let it go.
+  for (const Algorithm algorithm :
+       {Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
+    const auto speed_aside = [&](double slip) {
+      Scene scene = ball_on_floor();
+      scene.gravity = {2, -gravity, 0};
+      scene.bodies[1].inverse_inertia.setZero();
+      scene.bodies[1].linear_velocity = {slip, -1, 0};
+      for (Collider& collider : scene.colliders) collider.material.static_friction = 1;
+      for (Collider& collider : scene.colliders) collider.material.dynamic_friction = 0;
+      return test::run(scene, settings_of(algorithm), step).v[1].linear.x();
+    };
+    EXPECT_NEAR(speed_aside(0), 0, 0.05 * 2 * step) << name(algorithm);
+    EXPECT_NEAR(speed_aside(1), 1 + 2 * step, 1e-9) << name(algorithm);
   }
 }
 

@@ -66,6 +66,29 @@ TEST(Incline, ABlockStaysWhenFrictionHoldsIt) {
   }
 }
 
+// What holds the block: its weight's impulse over a step, straight up, normals and friction together.
+TEST(Incline, ContactsGiveTheImpulseThatHoldsTheBlock) {
+  const Scene scene = incline(0.8);
+  for (const Algorithm algorithm : all) {
+    Settings settings = settings_of(algorithm, 1.0 / 60);
+    if (algorithm >= Algorithm::a3) settings.iterations = 16;
+    Simulation simulation(scene, settings);
+    EXPECT_TRUE(simulation.contact_impulses().empty());
+    for (int i = 0; i < 120; ++i) simulation.step();
+    const std::vector<ContactImpulse> impulses = simulation.contact_impulses();
+    ASSERT_EQ(impulses.size(), 4u) << name(algorithm);
+    Vector3 sum = Vector3::Zero();
+    for (const ContactImpulse& contact : impulses) {
+      const double sign = contact.a == 1 ? 1 : -1;
+      sum += sign * contact.impulse;
+      // Under the block's corners.
+      EXPECT_NEAR((contact.place - simulation.state().q[1].linear).norm(), std::sqrt(0.03), 1e-3);
+    }
+    const Vector3 weight(0, gravity / 60, 0);
+    EXPECT_LT((sum - weight).norm(), 0.002 * weight.norm()) << name(algorithm);
+  }
+}
+
 TEST(Sphere, SlidesThenRolls) {
   // v₀ = 5 m/s, μ = 0.3, solid sphere: rolls at 0.485413 s with 3.571429 m/s.
   Scene scene = test::floor_scene(0.3);

@@ -1,0 +1,40 @@
+#pragma once
+/// The programs that draw surfaces with more than a colour, and what they are told of each. Names live as
+/// long as their context.
+
+#include <array>
+#include <glm/vec4.hpp>
+#include <span>
+
+#include "render/body_mesh.h"
+#include "render/camera.h"
+#include "render/gl.h"
+#include "render/surface_textures.h"
+#include "sim/scene/scene.h"
+
+namespace substep {
+
+/// What samples see, for the size of what lies between them: the eye and the metres between two of them a
+/// metre from it.
+glm::vec4 sight_of(const View& view, int samples_high);
+
+struct SurfacePrograms {
+  GLuint body = 0;
+  GLuint shading = 0;
+  GLuint ground = 0;
+  GLuint cut = 0;  ///< depth or colour of what is cut away in places
+
+  SurfacePrograms();
+
+  /// Of all lights but the sun.
+  void set_lights(const Scene& scene, std::span<const Part> parts) const;
+
+  /// For all that is drawn next with `body`: behind nearer_unit's depth alone, or anywhere.
+  void set_sight(const glm::vec4& sight, bool is_behind) const;
+
+  /// For what is drawn next with `program`, `body` or `cut`, which is in use.
+  void set_surface(GLuint program, const Surface& surface, const SurfaceTextures& textures,
+                   std::size_t index) const;
+};
+
+}  // namespace substep

@@ -1,0 +1,21 @@
+#pragma once
+/// Which texture unit holds what.
+
+#include "render/gl.h"
+
+namespace substep {
+
+enum Unit : GLint {
+  shadow_depth_unit,
+  shadow_test_unit,
+  shadow_range_unit,
+  occlusion_unit,
+  position_unit,
+  normal_unit,
+  color_unit,
+  emission_unit,
+  nearer_unit,
+  surface_texture_unit,  ///< the first of five, by Surface::Role
+};
+
+}  // namespace substep

@@ -1,0 +1,123 @@
+#include "render/vertex_looks.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace substep {
+namespace {
+
+using Pair = std::array<float, 2>;
+
+/// The change of a triangle's places with each of its coordinates: along the first and the second.
+struct Slopes {
+  Vector3 along = Vector3::Zero();
+  Vector3 across = Vector3::Zero();
+  double area = 0;      ///< of the triangle, m²
+  double in_units = 0;  ///< of what its coordinates span
+};
+
+Slopes slopes_of(const Vector3& a, const Vector3& b, const Vector3& c, const Pair& ta, const Pair& tb,
+                 const Pair& tc) {
+  const Vector3 ab = b - a;
+  const Vector3 ac = c - a;
+  const double u1 = static_cast<double>(tb[0]) - ta[0];
+  const double v1 = static_cast<double>(tb[1]) - ta[1];
+  const double u2 = static_cast<double>(tc[0]) - ta[0];
+  const double v2 = static_cast<double>(tc[1]) - ta[1];
+  const double turn = u1 * v2 - u2 * v1;
+  Slopes slopes;
+  slopes.area = ab.cross(ac).norm() / 2;
+  slopes.in_units = std::abs(turn) / 2;
+  if (turn == 0) return slopes;
+  slopes.along = (v2 * ab - v1 * ac) / turn;
+  slopes.across = (u1 * ac - u2 * ab) / turn;
+  return slopes;
+}
+
+/// Any direction square to a unit vector.
+Vector3 beside(const Vector3& normal) {
+  const Vector3 other = std::abs(normal.x()) < 0.7 ? Vector3::UnitX() : Vector3::UnitY();
+  return (other - normal * normal.dot(other)).normalized();
+}
+
+std::array<float, 4> tangent_of(const Vector3& along, double handedness) {
+  return {static_cast<float>(along.x()), static_cast<float>(along.y()), static_cast<float>(along.z()),
+          static_cast<float>(handedness)};
+}
+
+/// Sums over the triangles at each vertex, by their areas.
+struct Sums {
+  Vector3 along = Vector3::Zero();
+  Vector3 across = Vector3::Zero();
+  std::array<double, 2> area{};
+  std::array<double, 2> in_units{};
+};
+
+std::vector<Sums> sums_of(const Mesh& mesh, const std::vector<Vector3>& positions, int set_of_normals) {
+  std::vector<Sums> sums(positions.size());
+  for (std::size_t set = 0; set < 2; ++set) {
+    const std::vector<Pair>& places = mesh.looks.texture_coordinates[set];
+    if (places.empty()) continue;
+    for (const Triangle& t : mesh.triangles) {
+      const Slopes slopes = slopes_of(positions[t[0]], positions[t[1]], positions[t[2]], places[t[0]],
+                                      places[t[1]], places[t[2]]);
+      for (const std::uint32_t corner : t) {
+        sums[corner].area[set] += slopes.area;
+        sums[corner].in_units[set] += slopes.in_units;
+        if (static_cast<int>(set) != set_of_normals) continue;
+        sums[corner].along += slopes.area * slopes.along.stableNormalized();
+        sums[corner].across += slopes.area * slopes.across.stableNormalized();
+      }
+    }
+  }
+  return sums;
+}
+
+}  // namespace
+
+std::vector<LookVertex> look_vertices(const Mesh& mesh, const Matrix3& linear,
+                                      const std::vector<Vector3>& positions,
+                                      const std::vector<Vector3>& normals, int set_of_normals) {
+  std::vector<LookVertex> result(positions.size());
+  const std::vector<Sums> sums = sums_of(mesh, positions, set_of_normals);
+  const VertexLooks& looks = mesh.looks;
+  const double mirror = linear.determinant() < 0 ? -1 : 1;
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    LookVertex& vertex = result[i];
+    for (std::size_t set = 0; set < 2; ++set) {
+      if (looks.texture_coordinates[set].empty()) continue;
+      std::copy_n(looks.texture_coordinates[set][i].begin(), 2, vertex.coordinates.begin() + 2 * set);
+      const double area = sums[i].area[set];
+      vertex.density[set] = static_cast<float>(area > 0 ? std::sqrt(sums[i].in_units[set] / area) : 0);
+    }
+    if (!looks.colors.empty()) vertex.color = looks.colors[i];
+    const Vector3& normal = normals[i];
+    if (!looks.tangents.empty()) {
+      const auto& given = looks.tangents[i];
+      const Vector3 turned = (linear * Vector3(given[0], given[1], given[2])).stableNormalized();
+      vertex.tangent = tangent_of(turned, given[3] * mirror);
+    } else {
+      const Vector3 along = (sums[i].along - normal * normal.dot(sums[i].along)).stableNormalized();
+      if (!(along.squaredNorm() > 0.5)) {
+        vertex.tangent = tangent_of(beside(normal), 1);
+        continue;
+      }
+      // Up on a normal texture is against its second coordinate.
+      const bool is_right_handed = normal.cross(along).dot(sums[i].across) <= 0;
+      vertex.tangent = tangent_of(along, is_right_handed ? 1 : -1);
+    }
+  }
+  return result;
+}
+
+bool needs_looks(const Scene& scene) {
+  const auto is_more = [](const Surface& surface) {
+    return surface.opacity != Surface::Opacity::opaque || surface.is_unlit ||
+           std::ranges::any_of(surface.emission, [](double level) { return level > 0; }) ||
+           std::ranges::any_of(surface.textures, [](const Texture& texture) { return texture.image >= 0; });
+  };
+  return !scene.lights.empty() || std::ranges::any_of(scene.surfaces, is_more) ||
+         std::ranges::any_of(scene.meshes, [](const Mesh& mesh) { return !mesh.looks.colors.empty(); });
+}
+
+}  // namespace substep

@@ -1,0 +1,35 @@
+#pragma once
+/// The images of a document and how its materials lay them on surfaces.
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "sim/loading/gltf_document.h"
+#include "sim/scene/scene.h"
+
+namespace substep {
+
+/// Reads what materials ask for, each image once and as it is encoded: to decode is for those who draw.
+class TextureReader {
+ public:
+  TextureReader(GltfDocument& document, std::vector<SceneImage>& images, std::vector<std::string>& warnings)
+      : document_(document), images_(images), warnings_(warnings) {}
+
+  /// Of `object`, the texture that its key names; none where it has no such key, or an image that is not
+  /// there or neither PNG nor JPEG, of which a warning tells. Throws Error.
+  Texture read(const JsonValue& object, const char* key);
+
+ private:
+  int image(int index);
+  void set_sampler(const JsonValue& sampler, Texture& texture);
+
+  GltfDocument& document_;
+  std::vector<SceneImage>& images_;
+  std::vector<std::string>& warnings_;
+  std::uint64_t bytes_ = 0;  ///< of all images
+  std::map<int, int> read_;  ///< where among `images_` the document's are; −1: nowhere
+};
+
+}  // namespace substep
