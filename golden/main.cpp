@@ -17,8 +17,6 @@
 namespace substep {
 namespace {
 
-constexpr int bad_input = 2;
-
 /// One line, whatever is in the message: scripts and people read the last line.
 int refuse(std::string message) {
   std::replace(message.begin(), message.end(), '\n', ' ');

@@ -19,8 +19,6 @@
 namespace substep {
 namespace {
 
-constexpr int bad_input = 2;
-
 // Everything below up to prepare_process runs in signal handlers: system calls, and nothing that allocates.
 
 void say(std::string_view line) noexcept {

@@ -10,6 +10,7 @@
 #include "golden/check/check_results.h"
 #include "golden/check/merge.h"
 #include "golden/commands/commands.h"
+#include "golden/process.h"
 #include "golden/report/case_commands.h"
 #include "golden/report/failure_groups.h"
 #include "golden/report/junit.h"
@@ -21,8 +22,6 @@ namespace substep {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-constexpr int bad_input = 2;
 
 /// The simplest case of each group that fails in full, a line a group, the totals, and where to look.
 void print_outcome(const Json& results, const std::filesystem::path& output) {

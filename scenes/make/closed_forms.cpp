@@ -8,8 +8,6 @@
 namespace substep::make {
 namespace {
 
-constexpr double pi = std::numbers::pi;
-
 /// The zero of a function that changes its sign once between `low` and `high`.
 template <typename Function>
 double zero_of(const Function& function, double low, double high) {
@@ -44,7 +42,7 @@ double complete_elliptic_integral(double k) {
     b = std::sqrt(a * b);
     a = mean;
   }
-  return pi / (2 * a);
+  return std::numbers::pi / (2 * a);
 }
 
 double pendulum_period(double moment, double mass, double gravity, double lever, double amplitude) {

@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "sim/algorithms.h"
 #include "sim/error.h"
 #include "sim/loading/load_scene.h"
 #include "sim/measure/claims_measurement.h"
 #include "sim/measure/claims_sentences.h"
+#include "sim/measure/motion.h"
 #include "sim/measure/stability_map.h"
 #include "sim/measure/substep_map.h"
 
@@ -156,7 +156,6 @@ EnergyDrift energy_drift(const Measurement& measurement, const std::string& run,
         settings_of(measurement.scene(name), algorithm, 4, algorithm == Algorithm::a2 ? 4 : 1);
     settings.joints = joints;
     const MeasuredRun result = measured_run(measurement.scene(name), settings, 5);
-    constexpr double infinite = std::numeric_limits<double>::infinity();
     drift.growth.push_back(result.diverged ? infinite : result.energy_growth);
     drift.change.push_back(result.diverged ? infinite : result.energy_change);
   }

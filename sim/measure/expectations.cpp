@@ -2,17 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <optional>
 
 #include "sim/math/rotation.h"
 #include "sim/measure/measured_run.h"
+#include "sim/measure/motion.h"
 
 namespace substep {
 namespace {
 
-constexpr double infinite = std::numeric_limits<double>::infinity();
 constexpr double same_time = 1e-9;  // s: by how much a sum of steps misses the time that it stands for
 
 constexpr double least_rise = 0.1;  // of the tolerance: to a maximum and down from it

@@ -3,14 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "sim/math/rotation.h"
+#include "sim/measure/motion.h"
 
 namespace substep {
 namespace {
-
-constexpr double infinite = std::numeric_limits<double>::infinity();
 
 std::vector<Vector3> centres_of(const State& state) {
   std::vector<Vector3> centres;

@@ -2,20 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "sim/constraints/contact_finder.h"
 #include "sim/constraints/formulate.h"
 #include "sim/math/floating_point.h"
 #include "sim/measure/invariants.h"
 #include "sim/measure/measured_run.h"
+#include "sim/measure/motion.h"
 #include "sim/model/model.h"
 #include "sim/simulation.h"
 
 namespace substep {
 namespace {
 
-constexpr double infinite = std::numeric_limits<double>::infinity();
 constexpr double bounded_error = 0.1;  // of the scene's size
 constexpr double still = 0.01;         // of the smallest body: a reference that moves by less stands
 

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "sim/direct/mlcp.h"
 #include "sim/error.h"
@@ -72,7 +71,6 @@ struct Agreement {
 
 /// Largest distances of a body between two samples.
 Agreement distance(const Scene& scene, const State& a, const State& b, double size) {
-  constexpr double infinite = std::numeric_limits<double>::infinity();
   Agreement result;
   for (std::size_t i = 1; i < a.q.size(); ++i) {
     if (scene.bodies[i].inverse_mass == 0) continue;
@@ -103,7 +101,6 @@ Agreement agreement_of(const Scene& scene, const Motion& a, const Motion& b, dou
 /// ended.
 std::vector<Uncertainty> differences(const Scene& scene, const Motion& a, const Motion& b,
                                      std::size_t samples) {
-  constexpr double infinite = std::numeric_limits<double>::infinity();
   std::vector<Uncertainty> result(samples + 1);
   const double size = size_of(scene);
   for (std::size_t k = 1; k <= samples; ++k) {
@@ -213,7 +210,7 @@ ReferenceMotion smooth_reference(const Scene& scene, double duration, std::strin
   const double size = size_of(scene);
   const auto samples = static_cast<std::size_t>(std::lround(duration / scene.step));
   Motion coarse;
-  double least = std::numeric_limits<double>::infinity();
+  double least = infinite;
   std::int64_t row_solves = 0;
   for (int divisions = 2; divisions <= usually_finest || 2 * row_solves <= most_row_solves; divisions *= 2) {
     std::unique_ptr<Stepper> stepper;
@@ -321,7 +318,7 @@ Sampling::Sampling(double step, double interval) {
 }
 
 double smallest_body_of(const Scene& scene) {
-  double smallest = std::numeric_limits<double>::infinity();
+  double smallest = infinite;
   for (const Body& body : scene.bodies) {
     if (body.inverse_mass == 0) continue;
     const double diagonal = 2 * half_diagonal(body);
@@ -349,7 +346,6 @@ double size_of(const Scene& scene) {
 }
 
 MotionDifference difference(const Scene& scene, const Motion& a, const Motion& b, double horizon, int every) {
-  constexpr double infinite = std::numeric_limits<double>::infinity();
   MotionDifference result;
   double squares = 0;
   double turns = 0;

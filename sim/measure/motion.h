@@ -2,12 +2,16 @@
 /// The motion of all bodies at equal intervals, the reference that runs are measured against, and its own
 /// uncertainty.
 
+#include <limits>
 #include <string>
 #include <vector>
 
 #include "sim/measure/stepper.h"
 
 namespace substep {
+
+/// The error of what ended early or was never there.
+inline constexpr double infinite = std::numeric_limits<double>::infinity();
 
 struct Motion {
   double interval = 0;         ///< s
