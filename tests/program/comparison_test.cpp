@@ -379,7 +379,7 @@ TEST(Overlay, BodiesTakeTheColorOfTheirError) {
 
 TEST(Overlay, BodiesTakeTheColorOfTheirSpeedOrDepth) {
   const Scene loaded = scene("pendulum.gltf");
-  Run run;
+  substep::Run run;
   run.poses = {initial_state(loaded).q};
   const View view = view_from(*loaded.camera, 16.0 / 9);
   Image bodies(320, 180);
@@ -402,7 +402,7 @@ TEST(Overlay, BodiesTakeTheColorOfTheirSpeedOrDepth) {
 
 TEST(Overlay, AnArrowIsAsLongAsItsImpulse) {
   const Scene loaded = scene("pendulum.gltf");
-  Run run;
+  substep::Run run;
   run.poses = {initial_state(loaded).q};
   run.readings.contacts = {{{1, 0, {0, 0, -2}, {0, 3, 0}}}};
   Image picture(200, 100);
@@ -425,7 +425,7 @@ TEST(Comparison, ReadsWhatStripsAndOverlaysShow) {
   choice.has_reference = false;
   choice.readings = {true, true, true, true, true};
   const Comparison comparison = simulate_comparison(loaded, choice);
-  for (const Run& run : comparison.runs) {
+  for (const auto& run : comparison.runs) {
     const Readings& readings = run.readings;
     ASSERT_EQ(readings.energies.size(), run.poses.size());
     EXPECT_EQ(readings.energies[0], 0);
@@ -443,7 +443,7 @@ TEST(Comparison, ReadsWhatStripsAndOverlaysShow) {
 TEST(Comparison, ARunDepartsWhereABodyIsFirstAway) {
   const Scene loaded = scene("pendulum.gltf");
   Comparison comparison = simulate_comparison(loaded, settings(loaded, 0.2));
-  Run run = comparison.runs[4];
+  substep::Run run = comparison.runs[4];
   run.poses = comparison.reference->poses;
   EXPECT_FALSE(departure_of(loaded, comparison, run));
   run.poses[3][1].linear.x() += 0.5;
