@@ -3,34 +3,26 @@
 #include "sim/constraints/formulate.h"
 
 namespace substep {
-namespace {
-
-Vector3 direction(const ContactRow& row, int lane) {
-  return {row.linear[0][lane], row.linear[1][lane], row.linear[2][lane]};
-}
-
-}  // namespace
 
 std::vector<ContactImpulse> contact_impulses(const Problem& problem, const std::vector<Coordinates>& q,
                                              const std::vector<double>* lambda) {
   const ContactBatches& contacts = problem.c.contacts;
   std::vector<ContactImpulse> result;
   std::size_t next = problem.c.blocks.size();  // as make_mlcp() lists rows
-  const auto impulse_of = [&](const ContactRow& row, int lane) -> Vector3 {
+  const auto impulse_of = [&](const ContactRow& row, const LaneVectors& direction, int lane) -> Vector3 {
     const double size = lambda ? (*lambda)[next++] : row.impulse[lane];
-    return size * direction(row, lane);
+    return size * Vector3(direction[0][lane], direction[1][lane], direction[2][lane]);
   };
   for (const ContactBatch& x : contacts.batches) {
     for (int lane = 0; lane < x.manifolds; ++lane) {
-      int next_friction = x.first_friction;
-      const int end_friction = x.first_friction + x.frictions;
-      for (int i = 0; i < x.contacts; ++i) {
+      int friction = 0;
+      for (int i = 0; i < x.count[lane]; ++i) {
         const Contact& found = (*problem.contacts)[x.source[lane] + i];
-        Vector3 impulse = impulse_of(contacts.normals[x.first_normal + i].row, lane);
-        if (next_friction < end_friction && contacts.frictions[next_friction].normal == i) {
-          for (const ContactRow& tangent : contacts.frictions[next_friction++].row) {
-            impulse += impulse_of(tangent, lane);
-          }
+        const ContactDirections& directions = contacts.directions[x.first_direction + i * x.direction_step];
+        Vector3 impulse = impulse_of(contacts.normals[x.first_normal + i].row, directions.normal, lane);
+        if (friction < x.frictions && x.contact_of[friction] == i) {
+          const FrictionRows& rows = contacts.frictions[x.first_friction + friction++];
+          for (int k = 0; k < 2; ++k) impulse += impulse_of(rows.row[k], directions.tangent[k], lane);
         }
         const Coordinates& at = q[found.a];
         result.push_back({x.a[lane], x.b[lane], at.angular * found.arm_a + at.linear, impulse});
