@@ -460,9 +460,10 @@ TEST(Scenes, RocksSlideOnTheMeshAndComeToRest) {
       greatest = std::max(greatest, kinetic);
       if (kinetic > 0.01 * greatest) moving = t;
     });
-    // Of 13 MJ; measured 0 (A3), 0.54 J (A5).
-    EXPECT_LT(largest_rise, 2) << name(algorithm);
-    EXPECT_LT(moving, 11.5) << name(algorithm);  // measured 8.20 (A3), 9.65 (A5)
+    // Of 13 MJ. Stones that hit each other carry rounding on: measured 0 to 2.8 J (A3) and 0 to 27 J (A5) in
+    // three versions of the kernels, alike but for rounding.
+    EXPECT_LT(largest_rise, 40) << name(algorithm);
+    EXPECT_LT(moving, 11.5) << name(algorithm);  // measured 8.2 to 10.9 (A3), 9.0 to 10.0 (A5)
     for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
       const Vector3& x = end.q[i].linear;
       // Resting, a log's middle is 0.2 m above the ground and a rock's at least 0.25 m.
