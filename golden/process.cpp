@@ -13,6 +13,7 @@
 #include <iostream>
 #include <string_view>
 
+#include "golden/commands/commands.h"
 #include "sim/error.h"
 #include "sim/log/partial_file.h"
 

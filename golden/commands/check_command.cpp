@@ -10,7 +10,6 @@
 #include "golden/check/check_results.h"
 #include "golden/check/merge.h"
 #include "golden/commands/commands.h"
-#include "golden/process.h"
 #include "golden/report/case_commands.h"
 #include "golden/report/failure_groups.h"
 #include "golden/report/junit.h"

@@ -1,10 +1,13 @@
 #pragma once
-/// The commands of golden, one file each. A callback throws Error for bad input (exit code 2) and
-/// CLI::RuntimeError(1) where the answer is no: pictures differ, a golden fails.
+/// The commands of golden, one file each. A callback throws Error for bad input and CLI::RuntimeError(1)
+/// where the answer is no: pictures differ, a golden fails.
 
 #include <CLI/CLI.hpp>
 
 namespace substep {
+
+/// Exit code: what was given cannot be used, or is not there.
+constexpr int bad_input = 2;
 
 void add_check_command(CLI::App& app);
 void add_approve_command(CLI::App& app);

@@ -61,7 +61,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, WhatStands,
                                          Standing{"card_house", 10, 0.012},             // 2.05; 1.12
                                          Standing{"tall_stack", 10, 0.018},             // 17.8; 1.9
                                          Standing{"brick_wall", 10, 0.008},             // 6.7; 0.83
-                                         Standing{"box_pyramid", 10, 0.030},            // 28.2; 3.2
+                                         Standing{"box_pyramid", 10, 0.030},            // 27.6; 3.2
                                          Standing{"top_heavy_stack", 30, 0.100},        // 90.3
                                          Standing{"heavy_on_light", 30, 0.010, 1000}),  // 9.7, up to 1000 kg
                          [](const auto& name) {
