@@ -76,24 +76,20 @@ BodyBuffers::BodyBuffers(const BodyMesh& mesh) {
       buffer_of(GL_ARRAY_BUFFER, mesh.vertices.data(), mesh.vertices.size() * sizeof(Vertex)),
       buffer_of(GL_ELEMENT_ARRAY_BUFFER, mesh.indices.data(), mesh.indices.size() * sizeof(std::uint32_t)),
       0};
-  const auto attribute = [](GLuint index, GLint count, std::size_t from) {
+  const auto attribute = [](GLuint index, GLint count, std::size_t from, GLsizei stride) {
     glEnableVertexAttribArray(index);
-    glVertexAttribPointer(index, count, GL_FLOAT, GL_FALSE, sizeof(Vertex), offset(from));
+    glVertexAttribPointer(index, count, GL_FLOAT, GL_FALSE, stride, offset(from));
   };
-  attribute(0, 3, offsetof(Vertex, position));
-  attribute(1, 3, offsetof(Vertex, normal));
-  attribute(2, 3, offsetof(Vertex, color));
-  attribute(3, 2, offsetof(Vertex, metallic));
+  attribute(0, 3, offsetof(Vertex, position), sizeof(Vertex));
+  attribute(1, 3, offsetof(Vertex, normal), sizeof(Vertex));
+  attribute(2, 3, offsetof(Vertex, color), sizeof(Vertex));
+  attribute(3, 2, offsetof(Vertex, metallic), sizeof(Vertex));
   if (mesh.looks.empty()) return;
   buffers[2] = buffer_of(GL_ARRAY_BUFFER, mesh.looks.data(), mesh.looks.size() * sizeof(LookVertex));
-  const auto look = [](GLuint index, GLint count, std::size_t from) {
-    glEnableVertexAttribArray(index);
-    glVertexAttribPointer(index, count, GL_FLOAT, GL_FALSE, sizeof(LookVertex), offset(from));
-  };
-  look(4, 4, offsetof(LookVertex, coordinates));
-  look(5, 4, offsetof(LookVertex, color));
-  look(6, 4, offsetof(LookVertex, tangent));
-  look(7, 2, offsetof(LookVertex, density));
+  attribute(4, 4, offsetof(LookVertex, coordinates), sizeof(LookVertex));
+  attribute(5, 4, offsetof(LookVertex, color), sizeof(LookVertex));
+  attribute(6, 4, offsetof(LookVertex, tangent), sizeof(LookVertex));
+  attribute(7, 2, offsetof(LookVertex, density), sizeof(LookVertex));
 }
 
 void BodyBuffers::draw(const BodyMesh& mesh, GLuint program, const glm::dmat4& clip_from_world,

@@ -25,6 +25,7 @@
 #include "render/video/composition.h"
 #include "render/video/overlay.h"
 #include "render/video/seen_frames.h"
+#include "sim/math/base64.h"
 #include "sim/measure/motion.h"
 #include "sim/model/joint_anchors.h"
 
@@ -170,22 +171,6 @@ std::string compressed(const std::string& bytes) {
       libdeflate_zlib_compress(compressor, bytes.data(), bytes.size(), result.data(), result.size()));
   libdeflate_free_compressor(compressor);
   return result;
-}
-
-std::string base64(const std::string& bytes) {
-  constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t group = 0;
-    for (std::size_t j = 0; j < 3; ++j) {
-      group = (group << 8) | (i + j < bytes.size() ? static_cast<unsigned char>(bytes[i + j]) : 0U);
-    }
-    for (std::size_t j = 0; j < 4; ++j) {
-      text += i + j > bytes.size() ? '=' : digits[(group >> (18 - 6 * j)) & 63];
-    }
-  }
-  return text;
 }
 
 /// In a <script>: no tag ends in it.
