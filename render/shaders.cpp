@@ -25,12 +25,8 @@ layout(std140) uniform Frame {
 };
 )";
 
-const std::string light = R"(
-uniform sampler2D shadow_depth;
-uniform sampler2DShadow shadow_test;
-uniform sampler2D shadow_range;
-uniform sampler2D occlusion_map;
-
+/// What does not depend on where frames are drawn, by uniforms to_sun, sun, zenith, horizon and bounce.
+const std::string optics_terms = R"(
 float square(float x) { return x * x; }
 
 /// Radiance of the sky along a unit direction; below the horizon, of the horizon.
@@ -54,6 +50,61 @@ vec3 surroundings(vec3 direction, float roughness) {
   float level = 1.0 + min(direction.y, 0.0);
   return mix(bounce.rgb * (0.5 + 0.5 * level), sky_light(rise), above);
 }
+
+/// sRGB's code by roots alone; their fit is within 0.41 of an 8-bit code.
+vec3 srgb(vec3 y) {
+  vec3 r2 = sqrt(y);
+  vec3 r4 = sqrt(r2);
+  vec3 r8 = sqrt(r4);
+  vec3 curve = 0.130942 * y - 0.092702 * r2 + 2.271373 * r4 - 1.590231 * r8 + 0.282206;
+  return mix(curve, 12.92 * y, vec3(lessThan(y, vec3(0.0031308))));
+}
+
+/// Filmic curve (Narkowicz 2015, fitted to the ACES reference), as a code.
+vec3 display(vec3 radiance) {
+  vec3 x = radiance * 0.72;
+  return srgb(clamp((x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0));
+}
+
+/// Radiance towards v of a surface in light from l of radiance 1 / cosine.
+/// GGX with the height-correlated Smith term as Hammon (2017) approximates it, Fresnel as Schlick does.
+vec3 scattered(vec3 n, vec3 v, vec3 l, float nl, float nv, vec3 facing, vec3 diffuse, float roughness) {
+  vec3 h = normalize(v + l);
+  float nh = max(dot(n, h), 0.0);
+  float vh = max(dot(v, h), 0.0);
+  float alpha = roughness * roughness;
+  float bell = nh * nh * (alpha * alpha - 1.0) + 1.0;
+  float distribution = alpha * alpha / (bell * bell);
+  float visibility = 0.5 / mix(2.0 * nl * nv, nl + nv, alpha);
+  float away = 1.0 - vh;
+  vec3 fresnel = facing + (1.0 - facing) * (square(square(away)) * away);
+  return diffuse * (1.0 - fresnel) + fresnel * (distribution * visibility);
+}
+
+/// Mean over a footprint of `width` around x of lines of half-width `half_line` at the integers.
+vec2 lines(vec2 x, vec2 width, float half_line) {
+  vec2 a = x - 0.5 * width + 0.5;
+  vec2 b = x + 0.5 * width + 0.5;
+  vec2 within_a = clamp(fract(a) - 0.5 + half_line, vec2(0.0), vec2(2.0 * half_line)) + floor(a) * 2.0 * half_line;
+  vec2 within_b = clamp(fract(b) - 0.5 + half_line, vec2(0.0), vec2(2.0 * half_line)) + floor(b) * 2.0 * half_line;
+  return (within_b - within_a) / width;
+}
+
+/// Mean over the same of ±1 in turn between the integers.
+vec2 turns(vec2 x, vec2 width) {
+  vec2 a = (x - 0.5 * width) * 0.5;
+  vec2 b = (x + 0.5 * width) * 0.5;
+  vec2 sum_a = abs(fract(a) - 0.5);
+  vec2 sum_b = abs(fract(b) - 0.5);
+  return 2.0 * (sum_a - sum_b) / width;
+}
+)";
+
+const std::string light = optics_terms + R"(
+uniform sampler2D shadow_depth;
+uniform sampler2DShadow shadow_test;
+uniform sampler2D shadow_range;
+uniform sampler2D occlusion_map;
 
 /// Part of the sun that reaches a point of a surface with unit normal n.
 ///
@@ -114,21 +165,6 @@ float openness(vec3 position, vec2 cells) {
   vec2 place = (position.xz - occlusion.xy) * occlusion.z + cells / 128.0;
   return textureLod(occlusion_map, place, 0.0).r;
 }
-
-/// sRGB's code by roots alone; their fit is within 0.41 of an 8-bit code.
-vec3 srgb(vec3 y) {
-  vec3 r2 = sqrt(y);
-  vec3 r4 = sqrt(r2);
-  vec3 r8 = sqrt(r4);
-  vec3 curve = 0.130942 * y - 0.092702 * r2 + 2.271373 * r4 - 1.590231 * r8 + 0.282206;
-  return mix(curve, 12.92 * y, vec3(lessThan(y, vec3(0.0031308))));
-}
-
-/// Filmic curve (Narkowicz 2015, fitted to the ACES reference), as a code.
-vec3 display(vec3 radiance) {
-  vec3 x = radiance * 0.72;
-  return srgb(clamp((x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0));
-}
 )";
 
 /// The lights beside the sun.
@@ -161,21 +197,6 @@ out vec4 code;
 #ifdef LOOKS
 uniform sampler2D emission_alpha;
 #endif
-
-/// Radiance towards v of a surface in light from l of radiance 1 / cosine.
-/// GGX with the height-correlated Smith term as Hammon (2017) approximates it, Fresnel as Schlick does.
-vec3 scattered(vec3 n, vec3 v, vec3 l, float nl, float nv, vec3 facing, vec3 diffuse, float roughness) {
-  vec3 h = normalize(v + l);
-  float nh = max(dot(n, h), 0.0);
-  float vh = max(dot(v, h), 0.0);
-  float alpha = roughness * roughness;
-  float bell = nh * nh * (alpha * alpha - 1.0) + 1.0;
-  float distribution = alpha * alpha / (bell * bell);
-  float visibility = 0.5 / mix(2.0 * nl * nv, nl + nv, alpha);
-  float away = 1.0 - vh;
-  vec3 fresnel = facing + (1.0 - facing) * (square(square(away)) * away);
-  return diffuse * (1.0 - fresnel) + fresnel * (distribution * visibility);
-}
 
 void main() {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
@@ -233,24 +254,6 @@ void main() {
 const std::string ground = R"(
 out vec4 code;
 
-/// Mean over a footprint of `width` around x of lines of half-width `half_line` at the integers.
-vec2 lines(vec2 x, vec2 width, float half_line) {
-  vec2 a = x - 0.5 * width + 0.5;
-  vec2 b = x + 0.5 * width + 0.5;
-  vec2 within_a = clamp(fract(a) - 0.5 + half_line, vec2(0.0), vec2(2.0 * half_line)) + floor(a) * 2.0 * half_line;
-  vec2 within_b = clamp(fract(b) - 0.5 + half_line, vec2(0.0), vec2(2.0 * half_line)) + floor(b) * 2.0 * half_line;
-  return (within_b - within_a) / width;
-}
-
-/// Mean over the same of ±1 in turn between the integers.
-vec2 turns(vec2 x, vec2 width) {
-  vec2 a = (x - 0.5 * width) * 0.5;
-  vec2 b = (x + 0.5 * width) * 0.5;
-  vec2 sum_a = abs(fract(a) - 0.5);
-  vec2 sum_b = abs(fract(b) - 0.5);
-  return 2.0 * (sum_a - sum_b) / width;
-}
-
 /// Where the ray through a pixel meets the ground.
 vec2 hit(vec2 pixel) {
   vec3 ray = ray_corner.xyz + pixel.x * ray_right.xyz + pixel.y * ray_up.xyz;
@@ -297,6 +300,10 @@ void main() {
 )";
 
 }  // namespace
+
+std::string optics() {
+  return optics_terms;
+}
 
 std::string look_shading_fragment() {
   return "#define LOOKS\n" + frame + light + lamps + shading;

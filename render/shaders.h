@@ -8,6 +8,10 @@
 
 namespace substep::shaders {
 
+/// The sky, what surfaces scatter, the ground's pattern and the film's curve, as functions: for these shaders
+/// and for WebGL, where to_sun, sun, zenith, horizon and bounce are given as vectors of three components.
+std::string optics();
+
 /// Uniforms clip_from_body and world_from_body.
 std::string body_vertex();
 /// What is seen of bodies: three outputs, which shading_fragment() takes as textures.

@@ -1,4 +1,4 @@
-// The pictures: bodies, ground and sky in WebGL 2, in the light of the films.
+// The pictures: bodies, ground and sky in WebGL 2, in the light of the films: OPTICS, from the films' own shaders.
 
 const LIGHT = `#version 300 es
 precision highp float;
@@ -8,24 +8,7 @@ uniform mat4 shadow_from_world;
 uniform highp sampler2DShadow shadow;
 uniform float shadow_bias;
 
-float square(float x) { return x * x; }
-
-vec3 sky_light(vec3 direction) {
-  float low = 1.0 - max(direction.y, 0.0);
-  float haze = square(low * low);
-  float towards = max(dot(direction, to_sun), 0.0);
-  float glow = square(square(towards * towards));
-  return mix(zenith, horizon, haze) + sun * (0.07 * glow * (0.35 + 0.65 * haze));
-}
-
-vec3 surroundings(vec3 direction, float roughness) {
-  float above = clamp(0.5 + 0.5 * direction.y / (0.04 + 0.7 * roughness), 0.0, 1.0);
-  above = above * above * (3.0 - 2.0 * above);
-  vec3 rise = normalize(vec3(direction.x, max(direction.y, 0.25 * roughness), direction.z));
-  float level = 1.0 + min(direction.y, 0.0);
-  return mix(bounce * (0.5 + 0.5 * level), sky_light(rise), above);
-}
-
+` + OPTICS + `
 /// Part of the sun that reaches a point: twelve taps of a spiral.
 float sunlight(vec3 position, vec3 n) {
   vec3 place = (shadow_from_world * vec4(position + n * shadow_bias, 1.0)).xyz * 0.5 + 0.5;
@@ -38,13 +21,6 @@ float sunlight(vec3 position, vec3 n) {
     lit += texture(shadow, vec3(place.xy + radius * vec2(cos(angle), sin(angle)), place.z));
   }
   return lit / 12.0;
-}
-
-/// Filmic curve, then sRGB's code.
-vec3 display(vec3 radiance) {
-  vec3 x = radiance * 0.72;
-  vec3 y = clamp((x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0);
-  return mix(1.055 * pow(y, vec3(1.0 / 2.4)) - 0.055, 12.92 * y, vec3(lessThan(y, vec3(0.0031308))));
 }
 `;
 
@@ -83,19 +59,12 @@ void main() {
   float roughness = clamp(finish.y, 0.06, 1.0);
   vec3 n = normalize(gl_FrontFacing ? world_normal : -world_normal);
   vec3 v = normalize(eye - world_position);
-  vec3 h = normalize(v + to_sun);
   float nl = max(dot(n, to_sun), 0.0);
   float nv = max(dot(n, v), 1e-3);
-  float nh = max(dot(n, h), 0.0);
-  float alpha = roughness * roughness;
-  float bell = nh * nh * (alpha * alpha - 1.0) + 1.0;
-  float distribution = alpha * alpha / (bell * bell);
-  float visibility = 0.5 / mix(2.0 * nl * nv, nl + nv, alpha);
   vec3 facing = mix(vec3(0.04), base_color, metallic);
-  vec3 fresnel = facing + (1.0 - facing) * pow(1.0 - max(dot(v, h), 0.0), 5.0);
   vec3 diffuse = base_color * (1.0 - metallic);
   float lit = nl > 0.0 ? sunlight(world_position, n) : 0.0;
-  vec3 radiance = (diffuse * (1.0 - fresnel) + fresnel * (distribution * visibility)) * sun * (nl * lit);
+  vec3 radiance = scattered(n, v, to_sun, nl, nv, facing, diffuse, roughness) * sun * (nl * lit);
   vec3 around = mix(bounce, mix(zenith, horizon, 0.55), 0.5 + 0.5 * n.y);
   vec3 rim = facing + (max(vec3(1.0 - roughness), facing) - facing) * pow(1.0 - nv, 5.0);
   radiance += diffuse * around * (1.0 - rim) + rim * surroundings(reflect(-v, n), roughness);
@@ -118,20 +87,6 @@ void main() {
 const GROUND = LIGHT + `
 in vec3 world_position;
 out vec4 code;
-/// Mean over a footprint around x of lines of half-width h at the integers.
-vec2 lines(vec2 x, vec2 width, float h) {
-  vec2 a = x - 0.5 * width + 0.5;
-  vec2 b = x + 0.5 * width + 0.5;
-  vec2 in_a = clamp(fract(a) - 0.5 + h, vec2(0.0), vec2(2.0 * h)) + floor(a) * 2.0 * h;
-  vec2 in_b = clamp(fract(b) - 0.5 + h, vec2(0.0), vec2(2.0 * h)) + floor(b) * 2.0 * h;
-  return (in_b - in_a) / width;
-}
-/// Mean over the same of ±1 in turn between the integers.
-vec2 turns(vec2 x, vec2 width) {
-  vec2 a = (x - 0.5 * width) * 0.5;
-  vec2 b = (x + 0.5 * width) * 0.5;
-  return 2.0 * (abs(fract(a) - 0.5) - abs(fract(b) - 0.5)) / width;
-}
 void main() {
   vec2 xz = world_position.xz;
   vec2 width = max(fwidth(xz) * 1.2, vec2(1e-5));

@@ -22,6 +22,7 @@
 #include "render/markup.h"
 #include "render/player/pose_stream.h"
 #include "render/renderer.h"
+#include "render/shaders.h"
 #include "render/video/composition.h"
 #include "render/video/overlay.h"
 #include "render/video/seen_frames.h"
@@ -225,12 +226,13 @@ std::string player_page(const Scene& scene, const Comparison& comparison, const 
                          {"frames", std::max<std::size_t>(1, reference.poses.size())}};
   }
   data["glb_size"] = glb.size();
-  return filled(player_html(), {{"title", escaped(title)},
-                                {"style", std::string(player_css())},
-                                {"data", for_page(data)},
-                                {"bytes", base64(compressed(glb + poses))},
-                                {"script", std::string(recording_js()) + std::string(painter_js()) +
-                                               std::string(strip_js()) + std::string(player_js())}});
+  return filled(player_html(),
+                {{"title", escaped(title)},
+                 {"style", std::string(player_css())},
+                 {"data", for_page(data)},
+                 {"bytes", base64(compressed(glb + poses))},
+                 {"script", fmt::format("const OPTICS = {};\n{}{}{}{}", for_page(shaders::optics()),
+                                        recording_js(), painter_js(), strip_js(), player_js())}});
 }
 
 }  // namespace substep
