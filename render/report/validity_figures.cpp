@@ -127,20 +127,23 @@ Sheet stability_sheet(const FigureSource&) {
 }
 
 Sheet coupled_rows_sheet(const FigureSource& source) {
-  Sheet sheet = validity_sheet("One row's limit is not the system's: growth in a sub-step, κ = 1");
+  Sheet sheet = validity_sheet("One row's limit is not the system's: growth in a sub-step");
   sheet.panel_height = 340;
+  sheet.columns = 2;
   sheet.legend_columns = 4;
   const std::vector<CoupledRows> systems = coupled_rows(source.scenes);
   constexpr std::array shapes{7, 6, 5, 9, 11, 4, 8};
-  for (const int iterations : {1, 2, 4}) {
+  for (const auto& [kappa, iterations] :
+       {std::pair{1.0, 1}, std::pair{1.0, 4}, std::pair{lower_kappa, 1}, std::pair{lower_kappa, 4}}) {
     Panel panel;
-    panel.title = fmt::format("m = {}", iterations);
+    panel.title = fmt::format("κ = {:g}, m = {}", kappa, iterations);
     panel.x = {"τ", false, std::array{0.0, 2.0}, {}};
     panel.y = {"growth in 100 sub-steps", true, std::array{1e-3, 1e6}, {}};
     for (std::size_t k = 0; k < systems.size(); ++k) {
       Series series{systems[k].name, {static_cast<int>(k), shapes.at(k)}, {}};
       for (int t = 1; t <= 20; ++t)
-        series.points.push_back({0.1 * t, std::pow(largest_radius(systems[k], 0.1 * t, 1, iterations), 100)});
+        series.points.push_back(
+            {0.1 * t, std::pow(largest_radius(systems[k], 0.1 * t, kappa, iterations), 100)});
       panel.series.push_back(std::move(series));
     }
     panel.series.push_back({"above it all grows", {0, 7, true, true, false}, {{0, 1}, {2, 1}}});

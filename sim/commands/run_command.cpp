@@ -232,7 +232,7 @@ void add_run_command(CLI::App& app) {
       "a tenth of the smallest body beyond the start's, and where nothing drives the scene an energy that\n"
       "rises by a tenth of what its speeds and a fall by its size are worth. Without --strict the latter "
       "are\n"
-      "warned of: smaller steps or sub-steps may not mend them (claim 15).\n"
+      "warned of: smaller steps or sub-steps may not mend them, a smaller κ may (claim 15).\n"
       "Example:\n"
       "  substep run scenes/rod_chain.gltf --algorithm a3 --step 1/60 --substeps 4 --csv rod_chain.csv "
       "--rate "

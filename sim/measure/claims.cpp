@@ -13,7 +13,8 @@ ClaimsReport measure_claims(const std::filesystem::path& folder, const std::func
   for (const auto claim :
        {&claims::claim1, &claims::claim2, &claims::claim3, &claims::claim4, &claims::claim5, &claims::claim6,
         &claims::claim7, &claims::claim8, &claims::claim9, &claims::claim10, &claims::claim11,
-        &claims::claim12, &claims::claim13, &claims::claim14, &claims::claim15, &claims::claim16}) {
+        &claims::claim12, &claims::claim13, &claims::claim14, &claims::claim15, &claims::claim16,
+        &claims::claim17}) {
     progress(static_cast<int>(report.claims.size()) + 1);
     report.claims.push_back(claim(measurement));
   }

@@ -100,6 +100,7 @@ Claim claim7(Measurement& measurement);
 Claim claim11(Measurement& measurement);
 Claim claim12(Measurement& measurement);
 Claim claim15(Measurement& measurement);
+Claim claim17(Measurement& measurement);
 EnergyDrift energy_drift(const Measurement& measurement, const std::string& run, Algorithm algorithm,
                          Joints joints, const std::vector<std::string>& names);
 

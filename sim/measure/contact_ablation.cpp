@@ -71,9 +71,9 @@ double largest_speed(const State& state) {
 }
 
 /// The largest value after any step. `path`: for distances alone.
-double cost_of_ablation(const Scene& scene, const AblatedScene& ablated, const std::vector<Centres>& path,
-                        ContactAblation approximation) {
-  Simulation simulation(scene, usual_settings(scene, Algorithm::a5), contact_reading(approximation));
+double cost_of_run(const Scene& scene, const AblatedScene& ablated, const std::vector<Centres>& path,
+                   const Settings& settings, const ContactReading& reading) {
+  Simulation simulation(scene, settings, reading);
   const Centres start = centres_of(simulation.state());
   double largest = 0;
   for (int k = 0; k < steps_of(ablated.duration, scene.step); ++k) {
@@ -101,14 +101,36 @@ std::string text_of(const AblatedScene& ablated) {
   return fmt::format("fastest body in {:g} s", ablated.duration);
 }
 
-ContactAblationCosts prices_of(const std::filesystem::path& folder, const AblatedScene& ablated) {
+struct Run {
+  Settings settings;
+  ContactReading reading;
+};
+
+/// `runs_of` gives the runs of the scene.
+template <typename RunsOf>
+ContactAblationCosts costs_of(const std::filesystem::path& folder, const AblatedScene& ablated,
+                              const RunsOf& runs_of) {
   const Scene scene = load_scene(folder / (std::string(ablated.name) + ".gltf"));
   std::vector<Centres> path;
   if (ablated.cost == Cost::distance) path = reference_path(scene, ablated.duration);
   ContactAblationCosts costs{scene.name, text_of(ablated), ablated.cost == Cost::speed ? "m/s" : "m", {}};
-  for (const ContactAblation approximation : contact_ablations)
-    costs.costs.push_back(cost_of_ablation(scene, ablated, path, approximation));
+  for (const Run& run : runs_of(scene))
+    costs.costs.push_back(cost_of_run(scene, ablated, path, run.settings, run.reading));
   return costs;
+}
+
+std::vector<Run> ablations_of(const Scene& scene) {
+  std::vector<Run> runs;
+  for (const ContactAblation approximation : contact_ablations)
+    runs.push_back({usual_settings(scene, Algorithm::a5), contact_reading(approximation)});
+  return runs;
+}
+
+const AblatedScene& ablated_scene(const std::string& name) {
+  const auto* const found = std::ranges::find(ablated_scenes, name, &AblatedScene::name);
+  if (found == ablated_scenes.end())
+    throw Error(fmt::format("no scene of the ablation of contacts: {}", name));
+  return *found;
 }
 
 }  // namespace
@@ -138,15 +160,25 @@ std::string contact_ablation_caption(const std::vector<ContactAblationCosts>& ab
 
 std::vector<ContactAblationCosts> contact_ablation(const std::filesystem::path& folder) {
   std::vector<ContactAblationCosts> ablation;
-  for (const AblatedScene& ablated : ablated_scenes) ablation.push_back(prices_of(folder, ablated));
+  for (const AblatedScene& ablated : ablated_scenes)
+    ablation.push_back(costs_of(folder, ablated, ablations_of));
   return ablation;
 }
 
 ContactAblationCosts contact_ablation_of(const std::filesystem::path& folder, const std::string& scene) {
-  const auto found = std::ranges::find(ablated_scenes, scene, &AblatedScene::name);
-  if (found == ablated_scenes.end())
-    throw Error(fmt::format("no scene of the ablation of contacts: {}", scene));
-  return prices_of(folder, *found);
+  return costs_of(folder, ablated_scene(scene), ablations_of);
+}
+
+ContactAblationCosts contact_costs(const std::filesystem::path& folder, const std::string& scene,
+                                   const std::vector<Settings>& settings) {
+  return costs_of(folder, ablated_scene(scene), [&](const Scene& loaded) {
+    std::vector<Run> runs;
+    for (Settings each : settings) {
+      each.step = loaded.step;
+      runs.push_back({each, {}});
+    }
+    return runs;
+  });
 }
 
 }  // namespace substep

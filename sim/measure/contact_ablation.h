@@ -31,4 +31,9 @@ std::vector<ContactAblationCosts> contact_ablation(const std::filesystem::path& 
 /// The same of one of these scenes.
 ContactAblationCosts contact_ablation_of(const std::filesystem::path& folder, const std::string& scene);
 
+/// One of these scenes with all six readings and `settings` of one's own, each at the scene's step: costs in
+/// their order.
+ContactAblationCosts contact_costs(const std::filesystem::path& folder, const std::string& scene,
+                                   const std::vector<Settings>& settings);
+
 }  // namespace substep

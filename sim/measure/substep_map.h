@@ -43,6 +43,9 @@ struct CoupledRows {
   std::vector<Scene> positions;
 };
 
+/// With it none of them grows for τ up to 1 (claim 15).
+inline constexpr double lower_kappa = 0.7;
+
 inline constexpr std::string_view coupled_governor = "governor, rods";
 
 /// One row, a block of three, chains, closed loops: of scenes in `folder`. Throws Error when one cannot be

@@ -218,11 +218,11 @@ std::string parts_text(const std::vector<SweepRecord>& records) {
   const ErrorParts& parts = chosen->metrics->parts;
   const std::array<std::pair<double, const char*>, 3> named{
       {{parts.stepping, "the step's own, which smaller h/n lessens"},
-       {parts.solver.value_or(0),
-        is_growing(*chosen)
-            ? "the solver's, which more iterations or a smaller τ lessen: sub-steps do not, since "
-              "what coupled rows leave grows in each"
-            : "the solver's, which more iterations or sub-steps lessen"},
+       {parts.solver.value_or(0), is_growing(*chosen)
+                                      ? "the solver's, which more iterations, a smaller τ or a smaller κ "
+                                        "lessen: sub-steps do not, since "
+                                        "what coupled rows leave grows in each"
+                                      : "the solver's, which more iterations or sub-steps lessen"},
        {*parts.model, "the model's (Jacobians and biases not taken anew), which only smaller h lessens"}}};
   const auto largest = std::ranges::max_element(named, {}, [](const auto& part) { return part.first; });
   return fmt::format("What is left of A5's error with n = 16, {} joints, is mostly {}. ",
@@ -241,11 +241,12 @@ std::string limits_text(const std::vector<SweepRecord>& records) {
       who += fmt::format(" with m = {}", s.iterations);
     if (record.limit->divisions == 1) continue;
     if (record.limit->divisions == 0) {
-      needs.push_back(
-          is_growing(record) ? fmt::format("{} another m or τ, for coupled rows grow by {:.3g} in a sub-step",
-                                           who, *record.substep_radius)
-          : s.algorithm >= Algorithm::a3 ? fmt::format("{} n above {}", who, record.limit->most)
-                                         : fmt::format("{} less than h/{}", who, record.limit->most));
+      needs.push_back(is_growing(record)
+                          ? fmt::format("{} another m, τ or κ, for coupled rows grow by {:.3g} in a sub-step",
+                                        who, *record.substep_radius)
+                      : s.algorithm >= Algorithm::a3
+                          ? fmt::format("{} n above {}", who, record.limit->most)
+                          : fmt::format("{} less than h/{}", who, record.limit->most));
     } else if (s.algorithm >= Algorithm::a3) {
       needs.push_back(fmt::format("{} n = {}", who, record.limit->divisions));
     } else {

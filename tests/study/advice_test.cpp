@@ -65,7 +65,7 @@ TEST(Advice, SendsNobodyToSmallerSubstepsWhereCoupledRowsGrow) {
   // Nor where the solver's error is the largest part of what is left.
   runs[0].metrics->error.position = {0.001, 0.001};
   runs[1].metrics->parts = {.stepping = 0.01, .solver = 0.6, .model = 0.01};
-  EXPECT_THAT(advice(runs), HasSubstr("which more iterations or a smaller τ lessen: sub-steps do not"));
+  EXPECT_THAT(advice(runs), HasSubstr("which more iterations, a smaller τ or a smaller κ lessen: sub-steps do not"));
   runs[1].substep_radius.reset();
   EXPECT_THAT(advice(runs), HasSubstr("which more iterations or sub-steps lessen"));
 
@@ -75,7 +75,7 @@ TEST(Advice, SendsNobodyToSmallerSubstepsWhereCoupledRowsGrow) {
   looked_for.limit = StabilityLimit{0, 64, 7};
   EXPECT_THAT(advice(runs), HasSubstr("A3 n above 64"));
   looked_for.substep_radius = 1.3;
-  EXPECT_THAT(advice(runs), HasSubstr("A3 another m or τ, for coupled rows grow by 1.3 in a sub-step"));
+  EXPECT_THAT(advice(runs), HasSubstr("A3 another m, τ or κ, for coupled rows grow by 1.3 in a sub-step"));
 }
 
 TEST(Advice, TurnsDownWhatLosesItsEnergyOrGainsSome) {
