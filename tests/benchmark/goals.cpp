@@ -51,6 +51,13 @@ std::vector<Goal> goals(const Results& results) {
     if (std::isfinite(part))
       all.push_back({7, "s1 and s2 of A5 on " + scene + ", of a step", part, 0.4, false, ""});
   }
+  for (const auto& [name, milliseconds] :
+       {std::pair("substep --help", 10.0), std::pair("substep check", 10000.0)}) {
+    const double measured = results.median(name, "ms_of_program");
+    if (!std::isfinite(measured)) continue;
+    all.push_back({9, fmt::format("{}: ms of CPU time / {:g}", name, milliseconds), measured / milliseconds,
+                   1, false, results.failed(name) ? name : ""});
+  }
   return all;
 }
 

@@ -13,10 +13,8 @@
 namespace substep::benchmark {
 namespace {
 
-constexpr std::string_view failure = "fails its check";
-
 std::string remark(const BenchmarkScene& scene, const Verdict& verdict) {
-  std::string text = verdict.passed ? "" : std::string(failure) + ": ";
+  std::string text = verdict.passed ? "" : std::string(failed_check) + ": ";
   switch (scene.judge) {
     case BenchmarkScene::Judge::trajectory:
       return text + fmt::format("{:.2g} m from the reference after 1 s", verdict.error);
@@ -191,7 +189,7 @@ double Results::median(const std::string& name, const std::string& figure) const
 
 bool Results::failed(const std::string& name) const {
   const Line* one = line(name);
-  return one && one->remark.starts_with(failure);
+  return one && one->remark.starts_with(failed_check);
 }
 
 namespace {
@@ -246,7 +244,8 @@ std::string table(const Results& results, bool markdown) {
                {{"us_per_step", "µs a step"},
                 {"ns_per_body_step", "ns a body-step"},
                 {"ns_per_row_solve", "ns a row solve"},
-                {"ms_per_frame", "ms a frame"}},
+                {"ms_per_frame", "ms a frame"},
+                {"ms_of_program", "ms a run"}},
                "check", markdown);
 }
 

@@ -7,6 +7,7 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "sim/model/settings.h"
@@ -38,6 +39,12 @@ void register_limits(const BenchmarkScene& scene, const Settings& settings);
 
 /// Frames of a scene file at a size.
 void register_frames(const std::string& scene, int width, int height);
+
+/// The program with these arguments, in this folder, with the programs that it starts: "substep --help".
+void register_program(const std::vector<std::string>& arguments, int runs);
+
+/// What a remark begins with where the result is not good enough for its time to count.
+inline constexpr std::string_view failed_check = "fails its check";
 
 /// Medians over the repetitions, by name and figure: "pendulum/A1", "us_per_step".
 class Results final : public ::benchmark::BenchmarkReporter {

@@ -131,6 +131,8 @@ void register_all() {
     register_frames(scene, 426, 240);
     register_frames(scene, 1280, 720);
   }
+  register_program({"--help"}, 20);
+  register_program({"check"}, 1);
 }
 
 int run(int argc, char** argv) {
