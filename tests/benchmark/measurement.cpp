@@ -192,6 +192,11 @@ bool Results::failed(const std::string& name) const {
   return one && one->remark.starts_with(failed_check);
 }
 
+std::string Results::remark(const std::string& name) const {
+  const Line* one = line(name);
+  return one ? one->remark : "";
+}
+
 namespace {
 
 /// Lines of figures by columns (figure, heading); `remark` heads a last column of remarks. Figures that are
@@ -238,7 +243,8 @@ std::vector<const Results::Line*> lines_with(const Results& results, const std::
 std::string table(const Results& results, bool markdown) {
   std::vector<const Results::Line*> lines;
   for (const Results::Line& line : results.lines()) {
-    if (!line.figures.contains("rows") && !line.figures.contains("part_of_rows")) lines.push_back(&line);
+    const auto is_of = [&](const char* figure) { return line.figures.contains(figure); };
+    if (!is_of("rows") && !is_of("part_of_rows") && !is_of("moved_m")) lines.push_back(&line);
   }
   return table(results, lines, "scene/engine",
                {{"us_per_step", "µs a step"},
@@ -259,6 +265,13 @@ std::string stages(const Results& results, bool markdown) {
                 {"us_coordinates", "s4, coordinates"},
                 {"part_of_rows", "s1 and s2"}},
                "", markdown);
+}
+
+std::string cheapest_stands(const Results& results, bool markdown) {
+  const std::vector<const Results::Line*> lines = lines_with(results, "moved_m");
+  if (lines.empty()) return "";
+  return table(results, lines, "scene",
+               {{"ms_per_second", "ms a simulated second"}, {"moved_m", "m moved in 10 s"}}, "by", markdown);
 }
 
 std::string cost_of_a1(const Results& results, bool markdown) {
