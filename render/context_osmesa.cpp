@@ -1,4 +1,8 @@
+// First: osmesa.h includes OpenGL's headers without the prototypes.
+#include "render/gl.h"
+
 #include <GL/osmesa.h>
+#include <dlfcn.h>
 #include <fmt/format.h>
 
 #include <array>
@@ -8,13 +12,46 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <type_traits>
 
 #include "render/context.h"
-#include "render/gl.h"
 #include "render/renderer.h"
 #include "sim/error.h"
 
 namespace substep {
+namespace {
+
+struct OsMesa {
+  decltype(&OSMesaCreateContextAttribs) create = nullptr;
+  decltype(&OSMesaMakeCurrent) make_current = nullptr;
+  decltype(&OSMesaDestroyContext) destroy = nullptr;
+};
+
+/// Loads it, with the functions of gl.h, at the first call. It stays loaded.
+const OsMesa& osmesa() {
+  static const OsMesa loaded = [] {
+    void* const library = dlopen("libOSMesa.so.8", RTLD_NOW | RTLD_LOCAL);
+    const auto find = [&](auto& pointer, const char* name) {
+      void* const found = library == nullptr ? nullptr : dlsym(library, name);
+      if (found == nullptr) {
+        throw Error(fmt::format(
+            "software OpenGL is not installed: on Debian 12, apt-get install libosmesa6 ({})", dlerror()));
+      }
+      pointer = reinterpret_cast<std::remove_reference_t<decltype(pointer)>>(found);
+    };
+    OsMesa functions;
+    find(functions.create, "OSMesaCreateContextAttribs");
+    find(functions.make_current, "OSMesaMakeCurrent");
+    find(functions.destroy, "OSMesaDestroyContext");
+#define SUBSTEP_GL_FIND(name) find(name, #name);
+    SUBSTEP_GL_FUNCTIONS(SUBSTEP_GL_FIND)
+#undef SUBSTEP_GL_FIND
+    return functions;
+  }();
+  return loaded;
+}
+
+}  // namespace
 
 struct Context::Handle {
   OSMesaContext context = nullptr;
@@ -22,7 +59,7 @@ struct Context::Handle {
   std::array<std::uint8_t, 4> pixel{};
 
   ~Handle() {
-    if (context != nullptr) OSMesaDestroyContext(context);
+    if (context != nullptr) osmesa().destroy(context);
   }
 };
 
@@ -67,7 +104,7 @@ Context::Context() : handle_(std::make_unique<Handle>()) {
                                        0,
                                        0};
   refuse_interpreted_vertices();
-  handle_->context = OSMesaCreateContextAttribs(attributes.data(), nullptr);
+  handle_->context = osmesa().create(attributes.data(), nullptr);
   if (handle_->context == nullptr) {
     throw Error(
         "software OpenGL gives no 3.3 core context: install libosmesa6 (Mesa 22.3 is what pictures are exact "
@@ -82,7 +119,7 @@ Context::Current::Current(Context& context) : context_(context), rounding_(std::
     throw std::logic_error("a rendering context is in use; each thread needs one of its own");
   }
   Handle& handle = *context_.handle_;
-  if (OSMesaMakeCurrent(handle.context, handle.pixel.data(), GL_UNSIGNED_BYTE, 1, 1) != GL_TRUE) {
+  if (osmesa().make_current(handle.context, handle.pixel.data(), GL_UNSIGNED_BYTE, 1, 1) != GL_TRUE) {
     context_.in_use_.clear();
     throw Error("software OpenGL (OSMesa) refuses its own context");
   }
@@ -91,7 +128,7 @@ Context::Current::Current(Context& context) : context_(context), rounding_(std::
 }
 
 Context::Current::~Current() {
-  OSMesaMakeCurrent(nullptr, nullptr, 0, 0, 0);
+  osmesa().make_current(nullptr, nullptr, 0, 0, 0);
   std::fesetround(rounding_);
   context_.in_use_.clear();
 }

@@ -153,7 +153,7 @@ bool is_data(const JsonValue& uri) {
   return uri.text().compare(0, 5, "data:") == 0;
 }
 
-std::string_view read_data(const JsonValue& uri, GltfDocument& document) {
+std::shared_ptr<const std::string> read_data(const JsonValue& uri, GltfDocument& document) {
   const std::string& text = uri.text();
   const std::size_t comma = text.find(',');
   if (comma == std::string::npos) uri.fail("is a data URI without a comma before its data");
@@ -166,7 +166,7 @@ std::string_view read_data(const JsonValue& uri, GltfDocument& document) {
   if (stranger) {
     uri.fail(fmt::format("has a byte that is not base64 (code {})", static_cast<unsigned char>(*stranger)));
   }
-  return document.files.emplace_back(std::move(bytes));
+  return document.files.emplace_back(std::make_shared<const std::string>(std::move(bytes)));
 }
 
 std::string file_name_of(const JsonValue& uri) {
@@ -191,7 +191,7 @@ void read_buffers(GltfDocument& document, std::optional<std::string_view> binary
     if (const std::optional<JsonValue> uri = buffer.find("uri")) {
       const std::optional<UriBytes> read = read_uri(*uri, document);
       if (!read) uri->fail(fmt::format("there is no file '{}' beside the scene", percent_decoded(*uri)));
-      bytes = read->bytes;
+      bytes = *read->bytes;
       if (read->is_new_file) document.hash = add_binary_to_hash(document.hash, bytes);
     } else if (i == 0 && binary) {
       bytes = *binary;
@@ -357,7 +357,8 @@ std::optional<UriBytes> read_uri(const JsonValue& uri, GltfDocument& document) {
   const auto [file, is_new] = document.files_beside.try_emplace(*found);
   if (is_new) {
     const std::string name = (document.file.parent_path() / percent_decoded(uri)).string();
-    file->second = document.files.emplace_back(read_bytes(*found, name));
+    file->second = std::make_shared<const std::string>(read_bytes(*found, name));
+    document.files.push_back(file->second);
   }
   return UriBytes{file->second, is_new};
 }
@@ -380,7 +381,8 @@ GltfDocument read_gltf(const fs::path& file) {
   document.file = file;
   document.file_name = file.string();
   const std::string extension = lower_extension(file);
-  const std::string& bytes = document.files.emplace_back(read_bytes(file, document.file_name));
+  document.files.push_back(std::make_shared<const std::string>(read_bytes(file, document.file_name)));
+  const std::string& bytes = *document.files.back();
   if (bytes.empty()) throw Error(document.file_name + ": is empty");
   Container container{bytes, std::nullopt};
   if (extension == ".glb") {

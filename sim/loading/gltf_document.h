@@ -3,8 +3,8 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <list>
 #include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -33,9 +33,10 @@ struct GltfDocument {
   std::string file_name;  ///< `file` as the complaints name it
   std::uint64_t hash = 0;
   nlohmann::json json;
-  std::vector<std::string_view> buffers;  ///< as long as they say, in `files`
-  std::list<std::string> files;           ///< what was read; a list, so that its strings stay where they are
-  std::map<std::filesystem::path, std::string_view> files_beside;  ///< those of `files` that are such
+  std::vector<std::string_view> buffers;                  ///< as long as they say, in `files`
+  std::vector<std::shared_ptr<const std::string>> files;  ///< what was read
+  std::map<std::filesystem::path, std::shared_ptr<const std::string>>
+      files_beside;  ///< those of it that are such
   std::vector<GltfNode> nodes;
   int scene = -1;  ///< the default scene; −1 where the file lists none, which makes all roots the scene
 
@@ -53,7 +54,7 @@ GltfDocument read_gltf(const std::filesystem::path& file);
 /// What a URI names, which is read where it was not yet: the bytes of a data URI, or of a file in the
 /// document's folder or below. Nothing where there is no such file. Throws Error.
 struct UriBytes {
-  std::string_view bytes;
+  std::shared_ptr<const std::string> bytes;
   bool is_new_file = false;
 };
 std::optional<UriBytes> read_uri(const JsonValue& uri, GltfDocument& document);

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include "sim/math/rotation.h"
 
@@ -83,7 +84,7 @@ int TextureReader::image(int index) {
   const auto [place, is_new] = read_.try_emplace(index, -1);
   if (!is_new) return place->second;
   const JsonValue json = document_.item_of("images", index);
-  std::string_view bytes;
+  std::shared_ptr<const std::string> bytes;  // a file's are what was read of it, not a copy
   if (const auto uri = json.find("uri")) {
     const std::optional<UriBytes> read = read_uri(*uri, document_);
     if (!read) {
@@ -92,19 +93,19 @@ int TextureReader::image(int index) {
     }
     bytes = read->bytes;
   } else {
-    bytes = buffer_view(document_,
-                        json.require("bufferView").index(document_.size_of("bufferViews"), "buffer view"));
+    bytes = std::make_shared<const std::string>(buffer_view(
+        document_, json.require("bufferView").index(document_.size_of("bufferViews"), "buffer view")));
   }
-  if (!can_be_decoded(bytes)) {
+  if (!can_be_decoded(*bytes)) {
     warnings_.push_back(json.path() + ": is neither PNG nor JPEG: surfaces are drawn without it");
     return -1;
   }
   // Many images may share bytes of a buffer, so that a small file asks for much.
   constexpr std::uint64_t most = std::uint64_t{1} << 28;
-  bytes_ += bytes.size();
+  bytes_ += bytes->size();
   if (bytes_ > most) json.fail(fmt::format("with it the images have more than {} bytes in all", most));
   place->second = static_cast<int>(images_.size());
-  images_.push_back({document_.file_name + ": " + json.path(), std::make_shared<const std::string>(bytes)});
+  images_.push_back({document_.file_name + ": " + json.path(), std::move(bytes)});
   return place->second;
 }
 

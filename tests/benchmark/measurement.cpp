@@ -13,10 +13,8 @@
 namespace substep::benchmark {
 namespace {
 
-constexpr std::string_view failure = "fails its check";
-
 std::string remark(const BenchmarkScene& scene, const Verdict& verdict) {
-  std::string text = verdict.passed ? "" : std::string(failure) + ": ";
+  std::string text = verdict.passed ? "" : std::string(failed_check) + ": ";
   switch (scene.judge) {
     case BenchmarkScene::Judge::trajectory:
       return text + fmt::format("{:.2g} m from the reference after 1 s", verdict.error);
@@ -191,7 +189,12 @@ double Results::median(const std::string& name, const std::string& figure) const
 
 bool Results::failed(const std::string& name) const {
   const Line* one = line(name);
-  return one && one->remark.starts_with(failure);
+  return one && one->remark.starts_with(failed_check);
+}
+
+std::string Results::remark(const std::string& name) const {
+  const Line* one = line(name);
+  return one ? one->remark : "";
 }
 
 namespace {
@@ -240,13 +243,15 @@ std::vector<const Results::Line*> lines_with(const Results& results, const std::
 std::string table(const Results& results, bool markdown) {
   std::vector<const Results::Line*> lines;
   for (const Results::Line& line : results.lines()) {
-    if (!line.figures.contains("rows") && !line.figures.contains("part_of_rows")) lines.push_back(&line);
+    const auto is_of = [&](const char* figure) { return line.figures.contains(figure); };
+    if (!is_of("rows") && !is_of("part_of_rows") && !is_of("moved_m")) lines.push_back(&line);
   }
   return table(results, lines, "scene/engine",
                {{"us_per_step", "µs a step"},
                 {"ns_per_body_step", "ns a body-step"},
                 {"ns_per_row_solve", "ns a row solve"},
-                {"ms_per_frame", "ms a frame"}},
+                {"ms_per_frame", "ms a frame"},
+                {"ms_of_program", "ms a run"}},
                "check", markdown);
 }
 
@@ -260,6 +265,13 @@ std::string stages(const Results& results, bool markdown) {
                 {"us_coordinates", "s4, coordinates"},
                 {"part_of_rows", "s1 and s2"}},
                "", markdown);
+}
+
+std::string cheapest_stands(const Results& results, bool markdown) {
+  const std::vector<const Results::Line*> lines = lines_with(results, "moved_m");
+  if (lines.empty()) return "";
+  return table(results, lines, "scene",
+               {{"ms_per_second", "ms a simulated second"}, {"moved_m", "m moved in 10 s"}}, "by", markdown);
 }
 
 std::string cost_of_a1(const Results& results, bool markdown) {

@@ -7,6 +7,7 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "sim/model/settings.h"
@@ -20,6 +21,10 @@ double cpu_time();
 /// An engine on a scene, ours or another; the benchmark's name is "scene/engine".
 void register_steps(const BenchmarkScene& scene, const std::string& engine, const MakeStepper& make,
                     const Settings& settings);
+
+/// The cheapest of A1 to A5, with one to ten sub-steps or iterations, that keeps each box within 1 cm of its
+/// start for 10 s.
+void register_cheapest_stand(const BenchmarkScene& scene, double step);
 
 /// What A1 costs by the size of its problem: rows, sets tried and time.
 void register_cost_of_a1(const BenchmarkScene& scene);
@@ -39,6 +44,12 @@ void register_limits(const BenchmarkScene& scene, const Settings& settings);
 /// Frames of a scene file at a size.
 void register_frames(const std::string& scene, int width, int height);
 
+/// The program with these arguments, in this folder, with the programs that it starts: "substep --help".
+void register_program(const std::vector<std::string>& arguments, int runs);
+
+/// What a remark begins with where the result is not good enough for its time to count.
+inline constexpr std::string_view failed_check = "fails its check";
+
 /// Medians over the repetitions, by name and figure: "pendulum/A1", "us_per_step".
 class Results final : public ::benchmark::BenchmarkReporter {
  public:
@@ -56,6 +67,7 @@ class Results final : public ::benchmark::BenchmarkReporter {
   /// NaN where it was not measured.
   double median(const std::string& name, const std::string& figure) const;
   bool failed(const std::string& name) const;
+  std::string remark(const std::string& name) const;  ///< empty where it was not measured
 
  private:
   std::vector<Line> lines_;
@@ -67,6 +79,9 @@ std::string table(const Results& results, bool markdown);
 
 /// The stages of steps, of the scenes registered for it; empty where none ran.
 std::string stages(const Results& results, bool markdown);
+
+/// The cheapest settings that keep stacks standing, of the scenes registered for it; empty where none ran.
+std::string cheapest_stands(const Results& results, bool markdown);
 
 /// A1's cost by size, of the scenes registered for it; empty where none ran.
 std::string cost_of_a1(const Results& results, bool markdown);

@@ -114,6 +114,9 @@ void register_all() {
   register_contacts(stack_of(10));
   register_direct_engine(stack_of(10));
   for (const double top : {100.0, 1000.0}) register_a1(stack_of(10, top));
+  for (const double top : {1.0, 100.0, 1000.0}) {
+    for (const double step : {1.0 / 60, 1.0 / 15}) register_cheapest_stand(stack_of(10, top), step);
+  }
   for (const int base : {10, 20, 30}) register_contacts(pyramid_of(base));
   register_contacts(pile_of(250));
   register_default(pile_of(2000), Algorithm::a5, "A5 n=10");
@@ -131,6 +134,8 @@ void register_all() {
     register_frames(scene, 426, 240);
     register_frames(scene, 1280, 720);
   }
+  register_program({"--help"}, 20);
+  register_program({"check"}, 1);
 }
 
 int run(int argc, char** argv) {
@@ -155,11 +160,12 @@ int run(int argc, char** argv) {
   Results results;
   ::benchmark::RunSpecifiedBenchmarks(&results);
   const std::vector<Goal> reached = goals(results);
-  fmt::print("{}\n{}\n{}\n{}", table(results, false), stages(results, false), cost_of_a1(results, false),
-             lines(reached));
+  fmt::print("{}\n{}\n{}\n{}\n{}", table(results, false), stages(results, false),
+             cheapest_stands(results, false), cost_of_a1(results, false), lines(reached));
   if (!markdown_file.empty()) {
     write_file(markdown_file, table(results, true) + "\n" + stages(results, true) + "\n" +
-                                  cost_of_a1(results, true) + "\n" + markdown(reached));
+                                  cheapest_stands(results, true) + "\n" + cost_of_a1(results, true) + "\n" +
+                                  markdown(reached));
   }
   return 0;
 }

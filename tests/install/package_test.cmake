@@ -1,5 +1,5 @@
 # cmake -D CPACK=… -D BUILD=… -D FOLDER=… -P package_test.cmake: the package holds the program, names the libraries that
-# it needs, and what is unpacked of it makes a suite.
+# it needs, recommends the engines that it can run, and what is unpacked of it makes a suite and runs an engine.
 include(${CMAKE_CURRENT_LIST_DIR}/../run_or_fail.cmake)
 
 file(REMOVE_RECURSE ${FOLDER})
@@ -9,6 +9,15 @@ run_or_fail(dpkg-deb --field ${FOLDER}/substep.deb Depends)
 if(NOT out MATCHES "libosmesa6")
   message(FATAL_ERROR "the package does not depend on libosmesa6: ${out}")
 endif()
+if(out MATCHES "bullet|libode|mujoco")
+  message(FATAL_ERROR "the package cannot be installed without another engine: ${out}")
+endif()
+run_or_fail(dpkg-deb --field ${FOLDER}/substep.deb Recommends)
+foreach(engine IN LISTS ENGINES)
+  if(NOT out MATCHES "lib${engine}")
+    message(FATAL_ERROR "the package does not recommend ${engine}: ${out}")
+  endif()
+endforeach()
 run_or_fail(dpkg-deb --contents ${FOLDER}/substep.deb)
 if(NOT out MATCHES "\\./usr/bin/substep\n" OR out MATCHES "\\.(h|a)\n")
   message(FATAL_ERROR "the package is not the program alone:\n${out}")
@@ -18,4 +27,15 @@ file(COPY ${SCENE} DESTINATION ${FOLDER}/project)
 run_or_fail(${FOLDER}/unpacked/usr/bin/substep init ${FOLDER}/project)
 if(NOT EXISTS ${FOLDER}/project/golden/suite.toml)
   message(FATAL_ERROR "the packaged program wrote no suite")
+endif()
+
+# The installed program finds the modules beside itself.
+if(ENGINES MATCHES "ode")
+  file(WRITE ${FOLDER}/project/engines.toml
+    "horizon = 0.1\n[[grid]]\nscenes = [\"pendulum.gltf\"]\nalgorithms = [\"a1\"]\nengines = [\"ode-step\"]\n")
+  run_or_fail(${FOLDER}/unpacked/usr/bin/substep sweep ${FOLDER}/project/engines.toml --output ${FOLDER}/results)
+  file(READ ${FOLDER}/results/sweep.json text)
+  if(NOT text MATCHES "ode-step" OR text MATCHES "omitted\": \"[^\"]")
+    message(FATAL_ERROR "the packaged program did not run ODE:\n${text}")
+  endif()
 endif()

@@ -1,10 +1,12 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <string>
 
 #include "program.h"
+#include "sim/study/engines/engines.h"
 
 namespace substep {
 namespace {
@@ -95,6 +97,25 @@ TEST_F(SweepCommand, ListsAnEngineThatIsNotThere) {
         "[\"no-such\"]\n");
   ASSERT_EQ(run({"sweep", "engine.toml", "--output", "engine"}).exit_code, 0);
   EXPECT_THAT(content("engine/sweep.json"), HasSubstr("the program was built without it"));
+}
+
+TEST_F(SweepCommand, SaysWhatToInstallForAnEngineThatIsNotInstalled) {
+  const bool is_built = std::ranges::count(engines(), "ode-step", &Engine::name) > 0;
+  if (!is_built) GTEST_SKIP() << "built without ODE";
+  // What stands in the library's place cannot be loaded; nothing else of the program needs it.
+  std::filesystem::create_directory(folder() / "broken");
+  write("broken/libode.so.8", "no library");
+  write("engine.toml",
+        "horizon = 0.1\n[[grid]]\nscenes = [\"pendulum.gltf\"]\nalgorithms = [\"a1\"]\nengines = "
+        "[\"ode-step\"]\n");
+  const std::string program =
+      "cd " + quoted(folder().string()) + " && LD_LIBRARY_PATH=broken " + SUBSTEP_PROGRAM;
+  ASSERT_EQ(run_command(program + " sweep engine.toml --output engine").exit_code, 0);
+  const std::string sentence = "ODE is not installed: on Debian 12, apt-get install libode8 (";
+  EXPECT_THAT(content("engine/sweep.json"), HasSubstr(sentence));
+  const Outcome film = run_command(program + " video pendulum.gltf --panel ode");
+  EXPECT_EQ(film.exit_code, 2);
+  EXPECT_THAT(film.err, HasSubstr("panel ode-step: pendulum: " + sentence));
 }
 
 TEST_F(SweepCommand, RefusesWhatItCannotRead) {

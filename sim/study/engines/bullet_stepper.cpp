@@ -15,7 +15,7 @@
 #include <cmath>
 
 #include "sim/error.h"
-#include "sim/study/engines/engine_scene.h"
+#include "sim/study/engines/engine_links.h"
 #include "sim/study/engines/engine_steppers.h"
 
 namespace substep {
@@ -39,14 +39,13 @@ Quaternion quaternion(const btQuaternion& q) {
 
 class BulletStepper final : public Stepper {
  public:
-  BulletStepper(const Scene& scene, const Settings& settings, bool direct)
+  BulletStepper(const Scene& scene, const EngineScene& shared, const Settings& settings, bool direct)
       : step_(settings.step),
         dispatcher_(&configuration_),
         solver_(direct ? std::make_unique<btMLCPSolver>(&dantzig_)
                        : std::make_unique<btSequentialImpulseConstraintSolver>()),
         world_(&dispatcher_, &broad_phase_, solver_.get(), &configuration_),
         state_(initial_state(scene)) {
-    const EngineScene shared = engine_scene(scene);
     world_.setGravity(vector(scene.gravity));
     world_.getSolverInfo().m_numIterations = settings.iterations;
     // A pair has the product of its frictions.
@@ -197,12 +196,12 @@ class BulletStepper final : public Stepper {
 /// Trees of links on the world; a body without a joint is a tree of its own, with a base that is free.
 class FeatherstoneStepper final : public Stepper {
  public:
-  FeatherstoneStepper(const Scene& scene, const Settings& settings, bool runge_kutta)
+  FeatherstoneStepper(const Scene& scene, const EngineScene& shared, const Settings& settings,
+                      bool runge_kutta)
       : step_(settings.step),
         dispatcher_(&configuration_),
         world_(&dispatcher_, &broad_phase_, &solver_, &configuration_),
         state_(initial_state(scene)) {
-    const EngineScene shared = engine_scene(scene);
     if (shared.has_contacts) throw Error("its articulated bodies are run without contacts here");
     world_.setGravity(vector(scene.gravity));
     // Each tree hangs on the world: a base that is fixed at the origin.
@@ -306,20 +305,20 @@ class FeatherstoneStepper final : public Stepper {
 
 }  // namespace
 
-std::unique_ptr<Stepper> bullet_sequential_impulse(const Scene& scene, const Settings& settings) {
-  return std::make_unique<BulletStepper>(scene, settings, false);
+Stepper* bullet_sequential_impulse(const Scene& scene, const EngineScene& shared, const Settings& settings) {
+  return std::make_unique<BulletStepper>(scene, shared, settings, false).release();
 }
 
-std::unique_ptr<Stepper> bullet_dantzig(const Scene& scene, const Settings& settings) {
-  return std::make_unique<BulletStepper>(scene, settings, true);
+Stepper* bullet_dantzig(const Scene& scene, const EngineScene& shared, const Settings& settings) {
+  return std::make_unique<BulletStepper>(scene, shared, settings, true).release();
 }
 
-std::unique_ptr<Stepper> bullet_featherstone(const Scene& scene, const Settings& settings) {
-  return std::make_unique<FeatherstoneStepper>(scene, settings, false);
+Stepper* bullet_featherstone(const Scene& scene, const EngineScene& shared, const Settings& settings) {
+  return std::make_unique<FeatherstoneStepper>(scene, shared, settings, false).release();
 }
 
-std::unique_ptr<Stepper> bullet_runge_kutta(const Scene& scene, const Settings& settings) {
-  return std::make_unique<FeatherstoneStepper>(scene, settings, true);
+Stepper* bullet_runge_kutta(const Scene& scene, const EngineScene& shared, const Settings& settings) {
+  return std::make_unique<FeatherstoneStepper>(scene, shared, settings, true).release();
 }
 
 }  // namespace substep

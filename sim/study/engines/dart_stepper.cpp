@@ -19,7 +19,7 @@
 #include <fmt/format.h>
 
 #include "sim/error.h"
-#include "sim/study/engines/engine_scene.h"
+#include "sim/study/engines/engine_links.h"
 #include "sim/study/engines/engine_steppers.h"
 
 namespace substep {
@@ -38,8 +38,8 @@ Eigen::Isometry3d isometry(const Pose& pose) {
 
 class DartStepper final : public Stepper {
  public:
-  DartStepper(const Scene& scene, const Settings& settings) : state_(initial_state(scene)) {
-    const EngineScene shared = engine_scene(scene);
+  DartStepper(const Scene& scene, const EngineScene& shared, const Settings& settings)
+      : state_(initial_state(scene)) {
     if (!scene.gyroscopic) throw Error("its gyroscopic term cannot be left out");
     world_ = dart::simulation::World::create();
     world_->setTimeStep(settings.step);
@@ -160,8 +160,8 @@ class DartStepper final : public Stepper {
 
 }  // namespace
 
-std::unique_ptr<Stepper> dart_stepper(const Scene& scene, const Settings& settings) {
-  return std::make_unique<DartStepper>(scene, settings);
+Stepper* dart_stepper(const Scene& scene, const EngineScene& shared, const Settings& settings) {
+  return std::make_unique<DartStepper>(scene, shared, settings).release();
 }
 
 }  // namespace substep

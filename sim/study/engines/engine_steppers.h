@@ -1,32 +1,41 @@
 #pragma once
-/// A stepper of each engine; only those are defined that the build found. All are given the scene in the
-/// terms of engine_scene.h and throw Error where that does not do.
+/// What the engines' modules hold: a function for each stepper. A module is a file of its own beside the
+/// program, so that an engine is loaded when it is asked for and the program runs where it is not installed.
+/// All are given the scene, the same in the terms that engines share, and the settings; they throw Error
+/// where that does not do.
 
 #include "sim/measure/stepper.h"
+#include "sim/study/engines/engine_scene.h"
 
 namespace substep {
 
+/// The caller owns the stepper. Found by name, hence C's linkage, which gives no unique_ptr.
+using MakeEngineStepper = Stepper*(const Scene& scene, const EngineScene& shared, const Settings& settings);
+
+extern "C" {
+
 /// ODE's direct solver (Dantzig), its defaults otherwise.
-std::unique_ptr<Stepper> ode_world_step(const Scene& scene, const Settings& settings);
+MakeEngineStepper ode_world_step;
 /// ODE's projected successive over-relaxation, `settings.iterations` sweeps.
-std::unique_ptr<Stepper> ode_quick_step(const Scene& scene, const Settings& settings);
+MakeEngineStepper ode_quick_step;
 
 /// Bullet's sequential impulses, `settings.iterations` sweeps, warm starting and split impulse as it ships
 /// them.
-std::unique_ptr<Stepper> bullet_sequential_impulse(const Scene& scene, const Settings& settings);
+MakeEngineStepper bullet_sequential_impulse;
 /// Bullet's direct solver (Dantzig).
-std::unique_ptr<Stepper> bullet_dantzig(const Scene& scene, const Settings& settings);
+MakeEngineStepper bullet_dantzig;
 /// Bullet's articulated bodies in reduced coordinates; joints only. Semi-implicit Euler, or Runge–Kutta of
 /// fourth order.
-std::unique_ptr<Stepper> bullet_featherstone(const Scene& scene, const Settings& settings);
-std::unique_ptr<Stepper> bullet_runge_kutta(const Scene& scene, const Settings& settings);
+MakeEngineStepper bullet_featherstone;
+MakeEngineStepper bullet_runge_kutta;
 
 /// DART: reduced coordinates; contacts of boxes and spheres by its own detector and its Dantzig solver.
-std::unique_ptr<Stepper> dart_stepper(const Scene& scene, const Settings& settings);
+MakeEngineStepper dart_stepper;
 
 /// MuJoCo: reduced coordinates, soft contacts, its default solver; semi-implicit Euler, or Runge–Kutta of
 /// fourth order.
-std::unique_ptr<Stepper> mujoco_euler(const Scene& scene, const Settings& settings);
-std::unique_ptr<Stepper> mujoco_runge_kutta(const Scene& scene, const Settings& settings);
+MakeEngineStepper mujoco_euler;
+MakeEngineStepper mujoco_runge_kutta;
+}
 
 }  // namespace substep

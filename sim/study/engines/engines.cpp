@@ -1,5 +1,6 @@
 #include "sim/study/engines/engines.h"
 
+#include <dlfcn.h>
 #include <fmt/format.h>
 
 #include <cmath>
@@ -7,6 +8,7 @@
 
 #include "sim/error.h"
 #include "sim/measure/reference_integrator.h"
+#include "sim/study/engines/engine_scene.h"
 #include "sim/study/engines/engine_steppers.h"
 
 namespace substep {
@@ -71,6 +73,38 @@ MakeStepper checked(MakeStepper make) {
   };
 }
 
+/// A library that some engines come from.
+struct Library {
+  const char* name;
+  const char* module;   ///< the file, which the loader finds where the program's run path says
+  const char* package;  ///< Debian 12's
+};
+constexpr Library bullet{"Bullet", "substep_bullet.so", "libbullet3.24"};
+constexpr Library ode{"ODE", "substep_ode.so", "libode8"};
+constexpr Library dart{"DART", "substep_dart.so", "libdart6.12"};
+constexpr Library mujoco{"MuJoCo", "substep_mujoco.so", "libmujoco2.2.2"};
+
+/// The module's function; the module stays loaded. Throws Error where the engine is not installed.
+MakeEngineStepper* find(const Library& library, const char* function) {
+  // The engines' own symbols stay apart from each other and from ours.
+  void* const module = dlopen(library.module, RTLD_NOW | RTLD_LOCAL);
+  void* const found = module == nullptr ? nullptr : dlsym(module, function);
+  if (found == nullptr) {
+    const std::string reason = dlerror();
+    throw Error(fmt::format("{} is not installed: on Debian 12, apt-get install {} ({})", library.name,
+                            library.package, reason));
+  }
+  return reinterpret_cast<MakeEngineStepper*>(found);
+}
+
+/// Loaded when it is first asked for.
+MakeStepper loaded(const Library& library, const char* function) {
+  return checked([&library, function](const Scene& scene, const Settings& settings) {
+    MakeEngineStepper* const make = find(library, function);
+    return std::unique_ptr<Stepper>(make(scene, engine_scene(scene), settings));
+  });
+}
+
 std::vector<Engine> built() {
   std::vector<Engine> all;
   for (const int order : {4, 8}) {
@@ -85,29 +119,31 @@ std::vector<Engine> built() {
   }
 #ifdef SUBSTEP_HAS_BULLET
   all.push_back({"bullet-si", "Bullet SI", "warm starting, split impulse, ERP 0.2 as it ships", false,
-                 checked(bullet_sequential_impulse)});
-  all.push_back(
-      {"bullet-dantzig", "Bullet Dantzig", "MLCP by Dantzig's method", false, checked(bullet_dantzig)});
+                 loaded(bullet, "bullet_sequential_impulse")});
+  all.push_back({"bullet-dantzig", "Bullet Dantzig", "MLCP by Dantzig's method", false,
+                 loaded(bullet, "bullet_dantzig")});
   all.push_back({"bullet-featherstone", "Bullet Featherstone",
                  "reduced coordinates, semi-implicit Euler, no damping", false,
-                 checked(bullet_featherstone)});
+                 loaded(bullet, "bullet_featherstone")});
   all.push_back({"bullet-featherstone-rk4", "Bullet Featherstone RK4",
-                 "reduced coordinates, Runge-Kutta, no damping", false, checked(bullet_runge_kutta)});
+                 "reduced coordinates, Runge-Kutta, no damping", false,
+                 loaded(bullet, "bullet_runge_kutta")});
 #endif
 #ifdef SUBSTEP_HAS_ODE
-  all.push_back({"ode-step", "ODE dWorldStep", "ERP 0.2, CFM as it ships", false, checked(ode_world_step)});
   all.push_back(
-      {"ode-quickstep", "ODE QuickStep", "ERP 0.2, CFM as it ships", false, checked(ode_quick_step)});
+      {"ode-step", "ODE dWorldStep", "ERP 0.2, CFM as it ships", false, loaded(ode, "ode_world_step")});
+  all.push_back(
+      {"ode-quickstep", "ODE QuickStep", "ERP 0.2, CFM as it ships", false, loaded(ode, "ode_quick_step")});
 #endif
 #ifdef SUBSTEP_HAS_DART
   all.push_back({"dart", "DART", "reduced coordinates, Dantzig, its own contact detector", false,
-                 checked(dart_stepper)});
+                 loaded(dart, "dart_stepper")});
 #endif
 #ifdef SUBSTEP_HAS_MUJOCO
   all.push_back({"mujoco-euler", "MuJoCo Euler", "reduced coordinates, soft contacts as it ships", false,
-                 checked(mujoco_euler)});
+                 loaded(mujoco, "mujoco_euler")});
   all.push_back({"mujoco-rk4", "MuJoCo RK4", "reduced coordinates, Runge-Kutta, soft contacts as it ships",
-                 false, checked(mujoco_runge_kutta)});
+                 false, loaded(mujoco, "mujoco_runge_kutta")});
 #endif
   return all;
 }

@@ -1,6 +1,7 @@
 #pragma once
 /// What a sweep can run beside the five algorithms: physics engines, none of which is linked into the
-/// library, and which there are is decided when the program is built; and our own accurate mode.
+/// program: which there can be is decided when it is built, and each is loaded when it is asked for; and our
+/// own accurate mode.
 
 #include <string>
 #include <vector>
@@ -14,9 +15,9 @@ struct Engine {
   std::string label;     ///< as figures say: "Bullet SI"
   std::string settings;  ///< what else was set, for captions
   bool is_ours;          ///< the accurate mode: reference_integrator.h
-  /// Throws Error with the reason where a scene cannot be represented: it is listed as omitted. Reads of the
-  /// settings the step, and `iterations` where the engine has such a number. Called from several
-  /// threads at once.
+  /// Throws Error with the reason where the engine is not installed, with its Debian package, or a scene
+  /// cannot be represented: it is listed as omitted. Reads of the settings the step, and `iterations` where
+  /// the engine has such a number. Called from several threads at once.
   MakeStepper make;
 };
 

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "sim/error.h"
-#include "sim/study/engines/engine_scene.h"
+#include "sim/study/engines/engine_links.h"
 #include "sim/study/engines/engine_steppers.h"
 
 namespace substep {
@@ -24,8 +24,8 @@ std::string placed(const Pose& pose) {
 /// The scene in MuJoCo's language. Body i is called "b<i>".
 class MujocoText {
  public:
-  MujocoText(const Scene& scene, const Settings& settings, const char* integrator)
-      : scene_(scene), shared_(engine_scene(scene)), links_(tree_of(scene, shared_.joints)) {
+  MujocoText(const Scene& scene, const EngineScene& shared, const Settings& settings, const char* integrator)
+      : scene_(scene), shared_(shared), links_(tree_of(scene, shared.joints)) {
     if (!scene.gyroscopic) throw Error("its gyroscopic term cannot be left out");
     text_ = fmt::format(
         "<mujoco><compiler angle=\"radian\" inertiafromgeom=\"false\" boundmass=\"0\"/>"
@@ -94,16 +94,17 @@ class MujocoText {
   }
 
   const Scene& scene_;
-  EngineScene shared_;
+  const EngineScene& shared_;
   std::vector<EngineLink> links_;
   std::string text_;
 };
 
 class MujocoStepper final : public Stepper {
  public:
-  MujocoStepper(const Scene& scene, const Settings& settings, const char* integrator)
+  MujocoStepper(const Scene& scene, const EngineScene& shared, const Settings& settings,
+                const char* integrator)
       : state_(initial_state(scene)) {
-    const MujocoText text(scene, settings, integrator);
+    const MujocoText text(scene, shared, settings, integrator);
     load(text.text());
     data_ = mj_makeData(model_);
     for (const EngineLink& link : text.links()) {
@@ -181,12 +182,12 @@ class MujocoStepper final : public Stepper {
 
 }  // namespace
 
-std::unique_ptr<Stepper> mujoco_euler(const Scene& scene, const Settings& settings) {
-  return std::make_unique<MujocoStepper>(scene, settings, "Euler");
+Stepper* mujoco_euler(const Scene& scene, const EngineScene& shared, const Settings& settings) {
+  return std::make_unique<MujocoStepper>(scene, shared, settings, "Euler").release();
 }
 
-std::unique_ptr<Stepper> mujoco_runge_kutta(const Scene& scene, const Settings& settings) {
-  return std::make_unique<MujocoStepper>(scene, settings, "RK4");
+Stepper* mujoco_runge_kutta(const Scene& scene, const EngineScene& shared, const Settings& settings) {
+  return std::make_unique<MujocoStepper>(scene, shared, settings, "RK4").release();
 }
 
 }  // namespace substep

@@ -4,7 +4,6 @@
 #include <mutex>
 
 #include "sim/error.h"
-#include "sim/study/engines/engine_scene.h"
 #include "sim/study/engines/engine_steppers.h"
 
 namespace substep {
@@ -23,9 +22,8 @@ void start_ode() {
 
 class OdeStepper final : public Stepper {
  public:
-  OdeStepper(const Scene& scene, const Settings& settings, bool quick)
+  OdeStepper(const Scene& scene, const EngineScene& shared, const Settings& settings, bool quick)
       : step_(settings.step), quick_(quick), state_(initial_state(scene)) {
-    const EngineScene shared = engine_scene(scene);
     friction_ = shared.friction;
     start_ode();
     world_ = dWorldCreate();
@@ -192,12 +190,12 @@ class OdeStepper final : public Stepper {
 
 }  // namespace
 
-std::unique_ptr<Stepper> ode_world_step(const Scene& scene, const Settings& settings) {
-  return std::make_unique<OdeStepper>(scene, settings, false);
+Stepper* ode_world_step(const Scene& scene, const EngineScene& shared, const Settings& settings) {
+  return std::make_unique<OdeStepper>(scene, shared, settings, false).release();
 }
 
-std::unique_ptr<Stepper> ode_quick_step(const Scene& scene, const Settings& settings) {
-  return std::make_unique<OdeStepper>(scene, settings, true);
+Stepper* ode_quick_step(const Scene& scene, const EngineScene& shared, const Settings& settings) {
+  return std::make_unique<OdeStepper>(scene, shared, settings, true).release();
 }
 
 }  // namespace substep
