@@ -33,6 +33,15 @@ View view_from(const Camera& camera, double aspect) {
   return view;
 }
 
+View part_of(const View& view, int width, int height, int x, int y, int part_width, int part_height) {
+  View part = view;
+  part.tangent_x = view.tangent_x * part_width / width;
+  part.tangent_y = view.tangent_y * part_height / height;
+  part.shift_x = view.shift_x + view.tangent_x * (2.0 * x + part_width - width) / width;
+  part.shift_y = view.shift_y - view.tangent_y * (2.0 * y + part_height - height) / height;
+  return part;
+}
+
 View automatic_view(std::span<const Part> parts, std::span<const std::vector<Coordinates>> frames,
                     double aspect) {
   constexpr double azimuth = 0.55;    // from +Z towards +X
@@ -143,6 +152,8 @@ glm::dmat4 clip_from_world(const View& view, double near, double far) {
   glm::dmat4 projection(0);
   projection[0][0] = 1 / view.tangent_x;
   projection[1][1] = 1 / view.tangent_y;
+  projection[2][0] = view.shift_x / view.tangent_x;
+  projection[2][1] = view.shift_y / view.tangent_y;
   projection[2][2] = -(far + near) / (far - near);
   projection[2][3] = -1;
   projection[3][2] = -2 * far * near / (far - near);

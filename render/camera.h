@@ -20,7 +20,14 @@ struct View {
   glm::dvec3 forward{0, 0, -1};
   double tangent_x = 1;  ///< of half the horizontal field of view
   double tangent_y = 1;
+  /// Where the picture's middle is, as tangents from `forward`: 0 but in a part of a picture.
+  double shift_x = 0;
+  double shift_y = 0;
 };
+
+/// Of a picture of width × height pixels with this view, the part of part_width × part_height whose upper
+/// left corner is the picture's pixel (x, y).
+View part_of(const View& view, int width, int height, int x, int y, int part_width, int part_height);
 
 /// `aspect` is width / height.
 View view_from(const Camera& camera, double aspect);

@@ -16,8 +16,13 @@ void ComparisonOptions::add_to(CLI::App& command) {
   add_settings_to(command);
 }
 
+void ComparisonOptions::add_runs_to(CLI::App& command) {
+  scene.add_to(command);
+  command.add_option("--title", title, "What stands above all (nothing)");
+  add_panels_to(command);
+}
+
 void ComparisonOptions::add_settings_to(CLI::App& command) {
-  solver.add_to(command);
   add_panels_to(command);
   command.add_option("--start", start_, "Seconds into the run at which the film begins")
       ->capture_default_str();
@@ -28,11 +33,10 @@ void ComparisonOptions::add_settings_to(CLI::App& command) {
   command.add_option("--fps", frame_rate, "Frames in a second of film")
       ->check(CLI::Range(1.0, 240.0))
       ->capture_default_str();
-  command.add_option("--threads", threads_, "Threads; the result is the same for any number")
-      ->capture_default_str();
 }
 
 void ComparisonOptions::add_panels_to(CLI::App& command) {
+  solver.add_to(command);
   command
       .add_option(
           "--panel", panels_,
@@ -44,6 +48,8 @@ void ComparisonOptions::add_panels_to(CLI::App& command) {
   command
       .add_option("--reference-substeps", reference_substeps_,
                   "The reference is at the step divided by this, its check at half as many")
+      ->capture_default_str();
+  command.add_option("--threads", threads_, "Threads; the result is the same for any number")
       ->capture_default_str();
 }
 

@@ -85,7 +85,7 @@ std::vector<Engine> built() {
   }
 #ifdef SUBSTEP_HAS_BULLET
   all.push_back({"bullet-si", "Bullet SI", "warm starting, split impulse, ERP 0.2 as it ships", false,
-                 checked(bullet_sequential_impulse)});
+                 checked(bullet_sequential_impulse), true});
   all.push_back(
       {"bullet-dantzig", "Bullet Dantzig", "MLCP by Dantzig's method", false, checked(bullet_dantzig)});
   all.push_back({"bullet-featherstone", "Bullet Featherstone",
@@ -97,7 +97,7 @@ std::vector<Engine> built() {
 #ifdef SUBSTEP_HAS_ODE
   all.push_back({"ode-step", "ODE dWorldStep", "ERP 0.2, CFM as it ships", false, checked(ode_world_step)});
   all.push_back(
-      {"ode-quickstep", "ODE QuickStep", "ERP 0.2, CFM as it ships", false, checked(ode_quick_step)});
+      {"ode-quickstep", "ODE QuickStep", "ERP 0.2, CFM as it ships", false, checked(ode_quick_step), true});
 #endif
 #ifdef SUBSTEP_HAS_DART
   all.push_back({"dart", "DART", "reduced coordinates, Dantzig, its own contact detector", false,
