@@ -110,10 +110,15 @@ View stepped_back(const View& view, std::span<const Part> parts,
     return std::abs(glm::dot(p, view.right)) < z * view.tangent_x &&
            std::abs(glm::dot(p, view.up)) < z * view.tangent_y;
   };
+  const auto is_too_long = [&](const Part& part) {
+    const double distance = glm::dot(to_glm(centre_of(part)) - view.eye, view.forward);
+    return part.half_size().norm() > 2 * distance * std::max(view.tangent_x, view.tangent_y);
+  };
   std::vector<const Part*> held;
   Vector3 middle = Vector3::Zero();
   for (const Part& part : parts) {
-    if (is_scenery(part, parts) || (part.body == world_body && !is_shown(centre_of(part)))) continue;
+    if (is_scenery(part, parts) || is_too_long(part)) continue;
+    if (part.body == world_body && !is_shown(centre_of(part))) continue;
     held.push_back(&part);
     middle += centre_of(part);
   }

@@ -198,7 +198,7 @@ TEST_F(Pictures, VideoHasItsDurationAndSize) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(outcome.err, "");
   EXPECT_THAT(outcome.out, HasSubstr("from the reference: own, order 8, h=1/960"));
-  EXPECT_THAT(outcome.out, testing::ContainsRegex("A5  n=10 m=1 .* 3960 +~[0-9]"));
+  EXPECT_THAT(outcome.out, testing::ContainsRegex("A5  n=10 m=1 .* 1080 +~[0-9]"));
   EXPECT_THAT(outcome.out, HasSubstr("wrote rod_chain.mp4"));
   EXPECT_THAT(files(), testing::ElementsAre("rod_chain.mp4"));
   const Outcome probe = run_command(
