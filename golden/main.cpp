@@ -49,6 +49,7 @@ int run(int argc, char** argv) {
   add_reference_command(app);
   add_sweep_command(app);
   add_sheet_command(app);
+  add_stills_command(app);
   add_figure_command(app);
   add_report_command(app);
 

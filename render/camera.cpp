@@ -33,6 +33,15 @@ View view_from(const Camera& camera, double aspect) {
   return view;
 }
 
+View part_of(const View& view, int width, int height, int x, int y, int part_width, int part_height) {
+  View part = view;
+  part.tangent_x = view.tangent_x * part_width / width;
+  part.tangent_y = view.tangent_y * part_height / height;
+  part.shift_x = view.shift_x + view.tangent_x * (2.0 * x + part_width - width) / width;
+  part.shift_y = view.shift_y - view.tangent_y * (2.0 * y + part_height - height) / height;
+  return part;
+}
+
 View automatic_view(std::span<const Part> parts, std::span<const std::vector<Coordinates>> frames,
                     double aspect) {
   constexpr double azimuth = 0.55;    // from +Z towards +X
@@ -101,10 +110,15 @@ View stepped_back(const View& view, std::span<const Part> parts,
     return std::abs(glm::dot(p, view.right)) < z * view.tangent_x &&
            std::abs(glm::dot(p, view.up)) < z * view.tangent_y;
   };
+  const auto is_too_long = [&](const Part& part) {
+    const double distance = glm::dot(to_glm(centre_of(part)) - view.eye, view.forward);
+    return part.half_size().norm() > 2 * distance * std::max(view.tangent_x, view.tangent_y);
+  };
   std::vector<const Part*> held;
   Vector3 middle = Vector3::Zero();
   for (const Part& part : parts) {
-    if (is_scenery(part, parts) || (part.body == world_body && !is_shown(centre_of(part)))) continue;
+    if (is_scenery(part, parts) || is_too_long(part)) continue;
+    if (part.body == world_body && !is_shown(centre_of(part))) continue;
     held.push_back(&part);
     middle += centre_of(part);
   }
@@ -143,6 +157,8 @@ glm::dmat4 clip_from_world(const View& view, double near, double far) {
   glm::dmat4 projection(0);
   projection[0][0] = 1 / view.tangent_x;
   projection[1][1] = 1 / view.tangent_y;
+  projection[2][0] = view.shift_x / view.tangent_x;
+  projection[2][1] = view.shift_y / view.tangent_y;
   projection[2][2] = -(far + near) / (far - near);
   projection[2][3] = -1;
   projection[3][2] = -2 * far * near / (far - near);

@@ -20,7 +20,14 @@ struct View {
   glm::dvec3 forward{0, 0, -1};
   double tangent_x = 1;  ///< of half the horizontal field of view
   double tangent_y = 1;
+  /// Where the picture's middle is, as tangents from `forward`: 0 but in a part of a picture.
+  double shift_x = 0;
+  double shift_y = 0;
 };
+
+/// Of a picture of width × height pixels with this view, the part of part_width × part_height whose upper
+/// left corner is the picture's pixel (x, y).
+View part_of(const View& view, int width, int height, int x, int y, int part_width, int part_height);
 
 /// `aspect` is width / height.
 View view_from(const Camera& camera, double aspect);
@@ -33,7 +40,8 @@ View automatic_view(std::span<const Part> parts, std::span<const std::vector<Coo
 
 /// The same view from farther back, as far as is needed to hold all moving parts at the given frames' poses,
 /// and those parts of the world whose middle it showed anyway. What leaves the scene (two and a half times as
-/// far out as anything is at the first frame) is let go.
+/// far out as anything is at the first frame) is let go, and so is what is larger than twice the picture is
+/// wide there: a belt or a rail without an end.
 View stepped_back(const View& view, std::span<const Part> parts,
                   std::span<const std::vector<Coordinates>> frames);
 

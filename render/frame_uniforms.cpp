@@ -69,16 +69,18 @@ glm::dvec3 set_light(FrameUniforms& frame, const Scene& scene, double ground) {
   return ray;
 }
 
-glm::dmat4 set_view(FrameUniforms& frame, const View& view, const RenderSettings& settings, double focus) {
+glm::dmat4 set_view(FrameUniforms& frame, const View& view, int width, int height, bool antialiasing,
+                    double focus) {
   const double reach = 40 * focus;
   const double near = std::min(0.02 * focus, 0.1);
   const glm::dmat4 from_world = clip_from_world(view, near, 2.5 * reach);
   frame.clip_from_world = glm::mat4(from_world);
-  const glm::dvec3 right = view.right * (2 * view.tangent_x / settings.width);
-  const glm::dvec3 up = view.up * (2 * view.tangent_y / settings.height);
-  frame.eye = glm::vec4(glm::vec3(view.eye), settings.antialiasing ? 1 : 0);
-  frame.ray_corner =
-      glm::vec4(glm::vec3(view.forward - view.right * view.tangent_x - view.up * view.tangent_y), 0);
+  const glm::dvec3 right = view.right * (2 * view.tangent_x / width);
+  const glm::dvec3 up = view.up * (2 * view.tangent_y / height);
+  frame.eye = glm::vec4(glm::vec3(view.eye), antialiasing ? 1 : 0);
+  frame.ray_corner = glm::vec4(glm::vec3(view.forward + view.right * (view.shift_x - view.tangent_x) +
+                                         view.up * (view.shift_y - view.tangent_y)),
+                               0);
   frame.ray_right = glm::vec4(glm::vec3(right), 0);
   frame.ray_up = glm::vec4(glm::vec3(up), 0);
   // Lines a decimetre apart help where the picture shows a few metres only.

@@ -8,7 +8,6 @@
 
 #include "render/camera.h"
 #include "render/gl.h"
-#include "render/renderer.h"
 #include "sim/scene/scene.h"
 
 namespace substep {
@@ -39,8 +38,9 @@ void set_frame_units(GLuint program);
 /// Sun, sky and ground at this height; the direction of the sun's rays.
 glm::dvec3 set_light(FrameUniforms& frame, const Scene& scene, double ground);
 
-/// The view and how far the ground reaches, for a scene `focus` from the eye; the map from the world to the
-/// picture.
-glm::dmat4 set_view(FrameUniforms& frame, const View& view, const RenderSettings& settings, double focus);
+/// The view of a picture of width × height and how far the ground reaches, for a scene `focus` from the eye;
+/// the map from the world to the picture.
+glm::dmat4 set_view(FrameUniforms& frame, const View& view, int width, int height, bool antialiasing,
+                    double focus);
 
 }  // namespace substep

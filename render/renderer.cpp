@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <glm/gtc/type_ptr.hpp>
 #include <glm/mat4x4.hpp>
 #include <limits>
@@ -27,12 +28,33 @@
 
 namespace substep {
 
+namespace {
+
+struct TileSize {
+  int width;
+  int height;
+};
+
+/// What is drawn at once: software OpenGL takes 16384 samples a side, and 60 bytes a sample.
+TileSize size_of_tile(const RenderSettings& settings) {
+  constexpr int longest = 8192;
+  constexpr std::int64_t most = 1 << 23;
+  const bool is_one = settings.tile == 0 && settings.width <= longest && settings.height <= longest &&
+                      static_cast<std::int64_t>(settings.width) * settings.height <= most;
+  if (is_one) return {settings.width, settings.height};
+  const int side = settings.tile == 0 ? 2048 : settings.tile;
+  return {std::min(settings.width, side), std::min(settings.height, side)};
+}
+
+}  // namespace
+
 struct Renderer::Implementation {
   std::unique_ptr<Device> device = take_device();
   RenderSettings settings;
   BodyMesh mesh;
-  View view;
-  glm::dmat4 clip_from_world{1};
+  View view;                      ///< of the whole picture
+  View tile_view;                 ///< of the tile that is drawn
+  glm::dmat4 clip_from_world{1};  ///< of the tile
   glm::dvec3 ray{0, -1, 0};
   double ground = 0;
   double focus = 0;  ///< how far from the eye the scene begins
@@ -56,6 +78,8 @@ struct Renderer::Implementation {
   Implementation(const Implementation&) = delete;
   Implementation& operator=(const Implementation&) = delete;
 
+  void look_at(const View& seen);
+  Image in_tiles(const std::function<Image()>& draw_tile);
   bool is_in_sight(const Coordinates& q) const;
   void fit_shadow(std::span<const Coordinates> poses);
   void fit_occlusion(std::span<const Coordinates> poses);
@@ -70,6 +94,7 @@ struct Renderer::Implementation {
   bool has(Surface::Opacity opacity) const;
   bool draw_layer(std::span<const Coordinates> poses, std::size_t index);
   void draw_layers(Image& image, std::span<const Coordinates> poses);
+  Image draw_tile(std::span<const Coordinates> poses);
   Image draw(std::span<const Coordinates> poses);
   Image draw_colors(std::span<const Coordinates> poses);
 };
@@ -118,12 +143,13 @@ Renderer::Implementation::Implementation(const Scene& scene, const RenderSetting
   }
   ray = set_light(frame, scene, ground);
   focus = std::max(nearest, 0.1);
-  clip_from_world = set_view(frame, view, settings, focus);
   const int scale = settings.antialiasing ? 2 : 1;
-  samples = Target(settings.width * scale, settings.height * scale);
+  const auto [tile_width, tile_height] = size_of_tile(settings);
+  samples = Target(tile_width * scale, tile_height * scale);
   surfaces = Surfaces(samples, programs != nullptr);
   if (has(Surface::Opacity::blended)) layers = Layers(samples, surfaces);
-  picture = Target(settings.width, settings.height);
+  picture = Target(tile_width, tile_height);
+  look_at(view);
   if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
     throw Error("software OpenGL reports error " + std::to_string(error) +
                 " while being set up: is libosmesa6 of Mesa 22.3 installed?");
@@ -141,6 +167,37 @@ Renderer::Implementation::~Implementation() {
     layers.end();
   }
   give_back(std::move(device));
+}
+
+/// What the next tile is to show: the whole picture, or a part of it.
+void Renderer::Implementation::look_at(const View& seen) {
+  tile_view = seen;
+  clip_from_world = set_view(frame, tile_view, picture.width, picture.height, settings.antialiasing, focus);
+}
+
+/// The picture of what `draw_tile` draws of each tile, one after the other. Tiles lap over each other, for a
+/// pixel is a mean of samples of its neighbours too.
+Image Renderer::Implementation::in_tiles(const std::function<Image()>& draw_tile) {
+  if (picture.width == settings.width && picture.height == settings.height) {
+    look_at(view);
+    return draw_tile();
+  }
+  constexpr int lap = 2;
+  Image image(settings.width, settings.height);
+  for (int top = 0, bottom = 0; top < settings.height; top = bottom) {
+    const int y = std::clamp(top - lap, 0, settings.height - picture.height);
+    bottom = y + picture.height == settings.height ? settings.height : y + picture.height - lap;
+    for (int left = 0, right = 0; left < settings.width; left = right) {
+      const int x = std::clamp(left - lap, 0, settings.width - picture.width);
+      right = x + picture.width == settings.width ? settings.width : x + picture.width - lap;
+      look_at(part_of(view, settings.width, settings.height, x, y, picture.width, picture.height));
+      const Image drawn = draw_tile();
+      for (int row = top; row < bottom; ++row) {
+        std::copy_n(drawn.pixel(left - x, row - y), 3 * (right - left), image.pixel(left, row));
+      }
+    }
+  }
+  return image;
 }
 
 bool Renderer::Implementation::is_in_sight(const Coordinates& q) const {
@@ -268,7 +325,7 @@ void Renderer::Implementation::draw_surfaces(std::span<const Coordinates> poses)
     bodies.draw(mesh, device->body_program, clip_from_world, poses);
     return;
   }
-  programs->set_sight(sight_of(view, samples.height), false);
+  programs->set_sight(sight_of(tile_view, samples.height), false);
   draw_pieces(programs->body, clip_from_world, poses, Surface::Opacity::opaque);
   draw_pieces(programs->body, clip_from_world, poses, Surface::Opacity::cut);
 }
@@ -302,7 +359,7 @@ bool Renderer::Implementation::draw_layer(std::span<const Coordinates> poses, st
   glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
   glActiveTexture(GL_TEXTURE0 + nearer_unit);
   glBindTexture(GL_TEXTURE_2D, layers.depths[1 - turn]);
-  programs->set_sight(sight_of(view, samples.height), index > 0);
+  programs->set_sight(sight_of(tile_view, samples.height), index > 0);
   GLuint query = 0;
   glGenQueries(1, &query);
   glBeginQuery(GL_SAMPLES_PASSED, query);
@@ -337,6 +394,11 @@ Image Renderer::Implementation::draw(std::span<const Coordinates> poses) {
   glDepthFunc(GL_LEQUAL);
   fit_shadow(poses);
   fit_occlusion(poses);
+  return in_tiles([&] { return draw_tile(poses); });
+}
+
+Image Renderer::Implementation::draw_tile(std::span<const Coordinates> poses) {
+  glEnable(GL_DEPTH_TEST);
   glBindBuffer(GL_UNIFORM_BUFFER, device->frame_buffer);
   glBufferData(GL_UNIFORM_BUFFER, sizeof frame, &frame, GL_STREAM_DRAW);
   glBindBufferBase(GL_UNIFORM_BUFFER, 0, device->frame_buffer);
@@ -360,7 +422,7 @@ Image Renderer::Implementation::draw(std::span<const Coordinates> poses) {
   glBindVertexArray(device->nothing);
   glDrawArrays(GL_TRIANGLES, 0, 3);
   picture.read();
-  Image image = top_down(picture.pixels, settings.width, settings.height);
+  Image image = top_down(picture.pixels, picture.width, picture.height);
 
   // The bodies, where the ground does not hide them.
   samples.start();
@@ -385,37 +447,34 @@ Image Renderer::Implementation::draw_colors(std::span<const Coordinates> poses) 
   const Context::Current current(device->context);
   glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_LEQUAL);
-  picture.start();
-  draw_solid(device->color_program, clip_from_world, poses);
-  if (has(Surface::Opacity::blended)) {
-    draw_pieces(device->color_program, clip_from_world, poses, Surface::Opacity::blended);
-  }
-  // The ground is the world's.
-  glUseProgram(device->color_program);
-  glm::dmat4 place(1);
-  place[0][0] = place[2][2] = frame.ground_reach.w;
-  place[3] = {view.eye.x, ground, view.eye.z, 1};
-  glUniformMatrix4fv(glGetUniformLocation(device->color_program, "clip_from_body"), 1, GL_FALSE,
-                     glm::value_ptr(glm::mat4(clip_from_world * place)));
-  glUniform3f(glGetUniformLocation(device->color_program, "color"), 1.0F / 255, 0, 0);
-  draw_ground(device->color_program);
-  picture.read();
-  return top_down(picture.pixels, settings.width, settings.height);
+  return in_tiles([&] {
+    picture.start();
+    draw_solid(device->color_program, clip_from_world, poses);
+    if (has(Surface::Opacity::blended)) {
+      draw_pieces(device->color_program, clip_from_world, poses, Surface::Opacity::blended);
+    }
+    // The ground is the world's.
+    glUseProgram(device->color_program);
+    glm::dmat4 place(1);
+    place[0][0] = place[2][2] = frame.ground_reach.w;
+    place[3] = {view.eye.x, ground, view.eye.z, 1};
+    glUniformMatrix4fv(glGetUniformLocation(device->color_program, "clip_from_body"), 1, GL_FALSE,
+                       glm::value_ptr(glm::mat4(clip_from_world * place)));
+    glUniform3f(glGetUniformLocation(device->color_program, "color"), 1.0F / 255, 0, 0);
+    draw_ground(device->color_program);
+    picture.read();
+    return top_down(picture.pixels, picture.width, picture.height);
+  });
 }
 
 void check(const RenderSettings& settings) {
   if (settings.width < 1 || settings.height < 1) throw Error("a picture needs at least one pixel each way");
-  // What llvmpipe takes: so many samples a side, and textures of 1 GiB, at 16 bytes a sample.
-  constexpr std::int64_t longest = 16384;
-  constexpr std::int64_t most = 1 << 26;
-  const std::int64_t scale = settings.antialiasing ? 2 : 1;
-  const std::int64_t width = settings.width * scale;
-  const std::int64_t height = settings.height * scale;
-  if (width > longest || height > longest || width * height > most) {
-    throw Error(
-        fmt::format("a picture of {}×{} is too large for software OpenGL: ask for at most {} pixels, "
-                    "and {} each way",
-                    settings.width, settings.height, most / (scale * scale), longest / scale));
+  constexpr int longest = 1 << 15;
+  constexpr std::int64_t most = 1 << 28;
+  if (settings.width > longest || settings.height > longest ||
+      static_cast<std::int64_t>(settings.width) * settings.height > most) {
+    throw Error(fmt::format("a picture of {}×{} is too large: ask for at most {} pixels, and {} each way",
+                            settings.width, settings.height, most, longest));
   }
 }
 
@@ -432,8 +491,6 @@ const View& Renderer::view() const {
 }
 void Renderer::look(const View& view) {
   implementation_->view = view;
-  implementation_->clip_from_world =
-      set_view(implementation_->frame, view, implementation_->settings, implementation_->focus);
 }
 
 Image Renderer::draw(std::span<const Coordinates> poses) {

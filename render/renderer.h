@@ -28,9 +28,12 @@ struct RenderSettings {
   bool antialiasing = true;
   bool shadows = true;
   bool steps_back = false;  ///< the scene's own camera, until it sees all frames given: stepped_back()
+  /// Pixels a side, even, of the tiles that a picture is drawn in. 0: of 2048, where it is larger than 2²³
+  /// pixels or 8192 a side; else it is one tile.
+  int tile = 0;
 };
 
-/// Throws Error where software OpenGL could not draw pictures of this size, before it takes memory for them.
+/// Throws Error where pictures of this size cannot be drawn, before memory is taken for them.
 void check(const RenderSettings& settings);
 
 /// One OpenGL context, which the next renderer takes over; use from one thread at a time.

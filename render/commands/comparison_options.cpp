@@ -5,29 +5,24 @@
 #include <algorithm>
 #include <utility>
 
-#include "render/video/composition.h"
+#include "render/video/comparison_table.h"
 #include "render/video/panel.h"
 #include "sim/error.h"
 
 namespace substep {
-namespace {
-
-std::string row_title(const Run& run) {
-  std::string title = fmt::format("{}  {}", name_of(run.panel), settings_of(run.panel));
-  if (!run.panel.title.empty()) title += "  " + run.panel.title;
-  return title;
-}
-
-}  // namespace
-
 void ComparisonOptions::add_to(CLI::App& command) {
   scene.add_to(command);
   command.add_option("--title", title, "What stands above all (the scene's name)");
   add_settings_to(command);
 }
 
+void ComparisonOptions::add_runs_to(CLI::App& command) {
+  scene.add_to(command);
+  command.add_option("--title", title, "What stands above all (nothing)");
+  add_panels_to(command);
+}
+
 void ComparisonOptions::add_settings_to(CLI::App& command) {
-  solver.add_to(command);
   add_panels_to(command);
   command.add_option("--start", start_, "Seconds into the run at which the film begins")
       ->capture_default_str();
@@ -38,11 +33,10 @@ void ComparisonOptions::add_settings_to(CLI::App& command) {
   command.add_option("--fps", frame_rate, "Frames in a second of film")
       ->check(CLI::Range(1.0, 240.0))
       ->capture_default_str();
-  command.add_option("--threads", threads_, "Threads; the result is the same for any number")
-      ->capture_default_str();
 }
 
 void ComparisonOptions::add_panels_to(CLI::App& command) {
+  solver.add_to(command);
   command
       .add_option(
           "--panel", panels_,
@@ -54,6 +48,8 @@ void ComparisonOptions::add_panels_to(CLI::App& command) {
   command
       .add_option("--reference-substeps", reference_substeps_,
                   "The reference is at the step divided by this, its check at half as many")
+      ->capture_default_str();
+  command.add_option("--threads", threads_, "Threads; the result is the same for any number")
       ->capture_default_str();
 }
 
@@ -98,34 +94,8 @@ ComparisonSettings ComparisonOptions::settings(const Scene& scene_to_show) {
 }
 
 void print_table(const Comparison& comparison) {
-  std::size_t width = 48;
-  for (const Run& run : comparison.runs) width = std::max(width, row_title(run).size());
-  fmt::print("{:<{}}{:>12}{:>12}{:>14}\n", "", width, "RMS error", "at the end", "row solves");
-  for (const Run& run : comparison.runs) {
-    if (run.is_reference()) continue;
-    const std::string rms = run.errors.empty() ? "" : length_label(run.rms_error);
-    const std::string final = run.errors.empty() ? "" : length_label(run.errors.back());
-    fmt::print("{:<{}}{:>12}{:>12}{:>14}", row_title(run), width, rms, final,
-               run.row_solves > 0 ? fmt::format("{}", run.row_solves) : "");
-    if (run.diverged) fmt::print("  diverged at t = {:.3f} s", *run.diverged);
-    if (run.unsolved > 0) fmt::print("  {} steps not solved to the accuracy asked for", run.unsolved);
-    fmt::print("\n");
-  }
-  if (!comparison.reference) return;
-  const ReferenceRun& reference = *comparison.reference;
-  fmt::print("reference: {}", reference.method);
-  if (reference.is_a1) fmt::print(" (the error of A1 is from its own smaller steps)");
-  if (!reference.uncertainty.empty()) {
-    fmt::print(", known to {}", length_label(*std::ranges::max_element(reference.uncertainty)));
-  }
-  if (reference.known == 0) {
-    fmt::print("; {}: there are no errors\n", reference.fate);
-  } else if (!reference.fate.empty()) {
-    fmt::print("; {}: errors are those up to {:.2f} s\n", reference.fate,
-               comparison.times[reference.known - 1]);
-  } else {
-    fmt::print("\n");
-  }
+  fmt::print("{}", to_text(table_of(comparison, true)));
+  if (comparison.reference) fmt::print("{}\n", words_on_reference(comparison));
 }
 
 }  // namespace substep

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -11,6 +10,7 @@
 #include <vector>
 
 #include "render/commands/commands.h"
+#include "render/commands/print_width.h"
 #include "render/report/figures.h"
 #include "sim/error.h"
 #include "sim/log/file_output.h"
@@ -43,30 +43,11 @@ PictureFormat format_of(const fs::path& output) {
   throw Error(fmt::format("{}: give a name that ends in .svg, .pdf or .png", output.string()));
 }
 
-std::optional<double> number_in(std::string_view text) {
-  double number = 0;
-  const char* const end = text.data() + text.size();
-  const auto parsed = std::from_chars(text.data(), end, number);
-  if (parsed.ec != std::errc{} || parsed.ptr != end || !std::isfinite(number)) return std::nullopt;
-  return number;
-}
-
-/// mm.
-double width_in(const std::string& text) {
-  if (text == "one-column") return 85;
-  if (text == "two-columns") return 178;
-  const std::optional<double> width = number_in(text);
-  if (!width || !(*width >= 40 && *width <= 1000)) {
-    throw Error(fmt::format(
-        "--width '{}': give one-column (85 mm), two-columns (178 mm) or 40 to 1000, in mm", text));
-  }
-  return *width;
-}
-
 std::array<double, 2> range_in(const std::string& text, const char* option) {
   const std::size_t colon = std::min(text.find(':'), text.size());
-  const std::optional<double> from = number_in(std::string_view(text).substr(0, colon));
-  const std::optional<double> to = number_in(std::string_view(text).substr(std::min(colon + 1, text.size())));
+  const std::optional<double> from = finite_number_in(std::string_view(text).substr(0, colon));
+  const std::optional<double> to =
+      finite_number_in(std::string_view(text).substr(std::min(colon + 1, text.size())));
   if (!from || !to || !(*from < *to)) {
     throw Error(fmt::format("{} '{}': give FROM:TO, the lesser first", option, text));
   }
@@ -78,7 +59,7 @@ void draw_figure(const FigureOptions& options) {
   const fs::path output = options.output.value_or(figure.name + ".svg");
   const PictureFormat format = format_of(output);
   FigureStyle style = options.style;
-  if (options.width) style.width = width_in(*options.width);
+  if (options.width) style.width = print_width_in(*options.width);
   style.title = !options.no_title;
   style.caption = !options.no_caption;
   // It stands between quotes in gnuplot's script.

@@ -26,7 +26,8 @@ struct PlayerOptions {
 void make_player(PlayerOptions& options) {
   ComparisonOptions& typed = options.comparison;
   const Scene scene = typed.scene.load();
-  const ComparisonSettings settings = typed.settings(scene);
+  ComparisonSettings settings = typed.settings(scene);
+  settings.readings = player_readings(scene);
   const fs::path output = options.output.value_or(scene.name + ".html");
   if (output.extension() != ".html") {
     throw Error(fmt::format("{}: give a name that ends in .html", output.string()));

@@ -14,6 +14,7 @@
 #include "render/commands/run_input.h"
 #include "render/image.h"
 #include "render/renderer.h"
+#include "render/strobe.h"
 #include "render/video/film_camera.h"
 #include "sim/commands/options.h"
 #include "sim/error.h"
@@ -33,6 +34,7 @@ struct RenderOptions {
   std::string camera = "scene";
   std::string size = "1280x720";
   fs::path output = ".";
+  bool strobe = false;
 };
 
 int frame_in(const std::string& text) {
@@ -116,13 +118,19 @@ LoadedRun load(const RenderOptions& options, Progress& progress) {
   return options.run.load(last_of(options), progress);
 }
 
-Scene seen_scene(const Scene& scene, const std::string& text) {
-  const FilmCamera camera = camera_named(text, scene);
-  if (camera.follows != world_body || camera.degrees_per_second != 0) {
-    throw Error(
-        fmt::format("--camera '{}': a picture has no time to move in: give scene, fit or name:CAMERA", text));
-  }
-  return seen_by(camera, scene);
+/// The picture of all these frames, or one of each.
+void draw_strobe(const RenderOptions& options, const LoadedRun& run, const RenderSettings& settings,
+                 const std::vector<int>& frames) {
+  if (frames.size() < 2)
+    throw Error("--strobe: needs at least two moments: give --time 0,0.2,0.4 or --frame");
+  std::vector<std::vector<Coordinates>> moments;
+  for (const int frame : frames) moments.push_back(run.log.frames[static_cast<std::size_t>(frame)].poses);
+  const Image image =
+      strobe(seen_by(still_camera_named(options.camera, run.scene), run.scene), settings, moments);
+  const fs::path file =
+      options.output.extension() == ".png" ? options.output : options.output / (run.stem + ".strobe.png");
+  write_png(image, file);
+  fmt::print("wrote {}\n", file.string());
 }
 
 void render(const RenderOptions& options) {
@@ -132,10 +140,11 @@ void render(const RenderOptions& options) {
   settings.height = size.height;
   check(settings);
   Progress progress;
-  const auto [scene, log, stem] = load(options, progress);
+  const LoadedRun run = load(options, progress);
+  const auto& [scene, log, stem] = run;
   const std::vector<int> frames = frames_of(log, options);
   const bool to_file = options.output.extension() == ".png";
-  if (to_file && frames.size() != 1) {
+  if (to_file && frames.size() != 1 && !options.strobe) {
     throw Error(fmt::format("{}: {} frames need a folder", options.output.string(), frames.size()));
   }
   std::error_code ignored;
@@ -146,13 +155,17 @@ void render(const RenderOptions& options) {
     throw Error(fmt::format("{}: there is no such folder", options.output.string()));
   }
 
+  if (options.strobe) {
+    draw_strobe(options, run, settings, frames);
+    return;
+  }
   // For the camera of a scene without one: what moves until the last of the frames.
   std::vector<std::vector<Coordinates>> seen;
   for (int k = 0; k <= frames.back(); ++k) {
     const PoseLog::Frame& frame = log.frames[static_cast<std::size_t>(k)];
     if (!frame.poses.empty()) seen.push_back(frame.poses);
   }
-  Renderer renderer(seen_scene(scene, options.camera), settings, seen);
+  Renderer renderer(seen_by(still_camera_named(options.camera, scene), scene), settings, seen);
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const Image image = renderer.draw(log.frames[static_cast<std::size_t>(frames[i])].poses);
     const fs::path file =
@@ -183,13 +196,15 @@ void add_render_command(CLI::App& app) {
                    "scene (its first), fit (all that moves) or name:CAMERA, another of the scene's")
       ->capture_default_str();
   command->add_option("--size", options->size, "Width and height in pixels")->capture_default_str();
-  command->add_option("--output", options->output, "A folder, or for one frame a .png file")
+  command->add_option("--output", options->output, "A folder, or for one picture a .png file")
       ->capture_default_str();
+  command->add_flag("--strobe", options->strobe, "All moments in one picture, the earlier the lighter");
   command->footer(
       "Frame k is the state after k steps; no more are simulated than the last one asked for needs. A pose "
       "log has its own settings: those above are for a scene. A .gltf or .glb without physics is drawn as it "
       "stands, with its cameras and lights; with --frame, --time or an option of the run it is dropped.\n"
       "Example:\n  substep render box_stack.a3.poses.txt --scene scenes/box_stack.gltf --time 0,0.5,1\n"
+      "  substep render scenes/pendulum.gltf --time 0,0.2,0.4,0.6,0.8 --strobe --size 7200x4050\n"
       "  substep render chair.glb --camera name:front --output chair.png");
   command->callback([options, command] {
     for (const CLI::Option* option : command->get_options()) {

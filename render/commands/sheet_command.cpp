@@ -43,7 +43,9 @@ Image picture_of(const Scene& scene, const SolverOptions& solver, const ImageSiz
   RenderSettings render;
   render.width = size.width;
   render.height = size.height;
-  return Renderer(scene, render).draw(simulation.state().q);
+  render.steps_back = true;
+  const std::vector<std::vector<Coordinates>> shown{initial_state(scene).q, simulation.state().q};
+  return Renderer(scene, render, shown).draw(shown.back());
 }
 
 void draw_sheet(const SheetOptions& options) {

@@ -8,6 +8,7 @@
 
 #include "render/commands/commands.h"
 #include "render/commands/comparison_options.h"
+#include "render/player/player_page.h"
 #include "render/site/site.h"
 #include "sim/commands/progress.h"
 #include "sim/error.h"
@@ -29,7 +30,9 @@ void make(SiteOptions& options) {
   site.comparison = [&options](const Scene& scene) {
     // What settings() finds for one scene is not the next one's.
     ComparisonOptions typed = options.comparison;
-    return typed.settings(scene);
+    ComparisonSettings settings = typed.settings(scene);
+    settings.readings = player_readings(scene);
+    return settings;
   };
   site.failure = [&progress](const std::filesystem::path& scene, std::string_view why) {
     progress.clear();

@@ -141,7 +141,8 @@ void add_video_command(CLI::App& app) {
   command->footer(
       "A panel is 'a5,n=4,joints=stable', with what is to be other than the options above of n, m, tau, "
       "kappa,\n"
-      "joints, relaxation, step and, last, title; A2 has n·m iterations unless it has an m. The strip under "
+      "joints, relaxation, step and, last, title; A2 and engines have n·m iterations unless they have an m. "
+      "The strip under "
       "a\n"
       "picture is the RMS distance of the bodies' points from where the reference has them, on one "
       "logarithmic\n"

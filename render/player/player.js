@@ -51,7 +51,7 @@ class Player {
       this.listenToPicture(picture);
       section.addEventListener('dblclick', () => this.show(this.alone < 0 ? index : -1));
       let strip = null;
-      if (data.reference) {
+      if (data.strips.length > 0) {
         const canvas = section.appendChild(document.createElement('canvas'));
         canvas.className = 'strip';
         strip = new Strip(canvas, data, index);
@@ -121,24 +121,46 @@ class Player {
       button.setAttribute('aria-pressed', 'false');
       button.addEventListener('click', () => this.toggle(name));
     }
+    data.strips.forEach((strip, index) => $('strip').append(new Option(`strips: ${strip.name}`, index)));
+    $('strip').hidden = data.strips.length < 2;
+    $('strip').addEventListener('change', () => this.showStrip(+$('strip').value));
+    this.writeLegend();
     $('reset').addEventListener('click', () => { this.camera.reset(); this.ask(); });
     $('save').addEventListener('click', () => this.save());
     $('help').addEventListener('click', () => this.help());
     document.addEventListener('keydown', (event) => this.key(event));
-    if (data.reference) $('legend').textContent = `strips: RMS distance of the bodies’ points from the reference (${data.reference.method})`;
     $('precision').textContent = `Every frame is a computed one${data.nearest ? ', of the nearest step' : ''}. Positions are good to ${lengthLabel(data.unit / 2)}, turns to 3e-5 rad.`;
+  }
+
+  /** What the strips show, of data.strips. */
+  showStrip(index) {
+    $('strip').value = index;
+    this.panels.forEach(({strip}) => strip.show(index));
+    this.writeLegend();
+    this.ask();
+  }
+
+  writeLegend() {
+    const {data} = this;
+    const shown = data.strips[+$('strip').value];
+    $('legend').textContent = !shown ? '' : {
+      error: `strips: RMS distance of the bodies’ points from the reference (${(data.reference || {}).method})`,
+      gap: 'strips: the largest distance between two points that a joint holds together',
+      energy: 'strips: kinetic and potential energy since the first frame',
+    }[shown.name];
   }
 
   key(event) {
     if (event.ctrlKey || event.altKey || event.metaKey) return;
     const {key} = event;
+    const {data} = this;
     const onButton = event.target instanceof HTMLButtonElement;
     const step = event.shiftKey ? 10 : 1;
     const actions = {
       ArrowRight: () => this.go(this.frame + step), ArrowLeft: () => this.go(this.frame - step),
       Home: () => this.go(0), End: () => this.go(Infinity),
       ',': () => this.changeSpeed(1), '.': () => this.changeSpeed(-1),
-      r: () => { this.camera.reset(); this.ask(); }, s: () => this.save(), h: () => this.help(), '?': () => this.help(),
+      r: () => { this.camera.reset(); this.ask(); }, s: () => this.save(), b: () => data.strips.length > 1 && this.showStrip((+$('strip').value + 1) % data.strips.length), h: () => this.help(), '?': () => this.help(),
       Escape: () => { $('keys').hidden = true; this.show(-1); }, 0: () => this.show(-1),
     };
     if (!onButton) actions[' '] = () => this.play(!this.isPlaying);
@@ -196,7 +218,7 @@ class Player {
     const main = $('panels');
     const shown = this.panels.filter((_, i) => this.alone < 0 || i === this.alone);
     this.panels.forEach(({section}) => { section.hidden = true; });
-    const above = this.data.reference ? 96 : 38;
+    const above = this.data.strips.length > 0 ? 96 : 38;
     let best = {columns: 1, seen: -1};
     for (let columns = 1; columns <= shown.length; ++columns) {
       const rows = Math.ceil(shown.length / columns);

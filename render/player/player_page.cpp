@@ -54,7 +54,7 @@ Json list(const glm::vec4& v) {
 Json rounded(const std::vector<double>& values) {
   Json result = Json::array();
   for (const double value : values) {
-    const double digit = value > 0 ? std::pow(10.0, std::floor(std::log10(value)) - 3) : 1;
+    const double digit = value != 0 ? std::pow(10.0, std::floor(std::log10(std::abs(value))) - 3) : 1;
     result.push_back(std::isfinite(value) ? std::round(value / digit) * digit : 1e6);
   }
   return result;
@@ -157,11 +157,34 @@ Json panels_of(const Comparison& comparison) {
                   {"dash", {dash.drawn, dash.left_out}},
                   {"reference", run.is_reference()},
                   {"errors", rounded(run.errors)},
+                  {"gaps", rounded(run.readings.gaps)},
+                  {"energies", rounded(run.readings.energies)},
                   {"frames", std::max<std::size_t>(1, run.poses.size())}};
     if (run.diverged) panel["fate"] = fmt::format("diverged at t = {:.2f} s", *run.diverged);
     panels.push_back(std::move(panel));
   }
   return panels;
+}
+
+/// What the strips can show, each with the panels' key that holds it and its axis.
+Json strips_of(const Comparison& comparison) {
+  Json strips = Json::array();
+  const auto add = [&](const char* name, const char* key, Strip strip) {
+    const StripAxis axis = axis_of(comparison, strip);
+    strips.push_back({{"name", name},
+                      {"key", key},
+                      {"logarithmic", axis.is_logarithmic},
+                      {"scale", axis.is_logarithmic ? Json{axis.decades.lower, axis.decades.upper}
+                                                    : Json{axis.low, axis.high}}});
+  };
+  const auto has = [&](std::vector<double> Readings::*series) {
+    return std::ranges::any_of(comparison.runs,
+                               [&](const Run& run) { return !(run.readings.*series).empty(); });
+  };
+  if (comparison.reference) add("error", "errors", Strip::error);
+  if (has(&Readings::gaps)) add("gap", "gaps", Strip::gap);
+  if (has(&Readings::energies)) add("energy", "energies", Strip::energy);
+  return strips;
 }
 
 std::string compressed(const std::string& bytes) {
@@ -191,6 +214,13 @@ std::string for_page(const Json& json) {
 
 }  // namespace
 
+ReadingChoice player_readings(const Scene& scene) {
+  ReadingChoice readings;
+  readings.gap = std::ranges::any_of(scene.joints, holds_anchors_together);
+  readings.energy = true;
+  return readings;
+}
+
 std::string player_page(const Scene& scene, const Comparison& comparison, const std::string& title,
                         double speed) {
   const double unit = position_unit(size_of(scene));
@@ -207,6 +237,7 @@ std::string player_page(const Scene& scene, const Comparison& comparison, const 
                {"joints", joints_of(scene)},
                {"panels", panels_of(comparison)},
                {"scale", {scale.lower, scale.upper}},
+               {"strips", strips_of(comparison)},
                {"ramp", error_ramp},
                {"view", view_of(scene, comparison, parts)},
                {"light", light_of(scene, parts)}};

@@ -7,6 +7,9 @@
 
 namespace substep {
 
+/// What the page's strips show of the runs beside their errors.
+ReadingChoice player_readings(const Scene& scene);
+
 /// The poses are the runs' at every film frame, to position_unit() and turn_parts; bodies look as in
 /// animated_glb(). `speed` is that at which it begins, s of the scene a second. The page is one file that
 /// needs no other and asks for nothing; in a browser without WebGL 2 it shows all but the pictures.

@@ -1,10 +1,20 @@
-// The strips below the pictures: errors over time on one logarithmic scale, as in the films.
+// The strips below the pictures: errors, joints' gaps or energies over time, on one scale in all panels, as in the films.
 
 const STRIP = {grid: '#343c48', bright: '#ecf0f5', quiet: '#929caa', alarm: '#ff5c69', surface: '#181d25'};
 const FONT = "'DejaVu Sans', Verdana, system-ui, sans-serif";
 
 function decadeName(power) {
   return ['1 µm', '10 µm', '0.1 mm', '1 mm', '1 cm', '10 cm', '1 m', '10 m', '100 m', '1 km'][power + 6] || `1e${power} m`;
+}
+
+/** "+2 kJ", "−45.6 mJ"; `text` writes the digits. */
+function energyLabel(joules, text) {
+  const size = Math.abs(joules);
+  for (const [unit, name] of [[1e6, 'MJ'], [1e3, 'kJ'], [1, 'J'], [1e-3, 'mJ'], [1e-6, 'µJ']]) {
+    const value = size / unit;
+    if (value >= 0.9995) return `${joules < 0 ? '−' : '+'}${text(value)} ${name}`;
+  }
+  return '0 J';
 }
 
 /** `color` faded into the strip's ground: not by an alpha, which would show where pieces meet. */
@@ -16,6 +26,25 @@ function faded(color) {
 class Strip {
   constructor(canvas, data, index) {
     Object.assign(this, {canvas, data, index, panel: data.panels[index]});
+    this.show(0);
+  }
+
+  /** Which of data.strips. */
+  show(index) {
+    this.kind = this.data.strips[index];
+  }
+
+  /** The panel's values, frame by frame. */
+  values(panel) {
+    return panel[this.kind.key];
+  }
+
+  label(value, k) {
+    if (this.kind.name === 'energy') return energyLabel(value, (digits) => digits.toFixed(digits < 9.995 ? 2 : digits < 99.95 ? 1 : 0));
+    if (this.kind.name === 'gap') return lengthLabel(value);
+    // Below what the reference knows of itself, an error is that or less.
+    const certain = this.data.reference.uncertainty[k];
+    return value < certain ? `≤ ${lengthLabel(certain)}` : lengthLabel(value);
   }
 
   /** Sets the size by the page's. */
@@ -36,10 +65,11 @@ class Strip {
     return this.plot.x + k / Math.max(1, this.data.times.length - 1) * this.plot.width;
   }
 
-  y(error) {
-    const [lower, upper] = this.data.scale;
-    const share = (Math.log10(Math.max(error, 10 ** lower)) - lower) / (upper - lower);
-    return this.plot.y + this.plot.height * (1 - Math.min(1, share));
+  y(value) {
+    const [lower, upper] = this.kind.scale;
+    const place = this.kind.logarithmic ? Math.log10(Math.max(value, 10 ** lower)) : value;
+    const share = Math.max(0, Math.min(1, (place - lower) / (upper - lower)));
+    return this.plot.y + this.plot.height * (1 - share);
   }
 
   /** The frame at this place across the strip. */
@@ -53,7 +83,7 @@ class Strip {
     c.fillStyle = STRIP.surface;
     c.fillRect(0, 0, this.width, this.height);
     this.drawGrid();
-    this.drawCertainty();
+    if (this.kind.name === 'error') this.drawCertainty();
     c.strokeStyle = 'rgba(236, 240, 245, 0.45)';
     c.lineWidth = 1;
     c.beginPath();
@@ -65,26 +95,30 @@ class Strip {
       this.drawNames();
       return;
     }
-    this.drawCurve(panel, panel.errors.length, faded(panel.color), [1, 0]);
+    this.drawCurve(panel, this.data.times.length, faded(panel.color), [1, 0]);
     this.drawCurve(panel, k, panel.color, [1, 0]);
-    if (k < panel.errors.length) this.drawValue(k);
+    if (k < this.values(panel).length) this.drawValue(k);
   }
 
   drawGrid() {
-    const {context: c, plot, data: {scale: [lower, upper]}} = this;
+    const {context: c, plot, kind} = this;
+    const [lower, upper] = kind.scale;
+    const lines = kind.logarithmic ? Array.from({length: upper - lower + 1}, (_, i) => [10 ** (lower + i), decadeName(lower + i), i === 0 || i === upper - lower])
+      // Where 0 is near an end, it alone is named: that is what the curve is read against.
+      : [lower, 0, upper].map((joules) => [joules, energyLabel(joules, (digits) => `${+digits.toPrecision(2)}`), joules === 0 || Math.abs(this.y(joules) - this.y(0)) > 11]);
     c.strokeStyle = STRIP.grid;
     c.fillStyle = STRIP.quiet;
     c.font = `11px ${FONT}`;
     c.textAlign = 'right';
     c.textBaseline = 'middle';
     c.lineWidth = 1;
-    for (let power = lower; power <= upper; ++power) {
-      const y = Math.round(this.y(10 ** power)) + 0.5;
+    for (const [value, name, isNamed] of lines) {
+      const y = Math.round(this.y(value)) + 0.5;
       c.beginPath();
       c.moveTo(plot.x, y);
       c.lineTo(plot.x + plot.width, y);
       c.stroke();
-      if (plot.x > 20 && (power === lower || power === upper)) c.fillText(decadeName(power), plot.x - 5, y);
+      if (plot.x > 20 && isNamed) c.fillText(name, plot.x - 5, y);
     }
   }
 
@@ -112,24 +146,26 @@ class Strip {
     if (text) c.fillText(text, end + 5, plot.y + plot.height / 2);
   }
 
-  drawCurve({errors, color}, end, ink, [drawn, leftOut]) {
-    const {context: c} = this;
-    const count = Math.min(end + 1, errors.length);
+  drawCurve(panel, end, ink, [drawn, leftOut]) {
+    const {context: c, kind} = this;
+    const values = this.values(panel);
+    const {color} = panel;
+    const count = Math.min(end + 1, values.length);
     c.strokeStyle = ink;
     c.fillStyle = color;
     c.lineWidth = 1.8;
     c.lineJoin = 'round';
     c.setLineDash(leftOut > 0 ? [drawn, leftOut] : []);
     c.beginPath();
-    for (let k = 0; k < count; ++k) c.lineTo(this.x(k), this.y(errors[k]));
+    for (let k = 0; k < count; ++k) c.lineTo(this.x(k), this.y(values[k]));
     c.stroke();
     c.setLineDash([]);
     // Triangles at the top, where the curve goes on above it.
-    const top = 10 ** this.data.scale[1];
+    const top = kind.logarithmic ? 10 ** kind.scale[1] : kind.scale[1];
     let last = -Infinity;
     for (let k = 0; k < count; ++k) {
       const x = this.x(k);
-      if (!(errors[k] > top) || x < last + 40) continue;
+      if (!(values[k] > top) || x < last + 40) continue;
       last = x;
       c.beginPath();
       c.moveTo(x - 4, this.plot.y - 1);
@@ -140,16 +176,14 @@ class Strip {
   }
 
   drawValue(k) {
-    const {context: c, panel, data: {reference}} = this;
-    const error = panel.errors[k];
+    const {context: c, panel} = this;
+    const value = this.values(panel)[k];
     c.fillStyle = panel.color;
-    c.fillRect(this.x(k) - 2.5, this.y(error) - 2.5, 5, 5);
-    // Below what the reference knows of itself, an error is that or less.
-    const certain = reference.uncertainty[k];
+    c.fillRect(this.x(k) - 2.5, this.y(value) - 2.5, 5, 5);
     c.font = `bold 14px ${FONT}`;
     c.textAlign = 'right';
     c.textBaseline = 'middle';
-    c.fillText(error < certain ? `≤ ${lengthLabel(certain)}` : lengthLabel(error), this.width - 6, this.height / 2, 78);
+    c.fillText(this.label(value, k), this.width - 6, this.height / 2, 78);
   }
 
   /** Whose curves stand in the reference's strip. */

@@ -10,8 +10,8 @@
 #include "render/markup.h"
 #include "render/report/document.h"
 #include "render/site/markdown.h"
+#include "render/video/comparison_table.h"
 #include "render/video/composition.h"
-#include "sim/measure/text_table.h"
 
 SUBSTEP_EMBEDDED_FILE(scene_html, SUBSTEP_SITE "/scene.html")
 SUBSTEP_EMBEDDED_FILE(scene_css, SUBSTEP_SITE "/site.css")
@@ -20,34 +20,6 @@ namespace substep {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// What the film's strips come to, a line for each panel.
-TextTable table_of(const Comparison& comparison) {
-  TextTable table;
-  table.head = {"", "settings", "RMS error", "at the end", "row solves", ""};
-  for (const Run& run : comparison.runs) {
-    if (run.is_reference()) continue;
-    const bool has_errors = !run.errors.empty();
-    table.rows.push_back({fmt::format("**{}**", name_of(run.panel)), settings_of(run.panel),
-                          has_errors ? length_label(run.rms_error) : "–",
-                          has_errors ? length_label(run.errors.back()) : "–",
-                          run.row_solves > 0 ? fmt::format("{}", run.row_solves) : "–",
-                          run.diverged ? fmt::format("diverged at t = {:.2f} s", *run.diverged) : ""});
-  }
-  return table;
-}
-
-std::string words_on_reference(const Comparison& comparison) {
-  if (!comparison.reference) return "";
-  const ReferenceRun& reference = *comparison.reference;
-  std::string text =
-      fmt::format("Errors are RMS distances of the bodies’ points from the reference: {}", reference.method);
-  if (reference.is_a1) text += "; that of A1 is from its own smaller steps";
-  if (reference.known == 0) return text + fmt::format("; {}: there are none.", reference.fate);
-  if (reference.fate.empty()) return text + ".";
-  return text + fmt::format("; {}: they are those up to {:.2f} s.", reference.fate,
-                            comparison.times[reference.known - 1]);
-}
 
 }  // namespace
 
@@ -101,7 +73,7 @@ std::string scene_page(const SceneText& text, const Comparison& comparison,
                                {"style", std::string(scene_css())},
                                {"lead", html_of(text.lead, names)},
                                {"film", shown_film},
-                               {"table", to_html(table_of(comparison))},
+                               {"table", to_html(table_of(comparison, false))},
                                {"reference", escaped(words_on_reference(comparison))},
                                {"text", html_of(text.rest, names)}});
 }

@@ -17,6 +17,7 @@
 #include "sim/measure/metrics.h"
 #include "sim/measure/motion.h"
 #include "sim/measure/reference_integrator.h"
+#include "sim/measure/stage_times.h"
 #include "sim/simulation.h"
 #include "sim/study/engines/engines.h"
 
@@ -115,13 +116,23 @@ bool take_shots(const Clock& clock, int steps_per_shot, Tally& tally, const std:
   return true;
 }
 
+/// Makes the run's next step, and counts its time.
+template <typename Step>
+decltype(auto) timed(Run& run, const Step& step) {
+  const double start = cpu_time();
+  decltype(auto) result = step();
+  run.cpu_time += cpu_time() - start;
+  run.simulated += run.panel.settings.step;
+  return result;
+}
+
 void simulate_algorithm(const Scene& scene, const Clock& clock, const ReadingChoice& choice, Run& run,
                         Tally& tally) {
   Simulation simulation(scene, run.panel.settings);
   Reader reader(scene, choice, run.readings);
   std::int64_t steps = 0;
   const auto step = [&] {
-    const StepReport& report = simulation.step();
+    const StepReport& report = timed(run, [&]() -> const StepReport& { return simulation.step(); });
     run.row_solves += report.row_solves;
     if (report.status == StepReport::Status::unsolved) ++run.unsolved;
     return report.status != StepReport::Status::diverged;
@@ -149,7 +160,7 @@ void simulate_engine(const Scene& scene, const Clock& clock, const ReadingChoice
   Reader reader(scene, choice, run.readings);
   std::int64_t steps = 0;
   if (!take_shots(
-          clock, 1, tally, [&] { return stepper->step(); },
+          clock, 1, tally, [&] { return timed(run, [&] { return stepper->step(); }); },
           [&]() -> const State& { return stepper->state(); }, run.poses, steps,
           [&](const State& state) { reader.read(state); })) {
     run.diverged = static_cast<double>(steps) * run.panel.settings.step;

@@ -105,6 +105,10 @@ Color accent(const PanelChoice& panel) {
   return color_in(inks.at(static_cast<std::size_t>(hue_of(panel))).dark);
 }
 
+Color accent_on_white(const PanelChoice& panel) {
+  return color_in(inks.at(static_cast<std::size_t>(hue_of(panel))).light);
+}
+
 std::string length_label(double metres) {
   struct Unit {
     double size;

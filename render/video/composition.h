@@ -17,8 +17,9 @@ using Color = std::array<std::uint8_t, 3>;
 /// A piece of text and its colour.
 using KeyEntry = std::pair<std::string, Color>;
 
-/// inks.h's of the panel, on dark ground.
+/// inks.h's of the panel, on dark ground, and on white.
 Color accent(const PanelChoice& panel);
+Color accent_on_white(const PanelChoice& panel);
 
 /// What is given, or "rod_chain" as a person would write it.
 std::string film_title(const Scene& scene, const std::string& given);

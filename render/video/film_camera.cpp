@@ -66,6 +66,15 @@ FilmCamera camera_named(const std::string& text, const Scene& scene) {
   return camera;
 }
 
+FilmCamera still_camera_named(const std::string& text, const Scene& scene) {
+  const FilmCamera camera = camera_named(text, scene);
+  if (camera.follows != world_body || camera.degrees_per_second != 0) {
+    throw Error(
+        fmt::format("--camera '{}': a picture has no time to move in: give scene, fit or name:CAMERA", text));
+  }
+  return camera;
+}
+
 Scene seen_by(const FilmCamera& camera, const Scene& scene) {
   Scene seen = scene;
   if (camera.is_automatic) seen.camera.reset();

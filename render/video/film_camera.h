@@ -20,6 +20,9 @@ struct FilmCamera {
 /// second of film. Throws Error.
 FilmCamera camera_named(const std::string& text, const Scene& scene);
 
+/// The same for a picture, which has no time to move in. Throws Error.
+FilmCamera still_camera_named(const std::string& text, const Scene& scene);
+
 /// The scene with the camera that it is to be seen by first, or with none for one that fits all.
 Scene seen_by(const FilmCamera& camera, const Scene& scene);
 

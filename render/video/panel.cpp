@@ -81,7 +81,8 @@ PanelChoice panel_of(const std::string& show, const Values& values, const Settin
   const bool has_iterations = std::ranges::any_of(
       values, [](const auto& v) { return is_called(field_named("iterations"), v.first); });
   for (const auto& [key, value] : values) set(panel, key, value);
-  if (show == "a2" && !has_iterations) panel.settings.iterations *= panel.settings.substeps;
+  const bool has_no_substeps = show == "a2" || panel.kind == PanelChoice::Kind::engine;
+  if (has_no_substeps && !has_iterations) panel.settings.iterations *= panel.settings.substeps;
   if (panel.kind != PanelChoice::Kind::log) check(panel.settings);
   return panel;
 }
@@ -162,13 +163,21 @@ PanelFile read_panels(const fs::path& file, const Settings& settings) {
   return result;
 }
 
+namespace {
+
+const Engine& engine_of(const PanelChoice& panel) {
+  return *std::ranges::find(engines(), panel.engine, &Engine::name);
+}
+
+}  // namespace
+
 std::string name_of(const PanelChoice& panel) {
   switch (panel.kind) {
     case PanelChoice::Kind::algorithm:
     case PanelChoice::Kind::log:
       return std::string(title_of(panel.settings.algorithm));
     case PanelChoice::Kind::engine:
-      return std::ranges::find(engines(), panel.engine, &Engine::name)->label;
+      return engine_of(panel).label;
     case PanelChoice::Kind::reference:
       break;
   }
@@ -183,8 +192,11 @@ std::string settings_of(const PanelChoice& panel) {
       return all.substr(all.find("  ") + 2);
     case PanelChoice::Kind::log:
       return fmt::format("{}  {}", panel.log.filename().string(), all.substr(all.find("  ") + 2));
-    case PanelChoice::Kind::engine:
-      return all.substr(all.rfind("  ") + 2);
+    case PanelChoice::Kind::engine: {
+      const std::string step = all.substr(all.rfind("  ") + 2);
+      return engine_of(panel).has_iterations ? fmt::format("m={}  {}", panel.settings.iterations, step)
+                                             : step;
+    }
     case PanelChoice::Kind::reference:
       break;
   }

@@ -55,8 +55,8 @@ ImageSize image_size_in(const std::string& text) {
   const bool times = width.ec == std::errc{} && width.ptr != end && *width.ptr == 'x';
   const auto height = times ? std::from_chars(width.ptr + 1, end, size.height) : width;
   if (!times || height.ec != std::errc{} || height.ptr != end || size.width < 1 || size.height < 1 ||
-      size.width > 8192 || size.height > 8192) {
-    throw Error(fmt::format("--size '{}': give width and height up to 8192, such as 1280x720", text));
+      size.width > 32768 || size.height > 32768) {
+    throw Error(fmt::format("--size '{}': give width and height up to 32768, such as 1280x720", text));
   }
   return size;
 }

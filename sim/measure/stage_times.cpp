@@ -12,13 +12,6 @@
 namespace substep {
 namespace {
 
-/// CPU time of this thread, s: that others run beside it does not count.
-double cpu_time() {
-  timespec now{};
-  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
 int steps_of(const Scene& scene, const Settings& settings) {
   return std::max(1, static_cast<int>(std::lround(scene.duration / settings.step)));
 }
@@ -74,6 +67,12 @@ StageTimes stages_at(const Scene& scene, const Settings& settings, const std::ve
 }
 
 }  // namespace
+
+double cpu_time() {
+  timespec now{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
 
 RunTimes time_run(const Scene& scene, const Settings& settings, const MakeStepper& make, int repetitions) {
   const int steps = steps_of(scene, settings);

@@ -5,6 +5,9 @@
 
 namespace substep {
 
+/// CPU time of this thread, s: that others run beside it does not count.
+double cpu_time();
+
 /// Mean CPU times of one step of h, µs. The whole step is timed in runs without anything in between; s1, s2
 /// and s4 are repeated by themselves at states along the run, and s3 is what is left.
 struct StageTimes {

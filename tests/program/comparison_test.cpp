@@ -165,6 +165,7 @@ TEST(Panel, TextSaysWhatIsShown) {
   EXPECT_EQ(panel.title, "four, in rows");
   EXPECT_EQ(panel_in("a2,n=3", base).settings.iterations, 3);
   EXPECT_EQ(panel_in("a2,n=3,m=5", base).settings.iterations, 5);
+  EXPECT_EQ(panel_in("order-8", base).settings.iterations, base.substeps * base.iterations);
   EXPECT_EQ(panel_in("reference", base).kind, PanelChoice::Kind::reference);
   for (const auto& [text, words] :
        {std::pair("a6", "'a6': give a1 to a5"), std::pair("a5,n", "'n': give KEY=VALUE"),

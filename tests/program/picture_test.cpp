@@ -63,6 +63,61 @@ TEST_F(Pictures, ATimeIsTheFrameNearestToIt) {
   EXPECT_EQ(content("time.png"), content("frame.png"));
 }
 
+TEST_F(Pictures, AStrobeShowsEarlierMomentsLighter) {
+  const auto draw = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{
+        "render", scene("pendulum.gltf"), "--size", "160x90", "--camera", "fit", "--output", "picture.png"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Outcome drawn = run(arguments);
+    EXPECT_EQ(drawn.exit_code, 0) << drawn.err;
+    return read_png(folder() / "picture.png");
+  };
+  const Image both = draw({"--time", "0,0.5", "--strobe"});
+  // The camera fits the same frames.
+  const Image last = draw({"--time", "0.5"});
+  int changed = 0;
+  for (std::size_t i = 0; i < both.rgb.size(); ++i)
+    changed += std::abs(both.rgb[i] - last.rgb[i]) > 8 ? 1 : 0;
+  EXPECT_GT(changed, 300);   // where the rod was at first
+  EXPECT_LT(changed, 8000);  // and nothing else of 43,200
+  expect_refused({"render", scene("pendulum.gltf"), "--time", "0.5", "--strobe"},
+                 "--strobe: needs at least two moments");
+}
+
+TEST_F(Pictures, StillsAreRunsBelowEachOtherAtTheirTimes) {
+  const Outcome made = run({"stills", scene("rod_chain.gltf"), "--panel", "a5,n=2", "--panel", "reference",
+                            "--time", "0.2,0", "--size", "64x36", "--output", "stills.png"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_THAT(made.out, testing::ContainsRegex("A5  n=2 m=1 [^\n]* ~[0-9]"));
+  EXPECT_THAT(made.out, HasSubstr("wrote stills.png"));
+  const Image stills = read_png(folder() / "stills.png");
+  // Text of 16 pixels: gaps of 8, lines of 22.
+  EXPECT_EQ(stills.width, 8 + 2 * (64 + 8));
+  EXPECT_EQ(stills.height, 8 + 22 + 2 * (22 + 36 + 8));
+  const auto is_white = [&](int x, int y) {
+    return stills.pixel(x, y)[0] + stills.pixel(x, y)[2] == 2 * 255;
+  };
+  for (const auto& [x, y] : {std::pair{10, 56}, {140, 56}, {10, 122}, {140, 122}})
+    EXPECT_FALSE(is_white(x, y));
+  EXPECT_TRUE(is_white(76, 56));  // between the first two
+  // All begin alike.
+  for (int y = 52; y < 60; ++y) EXPECT_EQ(stills.pixel(20, y)[0], stills.pixel(20, y + 66)[0]);
+
+  // 85 mm at 100 dpi are 334 pixels.
+  ASSERT_EQ(run({"stills", scene("rod_chain.gltf"), "--no-reference", "--panel", "a1", "--time", "0,0.1",
+                 "--width", "one-column", "--dpi", "100", "--output", "print.png"})
+                .exit_code,
+            0);
+  EXPECT_NEAR(read_png(folder() / "print.png").width, 334, 1);
+  for (const auto& [time, words] : {std::pair("9", "--time '9': must be from 0 to the end of the run, 5 s"),
+                                    std::pair("now", "--time 'now'")}) {
+    expect_refused({"stills", scene("rod_chain.gltf"), "--time", time}, words);
+  }
+  expect_refused({"stills", scene("rod_chain.gltf"), "--time", "0", "--output", "stills.svg"},
+                 "give a name that ends in .png");
+  expect_refused({"stills", scene("rod_chain.gltf"), "--time", "0", "--size", "32768x32768"}, "is too large");
+}
+
 TEST_F(Pictures, AFileWithoutPhysicsIsDrawnAsItStands) {
   // A red square of 2 m, which its camera, 1 m before it, sees to its edges.
   const std::string start = R"({"asset": {"version": "2.0"}, "scenes": [{"nodes": [0, 1]}], "nodes": [
@@ -142,7 +197,8 @@ TEST_F(Pictures, VideoHasItsDurationAndSize) {
   const Outcome outcome = short_video({});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(outcome.err, "");
-  EXPECT_THAT(outcome.out, HasSubstr("reference: own, order 8, h=1/960"));
+  EXPECT_THAT(outcome.out, HasSubstr("from the reference: own, order 8, h=1/960"));
+  EXPECT_THAT(outcome.out, testing::ContainsRegex("A5  n=10 m=1 .* 1080 +~[0-9]"));
   EXPECT_THAT(outcome.out, HasSubstr("wrote rod_chain.mp4"));
   EXPECT_THAT(files(), testing::ElementsAre("rod_chain.mp4"));
   const Outcome probe = run_command(

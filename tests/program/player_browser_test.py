@@ -124,6 +124,27 @@ def scrubs(page):
     expect(page.chrome.find_element(By.ID, "clock").text == "0.50 s", "the clock follows")
 
 
+def shows_other_strips(page):
+    def strip():
+        page.script("player.draw()")
+        return page.script("return player.panels[0].strip.canvas.toDataURL()")
+    page.go(45)
+    seen = [strip()]
+    for name, words in [("gap", "joint holds together"), ("energy", "potential energy")]:
+        page.key("b")
+        seen.append(strip())
+        legend = page.chrome.find_element(By.ID, "legend").text
+        expect(words in legend, f"the legend of {name} is '{legend}'")
+        values = page.script("return player.panels[0].strip.values(player.data.panels[0])")
+        expect(len(values) == 61, f"{name} of {len(values)} frames")
+        page.shot(f"strip_{name}")
+    expect(len(set(seen)) == 3, "the strips look alike")
+    energies = page.script("return player.data.panels[0].energies")
+    expect(energies[0] == 0 and any(value < 0 for value in energies), f"energies since the start: {energies[:3]} …")
+    page.key("b")
+    expect(strip() == seen[0], "the errors again")
+
+
 def plays(page):
     page.go(0)
     page.script("document.getElementById('speed').value = 4")
@@ -244,6 +265,7 @@ def main():
             escapes(page)
             draws(page)
             scrubs(page)
+            shows_other_strips(page)
             plays(page)
             tells_the_truth(page, poses_of(folder / "a.poses.txt"))
             overlays(page)

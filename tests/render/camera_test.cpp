@@ -6,6 +6,7 @@
 #include <glm/vec4.hpp>
 
 #include "render/body_mesh.h"
+#include "sim/geometry/convex_hull.h"
 #include "sim/math/rotation.h"
 #include "test_scenes.h"
 
@@ -116,6 +117,18 @@ TEST(View, ACameraStepsBackAsFarAsIsNeeded) {
     }
   }
   EXPECT_NEAR(farthest, 1 / 1.04, 1e-9);
+}
+
+TEST(View, ACameraDoesNotStepBackForARail) {
+  Scene scene = three_shapes();
+  const std::vector<std::vector<Coordinates>> frames{initial_state(scene).q};
+  View near = automatic_view(gather_body_mesh(scene).parts, frames, 1);
+  near.eye = glm::dvec3(0, 1, 0) - near.forward * 2.5;
+  const auto eye = [&] { return stepped_back(near, gather_body_mesh(scene).parts, frames).eye; };
+  const glm::dvec3 without = eye();
+  // Of 5.8 m, at 2.5 m: too short to be scenery.
+  scene.colliders.emplace_back().shape = box({5.8, 0.02, 0.1});
+  EXPECT_EQ(eye(), without);
 }
 
 TEST(View, AnEmptySceneStillHasAView) {

@@ -119,7 +119,7 @@ std::vector<Engine> built() {
   }
 #ifdef SUBSTEP_HAS_BULLET
   all.push_back({"bullet-si", "Bullet SI", "warm starting, split impulse, ERP 0.2 as it ships", false,
-                 loaded(bullet, "bullet_sequential_impulse")});
+                 loaded(bullet, "bullet_sequential_impulse"), true});
   all.push_back({"bullet-dantzig", "Bullet Dantzig", "MLCP by Dantzig's method", false,
                  loaded(bullet, "bullet_dantzig")});
   all.push_back({"bullet-featherstone", "Bullet Featherstone",
@@ -132,8 +132,8 @@ std::vector<Engine> built() {
 #ifdef SUBSTEP_HAS_ODE
   all.push_back(
       {"ode-step", "ODE dWorldStep", "ERP 0.2, CFM as it ships", false, loaded(ode, "ode_world_step")});
-  all.push_back(
-      {"ode-quickstep", "ODE QuickStep", "ERP 0.2, CFM as it ships", false, loaded(ode, "ode_quick_step")});
+  all.push_back({"ode-quickstep", "ODE QuickStep", "ERP 0.2, CFM as it ships", false,
+                 loaded(ode, "ode_quick_step"), true});
 #endif
 #ifdef SUBSTEP_HAS_DART
   all.push_back({"dart", "DART", "reduced coordinates, Dantzig, its own contact detector", false,

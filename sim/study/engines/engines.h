@@ -19,6 +19,7 @@ struct Engine {
   /// cannot be represented: it is listed as omitted. Reads of the settings the step, and `iterations` where
   /// the engine has such a number. Called from several threads at once.
   MakeStepper make;
+  bool has_iterations = false;  ///< whether it reads Settings::iterations
 };
 
 /// The accurate mode first, then the engines that were built.

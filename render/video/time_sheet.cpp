@@ -1,0 +1,145 @@
+#include "render/video/time_sheet.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "render/renderer.h"
+#include "render/text.h"
+#include "render/video/comparison_table.h"
+#include "render/video/composition.h"
+#include "sim/error.h"
+
+namespace substep {
+namespace {
+
+constexpr Color dark{40, 43, 50};
+constexpr Color quiet{100, 105, 114};
+
+/// Where things stand, in pixels.
+struct Grid {
+  int gap, line, left, top, width, height;
+
+  Grid(const TimeSheetSettings& settings)
+      : gap(gap_of(settings)),
+        line(static_cast<int>(std::lround(1.4 * settings.text))),
+        left(gap),
+        top(gap + (settings.title.empty() ? 1 : 2) * line),
+        width(settings.width),
+        height(settings.height) {}
+
+  int x(std::size_t column) const { return left + static_cast<int>(column) * (width + gap); }
+  /// Of a picture; its run's line is above it.
+  int y(std::size_t row) const { return top + line + static_cast<int>(row) * (height + line + gap); }
+};
+
+/// The run's name in its colour, and how it was run.
+void draw_run(Image& image, const Grid& grid, std::size_t row, const Run& run, const Comparison& comparison,
+              double size) {
+  const double base = grid.y(row) - 0.4 * size;
+  const TextStyle bold{.size = size, .color = accent_on_white(run.panel), .bold = true};
+  const TextStyle plain{.size = size, .color = quiet};
+  const std::string name = name_of(run.panel);
+  std::string settings = run.is_reference() ? comparison.reference->method : settings_of(run.panel);
+  if (!run.panel.title.empty()) settings = run.panel.title + "  " + settings;
+  draw_text(image, grid.left, base, name, bold);
+  draw_text(image, grid.left + text_width(name, bold) + 0.5 * size, base, settings, plain);
+}
+
+std::string note_on(const Comparison& comparison, const Run& run, std::size_t frame) {
+  if (frame < run.errors.size()) {
+    const double certain = comparison.reference->uncertainty[frame];
+    const bool is_certain = run.errors[frame] >= certain;
+    return is_certain ? length_label(run.errors[frame]) : "≤ " + length_label(certain);
+  }
+  if (run.diverged && frame >= run.poses.size()) {
+    return fmt::format("diverged at {:.2f} s", *run.diverged);
+  }
+  return "";
+}
+
+void draw_note(Image& image, const Grid& grid, std::size_t column, std::size_t row, const std::string& note,
+               double size) {
+  if (note.empty()) return;
+  const TextStyle style{.size = 0.9 * size, .color = dark, .bold = true};
+  const int wide = static_cast<int>(std::lround(text_width(note, style) + 0.8 * size));
+  const int x = grid.x(column) + grid.width - wide;
+  const int y = grid.y(row) + grid.height - grid.line;
+  fill_rectangle(image, x, y, wide, grid.line, {255, 255, 255}, 0.75);
+  draw_text(image, x + 0.4 * size, y + 0.5 * grid.line + 0.3 * size, note, style);
+}
+
+Comparison simulated(const Scene& scene, const TimeSheetSettings& settings) {
+  ComparisonSettings comparison = settings.comparison;
+  comparison.start = 0;
+  comparison.duration = settings.times.back() + 0.5 * comparison.step;
+  comparison.frame_interval = comparison.step;
+  return simulate_comparison(scene, comparison, [&](double share) {
+    if (settings.progress) settings.progress("simulating", share);
+  });
+}
+
+/// All poses that are shown, for the camera.
+std::vector<std::vector<Coordinates>> shown_poses(const TimeSheet& sheet) {
+  std::vector<std::vector<Coordinates>> shown;
+  for (const Run& run : sheet.comparison.runs) {
+    for (const std::size_t frame : sheet.frames) {
+      if (frame < run.poses.size()) shown.push_back(run.poses[frame]);
+    }
+  }
+  return shown;
+}
+
+}  // namespace
+
+int gap_of(const TimeSheetSettings& settings) {
+  return static_cast<int>(std::lround(0.5 * settings.text));
+}
+
+TimeSheet draw_time_sheet(const Scene& scene, const TimeSheetSettings& settings) {
+  RenderSettings pictures;
+  pictures.width = settings.width;
+  pictures.height = settings.height;
+  check(pictures);
+  const Grid grid(settings);
+  const std::size_t rows = settings.comparison.panels.size();
+  RenderSettings whole;
+  whole.width = grid.x(settings.times.size());
+  whole.height = grid.y(rows) - grid.line;
+  check(whole);
+
+  TimeSheet sheet{Image(whole.width, whole.height), simulated(scene, settings), {}};
+  std::ranges::fill(sheet.image.rgb, std::uint8_t{255});
+  for (const double time : settings.times) {
+    sheet.frames.push_back(static_cast<std::size_t>(std::lround(time / settings.comparison.step)));
+  }
+  const Comparison& comparison = sheet.comparison;
+  if (!settings.title.empty()) {
+    draw_text(sheet.image, grid.left, grid.gap + settings.text, settings.title,
+              {.size = 1.2 * settings.text, .color = dark, .bold = true});
+  }
+  Renderer renderer(seen_by(settings.camera, scene), pictures, shown_poses(sheet));
+  for (std::size_t column = 0; column < sheet.frames.size(); ++column) {
+    const std::size_t frame = sheet.frames[column];
+    draw_text(sheet.image, grid.x(column), grid.top - 0.4 * settings.text,
+              fmt::format("{:g} s", std::round(1e4 * comparison.times[frame]) / 1e4),
+              {.size = settings.text, .color = dark, .bold = true});
+    for (std::size_t row = 0; row < rows; ++row) {
+      const Run& run = comparison.runs[row];
+      if (column == 0) draw_run(sheet.image, grid, row, run, comparison, settings.text);
+      if (!run.poses.empty()) {
+        const std::size_t last = std::min(frame, run.poses.size() - 1);
+        paste(sheet.image, renderer.draw(run.poses[last]), grid.x(column), grid.y(row));
+      }
+      draw_note(sheet.image, grid, column, row, note_on(comparison, run, frame), settings.text);
+      if (settings.progress) {
+        settings.progress("drawing", static_cast<double>(column * rows + row + 1) /
+                                         static_cast<double>(rows * sheet.frames.size()));
+      }
+    }
+  }
+  return sheet;
+}
+
+}  // namespace substep

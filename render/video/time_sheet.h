@@ -1,0 +1,39 @@
+#pragma once
+/// Runs beside each other at chosen times, as one picture: a row for each run, a column for each time.
+
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "render/image.h"
+#include "render/video/comparison.h"
+#include "render/video/film_camera.h"
+
+namespace substep {
+
+struct TimeSheetSettings {
+  ComparisonSettings comparison;  ///< its start, duration and frame interval are not read
+  std::vector<double> times;      ///< s, ascending: the nearest steps are shown
+  std::string title;              ///< above all; empty: none
+  int width = 1280;               ///< of one picture, pixels
+  int height = 720;
+  double text = 16;   ///< pixels
+  FilmCamera camera;  ///< one that stands still
+  /// Called now and then with what is being done and its share done; may be empty.
+  std::function<void(std::string_view stage, double share)> progress;
+};
+
+/// Between pictures, pixels.
+int gap_of(const TimeSheetSettings& settings);
+
+struct TimeSheet {
+  Image image;
+  Comparison comparison;  ///< whose frames are at `frames` of the times
+  std::vector<std::size_t> frames;
+};
+
+/// Simulates and draws. Each picture says its error where there is one. Throws Error.
+TimeSheet draw_time_sheet(const Scene& scene, const TimeSheetSettings& settings);
+
+}  // namespace substep
