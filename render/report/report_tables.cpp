@@ -81,7 +81,7 @@ void fill(TextTable& table) {
 
 /// From "take" to "times the cheapest" of a line of rules.
 std::vector<std::string> advice_cells(const Rule& rule) {
-  if (!rule.setting) return {"no rule", "", "", "", "", "", "", ""};
+  if (!rule.setting) return {"no rule", "", "", "", "", "", "", "", ""};
   const SweepRecord& setting = *rule.setting;
   const Settings& s = setting.settings;
   const bool has_substeps = s.algorithm >= Algorithm::a3;
@@ -92,6 +92,7 @@ std::vector<std::string> advice_cells(const Rule& rule) {
           has_substeps ? std::to_string(s.substeps) : "",
           s.algorithm >= Algorithm::a2 ? std::to_string(s.iterations) : "",
           has_substeps ? fmt::format("{:g}", s.tau) : "",
+          has_substeps ? fmt::format("{:g}", s.kappa) : "",
           has_substeps && setting.traits.has_joints ? std::string(name(s.joints)) : "",
           !setting.times  ? ""
           : least == most ? least
@@ -163,6 +164,7 @@ TextTable limits_table(const std::vector<SweepRecord>& records, bool contacts) {
     if (s.algorithm >= Algorithm::a3 && !contacts) text += fmt::format(" {}", name(s.joints));
     if (s.algorithm >= Algorithm::a2) text += fmt::format(" m={}", s.iterations);
     if (s.algorithm >= Algorithm::a3 && s.tau != 1) text += fmt::format(" τ={:g}", s.tau);
+    if (s.algorithm >= Algorithm::a3 && s.kappa != 1) text += fmt::format(" κ={:g}", s.kappa);
     return text;
   };
   std::map<std::string, std::map<std::string, std::string>> cells;
@@ -404,9 +406,10 @@ TextTable springs_table() {
 }
 
 TextTable rules_table(const DecisionTable& decisions) {
-  TextTable table{{"scene", "error", "take", "step", "n", "m", "τ", "joints", "CPU, ms a simulated second",
-                   "times the cheapest, at most", "made from", "held out: right"},
-                  {}};
+  TextTable table{
+      {"scene", "error", "take", "step", "n", "m", "τ", "κ", "joints", "CPU, ms a simulated second",
+       "times the cheapest, at most", "made from", "held out: right"},
+      {}};
   for (std::size_t i = 0; i < decisions.rules.size(); ++i) {
     const Rule& rule = decisions.rules[i];
     int right = 0;

@@ -32,6 +32,7 @@ std::string spoken(const SweepRecord& record, bool joints) {
     words.push_back(fmt::format("m = {}", s.iterations));
   }
   if (s.tau != 1) words.push_back(fmt::format("τ = {:g}", s.tau));
+  if (s.kappa != 1) words.push_back(fmt::format("κ = {:g}", s.kappa));
   if (s.algorithm >= Algorithm::a3 && joints) {
     words.push_back(s.joints == Joints::rows ? "single rows" : fmt::format("{} joints", name(s.joints)));
   }

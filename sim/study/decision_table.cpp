@@ -151,12 +151,13 @@ Rule rule_for(const SceneKind& kind, const std::vector<Records>& all, double acc
 }
 
 RuleTrial trial_of(const Rule& rule, std::size_t index, const Records& scene) {
-  RuleTrial trial{scene.front().scene, index, false, "", NAN};
+  RuleTrial trial{scene.front().scene, index, false, "", false, NAN};
   const SweepRecord* const run = rule.setting ? same_setting(scene, *rule.setting) : nullptr;
   if (!run) return trial;
   trial.has_advice = true;
   trial.fault = fault_of(*run, scene, rule.accuracy);
   if (!trial.fault.empty()) return trial;
+  trial.keeps_error = true;
   trial.cost_ratio = cost_ratio(scene, *run, rule.accuracy);
   if (trial.cost_ratio > rule.cost_ratio) {
     trial.fault = fmt::format("{:.2g} times the cost of {}, at most {:.2g} are promised", trial.cost_ratio,
@@ -233,7 +234,7 @@ DecisionTable decision_table(const Records& records, int third) {
 std::vector<AnswerCount> cross_validation(const Records& records) {
   std::vector<AnswerCount> counts;
   counts.reserve(accuracies.size());
-  for (const double accuracy : accuracies) counts.push_back({accuracy, 0, 0});
+  for (const double accuracy : accuracies) counts.push_back({accuracy, 0, 0, 0});
   for (int third = 0; third < 3; ++third) {
     const DecisionTable table = decision_table(records, third);
     for (const RuleTrial& trial : table.trials) {
@@ -242,6 +243,7 @@ std::vector<AnswerCount> cross_validation(const Records& records) {
           *std::ranges::find(counts, table.rules[trial.rule].accuracy, &AnswerCount::accuracy);
       ++count.answers;
       if (trial.fault.empty()) ++count.right;
+      if (trial.keeps_error) ++count.keep_error;
     }
   }
   return counts;

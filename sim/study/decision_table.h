@@ -55,10 +55,11 @@ struct Rule {
 /// A rule on a scene that was held out, where some setting measured is good enough.
 struct RuleTrial {
   std::string scene;
-  std::size_t rule = 0;    ///< index into DecisionTable::rules
-  bool has_advice = true;  ///< the rule has a setting, and the scene ran with it
-  std::string fault;       ///< why it is not right; empty: it is
-  double cost_ratio = 0;   ///< over the cheapest that is good enough; not a number where it is not good
+  std::size_t rule = 0;      ///< index into DecisionTable::rules
+  bool has_advice = true;    ///< the rule has a setting, and the scene ran with it
+  std::string fault;         ///< why it is not right; empty: it is
+  bool keeps_error = false;  ///< it is as accurate as promised, whatever it costs
+  double cost_ratio = 0;     ///< over the cheapest that is good enough; not a number where it is not good
 };
 
 struct DecisionTable {
@@ -78,7 +79,8 @@ DecisionTable decision_table(const std::vector<SweepRecord>& records, int third 
 struct AnswerCount {
   double accuracy = 0;
   int answers = 0;
-  int right = 0;
+  int right = 0;       ///< in error and in cost
+  int keep_error = 0;  ///< in error, whatever they cost
 };
 
 /// Each third held out in its turn, with rules made from the other two: one count for each accuracy, the

@@ -66,6 +66,7 @@ TEST(DecisionTable, HoldsOutEverySceneOnceInCrossValidation) {
   EXPECT_EQ(counts[0].accuracy, 0.01);
   EXPECT_EQ(counts[0].answers, 6);
   EXPECT_EQ(counts[0].right, 5);
+  EXPECT_EQ(counts[0].keep_error, 5);
 }
 
 TEST(DecisionTable, TakesWhatIsGoodOnAllThatItIsMadeFrom) {
@@ -84,6 +85,7 @@ TEST(DecisionTable, SaysWhatIsWrongOnAHeldOutScene) {
   EXPECT_THAT(table.tried(), ElementsAre("b"));
   EXPECT_TRUE(table.right().empty());
   EXPECT_EQ(table.trials.front().fault, "off by 10 %");
+  EXPECT_FALSE(table.trials.front().keeps_error);
   EXPECT_EQ(table.trials.size(), 1u);  // nothing is good enough on b for 0.1 %: no rule could be right
   records.clear();
   add_scene(records, "a", 0.1);
@@ -92,6 +94,7 @@ TEST(DecisionTable, SaysWhatIsWrongOnAHeldOutScene) {
   EXPECT_EQ(rule_for(table, 0.01).setting->settings.substeps, 16);
   EXPECT_THAT(table.trials.front().fault,
               HasSubstr("16 times the cost of A5  n=1 m=1 plain  h=1/60, at most 2 are promised"));
+  EXPECT_TRUE(table.trials.front().keeps_error);
 }
 
 TEST(DecisionTable, PromisesNothingWhereNoSettingIsGoodOnAll) {
