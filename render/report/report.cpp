@@ -88,6 +88,7 @@ class Report {
     if (std::ranges::any_of(records_, [](const SweepRecord& record) { return record.times.has_value(); }))
       conditions_.insert("times");
     if (!rules_faults_table(decisions_, records_).rows.empty()) conditions_.insert("wrong rules");
+    if (!ahead_table(records_).rows.empty()) conditions_.insert("ahead");
   }
 
   Document page() {
@@ -235,6 +236,7 @@ class Report {
       {"advice for each scene", [this] { advice_for_scenes(); }},
       {"references", [this] { table(references_table(records_)); }},
       {"engines", [this] { table(engines_table(records_)); }},
+      {"ahead", [this] { table(ahead_table(records_)); }},
       {"omitted", [this] { table(omitted_table(records_)); }},
       {"rules",
        [this] {

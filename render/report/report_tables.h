@@ -60,6 +60,10 @@ TextTable runs_table(const std::vector<SweepRecord>& runs);
 /// Engines that ran beside ours, with how they were set.
 TextTable engines_table(const std::vector<SweepRecord>& records);
 
+/// Of scenes that other engines ran: the cheapest run in CPU time whose bodies' RMS distance from the
+/// reference is at most 10 cm, 3 cm, …, 1 mm, of A1 to A5 and of the other engines, and who is ahead.
+TextTable ahead_table(const std::vector<SweepRecord>& records);
+
 /// Runs of other engines that there are not, and why.
 TextTable omitted_table(const std::vector<SweepRecord>& records);
 

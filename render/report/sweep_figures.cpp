@@ -40,11 +40,6 @@ bool is_accurate_mode(const RunFamily& family) {
   return found != engines().end() && found->is_ours;
 }
 
-bool is_other_engine(const SweepRecord& record) {
-  const auto found = std::ranges::find(engines(), record.engine, &Engine::name);
-  return !record.engine.empty() && (found == engines().end() || !found->is_ours);
-}
-
 bool is_ours_or_accurate(const RunFamily& family) {
   return is_ours(family) || is_accurate_mode(family);
 }

@@ -166,7 +166,10 @@ class MlcpSolver {
   std::vector<Slip> slip_;  // by row: of the pair whose first row it is
   double turned_ = 0;       // by how much slips turned last
   std::vector<Set> set_;
-  std::vector<Vector6> y_;  // Gᵀλ by body
+  std::vector<Vector6> y_;            // Gᵀλ by body
+  std::vector<double> known_lambda_;  // of which velocities() found known_w_ and known_y_ last
+  std::vector<double> known_w_;
+  std::vector<Vector6> known_y_;
   std::vector<Vector6> step_;
   std::vector<double> best_;
   std::vector<double> centre_;

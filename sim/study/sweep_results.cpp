@@ -131,6 +131,11 @@ bool is_sure(const SweepRecord& record) {
   return error < smallest_plotted_error || error >= 100 * uncertainty;
 }
 
+bool is_other_engine(const SweepRecord& record) {
+  const auto found = std::ranges::find(engines(), record.engine, &Engine::name);
+  return !record.engine.empty() && (found == engines().end() || !found->is_ours);
+}
+
 double error_of(const SweepRecord& record) {
   if (!record.metrics) return std::numeric_limits<double>::infinity();
   const MotionDifference& error = record.metrics->error;

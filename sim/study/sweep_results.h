@@ -13,6 +13,9 @@ std::vector<SweepRecord> of_scene(const std::vector<SweepRecord>& records, const
 /// Names of the scenes, in the sweep's order.
 std::vector<std::string> scenes_of(const std::vector<SweepRecord>& records);
 
+/// Whether it is a run of an engine that is not ours.
+bool is_other_engine(const SweepRecord& record);
+
 /// RMS error over the scene's size; of bodies that stay in place and turn, the RMS turn in rad. Not finite
 /// where the run ended early.
 double error_of(const SweepRecord& record);

@@ -25,7 +25,7 @@ std::vector<Goal> goals(const Results& results) {
     add(1, "A5 n=4 on " + scene + " / QuickStep 20", scene + "/A5 n=4 m=1", scene + "/QuickStep 20",
         "us_per_step", 0.5);
   }
-  add(1, "A1 a link, chain of 10000 / of 100", "chain 10000/A1", "chain 100/A1", "ns_per_body_step", 1.2);
+  add(5, "A1 a link, chain of 10000 / of 100", "chain 10000/A1", "chain 100/A1", "ns_per_body_step", 1.2);
   for (const std::string scene : {"pyramid 55", "pyramid 210", "pyramid 465", "pile 250", "pile 2000"}) {
     add(2, "A5 n=10 on " + scene + " / Bullet 10", scene + "/A5 n=10", scene + "/Bullet SI 10", "us_per_step",
         0.28);
@@ -45,7 +45,9 @@ std::vector<Goal> goals(const Results& results) {
       all.push_back({3, what, measured / milliseconds, 1, false, ""});
     }
   }
-  add(5, "row solves of A5 on pile 250: the machine's limit / measured",
+  add(5, "A1 a row, pyramid of 210 / of 15", "pyramid 210/cost of A1", "pyramid 15/cost of A1", "ns_per_row",
+      2);
+  add(6, "row solves of A5 on pile 250: the machine's limit / measured",
       "pile 250/row solves at the machine's limit", "pile 250/row solves A5", "ns_per_row_solve", 0.5, true);
   for (const std::string scene : {"pyramid 55", "pyramid 210", "pyramid 465", "pile 250", "pile 2000"}) {
     const double part = results.median(scene + "/stages of A5 n=10", "part_of_rows");

@@ -167,6 +167,32 @@ TEST_F(SweepResults, ScenesBesideEnginesAreThoseWhereOneRan) {
   EXPECT_THAT(sheet.panels[0].title, HasSubstr("pendulum"));
 }
 
+TEST_F(SweepResults, AheadIsWhoIsCheaperWithinAnError) {
+  std::vector<SweepRecord> records = of_scene(source().records, "pendulum");
+  const auto add = [&](const std::string& engine, double error, double seconds) {
+    SweepRecord& record = records.emplace_back(records.front());
+    record.engine = engine;
+    record.label = engine.empty() ? "A9" : engine;
+    record.metrics->bounded = true;
+    record.metrics->error.position = {error, error};
+    record.duration = 1;
+    record.times = RunTimes{seconds, seconds, seconds, 1, {}};
+  };
+  EXPECT_TRUE(ahead_table(records).rows.empty());  // no other engine ran
+  records.erase(records.begin() + 1, records.end());
+  records.front().times.reset();
+  add("", 0.02, 0.5);
+  add("", 0.002, 2);
+  add("peer", 0.05, 0.25);
+  add("peer", 0.008, 4);
+  add("order-4", 0, 1e-9);  // ours, but none of the five
+  std::vector<std::string> said;
+  for (const std::vector<std::string>& row : ahead_table(records).rows)
+    said.push_back(row[1] + ": " + row.back());
+  EXPECT_THAT(said, testing::ElementsAre("100 mm: the other, 2 times", "30 mm: ours, 8 times",
+                                         "10 mm: ours, 2 times", "3 mm: ours: no other is there"));
+}
+
 TEST_F(SweepResults, EqualCostIsNoMoreThanTwiceTheCheapest) {
   const TextTable table = equal_cost_table(source().records);
   ASSERT_EQ(table.rows.size(), 2u);
