@@ -288,6 +288,8 @@ void fit(Sheet& sheet, double width) {
 std::string terminal(const Layout& layout, PictureFormat format, const FigureStyle& style, double unit) {
   const std::string ground =
       style.transparent ? "transparent" : fmt::format("background rgb '{}'", paper.light);
+  // Cairo's terminals take a font's points for those of 96 in an inch.
+  const double points = style.width ? 0.75 : 0.82;
   switch (format) {
     case PictureFormat::svg:
       // Transparent is what gnuplot's SVG is by itself.
@@ -297,8 +299,8 @@ std::string terminal(const Layout& layout, PictureFormat format, const FigureSty
       return fmt::format(
           "set terminal pdfcairo size {:.4f},{:.4f} font '{},12' fontscale {:.4g} linewidth {:.4g} "
           "pointscale {:.4g} {}\n",
-          layout.width * unit / 72, layout.height * unit / 72, style.font, unit * (style.width ? 0.75 : 0.82),
-          unit, unit, style.transparent ? "transparent" : "");
+          layout.width * unit / 72, layout.height * unit / 72, style.font, unit * points, unit, unit,
+          style.transparent ? "transparent" : "");
     case PictureFormat::png:
       break;
   }
@@ -306,7 +308,7 @@ std::string terminal(const Layout& layout, PictureFormat format, const FigureSty
   return fmt::format(
       "set terminal pngcairo size {:.0f},{:.0f} font '{},12' fontscale {:.4g} linewidth {:.4g} "
       "pointscale {:.4g} {}\n",
-      layout.width * pixels, layout.height * pixels, style.font, pixels, pixels, pixels, ground);
+      layout.width * pixels, layout.height * pixels, style.font, pixels * points, pixels, pixels, ground);
 }
 
 /// Its size in print, and the font that the page that shows it may lack.

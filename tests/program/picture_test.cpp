@@ -118,6 +118,17 @@ TEST_F(Pictures, StillsAreRunsBelowEachOtherAtTheirTimes) {
   expect_refused({"stills", scene("rod_chain.gltf"), "--time", "0", "--size", "32768x32768"}, "is too large");
 }
 
+TEST_F(Pictures, AFiguresTextEndsBeforeItsEdges) {
+  ASSERT_EQ(run({"figure", "stability", "--width", "one-column", "--dpi", "150", "--output", "figure.png"})
+                .exit_code,
+            0);
+  const Image figure = read_png(folder() / "figure.png");
+  EXPECT_NEAR(figure.width, 85 / 25.4 * 150, 1);
+  for (const int x : {0, 1, 2, figure.width - 3, figure.width - 2, figure.width - 1}) {
+    for (int y = 0; y < figure.height; ++y) ASSERT_EQ(figure.pixel(x, y)[1], 255) << x << " " << y;
+  }
+}
+
 TEST_F(Pictures, AFileWithoutPhysicsIsDrawnAsItStands) {
   // A red square of 2 m, which its camera, 1 m before it, sees to its edges.
   const std::string start = R"({"asset": {"version": "2.0"}, "scenes": [{"nodes": [0, 1]}], "nodes": [
