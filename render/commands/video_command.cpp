@@ -80,10 +80,7 @@ void make(VideoOptions& options) {
   fmt::print("CPU time: simulate {:.1f} s, draw {:.1f} s, encode {:.1f} s\n", report.cpu.simulating,
              report.cpu.drawing, report.cpu.encoding);
   fmt::print("wrote {}\n", report.written.string());
-  if (!report.is_film) {
-    if (!video.frames) fmt::print("ffmpeg is not in PATH: the frames are there as PNG files\n");
-    fmt::print("a film of them: {}\n", report.film_command);
-  }
+  if (!report.film_command.empty()) fmt::print("a film of them: {}\n", report.film_command);
   for (const auto& file : {video.poster, video.loop}) {
     if (file) fmt::print("wrote {}\n", file->string());
   }

@@ -112,9 +112,7 @@ std::string make_scene(const SiteSettings& settings, const fs::path& file,
     video.title = text.title;
     video.output = whole.path() / "film.mp4";
     video.progress = [&](std::string_view, double done) { show(0.5 + 0.5 * done); };
-    if (!make_video(scene, video, comparison).is_film) {
-      throw Error("a film needs ffmpeg, which is not in PATH: on Debian, apt-get install ffmpeg");
-    }
+    make_video(scene, video, comparison);
   }
   publish(whole, folder);
   const std::string place = in_address(name);

@@ -265,8 +265,11 @@ void check_outputs(const VideoSettings& settings, bool has_container, bool has_f
     }
     require_folder_of(settings.output);
   }
-  if (settings.loop && !has_ffmpeg) {
-    throw Error("a loop needs ffmpeg, which is not in PATH: on Debian, apt-get install ffmpeg");
+  if ((settings.loop || !settings.frames) && !has_ffmpeg) {
+    throw Error(fmt::format(
+        "{}: a film needs ffmpeg, which is not in PATH: on Debian, apt-get install ffmpeg; a folder of "
+        "numbered pictures needs none (--frames)",
+        settings.loop.value_or(settings.output).string()));
   }
 }
 
@@ -343,13 +346,9 @@ VideoReport make_video(const Scene& scene, const VideoSettings& settings, Compar
   check_outputs(settings, container.has_value(), program.has_value());
 
   VideoReport report;
-  report.is_film = program && !settings.frames;
-  report.written = settings.output;
+  report.written = settings.frames.value_or(settings.output);
   std::unique_ptr<FrameFolder> folder;
-  if (!report.is_film) {
-    fs::path without_extension = settings.output;
-    without_extension.replace_extension();
-    report.written = settings.frames.value_or(without_extension.string() + "_frames");
+  if (settings.frames) {
     folder = std::make_unique<FrameFolder>(report.written);
     std::vector<std::string> arguments{"-framerate", fmt::format("{}", settings.frame_rate), "-i",
                                        (report.written / "frame_%04d.png").string()};
@@ -366,7 +365,7 @@ VideoReport make_video(const Scene& scene, const VideoSettings& settings, Compar
   const Composition composition = composition_of(shown, settings.width, settings.height);
 
   std::unique_ptr<FilmFile> film;
-  if (report.is_film) {
+  if (!settings.frames) {
     std::vector<std::string> arguments =
         raw_frames_input(settings.width, settings.height, settings.frame_rate);
     for (const std::string& word : film_output(*container)) arguments.push_back(word);

@@ -49,14 +49,12 @@ struct VideoReport {
   Comparison comparison;
   CpuTimes cpu;
   std::filesystem::path written;  ///< the film, or the folder of frames
-  bool is_film = true;
-  std::string film_command;  ///< where there is no film: the ffmpeg command that makes it of the frames
+  std::string film_command;       ///< of frames: the ffmpeg command that makes a film of them; else empty
 };
 
-/// Simulates and draws. The output's extension says what is written; another is an error. Where ffmpeg is
-/// missing, the frames are left as PNG files in the folder
-/// "<output without extension>_frames", and a loop is an error.
-/// Throws Error; then no output is left half-written.
+/// Simulates and draws. The output's extension says what is written; another is an error, and so
+/// is a film or a loop without ffmpeg, before anything is simulated: an earlier film of that name would pass
+/// for the new one. Throws Error; then no output is left half-written.
 VideoReport make_video(const Scene& scene, const VideoSettings& settings);
 
 /// Of what is simulated already.

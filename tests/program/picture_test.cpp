@@ -260,14 +260,19 @@ TEST_F(Pictures, VideoIsTheSameForAnyNumberOfThreads) {
   EXPECT_EQ(content("1.mp4"), content("3.mp4"));
 }
 
-TEST_F(Pictures, WithoutFfmpegTheFramesAreLeft) {
-  const Outcome outcome = short_video({"--output", "film.mp4"}, "/nowhere");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_THAT(outcome.out, HasSubstr("wrote film_frames\n"));
-  EXPECT_THAT(outcome.out, HasSubstr("ffmpeg is not in PATH"));
-  EXPECT_EQ(files().size(), 11u);
-  EXPECT_EQ(read_png(folder() / "film_frames" / "frame_0009.png").width, 320);
+TEST_F(Pictures, WithoutFfmpegThereIsNoFilmAndItIsSaidAtOnce) {
+  write("film.mp4", "an earlier film");
+  const Outcome refused = short_video({"--output", "film.mp4"}, "/nowhere");
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("film.mp4: a film needs ffmpeg, which is not in PATH"));
+  EXPECT_EQ(content("film.mp4"), "an earlier film");
+  EXPECT_EQ(files(), std::vector<std::string>{"film.mp4"});
+  EXPECT_EQ(short_video({"--frames", "frames", "--loop", "loop.gif"}, "/nowhere").exit_code, 2);
 
+  const Outcome outcome = short_video({"--output", "film.mp4", "--frames", "frames"}, "/nowhere");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("wrote frames\n"));
+  EXPECT_EQ(read_png(folder() / "frames" / "frame_0009.png").width, 320);
   // The command that is printed makes the film that would have been made.
   const std::string start = "a film of them: ";
   std::string command = outcome.out.substr(outcome.out.find(start) + start.size());
@@ -276,8 +281,6 @@ TEST_F(Pictures, WithoutFfmpegTheFramesAreLeft) {
   ASSERT_EQ(film.exit_code, 0) << film.err;
   ASSERT_EQ(short_video({"--output", "direct.mp4"}).exit_code, 0);
   EXPECT_EQ(content("film.mp4"), content("direct.mp4"));
-
-  EXPECT_EQ(short_video({"--loop", "loop.gif"}, "/nowhere").exit_code, 2);
 }
 
 TEST_F(Pictures, FramesFolderIsReplacedOnlyWhenItHoldsFramesAlone) {
