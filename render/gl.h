@@ -31,6 +31,8 @@
 
 namespace substep {
 
+// A name that is declared has no parentheses about it.
+// NOLINTNEXTLINE(bugprone-macro-parentheses)
 #define SUBSTEP_GL_POINTER(name) inline decltype(&::name) name = nullptr;
 SUBSTEP_GL_FUNCTIONS(SUBSTEP_GL_POINTER)
 #undef SUBSTEP_GL_POINTER

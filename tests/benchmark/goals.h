@@ -9,7 +9,7 @@
 namespace substep::benchmark {
 
 struct Goal {
-  int number;
+  std::string about;
   std::string what;
   double ratio;  ///< measured
   double limit;

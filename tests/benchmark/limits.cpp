@@ -1,4 +1,4 @@
-// The machine's own limits, for goal 5: measured, not looked up.
+// The machine's own limits, for the goal of the kernel: measured, not looked up.
 
 #include <immintrin.h>
 
