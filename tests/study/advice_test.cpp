@@ -65,7 +65,8 @@ TEST(Advice, SendsNobodyToSmallerSubstepsWhereCoupledRowsGrow) {
   // Nor where the solver's error is the largest part of what is left.
   runs[0].metrics->error.position = {0.001, 0.001};
   runs[1].metrics->parts = {.stepping = 0.01, .solver = 0.6, .model = 0.01};
-  EXPECT_THAT(advice(runs), HasSubstr("which more iterations, a smaller τ or a smaller κ lessen: sub-steps do not"));
+  EXPECT_THAT(advice(runs),
+              HasSubstr("which more iterations, a smaller τ or a smaller κ lessen: sub-steps do not"));
   runs[1].substep_radius.reset();
   EXPECT_THAT(advice(runs), HasSubstr("which more iterations or sub-steps lessen"));
 
