@@ -267,6 +267,7 @@ TEST_F(Pictures, WithoutFfmpegThereIsNoFilmAndItIsSaidAtOnce) {
   EXPECT_THAT(refused.err, HasSubstr("film.mp4: a film needs ffmpeg, which is not in PATH"));
   EXPECT_EQ(content("film.mp4"), "an earlier film");
   EXPECT_EQ(files(), std::vector<std::string>{"film.mp4"});
+  std::filesystem::remove(folder() / "film.mp4");
   EXPECT_EQ(short_video({"--frames", "frames", "--loop", "loop.gif"}, "/nowhere").exit_code, 2);
 
   const Outcome outcome = short_video({"--output", "film.mp4", "--frames", "frames"}, "/nowhere");
