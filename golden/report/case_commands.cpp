@@ -81,6 +81,8 @@ CaseCommands commands_of(const Json& entry, const ResultsPlace& place) {
   commands.files = (place.output / entry.at("files").get<std::string>()).string();
   commands.replay =
       fmt::format("substep replay {}{}{}", shell_word(case_name), suite_option(place), replayed_part(entry));
+  commands.player = fmt::format("substep replay {}{} --player {}", shell_word(case_name), suite_option(place),
+                                path_word(case_name + ".html"));
   const bool can_approve = entry.at("refusal").get<std::string>().empty() && entry.contains("offers");
   if (can_approve) commands.approve = approve_command({case_name}, place);
   if (entry.value("has_alternates", false)) {

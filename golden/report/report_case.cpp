@@ -190,6 +190,7 @@ std::string section_start(const Json& entry, const ResultsPlace& place) {
     html += fmt::format("<p>Cause: <b>{}</b></p>\n", text_of(entry.at("cause")));
   }
   html += command("replay", escaped(commands.replay), "replay");
+  html += command("play", escaped(commands.player), "player");
   if (commands.approve.is_there()) {
     html += command("approve", commands.approve, "approve");
   } else {

@@ -53,6 +53,8 @@ TEST_F(ReportTest, NeedsNothingFromOutside) {
   EXPECT_NE(html.find("the simulation’s part"), std::string::npos);
   EXPECT_NE(html.find("half a pixel, predicted"), std::string::npos);
   EXPECT_NE(html.find("substep approve bouncing_balls.a3"), std::string::npos);
+  EXPECT_NE(html.find("substep replay bouncing_balls.a3"), std::string::npos);
+  EXPECT_NE(html.find(" --player bouncing_balls.a3.html"), std::string::npos);
   EXPECT_LT(html.size(), largest_report);
   // Every picture is in the page.
   EXPECT_EQ(html.find("src=\"bouncing_balls.a3"), std::string::npos);
