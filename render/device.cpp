@@ -54,7 +54,6 @@ Device::Device() {
   glBindTexture(GL_TEXTURE_2D, occlusion);
   glTexImage2D(GL_TEXTURE_2D, 0, GL_R32F, Relief::size, Relief::size, 0, GL_RED, GL_FLOAT, nullptr);
   relief = Target(Relief::size, Relief::size);
-  shadow = std::make_unique<ShadowMap>();
 }
 
 void Device::make_programs() {
@@ -75,11 +74,20 @@ const SurfacePrograms& Device::surface_programs() {
   return *surface_programs_;
 }
 
+ShadowMap& Device::shadow(int pixels) {
+  // Half as many texels are as fine as half as many pixels; the map of a small picture takes as long as it.
+  constexpr int longest_of_small = 512;
+  const bool is_small = pixels <= longest_of_small;
+  std::unique_ptr<ShadowMap>& map = is_small ? small_shadow_ : large_shadow_;
+  if (!map) map = std::make_unique<ShadowMap>(is_small ? 512 : 1024);
+  return *map;
+}
+
 void Device::make_samplers() {
   glBindSampler(shadow_depth_unit, sampler(GL_NEAREST, false));
   glBindSampler(shadow_test_unit, sampler(GL_LINEAR, true));
   for (const GLuint unit :
-       {shadow_range_unit, position_unit, normal_unit, color_unit, emission_unit, nearer_unit}) {
+       {shadow_nearest_unit, depth_unit, normal_unit, color_unit, emission_unit, crevice_unit, nearer_unit}) {
     glBindSampler(unit, sampler(GL_NEAREST, false));
   }
   const GLuint occlusion_sampler = sampler(GL_LINEAR, false);

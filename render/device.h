@@ -34,13 +34,16 @@ struct Device {
   GLuint frame_buffer = 0;  ///< of the block Frame
   Target relief;            ///< Relief::size²
   GLuint occlusion = 0;     ///< texture, Relief::size²
-  std::unique_ptr<ShadowMap> shadow;
+  /// For pictures of this many pixels a side at most.
+  ShadowMap& shadow(int pixels);
 
   /// Compiled when first asked for: most scenes need none of them.
   const SurfacePrograms& surface_programs();
 
  private:
   std::unique_ptr<SurfacePrograms> surface_programs_;
+  std::unique_ptr<ShadowMap> small_shadow_;
+  std::unique_ptr<ShadowMap> large_shadow_;
 
   void make_programs();
   void make_samplers();

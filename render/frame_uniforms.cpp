@@ -8,25 +8,6 @@
 #include "sim/math/rotation.h"
 
 namespace substep {
-namespace {
-
-/// Points spread evenly over the unit disc (Vogel's spiral), such that every fourth of them is spread evenly
-/// too.
-std::array<glm::vec4, 32> disc_points() {
-  const double golden = std::numbers::pi * (3 - std::sqrt(5.0));
-  std::array<glm::vec4, 32> pairs{};
-  for (int i = 0; i < 64; ++i) {
-    const double radius = std::sqrt((i + 0.5) / 64);
-    const SineCosine of = sine_cosine(golden * i);
-    glm::vec4& pair = pairs[static_cast<std::size_t>(i / 2)];
-    pair[i % 2 * 2] = static_cast<float>(radius * of.cosine);
-    pair[i % 2 * 2 + 1] = static_cast<float>(radius * of.sine);
-  }
-  return pairs;
-}
-
-}  // namespace
-
 void set_frame_units(GLuint program) {
   glUniformBlockBinding(program, glGetUniformBlockIndex(program, "Frame"), 0);
   glUseProgram(program);
@@ -35,11 +16,11 @@ void set_frame_units(GLuint program) {
   };
   set("shadow_depth", shadow_depth_unit);
   set("shadow_test", shadow_test_unit);
-  set("shadow_range", shadow_range_unit);
+  set("shadow_nearest", shadow_nearest_unit);
   set("occlusion_map", occlusion_unit);
-  set("position_metallic", position_unit);
+  set("sample_depth", depth_unit);
   set("normal_roughness", normal_unit);
-  set("surface_color", color_unit);
+  set("color_metallic", color_unit);
 }
 
 glm::dvec3 set_light(FrameUniforms& frame, const Scene& scene, double ground) {
@@ -65,19 +46,22 @@ glm::dvec3 set_light(FrameUniforms& frame, const Scene& scene, double ground) {
   frame.horizon = glm::vec4(horizon, 0);
   frame.bounce = glm::vec4(ground_color * (radiance * up + sky) * 0.7F, 0);
   frame.ground_color = glm::vec4(ground_color, static_cast<float>(ground));
-  frame.taps = disc_points();
   return ray;
 }
 
 glm::dmat4 set_view(FrameUniforms& frame, const View& view, int width, int height, bool antialiasing,
                     double focus) {
   const double reach = 40 * focus;
-  const double near = std::min(0.02 * focus, 0.1);
-  const glm::dmat4 from_world = clip_from_world(view, near, 2.5 * reach);
+  // Where surfaces lie is read from the depth buffer: near enough to be exact to a ten-thousandth of `focus`.
+  const double near = std::min(0.02 * focus, std::max(0.1, 0.002 * focus));
+  const double far = 2.5 * reach;
+  const glm::dmat4 from_world = clip_from_world(view, near, far);
+  frame.depth_terms.x = static_cast<float>(near * far / (far - near));
+  frame.depth_terms.y = static_cast<float>(far / (far - near));
   frame.clip_from_world = glm::mat4(from_world);
   const glm::dvec3 right = view.right * (2 * view.tangent_x / width);
   const glm::dvec3 up = view.up * (2 * view.tangent_y / height);
-  frame.eye = glm::vec4(glm::vec3(view.eye), antialiasing ? 1 : 0);
+  frame.eye = glm::vec4(glm::vec3(view.eye), antialiasing ? 2 : 1);
   frame.ray_corner = glm::vec4(glm::vec3(view.forward + view.right * (view.shift_x - view.tangent_x) +
                                          view.up * (view.shift_y - view.tangent_y)),
                                0);

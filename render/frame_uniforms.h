@@ -29,7 +29,7 @@ struct FrameUniforms {
   glm::vec4 ground_reach;
   glm::vec4 shadow_scale;
   glm::vec4 occlusion;
-  std::array<glm::vec4, 32> taps;
+  glm::vec4 depth_terms;
 };
 
 /// Tells a program with the block Frame where that is and which texture units it reads.

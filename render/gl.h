@@ -14,7 +14,7 @@
 #define SUBSTEP_GL_FUNCTIONS(X) \
   X(glActiveTexture) X(glAttachShader) X(glBeginQuery) X(glBindBuffer) X(glBindBufferBase) \
   X(glBindFramebuffer) X(glBindRenderbuffer) X(glBindSampler) X(glBindTexture) X(glBindVertexArray) \
-  X(glBlitFramebuffer) X(glBufferData) X(glCheckFramebufferStatus) X(glClear) X(glClearColor) X(glColorMask) \
+  X(glBlitFramebuffer) X(glBufferData) X(glCheckFramebufferStatus) X(glClear) X(glClearBufferfv) X(glClearColor) X(glColorMask) \
   X(glCompileShader) X(glCreateProgram) X(glCreateShader) X(glDeleteBuffers) X(glDeleteFramebuffers) \
   X(glDeleteQueries) X(glDeleteRenderbuffers) X(glDeleteSamplers) X(glDeleteShader) X(glDeleteTextures) \
   X(glDeleteVertexArrays) X(glDepthFunc) X(glDepthMask) X(glDisable) X(glDrawArrays) X(glDrawBuffer) \
@@ -24,7 +24,7 @@
   X(glGetProgramInfoLog) X(glGetProgramiv) X(glGetQueryObjectuiv) X(glGetShaderInfoLog) X(glGetShaderiv) \
   X(glGetString) X(glGetUniformBlockIndex) X(glGetUniformLocation) X(glLinkProgram) X(glPolygonOffset) \
   X(glReadBuffer) X(glReadPixels) X(glRenderbufferStorage) X(glSamplerParameterfv) X(glSamplerParameteri) \
-  X(glShaderSource) X(glStencilFunc) X(glStencilOp) X(glTexImage2D) X(glTexSubImage2D) X(glUniform1f) \
+  X(glScissor) X(glShaderSource) X(glTexImage2D) X(glTexSubImage2D) X(glUniform1f) \
   X(glUniform1i) X(glUniform2f) X(glUniform3f) X(glUniform4f) X(glUniform4fv) X(glUniformBlockBinding) \
   X(glUniformMatrix4fv) X(glUseProgram) X(glVertexAttribPointer) X(glViewport)
 // clang-format on

@@ -178,34 +178,39 @@ double ground_height(const Scene& scene, std::span<const Part> parts) {
 
 std::vector<float> ground_openness(const Relief& relief) {
   // Visibility by bitmask (Therrien, Levesque and Gilet 2023), over a map from above instead of over the
-  // screen: a bit is a 32nd of the light of one direction.
+  // screen: a bit is a 32nd of the light of one direction. Few cells have anything above them: each tells
+  // the cells that it hides the sky from, rather than all ask all around them.
   static const std::array<Way, 8> ways = ways_from_a_cell();
   constexpr int size = Relief::size;
   const auto cell = static_cast<float>(relief.width / size);
-  std::vector<float> openness(static_cast<std::size_t>(size) * size, 1.0F);
+  std::vector<std::array<std::uint32_t, 8>> hidden(static_cast<std::size_t>(size) * size);
   for (int z = 0; z < size; ++z) {
     for (int x = 0; x < size; ++x) {
-      int hidden = 0;
-      for (const Way& way : ways) {
-        std::uint32_t bits = 0;
-        for (const Way::Place& place : way.at) {
-          const int u = x + place.x;
-          const int v = z + place.z;
-          if (u < 0 || v < 0 || u >= size || v >= size) break;
-          const std::size_t index = static_cast<std::size_t>(v) * size + static_cast<std::size_t>(u);
-          if (relief.highest[index] < 0) continue;
-          const int from = thirty_seconds(relief.lowest[index], place.far * cell);
-          const int to = thirty_seconds(relief.highest[index], place.near * cell);
-          const std::uint64_t below_to = (std::uint64_t{1} << to) - 1;
-          const std::uint64_t below_from = (std::uint64_t{1} << from) - 1;
-          bits |= static_cast<std::uint32_t>(below_to & ~below_from);
+      const std::size_t index = static_cast<std::size_t>(z) * size + static_cast<std::size_t>(x);
+      if (relief.highest[index] < 0) continue;
+      for (std::size_t step = 0; step < Way::places; ++step) {
+        const int from = thirty_seconds(relief.lowest[index], ways[0].at[step].far * cell);
+        const int to = thirty_seconds(relief.highest[index], ways[0].at[step].near * cell);
+        const std::uint64_t below_to = (std::uint64_t{1} << to) - 1;
+        const std::uint64_t below_from = (std::uint64_t{1} << from) - 1;
+        const auto bits = static_cast<std::uint32_t>(below_to & ~below_from);
+        for (std::size_t direction = 0; bits != 0 && direction < ways.size(); ++direction) {
+          const Way::Place& place = ways[direction].at[step];
+          const int u = x - place.x;
+          const int v = z - place.z;
+          if (u < 0 || v < 0 || u >= size || v >= size) continue;
+          hidden[static_cast<std::size_t>(v) * size + static_cast<std::size_t>(u)][direction] |= bits;
         }
-        hidden += std::popcount(bits);
       }
-      const float open = 1 - static_cast<float>(hidden) / (32.0F * 8);
-      openness[static_cast<std::size_t>(z) * size + static_cast<std::size_t>(x)] =
-          ambient_floor + (1 - ambient_floor) * open;
     }
+  }
+  std::vector<float> openness;
+  openness.reserve(hidden.size());
+  for (const std::array<std::uint32_t, 8>& from : hidden) {
+    int count = 0;
+    for (const std::uint32_t bits : from) count += std::popcount(bits);
+    const float open = 1 - static_cast<float>(count) / (32.0F * 8);
+    openness.push_back(ambient_floor + (1 - ambient_floor) * open);
   }
   return openness;
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <glm/gtc/type_ptr.hpp>
@@ -17,6 +18,7 @@
 #include "render/frame_uniforms.h"
 #include "render/gl.h"
 #include "render/ground.h"
+#include "render/picture_areas.h"
 #include "render/resolve.h"
 #include "render/shadow_map.h"
 #include "render/surface_programs.h"
@@ -46,6 +48,12 @@ TileSize size_of_tile(const RenderSettings& settings) {
   return {std::min(settings.width, side), std::min(settings.height, side)};
 }
 
+/// Where nothing is drawn then, surfaces with looks have no normal.
+void clear_normals() {
+  constexpr std::array<float, 4> none{};
+  glClearBufferfv(GL_COLOR, 0, none.data());
+}
+
 }  // namespace
 
 struct Renderer::Implementation {
@@ -62,14 +70,16 @@ struct Renderer::Implementation {
   std::vector<bool> scenery;  ///< of each part
   FrameUniforms frame{};
 
+  ShadowMap* shadow = nullptr;  ///< the device's
   BodyBuffers bodies;
-  Target samples;  ///< four a pixel if anti-aliased
-  Surfaces surfaces;
+  Surfaces surfaces;  ///< of four samples a pixel if anti-aliased
   Target picture;
+  Lit lit;
   // Where surfaces have more than a colour:
   const SurfacePrograms* programs = nullptr;
   SurfaceTextures textures;
-  Layers layers;  ///< where light passes through some
+  Layers layers;                 ///< where light passes through some
+  std::vector<Rectangle> areas;  ///< of the tile, that bodies lie within
 
   Implementation(const Scene& scene, const RenderSettings& wanted,
                  std::span<const std::vector<Coordinates>> reference);
@@ -90,10 +100,12 @@ struct Renderer::Implementation {
                    Surface::Opacity opacity);
   void draw_solid(GLuint program, const glm::dmat4& clip, std::span<const Coordinates> poses);
   void draw_surfaces(std::span<const Coordinates> poses);
-  void light_surfaces(GLuint framebuffer);
+  void light_surfaces(GLuint depth);
+  void draw_surroundings();
+  Drawn drawn() const;
   bool has(Surface::Opacity opacity) const;
   bool draw_layer(std::span<const Coordinates> poses, std::size_t index);
-  void draw_layers(Image& image, std::span<const Coordinates> poses);
+  Image draw_layers(std::span<const Coordinates> poses);
   Image draw_tile(std::span<const Coordinates> poses);
   Image draw(std::span<const Coordinates> poses);
   Image draw_colors(std::span<const Coordinates> poses);
@@ -141,14 +153,16 @@ Renderer::Implementation::Implementation(const Scene& scene, const RenderSetting
     textures = SurfaceTextures(scene, mesh.surfaces);
     programs->set_lights(scene, mesh.parts);
   }
+  shadow = &device->shadow(std::max(settings.width, settings.height));
+  frame.depth_terms.z = static_cast<float>(shadow->size);
   ray = set_light(frame, scene, ground);
   focus = std::max(nearest, 0.1);
   const int scale = settings.antialiasing ? 2 : 1;
   const auto [tile_width, tile_height] = size_of_tile(settings);
-  samples = Target(tile_width * scale, tile_height * scale);
-  surfaces = Surfaces(samples, programs != nullptr);
-  if (has(Surface::Opacity::blended)) layers = Layers(samples, surfaces);
+  surfaces = Surfaces(tile_width * scale, tile_height * scale, programs != nullptr);
+  if (has(Surface::Opacity::blended)) layers = Layers(surfaces);
   picture = Target(tile_width, tile_height);
+  lit = Lit(picture, programs != nullptr);
   look_at(view);
   if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
     throw Error("software OpenGL reports error " + std::to_string(error) +
@@ -159,9 +173,9 @@ Renderer::Implementation::Implementation(const Scene& scene, const RenderSetting
 Renderer::Implementation::~Implementation() {
   {
     const Context::Current current(device->context);
-    samples.end();
     surfaces.end();
     picture.end();
+    lit.end();
     bodies.end();
     textures.end();
     layers.end();
@@ -217,15 +231,15 @@ void Renderer::Implementation::fit_shadow(std::span<const Coordinates> poses) {
   }
   const SunView sun = fit_sun_view(ray, points);
   frame.shadow_from_world = glm::mat4(sun.map_from_world);
-  const double texel = sun.width / ShadowMap::size;
+  const double texel = sun.width / shadow->size;
   frame.shadow_scale = {static_cast<float>(1 / sun.width), static_cast<float>(0.001 + 0.6 * texel),
                         static_cast<float>(sun.depth), settings.shadows ? 1.0F : 0.0F};
   if (!settings.shadows) return;
-  device->shadow->start();
+  shadow->start();
   glEnable(GL_DEPTH_CLAMP);
   draw_solid(device->depth_program, sun.clip_from_world, poses);
   glDisable(GL_DEPTH_CLAMP);
-  device->shadow->finish();
+  shadow->finish();
 }
 
 void Renderer::Implementation::fit_occlusion(std::span<const Coordinates> poses) {
@@ -261,7 +275,7 @@ void Renderer::Implementation::draw_relief(std::span<const Coordinates> poses, d
   std::vector<float> depths(relief.lowest.size());
   glEnable(GL_DEPTH_CLAMP);
   for (const bool from_below : {true, false}) {
-    device->relief.start();
+    device->relief.start_anew();
     glm::dmat4 clip(0);
     clip[0][0] = 2 / relief.width;
     clip[2][1] = 2 / relief.width;
@@ -325,67 +339,89 @@ void Renderer::Implementation::draw_surfaces(std::span<const Coordinates> poses)
     bodies.draw(mesh, device->body_program, clip_from_world, poses);
     return;
   }
-  programs->set_sight(sight_of(tile_view, samples.height), false);
+  programs->set_sight(sight_of(tile_view, surfaces.height), false);
   draw_pieces(programs->body, clip_from_world, poses, Surface::Opacity::opaque);
   draw_pieces(programs->body, clip_from_world, poses, Surface::Opacity::cut);
 }
 
-/// The light on what was drawn last, where its stencil says so; reads the samples.
-void Renderer::Implementation::light_surfaces(GLuint framebuffer) {
-  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-  glStencilFunc(GL_EQUAL, 1, 0xff);
-  glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
-  glDisable(GL_DEPTH_TEST);
+/// The light on what was drawn last, whose depth is given; it lies within `areas`.
+void Renderer::Implementation::light_surfaces(GLuint depth) {
+  glBindFramebuffer(GL_FRAMEBUFFER, lit.framebuffer);
+  glViewport(0, 0, picture.width, picture.height);
+  glActiveTexture(GL_TEXTURE0 + depth_unit);
+  glBindTexture(GL_TEXTURE_2D, depth);
+  glDepthFunc(GL_ALWAYS);
   glUseProgram(programs == nullptr ? device->shading_program : programs->shading);
   glBindVertexArray(device->nothing);
+  glClearColor(0, 0, 0, 0);
+  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+  glEnable(GL_SCISSOR_TEST);
+  for (const Rectangle& area : areas) {
+    glScissor(area.x, area.y, area.width, area.height);
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+  }
+  glDisable(GL_SCISSOR_TEST);
+  glDepthFunc(GL_LEQUAL);
+}
+
+/// Ground and sky, where bodies do not cover the pixel. They are smooth in themselves: one sample is enough.
+void Renderer::Implementation::draw_surroundings() {
+  picture.start();
+  draw_ground(programs == nullptr ? device->ground_program : programs->ground);
+  glUseProgram(device->sky_program);
+  glBindVertexArray(device->nothing);
   glDrawArrays(GL_TRIANGLES, 0, 3);
-  glDisable(GL_STENCIL_TEST);
-  samples.read();
+}
+
+/// What was read last.
+Drawn Renderer::Implementation::drawn() const {
+  return {picture.width,  picture.height, settings.antialiasing ? 2 : 1,
+          picture.pixels, lit.pixels[0],  lit.pixels[1]};
 }
 
 /// The nearest surfaces that light passes through, from the second layer on those behind the one before.
 /// False where there are none.
 bool Renderer::Implementation::draw_layer(std::span<const Coordinates> poses, std::size_t index) {
   const std::size_t turn = index % 2;
-  glBindFramebuffer(GL_READ_FRAMEBUFFER, samples.framebuffer);
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, surfaces.framebuffer);
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, layers.surfaces[turn]);
-  glBlitFramebuffer(0, 0, samples.width, samples.height, 0, 0, samples.width, samples.height,
+  glBlitFramebuffer(0, 0, surfaces.width, surfaces.height, 0, 0, surfaces.width, surfaces.height,
                     GL_DEPTH_BUFFER_BIT, GL_NEAREST);
   glBindFramebuffer(GL_FRAMEBUFFER, layers.surfaces[turn]);
-  glClear(GL_STENCIL_BUFFER_BIT);
-  glEnable(GL_DEPTH_TEST);
-  glEnable(GL_STENCIL_TEST);
-  glStencilFunc(GL_ALWAYS, 1, 0xff);
-  glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
+  glViewport(0, 0, surfaces.width, surfaces.height);
+  clear_normals();
   glActiveTexture(GL_TEXTURE0 + nearer_unit);
   glBindTexture(GL_TEXTURE_2D, layers.depths[1 - turn]);
-  programs->set_sight(sight_of(tile_view, samples.height), index > 0);
+  programs->set_sight(sight_of(tile_view, surfaces.height), index > 0);
   GLuint query = 0;
   glGenQueries(1, &query);
   glBeginQuery(GL_SAMPLES_PASSED, query);
   draw_pieces(programs->body, clip_from_world, poses, Surface::Opacity::blended);
   glEndQuery(GL_SAMPLES_PASSED);
-  GLuint drawn = 0;
-  glGetQueryObjectuiv(query, GL_QUERY_RESULT, &drawn);
+  GLuint passed = 0;
+  glGetQueryObjectuiv(query, GL_QUERY_RESULT, &passed);
   glDeleteQueries(1, &query);
-  if (drawn == 0) {
-    glDisable(GL_STENCIL_TEST);
-    return false;
-  }
-  glBindFramebuffer(GL_FRAMEBUFFER, layers.lit[turn]);
-  glClear(GL_COLOR_BUFFER_BIT);
-  light_surfaces(layers.lit[turn]);
+  if (passed == 0) return false;
+  light_surfaces(layers.depths[turn]);
+  lit.read(picture);
   return true;
 }
 
-/// What light passes through, over all else: the nearest layers, and they from back to front.
-void Renderer::Implementation::draw_layers(Image& image, std::span<const Coordinates> poses) {
+/// The picture with what light passes through over all else: the nearest layers, and they from back to front.
+Image Renderer::Implementation::draw_layers(std::span<const Coordinates> poses) {
   constexpr std::size_t most = 8;
-  Veiled result = veiled(samples.pixels);
-  std::vector<std::vector<std::uint8_t>> drawn;
-  while (drawn.size() < most && draw_layer(poses, drawn.size())) drawn.push_back(samples.pixels);
-  for (auto layer = drawn.rbegin(); layer != drawn.rend(); ++layer) lay_over(result, *layer);
-  cover(image, result, settings.antialiasing ? 2 : 1);
+  Veiled result = veiled(drawn());
+  std::vector<std::array<std::vector<std::uint8_t>, 3>> layers_drawn;
+  while (layers_drawn.size() < most && draw_layer(poses, layers_drawn.size())) {
+    layers_drawn.push_back(lit.pixels);
+  }
+  for (auto layer = layers_drawn.rbegin(); layer != layers_drawn.rend(); ++layer) {
+    Drawn over = drawn();
+    over.first = (*layer)[0];
+    over.second = (*layer)[1];
+    lay_over(result, over, (*layer)[2]);
+  }
+  return resolved(result, picture.width, picture.height, drawn().samples);
 }
 
 Image Renderer::Implementation::draw(std::span<const Coordinates> poses) {
@@ -406,41 +442,26 @@ Image Renderer::Implementation::draw_tile(std::span<const Coordinates> poses) {
     glActiveTexture(static_cast<GLenum>(GL_TEXTURE0 + unit));
     glBindTexture(GL_TEXTURE_2D, texture);
   };
-  bind(shadow_range_unit, device->shadow->range());
-  bind(shadow_test_unit, device->shadow->depth());
+  bind(shadow_nearest_unit, shadow->nearest());
+  bind(shadow_test_unit, shadow->depth());
   bind(occlusion_unit, device->occlusion);
-  bind(position_unit, surfaces.textures[0]);
-  bind(normal_unit, surfaces.textures[1]);
-  bind(color_unit, surfaces.textures[2]);
-  bind(emission_unit, surfaces.textures[3]);
-  bind(shadow_depth_unit, device->shadow->depth());
+  bind(normal_unit, surfaces.textures[0]);
+  bind(color_unit, surfaces.textures[1]);
+  bind(emission_unit, surfaces.textures[2]);
+  bind(crevice_unit, surfaces.textures[3]);
+  bind(shadow_depth_unit, shadow->depth());
 
-  // Ground and sky are smooth in themselves: one sample a pixel is enough, and they are most of the picture.
-  picture.start();
-  draw_ground(programs == nullptr ? device->ground_program : programs->ground);
-  glUseProgram(device->sky_program);
-  glBindVertexArray(device->nothing);
-  glDrawArrays(GL_TRIANGLES, 0, 3);
-  picture.read();
-  Image image = top_down(picture.pixels, picture.width, picture.height);
-
-  // The bodies, where the ground does not hide them.
-  samples.start();
   glBindFramebuffer(GL_FRAMEBUFFER, surfaces.framebuffer);
-  glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-  draw_ground(device->ground_depth_program);
-  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-  glEnable(GL_STENCIL_TEST);
-  glStencilFunc(GL_ALWAYS, 1, 0xff);
-  glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
+  glViewport(0, 0, surfaces.width, surfaces.height);
+  glClear(GL_DEPTH_BUFFER_BIT);
+  if (programs != nullptr) clear_normals();
   draw_surfaces(poses);
-  light_surfaces(samples.framebuffer);
-  if (has(Surface::Opacity::blended)) {
-    draw_layers(image, poses);
-  } else {
-    cover(image, samples.pixels, settings.antialiasing ? 2 : 1);
-  }
-  return image;
+  areas = areas_of(mesh.parts, poses, clip_from_world, picture.width, picture.height);
+  light_surfaces(surfaces.depth);
+  draw_surroundings();
+  picture.read();
+  lit.read(picture);
+  return has(Surface::Opacity::blended) ? draw_layers(poses) : resolved(drawn());
 }
 
 Image Renderer::Implementation::draw_colors(std::span<const Coordinates> poses) {
@@ -448,7 +469,7 @@ Image Renderer::Implementation::draw_colors(std::span<const Coordinates> poses) 
   glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_LEQUAL);
   return in_tiles([&] {
-    picture.start();
+    picture.start_anew();
     draw_solid(device->color_program, clip_from_world, poses);
     if (has(Surface::Opacity::blended)) {
       draw_pieces(device->color_program, clip_from_world, poses, Surface::Opacity::blended);

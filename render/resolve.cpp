@@ -43,72 +43,102 @@ const Tables& tables() {
   return made;
 }
 
-/// Samples' light and how much of the pixel they cover, both times their weights.
-template <typename Number>
-struct Weighted {
-  std::array<Number, 3> light{};
-  Number drawn = 0;
+/// Which samples of a pixel are bodies', and which of its colours they have: Drawn::first.
+std::uint8_t bits_of(const Drawn& drawn, std::size_t pixel) {
+  return drawn.first[4 * pixel + 3];
+}
+
+constexpr int one_surface = 255;
+
+/// A sample's place: its pixel, and its number there.
+struct Sample {
+  std::size_t pixel;
+  int number;
+
+  Sample(const Drawn& drawn, int x, int y)
+      : pixel(static_cast<std::size_t>(y / drawn.samples) * static_cast<std::size_t>(drawn.width) +
+              static_cast<std::size_t>(x / drawn.samples)),
+        number(y % drawn.samples * 2 + x % drawn.samples) {}
+
+  bool is_body(const Drawn& drawn) const { return (bits_of(drawn, pixel) >> (4 + number) & 1) != 0; }
+  bool is_first(const Drawn& drawn) const { return (bits_of(drawn, pixel) >> number & 1) != 0; }
+  const std::uint8_t* code(const Drawn& drawn) const {
+    const auto& colors = !is_body(drawn) ? drawn.ground : is_first(drawn) ? drawn.first : drawn.second;
+    return &colors[4 * pixel];
+  }
 };
 
-/// A row of samples, each added to its column.
-void add_row(std::vector<Weighted<int>>& columns, std::span<const std::uint8_t> rgba, std::size_t first,
-             int weight) {
-  const Tables& table = tables();
-  const std::uint8_t* sample = &rgba[first * 4];
-  for (Weighted<int>& column : columns) {
-    if (sample[3] != 0) {
-      column.drawn += weight;
-      for (std::size_t c = 0; c < 3; ++c) column.light[c] += weight * table.linear[sample[c]];
+/// Of each pixel of a row, whether it and its neighbours are all of one surface or all without bodies.
+class EvenPixels {
+ public:
+  explicit EvenPixels(const Drawn& drawn)
+      : width_(static_cast<std::size_t>(drawn.width)),
+        height_(drawn.height),
+        bits_(drawn.first.size() / 4),
+        all_(width_ + 2),
+        any_(width_ + 2),
+        even_(width_) {
+    for (std::size_t i = 0; i < bits_.size(); ++i) bits_[i] = bits_of(drawn, i);
+  }
+
+  const std::vector<std::uint8_t>& row(int y) {
+    const std::uint8_t* const below = bits(y - 1);
+    const std::uint8_t* const here = bits(y);
+    const std::uint8_t* const above = bits(y + 1);
+    for (std::size_t x = 0; x < width_; ++x) {
+      all_[x + 1] = below[x] & here[x] & above[x];
+      any_[x + 1] = below[x] | here[x] | above[x];
     }
-    sample += 4;
+    for (std::vector<std::uint8_t>* line : {&all_, &any_}) {
+      line->front() = (*line)[1];
+      line->back() = (*line)[width_];
+    }
+    for (std::size_t x = 0; x < width_; ++x) {
+      const int all = all_[x] & all_[x + 1] & all_[x + 2];
+      const int any = any_[x] | any_[x + 1] | any_[x + 2];
+      even_[x] = static_cast<std::uint8_t>(static_cast<int>(all == one_surface) | static_cast<int>(any == 0));
+    }
+    return even_;
   }
-}
 
-void add_row(std::vector<Weighted<std::int64_t>>& columns, const Veiled& veiled, std::size_t first,
-             int weight) {
-  for (std::size_t i = 0; i < columns.size(); ++i) {
-    const auto& sample = veiled[first + i];
-    columns[i].drawn += weight * sample[3];
-    for (std::size_t c = 0; c < 3; ++c) columns[i].light[c] += weight * sample[c];
+ private:
+  const std::uint8_t* bits(int y) const {
+    return &bits_[static_cast<std::size_t>(std::clamp(y, 0, height_ - 1)) * width_];
   }
-}
 
-/// `covered` is what a sample that is wholly covered counts.
-template <typename Number, typename Samples>
-void cover_with(Image& image, const Samples& given, int samples, Number covered) {
-  const auto width = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(samples);
-  const int height = image.height * samples;
+  std::size_t width_;
+  int height_;
+  std::vector<std::uint8_t> bits_;
+  std::vector<std::uint8_t> all_;  ///< of a pixel and those above and below; with one more at each end
+  std::vector<std::uint8_t> any_;
+  std::vector<std::uint8_t> even_;
+};
+
+/// `light(x, y)`: of a sample, rows from below. `to`: the pixel's place in the picture.
+template <typename Light>
+void average(int width, int height, int x, int y, const Light& light, std::uint8_t* to) {
   // Two samples each way alone give an edge that is nearly upright two steps a pixel; with the neighbours'
   // nearest ones, which count a third, it has four.
   constexpr std::array<int, 4> weights{1, 3, 3, 1};
-  const int reach = samples == 1 ? 0 : 1;
-  const Number one = (samples == 1 ? 9 : 64) * covered;
-  std::vector<Weighted<Number>> columns(width);
-  for (int y = 0; y < image.height; ++y) {
-    std::ranges::fill(columns, Weighted<Number>{});
-    for (int row = -reach; row < samples + reach; ++row) {
-      const int v = std::clamp((image.height - 1 - y) * samples + row, 0, height - 1);
-      add_row(columns, given, static_cast<std::size_t>(v) * width,
-              weights[static_cast<std::size_t>(row + 1)]);
-    }
-    std::uint8_t* to = image.pixel(0, y);
-    for (int x = 0; x < image.width; ++x, to += 3) {
-      Weighted<Number> sum;
-      for (int i = -reach; i < samples + reach; ++i) {
-        const Weighted<Number>& column =
-            columns[static_cast<std::size_t>(std::clamp(x * samples + i, 0, static_cast<int>(width) - 1))];
-        if (column.drawn == 0) continue;
-        const int weight = weights[static_cast<std::size_t>(i + 1)];
-        sum.drawn += weight * column.drawn;
-        for (std::size_t c = 0; c < 3; ++c) sum.light[c] += weight * column.light[c];
-      }
-      if (sum.drawn == 0) continue;
-      for (std::size_t c = 0; c < 3; ++c) {
-        const Number light = sum.light[c] * covered + (one - sum.drawn) * tables().linear[to[c]];
-        to[c] = tables().encoded[static_cast<std::size_t>((light + one / 2) / one)];
-      }
+  constexpr int one = 64;
+  std::array<int, 3> sum{};
+  for (int row = 0; row < 4; ++row) {
+    const int v = std::clamp(2 * y + row - 1, 0, 2 * height - 1);
+    for (int column = 0; column < 4; ++column) {
+      const int u = std::clamp(2 * x + column - 1, 0, 2 * width - 1);
+      const int weight = weights[static_cast<std::size_t>(row)] * weights[static_cast<std::size_t>(column)];
+      const std::array<std::uint16_t, 3> here = light(u, v);
+      for (std::size_t c = 0; c < 3; ++c) sum[c] += weight * here[c];
     }
   }
+  for (std::size_t c = 0; c < 3; ++c) {
+    to[c] = tables().encoded[static_cast<std::size_t>((sum[c] + one / 2) / one)];
+  }
+}
+
+std::array<std::uint16_t, 3> light_of(const std::uint8_t* code) {
+  const auto& linear = tables().linear;
+  return {linear[code[0]], linear[code[1]], linear[code[2]]};
 }
 
 }  // namespace
@@ -123,41 +153,76 @@ Image top_down(std::span<const std::uint8_t> rgba, int width, int height) {
   return image;
 }
 
-void cover(Image& image, std::span<const std::uint8_t> rgba, int samples) {
-  cover_with<int>(image, rgba, samples, 1);
+Image resolved(const Drawn& drawn) {
+  Image image(drawn.width, drawn.height);
+  const auto light = [&](int u, int v) { return light_of(Sample(drawn, u, v).code(drawn)); };
+  EvenPixels even_pixels(drawn);
+  for (int y = 0; y < drawn.height; ++y) {
+    const std::vector<std::uint8_t>& even = even_pixels.row(y);
+    std::uint8_t* to = image.pixel(0, drawn.height - 1 - y);
+    std::size_t pixel = static_cast<std::size_t>(y) * static_cast<std::size_t>(drawn.width);
+    for (int x = 0; x < drawn.width; ++x, ++pixel, to += 3) {
+      if (drawn.samples == 1 || even[static_cast<std::size_t>(x)] != 0) {
+        const auto& colors = bits_of(drawn, pixel) == 0 ? drawn.ground : drawn.first;
+        std::copy_n(&colors[4 * pixel], 3, to);
+      } else {
+        average(drawn.width, drawn.height, x, y, light, to);
+      }
+    }
+  }
+  return image;
 }
 
 std::uint16_t linear_light(std::uint8_t code) {
   return tables().linear[code];
 }
 
-Veiled veiled(std::span<const std::uint8_t> rgba) {
-  Veiled result(rgba.size() / 4);
-  for (std::size_t i = 0; i < result.size(); ++i) {
-    const std::uint8_t* const sample = &rgba[4 * i];
-    if (sample[3] == 0) continue;
-    for (std::size_t c = 0; c < 3; ++c) result[i][c] = tables().linear[sample[c]];
-    result[i][3] = linear_one;
+Veiled veiled(const Drawn& drawn) {
+  Veiled result;
+  result.reserve(drawn.ground.size() / 4 * static_cast<std::size_t>(drawn.samples * drawn.samples));
+  for (int y = 0; y < drawn.samples * drawn.height; ++y) {
+    for (int x = 0; x < drawn.samples * drawn.width; ++x) {
+      result.push_back(light_of(Sample(drawn, x, y).code(drawn)));
+    }
   }
   return result;
 }
 
-void lay_over(Veiled& samples, std::span<const std::uint8_t> rgba) {
+void lay_over(Veiled& samples, const Drawn& layer, std::span<const std::uint8_t> opacities) {
   constexpr int opaque = 255;
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    const std::uint8_t* const layer = &rgba[4 * i];
-    const int alpha = layer[3];
-    if (alpha == 0) continue;
-    for (std::size_t c = 0; c < 4; ++c) {
-      const int over = c < 3 ? tables().linear[layer[c]] : linear_one;
-      const int sum = over * alpha + samples[i][c] * (opaque - alpha);
-      samples[i][c] = static_cast<std::uint16_t>((sum + opaque / 2) / opaque);
+  std::size_t index = 0;
+  for (int y = 0; y < layer.samples * layer.height; ++y) {
+    for (int x = 0; x < layer.samples * layer.width; ++x, ++index) {
+      const Sample sample(layer, x, y);
+      if (!sample.is_body(layer)) continue;
+      const int alpha = opacities[4 * sample.pixel + (sample.is_first(layer) ? 0 : 1)];
+      const std::array<std::uint16_t, 3> over = light_of(sample.code(layer));
+      for (std::size_t c = 0; c < 3; ++c) {
+        const int sum = over[c] * alpha + samples[index][c] * (opaque - alpha);
+        samples[index][c] = static_cast<std::uint16_t>((sum + opaque / 2) / opaque);
+      }
     }
   }
 }
 
-void cover(Image& image, const Veiled& veiled, int samples) {
-  cover_with<std::int64_t>(image, veiled, samples, linear_one);
+Image resolved(const Veiled& veiled, int width, int height, int samples) {
+  Image image(width, height);
+  const auto light = [&](int u, int v) {
+    return veiled[static_cast<std::size_t>(v) * static_cast<std::size_t>(samples * width) +
+                  static_cast<std::size_t>(u)];
+  };
+  for (int y = 0; y < height; ++y) {
+    std::uint8_t* to = image.pixel(0, height - 1 - y);
+    for (int x = 0; x < width; ++x, to += 3) {
+      if (samples == 2) {
+        average(width, height, x, y, light, to);
+        continue;
+      }
+      const std::array<std::uint16_t, 3> own = light(x, y);
+      for (std::size_t c = 0; c < 3; ++c) to[c] = tables().encoded[own[c]];
+    }
+  }
+  return image;
 }
 
 }  // namespace substep

@@ -16,22 +16,32 @@ std::uint16_t linear_light(std::uint8_t code);
 /// Pixels as OpenGL gives them, 4 bytes each and the lowest row first, without their alpha.
 Image top_down(std::span<const std::uint8_t> rgba, int width, int height);
 
-/// Lays what was drawn over `image`: `rgba`, as OpenGL gives it, is `samples` (1 or 2) times as wide and
-/// high, and its alpha is 0 where nothing was drawn. A pixel's samples, and with a third of their weight the
-/// nearest of its neighbours', are averaged as light, not as codes, and in integers: exact everywhere.
-void cover(Image& image, std::span<const std::uint8_t> rgba, int samples);
+/// What was drawn of a picture, as OpenGL gives it: 4 bytes a pixel, the lowest row first.
+struct Drawn {
+  int width = 0;
+  int height = 0;
+  int samples = 1;  ///< a pixel's side: 1 or 2
+  /// And sky. Anything where bodies cover a pixel wholly.
+  std::span<const std::uint8_t> ground;
+  /// Bodies. Bit i of its alpha: sample i is of this colour; bit 4 + i: sample i is a body's. Samples are
+  /// counted along the row, the lower row first; one sample alone is all four.
+  std::span<const std::uint8_t> first;
+  std::span<const std::uint8_t> second;  ///< the other bodies' samples
+};
 
-/// Samples with surfaces over them that light passes through: per sample red, green and blue light times
-/// what is covered, and what is covered, all in 65535ths.
-using Veiled = std::vector<std::array<std::uint16_t, 4>>;
+/// A pixel's samples, and with a third of their weight the nearest of its neighbours', averaged as light, not
+/// as codes, and in integers: exact everywhere. Among pixels that bodies cover wholly with one surface each,
+/// or not at all, a pixel is its own.
+Image resolved(const Drawn& drawn);
 
-/// What was drawn, as OpenGL gives it: covered where alpha is not 0.
-Veiled veiled(std::span<const std::uint8_t> rgba);
+/// Light of each sample, red, green and blue in 65535ths: for surfaces over it that light passes through.
+using Veiled = std::vector<std::array<std::uint16_t, 3>>;
+Veiled veiled(const Drawn& drawn);
 
-/// Lays a surface over the samples: its colours' codes, and its alpha in 255ths.
-void lay_over(Veiled& samples, std::span<const std::uint8_t> rgba);
+/// Lays the bodies of `layer` over the samples. `opacities`: of its first and second colour, in 255ths.
+void lay_over(Veiled& samples, const Drawn& layer, std::span<const std::uint8_t> opacities);
 
-/// As the other cover().
-void cover(Image& image, const Veiled& veiled, int samples);
+/// As the other: all pixels with their neighbours' samples.
+Image resolved(const Veiled& veiled, int width, int height, int samples);
 
 }  // namespace substep

@@ -8,7 +8,7 @@ const std::string frame = R"(
 layout(std140) uniform Frame {
   mat4 clip_from_world;
   mat4 shadow_from_world;  // x, y: texture coordinates; z: 0–1 along the sun's rays
-  vec4 eye;                // w: 1 where a pixel is four samples
+  vec4 eye;                // w: samples a pixel's side
   vec4 ray_corner;         // ray through the picture's pixel (x, y): ray_corner + x ray_right + y ray_up
   vec4 ray_right;
   vec4 ray_up;
@@ -21,7 +21,7 @@ layout(std140) uniform Frame {
   vec4 ground_reach;       // distances: fading begins, ends; z: weight of the decimetre lines; w: radius of the disc
   vec4 shadow_scale;       // texture coordinates per metre; metres: bias, the map's depth; w: 1 with shadows
   vec4 occlusion;          // x, y: world x, z of the occlusion map's corner; z: 1 / its width; w: 1 / height it reaches
-  vec4 taps[32];           // 64 points of the unit disc
+  vec4 depth_terms;        // depth d lies x / (y - d) along a ray; z: texels of the shadow map a side
 };
 )";
 
@@ -103,24 +103,30 @@ vec2 turns(vec2 x, vec2 width) {
 const std::string light = optics_terms + R"(
 uniform sampler2D shadow_depth;
 uniform sampler2DShadow shadow_test;
-uniform sampler2D shadow_range;
+uniform sampler2D shadow_nearest;
 uniform sampler2D occlusion_map;
+
+/// The next of the points of Vogel's spiral, which are spread evenly over the disc: a golden angle on.
+vec2 turned_on(vec2 direction) {
+  const float c = -0.7373688780783197;
+  const float s = 0.6754902942615238;
+  return vec2(c * direction.x - s * direction.y, s * direction.x + c * direction.y);
+}
 
 /// Part of the sun that reaches a point of a surface with unit normal n.
 ///
 /// Percentage-closer soft shadows (Fernando 2005): the farther what covers the sun, the wider the penumbra.
 /// Branches cost a software rasteriser as much as their longest side, loops end when no pixel goes on: so taps
 /// are taken in loops, and the range of depths around each point says where none are needed.
-///
-/// Takes every `stride`th of the 64 taps from the `start`th on; and so samples of one pixel can share them.
-float sunlight(vec3 position, vec3 n, int stride, int start) {
+float sunlight(vec3 position, vec3 n) {
   const float spread = 0.035;       // penumbra's half-width a metre from what casts it
   const float widest = 0.03;        // of the map
-  const float texel = 1.0 / 1024.0;
+  const int search_taps = 12;
+  float texel = 1.0 / depth_terms.z;
   vec3 place = (shadow_from_world * vec4(position + n * shadow_scale.y, 1.0)).xyz;
   vec2 outside = abs(place.xy - 0.5);
   bool inside = max(outside.x, outside.y) < 0.5 && shadow_scale.w > 0.5;
-  vec2 range = textureLod(shadow_range, place.xy, 0.0).rg;
+  float nearest = textureLod(shadow_nearest, place.xy, 0.0).r;
 
   // The surface's plane in the map: z changes by slope · offset.
   vec3 plane = mat3(shadow_from_world) * n;
@@ -130,32 +136,41 @@ float sunlight(vec3 position, vec3 n, int stride, int start) {
   float steepest = 8.0 / (shadow_scale.x * shadow_scale.z);
   slope = clamp(slope, vec2(-steepest), vec2(steepest));
 
-  float search = min((place.z - range.x) * shadow_scale.z * spread * shadow_scale.x, widest);
-  search = max(search, 0.0015);
-  int blocker_taps = inside && place.z > range.x ? 12 : 0;
+  float search = min((place.z - nearest) * shadow_scale.z * spread * shadow_scale.x, widest);
+  search = max(search, 1.5 * texel);
+  int blocker_taps = inside && place.z > nearest ? search_taps : 0;
   // The map knows depths at its texels only, up to this far off the surface's own.
   float bias = shadow_scale.y / shadow_scale.z + 1.2 * texel * length(slope);
   float blockers = 0.0;
   float depth = 0.0;
+  float area = 0.5 / float(search_taps);
+  vec2 direction = vec2(1.0, 0.0);
   for (int i = 0; i < blocker_taps; ++i) {
-    int k = (i * 5 + start) % 64;
-    vec4 pair = taps[k / 2];
-    vec2 offset = search * ((k % 2) == 0 ? pair.xy : pair.zw);
+    vec2 offset = search * sqrt(area) * direction;
     float z = textureLod(shadow_depth, place.xy + offset, 0.0).r;
-    float behind = z + bias < place.z + dot(slope, offset) ? 1.0 : 0.0;
+    // Nothing covers the sun at the map's end.
+    float behind = z < 1.0 && z + bias < place.z + dot(slope, offset) ? 1.0 : 0.0;
     blockers += behind;
     depth += behind * z;
+    area += 1.0 / float(search_taps);
+    direction = turned_on(direction);
   }
   float gap = (place.z - depth / max(blockers, 1.0)) * shadow_scale.z;
-  float radius = clamp(gap * spread * shadow_scale.x, 0.0012, widest);
-  int shadow_taps = blockers > 0.0 ? 64 / stride : 0;
-  float lit = shadow_taps > 0 ? 0.0 : 1.0;
+  float radius = clamp(gap * spread * shadow_scale.x, 1.2 * texel, widest);
+  // As many as there are texels across a narrow penumbra; none where all around is in shadow.
+  float taps = clamp(floor(3.0 * radius * depth_terms.z), 8.0, 48.0);
+  bool in_shadow = blockers > float(search_taps) - 0.5;
+  int shadow_taps = blockers > 0.0 && !in_shadow ? int(taps) : 0;
+  float lit = blockers > 0.0 ? 0.0 : 1.0;
+  float part = 1.0 / taps;
+  area = 0.5 * part;
+  direction = vec2(1.0, 0.0);
   for (int i = 0; i < shadow_taps; ++i) {
-    int k = i * stride + start;
-    vec4 pair = taps[k / 2];
-    vec2 offset = radius * ((k % 2) == 0 ? pair.xy : pair.zw);
+    vec2 offset = radius * sqrt(area) * direction;
     float z = min(place.z + dot(slope, offset) - bias, 0.9999);
-    lit += textureLod(shadow_test, vec3(place.xy + offset, z), 0.0) * (float(stride) / 64.0);
+    lit += textureLod(shadow_test, vec3(place.xy + offset, z), 0.0) * part;
+    area += part;
+    direction = turned_on(direction);
   }
   return lit;
 }
@@ -188,47 +203,82 @@ vec3 lamp(int i, vec3 position, out vec3 towards) {
 }
 )";
 
-/// With LOOKS, of surfaces that have more than a colour, and in all lights.
+/// What is seen at the samples of a pixel, in light: once where they are of one face, twice where they are
+/// of several. With LOOKS, of surfaces that have more than a colour, and in all lights.
 const std::string shading = R"(
-uniform sampler2D position_metallic;
+uniform sampler2D sample_depth;
 uniform sampler2D normal_roughness;
-uniform sampler2D surface_color;
-out vec4 code;
+uniform sampler2D color_metallic;
 #ifdef LOOKS
 uniform sampler2D emission_alpha;
+uniform sampler2D crevices;
+#endif
+layout(location = 0) out vec4 first;   // alpha's bits: which of the four samples it is of; which are bodies
+layout(location = 1) out vec4 second;  // of the other bodies' samples
+#ifdef LOOKS
+layout(location = 2) out vec4 opacities;  // of the two
 #endif
 
-void main() {
-  ivec2 pixel = ivec2(gl_FragCoord.xy);
-  vec4 surface = texelFetch(position_metallic, pixel, 0);
-  vec4 facet = texelFetch(normal_roughness, pixel, 0);
-  vec3 world_position = surface.xyz;
-  vec3 base_color = texelFetch(surface_color, pixel, 0).rgb;
-  vec3 n = normalize(facet.xyz);
-  vec3 v = normalize(eye.xyz - world_position);
+struct Surface {
+  vec3 position;
+  vec4 normal;  // w: roughness
+  vec4 color;   // w: metallic
+#ifdef LOOKS
+  vec4 shine;
+  float crevice;
+#endif
+};
+
+/// What is not drawn may be any number, none too: it is chosen against, not multiplied by 0.
+Surface chosen(Surface a, Surface b, bool is_b) {
+  a.position = is_b ? b.position : a.position;
+  a.normal = is_b ? b.normal : a.normal;
+  a.color = is_b ? b.color : a.color;
+#ifdef LOOKS
+  a.shine = is_b ? b.shine : a.shine;
+  a.crevice = is_b ? b.crevice : a.crevice;
+#endif
+  return a;
+}
+
+Surface mixed(Surface a, Surface b, float part) {
+  a.position = mix(a.position, b.position, part);
+  a.normal = mix(a.normal, b.normal, part);
+  a.color = mix(a.color, b.color, part);
+#ifdef LOOKS
+  a.shine = mix(a.shine, b.shine, part);
+  a.crevice = mix(a.crevice, b.crevice, part);
+#endif
+  return a;
+}
+
+/// The light from it to the eye, as a code.
+vec3 lighted(Surface surface) {
+  vec3 base_color = surface.color.rgb;
+  vec3 n = normalize(surface.normal.xyz);
+  vec3 v = normalize(eye.xyz - surface.position);
   vec3 l = to_sun.xyz;
-  float metallic = surface.w;
-  float roughness = clamp(facet.w, 0.06, 1.0);
+  float metallic = surface.color.w;
+  float roughness = clamp(surface.normal.w, 0.06, 1.0);
   float nl = max(dot(n, l), 0.0);
   float nv = max(dot(n, v), 1e-3);
   vec3 facing = mix(vec3(0.04), base_color, metallic);
   vec3 diffuse = base_color * (1.0 - metallic);
-  int start = int(eye.w) * (int(gl_FragCoord.x) % 2 + 2 * (int(gl_FragCoord.y) % 2));
-  float lit = nl > 0.0 ? sunlight(world_position, n, 4, start) : 0.0;
+  float lit = nl > 0.0 ? sunlight(surface.position, n) : 0.0;
   vec3 radiance = scattered(n, v, l, nl, nv, facing, diffuse, roughness) * sun.rgb * (nl * lit);
 #ifdef LOOKS
   for (int i = 0; i < light_count; ++i) {
     vec3 towards;
-    vec3 light = lamp(i, world_position, towards);
+    vec3 light = lamp(i, surface.position, towards);
     float facing_light = max(dot(n, towards), 0.0);
     radiance += scattered(n, v, towards, facing_light, nv, facing, diffuse, roughness) * light * facing_light;
   }
 #endif
 
   // The surroundings: sky above, ground below; by the ground, bodies take the sky from each other too.
-  float height = max(world_position.y - ground_color.w, 0.0);
+  float height = max(surface.position.y - ground_color.w, 0.0);
   // Of the ground in front of a wall, not below it.
-  float open = openness(world_position, 2.0 * n.xz);
+  float open = openness(surface.position, 2.0 * n.xz);
   float shade = mix(open, 1.0, clamp(height * occlusion.w + max(n.y, 0.0), 0.0, 1.0));
   vec3 sky = mix(zenith.rgb, horizon.rgb, 0.55);
   float upward = 0.5 + 0.5 * n.y;
@@ -238,15 +288,100 @@ void main() {
   float smoothness = 1.0 - roughness;
   vec3 rim = facing + (max(vec3(smoothness), facing) - facing) * grazing;
   vec3 mirrored = surroundings(reflect(-v, n), roughness);
+  vec3 ambient = diffuse * around * (1.0 - rim) + rim * mirrored * shade;
 #ifdef LOOKS
-  vec4 shine = texelFetch(emission_alpha, pixel, 0);
-  float crevice = texelFetch(surface_color, pixel, 0).a;
-  radiance += (diffuse * around * (1.0 - rim) + rim * mirrored * shade) * crevice + shine.rgb;
-  code = vec4(surface.w > 1.5 ? srgb(clamp(base_color, 0.0, 1.0)) : display(radiance), shine.a);
+  radiance += ambient * surface.crevice + surface.shine.rgb;
+  return surface.color.w > 1.5 ? srgb(clamp(base_color, 0.0, 1.0)) : display(radiance);
 #else
-  radiance += diffuse * around * (1.0 - rim) + rim * mirrored * shade;
-  code = vec4(display(radiance), 1.0);
+  return display(radiance + ambient);
 #endif
+}
+
+void main() {
+  int side = int(eye.w);
+  ivec2 corner = ivec2(gl_FragCoord.xy) * side;
+  // Of one sample alone, all four are that one.
+  int next = side - 1;
+  ivec2 places[4] = ivec2[4](corner, corner + ivec2(next, 0), corner + ivec2(0, next), corner + ivec2(next));
+  float quarter = 0.25 * float(next);
+  vec3 middle = ray_corner.xyz + gl_FragCoord.x * ray_right.xyz + gl_FragCoord.y * ray_up.xyz;
+  vec3 across = quarter * ray_right.xyz;
+  vec3 along = quarter * ray_up.xyz;
+  vec3 rays[4] = vec3[4](middle - across - along, middle + across - along, middle - across + along,
+                         middle + across + along);
+  float pixel = length(ray_up.xyz);  // a metre from the eye
+  float above = eye.y - ground_color.w;
+
+  bool is_body[4];
+  float away[4];
+  int bodies = 0;
+  for (int i = 0; i < 4; ++i) {
+    float depth = texelFetch(sample_depth, places[i], 0).r;
+    away[i] = depth_terms.x / (depth_terms.y - depth);
+    // The ground hides what lies behind it, and gives way to what the scene draws at its height.
+    float height = (above + away[i] * rays[i].y) * sign(above);
+    is_body[i] = depth < 1.0 && height > -0.5 * pixel * away[i];
+#ifdef LOOKS
+    vec3 n = texelFetch(normal_roughness, places[i], 0).xyz;
+    is_body[i] = is_body[i] && dot(n, n) > 0.0;
+#endif
+    bodies += is_body[i] ? 16 << i : 0;
+  }
+
+  vec3 codes[2] = vec3[2](vec3(0.0), vec3(0.0));
+  vec2 alphas = vec2(0.0);
+  int of_first = 0;
+  Surface seen[4];
+  for (int i = 0; i < 4; ++i) {
+    seen[i].position = eye.xyz + away[i] * rays[i];
+    seen[i].normal = texelFetch(normal_roughness, places[i], 0);
+    seen[i].color = texelFetch(color_metallic, places[i], 0);
+#ifdef LOOKS
+    seen[i].shine = texelFetch(emission_alpha, places[i], 0);
+    seen[i].crevice = texelFetch(crevices, places[i], 0).r;
+#endif
+  }
+  Surface one = seen[3];
+  float nearby = 1.5 * pixel * away[3];
+  for (int i = 2; i >= 0; --i) {
+    one = chosen(one, seen[i], is_body[i]);
+    nearby = is_body[i] ? 1.5 * pixel * away[i] : nearby;
+  }
+  Surface other = one;
+  Surface mean = one;
+  float count = 0.0;
+  int groups = 1;
+  for (int i = 0; i < 4; ++i) {
+    float off_plane = abs(dot(seen[i].position - one.position, one.normal.xyz));
+    float unlike = dot(abs(seen[i].color - one.color), vec4(1.0)) + abs(seen[i].normal.w - one.normal.w);
+    bool is_one = dot(seen[i].normal.xyz, one.normal.xyz) > 0.9 && off_plane < nearby && unlike < 0.15;
+    is_one = is_one && is_body[i];
+    of_first += is_one ? 1 << i : 0;
+    count += is_one ? 1.0 : 0.0;
+    mean = mixed(mean, chosen(mean, seen[i], is_one), 1.0 / max(count, 1.0));
+    bool is_other = is_body[i] && !is_one;
+    other = chosen(other, seen[i], is_other);
+    groups = is_other ? 2 : groups;
+  }
+  // A rasteriser without branches goes once more through a loop that is left at its head.
+  int group = 0;
+  do {
+    Surface surface = chosen(mean, other, group == 1);
+    vec3 code = lighted(surface);
+    codes[0] = group == 0 ? code : codes[0];
+    codes[1] = group == 0 ? codes[1] : code;
+    ++group;
+  } while (group < groups);
+#ifdef LOOKS
+  alphas = vec2(mean.shine.a, other.shine.a);
+#endif
+  first = vec4(codes[0], float(bodies + of_first) / 255.0);
+  second = vec4(codes[1], 1.0);
+#ifdef LOOKS
+  opacities = vec4(alphas, 0.0, 0.0);
+#endif
+  // Ground and sky are drawn where they are seen.
+  gl_FragDepth = bodies == 240 ? 0.0 : 1.0;
 }
 )";
 
@@ -278,7 +413,7 @@ void main() {
   color *= 1.0 - 0.16 * fines * ground_reach.z;
 
   vec3 n = vec3(0.0, 1.0, 0.0);
-  float lit = sunlight(position, n, 2, 0);
+  float lit = sunlight(position, n);
   float open = openness(position, vec2(0.0));
   vec3 sky = mix(zenith.rgb, horizon.rgb, 0.55);
   vec3 radiance = color * (sun.rgb * (max(to_sun.y, 0.0) * lit) + sky * open);
@@ -363,10 +498,10 @@ uniform sampler2D occlusion_texture;
 uniform sampler2D emission_texture;
 uniform sampler2D nearer_depth;
 uniform float is_behind;   // 1: only what lies behind nearer_depth
-layout(location = 0) out vec4 position_metallic;
-layout(location = 1) out vec4 normal_roughness;
-layout(location = 2) out vec4 surface_color;
-layout(location = 3) out vec4 emission_alpha;
+layout(location = 0) out vec4 normal_roughness;
+layout(location = 1) out vec4 color_metallic;
+layout(location = 2) out vec4 emission_alpha;
+layout(location = 3) out vec4 crevice;
 
 /// The logarithm to base 2, by lines between the powers: exact on every machine, off by at most 0.09.
 float logarithm(float x) {
@@ -400,11 +535,10 @@ void main() {
   vec3 t = world_tangent.xyz - n * dot(n, world_tangent.xyz);
   t /= max(sqrt(dot(t, t)), 1e-6);
   vec3 b = cross(n, t) * world_tangent.w;
-  position_metallic = vec4(world_position, emission.w > 0.5 ? 2.0 : metallic_roughness.x * finish.b);
   normal_roughness = vec4(side * normalize(t * bump.x + b * bump.y + n * max(bump.z, 0.05)),
                           metallic_roughness.y * finish.g);
-  surface_color =
-      vec4(color.rgb, 1.0 + strengths.y * (texel(occlusion_texture, 3, metres).r - 1.0));
+  color_metallic = vec4(color.rgb, emission.w > 0.5 ? 2.0 : metallic_roughness.x * finish.b);
+  crevice = vec4(1.0 + strengths.y * (texel(occlusion_texture, 3, metres).r - 1.0));
   emission_alpha = vec4(emission.rgb * texel(emission_texture, 4, metres).rgb,
                         opacity.z > 0.5 ? alpha : 1.0);
 }
@@ -454,33 +588,26 @@ layout(location = 2) in vec3 color;
 layout(location = 3) in vec2 finish;
 uniform mat4 clip_from_body;
 uniform mat4 world_from_body;
-out vec3 world_position;
-out vec3 world_normal;
-out vec3 base_color;
-out vec2 metallic_roughness;
+out vec4 normal_and_roughness;
+out vec4 color_and_metallic;
 void main() {
   gl_Position = clip_from_body * vec4(position, 1.0);
-  world_position = (world_from_body * vec4(position, 1.0)).xyz;
-  world_normal = mat3(world_from_body) * normal;
-  base_color = color;
-  metallic_roughness = finish;
+  normal_and_roughness = vec4(mat3(world_from_body) * normal, finish.y);
+  color_and_metallic = vec4(color, finish.x);
 }
 )";
 }
 
 std::string body_fragment() {
   return R"(
-in vec3 world_position;
-in vec3 world_normal;
-in vec3 base_color;
-in vec2 metallic_roughness;
-layout(location = 0) out vec4 position_metallic;
-layout(location = 1) out vec4 normal_roughness;
-layout(location = 2) out vec4 surface_color;
+in vec4 normal_and_roughness;
+in vec4 color_and_metallic;
+layout(location = 0) out vec4 normal_roughness;
+layout(location = 1) out vec4 color_metallic;
 void main() {
-  position_metallic = vec4(world_position, metallic_roughness.x);
-  normal_roughness = vec4(gl_FrontFacing ? world_normal : -world_normal, metallic_roughness.y);
-  surface_color = vec4(base_color, 1.0);
+  float side = gl_FrontFacing ? 1.0 : -1.0;
+  normal_roughness = vec4(side * normal_and_roughness.xyz, normal_and_roughness.w);
+  color_metallic = color_and_metallic;
 }
 )";
 }

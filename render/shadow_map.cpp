@@ -45,10 +45,8 @@ SunView fit_sun_view(const glm::dvec3& ray, std::span<const glm::dvec3> points) 
   return view;
 }
 
-ShadowMap::ShadowMap()
-    : depths_(static_cast<std::size_t>(size) * size),
-      low_(static_cast<std::size_t>(blocks) * blocks),
-      high_(low_.size()) {
+ShadowMap::ShadowMap(int texels)
+    : size(texels), depths_(static_cast<std::size_t>(size) * static_cast<std::size_t>(size)) {
   glGenTextures(1, &depth_);
   glBindTexture(GL_TEXTURE_2D, depth_);
   glTexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT32F, size, size, 0, GL_DEPTH_COMPONENT, GL_FLOAT, nullptr);
@@ -57,9 +55,9 @@ ShadowMap::ShadowMap()
   glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth_, 0);
   glDrawBuffer(GL_NONE);
   glReadBuffer(GL_NONE);
-  glGenTextures(1, &range_);
-  glBindTexture(GL_TEXTURE_2D, range_);
-  glTexImage2D(GL_TEXTURE_2D, 0, GL_RG32F, blocks, blocks, 0, GL_RG, GL_FLOAT, nullptr);
+  glGenTextures(1, &nearest_);
+  glBindTexture(GL_TEXTURE_2D, nearest_);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_R32F, blocks, blocks, 0, GL_RED, GL_FLOAT, nullptr);
 }
 
 void ShadowMap::start() {
@@ -72,42 +70,39 @@ void ShadowMap::start() {
 void ShadowMap::finish() {
   // The map is in main memory anyway, and here a pass over it is cheaper than shaders'.
   glReadPixels(0, 0, size, size, GL_DEPTH_COMPONENT, GL_FLOAT, depths_.data());
-  std::fill(low_.begin(), low_.end(), 1.0F);
-  std::fill(high_.begin(), high_.end(), 0.0F);
-  for (std::size_t y = 0; y < size; ++y) {
-    for (std::size_t column = 0; column < blocks; ++column) {
-      const float* depth = &depths_[y * size + column * block];
-      float low = depth[0];
-      float high = depth[0];
-      for (std::size_t i = 1; i < block; ++i) {
-        low = std::min(low, depth[i]);
-        high = std::max(high, depth[i]);
-      }
-      const std::size_t index = y / block * blocks + column;
-      low_[index] = std::min(low_[index], low);
-      high_[index] = std::max(high_[index], high);
+  const auto width = static_cast<std::size_t>(size);
+  const std::size_t block = width / blocks;
+  constexpr auto count = static_cast<std::size_t>(blocks);
+  std::vector<float> nearest(count * count);
+  std::vector<float> columns(width);
+  for (std::size_t v = 0; v < count; ++v) {
+    std::fill(columns.begin(), columns.end(), 1.0F);
+    for (std::size_t y = v * block; y < (v + 1) * block; ++y) {
+      const float* const row = &depths_[y * width];
+      for (std::size_t x = 0; x < width; ++x) columns[x] = std::min(columns[x], row[x]);
+    }
+    for (std::size_t u = 0; u < count; ++u) {
+      const auto begin = columns.begin() + static_cast<std::ptrdiff_t>(u * block);
+      nearest[v * count + u] = *std::min_element(begin, begin + static_cast<std::ptrdiff_t>(block));
     }
   }
   // The widest penumbra takes samples up to two blocks away.
   constexpr int reach = 2;
-  std::vector<float> range;
-  range.reserve(2 * low_.size());
+  std::vector<float> around;
+  around.reserve(nearest.size());
   for (int y = 0; y < blocks; ++y) {
     for (int x = 0; x < blocks; ++x) {
       float low = 1;
-      float high = 0;
       for (int v = std::max(y - reach, 0); v <= std::min(y + reach, blocks - 1); ++v) {
         for (int u = std::max(x - reach, 0); u <= std::min(x + reach, blocks - 1); ++u) {
-          low = std::min(low, low_[static_cast<std::size_t>(v) * blocks + static_cast<std::size_t>(u)]);
-          high = std::max(high, high_[static_cast<std::size_t>(v) * blocks + static_cast<std::size_t>(u)]);
+          low = std::min(low, nearest[static_cast<std::size_t>(v) * count + static_cast<std::size_t>(u)]);
         }
       }
-      range.push_back(low);
-      range.push_back(high);
+      around.push_back(low);
     }
   }
-  glBindTexture(GL_TEXTURE_2D, range_);
-  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, blocks, blocks, GL_RG, GL_FLOAT, range.data());
+  glBindTexture(GL_TEXTURE_2D, nearest_);
+  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, blocks, blocks, GL_RED, GL_FLOAT, around.data());
 }
 
 }  // namespace substep

@@ -21,30 +21,27 @@ struct SunView {
 /// The square view along unit `ray` that holds all points with room around them.
 SunView fit_sun_view(const glm::dvec3& ray, std::span<const glm::dvec3> points);
 
-/// A depth texture of `size`² and, for each block of it, the range of depths in and around the block. GL
+/// A depth texture of `size`² and, for each block of it, the least of the depths in and around the block. GL
 /// objects live as long as their context.
 class ShadowMap {
  public:
-  static constexpr int size = 1024;
-  static constexpr int block = 16;
-  static constexpr int blocks = size / block;
+  static constexpr int blocks = 64;  ///< a side
+  const int size;                    ///< a multiple of `blocks`
 
-  ShadowMap();
+  explicit ShadowMap(int texels);
 
   /// Makes the map the target and clears it.
   void start();
-  /// After drawing: finds the ranges.
+  /// After drawing: finds the least depths.
   void finish();
   GLuint depth() const { return depth_; }
-  GLuint range() const { return range_; }
+  GLuint nearest() const { return nearest_; }
 
  private:
   GLuint depth_ = 0;
-  GLuint range_ = 0;
+  GLuint nearest_ = 0;
   GLuint framebuffer_ = 0;
   std::vector<float> depths_;
-  std::vector<float> low_;
-  std::vector<float> high_;
 };
 
 }  // namespace substep

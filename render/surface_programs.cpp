@@ -80,6 +80,7 @@ SurfacePrograms::SurfacePrograms()
   set_frame_units(ground);
   set_frame_units(shading);  // which is in use then
   glUniform1i(glGetUniformLocation(shading, "emission_alpha"), emission_unit);
+  glUniform1i(glGetUniformLocation(shading, "crevices"), crevice_unit);
   for (const GLuint program : {body, cut}) {
     glUseProgram(program);
     for (std::size_t role = 0; role < texture_names.size(); ++role) {

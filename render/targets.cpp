@@ -12,6 +12,10 @@ namespace {
               " samples: ask for a smaller picture");
 }
 
+void require_complete(int width, int height) {
+  if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) refuse_size(width, height);
+}
+
 }  // namespace
 
 Target::Target(int w, int h) : width(w), height(h), pixels(static_cast<std::size_t>(w) * h * 4) {
@@ -23,16 +27,20 @@ Target::Target(int w, int h) : width(w), height(h), pixels(static_cast<std::size
   glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, color);
   glGenRenderbuffers(1, &depth);
   glBindRenderbuffer(GL_RENDERBUFFER, depth);
-  glRenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH32F_STENCIL8, width, height);
-  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_STENCIL_ATTACHMENT, GL_RENDERBUFFER, depth);
-  if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) refuse_size(width, height);
+  glRenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT32F, width, height);
+  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, depth);
+  require_complete(width, height);
 }
 
 void Target::start() const {
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
   glViewport(0, 0, width, height);
+}
+
+void Target::start_anew() const {
+  start();
   glClearColor(0, 0, 0, 0);
-  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
+  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
 }
 
 void Target::end() const {
@@ -46,64 +54,89 @@ namespace {
 constexpr std::array<GLenum, 4> outputs{GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1, GL_COLOR_ATTACHMENT2,
                                         GL_COLOR_ATTACHMENT3};
 
-/// Attaches those that there are.
-void attach(const std::array<GLuint, 4>& textures) {
+/// Attaches those that there are, and the depth.
+void attach(const std::array<GLuint, 4>& textures, GLuint depth) {
   GLsizei count = 0;
   for (; count < 4 && textures[static_cast<std::size_t>(count)] != 0; ++count) {
     glFramebufferTexture2D(GL_FRAMEBUFFER, outputs[static_cast<std::size_t>(count)], GL_TEXTURE_2D,
                            textures[static_cast<std::size_t>(count)], 0);
   }
   glDrawBuffers(count, outputs.data());
+  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth, 0);
 }
 
-void require_complete(const Target& target) {
-  if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
-    refuse_size(target.width, target.height);
+void make_depth(GLuint texture, int width, int height) {
+  glBindTexture(GL_TEXTURE_2D, texture);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT32F, width, height, 0, GL_DEPTH_COMPONENT, GL_FLOAT,
+               nullptr);
 }
 
 }  // namespace
 
-Surfaces::Surfaces(const Target& target, bool with_emission) {
+Surfaces::Surfaces(int w, int h, bool with_emission) : width(w), height(h) {
   glGenFramebuffers(1, &framebuffer);
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-  glGenTextures(with_emission ? 4 : 3, textures.data());
+  glGenTextures(with_emission ? 4 : 2, textures.data());
   for (const GLuint texture : textures) {
     if (texture == 0) continue;
     glBindTexture(GL_TEXTURE_2D, texture);
-    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, target.width, target.height, 0, GL_RGBA, GL_FLOAT, nullptr);
+    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, width, height, 0, GL_RGBA, GL_FLOAT, nullptr);
   }
-  attach(textures);
-  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_STENCIL_ATTACHMENT, GL_RENDERBUFFER, target.depth);
-  require_complete(target);
+  glGenTextures(1, &depth);
+  make_depth(depth, width, height);
+  attach(textures, depth);
+  require_complete(width, height);
 }
 
 void Surfaces::end() const {
   glDeleteFramebuffers(1, &framebuffer);
   glDeleteTextures(4, textures.data());
+  glDeleteTextures(1, &depth);
 }
 
-Layers::Layers(const Target& target, const Surfaces& shared) {
+Lit::Lit(const Target& picture, bool with_opacities) {
+  const GLsizei count = with_opacities ? 3 : 2;
+  glGenFramebuffers(1, &framebuffer);
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+  glGenRenderbuffers(count, colors.data());
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+    glBindRenderbuffer(GL_RENDERBUFFER, colors[i]);
+    glRenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, picture.width, picture.height);
+    glFramebufferRenderbuffer(GL_FRAMEBUFFER, outputs[i], GL_RENDERBUFFER, colors[i]);
+    pixels[i].resize(picture.pixels.size());
+  }
+  glDrawBuffers(count, outputs.data());
+  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, picture.depth);
+  require_complete(picture.width, picture.height);
+}
+
+void Lit::read(const Target& picture) {
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    if (pixels[i].empty()) continue;
+    glReadBuffer(outputs[i]);
+    glReadPixels(0, 0, picture.width, picture.height, GL_RGBA, GL_UNSIGNED_BYTE, pixels[i].data());
+  }
+}
+
+void Lit::end() const {
+  glDeleteFramebuffers(1, &framebuffer);
+  glDeleteRenderbuffers(3, colors.data());
+}
+
+Layers::Layers(const Surfaces& shared) {
   glGenTextures(2, depths.data());
   glGenFramebuffers(2, surfaces.data());
-  glGenFramebuffers(2, lit.data());
   for (std::size_t i = 0; i < depths.size(); ++i) {
-    glBindTexture(GL_TEXTURE_2D, depths[i]);
-    glTexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH32F_STENCIL8, target.width, target.height, 0, GL_DEPTH_STENCIL,
-                 GL_FLOAT_32_UNSIGNED_INT_24_8_REV, nullptr);
+    make_depth(depths[i], shared.width, shared.height);
     glBindFramebuffer(GL_FRAMEBUFFER, surfaces[i]);
-    attach(shared.textures);
-    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_STENCIL_ATTACHMENT, GL_TEXTURE_2D, depths[i], 0);
-    require_complete(target);
-    glBindFramebuffer(GL_FRAMEBUFFER, lit[i]);
-    glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, target.color);
-    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_STENCIL_ATTACHMENT, GL_TEXTURE_2D, depths[i], 0);
-    require_complete(target);
+    attach(shared.textures, depths[i]);
+    require_complete(shared.width, shared.height);
   }
 }
 
 void Layers::end() const {
   glDeleteFramebuffers(2, surfaces.data());
-  glDeleteFramebuffers(2, lit.data());
   glDeleteTextures(2, depths.data());
 }
 

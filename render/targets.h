@@ -13,7 +13,7 @@ namespace substep {
 struct Target {
   GLuint framebuffer = 0;
   GLuint color = 0;
-  GLuint depth = 0;  ///< with a stencil
+  GLuint depth = 0;
   int width = 0;
   int height = 0;
   std::vector<std::uint8_t> pixels;
@@ -21,7 +21,10 @@ struct Target {
   Target() = default;
   Target(int w, int h);
 
+  /// Makes it the target.
   void start() const;
+  /// The same, and clears it.
+  void start_anew() const;
 
   void read() { glReadPixels(0, 0, width, height, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data()); }
 
@@ -29,14 +32,31 @@ struct Target {
 };
 
 /// What is seen at each sample, for the light to be computed once however many triangles lie behind each
-/// other or share the sample's neighbourhood. Its stencil is 1 where a body is seen, and belongs to `target`
-/// too.
+/// other or share the sample's neighbourhood.
 struct Surfaces {
   GLuint framebuffer = 0;
-  std::array<GLuint, 4> textures{};  ///< the last where it was asked for
+  std::array<GLuint, 4> textures{};  ///< the last two where they were asked for
+  GLuint depth = 0;                  ///< texture
+  int width = 0;
+  int height = 0;
 
   Surfaces() = default;
-  Surfaces(const Target& target, bool with_emission);
+  Surfaces(int w, int h, bool with_emission);
+
+  void end() const;
+};
+
+/// The light from the surfaces, a pixel of `picture` each: of its first surface, of its second, and of both
+/// what they cover. Its depth is the picture's.
+struct Lit {
+  GLuint framebuffer = 0;
+  std::array<GLuint, 3> colors{};  ///< the last where it was asked for
+  std::array<std::vector<std::uint8_t>, 3> pixels;
+
+  Lit() = default;
+  Lit(const Target& picture, bool with_opacities);
+
+  void read(const Target& picture);
 
   void end() const;
 };
@@ -45,10 +65,9 @@ struct Surfaces {
 struct Layers {
   std::array<GLuint, 2> depths{};
   std::array<GLuint, 2> surfaces{};  ///< framebuffers: the textures of Surfaces, with these depths
-  std::array<GLuint, 2> lit{};       ///< the target's colour with these depths' stencils
 
   Layers() = default;
-  Layers(const Target& target, const Surfaces& shared);
+  explicit Layers(const Surfaces& shared);
 
   void end() const;
 };

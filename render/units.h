@@ -8,12 +8,13 @@ namespace substep {
 enum Unit : GLint {
   shadow_depth_unit,
   shadow_test_unit,
-  shadow_range_unit,
+  shadow_nearest_unit,
   occlusion_unit,
-  position_unit,
+  depth_unit,
   normal_unit,
   color_unit,
   emission_unit,
+  crevice_unit,
   nearer_unit,
   surface_texture_unit,  ///< the first of five, by Surface::Role
 };

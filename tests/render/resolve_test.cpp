@@ -10,63 +10,97 @@ namespace {
 
 using Pixels = std::vector<std::uint8_t>;
 
+/// Four bytes a pixel of one grey.
+Pixels grey(std::size_t pixels, int code, int alpha = 0) {
+  Pixels result(4 * pixels, static_cast<std::uint8_t>(code));
+  for (std::size_t i = 3; i < result.size(); i += 4) result[i] = static_cast<std::uint8_t>(alpha);
+  return result;
+}
+
+constexpr int all_samples = 0xff;  // bodies', and of the first colour
+
 TEST(Resolve, TheLowestRowComesLast) {
   const Pixels bottom_up{1, 2, 3, 255, 4, 5, 6, 255};  // two rows of one pixel
   EXPECT_EQ(top_down(bottom_up, 1, 2).rgb, (Pixels{4, 5, 6, 1, 2, 3}));
-  Image image(1, 2);
-  cover(image, bottom_up, 1);
-  EXPECT_EQ(image.rgb, (Pixels{4, 5, 6, 1, 2, 3}));
+  const Pixels ground = grey(2, 9);
+  for (const int samples : {1, 2}) {
+    EXPECT_EQ(resolved(Drawn{1, 2, samples, ground, bottom_up, ground}).rgb, (Pixels{4, 5, 6, 1, 2, 3}));
+  }
 }
 
 TEST(Resolve, EqualSamplesKeepTheirCode) {
   for (int code = 0; code < 256; ++code) {
-    Pixels samples(16, static_cast<std::uint8_t>(code));
-    for (std::size_t i = 3; i < samples.size(); i += 4) samples[i] = 255;
-    Image image(1, 1);
-    cover(image, samples, 2);
-    EXPECT_EQ(image.rgb, Pixels(3, static_cast<std::uint8_t>(code)));
+    // Whichever of the three colours the samples take.
+    for (const int bits : {0x00, 0xff, 0xf0, 0x53, 0x31}) {
+      const Pixels same = grey(1, code, bits);
+      const Drawn drawn{1, 1, 2, same, same, same};
+      EXPECT_EQ(resolved(drawn).rgb, Pixels(3, static_cast<std::uint8_t>(code)));
+      EXPECT_EQ(resolved(veiled(drawn), 1, 1, 2).rgb, Pixels(3, static_cast<std::uint8_t>(code)));
+    }
   }
 }
 
-/// A pixel of `below` under samples of which the first `drawn` are of the code `over`.
-int covered(int below, int drawn, int over) {
-  Pixels samples(16, 0);
-  for (int i = 0; i < drawn; ++i) {
-    std::fill_n(&samples[static_cast<std::size_t>(4 * i)], 3, static_cast<std::uint8_t>(over));
-    samples[static_cast<std::size_t>(4 * i + 3)] = 255;
-  }
-  Image image(1, 1);
-  image.rgb.assign(3, static_cast<std::uint8_t>(below));
-  cover(image, samples, 2);
-  return image.rgb[0];
+/// A pixel of `below` under samples of which the first `drawn` are of the code `over`, of either colour.
+int covered(int below, int drawn, int over, bool is_second = false) {
+  const int samples = (1 << drawn) - 1;
+  const Pixels ground = grey(1, below);
+  const Pixels first = grey(1, is_second ? 77 : over, is_second ? samples << 4 : samples << 4 | samples);
+  const Pixels second = grey(1, over);
+  return resolved(Drawn{1, 1, 2, ground, first, second}).rgb[0];
 }
 
 TEST(Resolve, SamplesAreAveragedAsLight) {
   // sRGB's codes of a quarter, half and three quarters of white: 1.055 x^(1/2.4) − 0.055, times 255.
-  EXPECT_EQ(covered(0, 1, 255), 137);
-  EXPECT_EQ(covered(0, 2, 255), 188);
-  EXPECT_EQ(covered(0, 3, 255), 225);
-  EXPECT_EQ(covered(255, 3, 0), 137);
+  for (const bool is_second : {false, true}) {
+    EXPECT_EQ(covered(0, 1, 255, is_second), 137);
+    EXPECT_EQ(covered(0, 2, 255, is_second), 188);
+    EXPECT_EQ(covered(0, 3, 255, is_second), 225);
+    EXPECT_EQ(covered(255, 3, 0, is_second), 137);
+  }
 }
 
 TEST(Resolve, AnUprightEdgeHasFourStepsAPixel) {
   // Three pixels in a row; the first `drawn` columns of samples are white, the ground is black.
   std::vector<int> middle;
   for (int drawn = 0; drawn <= 6; ++drawn) {
-    Pixels samples(std::size_t{6} * 2 * 4, 0);
-    for (std::size_t i = 0; i < 12; ++i) {
-      if (static_cast<int>(i % 6) < drawn) std::fill_n(&samples[4 * i], 4, std::uint8_t{255});
+    Pixels first = grey(3, 255);
+    for (int x = 0; x < 6; ++x) {
+      if (x < drawn) first[static_cast<std::size_t>(x / 2 * 4 + 3)] |= x % 2 == 0 ? 0x55 : 0xaa;
     }
-    Image image(3, 1);
-    cover(image, samples, 2);
-    middle.push_back(image.pixel(1, 0)[0]);
+    const Pixels ground = grey(3, 0);
+    middle.push_back(resolved(Drawn{3, 1, 2, ground, first, ground}).pixel(1, 0)[0]);
   }
   // sRGB's codes of 0, 0, 1/8, 1/2, 7/8, 1, 1.
   EXPECT_EQ(middle, (std::vector<int>{0, 0, 99, 188, 240, 255, 255}));
 }
 
+TEST(Resolve, UndrawnGroundBelowABodyIsNotUsed) {
+  // The left pixel is wholly a body's, where the ground is anything; of the right one only the right half is.
+  Pixels first = grey(2, 255, all_samples);
+  first[7] = 0xaa;
+  Pixels ground = grey(2, 0);
+  const Image black = resolved(Drawn{2, 1, 2, ground, first, ground});
+  std::fill_n(ground.begin(), 4, std::uint8_t{200});
+  EXPECT_EQ(resolved(Drawn{2, 1, 2, ground, first, ground}).rgb, black.rgb);
+  EXPECT_EQ(black.rgb[0], 240);  // 7/8
+}
+
 TEST(Resolve, NothingDrawnLeavesThePixel) {
   for (const int below : {0, 1, 77, 254, 255}) EXPECT_EQ(covered(below, 0, 255), below);
+}
+
+TEST(Resolve, WhatLightPassesThroughLiesOverBodiesAndGround) {
+  // Half of white over black, where the layer has a body's sample: as light, so 188.
+  const Pixels black = grey(2, 0);
+  Pixels layer = grey(2, 255);
+  layer[3] = all_samples;
+  Pixels opacities(8, 0);
+  opacities[0] = 128;
+  Veiled samples = veiled(Drawn{2, 1, 1, black, black, black});
+  lay_over(samples, Drawn{2, 1, 1, black, layer, black}, opacities);
+  const Image image = resolved(samples, 2, 1, 1);
+  EXPECT_NEAR(image.pixel(0, 0)[0], 188, 1);
+  EXPECT_EQ(image.pixel(1, 0)[0], 0);
 }
 
 }  // namespace
