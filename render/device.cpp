@@ -74,10 +74,7 @@ const SurfacePrograms& Device::surface_programs() {
   return *surface_programs_;
 }
 
-ShadowMap& Device::shadow(int pixels) {
-  // Half as many texels are as fine as half as many pixels; the map of a small picture takes as long as it.
-  constexpr int longest_of_small = 512;
-  const bool is_small = pixels <= longest_of_small;
+ShadowMap& Device::shadow(bool is_small) {
   std::unique_ptr<ShadowMap>& map = is_small ? small_shadow_ : large_shadow_;
   if (!map) map = std::make_unique<ShadowMap>(is_small ? 512 : 1024);
   return *map;

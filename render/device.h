@@ -34,8 +34,8 @@ struct Device {
   GLuint frame_buffer = 0;  ///< of the block Frame
   Target relief;            ///< Relief::size²
   GLuint occlusion = 0;     ///< texture, Relief::size²
-  /// For pictures of this many pixels a side at most.
-  ShadowMap& shadow(int pixels);
+  /// Made when first asked for: of 512² texels, or of 1024².
+  ShadowMap& shadow(bool is_small);
 
   /// Compiled when first asked for: most scenes need none of them.
   const SurfacePrograms& surface_programs();

@@ -70,7 +70,7 @@ struct Renderer::Implementation {
   std::vector<bool> scenery;  ///< of each part
   FrameUniforms frame{};
 
-  ShadowMap* shadow = nullptr;  ///< the device's
+  ShadowMap* shadow = nullptr;  ///< the frame's: one of the device's
   BodyBuffers bodies;
   Surfaces surfaces;  ///< of four samples a pixel if anti-aliased
   Target picture;
@@ -153,8 +153,6 @@ Renderer::Implementation::Implementation(const Scene& scene, const RenderSetting
     textures = SurfaceTextures(scene, mesh.surfaces);
     programs->set_lights(scene, mesh.parts);
   }
-  shadow = &device->shadow(std::max(settings.width, settings.height));
-  frame.depth_terms.z = static_cast<float>(shadow->size);
   ray = set_light(frame, scene, ground);
   focus = std::max(nearest, 0.1);
   const int scale = settings.antialiasing ? 2 : 1;
@@ -231,6 +229,11 @@ void Renderer::Implementation::fit_shadow(std::span<const Coordinates> poses) {
   }
   const SunView sun = fit_sun_view(ray, points);
   frame.shadow_from_world = glm::mat4(sun.map_from_world);
+  // The large map takes as long as all else of a small picture. The small one does where its texels are finer
+  // than the pixels.
+  const double pixel = focus * 2 * view.tangent_y / settings.height;
+  shadow = &device->shadow(sun.width / 512 < 0.75 * pixel);
+  frame.depth_terms.z = static_cast<float>(shadow->size);
   const double texel = sun.width / shadow->size;
   frame.shadow_scale = {static_cast<float>(1 / sun.width), static_cast<float>(0.001 + 0.6 * texel),
                         static_cast<float>(sun.depth), settings.shadows ? 1.0F : 0.0F};

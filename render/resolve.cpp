@@ -68,48 +68,57 @@ struct Sample {
   }
 };
 
-/// Of each pixel of a row, whether it and its neighbours are all of one surface or all without bodies.
+/// Of each pixel of a row, whether it and its neighbours are all of one surface each, of nearly one colour,
+/// or all without bodies.
 class EvenPixels {
  public:
-  explicit EvenPixels(const Drawn& drawn)
-      : width_(static_cast<std::size_t>(drawn.width)),
-        height_(drawn.height),
-        bits_(drawn.first.size() / 4),
-        all_(width_ + 2),
-        any_(width_ + 2),
-        even_(width_) {
-    for (std::size_t i = 0; i < bits_.size(); ++i) bits_[i] = bits_of(drawn, i);
+  explicit EvenPixels(const Drawn& drawn) : drawn_(drawn), width_(4 * static_cast<std::size_t>(drawn.width)) {
+    for (std::vector<std::uint8_t>* line : {&low_, &high_, &all_, &any_}) line->resize(width_ + 8);
+    even_.resize(static_cast<std::size_t>(drawn.width));
   }
 
   const std::vector<std::uint8_t>& row(int y) {
-    const std::uint8_t* const below = bits(y - 1);
-    const std::uint8_t* const here = bits(y);
-    const std::uint8_t* const above = bits(y + 1);
-    for (std::size_t x = 0; x < width_; ++x) {
-      all_[x + 1] = below[x] & here[x] & above[x];
-      any_[x + 1] = below[x] | here[x] | above[x];
+    const std::uint8_t* const below = line(y - 1);
+    const std::uint8_t* const here = line(y);
+    const std::uint8_t* const above = line(y + 1);
+    for (std::size_t i = 0; i < width_; ++i) {
+      low_[i + 4] = std::min({below[i], here[i], above[i]});
+      high_[i + 4] = std::max({below[i], here[i], above[i]});
+      all_[i + 4] = below[i] & here[i] & above[i];
+      any_[i + 4] = below[i] | here[i] | above[i];
     }
-    for (std::vector<std::uint8_t>* line : {&all_, &any_}) {
-      line->front() = (*line)[1];
-      line->back() = (*line)[width_];
+    for (std::vector<std::uint8_t>* line : {&low_, &high_, &all_, &any_}) {
+      std::copy_n(line->begin() + 4, 4, line->begin());
+      std::copy_n(line->end() - 8, 4, line->end() - 4);
     }
-    for (std::size_t x = 0; x < width_; ++x) {
-      const int all = all_[x] & all_[x + 1] & all_[x + 2];
-      const int any = any_[x] | any_[x + 1] | any_[x + 2];
-      even_[x] = static_cast<std::uint8_t>(static_cast<int>(all == one_surface) | static_cast<int>(any == 0));
-    }
+    for (std::size_t x = 0; x < even_.size(); ++x) even_[x] = is_even(4 * x) ? 1 : 0;
     return even_;
   }
 
  private:
-  const std::uint8_t* bits(int y) const {
-    return &bits_[static_cast<std::size_t>(std::clamp(y, 0, height_ - 1)) * width_];
+  const std::uint8_t* line(int y) const {
+    return &drawn_.first[static_cast<std::size_t>(std::clamp(y, 0, drawn_.height - 1)) * width_];
   }
 
-  std::size_t width_;
-  int height_;
-  std::vector<std::uint8_t> bits_;
-  std::vector<std::uint8_t> all_;  ///< of a pixel and those above and below; with one more at each end
+  /// `i`: where the pixel to the left begins.
+  bool is_even(std::size_t i) const {
+    if ((any_[i + 3] | any_[i + 7] | any_[i + 11]) == 0) return true;
+    if ((all_[i + 3] & all_[i + 7] & all_[i + 11]) != one_surface) return false;
+    constexpr int nearly = 16;  // an edge between such codes would be smoothed by 2 of them
+    for (std::size_t c = i; c < i + 3; ++c) {
+      const int low = std::min({low_[c], low_[c + 4], low_[c + 8]});
+      const int high = std::max({high_[c], high_[c + 4], high_[c + 8]});
+      if (high - low > nearly) return false;
+    }
+    return true;
+  }
+
+  const Drawn& drawn_;
+  std::size_t width_;  ///< bytes
+  // Of a pixel and those below and above it; with one more pixel at each end.
+  std::vector<std::uint8_t> low_;
+  std::vector<std::uint8_t> high_;
+  std::vector<std::uint8_t> all_;
   std::vector<std::uint8_t> any_;
   std::vector<std::uint8_t> even_;
 };

@@ -30,8 +30,8 @@ struct Drawn {
 };
 
 /// A pixel's samples, and with a third of their weight the nearest of its neighbours', averaged as light, not
-/// as codes, and in integers: exact everywhere. Among pixels that bodies cover wholly with one surface each,
-/// or not at all, a pixel is its own.
+/// as codes, and in integers: exact everywhere. Among pixels that bodies cover wholly with one surface of
+/// nearly one colour, or not at all, a pixel is its own.
 Image resolved(const Drawn& drawn);
 
 /// Light of each sample, red, green and blue in 65535ths: for surfaces over it that light passes through.

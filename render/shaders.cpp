@@ -60,10 +60,15 @@ vec3 srgb(vec3 y) {
   return mix(curve, 12.92 * y, vec3(lessThan(y, vec3(0.0031308))));
 }
 
-/// Filmic curve (Narkowicz 2015, fitted to the ACES reference), as a code.
-vec3 display(vec3 radiance) {
+/// Filmic curve (Narkowicz 2015, fitted to the ACES reference).
+vec3 film(vec3 radiance) {
   vec3 x = radiance * 0.72;
-  return srgb(clamp((x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0));
+  return clamp((x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0);
+}
+
+/// The same as a code.
+vec3 display(vec3 radiance) {
+  return srgb(film(radiance));
 }
 
 /// Radiance towards v of a surface in light from l of radiance 1 / cosine.
@@ -203,8 +208,8 @@ vec3 lamp(int i, vec3 position, out vec3 towards) {
 }
 )";
 
-/// What is seen at the samples of a pixel, in light: once where they are of one face, twice where they are
-/// of several. With LOOKS, of surfaces that have more than a colour, and in all lights.
+/// What is seen at the samples of a pixel, in light, which is computed once for those of one face. Where faces
+/// are of several surfaces, these are kept apart, two at most. With LOOKS, of surfaces that have more than a colour, and in all lights.
 const std::string shading = R"(
 uniform sampler2D sample_depth;
 uniform sampler2D normal_roughness;
@@ -252,7 +257,18 @@ Surface mixed(Surface a, Surface b, float part) {
   return a;
 }
 
-/// The light from it to the eye, as a code.
+/// Below 1 where both are of one face, or of faces that light tells apart by little; most between surfaces of
+/// other colours or one behind the other.
+float unlikeness(Surface a, Surface b) {
+  vec3 between = b.position - a.position;
+  float pixel = length(ray_up.xyz) * distance(eye.xyz, a.position);
+  float aside = abs(dot(between, a.normal.xyz)) / (1.5 * pixel);
+  float turned = (1.0 - dot(a.normal.xyz, b.normal.xyz)) / 0.1;
+  float colored = (dot(abs(a.color - b.color), vec4(1.0)) + abs(a.normal.w - b.normal.w)) / 0.15;
+  return max(max(min(aside, 4.0), min(turned, 2.0)), colored);
+}
+
+/// The light from it to the eye, as the picture shows it, 0 to 1.
 vec3 lighted(Surface surface) {
   vec3 base_color = surface.color.rgb;
   vec3 n = normalize(surface.normal.xyz);
@@ -291,9 +307,9 @@ vec3 lighted(Surface surface) {
   vec3 ambient = diffuse * around * (1.0 - rim) + rim * mirrored * shade;
 #ifdef LOOKS
   radiance += ambient * surface.crevice + surface.shine.rgb;
-  return surface.color.w > 1.5 ? srgb(clamp(base_color, 0.0, 1.0)) : display(radiance);
+  return surface.color.w > 1.5 ? clamp(base_color, 0.0, 1.0) : film(radiance);
 #else
-  return display(radiance + ambient);
+  return film(radiance + ambient);
 #endif
 }
 
@@ -328,8 +344,6 @@ void main() {
     bodies += is_body[i] ? 16 << i : 0;
   }
 
-  vec3 codes[2] = vec3[2](vec3(0.0), vec3(0.0));
-  vec2 alphas = vec2(0.0);
   int of_first = 0;
   Surface seen[4];
   for (int i = 0; i < 4; ++i) {
@@ -342,44 +356,51 @@ void main() {
 #endif
   }
   Surface one = seen[3];
-  float nearby = 1.5 * pixel * away[3];
-  for (int i = 2; i >= 0; --i) {
-    one = chosen(one, seen[i], is_body[i]);
-    nearby = is_body[i] ? 1.5 * pixel * away[i] : nearby;
-  }
+  for (int i = 2; i >= 0; --i) one = chosen(one, seen[i], is_body[i]);
   Surface other = one;
-  Surface mean = one;
-  float count = 0.0;
-  int groups = 1;
+  float farthest = 1.0;
+  float from_one[4];
   for (int i = 0; i < 4; ++i) {
-    float off_plane = abs(dot(seen[i].position - one.position, one.normal.xyz));
-    float unlike = dot(abs(seen[i].color - one.color), vec4(1.0)) + abs(seen[i].normal.w - one.normal.w);
-    bool is_one = dot(seen[i].normal.xyz, one.normal.xyz) > 0.9 && off_plane < nearby && unlike < 0.15;
-    is_one = is_one && is_body[i];
-    of_first += is_one ? 1 << i : 0;
-    count += is_one ? 1.0 : 0.0;
-    mean = mixed(mean, chosen(mean, seen[i], is_one), 1.0 / max(count, 1.0));
-    bool is_other = is_body[i] && !is_one;
+    from_one[i] = unlikeness(one, seen[i]);
+    bool is_other = is_body[i] && from_one[i] > farthest;
     other = chosen(other, seen[i], is_other);
-    groups = is_other ? 2 : groups;
+    farthest = is_other ? from_one[i] : farthest;
   }
-  // A rasteriser without branches goes once more through a loop that is left at its head.
-  int group = 0;
+  for (int i = 0; i < 4; ++i) {
+    bool is_one = is_body[i] && (farthest == 1.0 || from_one[i] < unlikeness(other, seen[i]));
+    of_first += is_one ? 1 << i : 0;
+  }
+  // Face by face: first of those samples that are left, and all like it. A rasteriser without branches goes once
+  // more through a loop that is left at its head.
+  int left = bodies / 16;
+  vec4 lights[2] = vec4[2](vec4(0.0), vec4(0.0));
   do {
-    Surface surface = chosen(mean, other, group == 1);
-    vec3 code = lighted(surface);
-    codes[0] = group == 0 ? code : codes[0];
-    codes[1] = group == 0 ? codes[1] : code;
-    ++group;
-  } while (group < groups);
+    Surface face = seen[3];
+    for (int i = 2; i >= 0; --i) face = chosen(face, seen[i], (left >> i & 1) != 0);
+    int begun = left & -left;
+    bool is_one = (of_first & begun) != 0;
+    Surface mean = face;
+    float count = 1.0;
+    int taken = begun;
+    for (int i = 0; i < 4; ++i) {
+      bool is_left = (left >> i & 1) != 0 && begun != 1 << i;
+      bool is_same = is_left && (of_first >> i & 1) == (is_one ? 1 : 0) && unlikeness(face, seen[i]) < 1.0;
+      count += is_same ? 1.0 : 0.0;
+      mean = chosen(mean, mixed(mean, seen[i], 1.0 / count), is_same);
+      taken += is_same ? 1 << i : 0;
+    }
+    vec4 light = vec4(lighted(mean) * count, count);
+    lights[0] += is_one ? light : vec4(0.0);
+    lights[1] += is_one ? vec4(0.0) : light;
+    left -= taken;
+  } while (left > 0);
+  vec3 codes[2];
+  for (int i = 0; i < 2; ++i) codes[i] = srgb(lights[i].rgb / max(lights[i].w, 1.0));
 #ifdef LOOKS
-  alphas = vec2(mean.shine.a, other.shine.a);
+  opacities = vec4(one.shine.a, other.shine.a, 0.0, 0.0);
 #endif
   first = vec4(codes[0], float(bodies + of_first) / 255.0);
   second = vec4(codes[1], 1.0);
-#ifdef LOOKS
-  opacities = vec4(alphas, 0.0, 0.0);
-#endif
   // Ground and sky are drawn where they are seen.
   gl_FragDepth = bodies == 240 ? 0.0 : 1.0;
 }

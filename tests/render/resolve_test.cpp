@@ -74,6 +74,15 @@ TEST(Resolve, AnUprightEdgeHasFourStepsAPixel) {
   EXPECT_EQ(middle, (std::vector<int>{0, 0, 99, 188, 240, 255, 255}));
 }
 
+TEST(Resolve, AnEdgeBetweenPixelsIsSmoothedAsOneWithin) {
+  // Two pixels, each wholly a body's: the nearest column of the neighbour's counts an eighth.
+  Pixels first = grey(2, 255, all_samples);
+  std::fill_n(first.begin(), 3, std::uint8_t{0});
+  const Image image = resolved(Drawn{2, 1, 2, first, first, first});
+  EXPECT_EQ(image.pixel(0, 0)[0], 99);
+  EXPECT_EQ(image.pixel(1, 0)[0], 240);
+}
+
 TEST(Resolve, UndrawnGroundBelowABodyIsNotUsed) {
   // The left pixel is wholly a body's, where the ground is anything; of the right one only the right half is.
   Pixels first = grey(2, 255, all_samples);
