@@ -25,7 +25,7 @@ struct Device {
   GLuint body_program = 0;
   GLuint shading_program = 0;
   GLuint ground_program = 0;
-  GLuint ground_depth_program = 0;
+  GLuint open_ground_program = 0;  ///< where no body takes light from it
   GLuint sky_program = 0;
   GLuint depth_program = 0;
   GLuint color_program = 0;

@@ -1,6 +1,7 @@
 #include "render/picture_areas.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/vec4.hpp>
 #include <limits>
@@ -11,6 +12,10 @@ namespace substep {
 namespace {
 
 constexpr int tile = 16;
+
+int tiles_along(int pixels) {
+  return (pixels + tile - 1) / tile;
+}
 
 /// Tiles from the first up to the one before the last.
 struct Tiles {
@@ -23,7 +28,7 @@ struct Tiles {
 /// From `low` to `high` of −1 to 1, and a pixel more on each side.
 void set_range(double low, double high, int pixels, int& first, int& last) {
   const auto place = [&](double at) { return (at + 1) / 2 * pixels; };
-  const int tiles = (pixels + tile - 1) / tile;
+  const int tiles = tiles_along(pixels);
   first = static_cast<int>(std::clamp(std::floor((place(low) - 1) / tile), 0.0, static_cast<double>(tiles)));
   last =
       static_cast<int>(std::clamp(std::floor((place(high) + 1) / tile) + 1, 0.0, static_cast<double>(tiles)));
@@ -52,35 +57,89 @@ Tiles tiles_of(const Part& part, const Coordinates& q, const glm::dmat4& clip_fr
   return tiles;
 }
 
+/// The runs of tiles along rows that are marked with `mark`.
+std::vector<Rectangle> runs_of(const std::vector<char>& marks, int columns, char mark) {
+  std::vector<Rectangle> runs;
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    if (marks[i] != mark) continue;
+    const int x = static_cast<int>(i) % columns;
+    const int y = static_cast<int>(i) / columns;
+    const bool goes_on = x > 0 && marks[i - 1] == mark;
+    if (goes_on) {
+      runs.back().width += tile;
+    } else {
+      runs.push_back({tile * x, tile * y, tile, tile});
+    }
+  }
+  return runs;
+}
+
 }  // namespace
 
 std::vector<Rectangle> areas_of(std::span<const Part> parts, std::span<const Coordinates> poses,
                                 const glm::dmat4& clip_from_world, int width, int height) {
-  const int columns = (width + tile - 1) / tile;
-  const int rows = (height + tile - 1) / tile;
-  std::vector<char> is_marked(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), 0);
-  const auto at = [&](int x, int y) -> char& {
-    return is_marked[static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) +
-                     static_cast<std::size_t>(x)];
-  };
+  const int columns = tiles_along(width);
+  std::vector<char> marks(static_cast<std::size_t>(columns) * static_cast<std::size_t>(tiles_along(height)),
+                          0);
   for (const Part& part : parts) {
     const Coordinates& q = poses[static_cast<std::size_t>(part.body)];
     if (!is_drawable(q)) continue;
     const Tiles tiles = tiles_of(part, q, clip_from_world, width, height);
     for (int y = tiles.bottom; y < tiles.top; ++y) {
-      for (int x = tiles.left; x < tiles.right; ++x) at(x, y) = 1;
+      for (int x = tiles.left; x < tiles.right; ++x) {
+        marks[static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(x)] =
+            1;
+      }
     }
   }
-  std::vector<Rectangle> areas;
+  return runs_of(marks, columns, 1);
+}
+
+bool MarkedCells::has_any(std::span<const glm::dvec2> points) const {
+  glm::dvec2 low(2);
+  glm::dvec2 high(-1);
+  for (const glm::dvec2& point : points) {
+    const glm::dvec2 at(place_ * glm::dvec3(point, 1));
+    low = glm::min(low, at);
+    high = glm::max(high, at);
+  }
+  // The cells beside take part where the map is read between cells.
+  const auto cell = [&](double at, int beside) {
+    return static_cast<std::size_t>(
+        std::clamp(std::floor(at * size_) + beside, 0.0, static_cast<double>(size_)));
+  };
+  const std::size_t left = cell(low.x, -1);
+  const std::size_t right = cell(high.x, 2);
+  const std::size_t bottom = cell(low.y, -1);
+  const std::size_t top = cell(high.y, 2);
+  const auto side = static_cast<std::size_t>(size_) + 1;
+  return below_[top * side + right] - below_[top * side + left] - below_[bottom * side + right] +
+             below_[bottom * side + left] >
+         0;
+}
+
+GroundAreas ground_areas(const glm::dvec3& eye, double above, const glm::dvec3& corner,
+                         const glm::dvec3& right, const glm::dvec3& up, int width, int height,
+                         const MarkedCells& shadow, const MarkedCells& occlusion) {
+  const int columns = tiles_along(width);
+  const int rows = tiles_along(height);
+  std::vector<char> is_shaded;
   for (int y = 0; y < rows; ++y) {
-    for (int x = 0; x < columns;) {
-      const int first = x;
-      while (x < columns && at(x, y) != 0) ++x;
-      if (x > first) areas.push_back({tile * first, tile * y, tile * (x - first), tile});
-      x = std::max(x, first + 1);
+    for (int x = 0; x < columns; ++x) {
+      std::array<glm::dvec2, 4> hits{};
+      bool is_ground = true;
+      for (int i = 0; i < 4; ++i) {
+        const glm::dvec3 ray = corner + right * static_cast<double>(tile * (x + i % 2)) +
+                               up * static_cast<double>(tile * (y + i / 2));
+        const double away = -above / ray.y;
+        // At the horizon, and beyond, the ground may be anywhere.
+        is_ground = is_ground && away > 0 && away < 1e9;
+        hits[static_cast<std::size_t>(i)] = glm::dvec2(eye.x + away * ray.x, eye.z + away * ray.z);
+      }
+      is_shaded.push_back(!is_ground || shadow.has_any(hits) || occlusion.has_any(hits) ? 1 : 0);
     }
   }
-  return areas;
+  return {runs_of(is_shaded, columns, 1), runs_of(is_shaded, columns, 0)};
 }
 
 }  // namespace substep

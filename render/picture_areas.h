@@ -1,7 +1,10 @@
 #pragma once
-/// Where in a picture bodies can be seen at all.
+/// Where in a picture bodies can be seen at all, and where the ground can lie in their shade.
 
+#include <cstddef>
+#include <glm/mat3x3.hpp>
 #include <glm/mat4x4.hpp>
+#include <glm/vec2.hpp>
 #include <span>
 #include <vector>
 
@@ -21,5 +24,43 @@ struct Rectangle {
 /// Rectangles that do not overlap, of square tiles, within which all of the parts lie at `poses`.
 std::vector<Rectangle> areas_of(std::span<const Part> parts, std::span<const Coordinates> poses,
                                 const glm::dmat4& clip_from_world, int width, int height);
+
+/// Cells of a square map of the ground, some of which are marked.
+class MarkedCells {
+ public:
+  /// `place`: x and y to 0–1 of the map, from the ground's world x and z.
+  template <typename IsMarked>
+  MarkedCells(int size, const glm::dmat3& place, const IsMarked& is_marked) : size_(size), place_(place) {
+    const auto side = static_cast<std::size_t>(size) + 1;
+    below_.assign(side * side, 0);
+    for (std::size_t y = 1; y < side; ++y) {
+      for (std::size_t x = 1; x < side; ++x) {
+        const int own = is_marked((y - 1) * (side - 1) + x - 1) ? 1 : 0;
+        below_[y * side + x] =
+            own + below_[y * side + x - 1] + below_[(y - 1) * side + x] - below_[(y - 1) * side + x - 1];
+      }
+    }
+  }
+
+  /// Whether one is marked within the bounds of what the points span, or next to them.
+  bool has_any(std::span<const glm::dvec2> points) const;
+
+ private:
+  int size_;
+  glm::dmat3 place_;
+  std::vector<int> below_;  ///< how many are marked to the left of and below each cell's corner
+};
+
+/// Tiles of the picture in which the ground may lie in marked cells of either map, and all others.
+struct GroundAreas {
+  std::vector<Rectangle> shaded;
+  std::vector<Rectangle> open;
+};
+
+/// `corner`, `right`, `up`: the ray through the picture's pixel (x, y) is corner + x right + y up. `above`:
+/// the eye's place over the ground.
+GroundAreas ground_areas(const glm::dvec3& eye, double above, const glm::dvec3& corner,
+                         const glm::dvec3& right, const glm::dvec3& up, int width, int height,
+                         const MarkedCells& shadow, const MarkedCells& occlusion);
 
 }  // namespace substep

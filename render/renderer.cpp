@@ -10,6 +10,7 @@
 #include <glm/mat4x4.hpp>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 #include "render/body_buffers.h"
 #include "render/body_mesh.h"
@@ -67,7 +68,8 @@ struct Renderer::Implementation {
   double ground = 0;
   double focus = 0;  ///< how far from the eye the scene begins
   double sight = 0;  ///< farther from the eye than this, bodies neither cast shadows nor hide the sky
-  std::vector<bool> scenery;  ///< of each part
+  std::vector<bool> scenery;    ///< of each part
+  std::vector<float> openness;  ///< of the ground to the sky, in the frame that is drawn
   FrameUniforms frame{};
 
   ShadowMap* shadow = nullptr;  ///< the frame's: one of the device's
@@ -101,6 +103,7 @@ struct Renderer::Implementation {
   void draw_solid(GLuint program, const glm::dmat4& clip, std::span<const Coordinates> poses);
   void draw_surfaces(std::span<const Coordinates> poses);
   void light_surfaces(GLuint depth);
+  GroundAreas ground_areas_of_tile() const;
   void draw_surroundings();
   Drawn drawn() const;
   bool has(Surface::Opacity opacity) const;
@@ -267,7 +270,7 @@ void Renderer::Implementation::fit_occlusion(std::span<const Coordinates> poses)
   draw_relief(poses, low_x, low_z, std::max(high.y() + 2 * largest - ground, 0.1), relief);
   frame.occlusion = {static_cast<float>(low_x), static_cast<float>(low_z),
                      static_cast<float>(1 / relief.width), static_cast<float>(1 / largest)};
-  const std::vector<float> openness = ground_openness(relief);
+  openness = ground_openness(relief);
   glBindTexture(GL_TEXTURE_2D, device->occlusion);
   glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, Relief::size, Relief::size, GL_RED, GL_FLOAT, openness.data());
 }
@@ -367,10 +370,42 @@ void Renderer::Implementation::light_surfaces(GLuint depth) {
   glDepthFunc(GL_LEQUAL);
 }
 
+/// Away from shadows and from what stands close to the ground, less is to be computed for the same light.
+GroundAreas Renderer::Implementation::ground_areas_of_tile() const {
+  // Of the ground's x and z: columns of the maps' matrices.
+  const glm::dmat4 map(frame.shadow_from_world);
+  const glm::dvec4 middle = map * glm::dvec4(0, ground, 0, 1);
+  const glm::dmat3 shadow_place(glm::dvec3(map[0].x, map[0].y, 0), glm::dvec3(map[2].x, map[2].y, 0),
+                                glm::dvec3(middle.x, middle.y, 1));
+  const std::vector<float>& around = shadow->around();
+  const MarkedCells in_shadow(ShadowMap::blocks, shadow_place,
+                              [&](std::size_t i) { return settings.shadows && around[i] < 1; });
+  const glm::dvec4 square(frame.occlusion);
+  const glm::dmat3 square_place(glm::dvec3(square.z, 0, 0), glm::dvec3(0, square.z, 0),
+                                glm::dvec3(-square.x * square.z, -square.y * square.z, 1));
+  const MarkedCells occluded(Relief::size, square_place, [&](std::size_t i) { return openness[i] < 1; });
+  return ground_areas(glm::dvec3(frame.eye), frame.eye.y - ground, glm::dvec3(frame.ray_corner),
+                      glm::dvec3(frame.ray_right), glm::dvec3(frame.ray_up), picture.width, picture.height,
+                      in_shadow, occluded);
+}
+
 /// Ground and sky, where bodies do not cover the pixel. They are smooth in themselves: one sample is enough.
 void Renderer::Implementation::draw_surroundings() {
   picture.start();
-  draw_ground(programs == nullptr ? device->ground_program : programs->ground);
+  if (programs != nullptr) {
+    draw_ground(programs->ground);
+  } else {
+    const GroundAreas areas_of_ground = ground_areas_of_tile();
+    glEnable(GL_SCISSOR_TEST);
+    for (const auto& [program, of_it] : {std::pair(device->ground_program, &areas_of_ground.shaded),
+                                         std::pair(device->open_ground_program, &areas_of_ground.open)}) {
+      for (const Rectangle& area : *of_it) {
+        glScissor(area.x, area.y, area.width, area.height);
+        draw_ground(program);
+      }
+    }
+    glDisable(GL_SCISSOR_TEST);
+  }
   glUseProgram(device->sky_program);
   glBindVertexArray(device->nothing);
   glDrawArrays(GL_TRIANGLES, 0, 3);

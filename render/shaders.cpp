@@ -208,8 +208,9 @@ vec3 lamp(int i, vec3 position, out vec3 towards) {
 }
 )";
 
-/// What is seen at the samples of a pixel, in light, which is computed once for those of one face. Where faces
-/// are of several surfaces, these are kept apart, two at most. With LOOKS, of surfaces that have more than a colour, and in all lights.
+/// What is seen at the samples of a pixel, in light, which is computed once for those of one face. Where
+/// faces are of several surfaces, these are kept apart, two at most. With LOOKS, of surfaces that have more
+/// than a colour, and in all lights.
 const std::string shading = R"(
 uniform sampler2D sample_depth;
 uniform sampler2D normal_roughness;
@@ -406,7 +407,7 @@ void main() {
 }
 )";
 
-/// With LOOKS, in all lights.
+/// With LOOKS, in all lights. With OPEN, where no body takes light from it.
 const std::string ground = R"(
 out vec4 code;
 
@@ -434,8 +435,13 @@ void main() {
   color *= 1.0 - 0.16 * fines * ground_reach.z;
 
   vec3 n = vec3(0.0, 1.0, 0.0);
+#ifdef OPEN
+  float lit = 1.0;
+  float open = 1.0;
+#else
   float lit = sunlight(position, n);
   float open = openness(position, vec2(0.0));
+#endif
   vec3 sky = mix(zenith.rgb, horizon.rgb, 0.55);
   vec3 radiance = color * (sun.rgb * (max(to_sun.y, 0.0) * lit) + sky * open);
 #ifdef LOOKS
@@ -649,6 +655,10 @@ void main() {
 
 std::string ground_fragment() {
   return frame + light + ground;
+}
+
+std::string open_ground_fragment() {
+  return "#define OPEN\n" + frame + light + ground;
 }
 
 std::string look_ground_fragment() {

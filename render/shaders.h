@@ -32,6 +32,8 @@ std::string cut_fragment();
 /// A disc around the eye's foot.
 std::string ground_vertex();
 std::string ground_fragment();
+/// The same where no body takes light from it.
+std::string open_ground_fragment();
 
 /// One triangle over everything, at the far end.
 std::string sky_vertex();

@@ -88,8 +88,7 @@ void ShadowMap::finish() {
   }
   // The widest penumbra takes samples up to two blocks away.
   constexpr int reach = 2;
-  std::vector<float> around;
-  around.reserve(nearest.size());
+  around_.clear();
   for (int y = 0; y < blocks; ++y) {
     for (int x = 0; x < blocks; ++x) {
       float low = 1;
@@ -98,11 +97,11 @@ void ShadowMap::finish() {
           low = std::min(low, nearest[static_cast<std::size_t>(v) * count + static_cast<std::size_t>(u)]);
         }
       }
-      around.push_back(low);
+      around_.push_back(low);
     }
   }
   glBindTexture(GL_TEXTURE_2D, nearest_);
-  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, blocks, blocks, GL_RED, GL_FLOAT, around.data());
+  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, blocks, blocks, GL_RED, GL_FLOAT, around_.data());
 }
 
 }  // namespace substep

@@ -34,6 +34,8 @@ class ShadowMap {
   void start();
   /// After drawing: finds the least depths.
   void finish();
+  /// The least depth around each block, row by row; 1 where there is nothing.
+  const std::vector<float>& around() const { return around_; }
   GLuint depth() const { return depth_; }
   GLuint nearest() const { return nearest_; }
 
@@ -42,6 +44,7 @@ class ShadowMap {
   GLuint nearest_ = 0;
   GLuint framebuffer_ = 0;
   std::vector<float> depths_;
+  std::vector<float> around_;
 };
 
 }  // namespace substep

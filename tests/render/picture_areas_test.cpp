@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <utility>
+
 #include "render/camera.h"
 #include "render/renderer.h"
 #include "test_scenes.h"
@@ -52,6 +55,50 @@ TEST(PictureAreas, HoldAllThatIsSeenOfBodiesAndLeaveTheRest) {
   EXPECT_EQ(outside_and_area().first, 0);
   poses[1].linear = Vector3(renderer.view().eye.x, renderer.view().eye.y, renderer.view().eye.z);
   EXPECT_EQ(outside_and_area().second, 250 * 135);
+}
+
+TEST(GroundAreas, OpenOnesHaveNoPixelInAMarkedCell) {
+  // From 2 m above the ground, down at a slant, with the horizon in the picture; a map of 8 × 8 cells of a
+  // metre.
+  constexpr int width = 250;
+  constexpr int height = 135;
+  const glm::dvec3 eye(4, 2, 12);
+  const glm::dvec3 corner(-0.9, -0.75, -1);
+  const glm::dvec3 right(1.8 / width, 0, 0);
+  const glm::dvec3 up(0, 0.9 / height, 0);
+  const glm::dmat3 place(glm::dvec3(0.125, 0, 0), glm::dvec3(0, 0.125, 0), glm::dvec3(0, 0, 1));
+  const auto is_marked = [](std::size_t cell) { return cell == 20 || cell == 43; };
+  const MarkedCells some(8, place, is_marked);
+  const MarkedCells none(8, place, [](std::size_t) { return false; });
+  for (const bool is_first : {true, false}) {
+    const GroundAreas areas = ground_areas(eye, 2, corner, right, up, width, height, is_first ? some : none,
+                                           is_first ? none : some);
+    std::vector<int> covered(std::size_t{width} * height, 0);
+    int open = 0;
+    int marked = 0;
+    const auto count = [&](const std::vector<Rectangle>& rectangles, bool is_open) {
+      for (const Rectangle& area : rectangles) {
+        for (int y = area.y; y < std::min(area.y + area.height, height); ++y) {
+          for (int x = area.x; x < std::min(area.x + area.width, width); ++x) {
+            ++covered[static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)];
+            const glm::dvec3 ray = corner + right * (x + 0.5) + up * (y + 0.5);
+            const glm::dvec3 hit = eye + ray * (-2 / ray.y);
+            const bool is_on_map = ray.y < 0 && hit.x >= 0 && hit.x < 8 && hit.z >= 0 && hit.z < 8;
+            const bool is_here =
+                is_on_map && is_marked(static_cast<std::size_t>(hit.z) * 8 + static_cast<std::size_t>(hit.x));
+            open += is_open ? 1 : 0;
+            marked += is_here ? 1 : 0;
+            EXPECT_FALSE(is_open && is_here) << x << ' ' << y;
+          }
+        }
+      }
+    };
+    count(areas.open, true);
+    count(areas.shaded, false);
+    for (const int times : covered) EXPECT_EQ(times, 1);
+    EXPECT_GT(marked, 100);
+    EXPECT_GT(open, width * height / 2);
+  }
 }
 
 }  // namespace
