@@ -73,44 +73,54 @@ struct Sample {
 class EvenPixels {
  public:
   explicit EvenPixels(const Drawn& drawn) : drawn_(drawn), width_(4 * static_cast<std::size_t>(drawn.width)) {
-    for (std::vector<std::uint8_t>* line : {&low_, &high_, &all_, &any_}) line->resize(width_ + 8);
-    even_.resize(static_cast<std::size_t>(drawn.width));
+    for (std::vector<std::uint8_t>* bytes : {&low_, &high_, &all_, &any_}) bytes->resize(width_ + 8);
+    is_uneven_.resize(width_);
+    is_one_.resize(width_);
+    is_body_.resize(width_);
   }
 
-  const std::vector<std::uint8_t>& row(int y) {
+  /// Then is() tells of this row.
+  void look_at(int y) {
     const std::uint8_t* const below = line(y - 1);
     const std::uint8_t* const here = line(y);
     const std::uint8_t* const above = line(y + 1);
-    for (std::size_t i = 0; i < width_; ++i) {
-      low_[i + 4] = std::min({below[i], here[i], above[i]});
-      high_[i + 4] = std::max({below[i], here[i], above[i]});
-      all_[i + 4] = below[i] & here[i] & above[i];
-      any_[i + 4] = below[i] | here[i] | above[i];
+    // Loops over bytes, of which a processor takes sixteen at a time; by pointers of their own, as bytes that
+    // are written could be the vectors' own pointers.
+    std::uint8_t* const low = low_.data();
+    std::uint8_t* const high = high_.data();
+    std::uint8_t* const all = all_.data();
+    std::uint8_t* const any = any_.data();
+    const std::size_t width = width_;
+    for (std::size_t i = 0; i < width; ++i) low[i + 4] = std::min(std::min(below[i], here[i]), above[i]);
+    for (std::size_t i = 0; i < width; ++i) high[i + 4] = std::max(std::max(below[i], here[i]), above[i]);
+    for (std::size_t i = 0; i < width; ++i) all[i + 4] = below[i] & here[i] & above[i];
+    for (std::size_t i = 0; i < width; ++i) any[i + 4] = below[i] | here[i] | above[i];
+    for (std::uint8_t* const bytes : {low, high, all, any}) {
+      std::copy_n(bytes + 4, 4, bytes);
+      std::copy_n(bytes + width, 4, bytes + width + 4);
     }
-    for (std::vector<std::uint8_t>* line : {&low_, &high_, &all_, &any_}) {
-      std::copy_n(line->begin() + 4, 4, line->begin());
-      std::copy_n(line->end() - 8, 4, line->end() - 4);
+    constexpr std::uint8_t nearly = 16;  // an edge between such codes would be smoothed by 2 of them
+    std::uint8_t* const is_uneven = is_uneven_.data();
+    std::uint8_t* const is_one = is_one_.data();
+    std::uint8_t* const is_body = is_body_.data();
+    for (std::size_t i = 0; i < width; ++i) {
+      const std::uint8_t least = std::min(std::min(low[i], low[i + 4]), low[i + 8]);
+      const std::uint8_t most = std::max(std::max(high[i], high[i + 4]), high[i + 8]);
+      is_uneven[i] = static_cast<std::uint8_t>(most - least) > nearly ? 1 : 0;
     }
-    for (std::size_t x = 0; x < even_.size(); ++x) even_[x] = is_even(4 * x) ? 1 : 0;
-    return even_;
+    for (std::size_t i = 0; i < width; ++i) is_one[i] = all[i] & all[i + 4] & all[i + 8];
+    for (std::size_t i = 0; i < width; ++i) is_body[i] = any[i] | any[i + 4] | any[i + 8];
+  }
+
+  bool is(std::size_t x) const {
+    const std::size_t i = 4 * x;
+    if (is_body_[i + 3] == 0) return true;
+    return is_one_[i + 3] == one_surface && (is_uneven_[i] | is_uneven_[i + 1] | is_uneven_[i + 2]) == 0;
   }
 
  private:
   const std::uint8_t* line(int y) const {
     return &drawn_.first[static_cast<std::size_t>(std::clamp(y, 0, drawn_.height - 1)) * width_];
-  }
-
-  /// `i`: where the pixel to the left begins.
-  bool is_even(std::size_t i) const {
-    if ((any_[i + 3] | any_[i + 7] | any_[i + 11]) == 0) return true;
-    if ((all_[i + 3] & all_[i + 7] & all_[i + 11]) != one_surface) return false;
-    constexpr int nearly = 16;  // an edge between such codes would be smoothed by 2 of them
-    for (std::size_t c = i; c < i + 3; ++c) {
-      const int low = std::min({low_[c], low_[c + 4], low_[c + 8]});
-      const int high = std::max({high_[c], high_[c + 4], high_[c + 8]});
-      if (high - low > nearly) return false;
-    }
-    return true;
   }
 
   const Drawn& drawn_;
@@ -120,7 +130,10 @@ class EvenPixels {
   std::vector<std::uint8_t> high_;
   std::vector<std::uint8_t> all_;
   std::vector<std::uint8_t> any_;
-  std::vector<std::uint8_t> even_;
+  // Of those beside it too.
+  std::vector<std::uint8_t> is_uneven_;
+  std::vector<std::uint8_t> is_one_;
+  std::vector<std::uint8_t> is_body_;
 };
 
 /// `light(x, y)`: of a sample, rows from below. `to`: the pixel's place in the picture.
@@ -150,6 +163,37 @@ std::array<std::uint16_t, 3> light_of(const std::uint8_t* code) {
   return {linear[code[0]], linear[code[1]], linear[code[2]]};
 }
 
+/// As average(), of a pixel within the picture: neighbour by neighbour.
+void average_within(const Drawn& drawn, int x, int y, std::uint8_t* to) {
+  constexpr std::array<int, 3> weights{1, 6, 1};  // of a neighbour's nearest samples, and of the pixel's own
+  constexpr int one = 64;
+  std::array<int, 3> sum{};
+  const auto add = [&](const std::uint8_t* code, int weight) {
+    for (std::size_t c = 0; c < 3; ++c) sum[c] += weight * tables().linear[code[c]];
+  };
+  for (int v = -1; v <= 1; ++v) {
+    for (int u = -1; u <= 1; ++u) {
+      const std::size_t pixel = static_cast<std::size_t>(y + v) * static_cast<std::size_t>(drawn.width) +
+                                static_cast<std::size_t>(x + u);
+      const int bits = bits_of(drawn, pixel);
+      if (bits == 0 || bits == one_surface) {
+        add(bits == 0 ? &drawn.ground[4 * pixel] : &drawn.first[4 * pixel],
+            weights[static_cast<std::size_t>(u + 1)] * weights[static_cast<std::size_t>(v + 1)]);
+        continue;
+      }
+      for (int row = v < 0 ? 1 : 0; row < (v > 0 ? 1 : 2); ++row) {
+        for (int column = u < 0 ? 1 : 0; column < (u > 0 ? 1 : 2); ++column) {
+          add(Sample(drawn, 2 * (x + u) + column, 2 * (y + v) + row).code(drawn),
+              (u == 0 ? 3 : 1) * (v == 0 ? 3 : 1));
+        }
+      }
+    }
+  }
+  for (std::size_t c = 0; c < 3; ++c) {
+    to[c] = tables().encoded[static_cast<std::size_t>((sum[c] + one / 2) / one)];
+  }
+}
+
 }  // namespace
 
 Image top_down(std::span<const std::uint8_t> rgba, int width, int height) {
@@ -165,17 +209,20 @@ Image top_down(std::span<const std::uint8_t> rgba, int width, int height) {
 Image resolved(const Drawn& drawn) {
   Image image(drawn.width, drawn.height);
   const auto light = [&](int u, int v) { return light_of(Sample(drawn, u, v).code(drawn)); };
-  EvenPixels even_pixels(drawn);
+  EvenPixels even(drawn);
   for (int y = 0; y < drawn.height; ++y) {
-    const std::vector<std::uint8_t>& even = even_pixels.row(y);
+    if (drawn.samples == 2) even.look_at(y);
+    const bool is_border_row = y == 0 || y == drawn.height - 1;
     std::uint8_t* to = image.pixel(0, drawn.height - 1 - y);
     std::size_t pixel = static_cast<std::size_t>(y) * static_cast<std::size_t>(drawn.width);
     for (int x = 0; x < drawn.width; ++x, ++pixel, to += 3) {
-      if (drawn.samples == 1 || even[static_cast<std::size_t>(x)] != 0) {
+      if (drawn.samples == 1 || even.is(static_cast<std::size_t>(x))) {
         const auto& colors = bits_of(drawn, pixel) == 0 ? drawn.ground : drawn.first;
         std::copy_n(&colors[4 * pixel], 3, to);
-      } else {
+      } else if (is_border_row || x == 0 || x == drawn.width - 1) {
         average(drawn.width, drawn.height, x, y, light, to);
+      } else {
+        average_within(drawn, x, y, to);
       }
     }
   }

@@ -259,13 +259,11 @@ Surface mixed(Surface a, Surface b, float part) {
 }
 
 /// Below 1 where both are of one face, or of faces that light tells apart by little; most between surfaces of
-/// other colours or one behind the other.
-float unlikeness(Surface a, Surface b) {
-  vec3 between = b.position - a.position;
-  float pixel = length(ray_up.xyz) * distance(eye.xyz, a.position);
-  float aside = abs(dot(between, a.normal.xyz)) / (1.5 * pixel);
-  float turned = (1.0 - dot(a.normal.xyz, b.normal.xyz)) / 0.1;
-  float colored = (dot(abs(a.color - b.color), vec4(1.0)) + abs(a.normal.w - b.normal.w)) / 0.15;
+/// other colours or one behind the other. `pixels`: in a metre there.
+float unlikeness(Surface a, Surface b, float pixels) {
+  float aside = abs(dot(b.position - a.position, a.normal.xyz)) * pixels * 0.67;
+  float turned = 10.0 - 10.0 * dot(a.normal.xyz, b.normal.xyz);
+  float colored = (dot(abs(a.color - b.color), vec4(1.0)) + abs(a.normal.w - b.normal.w)) * 6.7;
   return max(max(min(aside, 4.0), min(turned, 2.0)), colored);
 }
 
@@ -357,18 +355,22 @@ void main() {
 #endif
   }
   Surface one = seen[3];
-  for (int i = 2; i >= 0; --i) one = chosen(one, seen[i], is_body[i]);
+  float pixels = 1.0 / (pixel * away[3]);
+  for (int i = 2; i >= 0; --i) {
+    one = chosen(one, seen[i], is_body[i]);
+    pixels = is_body[i] ? 1.0 / (pixel * away[i]) : pixels;
+  }
   Surface other = one;
   float farthest = 1.0;
   float from_one[4];
   for (int i = 0; i < 4; ++i) {
-    from_one[i] = unlikeness(one, seen[i]);
+    from_one[i] = unlikeness(one, seen[i], pixels);
     bool is_other = is_body[i] && from_one[i] > farthest;
     other = chosen(other, seen[i], is_other);
     farthest = is_other ? from_one[i] : farthest;
   }
   for (int i = 0; i < 4; ++i) {
-    bool is_one = is_body[i] && (farthest == 1.0 || from_one[i] < unlikeness(other, seen[i]));
+    bool is_one = is_body[i] && (farthest == 1.0 || from_one[i] < unlikeness(other, seen[i], pixels));
     of_first += is_one ? 1 << i : 0;
   }
   // Face by face: first of those samples that are left, and all like it. A rasteriser without branches goes once
@@ -385,7 +387,7 @@ void main() {
     int taken = begun;
     for (int i = 0; i < 4; ++i) {
       bool is_left = (left >> i & 1) != 0 && begun != 1 << i;
-      bool is_same = is_left && (of_first >> i & 1) == (is_one ? 1 : 0) && unlikeness(face, seen[i]) < 1.0;
+      bool is_same = is_left && (of_first >> i & 1) == (is_one ? 1 : 0) && unlikeness(face, seen[i], pixels) < 1.0;
       count += is_same ? 1.0 : 0.0;
       mean = chosen(mean, mixed(mean, seen[i], 1.0 / count), is_same);
       taken += is_same ? 1 << i : 0;

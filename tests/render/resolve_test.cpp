@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <random>
 #include <vector>
 
 namespace substep {
@@ -81,6 +82,20 @@ TEST(Resolve, AnEdgeBetweenPixelsIsSmoothedAsOneWithin) {
   const Image image = resolved(Drawn{2, 1, 2, first, first, first});
   EXPECT_EQ(image.pixel(0, 0)[0], 99);
   EXPECT_EQ(image.pixel(1, 0)[0], 240);
+}
+
+TEST(Resolve, PixelsWithinAreAveragedAsAtTheBorder) {
+  // 40 × 30 pixels of any colours and bits; with samples of their own, all are averaged one by one.
+  std::mt19937 numbers(1);  // NOLINT(bugprone-random-generator-seed): the same in every run
+  Pixels first(std::size_t{40} * 30 * 4);
+  Pixels second(first.size());
+  Pixels ground(first.size());
+  for (Pixels* pixels : {&first, &second, &ground}) {
+    for (std::uint8_t& byte : *pixels) byte = static_cast<std::uint8_t>(numbers());
+  }
+  for (std::size_t i = 3; i < first.size(); i += 8) first[i] = first[i] < 128 ? 0 : all_samples;
+  const Drawn drawn{40, 30, 2, ground, first, second};
+  EXPECT_EQ(resolved(drawn).rgb, resolved(veiled(drawn), 40, 30, 2).rgb);
 }
 
 TEST(Resolve, UndrawnGroundBelowABodyIsNotUsed) {
