@@ -5,9 +5,9 @@
 #include <numbers>
 
 #include "render/units.h"
-#include "sim/math/rotation.h"
 
 namespace substep {
+
 void set_frame_units(GLuint program) {
   glUniformBlockBinding(program, glGetUniformBlockIndex(program, "Frame"), 0);
   glUseProgram(program);

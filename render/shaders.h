@@ -14,13 +14,15 @@ std::string optics();
 
 /// Uniforms clip_from_body and world_from_body.
 std::string body_vertex();
-/// What is seen of bodies: three outputs, which shading_fragment() takes as textures.
+/// What is seen of bodies: two outputs, which shading_fragment() takes as textures, with the depth.
 std::string body_fragment();
-/// The light on it, drawn with sky_vertex().
+/// The light on it, a pixel each, drawn with sky_vertex(): two colours, and which samples have them; see
+/// Drawn.
 std::string shading_fragment();
 
-/// The same for surfaces with more than a colour, LookPrograms: a fourth output has what they shine with and
-/// their alpha, and the first's fourth is 2 for a surface whose colour is its light.
+/// The same for surfaces with more than a colour, SurfacePrograms: a third output has what they shine with
+/// and their alpha, a fourth how much of the sky's light reaches them, and the second's fourth is 2 for a
+/// surface whose colour is its light. Where nothing was drawn the first output must be 0.
 std::string look_vertex();
 std::string look_fragment();
 std::string look_shading_fragment();
