@@ -1,195 +1,182 @@
 #include "render/animated_glb.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <tuple>
+#include <utility>
 
 #include "render/body_mesh.h"
+#include "render/camera.h"
+#include "render/glb_materials.h"
+#include "render/glb_writer.h"
 #include "render/ground.h"
 
 namespace substep {
 namespace {
 
-using Json = nlohmann::json;
+using Json = GlbWriter::Json;
 
-// glTF's numbers for what OpenGL calls so.
-constexpr int type_float = 5126;
-constexpr int type_unsigned_int = 5125;
-constexpr int array_buffer = 34962;
-constexpr int element_array_buffer = 34963;
-
+/// Surfaces of bodies that have one colour and finish.
 using SurfaceKey = std::tuple<std::array<float, 3>, float, float>;
 
-class Writer {
- public:
-  Writer() {
-    root_["asset"] = {{"version", "2.0"}, {"generator", "substep"}};
-    for (const char* const list : {"accessors", "bufferViews", "meshes", "materials", "nodes"}) {
-      root_[list] = Json::array();
-    }
-  }
-
-  Json& root() { return root_; }
-
-  int add_node(Json node) {
-    root_["nodes"].push_back(std::move(node));
-    const int index = static_cast<int>(root_["nodes"].size()) - 1;
-    roots_.push_back(index);
-    return index;
-  }
-
-  int add_floats(const std::vector<float>& values, int width, bool has_range, int target) {
-    static constexpr std::array types{"", "SCALAR", "", "VEC3", "VEC4"};
-    Json accessor = {{"bufferView", add_view(values.data(), values.size() * sizeof(float), target)},
-                     {"componentType", type_float},
-                     {"count", values.size() / static_cast<std::size_t>(width)},
-                     {"type", types.at(static_cast<std::size_t>(width))}};
-    if (has_range) {
-      std::vector<float> low(values.begin(), values.begin() + width);
-      std::vector<float> high = low;
-      for (std::size_t i = 0; i < values.size(); ++i) {
-        const std::size_t axis = i % static_cast<std::size_t>(width);
-        low[axis] = std::min(low[axis], values[i]);
-        high[axis] = std::max(high[axis], values[i]);
-      }
-      accessor["min"] = low;
-      accessor["max"] = high;
-    }
-    return add_accessor(std::move(accessor));
-  }
-
-  int add_indices(const std::vector<std::uint32_t>& indices) {
-    return add_accessor({{"bufferView", add_view(indices.data(), indices.size() * sizeof(std::uint32_t),
-                                                 element_array_buffer)},
-                         {"componentType", type_unsigned_int},
-                         {"count", indices.size()},
-                         {"type", "SCALAR"}});
-  }
-
-  /// The same index for equal surfaces.
-  int material_of(const Vertex& vertex) {
-    const SurfaceKey key{vertex.color, vertex.metallic, vertex.roughness};
-    const auto [entry, is_new] = materials_.try_emplace(key, static_cast<int>(materials_.size()));
-    if (is_new) {
-      root_["materials"].push_back(
-          {{"pbrMetallicRoughness",
-            {{"baseColorFactor", {vertex.color[0], vertex.color[1], vertex.color[2], 1}},
-             {"metallicFactor", vertex.metallic},
-             {"roughnessFactor", vertex.roughness}}},
-           {"doubleSided", true}});
-    }
-    return entry->second;
-  }
-
-  /// The same index for meshes of equal primitives.
-  int add_mesh(const Json& primitives, const std::string& content) {
-    const auto [entry, is_new] = meshes_.try_emplace(content, static_cast<int>(meshes_.size()));
-    if (is_new) root_["meshes"].push_back({{"primitives", primitives}});
-    return entry->second;
-  }
-  bool has_mesh(const std::string& content, int& index) const {
-    const auto found = meshes_.find(content);
-    if (found == meshes_.end()) return false;
-    index = found->second;
-    return true;
-  }
-
-  std::string bytes() {
-    root_["scene"] = 0;
-    root_["scenes"] = Json::array({{{"nodes", roots_}}});
-    root_["buffers"] = Json::array({{{"byteLength", binary_.size()}}});
-    // Names that are not UTF-8 get a replacement character.
-    std::string text = root_.dump(-1, ' ', false, Json::error_handler_t::replace);
-    text.resize((text.size() + 3) / 4 * 4, ' ');
-    std::string file = "glTF";
-    append(file, std::uint32_t{2});
-    append(file, static_cast<std::uint32_t>(12 + 8 + text.size() + 8 + binary_.size()));
-    append(file, static_cast<std::uint32_t>(text.size()));
-    file += "JSON" + text;
-    append(file, static_cast<std::uint32_t>(binary_.size()));
-    file += std::string("BIN\0", 4) + binary_;
-    return file;
-  }
-
- private:
-  static void append(std::string& file, std::uint32_t value) {
-    for (int i = 0; i < 4; ++i) file += static_cast<char>(value >> (8 * i) & 0xff);
-  }
-
-  int add_accessor(Json accessor) {
-    root_["accessors"].push_back(std::move(accessor));
-    return static_cast<int>(root_["accessors"].size()) - 1;
-  }
-
-  /// All is of four-byte numbers: views stay aligned. x86-64 keeps them as glTF does, the lowest byte first.
-  int add_view(const void* data, std::size_t size, int target) {
-    Json view = {{"buffer", 0}, {"byteOffset", binary_.size()}, {"byteLength", size}};
-    if (target != 0) view["target"] = target;
-    binary_.append(static_cast<const char*>(data), size);
-    root_["bufferViews"].push_back(std::move(view));
-    return static_cast<int>(root_["bufferViews"].size()) - 1;
-  }
-
-  Json root_;
-  std::string binary_;
-  std::vector<int> roots_;
-  std::map<SurfaceKey, int> materials_;
-  std::map<std::string, int> meshes_;
-};
-
-/// Triangles of one surface.
+/// Triangles of one material, with what its textures ask for.
 struct Primitive {
+  int material = 0;
   std::vector<float> positions;
   std::vector<float> normals;
+  std::array<std::vector<float>, 2> coordinates;
+  std::vector<float> colors;
+  std::vector<float> tangents;
   std::vector<std::uint32_t> indices;
   std::map<std::uint32_t, std::uint32_t> renumbered;
-  Vertex surface{};
 };
 
-/// The mesh of what a body draws between two of the indices; −1 where it draws nothing.
-int add_body_mesh(Writer& writer, const BodyMesh& mesh, std::size_t begin, std::size_t end) {
-  std::map<SurfaceKey, Primitive> primitives;
-  for (std::size_t i = begin; i < end; ++i) {
-    const std::uint32_t index = mesh.indices[i];
-    // A triangle is of one part, and a part of one surface.
-    const Vertex& vertex = mesh.vertices[index];
-    Primitive& primitive = primitives[{vertex.color, vertex.metallic, vertex.roughness}];
-    primitive.surface = vertex;
-    const auto [entry, is_new] =
-        primitive.renumbered.try_emplace(index, static_cast<std::uint32_t>(primitive.renumbered.size()));
-    if (is_new) {
-      primitive.positions.insert(primitive.positions.end(), vertex.position.begin(), vertex.position.end());
-      Vector3 normal(vertex.normal[0], vertex.normal[1], vertex.normal[2]);
-      normal = normal.norm() > 1e-6 ? normal.normalized() : Vector3::UnitY();
-      for (int axis = 0; axis < 3; ++axis) primitive.normals.push_back(static_cast<float>(normal[axis]));
-    }
-    primitive.indices.push_back(entry->second);
+/// What a body draws, as meshes of a file: equal ones once.
+class BodyMeshes {
+ public:
+  BodyMeshes(GlbWriter& writer, const Scene& scene)
+      : writer_(writer), materials_(writer, scene), mesh_(gather_body_mesh(scene)) {}
+
+  const BodyMesh& gathered() const { return mesh_; }
+
+  /// −1 where the body draws nothing.
+  int add(std::size_t body);
+
+  int add_plain(const Vertex& vertex);
+
+ private:
+  void add_vertex(std::uint32_t index, Primitive& primitive) const;
+  std::vector<Primitive> plain_primitives(std::size_t body);
+  std::vector<Primitive> textured_primitives(std::size_t body);
+  Json attributes_of(const Primitive& primitive);
+
+  GlbWriter& writer_;
+  GlbMaterials materials_;
+  BodyMesh mesh_;
+  std::map<SurfaceKey, int> plain_;
+  std::map<std::string, int> known_;
+};
+
+int BodyMeshes::add_plain(const Vertex& vertex) {
+  const auto [entry, is_new] = plain_.try_emplace({vertex.color, vertex.metallic, vertex.roughness}, 0);
+  if (is_new) {
+    Surface surface;
+    std::ranges::copy(vertex.color, surface.base_color.begin());
+    surface.metallic = vertex.metallic;
+    surface.roughness = vertex.roughness;
+    entry->second = materials_.add(surface);
   }
+  return entry->second;
+}
+
+void BodyMeshes::add_vertex(std::uint32_t index, Primitive& primitive) const {
+  const auto [entry, is_new] =
+      primitive.renumbered.try_emplace(index, static_cast<std::uint32_t>(primitive.renumbered.size()));
+  primitive.indices.push_back(entry->second);
+  if (!is_new) return;
+  const Vertex& vertex = mesh_.vertices[index];
+  primitive.positions.insert(primitive.positions.end(), vertex.position.begin(), vertex.position.end());
+  Vector3 normal(vertex.normal[0], vertex.normal[1], vertex.normal[2]);
+  normal = normal.norm() > 1e-6 ? normal.normalized() : Vector3::UnitY();
+  for (int axis = 0; axis < 3; ++axis) primitive.normals.push_back(static_cast<float>(normal[axis]));
+  if (mesh_.looks.empty()) return;
+  const LookVertex& look = mesh_.looks[index];
+  for (std::size_t set = 0; set < 2; ++set) {
+    primitive.coordinates[set].insert(primitive.coordinates[set].end(), look.coordinates.begin() + 2 * set,
+                                      look.coordinates.begin() + 2 * set + 2);
+  }
+  primitive.colors.insert(primitive.colors.end(), look.color.begin(), look.color.end());
+  primitive.tangents.insert(primitive.tangents.end(), look.tangent.begin(), look.tangent.end());
+}
+
+std::vector<Primitive> BodyMeshes::plain_primitives(std::size_t body) {
+  std::map<SurfaceKey, Primitive> primitives;
+  for (std::size_t i = mesh_.begin[body]; i < mesh_.begin[body + 1]; ++i) {
+    // A triangle is of one part, and a part of one surface.
+    const Vertex& vertex = mesh_.vertices[mesh_.indices[i]];
+    Primitive& primitive = primitives[{vertex.color, vertex.metallic, vertex.roughness}];
+    if (primitive.indices.empty()) primitive.material = add_plain(vertex);
+    add_vertex(mesh_.indices[i], primitive);
+  }
+  std::vector<Primitive> list;
+  for (auto& [key, primitive] : primitives) list.push_back(std::move(primitive));
+  return list;
+}
+
+/// What a material does not ask for is left out.
+std::vector<Primitive> BodyMeshes::textured_primitives(std::size_t body) {
+  std::vector<Primitive> list;
+  for (const Piece& piece : mesh_.pieces) {
+    if (piece.body != body || piece.begin == piece.end) continue;
+    const Surface& surface = mesh_.surfaces[piece.surface];
+    Primitive& primitive = list.emplace_back();
+    primitive.material = materials_.add(surface);
+    for (std::size_t i = piece.begin; i < piece.end; ++i) add_vertex(mesh_.indices[i], primitive);
+    for (int set = 0; set < 2; ++set) {
+      const bool is_used = std::ranges::any_of(surface.textures, [&](const Texture& texture) {
+        return texture.image >= 0 && texture.coordinates == set;
+      });
+      if (!is_used) primitive.coordinates[static_cast<std::size_t>(set)].clear();
+    }
+    // glTF wants the second set to come with the first.
+    if (!primitive.coordinates[1].empty() && primitive.coordinates[0].empty()) {
+      primitive.coordinates[0] = primitive.coordinates[1];
+    }
+    if (std::ranges::all_of(primitive.colors, [](float level) { return level == 1; }))
+      primitive.colors.clear();
+    bool has_tangents = surface.textures[Surface::normal_texture].image >= 0;
+    for (std::size_t i = 3; i < primitive.tangents.size(); i += 4) {
+      has_tangents = has_tangents && primitive.tangents[i] != 0;
+    }
+    if (!has_tangents) primitive.tangents.clear();
+  }
+  return list;
+}
+
+Json BodyMeshes::attributes_of(const Primitive& primitive) {
+  Json attributes = {{"POSITION", writer_.add_floats(primitive.positions, 3, true, true)},
+                     {"NORMAL", writer_.add_floats(primitive.normals, 3, false, true)}};
+  const auto add = [&](const char* name, const std::vector<float>& values, int width) {
+    if (!values.empty()) attributes[name] = writer_.add_floats(values, width, false, true);
+  };
+  add("TEXCOORD_0", primitive.coordinates[0], 2);
+  add("TEXCOORD_1", primitive.coordinates[1], 2);
+  add("COLOR_0", primitive.colors, 4);
+  add("TANGENT", primitive.tangents, 4);
+  return attributes;
+}
+
+int BodyMeshes::add(std::size_t body) {
+  const std::vector<Primitive> primitives =
+      mesh_.pieces.empty() ? plain_primitives(body) : textured_primitives(body);
   if (primitives.empty()) return -1;
   std::string content;
   const auto add_bytes = [&content](const auto& values) {
+    content += std::to_string(values.size()) + ":";
     content.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof values[0]);
   };
-  for (const auto& [key, primitive] : primitives) {
-    content += std::to_string(writer.material_of(primitive.surface)) + ":";
-    add_bytes(primitive.positions);
-    add_bytes(primitive.normals);
+  for (const Primitive& primitive : primitives) {
+    content += std::to_string(primitive.material) + ":";
+    for (const auto* values : {&primitive.positions, &primitive.normals, &primitive.coordinates[0],
+                               &primitive.coordinates[1], &primitive.colors, &primitive.tangents}) {
+      add_bytes(*values);
+    }
     add_bytes(primitive.indices);
   }
-  int known = -1;
-  if (writer.has_mesh(content, known)) return known;
+  const auto [entry, is_new] =
+      known_.try_emplace(std::move(content), static_cast<int>(writer_.root()["meshes"].size()));
+  if (!is_new) return entry->second;
   Json list = Json::array();
-  for (const auto& [key, primitive] : primitives) {
-    list.push_back({{"attributes",
-                     {{"POSITION", writer.add_floats(primitive.positions, 3, true, array_buffer)},
-                      {"NORMAL", writer.add_floats(primitive.normals, 3, false, array_buffer)}}},
-                    {"indices", writer.add_indices(primitive.indices)},
-                    {"material", writer.material_of(primitive.surface)}});
+  for (const Primitive& primitive : primitives) {
+    list.push_back({{"attributes", attributes_of(primitive)},
+                    {"indices", writer_.add_indices(primitive.indices)},
+                    {"material", primitive.material}});
   }
-  return writer.add_mesh(list, content);
+  writer_.root()["meshes"].push_back({{"primitives", std::move(list)}});
+  return entry->second;
 }
 
 Json rotation_of(const Quaternion& q) {
@@ -202,40 +189,75 @@ Quaternion looking_along(const Vector3& direction) {
   return Quaternion::FromTwoVectors(-Vector3::UnitZ(), direction.normalized());
 }
 
-void add_ground(Writer& writer, const Scene& scene, std::span<const Part> parts) {
+void add_ground(GlbWriter& writer, const Scene& scene, BodyMeshes& meshes) {
   constexpr float reach = 50;
   constexpr Vertex surface{{0, 0, 0}, {0, 1, 0}, {0.46F, 0.415F, 0.36F}, 0, 0.95F};
   const std::vector<float> positions{-reach, 0, -reach, -reach, 0, reach, reach, 0, reach, reach, 0, -reach};
   const std::vector<float> normals{0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0};
   const Json primitive = {{"attributes",
-                           {{"POSITION", writer.add_floats(positions, 3, true, array_buffer)},
-                            {"NORMAL", writer.add_floats(normals, 3, false, array_buffer)}}},
+                           {{"POSITION", writer.add_floats(positions, 3, true, true)},
+                            {"NORMAL", writer.add_floats(normals, 3, false, true)}}},
                           {"indices", writer.add_indices({0, 1, 2, 0, 2, 3})},
-                          {"material", writer.material_of(surface)}};
-  const int mesh = writer.add_mesh(Json::array({primitive}), "ground");
-  writer.add_node({{"name", "ground"}, {"mesh", mesh}, {"translation", {0, ground_height(scene, parts), 0}}});
+                          {"material", meshes.add_plain(surface)}};
+  writer.root()["meshes"].push_back({{"primitives", Json::array({primitive})}});
+  const double height = ground_height(scene, meshes.gathered().parts);
+  writer.add_node(
+      {{"name", "ground"}, {"mesh", writer.root()["meshes"].size() - 1}, {"translation", {0, height, 0}}});
 }
 
-void add_camera_and_sun(Writer& writer, const Scene& scene) {
-  if (scene.camera) {
-    const Vector3& eye = scene.camera->pose.position;
-    writer.root()["cameras"] =
-        Json::array({{{"type", "perspective"},
-                      {"perspective",
-                       {{"yfov", scene.camera->vertical_field_of_view}, {"znear", 0.01}, {"zfar", 1000}}}}});
-    writer.add_node({{"name", "camera"},
-                     {"camera", 0},
-                     {"translation", {eye.x(), eye.y(), eye.z()}},
-                     {"rotation", rotation_of(scene.camera->pose.orientation)}});
+/// As the renderer looks at a scene without a camera, in a wide picture.
+Camera automatic_camera(std::span<const Part> parts, std::span<const std::vector<Coordinates>> frames) {
+  const View view = automatic_view(parts, frames, 16.0 / 9);
+  const auto vector = [](const glm::dvec3& v) { return Vector3(v.x, v.y, v.z); };
+  Matrix3 axes;
+  axes << vector(view.right), vector(view.up), -vector(view.forward);
+  Camera camera;
+  camera.pose = {vector(view.eye), Quaternion(axes).normalized()};
+  camera.vertical_field_of_view = 2 * std::atan(view.tangent_y);
+  return camera;
+}
+
+void add_camera(GlbWriter& writer, const Camera& camera) {
+  const Vector3& eye = camera.pose.position;
+  writer.root()["cameras"] = Json::array(
+      {{{"type", "perspective"},
+        {"perspective", {{"yfov", camera.vertical_field_of_view}, {"znear", 0.01}, {"zfar", 1000}}}}});
+  writer.add_node({{"name", "camera"},
+                   {"camera", 0},
+                   {"translation", {eye.x(), eye.y(), eye.z()}},
+                   {"rotation", rotation_of(camera.pose.orientation)}});
+}
+
+void add_light(GlbWriter& writer, const char* name, const Light& light) {
+  static constexpr std::array kinds{"directional", "point", "spot"};
+  Json json = {{"type", kinds.at(static_cast<std::size_t>(light.kind))},
+               {"color", light.color},
+               {"intensity", light.intensity}};
+  if (light.kind != Light::Kind::directional && std::isfinite(light.range)) json["range"] = light.range;
+  if (light.kind == Light::Kind::spot) {
+    json["spot"] = {{"innerConeAngle", light.inner_angle}, {"outerConeAngle", light.outer_angle}};
   }
+  writer.use("KHR_lights_punctual");
+  Json& lights = writer.root()["extensions"]["KHR_lights_punctual"]["lights"];
+  lights.push_back(std::move(json));
+  Json node = {{"name", name},
+               {"translation", {light.position.x(), light.position.y(), light.position.z()}},
+               {"extensions", {{"KHR_lights_punctual", {{"light", lights.size() - 1}}}}}};
+  if (light.kind != Light::Kind::point) node["rotation"] = rotation_of(looking_along(light.direction));
+  writer.add_node(std::move(node));
+}
+
+/// The sun is there where the file has lights of its own only if it is one of them.
+void add_lights(GlbWriter& writer, const Scene& scene) {
   const Sun sun = scene.sun.value_or(Sun{});
-  if (!(sun.direction.norm() > 0)) return;
-  writer.root()["extensionsUsed"] = {"KHR_lights_punctual"};
-  writer.root()["extensions"]["KHR_lights_punctual"]["lights"] =
-      Json::array({{{"type", "directional"}, {"color", sun.color}, {"intensity", sun.illuminance}}});
-  writer.add_node({{"name", "sun"},
-                   {"rotation", rotation_of(looking_along(sun.direction))},
-                   {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+  if ((scene.sun || scene.lights.empty()) && sun.direction.norm() > 0) {
+    add_light(writer, "sun",
+              {.kind = Light::Kind::directional,
+               .direction = sun.direction,
+               .color = sun.color,
+               .intensity = sun.illuminance});
+  }
+  for (const Light& light : scene.lights) add_light(writer, "light", light);
 }
 
 bool can_be_keyed(const std::vector<Coordinates>& poses) {
@@ -245,7 +267,7 @@ bool can_be_keyed(const std::vector<Coordinates>& poses) {
 }
 
 /// A body's channels, where it moves.
-void add_channels(Writer& writer, std::span<const std::vector<Coordinates>> frames, std::size_t body,
+void add_channels(GlbWriter& writer, std::span<const std::vector<Coordinates>> frames, std::size_t body,
                   int node, int times, Json& animation) {
   std::vector<float> positions;
   std::vector<float> rotations;
@@ -264,7 +286,7 @@ void add_channels(Writer& writer, std::span<const std::vector<Coordinates>> fram
     for (std::size_t i = step; i < values.size(); ++i) moves = moves || values[i] != values[i % step];
     if (!moves) return;
     animation["samplers"].push_back({{"input", times},
-                                     {"output", writer.add_floats(values, width, false, 0)},
+                                     {"output", writer.add_floats(values, width, false, false)},
                                      {"interpolation", "LINEAR"}});
     animation["channels"].push_back(
         {{"sampler", animation["samplers"].size() - 1}, {"target", {{"node", node}, {"path", path}}}});
@@ -280,13 +302,13 @@ std::string animated_glb(const Scene& scene, std::span<const std::vector<Coordin
   const auto bad = std::ranges::find_if_not(frames, can_be_keyed);
   frames = frames.first(static_cast<std::size_t>(bad - frames.begin()));
   const std::vector<Coordinates> start = frames.empty() ? initial_state(scene).q : frames.front();
-  const BodyMesh mesh = gather_body_mesh(scene);
-  Writer writer;
-  add_ground(writer, scene, mesh.parts);
+  GlbWriter writer;
+  BodyMeshes meshes(writer, scene);
+  add_ground(writer, scene, meshes);
   std::vector<int> nodes;
   for (std::size_t body = 0; body < scene.bodies.size(); ++body) {
     Json node = {{"name", body == 0 ? "world" : scene.bodies[body].name}};
-    const int drawn = add_body_mesh(writer, mesh, mesh.begin[body], mesh.begin[body + 1]);
+    const int drawn = meshes.add(body);
     if (drawn >= 0) node["mesh"] = drawn;
     if (body > 0) {
       const Coordinates& q = start[body];
@@ -295,14 +317,17 @@ std::string animated_glb(const Scene& scene, std::span<const std::vector<Coordin
     }
     nodes.push_back(writer.add_node(std::move(node)));
   }
-  add_camera_and_sun(writer, scene);
+  const std::vector<std::vector<Coordinates>> at_start{start};
+  const auto shown = frames.empty() ? std::span(at_start) : frames;
+  add_camera(writer, scene.camera ? *scene.camera : automatic_camera(meshes.gathered().parts, shown));
+  add_lights(writer, scene);
 
   if (frames.size() > 1) {
     std::vector<float> times;
     for (std::size_t k = 0; k < frames.size(); ++k) {
       times.push_back(static_cast<float>(static_cast<double>(k) * interval));
     }
-    const int keys = writer.add_floats(times, 1, true, 0);
+    const int keys = writer.add_floats(times, 1, true, false);
     Json animation = {{"name", scene.name}, {"samplers", Json::array()}, {"channels", Json::array()}};
     for (std::size_t body = 1; body < scene.bodies.size(); ++body) {
       add_channels(writer, frames, body, nodes[body], keys, animation);

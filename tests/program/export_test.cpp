@@ -10,6 +10,7 @@
 
 #include "program.h"
 #include "sim/log/pose_log.h"
+#include "sim/math/base64.h"
 
 namespace substep {
 namespace {
@@ -47,6 +48,43 @@ class Export : public Program {
     return {Json::parse(bytes.substr(20, length)), bytes.substr(28 + length)};
   }
 };
+
+/// A square with all that a material may say, under a spot light.
+std::string textured_square() {
+  Json root = Json::parse(R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0, 1, 2]}],
+    "extensionsUsed": ["KHR_implicit_shapes", "KHR_physics_rigid_bodies", "KHR_lights_punctual", "KHR_texture_transform", "KHR_materials_emissive_strength"],
+    "nodes": [{"mesh": 0, "name": "tile"},
+      {"name": "lamp", "translation": [0, 0, 4], "extensions": {"KHR_lights_punctual": {"light": 0}}},
+      {"name": "ball", "extensions":
+        {"KHR_physics_rigid_bodies": {"motion": {"mass": 1}, "collider": {"geometry": {"shape": 0}}}}}],
+    "extensions": {"KHR_implicit_shapes": {"shapes": [{"type": "sphere", "sphere": {"radius": 0.5}}]},
+      "KHR_lights_punctual": {"lights":
+      [{"type": "spot", "intensity": 20, "range": 9, "spot": {"innerConeAngle": 0.2, "outerConeAngle": 0.5}}]}},
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "NORMAL": 1, "TEXCOORD_0": 2}, "indices": 3,
+      "material": 0}]}],
+    "materials": [{"alphaMode": "MASK", "alphaCutoff": 0.25, "emissiveFactor": [0.5, 1, 0.25],
+      "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 2}},
+      "pbrMetallicRoughness": {"baseColorTexture": {"index": 0, "extensions": {"KHR_texture_transform":
+        {"offset": [0.1, 0.7], "rotation": 0.3, "scale": [2, -0.5]}}}}}],
+    "textures": [{"source": 0, "sampler": 0}],
+    "samplers": [{"wrapS": 33071, "wrapT": 33648, "magFilter": 9728, "minFilter": 9986}],
+    "images": [{"uri": "data:image/png;base64,iVBORw0KGgo="}],
+    "buffers": [{"byteLength": 140}],
+    "bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 48},
+      {"buffer": 0, "byteOffset": 96, "byteLength": 32}, {"buffer": 0, "byteOffset": 128, "byteLength": 12}],
+    "accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3",
+        "min": [-1, -1, 0], "max": [1, 1, 0]},
+      {"bufferView": 1, "componentType": 5126, "count": 4, "type": "VEC3"},
+      {"bufferView": 2, "componentType": 5126, "count": 4, "type": "VEC2"},
+      {"bufferView": 3, "componentType": 5123, "count": 6, "type": "SCALAR"}]})");
+  const std::vector<float> numbers{-1, 1, 0, -1, -1, 0, 1, -1, 0, 1, 1, 0,  // positions, normals, coordinates
+                                   0,  0, 1, 0,  0,  1, 0, 0,  1, 0, 0, 1,  //
+                                   0,  0, 0, 1,  1,  1, 1, 0};
+  std::string bytes(reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(float));
+  bytes += std::string("\0\0\1\0\2\0\0\0\2\0\3\0", 12);
+  root["buffers"][0]["uri"] = "data:application/octet-stream;base64," + base64(bytes);
+  return root.dump();
+}
 
 TEST_F(Export, AGlbHasTheRunsPosesAsKeys) {
   ASSERT_EQ(run({"run", scene("rod_chain.gltf"), "--algorithm", "a5", "--duration", "0.5", "--output",
@@ -100,6 +138,41 @@ TEST_F(Export, EqualBodiesShareAMesh) {
                  "p.obj: give a name that ends in .glb");
   expect_refused({"export", scene("pendulum.gltf"), "--output", "missing/p.glb"},
                  "there is no folder missing");
+}
+
+TEST_F(Export, AMaterialSaysAllThatItSaidInTheScene) {
+  write("tile.gltf", textured_square());
+  ASSERT_EQ(run({"export", "tile.gltf", "--duration", "0", "--output", "again.glb"}).exit_code, 0);
+  const Glb glb = read("again.glb");
+  ASSERT_EQ(glb.json["images"].size(), 1u);
+  ASSERT_EQ(glb.json["textures"].size(), 1u);
+  const Json& sampler = glb.json["samplers"][0];
+  EXPECT_EQ(sampler["wrapS"], 33071);
+  EXPECT_EQ(sampler["wrapT"], 33648);
+  EXPECT_EQ(sampler["magFilter"], 9728);
+  EXPECT_EQ(sampler["minFilter"], 9986);
+  const Json* found = nullptr;
+  for (const Json& material : glb.json["materials"]) {
+    if (material.contains("alphaMode")) found = &material;
+  }
+  ASSERT_NE(found, nullptr);
+  EXPECT_EQ((*found)["alphaMode"], "MASK");
+  EXPECT_EQ((*found)["alphaCutoff"], 0.25);
+  EXPECT_EQ((*found)["doubleSided"], false);
+  EXPECT_EQ((*found)["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"], 2.0);
+  const Json& color = (*found)["pbrMetallicRoughness"]["baseColorTexture"];
+  const Json& transform = color["extensions"]["KHR_texture_transform"];
+  EXPECT_EQ(color["texCoord"], 0);
+  EXPECT_NEAR(transform["rotation"], 0.3, 1e-12);
+  EXPECT_NEAR(transform["scale"][0], 2, 1e-12);
+  EXPECT_NEAR(transform["scale"][1], -0.5, 1e-12);
+  EXPECT_EQ(transform["offset"], Json({0.1, 0.7}));
+  for (const char* const extension :
+       {"KHR_texture_transform", "KHR_materials_emissive_strength", "KHR_lights_punctual"}) {
+    EXPECT_THAT(glb.json["extensionsUsed"], testing::Contains(extension));
+  }
+  ASSERT_EQ(glb.json["extensions"]["KHR_lights_punctual"]["lights"].size(), 1u);
+  EXPECT_EQ(glb.json["extensions"]["KHR_lights_punctual"]["lights"][0]["type"], "spot");
 }
 
 using Player = Program;
