@@ -129,8 +129,9 @@ GroundAreas ground_areas(const glm::dvec3& eye, double above, const glm::dvec3& 
       std::array<glm::dvec2, 4> hits{};
       bool is_ground = true;
       for (int i = 0; i < 4; ++i) {
-        const glm::dvec3 ray = corner + right * static_cast<double>(tile * (x + i % 2)) +
-                               up * static_cast<double>(tile * (y + i / 2));
+        const int u = tile * (x + i % 2);
+        const int v = tile * (y + i / 2);
+        const glm::dvec3 ray = corner + right * static_cast<double>(u) + up * static_cast<double>(v);
         const double away = -above / ray.y;
         // At the horizon, and beyond, the ground may be anywhere.
         is_ground = is_ground && away > 0 && away < 1e9;

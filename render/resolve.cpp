@@ -173,8 +173,11 @@ void average_within(const Drawn& drawn, int x, int y, std::uint8_t* to) {
   };
   for (int v = -1; v <= 1; ++v) {
     for (int u = -1; u <= 1; ++u) {
-      const std::size_t pixel = static_cast<std::size_t>(y + v) * static_cast<std::size_t>(drawn.width) +
-                                static_cast<std::size_t>(x + u);
+      const auto width = static_cast<std::size_t>(drawn.width);
+      const int row_of_it = y + v;
+      const int column_of_it = x + u;
+      const std::size_t pixel =
+          static_cast<std::size_t>(row_of_it) * width + static_cast<std::size_t>(column_of_it);
       const int bits = bits_of(drawn, pixel);
       if (bits == 0 || bits == one_surface) {
         add(bits == 0 ? &drawn.ground[4 * pixel] : &drawn.first[4 * pixel],
