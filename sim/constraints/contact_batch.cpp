@@ -6,13 +6,25 @@
 #include "sim/constraints/lanes.h"
 
 namespace substep {
+namespace {
+
+/// Whether a manifold's points have the same directions, in all formulations of the step.
+bool have_one_direction(const Contact* first, int count) {
+  return std::all_of(first + 1, first + count, [&](const Contact& other) {
+    return other.normal_b == first->normal_b && other.tangent_b1 == first->tangent_b1 &&
+           other.tangent_b2 == first->tangent_b2 && other.turns_with_a == first->turns_with_a &&
+           other.turns_with_neither == first->turns_with_neither;
+  });
+}
+
+}  // namespace
 
 bool ContactBatches::Manifold::has_friction_throughout() const {
   return friction == (std::uint32_t{1} << contacts) - 1;
 }
 
 bool ContactBatches::Manifold::fits(const Manifold& other) const {
-  if (level != other.level) return false;
+  if (level != other.level || face != other.face) return false;
   // One contact alone is solved at once, several by sweeps.
   const bool several = contacts > 1 && other.contacts > 1;
   if (several && has_friction_throughout() && other.has_friction_throughout()) return true;
@@ -23,7 +35,7 @@ void ContactBatches::list_manifolds(const Model& model, const std::vector<Contac
   manifolds_.clear();
   row_count = 0;
   for (std::size_t begin = 0, end = 0; begin < contacts.size(); begin = end) {
-    Manifold manifold{0, 0, 0, 0, static_cast<int>(begin)};
+    Manifold manifold{0, 0, 0, 0, false, static_cast<int>(begin)};
     while (end < contacts.size() && manifold.contacts < most_in_manifold &&
            contacts[end].a == contacts[begin].a && contacts[end].b == contacts[begin].b) {
       const bool has_friction = contacts[end].friction != 0;
@@ -32,6 +44,7 @@ void ContactBatches::list_manifolds(const Model& model, const std::vector<Contac
       ++manifold.contacts;
       ++end;
     }
+    manifold.face = manifold.contacts > 1 && have_one_direction(&contacts[begin], manifold.contacts);
     manifolds_.push_back(manifold);
   }
   if (reading.far_first) {
@@ -86,19 +99,6 @@ void ContactBatches::measure_distances(const Model& model, const std::vector<Con
   }
 }
 
-namespace {
-
-/// Whether a manifold's points have the same directions, in all formulations of the step.
-bool have_one_direction(const Contact* first, int count) {
-  return std::all_of(first + 1, first + count, [&](const Contact& other) {
-    return other.normal_b == first->normal_b && other.tangent_b1 == first->tangent_b1 &&
-           other.tangent_b2 == first->tangent_b2 && other.turns_with_a == first->turns_with_a &&
-           other.turns_with_neither == first->turns_with_neither;
-  });
-}
-
-}  // namespace
-
 /// Its rows are set when they are formulated.
 void ContactBatches::add_batch(const Model& model, const std::vector<Contact>& contacts,
                                const Manifold* first, int count) {
@@ -107,6 +107,8 @@ void ContactBatches::add_batch(const Model& model, const std::vector<Contact>& c
   x.contacts = longest.contacts;
   x.manifolds = count;
   x.first_restitution = -1;
+  x.direction_step = longest.face || longest.contacts == 1 ? 0 : 1;
+  x.face = longest.face ? counts_.faces++ : -1;
   for (int lane = 0; lane < lanes; ++lane) {
     const Manifold& manifold = first[lane < count ? lane : 0];
     const int source = manifold.source;
@@ -125,7 +127,6 @@ void ContactBatches::add_batch(const Model& model, const std::vector<Contact>& c
     for (int i = 0; i < manifold.contacts; ++i) {
       if (contacts[source + i].restitution > 0) x.first_restitution = counts_.restitutions;
     }
-    if (!have_one_direction(&contacts[source], manifold.contacts)) x.direction_step = 1;
   }
   for (int i = 0; i < x.contacts; ++i) {
     if ((longest.friction >> i & 1) != 0) x.contact_of[x.frictions++] = static_cast<std::uint8_t>(i);
@@ -150,8 +151,8 @@ void ContactBatches::build(const Model& model, const std::vector<Contact>& conta
   formulations = 0;
   list_manifolds(model, contacts);
   std::ranges::sort(manifolds_, [](const Manifold& one, const Manifold& other) {
-    return std::tie(one.level, one.contacts, one.friction, one.source) <
-           std::tie(other.level, other.contacts, other.friction, other.source);
+    return std::tie(one.level, one.face, one.contacts, one.friction, one.source) <
+           std::tie(other.level, other.face, other.contacts, other.friction, other.source);
   });
   for (std::size_t begin = 0, end = 0; begin < manifolds_.size(); begin = end) {
     while (end < manifolds_.size() && manifolds_[end].fits(manifolds_[begin])) ++end;
@@ -169,6 +170,7 @@ void ContactBatches::build(const Model& model, const std::vector<Contact>& conta
   directions.resize(counts_.directions);
   restitutions.resize(counts_.restitutions);
   couplings.resize(counts_.couplings);
+  faces.resize(counts_.faces);
   slides.assign(batches.size(), 0);
 }
 
@@ -183,6 +185,7 @@ void ContactBatches::reserve(const Model& model, std::size_t most) {
   directions.reserve(most);
   restitutions.reserve(most);
   couplings.reserve(8 * most);
+  faces.reserve(most);
   partners_.reserve(2 * most);
   place_of_.reserve(most);
   in_order_.reserve(most);

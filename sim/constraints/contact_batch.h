@@ -66,7 +66,28 @@ struct ContactDirections {
 struct NormalRow {
   ContactRow row;
   Lanes effective_mass;
-  Lanes low;  ///< lower limit of the impulse: 0, or what an impact has given, which stays given
+  Lanes low;       ///< lower limit of the impulse: 0, or what an impact has given, which stays given
+  Lanes place[2];  ///< of a face's point: along the tangents, from the face's centre, m
+};
+
+/// What the points of a manifold have in common where they have one normal (contact_face.h).
+struct ContactFace {
+  LaneVectors in_world[3];  ///< the normal and the tangents
+  LaneVectors in_a[3];      ///< as rows see them: in a's frame, or in the world's
+  LaneVectors in_b[3];
+  LaneVectors arm_a;  ///< from a's centre of mass to the face's centre, along the normal and the tangents
+  LaneVectors arm_b;
+  /// Of the relative motion along the tangents and about the normal: what the same components of a wrench
+  /// change of it, 11, 12, 13, 22, 23, 33; and what those of normals do: row by row, a force along the
+  /// normal and torques about the tangents.
+  Lanes gamma[6];
+  Lanes by_normals[9];
+};
+
+/// M⁻¹'s angular blocks in the world's frame.
+struct FaceInertias {
+  LaneVectors a[3];
+  LaneVectors b[3];
 };
 
 /// Restitution of a normal: Newton's law, in the sub-step in which the bodies meet.
@@ -126,6 +147,7 @@ struct ContactBatch {
   int first_direction;    ///< directions[first_direction] …, one for each contact, or one
   int direction_step;     ///< 1; 0 where all contacts have the same directions
   int first_coupling;     ///< couplings[first_coupling] …: of the normals, row by row
+  int face;               ///< of faces; −1: the manifolds have several normals, or one point
   int first_restitution;  ///< restitutions[first_restitution] …, one for each contact; −1: none bounces
   int first_response;     ///< responses[first_response] …: of the normals, then of friction
   /// Of a lane's manifold.
@@ -161,6 +183,8 @@ class ContactBatches {
   std::vector<std::uint8_t> slides;     ///< by batch: whether any of its points goes on sliding
   std::vector<RestitutionRow> restitutions;
   std::vector<Coupling> couplings;
+  std::vector<ContactFace> faces;
+  std::vector<FaceInertias> inertias;    ///< one of each face; empty where rows are in the bodies' frames
   int row_count = 0;                     ///< of all manifolds
   int formulations = 0;                  ///< since they were built
   std::vector<Matrix3> first_rotations;  ///< of all bodies at the first of them
@@ -171,6 +195,7 @@ class ContactBatches {
     int level;     ///< manifolds that it has to wait for, one after the other
     int contacts;
     std::uint32_t friction;  ///< bit i: contact i has friction
+    bool face;               ///< of several contacts with one normal
     int source;
     bool has_friction_throughout() const;
     bool fits(const Manifold& other) const;  ///< in one batch
@@ -188,6 +213,7 @@ class ContactBatches {
     int directions;
     int restitutions;
     int couplings;
+    int faces;
   };
 
   Counts counts_{};

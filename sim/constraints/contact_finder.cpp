@@ -265,16 +265,16 @@ std::span<const ContactMemory> ContactFinder::remembered_of(const State& state, 
 void ContactFinder::remember(std::span<const ContactMemory> remembered, double step, double overlap,
                              double slip, Contact& contact) const {
   if (remembered.empty()) return;
-  double nearest =
+  const double same =
       same_place * std::min(candidates_[contact.collider_a].size, candidates_[contact.collider_b].size);
+  double nearest = same * same;
   double left_over = 0;
   for (const ContactMemory& memory : remembered) {
     left_over = std::max(left_over, memory.left_over);
-    const double distance = std::max(std::sqrt(std::max((memory.arm_a - contact.arm_a).squaredNorm(),
-                                                        (memory.arm_b - contact.arm_b).squaredNorm())),
-                                     slip);
-    if (!(distance < nearest)) continue;
-    nearest = distance;
+    const double squared = std::max({(memory.arm_a - contact.arm_a).squaredNorm(),
+                                     (memory.arm_b - contact.arm_b).squaredNorm(), slip * slip});
+    if (!(squared < nearest)) continue;
+    nearest = squared;
     contact.displacement_1 = contact.tangent_b1.dot(memory.displacement);
     contact.displacement_2 = contact.tangent_b2.dot(memory.displacement);
     contact.slid = memory.slides;

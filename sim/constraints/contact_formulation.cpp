@@ -1,5 +1,6 @@
 // s2 of contacts: rows, limits' origins and Γ, from coordinates.
 
+#include "sim/constraints/contact_face.h"
 #include "sim/constraints/four_wide.h"
 #include "sim/constraints/lanes.h"
 
@@ -275,6 +276,105 @@ void leave_out(const ContactBatch& x, NormalRow* normals, FrictionRows* friction
   }
 }
 
+/// The arms of the i-th points.
+[[gnu::always_inline]] inline PointArms arms_of(const BatchBodies& at, const FourContacts& contact,
+                                                const LaneVectors& normal, bool anew) {
+  PointArms arms{gather(contact, &Contact::arm_a), gather(contact, &Contact::arm_b)};
+  if (anew) roll(at, contact, normal, arms);
+  return arms;
+}
+
+/// Where a face's first point and its deepest one are: the one says where the centre is across the normal,
+/// the other along it.
+struct FaceArms {
+  PointArms first;
+  Lanes height_a;
+  Lanes height_b;
+};
+
+[[gnu::always_inline]] inline FaceArms face_arms_of(const ContactBatch& x, const BatchBodies& at,
+                                                    const Direction& normal, const Formulation& from) {
+  FaceArms face{};
+  Lanes least = all(0);
+  for (int i = 0; i < x.contacts; ++i) {
+    const PointArms arms = arms_of(at, contacts_of(x, i, from.contacts), normal.in_b, from.anew);
+    const Lanes height_a = dot(normal.in_a, arms.a);
+    const Lanes height_b = dot(normal.in_b, arms.b);
+    const Lanes gap = height_a - height_b;
+    if (i == 0) {
+      face = {arms, height_a, height_b};
+      least = gap;
+      continue;
+    }
+    const auto deeper = gap < least;
+    least = choose(deeper, gap, least);
+    face.height_a = choose(deeper, height_a, face.height_a);
+    face.height_b = choose(deeper, height_b, face.height_b);
+  }
+  return face;
+}
+
+/// Where friction of a face's point acts.
+[[gnu::always_inline]] inline PointArms at_height(const FaceArms& face, const Direction& normal,
+                                                  const PointArms& arms) {
+  const Lanes up_a = face.height_a - dot(normal.in_a, arms.a);
+  const Lanes up_b = face.height_b - dot(normal.in_b, arms.b);
+  PointArms result = arms;
+  for (int k = 0; k < 3; ++k) {
+    result.a[k] += up_a * normal.in_a[k];
+    result.b[k] += up_b * normal.in_b[k];
+  }
+  return result;
+}
+
+/// R I⁻¹ Rᵀ.
+[[gnu::always_inline]] inline void set_inertia(const LaneMatrices& rotation,
+                                               const LaneVectors& inverse_inertia,
+                                               LaneVectors (&inertia)[3]) {
+  for (int k = 0; k < 3; ++k) {
+    const LaneVectors row{{rotation.column[0][k], rotation.column[1][k], rotation.column[2][k]}};
+    inertia[k] = turned(rotation, product(inverse_inertia, row));
+  }
+}
+
+[[gnu::always_inline]] inline void set_face(const ContactBatch& x, const BatchBodies& at,
+                                            const TurnedDirections& along_all, const FaceArms& arms,
+                                            FaceInertias* inertia, ContactFace& face) {
+  const Direction* const axes[3] = {&along_all.normal, &along_all.tangent[0], &along_all.tangent[1]};
+  face.arm_a[0] = arms.height_a;
+  face.arm_b[0] = arms.height_b;
+  for (int k = 0; k < 3; ++k) {
+    face.in_world[k] = axes[k]->in_world;
+    face.in_a[k] = inertia ? axes[k]->in_world : axes[k]->in_a;
+    face.in_b[k] = inertia ? axes[k]->in_world : axes[k]->in_b;
+    if (k == 0) continue;
+    face.arm_a[k] = dot(axes[k]->in_a, arms.first.a);
+    face.arm_b[k] = dot(axes[k]->in_b, arms.first.b);
+  }
+  if (inertia) {
+    set_inertia(at.rotation_a, x.inverse_inertia_a, inertia->a);
+    set_inertia(at.rotation_b, x.inverse_inertia_b, inertia->b);
+  }
+  // What a unit of each of friction's components changes.
+  const Lanes zero = all(0);
+  const LaneVectors none{{zero, zero, zero}};
+  LaneVectors unit[3] = {none, none, none};
+  for (int k = 0; k < 3; ++k) unit[k][k] = all(1);
+  const Wrench of_friction[3] = {{unit[1], none}, {unit[2], none}, {none, unit[0]}};
+  Lanes* gamma = face.gamma;
+  for (int k = 0; k < 3; ++k) {
+    Moving a{none, none};
+    Moving b{none, none};
+    give(x, face, inertia, of_friction[k], a, b);
+    const RelativeMotion change = relative_motion(face, a, b);
+    const Lanes friction[3] = {change.linear[1], change.linear[2], change.angular[0]};
+    for (int j = k; j < 3; ++j) *gamma++ = friction[j];
+    face.by_normals[3 * k] = change.linear[0];
+    face.by_normals[3 * k + 1] = change.angular[1];
+    face.by_normals[3 * k + 2] = change.angular[2];
+  }
+}
+
 [[gnu::always_inline]] inline void formulate_lanes(ContactBatches& contacts, const ContactBatch& x,
                                                    const Formulation& from) {
   const BatchBodies at = bodies_of(x, from);
@@ -286,17 +386,17 @@ void leave_out(const ContactBatch& x, NormalRow* normals, FrictionRows* friction
       x.first_restitution < 0 ? nullptr : contacts.restitutions.data() + x.first_restitution;
   RowResponses* const in_world = from.in_body_frames ? nullptr : contacts.responses.data() + x.first_response;
   TurnedDirections turned_directions{};
+  FaceArms face{};
+  if (x.direction_step == 0) {
+    set_directions(at, x, contacts_of(x, 0, from.contacts), from, turned_directions, directions[0]);
+  }
+  if (x.face >= 0) face = face_arms_of(x, at, turned_directions.normal, from);
   int friction = 0;
   bool all_as_long = true;
   for (int i = 0; i < x.contacts; ++i) {
     const FourContacts contact = contacts_of(x, i, from.contacts);
-    PointArms arms{};
-    arms.a = gather(contact, &Contact::arm_a);
-    arms.b = gather(contact, &Contact::arm_b);
-    if (i == 0 || x.direction_step == 1) {
-      set_directions(at, x, contact, from, turned_directions, directions[i * x.direction_step]);
-    }
-    if (from.anew) roll(at, contact, turned_directions.normal.in_b, arms);
+    if (x.direction_step == 1) set_directions(at, x, contact, from, turned_directions, directions[i]);
+    const PointArms arms = arms_of(at, contact, turned_directions.normal.in_b, from.anew);
     ContactRow& row = normals[i].row;
     if (!from.anew) row.impulse = normals[i].low = all(0);
     // A positive distance is admitted too: β lets it close, no more.
@@ -304,6 +404,10 @@ void leave_out(const ContactBatch& x, NormalRow* normals, FrictionRows* friction
         set_row(x, at, arms.a, arms.b, turned_directions.normal, row, in_world ? in_world + i : nullptr) +
         gather(contact, &Contact::left_over);
     row.beta = -gap / all(from.hs);
+    if (x.face >= 0) {
+      const LaneVectors from_first = difference(arms.a, face.first.a);
+      for (int k = 0; k < 2; ++k) normals[i].place[k] = dot(turned_directions.tangent[k].in_a, from_first);
+    }
     if (restitutions) {
       RestitutionRow& bounce = restitutions[i];
       if (!from.anew) start_restitution(contact, bounce);
@@ -317,12 +421,17 @@ void leave_out(const ContactBatch& x, NormalRow* normals, FrictionRows* friction
       start_friction(contact, rows);
     }
     touching[friction] = {arms.a, arms.b};
-    formulate_friction(x, at, contact, arms, turned_directions.tangent, from,
+    formulate_friction(x, at, contact, x.face < 0 ? arms : at_height(face, turned_directions.normal, arms),
+                       turned_directions.tangent, from,
                        in_world ? in_world + x.contacts + 2 * friction : nullptr, rows);
     ++friction;
   }
   Coupling* const couplings = contacts.couplings.data() + x.first_coupling;
   couple(x, at, normals, directions, in_world, couplings);
+  if (x.face >= 0) {
+    set_face(x, at, turned_directions, face, in_world ? &contacts.inertias[x.face] : nullptr,
+             contacts.faces[x.face]);
+  }
   for (const int count : x.count) all_as_long = all_as_long && count == x.contacts;
   if (!all_as_long) leave_out(x, normals, frictions, couplings);
 }
@@ -342,8 +451,11 @@ void formulate(ContactBatches& contacts, const std::vector<Contact>& found, cons
   if (!anew) contacts.first_rotations = rotations;
   if (in_body_frames) {
     contacts.responses.clear();
+    contacts.inertias.clear();
   } else {
     contacts.responses.reserve(3 * contacts.normals.capacity());
+    contacts.inertias.reserve(contacts.faces.capacity());
+    contacts.inertias.resize(contacts.faces.size());
     contacts.responses.resize(contacts.normals.size() + 2 * contacts.frictions.size());
   }
   const Formulation from{found, q, rotations, in_body_frames, hs, anew, contacts.first_rotations};

@@ -14,19 +14,26 @@ namespace {
 /// and 2.1 mm.
 constexpr double kept_at_edge = 0.5;
 
+/// Where two bodies are at the step's end, as b sees a.
+struct RelativePose {
+  RelativePose(const Coordinates& a, const Coordinates& b) {
+    const Matrix3 to_b = b.angular.toRotationMatrix().transpose();
+    rotation = to_b * a.angular.toRotationMatrix();
+    position = to_b * (a.linear - b.linear);
+  }
+  Matrix3 rotation;
+  Vector3 position;
+};
+
 /// The point's displacement at the step's end, in the body frame of b.
 Vector3 displacement_at(const FrictionRows& rows, const TouchingPoint& touching, int lane,
-                        const Contact& contact, const std::vector<Coordinates>& q) {
-  const Coordinates& a = q[contact.a];
-  const Coordinates& b = q[contact.b];
+                        const Contact& contact, const RelativePose& a_in_b) {
   const auto arm = [&](const LaneVectors& arms) {
     return Vector3(arms[0][lane], arms[1][lane], arms[2][lane]);
   };
-  const Vector3 apart =
-      a.linear + a.angular * arm(touching.arm_a) - (b.linear + b.angular * arm(touching.arm_b));
-  const Vector3 apart_b = b.angular.conjugate() * apart;
-  return contact.tangent_b1 * (rows.reference[0][lane] + contact.tangent_b1.dot(apart_b)) +
-         contact.tangent_b2 * (rows.reference[1][lane] + contact.tangent_b2.dot(apart_b));
+  const Vector3 apart = a_in_b.position + a_in_b.rotation * arm(touching.arm_a) - arm(touching.arm_b);
+  return contact.tangent_b1 * (rows.reference[0][lane] + contact.tangent_b1.dot(apart)) +
+         contact.tangent_b2 * (rows.reference[1][lane] + contact.tangent_b2.dot(apart));
 }
 
 }  // namespace
@@ -71,6 +78,7 @@ void ContactBatches::remember(const std::vector<Contact>& found, const std::vect
   for (const ContactBatch& x : batches) {
     for (int lane = 0; lane < x.manifolds; ++lane) {
       int friction = 0;
+      const RelativePose a_in_b(q[x.a[lane]], q[x.b[lane]]);
       for (int i = 0; i < x.count[lane]; ++i) {
         const Contact& contact = found[x.source[lane] + i];
         ContactMemory& point = memory[place_of_[x.source[lane] + i]];
@@ -82,7 +90,7 @@ void ContactBatches::remember(const std::vector<Contact>& found, const std::vect
           if (!point.slides && reading.friction_memory) {
             const double part = rows.slides[lane] > 0 ? kept_at_edge : 1;
             point.displacement =
-                part * displacement_at(rows, touching[x.first_friction + friction], lane, contact, q);
+                part * displacement_at(rows, touching[x.first_friction + friction], lane, contact, a_in_b);
           }
           ++friction;
         }

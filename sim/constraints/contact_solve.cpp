@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "sim/constraints/contact_face.h"
 #include "sim/constraints/four_wide.h"
 #include "sim/constraints/lanes.h"
 
@@ -20,6 +21,8 @@ struct Visit {
   FrictionRows* frictions;
   const RestitutionRow* restitutions;  ///< null: none bounces
   const Coupling* coupling;
+  const ContactFace* face;      ///< null: the manifolds have none
+  const FaceInertias* inertia;  ///< null: rows are in the bodies' frames
   const RowSolve& how;
   const ContactReading& reading;
 };
@@ -78,11 +81,8 @@ template <Kind kind>
 /// What a normal's velocity lacks, in the equation of a row. An impact is over in its sub-step: κ < 1 would
 /// leave a part of it to later ones, of which the step may have none.
 template <Kind kind>
-[[gnu::always_inline]] inline Lanes missing_of_normal(const Visit& at, int i, const Moving& a,
-                                                      const Moving& b) {
-  const ContactRow& row = at.normals[i].row;
-  const Lanes velocity = row_velocity(normal_of(at, i), row, a, b);
-  const Lanes missing = times<kind>(at.how.tau, row.beta) - times<kind>(at.how.kappa, velocity);
+[[gnu::always_inline]] inline Lanes missing_of_normal(const Visit& at, int i, const Lanes& velocity) {
+  const Lanes missing = times<kind>(at.how.tau, at.normals[i].row.beta) - times<kind>(at.how.kappa, velocity);
   if (!at.restitutions) return missing;
   const RestitutionRow& restitution = at.restitutions[i];
   const Lanes of_impact = at.reading.velocity_level_apart
@@ -91,24 +91,16 @@ template <Kind kind>
   return choose(restitution.impact > all(0), of_impact, missing);
 }
 
-/// The manifold's normals as one block: their LCP, by Gauss–Seidel in the space of their impulses; then what
-/// changed goes to the velocities. `known` is their number where the compiler is to know it, so that a
+/// The manifold's normals as one block: their LCP, by Gauss–Seidel in the space of their impulses, from the
+/// `wanted` changes without the others. `known` is their number where the compiler is to know it, so that a
 /// manifold stays in registers; else 0.
 ///
 /// A sweep waits for one impulse after the other, so each takes the one before it last: that is a product, a
 /// difference and a comparison to wait for.
-template <Kind kind, int known>
-[[gnu::always_inline]] inline void solve_normal_block(const Visit& at, Moving& a, Moving& b, Lanes& most) {
-  const int count = known ? known : at.x.contacts;
-  constexpr int room = known ? known : most_in_manifold;
-  Lanes wanted[room];  // changes of impulses: without the others, at least, and so far
-  Lanes least[room];
-  Lanes change[room];
-  for (int i = 0; i < count; ++i) {
-    const NormalRow& normal = at.normals[i];
-    wanted[i] = missing_of_normal<kind>(at, i, a, b) * normal.effective_mass;
-    least[i] = normal.low - normal.row.impulse;
-  }
+template <int known>
+[[gnu::always_inline]] inline void solve_block(const Visit& at, int count, const Lanes* wanted,
+                                               const Lanes* least, Lanes* change) {
+  if constexpr (known) count = known;
   for (int i = 0; i < count; ++i) {
     Lanes one = wanted[i];
     for (int j = 0; j < i; ++j) one -= at.coupling[i * count + j].share * change[j];
@@ -123,16 +115,41 @@ template <Kind kind, int known>
       change[i] = larger(one, least[i]);
     }
   }
+}
+
+/// The i-th normal's impulse, changed: what it gave more.
+template <Kind kind>
+[[gnu::always_inline]] inline Lanes take(const Visit& at, int i, int count, const Lanes& change,
+                                         Lanes& most) {
+  NormalRow& normal = at.normals[i];
+  const Lanes before = normal.row.impulse;
+  const Lanes total = larger(before + times<kind>(at.how.omega, change), normal.low);
+  const Lanes given = total - before;
+  normal.row.impulse = total;
+  if (kind.any) {
+    most = larger(most, choose(given < all(0), -given, given) * at.coupling[i * count + i].share);
+  }
+  return times<kind>(at.how.scale, given);
+}
+
+/// The block of normals, from the velocities and to them.
+template <Kind kind, int known>
+[[gnu::always_inline]] inline void solve_normal_block(const Visit& at, Moving& a, Moving& b, Lanes& most) {
+  const int count = known ? known : at.x.contacts;
+  constexpr int room = known ? known : most_in_manifold;
+  Lanes wanted[room];  // changes of impulses: without the others, at least, and so far
+  Lanes least[room];
+  Lanes change[room];
   for (int i = 0; i < count; ++i) {
-    NormalRow& normal = at.normals[i];
-    const Lanes before = normal.row.impulse;
-    const Lanes total = larger(before + times<kind>(at.how.omega, change[i]), normal.low);
-    const Lanes given = total - before;
-    normal.row.impulse = total;
-    apply<kind>(at, i, normal_of(at, i), normal.row, times<kind>(at.how.scale, given), a, b);
-    if (kind.any) {
-      most = larger(most, choose(given < all(0), -given, given) * at.coupling[i * count + i].share);
-    }
+    const NormalRow& normal = at.normals[i];
+    const Lanes velocity = row_velocity(normal_of(at, i), normal.row, a, b);
+    wanted[i] = missing_of_normal<kind>(at, i, velocity) * normal.effective_mass;
+    least[i] = normal.low - normal.row.impulse;
+  }
+  solve_block<known>(at, count, wanted, least, change);
+  for (int i = 0; i < count; ++i) {
+    const Lanes given = take<kind>(at, i, count, change[i], most);
+    apply<kind>(at, i, normal_of(at, i), at.normals[i].row, given, a, b);
   }
 }
 
@@ -154,7 +171,8 @@ template <Kind kind>
 [[gnu::always_inline]] inline void solve_normals_in_turn(const Visit& at, Moving& a, Moving& b) {
   for (int i = 0; i < at.x.contacts; ++i) {
     NormalRow& normal = at.normals[i];
-    const Lanes missing = missing_of_normal<any_kind>(at, i, a, b);
+    const Lanes missing =
+        missing_of_normal<any_kind>(at, i, row_velocity(normal_of(at, i), normal.row, a, b));
     const Lanes total =
         larger(normal.row.impulse + all(at.how.omega) * missing * normal.effective_mass, normal.low);
     const Lanes change = total - normal.row.impulse;
@@ -198,22 +216,19 @@ struct Tangential {
   rows.origin_normal *= part;
 }
 
-/// A point's friction: two rows as one block, within the disc that its normal's impulse gives.
-/// The i-th point's.
+/// A point's friction: two rows as one block, within the disc that its normal's impulse gives. The i-th
+/// point's; returns what changes of its impulses.
 template <Kind kind>
-[[gnu::always_inline]] inline void solve_friction(const Visit& at, int i, Moving& a, Moving& b, Lanes& most,
-                                                  Lanes& any_slides) {
+[[gnu::always_inline]] inline Tangential solve_disc(const Visit& at, int i, const Tangential& missing,
+                                                    Lanes& most, Lanes& any_slides) {
   const Lanes zero = all(0);
   FrictionRows& rows = at.frictions[i];
-  const ContactDirections& along = at.directions[at.x.contact_of[i] * at.x.direction_step];
   const Lanes normal = at.normals[at.x.contact_of[i]].row.impulse;
   give_back(rows, normal);
-  const Tangential missing{missing_of<kind>(at, along.tangent[0], rows.row[0], a, b),
-                           missing_of<kind>(at, along.tangent[1], rows.row[1], a, b)};
   const Tangential free = solve_two(rows, missing);
   const Tangential before{rows.row[0].impulse - rows.origin[0], rows.row[1].impulse - rows.origin[1]};
-  Tangential after{before.first + times<kind>(at.how.omega, free.first),
-                   before.second + times<kind>(at.how.omega, free.second)};
+  Tangential change{times<kind>(at.how.omega, free.first), times<kind>(at.how.omega, free.second)};
+  const Tangential after{before.first + change.first, before.second + change.second};
   const Lanes limit = rows.coefficient * (normal - rows.origin_normal);
   const auto slides = after.first * after.first + after.second * after.second >= limit * limit;
   rows.slides = choose(slides, all(1), zero);
@@ -221,18 +236,119 @@ template <Kind kind>
     const Tangential sliding =
         slide(rows, limit, before,
               {times<kind>(at.how.omega, missing.first), times<kind>(at.how.omega, missing.second)});
-    after.first = choose(slides, sliding.first, after.first);
-    after.second = choose(slides, sliding.second, after.second);
+    change.first = choose(slides, sliding.first - before.first, change.first);
+    change.second = choose(slides, sliding.second - before.second, change.second);
   }
   if (kind.any && !at.reading.friction_memory) rows.slides = rows.slid = all(1);
   any_slides += keeps_sliding(rows);
-  const Lanes change[2] = {after.first - before.first, after.second - before.second};
-  for (int k = 0; k < 2; ++k) {
-    rows.row[k].impulse += change[k];
-    apply<kind>(at, at.x.contacts + 2 * i + k, along.tangent[k], rows.row[k],
-                times<kind>(at.how.scale, change[k]), a, b);
-    if (kind.any) most = larger(most, choose(change[k] < zero, -change[k], change[k]) * rows.gamma[2 * k]);
+  rows.row[0].impulse += change.first;
+  rows.row[1].impulse += change.second;
+  if (kind.any) {
+    most = larger(most, choose(change.first < zero, -change.first, change.first) * rows.gamma[0]);
+    most = larger(most, choose(change.second < zero, -change.second, change.second) * rows.gamma[2]);
   }
+  return {times<kind>(at.how.scale, change.first), times<kind>(at.how.scale, change.second)};
+}
+
+/// The i-th point's friction, from the velocities and to them.
+template <Kind kind>
+[[gnu::always_inline]] inline void solve_friction(const Visit& at, int i, Moving& a, Moving& b, Lanes& most,
+                                                  Lanes& any_slides) {
+  FrictionRows& rows = at.frictions[i];
+  const ContactDirections& along = at.directions[at.x.contact_of[i] * at.x.direction_step];
+  const Tangential missing{missing_of<kind>(at, along.tangent[0], rows.row[0], a, b),
+                           missing_of<kind>(at, along.tangent[1], rows.row[1], a, b)};
+  const Tangential given = solve_disc<kind>(at, i, missing, most, any_slides);
+  const int place = at.x.contacts + 2 * i;
+  apply<kind>(at, place, along.tangent[0], rows.row[0], given.first, a, b);
+  apply<kind>(at, place + 1, along.tangent[1], rows.row[1], given.second, a, b);
+}
+
+/// A face's normals, from the relative motion: the force along the normal and the torques about the tangents.
+template <Kind kind, int known>
+[[gnu::always_inline]] inline void solve_face_normals(const Visit& at, const RelativeMotion& motion,
+                                                      Wrench& wrench, Lanes& most) {
+  const int count = known ? known : at.x.contacts;
+  constexpr int room = known ? known : most_in_manifold;
+  Lanes wanted[room];
+  Lanes least[room];
+  Lanes change[room];
+  for (int i = 0; i < count; ++i) {
+    const NormalRow& normal = at.normals[i];
+    const Lanes velocity =
+        motion.linear[0] + (motion.angular[1] * normal.place[1] - motion.angular[2] * normal.place[0]);
+    wanted[i] = missing_of_normal<kind>(at, i, velocity) * normal.effective_mass;
+    least[i] = normal.low - normal.row.impulse;
+  }
+  solve_block<known>(at, count, wanted, least, change);
+  for (int i = 0; i < count; ++i) {
+    const NormalRow& normal = at.normals[i];
+    const Lanes given = take<kind>(at, i, count, change[i], most);
+    wrench.force[0] += given;
+    wrench.torque[1] += normal.place[1] * given;
+    wrench.torque[2] -= normal.place[0] * given;
+  }
+}
+
+/// A face's friction, point by point, each from the motion that those before it leave: along the tangents and
+/// about the normal.
+template <Kind kind>
+[[gnu::always_inline]] inline void solve_face_friction(const Visit& at, const RelativeMotion& motion,
+                                                       Wrench& wrench, Lanes& most, Lanes& any_slides) {
+  const Lanes(&gamma)[6] = at.face->gamma;
+  const Lanes(&by)[9] = at.face->by_normals;
+  Lanes moves[3] = {motion.linear[1], motion.linear[2], motion.angular[0]};
+  for (int k = 0; k < 3; ++k) {
+    moves[k] +=
+        by[3 * k] * wrench.force[0] + by[3 * k + 1] * wrench.torque[1] + by[3 * k + 2] * wrench.torque[2];
+  }
+  for (int i = 0; i < at.x.frictions; ++i) {
+    const FrictionRows& rows = at.frictions[i];
+    const Lanes(&place)[2] = at.normals[at.x.contact_of[i]].place;
+    const Tangential missing{
+        times<kind>(at.how.tau, rows.row[0].beta) - times<kind>(at.how.kappa, moves[0] - place[1] * moves[2]),
+        times<kind>(at.how.tau, rows.row[1].beta) -
+            times<kind>(at.how.kappa, moves[1] + place[0] * moves[2])};
+    const Tangential given = solve_disc<kind>(at, i, missing, most, any_slides);
+    wrench.force[1] += given.first;
+    wrench.force[2] += given.second;
+    wrench.torque[0] += place[0] * given.second - place[1] * given.first;
+    const Lanes by_first[3] = {gamma[0] - place[1] * gamma[2], gamma[1] - place[1] * gamma[4],
+                               gamma[2] - place[1] * gamma[5]};
+    const Lanes by_second[3] = {gamma[1] + place[0] * gamma[2], gamma[3] + place[0] * gamma[4],
+                                gamma[4] + place[0] * gamma[5]};
+    for (int k = 0; k < 3; ++k) moves[k] += by_first[k] * given.first + by_second[k] * given.second;
+  }
+}
+
+/// A face's points. Returns whether any goes on sliding.
+template <Kind kind>
+[[gnu::always_inline]] inline bool solve_face(const Visit& at, std::vector<Velocity>& v, double* moved) {
+  const Lanes zero = all(0);
+  Lanes most = zero;
+  Lanes any_slides = zero;
+  Moving a = gather(v, at.x.a);
+  Moving b = gather(v, at.x.b);
+  const RelativeMotion motion = relative_motion(*at.face, a, b);
+  Wrench wrench{{{zero, zero, zero}}, {{zero, zero, zero}}};
+  switch (at.x.contacts) {
+    case 2:
+      solve_face_normals<kind, 2>(at, motion, wrench, most);
+      break;
+    case 4:
+      solve_face_normals<kind, 4>(at, motion, wrench, most);
+      break;
+    default:
+      solve_face_normals<kind, 0>(at, motion, wrench, most);
+  }
+  solve_face_friction<kind>(at, motion, wrench, most, any_slides);
+  give(at.x, *at.face, kind.in_world ? at.inertia : nullptr, wrench, a, b);
+  scatter(a, at.x.a, at.x.manifolds, v);
+  scatter(b, at.x.b, at.x.manifolds, v);
+  if (kind.any && moved) {
+    for (int lane = 0; lane < lanes; ++lane) *moved = std::max(*moved, most[lane]);
+  }
+  return any(any_slides > zero);
 }
 
 /// Ablation: each of a point's two rows by itself, within ±μ λ_n: a square.
@@ -296,6 +412,10 @@ template <Kind kind>
     return solve_lanes<any_kind>(at, v, nullptr);
   }
   const bool by_one = how.kappa == 1 && how.tau == 1 && how.omega == 1 && how.scale == 1;
+  if (at.face) {
+    if (moved || !by_one) return solve_face<any_kind>(at, v, moved);
+    return at.inertia ? solve_face<plain_in_world>(at, v, nullptr) : solve_face<plain>(at, v, nullptr);
+  }
   if (moved || !by_one) return solve_lanes<any_kind>(at, v, moved);
   return at.responses ? solve_lanes<plain_in_world>(at, v, nullptr) : solve_lanes<plain>(at, v, nullptr);
 }
@@ -320,6 +440,8 @@ void solve_and_apply(ContactBatches& contacts, const ContactBatch& x, const RowS
                  contacts.frictions.data() + x.first_friction,
                  x.first_restitution < 0 ? nullptr : contacts.restitutions.data() + x.first_restitution,
                  contacts.couplings.data() + x.first_coupling,
+                 x.face < 0 ? nullptr : contacts.faces.data() + x.face,
+                 x.face < 0 || contacts.inertias.empty() ? nullptr : contacts.inertias.data() + x.face,
                  how,
                  contacts.reading};
   contacts.slides[&x - contacts.batches.data()] = solve(at, v, moved) ? 1 : 0;

@@ -14,6 +14,10 @@ namespace {
 /// A corner this part of the size outside a side counts as inside: faces that are flush keep their corners.
 constexpr double flush = 1e-9;
 
+/// Corners beyond four are left out where those beside them make up for it, to this part of the size: faces
+/// that are turned a little cut each other's corners.
+constexpr double slight = 1e-3;
+
 struct WorldBox {
   Vector3 centre;
   Matrix3 axes;  ///< columns; box → world
@@ -61,6 +65,29 @@ class Polygon {
                       from.height + part * (to.height - from.height)});
     }
     *this = kept;
+  }
+
+  /// Leaves out corners beyond four that are no farther than `distance` from the line through those beside
+  /// them, the nearest first.
+  void simplify(double distance) {
+    while (size_ > 4) {
+      std::size_t nearest = size_;
+      double least = distance * distance;
+      for (std::size_t i = 0; i < size_; ++i) {
+        const Corner& from = corners_[i > 0 ? i - 1 : size_ - 1];
+        const Corner& to = corners_[i + 1 < size_ ? i + 1 : 0];
+        const double along_x = to.x - from.x;
+        const double along_y = to.y - from.y;
+        const double area = along_x * (corners_[i].y - from.y) - along_y * (corners_[i].x - from.x);
+        const double length_squared = along_x * along_x + along_y * along_y;
+        if (area * area > least * length_squared || length_squared == 0) continue;
+        nearest = i;
+        least = area * area / length_squared;
+      }
+      if (nearest == size_) return;
+      --size_;
+      for (std::size_t i = nearest; i < size_; ++i) corners_[i] = corners_[i + 1];
+    }
   }
 
  private:
@@ -210,6 +237,7 @@ class BoxPair {
       polygon.push_back(lowest);
     }
 
+    polygon.simplify(slight * size_);
     const Vector3 outward = side * reference.axes.col(axis);
     const Vector3 normal = reference_is_a ? Vector3(-outward) : outward;
     for (std::size_t i = 0; i < polygon.size(); ++i) {

@@ -82,6 +82,7 @@ class Experiment {
     std::vector<TouchingPoint> touching;
     std::vector<ContactDirections> directions;
     std::vector<Coupling> couplings;
+    std::vector<ContactFace> faces;
   };
 
   static void keep(Kept& kept, const Constraints& c) {
@@ -92,6 +93,7 @@ class Experiment {
     kept.touching = c.contacts.touching;
     kept.directions = c.contacts.directions;
     kept.couplings = c.contacts.couplings;
+    kept.faces = c.contacts.faces;
   }
 
   static void swap(Kept& kept, Constraints& c) {
@@ -102,6 +104,7 @@ class Experiment {
     std::swap(kept.touching, c.contacts.touching);
     std::swap(kept.directions, c.contacts.directions);
     std::swap(kept.couplings, c.contacts.couplings);
+    std::swap(kept.faces, c.contacts.faces);
   }
 
   /// Lines 15 and 16: J̆ʲ⁺¹ and βʲ⁺¹, each exact or not.

@@ -328,6 +328,17 @@ TEST(Contacts, ASlightTiltKeepsTheFace) {
   }
 }
 
+TEST(Contacts, OfBoxesTurnedALittleAreFour) {
+  const Polytope cube = box({1, 1, 1});
+  const auto count = [&](double angle) {
+    return contacts(cube, {{0.45, 0.999, 0}, turn(angle, {0, 1, 0})}, cube, {{0, 0, 0}, upright}, margin)
+        .size();
+  };
+  EXPECT_EQ(count(0), 4U);
+  for (const double angle : {1e-6, 1e-4, 5e-4, 1e-3}) EXPECT_EQ(count(angle), 4U) << angle;
+  EXPECT_EQ(count(0.1), 6U);  // what is more than a cut corner stays
+}
+
 TEST(Contacts, DoNotDependOnWhereThePairIs) {
   // 1 km away a metre has 1e-13 of rounding; contacts have no more.
   const Vector3 far(1000, -500, 700);
