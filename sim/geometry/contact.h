@@ -19,11 +19,11 @@ struct ContactPoint {
 };
 
 /// All contact points of two shapes closer than `margin` (metres): the whole manifold, so a face on a face
-/// gives the corners of their intersection, a capsule on its side two points. Of two boxes' corners beyond four
-/// those are left out that lie within 1e-3 of the smaller box's size of the line through their neighbours.
-/// Depends on its arguments alone, not on any earlier call, and contacts(b, a) are contacts(a, b) mirrored.
-/// Appends to `out`, which it never clears; does not allocate once `out` and the thread's scratch are large
-/// enough.
+/// gives the corners of their intersection, a capsule on its side two points. Of two boxes' corners beyond
+/// four those are left out that lie within 1e-3 of the smaller box's size of the line through their
+/// neighbours. Depends on its arguments alone, not on any earlier call, and contacts(b, a) are contacts(a, b)
+/// mirrored. Appends to `out`, which it never clears; does not allocate once `out` and the thread's scratch
+/// are large enough.
 ///
 /// Polytopes: the faces of a, the faces of b and those cross products of their edges that can bound the
 /// overlap are tested. A face axis is preferred to an edge axis unless the latter is better by 0.05
