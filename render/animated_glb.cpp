@@ -102,6 +102,7 @@ std::vector<Primitive> BodyMeshes::plain_primitives(std::size_t body) {
     add_vertex(mesh_.indices[i], primitive);
   }
   std::vector<Primitive> list;
+  list.reserve(primitives.size());
   for (auto& [key, primitive] : primitives) list.push_back(std::move(primitive));
   return list;
 }

@@ -136,7 +136,7 @@ std::array<Way, 8> ways_from_a_cell() {
 /// of its sine: here of the slope height / distance, in 32nds.
 int thirty_seconds(float height, float distance) {
   const float squared = height * height;
-  return static_cast<int>(32 * squared / (squared + distance * distance) + 0.5F);
+  return static_cast<int>(std::lround(32 * squared / (squared + distance * distance)));
 }
 
 }  // namespace

@@ -181,7 +181,7 @@ void average_within(const Drawn& drawn, int x, int y, std::uint8_t* to) {
       const int bits = bits_of(drawn, pixel);
       if (bits == 0 || bits == one_surface) {
         add(bits == 0 ? &drawn.ground[4 * pixel] : &drawn.first[4 * pixel],
-            weights[static_cast<std::size_t>(u + 1)] * weights[static_cast<std::size_t>(v + 1)]);
+            weights.begin()[u + 1] * weights.begin()[v + 1]);
         continue;
       }
       for (int row = v < 0 ? 1 : 0; row < (v > 0 ? 1 : 2); ++row) {

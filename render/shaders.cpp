@@ -505,7 +505,8 @@ void main() {
 )";
 }
 
-std::string look_fragment() {
+/// What look_fragment() is given, and what it says of a sample.
+std::string look_declarations() {
   return R"(
 in vec3 world_position;
 in vec3 world_normal;
@@ -531,7 +532,11 @@ layout(location = 0) out vec4 normal_roughness;
 layout(location = 1) out vec4 color_metallic;
 layout(location = 2) out vec4 emission_alpha;
 layout(location = 3) out vec4 crevice;
+)";
+}
 
+std::string look_fragment() {
+  return look_declarations() + R"(
 /// The logarithm to base 2, by lines between the powers: exact on every machine, off by at most 0.09.
 float logarithm(float x) {
   int bits = floatBitsToInt(max(x, 1e-20));

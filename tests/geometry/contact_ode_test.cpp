@@ -109,6 +109,7 @@ TEST(ContactsAgainstOde, StackedBoxesHaveContactsThatReachAsFar) {
     const auto points = test::contacts(cube, top, cube, {}, 1e-6);
     EXPECT_NEAR(-test::lowest_distance(points), ode.depth, 1e-14);
     std::vector<Vector3> own;
+    own.reserve(points.size());
     for (const ContactPoint& point : points) own.push_back(point.on_a);
     const bool is_whole = points.size() == static_cast<std::size_t>(ode.count);
     if (is_whole) ++as_many;

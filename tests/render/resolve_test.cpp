@@ -66,7 +66,7 @@ TEST(Resolve, AnUprightEdgeHasFourStepsAPixel) {
   for (int drawn = 0; drawn <= 6; ++drawn) {
     Pixels first = grey(3, 255);
     for (int x = 0; x < 6; ++x) {
-      if (x < drawn) first[static_cast<std::size_t>(x / 2 * 4 + 3)] |= x % 2 == 0 ? 0x55 : 0xaa;
+      if (x < drawn) first[4 * (static_cast<std::size_t>(x) / 2) + 3] |= x % 2 == 0 ? 0x55 : 0xaa;
     }
     const Pixels ground = grey(3, 0);
     middle.push_back(resolved(Drawn{3, 1, 2, ground, first, ground}).pixel(1, 0)[0]);
