@@ -75,6 +75,9 @@ std::optional<Vector3> RevolvedSolid::direction_to(const Vector3& point) const {
   const double along = -sine * (distance - foot) + cosine * (y + half);
   const double length =
       is_ball_ended ? 2 * half * cosine : -sine * (radius[1] - radius[0]) + cosine * 2 * half;
+  // Over the wider disc of a flat cone the side's line has the point's foot, too: from within.
+  const bool is_over_disc = !is_ball_ended && distance <= radius[y > 0 ? 1 : 0] && std::abs(y) > half;
+  if (is_over_disc) return y > 0 ? axis : Vector3(-axis);
   if (has_side && along > 0 && along < length) return cosine * u + sine * axis;
   const int i = has_side ? (along > 0 ? 1 : 0) : (radius[1] > radius[0] ? 1 : 0);
   if (is_ball_ended) {
@@ -83,12 +86,8 @@ std::optional<Vector3> RevolvedSolid::direction_to(const Vector3& point) const {
     if (length_to == 0) return std::nullopt;
     return to / length_to;
   }
-  // Over the disc it is the disc's own direction.
   const double beyond = i == 0 ? y + half : y - half;
-  if (distance <= radius[i]) {
-    if (i == 0 ? beyond >= 0 : beyond <= 0) return std::nullopt;
-    return i == 0 ? Vector3(-axis) : axis;
-  }
+  if (distance <= radius[i]) return std::nullopt;
   return ((distance - radius[i]) * u + beyond * axis).normalized();
 }
 

@@ -73,6 +73,21 @@ double depth_below(const Shape& shape, const Pose& pose, const Vector3& on, cons
   return test::lowest_distance(contacts(shape, pose, Plane{}, plane, 10));
 }
 
+/// However the file orders them, triangles that lie together share a leaf: a search looks at few.
+TEST(TriangleMesh, LeavesHoldTrianglesThatLieTogether) {
+  const TriangleMesh ordered = test::flat_mesh(16, 0.25, 0);
+  std::vector<Triangle> triangles = ordered.triangles;
+  std::mt19937 random(3);
+  std::ranges::shuffle(triangles, random);
+  const TriangleMesh mesh = make_triangle_mesh(ordered.vertices, triangles, "shuffled");
+  double area = 0;
+  for (const TriangleMesh::Node& node : mesh.nodes) {
+    const Vector3 size = node.bounds.upper - node.bounds.lower;
+    if (node.count > 0) area += size.x() * size.z();
+  }
+  EXPECT_LT(area, 1.5 * 16);  // of 16 m²; measured 16
+}
+
 TEST(MeshContacts, OnAFlatMeshAreThoseOnAPlane) {
   std::mt19937 random(1);
   for (const double uneven : {0.0, 0.3}) {

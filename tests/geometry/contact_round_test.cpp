@@ -10,6 +10,7 @@
 
 #include "sim/geometry/contact.h"
 #include "sim/geometry/convex_hull.h"
+#include "sim/geometry/revolved_solid.h"
 #include "sim/geometry/round_solids.h"
 #include "tests/geometry/solids.h"
 
@@ -252,6 +253,44 @@ TEST(RoundContacts, OfRimsThatMeetAreTheirClosestPoints) {
   ASSERT_EQ(points.size(), 1U);
   EXPECT_NEAR(points[0].distance, 0.002, 1e-12);
   EXPECT_LT((points[0].normal - Vector3::UnitX()).norm(), 1e-6);
+}
+
+/// From a point outside a convex solid its closest point lies in the direction in which the two are farthest
+/// apart: no other direction may separate them by more.
+template <typename Solid>
+void expect_directions_of_largest_separation(const Solid& shape) {
+  std::mt19937 random(5);
+  int outside = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    const Pose pose = {test::random_point(random, 1), test::random_orientation(random)};
+    const RevolvedSolid solid(shape, pose);
+    const Vector3 point = pose.position + test::random_point(random, 1);
+    const auto separation = [&](const Vector3& d) { return d.dot(point) - reach(shape, pose, d); };
+    const auto found = solid.direction_to(point);
+    double largest = -infinity;
+    for (int i = 0; i < 500; ++i) {
+      const Vector3 far = test::random_point(random, 1);
+      const Vector3 near = (found ? *found : Vector3::UnitY()) + 0.01 * far;
+      largest = std::max({largest, separation(far.normalized()), separation(near.normalized())});
+    }
+    if (largest < 1e-3) continue;
+    ++outside;
+    ASSERT_TRUE(found) << trial;
+    EXPECT_NEAR(found->norm(), 1, 1e-14) << trial;
+    EXPECT_GT(separation(*found), largest - 1e-12) << trial;
+  }
+  EXPECT_GT(outside, 100);
+}
+
+TEST(RevolvedSolid, TheClosestPointLiesInTheDirectionOfTheLargestSeparation) {
+  expect_directions_of_largest_separation(Sphere{0.3});
+  expect_directions_of_largest_separation(Capsule{0.3, 0.2});
+  expect_directions_of_largest_separation(make_tapered_capsule(0.6, 0.3, 0.1));
+  expect_directions_of_largest_separation(make_tapered_capsule(0.6, 0.1, 0.3));
+  expect_directions_of_largest_separation(make_cylinder(0.6, 0.3, 0.3));
+  expect_directions_of_largest_separation(make_cylinder(0.6, 0.35, 0.1));
+  expect_directions_of_largest_separation(make_cylinder(0.4, 0.1, 0.5));
+  expect_directions_of_largest_separation(make_cylinder(0.6, 0.3, 0));
 }
 
 }  // namespace
