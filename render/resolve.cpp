@@ -165,7 +165,6 @@ std::array<std::uint16_t, 3> light_of(const std::uint8_t* code) {
 
 /// As average(), of a pixel within the picture: neighbour by neighbour.
 void average_within(const Drawn& drawn, int x, int y, std::uint8_t* to) {
-  constexpr std::array<int, 3> weights{1, 6, 1};  // of a neighbour's nearest samples, and of the pixel's own
   constexpr int one = 64;
   std::array<int, 3> sum{};
   const auto add = [&](const std::uint8_t* code, int weight) {
@@ -180,8 +179,9 @@ void average_within(const Drawn& drawn, int x, int y, std::uint8_t* to) {
           static_cast<std::size_t>(row_of_it) * width + static_cast<std::size_t>(column_of_it);
       const int bits = bits_of(drawn, pixel);
       if (bits == 0 || bits == one_surface) {
+        // Along each axis its own two samples weigh 3 each, a neighbour's nearest one 1.
         add(bits == 0 ? &drawn.ground[4 * pixel] : &drawn.first[4 * pixel],
-            weights.begin()[u + 1] * weights.begin()[v + 1]);
+            (u == 0 ? 6 : 1) * (v == 0 ? 6 : 1));
         continue;
       }
       for (int row = v < 0 ? 1 : 0; row < (v > 0 ? 1 : 2); ++row) {

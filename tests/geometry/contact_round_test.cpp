@@ -277,9 +277,9 @@ void expect_directions_of_largest_separation(const Solid& shape) {
     ++outside;
     ASSERT_TRUE(found) << trial;
     EXPECT_NEAR(found->norm(), 1, 1e-14) << trial;
-    EXPECT_GT(separation(*found), largest - 1e-12) << trial;
+    EXPECT_GT(separation(*found), largest - 1e-12) << trial;  // measured larger by 1e-10 and more
   }
-  EXPECT_GT(outside, 100);
+  EXPECT_GT(outside, 100);  // measured 195 to 199
 }
 
 TEST(RevolvedSolid, TheClosestPointLiesInTheDirectionOfTheLargestSeparation) {
