@@ -23,6 +23,7 @@ namespace substep {
 void proc3(CoordinateVector& q, VelocityVector& v_local, const Settings& settings, Problem& problem,
            Work& work) {
   const auto [n, m, tau, kappa] = settings.substepping();
+  const auto [contact_tau, contact_kappa] = settings.of_contacts();
   const double hs = settings.step / n;
   const Model& model = *problem.model;
   Constraints& c = problem.c;
@@ -45,7 +46,7 @@ void proc3(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
         apply(c, x, lambda, v_hat);                             // proc3:12
       }
       for (const ContactBatch& x : c.contacts.batches)
-        solve_and_apply(c.contacts, x, {.kappa = kappa, .tau = tau}, v_hat);
+        solve_and_apply(c.contacts, x, {.kappa = contact_kappa, .tau = contact_tau}, v_hat);
       work.row_solves += c.row_count();
     }
     add(v_hat, work.sum);  // proc3:13

@@ -14,6 +14,7 @@ namespace substep {
 void proc4(CoordinateVector& q, VelocityVector& v_local, const Settings& settings, Problem& problem,
            Work& work) {
   const auto [n, m, tau, kappa] = settings.substepping();
+  const auto [contact_tau, contact_kappa] = settings.of_contacts();
   const double hs = settings.step / n;
   const Model& model = *problem.model;
   Constraints& c = problem.c;
@@ -36,7 +37,7 @@ void proc4(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
         apply(c, x, lambda, v_hat);                             // proc4:12
       }
       for (const ContactBatch& x : c.contacts.batches)
-        solve_and_apply(c.contacts, x, {.kappa = kappa, .tau = tau}, v_hat);
+        solve_and_apply(c.contacts, x, {.kappa = contact_kappa, .tau = contact_tau}, v_hat);
       work.row_solves += c.row_count();
     }
     add(v_hat, work.sum);  // proc4:13

@@ -17,6 +17,7 @@ namespace substep {
 void proc5(CoordinateVector& q, VelocityVector& v_local, const Settings& settings, Problem& problem,
            Work& work) {
   const auto [n, m, tau, kappa] = settings.substepping();
+  const double contact_kappa = settings.of_contacts().kappa;
   const double hs = settings.step / n;
   const Model& model = *problem.model;
   Constraints& c = problem.c;
@@ -29,7 +30,7 @@ void proc5(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
   set_zero(work.sum);
   set_zero(sum_v);
   clear_impulses(c);
-  box_biases(c, kappa, tau);      // proc5:5
+  box_biases(c, settings);        // proc5:5
   for (int j = 1; j <= n; ++j) {  // proc5:6
     // Micro-iterate
     start_substep(problem, v_local, &sum_v);  // λ□ = 0
@@ -42,7 +43,8 @@ void proc5(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
         const Impulse boxed_lambda = solve(c, x, 1, 1, mv, 1 / kappa);  // proc5:12
         apply(c, x, boxed_lambda, mv, kappa);                           // proc5:13
       }
-      for (const ContactBatch& x : c.contacts.batches) solve_and_apply(c.contacts, x, {.scale = kappa}, mv);
+      for (const ContactBatch& x : c.contacts.batches)
+        solve_and_apply(c.contacts, x, {.scale = contact_kappa}, mv);
       work.row_solves += c.row_count();
     }
     // Sub-step 𝒞 to (t + j·hs)
@@ -51,7 +53,7 @@ void proc5(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
     add(v_local, substeps.offset);
     scale(tau / kappa, v_local, work.change);
     add(work.change, sum_v);  // proc5:16
-    undo_update_rule(problem, kappa, tau, work.change, sum_v);
+    undo_update_rule(problem, settings, work.change, sum_v);
     // mvʲ⁺¹ = v̆ʲ + svʲ⁺¹: line 8 adds sv, so that ext sees v̆  // proc5:17
   }
 

@@ -50,6 +50,12 @@ struct Simulation::Implementation {
     problem.substeps.duration = sub_stepped ? settings.step / settings.substeps : settings.step;
     joints = sub_stepped ? settings.joints : Joints::rows;
     build_blocks(problem, joints);
+    // What there is besides contacts follows τ and κ: A5's sum of velocities is scaled by them.
+    if (problem.c.blocks.empty()) {
+      const auto [tau, kappa] = settings.of_contacts();
+      settings.tau = tau;
+      settings.kappa = kappa;
+    }
     if (model.contacts) state.contacts.reserve(16 * scene.colliders.size());  // as ContactFinder has
     work.sum.resize(state.v.size());
     work.sum_v.resize(state.v.size());

@@ -91,8 +91,8 @@ std::vector<std::string> advice_cells(const Rule& rule) {
           setting.divisions == 1 ? "h" : fmt::format("h/{}", setting.divisions),
           has_substeps ? std::to_string(s.substeps) : "",
           s.algorithm >= Algorithm::a2 ? std::to_string(s.iterations) : "",
-          has_substeps ? fmt::format("{:g}", s.tau) : "",
-          has_substeps ? fmt::format("{:g}", s.kappa) : "",
+          has_substeps ? tau_text(s) : "",
+          has_substeps ? kappa_text(s) : "",
           has_substeps && setting.traits.has_joints ? std::string(name(s.joints)) : "",
           !setting.times  ? ""
           : least == most ? least
@@ -163,8 +163,8 @@ TextTable limits_table(const std::vector<SweepRecord>& records, bool contacts) {
     std::string text(title_of(s.algorithm));
     if (s.algorithm >= Algorithm::a3 && !contacts) text += fmt::format(" {}", name(s.joints));
     if (s.algorithm >= Algorithm::a2) text += fmt::format(" m={}", s.iterations);
-    if (s.algorithm >= Algorithm::a3 && s.tau != 1) text += fmt::format(" τ={:g}", s.tau);
-    if (s.algorithm >= Algorithm::a3 && s.kappa != 1) text += fmt::format(" κ={:g}", s.kappa);
+    if (s.algorithm >= Algorithm::a3 && tau_text(s) != "1") text += fmt::format(" τ={}", tau_text(s));
+    if (s.algorithm >= Algorithm::a3 && kappa_text(s) != "1") text += fmt::format(" κ={}", kappa_text(s));
     return text;
   };
   std::map<std::string, std::map<std::string, std::string>> cells;

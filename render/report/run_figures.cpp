@@ -59,8 +59,8 @@ Sheet drift_sheet(const FigureSource& source) {
   sheet.caption = {
       fmt::format(
           "The default settings, the scene's step: {0} row solves a row and step, A2 m = {0}; A3 to A5 "
-          "n = {0}, m = 1, τ = {1:g}, κ = 1, stable joints.",
-          settings.substeps, settings.tau),
+          "n = {0}, m = 1, τ = {1}, κ = {2} of joints/contacts, stable joints.",
+          settings.substeps, tau_text(settings), kappa_text(settings)),
       "A gap or overlap below 1 µm is off the scale: A1's contacts have none."};
   return sheet;
 }

@@ -62,7 +62,7 @@ ImageSize image_size_in(const std::string& text) {
 }
 
 void SolverOptions::add_field(CLI::App& command, const SettingsField& field) {
-  command.add_option(fmt::format("--{}", field.name), typed_[index_of(field)], help_of(field))
+  command.add_option(option_of(field), typed_[index_of(field)], help_of(field))
       ->type_name(type_name(field))
       ->default_str(usual_value(field, usual_));
 }
@@ -89,7 +89,7 @@ void SolverOptions::apply_to(Settings& settings) const {
     const auto& text = typed_[index_of(field)];
     if (!text || set_typed(settings, field, *text)) continue;
     const bool is_number = std::holds_alternative<double Settings::*>(field.member);
-    throw Error(fmt::format("--{} '{}': give {}{}", field.name, *text, kind_of(field),
+    throw Error(fmt::format("{} '{}': give {}{}", option_of(field), *text, kind_of(field),
                             is_number ? ", such as 0.01 or 1/60" : ""));
   }
   check(settings);

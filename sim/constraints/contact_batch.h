@@ -252,7 +252,10 @@ void solve_and_apply(ContactBatches& contacts, const ContactBatch& x, const RowS
 void update_biases(ContactBatches& contacts, double hs, const std::vector<Velocity>& v_local,
                    const std::vector<Velocity>& offset);
 void box_biases(ContactBatches& contacts, double kappa, double tau);
-void undo_update_rule(ContactBatches& contacts, double hs, const std::vector<Velocity>& sum_v,
-                      const std::vector<Velocity>& offset);
+void undo_update_rule(ContactBatches& contacts, double share, const std::vector<Velocity>& change);
+
+/// In A5 the friction that slides follows nothing: it gets J̆ sv back, of the sum of velocities `sum_v`.
+void let_go_of_sliding(ContactBatches& contacts, double hs, const std::vector<Velocity>& sum_v,
+                       const std::vector<Velocity>& offset);
 
 }  // namespace substep

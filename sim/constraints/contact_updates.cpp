@@ -51,10 +51,37 @@ void update_biases_two_wide(ContactBatches& contacts, double hs, const std::vect
   update_biases_lanes(contacts, hs, v_local, offset);
 }
 
+/// Every row follows `share` of the change too much.
+[[gnu::always_inline]] inline void undo_update_rule_lanes(ContactBatches& contacts, double share,
+                                                          const std::vector<Velocity>& change) {
+  for (const ContactBatch& x : contacts.batches) {
+    const Moving a = gather(change, x.a);
+    const Moving b = gather(change, x.b);
+    const ContactDirections* const directions = contacts.directions.data() + x.first_direction;
+    for (int i = 0; i < x.contacts; ++i) {
+      ContactRow& row = contacts.normals[x.first_normal + i].row;
+      row.beta += all(share) * row_velocity(directions[i * x.direction_step].normal, row, a, b);
+    }
+    for (int i = 0; i < x.frictions; ++i) {
+      FrictionRows& rows = contacts.frictions[x.first_friction + i];
+      const ContactDirections& along = directions[x.contact_of[i] * x.direction_step];
+      for (int k = 0; k < 2; ++k)
+        rows.row[k].beta += all(share) * row_velocity(along.tangent[k], rows.row[k], a, b);
+    }
+  }
+}
+void undo_update_rule_two_wide(ContactBatches& contacts, double share, const std::vector<Velocity>& change) {
+  undo_update_rule_lanes(contacts, share, change);
+}
+[[gnu::target("avx2")]] void undo_update_rule_four_wide(ContactBatches& contacts, double share,
+                                                        const std::vector<Velocity>& change) {
+  undo_update_rule_lanes(contacts, share, change);
+}
+
 /// Only what slides has nothing to follow: A5's sum of velocities is given back to it whole.
-[[gnu::always_inline]] inline void undo_update_rule_lanes(ContactBatches& contacts, double hs,
-                                                          const std::vector<Velocity>& sum_v,
-                                                          const std::vector<Velocity>& offset) {
+[[gnu::always_inline]] inline void let_go_of_sliding_lanes(ContactBatches& contacts, double hs,
+                                                           const std::vector<Velocity>& sum_v,
+                                                           const std::vector<Velocity>& offset) {
   for (std::size_t batch = 0; batch < contacts.batches.size(); ++batch) {
     if (contacts.slides[batch] == 0) continue;
     const ContactBatch& x = contacts.batches[batch];
@@ -76,14 +103,14 @@ void update_biases_two_wide(ContactBatches& contacts, double hs, const std::vect
     }
   }
 }
-void undo_update_rule_two_wide(ContactBatches& contacts, double hs, const std::vector<Velocity>& sum_v,
-                               const std::vector<Velocity>& offset) {
-  undo_update_rule_lanes(contacts, hs, sum_v, offset);
+void let_go_of_sliding_two_wide(ContactBatches& contacts, double hs, const std::vector<Velocity>& sum_v,
+                                const std::vector<Velocity>& offset) {
+  let_go_of_sliding_lanes(contacts, hs, sum_v, offset);
 }
-[[gnu::target("avx2")]] void undo_update_rule_four_wide(ContactBatches& contacts, double hs,
-                                                        const std::vector<Velocity>& sum_v,
-                                                        const std::vector<Velocity>& offset) {
-  undo_update_rule_lanes(contacts, hs, sum_v, offset);
+[[gnu::target("avx2")]] void let_go_of_sliding_four_wide(ContactBatches& contacts, double hs,
+                                                         const std::vector<Velocity>& sum_v,
+                                                         const std::vector<Velocity>& offset) {
+  let_go_of_sliding_lanes(contacts, hs, sum_v, offset);
 }
 
 /// The speed after an impact that has e² of the energy before it, in the discrete motion: with x the gap, u
@@ -165,10 +192,15 @@ void box_biases(ContactBatches& contacts, double kappa, double tau) {
   }
 }
 
-void undo_update_rule(ContactBatches& contacts, double hs, const std::vector<Velocity>& sum_v,
-                      const std::vector<Velocity>& offset) {
-  is_four_wide() ? undo_update_rule_four_wide(contacts, hs, sum_v, offset)
-                 : undo_update_rule_two_wide(contacts, hs, sum_v, offset);
+void undo_update_rule(ContactBatches& contacts, double share, const std::vector<Velocity>& change) {
+  is_four_wide() ? undo_update_rule_four_wide(contacts, share, change)
+                 : undo_update_rule_two_wide(contacts, share, change);
+}
+
+void let_go_of_sliding(ContactBatches& contacts, double hs, const std::vector<Velocity>& sum_v,
+                       const std::vector<Velocity>& offset) {
+  is_four_wide() ? let_go_of_sliding_four_wide(contacts, hs, sum_v, offset)
+                 : let_go_of_sliding_two_wide(contacts, hs, sum_v, offset);
 }
 
 }  // namespace substep

@@ -71,11 +71,12 @@ void start_substep(Problem& problem, const std::vector<Velocity>& v,
 void update_biases(Problem& problem, const std::vector<Velocity>& v_local);
 
 /// β□ = (τ/κ) β of every row that is stabilized; the others' fixed point is their own β.
-void box_biases(Constraints& c, double kappa, double tau);
+void box_biases(Constraints& c, const Settings& settings);
 
 /// β_x ← β_x + J̆ change, as far as x does not follow the coordinates: undoes what A5's sum of velocities
-/// bakes into it. `change` is (τ/κ) v̆, which led to `sum_v`. Friction that slides lets go.
-void undo_update_rule(Problem& problem, double kappa, double tau, const std::vector<Velocity>& change,
+/// bakes into it, or contacts with their own τ, κ by another share. `change` is (τ/κ) v̆, which led to
+/// `sum_v`. Friction that slides lets go.
+void undo_update_rule(Problem& problem, const Settings& settings, const std::vector<Velocity>& change,
                       const std::vector<Velocity>& sum_v);
 
 /// The whole step's problem for A1, from blocks of one row, formulated in the bodies' frames, and local

@@ -95,17 +95,20 @@ void update_biases(Problem& problem, const std::vector<Velocity>& v_local) {
   update_biases(c.contacts, problem.substeps.duration, v_local, problem.substeps.offset);
 }
 
-void box_biases(Constraints& c, double kappa, double tau) {
+void box_biases(Constraints& c, const Settings& settings) {
+  const double share = settings.tau / settings.kappa;
   for (const Block& x : c.blocks) {
     if (!x.stabilized) continue;
-    for (int k = 0; k < x.rows; ++k) c.rows[x.first + k].beta *= tau / kappa;
+    for (int k = 0; k < x.rows; ++k) c.rows[x.first + k].beta *= share;
   }
+  const auto [tau, kappa] = settings.of_contacts();
   box_biases(c.contacts, kappa, tau);
 }
 
-void undo_update_rule(Problem& problem, double kappa, double tau, const std::vector<Velocity>& change,
+void undo_update_rule(Problem& problem, const Settings& settings, const std::vector<Velocity>& change,
                       const std::vector<Velocity>& sum_v) {
   Constraints& c = problem.c;
+  const auto [n, m, tau, kappa] = settings.substepping();
   for (const Block& x : c.blocks) {
     // A row that is not stabilized follows the coordinates by its share of v̆, not of (τ/κ) v̆.
     const double undone = 1 - x.positional_bias_fraction * (x.stabilized ? 1 : kappa / tau);
@@ -115,7 +118,10 @@ void undo_update_rule(Problem& problem, double kappa, double tau, const std::vec
       row.beta += undone * row_velocity(row, change[x.a], change[x.b]);
     }
   }
-  undo_update_rule(c.contacts, problem.substeps.duration, sum_v, problem.substeps.offset);
+  const auto [contact_tau, contact_kappa] = settings.of_contacts();
+  if (contact_tau * kappa != tau * contact_kappa)
+    undo_update_rule(c.contacts, 1 - contact_tau / contact_kappa * (kappa / tau), change);
+  let_go_of_sliding(c.contacts, problem.substeps.duration, sum_v, problem.substeps.offset);
 }
 
 }  // namespace substep

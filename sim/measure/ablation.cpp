@@ -35,6 +35,7 @@ class Experiment {
   void operator()(CoordinateVector& q, VelocityVector& v_local, const Settings& settings, Problem& problem,
                   Work& work) {
     const auto [n, m, tau, kappa] = settings.substepping();
+    const auto [contact_tau, contact_kappa] = settings.of_contacts();
     const double hs = settings.step / n;
     Constraints& c = problem.c;
     Substeps& substeps = problem.substeps;
@@ -52,7 +53,7 @@ class Experiment {
           apply(c, x, solve(c, x, kappa, tau, v_local), v_local);
         }
         for (const ContactBatch& x : c.contacts.batches)
-          solve_and_apply(c.contacts, x, {.kappa = kappa, .tau = tau}, v_local);
+          solve_and_apply(c.contacts, x, {.kappa = contact_kappa, .tau = contact_tau}, v_local);
         work.row_solves += c.row_count();
       }
       add(v_local, work.sum);

@@ -73,10 +73,10 @@ constexpr Sentence sentences[]{
      "one written from the papers beside A3, m = 1, 2 s: largest distance of a body's centre"},
     {17, "not the report's",
      "No τ and κ are best for all: what stands wants a large τ and a smaller κ, coupled rows a smaller κ, "
-     "joints that carry much a large τ and κ = 1, and A5's rods gain energy with a large τ",
-     "A5 at the default n, m, joints and the scene's step; with the default τ and κ / τ = κ = 1 / τ = 1, κ = "
-     "0.7 / "
-     "the default τ, κ = 0.7"},
+     "joints that carry much a large τ and κ = 1, and A5's rods gain energy with a large τ; so contacts have "
+     "their own",
+     "A5 at the default n, m, joints and the scene's step; with the default τ = 0.6, κ = 1, of contacts "
+     "τ = 0.9, κ = 0.7 / of all rows τ = 0.6, κ = 1 / τ = κ = 1 / τ = 1, κ = 0.7 / τ = 0.6, κ = 0.7"},
 };
 
 }  // namespace

@@ -146,9 +146,11 @@ std::string row_title(ContactAblation approximation) {
 std::string contact_ablation_caption(const std::vector<ContactAblationCosts>& ablation) {
   const Settings settings = default_settings(Algorithm::a5);
   std::string text = fmt::format(
-      "Ablation of contacts: A5 at the default settings (n = {}, m = {}, τ = {:g}, κ = {:g}, {} joints, "
-      "scene's step) with one of six readings of contacts taken out. ",
-      settings.substeps, settings.iterations, settings.tau, settings.kappa, name(settings.joints));
+      "Ablation of contacts: A5 at the default settings (n = {}, m = {}, τ = {}, κ = {} (of "
+      "joints/contacts), "
+      "{} joints, scene's step) with one of six readings of contacts taken out. ",
+      settings.substeps, settings.iterations, tau_text(settings), kappa_text(settings),
+      name(settings.joints));
   for (std::size_t i = 0; i < ablation.size(); ++i) {
     const bool is_last = i + 1 == ablation.size();
     const bool goes_on = !is_last && ablation[i + 1].what == ablation[i].what;

@@ -64,6 +64,8 @@ Settings default_settings(Algorithm algorithm) {
   settings.substeps = solves;
   settings.iterations = algorithm == Algorithm::a2 ? solves : 1;
   settings.tau = 0.6;
+  settings.contact_tau = 0.9;
+  settings.contact_kappa = 0.7;
   settings.joints = Joints::stable;
   return settings;
 }
@@ -112,12 +114,28 @@ std::string label(const Settings& settings) {
   const std::size_t before = text.size();
   for (const SettingsField& field : settings_fields) {
     if (field.name == "algorithm" || field.name == "step") continue;
-    if (!field.is_read_by(settings.algorithm) || !is_said(settings, field)) continue;
+    if (!field.is_read_by(settings.algorithm) || !is_said(settings, field) || !field.stands_in_for.empty())
+      continue;
     text +=
         fmt::format("{}{}{}", text.size() == before ? "" : " ", field.symbol, short_text(settings, field));
+    for (const SettingsField& other : settings_fields) {
+      if (other.stands_in_for != field.name || text_of(settings, other) == text_of(Settings{}, other))
+        continue;
+      text += fmt::format("{}{}", other.symbol, short_text(settings, other));
+    }
   }
   if (text.size() != before) text += "  ";
   return text + step_label(settings.step);
+}
+
+std::string tau_text(const Settings& settings) {
+  return settings.contact_tau == 0 ? fmt::format("{:g}", settings.tau)
+                                   : fmt::format("{:g}/{:g}", settings.tau, settings.contact_tau);
+}
+
+std::string kappa_text(const Settings& settings) {
+  return settings.contact_kappa == 0 ? fmt::format("{:g}", settings.kappa)
+                                     : fmt::format("{:g}/{:g}", settings.kappa, settings.contact_kappa);
 }
 
 }  // namespace substep

@@ -25,6 +25,8 @@ struct Settings {
   int iterations = 1;             ///< m; for A2 the iteration cap ap; A1 has none
   double tau = 1;                 ///< τ; A3–A5
   double kappa = 1;               ///< κ; A3–A5
+  double contact_tau = 0;         ///< τ of contacts alone, where the report has one for all rows; 0: τ
+  double contact_kappa = 0;       ///< κ of contacts alone; 0: κ
   Joints joints = Joints::plain;  ///< A3–A5
   double relaxation = 1;          ///< ω of A2's successive over-relaxation
   double tolerance = 0;  ///< aw of A2: it ends when no row moves its velocity by more, m/s or rad/s; 0: never
@@ -37,11 +39,19 @@ struct Settings {
     double kappa;
   };
   Substepping substepping() const { return {substeps, iterations, tau, kappa}; }
+
+  struct Stabilization {
+    double tau;
+    double kappa;
+  };
+  Stabilization of_contacts() const {
+    return {contact_tau == 0 ? tau : contact_tau, contact_kappa == 0 ? kappa : contact_kappa};
+  }
 };
 
 /// One setting for all scenes; README's limits name those for which it is too little. n = 10 and m = 1 (A2:
-/// ten iterations, as many row solves), τ = 0.6, κ = 1, 'stable' joints. A Settings by itself is the report's
-/// plainest: τ = κ = 1 is 'none'.
+/// ten iterations, as many row solves), τ = 0.6, κ = 1, of contacts τ = 0.9, κ = 0.7 (claim 17), 'stable'
+/// joints. A Settings by itself is the report's plainest: τ = κ = 1 is 'none'.
 Settings default_settings(Algorithm algorithm);
 
 std::string_view name(Algorithm algorithm);      ///< "a3", as it is typed
@@ -53,7 +63,12 @@ std::optional<Joints> joints_named(std::string_view name);
 /// Throws Error naming the first setting that cannot be used (a step that is not positive, κ = 0, …).
 void check(const Settings& settings);
 
-/// The settings that the algorithm reads, for labels: "A3  n=4 m=1  h=1/60".
+/// The settings that the algorithm reads, for labels: "A3  n=4 m=1  h=1/60". τ and κ with those of contacts
+/// after a slash, where these have their own: "τ=0.6/0.9 κ=1/0.7".
 std::string label(const Settings& settings);
+
+/// τ and κ with six digits; where contacts have their own, it comes after a slash: "0.6/0.9".
+std::string tau_text(const Settings& settings);
+std::string kappa_text(const Settings& settings);
 
 }  // namespace substep

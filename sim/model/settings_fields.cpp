@@ -53,6 +53,17 @@ bool read(std::string_view text, Joints& value) {
   return choose(joints_named(text), value);
 }
 
+/// After the field was set by its name.
+void set_for_all(Settings& settings, const SettingsField& field) {
+  if (std::ranges::none_of(settings_fields,
+                           [&](const SettingsField& other) { return other.stands_in_for == field.name; }))
+    return;
+  for (const SettingsField& other : settings_fields) {
+    if (other.group == field.group && !other.stands_in_for.empty())
+      settings.*std::get<double Settings::*>(other.member) = 0;
+  }
+}
+
 std::string kind_of(double /*value*/) {
   return "a number";
 }
@@ -93,7 +104,15 @@ std::string text_of(const Settings& settings, const SettingsField& field) {
 }
 
 bool set(Settings& settings, const SettingsField& field, std::string_view text) {
-  return std::visit([&](auto member) { return read(text, settings.*member); }, field.member);
+  const bool is_read = std::visit([&](auto member) { return read(text, settings.*member); }, field.member);
+  if (is_read) set_for_all(settings, field);
+  return is_read;
+}
+
+std::string option_of(const SettingsField& field) {
+  std::string text = fmt::format("--{}", field.name);
+  std::ranges::replace(text, '_', '-');
+  return text;
 }
 
 std::optional<double> fraction_in(std::string_view text) {
@@ -110,12 +129,15 @@ bool set_typed(Settings& settings, const SettingsField& field, std::string_view 
   const auto* const number = std::get_if<double Settings::*>(&field.member);
   if (number == nullptr) return set(settings, field, text);
   const auto value = fraction_in(text);
-  if (value) settings.** number = *value;
-  return value.has_value();
+  if (!value) return false;
+  settings.** number = *value;
+  set_for_all(settings, field);
+  return true;
 }
 
 void copy(Settings& settings, const SettingsField& field, const Settings& from) {
   std::visit([&](auto member) { settings.*member = from.*member; }, field.member);
+  set_for_all(settings, field);
 }
 
 std::string kind_of(const SettingsField& field) {

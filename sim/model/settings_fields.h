@@ -40,11 +40,14 @@ struct SettingsField {
   std::string_view letter = {};     ///< the same in names of files
   /// Fields of one group are left out of labels where all of them are as in Settings{}. 0: always said.
   int group = 0;
+  /// The field that this one stands in for where it is not 0. Who sets that one by its name sets it for all:
+  /// then this one and the others of its group are 0, until they are set themselves.
+  std::string_view stands_in_for = {};
 
   bool is_read_by(Algorithm algorithm) const { return first <= algorithm && algorithm <= last; }
 };
 
-inline constexpr std::array<SettingsField, 9> settings_fields{{
+inline constexpr std::array<SettingsField, 11> settings_fields{{
     {.name = "algorithm", .member = &Settings::algorithm, .help = "Algorithm"},
     {.name = "step",
      .member = &Settings::step,
@@ -83,6 +86,24 @@ inline constexpr std::array<SettingsField, 9> settings_fields{{
      .symbol = "κ=",
      .letter = "k",
      .group = 1},
+    {.name = "contact_tau",
+     .member = &Settings::contact_tau,
+     .help = "Stabilization factor τ of contacts in A3 to A5; 0, or --tau or --kappa without it: τ",
+     .range = {.low = 0, .high = 4},
+     .first = Algorithm::a3,
+     .symbol = "/",
+     .letter = "ct",
+     .group = 1,
+     .stands_in_for = "tau"},
+    {.name = "contact_kappa",
+     .member = &Settings::contact_kappa,
+     .help = "Stabilization factor κ of contacts in A3 to A5; 0, or --tau or --kappa without it: κ",
+     .range = {.low = 0, .high = 2},
+     .first = Algorithm::a3,
+     .symbol = "/",
+     .letter = "ck",
+     .group = 1,
+     .stands_in_for = "kappa"},
     {.name = "joints",
      .member = &Settings::joints,
      .help = "Joints in A3 to A5, row by row or in blocks:",
@@ -109,6 +130,9 @@ inline constexpr std::array<SettingsField, 9> settings_fields{{
 
 /// The value as text; of a number the shortest decimals that read back to the same bits. "0.6", "stable".
 std::string text_of(const Settings& settings, const SettingsField& field);
+
+/// "--contact-tau"
+std::string option_of(const SettingsField& field);
 
 /// Sets the field from such a text, whatever its range. False, and nothing set, where no value reads so.
 bool set(Settings& settings, const SettingsField& field, std::string_view text);

@@ -31,8 +31,8 @@ std::string spoken(const SweepRecord& record, bool joints) {
   if (s.algorithm >= Algorithm::a2 && (s.algorithm == Algorithm::a2 || s.iterations > 1)) {
     words.push_back(fmt::format("m = {}", s.iterations));
   }
-  if (s.tau != 1) words.push_back(fmt::format("τ = {:g}", s.tau));
-  if (s.kappa != 1) words.push_back(fmt::format("κ = {:g}", s.kappa));
+  if (tau_text(s) != "1") words.push_back(fmt::format("τ = {}", tau_text(s)));
+  if (kappa_text(s) != "1") words.push_back(fmt::format("κ = {}", kappa_text(s)));
   if (s.algorithm >= Algorithm::a3 && joints) {
     words.push_back(s.joints == Joints::rows ? "single rows" : fmt::format("{} joints", name(s.joints)));
   }

@@ -23,8 +23,8 @@ std::string title_of(const SweepRecord& record, bool contacts) {
   if (s.algorithm == Algorithm::a2) title += contacts ? ", by m" : fmt::format(" m={}", s.iterations);
   if (s.algorithm >= Algorithm::a3) {
     title += fmt::format(" {}", name(s.joints));
-    if (s.tau != 1) title += fmt::format(" τ={:g}", s.tau);
-    if (s.kappa != 1) title += fmt::format(" κ={:g}", s.kappa);
+    if (tau_text(s) != "1") title += fmt::format(" τ={}", tau_text(s));
+    if (kappa_text(s) != "1") title += fmt::format(" κ={}", kappa_text(s));
   }
   return title;
 }

@@ -53,6 +53,8 @@ TEST(Ablation, WithoutApproximationIsA3ToTheBit) {
       settings.iterations = 2;
       settings.tau = 0.7;
       settings.kappa = 0.9;
+      settings.contact_tau = 1.1;
+      settings.contact_kappa = 0.8;
       EXPECT_EQ(hash(climb(scene, Approximation::exact, settings, 60)),
                 hash(run(scene, Algorithm::a3, settings, 60)));
     }

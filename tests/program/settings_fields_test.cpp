@@ -144,7 +144,7 @@ TEST_P(EveryField, IsInTheSuiteAndTheSidecar) {
 }
 
 TEST_P(EveryField, IsAnOption) {
-  const std::string option = "--" + name();
+  const std::string option = option_of(field());
   std::vector<std::string> words{"run",  scene("pendulum.gltf"),     "--duration", "0.02",
                                  option, text_of(changed(), field())};
   words.insert(words.end(), {"--output", "one.poses"});

@@ -72,6 +72,8 @@ int main(int count, char** arguments) {
           settings.iterations = 3;
           settings.tau = 0.7;
           settings.kappa = 0.9;
+          settings.contact_tau = 1.1;
+          settings.contact_kappa = 0.8;
           Simulation simulation(scene, settings);
           // Counted so that this program's own rounding does not add a step.
           const std::int64_t steps = std::llround(2 / settings.step);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "sim/measure/claims_measurement.h"
+#include "tests/scene_files.h"
 #include "tests/sim/test_scenes.h"
 
 namespace substep {
@@ -148,6 +149,23 @@ TEST(Claim5, HoldsForOneSidedAndLimitedRowsToo) {
   const State one = run(scene, a4, 20 * a4.step);
   const State other = run(scene, a5, 20 * a5.step);
   EXPECT_LT(position_difference(one, other), 1e-11);
+}
+
+// A joint beside contacts: A5's sum of velocities follows the joint's τ and κ, contacts take their own share.
+TEST(Claim5, HoldsWhereContactsHaveTheirOwnStabilization) {
+  const Scene scene = scene_named("powered_wheel");
+  Settings a4 = settings(Algorithm::a4, 4, 2);
+  a4.tau = 0.6;
+  a4.kappa = 0.9;
+  a4.contact_tau = 1.1;
+  a4.contact_kappa = 0.7;
+  Settings a5 = a4;
+  a5.algorithm = Algorithm::a5;
+  const State one = run(scene, a4, 0.25);
+  EXPECT_LT(position_difference(one, run(scene, a5, 0.25)), 1e-11);
+  Settings all = a5;
+  all.contact_tau = all.contact_kappa = 0;
+  EXPECT_GT(position_difference(one, run(scene, all, 0.25)), 1e-6);
 }
 
 // Claim 6 (IV.4.1): with recomputed ('stable') Jacobians A5 stops improving where A4 goes on.
