@@ -269,12 +269,17 @@ class Reader : private TomlValues {
 
   void apply(const toml::table& table, SuiteCase& result) const {
     const std::vector<std::string_view> keys = settings_keys();
+    // In the fields' order: those of contacts come after τ and κ, which are of all rows.
+    for (const std::string_view key : keys) {
+      const toml::node* const node = table.get(key);
+      if (node == nullptr) continue;
+      set_field(result.settings, field_named(key), *node);
+      result.own_step |= key == "step";
+    }
     for (const auto& [key_name, node] : table) {
       const std::string_view key = key_name.str();
-      if (std::ranges::find(keys, key) != keys.end()) {
-        set_field(result.settings, field_named(key), node);
-        result.own_step |= key == "step";
-      } else if (std::ranges::find(algorithm_keys, key) == algorithm_keys.end()) {
+      if (std::ranges::find(keys, key) == keys.end() &&
+          std::ranges::find(algorithm_keys, key) == algorithm_keys.end()) {
         fail(node, fmt::format("unknown key '{}' in settings; known are {}, and a table for one of {}", key,
                                fmt::join(keys, ", "), fmt::join(algorithm_keys, ", ")));
       }

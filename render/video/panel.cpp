@@ -30,6 +30,12 @@ bool has_field(const PanelChoice& panel, const SettingsField& field) {
   return field.name != "algorithm";
 }
 
+bool is_of_contacts(const std::string& key) {
+  return std::ranges::any_of(settings_fields, [&](const SettingsField& field) {
+    return !field.stands_in_for.empty() && is_called(field, key);
+  });
+}
+
 void set(PanelChoice& panel, const std::string& key, const std::string& value) {
   if (key == "title") {
     panel.title = value;
@@ -80,7 +86,12 @@ PanelChoice panel_of(const std::string& show, const Values& values, const Settin
   }
   const bool has_iterations = std::ranges::any_of(
       values, [](const auto& v) { return is_called(field_named("iterations"), v.first); });
-  for (const auto& [key, value] : values) set(panel, key, value);
+  // Those of contacts last: τ and κ are of all rows.
+  for (const bool of_contacts : {false, true}) {
+    for (const auto& [key, value] : values) {
+      if (is_of_contacts(key) == of_contacts) set(panel, key, value);
+    }
+  }
   const bool has_no_substeps = show == "a2" || panel.kind == PanelChoice::Kind::engine;
   if (has_no_substeps && !has_iterations) panel.settings.iterations *= panel.settings.substeps;
   if (panel.kind != PanelChoice::Kind::log) check(panel.settings);

@@ -57,11 +57,11 @@ void TomlValues::set_field(Settings& settings, const SettingsField& field, const
         if constexpr (std::is_enum_v<Value>) {
           if (node.is_string() && set(settings, field, *node.value<std::string>())) return;
         } else if (const auto value = node.value_exact<std::int64_t>(); value && std::in_range<int>(*value)) {
-          settings.*member = static_cast<int>(*value);
+          set(settings, field, fmt::format("{}", *value));
           return;
         } else if constexpr (std::is_same_v<Value, double>) {
           if (const auto number = node.value<double>(); node.is_number() && std::isfinite(*number)) {
-            settings.*member = *number;
+            set(settings, field, fmt::format("{}", *number));
             return;
           }
         }

@@ -102,6 +102,8 @@ class Reader {
     return line_.substr(key.size() + 1);
   }
 
+  bool is_next(std::string_view key) const { return rest_.starts_with(key); }
+
   template <typename Number>
   Number number(std::string_view text, std::string_view of, int base = 10) const {
     const auto value = number_in<Number>(text, base);
@@ -166,6 +168,8 @@ void read_header(Reader& reader, PoseLog& log) {
   log.scene = reader.name(value("scene"));
   log.scene_hash = reader.hash(value("scene-hash"));
   for (const SettingsField& field : settings_fields) {
+    // Logs from before there was the field go on being read: it is 0 in them.
+    if (!field.stands_in_for.empty() && !reader.is_next(field.name)) continue;
     const std::string_view text = value(field.name);
     if (set(log.settings, field, text)) continue;
     reader.refuse(fmt::format("{} '{}': must be {}", field.name, shortened(text), kind_of(field)));

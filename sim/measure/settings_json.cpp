@@ -30,6 +30,8 @@ nlohmann::ordered_json to_json(const Settings& settings) {
 Settings settings_in(const nlohmann::ordered_json& json) {
   Settings settings;
   for (const SettingsField& field : settings_fields) {
+    // Files from before there was the field go on being read: it is 0 in them.
+    if (!field.stands_in_for.empty() && !json.contains(std::string(field.name))) continue;
     const nlohmann::ordered_json& value = json.at(std::string(field.name));
     std::visit(
         [&](auto member) {

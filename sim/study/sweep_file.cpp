@@ -44,6 +44,7 @@ std::string key_of(const SweepJob& job) {
   text += job.is_limit ? "-limit" : fmt::format("-h{}", job.divisions);
   for (const SettingsField& field : settings_fields) {
     if (!has_list(field, job.is_limit) || !field.is_read_by(s.algorithm)) continue;
+    if (!field.stands_in_for.empty() && text_of(s, field) == text_of(unsaid, field)) continue;
     text += fmt::format("-{}{}", field.letter, text_of(s, field));
   }
   return text;

@@ -125,14 +125,14 @@ TEST_F(SuiteTest, MistakesAreNamedWithTheirLine) {
             "suite.toml:3: 'mean' must be a number, at least 0");
   EXPECT_EQ(message(a_case + "settings = { joints = \"stiff\" }\n"),
             "suite.toml:3: 'joints' must be rows, plain or stable");
-  EXPECT_EQ(
-      message(a_case + "[case.settings.a9]\n"),
-      "suite.toml:3: unknown key 'a9' in settings; known are step, substeps, iterations, tau, kappa, joints, "
-      "relaxation, tolerance, and a table for one of a1, a2, a3, a4, a5");
+  EXPECT_EQ(message(a_case + "[case.settings.a9]\n"),
+            "suite.toml:3: unknown key 'a9' in settings; known are step, substeps, iterations, tau, kappa, "
+            "contact_tau, contact_kappa, joints, "
+            "relaxation, tolerance, and a table for one of a1, a2, a3, a4, a5");
   EXPECT_EQ(
       message(a_case + "[case.settings.a3]\nsubstep = 2\n"),
       "suite.toml:4: unknown key 'substep' in settings.a3; known are step, substeps, iterations, tau, kappa, "
-      "joints, relaxation, tolerance");
+      "contact_tau, contact_kappa, joints, relaxation, tolerance");
   EXPECT_EQ(message(a_case + "[case.settings]\nkappa = 0\n"),
             "suite.toml:1: s.a1: kappa 0: must be above 0 and at most 2");
   EXPECT_EQ(message("[[case]]\nframes = 3\n"), "suite.toml:1: [[case]] without a 'scene'");

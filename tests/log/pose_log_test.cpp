@@ -33,6 +33,7 @@ PoseLog example() {
   log.settings.iterations = 2;
   log.settings.tau = 0.1 + 0.2;
   log.settings.kappa = 1.0 / 3;
+  log.settings.contact_tau = 0.7;
   log.settings.joints = Joints::stable;
   log.modelled = "joints: 1 ball; no contacts";
   log.bodies = {"world", "crate", "line\nbreak \\ and ümlaut"};
@@ -101,6 +102,8 @@ TEST(PoseLog, HasTheFormatOfTheHeaderComment) {
                                   "iterations 2\n"
                                   "tau 0.30000000000000004\n"
                                   "kappa 0.3333333333333333\n"
+                                  "contact_tau 0.7\n"
+                                  "contact_kappa 0\n"
                                   "joints stable\n"
                                   "relaxation 1\n"
                                   "tolerance 0\n"
@@ -144,40 +147,47 @@ INSTANTIATE_TEST_SUITE_P(
         Malformed{"algorithm", "algorithm a5", "algorithm a6", "5", "a1, a2, a3, a4 or a5"},
         Malformed{"step_words", "step 0.016666666666666666", "step fast", "6", "'fast'"},
         Malformed{"step_nan", "step 0.016666666666666666", "step nan", "6", "'nan'"},
-        Malformed{"step_zero", "step 0.016666666666666666", "step 0", "13", "step 0"},
+        Malformed{"step_zero", "step 0.016666666666666666", "step 0", "15", "step 0"},
         Malformed{"substeps_huge", "substeps 7", "substeps 99999999999999999999", "7", "substeps"},
         Malformed{"substeps_missing", "substeps 7\n", "", "7", "'substeps …' is expected"},
-        Malformed{"joints", "joints stable", "joints loose", "11", "rows, plain or stable"},
-        Malformed{"name_escape", "line\\x0a", "line\\xg", "16", "backslash"},
-        Malformed{"name_escape_cut", "line\\x0abreak \\x5c and ümlaut", "line\\x0", "16", "backslash"},
-        Malformed{"body_index", "body 2", "body 3", "16", "body 2 is expected"},
-        Malformed{"body_huge", "body 2", "body 2000000000", "16", "body 2 is expected"},
-        Malformed{"full_every_zero", "full-every 2", "full-every 0", "17", "at least 1"},
-        Malformed{"full_every_huge", "full-every 2", "full-every 2000000000", "25", "must have no poses"},
-        Malformed{"frame_skipped", "frame 1 ", "frame 2 ", "21", "frame 1 is expected"},
-        Malformed{"frame_huge", "frame 1 ", "frame 2147483647 ", "21", "frame 1 is expected"},
-        Malformed{"frame_negative", "frame 1 ", "frame -1 ", "21", "frame 1 is expected"},
-        Malformed{"nan", "pose 2 -0", "pose 2 nan", "20", "'nan'"},
-        Malformed{"infinity", "pose 2 -0", "pose 2 inf", "20", "'inf'"},
-        Malformed{"overflow", "pose 2 -0", "pose 2 1e999", "20", "'1e999'"},
-        Malformed{"number_tail", "pose 2 -0", "pose 2 -0m", "20", "'-0m'"},
-        Malformed{"few_items", "pose 2 -0 ", "pose 2 ", "20", "8 items"},
-        Malformed{"many_items", "5e-324 -0 1 0 0 0", "5e-324 -0 1 0 0 0 0", "20", "'0 0'"},
-        Malformed{"two_spaces", "pose 2 -0", "pose 2  -0", "20", "8 items"},
-        Malformed{"quaternion", "-0 1 0 0 0\n", "-0 2 0 0 0\n", "20", "quaternion"},
-        Malformed{"pose_missing", "pose 2 -0 5e-324 -0 1 0 0 0\n", "", "20", "pose of body 2 is missing"},
-        Malformed{"pose_too_many", "frame 1 ", "pose 3 0 0 0 1 0 0 0\nframe 1 ", "21", "too many"},
-        Malformed{"pose_order", "pose 1 5e-324", "pose 2 5e-324", "19", "pose of body 1 is expected"},
-        Malformed{"pose_of_world", "pose 1 5e-324", "pose 0 5e-324", "19", "pose of body 1 is expected"},
-        Malformed{"pose_unasked", "frame 2 ", "pose 1 0 0 0 1 0 0 0\npose 2 0 0 0 1 0 0 0\nframe 2 ", "24",
+        Malformed{"joints", "joints stable", "joints loose", "13", "rows, plain or stable"},
+        Malformed{"name_escape", "line\\x0a", "line\\xg", "18", "backslash"},
+        Malformed{"name_escape_cut", "line\\x0abreak \\x5c and ümlaut", "line\\x0", "18", "backslash"},
+        Malformed{"body_index", "body 2", "body 3", "18", "body 2 is expected"},
+        Malformed{"body_huge", "body 2", "body 2000000000", "18", "body 2 is expected"},
+        Malformed{"full_every_zero", "full-every 2", "full-every 0", "19", "at least 1"},
+        Malformed{"full_every_huge", "full-every 2", "full-every 2000000000", "27", "must have no poses"},
+        Malformed{"frame_skipped", "frame 1 ", "frame 2 ", "23", "frame 1 is expected"},
+        Malformed{"frame_huge", "frame 1 ", "frame 2147483647 ", "23", "frame 1 is expected"},
+        Malformed{"frame_negative", "frame 1 ", "frame -1 ", "23", "frame 1 is expected"},
+        Malformed{"nan", "pose 2 -0", "pose 2 nan", "22", "'nan'"},
+        Malformed{"infinity", "pose 2 -0", "pose 2 inf", "22", "'inf'"},
+        Malformed{"overflow", "pose 2 -0", "pose 2 1e999", "22", "'1e999'"},
+        Malformed{"number_tail", "pose 2 -0", "pose 2 -0m", "22", "'-0m'"},
+        Malformed{"few_items", "pose 2 -0 ", "pose 2 ", "22", "8 items"},
+        Malformed{"many_items", "5e-324 -0 1 0 0 0", "5e-324 -0 1 0 0 0 0", "22", "'0 0'"},
+        Malformed{"two_spaces", "pose 2 -0", "pose 2  -0", "22", "8 items"},
+        Malformed{"quaternion", "-0 1 0 0 0\n", "-0 2 0 0 0\n", "22", "quaternion"},
+        Malformed{"pose_missing", "pose 2 -0 5e-324 -0 1 0 0 0\n", "", "22", "pose of body 2 is missing"},
+        Malformed{"pose_too_many", "frame 1 ", "pose 3 0 0 0 1 0 0 0\nframe 1 ", "23", "too many"},
+        Malformed{"pose_order", "pose 1 5e-324", "pose 2 5e-324", "21", "pose of body 1 is expected"},
+        Malformed{"pose_of_world", "pose 1 5e-324", "pose 0 5e-324", "21", "pose of body 1 is expected"},
+        Malformed{"pose_unasked", "frame 2 ", "pose 1 0 0 0 1 0 0 0\npose 2 0 0 0 1 0 0 0\nframe 2 ", "26",
                   "must have no poses"},
-        Malformed{"end_missing", "end ok 4\n", "", "29", "truncated"},
-        Malformed{"end_cut", "end ok 4\n", "end ok", "29", "truncated"},
-        Malformed{"end_frame", "end ok 4", "end ok 5", "29", "'end ok 4'"},
-        Malformed{"end_kind", "end ok 4", "end fine 4", "29", "'end ok 4'"},
-        Malformed{"end_diverged_early", "end ok 4", "end diverged 3 body 1 crate", "29", "end that fits"},
-        Malformed{"after_end", "end ok 4\n", "end ok 4\nend ok 4\n", "30", "nothing may follow"}),
+        Malformed{"end_missing", "end ok 4\n", "", "31", "truncated"},
+        Malformed{"end_cut", "end ok 4\n", "end ok", "31", "truncated"},
+        Malformed{"end_frame", "end ok 4", "end ok 5", "31", "'end ok 4'"},
+        Malformed{"end_kind", "end ok 4", "end fine 4", "31", "'end ok 4'"},
+        Malformed{"end_diverged_early", "end ok 4", "end diverged 3 body 1 crate", "31", "end that fits"},
+        Malformed{"after_end", "end ok 4\n", "end ok 4\nend ok 4\n", "32", "nothing may follow"}),
     [](const auto& one) { return one.param.what; });
+
+TEST(PoseLog, FromBeforeContactsHadTheirOwnStabilizationIsRead) {
+  const std::string text = replaced(to_text(example()), "contact_tau 0.7\ncontact_kappa 0\n", "");
+  const PoseLog log = parse_pose_log(text, "text");
+  EXPECT_EQ(log.settings.contact_tau, 0);
+  EXPECT_EQ(log.settings.of_contacts().tau, 0.1 + 0.2);
+}
 
 TEST(PoseLog, ANameMayEndWithAnEscape) {
   PoseLog log = example();

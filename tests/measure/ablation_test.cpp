@@ -115,20 +115,21 @@ TEST(ContactAblation, EachReadingHasAPriceOfItsOwn) {
   std::map<std::string, std::vector<double>> measured;
   const std::string folder = std::string(SUBSTEP_SOURCE_DIR) + "/scenes";
   for (const Cost& cost : {Cost{ContactAblation::velocity_level, "powered_wheel", 40},         // measured 48
-                           Cost{ContactAblation::square_friction, "balls_on_tray", 200},       // measured 329
-                           Cost{ContactAblation::limits_by_substep, "heavy_on_light", 50},     // measured 483
-                           Cost{ContactAblation::file_order, "heavy_on_light", 5},             // measured 13
-                           Cost{ContactAblation::single_normals, "box_stack", 4},              // measured 5.2
-                           Cost{ContactAblation::forgetting_friction, "balls_on_tray", 5}}) {  // measured 7.4
+                           Cost{ContactAblation::square_friction, "balls_on_tray", 200},       // measured 718
+                           Cost{ContactAblation::limits_by_substep, "heavy_on_light", 50},     // measured 605
+                           Cost{ContactAblation::single_normals, "box_stack", 4},              // measured 4.3
+                           Cost{ContactAblation::forgetting_friction, "balls_on_tray", 5}}) {  // measured 12
     std::vector<double>& costs = measured[cost.scene];
     if (costs.empty()) costs = contact_ablation_of(folder, cost.scene).costs;
     EXPECT_GT(costs.at(static_cast<std::size_t>(cost.approximation)), cost.factor * costs.front())
         << name(cost.approximation) << " on " << cost.scene;
   }
-  EXPECT_LT(measured["box_stack"].front(), 0.005);      // measured 0.00405 m
-  EXPECT_LT(measured["balls_on_tray"].front(), 0.003);  // measured 0.00242 m
-  EXPECT_LT(measured["powered_wheel"].front(), 0.015);  // measured 0.0117 m
-  EXPECT_LT(measured["heavy_on_light"].front(), 0.6);   // measured 0.5 m
+  // The order of the file costs none of the six anything since contacts have their own τ and κ; at τ = 0.6
+  // and κ = 1 of all rows heavy_on_light moved 13 times as far with it.
+  EXPECT_LT(measured["box_stack"].front(), 0.004);      // measured 0.00368 m
+  EXPECT_LT(measured["balls_on_tray"].front(), 0.002);  // measured 0.00171 m
+  EXPECT_LT(measured["powered_wheel"].front(), 0.012);  // measured 0.0118 m
+  EXPECT_LT(measured["heavy_on_light"].front(), 0.8);   // measured 0.68 m: it does not hold
 }
 
 TEST(ContactAblation, EachRungTakesOneReadingOut) {

@@ -176,7 +176,7 @@ TEST(Tables, SayTheReferenceAndHaveALineARun) {
   }
   const std::string table = to_table(measurement);
   EXPECT_NE(table.find(measurement.reference.method), std::string::npos);
-  EXPECT_NE(table.find("A5  n=10 m=1 τ=0.6 κ=1 stable  h=1/60"), std::string::npos);
+  EXPECT_NE(table.find("A5  n=10 m=1 τ=0.6/0.9 κ=1/0.7 stable  h=1/60"), std::string::npos);
   // Half a second is too short for the period; the energy is known at once.
   EXPECT_NE(table.find("largest change of energy, J"), std::string::npos);
   EXPECT_EQ(table.find("swings"), std::string::npos);

@@ -17,8 +17,8 @@ TEST_F(MeasureCommand, PrintsTheSameTwiceAndAllFive) {
   EXPECT_EQ(one.err, "");
   EXPECT_EQ(one.out, run(arguments).out);
   for (const char* const row :
-       {"A1  h=1/60", "A2  m=4  h=1/60", "A3  n=4 m=1 τ=0.6 κ=1 stable  h=1/60",
-        "A4  n=4 m=1 τ=0.6 κ=1 stable  h=1/60", "A5  n=4 m=1 τ=0.6 κ=1 stable  h=1/60"}) {
+       {"A1  h=1/60", "A2  m=4  h=1/60", "A3  n=4 m=1 τ=0.6/0.9 κ=1/0.7 stable  h=1/60",
+        "A4  n=4 m=1 τ=0.6/0.9 κ=1/0.7 stable  h=1/60", "A5  n=4 m=1 τ=0.6/0.9 κ=1/0.7 stable  h=1/60"}) {
     EXPECT_THAT(one.out, HasSubstr(row));
   }
   EXPECT_THAT(one.out, HasSubstr("Reference: own of order 12 at h"));

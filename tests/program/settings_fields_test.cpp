@@ -163,6 +163,40 @@ TEST_P(EveryField, IsAnOption) {
   }
 }
 
+using ContactSettings = Program;
+
+// τ and κ are of all rows, as in the report, unless contacts get their own beside them; in any order.
+TEST_F(ContactSettings, FollowTauAndKappaUnlessTheyAreGivenToo) {
+  const auto expect = [](const Settings& settings, double tau, double kappa) {
+    EXPECT_EQ(settings.of_contacts().tau, tau);
+    EXPECT_EQ(settings.of_contacts().kappa, kappa);
+  };
+  const auto of_suite = [&](const std::string& text) {
+    write("suite.toml",
+          "[[case]]\nscene = \"one.gltf\"\nalgorithms = [\"a5\"]\nsettings = { " + text + " }\n");
+    return read_suite(folder() / "suite.toml").cases.at(0).settings;
+  };
+  const auto of_option = [&](std::vector<std::string> words) {
+    words.insert(words.begin(),
+                 {"run", scene("pendulum.gltf"), "--duration", "0.02", "--output", "one.poses"});
+    EXPECT_EQ(run(words).exit_code, 0);
+    return read_pose_log(folder() / "one.poses").settings;
+  };
+  const Settings usual = default_settings(Algorithm::a5);
+  ASSERT_NE(usual.of_contacts().tau, usual.tau);
+  const auto of_panel = [&](const std::string& text) { return panel_in("a5," + text, usual).settings; };
+  expect(of_suite("substeps = 3"), usual.contact_tau, usual.contact_kappa);
+  expect(of_suite("tau = 0.5"), 0.5, 1);
+  expect(of_suite("kappa = 0.8"), 0.6, 0.8);
+  expect(of_suite("contact_tau = 0.7, tau = 0.5, kappa = 0.8"), 0.7, 0.8);
+  expect(of_panel("n=3"), usual.contact_tau, usual.contact_kappa);
+  expect(of_panel("tau=0.5"), 0.5, 1);
+  expect(of_panel("contact_kappa=0.7,tau=0.5"), 0.5, 0.7);
+  expect(of_option({"--substeps", "3"}), usual.contact_tau, usual.contact_kappa);
+  expect(of_option({"--tau", "0.5"}), 0.5, 1);
+  expect(of_option({"--contact-kappa", "0.7", "--tau", "1/2"}), 0.5, 0.7);
+}
+
 INSTANTIATE_TEST_SUITE_P(Settings, EveryField, testing::ValuesIn(settings_fields),
                          [](const auto& one) { return std::string(one.param.name); });
 

@@ -100,7 +100,8 @@ struct SlopeErrors {
   double beyond = 0;  ///< on the way up, beyond a t hs/2: what steps of hs with v first and then q err by
 };
 
-SlopeErrors errors_on_slope(double rate, int substeps, double friction) {
+/// With the default settings, or with τ = 0.6 and κ = 1 of contacts.
+SlopeErrors errors_on_slope(double rate, int substeps, double friction, double contact_kappa = 1) {
   constexpr double speed = 3;
   const double brake = gravity * (std::sin(slope_angle) + friction * std::cos(slope_angle));
   SlopeErrors errors;
@@ -109,6 +110,7 @@ SlopeErrors errors_on_slope(double rate, int substeps, double friction) {
       Settings settings = default_settings(algorithm);
       settings.step = 1 / rate;
       settings.substeps = substeps;
+      if (contact_kappa == 1) settings.contact_tau = settings.contact_kappa = 0;
       const Slope slope = slope_of(friction, heading, speed);
       Simulation simulation(slope.scene, settings);
       const Vector3 start = simulation.state().q[1].linear;
@@ -145,6 +147,21 @@ TEST(Friction, ABlockSentUpASlopeMovesAsTheClosedFormSays) {
     EXPECT_LT(fast.aside, 1e-5) << friction;   // measured 8.2e-6 m
   }
   EXPECT_LT(errors_on_slope(240, 10, 0.2).all, 0.001);  // measured 0.073 %
+}
+
+// κ < 1 leaves 1 − κ of what friction takes to the next sub-step: a delay of a part of one at the start.
+TEST(Friction, ABlockSentUpASlopeMovesAsTheClosedFormSaysByDefault) {
+  const double kappa = default_settings(Algorithm::a5).contact_kappa;
+  for (const double friction : {0.2, 0.6}) {
+    const SlopeErrors slow = errors_on_slope(60, 10, friction, kappa);
+    EXPECT_LT(slow.all, 0.005) << friction;
+    EXPECT_LT(slow.beyond, 1.5e-4) << friction;  // measured 3.5e-5 and 1.05e-4
+    EXPECT_LT(slow.aside, 1e-4) << friction;
+    const SlopeErrors fast = errors_on_slope(240, 30, friction, kappa);
+    EXPECT_LT(fast.all, 0.001) << friction;
+    EXPECT_LT(fast.beyond, 4e-6) << friction;  // measured 9.5e-7 and 2.9e-6
+    EXPECT_LT(fast.aside, 1e-5) << friction;
+  }
 }
 
 // All of it is a t hs/2, the error of stepping: a tenth of a percent takes thirteen sub-steps.

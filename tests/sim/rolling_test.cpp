@@ -58,13 +58,17 @@ TEST_P(Rolls, DownASlopeAsTheClosedFormSays) {
     // Of the speed. Measured: A1 1e-13, A2 4e-5, A3 7e-4 (the small ball, which turns by 0.8 rad in the last
     // steps), A4 and A5 6e-8.
     const double tolerance = GetParam() == Algorithm::a3 ? 1e-3 : 1e-4;
+    // m/s: with κ < 1 what its first sub-steps leave across the way down fades. Measured 1.3e-5.
+    const double fading = 2e-5;
     for (int i = 1; i <= 120; ++i) {
       simulation.step();
       const State& state = simulation.state();
       const double speed = acceleration * i * step;
       EXPECT_NEAR(state.v[1].linear.dot(down), speed, tolerance * speed) << i;
       EXPECT_NEAR(state.v[1].angular.norm() * x.radius, speed, tolerance * speed) << i;
-      EXPECT_LT((state.v[1].linear - state.v[1].linear.dot(down) * down).norm(), tolerance * speed) << i;
+      EXPECT_LT((state.v[1].linear - state.v[1].linear.dot(down) * down).norm(),
+                tolerance * speed + (i == 1 ? fading : 0))
+          << i;
     }
   }
 }
