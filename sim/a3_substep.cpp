@@ -12,8 +12,8 @@
 // Where the report is silent: λ starts at zero in each sub-step (line 7), its limits hold for all that the
 // step has given so far (line 11); τ and κ act on what follows the coordinates, so that a motor has its own β
 // as fixed point (line 11). A contact's points are fixed in both bodies for the step, but on a ball: there it
-// is where the normal meets it (line 15). Contacts: contact_batch.h; what each of its readings is worth,
-// measure/ablation.h.
+// is where the normal meets it (line 15). Beyond the report: contacts can have their own τ and κ (claim 17).
+// Contacts: contact_batch.h; what each of its readings is worth, measure/ablation.h.
 
 #include "sim/algorithms.h"
 #include "sim/math/rotation.h"
