@@ -134,7 +134,7 @@ double farthest_from_fine_steps(const Scene& scene, int body, double step, int s
 
 TEST(RollingOfA3, SubstepsAreStepsOfA1WhereThePointOfContactRunsRound) {
   // It runs round Euler's disk by 0.33 rad a step, and over decimetres of the rattleback in a swing.
-  // Measured: 0.13 and 0.064 mm; 237 and 2.4 mm where the point is fixed in the body for a step.
+  // Measured: 0.098 and 0.062 mm; 237 and 2.4 mm where the point is fixed in the body for a step.
   EXPECT_LT(farthest_from_fine_steps(scene_named("euler_disk"), 1, 1.0 / 60, 10, 1), 2e-4);
   EXPECT_LT(farthest_from_fine_steps(scene_named("rattleback"), 1, 1.0 / 480, 10, 1), 1e-4);
 }
