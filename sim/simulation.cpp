@@ -50,8 +50,8 @@ struct Simulation::Implementation {
     problem.substeps.duration = sub_stepped ? settings.step / settings.substeps : settings.step;
     joints = sub_stepped ? settings.joints : Joints::rows;
     build_blocks(problem, joints);
-    // A5's sum of velocities is scaled by the τ and κ of what there is besides contacts. Where there is
-    // nothing, by those of contacts: then no row's share has to be undone.
+    // A5's sum of velocities is scaled by one τ/κ, the joints', and contacts that have another undo the rest.
+    // Where there are no joints it is the contacts', and nothing has to be undone.
     if (problem.c.blocks.empty()) {
       const auto [tau, kappa] = settings.of_contacts();
       settings.tau = tau;

@@ -113,8 +113,8 @@ Sheet contact_ablation_sheet(const FigureSource& source) {
   const Settings settings = default_settings(Algorithm::a5);
   sheet.caption = {fmt::format(
       "A5 at the default settings (n = {}, m = {}, τ = {}, κ = {} of joints/contacts, {} joints, the scene's "
-      "step) with one "
-      "of the six readings of contacts taken out. Further to the left is better; the dashed line is where "
+      "step) with one of the six readings of contacts taken out. Further to the left is better; the dashed "
+      "line is where "
       "all six are.",
       settings.substeps, settings.iterations, tau_text(settings), kappa_text(settings),
       name(settings.joints))};

@@ -53,8 +53,8 @@ bool stands_beside_engines(const RunFamily& family) {
          (s.algorithm == Algorithm::a5 && s.tau == tau);
 }
 
-/// Without contacts a figure shows τ = κ = 1, the report's 'none', where it was measured: lines with others
-/// lie beside it, and would look the same.
+/// Without contacts a figure shows τ = κ = 1, the report's 'none', where it was measured: a line's look does
+/// not tell one τ or κ from another.
 bool has_plainest_twin(const RunFamily& family, const std::vector<RunFamily>& families) {
   const Settings& s = family.runs.front().settings;
   if (!is_ours(family) || (s.tau == 1 && s.kappa == 1) || has_contacts(family.runs)) return false;
@@ -111,9 +111,8 @@ Sheet work_rows_sheet(const FigureSource& source, bool contacts) {
       });
   sheet.caption = {
       "A1 and A2: steps of h, h/2, h/4 … (A2 with contacts: m = 1, 4, 16, 64 at h); A3 to A5: n = 1, 2, 4 … "
-      "sub-steps of one iteration at the scene's "
-      "h. A direct "
-      "solve counts each row once a pivot.",
+      "sub-steps of one iteration at the scene's h, without contacts with τ = κ = 1. A direct solve counts "
+      "each row once a pivot.",
       "Down and to the left is better. Not drawn: runs that are lost (error above three times the scene's "
       "size), and "
       "errors below a hundred times the reference's own uncertainty."};
@@ -129,9 +128,8 @@ Sheet work_time_sheet(const FigureSource& source, bool contacts) {
   sheet.caption = {
       "One core, medians of the sweep's repetitions. Own, order 4 and 8: the accurate mode beside the five, "
       "h, h/2, h/4 …. A1 and A2: steps of h, h/2, h/4 … (A2 with contacts: m "
-      "= 1, 4, 16, 64 at h); A3 to A5: n = 1, 2, "
-      "4 … "
-      "sub-steps of one iteration at the scene's h.",
+      "= 1, 4, 16, 64 at h); A3 to A5: n = 1, 2, 4 … sub-steps of one iteration at the scene's h, without "
+      "contacts with τ = κ = 1.",
       "Down and to the left is better. Not drawn: runs that are lost (error above three times the scene's "
       "size), and "
       "errors below a hundred times the reference's own uncertainty."};

@@ -75,8 +75,8 @@ constexpr Sentence sentences[]{
      "No τ and κ are best for all: what stands wants a large τ and a smaller κ, coupled rows a smaller κ, "
      "joints that carry much a large τ and κ = 1, and A5's rods gain energy with a large τ; so contacts have "
      "their own",
-     "A5 at the default n, m, joints and the scene's step; with the default τ = 0.6, κ = 1, of contacts "
-     "τ = 0.9, κ = 0.7 / of all rows τ = 0.6, κ = 1 / τ = κ = 1 / τ = 1, κ = 0.7 / τ = 0.6, κ = 0.7"},
+     "A5 at the default n, m, joints and the scene's step; with the default / with its τ and κ of joints "
+     "for all rows / τ = κ = 1 / τ = 1, κ = 0.7 / its τ of joints, κ = 0.7"},
 };
 
 }  // namespace

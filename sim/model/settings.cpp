@@ -55,6 +55,16 @@ std::string short_text(const Settings& settings, const SettingsField& field) {
   return number ? fmt::format("{:g}", settings.**number) : text_of(settings, field);
 }
 
+/// As short_text(), with what stands in for it in contacts: "0.6/0.9".
+std::string with_contacts(const Settings& settings, const SettingsField& field) {
+  std::string text = short_text(settings, field);
+  for (const SettingsField& other : settings_fields) {
+    if (other.stands_in_for == field.name && text_of(settings, other) != text_of(Settings{}, other))
+      text += fmt::format("{}{}", other.symbol, short_text(settings, other));
+  }
+  return text;
+}
+
 }  // namespace
 
 Settings default_settings(Algorithm algorithm) {
@@ -117,25 +127,18 @@ std::string label(const Settings& settings) {
     if (!field.is_read_by(settings.algorithm) || !is_said(settings, field) || !field.stands_in_for.empty())
       continue;
     text +=
-        fmt::format("{}{}{}", text.size() == before ? "" : " ", field.symbol, short_text(settings, field));
-    for (const SettingsField& other : settings_fields) {
-      if (other.stands_in_for != field.name || text_of(settings, other) == text_of(Settings{}, other))
-        continue;
-      text += fmt::format("{}{}", other.symbol, short_text(settings, other));
-    }
+        fmt::format("{}{}{}", text.size() == before ? "" : " ", field.symbol, with_contacts(settings, field));
   }
   if (text.size() != before) text += "  ";
   return text + step_label(settings.step);
 }
 
 std::string tau_text(const Settings& settings) {
-  return settings.contact_tau == 0 ? fmt::format("{:g}", settings.tau)
-                                   : fmt::format("{:g}/{:g}", settings.tau, settings.contact_tau);
+  return with_contacts(settings, field_named("tau"));
 }
 
 std::string kappa_text(const Settings& settings) {
-  return settings.contact_kappa == 0 ? fmt::format("{:g}", settings.kappa)
-                                     : fmt::format("{:g}/{:g}", settings.kappa, settings.contact_kappa);
+  return with_contacts(settings, field_named("kappa"));
 }
 
 }  // namespace substep
