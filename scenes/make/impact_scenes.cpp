@@ -92,7 +92,7 @@ std::string cradle() {
 
   GltfBuilder gltf("cradle", 4);
   gltf.poster(0.9667);
-  gltf.camera({0.5, 1.35, 4.4}, {0, 0.50, 0}, 0.50);
+  gltf.camera({0.6, 1.45, 5.0}, {0, 0.50, 0}, 0.50);
   gltf.sun({-0.3, -1, -0.75}, warm_white, daylight);
 
   const int shape = gltf.sphere_shape(radius);

@@ -197,7 +197,7 @@ std::string overlap() {
 
   GltfBuilder gltf("overlap", 3);
   gltf.poster(0.1);
-  gltf.camera({1.6, 1.7, 4.2}, {0, 0.62, 0}, 0.50);
+  gltf.camera({2.1, 1.9, 5.4}, {0, 0.92, 0}, 0.50);
   gltf.sun(afternoon, warm_white, daylight);
   add_ground(gltf, 0.6);
 

@@ -80,7 +80,7 @@ std::string wrecking_ball() {
 
   GltfBuilder gltf("wrecking_ball", 4);
   gltf.poster(0.95);
-  gltf.camera({-3.2, 2.5, 7.4}, {0.15, 1.35, 0}, 0.56);
+  gltf.camera({-3.6, 2.7, 8.7}, {0.15, 1.62, 0}, 0.56);
   gltf.sun(afternoon, warm_white, daylight);
   add_ground(gltf, 0.6);
 
