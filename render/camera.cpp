@@ -112,7 +112,9 @@ View stepped_back(const View& view, std::span<const Part> parts,
   };
   const auto is_too_long = [&](const Part& part) {
     const double distance = glm::dot(to_glm(centre_of(part)) - view.eye, view.forward);
-    return part.half_size().norm() > 2 * distance * std::max(view.tangent_x, view.tangent_y);
+    // As wide as a film is: a panel of another shape shows no other scene.
+    const double tangent = std::max(view.tangent_x, 16.0 / 9 * view.tangent_y);
+    return part.half_size().norm() > 1.25 * distance * tangent;
   };
   std::vector<const Part*> held;
   Vector3 middle = Vector3::Zero();

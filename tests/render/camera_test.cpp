@@ -131,6 +131,20 @@ TEST(View, ACameraDoesNotStepBackForARail) {
   EXPECT_EQ(eye(), without);
 }
 
+TEST(View, ACameraStepsBackForAPostButNotForOneLongerThanThePictureIsWide) {
+  Scene scene = three_shapes();
+  const std::vector<std::vector<Coordinates>> frames{initial_state(scene).q};
+  View near = automatic_view(gather_body_mesh(scene).parts, frames, 16.0 / 9);
+  near.eye = glm::dvec3(0, 1, 0) - near.forward * 2.5;
+  const auto eye = [&] { return stepped_back(near, gather_body_mesh(scene).parts, frames).eye; };
+  const glm::dvec3 without = eye();
+  scene.colliders.emplace_back().shape = box({0.2, 4, 0.02});
+  scene.colliders.back().placement.position = {0, 1.3, 0};
+  EXPECT_EQ(eye(), without);
+  scene.colliders.back().shape = box({0.2, 3.1, 0.02});
+  EXPECT_GT(glm::dot(without - eye(), near.forward), 0.1);
+}
+
 TEST(View, AnEmptySceneStillHasAView) {
   const Scene scene = empty_scene();
   const std::vector<std::vector<Coordinates>> frames{initial_state(scene).q};
