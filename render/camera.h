@@ -40,8 +40,8 @@ View automatic_view(std::span<const Part> parts, std::span<const std::vector<Coo
 
 /// The same view from farther back, as far as is needed to hold all moving parts at the given frames' poses,
 /// and those parts of the world whose middle it showed anyway. What leaves the scene (two and a half times as
-/// far out as anything is at the first frame) is let go, and so is what is larger by a quarter than a picture of
-/// 16:9 is wide there: a belt or a rail without an end, a plate that all stands on.
+/// far out as anything is at the first frame) is let go, and so is what is larger by a quarter than a picture
+/// of 16:9 is wide there: a belt or a rail without an end, a plate that all stands on.
 View stepped_back(const View& view, std::span<const Part> parts,
                   std::span<const std::vector<Coordinates>> frames);
 
