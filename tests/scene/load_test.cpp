@@ -308,6 +308,17 @@ INSTANTIATE_TEST_SUITE_P(
                   {2 * pi * 7 / 12, pi, 2 * pi * 7 / 12}}),
     [](const auto& shape) { return std::string(shape.param.name); });
 
+TEST(LoadScene, WithoutAColliderItHasTheInertiaOfABallOfWater) {
+  for (const double mass : {0.02, 2.0, 7000.0}) {
+    json document = one_body(R"({"mass": 1})", R"({"type": "box"})");
+    document["nodes"][0]["extensions"]["KHR_physics_rigid_bodies"] = {{"motion", {{"mass", mass}}}};
+    const Body body = load(document).bodies[1];
+    const double radius = std::cbrt(mass / (4.0 / 3 * pi * 1000));
+    const double moment = 0.4 * mass * radius * radius;
+    expect_near(body.inverse_inertia.cwiseInverse() / moment, Vector3::Ones(), 1e-14);
+  }
+}
+
 TEST(LoadScene, ZeroMeansInfinite) {
   const Body fixed = load(one_body(R"({"mass": 0})", R"({"type": "box"})")).bodies[1];
   EXPECT_EQ(fixed.inverse_mass, 0);

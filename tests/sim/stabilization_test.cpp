@@ -26,7 +26,11 @@ TEST(Stabilization, IsStableWhereTheEigenvaluesSay) {
         << name(point.algorithm) << " τ " << point.tau << " κ " << point.kappa;
     stable += point.stable;
   }
-  EXPECT_EQ(points.size(), 600U);  // A3, A4 and A5 on 10 × 20 points
+  EXPECT_EQ(points.size(), 600U);  // A3, A4 and A5 on 10 × 20 points, 0.1 to 1.9 and 0.1 to 3.9
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    EXPECT_NEAR(points[i].kappa, 0.1 + 0.2 * static_cast<double>(i / 20 % 10), 1e-12);
+    EXPECT_NEAR(points[i].tau, 0.1 + 0.2 * static_cast<double>(i % 20), 1e-12);
+  }
   EXPECT_GT(stable, 200);
   EXPECT_LT(stable, 400);
 }
