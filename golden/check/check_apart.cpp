@@ -23,6 +23,7 @@
 #include "golden/check/check_output.h"
 #include "golden/suite/sidecar.h"
 #include "sim/error.h"
+#include "sim/log/partial_file.h"
 
 namespace substep {
 namespace {
@@ -48,9 +49,26 @@ void tell(int descriptor, const char* what, const Json& value) {
   }
 }
 
+extern "C" void end_worker(int /*signal*/) {
+  remove_partial_files();
+  ::_exit(1);
+}
+
+/// The parent says why all ends, whether a signal reaches it alone or a terminal sends it to both.
+void end_without_a_word() {
+  for (const int signal : {SIGINT, SIGHUP}) {
+    struct sigaction now {};
+    if (::sigaction(signal, nullptr, &now) == 0 && now.sa_handler != SIG_IGN) {
+      std::signal(signal, end_worker);
+    }
+  }
+  std::signal(SIGTERM, end_worker);
+  ::prctl(PR_SET_PDEATHSIG, SIGTERM);
+}
+
 /// The worker's whole life.
 [[noreturn]] void work(const CheckPlan& plan, std::span<const SuiteCase> cases, int descriptor) {
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+  end_without_a_word();
   try {
     const MadeWith made_with = made_with_here(plan.suite, cases, plan.options);
     tell(descriptor, says_made_with, to_json(made_with));

@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
+#include <thread>
 #include <utility>
 
 #include "golden/report/junit.h"
@@ -27,6 +28,17 @@ double now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
+/// Waits a little: a check that was ended ends its worker, which removes what it had not finished.
+bool is_locked(int file) {
+  constexpr int tries = 40;
+  constexpr std::chrono::milliseconds between{50};
+  for (int i = 0; i < tries; ++i) {
+    if (::flock(file, LOCK_EX | LOCK_NB) == 0) return true;
+    std::this_thread::sleep_for(between);
+  }
+  return false;
+}
+
 }  // namespace
 
 CheckOutput::CheckOutput(fs::path folder) : folder_(std::move(folder)) {
@@ -38,7 +50,7 @@ CheckOutput::CheckOutput(fs::path folder) : folder_(std::move(folder)) {
   lock_ = ::open((folder_ / ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
   if (lock_ < 0)
     throw Error(fmt::format("{}: cannot be written to: {}", folder_.string(), std::strerror(errno)));
-  if (::flock(lock_, LOCK_EX | LOCK_NB) != 0) {
+  if (!is_locked(lock_)) {
     ::close(lock_);
     throw Error(fmt::format("{}: another check is writing there: give this one an --output of its own",
                             folder_.string()));

@@ -98,6 +98,25 @@ def two_checks_do_not_write_to_one_folder(folder):
     project.shell("substep check", 0)
 
 
+def an_interrupted_check_says_so_once_and_the_next_begins_at_once(folder):
+    project = Project(folder, ["bowling", "pendulum"]).with_goldens()
+    suite = project.folder / "golden/suite.toml"
+    suite.write_text(suite.read_text().replace('bowling.gltf"', 'bowling.gltf"\nframes = 20000\nimages = [20000]'))
+    # A terminal sends the signal to all of its group, a job's end to one process.
+    for number, interrupt in [(signal.SIGINT, os.killpg), (signal.SIGTERM, os.kill)] * 3:
+        check = subprocess.Popen([SUBSTEP, "check"], cwd=project.folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                                 start_new_session=True, text=True)
+        while not pathlib.Path(f"/proc/{check.pid}/task/{check.pid}/children").read_text().split():
+            time.sleep(0.01)
+        time.sleep(0.1)
+        interrupt(check.pid, number)
+        check.wait()
+        project.shell("substep check --case pendulum", 0)
+        said = check.communicate()[1]
+        expect(said == "substep: interrupted: what was not finished is removed\n", said)
+        expect(check.returncode == -number, check.returncode)
+
+
 def shards_are_complete_or_an_error(folder):
     project = Project(folder).with_goldens()
     project.shell("substep check --shard 1/2 --output part-1", 0)
@@ -246,7 +265,7 @@ def adopts_goes_red_and_green_again_by_what_is_printed(folder):
 
 TESTS = [a_damaged_scene_beside_a_changed_one, damaged_goldens_are_errors_of_their_cases, no_old_green,
          a_case_that_takes_too_long_or_crashes_is_an_error_and_the_others_run, two_checks_do_not_write_to_one_folder,
-         shards_are_complete_or_an_error, folders_of_any_name_run_nothing, orphans_are_pruned_and_renames_found,
+         an_interrupted_check_says_so_once_and_the_next_begins_at_once, shards_are_complete_or_an_error, folders_of_any_name_run_nothing, orphans_are_pruned_and_renames_found,
          a_scene_without_pictures_needs_no_renderer, other_renderers_are_known,
          a_review_approves_and_rejects_for_its_own_page_alone,
          adopts_goes_red_and_green_again_by_what_is_printed]
