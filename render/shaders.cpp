@@ -210,11 +210,11 @@ vec3 lamp(int i, vec3 position, out vec3 towards) {
 
 /// What a Surface has beside its colour and finish, and what textures make of it.
 const std::string look_terms = R"(
-uniform vec4 turns[5];     // of coordinates, row by row, for each role
-uniform vec4 offsets[5];   // z: which set; w: texels in a unit of it
-uniform vec4 emission;     // w: 1 where the colour is the light
-uniform vec4 opacity;      // alpha, cut-off, 1 where blended, 1 where seen from behind too
-uniform vec2 strengths;    // of normals, of occlusion
+uniform vec4 image_turns[5];    // of coordinates, row by row, for each role
+uniform vec4 image_offsets[5];  // z: which set; w: texels in a unit of it
+uniform vec4 emission;          // w: 1 where the colour is the light
+uniform vec4 opacity;           // alpha, cut-off, 1 where blended, 1 where seen from behind too
+uniform vec2 strengths;         // of normals, of occlusion
 uniform sampler2D color_texture;
 uniform sampler2D finish_texture;
 uniform sampler2D normal_texture;
@@ -223,8 +223,8 @@ uniform sampler2D emission_texture;
 
 /// Where in the role's image the surface is, of whose coordinates `places` has both sets.
 vec2 place_in_image(int role, vec4 places) {
-  vec2 place = offsets[role].z > 0.5 ? places.zw : places.xy;
-  return vec2(dot(turns[role].xy, place), dot(turns[role].zw, place)) + offsets[role].xy;
+  vec2 place = image_offsets[role].z > 0.5 ? places.zw : places.xy;
+  return vec2(dot(image_turns[role].xy, place), dot(image_turns[role].zw, place)) + image_offsets[role].xy;
 }
 
 /// The normal of a surface with unit normal n where the image of normals has this texel; `tangent` needs not
@@ -576,8 +576,8 @@ float logarithm(float x) {
 
 /// `metres`: between samples on the surface.
 vec4 texel(sampler2D map, int role, float metres) {
-  float density = offsets[role].z > 0.5 ? places_per_metre.y : places_per_metre.x;
-  return textureLod(map, place_in_image(role, places), logarithm(density * offsets[role].w * metres));
+  float density = image_offsets[role].z > 0.5 ? places_per_metre.y : places_per_metre.x;
+  return textureLod(map, place_in_image(role, places), logarithm(density * image_offsets[role].w * metres));
 }
 
 void main() {

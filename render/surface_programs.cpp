@@ -79,8 +79,8 @@ void SurfacePrograms::set_surface(GLuint program, const Surface& surface, const 
                      static_cast<float>(texture.coordinates), bound.texels * static_cast<float>(stretch)};
   }
   const auto place = [program](const char* name) { return glGetUniformLocation(program, name); };
-  glUniform4fv(place("turns"), 5, glm::value_ptr(turns[0]));
-  glUniform4fv(place("offsets"), 5, glm::value_ptr(offsets[0]));
+  glUniform4fv(place("image_turns"), 5, glm::value_ptr(turns[0]));
+  glUniform4fv(place("image_offsets"), 5, glm::value_ptr(offsets[0]));
   const auto& emission = surface.emission;
   glUniform4f(place("emission"), static_cast<float>(emission[0]), static_cast<float>(emission[1]),
               static_cast<float>(emission[2]), surface.is_unlit ? 1.0F : 0.0F);
