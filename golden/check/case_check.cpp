@@ -110,7 +110,7 @@ void check_poses(CaseWork& work) {
 /// and not the program.
 void write_motion_page(CaseWork& work) {
   CaseResult& result = work.result;
-  const bool differs = work.golden_track && work.live_track && !result.poses.passes;
+  const bool differs = work.golden && work.golden_track && work.live_track && !result.poses.passes;
   // Without pictures there may be no renderer, which says where the page looks from.
   if (result.verdict == Verdict::pass || !differs || !work.options.images) return;
   std::vector<std::vector<Coordinates>> live;
