@@ -45,5 +45,7 @@ struct Texels {
 /// pixels a side.
 Texels decode_texels(std::string_view bytes, const std::string& name);
 inline constexpr int longest_texture = 8192;
+/// A PNG file's bytes, without alpha where all is opaque.
+std::string to_png(const Texels& texels);
 
 }  // namespace substep

@@ -21,7 +21,8 @@ namespace {
 enum Filter : std::uint8_t { none, left, above, average, paeth };
 constexpr std::array<Filter, 5> filters{none, left, above, average, paeth};
 
-constexpr std::size_t pixel_bytes = 3;
+/// Of a pixel without alpha.
+constexpr std::size_t opaque_bytes = 3;
 
 class Deflater {
  public:
@@ -61,11 +62,27 @@ int nearest_neighbour(int left_byte, int above_byte, int diagonal) {
   return to_above <= to_diagonal ? above_byte : diagonal;
 }
 
+/// What is written of an image: `pixel_bytes` bytes a pixel, rows from the top.
+struct Rows {
+  const std::uint8_t* bytes;
+  int width;
+  int height;
+  std::size_t pixel_bytes;
+
+  Rows(const Image& image)
+      : bytes(image.rgb.data()), width(image.width), height(image.height), pixel_bytes(opaque_bytes) {}
+  Rows(const Texels& texels)
+      : bytes(texels.rgba.data()), width(texels.width), height(texels.height), pixel_bytes(4) {}
+
+  std::size_t row_bytes() const { return static_cast<std::size_t>(width) * pixel_bytes; }
+};
+
 /// Row y as PNG has it: the filter, then the filtered bytes.
-std::string filtered_row(const Image& image, int y, Filter filter) {
-  const std::size_t row_bytes = static_cast<std::size_t>(image.width) * pixel_bytes;
-  const std::uint8_t* row = image.pixel(0, y);
-  const std::uint8_t* previous = y > 0 ? image.pixel(0, y - 1) : nullptr;
+std::string filtered_row(const Rows& image, int y, Filter filter) {
+  const std::size_t row_bytes = image.row_bytes();
+  const std::size_t pixel_bytes = image.pixel_bytes;
+  const std::uint8_t* row = image.bytes + static_cast<std::size_t>(y) * row_bytes;
+  const std::uint8_t* previous = y > 0 ? row - row_bytes : nullptr;
   std::string bytes(1, static_cast<char>(filter));
   bytes.reserve(row_bytes + 1);
   const auto write = [&](auto predict) {
@@ -97,16 +114,16 @@ std::string filtered_row(const Image& image, int y, Filter filter) {
   return bytes;
 }
 
-std::string rows_with(const Image& image, Filter filter) {
+std::string rows_with(const Rows& image, Filter filter) {
   std::string rows;
   for (int y = 0; y < image.height; ++y) rows += filtered_row(image, y, filter);
   return rows;
 }
 
 /// Each row with the filter that makes it and the rows above it deflate to the fewest bytes.
-std::string rows_tried_one_by_one(const Image& image) {
+std::string rows_tried_one_by_one(const Rows& image) {
   constexpr std::size_t rows_above = 8;
-  const std::size_t reach = rows_above * (static_cast<std::size_t>(image.width) * pixel_bytes + 1);
+  const std::size_t reach = rows_above * (image.row_bytes() + 1);
   const Deflater quick(6);
   std::string rows;
   for (int y = 0; y < image.height; ++y) {
@@ -126,17 +143,18 @@ std::string rows_tried_one_by_one(const Image& image) {
 }
 
 /// Signature and header.
-std::string start_of(const Image& image) {
+std::string start_of(const Rows& image) {
   std::string file = "\x89PNG\r\n\x1a\n";
   std::string header;
   append_number(header, static_cast<std::uint32_t>(image.width));
   append_number(header, static_cast<std::uint32_t>(image.height));
-  header.append({8, 2, 0, 0, 0});  // 8 bits of red, green and blue, not interlaced
+  const char colors = image.pixel_bytes == opaque_bytes ? 2 : 6;  // red, green and blue; with alpha
+  header.append({8, colors, 0, 0, 0});                            // of 8 bits, not interlaced
   append_chunk(file, "IHDR", header);
   return file;
 }
 
-std::string png_of(const Image& image, std::string_view compressed) {
+std::string png_of(const Rows& image, std::string_view compressed) {
   std::string file = start_of(image);
   append_chunk(file, "IDAT", compressed);
   append_chunk(file, "IEND", "");
@@ -161,7 +179,7 @@ Cutting changed_part(const Image& before, const Image& image) {
   int left_end = image.width, top = image.height, right_end = 0, bottom = 0;
   for (int y = 0; y < image.height; ++y) {
     for (int x = 0; x < image.width; ++x) {
-      if (std::equal(image.pixel(x, y), image.pixel(x, y) + pixel_bytes, before.pixel(x, y))) continue;
+      if (std::equal(image.pixel(x, y), image.pixel(x, y) + opaque_bytes, before.pixel(x, y))) continue;
       left_end = std::min(left_end, x);
       right_end = std::max(right_end, x + 1);
       top = std::min(top, y);
@@ -171,7 +189,7 @@ Cutting changed_part(const Image& before, const Image& image) {
   if (right_end == 0) left_end = top = 0, right_end = bottom = 1;
   Cutting part{Image(right_end - left_end, bottom - top), left_end, top};
   for (int y = 0; y < part.image.height; ++y) {
-    std::copy_n(image.pixel(left_end, top + y), pixel_bytes * static_cast<std::size_t>(part.image.width),
+    std::copy_n(image.pixel(left_end, top + y), opaque_bytes * static_cast<std::size_t>(part.image.width),
                 part.image.pixel(0, y));
   }
   return part;
@@ -231,6 +249,18 @@ std::string to_small_png(const Image& image) {
     if (bytes.size() < smallest.size()) smallest = std::move(bytes);
   }
   return png_of(image, smallest);
+}
+
+std::string to_png(const Texels& texels) {
+  if (texels.width <= 0 || texels.height <= 0)
+    throw Error("an image without pixels cannot be written as PNG");
+  bool is_opaque = true;
+  for (std::size_t i = 3; i < texels.rgba.size(); i += 4) is_opaque = is_opaque && texels.rgba[i] == 255;
+  const Deflater thorough(9);
+  if (!is_opaque) return png_of(texels, thorough(rows_with(texels, paeth)));
+  Image image(texels.width, texels.height);
+  for (std::size_t i = 0; i < image.rgb.size(); ++i) image.rgb[i] = texels.rgba[i / 3 * 4 + i % 3];
+  return png_of(image, thorough(rows_with(image, paeth)));
 }
 
 void write_png(const Image& image, const std::filesystem::path& file) {

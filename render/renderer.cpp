@@ -19,6 +19,7 @@
 #include "render/frame_uniforms.h"
 #include "render/gl.h"
 #include "render/ground.h"
+#include "render/lamps.h"
 #include "render/picture_areas.h"
 #include "render/resolve.h"
 #include "render/shadow_map.h"
@@ -154,7 +155,7 @@ Renderer::Implementation::Implementation(const Scene& scene, const RenderSetting
   if (!mesh.looks.empty()) {
     programs = &device->surface_programs();
     textures = SurfaceTextures(scene, mesh.surfaces);
-    programs->set_lights(scene, mesh.parts);
+    programs->set_lamps(lamps_of(scene, mesh.parts));
   }
   ray = set_light(frame, scene, ground);
   focus = std::max(nearest, 0.1);

@@ -236,6 +236,10 @@ std::uint16_t linear_light(std::uint8_t code) {
   return tables().linear[code];
 }
 
+std::uint8_t nearest_code(std::uint16_t light) {
+  return tables().encoded[light];
+}
+
 Veiled veiled(const Drawn& drawn) {
   Veiled result;
   result.reserve(drawn.ground.size() / 4 * static_cast<std::size_t>(drawn.samples * drawn.samples));

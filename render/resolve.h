@@ -13,6 +13,9 @@ namespace substep {
 /// Linear light of an sRGB code, in 65535ths.
 std::uint16_t linear_light(std::uint8_t code);
 
+/// The sRGB code that is nearest to linear light, in 65535ths.
+std::uint8_t nearest_code(std::uint16_t light);
+
 /// Pixels as OpenGL gives them, 4 bytes each and the lowest row first, without their alpha.
 Image top_down(std::span<const std::uint8_t> rgba, int width, int height);
 

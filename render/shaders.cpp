@@ -188,7 +188,7 @@ float openness(vec3 position, vec2 cells) {
 )";
 
 /// The lights beside the sun.
-const std::string lamps = R"(
+const std::string lamp_terms = R"(
 uniform int light_count;
 uniform vec4 light_places[16];  // w: 1; or the direction towards a light infinitely far, and 0
 uniform vec4 light_axes[16];    // against the direction a spot shines in; w: 1 / range²
@@ -206,6 +206,39 @@ vec3 lamp(int i, vec3 position, out vec3 towards) {
   float strength = mix(1.0, fading / max(distance2, 1e-4), light_places[i].w) * square(cone);
   return light_colors[i].rgb * strength;
 }
+)";
+
+/// What a Surface has beside its colour and finish, and what textures make of it.
+const std::string look_terms = R"(
+uniform vec4 image_turns[5];    // of coordinates, row by row, for each role
+uniform vec4 image_offsets[5];  // z: which set; w: texels in a unit of it
+uniform vec4 emission;          // w: 1 where the colour is the light
+uniform vec4 opacity;           // alpha, cut-off, 1 where blended, 1 where seen from behind too
+uniform vec2 strengths;         // of normals, of occlusion
+uniform sampler2D color_texture;
+uniform sampler2D finish_texture;
+uniform sampler2D normal_texture;
+uniform sampler2D occlusion_texture;
+uniform sampler2D emission_texture;
+
+/// Where in the role's image the surface is, of whose coordinates `places` has both sets.
+vec2 place_in_image(int role, vec4 places) {
+  vec2 place = image_offsets[role].z > 0.5 ? places.zw : places.xy;
+  return vec2(dot(image_turns[role].xy, place), dot(image_turns[role].zw, place)) + image_offsets[role].xy;
+}
+
+/// The normal of a surface with unit normal n where the image of normals has this texel; `tangent` needs not
+/// be unit nor quite square to n, its w is the handedness.
+vec3 bumped(vec3 n, vec4 tangent, vec3 texel) {
+  vec3 bump = (2.0 * texel - 1.0) * vec3(strengths.xx, 1.0);
+  vec3 t = tangent.xyz - n * dot(n, tangent.xyz);
+  t /= max(sqrt(dot(t, t)), 1e-6);
+  vec3 b = cross(n, t) * tangent.w;
+  return normalize(t * bump.x + b * bump.y + n * max(bump.z, 0.05));
+}
+
+/// Of the light from all around, what reaches a surface where the image of occlusion has this texel.
+float open_part(vec4 texel) { return 1.0 + strengths.y * (texel.r - 1.0); }
 )";
 
 /// What is seen at the samples of a pixel, in light, which is computed once for those of one face. Where
@@ -469,8 +502,16 @@ std::string optics() {
   return optics_terms;
 }
 
+std::string lamps() {
+  return lamp_terms;
+}
+
+std::string looks() {
+  return look_terms;
+}
+
 std::string look_shading_fragment() {
-  return "#define LOOKS\n" + frame + light + lamps + shading;
+  return "#define LOOKS\n" + frame + light + lamp_terms + shading;
 }
 
 std::string look_vertex() {
@@ -507,7 +548,7 @@ void main() {
 
 /// What look_fragment() is given, and what it says of a sample.
 std::string look_declarations() {
-  return R"(
+  return look_terms + R"(
 in vec3 world_position;
 in vec3 world_normal;
 in vec4 base_color;
@@ -516,16 +557,6 @@ in vec4 places;
 in vec4 world_tangent;
 in vec2 places_per_metre;
 uniform vec4 sight;        // the eye; w: metres between samples a metre from it
-uniform vec4 turns[5];     // of coordinates, row by row, for each role
-uniform vec4 offsets[5];   // z: which set; w: texels in a unit of it
-uniform vec4 emission;     // w: 1 where the colour is the light
-uniform vec4 opacity;      // alpha, cut-off, 1 where blended, 1 where seen from behind too
-uniform vec2 strengths;    // of normals, of occlusion
-uniform sampler2D color_texture;
-uniform sampler2D finish_texture;
-uniform sampler2D normal_texture;
-uniform sampler2D occlusion_texture;
-uniform sampler2D emission_texture;
 uniform sampler2D nearer_depth;
 uniform float is_behind;   // 1: only what lies behind nearer_depth
 layout(location = 0) out vec4 normal_roughness;
@@ -545,10 +576,8 @@ float logarithm(float x) {
 
 /// `metres`: between samples on the surface.
 vec4 texel(sampler2D map, int role, float metres) {
-  vec2 place = offsets[role].z > 0.5 ? places.zw : places.xy;
-  float density = offsets[role].z > 0.5 ? places_per_metre.y : places_per_metre.x;
-  vec2 turned = vec2(dot(turns[role].xy, place), dot(turns[role].zw, place)) + offsets[role].xy;
-  return textureLod(map, turned, logarithm(density * offsets[role].w * metres));
+  float density = image_offsets[role].z > 0.5 ? places_per_metre.y : places_per_metre.x;
+  return textureLod(map, place_in_image(role, places), logarithm(density * image_offsets[role].w * metres));
 }
 
 void main() {
@@ -565,14 +594,10 @@ void main() {
   float alpha = color.a * opacity.x;
   if (alpha < opacity.y) discard;
   vec4 finish = texel(finish_texture, 1, metres);
-  vec3 bump = (2.0 * texel(normal_texture, 2, metres).xyz - 1.0) * vec3(strengths.xx, 1.0);
-  vec3 t = world_tangent.xyz - n * dot(n, world_tangent.xyz);
-  t /= max(sqrt(dot(t, t)), 1e-6);
-  vec3 b = cross(n, t) * world_tangent.w;
-  normal_roughness = vec4(side * normalize(t * bump.x + b * bump.y + n * max(bump.z, 0.05)),
-                          metallic_roughness.y * finish.g);
+  vec3 bump = texel(normal_texture, 2, metres).xyz;
+  normal_roughness = vec4(side * bumped(n, world_tangent, bump), metallic_roughness.y * finish.g);
   color_metallic = vec4(color.rgb, emission.w > 0.5 ? 2.0 : metallic_roughness.x * finish.b);
-  crevice = vec4(1.0 + strengths.y * (texel(occlusion_texture, 3, metres).r - 1.0));
+  crevice = vec4(open_part(texel(occlusion_texture, 3, metres)));
   emission_alpha = vec4(emission.rgb * texel(emission_texture, 4, metres).rgb,
                         opacity.z > 0.5 ? alpha : 1.0);
 }
@@ -596,19 +621,14 @@ void main() {
 }
 
 std::string cut_fragment() {
-  return R"(
+  return look_terms + R"(
 in vec4 places;
 in float tint_alpha;
-uniform vec4 turns[5];
-uniform vec4 offsets[5];
-uniform vec4 opacity;
-uniform sampler2D color_texture;
 uniform vec3 color;
 out vec4 code;
 void main() {
-  vec2 place = offsets[0].z > 0.5 ? places.zw : places.xy;
-  vec2 turned = vec2(dot(turns[0].xy, place), dot(turns[0].zw, place)) + offsets[0].xy;
-  if (textureLod(color_texture, turned, 0.0).a * tint_alpha * opacity.x < opacity.y) discard;
+  float alpha = textureLod(color_texture, place_in_image(0, places), 0.0).a * tint_alpha * opacity.x;
+  if (alpha < opacity.y) discard;
   code = vec4(color, 1.0);
 }
 )";
@@ -669,7 +689,7 @@ std::string open_ground_fragment() {
 }
 
 std::string look_ground_fragment() {
-  return "#define LOOKS\n" + frame + light + lamps + ground;
+  return "#define LOOKS\n" + frame + light + lamp_terms + ground;
 }
 
 std::string sky_vertex() {

@@ -11,6 +11,10 @@ namespace substep::shaders {
 /// The sky, what surfaces scatter, the ground's pattern and the film's curve, as functions: for these shaders
 /// and for WebGL, where to_sun, sun, zenith, horizon and bounce are given as vectors of three components.
 std::string optics();
+/// The lights beside the sun, for both: uniforms light_count and those of Lamps.
+std::string lamps();
+/// What textures make of a surface, for both: the uniforms that SurfacePrograms::set_surface() sets.
+std::string looks();
 
 /// Uniforms clip_from_body and world_from_body.
 std::string body_vertex();

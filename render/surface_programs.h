@@ -4,11 +4,10 @@
 
 #include <array>
 #include <glm/vec4.hpp>
-#include <span>
 
-#include "render/body_mesh.h"
 #include "render/camera.h"
 #include "render/gl.h"
+#include "render/lamps.h"
 #include "render/surface_textures.h"
 #include "sim/scene/scene.h"
 
@@ -26,8 +25,7 @@ struct SurfacePrograms {
 
   SurfacePrograms();
 
-  /// Of all lights but the sun.
-  void set_lights(const Scene& scene, std::span<const Part> parts) const;
+  void set_lamps(const Lamps& lamps) const;
 
   /// For all that is drawn next with `body`: behind nearer_unit's depth alone, or anywhere.
   void set_sight(const glm::vec4& sight, bool is_behind) const;

@@ -6,55 +6,13 @@
 #include <cstdint>
 
 #include "render/image.h"
-#include "render/resolve.h"
+#include "render/texture_level.h"
 #include "sim/error.h"
 
 namespace substep {
 namespace {
 
-/// One of an image's ever smaller copies: four numbers a texel.
-struct Level {
-  int width = 0;
-  int height = 0;
-  std::vector<std::uint16_t> numbers;
-};
-
-/// Colours are decoded to light before anything is averaged; other images hold their numbers as they are.
-Level first_level(const Texels& texels, bool is_color) {
-  Level level{texels.width, texels.height, std::vector<std::uint16_t>(texels.rgba.size())};
-  for (std::size_t i = 0; i < texels.rgba.size(); ++i) {
-    const bool is_light = is_color && i % 4 != 3;
-    level.numbers[i] =
-        is_light ? linear_light(texels.rgba[i]) : static_cast<std::uint16_t>(texels.rgba[i] * 257);
-  }
-  return level;
-}
-
-/// Half as wide and high, each texel the mean of the four it covers, in integers: the driver's own may differ
-/// from machine to machine.
-Level halved(const Level& level) {
-  Level half{std::max(1, level.width / 2), std::max(1, level.height / 2), {}};
-  half.numbers.resize(std::size_t{4} * half.width * half.height);
-  const auto at = [&](int x, int y, int c) {
-    const auto u = static_cast<std::size_t>(std::min(x, level.width - 1));
-    const auto v = static_cast<std::size_t>(std::min(y, level.height - 1));
-    return static_cast<int>(
-        level.numbers[4 * (v * static_cast<std::size_t>(level.width) + u) + static_cast<std::size_t>(c)]);
-  };
-  std::size_t to = 0;
-  for (int y = 0; y < half.height; ++y) {
-    for (int x = 0; x < half.width; ++x) {
-      for (int c = 0; c < 4; ++c) {
-        const int sum = at(2 * x, 2 * y, c) + at(2 * x + 1, 2 * y, c) + at(2 * x, 2 * y + 1, c) +
-                        at(2 * x + 1, 2 * y + 1, c);
-        half.numbers[to++] = static_cast<std::uint16_t>((sum + 2) / 4);
-      }
-    }
-  }
-  return half;
-}
-
-GLuint upload(Level level) {
+GLuint upload(TextureLevel level) {
   GLuint name = 0;
   glGenTextures(1, &name);
   glBindTexture(GL_TEXTURE_2D, name);

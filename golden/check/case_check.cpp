@@ -10,7 +10,9 @@
 #include "golden/check/case_offers.h"
 #include "golden/check/case_verdict.h"
 #include "golden/check/case_work.h"
+#include "golden/check/motion_page.h"
 #include "golden/suite/scene_parts.h"
+#include "sim/error.h"
 #include "sim/simulation.h"
 
 namespace substep {
@@ -104,6 +106,24 @@ void check_poses(CaseWork& work) {
   }
 }
 
+/// Where the motion is another than the golden one's, a page that plays both: for who has the check's folder
+/// and not the program.
+void write_motion_page(CaseWork& work) {
+  CaseResult& result = work.result;
+  const bool differs = work.golden && work.golden_track && work.live_track && !result.poses.passes;
+  // Without pictures there may be no renderer, which says where the page looks from.
+  if (result.verdict == Verdict::pass || !differs || !work.options.images) return;
+  std::vector<std::vector<Coordinates>> live;
+  for (const Track::Frame& frame : work.live_track->frames) live.push_back(frame.poses);
+  try {
+    work.folder.write("player.html", motion_page(work.scene, result.entry.settings, live, *work.golden_track,
+                                                 result.entry.frames));
+    result.player = "player.html";
+  } catch (const Error& error) {
+    work.note(fmt::format("no page plays it: {}", error.what()));
+  }
+}
+
 }  // namespace
 
 CheckedRun check_case(const CheckOptions& options, const MadeWith& made_with, const SuiteCase& entry,
@@ -119,6 +139,7 @@ CheckedRun check_case(const CheckOptions& options, const MadeWith& made_with, co
   if (options.poses) check_poses(work);
   if (options.images && !entry.images.empty()) check_images(work);
   decide(work);
+  write_motion_page(work);
   const bool is_complete = work.result.verdict == Verdict::pass &&
                            ((has_own_track(work) && is_up_to_date(work)) || !draws_its_goldens(work));
   // After all that is noted.

@@ -19,7 +19,7 @@ void CaseFolder::clear() const {
   std::error_code none;
   for (const auto& file : std::filesystem::directory_iterator(folder_, none)) {
     const auto extension = file.path().extension();
-    if (extension == ".png" || extension == ".poses" || extension == ".track") {
+    if (extension == ".png" || extension == ".poses" || extension == ".track" || extension == ".html") {
       std::filesystem::remove(file.path());
     }
   }

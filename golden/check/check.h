@@ -104,6 +104,7 @@ struct CaseResult {
   std::vector<std::string> notes;  ///< context, never a reason to fail
   std::string flicker;          ///< the most visible pair as one animated picture: a file as those of pairs
   int flicker_frame = -1;       ///< of the case
+  std::string player;           ///< a page that plays the run beside its golden one; empty: there is none
   std::string cause;            ///< what the failure is put down to, in a few words; empty: not known
   std::string refusal;          ///< why approve() will not take it; empty: it will
   bool has_alternates = false;  ///< pictures that approve() would take beside the golden ones

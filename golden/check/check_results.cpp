@@ -226,6 +226,7 @@ Json to_json(const CheckedCase& checked) {
     for (const PicturePair& pair : result.pairs) json["pairs"].push_back(to_json(pair));
     if (!result.flicker.empty())
       json["flicker"] = {{"file", result.flicker}, {"frame", result.flicker_frame}};
+    if (!result.player.empty()) json["player"] = result.player;
     json["golden_made_with"] = checked.golden_made_with;
     json["text"] = explain(result);
     json["has_alternates"] = result.has_alternates;

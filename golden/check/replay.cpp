@@ -6,9 +6,9 @@
 #include <iterator>
 #include <optional>
 
+#include "golden/check/motion_page.h"
 #include "golden/compare/motion_comparison.h"
 #include "golden/compare/track.h"
-#include "render/player/player_page.h"
 #include "sim/error.h"
 #include "sim/loading/load_scene.h"
 #include "sim/scene/scene.h"
@@ -48,41 +48,14 @@ class Replay {
   }
 
   std::string page() {
+    if (!golden_track_) throw Error(fmt::format("{}: has no golden track to play beside it", scene_.name));
     run();
-    return player_page(scene_, comparison(), scene_.name, 1);
+    std::vector<std::vector<Coordinates>> live;
+    for (const PoseLog::Frame& frame : live_.frames) live.push_back(frame.poses);
+    return motion_page(scene_, settings_, live, *golden_track_, last_);
   }
 
  private:
-  /// With the golden run as the reference.
-  Comparison comparison() const {
-    if (!golden_track_) throw Error(fmt::format("{}: has no golden track to play beside it", scene_.name));
-    Comparison comparison;
-    comparison.runs.resize(2);
-    Run& live = comparison.runs[0];
-    live.panel.settings = settings_;
-    live.panel.title = "as it runs now";
-    Run& golden = comparison.runs[1];
-    golden.panel.kind = PanelChoice::Kind::reference;
-    ReferenceRun reference;
-    reference.method = "the golden run";
-    for (const PoseLog::Frame& frame : live_.frames) live.poses.push_back(frame.poses);
-    for (const Track::Frame& frame : golden_track_->frames) {
-      if (frame.poses.size() != scene_.bodies.size()) {
-        throw Error(fmt::format("{}: its golden run is of other bodies", scene_.name));
-      }
-      if (reference.poses.size() <= static_cast<std::size_t>(last_)) reference.poses.push_back(frame.poses);
-    }
-    golden.poses = reference.poses;
-    reference.known = reference.poses.size();
-    reference.uncertainty.assign(reference.known, Track::resolution);
-    if (reference.known <= static_cast<std::size_t>(last_)) reference.fate = "it ends";
-    for (int k = 0; k <= last_; ++k) comparison.times.push_back(k * settings_.step);
-    measure_from(scene_, reference, live);
-    if (live.poses.size() < comparison.times.size()) live.diverged = comparison.times[live.poses.size()];
-    comparison.reference = std::move(reference);
-    return comparison;
-  }
-
   std::size_t body_named(const std::string& name) const {
     for (std::size_t i = 1; i < scene_.bodies.size(); ++i) {
       if (scene_.bodies[i].name == name) return i;

@@ -179,6 +179,16 @@ std::string ReportPictures::source(const fs::path& folder, const std::string& fi
 
 namespace {
 
+/// To the page that plays the run beside its golden one, from half a second before they part.
+std::string player_link(const Json& entry) {
+  const std::string file = entry.at("files").get<std::string>() + "/" + entry.at("player").get<std::string>();
+  const int parted = entry.at("poses").at("motion").at("first_frame");
+  const double time = std::max(0.0, parted * entry.at("step").get<double>() - 0.5);
+  return fmt::format(
+      "<p>Play it beside its golden run, and turn and measure both: <a href=\"{0}#t={1:.3f}\">{0}</a></p>\n",
+      escaped(file), time);
+}
+
 /// Without its end.
 std::string section_start(const Json& entry, const ResultsPlace& place) {
   const CaseCommands commands = commands_of(entry, place);
@@ -190,6 +200,7 @@ std::string section_start(const Json& entry, const ResultsPlace& place) {
     html += fmt::format("<p>Cause: <b>{}</b></p>\n", text_of(entry.at("cause")));
   }
   html += command("replay", escaped(commands.replay), "replay");
+  if (entry.contains("player")) html += player_link(entry);
   html += command("play", escaped(commands.player), "player");
   if (commands.approve.is_there()) {
     html += command("approve", commands.approve, "approve");

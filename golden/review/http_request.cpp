@@ -83,11 +83,12 @@ HttpRequest request_in(std::string_view bytes) {
   return request;
 }
 
-std::string http_answer(int status, std::string_view type, std::string_view body) {
+std::string http_answer(int status, std::string_view type, std::string_view body,
+                        std::string_view more_headers) {
   return fmt::format(
       "HTTP/1.1 {} {}\r\nContent-Type: {}\r\nContent-Length: {}\r\nCache-Control: no-store\r\n"
-      "X-Content-Type-Options: nosniff\r\nReferrer-Policy: no-referrer\r\nConnection: close\r\n\r\n{}",
-      status, status == 200 ? "OK" : "Refused", type, body.size(), body);
+      "X-Content-Type-Options: nosniff\r\nReferrer-Policy: no-referrer\r\nConnection: close\r\n{}\r\n{}",
+      status, status == 200 ? "OK" : "Refused", type, body.size(), more_headers, body);
 }
 
 }  // namespace substep

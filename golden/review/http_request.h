@@ -23,7 +23,8 @@ std::size_t request_length(std::string_view bytes);
 /// Of all of a request's bytes. Throws Error.
 HttpRequest request_in(std::string_view bytes);
 
-/// A whole answer; the connection ends with it.
-std::string http_answer(int status, std::string_view type, std::string_view body);
+/// A whole answer; the connection ends with it. Each of `more_headers` has its line's end.
+std::string http_answer(int status, std::string_view type, std::string_view body,
+                        std::string_view more_headers = {});
 
 }  // namespace substep

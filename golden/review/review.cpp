@@ -119,7 +119,7 @@ class Reviewer {
     const std::string start = "/" + word_ + "/";
     if (!request.target.starts_with(start)) throw Refused{404, "not here"};
     const std::string what = request.target.substr(start.size());
-    if (request.method == "GET") return what.empty() ? page() : picture(what);
+    if (request.method == "GET") return what.empty() ? page() : linked(what);
     if (request.method != "POST") throw Refused{405, "not that way"};
     if (request.header("origin") != "http://" + host_) throw Refused{403, "from another page"};
     if (what == "done") {
@@ -157,15 +157,23 @@ class Reviewer {
     return http_answer(200, "text/html; charset=utf-8", text);
   }
 
-  /// One that the report links to: a PNG file in a case's folder.
-  std::string picture(const std::string& name) const {
+  /// What the report links to: a PNG file in a case's folder, or the page that plays the case, which may do
+  /// nothing but that: it is a page of another origin, which approves nothing.
+  std::string linked(const std::string& name) const {
     const bool is_plain = std::all_of(name.begin(), name.end(), [](unsigned char c) {
       return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.' || c == '/';
     });
     const fs::path path = name;
     if (!is_plain || path.is_absolute() || name.find("..") != std::string::npos ||
-        path.extension() != ".png" || !fs::is_regular_file(options_.output / path)) {
+        (path.extension() != ".png" && path.filename() != "player.html") ||
+        !fs::is_regular_file(options_.output / path)) {
       throw Refused{404, "not here"};
+    }
+    if (path.extension() == ".html") {
+      return http_answer(
+          200, "text/html; charset=utf-8", read_bytes(options_.output / path),
+          "Content-Security-Policy: sandbox allow-scripts allow-downloads; default-src 'none'; "
+          "script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src blob: data:\r\n");
     }
     return http_answer(200, "image/png", read_bytes(options_.output / path));
   }

@@ -1,7 +1,8 @@
-// The pictures: bodies, ground and sky in WebGL 2, in the light of the films: OPTICS, from the films' own shaders.
+// The pictures: bodies, ground and sky in WebGL 2, in the light of the films: OPTICS, LAMPS and LOOKS, from the films' own shaders.
+// LOOKS_SHOWN is defined for scenes whose surfaces have more than a colour or that have lights beside the sun, AS_LIGHT where shaders
+// give the picture's light, not its codes.
 
-const LIGHT = `#version 300 es
-precision highp float;
+const LIGHT = `precision highp float;
 uniform vec3 eye, to_sun, sun, zenith, horizon, bounce, ground_color;
 uniform float ground, reach;
 uniform mat4 shadow_from_world;
@@ -9,6 +10,13 @@ uniform highp sampler2DShadow shadow;
 uniform float shadow_bias;
 
 ` + OPTICS + `
+#ifdef AS_LIGHT
+#define display film
+#endif
+#ifdef LOOKS_SHOWN
+` + LAMPS + `
+#endif
+
 /// Part of the sun that reaches a point: twelve taps of a spiral.
 float sunlight(vec3 position, vec3 n) {
   vec3 place = (shadow_from_world * vec4(position + n * shadow_bias, 1.0)).xyz * 0.5 + 0.5;
@@ -24,13 +32,21 @@ float sunlight(vec3 position, vec3 n) {
 }
 `;
 
-const PLACED = `#version 300 es
-layout(location = 0) in vec3 position;
+const PLACED = `layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec3 place;
 layout(location = 3) in vec4 turn;
 layout(location = 4) in vec4 tint;
 layout(location = 5) in float body;
+#ifdef LOOKS_SHOWN
+layout(location = 6) in vec2 coordinates;
+layout(location = 7) in vec2 other_coordinates;
+layout(location = 8) in vec4 vertex_color;
+layout(location = 9) in vec4 tangent;
+out vec4 places;
+out vec4 own_color;
+out vec4 world_tangent;
+#endif
 uniform mat4 clip_from_world;
 out vec3 world_position;
 out vec3 world_normal;
@@ -42,22 +58,69 @@ void main() {
   world_normal = turned(normal);
   tint_color = tint;
   body_number = body;
+#ifdef LOOKS_SHOWN
+  places = vec4(coordinates, other_coordinates);
+  own_color = vertex_color;
+  world_tangent = vec4(turned(tangent.xyz), tangent.w);
+#endif
   gl_Position = clip_from_world * vec4(world_position, 1.0);
 }
 `;
 
-const BODY = LIGHT + `
+/** What a surface is where it is drawn, and where it is not. */
+const SURFACE = `
+#ifdef LOOKS_SHOWN
+in vec4 places;
+in vec4 own_color;
+` + LOOKS + `
+vec4 texel(sampler2D map, int role) { return texture(map, place_in_image(role, places)); }
+#endif
+uniform vec3 color;
+
+/// Base colour and alpha, which where it is below the cut-off leaves nothing to draw.
+vec4 own_base_color() {
+#ifdef LOOKS_SHOWN
+  vec4 base = vec4(color, opacity.x) * own_color * texel(color_texture, 0);
+  if (base.a < opacity.y) discard;
+  return base;
+#else
+  return vec4(color, 1.0);
+#endif
+}
+`;
+
+const BODY = LIGHT + SURFACE + `
 in vec3 world_position;
 in vec3 world_normal;
+#ifdef LOOKS_SHOWN
+in vec4 world_tangent;
+#endif
 flat in vec4 tint_color;
-uniform vec3 color;
 uniform vec2 finish;
 out vec4 code;
 void main() {
-  vec3 base_color = mix(color, tint_color.rgb, tint_color.a);
-  float metallic = mix(finish.x, 0.0, tint_color.a);
-  float roughness = clamp(finish.y, 0.06, 1.0);
-  vec3 n = normalize(gl_FrontFacing ? world_normal : -world_normal);
+  float side = gl_FrontFacing ? 1.0 : -1.0;
+  vec3 n = normalize(world_normal);
+  vec2 own_finish = finish;
+  float open = 1.0;
+  float alpha = 1.0;
+  vec3 shine = vec3(0.0);
+#ifdef LOOKS_SHOWN
+  // All texels before the first discard, which leaves neighbours without the places that texels are chosen by.
+  own_finish *= texel(finish_texture, 1).bg;
+  n = bumped(n, world_tangent, texel(normal_texture, 2).xyz);
+  open = open_part(texel(occlusion_texture, 3));
+  shine = emission.rgb * texel(emission_texture, 4).rgb * (1.0 - tint_color.a);
+#endif
+  vec4 own = own_base_color();
+#ifdef LOOKS_SHOWN
+  if (!gl_FrontFacing && opacity.w < 0.5) discard;
+  alpha = opacity.z > 0.5 ? own.a : 1.0;
+#endif
+  n *= side;
+  vec3 base_color = mix(own.rgb, tint_color.rgb, tint_color.a);
+  float metallic = mix(own_finish.x, 0.0, tint_color.a);
+  float roughness = clamp(own_finish.y, 0.06, 1.0);
   vec3 v = normalize(eye - world_position);
   float nl = max(dot(n, to_sun), 0.0);
   float nv = max(dot(n, v), 1e-3);
@@ -65,15 +128,30 @@ void main() {
   vec3 diffuse = base_color * (1.0 - metallic);
   float lit = nl > 0.0 ? sunlight(world_position, n) : 0.0;
   vec3 radiance = scattered(n, v, to_sun, nl, nv, facing, diffuse, roughness) * sun * (nl * lit);
+#ifdef LOOKS_SHOWN
+  for (int i = 0; i < light_count; ++i) {
+    vec3 towards;
+    vec3 light = lamp(i, world_position, towards);
+    float facing_light = max(dot(n, towards), 0.0);
+    radiance += scattered(n, v, towards, facing_light, nv, facing, diffuse, roughness) * light * facing_light;
+  }
+#endif
   vec3 around = mix(bounce, mix(zenith, horizon, 0.55), 0.5 + 0.5 * n.y);
   vec3 rim = facing + (max(vec3(1.0 - roughness), facing) - facing) * pow(1.0 - nv, 5.0);
-  radiance += diffuse * around * (1.0 - rim) + rim * surroundings(reflect(-v, n), roughness);
-  code = vec4(display(radiance), 1.0);
+  radiance += (diffuse * around * (1.0 - rim) + rim * surroundings(reflect(-v, n), roughness)) * open + shine;
+  vec3 shown = display(radiance);
+#ifdef LOOKS_SHOWN
+#ifdef AS_LIGHT
+  if (emission.w > 0.5) shown = clamp(base_color, 0.0, 1.0);
+#else
+  if (emission.w > 0.5) shown = srgb(clamp(base_color, 0.0, 1.0));
+#endif
+#endif
+  code = vec4(shown, alpha);
 }
 `;
 
-const GROUND_PLACE = `#version 300 es
-uniform mat4 clip_from_world;
+const GROUND_PLACE = `uniform mat4 clip_from_world;
 uniform vec3 eye;
 uniform float ground, reach;
 out vec3 world_position;
@@ -99,14 +177,20 @@ void main() {
   vec3 away = world_position - eye;
   float lit = sunlight(world_position, vec3(0.0, 1.0, 0.0));
   vec3 radiance = color * (sun * (max(to_sun.y, 0.0) * lit) + mix(zenith, horizon, 0.55));
+#ifdef LOOKS_SHOWN
+  for (int i = 0; i < light_count; ++i) {
+    vec3 towards;
+    vec3 light = lamp(i, world_position, towards);
+    radiance += color * light * max(towards.y, 0.0);
+  }
+#endif
   float fade = clamp((length(away) - reach / 16.0) / (reach - reach / 16.0), 0.0, 1.0);
   fade = 1.0 - square(1.0 - fade);
   code = vec4(display(mix(radiance, sky_light(normalize(vec3(away.x, 0.0, away.z))), fade)), 1.0);
 }
 `;
 
-const SCREEN = `#version 300 es
-void main() { gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 1.0, 1.0); }
+const SCREEN = `void main() { gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 1.0, 1.0); }
 `;
 
 const SKY = LIGHT + `
@@ -119,20 +203,32 @@ void main() {
 }
 `;
 
-const NUMBER = `#version 300 es
-precision highp float;
+const NUMBER = `precision highp float;
+` + SURFACE + `
 flat in float body_number;
 out vec4 code;
-void main() { code = vec4(mod(body_number, 256.0), floor(body_number / 256.0), 0.0, 255.0) / 255.0; }
+void main() {
+  own_base_color();
+  code = vec4(mod(body_number, 256.0), floor(body_number / 256.0), 0.0, 255.0) / 255.0;
+}
 `;
 
-const NOTHING = `#version 300 es
-precision highp float;
-void main() {}
+/** Depth alone. */
+const DEPTH = `precision highp float;
+` + SURFACE + `
+void main() { own_base_color(); }
 `;
 
-const OUTLINE = `#version 300 es
-precision highp float;
+/** The picture's light as its codes. */
+const CODES = `precision highp float;
+uniform vec3 to_sun, sun, zenith, horizon, bounce;
+` + OPTICS + `
+uniform sampler2D picture;
+out vec4 code;
+void main() { code = vec4(srgb(texelFetch(picture, ivec2(gl_FragCoord.xy), 0).rgb), 1.0); }
+`;
+
+const OUTLINE = `precision highp float;
 uniform sampler2D numbers;
 uniform int thick;
 uniform vec4 viewport;
@@ -165,28 +261,38 @@ function clipFrom({eye, right, up, forward, x, y, near, far, perspective}) {
   return new Float32Array([0, 1, 2].flatMap((c) => rows.map((row) => row[c])).concat(ends));
 }
 
+/** By Surface::Role; the units before theirs are the shadow's, and what a pass reads that draws no bodies. */
+const TEXTURE_NAMES = ['color_texture', 'finish_texture', 'normal_texture', 'occlusion_texture', 'emission_texture'];
+const TEXTURE_UNIT = 1;
+
 class Painter {
   /** Throws where there is no WebGL 2. */
   constructor(canvas, data) {
     this.data = data;
     this.gl = canvas.getContext('webgl2', {antialias: true, alpha: true, powerPreference: 'high-performance'});
     if (!this.gl) throw new Error('This browser has no WebGL 2, which the pictures need; the strips are there.');
+    // Light goes through such surfaces as light: what is drawn is kept as light then, and averaged as light.
+    this.hasVeils = data.meshes.some((primitives) => primitives.some(({look}) => look.isBlended));
+    const defines = (data.looks ? '#define LOOKS_SHOWN\n' : '') + (this.hasVeils ? '#define AS_LIGHT\n' : '');
     this.programs = {
-      body: this.program(PLACED, BODY), ground: this.program(GROUND_PLACE, GROUND), sky: this.program(SCREEN, SKY),
-      depth: this.program(PLACED, NOTHING), number: this.program(PLACED, NUMBER), outline: this.program(SCREEN, OUTLINE),
+      body: this.program(PLACED, BODY, defines), ground: this.program(GROUND_PLACE, GROUND, defines),
+      sky: this.program(SCREEN, SKY, defines), depth: this.program(PLACED, DEPTH, defines),
+      number: this.program(PLACED, NUMBER, defines), outline: this.program(SCREEN, OUTLINE), codes: this.program(SCREEN, CODES),
     };
+    this.textures = new Map();
+    this.samplers = new Map();
     this.upload();
     this.makeShadow();
     this.numbers = this.gl.createFramebuffer();
     this.nothing = this.gl.createVertexArray();
   }
 
-  program(vertex, fragment) {
+  program(vertex, fragment, defines = '') {
     const {gl} = this;
     const program = gl.createProgram();
     for (const [kind, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
       const shader = gl.createShader(kind);
-      gl.shaderSource(shader, text);
+      gl.shaderSource(shader, `#version 300 es\n${defines}${text}`);
       gl.compileShader(shader);
       gl.attachShader(program, shader);
     }
@@ -200,6 +306,8 @@ class Painter {
       const {name} = gl.getActiveUniform(program, i);
       uniforms[name] = gl.getUniformLocation(program, name);
     }
+    gl.useProgram(program);
+    TEXTURE_NAMES.forEach((name, role) => gl.uniform1i(uniforms[name] || null, TEXTURE_UNIT + role));
     return {program, uniforms};
   }
 
@@ -208,6 +316,7 @@ class Painter {
     const {gl, data} = this;
     this.order = [];
     this.draws = [];
+    this.veils = [];
     this.radii = new Float32Array(data.bodies.length);
     this.instances = gl.createBuffer();
     data.meshes.forEach((primitives, mesh) => {
@@ -218,7 +327,7 @@ class Painter {
         for (let i = 0; i < positions.length; i += 3) radius = Math.max(radius, Math.hypot(positions[i], positions[i + 1], positions[i + 2]));
       }
       for (const body of bodies) this.radii[body] = radius;
-      for (const primitive of primitives) this.draws.push(this.uploadPrimitive(primitive, this.order.length, bodies.length));
+      for (const primitive of primitives) this.uploadPrimitive(primitive, this.order.length, bodies);
       this.order.push(...bodies);
     });
     this.instanceValues = new Float32Array(this.order.length * 12);
@@ -226,26 +335,94 @@ class Painter {
     this.largest = Math.max(0.01, ...moving);
   }
 
-  uploadPrimitive(primitive, first, count) {
+  /** What has all of its bodies drawn at once, or one by one where light passes through: from back to front. */
+  uploadPrimitive(primitive, first, bodies) {
+    const {gl} = this;
+    const {positions, normals, coordinates, colors, tangents, indices, look} = primitive;
+    const buffer = (target, values) => {
+      const made = gl.createBuffer();
+      gl.bindBuffer(target, made);
+      gl.bufferData(target, values, gl.STATIC_DRAW);
+      return made;
+    };
+    gl.bindVertexArray(null);
+    const attributes = [[0, 3, positions], [1, 3, normals], [6, 2, coordinates[0]], [7, 2, coordinates[1]], [8, 4, colors], [9, 4, tangents]]
+      .filter(([, , values]) => values)
+      .map(([location, width, values]) => ({location, width, buffer: buffer(gl.ARRAY_BUFFER, values)}));
+    const elements = buffer(gl.ELEMENT_ARRAY_BUFFER, indices);
+    const draw = {size: indices.length, look: this.uploadLook(look)};
+    if (!look.isBlended) {
+      this.draws.push({...draw, vertices: this.vertexArray(attributes, elements, first), count: bodies.length});
+      return;
+    }
+    const [low, high] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
+    positions.forEach((value, i) => { low[i % 3] = Math.min(low[i % 3], value); high[i % 3] = Math.max(high[i % 3], value); });
+    const middle = low.map((value, axis) => (value + high[axis]) / 2);
+    bodies.forEach((body, i) => {
+      this.veils.push({...draw, vertices: this.vertexArray(attributes, elements, first + i), count: 1, body, middle});
+    });
+  }
+
+  /** Of instances from `first` on. */
+  vertexArray(attributes, elements, first) {
     const {gl} = this;
     const vertices = gl.createVertexArray();
     gl.bindVertexArray(vertices);
-    [primitive.positions, primitive.normals].forEach((values, location) => {
-      gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
-      gl.bufferData(gl.ARRAY_BUFFER, values, gl.STATIC_DRAW);
+    for (const {location, width, buffer} of attributes) {
+      gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
       gl.enableVertexAttribArray(location);
-      gl.vertexAttribPointer(location, 3, gl.FLOAT, false, 0, 0);
-    });
+      gl.vertexAttribPointer(location, width, gl.FLOAT, false, 0, 0);
+    }
     gl.bindBuffer(gl.ARRAY_BUFFER, this.instances);
     [[2, 3, 0], [3, 4, 3], [4, 4, 7], [5, 1, 11]].forEach(([location, width, offset]) => {
       gl.enableVertexAttribArray(location);
       gl.vertexAttribPointer(location, width, gl.FLOAT, false, 48, 48 * first + 4 * offset);
       gl.vertexAttribDivisor(location, 1);
     });
-    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
-    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, primitive.indices, gl.STATIC_DRAW);
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, elements);
     gl.bindVertexArray(null);
-    return {vertices, count, size: primitive.indices.length, color: primitive.color, finish: [primitive.metallic, primitive.roughness]};
+    // Vertices without a colour of their own.
+    gl.vertexAttrib4f(8, 1, 1, 1, 1);
+    return vertices;
+  }
+
+  uploadLook(look) {
+    if (!this.data.looks) return look;
+    const bound = look.textures.map(({image, isColor, sampler}) => ({texture: this.texture(image, isColor), sampler: this.sampler(sampler)}));
+    return {...look, bound};
+  }
+
+  /** Each image once as colour and once as numbers; −1: one white texel, which changes nothing. */
+  texture(image, isColor) {
+    const {gl, textures} = this;
+    const key = `${image} ${isColor}`;
+    if (textures.has(key)) return textures.get(key);
+    const texture = gl.createTexture();
+    gl.bindTexture(gl.TEXTURE_2D, texture);
+    const format = isColor ? gl.SRGB8_ALPHA8 : gl.RGBA8;
+    if (image < 0) {
+      gl.texImage2D(gl.TEXTURE_2D, 0, format, 1, 1, 0, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array([255, 255, 255, 255]));
+    } else {
+      gl.texImage2D(gl.TEXTURE_2D, 0, format, gl.RGBA, gl.UNSIGNED_BYTE, this.data.images[image]);
+      gl.generateMipmap(gl.TEXTURE_2D);
+    }
+    textures.set(key, texture);
+    return texture;
+  }
+
+  /** glTF has WebGL's numbers. */
+  sampler({wrapS, wrapT, magFilter, minFilter}) {
+    const {gl, samplers} = this;
+    if (!wrapS) return null;
+    const key = [wrapS, wrapT, magFilter, minFilter].join();
+    if (samplers.has(key)) return samplers.get(key);
+    const sampler = gl.createSampler();
+    for (const [name, value] of [[gl.TEXTURE_WRAP_S, wrapS], [gl.TEXTURE_WRAP_T, wrapT], [gl.TEXTURE_MAG_FILTER, magFilter],
+      [gl.TEXTURE_MIN_FILTER, minFilter]]) {
+      gl.samplerParameteri(sampler, name, value);
+    }
+    samplers.set(key, sampler);
+    return sampler;
   }
 
   makeShadow() {
@@ -278,18 +455,56 @@ class Painter {
     gl.bufferData(gl.ARRAY_BUFFER, this.instanceValues, gl.DYNAMIC_DRAW);
   }
 
-  /** Draws all bodies by a program. */
-  drawBodies({program, uniforms}, clip) {
+  /** Draws bodies by a program. */
+  drawBodies({program, uniforms}, clip, draws) {
     const {gl} = this;
     gl.useProgram(program);
     gl.uniformMatrix4fv(uniforms.clip_from_world, false, clip);
-    for (const draw of this.draws) {
-      if (uniforms.color) gl.uniform3fv(uniforms.color, draw.color);
-      if (uniforms.finish) gl.uniform2fv(uniforms.finish, draw.finish);
+    for (const draw of draws) {
+      this.setLook(uniforms, draw.look);
       gl.bindVertexArray(draw.vertices);
       gl.drawElementsInstanced(gl.TRIANGLES, draw.size, gl.UNSIGNED_INT, 0, draw.count);
     }
     gl.bindVertexArray(null);
+  }
+
+  /** What the program in use is told of a surface. */
+  setLook(uniforms, look) {
+    const {gl} = this;
+    gl.uniform3fv(uniforms.color || null, look.color);
+    gl.uniform2fv(uniforms.finish || null, look.finish);
+    if (!look.bound) return;
+    gl.uniform4fv(uniforms['image_turns[0]'] || null, look.turns);
+    gl.uniform4fv(uniforms['image_offsets[0]'] || null, look.offsets);
+    gl.uniform4fv(uniforms.emission || null, look.emission);
+    gl.uniform4fv(uniforms.opacity || null, look.opacity);
+    gl.uniform2fv(uniforms.strengths || null, look.strengths);
+    look.bound.forEach(({texture, sampler}, role) => {
+      gl.activeTexture(gl.TEXTURE0 + TEXTURE_UNIT + role);
+      gl.bindTexture(gl.TEXTURE_2D, texture);
+      gl.bindSampler(TEXTURE_UNIT + role, sampler);
+    });
+    gl.activeTexture(gl.TEXTURE0);
+  }
+
+  /** What light passes through, from back to front, and of each its far side first. */
+  drawVeils(track, k, view) {
+    const {gl} = this;
+    const away = (veil) => dot(minus(placed(poseAt(this.data, track, k, veil.body), veil.middle), view.eye), view.forward);
+    const veils = this.veils.map((veil) => [away(veil), veil]).sort(([a], [b]) => b - a);
+    gl.enable(gl.BLEND);
+    gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
+    gl.depthMask(false);
+    gl.enable(gl.CULL_FACE);
+    for (const [, veil] of veils) {
+      for (const hidden of [gl.FRONT, gl.BACK]) {
+        gl.cullFace(hidden);
+        this.drawBodies(this.programs.body, view.clip, [veil]);
+      }
+    }
+    gl.disable(gl.CULL_FACE);
+    gl.depthMask(true);
+    gl.disable(gl.BLEND);
   }
 
   /** The sun's map of what is near the bodies that move and in sight. */
@@ -323,7 +538,7 @@ class Painter {
     gl.clear(gl.DEPTH_BUFFER_BIT);
     gl.enable(gl.POLYGON_OFFSET_FILL);
     gl.polygonOffset(1.5, 4);
-    this.drawBodies(this.programs.depth, clip);
+    this.drawBodies(this.programs.depth, clip, this.draws);
     gl.disable(gl.POLYGON_OFFSET_FILL);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     return {clip, bias: 0.001 + 1.5 * half / this.shadow.size};
@@ -335,6 +550,11 @@ class Painter {
     gl.useProgram(program);
     for (const name of ['to_sun', 'sun', 'zenith', 'horizon', 'bounce', 'ground_color']) {
       if (uniforms[name]) gl.uniform3fv(uniforms[name], data.light[name]);
+    }
+    const {lamps} = data.light;
+    gl.uniform1i(uniforms.light_count || null, lamps.count);
+    for (const name of lamps.count > 0 ? ['places', 'axes', 'cones', 'colors'] : []) {
+      gl.uniform4fv(uniforms[`light_${name}[0]`] || null, lamps[name]);
     }
     gl.uniform3fv(uniforms.eye || null, view.eye);
     gl.uniform1f(uniforms.ground || null, data.light.ground);
@@ -354,6 +574,7 @@ class Painter {
     this.fillInstances(track, k, tint);
     const shadow = this.drawShadow(track, k, camera);
     const view = camera.view(box);
+    if (this.hasVeils) this.bindLight();
     gl.viewport(...box);
     gl.enable(gl.SCISSOR_TEST);
     gl.scissor(...box);
@@ -363,7 +584,11 @@ class Painter {
     gl.bindTexture(gl.TEXTURE_2D, this.shadow.texture);
     this.drawSurroundings(view, shadow);
     this.prepare(this.programs.body, view, shadow);
-    this.drawBodies(this.programs.body, view.clip);
+    this.drawBodies(this.programs.body, view.clip, this.draws);
+    if (this.hasVeils) {
+      this.drawVeils(track, k, view);
+      this.showLight(box);
+    }
     if (ghost) this.drawGhost(ghost, k, view);
     gl.disable(gl.SCISSOR_TEST);
   }
@@ -384,6 +609,61 @@ class Painter {
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 
+  /** For what is drawn next: kept as light, which an sRGB buffer blends and averages as such. */
+  bindLight() {
+    const {gl} = this;
+    const {width, height} = gl.canvas;
+    const size = `${width}x${height}`;
+    if (!this.light || this.light.size !== size) {
+      const {framebuffer, resolved, color, depth, texture} = this.light || {};
+      gl.deleteFramebuffer(framebuffer || null);
+      gl.deleteFramebuffer(resolved || null);
+      gl.deleteRenderbuffer(color || null);
+      gl.deleteRenderbuffer(depth || null);
+      gl.deleteTexture(texture || null);
+      this.light = this.makeLight(width, height, size);
+    }
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.light.framebuffer);
+  }
+
+  makeLight(width, height, size) {
+    const {gl} = this;
+    const light = {size, framebuffer: gl.createFramebuffer(), resolved: gl.createFramebuffer(), color: gl.createRenderbuffer(),
+      depth: gl.createRenderbuffer(), texture: gl.createTexture()};
+    const samples = Math.min(4, gl.getParameter(gl.MAX_SAMPLES));
+    gl.bindFramebuffer(gl.FRAMEBUFFER, light.framebuffer);
+    for (const [buffer, format, place] of [[light.color, gl.SRGB8_ALPHA8, gl.COLOR_ATTACHMENT0],
+      [light.depth, gl.DEPTH_COMPONENT24, gl.DEPTH_ATTACHMENT]]) {
+      gl.bindRenderbuffer(gl.RENDERBUFFER, buffer);
+      gl.renderbufferStorageMultisample(gl.RENDERBUFFER, samples, format, width, height);
+      gl.framebufferRenderbuffer(gl.FRAMEBUFFER, place, gl.RENDERBUFFER, buffer);
+    }
+    gl.bindTexture(gl.TEXTURE_2D, light.texture);
+    gl.texStorage2D(gl.TEXTURE_2D, 1, gl.SRGB8_ALPHA8, width, height);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, light.resolved);
+    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, light.texture, 0);
+    return light;
+  }
+
+  /** The box of what was drawn as light on the canvas. */
+  showLight([x, y, width, height]) {
+    const {gl, light} = this;
+    const {program, uniforms} = this.programs.codes;
+    const area = [x, y, x + width, y + height];
+    gl.bindFramebuffer(gl.READ_FRAMEBUFFER, light.framebuffer);
+    gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, light.resolved);
+    gl.blitFramebuffer(...area, ...area, gl.COLOR_BUFFER_BIT, gl.NEAREST);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.useProgram(program);
+    gl.bindTexture(gl.TEXTURE_2D, light.texture);
+    gl.uniform1i(uniforms.picture, 0);
+    gl.disable(gl.DEPTH_TEST);
+    gl.bindVertexArray(this.nothing);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    gl.enable(gl.DEPTH_TEST);
+  }
+
   /** Outlines of where a track has the bodies. */
   drawGhost(track, k, view) {
     const {gl} = this;
@@ -393,7 +673,7 @@ class Painter {
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.numbers);
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    this.drawBodies(this.programs.number, view.clip);
+    this.drawBodies(this.programs.number, view.clip, [...this.draws, ...this.veils]);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     const {program, uniforms} = this.programs.outline;
     gl.useProgram(program);

@@ -19,10 +19,13 @@
 #include "render/frame_uniforms.h"
 #include "render/ground.h"
 #include "render/inks.h"
+#include "render/lamps.h"
 #include "render/markup.h"
 #include "render/player/pose_stream.h"
 #include "render/renderer.h"
 #include "render/shaders.h"
+#include "render/smaller_images.h"
+#include "render/vertex_looks.h"
 #include "render/video/composition.h"
 #include "render/video/overlay.h"
 #include "render/video/seen_frames.h"
@@ -101,6 +104,22 @@ Json view_of(const Scene& scene, const Comparison& comparison, std::span<const P
           {"side", side_of(view, parts, seen)}};
 }
 
+/// The uniforms of shaders::lamps().
+Json lamps_for_page(const Lamps& lamps) {
+  const auto numbers = [&](const std::array<glm::vec4, most_lamps>& values) {
+    Json result = Json::array();
+    for (std::size_t i = 0; i < static_cast<std::size_t>(lamps.count); ++i) {
+      for (int c = 0; c < 4; ++c) result.push_back(values[i][c]);
+    }
+    return result;
+  };
+  return {{"count", lamps.count},
+          {"places", numbers(lamps.places)},
+          {"axes", numbers(lamps.axes)},
+          {"cones", numbers(lamps.cones)},
+          {"colors", numbers(lamps.colors)}};
+}
+
 Json light_of(const Scene& scene, std::span<const Part> parts) {
   FrameUniforms frame{};
   const double ground = ground_height(scene, parts);
@@ -111,7 +130,8 @@ Json light_of(const Scene& scene, std::span<const Part> parts) {
           {"horizon", list(frame.horizon)},
           {"bounce", list(frame.bounce)},
           {"ground_color", list(frame.ground_color)},
-          {"ground", ground}};
+          {"ground", ground},
+          {"lamps", lamps_for_page(lamps_of(scene, parts))}};
 }
 
 /// Of each body the mean squared distances of its mass from the planes through its centre that a turn moves:
@@ -225,7 +245,8 @@ std::string player_page(const Scene& scene, const Comparison& comparison, const 
                         double speed) {
   const double unit = position_unit(size_of(scene));
   const ErrorScale scale = error_scale(comparison);
-  const std::vector<Part> parts = gather_body_mesh(scene).parts;
+  const BodyMesh mesh = gather_body_mesh(scene);
+  const std::vector<Part>& parts = mesh.parts;
   Json data = {{"title", title},
                {"scene", scene.name},
                {"speed", speed},
@@ -240,8 +261,9 @@ std::string player_page(const Scene& scene, const Comparison& comparison, const 
                {"strips", strips_of(comparison)},
                {"ramp", error_ramp},
                {"view", view_of(scene, comparison, parts)},
-               {"light", light_of(scene, parts)}};
-  const std::string glb = animated_glb(scene, {}, 0);
+               {"light", light_of(scene, parts)},
+               {"looks", needs_looks(scene)}};
+  const std::string glb = animated_glb(with_smaller_images(scene, mesh.surfaces, ImageLimits{}), {}, 0);
   std::string poses;
   for (const Run& run : comparison.runs) {
     // A reference panel's poses stand once, at the end.
@@ -262,8 +284,10 @@ std::string player_page(const Scene& scene, const Comparison& comparison, const 
                  {"style", std::string(player_css())},
                  {"data", for_page(data)},
                  {"bytes", base64(compressed(glb + poses))},
-                 {"script", fmt::format("const OPTICS = {};\n{}{}{}{}", for_page(shaders::optics()),
-                                        recording_js(), painter_js(), strip_js(), player_js())}});
+                 {"script", fmt::format("const OPTICS = {};\nconst LAMPS = {};\nconst LOOKS = {};\n{}{}{}{}",
+                                        for_page(shaders::optics()), for_page(shaders::lamps()),
+                                        for_page(shaders::looks()), recording_js(), painter_js(), strip_js(),
+                                        player_js())}});
 }
 
 }  // namespace substep

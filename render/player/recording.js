@@ -34,8 +34,43 @@ function posesFrom(bytes, start, frames, bodies, unit, turnParts) {
   return {values, end: at};
 }
 
-/** Triangles of binary glTF, as animated_glb() writes it: [{body, positions, normals, indices, color, metallic, roughness}]. */
-function primitivesFrom(bytes) {
+/** What a material says of its textures, in the order of Surface::Role, with what stands for those that it has not. */
+function texturesOf(gltf, material) {
+  const {baseColorTexture, metallicRoughnessTexture} = material.pbrMetallicRoughness || {};
+  const infos = [baseColorTexture, metallicRoughnessTexture, material.normalTexture, material.occlusionTexture, material.emissiveTexture];
+  return infos.map((info, role) => {
+    const isColor = role === 0 || role === 4;
+    if (!info) return {image: -1, isColor, sampler: {}, turn: [1, 0, 0, 1], offset: [0, 0], coordinates: 0};
+    const {source, sampler} = gltf.textures[info.index];
+    const {offset = [0, 0], rotation = 0, scale = [1, 1]} = (info.extensions || {}).KHR_texture_transform || {};
+    const [c, s] = [Math.cos(rotation), Math.sin(rotation)];
+    const turn = [c * scale[0], s * scale[1], -s * scale[0], c * scale[1]];
+    return {image: source, isColor, sampler: gltf.samplers[sampler], turn, offset, coordinates: info.texCoord || 0};
+  });
+}
+
+/** A material as the shaders are told of it: the uniforms of LOOKS. */
+function lookOf(gltf, material) {
+  const {baseColorFactor = [1, 1, 1, 1], metallicFactor = 1, roughnessFactor = 1} = material.pbrMetallicRoughness || {};
+  const {KHR_materials_unlit: unlit, KHR_materials_emissive_strength: strong} = material.extensions || {};
+  const {normalTexture, occlusionTexture, emissiveFactor = [0, 0, 0], alphaMode, alphaCutoff = 0.5} = material;
+  const textures = texturesOf(gltf, material);
+  const shine = emissiveFactor.map((level) => level * (strong ? strong.emissiveStrength : 1));
+  const normals = normalTexture ? normalTexture.scale ?? 1 : 0;
+  const occlusion = occlusionTexture ? occlusionTexture.strength ?? 1 : 1;
+  return {
+    color: baseColorFactor.slice(0, 3), finish: [metallicFactor, roughnessFactor], textures, isBlended: alphaMode === 'BLEND',
+    turns: textures.flatMap(({turn}) => turn), offsets: textures.flatMap(({offset, coordinates}) => [...offset, coordinates, 1]),
+    emission: [...shine, unlit ? 1 : 0], strengths: [normals, occlusion],
+    opacity: [baseColorFactor[3], alphaMode === 'MASK' ? alphaCutoff : 0, alphaMode === 'BLEND' ? 1 : 0, material.doubleSided ? 1 : 0],
+  };
+}
+
+/**
+ * Binary glTF, as animated_glb() writes it: meshes, each a list of triangles [{positions, normals, coordinates, colors, tangents, indices,
+ * look}], with null for what they have not; nodes; and images as the browser decodes them, bytes unchanged.
+ */
+async function modelsFrom(bytes) {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   const jsonSize = view.getUint32(12, true);
   const gltf = JSON.parse(new TextDecoder().decode(bytes.subarray(20, 20 + jsonSize)));
@@ -43,6 +78,7 @@ function primitivesFrom(bytes) {
   const kinds = {5121: Uint8Array, 5123: Uint16Array, 5125: Uint32Array, 5126: Float32Array};
   const widths = {SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4};
   const read = (index) => {
+    if (index === undefined) return null;
     const accessor = gltf.accessors[index];
     const part = gltf.bufferViews[accessor.bufferView];
     const Kind = kinds[accessor.componentType];
@@ -50,27 +86,30 @@ function primitivesFrom(bytes) {
     const size = accessor.count * widths[accessor.type] * Kind.BYTES_PER_ELEMENT;
     return new Kind(bytes.slice(begin, begin + size).buffer);
   };
-  const meshes = gltf.meshes.map((mesh) => mesh.primitives.map((primitive) => {
-    const material = (gltf.materials || [])[primitive.material] || {};
-    const {baseColorFactor = [1, 1, 1, 1], metallicFactor = 1, roughnessFactor = 1} = material.pbrMetallicRoughness || {};
-    const positions = read(primitive.attributes.POSITION);
+  const meshes = gltf.meshes.map((mesh) => mesh.primitives.map(({attributes, indices, material}) => {
+    const positions = read(attributes.POSITION);
     return {
-      positions,
-      normals: read(primitive.attributes.NORMAL),
-      indices: 'indices' in primitive ? Uint32Array.from(read(primitive.indices)) : Uint32Array.from({length: positions.length / 3}, (_, i) => i),
-      color: baseColorFactor.slice(0, 3), metallic: metallicFactor, roughness: roughnessFactor,
+      positions, normals: read(attributes.NORMAL), coordinates: [read(attributes.TEXCOORD_0), read(attributes.TEXCOORD_1)],
+      colors: read(attributes.COLOR_0), tangents: read(attributes.TANGENT),
+      indices: indices === undefined ? Uint32Array.from({length: positions.length / 3}, (_, i) => i) : Uint32Array.from(read(indices)),
+      look: lookOf(gltf, (gltf.materials || [])[material] || {}),
     };
   }));
-  return {meshes, nodes: gltf.nodes};
+  const images = await Promise.all((gltf.images || []).map(({bufferView, mimeType}) => {
+    const {byteOffset = 0, byteLength} = gltf.bufferViews[bufferView];
+    const file = new Blob([bytes.slice(binary + byteOffset, binary + byteOffset + byteLength)], {type: mimeType});
+    return createImageBitmap(file, {premultiplyAlpha: 'none', colorSpaceConversion: 'none'});
+  }));
+  return {meshes, nodes: gltf.nodes, images};
 }
 
-/** All of the page: data, and with it `tracks` (a panel's poses), `meshes`, and which of these each body has. */
+/** All of the page: data, and with it `tracks` (a panel's poses), `meshes`, which of these each body has, and `images`. */
 async function readRecording() {
   const data = JSON.parse(document.getElementById('data').textContent);
   const bytes = await embeddedBytes();
-  const {meshes, nodes} = primitivesFrom(bytes.subarray(0, data.glb_size));
+  const {meshes, nodes, images} = await modelsFrom(bytes.subarray(0, data.glb_size));
   // Node 0 is the ground, which the painter has its own of.
-  data.meshes = meshes;
+  Object.assign(data, {meshes, images});
   data.bodies.forEach((body, i) => { body.mesh = nodes[1 + i].mesh; });
   let at = data.glb_size;
   const next = (frames) => {

@@ -108,6 +108,22 @@ TEST_F(ReportTest, TheSummaryShowsBeforeAndAfterAsOnePicture) {
       << xml;
 }
 
+TEST_F(ReportTest, LinksAPageThatPlaysWhatMovesOtherwise) {
+  break_both();
+  suite_.run();
+  EXPECT_NE(page().find("href=\"bouncing_balls.a3/player.html#t="), std::string::npos);
+  const std::string player = read_text(suite_.shown("player.html"));
+  EXPECT_NE(player.find("as it runs now"), std::string::npos);
+  EXPECT_NE(player.find("the golden run"), std::string::npos);
+}
+
+TEST_F(ReportTest, LinksNoPageWhereOnlyPicturesDiffer) {
+  replace_in(suite_.scene(), "\"intensity\":3.0", "\"intensity\":2.5");
+  suite_.run();
+  EXPECT_EQ(page().find("player.html"), std::string::npos);
+  EXPECT_FALSE(fs::exists(suite_.shown("player.html")));
+}
+
 TEST_F(ReportTest, AThousandFailuresAreAPageOfTenMegabytesThatStartsWithAPicture) {
   break_both();
   suite_.run();

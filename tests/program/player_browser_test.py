@@ -3,6 +3,8 @@
 player_browser_test.py SUBSTEP SOURCE_FOLDER [FOLDER_FOR_SCREENSHOTS]
 """
 
+import base64
+import math
 import pathlib
 import struct
 import subprocess
@@ -11,6 +13,7 @@ import tempfile
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent.parent))
+import textured_scene  # noqa: E402
 from headless_browser import browser, expect, expect_no_network  # noqa: E402
 from selenium.webdriver import ActionChains  # noqa: E402
 from selenium.webdriver.common.by import By  # noqa: E402
@@ -235,6 +238,55 @@ def escapes(page):
     expect(heads == ["A5", "A2", "Reference"], f"panels: {heads}")
 
 
+def pixels_of_png(page, content, places):
+    """As the browser decodes it: RGB at each place (x, y)."""
+    return page.chrome.execute_async_script("""
+        const [file, places, done] = arguments;
+        const image = new Image();
+        image.onload = () => {
+          const canvas = document.createElement('canvas');
+          [canvas.width, canvas.height] = [image.width, image.height];
+          const c = canvas.getContext('2d');
+          c.drawImage(image, 0, 0);
+          done(places.map(([x, y]) => Array.from(c.getImageData(x, y, 1, 1).data.slice(0, 3))));
+        };
+        image.src = 'data:image/png;base64,' + file;""", base64.b64encode(content).decode(), places)
+
+
+def shows_materials(chrome, folder, substep, screenshots):
+    """Squares with all that materials can say have the colours that the renderer gives them."""
+    textured_scene.write(folder / "squares.gltf")
+    width, height = 640, 360
+    for arguments in [["player", "squares.gltf", "--duration", "0.1", "--panel", "a5,n=2", "--output", "squares.html"],
+                      ["render", "squares.gltf", "--time", "0", "--size", f"{width}x{height}", "--output", "squares.png"]]:
+        subprocess.run([substep, *arguments], cwd=folder, check=True, capture_output=True)
+    page = Page(chrome, folder / "squares.html", screenshots)
+    expect(page.message() == "", f"the page says {page.message()}")
+    sides = page.script("return player.data.images.map(image => Math.max(image.width, image.height))")
+    expect(sorted(sides)[-1] == 512, f"images have sides of {sides} pixels: the large one is halved to 512")
+    points = [place for _, place in textured_scene.quarters()]
+    names = [name for name, _ in textured_scene.quarters()]
+    page.go(0)
+    page.keep("squares")
+    shown = page.script("""
+        player.layOut();
+        const box = player.boxOf(player.panels[0].picture);
+        const view = player.camera.view(box);
+        return arguments[0].map(point => {
+          const [x, y] = projected(view, point, box[2], box[3]).map(Math.floor);
+          return Array.from(kept.squares.slice(4 * (y * box[2] + x), 4 * (y * box[2] + x) + 3));
+        });""", points)
+    # As seen by the scene's camera, from which the page's may have stepped back.
+    eye, tangent = textured_scene.EYE, math.tan(textured_scene.FIELD_OF_VIEW / 2)
+    scale = [height / 2 / (tangent * (eye[2] - z)) for _, _, z in points]
+    places = [(int(width / 2 + s * (x - eye[0])), int(height / 2 - s * (y - eye[1]))) for s, (x, y, _) in zip(scale, points)]
+    drawn = pixels_of_png(page, (folder / "squares.png").read_bytes(), places)
+    for name, place, is_shown, should in zip(names, points, shown, drawn):
+        off = max(abs(a - b) for a, b in zip(is_shown, should))
+        expect(off <= 4, f"{name} at {place} is {is_shown}, in the renderer's picture {should}")
+    page.shot("materials")
+
+
 def without_webgl(chrome, file):
     """All but the pictures is there, and it is said why."""
     mark = chrome.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": """
@@ -271,6 +323,7 @@ def main():
             overlays(page)
             camera(page)
             saves(page, folder)
+            shows_materials(chrome, folder, substep, screenshots)
             expect_no_network(chrome)
             without_webgl(chrome, folder / "chain.html")
         finally:
