@@ -154,7 +154,7 @@ std::string funnel() {
 
   GltfBuilder gltf("funnel", 6);
   gltf.poster(1.2);
-  gltf.camera({1.5, 2.75, 2.9}, {0, 0.80, 0}, 0.52);
+  gltf.camera({2.1, 3.4, 4.05}, {0, 0.70, 0}, 0.52);
   gltf.sun({-0.5, -1, -0.35}, warm_white, daylight);
   add_ground(gltf, 0.4);
 
