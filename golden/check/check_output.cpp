@@ -28,8 +28,9 @@ double now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-/// Waits a little: a check that was ended ends its worker, which removes what it had not finished.
-bool is_locked(int file) {
+/// False where another holds it for longer than the worker of a check that was ended takes to remove what it
+/// had not finished: up to 2 s.
+bool take_lock(int file) {
   constexpr int tries = 40;
   constexpr std::chrono::milliseconds between{50};
   for (int i = 0; i < tries; ++i) {
@@ -50,7 +51,7 @@ CheckOutput::CheckOutput(fs::path folder) : folder_(std::move(folder)) {
   lock_ = ::open((folder_ / ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
   if (lock_ < 0)
     throw Error(fmt::format("{}: cannot be written to: {}", folder_.string(), std::strerror(errno)));
-  if (!is_locked(lock_)) {
+  if (!take_lock(lock_)) {
     ::close(lock_);
     throw Error(fmt::format("{}: another check is writing there: give this one an --output of its own",
                             folder_.string()));
