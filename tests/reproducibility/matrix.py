@@ -1,14 +1,17 @@
 #!/usr/bin/env python3
-"""The same bits, as a matrix: state hashes of every scene with every algorithm and treatment of joints, from every
-compiler, level, processor, locale, rounding mode and order that is here, each compared with the first.
+"""The same bits, as a matrix: state hashes of every scene with every algorithm and treatment of joints, and hashes of the
+pixels of three frames each, from every compiler, level, processor, locale, rounding mode and order that is here, each
+compared with the first.
 
     tests/reproducibility/matrix.py --build DIR [--scenes NAME …]
 
-Builds pose_hashes in folders below DIR. Processors need Debian's qemu-user, locales the package locales-all; what is
-missing is left out and said. Prints a Markdown table; the code is 1 where any hash differs.
+Builds pose_hashes and pixel_hashes in folders below DIR. Processors need Debian's qemu-user, locales the package
+locales-all; what is missing is left out and said. An emulator computes doubles a hundred times slower: there, runs of many
+bodies end sooner (EMULATED_BODY_STEPS). Prints a Markdown table; the code is 1 where any hash differs.
 """
 
 import argparse
+import dataclasses
 import datetime
 import os
 import pathlib
@@ -21,24 +24,35 @@ COMPILERS = ("g++", "clang++")
 LEVELS = ("-O0", "-O2", "-O3")
 PROCESSORS = ("Nehalem", "Haswell", "EPYC")
 LOCALES = ("de_DE.UTF-8", "tr_TR.UTF-8")
-BODY_STEPS = "1000000"  # as many as two seconds take
+BODY_STEPS = 1_000_000  # as many as two seconds take
+EMULATED_BODY_STEPS = 2_000
 ENTRIES = ("upward", "downward", "toward-zero", "flush-to-zero")
 
 
-def built(folder: pathlib.Path, compiler: str, level: str) -> pathlib.Path:
+@dataclasses.dataclass(frozen=True)
+class Programs:
+    """Of one build."""
+    folder: pathlib.Path
+
+    def hashes(self, scenes: list, before: tuple = (), options: tuple = (), environment: dict | None = None,
+               body_steps: int = BODY_STEPS) -> list[str]:
+        result = []
+        for name, arguments in (("pose_hashes", [str(body_steps)]), ("pixel_hashes", [])):
+            command = [*before, self.folder / name, *options, *arguments, *scenes]
+            run = subprocess.run(command, env={**os.environ, **(environment or {})}, capture_output=True, text=True,
+                                 check=False)
+            if run.returncode != 0:
+                return [f"{name}: code {run.returncode}: {run.stderr.strip()[-80:]}"]
+            result += run.stdout.splitlines()
+        return sorted(result)
+
+
+def built(folder: pathlib.Path, compiler: str, level: str) -> Programs:
     configure = ["cmake", "-S", SOURCE, "-B", folder, "-G", "Ninja", f"-DCMAKE_CXX_COMPILER={compiler}",
                  "-DCMAKE_BUILD_TYPE=None", f"-DCMAKE_CXX_FLAGS={level}", "-DSUBSTEP_BENCHMARKS=OFF"]
-    for command in (configure, ["cmake", "--build", folder, "--target", "pose_hashes"]):
+    for command in (configure, ["cmake", "--build", folder, "--target", "pose_hashes", "pixel_hashes"]):
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-    return folder / "tests/reproducibility/pose_hashes"
-
-
-def hashes(command: list, scenes: list, environment: dict | None = None) -> list[str]:
-    result = subprocess.run([*command, BODY_STEPS, *scenes], env={**os.environ, **(environment or {})}, capture_output=True,
-                            text=True, check=False)
-    if result.returncode != 0:
-        return [f"code {result.returncode}: {result.stderr.strip()[-80:]}"]
-    return sorted(result.stdout.splitlines())
+    return Programs(folder / "tests/reproducibility")
 
 
 def has_locale(name: str) -> bool:
@@ -47,17 +61,19 @@ def has_locale(name: str) -> bool:
 
 
 class Table:
+    """Each row's hashes against those that it should have."""
+
     def __init__(self, scenes: list):
         self.scenes = scenes
-        self.expected: list[str] = []
         self.rows: list[tuple[str, str]] = []
         self.differs = False
 
-    def add(self, what: str, lines: list[str]) -> None:
-        self.expected = self.expected or lines
-        wrong = sorted(set(lines) ^ set(self.expected))
+    def add(self, what: str, lines: list[str], expected: list[str]) -> None:
+        wrong = sorted(set(lines) ^ set(expected))
         self.differs |= bool(wrong)
-        self.rows.append((what, f"differs: {wrong[0]}" if wrong else f"the same {len(lines)} hashes"))
+        pictures = sum(" frame " in line for line in lines)
+        self.rows.append((what, f"differs: {wrong[0]}" if wrong else
+                          f"the same {len(lines) - pictures} states, {pictures} pictures"))
         print(f"{what}: {self.rows[-1][1]}", file=sys.stderr, flush=True)
 
     def leave_out(self, what: str, why: str) -> None:
@@ -68,47 +84,56 @@ class Table:
         return head + "".join(f"| {what} | {bits} |\n" for what, bits in self.rows)
 
 
-def add_environments(table: Table, program: pathlib.Path) -> None:
+def add_environments(table: Table, programs: Programs, expected: list[str]) -> None:
     for entry in ENTRIES:
-        table.add(f"entered with {entry}", hashes([program, "--entry", entry], table.scenes))
+        table.add(f"entered with {entry}", programs.hashes(table.scenes, options=("--entry", entry)), expected)
     for name in LOCALES:
         if has_locale(name):
-            table.add(f"locale {name}", hashes([program], table.scenes, {"LC_ALL": name}))
+            table.add(f"locale {name}", programs.hashes(table.scenes, environment={"LC_ALL": name}), expected)
         else:
             table.leave_out(f"locale {name}", "apt-get install locales-all")
-    table.add("scenes in the other order", hashes([program], table.scenes[::-1]))
-    twice = hashes([program], table.scenes * 2)
-    table.add("every scene twice in one process", twice[::2] if twice[::2] == twice[1::2] else twice)
+    table.add("scenes in the other order", programs.hashes(table.scenes[::-1]), expected)
+    twice = programs.hashes(table.scenes * 2)
+    table.add("every scene twice in one process", twice[::2] if twice[::2] == twice[1::2] else twice, expected)
+
+
+def add_processors(table: Table, programs: Programs) -> None:
     emulator = shutil.which("qemu-x86_64")
-    for processor in PROCESSORS:
-        if emulator:
-            table.add(f"processor {processor}", hashes([emulator, "-cpu", processor, program], table.scenes))
-        else:
+    if not emulator:
+        for processor in PROCESSORS:
             table.leave_out(f"processor {processor}", "apt-get install qemu-user")
+        return
+    expected = programs.hashes(table.scenes, body_steps=EMULATED_BODY_STEPS)
+    for processor in PROCESSORS:
+        table.add(f"processor {processor}, {EMULATED_BODY_STEPS} body-steps a run",
+                  programs.hashes(table.scenes, before=(emulator, "-cpu", processor), body_steps=EMULATED_BODY_STEPS),
+                  expected)
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--build", type=pathlib.Path, required=True, help="folder for the builds")
-    parser.add_argument("--program", type=pathlib.Path, help="pose_hashes as built already, in place of all builds")
+    parser.add_argument("--programs", type=pathlib.Path, help="folder of programs built already, in place of all builds")
     parser.add_argument("--scenes", nargs="*", default=[], help="only these (all)")
     arguments = parser.parse_args()
     files = sorted((SOURCE / "scenes").glob("*.gl[tb]*"))
     scenes = [f for f in files if not arguments.scenes or f.stem in arguments.scenes]
     table = Table(scenes)
-    program = arguments.program
-    if program:
-        table.add("as built", hashes([program], scenes))
+    programs: list[Programs] = []
+    if arguments.programs:
+        programs.append(Programs(arguments.programs))
     else:
         for compiler in COMPILERS:
             if not shutil.which(compiler):
                 table.leave_out(compiler, "not installed")
                 continue
-            for level in LEVELS:
-                here = built(arguments.build / f"{compiler.rstrip('+')}{level}", compiler, level)
-                table.add(f"{compiler} {level}", hashes([here], scenes))
-                program = program or here
-    add_environments(table, program)
+            programs += [built(arguments.build / f"{compiler.rstrip('+')}{level}", compiler, level) for level in LEVELS]
+    expected = programs[0].hashes(scenes)
+    for each in programs:
+        table.add(each.folder.parents[1].name, expected if each == programs[0] else each.hashes(scenes), expected)
+    optimised = programs[min(1, len(programs) - 1)]
+    add_environments(table, optimised, expected)
+    add_processors(table, optimised)
     print(table.markdown())
     return int(table.differs)
 

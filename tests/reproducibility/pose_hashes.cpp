@@ -7,7 +7,6 @@
 
 #include <fmt/format.h>
 
-#include <cfenv>
 #include <clocale>
 #include <cmath>
 #include <cstddef>
@@ -15,45 +14,29 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
-#include <string_view>
-
-#if defined(__x86_64__)
-#include <pmmintrin.h>
-#endif
+#include <vector>
 
 #include "sim/loading/load_scene.h"
 #include "sim/scene/scene.h"
 #include "sim/simulation.h"
+#include "tests/reproducibility/entry.h"
 
 namespace {
 
-bool enter(std::string_view mode) {
-  if (mode == "upward") return std::fesetround(FE_UPWARD) == 0;
-  if (mode == "downward") return std::fesetround(FE_DOWNWARD) == 0;
-  if (mode == "toward-zero") return std::fesetround(FE_TOWARDZERO) == 0;
-#if defined(__x86_64__)
-  if (mode == "flush-to-zero") {
-    _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);
-    _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
-    return true;
-  }
-#endif
-  return false;
+using namespace substep;
+
+/// Only those that make a difference.
+std::vector<Joints> treatments(const Scene& scene, Algorithm algorithm) {
+  if (scene.joints.empty() || algorithm == Algorithm::a1 || algorithm == Algorithm::a2) return {Joints::rows};
+  return {Joints::rows, Joints::plain, Joints::stable};
 }
 
 }  // namespace
 
 int main(int count, char** arguments) {
-  using namespace substep;
   std::setlocale(LC_ALL, "");
-  int first = 1;
-  if (count > 2 && std::string_view(arguments[1]) == "--entry") {
-    if (!enter(arguments[2])) {
-      std::fprintf(stderr, "pose_hashes: --entry %s is not known here\n", arguments[2]);
-      return 2;
-    }
-    first = 3;
-  }
+  const int first = first_after_entry(count, arguments);
+  if (first == 0) return 2;
   if (count < first + 2) {
     std::fprintf(stderr, "usage: pose_hashes [--entry MODE] BODY_STEPS SCENE.gltf ...\n");
     return 2;
@@ -64,7 +47,7 @@ int main(int count, char** arguments) {
       const Scene scene = load_scene(arguments[i]);
       for (const Algorithm algorithm :
            {Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
-        for (const Joints joints : {Joints::rows, Joints::plain, Joints::stable}) {
+        for (const Joints joints : treatments(scene, algorithm)) {
           Settings settings;
           settings.algorithm = algorithm;
           settings.joints = joints;

@@ -1,0 +1,39 @@
+#pragma once
+/// How the processor is set when the library is entered.
+
+#include <cfenv>
+#include <cstdio>
+#include <string_view>
+
+#if defined(__x86_64__)
+#include <pmmintrin.h>
+#endif
+
+namespace substep {
+
+/// Sets the rounding mode, or flush-to-zero, by its name: upward, downward, toward-zero, flush-to-zero. False
+/// where it cannot be had.
+inline bool enter(std::string_view mode) {
+  if (mode == "upward") return std::fesetround(FE_UPWARD) == 0;
+  if (mode == "downward") return std::fesetround(FE_DOWNWARD) == 0;
+  if (mode == "toward-zero") return std::fesetround(FE_TOWARDZERO) == 0;
+#if defined(__x86_64__)
+  if (mode == "flush-to-zero") {
+    _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);
+    _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
+    return true;
+  }
+#endif
+  return false;
+}
+
+/// Follows "--entry MODE" where the arguments begin with it, and says which is the first after it; 0 where
+/// the mode is not known, after a word on standard error.
+inline int first_after_entry(int count, char** arguments) {
+  if (count < 3 || std::string_view(arguments[1]) != "--entry") return 1;
+  if (enter(arguments[2])) return 3;
+  std::fprintf(stderr, "%s: --entry %s is not known here\n", arguments[0], arguments[2]);
+  return 0;
+}
+
+}  // namespace substep
