@@ -29,7 +29,7 @@ CaseWork::CaseWork(const CheckOptions& options_of, const MadeWith& with, const S
     : options(options_of), made_with(with), scene(of), folder(options.output / entry.name) {
   result.entry = entry;
   result.files = options.output / entry.name;
-  if (!entry.own_step) result.entry.settings.step = scene.step;
+  result.entry.settings = entry.settings_for(scene);
   result.step = result.entry.settings.step;
   const std::vector<std::string> names = body_names(scene);
   for (const Mask& mask : entry.masks) {

@@ -26,8 +26,7 @@ struct Shown {
 class Replay {
  public:
   Replay(const SuiteCase& entry, const ReplayOptions& options)
-      : options_(options), scene_(load_scene(entry.scene)), settings_(entry.settings) {
-    if (!entry.own_step) settings_.step = scene_.step;
+      : options_(options), scene_(load_scene(entry.scene)), settings_(entry.settings_for(scene_)) {
     last_ = options.to < 0 ? entry.frames : options.to;
     if (last_ > entry.frames) {
       throw Error(fmt::format("--to {}: the last frame of {} is {}", last_, entry.name, entry.frames));

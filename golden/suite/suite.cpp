@@ -10,6 +10,7 @@
 
 #include "sim/error.h"
 #include "sim/loading/toml_values.h"
+#include "sim/model/usual_settings.h"
 
 namespace substep {
 namespace {
@@ -274,7 +275,7 @@ class Reader : private TomlValues {
       const toml::node* const node = table.get(key);
       if (node == nullptr) continue;
       set_field(result.settings, field_named(key), *node);
-      result.own_step |= key == "step";
+      result.own_settings.push_back(field_named(key).name);
     }
     for (const auto& [key_name, node] : table) {
       const std::string_view key = key_name.str();
@@ -374,6 +375,15 @@ class Reader : private TomlValues {
 };
 
 }  // namespace
+
+Settings SuiteCase::settings_for(const Scene& of_case) const {
+  const Settings usual = usual_settings(of_case, settings.algorithm);
+  Settings result = settings;
+  for (const std::string_view field : {"step", "substeps", "iterations"}) {
+    if (std::ranges::find(own_settings, field) == own_settings.end()) copy(result, field_named(field), usual);
+  }
+  return result;
+}
 
 fs::path SuiteCase::image_file(int frame) const {
   fs::path file = sidecar;

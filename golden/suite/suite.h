@@ -14,7 +14,7 @@
 ///     time_limit = 120                # s: a case that takes longer to check is an error
 ///     tolerance = { hard = 64, level = 3, count = 20, mean = 0.5, tile_mean = 4 }   # image_comparison.h
 ///
-///     [defaults.settings]             # settings_fields.h; else default_settings(), and the scene's step
+///     [defaults.settings]             # settings_fields.h; else usual_settings() of the scene
 ///     substeps = 4
 ///
 ///     [defaults.settings.a2]          # for one algorithm
@@ -51,20 +51,22 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "golden/compare/image_comparison.h"
 #include "golden/compare/mask.h"
 #include "golden/compare/motion_comparison.h"
 #include "sim/model/settings.h"
+#include "sim/scene/scene.h"
 
 namespace substep {
 
 struct SuiteCase {
-  std::string name;             ///< "box_stack.a4"
-  std::filesystem::path scene;  ///< file
-  Settings settings;            ///< `settings.step` holds only when `own_step`
-  bool own_step = false;        ///< the suite sets the step; else the scene does
+  std::string name;                            ///< "box_stack.a4"
+  std::filesystem::path scene;                 ///< file
+  Settings settings;                           ///< as of a scene that asks for nothing: see settings_for()
+  std::vector<std::string_view> own_settings;  ///< the fields that the suite sets
   int frames = 120;
   int full_every = 10;
   std::vector<int> images;
@@ -83,6 +85,9 @@ struct SuiteCase {
   std::filesystem::path track_file;    ///< what else is kept of the golden run
   std::filesystem::path sidecar;       ///< what its goldens were made with
   std::filesystem::path image_file(int frame) const;
+
+  /// `settings` with the scene's step and sub-steps, where the suite does not set them.
+  Settings settings_for(const Scene& of_case) const;
 };
 
 /// Part `number` of `of` of a suite.

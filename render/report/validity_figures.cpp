@@ -11,6 +11,7 @@
 #include "sim/measure/stability_map.h"
 #include "sim/measure/substep_map.h"
 #include "sim/measure/validity_maps.h"
+#include "sim/model/usual_settings.h"
 
 namespace substep {
 namespace {

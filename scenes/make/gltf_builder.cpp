@@ -63,6 +63,10 @@ GltfBuilder::GltfBuilder(std::string_view name, double duration, const Vector3& 
   document_["nodes"] = Json::array();
 }
 
+void GltfBuilder::substeps(int count) {
+  document_["scenes"][0]["extras"]["substep"]["substeps"] = count;
+}
+
 void GltfBuilder::poster(double time) {
   document_["scenes"][0]["extras"]["substep"]["poster"] = time;
 }

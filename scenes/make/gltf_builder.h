@@ -100,6 +100,9 @@ class GltfBuilder {
   GltfBuilder(std::string_view name, double duration, const Vector3& gravity = Vector3(0, -9.81, 0),
               double step = 1.0 / 60);
 
+  /// The sub-steps that a run takes unless told otherwise, where bodies' masses do not say it.
+  void substeps(int count);
+
   /// The moment, in seconds, that a picture of the scene should show.
   void poster(double time);
 

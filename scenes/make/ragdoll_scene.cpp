@@ -17,6 +17,7 @@ std::string ragdoll() {
   constexpr double top = rise * steps;
 
   GltfBuilder gltf("ragdoll", 4);
+  gltf.substeps(32);  // ten are too few for its blows: see the page
   gltf.poster(0.75);
   gltf.camera({2.7, 2.6, 6.0}, {0.30, 1.20, 0}, 0.56);
   gltf.sun({-0.3, -1, -0.7}, warm_white, daylight);

@@ -11,6 +11,8 @@
 #include "sim/commands/commands.h"
 #include "sim/commands/options.h"
 #include "sim/loading/load_scene.h"
+#include "sim/loading/needed_substeps.h"
+#include "sim/model/usual_settings.h"
 #include "sim/simulation.h"
 
 namespace substep {
@@ -136,6 +138,13 @@ const char* kind_of(const Body& body) {
   return body.inverse_inertia.isZero(0) ? "kinematic" : "pivoting";
 }
 
+/// Why n is not that of most scenes; empty where it is.
+std::string reason_of_substeps(const Scene& scene) {
+  if (scene.substeps != needed_substeps(scene)) return "as its file says";
+  if (scene.substeps == default_settings(Algorithm::a5).substeps) return "";
+  return fmt::format("as its heaviest body is {:.4g} times as heavy as its lightest", mass_ratio(scene));
+}
+
 /// All that the scene holds, as it will be simulated.
 json describe(const Scene& scene) {
   json result{{"scene", scene.name},
@@ -147,9 +156,9 @@ json describe(const Scene& scene) {
               {"bodies", json::array()},
               {"joints", json::array()},
               {"warnings", scene.warnings}};
-  Settings settings = default_settings(Algorithm::a5);
-  settings.step = scene.step;
+  const Settings settings = usual_settings(scene, Algorithm::a5);
   result["default"] = label(settings);
+  result["substeps"] = {{"count", scene.substeps}, {"reason", reason_of_substeps(scene)}};
   result["modelled"] = Simulation(scene, settings).modelled();
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const Body& body = scene.bodies[i];
@@ -279,7 +288,9 @@ void print(const json& scene) {
   fmt::print("gravity {} m/s², {} s in steps of {} s\n", triple(scene.at("gravity")),
              number(scene.at("duration")), number(scene.at("step")));
   fmt::print("modelled: {}\n", scene.at("modelled").get<std::string>());
-  fmt::print("by default: {}\n", scene.at("default").get<std::string>());
+  const std::string reason = scene.at("substeps").at("reason");
+  fmt::print("by default: {}{}{}\n", scene.at("default").get<std::string>(), reason.empty() ? "" : "; n ",
+             reason);
   if (scene.at("camera").is_null()) {
     fmt::print("camera: none, so it is fitted to the motion\n");
   } else {

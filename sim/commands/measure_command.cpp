@@ -16,6 +16,7 @@
 #include "sim/error.h"
 #include "sim/log/file_output.h"
 #include "sim/measure/metrics_text.h"
+#include "sim/model/usual_settings.h"
 #include "sim/simulation.h"
 
 namespace substep {

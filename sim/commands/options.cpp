@@ -10,6 +10,7 @@
 #include "sim/error.h"
 #include "sim/loading/load_scene.h"
 #include "sim/loading/scene_files.h"
+#include "sim/model/usual_settings.h"
 #include "sim/study/sweep.h"
 
 namespace substep {
@@ -99,8 +100,7 @@ Settings SolverOptions::settings(const Scene& scene) const {
   Settings typed;
   typed.algorithm = usual_;
   apply_to(typed);
-  Settings result = default_settings(typed.algorithm);
-  result.step = scene.step;
+  Settings result = usual_settings(scene, typed.algorithm);
   apply_to(result);
   return result;
 }

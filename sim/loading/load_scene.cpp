@@ -29,6 +29,7 @@ Scene scene_of(SceneDraft draft) {
   find_attachments(draft);
   add_colliders(draft);
   place_bodies(draft);
+  read_substeps(draft.document, draft.scene);
   read_expectations(draft.document, draft.scene);
   add_joints(draft);
   add_visuals(draft);

@@ -262,10 +262,4 @@ Metrics measure(const Scene& scene, const Settings& settings, const ReferenceMot
   return metrics;
 }
 
-Settings usual_settings(const Scene& scene, Algorithm algorithm) {
-  Settings settings = default_settings(algorithm);
-  settings.step = scene.step;
-  return settings;
-}
-
 }  // namespace substep

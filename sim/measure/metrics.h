@@ -77,7 +77,4 @@ class PenetrationMeter {
   std::unique_ptr<Implementation> implementation_;
 };
 
-/// The default settings at the scene's step: what `measure` takes unless told otherwise.
-Settings usual_settings(const Scene& scene, Algorithm algorithm);
-
 }  // namespace substep

@@ -203,6 +203,7 @@ struct Scene {
   Vector3 gravity{0, -9.81, 0};       ///< m/s²
   double duration = 5;                ///< s
   double step = 1.0 / 60;             ///< s, what a run uses unless told otherwise
+  int substeps = 10;                  ///< n of A3 to A5, iterations of A2, unless told otherwise
   std::optional<double> poster;       ///< s, the moment that shows the scene's point
   bool gyroscopic = true;             ///< whether unequal moments of inertia give a gyroscopic term
   std::vector<Expectation> expected;  ///< what is known of its motion

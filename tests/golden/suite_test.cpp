@@ -73,7 +73,7 @@ substeps = 2
   EXPECT_EQ(a2.settings.algorithm, Algorithm::a2);
   EXPECT_EQ(a2.settings.iterations, 30);
   EXPECT_EQ(a2.settings.substeps, 8);
-  EXPECT_FALSE(a2.own_step);
+  EXPECT_EQ(a2.own_settings, (std::vector<std::string_view>{"substeps", "iterations"}));
   EXPECT_EQ(a2.frames, 60);
   EXPECT_EQ(a2.images, (std::vector<int>{20, 60}));
   EXPECT_EQ(a2.width, 160);
@@ -89,7 +89,14 @@ substeps = 2
   EXPECT_EQ(stable.name, "box_stack.a5-stable");
   EXPECT_EQ(stable.settings.joints, Joints::stable);
   EXPECT_EQ(stable.settings.substeps, 2);
-  EXPECT_TRUE(stable.own_step);
+  EXPECT_EQ(stable.own_settings.back(), "substeps");
+  Scene scene;
+  scene.step = 0.5;
+  scene.substeps = 40;
+  EXPECT_EQ(a2.settings_for(scene).step, 0.5);
+  EXPECT_EQ(a2.settings_for(scene).iterations, 30);
+  EXPECT_EQ(stable.settings_for(scene).step, 0.01);
+  EXPECT_EQ(stable.settings_for(scene).substeps, 2);
   EXPECT_EQ(stable.settings.step, 0.01);
   EXPECT_EQ(stable.tolerance.level, 5);
   EXPECT_EQ(stable.tolerance.count, 3);

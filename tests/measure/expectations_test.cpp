@@ -11,6 +11,7 @@
 #include "sim/loading/load_scene.h"
 #include "sim/math/rotation.h"
 #include "sim/measure/metrics.h"
+#include "sim/model/usual_settings.h"
 
 namespace substep {
 namespace {

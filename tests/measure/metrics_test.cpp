@@ -12,6 +12,7 @@
 #include "sim/measure/metrics_json.h"
 #include "sim/measure/metrics_text.h"
 #include "sim/measure/stage_times.h"
+#include "sim/model/usual_settings.h"
 #include "tests/scene_files.h"
 
 namespace substep {

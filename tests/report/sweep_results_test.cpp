@@ -16,6 +16,7 @@
 #include "sim/loading/load_scene.h"
 #include "sim/measure/measured_run.h"
 #include "sim/measure/validity_maps.h"
+#include "sim/model/usual_settings.h"
 #include "sim/study/advice.h"
 #include "sim/study/sweep_results.h"
 

@@ -200,17 +200,33 @@ TEST(LoadScene, SettingsComeFromTheExtrasOfTheDocumentAndOfTheScene) {
   EXPECT_EQ(defaults.gravity, Vector3(0, -9.81, 0));
   EXPECT_EQ(defaults.duration, 5);
   EXPECT_EQ(defaults.step, 1. / 60);
+  EXPECT_EQ(defaults.substeps, 45);  // of 2 kg and 2 t; see below
   EXPECT_FALSE(defaults.poster);
   EXPECT_TRUE(defaults.gyroscopic);
   document["extras"] = json::parse(R"({"other": 1, "substep": {"gravity": [0, 0, -1.5], "duration": 2}})");
-  document["scenes"][0]["extras"] =
-      json::parse(R"({"substep": {"duration": 3, "step": 0.01, "poster": 2, "gyroscopic": false}})");
+  document["scenes"][0]["extras"] = json::parse(
+      R"({"substep": {"duration": 3, "step": 0.01, "substeps": 17, "poster": 2, "gyroscopic": false}})");
   const Scene scene = load(document);
   EXPECT_EQ(scene.gravity, Vector3(0, 0, -1.5));
   EXPECT_EQ(scene.duration, 3);
   EXPECT_EQ(scene.step, 0.01);
+  EXPECT_EQ(scene.substeps, 17);
   EXPECT_EQ(scene.poster, 2);
   EXPECT_FALSE(scene.gyroscopic);
+}
+
+TEST(LoadScene, SubstepsFollowFromTheMassesWhereNoneAreNamed) {
+  json document = example();
+  const auto substeps = [&](double crate, double rock) {
+    physics(document, 1)["motion"]["mass"] = crate;
+    physics(document, 4)["motion"]["mass"] = rock;
+    return load(document).substeps;
+  };
+  EXPECT_EQ(substeps(2, 100), 10);      // √(2·50)
+  EXPECT_EQ(substeps(2, 102), 11);      // √102 = 10.0995…
+  EXPECT_EQ(substeps(1000, 1), 45);     // √2000 = 44.7…
+  EXPECT_EQ(substeps(0.01, 500), 100);  // at most
+  EXPECT_EQ(substeps(0, 500), 10);      // 0 kg: no force moves it
 }
 
 TEST(LoadScene, TheSecondSceneCanBeTheDefault) {

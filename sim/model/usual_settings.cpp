@@ -1,0 +1,13 @@
+#include "sim/model/usual_settings.h"
+
+namespace substep {
+
+Settings usual_settings(const Scene& scene, Algorithm algorithm) {
+  Settings settings = default_settings(algorithm);
+  settings.step = scene.step;
+  settings.substeps = scene.substeps;
+  if (algorithm == Algorithm::a2) settings.iterations = scene.substeps;
+  return settings;
+}
+
+}  // namespace substep
