@@ -217,10 +217,11 @@ struct TurnedDirections {
   }
   const RowResponses first = responses_of(x, rows.row[0], in_world);
   const RowResponses second = responses_of(x, rows.row[1], in_world ? in_world + 1 : nullptr);
-  const auto along = [&](int one, int other) { return dot(tangent[one].in_world, tangent[other].in_world); };
-  rows.gamma[0] = coupling(at, along(0, 0), rows.row[0], first);
-  rows.gamma[1] = coupling(at, along(0, 1), rows.row[0], second);
-  rows.gamma[2] = coupling(at, along(1, 1), rows.row[1], second);
+  const LaneVectors& one = tangent[0].in_world;
+  const LaneVectors& other = tangent[1].in_world;
+  rows.gamma[0] = coupling(at, dot(one, one), rows.row[0], first);
+  rows.gamma[1] = coupling(at, dot(one, other), rows.row[0], second);
+  rows.gamma[2] = coupling(at, dot(other, other), rows.row[1], second);
   invert(rows);
 }
 
