@@ -156,8 +156,8 @@ class RevolvedSearch {
     const Vector3& vertex = b_.vertices[arc.from];
     const Vector3 along = (b_.vertices[arc.to] - vertex).normalized();
     const Vector3 middle = between(arc.first, arc.last, (low + high) / 2);
-    const int end =
-        a_.axis.dot(middle) + a_.sine < 0 || (!a_.has_side && a_.radius[1] > a_.radius[0]) ? 1 : 0;
+    const bool is_top = a_.has_side ? a_.axis.dot(middle) + a_.sine < 0 : a_.radius[1] > a_.radius[0];
+    const int end = is_top ? 1 : 0;
     const double sense = along.cross(middle).dot(arc.last - arc.first) < 0 ? -1 : 1;
     // The separation's derivative along the arc.
     const auto slope = [&](double part) {

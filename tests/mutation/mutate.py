@@ -119,7 +119,7 @@ def run(command: list, seconds: float, folder: pathlib.Path) -> bool:
     limit = round(seconds)
     try:
         return subprocess.run(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-                              stdin=subprocess.DEVNULL, timeout=60 + 20 * seconds, check=False,
+                              stdin=subprocess.DEVNULL, timeout=60 + 3 * seconds, check=False,
                               preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (limit, limit))).returncode == 0
     except subprocess.TimeoutExpired:
         return False
@@ -217,7 +217,7 @@ class Workshop:
         programs = sorted(self.programs_of(mutant.file),
                           key=lambda p: self.seconds.get(p.name, 1.0) / (0.2 + kills.count(p.name)))
         for program in programs:
-            limit = 10 + 5 * self.time_of(program)
+            limit = 10 + 3 * self.time_of(program)
             called = self.build / "substep" if program.name == "program_tests" else program
             linked = self.link(str(called.relative_to(self.build)), thing, library, here / "mutant.o", here / "linked")
             if linked is None:

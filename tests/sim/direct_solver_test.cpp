@@ -92,6 +92,15 @@ TEST(EnvelopeSolver, LeavesToTheGeneralOneWhatItCannotSolve) {
   EXPECT_LT(general.residual, MlcpSolver::tolerance);  // measured 1e-13
 }
 
+TEST(EnvelopeSolver, HasNoImpulsesWithoutRows) {
+  Mlcp problem;
+  problem.bodies = 2;
+  std::vector<double> lambda{1, 2, 3};  // of the step before
+  MlcpReport report;
+  EXPECT_TRUE(EnvelopeSolver().solve(problem, lambda, report));
+  EXPECT_TRUE(lambda.empty());
+}
+
 TEST(EnvelopeSolver, IsNotMisledByALongChain) {
   // λᵀΓλ is (π/N)² of λᵀDλ there, without any redundancy.
   Settings settings;
