@@ -22,6 +22,17 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+/// A line on what was found of cases that pass, such as a golden that is not the approved one.
+void print_notes_of_passing(const Json& results) {
+  std::vector<const Json*> noted;
+  for (const Json& entry : results.at("cases"))
+    if (entry.at("verdict") == "pass" && !entry.at("notes").empty()) noted.push_back(&entry);
+  if (noted.empty()) return;
+  fmt::print("{} pass{} with a note, {}{}: {}\n", noted.size(), noted.size() == 1 ? "es" : "",
+             noted.size() == 1 ? "" : "the first ", noted.front()->at("name").get<std::string>(),
+             noted.front()->at("notes").at(0).get<std::string>());
+}
+
 /// The simplest case of each group that fails in full, a line a group, the totals, and where to look.
 void print_outcome(const Json& results, const std::filesystem::path& output) {
   const ResultsPlace place = place_of(results, output);
@@ -48,6 +59,7 @@ void print_outcome(const Json& results, const std::filesystem::path& output) {
     fmt::print("{} case{} where masked or within tolerances of bodies\n", masked,
                masked == 1 ? " differs" : "s differ");
   }
+  print_notes_of_passing(results);
   fmt::print("{}\n", results.at("totals").get<std::string>());
   fmt::print("report: {}\nfigures: {} {}\n", report_file(output).string(), results_file(output).string(),
              junit_file(output).string());

@@ -55,6 +55,24 @@ TEST_F(GoldenCommands, CheckApproveReplayAndDiffOneCase) {
                  "both.htm: give a name that ends in .html");
 }
 
+TEST_F(GoldenCommands, CheckSaysWhereAGoldenThatPassesIsNotTheApprovedOne) {
+  check();
+  ASSERT_EQ(
+      run({"approve", "--failed", "--reason", "the first", "--suite", "suite.toml", "--output", "checked"})
+          .exit_code,
+      0);
+  EXPECT_THAT(check().out, testing::Not(HasSubstr("note")));
+  std::string log = content("poses/pendulum/a3.poses");
+  const std::size_t header = log.find("substeps 10\n");
+  ASSERT_NE(header, std::string::npos);
+  write("poses/pendulum/a3.poses", log.replace(header, 12, "substeps 11\n"));
+  const Outcome outcome = check();
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.out;
+  EXPECT_THAT(outcome.out,
+              HasSubstr("1 passes with a note, pendulum.a3: the golden a3.poses is not the one that was "
+                        "approved\n1 pass"));
+}
+
 TEST_F(GoldenCommands, RefuseWhatIsNotThere) {
   for (const std::vector<std::string>& words :
        {std::vector<std::string>{"check", "--suite", "nothing.toml"},
