@@ -10,6 +10,8 @@ import pathlib
 import re
 import shutil
 import signal
+import socket
+import struct
 import subprocess
 import time
 
@@ -207,6 +209,12 @@ def a_review_approves_and_rejects_for_its_own_page_alone(folder):
     status, page = ask("GET", f"/{start}")
     expect(status == 200 and "connect-src 'self'" in page and "'Approve'" in page, "the report with buttons")
     expect(ask("GET", "/")[0] == 404, "without the word there is nothing")
+    # A browser that goes away in the middle of an answer ends nothing.
+    with socket.create_connection(tuple(host.split(":"))) as gone:
+        gone.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        gone.sendall(f"GET /{start} HTTP/1.1\r\nHost: {host}\r\n\r\n".encode())
+        gone.recv(1)
+    expect(ask("GET", f"/{start}")[0] == 200, "it still answers")
     expect(ask("GET", f"/{start}", Host="example.com")[0] == 403, "a name that leads here is another host")
     for name in ["../check/results.json", "results.json", "..%2fresults.json", "box_stack.a3/../../x.png"]:
         expect(ask("GET", f"/{start}{name}")[0] == 404, name)

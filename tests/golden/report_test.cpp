@@ -60,6 +60,20 @@ TEST_F(ReportTest, NeedsNothingFromOutside) {
   EXPECT_EQ(html.find("src=\"bouncing_balls.a3"), std::string::npos);
 }
 
+TEST_F(ReportTest, MarksWhatTheGoldensWereMadeWithWhereItIsNotThis) {
+  auto sidecar = nlohmann::ordered_json::parse(read_text(suite_.sidecar()));
+  sidecar["made_with"]["compiler"] = "gcc 99";
+  write_text(suite_.sidecar(), sidecar_text(sidecar));
+  break_both();
+  suite_.run();
+  const std::string html = page();
+  const std::size_t machines = html.find("<h3>Machines</h3>");
+  ASSERT_NE(machines, std::string::npos);
+  const std::string table = html.substr(machines, html.find("</table>", machines) - machines);
+  EXPECT_THAT(table, testing::HasSubstr("<td><mark>gcc 99</mark><br></td>"));
+  EXPECT_EQ(table.find("<mark>"), table.rfind("<mark>"));
+}
+
 TEST_F(ReportTest, TwoRunsGiveTheSameBytes) {
   break_both();
   suite_.run();

@@ -34,6 +34,8 @@ TESTS = (("sim/geometry", ("geometry", "sim")), ("sim/loading", ("scene",)), ("s
          ("sim/study", ("study", "report", "program")), ("sim/commands", ("program",)),
          ("sim", ("sim", "geometry", "measure", "scene")), ("golden/commands", ("golden", "program")),
          ("golden", ("golden",)), ("render/report", ("report",)), ("render", ("render", "program")))
+# Tests that call the program: by their path and its own.
+SCRIPTS = {"golden": ("adoption_test.py",)}
 # The goldens themselves, and figures that stand in README: they say that something is other, not what is wrong.
 GOLDENS = ("golden_test", "claims_report_test")
 SWAPS = ((r"(?<=[\w\)\]]) \+ ", " - "), (r"(?<=[\w\)\]]) - ", " + "), (r" \* ", " / "), (r" / ", " * "),
@@ -143,7 +145,7 @@ class Workshop:
     def open(self, files: set[str]) -> None:
         for command in json.loads((self.build / "compile_commands.json").read_text()):
             self.commands[command["file"]] = shlex.split(command["command"])
-        targets = sorted({program.name for file in files for program in self.programs_of(file)})
+        targets = sorted({program.name for file in files for program in self.programs_of(file) if program.suffix != ".py"})
         subprocess.run(["ninja", "-C", self.build, "substep", *targets], check=True, stdout=sys.stderr)
 
     def programs_of(self, file: str) -> list[pathlib.Path]:
@@ -154,6 +156,7 @@ class Workshop:
             for words in re.findall(r"foreach\(name ([^)]*)\)\s*substep_test\(\$\{name\}_test", text):
                 result += [self.build / "tests" / folder / f"{word}_test" for word in words.split()]
             result += [self.build / "tests" / folder / name for name in re.findall(r"substep_test\((\w+)", text)]
+            result += [TREE / "tests" / folder / name for name in SCRIPTS.get(folder, ())]
         return [program for program in result if program.name not in GOLDENS]
 
     def keep(self) -> None:
@@ -203,11 +206,16 @@ class Workshop:
         """How long it takes as the sources are, which bounds what a change may make of it. It must pass."""
         if program.name not in self.seconds:
             start = children_time()
-            if not run([program, "--gtest_brief=1"], 3600, self.build):
+            if not run(self.call_of(program), 3600, self.build):
                 sys.exit(f"{program} fails as the sources are")
             self.seconds[program.name] = children_time() - start
             self.keep()
         return self.seconds[program.name]
+
+    def call_of(self, program: pathlib.Path) -> list:
+        if program.suffix == ".py":
+            return ["/usr/bin/python3", program, self.build / "substep", TREE]
+        return [program, "--gtest_brief=1", "--gtest_fail_fast"]
 
     def tried(self, mutant: Mutant, thing: str, here: pathlib.Path, suite: bool) -> str:
         library = self.library_of(thing)
@@ -218,7 +226,8 @@ class Workshop:
                           key=lambda p: self.seconds.get(p.name, 1.0) / (0.2 + kills.count(p.name)))
         for program in programs:
             limit = 10 + 3 * self.time_of(program)
-            called = self.build / "substep" if program.name == "program_tests" else program
+            calls_the_program = program.name == "program_tests" or program.suffix == ".py"
+            called = self.build / "substep" if calls_the_program else program
             linked = self.link(str(called.relative_to(self.build)), thing, library, here / "mutant.o", here / "linked")
             if linked is None:
                 continue
@@ -227,7 +236,7 @@ class Workshop:
             if called == program:
                 passed = run([here / "linked", "--gtest_brief=1", "--gtest_fail_fast"], limit, self.build)
             else:
-                passed = self.with_program(here, [program, "--gtest_brief=1", "--gtest_fail_fast"], limit)
+                passed = self.with_program(here, self.call_of(program), limit)
             if not passed:
                 return f"killed by {program.name}"
         if not suite:
