@@ -143,14 +143,13 @@ void keep_alternates(const fs::path& sidecar_file, const std::vector<NewGolden>&
   if (!has_picture) sidecar["alternates"] = old["alternates"];
 }
 
-/// When and why, after what was noted of the approvals before: of what was renewed and not changed nothing
-/// else.
-void note_approval(const CheckResults::Case& entry, const ApproveOptions& options, bool is_new,
-                   Json& sidecar) {
+/// When and why, after what was noted of the approvals before. What passes has the same states and pictures:
+/// its approval stays, whatever of its files is written anew.
+void note_approval(const CheckResults::Case& entry, const ApproveOptions& options, Json& sidecar) {
   const Json old =
       fs::exists(entry.sidecar_file) ? Json::parse(read_bytes(entry.sidecar_file), nullptr, false) : Json();
   const bool has_old = old.is_object() && old.contains("approved");
-  if (has_old && !is_new && entry.verdict == name(Verdict::pass)) {
+  if (has_old && entry.verdict == name(Verdict::pass)) {
     sidecar["made_with"] = old.at("made_with");
     sidecar["approved"] = old.at("approved");
   } else {
@@ -197,7 +196,7 @@ std::vector<NewGolden> files_of(const CheckResults::Case& entry, const ApproveOp
   if (!files.empty() || !says_the_same(entry.sidecar_file, entry.sidecar)) {
     Json sidecar = entry.sidecar;
     keep_alternates(entry.sidecar_file, files, sidecar);
-    note_approval(entry, options, !files.empty(), sidecar);
+    note_approval(entry, options, sidecar);
     files.push_back({entry.sidecar_file, sidecar_text(sidecar)});
   }
   return files;

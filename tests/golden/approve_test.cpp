@@ -218,6 +218,24 @@ TEST_F(ApproveTest, AddsATrackToGoldensThatNeverHadOne) {
   EXPECT_EQ(goldens(), before);
 }
 
+TEST_F(ApproveTest, ARenewalKeepsWhenAndWhyItWasApproved) {
+  suite_.make_goldens();
+  auto sidecar = nlohmann::ordered_json::parse(read_text(suite_.sidecar()));
+  sidecar["approved"] = {{"date", "2020-02-02"}, {"reason", "long ago"}};
+  sidecar["made_with"]["commit"] = "an old one";
+  write_text(suite_.sidecar(), sidecar_text(sidecar));
+  write_text(suite_.scene(), read_text(suite_.scene()) + "\n");  // the same scene in another file
+  EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::pass);
+  ApproveOptions options = suite_.approval();
+  options.renews = true;
+  EXPECT_FALSE(approve(options).written.empty());
+  const auto renewed = nlohmann::ordered_json::parse(read_text(suite_.sidecar()));
+  EXPECT_NE(renewed.at("scene_hash"), sidecar.at("scene_hash"));
+  EXPECT_EQ(renewed.at("approved"), sidecar.at("approved"));
+  EXPECT_EQ(renewed.at("made_with"), sidecar.at("made_with"));
+  EXPECT_FALSE(renewed.contains("history"));
+}
+
 TEST_F(ApproveTest, RefusesDamagedResults) {
   suite_.run();
   write_text(suite_.options.output / "results.json", "{\"format\":");
