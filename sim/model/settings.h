@@ -49,7 +49,7 @@ struct Settings {
   }
 };
 
-/// One setting for all scenes; README's limits name those for which it is too little. n = 10 and m = 1 (A2:
+/// One setting for all scenes, but for n: see usual_settings.h. n = 10 and m = 1 (A2:
 /// ten iterations, as many row solves), τ = 0.6, κ = 1, of contacts τ = 0.9, κ = 0.7 (claim 17), 'stable'
 /// joints. A Settings by itself is the report's plainest: τ = κ = 1 is 'none'.
 Settings default_settings(Algorithm algorithm);
