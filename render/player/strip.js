@@ -44,7 +44,8 @@ class Strip {
     if (this.kind.name === 'gap') return lengthLabel(value);
     // Below what the reference knows of itself, an error is that or less.
     const certain = this.data.reference.uncertainty[k];
-    return value < certain ? `≤ ${lengthLabel(certain)}` : lengthLabel(value);
+    const bound = lengthLabel(certain);
+    return value >= certain ? lengthLabel(value) : bound.startsWith('<') ? bound : `≤ ${bound}`;
   }
 
   /** Sets the size by the page's. */

@@ -112,7 +112,8 @@ Sheet contact_ablation_sheet(const FigureSource& source) {
   for (const ContactAblationCosts& scene : measured) sheet.panels.push_back(contact_panel(scene));
   const Settings settings = default_settings(Algorithm::a5);
   sheet.caption = {fmt::format(
-      "A5 at the default settings of most scenes (n = {}, m = {}, τ = {}, κ = {} of joints/contacts, {} joints, the scene's "
+      "A5 at the default settings of most scenes (n = {}, m = {}, τ = {}, κ = {} of joints/contacts, {} "
+      "joints, the scene's "
       "step) with one of the six readings of contacts taken out. Further to the left is better; the dashed "
       "line is where "
       "all six are.",

@@ -126,6 +126,12 @@ std::string length_label(double metres) {
   return metres > 0 ? "< 1 µm" : "0";
 }
 
+std::string error_label(double metres, double certain) {
+  if (metres >= certain) return length_label(metres);
+  const std::string bound = length_label(certain);
+  return bound.starts_with('<') ? bound : "≤ " + bound;
+}
+
 double ErrorScale::height(double metres) const {
   const double smallest = std::pow(10.0, lower);
   const double decades = std::log10(std::max(metres, smallest)) - lower;
@@ -626,9 +632,7 @@ std::string Composition::value_label(const StripBox& strip, std::size_t run, std
   const double value = series(strip, run)[k];
   if (strip.kind == Strip::energy) return energy_label(value);
   if (strip.kind == Strip::gap) return length_label(value);
-  // Below what the reference knows of itself, an error is that or less.
-  const double certain = comparison_.reference->uncertainty[k];
-  return value < certain ? "≤ " + length_label(certain) : length_label(value);
+  return error_label(value, comparison_.reference->uncertainty[k]);
 }
 
 void Composition::draw_strip(Image& image, const StripBox& strip, std::size_t run, std::size_t k) const {

@@ -38,6 +38,10 @@ Dash dash_of(std::size_t run);
 /// "1.23 m", "45.6 mm", "7.8 µm": three digits at most, for reading, not for files.
 std::string length_label(double metres);
 
+/// An error by a reference that is itself known to `certain`, m: what is below that is "≤ 2.0 µm", or "< 1
+/// µm".
+std::string error_label(double metres, double certain);
+
 /// "+1.23 kJ", "−45.6 mJ", "0 J".
 std::string energy_label(double joules);
 

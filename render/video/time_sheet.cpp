@@ -49,9 +49,7 @@ void draw_run(Image& image, const Grid& grid, std::size_t row, const Run& run, c
 
 std::string note_on(const Comparison& comparison, const Run& run, std::size_t frame) {
   if (frame < run.errors.size()) {
-    const double certain = comparison.reference->uncertainty[frame];
-    const bool is_certain = run.errors[frame] >= certain;
-    return is_certain ? length_label(run.errors[frame]) : "≤ " + length_label(certain);
+    return error_label(run.errors[frame], comparison.reference->uncertainty[frame]);
   }
   if (run.diverged && frame >= run.poses.size()) {
     return fmt::format("diverged at {:.2f} s", *run.diverged);

@@ -213,6 +213,10 @@ TEST(Composition, LengthsHaveThreeDigitsAndTheirUnit) {
   EXPECT_EQ(length_label(1.5), "1.50 m");
   EXPECT_EQ(length_label(1234), "1.23 km");
   EXPECT_EQ(length_label(1e300), "> 1000 km");
+  EXPECT_EQ(error_label(0.002, 0.001), "2.00 mm");
+  EXPECT_EQ(error_label(0.001, 0.002), "≤ 2.00 mm");
+  EXPECT_EQ(error_label(0, 2e-7), "< 1 µm");
+  EXPECT_EQ(error_label(0, 0), "0");
 }
 
 TEST(Composition, ScaleHoldsTheErrorsAndNoMoreThanFiveDecades) {
