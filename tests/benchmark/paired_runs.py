@@ -1,0 +1,70 @@
+#!/usr/bin/env python3
+"""Whether a change made a scene slower: two programs run each scene in turn, as often as asked, and the median of the pairs'
+ratios of CPU time is printed, below 1 where AFTER is the faster. A scene is run for so long that a run takes a third of a second.
+
+    tests/benchmark/paired_runs.py BEFORE AFTER --algorithm a5 --rounds 5 [--scenes SCENE.gltf …]
+
+BEFORE and AFTER are two builds' programs. Scenes (all of this tree) must be readable by both. The code is 1 where a scene is
+slower by more than --limit.
+"""
+
+import argparse
+import pathlib
+import resource
+import statistics
+import subprocess
+import sys
+import tempfile
+
+SCENES = pathlib.Path(__file__).resolve().parents[2] / "scenes"
+SETTINGS = ["--substeps", "10", "--iterations", "1", "--tau", "0.6", "--kappa", "1", "--joints", "stable"]
+LEAST = 0.35  # s of a run
+MOST = 6.0
+
+
+def cpu_time(program: str, scene: pathlib.Path, algorithm: str, duration: float, folder: str) -> float:
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run([program, "run", scene, "--algorithm", algorithm, *SETTINGS, "--duration", str(duration), "--output",
+                    folder + "/run.poses"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def duration_for(program: str, scene: pathlib.Path, algorithm: str, folder: str) -> float:
+    duration = 5.0
+    taken = cpu_time(program, scene, algorithm, duration, folder)
+    while taken < LEAST and duration < 640:
+        duration *= 2
+        taken = cpu_time(program, scene, algorithm, duration, folder)
+    return duration if taken < MOST else max(1.0, duration * MOST / taken)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("before")
+    parser.add_argument("after")
+    parser.add_argument("--scenes", nargs="*", type=pathlib.Path, default=[])
+    parser.add_argument("--algorithm", default="a5")
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--limit", type=float, default=1.05)
+    arguments = parser.parse_args()
+    slower = 0
+    print("| scene | s simulated | CPU s before | after | after / before | lowest | highest |\n|---|---:|---:|---:|---:|---:|---:|")
+    with tempfile.TemporaryDirectory() as folder:
+        for scene in arguments.scenes or sorted(SCENES.glob("*.gltf")):
+            duration = duration_for(arguments.after, scene, arguments.algorithm, folder)
+            times: dict[str, list[float]] = {arguments.before: [], arguments.after: []}
+            for round_ in range(arguments.rounds):
+                order = (arguments.before, arguments.after)
+                for program in order if round_ % 2 else order[::-1]:
+                    times[program].append(cpu_time(program, scene, arguments.algorithm, duration, folder))
+            before, after = times[arguments.before], times[arguments.after]
+            ratios = [a / b for a, b in zip(after, before)]
+            slower += statistics.median(ratios) > arguments.limit
+            print(f"| {scene.stem} | {duration:.3g} | {statistics.median(before):.3f} | {statistics.median(after):.3f} | "
+                  f"{statistics.median(ratios):.2f} | {min(ratios):.2f} | {max(ratios):.2f} |", flush=True)
+    return int(slower > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
