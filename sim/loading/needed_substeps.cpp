@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim/model/settings.h"
+
 namespace substep {
 
 double mass_ratio(const Scene& scene) {
@@ -17,7 +19,7 @@ double mass_ratio(const Scene& scene) {
 }
 
 int needed_substeps(const Scene& scene) {
-  constexpr double enough_for_most = 10;
+  const double enough_for_most = default_settings(Algorithm::a5).substeps;
   constexpr double at_most = 100;
   return static_cast<int>(std::ceil(std::clamp(std::sqrt(2 * mass_ratio(scene)), enough_for_most, at_most)));
 }

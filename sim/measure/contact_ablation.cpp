@@ -121,7 +121,7 @@ ContactAblationCosts costs_of(const std::filesystem::path& folder, const Ablated
 
 std::vector<Run> ablations_of(const Scene& scene) {
   std::vector<Run> runs;
-  // One n for all scenes, whatever they ask for: the columns are compared.
+  // One n for all scenes, as the caption says: with its own, limits by sub-step cost heavy_on_light nothing.
   Settings settings = default_settings(Algorithm::a5);
   settings.step = scene.step;
   for (const ContactAblation approximation : contact_ablations)

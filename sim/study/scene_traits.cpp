@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "sim/error.h"
+#include "sim/loading/needed_substeps.h"
 #include "sim/measure/metrics.h"
 #include "sim/model/model.h"
 
@@ -68,17 +69,6 @@ double spring_angle(const Scene& scene) {
     }
   }
   return scene.step * std::sqrt(most);
-}
-
-double mass_ratio(const Scene& scene) {
-  double least = 0;
-  double most = 0;
-  for (const Body& body : scene.bodies) {
-    if (body.inverse_mass == 0) continue;
-    least = least == 0 ? body.inverse_mass : std::min(least, body.inverse_mass);
-    most = std::max(most, body.inverse_mass);
-  }
-  return least > 0 ? most / least : 1;
 }
 
 }  // namespace

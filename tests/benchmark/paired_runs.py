@@ -4,8 +4,9 @@ ratios of CPU time is printed, below 1 where AFTER is the faster. A scene is run
 
     tests/benchmark/paired_runs.py BEFORE AFTER --algorithm a5 --rounds 5 [--scenes SCENE.gltf …]
 
-BEFORE and AFTER are two builds' programs. Scenes (all of this tree) must be readable by both. The code is 1 where a scene is
-slower by more than --limit.
+BEFORE and AFTER are two builds' programs. Scenes (all of this tree) must be readable by both: where their runs do not end alike, no
+time is compared. The last line is the median over the scenes. The code is 1 where a scene is slower by more than --limit, or was not
+compared.
 """
 
 import argparse
@@ -22,20 +23,21 @@ LEAST = 0.35  # s of a run
 MOST = 6.0
 
 
-def cpu_time(program: str, scene: pathlib.Path, algorithm: str, duration: float, folder: str) -> float:
+def timed(program: str, scene: pathlib.Path, algorithm: str, duration: float, folder: str) -> tuple[float, int]:
+    """CPU time, and the code that the run ended with: 1 of one that diverged."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    subprocess.run([program, "run", scene, "--algorithm", algorithm, *SETTINGS, "--duration", str(duration), "--output",
-                    folder + "/run.poses"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
+    run = subprocess.run([program, "run", scene, "--algorithm", algorithm, *SETTINGS, "--duration", str(duration), "--output",
+                          folder + "/run.poses"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, run.returncode
 
 
 def duration_for(program: str, scene: pathlib.Path, algorithm: str, folder: str) -> float:
     duration = 5.0
-    taken = cpu_time(program, scene, algorithm, duration, folder)
+    taken, _ = timed(program, scene, algorithm, duration, folder)
     while taken < LEAST and duration < 640:
         duration *= 2
-        taken = cpu_time(program, scene, algorithm, duration, folder)
+        taken, _ = timed(program, scene, algorithm, duration, folder)
     return duration if taken < MOST else max(1.0, duration * MOST / taken)
 
 
@@ -48,22 +50,33 @@ def main() -> int:
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--limit", type=float, default=1.05)
     arguments = parser.parse_args()
-    slower = 0
+    medians = []
+    is_good = True
     print("| scene | s simulated | CPU s before | after | after / before | lowest | highest |\n|---|---:|---:|---:|---:|---:|---:|")
     with tempfile.TemporaryDirectory() as folder:
         for scene in arguments.scenes or sorted(SCENES.glob("*.gltf")):
             duration = duration_for(arguments.after, scene, arguments.algorithm, folder)
             times: dict[str, list[float]] = {arguments.before: [], arguments.after: []}
+            codes: dict[str, set[int]] = {arguments.before: set(), arguments.after: set()}
             for round_ in range(arguments.rounds):
                 order = (arguments.before, arguments.after)
                 for program in order if round_ % 2 else order[::-1]:
-                    times[program].append(cpu_time(program, scene, arguments.algorithm, duration, folder))
+                    taken, code = timed(program, scene, arguments.algorithm, duration, folder)
+                    times[program].append(taken)
+                    codes[program].add(code)
+            if codes[arguments.before] != codes[arguments.after] or not codes[arguments.after] <= {0, 1}:
+                is_good = False
+                print(f"| {scene.stem} | {duration:.3g} | code {codes[arguments.before]} | {codes[arguments.after]} | | | |", flush=True)
+                continue
             before, after = times[arguments.before], times[arguments.after]
             ratios = [a / b for a, b in zip(after, before)]
-            slower += statistics.median(ratios) > arguments.limit
+            medians.append(statistics.median(ratios))
+            is_good = is_good and medians[-1] <= arguments.limit
             print(f"| {scene.stem} | {duration:.3g} | {statistics.median(before):.3f} | {statistics.median(after):.3f} | "
                   f"{statistics.median(ratios):.2f} | {min(ratios):.2f} | {max(ratios):.2f} |", flush=True)
-    return int(slower > 0)
+    if medians:
+        print(f"| median | | | | {statistics.median(medians):.2f} | {min(medians):.2f} | {max(medians):.2f} |")
+    return 0 if is_good else 1
 
 
 if __name__ == "__main__":

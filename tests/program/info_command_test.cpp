@@ -28,6 +28,20 @@ TEST_F(InfoCommand, SaysWhatASceneContains) {
   EXPECT_THAT(outcome.out, HasSubstr("\njoints:\n"));
 }
 
+TEST_F(InfoCommand, SaysWhyAScenesSubstepsAreNotThoseOfMost) {
+  const auto words = [&](const char* name) {
+    const std::string out = run({"info", scene(name)}).out;
+    const std::size_t start = out.find("\nby default: ");
+    return out.substr(start, out.find('\n', start + 1) - start);
+  };
+  EXPECT_THAT(words("heavy_chain.gltf"), HasSubstr(" n=45 "));
+  EXPECT_THAT(words("heavy_chain.gltf"),
+              testing::EndsWith("n as its heaviest body is 1000 times as heavy as its lightest"));
+  EXPECT_THAT(words("ragdoll.gltf"), HasSubstr(" n=32 "));
+  EXPECT_THAT(words("ragdoll.gltf"), testing::EndsWith("; n as its file says"));
+  EXPECT_THAT(words("box_stack.gltf"), testing::Not(HasSubstr(";")));
+}
+
 TEST_F(InfoCommand, GivesTheSameAsJson) {
   const Outcome outcome = run({"info", "--json", mesh("gear.stl"), "--scale", "0.001", "--mass", "0.25"});
   EXPECT_EQ(outcome.exit_code, 0);

@@ -3,6 +3,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <sstream>
 #include <string>
@@ -145,6 +146,18 @@ TEST_F(RunCommand, DiffNamesFrameAndSetting) {
   EXPECT_THAT(outcome.out, HasSubstr("tau: 0.6 → 0.5\n"));
   EXPECT_THAT(outcome.out, HasSubstr("first different state: frame "));
   EXPECT_THAT(outcome.out, HasSubstr("most in body "));
+}
+
+TEST_F(RunCommand, EverySceneIsBoundedInA5ByDefault) {
+  int scenes = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(std::string(SUBSTEP_SOURCE_DIR) + "/scenes")) {
+    if (entry.path().extension() != ".gltf") continue;
+    ++scenes;
+    const Outcome outcome =
+        run({"run", entry.path().string(), "--algorithm", "a5", "--strict", "--output", "a.poses"});
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  }
+  EXPECT_GT(scenes, 40);
 }
 
 TEST_F(RunCommand, SaysWhatGaveWayAndStrictlyDoesNotPassIt) {

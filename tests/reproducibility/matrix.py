@@ -127,6 +127,8 @@ def main() -> int:
             continue
         for level in LEVELS:
             builds[f"{compiler} {level}"] = built(arguments.build / f"{compiler.rstrip('+')}{level}", compiler, level)
+    if not builds:
+        sys.exit(f"none of {', '.join(COMPILERS)} is installed")
     first = next(programs for name, programs in builds.items() if not name.endswith("-O0"))
     expected = first.hashes(scenes)
     expected_of_few = first.hashes(scenes, body_steps=SLOW_BODY_STEPS)

@@ -22,6 +22,7 @@ TEST(Settings, AreFoundByTheirNames) {
 
 TEST(Settings, TakeTheScenesStepAndSubstepsAndA2AsManyIterations) {
   Scene scene;
+  EXPECT_EQ(usual_settings(scene, Algorithm::a5).substeps, default_settings(Algorithm::a5).substeps);
   scene.step = 0.02;
   scene.substeps = 45;
   const Settings a2 = usual_settings(scene, Algorithm::a2);
