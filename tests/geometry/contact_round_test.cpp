@@ -243,6 +243,7 @@ TEST(RoundContacts, OfAFlatConeOnItsSideLieAlongIt) {
                                         {{0, -0.5, 0}, Quaternion::Identity()}, 0.02),
                                contacts(make_cylinder(height, bottom, top), pose, floor, {}, 0.02)}) {
       ASSERT_EQ(points.size(), 2U) << height;
+      // Measured 2e-16 and 1e-16.
       for (const ContactPoint& point : points) EXPECT_NEAR(point.distance, -0.001, 1e-14) << height;
       EXPECT_NEAR((points[0].on_a - points[1].on_a).norm(), slant, 1e-12) << height;
     }
