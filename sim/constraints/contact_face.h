@@ -55,13 +55,11 @@ struct Wrench {
                           wrench.torque[2] + by_force[2]}});
 }
 
-/// v ← v + M⁻¹Jᵀ wrench. `inertia` is null where rows are in the bodies' frames.
-[[gnu::always_inline]] inline void give(const ContactBatch& x, const ContactFace& face,
-                                        const FaceInertias* inertia, const Wrench& wrench, Moving& a,
-                                        Moving& b) {
-  const LaneVectors force = composed(face.in_world, wrench.force);
-  const LaneVectors torque_a = torque_on(face.in_a, face.arm_a, wrench);
-  const LaneVectors torque_b = torque_on(face.in_b, face.arm_b, wrench);
+/// v ← v + M⁻¹ (force, torques), as the rows see the bodies. `inertia` is null where rows are in the bodies'
+/// frames.
+[[gnu::always_inline]] inline void push(const ContactBatch& x, const FaceInertias* inertia,
+                                        const LaneVectors& force, const LaneVectors& torque_a,
+                                        const LaneVectors& torque_b, Moving& a, Moving& b) {
   const LaneVectors turn_a =
       inertia ? composed(inertia->a, torque_a) : product(x.inverse_inertia_a, torque_a);
   const LaneVectors turn_b =
@@ -72,6 +70,14 @@ struct Wrench {
     a.angular[k] += turn_a[k];
     b.angular[k] -= turn_b[k];
   }
+}
+
+/// v ← v + M⁻¹Jᵀ wrench.
+[[gnu::always_inline]] inline void give(const ContactBatch& x, const ContactFace& face,
+                                        const FaceInertias* inertia, const Wrench& wrench, Moving& a,
+                                        Moving& b) {
+  push(x, inertia, composed(face.in_world, wrench.force), torque_on(face.in_a, face.arm_a, wrench),
+       torque_on(face.in_b, face.arm_b, wrench), a, b);
 }
 
 }  // namespace substep

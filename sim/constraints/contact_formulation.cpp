@@ -45,9 +45,16 @@ struct Direction {
   LaneVectors in_a;
 };
 
-[[gnu::always_inline]] inline Direction direction_of(const BatchBodies& at, const LaneVectors& in_b) {
+[[gnu::always_inline]] inline void set_direction(const BatchBodies& at, const LaneVectors& in_b,
+                                                 Direction& direction) {
+  // By components: a whole is copied as bytes.
   const LaneVectors in_world = turned(at.rotation_b, in_b);
-  return {in_b, in_world, turned_back(at.rotation_a, in_world)};
+  const LaneVectors in_a = turned_back(at.rotation_a, in_world);
+  for (int k = 0; k < 3; ++k) {
+    direction.in_b[k] = in_b[k];
+    direction.in_world[k] = in_world[k];
+    direction.in_a[k] = in_a[k];
+  }
 }
 
 /// The angular parts of J and of M⁻¹Jᵀ of a row; returns the contact's distance along its direction.
@@ -147,20 +154,19 @@ struct PointArms {
 /// Formulated anew in a step (A3), a round body has turned: its point is now another of its surface, where
 /// the normal meets it. Fixed in the body, it would leave the contact by what the body rolls, and push where
 /// nothing touches; and a normal that turns with a round body would push aside.
-[[gnu::always_inline]] inline void roll(const BatchBodies& at, const FourContacts& contact,
-                                        const LaneVectors& normal, PointArms& arms) {
+[[gnu::always_inline]] inline void roll(const FourContacts& contact, const Direction& normal,
+                                        PointArms& arms) {
   const auto rolls_a = gather(contact, &Contact::rolls_a) > all(0);
   if (any(rolls_a)) {
     const LaneVectors arm =
-        lowest(gather(contact, &Contact::ellipsoid_a), gather(contact, &Contact::centre_a),
-               turned_back(at.rotation_a, turned(at.rotation_b, normal)));
+        lowest(gather(contact, &Contact::ellipsoid_a), gather(contact, &Contact::centre_a), normal.in_a);
     for (int k = 0; k < 3; ++k) arms.a[k] = choose(rolls_a, arm[k], arms.a[k]);
   }
   const auto rolls_b = gather(contact, &Contact::rolls_b) > all(0);
   if (any(rolls_b)) {
     const LaneVectors arm =
         lowest(gather(contact, &Contact::ellipsoid_b), gather(contact, &Contact::centre_b),
-               {{-normal[0], -normal[1], -normal[2]}});
+               {{-normal.in_b[0], -normal.in_b[1], -normal.in_b[2]}});
     for (int k = 0; k < 3; ++k) arms.b[k] = choose(rolls_b, arm[k], arms.b[k]);
   }
 }
@@ -178,10 +184,10 @@ struct TurnedDirections {
   PointDirections point{gather(contact, &Contact::normal_b),
                         {gather(contact, &Contact::tangent_b1), gather(contact, &Contact::tangent_b2)}};
   if (from.anew) turn_back(at, x, contact, from, point);
-  turned_directions.normal = direction_of(at, point.normal);
+  set_direction(at, point.normal, turned_directions.normal);
   directions.normal = turned_directions.normal.in_world;
   for (int k = 0; k < 2; ++k) {
-    turned_directions.tangent[k] = direction_of(at, point.tangent[k]);
+    set_direction(at, point.tangent[k], turned_directions.tangent[k]);
     directions.tangent[k] = turned_directions.tangent[k].in_world;
   }
 }
@@ -278,32 +284,31 @@ void leave_out(const ContactBatch& x, NormalRow* normals, FrictionRows* friction
 }
 
 /// The arms of the i-th points.
-[[gnu::always_inline]] inline PointArms arms_of(const BatchBodies& at, const FourContacts& contact,
-                                                const LaneVectors& normal, bool anew) {
+[[gnu::always_inline]] inline PointArms arms_of(const FourContacts& contact, const Direction& normal,
+                                                bool anew) {
   PointArms arms{gather(contact, &Contact::arm_a), gather(contact, &Contact::arm_b)};
-  if (anew) roll(at, contact, normal, arms);
+  if (anew) roll(contact, normal, arms);
   return arms;
 }
 
-/// Where a face's first point and its deepest one are: the one says where the centre is across the normal,
-/// the other along it.
+/// Where a face's points are. The first says where the centre is across the normal, the deepest along it.
 struct FaceArms {
-  PointArms first;
+  PointArms point[most_in_manifold];
   Lanes height_a;
   Lanes height_b;
 };
 
-[[gnu::always_inline]] inline FaceArms face_arms_of(const ContactBatch& x, const BatchBodies& at,
-                                                    const Direction& normal, const Formulation& from) {
-  FaceArms face{};
-  Lanes least = all(0);
+[[gnu::always_inline]] inline void set_face_arms(const ContactBatch& x, const Direction& normal,
+                                                 const Formulation& from, FaceArms& face) {
+  Lanes least;
   for (int i = 0; i < x.contacts; ++i) {
-    const PointArms arms = arms_of(at, contacts_of(x, i, from.contacts), normal.in_b, from.anew);
-    const Lanes height_a = dot(normal.in_a, arms.a);
-    const Lanes height_b = dot(normal.in_b, arms.b);
+    face.point[i] = arms_of(contacts_of(x, i, from.contacts), normal, from.anew);
+    const Lanes height_a = dot(normal.in_a, face.point[i].a);
+    const Lanes height_b = dot(normal.in_b, face.point[i].b);
     const Lanes gap = height_a - height_b;
     if (i == 0) {
-      face = {arms, height_a, height_b};
+      face.height_a = height_a;
+      face.height_b = height_b;
       least = gap;
       continue;
     }
@@ -312,7 +317,6 @@ struct FaceArms {
     face.height_a = choose(deeper, height_a, face.height_a);
     face.height_b = choose(deeper, height_b, face.height_b);
   }
-  return face;
 }
 
 /// Where friction of a face's point acts.
@@ -338,6 +342,47 @@ struct FaceArms {
   }
 }
 
+[[gnu::always_inline]] inline LaneVectors all_zero() {
+  const Lanes zero = all(0);
+  return {{zero, zero, zero}};
+}
+
+/// What a force at the centre and torques on the bodies change.
+[[gnu::always_inline]] inline RelativeMotion change_by(const ContactBatch& x, const ContactFace& face,
+                                                       const FaceInertias* inertia, const LaneVectors& force,
+                                                       const LaneVectors& torque_a,
+                                                       const LaneVectors& torque_b) {
+  Moving a{all_zero(), all_zero()};
+  Moving b{all_zero(), all_zero()};
+  push(x, inertia, force, torque_a, torque_b, a, b);
+  return relative_motion(face, a, b);
+}
+
+/// Of a unit of force along the first or the second tangent: torque_on() without what is zero.
+[[gnu::always_inline]] inline LaneVectors torque_of_tangent(const LaneVectors (&axes)[3],
+                                                            const LaneVectors& arm, int tangent) {
+  LaneVectors torque;
+  for (int k = 0; k < 3; ++k) {
+    torque[k] =
+        tangent == 1 ? axes[2][k] * arm[0] - axes[0][k] * arm[2] : axes[0][k] * arm[1] - axes[1][k] * arm[0];
+  }
+  return torque;
+}
+
+[[gnu::always_inline]] inline RelativeMotion change_by_tangent(const ContactBatch& x, const ContactFace& face,
+                                                               const FaceInertias* inertia, int tangent) {
+  return change_by(x, face, inertia, face.in_world[tangent],
+                   torque_of_tangent(face.in_a, face.arm_a, tangent),
+                   torque_of_tangent(face.in_b, face.arm_b, tangent));
+}
+
+/// Of a component of friction, by what normals change.
+[[gnu::always_inline]] inline void keep(const RelativeMotion& change, Lanes* by_normals) {
+  by_normals[0] = change.linear[0];
+  by_normals[1] = change.angular[1];
+  by_normals[2] = change.angular[2];
+}
+
 [[gnu::always_inline]] inline void set_face(const ContactBatch& x, const BatchBodies& at,
                                             const TurnedDirections& along_all, const FaceArms& arms,
                                             FaceInertias* inertia, ContactFace& face) {
@@ -349,31 +394,26 @@ struct FaceArms {
     face.in_a[k] = inertia ? axes[k]->in_world : axes[k]->in_a;
     face.in_b[k] = inertia ? axes[k]->in_world : axes[k]->in_b;
     if (k == 0) continue;
-    face.arm_a[k] = dot(axes[k]->in_a, arms.first.a);
-    face.arm_b[k] = dot(axes[k]->in_b, arms.first.b);
+    face.arm_a[k] = dot(axes[k]->in_a, arms.point[0].a);
+    face.arm_b[k] = dot(axes[k]->in_b, arms.point[0].b);
   }
   if (inertia) {
     set_inertia(at.rotation_a, x.inverse_inertia_a, inertia->a);
     set_inertia(at.rotation_b, x.inverse_inertia_b, inertia->b);
   }
-  // What a unit of each of friction's components changes.
-  const Lanes zero = all(0);
-  const LaneVectors none{{zero, zero, zero}};
-  LaneVectors unit[3] = {none, none, none};
-  for (int k = 0; k < 3; ++k) unit[k][k] = all(1);
-  const Wrench of_friction[3] = {{unit[1], none}, {unit[2], none}, {none, unit[0]}};
-  Lanes* gamma = face.gamma;
-  for (int k = 0; k < 3; ++k) {
-    Moving a{none, none};
-    Moving b{none, none};
-    give(x, face, inertia, of_friction[k], a, b);
-    const RelativeMotion change = relative_motion(face, a, b);
-    const Lanes friction[3] = {change.linear[1], change.linear[2], change.angular[0]};
-    for (int j = k; j < 3; ++j) *gamma++ = friction[j];
-    face.by_normals[3 * k] = change.linear[0];
-    face.by_normals[3 * k + 1] = change.angular[1];
-    face.by_normals[3 * k + 2] = change.angular[2];
-  }
+  Lanes* const gamma = face.gamma;
+  const RelativeMotion one = change_by_tangent(x, face, inertia, 1);
+  keep(one, &face.by_normals[0]);
+  gamma[0] = one.linear[1];
+  gamma[1] = one.linear[2];
+  gamma[2] = one.angular[0];
+  const RelativeMotion other = change_by_tangent(x, face, inertia, 2);
+  keep(other, &face.by_normals[3]);
+  gamma[3] = other.linear[2];
+  gamma[4] = other.angular[0];
+  const RelativeMotion spin = change_by(x, face, inertia, all_zero(), face.in_a[0], face.in_b[0]);
+  keep(spin, &face.by_normals[6]);
+  gamma[5] = spin.angular[0];
 }
 
 [[gnu::always_inline]] inline void formulate_lanes(ContactBatches& contacts, const ContactBatch& x,
@@ -386,18 +426,20 @@ struct FaceArms {
   RestitutionRow* const restitutions =
       x.first_restitution < 0 ? nullptr : contacts.restitutions.data() + x.first_restitution;
   RowResponses* const in_world = from.in_body_frames ? nullptr : contacts.responses.data() + x.first_response;
-  TurnedDirections turned_directions{};
-  FaceArms face{};
+  // Not set to zero first, as what is not read need not be: it is 4 kB.
+  TurnedDirections turned_directions;  // NOLINT(cppcoreguidelines-pro-type-member-init)
+  FaceArms face;                       // NOLINT(cppcoreguidelines-pro-type-member-init)
   if (x.direction_step == 0) {
     set_directions(at, x, contacts_of(x, 0, from.contacts), from, turned_directions, directions[0]);
   }
-  if (x.face >= 0) face = face_arms_of(x, at, turned_directions.normal, from);
+  if (x.face >= 0) set_face_arms(x, turned_directions.normal, from, face);
   int friction = 0;
   bool all_as_long = true;
   for (int i = 0; i < x.contacts; ++i) {
     const FourContacts contact = contacts_of(x, i, from.contacts);
     if (x.direction_step == 1) set_directions(at, x, contact, from, turned_directions, directions[i]);
-    const PointArms arms = arms_of(at, contact, turned_directions.normal.in_b, from.anew);
+    const PointArms arms =
+        x.face >= 0 ? face.point[i] : arms_of(contact, turned_directions.normal, from.anew);
     ContactRow& row = normals[i].row;
     if (!from.anew) row.impulse = normals[i].low = all(0);
     // A positive distance is admitted too: β lets it close, no more.
@@ -406,7 +448,7 @@ struct FaceArms {
         gather(contact, &Contact::left_over);
     row.beta = -gap / all(from.hs);
     if (x.face >= 0) {
-      const LaneVectors from_first = difference(arms.a, face.first.a);
+      const LaneVectors from_first = difference(arms.a, face.point[0].a);
       for (int k = 0; k < 2; ++k) normals[i].place[k] = dot(turned_directions.tangent[k].in_a, from_first);
     }
     if (restitutions) {
