@@ -252,6 +252,7 @@ TEST(PoseLogCompare, MeasuresAPureTurn) {
   EXPECT_EQ(difference.body, 2);
   EXPECT_EQ(difference.axis, 'r');
   EXPECT_NEAR(difference.size, angle, 1e-20);  // measured 0
+  EXPECT_EQ(difference.largest_orientation, difference.size);
   EXPECT_EQ(difference.largest_position, 0);
 }
 

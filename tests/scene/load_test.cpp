@@ -432,18 +432,25 @@ TEST(LoadScene, ScaleGoesIntoTheShapeAndOnlyItsSizeCounts) {
 }
 
 TEST(LoadScene, AMirroringNodeTurnsVelocitiesAndMeshesAlike) {
-  json document = example();
-  document["nodes"][1]["scale"] = {1, -1, 1};
-  physics(document, 1)["motion"]["linearVelocity"] = {1, 2, 3};
-  physics(document, 1)["motion"]["angularVelocity"] = {1, 2, 3};
-  const Scene scene = load(document);
-  const Body& body = scene.bodies[1];
-  expect_near(body.linear_velocity, {1, -2, 3}, 0);
-  expect_near(body.angular_velocity, {-1, 2, -3}, 0);  // an axial vector
-  const Visual& visual = scene.visuals[0];
-  expect_near(body.pose.orientation * (visual.linear * Vector3(1, 2, 3)), {1, -2, 3}, 0);
-  // The hook hangs below the crate now.
-  EXPECT_EQ(body.pose * scene.joints[0].frame_a.position, Vector3(0, 1.5, 0));
+  for (const bool as_matrix : {false, true}) {
+    json document = example();
+    if (as_matrix) {
+      document["nodes"][1].erase("translation");
+      document["nodes"][1]["matrix"] = {1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 1, 0, 0, 2, 0, 1};
+    } else {
+      document["nodes"][1]["scale"] = {1, -1, 1};
+    }
+    physics(document, 1)["motion"]["linearVelocity"] = {1, 2, 3};
+    physics(document, 1)["motion"]["angularVelocity"] = {1, 2, 3};
+    const Scene scene = load(document);
+    const Body& body = scene.bodies[1];
+    expect_near(body.linear_velocity, {1, -2, 3}, 0);
+    expect_near(body.angular_velocity, {-1, 2, -3}, 0);  // an axial vector
+    const Visual& visual = scene.visuals[0];
+    expect_near(body.pose.orientation * (visual.linear * Vector3(1, 2, 3)), {1, -2, 3}, 0);
+    // The hook hangs below the crate now.
+    EXPECT_EQ(body.pose * scene.joints[0].frame_a.position, Vector3(0, 1.5, 0));
+  }
 }
 
 TEST(LoadScene, EachCombineModeIsTheOneOfItsName) {

@@ -5,6 +5,7 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <numbers>
@@ -13,6 +14,7 @@
 
 #include "sim/error.h"
 #include "sim/loading/load_scene.h"
+#include "sim/math/base64.h"
 #include "tests/scene/example_scene.h"
 
 namespace substep {
@@ -239,6 +241,88 @@ TEST(MeshScene, AGltfWithoutPhysicsFallsAsMeshes) {
   options.mass = 3;
   EXPECT_NEAR(1 / load_text("plain.gltf", without_physics().dump(), options).bodies[1].inverse_mass, 3,
               1e-12);
+}
+
+TEST(MeshScene, AnExtensionOfANodeThatIsNotPhysicsMakesNoScene) {
+  nlohmann::json document = without_physics();
+  document["extensionsUsed"] = {"KHR_lights_punctual"};
+  document["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}}};
+  document["nodes"][1]["extensions"]["KHR_lights_punctual"]["light"] = 0;
+  const Scene scene = load_text("lit.gltf", document.dump());
+  ASSERT_EQ(scene.bodies.size(), 3u);
+  EXPECT_NEAR(1 / scene.bodies[1].inverse_mass, 1000, 1e-9);
+}
+
+/// Appends numbers to the first buffer, as an accessor whose index is returned.
+int add_accessor(nlohmann::json& document, std::string& bytes, const std::string& numbers, int component,
+                 const char* type) {
+  document["bufferViews"].push_back(
+      {{"buffer", 0}, {"byteOffset", bytes.size()}, {"byteLength", numbers.size()}});
+  document["accessors"].push_back({{"bufferView", document["bufferViews"].size() - 1},
+                                   {"componentType", component},
+                                   {"count", 8},
+                                   {"type", type}});
+  bytes += numbers;
+  document["buffers"][0] = {{"byteLength", bytes.size()},
+                            {"uri", "data:application/octet-stream;base64," + base64(bytes)}};
+  return static_cast<int>(document["accessors"].size()) - 1;
+}
+
+TEST(MeshScene, ASkinnedMeshStandsWhereItsJointsAre) {
+  nlohmann::json document = without_physics();
+  std::string bytes = cube_buffer();
+  std::string weights;
+  for (int corner = 0; corner < 8; ++corner) weights += std::string("\xff\0\0\0", 4);
+  nlohmann::json& attributes = document["meshes"][0]["primitives"][0]["attributes"];
+  attributes["JOINTS_0"] = add_accessor(document, bytes, std::string(32, '\0'), 5121, "VEC4");
+  attributes["WEIGHTS_0"] = add_accessor(document, bytes, weights, 5121, "VEC4");
+  document["accessors"].back()["normalized"] = true;
+  document["nodes"].push_back({{"name", "joint"}, {"translation", {7, 8, 9}}, {"scale", {3, 1, 1}}});
+  document["nodes"][0]["skin"] = 0;
+  document["skins"] = {{{"joints", {2}}}};
+  document["scenes"][0]["nodes"] = {0, 1, 2};
+  const Scene scene = load_text("skinned.gltf", document.dump());
+  ASSERT_EQ(scene.bodies.size(), 3u);
+  EXPECT_NEAR(1 / scene.bodies[1].inverse_mass, 3000, 1e-9);
+  // The other lies at 0 0 0, and its mesh does not follow any joint. All are lifted alike.
+  const Vector3 apart = scene.bodies[1].pose.position - scene.bodies[2].pose.position;
+  EXPECT_NEAR((apart - Vector3(7, 8, 9)).norm(), 0, 1e-12);
+}
+
+TEST(MeshScene, TangentsTurnWithTheirMesh) {
+  nlohmann::json document = without_physics();
+  std::string bytes = cube_buffer();
+  std::string tangents;
+  for (int corner = 0; corner < 8; ++corner) {
+    const std::array<float, 4> tangent{0.6F, 0, 0.8F, 1};
+    tangents.append(reinterpret_cast<const char*>(tangent.data()), sizeof tangent);
+  }
+  nlohmann::json& attributes = document["meshes"][0]["primitives"][0]["attributes"];
+  attributes["NORMAL"] = attributes["POSITION"];
+  attributes["TANGENT"] = add_accessor(document, bytes, tangents, 5126, "VEC4");
+  document["nodes"][0]["rotation"] = {0, 0, std::sqrt(0.5), std::sqrt(0.5)};  // x goes to y
+  const Scene scene = load_text("tangents.gltf", document.dump());
+  ASSERT_EQ(scene.visuals.size(), 2u);
+  const std::vector<std::array<float, 4>> expected{
+      {0, 0.6F, 0.8F, 1},                                           // turned
+      {1.2F / std::sqrt(2.08F), 0, -0.8F / std::sqrt(2.08F), -1}};  // scaled by 2, 1, −1
+  for (std::size_t i = 0; i < 2; ++i) {
+    const Visual& visual = scene.visuals[i];
+    const Mesh& mesh = scene.meshes[visual.mesh];
+    ASSERT_FALSE(mesh.looks.tangents.empty());
+    for (const std::array<float, 4>& tangent : mesh.looks.tangents) {
+      const Vector3 drawn = scene.bodies[visual.body].pose.orientation *
+                            (visual.linear * Vector3(tangent[0], tangent[1], tangent[2]));
+      for (int k = 0; k < 3; ++k) EXPECT_NEAR(drawn[k], expected[i][k], 2e-7);  // measured 6e-8
+      EXPECT_EQ(tangent[3], expected[i][3]);
+    }
+  }
+}
+
+TEST(MeshScene, ExtensionsOfFilesMayBeInCapitals) {
+  EXPECT_EQ(load_text("CUBE.OBJ", cube_obj).bodies.size(), 2u);
+  const Folder folder;
+  EXPECT_EQ(load_scene(folder.write("EXAMPLE.GLTF", example().dump())).joints.size(), 1u);
 }
 
 TEST(MeshScene, AGltfThatSharesAMeshTooOftenIsRefused) {
