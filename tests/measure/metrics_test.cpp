@@ -14,6 +14,7 @@
 #include "sim/measure/stage_times.h"
 #include "sim/model/usual_settings.h"
 #include "tests/scene_files.h"
+#include "tests/sim/test_scenes.h"
 
 namespace substep {
 namespace {
@@ -61,6 +62,46 @@ TEST(Metrics, A1SolvesItsOwnConstraintsAndHasNoSolverError) {
     before = iterated.residual.rms;
   }
   EXPECT_LT(before, 1e-4);
+}
+
+// A body of 2 kg that two rows hold from turning, which one sweep solves in turn: a step of A2 leaves it a
+// spin that A1 takes away. Both steps are of one state, so that their difference is known.
+TEST(Metrics, TheResidualCountsSpinsByTheirMoments) {
+  Scene scene = test::empty_scene();
+  Body body;
+  body.name = "body";
+  body.inverse_mass = 0.5;
+  body.inverse_inertia = {1 / 0.3, 1 / 0.5, 1 / 0.6};
+  body.pose.orientation = rotation_quaternion({0.4, -0.7, 1.1});
+  body.angular_velocity = {1, -2, 3};
+  scene.bodies.push_back(body);
+  Joint joint;
+  joint.name = "joint";
+  joint.body_a = 1;
+  joint.body_b = world_body;
+  joint.frame_a.orientation = body.pose.orientation.conjugate();
+  joint.limits.push_back(test::locked(true, {true, true, false}));
+  scene.joints.push_back(joint);
+  scene.gravity.setZero();
+  scene.duration = scene.step;
+  const ReferenceMotion reference = reference_motion(scene, scene.duration);
+  Settings settings = usual_settings(scene, Algorithm::a2);
+  settings.joints = Joints::rows;
+  settings.iterations = 1;
+  const Metrics metrics = measure(scene, settings, reference);
+  // What is judged is the step after the first.
+  Simulation swept(scene, settings);
+  Simulation direct(scene, usual_settings(scene, Algorithm::a1));
+  swept.step();
+  const State first = swept.state();
+  direct.set_state(first);
+  swept.step();
+  direct.step();
+  const Matrix3 rotation = swept.state().q[1].angular.toRotationMatrix();
+  const Matrix3 inertia = rotation * body.inverse_inertia.cwiseInverse().asDiagonal() * rotation.transpose();
+  const Vector3 spin = swept.state().v[1].angular - direct.state().v[1].angular;
+  EXPECT_GT(spin.norm(), 1e-3);
+  EXPECT_NEAR(metrics.residual.largest, std::sqrt(spin.dot(inertia * spin) / 2), 1e-9);
 }
 
 TEST(Metrics, HalfTheStepIsHalfTheErrorOfA1) {
@@ -187,6 +228,12 @@ TEST(Tables, SayTheReferenceAndHaveALineARun) {
   EXPECT_EQ(json["runs"][0]["solver_error"], "none");
   EXPECT_GT(json["runs"][1]["model_error"].get<double>(), 0);
   EXPECT_EQ(to_json(measurement).find("times"), std::string::npos);
+  EXPECT_EQ(table.find("CPU time"), std::string::npos);
+  const std::size_t known = table.find("known for the whole duration");
+  ASSERT_NE(known, std::string::npos);
+  const std::string head = table.substr(known, table.find('\n', known) - known);
+  EXPECT_NE(head.find(" A1 "), std::string::npos) << head;
+  EXPECT_NE(head.find(" A5 "), std::string::npos) << head;
   measurement.runs[0].times = RunTimes{0.001, 0.0009, 0.0011, 3, {1, 2, 3, 4}};
   measurement.runs[1].times = RunTimes{0.002, 0.0019, 0.0021, 3, {1, 2, 3, 4}};
   EXPECT_NE(to_table(measurement).find("CPU time"), std::string::npos);

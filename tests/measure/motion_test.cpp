@@ -49,6 +49,8 @@ TEST(Reference, TumblesWithThePeriodOfEulersEquations) {
   const Scene scene = scene_named("tumbling_body");
   const ReferenceMotion reference = reference_motion(scene, 4);
   EXPECT_DOUBLE_EQ(reference.horizon, 4);
+  // A body that turns about its centre differs in its turn alone.
+  EXPECT_GT(reference.turn_uncertainty, 0);
   EXPECT_LT(reference.turn_uncertainty, 1e-6);
   // The spin about the intermediate axis changes its sign, for the first time at 2.097 s.
   int middle = 0;
@@ -141,6 +143,13 @@ TEST(Difference, IsZeroOfAMotionFromItselfAndSeesAShift) {
   EXPECT_DOUBLE_EQ(shifted.position.largest, 0.5);
   EXPECT_DOUBLE_EQ(shifted.position.rms, 0.5 / 3);  // three bodies, three samples
   EXPECT_EQ(shifted.orientation.largest, 0);
+  other = motion;
+  const double half = 0.1;
+  other.samples[2].q[2].angular =
+      other.samples[2].q[2].angular * Quaternion(std::cos(half), 0, std::sin(half), 0);
+  const MotionDifference turned = difference(scene, motion, other, 0.3);
+  EXPECT_EQ(turned.position.largest, 0);
+  EXPECT_NEAR(turned.orientation.largest, 0.2, 1e-15);
   other.samples.pop_back();
   EXPECT_TRUE(std::isinf(difference(scene, motion, other, 0.3).position.rms));
 }

@@ -118,9 +118,14 @@ TEST(SmoothMotion, GoesOnWhereALimitIsMet) {
 }
 
 TEST(SmoothMotion, KeepsJointsClosed) {
-  const Scene scene = scene_named("heavy_chain");
-  const State state = run(scene, 8, 4, 2);
-  EXPECT_LT(joint_gap(scene, state), 1e-13);  // measured 5e-15
+  // In loops the rows that are redundant are not the same ones all along.
+  for (const char* const name : {"heavy_chain", "bricard", "four_bar"}) {
+    const Scene scene = scene_named(name);
+    double largest = 0;
+    run(scene, 8, 4, 2,
+        [&](double, const State& state) { largest = std::max(largest, joint_gap(scene, state)); });
+    EXPECT_LT(largest, 1e-13) << name;  // measured 0
+  }
 }
 
 /// A ball of 1 kg, 0.1 m from its centre held to the world's origin by `limit`, from (x, 0, 0) m.
