@@ -478,6 +478,21 @@ TEST(Contacts, BesideACornerAreOfTheClosestPoints) {
   }
 }
 
+TEST(Contacts, OfASpikeBesideAnEdgeAreOfTheClosestPoints) {
+  // Its point is beside the box's upper edge and above it; all its edges lead away.
+  const std::vector<Vector3> corners{
+      {0, 0, 0}, {0.1, 1, 0.1}, {-0.1, 1, 0.1}, {0.1, 1, -0.1}, {-0.1, 1, -0.1}};
+  const Polytope spike = convex_hull(corners, "spike");
+  Polytope hull = box({1, 1, 1});
+  hull.box.reset();
+  for (const Polytope& cube : {box({1, 1, 1}), hull}) {
+    const auto points = contacts(spike, {{0.505, 0.508, 0.1}, upright}, cube, {}, margin);
+    ASSERT_EQ(points.size(), 1U);
+    EXPECT_NEAR(points[0].distance, std::hypot(0.005, 0.008), 1e-15);  // measured 3e-16
+    EXPECT_LT((points[0].on_b - Vector3(0.5, 0.5, 0.1)).norm(), 1e-14);
+  }
+}
+
 TEST(Contacts, OfAnEllipsoidAndAPlaneAreThoseOfManyPoints) {
   const Vector3 half_axes(0.2, 0.02, 0.03);
   // So many points that their hull is nearly the ellipsoid.
