@@ -69,6 +69,27 @@ class SweepResults : public testing::Test {
   static inline FigureSource* source_ = nullptr;
 };
 
+TEST_F(SweepResults, EveryRowOfATableHasACellForEachColumn) {
+  const std::vector<SweepRecord>& records = source().records;
+  const DecisionTable decisions = decision_table(records);
+  const std::vector<TextTable> tables{
+      choices_table(records),    references_table(records), limits_table(records, false),
+      slopes_table(records),     orders_table(records),     equal_rows(records).table,
+      equal_cost_table(records), energy_table(records),     springs_table(),
+      rules_table(decisions),    runs_table(records),       rules_faults_table(decisions, records)};
+  for (const TextTable& table : tables) {
+    for (const std::vector<std::string>& row : table.rows)
+      EXPECT_EQ(row.size(), table.head.size()) << row.at(0);
+  }
+  // Rod chain is held out, and what is said of it is tried.
+  const TextTable& rules = tables[9];
+  ASSERT_EQ(rules.rows.size(), 2u);
+  for (const std::vector<std::string>& row : rules.rows) {
+    EXPECT_EQ(row[11], "pendulum");
+    EXPECT_THAT(row[12], testing::AnyOf("1 of 1", "0 of 1"));
+  }
+}
+
 TEST_F(SweepResults, A1ToA3AreOfFirstOrderOnJoints) {
   for (const char* const scene : {"pendulum", "rod_chain"}) {
     for (const char* const title : {"A1", "A2 m=16", "A3 plain"}) {
