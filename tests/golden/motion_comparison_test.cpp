@@ -142,8 +142,26 @@ TEST(MotionComparison, PredictsHalfAPixel) {
   EXPECT_EQ(found.predicted_body, "ball");
   ASSERT_EQ(found.errors.size(), 21U);
   EXPECT_EQ(found.errors[2].pixels, 0);
-  EXPECT_NEAR(found.errors[3].pixels, 0.0555, 0.6);
+  EXPECT_NEAR(found.errors[3].pixels, 5.5 / 9.9, 1e-9);  // of the near corners
   EXPECT_NEAR(found.errors[3].position, 0.055, 1e-12);
+}
+
+TEST(MotionComparison, WhatIsBehindTheEyeIsInNoPicture) {
+  Viewfinder away = from_the_front();
+  away.view.eye.z = -10;
+  Fall actual;
+  actual.move(3, 5);
+  const MotionComparison found = compare_motion(Fall().motion(), actual.motion(), away, std::nullopt);
+  EXPECT_EQ(found.predicted_frame, -1);
+  EXPECT_EQ(found.errors[3].pixels, 0);
+  EXPECT_NEAR(found.errors[3].position, 5, 1e-12);
+}
+
+TEST(MotionComparison, ContactsCanDifferFromTheStart) {
+  Fall actual;
+  actual.move(0, 0.1);
+  actual.track.frames[0].invariants.touching = 1;
+  EXPECT_EQ(compared(Fall(), actual).contacts_frame, 0);
 }
 
 TEST(MotionComparison, TracksFillInBetweenStoredPoses) {
