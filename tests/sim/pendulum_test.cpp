@@ -49,6 +49,37 @@ TEST(Pendulum, A1ConvergesToThePeriodWithFirstOrder) {
   EXPECT_LT(last, 6e-4);  // measured 5.2e-4, half a step, at h = 1/960 s
 }
 
+TEST(Pendulum, ItsRowsAndTheirSolvesAreCounted) {
+  for (const Algorithm algorithm :
+       {Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
+    Settings settings;
+    settings.algorithm = algorithm;
+    settings.substeps = 5;
+    settings.iterations = 4;
+    Simulation simulation(pendulum(), settings);
+    const StepReport& report = simulation.step();
+    EXPECT_EQ(report.rows, 3) << name(algorithm);
+    EXPECT_EQ(report.contacts, 0) << name(algorithm);
+    // A1 has one active set; A2 ends after the sweep that changes nothing; the others have four sweeps in
+    // each of five sub-steps.
+    const int sweeps = algorithm == Algorithm::a1 ? 1 : algorithm == Algorithm::a2 ? 2 : 20;
+    EXPECT_EQ(report.row_solves, 3 * sweeps) << name(algorithm);
+  }
+}
+
+TEST(Box, ItsContactsAreCounted) {
+  Scene scene = test::floor_scene(0.5);
+  test::add_box(scene, {1, 1, 1}, 1, {{0, 0.5, 0}, Quaternion::Identity()}, 0.5);
+  for (const Algorithm algorithm : {Algorithm::a1, Algorithm::a2, Algorithm::a5}) {
+    Settings settings;
+    settings.algorithm = algorithm;
+    Simulation simulation(scene, settings);
+    const StepReport& report = simulation.step();
+    EXPECT_EQ(report.contacts, 4) << name(algorithm);
+    EXPECT_EQ(report.rows, 12) << name(algorithm);
+  }
+}
+
 TEST(Pendulum, AllFiveSwingWithItsPeriod) {
   for (const Algorithm algorithm :
        {Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
