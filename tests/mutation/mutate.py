@@ -288,9 +288,10 @@ def table(verdicts: dict[str, str]) -> str:
     for key, verdict in verdicts.items():
         if verdict == "does not build":
             continue
-        counts = areas.setdefault(key.split("/")[0], dict.fromkeys(("tests", "goldens", "equivalent", "survived"), 0))
+        counts = areas.setdefault(key.split("/")[0], dict.fromkeys(("tests", "goldens", "equivalent", "survived", "not asked"), 0))
         if verdict.startswith("survived"):
             reason = equivalent.get(key)
+            counts["not asked"] += 1 if verdict == "survived the tests" and not reason else 0
             file, old, new = key.split(" | ")
             survivors.append(f"- {file}: `{old}` → `{new}`: {f'equivalent, {reason}' if reason else verdict}")
             verdict = "equivalent" if reason else "survived"
@@ -298,10 +299,11 @@ def table(verdicts: dict[str, str]) -> str:
         counts[kind] += 1
     text = "| area | changes | killed by tests | by goldens alone | equivalent | survived |\n|---|---|---|---|---|---|\n"
     for area, counts in sorted(areas.items()):
-        total = sum(counts.values())
+        total = sum(counts.values()) - counts["not asked"]
+        goldens = "not asked" if counts["not asked"] else counts["goldens"]
         live = total - counts["equivalent"]
         share = 100 * counts["tests"] / live if live else 100
-        text += (f"| {area} | {total} | {counts['tests']} ({share:.0f} %) | {counts['goldens']} | "
+        text += (f"| {area} | {total} | {counts['tests']} ({share:.0f} %) | {goldens} | "
                  f"{counts['equivalent']} | {counts['survived']} |\n")
     return (f"Measured {datetime.date.today().isoformat()}.\n\n" + text +
             ("\n" + "\n".join(survivors) + "\n" if survivors else ""))
