@@ -427,8 +427,8 @@ struct FaceArms {
       x.first_restitution < 0 ? nullptr : contacts.restitutions.data() + x.first_restitution;
   RowResponses* const in_world = from.in_body_frames ? nullptr : contacts.responses.data() + x.first_response;
   // Not set to zero first, as what is not read need not be: it is 4 kB.
-  TurnedDirections turned_directions;  // NOLINT(cppcoreguidelines-pro-type-member-init)
-  FaceArms face;                       // NOLINT(cppcoreguidelines-pro-type-member-init)
+  TurnedDirections turned_directions;
+  FaceArms face;
   if (x.direction_step == 0) {
     set_directions(at, x, contacts_of(x, 0, from.contacts), from, turned_directions, directions[0]);
   }
