@@ -1,4 +1,5 @@
-/// make_scenes FOLDER: writes every scene of the library to FOLDER, the same bytes each time.
+/// make_scenes FOLDER: writes every scene of the library to FOLDER, and those that are sampled to
+/// FOLDER/sampled, the same bytes each time.
 
 #include <fmt/format.h>
 #include <filesystem>
@@ -13,9 +14,16 @@ int main(int argc, char** argv) {
                "make_scenes FOLDER: writes the scenes of the library to FOLDER, which must be there\n");
     return 2;
   }
+  const std::filesystem::path folder = argv[1];
   try {
     for (const substep::make::SceneFile& scene : substep::make::all_scenes)
-      substep::write_file(std::filesystem::path(argv[1]) / fmt::format("{}.gltf", scene.name), scene.text());
+      substep::write_file(folder / fmt::format("{}.gltf", scene.name), scene.text());
+    for (const substep::make::SampledFamily& family : substep::make::sampled_families) {
+      for (int number = 1; number <= family.count; ++number) {
+        substep::write_file(folder / "sampled" / fmt::format("{}_{}.gltf", family.name, number),
+                            family.text(number));
+      }
+    }
   } catch (const substep::Error& error) {
     fmt::print(stderr, "make_scenes: {}\n", error.what());
     return 2;

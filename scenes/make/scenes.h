@@ -54,6 +54,17 @@ std::string top_heavy_stack();
 std::string box_pyramid();
 std::string brick_wall();
 
+// Sampled scenes: each number gives another one.
+std::string hanging(int number);
+std::string sprung(int number);
+std::string spinning(int number);
+std::string weighted(int number);
+std::string linkage(int number);
+std::string stacked(int number);
+std::string loaded(int number);
+std::string rolling(int number);
+std::string sliding(int number);
+
 struct SceneFile {
   std::string_view name;  ///< of the file, without ".gltf"
   std::string (*text)();
@@ -101,6 +112,24 @@ inline constexpr std::array<SceneFile, 41> all_scenes{{
     {"top_heavy_stack", top_heavy_stack},
     {"box_pyramid", box_pyramid},
     {"brick_wall", brick_wall},
+}};
+
+struct SampledFamily {
+  std::string_view name;  ///< of the files, before "_1.gltf"
+  int count;
+  std::string (*text)(int number);
+};
+
+inline constexpr std::array<SampledFamily, 9> sampled_families{{
+    {"hanging", 3, hanging},
+    {"sprung", 2, sprung},
+    {"spinning", 2, spinning},
+    {"weighted", 2, weighted},
+    {"linkage", 3, linkage},
+    {"stacked", 3, stacked},
+    {"loaded", 2, loaded},
+    {"rolling", 3, rolling},
+    {"sliding", 3, sliding},
 }};
 
 }  // namespace substep::make
