@@ -1,5 +1,5 @@
 /// make_scenes FOLDER: writes every scene of the library to FOLDER, and those that are sampled to
-/// FOLDER/sampled, the same bytes each time.
+/// FOLDER/sampled and FOLDER/held_out, the same bytes each time.
 
 #include <fmt/format.h>
 #include <filesystem>
@@ -19,8 +19,9 @@ int main(int argc, char** argv) {
     for (const substep::make::SceneFile& scene : substep::make::all_scenes)
       substep::write_file(folder / fmt::format("{}.gltf", scene.name), scene.text());
     for (const substep::make::SampledFamily& family : substep::make::sampled_families) {
-      for (int number = 1; number <= family.count; ++number) {
-        substep::write_file(folder / "sampled" / fmt::format("{}_{}.gltf", family.name, number),
+      for (int number = 1; number <= family.sampled + family.held_out; ++number) {
+        const char* const part = number <= family.sampled ? "sampled" : "held_out";
+        substep::write_file(folder / part / family.folder / fmt::format("{}_{}.gltf", family.name, number),
                             family.text(number));
       }
     }

@@ -114,22 +114,25 @@ inline constexpr std::array<SceneFile, 41> all_scenes{{
     {"brick_wall", brick_wall},
 }};
 
+/// The first ones are for rules to be made from, the others are held out.
 struct SampledFamily {
-  std::string_view name;  ///< of the files, before "_1.gltf"
-  int count;
+  std::string_view name;    ///< of the files, before "_1.gltf"
+  std::string_view folder;  ///< in sampled/ and held_out/
+  int sampled;
+  int held_out;
   std::string (*text)(int number);
 };
 
 inline constexpr std::array<SampledFamily, 9> sampled_families{{
-    {"hanging", 3, hanging},
-    {"sprung", 2, sprung},
-    {"spinning", 2, spinning},
-    {"weighted", 2, weighted},
-    {"linkage", 3, linkage},
-    {"stacked", 3, stacked},
-    {"loaded", 2, loaded},
-    {"rolling", 3, rolling},
-    {"sliding", 3, sliding},
+    {"hanging", "joints", 3, 5, hanging},
+    {"sprung", "joints", 2, 3, sprung},
+    {"spinning", "joints", 2, 3, spinning},
+    {"weighted", "joints", 2, 3, weighted},
+    {"linkage", "joints", 3, 6, linkage},
+    {"stacked", "contacts", 3, 6, stacked},
+    {"loaded", "contacts", 2, 4, loaded},
+    {"rolling", "contacts", 3, 5, rolling},
+    {"sliding", "contacts", 3, 5, sliding},
 }};
 
 }  // namespace substep::make

@@ -142,16 +142,32 @@ Motion motion_of(const Scene& scene, const Settings& settings, const ReferenceMo
                  [](double, const State&) {});
 }
 
-/// RMS distance of two runs that may have other steps.
-double apart(const Scene& scene, const Motion& a, const Motion& b, const ReferenceMotion& reference) {
+/// Of two runs that may have other steps.
+MotionDifference apart(const Scene& scene, const Motion& a, const Motion& b,
+                       const ReferenceMotion& reference) {
   const Motion& coarse = a.interval > b.interval ? a : b;
-  return difference(scene, thinned(a, coarse), thinned(b, coarse), whole_horizon(coarse, reference))
-      .position.rms;
+  return difference(scene, thinned(a, coarse), thinned(b, coarse), whole_horizon(coarse, reference));
+}
+
+/// Half as many sub-steps; of A1 and A2 twice the step, as long as that is not longer than the scene's.
+std::optional<Settings> coarser(const Scene& scene, Settings settings) {
+  if (settings.algorithm >= Algorithm::a3) {
+    if (settings.substeps % 2 != 0) return std::nullopt;
+    settings.substeps /= 2;
+    return settings;
+  }
+  const auto divisions = std::lround(scene.step / settings.step);
+  if (divisions % 2 != 0 || std::abs(static_cast<double>(divisions) * settings.step - scene.step) > 1e-9)
+    return std::nullopt;
+  settings.step *= 2;
+  return settings;
 }
 
 ErrorParts parts_of(const Scene& scene, const Settings& settings, const Motion& motion,
                     const ReferenceMotion& reference) {
   ErrorParts parts;
+  if (const auto half = coarser(scene, settings))
+    parts.coarser = apart(scene, motion, motion_of(scene, *half, reference), reference);
   const auto from_reference = [&](const Motion& run) {
     return difference(scene, run, thinned(reference.motion, run), whole_horizon(run, reference)).position.rms;
   };
@@ -162,14 +178,14 @@ ErrorParts parts_of(const Scene& scene, const Settings& settings, const Motion& 
   const Motion direct = motion_of(scene, exact(settings), reference);
   parts.stepping = from_reference(direct);
   if (settings.algorithm <= Algorithm::a3) {
-    parts.solver = apart(scene, motion, direct, reference);
+    parts.solver = apart(scene, motion, direct, reference).position.rms;
     return parts;
   }
   Settings conceptual = settings;
   conceptual.algorithm = Algorithm::a3;
   const Motion a3 = motion_of(scene, conceptual, reference);
-  parts.solver = apart(scene, a3, direct, reference);
-  parts.model = apart(scene, motion, a3, reference);
+  parts.solver = apart(scene, a3, direct, reference).position.rms;
+  parts.model = apart(scene, motion, a3, reference).position.rms;
   return parts;
 }
 

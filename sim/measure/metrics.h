@@ -18,6 +18,10 @@ struct ErrorParts {
   double stepping = 0;           ///< A1 at h/n from the reference
   std::optional<double> solver;  ///< A2 from A1 at h; A3 (same n, m, joints) from A1 at h/n
   std::optional<double> model;   ///< A4 or A5 from A3 with the same settings
+  /// From the run with half as many sub-steps, of A1 and A2 with steps twice as long: about the error where
+  /// it falls with the first power of the step, and known without a reference. Nothing of an odd number of
+  /// sub-steps, and of A1 and A2 where the scene's step is no whole number of such steps.
+  std::optional<MotionDifference> coarser;
 };
 
 struct Metrics {

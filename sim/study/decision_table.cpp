@@ -43,6 +43,23 @@ void join_small_kinds(std::map<SceneKind, KindOfScenes>& kinds) {
   }
 }
 
+bool is_any_held_out(const Records& records) {
+  return std::ranges::any_of(records, &SweepRecord::is_held_out);
+}
+
+/// Those that the sweep's file holds out, the others.
+std::map<SceneKind, KindOfScenes> kinds_of(const Records& records) {
+  std::map<SceneKind, KindOfScenes> kinds;
+  for (const std::string& scene : scenes_of(records)) {
+    const Records own = of_scene(records, scene);
+    if (std::ranges::none_of(own, is_own_run)) continue;
+    KindOfScenes& kind = kinds[kind_of(own.front().traits)];
+    (own.front().is_held_out ? kind.held_out : kind.made_from).push_back(own);
+  }
+  join_small_kinds(kinds);
+  return kinds;
+}
+
 std::map<SceneKind, KindOfScenes> kinds_of(const Records& records, std::size_t third) {
   std::map<SceneKind, std::vector<std::string>> names;
   for (const std::string& scene : scenes_of(records)) {
@@ -217,9 +234,11 @@ std::vector<std::string> DecisionTable::right() const {
   return scenes_where(trials, [](const RuleTrial& trial) { return trial.fault.empty(); });
 }
 
-DecisionTable decision_table(const Records& records, int third) {
+namespace {
+
+DecisionTable made_of(const std::map<SceneKind, KindOfScenes>& kinds) {
   DecisionTable table;
-  for (const auto& [kind, scenes] : kinds_of(records, static_cast<std::size_t>(third))) {
+  for (const auto& [kind, scenes] : kinds) {
     for (const double accuracy : accuracies) {
       table.rules.push_back(rule_for(kind, scenes.made_from, accuracy));
       for (const Records& scene : scenes.held_out) {
@@ -231,12 +250,20 @@ DecisionTable decision_table(const Records& records, int third) {
   return table;
 }
 
-std::vector<AnswerCount> cross_validation(const Records& records) {
+}  // namespace
+
+DecisionTable decision_table(const Records& records) {
+  return made_of(is_any_held_out(records) ? kinds_of(records) : kinds_of(records, 1));
+}
+
+std::vector<AnswerCount> cross_validation(const Records& all) {
+  Records records = all;
+  std::erase_if(records, [](const SweepRecord& record) { return record.is_held_out; });
   std::vector<AnswerCount> counts;
   counts.reserve(accuracies.size());
   for (const double accuracy : accuracies) counts.push_back({accuracy, 0, 0, 0});
-  for (int third = 0; third < 3; ++third) {
-    const DecisionTable table = decision_table(records, third);
+  for (std::size_t third = 0; third < 3; ++third) {
+    const DecisionTable table = made_of(kinds_of(records, third));
     for (const RuleTrial& trial : table.trials) {
       if (!trial.has_advice) continue;
       AnswerCount& count =

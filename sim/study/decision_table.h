@@ -2,12 +2,13 @@
 /// Which setting to take for which kind of scene: rules that are made from some scenes of a sweep and tried
 /// on the others, which had no part in them.
 ///
-/// Of each kind, its scenes sorted by name, the second, the fifth, the eighth … are held out. Of the settings
-/// that ran on every other scene of the kind, a rule takes one that is good enough on all of them, with a
-/// margin of two in the error where any is; and among those the one whose largest cost, over the cheapest
-/// setting's on that scene that is good enough, is smallest. It promises that error, without the margin, and
-/// twice that cost, or ten times the cheapest's, whichever is less. Where no setting is good enough on all,
-/// there is no rule. On a scene that was held out a rule is right where its setting keeps what it promises.
+/// The sweep's file says which scenes are held out. Where it holds out none, it is, of each kind, its scenes
+/// sorted by name, the second, the fifth, the eighth …. Of the settings that ran on every other scene of the
+/// kind, a rule takes one that is good enough on all of them, with a margin of two in the error where any is;
+/// and among those the one whose largest cost, over the cheapest setting's on that scene that is good enough,
+/// is smallest. It promises that error, without the margin, and twice that cost, or ten times the cheapest's,
+/// whichever is less. Where no setting is good enough on all, there is no rule. On a scene that was held out
+/// a rule is right where its setting keeps what it promises.
 
 #include <compare>
 #include <optional>
@@ -71,9 +72,8 @@ struct DecisionTable {
   std::vector<std::string> right() const;
 };
 
-/// Of the sweep's scenes with runs of ours. `third` 0 or 2 holds out the first or the third scene of each
-/// three in place of the second.
-DecisionTable decision_table(const std::vector<SweepRecord>& records, int third = 1);
+/// Of the sweep's scenes with runs of ours.
+DecisionTable decision_table(const std::vector<SweepRecord>& records);
 
 /// How many answers of rules were right at an accuracy.
 struct AnswerCount {
@@ -83,8 +83,9 @@ struct AnswerCount {
   int keep_error = 0;  ///< in error, whatever they cost
 };
 
-/// Each third held out in its turn, with rules made from the other two: one count for each accuracy, the
-/// mildest first. So every scene is held out once, and none was chosen for it.
+/// Of the scenes that the sweep's file does not hold out, each third held out in its turn, with rules made
+/// from the other two: one count for each accuracy, the mildest first. So every scene is held out once, and
+/// none was chosen for it.
 std::vector<AnswerCount> cross_validation(const std::vector<SweepRecord>& records);
 
 }  // namespace substep

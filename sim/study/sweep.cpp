@@ -40,8 +40,8 @@ std::uint64_t program_hash() {
 std::string fingerprint(const Sweep& sweep, const SweepJob& job) {
   const Scene& scene = sweep.scenes.at(job.scene);
   const std::string text =
-      fmt::format("{:x} {:x} {} {} {} {}", program_hash(), scene.hash, sweep.horizon_of(job.scene),
-                  scene.duration, sweep.repetitions, sweep.most);
+      fmt::format("{:x} {:x} {} {} {} {} {}", program_hash(), scene.hash, sweep.horizon_of(job.scene),
+                  scene.duration, sweep.repetitions, sweep.most, sweep.held_out.contains(job.scene));
   return fmt::format("{:016x}", fnv1a(text));
 }
 
@@ -117,6 +117,7 @@ SweepRecord measured(const Sweep& sweep, const SweepJob& job, const ReferenceMot
   SweepRecord record;
   record.key = job.key;
   record.scene = job.scene;
+  record.is_held_out = sweep.held_out.contains(job.scene);
   record.engine = job.engine;
   record.label = label(job.settings);
   record.settings = job.settings;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <fnmatch.h>
 
 #include <algorithm>
 #include <cmath>
@@ -88,7 +89,7 @@ class Reader : private TomlValues {
   Sweep read() {
     const toml::table root = parse();
     expect_keys(root, "the sweep file",
-                {"horizon", "repetitions", "most", "properties", "horizons", "grid", "limit"});
+                {"horizon", "repetitions", "most", "properties", "held_out", "horizons", "grid", "limit"});
     if (const auto* node = root.get("horizon")) sweep_.horizon = positive(*node, "horizon");
     if (const auto* node = root.get("repetitions"))
       sweep_.repetitions = integer(*node, "repetitions", 0, 1000);
@@ -106,19 +107,45 @@ class Reader : private TomlValues {
       }
     }
     if (sweep_.jobs.empty()) throw Error(fmt::format("{}: has no [[grid]]", sweep_.file.string()));
-    if (const auto* node = root.get("horizons")) {
-      if (!node->is_table()) fail(*node, "'horizons' must be a table");
-      for (const auto& [scene, value] : *node->as_table()) {
-        if (!sweep_.scenes.contains(std::string(scene.str()))) {
-          fail(value, fmt::format("'{}' is a scene of no grid", scene.str()));
-        }
-        sweep_.horizons[std::string(scene.str())] = positive(value, scene.str());
+    for (const toml::node* const node : list(root, "held_out")) {
+      for (const fs::path& file : files_of(*node, "held_out")) {
+        const auto entry =
+            std::ranges::find_if(sweep_.scenes, [&](const auto& x) { return x.second.file == file; });
+        if (entry == sweep_.scenes.end())
+          fail(*node, fmt::format("'{}' is a scene of no grid", file.string()));
+        sweep_.held_out.insert(entry->first);
       }
     }
+    if (const auto* node = root.get("horizons")) read_horizons(*node);
     return std::move(sweep_);
   }
 
  private:
+  /// The scenes of grids whose names are like a shell's pattern.
+  std::vector<std::string> scenes_like(const toml::node& node, const std::string& pattern) const {
+    std::vector<std::string> names;
+    for (const auto& [name, scene] : sweep_.scenes) {
+      if (fnmatch(pattern.c_str(), name.c_str(), 0) == 0) names.push_back(name);
+    }
+    if (names.empty()) fail(node, fmt::format("'{}' is a scene of no grid", pattern));
+    return names;
+  }
+
+  void read_horizons(const toml::node& node) {
+    if (!node.is_table()) fail(node, "'horizons' must be a table");
+    std::map<std::string, double> by_pattern;
+    for (const auto& [key, value] : *node.as_table()) {
+      const std::string pattern(key.str());
+      const double horizon = positive(value, pattern);
+      const bool is_pattern = pattern.find('*') != std::string::npos;
+      for (const std::string& name : scenes_like(value, pattern)) {
+        if (!(is_pattern ? by_pattern : sweep_.horizons).try_emplace(name, horizon).second)
+          fail(value, fmt::format("'{}' has two horizons", name));
+      }
+    }
+    sweep_.horizons.merge(by_pattern);  // where a scene has one of its own, that counts
+  }
+
   double positive(const toml::node& node, std::string_view key) const {
     const auto value = node.is_number() ? node.value<double>() : std::nullopt;
     if (!value || !(*value > 0 && *value < 1e6))
@@ -135,8 +162,22 @@ class Reader : private TomlValues {
     return entries;
   }
 
-  const Scene& scene_of(const toml::node& node) {
-    const fs::path file = (sweep_.file.parent_path() / text(node, "scenes")).lexically_normal();
+  /// The file, or where its name has a "*" the files of its folder that are like it, by name.
+  std::vector<fs::path> files_of(const toml::node& node, std::string_view key) const {
+    const fs::path file = (sweep_.file.parent_path() / text(node, key)).lexically_normal();
+    const std::string pattern = file.filename().string();
+    if (pattern.find('*') == std::string::npos) return {file};
+    std::vector<fs::path> files;
+    std::error_code none;
+    for (const auto& entry : fs::directory_iterator(file.parent_path(), none)) {
+      if (fnmatch(pattern.c_str(), entry.path().filename().c_str(), 0) == 0) files.push_back(entry.path());
+    }
+    if (files.empty()) fail(node, fmt::format("no file is like '{}'", file.string()));
+    std::ranges::sort(files);
+    return files;
+  }
+
+  const Scene& scene_of(const toml::node& node, const fs::path& file) {
     Scene scene = load_scene(file);
     const auto [entry, is_new] = sweep_.scenes.try_emplace(scene.name, std::move(scene));
     if (!is_new && entry->second.file != file) {
@@ -189,7 +230,9 @@ class Reader : private TomlValues {
     }
     if (table.get("scenes") == nullptr) fail(table, "a grid without 'scenes'");
     if (grid.algorithms.empty() && grid.engines.empty()) fail(table, "a grid without 'algorithms'");
-    for (const toml::node* const node : list(table, "scenes")) grid.scenes.push_back(&scene_of(*node));
+    for (const toml::node* const node : list(table, "scenes")) {
+      for (const fs::path& file : files_of(*node, "scenes")) grid.scenes.push_back(&scene_of(*node, file));
+    }
     return grid;
   }
 

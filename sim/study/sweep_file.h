@@ -5,21 +5,23 @@
 ///     repetitions = 5                   # of a run whose CPU time is measured; 0: no times
 ///     most = 64                         # how fine a search for the stability limit may go
 ///     properties = true                 # `substep report` also shows what the algorithms do on test scenes
-///     of
-///                                       # their own, read from the sweep file's folder; else nothing but
-///                                       these
+///                                       # of their own, read from the sweep file's folder; else nothing
+///                                       # but these
+///     held_out = ["sampled/*.gltf"]     # scenes of the grids that the decision table's rules are tried on
+///     and
+///                                       # not made from, and that the report's other parts leave out
 ///
-///     [horizons]                        # other horizons, by scene
+///     [horizons]                        # other horizons, by scene, or by all whose names are like it
 ///     rod_chain = 1
+///     "stacked_*" = 0.1
 ///
 ///     [[grid]]                          # all combinations of its lists; what is absent has one value
-///     scenes = ["pendulum.gltf"]        # relative to the sweep file
-///     algorithms = ["a3", "a4", "a5"]
-///     divisions = [1, 2, 4]             # of the scene's step: h = step / 1, step / 2, …
-///     substeps = [1, 2, 4, 8]           # n; A1 and A2 have none
-///     iterations = [1]                  # m; A1 has none
-///     joints = ["plain", "stable"]      # and so any other field of settings_fields.h: tau, kappa, …
-///     engines = ["bullet-si"]           # engines to run beside them, where the program was built with them
+///     scenes = ["pendulum.gltf"]        # relative to the sweep file; "*" stands for any part of a file's
+///     name algorithms = ["a3", "a4", "a5"] divisions = [1, 2, 4]             # of the scene's step: h = step
+///     / 1, step / 2, … substeps = [1, 2, 4, 8]           # n; A1 and A2 have none iterations = [1] # m; A1
+///     has none joints = ["plain", "stable"]      # and so any other field of settings_fields.h: tau, kappa,
+///     … engines = ["bullet-si"]           # engines to run beside them, where the program was built with
+///     them
 ///
 ///     [[limit]]                         # how coarse each may be and stay bounded, by bisection. The same
 ///     scenes = ["pendulum.gltf"]        # keys but `divisions`, `substeps` and `engines`
@@ -29,6 +31,7 @@
 
 #include <filesystem>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -54,6 +57,7 @@ struct Sweep {
   bool properties = false;
   std::map<std::string, double> horizons;
   std::map<std::string, Scene> scenes;  ///< by name
+  std::set<std::string> held_out;       ///< names of scenes
   std::vector<SweepJob> jobs;           ///< in the file's order, each once
 
   double horizon_of(const std::string& scene) const;

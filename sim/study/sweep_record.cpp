@@ -107,7 +107,11 @@ SceneTraits traits_in(const Json& json) {
 }  // namespace
 
 std::string to_json(const SweepRecord& r) {
-  Json json{{"key", r.key}, {"scene", r.scene}, {"engine", r.engine}, {"label", r.label}};
+  Json json{{"key", r.key},
+            {"scene", r.scene},
+            {"held_out", r.is_held_out},
+            {"engine", r.engine},
+            {"label", r.label}};
   json.update(to_json(r.settings));
   const SceneTraits& traits = r.traits;
   json.update(Json{{"divisions", r.divisions},
@@ -141,6 +145,7 @@ SweepRecord record_in(const std::string& text) {
     const auto read = [&](const char* key, auto& value) { json.at(key).get_to(value); };
     read("key", r.key);
     read("scene", r.scene);
+    read("held_out", r.is_held_out);
     read("engine", r.engine);
     read("label", r.label);
     read("size", r.size);
