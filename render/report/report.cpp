@@ -152,7 +152,7 @@ class Report {
     const std::vector<std::string> right = decisions_.right();
     const auto answers = [&](const auto& counts) {
       return std::ranges::count_if(decisions_.trials,
-                                   [&](const RuleTrial& trial) { return trial.has_advice && counts(trial); });
+                                   [&](const RuleTrial& trial) { return trial.advice && counts(trial); });
     };
     return fmt::format(
         fmt::runtime(paragraph), fmt::arg("runs", records_.size()),

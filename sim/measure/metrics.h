@@ -18,10 +18,6 @@ struct ErrorParts {
   double stepping = 0;           ///< A1 at h/n from the reference
   std::optional<double> solver;  ///< A2 from A1 at h; A3 (same n, m, joints) from A1 at h/n
   std::optional<double> model;   ///< A4 or A5 from A3 with the same settings
-  /// From the run with half as many sub-steps, of A1 and A2 with steps twice as long: about the error where
-  /// it falls with the first power of the step, and known without a reference. Nothing of an odd number of
-  /// sub-steps, and of A1 and A2 where the scene's step is no whole number of such steps.
-  std::optional<MotionDifference> coarser;
 };
 
 struct Metrics {
@@ -61,6 +57,13 @@ Metrics measure(const Scene& scene, const Settings& settings, const ReferenceMot
 
 /// The same of any stepper; its error is not taken apart, and there is no residual.
 Metrics measure(const Scene& scene, Stepper& stepper, double step, const ReferenceMotion& reference);
+
+/// How far the run is, to the reference's horizon, from the one with half as many sub-steps; of A1 and A2
+/// from the one with a step twice as long. About the error where that falls with the first power of the step,
+/// and known without the reference's motion. Nothing of an odd number of sub-steps, and of A1 and A2 where
+/// the scene's step is no even number of the run's.
+std::optional<MotionDifference> coarser_difference(const Scene& scene, const Settings& settings,
+                                                   const ReferenceMotion& reference);
 
 /// Whether all bodies start at rest, and stay there in the reference.
 bool stands(const Scene& scene, const ReferenceMotion& reference);

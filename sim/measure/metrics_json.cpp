@@ -26,11 +26,6 @@ Json spread(const Spread& value) {
   return {{"rms", number(value.rms)}, {"largest", number(value.largest)}};
 }
 
-Json difference(const std::optional<MotionDifference>& value) {
-  if (!value) return "none";
-  return {{"position", spread(value->position)}, {"orientation", spread(value->orientation)}};
-}
-
 double number_in(const Json& json) {
   return json.is_null() ? std::numeric_limits<double>::infinity() : json.get<double>();
 }
@@ -40,11 +35,6 @@ std::optional<double> optional_in(const Json& json) {
 }
 Spread spread_in(const Json& json) {
   return {number_in(json.at("rms")), number_in(json.at("largest"))};
-}
-
-std::optional<MotionDifference> difference_in(const Json& json) {
-  if (json.is_string()) return std::nullopt;
-  return MotionDifference{spread_in(json.at("position")), spread_in(json.at("orientation"))};
 }
 
 constexpr std::array bounds{std::pair{Bound::equal, "value"}, std::pair{Bound::at_most, "at_most"},
@@ -93,13 +83,22 @@ auto reading(const Json& json, const Read& read) {
 
 }  // namespace
 
+Json to_json(const MotionDifference& x) {
+  return {{"position", spread(x.position)}, {"orientation", spread(x.orientation)}};
+}
+
+MotionDifference difference_in(const Json& json) {
+  return reading(json, [](const Json& j) {
+    return MotionDifference{spread_in(j.at("position")), spread_in(j.at("orientation"))};
+  });
+}
+
 Json to_json(const Metrics& x) {
   return {{"position", spread(x.error.position)},
           {"orientation", spread(x.error.orientation)},
           {"stepping_error", number(x.parts.stepping)},
           {"solver_error", number(x.parts.solver)},
           {"model_error", number(x.parts.model)},
-          {"coarser", difference(x.parts.coarser)},
           {"residual", spread(x.residual)},
           {"row_solves", x.row_solves},
           {"joint_gap", number(x.joint_gap)},
@@ -120,7 +119,7 @@ Metrics metrics_in(const Json& json) {
     Metrics x;
     x.error = {spread_in(j.at("position")), spread_in(j.at("orientation"))};
     x.parts = {number_in(j.at("stepping_error")), optional_in(j.at("solver_error")),
-               optional_in(j.at("model_error")), difference_in(j.at("coarser"))};
+               optional_in(j.at("model_error"))};
     x.residual = spread_in(j.at("residual"));
     x.row_solves = j.at("row_solves").get<std::int64_t>();
     x.joint_gap = number_in(j.at("joint_gap"));

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <tuple>
 #include <utility>
 
 #include "sim/model/settings_fields.h"
@@ -76,73 +77,112 @@ std::map<SceneKind, KindOfScenes> kinds_of(const Records& records, std::size_t t
   return kinds;
 }
 
-/// The scene's run with the same setting at the same part of its step. Joints are no setting of a scene
-/// without any.
-const SweepRecord* same_setting(const Records& scene, const SweepRecord& setting) {
-  for (const SweepRecord& record : scene) {
-    if (!is_own_run(record) || record.divisions != setting.divisions) continue;
-    const bool is_same = std::ranges::all_of(settings_fields, [&](const SettingsField& field) {
-      const bool is_asked = field.name != "step" && (field.name != "joints" || record.traits.has_joints);
-      return !is_asked || text_of(record.settings, field) == text_of(setting.settings, field);
-    });
-    if (is_same) return &record;
+/// n, or into how many parts A1 and A2 divide the scene's step.
+int refinement_of(const SweepRecord& run) {
+  return run.settings.algorithm >= Algorithm::a3 ? run.settings.substeps : run.divisions;
+}
+
+/// Whether the two differ in nothing but that. Joints are no setting of a scene without any.
+bool is_of_family(const SweepRecord& run, const SweepRecord& setting) {
+  if (!is_own_run(run) || (run.settings.algorithm >= Algorithm::a3 && run.divisions != 1)) return false;
+  return std::ranges::all_of(settings_fields, [&](const SettingsField& field) {
+    const bool is_asked =
+        field.name != "step" && field.name != "substeps" && (field.name != "joints" || run.traits.has_joints);
+    return !is_asked || text_of(run.settings, field) == text_of(setting.settings, field);
+  });
+}
+
+double difference_of(const SweepRecord& run) {
+  return run.coarser ? relative_difference(*run.coarser, run.size) : infinite;
+}
+
+bool is_accepted(const SweepRecord& run, double accuracy) {
+  const Metrics& x = *run.metrics;
+  const double most = accuracy * run.size;
+  return x.bounded && std::max(x.joint_gap, x.penetration) <= most &&
+         difference_of(run) <= accuracy / refinement_margin &&
+         x.parts.model.value_or(0) <= most / refinement_margin;
+}
+
+/// The scene's runs with the setting, the coarsest first.
+std::vector<const SweepRecord*> family_of(const Records& scene, const SweepRecord& setting) {
+  std::vector<const SweepRecord*> family;
+  for (const SweepRecord& run : scene) {
+    if (is_of_family(run, setting)) family.push_back(&run);
   }
-  return nullptr;
+  std::ranges::sort(family, {}, [](const SweepRecord* run) { return refinement_of(*run); });
+  return family;
 }
 
-bool contains(const Records& records, const SweepRecord& record) {
-  return std::ranges::any_of(records, [&](const SweepRecord& other) { return other.key == record.key; });
+const SweepRecord* accepted(const std::vector<const SweepRecord*>& family, double accuracy) {
+  const auto found =
+      std::ranges::find_if(family, [&](const SweepRecord* run) { return is_accepted(*run, accuracy); });
+  return found == family.end() ? nullptr : *found;
 }
-
 /// Cost over the cheapest good setting's; infinite where there is none.
 double cost_ratio(const Records& scene, const SweepRecord& record, double accuracy) {
   const auto best = cheapest(scene, accuracy);
   return best ? time_or_rows(record) / time_or_rows(*best) : infinite;
 }
 
-/// What a setting is worth on the scenes that a rule is made from: more is better first, less second.
+/// What a setting is worth on the scenes that a rule is made from.
 struct Worth {
-  int good_on = 0;
-  double cost = 0;  ///< the largest ratio
+  int right_on = 0;
+  int wrong_on = 0;
+  double cost = 0;  ///< the largest ratio where it is right
+
+  bool operator<(const Worth& other) const {
+    return std::tuple(-right_on, wrong_on, cost) < std::tuple(-other.right_on, other.wrong_on, other.cost);
+  }
 };
 
-std::optional<Worth> worth_of(const SweepRecord& setting, const std::vector<Records>& scenes, double accuracy,
-                              const std::vector<Records>& good) {
+Worth worth_of(const SweepRecord& setting, const std::vector<Records>& scenes, double accuracy) {
   Worth worth;
-  for (std::size_t i = 0; i < scenes.size(); ++i) {
-    const SweepRecord* const run = same_setting(scenes[i], setting);
-    if (!run) return std::nullopt;
-    if (!contains(good[i], *run)) continue;
-    ++worth.good_on;
-    worth.cost = std::max(worth.cost, cost_ratio(scenes[i], *run, accuracy));
+  for (const Records& scene : scenes) {
+    const SweepRecord* const run = accepted(family_of(scene, setting), accuracy);
+    if (!run) continue;
+    const double ratio = cost_ratio(scene, *run, accuracy);
+    if (ratio > rule_cost || !fault_of(*run, scene, accuracy).empty()) {
+      ++worth.wrong_on;
+      continue;
+    }
+    ++worth.right_on;
+    worth.cost = std::max(worth.cost, ratio);
   }
   return worth;
 }
 
-/// The setting that is worth most on the scenes, and what.
-std::pair<std::optional<SweepRecord>, Worth> best_setting(const std::vector<Records>& scenes, double accuracy,
-                                                          double margin) {
-  std::vector<Records> good;
-  good.reserve(scenes.size());
-  for (const Records& scene : scenes) good.push_back(good_runs(scene, accuracy, margin));
-  std::optional<SweepRecord> setting;
-  Worth best;
-  // Where joints are a setting, their settings are those of a scene that has some.
-  const auto with_joints =
-      std::ranges::find_if(scenes, [](const Records& scene) { return scene.front().traits.has_joints; });
-  for (const SweepRecord& candidate : with_joints == scenes.end() ? scenes.front() : *with_joints) {
-    if (!is_own_run(candidate)) continue;
-    const auto worth = worth_of(candidate, scenes, accuracy, good);
-    if (!worth || worth->good_on == 0 || worth->good_on < best.good_on) continue;
-    if (worth->good_on == best.good_on && !(worth->cost < best.cost)) continue;
-    best = *worth;
-    setting = candidate;
+/// One run of each setting that any of the scenes ran with.
+std::vector<const SweepRecord*> settings_of(const std::vector<Records>& scenes) {
+  std::vector<const SweepRecord*> settings;
+  for (const Records& scene : scenes) {
+    for (const SweepRecord& run : scene) {
+      const bool is_new = is_own_run(run) && std::ranges::none_of(settings, [&](const SweepRecord* setting) {
+                            return is_of_family(run, *setting);
+                          });
+      if (is_new) settings.push_back(&run);
+    }
   }
-  return {setting, best};
+  return settings;
+}
+
+void add_figures(const std::vector<Records>& scenes, Rule& rule) {
+  rule.least_cost = infinite;
+  rule.least_refinement = std::numeric_limits<int>::max();
+  for (const Records& scene : scenes) {
+    const SweepRecord* const run = accepted(family_of(scene, *rule.setting), rule.accuracy);
+    if (!run) continue;
+    rule.least_cost = std::min(rule.least_cost, cost_of(*run));
+    rule.most_cost = std::max(rule.most_cost, cost_of(*run));
+    rule.least_refinement = std::min(rule.least_refinement, refinement_of(*run));
+    rule.most_refinement = std::max(rule.most_refinement, refinement_of(*run));
+  }
 }
 
 Rule rule_for(const SceneKind& kind, const std::vector<Records>& all, double accuracy) {
-  Rule rule{kind, accuracy, {}, 0, {}, 0, infinite, 0};
+  Rule rule;
+  rule.kind = kind;
+  rule.accuracy = accuracy;
   std::vector<Records> scenes;
   for (const Records& scene : all) {
     // Where nothing is good enough there is nothing to learn.
@@ -151,27 +191,28 @@ Rule rule_for(const SceneKind& kind, const std::vector<Records>& all, double acc
     rule.made_from.push_back(scene.front().scene);
   }
   if (scenes.empty()) return rule;
-  for (const double margin : {rule_margin, 1.0}) {
-    const auto [setting, worth] = best_setting(scenes, accuracy, margin);
-    rule.good_on = worth.good_on;
-    rule.cost_ratio = std::min(rule_margin * worth.cost, rule_cost);
-    if (rule.good_on == static_cast<int>(scenes.size())) rule.setting = setting;
-    if (rule.setting) break;
+  std::optional<Worth> best;
+  for (const SweepRecord* const setting : settings_of(scenes)) {
+    const Worth worth = worth_of(*setting, scenes, accuracy);
+    if (worth.right_on == 0 || (best && !(worth < *best))) continue;
+    best = worth;
+    rule.setting = *setting;
   }
-  if (!rule.setting) return rule;
-  for (const Records& scene : scenes) {
-    const double cost = cost_of(*same_setting(scene, *rule.setting));
-    rule.least_cost = std::min(rule.least_cost, cost);
-    rule.most_cost = std::max(rule.most_cost, cost);
-  }
+  if (!best) return rule;
+  rule.right_on = best->right_on;
+  rule.cost_ratio = std::min(rule_margin * best->cost, rule_cost);
+  add_figures(scenes, rule);
   return rule;
 }
 
 RuleTrial trial_of(const Rule& rule, std::size_t index, const Records& scene) {
-  RuleTrial trial{scene.front().scene, index, false, "", false, NAN};
-  const SweepRecord* const run = rule.setting ? same_setting(scene, *rule.setting) : nullptr;
+  RuleTrial trial;
+  trial.scene = scene.front().scene;
+  trial.rule = index;
+  const SweepRecord* const run =
+      rule.setting ? accepted(family_of(scene, *rule.setting), rule.accuracy) : nullptr;
   if (!run) return trial;
-  trial.has_advice = true;
+  trial.advice = *run;
   trial.fault = fault_of(*run, scene, rule.accuracy);
   if (!trial.fault.empty()) return trial;
   trial.keeps_error = true;
@@ -188,9 +229,9 @@ template <typename Wanted>
 std::vector<std::string> scenes_where(const std::vector<RuleTrial>& trials, const Wanted& wanted) {
   std::vector<std::string> scenes;
   for (const RuleTrial& trial : trials) {
-    if (!trial.has_advice || std::ranges::find(scenes, trial.scene) != scenes.end()) continue;
+    if (!trial.advice || std::ranges::find(scenes, trial.scene) != scenes.end()) continue;
     const bool all = std::ranges::all_of(trials, [&](const RuleTrial& other) {
-      return other.scene != trial.scene || !other.has_advice || wanted(other);
+      return other.scene != trial.scene || !other.advice || wanted(other);
     });
     if (all) scenes.push_back(trial.scene);
   }
@@ -265,7 +306,7 @@ std::vector<AnswerCount> cross_validation(const Records& all) {
   for (std::size_t third = 0; third < 3; ++third) {
     const DecisionTable table = made_of(kinds_of(records, third));
     for (const RuleTrial& trial : table.trials) {
-      if (!trial.has_advice) continue;
+      if (!trial.advice) continue;
       AnswerCount& count =
           *std::ranges::find(counts, table.rules[trial.rule].accuracy, &AnswerCount::accuracy);
       ++count.answers;

@@ -1,15 +1,24 @@
 #pragma once
-/// Which setting to take for which kind of scene: rules that are made from some scenes of a sweep and tried
-/// on the others, which had no part in them.
+/// Which algorithm to take for which kind of scene, and how many sub-steps: rules that are made from some
+/// scenes of a sweep and tried on others, which had no part in them.
+///
+/// A rule names an algorithm, its iterations, τ, κ and joints. The number of sub-steps (of A1 and A2 the part
+/// of the scene's step) comes from the scene itself: it is doubled until a run is accepted. A run is accepted
+/// that stays bounded, whose joints and contacts are closed to the error wanted, and whose RMS difference to
+/// the run with half as many is at most that error over `refinement_margin`; of A4 and A5, whose model no
+/// number of sub-steps mends, also that to A3 with the same settings. All of that is known without a
+/// reference. Where no run of the sweep is accepted the rule gives no advice.
+///
+/// Of all settings that ran on scenes of a kind, a rule takes those that are right on most of them: the
+/// accepted run is good enough (advice.h) and costs at most ten times the cheapest that is. Among these it
+/// takes those that are wrong on fewest, and among these the one whose largest cost is smallest. It promises
+/// the error, and twice that cost or ten times the cheapest's, whichever is less. On a scene that was held
+/// out a rule is right where the run that it accepts keeps what it promises.
 ///
 /// The sweep's file says which scenes are held out. Where it holds out none, it is, of each kind, its scenes
-/// sorted by name, the second, the fifth, the eighth …. Of the settings that ran on every other scene of the
-/// kind, a rule takes one that is good enough on all of them, with a margin of two in the error where any is;
-/// and among those the one whose largest cost, over the cheapest setting's on that scene that is good enough,
-/// is smallest. It promises that error, without the margin, and twice that cost, or ten times the cheapest's,
-/// whichever is less. Where no setting is good enough on all, there is no rule. On a scene that was held out
-/// a rule is right where its setting keeps what it promises.
+/// sorted by name, the second, the fifth, the eighth ….
 
+#include <cmath>
 #include <compare>
 #include <optional>
 #include <string>
@@ -31,7 +40,8 @@ struct SceneKind {
 };
 
 inline constexpr double heavy_ratio = 100;
-inline constexpr double rule_margin = 2;  ///< in error and in cost
+inline constexpr double refinement_margin = 2;
+inline constexpr double rule_margin = 2;  ///< in cost
 inline constexpr double rule_cost = 10;   ///< times the cheapest: no rule promises to cost more
 /// Loops or springs with fewer scenes to learn from than this have no line of their own: one scene says
 /// nothing of the next. (Large mass ratios always have one: what is good on light scenes is not on them.)
@@ -45,22 +55,24 @@ struct Rule {
   SceneKind kind;
   double accuracy = 0;                 ///< of the scene's size
   std::vector<std::string> made_from;  ///< scenes
-  int good_on = 0;                     ///< of them: so many by the setting that is good enough on most
-  /// The setting as it ran on one of them; nothing where no setting is good enough on all.
+  int right_on = 0;                    ///< of them
+  /// The settings as they ran on one of them; nothing where none is right on any.
   std::optional<SweepRecord> setting;
+  int least_refinement = 0;  ///< n, or into how many parts A1 and A2 divide the step, on these scenes
+  int most_refinement = 0;
   double cost_ratio = 0;  ///< promised: over the cheapest setting that is good enough
   double least_cost = 0;  ///< CPU time of a simulated second, s; not a number where there are no times
-  double most_cost = 0;   ///< over the scenes that it is made from
+  double most_cost = 0;
 };
 
 /// A rule on a scene that was held out, where some setting measured is good enough.
 struct RuleTrial {
   std::string scene;
-  std::size_t rule = 0;      ///< index into DecisionTable::rules
-  bool has_advice = true;    ///< the rule has a setting, and the scene ran with it
-  std::string fault;         ///< why it is not right; empty: it is
-  bool keeps_error = false;  ///< it is as accurate as promised, whatever it costs
-  double cost_ratio = 0;     ///< over the cheapest that is good enough; not a number where it is not good
+  std::size_t rule = 0;               ///< index into DecisionTable::rules
+  std::optional<SweepRecord> advice;  ///< the run that is accepted
+  std::string fault;                  ///< why it is not right; empty: it is, or there is no advice
+  bool keeps_error = false;           ///< it is as accurate as promised, whatever it costs
+  double cost_ratio = NAN;  ///< over the cheapest that is good enough; not a number where it is not good
 };
 
 struct DecisionTable {

@@ -138,6 +138,7 @@ SweepRecord measured(const Sweep& sweep, const SweepJob& job, const ReferenceMot
   } else {
     record.substep_radius = substep_radius(scene, job.settings);
     record.metrics = measure(scene, job.settings, reference);
+    record.coarser = coarser_difference(scene, job.settings, reference);
     if (sweep.repetitions > 0) record.times = time_run(scene, job.settings, sweep.repetitions);
   }
   return record;

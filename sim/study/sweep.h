@@ -40,6 +40,7 @@ struct SweepRecord {
   /// Of a sub-step's map with these settings, where it has one (substep_map.h).
   std::optional<double> substep_radius;
   std::optional<Metrics> metrics;
+  std::optional<MotionDifference> coarser;  ///< from the run with half as many sub-steps (metrics.h)
   std::optional<RunTimes> times;
   std::optional<StabilityLimit> limit;
 };

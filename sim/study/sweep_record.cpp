@@ -81,6 +81,10 @@ void require_possible(const SweepRecord& r) {
       not_negative(what, value);
     }
   }
+  if (r.coarser) {
+    not_negative("coarser", r.coarser->position.rms);
+    not_negative("coarser", r.coarser->orientation.rms);
+  }
   if (r.times) {
     const RunTimes& t = *r.times;
     require(t.repetitions >= 1, "repetitions", t.repetitions);
@@ -131,6 +135,7 @@ std::string to_json(const SweepRecord& r) {
                    {"omitted", r.omitted}});
   if (r.substep_radius) json["substep_radius"] = *r.substep_radius;
   if (r.metrics) json["metrics"] = to_json(*r.metrics);
+  if (r.coarser) json["coarser"] = to_json(*r.coarser);
   if (r.limit) {
     json["limit"] = {{"divisions", r.limit->divisions}, {"most", r.limit->most}, {"runs", r.limit->runs}};
   }
@@ -161,6 +166,7 @@ SweepRecord record_in(const std::string& text) {
     r.traits = traits_in(json.at("traits"));
     if (json.contains("substep_radius")) r.substep_radius = json["substep_radius"].get<double>();
     if (json.contains("metrics")) r.metrics = metrics_in(json["metrics"]);
+    if (json.contains("coarser")) r.coarser = difference_in(json["coarser"]);
     if (json.contains("times")) r.times = times_in(json["times"]);
     if (json.contains("limit")) {
       const Json& limit = json["limit"];

@@ -138,8 +138,11 @@ bool is_other_engine(const SweepRecord& record) {
 
 double error_of(const SweepRecord& record) {
   if (!record.metrics) return std::numeric_limits<double>::infinity();
-  const MotionDifference& error = record.metrics->error;
-  return error.position.rms > 0 ? error.position.rms / record.size : error.orientation.rms;
+  return relative_difference(record.metrics->error, record.size);
+}
+
+double relative_difference(const MotionDifference& difference, double size) {
+  return difference.position.rms > 0 ? difference.position.rms / size : difference.orientation.rms;
 }
 
 }  // namespace substep
