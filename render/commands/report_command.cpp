@@ -37,9 +37,11 @@ void report(const ReportOptions& options) {
     progress.show("sweep", 0);
     run_sweep(sweep, {results, options.threads, 1, 1}, [&](double share) { progress.show("sweep", share); });
     merge_sweep(sweep, results);
-    const fs::path scenes = options.scenes.value_or(options.sweep.parent_path());
-    page = make_report({read_records(results), scenes, sweep.properties, {}},
-                       [&](double share) { progress.show("drawing", share); });
+    FigureSource source;
+    source.add(read_records(results));
+    source.scenes = options.scenes.value_or(options.sweep.parent_path());
+    source.properties = sweep.properties;
+    page = make_report(source, [&](double share) { progress.show("drawing", share); });
   }
   for (const Block& block : page.blocks) {
     if (block.kind == Block::Kind::picture) write_file(options.output / block.file, block.svg);

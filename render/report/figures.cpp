@@ -11,11 +11,22 @@
 #include "render/report/validity_figures.h"
 #include "sim/error.h"
 #include "sim/loading/load_scene.h"
+#include "sim/study/sweep_results.h"
 
 namespace substep {
 
 Scene FigureSource::scene(const std::string& name) const {
   return load_scene(scenes / (name + ".gltf"));
+}
+
+void FigureSource::add(const std::vector<SweepRecord>& all) {
+  for (const SweepRecord& record : all) (is_shown(record) ? records : rule_records).push_back(record);
+}
+
+std::vector<SweepRecord> FigureSource::with_rule_records() const {
+  std::vector<SweepRecord> all = records;
+  all.insert(all.end(), rule_records.begin(), rule_records.end());
+  return all;
 }
 
 const std::vector<ReportFigure>& figures() {

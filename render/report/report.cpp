@@ -76,18 +76,22 @@ TextTable without_empty_columns(const TextTable& table) {
 class Report {
  public:
   Report(const FigureSource& source, Pictures pictures)
-      : source_(source), records_(source.records), pictures_(std::move(pictures)) {
+      : source_(source),
+        records_(source.records),
+        rule_records_(source.with_rule_records()),
+        pictures_(std::move(pictures)) {
     for (const std::string& scene : scenes_of(records_)) {
       conditions_.insert(scene);
       conditions_.insert(has_contacts(of_scene(records_, scene)) ? "contacts" : "joints");
     }
+    for (const std::string& scene : scenes_of(source.rule_records)) conditions_.insert(scene);
     if (source.properties) conditions_.insert("properties");
     if (!orders_.rows.empty()) conditions_.insert("orders");
     if (!sliding_table(records_).rows.empty()) conditions_.insert("sliding");
     if (!limits_table(records_, true).rows.empty()) conditions_.insert("limits with contacts");
     if (std::ranges::any_of(records_, [](const SweepRecord& record) { return record.times.has_value(); }))
       conditions_.insert("times");
-    if (!rules_faults_table(decisions_, records_).rows.empty()) conditions_.insert("wrong rules");
+    if (!rules_faults_table(decisions_, rule_records_).rows.empty()) conditions_.insert("wrong rules");
     if (!ahead_table(records_).rows.empty()) conditions_.insert("ahead");
   }
 
@@ -162,9 +166,9 @@ class Report {
         fmt::arg("won_scenes", fmt::join(equal_rows_.holding, ", ")),
         fmt::arg("lost_scenes", lost.empty() ? "" : fmt::format(" Not on {}.", fmt::join(lost, ", "))),
         fmt::arg("heavy_ratio", heavy_ratio), fmt::arg("rule_margin", rule_margin),
-        fmt::arg("rule_cost", rule_cost), fmt::arg("asked", decisions_.trials.size()),
-        fmt::arg("tried", tried.size()), fmt::arg("right", right.size()),
-        fmt::arg("tried_scenes", fmt::join(tried, ", ")),
+        fmt::arg("rule_cost", rule_cost), fmt::arg("refinement_margin", refinement_margin),
+        fmt::arg("asked", decisions_.trials.size()), fmt::arg("tried", tried.size()),
+        fmt::arg("right", right.size()), fmt::arg("tried_scenes", fmt::join(tried, ", ")),
         fmt::arg("answers", answers([](const RuleTrial&) { return true; })),
         fmt::arg("right_answers", answers([](const RuleTrial& trial) { return trial.fault.empty(); })),
         fmt::arg("accurate_answers", answers([](const RuleTrial& trial) { return trial.keeps_error; })),
@@ -175,7 +179,7 @@ class Report {
   /// "at 1 % 26 of 29 answers (28 by their error alone), at 0.1 % …"
   std::string each_third() const {
     std::vector<std::string> texts;
-    for (const AnswerCount& count : cross_validation(records_))
+    for (const AnswerCount& count : cross_validation(rule_records_))
       texts.push_back(fmt::format("at {:g} % {} of {} answers ({} by their error alone)",
                                   100 * count.accuracy, count.right, count.answers, count.keep_error));
     return fmt::format("{}", fmt::join(texts, ", "));
@@ -206,10 +210,11 @@ class Report {
 
   const FigureSource& source_;
   const std::vector<SweepRecord>& records_;
+  const std::vector<SweepRecord> rule_records_;  ///< of all scenes
   const Pictures pictures_;
   const TextTable orders_ = orders_table(records_);
   const EqualRows equal_rows_ = equal_rows(records_);
-  const DecisionTable decisions_ = decision_table(records_);
+  const DecisionTable decisions_ = decision_table(rule_records_);
   const std::string each_third_ = each_third();
   std::set<std::string> conditions_;  ///< that hold: names of scenes, and what the constructor adds
   Document page_;
@@ -244,7 +249,7 @@ class Report {
        }},
       {"wrong rules",
        [this] {
-         if (has_rules()) table(rules_faults_table(decisions_, records_));
+         if (has_rules()) table(rules_faults_table(decisions_, rule_records_));
        }},
   };
 };

@@ -21,11 +21,12 @@ int main(int argc, char** argv) {
     for (const substep::make::SampledFamily& family : substep::make::sampled_families) {
       for (int number = 1; number <= family.sampled + family.held_out; ++number) {
         const char* const part = number <= family.sampled ? "sampled" : "held_out";
-        substep::write_file(folder / part / family.folder / fmt::format("{}_{}.gltf", family.name, number),
-                            family.text(number));
+        const std::filesystem::path own = folder / part / family.folder;
+        std::filesystem::create_directories(own);
+        substep::write_file(own / fmt::format("{}_{}.gltf", family.name, number), family.text(number));
       }
     }
-  } catch (const substep::Error& error) {
+  } catch (const std::exception& error) {
     fmt::print(stderr, "make_scenes: {}\n", error.what());
     return 2;
   }

@@ -44,8 +44,12 @@ void join_small_kinds(std::map<SceneKind, KindOfScenes>& kinds) {
   }
 }
 
+bool is_held_out(const SweepRecord& record) {
+  return record.use == SceneUse::trial;
+}
+
 bool is_any_held_out(const Records& records) {
-  return std::ranges::any_of(records, &SweepRecord::is_held_out);
+  return std::ranges::any_of(records, is_held_out);
 }
 
 /// Those that the sweep's file holds out, the others.
@@ -55,7 +59,7 @@ std::map<SceneKind, KindOfScenes> kinds_of(const Records& records) {
     const Records own = of_scene(records, scene);
     if (std::ranges::none_of(own, is_own_run)) continue;
     KindOfScenes& kind = kinds[kind_of(own.front().traits)];
-    (own.front().is_held_out ? kind.held_out : kind.made_from).push_back(own);
+    (is_held_out(own.front()) ? kind.held_out : kind.made_from).push_back(own);
   }
   join_small_kinds(kinds);
   return kinds;
@@ -299,7 +303,7 @@ DecisionTable decision_table(const Records& records) {
 
 std::vector<AnswerCount> cross_validation(const Records& all) {
   Records records = all;
-  std::erase_if(records, [](const SweepRecord& record) { return record.is_held_out; });
+  std::erase_if(records, is_held_out);
   std::vector<AnswerCount> counts;
   counts.reserve(accuracies.size());
   for (const double accuracy : accuracies) counts.push_back({accuracy, 0, 0, 0});

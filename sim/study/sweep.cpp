@@ -41,7 +41,7 @@ std::string fingerprint(const Sweep& sweep, const SweepJob& job) {
   const Scene& scene = sweep.scenes.at(job.scene);
   const std::string text =
       fmt::format("{:x} {:x} {} {} {} {} {}", program_hash(), scene.hash, sweep.horizon_of(job.scene),
-                  scene.duration, sweep.repetitions, sweep.most, sweep.held_out.contains(job.scene));
+                  scene.duration, sweep.repetitions, sweep.most, static_cast<int>(sweep.use_of(job.scene)));
   return fmt::format("{:016x}", fnv1a(text));
 }
 
@@ -117,7 +117,7 @@ SweepRecord measured(const Sweep& sweep, const SweepJob& job, const ReferenceMot
   SweepRecord record;
   record.key = job.key;
   record.scene = job.scene;
-  record.is_held_out = sweep.held_out.contains(job.scene);
+  record.use = sweep.use_of(job.scene);
   record.engine = job.engine;
   record.label = label(job.settings);
   record.settings = job.settings;

@@ -23,9 +23,9 @@ namespace substep {
 struct SweepRecord {
   std::string key;
   std::string scene;
-  bool is_held_out = false;  ///< no rule is made of the scene (decision_table.h)
-  std::string engine;        ///< empty: one of our algorithms
-  std::string label;         ///< "A3  n=4 m=1 plain  h=1/60", "Bullet SI  h=1/60"
+  SceneUse use = SceneUse::all;  ///< of the scene
+  std::string engine;            ///< empty: one of our algorithms
+  std::string label;             ///< "A3  n=4 m=1 plain  h=1/60", "Bullet SI  h=1/60"
   Settings settings;
   int divisions = 1;             ///< of the scene's step: the step is that / divisions
   SceneTraits traits;            ///< of the scene

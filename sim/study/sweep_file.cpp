@@ -89,7 +89,8 @@ class Reader : private TomlValues {
   Sweep read() {
     const toml::table root = parse();
     expect_keys(root, "the sweep file",
-                {"horizon", "repetitions", "most", "properties", "held_out", "horizons", "grid", "limit"});
+                {"horizon", "repetitions", "most", "properties", "for_rules", "held_out", "horizons", "grid",
+                 "limit"});
     if (const auto* node = root.get("horizon")) sweep_.horizon = positive(*node, "horizon");
     if (const auto* node = root.get("repetitions"))
       sweep_.repetitions = integer(*node, "repetitions", 0, 1000);
@@ -107,15 +108,8 @@ class Reader : private TomlValues {
       }
     }
     if (sweep_.jobs.empty()) throw Error(fmt::format("{}: has no [[grid]]", sweep_.file.string()));
-    for (const toml::node* const node : list(root, "held_out")) {
-      for (const fs::path& file : files_of(*node, "held_out")) {
-        const auto entry =
-            std::ranges::find_if(sweep_.scenes, [&](const auto& x) { return x.second.file == file; });
-        if (entry == sweep_.scenes.end())
-          fail(*node, fmt::format("'{}' is a scene of no grid", file.string()));
-        sweep_.held_out.insert(entry->first);
-      }
-    }
+    read_uses(root, "for_rules", SceneUse::rules);
+    read_uses(root, "held_out", SceneUse::trial);
     if (const auto* node = root.get("horizons")) read_horizons(*node);
     return std::move(sweep_);
   }
@@ -129,6 +123,19 @@ class Reader : private TomlValues {
     }
     if (names.empty()) fail(node, fmt::format("'{}' is a scene of no grid", pattern));
     return names;
+  }
+
+  void read_uses(const toml::table& root, std::string_view key, SceneUse use) {
+    for (const toml::node* const node : list(root, key)) {
+      for (const fs::path& file : files_of(*node, key)) {
+        const auto entry =
+            std::ranges::find_if(sweep_.scenes, [&](const auto& scene) { return scene.second.file == file; });
+        if (entry == sweep_.scenes.end())
+          fail(*node, fmt::format("'{}' is a scene of no grid", file.string()));
+        if (!sweep_.uses.try_emplace(entry->first, use).second)
+          fail(*node, fmt::format("'{}' is named twice", entry->first));
+      }
+    }
   }
 
   void read_horizons(const toml::node& node) {
@@ -169,8 +176,9 @@ class Reader : private TomlValues {
     if (pattern.find('*') == std::string::npos) return {file};
     std::vector<fs::path> files;
     std::error_code none;
-    for (const auto& entry : fs::directory_iterator(file.parent_path(), none)) {
-      if (fnmatch(pattern.c_str(), entry.path().filename().c_str(), 0) == 0) files.push_back(entry.path());
+    for (const auto& entry :
+         fs::directory_iterator(file.has_parent_path() ? file.parent_path() : ".", none)) {
+      if (fnmatch(pattern.c_str(), entry.path().filename().c_str(), 0) == 0) files.push_back(entry.path().lexically_normal());
     }
     if (files.empty()) fail(node, fmt::format("no file is like '{}'", file.string()));
     std::ranges::sort(files);
@@ -291,6 +299,11 @@ class Reader : private TomlValues {
 double Sweep::horizon_of(const std::string& scene) const {
   const auto own = horizons.find(scene);
   return std::min(own == horizons.end() ? horizon : own->second, scenes.at(scene).duration);
+}
+
+SceneUse Sweep::use_of(const std::string& scene) const {
+  const auto own = uses.find(scene);
+  return own == uses.end() ? SceneUse::all : own->second;
 }
 
 Sweep read_sweep(const fs::path& file) {

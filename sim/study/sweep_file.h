@@ -5,23 +5,22 @@
 ///     repetitions = 5                   # of a run whose CPU time is measured; 0: no times
 ///     most = 64                         # how fine a search for the stability limit may go
 ///     properties = true                 # `substep report` also shows what the algorithms do on test scenes
-///                                       # of their own, read from the sweep file's folder; else nothing
-///                                       # but these
-///     held_out = ["sampled/*.gltf"]     # scenes of the grids that the decision table's rules are tried on
-///     and
-///                                       # not made from, and that the report's other parts leave out
+///                                       # of their own, read from the sweep file's folder
+///     for_rules = ["sampled/*.gltf"]    # scenes of the grids of which the report makes rules, and nothing
+///     else held_out = ["held_out/*.gltf"]    # on which it tries the rules, and nothing else
 ///
-///     [horizons]                        # other horizons, by scene, or by all whose names are like it
+///     [horizons]                        # other horizons, by scene, or for all whose names are like it
 ///     rod_chain = 1
 ///     "stacked_*" = 0.1
 ///
 ///     [[grid]]                          # all combinations of its lists; what is absent has one value
-///     scenes = ["pendulum.gltf"]        # relative to the sweep file; "*" stands for any part of a file's
-///     name algorithms = ["a3", "a4", "a5"] divisions = [1, 2, 4]             # of the scene's step: h = step
-///     / 1, step / 2, … substeps = [1, 2, 4, 8]           # n; A1 and A2 have none iterations = [1] # m; A1
-///     has none joints = ["plain", "stable"]      # and so any other field of settings_fields.h: tau, kappa,
-///     … engines = ["bullet-si"]           # engines to run beside them, where the program was built with
-///     them
+///     scenes = ["pendulum.gltf"]        # relative to the sweep file; a name with "*" is a shell's pattern
+///     algorithms = ["a3", "a4", "a5"]
+///     divisions = [1, 2, 4]             # of the scene's step: h = step / 1, step / 2, …
+///     substeps = [1, 2, 4, 8]           # n; A1 and A2 have none
+///     iterations = [1]                  # m; A1 has none
+///     joints = ["plain", "stable"]      # and so any other field of settings_fields.h: tau, kappa, …
+///     engines = ["bullet-si"]           # engines to run beside them, where the program was built with them
 ///
 ///     [[limit]]                         # how coarse each may be and stay bounded, by bisection. The same
 ///     scenes = ["pendulum.gltf"]        # keys but `divisions`, `substeps` and `engines`
@@ -31,7 +30,6 @@
 
 #include <filesystem>
 #include <map>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -39,6 +37,13 @@
 #include "sim/scene/scene.h"
 
 namespace substep {
+
+/// What the report makes of a scene.
+enum class SceneUse {
+  all,    ///< it shows it, and makes rules from it
+  rules,  ///< it makes rules from it
+  trial,  ///< it tries rules on it
+};
 
 struct SweepJob {
   std::string key;  ///< "rod_chain.a3-h1-n4-m1-t1-k1-plain": a file's name, and what it does
@@ -56,11 +61,12 @@ struct Sweep {
   int most = 64;
   bool properties = false;
   std::map<std::string, double> horizons;
-  std::map<std::string, Scene> scenes;  ///< by name
-  std::set<std::string> held_out;       ///< names of scenes
-  std::vector<SweepJob> jobs;           ///< in the file's order, each once
+  std::map<std::string, Scene> scenes;   ///< by name
+  std::map<std::string, SceneUse> uses;  ///< by name, of those that are not for all
+  std::vector<SweepJob> jobs;            ///< in the file's order, each once
 
   double horizon_of(const std::string& scene) const;
+  SceneUse use_of(const std::string& scene) const;
 };
 
 /// Reads the file and its scenes. Throws Error with file and line for what is unknown, missing, of a wrong

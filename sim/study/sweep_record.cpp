@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <string_view>
 #include <utility>
 
 #include "sim/error.h"
@@ -98,6 +101,19 @@ void require_possible(const SweepRecord& r) {
   }
 }
 
+constexpr std::array<std::string_view, 3> uses{"all", "rules", "trial"};
+
+std::string_view name(SceneUse use) {
+  return uses.at(static_cast<std::size_t>(use));
+}
+
+SceneUse use_named(const std::string& text) {
+  const auto found = std::ranges::find(uses, text);
+  if (found == uses.end())
+    throw Error(fmt::format("not what a sweep wrote: '{}' is no use of a scene", text));
+  return static_cast<SceneUse>(found - uses.begin());
+}
+
 SceneTraits traits_in(const Json& json) {
   SceneTraits traits;
   json.at("joints").get_to(traits.has_joints);
@@ -111,11 +127,8 @@ SceneTraits traits_in(const Json& json) {
 }  // namespace
 
 std::string to_json(const SweepRecord& r) {
-  Json json{{"key", r.key},
-            {"scene", r.scene},
-            {"held_out", r.is_held_out},
-            {"engine", r.engine},
-            {"label", r.label}};
+  Json json{
+      {"key", r.key}, {"scene", r.scene}, {"use", name(r.use)}, {"engine", r.engine}, {"label", r.label}};
   json.update(to_json(r.settings));
   const SceneTraits& traits = r.traits;
   json.update(Json{{"divisions", r.divisions},
@@ -150,7 +163,7 @@ SweepRecord record_in(const std::string& text) {
     const auto read = [&](const char* key, auto& value) { json.at(key).get_to(value); };
     read("key", r.key);
     read("scene", r.scene);
-    read("held_out", r.is_held_out);
+    r.use = use_named(json.at("use").get<std::string>());
     read("engine", r.engine);
     read("label", r.label);
     read("size", r.size);

@@ -101,6 +101,10 @@ std::vector<SweepRecord> equal_row_runs(const std::vector<SweepRecord>& records,
   return runs;
 }
 
+bool is_shown(const SweepRecord& record) {
+  return record.use == SceneUse::all;
+}
+
 std::vector<SweepRecord> of_scene(const std::vector<SweepRecord>& records, const std::string& scene) {
   std::vector<SweepRecord> own;
   for (const SweepRecord& record : records) {

@@ -13,6 +13,9 @@ std::vector<SweepRecord> of_scene(const std::vector<SweepRecord>& records, const
 /// Names of the scenes, in the sweep's order.
 std::vector<std::string> scenes_of(const std::vector<SweepRecord>& records);
 
+/// Whether the scene is of a page's figures and tables, and not for rules alone.
+bool is_shown(const SweepRecord& record);
+
 /// Whether it is a run of an engine that is not ours.
 bool is_other_engine(const SweepRecord& record);
 

@@ -85,8 +85,9 @@ TEST_F(SweepResults, EveryRowOfATableHasACellForEachColumn) {
   const TextTable& rules = tables[9];
   ASSERT_EQ(rules.rows.size(), 2u);
   for (const std::vector<std::string>& row : rules.rows) {
-    EXPECT_EQ(row[11], "pendulum");
-    EXPECT_THAT(row[12], testing::AnyOf("1 of 1", "0 of 1"));
+    EXPECT_EQ(row[10], "pendulum");
+    EXPECT_THAT(row[11], testing::AnyOf("1 of 1", "0 of 1"));
+    EXPECT_THAT(row[12], testing::AnyOf("1 of 1", "0 of 1", "0 of 0; 1 got no advice"));
   }
 }
 
@@ -173,6 +174,30 @@ TEST_F(SweepResults, ThePageSpeaksOfItsOwnScenesAlone) {
     EXPECT_EQ(page[below], '|') << page.substr(page.rfind('\n', at - 2) + 1, 200);
     at = below;
   }
+}
+
+TEST_F(SweepResults, ScenesForRulesAreInNothingElse) {
+  std::vector<SweepRecord> all = source().records;
+  for (const SweepRecord& record : of_scene(source().records, "pendulum")) {
+    for (int i = 1; i <= 7; ++i) {
+      SweepRecord& copy = all.emplace_back(record);
+      copy.scene = fmt::format("sample_{}", i);
+      copy.key = copy.scene + record.key;
+      copy.use = i == 1 ? SceneUse::rules : SceneUse::trial;
+    }
+  }
+  FigureSource divided;
+  divided.add(all);
+  divided.properties = false;
+  EXPECT_EQ(divided.records.size(), source().records.size());
+  EXPECT_EQ(divided.with_rule_records().size(), all.size());
+  const std::string page = to_markdown(report_page(divided, {}));
+  const std::string said = "**Right on 6 of 6 scenes that were held out**";
+  EXPECT_THAT(page, HasSubstr(said));
+  EXPECT_THAT(page, HasSubstr("pendulum, rod_chain, sample_1 | 3 of 3 | 6 of 6 |"));
+  EXPECT_EQ(page.find("sample_"), page.find("sample_1"));
+  EXPECT_GT(page.find("sample_1"), page.find("## Which setting for which scene"));
+  EXPECT_THAT(page, Not(HasSubstr("### sample_")));
 }
 
 TEST_F(SweepResults, ScenesBesideEnginesAreThoseWhereOneRan) {

@@ -15,6 +15,7 @@ SweepRecord example() {
   SweepRecord record;
   record.key = "0123";
   record.scene = "a scene";
+  record.use = SceneUse::trial;
   record.label = "A3  n=4 m=1 plain  h=1/60";
   record.settings.algorithm = Algorithm::a3;
   record.settings.substeps = 4;
@@ -33,6 +34,7 @@ SweepRecord example() {
   record.substep_radius = 0.75;
   record.metrics.emplace();
   record.metrics->row_solves = 1200;
+  record.coarser = MotionDifference{{0.25, 0.5}, {0.125, 1}};
   record.times = RunTimes{0.002, 0.001, 0.003, 3, {1, 2, 3, 4}};
   record.limit = StabilityLimit{2, 8, 5};
   return record;
@@ -44,6 +46,10 @@ TEST(SweepRecord, IsReadAsItWasWritten) {
   EXPECT_EQ(to_json(read), to_json(record));
   EXPECT_EQ(read.settings.substeps, 4);
   EXPECT_EQ(read.divisions, 2);
+  EXPECT_EQ(read.use, SceneUse::trial);
+  ASSERT_TRUE(read.coarser);
+  EXPECT_EQ(read.coarser->position.rms, 0.25);
+  EXPECT_EQ(read.coarser->orientation.largest, 1);
   EXPECT_TRUE(read.traits.has_joints && read.traits.has_loops);
   EXPECT_EQ(read.traits.contacts, ContactKind::rolling);
   EXPECT_EQ(read.traits.mass_ratio, 30);
@@ -71,6 +77,9 @@ TEST(SweepRecord, OfLessThanNothingIsRefused) {
   record = example();
   record.metrics->joint_gap = -1e-9;
   EXPECT_NE(complaint(record).find("joint_gap"), std::string::npos) << complaint(record);
+  record = example();
+  record.coarser->position.rms = -0.25;
+  EXPECT_NE(complaint(record).find("coarser"), std::string::npos) << complaint(record);
   record = example();
   record.substep_radius = -0.5;
   EXPECT_NE(complaint(record).find("substep_radius"), std::string::npos) << complaint(record);
