@@ -178,7 +178,8 @@ class Reader : private TomlValues {
     std::error_code none;
     for (const auto& entry :
          fs::directory_iterator(file.has_parent_path() ? file.parent_path() : ".", none)) {
-      if (fnmatch(pattern.c_str(), entry.path().filename().c_str(), 0) == 0) files.push_back(entry.path().lexically_normal());
+      if (fnmatch(pattern.c_str(), entry.path().filename().c_str(), 0) == 0)
+        files.push_back(entry.path().lexically_normal());
     }
     if (files.empty()) fail(node, fmt::format("no file is like '{}'", file.string()));
     std::ranges::sort(files);
