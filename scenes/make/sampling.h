@@ -59,8 +59,10 @@ inline std::string numbered(std::string_view family, int number) {
   return std::string(family) + "_" + std::to_string(number);
 }
 
-/// Sees a ball of `radius` about `centre` whole.
+/// Sees a ball of `radius` about `centre` whole, soon after the start: soft springs let bars fall out of
+/// sight.
 inline void light_and_camera(GltfBuilder& gltf, const Vector3& centre, double radius) {
+  gltf.poster(0.3);
   gltf.camera(centre + radius * Vector3(1.6, 1.2, 3.2), centre, 0.60);
   gltf.sun(afternoon, warm_white, daylight);
 }
