@@ -59,8 +59,7 @@ inline std::string numbered(std::string_view family, int number) {
   return std::string(family) + "_" + std::to_string(number);
 }
 
-/// Sees a ball of `radius` about `centre` whole, soon after the start: soft springs let bars fall out of
-/// sight.
+/// Sees a ball of `radius` about `centre` whole, soon after the start.
 inline void light_and_camera(GltfBuilder& gltf, const Vector3& centre, double radius) {
   gltf.poster(0.3);
   gltf.camera(centre + radius * Vector3(1.6, 1.2, 3.2), centre, 0.60);
@@ -80,7 +79,7 @@ struct SampledBody {
 
 inline SampledBody add_body(GltfBuilder& gltf, const std::string& name, const Vector3& size, const Pose& pose,
                             const Motion& motion, const Finish& look) {
-  const SampledBody body{gltf.node(name, pose), pose};
+  SampledBody body{gltf.node(name, pose), pose};
   gltf.motion(body.node, motion);
   const int geometry = gltf.geometry(faceted(box(size)));
   gltf.show(body.node, gltf.mesh(name, {{geometry, gltf.material(look)}}));
