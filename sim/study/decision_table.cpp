@@ -48,12 +48,8 @@ bool is_held_out(const SweepRecord& record) {
   return record.use == SceneUse::trial;
 }
 
-bool is_any_held_out(const Records& records) {
-  return std::ranges::any_of(records, is_held_out);
-}
-
-/// Those that the sweep's file holds out, the others.
-std::map<SceneKind, KindOfScenes> kinds_of(const Records& records) {
+/// With the scenes held out that the sweep's file names.
+std::map<SceneKind, KindOfScenes> kinds_as_named(const Records& records) {
   std::map<SceneKind, KindOfScenes> kinds;
   for (const std::string& scene : scenes_of(records)) {
     const Records own = of_scene(records, scene);
@@ -65,7 +61,8 @@ std::map<SceneKind, KindOfScenes> kinds_of(const Records& records) {
   return kinds;
 }
 
-std::map<SceneKind, KindOfScenes> kinds_of(const Records& records, std::size_t third) {
+/// With a third of each kind's scenes held out: the first, second or last of each three by name.
+std::map<SceneKind, KindOfScenes> kinds_by_thirds(const Records& records, std::size_t third) {
   std::map<SceneKind, std::vector<std::string>> names;
   for (const std::string& scene : scenes_of(records)) {
     const Records own = of_scene(records, scene);
@@ -96,6 +93,7 @@ bool is_of_family(const SweepRecord& run, const SweepRecord& setting) {
   });
 }
 
+/// To the run with half as many sub-steps; infinite where there is none.
 double difference_of(const SweepRecord& run) {
   return run.coarser ? relative_difference(*run.coarser, run.size) : infinite;
 }
@@ -118,11 +116,13 @@ std::vector<const SweepRecord*> family_of(const Records& scene, const SweepRecor
   return family;
 }
 
+/// The coarsest that is accepted, or none.
 const SweepRecord* accepted(const std::vector<const SweepRecord*>& family, double accuracy) {
   const auto found =
       std::ranges::find_if(family, [&](const SweepRecord* run) { return is_accepted(*run, accuracy); });
   return found == family.end() ? nullptr : *found;
 }
+
 /// Cost over the cheapest good setting's; infinite where there is none.
 double cost_ratio(const Records& scene, const SweepRecord& record, double accuracy) {
   const auto best = cheapest(scene, accuracy);
@@ -228,6 +228,20 @@ RuleTrial trial_of(const Rule& rule, std::size_t index, const Records& scene) {
   return trial;
 }
 
+DecisionTable made_of(const std::map<SceneKind, KindOfScenes>& kinds) {
+  DecisionTable table;
+  for (const auto& [kind, scenes] : kinds) {
+    for (const double accuracy : accuracies) {
+      table.rules.push_back(rule_for(kind, scenes.made_from, accuracy));
+      for (const Records& scene : scenes.held_out) {
+        if (!cheapest(scene, accuracy)) continue;
+        table.trials.push_back(trial_of(table.rules.back(), table.rules.size() - 1, scene));
+      }
+    }
+  }
+  return table;
+}
+
 /// Scenes of trials, each once: those of which all trials that count are `wanted`.
 template <typename Wanted>
 std::vector<std::string> scenes_where(const std::vector<RuleTrial>& trials, const Wanted& wanted) {
@@ -279,26 +293,9 @@ std::vector<std::string> DecisionTable::right() const {
   return scenes_where(trials, [](const RuleTrial& trial) { return trial.fault.empty(); });
 }
 
-namespace {
-
-DecisionTable made_of(const std::map<SceneKind, KindOfScenes>& kinds) {
-  DecisionTable table;
-  for (const auto& [kind, scenes] : kinds) {
-    for (const double accuracy : accuracies) {
-      table.rules.push_back(rule_for(kind, scenes.made_from, accuracy));
-      for (const Records& scene : scenes.held_out) {
-        if (!cheapest(scene, accuracy)) continue;
-        table.trials.push_back(trial_of(table.rules.back(), table.rules.size() - 1, scene));
-      }
-    }
-  }
-  return table;
-}
-
-}  // namespace
-
 DecisionTable decision_table(const Records& records) {
-  return made_of(is_any_held_out(records) ? kinds_of(records) : kinds_of(records, 1));
+  return made_of(std::ranges::any_of(records, is_held_out) ? kinds_as_named(records)
+                                                           : kinds_by_thirds(records, 1));
 }
 
 std::vector<AnswerCount> cross_validation(const Records& all) {
@@ -308,7 +305,7 @@ std::vector<AnswerCount> cross_validation(const Records& all) {
   counts.reserve(accuracies.size());
   for (const double accuracy : accuracies) counts.push_back({accuracy, 0, 0, 0});
   for (std::size_t third = 0; third < 3; ++third) {
-    const DecisionTable table = made_of(kinds_of(records, third));
+    const DecisionTable table = made_of(kinds_by_thirds(records, third));
     for (const RuleTrial& trial : table.trials) {
       if (!trial.advice) continue;
       AnswerCount& count =

@@ -6,8 +6,8 @@
 /// of the scene's step) comes from the scene itself: it is doubled until a run is accepted. A run is accepted
 /// that stays bounded, whose joints and contacts are closed to the error wanted, and whose RMS difference to
 /// the run with half as many is at most that error over `refinement_margin`; of A4 and A5, whose model no
-/// number of sub-steps mends, also that to A3 with the same settings. All of that is known without a
-/// reference. Where no run of the sweep is accepted the rule gives no advice.
+/// number of sub-steps mends, also that to A3 with the same settings. No reference is needed for that, only
+/// that it is known what should stand. Where no run of the sweep is accepted the rule gives no advice.
 ///
 /// Of all settings that ran on scenes of a kind, a rule takes those that are right on most of them: the
 /// accepted run is good enough (advice.h) and costs at most ten times the cheapest that is. Among these it
