@@ -78,7 +78,7 @@ class Report {
   Report(const FigureSource& source, Pictures pictures)
       : source_(source),
         records_(source.records),
-        rule_records_(source.with_rule_records()),
+        all_records_(source.with_rule_records()),
         pictures_(std::move(pictures)) {
     for (const std::string& scene : scenes_of(records_)) {
       conditions_.insert(scene);
@@ -91,7 +91,7 @@ class Report {
     if (!limits_table(records_, true).rows.empty()) conditions_.insert("limits with contacts");
     if (std::ranges::any_of(records_, [](const SweepRecord& record) { return record.times.has_value(); }))
       conditions_.insert("times");
-    if (!rules_faults_table(decisions_, rule_records_).rows.empty()) conditions_.insert("wrong rules");
+    if (!rules_faults_table(decisions_, all_records_).rows.empty()) conditions_.insert("wrong rules");
     if (!ahead_table(records_).rows.empty()) conditions_.insert("ahead");
   }
 
@@ -179,7 +179,7 @@ class Report {
   /// "at 1 % 26 of 29 answers (28 by their error alone), at 0.1 % …"
   std::string each_third() const {
     std::vector<std::string> texts;
-    for (const AnswerCount& count : cross_validation(rule_records_))
+    for (const AnswerCount& count : cross_validation(all_records_))
       texts.push_back(fmt::format("at {:g} % {} of {} answers ({} by their error alone)",
                                   100 * count.accuracy, count.right, count.answers, count.keep_error));
     return fmt::format("{}", fmt::join(texts, ", "));
@@ -210,11 +210,11 @@ class Report {
 
   const FigureSource& source_;
   const std::vector<SweepRecord>& records_;
-  const std::vector<SweepRecord> rule_records_;  ///< of all scenes
+  const std::vector<SweepRecord> all_records_;  ///< of all scenes
   const Pictures pictures_;
   const TextTable orders_ = orders_table(records_);
   const EqualRows equal_rows_ = equal_rows(records_);
-  const DecisionTable decisions_ = decision_table(rule_records_);
+  const DecisionTable decisions_ = decision_table(all_records_);
   const std::string each_third_ = each_third();
   std::set<std::string> conditions_;  ///< that hold: names of scenes, and what the constructor adds
   Document page_;
@@ -249,7 +249,7 @@ class Report {
        }},
       {"wrong rules",
        [this] {
-         if (has_rules()) table(rules_faults_table(decisions_, rule_records_));
+         if (has_rules()) table(rules_faults_table(decisions_, all_records_));
        }},
   };
 };

@@ -2,10 +2,10 @@
 /// FOLDER/sampled and FOLDER/held_out, the same bytes each time.
 
 #include <fmt/format.h>
+#include <exception>
 #include <filesystem>
 
 #include "scenes.h"
-#include "sim/error.h"
 #include "sim/log/file_output.h"
 
 int main(int argc, char** argv) {

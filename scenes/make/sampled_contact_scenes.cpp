@@ -15,6 +15,13 @@ void add_box(GltfBuilder& gltf, const std::string& name, const Vector3& size, co
   gltf.collider(body.node, gltf.box_shape(size), gltf.physics_material(friction));
 }
 
+/// Of the ground and of what stands on it.
+double add_rough_ground(GltfBuilder& gltf, Sampler& sample) {
+  const double friction = sample.uniform(0.4, 0.9);
+  add_ground(gltf, friction);
+  return friction;
+}
+
 /// Boxes one on the other, a little out of line and turned.
 void add_column(GltfBuilder& gltf, Sampler& sample, double friction) {
   const int count = sample.whole(2, 12);
@@ -89,11 +96,9 @@ Pose add_slope(GltfBuilder& gltf, Sampler& sample, double steepest, double frict
 }  // namespace
 
 std::string stacked(int number) {
-  const std::string name = numbered("stacked", number);
-  Sampler sample(name);
-  GltfBuilder gltf(name, sampled_duration);
-  const double friction = sample.uniform(0.4, 0.9);
-  add_ground(gltf, friction);
+  SampledScene scene("stacked", number);
+  auto& [sample, gltf] = scene;
+  const double friction = add_rough_ground(gltf, sample);
   if (number % 3 == 1) {
     add_column(gltf, sample, friction);
   } else if (number % 3 == 2) {
@@ -105,11 +110,9 @@ std::string stacked(int number) {
 }
 
 std::string loaded(int number) {
-  const std::string name = numbered("loaded", number);
-  Sampler sample(name);
-  GltfBuilder gltf(name, sampled_duration);
-  const double friction = sample.uniform(0.4, 0.9);
-  add_ground(gltf, friction);
+  SampledScene scene("loaded", number);
+  auto& [sample, gltf] = scene;
+  const double friction = add_rough_ground(gltf, sample);
   const int count = sample.whole(1, 5);
   const double width = sample.mostly_small(0.2, 1.5);
   const double mass = sample.uniform(0.5, 5);
@@ -127,9 +130,8 @@ std::string loaded(int number) {
 }
 
 std::string rolling(int number) {
-  const std::string name = numbered("rolling", number);
-  Sampler sample(name);
-  GltfBuilder gltf(name, sampled_duration);
+  SampledScene scene("rolling", number);
+  auto& [sample, gltf] = scene;
   const double friction = sample.uniform(0.2, 0.9);
   const Pose slope = add_slope(gltf, sample, 0.25, friction);
   const int count = sample.whole(1, 4);
@@ -168,9 +170,8 @@ std::string rolling(int number) {
 }
 
 std::string sliding(int number) {
-  const std::string name = numbered("sliding", number);
-  Sampler sample(name);
-  GltfBuilder gltf(name, sampled_duration);
+  SampledScene scene("sliding", number);
+  auto& [sample, gltf] = scene;
   const double friction = sample.uniform(0.1, 0.6);
   const Pose slope = add_slope(gltf, sample, 0.5, friction);
   const int count = sample.whole(1, 3);

@@ -111,9 +111,8 @@ void add_gate(GltfBuilder& gltf, Sampler& sample) {
 }  // namespace
 
 std::string hanging(int number) {
-  const std::string name = numbered("hanging", number);
-  Sampler sample(name);
-  GltfBuilder gltf(name, sampled_duration);
+  SampledScene scene("hanging", number);
+  auto& [sample, gltf] = scene;
   const Vector3 root(0, 2, 0);
   const double size = sample.mostly_small(0.3, 2);
   const int count = sample.whole(2, 5);
@@ -134,9 +133,8 @@ std::string hanging(int number) {
 }
 
 std::string sprung(int number) {
-  const std::string name = numbered("sprung", number);
-  Sampler sample(name);
-  GltfBuilder gltf(name, sampled_duration);
+  SampledScene scene("sprung", number);
+  auto& [sample, gltf] = scene;
   const Vector3 root(0, 2, 0);
   const double size = sample.mostly_small(0.3, 2);
   const int count = sample.whole(1, 3);
@@ -169,16 +167,15 @@ std::string sprung(int number) {
 }
 
 std::string spinning(int number) {
-  const std::string name = numbered("spinning", number);
-  Sampler sample(name);
+  const bool is_free = number % 2 == 0;
+  SampledScene scene("spinning", number, is_free ? Vector3::Zero() : Vector3(0, -9.81, 0));
+  auto& [sample, gltf] = scene;
   const Vector3 size{sample.uniform(0.1, 1), sample.uniform(0.1, 1), sample.uniform(0.1, 1)};
   const double mass = sample.mostly_small(0.3, 5);
   const Pose pose{{0, 1.5, 0}, Quaternion::FromTwoVectors(Vector3::UnitY(), sample.direction())};
   const Vector3 axis = sample.direction();
   const Vector3 spin = axis * sample.mostly_small(2, 20);  // in the body
-  const bool is_free = number % 2 == 0;
   const Vector3 pivot = is_free ? Vector3::Zero() : Vector3(0, -size.y() / 2, 0);
-  GltfBuilder gltf(name, sampled_duration, is_free ? Vector3::Zero() : Vector3(0, -9.81, 0));
   const SampledBody body = add_body(gltf, "block", size, pose,
                                     {.mass = mass,
                                      .inertia = box_inertia(mass, size),
@@ -192,9 +189,8 @@ std::string spinning(int number) {
 }
 
 std::string weighted(int number) {
-  const std::string name = numbered("weighted", number);
-  Sampler sample(name);
-  GltfBuilder gltf(name, sampled_duration);
+  SampledScene scene("weighted", number);
+  auto& [sample, gltf] = scene;
   const int count = sample.whole(3, 8);
   const double length = sample.uniform(0.1, 0.6);
   const double mass = sample.uniform(0.2, 2);
@@ -219,9 +215,8 @@ std::string weighted(int number) {
 }
 
 std::string linkage(int number) {
-  const std::string name = numbered("linkage", number);
-  Sampler sample(name);
-  GltfBuilder gltf(name, sampled_duration);
+  SampledScene scene("linkage", number);
+  auto& [sample, gltf] = scene;
   if (number % 3 == 1) {
     add_polygon(gltf, sample);
   } else if (number % 3 == 2) {

@@ -55,9 +55,18 @@ inline const Finish& sampled_finish(int index) {
   return sampled_finishes[static_cast<std::size_t>(index) % sampled_finishes.size()];
 }
 
-inline std::string numbered(std::string_view family, int number) {
-  return std::string(family) + "_" + std::to_string(number);
-}
+/// A scene that is being made: "rolling_3", its values and its file.
+struct SampledScene {
+  SampledScene(std::string_view family, int number, const Vector3& gravity = {0, -9.81, 0})
+      : SampledScene(std::string(family) + "_" + std::to_string(number), gravity) {}
+
+  Sampler sample;
+  GltfBuilder gltf;
+
+ private:
+  SampledScene(const std::string& name, const Vector3& gravity)
+      : sample(name), gltf(name, sampled_duration, gravity) {}
+};
 
 /// Sees a ball of `radius` about `centre` whole, soon after the start.
 inline void light_and_camera(GltfBuilder& gltf, const Vector3& centre, double radius) {

@@ -61,7 +61,7 @@ Metrics measure(const Scene& scene, Stepper& stepper, double step, const Referen
 /// How far the run is, to the reference's horizon, from the one with half as many sub-steps; of A1 and A2
 /// from the one with a step twice as long. About the error where that falls with the first power of the step,
 /// and known without the reference's motion. Nothing of an odd number of sub-steps, and of A1 and A2 where
-/// the scene's step is no even number of the run's.
+/// the scene's step is no even multiple of the run's.
 std::optional<MotionDifference> coarser_difference(const Scene& scene, const Settings& settings,
                                                    const ReferenceMotion& reference);
 

@@ -115,11 +115,14 @@ class Reader : private TomlValues {
   }
 
  private:
-  /// The scenes of grids whose names are like a shell's pattern.
+  static bool is_pattern(const std::string& name) { return name.find('*') != std::string::npos; }
+
+  /// The scene of a grid, or those whose names are like a shell's pattern.
   std::vector<std::string> scenes_like(const toml::node& node, const std::string& pattern) const {
     std::vector<std::string> names;
     for (const auto& [name, scene] : sweep_.scenes) {
-      if (fnmatch(pattern.c_str(), name.c_str(), 0) == 0) names.push_back(name);
+      if (is_pattern(pattern) ? fnmatch(pattern.c_str(), name.c_str(), 0) == 0 : name == pattern)
+        names.push_back(name);
     }
     if (names.empty()) fail(node, fmt::format("'{}' is a scene of no grid", pattern));
     return names;
@@ -144,9 +147,8 @@ class Reader : private TomlValues {
     for (const auto& [key, value] : *node.as_table()) {
       const std::string pattern(key.str());
       const double horizon = positive(value, pattern);
-      const bool is_pattern = pattern.find('*') != std::string::npos;
       for (const std::string& name : scenes_like(value, pattern)) {
-        if (!(is_pattern ? by_pattern : sweep_.horizons).try_emplace(name, horizon).second)
+        if (!(is_pattern(pattern) ? by_pattern : sweep_.horizons).try_emplace(name, horizon).second)
           fail(value, fmt::format("'{}' has two horizons", name));
       }
     }
@@ -173,7 +175,7 @@ class Reader : private TomlValues {
   std::vector<fs::path> files_of(const toml::node& node, std::string_view key) const {
     const fs::path file = (sweep_.file.parent_path() / text(node, key)).lexically_normal();
     const std::string pattern = file.filename().string();
-    if (pattern.find('*') == std::string::npos) return {file};
+    if (!is_pattern(pattern)) return {file};
     std::vector<fs::path> files;
     std::error_code none;
     for (const auto& entry :

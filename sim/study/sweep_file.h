@@ -6,8 +6,8 @@
 ///     most = 64                         # how fine a search for the stability limit may go
 ///     properties = true                 # `substep report` also shows what the algorithms do on test scenes
 ///                                       # of their own, read from the sweep file's folder
-///     for_rules = ["sampled/*.gltf"]    # scenes of the grids of which the report makes rules, and nothing
-///     else held_out = ["held_out/*.gltf"]    # on which it tries the rules, and nothing else
+///     for_rules = ["sampled/*.gltf"]    # scenes of the grids that the report makes rules from, and no more
+///     held_out = ["held_out/*.gltf"]    # scenes of the grids that it tries rules on, and no more
 ///
 ///     [horizons]                        # other horizons, by scene, or for all whose names are like it
 ///     rod_chain = 1
