@@ -13,7 +13,7 @@ namespace substep {
 
 void proc4(CoordinateVector& q, VelocityVector& v_local, const Settings& settings, Problem& problem,
            Work& work) {
-  const auto [n, m, tau, kappa] = settings.substepping();
+  const auto [n, usual_m, tau, kappa] = settings.substepping();
   const auto [contact_tau, contact_kappa] = settings.of_contacts();
   const double hs = settings.step / n;
   const Model& model = *problem.model;
@@ -29,8 +29,9 @@ void proc4(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
     // Micro-iterate
     start_substep(problem, v_hat);                   // λ = 0
     add_external(model, q, Frame::body, hs, v_hat);  // proc4:7
-    for (int i = 1; i <= m; ++i) {                   // proc4:8
-      for (Block& x : c.blocks) {                    // proc4:9
+    const int m = sweeps_of(problem, usual_m);
+    for (int i = 1; i <= m; ++i) {  // proc4:8
+      for (Block& x : c.blocks) {   // proc4:9
         // J̆_x(κ v̂ + M̆⁻¹J̆_xᵀλ) = τ β_xʲ : lo, hi
         update_stable(problem, x, v_hat);                       // proc4:10
         const Impulse lambda = solve(c, x, kappa, tau, v_hat);  // proc4:11

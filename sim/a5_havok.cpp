@@ -16,7 +16,7 @@ namespace substep {
 
 void proc5(CoordinateVector& q, VelocityVector& v_local, const Settings& settings, Problem& problem,
            Work& work) {
-  const auto [n, m, tau, kappa] = settings.substepping();
+  const auto [n, usual_m, tau, kappa] = settings.substepping();
   const double contact_kappa = settings.of_contacts().kappa;
   const double hs = settings.step / n;
   const Model& model = *problem.model;
@@ -35,7 +35,8 @@ void proc5(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
     // Micro-iterate
     start_substep(problem, v_local, &sum_v);  // λ□ = 0
     add_external(model, q, Frame::body, hs, v_local);
-    add(sum_v, mv);                 // proc5:8
+    add(sum_v, mv);  // proc5:8
+    const int m = sweeps_of(problem, usual_m);
     for (int i = 1; i <= m; ++i) {  // proc5:9
       for (Block& x : c.blocks) {   // proc5:10
         // J̆_x(m̂v + M̆⁻¹J̆_xᵀλ□) = β□_x : lo/κ, hi/κ

@@ -58,6 +58,9 @@ struct Simulation::Implementation {
       settings.kappa = kappa;
     }
     if (model.contacts) state.contacts.reserve(16 * scene.colliders.size());  // as ContactFinder has
+    part_settings = settings;
+    start = state;
+    start.contacts.reserve(state.contacts.capacity());
     work.sum.resize(state.v.size());
     work.sum_v.resize(state.v.size());
     work.change.resize(state.v.size());
@@ -65,12 +68,50 @@ struct Simulation::Implementation {
     report.rows = static_cast<int>(problem.c.row_count());
   }
 
+  /// Takes the step in one part. Where a body is turned aside by an impact and then meets what it would not
+  /// have met, the step is taken to that impact, and from there anew.
   void step() {
+    constexpr int most_parts = 32;
+    before_q = state.q;
+    before_v = state.v;
+    work.row_solves = 0;
+    report.status = StepReport::Status::ok;
+    report.parts = 1;
+    earlier_impulses.clear();
+    double rest = settings.step;
+    for (;; ++report.parts) {
+      start = state;
+      take(rest);
+      if (report.status == StepReport::Status::diverged || !model.contacts || report.parts == most_parts)
+        break;
+      const std::optional<double> missed = finder.missed(start, state.q, rest);
+      if (!missed) break;
+      const double part = std::max(std::min(*missed, finder.first_impact()), 1e-6 * settings.step);
+      if (!(part < rest)) break;
+      state = start;
+      take(part);
+      if (report.status == StepReport::Status::diverged) break;
+      append_contact_impulses(earlier_impulses);
+      rest -= part;
+    }
+    if (report.status == StepReport::Status::diverged) {
+      state.q = before_q;
+      state.v = before_v;
+      return;
+    }
+    ++steps;
+  }
+
+  /// Advances the state by `duration`.
+  void take(double duration) {
+    part_settings.step = duration;
+    problem.substeps.duration = sub_stepped ? duration / settings.substeps : duration;
     // s1: geometry
     if (model.contacts) {
       // A1's solution is the same for all tangents; its sweeps, which start its active sets, are not.
       const bool aligned = settings.algorithm == Algorithm::a1 || !reading.isotropic_friction;
-      problem.contacts = &finder.find(state, settings.step, aligned);
+      problem.contacts = &finder.find(state, duration, sub_stepped ? settings.substeps : 1, aligned,
+                                      duration / settings.step);
       build_blocks(problem, joints);
       report.contacts = static_cast<int>(problem.contacts->size());
       report.rows = static_cast<int>(problem.c.row_count());
@@ -78,17 +119,13 @@ struct Simulation::Implementation {
     // s2: rows
     formulate(problem, state.q, problem.substeps.duration);
     // s3, s4
-    before_q = state.q;
-    before_v = state.v;
-    work.row_solves = 0;
-    report.status = StepReport::Status::ok;
     if (sub_stepped) {
       problem.substeps.stepped = state.q;
       set_zero(problem.substeps.offset);
       to_local(problem.rotations, state.v);
     }
     if (procedure) {
-      procedure(state.q, state.v, settings, problem, work);
+      procedure(state.q, state.v, part_settings, problem, work);
     } else {
       run_algorithm();
     }
@@ -96,36 +133,43 @@ struct Simulation::Implementation {
     report.row_solves = work.row_solves;
     if (!is_finite(state, &report.diverged_body)) {
       report.status = StepReport::Status::diverged;
-      state.q = before_q;
-      state.v = before_v;
       return;
     }
-    if (model.contacts && settings.algorithm != Algorithm::a1) {
-      problem.c.contacts.remember(*problem.contacts, state.q, state.contacts);
+    if (model.contacts) {
+      problem.c.contacts.remember(*problem.contacts, state.q, settings.algorithm != Algorithm::a1,
+                                  state.contacts);
     }
-    ++steps;
+  }
+
+  /// Appends what contacts gave in the part of a step that was taken last.
+  void append_contact_impulses(std::vector<ContactImpulse>& impulses) const {
+    const bool is_direct = settings.algorithm == Algorithm::a1 && !procedure;
+    for (const ContactImpulse& impulse :
+         substep::contact_impulses(problem, state.q, is_direct ? &work.lambda : nullptr)) {
+      impulses.push_back(impulse);
+    }
   }
 
   void run_algorithm() {
     switch (settings.algorithm) {
       case Algorithm::a1:
-        proc1(state.q, state.v, settings, problem, work);
+        proc1(state.q, state.v, part_settings, problem, work);
         report.active_sets = work.report.active_sets;
         report.residual = work.report.residual;
         report.contradicting = work.report.contradicting;
-        report.status = status_of(work.report.status);
+        report.status = std::max(report.status, status_of(work.report.status));
         break;
       case Algorithm::a2:
-        proc2(state.q, state.v, settings, problem, work);
+        proc2(state.q, state.v, part_settings, problem, work);
         break;
       case Algorithm::a3:
-        proc3(state.q, state.v, settings, problem, work);
+        proc3(state.q, state.v, part_settings, problem, work);
         break;
       case Algorithm::a4:
-        proc4(state.q, state.v, settings, problem, work);
+        proc4(state.q, state.v, part_settings, problem, work);
         break;
       case Algorithm::a5:
-        proc5(state.q, state.v, settings, problem, work);
+        proc5(state.q, state.v, part_settings, problem, work);
         break;
     }
   }
@@ -139,6 +183,9 @@ struct Simulation::Implementation {
   State state;
   std::vector<Coordinates> before_q;
   std::vector<Velocity> before_v;
+  State start;  ///< of a part of a step
+  Settings part_settings;
+  std::vector<ContactImpulse> earlier_impulses;  ///< of the step's parts but the last
   bool sub_stepped;  ///< A3–A5: velocities are v̆ between to_local and to_world
   Joints joints;
   std::vector<Contact> no_contacts;
@@ -177,10 +224,10 @@ const State& Simulation::state() const {
   return implementation_->state;
 }
 std::vector<ContactImpulse> Simulation::contact_impulses() const {
-  const Implementation& of = *implementation_;
-  if (of.steps == 0) return {};
-  const bool is_direct = of.settings.algorithm == Algorithm::a1 && !of.procedure;
-  return substep::contact_impulses(of.problem, of.state.q, is_direct ? &of.work.lambda : nullptr);
+  if (implementation_->steps == 0) return {};
+  std::vector<ContactImpulse> impulses = implementation_->earlier_impulses;
+  implementation_->append_contact_impulses(impulses);
+  return impulses;
 }
 const Settings& Simulation::settings() const {
   return implementation_->settings;

@@ -33,6 +33,7 @@ struct StepReport {
   int contacts = 0;             ///< contact points found by s1
   int rows = 0;                 ///< constraint rows formulated by s2
   std::int64_t row_solves = 0;  ///< rows solved in s3: A1 counts each row once an active set
+  int parts = 1;                ///< that the step was taken in: more than one where bodies are struck in it
   int active_sets = 0;          ///< A1: active sets tried
   double residual = 0;          ///< A1: largest violation of the MLCP, relative to its size
   int contradicting = 0;        ///< A1: rows that are violated by more than rounding

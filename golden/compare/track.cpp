@@ -211,7 +211,7 @@ struct Tracker::Implementation {
     }
     if (!model.contacts) return result;
     std::vector<std::pair<int, int>> pairs;
-    for (const Contact& contact : finder.find(state, settings.step)) {
+    for (const Contact& contact : finder.find(state, settings.step, 1)) {
       const Coordinates& a = state.q[static_cast<std::size_t>(contact.a)];
       const Coordinates& b = state.q[static_cast<std::size_t>(contact.b)];
       const Vector3 apart = a.linear + a.angular * contact.arm_a - b.linear - b.angular * contact.arm_b;

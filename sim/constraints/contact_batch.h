@@ -98,7 +98,9 @@ struct RestitutionRow {
   Lanes acceleration;          ///< by gravity, against the normal, m/s²
   Lanes velocity;              ///< along the normal, at least that after this sub-step, m/s
   Lanes right;                 ///< the same as the row's right-hand side: A5 adds J sv
-  Lanes impact;                ///< whether that holds, not β: 1 or 0
+  Lanes
+      right_of_slip[2];  ///< the right-hand sides of a contact's friction that stops in the impact: A5's J sv
+  Lanes impact;          ///< whether that holds, not β: 1 or 0
 };
 
 /// The two rows of a contact point's friction: |λ_t − origin| <= μ (λ_n − origin_normal), a disc.
@@ -169,8 +171,8 @@ class ContactBatches {
   void build(const Model& model, const std::vector<Contact>& contacts);
 
   /// What is remembered of the contacts at the step's end, where the bodies have come to q: a point that does
-  /// not slide keeps its displacement.
-  void remember(const std::vector<Contact>& found, const std::vector<Coordinates>& q,
+  /// not slide keeps its displacement, if it `keeps` any.
+  void remember(const std::vector<Contact>& found, const std::vector<Coordinates>& q, bool keeps,
                 std::vector<ContactMemory>& memory);
 
   ContactReading reading;
@@ -185,6 +187,7 @@ class ContactBatches {
   std::vector<Coupling> couplings;
   std::vector<ContactFace> faces;
   std::vector<FaceInertias> inertias;    ///< one of each face; empty where rows are in the bodies' frames
+  bool has_impact = false;               ///< whether any contact bounces in the sub-step
   int row_count = 0;                     ///< of all manifolds
   int formulations = 0;                  ///< since they were built
   std::vector<Matrix3> first_rotations;  ///< of all bodies at the first of them

@@ -4,7 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include "sim/geometry/separation.h"
 #include "sim/geometry/touching_ellipsoid.h"
+#include "sim/math/rotation.h"
 
 namespace substep {
 namespace {
@@ -72,7 +74,21 @@ void share_directions(const Contact& from, Contact& to) {
 constexpr double same_place = 0.02;
 
 /// Of the bodies' speeds: what approaches more slowly has met already.
-constexpr double touching = 0.01;
+constexpr double resting = 0.01;
+
+/// Of the smaller shape: what is no farther apart touches.
+constexpr double touching = 2e-4;
+
+/// Of the smaller shape, and of what gravity moves it by in a step: what touched before and is no farther
+/// apart goes on touching, for a pile that settles trembles by so much.
+constexpr double touched_before = 0.01;
+constexpr double falls_of_touched = 4;
+
+/// Of the smaller shape, what an impact must take of a body's way in the step to turn it aside.
+constexpr double aside = 0.25;
+
+/// Of the smaller shape: a face this far below another's plane is flush with it.
+constexpr double flush = 1e-4;
 
 /// What the two materials make of a coefficient each.
 struct PairMaterial {
@@ -109,6 +125,17 @@ ContactFinder::ContactFinder(const Scene& scene, const Model& model) : model_(mo
   points_.reserve(64);
   contacts_.reserve(16 * candidates_.size());
   begins_.reserve(candidates_.size() + 1);
+  touching_.reserve(16 * candidates_.size());
+  neighbours_.reserve(16 * candidates_.size());
+  is_pushed_.reserve(model.masses.size());
+  groups_.reserve(16 * candidates_.size());
+  group_of_.reserve(candidates_.size());
+  meetings_.reserve(4 * candidates_.size());
+  motions_.resize(model.masses.size());
+  moved_.resize(model.masses.size());
+  has_motion_.reserve(model.masses.size());
+  is_off_.reserve(model.masses.size());
+  earliest_.reserve(model.masses.size());
 }
 
 bool ContactFinder::may_meet(std::uint32_t i, std::uint32_t j) const {
@@ -121,19 +148,32 @@ bool ContactFinder::may_meet(std::uint32_t i, std::uint32_t j) const {
   return !std::ranges::binary_search(model_.jointed, bodies);
 }
 
-const std::vector<Contact>& ContactFinder::find(const State& state, double step, bool aligned) {
+std::pair<std::uint32_t, std::uint32_t> ContactFinder::in_order(std::uint32_t i, std::uint32_t j) const {
+  // The normal is fixed in b. The static one is b; else the one that comes first in the file.
+  const bool swap = model_.masses[candidates_[j].collider->body].inverse_mass == 0;
+  return swap ? std::pair(i, j) : std::pair(j, i);
+}
+
+const std::vector<Contact>& ContactFinder::find(const State& state, double duration, int substeps,
+                                                bool aligned, double part) {
+  part_ = part;
+  duration_ = duration;
+  substep_ = duration / substeps;
   contacts_.clear();
+  meetings_.clear();
+  touching_.clear();
+  neighbours_.clear();
+  has_motion_.assign(state.q.size(), false);
   list_remembered(state);
+  state_ = &state;
   for (std::size_t i = 0; i < candidates_.size(); ++i) {
     const Collider& collider = *candidates_[i].collider;
     const Coordinates& q = state.q[collider.body];
     const Velocity& v = state.v[collider.body];
     poses_[i] = Pose{q.linear, q.angular} * collider.placement;
-    const double fall =
-        model_.masses[collider.body].inverse_mass > 0
-            ? step * std::abs(model_.masses[collider.body].gravity_factor) * model_.gravity.norm()
-            : 0;
-    margins_[i] = step * (v.linear.norm() + v.angular.norm() * candidates_[i].reach + fall);
+    margins_[i] = duration * (v.linear.norm() + v.angular.norm() * candidates_[i].reach +
+                              duration * fall_of(collider.body).norm());
+    if (std::isfinite(candidates_[i].size)) margins_[i] += touching * candidates_[i].size;
     bounds_[i] = bounds(collider.shape, poses_[i]);
     bounds_[i].lower.array() -= margins_[i];
     bounds_[i].upper.array() += margins_[i];
@@ -141,45 +181,144 @@ const std::vector<Contact>& ContactFinder::find(const State& state, double step,
   broad_phase_.find_pairs(bounds_, pairs_);
   for (const auto& [i, j] : pairs_) {
     if (!may_meet(i, j)) continue;
-    // The normal is fixed in b. The static one is b; else the one that comes first in the file.
-    const bool swap = model_.masses[candidates_[j].collider->body].inverse_mass == 0;
-    add_contacts(state, step, aligned, swap ? i : j, swap ? j : i);
+    const auto [a, b] = in_order(i, j);
+    const std::size_t before = contacts_.size();
+    find_pair(state, aligned, a, b);
+    if (contacts_.size() > before) touching_.emplace_back(i, j);
   }
+  keep_first_impacts();
+  add_neighbours(state, aligned);
+  drop_flush();
   return contacts_;
 }
 
-/// By gravity, m/s².
+/// Adds the contacts of colliders that are near, will not meet under gravity alone, and belong to bodies that
+/// touch other moving ones: these may push them together. In a pile that saves taking the step in parts.
+void ContactFinder::add_neighbours(const State& state, bool aligned) {
+  if (neighbours_.empty()) return;
+  const auto body_of = [&](std::uint32_t i) { return candidates_[i].collider->body; };
+  is_pushed_.assign(model_.masses.size(), false);
+  for (const auto& [i, j] : touching_) {
+    if (moves(model_.masses[body_of(i)]) && moves(model_.masses[body_of(j)])) {
+      is_pushed_[body_of(i)] = is_pushed_[body_of(j)] = true;
+    }
+  }
+  for (const auto& [a, b] : neighbours_) {
+    if (!is_pushed_[body_of(a)] && !is_pushed_[body_of(b)]) continue;
+    points_.clear();
+    find_contacts(candidates_[a].collider->shape, poses_[a], candidates_[b].collider->shape, poses_[b],
+                  margins_[a] + margins_[b], points_);
+    add_contacts(state, aligned, a, b, 0);
+    touching_.emplace_back(std::min(a, b), std::max(a, b));
+  }
+  std::ranges::sort(touching_);
+}
+
+/// Returns what gravity does to a body's velocity, m/s².
 Vector3 ContactFinder::fall_of(int body) const {
   if (model_.masses[body].inverse_mass == 0) return Vector3::Zero();
   return model_.gravity * model_.masses[body].gravity_factor;
 }
 
-void ContactFinder::add_contacts(const State& state, double step, bool aligned, std::uint32_t a,
-                                 std::uint32_t b) {
+/// Returns what of an overlap a step recovers: as much as gravity takes back in the next, so that the bodies
+/// do not fly apart. Without gravity it takes ten seconds for the smaller shape's size.
+double ContactFinder::recovered(const Contact& contact) const {
+  const double gravity = model_.gravity.norm();
+  const double speed =
+      gravity > 0 ? duration_ * gravity : 0.1 * smaller_size(contact.collider_a, contact.collider_b);
+  return duration_ * speed;
+}
+
+double ContactFinder::smaller_size(std::uint32_t a, std::uint32_t b) const {
+  return std::min(candidates_[a].size, candidates_[b].size);
+}
+
+/// Returns how a body moves under gravity alone.
+const RigidMotion& ContactFinder::motion_of(const State& state, int body) {
+  if (!has_motion_[body]) {
+    const Coordinates& q = state.q[body];
+    const Velocity& v = state.v[body];
+    motions_[body] = {q.linear, q.angular, v.linear, fall_of(body), substep_, v.angular};
+    has_motion_[body] = true;
+  }
+  return motions_[body];
+}
+
+MovingShape ContactFinder::moving(const State& state, std::uint32_t i) {
+  const Collider& collider = *candidates_[i].collider;
+  return {&collider.shape, collider.placement, candidates_[i].reach, motion_of(state, collider.body)};
+}
+
+/// Adds the contacts of two colliders that touch, or that are apart and meet.
+void ContactFinder::find_pair(const State& state, bool aligned, std::uint32_t a, std::uint32_t b) {
+  const Shape& shape_a = candidates_[a].collider->shape;
+  const Shape& shape_b = candidates_[b].collider->shape;
+  const double margin = margins_[a] + margins_[b];
+  points_.clear();
+  find_contacts(shape_a, poses_[a], shape_b, poses_[b], margin, points_);
+  if (points_.empty()) return;
+  double gap = std::numeric_limits<double>::infinity();
+  for (const ContactPoint& point : points_) gap = std::min(gap, point.distance);
+  const double size = smaller_size(a, b);
+  const double fall = duration_ * duration_ * model_.gravity.norm();
+  if (gap <= touching * size || (gap <= std::max(touched_before * size, falls_of_touched * fall) &&
+                                 !remembered_of(state, a, b).empty())) {
+    add_contacts(state, aligned, a, b, 0);
+    return;
+  }
+  const MovingShape moving_a = moving(state, a);
+  const MovingShape moving_b = moving(state, b);
+  const std::optional<Impact> impact = time_of_impact(moving_a, moving_b, duration_, touching * size / 2);
+  if (!impact) {
+    const PairMaterial material(candidates_[a].collider->material, candidates_[b].collider->material);
+    if (material.restitution == 0 && margin <= aside * size) neighbours_.emplace_back(a, b);
+    return;
+  }
+  const Pose pose_a = moving_a.motion.at(impact->time) * moving_a.placement;
+  const Pose pose_b = moving_b.motion.at(impact->time) * moving_b.placement;
+  points_.clear();
+  find_contacts(shape_a, pose_a, shape_b, pose_b, margin * (1 - impact->time / duration_) + touching * size,
+                points_);
+  const std::size_t first = contacts_.size();
+  add_contacts(state, aligned, a, b, impact->time);
+  if (contacts_.size() == first) return;
+  const Vector3 closing = moving_b.motion.displacement(duration_) - moving_a.motion.displacement(duration_);
+  const bool bounces = std::any_of(contacts_.begin() + static_cast<std::ptrdiff_t>(first), contacts_.end(),
+                                   [](const Contact& contact) { return contact.restitution > 0; });
+  meetings_.push_back(
+      {a, b, impact->time, bounces || impact->normal.dot(closing) > aside * size, first, contacts_.size()});
+}
+
+/// Adds the contacts of `points_`, with which two colliders touch after `time`.
+void ContactFinder::add_contacts(const State& state, bool aligned, std::uint32_t a, std::uint32_t b,
+                                 double time) {
   const Collider& on_a = *candidates_[a].collider;
   const Collider& on_b = *candidates_[b].collider;
-  points_.clear();
-  find_contacts(on_a.shape, poses_[a], on_b.shape, poses_[b], margins_[a] + margins_[b], points_);
-  if (points_.empty()) return;
-
-  const Coordinates& qa = state.q[on_a.body];
-  const Coordinates& qb = state.q[on_b.body];
   const Velocity& va = state.v[on_a.body];
   const Velocity& vb = state.v[on_b.body];
-  const Quaternion to_a = qa.angular.conjugate();
-  const Quaternion to_b = qb.angular.conjugate();
+  Pose body_a{state.q[on_a.body].linear, state.q[on_a.body].angular};
+  Pose body_b{state.q[on_b.body].linear, state.q[on_b.body].angular};
+  // Arms and normals keep the directions in the world that they have when the bodies meet.
+  const Quaternion to_a = body_a.orientation.conjugate();
+  const Quaternion to_b = body_b.orientation.conjugate();
+  Vector3 way = Vector3::Zero();
+  if (time > 0) {
+    way = motions_[on_a.body].displacement(time) - motions_[on_b.body].displacement(time);
+    body_a = motions_[on_a.body].at(time);
+    body_b = motions_[on_b.body].at(time);
+  }
   const Vector3 acceleration = fall_of(on_a.body) - fall_of(on_b.body);
-  const Vector3 external = acceleration * step;
+  const Vector3 external = acceleration * duration_;
   const PairMaterial material(on_a.material, on_b.material);
   // What gravity does in a step: slower than that is at rest. It has the scene's own scale.
   const double at_rest = external.norm();
   const double resting_acceleration = 2 * acceleration.norm();
-  const double speed = va.linear.norm() + vb.linear.norm() + step * model_.gravity.norm();
+  const double speed = va.linear.norm() + vb.linear.norm() + duration_ * model_.gravity.norm();
   const std::span<const ContactMemory> remembered = remembered_of(state, a, b);
   const ContactPoint* before_this = nullptr;
   for (const ContactPoint& point : points_) {
-    const Vector3 arm_a = point.on_a - qa.linear;
-    const Vector3 arm_b = point.on_b - qb.linear;
+    const Vector3 arm_a = point.on_a - body_a.position;
+    const Vector3 arm_b = point.on_b - body_b.position;
     const Vector3 before = va.linear + va.angular.cross(arm_a) - vb.linear - vb.angular.cross(arm_b);
     const Vector3 slip_before = before - point.normal * point.normal.dot(before);
     const double slip_speed = slip_before.norm();
@@ -201,27 +340,210 @@ void ContactFinder::add_contacts(const State& state, double step, bool aligned, 
     }
     before_this = &point;
     contact.friction = slip_speed > at_rest ? material.dynamic_friction : material.static_friction;
-    if (candidates_[a].curved || candidates_[b].curved) set_rolling(point, contact);
+    if (candidates_[a].curved || candidates_[b].curved) {
+      set_rolling(point, body_a * on_a.placement, body_b * on_b.placement, contact);
+    }
     contact.resting_acceleration = resting_acceleration;
     contact.acceleration = -point.normal.dot(acceleration);
     // What does not approach when the step begins is no impact, though others may press it together in the
     // step: the law of impact holds for all contacts of a step at once.
-    const double approach = step * contact.acceleration - point.normal.dot(before);
-    contact.restitution = approach > touching * speed ? material.restitution : 0;
-    contact.left_over = std::max(0.0, -point.distance - recovery_speed * step);
+    const double approach = duration_ * contact.acceleration - point.normal.dot(before);
+    contact.restitution = approach > resting * speed ? material.restitution : 0;
     contact.slid = slip_speed > at_rest;
-    remember(remembered, step, -point.distance, step * slip_speed, contact);
+    if (time > 0) {
+      // At the start the points are apart by their way until they meet, and by the turning of their arms.
+      const Vector3 turning = time * (va.angular.cross(arm_a) - vb.angular.cross(arm_b));
+      contact.gap_offset = -point.normal.dot(turning);
+      const Vector3 apart = point.on_a - point.on_b - way;
+      contact.displacement_1 = -(state.q[on_b.body].angular * contact.tangent_b1).dot(apart);
+      contact.displacement_2 = -(state.q[on_b.body].angular * contact.tangent_b2).dot(apart);
+      continue;
+    }
+    contact.left_over = std::max(0.0, -point.distance - recovered(contact));
+    remember(remembered, -point.distance, duration_ * slip_speed, contact);
+    // A part of a step recovers its part of an overlap, at the speed at which the step would.
+    contact.gap_offset = (1 - part_) * std::max(0.0, -point.distance - contact.left_over);
   }
 }
 
+/// Leaves out what a body meets only after an impact that turns it aside: it may never get there. missed()
+/// says if it does.
+void ContactFinder::keep_first_impacts() {
+  first_impact_ = std::numeric_limits<double>::infinity();
+  if (meetings_.empty()) return;
+  earliest_.assign(model_.masses.size(), std::numeric_limits<double>::infinity());
+  for (const Meeting& meeting : meetings_) {
+    if (!meeting.turns_aside) continue;
+    for (const std::uint32_t i : {meeting.a, meeting.b}) {
+      const int body = candidates_[i].collider->body;
+      if (model_.masses[body].inverse_mass > 0) earliest_[body] = std::min(earliest_[body], meeting.time);
+    }
+  }
+  // What is met at once, but for rounding, is met by all.
+  const double at_once = 1e-6 * duration_;
+  std::size_t kept = meetings_.front().first_contact;
+  std::size_t next = kept;
+  for (const Meeting& meeting : meetings_) {
+    const auto is_after = [&](std::uint32_t i) {
+      return meeting.time > earliest_[candidates_[i].collider->body] + at_once;
+    };
+    const bool is_late = is_after(meeting.a) || is_after(meeting.b);
+    if (meeting.turns_aside && !is_late) first_impact_ = std::min(first_impact_, meeting.time);
+    if (!is_late) continue;
+    if (kept != next) {
+      std::copy(contacts_.begin() + next, contacts_.begin() + meeting.first_contact,
+                contacts_.begin() + kept);
+    }
+    kept += meeting.first_contact - next;
+    next = meeting.end_contact;
+    const std::pair<std::uint32_t, std::uint32_t> pair = std::minmax(meeting.a, meeting.b);
+    std::erase(touching_, pair);
+  }
+  if (kept == next) return;
+  std::copy(contacts_.begin() + next, contacts_.end(), contacts_.begin() + kept);
+  contacts_.resize(contacts_.size() - (next - kept));
+}
+
+/// Leaves out the contacts of a collider with what lies wholly below the plane of another contact of it:
+/// flush faces are one floor, whose inner edges stop nothing.
+void ContactFinder::drop_flush() {
+  groups_.clear();
+  group_of_.assign(candidates_.size(), -1);
+  bool any_shared = false;
+  for (std::size_t begin = 0, end = 0; begin < contacts_.size(); begin = end) {
+    const Contact& first = contacts_[begin];
+    while (end < contacts_.size() && contacts_[end].collider_a == first.collider_a &&
+           contacts_[end].collider_b == first.collider_b) {
+      ++end;
+    }
+    Group group{begin, end, {group_of_[first.collider_a], group_of_[first.collider_b]}, false};
+    for (const int collider : {first.collider_a, first.collider_b}) {
+      any_shared = any_shared ||
+                   (group_of_[collider] >= 0 && moves(model_.masses[candidates_[collider].collider->body]));
+      group_of_[collider] = static_cast<int>(groups_.size());
+    }
+    groups_.push_back(group);
+  }
+  if (!any_shared) return;
+  bool any_dropped = false;
+  for (std::size_t collider = 0; collider < candidates_.size(); ++collider) {
+    if (!moves(model_.masses[candidates_[collider].collider->body])) continue;
+    const auto next_of = [&](int g) {
+      const Contact& contact = contacts_[groups_[g].begin];
+      return groups_[g].earlier[contact.collider_a == static_cast<int>(collider) ? 0 : 1];
+    };
+    for (int floor = group_of_[collider]; floor >= 0; floor = next_of(floor)) {
+      if (groups_[floor].dropped) continue;
+      for (int other = group_of_[collider]; other >= 0; other = next_of(other)) {
+        if (other == floor || groups_[other].dropped) continue;
+        if (!is_flush(static_cast<int>(collider), groups_[floor], groups_[other])) continue;
+        groups_[other].dropped = any_dropped = true;
+      }
+    }
+  }
+  if (!any_dropped) return;
+  std::size_t kept = 0;
+  for (const Group& group : groups_) {
+    for (std::size_t i = group.begin; i < group.end && !group.dropped; ++i) contacts_[kept++] = contacts_[i];
+  }
+  contacts_.resize(kept);
+}
+
+/// Returns whether a direction is across a face of a collider.
+bool ContactFinder::is_of_face(std::uint32_t collider, const Vector3& direction) const {
+  const auto* polytope = std::get_if<Polytope>(&candidates_[collider].collider->shape);
+  if (!polytope) return false;
+  const Vector3 local = poses_[collider].orientation.conjugate() * direction;
+  return std::ranges::any_of(polytope->face_normals,
+                             [&](const Vector3& normal) { return std::abs(normal.dot(local)) > 1 - 1e-12; });
+}
+
+/// Returns whether what a collider touches in the contacts of `other` is below the plane of `floor`.
+bool ContactFinder::is_flush(int collider, const Group& floor, const Group& other) const {
+  const Contact& plane = contacts_[floor.begin];
+  const Contact& contact = contacts_[other.begin];
+  const bool is_a = plane.collider_a == collider;
+  const bool is_a_of_other = contact.collider_a == collider;
+  const int below = is_a_of_other ? contact.collider_b : contact.collider_a;
+  const Shape& shape = candidates_[below].collider->shape;
+  const Vector3 up = (is_a ? 1 : -1) * (orientation_of(plane.b) * plane.normal_b);
+  const Vector3 other_up = (is_a_of_other ? 1 : -1) * (orientation_of(contact.b) * contact.normal_b);
+  // What stands on a face bears on it; only its edges and sides are inside the floor.
+  constexpr double cosine_of_tilt = 0.999;
+  if (up.dot(other_up) > cosine_of_tilt && (is_of_face(static_cast<std::uint32_t>(below), other_up) ||
+                                            is_of_face(static_cast<std::uint32_t>(collider), other_up))) {
+    return false;
+  }
+  const int under = is_a ? plane.collider_b : plane.collider_a;
+  const double size = std::min(smaller_size(collider, below), smaller_size(collider, under));
+  const Vector3 on_floor = is_a ? point_of(plane.b, plane.arm_b) : point_of(plane.a, plane.arm_a);
+  const Vector3 on_other =
+      is_a_of_other ? point_of(contact.b, contact.arm_b) : point_of(contact.a, contact.arm_a);
+  if (std::abs(up.dot(on_other - on_floor)) > same_place * size) return false;
+  if (std::holds_alternative<TriangleMesh>(shape)) return false;
+  if (std::holds_alternative<Plane>(shape)) return false;
+  const ConvexSolid solid(shape, poses_[below]);
+  return up.dot(solid.support(up) - on_floor) + solid.radius() <= flush * size;
+}
+
+std::optional<double> ContactFinder::missed(const State& state, const std::vector<Coordinates>& end,
+                                            double duration) {
+  const double fall = 1.5 * duration * duration * model_.gravity.norm();
+  is_off_.assign(end.size(), false);
+  bool any_off = false;
+  for (const Candidate& candidate : candidates_) {
+    const int body = candidate.collider->body;
+    if (!moves(model_.masses[body])) continue;
+    const RigidMotion& expected = motion_of(state, body);
+    const Vector3 way = end[body].linear - state.q[body].linear;
+    const Vector3 turn = rotation_vector(end[body].angular * state.q[body].angular.conjugate());
+    const double off = (way - expected.displacement(duration)).norm() +
+                       candidate.reach * (turn - duration * expected.spin).norm();
+    if (off <= std::max(tolerated_overlap * candidate.size, fall)) continue;
+    is_off_[body] = any_off = true;
+  }
+  if (!any_off) return std::nullopt;
+  for (std::size_t body = 0; body < end.size(); ++body) {
+    const Coordinates& q = state.q[body];
+    moved_[body] = {
+        q.linear,        q.angular, (end[body].linear - q.linear) / duration,
+        Vector3::Zero(), 0,         rotation_vector(end[body].angular * q.angular.conjugate()) / duration};
+  }
+  const auto moved = [&](std::uint32_t i) -> MovingShape {
+    const Collider& collider = *candidates_[i].collider;
+    return {&collider.shape, collider.placement, candidates_[i].reach, moved_[collider.body]};
+  };
+  for (std::uint32_t i = 0; i < candidates_.size(); ++i) bounds_[i] = swept_bounds(moved(i), duration);
+  broad_phase_.find_pairs(bounds_, pairs_);
+  std::optional<double> first;
+  for (const auto& pair : pairs_) {
+    const auto [i, j] = pair;
+    if (!is_off_[candidates_[i].collider->body] && !is_off_[candidates_[j].collider->body]) continue;
+    if (!may_meet(i, j) || std::ranges::binary_search(touching_, pair)) continue;
+    const double size = smaller_size(i, j);
+    const MovingShape a = moved(i);
+    const MovingShape b = moved(j);
+    const auto impact = time_of_impact(a, b, first.value_or(duration), touching * size / 2);
+    if (!impact) continue;
+    const Vector3 arm = Vector3::Zero();
+    const Vector3 closing = b.motion.velocity - a.motion.velocity + arm;
+    const double turning = impact->normal.cross(a.motion.spin).norm() * a.reach +
+                           impact->normal.cross(b.motion.spin).norm() * b.reach;
+    const double overlap = (duration - impact->time) * (impact->normal.dot(closing) + turning);
+    if (overlap > tolerated_overlap * size) first = impact->time;
+  }
+  return first;
+}
+
 /// Where the point goes, and the normal, as one or both of the colliders roll.
-void ContactFinder::set_rolling(const ContactPoint& point, Contact& contact) const {
-  const auto curves = [&](int collider, int other, const Vector3& on, const Vector3& normal, bool& rolls,
-                          Vector3& centre, Matrix3& ellipsoid) {
+void ContactFinder::set_rolling(const ContactPoint& point, const Pose& pose_a, const Pose& pose_b,
+                                Contact& contact) const {
+  const auto curves = [&](int collider, const Pose& pose, int other, const Vector3& on, const Vector3& normal,
+                          bool& rolls, Vector3& centre, Matrix3& ellipsoid) {
     const Shape& shape = candidates_[collider].collider->shape;
-    const Quaternion to_shape = poses_[collider].orientation.conjugate();
+    const Quaternion to_shape = pose.orientation.conjugate();
     const auto surface = touching_ellipsoid(shape, candidates_[other].collider->shape,
-                                            to_shape * (on - poses_[collider].position), to_shape * normal);
+                                            to_shape * (on - pose.position), to_shape * normal);
     rolls = surface.has_value();
     if (surface) {
       const Pose& placement = candidates_[collider].collider->placement;
@@ -231,9 +553,9 @@ void ContactFinder::set_rolling(const ContactPoint& point, Contact& contact) con
     }
     return rolls || is_round(shape);
   };
-  const bool a_is_curved = curves(contact.collider_a, contact.collider_b, point.on_a, point.normal,
+  const bool a_is_curved = curves(contact.collider_a, pose_a, contact.collider_b, point.on_a, point.normal,
                                   contact.rolls_a, contact.centre_a, contact.ellipsoid_a);
-  const bool b_is_curved = curves(contact.collider_b, contact.collider_a, point.on_b, -point.normal,
+  const bool b_is_curved = curves(contact.collider_b, pose_b, contact.collider_a, point.on_b, -point.normal,
                                   contact.rolls_b, contact.centre_b, contact.ellipsoid_b);
   contact.turns_with_a = b_is_curved && !a_is_curved;
   contact.turns_with_neither = b_is_curved && a_is_curved;
@@ -262,8 +584,8 @@ std::span<const ContactMemory> ContactFinder::remembered_of(const State& state, 
 }
 
 /// What is remembered of the nearest of these colliders' points, if it is the same.
-void ContactFinder::remember(std::span<const ContactMemory> remembered, double step, double overlap,
-                             double slip, Contact& contact) const {
+void ContactFinder::remember(std::span<const ContactMemory> remembered, double overlap, double slip,
+                             Contact& contact) const {
   if (remembered.empty()) return;
   const double same =
       same_place * std::min(candidates_[contact.collider_a].size, candidates_[contact.collider_b].size);
@@ -279,7 +601,7 @@ void ContactFinder::remember(std::span<const ContactMemory> remembered, double s
     contact.displacement_2 = contact.tangent_b2.dot(memory.displacement);
     contact.slid = memory.slides;
   }
-  contact.left_over = std::clamp(overlap, 0.0, std::max(0.0, left_over - recovery_speed * step));
+  contact.left_over = std::clamp(overlap, 0.0, std::max(0.0, left_over - recovered(contact)));
 }
 
 }  // namespace substep

@@ -1,54 +1,118 @@
 #pragma once
 /// s1, geometry: the contacts of a step.
 
+#include <array>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "sim/geometry/contact.h"
+#include "sim/geometry/time_of_impact.h"
 #include "sim/model/model.h"
 #include "sim/model/state.h"
 
 namespace substep {
 
 /// Finds the contacts of a step. Keeps its arrays from step to step, not its answers.
+///
+/// Shapes that touch are in contact. Shapes that are apart are, if they meet within the duration with the
+/// motion that the bodies have at its start, under gravity alone; the contact has the plane and the points
+/// that they meet with, so that what misses a corner is not stopped by the corner's plane. Where other
+/// contacts give the bodies another motion, missed() says what they meet instead.
 class ContactFinder {
  public:
   ContactFinder(const Scene& scene, const Model& model);
 
-  /// The overlap that bodies meet with, at the start above all, is recovered at this speed, m/s: the rest of
-  /// it is left to later steps (Contact::left_over). Else they would leave each other with C/h. What they
-  /// sink into each other afterwards, for want of sweeps, is not spared.
-  static constexpr double recovery_speed = 0.4;
+  /// Returns the contacts of `duration` seconds in `substeps` sub-steps from a state; friction and overlaps
+  /// as the state remembers them. With `aligned`, the first tangent is along the slip velocity that gravity
+  /// leaves, where there is any; else it depends on the normal alone. `part`: of the step, that the duration
+  /// is.
+  const std::vector<Contact>& find(const State& state, double duration, int substeps, bool aligned = false,
+                                   double part = 1);
 
-  /// Contact points closer than the bodies can come in `step` seconds, at world velocities `v`; friction and
-  /// overlaps as the state remembers them. With `aligned`, the first tangent is along the slip velocity that
-  /// gravity leaves, where there is any; else it depends on the normal alone.
-  const std::vector<Contact>& find(const State& state, double step, bool aligned = false);
+  /// Returns the time in [0, duration] at which the contacts of the last find() no longer are all: bodies
+  /// that were to move otherwise meet with a motion that led from `state` to `end`, and would overlap by more
+  /// than `tolerated_overlap`. Nothing where there is no such time.
+  std::optional<double> missed(const State& state, const std::vector<Coordinates>& end, double duration);
+
+  /// Returns the time of the first impact among the last contacts that turns aside a body; infinite without.
+  double first_impact() const { return first_impact_; }
+
+  /// Of the smaller shape's size, what a body that is turned aside may overlap with another by.
+  static constexpr double tolerated_overlap = 0.01;
 
  private:
   struct Candidate {
     const Collider* collider;
-    double reach;  ///< of the shape's farthest point from the body's origin
-    double size;   ///< of the shape; infinite for planes
+    double reach;  ///< of the shape's farthest point from the body's centre of mass, m
+    double size;   ///< of the shape, m; infinite for planes
     bool curved;   ///< not flat everywhere
   };
+  /// Two colliders that are apart and meet.
+  struct Meeting {
+    std::uint32_t a;
+    std::uint32_t b;
+    double time;       ///< s
+    bool turns_aside;  ///< the impact is fast enough to lead a body elsewhere
+    std::size_t first_contact;
+    std::size_t end_contact;
+  };
+  /// The contacts of one pair of colliders.
+  struct Group {
+    std::size_t begin;
+    std::size_t end;
+    std::array<int, 2> earlier;  ///< the groups before it with the same first or second collider; −1: none
+    bool dropped;
+  };
   bool may_meet(std::uint32_t i, std::uint32_t j) const;
+  std::pair<std::uint32_t, std::uint32_t> in_order(std::uint32_t i, std::uint32_t j) const;
   Vector3 fall_of(int body) const;
-  void add_contacts(const State& state, double step, bool aligned, std::uint32_t a, std::uint32_t b);
-  void set_rolling(const ContactPoint& point, Contact& contact) const;
+  double smaller_size(std::uint32_t a, std::uint32_t b) const;
+  const RigidMotion& motion_of(const State& state, int body);
+  MovingShape moving(const State& state, std::uint32_t i);
+  void find_pair(const State& state, bool aligned, std::uint32_t a, std::uint32_t b);
+  void add_contacts(const State& state, bool aligned, std::uint32_t a, std::uint32_t b, double time);
+  void keep_first_impacts();
+  void add_neighbours(const State& state, bool aligned);
+  void drop_flush();
+  bool is_flush(int collider, const Group& floor, const Group& other) const;
+  bool is_of_face(std::uint32_t collider, const Vector3& direction) const;
+  double recovered(const Contact& contact) const;
+  Quaternion orientation_of(int body) const { return state_->q[body].angular; }
+  Vector3 point_of(int body, const Vector3& arm) const {
+    return state_->q[body].linear + state_->q[body].angular * arm;
+  }
+  void set_rolling(const ContactPoint& point, const Pose& pose_a, const Pose& pose_b, Contact& contact) const;
   void list_remembered(const State& state);
   std::span<const ContactMemory> remembered_of(const State& state, std::uint32_t a, std::uint32_t b) const;
-  void remember(std::span<const ContactMemory> remembered, double step, double overlap, double slip,
+  void remember(std::span<const ContactMemory> remembered, double overlap, double slip,
                 Contact& contact) const;
 
   const Model& model_;
   std::vector<Candidate> candidates_;
+  const State* state_ = nullptr;  ///< of the last find()
+  double duration_ = 0;
+  double part_ = 1;
+  double substep_ = 0;
   std::vector<Pose> poses_;
   std::vector<Bounds> bounds_;
   std::vector<double> margins_;
+  std::vector<RigidMotion> motions_;  ///< by body, under gravity alone
+  std::vector<bool> has_motion_;
+  std::vector<RigidMotion> moved_;  ///< by body, as they have moved
+  std::vector<bool> is_off_;        ///< by body: it has moved otherwise than under gravity alone
   BroadPhase broad_phase_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs_;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> touching_;  ///< pairs with contacts, ascending
+  std::vector<std::pair<std::uint32_t, std::uint32_t>>
+      neighbours_;               ///< pairs that are near and will not meet
+  std::vector<bool> is_pushed_;  ///< by body: it touches another moving one
+  std::vector<Meeting> meetings_;
+  std::vector<Group> groups_;
+  std::vector<int> group_of_;     ///< by collider: the last of its groups; −1: none
+  std::vector<double> earliest_;  ///< by body: of its meetings that turn it aside
+  double first_impact_ = 0;
   std::vector<int> begins_;  ///< by collider: of what is remembered
   std::vector<ContactPoint> points_;
   std::vector<Contact> contacts_;

@@ -445,7 +445,7 @@ struct FaceArms {
     // A positive distance is admitted too: β lets it close, no more.
     const Lanes gap =
         set_row(x, at, arms.a, arms.b, turned_directions.normal, row, in_world ? in_world + i : nullptr) +
-        gather(contact, &Contact::left_over);
+        gather(contact, &Contact::left_over) + gather(contact, &Contact::gap_offset);
     row.beta = -gap / all(from.hs);
     if (x.face >= 0) {
       const LaneVectors from_first = difference(arms.a, face.point[0].a);

@@ -72,7 +72,7 @@ void ContactBatches::sort_places(const std::vector<Contact>& found) {
 }
 
 void ContactBatches::remember(const std::vector<Contact>& found, const std::vector<Coordinates>& q,
-                              std::vector<ContactMemory>& memory) {
+                              bool keeps, std::vector<ContactMemory>& memory) {
   sort_places(found);
   memory.resize(found.size());
   for (const ContactBatch& x : batches) {
@@ -87,7 +87,7 @@ void ContactBatches::remember(const std::vector<Contact>& found, const std::vect
         if (friction < x.frictions && x.contact_of[friction] == i) {
           const FrictionRows& rows = frictions[x.first_friction + friction];
           point.slides = rows.slides[lane] > 0 && rows.slid[lane] > 0;
-          if (!point.slides && reading.friction_memory) {
+          if (keeps && !point.slides && reading.friction_memory) {
             const double part = rows.slides[lane] > 0 ? kept_at_edge : 1;
             point.displacement =
                 part * displacement_at(rows, touching[x.first_friction + friction], lane, contact, a_in_b);

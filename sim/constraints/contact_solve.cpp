@@ -43,13 +43,6 @@ template <Kind kind>
   return all(factor) * x;
 }
 
-/// What a row's velocity lacks: τ β − κ J v.
-template <Kind kind>
-[[gnu::always_inline]] inline Lanes missing_of(const Visit& at, const LaneVectors& direction,
-                                               const ContactRow& row, const Moving& a, const Moving& b) {
-  return times<kind>(at.how.tau, row.beta) - times<kind>(at.how.kappa, row_velocity(direction, row, a, b));
-}
-
 /// v ← v + M⁻¹J_xᵀ impulse, for the `place`-th of the batch's rows.
 template <Kind kind>
 [[gnu::always_inline]] inline void apply(const Visit& at, int place, const LaneVectors& direction,
@@ -89,6 +82,19 @@ template <Kind kind>
                               ? (restitution.right - velocity) / all(at.how.scale)
                               : all(at.how.tau) * restitution.right - all(at.how.kappa) * velocity;
   return choose(restitution.impact > all(0), of_impact, missing);
+}
+
+/// What the slip of the i-th friction lacks. In an impact it is stopped at once, as its normal is: κ < 1
+/// would leave a part of it to later sub-steps, in which nothing presses.
+template <Kind kind>
+[[gnu::always_inline]] inline Lanes missing_of_slip(const Visit& at, int i, int k, const Lanes& velocity) {
+  const Lanes missing =
+      times<kind>(at.how.tau, at.frictions[i].row[k].beta) - times<kind>(at.how.kappa, velocity);
+  if (!at.restitutions) return missing;
+  const RestitutionRow& restitution = at.restitutions[at.x.contact_of[i]];
+  if (!at.reading.velocity_level_apart) return missing;
+  return choose(restitution.impact > all(0), (restitution.right_of_slip[k] - velocity) / all(at.how.scale),
+                missing);
 }
 
 /// The manifold's normals as one block: their LCP, by Gauss–Seidel in the space of their impulses, from the
@@ -256,8 +262,9 @@ template <Kind kind>
                                                   Lanes& any_slides) {
   FrictionRows& rows = at.frictions[i];
   const ContactDirections& along = at.directions[at.x.contact_of[i] * at.x.direction_step];
-  const Tangential missing{missing_of<kind>(at, along.tangent[0], rows.row[0], a, b),
-                           missing_of<kind>(at, along.tangent[1], rows.row[1], a, b)};
+  const Tangential missing{
+      missing_of_slip<kind>(at, i, 0, row_velocity(along.tangent[0], rows.row[0], a, b)),
+      missing_of_slip<kind>(at, i, 1, row_velocity(along.tangent[1], rows.row[1], a, b))};
   const Tangential given = solve_disc<kind>(at, i, missing, most, any_slides);
   const int place = at.x.contacts + 2 * i;
   apply<kind>(at, place, along.tangent[0], rows.row[0], given.first, a, b);
@@ -303,12 +310,9 @@ template <Kind kind>
         by[3 * k] * wrench.force[0] + by[3 * k + 1] * wrench.torque[1] + by[3 * k + 2] * wrench.torque[2];
   }
   for (int i = 0; i < at.x.frictions; ++i) {
-    const FrictionRows& rows = at.frictions[i];
     const Lanes(&place)[2] = at.normals[at.x.contact_of[i]].place;
-    const Tangential missing{
-        times<kind>(at.how.tau, rows.row[0].beta) - times<kind>(at.how.kappa, moves[0] - place[1] * moves[2]),
-        times<kind>(at.how.tau, rows.row[1].beta) -
-            times<kind>(at.how.kappa, moves[1] + place[0] * moves[2])};
+    const Tangential missing{missing_of_slip<kind>(at, i, 0, moves[0] - place[1] * moves[2]),
+                             missing_of_slip<kind>(at, i, 1, moves[1] + place[0] * moves[2])};
     const Tangential given = solve_disc<kind>(at, i, missing, most, any_slides);
     wrench.force[1] += given.first;
     wrench.force[2] += given.second;

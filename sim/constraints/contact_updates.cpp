@@ -147,6 +147,7 @@ void start_impact(NormalRow& normal, RestitutionRow& row, const Lanes& gap, cons
 void start_substep(ContactBatches& contacts, double hs, const std::vector<Velocity>& v,
                    const std::vector<Velocity>& offset, const std::vector<Velocity>* sum_v) {
   const Lanes zero = all(0);
+  contacts.has_impact = false;
   if (!contacts.reading.limits_over_step) {
     for (NormalRow& normal : contacts.normals) normal.row.impulse = normal.low = zero;
     for (FrictionRows& rows : contacts.frictions) {
@@ -173,8 +174,19 @@ void start_substep(ContactBatches& contacts, double hs, const std::vector<Veloci
       const Lanes gap =
           row.gap + all(hs) * row_velocity(along, normal.row, gather(offset, x.a), gather(offset, x.b));
       start_impact(normal, row, gap, approach, hs);
+      contacts.has_impact = contacts.has_impact || any(row.impact > zero);
       row.right = row.velocity;
       if (sum_v) row.right += row_velocity(along, normal.row, gather(*sum_v, x.a), gather(*sum_v, x.b));
+    }
+    for (int i = 0; i < x.frictions; ++i) {
+      const FrictionRows& rows = contacts.frictions[x.first_friction + i];
+      RestitutionRow& row = contacts.restitutions[x.first_restitution + x.contact_of[i]];
+      for (int k = 0; k < 2; ++k) {
+        row.right_of_slip[k] = zero;
+        if (!sum_v) continue;
+        row.right_of_slip[k] = row_velocity(directions[x.contact_of[i] * x.direction_step].tangent[k],
+                                            rows.row[k], gather(*sum_v, x.a), gather(*sum_v, x.b));
+      }
     }
   }
 }

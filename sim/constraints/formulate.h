@@ -67,6 +67,11 @@ void step_coordinates(double hs, const std::vector<Velocity>& v_local, std::vect
 void start_substep(Problem& problem, const std::vector<Velocity>& v,
                    const std::vector<Velocity>* sum_v = nullptr);
 
+/// Returns how often a sub-step sweeps over the rows where the setting says m. An impact is given in one
+/// sub-step, so that one takes as many sweeps as pass it on through joints and through rows of touching
+/// bodies.
+int sweeps_of(const Problem& problem, int m);
+
 /// β_x ← β_x − J̆ v̆ of every position-level row. Friction that slides lets go: its β is 0.
 void update_biases(Problem& problem, const std::vector<Velocity>& v_local);
 

@@ -1,5 +1,7 @@
 // What changes from sub-step to sub-step: coordinates, velocities by forces and frames, rows' biases.
 
+#include <algorithm>
+
 #include "sim/constraints/joint_rows.h"
 #include "sim/math/rotation.h"
 
@@ -81,6 +83,13 @@ void start_substep(Problem& problem, const std::vector<Velocity>& v, const std::
     row.impulse = 0;
   }
   start_substep(c.contacts, problem.substeps.duration, v, problem.substeps.offset, sum_v);
+}
+
+int sweeps_of(const Problem& problem, int m) {
+  // A hinged plank that is hit at its end turns right to 0.1 % with 4 sweeps, a row of five touching balls
+  // with 20.
+  constexpr int of_impact = 30;
+  return problem.c.contacts.has_impact ? std::max(m, of_impact) : m;
 }
 
 void update_biases(Problem& problem, const std::vector<Velocity>& v_local) {

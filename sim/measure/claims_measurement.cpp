@@ -57,7 +57,7 @@ Formulated::Formulated(const Scene& scene, Frame frame, Joints joints, double hs
   problem.frame = frame;
   problem.substeps.duration = hs;
   problem.substeps.offset.resize(state.v.size());
-  if (model.contacts) problem.contacts = &finder.find(state, scene.step);
+  if (model.contacts) problem.contacts = &finder.find(state, scene.step, 1);
   build_blocks(problem, joints);
   formulate(problem, state.q, hs);
 }

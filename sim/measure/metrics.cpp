@@ -232,7 +232,7 @@ double PenetrationMeter::depth(const State& state) {
 std::vector<double> PenetrationMeter::depths(const State& state) {
   std::vector<double> deepest(state.q.size(), 0);
   if (!implementation_->model.contacts) return deepest;
-  for (const Contact& contact : implementation_->finder.find(state, 0)) {
+  for (const Contact& contact : implementation_->finder.find(state, 0, 1)) {
     const Coordinates& a = state.q[contact.a];
     const Coordinates& b = state.q[contact.b];
     const Vector3 apart = a.linear + a.angular * contact.arm_a - (b.linear + b.angular * contact.arm_b);

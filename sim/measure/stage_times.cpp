@@ -49,7 +49,7 @@ StageTimes stages_at(const Scene& scene, const Settings& settings, const std::ve
   StageTimes sum;
   for (const State& state : states) {
     if (model.contacts) {
-      sum.geometry += time_of([&] { problem.contacts = &finder.find(state, settings.step); });
+      sum.geometry += time_of([&] { problem.contacts = &finder.find(state, settings.step, 1); });
       sum.formulation += time_of([&] { build_blocks(problem, joints); });
     }
     sum.formulation += time_of([&] { formulate(problem, state.q, hs); });

@@ -109,7 +109,10 @@ struct Contact {
   double resting_acceleration;  ///< m/s²: what comes slower than this for a (sub-)step does not bounce
   double acceleration;          ///< by gravity, of a towards b along the normal, m/s²
   double left_over;             ///< of the overlap, for later steps to recover, m
-  double displacement_1;        ///< along the tangents, since the contact was made or last slid, m
+  /// Added to the points' distance along the normal, m: of a contact that is still to be made, what the
+  /// bodies' turning until then changes it by.
+  double gap_offset;
+  double displacement_1;  ///< along the tangents, since the contact was made or last slid, m
   double displacement_2;
   bool slid;  ///< it slid already when the step began
   /// What is formulated anew in a step (A3) goes by these. A body's surface there is an ellipsoid's (see

@@ -114,7 +114,7 @@ TEST(ContactBatches, ManifoldsOfUnlikeLengthShareABatchAndKeepTheirBits) {
     Simulation simulation(together, settings);
     int unlike = 0;
     for (int step = 1; step <= 90; ++step) {
-      contacts.build(model, finder.find(simulation.state(), settings.step));
+      contacts.build(model, finder.find(simulation.state(), settings.step, 1));
       for (const ContactBatch& x : contacts.batches) {
         if (x.manifolds > 1 && x.count[0] < x.contacts) ++unlike;
       }
@@ -205,7 +205,7 @@ void solve_one(unsigned seed, int sweeps, Violation& worst) {
   constexpr double h = 1.0 / 90;
   Problem problem;
   problem.model = &model;
-  problem.contacts = &finder.find(state, h);
+  problem.contacts = &finder.find(state, h, 1);
   problem.frame = Frame::world;
   problem.substeps.duration = h;
   problem.substeps.offset.resize(state.v.size());
@@ -297,7 +297,7 @@ TEST(ContactBatches, ManifoldsOfOneBatchShareNoMovingBody) {
   const Scene scene = scene_named("stone_pyramid");
   const Model model = build_model(scene);
   ContactFinder finder(scene, model);
-  const std::vector<Contact>& found = finder.find(initial_state(scene), 1.0 / 60);
+  const std::vector<Contact>& found = finder.find(initial_state(scene), 1.0 / 60, 1);
   ContactBatches contacts;
   contacts.build(model, found);
   int rows = 0;
