@@ -94,6 +94,8 @@ std::string joint_digest(const Joint& joint) {
   digest.add_number(static_cast<std::uint64_t>(joint.body_a), 4);
   digest.add_number(static_cast<std::uint64_t>(joint.body_b), 4);
   digest.add(joint.frame_a).add(joint.frame_b).add_number(joint.enable_collision ? 1 : 0, 1);
+  for (const int collider : joint.silent_colliders)
+    digest.add_number(static_cast<std::uint64_t>(collider), 4);
   for (const JointLimit& limit : joint.limits) {
     digest.add_number(limit.angular ? 1 : 0, 1).add(limit.min).add(limit.max).add(limit.damping);
     for (const bool axis : limit.axes) digest.add_number(axis ? 1 : 0, 1);

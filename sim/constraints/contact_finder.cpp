@@ -144,6 +144,11 @@ bool ContactFinder::may_meet(std::uint32_t i, std::uint32_t j) const {
   if (one.body == other.body) return false;
   if (model_.masses[one.body].inverse_mass == 0 && model_.masses[other.body].inverse_mass == 0) return false;
   if (!meets(one, other) || !meets(other, one)) return false;
+  const auto is_silent = [&](std::uint32_t fixed, int body) {
+    return std::ranges::binary_search(model_.jointed_to_static, std::pair(static_cast<int>(fixed), body));
+  };
+  if (one.body == world_body) return !is_silent(i, other.body);
+  if (other.body == world_body) return !is_silent(j, one.body);
   const std::pair<int, int> bodies = std::minmax(one.body, other.body);
   return !std::ranges::binary_search(model_.jointed, bodies);
 }

@@ -69,6 +69,7 @@ class Colliders {
       collider.in_no_system = filter.member == 0;
     }
     draft_.colliders_of[body].push_back(static_cast<int>(draft_.scene.colliders.size()));
+    draft_.collider_of_node[node] = static_cast<int>(draft_.scene.colliders.size());
     draft_.scene.colliders.push_back(std::move(collider));
   }
 
@@ -144,6 +145,7 @@ class Colliders {
 
 void add_colliders(SceneDraft& draft) {
   draft.colliders_of.resize(draft.scene.bodies.size());
+  draft.collider_of_node.assign(draft.physics.size(), -1);
   Colliders colliders(draft);
   for (std::size_t i = 0; i < draft.physics.size(); ++i) {
     if (draft.physics[i].collider) colliders.add(static_cast<int>(i), *draft.physics[i].collider);

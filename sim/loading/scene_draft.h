@@ -46,6 +46,7 @@ struct SceneDraft {
   std::vector<int> body_of_node;               ///< the world's where the node carries none
   std::vector<int> node_of_body;               ///< −1 for the world
   std::vector<std::vector<int>> colliders_of;  ///< each body's, as indices
+  std::vector<int> collider_of_node;           ///< −1 where the node has none
   std::map<int, MassProperties> solids;        ///< of colliders whose mesh fills less than their shape
   std::size_t most_spent = 100'000;
   std::size_t spent = 0;

@@ -2,12 +2,35 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
+#include <vector>
 
 #include "sim/loading/scene_bodies.h"
 
 namespace substep {
 namespace {
+
+/// Returns the world's colliders at a node of the world, above it and below it: the object that a joint to
+/// this node connects. A collider without motion is an object of its own in the extension, unlike a body's.
+std::vector<int> static_colliders_of(const SceneDraft& draft, int node) {
+  std::vector<int> result;
+  const auto add = [&](int at) {
+    const int collider = draft.collider_of_node[at];
+    if (collider >= 0 && draft.attachments[at].body == world_body) result.push_back(collider);
+  };
+  for (int at = draft.document.nodes[node].parent; at >= 0; at = draft.document.nodes[at].parent) add(at);
+  std::vector<int> pending{node};
+  while (!pending.empty()) {
+    const int at = pending.back();
+    pending.pop_back();
+    add(at);
+    const std::vector<int>& children = draft.document.nodes[at].children;
+    pending.insert(pending.end(), children.begin(), children.end());
+  }
+  std::ranges::sort(result);
+  return result;
+}
 
 void add_joint(SceneDraft& draft, int node, const JointProperties& properties) {
   const JsonValue place = draft.extension(node, "joint");
@@ -42,6 +65,8 @@ void add_joint(SceneDraft& draft, int node, const JointProperties& properties) {
                    ? "joins two nodes of which neither belongs to a body: give one of them a 'motion'"
                    : fmt::format("joins the body '{}' to itself", draft.scene.bodies[joint.body_a].name));
   }
+  if (joint.body_a == world_body) joint.silent_colliders = static_colliders_of(draft, node);
+  if (joint.body_b == world_body) joint.silent_colliders = static_colliders_of(draft, connected);
   const JointDescription& description = draft.tables.joints[properties.description];
   joint.limits = description.limits;
   joint.drives = description.drives;

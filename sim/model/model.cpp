@@ -104,6 +104,17 @@ void add_joint(const Scene& scene, const Joint& joint, Model& model) {
   }
 }
 
+/// Adds what the joint keeps from colliding. The world's colliders are objects of their own, so a joint to
+/// the world silences those that it names.
+void add_silent_pairs(const Joint& joint, Model& model) {
+  const auto [first, second] = std::minmax(joint.body_a, joint.body_b);
+  if (first != world_body) {
+    model.jointed.emplace_back(first, second);
+    return;
+  }
+  for (const int collider : joint.silent_colliders) model.jointed_to_static.emplace_back(collider, second);
+}
+
 std::string counted(std::size_t number, const char* thing) {
   return fmt::format("{} {}{}", number, thing, number == 1 ? "" : "s");
 }
@@ -125,9 +136,10 @@ Model build_model(const Scene& scene) {
   }
   for (const Joint& joint : scene.joints) {
     add_joint(scene, joint, model);
-    if (!joint.enable_collision) model.jointed.emplace_back(std::minmax(joint.body_a, joint.body_b));
+    if (!joint.enable_collision) add_silent_pairs(joint, model);
   }
   std::ranges::sort(model.jointed);
+  std::ranges::sort(model.jointed_to_static);
   const auto any = [&](auto&& property) { return std::ranges::any_of(scene.colliders, property); };
   model.contacts = scene.colliders.size() > 1 &&
                    any([&](const Collider& c) { return scene.bodies[c.body].inverse_mass > 0; });

@@ -139,8 +139,10 @@ struct Model {
   std::vector<Lock> locks;
   std::vector<Limit> limits;
   std::vector<Drive> drives;
-  std::vector<std::pair<int, int>> jointed;  ///< body pairs that do not collide, sorted
-  bool contacts = false;                     ///< whether any two colliders can meet
+  std::vector<std::pair<int, int>> jointed;  ///< body pairs that do not collide, without the world's, sorted
+  /// Pairs that do not collide of one of the world's colliders and a body, sorted.
+  std::vector<std::pair<int, int>> jointed_to_static;
+  bool contacts = false;  ///< whether any two colliders can meet
   bool friction = false;
   bool restitution = false;
 };

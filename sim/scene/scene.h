@@ -85,7 +85,10 @@ struct Joint {
   int body_b = world_body;  ///< the body that carries `connectedNode`
   Pose frame_a;             ///< joint frame → body frame of a
   Pose frame_b;
+  /// Whether what it connects collides. Otherwise it silences the pair of bodies; where one of them is the
+  /// world, the other body and those of the world's colliders that `silent_colliders` names.
   bool enable_collision = false;
+  std::vector<int> silent_colliders;  ///< indices of Scene::colliders
   std::vector<JointLimit> limits;
   std::vector<JointDrive> drives;
 };

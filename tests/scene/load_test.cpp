@@ -92,6 +92,23 @@ TEST(LoadScene, ReadsTheExample) {
   EXPECT_EQ(joint.drives[0].damping, 10);
 }
 
+TEST(LoadScene, JointSilencesStaticCollidersOfItsNodeAlone) {
+  nlohmann::json document = example();
+  EXPECT_EQ(load(document).joints.at(0).silent_colliders, std::vector<int>{});
+  // The nail gets a collider, a post above it, a head below it beside the crate, and a sibling.
+  const nlohmann::json box = {{"KHR_physics_rigid_bodies", {{"collider", {{"geometry", {{"shape", 1}}}}}}}};
+  nlohmann::json& nodes = document["nodes"];
+  const std::size_t post = nodes.size();
+  nodes.push_back({{"name", "post"}, {"extensions", box}, {"children", {3, post + 1}}});
+  nodes.push_back({{"name", "sibling"}, {"extensions", box}});
+  nodes.push_back({{"name", "head"}, {"extensions", box}});
+  nodes[3]["extensions"] = box;
+  nodes[3]["children"] = {post + 2, 1};
+  document["scenes"][0]["nodes"] = {0, 4, 6, 7, post};
+  // Colliders are in the order of the nodes: ground, crate, nail, rock, post, sibling, head.
+  EXPECT_EQ(load(document).joints.at(0).silent_colliders, (std::vector<int>{2, 4, 6}));
+}
+
 TEST(LoadScene, HullOfANodeOutsideTheSceneTakesTheCollidersScaleAndNotTheNodesPlace) {
   const Scene scene = load(example());
   const Body& rock = scene.bodies[2];

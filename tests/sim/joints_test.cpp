@@ -404,6 +404,49 @@ TEST(Contacts, MaterialsCombineInTheExtensionsOrder) {
   EXPECT_NEAR(slowed(Combine::average, Combine::minimum), 0.3, 1e-9);
 }
 
+/// A ball of radius 0.1 m, 1 m from a ball joint at the origin, that swings from the right to the left:
+/// through a post, which is the world's collider 0, to a wall, which is its collider 1. Faces at x = 0.05 m
+/// and −0.3 m.
+Scene swing_to_a_wall() {
+  Scene scene = jointed_body({test::locked(false, {true, true, true})}, {-1, 0, 0});
+  scene.colliders.resize(3);
+  scene.colliders[0].shape = box({0.1, 1.4, 0.1});
+  scene.colliders[0].placement.position = {0, -0.6, 0};
+  scene.colliders[1].shape = box({1, 4, 1});
+  scene.colliders[1].placement.position = {-0.8, 0, 0};
+  scene.colliders[2].body = 1;
+  scene.colliders[2].shape = Sphere{0.1};
+  return scene;
+}
+
+/// The least x of the ball's centre within a second, m.
+double leftmost(const Scene& scene, Algorithm algorithm) {
+  Simulation simulation(scene, settings_of(algorithm, 1.0 / 240));
+  double least = 1;
+  for (int step = 0; step < 240; ++step) {
+    simulation.step();
+    least = std::min(least, simulation.state().q[1].linear.x());
+  }
+  return least;
+}
+
+TEST(Joints, JointToTheWorldSilencesNothingElse) {
+  for (const Algorithm algorithm : all) {
+    EXPECT_NEAR(leftmost(swing_to_a_wall(), algorithm), 0.15, 0.005) << name(algorithm);
+  }
+}
+
+TEST(Joints, JointToAPostSilencesThePostAlone) {
+  Scene scene = swing_to_a_wall();
+  scene.joints[0].silent_colliders = {0};
+  for (const Algorithm algorithm : all) {
+    EXPECT_NEAR(leftmost(scene, algorithm), -0.2, 0.005) << name(algorithm);
+    scene.joints[0].enable_collision = true;
+    EXPECT_NEAR(leftmost(scene, algorithm), 0.15, 0.005) << name(algorithm);
+    scene.joints[0].enable_collision = false;
+  }
+}
+
 TEST(Bodies, AKinematicBodyCarriesWhatLiesOnIt) {
   // A platform at 1 m/s, μ = 0.5: a box on it is as fast after v/(μ g) = 0.204 s, 0.102 m behind.
   Scene scene = test::empty_scene();
