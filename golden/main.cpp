@@ -43,7 +43,6 @@ int run(int argc, char** argv) {
   add_approve_command(app);
   add_replay_command(app);
   add_init_command(app);
-  add_review_command(app);
   add_claims_command(app);
   add_measure_command(app);
   add_reference_command(app);

@@ -14,6 +14,5 @@ void add_approve_command(CLI::App& app);
 void add_replay_command(CLI::App& app);
 void add_diff_command(CLI::App& app);
 void add_init_command(CLI::App& app);
-void add_review_command(CLI::App& app);
 
 }  // namespace substep

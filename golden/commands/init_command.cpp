@@ -14,12 +14,10 @@ namespace {
 struct InitOptions {
   std::filesystem::path project = ".";
   std::string program = "OWNER/substep";
-  std::string service = "github";
 };
 
 void init(const InitOptions& options) {
-  const NewSuite suite = new_suite(options.project, options.program,
-                                   options.service == "gitlab" ? CiService::gitlab : CiService::github);
+  const NewSuite suite = new_suite(options.project, options.program);
   write_new_suite(suite, options.project);
   for (const NewSuite::File& file : suite.files)
     fmt::print("wrote {}\n", (options.project / file.name).string());
@@ -29,7 +27,6 @@ void init(const InitOptions& options) {
   if (options.project != ".") fmt::print("  cd {}\n", shell_word(options.project.string()));
   fmt::print("  substep check\n  substep approve --failed --reason \"the first goldens\"\n");
   fmt::print("  git add golden {}\n", shell_word(suite.files.back().name.string()));
-  if (!suite.to_do.empty()) fmt::print("and {}\n", suite.to_do);
   if (options.program == InitOptions().program) {
     fmt::print("and in {} put the owner of the repository with substep for OWNER\n",
                suite.files.back().name.string());
@@ -45,9 +42,6 @@ void add_init_command(CLI::App& app) {
   command->add_option("folder", options->project, "The project's folder: its scenes are looked for in it")
       ->capture_default_str();
   command->add_option("--program", options->program, "The repository with substep, whose workflow is used")
-      ->capture_default_str();
-  command->add_option("--ci", options->service, "Whose pipeline checks the suite")
-      ->check(CLI::IsMember({"github", "gitlab"}))
       ->capture_default_str();
   command->footer("Overwrites nothing.\nExample:\n  substep init .");
   command->callback([options] { init(*options); });

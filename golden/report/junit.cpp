@@ -28,9 +28,6 @@ bool images_pass(const Json& entry) {
 
 class Suite {
  public:
-  /// As it is named from the working folder.
-  explicit Suite(std::filesystem::path output = {}) : output_(std::move(output)) {}
-
   void add_case(const Json& entry, const ResultsPlace& place) {
     const bool passes = entry.at("verdict") == "pass";
     if (entry.at("verdict") == "error") {
@@ -89,18 +86,10 @@ class Suite {
       return;
     }
     (std::string_view(what) == "error" ? errors_ : failures_) += 1;
-    xml_ += fmt::format("><{0} message=\"{1}\">{2}</{0}>{3}</testcase>\n", what, escaped(message),
-                        escaped(text), attachment(entry));
+    xml_ +=
+        fmt::format("><{0} message=\"{1}\">{2}</{0}></testcase>\n", what, escaped(message), escaped(text));
   }
 
-  /// GitLab shows the picture that is named so beside the failure.
-  std::string attachment(const Json& entry) const {
-    if (!entry.contains("flicker")) return {};
-    const std::filesystem::path file = output_ / entry.at("files").get<std::string>() / "flicker.png";
-    return fmt::format("<system-out>[[ATTACHMENT|{}]]</system-out>", escaped(file.generic_string()));
-  }
-
-  std::filesystem::path output_;
   std::string xml_;
   std::string last_name_;
   int tests_ = 0;
@@ -117,7 +106,7 @@ std::filesystem::path junit_file(const std::filesystem::path& output) {
 
 void write_junit(const Json& results, const std::filesystem::path& output) {
   const ResultsPlace place = place_of(results, output);
-  Suite suite(place.output);
+  Suite suite;
   for (const Json& entry : results.at("cases")) suite.add_case(entry, place);
   for (const Json& orphan : results.at("orphans")) suite.add_orphan(orphan.at("file").get<std::string>());
   if (!results.at("ended").get<bool>()) {

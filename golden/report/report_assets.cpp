@@ -5,7 +5,6 @@
 SUBSTEP_EMBEDDED_FILE(report_page, SUBSTEP_REPORT "/report.html")
 SUBSTEP_EMBEDDED_FILE(report_style, SUBSTEP_REPORT "/report.css")
 SUBSTEP_EMBEDDED_FILE(report_script, SUBSTEP_REPORT "/report.js")
-SUBSTEP_EMBEDDED_FILE(review_page_script, SUBSTEP_REPORT "/review.js")
 
 namespace substep::report_assets {
 
@@ -17,10 +16,6 @@ std::string_view style() {
 }
 std::string_view script() {
   return report_script();
-}
-
-std::string_view review_script() {
-  return review_page_script();
 }
 
 }  // namespace substep::report_assets

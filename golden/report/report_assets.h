@@ -8,6 +8,5 @@ namespace substep::report_assets {
 std::string_view page();
 std::string_view style();
 std::string_view script();
-std::string_view review_script();  ///< what `substep review` adds
 
 }  // namespace substep::report_assets

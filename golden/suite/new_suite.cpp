@@ -123,29 +123,9 @@ jobs:
     with: {{ suite: golden, program: {} }}
 )";
 
-constexpr const char* pipeline =
-    R"(# The goldens, checked at every push: what fails stands in the merge request, and the report is an artifact.
-include: https://raw.githubusercontent.com/{}/main/.ci/gitlab.yml
-goldens:
-  extends: .substep
-  variables: {{ SUITE: golden, PROGRAM: {} }}
-)";
-
-void add_pipeline(const fs::path& project, const std::string& program, CiService service, NewSuite& suite) {
-  if (service == CiService::github) {
-    suite.files.push_back(
-        {".github/workflows/goldens.yml", fmt::format(fmt::runtime(workflow), program, program)});
-    return;
-  }
-  const bool has_own = fs::exists(project / ".gitlab-ci.yml");
-  const fs::path file = has_own ? "golden/gitlab-ci.yml" : ".gitlab-ci.yml";
-  suite.files.push_back({file, fmt::format(fmt::runtime(pipeline), program, program)});
-  if (has_own) suite.to_do = "in .gitlab-ci.yml: include: golden/gitlab-ci.yml";
-}
-
 }  // namespace
 
-NewSuite new_suite(const fs::path& project, const std::string& program, CiService service) {
+NewSuite new_suite(const fs::path& project, const std::string& program) {
   if (!fs::is_directory(project)) throw Error(fmt::format("{}: there is no such folder", project.string()));
   NewSuite suite;
   std::string text = suite_start;
@@ -171,8 +151,9 @@ NewSuite new_suite(const fs::path& project, const std::string& program, CiServic
     throw Error(fmt::format("{}: has no scene (.gltf or .glb) in which something moves", project.string()));
   }
   for (const std::string& other : suite.others) text += fmt::format("\n# not taken: {}\n", other);
-  suite.files = {{"golden/suite.toml", text}, {"golden/README.md", readme}};
-  add_pipeline(project, program, service, suite);
+  suite.files = {{"golden/suite.toml", text},
+                 {"golden/README.md", readme},
+                 {".github/workflows/goldens.yml", fmt::format(fmt::runtime(workflow), program, program)}};
   return suite;
 }
 

@@ -7,9 +7,6 @@
 
 namespace substep {
 
-/// Whose pipeline checks it.
-enum class CiService { github, gitlab };
-
 struct NewSuite {
   struct File {
     std::filesystem::path name;  ///< below the project's folder
@@ -18,14 +15,13 @@ struct NewSuite {
   std::vector<File> files;          ///< suite file, README of the goldens, workflow
   std::vector<std::string> scenes;  ///< taken, below the project's folder
   std::vector<std::string> others;  ///< scenes that cannot be cases, each with why
-  std::string to_do;                ///< what a person has to do to the pipeline, a line; empty: nothing
 };
 
 /// Looks for scenes (.gltf, .glb) in `project` and the folders in it, hidden ones and `build*` but for. A
 /// scene is taken when it can be loaded and something in it moves. `program` is the repository with substep
-/// and its workflow: "OWNER/substep". A .gitlab-ci.yml that is there already is left alone. Throws Error when
+/// and its workflow: "OWNER/substep". Throws Error when
 /// there is no such folder, no scene in it, or two of one name.
-NewSuite new_suite(const std::filesystem::path& project, const std::string& program, CiService service);
+NewSuite new_suite(const std::filesystem::path& project, const std::string& program);
 
 /// Throws Error, and writes nothing, when one of the files is there already.
 void write_new_suite(const NewSuite& suite, const std::filesystem::path& project);

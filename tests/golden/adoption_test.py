@@ -3,15 +3,12 @@
 adoption_test.py SUBSTEP SOURCE_FOLDER [TEST]...
 """
 
-import http.client
 import json
 import os
 import pathlib
 import re
 import shutil
 import signal
-import socket
-import struct
 import subprocess
 import time
 
@@ -188,53 +185,6 @@ def other_renderers_are_known(folder):
     expect(made_with["renderer"].endswith("GALLIUM_NOSSE=1") and not made_with["pinned"], made_with)
 
 
-def a_review_approves_and_rejects_for_its_own_page_alone(folder):
-    project = Project(folder).with_goldens()
-    for name in ["box_stack", "pendulum"]:
-        project.scene(name).write_text(project.scene(name).read_text().replace('"intensity":3.0', '"intensity":2.5'))
-    project.shell("substep check", 1)
-    review = subprocess.Popen([SUBSTEP, "review"], cwd=project.folder, stdout=subprocess.PIPE, text=True)
-    address = review.stdout.readline().split()[1]
-    host, _, start = address.removeprefix("http://").partition("/")
-
-    def ask(method, what, body=None, **headers):
-        connection = http.client.HTTPConnection(host, timeout=20)
-        connection.request(method, what, json.dumps(body) if body else None, headers)
-        answer = connection.getresponse()
-        return answer.status, answer.read().decode()
-
-    own = {"Origin": f"http://{host}"}
-    approval = {"cases": ["box_stack.a3"], "reason": "a dimmer sun"}
-    expect(host.startswith("127.0.0.1:") and len(start) > 32, address)
-    status, page = ask("GET", f"/{start}")
-    expect(status == 200 and "connect-src 'self'" in page and "'Approve'" in page, "the report with buttons")
-    expect(ask("GET", "/")[0] == 404, "without the word there is nothing")
-    # A browser that goes away in the middle of an answer ends nothing.
-    with socket.create_connection(tuple(host.split(":"))) as gone:
-        gone.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
-        gone.sendall(f"GET /{start} HTTP/1.1\r\nHost: {host}\r\n\r\n".encode())
-        gone.recv(1)
-    expect(ask("GET", f"/{start}")[0] == 200, "it still answers")
-    expect(ask("GET", f"/{start}", Host="example.com")[0] == 403, "a name that leads here is another host")
-    for name in ["../check/results.json", "results.json", "..%2fresults.json", "box_stack.a3/../../x.png"]:
-        expect(ask("GET", f"/{start}{name}")[0] == 404, name)
-    expect(ask("POST", f"/{start}approve", approval)[0] == 403, "from no page")
-    expect(ask("POST", f"/{start}approve", approval, Origin="http://example.com")[0] == 403, "from another page")
-    expect(ask("POST", f"/{start}approve", {"cases": ["box_stack.a3"], "reason": " "}, **own)[0] == 400, "no reason")
-    expect(ask("POST", f"/{start}approve", {"cases": ["box_stack.a9"], "reason": "x"}, **own)[0] == 409, "no such case")
-    expect(ask("POST", f"/{start}approve", {"cases": 7}, **own)[0] == 400, "not what the page sends")
-    project.shell("test -z \"$(find golden -newer out/check/results.json -name '*.png')\"", 0)
-    status, said = ask("POST", f"/{start}approve", approval, **own)
-    expect(status == 200 and json.loads(said)["left"] == ["box_stack.a5", "pendulum.a3", "pendulum.a5"], said)
-    ask("POST", f"/{start}approve", {"cases": ["box_stack.a5", "pendulum.a3"], "reason": "a dimmer sun"}, **own)
-    ask("POST", f"/{start}reject", {"cases": ["pendulum.a5"], "reason": "too dim"}, **own)
-    expect(review.wait(20) == 1 and "3 approved, 1 rejected, 0 left" in review.stdout.read(), "it ends when all is decided")
-    rejected = json.loads((project.folder / "out/check/rejected.json").read_text())
-    expect(rejected == [{"case": "pendulum.a5", "reason": "too dim"}], rejected)
-    project.shell("substep check", 1)
-    expect(list(project.verdicts().values()) == ["pass", "pass", "pass", "scene changed"], project.verdicts())
-
-
 def adopts_goes_red_and_green_again_by_what_is_printed(folder):
     project = Project(pathlib.Path(folder) / "theirs", ["box_stack", "pendulum", "bouncing_balls"])
     (project.folder / "scenes/empty.gltf").write_text("{}")
@@ -275,7 +225,6 @@ TESTS = [a_damaged_scene_beside_a_changed_one, damaged_goldens_are_errors_of_the
          a_case_that_takes_too_long_or_crashes_is_an_error_and_the_others_run, two_checks_do_not_write_to_one_folder,
          an_interrupted_check_says_so_once_and_the_next_begins_at_once, shards_are_complete_or_an_error, folders_of_any_name_run_nothing, orphans_are_pruned_and_renames_found,
          a_scene_without_pictures_needs_no_renderer, other_renderers_are_known,
-         a_review_approves_and_rejects_for_its_own_page_alone,
          adopts_goes_red_and_green_again_by_what_is_printed]
 
 run(TESTS)
