@@ -41,7 +41,6 @@ int run(int argc, char** argv) {
   add_diff_command(app);
   add_check_command(app);
   add_approve_command(app);
-  add_replay_command(app);
   add_init_command(app);
   add_claims_command(app);
   add_measure_command(app);

@@ -11,7 +11,6 @@ constexpr int bad_input = 2;
 
 void add_check_command(CLI::App& app);
 void add_approve_command(CLI::App& app);
-void add_replay_command(CLI::App& app);
 void add_diff_command(CLI::App& app);
 void add_init_command(CLI::App& app);
 

@@ -22,21 +22,6 @@ std::string suite_option(const ResultsPlace& place) {
   return fmt::format(" --suite {}", path_word(place.suite));
 }
 
-/// The first frame that differs and its body, where the poses were compared.
-std::string replayed_part(const Json& entry) {
-  const Json& poses = entry.at("poses");
-  if (!poses.contains("motion")) return {};
-  const Json& motion = poses.at("motion");
-  std::string text;
-  if (motion.at("first_frame").get<int>() >= 0) {
-    text += fmt::format(" --to {}", motion.at("first_frame").get<int>());
-  }
-  const auto body = motion.at("body").get<std::string>();
-  // In quotes: names are the scene's, and may have spaces.
-  if (!body.empty()) text += fmt::format(" --focus {}", shell_word(body));
-  return text;
-}
-
 }  // namespace
 
 std::string shell_word(const std::string& word) {
@@ -79,10 +64,6 @@ CaseCommands commands_of(const Json& entry, const ResultsPlace& place) {
   const auto case_name = entry.at("name").get<std::string>();
   CaseCommands commands;
   commands.files = (place.output / entry.at("files").get<std::string>()).string();
-  commands.replay =
-      fmt::format("substep replay {}{}{}", shell_word(case_name), suite_option(place), replayed_part(entry));
-  commands.player = fmt::format("substep replay {}{} --player {}", shell_word(case_name), suite_option(place),
-                                path_word(case_name + ".html"));
   const bool can_approve = entry.at("refusal").get<std::string>().empty() && entry.contains("offers");
   if (can_approve) commands.approve = approve_command({case_name}, place);
   if (entry.value("has_alternates", false)) {
@@ -95,7 +76,7 @@ CaseCommands commands_of(const Json& entry, const ResultsPlace& place) {
 std::string explanation(const Json& entry, const ResultsPlace& place) {
   const CaseCommands commands = commands_of(entry, place);
   std::string text = entry.at("text");
-  text += fmt::format("  files    {}\n  replay   {}\n", commands.files, commands.replay);
+  text += fmt::format("  files    {}\n", commands.files);
   if (commands.approve.is_there()) return text + fmt::format("  approve  {}\n", commands.approve.text());
   text += fmt::format("  approve  not from this check: {}\n", entry.at("refusal").get<std::string>());
   if (commands.alternate.is_there()) text += fmt::format("  or       {}\n", commands.alternate.text());

@@ -1,5 +1,5 @@
 #pragma once
-/// The commands that are printed for a case that fails: to see its run again and to approve it. They hold
+/// The commands that are printed for a case that fails: to approve it. They hold
 /// from where the user stands, so they are made where they are printed, of results that may have been moved
 /// since.
 
@@ -33,8 +33,6 @@ struct ApproveCommand {
 
 struct CaseCommands {
   std::string files;  ///< the folder with the case's files
-  std::string replay;
-  std::string player;        ///< a page that plays both runs
   ApproveCommand approve;    ///< none where it cannot be approved
   ApproveCommand alternate;  ///< to accept its pictures beside the golden ones; none where there are none
 };

@@ -119,18 +119,12 @@ std::string pair_block(const Json& pair, const Json& entry, ReportPictures& pict
   return html + "</div>\n" + blame_table(pair.at("comparison")) + "</div>\n";
 }
 
-/// `html` is the command, escaped.
-std::string command(const char* label, const std::string& html, const char* style) {
-  return fmt::format("<div class=\"command\"><span>{}</span><code class=\"{}\">{}</code></div>\n", label,
-                     style, html);
-}
-
 /// The script puts in where the report lies, when it was moved.
 std::string command(const char* label, const ApproveCommand& words, const char* style) {
-  return command(label,
-                 fmt::format("{}<span class=\"output\">{}</span>{}", escaped(words.before),
-                             escaped(words.output), escaped(words.after)),
-                 style);
+  return fmt::format(
+      "<div class=\"command\"><span>{}</span><code class=\"{}\">{}<span "
+      "class=\"output\">{}</span>{}</code></div>\n",
+      label, style, escaped(words.before), escaped(words.output), escaped(words.after));
 }
 
 /// What the poses say, in words.
@@ -199,9 +193,7 @@ std::string section_start(const Json& entry, const ResultsPlace& place) {
   if (!entry.at("cause").get<std::string>().empty()) {
     html += fmt::format("<p>Cause: <b>{}</b></p>\n", text_of(entry.at("cause")));
   }
-  html += command("replay", escaped(commands.replay), "replay");
   if (entry.contains("player")) html += player_link(entry);
-  html += command("play", escaped(commands.player), "player");
   if (commands.approve.is_there()) {
     html += command("approve", commands.approve, "approve");
   } else {

@@ -4,21 +4,17 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <sstream>
 #include <string>
 #include <string_view>
 
 #include "golden/check/check_results.h"
 #include "golden/check/merge.h"
-#include "golden/check/replay.h"
 #include "golden/report/failure_groups.h"
 #include "golden/report/junit.h"
 #include "golden/report/summary.h"
 #include "render/markup.h"
 #include "render/renderer.h"
 #include "sim/error.h"
-#include "sim/loading/load_scene.h"
-#include "sim/simulation.h"
 #include "tests/golden/small_suite.h"
 
 namespace substep {
@@ -53,8 +49,6 @@ TEST_F(ReportTest, NeedsNothingFromOutside) {
   EXPECT_NE(html.find("the simulation’s part"), std::string::npos);
   EXPECT_NE(html.find("half a pixel, predicted"), std::string::npos);
   EXPECT_NE(html.find("substep approve bouncing_balls.a3"), std::string::npos);
-  EXPECT_NE(html.find("substep replay bouncing_balls.a3"), std::string::npos);
-  EXPECT_NE(html.find(" --player bouncing_balls.a3.html"), std::string::npos);
   EXPECT_LT(html.size(), largest_report);
   // Every picture is in the page.
   EXPECT_EQ(html.find("src=\"bouncing_balls.a3"), std::string::npos);
@@ -254,60 +248,6 @@ TEST_F(ReportTest, ShardsThatPassArePutTogetherInANewFolder) {
   EXPECT_EQ(merge({whole}, merged).at("exit_code"), 0);
   EXPECT_TRUE(fs::exists(report_file(merged)));
   EXPECT_TRUE(fs::exists(junit_file(merged)));
-}
-
-TEST_F(ReportTest, ReplayShowsTheBody) {
-  replace_in(suite_.scene(), "\"restitution\":0.5", "\"restitution\":0.4");
-  const CaseResult result = suite_.run().cases.at(0);
-  ReplayOptions options;
-  options.to = result.poses.motion.first.frame;
-  options.focus = result.poses.motion.first.body;
-  const std::string text = replay(read_suite(suite_.options.suite).cases.at(0), options);
-  EXPECT_NE(text.find("state as golden"), std::string::npos) << text;
-  EXPECT_NE(text.find("state differs from golden"), std::string::npos) << text;
-  EXPECT_NE(text.find(options.focus), std::string::npos);
-  options.focus = "nobody";
-  EXPECT_THROW(replay(read_suite(suite_.options.suite).cases.at(0), options), Error);
-}
-
-TEST_F(ReportTest, ReplayShowsTheStatesThatTheRunHas) {
-  const SuiteCase entry = read_suite(suite_.options.suite).cases.at(0);
-  const Scene scene = load_scene(entry.scene);
-  Settings settings = entry.settings;
-  settings.step = scene.step;
-  Simulation simulation(scene, settings);
-  for (int k = 0; k < 7; ++k) simulation.step();
-  const auto body = scene.bodies.size() - 1;
-  ReplayOptions options;
-  options.to = 7;
-  options.before = 0;
-  options.focus = scene.bodies[body].name;
-  const std::string text = replay(entry, options);
-  const auto numbers = [&](const std::string& row) {
-    const std::size_t line = text.find("  " + row + " ");
-    EXPECT_NE(line, std::string::npos) << row << '\n' << text;
-    std::istringstream stream(text.substr(line + 2 + row.size()));
-    Vector3 result;
-    stream >> result.x() >> result.y() >> result.z();
-    return result;
-  };
-  EXPECT_EQ(numbers("position"), simulation.state().q[body].linear);
-  EXPECT_EQ(numbers("velocity"), simulation.state().v[body].linear);
-  EXPECT_EQ(numbers("angular velocity"), simulation.state().v[body].angular);
-  EXPECT_EQ(text.find("bodies off the golden run"), std::string::npos) << text;
-}
-
-TEST_F(ReportTest, ReplayListsEveryBodyThatLeftItsGoldenWay) {
-  const SuiteCase entry = read_suite(suite_.options.suite).cases.at(0);
-  replace_in(suite_.scene(), "-9.81", "-9.0");
-  const std::string text = replay(entry, ReplayOptions{});
-  const std::size_t list = text.find("bodies off the golden run");
-  ASSERT_NE(list, std::string::npos) << text;
-  for (const char* const ball : {"ball_1", "ball_2", "ball_3", "ball_4"}) {
-    EXPECT_NE(text.find(std::string("  ") + ball + " ", list), std::string::npos) << ball << '\n' << text;
-  }
-  // It does not bounce, and lies where it lay.
-  EXPECT_EQ(text.find("  ball_0 ", list), std::string::npos) << text;
 }
 
 TEST(Markup, Escapes) {

@@ -50,7 +50,7 @@ TEST_F(CommandLine, HelpOfEachCommandHasAnExample) {
   const std::vector<std::string> commands = commands_in(all.out);
   EXPECT_THAT(commands,
               testing::UnorderedElementsAre("run", "render", "video", "player", "site", "export", "info",
-                                            "diff", "check", "approve", "replay", "init", "claims", "measure",
+                                            "diff", "check", "approve", "init", "claims", "measure",
                                             "reference", "sweep", "sheet", "stills", "figure", "report"));
   for (const std::string& command : commands) {
     const Outcome one = run({command, "--help"});
