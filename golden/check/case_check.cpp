@@ -43,9 +43,7 @@ bool draws_its_goldens(const CaseWork& work) {
   const bool is_theirs =
       !work.result.entry.any_renderer || images.empty() || work.sidecar.platform() == work.made_with.platform;
   return is_theirs && std::all_of(images.begin(), images.end(), [](const ImageResult& image) {
-           return image.against_golden && image.against_golden->image.judgement == Judgement::exact &&
-                  std::all_of(image.masked.begin(), image.masked.end(),
-                              [](const MaskedPart& part) { return part.differing == 0; });
+           return image.against_golden && image.against_golden->image.judgement == Judgement::exact;
          });
 }
 
@@ -83,7 +81,7 @@ void check_poses(CaseWork& work) {
   if (difference.first_frame >= 0) {
     poses.motion = compare_motion(work.golden_motion(), work.live_motion(),
                                   viewfinder(work.scene, work.result.entry, *work.golden),
-                                  work.result.entry.pose_tolerance, work.result.entry.body_tolerances);
+                                  work.result.entry.pose_tolerance);
   } else if (!same_poses) {
     poses.motion.judgement = PoseJudgement::differs;
     work.edited.push_back(work.result.entry.pose_file.filename().string());
@@ -93,13 +91,6 @@ void check_poses(CaseWork& work) {
   if (poses.motion.judgement == PoseJudgement::within) {
     work.note(fmt::format("poses differ from frame {} on, within the case's pose tolerance",
                           poses.motion.first.frame));
-  }
-  for (std::size_t i = 0; i < poses.motion.deviations.size(); ++i) {
-    const MotionComparison::Deviation& most = poses.motion.deviations[i];
-    const BodyTolerance& own = work.result.entry.body_tolerances[i];
-    work.note(fmt::format(
-        "body {} ({}): differs by up to {:.2g} m and {:.2g} rad; its own tolerance is {:g} m and {:g} rad",
-        own.body, own.reason, most.position, most.orientation, own.position, own.orientation));
   }
   if (poses.motion.judgement == PoseJudgement::exact && !difference.headers.empty()) {
     work.note("same states, but other headers: " + one_line(difference.headers));

@@ -40,7 +40,6 @@ class ImageCheck {
       work_.new_images = draw_frames(painter, *work_.live);
     }
     for (std::size_t i = 0; i < entry.images.size(); ++i) check_image(i);
-    expect_masks_in_use();
     if (golden_painter && work_.live && work_.result.poses.motion.first.frame >= 0)
       find_visible(*golden_painter);
   }
@@ -80,21 +79,6 @@ class ImageCheck {
       }
     }
     work_.result.images.push_back(std::move(image));
-  }
-
-  /// A body that no picture shows is a mistake: in its name or in the frames.
-  void expect_masks_in_use() const {
-    const auto& images = work_.result.images;
-    const std::vector<Mask>& masks = work_.result.entry.masks;
-    const bool were_all_asked =
-        std::all_of(images.begin(), images.end(), [](const ImageResult& i) { return !i.masked.empty(); });
-    for (std::size_t m = 0; were_all_asked && m < masks.size(); ++m) {
-      const bool is_seen = std::any_of(images.begin(), images.end(),
-                                       [m](const ImageResult& i) { return i.masked[m].pixels > 0; });
-      if (is_seen) continue;
-      throw Error(fmt::format("the mask of {} covers nothing: none of the case's pictures shows it",
-                              masks[m].text()));
-    }
   }
 
   std::vector<Drawing> draw_frames(CasePainter& painter, const PoseLog& log) {
@@ -166,12 +150,10 @@ class ImageCheck {
                                ? work_.sidecar.baseline(image.frame, work_.made_with.platform)
                                : nullptr;
     const Drawing golden{read_png(own == nullptr ? entry.image_file(image.frame) : own->file), drawn.bodies};
-    const Drawing unmasked = without_masked(golden, drawn, image);
-    image.against_golden = compared(unmasked, drawn, image.frame);
+    image.against_golden = compared(golden, drawn, image.frame);
     const Judgement judgement = image.against_golden->image.judgement;
     const bool is_near_enough =
-        judgement == Judgement::exact ||
-        (!work_.is_exact_here() && is_within(*image.against_golden) && all_pass(image.masked));
+        judgement == Judgement::exact || (!work_.is_exact_here() && is_within(*image.against_golden));
     const bool is_alternate = !is_near_enough && equals_alternate(image.frame, drawn);
     image.passes = (is_near_enough || is_alternate) && !image.is_blank;
     if (is_near_enough && judgement != Judgement::exact) {
@@ -181,7 +163,7 @@ class ImageCheck {
     }
     if (image.passes) return;
     work_.folder.write(prefix + ".expected.png", to_png(golden.picture));
-    add_pair(PicturePair::About::renderer, image.frame, *image.against_golden, prefix, unmasked, drawn,
+    add_pair(PicturePair::About::renderer, image.frame, *image.against_golden, prefix, golden, drawn,
              prefix + ".expected.png", prefix + ".actual.png");
     const Sidecar::Picture* approved = work_.sidecar.picture(image.frame);
     const std::string found = pixel_hash(golden.picture);
@@ -193,25 +175,8 @@ class ImageCheck {
     }
   }
 
-  static bool all_pass(const std::vector<MaskedPart>& parts) {
-    return std::all_of(parts.begin(), parts.end(), [](const MaskedPart& part) { return part.passes; });
-  }
-
   static bool is_of_one_size(const Image& a, const Image& b) {
     return a.width == b.width && a.height == b.height;
-  }
-
-  /// The golden picture with what is masked as it is drawn, which is noted.
-  Drawing without_masked(const Drawing& golden, const Drawing& drawn, ImageResult& image) {
-    const std::vector<Mask>& masks = work_.result.entry.masks;
-    if (masks.empty() || !is_of_one_size(golden.picture, drawn.picture)) return golden;
-    MaskedPicture result =
-        masked(golden.picture, drawn.picture, drawn.bodies, masks, body_names(work_.scene));
-    for (const MaskedPart& part : result.parts) {
-      if (part.differing > 0) work_.note(fmt::format("frame {}, masked: {}", image.frame, part.text()));
-    }
-    image.masked = std::move(result.parts);
-    return {std::move(result.expected), std::move(result.bodies)};
   }
 
   /// By FLIP where the case says so, else by levels and counts.
@@ -222,15 +187,11 @@ class ImageCheck {
   }
 
   bool equals_alternate(int frame, const Drawing& drawn) {
-    const std::vector<Mask>& masks = work_.result.entry.masks;
     for (const Alternate& alternate : work_.sidecar.alternates) {
       // Another platform's baseline is not good here.
       if (alternate.frame != frame || !alternate.platform.empty()) continue;
-      Image picture = read_png(alternate.file);
+      const Image picture = read_png(alternate.file);
       if (pixel_hash(picture) != alternate.pixels || !is_of_one_size(picture, drawn.picture)) continue;
-      if (!masks.empty()) {
-        picture = masked(picture, drawn.picture, drawn.bodies, masks, body_names(work_.scene)).expected;
-      }
       if (picture.rgb != drawn.picture.rgb) continue;
       work_.note(
           fmt::format("frame {} equals {}: {}", frame, alternate.file.filename().string(), alternate.reason));

@@ -1,23 +1,8 @@
 #include "golden/check/case_work.h"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include <algorithm>
 
-#include "sim/error.h"
-
 namespace substep {
-namespace {
-
-void expect_body(const std::string& body, const char* what, const std::vector<std::string>& names) {
-  if (std::find(names.begin() + 1, names.end(), body) != names.end()) return;
-  throw Error(fmt::format("{} '{}' is of no body of the scene: it has {}", what, body,
-                          fmt::join(names.begin() + 1, names.end(), " ")));
-}
-
-}  // namespace
-
 std::vector<std::string> body_names(const Scene& scene) {
   std::vector<std::string> names;
   for (const Body& body : scene.bodies) names.push_back(body.name);
@@ -31,11 +16,6 @@ CaseWork::CaseWork(const CheckOptions& options_of, const MadeWith& with, const S
   result.files = options.output / entry.name;
   result.entry.settings = entry.settings_for(scene);
   result.step = result.entry.settings.step;
-  const std::vector<std::string> names = body_names(scene);
-  for (const Mask& mask : entry.masks) {
-    if (!mask.box) expect_body(mask.body, "the mask", names);
-  }
-  for (const BodyTolerance& own : entry.body_tolerances) expect_body(own.body, "the tolerance", names);
   sidecar = read_sidecar(entry.sidecar);
 }
 

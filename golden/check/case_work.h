@@ -21,7 +21,7 @@ namespace substep {
 std::vector<std::string> body_names(const Scene& scene);
 
 struct CaseWork {
-  /// Throws Error when the sidecar is damaged, or the case speaks of bodies that the scene does not have.
+  /// Throws Error when the sidecar is damaged.
   CaseWork(const CheckOptions& options_of, const MadeWith& with, const SuiteCase& entry, const Scene& of);
 
   /// Once there are both logs.

@@ -28,7 +28,6 @@
 #include "golden/compare/blame.h"
 #include "golden/compare/distance_matrix.h"
 #include "golden/compare/image_comparison.h"
-#include "golden/compare/mask.h"
 #include "golden/compare/motion_comparison.h"
 #include "golden/compare/provenance.h"
 #include "golden/compare/verdict.h"
@@ -71,9 +70,8 @@ struct ImageResult {
   bool is_drawn = false;  ///< from the golden poses
   bool passes = false;
   bool is_blank = false;
-  /// Golden poses, this renderer, against the golden picture; what is masked and passes is left out.
+  /// Golden poses, this renderer, against the golden picture.
   std::optional<PictureComparison> against_golden;
-  std::vector<MaskedPart> masked;
   std::optional<PictureComparison> new_poses;  ///< new against golden poses, both by this renderer
 };
 

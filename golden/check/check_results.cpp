@@ -109,18 +109,6 @@ Json to_json(const ImageResult& image) {
             {"blank", image.is_blank}};
   if (image.against_golden) json["against_golden"] = to_json(*image.against_golden);
   if (image.new_poses) json["new_poses"] = to_json(*image.new_poses);
-  if (image.masked.empty()) return json;
-  json["masked"] = Json::array();
-  for (const MaskedPart& part : image.masked) {
-    json["masked"].push_back({{"what", part.what},
-                              {"reason", part.reason},
-                              {"pixels", part.pixels},
-                              {"differing", part.differing},
-                              {"max", part.max},
-                              {"found", part.found()},
-                              {"limit", part.limit},
-                              {"pass", part.passes}});
-  }
   return json;
 }
 
@@ -209,17 +197,6 @@ Json to_json(const CheckedCase& checked) {
             {"notes", result.notes},
             {"files", result.files.filename().string()}};
   for (const ImageResult& image : result.images) json["images"].push_back(to_json(image));
-  const auto& own_tolerances = result.entry.body_tolerances;
-  for (std::size_t i = 0; i < own_tolerances.size() && result.poses.has_golden; ++i) {
-    const auto& all = result.poses.motion.deviations;
-    const MotionComparison::Deviation most = i < all.size() ? all[i] : MotionComparison::Deviation();
-    json["tolerated"].push_back({{"body", own_tolerances[i].body},
-                                 {"reason", own_tolerances[i].reason},
-                                 {"position", most.position},
-                                 {"orientation", most.orientation},
-                                 {"position_limit", own_tolerances[i].position},
-                                 {"orientation_limit", own_tolerances[i].orientation}});
-  }
   json["refusal"] = result.refusal;
   if (result.verdict != Verdict::pass) {
     json["pairs"] = Json::array();

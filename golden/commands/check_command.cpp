@@ -13,7 +13,6 @@
 #include "golden/report/case_commands.h"
 #include "golden/report/failure_groups.h"
 #include "golden/report/junit.h"
-#include "golden/report/masked_parts.h"
 #include "golden/report/report.h"
 #include "sim/commands/progress.h"
 
@@ -54,10 +53,6 @@ void print_outcome(const Json& results, const std::filesystem::path& output) {
     const std::string prune = all.before.substr(0, all.before.find(" --failed")) +
                               all.before.substr(all.before.find(" --failed") + 9) + all.output;
     fmt::print("delete orphans: {} --prune\n", prune);
-  }
-  if (const std::size_t masked = cases_that_differ_masked(results)) {
-    fmt::print("{} case{} where masked or within tolerances of bodies\n", masked,
-               masked == 1 ? " differs" : "s differ");
   }
   print_notes_of_passing(results);
   fmt::print("{}\n", results.at("totals").get<std::string>());

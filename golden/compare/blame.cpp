@@ -4,7 +4,6 @@
 #include <cstdlib>
 #include <cstring>
 #include <map>
-#include <set>
 
 namespace substep {
 namespace {
@@ -41,12 +40,11 @@ bool holds(const BodyExtent& extent, int x, int y) {
   return x >= extent.left && x <= extent.right && y >= extent.top && y <= extent.bottom;
 }
 
-/// Bodies that were seen and are not any more; those under a mask are seen.
-std::vector<BodyExtent> gone(const std::vector<BodyExtent>& approved, const std::map<int, BodyBlame>& seen,
-                             const std::set<int>& masked) {
+/// Bodies that were seen and are not any more.
+std::vector<BodyExtent> gone(const std::vector<BodyExtent>& approved, const std::map<int, BodyBlame>& seen) {
   std::vector<BodyExtent> result;
   for (const BodyExtent& extent : approved) {
-    const bool is_seen = seen.count(extent.body) != 0 || masked.count(extent.body) != 0;
+    const bool is_seen = seen.count(extent.body) != 0;
     if (extent.body > world && extent.pixels >= smallest_extent && !is_seen) result.push_back(extent);
   }
   return result;
@@ -84,12 +82,6 @@ int body_at(const Image& bodies, std::size_t pixel) {
   return p[0] + (p[1] << 8) + (p[2] << 16) - 1;
 }
 
-void set_body(Image& bodies, std::size_t pixel, int body) {
-  for (int channel = 0; channel < 3; ++channel) {
-    bodies.rgb[3 * pixel + channel] = static_cast<std::uint8_t>((body + 1) >> 8 * channel);
-  }
-}
-
 std::vector<BodyExtent> body_extents(const Image& bodies) {
   std::map<int, BodyExtent> found;
   for (int y = 0; y < bodies.height; ++y) {
@@ -114,20 +106,11 @@ Blame blame(const Image& expected, const Image& actual, const Image& expected_bo
             const std::vector<std::string>& names) {
   const std::size_t count = static_cast<std::size_t>(expected.width) * expected.height;
   std::map<int, BodyBlame> seen;
-  std::set<int> masked;
-  for (std::size_t i = 0; i < count; ++i) {
-    const int body = body_at(expected_bodies, actual_bodies, i);
-    if (body == masked_body) {
-      masked.insert(body_at(actual_bodies, i));
-    } else {
-      ++seen[body].pixels;
-    }
-  }
-  const std::vector<BodyExtent> absent = gone(approved, seen, masked);
+  for (std::size_t i = 0; i < count; ++i) ++seen[body_at(expected_bodies, actual_bodies, i)].pixels;
+  const std::vector<BodyExtent> absent = gone(approved, seen);
   Blame result;
   for (std::size_t i = 0; i < count; ++i) {
     int body = body_at(expected_bodies, actual_bodies, i);
-    if (body == masked_body) continue;
     if (body <= world && differs(expected, actual, i)) {
       const int x = static_cast<int>(i) % expected.width;
       const int y = static_cast<int>(i) / expected.width;

@@ -21,10 +21,6 @@ struct BodyExtent {
 
 /// The body that is seen at a pixel of an image of bodies.
 int body_at(const Image& bodies, std::size_t pixel);
-void set_body(Image& bodies, std::size_t pixel, int body);
-
-/// In an image of bodies: a pixel that nobody is asked about. Of no body, and counted nowhere.
-constexpr int masked_body = 0xfffffe;
 
 /// By body, ascending; only those that are seen.
 std::vector<BodyExtent> body_extents(const Image& bodies);

@@ -188,76 +188,22 @@ int first_other_contacts(const LoggedMotion& golden, const LoggedMotion& actual,
   return -1;
 }
 
-/// How far each body may be from the golden one.
-class PoseLimits {
- public:
-  PoseLimits(const LoggedMotion& golden, const LoggedMotion& actual,
-             const std::optional<PoseTolerance>& tolerance, std::span<const BodyTolerance> own_tolerances)
-      : golden_(golden), actual_(actual), tolerance_(tolerance), own_tolerances_(own_tolerances) {}
-
-  /// What is beyond them in a frame; empty: nothing.
-  std::string beyond(int frame) const {
-    const PosePair pair = poses_at(golden_, actual_, frame);
-    const bool is_known = !pair.golden.empty() && pair.golden.size() == pair.actual.size();
-    if (!tolerance_ && !is_known) return "the poses of a frame that differs are not known";
-    for (std::size_t i = 1; i < std::min(pair.golden.size(), pair.actual.size()); ++i) {
-      const BodyChange change = change_of(pair.golden[i], pair.actual[i]);
-      const BodyTolerance* own = own_tolerance(i);
-      if (own == nullptr && !tolerance_) {
-        if (is_exact(i, frame) && (pair.is_rounded || change.axis == ' ')) continue;
-        return fmt::format("body {} changed, and has no tolerance of its own", body_name(golden_, i));
-      }
-      const double position = own == nullptr ? tolerance_->position : own->position;
-      const double orientation = own == nullptr ? tolerance_->orientation : own->orientation;
-      if (change.position > position) {
-        return fmt::format("body {} position {} {:.2g} m (limit {:g})", body_name(golden_, i), change.axis,
-                           change.position, position);
-      }
-      if (change.orientation > orientation) {
-        return fmt::format("body {} orientation {:.2g} rad (limit {:g})", body_name(golden_, i),
-                           change.orientation, orientation);
-      }
+/// The first body of a frame that is farther from the golden one than `tolerance` allows; empty: none.
+std::string poses_beyond(const LoggedMotion& golden, const LoggedMotion& actual, int frame,
+                         const PoseTolerance& tolerance) {
+  const PosePair pair = poses_at(golden, actual, frame);
+  for (std::size_t i = 1; i < std::min(pair.golden.size(), pair.actual.size()); ++i) {
+    const BodyChange change = change_of(pair.golden[i], pair.actual[i]);
+    if (change.position > tolerance.position) {
+      return fmt::format("body {} position {} {:.2g} m (limit {:g})", body_name(golden, i), change.axis,
+                         change.position, tolerance.position);
     }
-    return {};
-  }
-
- private:
-  const BodyTolerance* own_tolerance(std::size_t body) const {
-    const std::string name = body_name(golden_, body);
-    const auto found = std::find_if(own_tolerances_.begin(), own_tolerances_.end(),
-                                    [&](const BodyTolerance& own) { return own.body == name; });
-    return found == own_tolerances_.end() ? nullptr : &*found;
-  }
-
-  /// Without tracks nobody knows.
-  bool is_exact(std::size_t body, int frame) const {
-    const Track::Frame* a = track_frame(golden_, frame);
-    const Track::Frame* b = track_frame(actual_, frame);
-    return a != nullptr && b != nullptr && body < a->digests.size() && body < b->digests.size() &&
-           a->digests[body] == b->digests[body];
-  }
-
-  const LoggedMotion& golden_;
-  const LoggedMotion& actual_;
-  const std::optional<PoseTolerance>& tolerance_;
-  std::span<const BodyTolerance> own_tolerances_;
-};
-
-void find_deviations(const LoggedMotion& golden, const LoggedMotion& actual,
-                     std::span<const BodyTolerance> own_tolerances, MotionComparison& result) {
-  result.deviations.resize(own_tolerances.size());
-  for (int k = result.first.frame; k < frame_count(golden, actual); ++k) {
-    const PosePair pair = poses_at(golden, actual, k);
-    for (std::size_t i = 1; i < std::min(pair.golden.size(), pair.actual.size()); ++i) {
-      for (std::size_t own = 0; own < own_tolerances.size(); ++own) {
-        if (own_tolerances[own].body != body_name(golden, i)) continue;
-        const BodyChange change = change_of(pair.golden[i], pair.actual[i]);
-        MotionComparison::Deviation& largest = result.deviations[own];
-        largest.position = std::max(largest.position, change.position);
-        largest.orientation = std::max(largest.orientation, change.orientation);
-      }
+    if (change.orientation > tolerance.orientation) {
+      return fmt::format("body {} orientation {:.2g} rad (limit {:g})", body_name(golden, i),
+                         change.orientation, tolerance.orientation);
     }
   }
+  return {};
 }
 
 std::string invariants_beyond(const Invariants& golden, const Invariants& actual, double energy_scale,
@@ -278,8 +224,7 @@ std::string invariants_beyond(const Invariants& golden, const Invariants& actual
   return {};
 }
 
-void judge(const LoggedMotion& golden, const LoggedMotion& actual,
-           const std::optional<PoseTolerance>& tolerance, std::span<const BodyTolerance> own_tolerances,
+void judge(const LoggedMotion& golden, const LoggedMotion& actual, const PoseTolerance& tolerance,
            MotionComparison& result) {
   if (golden.log->frames.size() != actual.log->frames.size() || golden.log->end != actual.log->end) {
     result.judgement = PoseJudgement::end;
@@ -291,13 +236,12 @@ void judge(const LoggedMotion& golden, const LoggedMotion& actual,
       energy_scale = std::max(energy_scale, std::abs(frame.invariants.energy));
     }
   }
-  const PoseLimits limits(golden, actual, tolerance, own_tolerances);
   result.judgement = PoseJudgement::within;
   for (int k = result.first.frame; k < frame_count(golden, actual); ++k) {
-    const bool by_poses = !tolerance || result.contacts_frame < 0 || k < result.contacts_frame;
-    result.limit = by_poses ? limits.beyond(k)
+    const bool by_poses = result.contacts_frame < 0 || k < result.contacts_frame;
+    result.limit = by_poses ? poses_beyond(golden, actual, k, tolerance)
                             : invariants_beyond(track_frame(golden, k)->invariants,
-                                                track_frame(actual, k)->invariants, energy_scale, *tolerance);
+                                                track_frame(actual, k)->invariants, energy_scale, tolerance);
     if (result.limit.empty()) continue;
     result.judgement = by_poses ? PoseJudgement::poses : PoseJudgement::invariants;
     result.limit_frame = k;
@@ -339,16 +283,14 @@ PosePair poses_at(const LoggedMotion& golden, const LoggedMotion& actual, int fr
 }
 
 MotionComparison compare_motion(const LoggedMotion& golden, const LoggedMotion& actual,
-                                const Viewfinder& finder, const std::optional<PoseTolerance>& tolerance,
-                                std::span<const BodyTolerance> own_tolerances) {
+                                const Viewfinder& finder, const std::optional<PoseTolerance>& tolerance) {
   MotionComparison result;
   result.first = first_change(golden, actual);
   if (result.first.frame < 0) return result;
   result.contacts_frame = first_other_contacts(golden, actual, result.first.frame);
   predict(golden, actual, finder, result);
-  find_deviations(golden, actual, own_tolerances, result);
-  if (tolerance || !own_tolerances.empty()) {
-    judge(golden, actual, tolerance, own_tolerances, result);
+  if (tolerance) {
+    judge(golden, actual, *tolerance, result);
   } else {
     result.judgement = PoseJudgement::differs;
   }

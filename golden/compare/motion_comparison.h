@@ -11,9 +11,6 @@
 ///                 `position` and `orientation` of the golden one;
 ///  5. invariants  from there on two right runs need not agree any more, for contacts multiply the smallest
 ///                 difference; but energy, deepest penetration and the number of resting bodies must.
-///
-/// A body can have a tolerance of its own, which takes the case's place for it. Where the case has none, all
-/// other bodies must then have the golden states in every frame, by the digests of the tracks.
 
 #include <optional>
 #include <span>
@@ -32,13 +29,6 @@ struct PoseTolerance {
   double energy = 0.02;       ///< of the largest energy in the golden run, relative
   double penetration = 1e-3;  ///< m
   int resting = 1;            ///< bodies
-};
-
-struct BodyTolerance {
-  std::string body;
-  double position = 1e-4;     ///< m
-  double orientation = 1e-3;  ///< rad
-  std::string reason;
 };
 
 enum class PoseJudgement { exact, within, differs, end, poses, invariants };
@@ -90,12 +80,6 @@ struct MotionComparison {
     double pixels;    ///< largest shift of a body's corner in the picture
   };
   std::vector<Error> errors;
-  /// By how much the bodies with tolerances of their own differ at most, in the tolerances' order.
-  struct Deviation {
-    double position = 0;     ///< m
-    double orientation = 0;  ///< rad
-  };
-  std::vector<Deviation> deviations;
 };
 
 /// What pictures of the motion are seen through.
@@ -107,7 +91,6 @@ struct Viewfinder {
 };
 
 MotionComparison compare_motion(const LoggedMotion& golden, const LoggedMotion& actual,
-                                const Viewfinder& finder, const std::optional<PoseTolerance>& tolerance,
-                                std::span<const BodyTolerance> own_tolerances = {});
+                                const Viewfinder& finder, const std::optional<PoseTolerance>& tolerance);
 
 }  // namespace substep

@@ -13,7 +13,6 @@
 #include "golden/compare/verdict.h"
 #include "golden/report/case_commands.h"
 #include "golden/report/failure_groups.h"
-#include "golden/report/masked_parts.h"
 #include "golden/report/report_assets.h"
 #include "golden/report/report_case.h"
 #include "render/markup.h"
@@ -240,7 +239,7 @@ std::string body(const Json& results, const fs::path& output, const Room& room) 
       text_of(results.at("suite")), all);
   ReportPictures pictures(output, room.pictures);
   html += totals_list(results) + first_looks(results, pictures) + groups(results) + overview(cases) +
-          orphans(results) + masked_table(results) + machines(results);
+          orphans(results) + machines(results);
   html +=
       "<p class=\"keys quiet\" hidden><kbd>j</kbd> <kbd>k</kbd> next and previous case · <kbd>n</kbd> "
       "<kbd>p</kbd> "

@@ -9,7 +9,6 @@
 
 #include "golden/report/case_commands.h"
 #include "golden/report/failure_groups.h"
-#include "golden/report/masked_parts.h"
 #include "sim/log/file_output.h"
 
 namespace substep {
@@ -83,16 +82,6 @@ std::string thumbnails(const std::vector<FailureGroup>& groups) {
   return text;
 }
 
-/// What differs where cases are masked, which is no failure.
-std::string masked_line(const Json& results) {
-  const std::size_t cases = cases_that_differ_masked(results);
-  return cases == 0 ? std::string()
-                    : fmt::format(
-                          "\n{} case{} where masked or within tolerances of bodies: the report says "
-                          "by how much\n",
-                          cases, cases == 1 ? " differs" : "s differ");
-}
-
 std::string row(const Json& entry) {
   const Json& poses = entry.at("poses");
   std::string first = "–";
@@ -115,7 +104,6 @@ std::string summary(const Json& results, const ResultsPlace& place) {
   for (const Json& orphan : results.at("orphans")) {
     text += fmt::format("- orphan: {}\n", cell(orphan.at("file")));
   }
-  text += masked_line(results);
   if (groups.empty()) return text;
   text += thumbnails(groups);
   text += "\n| case | verdict | cause | first frame | before and after |\n|---|---|---|---|---|\n";

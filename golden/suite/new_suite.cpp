@@ -90,9 +90,6 @@ time_limit = 120         # s, for checking a case
 # Without a tolerance poses are compared bit for bit. A scene whose poses may differ a little, as between compilers:
 # [preset.tolerant]
 # pose_tolerance = { position = 1e-4, orientation = 1e-3, energy = 0.02, penetration = 1e-3, resting = 1 }
-# Or one body alone, and parts of pictures that may differ; the report says by how much they do. In a case:
-# body_tolerances = [{ body = "rotor", position = 1e-3, orientation = 0.1, reason = "why" }]
-# masks = [{ body = "rotor", reason = "why" }, { box = [0, 0, 60, 20], reason = "left, top, width, height" }]
 )";
 
 constexpr const char* readme = R"(# Goldens

@@ -20,9 +20,9 @@ namespace fs = std::filesystem;
 constexpr int largest_frame_count = 100000;
 constexpr int largest_size = 4096;
 const std::vector<std::string_view> algorithm_keys{"a1", "a2", "a3", "a4", "a5"};
-const std::vector<std::string_view> plan_keys{
-    "frames",         "full_every", "images",     "size",     "algorithms", "tolerance",
-    "pose_tolerance", "settings",   "time_limit", "renderer", "masks",      "body_tolerances"};
+const std::vector<std::string_view> plan_keys{"frames",     "full_every", "images",         "size",
+                                              "algorithms", "tolerance",  "pose_tolerance", "settings",
+                                              "time_limit", "renderer"};
 
 /// Of [settings]: the fields but the algorithm, which `algorithms` says.
 std::vector<std::string_view> settings_keys() {
@@ -44,8 +44,6 @@ struct Plan {
                                     Algorithm::a5};
   ImageTolerance tolerance;
   std::optional<PoseTolerance> pose_tolerance;
-  std::vector<BodyTolerance> body_tolerances;
-  const toml::array* masks = nullptr;  ///< read with the case's size and tolerance
   double time_limit = SuiteCase().time_limit;
   bool any_renderer = false;
   std::vector<const toml::table*> settings;  ///< applied in this order
@@ -140,71 +138,6 @@ class Reader : private TomlValues {
     return node.is_array() && node.as_array()->empty() ? *node.as_array() : array(node, key);
   }
 
-  std::string required_text(const toml::table& table, std::string_view key, std::string_view where) const {
-    const toml::node* node = table.get(key);
-    if (node == nullptr) fail(table, fmt::format("one of '{}' is without a '{}'", where, key));
-    std::string found = text(*node, key);
-    if (found.find_first_not_of(" \t\n") == std::string::npos) fail(*node, fmt::format("'{}' is empty", key));
-    return found;
-  }
-
-  std::vector<BodyTolerance> read_body_tolerances(const toml::node& node) const {
-    std::vector<BodyTolerance> result;
-    for (const toml::node& entry : list(node, "body_tolerances")) {
-      const toml::table& table = as_table(entry, "body_tolerances");
-      expect_keys(table, "body_tolerances", {"body", "position", "orientation", "reason"});
-      BodyTolerance own;
-      own.body = required_text(table, "body", "body_tolerances");
-      own.reason = required_text(table, "reason", "body_tolerances");
-      if (const auto* limit = table.get("position")) own.position = number(*limit, "position");
-      if (const auto* limit = table.get("orientation")) own.orientation = number(*limit, "orientation");
-      const auto is_same = [&](const BodyTolerance& other) { return other.body == own.body; };
-      if (std::any_of(result.begin(), result.end(), is_same)) {
-        fail(entry, fmt::format("body '{}' has two tolerances", own.body));
-      }
-      result.push_back(std::move(own));
-    }
-    return result;
-  }
-
-  PixelBox read_box(const toml::node& node, const Plan& plan) const {
-    const toml::array& numbers = array(node, "box");
-    if (numbers.size() != 4) fail(node, "'box' must be [left, top, width, height], pixels");
-    const auto at = [&](std::size_t i) { return integer(numbers[i], "box", 0, largest_size); };
-    const PixelBox box{at(0), at(1), at(2), at(3)};
-    if (box.width == 0 || box.height == 0)
-      fail(node, "'box' is empty: its width and height must be 1 or more");
-    if (box.left + box.width > plan.width || box.top + box.height > plan.height) {
-      fail(node, fmt::format("box [{}, {}, {}, {}] reaches out of the picture of {}×{}", box.left, box.top,
-                             box.width, box.height, plan.width, plan.height));
-    }
-    return box;
-  }
-
-  std::vector<Mask> read_masks(const Plan& plan) const {
-    std::vector<Mask> result;
-    if (plan.masks == nullptr) return result;
-    for (const toml::node& entry : *plan.masks) {
-      const toml::table& table = as_table(entry, "masks");
-      expect_keys(table, "masks", {"box", "body", "reason", "tolerance"});
-      const toml::node* box = table.get("box");
-      const toml::node* body = table.get("body");
-      if ((box == nullptr) == (body == nullptr)) fail(entry, "one of 'masks' must have a 'box' or a 'body'");
-      Mask mask;
-      if (box != nullptr) mask.box = read_box(*box, plan);
-      if (body != nullptr) mask.body = required_text(table, "body", "masks");
-      mask.reason = required_text(table, "reason", "masks");
-      if (const toml::node* tolerance = table.get("tolerance")) {
-        const toml::table& limits = as_table(*tolerance, "tolerance");
-        expect_keys(limits, "the tolerance of a mask", {"hard", "level", "count"});
-        mask.tolerance = plan.tolerance;
-        read_tolerance(limits, *mask.tolerance);
-      }
-      result.push_back(std::move(mask));
-    }
-    return result;
-  }
-
   void read_plan(const toml::table& table, Plan& plan) const {
     if (const auto* node = table.get("frames"))
       plan.frames = integer(*node, "frames", 1, largest_frame_count);
@@ -237,8 +170,6 @@ class Reader : private TomlValues {
       if (!plan.pose_tolerance) plan.pose_tolerance.emplace();
       read_pose_tolerance(as_table(*node, "pose_tolerance"), *plan.pose_tolerance);
     }
-    if (const auto* node = table.get("masks")) plan.masks = &list(*node, "masks");
-    if (const auto* node = table.get("body_tolerances")) plan.body_tolerances = read_body_tolerances(*node);
     if (const auto* node = table.get("renderer")) {
       const std::string renderer = text(*node, "renderer");
       if (renderer != "any" && renderer != "pinned") fail(*node, "'renderer' must be \"pinned\" or \"any\"");
@@ -287,7 +218,7 @@ class Reader : private TomlValues {
     }
   }
 
-  /// But for the settings and the masks.
+  /// But for the settings.
   static void apply_plan(const Plan& plan, SuiteCase& result) {
     result.frames = plan.frames;
     result.full_every = plan.full_every;
@@ -297,7 +228,6 @@ class Reader : private TomlValues {
     result.height = plan.height;
     result.tolerance = plan.tolerance;
     result.pose_tolerance = plan.pose_tolerance;
-    result.body_tolerances = plan.body_tolerances;
     result.time_limit = plan.time_limit;
     result.any_renderer = plan.any_renderer;
   }
@@ -328,7 +258,6 @@ class Reader : private TomlValues {
                          frame, plan.full_every, plan.frames));
       }
     }
-    const std::vector<Mask> masks = read_masks(plan);
     for (const Algorithm algorithm : plan.algorithms) {
       SuiteCase result;
       const std::string slug =
@@ -346,7 +275,6 @@ class Reader : private TomlValues {
         fail(table, fmt::format("{}: {}", result.name, error.what()));
       }
       apply_plan(plan, result);
-      result.masks = masks;
       place_goldens(suite.folder(), scene_name, slug, result);
       if (!names_.insert(result.name).second) {
         fail(table, fmt::format("there is a case {} already: give one of them a 'variant'", result.name));

@@ -27,15 +27,6 @@
 ///     preset = "chaotic"              # with all of another preset first
 ///     tolerance = { count = 400 }     # what is not named here stays as inherited
 ///
-///     [preset.rotor]                  # parts that are judged apart, each with its reason
-///     masks = [                       # of the pictures: compare/mask.h
-///       { box = [0, 0, 60, 20], reason = "…" },            # left, top, width, height, pixels: may differ
-///       { body = "rotor", reason = "…", tolerance = { hard = 80, level = 8, count = 50 } },
-///     ]
-///     body_tolerances = [             # of the poses: motion_comparison.h
-///       { body = "rotor", position = 1e-3, orientation = 0.1, reason = "…" },
-///     ]
-///
 ///     [[case]]                        # one golden case per algorithm
 ///     scene = "../scenes/box_stack.gltf"    # relative to the suite file
 ///     preset = "loose"                # or several, applied in order: ["chaotic", "small"]
@@ -55,7 +46,6 @@
 #include <vector>
 
 #include "golden/compare/image_comparison.h"
-#include "golden/compare/mask.h"
 #include "golden/compare/motion_comparison.h"
 #include "sim/model/settings.h"
 #include "sim/scene/scene.h"
@@ -74,8 +64,6 @@ struct SuiteCase {
   int height = 180;
   ImageTolerance tolerance;
   std::optional<PoseTolerance> pose_tolerance;
-  std::vector<BodyTolerance> body_tolerances;
-  std::vector<Mask> masks;
   bool any_renderer =
       false;  ///< pictures are exact on the renderer that they were approved on, whatever that is
   double time_limit = 120;  ///< s, for checking it: one that takes longer is an error

@@ -186,45 +186,5 @@ TEST(MotionComparison, TracksFillInBetweenStoredPoses) {
   EXPECT_EQ(without.predicted_frame, 10);
 }
 
-TEST(MotionComparison, ABodysOwnToleranceTakesTheCasesPlace) {
-  const Fall golden;
-  Fall actual;
-  actual.move(3, 0.01);
-  const PoseTolerance tolerance;
-  const std::vector<BodyTolerance> own{{"ball", 0.1, 1e-3, "it may"}};
-  const auto judged = [&](const std::vector<BodyTolerance>& bodies, std::optional<PoseTolerance> all) {
-    return compare_motion(golden.motion(), actual.motion(), from_the_front(), all, bodies);
-  };
-  EXPECT_EQ(judged({}, tolerance).judgement, PoseJudgement::poses);
-  EXPECT_EQ(judged(own, tolerance).judgement, PoseJudgement::within);
-  EXPECT_EQ(judged(own, {}).judgement, PoseJudgement::within);
-  EXPECT_NEAR(judged(own, {}).deviations.at(0).position, 0.01, 1e-12);
-  const std::vector<BodyTolerance> narrow{{"ball", 0.009, 1e-3, "it may"}};
-  EXPECT_EQ(judged(narrow, {}).limit, "body ball position x 0.01 m (limit 0.009)");
-  EXPECT_EQ(judged(narrow, {}).limit_frame, 3);
-}
-
-TEST(MotionComparison, WithoutATolerancePosesOfOthersMustBeKnownAndExact) {
-  const Fall golden;
-  Fall actual;
-  actual.move(3, 0.01);
-  const std::vector<BodyTolerance> own{{"block", 0.1, 1e-3, "it may"}};
-  const auto limit = [&](const Fall& run) {
-    return compare_motion(golden.motion(), run.motion(), from_the_front(), {}, own).limit;
-  };
-  EXPECT_EQ(limit(actual), "body ball changed, and has no tolerance of its own");
-  // Only its velocity: a digest tells.
-  Fall faster;
-  faster.log.frames[4].hash += 1;
-  faster.track.frames[4].digests[1] += 1;
-  EXPECT_EQ(limit(faster), "body ball changed, and has no tolerance of its own");
-  // A frame of which nothing was kept.
-  Fall unknown;
-  unknown.log.frames[4].hash += 1;
-  unknown.log.frames[4].poses.clear();
-  unknown.track.frames.resize(4);
-  EXPECT_EQ(limit(unknown), "the poses of a frame that differs are not known");
-}
-
 }  // namespace
 }  // namespace substep

@@ -110,8 +110,7 @@ TEST_F(SuiteTest, MistakesAreNamedWithTheirLine) {
   EXPECT_EQ(
       message(a_case + "framez = 3\n"),
       "suite.toml:3: unknown key 'framez' in [[case]]; known are scene, variant, preset, frames, "
-      "full_every, images, size, algorithms, tolerance, pose_tolerance, settings, time_limit, renderer, "
-      "masks, body_tolerances");
+      "full_every, images, size, algorithms, tolerance, pose_tolerance, settings, time_limit, renderer");
   EXPECT_EQ(message(a_case + "frames = 0\n"),
             "suite.toml:3: 'frames' must be a whole number from 1 to 100000");
   EXPECT_EQ(message(a_case + "frames = 2.5\n"),
@@ -150,61 +149,6 @@ TEST_F(SuiteTest, MistakesAreNamedWithTheirLine) {
   EXPECT_EQ(message(a_case + a_case),
             "suite.toml:3: there is a case s.a1 already: give one of them a 'variant'");
   EXPECT_EQ(message("[defaults\n").rfind("suite.toml:1: ", 0), 0U);
-}
-
-TEST_F(SuiteTest, MasksAndTolerancesOfBodiesAreInheritedOrReplaced) {
-  const Suite suite = read(R"([defaults]
-size = [160, 90]
-algorithms = ["a3"]
-tolerance = { hard = 70, level = 2 }
-masks = [
-  { box = [150, 80, 10, 10], reason = "a clock" },
-  { body = "the rotor", reason = "it turns", tolerance = { level = 8, count = 50 } },
-]
-body_tolerances = [{ body = "rotor", orientation = 0.1, reason = "it turns" }]
-[[case]]
-scene = "one.gltf"
-[[case]]
-scene = "two.gltf"
-masks = []
-body_tolerances = []
-)");
-  const std::vector<Mask>& masks = suite.cases[0].masks;
-  ASSERT_EQ(masks.size(), 2U);
-  EXPECT_EQ(masks[0].text(), "box [150, 80, 10, 10]");
-  EXPECT_FALSE(masks[0].tolerance);
-  EXPECT_EQ(masks[1].text(), "body the rotor");
-  EXPECT_EQ(masks[1].reason, "it turns");
-  EXPECT_EQ(masks[1].tolerance->hard, 70);
-  EXPECT_EQ(masks[1].tolerance->level, 8);
-  EXPECT_EQ(masks[1].tolerance->count, 50);
-  ASSERT_EQ(suite.cases[0].body_tolerances.size(), 1U);
-  EXPECT_EQ(suite.cases[0].body_tolerances[0].position, 1e-4);
-  EXPECT_EQ(suite.cases[0].body_tolerances[0].orientation, 0.1);
-  EXPECT_TRUE(suite.cases[1].masks.empty());
-  EXPECT_TRUE(suite.cases[1].body_tolerances.empty());
-}
-
-TEST_F(SuiteTest, MasksThatCannotBeAreRefused) {
-  const auto refused = [&](const std::string& mask) {
-    return message("[[case]]\nscene = \"one.gltf\"\nsize = [160, 90]\nmasks = [" + mask + "]\n");
-  };
-  EXPECT_EQ(refused("{ box = [0, 0, 0, 9], reason = 'x' }"),
-            "suite.toml:4: 'box' is empty: its width and height must be 1 or more");
-  EXPECT_EQ(refused("{ box = [150, 0, 11, 9], reason = 'x' }"),
-            "suite.toml:4: box [150, 0, 11, 9] reaches out of the picture of 160×90");
-  EXPECT_EQ(refused("{ box = [0, 0, 9], reason = 'x' }"),
-            "suite.toml:4: 'box' must be [left, top, width, height], pixels");
-  EXPECT_EQ(refused("{ box = [0, 0, 9, 9] }"), "suite.toml:4: one of 'masks' is without a 'reason'");
-  EXPECT_EQ(refused("{ box = [0, 0, 9, 9], reason = ' ' }"), "suite.toml:4: 'reason' is empty");
-  EXPECT_EQ(refused("{ reason = 'x' }"), "suite.toml:4: one of 'masks' must have a 'box' or a 'body'");
-  EXPECT_EQ(refused("{ body = 'a', box = [0, 0, 9, 9], reason = 'x' }"),
-            "suite.toml:4: one of 'masks' must have a 'box' or a 'body'");
-  EXPECT_EQ(refused("{ body = 'a', reason = 'x', tolerance = { mean = 1 } }"),
-            "suite.toml:4: unknown key 'mean' in the tolerance of a mask; known are hard, level, count");
-  EXPECT_EQ(message("[[case]]\nscene = \"one.gltf\"\nbody_tolerances = [{ body = 'a', reason = 'x' }, "
-                    "{ body = 'a', reason = 'y' }]\n"),
-            "suite.toml:3: body 'a' has two tolerances");
 }
 
 TEST_F(SuiteTest, PresetsAreInheritedAndMerged) {
