@@ -36,7 +36,6 @@ std::string today() {
 Json essence(Json sidecar) {
   sidecar.erase("made_with");
   sidecar.erase("approved");
-  sidecar.erase("alternates");
   sidecar.erase("history");
   return sidecar;
 }
@@ -73,74 +72,6 @@ bool holds(const fs::path& golden, const std::string& golden_bytes, const std::s
   } catch (const Error&) {
     return false;  // a damaged golden is one to replace
   }
-}
-
-/// Notes an alternate in the sidecar; returns its file.
-NewGolden new_alternate(const CheckResults::Case& entry, const AlternateOffer& offer,
-                        const ApproveOptions& options, const Json& made_with, const std::string& platform,
-                        const fs::path& file, Json& sidecar) {
-  Json alternate{{"frame", offer.frame},   {"file", file.filename().string()},
-                 {"pixels", offer.pixels}, {"reason", options.reason},
-                 {"date", today()},        {"made_with", made_with}};
-  if (!platform.empty()) alternate["platform"] = platform;
-  sidecar["alternates"].push_back(std::move(alternate));
-  return {file, kept(file, shown(offer.from, offer.from_hash, entry.name))};
-}
-
-void forget_alternate(Json& sidecar, const std::string& file_name) {
-  Json rest = Json::array();
-  for (const Json& alternate : sidecar.at("alternates")) {
-    if (alternate.at("file") != file_name) rest.push_back(alternate);
-  }
-  sidecar["alternates"] = std::move(rest);
-}
-
-/// A picture beside the golden one for each that failed: under the next free number, or in the place of this
-/// platform's baseline.
-std::vector<NewGolden> alternates_of(const CheckResults::Case& entry, const ApproveOptions& options,
-                                     const Json& made_with) {
-  if (!entry.poses_pass)
-    refuse(entry.name,
-           "its poses changed or were not checked, and an alternate is another renderer's picture of the "
-           "same poses");
-  if (entry.alternates.empty()) refuse(entry.name, "no picture of it differs from a golden one");
-  Json sidecar =
-      fs::exists(entry.sidecar_file) ? Json::parse(read_bytes(entry.sidecar_file), nullptr, false) : Json();
-  if (!sidecar.is_object()) refuse(entry.name, "it has no sidecar to note an alternate's reason in");
-  const Sidecar known = read_sidecar(entry.sidecar_file);
-  const std::string platform = entry.is_baseline ? made_with.value("platform", std::string()) : std::string();
-  std::vector<NewGolden> files;
-  for (const AlternateOffer& offer : entry.alternates) {
-    const bool is_there =
-        std::any_of(known.alternates.begin(), known.alternates.end(), [&](const Alternate& a) {
-          return a.frame == offer.frame && a.pixels == offer.pixels && a.platform == platform;
-        });
-    if (is_there) continue;
-    fs::path file;
-    if (const Alternate* old = known.baseline(offer.frame, platform)) {
-      file = old->file;
-      forget_alternate(sidecar, file.filename().string());
-    }
-    for (int number = 1; file.empty(); ++number) {
-      file = entry.sidecar_file;
-      file.replace_extension(fmt::format(".f{:04}.alt{}.png", offer.frame, number));
-      if (fs::exists(file)) file.clear();
-    }
-    files.push_back(new_alternate(entry, offer, options, made_with, platform, file, sidecar));
-  }
-  if (!files.empty()) files.push_back({entry.sidecar_file, sidecar_text(sidecar)});
-  return files;
-}
-
-/// The pictures' alternates that still stand beside the golden picture they were accepted beside.
-void keep_alternates(const fs::path& sidecar_file, const std::vector<NewGolden>& files, Json& sidecar) {
-  if (!fs::exists(sidecar_file)) return;
-  const Json old = Json::parse(read_bytes(sidecar_file), nullptr, false);
-  if (!old.is_object() || !old.contains("alternates")) return;
-  // New pictures have no old alternates; their files are orphans then, for a person to delete.
-  const bool has_picture = std::any_of(files.begin(), files.end(),
-                                       [](const NewGolden& f) { return f.file.extension() == ".png"; });
-  if (!has_picture) sidecar["alternates"] = old["alternates"];
 }
 
 /// When and why, after what was noted of the approvals before. What passes has the same states and pictures:
@@ -195,7 +126,6 @@ std::vector<NewGolden> files_of(const CheckResults::Case& entry, const ApproveOp
   }
   if (!files.empty() || !says_the_same(entry.sidecar_file, entry.sidecar)) {
     Json sidecar = entry.sidecar;
-    keep_alternates(entry.sidecar_file, files, sidecar);
     note_approval(entry, options, sidecar);
     files.push_back({entry.sidecar_file, sidecar_text(sidecar)});
   }
@@ -237,11 +167,7 @@ Approval approve(const ApproveOptions& options) {
     std::vector<NewGolden> files;
     // A case that passes may still lack a track.
     const bool has_nothing = passed && !entry.sidecar.is_object();
-    if ((options.as_alternates || entry.is_baseline) && !passed) {
-      files = alternates_of(entry, options, results.made_with);
-    } else if (!has_nothing) {
-      files = files_of(entry, options);
-    }
+    if (!has_nothing) files = files_of(entry, options);
     if (files.empty()) {
       approval.already_good.push_back(entry.name);
     } else {

@@ -22,10 +22,6 @@ struct ApproveOptions {
   std::string reason;                          ///< kept in the sidecars
   bool renews = false;                         ///< also cases that pass whose sidecar or track is out of date
   bool prunes = false;                         ///< delete the goldens of no case that the check found
-  /// Accepts the pictures beside the golden ones instead of in their place: for a renderer that cannot make
-  /// the golden ones, while the poses pass. The only way to approve from another renderer than the pinned
-  /// one.
-  bool as_alternates = false;
 };
 
 struct Approval {

@@ -134,7 +134,7 @@ CheckedRun check_case(const CheckOptions& options, const MadeWith& made_with, co
   const bool is_complete = work.result.verdict == Verdict::pass &&
                            ((has_own_track(work) && is_up_to_date(work)) || !draws_its_goldens(work));
   // After all that is noted.
-  CheckedCase checked{work.result, {}, {}, {}, work.sidecar.made_with, false};
+  CheckedCase checked{work.result, {}, {}, work.sidecar.made_with};
   if (!is_complete) prepare_approval(work, checked);
   const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
   checked.result.seconds = spent.count();

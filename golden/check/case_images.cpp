@@ -145,17 +145,12 @@ class ImageCheck {
 
   void judge(ImageResult& image, const Drawing& drawn, const std::string& prefix) {
     const SuiteCase& entry = work_.result.entry;
-    // A baseline of this platform stands in the golden picture's place.
-    const Alternate* own = work_.result.entry.any_renderer
-                               ? work_.sidecar.baseline(image.frame, work_.made_with.platform)
-                               : nullptr;
-    const Drawing golden{read_png(own == nullptr ? entry.image_file(image.frame) : own->file), drawn.bodies};
+    const Drawing golden{read_png(entry.image_file(image.frame)), drawn.bodies};
     image.against_golden = compared(golden, drawn, image.frame);
     const Judgement judgement = image.against_golden->image.judgement;
     const bool is_near_enough =
         judgement == Judgement::exact || (!work_.is_exact_here() && is_within(*image.against_golden));
-    const bool is_alternate = !is_near_enough && equals_alternate(image.frame, drawn);
-    image.passes = (is_near_enough || is_alternate) && !image.is_blank;
+    image.passes = is_near_enough && !image.is_blank;
     if (is_near_enough && judgement != Judgement::exact) {
       work_.note(fmt::format(
           "frame {} within tolerance{}: this is not {}", image.frame, entry.tolerance.flip ? " by FLIP" : "",
@@ -167,7 +162,7 @@ class ImageCheck {
              prefix + ".expected.png", prefix + ".actual.png");
     const Sidecar::Picture* approved = work_.sidecar.picture(image.frame);
     const std::string found = pixel_hash(golden.picture);
-    if (approved != nullptr && (own == nullptr ? approved->pixels : own->pixels) != found) {
+    if (approved != nullptr && approved->pixels != found) {
       work_.edited.push_back(entry.image_file(image.frame).filename().string());
       work_.note(fmt::format(
           "the golden picture of frame {} is not the one that was approved (pixels {}, approved {})",
@@ -175,29 +170,11 @@ class ImageCheck {
     }
   }
 
-  static bool is_of_one_size(const Image& a, const Image& b) {
-    return a.width == b.width && a.height == b.height;
-  }
-
   /// By FLIP where the case says so, else by levels and counts.
   bool is_within(const PictureComparison& comparison) const {
     const std::optional<double>& limit = work_.result.entry.tolerance.flip;
     if (!limit || comparison.image.judgement == Judgement::size) return passes(comparison.image.judgement);
     return comparison.flip && comparison.flip->max <= *limit;
-  }
-
-  bool equals_alternate(int frame, const Drawing& drawn) {
-    for (const Alternate& alternate : work_.sidecar.alternates) {
-      // Another platform's baseline is not good here.
-      if (alternate.frame != frame || !alternate.platform.empty()) continue;
-      const Image picture = read_png(alternate.file);
-      if (pixel_hash(picture) != alternate.pixels || !is_of_one_size(picture, drawn.picture)) continue;
-      if (picture.rgb != drawn.picture.rgb) continue;
-      work_.note(
-          fmt::format("frame {} equals {}: {}", frame, alternate.file.filename().string(), alternate.reason));
-      return true;
-    }
-    return false;
   }
 
   /// Draws old and new poses frame by frame, through one camera, until a pixel differs.

@@ -73,19 +73,9 @@ void prepare_approval(CaseWork& work, CheckedCase& checked) {
             : image.has_golden && read_png(entry.image_file(image.frame)).rgb == drawing.picture.rgb;
     if (is_unchanged) continue;
     offer(checked, work.result.files / file_name, entry.image_file(image.frame));
-    if (!from_live && image.has_golden) {
-      checked.alternates.push_back({image.frame, work.result.files / file_name,
-                                    content_hash(read_bytes(work.result.files / file_name)),
-                                    pixel_hash(drawing.picture)});
-    }
   }
-  checked.result.has_alternates = work.result.poses.passes && !checked.alternates.empty();
   const ApprovableRun run{&*work.live, content_hash(to_text(*work.live)), approved_track_hash(work)};
   checked.sidecar = make_sidecar(entry, run, work.scene, pictures, work.made_with);
-  // While the poses pass, pictures of another platform become baselines beside the golden ones.
-  const bool is_elsewhere = entry.any_renderer && work.sidecar.is_there && work.result.poses.passes &&
-                            work.sidecar.platform() != work.made_with.platform;
-  checked.is_baseline = is_elsewhere && checked.result.has_alternates;
   if (!entry.images.empty() && !work.made_with.is_pinned && !entry.any_renderer) {
     refusal = "it was drawn by " + work.made_with.renderer + ", which is not the pinned renderer";
   }

@@ -1,7 +1,5 @@
 #include "golden/check/case_work.h"
 
-#include <algorithm>
-
 namespace substep {
 std::vector<std::string> body_names(const Scene& scene) {
   std::vector<std::string> names;
@@ -21,10 +19,7 @@ CaseWork::CaseWork(const CheckOptions& options_of, const MadeWith& with, const S
 
 bool CaseWork::is_exact_here() const {
   if (!result.entry.any_renderer) return made_with.is_pinned;
-  const auto& known = sidecar.alternates;
-  return sidecar.platform() == made_with.platform ||
-         std::any_of(known.begin(), known.end(),
-                     [&](const Alternate& a) { return a.platform == made_with.platform; });
+  return sidecar.platform() == made_with.platform;
 }
 
 void CaseWork::note(std::string_view text) {

@@ -105,7 +105,6 @@ struct CaseResult {
   std::string player;           ///< a page that plays the run beside its golden one; empty: there is none
   std::string cause;            ///< what the failure is put down to, in a few words; empty: not known
   std::string refusal;          ///< why approve() will not take it; empty: it will
-  bool has_alternates = false;  ///< pictures that approve() would take beside the golden ones
   std::filesystem::path files;  ///< the folder with its files
   double seconds = 0;           ///< that checking it took
   std::string text;             ///< what a person should know of it when it fails: lines, each ended

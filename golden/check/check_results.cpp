@@ -142,14 +142,6 @@ void add_offers(const CheckedCase& checked, Json& json) {
                               {"to", below(offer.to, suite_folder)},
                               {"to_hash", offer.to_hash}});
   }
-  json["alternates"] = Json::array();
-  for (const AlternateOffer& offer : checked.alternates) {
-    json["alternates"].push_back({{"frame", offer.frame},
-                                  {"from", below(offer.from, output)},
-                                  {"from_hash", offer.from_hash},
-                                  {"pixels", offer.pixels}});
-  }
-  json["baseline"] = checked.is_baseline;
   json["sidecar_file"] = below(checked.result.entry.sidecar, suite_folder);
   json["sidecar"] = checked.sidecar;
 }
@@ -167,14 +159,9 @@ void read_offers(const Json& json, const fs::path& output, const fs::path& suite
                  CheckResults::Case& result) {
   result.sidecar_file = inside(suite_folder, json.at("sidecar_file"));
   result.sidecar = json.at("sidecar");
-  result.is_baseline = json.at("baseline");
   for (const Json& offer : json.at("offers")) {
     result.offers.push_back({inside(output, offer.at("from")), offer.at("from_hash"),
                              inside(suite_folder, offer.at("to")), offer.at("to_hash")});
-  }
-  for (const Json& offer : json.at("alternates")) {
-    result.alternates.push_back(
-        {offer.at("frame"), inside(output, offer.at("from")), offer.at("from_hash"), offer.at("pixels")});
   }
 }
 
@@ -206,7 +193,6 @@ Json to_json(const CheckedCase& checked) {
     if (!result.player.empty()) json["player"] = result.player;
     json["golden_made_with"] = checked.golden_made_with;
     json["text"] = explain(result);
-    json["has_alternates"] = result.has_alternates;
   }
   const bool is_offered = result.verdict != Verdict::pass && result.verdict != Verdict::error;
   if (is_offered || checked.sidecar.is_object()) add_offers(checked, json);
@@ -296,7 +282,6 @@ CheckResults read_results(const fs::path& output, const fs::path& suite_folder) 
       CheckResults::Case result;
       result.name = entry.at("name");
       result.verdict = entry.at("verdict");
-      result.poses_pass = entry.at("poses").at("pass");
       result.refusal = entry.at("refusal");
       if (entry.contains("offers")) read_offers(entry, output, suite_folder, result);
       results.cases.push_back(std::move(result));

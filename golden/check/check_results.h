@@ -19,21 +19,11 @@ struct Offer {
   std::string to_hash;  ///< empty: there was no such golden
 };
 
-/// A picture that could be approved as good beside the golden one.
-struct AlternateOffer {
-  int frame = 0;
-  std::filesystem::path from;
-  std::string from_hash;
-  std::string pixels;  ///< hash
-};
-
 struct CheckedCase {
   CaseResult result;
   std::vector<Offer> offers;
-  std::vector<AlternateOffer> alternates;
   nlohmann::ordered_json sidecar;           ///< but for when and why it was approved
   nlohmann::ordered_json golden_made_with;  ///< of the goldens that it was checked against
-  bool is_baseline = false;  ///< its pictures are approved as this platform's, beside the golden ones
 };
 
 /// What was checked, as approve() needs it.
@@ -43,11 +33,8 @@ struct CheckResults {
     std::string name;
     std::string verdict;
     std::string refusal;
-    bool poses_pass = false;
-    bool is_baseline = false;
     std::filesystem::path sidecar_file;
     std::vector<Offer> offers;
-    std::vector<AlternateOffer> alternates;
     nlohmann::ordered_json sidecar;
   };
   std::vector<Case> cases;

@@ -26,8 +26,6 @@ void add_approve_command(CLI::App& app) {
   const auto options = std::make_shared<ApproveOptions>();
   command->add_option("cases", options->cases, "Names of cases: box_stack.a4");
   command->add_flag("--failed", options->all_failed, "All cases that did not pass");
-  command->add_flag("--alternate", options->as_alternates,
-                    "Accept the pictures beside the golden ones: for a renderer that cannot make those");
   command->add_option("--reason", options->reason, "Why the goldens change; kept beside them");
   command->add_flag(
       "--renew", options->renews,

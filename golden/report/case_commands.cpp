@@ -66,10 +66,6 @@ CaseCommands commands_of(const Json& entry, const ResultsPlace& place) {
   commands.files = (place.output / entry.at("files").get<std::string>()).string();
   const bool can_approve = entry.at("refusal").get<std::string>().empty() && entry.contains("offers");
   if (can_approve) commands.approve = approve_command({case_name}, place);
-  if (entry.value("has_alternates", false)) {
-    commands.alternate = approve_command({case_name}, place);
-    commands.alternate.after = fmt::format(" --alternate{}", commands.alternate.after);
-  }
   return commands;
 }
 
@@ -78,9 +74,7 @@ std::string explanation(const Json& entry, const ResultsPlace& place) {
   std::string text = entry.at("text");
   text += fmt::format("  files    {}\n", commands.files);
   if (commands.approve.is_there()) return text + fmt::format("  approve  {}\n", commands.approve.text());
-  text += fmt::format("  approve  not from this check: {}\n", entry.at("refusal").get<std::string>());
-  if (commands.alternate.is_there()) text += fmt::format("  or       {}\n", commands.alternate.text());
-  return text;
+  return text + fmt::format("  approve  not from this check: {}\n", entry.at("refusal").get<std::string>());
 }
 
 }  // namespace substep

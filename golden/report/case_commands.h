@@ -32,9 +32,8 @@ struct ApproveCommand {
 };
 
 struct CaseCommands {
-  std::string files;         ///< the folder with the case's files
-  ApproveCommand approve;    ///< none where it cannot be approved
-  ApproveCommand alternate;  ///< to accept its pictures beside the golden ones; none where there are none
+  std::string files;       ///< the folder with the case's files
+  ApproveCommand approve;  ///< none where it cannot be approved
 };
 
 /// `entry` is the case's part of results.json.

@@ -199,7 +199,6 @@ std::string section_start(const Json& entry, const ResultsPlace& place) {
   } else {
     html += fmt::format("<p class=\"quiet\">Cannot be approved from this check: {}.</p>\n",
                         text_of(entry.at("refusal")));
-    if (commands.alternate.is_there()) html += command("or", commands.alternate, "alternate");
   }
   return html;
 }

@@ -49,17 +49,11 @@ void write_json(const Json& json, std::size_t depth, std::string& text) {
   text += fmt::format("\n{:{}}{}", "", depth, json.is_array() ? "]" : "}");
 }
 
-void read_pictures(const Json& json, const fs::path& folder, Sidecar& result) {
+void read_pictures(const Json& json, Sidecar& result) {
   for (const Json& image : json.at("images")) {
     Sidecar::Picture picture{image.at("frame"), image.at("pixels"), {}};
     if (image.contains("bodies")) picture.bodies = extents_in(image.at("bodies"));
     result.pictures.push_back(std::move(picture));
-  }
-  if (!json.contains("alternates")) return;
-  for (const Json& entry : json.at("alternates")) {
-    result.alternates.push_back({entry.at("frame"), folder / entry.at("file").get<std::string>(),
-                                 entry.at("pixels"), entry.at("reason"),
-                                 entry.value("platform", std::string())});
   }
 }
 
@@ -73,13 +67,6 @@ const Sidecar::Picture* Sidecar::picture(int frame) const {
 
 std::string Sidecar::platform() const {
   return made_with.is_object() ? made_with.value("platform", std::string()) : std::string();
-}
-
-const Alternate* Sidecar::baseline(int frame, const std::string& platform) const {
-  const auto found = std::find_if(alternates.begin(), alternates.end(), [&](const Alternate& a) {
-    return a.frame == frame && !platform.empty() && a.platform == platform;
-  });
-  return found == alternates.end() ? nullptr : &*found;
 }
 
 Sidecar read_sidecar(const fs::path& file) {
@@ -98,7 +85,7 @@ Sidecar read_sidecar(const fs::path& file) {
       result.pose_log_hash = poses.value("log_hash", std::string());
       result.track_hash = poses.value("track_hash", std::string());
     }
-    read_pictures(json, file.parent_path(), result);
+    read_pictures(json, result);
   } catch (const Json::exception&) {
     throw Error(fmt::format(
         "{}: is damaged: put back the one that was approved, or delete it and approve the case again",

@@ -1,7 +1,6 @@
 #pragma once
 /// What stands beside a case's goldens: what they were made with, what they show, when and why they were
-/// approved. It explains, says whose fault a failure is, and names the alternates; it never makes a case
-/// fail.
+/// approved. It explains, and says whose fault a failure is; it never makes a case fail.
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -18,15 +17,6 @@
 
 namespace substep {
 
-/// Another picture that is as good as the golden one, for a renderer that cannot make the golden one.
-struct Alternate {
-  int frame = 0;
-  std::filesystem::path file;
-  std::string pixels;  ///< hash
-  std::string reason;
-  std::string platform;  ///< MadeWith::platform of whom it is the baseline; empty: good wherever it is equal
-};
-
 /// A sidecar that is missing says nothing.
 struct Sidecar {
   bool is_there = false;
@@ -36,7 +26,6 @@ struct Sidecar {
     std::vector<BodyExtent> bodies;
   };
   std::vector<Picture> pictures;
-  std::vector<Alternate> alternates;
   std::string scene_hash;
   nlohmann::ordered_json parts;  ///< scene_parts(); null in sidecars of before they were noted
   std::string pose_log_hash;     ///< content hash of the approved pose log; may not be noted
@@ -47,7 +36,6 @@ struct Sidecar {
 
   /// The platform that the golden pictures were approved on; empty where that was not noted.
   std::string platform() const;
-  const Alternate* baseline(int frame, const std::string& platform) const;
   const Picture* picture(int frame) const;
 };
 
@@ -67,8 +55,7 @@ struct ApprovableRun {
   std::string track_hash;
 };
 
-/// What the goldens of a case were made with. `pictures` are those of entry.images. Alternates are not in it:
-/// they go with the golden pictures that they stand beside.
+/// What the goldens of a case were made with. `pictures` are those of entry.images.
 nlohmann::ordered_json make_sidecar(const SuiteCase& entry, const ApprovableRun& run, const Scene& scene,
                                     std::span<const ApprovablePicture> pictures, const MadeWith& made_with);
 

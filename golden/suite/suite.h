@@ -8,9 +8,7 @@
 ///     images = [60, 120]              # frames kept as pictures; each must have its poses in the log
 ///     size = [320, 180]               # of the pictures, pixels
 ///     algorithms = ["a1", "a2", "a3", "a4", "a5"]
-///     renderer = "pinned"             # or "any": pictures are exact on the renderer that they were approved
-///     on, and
-///                                     # others can have baselines of their own beside them
+///     renderer = "pinned"             # or "any": pictures are exact on the renderer that approved them
 ///     time_limit = 120                # s: a case that takes longer to check is an error
 ///     tolerance = { hard = 64, level = 3, count = 20, mean = 0.5, tile_mean = 4 }   # image_comparison.h
 ///

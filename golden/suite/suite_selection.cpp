@@ -6,25 +6,12 @@
 #include <set>
 #include <string_view>
 
-#include "golden/suite/sidecar.h"
 #include "golden/suite/suite.h"
 #include "sim/error.h"
 
 namespace substep {
 
 namespace fs = std::filesystem;
-
-namespace {
-
-std::vector<Alternate> alternates_of(const SuiteCase& entry) {
-  try {
-    return read_sidecar(entry.sidecar).alternates;
-  } catch (const Error&) {
-    return {};  // checking its case says that it is damaged
-  }
-}
-
-}  // namespace
 
 std::vector<SuiteCase> select(const Suite& suite, const std::vector<std::string>& names) {
   if (names.empty()) return suite.cases;
@@ -80,7 +67,6 @@ std::vector<fs::path> orphans(const Suite& suite) {
     claimed.insert(entry.pose_file.lexically_normal());
     claimed.insert(entry.track_file.lexically_normal());
     claimed.insert(entry.sidecar.lexically_normal());
-    for (const Alternate& alternate : alternates_of(entry)) claimed.insert(alternate.file.lexically_normal());
     for (const int frame : entry.images) claimed.insert(entry.image_file(frame).lexically_normal());
   }
   std::vector<fs::path> result;

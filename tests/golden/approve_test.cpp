@@ -168,40 +168,6 @@ TEST_F(ApproveTest, RefusesHalfACheck) {
   EXPECT_NE(refusal().find("only half of it was checked"), std::string::npos);
 }
 
-TEST_F(ApproveTest, AnAlternatePassesBesideTheGoldenPicture) {
-  suite_.make_goldens();
-  const std::string scene = read_text(suite_.scene());
-  change_light();
-  suite_.run();
-  ApproveOptions options = suite_.approval("as another renderer draws it");
-  options.all_failed = true;
-  options.as_alternates = true;
-  EXPECT_EQ(approve(options).written.size(), 3U);  // two pictures, sidecar
-  const auto after_first = goldens();
-  EXPECT_TRUE(approve(options).written.empty());
-  EXPECT_EQ(goldens(), after_first);
-  const CheckResult alternate = suite_.run();
-  EXPECT_EQ(alternate.cases.at(0).verdict, Verdict::pass);
-  EXPECT_TRUE(alternate.orphans.empty());
-  EXPECT_NE(alternate.cases.at(0).notes.back().find("as another renderer draws it"), std::string::npos);
-  write_text(suite_.scene(), scene);
-  EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::pass);
-  // A third way to draw it is neither.
-  change_light();
-  replace_in(suite_.scene(), "\"intensity\":2.5", "\"intensity\":2.0");
-  EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::scene_changed);
-}
-
-TEST_F(ApproveTest, RefusesAlternatesOfNewPoses) {
-  suite_.make_goldens();
-  replace_in(suite_.scene(), "\"gravity\":[0.0,-9.81,0.0]", "\"gravity\":[0.0,-9.0,0.0]");
-  suite_.run();
-  ApproveOptions options = suite_.approval();
-  options.all_failed = true;
-  options.as_alternates = true;
-  EXPECT_THROW(approve(options), Error);
-}
-
 TEST_F(ApproveTest, AddsATrackToGoldensThatNeverHadOne) {
   suite_.make_goldens();
   const auto before = goldens();

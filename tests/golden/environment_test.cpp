@@ -68,21 +68,6 @@ TEST_F(EnvironmentTest, BeyondToleranceIsTheEnvironment) {
   EXPECT_EQ(result.exit_code(), 3);
 }
 
-TEST_F(EnvironmentTest, SaysHowToKeepAnAlternate) {
-  change_pixel(100);
-  const CheckResult result = suite_.run();
-  const std::string text = result.cases.at(0).text;
-  EXPECT_NE(text.find("approve  not from this check: it was drawn by"), std::string::npos) << text;
-  EXPECT_NE(text.find("or       substep approve box_stack.a3"), std::string::npos) << text;
-  EXPECT_NE(text.find("--alternate"), std::string::npos) << text;
-  EXPECT_NE(read_text(suite_.options.output / "report.html").find("--alternate"), std::string::npos);
-  ApproveOptions options = suite_.approval("another renderer");
-  options.all_failed = true;
-  options.as_alternates = true;
-  EXPECT_EQ(approve(options).written.size(), 2U);  // the picture, the sidecar
-  EXPECT_EQ(suite_.run().exit_code(), 0);
-}
-
 TEST_F(EnvironmentTest, TheSimulationIsStillJudgedExactly) {
   change_pixel(100);
   write_text(suite_.options.suite, read_text(suite_.options.suite) + "settings = { substeps = 3 }\n");
@@ -138,22 +123,6 @@ TEST_F(AnyRenderer, ByFlipWhereTheCaseSaysSo) {
   EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::pass);
   replace_in(suite_.options.suite, "flip = 0.9", "flip = 0.01");
   EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::environment);
-}
-
-TEST_F(AnyRenderer, ABaselineOfItsOwnIsExact) {
-  approve_elsewhere(100);
-  EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::environment);
-  const std::string golden = read_text(suite_.image(20));
-  EXPECT_EQ(suite_.approve_failed("as drawn here").written.size(), 2U);  // the picture, the sidecar
-  EXPECT_EQ(read_text(suite_.image(20)), golden);                        // the other platform's stays
-  const CheckResult result = suite_.run();
-  EXPECT_EQ(result.cases.at(0).verdict, Verdict::pass) << result.cases.at(0).text;
-  EXPECT_TRUE(result.orphans.empty());
-  // From now on what is drawn here is held to it.
-  replace_in(suite_.scene(), "\"intensity\":3.0", "\"intensity\":2.99");
-  EXPECT_EQ(suite_.run().exit_code(), 1);
-  EXPECT_EQ(suite_.approve_failed("another light").written.size(), 3U);  // two baselines, the sidecar
-  EXPECT_EQ(suite_.run().exit_code(), 0);
 }
 
 }  // namespace
