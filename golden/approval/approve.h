@@ -5,8 +5,8 @@
 /// writes nothing at all, when a file is no longer what the check left or a golden no longer what it saw,
 /// when it was not the pinned renderer that drew, when a picture is blank, and when poses or pictures alone
 /// were checked: new poses with old pictures would be reported as a changed renderer. Leaves alone what
-/// passes and deletes nothing but, when asked to, goldens of no case. A case gets all of its new goldens or
-/// none (approval_journal.h); after an interruption the same command does the rest.
+/// passes and deletes nothing but, when asked to, goldens of no case. A case's sidecar is written
+/// last: an interrupted approval shows in the next check, and the same command does the rest.
 
 #include <filesystem>
 #include <string>

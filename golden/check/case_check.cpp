@@ -117,8 +117,8 @@ void write_motion_page(CaseWork& work) {
 
 }  // namespace
 
-CheckedRun check_case(const CheckOptions& options, const MadeWith& made_with, const SuiteCase& entry,
-                      const Scene& scene) {
+CheckedCase check_case(const CheckOptions& options, const MadeWith& made_with, const SuiteCase& entry,
+                       const Scene& scene) {
   const auto start = std::chrono::steady_clock::now();
   CaseWork work(options, made_with, entry, scene);
   work.folder.clear();
@@ -138,7 +138,7 @@ CheckedRun check_case(const CheckOptions& options, const MadeWith& made_with, co
   if (!is_complete) prepare_approval(work, checked);
   const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
   checked.result.seconds = spent.count();
-  return {std::move(checked), std::move(work.golden), std::move(work.live)};
+  return checked;
 }
 
 CheckedCase failed_case(const CheckOptions& options, const SuiteCase& entry, const std::string& why) {

@@ -11,15 +11,9 @@
 
 namespace substep {
 
-/// A case checked, with what approving would copy and the logs that its scene's distances are measured on.
-struct CheckedRun {
-  CheckedCase checked;
-  std::optional<PoseLog> golden;
-  std::optional<PoseLog> live;
-};
-
-CheckedRun check_case(const CheckOptions& options, const MadeWith& made_with, const SuiteCase& entry,
-                      const Scene& scene);
+/// A case checked, with what approving would copy.
+CheckedCase check_case(const CheckOptions& options, const MadeWith& made_with, const SuiteCase& entry,
+                       const Scene& scene);
 
 /// The result of a case that could not be checked.
 CheckedCase failed_case(const CheckOptions& options, const SuiteCase& entry, const std::string& why);

@@ -3,11 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <optional>
 #include <utility>
 
-#include "render/animated_png.h"
 #include "sim/error.h"
 
 namespace substep {
@@ -127,20 +125,8 @@ class ImageCheck {
     pair.comparison = comparison;
     if (comparison.image.judgement != Judgement::size) {
       write_difference(work_.folder, prefix, expected, actual, pair);
-      add_flicker(frame, comparison, expected.picture, actual.picture);
     }
     work_.result.pairs.push_back(std::move(pair));
-  }
-
-  /// Of the pair that a person sees most of.
-  void add_flicker(int frame, const PictureComparison& comparison, const Image& before, const Image& after) {
-    constexpr int milliseconds = 500;
-    const double visible = comparison.flip ? comparison.flip->max : 0;
-    if (visible <= most_visible_) return;
-    most_visible_ = visible;
-    work_.result.flicker = "flicker.png";
-    work_.result.flicker_frame = frame;
-    work_.folder.write(work_.result.flicker, to_animated_png(std::array{before, after}, milliseconds));
   }
 
   void judge(ImageResult& image, const Drawing& drawn, const std::string& prefix) {
@@ -204,7 +190,6 @@ class ImageCheck {
   }
 
   CaseWork& work_;
-  double most_visible_ = -1;
 };
 
 }  // namespace

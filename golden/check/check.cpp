@@ -49,10 +49,6 @@ CheckResult check(const CheckOptions& options, const std::function<void(const Ca
       output.add_case(std::move(json));
       if (after_case) after_case(result.cases.back());
     };
-    listener.after_scene = [&](const DistanceMatrix& matrix) {
-      output.add_distances(to_json(matrix));
-      result.distances.push_back(matrix);
-    };
     check_cases(plan.cases, plan.options, result.made_with, listener);
     result.orphans = plan.orphans();
     output.finish(result.orphans);

@@ -16,7 +16,7 @@
 ///
 /// Everything that a person wants to see of a failing case lies in <output>/<case>/: the new pose log and the
 /// pictures that PicturePair names. <output>/results.json has every figure, and is what approve() and the
-/// report go by. Goldens are never written here, but for what an interrupted approval had already decided.
+/// report go by. Goldens are never written here.
 
 #include <cstdint>
 #include <filesystem>
@@ -26,7 +26,6 @@
 #include <vector>
 
 #include "golden/compare/blame.h"
-#include "golden/compare/distance_matrix.h"
 #include "golden/compare/image_comparison.h"
 #include "golden/compare/motion_comparison.h"
 #include "golden/compare/provenance.h"
@@ -100,21 +99,18 @@ struct CaseResult {
   std::vector<ImageResult> images;
   std::vector<PicturePair> pairs;
   std::vector<std::string> notes;  ///< context, never a reason to fail
-  std::string flicker;          ///< the most visible pair as one animated picture: a file as those of pairs
-  int flicker_frame = -1;       ///< of the case
-  std::string player;           ///< a page that plays the run beside its golden one; empty: there is none
-  std::string cause;            ///< what the failure is put down to, in a few words; empty: not known
-  std::string refusal;          ///< why approve() will not take it; empty: it will
-  std::filesystem::path files;  ///< the folder with its files
-  double seconds = 0;           ///< that checking it took
-  std::string text;             ///< what a person should know of it when it fails: lines, each ended
+  std::string player;              ///< a page that plays the run beside its golden one; empty: there is none
+  std::string cause;               ///< what the failure is put down to, in a few words; empty: not known
+  std::string refusal;             ///< why approve() will not take it; empty: it will
+  std::filesystem::path files;     ///< the folder with its files
+  double seconds = 0;              ///< that checking it took
+  std::string text;                ///< what a person should know of it when it fails: lines, each ended
 };
 
 struct CheckOptions {
   std::filesystem::path suite = "golden/suite.toml";
   std::filesystem::path output = "out/check";
   std::vector<std::string> cases;  ///< see select(); empty: all, and orphans are looked for
-  Shard shard;
   bool poses = true;
   bool images = true;
 };
@@ -124,7 +120,6 @@ struct CheckResult {
   MadeWith made_with;
   std::vector<CaseResult> cases;
   std::vector<std::filesystem::path> orphans;
-  std::vector<DistanceMatrix> distances;
 
   int exit_code() const;
 };

@@ -36,7 +36,6 @@ constexpr const char* says_made_with = "made_with";
 constexpr const char* says_refusal = "refusal";
 constexpr const char* says_start = "start";
 constexpr const char* says_case = "case";
-constexpr const char* says_distances = "distances";
 
 void tell(int descriptor, const char* what, const Json& value) {
   const std::string line = Json{{what, value}}.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
@@ -75,9 +74,6 @@ void end_without_a_word() {
     CheckListener listener;
     listener.before_case = [&](const SuiteCase& entry) { tell(descriptor, says_start, entry.name); };
     listener.after_case = [&](const CheckedCase& checked) { tell(descriptor, says_case, to_json(checked)); };
-    listener.after_scene = [&](const DistanceMatrix& matrix) {
-      tell(descriptor, says_distances, to_json(matrix));
-    };
     check_cases(cases, plan.options, made_with, listener);
   } catch (const std::exception& error) {
     tell(descriptor, says_refusal, error.what());
@@ -210,7 +206,6 @@ class CheckApart {
     const Json& value = item.value();
     if (what == says_refusal) throw Error(value.get<std::string>());
     if (what == says_made_with) output_.set_made_with(value);
-    if (what == says_distances) output_.add_distances(value);
     if (what == says_start) {
       is_in_case_ = true;
       start_ = Clock::now();

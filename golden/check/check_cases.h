@@ -15,18 +15,17 @@ struct CheckPlan {
   CheckOptions options;  ///< with the suite's file
   std::vector<SuiteCase> cases;
 
-  /// Looked for once: by the first shard, and only where all cases are asked for.
+  /// Looked for only where all cases are asked for.
   std::vector<std::filesystem::path> orphans() const;
 };
 
-/// Reads the suite, after finishing what an interrupted approval left. Throws Error.
+/// Reads the suite. Throws Error.
 CheckPlan plan_check(const CheckOptions& options);
 
 /// What to do as cases are checked. All are called in the cases' order.
 struct CheckListener {
   std::function<void(const SuiteCase&)> before_case;
   std::function<void(const CheckedCase&)> after_case;
-  std::function<void(const DistanceMatrix&)> after_scene;
 };
 
 /// Whatever goes wrong in a case is its result.

@@ -13,7 +13,6 @@
 
 #include "golden/report/junit.h"
 #include "golden/report/report.h"
-#include "golden/report/summary.h"
 #include "sim/error.h"
 
 namespace substep {
@@ -56,8 +55,7 @@ CheckOutput::CheckOutput(fs::path folder) : folder_(std::move(folder)) {
     throw Error(fmt::format("{}: another check is writing there: give this one an --output of its own",
                             folder_.string()));
   }
-  for (const fs::path& file : {results_file(folder_), junit_file(folder_), report_file(folder_),
-                               summary_file(folder_), annotations_file(folder_)}) {
+  for (const fs::path& file : {results_file(folder_), junit_file(folder_), report_file(folder_)}) {
     fs::remove(file, failure);
   }
 }
@@ -80,10 +78,6 @@ void CheckOutput::add_case(Json entry) {
   write(false);
 }
 
-void CheckOutput::add_distances(Json matrix) {
-  results_["distances"].push_back(std::move(matrix));
-}
-
 void CheckOutput::write(bool at_once) {
   if (!at_once && now() - last_written_ < seconds_between_writes) return;
   sum_up(results_);
@@ -101,7 +95,6 @@ const Json& CheckOutput::finish(const std::vector<fs::path>& orphans) {
   results_["ended"] = true;
   write(true);
   write_report(results_, folder_);
-  write_summary(results_, folder_);
   return results_;
 }
 

@@ -23,7 +23,6 @@ class CheckOutput {
   void start(const Suite& suite, const CheckOptions& options, std::size_t cases);
   void set_made_with(const nlohmann::ordered_json& made_with);
   void add_case(nlohmann::ordered_json entry);
-  void add_distances(nlohmann::ordered_json matrix);
 
   /// All is there: writes the report, too. Returns the results.
   const nlohmann::ordered_json& finish(const std::vector<std::filesystem::path>& orphans);

@@ -16,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr const char* results_format = "substep check results 4";
+constexpr const char* results_format = "substep check results 5";
 
 Json to_json(const Blame& blame) {
   Json bodies = Json::array();
@@ -188,8 +188,6 @@ Json to_json(const CheckedCase& checked) {
   if (result.verdict != Verdict::pass) {
     json["pairs"] = Json::array();
     for (const PicturePair& pair : result.pairs) json["pairs"].push_back(to_json(pair));
-    if (!result.flicker.empty())
-      json["flicker"] = {{"file", result.flicker}, {"frame", result.flicker_frame}};
     if (!result.player.empty()) json["player"] = result.player;
     json["golden_made_with"] = checked.golden_made_with;
     json["text"] = explain(result);
@@ -197,11 +195,6 @@ Json to_json(const CheckedCase& checked) {
   const bool is_offered = result.verdict != Verdict::pass && result.verdict != Verdict::error;
   if (is_offered || checked.sidecar.is_object()) add_offers(checked, json);
   return json;
-}
-
-Json to_json(const DistanceMatrix& matrix) {
-  return {
-      {"scene", matrix.scene}, {"cases", matrix.cases}, {"before", matrix.before}, {"after", matrix.after}};
 }
 
 fs::path results_file(const fs::path& output) {
@@ -225,7 +218,6 @@ Json empty_results(const Suite& suite, const CheckOptions& options, std::size_t 
   return {{"format", results_format},
           {"suite", suite.file.string()},
           {"suite_hash", content_hash(read_bytes(suite.file))},
-          {"shard", {options.shard.number, options.shard.of}},
           {"only", options.cases},
           {"ended", false},
           {"of", cases},
@@ -233,8 +225,7 @@ Json empty_results(const Suite& suite, const CheckOptions& options, std::size_t 
           {"totals", ""},
           {"exit_code", 1},
           {"cases", Json::array()},
-          {"orphans", Json::array()},
-          {"distances", Json::array()}};
+          {"orphans", Json::array()}};
 }
 
 void sum_up(Json& results) {

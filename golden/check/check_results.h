@@ -50,7 +50,6 @@ std::filesystem::path results_file(const std::filesystem::path& output);
 
 /// A case's part of results.json.
 nlohmann::ordered_json to_json(const CheckedCase& checked);
-nlohmann::ordered_json to_json(const DistanceMatrix& matrix);
 
 /// A golden of no case: its file below the suite's folder, its content's hash and, where a new case moves
 /// just as it says, that case's name: it was renamed.

@@ -8,7 +8,6 @@
 #include "golden/check/check.h"
 #include "golden/check/check_apart.h"
 #include "golden/check/check_results.h"
-#include "golden/check/merge.h"
 #include "golden/commands/commands.h"
 #include "golden/report/case_commands.h"
 #include "golden/report/failure_groups.h"
@@ -85,17 +84,6 @@ void check_goldens(const CheckOptions& options) {
   if (const int code = results.at("exit_code")) throw CLI::RuntimeError(code);
 }
 
-void merge_shards(const std::vector<std::filesystem::path>& shards, const CheckOptions& options,
-                  bool has_suite) {
-  const Json results = merge(shards, options.output, has_suite ? options.suite : std::filesystem::path());
-  print_outcome(results, options.output);
-  for (const Json& missing : results.at("missing")) {
-    fmt::print(stderr, "substep: {}\n", missing.get<std::string>());
-  }
-  if (!results.at("missing").empty()) throw CLI::RuntimeError(bad_input);
-  if (const int code = results.at("exit_code")) throw CLI::RuntimeError(code);
-}
-
 }  // namespace
 
 void add_check_command(CLI::App& app) {
@@ -103,32 +91,22 @@ void add_check_command(CLI::App& app) {
       app.add_subcommand("check", "Compare simulation and renderer with the goldens, and say which changed");
   const auto options = std::make_shared<CheckOptions>();
   const auto half = std::make_shared<std::string>();
-  const auto shard = std::make_shared<std::string>();
-  const auto merged = std::make_shared<std::vector<std::filesystem::path>>();
-  const CLI::Option* const suite =
-      command->add_option("--suite", options->suite, "The suite file beside its goldens, or their folder")
-          ->capture_default_str();
+  command->add_option("--suite", options->suite, "The suite file beside its goldens, or their folder")
+      ->capture_default_str();
   command->add_option("--case", options->cases,
                       "Only these: box_stack.a4, or box_stack for all of that scene");
   command->add_option("--only", *half, "poses: no pictures; images: no simulation")
       ->check(CLI::IsMember({"poses", "images"}));
   command->add_option("--output", options->output, "Folder for what a person wants to see of a failing case")
       ->capture_default_str();
-  command->add_option("--shard", *shard, "Only part K of N, as K/N: for several machines");
-  command->add_option(
-      "--merge", *merged,
-      "Check nothing, but put these folders of shards, or one of a check that was moved here, "
-      "together in --output");
   command->footer(
       "Ends with code 0 where all pass, 1 where something differs, is new, missing, an orphan or an error, 2 "
       "for\n"
-      "input that cannot be used and where a part is missing, 3 where only pictures differ and this is not "
-      "the\n"
-      "renderer that the goldens are exact on.\n"
+      "input that cannot be used, 3 where only pictures differ and this is not the renderer that the goldens "
+      "are\n"
+      "exact on.\n"
       "Example:\n  substep check --case box_stack.a4");
-  command->callback([options, half, shard, merged, suite] {
-    if (!merged->empty()) return merge_shards(*merged, *options, suite->count() > 0);
-    if (!shard->empty()) options->shard = shard_in(*shard);
+  command->callback([options, half] {
     options->poses = *half != "images";
     options->images = *half != "poses";
     check_goldens(*options);

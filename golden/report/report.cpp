@@ -154,48 +154,6 @@ std::string first_looks(const Json& results, ReportPictures& pictures) {
   return figures.empty() ? figures : "<div class=\"looks\">\n" + figures + "</div>\n";
 }
 
-std::string matrix_table(const Json& matrix, const char* which, const Json& other) {
-  const Json& names = matrix.at("cases");
-  const auto algorithm = [](const Json& name) {
-    const auto text = name.get<std::string>();
-    return escaped(text.substr(text.find('.') + 1));
-  };
-  std::string html = fmt::format("<div class=\"wide\"><table><tr><th>{}</th>", which);
-  for (const Json& name : names) html += "<th class=\"number\">" + algorithm(name) + "</th>";
-  html += "</tr>\n";
-  const Json& values = matrix.at(which);
-  for (std::size_t row = 0; row < names.size(); ++row) {
-    html += "<tr><th>" + algorithm(names[row]) + "</th>";
-    for (std::size_t column = 0; column < names.size(); ++column) {
-      const std::size_t at = row * names.size() + column;
-      // Runs that blow up have no distance that JSON can hold.
-      const double value = values[at].is_null() ? -1 : values[at].get<double>();
-      const std::string text = value < 0 ? "–" : row == column ? "0" : fmt::format("{:.3g}", value);
-      const bool is_same = values[at] == other[at];
-      html += "<td class=\"number\">" + (is_same ? text : "<mark>" + text + "</mark>") + "</td>";
-    }
-    html += "</tr>\n";
-  }
-  return html + "</table></div>\n";
-}
-
-std::string distances(const Json& results) {
-  std::string changed;
-  for (const Json& matrix : results.at("distances")) {
-    const bool is_other = matrix.at("before") != matrix.at("after");
-    if (!is_other || matrix.at("cases").size() < 2) continue;
-    changed += fmt::format("<h3>{}</h3>\n<div class=\"matrices\">\n{}{}</div>\n", text_of(matrix.at("scene")),
-                           matrix_table(matrix, "before", matrix.at("after")),
-                           matrix_table(matrix, "after", matrix.at("before")));
-  }
-  if (changed.empty()) return {};
-  return "<section class=\"case\" id=\"distances\"><h2>How far the algorithms lie apart</h2>\n<p "
-         "class=\"quiet\">Root mean square over frames and bodies of the distance of centres, in metres; "
-         "what "
-         "changed is marked.</p>\n" +
-         changed + "</section>\n";
-}
-
 std::string passing(const Json& results) {
   std::string rows;
   std::size_t count = 0;
@@ -249,7 +207,7 @@ std::string body(const Json& results, const fs::path& output, const Room& room) 
   for (std::size_t i = 0; i < cases.size(); ++i) {
     html += i < room.detailed ? case_section(*cases[i], place, pictures) : brief_section(*cases[i], place);
   }
-  html += distances(results) + passing(results) + "</main>\n";
+  html += passing(results) + "</main>\n";
   const ApproveCommand ticked = approve_command({"CASES"}, place);
   return html + fmt::format(
                     "<div class=\"basket\" data-command=\"{}\" data-output=\"{}\" data-folder=\"{}\"><div "

@@ -220,14 +220,6 @@ std::string case_section(const Json& entry, const ResultsPlace& place, ReportPic
   const std::string strip = error_strip(entry.at("poses"));
   if (!strip.empty()) html += "<h3>Error over frames</h3>\n" + strip;
   for (const Json& pair : entry.at("pairs")) html += pair_block(pair, entry, pictures);
-  if (entry.contains("flicker")) {
-    // Not in the page, which flickers by itself: for a comment or a message.
-    const std::string file =
-        entry.at("files").get<std::string>() + "/" + entry.at("flicker").at("file").get<std::string>();
-    html += fmt::format(
-        "<p class=\"quiet\">Frame {} before and after as one animated picture: <a href=\"{}\">{}</a></p>\n",
-        entry.at("flicker").at("frame").get<int>(), escaped(file), escaped(file));
-  }
   return html + fmt::format(
                     "<details><summary>As printed in the terminal</summary><pre>{}</pre></details>\n"
                     "</section>\n",

@@ -105,9 +105,9 @@ belongs into `.gitignore`.
 
 When the check fails in CI, download its `report`, open `report.html` in it, and, in the repository:
 
-    substep check --merge report --output out/check
+    substep approve --failed --output report --reason "why"
 
-prints the commands that approve what you saw. They copy it, and run nothing again.
+copies what you saw, and runs nothing again.
 )";
 
 constexpr const char* workflow =

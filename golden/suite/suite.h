@@ -76,12 +76,6 @@ struct SuiteCase {
   Settings settings_for(const Scene& of_case) const;
 };
 
-/// Part `number` of `of` of a suite.
-struct Shard {
-  int number = 1;
-  int of = 1;
-};
-
 struct Suite {
   std::filesystem::path file;
   std::vector<SuiteCase> cases;
@@ -99,12 +93,6 @@ Suite read_suite(const std::filesystem::path& file);
 /// The cases of these names, in the suite's order; "box_stack" stands for all cases of that scene. Empty:
 /// all. Throws Error for a name that is none.
 std::vector<SuiteCase> select(const Suite& suite, const std::vector<std::string>& names);
-
-/// The cases of one shard: scene by scene in turn, so that the algorithms of a scene stay together.
-std::vector<SuiteCase> part_of(const std::vector<SuiteCase>& cases, Shard shard);
-
-/// "2/4". Throws Error.
-Shard shard_in(const std::string& text);
 
 /// Files in poses/ and images/ that belong to no case, sorted; hidden files and those of file managers are
 /// none.

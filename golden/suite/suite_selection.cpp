@@ -2,7 +2,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <set>
 #include <string_view>
 
@@ -35,30 +34,6 @@ std::vector<SuiteCase> select(const Suite& suite, const std::vector<std::string>
         fmt::format("{}: has no case '{}'; cases are {}", suite.file.string(), name, fmt::join(known, " ")));
   }
   return chosen;
-}
-
-std::vector<SuiteCase> part_of(const std::vector<SuiteCase>& cases, Shard shard) {
-  std::vector<SuiteCase> part;
-  std::vector<std::string> scenes;
-  for (const SuiteCase& entry : cases) {
-    const std::string scene = entry.scene.stem().string();
-    auto found = std::find(scenes.begin(), scenes.end(), scene);
-    if (found == scenes.end()) found = scenes.insert(scenes.end(), scene);
-    if ((found - scenes.begin()) % shard.of == shard.number - 1) part.push_back(entry);
-  }
-  return part;
-}
-
-Shard shard_in(const std::string& text) {
-  Shard shard;
-  const char* const end = text.data() + text.size();
-  const auto number = std::from_chars(text.data(), end, shard.number);
-  const bool has_slash = number.ec == std::errc{} && number.ptr != end && *number.ptr == '/';
-  const auto of = has_slash ? std::from_chars(number.ptr + 1, end, shard.of) : number;
-  if (!has_slash || of.ec != std::errc{} || of.ptr != end || shard.number < 1 || shard.number > shard.of) {
-    throw Error(fmt::format("--shard '{}': give a part and how many there are, such as 2/4", text));
-  }
-  return shard;
 }
 
 std::vector<fs::path> orphans(const Suite& suite) {

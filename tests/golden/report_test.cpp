@@ -8,10 +8,8 @@
 #include <string_view>
 
 #include "golden/check/check_results.h"
-#include "golden/check/merge.h"
 #include "golden/report/failure_groups.h"
 #include "golden/report/junit.h"
-#include "golden/report/summary.h"
 #include "render/markup.h"
 #include "render/renderer.h"
 #include "sim/error.h"
@@ -88,28 +86,6 @@ TEST_F(ReportTest, TwoRunsGiveTheSameBytes) {
   EXPECT_EQ(page(), html);
   EXPECT_EQ(without_times("results.json"), json);
   EXPECT_EQ(without_times("junit.xml"), xml);
-}
-
-TEST_F(ReportTest, TheSummaryShowsBeforeAndAfterAsOnePicture) {
-  break_both();
-  const CaseResult result = suite_.run().cases.at(0);
-  const std::string summary = read_text(summary_file(suite_.options.output));
-  const std::string picture = "![bouncing\\_balls.a3, frame " + std::to_string(result.flicker_frame) +
-                              ", before and after](bouncing_balls.a3/flicker.png)";
-  EXPECT_NE(summary.find(picture), std::string::npos) << summary;
-  EXPECT_NE(summary.find("| [see](bouncing_balls.a3/flicker.png) |"), std::string::npos) << summary;
-  // The pair that a person sees most of, its first picture first.
-  double most = 0;
-  const PicturePair* shown = nullptr;
-  for (const PicturePair& pair : result.pairs) {
-    if (pair.comparison.flip->max <= most) continue;
-    most = pair.comparison.flip->max;
-    shown = &pair;
-  }
-  const std::string flicker = read_text(suite_.shown("flicker.png"));
-  EXPECT_NE(flicker.find("acTL"), std::string::npos);
-  EXPECT_EQ(from_png(flicker, "flicker").rgb, read_png(suite_.shown(shown->expected)).rgb);
-  EXPECT_NE(page().find("href=\"bouncing_balls.a3/flicker.png\""), std::string::npos);
 }
 
 TEST_F(ReportTest, LinksAPageThatPlaysWhatMovesOtherwise) {
@@ -212,42 +188,6 @@ TEST_F(ReportTest, JunitSaysWhichHalf) {
   const std::string test = " name=\"bouncing_balls.a3\" file=\"[^\"]*bouncing_balls.gltf\" time=\"[0-9.]+\"";
   EXPECT_THAT(xml, testing::ContainsRegex("classname=\"poses\"" + test + "/>"));
   EXPECT_THAT(xml, testing::ContainsRegex("classname=\"images\"" + test + "><failure"));
-}
-
-TEST_F(ReportTest, ShardsPutTogetherAreTheWhole) {
-  write_text(suite_.options.suite, read_text(suite_.options.suite) +
-                                       "[[case]]\nscene = \"../scenes/other.gltf\"\nalgorithms = [\"a4\"]\n");
-  fs::copy_file(suite_.scene(), suite_.scene().parent_path() / "other.gltf");
-  break_both();
-  const fs::path whole = suite_.options.output;
-  EXPECT_EQ(suite_.run().exit_code(), 1);
-  const auto one = whole.parent_path() / "one";
-  const auto two = whole.parent_path() / "two";
-  suite_.options.output = one;
-  suite_.options.shard = {1, 2};
-  EXPECT_EQ(suite_.run().cases.size(), 1U);
-  suite_.options.output = two;
-  suite_.options.shard = {2, 2};
-  EXPECT_EQ(suite_.run().cases.size(), 1U);
-  // Moved, as artifacts of CI are.
-  fs::rename(two, whole.parent_path() / "moved");
-  const auto merged = whole.parent_path() / "merged";
-  const auto all = merge({one, whole.parent_path() / "moved"}, merged);
-  EXPECT_EQ(all.at("exit_code"), 1);
-  EXPECT_TRUE(all.at("missing").empty());
-  // What was approved by is the merged folder: approving goes by the copies.
-  suite_.options.output = merged;
-  EXPECT_EQ(suite_.approve_failed().written.size(), 10U);
-  EXPECT_THROW(merge({one, one}, whole.parent_path() / "twice"), Error);
-}
-
-TEST_F(ReportTest, ShardsThatPassArePutTogetherInANewFolder) {
-  const fs::path whole = suite_.options.output;
-  EXPECT_EQ(suite_.run().exit_code(), 0);
-  const fs::path merged = whole.parent_path() / "a/new/folder";
-  EXPECT_EQ(merge({whole}, merged).at("exit_code"), 0);
-  EXPECT_TRUE(fs::exists(report_file(merged)));
-  EXPECT_TRUE(fs::exists(junit_file(merged)));
 }
 
 TEST(Markup, Escapes) {

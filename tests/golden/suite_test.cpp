@@ -204,18 +204,6 @@ TEST_F(SuiteTest, AFolderStandsForItsSuite) {
   EXPECT_EQ(read_suite(folder_.path()).cases.size(), 5U);
 }
 
-TEST_F(SuiteTest, ShardsTakeScenesInTurn) {
-  const Suite suite = read(
-      "[[case]]\nscene = \"one.gltf\"\n[[case]]\nscene = \"two.gltf\"\n[[case]]\nscene = \"three.gltf\"\n"
-      "[[case]]\nscene = \"one.gltf\"\nvariant = \"again\"\n");
-  const auto first = part_of(suite.cases, shard_in("1/2"));
-  const auto second = part_of(suite.cases, shard_in("2/2"));
-  EXPECT_EQ(first.size() + second.size(), suite.cases.size());
-  EXPECT_EQ(second.size(), 5U);
-  EXPECT_EQ(second.front().name, "two.a1");
-  for (const char* wrong : {"", "1", "0/2", "3/2", "1/2x", "a/b"}) EXPECT_THROW(shard_in(wrong), Error);
-}
-
 TEST_F(SuiteTest, AMissingFileIsNamed) {
   EXPECT_THROW(read_suite(folder_.path() / "none.toml"), Error);
 }
