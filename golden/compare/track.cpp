@@ -223,8 +223,8 @@ struct Tracker::Implementation {
     pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
     Digest digest;
     for (const auto& [a, b] : pairs) {
-      digest.add(static_cast<std::uint64_t>(a));
-      digest.add(static_cast<std::uint64_t>(b));
+      digest.add(static_cast<double>(a));
+      digest.add(static_cast<double>(b));
     }
     result.touching = digest.value();
     return result;

@@ -189,7 +189,13 @@ class Reader : private TomlValues {
   }
 
   const Scene& scene_of(const toml::node& node, const fs::path& file) {
-    Scene scene = load_scene(file);
+    Scene scene = [&] {
+      try {
+        return load_scene(file);
+      } catch (const Error& error) {
+        fail(node, error.what());
+      }
+    }();
     const auto [entry, is_new] = sweep_.scenes.try_emplace(scene.name, std::move(scene));
     if (!is_new && entry->second.file != file) {
       fail(node, fmt::format("two scenes are named '{}'", entry->first));
