@@ -21,7 +21,7 @@ namespace {
 int refuse(std::string message) {
   std::replace(message.begin(), message.end(), '\n', ' ');
   fmt::print(stderr, "substep: {}\n", message);
-  return bad_input;
+  return golden::bad_input;
 }
 
 int run(int argc, char** argv) {
@@ -38,10 +38,10 @@ int run(int argc, char** argv) {
   add_site_command(app);
   add_export_command(app);
   add_info_command(app);
-  add_diff_command(app);
-  add_check_command(app);
-  add_approve_command(app);
-  add_init_command(app);
+  golden::add_diff_command(app);
+  golden::add_check_command(app);
+  golden::add_approve_command(app);
+  golden::add_init_command(app);
   add_claims_command(app);
   add_measure_command(app);
   add_reference_command(app);

@@ -109,7 +109,7 @@ void flush_output() {
 
 int refuse_for_memory() noexcept {
   say("substep: there is not enough memory for this\n");
-  return bad_input;
+  return golden::bad_input;
 }
 
 }  // namespace substep

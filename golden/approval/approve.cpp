@@ -14,7 +14,7 @@
 #include "sim/error.h"
 #include "sim/log/file_output.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 namespace fs = std::filesystem;
@@ -200,4 +200,4 @@ Approval approve(const ApproveOptions& options) {
   return approval;
 }
 
-}  // namespace substep
+}  // namespace substep::golden

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace substep {
+namespace substep::golden {
 
 struct ApproveOptions {
   std::filesystem::path suite = "golden/suite.toml";
@@ -34,4 +34,4 @@ struct Approval {
 /// Throws Error saying why not.
 Approval approve(const ApproveOptions& options);
 
-}  // namespace substep
+}  // namespace substep::golden

@@ -15,7 +15,7 @@
 #include "sim/error.h"
 #include "sim/simulation.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 namespace fs = std::filesystem;
@@ -153,4 +153,4 @@ CheckedCase failed_case(const CheckOptions& options, const SuiteCase& entry, con
   return checked;
 }
 
-}  // namespace substep
+}  // namespace substep::golden

@@ -9,7 +9,7 @@
 #include "golden/compare/track.h"
 #include "sim/scene/scene.h"
 
-namespace substep {
+namespace substep::golden {
 
 /// A case checked, with what approving would copy.
 CheckedCase check_case(const CheckOptions& options, const MadeWith& made_with, const SuiteCase& entry,
@@ -18,4 +18,4 @@ CheckedCase check_case(const CheckOptions& options, const MadeWith& made_with, c
 /// The result of a case that could not be checked.
 CheckedCase failed_case(const CheckOptions& options, const SuiteCase& entry, const std::string& why);
 
-}  // namespace substep
+}  // namespace substep::golden

@@ -8,7 +8,7 @@
 
 #include "sim/error.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 namespace fs = std::filesystem;
@@ -198,4 +198,4 @@ void check_images(CaseWork& work) {
   ImageCheck(work).check();
 }
 
-}  // namespace substep
+}  // namespace substep::golden

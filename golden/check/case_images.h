@@ -4,9 +4,9 @@
 
 #include "golden/check/case_work.h"
 
-namespace substep {
+namespace substep::golden {
 
 /// After the poses, where they are checked. Writes the pictures that differ into the case's folder.
 void check_images(CaseWork& work);
 
-}  // namespace substep
+}  // namespace substep::golden

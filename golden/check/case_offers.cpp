@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 namespace fs = std::filesystem;
@@ -81,4 +81,4 @@ void prepare_approval(CaseWork& work, CheckedCase& checked) {
   }
 }
 
-}  // namespace substep
+}  // namespace substep::golden

@@ -3,7 +3,7 @@
 
 #include "golden/check/case_work.h"
 
-namespace substep {
+namespace substep::golden {
 
 /// Writes what approving would copy, and finds what forbids it.
 void prepare_approval(CaseWork& work, CheckedCase& checked);
@@ -14,4 +14,4 @@ bool has_equal_track(const CaseWork& work);
 /// Of the track's file as approving leaves it.
 std::string approved_track_hash(const CaseWork& work);
 
-}  // namespace substep
+}  // namespace substep::golden

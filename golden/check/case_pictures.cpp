@@ -3,7 +3,7 @@
 #include "golden/compare/flip.h"
 #include "sim/log/file_output.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 RenderSettings render_settings(const SuiteCase& entry) {
@@ -84,4 +84,4 @@ void write_difference(const CaseFolder& folder, const std::string& prefix, const
       write("bodies", blame_image(expected.picture, actual.picture, expected.bodies, actual.bodies));
 }
 
-}  // namespace substep
+}  // namespace substep::golden

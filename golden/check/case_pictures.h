@@ -7,7 +7,7 @@
 #include "golden/check/check.h"
 #include "render/renderer.h"
 
-namespace substep {
+namespace substep::golden {
 
 /// Writes whatever a check leaves in a case's folder.
 class CaseFolder {
@@ -61,4 +61,4 @@ PictureComparison compare_pictures(const Drawing& expected, const Drawing& actua
 void write_difference(const CaseFolder& folder, const std::string& prefix, const Drawing& expected,
                       const Drawing& actual, PicturePair& pair);
 
-}  // namespace substep
+}  // namespace substep::golden

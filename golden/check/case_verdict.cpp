@@ -7,7 +7,7 @@
 
 #include "golden/suite/scene_parts.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 /// What of a case fails, and is not put down to anything yet.
@@ -168,4 +168,4 @@ void decide(CaseWork& work) {
   if (!other.empty()) work.note(other);
 }
 
-}  // namespace substep
+}  // namespace substep::golden

@@ -15,7 +15,7 @@
 
 #include "golden/check/case_work.h"
 
-namespace substep {
+namespace substep::golden {
 
 /// Finds the logs that are not those that were approved. Before they are compared with anything.
 void find_edited_logs(CaseWork& work);
@@ -23,4 +23,4 @@ void find_edited_logs(CaseWork& work);
 /// Sets verdict and cause.
 void decide(CaseWork& work);
 
-}  // namespace substep
+}  // namespace substep::golden

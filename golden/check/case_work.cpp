@@ -1,6 +1,6 @@
 #include "golden/check/case_work.h"
 
-namespace substep {
+namespace substep::golden {
 std::vector<std::string> body_names(const Scene& scene) {
   std::vector<std::string> names;
   for (const Body& body : scene.bodies) names.push_back(body.name);
@@ -26,4 +26,4 @@ void CaseWork::note(std::string_view text) {
   result.notes.emplace_back(text);
 }
 
-}  // namespace substep
+}  // namespace substep::golden

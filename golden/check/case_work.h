@@ -15,7 +15,7 @@
 #include "golden/suite/sidecar.h"
 #include "sim/scene/scene.h"
 
-namespace substep {
+namespace substep::golden {
 
 /// In the scene's order, the world first.
 std::vector<std::string> body_names(const Scene& scene);
@@ -48,4 +48,4 @@ struct CaseWork {
   std::vector<Drawing> new_images;  ///< the live ones, where they are needed
 };
 
-}  // namespace substep
+}  // namespace substep::golden

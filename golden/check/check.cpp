@@ -9,7 +9,7 @@
 #include "golden/suite/sidecar.h"
 #include "sim/error.h"
 
-namespace substep {
+namespace substep::golden {
 
 std::string_view name(PicturePair::About about) {
   switch (about) {
@@ -28,7 +28,7 @@ std::string_view name(PicturePair::About about) {
 int CheckResult::exit_code() const {
   std::vector<Verdict> found;
   for (const CaseResult& result : cases) found.push_back(result.verdict);
-  return substep::exit_code(found, orphans.size());
+  return golden::exit_code(found, orphans.size());
 }
 
 CheckResult check(const CheckOptions& options, const std::function<void(const CaseResult&)>& after_case) {
@@ -59,4 +59,4 @@ CheckResult check(const CheckOptions& options, const std::function<void(const Ca
   }
 }
 
-}  // namespace substep
+}  // namespace substep::golden

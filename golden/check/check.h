@@ -33,7 +33,7 @@
 #include "golden/suite/suite.h"
 #include "sim/log/pose_log.h"
 
-namespace substep {
+namespace substep::golden {
 
 struct FlipSummary {
   double mean = 0, percentile_99 = 0, max = 0;
@@ -138,4 +138,4 @@ std::string meaning(const CaseResult& result);
 /// "position y 7.4e-03 m (at frame 30)": by how much the first body to differ did.
 std::string change_text(const FirstChange& first);
 
-}  // namespace substep
+}  // namespace substep::golden

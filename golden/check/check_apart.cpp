@@ -25,7 +25,7 @@
 #include "sim/error.h"
 #include "sim/log/partial_file.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -250,4 +250,4 @@ Json check_apart(const CheckOptions& options, const CheckWatcher& watcher) {
   }
 }
 
-}  // namespace substep
+}  // namespace substep::golden

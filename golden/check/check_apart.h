@@ -8,7 +8,7 @@
 
 #include "golden/check/check.h"
 
-namespace substep {
+namespace substep::golden {
 
 /// How a check goes, for whoever watches.
 struct CheckWatcher {
@@ -21,4 +21,4 @@ struct CheckWatcher {
 /// folder, or there is no renderer.
 nlohmann::ordered_json check_apart(const CheckOptions& options, const CheckWatcher& watcher);
 
-}  // namespace substep
+}  // namespace substep::golden

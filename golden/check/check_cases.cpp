@@ -11,7 +11,7 @@
 #include "sim/loading/load_scene.h"
 #include "sim/scene/scene.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 namespace fs = std::filesystem;
@@ -44,7 +44,7 @@ CheckPlan plan_check(const CheckOptions& options) {
 
 std::vector<fs::path> CheckPlan::orphans() const {
   if (!options.cases.empty()) return {};
-  return substep::orphans(suite);
+  return golden::orphans(suite);
 }
 
 void check_cases(std::span<const SuiteCase> cases, const CheckOptions& options, const MadeWith& made_with,
@@ -70,4 +70,4 @@ MadeWith made_with_here(const Suite& suite, std::span<const SuiteCase> cases, co
   return made_with(suite.folder(), options.images && has_pictures);
 }
 
-}  // namespace substep
+}  // namespace substep::golden

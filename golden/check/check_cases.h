@@ -7,7 +7,7 @@
 #include "golden/check/check.h"
 #include "golden/check/check_results.h"
 
-namespace substep {
+namespace substep::golden {
 
 /// What is to be checked.
 struct CheckPlan {
@@ -35,4 +35,4 @@ void check_cases(std::span<const SuiteCase> cases, const CheckOptions& options, 
 /// What is drawn with here: the renderer only where a case has pictures, for it need not be there else.
 MadeWith made_with_here(const Suite& suite, std::span<const SuiteCase> cases, const CheckOptions& options);
 
-}  // namespace substep
+}  // namespace substep::golden

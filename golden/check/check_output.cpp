@@ -15,7 +15,7 @@
 #include "golden/report/report.h"
 #include "sim/error.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 namespace fs = std::filesystem;
@@ -102,4 +102,4 @@ void CheckOutput::fail(const std::string& why) const {
   write_failed_junit(why, folder_);
 }
 
-}  // namespace substep
+}  // namespace substep::golden

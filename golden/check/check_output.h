@@ -9,7 +9,7 @@
 
 #include "golden/check/check_results.h"
 
-namespace substep {
+namespace substep::golden {
 
 class CheckOutput {
  public:
@@ -39,4 +39,4 @@ class CheckOutput {
   double last_written_ = -1e9;  ///< s
 };
 
-}  // namespace substep
+}  // namespace substep::golden

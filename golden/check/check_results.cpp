@@ -10,7 +10,7 @@
 #include "sim/loading/parse_json.h"
 #include "sim/log/file_output.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 namespace fs = std::filesystem;
@@ -284,4 +284,4 @@ CheckResults read_results(const fs::path& output, const fs::path& suite_folder) 
   }
 }
 
-}  // namespace substep
+}  // namespace substep::golden

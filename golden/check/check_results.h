@@ -8,7 +8,7 @@
 
 #include "golden/check/check.h"
 
-namespace substep {
+namespace substep::golden {
 
 /// A file that approving would copy over a golden, with the contents of both as the check saw them. In
 /// results.json `from` is relative to the results' folder and `to` to the suite's: either may be moved.
@@ -70,4 +70,4 @@ nlohmann::ordered_json read_results_json(const std::filesystem::path& output);
 /// `suite_folder` is where the goldens are.
 CheckResults read_results(const std::filesystem::path& output, const std::filesystem::path& suite_folder);
 
-}  // namespace substep
+}  // namespace substep::golden

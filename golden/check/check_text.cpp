@@ -5,7 +5,7 @@
 
 #include "golden/check/check.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 constexpr const char* indent = "           ";
@@ -213,4 +213,4 @@ std::string explain(const CaseResult& result) {
   return text;
 }
 
-}  // namespace substep
+}  // namespace substep::golden

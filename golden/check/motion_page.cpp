@@ -7,7 +7,7 @@
 #include "render/player/player_page.h"
 #include "sim/error.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 ReferenceRun golden_run(const Scene& scene, const Track& golden, std::size_t frames) {
@@ -46,4 +46,4 @@ std::string motion_page(const Scene& scene, const Settings& settings,
   return player_page(scene, comparison, scene.name, 1);
 }
 
-}  // namespace substep
+}  // namespace substep::golden

@@ -9,7 +9,7 @@
 #include "sim/model/settings.h"
 #include "sim/scene/scene.h"
 
-namespace substep {
+namespace substep::golden {
 
 /// player_page() of `live`, the scene's poses of frames 0, 1, …, body by body with the world first, beside
 /// the golden run, which it shows as the reference, with the distance between them, up to frame `last`.
@@ -17,4 +17,4 @@ namespace substep {
 std::string motion_page(const Scene& scene, const Settings& settings,
                         std::span<const std::vector<Coordinates>> live, const Track& golden, int last);
 
-}  // namespace substep
+}  // namespace substep::golden

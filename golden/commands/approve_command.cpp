@@ -6,7 +6,7 @@
 #include "golden/approval/approve.h"
 #include "golden/commands/commands.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 void approve_goldens(const ApproveOptions& options) {
@@ -41,4 +41,4 @@ void add_approve_command(CLI::App& app) {
   command->callback([options] { approve_goldens(*options); });
 }
 
-}  // namespace substep
+}  // namespace substep::golden

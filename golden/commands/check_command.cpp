@@ -15,7 +15,7 @@
 #include "golden/report/report.h"
 #include "sim/commands/progress.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -113,4 +113,4 @@ void add_check_command(CLI::App& app) {
   });
 }
 
-}  // namespace substep
+}  // namespace substep::golden

@@ -4,7 +4,7 @@
 
 #include <CLI/CLI.hpp>
 
-namespace substep {
+namespace substep::golden {
 
 /// Exit code: what was given cannot be used, or is not there.
 constexpr int bad_input = 2;
@@ -14,4 +14,4 @@ void add_approve_command(CLI::App& app);
 void add_diff_command(CLI::App& app);
 void add_init_command(CLI::App& app);
 
-}  // namespace substep
+}  // namespace substep::golden

@@ -12,7 +12,7 @@
 #include "sim/error.h"
 #include "sim/log/pose_log.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 namespace fs = std::filesystem;
@@ -114,4 +114,4 @@ void add_diff_command(CLI::App& app) {
   command->callback([options] { diff(*options); });
 }
 
-}  // namespace substep
+}  // namespace substep::golden

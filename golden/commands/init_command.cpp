@@ -8,7 +8,7 @@
 #include "golden/report/case_commands.h"
 #include "golden/suite/new_suite.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 struct InitOptions {
@@ -47,4 +47,4 @@ void add_init_command(CLI::App& app) {
   command->callback([options] { init(*options); });
 }
 
-}  // namespace substep
+}  // namespace substep::golden

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <map>
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 constexpr int sky = -1;
@@ -13,8 +13,8 @@ constexpr int world = 0;
 constexpr std::int64_t smallest_extent = 8;  // pixels: less may hide behind another body
 
 int body_at(const Image& expected_bodies, const Image& actual_bodies, std::size_t pixel) {
-  const int expected = body_at(expected_bodies, pixel);
-  return expected > world ? expected : std::max(expected, body_at(actual_bodies, pixel));
+  const int expected = golden::body_at(expected_bodies, pixel);
+  return expected > world ? expected : std::max(expected, golden::body_at(actual_bodies, pixel));
 }
 
 bool differs(const Image& expected, const Image& actual, std::size_t pixel) {
@@ -170,4 +170,4 @@ Image blame_image(const Image& expected, const Image& actual, const Image& expec
   return result;
 }
 
-}  // namespace substep
+}  // namespace substep::golden

@@ -9,7 +9,7 @@
 
 #include "render/image.h"
 
-namespace substep {
+namespace substep::golden {
 
 /// Where a body is seen in a picture, from an image of bodies (Renderer::draw_bodies). Body −1 is the sky, 0
 /// the world with the ground.
@@ -55,4 +55,4 @@ std::array<std::uint8_t, 3> blame_color(int body);
 Image blame_image(const Image& expected, const Image& actual, const Image& expected_bodies,
                   const Image& actual_bodies);
 
-}  // namespace substep
+}  // namespace substep::golden

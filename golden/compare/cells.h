@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace substep::cells {
+namespace substep::golden::cells {
 
 using Floats = float __attribute__((vector_size(16)));
 using Ints = std::int32_t __attribute__((vector_size(16)));
@@ -93,4 +93,4 @@ inline Floats power(Floats a, Floats b) {
   return choose(a > 0, result, choose(b > 0, all(0), all(1)));
 }
 
-}  // namespace substep::cells
+}  // namespace substep::golden::cells

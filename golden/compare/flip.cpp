@@ -10,7 +10,7 @@
 #include "golden/compare/flip_color.h"
 #include "golden/compare/flip_filters.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 using cells::Floats;
@@ -130,4 +130,4 @@ std::string_view visibility(const Flip& flip) {
   return "visible";
 }
 
-}  // namespace substep
+}  // namespace substep::golden

@@ -11,7 +11,7 @@
 
 #include "render/image.h"
 
-namespace substep {
+namespace substep::golden {
 
 struct Flip {
   int width = 0;
@@ -34,4 +34,4 @@ Image heat_map(const Flip& flip);
 /// In words, by the largest value: "invisible" below 0.1, "subtle" below 0.3, else "visible".
 std::string_view visibility(const Flip& flip);
 
-}  // namespace substep
+}  // namespace substep::golden

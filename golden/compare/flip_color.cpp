@@ -4,7 +4,7 @@
 #include <Eigen/LU>
 #include <cmath>
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 // Constants of the paper's section 4.
@@ -112,4 +112,4 @@ Floats FlipColors::difference(const FlipColor& p, const FlipColor& q) const {
   return cells::choose(apart < knee_, apart * below_knee_, color_knee_value + (apart - knee_) * above_knee_);
 }
 
-}  // namespace substep
+}  // namespace substep::golden

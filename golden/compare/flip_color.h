@@ -6,7 +6,7 @@
 
 #include "golden/compare/cells.h"
 
-namespace substep {
+namespace substep::golden {
 
 /// Three numbers of each of four pixels.
 using FlipColor = std::array<cells::Floats, 3>;
@@ -47,4 +47,4 @@ class FlipColors {
 /// Relative luminance of an opponent colour's lightness.
 cells::Floats luminance(cells::Floats lightness);
 
-}  // namespace substep
+}  // namespace substep::golden

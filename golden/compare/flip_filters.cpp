@@ -5,7 +5,7 @@
 #include <numbers>
 #include <utility>
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 // Constants of the paper's sections 4 and 5.
@@ -238,4 +238,4 @@ void SeenStrip::see(int y, SeenRow& row) {
                  row.points.data());
 }
 
-}  // namespace substep
+}  // namespace substep::golden

@@ -8,7 +8,7 @@
 #include "golden/compare/flip_color.h"
 #include "render/image.h"
 
-namespace substep {
+namespace substep::golden {
 
 /// Weights at −r … r, each in all lanes.
 using FlipKernel = std::vector<cells::Floats>;
@@ -58,4 +58,4 @@ class SeenStrip {
   std::vector<const float*> sources_, smooth_sources_;  ///< the rows that a kernel weighs
 };
 
-}  // namespace substep
+}  // namespace substep::golden

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <vector>
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 constexpr int difference_gain = 16;
@@ -165,4 +165,4 @@ bool is_blank(const Image& image) {
   return true;
 }
 
-}  // namespace substep
+}  // namespace substep::golden

@@ -21,7 +21,7 @@
 
 #include "render/image.h"
 
-namespace substep {
+namespace substep::golden {
 
 struct ImageTolerance {
   int hard = 64;
@@ -68,4 +68,4 @@ Image difference_image(const Image& expected, const Image& actual);
 /// Whether the picture shows next to nothing: no channel varies by more than two levels.
 bool is_blank(const Image& image);
 
-}  // namespace substep
+}  // namespace substep::golden

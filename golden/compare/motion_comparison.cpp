@@ -6,7 +6,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 constexpr double half_a_pixel = 0.5;
@@ -297,4 +297,4 @@ MotionComparison compare_motion(const LoggedMotion& golden, const LoggedMotion& 
   return result;
 }
 
-}  // namespace substep
+}  // namespace substep::golden

@@ -21,7 +21,7 @@
 #include "render/camera.h"
 #include "sim/log/pose_log.h"
 
-namespace substep {
+namespace substep::golden {
 
 struct PoseTolerance {
   double position = 1e-4;     ///< m
@@ -93,4 +93,4 @@ struct Viewfinder {
 MotionComparison compare_motion(const LoggedMotion& golden, const LoggedMotion& actual,
                                 const Viewfinder& finder, const std::optional<PoseTolerance>& tolerance);
 
-}  // namespace substep
+}  // namespace substep::golden

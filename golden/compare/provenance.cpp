@@ -16,7 +16,7 @@
 #include "sim/execution/child_process.h"
 #include "sim/math/fnv1a.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 namespace fs = std::filesystem;
@@ -99,4 +99,4 @@ std::string read_bytes(const fs::path& file) {
   return bytes;
 }
 
-}  // namespace substep
+}  // namespace substep::golden

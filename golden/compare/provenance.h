@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace substep {
+namespace substep::golden {
 
 struct MadeWith {
   std::string renderer;    ///< renderer_description(); empty when nothing was drawn
@@ -25,4 +25,4 @@ std::string content_hash(std::string_view bytes);
 /// The whole file. Throws Error.
 std::string read_bytes(const std::filesystem::path& file);
 
-}  // namespace substep
+}  // namespace substep::golden

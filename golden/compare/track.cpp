@@ -16,7 +16,7 @@
 #include "sim/measure/measured_run.h"
 #include "sim/model/model.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 constexpr std::string_view magic = "substep track 1\n";
@@ -298,4 +298,4 @@ Track read_track(const std::filesystem::path& file) {
   return unpacked(raw, what);
 }
 
-}  // namespace substep
+}  // namespace substep::golden

@@ -19,7 +19,7 @@
 #include "sim/scene/scene.h"
 #include "sim/simulation.h"
 
-namespace substep {
+namespace substep::golden {
 
 /// What two good runs of a chaotic scene still have in common.
 struct Invariants {
@@ -62,4 +62,4 @@ std::string to_bytes(const Track& track);
 /// Throws Error when the file cannot be read or is not a track.
 Track read_track(const std::filesystem::path& file);
 
-}  // namespace substep
+}  // namespace substep::golden

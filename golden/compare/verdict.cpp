@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace substep {
+namespace substep::golden {
 
 std::string_view name(Verdict verdict) {
   switch (verdict) {
@@ -60,4 +60,4 @@ std::string totals(std::span<const Verdict> cases, std::size_t orphans) {
   return text + fmt::format("{} pass", std::count(cases.begin(), cases.end(), Verdict::pass));
 }
 
-}  // namespace substep
+}  // namespace substep::golden

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-namespace substep {
+namespace substep::golden {
 
 enum class Verdict {
   pass,
@@ -46,4 +46,4 @@ int exit_code(std::span<const Verdict> cases, std::size_t orphans);
 /// "3 simulation changed, 1 orphan, 30 pass": one line, without what there is none of.
 std::string totals(std::span<const Verdict> cases, std::size_t orphans);
 
-}  // namespace substep
+}  // namespace substep::golden

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cctype>
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 namespace fs = std::filesystem;
@@ -77,4 +77,4 @@ std::string explanation(const Json& entry, const ResultsPlace& place) {
   return text + fmt::format("  approve  not from this check: {}\n", entry.at("refusal").get<std::string>());
 }
 
-}  // namespace substep
+}  // namespace substep::golden

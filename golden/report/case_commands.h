@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace substep {
+namespace substep::golden {
 
 /// Which suite was checked and where its results lie, as commands name them.
 struct ResultsPlace {
@@ -48,4 +48,4 @@ ApproveCommand approve_command(const std::vector<std::string>& cases, const Resu
 /// As one word of a shell, whatever is in it.
 std::string shell_word(const std::string& word);
 
-}  // namespace substep
+}  // namespace substep::golden

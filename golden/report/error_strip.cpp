@@ -8,7 +8,7 @@
 #include <iterator>
 #include <string_view>
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -116,4 +116,4 @@ std::string error_strip(const Json& poses) {
   return svg;
 }
 
-}  // namespace substep
+}  // namespace substep::golden

@@ -11,7 +11,7 @@
 
 #include "golden/compare/verdict.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -192,4 +192,4 @@ std::vector<FailureGroup> failure_groups(const Json& results) {
   return groups;
 }
 
-}  // namespace substep
+}  // namespace substep::golden

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace substep {
+namespace substep::golden {
 
 struct FailureGroup {
   std::string verdict;
@@ -19,4 +19,4 @@ struct FailureGroup {
 /// Of what results.json holds, which must outlive them. The gravest verdict first, then the largest group.
 std::vector<FailureGroup> failure_groups(const nlohmann::ordered_json& results);
 
-}  // namespace substep
+}  // namespace substep::golden

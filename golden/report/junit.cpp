@@ -10,7 +10,7 @@
 #include "render/markup.h"
 #include "sim/log/file_output.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -122,4 +122,4 @@ void write_failed_junit(const std::string& why, const std::filesystem::path& out
   suite.write(output);
 }
 
-}  // namespace substep
+}  // namespace substep::golden

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-namespace substep {
+namespace substep::golden {
 
 std::filesystem::path junit_file(const std::filesystem::path& output);
 
@@ -16,4 +16,4 @@ void write_junit(const nlohmann::ordered_json& results, const std::filesystem::p
 /// Of a check that could not begin or go on, for what `why` says.
 void write_failed_junit(const std::string& why, const std::filesystem::path& output);
 
-}  // namespace substep
+}  // namespace substep::golden

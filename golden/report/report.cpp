@@ -18,7 +18,7 @@
 #include "render/markup.h"
 #include "sim/log/file_output.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 namespace fs = std::filesystem;
@@ -246,4 +246,4 @@ void write_report(const Json& results, const fs::path& output) {
   write_file(report_file(output), page);
 }
 
-}  // namespace substep
+}  // namespace substep::golden

@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-namespace substep {
+namespace substep::golden {
 
 constexpr std::size_t largest_report = 10'000'000;  ///< bytes
 
@@ -18,4 +18,4 @@ std::filesystem::path report_file(const std::filesystem::path& output);
 /// From results_json(). The pictures are read from where it says.
 void write_report(const nlohmann::ordered_json& results, const std::filesystem::path& output);
 
-}  // namespace substep
+}  // namespace substep::golden

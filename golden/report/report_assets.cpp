@@ -6,7 +6,7 @@ SUBSTEP_EMBEDDED_FILE(report_page, SUBSTEP_REPORT "/report.html")
 SUBSTEP_EMBEDDED_FILE(report_style, SUBSTEP_REPORT "/report.css")
 SUBSTEP_EMBEDDED_FILE(report_script, SUBSTEP_REPORT "/report.js")
 
-namespace substep::report_assets {
+namespace substep::golden::report_assets {
 
 std::string_view page() {
   return report_page();
@@ -18,4 +18,4 @@ std::string_view script() {
   return report_script();
 }
 
-}  // namespace substep::report_assets
+}  // namespace substep::golden::report_assets

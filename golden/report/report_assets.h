@@ -3,10 +3,10 @@
 
 #include <string_view>
 
-namespace substep::report_assets {
+namespace substep::golden::report_assets {
 
 std::string_view page();
 std::string_view style();
 std::string_view script();
 
-}  // namespace substep::report_assets
+}  // namespace substep::golden::report_assets

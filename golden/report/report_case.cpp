@@ -13,7 +13,7 @@
 #include "render/markup.h"
 #include "sim/math/base64.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 namespace fs = std::filesystem;
@@ -235,4 +235,4 @@ std::string css_class(std::string verdict) {
   return verdict;
 }
 
-}  // namespace substep
+}  // namespace substep::golden

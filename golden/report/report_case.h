@@ -7,7 +7,7 @@
 
 #include "golden/report/case_commands.h"
 
-namespace substep {
+namespace substep::golden {
 
 /// Pictures as part of the page, or as links where it would grow too large.
 class ReportPictures {
@@ -34,4 +34,4 @@ std::string text_of(const nlohmann::ordered_json& json);
 /// A verdict as a class of the style sheet.
 std::string css_class(std::string verdict);
 
-}  // namespace substep
+}  // namespace substep::golden

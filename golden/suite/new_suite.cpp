@@ -13,7 +13,7 @@
 #include "sim/log/file_output.h"
 #include "sim/scene/scene.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 namespace fs = std::filesystem;
@@ -166,4 +166,4 @@ void write_new_suite(const NewSuite& suite, const fs::path& project) {
   }
 }
 
-}  // namespace substep
+}  // namespace substep::golden

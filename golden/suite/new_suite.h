@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace substep {
+namespace substep::golden {
 
 struct NewSuite {
   struct File {
@@ -26,4 +26,4 @@ NewSuite new_suite(const std::filesystem::path& project, const std::string& prog
 /// Throws Error, and writes nothing, when one of the files is there already.
 void write_new_suite(const NewSuite& suite, const std::filesystem::path& project);
 
-}  // namespace substep
+}  // namespace substep::golden

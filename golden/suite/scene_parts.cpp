@@ -10,7 +10,7 @@
 
 #include "sim/math/fnv1a.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -313,4 +313,4 @@ SceneDifference scene_difference(const Json& noted, const Scene& scene,
   return std::move(comparison.result);
 }
 
-}  // namespace substep
+}  // namespace substep::golden

@@ -8,7 +8,7 @@
 
 #include "sim/scene/scene.h"
 
-namespace substep {
+namespace substep::golden {
 
 /// Of the scene as loaded: four hexadecimal digits a body (a joint) and part. Bodies follow each other as in
 /// Scene::bodies.
@@ -26,4 +26,4 @@ struct SceneDifference {
 SceneDifference scene_difference(const nlohmann::ordered_json& noted, const Scene& scene,
                                  const std::vector<std::string>& names);
 
-}  // namespace substep
+}  // namespace substep::golden

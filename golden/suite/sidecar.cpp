@@ -10,7 +10,7 @@
 #include "sim/error.h"
 #include "sim/loading/parse_json.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 namespace fs = std::filesystem;
@@ -155,4 +155,4 @@ std::string pixel_hash(const Image& image) {
   return fmt::format("{:016x}", hash(image));
 }
 
-}  // namespace substep
+}  // namespace substep::golden

@@ -15,7 +15,7 @@
 #include "sim/measure/settings_json.h"
 #include "sim/scene/scene.h"
 
-namespace substep {
+namespace substep::golden {
 
 /// A sidecar that is missing says nothing.
 struct Sidecar {
@@ -71,4 +71,4 @@ std::string provenance_differences(const Sidecar& sidecar, const MadeWith& here)
 /// 16 hexadecimal digits of hash(image).
 std::string pixel_hash(const Image& image);
 
-}  // namespace substep
+}  // namespace substep::golden

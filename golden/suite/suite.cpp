@@ -12,7 +12,7 @@
 #include "sim/loading/toml_values.h"
 #include "sim/model/usual_settings.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 namespace fs = std::filesystem;
@@ -327,4 +327,4 @@ Suite read_suite(const fs::path& file) {
   return Reader(suite_file(file)).read();
 }
 
-}  // namespace substep
+}  // namespace substep::golden

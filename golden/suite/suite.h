@@ -48,7 +48,7 @@
 #include "sim/model/settings.h"
 #include "sim/scene/scene.h"
 
-namespace substep {
+namespace substep::golden {
 
 struct SuiteCase {
   std::string name;                            ///< "box_stack.a4"
@@ -98,4 +98,4 @@ std::vector<SuiteCase> select(const Suite& suite, const std::vector<std::string>
 /// none.
 std::vector<std::filesystem::path> orphans(const Suite& suite);
 
-}  // namespace substep
+}  // namespace substep::golden

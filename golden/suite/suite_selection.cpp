@@ -8,7 +8,7 @@
 #include "golden/suite/suite.h"
 #include "sim/error.h"
 
-namespace substep {
+namespace substep::golden {
 
 namespace fs = std::filesystem;
 
@@ -59,4 +59,4 @@ std::vector<fs::path> orphans(const Suite& suite) {
   return result;
 }
 
-}  // namespace substep
+}  // namespace substep::golden

@@ -15,6 +15,8 @@
 namespace {
 
 using substep::Image;
+using substep::golden::compare;
+using substep::golden::flip;
 
 /// A chequered floor with noise, so that no pixel is like its neighbour.
 Image picture(int width, int height, unsigned seed) {

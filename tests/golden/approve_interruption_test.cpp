@@ -47,7 +47,7 @@ int rename(const char* from, const char* to) noexcept {
 // NOLINTEND(readability-inconsistent-declaration-parameter-name)
 }
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 namespace fs = std::filesystem;
@@ -136,4 +136,4 @@ TEST_F(InterruptedApproval, ShowsAsEditedGoldens) {
 }
 
 }  // namespace
-}  // namespace substep
+}  // namespace substep::golden

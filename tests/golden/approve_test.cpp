@@ -9,7 +9,7 @@
 #include "sim/error.h"
 #include "tests/golden/small_suite.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 namespace fs = std::filesystem;
@@ -211,4 +211,4 @@ TEST_F(ApproveTest, RefusesDamagedResults) {
 }
 
 }  // namespace
-}  // namespace substep
+}  // namespace substep::golden

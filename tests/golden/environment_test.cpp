@@ -11,7 +11,7 @@
 #include "sim/error.h"
 #include "tests/golden/small_suite.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 namespace fs = std::filesystem;
@@ -126,4 +126,4 @@ TEST_F(AnyRenderer, ByFlipWhereTheCaseSaysSo) {
 }
 
 }  // namespace
-}  // namespace substep
+}  // namespace substep::golden

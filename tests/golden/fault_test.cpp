@@ -21,7 +21,7 @@
 #include "tests/golden/small_suite.h"
 #include "tests/scene_files.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 constexpr int last_frame = 40;
@@ -718,4 +718,4 @@ TEST_F(BlackFrame, FailsACheckEvenWhereTheGoldenIsBlackToo) {
 }
 
 }  // namespace
-}  // namespace substep
+}  // namespace substep::golden

@@ -7,7 +7,7 @@
 
 #include "tests/golden/vectors.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 TEST(Flip, AgreesWithTheAuthorsProgram) {
@@ -119,4 +119,4 @@ TEST(Flip, PercentileLeavesOutOnePixel) {
 }
 
 }  // namespace
-}  // namespace substep
+}  // namespace substep::golden

@@ -14,7 +14,7 @@
 #include "render/renderer.h"
 #include "sim/error.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 namespace fs = std::filesystem;
@@ -80,13 +80,13 @@ TEST(golden_folder, KeepsItsSizeBudget) {
 }
 
 }  // namespace
-}  // namespace substep
+}  // namespace substep::golden
 
 int main(int argc, char** argv) {
   try {
     substep::pin_renderer();
     testing::InitGoogleTest(&argc, argv);
-    substep::register_cases(substep::read_suite(substep::own_suite));
+    substep::golden::register_cases(substep::golden::read_suite(substep::golden::own_suite));
     return RUN_ALL_TESTS();
   } catch (const substep::Error& error) {
     std::fprintf(stderr, "%s\n", error.what());

@@ -7,7 +7,7 @@
 
 #include "tests/golden/vectors.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 TEST(ImageComparison, CountsAreThoseOfTheVectors) {
@@ -125,4 +125,4 @@ TEST(ImageComparison, BlankIsAlmostOneColor) {
 }
 
 }  // namespace
-}  // namespace substep
+}  // namespace substep::golden

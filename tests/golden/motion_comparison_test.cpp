@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 /// A ball that falls for 20 frames, and touches from frame 10 on.
@@ -187,4 +187,4 @@ TEST(MotionComparison, TracksFillInBetweenStoredPoses) {
 }
 
 }  // namespace
-}  // namespace substep
+}  // namespace substep::golden

@@ -15,7 +15,7 @@
 #include "sim/error.h"
 #include "tests/golden/small_suite.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 namespace fs = std::filesystem;
@@ -195,4 +195,4 @@ TEST(Markup, Escapes) {
 }
 
 }  // namespace
-}  // namespace substep
+}  // namespace substep::golden

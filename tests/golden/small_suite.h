@@ -16,7 +16,7 @@
 #include "golden/suite/sidecar.h"
 #include "tests/golden/temporary_folder.h"
 
-namespace substep {
+namespace substep::golden {
 
 inline std::string read_text(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
@@ -131,4 +131,4 @@ class SmallSuite {
   TemporaryFolder folder_;
 };
 
-}  // namespace substep
+}  // namespace substep::golden

@@ -9,7 +9,7 @@
 #include "sim/error.h"
 #include "tests/golden/temporary_folder.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 class SuiteTest : public testing::Test {
@@ -261,4 +261,4 @@ TEST_F(SuiteTest, OrphansAreFilesOfNoCase) {
 }
 
 }  // namespace
-}  // namespace substep
+}  // namespace substep::golden

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace substep {
+namespace substep::golden {
 
 class TemporaryFolder {
  public:
@@ -35,4 +35,4 @@ inline void write_text(const std::filesystem::path& file, const std::string& tex
   std::ofstream(file, std::ios::binary) << text;
 }
 
-}  // namespace substep
+}  // namespace substep::golden

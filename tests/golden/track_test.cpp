@@ -9,7 +9,7 @@
 #include "sim/log/pose_log.h"
 #include "tests/golden/temporary_folder.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 struct RecordedRun {
@@ -83,4 +83,4 @@ TEST(Track, DamagedFilesAreRefused) {
 }
 
 }  // namespace
-}  // namespace substep
+}  // namespace substep::golden

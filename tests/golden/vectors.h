@@ -9,7 +9,7 @@
 
 #include "render/image.h"
 
-namespace substep {
+namespace substep::golden {
 
 struct VectorPair {
   std::string name;
@@ -52,4 +52,4 @@ inline std::vector<VectorPair> vector_pairs() {
   return pairs;
 }
 
-}  // namespace substep
+}  // namespace substep::golden

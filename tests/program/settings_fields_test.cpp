@@ -133,7 +133,7 @@ TEST_P(EveryField, IsInTheSuiteAndTheSidecar) {
   std::string text = "[[case]]\nscene = \"one.gltf\"\nalgorithms = [" + algorithm + "]\n";
   if (name() != "algorithm") text += "settings = { " + name() + " = " + value_in(changed()) + " }\n";
   write("suite.toml", text);
-  SuiteCase entry = read_suite(folder() / "suite.toml").cases.at(0);
+  golden::SuiteCase entry = golden::read_suite(folder() / "suite.toml").cases.at(0);
   EXPECT_EQ(text_of(entry.settings, field()), text_of(changed(), field()));
   // Whatever the scene asks for.
   Scene scene;
@@ -143,7 +143,7 @@ TEST_P(EveryField, IsInTheSuiteAndTheSidecar) {
   PoseLog log;
   log.frames.resize(1);
   const auto sidecar =
-      make_sidecar(entry, {.log = &log, .pose_log_hash = {}, .track_hash = {}}, Scene{}, {}, {});
+      golden::make_sidecar(entry, {.log = &log, .pose_log_hash = {}, .track_hash = {}}, Scene{}, {}, {});
   EXPECT_EQ(sidecar["settings"][name()].dump(), value_in(changed()));
 }
 
@@ -178,7 +178,7 @@ TEST_F(ContactSettings, FollowTauAndKappaUnlessTheyAreGivenToo) {
   const auto of_suite = [&](const std::string& text) {
     write("suite.toml",
           "[[case]]\nscene = \"one.gltf\"\nalgorithms = [\"a5\"]\nsettings = { " + text + " }\n");
-    return read_suite(folder() / "suite.toml").cases.at(0).settings;
+    return golden::read_suite(folder() / "suite.toml").cases.at(0).settings;
   };
   const auto of_option = [&](std::vector<std::string> words) {
     words.insert(words.begin(),

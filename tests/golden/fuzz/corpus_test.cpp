@@ -12,7 +12,7 @@
 
 #include "tests/golden/fuzz/golden_fuzzer.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 namespace fs = std::filesystem;
@@ -69,4 +69,4 @@ TEST(GoldenFuzzCorpus, WhatChangesMakeOfThemIsReadOrRefused) {
 }
 
 }  // namespace
-}  // namespace substep
+}  // namespace substep::golden

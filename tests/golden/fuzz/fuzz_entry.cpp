@@ -7,6 +7,6 @@
 #include "tests/golden/fuzz/golden_fuzzer.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  substep::reads_or_refuses({reinterpret_cast<const char*>(data), size});
+  substep::golden::reads_or_refuses({reinterpret_cast<const char*>(data), size});
   return 0;
 }

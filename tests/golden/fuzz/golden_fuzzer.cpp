@@ -17,7 +17,7 @@
 #include "sim/study/sweep_file.h"
 #include "sim/study/sweep_record.h"
 
-namespace substep {
+namespace substep::golden {
 namespace {
 
 namespace fs = std::filesystem;
@@ -93,4 +93,4 @@ bool reads_or_refuses(std::string_view bytes) {
   return was_read;
 }
 
-}  // namespace substep
+}  // namespace substep::golden
