@@ -127,15 +127,15 @@ void prune(const CheckResults& results, const fs::path& suite_file_here, Approva
 std::vector<NewGolden> files_of(const CheckResults::Case& entry, const ApproveOptions& options) {
   if (!entry.refusal.empty()) refuse(entry.name, entry.refusal);
   std::vector<NewGolden> files;
-  for (const Offer& offer : entry.offers) {
-    const std::string content = shown(offer.from, offer.from_hash, entry.name);
-    const std::string golden = fs::exists(offer.to) ? read_bytes(offer.to) : std::string();
-    if (holds(offer.to, golden, content)) continue;
-    if ((golden.empty() ? std::string() : content_hash(golden)) != offer.to_hash) {
-      refuse(entry.name,
-             fmt::format("{} is no longer what the check saw: run 'substep check' again", offer.to.string()));
+  for (const ApprovalCandidate& candidate : entry.candidates) {
+    const std::string content = shown(candidate.from, candidate.from_hash, entry.name);
+    const std::string golden = fs::exists(candidate.to) ? read_bytes(candidate.to) : std::string();
+    if (holds(candidate.to, golden, content)) continue;
+    if ((golden.empty() ? std::string() : content_hash(golden)) != candidate.to_hash) {
+      refuse(entry.name, fmt::format("{} is no longer what the check saw: run 'substep check' again",
+                                     candidate.to.string()));
     }
-    files.push_back({offer.to, kept(offer.to, content)});
+    files.push_back({candidate.to, kept(candidate.to, content)});
   }
   if (!files.empty() || !says_the_same(entry.sidecar_file, entry.sidecar)) {
     Json sidecar = entry.sidecar;

@@ -6,10 +6,10 @@
 #include <chrono>
 #include <utility>
 
+#include "golden/check/approval_candidates.h"
+#include "golden/check/case_context.h"
 #include "golden/check/case_images.h"
-#include "golden/check/case_offers.h"
 #include "golden/check/case_verdict.h"
-#include "golden/check/case_work.h"
 #include "golden/check/motion_page.h"
 #include "golden/suite/scene_parts.h"
 #include "sim/error.h"
@@ -28,7 +28,7 @@ std::string one_line(std::string text) {
 }
 
 /// A track is written with its poses; by hand or by an older program they can come apart.
-bool has_own_track(CaseWork& work) {
+bool has_own_track(CaseContext& work) {
   if (!work.golden_track) return false;
   if (!work.live || work.result.poses.motion.judgement != PoseJudgement::exact) return true;
   const bool is_own = has_equal_track(work);
@@ -38,7 +38,7 @@ bool has_own_track(CaseWork& work) {
 
 /// Whether the golden pictures are what is drawn here, and not only near it or good beside it: else nothing
 /// can be noted of them.
-bool draws_its_goldens(const CaseWork& work) {
+bool draws_its_goldens(const CaseContext& work) {
   const auto& images = work.result.images;
   const bool is_theirs =
       !work.result.entry.any_renderer || images.empty() || work.sidecar.platform() == work.made_with.platform;
@@ -48,7 +48,7 @@ bool draws_its_goldens(const CaseWork& work) {
 }
 
 /// Whether the sidecar says what is true of goldens that pass; without one there is nothing to say.
-bool is_up_to_date(const CaseWork& work) {
+bool is_up_to_date(const CaseContext& work) {
   const Sidecar& sidecar = work.sidecar;
   if (!work.live || !work.live_track || sidecar.scene_hash.empty()) return true;
   // Nothing passes by its poses being near enough and is noted anew for it.
@@ -59,7 +59,7 @@ bool is_up_to_date(const CaseWork& work) {
          sidecar.track_hash == approved_track_hash(work);
 }
 
-void check_poses(CaseWork& work) {
+void check_poses(CaseContext& work) {
   PoseResult& poses = work.result.poses;
   poses.is_checked = true;
   const Settings& settings = work.result.entry.settings;
@@ -99,7 +99,7 @@ void check_poses(CaseWork& work) {
 
 /// Where the motion is another than the golden one's, a page that plays both: for who has the check's folder
 /// and not the program.
-void write_motion_page(CaseWork& work) {
+void write_motion_page(CaseContext& work) {
   CaseResult& result = work.result;
   const bool differs = work.golden && work.golden_track && work.live_track && !result.poses.passes;
   // Without pictures there may be no renderer, which says where the page looks from.
@@ -120,7 +120,7 @@ void write_motion_page(CaseWork& work) {
 CheckedCase check_case(const CheckOptions& options, const MadeWith& made_with, const SuiteCase& entry,
                        const Scene& scene) {
   const auto start = std::chrono::steady_clock::now();
-  CaseWork work(options, made_with, entry, scene);
+  CaseContext work(options, made_with, entry, scene);
   work.folder.clear();
   work.result.poses.has_golden = fs::exists(entry.pose_file);
   if (work.result.poses.has_golden) work.golden = read_pose_log(entry.pose_file);

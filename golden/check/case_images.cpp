@@ -19,7 +19,7 @@ bool is_same_pose(const Coordinates& a, const Coordinates& b) {
 
 class ImageCheck {
  public:
-  explicit ImageCheck(CaseWork& work) : work_(work) {}
+  explicit ImageCheck(CaseContext& work) : work_(work) {}
 
   void check() {
     work_.result.images_checked = true;
@@ -189,12 +189,12 @@ class ImageCheck {
     }
   }
 
-  CaseWork& work_;
+  CaseContext& work_;
 };
 
 }  // namespace
 
-void check_images(CaseWork& work) {
+void check_images(CaseContext& work) {
   ImageCheck(work).check();
 }
 

@@ -30,7 +30,7 @@ bool contains(const std::vector<std::string>& names, const std::string& name) {
 }
 
 /// Edited poses fail both halves, an edited picture its own frame only.
-void explain_edits(CaseWork& work, Failing& failing) {
+void explain_edits(CaseContext& work, Failing& failing) {
   const SuiteCase& entry = work.result.entry;
   if (work.edited.empty()) return;
   const bool poses = contains(work.edited, entry.pose_file.filename().string());
@@ -43,13 +43,13 @@ void explain_edits(CaseWork& work, Failing& failing) {
   if (!failing.any()) work.result.verdict = Verdict::golden_edited;
 }
 
-std::string noted_scene_hash(const CaseWork& work) {
+std::string noted_scene_hash(const CaseContext& work) {
   if (!work.sidecar.scene_hash.empty()) return work.sidecar.scene_hash;
   return work.golden ? fmt::format("{:016x}", work.golden->scene_hash) : std::string();
 }
 
 /// Another file, or other bodies of the same.
-void explain_inputs(CaseWork& work, Failing& failing) {
+void explain_inputs(CaseContext& work, Failing& failing) {
   const std::string noted = noted_scene_hash(work);
   const bool is_other_file = !noted.empty() && noted != fmt::format("{:016x}", work.scene.hash);
   const std::vector<std::string> names = work.golden ? work.golden->bodies : std::vector<std::string>();
@@ -91,7 +91,7 @@ std::string cause_of_picture(const Blame& blame) {
 }
 
 /// Whether what explains the goldens was deleted. A track that was never noted was never there.
-bool lacks_explanation(CaseWork& work) {
+bool lacks_explanation(CaseContext& work) {
   const SuiteCase& entry = work.result.entry;
   const bool lacks_track = !work.golden_track && !work.sidecar.track_hash.empty();
   if (!work.sidecar.is_there) work.note(fmt::format("there is no {}", entry.sidecar.filename().string()));
@@ -99,7 +99,7 @@ bool lacks_explanation(CaseWork& work) {
   return !work.sidecar.is_there || lacks_track;
 }
 
-void find_cause(CaseWork& work) {
+void find_cause(CaseContext& work) {
   CaseResult& result = work.result;
   const FirstChange& first = result.poses.motion.first;
   if (result.verdict == Verdict::simulation_changed || result.verdict == Verdict::both_changed) {
@@ -116,7 +116,7 @@ void find_cause(CaseWork& work) {
 
 }  // namespace
 
-void find_edited_logs(CaseWork& work) {
+void find_edited_logs(CaseContext& work) {
   const Sidecar& sidecar = work.sidecar;
   const SuiteCase& entry = work.result.entry;
   const auto add = [&](const std::filesystem::path& file) {
@@ -137,7 +137,7 @@ void find_edited_logs(CaseWork& work) {
   if (has_other_track) add(entry.track_file);
 }
 
-void decide(CaseWork& work) {
+void decide(CaseContext& work) {
   const PoseResult& poses = work.result.poses;
   const auto& images = work.result.images;
   const auto none_of = [&](auto&& is) { return std::none_of(images.begin(), images.end(), is); };

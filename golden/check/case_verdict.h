@@ -13,14 +13,14 @@
 ///  5. simulation, renderer or both changed: what is left; on another renderer than the pictures' own, the
 ///                       environment.
 
-#include "golden/check/case_work.h"
+#include "golden/check/case_context.h"
 
 namespace substep::golden {
 
 /// Finds the logs that are not those that were approved. Before they are compared with anything.
-void find_edited_logs(CaseWork& work);
+void find_edited_logs(CaseContext& work);
 
 /// Sets verdict and cause.
-void decide(CaseWork& work);
+void decide(CaseContext& work);
 
 }  // namespace substep::golden

@@ -40,12 +40,12 @@ CheckResult check(const CheckOptions& options, const std::function<void(const Ca
     result.made_with = made_with_here(plan.suite, plan.cases, options);
     output.start(plan.suite, plan.options, plan.cases.size());
     output.set_made_with(to_json(result.made_with));
-    const ResultsPlace place = place_of({{"suite", plan.options.suite.string()}}, options.output);
+    const ResultsLocation location = location_of({{"suite", plan.options.suite.string()}}, options.output);
     CheckListener listener;
     listener.after_case = [&](const CheckedCase& checked) {
       auto json = to_json(checked);
       result.cases.push_back(checked.result);
-      if (json.contains("text")) result.cases.back().text = explanation(json, place);
+      if (json.contains("text")) result.cases.back().text = explanation(json, location);
       output.add_case(std::move(json));
       if (after_case) after_case(result.cases.back());
     };

@@ -132,15 +132,15 @@ std::string below(const fs::path& file, const fs::path& folder) {
 }
 
 /// What approve() goes by.
-void add_offers(const CheckedCase& checked, Json& json) {
+void add_candidates(const CheckedCase& checked, Json& json) {
   const fs::path output = checked.result.files.parent_path();
   const fs::path suite_folder = checked.result.entry.suite_folder;
-  json["offers"] = Json::array();
-  for (const Offer& offer : checked.offers) {
-    json["offers"].push_back({{"from", below(offer.from, output)},
-                              {"from_hash", offer.from_hash},
-                              {"to", below(offer.to, suite_folder)},
-                              {"to_hash", offer.to_hash}});
+  json["candidates"] = Json::array();
+  for (const ApprovalCandidate& candidate : checked.candidates) {
+    json["candidates"].push_back({{"from", below(candidate.from, output)},
+                                  {"from_hash", candidate.from_hash},
+                                  {"to", below(candidate.to, suite_folder)},
+                                  {"to_hash", candidate.to_hash}});
   }
   json["sidecar_file"] = below(checked.result.entry.sidecar, suite_folder);
   json["sidecar"] = checked.sidecar;
@@ -155,13 +155,13 @@ fs::path inside(const fs::path& folder, const std::string& text) {
   return folder / path;
 }
 
-void read_offers(const Json& json, const fs::path& output, const fs::path& suite_folder,
-                 CheckResults::Case& result) {
+void read_candidates(const Json& json, const fs::path& output, const fs::path& suite_folder,
+                     CheckResults::Case& result) {
   result.sidecar_file = inside(suite_folder, json.at("sidecar_file"));
   result.sidecar = json.at("sidecar");
-  for (const Json& offer : json.at("offers")) {
-    result.offers.push_back({inside(output, offer.at("from")), offer.at("from_hash"),
-                             inside(suite_folder, offer.at("to")), offer.at("to_hash")});
+  for (const Json& candidate : json.at("candidates")) {
+    result.candidates.push_back({inside(output, candidate.at("from")), candidate.at("from_hash"),
+                                 inside(suite_folder, candidate.at("to")), candidate.at("to_hash")});
   }
 }
 
@@ -192,8 +192,8 @@ Json to_json(const CheckedCase& checked) {
     json["golden_made_with"] = checked.golden_made_with;
     json["text"] = explain(result);
   }
-  const bool is_offered = result.verdict != Verdict::pass && result.verdict != Verdict::error;
-  if (is_offered || checked.sidecar.is_object()) add_offers(checked, json);
+  const bool has_candidates = result.verdict != Verdict::pass && result.verdict != Verdict::error;
+  if (has_candidates || checked.sidecar.is_object()) add_candidates(checked, json);
   return json;
 }
 
@@ -206,9 +206,9 @@ Json orphan_json(const fs::path& file, const fs::path& suite_folder, const Json&
   Json orphan{{"file", below(file, suite_folder)}, {"hash", hash}};
   for (const Json& entry : cases) {
     if (entry.at("verdict") != name(Verdict::created) || file.extension() != ".track") continue;
-    for (const Json& offer : entry.at("offers")) {
+    for (const Json& candidate : entry.at("candidates")) {
       // Of a run a track has nothing but its motion: another scene's is another.
-      if (offer.at("from_hash") == hash) orphan["is_now"] = entry.at("name");
+      if (candidate.at("from_hash") == hash) orphan["is_now"] = entry.at("name");
     }
   }
   return orphan;
@@ -274,7 +274,7 @@ CheckResults read_results(const fs::path& output, const fs::path& suite_folder) 
       result.name = entry.at("name");
       result.verdict = entry.at("verdict");
       result.refusal = entry.at("refusal");
-      if (entry.contains("offers")) read_offers(entry, output, suite_folder, result);
+      if (entry.contains("candidates")) read_candidates(entry, output, suite_folder, result);
       results.cases.push_back(std::move(result));
     }
     return results;

@@ -12,7 +12,7 @@ namespace substep::golden {
 
 /// A file that approving would copy over a golden, with the contents of both as the check saw them. In
 /// results.json `from` is relative to the results' folder and `to` to the suite's: either may be moved.
-struct Offer {
+struct ApprovalCandidate {
   std::filesystem::path from;
   std::string from_hash;
   std::filesystem::path to;
@@ -21,7 +21,7 @@ struct Offer {
 
 struct CheckedCase {
   CaseResult result;
-  std::vector<Offer> offers;
+  std::vector<ApprovalCandidate> candidates;
   nlohmann::ordered_json sidecar;           ///< but for when and why it was approved
   nlohmann::ordered_json golden_made_with;  ///< of the goldens that it was checked against
 };
@@ -34,7 +34,7 @@ struct CheckResults {
     std::string verdict;
     std::string refusal;
     std::filesystem::path sidecar_file;
-    std::vector<Offer> offers;
+    std::vector<ApprovalCandidate> candidates;
     nlohmann::ordered_json sidecar;
   };
   std::vector<Case> cases;

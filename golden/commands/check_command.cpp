@@ -33,22 +33,22 @@ void print_notes_of_passing(const Json& results) {
 
 /// The simplest case of each group that fails in full, a line a group, the totals, and where to look.
 void print_outcome(const Json& results, const std::filesystem::path& output) {
-  const ResultsPlace place = place_of(results, output);
+  const ResultsLocation location = location_of(results, output);
   const std::vector<FailureGroup> groups = failure_groups(results);
-  for (const FailureGroup& group : groups) fmt::print("{}\n", explanation(*group.cases.front(), place));
+  for (const FailureGroup& group : groups) fmt::print("{}\n", explanation(*group.cases.front(), location));
   for (const FailureGroup& group : groups) {
     if (groups.size() > 1 || group.cases.size() > 1) fmt::print("{}\n", group.line());
   }
   for (const Json& orphan : results.at("orphans")) {
     fmt::print("FAILED orphan: {} belongs to no case of {}: {}\n", orphan.at("file").get<std::string>(),
-               place.suite.string(),
+               location.suite.string(),
                orphan.contains("is_now")
                    ? fmt::format("it is {} by its old name: approve that, and delete this",
                                  orphan.at("is_now").get<std::string>())
                    : std::string("delete it, or put its case back"));
   }
   if (!results.at("orphans").empty()) {
-    const ApproveCommand all = approve_command({}, place);
+    const ApproveCommand all = approve_command({}, location);
     const std::string prune = all.before.substr(0, all.before.find(" --failed")) +
                               all.before.substr(all.before.find(" --failed") + 9) + all.output;
     fmt::print("delete orphans: {} --prune\n", prune);

@@ -17,9 +17,9 @@ std::string path_word(const fs::path& path) {
   return shell_word(text.starts_with('-') ? fmt::format("./{}", text) : text);
 }
 
-std::string suite_option(const ResultsPlace& place) {
-  if (place.suite == fs::path("golden/suite.toml")) return {};
-  return fmt::format(" --suite {}", path_word(place.suite));
+std::string suite_option(const ResultsLocation& location) {
+  if (location.suite == fs::path("golden/suite.toml")) return {};
+  return fmt::format(" --suite {}", path_word(location.suite));
 }
 
 }  // namespace
@@ -38,7 +38,7 @@ std::string shell_word(const std::string& word) {
   return result;
 }
 
-ResultsPlace place_of(const Json& results, const fs::path& output) {
+ResultsLocation location_of(const Json& results, const fs::path& output) {
   std::error_code none;
   const fs::path here = fs::current_path(none);
   const auto near = [&](const fs::path& path) {
@@ -49,28 +49,28 @@ ResultsPlace place_of(const Json& results, const fs::path& output) {
   return {near(results.at("suite").get<std::string>()), near(output)};
 }
 
-ApproveCommand approve_command(const std::vector<std::string>& cases, const ResultsPlace& place) {
+ApproveCommand approve_command(const std::vector<std::string>& cases, const ResultsLocation& location) {
   ApproveCommand command{"substep approve", {}, " --reason \"...\""};
   for (const std::string& name : cases) command.before += fmt::format(" {}", shell_word(name));
   if (cases.empty()) command.before += " --failed";
-  command.before += suite_option(place);
-  if (place.output != fs::path("out/check")) {
-    command.output = fmt::format(" --output {}", path_word(place.output));
+  command.before += suite_option(location);
+  if (location.output != fs::path("out/check")) {
+    command.output = fmt::format(" --output {}", path_word(location.output));
   }
   return command;
 }
 
-CaseCommands commands_of(const Json& entry, const ResultsPlace& place) {
+CaseCommands commands_of(const Json& entry, const ResultsLocation& location) {
   const auto case_name = entry.at("name").get<std::string>();
   CaseCommands commands;
-  commands.files = (place.output / entry.at("files").get<std::string>()).string();
-  const bool can_approve = entry.at("refusal").get<std::string>().empty() && entry.contains("offers");
-  if (can_approve) commands.approve = approve_command({case_name}, place);
+  commands.files = (location.output / entry.at("files").get<std::string>()).string();
+  const bool can_approve = entry.at("refusal").get<std::string>().empty() && entry.contains("candidates");
+  if (can_approve) commands.approve = approve_command({case_name}, location);
   return commands;
 }
 
-std::string explanation(const Json& entry, const ResultsPlace& place) {
-  const CaseCommands commands = commands_of(entry, place);
+std::string explanation(const Json& entry, const ResultsLocation& location) {
+  const CaseCommands commands = commands_of(entry, location);
   std::string text = entry.at("text");
   text += fmt::format("  files    {}\n", commands.files);
   if (commands.approve.is_there()) return text + fmt::format("  approve  {}\n", commands.approve.text());

@@ -11,14 +11,14 @@
 namespace substep::golden {
 
 /// Which suite was checked and where its results lie, as commands name them.
-struct ResultsPlace {
+struct ResultsLocation {
   std::filesystem::path suite;
   std::filesystem::path output;
 };
 
 /// Where commands printed for these results find suite and output: relative where they are below the working
 /// folder, for that is what another machine has, too.
-ResultsPlace place_of(const nlohmann::ordered_json& results, const std::filesystem::path& output);
+ResultsLocation location_of(const nlohmann::ordered_json& results, const std::filesystem::path& output);
 
 /// A command in three parts, for the middle one is another when a report is opened elsewhere. All empty:
 /// none.
@@ -37,13 +37,13 @@ struct CaseCommands {
 };
 
 /// `entry` is the case's part of results.json.
-CaseCommands commands_of(const nlohmann::ordered_json& entry, const ResultsPlace& place);
+CaseCommands commands_of(const nlohmann::ordered_json& entry, const ResultsLocation& location);
 
 /// Everything to be printed of a case that does not pass: what results.json says of it, then the commands.
-std::string explanation(const nlohmann::ordered_json& entry, const ResultsPlace& place);
+std::string explanation(const nlohmann::ordered_json& entry, const ResultsLocation& location);
 
 /// To approve these cases; all that failed where there are none.
-ApproveCommand approve_command(const std::vector<std::string>& cases, const ResultsPlace& place);
+ApproveCommand approve_command(const std::vector<std::string>& cases, const ResultsLocation& location);
 
 /// As one word of a shell, whatever is in it.
 std::string shell_word(const std::string& word);

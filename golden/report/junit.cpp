@@ -28,10 +28,10 @@ bool images_pass(const Json& entry) {
 
 class Suite {
  public:
-  void add_case(const Json& entry, const ResultsPlace& place) {
+  void add_case(const Json& entry, const ResultsLocation& location) {
     const bool passes = entry.at("verdict") == "pass";
     if (entry.at("verdict") == "error") {
-      return add("case", entry, "error", entry.at("cause").get<std::string>(), explanation(entry, place));
+      return add("case", entry, "error", entry.at("cause").get<std::string>(), explanation(entry, location));
     }
     const bool has_poses = entry.at("poses").at("checked").get<bool>();
     const bool has_images = !entry.at("images").empty();
@@ -40,7 +40,7 @@ class Suite {
     const bool bad_poses = !passes && has_poses && (!poses_pass(entry) || !bad_images);
     const auto add_half = [&](const char* half, bool is_bad) {
       if (!is_bad) return add(half, entry, nullptr, {}, {});
-      add(half, entry, "failure", entry.at("meaning").get<std::string>(), explanation(entry, place));
+      add(half, entry, "failure", entry.at("meaning").get<std::string>(), explanation(entry, location));
     };
     if (has_poses) add_half("poses", bad_poses);
     if (has_images) add_half("images", bad_images);
@@ -105,9 +105,9 @@ std::filesystem::path junit_file(const std::filesystem::path& output) {
 }
 
 void write_junit(const Json& results, const std::filesystem::path& output) {
-  const ResultsPlace place = place_of(results, output);
+  const ResultsLocation location = location_of(results, output);
   Suite suite;
-  for (const Json& entry : results.at("cases")) suite.add_case(entry, place);
+  for (const Json& entry : results.at("cases")) suite.add_case(entry, location);
   for (const Json& orphan : results.at("orphans")) suite.add_orphan(orphan.at("file").get<std::string>());
   if (!results.at("ended").get<bool>()) {
     suite.add_error("the whole suite", fmt::format("the check did not end: {} of {} cases were checked",

@@ -134,7 +134,7 @@ std::string groups(const Json& results) {
 
 /// A picture for each origin of failures, of its simplest case: the first thing that is seen, however many
 /// cases follow.
-std::string first_looks(const Json& results, ReportPictures& pictures) {
+std::string first_pictures(const Json& results, ReportPictures& pictures) {
   constexpr std::size_t most = 6;
   std::string figures;
   std::size_t count = 0;
@@ -151,7 +151,7 @@ std::string first_looks(const Json& results, ReportPictures& pictures) {
                    pictures.source(entry.at("files").get<std::string>(), pair.at("actual")),
                    text_of(entry.at("verdict")));
   }
-  return figures.empty() ? figures : "<div class=\"looks\">\n" + figures + "</div>\n";
+  return figures.empty() ? figures : "<div class=\"first-pictures\">\n" + figures + "</div>\n";
 }
 
 std::string passing(const Json& results) {
@@ -182,12 +182,12 @@ std::string orphans(const Json& results) {
 }
 
 /// What the page has room for.
-struct Room {
+struct PageBudget {
   std::size_t pictures = 0;         ///< bytes
   std::size_t detailed = SIZE_MAX;  ///< cases; of those after them verdict, cause and commands alone
 };
 
-std::string body(const Json& results, const fs::path& output, const Room& room) {
+std::string body(const Json& results, const fs::path& output, const PageBudget& budget) {
   const std::vector<const Json*> cases = failing_cases(results);
   const std::size_t all = results.at("cases").size();
   std::string outcome = fmt::format("{} of {} cases do not pass", cases.size(), all);
@@ -195,20 +195,21 @@ std::string body(const Json& results, const fs::path& output, const Room& room) 
   std::string html = fmt::format(
       "<header class=\"top\"><h1>Visual regression: {}</h1>\n<p class=\"quiet\">{} · {} cases</p>\n", outcome,
       text_of(results.at("suite")), all);
-  ReportPictures pictures(output, room.pictures);
-  html += totals_list(results) + first_looks(results, pictures) + groups(results) + overview(cases) +
+  ReportPictures pictures(output, budget.pictures);
+  html += totals_list(results) + first_pictures(results, pictures) + groups(results) + overview(cases) +
           orphans(results) + machines(results);
   html +=
       "<p class=\"keys quiet\" hidden><kbd>j</kbd> <kbd>k</kbd> next and previous case · <kbd>n</kbd> "
       "<kbd>p</kbd> "
       "pictures · <kbd>1</kbd>–<kbd>6</kbd> how to compare · <kbd>space</kbd> flicker by hand · <kbd>+</kbd> "
       "<kbd>−</kbd> zoom</p>\n</header>\n<main>\n";
-  const ResultsPlace place = place_of(results, output);
+  const ResultsLocation location = location_of(results, output);
   for (std::size_t i = 0; i < cases.size(); ++i) {
-    html += i < room.detailed ? case_section(*cases[i], place, pictures) : brief_section(*cases[i], place);
+    html += i < budget.detailed ? case_section(*cases[i], location, pictures)
+                                : brief_section(*cases[i], location);
   }
   html += passing(results) + "</main>\n";
-  const ApproveCommand ticked = approve_command({"CASES"}, place);
+  const ApproveCommand ticked = approve_command({"CASES"}, location);
   return html + fmt::format(
                     "<div class=\"basket\" data-command=\"{}\" data-output=\"{}\" data-folder=\"{}\"><div "
                     "class=\"command\">"
@@ -234,15 +235,15 @@ void write_report(const Json& results, const fs::path& output) {
   replace(page, "{{script}}", report_assets::script());
   // Words come first; pictures have the room that is left.
   constexpr std::size_t most_words = largest_report * 6 / 10;
-  Room room;
-  std::string text = body(results, output, room);
-  while (text.size() > most_words && room.detailed > 0) {
-    const std::size_t cases = std::min(room.detailed, results.at("cases").size());
-    room.detailed = cases * most_words / (text.size() + text.size() / 10);
-    text = body(results, output, room);
+  PageBudget budget;
+  std::string text = body(results, output, budget);
+  while (text.size() > most_words && budget.detailed > 0) {
+    const std::size_t cases = std::min(budget.detailed, results.at("cases").size());
+    budget.detailed = cases * most_words / (text.size() + text.size() / 10);
+    text = body(results, output, budget);
   }
-  room.pictures = largest_report - std::min(largest_report, page.size() + text.size());
-  replace(page, "{{body}}", body(results, output, room));
+  budget.pictures = largest_report - std::min(largest_report, page.size() + text.size());
+  replace(page, "{{body}}", body(results, output, budget));
   write_file(report_file(output), page);
 }
 

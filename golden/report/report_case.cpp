@@ -184,8 +184,8 @@ std::string player_link(const Json& entry) {
 }
 
 /// Without its end.
-std::string section_start(const Json& entry, const ResultsPlace& place) {
-  const CaseCommands commands = commands_of(entry, place);
+std::string section_start(const Json& entry, const ResultsLocation& location) {
+  const CaseCommands commands = commands_of(entry, location);
   std::string html = fmt::format(
       "<section class=\"case\" id=\"{0}\">\n<header><h2>{0}</h2><span class=\"verdict "
       "{1}\">{2}</span></header>\n",
@@ -205,16 +205,16 @@ std::string section_start(const Json& entry, const ResultsPlace& place) {
 
 }  // namespace
 
-std::string brief_section(const Json& entry, const ResultsPlace& place) {
-  return section_start(entry, place) +
+std::string brief_section(const Json& entry, const ResultsLocation& location) {
+  return section_start(entry, location) +
          fmt::format(
              "<p class=\"quiet\">More cases fail than fit on a page: the pictures of this one are in {}, its "
              "figures in results.json.</p>\n</section>\n",
              text_of(entry.at("files")));
 }
 
-std::string case_section(const Json& entry, const ResultsPlace& place, ReportPictures& pictures) {
-  std::string html = section_start(entry, place);
+std::string case_section(const Json& entry, const ResultsLocation& location, ReportPictures& pictures) {
+  std::string html = section_start(entry, location);
   for (const Json& note : entry.at("notes")) html += fmt::format("<p>Note: {}</p>\n", text_of(note));
   html += facts(entry);
   const std::string strip = error_strip(entry.at("poses"));
@@ -223,7 +223,7 @@ std::string case_section(const Json& entry, const ResultsPlace& place, ReportPic
   return html + fmt::format(
                     "<details><summary>As printed in the terminal</summary><pre>{}</pre></details>\n"
                     "</section>\n",
-                    escaped(explanation(entry, place)));
+                    escaped(explanation(entry, location)));
 }
 
 std::string text_of(const Json& json) {

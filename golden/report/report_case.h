@@ -22,11 +22,11 @@ class ReportPictures {
   std::size_t budget_;
 };
 
-std::string case_section(const nlohmann::ordered_json& entry, const ResultsPlace& place,
+std::string case_section(const nlohmann::ordered_json& entry, const ResultsLocation& location,
                          ReportPictures& pictures);
 
 /// Verdict, cause and commands alone, for a page that would grow too large.
-std::string brief_section(const nlohmann::ordered_json& entry, const ResultsPlace& place);
+std::string brief_section(const nlohmann::ordered_json& entry, const ResultsLocation& location);
 
 /// A JSON string as text of the page.
 std::string text_of(const nlohmann::ordered_json& json);

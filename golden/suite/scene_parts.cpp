@@ -110,7 +110,7 @@ std::string joint_digest(const Joint& joint) {
 }
 
 /// Nothing for a surface that has no more than its colour and finish.
-void add_looks(Digest& digest, const Scene& scene, const Surface& surface, const VertexLooks& looks) {
+void add_appearance(Digest& digest, const Scene& scene, const Surface& surface, const VertexLooks& looks) {
   const bool shines = std::ranges::any_of(surface.emission, [](double level) { return level > 0; });
   if (shines) digest.add(surface.emission[0]).add(surface.emission[1]).add(surface.emission[2]);
   if (surface.is_unlit) digest.add_number(1, 1);
@@ -138,7 +138,7 @@ void add_visual(Digest& digest, const Scene& scene, const Visual& visual) {
   const Surface& surface = scene.surfaces[static_cast<std::size_t>(mesh.surface)];
   for (const double level : surface.base_color) digest.add(level);
   digest.add(surface.metallic).add(surface.roughness);
-  add_looks(digest, scene, surface, mesh.looks);
+  add_appearance(digest, scene, surface, mesh.looks);
 }
 
 /// The digests of all bodies, made by `add(digest, index)`.

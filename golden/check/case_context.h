@@ -20,9 +20,9 @@ namespace substep::golden {
 /// In the scene's order, the world first.
 std::vector<std::string> body_names(const Scene& scene);
 
-struct CaseWork {
+struct CaseContext {
   /// Throws Error when the sidecar is damaged.
-  CaseWork(const CheckOptions& options_of, const MadeWith& with, const SuiteCase& entry, const Scene& of);
+  CaseContext(const CheckOptions& options_of, const MadeWith& with, const SuiteCase& entry, const Scene& of);
 
   /// Once there are both logs.
   LoggedMotion golden_motion() const { return {&*golden, golden_track ? &*golden_track : nullptr}; }

@@ -1,4 +1,4 @@
-#include "golden/check/case_offers.h"
+#include "golden/check/approval_candidates.h"
 
 #include <fmt/format.h>
 
@@ -11,12 +11,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void offer(CheckedCase& checked, const fs::path& from, const fs::path& to) {
-  checked.offers.push_back({from, content_hash(read_bytes(from)), to,
-                            fs::exists(to) ? content_hash(read_bytes(to)) : std::string()});
+void add_candidate(CheckedCase& checked, const fs::path& from, const fs::path& to) {
+  checked.candidates.push_back({from, content_hash(read_bytes(from)), to,
+                                fs::exists(to) ? content_hash(read_bytes(to)) : std::string()});
 }
 
-void offer_logs(CaseWork& work, CheckedCase& checked) {
+void add_log_candidates(CaseContext& work, CheckedCase& checked) {
   if (!work.live) return;
   const SuiteCase& entry = work.result.entry;
   const std::string text = to_text(*work.live);
@@ -24,27 +24,28 @@ void offer_logs(CaseWork& work, CheckedCase& checked) {
   // A run within its tolerance is no reason for another golden.
   const bool is_wanted =
       !work.result.poses.passes || work.result.poses.motion.judgement == PoseJudgement::exact;
-  if (is_wanted && is_another) offer(checked, work.folder.write("actual.poses", text), entry.pose_file);
+  if (is_wanted && is_another)
+    add_candidate(checked, work.folder.write("actual.poses", text), entry.pose_file);
   if (is_wanted && !has_equal_track(work)) {
-    offer(checked, work.folder.write("actual.track", to_bytes(*work.live_track)), entry.track_file);
+    add_candidate(checked, work.folder.write("actual.track", to_bytes(*work.live_track)), entry.track_file);
   }
 }
 
 }  // namespace
 
-bool has_equal_track(const CaseWork& work) {
+bool has_equal_track(const CaseContext& work) {
   return work.golden_track && to_bytes(*work.golden_track) == to_bytes(*work.live_track);
 }
 
-std::string approved_track_hash(const CaseWork& work) {
+std::string approved_track_hash(const CaseContext& work) {
   return content_hash(has_equal_track(work) ? read_bytes(work.result.entry.track_file)
                                             : to_bytes(*work.live_track));
 }
 
-void prepare_approval(CaseWork& work, CheckedCase& checked) {
+void prepare_approval(CaseContext& work, CheckedCase& checked) {
   const SuiteCase& entry = work.result.entry;
   std::string& refusal = checked.result.refusal;
-  offer_logs(work, checked);
+  add_log_candidates(work, checked);
   if (!work.result.poses.is_checked || (!work.result.images_checked && !entry.images.empty())) {
     refusal = fmt::format(
         "only half of it was checked, and poses and pictures are approved together: 'substep check --case "
@@ -72,7 +73,7 @@ void prepare_approval(CaseWork& work, CheckedCase& checked) {
             ? true
             : image.has_golden && read_png(entry.image_file(image.frame)).rgb == drawing.picture.rgb;
     if (is_unchanged) continue;
-    offer(checked, work.result.files / file_name, entry.image_file(image.frame));
+    add_candidate(checked, work.result.files / file_name, entry.image_file(image.frame));
   }
   const ApprovableRun run{&*work.live, content_hash(to_text(*work.live)), approved_track_hash(work)};
   checked.sidecar = make_sidecar(entry, run, work.scene, pictures, work.made_with);

@@ -1,4 +1,4 @@
-#include "golden/check/case_work.h"
+#include "golden/check/case_context.h"
 
 namespace substep::golden {
 std::vector<std::string> body_names(const Scene& scene) {
@@ -7,8 +7,8 @@ std::vector<std::string> body_names(const Scene& scene) {
   return names;
 }
 
-CaseWork::CaseWork(const CheckOptions& options_of, const MadeWith& with, const SuiteCase& entry,
-                   const Scene& of)
+CaseContext::CaseContext(const CheckOptions& options_of, const MadeWith& with, const SuiteCase& entry,
+                         const Scene& of)
     : options(options_of), made_with(with), scene(of), folder(options.output / entry.name) {
   result.entry = entry;
   result.files = options.output / entry.name;
@@ -17,12 +17,12 @@ CaseWork::CaseWork(const CheckOptions& options_of, const MadeWith& with, const S
   sidecar = read_sidecar(entry.sidecar);
 }
 
-bool CaseWork::is_exact_here() const {
+bool CaseContext::is_exact_here() const {
   if (!result.entry.any_renderer) return made_with.is_pinned;
   return sidecar.platform() == made_with.platform;
 }
 
-void CaseWork::note(std::string_view text) {
+void CaseContext::note(std::string_view text) {
   result.notes.emplace_back(text);
 }
 
