@@ -29,9 +29,6 @@ MakeEngineStepper bullet_dantzig;
 MakeEngineStepper bullet_featherstone;
 MakeEngineStepper bullet_runge_kutta;
 
-/// DART: reduced coordinates; contacts of boxes and spheres by its own detector and its Dantzig solver.
-MakeEngineStepper dart_stepper;
-
 /// MuJoCo: reduced coordinates, soft contacts, its default solver; semi-implicit Euler, or Runge–Kutta of
 /// fourth order.
 MakeEngineStepper mujoco_euler;

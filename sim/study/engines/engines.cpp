@@ -79,10 +79,10 @@ struct Library {
   const char* module;   ///< the file, which the loader finds where the program's run path says
   const char* package;  ///< Debian 12's
 };
-constexpr Library bullet{"Bullet", "substep_bullet.so", "libbullet3.24"};
-constexpr Library ode{"ODE", "substep_ode.so", "libode8"};
-constexpr Library dart{"DART", "substep_dart.so", "libdart6.12"};
-constexpr Library mujoco{"MuJoCo", "substep_mujoco.so", "libmujoco2.2.2"};
+// Builds without an engine leave its line unused.
+[[maybe_unused]] constexpr Library bullet{"Bullet", "substep_bullet.so", "libbullet3.24"};
+[[maybe_unused]] constexpr Library ode{"ODE", "substep_ode.so", "libode8"};
+[[maybe_unused]] constexpr Library mujoco{"MuJoCo", "substep_mujoco.so", "libmujoco2.2.2"};
 
 /// The module's function; the module stays loaded. Throws Error where the engine is not installed.
 MakeEngineStepper* find(const Library& library, const char* function) {
@@ -97,8 +97,8 @@ MakeEngineStepper* find(const Library& library, const char* function) {
   return reinterpret_cast<MakeEngineStepper*>(found);
 }
 
-/// Loaded when it is first asked for.
-MakeStepper loaded(const Library& library, const char* function) {
+/// Returns a maker that loads the engine on first use. Builds without engines leave it unused.
+[[maybe_unused]] MakeStepper loaded(const Library& library, const char* function) {
   return checked([&library, function](const Scene& scene, const Settings& settings) {
     MakeEngineStepper* const make = find(library, function);
     return std::unique_ptr<Stepper>(make(scene, engine_scene(scene), settings));
@@ -134,10 +134,6 @@ std::vector<Engine> built() {
       {"ode-step", "ODE dWorldStep", "ERP 0.2, CFM as it ships", false, loaded(ode, "ode_world_step")});
   all.push_back({"ode-quickstep", "ODE QuickStep", "ERP 0.2, CFM as it ships", false,
                  loaded(ode, "ode_quick_step"), true});
-#endif
-#ifdef SUBSTEP_HAS_DART
-  all.push_back({"dart", "DART", "reduced coordinates, Dantzig, its own contact detector", false,
-                 loaded(dart, "dart_stepper")});
 #endif
 #ifdef SUBSTEP_HAS_MUJOCO
   all.push_back({"mujoco-euler", "MuJoCo Euler", "reduced coordinates, soft contacts as it ships", false,
