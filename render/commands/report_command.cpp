@@ -43,8 +43,8 @@ void report(const ReportOptions& options) {
     source.properties = sweep.properties;
     page = make_report(source, [&](double share) { progress.show("drawing", share); });
   }
-  for (const Block& block : page.blocks) {
-    if (block.kind == Block::Kind::picture) write_file(options.output / block.file, block.svg);
+  for (const Document::Block& block : page.blocks) {
+    if (block.kind == Document::Block::Kind::picture) write_file(options.output / block.file, block.svg);
   }
   for (const auto& [name, text] :
        {std::pair("report.md", to_markdown(page)), std::pair("report.html", to_html(page))}) {

@@ -57,19 +57,19 @@ std::string joined(std::string_view lines) {
 
 std::string to_markdown(const Document& document) {
   std::string text;
-  for (const Block& block : document.blocks) {
+  for (const Document::Block& block : document.blocks) {
     if (!text.empty()) text += '\n';
     switch (block.kind) {
-      case Block::Kind::heading:
+      case Document::Block::Kind::heading:
         text += fmt::format("{} {}\n", std::string(static_cast<std::size_t>(block.level), '#'), block.text);
         break;
-      case Block::Kind::paragraph:
+      case Document::Block::Kind::paragraph:
         text += fmt::format("{}\n", block.text);
         break;
-      case Block::Kind::table:
+      case Document::Block::Kind::table:
         text += to_markdown(block.table);
         break;
-      case Block::Kind::picture:
+      case Document::Block::Kind::picture:
         text += fmt::format("![{}]({})\n", block.text, block.file);
         break;
     }
@@ -92,19 +92,19 @@ std::string to_html(const TextTable& table) {
 std::string to_html(const Document& document) {
   std::string title = "substep";
   std::string body;
-  for (const Block& block : document.blocks) {
+  for (const Document::Block& block : document.blocks) {
     switch (block.kind) {
-      case Block::Kind::heading:
+      case Document::Block::Kind::heading:
         if (block.level == 1) title = block.text;
         body += fmt::format("<h{0}>{1}</h{0}>\n", block.level, with_marks(block.text));
         break;
-      case Block::Kind::paragraph:
+      case Document::Block::Kind::paragraph:
         body += fmt::format("<p>{}</p>\n", with_marks(block.text));
         break;
-      case Block::Kind::table:
+      case Document::Block::Kind::table:
         body += to_html(block.table);
         break;
-      case Block::Kind::picture:
+      case Document::Block::Kind::picture:
         body += fmt::format("<img alt=\"{}\" src=\"{}\">\n", escaped(block.text), data_address(block.svg));
         break;
     }

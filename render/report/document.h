@@ -8,16 +8,18 @@
 
 namespace substep {
 
-struct Block {
-  enum class Kind { heading, paragraph, table, picture } kind;
-  std::string text;  ///< heading, paragraph: Markdown with ** for what is strong; picture: what it shows
-  int level = 2;     ///< heading: 1 is the page's title
-  TextTable table;
-  std::string file;  ///< picture: beside the Markdown page
-  std::string svg;   ///< picture: its content
-};
-
+/// A page as a sequence of blocks.
 struct Document {
+  /// A heading, paragraph, table or picture.
+  struct Block {
+    enum class Kind { heading, paragraph, table, picture } kind;
+    std::string text;  ///< heading, paragraph: Markdown with ** for what is strong; picture: what it shows
+    int level = 2;     ///< heading: 1 is the page's title
+    TextTable table;
+    std::string file;  ///< picture: beside the Markdown page
+    std::string svg;   ///< picture: its content
+  };
+
   std::vector<Block> blocks;
 
   void heading(int level, std::string text) {
