@@ -27,7 +27,8 @@ void proc2(CoordinateVector& q, VelocityVector& v, const Settings& settings, Pro
   add_external(model, q, Frame::world, h, v_hat);  // proc2:3
   // Iterate
   double moved = std::numeric_limits<double>::infinity();
-  for (int p = 0; p < settings.iterations && moved > settings.tolerance; ++p) {  // proc2:5
+  const int cap = sweeps_of(problem, settings.iterations);
+  for (int p = 0; p < cap && moved > settings.tolerance; ++p) {  // proc2:5
     moved = 0;
     for (const Block& x : c.blocks) {  // proc2:6
       // Solve for λ in  // proc2:7

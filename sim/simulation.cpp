@@ -1,5 +1,6 @@
 #include "sim/simulation.h"
 
+#include <limits>
 #include <utility>
 
 #include "sim/algorithms.h"
@@ -71,7 +72,8 @@ struct Simulation::Implementation {
   /// Takes the step in one part. Where a body is turned aside by an impact and then meets what it would not
   /// have met, the step is taken to that impact, and from there anew.
   void step() {
-    constexpr int most_parts = 32;
+    constexpr int most_parts = 64;
+    constexpr double infinite = std::numeric_limits<double>::infinity();
     before_q = state.q;
     before_v = state.v;
     work.row_solves = 0;
@@ -84,9 +86,11 @@ struct Simulation::Implementation {
       take(rest);
       if (report.status == StepReport::Status::diverged || !model.contacts || report.parts == most_parts)
         break;
-      const std::optional<double> missed = finder.missed(start, state.q, rest);
-      if (!missed) break;
-      const double part = std::max(std::min(*missed, finder.first_impact()), 1e-6 * settings.step);
+      const double missed = finder.missed(start, state.q, rest).value_or(infinite);
+      const double turning =
+          settings.algorithm >= Algorithm::a4 ? finder.first_impact_of_turning() : infinite;
+      if (missed == infinite && turning == infinite) break;
+      const double part = std::max(std::min({missed, turning, finder.first_impact()}), 1e-6 * settings.step);
       if (!(part < rest)) break;
       state = start;
       take(part);

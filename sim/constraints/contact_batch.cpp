@@ -125,7 +125,7 @@ void ContactBatches::add_batch(const Model& model, const std::vector<Contact>& c
       x.inverse_inertia_b[k][lane] = b.inverse_inertia[k];
     }
     for (int i = 0; i < manifold.contacts; ++i) {
-      if (contacts[source + i].restitution > 0) x.first_restitution = counts_.restitutions;
+      if (contacts[source + i].restitution != Contact::no_impact) x.first_restitution = counts_.restitutions;
     }
   }
   for (int i = 0; i < x.contacts; ++i) {

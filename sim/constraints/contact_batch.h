@@ -187,7 +187,8 @@ class ContactBatches {
   std::vector<Coupling> couplings;
   std::vector<ContactFace> faces;
   std::vector<FaceInertias> inertias;    ///< one of each face; empty where rows are in the bodies' frames
-  bool has_impact = false;               ///< whether any contact bounces in the sub-step
+  bool has_impact = false;               ///< whether any contact has an impact in the sub-step
+  bool bounces = false;                  ///< whether one of them bounces
   int row_count = 0;                     ///< of all manifolds
   int formulations = 0;                  ///< since they were built
   std::vector<Matrix3> first_rotations;  ///< of all bodies at the first of them

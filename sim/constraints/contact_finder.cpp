@@ -87,6 +87,10 @@ constexpr double falls_of_touched = 4;
 /// Of the smaller shape, what an impact must take of a body's way in the step to turn it aside.
 constexpr double aside = 0.25;
 
+/// Of the smaller shape, what an impact must take of a body's way in the step to be given at once, bouncing
+/// or not.
+constexpr double hard = 0.03;
+
 /// Of the smaller shape: a face this far below another's plane is flush with it.
 constexpr double flush = 1e-4;
 
@@ -135,6 +139,7 @@ ContactFinder::ContactFinder(const Scene& scene, const Model& model) : model_(mo
   moved_.resize(model.masses.size());
   has_motion_.reserve(model.masses.size());
   is_off_.reserve(model.masses.size());
+  is_left_out_.reserve(model.masses.size());
   earliest_.reserve(model.masses.size());
 }
 
@@ -268,7 +273,9 @@ void ContactFinder::find_pair(const State& state, bool aligned, std::uint32_t a,
   const double fall = duration_ * duration_ * model_.gravity.norm();
   if (gap <= touching * size || (gap <= std::max(touched_before * size, falls_of_touched * fall) &&
                                  !remembered_of(state, a, b).empty())) {
+    const std::size_t first = contacts_.size();
     add_contacts(state, aligned, a, b, 0);
+    if (approach_ > 0) meetings_.push_back({a, b, 0, true, true, first, contacts_.size()});
     return;
   }
   const MovingShape moving_a = moving(state, a);
@@ -288,10 +295,14 @@ void ContactFinder::find_pair(const State& state, bool aligned, std::uint32_t a,
   add_contacts(state, aligned, a, b, impact->time);
   if (contacts_.size() == first) return;
   const Vector3 closing = moving_b.motion.displacement(duration_) - moving_a.motion.displacement(duration_);
-  const bool bounces = std::any_of(contacts_.begin() + static_cast<std::ptrdiff_t>(first), contacts_.end(),
-                                   [](const Contact& contact) { return contact.restitution > 0; });
-  meetings_.push_back(
-      {a, b, impact->time, bounces || impact->normal.dot(closing) > aside * size, first, contacts_.size()});
+  const auto any_of_these = [&](auto&& property) {
+    return std::any_of(contacts_.begin() + static_cast<std::ptrdiff_t>(first), contacts_.end(), property);
+  };
+  const bool bounces = any_of_these([](const Contact& contact) { return contact.restitution > 0; });
+  const bool is_impact =
+      any_of_these([](const Contact& contact) { return contact.restitution != Contact::no_impact; });
+  const bool is_far = impact->normal.dot(closing) > aside * size;
+  meetings_.push_back({a, b, impact->time, is_impact, bounces || is_far, first, contacts_.size()});
 }
 
 /// Adds the contacts of `points_`, with which two colliders touch after `time`.
@@ -321,6 +332,7 @@ void ContactFinder::add_contacts(const State& state, bool aligned, std::uint32_t
   const double speed = va.linear.norm() + vb.linear.norm() + duration_ * model_.gravity.norm();
   const std::span<const ContactMemory> remembered = remembered_of(state, a, b);
   const ContactPoint* before_this = nullptr;
+  approach_ = 0;
   for (const ContactPoint& point : points_) {
     const Vector3 arm_a = point.on_a - body_a.position;
     const Vector3 arm_b = point.on_b - body_b.position;
@@ -353,8 +365,14 @@ void ContactFinder::add_contacts(const State& state, bool aligned, std::uint32_t
     // What does not approach when the step begins is no impact, though others may press it together in the
     // step: the law of impact holds for all contacts of a step at once.
     const double approach = duration_ * contact.acceleration - point.normal.dot(before);
-    contact.restitution = approach > resting * speed ? material.restitution : 0;
+    const bool is_hard = duration_ * approach > hard * smaller_size(a, b);
+    const bool is_impact = approach > resting * speed && (material.restitution > 0 || is_hard);
+    contact.restitution = is_impact ? material.restitution : Contact::no_impact;
     contact.slid = slip_speed > at_rest;
+    const double part_of_size = duration_ * approach / smaller_size(a, b);
+    if (is_impact && part_of_size > (material.restitution > 0 ? tolerated_overlap : aside)) {
+      approach_ = std::max(approach_, approach - duration_ * resting_acceleration);
+    }
     if (time > 0) {
       // At the start the points are apart by their way until they meet, and by the turning of their arms.
       const Vector3 turning = time * (va.angular.cross(arm_a) - vb.angular.cross(arm_b));
@@ -374,7 +392,8 @@ void ContactFinder::add_contacts(const State& state, bool aligned, std::uint32_t
 /// Leaves out what a body meets only after an impact that turns it aside: it may never get there. missed()
 /// says if it does.
 void ContactFinder::keep_first_impacts() {
-  first_impact_ = std::numeric_limits<double>::infinity();
+  first_impact_ = first_impact_of_turning_ = std::numeric_limits<double>::infinity();
+  is_left_out_.assign(model_.masses.size(), false);
   if (meetings_.empty()) return;
   earliest_.assign(model_.masses.size(), std::numeric_limits<double>::infinity());
   for (const Meeting& meeting : meetings_) {
@@ -393,7 +412,15 @@ void ContactFinder::keep_first_impacts() {
       return meeting.time > earliest_[candidates_[i].collider->body] + at_once;
     };
     const bool is_late = is_after(meeting.a) || is_after(meeting.b);
+    if (meeting.time == 0) continue;
     if (meeting.turns_aside && !is_late) first_impact_ = std::min(first_impact_, meeting.time);
+    const auto turns = [&](std::uint32_t i) {
+      constexpr double small_angle = 0.05;
+      return duration_ * motions_[candidates_[i].collider->body].spin.norm() > small_angle;
+    };
+    if (meeting.is_impact && !is_late && (turns(meeting.a) || turns(meeting.b))) {
+      first_impact_of_turning_ = std::min(first_impact_of_turning_, meeting.time);
+    }
     if (!is_late) continue;
     if (kept != next) {
       std::copy(contacts_.begin() + next, contacts_.begin() + meeting.first_contact,
@@ -403,6 +430,8 @@ void ContactFinder::keep_first_impacts() {
     next = meeting.end_contact;
     const std::pair<std::uint32_t, std::uint32_t> pair = std::minmax(meeting.a, meeting.b);
     std::erase(touching_, pair);
+    is_left_out_[candidates_[meeting.a].collider->body] =
+        is_left_out_[candidates_[meeting.b].collider->body] = true;
   }
   if (kept == next) return;
   std::copy(contacts_.begin() + next, contacts_.end(), contacts_.begin() + kept);
@@ -504,7 +533,7 @@ std::optional<double> ContactFinder::missed(const State& state, const std::vecto
     const Vector3 turn = rotation_vector(end[body].angular * state.q[body].angular.conjugate());
     const double off = (way - expected.displacement(duration)).norm() +
                        candidate.reach * (turn - duration * expected.spin).norm();
-    if (off <= std::max(tolerated_overlap * candidate.size, fall)) continue;
+    if (off <= std::max(tolerated_overlap * candidate.size, fall) && !is_left_out_[body]) continue;
     is_off_[body] = any_off = true;
   }
   if (!any_off) return std::nullopt;

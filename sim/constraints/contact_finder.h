@@ -39,6 +39,11 @@ class ContactFinder {
   /// Returns the time of the first impact among the last contacts that turns aside a body; infinite without.
   double first_impact() const { return first_impact_; }
 
+  /// Returns the time of the first impact among the last contacts of a body that turns by more than 0.05 rad
+  /// in the duration; infinite without. A4 and A5 keep the step's Jacobian, so they give its torque in the
+  /// axes that the body had at the step's start.
+  double first_impact_of_turning() const { return first_impact_of_turning_; }
+
   /// Of the smaller shape's size, what a body that is turned aside may overlap with another by.
   static constexpr double tolerated_overlap = 0.01;
 
@@ -54,6 +59,7 @@ class ContactFinder {
     std::uint32_t a;
     std::uint32_t b;
     double time;       ///< s
+    bool is_impact;    ///< it is given at once
     bool turns_aside;  ///< the impact is fast enough to lead a body elsewhere
     std::size_t first_contact;
     std::size_t end_contact;
@@ -102,6 +108,7 @@ class ContactFinder {
   std::vector<bool> has_motion_;
   std::vector<RigidMotion> moved_;  ///< by body, as they have moved
   std::vector<bool> is_off_;        ///< by body: it has moved otherwise than under gravity alone
+  std::vector<bool> is_left_out_;   ///< by body: a contact of it was left out, for an impact comes first
   BroadPhase broad_phase_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> touching_;  ///< pairs with contacts, ascending
@@ -112,7 +119,9 @@ class ContactFinder {
   std::vector<Group> groups_;
   std::vector<int> group_of_;     ///< by collider: the last of its groups; −1: none
   std::vector<double> earliest_;  ///< by body: of its meetings that turn it aside
+  double approach_ = 0;  ///< of the last pair, beyond what gravity makes of rest, if it is an impact, m/s
   double first_impact_ = 0;
+  double first_impact_of_turning_ = 0;
   std::vector<int> begins_;  ///< by collider: of what is remembered
   std::vector<ContactPoint> points_;
   std::vector<Contact> contacts_;

@@ -136,7 +136,7 @@ void start_impact(NormalRow& normal, RestitutionRow& row, const Lanes& gap, cons
   normal.low = choose(row.impact > zero, normal.row.impulse, normal.low);
   const auto meets = gap <= all(hs) * (approach + gain);
   const Lanes fast = choose(approach > row.resting_acceleration * all(hs), all(1), zero);
-  row.impact = fast * choose(row.coefficient > zero, all(1), zero);
+  row.impact = fast * choose(row.coefficient >= zero, all(1), zero);
   // Before they meet nothing brakes them: with τ < 1 the position-level row would, and take from the impact.
   const Lanes let_through = all(-2) * (approach + gain);
   row.velocity = choose(meets, rebound(row, gap, approach, hs), let_through);
@@ -147,7 +147,7 @@ void start_impact(NormalRow& normal, RestitutionRow& row, const Lanes& gap, cons
 void start_substep(ContactBatches& contacts, double hs, const std::vector<Velocity>& v,
                    const std::vector<Velocity>& offset, const std::vector<Velocity>* sum_v) {
   const Lanes zero = all(0);
-  contacts.has_impact = false;
+  contacts.has_impact = contacts.bounces = false;
   if (!contacts.reading.limits_over_step) {
     for (NormalRow& normal : contacts.normals) normal.row.impulse = normal.low = zero;
     for (FrictionRows& rows : contacts.frictions) {
@@ -175,6 +175,7 @@ void start_substep(ContactBatches& contacts, double hs, const std::vector<Veloci
           row.gap + all(hs) * row_velocity(along, normal.row, gather(offset, x.a), gather(offset, x.b));
       start_impact(normal, row, gap, approach, hs);
       contacts.has_impact = contacts.has_impact || any(row.impact > zero);
+      contacts.bounces = contacts.bounces || any(row.impact * row.coefficient > zero);
       row.right = row.velocity;
       if (sum_v) row.right += row_velocity(along, normal.row, gather(*sum_v, x.a), gather(*sum_v, x.b));
     }

@@ -89,7 +89,9 @@ int sweeps_of(const Problem& problem, int m) {
   // A hinged plank that is hit at its end turns right to 0.1 % with 4 sweeps, a row of five touching balls
   // with 20.
   constexpr int of_impact = 30;
-  return problem.c.contacts.has_impact ? std::max(m, of_impact) : m;
+  const ContactBatches& contacts = problem.c.contacts;
+  const bool is_passed_on = contacts.bounces || (contacts.has_impact && !problem.c.blocks.empty());
+  return is_passed_on ? std::max(m, of_impact) : m;
 }
 
 void update_biases(Problem& problem, const std::vector<Velocity>& v_local) {
