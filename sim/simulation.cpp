@@ -72,42 +72,53 @@ struct Simulation::Implementation {
   /// Takes the step in one part. Where a body is turned aside by an impact and then meets what it would not
   /// have met, the step is taken to that impact, and from there anew.
   void step() {
-    constexpr int most_parts = 64;
-    constexpr double infinite = std::numeric_limits<double>::infinity();
     before_q = state.q;
     before_v = state.v;
     work.row_solves = 0;
     report.status = StepReport::Status::ok;
-    report.parts = 1;
+    report.parts = 0;
     earlier_impulses.clear();
-    double rest = settings.step;
-    for (;; ++report.parts) {
-      start = state;
-      take(rest);
-      if (report.status == StepReport::Status::diverged || !model.contacts || report.parts == most_parts)
-        break;
-      const double missed = finder.missed(start, state.q, rest).value_or(infinite);
-      const double turning =
-          settings.algorithm >= Algorithm::a4 ? finder.first_impact_of_turning() : infinite;
-      if (missed == infinite && turning == infinite) break;
-      const double part = std::max(std::min({missed, turning, finder.first_impact()}), 1e-6 * settings.step);
-      if (!(part < rest)) break;
-      state = start;
-      take(part);
-      if (report.status == StepReport::Status::diverged) break;
-      append_contact_impulses(earlier_impulses);
+    for (double rest = settings.step; rest > 0;) {
+      if (rest < settings.step) append_contact_impulses(earlier_impulses);
+      const double part = take_part(rest);
+      if (report.status == StepReport::Status::diverged) {
+        state.q = before_q;
+        state.v = before_v;
+        return;
+      }
       rest -= part;
-    }
-    if (report.status == StepReport::Status::diverged) {
-      state.q = before_q;
-      state.v = before_v;
-      return;
     }
     ++steps;
   }
 
+  /// Advances the state by `rest`, or by as much of it as its contacts hold for. Returns how much it was.
+  double take_part(double rest) {
+    constexpr int most_parts = 64;
+    start = state;
+    for (double part = rest;;) {
+      ++report.parts;
+      const bool is_last = report.parts >= most_parts;
+      take(part, is_last);
+      if (report.status == StepReport::Status::diverged || !model.contacts || is_last) return part;
+      const double sooner = std::max(end_of_contacts(part), 1e-6 * settings.step);
+      if (!(sooner < part)) return part;
+      part = sooner;
+      state = start;
+    }
+  }
+
+  /// Returns until when in the part that was taken last its contacts were right; infinite where they all
+  /// were.
+  double end_of_contacts(double part) {
+    constexpr double infinite = std::numeric_limits<double>::infinity();
+    const double missed = finder.missed(start, state.q, part).value_or(infinite);
+    const double turning = sub_stepped ? finder.first_impact_of_turning() : infinite;
+    if (missed == infinite) return turning;
+    return finder.first_impact() < part ? finder.first_impact() : std::min(missed, turning);
+  }
+
   /// Advances the state by `duration`.
-  void take(double duration) {
+  void take(double duration, bool all_contacts) {
     part_settings.step = duration;
     problem.substeps.duration = sub_stepped ? duration / settings.substeps : duration;
     // s1: geometry
@@ -115,7 +126,7 @@ struct Simulation::Implementation {
       // A1's solution is the same for all tangents; its sweeps, which start its active sets, are not.
       const bool aligned = settings.algorithm == Algorithm::a1 || !reading.isotropic_friction;
       problem.contacts = &finder.find(state, duration, sub_stepped ? settings.substeps : 1, aligned,
-                                      duration / settings.step);
+                                      duration / settings.step, all_contacts);
       build_blocks(problem, joints);
       report.contacts = static_cast<int>(problem.contacts->size());
       report.rows = static_cast<int>(problem.c.row_count());

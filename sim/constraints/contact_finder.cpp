@@ -89,7 +89,7 @@ constexpr double aside = 0.25;
 
 /// Of the smaller shape, what an impact must take of a body's way in the step to be given at once, bouncing
 /// or not.
-constexpr double hard = 0.03;
+constexpr double hard = 0.01;
 
 /// Of the smaller shape: a face this far below another's plane is flush with it.
 constexpr double flush = 1e-4;
@@ -165,8 +165,9 @@ std::pair<std::uint32_t, std::uint32_t> ContactFinder::in_order(std::uint32_t i,
 }
 
 const std::vector<Contact>& ContactFinder::find(const State& state, double duration, int substeps,
-                                                bool aligned, double part) {
+                                                bool aligned, double part, bool all) {
   part_ = part;
+  all_ = all;
   duration_ = duration;
   substep_ = duration / substeps;
   contacts_.clear();
@@ -176,12 +177,14 @@ const std::vector<Contact>& ContactFinder::find(const State& state, double durat
   has_motion_.assign(state.q.size(), false);
   list_remembered(state);
   state_ = &state;
+  double fastest = 0;
+  for (const Velocity& v : state.v) fastest = std::max(fastest, v.linear.norm());
   for (std::size_t i = 0; i < candidates_.size(); ++i) {
     const Collider& collider = *candidates_[i].collider;
     const Coordinates& q = state.q[collider.body];
     const Velocity& v = state.v[collider.body];
     poses_[i] = Pose{q.linear, q.angular} * collider.placement;
-    margins_[i] = duration * (v.linear.norm() + v.angular.norm() * candidates_[i].reach +
+    margins_[i] = duration * ((all ? fastest : v.linear.norm()) + v.angular.norm() * candidates_[i].reach +
                               duration * fall_of(collider.body).norm());
     if (std::isfinite(candidates_[i].size)) margins_[i] += touching * candidates_[i].size;
     bounds_[i] = bounds(collider.shape, poses_[i]);
@@ -275,12 +278,15 @@ void ContactFinder::find_pair(const State& state, bool aligned, std::uint32_t a,
                                  !remembered_of(state, a, b).empty())) {
     const std::size_t first = contacts_.size();
     add_contacts(state, aligned, a, b, 0);
-    if (approach_ > 0) meetings_.push_back({a, b, 0, true, true, first, contacts_.size()});
+    if (approach_ > 0 || separates_) {
+      meetings_.push_back({a, b, 0, true, !separates_, separates_, first, contacts_.size()});
+    }
     return;
   }
   const MovingShape moving_a = moving(state, a);
   const MovingShape moving_b = moving(state, b);
   const std::optional<Impact> impact = time_of_impact(moving_a, moving_b, duration_, touching * size / 2);
+  if (!impact && all_) return add_contacts(state, aligned, a, b, 0);
   if (!impact) {
     const PairMaterial material(candidates_[a].collider->material, candidates_[b].collider->material);
     if (material.restitution == 0 && margin <= aside * size) neighbours_.emplace_back(a, b);
@@ -302,7 +308,7 @@ void ContactFinder::find_pair(const State& state, bool aligned, std::uint32_t a,
   const bool is_impact =
       any_of_these([](const Contact& contact) { return contact.restitution != Contact::no_impact; });
   const bool is_far = impact->normal.dot(closing) > aside * size;
-  meetings_.push_back({a, b, impact->time, is_impact, bounces || is_far, first, contacts_.size()});
+  meetings_.push_back({a, b, impact->time, is_impact, bounces || is_far, false, first, contacts_.size()});
 }
 
 /// Adds the contacts of `points_`, with which two colliders touch after `time`.
@@ -333,6 +339,7 @@ void ContactFinder::add_contacts(const State& state, bool aligned, std::uint32_t
   const std::span<const ContactMemory> remembered = remembered_of(state, a, b);
   const ContactPoint* before_this = nullptr;
   approach_ = 0;
+  separates_ = material.restitution > 0;
   for (const ContactPoint& point : points_) {
     const Vector3 arm_a = point.on_a - body_a.position;
     const Vector3 arm_b = point.on_b - body_b.position;
@@ -370,6 +377,7 @@ void ContactFinder::add_contacts(const State& state, bool aligned, std::uint32_t
     contact.restitution = is_impact ? material.restitution : Contact::no_impact;
     contact.slid = slip_speed > at_rest;
     const double part_of_size = duration_ * approach / smaller_size(a, b);
+    separates_ = separates_ && part_of_size < -tolerated_overlap;
     if (is_impact && part_of_size > (material.restitution > 0 ? tolerated_overlap : aside)) {
       approach_ = std::max(approach_, approach - duration_ * resting_acceleration);
     }
@@ -389,12 +397,13 @@ void ContactFinder::add_contacts(const State& state, bool aligned, std::uint32_t
   }
 }
 
-/// Leaves out what a body meets only after an impact that turns it aside: it may never get there. missed()
-/// says if it does.
+/// Leaves out what a body meets only after an impact that turns it aside, for it may never get there, and
+/// what it is flying away from when it has one, for to meet that again is another impact. missed() says if it
+/// does.
 void ContactFinder::keep_first_impacts() {
   first_impact_ = first_impact_of_turning_ = std::numeric_limits<double>::infinity();
   is_left_out_.assign(model_.masses.size(), false);
-  if (meetings_.empty()) return;
+  if (meetings_.empty() || all_) return;
   earliest_.assign(model_.masses.size(), std::numeric_limits<double>::infinity());
   for (const Meeting& meeting : meetings_) {
     if (!meeting.turns_aside) continue;
@@ -409,16 +418,17 @@ void ContactFinder::keep_first_impacts() {
   std::size_t next = kept;
   for (const Meeting& meeting : meetings_) {
     const auto is_after = [&](std::uint32_t i) {
-      return meeting.time > earliest_[candidates_[i].collider->body] + at_once;
+      const double earliest = earliest_[candidates_[i].collider->body];
+      return meeting.separates ? earliest < duration_ : meeting.time > earliest + at_once;
     };
     const bool is_late = is_after(meeting.a) || is_after(meeting.b);
-    if (meeting.time == 0) continue;
-    if (meeting.turns_aside && !is_late) first_impact_ = std::min(first_impact_, meeting.time);
+    const bool is_ahead = meeting.time > 0 && !is_late;
+    if (meeting.turns_aside && is_ahead) first_impact_ = std::min(first_impact_, meeting.time);
     const auto turns = [&](std::uint32_t i) {
-      constexpr double small_angle = 0.05;
+      constexpr double small_angle = 0.02;
       return duration_ * motions_[candidates_[i].collider->body].spin.norm() > small_angle;
     };
-    if (meeting.is_impact && !is_late && (turns(meeting.a) || turns(meeting.b))) {
+    if (meeting.is_impact && is_ahead && (turns(meeting.a) || turns(meeting.b))) {
       first_impact_of_turning_ = std::min(first_impact_of_turning_, meeting.time);
     }
     if (!is_late) continue;
@@ -513,7 +523,8 @@ bool ContactFinder::is_flush(int collider, const Group& floor, const Group& othe
   const Vector3 on_floor = is_a ? point_of(plane.b, plane.arm_b) : point_of(plane.a, plane.arm_a);
   const Vector3 on_other =
       is_a_of_other ? point_of(contact.b, contact.arm_b) : point_of(contact.a, contact.arm_a);
-  if (std::abs(up.dot(on_other - on_floor)) > same_place * size) return false;
+  const double fall = duration_ * duration_ * model_.gravity.norm();
+  if (std::abs(up.dot(on_other - on_floor)) > std::max(same_place * size, 2 * fall)) return false;
   if (std::holds_alternative<TriangleMesh>(shape)) return false;
   if (std::holds_alternative<Plane>(shape)) return false;
   const ConvexSolid solid(shape, poses_[below]);

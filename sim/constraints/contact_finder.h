@@ -27,9 +27,9 @@ class ContactFinder {
   /// Returns the contacts of `duration` seconds in `substeps` sub-steps from a state; friction and overlaps
   /// as the state remembers them. With `aligned`, the first tangent is along the slip velocity that gravity
   /// leaves, where there is any; else it depends on the normal alone. `part`: of the step, that the duration
-  /// is.
+  /// is. `all`: whatever is near is in contact, with the plane that it has at the start.
   const std::vector<Contact>& find(const State& state, double duration, int substeps, bool aligned = false,
-                                   double part = 1);
+                                   double part = 1, bool all = false);
 
   /// Returns the time in [0, duration] at which the contacts of the last find() no longer are all: bodies
   /// that were to move otherwise meet with a motion that led from `state` to `end`, and would overlap by more
@@ -39,7 +39,7 @@ class ContactFinder {
   /// Returns the time of the first impact among the last contacts that turns aside a body; infinite without.
   double first_impact() const { return first_impact_; }
 
-  /// Returns the time of the first impact among the last contacts of a body that turns by more than 0.05 rad
+  /// Returns the time of the first impact among the last contacts of a body that turns by more than 0.02 rad
   /// in the duration; infinite without. A4 and A5 keep the step's Jacobian, so they give its torque in the
   /// axes that the body had at the step's start.
   double first_impact_of_turning() const { return first_impact_of_turning_; }
@@ -61,6 +61,7 @@ class ContactFinder {
     double time;       ///< s
     bool is_impact;    ///< it is given at once
     bool turns_aside;  ///< the impact is fast enough to lead a body elsewhere
+    bool separates;    ///< the two touch, and fly apart
     std::size_t first_contact;
     std::size_t end_contact;
   };
@@ -100,6 +101,7 @@ class ContactFinder {
   const State* state_ = nullptr;  ///< of the last find()
   double duration_ = 0;
   double part_ = 1;
+  bool all_ = false;
   double substep_ = 0;
   std::vector<Pose> poses_;
   std::vector<Bounds> bounds_;
@@ -119,7 +121,8 @@ class ContactFinder {
   std::vector<Group> groups_;
   std::vector<int> group_of_;     ///< by collider: the last of its groups; −1: none
   std::vector<double> earliest_;  ///< by body: of its meetings that turn it aside
-  double approach_ = 0;  ///< of the last pair, beyond what gravity makes of rest, if it is an impact, m/s
+  double approach_ = 0;     ///< of the last pair, beyond what gravity makes of rest, if it is an impact, m/s
+  bool separates_ = false;  ///< whether the last pair flies apart
   double first_impact_ = 0;
   double first_impact_of_turning_ = 0;
   std::vector<int> begins_;  ///< by collider: of what is remembered
