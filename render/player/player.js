@@ -144,8 +144,9 @@ class Player {
     const {data} = this;
     const shown = data.strips[+$('strip').value];
     $('legend').textContent = !shown ? '' : {
-      error: `strips: RMS distance of the bodies’ points from the reference (${(data.reference || {}).method})`,
-      gap: 'strips: the largest distance between two points that a joint holds together',
+      error:
+          `strips: RMS distance of the bodies’ points from the reference (${(data.reference || {}).method})`,
+      gap: 'strips: by how much joints give way; an angle counts times its lever',
       energy: 'strips: kinetic and potential energy since the first frame',
     }[shown.name];
   }

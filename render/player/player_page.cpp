@@ -30,6 +30,7 @@
 #include "render/video/overlay.h"
 #include "render/video/seen_frames.h"
 #include "sim/math/base64.h"
+#include "sim/measure/joint_gap.h"
 #include "sim/measure/motion.h"
 #include "sim/model/joint_anchors.h"
 
@@ -236,7 +237,7 @@ std::string for_page(const Json& json) {
 
 ReadingChoice player_readings(const Scene& scene) {
   ReadingChoice readings;
-  readings.gap = std::ranges::any_of(scene.joints, holds_anchors_together);
+  readings.gap = !JointGapMeter(scene).is_empty();
   readings.energy = true;
   return readings;
 }

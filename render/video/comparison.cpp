@@ -13,6 +13,7 @@
 #include "sim/error.h"
 #include "sim/execution/parallel_for.h"
 #include "sim/log/pose_log.h"
+#include "sim/measure/joint_gap.h"
 #include "sim/measure/measured_run.h"
 #include "sim/measure/metrics.h"
 #include "sim/measure/motion.h"
@@ -52,7 +53,7 @@ struct Tally {
 class Reader {
  public:
   Reader(const Scene& scene, const ReadingChoice& choice, Readings& readings)
-      : scene_(scene), choice_(choice), readings_(readings) {
+      : scene_(scene), choice_(choice), readings_(readings), joints_(scene) {
     if (choice.depths) meter_ = std::make_unique<PenetrationMeter>(scene);
   }
 
@@ -71,7 +72,7 @@ class Reader {
 
   /// What follows from the poses alone.
   void read_places(const State& state) {
-    if (choice_.gap) readings_.gaps.push_back(joint_gap(scene_, state));
+    if (choice_.gap) readings_.gaps.push_back(joints_.gap(state));
     if (choice_.depths) {
       const std::vector<double> depths = meter_->depths(state);
       readings_.depths.emplace_back(depths.begin(), depths.end());
@@ -82,6 +83,7 @@ class Reader {
   const Scene& scene_;
   ReadingChoice choice_;
   Readings& readings_;
+  JointGapMeter joints_;
   std::unique_ptr<PenetrationMeter> meter_;
   double start_ = 0;
 };

@@ -37,7 +37,7 @@ struct ComparisonSettings {
 
 /// As ReadingChoice asks for them; each has one entry for each film frame that has poses, or none.
 struct Readings {
-  std::vector<double> gaps;      ///< largest distance of two anchors that a joint holds together, m
+  std::vector<double> gaps;      ///< of joints, see JointGapMeter, m
   std::vector<double> energies;  ///< kinetic and potential, since the film's first frame, J; not of logs
   std::vector<std::vector<float>> speeds;             ///< of each body's centre, m/s
   std::vector<std::vector<float>> depths;             ///< of each body, how far it is in another, m

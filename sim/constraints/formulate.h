@@ -38,6 +38,9 @@ struct Problem {
 /// are blocked.
 void build_blocks(Problem& problem, Joints joints);
 
+/// The value of a joint's coordinate, m or rad.
+double value_of(const JointCoordinate& coordinate, const Attachment& at, const std::vector<Coordinates>& q);
+
 /// What springs hold, J: soft limits beyond their bounds, and drives off their targets as if no force were
 /// too large for them. Those by mass are left out.
 double energy_of_springs(const Model& model, const std::vector<Coordinates>& q);

@@ -99,6 +99,9 @@ Quaternion relative_rotation(const Frames& f) {
   return q;
 }
 
+/// Of the distance along an axis: what is closer to the axis than that has no direction across it.
+constexpr double on_axis = 1e-12;
+
 Measured measure(const JointCoordinate& coordinate, const Frames& f) {
   using Kind = JointCoordinate::Kind;
   const Vector3 axis_b = f.axes_b.col(coordinate.axis);
@@ -109,7 +112,8 @@ Measured measure(const JointCoordinate& coordinate, const Frames& f) {
     case Kind::radius: {
       const Vector3 across = f.offset - axis_b * axis_b.dot(f.offset);
       const double radius = across.norm();
-      return along(f, radius > 0 ? Vector3(across / radius) : across_b);
+      // On the axis `across` is rounding, which need not lie across it.
+      return along(f, radius > on_axis * f.offset.norm() ? Vector3(across / radius) : across_b);
     }
     case Kind::distance: {
       const double distance = f.offset.norm();
@@ -247,21 +251,22 @@ void formulate_drive(Problem& problem, Block& x, const Placed& at, double hs) {
 
 }  // namespace
 
+double value_of(const JointCoordinate& coordinate, const Attachment& at, const std::vector<Coordinates>& q) {
+  const Matrix3 rotation_a = q[at.a].angular.toRotationMatrix();
+  const Matrix3 rotation_b = q[at.b].angular.toRotationMatrix();
+  return measure(coordinate, frames_of(at, {q[at.a], q[at.b], rotation_a, rotation_b})).value;
+}
+
 double energy_of_springs(const Model& model, const std::vector<Coordinates>& q) {
-  const auto value = [&q](const Attachment& at, const JointCoordinate& coordinate) {
-    const Matrix3 rotation_a = q[at.a].angular.toRotationMatrix();
-    const Matrix3 rotation_b = q[at.b].angular.toRotationMatrix();
-    return measure(coordinate, frames_of(at, {q[at.a], q[at.b], rotation_a, rotation_b})).value;
-  };
   double energy = 0;
   for (const Limit& limit : model.limits) {
     if (!limit.soft) continue;
-    const double beyond = value(limit.at, limit.coordinate) - limit.bound;
+    const double beyond = value_of(limit.coordinate, limit.at, q) - limit.bound;
     const bool is_held = limit.side == Limit::Side::both || (limit.side == Limit::Side::high) == (beyond > 0);
     if (is_held) energy += limit.stiffness * beyond * beyond / 2;
   }
   for (const Drive& drive : model.drives) {
-    const double off = value(drive.at, drive.coordinate) - drive.position_target;
+    const double off = value_of(drive.coordinate, drive.at, q) - drive.position_target;
     if (!drive.per_mass) energy += drive.stiffness * off * off / 2;
   }
   return energy;

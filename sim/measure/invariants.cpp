@@ -56,13 +56,14 @@ double energy_of_violations(const Scene& scene, double violation) {
 Invariants::Invariants(const Scene& scene, const State& start)
     : scene_(scene),
       meter_(scene),
+      joints_(scene),
       is_free_(is_free(scene)),
       start_(start),
       energy_(energy(scene, start)),
       momentum_(momentum(scene, start, 0)) {}
 
 void Invariants::add(const State& state, double time, Metrics& metrics) {
-  metrics.joint_gap = std::max(metrics.joint_gap, joint_gap(scene_, state));
+  metrics.joint_gap = std::max(metrics.joint_gap, joints_.gap(state));
   metrics.penetration = std::max(metrics.penetration, meter_.depth(state));
   metrics.energy_change = energy(scene_, state) - energy_;
   metrics.energy_growth = std::max(metrics.energy_growth, metrics.energy_change);

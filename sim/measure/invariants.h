@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "sim/measure/joint_gap.h"
 #include "sim/measure/measured_run.h"
 #include "sim/measure/metrics.h"
 
@@ -21,6 +22,7 @@ class Invariants {
  private:
   const Scene& scene_;
   PenetrationMeter meter_;
+  JointGapMeter joints_;
   bool is_free_;
   State start_;
   double energy_;

@@ -1,10 +1,10 @@
 #include "sim/measure/measured_run.h"
-#include "sim/model/joint_anchors.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "sim/math/rotation.h"
+#include "sim/measure/joint_gap.h"
 #include "sim/measure/motion.h"
 
 namespace substep {
@@ -27,6 +27,7 @@ double distance(const std::vector<Vector3>& a, const std::vector<Vector3>& b) {
 MeasuredRun measured_run(Simulation& simulation, double duration) {
   MeasuredRun run;
   const Scene& scene = simulation.scene();
+  const JointGapMeter joints(scene);
   const double start = energy(scene, simulation.state());
   const auto steps = static_cast<int>(std::lround(duration / simulation.settings().step));
   for (int i = 0; i < steps && !run.diverged; ++i) {
@@ -34,7 +35,7 @@ MeasuredRun measured_run(Simulation& simulation, double duration) {
     run.diverged = report.status == StepReport::Status::diverged;
     run.row_solves += report.row_solves;
     run.largest_residual = std::max(run.largest_residual, report.residual);
-    run.largest_gap = std::max(run.largest_gap, joint_gap(scene, simulation.state()));
+    run.largest_gap = std::max(run.largest_gap, joints.gap(simulation.state()));
     run.energy_growth = std::max(run.energy_growth, energy(scene, simulation.state()) - start);
   }
   run.state = simulation.state();
@@ -86,19 +87,6 @@ Momentum momentum(const Scene& scene, const State& state, double time) {
     sum.angular += state.q[i].angular * spin + arm.cross(state.v[i].linear) / body.inverse_mass;
   }
   return sum;
-}
-
-double joint_gap(const Scene& scene, const State& state) {
-  double largest = 0;
-  for (const Joint& joint : scene.joints) {
-    if (!holds_anchors_together(joint)) continue;
-    const Coordinates& a = state.q[static_cast<std::size_t>(joint.body_a)];
-    const Coordinates& b = state.q[static_cast<std::size_t>(joint.body_b)];
-    const Vector3 gap =
-        a.linear + a.angular * joint.frame_a.position - (b.linear + b.angular * joint.frame_b.position);
-    largest = std::max(largest, gap.norm());
-  }
-  return largest;
 }
 
 double position_difference(const State& a, const State& b) {

@@ -10,7 +10,7 @@ namespace substep {
 struct MeasuredRun {
   State state;                  ///< at the end, or the last finite one
   bool diverged = false;        ///< it left the finite numbers
-  double largest_gap = 0;       ///< of two anchors that a joint holds together, after any step, m
+  double largest_gap = 0;       ///< of joints after any step, see JointGapMeter, m
   double energy_change = 0;     ///< of all bodies, end − start, J
   double energy_growth = 0;     ///< largest rise above the start's, after any step, J
   double largest_residual = 0;  ///< of A1, after any step
@@ -31,9 +31,6 @@ struct Momentum {
 
 /// Of all bodies of finite mass, without what gravity gave since the start, `time` seconds ago.
 Momentum momentum(const Scene& scene, const State& state, double time);
-
-/// Largest distance between two anchors that a joint of three locked linear axes holds together, m.
-double joint_gap(const Scene& scene, const State& state);
 
 /// Largest distance between the centres of equal bodies, m.
 double position_difference(const State& a, const State& b);

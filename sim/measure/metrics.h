@@ -30,7 +30,7 @@ struct Metrics {
   std::int64_t row_solves = 0;
 
   // Over the scene's whole duration, at the instants of the samples.
-  double joint_gap = 0;      ///< largest distance of two anchors that a joint holds together, m
+  double joint_gap = 0;      ///< largest of the joints, see JointGapMeter, m
   double penetration = 0;    ///< largest depth of one collider in another, m
   double energy_change = 0;  ///< end − start, J
   double energy_growth = 0;  ///< largest rise above the start's, J

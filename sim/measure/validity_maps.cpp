@@ -8,6 +8,7 @@
 
 #include "sim/error.h"
 #include "sim/measure/ablation.h"
+#include "sim/measure/joint_gap.h"
 #include "sim/measure/measured_run.h"
 #include "sim/measure/weight_scene.h"
 #include "sim/simulation.h"
@@ -129,6 +130,7 @@ std::vector<HistoryPoint> history(const Scene& scene, const Settings& settings) 
   const Sampling sampling(settings.step, scene.step);
   Simulation simulation(scene, settings);
   PenetrationMeter meter(scene);
+  const JointGapMeter joints(scene);
   const double start = energy(scene, simulation.state());
   std::vector<HistoryPoint> points;
   const auto steps = static_cast<int>(std::lround(scene.duration / settings.step));
@@ -137,7 +139,7 @@ std::vector<HistoryPoint> history(const Scene& scene, const Settings& settings) 
     if (k % sampling.steps_between() != 0) continue;
     const State& state = simulation.state();
     points.push_back(
-        {k * settings.step, joint_gap(scene, state), meter.depth(state), energy(scene, state) - start});
+        {k * settings.step, joints.gap(state), meter.depth(state), energy(scene, state) - start});
   }
   return points;
 }

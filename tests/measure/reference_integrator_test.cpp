@@ -10,6 +10,7 @@
 
 #include "sim/error.h"
 #include "sim/math/rotation.h"
+#include "sim/measure/joint_gap.h"
 #include "sim/measure/measured_run.h"
 #include "sim/measure/motion.h"
 #include "tests/scene_files.h"

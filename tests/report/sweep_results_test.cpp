@@ -14,6 +14,7 @@
 #include "render/report/report_tables.h"
 #include "sim/error.h"
 #include "sim/loading/load_scene.h"
+#include "sim/measure/joint_gap.h"
 #include "sim/measure/measured_run.h"
 #include "sim/measure/validity_maps.h"
 #include "sim/model/usual_settings.h"

@@ -404,6 +404,18 @@ TEST(Contacts, MaterialsCombineInTheExtensionsOrder) {
   EXPECT_NEAR(slowed(Combine::average, Combine::minimum), 0.3, 1e-9);
 }
 
+TEST(Joints, RadiusOnTheAxisIsZero) {
+  // The frames are turned, so that what is left across the axis is rounding.
+  Scene scene = jointed_body({range(false, {false, true, true}, 0, 0.5)});
+  scene.joints[0].frame_a = {{0.3, -0.2, 0.9}, rotation_quaternion({0.4, -0.7, 1.1})};
+  const Model model = build_model(scene);
+  State state = initial_state(scene);
+  state.q[1].linear = scene.joints[0].frame_a * Vector3(5, 0, 0);
+  ASSERT_EQ(model.limits.size(), 1U);
+  const Limit& limit = model.limits[0];
+  EXPECT_LT(std::abs(value_of(limit.coordinate, limit.at, state.q)), 1e-14);  // measured 4.4e-16
+}
+
 /// A ball of radius 0.1 m, 1 m from a ball joint at the origin, that swings from the right to the left:
 /// through a post, which is the world's collider 0, to a wall, which is its collider 1. Faces at x = 0.05 m
 /// and −0.3 m.
