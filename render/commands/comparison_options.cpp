@@ -7,6 +7,7 @@
 
 #include "render/video/comparison_table.h"
 #include "render/video/panel.h"
+#include "sim/commands/warnings.h"
 #include "sim/error.h"
 
 namespace substep {
@@ -96,6 +97,12 @@ ComparisonSettings ComparisonOptions::settings(const Scene& scene_to_show) {
 void print_table(const Comparison& comparison) {
   fmt::print("{}", to_text(table_of(comparison, true)));
   if (comparison.reference) fmt::print("{}\n", words_on_reference(comparison));
+}
+
+void warn_of(const Scene& scene, const Comparison& comparison) {
+  for (const Run& run : comparison.runs) {
+    warn_of(scene, fmt::format("{} {}", name_of(run.panel), settings_of(run.panel)), run.violations);
+  };
 }
 
 }  // namespace substep

@@ -44,4 +44,7 @@ struct ComparisonOptions {
 /// A line for each run: its errors and its row solves, what became of it; and what the reference is.
 void print_table(const Comparison& comparison);
 
+/// Prints a line on stderr for each violation of each run.
+void warn_of(const Scene& scene, const Comparison& comparison);
+
 }  // namespace substep

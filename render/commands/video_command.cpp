@@ -72,6 +72,7 @@ void make(VideoOptions& options) {
     report = make_video(scene, video);
   }
   print_table(report.comparison);
+  warn_of(scene, report.comparison);
   if (report.comparison.is_nearest) {
     fmt::print(
         "the step does not divide the {:g} s between frames: each shows the step nearest to its time\n",

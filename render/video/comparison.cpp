@@ -13,6 +13,7 @@
 #include "sim/error.h"
 #include "sim/execution/parallel_for.h"
 #include "sim/log/pose_log.h"
+#include "sim/measure/invariants.h"
 #include "sim/measure/joint_gap.h"
 #include "sim/measure/measured_run.h"
 #include "sim/measure/metrics.h"
@@ -132,22 +133,30 @@ void simulate_algorithm(const Scene& scene, const Clock& clock, const ReadingCho
                         Tally& tally) {
   Simulation simulation(scene, run.panel.settings);
   Reader reader(scene, choice, run.readings);
+  Metrics metrics;
+  Invariants invariants(scene, simulation.state());
+  invariants.add(simulation.state(), 0, metrics);
   std::int64_t steps = 0;
   const auto step = [&] {
     const StepReport& report = timed(run, [&]() -> const StepReport& { return simulation.step(); });
     run.row_solves += report.row_solves;
     if (report.status == StepReport::Status::unsolved) ++run.unsolved;
-    return report.status != StepReport::Status::diverged;
+    if (report.status == StepReport::Status::diverged) return false;
+    invariants.follow(simulation.state(), run.panel.settings.step, metrics);
+    return true;
   };
   const auto read = [&](const State& state) {
     reader.read(state);
+    invariants.add(state, static_cast<double>(steps) * run.panel.settings.step, metrics);
     if (choice.contacts) run.readings.contacts.push_back(simulation.contact_impulses());
   };
   if (!take_shots(
           clock, 1, tally, step, [&]() -> const State& { return simulation.state(); }, run.poses, steps,
           read)) {
     run.diverged = static_cast<double>(steps) * run.panel.settings.step;
+    return;
   }
+  run.violations = violations(scene, run.panel.settings, metrics);
 }
 
 void simulate_engine(const Scene& scene, const Clock& clock, const ReadingChoice& choice, Run& run,

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "render/video/panel.h"
+#include "sim/measure/violations.h"
 #include "sim/model/settings.h"
 #include "sim/model/state.h"
 #include "sim/scene/scene.h"
@@ -58,6 +59,7 @@ struct Run {
   double simulated = 0;            ///< by these steps, s
   std::optional<double> diverged;  ///< when, s
   int unsolved = 0;                ///< steps that A1 did not solve to the accuracy asked for
+  std::vector<Violation> violations;  ///< of algorithms, as far as the film goes
 
   bool is_reference() const { return panel.kind == PanelChoice::Kind::reference; }
 };

@@ -13,6 +13,7 @@
 #include "sim/commands/commands.h"
 #include "sim/commands/options.h"
 #include "sim/commands/progress.h"
+#include "sim/commands/warnings.h"
 #include "sim/error.h"
 #include "sim/log/file_output.h"
 #include "sim/measure/metrics_text.h"
@@ -132,6 +133,11 @@ void measure_scene(const MeasureOptions& options) {
     fmt::print("wrote {}\n", options.output->string());
   } else {
     fmt::print("{}", text);
+  }
+  for (const MeasuredSettings& run : measurement.runs) {
+    if (!run.metrics.diverged) {
+      warn_of(scene, label(run.settings), violations(scene, run.settings, run.metrics));
+    }
   }
 }
 

@@ -14,11 +14,13 @@
 #include "sim/commands/csv_lines.h"
 #include "sim/commands/options.h"
 #include "sim/commands/progress.h"
+#include "sim/commands/warnings.h"
 #include "sim/direct/mlcp.h"
 #include "sim/error.h"
 #include "sim/log/file_output.h"
 #include "sim/log/pose_log.h"
 #include "sim/measure/invariants.h"
+#include "sim/measure/violations.h"
 #include "sim/simulation.h"
 
 namespace substep {
@@ -77,6 +79,7 @@ class RunSummary {
  public:
   explicit RunSummary(const Simulation& simulation)
       : scene_(simulation.scene()),
+        settings_(simulation.settings()),
         invariants_(scene_, simulation.state()),
         // Contacts are looked for once more to see how deep they are: not in steps finer than films show.
         every_(std::max(1, static_cast<int>(std::lround(1 / (60 * simulation.settings().step))))) {
@@ -90,7 +93,8 @@ class RunSummary {
       contradicting_ = std::max(contradicting_, report.contradicting);
       residual_ = std::max(residual_, report.residual);
     }
-    if (step % every_ == 0) invariants_.add(state, 0, metrics_);
+    invariants_.follow(state, settings_.step, metrics_);
+    if (step % every_ == 0) invariants_.add(state, step * settings_.step, metrics_);
   }
 
   void print(int steps, bool diverged) const {
@@ -110,30 +114,18 @@ class RunSummary {
     }
   }
 
-  /// Of what no motion of the scene does.
-  void warn(const Settings& settings) const {
-    const std::string nonsense = out_of_bounds(scene_, metrics_);
-    if (nonsense.empty()) return;
-    std::fflush(stdout);
-    fmt::print(
-        stderr,
-        "substep: warning: {}: {} stays finite, but is no motion of this scene: {} (--strict makes this an "
-        "error)\n",
-        scene_.name, label(settings), nonsense);
-  }
+  /// What is wrong with the motion.
+  std::vector<Violation> found() const { return violations(scene_, settings_, metrics_); }
 
-  /// What --strict does not let pass and a plain run does; empty: nothing.
+  /// Steps that --strict does not let pass beside; empty: none.
   std::string complaint() const {
-    std::string text = out_of_bounds(scene_, metrics_);
-    if (least_squares_ > 0) {
-      text += fmt::format("{}{} steps solved in the least-squares sense only", text.empty() ? "" : "; ",
-                          least_squares_);
-    }
-    return text;
+    if (least_squares_ == 0) return "";
+    return fmt::format("{} steps solved in the least-squares sense only", least_squares_);
   }
 
  private:
   const Scene& scene_;
+  Settings settings_;
   Invariants invariants_;
   int every_;
   Metrics metrics_;
@@ -189,12 +181,19 @@ void run(const RunOptions& options) {
   const bool diverged = written.end.starts_with("diverged");
   summary.print(written.last_frame, diverged);
   std::string message = written.end == "ok" ? "" : written.end;
-  if (options.strict) {
-    const std::string complaint = summary.complaint();
-    if (!complaint.empty()) message += fmt::format("{}{}", message.empty() ? "" : "; ", complaint);
-  } else if (!diverged) {
-    summary.warn(settings);
+  const auto add = [&message](const std::string& text) {
+    if (!text.empty()) message += fmt::format("{}{}", message.empty() ? "" : "; ", text);
+  };
+  std::vector<Violation> warnings;
+  for (const Violation& violation : summary.found()) {
+    if (options.strict || violation.severity == Violation::Severity::torn) {
+      add(violation.text);
+    } else if (!diverged) {
+      warnings.push_back(violation);
+    }
   }
+  if (options.strict) add(summary.complaint());
+  warn_of(scene, label(settings), warnings);
   if (message.empty()) return;
   message = fmt::format("{}: {} {}", scene.name, label(settings), message);
   if (!unsolved.empty()) {
@@ -221,18 +220,23 @@ void add_run_command(CLI::App& app) {
   command->add_option("--csv", options->csv,
                       "Also write centres of mass, orientations and velocities as a table");
   command->add_option("--rate", options->rate, "Lines a second and body in the table (one a step)");
-  command->add_flag(
-      "--strict", options->strict,
-      "Also an error: least-squares steps, joints or contacts that give way, energy that grows");
+  command->add_flag("--strict", options->strict,
+                    "Also an error: all that is warned of, and least-squares steps");
   command->footer(
-      "Ends with code 1 when the run diverges or a step is not solved: the log says so at its end.\n"
+      "Ends with code 1 when the run diverges, a step is not solved or a joint opens by more than the "
+      "scene's\n"
+      "size: the log says so at its end.\n"
       "Redundant rows that contradict one another (a closed loop's) are solved in the least-squares sense:\n"
-      "that is said at the end, and an error with --strict only. So are a penetration or a joint's gap "
-      "above\n"
-      "a tenth of the smallest body beyond the start's, and where nothing drives the scene an energy that\n"
-      "rises by a tenth of what its speeds and a fall by its size are worth. Without --strict the latter "
-      "are\n"
-      "warned of: smaller steps or sub-steps may not mend them, a smaller κ may (claim 15).\n"
+      "that is said at the end. Warned of is, beyond what the start has: a joint's gap above a hundredth of "
+      "the\n"
+      "scene or a tenth of the smallest body; a penetration above the latter; bodies that pass through "
+      "others;\n"
+      "where nothing drives the scene an energy that rises by a tenth of what its speeds and a fall by its "
+      "size\n"
+      "are worth; where nothing brakes joints either, one that falls by as much; of free bodies an energy or "
+      "a\n"
+      "momentum that drifts by a hundredth. Smaller steps or sub-steps may not mend a rise, a smaller κ may\n"
+      "(claim 15).\n"
       "Example:\n"
       "  substep run scenes/rod_chain.gltf --algorithm a3 --step 1/60 --substeps 4 --csv rod_chain.csv "
       "--rate "

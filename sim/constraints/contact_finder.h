@@ -47,6 +47,9 @@ class ContactFinder {
   /// Of the smaller shape's size, what a body that is turned aside may overlap with another by.
   static constexpr double tolerated_overlap = 0.01;
 
+  /// Whether two colliders can touch: one of them moves, and no joint or filter keeps them from it.
+  bool may_meet(std::uint32_t i, std::uint32_t j) const;
+
  private:
   struct Candidate {
     const Collider* collider;
@@ -72,7 +75,6 @@ class ContactFinder {
     std::array<int, 2> earlier;  ///< the groups before it with the same first or second collider; −1: none
     bool dropped;
   };
-  bool may_meet(std::uint32_t i, std::uint32_t j) const;
   std::pair<std::uint32_t, std::uint32_t> in_order(std::uint32_t i, std::uint32_t j) const;
   Vector3 fall_of(int body) const;
   double smaller_size(std::uint32_t a, std::uint32_t b) const;

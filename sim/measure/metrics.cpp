@@ -9,6 +9,7 @@
 #include "sim/measure/invariants.h"
 #include "sim/measure/measured_run.h"
 #include "sim/measure/motion.h"
+#include "sim/measure/violations.h"
 #include "sim/model/model.h"
 #include "sim/simulation.h"
 
@@ -112,6 +113,7 @@ Motion sampled(const Scene& scene, Stepper& stepper, double step, double interva
         metrics->expected = expectations->figures(true);
         return motion;
       }
+      if (invariants) invariants->follow(stepper.state(), step, *metrics);
       if (expectations) expectations->add(stepper.state(), (k - 1) * motion.interval + i * step);
     }
     motion.samples.push_back(stepper.state());
@@ -194,8 +196,11 @@ void judge_bounds(const Scene& scene, const ReferenceMotion& reference, Metrics&
   const bool is_near = reference.horizon == 0 || metrics.error.position.rms <= bounded_error * size;
   const double most = bounded_violation * smallest_body_of(scene);
   metrics.energy_scale = energy_scale(scene);
-  metrics.bounded = !metrics.diverged && is_near && out_of_bounds(scene, metrics).empty() &&
-                    (!stands(scene, reference) || metrics.moved <= most);
+  const bool is_bounded = std::ranges::all_of(violations(scene, metrics), [](const Violation& violation) {
+    return violation.severity == Violation::Severity::warning;
+  });
+  metrics.bounded =
+      !metrics.diverged && is_near && is_bounded && (!stands(scene, reference) || metrics.moved <= most);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "sim/measure/expectations.h"
@@ -39,14 +40,13 @@ struct Metrics {
   std::optional<double>
       momentum;  ///< largest change beyond gravity's, N·s; of scenes that touch nothing fixed
   std::optional<double> angular_momentum;  ///< the same about the common centre of mass, N·m·s
+  std::vector<std::string> passages;       ///< "'ball' passes through 'wall'", see PassageMeter
   std::optional<double> diverged;          ///< when, s
   /// Over the scene's whole duration, after every step: what is known of the motion without a reference.
   std::vector<ExpectedFigure> expected;
-  /// It stays finite, its RMS error is at most a tenth of the scene's size, joints and contacts never give
-  /// way by more than a tenth of the smallest body's size beyond what they do at the start, and where nothing
-  /// drives the scene its energy never rises by more than a tenth of `energy_scale` and what taking back the
-  /// start's own violations lifts. Where the reference stands still no body may ever be
-  /// further from its start than a tenth of the smallest body's size.
+  /// It stays finite, its RMS error is at most a tenth of the scene's size, and violations() has nothing that
+  /// is unbounded or torn. Where the reference stands still no body may ever be further from its start than a
+  /// tenth of the smallest body's size.
   bool bounded = false;
 };
 

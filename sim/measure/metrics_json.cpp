@@ -109,6 +109,7 @@ Json to_json(const Metrics& x) {
           {"moved", number(x.moved)},
           {"momentum", number(x.momentum)},
           {"angular_momentum", number(x.angular_momentum)},
+          {"passages", x.passages},
           {"diverged", number(x.diverged)},
           {"bounded", x.bounded},
           {"expected", figures(x.expected)}};
@@ -130,6 +131,7 @@ Metrics metrics_in(const Json& json) {
     x.moved = number_in(j.at("moved"));
     x.momentum = optional_in(j.at("momentum"));
     x.angular_momentum = optional_in(j.at("angular_momentum"));
+    x.passages = j.at("passages").get<std::vector<std::string>>();
     x.diverged = optional_in(j.at("diverged"));
     x.bounded = j.at("bounded").get<bool>();
     x.expected = figures_in(j.at("expected"));

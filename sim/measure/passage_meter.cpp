@@ -1,0 +1,274 @@
+#include "sim/measure/passage_meter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "sim/geometry/closest_points.h"
+#include "sim/geometry/convex_hull.h"
+#include "sim/geometry/triangle_mesh.h"
+#include "sim/math/rotation.h"
+
+namespace substep {
+namespace {
+
+constexpr double infinite_length = std::numeric_limits<double>::infinity();
+constexpr double most_turn = 2.5;    // rad a step: beyond, half a turn more looks like one less
+constexpr double piece_turn = 0.05;  // rad that a straight piece of a path stands for
+constexpr double opposite = -0.5;    // cosine of two sides' normals
+constexpr double core = 0.5;         // of a round shape's radius
+
+using Path = std::vector<Vector3>;
+
+struct InnerRadius {
+  double operator()(const Sphere& s) const { return s.radius; }
+  double operator()(const Capsule& c) const { return c.radius; }
+  double operator()(const TaperedCapsule& c) const { return std::min(c.radius_bottom, c.radius_top); }
+  double operator()(const Cylinder& c) const {
+    return std::min(c.half_height, 0.5 * std::max(c.radius_bottom, c.radius_top));
+  }
+  double operator()(const Polytope& p) const { return p.inner_radius; }
+  double operator()(const Plane&) const { return infinite_length; }
+  double operator()(const TriangleMesh&) const { return infinite_length; }
+};
+
+Vector3 middle_of(const Shape& shape) {
+  const auto* const polytope = std::get_if<Polytope>(&shape);
+  return polytope ? polytope->centre : Vector3::Zero();
+}
+
+/// Where a straight piece is inside a polytope, as parts of its length, and the faces by which it comes in
+/// and leaves; −1 for an end that is inside.
+struct Crossing {
+  double in = 0;
+  double out = 1;
+  int face_in = -1;
+  int face_out = -1;
+};
+
+Crossing crossing_of(const Polytope& polytope, const Vector3& from, const Vector3& to) {
+  Crossing crossing;
+  for (std::size_t face = 0; face < polytope.face_count(); ++face) {
+    const double start = polytope.face_normals[face].dot(from) - polytope.face_offsets[face];
+    const double end = polytope.face_normals[face].dot(to) - polytope.face_offsets[face];
+    if (start > 0 && end > 0) return {1, 0, -1, -1};
+    if (start <= 0 && end <= 0) continue;
+    const double part = start / (start - end);
+    if (start > 0 && part >= crossing.in) {
+      crossing.in = part;
+      crossing.face_in = static_cast<int>(face);
+    }
+    if (end > 0 && part <= crossing.out) {
+      crossing.out = part;
+      crossing.face_out = static_cast<int>(face);
+    }
+  }
+  return crossing;
+}
+
+/// Whether the point is in front of a face by more than a length.
+bool is_farther(const Polytope& polytope, const Vector3& point, double length) {
+  for (std::size_t face = 0; face < polytope.face_count(); ++face) {
+    if (polytope.face_normals[face].dot(point) - polytope.face_offsets[face] > length) return true;
+  }
+  return false;
+}
+
+bool passes_through(const Polytope& polytope, const Path& path) {
+  int face_in = -1;
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+    const Crossing crossing = crossing_of(polytope, path[i], path[i + 1]);
+    if (crossing.in >= crossing.out) continue;
+    if (crossing.face_in >= 0) face_in = crossing.face_in;
+    if (crossing.face_out < 0 || face_in < 0) continue;
+    const Vector3& entered = polytope.face_normals[static_cast<std::size_t>(face_in)];
+    if (entered.dot(polytope.face_normals[static_cast<std::size_t>(crossing.face_out)]) < opposite)
+      return true;
+    face_in = -1;
+  }
+  return false;
+}
+
+/// Of a ball, whose axis is a point, or a capsule.
+bool passes_through(double half_length, double radius, const Path& path) {
+  const Segment axis{{0, -half_length, 0}, {0, half_length, 0}};
+  const auto distance = [&](const Segment& piece) {
+    const SegmentParameters closest = closest_parameters(piece, axis);
+    return (point_at(piece, closest.on_a) - point_at(axis, closest.on_b)).norm();
+  };
+  if (distance({path[0], path[0]}) < radius) return false;
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+    if (distance({path[i], path[i + 1]}) < core * radius) return true;
+  }
+  return false;
+}
+
+/// Where a piece crosses a mesh, as parts of its length; negative directions go in at the front.
+struct MeshCrossing {
+  double part;
+  Vector3 normal;
+  bool goes_in;
+};
+
+std::vector<MeshCrossing> crossings_of(const TriangleMesh& mesh, const Vector3& from, const Vector3& to) {
+  std::vector<std::uint32_t> near;
+  find_triangles(mesh, {from.cwiseMin(to), from.cwiseMax(to)}, near);
+  std::vector<MeshCrossing> crossings;
+  for (const std::uint32_t index : near) {
+    const Triangle& triangle = mesh.triangles[index];
+    const Vector3& normal = mesh.normals[index];
+    const Vector3& corner = mesh.vertices[triangle[0]];
+    const double start = normal.dot(from - corner);
+    const double end = normal.dot(to - corner);
+    if ((start > 0) == (end > 0)) continue;
+    const double part = start / (start - end);
+    const Vector3 point = from + part * (to - from);
+    bool is_within = true;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vector3& one = mesh.vertices[triangle[k]];
+      const Vector3& next = mesh.vertices[triangle[(k + 1) % 3]];
+      is_within = is_within && (next - one).cross(point - one).dot(normal) >= 0;
+    }
+    if (is_within) crossings.push_back({part, normal, start > 0});
+  }
+  std::ranges::sort(crossings, {}, &MeshCrossing::part);
+  return crossings;
+}
+
+bool passes_through(const TriangleMesh& mesh, const Path& path) {
+  bool is_behind = false;
+  Vector3 entered = Vector3::Zero();
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+    for (const MeshCrossing& crossing : crossings_of(mesh, path[i], path[i + 1])) {
+      if (mesh.two_sided) return true;
+      if (crossing.goes_in && !is_behind) {
+        is_behind = true;
+        entered = crossing.normal;
+      } else if (!crossing.goes_in && is_behind) {
+        if (entered.dot(crossing.normal) < opposite) return true;
+        is_behind = false;
+      }
+    }
+  }
+  return is_behind;
+}
+
+}  // namespace
+
+Pose PassageMeter::Way::at(double time) const {
+  return {time < bend ? Vector3(from.linear + time * velocity_before)
+                      : Vector3(to.linear - (step - time) * velocity_after),
+          from.angular * rotation_quaternion((time / step) * turn)};
+}
+
+PassageMeter::PassageMeter(const Scene& scene, const State& start)
+    : scene_(scene),
+      model_(build_model(scene)),
+      finder_(scene, model_),
+      reaches_(scene.bodies.size(), 0),
+      before_(start),
+      ways_(scene.bodies.size()) {
+  if (!model_.contacts) return;
+  for (const Collider& collider : scene.colliders) {
+    Obstacle& obstacle = obstacles_.emplace_back();
+    if (const auto* const c = std::get_if<Cylinder>(&collider.shape)) {
+      obstacle.facets = cylinder(2 * c->half_height, c->radius_bottom, c->radius_top, 16);
+    }
+    obstacle.middle = collider.placement * middle_of(collider.shape);
+    obstacle.inner = std::visit(InnerRadius{}, collider.shape);
+    const Bounds around = bounds(collider.shape, collider.placement);
+    const Bounds own = bounds(collider.shape, Pose{});
+    obstacle.size = own.lower.cwiseAbs().cwiseMax(own.upper.cwiseAbs()).norm();
+    obstacle.reach = around.lower.cwiseAbs().cwiseMax(around.upper.cwiseAbs()).norm();
+    thinnest_ = std::min(thinnest_, obstacle.inner);
+    reaches_[collider.body] = std::max(reaches_[collider.body], obstacle.reach);
+  }
+}
+
+double PassageMeter::longest_way(std::size_t point, std::size_t through) const {
+  const Vector3& middle = obstacles_[point].middle;
+  const Way& way = ways_[scene_.colliders[point].body];
+  const Way& frame = ways_[scene_.colliders[through].body];
+  const double apart =
+      (way.from.linear - frame.from.linear).norm() + way.length + frame.length + middle.norm();
+  return way.length + frame.length + way.spun * middle.norm() + frame.spun * apart;
+}
+
+bool PassageMeter::passes(std::size_t point, std::size_t through) const {
+  const Collider& one = scene_.colliders[point];
+  const Collider& other = scene_.colliders[through];
+  // A mesh has no middle and does not move; a plane has neither.
+  if (std::isinf(obstacles_[point].inner) || std::holds_alternative<Plane>(other.shape)) return false;
+  const Way& way = ways_[one.body];
+  const Way& frame = ways_[other.body];
+  if (!(way.spun < most_turn && frame.spun < most_turn)) return false;
+  const double longest = longest_way(point, through);
+  if (longest <= obstacles_[point].inner) return false;
+  const Vector3 start = (Pose{frame.from.linear, frame.from.angular} * other.placement).inverse() *
+                        (Pose{way.from.linear, way.from.angular} * obstacles_[point].middle);
+  if (start.norm() > obstacles_[through].size + longest) return false;
+  const auto place_at = [&](double time) {
+    return Vector3((frame.at(time) * other.placement).inverse() * (way.at(time) * obstacles_[point].middle));
+  };
+  const Polytope* const facets = std::holds_alternative<Polytope>(other.shape)
+                                     ? &std::get<Polytope>(other.shape)
+                                     : (obstacles_[through].facets ? &*obstacles_[through].facets : nullptr);
+  if (facets && is_farther(*facets, start, longest)) return false;
+  const double turn = way.turn.norm() + frame.turn.norm();
+  std::vector<double> times{0, way.bend, frame.bend};
+  const int pieces = 1 + static_cast<int>(turn / piece_turn);
+  for (int i = 1; i <= pieces; ++i) times.push_back(way.step * i / pieces);
+  std::ranges::sort(times);
+  Path path;
+  for (const double time : times) path.push_back(place_at(time));
+  if (facets) return passes_through(*facets, path);
+  if (const auto* const mesh = std::get_if<TriangleMesh>(&other.shape)) return passes_through(*mesh, path);
+  if (const auto* const capsule = std::get_if<Capsule>(&other.shape)) {
+    return passes_through(capsule->half_length, capsule->radius, path);
+  }
+  if (const auto* const capsule = std::get_if<TaperedCapsule>(&other.shape)) {
+    return passes_through(capsule->half_length, obstacles_[through].inner, path);
+  }
+  return passes_through(0, obstacles_[through].inner, path);
+}
+
+void PassageMeter::add(const State& state, double step) {
+  if (!model_.contacts) return;
+  double longest = 0;
+  for (std::size_t i = 0; i < state.q.size(); ++i) {
+    const Coordinates& from = before_.q[i];
+    const Coordinates& to = state.q[i];
+    const Vector3 turn = rotation_vector(from.angular.conjugate() * to.angular);
+    // It bends where the two straight parts meet, or come closest.
+    const Vector3 change = before_.v[i].linear - state.v[i].linear;
+    const Vector3 left = to.linear - from.linear - step * state.v[i].linear;
+    const double squared = change.squaredNorm();
+    const double bend = squared > 0 ? std::clamp(left.dot(change) / squared, 0.0, step) : 0;
+    const double length = bend * before_.v[i].linear.norm() + (step - bend) * state.v[i].linear.norm();
+    const double spun = step * std::max(before_.v[i].angular.norm(), state.v[i].angular.norm());
+    ways_[i] = {from, to, before_.v[i].linear, state.v[i].linear, step, bend, turn, length, spun};
+    longest = std::max(longest, length + spun * reaches_[i]);
+  }
+  before_.q = state.q;
+  before_.v = state.v;
+  // Of two bodies each moves by that much at most.
+  if (2 * longest <= thinnest_) return;
+  bounds_.clear();
+  for (std::size_t i = 0; i < scene_.colliders.size(); ++i) {
+    const Collider& collider = scene_.colliders[i];
+    const Way& way = ways_[collider.body];
+    const Pose pose = Pose{way.from.linear, way.from.angular} * collider.placement;
+    Bounds& box = bounds_.emplace_back(bounds(collider.shape, pose));
+    const double margin = way.length + way.spun * obstacles_[i].reach;
+    box.lower.array() -= margin;
+    box.upper.array() += margin;
+  }
+  broad_phase_.find_pairs(bounds_, pairs_);
+  for (const auto& [i, j] : pairs_) {
+    const int one = scene_.colliders[i].body;
+    const int other = scene_.colliders[j].body;
+    if (finder_.may_meet(i, j) && (passes(i, j) || passes(j, i))) passages_.insert(std::minmax(one, other));
+  }
+}
+
+}  // namespace substep
