@@ -55,10 +55,10 @@ struct Run {
   double rms_error = 0;  ///< over `errors`, m
   Readings readings;
   std::int64_t row_solves = 0;
-  double cpu_time = 0;             ///< of its steps, s; differs from time to time; not of logs
-  double simulated = 0;            ///< by these steps, s
-  std::optional<double> diverged;  ///< when, s
-  int unsolved = 0;                ///< steps that A1 did not solve to the accuracy asked for
+  double cpu_time = 0;                ///< of its steps, s; differs from time to time; not of logs
+  double simulated = 0;               ///< by these steps, s
+  std::optional<double> diverged;     ///< when, s
+  int unsolved = 0;                   ///< steps that A1 did not solve to the accuracy asked for
   std::vector<Violation> violations;  ///< of algorithms, as far as the film goes
 
   bool is_reference() const { return panel.kind == PanelChoice::Kind::reference; }

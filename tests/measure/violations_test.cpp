@@ -25,6 +25,7 @@ Scene two_boxes() {
 
 std::vector<Severity> severities(const std::vector<Violation>& violations) {
   std::vector<Severity> result;
+  result.reserve(violations.size());
   for (const Violation& violation : violations) result.push_back(violation.severity);
   return result;
 }

@@ -442,9 +442,11 @@ double leftmost(const Scene& scene, Algorithm algorithm) {
   return least;
 }
 
+constexpr double short_of = 0.02;  // m: it may stop where a step that meets begins, 4.2 m/s · 1/240 s before
+
 TEST(Joints, JointToTheWorldSilencesNothingElse) {
   for (const Algorithm algorithm : all) {
-    EXPECT_NEAR(leftmost(swing_to_a_wall(), algorithm), 0.15, 0.005) << name(algorithm);
+    EXPECT_NEAR(leftmost(swing_to_a_wall(), algorithm), 0.15, short_of) << name(algorithm);
   }
 }
 
@@ -452,9 +454,9 @@ TEST(Joints, JointToAPostSilencesThePostAlone) {
   Scene scene = swing_to_a_wall();
   scene.joints[0].silent_colliders = {0};
   for (const Algorithm algorithm : all) {
-    EXPECT_NEAR(leftmost(scene, algorithm), -0.2, 0.005) << name(algorithm);
+    EXPECT_NEAR(leftmost(scene, algorithm), -0.2, short_of) << name(algorithm);  // measured 0.014 in A1
     scene.joints[0].enable_collision = true;
-    EXPECT_NEAR(leftmost(scene, algorithm), 0.15, 0.005) << name(algorithm);
+    EXPECT_NEAR(leftmost(scene, algorithm), 0.15, short_of) << name(algorithm);
     scene.joints[0].enable_collision = false;
   }
 }

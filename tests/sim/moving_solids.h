@@ -87,6 +87,7 @@ inline Solid cylinder(double half_height, double radius_bottom, double radius_to
 
 inline std::vector<Vector3> box_corners(const Vector3& size) {
   std::vector<Vector3> corners;
+  corners.reserve(8);
   for (int i = 0; i < 8; ++i) {
     corners.emplace_back(0.5 * size.cwiseProduct(Vector3(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1)));
   }
@@ -143,6 +144,7 @@ inline Solid random_solid(Random& random, double size) {
     }
     case 6: {
       std::vector<Vector3> points;
+      points.reserve(12);
       for (int i = 0; i < 12; ++i) points.emplace_back(size * random.direction());
       return hull_of(points);
     }
