@@ -636,12 +636,12 @@ double asymmetry(const Balls& balls, Algorithm algorithm) {
   double largest = 0;
   const Settings settings = test::default_settings_of(balls.scene, algorithm);
   const bool is_finite = test::watch(balls.scene, settings, balls.duration, [&](const State& state, double) {
-    for (int row = 0; row < 5; ++row) {
-      for (int i = 0; i <= row; ++i) {
-        const auto first = static_cast<std::size_t>(2 + row * (row + 1) / 2);
-        Vector3 mirrored = state.v[first + static_cast<std::size_t>(row - i)].linear;
+    for (std::size_t row = 0; row < 5; ++row) {
+      for (std::size_t i = 0; i <= row; ++i) {
+        const std::size_t first = 2 + row * (row + 1) / 2;
+        Vector3 mirrored = state.v[first + row - i].linear;
         mirrored.z() *= -1;
-        const Vector3 difference = state.v[first + static_cast<std::size_t>(i)].linear - mirrored;
+        const Vector3 difference = state.v[first + i].linear - mirrored;
         largest = std::max(largest, difference.norm() / balls.speed);
       }
     }
