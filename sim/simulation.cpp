@@ -48,7 +48,7 @@ struct Simulation::Implementation {
     problem.frame = settings.algorithm == Algorithm::a2 ? Frame::world : Frame::body;
     problem.c.contacts.reading = reading;
     problem.substeps.bias_at_next_frame = settings.algorithm == Algorithm::a3;
-    problem.substeps.duration = sub_stepped ? settings.step / settings.substeps : settings.step;
+    problem.substeps.count = sub_stepped ? settings.substeps : 1;
     joints = sub_stepped ? settings.joints : Joints::rows;
     build_blocks(problem, joints);
     // A5's sum of velocities is scaled by one τ/κ, the joints', and contacts that have another undo the rest.
@@ -62,6 +62,7 @@ struct Simulation::Implementation {
     part_settings = settings;
     start = state;
     start.contacts.reserve(state.contacts.capacity());
+    earlier_impulses.reserve(6 * state.contacts.capacity());
     work.sum.resize(state.v.size());
     work.sum_v.resize(state.v.size());
     work.change.resize(state.v.size());
@@ -120,12 +121,12 @@ struct Simulation::Implementation {
   /// Advances the state by `duration`.
   void take(double duration, bool all_contacts) {
     part_settings.step = duration;
-    problem.substeps.duration = sub_stepped ? duration / settings.substeps : duration;
+    problem.substeps.duration = duration / problem.substeps.count;
     // s1: geometry
     if (model.contacts) {
       // A1's solution is the same for all tangents; its sweeps, which start its active sets, are not.
       const bool aligned = settings.algorithm == Algorithm::a1 || !reading.isotropic_friction;
-      problem.contacts = &finder.find(state, duration, sub_stepped ? settings.substeps : 1, aligned,
+      problem.contacts = &finder.find(state, duration, problem.substeps.count, aligned,
                                       duration / settings.step, all_contacts);
       build_blocks(problem, joints);
       report.contacts = static_cast<int>(problem.contacts->size());
@@ -159,10 +160,7 @@ struct Simulation::Implementation {
   /// Appends what contacts gave in the part of a step that was taken last.
   void append_contact_impulses(std::vector<ContactImpulse>& impulses) const {
     const bool is_direct = settings.algorithm == Algorithm::a1 && !procedure;
-    for (const ContactImpulse& impulse :
-         substep::contact_impulses(problem, state.q, is_direct ? &work.lambda : nullptr)) {
-      impulses.push_back(impulse);
-    }
+    substep::append_contact_impulses(problem, state.q, is_direct ? &work.lambda : nullptr, impulses);
   }
 
   void run_algorithm() {

@@ -81,7 +81,7 @@ constexpr double touching = 2e-4;
 
 /// Of the smaller shape, and of what gravity moves it by in a step: what touched before and is no farther
 /// apart goes on touching, for a pile that settles trembles by so much.
-constexpr double touched_before = 0.01;
+constexpr double touched_before = 0.05;
 constexpr double falls_of_touched = 4;
 
 /// Of the smaller shape, what an impact must take of a body's way in the step to turn it aside.
@@ -90,6 +90,9 @@ constexpr double aside = 0.25;
 /// Of the smaller shape, what an impact must take of a body's way in the step to be given at once, bouncing
 /// or not.
 constexpr double hard = 0.01;
+
+/// Of the smaller shape, the slip in a step by which bodies pass each other by.
+constexpr double passing = 0.02;
 
 /// Of the smaller shape: a face this far below another's plane is flush with it.
 constexpr double flush = 1e-4;
@@ -372,7 +375,10 @@ void ContactFinder::add_contacts(const State& state, bool aligned, std::uint32_t
     // What does not approach when the step begins is no impact, though others may press it together in the
     // step: the law of impact holds for all contacts of a step at once.
     const double approach = duration_ * contact.acceleration - point.normal.dot(before);
-    const bool is_hard = duration_ * approach > hard * smaller_size(a, b);
+    // With one sub-step, what is stopped at once stays short of the surface: only where it would pass by.
+    const bool passes_by = substep_ < duration_ || duration_ * slip_speed > passing * smaller_size(a, b);
+    const bool overlaps = point.distance < -touching * smaller_size(a, b);
+    const bool is_hard = !overlaps && passes_by && duration_ * approach > hard * smaller_size(a, b);
     const bool is_impact = approach > resting * speed && (material.restitution > 0 || is_hard);
     contact.restitution = is_impact ? material.restitution : Contact::no_impact;
     contact.slid = slip_speed > at_rest;

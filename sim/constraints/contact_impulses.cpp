@@ -4,10 +4,9 @@
 
 namespace substep {
 
-std::vector<ContactImpulse> contact_impulses(const Problem& problem, const std::vector<Coordinates>& q,
-                                             const std::vector<double>* lambda) {
+void append_contact_impulses(const Problem& problem, const std::vector<Coordinates>& q,
+                             const std::vector<double>* lambda, std::vector<ContactImpulse>& result) {
   const ContactBatches& contacts = problem.c.contacts;
-  std::vector<ContactImpulse> result;
   std::size_t next = problem.c.blocks.size();  // as make_mlcp() lists rows
   const auto impulse_of = [&](const ContactRow& row, const LaneVectors& direction, int lane) -> Vector3 {
     const double size = lambda ? (*lambda)[next++] : row.impulse[lane];
@@ -29,7 +28,6 @@ std::vector<ContactImpulse> contact_impulses(const Problem& problem, const std::
       }
     }
   }
-  return result;
 }
 
 }  // namespace substep

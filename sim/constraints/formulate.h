@@ -18,6 +18,7 @@ enum class Frame { world, body };
 /// start and the sum of velocities since (A4, A5).
 struct Substeps {
   double duration = 0;              ///< hs
+  int count = 1;                    ///< n
   bool bias_at_next_frame = false;  ///< A3: a stable block's bias is taken there too
   std::vector<Coordinates> stepped;
   std::vector<Velocity> offset;  ///< Σ v̆ since `stepped`; zero in A3
@@ -94,9 +95,9 @@ void make_mlcp(const Problem& problem, const std::vector<Velocity>& v_local, Mlc
 /// v̆ ← v̆ + M̆⁻¹J̆ᵀλ, from the impulses M̆^(−1/2)J̆ᵀλ that A1's solver leaves by body.
 void add_impulses(const Model& model, const std::vector<Vector6>& impulses, std::vector<Velocity>& v_local);
 
-/// What the contacts gave in the step that was solved last, with the bodies at `q`; `lambda` is the direct
-/// solver's solution, null where rows were swept.
-std::vector<ContactImpulse> contact_impulses(const Problem& problem, const std::vector<Coordinates>& q,
-                                             const std::vector<double>* lambda);
+/// Appends what the contacts gave in the step that was solved last, with the bodies at `q`; `lambda` is the
+/// direct solver's solution, null where rows were swept.
+void append_contact_impulses(const Problem& problem, const std::vector<Coordinates>& q,
+                             const std::vector<double>* lambda, std::vector<ContactImpulse>& result);
 
 }  // namespace substep

@@ -82,7 +82,8 @@ void start_substep(Problem& problem, const std::vector<Velocity>& v, const std::
     if (over_step) row.earlier += row.impulse;
     row.impulse = 0;
   }
-  start_substep(c.contacts, problem.substeps.duration, v, problem.substeps.offset, sum_v);
+  start_substep(c.contacts, problem.substeps.duration, v, problem.substeps.offset, sum_v,
+                problem.substeps.count > 1);
 }
 
 int sweeps_of(const Problem& problem, int m) {

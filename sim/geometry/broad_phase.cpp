@@ -131,6 +131,7 @@ void BroadPhase::find_pairs(const std::vector<Bounds>& boxes,
   // The boxes that the sweep has reached and not yet left, as one list for each crossing of lanes; the last
   // is of those too wide for a lane.
   const std::uint32_t wide = rows.count * columns.count;
+  heads_.reserve(most * most + 1);
   heads_.assign(wide + 1, none);
   next_.resize(count);
   for (const Entry& entry : order_) {

@@ -34,7 +34,7 @@ class Experiment {
 
   void operator()(CoordinateVector& q, VelocityVector& v_local, const Settings& settings, Problem& problem,
                   Work& work) {
-    const auto [n, m, tau, kappa] = settings.substepping();
+    const auto [n, usual_m, tau, kappa] = settings.substepping();
     const auto [contact_tau, contact_kappa] = settings.of_contacts();
     const double hs = settings.step / n;
     Constraints& c = problem.c;
@@ -47,6 +47,7 @@ class Experiment {
     for (int j = 1; j <= n; ++j) {
       start_substep(problem, v_local);
       add_external(*problem.model, q, Frame::body, hs, v_local);
+      const int m = sweeps_of(problem, usual_m);
       for (int i = 1; i <= m; ++i) {
         for (Block& x : c.blocks) {
           update_stable(problem, x, v_local);
@@ -84,6 +85,7 @@ class Experiment {
     std::vector<ContactDirections> directions;
     std::vector<Coupling> couplings;
     std::vector<ContactFace> faces;
+    std::vector<RestitutionRow> restitutions;
   };
 
   static void keep(Kept& kept, const Constraints& c) {
@@ -95,6 +97,7 @@ class Experiment {
     kept.directions = c.contacts.directions;
     kept.couplings = c.contacts.couplings;
     kept.faces = c.contacts.faces;
+    kept.restitutions = c.contacts.restitutions;
   }
 
   static void swap(Kept& kept, Constraints& c) {
@@ -106,6 +109,7 @@ class Experiment {
     std::swap(kept.directions, c.contacts.directions);
     std::swap(kept.couplings, c.contacts.couplings);
     std::swap(kept.faces, c.contacts.faces);
+    std::swap(kept.restitutions, c.contacts.restitutions);
   }
 
   /// Lines 15 and 16: J̆ʲ⁺¹ and βʲ⁺¹, each exact or not.
