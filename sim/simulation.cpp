@@ -1,5 +1,6 @@
 #include "sim/simulation.h"
 
+#include <algorithm>
 #include <limits>
 #include <utility>
 
@@ -121,13 +122,14 @@ struct Simulation::Implementation {
   /// Advances the state by `duration`.
   void take(double duration, bool all_contacts) {
     part_settings.step = duration;
+    problem.substeps.part = duration / settings.step;
     problem.substeps.duration = duration / problem.substeps.count;
     // s1: geometry
     if (model.contacts) {
       // A1's solution is the same for all tangents; its sweeps, which start its active sets, are not.
       const bool aligned = settings.algorithm == Algorithm::a1 || !reading.isotropic_friction;
-      problem.contacts = &finder.find(state, duration, problem.substeps.count, aligned,
-                                      duration / settings.step, all_contacts);
+      problem.contacts =
+          &finder.find(state, duration, problem.substeps.count, aligned, problem.substeps.part, all_contacts);
       build_blocks(problem, joints);
       report.contacts = static_cast<int>(problem.contacts->size());
       report.rows = static_cast<int>(problem.c.row_count());

@@ -531,8 +531,15 @@ bool ContactFinder::is_flush(int collider, const Group& floor, const Group& othe
       is_a_of_other ? point_of(contact.b, contact.arm_b) : point_of(contact.a, contact.arm_a);
   const double fall = duration_ * duration_ * model_.gravity.norm();
   if (std::abs(up.dot(on_other - on_floor)) > std::max(same_place * size, 2 * fall)) return false;
-  if (std::holds_alternative<TriangleMesh>(shape)) return false;
-  if (std::holds_alternative<Plane>(shape)) return false;
+  if (std::holds_alternative<TriangleMesh>(shape) || std::holds_alternative<Plane>(shape)) return false;
+  // A floor that is struck may give way.
+  const auto speed_of = [&](int body, const Vector3& arm) -> Vector3 {
+    return state_->v[body].linear + state_->v[body].angular.cross(orientation_of(body) * arm);
+  };
+  const Vector3 closing = speed_of(plane.b, plane.arm_b) - speed_of(plane.a, plane.arm_a);
+  const bool is_struck =
+      duration_ * up.dot(closing) * (is_a ? 1 : -1) > std::max(tolerated_overlap * size, fall);
+  if (is_struck && moves(model_.masses[candidates_[under].collider->body])) return false;
   const ConvexSolid solid(shape, poses_[below]);
   return up.dot(solid.support(up) - on_floor) + solid.radius() <= flush * size;
 }

@@ -19,6 +19,7 @@ enum class Frame { world, body };
 struct Substeps {
   double duration = 0;              ///< hs
   int count = 1;                    ///< n
+  double part = 1;                  ///< of the step, that the sub-steps are of
   bool bias_at_next_frame = false;  ///< A3: a stable block's bias is taken there too
   std::vector<Coordinates> stepped;
   std::vector<Velocity> offset;  ///< Σ v̆ since `stepped`; zero in A3

@@ -209,6 +209,13 @@ void formulate_lock(Problem& problem, const Block& x, const Placed& at, double h
   }
 }
 
+/// Of a step that is taken in parts each undoes its part of a gap: the same speed, where a short part at once
+/// would take a large one.
+void take_part_of_gap(Problem& problem, Block& x) {
+  x.positional_bias_fraction = problem.substeps.part;
+  for (int k = 0; k < x.rows; ++k) problem.c.rows[x.first + k].beta *= problem.substeps.part;
+}
+
 void formulate_limit(Problem& problem, Block& x, const Placed& at, double hs) {
   const Limit& limit = problem.model->limits[x.source];
   const Measured m = measure(limit.coordinate, frames_of(limit.at, at));
@@ -219,6 +226,7 @@ void formulate_limit(Problem& problem, Block& x, const Placed& at, double hs) {
   set_row(problem, x, at, m, sign, -room / hs, row);
   if (!two_sided) row.low = 0;
   x.positional_bias_fraction = 1;
+  if (room < 0 || two_sided) take_part_of_gap(problem, x);
   x.stabilized = !limit.soft || !problem.c.contacts.reading.velocity_level_apart;
   if (limit.soft) {
     // λ = −hs (stiffness (room + hs Jv') + damping Jv'), in the form Jv' + softness λ = β. Within the bound β
@@ -276,6 +284,7 @@ void formulate_block(Problem& problem, Block& x, const Placed& at, double hs) {
   switch (x.kind) {
     case Block::Kind::lock:
       formulate_lock(problem, x, at, hs);
+      take_part_of_gap(problem, x);
       break;
     case Block::Kind::limit:
       formulate_limit(problem, x, at, hs);
