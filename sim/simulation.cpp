@@ -114,9 +114,9 @@ struct Simulation::Implementation {
   double end_of_contacts(double part) {
     constexpr double infinite = std::numeric_limits<double>::infinity();
     const double missed = finder.missed(start, state.q, part).value_or(infinite);
-    const double turning = sub_stepped ? finder.first_impact_of_turning() : infinite;
-    if (missed == infinite) return turning;
-    return finder.first_impact() < part ? finder.first_impact() : std::min(missed, turning);
+    const double timed = finder.first_timed_impact();
+    if (missed == infinite) return timed;
+    return finder.first_impact() < part ? finder.first_impact() : std::min(missed, timed);
   }
 
   /// Advances the state by `duration`.

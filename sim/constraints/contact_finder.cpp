@@ -407,7 +407,7 @@ void ContactFinder::add_contacts(const State& state, bool aligned, std::uint32_t
 /// what it is flying away from when it has one, for to meet that again is another impact. missed() says if it
 /// does.
 void ContactFinder::keep_first_impacts() {
-  first_impact_ = first_impact_of_turning_ = std::numeric_limits<double>::infinity();
+  first_impact_ = first_timed_impact_ = std::numeric_limits<double>::infinity();
   is_left_out_.assign(model_.masses.size(), false);
   if (meetings_.empty() || all_) return;
   earliest_.assign(model_.masses.size(), std::numeric_limits<double>::infinity());
@@ -434,8 +434,9 @@ void ContactFinder::keep_first_impacts() {
       constexpr double small_angle = 0.02;
       return duration_ * motions_[candidates_[i].collider->body].spin.norm() > small_angle;
     };
-    if (meeting.is_impact && is_ahead && (turns(meeting.a) || turns(meeting.b))) {
-      first_impact_of_turning_ = std::min(first_impact_of_turning_, meeting.time);
+    const bool is_timed = meeting.is_impact ? turns(meeting.a) || turns(meeting.b) : substep_ == duration_;
+    if (is_ahead && meeting.turns_aside && is_timed) {
+      first_timed_impact_ = std::min(first_timed_impact_, meeting.time);
     }
     if (!is_late) continue;
     if (kept != next) {

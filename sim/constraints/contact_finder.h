@@ -39,10 +39,11 @@ class ContactFinder {
   /// Returns the time of the first impact among the last contacts that turns aside a body; infinite without.
   double first_impact() const { return first_impact_; }
 
-  /// Returns the time of the first impact among the last contacts of a body that turns by more than 0.02 rad
-  /// in the duration; infinite without. A4 and A5 keep the step's Jacobian, so they give its torque in the
-  /// axes that the body had at the step's start.
-  double first_impact_of_turning() const { return first_impact_of_turning_; }
+  /// Returns the time of the first impact among the last contacts that has to be given when it happens: of a
+  /// body that turns by more than 0.02 rad in the duration, for its friction would be given in axes of
+  /// another time; and a fast one without restitution of a single sub-step, which would only close the gap.
+  /// Infinite without.
+  double first_timed_impact() const { return first_timed_impact_; }
 
   /// Of the smaller shape's size, what a body that is turned aside may overlap with another by.
   static constexpr double tolerated_overlap = 0.01;
@@ -126,7 +127,7 @@ class ContactFinder {
   double approach_ = 0;     ///< of the last pair, beyond what gravity makes of rest, if it is an impact, m/s
   bool separates_ = false;  ///< whether the last pair flies apart
   double first_impact_ = 0;
-  double first_impact_of_turning_ = 0;
+  double first_timed_impact_ = 0;
   std::vector<int> begins_;  ///< by collider: of what is remembered
   std::vector<ContactPoint> points_;
   std::vector<Contact> contacts_;
