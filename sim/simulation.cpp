@@ -62,7 +62,7 @@ struct Simulation::Implementation {
     if (model.contacts) state.contacts.reserve(16 * scene.colliders.size());  // as ContactFinder has
     part_settings = settings;
     start = state;
-    start.contacts.reserve(state.contacts.capacity());
+    remembered.reserve(state.contacts.capacity());
     earlier_impulses.reserve(6 * state.contacts.capacity());
     work.sum.resize(state.v.size());
     work.sum_v.resize(state.v.size());
@@ -96,16 +96,21 @@ struct Simulation::Implementation {
   /// Advances the state by `rest`, or by as much of it as its contacts hold for. Returns how much it was.
   double take_part(double rest) {
     constexpr int most_parts = 64;
-    start = state;
+    start.q = state.q;
+    start.v = state.v;
     for (double part = rest;;) {
       ++report.parts;
       const bool is_last = report.parts >= most_parts;
       take(part, is_last);
-      if (report.status == StepReport::Status::diverged || !model.contacts || is_last) return part;
-      const double sooner = std::max(end_of_contacts(part), 1e-6 * settings.step);
-      if (!(sooner < part)) return part;
+      if (report.status == StepReport::Status::diverged || !model.contacts) return part;
+      const double sooner = is_last ? part : std::max(end_of_contacts(part), 1e-6 * settings.step);
+      if (!(sooner < part)) {
+        state.contacts.swap(remembered);
+        return part;
+      }
       part = sooner;
-      state = start;
+      state.q = start.q;
+      state.v = start.v;
     }
   }
 
@@ -155,7 +160,7 @@ struct Simulation::Implementation {
     }
     if (model.contacts) {
       problem.c.contacts.remember(*problem.contacts, state.q, settings.algorithm != Algorithm::a1,
-                                  state.contacts);
+                                  remembered);
     }
   }
 
@@ -198,7 +203,8 @@ struct Simulation::Implementation {
   State state;
   std::vector<Coordinates> before_q;
   std::vector<Velocity> before_v;
-  State start;  ///< of a part of a step
+  State start;                            ///< of a part of a step: coordinates and velocities
+  std::vector<ContactMemory> remembered;  ///< of the contacts at its end
   Settings part_settings;
   std::vector<ContactImpulse> earlier_impulses;  ///< of the step's parts but the last
   bool sub_stepped;  ///< A3–A5: velocities are v̆ between to_local and to_world

@@ -177,6 +177,7 @@ const std::vector<Contact>& ContactFinder::find(const State& state, double durat
   meetings_.clear();
   touching_.clear();
   neighbours_.clear();
+  groups_.clear();
   has_motion_.assign(state.q.size(), false);
   list_remembered(state);
   state_ = &state;
@@ -205,6 +206,7 @@ const std::vector<Contact>& ContactFinder::find(const State& state, double durat
   keep_first_impacts();
   add_neighbours(state, aligned);
   drop_flush();
+  remove_dropped();
   return contacts_;
 }
 
@@ -279,10 +281,9 @@ void ContactFinder::find_pair(const State& state, bool aligned, std::uint32_t a,
   const double fall = duration_ * duration_ * model_.gravity.norm();
   if (gap <= touching * size || (gap <= std::max(touched_before * size, falls_of_touched * fall) &&
                                  !remembered_of(state, a, b).empty())) {
-    const std::size_t first = contacts_.size();
     add_contacts(state, aligned, a, b, 0);
     if (approach_ > 0 || separates_) {
-      meetings_.push_back({a, b, 0, true, !separates_, separates_, first, contacts_.size()});
+      meetings_.push_back({a, b, 0, true, !separates_, separates_, groups_.size() - 1});
     }
     return;
   }
@@ -311,7 +312,7 @@ void ContactFinder::find_pair(const State& state, bool aligned, std::uint32_t a,
   const bool is_impact =
       any_of_these([](const Contact& contact) { return contact.restitution != Contact::no_impact; });
   const bool is_far = impact->normal.dot(closing) > aside * size;
-  meetings_.push_back({a, b, impact->time, is_impact, bounces || is_far, false, first, contacts_.size()});
+  meetings_.push_back({a, b, impact->time, is_impact, bounces || is_far, false, groups_.size() - 1});
 }
 
 /// Adds the contacts of `points_`, with which two colliders touch after `time`.
@@ -340,6 +341,14 @@ void ContactFinder::add_contacts(const State& state, bool aligned, std::uint32_t
   const double resting_acceleration = 2 * acceleration.norm();
   const double speed = va.linear.norm() + vb.linear.norm() + duration_ * model_.gravity.norm();
   const std::span<const ContactMemory> remembered = remembered_of(state, a, b);
+  if (points_.empty()) return;
+  groups_.push_back({contacts_.size(),
+                     contacts_.size() + points_.size(),
+                     points_[0].normal,
+                     {static_cast<int>(a), static_cast<int>(b)},
+                     {-1, -1},
+                     false});
+  const double size = smaller_size(a, b);
   const ContactPoint* before_this = nullptr;
   approach_ = 0;
   separates_ = material.restitution > 0;
@@ -376,13 +385,13 @@ void ContactFinder::add_contacts(const State& state, bool aligned, std::uint32_t
     // step: the law of impact holds for all contacts of a step at once.
     const double approach = duration_ * contact.acceleration - point.normal.dot(before);
     // With one sub-step, what is stopped at once stays short of the surface: only where it would pass by.
-    const bool passes_by = substep_ < duration_ || duration_ * slip_speed > passing * smaller_size(a, b);
-    const bool overlaps = point.distance < -touching * smaller_size(a, b);
-    const bool is_hard = !overlaps && passes_by && duration_ * approach > hard * smaller_size(a, b);
+    const bool passes_by = substep_ < duration_ || duration_ * slip_speed > passing * size;
+    const bool overlaps = point.distance < -touching * size;
+    const bool is_hard = !overlaps && passes_by && duration_ * approach > hard * size;
     const bool is_impact = approach > resting * speed && (material.restitution > 0 || is_hard);
     contact.restitution = is_impact ? material.restitution : Contact::no_impact;
     contact.slid = slip_speed > at_rest;
-    const double part_of_size = duration_ * approach / smaller_size(a, b);
+    const double part_of_size = duration_ * approach / size;
     separates_ = separates_ && part_of_size < -tolerated_overlap;
     if (is_impact && part_of_size > (material.restitution > 0 ? tolerated_overlap : aside)) {
       approach_ = std::max(approach_, approach - duration_ * resting_acceleration);
@@ -420,8 +429,6 @@ void ContactFinder::keep_first_impacts() {
   }
   // What is met at once, but for rounding, is met by all.
   const double at_once = 1e-6 * duration_;
-  std::size_t kept = meetings_.front().first_contact;
-  std::size_t next = kept;
   for (const Meeting& meeting : meetings_) {
     const auto is_after = [&](std::uint32_t i) {
       const double earliest = earliest_[candidates_[i].collider->body];
@@ -439,63 +446,52 @@ void ContactFinder::keep_first_impacts() {
       first_timed_impact_ = std::min(first_timed_impact_, meeting.time);
     }
     if (!is_late) continue;
-    if (kept != next) {
-      std::copy(contacts_.begin() + next, contacts_.begin() + meeting.first_contact,
-                contacts_.begin() + kept);
-    }
-    kept += meeting.first_contact - next;
-    next = meeting.end_contact;
+    groups_[meeting.group].dropped = true;
     const std::pair<std::uint32_t, std::uint32_t> pair = std::minmax(meeting.a, meeting.b);
     std::erase(touching_, pair);
     is_left_out_[candidates_[meeting.a].collider->body] =
         is_left_out_[candidates_[meeting.b].collider->body] = true;
   }
-  if (kept == next) return;
-  std::copy(contacts_.begin() + next, contacts_.end(), contacts_.begin() + kept);
-  contacts_.resize(contacts_.size() - (next - kept));
 }
 
 /// Leaves out the contacts of a collider with what lies wholly below the plane of another contact of it:
 /// flush faces are one floor, whose inner edges stop nothing.
 void ContactFinder::drop_flush() {
-  groups_.clear();
   group_of_.assign(candidates_.size(), -1);
   bool any_shared = false;
-  for (std::size_t begin = 0, end = 0; begin < contacts_.size(); begin = end) {
-    const Contact& first = contacts_[begin];
-    while (end < contacts_.size() && contacts_[end].collider_a == first.collider_a &&
-           contacts_[end].collider_b == first.collider_b) {
-      ++end;
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    Group& group = groups_[g];
+    if (group.dropped) continue;
+    for (int k = 0; k < 2; ++k) {
+      int& last = group_of_[group.colliders[k]];
+      any_shared = any_shared || last >= 0;
+      group.earlier[k] = last;
+      last = static_cast<int>(g);
     }
-    Group group{begin, end, {group_of_[first.collider_a], group_of_[first.collider_b]}, false};
-    for (const int collider : {first.collider_a, first.collider_b}) {
-      any_shared = any_shared ||
-                   (group_of_[collider] >= 0 && moves(model_.masses[candidates_[collider].collider->body]));
-      group_of_[collider] = static_cast<int>(groups_.size());
-    }
-    groups_.push_back(group);
   }
   if (!any_shared) return;
-  bool any_dropped = false;
   for (std::size_t collider = 0; collider < candidates_.size(); ++collider) {
     if (!moves(model_.masses[candidates_[collider].collider->body])) continue;
     const auto next_of = [&](int g) {
-      const Contact& contact = contacts_[groups_[g].begin];
-      return groups_[g].earlier[contact.collider_a == static_cast<int>(collider) ? 0 : 1];
+      return groups_[g].earlier[groups_[g].colliders[0] == static_cast<int>(collider) ? 0 : 1];
     };
     for (int floor = group_of_[collider]; floor >= 0; floor = next_of(floor)) {
       if (groups_[floor].dropped) continue;
       for (int other = group_of_[collider]; other >= 0; other = next_of(other)) {
         if (other == floor || groups_[other].dropped) continue;
-        if (!is_flush(static_cast<int>(collider), groups_[floor], groups_[other])) continue;
-        groups_[other].dropped = any_dropped = true;
+        groups_[other].dropped = is_flush(static_cast<int>(collider), groups_[floor], groups_[other]);
       }
     }
   }
-  if (!any_dropped) return;
+}
+
+/// Removes the contacts of the pairs that were dropped.
+void ContactFinder::remove_dropped() {
   std::size_t kept = 0;
   for (const Group& group : groups_) {
-    for (std::size_t i = group.begin; i < group.end && !group.dropped; ++i) contacts_[kept++] = contacts_[i];
+    for (std::size_t i = group.begin; i < group.end && !group.dropped; ++i, ++kept) {
+      if (kept != i) contacts_[kept] = contacts_[i];
+    }
   }
   contacts_.resize(kept);
 }
@@ -511,21 +507,25 @@ bool ContactFinder::is_of_face(std::uint32_t collider, const Vector3& direction)
 
 /// Returns whether what a collider touches in the contacts of `other` is below the plane of `floor`.
 bool ContactFinder::is_flush(int collider, const Group& floor, const Group& other) const {
-  const Contact& plane = contacts_[floor.begin];
-  const Contact& contact = contacts_[other.begin];
-  const bool is_a = plane.collider_a == collider;
-  const bool is_a_of_other = contact.collider_a == collider;
-  const int below = is_a_of_other ? contact.collider_b : contact.collider_a;
-  const Shape& shape = candidates_[below].collider->shape;
-  const Vector3 up = (is_a ? 1 : -1) * (orientation_of(plane.b) * plane.normal_b);
-  const Vector3 other_up = (is_a_of_other ? 1 : -1) * (orientation_of(contact.b) * contact.normal_b);
+  const bool is_a = floor.colliders[0] == collider;
+  const bool is_a_of_other = other.colliders[0] == collider;
+  const int below = other.colliders[is_a_of_other ? 1 : 0];
+  const Vector3 up = (is_a ? 1 : -1) * floor.normal;
+  const Vector3 other_up = (is_a_of_other ? 1 : -1) * other.normal;
+  const double cosine = up.dot(other_up);
+  if (cosine < -0.5) return false;
   // What stands on a face bears on it; only its edges and sides are inside the floor.
   constexpr double cosine_of_tilt = 0.999;
-  if (up.dot(other_up) > cosine_of_tilt && (is_of_face(static_cast<std::uint32_t>(below), other_up) ||
-                                            is_of_face(static_cast<std::uint32_t>(collider), other_up))) {
+  constexpr std::size_t corners_of_face = 3;
+  if (cosine > cosine_of_tilt && (other.end - other.begin >= corners_of_face ||
+                                  is_of_face(static_cast<std::uint32_t>(below), other_up) ||
+                                  is_of_face(static_cast<std::uint32_t>(collider), other_up))) {
     return false;
   }
-  const int under = is_a ? plane.collider_b : plane.collider_a;
+  const Contact& plane = contacts_[floor.begin];
+  const Contact& contact = contacts_[other.begin];
+  const Shape& shape = candidates_[below].collider->shape;
+  const int under = floor.colliders[is_a ? 1 : 0];
   const double size = std::min(smaller_size(collider, below), smaller_size(collider, under));
   const Vector3 on_floor = is_a ? point_of(plane.b, plane.arm_b) : point_of(plane.a, plane.arm_a);
   const Vector3 on_other =
@@ -555,7 +555,10 @@ std::optional<double> ContactFinder::missed(const State& state, const std::vecto
     if (!moves(model_.masses[body])) continue;
     const RigidMotion& expected = motion_of(state, body);
     const Vector3 way = end[body].linear - state.q[body].linear;
-    const Vector3 turn = rotation_vector(end[body].angular * state.q[body].angular.conjugate());
+    const Quaternion turned = end[body].angular * state.q[body].angular.conjugate();
+    constexpr double small_sine = 0.05;
+    const Vector3 turn = turned.vec().squaredNorm() < small_sine * small_sine ? Vector3(2 * turned.vec())
+                                                                              : rotation_vector(turned);
     const double off = (way - expected.displacement(duration)).norm() +
                        candidate.reach * (turn - duration * expected.spin).norm();
     if (off <= std::max(tolerated_overlap * candidate.size, fall) && !is_left_out_[body]) continue;

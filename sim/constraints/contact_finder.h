@@ -62,18 +62,19 @@ class ContactFinder {
   struct Meeting {
     std::uint32_t a;
     std::uint32_t b;
-    double time;       ///< s
-    bool is_impact;    ///< it is given at once
-    bool turns_aside;  ///< the impact is fast enough to lead a body elsewhere
-    bool separates;    ///< the two touch, and fly apart
-    std::size_t first_contact;
-    std::size_t end_contact;
+    double time;        ///< s
+    bool is_impact;     ///< it is given at once
+    bool turns_aside;   ///< the impact is fast enough to lead a body elsewhere
+    bool separates;     ///< the two touch, and fly apart
+    std::size_t group;  ///< its contacts
   };
   /// The contacts of one pair of colliders.
   struct Group {
     std::size_t begin;
     std::size_t end;
-    std::array<int, 2> earlier;  ///< the groups before it with the same first or second collider; −1: none
+    Vector3 normal;                ///< of the first, world
+    std::array<int, 2> colliders;  ///< a and b
+    std::array<int, 2> earlier;    ///< for each, the group before it with that collider; −1: none
     bool dropped;
   };
   std::pair<std::uint32_t, std::uint32_t> in_order(std::uint32_t i, std::uint32_t j) const;
@@ -86,6 +87,7 @@ class ContactFinder {
   void keep_first_impacts();
   void add_neighbours(const State& state, bool aligned);
   void drop_flush();
+  void remove_dropped();
   bool is_flush(int collider, const Group& floor, const Group& other) const;
   bool is_of_face(std::uint32_t collider, const Vector3& direction) const;
   double recovered(const Contact& contact) const;
