@@ -61,6 +61,8 @@ struct Simulation::Implementation {
     }
     if (model.contacts) state.contacts.reserve(16 * scene.colliders.size());  // as ContactFinder has
     part_settings = settings;
+    is_jointed.resize(state.v.size());
+    for (const Block& x : problem.c.blocks) is_jointed[x.a] = is_jointed[x.b] = true;
     start = state;
     remembered.reserve(state.contacts.capacity());
     earlier_impulses.reserve(6 * state.contacts.capacity());
@@ -139,6 +141,7 @@ struct Simulation::Implementation {
       report.contacts = static_cast<int>(problem.contacts->size());
       report.rows = static_cast<int>(problem.c.row_count());
     }
+    shift_velocities(1, duration);
     // s2: rows
     formulate(problem, state.q, problem.substeps.duration);
     // s3, s4
@@ -153,6 +156,7 @@ struct Simulation::Implementation {
       run_algorithm();
     }
     if (sub_stepped) to_world(state.q, state.v);
+    shift_velocities(-1, duration);
     report.row_solves = work.row_solves;
     if (!is_finite(state, &report.diverged_body)) {
       report.status = StepReport::Status::diverged;
@@ -161,6 +165,19 @@ struct Simulation::Implementation {
     if (model.contacts) {
       problem.c.contacts.remember(*problem.contacts, state.q, settings.algorithm != Algorithm::a1,
                                   remembered);
+    }
+  }
+
+  /// In steps of v' = v + g hs, x' = x + hs v', a body in flight keeps to a parabola on which its velocity is v +
+  /// g hs/2. Where a part of a step has shorter sub-steps, it takes v for theirs (`sign` = 1) and back (−1), so that
+  /// flights, and what they rise to after impacts, do not depend on where a step is divided.
+  void shift_velocities(double sign, double duration) {
+    if (duration == settings.step || !model.contacts) return;
+    const double difference = (settings.step - duration) / problem.substeps.count;
+    for (std::size_t i = 1; i < state.v.size(); ++i) {
+      const auto body = static_cast<int>(i);
+      if (is_jointed[i] || finder.is_at_rest(body)) continue;
+      state.v[i].linear += sign * difference / 2 * finder.fall_of(body);
     }
   }
 
@@ -206,6 +223,7 @@ struct Simulation::Implementation {
   State start;                            ///< of a part of a step: coordinates and velocities
   std::vector<ContactMemory> remembered;  ///< of the contacts at its end
   Settings part_settings;
+  std::vector<bool> is_jointed;  ///< by body
   std::vector<ContactImpulse> earlier_impulses;  ///< of the step's parts but the last
   bool sub_stepped;  ///< A3–A5: velocities are v̆ between to_local and to_world
   Joints joints;

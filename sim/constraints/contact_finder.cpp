@@ -142,6 +142,7 @@ ContactFinder::ContactFinder(const Scene& scene, const Model& model) : model_(mo
   moved_.resize(model.masses.size());
   has_motion_.reserve(model.masses.size());
   is_off_.reserve(model.masses.size());
+  is_at_rest_.reserve(model.masses.size());
   is_left_out_.reserve(model.masses.size());
   earliest_.reserve(model.masses.size());
 }
@@ -173,12 +174,14 @@ const std::vector<Contact>& ContactFinder::find(const State& state, double durat
   all_ = all;
   duration_ = duration;
   substep_ = duration / substeps;
+  whole_substep_ = substep_ / part;
   contacts_.clear();
   meetings_.clear();
   touching_.clear();
   neighbours_.clear();
   groups_.clear();
   has_motion_.assign(state.q.size(), false);
+  is_at_rest_.assign(state.q.size(), false);
   list_remembered(state);
   state_ = &state;
   double fastest = 0;
@@ -214,7 +217,6 @@ const std::vector<Contact>& ContactFinder::find(const State& state, double durat
 /// touch other moving ones: these may push them together. In a pile that saves taking the step in parts.
 void ContactFinder::add_neighbours(const State& state, bool aligned) {
   if (neighbours_.empty()) return;
-  const auto body_of = [&](std::uint32_t i) { return candidates_[i].collider->body; };
   is_pushed_.assign(model_.masses.size(), false);
   for (const auto& [i, j] : touching_) {
     if (moves(model_.masses[body_of(i)]) && moves(model_.masses[body_of(j)])) {
@@ -228,6 +230,7 @@ void ContactFinder::add_neighbours(const State& state, bool aligned) {
                   margins_[a] + margins_[b], points_);
     add_contacts(state, aligned, a, b, 0);
     touching_.emplace_back(std::min(a, b), std::max(a, b));
+    is_at_rest_[body_of(a)] = is_at_rest_[body_of(b)] = true;
   }
   std::ranges::sort(touching_);
 }
@@ -256,7 +259,7 @@ const RigidMotion& ContactFinder::motion_of(const State& state, int body) {
   if (!has_motion_[body]) {
     const Coordinates& q = state.q[body];
     const Velocity& v = state.v[body];
-    motions_[body] = {q.linear, q.angular, v.linear, fall_of(body), substep_, v.angular};
+    motions_[body] = {q.linear, q.angular, v.linear, fall_of(body), whole_substep_, v.angular};
     has_motion_[body] = true;
   }
   return motions_[body];
@@ -282,6 +285,7 @@ void ContactFinder::find_pair(const State& state, bool aligned, std::uint32_t a,
   if (gap <= touching * size || (gap <= std::max(touched_before * size, falls_of_touched * fall) &&
                                  !remembered_of(state, a, b).empty())) {
     add_contacts(state, aligned, a, b, 0);
+    if (!(approach_ > 0) && !separates_) is_at_rest_[body_of(a)] = is_at_rest_[body_of(b)] = true;
     if (approach_ > 0 || separates_) {
       meetings_.push_back({a, b, 0, true, !separates_, separates_, groups_.size() - 1});
     }
@@ -386,8 +390,8 @@ void ContactFinder::add_contacts(const State& state, bool aligned, std::uint32_t
     const double approach = duration_ * contact.acceleration - point.normal.dot(before);
     // With one sub-step, what is stopped at once stays short of the surface: only where it would pass by.
     const bool passes_by = substep_ < duration_ || duration_ * slip_speed > passing * size;
-    const bool overlaps = point.distance < -touching * size;
-    const bool is_hard = !overlaps && passes_by && duration_ * approach > hard * size;
+    const bool is_met = std::abs(point.distance) <= touching * size;
+    const bool is_hard = is_met && passes_by && duration_ * approach > hard * size;
     const bool is_impact = approach > resting * speed && (material.restitution > 0 || is_hard);
     contact.restitution = is_impact ? material.restitution : Contact::no_impact;
     contact.slid = slip_speed > at_rest;

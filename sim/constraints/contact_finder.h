@@ -36,6 +36,12 @@ class ContactFinder {
   /// than `tolerated_overlap`. Nothing where there is no such time.
   std::optional<double> missed(const State& state, const std::vector<Coordinates>& end, double duration);
 
+  /// Returns whether a body touches another in the last contacts, and no impact is why.
+  bool is_at_rest(int body) const { return is_at_rest_[body]; }
+
+  /// Returns what gravity does to a body's velocity, m/s².
+  Vector3 fall_of(int body) const;
+
   /// Returns the time of the first impact among the last contacts that turns aside a body; infinite without.
   double first_impact() const { return first_impact_; }
 
@@ -78,7 +84,7 @@ class ContactFinder {
     bool dropped;
   };
   std::pair<std::uint32_t, std::uint32_t> in_order(std::uint32_t i, std::uint32_t j) const;
-  Vector3 fall_of(int body) const;
+  int body_of(std::uint32_t i) const { return candidates_[i].collider->body; }
   double smaller_size(std::uint32_t a, std::uint32_t b) const;
   const RigidMotion& motion_of(const State& state, int body);
   MovingShape moving(const State& state, std::uint32_t i);
@@ -108,12 +114,14 @@ class ContactFinder {
   double part_ = 1;
   bool all_ = false;
   double substep_ = 0;
+  double whole_substep_ = 0;  ///< of a step that is not taken in parts
   std::vector<Pose> poses_;
   std::vector<Bounds> bounds_;
   std::vector<double> margins_;
   std::vector<RigidMotion> motions_;  ///< by body, under gravity alone
   std::vector<bool> has_motion_;
   std::vector<RigidMotion> moved_;  ///< by body, as they have moved
+  std::vector<bool> is_at_rest_;  ///< by body: it touches another, and no impact is why
   std::vector<bool> is_off_;        ///< by body: it has moved otherwise than under gravity alone
   std::vector<bool> is_left_out_;   ///< by body: a contact of it was left out, for an impact comes first
   BroadPhase broad_phase_;
