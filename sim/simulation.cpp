@@ -168,9 +168,9 @@ struct Simulation::Implementation {
     }
   }
 
-  /// In steps of v' = v + g hs, x' = x + hs v', a body in flight keeps to a parabola on which its velocity is v +
-  /// g hs/2. Where a part of a step has shorter sub-steps, it takes v for theirs (`sign` = 1) and back (−1), so that
-  /// flights, and what they rise to after impacts, do not depend on where a step is divided.
+  /// In steps of v' = v + g hs, x' = x + hs v', a body in flight keeps to a parabola on which its velocity is
+  /// v + g hs/2. Where a part of a step has shorter sub-steps, it takes v for theirs (`sign` = 1) and back
+  /// (−1), so that flights, and what they rise to after impacts, do not depend on where a step is divided.
   void shift_velocities(double sign, double duration) {
     if (duration == settings.step || !model.contacts) return;
     const double difference = (settings.step - duration) / problem.substeps.count;
@@ -223,7 +223,7 @@ struct Simulation::Implementation {
   State start;                            ///< of a part of a step: coordinates and velocities
   std::vector<ContactMemory> remembered;  ///< of the contacts at its end
   Settings part_settings;
-  std::vector<bool> is_jointed;  ///< by body
+  std::vector<bool> is_jointed;                  ///< by body
   std::vector<ContactImpulse> earlier_impulses;  ///< of the step's parts but the last
   bool sub_stepped;  ///< A3–A5: velocities are v̆ between to_local and to_world
   Joints joints;

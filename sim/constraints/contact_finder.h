@@ -90,6 +90,7 @@ class ContactFinder {
   MovingShape moving(const State& state, std::uint32_t i);
   void find_pair(const State& state, bool aligned, std::uint32_t a, std::uint32_t b);
   void add_contacts(const State& state, bool aligned, std::uint32_t a, std::uint32_t b, double time);
+  double depth_after(const MovingShape& a, const MovingShape& b, double time);
   void keep_first_impacts();
   void add_neighbours(const State& state, bool aligned);
   void drop_flush();
@@ -121,7 +122,7 @@ class ContactFinder {
   std::vector<RigidMotion> motions_;  ///< by body, under gravity alone
   std::vector<bool> has_motion_;
   std::vector<RigidMotion> moved_;  ///< by body, as they have moved
-  std::vector<bool> is_at_rest_;  ///< by body: it touches another, and no impact is why
+  std::vector<bool> is_at_rest_;    ///< by body: it touches another, and no impact is why
   std::vector<bool> is_off_;        ///< by body: it has moved otherwise than under gravity alone
   std::vector<bool> is_left_out_;   ///< by body: a contact of it was left out, for an impact comes first
   BroadPhase broad_phase_;

@@ -84,11 +84,12 @@ std::optional<Impact> meets_mesh(const MovingShape& a, const TriangleMesh& mesh,
   const Vector3 start = pose_b.inverse() * ConvexSolid(*a.shape, pose_at(a, 0)).middle();
   std::optional<Impact> first;
   for (const std::uint32_t t : triangles) {
-    const auto& [i, j, k] = mesh.triangles[t];
-    if (!mesh.two_sided && mesh.normals[t].dot(start - mesh.vertices[i]) < 0) continue;
+    const Triangle& corners = mesh.triangles[t];
+    if (!mesh.two_sided && mesh.normals[t].dot(start - mesh.vertices[corners[0]]) < 0) continue;
     const auto separation_at = [&](double time) {
       return separation(ConvexSolid(*a.shape, pose_at(a, time)),
-                        ConvexSolid(mesh.vertices[i], mesh.vertices[j], mesh.vertices[k], pose_at(b, time)),
+                        ConvexSolid(mesh.vertices[corners[0]], mesh.vertices[corners[1]],
+                                    mesh.vertices[corners[2]], pose_at(b, time)),
                         tolerance / 4);
     };
     const double until = first ? first->time : duration;

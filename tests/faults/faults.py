@@ -184,7 +184,7 @@ class Bench:
         wrong = []
         if ending.code not in codes | {self.code}:
             wrong.append(f"code {ending.code}: {' / '.join(ending.said)[-200:]}")
-        sentences = [line for line in ending.said if line.startswith("substep: ") and "note: " not in line]
+        sentences = [line for line in ending.said if line.startswith("substep: ") and "note: " not in line and "warning: " not in line]
         loader = len(ending.said) == 1 and "error while loading shared libraries" in ending.said[0]
         silent = killed or ending.code in (self.code, -signal.SIGPIPE) or loader
         cases = self.name == "check" and ending.code == self.code  # one that failed for itself says so for itself

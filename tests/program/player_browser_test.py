@@ -133,7 +133,7 @@ def shows_other_strips(page):
         return page.script("return player.panels[0].strip.canvas.toDataURL()")
     page.go(45)
     seen = [strip()]
-    for name, words in [("gap", "joint holds together"), ("energy", "potential energy")]:
+    for name, words in [("gap", "joints give way"), ("energy", "potential energy")]:
         page.key("b")
         seen.append(strip())
         legend = page.chrome.find_element(By.ID, "legend").text
