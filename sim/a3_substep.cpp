@@ -13,6 +13,7 @@
 // step has given so far (line 11); τ and κ act on what follows the coordinates, so that a motor has its own β
 // as fixed point (line 11). A contact's points are fixed in both bodies for the step, but on a ball: there it
 // is where the normal meets it (line 15). Beyond the report: contacts can have their own τ and κ (claim 17).
+// The sub-step of an impact takes more sweeps than m, as no other sub-step gives what it leaves (line 8).
 // Contacts: contact_batch.h; what each of its readings is worth, measure/ablation.h.
 
 #include "sim/algorithms.h"

@@ -92,7 +92,8 @@ struct FaceInertias {
 
 /// Restitution of a normal: Newton's law, in the sub-step in which the bodies meet.
 struct RestitutionRow {
-  Lanes coefficient;
+  Lanes coefficient;           ///< Contact::restitution
+  Lanes closes;                ///< Contact::closes: 1 or 0
   Lanes resting_acceleration;  ///< slower than this for a sub-step is at rest, m/s²
   Lanes gap;                   ///< at the coordinates that the row was formulated for, m
   Lanes acceleration;          ///< by gravity, against the normal, m/s²
@@ -237,10 +238,9 @@ void formulate(ContactBatches& contacts, const std::vector<Contact>& found, cons
                const std::vector<Matrix3>& rotations, bool in_body_frames, double hs);
 
 /// The start of a sub-step: which contacts meet in it with an impact. `v`: velocities before the forces act;
-/// `offset`: sum of the velocities since the formulation. `sum_v`: A5's, else null. `closes`: an impact
-/// without restitution closes the gap first, for the step has other sub-steps.
+/// `offset`: sum of the velocities since the formulation. `sum_v`: A5's, else null.
 void start_substep(ContactBatches& contacts, double hs, const std::vector<Velocity>& v,
-                   const std::vector<Velocity>& offset, const std::vector<Velocity>* sum_v, bool closes);
+                   const std::vector<Velocity>& offset, const std::vector<Velocity>* sum_v);
 
 /// For all rows of a batch: the change of λ in J_x(κ v + M⁻¹J_xᵀλ) = τ β_x : lo, hi, relaxed by ω, and
 /// v ← v + scale · M⁻¹J_xᵀ change. `moved`: raised to the largest |change| Γ_xx, if given.

@@ -94,6 +94,9 @@ constexpr double hard = 0.01;
 /// Of the smaller shape, the slip in a step by which bodies pass each other by.
 constexpr double passing = 0.02;
 
+/// Directions that differ by less are of one face that is tilted a little.
+constexpr double cosine_of_tilt = 0.999;
+
 /// Of the smaller shape, what two that touch may sink into each other by in a part of a step.
 constexpr double deep = 0.05;
 
@@ -393,10 +396,11 @@ void ContactFinder::add_contacts(const State& state, bool aligned, std::uint32_t
     const double approach = duration_ * contact.acceleration - point.normal.dot(before);
     // With one sub-step, what is stopped at once stays short of the surface: only where it would pass by.
     const bool passes_by = substep_ < duration_ || duration_ * slip_speed > passing * size;
-    const bool is_met = std::abs(point.distance) <= touching * size;
+    const bool is_met = point.distance <= touching * size && point.distance >= -tolerated_overlap * size;
     const bool is_hard = is_met && passes_by && duration_ * approach > hard * size;
     const bool is_impact = approach > resting * speed && (material.restitution > 0 || is_hard);
     contact.restitution = is_impact ? material.restitution : Contact::no_impact;
+    contact.closes = substep_ < duration_ && substep_ * slip_speed <= passing * size;
     contact.slid = slip_speed > at_rest;
     const double part_of_size = duration_ * approach / size;
     separates_ = separates_ && part_of_size < -tolerated_overlap;
@@ -503,6 +507,19 @@ void ContactFinder::remove_dropped() {
   contacts_.resize(kept);
 }
 
+/// Returns the normal of a collider's face that looks into a direction, to 0.05 rad; the direction where none
+/// does.
+Vector3 ContactFinder::face_towards(std::uint32_t collider, const Vector3& direction) const {
+  const auto* polytope = std::get_if<Polytope>(&candidates_[collider].collider->shape);
+  if (!polytope) return direction;
+  const Quaternion& orientation = poses_[collider].orientation;
+  const Vector3 local = orientation.conjugate() * direction;
+  for (const Vector3& normal : polytope->face_normals) {
+    if (normal.dot(local) > cosine_of_tilt) return orientation * normal;
+  }
+  return direction;
+}
+
 /// Returns whether a direction is across a face of a collider.
 bool ContactFinder::is_of_face(std::uint32_t collider, const Vector3& direction) const {
   const auto* polytope = std::get_if<Polytope>(&candidates_[collider].collider->shape);
@@ -517,12 +534,13 @@ bool ContactFinder::is_flush(int collider, const Group& floor, const Group& othe
   const bool is_a = floor.colliders[0] == collider;
   const bool is_a_of_other = other.colliders[0] == collider;
   const int below = other.colliders[is_a_of_other ? 1 : 0];
-  const Vector3 up = (is_a ? 1 : -1) * floor.normal;
+  // The floor's own face: what stands on it may tilt a little.
+  const int under = floor.colliders[is_a ? 1 : 0];
+  const Vector3 up = face_towards(static_cast<std::uint32_t>(under), (is_a ? 1 : -1) * floor.normal);
   const Vector3 other_up = (is_a_of_other ? 1 : -1) * other.normal;
   const double cosine = up.dot(other_up);
   if (cosine < -0.5) return false;
   // What stands on a face bears on it; only its edges and sides are inside the floor.
-  constexpr double cosine_of_tilt = 0.999;
   constexpr std::size_t corners_of_face = 3;
   if (cosine > cosine_of_tilt && (other.end - other.begin >= corners_of_face ||
                                   is_of_face(static_cast<std::uint32_t>(below), other_up) ||
@@ -532,7 +550,6 @@ bool ContactFinder::is_flush(int collider, const Group& floor, const Group& othe
   const Contact& plane = contacts_[floor.begin];
   const Contact& contact = contacts_[other.begin];
   const Shape& shape = candidates_[below].collider->shape;
-  const int under = floor.colliders[is_a ? 1 : 0];
   const double size = std::min(smaller_size(collider, below), smaller_size(collider, under));
   const Vector3 on_floor = is_a ? point_of(plane.b, plane.arm_b) : point_of(plane.a, plane.arm_a);
   const Vector3 on_other =

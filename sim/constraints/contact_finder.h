@@ -96,6 +96,7 @@ class ContactFinder {
   void drop_flush();
   void remove_dropped();
   bool is_flush(int collider, const Group& floor, const Group& other) const;
+  Vector3 face_towards(std::uint32_t collider, const Vector3& direction) const;
   bool is_of_face(std::uint32_t collider, const Vector3& direction) const;
   double recovered(const Contact& contact) const;
   Quaternion orientation_of(int body) const { return state_->q[body].angular; }

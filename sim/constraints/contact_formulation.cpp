@@ -195,6 +195,7 @@ struct TurnedDirections {
 [[gnu::always_inline]] inline void start_restitution(const FourContacts& contact, RestitutionRow& row) {
   row.velocity = row.right = row.impact = all(0);
   row.coefficient = gather(contact, &Contact::restitution);
+  row.closes = gather(contact, &Contact::closes);
   row.resting_acceleration = gather(contact, &Contact::resting_acceleration);
   row.acceleration = gather(contact, &Contact::acceleration);
 }

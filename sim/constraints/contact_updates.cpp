@@ -126,21 +126,21 @@ void let_go_of_sliding_two_wide(ContactBatches& contacts, double hs, const std::
   return larger(root(larger(inner, all(0))) - all(0.5) * gain, all(0));
 }
 
-/// Whether a contact bounces in the sub-step that starts, and with what velocity. Without restitution the
-/// bodies first `close` their gap where there is a later sub-step to stop them in.
-void start_impact(NormalRow& normal, RestitutionRow& row, const Lanes& gap, const Lanes& approach, double hs,
-                  bool close) {
+/// Whether a contact has an impact in the sub-step that starts, and what velocity it leaves.
+void start_impact(NormalRow& normal, RestitutionRow& row, const Lanes& gap, const Lanes& approach,
+                  double hs) {
   const Lanes zero = all(0);
   const Lanes gain = row.acceleration * all(hs);
   // What an impact has given stays given. It is over with its sub-step: to hold on to its velocity for the
   // rest of the step, while others pass it on, feeds energy into the cradle.
-  normal.low = choose(row.impact * row.coefficient > zero, normal.row.impulse, normal.low);
+  const auto is_kept = row.impact * (row.coefficient + all(1) - row.closes) > zero;
+  normal.low = choose(is_kept, normal.row.impulse, normal.low);
   const auto meets = gap <= all(hs) * (approach + gain);
   const Lanes fast = choose(approach > row.resting_acceleration * all(hs), all(1), zero);
   row.impact = fast * choose(row.coefficient >= zero, all(1), zero);
   // Before they meet nothing brakes them: with τ < 1 the position-level row would, and take from the impact.
   const Lanes let_through = all(-2) * (approach + gain);
-  const Lanes stopped = close ? -larger(gap, zero) / all(hs) : zero;
+  const Lanes stopped = -row.closes * larger(gap, zero) / all(hs);
   const Lanes after = choose(row.coefficient > zero, rebound(row, gap, approach, hs), stopped);
   row.velocity = choose(meets, after, let_through);
 }
@@ -148,7 +148,7 @@ void start_impact(NormalRow& normal, RestitutionRow& row, const Lanes& gap, cons
 }  // namespace
 
 void start_substep(ContactBatches& contacts, double hs, const std::vector<Velocity>& v,
-                   const std::vector<Velocity>& offset, const std::vector<Velocity>* sum_v, bool closes) {
+                   const std::vector<Velocity>& offset, const std::vector<Velocity>* sum_v) {
   const Lanes zero = all(0);
   contacts.has_impact = contacts.bounces = false;
   if (!contacts.reading.limits_over_step) {
@@ -176,7 +176,7 @@ void start_substep(ContactBatches& contacts, double hs, const std::vector<Veloci
       const Lanes approach = -row_velocity(along, normal.row, gather(v, x.a), gather(v, x.b));
       const Lanes gap =
           row.gap + all(hs) * row_velocity(along, normal.row, gather(offset, x.a), gather(offset, x.b));
-      start_impact(normal, row, gap, approach, hs, closes);
+      start_impact(normal, row, gap, approach, hs);
       contacts.has_impact = contacts.has_impact || any(row.impact > zero);
       contacts.bounces = contacts.bounces || any(row.impact * row.coefficient > zero);
       row.right = row.velocity;

@@ -82,8 +82,7 @@ void start_substep(Problem& problem, const std::vector<Velocity>& v, const std::
     if (over_step) row.earlier += row.impulse;
     row.impulse = 0;
   }
-  start_substep(c.contacts, problem.substeps.duration, v, problem.substeps.offset, sum_v,
-                problem.substeps.count > 1);
+  start_substep(c.contacts, problem.substeps.duration, v, problem.substeps.offset, sum_v);
 }
 
 int sweeps_of(const Problem& problem, int m) {

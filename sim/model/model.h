@@ -107,9 +107,10 @@ struct Contact {
   double friction;
   static constexpr double no_impact = -1;
   double restitution = no_impact;  ///< of an impact, or no_impact
-  double resting_acceleration;     ///< m/s²: what comes slower than this for a (sub-)step does not bounce
-  double acceleration;             ///< by gravity, of a towards b along the normal, m/s²
-  double left_over;                ///< of the overlap, for later steps to recover, m
+  bool closes;  ///< an impact without restitution closes the gap in its sub-step, and is stopped in the next
+  double resting_acceleration;  ///< m/s²: what comes slower than this for a (sub-)step does not bounce
+  double acceleration;          ///< by gravity, of a towards b along the normal, m/s²
+  double left_over;             ///< of the overlap, for later steps to recover, m
   /// Added to the points' distance along the normal, m: of a contact that is still to be made, what the
   /// bodies' turning until then changes it by.
   double gap_offset;
