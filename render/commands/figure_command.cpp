@@ -72,7 +72,7 @@ void draw_figure(const FigureOptions& options) {
   if (options.y_range) y_range = range_in(*options.y_range, "--y-range");
   require_folder_of(output);
   FigureSource source;
-  if (figure.from_sweep) source.add(read_records(options.results));
+  if (figure.from_sweep) source.records = read_records(options.results);
   source.scenes = options.scenes;
   const Sheet sheet =
       with_ranges(with_choice(figure.make(source), options.panels, options.series), x_range, y_range);

@@ -38,7 +38,7 @@ void report(const ReportOptions& options) {
     run_sweep(sweep, {results, options.threads, 1, 1}, [&](double share) { progress.show("sweep", share); });
     merge_sweep(sweep, results);
     FigureSource source;
-    source.add(read_records(results));
+    source.records = read_records(results);
     source.scenes = options.scenes.value_or(options.sweep.parent_path());
     source.properties = sweep.properties;
     page = make_report(source, [&](double share) { progress.show("drawing", share); });

@@ -19,16 +19,6 @@ Scene FigureSource::scene(const std::string& name) const {
   return load_scene(scenes / (name + ".gltf"));
 }
 
-void FigureSource::add(const std::vector<SweepRecord>& all) {
-  for (const SweepRecord& record : all) (is_shown(record) ? records : rule_records).push_back(record);
-}
-
-std::vector<SweepRecord> FigureSource::with_rule_records() const {
-  std::vector<SweepRecord> all = records;
-  all.insert(all.end(), rule_records.begin(), rule_records.end());
-  return all;
-}
-
 const std::vector<ReportFigure>& figures() {
   static const std::vector<ReportFigure> all{
       {"work-rows", "error against rows solved: joints and spin", true, true,

@@ -14,17 +14,11 @@ namespace substep {
 
 /// What figures are drawn from.
 struct FigureSource {
-  std::vector<SweepRecord> records;         ///< of a sweep, of scenes that are shown
+  std::vector<SweepRecord> records;         ///< of a sweep
   std::filesystem::path scenes = "scenes";  ///< folder of the scene files, for what no sweep holds
   bool properties = true;                   ///< whether a page has what no sweep holds
   std::vector<ContactAblationCosts>
-      contact_ablation;                        ///< where there is none, it is measured when it is drawn
-  std::vector<SweepRecord> rule_records = {};  ///< of scenes that are for rules alone
-
-  /// The records of a sweep, each in its place.
-  void add(const std::vector<SweepRecord>& all);
-  /// Of all scenes.
-  std::vector<SweepRecord> with_rule_records() const;
+      contact_ablation;  ///< where there is none, it is measured when it is drawn
 
   /// The scene of a file in `scenes`, by its name without ".gltf". Throws Error.
   Scene scene(const std::string& name) const;

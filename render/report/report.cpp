@@ -16,7 +16,6 @@
 #include "render/report/bad_figures.h"
 #include "render/report/report_tables.h"
 #include "sim/study/advice.h"
-#include "sim/study/decision_table.h"
 #include "sim/study/sweep_results.h"
 
 SUBSTEP_EMBEDDED_FILE(report_template, SUBSTEP_REPORT_PAGE "/report.md")
@@ -76,22 +75,17 @@ TextTable without_empty_columns(const TextTable& table) {
 class Report {
  public:
   Report(const FigureSource& source, Pictures pictures)
-      : source_(source),
-        records_(source.records),
-        all_records_(source.with_rule_records()),
-        pictures_(std::move(pictures)) {
+      : source_(source), records_(source.records), pictures_(std::move(pictures)) {
     for (const std::string& scene : scenes_of(records_)) {
       conditions_.insert(scene);
       conditions_.insert(has_contacts(of_scene(records_, scene)) ? "contacts" : "joints");
     }
-    for (const std::string& scene : scenes_of(source.rule_records)) conditions_.insert(scene);
     if (source.properties) conditions_.insert("properties");
     if (!orders_.rows.empty()) conditions_.insert("orders");
     if (!sliding_table(records_).rows.empty()) conditions_.insert("sliding");
     if (!limits_table(records_, true).rows.empty()) conditions_.insert("limits with contacts");
     if (std::ranges::any_of(records_, [](const SweepRecord& record) { return record.times.has_value(); }))
       conditions_.insert("times");
-    if (!rules_faults_table(decisions_, all_records_).rows.empty()) conditions_.insert("wrong rules");
     if (!ahead_table(records_).rows.empty()) conditions_.insert("ahead");
   }
 
@@ -126,9 +120,6 @@ class Report {
     }
   }
 
-  /// Of a few scenes nobody could say how often rules are right.
-  bool has_rules() const { return decisions_.tried().size() >= 5; }
-
   /// A figure or a table of the section was asked for, and came or did not.
   void count(std::size_t blocks_before) {
     ++asked_;
@@ -152,12 +143,6 @@ class Report {
 
   std::string filled(const std::string& paragraph) const {
     const std::vector<std::string>& lost = equal_rows_.failing;
-    const std::vector<std::string> tried = decisions_.tried();
-    const std::vector<std::string> right = decisions_.right();
-    const auto answers = [&](const auto& counts) {
-      return std::ranges::count_if(decisions_.trials,
-                                   [&](const RuleTrial& trial) { return trial.advice && counts(trial); });
-    };
     return fmt::format(
         fmt::runtime(paragraph), fmt::arg("runs", records_.size()),
         fmt::arg("scenes", scenes_of(records_).size()), fmt::arg("orders", order_ranges(orders_)),
@@ -165,24 +150,8 @@ class Report {
         fmt::arg("compared", equal_rows_.holding.size() + lost.size()),
         fmt::arg("won_scenes", fmt::join(equal_rows_.holding, ", ")),
         fmt::arg("lost_scenes", lost.empty() ? "" : fmt::format(" Not on {}.", fmt::join(lost, ", "))),
-        fmt::arg("heavy_ratio", heavy_ratio), fmt::arg("rule_margin", rule_margin),
-        fmt::arg("rule_cost", rule_cost), fmt::arg("refinement_margin", refinement_margin),
-        fmt::arg("asked", decisions_.trials.size()), fmt::arg("tried", tried.size()),
-        fmt::arg("right", right.size()), fmt::arg("tried_scenes", fmt::join(tried, ", ")),
-        fmt::arg("answers", answers([](const RuleTrial&) { return true; })),
-        fmt::arg("right_answers", answers([](const RuleTrial& trial) { return trial.fault.empty(); })),
-        fmt::arg("accurate_answers", answers([](const RuleTrial& trial) { return trial.keeps_error; })),
-        fmt::arg("each_third", each_third_), fmt::arg("equal_cost", equal_cost_factor),
+        fmt::arg("equal_cost", equal_cost_factor),
         fmt::arg("contact_ablation", contact_ablation_caption(source_.contact_ablation)));
-  }
-
-  /// "at 1 % 26 of 29 answers (28 by their error alone), at 0.1 % …"
-  std::string each_third() const {
-    std::vector<std::string> texts;
-    for (const AnswerCount& count : cross_validation(all_records_))
-      texts.push_back(fmt::format("at {:g} % {} of {} answers ({} by their error alone)",
-                                  100 * count.accuracy, count.right, count.answers, count.keep_error));
-    return fmt::format("{}", fmt::join(texts, ", "));
   }
 
   void slopes() {
@@ -210,12 +179,9 @@ class Report {
 
   const FigureSource& source_;
   const std::vector<SweepRecord>& records_;
-  const std::vector<SweepRecord> all_records_;  ///< of all scenes
   const Pictures pictures_;
   const TextTable orders_ = orders_table(records_);
   const EqualRows equal_rows_ = equal_rows(records_);
-  const DecisionTable decisions_ = decision_table(all_records_);
-  const std::string each_third_ = each_third();
   std::set<std::string> conditions_;  ///< that hold: names of scenes, and what the constructor adds
   Document page_;
   std::size_t section_ = 0;  ///< where in the page the last heading of the template is
@@ -243,14 +209,6 @@ class Report {
       {"engines", [this] { table(engines_table(records_)); }},
       {"ahead", [this] { table(ahead_table(records_)); }},
       {"omitted", [this] { table(omitted_table(records_)); }},
-      {"rules",
-       [this] {
-         if (has_rules()) table(rules_table(decisions_));
-       }},
-      {"wrong rules",
-       [this] {
-         if (has_rules()) table(rules_faults_table(decisions_, all_records_));
-       }},
   };
 };
 

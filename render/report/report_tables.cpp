@@ -79,35 +79,6 @@ void fill(TextTable& table) {
   for (auto& row : table.rows) row.resize(table.head.size());
 }
 
-/// "n = 4 to 16", "h/2 to h/8"
-std::string refinement_text(const Rule& rule) {
-  const bool has_substeps = rule.setting->settings.algorithm >= Algorithm::a3;
-  const std::string before = has_substeps ? "" : "h/";
-  const std::string least = before + std::to_string(rule.least_refinement);
-  const std::string most = before + std::to_string(rule.most_refinement);
-  return (has_substeps ? "n = " : "") + (least == most ? least : fmt::format("{} to {}", least, most));
-}
-
-/// From "take" to "times the cheapest" of a line of rules.
-std::vector<std::string> advice_cells(const Rule& rule) {
-  if (!rule.setting) return {"no rule", "", "", "", "", "", "", ""};
-  const SweepRecord& setting = *rule.setting;
-  const Settings& s = setting.settings;
-  const bool has_substeps = s.algorithm >= Algorithm::a3;
-  const std::string least = short_number(1000 * rule.least_cost);
-  const std::string most = short_number(1000 * rule.most_cost);
-  return {std::string(title_of(s.algorithm)),
-          s.algorithm >= Algorithm::a2 ? std::to_string(s.iterations) : "",
-          has_substeps ? tau_text(s) : "",
-          has_substeps ? kappa_text(s) : "",
-          has_substeps && setting.traits.has_joints ? std::string(name(s.joints)) : "",
-          refinement_text(rule),
-          !setting.times  ? ""
-          : least == most ? least
-                          : fmt::format("{} to {}", least, most),
-          fmt::format("{:.2g}", rule.cost_ratio)};
-}
-
 /// "n = 4", "h/8", "1" …
 std::string limit_text(const SweepRecord& record) {
   const StabilityLimit& limit = *record.limit;
@@ -357,8 +328,7 @@ TextTable sliding_table(const std::vector<SweepRecord>& records) {
   TextTable table{{"scene", "known", "expected"}, {}};
   for (const std::string& scene : scenes_of(records)) {
     const std::vector<SweepRecord> own = of_scene(records, scene);
-    const ContactKind contacts = own.front().traits.contacts;
-    if (contacts != ContactKind::rolling && contacts != ContactKind::moving) continue;
+    if (own.front().contacts != ContactKind::moving) continue;
     const auto runs = at_equal_rows(own);
     if (runs.empty()) continue;
     for (std::size_t i = 0; i < runs.front().second.metrics->expected.size(); ++i) {
@@ -409,46 +379,6 @@ TextTable springs_table() {
       row.push_back(percent(closed));
     }
     table.rows.push_back(std::move(row));
-  }
-  return table;
-}
-
-TextTable rules_table(const DecisionTable& decisions) {
-  TextTable table{{"scene", "error", "take", "m", "τ", "κ", "joints", "came to", "CPU, ms a simulated second",
-                   "times the cheapest, at most", "made from", "right on", "held out: right"},
-                  {}};
-  for (std::size_t i = 0; i < decisions.rules.size(); ++i) {
-    const Rule& rule = decisions.rules[i];
-    int asked = 0;
-    int advised = 0;
-    int right = 0;
-    for (const RuleTrial& trial : decisions.trials) {
-      if (trial.rule != i) continue;
-      ++asked;
-      advised += trial.advice ? 1 : 0;
-      right += trial.advice && trial.fault.empty() ? 1 : 0;
-    }
-    std::vector<std::string> row{title_of(rule.kind), percent(rule.accuracy)};
-    const std::vector<std::string> advice = advice_cells(rule);
-    row.insert(row.end(), advice.begin(), advice.end());
-    row.push_back(fmt::format("{}", fmt::join(rule.made_from, ", ")));
-    row.push_back(fmt::format("{} of {}", rule.right_on, rule.made_from.size()));
-    const std::string unanswered =
-        advised < asked ? fmt::format("; {} got no advice", asked - advised) : std::string();
-    row.push_back(asked == 0 ? "not tried" : fmt::format("{} of {}{}", right, advised, unanswered));
-    table.rows.push_back(std::move(row));
-  }
-  return table;
-}
-
-TextTable rules_faults_table(const DecisionTable& decisions, const std::vector<SweepRecord>& records) {
-  TextTable table{{"scene", "error", "advice", "what is wrong with it", "cheapest that is right"}, {}};
-  for (const RuleTrial& trial : decisions.trials) {
-    if (!trial.advice || trial.fault.empty()) continue;
-    const Rule& rule = decisions.rules[trial.rule];
-    const auto right = cheapest(of_scene(records, trial.scene), rule.accuracy);
-    table.rows.push_back({trial.scene, percent(rule.accuracy), trial.advice->label, trial.fault,
-                          right ? right->label : "none"});
   }
   return table;
 }

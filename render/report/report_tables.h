@@ -6,7 +6,6 @@
 
 #include "sim/measure/contact_ablation.h"
 #include "sim/measure/text_table.h"
-#include "sim/study/decision_table.h"
 #include "sim/study/sweep.h"
 
 namespace substep {
@@ -50,10 +49,6 @@ TextTable sliding_table(const std::vector<SweepRecord>& records);
 /// The energy that an undamped spring has left after a second, measured beside the closed form of implicit
 /// steps.
 TextTable springs_table();
-
-TextTable rules_table(const DecisionTable& decisions);
-/// Where a rule was not right on a scene that was held out.
-TextTable rules_faults_table(const DecisionTable& decisions, const std::vector<SweepRecord>& records);
 
 TextTable runs_table(const std::vector<SweepRecord>& runs);
 

@@ -54,17 +54,6 @@ std::string top_heavy_stack();
 std::string box_pyramid();
 std::string brick_wall();
 
-// Sampled scenes: each number gives another one.
-std::string hanging(int number);
-std::string sprung(int number);
-std::string spinning(int number);
-std::string weighted(int number);
-std::string linkage(int number);
-std::string stacked(int number);
-std::string loaded(int number);
-std::string rolling(int number);
-std::string sliding(int number);
-
 struct SceneFile {
   std::string_view name;  ///< of the file, without ".gltf"
   std::string (*text)();
@@ -112,27 +101,6 @@ inline constexpr std::array<SceneFile, 41> all_scenes{{
     {"top_heavy_stack", top_heavy_stack},
     {"box_pyramid", box_pyramid},
     {"brick_wall", brick_wall},
-}};
-
-/// The first ones are for rules to be made from, the others are held out.
-struct SampledFamily {
-  std::string_view name;    ///< of the files, before "_1.gltf"
-  std::string_view folder;  ///< in sampled/ and held_out/
-  int sampled;
-  int held_out;
-  std::string (*text)(int number);
-};
-
-inline constexpr std::array<SampledFamily, 9> sampled_families{{
-    {"hanging", "joints", 3, 5, hanging},
-    {"sprung", "joints", 2, 3, sprung},
-    {"spinning", "joints", 2, 3, spinning},
-    {"weighted", "joints", 2, 3, weighted},
-    {"linkage", "joints", 3, 6, linkage},
-    {"stacked", "contacts", 3, 6, stacked},
-    {"loaded", "contacts", 2, 4, loaded},
-    {"rolling", "contacts", 3, 5, rolling},
-    {"sliding", "contacts", 3, 5, sliding},
 }};
 
 }  // namespace substep::make

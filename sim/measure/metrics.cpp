@@ -151,21 +151,6 @@ MotionDifference apart(const Scene& scene, const Motion& a, const Motion& b,
   return difference(scene, thinned(a, coarse), thinned(b, coarse), whole_horizon(coarse, reference));
 }
 
-/// The run with half as many sub-steps, of A1 and A2 with a step twice as long.
-std::optional<Settings> coarser(const Scene& scene, Settings settings) {
-  if (settings.algorithm >= Algorithm::a3) {
-    if (settings.substeps % 2 != 0) return std::nullopt;
-    settings.substeps /= 2;
-    return settings;
-  }
-  const auto divisions = std::lround(scene.step / settings.step);
-  const bool is_even = divisions > 0 && divisions % 2 == 0 &&
-                       std::abs(static_cast<double>(divisions) * settings.step - scene.step) < 1e-9;
-  if (!is_even) return std::nullopt;
-  settings.step *= 2;
-  return settings;
-}
-
 ErrorParts parts_of(const Scene& scene, const Settings& settings, const Motion& motion,
                     const ReferenceMotion& reference) {
   ErrorParts parts;
@@ -280,14 +265,6 @@ Metrics measure(const Scene& scene, const Settings& settings, const ReferenceMot
   if (parts) metrics.parts = parts_of(scene, settings, motion, reference);
   judge_bounds(scene, reference, metrics);
   return metrics;
-}
-
-std::optional<MotionDifference> coarser_difference(const Scene& scene, const Settings& settings,
-                                                   const ReferenceMotion& reference) {
-  const DefaultFloatingPoint environment;
-  const auto half = coarser(scene, settings);
-  if (!half) return std::nullopt;
-  return apart(scene, motion_of(scene, settings, reference), motion_of(scene, *half, reference), reference);
 }
 
 }  // namespace substep

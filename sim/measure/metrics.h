@@ -58,13 +58,6 @@ Metrics measure(const Scene& scene, const Settings& settings, const ReferenceMot
 /// The same of any stepper; its error is not taken apart, and there is no residual.
 Metrics measure(const Scene& scene, Stepper& stepper, double step, const ReferenceMotion& reference);
 
-/// How far the run is, to the reference's horizon, from the one with half as many sub-steps; of A1 and A2
-/// from the one with a step twice as long. About the error where that falls with the first power of the step,
-/// and known without the reference's motion. Nothing of an odd number of sub-steps, and of A1 and A2 where
-/// the scene's step is no even multiple of the run's.
-std::optional<MotionDifference> coarser_difference(const Scene& scene, const Settings& settings,
-                                                   const ReferenceMotion& reference);
-
 /// Whether all bodies start at rest, and stay there in the reference.
 bool stands(const Scene& scene, const ReferenceMotion& reference);
 

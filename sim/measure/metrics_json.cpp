@@ -83,16 +83,6 @@ auto reading(const Json& json, const Read& read) {
 
 }  // namespace
 
-Json to_json(const MotionDifference& x) {
-  return {{"position", spread(x.position)}, {"orientation", spread(x.orientation)}};
-}
-
-MotionDifference difference_in(const Json& json) {
-  return reading(json, [](const Json& j) {
-    return MotionDifference{spread_in(j.at("position")), spread_in(j.at("orientation"))};
-  });
-}
-
 Json to_json(const Metrics& x) {
   return {{"position", spread(x.error.position)},
           {"orientation", spread(x.error.orientation)},

@@ -11,11 +11,9 @@ namespace substep {
 
 nlohmann::ordered_json to_json(const Metrics& metrics);
 nlohmann::ordered_json to_json(const RunTimes& times);
-nlohmann::ordered_json to_json(const MotionDifference& difference);
 
 /// Throw Error for what the functions above would not have written.
 Metrics metrics_in(const nlohmann::ordered_json& json);
 RunTimes times_in(const nlohmann::ordered_json& json);
-MotionDifference difference_in(const nlohmann::ordered_json& json);
 
 }  // namespace substep

@@ -1,5 +1,5 @@
 #pragma once
-/// What to choose for a scene, by rules from what a sweep measured.
+/// Which setting a sweep's measurements recommend for a scene.
 
 #include <optional>
 #include <string>
@@ -15,18 +15,10 @@ bool is_own_run(const SweepRecord& record);
 /// What choices are made by: CPU time, where there are times, else rows solved.
 double time_or_rows(const SweepRecord& record);
 
-/// Why the run is not good enough, in words; empty where it is. It is where it stays bounded with an RMS
-/// error of at most `tolerance` (of the scene's size) over `margin`, joints and contacts closed to
-/// `tolerance`, and over the whole run a change of energy that is within ten times as much of the most
-/// accurate run's. `records`: of the same scene.
-std::string fault_of(const SweepRecord& record, const std::vector<SweepRecord>& records, double tolerance,
-                     double margin = 1);
-
-/// The runs of ours that are good enough.
-std::vector<SweepRecord> good_runs(const std::vector<SweepRecord>& records, double tolerance,
-                                   double margin = 1);
-
-/// The cheapest of these.
+/// Returns the cheapest run of the five that is good enough; nothing if none is. A good run stays bounded
+/// with an RMS error of at most `tolerance` (of the scene's size), its joints and contacts stay closed to
+/// `tolerance`, and its change of energy is within ten times `tolerance` of the most accurate run's.
+/// `records`: of one scene.
 std::optional<SweepRecord> cheapest(const std::vector<SweepRecord>& records, double tolerance);
 
 /// The runs that no other one beats in both error and cost, the cheapest first.

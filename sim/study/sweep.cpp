@@ -16,6 +16,7 @@
 #include "sim/log/file_output.h"
 #include "sim/math/fnv1a.h"
 #include "sim/measure/substep_map.h"
+#include "sim/model/model.h"
 #include "sim/study/engines/engines.h"
 #include "sim/study/sweep_record.h"
 
@@ -40,8 +41,8 @@ std::uint64_t program_hash() {
 std::string fingerprint(const Sweep& sweep, const SweepJob& job) {
   const Scene& scene = sweep.scenes.at(job.scene);
   const std::string text =
-      fmt::format("{:x} {:x} {} {} {} {} {}", program_hash(), scene.hash, sweep.horizon_of(job.scene),
-                  scene.duration, sweep.repetitions, sweep.most, static_cast<int>(sweep.use_of(job.scene)));
+      fmt::format("{:x} {:x} {} {} {} {}", program_hash(), scene.hash, sweep.horizon_of(job.scene),
+                  scene.duration, sweep.repetitions, sweep.most);
   return fmt::format("{:016x}", fnv1a(text));
 }
 
@@ -117,12 +118,11 @@ SweepRecord measured(const Sweep& sweep, const SweepJob& job, const ReferenceMot
   SweepRecord record;
   record.key = job.key;
   record.scene = job.scene;
-  record.use = sweep.use_of(job.scene);
   record.engine = job.engine;
   record.label = label(job.settings);
   record.settings = job.settings;
   record.divisions = job.divisions;
-  record.traits = traits_of(scene, reference);
+  record.contacts = contact_kind(scene, reference);
   record.size = size_of(scene);
   record.duration = scene.duration;
   record.reference = reference.method;
@@ -138,7 +138,6 @@ SweepRecord measured(const Sweep& sweep, const SweepJob& job, const ReferenceMot
   } else {
     record.substep_radius = substep_radius(scene, job.settings);
     record.metrics = measure(scene, job.settings, reference);
-    record.coarser = coarser_difference(scene, job.settings, reference);
     if (sweep.repetitions > 0) record.times = time_run(scene, job.settings, sweep.repetitions);
   }
   return record;
@@ -155,6 +154,11 @@ double cost_of(const Sweep& sweep, const SweepJob& job) {
 }
 
 }  // namespace
+
+ContactKind contact_kind(const Scene& scene, const ReferenceMotion& reference) {
+  if (!build_model(scene).contacts) return ContactKind::none;
+  return stands(scene, reference) ? ContactKind::standing : ContactKind::moving;
+}
 
 int run_sweep(const Sweep& sweep, const SweepOptions& options, const std::function<void(double)>& progress) {
   std::error_code failure;

@@ -14,21 +14,26 @@
 #include "sim/measure/metrics.h"
 #include "sim/measure/stability_limit.h"
 #include "sim/measure/stage_times.h"
-#include "sim/study/scene_traits.h"
 #include "sim/study/sweep_file.h"
 
 namespace substep {
+
+/// How the bodies of a scene touch.
+enum class ContactKind {
+  none,      ///< nothing can touch
+  standing,  ///< the reference leaves every body where it starts
+  moving,    ///< bodies slide, roll, fall or are hit
+};
 
 /// What a job found.
 struct SweepRecord {
   std::string key;
   std::string scene;
-  SceneUse use = SceneUse::all;  ///< of the scene
-  std::string engine;            ///< empty: one of our algorithms
-  std::string label;             ///< "A3  n=4 m=1 plain  h=1/60", "Bullet SI  h=1/60"
+  std::string engine;  ///< empty: one of our algorithms
+  std::string label;   ///< "A3  n=4 m=1 plain  h=1/60", "Bullet SI  h=1/60"
   Settings settings;
-  int divisions = 1;             ///< of the scene's step: the step is that / divisions
-  SceneTraits traits;            ///< of the scene
+  int divisions = 1;  ///< of the scene's step: the step is that / divisions
+  ContactKind contacts = ContactKind::none;
   double size = 0;               ///< of the scene, m
   double duration = 0;           ///< of the scene, s
   std::string reference;         ///< how it was made
@@ -40,7 +45,6 @@ struct SweepRecord {
   /// Of a sub-step's map with these settings, where it has one (substep_map.h).
   std::optional<double> substep_radius;
   std::optional<Metrics> metrics;
-  std::optional<MotionDifference> coarser;  ///< from the run with half as many sub-steps (metrics.h)
   std::optional<RunTimes> times;
   std::optional<StabilityLimit> limit;
 };
@@ -51,6 +55,9 @@ struct SweepOptions {
   int part = 1;     ///< of `parts`: the jobs part, part + parts, … of the list
   int parts = 1;
 };
+
+/// Returns how the scene's bodies touch. `reference`: of the scene.
+ContactKind contact_kind(const Scene& scene, const ReferenceMotion& reference);
 
 /// Does the jobs that are not done. `progress` hears the share done, of this call's work, on the calling
 /// thread. Returns how many were done now. Throws Error when a scene cannot be modelled or a file cannot be

@@ -89,8 +89,7 @@ class Reader : private TomlValues {
   Sweep read() {
     const toml::table root = parse();
     expect_keys(root, "the sweep file",
-                {"horizon", "repetitions", "most", "properties", "for_rules", "held_out", "horizons", "grid",
-                 "limit"});
+                {"horizon", "repetitions", "most", "properties", "horizons", "grid", "limit"});
     if (const auto* node = root.get("horizon")) sweep_.horizon = positive(*node, "horizon");
     if (const auto* node = root.get("repetitions"))
       sweep_.repetitions = integer(*node, "repetitions", 0, 1000);
@@ -108,8 +107,6 @@ class Reader : private TomlValues {
       }
     }
     if (sweep_.jobs.empty()) throw Error(fmt::format("{}: has no [[grid]]", sweep_.file.string()));
-    read_uses(root, "for_rules", SceneUse::rules);
-    read_uses(root, "held_out", SceneUse::trial);
     if (const auto* node = root.get("horizons")) read_horizons(*node);
     return std::move(sweep_);
   }
@@ -117,42 +114,13 @@ class Reader : private TomlValues {
  private:
   static bool is_pattern(const std::string& name) { return name.find('*') != std::string::npos; }
 
-  /// The scene of a grid, or those whose names are like a shell's pattern.
-  std::vector<std::string> scenes_like(const toml::node& node, const std::string& pattern) const {
-    std::vector<std::string> names;
-    for (const auto& [name, scene] : sweep_.scenes) {
-      if (is_pattern(pattern) ? fnmatch(pattern.c_str(), name.c_str(), 0) == 0 : name == pattern)
-        names.push_back(name);
-    }
-    if (names.empty()) fail(node, fmt::format("'{}' is a scene of no grid", pattern));
-    return names;
-  }
-
-  void read_uses(const toml::table& root, std::string_view key, SceneUse use) {
-    for (const toml::node* const node : list(root, key)) {
-      for (const fs::path& file : files_of(*node, key)) {
-        const auto entry =
-            std::ranges::find_if(sweep_.scenes, [&](const auto& scene) { return scene.second.file == file; });
-        if (entry == sweep_.scenes.end())
-          fail(*node, fmt::format("'{}' is a scene of no grid", file.string()));
-        if (!sweep_.uses.try_emplace(entry->first, use).second)
-          fail(*node, fmt::format("'{}' is named twice", entry->first));
-      }
-    }
-  }
-
   void read_horizons(const toml::node& node) {
     if (!node.is_table()) fail(node, "'horizons' must be a table");
-    std::map<std::string, double> by_pattern;
     for (const auto& [key, value] : *node.as_table()) {
-      const std::string pattern(key.str());
-      const double horizon = positive(value, pattern);
-      for (const std::string& name : scenes_like(value, pattern)) {
-        if (!(is_pattern(pattern) ? by_pattern : sweep_.horizons).try_emplace(name, horizon).second)
-          fail(value, fmt::format("'{}' has two horizons", name));
-      }
+      const std::string name(key.str());
+      if (!sweep_.scenes.contains(name)) fail(value, fmt::format("'{}' is a scene of no grid", name));
+      sweep_.horizons[name] = positive(value, name);
     }
-    sweep_.horizons.merge(by_pattern);  // where a scene has one of its own, that counts
   }
 
   double positive(const toml::node& node, std::string_view key) const {
@@ -308,11 +276,6 @@ class Reader : private TomlValues {
 double Sweep::horizon_of(const std::string& scene) const {
   const auto own = horizons.find(scene);
   return std::min(own == horizons.end() ? horizon : own->second, scenes.at(scene).duration);
-}
-
-SceneUse Sweep::use_of(const std::string& scene) const {
-  const auto own = uses.find(scene);
-  return own == uses.end() ? SceneUse::all : own->second;
 }
 
 Sweep read_sweep(const fs::path& file) {

@@ -6,12 +6,9 @@
 ///     most = 64                         # how fine a search for the stability limit may go
 ///     properties = true                 # `substep report` also shows what the algorithms do on test scenes
 ///                                       # of their own, read from the sweep file's folder
-///     for_rules = ["sampled/*.gltf"]    # scenes of the grids that the report makes rules from, and no more
-///     held_out = ["held_out/*.gltf"]    # scenes of the grids that it tries rules on, and no more
 ///
-///     [horizons]                        # other horizons, by scene, or for all whose names are like it
+///     [horizons]                        # other horizons, by scene
 ///     rod_chain = 1
-///     "stacked_*" = 0.1
 ///
 ///     [[grid]]                          # all combinations of its lists; what is absent has one value
 ///     scenes = ["pendulum.gltf"]        # relative to the sweep file; a name with "*" is a shell's pattern
@@ -38,13 +35,6 @@
 
 namespace substep {
 
-/// What the report makes of a scene.
-enum class SceneUse {
-  all,    ///< it shows it, and makes rules from it
-  rules,  ///< it makes rules from it
-  trial,  ///< it tries rules on it
-};
-
 struct SweepJob {
   std::string key;  ///< "rod_chain.a3-h1-n4-m1-t1-k1-plain": a file's name, and what it does
   std::string scene;
@@ -61,12 +51,10 @@ struct Sweep {
   int most = 64;
   bool properties = false;
   std::map<std::string, double> horizons;
-  std::map<std::string, Scene> scenes;   ///< by name
-  std::map<std::string, SceneUse> uses;  ///< by name, of those that are not for all
-  std::vector<SweepJob> jobs;            ///< in the file's order, each once
+  std::map<std::string, Scene> scenes;  ///< by name
+  std::vector<SweepJob> jobs;           ///< in the file's order, each once
 
   double horizon_of(const std::string& scene) const;
-  SceneUse use_of(const std::string& scene) const;
 };
 
 /// Reads the file and its scenes. Throws Error with file and line for what is unknown, missing, of a wrong

@@ -55,8 +55,6 @@ void require_possible(const SweepRecord& r) {
   };
   check(r.settings);
   require(r.divisions >= 1, "divisions", r.divisions);
-  require(r.traits.mass_ratio >= 1 && std::isfinite(r.traits.mass_ratio), "mass_ratio", r.traits.mass_ratio);
-  not_negative("spring_angle", r.traits.spring_angle);
   positive("size", r.size);
   positive("duration", r.duration);
   not_negative("horizon", r.horizon);
@@ -84,10 +82,6 @@ void require_possible(const SweepRecord& r) {
       not_negative(what, value);
     }
   }
-  if (r.coarser) {
-    not_negative("coarser", r.coarser->position.rms);
-    not_negative("coarser", r.coarser->orientation.rms);
-  }
   if (r.times) {
     const RunTimes& t = *r.times;
     require(t.repetitions >= 1, "repetitions", t.repetitions);
@@ -101,43 +95,22 @@ void require_possible(const SweepRecord& r) {
   }
 }
 
-constexpr std::array<std::string_view, 3> uses{"all", "rules", "trial"};
+constexpr std::array<std::string_view, 3> contact_kinds{"none", "standing", "moving"};
 
-std::string_view name(SceneUse use) {
-  return uses.at(static_cast<std::size_t>(use));
-}
-
-SceneUse use_named(const std::string& text) {
-  const auto found = std::ranges::find(uses, text);
-  if (found == uses.end())
-    throw Error(fmt::format("not what a sweep wrote: '{}' is no use of a scene", text));
-  return static_cast<SceneUse>(found - uses.begin());
-}
-
-SceneTraits traits_in(const Json& json) {
-  SceneTraits traits;
-  json.at("joints").get_to(traits.has_joints);
-  json.at("loops").get_to(traits.has_loops);
-  traits.contacts = contact_kind_named(json.at("contacts").get<std::string>());
-  json.at("mass_ratio").get_to(traits.mass_ratio);
-  json.at("spring_angle").get_to(traits.spring_angle);
-  return traits;
+ContactKind contacts_named(const std::string& text) {
+  const auto found = std::ranges::find(contact_kinds, text);
+  if (found == contact_kinds.end())
+    throw Error(fmt::format("not what a sweep wrote: '{}' is no kind of contacts", text));
+  return static_cast<ContactKind>(found - contact_kinds.begin());
 }
 
 }  // namespace
 
 std::string to_json(const SweepRecord& r) {
-  Json json{
-      {"key", r.key}, {"scene", r.scene}, {"use", name(r.use)}, {"engine", r.engine}, {"label", r.label}};
+  Json json{{"key", r.key}, {"scene", r.scene}, {"engine", r.engine}, {"label", r.label}};
   json.update(to_json(r.settings));
-  const SceneTraits& traits = r.traits;
   json.update(Json{{"divisions", r.divisions},
-                   {"traits",
-                    {{"joints", traits.has_joints},
-                     {"loops", traits.has_loops},
-                     {"contacts", name(traits.contacts)},
-                     {"mass_ratio", traits.mass_ratio},
-                     {"spring_angle", traits.spring_angle}}},
+                   {"contacts", contact_kinds.at(static_cast<std::size_t>(r.contacts))},
                    {"size", r.size},
                    {"duration", r.duration},
                    {"reference", r.reference},
@@ -148,7 +121,6 @@ std::string to_json(const SweepRecord& r) {
                    {"omitted", r.omitted}});
   if (r.substep_radius) json["substep_radius"] = *r.substep_radius;
   if (r.metrics) json["metrics"] = to_json(*r.metrics);
-  if (r.coarser) json["coarser"] = to_json(*r.coarser);
   if (r.limit) {
     json["limit"] = {{"divisions", r.limit->divisions}, {"most", r.limit->most}, {"runs", r.limit->runs}};
   }
@@ -163,7 +135,6 @@ SweepRecord record_in(const std::string& text) {
     const auto read = [&](const char* key, auto& value) { json.at(key).get_to(value); };
     read("key", r.key);
     read("scene", r.scene);
-    r.use = use_named(json.at("use").get<std::string>());
     read("engine", r.engine);
     read("label", r.label);
     read("size", r.size);
@@ -176,10 +147,9 @@ SweepRecord record_in(const std::string& text) {
     read("omitted", r.omitted);
     read("divisions", r.divisions);
     r.settings = settings_in(json);
-    r.traits = traits_in(json.at("traits"));
+    r.contacts = contacts_named(json.at("contacts").get<std::string>());
     if (json.contains("substep_radius")) r.substep_radius = json["substep_radius"].get<double>();
     if (json.contains("metrics")) r.metrics = metrics_in(json["metrics"]);
-    if (json.contains("coarser")) r.coarser = difference_in(json["coarser"]);
     if (json.contains("times")) r.times = times_in(json["times"]);
     if (json.contains("limit")) {
       const Json& limit = json["limit"];

@@ -101,10 +101,6 @@ std::vector<SweepRecord> equal_row_runs(const std::vector<SweepRecord>& records,
   return runs;
 }
 
-bool is_shown(const SweepRecord& record) {
-  return record.use == SceneUse::all;
-}
-
 std::vector<SweepRecord> of_scene(const std::vector<SweepRecord>& records, const std::string& scene) {
   std::vector<SweepRecord> own;
   for (const SweepRecord& record : records) {
@@ -142,11 +138,8 @@ bool is_other_engine(const SweepRecord& record) {
 
 double error_of(const SweepRecord& record) {
   if (!record.metrics) return std::numeric_limits<double>::infinity();
-  return relative_difference(record.metrics->error, record.size);
-}
-
-double relative_difference(const MotionDifference& difference, double size) {
-  return difference.position.rms > 0 ? difference.position.rms / size : difference.orientation.rms;
+  const MotionDifference& error = record.metrics->error;
+  return error.position.rms > 0 ? error.position.rms / record.size : error.orientation.rms;
 }
 
 }  // namespace substep

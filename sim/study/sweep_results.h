@@ -13,17 +13,12 @@ std::vector<SweepRecord> of_scene(const std::vector<SweepRecord>& records, const
 /// Names of the scenes, in the sweep's order.
 std::vector<std::string> scenes_of(const std::vector<SweepRecord>& records);
 
-/// Whether the scene is of a page's figures and tables, and not for rules alone.
-bool is_shown(const SweepRecord& record);
-
 /// Whether it is a run of an engine that is not ours.
 bool is_other_engine(const SweepRecord& record);
 
 /// RMS error over the scene's size; of bodies that stay in place and turn, the RMS turn in rad. Not finite
 /// where the run ended early.
 double error_of(const SweepRecord& record);
-/// The same of any difference of a scene's motions.
-double relative_difference(const MotionDifference& difference, double size);
 bool turns_in_place(const std::vector<SweepRecord>& records);
 /// Whether the error is at least a hundred times what the reference itself may be off by; or rounding, below
 /// `smallest_plotted_error`.

@@ -117,32 +117,6 @@ TEST(Metrics, HalfTheStepIsHalfTheErrorOfA1) {
   }
 }
 
-TEST(Metrics, ACoarserRunFallsFurtherByHalfItsStep) {
-  // A body that falls is g t s/2 too low at t with sub-steps of s: twice the sub-step takes it g t s/2
-  // further.
-  Scene scene = scene_named("tumbling_body");
-  scene.gravity = Vector3(0.5, -3, 1);
-  const ReferenceMotion reference = reference_motion(scene, 1);
-  double squares = 0;
-  for (int k = 1; k <= 60; ++k) squares += k * k * scene.step * scene.step / 60;
-  Settings settings = usual_settings(scene, Algorithm::a3);
-  settings.substeps = 6;
-  const auto third = coarser_difference(scene, settings, reference);
-  ASSERT_TRUE(third);
-  const double expected = scene.gravity.norm() * std::sqrt(squares) * scene.step / 6 / 2;
-  EXPECT_NEAR(third->position.rms, expected, 1e-12);  // measured 1.1e-15
-  settings.substeps = 5;
-  EXPECT_FALSE(coarser_difference(scene, settings, reference));
-  Settings direct = usual_settings(scene, Algorithm::a1);
-  EXPECT_FALSE(coarser_difference(scene, direct, reference));  // the scene's step is the longest
-  direct.step = scene.step / 6;
-  const auto halved = coarser_difference(scene, direct, reference);
-  ASSERT_TRUE(halved);
-  EXPECT_NEAR(halved->position.rms, expected, 1e-12);  // measured 1.2e-15
-  direct.step = scene.step / 3;
-  EXPECT_FALSE(coarser_difference(scene, direct, reference));
-}
-
 TEST(Metrics, AFreeBodyKeepsItsMomentum) {
   Scene scene = scene_named("tumbling_body");
   scene.duration = 2;

@@ -72,23 +72,13 @@ class SweepResults : public testing::Test {
 
 TEST_F(SweepResults, EveryRowOfATableHasACellForEachColumn) {
   const std::vector<SweepRecord>& records = source().records;
-  const DecisionTable decisions = decision_table(records);
   const std::vector<TextTable> tables{
-      choices_table(records),    references_table(records), limits_table(records, false),
-      slopes_table(records),     orders_table(records),     equal_rows(records).table,
-      equal_cost_table(records), energy_table(records),     springs_table(),
-      rules_table(decisions),    runs_table(records),       rules_faults_table(decisions, records)};
+      choices_table(records), references_table(records), limits_table(records, false), slopes_table(records),
+      orders_table(records),  equal_rows(records).table, equal_cost_table(records),    energy_table(records),
+      springs_table(),        runs_table(records)};
   for (const TextTable& table : tables) {
     for (const std::vector<std::string>& row : table.rows)
       EXPECT_EQ(row.size(), table.head.size()) << row.at(0);
-  }
-  // Rod chain is held out, and what is said of it is tried.
-  const TextTable& rules = tables[9];
-  ASSERT_EQ(rules.rows.size(), 2u);
-  for (const std::vector<std::string>& row : rules.rows) {
-    EXPECT_EQ(row[10], "pendulum");
-    EXPECT_THAT(row[11], testing::AnyOf("1 of 1", "0 of 1"));
-    EXPECT_THAT(row[12], testing::AnyOf("1 of 1", "0 of 1", "0 of 0; 1 got no advice"));
   }
 }
 
@@ -160,9 +150,8 @@ TEST_F(SweepResults, ThePageSpeaksOfItsOwnScenesAlone) {
     if (entry.path().extension() != ".gltf" || is_own || is_a_word) continue;
     EXPECT_THAT(page, Not(HasSubstr(name)));
   }
-  // No contacts, no times, no scene held out, no engine, no figure: nothing is said of them.
-  for (const char* const word :
-       {"CPU", "sliding", "held out", "A2 with contacts", "## Springs", "## Error against"})
+  // No contacts, no times, no engine, no figure: nothing is said of them.
+  for (const char* const word : {"CPU", "sliding", "A2 with contacts", "## Springs", "## Error against"})
     EXPECT_THAT(page, Not(HasSubstr(word)));
   // No table without a row and no heading without a word below.
   for (std::size_t at = page.find("\n#"); at != std::string::npos; at = page.find("\n#", at + 1)) {
@@ -175,30 +164,6 @@ TEST_F(SweepResults, ThePageSpeaksOfItsOwnScenesAlone) {
     EXPECT_EQ(page[below], '|') << page.substr(page.rfind('\n', at - 2) + 1, 200);
     at = below;
   }
-}
-
-TEST_F(SweepResults, ScenesForRulesAreInNothingElse) {
-  std::vector<SweepRecord> all = source().records;
-  for (const SweepRecord& record : of_scene(source().records, "pendulum")) {
-    for (int i = 1; i <= 7; ++i) {
-      SweepRecord& copy = all.emplace_back(record);
-      copy.scene = fmt::format("sample_{}", i);
-      copy.key = copy.scene + record.key;
-      copy.use = i == 1 ? SceneUse::rules : SceneUse::trial;
-    }
-  }
-  FigureSource divided;
-  divided.add(all);
-  divided.properties = false;
-  EXPECT_EQ(divided.records.size(), source().records.size());
-  EXPECT_EQ(divided.with_rule_records().size(), all.size());
-  const std::string page = to_markdown(report_page(divided, {}));
-  const std::string said = "**Right on 6 of 6 scenes that were held out**";
-  EXPECT_THAT(page, HasSubstr(said));
-  EXPECT_THAT(page, HasSubstr("pendulum, rod_chain, sample_1 | 3 of 3 | 6 of 6 |"));
-  EXPECT_EQ(page.find("sample_"), page.find("sample_1"));
-  EXPECT_GT(page.find("sample_1"), page.find("## Which setting for which scene"));
-  EXPECT_THAT(page, Not(HasSubstr("### sample_")));
 }
 
 TEST_F(SweepResults, ScenesBesideEnginesAreThoseWhereOneRan) {

@@ -4,9 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <string>
 
 #include "sim/error.h"
+#include "sim/loading/load_scene.h"
 
 namespace substep {
 namespace {
@@ -15,16 +17,11 @@ SweepRecord example() {
   SweepRecord record;
   record.key = "0123";
   record.scene = "a scene";
-  record.use = SceneUse::trial;
   record.label = "A3  n=4 m=1 plain  h=1/60";
   record.settings.algorithm = Algorithm::a3;
   record.settings.substeps = 4;
   record.divisions = 2;
-  record.traits.has_joints = true;
-  record.traits.has_loops = true;
-  record.traits.contacts = ContactKind::rolling;
-  record.traits.mass_ratio = 30;
-  record.traits.spring_angle = 1.5;
+  record.contacts = ContactKind::moving;
   record.size = 3;
   record.duration = 2;
   record.reference = "A1 at h/512";
@@ -34,7 +31,6 @@ SweepRecord example() {
   record.substep_radius = 0.75;
   record.metrics.emplace();
   record.metrics->row_solves = 1200;
-  record.coarser = MotionDifference{{0.25, 0.5}, {0.125, 1}};
   record.times = RunTimes{0.002, 0.001, 0.003, 3, {1, 2, 3, 4}};
   record.limit = StabilityLimit{2, 8, 5};
   return record;
@@ -46,14 +42,7 @@ TEST(SweepRecord, IsReadAsItWasWritten) {
   EXPECT_EQ(to_json(read), to_json(record));
   EXPECT_EQ(read.settings.substeps, 4);
   EXPECT_EQ(read.divisions, 2);
-  EXPECT_EQ(read.use, SceneUse::trial);
-  ASSERT_TRUE(read.coarser);
-  EXPECT_EQ(read.coarser->position.rms, 0.25);
-  EXPECT_EQ(read.coarser->orientation.largest, 1);
-  EXPECT_TRUE(read.traits.has_joints && read.traits.has_loops);
-  EXPECT_EQ(read.traits.contacts, ContactKind::rolling);
-  EXPECT_EQ(read.traits.mass_ratio, 30);
-  EXPECT_EQ(read.traits.spring_angle, 1.5);
+  EXPECT_EQ(read.contacts, ContactKind::moving);
   EXPECT_EQ(read.substep_radius, 0.75);
   ASSERT_TRUE(read.metrics && read.times && read.limit);
   EXPECT_EQ(read.metrics->row_solves, 1200);
@@ -78,11 +67,24 @@ TEST(SweepRecord, OfLessThanNothingIsRefused) {
   record.metrics->joint_gap = -1e-9;
   EXPECT_NE(complaint(record).find("joint_gap"), std::string::npos) << complaint(record);
   record = example();
-  record.coarser->position.rms = -0.25;
-  EXPECT_NE(complaint(record).find("coarser"), std::string::npos) << complaint(record);
-  record = example();
   record.substep_radius = -0.5;
   EXPECT_NE(complaint(record).find("substep_radius"), std::string::npos) << complaint(record);
+}
+
+TEST(SweepRecord, UnknownContactKindIsRefused) {
+  std::string text = to_json(example());
+  text.replace(text.find("moving"), 6, "flying");
+  EXPECT_THROW(record_in(text), Error);
+}
+
+TEST(ContactKind, FollowsTheReferenceMotion) {
+  const auto kind_in = [](const std::string& name) {
+    const Scene scene = load_scene(std::filesystem::path(SUBSTEP_SOURCE_DIR) / "scenes" / (name + ".gltf"));
+    return contact_kind(scene, reference_motion(scene, 0.1));
+  };
+  EXPECT_EQ(kind_in("pendulum"), ContactKind::none);
+  EXPECT_EQ(kind_in("box_stack"), ContactKind::standing);
+  EXPECT_EQ(kind_in("sliding_ball"), ContactKind::moving);
 }
 
 }  // namespace
