@@ -48,6 +48,9 @@ std::string rock_slide();
 std::string rattleback();
 std::string bowling();
 std::string funnel();
+std::string near_miss();
+std::string seams();
+std::string struck();
 
 std::string tall_stack();
 std::string top_heavy_stack();
@@ -59,7 +62,7 @@ struct SceneFile {
   std::string (*text)();
 };
 
-inline constexpr std::array<SceneFile, 41> all_scenes{{
+inline constexpr std::array<SceneFile, 44> all_scenes{{
     {"rod_chain", rod_chain},
     {"pendulum", pendulum},
     {"heavy_chain", heavy_chain},
@@ -97,6 +100,9 @@ inline constexpr std::array<SceneFile, 41> all_scenes{{
     {"rattleback", rattleback},
     {"bowling", bowling},
     {"funnel", funnel},
+    {"near_miss", near_miss},
+    {"seams", seams},
+    {"struck", struck},
     {"tall_stack", tall_stack},
     {"top_heavy_stack", top_heavy_stack},
     {"box_pyramid", box_pyramid},
