@@ -32,11 +32,11 @@ int run(int argc, char** argv) {
   app.footer("Example:\n  substep video scenes/box_stack.gltf      makes box_stack.mp4");
   app.require_subcommand(1);
   add_run_command(app);
-  add_render_command(app);
-  add_video_command(app);
-  add_player_command(app);
-  add_site_command(app);
-  add_export_command(app);
+  render::add_render_command(app);
+  render::add_video_command(app);
+  render::add_player_command(app);
+  render::add_site_command(app);
+  render::add_export_command(app);
   add_info_command(app);
   golden::add_diff_command(app);
   golden::add_check_command(app);
@@ -46,10 +46,10 @@ int run(int argc, char** argv) {
   add_measure_command(app);
   add_reference_command(app);
   add_sweep_command(app);
-  add_sheet_command(app);
-  add_stills_command(app);
-  add_figure_command(app);
-  add_report_command(app);
+  render::add_sheet_command(app);
+  render::add_stills_command(app);
+  render::add_figure_command(app);
+  render::add_report_command(app);
 
   if (argc <= 1) return refuse("a command is needed: 'substep --help' lists them");
   try {
@@ -73,7 +73,7 @@ int run(int argc, char** argv) {
 int main(int argc, char** argv) {
   try {
     substep::prepare_process();
-    substep::pin_renderer();
+    substep::render::pin_renderer();
     const int code = substep::run(argc, argv);
     substep::flush_output();
     return code;

@@ -14,7 +14,7 @@
 #include "render/glb_writer.h"
 #include "render/ground.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 using Json = GlbWriter::Json;
@@ -338,4 +338,4 @@ std::string animated_glb(const Scene& scene, std::span<const std::vector<Coordin
   return writer.bytes();
 }
 
-}  // namespace substep
+}  // namespace substep::render

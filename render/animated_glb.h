@@ -8,7 +8,7 @@
 #include "sim/model/state.h"
 #include "sim/scene/scene.h"
 
-namespace substep {
+namespace substep::render {
 
 /// The file's bytes: a node a body with what Renderer draws of it, textures and all, a piece of the ground,
 /// the scene's camera, or where it has none one that shows all that moves, its lights (KHR_lights_punctual),
@@ -18,4 +18,4 @@ namespace substep {
 std::string animated_glb(const Scene& scene, std::span<const std::vector<Coordinates>> frames,
                          double interval);
 
-}  // namespace substep
+}  // namespace substep::render

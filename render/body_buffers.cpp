@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <glm/gtc/type_ptr.hpp>
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 glm::dmat4 matrix(const Coordinates& q) {
@@ -122,4 +122,4 @@ void BodyBuffers::end() const {
   glDeleteBuffers(static_cast<GLsizei>(buffers.size()), buffers.data());
 }
 
-}  // namespace substep
+}  // namespace substep::render

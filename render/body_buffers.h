@@ -10,7 +10,7 @@
 #include "render/gl.h"
 #include "sim/model/state.h"
 
-namespace substep {
+namespace substep::render {
 
 bool is_drawable(const Coordinates& q);
 
@@ -34,4 +34,4 @@ struct BodyBuffers {
   void end() const;
 };
 
-}  // namespace substep
+}  // namespace substep::render

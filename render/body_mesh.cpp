@@ -7,7 +7,7 @@
 
 #include "sim/math/rotation.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 /// Finish of what the scene gives none for.
@@ -354,4 +354,4 @@ bool is_scenery(const Part& part, std::span<const Part> parts) {
   return largest > 0 && part.half_size().maxCoeff() > 6 * largest;
 }
 
-}  // namespace substep
+}  // namespace substep::render

@@ -10,7 +10,7 @@
 #include "sim/model/state.h"
 #include "sim/scene/scene.h"
 
-namespace substep {
+namespace substep::render {
 
 /// As the graphics buffer holds it. Position and normal in the body frame; colour linear.
 struct Vertex {
@@ -63,4 +63,4 @@ BodyMesh gather_body_mesh(const Scene& scene);
 /// Whether the part is the world's and so large that neither camera nor shadow should be fitted to it.
 bool is_scenery(const Part& part, std::span<const Part> parts);
 
-}  // namespace substep
+}  // namespace substep::render

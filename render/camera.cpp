@@ -8,7 +8,7 @@
 
 #include <glm/geometric.hpp>
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 glm::dvec3 to_glm(const Vector3& v) {
@@ -167,4 +167,4 @@ glm::dmat4 clip_from_world(const View& view, double near, double far) {
   return projection * eye_from_world;
 }
 
-}  // namespace substep
+}  // namespace substep::render

@@ -10,7 +10,7 @@
 #include "sim/model/state.h"
 #include "sim/scene/scene.h"
 
-namespace substep {
+namespace substep::render {
 
 /// A perspective view; right-handed, y up on the picture.
 struct View {
@@ -48,4 +48,4 @@ View stepped_back(const View& view, std::span<const Part> parts,
 /// World → clip space, depth from `near` to `far` in front of the eye.
 glm::dmat4 clip_from_world(const View& view, double near, double far);
 
-}  // namespace substep
+}  // namespace substep::render

@@ -5,7 +5,7 @@
 #include <cfenv>
 #include <memory>
 
-namespace substep {
+namespace substep::render {
 
 /// All drawing goes to framebuffer objects; objects made in the context live until it ends.
 class Context {
@@ -37,4 +37,4 @@ class Context {
   std::atomic_flag in_use_ = ATOMIC_FLAG_INIT;
 };
 
-}  // namespace substep
+}  // namespace substep::render

@@ -18,7 +18,7 @@
 #include "render/renderer.h"
 #include "sim/error.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 struct OsMesa {
@@ -165,4 +165,4 @@ bool is_pinned_renderer() {
          renderer_description() == "llvmpipe (LLVM 15.0.6, 128 bits), 4.5 (Core Profile) Mesa 22.3.6";
 }
 
-}  // namespace substep
+}  // namespace substep::render

@@ -14,7 +14,7 @@
 #include "render/units.h"
 #include "sim/math/rotation.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 GLuint sampler(GLint filter, bool compares) {
@@ -131,4 +131,4 @@ void give_back(std::unique_ptr<Device> device) {
   idle.devices.push_back(std::move(device));
 }
 
-}  // namespace substep
+}  // namespace substep::render

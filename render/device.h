@@ -13,7 +13,7 @@
 #include "render/surface_programs.h"
 #include "render/targets.h"
 
-namespace substep {
+namespace substep::render {
 
 struct Device {
   static constexpr int disc_corners = 64;
@@ -54,4 +54,4 @@ struct Device {
 std::unique_ptr<Device> take_device();
 void give_back(std::unique_ptr<Device> device);
 
-}  // namespace substep
+}  // namespace substep::render

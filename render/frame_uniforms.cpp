@@ -6,7 +6,7 @@
 
 #include "render/units.h"
 
-namespace substep {
+namespace substep::render {
 
 void set_frame_units(GLuint program) {
   glUniformBlockBinding(program, glGetUniformBlockIndex(program, "Frame"), 0);
@@ -74,4 +74,4 @@ glm::dmat4 set_view(FrameUniforms& frame, const View& view, int width, int heigh
   return from_world;
 }
 
-}  // namespace substep
+}  // namespace substep::render

@@ -10,7 +10,7 @@
 #include "render/gl.h"
 #include "sim/scene/scene.h"
 
-namespace substep {
+namespace substep::render {
 
 /// The block Frame of shaders.cpp, whose comments say what each is.
 struct FrameUniforms {
@@ -43,4 +43,4 @@ glm::dvec3 set_light(FrameUniforms& frame, const Scene& scene, double ground);
 glm::dmat4 set_view(FrameUniforms& frame, const View& view, int width, int height, bool antialiasing,
                     double focus);
 
-}  // namespace substep
+}  // namespace substep::render

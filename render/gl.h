@@ -29,7 +29,7 @@
   X(glUniformMatrix4fv) X(glUseProgram) X(glVertexAttribPointer) X(glViewport)
 // clang-format on
 
-namespace substep {
+namespace substep::render {
 
 // A name that is declared has no parentheses about it.
 // NOLINTNEXTLINE(bugprone-macro-parentheses)
@@ -37,4 +37,4 @@ namespace substep {
 SUBSTEP_GL_FUNCTIONS(SUBSTEP_GL_POINTER)
 #undef SUBSTEP_GL_POINTER
 
-}  // namespace substep
+}  // namespace substep::render

@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 GLuint compile(GLenum kind, const std::string& source) {
@@ -47,4 +47,4 @@ GLuint make_program(const std::string& vertex, const std::string& fragment) {
   return program;
 }
 
-}  // namespace substep
+}  // namespace substep::render

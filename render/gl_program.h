@@ -5,10 +5,10 @@
 
 #include "render/gl.h"
 
-namespace substep {
+namespace substep::render {
 
 /// Sources without their version line. Throws std::logic_error with the compiler's words: our own shaders are
 /// at fault then.
 GLuint make_program(const std::string& vertex, const std::string& fragment);
 
-}  // namespace substep
+}  // namespace substep::render

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 using Json = GlbWriter::Json;
@@ -114,4 +114,4 @@ int GlbMaterials::add(const Surface& surface) {
   return writer_.add_once("materials", material);
 }
 
-}  // namespace substep
+}  // namespace substep::render

@@ -6,7 +6,7 @@
 #include "render/glb_writer.h"
 #include "sim/scene/scene.h"
 
-namespace substep {
+namespace substep::render {
 
 class GlbMaterials {
  public:
@@ -25,4 +25,4 @@ class GlbMaterials {
   std::map<int, int> images_;  ///< by Scene's index, the file's
 };
 
-}  // namespace substep
+}  // namespace substep::render

@@ -4,7 +4,7 @@
 #include <array>
 #include <utility>
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 // glTF's numbers for what OpenGL calls so.
@@ -117,4 +117,4 @@ int GlbWriter::add_view(std::string_view data, int target) {
   return static_cast<int>(root_["bufferViews"].size()) - 1;
 }
 
-}  // namespace substep
+}  // namespace substep::render

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace substep {
+namespace substep::render {
 
 class GlbWriter {
  public:
@@ -45,4 +45,4 @@ class GlbWriter {
   std::vector<int> roots_;
 };
 
-}  // namespace substep
+}  // namespace substep::render

@@ -12,7 +12,7 @@
 #include "sim/math/rotation.h"
 #include "sim/model/joint_anchors.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 double lowest_point(const Part& part, const Coordinates& q) {
@@ -215,4 +215,4 @@ std::vector<float> ground_openness(const Relief& relief) {
   return openness;
 }
 
-}  // namespace substep
+}  // namespace substep::render

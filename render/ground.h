@@ -8,7 +8,7 @@
 #include "sim/model/state.h"
 #include "sim/scene/scene.h"
 
-namespace substep {
+namespace substep::render {
 
 /// Height of the world's horizontal plane; in a scene without one, that of the lowest thing of the world
 /// where it is below all bodies at the start; else low enough for all that joints hold to the world to swing
@@ -30,4 +30,4 @@ struct Relief {
 std::vector<float> ground_openness(const Relief& relief);
 inline constexpr float ambient_floor = 0.25F;
 
-}  // namespace substep
+}  // namespace substep::render

@@ -20,7 +20,7 @@
 #define STBI_NO_STDIO
 #include <stb/stb_image.h>
 
-namespace substep {
+namespace substep::render {
 std::uint64_t hash(const Image& image) {
   std::uint64_t value = fnv1a_start;
   for (const int size : {image.width, image.height}) {
@@ -74,4 +74,4 @@ Image read_png(const std::filesystem::path& file) {
   return from_png(bytes, file.string());
 }
 
-}  // namespace substep
+}  // namespace substep::render

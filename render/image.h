@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace substep {
+namespace substep::render {
 
 struct Image {
   int width = 0;
@@ -48,4 +48,4 @@ inline constexpr int longest_texture = 8192;
 /// A PNG file's bytes, without alpha where all is opaque.
 std::string to_png(const Texels& texels);
 
-}  // namespace substep
+}  // namespace substep::render

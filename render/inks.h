@@ -6,7 +6,7 @@
 
 #include "sim/model/settings.h"
 
-namespace substep {
+namespace substep::render {
 
 /// On white, and what stands for it on dark ground; as #rrggbb.
 struct Ink {
@@ -34,4 +34,4 @@ constexpr int hue_of_engine(std::size_t index) {
   return 5 + static_cast<int>(index % 3);
 }
 
-}  // namespace substep
+}  // namespace substep::render

@@ -6,7 +6,7 @@
 
 #include "sim/math/rotation.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 glm::vec4 vector(const Vector3& v, double w) {
@@ -59,4 +59,4 @@ Lamps lamps_of(const Scene& scene, std::span<const Part> parts) {
   return lamps;
 }
 
-}  // namespace substep
+}  // namespace substep::render

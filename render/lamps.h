@@ -8,7 +8,7 @@
 #include "render/body_mesh.h"
 #include "sim/scene/scene.h"
 
-namespace substep {
+namespace substep::render {
 
 /// As many as shaders::lamps() has room for; those of a file beyond them light nothing.
 inline constexpr std::size_t most_lamps = 16;
@@ -25,4 +25,4 @@ struct Lamps {
 /// All as bright as makes what is near `parts` neither black nor white.
 Lamps lamps_of(const Scene& scene, std::span<const Part> parts);
 
-}  // namespace substep
+}  // namespace substep::render

@@ -4,7 +4,7 @@
 
 #include "sim/error.h"
 
-namespace substep {
+namespace substep::render {
 
 void require_log_of(const Scene& scene, const PoseLog& log, const std::filesystem::path& file) {
   if (scene.hash != log.scene_hash) {
@@ -17,4 +17,4 @@ void require_log_of(const Scene& scene, const PoseLog& log, const std::filesyste
   }
 }
 
-}  // namespace substep
+}  // namespace substep::render

@@ -6,9 +6,9 @@
 #include "sim/log/pose_log.h"
 #include "sim/scene/scene.h"
 
-namespace substep {
+namespace substep::render {
 
 /// Throws Error where `log`, read from `file`, was made from another scene, or another version of it.
 void require_log_of(const Scene& scene, const PoseLog& log, const std::filesystem::path& file);
 
-}  // namespace substep
+}  // namespace substep::render

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-namespace substep {
+namespace substep::render {
 
 std::string escaped(std::string_view text) {
   std::string result;
@@ -42,4 +42,4 @@ std::string filled(std::string_view page, const std::vector<std::pair<std::strin
   return result;
 }
 
-}  // namespace substep
+}  // namespace substep::render

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-namespace substep {
+namespace substep::render {
 
 /// For content and for attributes in double quotes. Control characters, which XML cannot have, become spaces.
 std::string escaped(std::string_view text);
@@ -15,4 +15,4 @@ std::string escaped(std::string_view text);
 /// it names another.
 std::string filled(std::string_view page, const std::vector<std::pair<std::string, std::string>>& contents);
 
-}  // namespace substep
+}  // namespace substep::render

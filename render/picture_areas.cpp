@@ -8,7 +8,7 @@
 
 #include "render/body_buffers.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 constexpr int tile = 16;
@@ -143,4 +143,4 @@ GroundAreas ground_areas(const glm::dvec3& eye, double above, const glm::dvec3& 
   return {runs_of(is_shaded, columns, 1), runs_of(is_shaded, columns, 0)};
 }
 
-}  // namespace substep
+}  // namespace substep::render

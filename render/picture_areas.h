@@ -11,7 +11,7 @@
 #include "render/body_mesh.h"
 #include "sim/model/state.h"
 
-namespace substep {
+namespace substep::render {
 
 /// Pixels, from the picture's lower left corner.
 struct Rectangle {
@@ -63,4 +63,4 @@ GroundAreas ground_areas(const glm::dvec3& eye, double above, const glm::dvec3& 
                          const glm::dvec3& right, const glm::dvec3& up, int width, int height,
                          const MarkedCells& shadow, const MarkedCells& occlusion);
 
-}  // namespace substep
+}  // namespace substep::render

@@ -14,7 +14,7 @@
 #include "sim/error.h"
 #include "sim/log/file_output.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 /// PNG's five filters: what a byte is written as a difference from.
@@ -267,4 +267,4 @@ void write_png(const Image& image, const std::filesystem::path& file) {
   write_file(file, to_png(image));
 }
 
-}  // namespace substep
+}  // namespace substep::render

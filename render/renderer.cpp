@@ -30,7 +30,7 @@
 #include "sim/error.h"
 #include "sim/math/floating_point.h"
 
-namespace substep {
+namespace substep::render {
 
 namespace {
 
@@ -562,4 +562,4 @@ Image Renderer::draw_bodies(std::span<const Coordinates> poses) {
   return implementation_->draw_colors(poses);
 }
 
-}  // namespace substep
+}  // namespace substep::render

@@ -10,7 +10,7 @@
 #include "sim/model/state.h"
 #include "sim/scene/scene.h"
 
-namespace substep {
+namespace substep::render {
 
 /// Pins what the pictures depend on (driver, vector width, CPU features). Call first thing in main(): the
 /// environment is read once a process, and must be set before there are threads.
@@ -62,4 +62,4 @@ class Renderer {
   std::unique_ptr<Implementation> implementation_;
 };
 
-}  // namespace substep
+}  // namespace substep::render

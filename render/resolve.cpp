@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 /// Linear light is counted in 65535ths.
@@ -288,4 +288,4 @@ Image resolved(const Veiled& veiled, int width, int height, int samples) {
   return image;
 }
 
-}  // namespace substep
+}  // namespace substep::render

@@ -8,7 +8,7 @@
 
 #include "render/image.h"
 
-namespace substep {
+namespace substep::render {
 
 /// Linear light of an sRGB code, in 65535ths.
 std::uint16_t linear_light(std::uint8_t code);
@@ -47,4 +47,4 @@ void lay_over(Veiled& samples, const Drawn& layer, std::span<const std::uint8_t>
 /// As the other: all pixels with their neighbours' samples.
 Image resolved(const Veiled& veiled, int width, int height, int samples);
 
-}  // namespace substep
+}  // namespace substep::render

@@ -1,6 +1,6 @@
 #include "render/shaders.h"
 
-namespace substep::shaders {
+namespace substep::render::shaders {
 namespace {
 
 /// What stays the same for all pixels of a frame. FrameUniforms in renderer.cpp has the same layout.
@@ -731,4 +731,4 @@ void main() { code = vec4(color, 1.0); }
 )";
 }
 
-}  // namespace substep::shaders
+}  // namespace substep::render::shaders

@@ -6,7 +6,7 @@
 
 #include <string>
 
-namespace substep::shaders {
+namespace substep::render::shaders {
 
 /// The sky, what surfaces scatter, the ground's pattern and the film's curve, as functions: for these shaders
 /// and for WebGL, where to_sun, sun, zenith, horizon and bounce are given as vectors of three components.
@@ -51,4 +51,4 @@ std::string depth_fragment();
 /// Uniform color.
 std::string color_fragment();
 
-}  // namespace substep::shaders
+}  // namespace substep::render::shaders

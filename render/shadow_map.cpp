@@ -6,7 +6,7 @@
 #include <glm/geometric.hpp>
 #include <limits>
 
-namespace substep {
+namespace substep::render {
 
 SunView fit_sun_view(const glm::dvec3& ray, std::span<const glm::dvec3> points) {
   // Any axes across the ray do; these do not spin while the sun passes near an axis of the world.
@@ -104,4 +104,4 @@ void ShadowMap::finish() {
   glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, blocks, blocks, GL_RED, GL_FLOAT, around_.data());
 }
 
-}  // namespace substep
+}  // namespace substep::render

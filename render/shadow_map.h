@@ -8,7 +8,7 @@
 
 #include "render/gl.h"
 
-namespace substep {
+namespace substep::render {
 
 /// The sun's orthographic view onto a box of the world.
 struct SunView {
@@ -47,4 +47,4 @@ class ShadowMap {
   std::vector<float> around_;
 };
 
-}  // namespace substep
+}  // namespace substep::render

@@ -11,7 +11,7 @@
 #include "render/image.h"
 #include "render/texture_level.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 /// Smaller ones show no image, and hardly take fewer bytes.
@@ -89,4 +89,4 @@ Scene with_smaller_images(const Scene& scene, std::span<const Surface> surfaces,
   return smaller;
 }
 
-}  // namespace substep
+}  // namespace substep::render

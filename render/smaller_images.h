@@ -6,7 +6,7 @@
 
 #include "sim/scene/scene.h"
 
-namespace substep {
+namespace substep::render {
 
 struct ImageLimits {
   int longest = 512;            ///< pixels a side
@@ -18,4 +18,4 @@ struct ImageLimits {
 /// stay the files that they were. Throws Error where one is damaged.
 Scene with_smaller_images(const Scene& scene, std::span<const Surface> surfaces, const ImageLimits& limits);
 
-}  // namespace substep
+}  // namespace substep::render

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 /// How much of a pixel bodies cover, of 4: its samples in a picture of twice its size that are not the world.
@@ -58,4 +58,4 @@ Image strobe(const Scene& scene, const RenderSettings& settings,
   return image;
 }
 
-}  // namespace substep
+}  // namespace substep::render

@@ -7,7 +7,7 @@
 #include "render/image.h"
 #include "render/renderer.h"
 
-namespace substep {
+namespace substep::render {
 
 /// The picture of the last of `moments` (poses of all bodies each, at least two), and in it the bodies where
 /// they were at the others, the lighter the earlier. Where moments cover each other, the later is seen.
@@ -15,4 +15,4 @@ namespace substep {
 Image strobe(const Scene& scene, const RenderSettings& settings,
              std::span<const std::vector<Coordinates>> moments);
 
-}  // namespace substep
+}  // namespace substep::render

@@ -9,7 +9,7 @@
 #include "render/shaders.h"
 #include "render/units.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 constexpr std::array<const char*, 5> texture_names{"color_texture", "finish_texture", "normal_texture",
@@ -93,4 +93,4 @@ void SurfacePrograms::set_surface(GLuint program, const Surface& surface, const 
               static_cast<float>(surface.occlusion_strength));
 }
 
-}  // namespace substep
+}  // namespace substep::render

@@ -11,7 +11,7 @@
 #include "render/surface_textures.h"
 #include "sim/scene/scene.h"
 
-namespace substep {
+namespace substep::render {
 
 /// What samples see, for the size of what lies between them: the eye and the metres between two of them a
 /// metre from it.
@@ -35,4 +35,4 @@ struct SurfacePrograms {
                    std::size_t index) const;
 };
 
-}  // namespace substep
+}  // namespace substep::render

@@ -9,7 +9,7 @@
 #include "render/texture_level.h"
 #include "sim/error.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 GLuint upload(TextureLevel level) {
@@ -107,4 +107,4 @@ void SurfaceTextures::end() const {
   for (const auto& [key, name] : samplers_) glDeleteSamplers(1, &name);
 }
 
-}  // namespace substep
+}  // namespace substep::render

@@ -9,7 +9,7 @@
 #include "render/gl.h"
 #include "sim/scene/scene.h"
 
-namespace substep {
+namespace substep::render {
 
 /// A texture as it is bound, and how many texels a unit of its coordinates is wide.
 struct BoundTexture {
@@ -41,4 +41,4 @@ class SurfaceTextures {
   double texels_ = 0;  ///< uploaded so far
 };
 
-}  // namespace substep
+}  // namespace substep::render

@@ -4,7 +4,7 @@
 
 #include "sim/error.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 [[noreturn]] void refuse_size(int width, int height) {
@@ -140,4 +140,4 @@ void Layers::end() const {
   glDeleteTextures(2, depths.data());
 }
 
-}  // namespace substep
+}  // namespace substep::render

@@ -7,7 +7,7 @@
 
 #include "render/gl.h"
 
-namespace substep {
+namespace substep::render {
 
 /// A colour and a depth buffer to draw to.
 struct Target {
@@ -72,4 +72,4 @@ struct Layers {
   void end() const;
 };
 
-}  // namespace substep
+}  // namespace substep::render

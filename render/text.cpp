@@ -18,7 +18,7 @@
 SUBSTEP_EMBEDDED_FILE(font_regular, SUBSTEP_FONTS "/DejaVuSans.ttf")
 SUBSTEP_EMBEDDED_FILE(font_bold, SUBSTEP_FONTS "/DejaVuSans-Bold.ttf")
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 using Color = std::array<std::uint8_t, 3>;
@@ -227,4 +227,4 @@ void paste(Image& image, const Image& source, int x, int y) {
   }
 }
 
-}  // namespace substep
+}  // namespace substep::render

@@ -6,7 +6,7 @@
 
 #include "render/image.h"
 
-namespace substep {
+namespace substep::render {
 
 struct TextStyle {
   double size = 18;  ///< pixels from ascender to descender
@@ -32,4 +32,4 @@ void draw_line(Image& image, double x0, double y0, double x1, double y1, double 
 /// Copies `source` with its top left corner at (x, y); clips.
 void paste(Image& image, const Image& source, int x, int y);
 
-}  // namespace substep
+}  // namespace substep::render

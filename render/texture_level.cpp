@@ -5,7 +5,7 @@
 
 #include "render/resolve.h"
 
-namespace substep {
+namespace substep::render {
 
 TextureLevel first_level(const Texels& texels, bool is_color) {
   TextureLevel level{texels.width, texels.height, std::vector<std::uint16_t>(texels.rgba.size())};
@@ -49,4 +49,4 @@ Texels texels_of(const TextureLevel& level, bool is_color) {
   return texels;
 }
 
-}  // namespace substep
+}  // namespace substep::render

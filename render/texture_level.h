@@ -6,7 +6,7 @@
 
 #include "render/image.h"
 
-namespace substep {
+namespace substep::render {
 
 /// One of an image's ever smaller copies: four numbers a texel, in 65535ths, rows from the top.
 struct TextureLevel {
@@ -25,4 +25,4 @@ TextureLevel halved(const TextureLevel& level);
 /// The inverse of first_level(), to the nearest code.
 Texels texels_of(const TextureLevel& level, bool is_color);
 
-}  // namespace substep
+}  // namespace substep::render

@@ -3,7 +3,7 @@
 
 #include "render/gl.h"
 
-namespace substep {
+namespace substep::render {
 
 enum Unit : GLint {
   shadow_depth_unit,
@@ -19,4 +19,4 @@ enum Unit : GLint {
   surface_texture_unit,  ///< the first of five, by Surface::Role
 };
 
-}  // namespace substep
+}  // namespace substep::render

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 using Pair = std::array<float, 2>;
@@ -120,4 +120,4 @@ bool needs_looks(const Scene& scene) {
          std::ranges::any_of(scene.meshes, [](const Mesh& mesh) { return !mesh.looks.colors.empty(); });
 }
 
-}  // namespace substep
+}  // namespace substep::render

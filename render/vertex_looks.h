@@ -6,7 +6,7 @@
 
 #include "sim/scene/scene.h"
 
-namespace substep {
+namespace substep::render {
 
 /// As the graphics buffer holds it.
 struct LookVertex {
@@ -25,4 +25,4 @@ std::vector<LookVertex> look_vertices(const Mesh& mesh, const Matrix3& linear,
 /// Whether drawing the scene needs more than a colour and a finish for each surface.
 bool needs_looks(const Scene& scene);
 
-}  // namespace substep
+}  // namespace substep::render

@@ -71,7 +71,8 @@ std::string shown(const fs::path& file, const std::string& hash, const std::stri
 
 /// The picture that a golden file will hold: another file than the check left, with the same pixels.
 std::string kept(const fs::path& to, std::string content) {
-  return to.extension() == ".png" ? to_small_png(from_png(content, to.string())) : std::move(content);
+  return to.extension() == ".png" ? render::to_small_png(render::from_png(content, to.string()))
+                                  : std::move(content);
 }
 
 /// Whether the golden says what `content` does already. What makes a picture is its pixels.
@@ -79,8 +80,8 @@ bool holds(const fs::path& golden, const std::string& golden_bytes, const std::s
   if (golden_bytes == content) return true;
   if (golden.extension() != ".png" || golden_bytes.empty()) return false;
   try {
-    const Image old = from_png(golden_bytes, golden.string());
-    const Image fresh = from_png(content, golden.string());
+    const render::Image old = render::from_png(golden_bytes, golden.string());
+    const render::Image fresh = render::from_png(content, golden.string());
     return old.width == fresh.width && old.rgb == fresh.rgb;
   } catch (const Error&) {
     return false;  // a damaged golden is one to replace

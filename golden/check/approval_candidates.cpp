@@ -71,7 +71,7 @@ void prepare_approval(CaseContext& work, CheckedCase& checked) {
     const bool is_unchanged =
         image.passes && !from_live
             ? true
-            : image.has_golden && read_png(entry.image_file(image.frame)).rgb == drawing.picture.rgb;
+            : image.has_golden && render::read_png(entry.image_file(image.frame)).rgb == drawing.picture.rgb;
     if (is_unchanged) continue;
     add_candidate(checked, work.result.files / file_name, entry.image_file(image.frame));
   }

@@ -61,13 +61,14 @@ class ImageCheck {
     if (image.is_drawn) {
       image.is_blank = is_blank(work_.drawn[i].picture);
       if (image.has_golden) judge(image, work_.drawn[i], prefix);
-      if (!image.passes || is_new) work_.folder.write(prefix + ".actual.png", to_png(work_.drawn[i].picture));
+      if (!image.passes || is_new)
+        work_.folder.write(prefix + ".actual.png", render::to_png(work_.drawn[i].picture));
       if (!image.has_golden && !is_new) add_only(image.frame, prefix + ".actual.png");
     }
     if (is_new) {
       const Drawing& fresh = work_.new_images[i];
       image.is_blank = image.is_blank || is_blank(fresh.picture);
-      work_.folder.write(prefix + ".new.png", to_png(fresh.picture));
+      work_.folder.write(prefix + ".new.png", render::to_png(fresh.picture));
       if (image.is_drawn) {
         image.new_poses = compared_motion(work_.drawn[i], fresh, image.frame);
         add_pair(PicturePair::About::simulation, image.frame, *image.new_poses, prefix + ".new",
@@ -131,7 +132,7 @@ class ImageCheck {
 
   void judge(ImageResult& image, const Drawing& drawn, const std::string& prefix) {
     const SuiteCase& entry = work_.result.entry;
-    const Drawing golden{read_png(entry.image_file(image.frame)), drawn.bodies};
+    const Drawing golden{render::read_png(entry.image_file(image.frame)), drawn.bodies};
     image.against_golden = compared(golden, drawn, image.frame);
     const Judgement judgement = image.against_golden->image.judgement;
     const bool is_near_enough =
@@ -143,7 +144,7 @@ class ImageCheck {
           entry.any_renderer ? "the renderer that it was approved on" : "the pinned renderer"));
     }
     if (image.passes) return;
-    work_.folder.write(prefix + ".expected.png", to_png(golden.picture));
+    work_.folder.write(prefix + ".expected.png", render::to_png(golden.picture));
     add_pair(PicturePair::About::renderer, image.frame, *image.against_golden, prefix, golden, drawn,
              prefix + ".expected.png", prefix + ".actual.png");
     const Sidecar::Picture* approved = work_.sidecar.picture(image.frame);
@@ -181,8 +182,8 @@ class ImageCheck {
       if (before.picture.rgb == after.picture.rgb) continue;
       poses.visible_frame = k;
       const std::string prefix = fmt::format("f{:04}.first", k);
-      work_.folder.write(prefix + ".expected.png", to_png(before.picture));
-      work_.folder.write(prefix + ".actual.png", to_png(after.picture));
+      work_.folder.write(prefix + ".expected.png", render::to_png(before.picture));
+      work_.folder.write(prefix + ".actual.png", render::to_png(after.picture));
       add_pair(PicturePair::About::first_visible, k, compared_motion(before, after, k), prefix, before, after,
                prefix + ".expected.png", prefix + ".actual.png");
       return;

@@ -6,8 +6,8 @@
 namespace substep::golden {
 namespace {
 
-RenderSettings render_settings(const SuiteCase& entry) {
-  RenderSettings settings;
+render::RenderSettings render_settings(const SuiteCase& entry) {
+  render::RenderSettings settings;
   settings.width = entry.width;
   settings.height = entry.height;
   return settings;
@@ -50,12 +50,12 @@ Viewfinder viewfinder(const Scene& scene, const SuiteCase& entry, const PoseLog&
   Viewfinder finder;
   finder.width = entry.width;
   finder.height = entry.height;
-  finder.parts = gather_body_mesh(scene).parts;
+  finder.parts = render::gather_body_mesh(scene).parts;
   const double aspect = static_cast<double>(entry.width) / entry.height;
   std::vector<std::vector<Coordinates>> frames = full_frames(log, scene);
   if (frames.empty()) frames.push_back(initial_state(scene).q);
-  finder.view =
-      scene.camera ? view_from(*scene.camera, aspect) : automatic_view(finder.parts, frames, aspect);
+  finder.view = scene.camera ? render::view_from(*scene.camera, aspect)
+                             : render::automatic_view(finder.parts, frames, aspect);
   return finder;
 }
 
@@ -73,9 +73,9 @@ PictureComparison compare_pictures(const Drawing& expected, const Drawing& actua
 
 void write_difference(const CaseFolder& folder, const std::string& prefix, const Drawing& expected,
                       const Drawing& actual, PicturePair& pair) {
-  const auto write = [&](const char* what, const Image& image) {
+  const auto write = [&](const char* what, const render::Image& image) {
     const std::string file = prefix + "." + what + ".png";
-    folder.write(file, to_png(image));
+    folder.write(file, render::to_png(image));
     return file;
   };
   pair.difference = write("difference", difference_image(expected.picture, actual.picture));

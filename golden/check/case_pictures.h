@@ -24,8 +24,8 @@ class CaseFolder {
 
 /// A picture with its image of bodies. Both empty where there was nothing to draw.
 struct Drawing {
-  Image picture;
-  Image bodies;
+  render::Image picture;
+  render::Image bodies;
 
   bool is_there() const { return !picture.rgb.empty(); }
 };
@@ -39,10 +39,10 @@ class CasePainter {
   CasePainter(const Scene& scene, const SuiteCase& entry, const PoseLog& log);
 
   Drawing draw(std::span<const Coordinates> poses);
-  Image draw_picture(std::span<const Coordinates> poses) { return renderer_.draw(poses); }
+  render::Image draw_picture(std::span<const Coordinates> poses) { return renderer_.draw(poses); }
 
  private:
-  Renderer renderer_;
+  render::Renderer renderer_;
 };
 
 /// The poses of a log's frames that have them.

@@ -10,8 +10,8 @@
 namespace substep::golden {
 namespace {
 
-ReferenceRun golden_run(const Scene& scene, const Track& golden, std::size_t frames) {
-  ReferenceRun reference;
+render::ReferenceRun golden_run(const Scene& scene, const Track& golden, std::size_t frames) {
+  render::ReferenceRun reference;
   reference.method = "the golden run";
   for (const Track::Frame& frame : golden.frames) {
     if (frame.poses.size() != scene.bodies.size()) {
@@ -29,21 +29,21 @@ ReferenceRun golden_run(const Scene& scene, const Track& golden, std::size_t fra
 
 std::string motion_page(const Scene& scene, const Settings& settings,
                         std::span<const std::vector<Coordinates>> live, const Track& golden, int last) {
-  Comparison comparison;
+  render::Comparison comparison;
   for (int k = 0; k <= last; ++k) comparison.times.push_back(k * settings.step);
-  ReferenceRun reference = golden_run(scene, golden, comparison.times.size());
+  render::ReferenceRun reference = golden_run(scene, golden, comparison.times.size());
   comparison.runs.resize(2);
-  Run& now = comparison.runs[0];
+  render::Run& now = comparison.runs[0];
   now.panel.settings = settings;
   now.panel.title = "as it runs now";
   now.poses.assign(live.begin(), live.end());
-  Run& before = comparison.runs[1];
-  before.panel.kind = PanelChoice::Kind::reference;
+  render::Run& before = comparison.runs[1];
+  before.panel.kind = render::PanelChoice::Kind::reference;
   before.poses = reference.poses;
-  measure_from(scene, reference, now);
+  render::measure_from(scene, reference, now);
   if (now.poses.size() < comparison.times.size()) now.diverged = comparison.times[now.poses.size()];
   comparison.reference = std::move(reference);
-  return player_page(scene, comparison, scene.name, 1);
+  return render::player_page(scene, comparison, scene.name, 1);
 }
 
 }  // namespace substep::golden

@@ -64,7 +64,7 @@ bool differ(const PoseLog& expected, const PoseLog& actual) {
   return !difference.none();
 }
 
-bool differ(const Image& expected, const Image& actual) {
+bool differ(const render::Image& expected, const render::Image& actual) {
   if (expected.width != actual.width || expected.height != actual.height) {
     fmt::print("size: {}x{} → {}x{}\n", expected.width, expected.height, actual.width, actual.height);
     return true;
@@ -95,8 +95,9 @@ void diff(const DiffOptions& options) {
     throw Error(fmt::format("{} and {}: a picture cannot be compared with anything but a picture",
                             options.expected.string(), options.actual.string()));
   }
-  const bool different = is_image ? differ(read_png(options.expected), read_png(options.actual))
-                                  : differ(read_pose_log(options.expected), read_pose_log(options.actual));
+  const bool different = is_image
+                             ? differ(render::read_png(options.expected), render::read_png(options.actual))
+                             : differ(read_pose_log(options.expected), read_pose_log(options.actual));
   if (different) throw CLI::RuntimeError(1);
 }
 

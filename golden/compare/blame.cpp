@@ -12,16 +12,16 @@ constexpr int sky = -1;
 constexpr int world = 0;
 constexpr std::int64_t smallest_extent = 8;  // pixels: less may hide behind another body
 
-int body_at(const Image& expected_bodies, const Image& actual_bodies, std::size_t pixel) {
+int body_at(const render::Image& expected_bodies, const render::Image& actual_bodies, std::size_t pixel) {
   const int expected = golden::body_at(expected_bodies, pixel);
   return expected > world ? expected : std::max(expected, golden::body_at(actual_bodies, pixel));
 }
 
-bool differs(const Image& expected, const Image& actual, std::size_t pixel) {
+bool differs(const render::Image& expected, const render::Image& actual, std::size_t pixel) {
   return std::memcmp(&expected.rgb[3 * pixel], &actual.rgb[3 * pixel], 3) != 0;
 }
 
-int levels_apart(const Image& expected, const Image& actual, std::size_t pixel) {
+int levels_apart(const render::Image& expected, const render::Image& actual, std::size_t pixel) {
   int largest = 0;
   for (std::size_t i = 3 * pixel; i < 3 * pixel + 3; ++i) {
     largest = std::max(largest, std::abs(expected.rgb[i] - actual.rgb[i]));
@@ -77,12 +77,12 @@ bool is_everywhere(const std::map<int, BodyBlame>& seen) {
 
 }  // namespace
 
-int body_at(const Image& bodies, std::size_t pixel) {
+int body_at(const render::Image& bodies, std::size_t pixel) {
   const std::uint8_t* p = &bodies.rgb[3 * pixel];
   return p[0] + (p[1] << 8) + (p[2] << 16) - 1;
 }
 
-std::vector<BodyExtent> body_extents(const Image& bodies) {
+std::vector<BodyExtent> body_extents(const render::Image& bodies) {
   std::map<int, BodyExtent> found;
   for (int y = 0; y < bodies.height; ++y) {
     for (int x = 0; x < bodies.width; ++x) {
@@ -101,8 +101,8 @@ std::vector<BodyExtent> body_extents(const Image& bodies) {
   return result;
 }
 
-Blame blame(const Image& expected, const Image& actual, const Image& expected_bodies,
-            const Image& actual_bodies, const std::vector<BodyExtent>& approved,
+Blame blame(const render::Image& expected, const render::Image& actual, const render::Image& expected_bodies,
+            const render::Image& actual_bodies, const std::vector<BodyExtent>& approved,
             const std::vector<std::string>& names) {
   const std::size_t count = static_cast<std::size_t>(expected.width) * expected.height;
   std::map<int, BodyBlame> seen;
@@ -153,9 +153,9 @@ std::array<std::uint8_t, 3> blame_color(int body) {
   return body > world ? colors[static_cast<std::size_t>(body - 1) % colors.size()] : background;
 }
 
-Image blame_image(const Image& expected, const Image& actual, const Image& expected_bodies,
-                  const Image& actual_bodies) {
-  Image result(actual.width, actual.height);
+render::Image blame_image(const render::Image& expected, const render::Image& actual,
+                          const render::Image& expected_bodies, const render::Image& actual_bodies) {
+  render::Image result(actual.width, actual.height);
   const std::size_t count = static_cast<std::size_t>(actual.width) * actual.height;
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint8_t* p = &actual.rgb[3 * i];

@@ -20,10 +20,10 @@ struct BodyExtent {
 };
 
 /// The body that is seen at a pixel of an image of bodies.
-int body_at(const Image& bodies, std::size_t pixel);
+int body_at(const render::Image& bodies, std::size_t pixel);
 
 /// By body, ascending; only those that are seen.
-std::vector<BodyExtent> body_extents(const Image& bodies);
+std::vector<BodyExtent> body_extents(const render::Image& bodies);
 
 struct BodyBlame {
   int body = 0;
@@ -44,15 +44,15 @@ struct Blame {
 /// A differing pixel is that of the body the expected picture shows there, and where that is sky or world, of
 /// the one that the actual picture shows. `approved` is where bodies were when the golden picture was made:
 /// one that is drawn no more takes the differing pixels of its box. All images have one size.
-Blame blame(const Image& expected, const Image& actual, const Image& expected_bodies,
-            const Image& actual_bodies, const std::vector<BodyExtent>& approved,
+Blame blame(const render::Image& expected, const render::Image& actual, const render::Image& expected_bodies,
+            const render::Image& actual_bodies, const std::vector<BodyExtent>& approved,
             const std::vector<std::string>& names);
 
 /// A body's colour in blame_image(); the same for every seventh.
 std::array<std::uint8_t, 3> blame_color(int body);
 
 /// `actual` in grey, with each differing pixel in its body's colour.
-Image blame_image(const Image& expected, const Image& actual, const Image& expected_bodies,
-                  const Image& actual_bodies);
+render::Image blame_image(const render::Image& expected, const render::Image& actual,
+                          const render::Image& expected_bodies, const render::Image& actual_bodies);
 
 }  // namespace substep::golden

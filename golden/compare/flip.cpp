@@ -17,7 +17,8 @@ using cells::Floats;
 
 /// The rows of a strip that any differing pixel is within reach of: elsewhere both pictures are seen alike,
 /// to the last bit.
-std::vector<bool> rows_in_reach(const Image& expected, const Image& actual, int strip, int reach) {
+std::vector<bool> rows_in_reach(const render::Image& expected, const render::Image& actual, int strip,
+                                int reach) {
   const int left = std::max(strip - reach, 0);
   const int right = std::min(strip + SeenRow::width + reach, expected.width);
   std::vector<bool> in_reach(static_cast<std::size_t>(expected.height));
@@ -72,7 +73,7 @@ double percentile_99(const std::vector<float>& values) {
 
 }  // namespace
 
-Flip flip(const Image& expected, const Image& actual, float pixels_per_degree) {
+Flip flip(const render::Image& expected, const render::Image& actual, float pixels_per_degree) {
   const int width = expected.width;
   const int height = expected.height;
   Flip result{width, height, std::vector<float>(static_cast<std::size_t>(width) * height)};
@@ -107,11 +108,11 @@ Flip flip(const Image& expected, const Image& actual, float pixels_per_degree) {
   return result;
 }
 
-Image heat_map(const Flip& flip) {
+render::Image heat_map(const Flip& flip) {
   // From black over violet and orange to pale yellow: brightness alone tells the order too.
   constexpr std::array<std::array<float, 3>, 6> stops{
       {{0, 0, 0}, {70, 15, 110}, {150, 40, 120}, {225, 85, 80}, {252, 165, 70}, {252, 253, 200}}};
-  Image image(flip.width, flip.height);
+  render::Image image(flip.width, flip.height);
   for (std::size_t i = 0; i < flip.map.size(); ++i) {
     const float at = std::clamp(flip.map[i], 0.0F, 1.0F) * (stops.size() - 1);
     const auto low = std::min(static_cast<std::size_t>(at), stops.size() - 2);

@@ -26,10 +26,11 @@ struct Flip {
 inline constexpr float default_pixels_per_degree = 0.7F * (3840 / 0.7F) * (std::numbers::pi_v<float> / 180);
 
 /// Both images must have the same size. Equal images give 0 exactly.
-Flip flip(const Image& expected, const Image& actual, float pixels_per_degree = default_pixels_per_degree);
+Flip flip(const render::Image& expected, const render::Image& actual,
+          float pixels_per_degree = default_pixels_per_degree);
 
 /// The map as a picture, brighter where the difference is more visible.
-Image heat_map(const Flip& flip);
+render::Image heat_map(const Flip& flip);
 
 /// In words, by the largest value: "invisible" below 0.1, "subtle" below 0.3, else "visible".
 std::string_view visibility(const Flip& flip);

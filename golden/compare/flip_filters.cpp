@@ -135,7 +135,7 @@ FlipFilters::FlipFilters(float pixels_per_degree) {
   reach = std::max(sensitivity_radius(pixels_per_degree), radius);
 }
 
-SeenStrip::SeenStrip(const Image& image, const FlipFilters& filters, const FlipColors& colors)
+SeenStrip::SeenStrip(const render::Image& image, const FlipFilters& filters, const FlipColors& colors)
     : image_(image), filters_(filters), colors_(colors) {
   const auto kept_rows = 2 * static_cast<std::size_t>(filters.reach) + 1;
   rows_.resize(kept_rows);

@@ -36,7 +36,7 @@ struct SeenRow {
 /// the rows within reach are kept, so that going down a strip each is filtered once.
 class SeenStrip {
  public:
-  SeenStrip(const Image& image, const FlipFilters& filters, const FlipColors& colors);
+  SeenStrip(const render::Image& image, const FlipFilters& filters, const FlipColors& colors);
 
   /// Goes to the strip from column `left` on. Beyond the picture its border is repeated.
   void start(int left);
@@ -48,7 +48,7 @@ class SeenStrip {
   void filter_row(int y);
   float* line(Plane plane, int y);
 
-  const Image& image_;
+  const render::Image& image_;
   const FlipFilters& filters_;
   const FlipColors& colors_;
   int left_ = 0;

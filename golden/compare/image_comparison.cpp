@@ -42,7 +42,7 @@ int compare_pixels(const std::uint8_t* e, const std::uint8_t* a, int y, int begi
   return sum;
 }
 
-Figures measure(const Image& expected, const Image& actual) {
+Figures measure(const render::Image& expected, const render::Image& actual) {
   Figures figures;
   ImageComparison& c = figures.comparison;
   c.pixels = std::int64_t{expected.width} * expected.height;
@@ -124,7 +124,8 @@ std::string_view name(Judgement judgement) {
   return "?";
 }
 
-ImageComparison compare(const Image& expected, const Image& actual, const ImageTolerance& tolerance) {
+ImageComparison compare(const render::Image& expected, const render::Image& actual,
+                        const ImageTolerance& tolerance) {
   ImageComparison result;
   if (expected.width != actual.width || expected.height != actual.height) {
     result.judgement = Judgement::size;
@@ -143,8 +144,8 @@ ImageComparison compare(const Image& expected, const Image& actual, const ImageT
   return result;
 }
 
-Image difference_image(const Image& expected, const Image& actual) {
-  Image difference(expected.width, expected.height);
+render::Image difference_image(const render::Image& expected, const render::Image& actual) {
+  render::Image difference(expected.width, expected.height);
   for (std::size_t i = 0; i < difference.rgb.size(); ++i) {
     const int d = std::abs(expected.rgb[i] - actual.rgb[i]) * difference_gain;
     difference.rgb[i] = static_cast<std::uint8_t>(std::min(d, 255));
@@ -152,7 +153,7 @@ Image difference_image(const Image& expected, const Image& actual) {
   return difference;
 }
 
-bool is_blank(const Image& image) {
+bool is_blank(const render::Image& image) {
   std::array<std::uint8_t, 3> low{255, 255, 255};
   std::array<std::uint8_t, 3> high{0, 0, 0};
   for (std::size_t i = 0; i < image.rgb.size(); ++i) {

@@ -60,12 +60,13 @@ struct ImageComparison {
   double tile_mean = 0;                            ///< its mean absolute difference, levels
 };
 
-ImageComparison compare(const Image& expected, const Image& actual, const ImageTolerance& tolerance = {});
+ImageComparison compare(const render::Image& expected, const render::Image& actual,
+                        const ImageTolerance& tolerance = {});
 
 /// The absolute difference times 16, so that one level can be seen. Sizes must be equal.
-Image difference_image(const Image& expected, const Image& actual);
+render::Image difference_image(const render::Image& expected, const render::Image& actual);
 
 /// Whether the picture shows next to nothing: no channel varies by more than two levels.
-bool is_blank(const Image& image);
+bool is_blank(const render::Image& image);
 
 }  // namespace substep::golden

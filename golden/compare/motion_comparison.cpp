@@ -139,7 +139,7 @@ bool is_inside(const Viewfinder& finder, double x, double y) {
 }
 
 /// By how much a part's corners that are in either picture move, in pixels.
-double shift_in_picture(const Viewfinder& finder, const Part& part, const Coordinates& a,
+double shift_in_picture(const Viewfinder& finder, const render::Part& part, const Coordinates& a,
                         const Coordinates& b) {
   double largest = 0;
   for (const Vector3& corner : part.corners()) {
@@ -164,7 +164,7 @@ void predict(const LoggedMotion& golden, const LoggedMotion& actual, const Viewf
     for (std::size_t i = 1; can_differ && i < bodies; ++i) {
       error.position = std::max(error.position, (pair.golden[i].linear - pair.actual[i].linear).norm());
     }
-    for (const Part& part : finder.parts) {
+    for (const render::Part& part : finder.parts) {
       const auto body = static_cast<std::size_t>(part.body);
       if (!can_differ || body == 0 || body >= bodies) continue;
       const double pixels = shift_in_picture(finder, part, pair.golden[body], pair.actual[body]);

@@ -84,10 +84,10 @@ struct MotionComparison {
 
 /// What pictures of the motion are seen through.
 struct Viewfinder {
-  View view;
+  render::View view;
   int width = 0;
   int height = 0;
-  std::vector<Part> parts;
+  std::vector<render::Part> parts;
 };
 
 MotionComparison compare_motion(const LoggedMotion& golden, const LoggedMotion& actual,

@@ -77,8 +77,8 @@ std::string as_word(const std::string& text) {
 MadeWith made_with(const fs::path& folder, bool with_renderer) {
   MadeWith result;
   if (with_renderer) {
-    result.renderer = renderer_description();
-    result.is_pinned = is_pinned_renderer();
+    result.renderer = render::renderer_description();
+    result.is_pinned = render::is_pinned_renderer();
     result.platform = as_word(result.renderer + " " + operating_system());
   }
   result.compiler = SUBSTEP_COMPILER;

@@ -50,7 +50,7 @@ class Suite {
     ++tests_;
     ++errors_;
     xml_ += fmt::format("  <testcase classname=\"check\" name=\"{}\"><error message=\"{}\"/></testcase>\n",
-                        escaped(name), escaped(why));
+                        render::escaped(name), render::escaped(why));
   }
 
   void add_orphan(const std::string& file) {
@@ -59,7 +59,7 @@ class Suite {
     xml_ += fmt::format(
         "  <testcase classname=\"orphans\" name=\"{0}\" file=\"{0}\"><failure message=\"{0} belongs to no "
         "case\"/></testcase>\n",
-        escaped(file));
+        render::escaped(file));
   }
 
   void write(const std::filesystem::path& output) const {
@@ -80,14 +80,15 @@ class Suite {
     const double seconds = is_first ? entry.at("seconds").get<double>() : 0;
     seconds_ += seconds;
     xml_ += fmt::format("  <testcase classname=\"{}\" name=\"{}\" file=\"{}\" time=\"{:.3f}\"", half,
-                        escaped(last_name_), escaped(entry.at("scene").get<std::string>()), seconds);
+                        render::escaped(last_name_), render::escaped(entry.at("scene").get<std::string>()),
+                        seconds);
     if (what == nullptr) {
       xml_ += "/>\n";
       return;
     }
     (std::string_view(what) == "error" ? errors_ : failures_) += 1;
-    xml_ +=
-        fmt::format("><{0} message=\"{1}\">{2}</{0}></testcase>\n", what, escaped(message), escaped(text));
+    xml_ += fmt::format("><{0} message=\"{1}\">{2}</{0}></testcase>\n", what, render::escaped(message),
+                        render::escaped(text));
   }
 
   std::string xml_;

@@ -81,10 +81,11 @@ std::string machines(const Json& results) {
     std::string theirs;
     for (const std::string& value : golden) {
       if (value.empty()) continue;
-      theirs += (value == here ? escaped(value) : "<mark>" + escaped(value) + "</mark>") + "<br>";
+      theirs +=
+          (value == here ? render::escaped(value) : "<mark>" + render::escaped(value) + "</mark>") + "<br>";
     }
     rows += fmt::format("<tr><th>{}</th><td>{}</td><td>{}</td></tr>\n", key,
-                        here.empty() ? "–" : escaped(here), theirs.empty() ? "–" : theirs);
+                        here.empty() ? "–" : render::escaped(here), theirs.empty() ? "–" : theirs);
   }
   return "<h3>Machines</h3>\n<div class=\"wide\"><table><tr><th></th><th>this check</th><th>goldens of the "
          "failing cases</th></tr>\n" +
@@ -127,7 +128,7 @@ std::string groups(const Json& results) {
   bool is_shorter = false;
   for (const FailureGroup& group : failure_groups(results)) {
     is_shorter = is_shorter || group.cases.size() > 1;
-    items += fmt::format("<li>{}</li>\n", escaped(group.line()));
+    items += fmt::format("<li>{}</li>\n", render::escaped(group.line()));
   }
   return is_shorter ? "<h3>In short</h3>\n<ul>\n" + items + "</ul>\n" : std::string();
 }
@@ -214,8 +215,8 @@ std::string body(const Json& results, const fs::path& output, const PageBudget& 
                     "<div class=\"basket\" data-command=\"{}\" data-output=\"{}\" data-folder=\"{}\"><div "
                     "class=\"command\">"
                     "<span>ticked</span><code></code></div></div>",
-                    escaped(ticked.before), escaped(ticked.output),
-                    escaped(output.lexically_normal().string()));
+                    render::escaped(ticked.before), render::escaped(ticked.output),
+                    render::escaped(output.lexically_normal().string()));
 }
 
 void replace(std::string& text, std::string_view mark, std::string_view with) {
@@ -230,7 +231,7 @@ fs::path report_file(const fs::path& output) {
 
 void write_report(const Json& results, const fs::path& output) {
   std::string page(report_assets::page());
-  replace(page, "{{title}}", "substep check: " + escaped(results.at("totals").get<std::string>()));
+  replace(page, "{{title}}", "substep check: " + render::escaped(results.at("totals").get<std::string>()));
   replace(page, "{{style}}", report_assets::style());
   replace(page, "{{script}}", report_assets::script());
   // Words come first; pictures have the room that is left.

@@ -124,7 +124,8 @@ std::string command(const char* label, const ApproveCommand& words, const char* 
   return fmt::format(
       "<div class=\"command\"><span>{}</span><code class=\"{}\">{}<span "
       "class=\"output\">{}</span>{}</code></div>\n",
-      label, style, escaped(words.before), escaped(words.output), escaped(words.after));
+      label, style, render::escaped(words.before), render::escaped(words.output),
+      render::escaped(words.after));
 }
 
 /// What the poses say, in words.
@@ -164,9 +165,9 @@ std::string facts(const Json& entry) {
 std::string ReportPictures::source(const fs::path& folder, const std::string& file) {
   const fs::path path = output_ / folder.filename() / file;
   std::error_code none;
-  if (fs::file_size(path, none) > budget_) return escaped((folder.filename() / file).string());
+  if (fs::file_size(path, none) > budget_) return render::escaped((folder.filename() / file).string());
   const std::string data = "data:image/png;base64," + base64(read_bytes(path));
-  if (data.size() > budget_) return escaped((folder.filename() / file).string());
+  if (data.size() > budget_) return render::escaped((folder.filename() / file).string());
   budget_ -= data.size();
   return data;
 }
@@ -180,7 +181,7 @@ std::string player_link(const Json& entry) {
   const double time = std::max(0.0, parted * entry.at("step").get<double>() - 0.5);
   return fmt::format(
       "<p>Play it beside its golden run, and turn and measure both: <a href=\"{0}#t={1:.3f}\">{0}</a></p>\n",
-      escaped(file), time);
+      render::escaped(file), time);
 }
 
 /// Without its end.
@@ -223,11 +224,11 @@ std::string case_section(const Json& entry, const ResultsLocation& location, Rep
   return html + fmt::format(
                     "<details><summary>As printed in the terminal</summary><pre>{}</pre></details>\n"
                     "</section>\n",
-                    escaped(explanation(entry, location)));
+                    render::escaped(explanation(entry, location)));
 }
 
 std::string text_of(const Json& json) {
-  return escaped(json.get<std::string>());
+  return render::escaped(json.get<std::string>());
 }
 
 std::string css_class(std::string verdict) {

@@ -104,7 +104,7 @@ Json make_sidecar(const SuiteCase& entry, const ApprovableRun& run, const Scene&
                   std::span<const ApprovablePicture> pictures, const MadeWith& made_with) {
   Json images = Json::array();
   for (std::size_t i = 0; i < pictures.size(); ++i) {
-    const Image& picture = *pictures[i].picture;
+    const render::Image& picture = *pictures[i].picture;
     std::array<double, 3> sum{};
     for (std::size_t k = 0; k < picture.rgb.size(); ++k) sum[k % 3] += picture.rgb[k];
     Json mean = Json::array();
@@ -151,7 +151,7 @@ std::string provenance_differences(const Sidecar& sidecar, const MadeWith& here)
   return text;
 }
 
-std::string pixel_hash(const Image& image) {
+std::string pixel_hash(const render::Image& image) {
   return fmt::format("{:016x}", hash(image));
 }
 

@@ -44,7 +44,7 @@ Sidecar read_sidecar(const std::filesystem::path& file);
 
 /// A picture of a case as it would be approved.
 struct ApprovablePicture {
-  const Image* picture = nullptr;
+  const render::Image* picture = nullptr;
   std::vector<BodyExtent> bodies;
 };
 
@@ -69,6 +69,6 @@ nlohmann::ordered_json to_json(const MadeWith& made_with);
 std::string provenance_differences(const Sidecar& sidecar, const MadeWith& here);
 
 /// 16 hexadecimal digits of hash(image).
-std::string pixel_hash(const Image& image);
+std::string pixel_hash(const render::Image& image);
 
 }  // namespace substep::golden

@@ -4,7 +4,7 @@
 
 #include <CLI/CLI.hpp>
 
-namespace substep {
+namespace substep::render {
 
 void add_render_command(CLI::App& app);
 void add_video_command(CLI::App& app);
@@ -16,4 +16,4 @@ void add_stills_command(CLI::App& app);
 void add_figure_command(CLI::App& app);
 void add_report_command(CLI::App& app);
 
-}  // namespace substep
+}  // namespace substep::render

@@ -10,7 +10,7 @@
 #include "sim/commands/warnings.h"
 #include "sim/error.h"
 
-namespace substep {
+namespace substep::render {
 void ComparisonOptions::add_to(CLI::App& command) {
   scene.add_to(command);
   command.add_option("--title", title, "What stands above all (the scene's name)");
@@ -105,4 +105,4 @@ void warn_of(const Scene& scene, const Comparison& comparison) {
   };
 }
 
-}  // namespace substep
+}  // namespace substep::render

@@ -10,7 +10,7 @@
 #include "render/video/comparison.h"
 #include "sim/commands/options.h"
 
-namespace substep {
+namespace substep::render {
 
 struct ComparisonOptions {
   SceneOptions scene;
@@ -47,4 +47,4 @@ void print_table(const Comparison& comparison);
 /// Prints a line on stderr for each violation of each run.
 void warn_of(const Scene& scene, const Comparison& comparison);
 
-}  // namespace substep
+}  // namespace substep::render

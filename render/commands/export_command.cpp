@@ -11,7 +11,7 @@
 #include "sim/error.h"
 #include "sim/log/file_output.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 namespace fs = std::filesystem;
@@ -64,4 +64,4 @@ void add_export_command(CLI::App& app) {
   command->callback([options] { export_run(*options); });
 }
 
-}  // namespace substep
+}  // namespace substep::render

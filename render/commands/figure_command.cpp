@@ -15,7 +15,7 @@
 #include "sim/error.h"
 #include "sim/log/file_output.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 namespace fs = std::filesystem;
@@ -32,14 +32,14 @@ struct FigureOptions {
   std::vector<std::string> series;
   bool no_title = false;
   bool no_caption = false;
-  FigureStyle style;
+  report::FigureStyle style;
 };
 
-PictureFormat format_of(const fs::path& output) {
+report::PictureFormat format_of(const fs::path& output) {
   const std::string extension = output.extension().string();
-  if (extension == ".svg") return PictureFormat::svg;
-  if (extension == ".pdf") return PictureFormat::pdf;
-  if (extension == ".png") return PictureFormat::png;
+  if (extension == ".svg") return report::PictureFormat::svg;
+  if (extension == ".pdf") return report::PictureFormat::pdf;
+  if (extension == ".png") return report::PictureFormat::png;
   throw Error(fmt::format("{}: give a name that ends in .svg, .pdf or .png", output.string()));
 }
 
@@ -55,10 +55,10 @@ std::array<double, 2> range_in(const std::string& text, const char* option) {
 }
 
 void draw_figure(const FigureOptions& options) {
-  const ReportFigure& figure = figure_named(options.name);
+  const report::ReportFigure& figure = report::figure_named(options.name);
   const fs::path output = options.output.value_or(figure.name + ".svg");
-  const PictureFormat format = format_of(output);
-  FigureStyle style = options.style;
+  const report::PictureFormat format = format_of(output);
+  report::FigureStyle style = options.style;
   if (options.width) style.width = print_width_in(*options.width);
   style.title = !options.no_title;
   style.caption = !options.no_caption;
@@ -71,12 +71,12 @@ void draw_figure(const FigureOptions& options) {
   if (options.x_range) x_range = range_in(*options.x_range, "--x-range");
   if (options.y_range) y_range = range_in(*options.y_range, "--y-range");
   require_folder_of(output);
-  FigureSource source;
+  report::FigureSource source;
   if (figure.from_sweep) source.records = read_records(options.results);
   source.scenes = options.scenes;
-  const Sheet sheet =
-      with_ranges(with_choice(figure.make(source), options.panels, options.series), x_range, y_range);
-  write_file(output, draw(sheet, format, style));
+  const report::Sheet sheet =
+      report::with_ranges(with_choice(figure.make(source), options.panels, options.series), x_range, y_range);
+  write_file(output, report::draw(sheet, format, style));
   fmt::print("wrote {}\n", output.string());
 }
 
@@ -111,7 +111,7 @@ void add_figure_command(CLI::App& app) {
       app.add_subcommand("figure", "Draw a figure of a sweep's results, or of a property");
   const auto options = std::make_shared<FigureOptions>();
   std::string about = "Which one:";
-  for (const ReportFigure& figure : figures()) {
+  for (const report::ReportFigure& figure : report::figures()) {
     about += fmt::format("\n  {:<20}{}{}{}", figure.name, figure.about, figure.from_sweep ? " [sweep]" : "",
                          figure.reproducible ? "" : " [times]");
   }
@@ -129,4 +129,4 @@ void add_figure_command(CLI::App& app) {
   command->callback([options] { draw_figure(*options); });
 }
 
-}  // namespace substep
+}  // namespace substep::render

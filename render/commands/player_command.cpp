@@ -13,7 +13,7 @@
 #include "sim/error.h"
 #include "sim/log/file_output.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 namespace fs = std::filesystem;
@@ -67,4 +67,4 @@ void add_player_command(CLI::App& app) {
   command->callback([options] { make_player(*options); });
 }
 
-}  // namespace substep
+}  // namespace substep::render

@@ -7,7 +7,7 @@
 
 #include "sim/error.h"
 
-namespace substep {
+namespace substep::render {
 
 std::optional<double> finite_number_in(std::string_view text) {
   double number = 0;
@@ -28,4 +28,4 @@ double print_width_in(const std::string& text) {
   return *width;
 }
 
-}  // namespace substep
+}  // namespace substep::render

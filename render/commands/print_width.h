@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace substep {
+namespace substep::render {
 
 /// Nothing where the text is no finite number.
 std::optional<double> finite_number_in(std::string_view text);
@@ -13,4 +13,4 @@ std::optional<double> finite_number_in(std::string_view text);
 /// "one-column", "two-columns" or millimetres, in mm. Throws Error, which names --width.
 double print_width_in(const std::string& text);
 
-}  // namespace substep
+}  // namespace substep::render

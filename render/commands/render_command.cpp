@@ -21,7 +21,7 @@
 #include "sim/log/file_output.h"
 #include "sim/log/pose_log.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 namespace fs = std::filesystem;
@@ -216,4 +216,4 @@ void add_render_command(CLI::App& app) {
   });
 }
 
-}  // namespace substep
+}  // namespace substep::render

@@ -12,7 +12,7 @@
 #include "sim/error.h"
 #include "sim/log/file_output.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 namespace fs = std::filesystem;
@@ -31,23 +31,24 @@ void report(const ReportOptions& options) {
   if (failure) throw Error(fmt::format("{}: cannot be made: {}", options.output.string(), failure.message()));
   const fs::path results = options.output / "sweep";
   note_damaged_jobs(sweep, results);
-  Document page;
+  report::Document page;
   {
     Progress progress;
     progress.show("sweep", 0);
     run_sweep(sweep, {results, options.threads, 1, 1}, [&](double share) { progress.show("sweep", share); });
     merge_sweep(sweep, results);
-    FigureSource source;
+    report::FigureSource source;
     source.records = read_records(results);
     source.scenes = options.scenes.value_or(options.sweep.parent_path());
     source.properties = sweep.properties;
-    page = make_report(source, [&](double share) { progress.show("drawing", share); });
+    page = report::make_report(source, [&](double share) { progress.show("drawing", share); });
   }
-  for (const Document::Block& block : page.blocks) {
-    if (block.kind == Document::Block::Kind::picture) write_file(options.output / block.file, block.svg);
+  for (const report::Document::Block& block : page.blocks) {
+    if (block.kind == report::Document::Block::Kind::picture)
+      write_file(options.output / block.file, block.svg);
   }
   for (const auto& [name, text] :
-       {std::pair("report.md", to_markdown(page)), std::pair("report.html", to_html(page))}) {
+       {std::pair("report.md", report::to_markdown(page)), std::pair("report.html", report::to_html(page))}) {
     write_file(options.output / name, text);
     fmt::print("wrote {}\n", (options.output / name).string());
   }
@@ -73,4 +74,4 @@ void add_report_command(CLI::App& app) {
   command->callback([options] { report(*options); });
 }
 
-}  // namespace substep
+}  // namespace substep::render

@@ -13,7 +13,7 @@
 #include "sim/model/state.h"
 #include "sim/simulation.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 namespace fs = std::filesystem;
@@ -110,4 +110,4 @@ LoadedRun RunInput::load(const Until& until, Progress& progress) const {
   return run;
 }
 
-}  // namespace substep
+}  // namespace substep::render

@@ -11,7 +11,7 @@
 #include "sim/log/pose_log.h"
 #include "sim/scene/scene.h"
 
-namespace substep {
+namespace substep::render {
 
 struct LoadedRun {
   Scene scene;
@@ -44,4 +44,4 @@ struct RunInput {
   std::optional<LoadedRun> load_still() const;
 };
 
-}  // namespace substep
+}  // namespace substep::render

@@ -18,7 +18,7 @@
 #include "sim/log/file_output.h"
 #include "sim/simulation.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 namespace fs = std::filesystem;
@@ -100,4 +100,4 @@ void add_sheet_command(CLI::App& app) {
   command.callback([options] { draw_sheet(*options); });
 }
 
-}  // namespace substep
+}  // namespace substep::render

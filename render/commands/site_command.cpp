@@ -13,7 +13,7 @@
 #include "sim/commands/progress.h"
 #include "sim/error.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 struct SiteOptions {
@@ -71,4 +71,4 @@ void add_site_command(CLI::App& app) {
   command->callback([options] { make(*options); });
 }
 
-}  // namespace substep
+}  // namespace substep::render

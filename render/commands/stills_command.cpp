@@ -16,7 +16,7 @@
 #include "sim/error.h"
 #include "sim/log/file_output.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 namespace fs = std::filesystem;
@@ -130,4 +130,4 @@ void add_stills_command(CLI::App& app) {
   command->callback([options] { draw_stills(*options); });
 }
 
-}  // namespace substep
+}  // namespace substep::render

@@ -16,7 +16,7 @@
 #include "sim/commands/progress.h"
 #include "sim/error.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 namespace fs = std::filesystem;
@@ -152,4 +152,4 @@ void add_video_command(CLI::App& app) {
   command->callback([options] { make(*options); });
 }
 
-}  // namespace substep
+}  // namespace substep::render

@@ -41,7 +41,7 @@ SUBSTEP_EMBEDDED_FILE(painter_js, SUBSTEP_PLAYER "/painter.js")
 SUBSTEP_EMBEDDED_FILE(strip_js, SUBSTEP_PLAYER "/strip.js")
 SUBSTEP_EMBEDDED_FILE(player_js, SUBSTEP_PLAYER "/player.js")
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 using Json = nlohmann::json;
@@ -291,4 +291,4 @@ std::string player_page(const Scene& scene, const Comparison& comparison, const 
                                         player_js())}});
 }
 
-}  // namespace substep
+}  // namespace substep::render

@@ -5,7 +5,7 @@
 
 #include "render/video/comparison.h"
 
-namespace substep {
+namespace substep::render {
 
 /// What the page's strips show of the runs beside their errors.
 ReadingChoice player_readings(const Scene& scene);
@@ -17,4 +17,4 @@ ReadingChoice player_readings(const Scene& scene);
 std::string player_page(const Scene& scene, const Comparison& comparison, const std::string& title,
                         double speed);
 
-}  // namespace substep
+}  // namespace substep::render

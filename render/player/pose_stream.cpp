@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 using Whole = std::array<std::int64_t, 7>;
@@ -60,4 +60,4 @@ std::string pose_stream(std::span<const std::vector<Coordinates>> frames, double
   return stream;
 }
 
-}  // namespace substep
+}  // namespace substep::render

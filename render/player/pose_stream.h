@@ -7,7 +7,7 @@
 
 #include "sim/model/state.h"
 
-namespace substep {
+namespace substep::render {
 
 /// Parts of the unit in which a quaternion's components are kept: a turn is known to 3e-5 rad.
 inline constexpr double turn_parts = 65536;
@@ -22,4 +22,4 @@ double position_unit(double size);
 /// it was; positions end at 1e5 m. Of the two quaternions of a rotation the one near the last.
 std::string pose_stream(std::span<const std::vector<Coordinates>> frames, double unit);
 
-}  // namespace substep
+}  // namespace substep::render

@@ -12,7 +12,7 @@
 #include "sim/measure/text_table.h"
 #include "sim/measure/validity_maps.h"
 
-namespace substep {
+namespace substep::report {
 namespace {
 
 /// An axis around the costs that are finite, with room for a note on either side and a decade to read.
@@ -122,4 +122,4 @@ Sheet contact_ablation_sheet(const FigureSource& source) {
   return sheet;
 }
 
-}  // namespace substep
+}  // namespace substep::report

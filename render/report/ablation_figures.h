@@ -3,9 +3,9 @@
 
 #include "render/report/figures.h"
 
-namespace substep {
+namespace substep::report {
 
 Sheet ablation_sheet(const FigureSource& source);
 Sheet contact_ablation_sheet(const FigureSource& source);
 
-}  // namespace substep
+}  // namespace substep::report

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <utility>
 
-namespace substep {
+namespace substep::report {
 namespace {
 
 bool is_judged(const SweepRecord& record) {
@@ -115,4 +115,4 @@ void add_bad_figures(const std::vector<SweepRecord>& records, Document& page) {
   page.table(bad_figures_table(figures));
 }
 
-}  // namespace substep
+}  // namespace substep::report

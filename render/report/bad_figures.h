@@ -8,7 +8,7 @@
 #include "sim/measure/text_table.h"
 #include "sim/study/sweep.h"
 
-namespace substep {
+namespace substep::report {
 
 /// The worst figure of one algorithm in one scene, over all settings that ran.
 struct BadFigure {
@@ -35,4 +35,4 @@ TextTable bad_figures_table(const std::vector<BadFigure>& figures);
 /// reader looks for it on the scenes' pages.
 void add_bad_figures(const std::vector<SweepRecord>& records, Document& page);
 
-}  // namespace substep
+}  // namespace substep::report

@@ -8,7 +8,7 @@
 SUBSTEP_EMBEDDED_FILE(page_template, SUBSTEP_REPORT_PAGE "/document.html")
 SUBSTEP_EMBEDDED_FILE(page_style, SUBSTEP_REPORT_PAGE "/document.css")
 
-namespace substep {
+namespace substep::report {
 namespace {
 
 /// What is between ** is strong, what is between ` is code.
@@ -16,7 +16,7 @@ std::string with_marks(const std::string& text) {
   std::string result;
   bool is_strong = false;
   bool is_code = false;
-  const std::string safe = escaped(text);
+  const std::string safe = render::escaped(text);
   for (std::size_t i = 0; i < safe.size(); ++i) {
     if (safe.compare(i, 2, "**") == 0) {
       result += is_strong ? "</strong>" : "<strong>";
@@ -105,12 +105,13 @@ std::string to_html(const Document& document) {
         body += to_html(block.table);
         break;
       case Document::Block::Kind::picture:
-        body += fmt::format("<img alt=\"{}\" src=\"{}\">\n", escaped(block.text), data_address(block.svg));
+        body += fmt::format("<img alt=\"{}\" src=\"{}\">\n", render::escaped(block.text),
+                            data_address(block.svg));
         break;
     }
   }
-  return fmt::format(fmt::runtime(page_template()), fmt::arg("title", escaped(title)),
+  return fmt::format(fmt::runtime(page_template()), fmt::arg("title", render::escaped(title)),
                      fmt::arg("style", joined(page_style())), fmt::arg("body", body));
 }
 
-}  // namespace substep
+}  // namespace substep::report

@@ -6,7 +6,7 @@
 
 #include "sim/measure/text_table.h"
 
-namespace substep {
+namespace substep::report {
 
 /// A page as a sequence of blocks.
 struct Document {
@@ -41,4 +41,4 @@ std::string to_html(const Document& document);
 /// The table alone, with the marks of paragraphs in its cells.
 std::string to_html(const TextTable& table);
 
-}  // namespace substep
+}  // namespace substep::report

@@ -13,7 +13,7 @@
 #include "sim/loading/load_scene.h"
 #include "sim/study/sweep_results.h"
 
-namespace substep {
+namespace substep::report {
 
 Scene FigureSource::scene(const std::string& name) const {
   return load_scene(scenes / (name + ".gltf"));
@@ -57,4 +57,4 @@ const ReportFigure& figure_named(const std::string& name) {
   throw Error(fmt::format("there is no figure '{}'; there are {}", name, fmt::join(names, " ")));
 }
 
-}  // namespace substep
+}  // namespace substep::report

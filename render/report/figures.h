@@ -10,7 +10,7 @@
 #include "sim/measure/contact_ablation.h"
 #include "sim/study/sweep.h"
 
-namespace substep {
+namespace substep::report {
 
 /// What figures are drawn from.
 struct FigureSource {
@@ -38,4 +38,4 @@ const std::vector<ReportFigure>& figures();
 /// Throws Error that lists the names.
 const ReportFigure& figure_named(const std::string& name);
 
-}  // namespace substep
+}  // namespace substep::report

@@ -7,7 +7,7 @@
 #include "sim/error.h"
 #include "sim/execution/child_process.h"
 
-namespace substep {
+namespace substep::report {
 namespace {
 
 bool run_gnuplot(const ChildProcess::Streams& streams) {
@@ -33,4 +33,4 @@ std::string gnuplot(const std::string& script) {
   return text;
 }
 
-}  // namespace substep
+}  // namespace substep::report

@@ -3,9 +3,9 @@
 
 #include <string>
 
-namespace substep {
+namespace substep::report {
 
 /// What gnuplot prints for a script. Throws Error when it is not there or fails.
 std::string gnuplot(const std::string& script);
 
-}  // namespace substep
+}  // namespace substep::report

@@ -5,11 +5,11 @@
 #include "render/inks.h"
 #include "sim/study/engines/engines.h"
 
-namespace substep {
+namespace substep::report {
 
 Look look_of(Algorithm algorithm) {
   constexpr std::array shapes{7, 5, 9, 13, 11};
-  return {hue_of(algorithm), shapes.at(static_cast<std::size_t>(algorithm)), false, true, true};
+  return {render::hue_of(algorithm), shapes.at(static_cast<std::size_t>(algorithm)), false, true, true};
 }
 
 Look look_of(const RunFamily& family, bool contacts) {
@@ -19,7 +19,7 @@ Look look_of(const RunFamily& family, bool contacts) {
     for (std::size_t i = 0; i < engines().size(); ++i) {
       if (engines()[i].name != record.engine) continue;
       constexpr std::array shapes{4, 8, 10, 12, 1, 3, 6, 2};
-      look.hue = hue_of_engine(i);
+      look.hue = render::hue_of_engine(i);
       look.shape = shapes[i % shapes.size()];
     }
     return look;
@@ -32,4 +32,4 @@ Look look_of(const RunFamily& family, bool contacts) {
   return look;
 }
 
-}  // namespace substep
+}  // namespace substep::report

@@ -10,12 +10,12 @@
 #include "render/report/gnuplot.h"
 #include "sim/error.h"
 
-namespace substep {
+namespace substep::report {
 namespace {
 
-constexpr Ink text_ink{"#222222", "#e6e6e6"};
-constexpr Ink frame_ink{"#b8b8b8", "#5a5a5a"};
-constexpr Ink paper{"#ffffff", "#14171a"};
+constexpr render::Ink text_ink{"#222222", "#e6e6e6"};
+constexpr render::Ink frame_ink{"#b8b8b8", "#5a5a5a"};
+constexpr render::Ink paper{"#ffffff", "#14171a"};
 
 constexpr double line_height = 17;
 constexpr double right_margin = 16;
@@ -29,9 +29,9 @@ bool can_be_drawn(const std::array<double, 2>& point, const Panel& panel) {
 
 std::string style_of(const Look& look) {
   const std::string line =
-      fmt::format("lc rgb '{}' lw 1.8 dt {}", inks.at(look.hue).light, look.dashed ? 2 : 1);
+      fmt::format("lc rgb '{}' lw 1.8 dt {}", render::inks.at(look.hue).light, look.dashed ? 2 : 1);
   const std::string points = fmt::format("pt {} ps 0.75", look.shape);
-  if (!look.line) return fmt::format("with points {} lc rgb '{}'", points, inks.at(look.hue).light);
+  if (!look.line) return fmt::format("with points {} lc rgb '{}'", points, render::inks.at(look.hue).light);
   if (!look.points) return fmt::format("with lines {}", line);
   return fmt::format("with linespoints {} {}", line, points);
 }
@@ -77,13 +77,13 @@ std::string triangle_script(const std::vector<SlopeTriangle>& triangles) {
     const double y = t.y * std::pow(t.width, t.slope);
     const auto line = [&](double x0, double y0, double x1, double y1) {
       script += fmt::format("set arrow from {:g},{:g} to {:g},{:g} nohead lc rgb '{}' lw 1.2 front\n", x0, y0,
-                            x1, y1, inks[7].light);
+                            x1, y1, render::inks[7].light);
     };
     line(t.x, t.y, x, t.y);
     line(x, t.y, x, y);
     line(t.x, t.y, x, y);
     script += fmt::format("set label '{:g}' at {:g},{:g} left offset 0.4,0 tc rgb '{}' front\n", t.slope, x,
-                          t.y * std::pow(t.width, t.slope / 2), inks[7].light);
+                          t.y * std::pow(t.width, t.slope / 2), render::inks[7].light);
   }
   return script;
 }
@@ -238,7 +238,7 @@ std::string legend_script(const Sheet& sheet, const std::vector<Entry>& entries,
 /// Colours of dark mode, for pages and for viewers that show the file by itself.
 std::string with_dark_mode(std::string svg) {
   std::string rules = "text{font-family:'DejaVu Sans',Verdana,sans-serif}@media (prefers-color-scheme:dark){";
-  const auto add = [&](const Ink& ink) {
+  const auto add = [&](const render::Ink& ink) {
     const auto channel = [&](int i) {
       return std::stoi(std::string(ink.light).substr(1 + 2 * i, 2), nullptr, 16);
     };
@@ -250,7 +250,7 @@ std::string with_dark_mode(std::string svg) {
                            dense, ink.dark);
     }
   };
-  for (const Ink& ink : inks) add(ink);
+  for (const render::Ink& ink : render::inks) add(ink);
   add(frame_ink);
   add(text_ink);
   add(paper);
@@ -421,4 +421,4 @@ std::string draw(const Sheet& given, PictureFormat format, const FigureStyle& st
   return style.transparent ? picture : with_dark_mode(picture);
 }
 
-}  // namespace substep
+}  // namespace substep::report

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace substep {
+namespace substep::report {
 
 /// What a series looks like.
 struct Look {
@@ -97,4 +97,4 @@ Sheet with_choice(Sheet sheet, const std::vector<std::string>& panels,
 Sheet with_ranges(Sheet sheet, const std::optional<std::array<double, 2>>& x,
                   const std::optional<std::array<double, 2>>& y);
 
-}  // namespace substep
+}  // namespace substep::report

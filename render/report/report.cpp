@@ -20,7 +20,7 @@
 
 SUBSTEP_EMBEDDED_FILE(report_template, SUBSTEP_REPORT_PAGE "/report.md")
 
-namespace substep {
+namespace substep::report {
 namespace {
 
 /// By the figures' names; without those that the sweep has nothing for.
@@ -226,4 +226,4 @@ Document make_report(const FigureSource& given, const std::function<void(double)
   return report_page(source, drawn(source, progress));
 }
 
-}  // namespace substep
+}  // namespace substep::report

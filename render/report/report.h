@@ -8,7 +8,7 @@
 #include "render/report/document.h"
 #include "render/report/figures.h"
 
-namespace substep {
+namespace substep::report {
 
 /// The page with these figures: SVG, by their names. What is not there is left out.
 Document report_page(const FigureSource& source, const std::map<std::string, std::string>& pictures);
@@ -16,4 +16,4 @@ Document report_page(const FigureSource& source, const std::map<std::string, std
 /// The page with all figures that there are. `progress` hears the share done: figures take a while.
 Document make_report(const FigureSource& source, const std::function<void(double)>& progress);
 
-}  // namespace substep
+}  // namespace substep::report

@@ -14,7 +14,7 @@
 #include "sim/study/engines/engines.h"
 #include "sim/study/sweep_results.h"
 
-namespace substep {
+namespace substep::report {
 namespace {
 
 std::string milliseconds(const SweepRecord& record) {
@@ -475,4 +475,4 @@ TextTable contact_ablation_table(const std::vector<ContactAblationCosts>& ablati
   return table;
 }
 
-}  // namespace substep
+}  // namespace substep::report

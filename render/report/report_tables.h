@@ -8,7 +8,7 @@
 #include "sim/measure/text_table.h"
 #include "sim/study/sweep.h"
 
-namespace substep {
+namespace substep::report {
 
 /// The cheapest run of each scene for 1 % and for 0.1 % of its size.
 TextTable choices_table(const std::vector<SweepRecord>& records);
@@ -64,4 +64,4 @@ TextTable omitted_table(const std::vector<SweepRecord>& records);
 
 TextTable contact_ablation_table(const std::vector<ContactAblationCosts>& ablation);
 
-}  // namespace substep
+}  // namespace substep::report

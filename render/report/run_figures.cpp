@@ -10,7 +10,7 @@
 #include "sim/measure/validity_maps.h"
 #include "sim/model/usual_settings.h"
 
-namespace substep {
+namespace substep::report {
 namespace {
 
 constexpr std::array algorithms{Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5};
@@ -107,4 +107,4 @@ Sheet size_sheet(const FigureSource& source) {
   return sheet;
 }
 
-}  // namespace substep
+}  // namespace substep::report

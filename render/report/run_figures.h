@@ -3,9 +3,9 @@
 
 #include "render/report/figures.h"
 
-namespace substep {
+namespace substep::report {
 
 Sheet drift_sheet(const FigureSource& source);
 Sheet size_sheet(const FigureSource& source);
 
-}  // namespace substep
+}  // namespace substep::report

@@ -12,7 +12,7 @@
 #include "sim/study/engines/engines.h"
 #include "sim/study/sweep_results.h"
 
-namespace substep {
+namespace substep::report {
 namespace {
 
 /// The sweep's scenes that have contacts, or those that have none.
@@ -250,4 +250,4 @@ Sheet equal_rows_sheet(const FigureSource& source) {
   return sheet;
 }
 
-}  // namespace substep
+}  // namespace substep::report

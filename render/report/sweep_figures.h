@@ -3,7 +3,7 @@
 
 #include "render/report/figures.h"
 
-namespace substep {
+namespace substep::report {
 
 Sheet work_rows_sheet(const FigureSource& source, bool contacts);
 Sheet work_time_sheet(const FigureSource& source, bool contacts);
@@ -12,4 +12,4 @@ Sheet order_sheet(const FigureSource& source);
 Sheet slopes_sheet(const FigureSource& source);
 Sheet equal_rows_sheet(const FigureSource& source);
 
-}  // namespace substep
+}  // namespace substep::report

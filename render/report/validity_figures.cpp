@@ -13,7 +13,7 @@
 #include "sim/measure/validity_maps.h"
 #include "sim/model/usual_settings.h"
 
-namespace substep {
+namespace substep::report {
 namespace {
 
 /// Marks of a point where the run is right, and of one where it is lost.
@@ -158,4 +158,4 @@ Sheet coupled_rows_sheet(const FigureSource& source) {
   return sheet;
 }
 
-}  // namespace substep
+}  // namespace substep::report

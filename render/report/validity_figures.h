@@ -3,11 +3,11 @@
 
 #include "render/report/figures.h"
 
-namespace substep {
+namespace substep::report {
 
 Sheet mass_ratio_sheet(const FigureSource& source);
 Sheet stiffness_sheet(const FigureSource& source);
 Sheet stability_sheet(const FigureSource& source);
 Sheet coupled_rows_sheet(const FigureSource& source);
 
-}  // namespace substep
+}  // namespace substep::report

@@ -7,7 +7,7 @@
 
 #include "render/markup.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 std::string without_comments(std::string_view text) {
@@ -59,4 +59,4 @@ std::string html_of_markdown(std::string_view markdown,
   return with_addresses(with_addresses(html, "href", address), "src", address);
 }
 
-}  // namespace substep
+}  // namespace substep::render

@@ -16,7 +16,7 @@
 SUBSTEP_EMBEDDED_FILE(scene_html, SUBSTEP_SITE "/scene.html")
 SUBSTEP_EMBEDDED_FILE(scene_css, SUBSTEP_SITE "/site.css")
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 namespace fs = std::filesystem;
@@ -73,9 +73,9 @@ std::string scene_page(const SceneText& text, const Comparison& comparison,
                                {"style", std::string(scene_css())},
                                {"lead", html_of(text.lead, names)},
                                {"film", shown_film},
-                               {"table", to_html(table_of(comparison, false))},
+                               {"table", report::to_html(table_of(comparison, false))},
                                {"reference", escaped(words_on_reference(comparison))},
                                {"text", html_of(text.rest, names)}});
 }
 
-}  // namespace substep
+}  // namespace substep::render

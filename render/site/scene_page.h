@@ -9,7 +9,7 @@
 
 #include "render/video/comparison.h"
 
-namespace substep {
+namespace substep::render {
 
 /// A part of an address, as it has to be written in one: "a b" as "a%20b".
 std::string in_address(std::string_view name);
@@ -30,4 +30,4 @@ std::string html_of(const std::string& markdown, const std::vector<std::string>&
 std::string scene_page(const SceneText& text, const Comparison& comparison,
                        const std::vector<std::string>& names, bool film);
 
-}  // namespace substep
+}  // namespace substep::render

@@ -24,7 +24,7 @@
 SUBSTEP_EMBEDDED_FILE(index_html, SUBSTEP_SITE "/index.html")
 SUBSTEP_EMBEDDED_FILE(index_css, SUBSTEP_SITE "/site.css")
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 namespace fs = std::filesystem;
@@ -153,4 +153,4 @@ int make_site(const SiteSettings& settings) {
   return made;
 }
 
-}  // namespace substep
+}  // namespace substep::render

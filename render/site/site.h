@@ -9,7 +9,7 @@
 
 #include "render/video/comparison.h"
 
-namespace substep {
+namespace substep::render {
 
 struct SiteSettings {
   std::vector<std::filesystem::path> scenes;
@@ -31,4 +31,4 @@ struct SiteSettings {
 /// one name, or `folder` holds anything but an earlier site.
 int make_site(const SiteSettings& settings);
 
-}  // namespace substep
+}  // namespace substep::render

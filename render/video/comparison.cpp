@@ -23,7 +23,7 @@
 #include "sim/simulation.h"
 #include "sim/study/engines/engines.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 /// Which step of a run each film frame shows.
@@ -259,8 +259,8 @@ bool has_smooth_reference(const Scene& scene, double step) {
 }
 
 /// Mean of squared_distance over the bodies that move.
-double squared_distance(const Scene& scene, const std::vector<Coordinates>& is,
-                        const std::vector<Coordinates>& should_be) {
+double mean_squared_distance(const Scene& scene, const std::vector<Coordinates>& is,
+                             const std::vector<Coordinates>& should_be) {
   double sum = 0;
   int count = 0;
   for (std::size_t body = 1; body < scene.bodies.size(); ++body) {
@@ -281,7 +281,7 @@ ReferenceRun reference_of(const Scene& scene, const ReferenceAttempt& coarse, Re
   const double most = parted * size_of(scene);
   while (reference.known < both) {
     const std::size_t k = reference.known;
-    const double apart = std::sqrt(squared_distance(scene, coarse.poses[k], reference.poses[k]));
+    const double apart = std::sqrt(mean_squared_distance(scene, coarse.poses[k], reference.poses[k]));
     // Written so that a NaN has parted.
     if (!(apart <= most)) break;
     if (fine.unsolved && times[k] + 1e-9 >= *fine.unsolved) break;
@@ -429,7 +429,7 @@ void measure_from(const Scene& scene, const ReferenceRun& reference, Run& run) {
   const std::size_t frames = std::min(run.poses.size(), reference.known);
   double sum_over_frames = 0;
   for (std::size_t k = 0; k < frames; ++k) {
-    const double mean = squared_distance(scene, run.poses[k], reference.poses[k]);
+    const double mean = mean_squared_distance(scene, run.poses[k], reference.poses[k]);
     run.errors.push_back(std::sqrt(mean));
     sum_over_frames += mean;
   }
@@ -497,4 +497,4 @@ Comparison simulate_comparison(const Scene& scene, const ComparisonSettings& set
   return comparison;
 }
 
-}  // namespace substep
+}  // namespace substep::render

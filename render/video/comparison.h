@@ -13,7 +13,7 @@
 #include "sim/model/state.h"
 #include "sim/scene/scene.h"
 
-namespace substep {
+namespace substep::render {
 
 /// What is read of runs at each film frame, beside the poses.
 struct ReadingChoice {
@@ -107,4 +107,4 @@ void measure_from(const Scene& scene, const ReferenceRun& reference, Run& run);
 Comparison simulate_comparison(const Scene& scene, const ComparisonSettings& settings,
                                const std::function<void(double)>& progress = {});
 
-}  // namespace substep
+}  // namespace substep::render

@@ -6,7 +6,7 @@
 
 #include "render/video/composition.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 std::string row_title(const Run& run) {
@@ -65,4 +65,4 @@ std::string words_on_reference(const Comparison& comparison) {
                             comparison.times[reference.known - 1]);
 }
 
-}  // namespace substep
+}  // namespace substep::render

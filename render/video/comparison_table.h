@@ -6,7 +6,7 @@
 #include "render/video/comparison.h"
 #include "sim/measure/text_table.h"
 
-namespace substep {
+namespace substep::render {
 
 /// A line for each run but the reference: its settings, errors and row solves, and what became of it.
 /// `with_times`: also its CPU time, which differs from time to time.
@@ -15,4 +15,4 @@ TextTable table_of(const Comparison& comparison, bool with_times);
 /// What errors are measured from, and until when. Empty where they are not.
 std::string words_on_reference(const Comparison& comparison);
 
-}  // namespace substep
+}  // namespace substep::render

@@ -10,7 +10,7 @@
 #include "render/text.h"
 #include "sim/error.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 constexpr Color ground{15, 18, 24};
@@ -700,4 +700,4 @@ Image Composition::frame(int k, const std::vector<Image>& pictures) const {
   return image;
 }
 
-}  // namespace substep
+}  // namespace substep::render

@@ -10,7 +10,7 @@
 #include "render/image.h"
 #include "render/video/comparison.h"
 
-namespace substep {
+namespace substep::render {
 
 using Color = std::array<std::uint8_t, 3>;
 
@@ -151,4 +151,4 @@ class Composition {
   Image background_;
 };
 
-}  // namespace substep
+}  // namespace substep::render

@@ -20,7 +20,7 @@
 #include "sim/execution/child_process.h"
 #include "sim/log/partial_file.h"
 
-namespace substep {
+namespace substep::render {
 
 namespace fs = std::filesystem;
 
@@ -255,4 +255,4 @@ void require_whole_film(const fs::path& program, const fs::path& film, int frame
   }
 }
 
-}  // namespace substep
+}  // namespace substep::render

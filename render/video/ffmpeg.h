@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace substep {
+namespace substep::render {
 
 /// Where ffmpeg is, looked for in PATH.
 std::optional<std::filesystem::path> find_ffmpeg();
@@ -59,4 +59,4 @@ class Ffmpeg {
 /// Throws Error unless ffmpeg reads the film to its end without complaint and finds so many frames in it.
 void require_whole_film(const std::filesystem::path& program, const std::filesystem::path& film, int frames);
 
-}  // namespace substep
+}  // namespace substep::render

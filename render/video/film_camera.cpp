@@ -9,7 +9,7 @@
 #include "sim/error.h"
 #include "sim/math/rotation.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 int body_named(const std::string& name, const Scene& scene) {
@@ -97,4 +97,4 @@ View moved(const View& view, const FilmCamera& camera, const Vector3& way, doubl
   return result;
 }
 
-}  // namespace substep
+}  // namespace substep::render

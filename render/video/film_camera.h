@@ -7,7 +7,7 @@
 #include "render/camera.h"
 #include "sim/scene/scene.h"
 
-namespace substep {
+namespace substep::render {
 
 struct FilmCamera {
   bool is_automatic = false;      ///< not the scene's own, but one that fits all that moves
@@ -31,4 +31,4 @@ Scene seen_by(const FilmCamera& camera, const Scene& scene);
 View moved(const View& view, const FilmCamera& camera, const Vector3& way, double seconds,
            const Vector3& middle);
 
-}  // namespace substep
+}  // namespace substep::render

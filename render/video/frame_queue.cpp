@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 class FrameQueue {
@@ -85,4 +85,4 @@ void paint_in_order(int count, int threads, const std::function<Painter()>& make
   if (failure) std::rethrow_exception(failure);
 }
 
-}  // namespace substep
+}  // namespace substep::render

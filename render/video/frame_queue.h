@@ -5,7 +5,7 @@
 
 #include "render/image.h"
 
-namespace substep {
+namespace substep::render {
 
 /// Paints frame k; used on one thread only.
 using Painter = std::function<Image(int k)>;
@@ -17,4 +17,4 @@ using Painter = std::function<Image(int k)>;
 void paint_in_order(int count, int threads, const std::function<Painter()>& make_painter,
                     const std::function<void(int k, const Image& frame)>& take);
 
-}  // namespace substep
+}  // namespace substep::render

@@ -13,7 +13,7 @@
 #include "sim/measure/motion.h"
 #include "sim/model/joint_anchors.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 constexpr Color gap_color{255, 60, 80};
@@ -412,4 +412,4 @@ void draw_departure(Image& picture, const Departure& departure, const OverlayFra
   draw_text(picture, left, base, text, style);
 }
 
-}  // namespace substep
+}  // namespace substep::render

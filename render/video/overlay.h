@@ -10,7 +10,7 @@
 #include "render/video/comparison.h"
 #include "render/video/composition.h"
 
-namespace substep {
+namespace substep::render {
 
 /// Colours of errors: viridis, at five places. Its lightness rises evenly, for all eyes.
 inline constexpr std::array<Color, 5> error_ramp{
@@ -65,4 +65,4 @@ void draw_departure(Image& picture, const Departure& departure, const OverlayFra
 /// is behind the eye.
 bool project(const View& view, const Vector3& point, int width, int height, double& x, double& y);
 
-}  // namespace substep
+}  // namespace substep::render

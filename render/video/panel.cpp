@@ -11,7 +11,7 @@
 #include "sim/model/settings_fields.h"
 #include "sim/study/engines/engines.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 namespace fs = std::filesystem;
@@ -221,4 +221,4 @@ int hue_of(const PanelChoice& panel) {
   return hue_of_engine(static_cast<std::size_t>(found - engines().begin()));
 }
 
-}  // namespace substep
+}  // namespace substep::render

@@ -7,7 +7,7 @@
 
 #include "sim/model/settings.h"
 
-namespace substep {
+namespace substep::render {
 
 struct PanelChoice {
   enum class Kind { algorithm, engine, log, reference };
@@ -44,4 +44,4 @@ std::string settings_of(const PanelChoice& panel);
 /// Index of `inks`.
 int hue_of(const PanelChoice& panel);
 
-}  // namespace substep
+}  // namespace substep::render

@@ -7,7 +7,7 @@
 
 #include "sim/model/state.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 /// How far from its start any body of the run gets, m.
@@ -45,4 +45,4 @@ std::vector<std::vector<Coordinates>> seen_frames(const Scene& scene, const Comp
   return frames;
 }
 
-}  // namespace substep
+}  // namespace substep::render

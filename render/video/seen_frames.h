@@ -5,10 +5,10 @@
 
 #include "render/video/comparison.h"
 
-namespace substep {
+namespace substep::render {
 
 /// What cameras look at: the reference where it is known for half of the film or more; else the calmer half
 /// of the runs. One that explodes does not push the others out of sight.
 std::vector<std::vector<Coordinates>> seen_frames(const Scene& scene, const Comparison& comparison);
 
-}  // namespace substep
+}  // namespace substep::render

@@ -11,7 +11,7 @@
 #include "render/video/composition.h"
 #include "sim/error.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 constexpr Color dark{40, 43, 50};
@@ -140,4 +140,4 @@ TimeSheet draw_time_sheet(const Scene& scene, const TimeSheetSettings& settings)
   return sheet;
 }
 
-}  // namespace substep
+}  // namespace substep::render

@@ -10,7 +10,7 @@
 #include "render/video/comparison.h"
 #include "render/video/film_camera.h"
 
-namespace substep {
+namespace substep::render {
 
 struct TimeSheetSettings {
   ComparisonSettings comparison;  ///< its start, duration and frame interval are not read
@@ -36,4 +36,4 @@ struct TimeSheet {
 /// Simulates and draws. Each picture says its error where there is one. Throws Error.
 TimeSheet draw_time_sheet(const Scene& scene, const TimeSheetSettings& settings);
 
-}  // namespace substep
+}  // namespace substep::render

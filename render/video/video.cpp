@@ -19,7 +19,7 @@
 #include "sim/log/file_output.h"
 #include "sim/log/partial_file.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 namespace fs = std::filesystem;
@@ -398,4 +398,4 @@ VideoReport make_video(const Scene& scene, const VideoSettings& settings, Compar
   return report;
 }
 
-}  // namespace substep
+}  // namespace substep::render

@@ -15,7 +15,7 @@
 #include "sim/log/partial_file.h"
 #include "sim/scene/scene.h"
 
-namespace substep {
+namespace substep::render {
 
 struct VideoSettings {
   ComparisonSettings comparison;
@@ -74,4 +74,4 @@ class FrameFolder {
   int count_ = 0;
 };
 
-}  // namespace substep
+}  // namespace substep::render

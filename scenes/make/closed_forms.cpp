@@ -5,7 +5,7 @@
 
 #include "sim/math/rotation.h"
 
-namespace substep::make {
+namespace substep::scenes {
 namespace {
 
 /// The zero of a function that changes its sign once between `low` and `high`.
@@ -100,4 +100,4 @@ std::vector<double> turnovers(const Vector3& moments, const Vector3& rate, doubl
   return times;
 }
 
-}  // namespace substep::make
+}  // namespace substep::scenes

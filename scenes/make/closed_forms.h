@@ -6,7 +6,7 @@
 
 #include "sim/math/vector.h"
 
-namespace substep::make {
+namespace substep::scenes {
 
 /// The complete elliptic integral of the first kind, of modulus k in [0, 1).
 double complete_elliptic_integral(double k);
@@ -25,4 +25,4 @@ std::vector<double> slips_on_shaken_table(double throw_length, double rate, doub
 /// equations. `moments` are the principal ones, kg·m²; `rate` is the angular velocity at the start, rad/s.
 std::vector<double> turnovers(const Vector3& moments, const Vector3& rate, double duration);
 
-}  // namespace substep::make
+}  // namespace substep::scenes

@@ -9,7 +9,7 @@
 #include "scenes.h"
 #include "stage.h"
 
-namespace substep::make {
+namespace substep::scenes {
 namespace {
 
 /// m³, of `prism(outline, height, top_scale)`.
@@ -328,4 +328,4 @@ std::string powered_wheel() {
   return gltf.text();
 }
 
-}  // namespace substep::make
+}  // namespace substep::scenes

@@ -3,7 +3,7 @@
 
 #include "gltf_builder.h"
 
-namespace substep::make::finish {
+namespace substep::scenes::finish {
 
 inline constexpr Finish walnut{"walnut", {0.195, 0.070, 0.023}, 0, 0.50};
 inline constexpr Finish oak{"oak", {0.527, 0.254, 0.076}, 0, 0.55};
@@ -33,4 +33,4 @@ inline constexpr Finish teal{"teal", {0.025, 0.195, 0.198}, 0, 0.35};
 inline constexpr Finish ivory{"ivory", {0.847, 0.776, 0.631}, 0, 0.40};
 inline constexpr Finish blue{"blue", {0.028, 0.109, 0.254}, 0, 0.35};
 
-}  // namespace substep::make::finish
+}  // namespace substep::scenes::finish

@@ -8,7 +8,7 @@
 #include "sim/math/rotation.h"
 #include "stage.h"
 
-namespace substep::make {
+namespace substep::scenes {
 
 std::string sliding_ball() {
   constexpr double radius = 0.2;
@@ -376,4 +376,4 @@ std::string painleve_rod() {
   return gltf.text();
 }
 
-}  // namespace substep::make
+}  // namespace substep::scenes

@@ -6,7 +6,7 @@
 
 #include "sim/math/base64.h"
 
-namespace substep::make {
+namespace substep::scenes {
 namespace {
 
 // Names of the glTF specification.
@@ -400,4 +400,4 @@ std::string GltfBuilder::text() const {
   return text + "\n}\n";
 }
 
-}  // namespace substep::make
+}  // namespace substep::scenes

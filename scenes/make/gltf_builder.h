@@ -17,7 +17,7 @@
 #include "mesh.h"
 #include "sim/math/vector.h"
 
-namespace substep::make {
+namespace substep::scenes {
 
 using Json = nlohmann::ordered_json;
 
@@ -187,4 +187,4 @@ class GltfBuilder {
   std::string buffer_;
 };
 
-}  // namespace substep::make
+}  // namespace substep::scenes

@@ -9,7 +9,7 @@
 #include "sim/math/rotation.h"
 #include "stage.h"
 
-namespace substep::make {
+namespace substep::scenes {
 
 std::string bouncing_balls() {
   constexpr double radius = 0.15;
@@ -182,4 +182,4 @@ std::string cradle() {
   return gltf.text();
 }
 
-}  // namespace substep::make
+}  // namespace substep::scenes

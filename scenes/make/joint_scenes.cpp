@@ -10,7 +10,7 @@
 #include "scenes.h"
 #include "stage.h"
 
-namespace substep::make {
+namespace substep::scenes {
 namespace {
 
 /// Principal moments of a uniform rod along X: a thin rod's m L²/12 across it, and so that it is a body about
@@ -310,4 +310,4 @@ std::string tumbling_body() {
   return gltf.text();
 }
 
-}  // namespace substep::make
+}  // namespace substep::scenes

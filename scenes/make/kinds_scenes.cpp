@@ -10,7 +10,7 @@
 #include "sim/math/rotation.h"
 #include "stage.h"
 
-namespace substep::make {
+namespace substep::scenes {
 namespace {
 
 /// The frame's two beams carry a row of rigs each; a rig hangs from the point of its joint's node.
@@ -370,4 +370,4 @@ std::string conveyor() {
   return gltf.text();
 }
 
-}  // namespace substep::make
+}  // namespace substep::scenes

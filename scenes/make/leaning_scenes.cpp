@@ -9,7 +9,7 @@
 #include "sim/math/rotation.h"
 #include "stage.h"
 
-namespace substep::make {
+namespace substep::scenes {
 
 std::string card_house() {
   constexpr double height = 0.4;
@@ -139,4 +139,4 @@ std::string masonry_arch() {
   return gltf.text();
 }
 
-}  // namespace substep::make
+}  // namespace substep::scenes

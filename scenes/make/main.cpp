@@ -15,7 +15,7 @@ int main(int argc, char** argv) {
   }
   const std::filesystem::path folder = argv[1];
   try {
-    for (const substep::make::SceneFile& scene : substep::make::all_scenes)
+    for (const substep::scenes::SceneFile& scene : substep::scenes::all_scenes)
       substep::write_file(folder / fmt::format("{}.gltf", scene.name), scene.text());
   } catch (const std::exception& error) {
     fmt::print(stderr, "make_scenes: {}\n", error.what());

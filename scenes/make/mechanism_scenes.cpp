@@ -10,7 +10,7 @@
 #include "sim/math/rotation.h"
 #include "stage.h"
 
-namespace substep::make {
+namespace substep::scenes {
 namespace {
 
 /// A square bar from one point to another.
@@ -242,4 +242,4 @@ std::string governor() {
   return gltf.text();
 }
 
-}  // namespace substep::make
+}  // namespace substep::scenes

@@ -11,7 +11,7 @@
 #include "scenes.h"
 #include "stage.h"
 
-namespace substep::make {
+namespace substep::scenes {
 namespace {
 
 constexpr double radius = 0.05;  // m, of all balls
@@ -290,4 +290,4 @@ std::string struck() {
   return gltf.text();
 }
 
-}  // namespace substep::make
+}  // namespace substep::scenes

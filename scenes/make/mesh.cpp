@@ -10,7 +10,7 @@
 #include "sim/geometry/convex_hull.h"
 #include "sim/math/rotation.h"
 
-namespace substep::make {
+namespace substep::scenes {
 namespace {
 
 /// Unit directions from a to b along the shorter arc, at equal angles: 2^halvings + 1 of them.
@@ -297,4 +297,4 @@ Pose at(double x, double y, double z) {
   return {Vector3(x, y, z), Quaternion::Identity()};
 }
 
-}  // namespace substep::make
+}  // namespace substep::scenes

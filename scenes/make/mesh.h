@@ -10,7 +10,7 @@
 
 #include "sim/math/vector.h"
 
-namespace substep::make {
+namespace substep::scenes {
 
 /// Triangles counter-clockwise seen from outside; one unit normal per position, or none for flat faces.
 struct Mesh {
@@ -79,4 +79,4 @@ Pose turn(const Vector3& axis, double angle);
 /// Placement at a point, not turned.
 Pose at(double x, double y, double z);
 
-}  // namespace substep::make
+}  // namespace substep::scenes

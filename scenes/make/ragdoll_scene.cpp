@@ -8,7 +8,7 @@
 #include "scenes.h"
 #include "stage.h"
 
-namespace substep::make {
+namespace substep::scenes {
 
 std::string ragdoll() {
   constexpr int steps = 5;
@@ -117,4 +117,4 @@ std::string ragdoll() {
   return gltf.text();
 }
 
-}  // namespace substep::make
+}  // namespace substep::scenes

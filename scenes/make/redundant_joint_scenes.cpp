@@ -9,7 +9,7 @@
 #include "sim/math/rotation.h"
 #include "stage.h"
 
-namespace substep::make {
+namespace substep::scenes {
 
 std::string door() {
   constexpr double lean = 0.25;
@@ -154,4 +154,4 @@ std::string short_chain() {
   return gltf.text();
 }
 
-}  // namespace substep::make
+}  // namespace substep::scenes

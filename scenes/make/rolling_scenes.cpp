@@ -11,7 +11,7 @@
 #include "sim/math/rotation.h"
 #include "stage.h"
 
-namespace substep::make {
+namespace substep::scenes {
 namespace {
 
 /// A point of a surface of revolution about +Y, and its normal there.
@@ -336,4 +336,4 @@ std::string funnel() {
   return gltf.text();
 }
 
-}  // namespace substep::make
+}  // namespace substep::scenes

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-namespace substep::make {
+namespace substep::scenes {
 
 std::string rod_chain();
 std::string pendulum();
@@ -109,4 +109,4 @@ inline constexpr std::array<SceneFile, 44> all_scenes{{
     {"brick_wall", brick_wall},
 }};
 
-}  // namespace substep::make
+}  // namespace substep::scenes

@@ -13,7 +13,7 @@
 #include "sim/math/rotation.h"
 #include "stage.h"
 
-namespace substep::make {
+namespace substep::scenes {
 namespace {
 
 /// Smooth noise in [−1, 1] with one value for each unit square's corner.
@@ -229,4 +229,4 @@ std::string rock_slide() {
   return gltf.text();
 }
 
-}  // namespace substep::make
+}  // namespace substep::scenes

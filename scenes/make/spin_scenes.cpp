@@ -10,7 +10,7 @@
 #include "sim/math/rotation.h"
 #include "stage.h"
 
-namespace substep::make {
+namespace substep::scenes {
 
 std::string heavy_top() {
   constexpr double mass = 2;
@@ -374,4 +374,4 @@ std::string rattleback() {
   return gltf.text();
 }
 
-}  // namespace substep::make
+}  // namespace substep::scenes

@@ -8,7 +8,7 @@
 #include "sim/math/rotation.h"
 #include "stage.h"
 
-namespace substep::make {
+namespace substep::scenes {
 
 std::string squeezer() {
   // The benchmark's data in its own units, kg and m; here all lengths are ten times as long and everything
@@ -229,4 +229,4 @@ std::string squeezer() {
   return gltf.text();
 }
 
-}  // namespace substep::make
+}  // namespace substep::scenes

@@ -6,7 +6,7 @@
 #include "scenes.h"
 #include "stage.h"
 
-namespace substep::make {
+namespace substep::scenes {
 namespace {
 
 /// Cubes of 1 m with friction 0.6, drawn as crates in the woods' turn, on the ground in the afternoon sun.
@@ -227,4 +227,4 @@ std::string overlap() {
   return gltf.text();
 }
 
-}  // namespace substep::make
+}  // namespace substep::scenes

@@ -7,7 +7,7 @@
 
 #include "gltf_builder.h"
 
-namespace substep::make {
+namespace substep::scenes {
 
 inline constexpr double pi = std::numbers::pi;
 
@@ -51,4 +51,4 @@ inline Vector3 box_inertia(double mass, const Vector3& size) {
          (mass / 12);
 }
 
-}  // namespace substep::make
+}  // namespace substep::scenes

@@ -6,7 +6,7 @@
 #include "scenes.h"
 #include "stage.h"
 
-namespace substep::make {
+namespace substep::scenes {
 
 std::string dominoes() {
   constexpr int count = 24;
@@ -155,4 +155,4 @@ std::string wrecking_ball() {
   return gltf.text();
 }
 
-}  // namespace substep::make
+}  // namespace substep::scenes

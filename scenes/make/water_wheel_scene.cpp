@@ -7,7 +7,7 @@
 #include "sim/math/rotation.h"
 #include "stage.h"
 
-namespace substep::make {
+namespace substep::scenes {
 
 std::string water_wheel() {
   constexpr double radius = 0.85;
@@ -127,4 +127,4 @@ std::string water_wheel() {
   return gltf.text();
 }
 
-}  // namespace substep::make
+}  // namespace substep::scenes

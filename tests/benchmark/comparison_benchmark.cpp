@@ -14,13 +14,12 @@
 
 namespace {
 
-using substep::Image;
 using substep::golden::compare;
 using substep::golden::flip;
 
 /// A chequered floor with noise, so that no pixel is like its neighbour.
-Image picture(int width, int height, unsigned seed) {
-  Image image(width, height);
+render::Image picture(int width, int height, unsigned seed) {
+  render::Image image(width, height);
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
       for (int channel = 0; channel < 3; ++channel) {
@@ -53,10 +52,10 @@ void print(const std::string& what, double milliseconds, const char* wanted) {
 
 int main(int argc, char** argv) {
   const int runs = argc > 1 ? std::max(1, std::atoi(argv[1])) : 15;
-  const Image one = picture(1280, 720, 1);
-  const Image same = one;
-  const Image other = picture(1280, 720, 2);
-  Image moved = one;  // what a moved body leaves
+  const render::Image one = picture(1280, 720, 1);
+  const render::Image same = one;
+  const render::Image other = picture(1280, 720, 2);
+  render::Image moved = one;  // what a moved body leaves
   for (int y = 300; y < 400; ++y) std::copy_n(other.pixel(600, y), 3 * 100, moved.pixel(600, y));
   double sum = 0;
   std::puts("| two pictures | ms | wanted |\n|---|---|---|");
@@ -66,8 +65,8 @@ int main(int argc, char** argv) {
   print("FLIP at 1280 × 720, 100 × 100 pixels different",
         median_milliseconds(runs, [&] { sum += flip(one, moved).mean; }), "");
   for (const auto& [width, height] : {std::pair{64, 64}, {640, 360}, {1280, 720}, {1920, 1080}}) {
-    const Image a = picture(width, height, 1);
-    const Image b = picture(width, height, 2);
+    const render::Image a = picture(width, height, 1);
+    const render::Image b = picture(width, height, 2);
     print("FLIP at " + std::to_string(width) + " × " + std::to_string(height) + ", every pixel different",
           median_milliseconds(runs, [&] { sum += flip(a, b).mean; }), width == 1280 ? "100" : "");
   }

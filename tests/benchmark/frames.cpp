@@ -9,10 +9,10 @@ namespace substep::benchmark {
 void register_frames(const std::string& name, int width, int height) {
   const auto run = [=](::benchmark::State& state) {
     const Scene scene = load_scene(SUBSTEP_SOURCE_DIR "/scenes/" + name + ".gltf");
-    RenderSettings settings;
+    render::RenderSettings settings;
     settings.width = width;
     settings.height = height;
-    Renderer renderer(scene, settings);
+    render::Renderer renderer(scene, settings);
     const substep::State start = initial_state(scene);
     renderer.draw(start.q);  // the first frame builds what later ones use
     // The rasteriser has threads of its own: the wall clock is what a user waits for.

@@ -81,12 +81,12 @@ TEST_F(ApproveTest, WritesOnlyWhatDiffers) {
 
 TEST_F(ApproveTest, KeepsPicturesSmallAndGoesByTheirPixels) {
   suite_.run();
-  const Image shown = read_png(suite_.shown("f0020.new.png"));
+  const render::Image shown = render::read_png(suite_.shown("f0020.new.png"));
   suite_.approve_failed();
-  EXPECT_EQ(read_png(suite_.image(20)).rgb, shown.rgb);
-  EXPECT_EQ(read_text(suite_.image(20)), to_small_png(shown));
+  EXPECT_EQ(render::read_png(suite_.image(20)).rgb, shown.rgb);
+  EXPECT_EQ(read_text(suite_.image(20)), render::to_small_png(shown));
   // The same pixels in other bytes are the same golden.
-  write_png(shown, suite_.image(20));
+  render::write_png(shown, suite_.image(20));
   const auto before = goldens();
   EXPECT_TRUE(suite_.approve_failed().written.empty());
   EXPECT_EQ(goldens(), before);

@@ -252,10 +252,10 @@ TEST_F(CheckTest, FilesOfFileManagersAreNoOrphans) {
 
 TEST_F(CheckTest, OnePixelIsFoundAndSaidToBeEdited) {
   suite_.make_goldens();
-  Image golden = read_png(suite_.image(20));
+  render::Image golden = render::read_png(suite_.image(20));
   std::uint8_t& red = golden.pixel(31, 17)[0];
   red = static_cast<std::uint8_t>(red ^ 1);
-  write_png(golden, suite_.image(20));
+  render::write_png(golden, suite_.image(20));
   const CaseResult result = run();
   EXPECT_EQ(result.verdict, Verdict::golden_edited);
   EXPECT_EQ(result.cause, "a3.f0020.png is not what was approved");

@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 class EnvironmentTest : public testing::Test {
  protected:
   void SetUp() override {
-    ASSERT_FALSE(is_pinned_renderer());
+    ASSERT_FALSE(render::is_pinned_renderer());
     ASSERT_EQ(suite_.run().cases.at(0).verdict, Verdict::created);
     // Approving is refused here, so that goldens are put in place by hand.
     fs::create_directories(suite_.poses().parent_path());
@@ -31,10 +31,10 @@ class EnvironmentTest : public testing::Test {
   }
 
   void change_pixel(int by) {
-    Image golden = read_png(suite_.image(20));
+    render::Image golden = render::read_png(suite_.image(20));
     std::uint8_t& red = golden.pixel(31, 17)[0];
     red = static_cast<std::uint8_t>(red >= 128 ? red - by : red + by);
-    write_png(golden, suite_.image(20));
+    render::write_png(golden, suite_.image(20));
   }
 
   SmallSuite suite_;
@@ -84,10 +84,10 @@ class AnyRenderer : public testing::Test {
   /// As if the golden pictures had been approved elsewhere, where they are drawn a little otherwise.
   void approve_elsewhere(int levels) {
     suite_.make_goldens();
-    Image golden = read_png(suite_.image(20));
+    render::Image golden = render::read_png(suite_.image(20));
     std::uint8_t& red = golden.pixel(31, 17)[0];
     red = static_cast<std::uint8_t>(red >= 128 ? red - levels : red + levels);
-    write_png(golden, suite_.image(20));
+    render::write_png(golden, suite_.image(20));
     suite_.sign();
     auto sidecar = nlohmann::ordered_json::parse(read_text(suite_.sidecar()));
     sidecar["made_with"]["platform"] = "another";
@@ -100,9 +100,9 @@ class AnyRenderer : public testing::Test {
 TEST_F(AnyRenderer, IsApprovedOnAndExactFromThenOn) {
   suite_.make_goldens();
   EXPECT_EQ(suite_.run().exit_code(), 0);
-  Image golden = read_png(suite_.image(20));
+  render::Image golden = render::read_png(suite_.image(20));
   golden.pixel(31, 17)[0] ^= 1;
-  write_png(golden, suite_.image(20));
+  render::write_png(golden, suite_.image(20));
   suite_.sign();
   const CheckResult result = suite_.run();
   EXPECT_EQ(result.cases.at(0).verdict, Verdict::renderer_changed) << result.cases.at(0).text;

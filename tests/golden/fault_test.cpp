@@ -76,7 +76,8 @@ class SimulationFault {
     // The golden pictures of that run, by the right renderer.
     CasePainter painter(right, read_suite(suite_.options.suite).cases.at(0), log);
     for (const int frame : {10, last_frame}) {
-      write_png(painter.draw_picture(log.frames[static_cast<std::size_t>(frame)].poses), suite_.image(frame));
+      render::write_png(painter.draw_picture(log.frames[static_cast<std::size_t>(frame)].poses),
+                        suite_.image(frame));
     }
     suite_.sign();
     const CaseResult result = suite_.run().cases.at(0);
@@ -324,13 +325,13 @@ CaseResult check_with_loader(const std::string& scene_name, const std::function<
   write_file(suite.poses(), to_text(log));
   write_file(suite.track(), to_bytes(tracker.take()));
   CasePainter painter(faulty, entry, log);
-  std::vector<Image> pictures;
+  std::vector<render::Image> pictures;
   for (const int frame : entry.images) {
     pictures.push_back(painter.draw_picture(log.frames[static_cast<std::size_t>(frame)].poses));
-    write_png(pictures.back(), suite.image(frame));
+    render::write_png(pictures.back(), suite.image(frame));
   }
   std::vector<ApprovablePicture> approved;
-  for (const Image& picture : pictures) approved.push_back({&picture, {}});
+  for (const render::Image& picture : pictures) approved.push_back({&picture, {}});
   const ApprovableRun run{&log, content_hash(read_bytes(suite.poses())),
                           content_hash(read_bytes(suite.track()))};
   write_text(suite.sidecar(), sidecar_text(make_sidecar(entry, run, faulty, approved, MadeWith())));
@@ -395,21 +396,21 @@ class RendererFault {
   }
 
   /// Of the right scene, by a renderer that does not do what it should.
-  Image drawn_with(const std::function<void(RenderSettings&)>& fault) const {
+  render::Image drawn_with(const std::function<void(render::RenderSettings&)>& fault) const {
     const SuiteCase entry = read_suite(suite_.options.suite).cases.at(0);
     const Scene scene = load_scene(suite_.scene());
     const PoseLog log = read_pose_log(suite_.poses());
-    RenderSettings settings;
+    render::RenderSettings settings;
     settings.width = entry.width;
     settings.height = entry.height;
     fault(settings);
-    return Renderer(scene, settings, full_frames(log, scene)).draw(log.frames.back().poses);
+    return render::Renderer(scene, settings, full_frames(log, scene)).draw(log.frames.back().poses);
   }
 
-  Image golden() const { return read_png(suite_.image(last_frame)); }
+  render::Image golden() const { return render::read_png(suite_.image(last_frame)); }
 
-  PicturePair check_picture(const Image& picture) {
-    write_png(picture, suite_.image(last_frame));
+  PicturePair check_picture(const render::Image& picture) {
+    render::write_png(picture, suite_.image(last_frame));
     suite_.sign();
     const CaseResult result = suite_.run().cases.at(0);
     EXPECT_EQ(result.verdict, Verdict::renderer_changed) << result.text;
@@ -506,7 +507,7 @@ TEST(RendererFault, AimOfTheCamera) {
 
 TEST(RendererFault, Gamma) {
   RendererFault fault;
-  Image picture = fault.golden();
+  render::Image picture = fault.golden();
   for (std::uint8_t& level : picture.rgb) level = static_cast<std::uint8_t>(level * level / 255);
   fault.check_picture(picture);
   EXPECT_EQ(fault.cause, "light, camera or sky");
@@ -514,7 +515,8 @@ TEST(RendererFault, Gamma) {
 
 TEST(RendererFault, ShadowsNotDrawn) {
   RendererFault fault;
-  const Image picture = fault.drawn_with([](RenderSettings& settings) { settings.shadows = false; });
+  const render::Image picture =
+      fault.drawn_with([](render::RenderSettings& settings) { settings.shadows = false; });
   const PicturePair pair = fault.check_picture(picture);
   EXPECT_FALSE(pair.comparison.blame->is_everywhere);
   EXPECT_EQ(fault.cause, "ground and world");
@@ -522,7 +524,8 @@ TEST(RendererFault, ShadowsNotDrawn) {
 
 TEST(RendererFault, EdgesNotSmoothed) {
   RendererFault fault;
-  const Image picture = fault.drawn_with([](RenderSettings& settings) { settings.antialiasing = false; });
+  const render::Image picture =
+      fault.drawn_with([](render::RenderSettings& settings) { settings.antialiasing = false; });
   EXPECT_FALSE(fault.check_picture(picture).comparison.blame->is_everywhere);
 }
 
@@ -557,7 +560,7 @@ TEST(RendererFault, ABodyThatIsGoneIsCalledGone) {
   std::erase_if(scene.colliders, [&](const Collider& collider) { return collider.body == ball; });
   const SuiteCase entry = read_suite(suite.options.suite).cases.at(0);
   const PoseLog log = read_pose_log(suite.poses());
-  const Drawing golden{read_png(suite.image(last_frame)), {}};
+  const Drawing golden{render::read_png(suite.image(last_frame)), {}};
   CasePainter painter(scene, entry, log);
   Drawing drawn = painter.draw(log.frames.back().poses);
   std::vector<std::string> names;
@@ -577,10 +580,10 @@ class MustFail : public testing::Test {
  protected:
   MustFail() : suite_("bouncing_balls", last_frame) { suite_.make_goldens(); }
 
-  Image golden() const { return read_png(suite_.image(last_frame)); }
+  render::Image golden() const { return render::read_png(suite_.image(last_frame)); }
 
   /// As a fault would draw the golden poses.
-  Image drawn(const std::function<void(Scene&, std::vector<Coordinates>&)>& fault) const {
+  render::Image drawn(const std::function<void(Scene&, std::vector<Coordinates>&)>& fault) const {
     Scene scene = load_scene(suite_.scene());
     const PoseLog log = read_pose_log(suite_.poses());
     std::vector<Coordinates> poses = log.frames.back().poses;
@@ -589,8 +592,8 @@ class MustFail : public testing::Test {
     return painter.draw_picture(poses);
   }
 
-  void expect_failure(const Image& picture) {
-    write_png(picture, suite_.image(last_frame));
+  void expect_failure(const render::Image& picture) {
+    render::write_png(picture, suite_.image(last_frame));
     suite_.sign();
     const CheckResult result = suite_.run();
     EXPECT_EQ(result.exit_code(), 1);
@@ -631,8 +634,8 @@ TEST_F(MustFail, Hue) {
 }
 
 TEST_F(MustFail, SwappedPanels) {
-  const Image before = golden();
-  Image swapped = before;
+  const render::Image before = golden();
+  render::Image swapped = before;
   const int half = before.width / 2;
   for (int y = 0; y < before.height; ++y) {
     std::copy_n(before.pixel(half, y), 3 * half, swapped.pixel(0, y));
@@ -646,7 +649,7 @@ TEST_F(MustFail, ShiftedLight) {
 }
 
 TEST_F(MustFail, BlackGolden) {
-  expect_failure(Image(160, 90));
+  expect_failure(render::Image(160, 90));
 }
 
 TEST(MustFailInTheSolver, OneSign) {
@@ -691,7 +694,7 @@ class BlackFrame : public testing::Test {
 TEST_F(BlackFrame, IsNotApproved) {
   const CaseResult result = suite_.run().cases.at(0);
   EXPECT_EQ(result.verdict, Verdict::created);
-  const Image black = read_png(suite_.shown("f0020.new.png"));
+  const render::Image black = render::read_png(suite_.shown("f0020.new.png"));
   EXPECT_LE(*std::max_element(black.rgb.begin(), black.rgb.end()), 2);
   try {
     suite_.approve_failed();

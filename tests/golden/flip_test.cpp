@@ -32,8 +32,8 @@ TEST(Flip, EqualImagesAreExactlyZero) {
   EXPECT_EQ(visibility(result), "invisible");
 }
 
-Image noise(int width, int height, unsigned seed) {
-  Image image(width, height);
+render::Image noise(int width, int height, unsigned seed) {
+  render::Image image(width, height);
   for (std::uint8_t& level : image.rgb) {
     seed = seed * 1664525 + 1013904223;
     level = static_cast<std::uint8_t>(seed >> 24);
@@ -47,9 +47,9 @@ TEST(Flip, LeavesOutOnlyWhatIsZero) {
   constexpr int width = 700;
   constexpr int height = 300;
   constexpr int reach = 10;  // of the widest filter at 67 pixels per degree
-  const Image expected = noise(width, height, 1);
-  Image actual = expected;
-  const Image other = noise(40, 30, 2);
+  const render::Image expected = noise(width, height, 1);
+  render::Image actual = expected;
+  const render::Image other = noise(40, 30, 2);
   for (int y = 0; y < other.height; ++y) {
     std::copy_n(other.pixel(0, y), 3 * other.width, actual.pixel(430, 120 + y));
   }
@@ -77,10 +77,10 @@ TEST(Flip, LeavesOutOnlyWhatIsZero) {
 
 TEST(Flip, MapDoesNotDependOnWhereThePictureIsCut) {
   // A shift by 77 columns puts every pixel into another place of another strip.
-  const Image expected = noise(420, 60, 3);
-  const Image actual = noise(420, 60, 4);
-  const auto cut = [](const Image& image) {
-    Image result(image.width - 77, image.height);
+  const render::Image expected = noise(420, 60, 3);
+  const render::Image actual = noise(420, 60, 4);
+  const auto cut = [](const render::Image& image) {
+    render::Image result(image.width - 77, image.height);
     for (int y = 0; y < image.height; ++y)
       std::copy_n(image.pixel(77, y), 3 * result.width, result.pixel(0, y));
     return result;

@@ -84,7 +84,7 @@ TEST(golden_folder, KeepsItsSizeBudget) {
 
 int main(int argc, char** argv) {
   try {
-    substep::pin_renderer();
+    substep::render::pin_renderer();
     testing::InitGoogleTest(&argc, argv);
     substep::golden::register_cases(substep::golden::read_suite(substep::golden::own_suite));
     return RUN_ALL_TESTS();

@@ -42,8 +42,8 @@ TEST(ImageComparison, VectorsFailTheGateTheyShould) {
   }
 }
 
-Image grey(int width, int height, std::uint8_t level = 100) {
-  Image image(width, height);
+render::Image grey(int width, int height, std::uint8_t level = 100) {
+  render::Image image(width, height);
   for (auto& value : image.rgb) value = level;
   return image;
 }
@@ -55,8 +55,8 @@ TEST(ImageComparison, OtherSizesFailAtOnce) {
 }
 
 TEST(ImageComparison, SaysWhere) {
-  const Image expected = grey(100, 70);
-  Image actual = expected;
+  const render::Image expected = grey(100, 70);
+  render::Image actual = expected;
   actual.pixel(97, 65)[1] = 140;
   actual.pixel(40, 66)[2] = 95;
   const ImageComparison c = compare(expected, actual);
@@ -77,13 +77,13 @@ TEST(ImageComparison, SaysWhere) {
 }
 
 TEST(ImageComparison, EachGateHoldsAtItsLimitAndFailsAboveIt) {
-  const Image expected = grey(96, 96);
+  const render::Image expected = grey(96, 96);
   const auto with = [&](int pixels, int by) {
-    Image image = expected;
+    render::Image image = expected;
     for (int i = 0; i < pixels; ++i) image.pixel(i % 32, i / 32)[0] = static_cast<std::uint8_t>(100 + by);
     return image;
   };
-  const auto judged = [&](const Image& actual, const ImageTolerance& tolerance) {
+  const auto judged = [&](const render::Image& actual, const ImageTolerance& tolerance) {
     return compare(expected, actual, tolerance).judgement;
   };
   EXPECT_EQ(judged(with(1, 64), {}), Judgement::within);
@@ -105,18 +105,18 @@ TEST(ImageComparison, EachGateHoldsAtItsLimitAndFailsAboveIt) {
 }
 
 TEST(ImageComparison, DifferenceImageShowsOneLevel) {
-  const Image expected = grey(8, 4);
-  Image actual = expected;
+  const render::Image expected = grey(8, 4);
+  render::Image actual = expected;
   actual.pixel(2, 1)[0] = 99;
   actual.pixel(3, 1)[2] = 200;
-  const Image difference = difference_image(expected, actual);
+  const render::Image difference = difference_image(expected, actual);
   EXPECT_EQ(difference.pixel(2, 1)[0], 16);
   EXPECT_EQ(difference.pixel(3, 1)[2], 255);
   EXPECT_EQ(difference.pixel(0, 0)[0], 0);
 }
 
 TEST(ImageComparison, BlankIsAlmostOneColor) {
-  Image image = grey(20, 20);
+  render::Image image = grey(20, 20);
   EXPECT_TRUE(is_blank(image));
   image.pixel(3, 3)[0] = 102;
   EXPECT_TRUE(is_blank(image));

@@ -5,7 +5,7 @@
 #include "render/renderer.h"
 
 int main(int argc, char** argv) {
-  substep::pin_renderer();
+  substep::render::pin_renderer();
   testing::InitGoogleTest(&argc, argv);
   return RUN_ALL_TESTS();
 }

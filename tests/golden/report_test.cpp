@@ -191,7 +191,7 @@ TEST_F(ReportTest, JunitSaysWhichHalf) {
 }
 
 TEST(Markup, Escapes) {
-  EXPECT_EQ(escaped("a<b & \"c\"\x01"), "a&lt;b &amp; &quot;c&quot; ");
+  EXPECT_EQ(render::escaped("a<b & \"c\"\x01"), "a&lt;b &amp; &quot;c&quot; ");
 }
 
 }  // namespace

@@ -105,7 +105,7 @@ class SmallSuite {
     noted["log_hash"] = content_hash(read_bytes(poses()));
     noted["track_hash"] = content_hash(read_bytes(track()));
     for (auto& picture : json.at("images")) {
-      picture["pixels"] = pixel_hash(read_png(image(picture.at("frame"))));
+      picture["pixels"] = pixel_hash(render::read_png(image(picture.at("frame"))));
     }
     write_text(sidecar(), sidecar_text(json));
   }

@@ -13,8 +13,8 @@ namespace substep::golden {
 
 struct VectorPair {
   std::string name;
-  Image expected;
-  Image actual;
+  render::Image expected;
+  render::Image actual;
   double flip_mean = 0;  ///< the authors' program's map, summed in double precision
   double flip_min = 0;
   double flip_max = 0;
@@ -45,8 +45,8 @@ inline std::vector<VectorPair> vector_pairs() {
     pair.above_8 = static_cast<int>(values.at(11));
     pair.above_16 = static_cast<int>(values.at(12));
     pair.rmse = values.at(13);
-    pair.expected = read_png(folder / (pair.name + ".ref.png"));
-    pair.actual = read_png(folder / (pair.name + ".test.png"));
+    pair.expected = render::read_png(folder / (pair.name + ".ref.png"));
+    pair.actual = render::read_png(folder / (pair.name + ".test.png"));
     pairs.push_back(std::move(pair));
   }
   return pairs;

@@ -20,7 +20,7 @@
 #include "sim/log/pose_log.h"
 #include "sim/scene/scene.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 Scene scene(const std::string& name) {
@@ -57,7 +57,7 @@ TEST(Comparison, ErrorIsTheDistanceOfTheBodiesPoints) {
     const Scene loaded = scene(name);
     const Comparison comparison = simulate_comparison(loaded, settings(loaded, 1));
     ASSERT_EQ(comparison.times.size(), 31u);
-    for (const substep::Run& run : comparison.runs) {
+    for (const render::Run& run : comparison.runs) {
       if (run.is_reference()) continue;
       ASSERT_EQ(run.errors.size(), 31u);
       double mean = 0;
@@ -121,7 +121,7 @@ TEST(Comparison, ErrorsEndWhereTheReferenceDoes) {
   EXPECT_EQ(comparison.reference->known, 0u);
   EXPECT_NE(comparison.reference->fate, "");
   EXPECT_TRUE(comparison.reference->is_a1);
-  for (const substep::Run& run : comparison.runs) {
+  for (const render::Run& run : comparison.runs) {
     EXPECT_TRUE(run.errors.empty());
   }
 }
@@ -384,7 +384,7 @@ TEST(Overlay, BodiesTakeTheColorOfTheirError) {
 
 TEST(Overlay, BodiesTakeTheColorOfTheirSpeedOrDepth) {
   const Scene loaded = scene("pendulum.gltf");
-  substep::Run run;
+  render::Run run;
   run.poses = {initial_state(loaded).q};
   const View view = view_from(*loaded.camera, 16.0 / 9);
   Image bodies(320, 180);
@@ -407,7 +407,7 @@ TEST(Overlay, BodiesTakeTheColorOfTheirSpeedOrDepth) {
 
 TEST(Overlay, AnArrowIsAsLongAsItsImpulse) {
   const Scene loaded = scene("pendulum.gltf");
-  substep::Run run;
+  render::Run run;
   run.poses = {initial_state(loaded).q};
   run.readings.contacts = {{{1, 0, {0, 0, -2}, {0, 3, 0}}}};
   Image picture(200, 100);
@@ -448,7 +448,7 @@ TEST(Comparison, ReadsWhatStripsAndOverlaysShow) {
 TEST(Comparison, ARunDepartsWhereABodyIsFirstAway) {
   const Scene loaded = scene("pendulum.gltf");
   Comparison comparison = simulate_comparison(loaded, settings(loaded, 0.2));
-  substep::Run run = comparison.runs[4];
+  render::Run run = comparison.runs[4];
   run.poses = comparison.reference->poses;
   EXPECT_FALSE(departure_of(loaded, comparison, run));
   run.poses[3][1].linear.x() += 0.5;
@@ -532,4 +532,4 @@ TEST(FilmCamera, FollowsABodyAndGoesRoundTheScene) {
 }
 
 }  // namespace
-}  // namespace substep
+}  // namespace substep::render

@@ -14,7 +14,7 @@
 #include "render/video/ffmpeg.h"
 #include "sim/error.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 namespace fs = std::filesystem;
@@ -94,4 +94,4 @@ TEST_F(Film, AHangEnds) {
 }
 
 }  // namespace
-}  // namespace substep
+}  // namespace substep::render

@@ -10,7 +10,7 @@
 #include "program.h"
 #include "render/image.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 using testing::HasSubstr;
@@ -316,4 +316,4 @@ TEST_F(Pictures, WhenFfmpegFailsNothingIsLeft) {
 }
 
 }  // namespace
-}  // namespace substep
+}  // namespace substep::render

@@ -105,7 +105,8 @@ TEST_P(EveryField, IsInTheSweepRecordAndItsTable) {
 TEST_P(EveryField, IsAKeyOfPanels) {
   const std::string algorithm = text_of(changed(), field_named("algorithm"));
   const std::string key = name() == "algorithm" ? "" : "," + name() + "=" + text_of(changed(), field());
-  EXPECT_EQ(text_of(panel_in(algorithm + key, usual()).settings, field()), text_of(changed(), field()));
+  EXPECT_EQ(text_of(render::panel_in(algorithm + key, usual()).settings, field()),
+            text_of(changed(), field()));
 }
 
 TEST_P(EveryField, IsAListOfSweepFiles) {
@@ -188,7 +189,9 @@ TEST_F(ContactSettings, FollowTauAndKappaUnlessTheyAreGivenToo) {
   };
   const Settings usual = default_settings(Algorithm::a5);
   ASSERT_NE(usual.of_contacts().tau, usual.tau);
-  const auto of_panel = [&](const std::string& text) { return panel_in("a5," + text, usual).settings; };
+  const auto of_panel = [&](const std::string& text) {
+    return render::panel_in("a5," + text, usual).settings;
+  };
   expect(of_suite("substeps = 3"), usual.contact_tau, usual.contact_kappa);
   expect(of_suite("tau = 0.5"), 0.5, 1);
   expect(of_suite("kappa = 0.8"), 0.6, 0.8);

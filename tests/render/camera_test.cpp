@@ -10,7 +10,7 @@
 #include "sim/math/rotation.h"
 #include "test_scenes.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 constexpr double aspect = 16.0 / 9;
@@ -154,4 +154,4 @@ TEST(View, AnEmptySceneStillHasAView) {
 }
 
 }  // namespace
-}  // namespace substep
+}  // namespace substep::render

@@ -6,7 +6,7 @@
 #include "sim/geometry/convex_hull.h"
 #include "test_scenes.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 double height_of(const Scene& scene) {
@@ -107,4 +107,4 @@ TEST(Ground, IsOpenWhereNothingIsAndHasAFloorWhereAllIsHidden) {
 }
 
 }  // namespace
-}  // namespace substep
+}  // namespace substep::render

@@ -10,7 +10,7 @@
 #include "sim/error.h"
 #include "sim/math/fnv1a.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 namespace fs = std::filesystem;
@@ -190,4 +190,4 @@ TEST_F(Images, WritingToNoFolderLeavesNothing) {
 }
 
 }  // namespace
-}  // namespace substep
+}  // namespace substep::render

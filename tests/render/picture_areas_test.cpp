@@ -9,7 +9,7 @@
 #include "render/renderer.h"
 #include "test_scenes.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 const bool pinned = [] {
@@ -102,4 +102,4 @@ TEST(GroundAreas, OpenOnesHaveNoPixelInAMarkedCell) {
 }
 
 }  // namespace
-}  // namespace substep
+}  // namespace substep::render

@@ -14,7 +14,7 @@
 #include "sim/math/rotation.h"
 #include "test_scenes.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 // Before the first context, which the tests make.
@@ -405,4 +405,4 @@ TEST(Renderer, AnEmptySceneIsGroundAndSky) {
 }
 
 }  // namespace
-}  // namespace substep
+}  // namespace substep::render

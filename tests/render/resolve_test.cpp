@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 using Pixels = std::vector<std::uint8_t>;
@@ -128,4 +128,4 @@ TEST(Resolve, WhatLightPassesThroughLiesOverBodiesAndGround) {
 }
 
 }  // namespace
-}  // namespace substep
+}  // namespace substep::render

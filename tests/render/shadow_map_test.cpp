@@ -5,7 +5,7 @@
 #include <glm/geometric.hpp>
 #include <glm/vec4.hpp>
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 TEST(SunView, HoldsAllPointsInItsMiddle) {
@@ -39,4 +39,4 @@ TEST(SunView, MeasuresMetresAlongAndAcrossTheRay) {
 }
 
 }  // namespace
-}  // namespace substep
+}  // namespace substep::render

@@ -12,7 +12,7 @@
 #include "render/image.h"
 #include "render/resolve.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 /// No two texels are alike: nothing that a file could be made small by.
@@ -111,4 +111,4 @@ TEST(NearestCode, IsTheInverseOfLinearLight) {
 }
 
 }  // namespace
-}  // namespace substep
+}  // namespace substep::render

@@ -14,7 +14,7 @@
 #include "sim/error.h"
 #include "test_scenes.h"
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 using Color = std::array<int, 3>;
@@ -363,4 +363,4 @@ TEST(Surfaces, ADamagedImageIsNamed) {
 }
 
 }  // namespace
-}  // namespace substep
+}  // namespace substep::render

@@ -3,7 +3,7 @@
 #include "sim/geometry/convex_hull.h"
 #include "sim/math/rotation.h"
 
-namespace substep {
+namespace substep::render {
 
 Scene empty_scene(bool with_floor) {
   Scene scene;
@@ -38,4 +38,4 @@ Scene three_shapes() {
   return scene;
 }
 
-}  // namespace substep
+}  // namespace substep::render

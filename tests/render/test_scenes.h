@@ -4,7 +4,7 @@
 #include "sim/model/state.h"
 #include "sim/scene/scene.h"
 
-namespace substep {
+namespace substep::render {
 
 /// The world, with a floor at y = 0 if wanted.
 Scene empty_scene(bool with_floor = true);
@@ -16,4 +16,4 @@ int add_body(Scene& scene, const Shape& shape, const Vector3& position,
 /// A box on the floor, a ball beside it and a capsule in the air, with camera and sun.
 Scene three_shapes();
 
-}  // namespace substep
+}  // namespace substep::render

@@ -7,7 +7,7 @@
 #include <thread>
 #include <vector>
 
-namespace substep {
+namespace substep::render {
 namespace {
 
 Image written(std::string_view text, const TextStyle& style = {}) {
@@ -161,4 +161,4 @@ TEST(Text, ARectangleIsBlended) {
 }
 
 }  // namespace
-}  // namespace substep
+}  // namespace substep::render

@@ -7,7 +7,7 @@
 
 #include <cmath>
 
-namespace substep {
+namespace substep::report {
 namespace {
 
 using testing::AllOf;
@@ -74,4 +74,4 @@ TEST(BadFigures, AreASentenceWhereThereAreNone) {
 }
 
 }  // namespace
-}  // namespace substep
+}  // namespace substep::report

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace substep {
+namespace substep::report {
 namespace {
 
 using testing::HasSubstr;
@@ -34,4 +34,4 @@ TEST(Document, IsOneHtmlFile) {
 }
 
 }  // namespace
-}  // namespace substep
+}  // namespace substep::report

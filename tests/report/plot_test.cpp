@@ -9,7 +9,7 @@
 
 #include "sim/error.h"
 
-namespace substep {
+namespace substep::report {
 namespace {
 
 using testing::HasSubstr;
@@ -130,4 +130,4 @@ TEST(Plot, HasTheRangeAskedFor) {
 }
 
 }  // namespace
-}  // namespace substep
+}  // namespace substep::report

@@ -21,7 +21,7 @@
 #include "sim/study/advice.h"
 #include "sim/study/sweep_results.h"
 
-namespace substep {
+namespace substep::report {
 namespace {
 
 namespace fs = std::filesystem;
@@ -327,4 +327,4 @@ TEST(ValidityMaps, ALongerChainHasItsLinksJoined) {
 }
 
 }  // namespace
-}  // namespace substep
+}  // namespace substep::report

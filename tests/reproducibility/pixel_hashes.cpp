@@ -19,7 +19,7 @@
 
 int main(int count, char** arguments) {
   using namespace substep;
-  pin_renderer();
+  render::pin_renderer();
   std::setlocale(LC_ALL, "");
   const int first = first_after_entry(count, arguments);
   if (first == 0) return 2;
@@ -28,7 +28,7 @@ int main(int count, char** arguments) {
     return 2;
   }
   try {
-    RenderSettings picture;
+    render::RenderSettings picture;
     picture.width = 320;
     picture.height = 180;
     for (int i = first; i < count; ++i) {
@@ -36,7 +36,7 @@ int main(int count, char** arguments) {
       Settings settings = default_settings(Algorithm::a5);
       settings.step = scene.step;
       Simulation simulation(scene, settings);
-      Renderer renderer(scene, picture);
+      render::Renderer renderer(scene, picture);
       for (const int frame : {0, 15, 30}) {
         while (simulation.steps() < frame) {
           if (simulation.step().status == StepReport::Status::diverged) break;
