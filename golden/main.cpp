@@ -46,8 +46,6 @@ int run(int argc, char** argv) {
   add_measure_command(app);
   add_reference_command(app);
   add_sweep_command(app);
-  render::add_sheet_command(app);
-  render::add_stills_command(app);
   render::add_figure_command(app);
   render::add_report_command(app);
 

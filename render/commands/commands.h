@@ -11,8 +11,6 @@ void add_video_command(CLI::App& app);
 void add_player_command(CLI::App& app);
 void add_site_command(CLI::App& app);
 void add_export_command(CLI::App& app);
-void add_sheet_command(CLI::App& app);
-void add_stills_command(CLI::App& app);
 void add_figure_command(CLI::App& app);
 void add_report_command(CLI::App& app);
 

@@ -11,19 +11,15 @@
 #include "sim/error.h"
 
 namespace substep::render {
+
 void ComparisonOptions::add_to(CLI::App& command) {
   scene.add_to(command);
   command.add_option("--title", title, "What stands above all (the scene's name)");
   add_settings_to(command);
 }
 
-void ComparisonOptions::add_runs_to(CLI::App& command) {
-  scene.add_to(command);
-  command.add_option("--title", title, "What stands above all (nothing)");
-  add_panels_to(command);
-}
-
 void ComparisonOptions::add_settings_to(CLI::App& command) {
+  solver.add_to(command);
   add_panels_to(command);
   command.add_option("--start", start_, "Seconds into the run at which the film begins")
       ->capture_default_str();
@@ -37,7 +33,6 @@ void ComparisonOptions::add_settings_to(CLI::App& command) {
 }
 
 void ComparisonOptions::add_panels_to(CLI::App& command) {
-  solver.add_to(command);
   command
       .add_option(
           "--panel", panels_,

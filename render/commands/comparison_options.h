@@ -23,15 +23,13 @@ struct ComparisonOptions {
   void add_to(CLI::App& command);
   /// All but the scene and the title: for commands that show several scenes.
   void add_settings_to(CLI::App& command);
-  /// The scene, the title and the options of solving and of panels: for commands that say by themselves when.
-  void add_runs_to(CLI::App& command);
+  /// Adds the options of panels alone.
+  void add_panels_to(CLI::App& command);
 
   /// The panels asked for, or the five and the reference; notes what A1 will cost. Throws Error.
   ComparisonSettings settings(const Scene& scene);
 
  private:
-  void add_panels_to(CLI::App& command);
-
   std::vector<std::string> panels_;
   std::optional<std::filesystem::path> panels_file_;
   bool no_reference_ = false;

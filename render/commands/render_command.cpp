@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "render/commands/commands.h"
-#include "render/commands/run_input.h"
+#include "render/commands/render_options.h"
 #include "render/image.h"
 #include "render/renderer.h"
 #include "render/strobe.h"
@@ -25,17 +25,6 @@ namespace substep::render {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct RenderOptions {
-  RunInput run;
-  std::vector<std::string> frames;  ///< neither these nor times: the first
-  std::vector<std::string> times;
-  bool asks_for_run = false;  ///< an option says something of one
-  std::string camera = "scene";
-  std::string size = "1280x720";
-  fs::path output = ".";
-  bool strobe = false;
-};
 
 int frame_in(const std::string& text) {
   int frame = -1;
@@ -118,47 +107,44 @@ LoadedRun load(const RenderOptions& options, Progress& progress) {
   return options.run.load(last_of(options), progress);
 }
 
-/// The picture of all these frames, or one of each.
+/// Where pictures go: a folder, or one file.
+fs::path output_of(const RenderOptions& options) {
+  return options.output.value_or(".");
+}
+
+/// Draws all these frames as one picture.
 void draw_strobe(const RenderOptions& options, const LoadedRun& run, const RenderSettings& settings,
                  const std::vector<int>& frames) {
   if (frames.size() < 2)
-    throw Error("--strobe: needs at least two moments: give --time 0,0.2,0.4 or --frame");
+    throw Error("--layout strobe: needs at least two moments: give --time 0,0.2,0.4 or --frame");
   std::vector<std::vector<Coordinates>> moments;
   for (const int frame : frames) moments.push_back(run.log.frames[static_cast<std::size_t>(frame)].poses);
   const Image image =
       strobe(seen_by(still_camera_named(options.camera, run.scene), run.scene), settings, moments);
-  const fs::path file =
-      options.output.extension() == ".png" ? options.output : options.output / (run.stem + ".strobe.png");
+  const fs::path output = output_of(options);
+  const fs::path file = output.extension() == ".png" ? output : output / (run.stem + ".strobe.png");
   write_png(image, file);
   fmt::print("wrote {}\n", file.string());
 }
 
-void render(const RenderOptions& options) {
-  RenderSettings settings;
-  const ImageSize size = image_size_in(options.size);
-  settings.width = size.width;
-  settings.height = size.height;
-  check(settings);
-  Progress progress;
-  const LoadedRun run = load(options, progress);
-  const auto& [scene, log, stem] = run;
-  const std::vector<int> frames = frames_of(log, options);
-  const bool to_file = options.output.extension() == ".png";
-  if (to_file && frames.size() != 1 && !options.strobe) {
-    throw Error(fmt::format("{}: {} frames need a folder", options.output.string(), frames.size()));
+/// Throws Error where the output cannot be written: one file for several pictures, or no folder.
+void require_output(const RenderOptions& options, const fs::path& output, std::size_t pictures) {
+  if (output.extension() != ".png") {
+    std::error_code ignored;
+    if (fs::is_directory(output, ignored)) return;
+    throw Error(fmt::format("{}: there is no such folder", output.string()));
   }
-  std::error_code ignored;
-  if (to_file) {
-    require_folder_of(options.output);
-    options.run.require_separate(options.output);
-  } else if (!fs::is_directory(options.output, ignored)) {
-    throw Error(fmt::format("{}: there is no such folder", options.output.string()));
-  }
+  if (pictures != 1) throw Error(fmt::format("{}: {} frames need a folder", output.string(), pictures));
+  require_folder_of(output);
+  options.run.require_separate(output);
+}
 
-  if (options.strobe) {
-    draw_strobe(options, run, settings, frames);
-    return;
-  }
+/// Draws a picture of each of these frames.
+void draw_frames(const RenderOptions& options, const LoadedRun& run, const RenderSettings& settings,
+                 const std::vector<int>& frames, Progress& progress) {
+  const Scene& scene = run.scene;
+  const PoseLog& log = run.log;
+  const fs::path output = output_of(options);
   // For the camera of a scene without one: what moves until the last of the frames.
   std::vector<std::vector<Coordinates>> seen;
   for (int k = 0; k <= frames.back(); ++k) {
@@ -166,27 +152,109 @@ void render(const RenderOptions& options) {
     if (!frame.poses.empty()) seen.push_back(frame.poses);
   }
   Renderer renderer(seen_by(still_camera_named(options.camera, scene), scene), settings, seen);
+  const auto name_of_frame = [&](int frame) { return fmt::format("{}.f{:04d}.png", run.stem, frame); };
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const Image image = renderer.draw(log.frames[static_cast<std::size_t>(frames[i])].poses);
-    const fs::path file =
-        to_file ? options.output : options.output / fmt::format("{}.f{:04d}.png", stem, frames[i]);
+    const fs::path file = output.extension() == ".png" ? output : output / name_of_frame(frames[i]);
     write_png(image, file);
     if (frames.size() <= 8) fmt::print("wrote {}\n", file.string());
     progress.show("drawing", static_cast<double>(i + 1) / static_cast<double>(frames.size()));
   }
   if (frames.size() > 8) {
-    fmt::print("wrote {} files {} to {}\n", frames.size(),
-               (options.output / fmt::format("{}.f{:04d}.png", stem, frames.front())).string(),
-               fmt::format("{}.f{:04d}.png", stem, frames.back()));
+    fmt::print("wrote {} files {} to {}\n", frames.size(), (output / name_of_frame(frames.front())).string(),
+               name_of_frame(frames.back()));
+  }
+}
+
+void draw_run(const RenderOptions& options) {
+  RenderSettings settings;
+  const ImageSize size = image_size_in(options.size.value_or("1280x720"));
+  settings.width = size.width;
+  settings.height = size.height;
+  check(settings);
+  Progress progress;
+  const LoadedRun run = load(options, progress);
+  const std::vector<int> frames = frames_of(run.log, options);
+  const bool is_strobe = options.layout == "strobe";
+  require_output(options, output_of(options), is_strobe ? 1 : frames.size());
+  if (is_strobe) {
+    draw_strobe(options, run, settings, frames);
+  } else {
+    draw_frames(options, run, settings, frames, progress);
+  }
+}
+
+void render(RenderOptions& options) {
+  options.run.file = options.inputs.front();
+  if (options.layout == "sheet") return draw_sheet(options);
+  if (options.inputs.size() > 1) {
+    throw Error(fmt::format("{}: is a second input: several are drawn with --layout sheet",
+                            options.inputs[1].string()));
+  }
+  if (options.layout == "stills") return draw_stills(options);
+  draw_run(options);
+}
+
+constexpr const char* sheet_options = "With --layout sheet";
+constexpr const char* stills_options = "With --layout stills";
+
+void add_sheet_options(CLI::App& command, RenderOptions& options) {
+  command.add_option("--columns", options.columns, "Pictures in a row")
+      ->check(CLI::Range(1, 100))
+      ->capture_default_str()
+      ->group(sheet_options);
+}
+
+void add_stills_options(CLI::App& command, RenderOptions& options) {
+  const std::vector<CLI::Option*> before = command.get_options();
+  command.add_option("--title", options.comparison.title, "What stands above all (nothing)");
+  options.comparison.add_panels_to(command);
+  command.add_option("--width", options.width,
+                     "For print, of all: one-column (85 mm), two-columns (178 mm) or mm; --size is the "
+                     "pictures' shape then");
+  command.add_option("--dpi", options.dpi, "Pixels in an inch of print")
+      ->check(CLI::Range(50.0, 2400.0))
+      ->needs("--width")
+      ->capture_default_str();
+  command.add_option("--text", options.text, "Text's size in print, points")
+      ->check(CLI::Range(4.0, 24.0))
+      ->needs("--width")
+      ->capture_default_str();
+  for (CLI::Option* const option : command.get_options()) {
+    if (std::ranges::find(before, option) == before.end()) option->group(stills_options);
+  }
+}
+
+/// Throws Error where an option was typed that the layout does not read. Notes whether one is of a run.
+void check_options(const CLI::App& command, RenderOptions& options) {
+  for (const CLI::Option* option : command.get_options()) {
+    const std::string name = option->get_single_name();
+    if (option->count() == 0) continue;
+    const std::string& group = option->get_group();
+    const bool is_of_another = (group == sheet_options && options.layout != "sheet") ||
+                               (group == stills_options && options.layout != "stills");
+    if (is_of_another) throw Error(fmt::format("--{}: is of use {} only", name, "w" + group.substr(1)));
+    const bool is_of_picture =
+        name == "inputs" || name == "size" || name == "output" || name == "camera" || name == "layout";
+    options.asks_for_run = options.asks_for_run || !is_of_picture;
   }
 }
 
 }  // namespace
 
 void add_render_command(CLI::App& app) {
-  CLI::App* const command = app.add_subcommand("render", "Draw frames of a scene or a pose log as PNG files");
+  CLI::App* const command =
+      app.add_subcommand("render", "Draw moments of a run, or a sheet of many scenes, as PNG files");
   const auto options = std::make_shared<RenderOptions>();
-  options->run.add_to(*command);
+  command->add_option("inputs", options->inputs, "A pose log, or a scene or mesh, which is simulated first")
+      ->required();
+  command
+      ->add_option("--layout", options->layout,
+                   "frames: a file for each moment; strobe: all moments in one picture, the earlier the "
+                   "lighter; sheet: a labelled picture of each of several scenes; stills: a row for each "
+                   "panel, a column for each time")
+      ->check(CLI::IsMember({"frames", "strobe", "sheet", "stills"}))
+      ->capture_default_str();
   command->add_option("--frame", options->frames, "The frames' numbers, comma-separated, or 'all' (0)")
       ->delimiter(',');
   command->add_option("--time", options->times, "Or their times in seconds: the nearest frames")
@@ -195,23 +263,25 @@ void add_render_command(CLI::App& app) {
       ->add_option("--camera", options->camera,
                    "scene (its first), fit (all that moves) or name:CAMERA, another of the scene's")
       ->capture_default_str();
-  command->add_option("--size", options->size, "Width and height in pixels")->capture_default_str();
-  command->add_option("--output", options->output, "A folder, or for one picture a .png file")
-      ->capture_default_str();
-  command->add_flag("--strobe", options->strobe, "All moments in one picture, the earlier the lighter");
+  command->add_option("--size", options->size,
+                      "Width and height of a picture in pixels (1280x720; 256x144 on a sheet, 640x360 of "
+                      "stills)");
+  command->add_option("--output", options->output,
+                      "A folder (.), or for one picture a .png file (SCENE.png; sheet.png)");
+  options->run.add_options_to(*command);
+  add_sheet_options(*command, *options);
+  add_stills_options(*command, *options);
   command->footer(
       "Frame k is the state after k steps; no more are simulated than the last one asked for needs. A pose "
       "log has its own settings: those above are for a scene. A .gltf or .glb without physics is drawn as it "
-      "stands, with its cameras and lights; with --frame, --time or an option of the run it is dropped.\n"
+      "stands, with its cameras; with --frame, --time or an option of the run it is dropped. A sheet shows "
+      "each scene at the 'poster' time of its extras, or else at half its duration.\n"
       "Example:\n  substep render box_stack.a3.poses.txt --scene scenes/box_stack.gltf --time 0,0.5,1\n"
-      "  substep render scenes/pendulum.gltf --time 0,0.2,0.4,0.6,0.8 --strobe --size 7200x4050\n"
-      "  substep render chair.glb --camera name:front --output chair.png");
+      "  substep render scenes/pendulum.gltf --time 0,0.2,0.4,0.6,0.8 --layout strobe --size 7200x4050\n"
+      "  substep render scenes/*.gltf --layout sheet --output sheet.png\n"
+      "  substep render scenes/card_house.gltf --layout stills --panel a5 --panel bullet --time 0,0.5");
   command->callback([options, command] {
-    for (const CLI::Option* option : command->get_options()) {
-      const std::string name = option->get_single_name();
-      const bool is_of_picture = name == "input" || name == "size" || name == "output" || name == "camera";
-      options->asks_for_run = options->asks_for_run || (option->count() > 0 && !is_of_picture);
-    }
+    check_options(*command, *options);
     render(*options);
   });
 }

@@ -67,6 +67,10 @@ PoseLog simulated(const Scene& scene, const SolverOptions& solver, const Until& 
 
 void RunInput::add_to(CLI::App& command) {
   command.add_option("input", file, "A pose log, or a scene or mesh, which is simulated first")->required();
+  add_options_to(command);
+}
+
+void RunInput::add_options_to(CLI::App& command) {
   command.add_option("--scene", scene, "The scene of a pose log that is not in the log's folder");
   solver.add_algorithm_to(command);
   solver.add_to(command);

@@ -33,6 +33,8 @@ struct RunInput {
 
   /// Adds the file as the command's argument, --scene and the options of solving and of meshes.
   void add_to(CLI::App& command);
+  /// Adds the same without the file.
+  void add_options_to(CLI::App& command);
 
   /// Throws Error when the output is one of the files that are read.
   void require_separate(const std::filesystem::path& output) const;

@@ -48,10 +48,9 @@ TEST_F(CommandLine, HelpOfEachCommandHasAnExample) {
   const Outcome all = run({"--help"});
   EXPECT_EQ(all.exit_code, 0);
   const std::vector<std::string> commands = commands_in(all.out);
-  EXPECT_THAT(commands,
-              testing::UnorderedElementsAre("run", "render", "video", "player", "site", "export", "info",
-                                            "diff", "check", "approve", "init", "claims", "measure",
-                                            "reference", "sweep", "sheet", "stills", "figure", "report"));
+  EXPECT_THAT(commands, testing::UnorderedElementsAre("run", "render", "video", "player", "site", "export",
+                                                      "info", "diff", "check", "approve", "init", "claims",
+                                                      "measure", "reference", "sweep", "figure", "report"));
   for (const std::string& command : commands) {
     const Outcome one = run({command, "--help"});
     EXPECT_EQ(one.exit_code, 0);
@@ -112,6 +111,12 @@ TEST_F(CommandLine, WhatCannotBeUnderstoodIsRefused) {
   expect_refused({"video", chain, "--end", "100"}, "--end 100: must be from --start to the end of the run");
   expect_refused({"video", chain, "--start", "1", "--end", "0.5"}, "--end 0.5: must be from --start");
   expect_refused({"video", chain, "--camera", "name:left"}, "has no such camera: ");
+  expect_refused({"render", chain, chain}, "several are drawn with --layout sheet");
+  expect_refused({"render", chain, "--layout", "collage"}, "--layout");
+  expect_refused({"render", chain, "--panel", "a5"}, "--panel: is of use with --layout stills only");
+  expect_refused({"render", chain, "--layout", "stills", "--columns", "2"},
+                 "--columns: is of use with --layout sheet");
+  expect_refused({"render", chain, "--layout", "stills"}, "--layout stills: give the columns' times");
   expect_refused({"render", chain, "--camera", "orbit:10"}, "a picture has no time to move in");
   expect_refused({"render", chain, "--time", "100"}, "--time 100: the run ends at");
   expect_refused({"video", chain, "--overlay", "ghost", "--no-reference"}, "there is none");
@@ -131,7 +136,7 @@ TEST_F(CommandLine, BadScenesAreRefusedByEachCommandThatReadsThem) {
   write("empty.gltf", "");
   write("no_such_body.gltf",
         changed(good, "\"connectedNode\"", "\"connectedNode\"", "\"connectedNode\": 9999, \"was\""));
-  for (const char* const command : {"run", "render", "video", "info", "measure", "sheet"}) {
+  for (const char* const command : {"run", "render", "video", "info", "measure"}) {
     expect_refused({command, "not_there.gltf"}, "not_there.gltf");
     expect_refused({command, "truncated.glb"}, "truncated.glb");
     expect_refused({command, "truncated.gltf"}, "truncated.gltf");

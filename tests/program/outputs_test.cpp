@@ -122,7 +122,7 @@ TEST_F(Outputs, AreNeitherInputsNorEachOther) {
     for (const char* const command : {"run", "measure", "video"}) {
       expect_refused({command, "pendulum.gltf", "--output", output}, "is what the scene is read from");
     }
-    expect_refused({"sheet", "pendulum.gltf", "--output", output}, "is a scene");
+    expect_refused({"render", "--layout", "sheet", "pendulum.gltf", "--output", output}, "is a scene");
   }
   expect_refused({"run", "pendulum.gltf", "--output", "x", "--csv", "./x"},
                  "--output and --csv are one file");

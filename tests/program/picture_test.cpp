@@ -72,7 +72,7 @@ TEST_F(Pictures, AStrobeShowsEarlierMomentsLighter) {
     EXPECT_EQ(drawn.exit_code, 0) << drawn.err;
     return read_png(folder() / "picture.png");
   };
-  const Image both = draw({"--time", "0,0.5", "--strobe"});
+  const Image both = draw({"--time", "0,0.5", "--layout", "strobe"});
   // The camera fits the same frames.
   const Image last = draw({"--time", "0.5"});
   int changed = 0;
@@ -80,13 +80,14 @@ TEST_F(Pictures, AStrobeShowsEarlierMomentsLighter) {
     changed += std::abs(both.rgb[i] - last.rgb[i]) > 8 ? 1 : 0;
   EXPECT_GT(changed, 300);   // where the rod was at first
   EXPECT_LT(changed, 8000);  // and nothing else of 43,200
-  expect_refused({"render", scene("pendulum.gltf"), "--time", "0.5", "--strobe"},
-                 "--strobe: needs at least two moments");
+  expect_refused({"render", scene("pendulum.gltf"), "--time", "0.5", "--layout", "strobe"},
+                 "--layout strobe: needs at least two moments");
 }
 
 TEST_F(Pictures, StillsAreRunsBelowEachOtherAtTheirTimes) {
-  const Outcome made = run({"stills", scene("rod_chain.gltf"), "--panel", "a5,n=2", "--panel", "reference",
-                            "--time", "0.2,0", "--size", "64x36", "--output", "stills.png"});
+  const Outcome made =
+      run({"render", "--layout", "stills", scene("rod_chain.gltf"), "--panel", "a5,n=2", "--panel",
+           "reference", "--time", "0.2,0", "--size", "64x36", "--output", "stills.png"});
   ASSERT_EQ(made.exit_code, 0) << made.err;
   EXPECT_THAT(made.out, testing::ContainsRegex("A5  n=2 m=1 [^\n]* ~[0-9]"));
   EXPECT_THAT(made.out, HasSubstr("wrote stills.png"));
@@ -104,18 +105,21 @@ TEST_F(Pictures, StillsAreRunsBelowEachOtherAtTheirTimes) {
   for (int y = 52; y < 60; ++y) EXPECT_EQ(stills.pixel(20, y)[0], stills.pixel(20, y + 66)[0]);
 
   // 85 mm at 100 dpi are 334 pixels.
-  ASSERT_EQ(run({"stills", scene("rod_chain.gltf"), "--no-reference", "--panel", "a1", "--time", "0,0.1",
-                 "--width", "one-column", "--dpi", "100", "--output", "print.png"})
+  ASSERT_EQ(run({"render", "--layout", "stills", scene("rod_chain.gltf"), "--no-reference", "--panel", "a1",
+                 "--time", "0,0.1", "--width", "one-column", "--dpi", "100", "--output", "print.png"})
                 .exit_code,
             0);
   EXPECT_NEAR(read_png(folder() / "print.png").width, 334, 1);
   for (const auto& [time, words] : {std::pair("9", "--time '9': must be from 0 to the end of the run, 5 s"),
                                     std::pair("now", "--time 'now'")}) {
-    expect_refused({"stills", scene("rod_chain.gltf"), "--time", time}, words);
+    expect_refused({"render", "--layout", "stills", scene("rod_chain.gltf"), "--time", time}, words);
   }
-  expect_refused({"stills", scene("rod_chain.gltf"), "--time", "0", "--output", "stills.svg"},
-                 "give a name that ends in .png");
-  expect_refused({"stills", scene("rod_chain.gltf"), "--time", "0", "--size", "32768x32768"}, "is too large");
+  expect_refused(
+      {"render", "--layout", "stills", scene("rod_chain.gltf"), "--time", "0", "--output", "stills.svg"},
+      "give a name that ends in .png");
+  expect_refused(
+      {"render", "--layout", "stills", scene("rod_chain.gltf"), "--time", "0", "--size", "32768x32768"},
+      "is too large");
 }
 
 TEST_F(Pictures, AFiguresTextEndsBeforeItsEdges) {
@@ -173,8 +177,9 @@ TEST_F(Pictures, AFilmFreezesWhereARunLeavesTheReference) {
 }
 
 TEST_F(Pictures, ASheetShowsEachSceneOnce) {
-  const Outcome made = run({"sheet", scene("rod_chain.gltf"), scene("pendulum.gltf"), scene("incline.gltf"),
-                            "--columns", "2", "--size", "64x36", "--output", "sheet.png"});
+  const Outcome made =
+      run({"render", "--layout", "sheet", scene("rod_chain.gltf"), scene("pendulum.gltf"),
+           scene("incline.gltf"), "--columns", "2", "--size", "64x36", "--output", "sheet.png"});
   ASSERT_EQ(made.exit_code, 0) << made.err;
   const Image sheet = read_png(folder() / "sheet.png");
   EXPECT_EQ(sheet.width, 8 + 2 * (64 + 8));
@@ -186,7 +191,9 @@ TEST_F(Pictures, ASheetShowsEachSceneOnce) {
   for (const auto& [x, y] : {std::pair{8 + 32, 8 + 18}, {80 + 32, 8 + 18}, {8 + 32, 66 + 18}})
     EXPECT_FALSE(white(x, y)) << x << " " << y;
   EXPECT_TRUE(white(80 + 32, 66 + 18));
-  expect_refused({"sheet", scene("rod_chain.gltf"), "no_such.gltf", "--output", "other.png"}, "no_such.gltf");
+  expect_refused(
+      {"render", "--layout", "sheet", scene("rod_chain.gltf"), "no_such.gltf", "--output", "other.png"},
+      "no_such.gltf");
 }
 
 TEST_F(Pictures, AllFramesOfALogAreDrawn) {

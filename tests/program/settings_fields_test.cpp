@@ -160,7 +160,7 @@ TEST_P(EveryField, IsAnOption) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const PoseLog log = read_pose_log(folder() / "one.poses");
   EXPECT_EQ(text_of(log.settings, field()), text_of(changed(), field()));
-  for (const char* const command : {"render", "sheet", "video", "measure"}) {
+  for (const char* const command : {"render", "video", "measure"}) {
     // Videos and measurements are of all five.
     const bool is_of_all = command == std::string("video") || command == std::string("measure");
     if (name() == "algorithm" && is_of_all) continue;
