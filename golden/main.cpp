@@ -35,7 +35,6 @@ int run(int argc, char** argv) {
   render::add_render_command(app);
   render::add_video_command(app);
   render::add_player_command(app);
-  render::add_site_command(app);
   render::add_export_command(app);
   add_info_command(app);
   golden::add_diff_command(app);

@@ -9,7 +9,6 @@ namespace substep::render {
 void add_render_command(CLI::App& app);
 void add_video_command(CLI::App& app);
 void add_player_command(CLI::App& app);
-void add_site_command(CLI::App& app);
 void add_export_command(CLI::App& app);
 void add_figure_command(CLI::App& app);
 void add_report_command(CLI::App& app);

@@ -1,13 +1,17 @@
 #include <fmt/format.h>
 
+#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "render/commands/commands.h"
 #include "render/commands/comparison_options.h"
 #include "render/player/player_page.h"
+#include "render/site/site.h"
 #include "render/video/composition.h"
 #include "sim/commands/progress.h"
 #include "sim/error.h"
@@ -20,11 +24,21 @@ namespace fs = std::filesystem;
 
 struct PlayerOptions {
   ComparisonOptions comparison;
+  std::vector<fs::path> scenes;
   std::optional<fs::path> output;
+  bool films = false;
+  bool has_frame_rate = false;  ///< --fps was typed
 };
 
-void make_player(PlayerOptions& options) {
+/// Whether a folder of pages is asked for: by several scenes, or by an output without an extension.
+bool is_site(const PlayerOptions& options) {
+  return options.scenes.size() > 1 || (options.output && !options.output->has_extension());
+}
+
+/// Writes a page of one scene.
+void make_page(PlayerOptions& options) {
   ComparisonOptions& typed = options.comparison;
+  typed.scene.file = options.scenes.front();
   const Scene scene = typed.scene.load();
   ComparisonSettings settings = typed.settings(scene);
   settings.readings = player_readings(scene);
@@ -47,24 +61,76 @@ void make_player(PlayerOptions& options) {
   fmt::print("wrote {}: {:.2g} MB\n", output.string(), static_cast<double>(page.size()) / 1e6);
 }
 
+/// Writes a folder with a page for each scene.
+void make_pages(PlayerOptions& options) {
+  SiteSettings site;
+  site.scenes = options.scenes;
+  site.folder = options.output.value_or("site");
+  if (!options.comparison.title.empty()) site.title = options.comparison.title;
+  site.films = options.films;
+  if (!options.has_frame_rate) options.comparison.frame_rate = site.frame_rate;
+  site.frame_rate = options.comparison.frame_rate;
+  site.speed = options.comparison.speed;
+  Progress progress;
+  site.progress = [&progress](std::string_view stage, double share) { progress.show(stage, share); };
+  site.comparison = [&options](const Scene& scene) {
+    // What settings() finds for one scene is not the next one's.
+    ComparisonOptions typed = options.comparison;
+    ComparisonSettings settings = typed.settings(scene);
+    settings.readings = player_readings(scene);
+    return settings;
+  };
+  site.failure = [&progress](const std::filesystem::path& scene, std::string_view why) {
+    progress.clear();
+    const std::string name = scene.string();
+    fmt::print(stderr, "substep: {}{}\n", why.starts_with(name) ? "" : name + ": ", why);
+  };
+  const int made = make_site(site);
+  progress.clear();
+  fmt::print("wrote {}: {} of {} scenes\n", (site.folder / "index.html").string(), made, site.scenes.size());
+  if (static_cast<std::size_t>(made) < site.scenes.size()) {
+    throw Error(
+        fmt::format("{} scenes could not be shown", site.scenes.size() - static_cast<std::size_t>(made)));
+  }
+}
+
+void make_player(PlayerOptions& options) {
+  if (is_site(options)) return make_pages(options);
+  if (options.films) throw Error("--films: is of use with several scenes only");
+  make_page(options);
+}
+
 }  // namespace
 
 void add_player_command(CLI::App& app) {
   CLI::App* const command = app.add_subcommand(
       "player", "Write the panels of a film as one page to play, turn and measure in a browser");
   const auto options = std::make_shared<PlayerOptions>();
-  options->comparison.frame_rate = 60;
-  options->comparison.add_to(*command);
-  command->add_option("--output", options->output, "The page (SCENE.html)");
+  ComparisonOptions& comparison = options->comparison;
+  comparison.frame_rate = 60;
+  command->add_option("scenes", options->scenes, "A scene or mesh; of several a folder of pages is made")
+      ->required();
+  comparison.scene.add_mesh_options_to(*command);
+  command->add_option("--title", comparison.title,
+                      "What stands above all (the scene's name; Scenes, above several)");
+  comparison.add_settings_to(*command);
+  command->get_option("--fps")->default_str("60; of several scenes 30");
+  command->add_option("--output", options->output,
+                      "The page (SCENE.html), or the folder of pages, one a scene (site)");
+  command->add_flag("--films", options->films, "Of several scenes: also film each");
   command->footer(
-      "Panels are those of 'substep video', whose help says how they are given. The page needs no network "
-      "and no\n"
-      "other file, but a browser with WebGL 2. Its positions are good to a few millionths of the scene's "
-      "size, "
-      "its\n"
-      "turns to 3e-5 rad.\n"
-      "Example:\n  substep player scenes/heavy_chain.gltf --panel a5,n=4 --panel bullet --output chain.html");
-  command->callback([options] { make_player(*options); });
+      "Panels are those of 'substep video', whose help says how they are given. A page needs no network and "
+      "no other file, but a browser with WebGL 2. Its positions are good to a few millionths of the scene's "
+      "size, its turns to 3e-5 rad.\n"
+      "A folder of pages is made for a web server. There each scene also has the text of the Markdown file "
+      "beside it and a table of the errors. A scene that cannot be shown is named, and the others are "
+      "done.\n"
+      "Example:\n  substep player scenes/heavy_chain.gltf --panel a5,n=4 --panel bullet --output chain.html\n"
+      "  substep player scenes/*.gltf --output site");
+  command->callback([options, command] {
+    options->has_frame_rate = command->count("--fps") > 0;
+    make_player(*options);
+  });
 }
 
 }  // namespace substep::render

@@ -29,7 +29,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view mark = "<meta name=\"generator\" content=\"substep site\">";
+constexpr std::string_view mark = "<meta name=\"generator\" content=\"substep player\">";
 
 /// Only an earlier site may be written over.
 void require_site_or_nothing(const fs::path& folder) {
@@ -43,7 +43,7 @@ void require_site_or_nothing(const fs::path& folder) {
   const std::string index(std::istreambuf_iterator<char>(stream), {});
   if (index.find(mark) == std::string::npos) {
     throw Error(
-        fmt::format("{}: holds what is no site of 'substep site': name another folder", folder.string()));
+        fmt::format("{}: holds what is no site of 'substep player': name another folder", folder.string()));
   }
 }
 

@@ -213,7 +213,7 @@ class Site : public Program {
   }
 
   Outcome make(std::vector<std::string> scenes) const {
-    scenes.insert(scenes.begin(), "site");
+    scenes.insert(scenes.begin(), "player");
     scenes.insert(scenes.end(), {"--panel", "a5", "--duration", "0.1", "--reference-substeps", "2", "--title",
                                  "a <site>", "--output", "site"});
     return run(scenes);
@@ -253,7 +253,7 @@ TEST_F(Site, IsWrittenOverItselfAndOverNothingElse) {
   copy("pendulum.gltf", "a.gltf");
   std::filesystem::create_directory(folder() / "site");
   write("site/mine.txt", "mine");
-  EXPECT_THAT(make({"a.gltf"}).err, HasSubstr("site: holds what is no site of 'substep site'"));
+  EXPECT_THAT(make({"a.gltf"}).err, HasSubstr("site: holds what is no site of 'substep player'"));
   std::filesystem::remove(folder() / "site/mine.txt");
   EXPECT_EQ(make({"a.gltf"}).exit_code, 0);
   write("site/a/old.txt", "of an earlier version");
