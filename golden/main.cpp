@@ -41,11 +41,9 @@ int run(int argc, char** argv) {
   golden::add_check_command(app);
   golden::add_approve_command(app);
   golden::add_init_command(app);
-  add_claims_command(app);
   add_measure_command(app);
   add_reference_command(app);
   add_sweep_command(app);
-  render::add_figure_command(app);
   render::add_report_command(app);
 
   if (argc <= 1) return refuse("a command is needed: 'substep --help' lists them");

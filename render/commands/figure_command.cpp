@@ -106,9 +106,9 @@ void add_style_options(CLI::App& command, FigureOptions& options) {
 
 }  // namespace
 
-void add_figure_command(CLI::App& app) {
+void add_figure_command(CLI::App& report) {
   CLI::App* const command =
-      app.add_subcommand("figure", "Draw a figure of a sweep's results, or of a property");
+      report.add_subcommand("figure", "Draw a figure of a sweep's results, or of a property");
   const auto options = std::make_shared<FigureOptions>();
   std::string about = "Which one:";
   for (const report::ReportFigure& figure : report::figures()) {
@@ -124,8 +124,8 @@ void add_figure_command(CLI::App& app) {
       "[sweep]: 'substep sweep' must have been run before. [times]: differs from run to run; the others are "
       "the same\n"
       "to the last byte.\n"
-      "Example:\n  substep figure work-rows --results results --output work.pdf\n"
-      "  substep figure stability --width one-column --no-title --no-caption --output stability.pdf");
+      "Example:\n  substep report figure work-rows --results results --output work.pdf\n"
+      "  substep report figure stability --width one-column --no-title --no-caption --output stability.pdf");
   command->callback([options] { draw_figure(*options); });
 }
 

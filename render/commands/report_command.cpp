@@ -7,6 +7,7 @@
 
 #include "render/commands/commands.h"
 #include "render/report/report.h"
+#include "sim/commands/commands.h"
 #include "sim/commands/options.h"
 #include "sim/commands/progress.h"
 #include "sim/error.h"
@@ -60,6 +61,7 @@ void add_report_command(CLI::App& app) {
   CLI::App* const command = app.add_subcommand(
       "report", "Run a sweep and write a page: speed against error, and what to choose when");
   const auto options = std::make_shared<ReportOptions>();
+  command->require_subcommand(0, 1);
   command->add_option("sweep", options->sweep, "The sweep file")->capture_default_str();
   command->add_option("--output", options->output, "Folder of the page, its figures and the sweep's results")
       ->capture_default_str();
@@ -69,9 +71,15 @@ void add_report_command(CLI::App& app) {
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();
   command->footer(
-      "What the folder holds of the sweep already is not run again. report.html needs no other file.\n"
+      "What the folder holds of the sweep already is not run again. report.html needs no other file. 'report "
+      "figure' draws one figure, "
+      "'report claims' measures what Nohra's report claims.\n"
       "Example:\n  substep report --output report");
-  command->callback([options] { report(*options); });
+  add_figure_command(*command);
+  add_claims_command(*command);
+  command->callback([options, command] {
+    if (command->get_subcommands().empty()) report(*options);
+  });
 }
 
 }  // namespace substep::render

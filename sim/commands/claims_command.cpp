@@ -64,9 +64,9 @@ void claims(const ClaimsOptions& options) {
 
 }  // namespace
 
-void add_claims_command(CLI::App& app) {
+void add_claims_command(CLI::App& report) {
   CLI::App* const command =
-      app.add_subcommand("claims", "Measure what the report claims of its algorithms; print the table");
+      report.add_subcommand("claims", "Measure what the report claims of its algorithms; print the table");
   const auto options = std::make_shared<ClaimsOptions>();
   command->add_option("--scenes", options->scenes, "Folder of the scene files")->capture_default_str();
   CLI::Option* const format =
@@ -79,7 +79,7 @@ void add_claims_command(CLI::App& app) {
       "A claim that does not hold is a finding: the code is 0 all the same. Timings, marked by ~, differ "
       "from\n"
       "run to run; all else is the same.\n"
-      "Example:\n  substep claims --format markdown");
+      "Example:\n  substep report claims --format markdown");
   command->callback([options] { claims(*options); });
 }
 

@@ -1,4 +1,5 @@
-// The report of `substep claims`: what must hold does, and the page shows what is measured, all but timings.
+// The report of `substep report claims`: what must hold does, and the page shows what is measured, all but
+// timings.
 
 #include <gtest/gtest.h>
 
@@ -13,7 +14,7 @@
 namespace substep {
 namespace {
 
-/// What `substep claims` wrote when these tests began (CTest's fixture `claims`): it is measured once.
+/// What `substep report claims` wrote when these tests began (CTest's fixture `claims`): it is measured once.
 std::string content(const std::string& name) {
   std::ifstream stream(std::string(SUBSTEP_BINARY_DIR) + "/tests/" + name, std::ios::binary);
   EXPECT_TRUE(stream) << name << ": run the tests through ctest, which measures the claims first";
@@ -35,7 +36,8 @@ std::string without_timings(const std::string& markdown) {
   return result;
 }
 
-/// Lines of the tables that the page does not have; it shows them as `substep claims --format markdown` does.
+/// Lines of the tables that the page does not have; it shows them as `substep report claims --format
+/// markdown` does.
 std::string missing_on_page(const std::string& markdown) {
   std::ifstream stream(std::string(SUBSTEP_SOURCE_DIR) + "/scenes/claims.md", std::ios::binary);
   const std::string text(std::istreambuf_iterator<char>(stream), {});

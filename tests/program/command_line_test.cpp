@@ -49,8 +49,8 @@ TEST_F(CommandLine, HelpOfEachCommandHasAnExample) {
   EXPECT_EQ(all.exit_code, 0);
   const std::vector<std::string> commands = commands_in(all.out);
   EXPECT_THAT(commands, testing::UnorderedElementsAre("run", "render", "video", "player", "export", "info",
-                                                      "diff", "check", "approve", "init", "claims", "measure",
-                                                      "reference", "sweep", "figure", "report"));
+                                                      "diff", "check", "approve", "init", "measure",
+                                                      "reference", "sweep", "report"));
   for (const std::string& command : commands) {
     const Outcome one = run({command, "--help"});
     EXPECT_EQ(one.exit_code, 0);

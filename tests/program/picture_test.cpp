@@ -123,7 +123,8 @@ TEST_F(Pictures, StillsAreRunsBelowEachOtherAtTheirTimes) {
 }
 
 TEST_F(Pictures, AFiguresTextEndsBeforeItsEdges) {
-  ASSERT_EQ(run({"figure", "stability", "--width", "one-column", "--dpi", "150", "--output", "figure.png"})
+  ASSERT_EQ(run({"report", "figure", "stability", "--width", "one-column", "--dpi", "150", "--output",
+                 "figure.png"})
                 .exit_code,
             0);
   const Image figure = read_png(folder() / "figure.png");

@@ -12,21 +12,22 @@ using testing::HasSubstr;
 class FigureCommand : public Program {};
 
 TEST_F(FigureCommand, DrawsAPropertyWithoutASweep) {
-  const Outcome outcome = run({"figure", "stability", "--output", "map.svg"});
+  const Outcome outcome = run({"report", "figure", "stability", "--output", "map.svg"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(content("map.svg"), HasSubstr("closed form"));
 }
 
 TEST_F(FigureCommand, RefusesWhatItCannotDraw) {
-  expect_refused({"figure", "portrait"}, "there is no figure 'portrait'; there are work-rows");
-  expect_refused({"figure", "work-rows"}, "'substep sweep' writes it");
-  expect_refused({"figure", "stability", "--output", "map.eps"}, "ends in .svg, .pdf or .png");
-  expect_refused({"figure", "stability", "--width", "wide"}, "give one-column (85 mm), two-columns");
-  expect_refused({"figure", "stability", "--width", "5"}, "--width '5'");
-  expect_refused({"figure", "stability", "--x-range", "2:1"}, "--x-range '2:1': give FROM:TO");
-  expect_refused({"figure", "stability", "--series", "A9"},
+  expect_refused({"report", "figure", "portrait"}, "there is no figure 'portrait'; there are work-rows");
+  expect_refused({"report", "figure", "work-rows"}, "'substep sweep' writes it");
+  expect_refused({"report", "figure", "stability", "--output", "map.eps"}, "ends in .svg, .pdf or .png");
+  expect_refused({"report", "figure", "stability", "--width", "wide"},
+                 "give one-column (85 mm), two-columns");
+  expect_refused({"report", "figure", "stability", "--width", "5"}, "--width '5'");
+  expect_refused({"report", "figure", "stability", "--x-range", "2:1"}, "--x-range '2:1': give FROM:TO");
+  expect_refused({"report", "figure", "stability", "--series", "A9"},
                  "no series 'A9': it has stable; unstable; closed form");
-  expect_refused({"figure", "stability", "--font", "a'b"}, "--font 'a'b': give a font's name");
+  expect_refused({"report", "figure", "stability", "--font", "a'b"}, "--font 'a'b': give a font's name");
 }
 
 class ReportCommand : public Program {};

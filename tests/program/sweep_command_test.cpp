@@ -77,7 +77,7 @@ TEST_F(SweepCommand, AResultThatWasChangedIsNone) {
   EXPECT_THAT(run({"sweep", "small.toml", "--output", "done"}).out, HasSubstr("1 of them done now"));
   EXPECT_EQ(content("done/errors.csv"), errors);
   falsify("done/sweep.json");
-  expect_refused({"figure", "work-rows", "--results", "done"},
+  expect_refused({"report", "figure", "work-rows", "--results", "done"},
                  "done/sweep.json: not what a sweep wrote: 'position' of pendulum.a1-h1 is -7");
 }
 

@@ -10,11 +10,11 @@ endfunction()
 run(${program} sweep scenes/sweep.toml --output ${folder}/sweep)
 foreach(name work-rows mass-ratio)
   string(REPLACE "-" "_" file ${name})
-  run(${program} figure ${name} --results ${folder}/sweep --output ${folder}/${file}.svg)
+  run(${program} report figure ${name} --results ${folder}/sweep --output ${folder}/${file}.svg)
   execute_process(COMMAND ${CMAKE_COMMAND} -E compare_files ${folder}/${file}.svg ${source}/scenes/pictures/${file}.svg
     RESULT_VARIABLE result)
   if(NOT result EQUAL 0)
-    message(FATAL_ERROR "scenes/pictures/${file}.svg is not what 'substep figure ${name}' draws: look at ${folder}/${file}.svg, "
+    message(FATAL_ERROR "scenes/pictures/${file}.svg is not what 'substep report figure ${name}' draws: look at ${folder}/${file}.svg, "
       "and where the change is wanted, put it in its place")
   endif()
 endforeach()
