@@ -42,7 +42,6 @@ int run(int argc, char** argv) {
   golden::add_approve_command(app);
   golden::add_init_command(app);
   add_measure_command(app);
-  add_reference_command(app);
   add_sweep_command(app);
   render::add_report_command(app);
 

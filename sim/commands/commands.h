@@ -9,7 +9,6 @@ namespace substep {
 void add_run_command(CLI::App& app);
 void add_info_command(CLI::App& app);
 void add_measure_command(CLI::App& app);
-void add_reference_command(CLI::App& app);
 void add_sweep_command(CLI::App& app);
 /// To the command report.
 void add_claims_command(CLI::App& report);

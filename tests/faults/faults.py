@@ -57,7 +57,7 @@ COMMANDS = {
     "check": ("check", 1),
     "approve": ("approve --failed --reason other", 0),
     "export": ("export pendulum.gltf --duration 20 --output run.glb", 0),
-    "reference": ("reference pendulum.gltf --duration 5 --csv reference.csv", 0),
+    "reference": ("measure pendulum.gltf --duration 5 --reference reference.csv", 0),
     "measure": ("measure pendulum.gltf --duration 1 --output measured.txt", 0),
 }
 

@@ -48,9 +48,9 @@ TEST_F(CommandLine, HelpOfEachCommandHasAnExample) {
   const Outcome all = run({"--help"});
   EXPECT_EQ(all.exit_code, 0);
   const std::vector<std::string> commands = commands_in(all.out);
-  EXPECT_THAT(commands, testing::UnorderedElementsAre("run", "render", "video", "player", "export", "info",
-                                                      "diff", "check", "approve", "init", "measure",
-                                                      "reference", "sweep", "report"));
+  EXPECT_THAT(commands,
+              testing::UnorderedElementsAre("run", "render", "video", "player", "export", "info", "diff",
+                                            "check", "approve", "init", "measure", "sweep", "report"));
   for (const std::string& command : commands) {
     const Outcome one = run({command, "--help"});
     EXPECT_EQ(one.exit_code, 0);
@@ -85,11 +85,10 @@ TEST_F(CommandLine, WhatCannotBeUnderstoodIsRefused) {
   expect_refused({"run", chain, "--csv", "a.csv", "--rate", "1e9"}, "--rate");
   expect_refused({"run", chain, "--csv", "a.csv", "--rate", "0"}, "--rate 0");
   expect_refused({"run", chain, "--rate", "30"}, "--csv");
-  expect_refused({"reference", chain}, "--csv is required");
-  expect_refused({"reference", chain, "--csv", "missing/a.csv"}, "there is no folder missing");
-  expect_refused({"reference", chain, "--csv", "a.csv", "--duration", "0"},
+  expect_refused({"measure", chain, "--reference", "missing/a.csv"}, "there is no folder missing");
+  expect_refused({"measure", chain, "--reference", "a.csv", "--duration", "0"},
                  "duration 0 s: from the scene's step");
-  expect_refused({"reference", chain, "--csv", "a.csv", "--duration", "soon"}, "--duration 'soon'");
+  expect_refused({"measure", chain, "--reference", "a.csv", "--duration", "soon"}, "--duration 'soon'");
   expect_refused({"render", chain, "--size", "big"}, "--size 'big'");
   expect_refused({"render", chain, "--size", "0x100"}, "--size '0x100'");
   expect_refused({"render", chain, "--duration", "0.1", "--frame", "first"}, "--frame 'first'");

@@ -1,4 +1,4 @@
-// substep reference: the table, what is said, and what is not written.
+// substep measure --reference: the table, what is said, and what is not written.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ class ReferenceCommand : public Program {
 
 TEST_F(ReferenceCommand, WritesThePosesWithTheirUncertainty) {
   const Outcome outcome =
-      run({"reference", scene("pendulum.gltf"), "--csv", "pendulum.csv", "--duration", "1.95"});
+      run({"measure", scene("pendulum.gltf"), "--reference", "pendulum.csv", "--duration", "1.95"});
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("pendulum: own of order 12 at h/"));
   EXPECT_THAT(outcome.out, HasSubstr("wrote pendulum.csv\n"));
@@ -56,7 +56,7 @@ TEST_F(ReferenceCommand, WritesThePosesWithTheirUncertainty) {
 
 TEST_F(ReferenceCommand, EndsWhereNothingIsKnownAnyMore) {
   const Outcome outcome =
-      run({"reference", scene("bouncing_balls.gltf"), "--csv", "a.csv", "--duration", "1"});
+      run({"measure", scene("bouncing_balls.gltf"), "--reference", "a.csv", "--duration", "1"});
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("A1 at h/"));
   EXPECT_THAT(outcome.out, HasSubstr("nothing is known, and written, of the 0.55 s after that\n"));
@@ -64,7 +64,7 @@ TEST_F(ReferenceCommand, EndsWhereNothingIsKnownAnyMore) {
 }
 
 TEST_F(ReferenceCommand, SaysWhyItIsNotTheIntegratorAndWritesNothingWithoutAReference) {
-  const Outcome outcome = run({"reference", scene("short_chain.gltf"), "--csv", "a.csv"});
+  const Outcome outcome = run({"measure", scene("short_chain.gltf"), "--reference", "a.csv"});
   EXPECT_EQ(outcome.exit_code, 1);
   EXPECT_THAT(outcome.err, HasSubstr("short_chain: no reference: A1 at h/"));
   EXPECT_THAT(outcome.err, HasSubstr("(not the own integrator: its joints are open at the start)"));
@@ -75,7 +75,7 @@ TEST_F(ReferenceCommand, SaysWhyItIsNotTheIntegratorAndWritesNothingWithoutARefe
 TEST_F(ReferenceCommand, NeverOverwritesItsScene) {
   write("scene.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
   const std::string before = content("scene.obj");
-  const Outcome outcome = run({"reference", "scene.obj", "--csv", "scene.obj"});
+  const Outcome outcome = run({"measure", "scene.obj", "--reference", "scene.obj"});
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_EQ(content("scene.obj"), before);
 }
