@@ -6,13 +6,16 @@
 #include <cstdio>
 #include <exception>
 #include <string>
+#include <vector>
 
 #include "golden/commands/commands.h"
+#include "golden/did_you_mean.h"
 #include "golden/process.h"
 #include "render/commands/commands.h"
 #include "render/renderer.h"
 #include "sim/commands/commands.h"
 #include "sim/error.h"
+#include "sim/model/typed_settings.h"
 
 namespace substep {
 namespace {
@@ -24,10 +27,30 @@ int refuse(std::string message) {
   return golden::bad_input;
 }
 
+std::string no_command(const CLI::App& app, const std::string& typed) {
+  const std::string guess = command_like(app, typed);
+  return fmt::format("'{}' is no command{}", typed, guess.empty() ? ": 'substep --help' lists them" : guess);
+}
+
+/// Says what cannot be understood, and what may have been meant.
+std::string complaint(const CLI::App& app, const std::vector<std::string>& words,
+                      const CLI::ParseError& error) {
+  if (app.get_subcommands().empty() && words[0][0] != '-') {
+    const std::string guess = command_like(app, words[0]);
+    return fmt::format("'{}' is no command{}", words[0],
+                       guess.empty() ? ": 'substep --help' lists them" : guess);
+  }
+  const CLI::App* command = &app;
+  while (!command->get_subcommands().empty()) command = command->get_subcommands().front();
+  const std::string guess = option_like(*command, words);
+  return guess.empty() ? fmt::format("{} (--help lists what can be given)", error.what()) : guess;
+}
+
 int run(int argc, char** argv) {
   CLI::App app{
       "Scenes through the five algorithms A1 to A5 of 'The Sub-stepping of Havok's Physics Solver':\n"
-      "simulated, drawn, compared. 'substep COMMAND --help' says more of each command.",
+      "simulated, drawn, compared. 'substep help COMMAND' says more of each command,\n"
+      "'substep help settings' of the settings of solving.",
       "substep"};
   app.footer("Example:\n  substep video scenes/box_stack.gltf      makes box_stack.mp4");
   app.require_subcommand(1);
@@ -45,18 +68,26 @@ int run(int argc, char** argv) {
   add_sweep_command(app);
   render::add_report_command(app);
 
-  if (argc <= 1) return refuse("a command is needed: 'substep --help' lists them");
+  std::vector<std::string> words(argv + 1, argv + argc);
+  if (words.empty()) return refuse("a command is needed: 'substep --help' lists them");
+  if (words == std::vector<std::string>{"help", "settings"}) {
+    fmt::print("{}", settings_help());
+    return 0;
+  }
+  // "help COMMAND" is "COMMAND --help".
+  if (words[0] == "help") {
+    words.erase(words.begin());
+    if (!words.empty() && !is_command(app, words[0])) return refuse(no_command(app, words[0]));
+    words.emplace_back("--help");
+  }
   try {
-    app.parse(argc, argv);
+    app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
   } catch (const CLI::RuntimeError& answer) {
     return answer.get_exit_code();
   } catch (const CLI::Success& help) {
     return app.exit(help);
   } catch (const CLI::ParseError& error) {
-    if (app.get_subcommands().empty() && argv[1][0] != '-') {
-      return refuse(fmt::format("'{}' is no command: 'substep --help' lists them", argv[1]));
-    }
-    return refuse(std::string(error.what()) + " (--help lists what can be given)");
+    return refuse(complaint(app, words, error));
   }
   return 0;
 }

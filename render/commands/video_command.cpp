@@ -137,15 +137,15 @@ void add_video_command(CLI::App& app) {
       ->check(CLI::Range(0.0, 60.0))
       ->capture_default_str();
   command->footer(
-      "A panel is 'a5,n=4,joints=stable', with what is to be other than the options above of n, m, tau, "
-      "kappa,\n"
-      "joints, relaxation, step and, last, title; A2 and engines have n·m iterations unless they have an m. "
+      "A panel is 'a5,n=4,joints=stable': its settings that are other than the options above, as --set takes "
+      "them, and, last, its title; A2 and engines have n·m iterations unless they have an m. "
       "The strip under "
       "a\n"
       "picture is the RMS distance of the bodies' points from where the reference has them, on one "
       "logarithmic\n"
       "scale; it ends where the reference does, and is grey below what the reference knows of itself.\n"
-      "Example:\n  substep video scenes/rod_chain.gltf --substeps 4 --joints stable --poster rod_chain.png\n"
+      "Example:\n  substep video scenes/rod_chain.gltf --substeps 4 --set joints=stable --poster "
+      "rod_chain.png\n"
       "  substep video scenes/heavy_chain.gltf --panel a5,n=1 --panel a5,n=4 --panel bullet\n"
       "  substep video scenes/box_stack.gltf --overlay contacts,velocity --strip error,energy --start 0.5 "
       "--end 2");

@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <utility>
+#include <string_view>
 
 #include "render/inks.h"
 #include "sim/error.h"
 #include "sim/loading/toml_values.h"
-#include "sim/model/settings_fields.h"
+#include "sim/model/typed_settings.h"
 #include "sim/study/engines/engines.h"
 
 namespace substep::render {
@@ -16,46 +16,31 @@ namespace {
 
 namespace fs = std::filesystem;
 
-using Values = std::vector<std::pair<std::string, std::string>>;
-
-/// How a field is called in a panel: by its name, or as labels have it, such as "n".
-bool is_called(const SettingsField& field, std::string_view key) {
-  return key == field.name ||
-         (!field.symbol.empty() && key == field.symbol.substr(0, field.symbol.size() - 1));
-}
-
-/// What an algorithm or an engine can be given; `show` says which of them.
-bool has_field(const PanelChoice& panel, const SettingsField& field) {
-  if (panel.kind == PanelChoice::Kind::engine) return field.name == "iterations" || field.name == "step";
-  return field.name != "algorithm";
-}
-
-bool is_of_contacts(const std::string& key) {
-  return std::ranges::any_of(settings_fields, [&](const SettingsField& field) {
-    return !field.stands_in_for.empty() && is_called(field, key);
-  });
-}
-
-void set(PanelChoice& panel, const std::string& key, const std::string& value) {
-  if (key == "title") {
-    panel.title = value;
-    return;
-  }
-  if (panel.kind == PanelChoice::Kind::log || panel.kind == PanelChoice::Kind::reference) {
-    throw Error(fmt::format("'{}={}': a {} has its own settings, and 'title' alone can be given", key, value,
-                            panel.kind == PanelChoice::Kind::log ? "log" : "reference"));
-  }
-  std::string known;
+/// What an algorithm or an engine can be given; `kind` says which of them.
+std::vector<const SettingsField*> fields_of(PanelChoice::Kind kind) {
+  std::vector<const SettingsField*> fields;
   for (const SettingsField& field : settings_fields) {
-    if (!has_field(panel, field)) continue;
-    known += fmt::format("{}, ", field.name);
-    if (!is_called(field, key)) continue;
-    if (set_typed(panel.settings, field, value)) return;
-    const bool is_choice = std::holds_alternative<Joints Settings::*>(field.member);
-    throw Error(fmt::format("'{}={}': give {}", key, value,
-                            is_choice || fraction_in(value) ? kind_of(field) : "a number"));
+    const bool is_read = kind == PanelChoice::Kind::engine
+                             ? field.name == "iterations" || field.name == "step"
+                             : field.name != "algorithm";
+    if (is_read) fields.push_back(&field);
   }
-  throw Error(fmt::format("'{}': give some of {}title", key, known));
+  return fields;
+}
+
+/// Sets the panel's settings and, by the key title, its title. Throws Error.
+void set(PanelChoice& panel, TypedSettings values) {
+  if (const auto title = std::ranges::find(values, "title", [](const auto& value) { return value.first; });
+      title != values.end()) {
+    panel.title = title->second;
+    values.erase(title);
+  }
+  const bool is_log = panel.kind == PanelChoice::Kind::log;
+  if ((is_log || panel.kind == PanelChoice::Kind::reference) && !values.empty()) {
+    throw Error(fmt::format("'{}={}': a {} has its own settings, and 'title' alone can be given",
+                            values[0].first, values[0].second, is_log ? "log" : "reference"));
+  }
+  set_typed(panel.settings, values, fields_of(panel.kind));
 }
 
 /// The engine of that name, or the first whose name begins with it.
@@ -70,7 +55,7 @@ std::string engine_named(const std::string& text) {
   throw Error(fmt::format("'{}': give a1 to a5, reference, log:FILE{}", text, known));
 }
 
-PanelChoice panel_of(const std::string& show, const Values& values, const Settings& settings) {
+PanelChoice panel_of(const std::string& show, const TypedSettings& values, const Settings& settings) {
   PanelChoice panel;
   panel.settings = settings;
   if (const auto algorithm = algorithm_named(show)) {
@@ -86,13 +71,9 @@ PanelChoice panel_of(const std::string& show, const Values& values, const Settin
   }
   const bool has_iterations = std::ranges::any_of(
       values, [](const auto& v) { return is_called(field_named("iterations"), v.first); });
-  // Those of contacts last: τ and κ are of all rows.
-  for (const bool of_contacts : {false, true}) {
-    for (const auto& [key, value] : values) {
-      if (is_of_contacts(key) == of_contacts) set(panel, key, value);
-    }
-  }
-  const bool has_no_substeps = show == "a2" || panel.kind == PanelChoice::Kind::engine;
+  set(panel, values);
+  const bool has_no_substeps =
+      panel.settings.algorithm == Algorithm::a2 || panel.kind == PanelChoice::Kind::engine;
   if (has_no_substeps && !has_iterations) panel.settings.iterations *= panel.settings.substeps;
   if (panel.kind != PanelChoice::Kind::log) check(panel.settings);
   return panel;
@@ -117,17 +98,9 @@ PanelChoice panel_in(const std::string& text, const Settings& settings) {
       title = rest.substr(begin + 7);
       rest.resize(begin);
     }
-    Values values;
-    std::size_t end = std::min(rest.find(','), rest.size());
+    const std::size_t end = std::min(rest.find(','), rest.size());
     const std::string show = rest.substr(0, end);
-    while (end < rest.size()) {
-      const std::size_t begin = end + 1;
-      end = std::min(rest.find(',', begin), rest.size());
-      const std::string word = rest.substr(begin, end - begin);
-      const std::size_t equals = word.find('=');
-      if (equals == std::string::npos) throw Error(fmt::format("'{}': give KEY=VALUE", word));
-      values.emplace_back(word.substr(0, equals), word.substr(equals + 1));
-    }
+    TypedSettings values = typed_settings_in(std::string_view(rest).substr(std::min(end + 1, rest.size())));
     if (!title.empty()) values.emplace_back("title", title);
     return panel_of(show, values, settings);
   } catch (const Error& error) {
@@ -147,7 +120,7 @@ PanelFile read_panels(const fs::path& file, const Settings& settings) {
   }
   for (const toml::node& node : *list->as_array()) {
     std::string show;
-    Values values;
+    TypedSettings values;
     for (const auto& [key, value] : *node.as_table()) {
       std::string text;
       if (const auto words = value.value<std::string>(); words && value.is_string()) {

@@ -191,9 +191,6 @@ void add_measure_command(CLI::App& app) {
   const auto options = std::make_shared<MeasureOptions>();
   options->scene.add_to(*command);
   options->solver.add_to(*command);
-  command->get_option("--iterations")
-      ->description("Iterations m of A3 to A5 in a sub-step. A2 gets n·m: as many row solves")
-      ->default_str("1");
   command->add_option("--horizon", options->horizon, "Seconds to compare with the reference, at most")
       ->capture_default_str();
   command->add_flag(
@@ -214,6 +211,7 @@ void add_measure_command(CLI::App& app) {
       "to step zero. Its table has a line for each step of the scene and each body: what 'run --csv' writes, "
       "and by how much any body may be off until then (m, rad). It ends where refinements differ by 2e-5 of "
       "the scene's size; where they do so at once nothing is written, and the code is 1.\n"
+      "A2 gets n·m iterations, as many row solves as A3 to A5, where n or m is given.\n"
       "Without --times the output is the same to the last byte, in every run and on every machine.\n"
       "Example:\n  substep measure scenes/rod_chain.gltf --substeps 4\n"
       "  substep measure scenes/rod_chain.gltf --reference rod_chain.csv --duration 2");

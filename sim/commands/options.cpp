@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 #include "sim/error.h"
 #include "sim/loading/load_scene.h"
@@ -18,28 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::size_t index_of(const SettingsField& field) {
-  return static_cast<std::size_t>(&field - settings_fields.data());
-}
-
-/// What help shows as the kind of a value.
-std::string type_name(const SettingsField& field) {
-  if (std::holds_alternative<int Settings::*>(field.member)) return "INT";
-  return std::holds_alternative<double Settings::*>(field.member) ? "FLOAT" : "TEXT";
-}
-
-std::string help_of(const SettingsField& field) {
-  const bool is_choice = type_name(field) == "TEXT";
-  return is_choice ? fmt::format("{} {}", field.help, kind_of(field)) : std::string(field.help);
-}
-
-std::string usual_value(const SettingsField& field, Algorithm algorithm) {
-  return field.usual.empty() ? text_of(default_settings(algorithm), field) : std::string(field.usual);
-}
-
-bool is_algorithm(const SettingsField& field) {
-  return field.name == "algorithm";
-}
+constexpr const char* solving = "Solving ('substep help settings')";
 
 }  // namespace
 
@@ -62,36 +42,57 @@ ImageSize image_size_in(const std::string& text) {
   return size;
 }
 
-void SolverOptions::add_field(CLI::App& command, const SettingsField& field) {
-  command.add_option(option_of(field), typed_[index_of(field)], help_of(field))
-      ->type_name(type_name(field))
-      ->default_str(usual_value(field, usual_));
-}
-
 void SolverOptions::add_to(CLI::App& command) {
-  for (const SettingsField& field : settings_fields) {
-    if (!is_algorithm(field)) add_field(command, field);
-  }
-  command.add_option("--duration", duration, "Seconds to simulate")->default_str("the scene's");
+  command.add_option("--step", step_, "Step h in seconds, such as 1/60 (the scene's)")->group(solving);
+  command.add_option("--substeps", substeps_, "Sub-steps n of A3 to A5 (the scene's)")->group(solving);
+  command
+      .add_option("--set", set_,
+                  "Any setting, as labels print it: n=4,joints=stable,tau=0.6/0.9; 'substep help settings' "
+                  "explains them")
+      ->allow_extra_args(false)
+      ->group(solving);
+  command.add_option("--duration", duration, "Seconds to simulate")
+      ->default_str("the scene's")
+      ->group(solving);
 }
 
 void SolverOptions::add_algorithm_to(CLI::App& command) {
-  for (const SettingsField& field : settings_fields) {
-    if (is_algorithm(field)) add_field(command, field);
+  command.add_option("--algorithm", algorithm_, "a1, a2, a3, a4 or a5")
+      ->default_str(std::string(name(usual_)))
+      ->group(solving);
+}
+
+TypedSettings SolverOptions::in_set() const {
+  TypedSettings typed;
+  for (const std::string& text : set_) {
+    for (auto& setting : typed_settings_in(text)) typed.push_back(std::move(setting));
   }
+  return typed;
 }
 
 bool SolverOptions::has(std::string_view field) const {
-  return typed_[index_of(field_named(field))].has_value();
+  if ((field == "step" && step_) || (field == "substeps" && substeps_)) return true;
+  return std::ranges::any_of(
+      in_set(), [&](const auto& setting) { return is_called(field_named(field), setting.first); });
 }
 
 void SolverOptions::apply_to(Settings& settings) const {
-  for (const SettingsField& field : settings_fields) {
-    const auto& text = typed_[index_of(field)];
+  for (const auto& [name, text] :
+       {std::pair("algorithm", algorithm_), {"step", step_}, {"substeps", substeps_}}) {
+    const SettingsField& field = field_named(name);
     if (!text || set_typed(settings, field, *text)) continue;
     const bool is_number = std::holds_alternative<double Settings::*>(field.member);
-    throw Error(fmt::format("{} '{}': give {}{}", option_of(field), *text, kind_of(field),
+    throw Error(fmt::format("--{} '{}': give {}{}", name, *text, kind_of(field),
                             is_number ? ", such as 0.01 or 1/60" : ""));
+  }
+  std::vector<const SettingsField*> fields;
+  for (const SettingsField& field : settings_fields) {
+    if (field.name != "algorithm") fields.push_back(&field);
+  }
+  try {
+    set_typed(settings, in_set(), fields);
+  } catch (const Error& error) {
+    throw Error(fmt::format("--set {}", error.what()));
   }
   check(settings);
 }

@@ -2,7 +2,6 @@
 /// Options that several commands take, and their values as typed.
 
 #include <CLI/CLI.hpp>
-#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -12,7 +11,7 @@
 #include "sim/loading/load_scene.h"
 #include "sim/log/file_output.h"
 #include "sim/model/settings.h"
-#include "sim/model/settings_fields.h"
+#include "sim/model/typed_settings.h"
 #include "sim/scene/scene.h"
 
 namespace substep {
@@ -30,7 +29,7 @@ struct ImageSize {
 /// "1280x720". Throws Error.
 ImageSize image_size_in(const std::string& text);
 
-/// How to solve, as typed: an option for each field of Settings.
+/// How to solve, as typed: --algorithm, --step and --substeps, and --set for all fields of Settings.
 class SolverOptions {
  public:
   std::optional<std::string> duration;
@@ -38,12 +37,13 @@ class SolverOptions {
   /// `usual` is run where no algorithm is typed.
   explicit SolverOptions(Algorithm usual = Settings{}.algorithm) : usual_(usual) {}
 
-  /// Adds the fields but the algorithm, and --duration.
+  /// Adds --step, --substeps, --set and --duration.
   void add_to(CLI::App& command);
   /// Adds --algorithm, to commands that run one.
   void add_algorithm_to(CLI::App& command);
 
-  bool has(std::string_view field) const;  ///< whether it was typed
+  /// Whether the field was typed. Throws Error where --set cannot be read.
+  bool has(std::string_view field) const;
   /// Sets what was typed. Throws Error naming what cannot be used.
   void apply_to(Settings& settings) const;
 
@@ -54,10 +54,11 @@ class SolverOptions {
   int steps(const Scene& scene, const Settings& settings) const;
 
  private:
-  void add_field(CLI::App& command, const SettingsField& field);
+  TypedSettings in_set() const;
 
   Algorithm usual_;
-  std::array<std::optional<std::string>, settings_fields.size()> typed_;
+  std::optional<std::string> algorithm_, step_, substeps_;
+  std::vector<std::string> set_;
 };
 
 /// Says on stderr, before work begins, where A1 will solve the contacts of thousands of bodies as one

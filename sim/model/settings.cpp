@@ -92,8 +92,10 @@ std::string_view name(Joints joints) {
 }
 
 std::optional<Algorithm> algorithm_named(std::string_view text) {
-  for (const auto& [value, candidate] : algorithm_names) {
-    if (candidate == text) return value;
+  for (const auto& names : {algorithm_names, algorithm_titles}) {
+    for (const auto& [value, candidate] : names) {
+      if (candidate == text) return value;
+    }
   }
   return std::nullopt;
 }

@@ -109,12 +109,6 @@ bool set(Settings& settings, const SettingsField& field, std::string_view text) 
   return is_read;
 }
 
-std::string option_of(const SettingsField& field) {
-  std::string text = fmt::format("--{}", field.name);
-  std::ranges::replace(text, '_', '-');
-  return text;
-}
-
 std::optional<double> fraction_in(std::string_view text) {
   const std::size_t slash = text.find('/');
   double above = 0;

@@ -29,9 +29,9 @@ struct SettingsField {
     std::string text() const;           ///< "above 0 and at most 10 s"
   };
 
-  std::string_view name;  ///< "substeps": the key in files; the option is "--substeps"
+  std::string_view name;  ///< "substeps": the key in files and in --set
   Member member;
-  std::string_view help;        ///< what the option says of itself
+  std::string_view help;        ///< what it is, for people
   std::string_view usual = {};  ///< its default, for the help, where that is not one value
   Range range = {};
   Algorithm first = Algorithm::a1;  ///< the first algorithm that reads it
@@ -89,8 +89,8 @@ inline constexpr std::array<SettingsField, 11> settings_fields{{
      .group = 1},
     {.name = "contact_tau",
      .member = &Settings::contact_tau,
-     .help = "τ of contacts in A3 to A5; as that of all rows where it is 0, or where --tau or --kappa is "
-             "given alone",
+     .help = "τ of contacts in A3 to A5; as that of all rows where it is 0, or where tau or kappa is given "
+             "alone",
      .range = {.low = 0, .high = 4},
      .first = Algorithm::a3,
      .symbol = "/",
@@ -99,8 +99,8 @@ inline constexpr std::array<SettingsField, 11> settings_fields{{
      .stands_in_for = "tau"},
     {.name = "contact_kappa",
      .member = &Settings::contact_kappa,
-     .help = "κ of contacts in A3 to A5; as that of all rows where it is 0, or where --tau or --kappa is "
-             "given alone",
+     .help = "κ of contacts in A3 to A5; as that of all rows where it is 0, or where tau or kappa is given "
+             "alone",
      .range = {.low = 0, .high = 2},
      .first = Algorithm::a3,
      .symbol = "/",
@@ -109,7 +109,7 @@ inline constexpr std::array<SettingsField, 11> settings_fields{{
      .stands_in_for = "kappa"},
     {.name = "joints",
      .member = &Settings::joints,
-     .help = "Joints in A3 to A5, row by row or in blocks:",
+     .help = "Joints in A3 to A5, row by row or in blocks",
      .first = Algorithm::a3},
     {.name = "relaxation",
      .member = &Settings::relaxation,
@@ -133,9 +133,6 @@ inline constexpr std::array<SettingsField, 11> settings_fields{{
 
 /// The value as text; of a number the shortest decimals that read back to the same bits. "0.6", "stable".
 std::string text_of(const Settings& settings, const SettingsField& field);
-
-/// "--contact-tau"
-std::string option_of(const SettingsField& field);
 
 /// Sets the field from such a text, whatever its range. False, and nothing set, where no value reads so.
 bool set(Settings& settings, const SettingsField& field, std::string_view text);

@@ -18,7 +18,7 @@ import sys
 import tempfile
 
 SCENES = pathlib.Path(__file__).resolve().parents[2] / "scenes"
-SETTINGS = ["--substeps", "10", "--iterations", "1", "--tau", "0.6", "--kappa", "1", "--joints", "stable"]
+SETTINGS = ["--set", "n=10,m=1,tau=0.6,kappa=1,joints=stable"]
 LEAST = 0.35  # s of a run
 MOST = 6.0
 

@@ -63,10 +63,14 @@ TEST_F(CommandLine, WhatCannotBeUnderstoodIsRefused) {
   const std::string chain = scene("rod_chain.gltf");
   expect_refused({}, "a command is needed");
   expect_refused({"walk"}, "walk");
+  expect_refused({"rendr"}, "'rendr' is no command: did you mean 'render'?");
+  expect_refused({"help", "rendr"}, "did you mean 'render'?");
+  expect_refused({"run", chain, "--subteps", "4"}, "--subteps: did you mean --substeps?");
+  expect_refused({"run", chain, "--setp", "1/60"}, "--setp: did you mean --step?");
   expect_refused({"run"}, "scene");
   expect_refused({"run", chain, "--speed", "3"}, "--speed");
   expect_refused({"run", chain, "--algorithm", "a6"}, "--algorithm 'a6': give a1, a2, a3, a4 or a5");
-  expect_refused({"run", chain, "--joints", "loose"}, "--joints 'loose'");
+  expect_refused({"run", chain, "--set", "joints=loose"}, "--set 'joints=loose': give rows, plain or stable");
   expect_refused({"run", chain, "--step", "1/0"}, "--step '1/0'");
   expect_refused({"run", chain, "--step", "soon"}, "--step 'soon'");
   expect_refused({"run", chain, "--step", "0"}, "step 0");
@@ -75,8 +79,10 @@ TEST_F(CommandLine, WhatCannotBeUnderstoodIsRefused) {
   expect_refused({"run", chain, "--substeps", "0"}, "substeps 0");
   expect_refused({"run", chain, "--substeps", "many"}, "--substeps");
   expect_refused({"run", chain, "--substeps", "99999999999999"}, "--substeps");
-  expect_refused({"run", chain, "--tau", "nan"}, "tau");
-  expect_refused({"run", chain, "--kappa", "0"}, "kappa 0");
+  expect_refused({"run", chain, "--set", "tau=nan"}, "tau");
+  expect_refused({"run", chain, "--set", "kappa=0"}, "kappa 0");
+  expect_refused({"run", chain, "--set", "tau"}, "--set 'tau': give KEY=VALUE");
+  expect_refused({"run", chain, "--set", "mass=3"}, "--set 'mass': give some of step, substeps");
   expect_refused({"run", chain, "--duration", "-1"}, "--duration '-1'");
   expect_refused({"run", chain, "--duration", "1e300"}, "too many");
   expect_refused({"run", chain, "--every", "0"}, "every 0 frames");
@@ -126,6 +132,16 @@ TEST_F(CommandLine, WhatCannotBeUnderstoodIsRefused) {
   expect_refused({"player", chain, "--panel", "a6"}, "panel a6: 'a6': give a1 to a5, reference, log:FILE");
   expect_refused({"video", chain, "--loop", "loop.webp"}, "must be a .gif");
   expect_refused({"video", chain, "--poster", "missing/a.png"}, "there is no folder missing");
+}
+
+TEST_F(CommandLine, HelpExplainsSettingsAndCommands) {
+  const Outcome settings = run({"help", "settings"});
+  EXPECT_EQ(settings.exit_code, 0);
+  for (const char* const key : {"substeps", "kappa", "contact_tau", "relaxation"}) {
+    EXPECT_THAT(settings.out, HasSubstr(std::string("\n  ") + key + " "));
+  }
+  EXPECT_EQ(run({"help", "video"}).out, run({"video", "--help"}).out);
+  EXPECT_EQ(run({"help"}).out, run({"--help"}).out);
 }
 
 TEST_F(CommandLine, BadScenesAreRefusedByEachCommandThatReadsThem) {

@@ -169,8 +169,9 @@ TEST(Panel, TextSaysWhatIsShown) {
   EXPECT_EQ(panel_in("reference", base).kind, PanelChoice::Kind::reference);
   for (const auto& [text, words] :
        {std::pair("a6", "'a6': give a1 to a5"), std::pair("a5,n", "'n': give KEY=VALUE"),
-        std::pair("a5,n=x", "'n=x': give a number"), std::pair("a5,n=2.5", "give a whole number"),
-        std::pair("a5,n=0", "substeps 0"), std::pair("a5,size=2", "'size': give some of"),
+        std::pair("a5,n=x", "'substeps=x': give a whole number"),
+        std::pair("a5,n=2.5", "give a whole number"), std::pair("a5,n=0", "substeps 0"),
+        std::pair("a5,size=2", "'size': give some of"),
         std::pair("reference,n=2", "'n=2': a reference has its own settings"),
         std::pair("", "give a1 to a5")}) {
     try {

@@ -38,7 +38,7 @@ TEST_F(MeasureCommand, WritesMarkdownAndJson) {
 }
 
 TEST_F(MeasureCommand, GivesAllAsManyRowSolves) {
-  const Outcome outcome = run({"measure", scene("heavy_chain.gltf"), "--duration", "1", "--tau", "1",
+  const Outcome outcome = run({"measure", scene("heavy_chain.gltf"), "--duration", "1", "--set", "tau=1",
                                "--substeps", "8", "--equal-rows", "--brief", "--markdown"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   // A1 at its own step, and with as many rows as the others have, which is when it holds the chain.
@@ -53,7 +53,7 @@ TEST_F(MeasureCommand, RefusesWhatItCannotMeasure) {
   expect_refused({"measure", scene("pendulum.gltf"), "--brief", "--json"},
                  "--brief and --json: give one of them");
   expect_refused({"measure", scene("pendulum.gltf"), "--step", "0.01"}, "must be a whole part or multiple");
-  expect_refused({"measure", scene("pendulum.gltf"), "--joints", "loose"}, "give rows, plain or stable");
+  expect_refused({"measure", scene("pendulum.gltf"), "--set", "joints=loose"}, "give rows, plain or stable");
   expect_refused({"measure", scene("pendulum.gltf"), "--substeps", "0"}, "substeps 0");
   expect_refused({"measure", scene("pendulum.gltf"), "--horizon", "0"}, "must be above 0");
   expect_refused({"measure", scene("pendulum.gltf"), "--json", "--markdown"}, "give one of them");

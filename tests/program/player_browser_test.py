@@ -308,7 +308,7 @@ def main():
         scene = str(pathlib.Path(source) / "scenes/rod_chain.gltf")
         for arguments in [["player", scene, "--duration", "1", "--panel", "a5,n=2,joints=plain", "--panel", "a2,m=2", "--panel", "reference",
                            "--title", TITLE, "--output", "chain.html"],
-                          ["run", scene, "--duration", "1", "--algorithm", "a5", "--substeps", "2", "--joints", "plain", "--output", "a.poses.txt"]]:
+                          ["run", scene, "--duration", "1", "--algorithm", "a5", "--set", "n=2,joints=plain", "--output", "a.poses.txt"]]:
             subprocess.run([substep, *arguments], cwd=folder, check=True, capture_output=True)
         # Software WebGL: slow, so the window is small.
         chrome = browser("760,420", ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"])

@@ -51,16 +51,9 @@ TEST_F(RunCommand, TwoRunsLeaveTheSameBytes) {
 }
 
 TEST_F(RunCommand, LogHasTheSettingsAndTheFramesAskedFor) {
-  const Outcome outcome = run({"run",          scene("rod_chain.gltf"),
-                               "--algorithm",  "a5",
-                               "--step",       "1/120",
-                               "--substeps",   "3",
-                               "--iterations", "2",
-                               "--tau",        "0.9",
-                               "--kappa",      "0.8",
-                               "--joints",     "stable",
-                               "--duration",   "0.25",
-                               "--every",      "8"});
+  const Outcome outcome =
+      run({"run", scene("rod_chain.gltf"), "--algorithm", "A5", "--step", "1/120", "--substeps", "3", "--set",
+           "m=2,tau=0.9,kappa=0.8,joints=stable", "--duration", "0.25", "--every", "8"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(files(), testing::ElementsAre("rod_chain.a5.poses.txt"));
   const PoseLog log = read_pose_log(folder() / "rod_chain.a5.poses.txt");
@@ -138,9 +131,9 @@ TEST_F(RunCommand, RateThinsTheTableToTheNearestSteps) {
 
 TEST_F(RunCommand, DiffNamesFrameAndSetting) {
   ASSERT_EQ(run({"run", scene("rod_chain.gltf"), "--duration", "0.5", "--output", "a"}).exit_code, 0);
-  ASSERT_EQ(
-      run({"run", scene("rod_chain.gltf"), "--duration", "0.5", "--output", "b", "--tau", "0.5"}).exit_code,
-      0);
+  ASSERT_EQ(run({"run", scene("rod_chain.gltf"), "--duration", "0.5", "--output", "b", "--set", "tau=0.5"})
+                .exit_code,
+            0);
   const Outcome outcome = run({"diff", "a", "b"});
   EXPECT_EQ(outcome.exit_code, 1);
   EXPECT_THAT(outcome.out, HasSubstr("tau: 0.6 → 0.5\n"));
@@ -210,7 +203,7 @@ TEST_F(RunCommand, RefusesJointsThatOpenByMoreThanTheScene) {
   EXPECT_THAT(wild.err, HasSubstr("substep: heavy_chain: A2"));
   EXPECT_THAT(wild.err, HasSubstr(" joint gap "));
   // Springs feed in no more than they hold at the start.
-  const Outcome sprung = run({"run", scene("governor.gltf"), "--algorithm", "a2", "--iterations", "1"});
+  const Outcome sprung = run({"run", scene("governor.gltf"), "--algorithm", "a2", "--set", "m=1"});
   EXPECT_THAT(sprung.err, HasSubstr("energy growth "));
   const Outcome good = run({"run", scene("pendulum.gltf")});
   EXPECT_EQ(good.err, "");
