@@ -25,8 +25,8 @@ struct Image {
 /// 64-bit FNV-1a of size and pixels: what identifies a picture (the bytes of its PNG do not).
 std::uint64_t hash(const Image& image);
 
-/// A PNG file's bytes, deterministic. The small one, a fifth smaller, takes some 0.3 s of a picture of
-/// 320×180: for pictures that are kept.
+/// A PNG file's bytes, deterministic. The small one, a seventh smaller, is for pictures that are
+/// kept.
 std::string to_png(const Image& image);
 std::string to_small_png(const Image& image);
 void write_png(const Image& image, const std::filesystem::path& file);  ///< whole or not at all; throws Error
