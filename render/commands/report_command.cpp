@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "render/commands/commands.h"
 #include "render/report/report.h"
@@ -19,14 +20,22 @@ namespace {
 namespace fs = std::filesystem;
 
 struct ReportOptions {
-  fs::path sweep = "scenes/sweep.toml";
+  std::vector<fs::path> inputs{"scenes/sweep.toml"};
   fs::path output = "out/report";
   std::optional<fs::path> scenes;
   int threads = 0;
 };
 
+/// Returns the sweep of a file, or of scenes. Throws Error.
+Sweep sweep_of(const ReportOptions& options) {
+  if (options.inputs.front().extension() != ".toml") return substep::sweep_of(options.inputs);
+  if (options.inputs.size() > 1)
+    throw Error(fmt::format("{}: give one sweep file, or scenes", options.inputs[1].string()));
+  return read_sweep(options.inputs.front());
+}
+
 void report(const ReportOptions& options) {
-  const Sweep sweep = read_sweep(options.sweep);
+  const Sweep sweep = sweep_of(options);
   std::error_code failure;
   fs::create_directories(options.output / "figures", failure);
   if (failure) throw Error(fmt::format("{}: cannot be made: {}", options.output.string(), failure.message()));
@@ -40,7 +49,7 @@ void report(const ReportOptions& options) {
     merge_sweep(sweep, results);
     report::FigureSource source;
     source.records = read_records(results);
-    source.scenes = options.scenes.value_or(options.sweep.parent_path());
+    source.scenes = options.scenes.value_or(options.inputs.front().parent_path());
     source.properties = sweep.properties;
     page = report::make_report(source, [&](double share) { progress.show("drawing", share); });
   }
@@ -62,7 +71,10 @@ void add_report_command(CLI::App& app) {
       "report", "Run a sweep and write a page: speed against error, and what to choose when");
   const auto options = std::make_shared<ReportOptions>();
   command->require_subcommand(0, 1);
-  command->add_option("sweep", options->sweep, "The sweep file")->capture_default_str();
+  command
+      ->add_option("inputs", options->inputs,
+                   "A sweep file, .toml; or scenes, which each algorithm solves from coarse to fine")
+      ->capture_default_str();
   command->add_option("--output", options->output, "Folder of the page, its figures and the sweep's results")
       ->capture_default_str();
   command->add_option("--scenes", options->scenes,
@@ -74,7 +86,8 @@ void add_report_command(CLI::App& app) {
       "What the folder holds of the sweep already is not run again. report.html needs no other file. 'report "
       "figure' draws one figure, "
       "'report claims' measures what Nohra's report claims.\n"
-      "Example:\n  substep report --output report");
+      "Example:\n  substep report --output report\n  substep report scenes/pendulum.gltf "
+      "scenes/box_stack.gltf");
   add_figure_command(*command);
   add_claims_command(*command);
   command->callback([options, command] {

@@ -111,6 +111,28 @@ class Reader : private TomlValues {
     return std::move(sweep_);
   }
 
+  /// Makes the sweep of these scenes; the file is not read.
+  Sweep sweep_of(const std::vector<fs::path>& files) {
+    std::vector<const Scene*> scenes;
+    for (const fs::path& file : files) {
+      Scene scene = load_scene(file);
+      const auto [entry, is_new] = sweep_.scenes.try_emplace(scene.name, std::move(scene));
+      if (!is_new) throw Error(fmt::format("{}: another scene is named '{}'", file.string(), entry->first));
+      scenes.push_back(&entry->second);
+    }
+    const auto list_of = [](std::string_view name) {
+      GridList list{&field_named(name), {}};
+      for (const char* const value : {"1", "4", "16", "64"})
+        set(list.values.emplace_back(unsaid), *list.field, value);
+      return list;
+    };
+    const std::vector<Algorithm> substepping{Algorithm::a3, Algorithm::a4, Algorithm::a5};
+    add_grid({scenes, {1, 2, 4, 8}, {}, {Algorithm::a1}, {}, {}}, false);
+    add_grid({scenes, {1}, {list_of("iterations")}, {Algorithm::a2}, {}, {}}, false);
+    add_grid({scenes, {1}, {}, substepping, {}, {list_of("substeps")}}, false);
+    return std::move(sweep_);
+  }
+
  private:
   static bool is_pattern(const std::string& name) { return name.find('*') != std::string::npos; }
 
@@ -237,6 +259,16 @@ class Reader : private TomlValues {
         Settings settings = unsaid;
         settings.step = scene->step / division;
         check_at(table, settings);
+      }
+    }
+    add_grid(grid, is_limit);
+  }
+
+  void add_grid(const Grid& grid, bool is_limit) {
+    for (const Scene* const scene : grid.scenes) {
+      for (const int division : grid.divisions) {
+        Settings settings = unsaid;
+        settings.step = scene->step / division;
         for (const Settings& with_iterations : combinations(settings, grid.iterations)) {
           SweepJob job;
           job.scene = scene->name;
@@ -280,6 +312,10 @@ double Sweep::horizon_of(const std::string& scene) const {
 
 Sweep read_sweep(const fs::path& file) {
   return Reader(file).read();
+}
+
+Sweep sweep_of(const std::vector<fs::path>& scenes) {
+  return Reader({}).sweep_of(scenes);
 }
 
 }  // namespace substep

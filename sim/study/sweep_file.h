@@ -61,4 +61,8 @@ struct Sweep {
 /// type or out of range.
 Sweep read_sweep(const std::filesystem::path& file);
 
+/// Makes a sweep of these scenes without a file: A1 at divided steps, A2 with more iterations, A3 to A5 with
+/// more sub-steps, each from one to where it costs 64 times as much or the step is an eighth. Throws Error.
+Sweep sweep_of(const std::vector<std::filesystem::path>& scenes);
+
 }  // namespace substep

@@ -49,8 +49,19 @@ TEST_F(ReportCommand, MakesAPageOfScenesOfOnesOwn) {
     EXPECT_THAT(page, testing::Not(HasSubstr(other)));
 }
 
-TEST_F(ReportCommand, RefusesAMissingSweepFile) {
+TEST_F(ReportCommand, MakesAPageOfScenesWithoutASweepFile) {
+  std::filesystem::copy_file(scene("pendulum.gltf"), folder() / "swing.gltf");
+  const Outcome outcome = run({"report", "swing.gltf", "--output", "page"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  // A1 at four steps, A2 with four numbers of iterations, A3 to A5 with four of sub-steps each.
+  EXPECT_THAT(content("page/report.md"), HasSubstr("20 runs of 1 scenes"));
+}
+
+TEST_F(ReportCommand, RefusesMissingAndMixedInputs) {
   expect_refused({"report", "nothing.toml"}, "nothing.toml");
+  expect_refused({"report", "nothing.gltf"}, "nothing.gltf");
+  write("one.toml", "");
+  expect_refused({"report", "one.toml", "two.toml"}, "two.toml: give one sweep file, or scenes");
 }
 
 }  // namespace
