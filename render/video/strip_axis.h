@@ -1,0 +1,45 @@
+#pragma once
+/// Labels of numbers in films, and the axes of the strips below a panel's picture.
+
+#include <string>
+#include <vector>
+
+#include "render/video/comparison.h"
+
+namespace substep::render {
+
+/// "1.23 m", "45.6 mm", "7.8 µm": three digits at most, for reading, not for files.
+std::string length_label(double metres);
+
+/// An error by a reference that is itself known to `certain`, m: what is below that is "≤ 2.0 µm", or "< 1
+/// µm".
+std::string error_label(double metres, double certain);
+
+/// "+1.23 kJ", "−45.6 mJ", "0 J".
+std::string energy_label(double joules);
+
+/// Decades of the error axis, the same in all panels.
+struct ErrorScale {
+  int lower = -3;  ///< powers of ten, m
+  int upper = 0;
+
+  double height(double metres) const;  ///< of an error in the strip: 0 at the bottom, 1 at the top
+};
+ErrorScale error_scale(const Comparison& comparison);
+
+/// What a strip below a panel's picture shows over time.
+enum class Strip { error, gap, energy };
+/// From their names. Throws Error.
+std::vector<Strip> strips_named(const std::vector<std::string>& names);
+
+/// The axis of a strip, the same in all panels: decades of metres, or joules on both sides of the start's.
+struct StripAxis {
+  bool is_logarithmic = true;
+  ErrorScale decades;
+  double low = 0, high = 1;  ///< J
+
+  double height(double value) const;  ///< in the strip: 0 at the bottom, 1 at the top
+};
+StripAxis axis_of(const Comparison& comparison, Strip strip);
+
+}  // namespace substep::render
