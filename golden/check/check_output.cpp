@@ -90,7 +90,7 @@ void CheckOutput::write(bool at_once) {
 const Json& CheckOutput::finish(const std::vector<fs::path>& orphans) {
   const fs::path suite_folder = fs::path(results_.at("suite").get<std::string>()).parent_path();
   for (const fs::path& orphan : orphans) {
-    results_["orphans"].push_back(orphan_json(orphan, suite_folder, results_.at("cases")));
+    results_["orphans"].push_back(below(orphan, suite_folder));
   }
   results_["ended"] = true;
   write(true);

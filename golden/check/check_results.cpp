@@ -16,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr const char* results_format = "substep check results 5";
+constexpr const char* results_format = "substep check results 6";
 
 Json to_json(const Blame& blame) {
   Json bodies = Json::array();
@@ -126,11 +126,6 @@ Json to_json(const ImageTolerance& t) {
   return json;
 }
 
-/// A path below `folder`, from there.
-std::string below(const fs::path& file, const fs::path& folder) {
-  return file.lexically_normal().lexically_relative(folder.lexically_normal()).generic_string();
-}
-
 /// What approve() goes by.
 void add_candidates(const CheckedCase& checked, Json& json) {
   const fs::path output = checked.result.files.parent_path();
@@ -143,26 +138,7 @@ void add_candidates(const CheckedCase& checked, Json& json) {
                                   {"to_hash", candidate.to_hash}});
   }
   json["sidecar_file"] = below(checked.result.entry.sidecar, suite_folder);
-  json["sidecar"] = checked.sidecar;
-}
-
-/// A path of results.json, which may come from elsewhere, below `folder`.
-fs::path inside(const fs::path& folder, const std::string& text) {
-  const fs::path path = text;
-  if (path.is_absolute() || std::find(path.begin(), path.end(), "..") != path.end()) {
-    throw Error(fmt::format("the results name {}, which is not among them: run 'substep check' again", text));
-  }
-  return folder / path;
-}
-
-void read_candidates(const Json& json, const fs::path& output, const fs::path& suite_folder,
-                     CheckResults::Case& result) {
-  result.sidecar_file = inside(suite_folder, json.at("sidecar_file"));
-  result.sidecar = json.at("sidecar");
-  for (const Json& candidate : json.at("candidates")) {
-    result.candidates.push_back({inside(output, candidate.at("from")), candidate.at("from_hash"),
-                                 inside(suite_folder, candidate.at("to")), candidate.at("to_hash")});
-  }
+  if (checked.sidecar.is_object()) json["sidecar"] = checked.sidecar;
 }
 
 }  // namespace
@@ -197,21 +173,12 @@ Json to_json(const CheckedCase& checked) {
   return json;
 }
 
-fs::path results_file(const fs::path& output) {
-  return output / "results.json";
+std::string below(const fs::path& file, const fs::path& folder) {
+  return file.lexically_normal().lexically_relative(folder.lexically_normal()).generic_string();
 }
 
-Json orphan_json(const fs::path& file, const fs::path& suite_folder, const Json& cases) {
-  const std::string hash = content_hash(read_bytes(file));
-  Json orphan{{"file", below(file, suite_folder)}, {"hash", hash}};
-  for (const Json& entry : cases) {
-    if (entry.at("verdict") != name(Verdict::created) || file.extension() != ".track") continue;
-    for (const Json& candidate : entry.at("candidates")) {
-      // Of a run a track has nothing but its motion: another scene's is another.
-      if (candidate.at("from_hash") == hash) orphan["is_now"] = entry.at("name");
-    }
-  }
-  return orphan;
+fs::path results_file(const fs::path& output) {
+  return output / "results.json";
 }
 
 Json empty_results(const Suite& suite, const CheckOptions& options, std::size_t cases) {
@@ -242,7 +209,7 @@ void write_results(const Json& results, const fs::path& output) {
   write_file(results_file(output), results.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
-Json read_results_json(const fs::path& output) {
+Json read_results(const fs::path& output) {
   const fs::path file = results_file(output);
   if (!fs::exists(file)) {
     throw Error(
@@ -257,30 +224,6 @@ Json read_results_json(const fs::path& output) {
     return json;
   } catch (const Json::exception& error) {
     throw Error(fmt::format("{}: is damaged: run 'substep check' again ({})", file.string(), error.what()));
-  }
-}
-
-CheckResults read_results(const fs::path& output, const fs::path& suite_folder) {
-  const Json json = read_results_json(output);
-  try {
-    CheckResults results;
-    results.suite_hash = json.at("suite_hash");
-    results.made_with = json.at("made_with");
-    for (const Json& orphan : json.at("orphans")) {
-      results.orphans.push_back({inside(suite_folder, orphan.at("file")), orphan.at("hash")});
-    }
-    for (const Json& entry : json.at("cases")) {
-      CheckResults::Case result;
-      result.name = entry.at("name");
-      result.verdict = entry.at("verdict");
-      result.refusal = entry.at("refusal");
-      if (entry.contains("candidates")) read_candidates(entry, output, suite_folder, result);
-      results.cases.push_back(std::move(result));
-    }
-    return results;
-  } catch (const Json::exception& error) {
-    throw Error(fmt::format("{}: is damaged: run 'substep check' again ({})", results_file(output).string(),
-                            error.what()));
   }
 }
 

@@ -26,36 +26,13 @@ struct CheckedCase {
   nlohmann::ordered_json golden_made_with;  ///< of the goldens that it was checked against
 };
 
-/// What was checked, as approve() needs it.
-struct CheckResults {
-  std::string suite_hash;
-  struct Case {
-    std::string name;
-    std::string verdict;
-    std::string refusal;
-    std::filesystem::path sidecar_file;
-    std::vector<ApprovalCandidate> candidates;
-    nlohmann::ordered_json sidecar;
-  };
-  std::vector<Case> cases;
-  struct Orphan {
-    std::filesystem::path file;
-    std::string hash;
-  };
-  std::vector<Orphan> orphans;
-  nlohmann::ordered_json made_with;
-};
+/// Returns the path of `file`, which lies below `folder`, from there.
+std::string below(const std::filesystem::path& file, const std::filesystem::path& folder);
 
 std::filesystem::path results_file(const std::filesystem::path& output);
 
 /// A case's part of results.json.
 nlohmann::ordered_json to_json(const CheckedCase& checked);
-
-/// A golden of no case: its file below the suite's folder, its content's hash and, where a new case moves
-/// just as it says, that case's name: it was renamed.
-nlohmann::ordered_json orphan_json(const std::filesystem::path& file,
-                                   const std::filesystem::path& suite_folder,
-                                   const nlohmann::ordered_json& cases);
 
 /// Results without cases yet, which `ended` says.
 nlohmann::ordered_json empty_results(const Suite& suite, const CheckOptions& options, std::size_t cases);
@@ -65,9 +42,7 @@ void sum_up(nlohmann::ordered_json& results);
 
 void write_results(const nlohmann::ordered_json& results, const std::filesystem::path& output);
 
-/// Throws Error when there are none, or they are not what write_results wrote.
-nlohmann::ordered_json read_results_json(const std::filesystem::path& output);
-/// `suite_folder` is where the goldens are.
-CheckResults read_results(const std::filesystem::path& output, const std::filesystem::path& suite_folder);
+/// Returns what write_results() wrote. Throws Error when there are no results, or others than it wrote.
+nlohmann::ordered_json read_results(const std::filesystem::path& output);
 
 }  // namespace substep::golden

@@ -107,7 +107,7 @@ TEST_F(ReportTest, LinksNoPageWhereOnlyPicturesDiffer) {
 TEST_F(ReportTest, AThousandFailuresAreAPageOfTenMegabytesThatStartsWithAPicture) {
   break_both();
   suite_.run();
-  auto results = read_results_json(suite_.options.output);
+  auto results = read_results(suite_.options.output);
   const auto entry = results.at("cases").at(0);
   for (const int count : {177, 1000}) {
     results["cases"].clear();
@@ -137,7 +137,7 @@ TEST_F(ReportTest, AThousandFailuresAreAPageOfTenMegabytesThatStartsWithAPicture
 TEST_F(ReportTest, OneChangeOfManyScenesIsALine) {
   replace_in(suite_.scene(), "\"intensity\":3.0", "\"intensity\":2.5");
   suite_.run();
-  auto results = read_results_json(suite_.options.output);
+  auto results = read_results(suite_.options.output);
   const auto entry = results.at("cases").at(0);
   const auto add = [&](const std::string& scene, const std::string& cause) {
     results["cases"].push_back(entry);
@@ -160,7 +160,7 @@ TEST_F(ReportTest, OneChangeOfManyScenesIsALine) {
 
 TEST_F(ReportTest, AChangeOfAllScenesWithJointsIsCalledThat) {
   suite_.run();
-  auto results = read_results_json(suite_.options.output);
+  auto results = read_results(suite_.options.output);
   const auto entry = results.at("cases").at(0);
   results["cases"].clear();
   const auto add = [&](const std::string& scene, const std::string& modelled, const std::string& verdict) {
