@@ -27,30 +27,21 @@ std::string one_line(std::string text) {
   return line;
 }
 
-/// A track is written with its poses; by hand or by an older program they can come apart.
-bool has_own_track(CaseContext& work) {
-  if (!work.golden_track) return false;
-  if (!work.live || work.result.poses.motion.judgement != PoseJudgement::exact) return true;
-  const bool is_own = has_equal_track(work);
-  if (!is_own) work.note("its track is of another run than its poses: approve it by name to renew it");
-  return is_own;
-}
-
 /// Whether the golden pictures are what is drawn here, and not only near it or good beside it: else nothing
 /// can be noted of them.
 bool draws_its_goldens(const CaseContext& work) {
   const auto& images = work.result.images;
   const bool is_theirs =
-      !work.result.entry.any_renderer || images.empty() || work.sidecar.platform() == work.made_with.platform;
+      !work.result.entry.any_renderer || images.empty() || work.sidecar.platform == work.made_with.platform;
   return is_theirs && std::all_of(images.begin(), images.end(), [](const ImageResult& image) {
            return image.against_golden && image.against_golden->image.judgement == Judgement::exact;
          });
 }
 
-/// Whether the sidecar says what is true of goldens that pass; without one there is nothing to say.
+/// Whether the sidecar and the track of a case that passes say what is true of its run.
 bool is_up_to_date(const CaseContext& work) {
   const Sidecar& sidecar = work.sidecar;
-  if (!work.live || !work.live_track || sidecar.scene_hash.empty()) return true;
+  if (!work.live) return true;
   // Nothing passes by its poses being near enough and is noted anew for it.
   if (work.result.poses.motion.judgement != PoseJudgement::exact) return true;
   return sidecar.scene_hash == fmt::format("{:016x}", work.scene.hash) &&
@@ -131,8 +122,8 @@ CheckedCase check_case(const CheckOptions& options, const MadeWith& made_with, c
   if (options.images && !entry.images.empty()) check_images(work);
   decide(work);
   write_motion_page(work);
-  const bool is_complete = work.result.verdict == Verdict::pass &&
-                           ((has_own_track(work) && is_up_to_date(work)) || !draws_its_goldens(work));
+  const bool is_complete =
+      work.result.verdict == Verdict::pass && (is_up_to_date(work) || !draws_its_goldens(work));
   // After all that is noted.
   CheckedCase checked{work.result, {}, {}, work.sidecar.made_with};
   if (!is_complete) prepare_approval(work, checked);

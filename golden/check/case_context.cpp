@@ -19,7 +19,7 @@ CaseContext::CaseContext(const CheckOptions& options_of, const MadeWith& with, c
 
 bool CaseContext::is_exact_here() const {
   if (!result.entry.any_renderer) return made_with.is_pinned;
-  return sidecar.platform() == made_with.platform;
+  return sidecar.platform == made_with.platform;
 }
 
 void CaseContext::note(std::string_view text) {

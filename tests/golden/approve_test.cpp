@@ -168,22 +168,6 @@ TEST_F(ApproveTest, RefusesHalfACheck) {
   EXPECT_NE(refusal().find("only half of it was checked"), std::string::npos);
 }
 
-TEST_F(ApproveTest, AddsATrackToGoldensThatNeverHadOne) {
-  suite_.make_goldens();
-  const auto before = goldens();
-  fs::remove(suite_.track());
-  auto sidecar = nlohmann::ordered_json::parse(read_text(suite_.sidecar()));
-  sidecar.at("poses").erase("track_hash");
-  write_text(suite_.sidecar(), sidecar_text(sidecar));
-  const CheckResult result = suite_.run();
-  EXPECT_EQ(result.cases.at(0).verdict, Verdict::pass);
-  EXPECT_TRUE(suite_.approve_failed().written.empty());
-  ApproveOptions options = suite_.approval();
-  options.cases = {"box_stack.a3"};
-  EXPECT_EQ(approve(options).written.front(), suite_.track());
-  EXPECT_EQ(goldens(), before);
-}
-
 TEST_F(ApproveTest, ARenewalKeepsWhenAndWhyItWasApproved) {
   suite_.make_goldens();
   auto sidecar = nlohmann::ordered_json::parse(read_text(suite_.sidecar()));
