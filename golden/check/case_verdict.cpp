@@ -1,10 +1,9 @@
-#include "golden/check/case_verdict.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 
+#include "golden/check/case_context.h"
 #include "golden/suite/scene_parts.h"
 
 namespace substep::golden {
@@ -105,17 +104,6 @@ void find_cause(CaseContext& work) {
 }
 
 }  // namespace
-
-void find_edited_logs(CaseContext& work) {
-  if (!work.sidecar.is_there) return;
-  const auto compare = [&](const std::filesystem::path& file, const std::string& approved) {
-    if (content_hash(read_bytes(file)) == approved) return;
-    work.edited.push_back(file.filename().string());
-    work.note(fmt::format("the golden {} is not the one that was approved", file.filename().string()));
-  };
-  if (work.golden) compare(work.result.entry.pose_file, work.sidecar.pose_log_hash);
-  if (work.golden_track) compare(work.result.entry.track_file, work.sidecar.track_hash);
-}
 
 void decide(CaseContext& work) {
   const PoseResult& poses = work.result.poses;

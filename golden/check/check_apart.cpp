@@ -18,9 +18,7 @@
 #include <span>
 #include <utility>
 
-#include "golden/check/case_check.h"
 #include "golden/check/check_cases.h"
-#include "golden/check/check_output.h"
 #include "golden/suite/sidecar.h"
 #include "sim/error.h"
 #include "sim/log/partial_file.h"
@@ -69,7 +67,7 @@ void end_without_a_word() {
 [[noreturn]] void work(const CheckPlan& plan, std::span<const SuiteCase> cases, int descriptor) {
   end_without_a_word();
   try {
-    const MadeWith made_with = made_with_here(plan.suite, cases, plan.options);
+    const MadeWith made_with = made_with_here(plan);
     tell(descriptor, says_made_with, to_json(made_with));
     CheckListener listener;
     listener.before_case = [&](const SuiteCase& entry) { tell(descriptor, says_start, entry.name); };
@@ -238,16 +236,9 @@ class CheckApart {
 }  // namespace
 
 Json check_apart(const CheckOptions& options, const CheckWatcher& watcher) {
-  CheckOutput output(options.output);
-  try {
-    const CheckPlan plan = plan_check(options);
-    output.start(plan.suite, plan.options, plan.cases.size());
-    CheckApart(plan, watcher, output).run();
-    return output.finish(plan.orphans());
-  } catch (const Error& error) {
-    output.fail(error.what());
-    throw;
-  }
+  check_with(options,
+             [&](const CheckPlan& plan, CheckOutput& output) { CheckApart(plan, watcher, output).run(); });
+  return read_results(options.output);
 }
 
 }  // namespace substep::golden

@@ -1,10 +1,20 @@
 #include "golden/check/check_results.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
 
-#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <chrono>
 #include <cmath>
+#include <cstring>
+#include <thread>
+#include <utility>
 
+#include "golden/report/junit.h"
+#include "golden/report/report.h"
 #include "golden/suite/sidecar.h"
 #include "sim/error.h"
 #include "sim/loading/parse_json.h"
@@ -87,11 +97,9 @@ Json to_json(const PoseResult& poses) {
   json["frames"] = poses.frames;
   json["end"] = poses.end;
   json["bodies"] = poses.bodies;
-  json["modelled"] = poses.modelled;
   if (!poses.has_golden) return json;
   const PoseDifference& d = poses.difference;
   json["golden_frames"] = poses.golden_frames;
-  json["track"] = poses.has_track;
   json["largest_position"] = d.largest_position;
   json["largest_orientation"] = d.largest_orientation;
   json["headers"] = d.headers;
@@ -113,10 +121,15 @@ Json to_json(const ImageResult& image) {
 }
 
 Json to_json(const PicturePair& pair) {
-  return {{"about", name(pair.about)},     {"frame", pair.frame},
-          {"expected", pair.expected},     {"actual", pair.actual},
-          {"difference", pair.difference}, {"flip", pair.flip},
-          {"bodies", pair.bodies},         {"comparison", to_json(pair.comparison)}};
+  constexpr std::array<const char*, 4> abouts{"renderer", "simulation", "first visible", "only"};
+  return {{"about", abouts[static_cast<std::size_t>(pair.about)]},
+          {"frame", pair.frame},
+          {"expected", pair.expected},
+          {"actual", pair.actual},
+          {"difference", pair.difference},
+          {"flip", pair.flip},
+          {"bodies", pair.bodies},
+          {"comparison", to_json(pair.comparison)}};
 }
 
 Json to_json(const ImageTolerance& t) {
@@ -126,7 +139,12 @@ Json to_json(const ImageTolerance& t) {
   return json;
 }
 
-/// What approve() goes by.
+/// Returns the path of `file`, which lies below `folder`, from there.
+std::string below(const fs::path& file, const fs::path& folder) {
+  return file.lexically_normal().lexically_relative(folder.lexically_normal()).generic_string();
+}
+
+/// Adds what approve() copies.
 void add_candidates(const CheckedCase& checked, Json& json) {
   const fs::path output = checked.result.files.parent_path();
   const fs::path suite_folder = checked.result.entry.suite_folder;
@@ -139,6 +157,24 @@ void add_candidates(const CheckedCase& checked, Json& json) {
   }
   json["sidecar_file"] = below(checked.result.entry.sidecar, suite_folder);
   if (checked.sidecar.is_object()) json["sidecar"] = checked.sidecar;
+}
+
+constexpr double seconds_between_writes = 1;  // what is on disk is never older than this
+
+double now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+/// Returns false where another holds it for longer than the worker of a check that was ended takes to remove
+/// what it had not finished: up to 2 s.
+bool take_lock(int file) {
+  constexpr int tries = 40;
+  constexpr std::chrono::milliseconds between{50};
+  for (int i = 0; i < tries; ++i) {
+    if (::flock(file, LOCK_EX | LOCK_NB) == 0) return true;
+    std::this_thread::sleep_for(between);
+  }
+  return false;
 }
 
 }  // namespace
@@ -173,40 +209,8 @@ Json to_json(const CheckedCase& checked) {
   return json;
 }
 
-std::string below(const fs::path& file, const fs::path& folder) {
-  return file.lexically_normal().lexically_relative(folder.lexically_normal()).generic_string();
-}
-
 fs::path results_file(const fs::path& output) {
   return output / "results.json";
-}
-
-Json empty_results(const Suite& suite, const CheckOptions& options, std::size_t cases) {
-  return {{"format", results_format},
-          {"suite", suite.file.string()},
-          {"suite_hash", content_hash(read_bytes(suite.file))},
-          {"only", options.cases},
-          {"ended", false},
-          {"of", cases},
-          {"made_with", to_json(MadeWith())},
-          {"totals", ""},
-          {"exit_code", 1},
-          {"cases", Json::array()},
-          {"orphans", Json::array()}};
-}
-
-void sum_up(Json& results) {
-  std::vector<Verdict> found;
-  for (const Json& entry : results.at("cases")) {
-    found.push_back(verdict_named(entry.at("verdict").get<std::string>()).value_or(Verdict::error));
-  }
-  const std::size_t orphans = results.at("orphans").size();
-  results["totals"] = totals(found, orphans);
-  results["exit_code"] = exit_code(found, orphans);
-}
-
-void write_results(const Json& results, const fs::path& output) {
-  write_file(results_file(output), results.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
 Json read_results(const fs::path& output) {
@@ -225,6 +229,74 @@ Json read_results(const fs::path& output) {
   } catch (const Json::exception& error) {
     throw Error(fmt::format("{}: is damaged: run 'substep check' again ({})", file.string(), error.what()));
   }
+}
+
+CheckOutput::CheckOutput(fs::path folder) : folder_(std::move(folder)) {
+  std::error_code failure;
+  fs::create_directories(folder_, failure);
+  if (failure && !fs::is_directory(folder_)) {
+    throw Error(fmt::format("{}: this folder cannot be made: {}", folder_.string(), failure.message()));
+  }
+  lock_ = ::open((folder_ / ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  if (lock_ < 0)
+    throw Error(fmt::format("{}: cannot be written to: {}", folder_.string(), std::strerror(errno)));
+  if (!take_lock(lock_)) {
+    ::close(lock_);
+    throw Error(fmt::format("{}: another check is writing there: give this one an --output of its own",
+                            folder_.string()));
+  }
+  for (const fs::path& file : {results_file(folder_), junit_file(folder_), report_file(folder_)}) {
+    fs::remove(file, failure);
+  }
+}
+
+CheckOutput::~CheckOutput() {
+  ::close(lock_);
+}
+
+void CheckOutput::start(const Suite& suite, const CheckOptions& options, std::size_t cases) {
+  results_ = {{"format", results_format},
+              {"suite", suite.file.string()},
+              {"suite_hash", content_hash(read_bytes(suite.file))},
+              {"only", options.cases},
+              {"ended", false},
+              {"of", cases},
+              {"made_with", to_json(MadeWith())},
+              {"totals", ""},
+              {"exit_code", 1},
+              {"cases", Json::array()},
+              {"orphans", Json::array()}};
+  write();
+}
+
+void CheckOutput::add_case(const Json& entry) {
+  results_["cases"].push_back(entry);
+  if (now() - last_written_ >= seconds_between_writes) write();
+}
+
+void CheckOutput::write() {
+  std::vector<Verdict> found;
+  for (const Json& entry : results_.at("cases")) {
+    found.push_back(verdict_named(entry.at("verdict").get<std::string>()).value_or(Verdict::error));
+  }
+  const std::size_t orphans = results_.at("orphans").size();
+  results_["totals"] = totals(found, orphans);
+  results_["exit_code"] = results_.at("ended").get<bool>() ? exit_code(found, orphans) : 1;
+  write_file(results_file(folder_), results_.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+  write_junit(results_, folder_);
+  last_written_ = now();
+}
+
+void CheckOutput::finish(const std::vector<fs::path>& orphans) {
+  const fs::path suite_folder = fs::path(results_.at("suite").get<std::string>()).parent_path();
+  for (const fs::path& orphan : orphans) results_["orphans"].push_back(below(orphan, suite_folder));
+  results_["ended"] = true;
+  write();
+  write_report(results_, folder_);
+}
+
+void CheckOutput::fail(const std::string& why) const {
+  write_failed_junit(why, folder_);
 }
 
 }  // namespace substep::golden

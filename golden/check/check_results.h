@@ -26,23 +26,41 @@ struct CheckedCase {
   nlohmann::ordered_json golden_made_with;  ///< of the goldens that it was checked against
 };
 
-/// Returns the path of `file`, which lies below `folder`, from there.
-std::string below(const std::filesystem::path& file, const std::filesystem::path& folder);
-
 std::filesystem::path results_file(const std::filesystem::path& output);
 
-/// A case's part of results.json.
+/// Returns a case's part of results.json.
 nlohmann::ordered_json to_json(const CheckedCase& checked);
 
-/// Results without cases yet, which `ended` says.
-nlohmann::ordered_json empty_results(const Suite& suite, const CheckOptions& options, std::size_t cases);
-
-/// Adds what follows from the cases: totals and the exit code.
-void sum_up(nlohmann::ordered_json& results);
-
-void write_results(const nlohmann::ordered_json& results, const std::filesystem::path& output);
-
-/// Returns what write_results() wrote. Throws Error when there are no results, or others than it wrote.
+/// Returns what a check wrote. Throws Error when there are no results, or they are damaged.
 nlohmann::ordered_json read_results(const std::filesystem::path& output);
+
+/// The folder that a check writes to. Results are written as cases end, and marked incomplete until the check
+/// ends. No two checks write at once.
+class CheckOutput {
+ public:
+  /// Makes the folder and removes stale results. Throws Error when another check writes there.
+  explicit CheckOutput(std::filesystem::path folder);
+  ~CheckOutput();
+  CheckOutput(const CheckOutput&) = delete;
+  CheckOutput& operator=(const CheckOutput&) = delete;
+
+  void start(const Suite& suite, const CheckOptions& options, std::size_t cases);
+  void set_made_with(const nlohmann::ordered_json& made_with) { results_["made_with"] = made_with; }
+  void add_case(const nlohmann::ordered_json& entry);
+
+  /// Marks the results complete, and writes them and the report.
+  void finish(const std::vector<std::filesystem::path>& orphans);
+
+  /// Writes a junit.xml that says why the check could not go on.
+  void fail(const std::string& why) const;
+
+ private:
+  void write();
+
+  std::filesystem::path folder_;
+  int lock_ = -1;
+  nlohmann::ordered_json results_;
+  double last_written_ = -1e9;  ///< s
+};
 
 }  // namespace substep::golden

@@ -709,7 +709,12 @@ TEST_F(BlackFrame, FailsACheckEvenWhereTheGoldenIsBlackToo) {
   write_text(suite_.track(), read_text(suite_.shown("actual.track")));
   write_text(suite_.image(10), read_text(suite_.shown("f0010.new.png")));
   write_text(suite_.image(20), read_text(suite_.shown("f0020.new.png")));
-  write_text(suite_.sidecar(), "{\"scene_hash\":\"\",\"made_with\":{},\"images\":[]}");
+  const PoseLog log = read_pose_log(suite_.poses());
+  const ApprovableRun run{&log, content_hash(read_bytes(suite_.poses())),
+                          content_hash(read_bytes(suite_.track()))};
+  const SuiteCase entry = read_suite(suite_.options.suite).cases.at(0);
+  write_text(suite_.sidecar(),
+             sidecar_text(make_sidecar(entry, run, load_scene(suite_.scene()), {}, MadeWith())));
   const CheckResult result = suite_.run();
   EXPECT_EQ(result.exit_code(), 1);
   EXPECT_EQ(result.cases.at(0).verdict, Verdict::renderer_changed);
