@@ -13,10 +13,14 @@
 #include "golden/compare/verdict.h"
 #include "golden/report/case_commands.h"
 #include "golden/report/failure_groups.h"
-#include "golden/report/report_assets.h"
 #include "golden/report/report_case.h"
+#include "render/embedded_file.h"
 #include "render/markup.h"
 #include "sim/log/file_output.h"
+
+SUBSTEP_EMBEDDED_FILE(report_page, SUBSTEP_REPORT "/report.html")
+SUBSTEP_EMBEDDED_FILE(report_style, SUBSTEP_REPORT "/report.css")
+SUBSTEP_EMBEDDED_FILE(report_script, SUBSTEP_REPORT "/report.js")
 
 namespace substep::golden {
 namespace {
@@ -204,13 +208,10 @@ std::string body(const Json& results, const fs::path& output, const PageBudget& 
                                 : brief_section(*cases[i], location);
   }
   html += passing(results) + "</main>\n";
-  const ApproveCommand ticked = approve_command({"CASES"}, location);
   return html + fmt::format(
-                    "<div class=\"basket\" data-command=\"{}\" data-output=\"{}\" data-folder=\"{}\"><div "
-                    "class=\"command\">"
-                    "<span>ticked</span><code></code></div></div>",
-                    escaped(ticked.before), escaped(ticked.output),
-                    escaped(output.lexically_normal().string()));
+                    "<div class=\"basket\" data-command=\"{}\"><div class=\"command\"><span>ticked</span>"
+                    "<code></code></div></div>",
+                    escaped(approve_command(std::vector<std::string>{"CASES"}, location)));
 }
 
 void replace(std::string& text, std::string_view mark, std::string_view with) {
@@ -224,10 +225,10 @@ fs::path report_file(const fs::path& output) {
 }
 
 void write_report(const Json& results, const fs::path& output) {
-  std::string page(report_assets::page());
+  std::string page(report_page());
   replace(page, "{{title}}", "substep check: " + escaped(results.at("totals").get<std::string>()));
-  replace(page, "{{style}}", report_assets::style());
-  replace(page, "{{script}}", report_assets::script());
+  replace(page, "{{style}}", report_style());
+  replace(page, "{{script}}", report_script());
   // Words come first; pictures have the room that is left.
   constexpr std::size_t most_words = largest_report * 6 / 10;
   PageBudget budget;
