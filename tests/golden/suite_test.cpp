@@ -109,7 +109,7 @@ TEST_F(SuiteTest, MistakesAreNamedWithTheirLine) {
   EXPECT_EQ(message("case = 3\n"), "suite.toml:1: 'case' must be tables: [[case]]");
   EXPECT_EQ(
       message(a_case + "framez = 3\n"),
-      "suite.toml:3: unknown key 'framez' in [[case]]; known are scene, variant, preset, frames, "
+      "suite.toml:3: unknown key 'framez' in [[case]]; known are scene, variant, frames, "
       "full_every, images, size, algorithms, tolerance, pose_tolerance, settings, time_limit, renderer");
   EXPECT_EQ(message(a_case + "frames = 0\n"),
             "suite.toml:3: 'frames' must be a whole number from 1 to 100000");
@@ -149,34 +149,6 @@ TEST_F(SuiteTest, MistakesAreNamedWithTheirLine) {
   EXPECT_EQ(message(a_case + a_case),
             "suite.toml:3: there is a case s.a1 already: give one of them a 'variant'");
   EXPECT_EQ(message("[defaults\n").rfind("suite.toml:1: ", 0), 0U);
-}
-
-TEST_F(SuiteTest, PresetsAreInheritedAndMerged) {
-  const Suite suite = read(
-      "[defaults]\nframes = 50\nimages = [50]\ntolerance = { level = 1, count = 2 }\n"
-      "[preset.chaotic]\npose_tolerance = { position = 0.5 }\n"
-      "[preset.loose]\npreset = \"chaotic\"\ntolerance = { count = 400 }\npose_tolerance = { energy = 0.1 }\n"
-      "[preset.large]\nsize = [640, 360]\n"
-      "[[case]]\nscene = \"one.gltf\"\nalgorithms = [\"a1\"]\n"
-      "[[case]]\nscene = \"two.gltf\"\nalgorithms = [\"a1\"]\npreset = [\"loose\", \"large\"]\n"
-      "tolerance = { mean = 0.25 }\n");
-  const SuiteCase& plain = suite.cases.at(0);
-  EXPECT_FALSE(plain.pose_tolerance);
-  EXPECT_EQ(plain.tolerance.count, 2);
-  EXPECT_EQ(plain.width, 320);
-  const SuiteCase& loose = suite.cases.at(1);
-  EXPECT_EQ(loose.pose_tolerance->position, 0.5);
-  EXPECT_EQ(loose.pose_tolerance->energy, 0.1);
-  EXPECT_EQ(loose.pose_tolerance->penetration, PoseTolerance().penetration);
-  EXPECT_EQ(loose.tolerance.level, 1);
-  EXPECT_EQ(loose.tolerance.count, 400);
-  EXPECT_EQ(loose.tolerance.mean, 0.25);
-  EXPECT_EQ(loose.width, 640);
-  EXPECT_EQ(loose.frames, 50);
-  const std::string a_case = "[[case]]\nscene = \"s.gltf\"\n";
-  EXPECT_EQ(message(a_case + "preset = \"none\"\n"), "suite.toml:3: there is no [preset.none]");
-  EXPECT_EQ(message(a_case + "preset = \"a\"\n[preset.a]\npreset = \"a\"\n"),
-            "suite.toml:5: preset 'a' is made of itself");
 }
 
 TEST_F(SuiteTest, EveryToleranceIsReadFromItsOwnKey) {
@@ -221,7 +193,8 @@ TEST_F(SuiteTest, SelectsByCaseOrScene) {
 }
 
 TEST_F(SuiteTest, ASidecarThatIsNoneIsRefusedByName) {
-  const std::string good = "{\"scene_hash\":\"1\",\"made_with\":{},\"images\":[]}";
+  const std::string good = R"({"scene_hash":"1","made_with":{"platform":""},"parts":{},)"
+                           R"("poses":{"log_hash":"","track_hash":""},"images":[]})";
   const std::filesystem::path file = folder_.path() / "a3.json";
   const auto complaint = [&](const std::string& text) {
     write_text(file, text);
