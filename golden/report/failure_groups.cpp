@@ -74,7 +74,7 @@ std::string kinds_in(const std::string& cause) {
 std::string origin_key(const Json& entry) {
   const auto verdict = verdict_named(entry.at("verdict").get<std::string>());
   auto cause = entry.at("cause").get<std::string>();
-  switch (verdict.value_or(Verdict::error)) {
+  switch (verdict) {
     case Verdict::error:
       return cause;
     case Verdict::scene_changed:
@@ -126,16 +126,16 @@ std::string FailureGroup::line() const {
 std::vector<FailureGroup> failure_groups(const Json& results) {
   const Json& checked = results.at("cases");
   std::vector<FailureGroup> groups;
-  for (const Verdict verdict : verdicts) {
-    if (verdict == Verdict::pass) continue;
+  for (const std::string_view verdict : verdict_names) {
+    if (verdict == "pass") continue;
     std::map<std::string, std::vector<const Json*>> by_origin;
     for (const Json& entry : checked) {
-      if (entry.at("verdict") == name(verdict)) by_origin[origin_key(entry)].push_back(&entry);
+      if (entry.at("verdict") == verdict) by_origin[origin_key(entry)].push_back(&entry);
     }
     std::vector<FailureGroup> found;
     found.reserve(by_origin.size());
     for (auto& [key, cases] : by_origin) {
-      found.push_back(group_of(std::string(name(verdict)), key, std::move(cases), checked));
+      found.push_back(group_of(std::string(verdict), key, std::move(cases), checked));
     }
     std::stable_sort(found.begin(), found.end(), [](const FailureGroup& a, const FailureGroup& b) {
       return a.cases.size() > b.cases.size();

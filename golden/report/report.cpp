@@ -45,10 +45,7 @@ std::vector<const Json*> failing_cases(const Json& results) {
   for (const Json& entry : results.at("cases")) {
     if (entry.at("verdict") != "pass") cases.push_back(&entry);
   }
-  const auto rank = [](const Json* entry) {
-    const auto verdict = verdict_named(entry->at("verdict").get<std::string>());
-    return std::find(verdicts.begin(), verdicts.end(), verdict.value_or(Verdict::error)) - verdicts.begin();
-  };
+  const auto rank = [](const Json* entry) { return verdict_named(entry->at("verdict").get<std::string>()); };
   std::stable_sort(cases.begin(), cases.end(), [&](const Json* a, const Json* b) {
     if (rank(a) != rank(b)) return rank(a) < rank(b);
     return severity(*a) > severity(*b);
@@ -64,11 +61,11 @@ std::string totals_list(const Json& results) {
                         count == 0 ? " zero" : "", count, verdict);
   };
   const Json& cases = results.at("cases");
-  for (const Verdict verdict : verdicts) {
-    if (verdict == Verdict::pass) add("orphan", results.at("orphans").size());
-    add(std::string(name(verdict)),
-        static_cast<std::size_t>(std::count_if(
-            cases.begin(), cases.end(), [&](const Json& e) { return e.at("verdict") == name(verdict); })));
+  for (const std::string_view verdict : verdict_names) {
+    if (verdict == "pass") add("orphan", results.at("orphans").size());
+    add(std::string(verdict),
+        static_cast<std::size_t>(std::count_if(cases.begin(), cases.end(),
+                                               [&](const Json& e) { return e.at("verdict") == verdict; })));
   }
   return html + "</ul>\n";
 }
