@@ -38,7 +38,7 @@ class EnvironmentTest : public testing::Test {
   SmallSuite suite_;
 };
 
-TEST_F(EnvironmentTest, ApprovingIsRefused) {
+TEST_F(EnvironmentTest, RefusesApproval) {
   fs::remove(suite_.image(20));
   suite_.run();
   try {
@@ -50,7 +50,7 @@ TEST_F(EnvironmentTest, ApprovingIsRefused) {
   EXPECT_FALSE(fs::exists(suite_.image(20)));
 }
 
-TEST_F(EnvironmentTest, WithinToleranceIsAPassThatSaysSo) {
+TEST_F(EnvironmentTest, PassesWithinToleranceWithNote) {
   change_pixel(1);
   const CheckResult result = suite_.run();
   EXPECT_EQ(result.cases.at(0).verdict, Verdict::pass);
@@ -59,14 +59,14 @@ TEST_F(EnvironmentTest, WithinToleranceIsAPassThatSaysSo) {
   EXPECT_EQ(result.cases.at(0).notes.at(0), "frame 20 within tolerance: this is not the pinned renderer");
 }
 
-TEST_F(EnvironmentTest, BeyondToleranceIsTheEnvironment) {
+TEST_F(EnvironmentTest, BlamesEnvironmentBeyondTolerance) {
   change_pixel(100);
   const CheckResult result = suite_.run();
   EXPECT_EQ(result.cases.at(0).verdict, Verdict::environment);
   EXPECT_EQ(result.exit_code(), 3);
 }
 
-TEST_F(EnvironmentTest, TheSimulationIsStillJudgedExactly) {
+TEST_F(EnvironmentTest, JudgesSimulationExactly) {
   change_pixel(100);
   write_text(suite_.options.suite, read_text(suite_.options.suite) + "settings = { substeps = 3 }\n");
   const CheckResult result = suite_.run();
@@ -95,7 +95,7 @@ class AnyRenderer : public testing::Test {
   SmallSuite suite_;
 };
 
-TEST_F(AnyRenderer, IsApprovedOnAndExactFromThenOn) {
+TEST_F(AnyRenderer, ApprovedPlatformComparesExactly) {
   suite_.make_goldens();
   EXPECT_EQ(suite_.run().exit_code(), 0);
   Image golden = read_png(suite_.image(20));
@@ -106,7 +106,7 @@ TEST_F(AnyRenderer, IsApprovedOnAndExactFromThenOn) {
   EXPECT_EQ(result.cases.at(0).verdict, Verdict::renderer_changed) << result.cases.at(0).text;
 }
 
-TEST_F(AnyRenderer, ElsewhereTheToleranceHolds) {
+TEST_F(AnyRenderer, ToleratesOtherPlatforms) {
   approve_elsewhere(1);
   const CheckResult result = suite_.run();
   EXPECT_EQ(result.cases.at(0).verdict, Verdict::pass) << result.cases.at(0).text;
@@ -114,7 +114,7 @@ TEST_F(AnyRenderer, ElsewhereTheToleranceHolds) {
             "frame 20 within tolerance: this is not the renderer that it was approved on");
 }
 
-TEST_F(AnyRenderer, ByFlipWhereTheCaseSaysSo) {
+TEST_F(AnyRenderer, ToleratesByFlip) {
   approve_elsewhere(100);
   EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::environment);
   write_text(suite_.options.suite, read_text(suite_.options.suite) + "tolerance = { flip = 0.9 }\n");

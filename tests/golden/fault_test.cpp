@@ -231,7 +231,7 @@ TEST(SimulationFault, RestitutionsMultipliedInsteadOfTheLarger) {
                       5, 40});
 }
 
-TEST(SimulationFault, ADriveTheOtherWay) {
+TEST(SimulationFault, ReversedDrive) {
   expect_model_fault({"powered_wheel",
                       [](Scene& scene) {
                         for (Joint& joint : scene.joints) {
@@ -252,7 +252,7 @@ void expect_procedure_fault(const char* scene, int frame, const Procedure& proce
   EXPECT_EQ(result.poses.motion.first.frame, frame);
 }
 
-TEST(SimulationFault, ASubstepTooFew) {
+TEST(SimulationFault, MissingSubstep) {
   expect_procedure_fault("box_stack", 1,
                          [](std::vector<Coordinates>& q, std::vector<Velocity>& v, const Settings& settings,
                             Problem& problem, Work& work) {
@@ -272,7 +272,7 @@ TEST(SimulationFault, SofterRows) {
                          });
 }
 
-TEST(SimulationFault, VelocitiesThatFadeFromSomeStepOn) {
+TEST(SimulationFault, VelocitiesFadeFromAStepOn) {
   int step = 0;
   expect_procedure_fault("tumbling_body", 21,
                          [&](std::vector<Coordinates>& q, std::vector<Velocity>& v, const Settings& settings,
@@ -282,7 +282,7 @@ TEST(SimulationFault, VelocitiesThatFadeFromSomeStepOn) {
                          });
 }
 
-TEST(SimulationFault, ABodyThatIsForgotten) {
+TEST(SimulationFault, ForgottenBody) {
   int step = 0;
   expect_procedure_fault("bouncing_balls", 4,
                          [&](std::vector<Coordinates>& q, std::vector<Velocity>& v, const Settings& settings,
@@ -293,7 +293,7 @@ TEST(SimulationFault, ABodyThatIsForgotten) {
                          });
 }
 
-TEST(SimulationFault, AMicrometre) {
+TEST(SimulationFault, DisplacementBelowRounding) {
   // Less than the rounding of the track's poses, in one of two bodies that change: it is not called the
   // other's.
   int step = 0;

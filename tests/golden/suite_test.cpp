@@ -36,7 +36,7 @@ class SuiteTest : public testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(SuiteTest, CasesStartFromTheDefaults) {
+TEST_F(SuiteTest, CasesInheritDefaults) {
   const Suite suite = read(R"(
 [defaults]
 frames = 60
@@ -103,7 +103,7 @@ substeps = 2
   EXPECT_EQ(stable.image_file(50), folder_.path() / "images/box_stack/a5-stable.f0050.png");
 }
 
-TEST_F(SuiteTest, MistakesAreNamedWithTheirLine) {
+TEST_F(SuiteTest, NamesMistakesWithTheirLine) {
   const std::string a_case = "[[case]]\nscene = \"s.gltf\"\n";
   EXPECT_EQ(message("# nothing\n"), "suite.toml: has no [[case]]");
   EXPECT_EQ(message("case = 3\n"), "suite.toml:1: 'case' must be tables: [[case]]");
@@ -151,7 +151,7 @@ TEST_F(SuiteTest, MistakesAreNamedWithTheirLine) {
   EXPECT_EQ(message("[defaults\n").rfind("suite.toml:1: ", 0), 0U);
 }
 
-TEST_F(SuiteTest, EveryToleranceIsReadFromItsOwnKey) {
+TEST_F(SuiteTest, ReadsEachTolerance) {
   const Suite suite = read(
       "[[case]]\nscene = \"../scenes/box_stack.gltf\"\nalgorithms = [\"a3\"]\n"
       "tolerance = { hard = 61, level = 2, count = 33, mean = 0.4, tile_mean = 5.5 }\n"
@@ -171,12 +171,12 @@ TEST_F(SuiteTest, EveryToleranceIsReadFromItsOwnKey) {
   EXPECT_EQ(entry.pose_tolerance->resting, 5);
 }
 
-TEST_F(SuiteTest, AFolderStandsForItsSuite) {
+TEST_F(SuiteTest, ReadsSuiteOfFolder) {
   read("[[case]]\nscene = \"one.gltf\"\n");
   EXPECT_EQ(read_suite(folder_.path()).cases.size(), 5U);
 }
 
-TEST_F(SuiteTest, AMissingFileIsNamed) {
+TEST_F(SuiteTest, RejectsMissingFile) {
   EXPECT_THROW(read_suite(folder_.path() / "none.toml"), Error);
 }
 
@@ -192,7 +192,7 @@ TEST_F(SuiteTest, SelectsByCaseOrScene) {
   EXPECT_THROW(select(suite, {"two.a1"}), Error);
 }
 
-TEST_F(SuiteTest, ASidecarThatIsNoneIsRefusedByName) {
+TEST_F(SuiteTest, RejectsDamagedSidecar) {
   const std::string good = R"({"scene_hash":"1","made_with":{"platform":""},"parts":{},)"
                            R"("poses":{"log_hash":"","track_hash":""},"images":[]})";
   const std::filesystem::path file = folder_.path() / "a3.json";
@@ -218,7 +218,7 @@ TEST_F(SuiteTest, ASidecarThatIsNoneIsRefusedByName) {
   EXPECT_EQ(read_sidecar(folder_.path() / "missing.json").scene_hash, "");
 }
 
-TEST_F(SuiteTest, OrphansAreFilesOfNoCase) {
+TEST_F(SuiteTest, FindsOrphans) {
   const Suite suite = read("[[case]]\nscene = \"one.gltf\"\nalgorithms = [\"a3\"]\nimages = [60]\n");
   EXPECT_TRUE(orphans(suite).empty());
   write_text(folder_.path() / "poses/one/a3.poses", "");
