@@ -9,7 +9,6 @@
 
 #include "golden/compare/blame.h"
 #include "golden/compare/provenance.h"
-#include "golden/report/error_strip.h"
 #include "render/markup.h"
 #include "sim/math/base64.h"
 
