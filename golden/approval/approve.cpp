@@ -8,8 +8,8 @@
 
 #include "golden/check/check_results.h"
 #include "golden/compare/provenance.h"
-#include "golden/compare/verdict.h"
 #include "golden/suite/sidecar.h"
+#include "golden/suite/suite.h"
 #include "render/image.h"
 #include "sim/error.h"
 #include "sim/log/file_output.h"
@@ -25,17 +25,9 @@ struct NewGolden {
   std::string content;
 };
 
-/// Each file is the old or the new one at any time. The sidecar comes last: until then its hashes are not
-/// those of the files beside it, which a check reports.
-void write_goldens(const std::vector<NewGolden>& files) {
-  for (const NewGolden& file : files) {
-    fs::create_directories(file.file.parent_path());
-    write_file(file.file, file.content);
-  }
-}
-
-[[noreturn]] void refuse(const std::string& case_name, const std::string& why) {
-  throw Error(fmt::format("{} is not approved: {}; nothing was written", case_name, why));
+[[noreturn]] void refuse(const Json& entry, const std::string& why) {
+  throw Error(
+      fmt::format("{} is not approved: {}; nothing was written", entry.at("name").get<std::string>(), why));
 }
 
 std::string today() {
@@ -45,34 +37,26 @@ std::string today() {
   return fmt::format("{:04}-{:02}-{:02}", utc.tm_year + 1900, utc.tm_mon + 1, utc.tm_mday);
 }
 
-/// The sidecar without what may differ between two equal sets of goldens.
+/// Returns the file's content; empty where there is no file.
+std::string content_of(const fs::path& file) {
+  return fs::exists(file) ? read_bytes(file) : std::string();
+}
+
+/// Returns the path `text` of results.json, which may come from elsewhere, below `folder`.
+fs::path inside(const fs::path& folder, const std::string& text) {
+  const fs::path path = text;
+  if (path.is_absolute() || std::find(path.begin(), path.end(), "..") != path.end()) {
+    throw Error(fmt::format("the results name {}, which is not among them: run 'substep check' again", text));
+  }
+  return folder / path;
+}
+
+/// Returns the sidecar without what may differ between two equal sets of goldens.
 Json essence(Json sidecar) {
   sidecar.erase("made_with");
   sidecar.erase("approved");
   sidecar.erase("history");
   return sidecar;
-}
-
-bool says_the_same(const fs::path& sidecar, const Json& expected) {
-  if (!fs::exists(sidecar)) return false;
-  const Json present = Json::parse(read_bytes(sidecar), nullptr, false);
-  return present.is_object() && essence(present) == essence(expected);
-}
-
-/// What the check left, unless it is something else by now.
-std::string shown(const fs::path& file, const std::string& hash, const std::string& case_name) {
-  std::string content = fs::exists(file) ? read_bytes(file) : std::string();
-  if (content_hash(content) != hash) {
-    refuse(case_name,
-           fmt::format("{} is no longer what the check left: run 'substep check' again", file.string()));
-  }
-  return content;
-}
-
-/// The picture that a golden file will hold: another file than the check left, with the same pixels.
-std::string kept(const fs::path& to, std::string content) {
-  return to.extension() == ".png" ? render::to_small_png(render::from_png(content, to.string()))
-                                  : std::move(content);
 }
 
 /// Whether the golden says what `content` does already. What makes a picture is its pixels.
@@ -88,17 +72,15 @@ bool holds(const fs::path& golden, const std::string& golden_bytes, const std::s
   }
 }
 
-/// When and why, after what was noted of the approvals before. What passes has the same states and pictures:
-/// its approval stays, whatever of its files is written anew.
-void note_approval(const CheckResults::Case& entry, const ApproveOptions& options, Json& sidecar) {
-  const Json old =
-      fs::exists(entry.sidecar_file) ? Json::parse(read_bytes(entry.sidecar_file), nullptr, false) : Json();
+/// Adds when and why the case was approved, and the approvals before. A case that passes has the same states
+/// and pictures: its approval stays, whatever of its files is written anew.
+void note_approval(const Json& entry, const Json& old, const std::string& reason, Json& sidecar) {
   const bool has_old = old.is_object() && old.contains("approved");
-  if (has_old && entry.verdict == name(Verdict::pass)) {
+  if (has_old && entry.at("verdict") == "pass") {
     sidecar["made_with"] = old.at("made_with");
     sidecar["approved"] = old.at("approved");
   } else {
-    sidecar["approved"] = {{"date", today()}, {"reason", options.reason}};
+    sidecar["approved"] = {{"date", today()}, {"reason", reason}};
   }
   if (old.is_object() && old.contains("history")) sidecar["history"] = old.at("history");
   if (!has_old || sidecar["approved"] == old.at("approved")) return;
@@ -107,85 +89,93 @@ void note_approval(const CheckResults::Case& entry, const ApproveOptions& option
   sidecar["history"].push_back(std::move(before));
 }
 
-/// Deletes the goldens of no case that the check named, if they are still what it saw.
-void prune(const CheckResults& results, const fs::path& suite_file_here, Approval& approval) {
-  const std::vector<fs::path> still = orphans(read_suite(suite_file_here));
-  for (const CheckResults::Orphan& orphan : results.orphans) {
-    const auto is_it = [&](const fs::path& file) {
-      return file.lexically_normal() == orphan.file.lexically_normal();
-    };
-    if (std::none_of(still.begin(), still.end(), is_it)) continue;
-    if (content_hash(read_bytes(orphan.file)) != orphan.hash) {
-      throw Error(fmt::format("{} is not deleted: it changed since the check", orphan.file.string()));
-    }
-    approval.size_change -= static_cast<std::int64_t>(fs::file_size(orphan.file));
-    fs::remove(orphan.file);
-    approval.deleted.push_back(orphan.file);
-  }
-}
-
-/// What is to be written for one case; empty when its goldens are those of the check already.
-std::vector<NewGolden> files_of(const CheckResults::Case& entry, const ApproveOptions& options) {
-  if (!entry.refusal.empty()) refuse(entry.name, entry.refusal);
+/// Returns what is to be written for one case, the sidecar last; empty when its goldens are those of the
+/// check already.
+std::vector<NewGolden> new_goldens(const Json& entry, const ApproveOptions& options,
+                                   const fs::path& suite_folder) {
+  const auto refusal = entry.at("refusal").get<std::string>();
+  if (!refusal.empty()) refuse(entry, refusal);
   std::vector<NewGolden> files;
-  for (const ApprovalCandidate& candidate : entry.candidates) {
-    const std::string content = shown(candidate.from, candidate.from_hash, entry.name);
-    const std::string golden = fs::exists(candidate.to) ? read_bytes(candidate.to) : std::string();
-    if (holds(candidate.to, golden, content)) continue;
-    if ((golden.empty() ? std::string() : content_hash(golden)) != candidate.to_hash) {
-      refuse(entry.name, fmt::format("{} is no longer what the check saw: run 'substep check' again",
-                                     candidate.to.string()));
+  for (const Json& candidate : entry.at("candidates")) {
+    const fs::path from = inside(options.output, candidate.at("from"));
+    const fs::path to = inside(suite_folder, candidate.at("to"));
+    const std::string content = content_of(from);
+    if (content_hash(content) != candidate.at("from_hash")) {
+      refuse(entry,
+             fmt::format("{} is no longer what the check left: run 'substep check' again", from.string()));
     }
-    files.push_back({candidate.to, kept(candidate.to, content)});
+    const std::string golden = content_of(to);
+    if (holds(to, golden, content)) continue;
+    if ((golden.empty() ? std::string() : content_hash(golden)) != candidate.at("to_hash")) {
+      refuse(entry,
+             fmt::format("{} is no longer what the check saw: run 'substep check' again", to.string()));
+    }
+    const bool is_picture = to.extension() == ".png";
+    files.push_back({to, is_picture ? render::to_small_png(render::from_png(content, from.string())) : content});
   }
-  if (!files.empty() || !says_the_same(entry.sidecar_file, entry.sidecar)) {
-    Json sidecar = entry.sidecar;
-    note_approval(entry, options, sidecar);
-    files.push_back({entry.sidecar_file, sidecar_text(sidecar)});
+  const fs::path sidecar_file = inside(suite_folder, entry.at("sidecar_file"));
+  const Json old = Json::parse(content_of(sidecar_file), nullptr, false);
+  Json sidecar = entry.at("sidecar");
+  if (!files.empty() || !old.is_object() || essence(old) != essence(sidecar)) {
+    note_approval(entry, old, options.reason, sidecar);
+    files.push_back({sidecar_file, sidecar_text(sidecar)});
   }
   return files;
+}
+
+/// Refuses whatever can be refused, before anything is written.
+std::vector<std::vector<NewGolden>> all_new_goldens(const Json& results, const ApproveOptions& options,
+                                                    const fs::path& suite_folder, Approval& approval) {
+  std::vector<std::vector<NewGolden>> cases;
+  for (const Json& entry : results.at("cases")) {
+    const auto name = entry.at("name").get<std::string>();
+    const bool is_named = std::find(options.cases.begin(), options.cases.end(), name) != options.cases.end();
+    const bool passed = entry.at("verdict") == "pass";
+    if (!is_named && (!options.all_failed || passed)) continue;
+    // The sidecar of a case that passes may be out of date.
+    const bool is_up_to_date = passed && !entry.contains("sidecar");
+    std::vector<NewGolden> files;
+    if (!is_up_to_date) files = new_goldens(entry, options, suite_folder);
+    if (files.empty()) {
+      approval.already_good.push_back(name);
+    } else {
+      cases.push_back(std::move(files));
+    }
+  }
+  return cases;
+}
+
+void require_case(const Json& results, const std::string& wanted) {
+  const Json& cases = results.at("cases");
+  if (std::none_of(cases.begin(), cases.end(),
+                   [&](const Json& entry) { return entry.at("name") == wanted; })) {
+    throw Error(fmt::format("the last check had no case '{}'", wanted));
+  }
 }
 
 }  // namespace
 
 Approval approve(const ApproveOptions& options) {
-  const bool needs_reason = options.all_failed || !options.cases.empty();
-  if (needs_reason && options.reason.find_first_not_of(" \t\n") == std::string::npos) {
-    throw Error("approve needs a reason: --reason \"why the goldens change\"");
-  }
-  if (!needs_reason && !options.renews && !options.prunes) {
+  if (!options.all_failed && options.cases.empty()) {
     throw Error("approve needs the names of cases, or --failed for all that did not pass");
   }
-  const fs::path suite_folder = suite_file(options.suite).parent_path();
-  const CheckResults results = read_results(options.output, suite_folder);
-  if (content_hash(read_bytes(suite_file(options.suite))) != results.suite_hash) {
-    throw Error(fmt::format("{} is not the suite file that was checked: run 'substep check' again",
-                            options.suite.string()));
+  if (options.reason.find_first_not_of(" \t\n") == std::string::npos) {
+    throw Error("approve needs a reason: --reason \"why the goldens change\"");
   }
-  for (const std::string& wanted : options.cases) {
-    if (std::none_of(results.cases.begin(), results.cases.end(),
-                     [&](const auto& c) { return c.name == wanted; })) {
-      throw Error(fmt::format("the last check had no case '{}'", wanted));
-    }
-  }
-  // All that can be refused is, before anything is written.
-  std::vector<std::vector<NewGolden>> cases;
+  const fs::path suite = suite_file(options.suite);
+  const Json results = read_results(options.output);
   Approval approval;
-  for (const CheckResults::Case& entry : results.cases) {
-    const bool is_named =
-        std::find(options.cases.begin(), options.cases.end(), entry.name) != options.cases.end();
-    const bool passed = entry.verdict == name(Verdict::pass);
-    const bool is_renewed = options.renews && passed && entry.sidecar.is_object();
-    if (!is_named && !is_renewed && (!options.all_failed || passed)) continue;
-    std::vector<NewGolden> files;
-    // A case that passes may still lack a track.
-    const bool has_nothing = passed && !entry.sidecar.is_object();
-    if (!has_nothing) files = files_of(entry, options);
-    if (files.empty()) {
-      approval.already_good.push_back(entry.name);
-    } else {
-      cases.push_back(std::move(files));
+  std::vector<std::vector<NewGolden>> cases;
+  try {
+    if (results.at("suite_hash") != content_hash(read_bytes(suite))) {
+      throw Error(fmt::format("{} is not the suite file that was checked: run 'substep check' again",
+                              options.suite.string()));
     }
+    for (const std::string& wanted : options.cases) require_case(results, wanted);
+    cases = all_new_goldens(results, options, suite.parent_path(), approval);
+  } catch (const Json::exception& error) {
+    throw Error(fmt::format("{}: is damaged: run 'substep check' again ({})",
+                            results_file(options.output).string(), error.what()));
   }
   for (const std::vector<NewGolden>& files : cases) {
     for (const NewGolden& file : files) {
@@ -193,11 +183,11 @@ Approval approve(const ApproveOptions& options) {
       const auto old_size = fs::file_size(file.file, none);
       approval.size_change += static_cast<std::int64_t>(file.content.size());
       if (!none) approval.size_change -= static_cast<std::int64_t>(old_size);
+      fs::create_directories(file.file.parent_path());
+      write_file(file.file, file.content);
       approval.written.push_back(file.file);
     }
-    write_goldens(files);
   }
-  if (options.prunes) prune(results, options.suite, approval);
   return approval;
 }
 

@@ -4,10 +4,11 @@
 /// Copies and never runs anything again: what a person looked at is what is approved. Refuses, and then
 /// writes nothing at all, when a file is no longer what the check left or a golden no longer what it saw,
 /// when it was not the pinned renderer that drew, when a picture is blank, and when poses or pictures alone
-/// were checked: new poses with old pictures would be reported as a changed renderer. Leaves alone what
-/// passes and deletes nothing but, when asked to, goldens of no case. A case's sidecar is written
-/// last: an interrupted approval shows in the next check, and the same command does the rest.
+/// were checked: new poses with old pictures would be reported as a changed renderer. Deletes nothing. A
+/// case's sidecar is written last: an interrupted approval shows in the next check, and the same command does
+/// the rest.
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -17,18 +18,15 @@ namespace substep::golden {
 struct ApproveOptions {
   std::filesystem::path suite = "golden/suite.toml";
   std::filesystem::path output = "out/check";  ///< of the check
-  std::vector<std::string> cases;              ///< names; used when not all_failed
-  bool all_failed = false;                     ///< every case that did not pass
+  std::vector<std::string> cases;              ///< names; of cases that pass an outdated sidecar is renewed
+  bool all_failed = false;                     ///< every case that did not pass, too
   std::string reason;                          ///< kept in the sidecars
-  bool renews = false;                         ///< also cases that pass whose sidecar or track is out of date
-  bool prunes = false;                         ///< delete the goldens of no case that the check found
 };
 
 struct Approval {
   std::vector<std::filesystem::path> written;
-  std::int64_t size_change = 0;  ///< bytes
-  std::vector<std::filesystem::path> deleted;
-  std::vector<std::string> already_good;  ///< named cases that had passed or were approved before
+  std::int64_t size_change = 0;           ///< bytes
+  std::vector<std::string> already_good;  ///< chosen cases that had passed or were approved before
 };
 
 /// Throws Error saying why not.

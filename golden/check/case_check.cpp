@@ -1,18 +1,14 @@
-#include "golden/check/case_check.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
 #include <utility>
 
-#include "golden/check/approval_candidates.h"
 #include "golden/check/case_context.h"
-#include "golden/check/case_images.h"
-#include "golden/check/case_verdict.h"
-#include "golden/check/motion_page.h"
+#include "golden/check/check_cases.h"
 #include "golden/suite/scene_parts.h"
-#include "sim/error.h"
+#include "render/player/player_page.h"
+#include "sim/log/file_output.h"
 #include "sim/simulation.h"
 
 namespace substep::golden {
@@ -21,70 +17,183 @@ namespace {
 namespace fs = std::filesystem;
 
 std::string one_line(std::string text) {
-  while (!text.empty() && text.back() == '\n') text.pop_back();
+  while (text.ends_with('\n')) text.pop_back();
   std::string line;
   for (const char c : text) line += c == '\n' ? std::string("; ") : std::string(1, c);
   return line;
 }
 
-/// A track is written with its poses; by hand or by an older program they can come apart.
-bool has_own_track(CaseContext& work) {
-  if (!work.golden_track) return false;
-  if (!work.live || work.result.poses.motion.judgement != PoseJudgement::exact) return true;
-  const bool is_own = has_equal_track(work);
-  if (!is_own) work.note("its track is of another run than its poses: approve it by name to renew it");
-  return is_own;
+bool has_equal_track(const CaseContext& work) {
+  return work.golden_track && to_bytes(*work.golden_track) == to_bytes(*work.live_track);
 }
 
-/// Whether the golden pictures are what is drawn here, and not only near it or good beside it: else nothing
-/// can be noted of them.
+/// Returns the hash of the track's file as approving leaves it. Equal tracks may be deflated otherwise.
+std::string approved_track_hash(const CaseContext& work) {
+  return content_hash(has_equal_track(work) ? read_bytes(work.result.entry.track_file)
+                                            : to_bytes(*work.live_track));
+}
+
+/// Whether the golden pictures are what is drawn here, and not only near it: else nothing can be noted of
+/// them.
 bool draws_its_goldens(const CaseContext& work) {
   const auto& images = work.result.images;
-  const bool is_theirs =
-      !work.result.entry.any_renderer || images.empty() || work.sidecar.platform() == work.made_with.platform;
-  return is_theirs && std::all_of(images.begin(), images.end(), [](const ImageResult& image) {
+  return (images.empty() || work.is_exact_here()) &&
+         std::all_of(images.begin(), images.end(), [](const ImageResult& image) {
            return image.against_golden && image.against_golden->image.judgement == Judgement::exact;
          });
 }
 
-/// Whether the sidecar says what is true of goldens that pass; without one there is nothing to say.
+/// Whether the sidecar and the track of a case that passes say what is true of its run.
 bool is_up_to_date(const CaseContext& work) {
-  const Sidecar& sidecar = work.sidecar;
-  if (!work.live || !work.live_track || sidecar.scene_hash.empty()) return true;
-  // Nothing passes by its poses being near enough and is noted anew for it.
-  if (work.result.poses.motion.judgement != PoseJudgement::exact) return true;
-  return sidecar.scene_hash == fmt::format("{:016x}", work.scene.hash) &&
-         sidecar.parts == scene_parts(work.scene) &&
-         sidecar.pose_log_hash == content_hash(to_text(*work.live)) &&
-         sidecar.track_hash == approved_track_hash(work);
+  // A run within its tolerance is no reason for other notes.
+  if (!work.live || work.result.poses.motion.judgement != PoseJudgement::exact) return true;
+  return work.sidecar.scene_hash == fmt::format("{:016x}", work.scene.hash) &&
+         work.sidecar.parts == scene_parts(work.scene) &&
+         work.sidecar.pose_log_hash == content_hash(to_text(*work.live)) &&
+         work.sidecar.track_hash == approved_track_hash(work);
+}
+
+/// Writes a page that plays the run beside the golden one, where they move otherwise: for who has the check's
+/// folder and not the program.
+void write_motion_page(CaseContext& work) {
+  CaseResult& result = work.result;
+  const bool differs = work.golden && work.golden_track && work.live_track && !result.poses.passes;
+  // Without pictures there may be no renderer, which says where the page looks from.
+  if (result.verdict == Verdict::pass || !differs || !work.options.images) return;
+  render::Comparison comparison;
+  render::ReferenceRun golden;
+  golden.method = "the golden run";
+  for (int k = 0; k <= result.entry.frames; ++k) comparison.times.push_back(k * result.entry.settings.step);
+  for (const Track::Frame& frame : work.golden_track->frames) {
+    if (frame.poses.size() != work.scene.bodies.size())
+      return work.note("no page plays it beside its golden run, which is of other bodies");
+    if (golden.poses.size() < comparison.times.size()) golden.poses.push_back(frame.poses);
+  }
+  golden.known = golden.poses.size();
+  comparison.runs.resize(2);
+  Run& now = comparison.runs[0];
+  now.panel.settings = result.entry.settings;
+  now.panel.title = "as it runs now";
+  for (const Track::Frame& frame : work.live_track->frames) now.poses.push_back(frame.poses);
+  render::measure_from(work.scene, golden, now);
+  if (now.poses.size() < comparison.times.size()) now.diverged = comparison.times[now.poses.size()];
+  Run& before = comparison.runs[1];
+  before.panel.kind = render::PanelChoice::Kind::reference;
+  before.poses = golden.poses;
+  comparison.reference = std::move(golden);
+  result.player = "player.html";
+  write_below(result.files, result.player, render::player_page(work.scene, comparison, work.scene.name, 1));
+}
+
+void add_candidate(CheckedCase& checked, const fs::path& from, const fs::path& to) {
+  checked.candidates.push_back({from, content_hash(read_bytes(from)), to,
+                                fs::exists(to) ? content_hash(read_bytes(to)) : std::string()});
+}
+
+void add_log_candidates(const CaseContext& work, CheckedCase& checked) {
+  const PoseResult& poses = work.result.poses;
+  // A run within its tolerance is no reason for another golden.
+  if (poses.passes && poses.motion.judgement != PoseJudgement::exact) return;
+  const SuiteCase& entry = work.result.entry;
+  const std::string text = to_text(*work.live);
+  if (!poses.has_golden || text != read_bytes(entry.pose_file)) {
+    add_candidate(checked, write_below(work.result.files, "actual.poses", text), entry.pose_file);
+  }
+  if (has_equal_track(work)) return;
+  add_candidate(checked, write_below(work.result.files, "actual.track", to_bytes(*work.live_track)),
+                entry.track_file);
+}
+
+/// Writes what approving would copy. Returns what forbids approving; empty: nothing does.
+std::string prepare_approval(const CaseContext& work, CheckedCase& checked) {
+  const SuiteCase& entry = work.result.entry;
+  if (work.live) add_log_candidates(work, checked);
+  if (!work.result.poses.is_checked || (!work.result.images_checked && !entry.images.empty())) {
+    return fmt::format(
+        "only half of it was checked, and poses and pictures are approved together: 'substep check --case "
+        "{}'",
+        entry.name);
+  }
+  const bool from_live = !work.new_images.empty();
+  std::vector<ApprovablePicture> pictures;
+  for (std::size_t i = 0; i < entry.images.size(); ++i) {
+    const ImageResult& image = work.result.images[i];
+    const Drawing& drawing = from_live ? work.new_images[i] : work.drawn[i];
+    if (!drawing.is_there()) {
+      return fmt::format("the run has no frame {}: it ended \"{}\"", image.frame, work.live->end);
+    }
+    if (is_blank(drawing.picture)) return fmt::format("frame {} is blank", image.frame);
+    pictures.push_back({&drawing.picture, body_extents(drawing.bodies)});
+    const fs::path golden = entry.image_file(image.frame);
+    const bool is_unchanged =
+        (image.passes && !from_live) || (image.has_golden && render::read_png(golden).rgb == drawing.picture.rgb);
+    if (is_unchanged) continue;
+    add_candidate(checked,
+                  work.result.files / fmt::format("f{:04}.{}.png", image.frame, from_live ? "new" : "actual"),
+                  golden);
+  }
+  const ApprovableRun run{&*work.live, content_hash(to_text(*work.live)), approved_track_hash(work)};
+  checked.sidecar = make_sidecar(entry, run, work.scene, pictures, work.made_with);
+  if (entry.images.empty() || work.made_with.is_pinned || entry.any_renderer) return {};
+  return "it was drawn by " + work.made_with.renderer + ", which is not the pinned renderer";
+}
+
+/// Removes what a check before left in the case's folder.
+void clear(const fs::path& folder) {
+  std::error_code none;
+  for (const auto& file : fs::directory_iterator(folder, none)) {
+    const auto extension = file.path().extension();
+    if (extension == ".png" || extension == ".poses" || extension == ".track" || extension == ".html") {
+      fs::remove(file.path());
+    }
+  }
+}
+
+}  // namespace
+
+fs::path write_below(const fs::path& folder, const std::string& name, std::string_view bytes) {
+  fs::create_directories(folder);
+  write_file(folder / name, bytes);
+  return folder / name;
+}
+
+void load_goldens(CaseContext& work) {
+  const SuiteCase& entry = work.result.entry;
+  work.sidecar = read_sidecar(entry.sidecar);
+  work.result.poses.has_golden = fs::exists(entry.pose_file);
+  if (work.result.poses.has_golden) work.golden = read_pose_log(entry.pose_file);
+  if (fs::exists(entry.track_file)) work.golden_track = read_track(entry.track_file);
+  if (!work.sidecar.is_there) return;
+  const auto compare = [&](const fs::path& file, const std::string& approved) {
+    if (content_hash(read_bytes(file)) == approved) return;
+    work.edited.push_back(file.filename().string());
+    work.note(fmt::format("the golden {} is not the one that was approved", work.edited.back()));
+  };
+  if (work.golden) compare(entry.pose_file, work.sidecar.pose_log_hash);
+  if (work.golden_track) compare(entry.track_file, work.sidecar.track_hash);
 }
 
 void check_poses(CaseContext& work) {
   PoseResult& poses = work.result.poses;
+  const SuiteCase& entry = work.result.entry;
   poses.is_checked = true;
-  const Settings& settings = work.result.entry.settings;
-  Simulation simulation(work.scene, settings);
-  Tracker tracker(work.scene, settings);
+  Simulation simulation(work.scene, entry.settings);
+  Tracker tracker(work.scene, entry.settings);
   tracker.add(simulation.state());
-  work.live = record(simulation, work.result.entry.frames, work.result.entry.full_every,
+  work.live = record(simulation, entry.frames, entry.full_every,
                      [&](int, const StepReport&) { tracker.add(simulation.state()); });
   work.live_track = tracker.take();
   poses.frames = static_cast<int>(work.live->frames.size());
   poses.end = work.live->end;
   poses.bodies = static_cast<int>(work.live->bodies.size()) - 1;
-  poses.modelled = work.live->modelled;
   if (!work.golden) return;
   poses.golden_frames = static_cast<int>(work.golden->frames.size());
   poses.difference = compare(*work.golden, *work.live);
-  const PoseDifference& difference = poses.difference;
-  const bool same_poses = difference.largest_position == 0 && difference.largest_orientation == 0;
-  if (difference.first_frame >= 0) {
+  if (poses.difference.first_frame >= 0) {
     poses.motion = compare_motion(work.golden_motion(), work.live_motion(),
-                                  viewfinder(work.scene, work.result.entry, *work.golden),
-                                  work.result.entry.pose_tolerance);
-  } else if (!same_poses) {
+                                  viewfinder(work.scene, entry, *work.golden), entry.pose_tolerance);
+  } else if (poses.difference.largest_position != 0 || poses.difference.largest_orientation != 0) {
     poses.motion.judgement = PoseJudgement::differs;
-    work.edited.push_back(work.result.entry.pose_file.filename().string());
     work.note("the golden log's poses are not those that its hashes are of: it was edited");
   }
   poses.passes = passes(poses.motion.judgement);
@@ -92,50 +201,29 @@ void check_poses(CaseContext& work) {
     work.note(fmt::format("poses differ from frame {} on, within the case's pose tolerance",
                           poses.motion.first.frame));
   }
-  if (poses.motion.judgement == PoseJudgement::exact && !difference.headers.empty()) {
-    work.note("same states, but other headers: " + one_line(difference.headers));
+  if (poses.motion.judgement == PoseJudgement::exact && !poses.difference.headers.empty()) {
+    work.note("same states, but other headers: " + one_line(poses.difference.headers));
   }
 }
-
-/// Where the motion is another than the golden one's, a page that plays both: for who has the check's folder
-/// and not the program.
-void write_motion_page(CaseContext& work) {
-  CaseResult& result = work.result;
-  const bool differs = work.golden && work.golden_track && work.live_track && !result.poses.passes;
-  // Without pictures there may be no renderer, which says where the page looks from.
-  if (result.verdict == Verdict::pass || !differs || !work.options.images) return;
-  std::vector<std::vector<Coordinates>> live;
-  for (const Track::Frame& frame : work.live_track->frames) live.push_back(frame.poses);
-  try {
-    work.folder.write("player.html", motion_page(work.scene, result.entry.settings, live, *work.golden_track,
-                                                 result.entry.frames));
-    result.player = "player.html";
-  } catch (const Error& error) {
-    work.note(fmt::format("no page plays it: {}", error.what()));
-  }
-}
-
-}  // namespace
 
 CheckedCase check_case(const CheckOptions& options, const MadeWith& made_with, const SuiteCase& entry,
                        const Scene& scene) {
   const auto start = std::chrono::steady_clock::now();
-  CaseContext work(options, made_with, entry, scene);
-  work.folder.clear();
-  work.result.poses.has_golden = fs::exists(entry.pose_file);
-  if (work.result.poses.has_golden) work.golden = read_pose_log(entry.pose_file);
-  if (fs::exists(entry.track_file)) work.golden_track = read_track(entry.track_file);
-  work.result.poses.has_track = work.golden_track.has_value();
-  find_edited_logs(work);
+  CaseContext work{options, made_with, scene, {}, {}, {}, {}, {}, {}, {}, {}, {}};
+  work.result.entry = entry;
+  work.result.entry.settings = entry.settings_for(scene);
+  work.result.step = work.result.entry.settings.step;
+  work.result.files = options.output / entry.name;
+  clear(work.result.files);
+  load_goldens(work);
   if (options.poses) check_poses(work);
   if (options.images && !entry.images.empty()) check_images(work);
   decide(work);
   write_motion_page(work);
-  const bool is_complete = work.result.verdict == Verdict::pass &&
-                           ((has_own_track(work) && is_up_to_date(work)) || !draws_its_goldens(work));
-  // After all that is noted.
+  const bool is_complete =
+      work.result.verdict == Verdict::pass && (is_up_to_date(work) || !draws_its_goldens(work));
   CheckedCase checked{work.result, {}, {}, work.sidecar.made_with};
-  if (!is_complete) prepare_approval(work, checked);
+  if (!is_complete) checked.result.refusal = prepare_approval(work, checked);
   const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
   checked.result.seconds = spent.count();
   return checked;
@@ -146,7 +234,7 @@ CheckedCase failed_case(const CheckOptions& options, const SuiteCase& entry, con
   CaseResult& result = checked.result;
   result.entry = entry;
   result.files = options.output / entry.name;
-  CaseFolder(result.files).clear();
+  clear(result.files);
   result.verdict = Verdict::error;
   result.cause = one_line(why);
   result.refusal = "it could not be checked";

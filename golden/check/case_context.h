@@ -1,15 +1,13 @@
 #pragma once
-/// A case while check_case checks it: what it is checked against, what was found, and what each step leaves
-/// for those after it.
+/// A case while check_case() checks it, and the steps of that check in their order: each reads what the steps
+/// before it left.
 
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "golden/check/case_pictures.h"
 #include "golden/check/check.h"
-#include "golden/check/check_results.h"
 #include "golden/compare/motion_comparison.h"
 #include "golden/compare/track.h"
 #include "golden/suite/sidecar.h"
@@ -17,26 +15,20 @@
 
 namespace substep::golden {
 
-/// In the scene's order, the world first.
-std::vector<std::string> body_names(const Scene& scene);
-
 struct CaseContext {
-  /// Throws Error when the sidecar is damaged.
-  CaseContext(const CheckOptions& options_of, const MadeWith& with, const SuiteCase& entry, const Scene& of);
-
-  /// Once there are both logs.
   LoggedMotion golden_motion() const { return {&*golden, golden_track ? &*golden_track : nullptr}; }
   LoggedMotion live_motion() const { return {&*live, &*live_track}; }
 
-  void note(std::string_view text);
+  void note(std::string text) { result.notes.push_back(std::move(text)); }
 
   /// Whether pictures must be equal here: on the pinned renderer, or on the one that they are of.
-  bool is_exact_here() const;
+  bool is_exact_here() const {
+    return result.entry.any_renderer ? sidecar.platform == made_with.platform : made_with.is_pinned;
+  }
 
   const CheckOptions& options;
   const MadeWith& made_with;
   const Scene& scene;
-  CaseFolder folder;
   CaseResult result;
   Sidecar sidecar;
   std::optional<PoseLog> golden;
@@ -47,5 +39,28 @@ struct CaseContext {
   std::vector<Drawing> drawn;       ///< the golden poses, a drawing a picture of the case
   std::vector<Drawing> new_images;  ///< the live ones, where they are needed
 };
+
+/// Reads sidecar, golden log and track, and notes which of them are not those that were approved. Throws
+/// Error when one is damaged.
+void load_goldens(CaseContext& work);
+
+/// Simulates, and compares with the golden log.
+void check_poses(CaseContext& work);
+
+/// Draws the golden poses and compares with the golden pictures, which shows what the renderer changed, and
+/// with pictures of the live poses, which shows what the simulation changed. Writes the pictures that differ.
+void check_images(CaseContext& work);
+
+/// Sets verdict and cause. The first rule that applies decides:
+///
+///  1. new, missing      goldens are not there;
+///  2. golden edited     all that fails does so against goldens whose own hash, noted when they were
+///                       approved, does not hold: nobody approved them;
+///  3. scene changed     the scene's file is another than the goldens were made of, and what differs in it
+///                       bears on what fails (motion, pictures or both);
+///  4. loading changed   the file is the same, but other masses, places, shapes or meshes are loaded of it;
+///  5. simulation, renderer or both changed: what is left; on another renderer than the pictures' own, the
+///                       environment.
+void decide(CaseContext& work);
 
 }  // namespace substep::golden

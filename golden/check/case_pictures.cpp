@@ -1,10 +1,17 @@
 #include "golden/check/case_pictures.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "golden/check/case_context.h"
 #include "golden/compare/flip.h"
-#include "sim/log/file_output.h"
 
 namespace substep::golden {
 namespace {
+
+namespace fs = std::filesystem;
 
 render::RenderSettings render_settings(const SuiteCase& entry) {
   render::RenderSettings settings;
@@ -13,30 +20,185 @@ render::RenderSettings render_settings(const SuiteCase& entry) {
   return settings;
 }
 
-}  // namespace
+bool is_same_pose(const Coordinates& a, const Coordinates& b) {
+  return a.linear == b.linear && a.angular.coeffs() == b.angular.coeffs();
+}
 
-void CaseFolder::clear() const {
-  std::error_code none;
-  for (const auto& file : std::filesystem::directory_iterator(folder_, none)) {
-    const auto extension = file.path().extension();
-    if (extension == ".png" || extension == ".poses" || extension == ".track" || extension == ".html") {
-      std::filesystem::remove(file.path());
+/// Returns the drawings of the case's frames, empty ones for those without poses of all bodies.
+std::vector<Drawing> draw_frames(CasePainter& painter, const PoseLog& log, const CaseContext& work) {
+  std::vector<Drawing> drawings;
+  for (const int frame : work.result.entry.images) {
+    const auto k = static_cast<std::size_t>(frame);
+    const bool has_poses = k < log.frames.size() && log.frames[k].poses.size() == work.scene.bodies.size();
+    drawings.push_back(has_poses ? painter.draw(log.frames[k].poses) : Drawing());
+  }
+  return drawings;
+}
+
+/// Compares two pictures, and finds the bodies that differ.
+PictureComparison compare_pictures(const Drawing& expected, const Drawing& actual, int frame,
+                                   const CaseContext& work) {
+  PictureComparison result{compare(expected.picture, actual.picture, work.result.entry.tolerance), {}, {}};
+  if (result.image.judgement == Judgement::exact || result.image.judgement == Judgement::size) return result;
+  const Flip visible = flip(expected.picture, actual.picture);
+  result.flip = {visible.mean, visible.percentile_99, visible.max, std::string(visibility(visible))};
+  std::vector<std::string> names;
+  for (const Body& body : work.scene.bodies) names.push_back(body.name);
+  const Sidecar::Picture* approved = work.sidecar.picture(frame);
+  result.blame = blame(expected.picture, actual.picture, expected.bodies, actual.bodies,
+                       approved == nullptr ? std::vector<BodyExtent>() : approved->bodies, names);
+  return result;
+}
+
+/// Compares pictures of old and new poses: that all bodies differ is their motion then, not the light.
+PictureComparison compare_poses(const Drawing& expected, const Drawing& actual, int frame,
+                                const CaseContext& work) {
+  PictureComparison result = compare_pictures(expected, actual, frame, work);
+  if (result.blame) result.blame->is_everywhere = false;
+  return result;
+}
+
+/// Adds two pictures that differ to the result, and writes what shows the difference to files that start with
+/// `prefix`.
+void add_pair(PicturePair pair, const std::string& prefix, const Drawing& expected, const Drawing& actual,
+              CaseContext& work) {
+  const Judgement judgement = pair.comparison.image.judgement;
+  if (judgement == Judgement::exact) return;
+  const auto write = [&](const char* what, const render::Image& image) {
+    const std::string file = prefix + "." + what + ".png";
+    write_below(work.result.files, file, render::to_png(image));
+    return file;
+  };
+  if (judgement != Judgement::size) {
+    pair.difference = write("difference", difference_image(expected.picture, actual.picture));
+    pair.flip = write("flip", heat_map(flip(expected.picture, actual.picture)));
+    pair.bodies =
+        write("bodies", blame_image(expected.picture, actual.picture, expected.bodies, actual.bodies));
+  }
+  work.result.pairs.push_back(std::move(pair));
+}
+
+/// Whether a picture that differs is within the tolerance: by FLIP where the case says so, else by levels and
+/// counts.
+bool is_within(const PictureComparison& comparison, const ImageTolerance& tolerance) {
+  if (!tolerance.flip || comparison.image.judgement == Judgement::size)
+    return passes(comparison.image.judgement);
+  return comparison.flip && comparison.flip->max <= *tolerance.flip;
+}
+
+/// Judges a drawing of the golden poses by the golden picture.
+void judge(ImageResult& image, const Drawing& drawn, const std::string& prefix, CaseContext& work) {
+  const SuiteCase& entry = work.result.entry;
+  const fs::path file = entry.image_file(image.frame);
+  const Drawing golden{render::read_png(file), drawn.bodies};
+  image.against_golden = compare_pictures(golden, drawn, image.frame, work);
+  const bool is_exact = image.against_golden->image.judgement == Judgement::exact;
+  const bool is_tolerated =
+      !is_exact && !work.is_exact_here() && is_within(*image.against_golden, entry.tolerance);
+  image.passes = (is_exact || is_tolerated) && !image.is_blank;
+  if (is_tolerated) {
+    work.note(fmt::format(
+        "frame {} within tolerance{}: this is not {}", image.frame, entry.tolerance.flip ? " by FLIP" : "",
+        entry.any_renderer ? "the renderer that it was approved on" : "the pinned renderer"));
+  }
+  if (image.passes) return;
+  write_below(work.result.files, prefix + ".expected.png", render::to_png(golden.picture));
+  add_pair({PicturePair::About::renderer,
+            image.frame,
+            prefix + ".expected.png",
+            prefix + ".actual.png",
+            *image.against_golden,
+            {},
+            {},
+            {}},
+           prefix, golden, drawn, work);
+  const Sidecar::Picture* approved = work.sidecar.picture(image.frame);
+  const std::string found = pixel_hash(golden.picture);
+  if (approved == nullptr || approved->pixels == found) return;
+  work.edited.push_back(file.filename().string());
+  work.note(
+      fmt::format("the golden picture of frame {} is not the one that was approved (pixels {}, approved {})",
+                  image.frame, found, approved->pixels));
+}
+
+/// Checks a picture of the case: `drawn` of the golden poses, `fresh` of the live ones; either may be empty.
+void check_image(int frame, const Drawing& drawn, const Drawing& fresh, CaseContext& work) {
+  ImageResult image;
+  image.frame = frame;
+  image.has_golden = fs::exists(work.result.entry.image_file(frame));
+  image.is_drawn = drawn.is_there();
+  if (work.golden && !image.is_drawn) {
+    const std::size_t golden = work.golden->bodies.size() - 1;
+    const std::size_t here = work.scene.bodies.size() - 1;
+    work.note(golden == here
+                  ? fmt::format("the golden log has no poses at frame {}", frame)
+                  : fmt::format("the golden log has {} bodies and the scene {}: frame {} cannot be drawn",
+                                golden, here, frame));
+  }
+  const std::string prefix = fmt::format("f{:04}", frame);
+  image.is_blank = image.is_drawn && is_blank(drawn.picture);
+  if (image.is_drawn && image.has_golden) judge(image, drawn, prefix, work);
+  if (image.is_drawn && (!image.passes || fresh.is_there())) {
+    write_below(work.result.files, prefix + ".actual.png", render::to_png(drawn.picture));
+  }
+  if (fresh.is_there()) {
+    image.is_blank = image.is_blank || is_blank(fresh.picture);
+    write_below(work.result.files, prefix + ".new.png", render::to_png(fresh.picture));
+  }
+  if (image.is_drawn && fresh.is_there()) {
+    image.new_poses = compare_poses(drawn, fresh, frame, work);
+    add_pair({PicturePair::About::simulation,
+              frame,
+              prefix + ".actual.png",
+              prefix + ".new.png",
+              *image.new_poses,
+              {},
+              {},
+              {}},
+             prefix + ".new", drawn, fresh, work);
+  } else if (fresh.is_there() || (image.is_drawn && !image.has_golden)) {
+    const std::string file = prefix + (fresh.is_there() ? ".new.png" : ".actual.png");
+    work.result.pairs.push_back({PicturePair::About::only, frame, {}, file, {}, {}, {}, {}});
+  }
+  work.result.images.push_back(std::move(image));
+}
+
+/// Draws old and new poses frame by frame, through one camera, until a pixel differs.
+void find_visible(CasePainter& painter, CaseContext& work) {
+  PoseResult& poses = work.result.poses;
+  poses.visible_is_fact = true;
+  for (int k = poses.motion.first.frame; k < std::min(poses.frames, poses.golden_frames); ++k) {
+    const PosePair pair = poses_at(work.golden_motion(), work.live_motion(), k);
+    const bool can_draw =
+        pair.golden.size() == work.scene.bodies.size() && pair.actual.size() == work.scene.bodies.size();
+    if (!can_draw) poses.visible_is_fact = false;
+    if (!can_draw || std::equal(pair.golden.begin(), pair.golden.end(), pair.actual.begin(), is_same_pose)) {
+      continue;
     }
+    const Drawing before = painter.draw(pair.golden);
+    const Drawing after = painter.draw(pair.actual);
+    if (before.picture.rgb == after.picture.rgb) continue;
+    poses.visible_frame = k;
+    const std::string prefix = fmt::format("f{:04}.first", k);
+    write_below(work.result.files, prefix + ".expected.png", render::to_png(before.picture));
+    write_below(work.result.files, prefix + ".actual.png", render::to_png(after.picture));
+    add_pair({PicturePair::About::first_visible,
+              k,
+              prefix + ".expected.png",
+              prefix + ".actual.png",
+              compare_poses(before, after, k, work),
+              {},
+              {},
+              {}},
+             prefix, before, after, work);
+    return;
   }
 }
 
-std::filesystem::path CaseFolder::write(const std::string& file_name, std::string_view bytes) const {
-  std::filesystem::create_directories(folder_);
-  write_file(folder_ / file_name, bytes);
-  return folder_ / file_name;
-}
+}  // namespace
 
 CasePainter::CasePainter(const Scene& scene, const SuiteCase& entry, const PoseLog& log)
     : renderer_(scene, render_settings(entry), full_frames(log, scene)) {}
-
-Drawing CasePainter::draw(std::span<const Coordinates> poses) {
-  return {renderer_.draw(poses), renderer_.draw_bodies(poses)};
-}
 
 std::vector<std::vector<Coordinates>> full_frames(const PoseLog& log, const Scene& scene) {
   std::vector<std::vector<Coordinates>> result;
@@ -54,34 +216,31 @@ Viewfinder viewfinder(const Scene& scene, const SuiteCase& entry, const PoseLog&
   const double aspect = static_cast<double>(entry.width) / entry.height;
   std::vector<std::vector<Coordinates>> frames = full_frames(log, scene);
   if (frames.empty()) frames.push_back(initial_state(scene).q);
-  finder.view = scene.camera ? render::view_from(*scene.camera, aspect)
-                             : render::automatic_view(finder.parts, frames, aspect);
+  finder.view =
+      scene.camera ? render::view_from(*scene.camera, aspect) : render::automatic_view(finder.parts, frames, aspect);
   return finder;
 }
 
-PictureComparison compare_pictures(const Drawing& expected, const Drawing& actual,
-                                   const ImageTolerance& tolerance, const std::vector<BodyExtent>& approved,
-                                   const std::vector<std::string>& names) {
-  PictureComparison result{compare(expected.picture, actual.picture, tolerance), {}, {}};
-  const Judgement judgement = result.image.judgement;
-  if (judgement == Judgement::exact || judgement == Judgement::size) return result;
-  const Flip visible = flip(expected.picture, actual.picture);
-  result.flip = {visible.mean, visible.percentile_99, visible.max, std::string(visibility(visible))};
-  result.blame = blame(expected.picture, actual.picture, expected.bodies, actual.bodies, approved, names);
-  return result;
-}
-
-void write_difference(const CaseFolder& folder, const std::string& prefix, const Drawing& expected,
-                      const Drawing& actual, PicturePair& pair) {
-  const auto write = [&](const char* what, const render::Image& image) {
-    const std::string file = prefix + "." + what + ".png";
-    folder.write(file, render::to_png(image));
-    return file;
-  };
-  pair.difference = write("difference", difference_image(expected.picture, actual.picture));
-  pair.flip = write("flip", heat_map(flip(expected.picture, actual.picture)));
-  pair.bodies =
-      write("bodies", blame_image(expected.picture, actual.picture, expected.bodies, actual.bodies));
+void check_images(CaseContext& work) {
+  work.result.images_checked = true;
+  const SuiteCase& entry = work.result.entry;
+  std::optional<CasePainter> painter;
+  work.drawn.resize(entry.images.size());
+  if (work.golden) {
+    painter.emplace(work.scene, entry, *work.golden);
+    work.drawn = draw_frames(*painter, *work.golden, work);
+  }
+  const bool lacks_poses =
+      std::any_of(work.drawn.begin(), work.drawn.end(), [](const Drawing& d) { return !d.is_there(); });
+  if (work.live && (!work.result.poses.passes || lacks_poses)) {
+    CasePainter live_painter(work.scene, entry, *work.live);
+    work.new_images = draw_frames(live_painter, *work.live, work);
+  }
+  for (std::size_t i = 0; i < entry.images.size(); ++i) {
+    check_image(entry.images[i], work.drawn[i], work.new_images.empty() ? Drawing() : work.new_images[i],
+                work);
+  }
+  if (painter && work.live && work.result.poses.motion.first.frame >= 0) find_visible(*painter, work);
 }
 
 }  // namespace substep::golden

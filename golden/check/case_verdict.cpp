@@ -1,10 +1,9 @@
-#include "golden/check/case_verdict.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 
+#include "golden/check/case_context.h"
 #include "golden/suite/scene_parts.h"
 
 namespace substep::golden {
@@ -43,15 +42,9 @@ void explain_edits(CaseContext& work, Failing& failing) {
   if (!failing.any()) work.result.verdict = Verdict::golden_edited;
 }
 
-std::string noted_scene_hash(const CaseContext& work) {
-  if (!work.sidecar.scene_hash.empty()) return work.sidecar.scene_hash;
-  return work.golden ? fmt::format("{:016x}", work.golden->scene_hash) : std::string();
-}
-
 /// Another file, or other bodies of the same.
 void explain_inputs(CaseContext& work, Failing& failing) {
-  const std::string noted = noted_scene_hash(work);
-  const bool is_other_file = !noted.empty() && noted != fmt::format("{:016x}", work.scene.hash);
+  const bool is_other_file = work.sidecar.scene_hash != fmt::format("{:016x}", work.scene.hash);
   const std::vector<std::string> names = work.golden ? work.golden->bodies : std::vector<std::string>();
   const SceneDifference difference = scene_difference(work.sidecar.parts, work.scene, names);
   const bool starts_otherwise = work.result.poses.motion.first.frame == 0;
@@ -59,10 +52,7 @@ void explain_inputs(CaseContext& work, Failing& failing) {
   std::string cause = difference.text;
   bool moves = difference.moves;
   bool is_drawn = difference.is_drawn;
-  if (is_other_file && !difference.is_known) {
-    moves = is_drawn = true;
-    cause = "its file is another; what in it is not known, for the sidecar is of an older version";
-  } else if (!is_other_file) {
+  if (!is_other_file) {
     verdict = Verdict::loading_changed;
     if (starts_otherwise && cause.empty()) {
       moves = is_drawn = true;
@@ -90,13 +80,12 @@ std::string cause_of_picture(const Blame& blame) {
   return blame.bodies.empty() ? std::string() : blame.bodies.front().name;
 }
 
-/// Whether what explains the goldens was deleted. A track that was never noted was never there.
+/// Whether what explains the goldens is not there.
 bool lacks_explanation(CaseContext& work) {
   const SuiteCase& entry = work.result.entry;
-  const bool lacks_track = !work.golden_track && !work.sidecar.track_hash.empty();
   if (!work.sidecar.is_there) work.note(fmt::format("there is no {}", entry.sidecar.filename().string()));
-  if (lacks_track) work.note(fmt::format("there is no {}", entry.track_file.filename().string()));
-  return !work.sidecar.is_there || lacks_track;
+  if (!work.golden_track) work.note(fmt::format("there is no {}", entry.track_file.filename().string()));
+  return !work.sidecar.is_there || !work.golden_track;
 }
 
 void find_cause(CaseContext& work) {
@@ -115,27 +104,6 @@ void find_cause(CaseContext& work) {
 }
 
 }  // namespace
-
-void find_edited_logs(CaseContext& work) {
-  const Sidecar& sidecar = work.sidecar;
-  const SuiteCase& entry = work.result.entry;
-  const auto add = [&](const std::filesystem::path& file) {
-    work.edited.push_back(file.filename().string());
-    work.note(fmt::format("the golden {} is not the one that was approved", file.filename().string()));
-  };
-  if (work.golden && !work.golden->frames.empty()) {
-    const auto text = [](std::uint64_t hash) { return fmt::format("{:016x}", hash); };
-    const bool is_noted = !sidecar.pose_log_hash.empty();
-    const bool is_other = is_noted ? content_hash(read_bytes(entry.pose_file)) != sidecar.pose_log_hash
-                                   : !sidecar.first_state.empty() &&
-                                         (text(work.golden->frames.front().hash) != sidecar.first_state ||
-                                          text(work.golden->frames.back().hash) != sidecar.last_state);
-    if (is_other) add(entry.pose_file);
-  }
-  const bool has_other_track = work.golden_track && !sidecar.track_hash.empty() &&
-                               content_hash(read_bytes(entry.track_file)) != sidecar.track_hash;
-  if (has_other_track) add(entry.track_file);
-}
 
 void decide(CaseContext& work) {
   const PoseResult& poses = work.result.poses;

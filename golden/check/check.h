@@ -11,16 +11,14 @@
 /// down to the environment.
 ///
 /// A case that fails because its inputs are others says so instead: the scene's file, what is loaded of it,
-/// or a golden that is not the one that was approved (case_verdict.h). A case that cannot be checked at all
-/// is an error, and the others go on.
+/// or a golden that is not the one that was approved (decide(), case_context.h). A case that cannot be
+/// checked at all is an error, and the other cases are checked.
 ///
 /// Everything that a person wants to see of a failing case lies in <output>/<case>/: the new pose log and the
 /// pictures that PicturePair names. <output>/results.json has every figure, and is what approve() and the
 /// report go by. Goldens are never written here.
 
-#include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -40,7 +38,7 @@ struct FlipSummary {
   std::string visibility;
 };
 
-/// A picture against another. `flip` and `blame` where they differ and have one size.
+/// A comparison of two pictures. `flip` and `blame` where they differ and have one size.
 struct PictureComparison {
   ImageComparison image;
   std::optional<FlipSummary> flip;
@@ -57,10 +55,8 @@ struct PoseResult {
   bool visible_is_fact = false;  ///< whether all frames up to it could be drawn
   int frames = 0;                ///< of the live run, frame 0 included
   int golden_frames = 0;
-  bool has_track = false;  ///< the golden one
-  std::string end;         ///< how the live run ended: pose_log.h
-  int bodies = 0;          ///< that move or could, in the live run
-  std::string modelled;    ///< of the live run: pose_log.h
+  std::string end;  ///< how the live run ended: pose_log.h
+  int bodies = 0;   ///< in the live run, but for the world
 };
 
 struct ImageResult {
@@ -82,13 +78,11 @@ struct PicturePair {
   int frame = 0;
   std::string expected;
   std::string actual;
+  PictureComparison comparison;
   std::string difference;  ///< times 16
   std::string flip;        ///< heat map
   std::string bodies;      ///< differing pixels in their body's colour
-  PictureComparison comparison;
 };
-
-std::string_view name(PicturePair::About about);
 
 struct CaseResult {
   SuiteCase entry;
@@ -125,17 +119,16 @@ struct CheckResult {
 };
 
 /// Checks all in this process: a crash ends it, and nothing ends a case that takes too long. check_apart() is
-/// for those. `after_case(result)` is called after each case; may be empty. Throws Error when the suite
-/// cannot be read, or another check writes to the same folder.
-CheckResult check(const CheckOptions& options, const std::function<void(const CaseResult&)>& after_case = {});
+/// for those. Throws Error when the suite cannot be read, or another check writes to the same folder.
+CheckResult check(const CheckOptions& options);
 
-/// What a person should know of a case that does not pass, but for the commands (case_commands.h).
+/// Returns what a person should know of a case that does not pass, but for the commands (case_commands.h).
 std::string explain(const CaseResult& result);
 
-/// "simulation changed (renderer unchanged)": the verdict as a sentence's part.
+/// Returns the verdict in words: "simulation changed (renderer unchanged)".
 std::string meaning(const CaseResult& result);
 
-/// "position y 7.4e-03 m (at frame 30)": by how much the first body to differ did.
+/// Returns by how much the first body to differ did: "position y 7.4e-03 m (at frame 30)".
 std::string change_text(const FirstChange& first);
 
 }  // namespace substep::golden

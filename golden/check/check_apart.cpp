@@ -18,9 +18,7 @@
 #include <span>
 #include <utility>
 
-#include "golden/check/case_check.h"
 #include "golden/check/check_cases.h"
-#include "golden/check/check_output.h"
 #include "golden/suite/sidecar.h"
 #include "sim/error.h"
 #include "sim/log/partial_file.h"
@@ -31,19 +29,19 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Clock = std::chrono::steady_clock;
 
-/// What a worker tells, a line each.
-constexpr const char* says_made_with = "made_with";
-constexpr const char* says_refusal = "refusal";
-constexpr const char* says_start = "start";
-constexpr const char* says_case = "case";
+/// The keys of a worker's messages, one line each.
+constexpr const char* made_with_key = "made_with";
+constexpr const char* refusal_key = "refusal";
+constexpr const char* start_key = "start";
+constexpr const char* case_key = "case";
 
-void tell(int descriptor, const char* what, const Json& value) {
+void send(int descriptor, const char* what, const Json& value) {
   const std::string line = Json{{what, value}}.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
   std::string_view rest = line;
   while (!rest.empty()) {
     const ssize_t written = ::write(descriptor, rest.data(), rest.size());
     if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) ::_exit(1);  // nobody listens any more
+    if (written <= 0) ::_exit(1);  // the parent has ended
     rest.remove_prefix(static_cast<std::size_t>(written));
   }
 }
@@ -53,8 +51,9 @@ extern "C" void end_worker(int /*signal*/) {
   ::_exit(1);
 }
 
-/// The parent says why all ends, whether a signal reaches it alone or a terminal sends it to both.
-void end_without_a_word() {
+/// Leaves the message about a signal to the parent, whether the signal reaches it alone or a terminal sends
+/// it to both.
+void end_silently() {
   for (const int signal : {SIGINT, SIGHUP}) {
     struct sigaction now {};
     if (::sigaction(signal, nullptr, &now) == 0 && now.sa_handler != SIG_IGN) {
@@ -65,24 +64,24 @@ void end_without_a_word() {
   ::prctl(PR_SET_PDEATHSIG, SIGTERM);
 }
 
-/// The worker's whole life.
+/// Checks the cases in the worker's process, and ends it.
 [[noreturn]] void work(const CheckPlan& plan, std::span<const SuiteCase> cases, int descriptor) {
-  end_without_a_word();
+  end_silently();
   try {
-    const MadeWith made_with = made_with_here(plan.suite, cases, plan.options);
-    tell(descriptor, says_made_with, to_json(made_with));
+    const MadeWith made_with = made_with_here(plan);
+    send(descriptor, made_with_key, to_json(made_with));
     CheckListener listener;
-    listener.before_case = [&](const SuiteCase& entry) { tell(descriptor, says_start, entry.name); };
-    listener.after_case = [&](const CheckedCase& checked) { tell(descriptor, says_case, to_json(checked)); };
+    listener.before_case = [&](const SuiteCase& entry) { send(descriptor, start_key, entry.name); };
+    listener.after_case = [&](const CheckedCase& checked) { send(descriptor, case_key, to_json(checked)); };
     check_cases(cases, plan.options, made_with, listener);
   } catch (const std::exception& error) {
-    tell(descriptor, says_refusal, error.what());
+    send(descriptor, refusal_key, error.what());
   }
-  // Without what the parent would do at its end.
+  // Skip the parent's exit handlers.
   ::_exit(0);
 }
 
-/// A process that checks cases, and what it says.
+/// A process that checks cases, and the messages that it sends.
 class Worker {
  public:
   Worker(const CheckPlan& plan, std::span<const SuiteCase> cases) {
@@ -104,7 +103,7 @@ class Worker {
 
   enum class Event { line, ended, late };
 
-  /// Waits for its next line, until `deadline`.
+  /// Waits for the next message, until `deadline`.
   Event wait(std::string& line, std::optional<Clock::time_point> deadline) {
     while (true) {
       const std::size_t end_of_line = buffer_.find('\n');
@@ -129,7 +128,7 @@ class Worker {
     }
   }
 
-  /// Ends it, if it has not yet; returns how it ended, in words.
+  /// Ends the process, if it has not ended yet. Returns how it ended, in words.
   std::string end() {
     if (process_ <= 0) return {};
     ::kill(process_, SIGKILL);
@@ -169,7 +168,7 @@ class CheckApart {
  private:
   const SuiteCase& current() const { return plan_.cases[done_]; }
 
-  /// Until the worker has no more to say.
+  /// Receives messages until the worker ends.
   void run_worker() {
     Worker worker(plan_, std::span(plan_.cases).subspan(done_));
     is_in_case_ = false;
@@ -184,7 +183,7 @@ class CheckApart {
       switch (worker.wait(line, deadline)) {
         case Worker::Event::line:
           has_renderer = true;
-          hear(Json::parse(line));
+          receive(Json::parse(line));
           break;
         case Worker::Event::late:
           worker.end();
@@ -200,18 +199,18 @@ class CheckApart {
     }
   }
 
-  void hear(const Json& said) {
-    const auto item = said.begin();
+  void receive(const Json& message) {
+    const auto item = message.begin();
     const std::string& what = item.key();
     const Json& value = item.value();
-    if (what == says_refusal) throw Error(value.get<std::string>());
-    if (what == says_made_with) output_.set_made_with(value);
-    if (what == says_start) {
+    if (what == refusal_key) throw Error(value.get<std::string>());
+    if (what == made_with_key) output_.set_made_with(value);
+    if (what == start_key) {
       is_in_case_ = true;
       start_ = Clock::now();
       if (watcher_.before_case) watcher_.before_case(current().name, done_ + 1, plan_.cases.size());
     }
-    if (what == says_case) add(value);
+    if (what == case_key) add(value);
   }
 
   void add(const Json& entry) {
@@ -238,16 +237,9 @@ class CheckApart {
 }  // namespace
 
 Json check_apart(const CheckOptions& options, const CheckWatcher& watcher) {
-  CheckOutput output(options.output);
-  try {
-    const CheckPlan plan = plan_check(options);
-    output.start(plan.suite, plan.options, plan.cases.size());
-    CheckApart(plan, watcher, output).run();
-    return output.finish(plan.orphans());
-  } catch (const Error& error) {
-    output.fail(error.what());
-    throw;
-  }
+  check_with(options,
+             [&](const CheckPlan& plan, CheckOutput& output) { CheckApart(plan, watcher, output).run(); });
+  return read_results(options.output);
 }
 
 }  // namespace substep::golden

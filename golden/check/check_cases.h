@@ -1,38 +1,43 @@
 #pragma once
-/// Checks cases one after another in this process; what check() and the workers of check_apart() do.
+/// Checks cases one after another in this process: what check() and the workers of check_apart() do.
 
 #include <functional>
 #include <span>
 
 #include "golden/check/check.h"
 #include "golden/check/check_results.h"
+#include "sim/scene/scene.h"
 
 namespace substep::golden {
 
-/// What is to be checked.
+/// The cases of a check.
 struct CheckPlan {
   Suite suite;
   CheckOptions options;  ///< with the suite's file
   std::vector<SuiteCase> cases;
-
-  /// Looked for only where all cases are asked for.
-  std::vector<std::filesystem::path> orphans() const;
 };
 
-/// Reads the suite. Throws Error.
-CheckPlan plan_check(const CheckOptions& options);
+/// Reads the suite, calls `run`, and writes results and report. Throws Error.
+void check_with(const CheckOptions& options, const std::function<void(const CheckPlan&, CheckOutput&)>& run);
 
-/// What to do as cases are checked. All are called in the cases' order.
+/// Functions that are called as cases are checked, in the cases' order.
 struct CheckListener {
   std::function<void(const SuiteCase&)> before_case;
   std::function<void(const CheckedCase&)> after_case;
 };
 
-/// Whatever goes wrong in a case is its result.
+/// Checks the cases. Errors in a case become its verdict; the other cases are checked.
 void check_cases(std::span<const SuiteCase> cases, const CheckOptions& options, const MadeWith& made_with,
                  const CheckListener& listener);
 
-/// What is drawn with here: the renderer only where a case has pictures, for it need not be there else.
-MadeWith made_with_here(const Suite& suite, std::span<const SuiteCase> cases, const CheckOptions& options);
+/// Checks a case, and prepares its approval.
+CheckedCase check_case(const CheckOptions& options, const MadeWith& made_with, const SuiteCase& entry,
+                       const Scene& scene);
+
+/// Returns the result of a case that could not be checked.
+CheckedCase failed_case(const CheckOptions& options, const SuiteCase& entry, const std::string& why);
+
+/// Returns what cases are made with here. Starts the renderer only where a case has pictures.
+MadeWith made_with_here(const CheckPlan& plan);
 
 }  // namespace substep::golden

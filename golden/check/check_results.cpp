@@ -1,10 +1,20 @@
 #include "golden/check/check_results.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
 
-#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <chrono>
 #include <cmath>
+#include <cstring>
+#include <thread>
+#include <utility>
 
+#include "golden/report/junit.h"
+#include "golden/report/report.h"
 #include "golden/suite/sidecar.h"
 #include "sim/error.h"
 #include "sim/loading/parse_json.h"
@@ -16,7 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr const char* results_format = "substep check results 5";
+constexpr const char* results_format = "substep check results 6";
 
 Json to_json(const Blame& blame) {
   Json bodies = Json::array();
@@ -87,11 +97,9 @@ Json to_json(const PoseResult& poses) {
   json["frames"] = poses.frames;
   json["end"] = poses.end;
   json["bodies"] = poses.bodies;
-  json["modelled"] = poses.modelled;
   if (!poses.has_golden) return json;
   const PoseDifference& d = poses.difference;
   json["golden_frames"] = poses.golden_frames;
-  json["track"] = poses.has_track;
   json["largest_position"] = d.largest_position;
   json["largest_orientation"] = d.largest_orientation;
   json["headers"] = d.headers;
@@ -113,10 +121,15 @@ Json to_json(const ImageResult& image) {
 }
 
 Json to_json(const PicturePair& pair) {
-  return {{"about", name(pair.about)},     {"frame", pair.frame},
-          {"expected", pair.expected},     {"actual", pair.actual},
-          {"difference", pair.difference}, {"flip", pair.flip},
-          {"bodies", pair.bodies},         {"comparison", to_json(pair.comparison)}};
+  constexpr std::array<const char*, 4> abouts{"renderer", "simulation", "first visible", "only"};
+  return {{"about", abouts[static_cast<std::size_t>(pair.about)]},
+          {"frame", pair.frame},
+          {"expected", pair.expected},
+          {"actual", pair.actual},
+          {"difference", pair.difference},
+          {"flip", pair.flip},
+          {"bodies", pair.bodies},
+          {"comparison", to_json(pair.comparison)}};
 }
 
 Json to_json(const ImageTolerance& t) {
@@ -126,12 +139,12 @@ Json to_json(const ImageTolerance& t) {
   return json;
 }
 
-/// A path below `folder`, from there.
+/// Returns the path of `file`, which lies below `folder`, from there.
 std::string below(const fs::path& file, const fs::path& folder) {
   return file.lexically_normal().lexically_relative(folder.lexically_normal()).generic_string();
 }
 
-/// What approve() goes by.
+/// Adds what approve() copies.
 void add_candidates(const CheckedCase& checked, Json& json) {
   const fs::path output = checked.result.files.parent_path();
   const fs::path suite_folder = checked.result.entry.suite_folder;
@@ -143,26 +156,25 @@ void add_candidates(const CheckedCase& checked, Json& json) {
                                   {"to_hash", candidate.to_hash}});
   }
   json["sidecar_file"] = below(checked.result.entry.sidecar, suite_folder);
-  json["sidecar"] = checked.sidecar;
+  if (checked.sidecar.is_object()) json["sidecar"] = checked.sidecar;
 }
 
-/// A path of results.json, which may come from elsewhere, below `folder`.
-fs::path inside(const fs::path& folder, const std::string& text) {
-  const fs::path path = text;
-  if (path.is_absolute() || std::find(path.begin(), path.end(), "..") != path.end()) {
-    throw Error(fmt::format("the results name {}, which is not among them: run 'substep check' again", text));
-  }
-  return folder / path;
+constexpr double seconds_between_writes = 1;  // what is on disk is never older than this
+
+double now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-void read_candidates(const Json& json, const fs::path& output, const fs::path& suite_folder,
-                     CheckResults::Case& result) {
-  result.sidecar_file = inside(suite_folder, json.at("sidecar_file"));
-  result.sidecar = json.at("sidecar");
-  for (const Json& candidate : json.at("candidates")) {
-    result.candidates.push_back({inside(output, candidate.at("from")), candidate.at("from_hash"),
-                                 inside(suite_folder, candidate.at("to")), candidate.at("to_hash")});
+/// Returns false where another holds it for longer than the worker of a check that was ended takes to remove
+/// what it had not finished: up to 2 s.
+bool take_lock(int file) {
+  constexpr int tries = 40;
+  constexpr std::chrono::milliseconds between{50};
+  for (int i = 0; i < tries; ++i) {
+    if (::flock(file, LOCK_EX | LOCK_NB) == 0) return true;
+    std::this_thread::sleep_for(between);
   }
+  return false;
 }
 
 }  // namespace
@@ -201,48 +213,7 @@ fs::path results_file(const fs::path& output) {
   return output / "results.json";
 }
 
-Json orphan_json(const fs::path& file, const fs::path& suite_folder, const Json& cases) {
-  const std::string hash = content_hash(read_bytes(file));
-  Json orphan{{"file", below(file, suite_folder)}, {"hash", hash}};
-  for (const Json& entry : cases) {
-    if (entry.at("verdict") != name(Verdict::created) || file.extension() != ".track") continue;
-    for (const Json& candidate : entry.at("candidates")) {
-      // Of a run a track has nothing but its motion: another scene's is another.
-      if (candidate.at("from_hash") == hash) orphan["is_now"] = entry.at("name");
-    }
-  }
-  return orphan;
-}
-
-Json empty_results(const Suite& suite, const CheckOptions& options, std::size_t cases) {
-  return {{"format", results_format},
-          {"suite", suite.file.string()},
-          {"suite_hash", content_hash(read_bytes(suite.file))},
-          {"only", options.cases},
-          {"ended", false},
-          {"of", cases},
-          {"made_with", to_json(MadeWith())},
-          {"totals", ""},
-          {"exit_code", 1},
-          {"cases", Json::array()},
-          {"orphans", Json::array()}};
-}
-
-void sum_up(Json& results) {
-  std::vector<Verdict> found;
-  for (const Json& entry : results.at("cases")) {
-    found.push_back(verdict_named(entry.at("verdict").get<std::string>()).value_or(Verdict::error));
-  }
-  const std::size_t orphans = results.at("orphans").size();
-  results["totals"] = totals(found, orphans);
-  results["exit_code"] = exit_code(found, orphans);
-}
-
-void write_results(const Json& results, const fs::path& output) {
-  write_file(results_file(output), results.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
-}
-
-Json read_results_json(const fs::path& output) {
+Json read_results(const fs::path& output) {
   const fs::path file = results_file(output);
   if (!fs::exists(file)) {
     throw Error(
@@ -260,28 +231,72 @@ Json read_results_json(const fs::path& output) {
   }
 }
 
-CheckResults read_results(const fs::path& output, const fs::path& suite_folder) {
-  const Json json = read_results_json(output);
-  try {
-    CheckResults results;
-    results.suite_hash = json.at("suite_hash");
-    results.made_with = json.at("made_with");
-    for (const Json& orphan : json.at("orphans")) {
-      results.orphans.push_back({inside(suite_folder, orphan.at("file")), orphan.at("hash")});
-    }
-    for (const Json& entry : json.at("cases")) {
-      CheckResults::Case result;
-      result.name = entry.at("name");
-      result.verdict = entry.at("verdict");
-      result.refusal = entry.at("refusal");
-      if (entry.contains("candidates")) read_candidates(entry, output, suite_folder, result);
-      results.cases.push_back(std::move(result));
-    }
-    return results;
-  } catch (const Json::exception& error) {
-    throw Error(fmt::format("{}: is damaged: run 'substep check' again ({})", results_file(output).string(),
-                            error.what()));
+CheckOutput::CheckOutput(fs::path folder) : folder_(std::move(folder)) {
+  std::error_code failure;
+  fs::create_directories(folder_, failure);
+  if (failure && !fs::is_directory(folder_)) {
+    throw Error(fmt::format("{}: this folder cannot be made: {}", folder_.string(), failure.message()));
   }
+  lock_ = ::open((folder_ / ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  if (lock_ < 0)
+    throw Error(fmt::format("{}: cannot be written to: {}", folder_.string(), std::strerror(errno)));
+  if (!take_lock(lock_)) {
+    ::close(lock_);
+    throw Error(fmt::format("{}: another check is writing there: give this one an --output of its own",
+                            folder_.string()));
+  }
+  for (const fs::path& file : {results_file(folder_), junit_file(folder_), report_file(folder_)}) {
+    fs::remove(file, failure);
+  }
+}
+
+CheckOutput::~CheckOutput() {
+  ::close(lock_);
+}
+
+void CheckOutput::start(const Suite& suite, const CheckOptions& options, std::size_t cases) {
+  results_ = {{"format", results_format},
+              {"suite", suite.file.string()},
+              {"suite_hash", content_hash(read_bytes(suite.file))},
+              {"only", options.cases},
+              {"ended", false},
+              {"of", cases},
+              {"made_with", to_json(MadeWith())},
+              {"totals", ""},
+              {"exit_code", 1},
+              {"cases", Json::array()},
+              {"orphans", Json::array()}};
+  write();
+}
+
+void CheckOutput::add_case(const Json& entry) {
+  results_["cases"].push_back(entry);
+  if (now() - last_written_ >= seconds_between_writes) write();
+}
+
+void CheckOutput::write() {
+  std::vector<Verdict> found;
+  for (const Json& entry : results_.at("cases")) {
+    found.push_back(verdict_named(entry.at("verdict").get<std::string>()));
+  }
+  const std::size_t orphans = results_.at("orphans").size();
+  results_["totals"] = totals(found, orphans);
+  results_["exit_code"] = results_.at("ended").get<bool>() ? exit_code(found, orphans) : 1;
+  write_file(results_file(folder_), results_.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+  write_junit(results_, folder_);
+  last_written_ = now();
+}
+
+void CheckOutput::finish(const std::vector<fs::path>& orphans) {
+  const fs::path suite_folder = fs::path(results_.at("suite").get<std::string>()).parent_path();
+  for (const fs::path& orphan : orphans) results_["orphans"].push_back(below(orphan, suite_folder));
+  results_["ended"] = true;
+  write();
+  write_report(results_, folder_);
+}
+
+void CheckOutput::fail(const std::string& why) const {
+  write_failed_junit(why, folder_);
 }
 
 }  // namespace substep::golden

@@ -26,48 +26,41 @@ struct CheckedCase {
   nlohmann::ordered_json golden_made_with;  ///< of the goldens that it was checked against
 };
 
-/// What was checked, as approve() needs it.
-struct CheckResults {
-  std::string suite_hash;
-  struct Case {
-    std::string name;
-    std::string verdict;
-    std::string refusal;
-    std::filesystem::path sidecar_file;
-    std::vector<ApprovalCandidate> candidates;
-    nlohmann::ordered_json sidecar;
-  };
-  std::vector<Case> cases;
-  struct Orphan {
-    std::filesystem::path file;
-    std::string hash;
-  };
-  std::vector<Orphan> orphans;
-  nlohmann::ordered_json made_with;
-};
-
 std::filesystem::path results_file(const std::filesystem::path& output);
 
-/// A case's part of results.json.
+/// Returns a case's part of results.json.
 nlohmann::ordered_json to_json(const CheckedCase& checked);
 
-/// A golden of no case: its file below the suite's folder, its content's hash and, where a new case moves
-/// just as it says, that case's name: it was renamed.
-nlohmann::ordered_json orphan_json(const std::filesystem::path& file,
-                                   const std::filesystem::path& suite_folder,
-                                   const nlohmann::ordered_json& cases);
+/// Returns what a check wrote. Throws Error when there are no results, or they are damaged.
+nlohmann::ordered_json read_results(const std::filesystem::path& output);
 
-/// Results without cases yet, which `ended` says.
-nlohmann::ordered_json empty_results(const Suite& suite, const CheckOptions& options, std::size_t cases);
+/// The folder that a check writes to. Results are written as cases end, and marked incomplete until the check
+/// ends. No two checks write at once.
+class CheckOutput {
+ public:
+  /// Makes the folder and removes stale results. Throws Error when another check writes there.
+  explicit CheckOutput(std::filesystem::path folder);
+  ~CheckOutput();
+  CheckOutput(const CheckOutput&) = delete;
+  CheckOutput& operator=(const CheckOutput&) = delete;
 
-/// Adds what follows from the cases: totals and the exit code.
-void sum_up(nlohmann::ordered_json& results);
+  void start(const Suite& suite, const CheckOptions& options, std::size_t cases);
+  void set_made_with(const nlohmann::ordered_json& made_with) { results_["made_with"] = made_with; }
+  void add_case(const nlohmann::ordered_json& entry);
 
-void write_results(const nlohmann::ordered_json& results, const std::filesystem::path& output);
+  /// Marks the results complete, and writes them and the report.
+  void finish(const std::vector<std::filesystem::path>& orphans);
 
-/// Throws Error when there are none, or they are not what write_results wrote.
-nlohmann::ordered_json read_results_json(const std::filesystem::path& output);
-/// `suite_folder` is where the goldens are.
-CheckResults read_results(const std::filesystem::path& output, const std::filesystem::path& suite_folder);
+  /// Writes a junit.xml that says why the check could not go on.
+  void fail(const std::string& why) const;
+
+ private:
+  void write();
+
+  std::filesystem::path folder_;
+  int lock_ = -1;
+  nlohmann::ordered_json results_;
+  double last_written_ = -1e9;  ///< s
+};
 
 }  // namespace substep::golden

@@ -12,9 +12,8 @@ namespace {
 void approve_goldens(const ApproveOptions& options) {
   const Approval approval = approve(options);
   for (const auto& file : approval.written) fmt::print("wrote {}\n", file.string());
-  for (const auto& file : approval.deleted) fmt::print("deleted {}\n", file.string());
   for (const std::string& name : approval.already_good) fmt::print("{}: nothing to do\n", name);
-  fmt::print("{} files written, {} deleted, {:+.1f} kB\n", approval.written.size(), approval.deleted.size(),
+  fmt::print("{} files written, {:+.1f} kB\n", approval.written.size(),
              static_cast<double>(approval.size_change) / 1000);
 }
 
@@ -27,10 +26,6 @@ void add_approve_command(CLI::App& app) {
   command->add_option("cases", options->cases, "Names of cases: box_stack.a4");
   command->add_flag("--failed", options->all_failed, "All cases that did not pass");
   command->add_option("--reason", options->reason, "Why the goldens change; kept beside them");
-  command->add_flag(
-      "--renew", options->renews,
-      "Bring up to date what is noted of goldens that pass: the scene's hash and parts, a track");
-  command->add_flag("--prune", options->prunes, "Delete the goldens of no case that the check found");
   command->add_option("--suite", options->suite, "The suite file that was checked, or its folder")
       ->capture_default_str();
   command->add_option("--output", options->output, "The folder that the check wrote to")

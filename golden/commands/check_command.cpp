@@ -40,18 +40,8 @@ void print_outcome(const Json& results, const std::filesystem::path& output) {
     if (groups.size() > 1 || group.cases.size() > 1) fmt::print("{}\n", group.line());
   }
   for (const Json& orphan : results.at("orphans")) {
-    fmt::print("FAILED orphan: {} belongs to no case of {}: {}\n", orphan.at("file").get<std::string>(),
-               location.suite.string(),
-               orphan.contains("is_now")
-                   ? fmt::format("it is {} by its old name: approve that, and delete this",
-                                 orphan.at("is_now").get<std::string>())
-                   : std::string("delete it, or put its case back"));
-  }
-  if (!results.at("orphans").empty()) {
-    const ApproveCommand all = approve_command({}, location);
-    const std::string prune = all.before.substr(0, all.before.find(" --failed")) +
-                              all.before.substr(all.before.find(" --failed") + 9) + all.output;
-    fmt::print("delete orphans: {} --prune\n", prune);
+    fmt::print("FAILED orphan: {} belongs to no case of {}: delete it, or put its case back\n",
+               orphan.get<std::string>(), location.suite.string());
   }
   print_notes_of_passing(results);
   fmt::print("{}\n", results.at("totals").get<std::string>());

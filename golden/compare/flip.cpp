@@ -1,110 +1,345 @@
 #include "golden/compare/flip.h"
 
+#include <Eigen/Core>
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
-#include <cstring>
-
-#include "golden/compare/cells.h"
-#include "golden/compare/flip_color.h"
-#include "golden/compare/flip_filters.h"
 
 namespace substep::golden {
 namespace {
 
-using cells::Floats;
+/// One number of every pixel. A column of the array is a row of pixels, so that neighbours in a row are
+/// neighbours in memory.
+using Plane = Eigen::ArrayXXf;
+using Planes = std::array<Plane, 3>;
+using Kernel = Eigen::ArrayXf;
 
-/// The rows of a strip that any differing pixel is within reach of: elsewhere both pictures are seen alike,
-/// to the last bit.
-std::vector<bool> rows_in_reach(const render::Image& expected, const render::Image& actual, int strip,
-                                int reach) {
-  const int left = std::max(strip - reach, 0);
-  const int right = std::min(strip + SeenRow::width + reach, expected.width);
-  std::vector<bool> in_reach(static_cast<std::size_t>(expected.height));
-  int marked = 0;  // the first row that is not marked yet
+/// The pixels of a row that are filtered together: as many sums as the processor's registers hold. Planes
+/// have a multiple of them in a row, padding included: Eigen computes four floats at once and single ones by
+/// functions that round otherwise, and a value must not depend on where its pixel lies.
+constexpr int lanes = 32;
+using Lanes = Eigen::Array<float, lanes, 1>;
+
+// Constants of the paper's sections 4 and 5.
+constexpr float color_exponent = 0.7F;           // q_c
+constexpr float color_knee = 0.4F;               // p_c
+constexpr float color_knee_value = 0.95F;        // p_t
+constexpr float feature_width_degrees = 0.082F;  // w
+
+/// Contrast sensitivity: a Gaussian a·√(π/b)·exp(−π²x²/b), x in degrees (the paper's table 1).
+struct Sensitivity {
+  double a, b;
+};
+constexpr Sensitivity achromatic{1.0, 0.0047};
+constexpr Sensitivity red_green_sensitivity{1.0, 0.0053};
+constexpr Sensitivity blue_yellow_narrow{34.1, 0.04};
+constexpr Sensitivity blue_yellow_wide{13.5, 0.025};
+
+/// The part of a picture in which the map can differ from 0.
+struct Region {
+  int left, top, width, height;
+
+  int padded_width() const { return (width + lanes - 1) / lanes * lanes; }
+};
+
+/// Returns the box of differing pixels, grown by `reach` and cut at the picture's border. The pictures must
+/// differ.
+Region region_in_reach(const render::Image& expected, const render::Image& actual, int reach) {
+  int left = expected.width;
+  int top = expected.height;
+  int right = -1;
+  int bottom = -1;
   for (int y = 0; y < expected.height; ++y) {
-    const std::size_t bytes = 3 * static_cast<std::size_t>(right - left);
-    if (std::memcmp(expected.pixel(left, y), actual.pixel(left, y), bytes) == 0) continue;
-    marked = std::max(marked, y - reach);
-    for (; marked <= std::min(y + reach, expected.height - 1); ++marked) {
-      in_reach[static_cast<std::size_t>(marked)] = true;
+    const auto differs = [&](int x) {
+      return !std::equal(expected.pixel(x, y), expected.pixel(x, y) + 3, actual.pixel(x, y));
+    };
+    int first = 0;
+    while (first < expected.width && !differs(first)) ++first;
+    if (first == expected.width) continue;
+    int last = expected.width - 1;
+    while (last > right && !differs(last)) --last;
+    left = std::min(left, first);
+    right = last;
+    top = std::min(top, y);
+    bottom = y;
+  }
+  left = std::max(left - reach, 0);
+  top = std::max(top - reach, 0);
+  right = std::min(right + reach, expected.width - 1);
+  bottom = std::min(bottom + reach, expected.height - 1);
+  return {left, top, right + 1 - left, bottom + 1 - top};
+}
+
+/// Computes aᵇ for 0 ≤ a and 0 < b ≤ 1. A minimum stands for a condition here and below: Eigen computes it
+/// for four numbers at once.
+template <typename Exponent>
+Plane power(const Plane& a, const Exponent& b) {
+  constexpr float smallest = 1e-37F;
+  constexpr float largest = 1e38F;  // so that 0 gives 0, and all from `smallest` on what it should
+  return (b * a.max(smallest).log()).exp().min(largest * a);
+}
+
+// Colour spaces (the paper's section 4.1). XYZ is relative to the white of D65 throughout.
+
+/// Returns the matrix from linear sRGB to CIE XYZ, from the primaries of IEC 61966-2-1 and, as in the
+/// authors' program, the white D65 to five digits.
+Eigen::Matrix3d absolute_xyz_from_rgb() {
+  const auto xyz = [](double x, double y) { return Eigen::Vector3d(x / y, 1, (1 - x - y) / y); };
+  Eigen::Matrix3d primaries;
+  primaries << xyz(0.64, 0.33), xyz(0.30, 0.60), xyz(0.15, 0.06);
+  const Eigen::Vector3d scale = primaries.inverse() * xyz(0.31271, 0.32902);
+  return primaries * scale.asDiagonal();
+}
+
+Eigen::Matrix3d relative_xyz_from_rgb() {
+  const Eigen::Matrix3d absolute = absolute_xyz_from_rgb();
+  const Eigen::Vector3d white = absolute * Eigen::Vector3d::Ones();
+  return white.cwiseInverse().asDiagonal() * absolute;
+}
+
+Planes transformed(const Eigen::Matrix3d& matrix, const Planes& c) {
+  const Eigen::Matrix3f m = matrix.cast<float>();
+  Planes result;
+  for (int i = 0; i < 3; ++i) {
+    result[static_cast<std::size_t>(i)] = m(i, 0) * c[0] + m(i, 1) * c[1] + m(i, 2) * c[2];
+  }
+  return result;
+}
+
+/// Converts linear RGB to YCxCz: lightness, red–green, blue–yellow; linear in RGB.
+Planes opponent(const Planes& rgb) {
+  const Planes xyz = transformed(relative_xyz_from_rgb(), rgb);
+  return {116 * xyz[1] - 16, 500 * (xyz[0] - xyz[1]), 200 * (xyz[1] - xyz[2])};
+}
+
+/// Returns the relative luminance of an opponent colour's lightness.
+Plane luminance(const Plane& lightness) {
+  return lightness * (1.0F / 116) + 16.0F / 116;
+}
+
+/// Converts linear RGB to L*a*b* with a* and b* scaled by 0.01 L*: colours count less in the dark (Hunt).
+Planes hunt_lab(const Planes& rgb) {
+  constexpr float delta = 6.0F / 29;
+  constexpr float knee = delta * delta * delta;
+  Planes f = transformed(relative_xyz_from_rgb(), rgb);
+  // The cube root above the knee, its tangent below.
+  for (Plane& c : f) {
+    c = (c.max(knee).log() * (1.0F / 3)).exp() + (c.min(knee) - knee) * (1 / (3 * delta * delta));
+  }
+  const Plane lightness = 116 * f[1] - 16;
+  return {lightness, 5 * lightness * (f[0] - f[1]), 2 * lightness * (f[1] - f[2])};
+}
+
+/// Converts YCxCz, clipped to what a screen shows, to L*a*b* as in hunt_lab().
+Planes perceived(const Planes& opponent) {
+  const Plane y = luminance(opponent[0]);
+  Planes rgb = transformed(relative_xyz_from_rgb().inverse(),
+                           {y + opponent[1] * (1.0F / 500), y, y - opponent[2] * (1.0F / 200)});
+  for (Plane& c : rgb) c = c.max(0.0F).min(1.0F);
+  return hunt_lab(rgb);
+}
+
+/// Returns the HyAB distance of two perceived colours to the power q_c.
+Plane compressed_distance(const Planes& p, const Planes& q) {
+  const Plane distance = (p[0] - q[0]).abs() + ((p[1] - q[1]).square() + (p[2] - q[2]).square()).sqrt();
+  return power(distance, color_exponent);
+}
+
+/// Maps distances of perceived colours to [0, 1]: [0, p_c of the largest] → [0, p_t], the rest → [p_t, 1].
+Plane color_difference(const Planes& p, const Planes& q) {
+  const Plane zero = Plane::Zero(lanes, 1);
+  const Plane one = Plane::Ones(lanes, 1);
+  const float largest = compressed_distance(hunt_lab({zero, one, zero}), hunt_lab({zero, zero, one}))(0, 0);
+  const float knee = color_knee * largest;
+  const Plane distance = compressed_distance(p, q);
+  // The lower of two lines: they meet at the knee, and the second is less steep.
+  return (distance * (color_knee_value / knee))
+      .min(color_knee_value + (distance - knee) * ((1 - color_knee_value) / (largest - knee)));
+}
+
+// Filters: a kernel has the weights at −r … r.
+
+/// Returns how far the widest contrast sensitivity reaches, in pixels: three standard deviations.
+int sensitivity_radius(float pixels_per_degree) {
+  using std::numbers::pi;
+  return static_cast<int>(std::ceil(3 * std::sqrt(blue_yellow_narrow.b / (2 * pi * pi)) *
+                                    static_cast<double>(pixels_per_degree)));
+}
+
+/// A Gaussian of a contrast sensitivity, unit sum, and its weight in a sum of such: the two-dimensional
+/// filter is a·√(π/b)·exp(−π²(x²+y²)/b), whose sum is that factor times the square of the one-dimensional
+/// sum.
+struct SensitivityFilter {
+  Kernel kernel;
+  double weight;
+};
+
+SensitivityFilter sensitivity_filter(const Sensitivity& s, float pixels_per_degree) {
+  using std::numbers::pi;
+  const int radius = sensitivity_radius(pixels_per_degree);
+  const Eigen::ArrayXd x =
+      Eigen::ArrayXd::LinSpaced(2 * radius + 1, -radius, radius) / static_cast<double>(pixels_per_degree);
+  const Eigen::ArrayXd weights = (-pi * pi * x.square() / s.b).exp();
+  const double sum = weights.sum();
+  return {(weights / sum).cast<float>(), s.a * std::sqrt(pi / s.b) * sum * sum};
+}
+
+/// Scales the positive weights to the sum 1, the negative ones to −1. In single precision as in the authors'
+/// program: on flat areas these sums cancel but for their rounding, and the exponent ½ makes 3e-5 of 1e-9, so
+/// agreement to 2e-6 needs the same rounding.
+Kernel of_unit_sums(Kernel weights) {
+  float positive = 0;
+  float negative = 0;
+  for (const float w : weights) (w > 0 ? positive : negative) += std::abs(w);
+  for (float& w : weights) w /= w > 0 ? positive : negative;
+  return weights;
+}
+
+/// A filter for each of lightness, red–green and, in two parts, blue–yellow; and a Gaussian with its first
+/// and second derivatives, which find edges and points.
+struct Filters {
+  explicit Filters(float pixels_per_degree)
+      : lightness(sensitivity_filter(achromatic, pixels_per_degree).kernel),
+        red_green(sensitivity_filter(red_green_sensitivity, pixels_per_degree).kernel),
+        blue_narrow(sensitivity_filter(blue_yellow_narrow, pixels_per_degree)),
+        blue_wide(sensitivity_filter(blue_yellow_wide, pixels_per_degree)) {
+    const float deviation = 0.5F * feature_width_degrees * pixels_per_degree;
+    const int radius = static_cast<int>(std::ceil(3 * deviation));
+    Kernel weights(2 * radius + 1), slopes(2 * radius + 1), curvatures(2 * radius + 1);
+    for (int i = -radius; i <= radius; ++i) {
+      const auto x = static_cast<float>(i);
+      const float g = std::exp(-x * x / (2 * deviation * deviation));
+      weights[i + radius] = g;
+      slopes[i + radius] = -x * g;
+      curvatures[i + radius] = (x * x / (deviation * deviation) - 1) * g;
+    }
+    gaussian = of_unit_sums(weights);
+    first = of_unit_sums(slopes);
+    second = of_unit_sums(curvatures);
+    reach = std::max(sensitivity_radius(pixels_per_degree), radius);
+  }
+
+  Kernel lightness, red_green;
+  SensitivityFilter blue_narrow, blue_wide;
+  Kernel gaussian, first, second;
+  int reach = 0;  ///< of the widest of them, pixels
+};
+
+/// Returns Σ kernel[tap] · source(tap), for `lanes` pixels.
+template <typename Source>
+Lanes weighted_sum(const Kernel& kernel, const Source& source) {
+  Lanes sum = Lanes::Zero();
+  for (Eigen::Index tap = 0; tap < kernel.size(); ++tap) sum += kernel[tap] * source(tap);
+  return sum;
+}
+
+/// Convolves every row of pixels. `from` has `reach` more pixels at each end of a row than the result.
+Plane filter_rows(const Plane& from, const Kernel& kernel, int reach) {
+  const Eigen::Index start = reach - kernel.size() / 2;
+  Plane result(from.rows() - 2 * reach, from.cols());
+  for (Eigen::Index y = 0; y < result.cols(); ++y) {
+    for (Eigen::Index x = 0; x < result.rows(); x += lanes) {
+      result.col(y).segment<lanes>(x) =
+          weighted_sum(kernel, [&](Eigen::Index tap) { return from.col(y).segment<lanes>(x + start + tap); });
     }
   }
-  return in_reach;
+  return result;
 }
 
-/// The map's values of four pixels.
-Floats value_at(const FlipColors& colors, const SeenRow& expected, const SeenRow& actual, std::size_t x) {
-  const auto perceived = [&](const SeenRow& row) {
-    return colors.perceived(
-        {cells::load(&row.lightness[x]), cells::load(&row.red_green[x]), cells::load(&row.blue_yellow[x])});
-  };
-  const Floats color = colors.difference(perceived(expected), perceived(actual));
-  const auto apart = [&](const SeenRow::Line& e, const SeenRow::Line& a) {
-    return cells::absolute(cells::load(&e[x]) - cells::load(&a[x]));
-  };
-  const Floats strongest =
-      cells::max(apart(expected.edges, actual.edges), apart(expected.points, actual.points));
-  // To the power of q_f = ½.
-  const Floats feature = cells::root(strongest * (1 / std::numbers::sqrt2_v<float>));
-  return cells::power(color, 1 - feature);
-}
-
-/// The value that 99 % are at or below. Values are not negative, where floats are ordered as their bits: the
-/// upper half of the bits is found by counting, then the lower.
-double percentile_99(const std::vector<float>& values) {
-  std::size_t rank = (values.size() * 99 - 1) / 100;
-  std::vector<std::size_t> counts(1U << 16);
-  const auto find = [&] {
-    std::uint32_t at = 0;
-    while (rank >= counts[at]) rank -= counts[at++];
-    return at;
-  };
-  for (const float value : values) ++counts[std::bit_cast<std::uint32_t>(value) >> 16];
-  const std::uint32_t upper = find();
-  std::fill(counts.begin(), counts.end(), 0);
-  for (const float value : values) {
-    const auto bits = std::bit_cast<std::uint32_t>(value);
-    if (bits >> 16 == upper) ++counts[bits & 0xffff];
+/// Convolves every column of pixels. `from` has `reach` more rows at top and bottom than the result.
+Plane filter_columns(const Plane& from, const Kernel& kernel, int reach) {
+  const Eigen::Index start = reach - kernel.size() / 2;
+  Plane result(from.rows(), from.cols() - 2 * reach);
+  for (Eigen::Index y = 0; y < result.cols(); ++y) {
+    for (Eigen::Index x = 0; x < result.rows(); x += lanes) {
+      result.col(y).segment<lanes>(x) =
+          weighted_sum(kernel, [&](Eigen::Index tap) { return from.col(y + start + tap).segment<lanes>(x); });
+    }
   }
-  return std::bit_cast<float>(upper << 16 | find());
+  return result;
+}
+
+/// A region of a picture as the eye resolves it.
+struct Seen {
+  Planes color;         ///< perceived
+  Plane edges, points;  ///< how strong they are
+};
+
+/// Returns the linear RGB of a region and of `reach` pixels around it. Beyond the picture its border is
+/// repeated.
+Planes linear_rgb(const render::Image& image, const Region& region, int reach) {
+  std::array<float, 256> linear;
+  for (std::size_t i = 0; i < linear.size(); ++i) {
+    const float c = static_cast<float>(i) / 255;  // IEC 61966-2-1
+    linear[i] = c <= 0.04045F ? c / 12.92F : std::pow((c + 0.055F) / 1.055F, 2.4F);
+  }
+  Planes rgb;
+  rgb.fill(Plane(region.padded_width() + 2 * reach, region.height + 2 * reach));
+  for (int y = 0; y < rgb[0].cols(); ++y) {
+    for (int x = 0; x < rgb[0].rows(); ++x) {
+      const std::uint8_t* pixel = image.pixel(std::clamp(region.left - reach + x, 0, image.width - 1),
+                                              std::clamp(region.top - reach + y, 0, image.height - 1));
+      for (std::size_t c = 0; c < 3; ++c) rgb[c](x, y) = linear[pixel[c]];
+    }
+  }
+  return rgb;
+}
+
+Seen see(const render::Image& image, const Region& region, const Filters& filters) {
+  const int reach = filters.reach;
+  const Planes colors = opponent(linear_rgb(image, region, reach));
+  const auto blur = [&](const Plane& from, const Kernel& kernel) {
+    return filter_columns(filter_rows(from, kernel, reach), kernel, reach);
+  };
+  const auto narrow = static_cast<float>(filters.blue_narrow.weight /
+                                         (filters.blue_narrow.weight + filters.blue_wide.weight));
+  const Plane blue_yellow = narrow * blur(colors[2], filters.blue_narrow.kernel) +
+                            (1 - narrow) * blur(colors[2], filters.blue_wide.kernel);
+  const Plane light = luminance(colors[0]);
+  const Plane smooth = filter_rows(light, filters.gaussian, reach);
+  const auto gradient = [&](const Kernel& derivative) -> Plane {
+    const Plane across = filter_columns(filter_rows(light, derivative, reach), filters.gaussian, reach);
+    return (across.square() + filter_columns(smooth, derivative, reach).square()).sqrt();
+  };
+  return {perceived({blur(colors[0], filters.lightness), blur(colors[1], filters.red_green), blue_yellow}),
+          gradient(filters.first), gradient(filters.second)};
+}
+
+/// Returns the values of the map.
+Plane visible_difference(const Seen& before, const Seen& after) {
+  const Plane strongest = (before.edges - after.edges).abs().max((before.points - after.points).abs());
+  // The feature difference to the power of q_f = ½.
+  const Plane feature = (strongest * (1 / std::numbers::sqrt2_v<float>)).sqrt();
+  return power(color_difference(before.color, after.color), Plane(1 - feature));
 }
 
 }  // namespace
 
 Flip flip(const render::Image& expected, const render::Image& actual, float pixels_per_degree) {
   const int width = expected.width;
-  const int height = expected.height;
-  Flip result{width, height, std::vector<float>(static_cast<std::size_t>(width) * height)};
+  Flip result{width, expected.height, std::vector<float>(static_cast<std::size_t>(width) * expected.height)};
   if (expected.rgb == actual.rgb) return result;
-  const FlipColors colors;
-  const FlipFilters filters(pixels_per_degree);
-  SeenStrip expected_strip(expected, filters, colors);
-  SeenStrip actual_strip(actual, filters, colors);
-  SeenRow expected_row;
-  SeenRow actual_row;
-  SeenRow::Line values;
-  for (int left = 0; left < width; left += SeenRow::width) {
-    const std::vector<bool> in_reach = rows_in_reach(expected, actual, left, filters.reach);
-    expected_strip.start(left);
-    actual_strip.start(left);
-    for (int y = 0; y < height; ++y) {
-      if (!in_reach[static_cast<std::size_t>(y)]) continue;
-      expected_strip.see(y, expected_row);
-      actual_strip.see(y, actual_row);
-      for (std::size_t x = 0; x < SeenRow::width; x += cells::width) {
-        cells::store(&values[x], value_at(colors, expected_row, actual_row, x));
-      }
-      std::copy_n(values.begin(), std::min(SeenRow::width, width - left),
-                  &result.map[static_cast<std::size_t>(y) * width + left]);
+  const Filters filters(pixels_per_degree);
+  const Region region = region_in_reach(expected, actual, filters.reach);
+  // A band of rows at a time: its planes stay in the processor's cache.
+  constexpr int band_height = 64;
+  for (int y = 0; y < region.height; y += band_height) {
+    const Region band{region.left, region.top + y, region.width, std::min(band_height, region.height - y)};
+    const Plane values = visible_difference(see(expected, band, filters), see(actual, band, filters));
+    for (int row = 0; row < band.height; ++row) {
+      std::copy_n(values.col(row).data(), band.width,
+                  &result.map[static_cast<std::size_t>(band.top + row) * width + band.left]);
     }
   }
   double sum = 0;
   for (const float value : result.map) sum += value;
   result.mean = sum / static_cast<double>(result.map.size());
   result.max = *std::max_element(result.map.begin(), result.map.end());
-  result.percentile_99 = percentile_99(result.map);
+  std::vector<float> sorted = result.map;
+  const auto percentile = sorted.begin() + static_cast<std::ptrdiff_t>((sorted.size() * 99 - 1) / 100);
+  std::nth_element(sorted.begin(), percentile, sorted.end());
+  result.percentile_99 = *percentile;
   return result;
 }
 

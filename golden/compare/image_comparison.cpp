@@ -105,23 +105,9 @@ Judgement judge(const ImageComparison& c, const ImageTolerance& tolerance) {
 }  // namespace
 
 std::string_view name(Judgement judgement) {
-  switch (judgement) {
-    case Judgement::exact:
-      return "exact";
-    case Judgement::within:
-      return "within tolerance";
-    case Judgement::size:
-      return "size";
-    case Judgement::hard:
-      return "hard limit";
-    case Judgement::count:
-      return "pixel count";
-    case Judgement::mean:
-      return "mean";
-    case Judgement::tile:
-      return "worst tile";
-  }
-  return "?";
+  constexpr std::array<std::string_view, 7> names{
+      "exact", "within tolerance", "size", "hard limit", "pixel count", "mean", "worst tile"};
+  return names[static_cast<std::size_t>(judgement)];
 }
 
 ImageComparison compare(const render::Image& expected, const render::Image& actual,

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 
@@ -252,21 +253,9 @@ void judge(const LoggedMotion& golden, const LoggedMotion& actual, const PoseTol
 }  // namespace
 
 std::string_view name(PoseJudgement judgement) {
-  switch (judgement) {
-    case PoseJudgement::exact:
-      return "exact";
-    case PoseJudgement::within:
-      return "within tolerance";
-    case PoseJudgement::differs:
-      return "not exact";
-    case PoseJudgement::end:
-      return "end";
-    case PoseJudgement::poses:
-      return "poses";
-    case PoseJudgement::invariants:
-      return "invariants";
-  }
-  return "?";
+  constexpr std::array<std::string_view, 6> names{"exact", "within tolerance", "not exact", "end",
+                                                  "poses", "invariants"};
+  return names[static_cast<std::size_t>(judgement)];
 }
 
 PosePair poses_at(const LoggedMotion& golden, const LoggedMotion& actual, int frame) {

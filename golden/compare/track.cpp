@@ -115,6 +115,7 @@ class Input {
     if (bits >> 32 != 0) refuse();
     return std::bit_cast<float>(static_cast<std::uint32_t>(bits));
   }
+  std::string_view rest() const { return rest_; }
   void expect_end() const {
     if (!rest_.empty()) refuse();
   }
@@ -281,13 +282,9 @@ Track read_track(const std::filesystem::path& file) {
   std::string_view rest = bytes;
   if (rest.substr(0, magic.size()) != magic) refuse();
   rest.remove_prefix(magic.size());
-  std::uint64_t size = 0;
-  for (int shift = 0; !rest.empty() && shift < 35; shift += 7) {
-    const auto byte = static_cast<std::uint8_t>(rest.front());
-    rest.remove_prefix(1);
-    size |= std::uint64_t{byte & 0x7fU} << shift;
-    if (byte < 0x80) break;
-  }
+  Input header(rest, what);
+  const std::uint64_t size = header.number();
+  rest = header.rest();
   if (size > largest_size) refuse();
   std::string raw(size, '\0');
   const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)> decompressor(

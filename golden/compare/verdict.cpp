@@ -6,38 +6,9 @@
 
 namespace substep::golden {
 
-std::string_view name(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::pass:
-      return "pass";
-    case Verdict::error:
-      return "error";
-    case Verdict::golden_edited:
-      return "golden edited";
-    case Verdict::scene_changed:
-      return "scene changed";
-    case Verdict::loading_changed:
-      return "loading changed";
-    case Verdict::simulation_changed:
-      return "simulation changed";
-    case Verdict::renderer_changed:
-      return "renderer changed";
-    case Verdict::both_changed:
-      return "both changed";
-    case Verdict::environment:
-      return "environment";
-    case Verdict::missing:
-      return "missing";
-    case Verdict::created:
-      return "new";
-  }
-  return "?";
-}
-
-std::optional<Verdict> verdict_named(std::string_view wanted) {
-  const auto found = std::find_if(verdicts.begin(), verdicts.end(),
-                                  [&](Verdict verdict) { return name(verdict) == wanted; });
-  return found == verdicts.end() ? std::nullopt : std::optional(*found);
+Verdict verdict_named(std::string_view name) {
+  const auto found = std::find(verdict_names.begin(), verdict_names.end(), name);
+  return found == verdict_names.end() ? Verdict::error : static_cast<Verdict>(found - verdict_names.begin());
 }
 
 int exit_code(std::span<const Verdict> cases, std::size_t orphans) {
@@ -53,8 +24,8 @@ std::string totals(std::span<const Verdict> cases, std::size_t orphans) {
   const auto add = [&](std::ptrdiff_t count, std::string_view what) {
     if (count > 0) text += fmt::format("{} {}, ", count, what);
   };
-  for (const Verdict verdict : verdicts) {
-    if (verdict != Verdict::pass) add(std::count(cases.begin(), cases.end(), verdict), name(verdict));
+  for (std::size_t i = 0; i + 1 < verdict_names.size(); ++i) {
+    add(std::count(cases.begin(), cases.end(), static_cast<Verdict>(i)), verdict_names[i]);
   }
   add(static_cast<std::ptrdiff_t>(orphans), "orphan");
   return text + fmt::format("{} pass", std::count(cases.begin(), cases.end(), Verdict::pass));

@@ -11,7 +11,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-/// A path as a word that is no option, whatever its name.
+/// Returns a path as a word that is no option, whatever its name.
 std::string path_word(const fs::path& path) {
   const std::string text = path.string();
   return shell_word(text.starts_with('-') ? fmt::format("./{}", text) : text);
@@ -49,32 +49,29 @@ ResultsLocation location_of(const Json& results, const fs::path& output) {
   return {near(results.at("suite").get<std::string>()), near(output)};
 }
 
-ApproveCommand approve_command(const std::vector<std::string>& cases, const ResultsLocation& location) {
-  ApproveCommand command{"substep approve", {}, " --reason \"...\""};
-  for (const std::string& name : cases) command.before += fmt::format(" {}", shell_word(name));
-  if (cases.empty()) command.before += " --failed";
-  command.before += suite_option(location);
+std::string approve_command(const std::vector<std::string>& cases, const ResultsLocation& location) {
+  std::string command = "substep approve";
+  for (const std::string& name : cases) command += fmt::format(" {}", shell_word(name));
+  command += suite_option(location);
   if (location.output != fs::path("out/check")) {
-    command.output = fmt::format(" --output {}", path_word(location.output));
+    command += fmt::format(" --output {}", path_word(location.output));
   }
-  return command;
+  return command + " --reason \"...\"";
 }
 
-CaseCommands commands_of(const Json& entry, const ResultsLocation& location) {
-  const auto case_name = entry.at("name").get<std::string>();
-  CaseCommands commands;
-  commands.files = (location.output / entry.at("files").get<std::string>()).string();
+std::string approve_command(const Json& entry, const ResultsLocation& location) {
   const bool can_approve = entry.at("refusal").get<std::string>().empty() && entry.contains("candidates");
-  if (can_approve) commands.approve = approve_command({case_name}, location);
-  return commands;
+  if (!can_approve) return {};
+  return approve_command(std::vector<std::string>{entry.at("name").get<std::string>()}, location);
 }
 
 std::string explanation(const Json& entry, const ResultsLocation& location) {
-  const CaseCommands commands = commands_of(entry, location);
-  std::string text = entry.at("text");
-  text += fmt::format("  files    {}\n", commands.files);
-  if (commands.approve.is_there()) return text + fmt::format("  approve  {}\n", commands.approve.text());
-  return text + fmt::format("  approve  not from this check: {}\n", entry.at("refusal").get<std::string>());
+  const std::string command = approve_command(entry, location);
+  return entry.at("text").get<std::string>() +
+         fmt::format("  files    {}\n", (location.output / entry.at("files").get<std::string>()).string()) +
+         fmt::format("  approve  {}\n", command.empty() ? fmt::format("not from this check: {}",
+                                                                      entry.at("refusal").get<std::string>())
+                                                        : command);
 }
 
 }  // namespace substep::golden

@@ -1,7 +1,6 @@
 #pragma once
-/// The commands that are printed for a case that fails: to approve it. They hold
-/// from where the user stands, so they are made where they are printed, of results that may have been moved
-/// since.
+/// The command that approves a failing case. It holds from the user's working folder: it is made where it is
+/// printed, and the results may have been moved since the check.
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -20,32 +19,17 @@ struct ResultsLocation {
 /// folder, for that is what another machine has, too.
 ResultsLocation location_of(const nlohmann::ordered_json& results, const std::filesystem::path& output);
 
-/// A command in three parts, for the middle one is another when a report is opened elsewhere. All empty:
-/// none.
-struct ApproveCommand {
-  std::string before;  ///< "substep approve box_stack.a4 --suite …"
-  std::string output;  ///< " --output …", or nothing
-  std::string after;   ///< " --reason \"...\""
+/// Returns the command that approves these cases: "substep approve box_stack.a4 --reason \"...\"".
+std::string approve_command(const std::vector<std::string>& cases, const ResultsLocation& location);
 
-  bool is_there() const { return !before.empty(); }
-  std::string text() const { return before + output + after; }
-};
+/// Returns the command that approves a case, from its part of results.json; empty where it cannot be approved
+/// from there.
+std::string approve_command(const nlohmann::ordered_json& entry, const ResultsLocation& location);
 
-struct CaseCommands {
-  std::string files;       ///< the folder with the case's files
-  ApproveCommand approve;  ///< none where it cannot be approved
-};
-
-/// `entry` is the case's part of results.json.
-CaseCommands commands_of(const nlohmann::ordered_json& entry, const ResultsLocation& location);
-
-/// Everything to be printed of a case that does not pass: what results.json says of it, then the commands.
+/// Returns all that is printed of a case that does not pass: its text in results.json, then the command.
 std::string explanation(const nlohmann::ordered_json& entry, const ResultsLocation& location);
 
-/// To approve these cases; all that failed where there are none.
-ApproveCommand approve_command(const std::vector<std::string>& cases, const ResultsLocation& location);
-
-/// As one word of a shell, whatever is in it.
+/// Returns `word` quoted, so that a shell takes it as one word.
 std::string shell_word(const std::string& word);
 
 }  // namespace substep::golden

@@ -1,4 +1,4 @@
-#include "golden/report/error_strip.h"
+#include "golden/report/report_case.h"
 
 #include <fmt/format.h>
 

@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <functional>
 #include <map>
 #include <set>
 #include <utility>
@@ -24,66 +23,20 @@ int bodies_of(const Json& entry) {
   return entry.at("poses").value("bodies", 0);
 }
 
-/// What a scene has that a change could be of, as its log says it.
-std::set<std::string> features_of(const Json& entry) {
-  const auto modelled = entry.at("poses").value("modelled", std::string());
-  std::set<std::string> features;
-  const auto add = [&](const char* feature, const char* absent) {
-    if (!modelled.empty() && modelled.find(absent) == std::string::npos) features.insert(feature);
-  };
-  add("with joints", "no joints");
-  add("with contacts", "no contacts");
-  add("with a gyroscopic term", "no gyroscopic term");
-  return features;
-}
-
-/// A way to choose among the checked cases, in words.
-struct Choice {
-  std::string text;
-  std::function<bool(const Json&)> holds;
-};
-
-/// From the plainest on.
-std::vector<Choice> choices(const Json& checked) {
-  std::vector<Choice> result{{"all cases", [](const Json&) { return true; }}};
-  std::set<std::string> algorithms;
-  std::set<std::string> features;
-  for (const Json& entry : checked) {
-    algorithms.insert(algorithm_of(entry));
-    features.merge(features_of(entry));
-  }
-  for (const std::string& algorithm : algorithms) {
-    result.push_back(
-        {"all cases of " + algorithm, [=](const Json& entry) { return algorithm_of(entry) == algorithm; }});
-  }
-  for (const std::string& feature : features) {
-    result.push_back(
-        {"all scenes " + feature, [=](const Json& entry) { return features_of(entry).count(feature) != 0; }});
-  }
-  for (const std::string& algorithm : algorithms) {
-    for (const std::string& feature : features) {
-      result.push_back({fmt::format("all cases of {} {}", algorithm, feature), [=](const Json& entry) {
-                          return algorithm_of(entry) == algorithm && features_of(entry).count(feature) != 0;
-                        }});
-    }
-  }
-  return result;
-}
-
-/// What the failing cases have in common and no others have; else which algorithms they are of.
+/// Returns which cases fail: "all cases of a3, no others".
 std::string common_part(const std::vector<const Json*>& failing, const Json& checked) {
-  for (const Choice& choice : choices(checked)) {
-    const auto chosen = static_cast<std::size_t>(std::count_if(checked.begin(), checked.end(), choice.holds));
-    const bool holds_all =
-        std::all_of(failing.begin(), failing.end(), [&](const Json* entry) { return choice.holds(*entry); });
-    if (!holds_all || chosen != failing.size()) continue;
-    return chosen == checked.size() ? choice.text : choice.text + ", no others";
-  }
+  if (failing.size() == checked.size()) return "all cases";
   std::set<std::string> algorithms;
   std::set<std::string> scenes;
   for (const Json* entry : failing) {
     algorithms.insert(algorithm_of(*entry));
     scenes.insert(entry->at("scene").get<std::string>());
+  }
+  const auto of_algorithm = std::count_if(checked.begin(), checked.end(), [&](const Json& entry) {
+    return algorithm_of(entry) == *algorithms.begin();
+  });
+  if (algorithms.size() == 1 && static_cast<std::size_t>(of_algorithm) == failing.size()) {
+    return fmt::format("all cases of {}, no others", *algorithms.begin());
   }
   return fmt::format("{} of {} cases, of {} scene{}, all {}", failing.size(), checked.size(), scenes.size(),
                      scenes.size() == 1 ? "" : "s", fmt::join(algorithms, " "));
@@ -121,7 +74,7 @@ std::string kinds_in(const std::string& cause) {
 std::string origin_key(const Json& entry) {
   const auto verdict = verdict_named(entry.at("verdict").get<std::string>());
   auto cause = entry.at("cause").get<std::string>();
-  switch (verdict.value_or(Verdict::error)) {
+  switch (verdict) {
     case Verdict::error:
       return cause;
     case Verdict::scene_changed:
@@ -173,16 +126,16 @@ std::string FailureGroup::line() const {
 std::vector<FailureGroup> failure_groups(const Json& results) {
   const Json& checked = results.at("cases");
   std::vector<FailureGroup> groups;
-  for (const Verdict verdict : verdicts) {
-    if (verdict == Verdict::pass) continue;
+  for (const std::string_view verdict : verdict_names) {
+    if (verdict == "pass") continue;
     std::map<std::string, std::vector<const Json*>> by_origin;
     for (const Json& entry : checked) {
-      if (entry.at("verdict") == name(verdict)) by_origin[origin_key(entry)].push_back(&entry);
+      if (entry.at("verdict") == verdict) by_origin[origin_key(entry)].push_back(&entry);
     }
     std::vector<FailureGroup> found;
     found.reserve(by_origin.size());
     for (auto& [key, cases] : by_origin) {
-      found.push_back(group_of(std::string(name(verdict)), key, std::move(cases), checked));
+      found.push_back(group_of(std::string(verdict), key, std::move(cases), checked));
     }
     std::stable_sort(found.begin(), found.end(), [](const FailureGroup& a, const FailureGroup& b) {
       return a.cases.size() > b.cases.size();

@@ -109,7 +109,7 @@ void write_junit(const Json& results, const std::filesystem::path& output) {
   const ResultsLocation location = location_of(results, output);
   Suite suite;
   for (const Json& entry : results.at("cases")) suite.add_case(entry, location);
-  for (const Json& orphan : results.at("orphans")) suite.add_orphan(orphan.at("file").get<std::string>());
+  for (const Json& orphan : results.at("orphans")) suite.add_orphan(orphan.get<std::string>());
   if (!results.at("ended").get<bool>()) {
     suite.add_error("the whole suite", fmt::format("the check did not end: {} of {} cases were checked",
                                                    results.at("cases").size(), results.at("of").get<int>()));

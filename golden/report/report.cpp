@@ -13,10 +13,14 @@
 #include "golden/compare/verdict.h"
 #include "golden/report/case_commands.h"
 #include "golden/report/failure_groups.h"
-#include "golden/report/report_assets.h"
 #include "golden/report/report_case.h"
+#include "render/embedded_file.h"
 #include "render/markup.h"
 #include "sim/log/file_output.h"
+
+SUBSTEP_EMBEDDED_FILE(report_page, SUBSTEP_REPORT "/report.html")
+SUBSTEP_EMBEDDED_FILE(report_style, SUBSTEP_REPORT "/report.css")
+SUBSTEP_EMBEDDED_FILE(report_script, SUBSTEP_REPORT "/report.js")
 
 namespace substep::golden {
 namespace {
@@ -41,10 +45,7 @@ std::vector<const Json*> failing_cases(const Json& results) {
   for (const Json& entry : results.at("cases")) {
     if (entry.at("verdict") != "pass") cases.push_back(&entry);
   }
-  const auto rank = [](const Json* entry) {
-    const auto verdict = verdict_named(entry->at("verdict").get<std::string>());
-    return std::find(verdicts.begin(), verdicts.end(), verdict.value_or(Verdict::error)) - verdicts.begin();
-  };
+  const auto rank = [](const Json* entry) { return verdict_named(entry->at("verdict").get<std::string>()); };
   std::stable_sort(cases.begin(), cases.end(), [&](const Json* a, const Json* b) {
     if (rank(a) != rank(b)) return rank(a) < rank(b);
     return severity(*a) > severity(*b);
@@ -60,11 +61,11 @@ std::string totals_list(const Json& results) {
                         count == 0 ? " zero" : "", count, verdict);
   };
   const Json& cases = results.at("cases");
-  for (const Verdict verdict : verdicts) {
-    if (verdict == Verdict::pass) add("orphan", results.at("orphans").size());
-    add(std::string(name(verdict)),
-        static_cast<std::size_t>(std::count_if(
-            cases.begin(), cases.end(), [&](const Json& e) { return e.at("verdict") == name(verdict); })));
+  for (const std::string_view verdict : verdict_names) {
+    if (verdict == "pass") add("orphan", results.at("orphans").size());
+    add(std::string(verdict),
+        static_cast<std::size_t>(std::count_if(cases.begin(), cases.end(),
+                                               [&](const Json& e) { return e.at("verdict") == verdict; })));
   }
   return html + "</ul>\n";
 }
@@ -81,8 +82,7 @@ std::string machines(const Json& results) {
     std::string theirs;
     for (const std::string& value : golden) {
       if (value.empty()) continue;
-      theirs +=
-          (value == here ? render::escaped(value) : "<mark>" + render::escaped(value) + "</mark>") + "<br>";
+      theirs += (value == here ? render::escaped(value) : "<mark>" + render::escaped(value) + "</mark>") + "<br>";
     }
     rows += fmt::format("<tr><th>{}</th><td>{}</td><td>{}</td></tr>\n", key,
                         here.empty() ? "–" : render::escaped(here), theirs.empty() ? "–" : theirs);
@@ -172,13 +172,8 @@ std::string passing(const Json& results) {
 std::string orphans(const Json& results) {
   if (results.at("orphans").empty()) return {};
   std::string html =
-      "<h3>Orphans: goldens of no case</h3>\n<p>Delete them by <code>substep approve --prune</code>, or put "
-      "their cases back.</p>\n<ul>\n";
-  for (const Json& orphan : results.at("orphans")) {
-    html += fmt::format("<li>{}", text_of(orphan.at("file")));
-    if (orphan.contains("is_now")) html += fmt::format(" is now {}", text_of(orphan.at("is_now")));
-    html += "</li>\n";
-  }
+      "<h3>Orphans: goldens of no case</h3>\n<p>Delete them, or put their cases back.</p>\n<ul>\n";
+  for (const Json& orphan : results.at("orphans")) html += fmt::format("<li>{}</li>\n", text_of(orphan));
   return html + "</ul>\n";
 }
 
@@ -210,13 +205,10 @@ std::string body(const Json& results, const fs::path& output, const PageBudget& 
                                 : brief_section(*cases[i], location);
   }
   html += passing(results) + "</main>\n";
-  const ApproveCommand ticked = approve_command({"CASES"}, location);
   return html + fmt::format(
-                    "<div class=\"basket\" data-command=\"{}\" data-output=\"{}\" data-folder=\"{}\"><div "
-                    "class=\"command\">"
-                    "<span>ticked</span><code></code></div></div>",
-                    render::escaped(ticked.before), render::escaped(ticked.output),
-                    render::escaped(output.lexically_normal().string()));
+                    "<div class=\"basket\" data-command=\"{}\"><div class=\"command\"><span>ticked</span>"
+                    "<code></code></div></div>",
+                    render::escaped(approve_command(std::vector<std::string>{"CASES"}, location)));
 }
 
 void replace(std::string& text, std::string_view mark, std::string_view with) {
@@ -230,10 +222,10 @@ fs::path report_file(const fs::path& output) {
 }
 
 void write_report(const Json& results, const fs::path& output) {
-  std::string page(report_assets::page());
+  std::string page(report_page());
   replace(page, "{{title}}", "substep check: " + render::escaped(results.at("totals").get<std::string>()));
-  replace(page, "{{style}}", report_assets::style());
-  replace(page, "{{script}}", report_assets::script());
+  replace(page, "{{style}}", report_style());
+  replace(page, "{{script}}", report_script());
   // Words come first; pictures have the room that is left.
   constexpr std::size_t most_words = largest_report * 6 / 10;
   PageBudget budget;

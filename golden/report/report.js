@@ -221,7 +221,6 @@ class Report {
     }
     for (const command of document.querySelectorAll('.command')) this.addCopy(command);
     this.addBasket();
-    this.findItself();
     document.addEventListener('keydown', event => this.key(event));
     const named = this.cases.findIndex(entry => '#' + entry.id === decodeURIComponent(location.hash));
     if (named >= 0) this.go(named);
@@ -257,23 +256,11 @@ class Report {
     }
   }
 
-  /// Opened elsewhere than the check left it, the commands name where it is now.
-  findItself() {
-    if (location.protocol !== 'file:') return;
-    const here = decodeURIComponent(location.pathname).replace(/\/[^/]*$/, '');
-    const was = this.basket.dataset.folder;
-    if (here === was || here.endsWith('/' + was)) return;
-    const word = /^[\w\/.-]+$/.test(here) ? here : `'${here.replaceAll("'", "'\\''")}'`;
-    this.basket.dataset.output = ` --output ${word}`;
-    for (const output of document.querySelectorAll('.command .output')) output.textContent = ` --output ${word}`;
-  }
-
   fill() {
     const ticked = Array.from(document.querySelectorAll('[data-case]:checked'), tick => tick.dataset.case);
     this.basket.classList.toggle('filled', ticked.length > 0);
-    const {command, output} = this.basket.dataset;
-    this.basket.querySelector('code').textContent =
-        `${command.replace('CASES', ticked.join(' '))}${output} --reason "..."`;
+    const {command} = this.basket.dataset;
+    this.basket.querySelector('code').textContent = command.replace('CASES', ticked.join(' '));
   }
 
   go(index) {

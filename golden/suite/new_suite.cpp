@@ -87,8 +87,7 @@ algorithms = ["a5"]      # any of a1 to a5: each is a case of its own
 time_limit = 120         # s, for checking a case
 # images = []            # in a case: poses alone, which need no renderer
 
-# Without a tolerance poses are compared bit for bit. A scene whose poses may differ a little, as between compilers:
-# [preset.tolerant]
+# Without a tolerance poses are compared bit for bit. In a case whose poses may differ a little:
 # pose_tolerance = { position = 1e-4, orientation = 1e-3, energy = 0.02, penetration = 1e-3, resting = 1 }
 )";
 

@@ -16,7 +16,6 @@ nlohmann::ordered_json scene_parts(const Scene& scene);
 
 /// What differs of a scene from the one whose parts were noted.
 struct SceneDifference {
-  bool is_known = false;  ///< the sidecar has parts
   bool moves = false;     ///< something that motion depends on differs
   bool is_drawn = false;  ///< something that is drawn differs
   std::string text;       ///< "mass of box_3; mesh or colour of box_1, box_2 and 5 more"; empty: nothing

@@ -51,9 +51,7 @@ void write_json(const Json& json, std::size_t depth, std::string& text) {
 
 void read_pictures(const Json& json, Sidecar& result) {
   for (const Json& image : json.at("images")) {
-    Sidecar::Picture picture{image.at("frame"), image.at("pixels"), {}};
-    if (image.contains("bodies")) picture.bodies = extents_in(image.at("bodies"));
-    result.pictures.push_back(std::move(picture));
+    result.pictures.push_back({image.at("frame"), image.at("pixels"), extents_in(image.at("bodies"))});
   }
 }
 
@@ -65,10 +63,6 @@ const Sidecar::Picture* Sidecar::picture(int frame) const {
   return found == pictures.end() ? nullptr : &*found;
 }
 
-std::string Sidecar::platform() const {
-  return made_with.is_object() ? made_with.value("platform", std::string()) : std::string();
-}
-
 Sidecar read_sidecar(const fs::path& file) {
   Sidecar result;
   if (!fs::exists(file)) return result;
@@ -77,14 +71,10 @@ Sidecar read_sidecar(const fs::path& file) {
     const Json json = parse_json<Json>(read_bytes(file), file.string());
     result.scene_hash = json.at("scene_hash");
     result.made_with = json.at("made_with");
-    if (json.contains("parts")) result.parts = json.at("parts");
-    if (json.contains("poses")) {
-      const Json& poses = json.at("poses");
-      result.first_state = poses.value("first", std::string());
-      result.last_state = poses.value("last", std::string());
-      result.pose_log_hash = poses.value("log_hash", std::string());
-      result.track_hash = poses.value("track_hash", std::string());
-    }
+    result.platform = result.made_with.at("platform");
+    result.parts = json.at("parts");
+    result.pose_log_hash = json.at("poses").at("log_hash");
+    result.track_hash = json.at("poses").at("track_hash");
     read_pictures(json, result);
   } catch (const Json::exception&) {
     throw Error(fmt::format(
@@ -139,7 +129,7 @@ std::string sidecar_text(const Json& sidecar) {
 
 std::string provenance_differences(const Sidecar& sidecar, const MadeWith& here) {
   std::string text;
-  if (!sidecar.made_with.is_object()) return text;
+  if (!sidecar.is_there) return text;
   const Json mine = to_json(here);
   for (const char* key : {"renderer", "compiler", "processor"}) {
     // Nothing was drawn where only poses were checked.

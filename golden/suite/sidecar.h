@@ -17,7 +17,7 @@
 
 namespace substep::golden {
 
-/// A sidecar that is missing says nothing.
+/// The notes of a case's approval; empty where there is no sidecar.
 struct Sidecar {
   bool is_there = false;
   struct Picture {
@@ -27,15 +27,12 @@ struct Sidecar {
   };
   std::vector<Picture> pictures;
   std::string scene_hash;
-  nlohmann::ordered_json parts;  ///< scene_parts(); null in sidecars of before they were noted
-  std::string pose_log_hash;     ///< content hash of the approved pose log; may not be noted
+  nlohmann::ordered_json parts;  ///< scene_parts()
+  std::string pose_log_hash;     ///< content hash of the approved pose log
   std::string track_hash;
-  std::string first_state;  ///< hash of the approved run's frame 0 and of its last
-  std::string last_state;
   nlohmann::ordered_json made_with;
+  std::string platform;  ///< that the golden pictures were approved on
 
-  /// The platform that the golden pictures were approved on; empty where that was not noted.
-  std::string platform() const;
   const Picture* picture(int frame) const;
 };
 

@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <map>
 #include <set>
 #include <string_view>
 
@@ -24,7 +23,7 @@ const std::vector<std::string_view> plan_keys{"frames",     "full_every", "image
                                               "algorithms", "tolerance",  "pose_tolerance", "settings",
                                               "time_limit", "renderer"};
 
-/// Of [settings]: the fields but the algorithm, which `algorithms` says.
+/// Returns the keys of [settings]: all fields but the algorithm, which `algorithms` names.
 std::vector<std::string_view> settings_keys() {
   std::vector<std::string_view> keys;
   for (const SettingsField& field : settings_fields) {
@@ -33,7 +32,7 @@ std::vector<std::string_view> settings_keys() {
   return keys;
 }
 
-/// What both [defaults] and a [[case]] can say; a case starts from the defaults.
+/// The keys that both [defaults] and a [[case]] can have; a case starts from the defaults.
 struct Plan {
   int frames = 120;
   int full_every = 10;
@@ -55,14 +54,13 @@ class Reader : private TomlValues {
 
   Suite read() {
     const toml::table root = parse();
-    expect_keys(root, "the suite file", {"defaults", "preset", "case"});
+    expect_keys(root, "the suite file", {"defaults", "case"});
     Plan defaults;
     if (const toml::node* node = root.get("defaults")) {
       const toml::table& table = as_table(*node, "defaults");
       expect_keys(table, "[defaults]", plan_keys);
       read_plan(table, defaults);
     }
-    if (const toml::node* node = root.get("preset")) read_presets(as_table(*node, "preset"));
     Suite suite{file(), {}};
     const toml::node* cases = root.get("case");
     if (cases == nullptr) throw Error(fmt::format("{}: has no [[case]]", file().string()));
@@ -77,49 +75,12 @@ class Reader : private TomlValues {
     return *node.as_table();
   }
 
-  /// At least 0; settings have narrower ranges, which check(Settings) knows.
+  /// Returns a number of at least 0. Settings have narrower ranges, which check(Settings) knows.
   double number(const toml::node& node, std::string_view key) const {
     const auto value = node.is_number() ? node.value<double>() : std::nullopt;
     if (!value || !(*value >= 0 && *value < 1e300))
       fail(node, fmt::format("'{}' must be a number, at least 0", key));
     return *value;
-  }
-
-  static std::vector<std::string_view> with_plan_keys(std::vector<std::string_view> keys) {
-    keys.insert(keys.end(), plan_keys.begin(), plan_keys.end());
-    return keys;
-  }
-
-  void read_presets(const toml::table& presets) {
-    for (const auto& [key, node] : presets) {
-      const std::string where = fmt::format("[preset.{}]", key.str());
-      const toml::table& table = as_table(node, fmt::format("preset.{}", key.str()));
-      expect_keys(table, where, with_plan_keys({"preset"}));
-      presets_.emplace(key.str(), &table);
-    }
-  }
-
-  /// Applies the presets that `table` names, each with those that it names itself first.
-  void apply_presets(const toml::table& table, Plan& plan, std::vector<std::string>& path) const {
-    const toml::node* named = table.get("preset");
-    if (named == nullptr) return;
-    std::vector<const toml::node*> entries{named};
-    if (named->is_array()) {
-      entries.clear();
-      for (const toml::node& entry : array(*named, "preset")) entries.push_back(&entry);
-    }
-    for (const toml::node* entry : entries) {
-      const std::string name = text(*entry, "preset");
-      const auto found = presets_.find(name);
-      if (found == presets_.end()) fail(*entry, fmt::format("there is no [preset.{}]", name));
-      if (std::find(path.begin(), path.end(), name) != path.end()) {
-        fail(*entry, fmt::format("preset '{}' is made of itself", name));
-      }
-      path.push_back(name);
-      apply_presets(*found->second, plan, path);
-      path.pop_back();
-      read_plan(*found->second, plan);
-    }
   }
 
   void read_pose_tolerance(const toml::table& table, PoseTolerance& tolerance) const {
@@ -133,7 +94,7 @@ class Reader : private TomlValues {
     }
   }
 
-  /// One that may be empty: nothing, whatever was inherited.
+  /// Returns a list that may be empty.
   const toml::array& list(const toml::node& node, std::string_view key) const {
     return node.is_array() && node.as_array()->empty() ? *node.as_array() : array(node, key);
   }
@@ -218,7 +179,7 @@ class Reader : private TomlValues {
     }
   }
 
-  /// But for the settings.
+  /// Copies all of the plan but the settings.
   static void apply_plan(const Plan& plan, SuiteCase& result) {
     result.frames = plan.frames;
     result.full_every = plan.full_every;
@@ -233,10 +194,10 @@ class Reader : private TomlValues {
   }
 
   void read_case(const toml::table& table, const Plan& defaults, Suite& suite) {
-    expect_keys(table, "[[case]]", with_plan_keys({"scene", "variant", "preset"}));
+    std::vector<std::string_view> keys{"scene", "variant"};
+    keys.insert(keys.end(), plan_keys.begin(), plan_keys.end());
+    expect_keys(table, "[[case]]", keys);
     Plan plan = defaults;
-    std::vector<std::string> path;
-    apply_presets(table, plan, path);
     read_plan(table, plan);
     const toml::node* scene = table.get("scene");
     if (scene == nullptr) fail(table, "[[case]] without a 'scene'");
@@ -299,7 +260,6 @@ class Reader : private TomlValues {
   }
 
   std::set<std::string> names_;
-  std::map<std::string, const toml::table*, std::less<>> presets_;
 };
 
 }  // namespace
@@ -325,6 +285,53 @@ fs::path suite_file(const fs::path& named) {
 
 Suite read_suite(const fs::path& file) {
   return Reader(suite_file(file)).read();
+}
+
+std::vector<SuiteCase> select(const Suite& suite, const std::vector<std::string>& names) {
+  if (names.empty()) return suite.cases;
+  std::vector<SuiteCase> chosen;
+  std::set<std::string> matched;
+  for (const SuiteCase& entry : suite.cases) {
+    const std::string scene_name = entry.scene.stem().string();
+    bool wanted = false;
+    for (const std::string& name : names) {
+      if (name != entry.name && name != scene_name) continue;
+      matched.insert(name);
+      wanted = true;
+    }
+    if (wanted) chosen.push_back(entry);
+  }
+  for (const std::string& name : names) {
+    if (matched.count(name) != 0) continue;
+    std::vector<std::string_view> known;
+    for (const SuiteCase& entry : suite.cases) known.push_back(entry.name);
+    throw Error(
+        fmt::format("{}: has no case '{}'; cases are {}", suite.file.string(), name, fmt::join(known, " ")));
+  }
+  return chosen;
+}
+
+std::vector<fs::path> orphans(const Suite& suite) {
+  std::set<fs::path> claimed;
+  for (const SuiteCase& entry : suite.cases) {
+    claimed.insert(entry.pose_file.lexically_normal());
+    claimed.insert(entry.track_file.lexically_normal());
+    claimed.insert(entry.sidecar.lexically_normal());
+    for (const int frame : entry.images) claimed.insert(entry.image_file(frame).lexically_normal());
+  }
+  std::vector<fs::path> result;
+  for (const char* folder : {"poses", "images"}) {
+    std::error_code none;
+    for (const auto& entry : fs::recursive_directory_iterator(suite.folder() / folder, none)) {
+      // .DS_Store, Thumbs.db and the like come by themselves.
+      const std::string name = entry.path().filename().string();
+      if (entry.is_directory() || name.starts_with('.') || name == "Thumbs.db" || name == "desktop.ini")
+        continue;
+      if (claimed.count(entry.path().lexically_normal()) == 0) result.push_back(entry.path());
+    }
+  }
+  std::sort(result.begin(), result.end());
+  return result;
 }
 
 }  // namespace substep::golden

@@ -18,19 +18,13 @@
 ///     [defaults.settings.a2]          # for one algorithm
 ///     iterations = 40
 ///
-///     [preset.chaotic]                # any keys of [defaults] under a name, for cases that say so
-///     pose_tolerance = { position = 1e-4, orientation = 1e-3, energy = 0.02, penetration = 1e-3 }
-///
-///     [preset.loose]
-///     preset = "chaotic"              # with all of another preset first
-///     tolerance = { count = 400 }     # what is not named here stays as inherited
-///
 ///     [[case]]                        # one golden case per algorithm
 ///     scene = "../scenes/box_stack.gltf"    # relative to the suite file
-///     preset = "loose"                # or several, applied in order: ["chaotic", "small"]
+///     tolerance = { count = 400 }     # what is not named here stays as in [defaults]
+///     pose_tolerance = { position = 1e-4, orientation = 1e-3, energy = 0.02, penetration = 1e-3 }
 ///
-/// A case has what [defaults] say, then what its presets say, then what it says itself. Without a
-/// `pose_tolerance` (motion_comparison.h) poses must be the golden ones bit for bit.
+/// A case has what [defaults] say, then what it says itself. Without a `pose_tolerance` (motion_comparison.h)
+/// poses must be the golden ones bit for bit.
 ///
 /// A case is named after its scene file and algorithm: box_stack.a4. A second [[case]] of the same scene and
 /// algorithm needs a `variant = "stable"`: box_stack.a4-stable. The goldens stand beside the suite file:

@@ -103,7 +103,7 @@ class InterruptedApproval : public testing::Test {
   Files old_;
 };
 
-TEST_F(InterruptedApproval, WritesSidecarLastAndGoesOn) {
+TEST_F(InterruptedApproval, WritesSidecarLastAndContinues) {
   suite_.approve_failed();
   const Files fresh = goldens();
   int halves = 0;

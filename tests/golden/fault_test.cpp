@@ -232,7 +232,7 @@ TEST(SimulationFault, RestitutionsMultipliedInsteadOfTheLarger) {
                       5, 40});
 }
 
-TEST(SimulationFault, ADriveTheOtherWay) {
+TEST(SimulationFault, ReversedDrive) {
   expect_model_fault({"powered_wheel",
                       [](Scene& scene) {
                         for (Joint& joint : scene.joints) {
@@ -253,7 +253,7 @@ void expect_procedure_fault(const char* scene, int frame, const Procedure& proce
   EXPECT_EQ(result.poses.motion.first.frame, frame);
 }
 
-TEST(SimulationFault, ASubstepTooFew) {
+TEST(SimulationFault, MissingSubstep) {
   expect_procedure_fault("box_stack", 1,
                          [](std::vector<Coordinates>& q, std::vector<Velocity>& v, const Settings& settings,
                             Problem& problem, Work& work) {
@@ -273,7 +273,7 @@ TEST(SimulationFault, SofterRows) {
                          });
 }
 
-TEST(SimulationFault, VelocitiesThatFadeFromSomeStepOn) {
+TEST(SimulationFault, VelocitiesFadeFromAStepOn) {
   int step = 0;
   expect_procedure_fault("tumbling_body", 21,
                          [&](std::vector<Coordinates>& q, std::vector<Velocity>& v, const Settings& settings,
@@ -283,7 +283,7 @@ TEST(SimulationFault, VelocitiesThatFadeFromSomeStepOn) {
                          });
 }
 
-TEST(SimulationFault, ABodyThatIsForgotten) {
+TEST(SimulationFault, ForgottenBody) {
   int step = 0;
   expect_procedure_fault("bouncing_balls", 4,
                          [&](std::vector<Coordinates>& q, std::vector<Velocity>& v, const Settings& settings,
@@ -294,7 +294,7 @@ TEST(SimulationFault, ABodyThatIsForgotten) {
                          });
 }
 
-TEST(SimulationFault, AMicrometre) {
+TEST(SimulationFault, DisplacementBelowRounding) {
   // Less than the rounding of the track's poses, in one of two bodies that change: it is not called the
   // other's.
   int step = 0;
@@ -712,7 +712,12 @@ TEST_F(BlackFrame, FailsACheckEvenWhereTheGoldenIsBlackToo) {
   write_text(suite_.track(), read_text(suite_.shown("actual.track")));
   write_text(suite_.image(10), read_text(suite_.shown("f0010.new.png")));
   write_text(suite_.image(20), read_text(suite_.shown("f0020.new.png")));
-  write_text(suite_.sidecar(), "{\"scene_hash\":\"\",\"made_with\":{},\"images\":[]}");
+  const PoseLog log = read_pose_log(suite_.poses());
+  const ApprovableRun run{&log, content_hash(read_bytes(suite_.poses())),
+                          content_hash(read_bytes(suite_.track()))};
+  const SuiteCase entry = read_suite(suite_.options.suite).cases.at(0);
+  write_text(suite_.sidecar(),
+             sidecar_text(make_sidecar(entry, run, load_scene(suite_.scene()), {}, MadeWith())));
   const CheckResult result = suite_.run();
   EXPECT_EQ(result.exit_code(), 1);
   EXPECT_EQ(result.cases.at(0).verdict, Verdict::renderer_changed);

@@ -56,7 +56,7 @@ MotionComparison compared(const Fall& golden, const Fall& actual, const PoseTole
                         tolerance == nullptr ? std::nullopt : std::optional(*tolerance));
 }
 
-TEST(MotionComparison, TheRoundingOfPosesIsNobodysChange) {
+TEST(MotionComparison, IgnoresRoundingOfTracks) {
   // Both bodies change in frame 3, the ball by 2.8e-6 m; the track rounds the block's place to another step.
   const Fall golden;
   Fall actual;
@@ -77,12 +77,12 @@ TEST(MotionComparison, TheRoundingOfPosesIsNobodysChange) {
   EXPECT_NEAR(first.size, 2.8e-6, 1e-12);
 }
 
-TEST(MotionComparison, EqualIsExact) {
+TEST(MotionComparison, EqualRunsAreExact) {
   const PoseTolerance tolerance;
   EXPECT_EQ(compared(Fall(), Fall(), &tolerance).judgement, PoseJudgement::exact);
 }
 
-TEST(MotionComparison, WithoutAToleranceNothingElsePasses) {
+TEST(MotionComparison, RequiresBitsWithoutTolerance) {
   Fall actual;
   actual.move(5, 1e-12);
   const MotionComparison found = compared(Fall(), actual);
@@ -93,7 +93,7 @@ TEST(MotionComparison, WithoutAToleranceNothingElsePasses) {
   EXPECT_NEAR(found.first.size, 1e-12, 1e-15);
 }
 
-TEST(MotionComparison, PosesCountUntilContactsDiffer) {
+TEST(MotionComparison, ComparesPosesUntilContactsDiffer) {
   PoseTolerance tolerance;
   tolerance.position = 0.01;
   Fall actual;
@@ -123,7 +123,7 @@ TEST(MotionComparison, PosesCountUntilContactsDiffer) {
   EXPECT_EQ(compared(Fall(), actual, &tolerance).limit_frame, 17);
 }
 
-TEST(MotionComparison, AnotherEndIsNoTolerance) {
+TEST(MotionComparison, RejectsAnotherEnd) {
   const PoseTolerance tolerance;
   Fall actual;
   actual.log.end = "diverged 21 body 1 ball";
@@ -147,7 +147,7 @@ TEST(MotionComparison, PredictsHalfAPixel) {
   EXPECT_NEAR(found.errors[3].position, 0.055, 1e-12);
 }
 
-TEST(MotionComparison, WhatIsBehindTheEyeIsInNoPicture) {
+TEST(MotionComparison, IgnoresBodiesBehindTheCamera) {
   Fall actual;
   actual.move(3, 5);
   for (std::size_t k = 3; k < actual.log.frames.size(); ++k) {
@@ -160,14 +160,14 @@ TEST(MotionComparison, WhatIsBehindTheEyeIsInNoPicture) {
   EXPECT_NEAR(found.errors[3].position, std::hypot(5, 30), 1e-12);
 }
 
-TEST(MotionComparison, ContactsCanDifferFromTheStart) {
+TEST(MotionComparison, FindsOtherContactsInFirstFrame) {
   Fall actual;
   actual.move(0, 0.1);
   actual.track.frames[0].invariants.touching = 1;
   EXPECT_EQ(compared(Fall(), actual).contacts_frame, 0);
 }
 
-TEST(MotionComparison, TracksFillInBetweenStoredPoses) {
+TEST(MotionComparison, UsesTracksBetweenStoredPoses) {
   Fall golden;
   Fall actual;
   actual.move(5, 0.2);

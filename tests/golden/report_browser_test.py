@@ -5,7 +5,6 @@ report_browser_test.py SUBSTEP SOURCE_FOLDER [FOLDER_FOR_SCREENSHOTS]
 
 import base64
 import pathlib
-import shlex
 import shutil
 import subprocess
 import sys
@@ -142,19 +141,6 @@ def drive(page):
     page.key("p")
 
 
-def moved(chrome, report):
-    """Elsewhere, the commands name the folder that the report lies in now, as a shell takes it."""
-    folder = report.parent.parent / "it's moved"
-    shutil.copytree(report.parent, folder)
-    page = Page(chrome, folder / "report.html", None)
-    command = page.page.find_element(By.CSS_SELECTOR, "code.approve").text
-    expect(shlex.split(command)[3:5] == ["--output", str(folder)], f"moved: {command}")
-    page.key("j")
-    page.page.find_element(By.CSS_SELECTOR, "section.current input[type=checkbox]").click()
-    basket = page.page.find_element(By.CSS_SELECTOR, ".basket code").text
-    expect(shlex.split(basket)[3:5] == ["--output", str(folder)], f"moved: {basket}")
-
-
 def dark(page):
     page.page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": "dark"}]})
     color = page.script("return getComputedStyle(document.body).backgroundColor")
@@ -187,7 +173,6 @@ def main():
             drive(page)
             dark(page)
             expect_no_network(page.page)
-            moved(chrome, report)
             without_scripts(page, report)
         finally:
             chrome.quit()

@@ -36,7 +36,7 @@ class SuiteTest : public testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(SuiteTest, CasesStartFromTheDefaults) {
+TEST_F(SuiteTest, CasesInheritDefaults) {
   const Suite suite = read(R"(
 [defaults]
 frames = 60
@@ -103,13 +103,13 @@ substeps = 2
   EXPECT_EQ(stable.image_file(50), folder_.path() / "images/box_stack/a5-stable.f0050.png");
 }
 
-TEST_F(SuiteTest, MistakesAreNamedWithTheirLine) {
+TEST_F(SuiteTest, NamesMistakesWithTheirLine) {
   const std::string a_case = "[[case]]\nscene = \"s.gltf\"\n";
   EXPECT_EQ(message("# nothing\n"), "suite.toml: has no [[case]]");
   EXPECT_EQ(message("case = 3\n"), "suite.toml:1: 'case' must be tables: [[case]]");
   EXPECT_EQ(
       message(a_case + "framez = 3\n"),
-      "suite.toml:3: unknown key 'framez' in [[case]]; known are scene, variant, preset, frames, "
+      "suite.toml:3: unknown key 'framez' in [[case]]; known are scene, variant, frames, "
       "full_every, images, size, algorithms, tolerance, pose_tolerance, settings, time_limit, renderer");
   EXPECT_EQ(message(a_case + "frames = 0\n"),
             "suite.toml:3: 'frames' must be a whole number from 1 to 100000");
@@ -151,35 +151,7 @@ TEST_F(SuiteTest, MistakesAreNamedWithTheirLine) {
   EXPECT_EQ(message("[defaults\n").rfind("suite.toml:1: ", 0), 0U);
 }
 
-TEST_F(SuiteTest, PresetsAreInheritedAndMerged) {
-  const Suite suite = read(
-      "[defaults]\nframes = 50\nimages = [50]\ntolerance = { level = 1, count = 2 }\n"
-      "[preset.chaotic]\npose_tolerance = { position = 0.5 }\n"
-      "[preset.loose]\npreset = \"chaotic\"\ntolerance = { count = 400 }\npose_tolerance = { energy = 0.1 }\n"
-      "[preset.large]\nsize = [640, 360]\n"
-      "[[case]]\nscene = \"one.gltf\"\nalgorithms = [\"a1\"]\n"
-      "[[case]]\nscene = \"two.gltf\"\nalgorithms = [\"a1\"]\npreset = [\"loose\", \"large\"]\n"
-      "tolerance = { mean = 0.25 }\n");
-  const SuiteCase& plain = suite.cases.at(0);
-  EXPECT_FALSE(plain.pose_tolerance);
-  EXPECT_EQ(plain.tolerance.count, 2);
-  EXPECT_EQ(plain.width, 320);
-  const SuiteCase& loose = suite.cases.at(1);
-  EXPECT_EQ(loose.pose_tolerance->position, 0.5);
-  EXPECT_EQ(loose.pose_tolerance->energy, 0.1);
-  EXPECT_EQ(loose.pose_tolerance->penetration, PoseTolerance().penetration);
-  EXPECT_EQ(loose.tolerance.level, 1);
-  EXPECT_EQ(loose.tolerance.count, 400);
-  EXPECT_EQ(loose.tolerance.mean, 0.25);
-  EXPECT_EQ(loose.width, 640);
-  EXPECT_EQ(loose.frames, 50);
-  const std::string a_case = "[[case]]\nscene = \"s.gltf\"\n";
-  EXPECT_EQ(message(a_case + "preset = \"none\"\n"), "suite.toml:3: there is no [preset.none]");
-  EXPECT_EQ(message(a_case + "preset = \"a\"\n[preset.a]\npreset = \"a\"\n"),
-            "suite.toml:5: preset 'a' is made of itself");
-}
-
-TEST_F(SuiteTest, EveryToleranceIsReadFromItsOwnKey) {
+TEST_F(SuiteTest, ReadsEachTolerance) {
   const Suite suite = read(
       "[[case]]\nscene = \"../scenes/box_stack.gltf\"\nalgorithms = [\"a3\"]\n"
       "tolerance = { hard = 61, level = 2, count = 33, mean = 0.4, tile_mean = 5.5 }\n"
@@ -199,12 +171,12 @@ TEST_F(SuiteTest, EveryToleranceIsReadFromItsOwnKey) {
   EXPECT_EQ(entry.pose_tolerance->resting, 5);
 }
 
-TEST_F(SuiteTest, AFolderStandsForItsSuite) {
+TEST_F(SuiteTest, ReadsSuiteOfFolder) {
   read("[[case]]\nscene = \"one.gltf\"\n");
   EXPECT_EQ(read_suite(folder_.path()).cases.size(), 5U);
 }
 
-TEST_F(SuiteTest, AMissingFileIsNamed) {
+TEST_F(SuiteTest, RejectsMissingFile) {
   EXPECT_THROW(read_suite(folder_.path() / "none.toml"), Error);
 }
 
@@ -220,8 +192,9 @@ TEST_F(SuiteTest, SelectsByCaseOrScene) {
   EXPECT_THROW(select(suite, {"two.a1"}), Error);
 }
 
-TEST_F(SuiteTest, ASidecarThatIsNoneIsRefusedByName) {
-  const std::string good = "{\"scene_hash\":\"1\",\"made_with\":{},\"images\":[]}";
+TEST_F(SuiteTest, RejectsDamagedSidecar) {
+  const std::string good = R"({"scene_hash":"1","made_with":{"platform":""},"parts":{},)"
+                           R"("poses":{"log_hash":"","track_hash":""},"images":[]})";
   const std::filesystem::path file = folder_.path() / "a3.json";
   const auto complaint = [&](const std::string& text) {
     write_text(file, text);
@@ -245,7 +218,7 @@ TEST_F(SuiteTest, ASidecarThatIsNoneIsRefusedByName) {
   EXPECT_EQ(read_sidecar(folder_.path() / "missing.json").scene_hash, "");
 }
 
-TEST_F(SuiteTest, OrphansAreFilesOfNoCase) {
+TEST_F(SuiteTest, FindsOrphans) {
   const Suite suite = read("[[case]]\nscene = \"one.gltf\"\nalgorithms = [\"a3\"]\nimages = [60]\n");
   EXPECT_TRUE(orphans(suite).empty());
   write_text(folder_.path() / "poses/one/a3.poses", "");

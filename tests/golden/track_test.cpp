@@ -31,7 +31,7 @@ RecordedRun run(const char* scene_file, int frames) {
   return result;
 }
 
-TEST(Track, IsReadAsWrittenAndNearThePoses) {
+TEST(Track, RoundTripKeepsRoundedPoses) {
   const RecordedRun made = run("bouncing_balls.gltf", 60);
   const TemporaryFolder folder;
   write_text(folder.path() / "a.track", to_bytes(made.track));
@@ -58,14 +58,14 @@ TEST(Track, IsSmall) {
   EXPECT_LT(to_bytes(made.track).size(), to_text(made.log).size() / 10);
 }
 
-TEST(Track, EnergyOfAFallingBallIsKept) {
+TEST(Track, KeepsEnergyOfFallingBall) {
   const RecordedRun made = run("bouncing_balls.gltf", 10);
   const double start = made.track.frames.front().invariants.energy;
   EXPECT_NEAR(made.track.frames[9].invariants.energy, start, 0.05 * start);
   EXPECT_EQ(made.track.frames.front().invariants.penetration, 0);
 }
 
-TEST(Track, DamagedFilesAreRefused) {
+TEST(Track, RejectsDamagedFiles) {
   const std::string good = to_bytes(run("bouncing_balls.gltf", 20).track);
   const TemporaryFolder folder;
   const auto read = [&](const std::string& bytes) {
