@@ -204,7 +204,7 @@ TEST(Size, IsTheDiameterOfABallAboutTheBodies) {
   EXPECT_NEAR(size_of(scene_named("box_stack")), 9 + std::sqrt(3), 1e-9);
 }
 
-TEST(Tables, SayTheReferenceAndHaveALineARun) {
+TEST(MeasurementTables, HaveRowForEachRun) {
   Scene scene = scene_named("pendulum");
   scene.duration = 0.5;
   SceneMeasurement measurement;
@@ -216,7 +216,7 @@ TEST(Tables, SayTheReferenceAndHaveALineARun) {
     const Settings settings = usual_settings(scene, algorithm);
     measurement.runs.push_back({settings, measure(scene, settings, measurement.reference), {}});
   }
-  const std::string table = to_table(measurement);
+  const std::string table = to_table(measurement, true);
   EXPECT_NE(table.find(measurement.reference.method), std::string::npos);
   EXPECT_NE(table.find("A5  n=10 m=1 τ=0.6/0.9 κ=1/0.7 stable  h=1/60"), std::string::npos);
   // Half a second is too short for the period; the energy is known at once.
@@ -234,9 +234,12 @@ TEST(Tables, SayTheReferenceAndHaveALineARun) {
   const std::string head = table.substr(known, table.find('\n', known) - known);
   EXPECT_NE(head.find(" A1 "), std::string::npos) << head;
   EXPECT_NE(head.find(" A5 "), std::string::npos) << head;
+  const std::string compact = to_table(measurement);
+  EXPECT_NE(compact.find("A5: n=10 m=1 τ=0.6/0.9 κ=1/0.7 stable h=1/60."), std::string::npos) << compact;
+  EXPECT_NE(compact.find("error in"), std::string::npos) << compact;
   measurement.runs[0].times = RunTimes{0.001, 0.0009, 0.0011, 3, {1, 2, 3, 4}};
   measurement.runs[1].times = RunTimes{0.002, 0.0019, 0.0021, 3, {1, 2, 3, 4}};
-  EXPECT_NE(to_table(measurement).find("CPU time"), std::string::npos);
+  EXPECT_NE(to_table(measurement, true).find("CPU time"), std::string::npos);
 }
 
 TEST(StageTimes, AreAboveZeroForEachStage) {
