@@ -104,7 +104,7 @@ TEST(ClaimsReport, IsWhatThePageShows) {
 }
 
 TEST(ClaimsReport, VerdictSaysForWhat) {
-  Claim claim{1, "I", "one", "two", {}, {{"a", true}, {"b", true}, {"c", false}}};
+  Claim claim{1, "I", "one", "two", {}, {}, {{"a", true}, {"b", true}, {"c", false}}};
   EXPECT_EQ(claim.verdict(), "holds except: c");
   claim.cases = {{"a", true}, {"b", false}};
   EXPECT_EQ(claim.verdict(), "holds only: a");
