@@ -122,9 +122,11 @@ TextTable times_of(const SceneMeasurement& m) {
 
 std::string heading(const SceneMeasurement& m) {
   return fmt::format(
-      "{}: {}\nReference: {}. Errors are until then, over all moving\nbodies; ≈: less than 100 times the "
-      "uncertainty. Scene's size: {:.3g} m; invariants over {:g} s.\n",
-      m.scene, m.modelled, reference_text(m.reference), m.size, m.duration);
+      "{}: {}\nReference: {}; turns are uncertain by {} rad. Errors are until then, over all moving\nbodies; "
+      "≈: "
+      "less than 100 times the uncertainty. Scene's size: {:.3g} m; invariants over {:g} s.\n",
+      m.scene, m.modelled, reference_text(m.reference), short_number(m.reference.turn_uncertainty), m.size,
+      m.duration);
 }
 
 template <typename Print>
@@ -247,25 +249,24 @@ double worst_share(const SceneMeasurement& m, std::size_t figure) {
   return worst;
 }
 
-/// The figures that a run misses by more than their tolerance, the four worst; the worst one where none is
-/// missed.
-std::vector<std::size_t> telling_figures(const SceneMeasurement& m) {
+/// The figures that a run misses by more than their tolerance, at most the four worst.
+std::vector<std::size_t> missed_figures(const SceneMeasurement& m) {
   constexpr std::size_t most = 4;
-  std::vector<std::size_t> figures(m.runs.front().metrics.expected.size());
-  std::iota(figures.begin(), figures.end(), std::size_t{0});
-  const auto share = [&](std::size_t figure) { return worst_share(m, figure); };
-  std::ranges::stable_sort(figures, std::greater{}, share);
-  const auto missed = static_cast<std::size_t>(
-      std::ranges::count_if(figures, [&](std::size_t figure) { return share(figure) > 1; }));
-  figures.resize(std::clamp<std::size_t>(missed, 1, most));
+  std::vector<std::size_t> figures;
+  for (std::size_t figure = 0; figure < m.runs.front().metrics.expected.size(); ++figure) {
+    if (worst_share(m, figure) > 1) figures.push_back(figure);
+  }
+  std::ranges::stable_sort(figures, std::greater{},
+                           [&](std::size_t figure) { return worst_share(m, figure); });
+  figures.resize(std::min(figures.size(), most));
   return figures;
 }
 
-/// Rows for telling figures: the error of each run, with ! where it is beyond the tolerance.
+/// Rows for missed figures: the error of each run, with ! where it is beyond the tolerance.
 TextTable errors_of_expectations(const SceneMeasurement& m) {
   TextTable table{{"error in", "expected"}, {}};
   for (const MeasuredSettings& run : m.runs) table.head.push_back(label(run.settings).substr(0, 2));
-  for (const std::size_t figure : telling_figures(m)) {
+  for (const std::size_t figure : missed_figures(m)) {
     const ExpectedFigure& first = m.runs.front().metrics.expected[figure];
     const char* const bound = first.bound == Bound::at_most ? "≤" : first.bound == Bound::at_least ? "≥" : "";
     std::vector<std::string> row{fmt::format("{}, {}", first.name, first.unit),
@@ -279,17 +280,20 @@ TextTable errors_of_expectations(const SceneMeasurement& m) {
   return table;
 }
 
-/// How many of the known figures the table shows.
-std::string count_of_expectations(const SceneMeasurement& m) {
+/// The missed figures as a table, and how many figures are known.
+template <typename Print>
+std::string known_figures(const SceneMeasurement& m, const Print& print) {
   const std::size_t all = m.runs.front().metrics.expected.size();
-  const std::size_t shown = telling_figures(m).size();
-  return shown == all ? "" : fmt::format("\n{} of {} known figures: the worst.\n", shown, all);
+  const std::size_t shown = missed_figures(m).size();
+  if (shown == 0) return fmt::format("\nKnown figures: {}, all within tolerance.\n", all);
+  const std::string table = fmt::format("\n{}", print(errors_of_expectations(m)));
+  return shown == all ? table : fmt::format("{}\nKnown figures: {}.\n", table, all);
 }
 
 /// The signs that stand in the text, explained.
 std::string legend(const std::string& text, bool has_known) {
   std::string signs;
-  if (text.find("≈") != std::string::npos) signs += "≈: less than 100 times the reference's uncertainty. ";
+  if (text.find("≈") != std::string::npos) signs += "≈: below 100 uncertainties. ";
   if (has_known && text.find('!') != std::string::npos) signs += "!: beyond the scene's tolerance. ";
   if (text.find("–") != std::string::npos) signs += "–: diverged, or never happened. ";
   if (signs.empty()) return signs;
@@ -300,12 +304,12 @@ std::string legend(const std::string& text, bool has_known) {
 template <typename Print>
 std::string short_tables(const SceneMeasurement& m, const Print& print) {
   const bool is_plain = has_each_algorithm_once(m);
-  std::string text = fmt::format("Reference: {}. Scene size: {:.3g} m; other columns over {:g} s.\n",
+  std::string text = fmt::format("Reference: {}. Size {:.3g} m, duration {:g} s.\n",
                                  reference_text(m.reference), m.size, m.duration);
   if (is_plain) text += settings_line(m);
   text += fmt::format("\n{}", print(short_table(m, !is_plain)));
   const bool has_known = has_expectations(m) && m.runs.size() + 2 <= most_columns;
-  if (has_known) text += fmt::format("\n{}{}", print(errors_of_expectations(m)), count_of_expectations(m));
+  if (has_known) text += known_figures(m, print);
   return text + legend(text, has_known);
 }
 
@@ -319,11 +323,10 @@ std::string reference_text(const ReferenceMotion& reference) {
     return fmt::format("none: {} and half its steps diverge at once, at {}", reference.method,
                        reference.divergence_point);
   }
-  std::string text = fmt::format("{}, uncertain by {} m and {} rad until {:.3g} s", reference.method,
-                                 short_number(reference.uncertainty),
-                                 short_number(reference.turn_uncertainty), reference.horizon);
+  std::string text = fmt::format("{}, uncertain by {} m until {:.3g} s", reference.method,
+                                 short_number(reference.uncertainty), reference.horizon);
   if (!reference.divergence_point.empty())
-    text += fmt::format(", when its refinements diverge at {}", reference.divergence_point);
+    text += fmt::format(", when {} diverges", reference.divergence_point);
   return text;
 }
 

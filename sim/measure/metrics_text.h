@@ -29,7 +29,7 @@ struct SceneMeasurement {
 std::string reference_text(const ReferenceMotion& reference);
 
 /// Returns the measurement for a terminal: the reference, the settings, a table of at most seven columns with
-/// a row for each run, and one with the error of each figure that is known of the scene. `all` returns every
+/// a row for each run, and one with the known figures that a run misses, at most four. `all` returns every
 /// metric instead, in wider tables.
 std::string to_table(const SceneMeasurement& measurement, bool all = false);
 /// Returns the same as Markdown.
