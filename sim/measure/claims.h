@@ -40,7 +40,7 @@ struct Claim {
   std::string verdict() const;
 };
 
-/// What each approximation between A3 and A5 costs on one scene.
+/// The cost of each approximation between A3 and A5 on one scene.
 struct AblationCosts {
   std::string scene;
   int substeps;
@@ -64,7 +64,7 @@ struct ClaimsReport {
 };
 
 /// Measures all claims on the scene files of `folder`: about half a minute. All but timings is the same in
-/// every run. `progress` hears the number of the claim that comes next. Throws Error when a scene cannot be
+/// every run. `progress` receives the number of the next claim. Throws Error when a scene cannot be
 /// read.
 ClaimsReport measure_claims(const std::filesystem::path& folder, const std::function<void(int)>& progress);
 
