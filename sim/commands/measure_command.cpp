@@ -36,6 +36,7 @@ struct MeasureOptions {
   int times = 0;
   bool equal_rows = false;
   bool brief = false;
+  bool all = false;
   bool markdown = false;
   bool json = false;
   std::optional<fs::path> output;
@@ -131,6 +132,7 @@ void measure_scene(const MeasureOptions& options) {
   if (options.reference) return write_reference(options, scene);
   if (!(horizon > 0)) throw Error(fmt::format("--horizon '{}': must be above 0", options.horizon));
   if (options.brief && options.json) throw Error("--brief and --json: give one of them");
+  if (options.brief && options.all) throw Error("--brief and --all: give one of them");
   if (options.markdown && options.json) throw Error("--markdown and --json: give one of them");
   if (options.output) {
     require_folder_of(*options.output);
@@ -167,8 +169,8 @@ void measure_scene(const MeasureOptions& options) {
   }
   const std::string text = options.json       ? to_json(measurement)
                            : options.brief    ? brief_text(measurement, options.markdown)
-                           : options.markdown ? to_markdown(measurement)
-                                              : to_table(measurement);
+                           : options.markdown ? to_markdown(measurement, options.all)
+                                              : to_table(measurement, options.all);
   if (options.output) {
     write_file(*options.output, text);
     fmt::print("wrote {}\n", options.output->string());
@@ -197,7 +199,9 @@ void add_measure_command(CLI::App& app) {
       "--equal-rows", options->equal_rows,
       "Also A1 with steps so small, and A2 with single sweeps of steps so small, that they solve as "
       "many rows as the others");
-  command->add_flag("--brief", options->brief, "One table: cost, error, what gives way");
+  command->add_flag("--brief", options->brief, "Print the first table alone");
+  command->add_flag("--all", options->all,
+                    "Print every metric: parts of the error, residuals, momentum, values");
   command->add_option("--times", options->times, "Also CPU times: medians of so many repetitions")
       ->check(CLI::Range(0, 1000));
   command->add_flag("--markdown", options->markdown, "Tables as Markdown");

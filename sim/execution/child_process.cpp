@@ -64,7 +64,7 @@ ChildProcess::ChildProcess(std::vector<std::string> words, const Streams& stream
       ::posix_spawn_file_actions_adddup2(&actions, from[stream], stream);
     }
   }
-  // Where this program ignores a signal, the other need not.
+  // Reset the signals that this program ignores.
   posix_spawnattr_t attributes;
   ::posix_spawnattr_init(&attributes);
   sigset_t signals;

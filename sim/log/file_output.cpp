@@ -25,7 +25,7 @@ bool is_device(const fs::path& file) {
   return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
 }
 
-/// Whether both names lead to one file, that is there or is yet to be made.
+/// True where both names denote one file, existing or not.
 bool is_same_file(const fs::path& a, const fs::path& b) {
   std::error_code none;
   if (fs::equivalent(a, b, none)) return true;

@@ -96,7 +96,7 @@ class Reader {
 
   std::string_view line() const { return line_; }
 
-  /// What follows `key` and a space in the current line.
+  /// Returns the text after `key` and a space in the current line. Throws Error without them.
   std::string_view after(std::string_view key) const {
     if (!starts_with(key)) refuse(fmt::format("'{} …' is expected, not '{}'", key, shortened(line_)));
     return line_.substr(key.size() + 1);
@@ -339,7 +339,7 @@ std::string end_text(const std::string& end, int last) {
   return end == "ok" ? fmt::format("end ok {}\n", last) : fmt::format("end {}\n", escaped(end));
 }
 
-/// What a log says before its first frame.
+/// Returns the header of a log.
 PoseLog header_of(const Simulation& simulation, int full_every) {
   const Scene& scene = simulation.scene();
   PoseLog log;
@@ -410,7 +410,7 @@ PoseLog read_pose_log(const std::filesystem::path& file) {
   }
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw Error(fmt::format("{}: cannot be read", file.string()));
-  // What is no pose log may be a device without an end.
+  // Read the first bytes alone, since the file may be an endless device.
   std::string text(60, '\0');
   stream.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(stream.gcount()));

@@ -12,7 +12,7 @@
 
 namespace substep {
 
-/// Numbers that belong together, such as the errors of two algorithms on one scene.
+/// A row of a claim's table: one number, or one for each of the claim's columns.
 struct Figure {
   std::string what;            ///< "rod_chain, n = 4"
   std::vector<double> values;  ///< not finite where a run diverged
@@ -29,9 +29,10 @@ struct Case {
 
 struct Claim {
   int number;
-  std::string section;   ///< of the report; "not the report's" for ours
-  std::string claim;     ///< in one sentence
-  std::string measured;  ///< scenes, settings, and what a figure's values are
+  std::string section;               ///< of the report; "not the report's" for ours
+  std::string claim;                 ///< in one sentence
+  std::string measured;              ///< scenes and settings
+  std::vector<std::string> columns;  ///< what the values of figures with several values are, with units
   std::vector<Figure> figures;
   std::vector<Case> cases;
 
@@ -39,7 +40,7 @@ struct Claim {
   std::string verdict() const;
 };
 
-/// What each approximation between A3 and A5 costs on one scene.
+/// The cost of each approximation between A3 and A5 on one scene.
 struct AblationCosts {
   std::string scene;
   int substeps;
@@ -63,13 +64,14 @@ struct ClaimsReport {
 };
 
 /// Measures all claims on the scene files of `folder`: about half a minute. All but timings is the same in
-/// every run. `progress` hears the number of the claim that comes next. Throws Error when a scene cannot be
+/// every run. `progress` receives the number of the next claim. Throws Error when a scene cannot be
 /// read.
 ClaimsReport measure_claims(const std::filesystem::path& folder, const std::function<void(int)>& progress);
 
 /// A heading and lines for each claim, then both ablations and the energies, for a terminal.
 std::string to_table(const ClaimsReport& report);
-/// Four tables. Timings are marked by ~.
+/// For each claim its verdict and a table, then both ablations and the rises of energy. Timings are marked by
+/// ~. No table has more than seven columns or two numbers in a cell.
 std::string to_markdown(const ClaimsReport& report);
 /// {"claims": [{number, section, claim, measured, figures, cases, verdict}], "ablation": [{scene, substeps,
 /// costs}], "contact_ablation": [{scene, what, unit, costs}], "energy": [{run, scenes: [{scene, growth,

@@ -13,10 +13,11 @@
 namespace substep::claims {
 namespace {
 
-void add_uncertainties(const std::vector<std::string>& names, Measurement& measurement, Claim& claim) {
-  Figure figure{"uncertainty of the reference, in this order", {}, "m"};
-  for (const std::string& name : names) figure.values.push_back(measurement.reference(name).uncertainty);
-  claim.figures.push_back(figure);
+/// Adds the least and the largest of some ratios of times.
+void add_time_ratios(const std::string& what, const std::string& unit, const std::vector<double>& ratios,
+                     Claim& claim) {
+  claim.figures.push_back({what + ", least", {std::ranges::min(ratios)}, unit, true});
+  claim.figures.push_back({what + ", most", {std::ranges::max(ratios)}, unit, true});
 }
 
 }  // namespace
@@ -39,7 +40,7 @@ double time_beside_sweeps(const Scene& scene, int sweeps) {
 
 Claim claim3(Measurement& measurement) {
   Claim claim = unmeasured_claim(3);
-  std::vector<std::string> names;
+  std::vector<double> ratios;
   for (const ComparedScene& scene : {ComparedScene{"pendulum", 8},
                                      {"rod_chain", 3},
                                      {"heavy_chain", 3},
@@ -48,22 +49,19 @@ Claim claim3(Measurement& measurement) {
                                      {"stone_pyramid", 3},
                                      {"card_house", 3}}) {
     const std::string name = scene.name;
-    names.push_back(name);
     for (const int n : {4, 16}) {
       const double substeps = measurement.error(name, Algorithm::a3, n, 1, Joints::rows);
       const double equal_rows = measurement.error(name, Algorithm::a2, 1, n, Joints::rows);
       const double equal_time = measurement.error(name, Algorithm::a2, 1, scene.sweeps * n, Joints::rows);
       const std::string what = fmt::format("{}, n = {}", name, n);
-      claim.figures.push_back({what, {substeps, equal_rows, equal_time}, "m"});
+      claim.figures.push_back(
+          {what, {substeps, equal_rows, equal_time, measurement.reference(name).uncertainty}, ""});
       claim.cases.push_back({what, substeps < equal_rows});
       claim.cases.push_back({fmt::format("at equal time {}", what), substeps < equal_time});
     }
-    claim.figures.push_back({fmt::format("{}, n = 16: solver time of A3", name),
-                             {time_beside_sweeps(measurement.scene(name), scene.sweeps)},
-                             fmt::format("× that of A2 with {} n sweeps", scene.sweeps),
-                             true});
+    ratios.push_back(time_beside_sweeps(measurement.scene(name), scene.sweeps));
   }
-  add_uncertainties(names, measurement, claim);
+  add_time_ratios("solver time of A3, n = 16", "× A2 of the third column", ratios, claim);
   return claim;
 }
 
@@ -74,7 +72,7 @@ Claim claim6(Measurement& measurement) {
   for (const int n : {4, 16, 64, 256}) {
     a4[n] = measurement.error("rod_chain", Algorithm::a4, n, 1, Joints::stable);
     a5[n] = measurement.error("rod_chain", Algorithm::a5, n, 1, Joints::stable);
-    claim.figures.push_back({fmt::format("n = {}", n), {a4[n], a5[n]}, "m"});
+    claim.figures.push_back({fmt::format("n = {}", n), {a4[n], a5[n]}, ""});
   }
   claim.cases.push_back(
       {"A5 above A4 from n = 16 on", a5[16] > a4[16] && a5[64] > a4[64] && a5[256] > a4[256]});
@@ -93,21 +91,22 @@ Claim claim13(Measurement& measurement) {
       const double block_error = error_of(blocks, measurement.reference(name));
       const double row_error = error_of(rows, measurement.reference(name));
       const std::string what = fmt::format("{}, n = {}", name, n);
-      claim.figures.push_back({what, {block_error, row_error, blocks.largest_gap, rows.largest_gap}, "m"});
+      claim.figures.push_back({what,
+                               {block_error, row_error, blocks.largest_gap, rows.largest_gap,
+                                measurement.reference(name).uncertainty},
+                               ""});
       claim.cases.push_back({"error on " + what, block_error < row_error});
       claim.cases.push_back({"gap on " + what, blocks.largest_gap < rows.largest_gap});
     }
   }
+  std::vector<double> ratios;
   for (const std::string& name : names) {
     const std::vector<Settings> all{settings_of(measurement.scene(name), Algorithm::a3, 16, 1, Joints::plain),
                                     settings_of(measurement.scene(name), Algorithm::a3, 16, 1, Joints::rows)};
     const auto times = solver_times(measurement.scene(name), all, {proc3, proc3}, 120);
-    claim.figures.push_back({fmt::format("{}, n = 16: solver time of blocks", name),
-                             {median(times[0]) / median(times[1])},
-                             "× rows'",
-                             true});
+    ratios.push_back(median(times[0]) / median(times[1]));
   }
-  add_uncertainties(names, measurement, claim);
+  add_time_ratios("solver time of blocks, n = 16", "× that of rows", ratios, claim);
   return claim;
 }
 

@@ -97,8 +97,8 @@ Claim claim2(Measurement& measurement) {
       claim.cases.push_back({what, std::ranges::max(claim.figures.back().values) < rounding});
     }
   }
-  claim.figures.push_back({"with contacts found once a step, for comparison: powered_wheel, n = 4",
-                           compare("powered_wheel", 4), ""});
+  claim.figures.push_back(
+      {"powered_wheel, n = 4: contacts found once a step", compare("powered_wheel", 4), ""});
   return claim;
 }
 
@@ -196,8 +196,8 @@ Claim claim9(Measurement&) {
     commuting.push_back(order);
     adding.push_back(sum);
   }
-  claim.figures.push_back({"order: error at 2⁻⁴ rad / slope", {commuting.front(), slope(commuting)}, ""});
-  claim.figures.push_back({"sum: error at 2⁻⁴ rad / slope", {adding.front(), slope(adding)}, ""});
+  claim.figures.push_back({"order", {commuting.front(), slope(commuting)}, ""});
+  claim.figures.push_back({"sum", {adding.front(), slope(adding)}, ""});
   claim.cases.push_back({"commuting", is_near(slope(commuting), 2)});
   claim.cases.push_back({"adding", is_near(slope(adding), 2)});
   return claim;

@@ -1,6 +1,6 @@
 #pragma once
-/// What the claims' files share: scenes, their disturbed variants and references, rows at one state, and the
-/// claims themselves, one function each. Internal: claims.h has the report.
+/// Internal to the claims: scenes, their disturbed variants and references, rows at one state, and one
+/// function for each claim. claims.h has the report.
 
 #include <cstdint>
 #include <filesystem>
@@ -37,7 +37,7 @@ class Numbers {
   std::uint32_t seed_;
 };
 
-/// Every body turned and moving in a way of its own; joints are violated by it.
+/// Turns every body and gives it velocities, both at random; joints are then violated.
 Scene disturbed(Scene scene, std::uint32_t seed, double amount);
 
 /// A scene's rows at one state, formulated as the algorithms do.
@@ -55,7 +55,7 @@ struct Formulated {
   Problem problem;
 };
 
-/// The scenes that claims are measured on, runs of them, and their references.
+/// Loads the scenes of the claims, runs them, and keeps their references.
 class Measurement {
  public:
   explicit Measurement(const std::filesystem::path& folder);
@@ -63,7 +63,7 @@ class Measurement {
   const Scene& scene(const std::string& name) const { return scenes_.at(name); }
   const std::filesystem::path& folder() const { return folder_; }
 
-  /// Made once, since A1 at small steps takes most of the time.
+  /// Returns the reference of a scene. It is computed once, since A1 at small steps takes most of the time.
   const Reference& reference(const std::string& name);
 
   MeasuredRun run(const std::string& name, Algorithm algorithm, int n, int m, Joints joints) const;

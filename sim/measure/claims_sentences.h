@@ -1,5 +1,5 @@
 #pragma once
-/// What the report claims, and what is measured of it, in words.
+/// The text of each claim: its statement, its settings and the heads of its table.
 
 #include "sim/measure/claims.h"
 

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/measure/claims.h"
+#include "sim/measure/text_table.h"
 
 namespace substep {
 namespace {
@@ -18,21 +19,31 @@ std::string number(double value, bool timing = false) {
   return timing ? fmt::format("~{:.2g}", value) : fmt::format("{:.3g}", value);
 }
 
-std::string text_of(const Figure& figure) {
-  std::vector<std::string> numbers;
-  for (const double value : figure.values) numbers.push_back(number(value, figure.timing));
-  const std::string unit = figure.unit.empty() ? "" : fmt::format(" [{}]", figure.unit);
-  return fmt::format("{}{}: {}", figure.what, unit, fmt::join(numbers, " / "));
+/// The figures of a claim with several values, or those with one.
+TextTable table_of(const Claim& claim, bool has_several) {
+  TextTable table{{""}, {}};
+  if (has_several) {
+    table.head.insert(table.head.end(), claim.columns.begin(), claim.columns.end());
+  } else {
+    table.head.push_back("value");
+  }
+  for (const Figure& figure : claim.figures) {
+    if ((figure.values.size() > 1) != has_several) continue;
+    const std::string unit = figure.unit.empty() ? "" : fmt::format(", {}", figure.unit);
+    std::vector<std::string> row{figure.what + unit};
+    for (const double value : figure.values) row.push_back(number(value, figure.timing));
+    table.rows.push_back(std::move(row));
+  }
+  return table;
 }
 
-/// Where the text of a table's cell may stand.
-std::string cell(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    if (c == '|') result += '\\';
-    result += c;
+std::vector<TextTable> tables_of(const Claim& claim) {
+  std::vector<TextTable> tables;
+  for (const bool has_several : {true, false}) {
+    TextTable table = table_of(claim, has_several);
+    if (!table.rows.empty()) tables.push_back(std::move(table));
   }
-  return result;
+  return tables;
 }
 
 nlohmann::ordered_json json_number(double value) {
@@ -40,20 +51,10 @@ nlohmann::ordered_json json_number(double value) {
 }
 
 constexpr std::string_view ablation_caption =
-    "Ablation: how far 1 s with one approximation in A3 leads from A3 (largest distance of a body's "
-    "centre, m; "
-    "plain joints, scene's step)";
+    "Largest distance of a body's centre from A3 after 1 s with one approximation in A3, in m (plain joints)";
 
 constexpr std::string_view energy_caption =
-    "Energy of scenes that nothing drives, over 5 s with n = 4, m = 1, in J: largest rise above the start's "
-    "/ "
-    "change to the end. Stable joints only take energy from the pendulum and the rod chain. Frozen Jacobians "
-    "(A4 "
-    "and A5, rows or plain) add it to the rod chain: an impulse along a joint's old direction does work as "
-    "the rod "
-    "turns. For the heavy chain n = 4 is too little for each of them: its taut, light rods are stiffer than "
-    "the "
-    "step can follow";
+    "Largest rise of energy above the start's in 5 s, in J, of scenes that nothing drives (n = 4, m = 1)";
 
 std::string contact_table(const std::vector<ContactAblationCosts>& ablation) {
   std::string text = fmt::format("\n\n{}\n{:32}", contact_ablation_caption(ablation), "");
@@ -67,7 +68,7 @@ std::string contact_table(const std::vector<ContactAblationCosts>& ablation) {
 }
 
 std::string contact_markdown(const std::vector<ContactAblationCosts>& ablation) {
-  std::string text = fmt::format("\n\n{}:\n\n| taken out |", contact_ablation_caption(ablation));
+  std::string text = fmt::format("\n\n{}:\n\n| switched off |", contact_ablation_caption(ablation));
   for (const ContactAblationCosts& column : ablation) text += fmt::format(" {} |", column_title(column));
   text += "\n|---|";
   for (std::size_t i = 0; i < ablation.size(); ++i) text += "---:|";
@@ -91,10 +92,6 @@ nlohmann::ordered_json contact_json(const std::vector<ContactAblationCosts>& abl
   return columns;
 }
 
-std::string energy_cell(const EnergyDrift& drift, std::size_t i) {
-  return fmt::format("{} / {}", number(drift.growth[i]), number(drift.change[i]));
-}
-
 }  // namespace
 
 std::string Claim::verdict() const {
@@ -110,9 +107,10 @@ std::string Claim::verdict() const {
 std::string to_table(const ClaimsReport& report) {
   std::string text;
   for (const Claim& claim : report.claims) {
-    text += fmt::format("{:2}  {}\n    {} ({})\n    measured: {}\n", claim.number, claim.verdict(),
-                        claim.claim, claim.section, claim.measured);
-    for (const Figure& figure : claim.figures) text += fmt::format("      {}\n", text_of(figure));
+    text += fmt::format("{}  {}\n{} ({})\n{}\n", claim.number, claim.verdict(), claim.claim, claim.section,
+                        claim.measured);
+    for (const TextTable& table : tables_of(claim)) text += to_text(table);
+    text += '\n';
   }
   text += fmt::format("\n{}\n{:32}", ablation_caption, "");
   for (const AblationCosts& row : report.ablation) {
@@ -127,20 +125,18 @@ std::string to_table(const ClaimsReport& report) {
   for (const std::string& scene : report.energy_scenes) text += fmt::format("{:>26}", scene);
   for (const EnergyDrift& drift : report.energy) {
     text += fmt::format("\n{:12}", drift.run);
-    for (std::size_t i = 0; i < drift.growth.size(); ++i)
-      text += fmt::format("{:>26}", energy_cell(drift, i));
+    for (const double growth : drift.growth) text += fmt::format("{:>26}", number(growth));
   }
   return text + "\n";
 }
 
 std::string to_markdown(const ClaimsReport& report) {
-  std::string text = "| # | section | claim | measured | figures | verdict |\n|---|---|---|---|---|---|\n";
+  std::string text;
   for (const Claim& claim : report.claims) {
-    std::vector<std::string> figures;
-    for (const Figure& figure : claim.figures) figures.push_back(cell(text_of(figure)));
-    text +=
-        fmt::format("| {} | {} | {} | {} | {} | **{}** |\n", claim.number, claim.section, cell(claim.claim),
-                    cell(claim.measured), fmt::join(figures, "<br>"), cell(claim.verdict()));
+    text += fmt::format("Claim {} ({}): {}. **It {}.**\n\n{}:\n", claim.number, claim.section, claim.claim,
+                        claim.verdict(), claim.measured);
+    for (const TextTable& table : tables_of(claim)) text += fmt::format("\n{}", to_markdown(table));
+    text += '\n';
   }
   text += fmt::format("\n{}:\n\n| approximation |", ablation_caption);
   for (const AblationCosts& row : report.ablation)
@@ -158,7 +154,7 @@ std::string to_markdown(const ClaimsReport& report) {
   for (std::size_t i = 0; i < report.energy_scenes.size(); ++i) text += "---|";
   for (const EnergyDrift& drift : report.energy) {
     text += fmt::format("\n| {} |", drift.run);
-    for (std::size_t i = 0; i < drift.growth.size(); ++i) text += fmt::format(" {} |", energy_cell(drift, i));
+    for (const double growth : drift.growth) text += fmt::format(" {} |", number(growth));
   }
   return text + "\n";
 }
@@ -181,6 +177,7 @@ std::string to_json(const ClaimsReport& report) {
                       {"section", claim.section},
                       {"claim", claim.claim},
                       {"measured", claim.measured},
+                      {"columns", claim.columns},
                       {"figures", figures},
                       {"cases", cases},
                       {"verdict", claim.verdict()}});

@@ -46,35 +46,34 @@ class ConstrainedDynamics {
   void set_drive_sides(std::vector<int> sides) { drive_sides_ = std::move(sides); }
   std::vector<int> drive_sides_at(const CoordinateVector& q, const VelocityVector& v);
 
-  /// Largest |C(q)| of a row.
+  /// Returns the largest |C(q)| of a row.
   double violation(const CoordinateVector& q);
 
-  /// Which rows count until this is called again: of rows that say the same at q, those that are needed. A
-  /// closed loop's redundant rows agree where C(q) = 0 only: where a step's inner points have drifted off,
-  /// they contradict one another, and what is left out holds by itself. Rows' directions, of unit length in
-  /// the metric of the masses, are redundant where what they have beyond the others' is shorter than
-  /// `tolerance`.
+  /// Leaves out redundant rows until the next call. A row is redundant where its direction, of unit length in
+  /// the metric of the masses, depends linearly on the others to `tolerance`. Redundant rows of a closed loop
+  /// agree only where C(q) = 0. Inner points of a step drift off, where those rows would contradict one
+  /// another.
   void choose_rows(const CoordinateVector& q, double tolerance);
-  /// Rows that are left out.
+  /// Returns the number of rows that are left out.
   int redundant_rows() const { return redundant_rows_; }
 
-  /// v̆' at q and v̆.
+  /// Returns the accelerations v̆' at q and v̆.
   const VelocityVector& accelerate(const CoordinateVector& q, const VelocityVector& v);
 
-  /// Onto C(q) = 0 by Newton's method, the nearest in the metric of the masses; then onto J̆ v̆ = 0.
+  /// Projects q onto C(q) = 0 by Newton's method in the metric of the masses, then v̆ onto J̆ v̆ = 0.
   void project(CoordinateVector& q, VelocityVector& v);
 
   std::int64_t row_solves() const { return row_solves_; }
 
  private:
-  /// Springs and drives as in formulate.cpp, with hs → 0: force = stiffness · way − damping · rate.
+  /// Adds springs and drives as in formulate.cpp, with hs → 0: force = stiffness · deflection − damping ·
+  /// rate.
   void add_forces(const CoordinateVector& q, const VelocityVector& v);
-  /// What a drive would do without its greatest force: formulated with hs = 1, β is the pull over stiffness +
-  /// damping.
+  /// Returns the force of a drive without its limit. With hs = 1, β is that force over stiffness + damping.
   double drive_force(const Block& x, const VelocityVector& v) const;
-  /// 1: at its greatest force, −1: at the opposite, 0: within.
+  /// Returns 1 at the greatest force, −1 at the opposite one, 0 between.
   int side_of(const Block& x, const VelocityVector& v) const;
-  /// v ← v + M̆⁻¹J̆ᵀλ such that J̆ v = β, with the rows as they are.
+  /// Adds M̆⁻¹J̆ᵀλ to v such that J̆ v = β, with the current rows.
   void respond(VelocityVector& v);
   /// By row of rigid_.
   double lambda_of(int row) const;

@@ -19,10 +19,10 @@ class EventDetection {
   /// does.
   void start(const CoordinateVector& q, const VelocityVector& v);
 
-  /// Whether not all goes on as it went: drives at or within their greatest force, bounds held or open.
+  /// Returns true where a drive reaches or leaves its greatest force, or a bound closes or opens.
   bool detect_events(const CoordinateVector& q, const VelocityVector& v);
 
-  /// Holds and lets go what the events at q and v̆ say; then projects them.
+  /// Closes and opens bounds by the events at q and v̆, then projects both.
   void apply_events(CoordinateVector& q, VelocityVector& v);
 
  private:
@@ -33,10 +33,10 @@ class EventDetection {
     double margin = 0;
   };
 
-  /// Rows for the bounds as they are held or open now.
+  /// Makes rows for the closed bounds.
   void set_up();
   void hold_bounds_met_at_the_start(const CoordinateVector& q, const VelocityVector& v);
-  /// What decides how a bound goes on: the room of an open one (m, rad), the push of one that is held (N,
+  /// Updates the margin of each bound: the clearance of an open one (m, rad), the force of a closed one (N,
   /// N·m).
   void update_margins(const CoordinateVector& q, const VelocityVector& v);
 

@@ -25,19 +25,19 @@ struct ExpectedFigure {
   bool is_bad() const { return !(error() <= tolerance); }
 };
 
-/// Sees the states of one run. What it keeps does not grow with the run.
+/// Measures the expected figures of one run, in constant memory.
 class ExpectationMeter {
  public:
-  /// Of the scene's expectations those count that a run of `scene.duration` seconds can meet.
+  /// Expectations later than `scene.duration` are left out.
   ExpectationMeter(const Scene& scene, const State& start);
   ~ExpectationMeter();
   ExpectationMeter(const ExpectationMeter&) = delete;
   ExpectationMeter& operator=(const ExpectationMeter&) = delete;
 
-  /// The state after a step, at `time` in s: times must increase.
+  /// Adds the state after a step, at `time` in s. Times must increase.
   void add(const State& state, double time);
 
-  /// In the scene's order. `diverged`: the run ended before its time.
+  /// Returns the figures in the scene's order. `diverged`: the run ended early.
   std::vector<ExpectedFigure> figures(bool diverged) const;
 
  private:

@@ -8,7 +8,7 @@
 namespace substep {
 namespace {
 
-/// Whether no body meets or is joined to one of infinite mass: then momentum is gravity's doing alone.
+/// True where no body meets or is joined to one of infinite mass, so that only gravity changes momentum.
 bool is_free(const Scene& scene) {
   const auto is_fixed = [&](int body) { return scene.bodies[body].inverse_mass == 0; };
   return std::ranges::none_of(

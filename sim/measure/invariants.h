@@ -1,5 +1,5 @@
 #pragma once
-/// What must stay zero or constant along a run, whatever it is compared with.
+/// Measures of a run that must stay zero or constant, without a reference.
 
 #include "sim/measure/joint_gap.h"
 #include "sim/measure/measured_run.h"
@@ -28,10 +28,10 @@ class Invariants {
   Momentum momentum_;
 };
 
-/// Largest distance of a body's centre from its start, m.
+/// Returns the largest distance of a body's centre from its start, m.
 double moved(const Scene& scene, const State& start, const State& state);
 
-/// Of what moves at the start, and of a fall by the scene's size, J.
+/// Returns the kinetic energy at the start plus the energy of a fall by the scene's size, J.
 double energy_scale(const Scene& scene);
 
 }  // namespace substep

@@ -10,12 +10,13 @@ namespace substep {
 
 class JacobianRate {
  public:
-  /// Of the rows of `rigid`, which has locks and two-sided limits. `size`: of the scene, m.
+  /// Prepares the rows of `rigid`, a model with locks and two-sided limits alone. `size`: size of the scene,
+  /// m.
   JacobianRate(const Model& rigid, double size);
   JacobianRate(const JacobianRate&) = delete;
   JacobianRate& operator=(const JacobianRate&) = delete;
 
-  /// To be called when the rows of `rigid` are others.
+  /// Must be called after the rows of `rigid` changed.
   void set_up(const Problem& rigid);
 
   /// J̆' v̆ of each row; `rigid` is formulated at q.

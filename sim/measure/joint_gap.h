@@ -16,9 +16,9 @@ class JointGapMeter {
  public:
   explicit JointGapMeter(const Scene& scene);
 
-  /// Whether no joint holds anything hard.
+  /// True where no joint has a hard limit.
   bool is_empty() const { return held_.empty(); }
-  /// The largest gap, m.
+  /// Returns the largest gap, m.
   double gap(const State& state) const;
 
  private:

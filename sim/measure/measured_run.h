@@ -29,10 +29,11 @@ struct Momentum {
   Vector3 angular = Vector3::Zero();  ///< about the common centre of mass, N·m·s
 };
 
-/// Of all bodies of finite mass, without what gravity gave since the start, `time` seconds ago.
+/// Returns the momentum of all bodies of finite mass, less what gravity gave in the `time` seconds since the
+/// start.
 Momentum momentum(const Scene& scene, const State& state, double time);
 
-/// Largest distance between the centres of equal bodies, m.
+/// Returns the largest distance between the centres of equal bodies, m.
 double position_difference(const State& a, const State& b);
 /// Largest angle between the orientations of equal bodies, rad.
 double orientation_difference(const State& a, const State& b);

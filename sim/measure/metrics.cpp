@@ -144,7 +144,7 @@ Motion motion_of(const Scene& scene, const Settings& settings, const ReferenceMo
                  [](double, const State&) {});
 }
 
-/// Of two runs that may have other steps.
+/// Returns the difference of two runs, whose steps may differ.
 MotionDifference apart(const Scene& scene, const Motion& a, const Motion& b,
                        const ReferenceMotion& reference) {
   const Motion& coarse = a.interval > b.interval ? a : b;

@@ -1,6 +1,5 @@
 #pragma once
-/// What is measured of one run of a scene: errors against the reference and where they come from, what must
-/// stay zero or constant, and what it cost.
+/// The metrics of one run of a scene: errors against the reference and their parts, invariants, and cost.
 
 #include <cstdint>
 #include <memory>
@@ -13,8 +12,8 @@
 
 namespace substep {
 
-/// A run's error, taken apart: what would be left with the step h/n alone, what solving rows one after
-/// another adds to it, and what A4's and A5's approximations add to that. RMS distances between motions, m.
+/// The parts of a run's error, as RMS distances between motions in m: the time step h/n alone, what solving
+/// rows one after another adds, and what the approximations of A4 and A5 add.
 struct ErrorParts {
   double stepping = 0;           ///< A1 at h/n from the reference
   std::optional<double> solver;  ///< A2 from A1 at h; A3 (same n, m, joints) from A1 at h/n
@@ -55,13 +54,13 @@ struct Metrics {
 Metrics measure(const Scene& scene, const Settings& settings, const ReferenceMotion& reference,
                 bool parts = true);
 
-/// The same of any stepper; its error is not taken apart, and there is no residual.
+/// Measures any stepper, without parts of the error and without a residual.
 Metrics measure(const Scene& scene, Stepper& stepper, double step, const ReferenceMotion& reference);
 
-/// Whether all bodies start at rest, and stay there in the reference.
+/// True where all bodies start at rest and stay at rest in the reference.
 bool stands(const Scene& scene, const ReferenceMotion& reference);
 
-/// Deepest overlap of two colliders that can meet, m.
+/// Measures the deepest overlap of two colliders that can meet, m.
 class PenetrationMeter {
  public:
   explicit PenetrationMeter(const Scene& scene);
@@ -69,7 +68,7 @@ class PenetrationMeter {
   PenetrationMeter(const PenetrationMeter&) = delete;
   PenetrationMeter& operator=(const PenetrationMeter&) = delete;
   double depth(const State& state);
-  /// The same of each body's colliders, body by body.
+  /// Returns the deepest overlap of each body's colliders, by body.
   std::vector<double> depths(const State& state);
 
  private:

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "sim/measure/metrics_json.h"
 #include "sim/measure/text_table.h"
@@ -120,13 +122,15 @@ TextTable times_of(const SceneMeasurement& m) {
 
 std::string heading(const SceneMeasurement& m) {
   return fmt::format(
-      "{}: {}\nReference: {}. Errors are until then, over all moving\nbodies; ≈: less than 100 times the "
-      "uncertainty. Scene's size: {:.3g} m; invariants over {:g} s.\n",
-      m.scene, m.modelled, reference_text(m.reference), m.size, m.duration);
+      "{}: {}\nReference: {}; turns are uncertain by {} rad. Errors are until then, over all moving\nbodies; "
+      "≈: "
+      "less than 100 times the uncertainty. Scene's size: {:.3g} m; invariants over {:g} s.\n",
+      m.scene, m.modelled, reference_text(m.reference), short_number(m.reference.turn_uncertainty), m.size,
+      m.duration);
 }
 
 template <typename Print>
-std::string with_tables(const SceneMeasurement& m, const Print& print) {
+std::string all_tables(const SceneMeasurement& m, const Print& print) {
   std::string text = fmt::format("{}\n{}\n{}", heading(m), print(errors_of(m)), print(invariants_of(m)));
   if (has_expectations(m)) {
     text += fmt::format("\n{}\n!: off by more than ±; –: never, or the run blew up before.\n",
@@ -136,6 +140,179 @@ std::string with_tables(const SceneMeasurement& m, const Print& print) {
   return text;
 }
 
+/// The settings' label without its first word, the algorithm, and with single spaces.
+std::string settings_label(const Settings& settings) {
+  std::string text = label(settings).substr(2);
+  for (std::size_t i = text.find("  "); i != std::string::npos; i = text.find("  ")) text.erase(i, 1);
+  return text;
+}
+
+bool has_each_algorithm_once(const SceneMeasurement& m) {
+  for (std::size_t i = 1; i < m.runs.size(); ++i) {
+    if (m.runs[i].settings.algorithm <= m.runs[i - 1].settings.algorithm) return false;
+  }
+  return true;
+}
+
+/// "A1: h=1/60. A2: m=10 h=1/60. A3 to A5: n=10 m=1 h=1/60.", where each algorithm has one run.
+std::string settings_line(const SceneMeasurement& m) {
+  std::string text;
+  for (std::size_t first = 0; first < m.runs.size();) {
+    const std::string settings = settings_label(m.runs[first].settings);
+    std::size_t last = first;
+    while (last + 1 < m.runs.size() && settings_label(m.runs[last + 1].settings) == settings) ++last;
+    text += text.empty() ? "" : " ";
+    text += label(m.runs[first].settings).substr(0, 2);
+    if (last > first) text += fmt::format(" to {}", label(m.runs[last].settings).substr(0, 2));
+    text += fmt::format(":{}.", settings);
+    first = last + 1;
+  }
+  text += '\n';
+  return text;
+}
+
+/// A column of the short table: the larger its rank, the sooner it makes room for others.
+struct Column {
+  int rank;
+  std::string head;
+  std::function<std::string(const MeasuredSettings&)> cell;
+};
+
+constexpr std::size_t most_columns = 7;
+
+/// The columns that say something of these runs, in their order.
+std::vector<Column> columns_of(const SceneMeasurement& m) {
+  std::vector<Column> columns;
+  const auto add = [&](int rank, std::string head, std::function<std::string(const MeasuredSettings&)> cell) {
+    columns.push_back({rank, std::move(head), std::move(cell)});
+  };
+  const auto add_positive = [&](int rank, const char* head, double Metrics::*value) {
+    const auto is_positive = [&](const MeasuredSettings& run) { return run.metrics.*value > 0; };
+    if (std::ranges::any_of(m.runs, is_positive))
+      add(rank, head, [value](const MeasuredSettings& run) { return short_number(run.metrics.*value); });
+  };
+  add(0, "row solves", [](const MeasuredSettings& run) { return std::to_string(run.metrics.row_solves); });
+  if (has_times(m)) {
+    add(0, "CPU, ms a simulated second", [&m](const MeasuredSettings& run) {
+      return fmt::format("~{:.2g}", 1000 * run.times->median / m.duration);
+    });
+  }
+  add(0, fmt::format("RMS error to {:.3g} s, m", m.reference.horizon), [&m](const MeasuredSettings& run) {
+    return error_number(run.metrics.error.position.rms, m.reference.uncertainty);
+  });
+  const auto turns = [](const MeasuredSettings& run) { return run.metrics.error.orientation.rms > 0; };
+  if (std::ranges::any_of(m.runs, turns)) {
+    add(3, "RMS turn, rad", [&m](const MeasuredSettings& run) {
+      return error_number(run.metrics.error.orientation.rms, m.reference.turn_uncertainty);
+    });
+  }
+  add_positive(0, "joint gap, m", &Metrics::joint_gap);
+  add_positive(0, "overlap, m", &Metrics::penetration);
+  const auto overlaps = [](const MeasuredSettings& run) { return run.metrics.penetration > 0; };
+  if (std::ranges::any_of(m.runs, overlaps)) add_positive(1, "moved, m", &Metrics::moved);
+  add_positive(2, "energy rise, J", &Metrics::energy_growth);
+  add(0, "bounded", [](const MeasuredSettings& run) { return verdict(run.metrics); });
+  while (columns.size() + 1 > most_columns) {
+    const auto last = std::ranges::max_element(columns, {}, &Column::rank);
+    if (last->rank == 0) break;
+    columns.erase(last);
+  }
+  return columns;
+}
+
+TextTable short_table(const SceneMeasurement& m, bool settings_in_rows) {
+  TextTable table{{""}, {}};
+  const std::vector<Column> columns = columns_of(m);
+  for (const Column& column : columns) table.head.push_back(column.head);
+  for (const MeasuredSettings& run : m.runs) {
+    std::vector<std::string> row{settings_in_rows ? label(run.settings) : label(run.settings).substr(0, 2)};
+    for (const Column& column : columns) row.push_back(column.cell(run));
+    // Runs with equal numbers share a row: "A4, A5" or "A3 to A5".
+    if (!settings_in_rows && !table.rows.empty() &&
+        std::equal(row.begin() + 1, row.end(), table.rows.back().begin() + 1)) {
+      std::string& name = table.rows.back().front();
+      name = fmt::format("{}{}{}", name.substr(0, 2), name.size() == 2 ? ", " : " to ", row.front());
+    } else {
+      table.rows.push_back(std::move(row));
+    }
+  }
+  return table;
+}
+
+/// The largest error of the runs, in parts of the figure's tolerance.
+double worst_share(const SceneMeasurement& m, std::size_t figure) {
+  double worst = 0;
+  for (const MeasuredSettings& run : m.runs) {
+    const ExpectedFigure& x = run.metrics.expected[figure];
+    worst = std::max(worst, x.error() / x.tolerance);
+  }
+  return worst;
+}
+
+/// The figures that a run misses by more than their tolerance, at most the four worst.
+std::vector<std::size_t> missed_figures(const SceneMeasurement& m) {
+  constexpr std::size_t most = 4;
+  std::vector<std::size_t> figures;
+  for (std::size_t figure = 0; figure < m.runs.front().metrics.expected.size(); ++figure) {
+    if (worst_share(m, figure) > 1) figures.push_back(figure);
+  }
+  std::ranges::stable_sort(figures, std::greater{},
+                           [&](std::size_t figure) { return worst_share(m, figure); });
+  figures.resize(std::min(figures.size(), most));
+  return figures;
+}
+
+/// Rows for missed figures: the error of each run, with ! where it is beyond the tolerance.
+TextTable errors_of_expectations(const SceneMeasurement& m) {
+  TextTable table{{"error in", "expected"}, {}};
+  for (const MeasuredSettings& run : m.runs) table.head.push_back(label(run.settings).substr(0, 2));
+  for (const std::size_t figure : missed_figures(m)) {
+    const ExpectedFigure& first = m.runs.front().metrics.expected[figure];
+    const char* const bound = first.bound == Bound::at_most ? "≤" : first.bound == Bound::at_least ? "≥" : "";
+    std::vector<std::string> row{fmt::format("{}, {}", first.name, first.unit),
+                                 fmt::format("{}{}", bound, short_number(first.expected))};
+    for (const MeasuredSettings& run : m.runs) {
+      const ExpectedFigure& x = run.metrics.expected[figure];
+      row.push_back(short_number(x.error()) + (x.is_bad() ? "!" : ""));
+    }
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+/// The missed figures as a table, and how many figures are known.
+template <typename Print>
+std::string known_figures(const SceneMeasurement& m, const Print& print) {
+  const std::size_t all = m.runs.front().metrics.expected.size();
+  const std::size_t shown = missed_figures(m).size();
+  if (shown == 0) return fmt::format("\nKnown figures: {}, all within tolerance.\n", all);
+  const std::string table = fmt::format("\n{}", print(errors_of_expectations(m)));
+  return shown == all ? table : fmt::format("{}\nKnown figures: {}.\n", table, all);
+}
+
+/// The signs that stand in the text, explained.
+std::string legend(const std::string& text, bool has_known) {
+  std::string signs;
+  if (text.find("≈") != std::string::npos) signs += "≈: below 100 uncertainties. ";
+  if (has_known && text.find('!') != std::string::npos) signs += "!: beyond the scene's tolerance. ";
+  if (text.find("–") != std::string::npos) signs += "–: diverged, or never happened. ";
+  if (signs.empty()) return signs;
+  signs.back() = '\n';
+  return fmt::format("\n{}", signs);
+}
+
+template <typename Print>
+std::string short_tables(const SceneMeasurement& m, const Print& print) {
+  const bool is_plain = has_each_algorithm_once(m);
+  std::string text = fmt::format("Reference: {}. Size {:.3g} m, duration {:g} s.\n",
+                                 reference_text(m.reference), m.size, m.duration);
+  if (is_plain) text += settings_line(m);
+  text += fmt::format("\n{}", print(short_table(m, !is_plain)));
+  const bool has_known = has_expectations(m) && m.runs.size() + 2 <= most_columns;
+  if (has_known) text += known_figures(m, print);
+  return text + legend(text, has_known);
+}
+
 Json number(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);
 }
@@ -143,47 +320,28 @@ Json number(double value) {
 
 std::string reference_text(const ReferenceMotion& reference) {
   if (reference.horizon == 0) {
-    return fmt::format("none: {} and half its steps part at once, at {}", reference.method,
+    return fmt::format("none: {} and half its steps diverge at once, at {}", reference.method,
                        reference.divergence_point);
   }
-  std::string text = fmt::format("{}; itself uncertain by {} m and {} rad until {:g} s", reference.method,
-                                 short_number(reference.uncertainty),
-                                 short_number(reference.turn_uncertainty), reference.horizon);
+  std::string text = fmt::format("{}, uncertain by {} m until {:.3g} s", reference.method,
+                                 short_number(reference.uncertainty), reference.horizon);
   if (!reference.divergence_point.empty())
-    text += fmt::format(", when its refinements part at {}", reference.divergence_point);
+    text += fmt::format(", when {} diverges", reference.divergence_point);
   return text;
 }
 
-std::string to_table(const SceneMeasurement& measurement) {
-  return with_tables(measurement, [](const TextTable& table) { return to_text(table); });
+std::string to_table(const SceneMeasurement& measurement, bool all) {
+  const auto print = [](const TextTable& table) { return to_text(table); };
+  return all ? all_tables(measurement, print) : short_tables(measurement, print);
 }
 
-std::string to_markdown(const SceneMeasurement& measurement) {
-  return with_tables(measurement, [](const TextTable& table) { return to_markdown(table); });
+std::string to_markdown(const SceneMeasurement& measurement, bool all) {
+  const auto print = [](const TextTable& table) { return to_markdown(table); };
+  return all ? all_tables(measurement, print) : short_tables(measurement, print);
 }
 
-TextTable brief_table(const SceneMeasurement& m) {
-  const auto any = [&](double Metrics::*value) {
-    return std::ranges::any_of(m.runs, [&](const MeasuredSettings& run) { return run.metrics.*value > 0; });
-  };
-  TextTable table{{"", "row solves"}, {}};
-  if (has_times(m)) table.head.push_back("CPU, ms a simulated second");
-  table.head.push_back(fmt::format("RMS error to {:.3g} s, m", m.reference.horizon));
-  if (any(&Metrics::joint_gap)) table.head.push_back("joint gap, m");
-  if (any(&Metrics::penetration)) table.head.insert(table.head.end(), {"overlap, m", "moved, m"});
-  table.head.push_back("bounded");
-  for (const MeasuredSettings& run : m.runs) {
-    const Metrics& x = run.metrics;
-    std::vector<std::string> row{label(run.settings), std::to_string(x.row_solves)};
-    if (has_times(m)) row.push_back(fmt::format("~{:.2g}", 1000 * run.times->median / m.duration));
-    row.push_back(error_number(x.error.position.rms, m.reference.uncertainty));
-    if (any(&Metrics::joint_gap)) row.push_back(short_number(x.joint_gap));
-    if (any(&Metrics::penetration))
-      row.insert(row.end(), {short_number(x.penetration), short_number(x.moved)});
-    row.push_back(verdict(x));
-    table.rows.push_back(std::move(row));
-  }
-  return table;
+TextTable brief_table(const SceneMeasurement& measurement) {
+  return short_table(measurement, true);
 }
 
 std::string to_json(const SceneMeasurement& m) {

@@ -25,14 +25,17 @@ struct SceneMeasurement {
   std::vector<MeasuredSettings> runs;
 };
 
-/// How it was made, how uncertain it is and until when, on a line.
+/// Returns one line: the method, the uncertainty and the horizon of a reference.
 std::string reference_text(const ReferenceMotion& reference);
 
-/// Tables of the runs, a line each, below what they were measured against; a third one, of a line for each
-/// figure that is known of the scene, where there is one. For a terminal.
-std::string to_table(const SceneMeasurement& measurement);
-std::string to_markdown(const SceneMeasurement& measurement);
-/// A line a run: row solves, time, error, what gave way. Times have ~: they differ from run to run.
+/// Returns the measurement for a terminal: the reference, the settings, a table of at most seven columns with
+/// a row for each run, and one with the known figures that a run misses, at most four. `all` returns every
+/// metric instead, in wider tables.
+std::string to_table(const SceneMeasurement& measurement, bool all = false);
+/// Returns the same as Markdown.
+std::string to_markdown(const SceneMeasurement& measurement, bool all = false);
+/// Returns the first table of the short form alone, rows named by their settings. Times have ~: they differ
+/// from run to run.
 TextTable brief_table(const SceneMeasurement& measurement);
 /// {"scene", "size", "duration", "reference": {…}, "runs": [{…}]}, SI units. What is not finite is
 /// null; what a run does not have is "none".

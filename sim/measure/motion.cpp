@@ -121,10 +121,9 @@ std::vector<Uncertainty> larger_of(std::vector<Uncertainty> one, const std::vect
   return one;
 }
 
-/// What the differences of A1's refinements may not show, by chance or because they share it. Where an
-/// acceleration jumps, as where a ball begins to roll, steps of `step` leave up to its jump times their
-/// square, of which half is the same in the next refinement, too; and all have A1's tolerance. By the fastest
-/// body's.
+/// Returns the errors that differences of A1's refinements may hide. Where an acceleration jumps, as at the
+/// onset of rolling, steps of `step` err by up to the jump times their square, and the next refinement shares
+/// half of that. All refinements share A1's tolerance. The fastest body decides.
 std::vector<Uncertainty> unseen(const Scene& scene, const Motion& motion, std::size_t samples, double step) {
   constexpr double part = 4 * MlcpSolver::tolerance;
   const double jumps = 2 * step * step / motion.interval;
@@ -199,8 +198,8 @@ Motion run_of_stepper(const Scene& scene, Stepper& stepper, int divisions, std::
   return motion;
 }
 
-/// As far as the scene has one; see reference_integrator.h. `why_not` is left empty where it has contacts, of
-/// which all know, or the whole motion; else it says what is in the way.
+/// Returns the smooth part of the motion; see reference_integrator.h. `why_not` receives the reason where the
+/// motion is incomplete, except for contacts.
 ReferenceMotion smooth_reference(const Scene& scene, double duration, std::string& why_not) {
   constexpr int order = 12;
   constexpr int usually_finest = 64;
@@ -237,7 +236,7 @@ ReferenceMotion smooth_reference(const Scene& scene, double duration, std::strin
                    .divergence_point = name_of(scene, agreed.divergence_point)};
       set_uncertainties(std::move(moved), reference);
     } else if (reference.horizon > 0) {
-      // What this refinement moved is the error of the one before, too.
+      // The movement by this refinement is also the error of the one before.
       set_uncertainties(larger_of(reference.uncertainties, moved), reference);
       break;
     }
@@ -289,8 +288,8 @@ ReferenceMotion reference_by_a1(const Scene& scene, double duration) {
   return reference;
 }
 
-/// Of the box that has the body's moments: a box of half-sizes a, b, c has m/3 (b² + c²), …, in sum
-/// 2m/3 (a² + b² + c²).
+/// Returns half the diagonal of the box with the body's moments. A box of half-sizes a, b, c has m/3 (b² +
+/// c²), …, in sum 2m/3 (a² + b² + c²).
 double half_diagonal(const Body& body) {
   double moments = 0;
   for (int axis = 0; axis < 3; ++axis) {

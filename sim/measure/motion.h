@@ -18,8 +18,8 @@ struct Motion {
   std::vector<State> samples;  ///< at 0, interval, 2 interval, …; fewer than asked for when it diverged
 };
 
-/// Where the samples are: those of a run with step h are at every instant that is a whole number of steps and
-/// of intervals. Throws Error when h is neither a divisor nor a multiple of the interval.
+/// The instants of the samples of a run with step h: whole numbers of steps and of intervals. Throws Error
+/// when h is neither a divisor nor a multiple of the interval.
 class Sampling {
  public:
   Sampling(double step, double interval);

@@ -37,8 +37,8 @@ Vector3 middle_of(const Shape& shape) {
   return polytope ? polytope->centre : Vector3::Zero();
 }
 
-/// Where a straight piece is inside a polytope, as parts of its length, and the faces by which it comes in
-/// and leaves; −1 for an end that is inside.
+/// The interval of a segment inside a polytope, as fractions of its length, and the faces of entry and exit;
+/// −1 for an end that is inside.
 struct Crossing {
   double in = 0;
   double out = 1;
@@ -66,7 +66,7 @@ Crossing crossing_of(const Polytope& polytope, const Vector3& from, const Vector
   return crossing;
 }
 
-/// Whether the point is in front of a face by more than a length.
+/// True where the point is in front of a face by more than `length`.
 bool is_farther(const Polytope& polytope, const Vector3& point, double length) {
   for (std::size_t face = 0; face < polytope.face_count(); ++face) {
     if (polytope.face_normals[face].dot(point) - polytope.face_offsets[face] > length) return true;
@@ -89,7 +89,7 @@ bool passes_through(const Polytope& polytope, const Path& path) {
   return false;
 }
 
-/// Of a ball, whose axis is a point, or a capsule.
+/// True where the path passes through a capsule, or through a ball if `half_length` is 0.
 bool passes_through(double half_length, double radius, const Path& path) {
   const Segment axis{{0, -half_length, 0}, {0, half_length, 0}};
   const auto distance = [&](const Segment& piece) {
@@ -103,7 +103,7 @@ bool passes_through(double half_length, double radius, const Path& path) {
   return false;
 }
 
-/// Where a piece crosses a mesh, as parts of its length; negative directions go in at the front.
+/// A crossing of a segment and a mesh, as a fraction of its length; negative directions enter at the front.
 struct MeshCrossing {
   double part;
   Vector3 normal;
@@ -251,7 +251,7 @@ void PassageMeter::add(const State& state, double step) {
   }
   before_.q = state.q;
   before_.v = state.v;
-  // Of two bodies each moves by that much at most.
+  // Return where two bodies approach by less than the thinnest one: at most twice the longest movement.
   if (2 * longest <= thinnest_) return;
   bounds_.clear();
   for (std::size_t i = 0; i < scene_.colliders.size(); ++i) {

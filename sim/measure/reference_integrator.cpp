@@ -14,8 +14,8 @@ namespace {
 
 constexpr int body_numbers = 13;   // position, quaternion, velocity, local angular velocity
 constexpr double most_gap = 1e-4;  // of the scene's size: more is no rounding of the file's numbers
-/// Of a step's redundant rows; see ConstrainedDynamics::choose_rows. More than what single precision leaves
-/// of a file's numbers. A mechanism that is closer than this to a singular position as a step begins loses a
+/// Tolerance of redundant rows; see ConstrainedDynamics::choose_rows. It exceeds the rounding of a file's
+/// single-precision numbers. A mechanism that is closer to a singular position at the start of a step loses a
 /// row for the step.
 constexpr double rank_tolerance = 1e-6;
 constexpr int most_events = 20;  // in one step

@@ -16,12 +16,12 @@ namespace substep {
 
 class PlanarXpbd {
  public:
-  /// Throws Error where a body's place or orientation is not in the plane.
+  /// Throws Error where a body's position or orientation is not in the plane.
   explicit PlanarXpbd(const Scene& scene);
 
   void substep(double h, int iterations);
 
-  /// Of a body's centre: x and y in m, and its angle, rad.
+  /// Returns x and y of a body's centre in m, and its angle in rad.
   const std::array<double, 3>& position(std::size_t body) const { return bodies_[body].p; }
 
  private:

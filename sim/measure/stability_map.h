@@ -1,5 +1,5 @@
 #pragma once
-/// Which τ and κ keep a constraint row stable: the closed form, and what A3, A4 and A5 do.
+/// The stability of one constraint row over τ and κ: the closed form, and runs of A3, A4 and A5.
 ///
 /// One scalar equality row, with u = Jv and β for its state: u' = (1 − κ) u + τ β, β' = β − u'. Both
 /// eigenvalues are within the unit circle if and only if 0 < κ < 2 and 0 < τ < 4 − 2κ.

@@ -1,6 +1,6 @@
 #pragma once
-/// What can be measured: anything that takes a scene's bodies from step to step. Our algorithms are one kind;
-/// a physics engine that is put beside them implements this and nothing more.
+/// The interface of what can be measured: a stepper takes the bodies of a scene from step to step. Our
+/// algorithms and other physics engines implement it.
 
 #include <cstdint>
 #include <functional>
@@ -19,8 +19,8 @@ class Stepper {
   /// Advances by one step h. False when the state is no longer finite; then it is left as it was.
   virtual bool step() = 0;
 
-  /// Of all bodies of the scene, in its order: centres of mass, orientations of the body frames, velocities
-  /// in the world.
+  /// Returns centres of mass, orientations of the body frames and world velocities of all bodies, in the
+  /// scene's order.
   virtual const State& state() const = 0;
 
   /// Rows solved so far; 0 where that is not known.

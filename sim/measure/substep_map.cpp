@@ -19,7 +19,7 @@ namespace {
 
 constexpr double rank_tolerance = 1e-6;  // of rows' directions; positions are closed to 1e-9 or better
 
-/// Whether all rows are of joints that do not give.
+/// True where all rows belong to hard joints.
 bool is_rigid(const Model& model) {
   return !model.contacts && model.drives.empty() &&
          std::ranges::none_of(
@@ -42,7 +42,7 @@ class RowMap {
     find_directions();
   }
 
-  /// Of (velocities, openings over hs) in these directions.
+  /// Returns the map of (velocities, gaps over hs) in these directions.
   Eigen::MatrixXd map(double tau, double kappa, int iterations) {
     const Eigen::Index count = directions_.cols();
     Eigen::MatrixXd result(2 * count, 2 * count);

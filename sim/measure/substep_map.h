@@ -1,12 +1,10 @@
 #pragma once
-/// What one sub-step does to small velocities and openings of a scene's joints: a linear map, and its
-/// spectral radius. Above 1 they grow from sub-step to sub-step whatever the step is; smaller ones then only
-/// make it worse.
+/// The spectral radius of a sub-step, as a linear map of small velocities and joint gaps. Above 1 both grow
+/// from sub-step to sub-step at every step size, and smaller sub-steps make it worse.
 ///
-/// Of coordinates that stand, with all joints as rows that do not give: what is along the joints' freedoms
-/// stays as it is, and is left out. A row's bias is what its opening over hs asks for, so that hs falls out.
-/// Between one row, whose radius is known (stability_map.h), and rows that share bodies lie the sweep's order
-/// and m.
+/// The coordinates are fixed and all joints are hard. Motion along the freedoms of joints is constant and
+/// left out. A row's bias is what its opening over hs asks for, so that hs falls out. Between one row, whose
+/// radius is known (stability_map.h), and rows that share bodies lie the sweep's order and m.
 
 #include <filesystem>
 #include <optional>
@@ -19,12 +17,13 @@
 
 namespace substep {
 
-/// Of A3, and of A4 and A5 whose Jacobians stay as coordinates stand; stable joints' do too. `scene` as it
-/// stands at its start: joints that do not give, no contacts. Its velocities do not count.
+/// Returns the spectral radius of a sub-step of A3 to A5 at the start of `scene`, which must have hard joints
+/// and no contacts. Its velocities do not count. All three have equal maps, since the coordinates are fixed.
 double substep_radius(const Scene& scene, double tau, double kappa, int iterations, Joints joints);
 
-/// The same for what a run steps with. None for A1 and A2, for a scene whose rows are not all of joints that
-/// do not give, and above a hundred rows, whose eigenvalues would take longer than its runs.
+/// Returns the spectral radius for the settings of a run. Returns nothing for A1 and A2, for scenes with
+/// other rows than those of hard joints, and above a hundred rows, since eigenvalues would take longer than
+/// the run.
 std::optional<double> substep_radius(const Scene& scene, const Settings& settings);
 
 /// Above this, by more than rounding, what is open and what moves grows from sub-step to sub-step.

@@ -29,12 +29,13 @@ struct StiffnessPoint {
 /// One weight on a spring, for steps of 1/30 to 1/480 s and stiffnesses of 1 to 1e8 N/m.
 std::vector<StiffnessPoint> stiffness_map(const Settings& settings);
 
-/// The scene with more bodies of the kind of its last, each jointed to the one before as the last is: for
-/// what a chain's length costs. Throws Error where the last joint is not between the last two bodies.
+/// Returns the scene with more copies of its last body, each jointed to the one before like the last, to
+/// measure the cost of a chain's length. Throws Error where the last joint is not between the last two
+/// bodies.
 Scene lengthened_chain(const Scene& scene, int links);
 
-/// What each approximation (ablation.h) costs: largest distance of a body from where A3 has it at the
-/// horizon, m; in the order of `approximations`.
+/// Returns the cost of each approximation, in the order of `approximations`: the largest distance of a body
+/// from its position in A3 at the horizon, m.
 std::vector<double> ablation_costs(const Scene& scene, int substeps, double horizon);
 
 /// Joint gap, penetration and energy along a run, at the end of each of the scene's steps until it diverges.

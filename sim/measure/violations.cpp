@@ -16,8 +16,8 @@ namespace {
 
 using Severity = Violation::Severity;
 
-/// Whether no motor and no fixed body that moves can feed energy in. A drive that holds a position is a
-/// spring, but for one by mass, which is not told from a motor here.
+/// True where no motor and no moving kinematic body can add energy. A drive that holds a position is a
+/// spring, except one per unit of mass, which counts as a motor.
 bool is_undriven(const Scene& scene) {
   return std::ranges::none_of(scene.joints,
                               [](const Joint& joint) {
@@ -31,15 +31,15 @@ bool is_undriven(const Scene& scene) {
          });
 }
 
-/// Whether nothing can take energy from the scene, nor hold it: no contacts, drives, springs or stops.
+/// True where nothing can take or store energy: no contacts, drives, springs or stops.
 bool is_unbraked(const Model& model) {
   return !model.contacts && model.drives.empty() && std::ranges::all_of(model.limits, [](const Limit& limit) {
     return !limit.soft && limit.side == Limit::Side::both;
   });
 }
 
-/// What taking back the start's own violations can do, J: each moving body is pushed by no more than all of
-/// them in a row, against the weight of all.
+/// Returns a bound on the energy of correcting the violations of the start, J: each moving body is pushed by
+/// at most all of them in a row, against the weight of all.
 double energy_of_violations(const Scene& scene, double violation) {
   double weight = 0;
   int moving = 0;
@@ -51,7 +51,7 @@ double energy_of_violations(const Scene& scene, double violation) {
   return weight * moving * violation;
 }
 
-/// What all bodies together can have with an energy, N·s.
+/// Returns the largest momentum of all bodies together with an energy, N·s.
 double momentum_scale(const Scene& scene, double energy) {
   double mass = 0;
   for (const Body& body : scene.bodies) {

@@ -1,5 +1,5 @@
 #pragma once
-/// What is wrong with a run, in words: one list for `run`, `measure`, `video` and `player`.
+/// The messages about a run that went wrong; `run`, `measure`, `video` and `player` share them.
 
 #include <string>
 #include <vector>
@@ -9,25 +9,26 @@
 
 namespace substep {
 
-/// Of the smallest body's size: joints, contacts and what stands may give way by no more.
+/// Limit of joint gaps, overlaps and displacements of standing bodies, as a fraction of the smallest body's
+/// size.
 inline constexpr double bounded_violation = 0.1;
-/// Of the scene's size: a joint that gives way by more is worth a warning.
+/// Joint gap that causes a warning, as a fraction of the scene's size.
 inline constexpr double warned_gap = 0.01;
-/// Of energy_scale(): what nothing drives gains no more, and jointed bodies that nothing brakes lose no more.
+/// Limit of the energy that undriven scenes gain and unbraked joints lose, as a fraction of energy_scale().
 inline constexpr double bounded_energy = 0.1;
-/// Of energy_scale(): the energy of bodies that neither touch nor are joined drifts by no more.
+/// Limit of the energy drift of free bodies, as a fraction of energy_scale().
 inline constexpr double free_energy = 0.01;
-/// Of what bodies with the energy energy_scale() can have: the momentum of what touches nothing fixed drifts
-/// by no more.
+/// Limit of the momentum drift of bodies that touch nothing fixed, as a fraction of the momentum that they
+/// have with the energy energy_scale().
 inline constexpr double free_momentum = 0.01;
-/// A5 with next-frame joints gets worse with more sub-steps than this (report's claim 6).
+/// Number of sub-steps above which A5 with next-frame joints gets worse (claim 6 of the report).
 inline constexpr int most_substeps_of_a5 = 100;
 
 struct Violation {
   enum class Severity {
-    warning,    ///< is said, and an error with --strict
+    warning,    ///< printed; an error with --strict
     unbounded,  ///< the same, and the run is not bounded
-    torn,       ///< an error always: a joint gap larger than the scene
+    torn,       ///< always an error: a joint gap larger than the scene
   };
   std::string text;  ///< "joint gap 0.56 m, above 0.05 m"
   Severity severity;

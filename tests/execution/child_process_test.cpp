@@ -7,7 +7,7 @@
 namespace substep {
 namespace {
 
-TEST(ChildProcess, GetsItsWordsAsTheyAre) {
+TEST(ChildProcess, ReceivesArgumentsUnchanged) {
   const TemporaryFile out;
   ChildProcess process({"printf", "%s|", "two words", "$HOME; 'quoted'"}, {.out = out.descriptor()});
   EXPECT_TRUE(process.succeeds());
@@ -24,7 +24,7 @@ TEST(ChildProcess, ReadsAndWritesFiles) {
   EXPECT_EQ(nothing.content(), "");
 }
 
-TEST(ChildProcess, HasTheEnvironmentThatIsAdded) {
+TEST(ChildProcess, ReceivesAddedEnvironment) {
   const TemporaryFile out;
   ChildProcess process({"sh", "-c", "printf %s \"$SUBSTEP_WORD\""}, {.out = out.descriptor()},
                        {"SUBSTEP_WORD=seven"});
@@ -32,16 +32,16 @@ TEST(ChildProcess, HasTheEnvironmentThatIsAdded) {
   EXPECT_EQ(out.content(), "seven");
 }
 
-TEST(ChildProcess, FailsWithItsExitCodeOrASignal) {
+TEST(ChildProcess, ReportsExitCodeOrSignal) {
   EXPECT_FALSE(ChildProcess({"false"}, {}).succeeds());
   EXPECT_FALSE(ChildProcess({"sh", "-c", "kill -9 $$"}, {}).succeeds());
 }
 
-TEST(ChildProcess, ThrowsWhereThereIsNoSuchProgram) {
+TEST(ChildProcess, ThrowsForMissingProgram) {
   EXPECT_THROW(ChildProcess({"substep-no-such-program"}, {}), std::system_error);
 }
 
-TEST(ChildProcess, EndsWithItsOwner) {
+TEST(ChildProcess, EndsWithItsParent) {
   // It would wait for ever, and so would this test.
   const ChildProcess process({"sleep", "infinity"}, {});
 }

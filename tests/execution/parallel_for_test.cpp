@@ -12,7 +12,7 @@
 namespace substep {
 namespace {
 
-TEST(ParallelFor, CallsEachOnce) {
+TEST(ParallelFor, CallsEachIndexOnce) {
   for (const int threads : {1, 3, 100}) {
     std::vector<std::atomic<int>> calls(50);
     parallel_for(threads, calls.size(), [&](std::size_t i, const std::stop_token& stop) {
@@ -24,7 +24,7 @@ TEST(ParallelFor, CallsEachOnce) {
   parallel_for(4, 0, [](std::size_t, const std::stop_token&) { ADD_FAILURE(); });
 }
 
-TEST(ParallelFor, OneThreadGoesInOrder) {
+TEST(ParallelFor, OneThreadKeepsOrder) {
   std::vector<std::size_t> order;
   parallel_for(1, 20, [&](std::size_t i, const std::stop_token&) { order.push_back(i); });
   std::vector<std::size_t> expected(20);
@@ -32,7 +32,7 @@ TEST(ParallelFor, OneThreadGoesInOrder) {
   EXPECT_EQ(order, expected);
 }
 
-TEST(ParallelFor, ThrowsTheFirstAndBeginsNoOther) {
+TEST(ParallelFor, StopsAtFirstError) {
   std::atomic<int> begun{0};
   try {
     parallel_for(2, 1000, [&](std::size_t i, const std::stop_token& stop) {
@@ -48,7 +48,7 @@ TEST(ParallelFor, ThrowsTheFirstAndBeginsNoOther) {
   EXPECT_EQ(begun, 2);
 }
 
-TEST(ParallelFor, CallsTheWaitOnTheCallingThread) {
+TEST(ParallelFor, CallsWaitOnCallingThread) {
   const std::thread::id caller = std::this_thread::get_id();
   std::atomic<bool> waited{false};
   parallel_for(

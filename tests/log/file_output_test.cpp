@@ -48,7 +48,7 @@ TEST_F(FileOutput, WritesAndReplaces) {
   EXPECT_EQ(file_count(), 1);
 }
 
-TEST_F(FileOutput, OldFileStaysWhenWritingFails) {
+TEST_F(FileOutput, KeepsOldFileWhenWritingFails) {
   const fs::path file = folder_ / "a.txt";
   write_file(file, "old");
   // As a full disk would: no file may grow beyond 4096 bytes.
@@ -70,7 +70,7 @@ TEST_F(FileOutput, OldFileStaysWhenWritingFails) {
   EXPECT_EQ(file_count(), 1);
 }
 
-TEST_F(FileOutput, MissingFolderIsRefusedBeforeAnyWork) {
+TEST_F(FileOutput, RefusesMissingFolderFirst) {
   EXPECT_THROW(require_folder_of(folder_ / "missing" / "a.txt"), Error);
   EXPECT_THROW(require_folder_of(folder_), Error);
   EXPECT_THROW(write_file(folder_ / "missing" / "a.txt", "x"), Error);
@@ -78,7 +78,7 @@ TEST_F(FileOutput, MissingFolderIsRefusedBeforeAnyWork) {
   EXPECT_NO_THROW(require_folder_of("a.txt"));
 }
 
-TEST_F(FileOutput, ALinkGoesOnPointing) {
+TEST_F(FileOutput, KeepsLinks) {
   write_file(folder_ / "real.txt", "old");
   fs::create_symlink("real.txt", folder_ / "link.txt");
   write_file(folder_ / "link.txt", "new");
@@ -86,7 +86,7 @@ TEST_F(FileOutput, ALinkGoesOnPointing) {
   EXPECT_EQ(content(folder_ / "real.txt"), "new");
 }
 
-TEST_F(FileOutput, ADeviceStaysADevice) {
+TEST_F(FileOutput, WritesToDevices) {
   write_file("/dev/null", "gone");
   EXPECT_TRUE(fs::is_character_file("/dev/null"));
 }

@@ -69,7 +69,7 @@ std::string failure(const std::string& text) {
   return {};
 }
 
-TEST(PoseLog, ReadsBackEveryBitOfWhatWasWritten) {
+TEST(PoseLog, RoundTripKeepsBits) {
   const PoseLog log = example();
   const PoseLog back = parse_pose_log(to_text(log), "text");
   EXPECT_EQ(to_text(back), to_text(log));
@@ -89,7 +89,7 @@ TEST(PoseLog, ReadsBackEveryBitOfWhatWasWritten) {
   EXPECT_TRUE(compare(log, back).none());
 }
 
-TEST(PoseLog, HasTheFormatOfTheHeaderComment) {
+TEST(PoseLog, FollowsDocumentedFormat) {
   const std::string text = to_text(example());
   EXPECT_THAT(text,
               testing::StartsWith("substep pose log 1\n"
@@ -182,27 +182,27 @@ INSTANTIATE_TEST_SUITE_P(
         Malformed{"after_end", "end ok 4\n", "end ok 4\nend ok 4\n", "32", "nothing may follow"}),
     [](const auto& one) { return one.param.what; });
 
-TEST(PoseLog, FromBeforeContactsHadTheirOwnStabilizationIsRead) {
+TEST(PoseLog, ReadsLogsWithoutContactStabilization) {
   const std::string text = replaced(to_text(example()), "contact_tau 0.7\ncontact_kappa 0\n", "");
   const PoseLog log = parse_pose_log(text, "text");
   EXPECT_EQ(log.settings.contact_tau, 0);
   EXPECT_EQ(log.settings.of_contacts().tau, 0.1 + 0.2);
 }
 
-TEST(PoseLog, ANameMayEndWithAnEscape) {
+TEST(PoseLog, AcceptsNamesThatEndWithEscape) {
   PoseLog log = example();
   log.bodies[2] = "line\n";
   EXPECT_EQ(parse_pose_log(to_text(log), "text").bodies[2], "line\n");
 }
 
-TEST(PoseLog, EveryTruncationIsRefused) {
+TEST(PoseLog, RefusesEveryTruncation) {
   const std::string text = to_text(example());
   for (std::size_t length = 0; length < text.size(); ++length) {
     EXPECT_NE(failure(text.substr(0, length)), "") << "cut to " << length << " bytes";
   }
 }
 
-TEST(PoseLog, MissingFileAndFolderAreRefusedByName) {
+TEST(PoseLog, NamesMissingFileAndFolder) {
   const auto message = [](const std::filesystem::path& file) {
     try {
       read_pose_log(file);
@@ -215,7 +215,7 @@ TEST(PoseLog, MissingFileAndFolderAreRefusedByName) {
   EXPECT_THAT(message(std::filesystem::temp_directory_path()), HasSubstr("is a folder"));
 }
 
-TEST(PoseLog, KeepsHowTheRunWentWrong) {
+TEST(PoseLog, KeepsFailureOfRun) {
   PoseLog log = example();
   for (const char* const end : {"diverged 5 body 2 line\nbreak \\ and ümlaut", "unsolved 3 steps 2"}) {
     log.end = end;
@@ -241,7 +241,7 @@ TEST(PoseLogCompare, NamesFirstFrameBodyAndAxis) {
   EXPECT_EQ(difference.headers, "");
 }
 
-TEST(PoseLogCompare, MeasuresAPureTurn) {
+TEST(PoseLogCompare, MeasuresPureTurn) {
   const PoseLog expected = example();
   PoseLog actual = expected;
   const double angle = 1e-7;
@@ -256,7 +256,7 @@ TEST(PoseLogCompare, MeasuresAPureTurn) {
   EXPECT_EQ(difference.largest_position, 0);
 }
 
-TEST(PoseLogCompare, VelocitiesAloneShowInTheHash) {
+TEST(PoseLogCompare, HashDetectsVelocityChange) {
   const PoseLog expected = example();
   PoseLog actual = expected;
   actual.frames[3].hash ^= 1;
@@ -267,7 +267,7 @@ TEST(PoseLogCompare, VelocitiesAloneShowInTheHash) {
   EXPECT_EQ(difference.size, 0);
 }
 
-TEST(PoseLogCompare, SaysWhatDiffersInTheHeaders) {
+TEST(PoseLogCompare, NamesDifferenceOfHeaders) {
   const PoseLog expected = example();
   PoseLog actual = expected;
   actual.settings.substeps = 8;
@@ -285,7 +285,7 @@ TEST(PoseLogCompare, SaysWhatDiffersInTheHeaders) {
   EXPECT_EQ(difference.first_full_frame, -1);
 }
 
-TEST(PoseLogCompare, EveryLineOfTheHeaderIsCompared) {
+TEST(PoseLogCompare, ComparesEveryHeaderLine) {
   const PoseLog expected = example();
   const auto difference = [&](const auto& change) {
     PoseLog actual = expected;
@@ -310,7 +310,7 @@ TEST(PoseLogCompare, EveryLineOfTheHeaderIsCompared) {
   EXPECT_EQ(difference([](PoseLog& log) { log.full_every = 4; }), "full-every: 2 → 4");
 }
 
-TEST(PoseLogCompare, APoseThatMovedUnderOneHashIsADifference) {
+TEST(PoseLogCompare, ReportsMovedPoseUnderEqualHash) {
   const PoseLog expected = example();
   PoseLog actual = expected;
   actual.frames[2].poses[2].linear.x() += 0.5;

@@ -73,7 +73,7 @@ TEST_P(ClaimOfTheReport, HoldsOrIsAFinding) {
 INSTANTIATE_TEST_SUITE_P(All, ClaimOfTheReport, testing::Range(1, 18),
                          [](const auto& number) { return std::to_string(number.param); });
 
-TEST(ClaimsReport, AtEqualRowSolvesSubStepsBeatIterations) {
+TEST(ClaimsReport, SubstepsBeatIterationsAtEqualRowSolves) {
   const nlohmann::json claim = measured()["claims"].at(2);
   int at_equal_rows = 0;
   for (const nlohmann::json& part : claim["cases"]) {
@@ -84,7 +84,7 @@ TEST(ClaimsReport, AtEqualRowSolvesSubStepsBeatIterations) {
   EXPECT_EQ(at_equal_rows, 14);
 }
 
-TEST(ClaimsReport, HasTheAblations) {
+TEST(ClaimsReport, HoldsTheAblations) {
   const nlohmann::json report = measured();
   ASSERT_EQ(report["claims"].size(), 17u);
   ASSERT_EQ(report["ablation"].size(), 5u);
@@ -101,12 +101,12 @@ TEST(ClaimsReport, HasTheAblations) {
   }
 }
 
-TEST(ClaimsReport, IsWhatThePageShows) {
+TEST(ClaimsReport, MatchesThePage) {
   EXPECT_EQ(missing_on_page(content("claims.md")), "");
 }
 
-TEST(ClaimsReport, VerdictSaysForWhat) {
-  Claim claim{1, "I", "one", "two", {}, {{"a", true}, {"b", true}, {"c", false}}};
+TEST(ClaimsReport, VerdictNamesCases) {
+  Claim claim{1, "I", "one", "two", {}, {}, {{"a", true}, {"b", true}, {"c", false}}};
   EXPECT_EQ(claim.verdict(), "holds except: c");
   claim.cases = {{"a", true}, {"b", false}};
   EXPECT_EQ(claim.verdict(), "holds only: a");
@@ -114,7 +114,7 @@ TEST(ClaimsReport, VerdictSaysForWhat) {
   EXPECT_EQ(claim.verdict(), "does not hold");
 }
 
-TEST(ClaimsReport, AMissingSceneIsNamed) {
+TEST(ClaimsReport, NamesMissingScene) {
   try {
     measure_claims("no/such/folder", [](int) {});
     FAIL();

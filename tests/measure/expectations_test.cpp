@@ -73,7 +73,7 @@ void glide(State& state, double t) {
   state.v[1].linear = 1.5 * along + 0.4 * pi * std::cos(pi * t) * across;
 }
 
-TEST(Expectations, DisplacementIsTheLargestDistanceOfAllBodies) {
+TEST(Expectations, DisplacementTakesLargestOfAllBodies) {
   Expectation e = of(Quantity::displacement, 0, 0.3);
   e.bodies = {1, 2};
   const Move move = [](State& state, double t) { state.q[2].linear += 0.4 * std::sin(pi * t) * across; };
@@ -84,7 +84,7 @@ TEST(Expectations, DisplacementIsTheLargestDistanceOfAllBodies) {
   EXPECT_EQ(result[0].unit, "m");
 }
 
-TEST(Expectations, WayPositionAndVelocityAreAlongTheDirection) {
+TEST(Expectations, WayPositionVelocityFollowDirection) {
   Expectation way = of(Quantity::way, 1.5 * 0.77);
   way.reading = Reading::at;
   way.from = way.to = 0.77;  // between two steps
@@ -101,7 +101,7 @@ TEST(Expectations, WayPositionAndVelocityAreAlongTheDirection) {
   EXPECT_NEAR(measured(of(Quantity::speed, 0), glide), std::hypot(1.5, 0.4 * pi), 1e-12);
 }
 
-TEST(Expectations, ThroughoutFindsWhatIsFurthestFromTheValueOrTheBound) {
+TEST(Expectations, ThroughoutFindsWorstValue) {
   Expectation e = of(Quantity::velocity, 0.1);
   e.direction = across;  // 0.4 π cos π t
   EXPECT_NEAR(measured(e, glide), -0.4 * pi, 1e-12);
@@ -124,7 +124,7 @@ TEST(Expectations, ThroughoutFindsWhatIsFurthestFromTheValueOrTheBound) {
   EXPECT_NEAR(figures(two_bodies(), {e}, glide)[0].error(), 0.4 * pi - 1, 1e-12);
 }
 
-TEST(Expectations, MeanIsOverItsInterval) {
+TEST(Expectations, MeanCoversItsInterval) {
   Expectation e = of(Quantity::velocity, 0);
   e.direction = across;
   e.reading = Reading::mean;
@@ -140,7 +140,7 @@ void bounce(State& state, double t) {
   state.q[1].linear = std::pow(0.5, hop) * std::fabs(std::cos(2 * pi * t)) * along + 0.2 * t * across;
 }
 
-TEST(Expectations, PeaksAreCountedFromTheFirstRise) {
+TEST(Expectations, PeaksCountFromFirstRise) {
   Expectation e = of(Quantity::position, 0, 0.02);
   e.reading = Reading::peak;
   for (const auto& [count, height] : {std::pair{1, 0.5}, {2, 0.25}, {3, 0.125}}) {
@@ -155,7 +155,7 @@ TEST(Expectations, PeaksAreCountedFromTheFirstRise) {
   EXPECT_EQ(measured(e, bounce), INFINITY);
 }
 
-TEST(Expectations, CrossingsAreTimesBetweenSteps) {
+TEST(Expectations, CrossingsAreInterpolatedBetweenSteps) {
   Expectation e = of(Quantity::velocity, 0);
   e.direction = across;
   e.reading = Reading::crossing;
@@ -169,7 +169,7 @@ TEST(Expectations, CrossingsAreTimesBetweenSteps) {
   EXPECT_STREQ(unit_of(e), "s");
 }
 
-TEST(Expectations, AnglesGoOnBeyondATurn) {
+TEST(Expectations, AnglesCountWholeTurns) {
   const Move spin = [](State& state, double t) {
     state.q[1].angular = rotation_quaternion(9 * t * along);
     state.v[1].angular = 9 * along;
@@ -190,7 +190,7 @@ TEST(Expectations, AnglesGoOnBeyondATurn) {
   }
 }
 
-TEST(Expectations, ADirectionCanTurnWithTheBodysNode) {
+TEST(Expectations, DirectionTurnsWithNode) {
   Scene scene = two_bodies();
   const Quaternion node = rotation_quaternion({0.3, 0.8, -0.4});
   scene.bodies[1].body_from_node.orientation = node;
@@ -203,7 +203,7 @@ TEST(Expectations, ADirectionCanTurnWithTheBodysNode) {
   EXPECT_NEAR(figures(scene, {e}, move)[0].measured, 2.5, 1e-12);
 }
 
-TEST(Expectations, InvariantsAreChangesSinceTheStart) {
+TEST(Expectations, InvariantsCountFromStart) {
   const Scene scene = two_bodies();
   // Gravity's energy and momentum do not count: a fall keeps both.
   const Move fall = [&](State& state, double t) {
@@ -225,7 +225,7 @@ TEST(Expectations, InvariantsAreChangesSinceTheStart) {
   EXPECT_NEAR(measured(of(Quantity::momentum_change, 0), pushed), 2 * 0.5 * 2, 1e-12);
 }
 
-TEST(Expectations, ARunThatBlowsUpHasNoValueAfterwards) {
+TEST(Expectations, DivergedRunHasNoLaterValue) {
   Expectation early = of(Quantity::way, 0);
   early.reading = Reading::at;
   early.from = early.to = 0.5;
@@ -244,7 +244,7 @@ TEST(Expectations, ARunThatBlowsUpHasNoValueAfterwards) {
   }
 }
 
-TEST(Expectations, AShorterRunLeavesOutWhatComesLater) {
+TEST(Expectations, ShorterRunOmitsLaterFigures) {
   Scene scene = two_bodies();
   Expectation late = of(Quantity::way, 0);
   late.needs = 2;
@@ -253,7 +253,7 @@ TEST(Expectations, AShorterRunLeavesOutWhatComesLater) {
   EXPECT_EQ(figures(scene, {of(Quantity::way, 0)}, glide, 1.0 / 64, 1).size(), 1u);
 }
 
-TEST(Expectations, OfSeveralBodiesTheOneFurthestOffCounts) {
+TEST(Expectations, WorstOfSeveralBodiesCounts) {
   Expectation e = of(Quantity::way, 1);
   e.bodies = {1, 2};
   e.reading = Reading::at;
@@ -270,7 +270,7 @@ TEST(Expectations, OfSeveralBodiesTheOneFurthestOffCounts) {
 }
 
 /// End to end: a scene's file, a run of it, and what comes of it.
-TEST(Expectations, TheInclinesBlocksSlideAsCoulombHasIt) {
+TEST(Expectations, InclineBlocksSlideAsCoulombSays) {
   const Scene scene = load_scene(std::string(SUBSTEP_SOURCE_DIR) + "/scenes/incline.gltf");
   ASSERT_EQ(scene.expected.size(), 3u);
   ReferenceMotion reference = reference_motion(scene, 0.1);

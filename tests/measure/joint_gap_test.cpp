@@ -79,7 +79,7 @@ TEST(JointGap, CountsLockedAnglesTimesTheLever) {
               rounding);
 }
 
-TEST(JointGap, LeavesOutWhatIsFree) {
+TEST(JointGap, IgnoresFreeDirections) {
   const Vector3 by(0.1, -0.2, 0.2);
   EXPECT_NEAR(gap_at({test::locked(false, {false, true, true})}, {5, 0, 0}, by), 0, rounding);
   EXPECT_NEAR(gap_at({test::locked(true, {true, true, false})}, by, {0, 0, 2}), 0, rounding);
@@ -89,7 +89,7 @@ TEST(JointGap, LeavesOutWhatIsFree) {
   EXPECT_TRUE(JointGapMeter(jointed_body({spring})).is_empty());
 }
 
-TEST(JointGap, CountsWhatIsBeyondALimit) {
+TEST(JointGap, CountsExcessOverLimit) {
   const JointLimit between = limit(false, {true, false, false}, -0.1, 0.3);
   EXPECT_NEAR(gap_at({between}, {0.2, 1, 1}), 0, rounding);
   EXPECT_NEAR(gap_at({between}, {0.5, 1, 1}), 0.2, rounding);
@@ -116,7 +116,7 @@ TEST(JointGap, TakesTheSmallerLeverOfTwoBodies) {
 }
 
 // Sweeps bring a weight along six sliders so badly that they sag: small cubes, a metre apart.
-TEST(JointGap, SeesSlidersThatSag) {
+TEST(JointGap, CountsSaggingSliders) {
   Scene scene = test::empty_scene();
   for (int i = 0; i < 6; ++i) {
     test::add_box(scene, {0.2, 0.2, 0.2}, 1, {{0.1 + i, 0, 0}, Quaternion::Identity()}, 0.6);

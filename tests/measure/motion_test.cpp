@@ -64,7 +64,7 @@ TEST(Reference, TumblesWithThePeriodOfEulersEquations) {
   EXPECT_NEAR(turn, 2.097, 5e-4);  // as references.md gives it: three digits behind the point
 }
 
-TEST(Reference, EndsAtTheFirstImpactItCannotPlace) {
+TEST(Reference, EndsAtUnresolvedImpact) {
   const ReferenceMotion reference = reference_motion(scene_named("bouncing_balls"), 2);
   EXPECT_GT(reference.horizon, 0.4);
   EXPECT_LT(reference.horizon, 0.5);  // the balls fall for 0.4515 s
@@ -98,7 +98,7 @@ struct SlidingBall {
   }
 };
 
-TEST(Reference, ABallIsWithinItsUncertaintyAlsoWhenItBeginsToRoll) {
+TEST(Reference, BallStaysWithinUncertaintyAtOnsetOfRolling) {
   // Of 24 such balls those that are off by most of it, 0.2, and a usual one. What the last two refinements
   // differ by is for 3, 8 and 18 by chance 60 to 1700 times less than what they are off by.
   for (const int i : {3, 8, 10, 18, 23}) {
@@ -116,7 +116,7 @@ TEST(Reference, ABallIsWithinItsUncertaintyAlsoWhenItBeginsToRoll) {
   }
 }
 
-TEST(Reference, IsTheSameInEveryRun) {
+TEST(Reference, RepeatsExactly) {
   const Scene scene = scene_named("powered_wheel");
   const ReferenceMotion one = reference_motion(scene, 0.5);
   const ReferenceMotion other = reference_motion(scene, 0.5);
@@ -125,7 +125,7 @@ TEST(Reference, IsTheSameInEveryRun) {
   EXPECT_EQ(one.method, other.method);
 }
 
-TEST(Sampling, TakesWholePartsAndMultiples) {
+TEST(Sampling, AcceptsWholePartsAndMultiples) {
   EXPECT_EQ(Sampling(1.0 / 240, 1.0 / 60).steps_between(), 4);
   EXPECT_EQ(Sampling(1.0 / 240, 1.0 / 60).samples_between(), 1);
   EXPECT_EQ(Sampling(1.0 / 30, 1.0 / 60).samples_between(), 2);
@@ -133,7 +133,7 @@ TEST(Sampling, TakesWholePartsAndMultiples) {
   EXPECT_THROW(Sampling(0.01, 1.0 / 60), Error);
 }
 
-TEST(Difference, IsZeroOfAMotionFromItselfAndSeesAShift) {
+TEST(Difference, IsZeroForSameMotionAndMeasuresShift) {
   const Scene scene = scene_named("rod_chain");
   Motion motion{0.1, std::vector<State>(4, initial_state(scene))};
   Motion other = motion;

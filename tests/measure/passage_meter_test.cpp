@@ -49,7 +49,7 @@ bool passes(const Shape& obstacle, const Vector3& from, const Vector3& to,
   return !meter.passages().empty();
 }
 
-TEST(PassageMeter, SeesBallsPassThroughEachShape) {
+TEST(PassageMeter, ReportsBallsThatPassThroughEachShape) {
   const Vector3 above(0.02, 2, 0.03);
   const Vector3 below(-0.05, -2, 0.01);
   EXPECT_TRUE(passes(box({3, 0.01, 3}), above, below));
@@ -63,7 +63,7 @@ TEST(PassageMeter, SeesBallsPassThroughEachShape) {
   EXPECT_TRUE(passes(make_rectangle(3, 3, true), below, above));
 }
 
-TEST(PassageMeter, LeavesOutWhatPassesBesideOrBehind) {
+TEST(PassageMeter, IgnoresBodiesBesideOrBehind) {
   const Vector3 above(0.7, 2, 0);
   const Vector3 below(0.7, -2, 0);
   EXPECT_FALSE(passes(box({1, 0.01, 1}), above, below));
@@ -74,7 +74,7 @@ TEST(PassageMeter, LeavesOutWhatPassesBesideOrBehind) {
   EXPECT_FALSE(passes(make_rectangle(3, 3, false), below, above));  // from behind
 }
 
-TEST(PassageMeter, LeavesOutBounces) {
+TEST(PassageMeter, IgnoresBounces) {
   // The straight way from the first place to the last leads through the wall's edge and through the ball.
   EXPECT_FALSE(passes(box({1, 0.1, 1}), {-1, 0.4, 0}, {0.7, -0.3, 0}, {{0.55, 0.17, 0}}));
   EXPECT_FALSE(passes(Sphere{0.2}, {-1, 0.1, 0}, {0.8, 0.1, 0.1}, {{-0.02, 0.3, 0}}));
@@ -95,7 +95,7 @@ bool blade_passes(double distance, double turned) {
   return !meter.passages().empty();
 }
 
-TEST(PassageMeter, FollowsTurnsOnTheirArcs) {
+TEST(PassageMeter, FollowsArcsOfTurns) {
   // A chord of the arc would be 4 cm closer to the middle.
   for (const double turned : {-0.3, -0.1, 0.0, 0.2}) {
     EXPECT_FALSE(blade_passes(0.52, turned)) << turned;
@@ -103,7 +103,7 @@ TEST(PassageMeter, FollowsTurnsOnTheirArcs) {
   }
 }
 
-TEST(PassageMeter, LeavesOutWhatAJointSilences) {
+TEST(PassageMeter, IgnoresPairsThatJointsSilence) {
   Scene scene = scene_with(box({3, 0.01, 3}), {});
   scene.joints.push_back(test::ball_joint(0, 1, Vector3::Zero(), Vector3::Zero()));
   scene.joints[0].silent_colliders = {0};

@@ -56,7 +56,7 @@ TEST(SmoothMotion, SwingsWithThePeriodOfTheRodPendulum) {
   EXPECT_NEAR(state.v[1].linear.norm(), std::sqrt(0.75 * 9.81), 1e-12);  // measured 5e-16
 }
 
-TEST(SmoothMotion, KeepsTheHeavyTopsEnergyAndGoesRoundAsLagrangesEquationsSay) {
+TEST(SmoothMotion, HeavyTopFollowsLagrange) {
   const Scene scene = scene_named("heavy_top");
   double azimuth = 0;
   double before = 0;
@@ -83,7 +83,7 @@ TEST(SmoothMotion, SqueezerEndsAsPublished) {
   }
 }
 
-TEST(SmoothMotion, IsOfItsOrder) {
+TEST(SmoothMotion, ConvergesAtItsOrder) {
   const Scene scene = scene_named("rod_chain");
   const State exact = run(scene, 12, 8, 0.5);
   for (const int order : {2, 4, 6}) {
@@ -93,7 +93,7 @@ TEST(SmoothMotion, IsOfItsOrder) {
   }
 }
 
-TEST(SmoothMotion, A1ComesToIt) {
+TEST(SmoothMotion, A1ConvergesToIt) {
   // Another method with other errors: A1's steps, extrapolated by themselves.
   for (const char* const name : {"pendulum", "rod_chain", "heavy_chain", "heavy_top", "squeezer"}) {
     const Scene scene = scene_named(name);
@@ -106,7 +106,7 @@ TEST(SmoothMotion, A1ComesToIt) {
   }
 }
 
-TEST(SmoothMotion, GoesOnWhereALimitIsMet) {
+TEST(SmoothMotion, ContinuesThroughLimits) {
   const Scene scene = scene_named("joint_kinds");
   const int slider = body_named(scene, "stopped_slider");
   const double height = scene.bodies[slider].pose.position.y();
@@ -153,7 +153,7 @@ JointLimit distance_limit(double min, double max) {
 
 // Springs, soft and stiff, a rod, a rope that is taut, one that becomes so, a constant torque: none is left
 // to A1.
-TEST(SmoothMotion, IsTheReferenceOfAllWithoutContacts) {
+TEST(SmoothMotion, IsReferenceOfScenesWithoutContacts) {
   JointLimit soft = distance_limit(1, 1);
   soft.stiffness = 50;
   soft.damping = 0.5;
@@ -179,7 +179,7 @@ TEST(SmoothMotion, IsTheReferenceOfAllWithoutContacts) {
   }
 }
 
-TEST(SmoothMotion, SpringsSwingAsTheClosedFormSays) {
+TEST(SmoothMotion, SpringsFollowClosedForm) {
   JointLimit spring = test::locked(false, {true, false, false});
   spring.stiffness = 1e6;
   Scene scene = held_ball(0.001, spring);
@@ -194,7 +194,7 @@ TEST(SmoothMotion, SpringsSwingAsTheClosedFormSays) {
   EXPECT_EQ(reference.uncertainties.size(), 61U);
 }
 
-TEST(SmoothMotion, RefusesWhatIsNotSmooth) {
+TEST(SmoothMotion, RefusesScenesThatAreNotSmooth) {
   EXPECT_THROW(reference_stepper(scene_named("box_stack"), 0.01, 8), Error);
   EXPECT_THROW(reference_stepper(scene_named("short_chain"), 0.01, 8), Error);
 }

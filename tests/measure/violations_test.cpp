@@ -30,7 +30,7 @@ std::vector<Severity> severities(const std::vector<Violation>& violations) {
   return result;
 }
 
-TEST(Violations, GapsAreWorseTheLargerTheyAre) {
+TEST(Violations, GapsWorsenWithSize) {
   Scene scene = two_boxes();
   scene.joints.push_back(test::ball_joint(1, 2, {2, 0, 0}, {-2, 0, 0}));
   Metrics metrics;
@@ -63,7 +63,7 @@ TEST(Violations, FreeBodiesKeepMomentumAndEnergy) {
   }
 }
 
-TEST(Violations, A5IsToldOfTooManySubsteps) {
+TEST(Violations, A5WarnsOfTooManySubsteps) {
   Scene scene = two_boxes();
   Settings settings = default_settings(Algorithm::a5);
   settings.substeps = most_substeps_of_a5 + 1;
@@ -96,7 +96,7 @@ TEST(Violations, GravityIsNoMomentumDrift) {
   }
 }
 
-TEST(Violations, NameWhatPassesThrough) {
+TEST(Violations, NamesBodiesThatPassThrough) {
   // A collision filter would say that they meet; a state that jumps shows what a solver that misses them
   // does.
   Scene scene = two_boxes();

@@ -1,5 +1,8 @@
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <sstream>
+
 #include "program.h"
 
 namespace substep {
@@ -16,11 +19,9 @@ TEST_F(MeasureCommand, PrintsTheSameTwiceAndAllFive) {
   ASSERT_EQ(one.exit_code, 0) << one.err;
   EXPECT_EQ(one.err, "");
   EXPECT_EQ(one.out, run(arguments).out);
-  for (const char* const row :
-       {"A1  h=1/60", "A2  m=4  h=1/60", "A3  n=4 m=1 τ=0.6/0.9 κ=1/0.7 stable  h=1/60",
-        "A4  n=4 m=1 τ=0.6/0.9 κ=1/0.7 stable  h=1/60", "A5  n=4 m=1 τ=0.6/0.9 κ=1/0.7 stable  h=1/60"}) {
-    EXPECT_THAT(one.out, HasSubstr(row));
-  }
+  EXPECT_THAT(one.out, HasSubstr("A1: h=1/60. A2: m=4 h=1/60. "
+                                 "A3 to A5: n=4 m=1 τ=0.6/0.9 κ=1/0.7 stable h=1/60.\n"));
+  for (const char* const row : {"\nA1 ", "\nA2 ", "\nA3 "}) EXPECT_THAT(one.out, HasSubstr(row));
   EXPECT_THAT(one.out, HasSubstr("Reference: own of order 12 at h"));
 }
 
@@ -35,6 +36,21 @@ TEST_F(MeasureCommand, WritesMarkdownAndJson) {
                 .exit_code,
             0);
   EXPECT_THAT(content("table.json"), HasSubstr("\"s3\""));
+}
+
+TEST_F(MeasureCommand, PrintsAtMostSevenColumnsUnlessAll) {
+  const auto columns = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{"measure", scene("rod_chain.gltf"), "--duration", "1", "--markdown"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    std::istringstream lines(run(arguments).out);
+    std::ptrdiff_t most = 0;
+    for (std::string line; std::getline(lines, line);)
+      most = std::max(most, std::ranges::count(line, '|') - 1);
+    return most;
+  };
+  EXPECT_EQ(columns({}), 7);
+  EXPECT_EQ(columns({"--times", "1"}), 7);
+  EXPECT_GT(columns({"--all"}), 7);
 }
 
 TEST_F(MeasureCommand, GivesAllAsManyRowSolves) {
@@ -52,6 +68,7 @@ TEST_F(MeasureCommand, GivesAllAsManyRowSolves) {
 TEST_F(MeasureCommand, RefusesWhatItCannotMeasure) {
   expect_refused({"measure", scene("pendulum.gltf"), "--brief", "--json"},
                  "--brief and --json: give one of them");
+  expect_refused({"measure", scene("pendulum.gltf"), "--brief", "--all"}, "give one of them");
   expect_refused({"measure", scene("pendulum.gltf"), "--step", "0.01"}, "must be a whole part or multiple");
   expect_refused({"measure", scene("pendulum.gltf"), "--set", "joints=loose"}, "give rows, plain or stable");
   expect_refused({"measure", scene("pendulum.gltf"), "--substeps", "0"}, "substeps 0");

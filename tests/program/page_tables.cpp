@@ -14,10 +14,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view begins = "<!-- measured: ";
-constexpr std::string_view closes = " -->\n";
+constexpr std::string_view mark = "<!-- measured -->\n";
 constexpr std::string_view ends = "<!-- end -->";
-constexpr std::string_view program = "substep ";
+constexpr std::string_view program = "`build/substep ";
+
+/// Returns the arguments of the last command that the page shows in backticks.
+std::string last_command(std::string_view page) {
+  const std::size_t begin = page.rfind(program);
+  const std::size_t end = begin == std::string_view::npos ? begin : page.find('`', begin + 1);
+  if (end == std::string_view::npos) throw Error(fmt::format("no command {}…` before '{}'", program, mark));
+  return std::string(page.substr(begin + program.size(), end - begin - program.size()));
+}
 
 }  // namespace
 
@@ -49,30 +56,27 @@ std::string without_timings(const std::string& text) {
 
 std::vector<PageTable> tables_of(const std::string& page) {
   std::vector<PageTable> tables;
-  std::size_t place = 0;
-  while ((place = page.find(begins, place)) != std::string::npos) {
-    const std::size_t words = place + begins.size();
-    const std::size_t text = page.find(closes, words);
-    const std::size_t end = text == std::string::npos ? text : page.find(ends, text);
-    if (end == std::string::npos) throw Error(fmt::format("'{}' has no end", page.substr(place, 80)));
-    tables.push_back({page.substr(words, text - words), text + closes.size(), end});
-    place = end;
+  std::size_t position = 0;
+  while ((position = page.find(mark, position)) != std::string::npos) {
+    const std::size_t begin = position + mark.size();
+    const std::size_t end = page.find(ends, begin);
+    if (end == std::string::npos) throw Error(fmt::format("'{}' has no end", page.substr(position, 80)));
+    tables.push_back({last_command(std::string_view(page).substr(0, position)), begin, end});
+    position = end;
   }
   return tables;
 }
 
 std::string printed(const PageTable& table) {
-  if (!table.command.starts_with(program))
-    throw Error(fmt::format("'{}': is no command of substep", table.command));
   const std::string command = fmt::format("cd {} && {} {} </dev/null", quoted(SUBSTEP_SOURCE_DIR),
-                                          quoted(SUBSTEP_PROGRAM), table.command.substr(program.size()));
+                                          quoted(SUBSTEP_PROGRAM), table.command);
   std::FILE* const pipe = popen(command.c_str(), "r");
-  if (pipe == nullptr) throw Error(fmt::format("'{}': cannot be run", table.command));
+  if (pipe == nullptr) throw Error(fmt::format("'substep {}': cannot be run", table.command));
   std::string text;
   std::array<char, 4096> part{};
   while (const std::size_t count = std::fread(part.data(), 1, part.size(), pipe))
     text.append(part.data(), count);
-  if (pclose(pipe) != 0) throw Error(fmt::format("'{}': failed", table.command));
+  if (pclose(pipe) != 0) throw Error(fmt::format("'substep {}': failed", table.command));
   return text;
 }
 

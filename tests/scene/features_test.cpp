@@ -1,5 +1,7 @@
-/// The table of scenes/README.md: each row's document does what the row says.
+/// The lists of features in scenes/README.md: a document for each feature is loaded, and warns or fails as
+/// listed.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -8,6 +10,7 @@
 #include <iterator>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sim/math/base64.h"
@@ -358,25 +361,19 @@ TEST(Features, DoWhatTheirRowsSay) {
   }
 }
 
-TEST(Features, AreTheRowsOfTheTable) {
-  std::string table;
-  for (const Feature& feature : features()) {
-    table += std::string("| ") + feature.name + " | ";
-    switch (feature.outcome) {
-      case Outcome::supported:
-        table += "supported | |\n";
-        break;
-      case Outcome::warned:
-        table += std::string("warning | ") + feature.words + " |\n";
-        break;
-      case Outcome::refused:
-        table += std::string("refused | ") + feature.words + " |\n";
-        break;
+TEST(Features, AreListedOnThePage) {
+  std::string lists;
+  for (const auto& [outcome, title] : {std::pair{Outcome::supported, "Supported"},
+                                       {Outcome::warned, "Replaced or ignored, with a warning"},
+                                       {Outcome::refused, "Refused"}}) {
+    lists += fmt::format("{}### {}\n", lists.empty() ? "" : "\n", title);
+    for (const Feature& feature : features()) {
+      if (feature.outcome == outcome) lists += fmt::format("- {}\n", feature.name);
     }
   }
   std::ifstream stream(SUBSTEP_SOURCE_DIR "/scenes/README.md");
   const std::string page{std::istreambuf_iterator<char>(stream), {}};
-  EXPECT_THAT(page, HasSubstr(table)) << "scenes/README.md should have these rows:\n" << table;
+  EXPECT_THAT(page, HasSubstr(lists)) << "scenes/README.md should have these lists:\n" << lists;
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // What moves and meets, or does not: against closed forms that share nothing with the solver, at default
-// settings, in scenes drawn from a seed. Prints the table in tests/README.md.
+// settings, in scenes drawn from a seed. Prints the table in tests/sim/RESULTS.md.
 
 #include <gtest/gtest.h>
 #include <Eigen/LU>

@@ -29,7 +29,7 @@ SweepRecord run(Algorithm algorithm, int n, double error, std::int64_t rows, boo
   return record;
 }
 
-TEST(Cheapest, CountsRowsWhereThereAreNoTimes) {
+TEST(Cheapest, UsesRowsWithoutTimes) {
   const std::vector<SweepRecord> runs{run(Algorithm::a1, 1, 0.02, 10), run(Algorithm::a3, 4, 0.005, 40),
                                       run(Algorithm::a3, 16, 0.0005, 160),
                                       run(Algorithm::a5, 2, 0.001, 20, false)};
@@ -38,21 +38,21 @@ TEST(Cheapest, CountsRowsWhereThereAreNoTimes) {
   EXPECT_FALSE(cheapest(runs, 0.0001));
 }
 
-TEST(Cheapest, TakesTimesWhereThereAre) {
+TEST(Cheapest, UsesTimesIfMeasured) {
   std::vector<SweepRecord> runs{run(Algorithm::a1, 1, 0.005, 10), run(Algorithm::a3, 4, 0.005, 40)};
   runs[0].times = RunTimes{2, 2, 2, 1, {}};
   runs[1].times = RunTimes{1, 1, 1, 1, {}};
   EXPECT_EQ(cheapest(runs, 0.01)->settings.algorithm, Algorithm::a3);
 }
 
-TEST(Advice, SaysWhatIsNotThere) {
+TEST(Advice, NamesMissingMeasurement) {
   EXPECT_THAT(advice({run(Algorithm::a1, 1, 0.5, 10)}), HasSubstr("No run stays within 1 %"));
   const std::string text = advice({run(Algorithm::a1, 1, 0.005, 10), run(Algorithm::a5, 4, 0.5, 10)});
   EXPECT_THAT(text, HasSubstr("**A1 with h = 1/60 s**"));
   EXPECT_THAT(text, HasSubstr("beside the choice): A5 (of 1, the dearest 1 times)."));
 }
 
-TEST(Advice, SendsNobodyToSmallerSubstepsWhereCoupledRowsGrow) {
+TEST(Advice, AvoidsSmallerSubstepsWhereCoupledRowsGrow) {
   std::vector<SweepRecord> runs{run(Algorithm::a1, 1, 0.5, 10), run(Algorithm::a5, 16, 0.7, 160)};
   EXPECT_THAT(advice(runs), HasSubstr("take smaller steps than were measured"));
   runs[1].substep_radius = 1;  // that of a free mode, to rounding
@@ -79,7 +79,7 @@ TEST(Advice, SendsNobodyToSmallerSubstepsWhereCoupledRowsGrow) {
   EXPECT_THAT(advice(runs), HasSubstr("A3 another m, τ or κ, for coupled rows grow by 1.3 in a sub-step"));
 }
 
-TEST(Advice, TurnsDownWhatLosesItsEnergyOrGainsSome) {
+TEST(Advice, RejectsRunsThatChangeEnergy) {
   std::vector<SweepRecord> runs{run(Algorithm::a1, 1, 0.001, 100), run(Algorithm::a3, 4, 0.005, 40),
                                 run(Algorithm::a5, 2, 0.004, 10, false), run(Algorithm::a5, 4, 0.004, 20)};
   for (SweepRecord& record : runs) record.metrics->energy_scale = 50;
@@ -91,7 +91,7 @@ TEST(Advice, TurnsDownWhatLosesItsEnergyOrGainsSome) {
   EXPECT_THAT(text, HasSubstr("its energy rises by 17 J"));
 }
 
-TEST(Order, OfEachIntervalLeavesOutWhatTheReferenceIsNotSureOf) {
+TEST(Order, IgnoresErrorsBelowUncertainty) {
   std::vector<SweepRecord> runs;
   for (const int n : {1, 2, 4, 8}) runs.push_back(run(Algorithm::a3, n, n < 8 ? 0.01 / n : 0.00001, n));
   for (SweepRecord& record : runs) record.uncertainty = 1e-6;
@@ -101,7 +101,7 @@ TEST(Order, OfEachIntervalLeavesOutWhatTheReferenceIsNotSureOf) {
   EXPECT_GT(orders[0].first, orders[1].first);
 }
 
-TEST(Order, IsTheSlopeOfAPowerLaw) {
+TEST(Order, EqualsSlopeOfPowerLaw) {
   std::vector<SweepRecord> runs;
   for (const int n : {1, 2, 4, 8}) runs.push_back(run(Algorithm::a3, n, 0.01 / n / n, n));
   EXPECT_NEAR(*measured_order(runs), 2, 1e-12);

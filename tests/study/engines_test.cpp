@@ -39,7 +39,7 @@ std::string omitted(const Engine& engine, const Scene& scene) {
   return "";
 }
 
-TEST(Engines, HaveNamesOfTheirOwn) {
+TEST(Engines, HaveDistinctNames) {
   for (const Engine& engine : engines()) {
     EXPECT_EQ(engine.name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-"), std::string::npos);
     EXPECT_FALSE(engine.label.empty() || engine.settings.empty());
@@ -47,7 +47,7 @@ TEST(Engines, HaveNamesOfTheirOwn) {
   }
 }
 
-TEST(Engines, ComeToTheReferenceAsTheStepIsHalved) {
+TEST(Engines, ConvergeToReference) {
   for (const std::string name : {"pendulum", "rod_chain", "tumbling_body"}) {
     const Scene scene = scene_named(name);
     const ReferenceMotion reference = reference_motion(scene, 1);
@@ -71,7 +71,7 @@ TEST(Engines, ComeToTheReferenceAsTheStepIsHalved) {
   }
 }
 
-TEST(Engines, ABlockStopsOnAFloor) {
+TEST(Engines, BlockStopsOnFloor) {
   // 2 m/s, μ = 0.3: it stops after v²/(2 μ g) = 0.6796 m.
   Scene scene = test::floor_scene(0.3);
   scene.duration = 1;
@@ -94,7 +94,7 @@ TEST(Engines, ABlockStopsOnAFloor) {
   }
 }
 
-TEST(Engines, SayWhatTheyCannotRepresent) {
+TEST(Engines, NameUnsupportedFeatures) {
   Scene scene = short_scene("pendulum");
   const auto expect = [&](const std::string& why) {
     for (const Engine& engine : engines()) {
@@ -121,7 +121,7 @@ TEST(Engines, SayWhatTheyCannotRepresent) {
   expect("kinematic body that moves");
 }
 
-TEST(Engines, ReducedCoordinatesRefuseALoop) {
+TEST(Engines, ReducedCoordinatesRefuseLoops) {
   Scene scene = test::chain(2);
   scene.joints.push_back(test::ball_joint(2, 0, {0.25, 0, 0}, {1, 0, 0}));
   for (const Engine& engine : engines()) {

@@ -36,7 +36,7 @@ SweepRecord example() {
   return record;
 }
 
-TEST(SweepRecord, IsReadAsItWasWritten) {
+TEST(SweepRecord, RoundTripKeepsRecord) {
   const SweepRecord record = example();
   const SweepRecord read = record_in(to_json(record));
   EXPECT_EQ(to_json(read), to_json(record));
@@ -50,7 +50,7 @@ TEST(SweepRecord, IsReadAsItWasWritten) {
   EXPECT_EQ(read.limit->runs, 5);
 }
 
-TEST(SweepRecord, OfLessThanNothingIsRefused) {
+TEST(SweepRecord, RefusesNegativeValues) {
   const auto complaint = [](const SweepRecord& record) -> std::string {
     try {
       record_in(to_json(record));
@@ -71,7 +71,7 @@ TEST(SweepRecord, OfLessThanNothingIsRefused) {
   EXPECT_NE(complaint(record).find("substep_radius"), std::string::npos) << complaint(record);
 }
 
-TEST(SweepRecord, UnknownContactKindIsRefused) {
+TEST(SweepRecord, RefusesUnknownContactKind) {
   std::string text = to_json(example());
   text.replace(text.find("moving"), 6, "flying");
   EXPECT_THROW(record_in(text), Error);
