@@ -78,21 +78,14 @@ struct Simulation::Implementation {
 
   /// Sets how many equal parts a step has. A1 and A2 take the geometric stiffness of taut joints with the
   /// coordinates of the start, which grows above a frequency of 2/h. What swings pulls with three times its
-  /// weight at most, which makes it stiffer by √3. So 1/h is allowed of weights: those that the scene has at
-  /// its start, and those of joints alone that hang along each axis, for what is slack may hang later.
+  /// weight at most, which makes it stiffer by √3. So 1/h is allowed of the weights at the scene's start.
   void divide_step() {
     if (std::ranges::none_of(model.locks, [](const Lock& lock) { return lock.kind == Lock::Kind::point; }))
       return;
+    if (model.contacts) problem.contacts = &finder.find(state, settings.step, 1, true);
     build_blocks(problem, Joints::rows);
-    std::vector<Vector3> weights{model.gravity};
-    for (int axis = 0; axis < 3; ++axis) weights.emplace_back(model.gravity.norm() * Vector3::Unit(axis));
-    for (const Vector3& gravity : weights) frequency = std::max(frequency, frequency_under(gravity));
-    if (model.contacts) {
-      problem.contacts = &finder.find(state, settings.step, 1, true);
-      build_blocks(problem, Joints::rows);
-      frequency = std::max(frequency, frequency_under(model.gravity));
-      problem.contacts = &no_contacts;
-    }
+    const double frequency = frequency_under_weights();
+    problem.contacts = &no_contacts;
     problem.frame = settings.algorithm == Algorithm::a2 ? Frame::world : Frame::body;
     problem.substeps.part = 1;
     build_blocks(problem, joints);
@@ -100,14 +93,14 @@ struct Simulation::Implementation {
   }
 
   /// Returns the largest frequency in the geometric stiffness of joints that bear the scene at rest, rad/s.
-  double frequency_under(const Vector3& gravity) {
+  double frequency_under_weights() {
     const double h = settings.step;
     problem.frame = Frame::body;
     problem.substeps.part = 0;  // gaps of the start are no weight
     formulate(problem, state.q, h);
     VelocityVector v(state.v.size(), Velocity{Vector3::Zero(), Vector3::Zero()});
     for (std::size_t i = 1; i < v.size(); ++i) {
-      if (model.masses[i].inverse_mass > 0) v[i].linear = h * model.masses[i].gravity_factor * gravity;
+      if (model.masses[i].inverse_mass > 0) v[i].linear = h * model.masses[i].gravity_factor * model.gravity;
     }
     make_mlcp(problem, v, work.mlcp);
     if (work.solver.solve(work.mlcp, work.lambda).status == MlcpReport::Status::unsolved) return 0;
@@ -275,7 +268,6 @@ struct Simulation::Implementation {
   std::vector<ContactMemory> remembered;  ///< of the contacts at its end
   Settings part_settings;
   int equal_parts = 1;                           ///< of a step
-  double frequency = 0;                          ///< that they are for, rad/s
   double equal_part = 0;                         ///< s
   int tried_parts = 0;                           ///< of the equal part
   std::vector<bool> is_jointed;                  ///< by body
