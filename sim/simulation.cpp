@@ -7,6 +7,7 @@
 #include "sim/algorithms.h"
 #include "sim/constraints/contact_finder.h"
 #include "sim/constraints/formulate.h"
+#include "sim/constraints/geometric_stiffness.h"
 #include "sim/direct/mlcp_text.h"
 #include "sim/error.h"
 #include "sim/math/floating_point.h"
@@ -71,10 +72,42 @@ struct Simulation::Implementation {
     work.change.resize(state.v.size());
     problem.substeps.offset.resize(state.v.size());
     report.rows = static_cast<int>(problem.c.row_count());
+    if (!sub_stepped && !procedure) divide_step();
+    equal_part = settings.step / equal_parts;
   }
 
-  /// Takes the step in one part. Where a body is turned aside by an impact and then meets what it would not
-  /// have met, the step is taken to that impact, and from there anew.
+  /// Sets how many equal parts a step has. A1 and A2 take the geometric stiffness of taut joints with the
+  /// coordinates of the start, which grows above a frequency of 2/h. What swings pulls with three times its
+  /// weight at most, which makes it stiffer by √3. So 1/h is allowed of the weights at the scene's start.
+  void divide_step() {
+    if (std::ranges::none_of(model.locks, [](const Lock& lock) { return lock.kind == Lock::Kind::point; }))
+      return;
+    if (model.contacts) problem.contacts = &finder.find(state, settings.step, 1, true);
+    build_blocks(problem, Joints::rows);
+    const double frequency = frequency_under_weights();
+    problem.contacts = &no_contacts;
+    problem.frame = settings.algorithm == Algorithm::a2 ? Frame::world : Frame::body;
+    problem.substeps.part = 1;
+    build_blocks(problem, joints);
+    equal_parts = static_cast<int>(std::clamp(std::ceil(settings.step * frequency), 1.0, 64.0));
+  }
+
+  /// Returns the largest frequency in the geometric stiffness of joints that bear the scene at rest, rad/s.
+  double frequency_under_weights() {
+    const double h = settings.step;
+    problem.frame = Frame::body;
+    problem.substeps.part = 0;  // gaps of the start are no weight
+    formulate(problem, state.q, h);
+    VelocityVector v(state.v.size(), Velocity{Vector3::Zero(), Vector3::Zero()});
+    for (std::size_t i = 1; i < v.size(); ++i) {
+      if (model.masses[i].inverse_mass > 0) v[i].linear = h * model.masses[i].gravity_factor * model.gravity;
+    }
+    make_mlcp(problem, v, work.mlcp);
+    if (work.solver.solve(work.mlcp, work.lambda).status == MlcpReport::Status::unsolved) return 0;
+    return transverse_frequency(problem, work.lambda, h);
+  }
+
+  /// Takes the step in its equal parts.
   void step() {
     before_q = state.q;
     before_v = state.v;
@@ -82,17 +115,28 @@ struct Simulation::Implementation {
     report.status = StepReport::Status::ok;
     report.parts = 0;
     earlier_impulses.clear();
-    for (double rest = settings.step; rest > 0;) {
-      if (rest < settings.step) append_contact_impulses(earlier_impulses);
-      const double part = take_part(rest);
+    for (int i = 0; i < equal_parts; ++i) {
+      if (i > 0) append_contact_impulses(earlier_impulses);
+      take_equal_part();
       if (report.status == StepReport::Status::diverged) {
         state.q = before_q;
         state.v = before_v;
         return;
       }
-      rest -= part;
     }
     ++steps;
+  }
+
+  /// Takes an equal part of the step at once. Where a body is turned aside by an impact and then meets what
+  /// it would not have met, the part is taken to that impact, and from there anew.
+  void take_equal_part() {
+    tried_parts = 0;
+    for (double rest = equal_part; rest > 0;) {
+      if (rest < equal_part) append_contact_impulses(earlier_impulses);
+      const double part = take_part(rest);
+      if (report.status == StepReport::Status::diverged) return;
+      rest -= part;
+    }
   }
 
   /// Advances the state by `rest`, or by as much of it as its contacts hold for. Returns how much it was.
@@ -102,10 +146,10 @@ struct Simulation::Implementation {
     start.v = state.v;
     for (double part = rest;;) {
       ++report.parts;
-      const bool is_last = report.parts >= most_parts;
+      const bool is_last = ++tried_parts >= most_parts;
       take(part, is_last);
       if (report.status == StepReport::Status::diverged || !model.contacts) return part;
-      const double sooner = is_last ? part : std::max(end_of_contacts(part), 1e-6 * settings.step);
+      const double sooner = is_last ? part : std::max(end_of_contacts(part), 1e-6 * equal_part);
       if (!(sooner < part)) {
         state.contacts.swap(remembered);
         return part;
@@ -129,7 +173,7 @@ struct Simulation::Implementation {
   /// Advances the state by `duration`.
   void take(double duration, bool all_contacts) {
     part_settings.step = duration;
-    problem.substeps.part = duration / settings.step;
+    problem.substeps.part = duration / equal_part;
     problem.substeps.duration = duration / problem.substeps.count;
     // s1: geometry
     if (model.contacts) {
@@ -172,8 +216,8 @@ struct Simulation::Implementation {
   /// v + g hs/2. Where a part of a step has shorter sub-steps, it takes v for theirs (`sign` = 1) and back
   /// (−1), so that flights, and what they rise to after impacts, do not depend on where a step is divided.
   void shift_velocities(double sign, double duration) {
-    if (duration == settings.step || !model.contacts) return;
-    const double difference = (settings.step - duration) / problem.substeps.count;
+    if (duration == equal_part || !model.contacts) return;
+    const double difference = (equal_part - duration) / problem.substeps.count;
     for (std::size_t i = 1; i < state.v.size(); ++i) {
       const auto body = static_cast<int>(i);
       if (is_jointed[i] || finder.is_at_rest(body)) continue;
@@ -223,6 +267,9 @@ struct Simulation::Implementation {
   State start;                            ///< of a part of a step: coordinates and velocities
   std::vector<ContactMemory> remembered;  ///< of the contacts at its end
   Settings part_settings;
+  int equal_parts = 1;                           ///< of a step
+  double equal_part = 0;                         ///< s
+  int tried_parts = 0;                           ///< of the equal part
   std::vector<bool> is_jointed;                  ///< by body
   std::vector<ContactImpulse> earlier_impulses;  ///< of the step's parts but the last
   bool sub_stepped;  ///< A3–A5: velocities are v̆ between to_local and to_world
@@ -276,6 +323,9 @@ const Scene& Simulation::scene() const {
 }
 std::int64_t Simulation::steps() const {
   return implementation_->steps;
+}
+int Simulation::equal_parts() const {
+  return implementation_->equal_parts;
 }
 
 void Simulation::set_state(const State& state) {

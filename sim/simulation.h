@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "sim/model/settings.h"
@@ -33,12 +34,16 @@ struct StepReport {
   int contacts = 0;             ///< contact points found by s1
   int rows = 0;                 ///< constraint rows formulated by s2
   std::int64_t row_solves = 0;  ///< rows solved in s3: A1 counts each row once an active set
-  int parts = 1;                ///< that the step was taken in: more than one where bodies are struck in it
-  int active_sets = 0;          ///< A1: active sets tried
-  double residual = 0;          ///< A1: largest violation of the MLCP, relative to its size
-  int contradicting = 0;        ///< A1: rows that are violated by more than rounding
+  int parts = 1;  ///< that the step was taken in: its equal parts, and more where bodies are struck in it
+  int active_sets = 0;    ///< A1: active sets tried
+  double residual = 0;    ///< A1: largest violation of the MLCP, relative to its size
+  int contradicting = 0;  ///< A1: rows that are violated by more than rounding
   int diverged_body = 0;
 };
+
+/// Why Simulation::equal_parts() is more than one.
+inline constexpr std::string_view reason_of_parts =
+    "weights on its joints make light bodies stiff in the transverse direction";
 
 class Simulation {
  public:
@@ -66,6 +71,11 @@ class Simulation {
   const Settings& settings() const;
   const Scene& scene() const;
   std::int64_t steps() const;  ///< taken so far; the time is steps() * settings().step
+
+  /// Returns how many equal parts each step is taken in: as if the step were so much smaller. More than one
+  /// in A1 and A2 where taut joints make light bodies too stiff in the transverse direction for the whole
+  /// step, by the weights that the scene's start hangs on them. A given procedure takes a step as one.
+  int equal_parts() const;
 
   /// Continues from another state (same bodies) at the same time.
   void set_state(const State& state);

@@ -159,6 +159,7 @@ json describe(const Scene& scene) {
   const Settings settings = usual_settings(scene, Algorithm::a5);
   result["default"] = label(settings);
   result["substeps"] = {{"count", scene.substeps}, {"reason", reason_of_substeps(scene)}};
+  result["parts"] = Simulation(scene, usual_settings(scene, Algorithm::a1)).equal_parts();
   result["modelled"] = Simulation(scene, settings).modelled();
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const Body& body = scene.bodies[i];
@@ -291,6 +292,9 @@ void print(const json& scene) {
   const std::string reason = scene.at("substeps").at("reason");
   fmt::print("by default: {}{}{}\n", scene.at("default").get<std::string>(), reason.empty() ? "" : "; n ",
              reason);
+  if (const int parts = scene.at("parts"); parts > 1) {
+    fmt::print("A1 and A2 take each step in {} parts: {}\n", parts, reason_of_parts);
+  }
   if (scene.at("camera").is_null()) {
     fmt::print("camera: none, so it is fitted to the motion\n");
   } else {

@@ -141,8 +141,13 @@ void measure_scene(const MeasureOptions& options) {
   SceneMeasurement measurement;
   for (const Algorithm algorithm : algorithms) {
     measurement.runs.push_back({settings_of(options, scene, algorithm), {}, {}});
-    if (options.equal_rows && algorithm == Algorithm::a2)
-      measurement.runs.push_back({in_small_steps(measurement.runs.back().settings), {}, {}});
+    if (options.equal_rows && algorithm == Algorithm::a2) {
+      Settings& swept = measurement.runs.back().settings;
+      const Settings in_steps = in_small_steps(swept);
+      // As many in the step, which taut joints may divide.
+      swept.iterations = std::max(1, swept.iterations / Simulation(scene, swept).equal_parts());
+      measurement.runs.push_back({in_steps, {}, {}});
+    }
   }
   for (const MeasuredSettings& run : measurement.runs) Sampling(run.settings.step, scene.step);
   measurement.scene = scene.name;

@@ -178,6 +178,9 @@ void run(const RunOptions& options) {
   fmt::print("{}: {}\n{}: {} steps, {:g} s\nwrote {}\n", scene.name, simulation.modelled(), label(settings),
              written.last_frame, written.last_frame * settings.step, output.string());
   if (table) fmt::print("wrote {}\n", options.csv->string());
+  if (const int parts = simulation.equal_parts(); parts > 1) {
+    fmt::print("each step was taken in {} parts: {}\n", parts, reason_of_parts);
+  }
   const bool diverged = written.end.starts_with("diverged");
   summary.print(written.last_frame, diverged);
   std::string message = written.end == "ok" ? "" : written.end;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "sim/algorithms.h"
 #include "sim/loading/load_scene.h"
 #include "sim/math/rotation.h"
 
@@ -35,6 +36,13 @@ Settings settings_of(const Scene& scene, Algorithm algorithm, int n, int m, Join
   settings.iterations = m;
   settings.joints = joints;
   return settings;
+}
+
+MeasuredRun undivided_run(const Scene& scene, const Settings& settings, double duration) {
+  if (settings.algorithm > Algorithm::a2) return measured_run(scene, settings, duration);
+  // A given procedure takes a step as one.
+  Simulation simulation(scene, settings, settings.algorithm == Algorithm::a1 ? proc1 : proc2);
+  return measured_run(simulation, duration);
 }
 
 Scene disturbed(Scene scene, std::uint32_t seed, double amount) {
@@ -88,7 +96,7 @@ const Reference& Measurement::reference(const std::string& name) {
 
 MeasuredRun Measurement::run(const std::string& name, Algorithm algorithm, int n, int m,
                              Joints joints) const {
-  return measured_run(scene(name), settings_of(scene(name), algorithm, n, m, joints), horizon);
+  return undivided_run(scene(name), settings_of(scene(name), algorithm, n, m, joints), horizon);
 }
 
 double Measurement::error(const std::string& name, Algorithm algorithm, int n, int m, Joints joints) {

@@ -19,6 +19,9 @@ inline constexpr double horizon = 1;  // s: chaotic scenes are compared before t
 
 Settings settings_of(const Scene& scene, Algorithm algorithm, int n, int m, Joints joints = Joints::plain);
 
+/// Runs a scene as the report has it: A1 and A2 take each step as one, whatever hangs on joints.
+MeasuredRun undivided_run(const Scene& scene, const Settings& settings, double duration);
+
 /// Numbers in [−1, 1], the same in every run.
 class Numbers {
  public:

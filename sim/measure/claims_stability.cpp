@@ -232,7 +232,7 @@ EnergyDrift energy_drift(const Measurement& measurement, const std::string& run,
     Settings settings =
         settings_of(measurement.scene(name), algorithm, 4, algorithm == Algorithm::a2 ? 4 : 1);
     settings.joints = joints;
-    const MeasuredRun result = measured_run(measurement.scene(name), settings, 5);
+    const MeasuredRun result = undivided_run(measurement.scene(name), settings, 5);
     drift.growth.push_back(result.diverged ? infinite : result.energy_growth);
     drift.change.push_back(result.diverged ? infinite : result.energy_change);
   }

@@ -42,6 +42,12 @@ TEST_F(InfoCommand, SaysWhyAScenesSubstepsAreNotThoseOfMost) {
   EXPECT_THAT(words("box_stack.gltf"), testing::Not(HasSubstr(";")));
 }
 
+TEST_F(InfoCommand, SaysHowManyPartsTautJointsNeed) {
+  EXPECT_THAT(run({"info", scene("heavy_chain.gltf")}).out,
+              HasSubstr("\nA1 and A2 take each step in 8 parts: weights on its joints "));
+  EXPECT_THAT(run({"info", scene("rod_chain.gltf")}).out, testing::Not(HasSubstr(" parts: ")));
+}
+
 TEST_F(InfoCommand, GivesTheSameAsJson) {
   const Outcome outcome = run({"info", "--json", mesh("gear.stl"), "--scale", "0.001", "--mass", "0.25"});
   EXPECT_EQ(outcome.exit_code, 0);
