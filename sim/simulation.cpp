@@ -46,7 +46,6 @@ struct Simulation::Implementation {
     sub_stepped = settings.algorithm >= Algorithm::a3;
     problem.model = &model;
     problem.contacts = &no_contacts;
-    problem.frame = settings.algorithm == Algorithm::a2 ? Frame::world : Frame::body;
     problem.c.contacts.reading = reading;
     problem.substeps.bias_at_next_frame = settings.algorithm == Algorithm::a3;
     problem.substeps.count = sub_stepped ? settings.substeps : 1;
@@ -134,10 +133,10 @@ struct Simulation::Implementation {
     // s1: geometry
     if (model.contacts) {
       // A1's solution is the same for all tangents; its sweeps, which start its active sets, are not.
-      const bool aligned = settings.algorithm == Algorithm::a1 || !reading.isotropic_friction;
+      const bool is_direct = settings.algorithm == Algorithm::a1;
       problem.contacts =
-          &finder.find(state, duration, problem.substeps.count, aligned, problem.substeps.part, all_contacts);
-      build_blocks(problem, joints);
+          &finder.find(state, duration, problem.substeps.count, is_direct, problem.substeps.part, all_contacts);
+      build_blocks(problem, joints, is_direct ? std::vector<Coordinates>{} : state.q);
       report.contacts = static_cast<int>(problem.contacts->size());
       report.rows = static_cast<int>(problem.c.row_count());
     }

@@ -4,7 +4,7 @@
 
 namespace substep {
 
-void build_blocks(Problem& problem, Joints joints) {
+void build_blocks(Problem& problem, Joints joints, const std::vector<Coordinates>& q) {
   Constraints& c = problem.c;
   const Model& model = *problem.model;
   c.blocks.clear();
@@ -54,7 +54,7 @@ void build_blocks(Problem& problem, Joints joints) {
   for (std::size_t i = 0; i < model.drives.size(); ++i) {
     add(Block::Kind::drive, 1, 0, model.drives[i].at.a, model.drives[i].at.b, i);
   }
-  c.contacts.build(model, *problem.contacts);
+  c.contacts.build(model, *problem.contacts, q);
   c.rows.resize(first);
   problem.order.interleave(model, c);
 }

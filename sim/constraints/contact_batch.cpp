@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <tuple>
 
-#include "sim/constraints/lanes.h"
+#include "sim/constraints/contact_patch.h"
 
 namespace substep {
 namespace {
+
+constexpr int rows_of_patch = 6;
 
 /// Whether a manifold's points have the same directions, in all formulations of the step.
 bool have_one_direction(const Contact* first, int count) {
@@ -24,27 +26,41 @@ bool ContactBatches::Manifold::has_friction_throughout() const {
 }
 
 bool ContactBatches::Manifold::fits(const Manifold& other) const {
-  if (level != other.level || face != other.face) return false;
+  if (level != other.level || (corners > 0) != (other.corners > 0)) return false;
+  if (corners > 0) return true;
   // One contact alone is solved at once, several by sweeps.
   const bool several = contacts > 1 && other.contacts > 1;
   if (several && has_friction_throughout() && other.has_friction_throughout()) return true;
   return std::tie(contacts, friction) == std::tie(other.contacts, other.friction);
 }
 
-void ContactBatches::list_manifolds(const Model& model, const std::vector<Contact>& contacts) {
+void ContactBatches::list_manifolds(const Model& model, const std::vector<Contact>& contacts,
+                                    const std::vector<Coordinates>& q) {
   manifolds_.clear();
+  shapes.clear();
   row_count = 0;
   for (std::size_t begin = 0, end = 0; begin < contacts.size(); begin = end) {
-    Manifold manifold{0, 0, 0, 0, false, static_cast<int>(begin)};
+    Manifold manifold{0, 0, 0, 0, static_cast<int>(begin), 0, 0};
+    int rows = 0;
     while (end < contacts.size() && manifold.contacts < most_in_manifold &&
            contacts[end].a == contacts[begin].a && contacts[end].b == contacts[begin].b) {
       const bool has_friction = contacts[end].friction != 0;
       if (has_friction) manifold.friction |= std::uint32_t{1} << manifold.contacts;
-      row_count += has_friction ? 3 : 1;
+      rows += has_friction ? 3 : 1;
       ++manifold.contacts;
       ++end;
     }
-    manifold.face = manifold.contacts > 1 && have_one_direction(&contacts[begin], manifold.contacts);
+    if (!q.empty() && manifold.contacts > 1 && have_one_direction(&contacts[begin], manifold.contacts)) {
+      const auto shape =
+          patch_shape(&contacts[begin], manifold.contacts, q[contacts[begin].a], q[contacts[begin].b]);
+      if (shape) {
+        manifold.corners = shape->corners;
+        manifold.shape = static_cast<int>(shapes.size());
+        shapes.push_back(*shape);
+        rows = rows_of_patch;
+      }
+    }
+    row_count += rows;
     manifolds_.push_back(manifold);
   }
   if (reading.far_first) {
@@ -107,8 +123,7 @@ void ContactBatches::add_batch(const Model& model, const std::vector<Contact>& c
   x.contacts = longest.contacts;
   x.manifolds = count;
   x.first_restitution = -1;
-  x.direction_step = longest.face || longest.contacts == 1 ? 0 : 1;
-  x.face = longest.face ? counts_.faces++ : -1;
+  x.patch = -1;
   for (int lane = 0; lane < lanes; ++lane) {
     const Manifold& manifold = first[lane < count ? lane : 0];
     const int source = manifold.source;
@@ -128,6 +143,21 @@ void ContactBatches::add_batch(const Model& model, const std::vector<Contact>& c
       if (contacts[source + i].restitution != Contact::no_impact) x.first_restitution = counts_.restitutions;
     }
   }
+  if (longest.corners > 0) {
+    x.patch = counts_.patches++;
+    x.corners = longest.corners;
+    x.first_corner = counts_.corners;
+    counts_.corners += x.corners;
+    for (int lane = 0; lane < lanes; ++lane) x.shape[lane] = first[lane < count ? lane : 0].shape;
+    x.contacts = 0;
+    batches.push_back(x);
+    return;
+  }
+  bool one_direction = true;
+  for (int lane = 0; lane < lanes; ++lane) {
+    one_direction = one_direction && have_one_direction(&contacts[x.source[lane]], x.count[lane]);
+  }
+  x.direction_step = one_direction ? 0 : 1;
   for (int i = 0; i < x.contacts; ++i) {
     if ((longest.friction >> i & 1) != 0) x.contact_of[x.frictions++] = static_cast<std::uint8_t>(i);
   }
@@ -135,7 +165,6 @@ void ContactBatches::add_batch(const Model& model, const std::vector<Contact>& c
   x.first_friction = counts_.frictions;
   x.first_direction = counts_.directions;
   x.first_coupling = counts_.couplings;
-  x.first_response = counts_.normals + 2 * counts_.frictions;
   counts_.normals += x.contacts;
   counts_.frictions += x.frictions;
   counts_.directions += x.direction_step == 0 ? 1 : x.contacts;
@@ -144,15 +173,16 @@ void ContactBatches::add_batch(const Model& model, const std::vector<Contact>& c
   batches.push_back(x);
 }
 
-void ContactBatches::build(const Model& model, const std::vector<Contact>& contacts) {
+void ContactBatches::build(const Model& model, const std::vector<Contact>& contacts,
+                           const std::vector<Coordinates>& q) {
   reserve(model, contacts.capacity());
   batches.clear();
   counts_ = {};
   formulations = 0;
-  list_manifolds(model, contacts);
+  list_manifolds(model, contacts, q);
   std::ranges::sort(manifolds_, [](const Manifold& one, const Manifold& other) {
-    return std::tie(one.level, one.face, one.contacts, one.friction, one.source) <
-           std::tie(other.level, other.face, other.contacts, other.friction, other.source);
+    return std::tie(one.level, one.corners, one.contacts, one.friction, one.source) <
+           std::tie(other.level, other.corners, other.contacts, other.friction, other.source);
   });
   for (std::size_t begin = 0, end = 0; begin < manifolds_.size(); begin = end) {
     while (end < manifolds_.size() && manifolds_[end].fits(manifolds_[begin])) ++end;
@@ -170,7 +200,8 @@ void ContactBatches::build(const Model& model, const std::vector<Contact>& conta
   directions.resize(counts_.directions);
   restitutions.resize(counts_.restitutions);
   couplings.resize(counts_.couplings);
-  faces.resize(counts_.faces);
+  patches.resize(counts_.patches);
+  patch_corners.resize(counts_.corners);
   slides.assign(batches.size(), 0);
 }
 
@@ -185,7 +216,9 @@ void ContactBatches::reserve(const Model& model, std::size_t most) {
   directions.reserve(most);
   restitutions.reserve(most);
   couplings.reserve(8 * most);
-  faces.reserve(most);
+  shapes.reserve(most);
+  patches.reserve(most);
+  patch_corners.reserve(most);
   partners_.reserve(2 * most);
   place_of_.reserve(most);
   in_order_.reserve(most);

@@ -397,7 +397,7 @@ void ContactFinder::add_contacts(const State& state, bool aligned, std::uint32_t
     // With one sub-step, what is stopped at once stays short of the surface: only where it would pass by.
     const bool passes_by = substep_ < duration_ || duration_ * slip_speed > passing * size;
     const bool is_met = point.distance <= touching * size && point.distance >= -tolerated_overlap * size;
-    const bool is_hard = is_met && passes_by && duration_ * approach > hard * size;
+    const bool is_hard = is_met && passes_by && duration_ * (approach - at_rest) > hard * size;
     const bool is_impact = approach > resting * speed && (material.restitution > 0 || is_hard);
     contact.restitution = is_impact ? material.restitution : Contact::no_impact;
     contact.closes = substep_ < duration_ && substep_ * slip_speed <= passing * size;

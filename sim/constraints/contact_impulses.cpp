@@ -3,6 +3,30 @@
 #include "sim/constraints/formulate.h"
 
 namespace substep {
+namespace {
+
+/// Returns a patch's impulse, at the centre of its pressure.
+ContactImpulse impulse_of_patch(const ContactBatches& contacts, const ContactBatch& x, int lane,
+                                const std::vector<Coordinates>& q) {
+  const Patch& patch = contacts.patches[x.patch];
+  const PatchShape& shape = contacts.shapes[x.shape[lane]];
+  const double normal = patch.normal_impulse[0][lane];
+  const double components[3] = {normal, patch.impulse[0][lane], patch.impulse[1][lane]};
+  Vector3 impulse = Vector3::Zero();
+  for (int k = 0; k < 3; ++k) {
+    const LaneVectors& axis = patch.in_world[k];
+    impulse += components[k] * Vector3(axis[0][lane], axis[1][lane], axis[2][lane]);
+  }
+  Vector3 arm = shape.arm_a;
+  if (normal > 0) {
+    arm += shape.axes_in_a.col(2) * (patch.normal_impulse[1][lane] / normal) -
+           shape.axes_in_a.col(1) * (patch.normal_impulse[2][lane] / normal);
+  }
+  const Coordinates& at = q[x.a[lane]];
+  return {x.a[lane], x.b[lane], at.angular * arm + at.linear, impulse};
+}
+
+}  // namespace
 
 void append_contact_impulses(const Problem& problem, const std::vector<Coordinates>& q,
                              const std::vector<double>* lambda, std::vector<ContactImpulse>& result) {
@@ -14,6 +38,10 @@ void append_contact_impulses(const Problem& problem, const std::vector<Coordinat
   };
   for (const ContactBatch& x : contacts.batches) {
     for (int lane = 0; lane < x.manifolds; ++lane) {
+      if (x.patch >= 0) {
+        result.push_back(impulse_of_patch(contacts, x, lane, q));
+        continue;
+      }
       int friction = 0;
       for (int i = 0; i < x.count[lane]; ++i) {
         const Contact& found = (*problem.contacts)[x.source[lane] + i];

@@ -36,6 +36,14 @@ Vector3 displacement_at(const FrictionRows& rows, const TouchingPoint& touching,
          contact.tangent_b2 * (rows.reference[1][lane] + contact.tangent_b2.dot(apart));
 }
 
+/// The patch's displacement at the step's end, along its tangents and about its normal.
+Vector3 displacement_at(const Patch& patch, int lane, const PatchShape& shape, const RelativePose& a_in_b) {
+  const Vector3 apart = a_in_b.position + a_in_b.rotation * shape.arm_a - shape.arm_b;
+  const double twist = shape.axes_in_b.col(2).dot(a_in_b.rotation * shape.axes_in_a.col(1));
+  return Vector3(patch.reference[0][lane], patch.reference[1][lane], patch.reference[2][lane]) +
+         Vector3(shape.axes_in_b.col(1).dot(apart), shape.axes_in_b.col(2).dot(apart), twist);
+}
+
 }  // namespace
 
 /// Places among what is remembered: by colliders, and the points of two colliders by where they are on the
@@ -79,15 +87,32 @@ void ContactBatches::remember(const std::vector<Contact>& found, const std::vect
     for (int lane = 0; lane < x.manifolds; ++lane) {
       int friction = 0;
       const RelativePose a_in_b(q[x.a[lane]], q[x.b[lane]]);
+      const Patch* const patch = x.patch < 0 ? nullptr : &patches[x.patch];
+      const bool patch_slides = patch && patch->slides[lane] > 0 && patch->slid[lane] > 0;
+      Vector3 moved = Vector3::Zero();
+      if (patch && keeps && !patch_slides) {
+        moved = (patch->slides[lane] > 0 ? kept_at_edge : 1) *
+                displacement_at(*patch, lane, shapes[x.shape[lane]], a_in_b);
+      }
       for (int i = 0; i < x.count[lane]; ++i) {
         const Contact& contact = found[x.source[lane] + i];
         ContactMemory& point = memory[place_of_[x.source[lane] + i]];
         point = {contact.collider_a, contact.collider_b, contact.arm_a, contact.arm_b, Vector3::Zero(), true,
                  contact.left_over};
+        if (patch) {
+          const PatchShape& shape = shapes[x.shape[lane]];
+          const Vector3 from_centre = contact.arm_b - shape.arm_b;
+          const double along_1 = contact.tangent_b1.dot(from_centre);
+          const double along_2 = contact.tangent_b2.dot(from_centre);
+          point.slides = patch_slides;
+          point.displacement = contact.tangent_b1 * (moved[0] - moved[2] * along_2) +
+                               contact.tangent_b2 * (moved[1] + moved[2] * along_1);
+          continue;
+        }
         if (friction < x.frictions && x.contact_of[friction] == i) {
           const FrictionRows& rows = frictions[x.first_friction + friction];
           point.slides = rows.slides[lane] > 0 && rows.slid[lane] > 0;
-          if (keeps && !point.slides && reading.friction_memory) {
+          if (keeps && !point.slides) {
             const double part = rows.slides[lane] > 0 ? kept_at_edge : 1;
             point.displacement =
                 part * displacement_at(rows, touching[x.first_friction + friction], lane, contact, a_in_b);
