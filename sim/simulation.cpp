@@ -64,6 +64,9 @@ struct Simulation::Implementation {
     for (const Block& x : problem.c.blocks) is_jointed[x.a] = is_jointed[x.b] = true;
     start = state;
     remembered.reserve(state.contacts.capacity());
+    remembered_patches.reserve(state.contacts.capacity());
+    state.patches.reserve(state.contacts.capacity());
+    problem.kept_patches = &finder.kept_patches();
     earlier_impulses.reserve(6 * state.contacts.capacity());
     work.sum.resize(state.v.size());
     work.sum_v.resize(state.v.size());
@@ -107,6 +110,7 @@ struct Simulation::Implementation {
       const double sooner = is_last ? part : std::max(end_of_contacts(part), 1e-6 * settings.step);
       if (!(sooner < part)) {
         state.contacts.swap(remembered);
+        state.patches.swap(remembered_patches);
         return part;
       }
       part = sooner;
@@ -138,6 +142,9 @@ struct Simulation::Implementation {
           &finder.find(state, duration, problem.substeps.count, is_direct, problem.substeps.part, all_contacts);
       build_blocks(problem, joints, is_direct ? std::vector<Coordinates>{} : state.q);
       report.contacts = static_cast<int>(problem.contacts->size());
+      for (const PatchShape& patch : problem.c.contacts.shapes) {
+        if (patch.is_kept) report.contacts += patch.corners;
+      }
       report.rows = static_cast<int>(problem.c.row_count());
     }
     shift_velocities(1, duration);
@@ -162,8 +169,8 @@ struct Simulation::Implementation {
       return;
     }
     if (model.contacts) {
-      problem.c.contacts.remember(*problem.contacts, state.q, settings.algorithm != Algorithm::a1,
-                                  remembered);
+      problem.c.contacts.remember(*problem.contacts, state.q, settings.algorithm != Algorithm::a1, remembered,
+                                  remembered_patches);
     }
   }
 
@@ -221,6 +228,7 @@ struct Simulation::Implementation {
   std::vector<Velocity> before_v;
   State start;                            ///< of a part of a step: coordinates and velocities
   std::vector<ContactMemory> remembered;  ///< of the contacts at its end
+  std::vector<PatchShape> remembered_patches;
   Settings part_settings;
   std::vector<bool> is_jointed;                  ///< by body
   std::vector<ContactImpulse> earlier_impulses;  ///< of the step's parts but the last

@@ -54,7 +54,8 @@ void build_blocks(Problem& problem, Joints joints, const std::vector<Coordinates
   for (std::size_t i = 0; i < model.drives.size(); ++i) {
     add(Block::Kind::drive, 1, 0, model.drives[i].at.a, model.drives[i].at.b, i);
   }
-  c.contacts.build(model, *problem.contacts, q);
+  std::vector<PatchShape> none;
+  c.contacts.build(model, *problem.contacts, problem.kept_patches ? *problem.kept_patches : none, q);
   c.rows.resize(first);
   problem.order.interleave(model, c);
 }

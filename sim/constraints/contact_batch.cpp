@@ -37,65 +37,72 @@ bool ContactBatches::Manifold::fits(const Manifold& other) const {
 void ContactBatches::list_manifolds(const Model& model, const std::vector<Contact>& contacts,
                                     const std::vector<Coordinates>& q) {
   manifolds_.clear();
-  shapes.clear();
   row_count = 0;
+  const auto add_patch = [&](Manifold manifold, int shape) {
+    manifold.corners = shapes[shape].corners;
+    manifold.shape = shape;
+    row_count += rows_of_patch;
+    manifolds_.push_back(manifold);
+  };
+  for (int i = 0; i < static_cast<int>(shapes.size()); ++i) {
+    const PatchShape& shape = shapes[i];
+    add_patch({0, 0, 0, 0, -1, 0, 0, shape.a, shape.b, std::minmax(shape.collider_a, shape.collider_b)}, i);
+  }
   for (std::size_t begin = 0, end = 0; begin < contacts.size(); begin = end) {
-    Manifold manifold{0, 0, 0, 0, static_cast<int>(begin), 0, 0};
+    const Contact& contact = contacts[begin];
+    Manifold manifold{0, 0, 0, 0, static_cast<int>(begin), 0, 0, contact.a, contact.b,
+                      std::minmax(contact.collider_a, contact.collider_b)};
     int rows = 0;
-    while (end < contacts.size() && manifold.contacts < most_in_manifold &&
-           contacts[end].a == contacts[begin].a && contacts[end].b == contacts[begin].b) {
+    while (end < contacts.size() && manifold.contacts < most_in_manifold && contacts[end].a == contact.a &&
+           contacts[end].b == contact.b) {
       const bool has_friction = contacts[end].friction != 0;
       if (has_friction) manifold.friction |= std::uint32_t{1} << manifold.contacts;
       rows += has_friction ? 3 : 1;
       ++manifold.contacts;
       ++end;
     }
-    if (!q.empty() && manifold.contacts > 1 && have_one_direction(&contacts[begin], manifold.contacts)) {
-      const auto shape =
-          patch_shape(&contacts[begin], manifold.contacts, q[contacts[begin].a], q[contacts[begin].b]);
+    if (!q.empty() && manifold.contacts > 1 && have_one_direction(&contact, manifold.contacts)) {
+      const auto shape = patch_shape(&contact, manifold.contacts, q[contact.a], q[contact.b]);
       if (shape) {
-        manifold.corners = shape->corners;
-        manifold.shape = static_cast<int>(shapes.size());
         shapes.push_back(*shape);
-        rows = rows_of_patch;
+        add_patch(manifold, static_cast<int>(shapes.size()) - 1);
+        continue;
       }
     }
     row_count += rows;
     manifolds_.push_back(manifold);
   }
   if (reading.far_first) {
-    measure_distances(model, contacts);
+    measure_distances(model);
     for (Manifold& manifold : manifolds_) {
-      const Contact& contact = contacts[manifold.source];
-      manifold.distance = std::min(distance_[contact.a], distance_[contact.b]);
+      manifold.distance = std::min(distance_[manifold.a], distance_[manifold.b]);
     }
-    std::ranges::sort(manifolds_, [](const Manifold& one, const Manifold& other) {
-      return std::tie(other.distance, one.source) < std::tie(one.distance, other.source);
-    });
   }
+  std::ranges::sort(manifolds_, [](const Manifold& one, const Manifold& other) {
+    return std::tie(other.distance, one.colliders, one.source) <
+           std::tie(one.distance, other.colliders, other.source);
+  });
   depth_.assign(model.masses.size(), 0);
   for (Manifold& manifold : manifolds_) {
-    const Contact& contact = contacts[manifold.source];
-    manifold.level = std::max(depth_[contact.a], depth_[contact.b]);
-    if (moves(model.masses[contact.a])) depth_[contact.a] = manifold.level + 1;
-    if (moves(model.masses[contact.b])) depth_[contact.b] = manifold.level + 1;
+    manifold.level = std::max(depth_[manifold.a], depth_[manifold.b]);
+    if (moves(model.masses[manifold.a])) depth_[manifold.a] = manifold.level + 1;
+    if (moves(model.masses[manifold.b])) depth_[manifold.b] = manifold.level + 1;
   }
 }
 
 /// Breadth first from what cannot move, along contacts; what they do not lead to is farthest.
-void ContactBatches::measure_distances(const Model& model, const std::vector<Contact>& contacts) {
+void ContactBatches::measure_distances(const Model& model) {
   const int bodies = static_cast<int>(model.masses.size());
   begin_.assign(bodies + 1, 0);
   partners_.resize(2 * manifolds_.size());
   for (const Manifold& manifold : manifolds_) {
-    ++begin_[contacts[manifold.source].a];
-    ++begin_[contacts[manifold.source].b];
+    ++begin_[manifold.a];
+    ++begin_[manifold.b];
   }
   for (int body = 1; body <= bodies; ++body) begin_[body] += begin_[body - 1];
   for (const Manifold& manifold : manifolds_) {
-    const Contact& contact = contacts[manifold.source];
-    partners_[--begin_[contact.a]] = contact.b;
-    partners_[--begin_[contact.b]] = contact.a;
+    partners_[--begin_[manifold.a]] = manifold.b;
+    partners_[--begin_[manifold.b]] = manifold.a;
   }
   distance_.assign(bodies, bodies);
   reached_.clear();
@@ -129,8 +136,8 @@ void ContactBatches::add_batch(const Model& model, const std::vector<Contact>& c
     const int source = manifold.source;
     x.source[lane] = source;
     x.count[lane] = manifold.contacts;
-    x.a[lane] = contacts[source].a;
-    x.b[lane] = contacts[source].b;
+    x.a[lane] = manifold.a;
+    x.b[lane] = manifold.b;
     const BodyMass& a = model.masses[x.a[lane]];
     const BodyMass& b = model.masses[x.b[lane]];
     x.inverse_mass_a[lane] = a.inverse_mass;
@@ -139,7 +146,7 @@ void ContactBatches::add_batch(const Model& model, const std::vector<Contact>& c
       x.inverse_inertia_a[k][lane] = a.inverse_inertia[k];
       x.inverse_inertia_b[k][lane] = b.inverse_inertia[k];
     }
-    for (int i = 0; i < manifold.contacts; ++i) {
+    for (int i = 0; i < manifold.contacts && manifold.corners == 0; ++i) {
       if (contacts[source + i].restitution != Contact::no_impact) x.first_restitution = counts_.restitutions;
     }
   }
@@ -174,15 +181,16 @@ void ContactBatches::add_batch(const Model& model, const std::vector<Contact>& c
 }
 
 void ContactBatches::build(const Model& model, const std::vector<Contact>& contacts,
-                           const std::vector<Coordinates>& q) {
+                           std::vector<PatchShape>& kept, const std::vector<Coordinates>& q) {
   reserve(model, contacts.capacity());
+  shapes.swap(kept);
   batches.clear();
   counts_ = {};
   formulations = 0;
   list_manifolds(model, contacts, q);
   std::ranges::sort(manifolds_, [](const Manifold& one, const Manifold& other) {
-    return std::tie(one.level, one.corners, one.contacts, one.friction, one.source) <
-           std::tie(other.level, other.corners, other.contacts, other.friction, other.source);
+    return std::tie(one.level, one.corners, one.contacts, one.friction, one.colliders, one.source) <
+           std::tie(other.level, other.corners, other.contacts, other.friction, other.colliders, other.source);
   });
   for (std::size_t begin = 0, end = 0; begin < manifolds_.size(); begin = end) {
     while (end < manifolds_.size() && manifolds_[end].fits(manifolds_[begin])) ++end;

@@ -12,6 +12,7 @@
 
 #include <array>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "sim/model/model.h"
@@ -57,22 +58,6 @@ struct NormalRow {
   ContactRow row;
   Lanes effective_mass;
   Lanes low;  ///< lower limit of the impulse: 0, or what an impact has given, which stays given
-};
-
-/// A manifold as one flat polygon. Axes: the normal from b to a, and two tangents. Lengths in m.
-struct PatchShape {
-  Vector3 arm_a;      ///< from a's centre of mass to the centre of the points on a, in a's frame
-  Vector3 arm_b;      ///< from b's centre of mass to the centre of the points on b, in b's frame
-  Matrix3 axes_in_a;  ///< columns: the axes in a's frame, at the coordinates of the shape
-  Matrix3 axes_in_b;
-  double tilt[2];          ///< change of the gap along the tangents, per m
-  double left[3];          ///< added to the gap at the centre, and to its tilt: overlap that later steps recover
-  double displacement[3];  ///< along the tangents, m, and the twist, rad, that friction has let happen
-  double friction;
-  double radius;  ///< mean distance of the points from their centre
-  bool slid;      ///< it slid already when the step began
-  int corners;
-  double corner[most_in_manifold][2];  ///< along the tangents, from the centre, counterclockwise
 };
 
 /// A corner of the hull of four patches' points, and the hull's side that begins there.
@@ -189,16 +174,18 @@ class ContactBatches {
  public:
   /// Takes the place of what was there. Contacts of one pair of bodies follow each other. Rows are to be
   /// formulated afterwards; their impulses are 0. Keeps its memory from step to step. `q`: the coordinates
-  /// at which the contacts were found; without them there are no patches.
+  /// at which the contacts were found; without them there are no new patches. `kept`: patches of the
+  /// step before that still hold; their memory is swapped.
   ///
   /// Order: manifolds far from what cannot move come first, those with the world last, by the smaller of both
   /// bodies' distances from it in the graph of contacts; ties in the order of `contacts`.
-  void build(const Model& model, const std::vector<Contact>& contacts, const std::vector<Coordinates>& q);
+  void build(const Model& model, const std::vector<Contact>& contacts, std::vector<PatchShape>& kept,
+             const std::vector<Coordinates>& q);
 
   /// What is remembered of the contacts at the step's end, where the bodies have come to q: a point that does
-  /// not slide keeps its displacement, if it `keeps` any.
+  /// not slide keeps its displacement, if it `keeps` any. The memory of `patches_of_state` is swapped.
   void remember(const std::vector<Contact>& found, const std::vector<Coordinates>& q, bool keeps,
-                std::vector<ContactMemory>& memory);
+                std::vector<ContactMemory>& memory, std::vector<PatchShape>& patches_of_state);
 
   ContactReading reading;
   std::vector<ContactBatch> batches;
@@ -224,15 +211,18 @@ class ContactBatches {
     int level;     ///< manifolds that it has to wait for, one after the other
     int contacts;
     std::uint32_t friction;  ///< bit i: contact i has friction
-    int source;
+    int source;   ///< its first contact; of a kept patch −1
     int corners;  ///< of its patch; 0: it is solved by points
     int shape;
+    int a;
+    int b;
+    std::pair<int, int> colliders;  ///< of its first contact, in ascending order: the order of the file
     bool has_friction_throughout() const;
     bool fits(const Manifold& other) const;  ///< in one batch
   };
   void list_manifolds(const Model& model, const std::vector<Contact>& contacts,
                       const std::vector<Coordinates>& q);
-  void measure_distances(const Model& model, const std::vector<Contact>& contacts);
+  void measure_distances(const Model& model);
   void reserve(const Model& model, std::size_t most);
   void sort_places(const std::vector<Contact>& found);
   void add_batch(const Model& model, const std::vector<Contact>& contacts, const Manifold* first, int count);

@@ -461,7 +461,7 @@ struct PatchGamma {
   patch.coefficient = from.of([](const PatchShape& shape) { return shape.friction; });
   patch.inverse_radius = from.of([](const PatchShape& shape) { return 1 / shape.radius; });
   for (int k = 0; k < 3; ++k) {
-    patch.reference[k] = from.of([&](const PatchShape& shape) { return shape.displacement[k]; });
+    patch.reference[k] = from.of([&](const PatchShape& shape) { return shape.reference[k]; });
   }
 }
 

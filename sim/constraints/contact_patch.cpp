@@ -41,11 +41,11 @@ class PlaneFit {
   double yy_ = 0;
 };
 
-/// Makes the counterclockwise hull of the points: its corners, in place of `corner`.
-int make_hull(int count, double tolerance, double (&corner)[most_in_manifold][2]) {
-  using Point = std::array<double, 2>;
-  std::array<Point, most_in_manifold> points;
-  for (int i = 0; i < count; ++i) points[i] = {corner[i][0], corner[i][1]};
+using Point = std::array<double, 2>;
+
+/// Makes the counterclockwise hull of the points. Returns how many corners it has; 0 where there are too many.
+int make_hull(int count, double tolerance, std::array<Point, most_in_manifold> points,
+              double (&corner)[most_corners][2]) {
   std::sort(points.begin(), points.begin() + count);
   std::array<Point, 2 * most_in_manifold> hull;
   int size = 0;
@@ -67,6 +67,7 @@ int make_hull(int count, double tolerance, double (&corner)[most_in_manifold][2]
   const int lower = size + 1;
   for (int i = count - 2; i >= 0; --i) add(points[i], lower);
   --size;  // the first once more
+  if (size > most_corners) return 0;
   for (int i = 0; i < size; ++i) {
     corner[i][0] = hull[i][0];
     corner[i][1] = hull[i][1];
@@ -87,16 +88,25 @@ std::optional<PatchShape> patch_shape(const Contact* contacts, int count, const 
   PatchShape shape;
   shape.arm_a = shape.arm_b = Vector3::Zero();
   shape.friction = 0;
-  shape.slid = false;
+  shape.slid = shape.is_kept = false;
   for (int i = 0; i < count; ++i) {
     shape.arm_a += contacts[i].arm_a / count;
     shape.arm_b += contacts[i].arm_b / count;
     shape.friction += contacts[i].friction / count;
     shape.slid = shape.slid || contacts[i].slid;
   }
+  const bool is_one_pair = std::all_of(contacts, contacts + count, [&](const Contact& contact) {
+    return contact.collider_a == contacts->collider_a && contact.collider_b == contacts->collider_b;
+  });
+  shape.a = contacts->a;
+  shape.b = contacts->b;
+  shape.collider_a = is_one_pair ? contacts->collider_a : -1;
+  shape.collider_b = is_one_pair ? contacts->collider_b : -1;
+  shape.margin = contacts->margin;
   shape.axes_in_b << contacts->normal_b, contacts->tangent_b1, contacts->tangent_b2;
-  const Matrix3 from_a = b.angular.toRotationMatrix().transpose() * a.angular.toRotationMatrix();
-  shape.axes_in_a = from_a.transpose() * shape.axes_in_b;
+  shape.position = b.angular.conjugate() * (a.linear - b.linear);
+  shape.orientation = b.angular.conjugate() * a.angular;
+  shape.axes_in_a = shape.orientation.toRotationMatrix().transpose() * shape.axes_in_b;
 
   // Fit planes to the gaps, to what is added to them, and a motion to the displacements.
   double gap[most_in_manifold];
@@ -105,14 +115,16 @@ std::optional<PatchShape> patch_shape(const Contact* contacts, int count, const 
   double moved[2] = {0, 0};
   double radius = 0;
   PlaneFit fit;
+  std::array<Point, most_in_manifold> points{};
+  shape.left_over = 0;
   for (int i = 0; i < count; ++i) {
     const Contact& contact = contacts[i];
     const Vector3 on_b = contact.arm_b - shape.arm_b;
     const Vector3 on_a = contact.arm_a - shape.arm_a;
     const double x = shape.axes_in_b.col(1).dot(on_b);
     const double y = shape.axes_in_b.col(2).dot(on_b);
-    shape.corner[i][0] = x;
-    shape.corner[i][1] = y;
+    points[i] = {x, y};
+    shape.left_over = std::max(shape.left_over, contact.left_over + contact.gap_offset);
     gap[i] = shape.axes_in_a.col(0).dot(on_a) - shape.axes_in_b.col(0).dot(on_b);
     mean_gap += gap[i] / count;
     left += (contact.left_over + contact.gap_offset) / count;
@@ -127,27 +139,27 @@ std::optional<PatchShape> patch_shape(const Contact* contacts, int count, const 
   for (int i = 0; i < count; ++i) {
     const Contact& contact = contacts[i];
     for (int k = 0; k < 2; ++k) {
-      gap_moments[k] += shape.corner[i][k] * (gap[i] - mean_gap);
-      left_moments[k] += shape.corner[i][k] * (contact.left_over + contact.gap_offset - left);
+      gap_moments[k] += points[i][k] * (gap[i] - mean_gap);
+      left_moments[k] += points[i][k] * (contact.left_over + contact.gap_offset - left);
     }
-    twist += shape.corner[i][0] * (contact.displacement_2 - moved[1]) -
-             shape.corner[i][1] * (contact.displacement_1 - moved[0]);
+    twist += points[i][0] * (contact.displacement_2 - moved[1]) -
+             points[i][1] * (contact.displacement_1 - moved[0]);
   }
   const auto tilt = fit.slopes(gap_moments[0], gap_moments[1]);
   for (int i = 0; i < count; ++i) {
-    const double plane = mean_gap + tilt[0] * shape.corner[i][0] + tilt[1] * shape.corner[i][1];
+    const double plane = mean_gap + tilt[0] * points[i][0] + tilt[1] * points[i][1];
     if (!(std::abs(gap[i] - plane) <= flatness * radius)) return std::nullopt;
   }
   const auto left_tilt = fit.slopes(left_moments[0], left_moments[1]);
   for (int k = 0; k < 2; ++k) {
     shape.tilt[k] = tilt[k];
     shape.left[k + 1] = left_tilt[k];
-    shape.displacement[k] = moved[k];
+    shape.reference[k] = moved[k];
   }
   shape.left[0] = left;
-  shape.displacement[2] = fit.trace() > 0 ? twist / fit.trace() : 0;
+  shape.reference[2] = fit.trace() > 0 ? twist / fit.trace() : 0;
   shape.radius = radius;
-  shape.corners = make_hull(count, collinear * radius, shape.corner);
+  shape.corners = make_hull(count, collinear * radius, points, shape.corner);
   if (shape.corners < 2) return std::nullopt;
   return shape;
 }

@@ -29,6 +29,7 @@ struct Substeps {
 struct Problem {
   const Model* model = nullptr;
   const std::vector<Contact>* contacts = nullptr;
+  std::vector<PatchShape>* kept_patches = nullptr;  ///< those of the step before that hold; or null
   Frame frame = Frame::body;
   Constraints c;
   BlockOrder order;
