@@ -6,7 +6,8 @@
 //
 // The limits hold for a row's total impulse, and v̂ moves by the change of the total. The report leaves the
 // order of the rows and contacts open: joints come first, then contacts by manifolds, those far from what
-// cannot move first, each with its normals as one block and friction in a disc (contact_batch.h).
+// cannot move first, as patches (contact_patch.h) or by points (contact_batch.h). Rows are in the bodies' frames, and meanwhile v
+// is v̆, as in A1: J v = J̆ v̆ (III).
 
 #include <cmath>
 
@@ -22,9 +23,10 @@ void proc2(CoordinateVector& q, VelocityVector& v, const Settings& settings, Pro
 
   // Step velocities
   VelocityVector& v_hat = v;
+  to_local(problem.rotations, v);
   clear_impulses(c);
   start_substep(problem, v_hat);
-  add_external(model, q, Frame::world, h, v_hat);  // proc2:3
+  add_external(model, q, Frame::body, h, v_hat);  // proc2:3
   // Iterate
   double moved = std::numeric_limits<double>::infinity();
   const int cap = sweeps_of(problem, settings.iterations);
@@ -42,6 +44,7 @@ void proc2(CoordinateVector& q, VelocityVector& v, const Settings& settings, Pro
     }
     work.row_solves += c.row_count();
   }
+  to_world(problem.rotations, v);
   // v' = v̂, in place  // proc2:10
 
   // Step coordinates; body 0 is the world

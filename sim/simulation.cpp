@@ -47,7 +47,6 @@ struct Simulation::Implementation {
     sub_stepped = settings.algorithm >= Algorithm::a3;
     problem.model = &model;
     problem.contacts = &no_contacts;
-    problem.frame = settings.algorithm == Algorithm::a2 ? Frame::world : Frame::body;
     problem.c.contacts.reading = reading;
     problem.substeps.bias_at_next_frame = settings.algorithm == Algorithm::a3;
     problem.substeps.count = sub_stepped ? settings.substeps : 1;
@@ -66,6 +65,9 @@ struct Simulation::Implementation {
     for (const Block& x : problem.c.blocks) is_jointed[x.a] = is_jointed[x.b] = true;
     start = state;
     remembered.reserve(state.contacts.capacity());
+    remembered_patches.reserve(state.contacts.capacity());
+    state.patches.reserve(state.contacts.capacity());
+    problem.kept_patches = &finder.kept_patches();
     earlier_impulses.reserve(6 * state.contacts.capacity());
     work.sum.resize(state.v.size());
     work.sum_v.resize(state.v.size());
@@ -152,6 +154,7 @@ struct Simulation::Implementation {
       const double sooner = is_last ? part : std::max(end_of_contacts(part), 1e-6 * equal_part);
       if (!(sooner < part)) {
         state.contacts.swap(remembered);
+        state.patches.swap(remembered_patches);
         return part;
       }
       part = sooner;
@@ -178,11 +181,14 @@ struct Simulation::Implementation {
     // s1: geometry
     if (model.contacts) {
       // A1's solution is the same for all tangents; its sweeps, which start its active sets, are not.
-      const bool aligned = settings.algorithm == Algorithm::a1 || !reading.isotropic_friction;
+      const bool is_direct = settings.algorithm == Algorithm::a1;
       problem.contacts =
-          &finder.find(state, duration, problem.substeps.count, aligned, problem.substeps.part, all_contacts);
-      build_blocks(problem, joints);
+          &finder.find(state, duration, problem.substeps.count, is_direct, problem.substeps.part, all_contacts);
+      build_blocks(problem, joints, is_direct ? std::vector<Coordinates>{} : state.q);
       report.contacts = static_cast<int>(problem.contacts->size());
+      for (const PatchShape& patch : problem.c.contacts.shapes) {
+        if (patch.is_kept) report.contacts += patch.corners;
+      }
       report.rows = static_cast<int>(problem.c.row_count());
     }
     shift_velocities(1, duration);
@@ -207,8 +213,8 @@ struct Simulation::Implementation {
       return;
     }
     if (model.contacts) {
-      problem.c.contacts.remember(*problem.contacts, state.q, settings.algorithm != Algorithm::a1,
-                                  remembered);
+      problem.c.contacts.remember(*problem.contacts, state.q, settings.algorithm != Algorithm::a1, remembered,
+                                  remembered_patches);
     }
   }
 
@@ -266,6 +272,7 @@ struct Simulation::Implementation {
   std::vector<Velocity> before_v;
   State start;                            ///< of a part of a step: coordinates and velocities
   std::vector<ContactMemory> remembered;  ///< of the contacts at its end
+  std::vector<PatchShape> remembered_patches;
   Settings part_settings;
   int equal_parts = 1;                           ///< of a step
   double equal_part = 0;                         ///< s

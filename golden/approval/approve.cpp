@@ -111,7 +111,8 @@ std::vector<NewGolden> new_goldens(const Json& entry, const ApproveOptions& opti
              fmt::format("{} is no longer what the check saw: run 'substep check' again", to.string()));
     }
     const bool is_picture = to.extension() == ".png";
-    files.push_back({to, is_picture ? render::to_small_png(render::from_png(content, from.string())) : content});
+    files.push_back(
+        {to, is_picture ? render::to_small_png(render::from_png(content, from.string())) : content});
   }
   const fs::path sidecar_file = inside(suite_folder, entry.at("sidecar_file"));
   const Json old = Json::parse(content_of(sidecar_file), nullptr, false);

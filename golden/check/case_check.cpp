@@ -125,8 +125,8 @@ std::string prepare_approval(const CaseContext& work, CheckedCase& checked) {
     if (is_blank(drawing.picture)) return fmt::format("frame {} is blank", image.frame);
     pictures.push_back({&drawing.picture, body_extents(drawing.bodies)});
     const fs::path golden = entry.image_file(image.frame);
-    const bool is_unchanged =
-        (image.passes && !from_live) || (image.has_golden && render::read_png(golden).rgb == drawing.picture.rgb);
+    const bool is_unchanged = (image.passes && !from_live) ||
+                              (image.has_golden && render::read_png(golden).rgb == drawing.picture.rgb);
     if (is_unchanged) continue;
     add_candidate(checked,
                   work.result.files / fmt::format("f{:04}.{}.png", image.frame, from_live ? "new" : "actual"),

@@ -216,8 +216,8 @@ Viewfinder viewfinder(const Scene& scene, const SuiteCase& entry, const PoseLog&
   const double aspect = static_cast<double>(entry.width) / entry.height;
   std::vector<std::vector<Coordinates>> frames = full_frames(log, scene);
   if (frames.empty()) frames.push_back(initial_state(scene).q);
-  finder.view =
-      scene.camera ? render::view_from(*scene.camera, aspect) : render::automatic_view(finder.parts, frames, aspect);
+  finder.view = scene.camera ? render::view_from(*scene.camera, aspect)
+                             : render::automatic_view(finder.parts, frames, aspect);
   return finder;
 }
 

@@ -82,7 +82,8 @@ std::string machines(const Json& results) {
     std::string theirs;
     for (const std::string& value : golden) {
       if (value.empty()) continue;
-      theirs += (value == here ? render::escaped(value) : "<mark>" + render::escaped(value) + "</mark>") + "<br>";
+      theirs +=
+          (value == here ? render::escaped(value) : "<mark>" + render::escaped(value) + "</mark>") + "<br>";
     }
     rows += fmt::format("<tr><th>{}</th><td>{}</td><td>{}</td></tr>\n", key,
                         here.empty() ? "–" : render::escaped(here), theirs.empty() ? "–" : theirs);

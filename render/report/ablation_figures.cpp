@@ -35,25 +35,24 @@ Panel contact_panel(const ContactAblationCosts& scene) {
   panel.x = {scene.unit, true, range_of(scene), {}};
   // From above downwards, as in a table.
   panel.y = {"", false, std::array{static_cast<double>(contact_ablations.size()) - 0.4, -0.6}, "("};
-  Series all{std::string(name(ContactAblation::all_six)), {0, 5, false, false, true}, {}};
-  Series open{"a reading of the report taken out", {2, 7, false, false, true}, {}};
-  Series beyond{"what goes beyond the report taken out", {4, 9, false, false, true}, {}};
+  Series all{std::string(name(ContactAblation::none)), {0, 5, false, false, true}, {}};
+  Series off{"an option switched off", {2, 7, false, false, true}, {}};
   for (std::size_t i = 0; i < contact_ablations.size(); ++i) {
     const ContactAblation approximation = contact_ablations[i];
     const auto y = static_cast<double>(i);
     panel.y.tics += fmt::format("{}\"{}\" {}", i > 0 ? ", " : "", name(approximation), i);
     const bool is_lost = !std::isfinite(scene.costs[i]);
     const double x = is_lost ? (*panel.x.range)[0] : scene.costs[i];
-    Series& series = i == 0 ? all : is_beyond_report(approximation) ? beyond : open;
+    Series& series = i == 0 ? all : off;
     if (!is_lost) series.points.push_back({x, y});
     // Away from the dashed line.
     panel.notes.push_back(
         {x, y, is_lost ? std::string("lost") : short_number(x), !is_lost && x < 0.97 * scene.costs[0]});
   }
   panel.y.tics += ")";
-  Series baseline{"as good as all six", {0, 7, true, true, false}, {}};
+  Series baseline{"as good as A5", {0, 7, true, true, false}, {}};
   baseline.points = {{scene.costs[0], (*panel.y.range)[0]}, {scene.costs[0], (*panel.y.range)[1]}};
-  panel.series = {std::move(baseline), std::move(all), std::move(open), std::move(beyond)};
+  panel.series = {std::move(baseline), std::move(all), std::move(off)};
   return panel;
 }
 
@@ -101,7 +100,7 @@ Sheet ablation_sheet(const FigureSource& source) {
 
 Sheet contact_ablation_sheet(const FigureSource& source) {
   Sheet sheet;
-  sheet.title = "Ablation of contacts: what each reading costs when it is taken out";
+  sheet.title = "Ablation of contacts: what each option costs when it is switched off";
   sheet.columns = 2;
   sheet.panel_width = 640;
   sheet.panel_height = 300;
@@ -114,9 +113,7 @@ Sheet contact_ablation_sheet(const FigureSource& source) {
   sheet.caption = {fmt::format(
       "A5 at the default settings of most scenes (n = {}, m = {}, τ = {}, κ = {} of joints/contacts, {} "
       "joints, the scene's "
-      "step) with one of the six readings of contacts taken out. Further to the left is better; the dashed "
-      "line is where "
-      "all six are.",
+      "step) with one option of contacts switched off. Further to the left is better; the dashed line is A5.",
       settings.substeps, settings.iterations, tau_text(settings), kappa_text(settings),
       name(settings.joints))};
   return sheet;

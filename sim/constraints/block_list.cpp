@@ -4,7 +4,7 @@
 
 namespace substep {
 
-void build_blocks(Problem& problem, Joints joints) {
+void build_blocks(Problem& problem, Joints joints, const std::vector<Coordinates>& q) {
   Constraints& c = problem.c;
   const Model& model = *problem.model;
   c.blocks.clear();
@@ -54,7 +54,8 @@ void build_blocks(Problem& problem, Joints joints) {
   for (std::size_t i = 0; i < model.drives.size(); ++i) {
     add(Block::Kind::drive, 1, 0, model.drives[i].at.a, model.drives[i].at.b, i);
   }
-  c.contacts.build(model, *problem.contacts);
+  std::vector<PatchShape> none;
+  c.contacts.build(model, *problem.contacts, problem.kept_patches ? *problem.kept_patches : none, q);
   c.rows.resize(first);
   problem.order.interleave(model, c);
 }

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <tuple>
 
-#include "sim/constraints/lanes.h"
+#include "sim/constraints/contact_patch.h"
 
 namespace substep {
 namespace {
+
+constexpr int rows_of_patch = 6;
 
 /// Whether a manifold's points have the same directions, in all formulations of the step.
 bool have_one_direction(const Contact* first, int count) {
@@ -24,62 +26,83 @@ bool ContactBatches::Manifold::has_friction_throughout() const {
 }
 
 bool ContactBatches::Manifold::fits(const Manifold& other) const {
-  if (level != other.level || face != other.face) return false;
+  if (level != other.level || (corners > 0) != (other.corners > 0)) return false;
+  if (corners > 0) return true;
   // One contact alone is solved at once, several by sweeps.
   const bool several = contacts > 1 && other.contacts > 1;
   if (several && has_friction_throughout() && other.has_friction_throughout()) return true;
   return std::tie(contacts, friction) == std::tie(other.contacts, other.friction);
 }
 
-void ContactBatches::list_manifolds(const Model& model, const std::vector<Contact>& contacts) {
+void ContactBatches::list_manifolds(const Model& model, const std::vector<Contact>& contacts,
+                                    const std::vector<Coordinates>& q) {
   manifolds_.clear();
   row_count = 0;
+  const auto add_patch = [&](Manifold manifold, int shape) {
+    manifold.corners = shapes[shape].corners;
+    manifold.shape = shape;
+    row_count += rows_of_patch;
+    manifolds_.push_back(manifold);
+  };
+  for (int i = 0; i < static_cast<int>(shapes.size()); ++i) {
+    const PatchShape& shape = shapes[i];
+    add_patch({0, 0, 0, 0, -1, 0, 0, shape.a, shape.b, std::minmax(shape.collider_a, shape.collider_b)}, i);
+  }
   for (std::size_t begin = 0, end = 0; begin < contacts.size(); begin = end) {
-    Manifold manifold{0, 0, 0, 0, false, static_cast<int>(begin)};
-    while (end < contacts.size() && manifold.contacts < most_in_manifold &&
-           contacts[end].a == contacts[begin].a && contacts[end].b == contacts[begin].b) {
+    const Contact& contact = contacts[begin];
+    Manifold manifold{0, 0, 0,         0,         static_cast<int>(begin),
+                      0, 0, contact.a, contact.b, std::minmax(contact.collider_a, contact.collider_b)};
+    int rows = 0;
+    while (end < contacts.size() && manifold.contacts < most_in_manifold && contacts[end].a == contact.a &&
+           contacts[end].b == contact.b) {
       const bool has_friction = contacts[end].friction != 0;
       if (has_friction) manifold.friction |= std::uint32_t{1} << manifold.contacts;
-      row_count += has_friction ? 3 : 1;
+      rows += has_friction ? 3 : 1;
       ++manifold.contacts;
       ++end;
     }
-    manifold.face = manifold.contacts > 1 && have_one_direction(&contacts[begin], manifold.contacts);
+    if (!q.empty() && manifold.contacts > 1 && have_one_direction(&contact, manifold.contacts)) {
+      const auto shape = patch_shape(&contact, manifold.contacts, q[contact.a], q[contact.b]);
+      if (shape) {
+        shapes.push_back(*shape);
+        add_patch(manifold, static_cast<int>(shapes.size()) - 1);
+        continue;
+      }
+    }
+    row_count += rows;
     manifolds_.push_back(manifold);
   }
   if (reading.far_first) {
-    measure_distances(model, contacts);
+    measure_distances(model);
     for (Manifold& manifold : manifolds_) {
-      const Contact& contact = contacts[manifold.source];
-      manifold.distance = std::min(distance_[contact.a], distance_[contact.b]);
+      manifold.distance = std::min(distance_[manifold.a], distance_[manifold.b]);
     }
-    std::ranges::sort(manifolds_, [](const Manifold& one, const Manifold& other) {
-      return std::tie(other.distance, one.source) < std::tie(one.distance, other.source);
-    });
   }
+  std::ranges::sort(manifolds_, [](const Manifold& one, const Manifold& other) {
+    return std::tie(other.distance, one.colliders, one.source) <
+           std::tie(one.distance, other.colliders, other.source);
+  });
   depth_.assign(model.masses.size(), 0);
   for (Manifold& manifold : manifolds_) {
-    const Contact& contact = contacts[manifold.source];
-    manifold.level = std::max(depth_[contact.a], depth_[contact.b]);
-    if (moves(model.masses[contact.a])) depth_[contact.a] = manifold.level + 1;
-    if (moves(model.masses[contact.b])) depth_[contact.b] = manifold.level + 1;
+    manifold.level = std::max(depth_[manifold.a], depth_[manifold.b]);
+    if (moves(model.masses[manifold.a])) depth_[manifold.a] = manifold.level + 1;
+    if (moves(model.masses[manifold.b])) depth_[manifold.b] = manifold.level + 1;
   }
 }
 
 /// Breadth first from what cannot move, along contacts; what they do not lead to is farthest.
-void ContactBatches::measure_distances(const Model& model, const std::vector<Contact>& contacts) {
+void ContactBatches::measure_distances(const Model& model) {
   const int bodies = static_cast<int>(model.masses.size());
   begin_.assign(bodies + 1, 0);
   partners_.resize(2 * manifolds_.size());
   for (const Manifold& manifold : manifolds_) {
-    ++begin_[contacts[manifold.source].a];
-    ++begin_[contacts[manifold.source].b];
+    ++begin_[manifold.a];
+    ++begin_[manifold.b];
   }
   for (int body = 1; body <= bodies; ++body) begin_[body] += begin_[body - 1];
   for (const Manifold& manifold : manifolds_) {
-    const Contact& contact = contacts[manifold.source];
-    partners_[--begin_[contact.a]] = contact.b;
-    partners_[--begin_[contact.b]] = contact.a;
+    partners_[--begin_[manifold.a]] = manifold.b;
+    partners_[--begin_[manifold.b]] = manifold.a;
   }
   distance_.assign(bodies, bodies);
   reached_.clear();
@@ -107,15 +130,14 @@ void ContactBatches::add_batch(const Model& model, const std::vector<Contact>& c
   x.contacts = longest.contacts;
   x.manifolds = count;
   x.first_restitution = -1;
-  x.direction_step = longest.face || longest.contacts == 1 ? 0 : 1;
-  x.face = longest.face ? counts_.faces++ : -1;
+  x.patch = -1;
   for (int lane = 0; lane < lanes; ++lane) {
     const Manifold& manifold = first[lane < count ? lane : 0];
     const int source = manifold.source;
     x.source[lane] = source;
     x.count[lane] = manifold.contacts;
-    x.a[lane] = contacts[source].a;
-    x.b[lane] = contacts[source].b;
+    x.a[lane] = manifold.a;
+    x.b[lane] = manifold.b;
     const BodyMass& a = model.masses[x.a[lane]];
     const BodyMass& b = model.masses[x.b[lane]];
     x.inverse_mass_a[lane] = a.inverse_mass;
@@ -124,10 +146,25 @@ void ContactBatches::add_batch(const Model& model, const std::vector<Contact>& c
       x.inverse_inertia_a[k][lane] = a.inverse_inertia[k];
       x.inverse_inertia_b[k][lane] = b.inverse_inertia[k];
     }
-    for (int i = 0; i < manifold.contacts; ++i) {
+    for (int i = 0; i < manifold.contacts && manifold.corners == 0; ++i) {
       if (contacts[source + i].restitution != Contact::no_impact) x.first_restitution = counts_.restitutions;
     }
   }
+  if (longest.corners > 0) {
+    x.patch = counts_.patches++;
+    x.corners = longest.corners;
+    x.first_corner = counts_.corners;
+    counts_.corners += x.corners;
+    for (int lane = 0; lane < lanes; ++lane) x.shape[lane] = first[lane < count ? lane : 0].shape;
+    x.contacts = 0;
+    batches.push_back(x);
+    return;
+  }
+  bool one_direction = true;
+  for (int lane = 0; lane < lanes; ++lane) {
+    one_direction = one_direction && have_one_direction(&contacts[x.source[lane]], x.count[lane]);
+  }
+  x.direction_step = one_direction ? 0 : 1;
   for (int i = 0; i < x.contacts; ++i) {
     if ((longest.friction >> i & 1) != 0) x.contact_of[x.frictions++] = static_cast<std::uint8_t>(i);
   }
@@ -135,7 +172,6 @@ void ContactBatches::add_batch(const Model& model, const std::vector<Contact>& c
   x.first_friction = counts_.frictions;
   x.first_direction = counts_.directions;
   x.first_coupling = counts_.couplings;
-  x.first_response = counts_.normals + 2 * counts_.frictions;
   counts_.normals += x.contacts;
   counts_.frictions += x.frictions;
   counts_.directions += x.direction_step == 0 ? 1 : x.contacts;
@@ -144,15 +180,18 @@ void ContactBatches::add_batch(const Model& model, const std::vector<Contact>& c
   batches.push_back(x);
 }
 
-void ContactBatches::build(const Model& model, const std::vector<Contact>& contacts) {
+void ContactBatches::build(const Model& model, const std::vector<Contact>& contacts,
+                           std::vector<PatchShape>& kept, const std::vector<Coordinates>& q) {
   reserve(model, contacts.capacity());
+  shapes.swap(kept);
   batches.clear();
   counts_ = {};
   formulations = 0;
-  list_manifolds(model, contacts);
+  list_manifolds(model, contacts, q);
   std::ranges::sort(manifolds_, [](const Manifold& one, const Manifold& other) {
-    return std::tie(one.level, one.face, one.contacts, one.friction, one.source) <
-           std::tie(other.level, other.face, other.contacts, other.friction, other.source);
+    return std::tie(one.level, one.corners, one.contacts, one.friction, one.colliders, one.source) <
+           std::tie(other.level, other.corners, other.contacts, other.friction, other.colliders,
+                    other.source);
   });
   for (std::size_t begin = 0, end = 0; begin < manifolds_.size(); begin = end) {
     while (end < manifolds_.size() && manifolds_[end].fits(manifolds_[begin])) ++end;
@@ -170,7 +209,8 @@ void ContactBatches::build(const Model& model, const std::vector<Contact>& conta
   directions.resize(counts_.directions);
   restitutions.resize(counts_.restitutions);
   couplings.resize(counts_.couplings);
-  faces.resize(counts_.faces);
+  patches.resize(counts_.patches);
+  patch_corners.resize(counts_.corners);
   slides.assign(batches.size(), 0);
 }
 
@@ -185,7 +225,9 @@ void ContactBatches::reserve(const Model& model, std::size_t most) {
   directions.reserve(most);
   restitutions.reserve(most);
   couplings.reserve(8 * most);
-  faces.reserve(most);
+  shapes.reserve(most);
+  patches.reserve(most);
+  patch_corners.reserve(most);
   partners_.reserve(2 * most);
   place_of_.reserve(most);
   in_order_.reserve(most);

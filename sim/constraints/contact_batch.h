@@ -12,6 +12,7 @@
 
 #include <array>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "sim/model/model.h"
@@ -30,31 +31,21 @@ struct LaneVectors {
   const Lanes& operator[](int k) const { return component[k]; }
 };
 
-/// How contacts are solved in A2 to A5 where the report does not say. All of it holds but in ablations,
-/// which takes out one at a time and prints what that costs.
+/// How contacts are solved in A2 to A5 where the report does not say. Both options are on by default; an
+/// ablation switches one off.
 struct ContactReading {
-  bool velocity_level_apart = true;  ///< τ and κ leave velocity-level rows alone
-  bool isotropic_friction = true;    ///< a point's friction has a disc for its limit, not a square
-  bool limits_over_step = true;      ///< λ's limits hold for the impulse of the step, not of a sub-step
-  bool far_first = true;             ///< a sweep ends at what cannot move; else it has the order of the file
-  bool manifold_blocks = true;       ///< beyond the report: a manifold's normals are one block
-  bool friction_memory = true;       ///< beyond the report: friction's rows are position-level
+  bool limits_over_step = true;  ///< λ's limits hold for the impulse of the step, not of a sub-step
+  bool far_first = true;         ///< a sweep ends at what cannot move; else it has the order of the file
 };
 
 /// One row of each of four manifolds: Row of constraint.h, less what a contact does not need. Its linear part
-/// is its direction (ContactDirections). M⁻¹Jᵀ follows from it where angular parts are in the bodies' frames,
-/// in which moments of inertia are diagonal: what a sweep reads is most of what it costs.
+/// is its direction (ContactDirections), its angular parts are in the bodies' frames, in which moments of
+/// inertia are diagonal, so that M⁻¹Jᵀ follows from it: what a sweep reads is most of what it costs.
 struct ContactRow {
   LaneVectors angular_a;
   LaneVectors angular_b;
   Lanes beta;     ///< position-level, of the (sub-)step
   Lanes impulse;  ///< λ of the whole step so far
-};
-
-/// The angular parts of M⁻¹Jᵀ of a row in the world's frame.
-struct RowResponses {
-  LaneVectors a;
-  LaneVectors b;
 };
 
 /// The normal and the tangents of contact points, in the world's frame.
@@ -66,28 +57,45 @@ struct ContactDirections {
 struct NormalRow {
   ContactRow row;
   Lanes effective_mass;
-  Lanes low;       ///< lower limit of the impulse: 0, or what an impact has given, which stays given
-  Lanes place[2];  ///< of a face's point: along the tangents, from the face's centre, m
+  Lanes low;  ///< lower limit of the impulse: 0, or what an impact has given, which stays given
 };
 
-/// What the points of a manifold have in common where they have one normal (contact_face.h).
-struct ContactFace {
-  LaneVectors in_world[3];  ///< the normal and the tangents
-  LaneVectors in_a[3];      ///< as rows see them: in a's frame, or in the world's
+/// A corner of the hull of four patches' points, and the hull's side that begins there.
+struct PatchCorner {
+  LaneVectors plane;     ///< of the cone, by that side: plane · w >= 0 inside
+  LaneVectors to_plane;  ///< Γ⁻¹ plane / (planeᵀ Γ⁻¹ plane): projects on the plane
+  LaneVectors to_ray;    ///< Γ p / (pᵀ Γ p), with p the wrench of a unit impulse at the corner
+  Lanes gamma;           ///< pᵀ Γ p
+  Lanes place[2];        ///< along the tangents, m
+};
+
+/// Up to four patches.
+struct Patch {
+  LaneVectors in_world[3];  ///< the axes
+  LaneVectors in_a[3];      ///< the axes in a's frame
   LaneVectors in_b[3];
-  LaneVectors arm_a;  ///< from a's centre of mass to the face's centre, along the normal and the tangents
+  LaneVectors arm_a;  ///< from a's centre of mass to the patch's centre, along the axes
   LaneVectors arm_b;
-  /// Of the relative motion along the tangents and about the normal: what the same components of a wrench
-  /// change of it, 11, 12, 13, 22, 23, 33; and what those of normals do: row by row, a force along the
-  /// normal and torques about the tangents.
+  // Normals: the force along the normal, and the torques about the tangents.
+  LaneVectors normal_beta;  ///< β: of the velocity along the normal, and of the turning about the tangents
+  LaneVectors normal_impulse;  ///< λ of the whole step so far
+  Lanes normal_gamma[6];       ///< Γ of the three: 11, 12, 13, 22, 23, 33
+  Lanes normal_inverse[6];     ///< Γ⁻¹; of two corners, on the wrenches that they can give
+  // Friction: the forces along the tangents, and the torque about the normal.
+  LaneVectors beta;
+  LaneVectors impulse;
   Lanes gamma[6];
-  Lanes by_normals[9];
-};
-
-/// M⁻¹'s angular blocks in the world's frame.
-struct FaceInertias {
-  LaneVectors a[3];
-  LaneVectors b[3];
+  Lanes inverse[6];
+  Lanes by_normals[9];    ///< what the normals' wrench changes of the friction's velocities, row by row
+  Lanes inverse_largest;  ///< 1 / the larger eigenvalue of the tangents' Γ
+  Lanes inverse_twist;    ///< 1 / Γ of the twist
+  Lanes inverse_radius;   ///< 1/m
+  Lanes coefficient;      ///< μ
+  LaneVectors reference;  ///< what the displacement since the step's start is added to, m, m, rad
+  LaneVectors origin;     ///< the impulses when it last slid: those are spent, so that friction can turn
+  Lanes origin_normal;
+  Lanes slid;    ///< whether it slid when the step began: 1 or 0
+  Lanes slides;  ///< whether the ellipsoid's surface is reached: 1 or 0
 };
 
 /// Restitution of a normal: Newton's law, in the sub-step in which the bodies meet.
@@ -150,11 +158,11 @@ struct ContactBatch {
   int first_direction;    ///< directions[first_direction] …, one for each contact, or one
   int direction_step;     ///< 1; 0 where all contacts have the same directions
   int first_coupling;     ///< couplings[first_coupling] …: of the normals, row by row
-  int face;               ///< of faces; −1: the manifolds have several normals, or one point
   int first_restitution;  ///< restitutions[first_restitution] …, one for each contact; −1: none bounces
-  int first_response;     ///< responses[first_response] …: of the normals, then of friction
-  /// Of a lane's manifold.
-  int row_count(int lane) const { return count[lane] + 2 * frictions_of(lane); }
+  int patch;              ///< patches[patch]; −1: the manifolds are solved by points
+  int corners;            ///< the largest number of corners of its patches
+  int first_corner;       ///< patch_corners[first_corner] …
+  std::array<int, lanes> shape;  ///< shapes[shape[lane]] of its patches
   int frictions_of(int lane) const {
     int number = 0;
     while (number < frictions && contact_of[number] < count[lane]) ++number;
@@ -165,16 +173,19 @@ struct ContactBatch {
 class ContactBatches {
  public:
   /// Takes the place of what was there. Contacts of one pair of bodies follow each other. Rows are to be
-  /// formulated afterwards; their impulses are 0. Keeps its memory from step to step.
+  /// formulated afterwards; their impulses are 0. Keeps its memory from step to step. `q`: the coordinates
+  /// at which the contacts were found; without them there are no new patches. `kept`: patches of the
+  /// step before that still hold; their memory is swapped.
   ///
   /// Order: manifolds far from what cannot move come first, those with the world last, by the smaller of both
   /// bodies' distances from it in the graph of contacts; ties in the order of `contacts`.
-  void build(const Model& model, const std::vector<Contact>& contacts);
+  void build(const Model& model, const std::vector<Contact>& contacts, std::vector<PatchShape>& kept,
+             const std::vector<Coordinates>& q);
 
   /// What is remembered of the contacts at the step's end, where the bodies have come to q: a point that does
-  /// not slide keeps its displacement, if it `keeps` any.
+  /// not slide keeps its displacement, if it `keeps` any. The memory of `patches_of_state` is swapped.
   void remember(const std::vector<Contact>& found, const std::vector<Coordinates>& q, bool keeps,
-                std::vector<ContactMemory>& memory);
+                std::vector<ContactMemory>& memory, std::vector<PatchShape>& patches_of_state);
 
   ContactReading reading;
   std::vector<ContactBatch> batches;
@@ -182,12 +193,12 @@ class ContactBatches {
   std::vector<FrictionRows> frictions;
   std::vector<TouchingPoint> touching;  ///< one of each of `frictions`
   std::vector<ContactDirections> directions;
-  std::vector<RowResponses> responses;  ///< empty where rows are in the bodies' frames
-  std::vector<std::uint8_t> slides;     ///< by batch: whether any of its points goes on sliding
+  std::vector<std::uint8_t> slides;  ///< by batch: whether any of its points goes on sliding
   std::vector<RestitutionRow> restitutions;
   std::vector<Coupling> couplings;
-  std::vector<ContactFace> faces;
-  std::vector<FaceInertias> inertias;    ///< one of each face; empty where rows are in the bodies' frames
+  std::vector<PatchShape> shapes;
+  std::vector<Patch> patches;
+  std::vector<PatchCorner> patch_corners;
   bool has_impact = false;               ///< whether any contact has an impact in the sub-step
   bool bounces = false;                  ///< whether one of them bounces
   int row_count = 0;                     ///< of all manifolds
@@ -200,13 +211,18 @@ class ContactBatches {
     int level;     ///< manifolds that it has to wait for, one after the other
     int contacts;
     std::uint32_t friction;  ///< bit i: contact i has friction
-    bool face;               ///< of several contacts with one normal
-    int source;
+    int source;              ///< its first contact; of a kept patch −1
+    int corners;             ///< of its patch; 0: it is solved by points
+    int shape;
+    int a;
+    int b;
+    std::pair<int, int> colliders;  ///< of its first contact, in ascending order: the order of the file
     bool has_friction_throughout() const;
     bool fits(const Manifold& other) const;  ///< in one batch
   };
-  void list_manifolds(const Model& model, const std::vector<Contact>& contacts);
-  void measure_distances(const Model& model, const std::vector<Contact>& contacts);
+  void list_manifolds(const Model& model, const std::vector<Contact>& contacts,
+                      const std::vector<Coordinates>& q);
+  void measure_distances(const Model& model);
   void reserve(const Model& model, std::size_t most);
   void sort_places(const std::vector<Contact>& found);
   void add_batch(const Model& model, const std::vector<Contact>& contacts, const Manifold* first, int count);
@@ -218,7 +234,8 @@ class ContactBatches {
     int directions;
     int restitutions;
     int couplings;
-    int faces;
+    int patches;
+    int corners;
   };
 
   Counts counts_{};
@@ -233,9 +250,9 @@ class ContactBatches {
 };
 
 /// s2 of all rows, as formulate() of formulate.h does it: rotations of the coordinates q; rows in the bodies'
-/// frames (J̆) or in the world's (J). What slides lets its displacement go.
+/// frames (J̆). What slides lets its displacement go.
 void formulate(ContactBatches& contacts, const std::vector<Contact>& found, const std::vector<Coordinates>& q,
-               const std::vector<Matrix3>& rotations, bool in_body_frames, double hs);
+               const std::vector<Matrix3>& rotations, double hs);
 
 /// The start of a sub-step: which contacts meet in it with an impact. `v`: velocities before the forces act;
 /// `offset`: sum of the velocities since the formulation. `sum_v`: A5's, else null.

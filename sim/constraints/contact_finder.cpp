@@ -73,6 +73,12 @@ void share_directions(const Contact& from, Contact& to) {
 /// sixth of its angle squared.
 constexpr double same_place = 0.02;
 
+/// Of the smaller shape, and rad: a patch whose bodies have moved by less is kept.
+constexpr double barely_moved = 1e-3;
+
+/// Of the smaller shape: points are looked for that much farther away, so that a patch can be kept.
+constexpr double spare_margin = 2e-3;
+
 /// Of the bodies' speeds: what approaches more slowly has met already.
 constexpr double resting = 0.01;
 
@@ -138,6 +144,9 @@ ContactFinder::ContactFinder(const Scene& scene, const Model& model) : model_(mo
   points_.reserve(64);
   contacts_.reserve(16 * candidates_.size());
   begins_.reserve(candidates_.size() + 1);
+  patch_begins_.reserve(candidates_.size() + 1);
+  patches_of_.reserve(16 * candidates_.size());
+  kept_.reserve(16 * candidates_.size());
   touching_.reserve(16 * candidates_.size());
   neighbours_.reserve(16 * candidates_.size());
   is_pushed_.reserve(model.masses.size());
@@ -186,6 +195,7 @@ const std::vector<Contact>& ContactFinder::find(const State& state, double durat
   touching_.clear();
   neighbours_.clear();
   groups_.clear();
+  kept_.clear();
   has_motion_.assign(state.q.size(), false);
   is_at_rest_.assign(state.q.size(), false);
   list_remembered(state);
@@ -208,9 +218,9 @@ const std::vector<Contact>& ContactFinder::find(const State& state, double durat
   for (const auto& [i, j] : pairs_) {
     if (!may_meet(i, j)) continue;
     const auto [a, b] = in_order(i, j);
-    const std::size_t before = contacts_.size();
+    const std::size_t before = groups_.size();
     find_pair(state, aligned, a, b);
-    if (contacts_.size() > before) touching_.emplace_back(i, j);
+    if (groups_.size() > before) touching_.emplace_back(i, j);
   }
   keep_first_impacts();
   add_neighbours(state, aligned);
@@ -281,15 +291,18 @@ void ContactFinder::find_pair(const State& state, bool aligned, std::uint32_t a,
   const Shape& shape_a = candidates_[a].collider->shape;
   const Shape& shape_b = candidates_[b].collider->shape;
   const double margin = margins_[a] + margins_[b];
+  const PatchShape* const before = aligned ? nullptr : patch_of(state, a, b);
+  if (before && keep_patch(state, *before, margin)) return;
   points_.clear();
-  find_contacts(shape_a, poses_[a], shape_b, poses_[b], margin, points_);
+  const double spare = before ? spare_margin * smaller_size(a, b) : 0;
+  find_contacts(shape_a, poses_[a], shape_b, poses_[b], margin + spare, points_);
   if (points_.empty()) return;
   double gap = std::numeric_limits<double>::infinity();
   for (const ContactPoint& point : points_) gap = std::min(gap, point.distance);
   const double size = smaller_size(a, b);
   const double fall = duration_ * duration_ * model_.gravity.norm();
   if (gap <= touching * size || (gap <= std::max(touched_before * size, falls_of_touched * fall) &&
-                                 !remembered_of(state, a, b).empty())) {
+                                 (before || !remembered_of(state, a, b).empty()))) {
     add_contacts(state, aligned, a, b, 0);
     if (!(approach_ > 0) && !separates_) is_at_rest_[body_of(a)] = is_at_rest_[body_of(b)] = true;
     if (approach_ > 0 || separates_) {
@@ -357,7 +370,17 @@ void ContactFinder::add_contacts(const State& state, bool aligned, std::uint32_t
                      points_[0].normal,
                      {static_cast<int>(a), static_cast<int>(b)},
                      {-1, -1},
-                     false});
+                     false,
+                     -1,
+                     static_cast<int>(points_.size()),
+                     to_a * (points_[0].on_a - body_a.position),
+                     to_b * (points_[0].on_b - body_b.position)});
+  const PatchShape* const patch = aligned ? nullptr : patch_of(state, a, b);
+  std::optional<PatchMotion> patch_motion;
+  if (patch) {
+    patch_motion.emplace(*patch, to_b * (state.q[on_a.body].linear - state.q[on_b.body].linear),
+                         (to_b * state.q[on_a.body].angular).toRotationMatrix());
+  }
   const double size = smaller_size(a, b);
   const ContactPoint* before_this = nullptr;
   approach_ = 0;
@@ -385,6 +408,7 @@ void ContactFinder::add_contacts(const State& state, bool aligned, std::uint32_t
       contact.tangent_b2 = to_b * point.normal.cross(along);
     }
     before_this = &point;
+    contact.margin = margins_[a] + margins_[b] + (patch ? spare_margin * size : 0);
     contact.friction = slip_speed > at_rest ? material.dynamic_friction : material.static_friction;
     if (candidates_[a].curved || candidates_[b].curved) {
       set_rolling(point, body_a * on_a.placement, body_b * on_b.placement, contact);
@@ -397,7 +421,7 @@ void ContactFinder::add_contacts(const State& state, bool aligned, std::uint32_t
     // With one sub-step, what is stopped at once stays short of the surface: only where it would pass by.
     const bool passes_by = substep_ < duration_ || duration_ * slip_speed > passing * size;
     const bool is_met = point.distance <= touching * size && point.distance >= -tolerated_overlap * size;
-    const bool is_hard = is_met && passes_by && duration_ * approach > hard * size;
+    const bool is_hard = is_met && passes_by && duration_ * (approach - at_rest) > hard * size;
     const bool is_impact = approach > resting * speed && (material.restitution > 0 || is_hard);
     contact.restitution = is_impact ? material.restitution : Contact::no_impact;
     contact.closes = substep_ < duration_ && substep_ * slip_speed <= passing * size;
@@ -417,7 +441,11 @@ void ContactFinder::add_contacts(const State& state, bool aligned, std::uint32_t
       continue;
     }
     contact.left_over = std::max(0.0, -point.distance - recovered(contact));
-    remember(remembered, -point.distance, duration_ * slip_speed, contact);
+    if (!patch) {
+      remember(remembered, -point.distance, duration_ * slip_speed, contact);
+    } else if (duration_ * slip_speed < same_place * size) {
+      remember(*patch, *patch_motion, -point.distance, contact);
+    }
     // A part of a step recovers its part of an overlap, at the speed at which the step would.
     contact.gap_offset = (1 - part_) * std::max(0.0, -point.distance - contact.left_over);
   }
@@ -466,7 +494,8 @@ void ContactFinder::keep_first_impacts() {
 }
 
 /// Leaves out the contacts of a collider with what lies wholly below the plane of another contact of it:
-/// flush faces are one floor, whose inner edges stop nothing.
+/// flush faces are one floor, whose inner edges stop nothing. Two kept patches were compared when they were
+/// found.
 void ContactFinder::drop_flush() {
   group_of_.assign(candidates_.size(), -1);
   bool any_shared = false;
@@ -490,6 +519,7 @@ void ContactFinder::drop_flush() {
       if (groups_[floor].dropped) continue;
       for (int other = group_of_[collider]; other >= 0; other = next_of(other)) {
         if (other == floor || groups_[other].dropped) continue;
+        if (groups_[floor].patch >= 0 && groups_[other].patch >= 0) continue;
         groups_[other].dropped = is_flush(static_cast<int>(collider), groups_[floor], groups_[other]);
       }
     }
@@ -505,6 +535,10 @@ void ContactFinder::remove_dropped() {
     }
   }
   contacts_.resize(kept);
+  for (const Group& group : groups_) {
+    if (group.dropped && group.patch >= 0) kept_[group.patch].collider_a = -1;
+  }
+  std::erase_if(kept_, [](const PatchShape& patch) { return patch.collider_a < 0; });
 }
 
 /// Returns the normal of a collider's face that looks into a direction, to 0.05 rad; the direction where none
@@ -541,27 +575,28 @@ bool ContactFinder::is_flush(int collider, const Group& floor, const Group& othe
   const double cosine = up.dot(other_up);
   if (cosine < -0.5) return false;
   // What stands on a face bears on it; only its edges and sides are inside the floor.
-  constexpr std::size_t corners_of_face = 3;
-  if (cosine > cosine_of_tilt && (other.end - other.begin >= corners_of_face ||
-                                  is_of_face(static_cast<std::uint32_t>(below), other_up) ||
-                                  is_of_face(static_cast<std::uint32_t>(collider), other_up))) {
+  constexpr int corners_of_face = 3;
+  if (cosine > cosine_of_tilt &&
+      (other.points >= corners_of_face || is_of_face(static_cast<std::uint32_t>(below), other_up) ||
+       is_of_face(static_cast<std::uint32_t>(collider), other_up))) {
     return false;
   }
-  const Contact& plane = contacts_[floor.begin];
-  const Contact& contact = contacts_[other.begin];
   const Shape& shape = candidates_[below].collider->shape;
   const double size = std::min(smaller_size(collider, below), smaller_size(collider, under));
-  const Vector3 on_floor = is_a ? point_of(plane.b, plane.arm_b) : point_of(plane.a, plane.arm_a);
-  const Vector3 on_other =
-      is_a_of_other ? point_of(contact.b, contact.arm_b) : point_of(contact.a, contact.arm_a);
+  const auto point_on = [&](const Group& group, bool on_b) {
+    return point_of(body_of(group.colliders[on_b ? 1 : 0]), on_b ? group.arm_b : group.arm_a);
+  };
+  const Vector3 on_floor = point_on(floor, is_a);
+  const Vector3 on_other = point_on(other, is_a_of_other);
   const double fall = duration_ * duration_ * model_.gravity.norm();
   if (std::abs(up.dot(on_other - on_floor)) > std::max(same_place * size, 2 * fall)) return false;
   if (std::holds_alternative<TriangleMesh>(shape) || std::holds_alternative<Plane>(shape)) return false;
   // A floor that is struck may give way.
-  const auto speed_of = [&](int body, const Vector3& arm) -> Vector3 {
+  const auto speed_of = [&](int k, const Vector3& arm) -> Vector3 {
+    const int body = body_of(floor.colliders[k]);
     return state_->v[body].linear + state_->v[body].angular.cross(orientation_of(body) * arm);
   };
-  const Vector3 closing = speed_of(plane.b, plane.arm_b) - speed_of(plane.a, plane.arm_a);
+  const Vector3 closing = speed_of(1, floor.arm_b) - speed_of(0, floor.arm_a);
   const bool is_struck =
       duration_ * up.dot(closing) * (is_a ? 1 : -1) > std::max(tolerated_overlap * size, fall);
   if (is_struck && moves(model_.masses[candidates_[under].collider->body])) return false;
@@ -639,6 +674,66 @@ std::optional<double> ContactFinder::missed(const State& state, const std::vecto
   return first;
 }
 
+/// Returns what is remembered of two colliders as a patch, or null.
+const PatchShape* ContactFinder::patch_of(const State& state, std::uint32_t a, std::uint32_t b) const {
+  for (int i = patch_begins_[a]; i < patch_begins_[a + 1]; ++i) {
+    const PatchShape& patch = state.patches[patches_of_[i]];
+    if (patch.collider_b == static_cast<int>(b)) return &patch;
+  }
+  return nullptr;
+}
+
+/// Keeps a patch of the step before, if its bodies have barely moved relative to each other since it was
+/// found, and do not collide. Returns whether it does.
+bool ContactFinder::keep_patch(const State& state, const PatchShape& patch, double margin) {
+  if (part_ != 1 || all_ || patch.left_over > 0 || margin > patch.margin) return false;
+  const auto a = static_cast<std::uint32_t>(patch.collider_a);
+  const auto b = static_cast<std::uint32_t>(patch.collider_b);
+  const double size = smaller_size(a, b);
+  const Coordinates& qa = state.q[patch.a];
+  const Coordinates& qb = state.q[patch.b];
+  const Quaternion to_b = qb.angular.conjugate();
+  const Vector3 position = to_b * (qa.linear - qb.linear);
+  if ((position - patch.position).squaredNorm() > barely_moved * barely_moved * size * size) return false;
+  const Quaternion orientation = to_b * qa.angular;
+  const Vector3 half_turn = (patch.orientation.conjugate() * orientation).vec();
+  if (4 * half_turn.squaredNorm() > barely_moved * barely_moved) return false;
+  const PatchMotion motion(patch, position, orientation.toRotationMatrix());
+  const double fall = duration_ * duration_ * model_.gravity.norm();
+  if (motion.gap > std::max(touched_before * size, falls_of_touched * fall)) return false;
+  // Leave impacts to contacts by points.
+  const Velocity& va = state.v[patch.a];
+  const Velocity& vb = state.v[patch.b];
+  const Vector3 normal = qb.angular * patch.axes_in_b.col(0);
+  const Vector3 before = va.linear + va.angular.cross(qa.angular * patch.arm_a) - vb.linear -
+                         vb.angular.cross(qb.angular * patch.arm_b);
+  const Vector3 turning = va.angular - vb.angular;
+  const double approach = -normal.dot(before);
+  const double twist = normal.dot(turning);
+  const double tilting = patch.radius * (turning - twist * normal).norm();
+  if (duration_ * (approach + tilting) > hard * size) return false;
+  kept_.push_back(patch);
+  PatchShape& kept = kept_.back();
+  kept.is_kept = true;
+  const double slip =
+      std::sqrt((before + approach * normal).squaredNorm() + patch.radius * patch.radius * twist * twist);
+  const PairMaterial material(candidates_[a].collider->material, candidates_[b].collider->material);
+  const double at_rest = duration_ * (fall_of(patch.a) - fall_of(patch.b)).norm();
+  kept.friction = slip > at_rest ? material.dynamic_friction : material.static_friction;
+  is_at_rest_[patch.a] = is_at_rest_[patch.b] = true;
+  groups_.push_back({contacts_.size(),
+                     contacts_.size(),
+                     normal,
+                     {patch.collider_a, patch.collider_b},
+                     {-1, -1},
+                     false,
+                     static_cast<int>(kept_.size()) - 1,
+                     patch.corners,
+                     patch.arm_a,
+                     patch.arm_b});
+  return true;
+}
+
 /// Where the point goes, and the normal, as one or both of the colliders roll.
 void ContactFinder::set_rolling(const ContactPoint& point, const Pose& pose_a, const Pose& pose_b,
                                 Contact& contact) const {
@@ -673,6 +768,13 @@ void ContactFinder::list_remembered(const State& state) {
     if (memory.collider_a >= 0 && memory.collider_a < count) ++begins_[memory.collider_a + 1];
   }
   for (std::size_t i = 1; i < begins_.size(); ++i) begins_[i] += begins_[i - 1];
+  patch_begins_.assign(candidates_.size() + 1, 0);
+  for (const PatchShape& patch : state.patches) ++patch_begins_[patch.collider_a];
+  for (std::size_t i = 1; i < patch_begins_.size(); ++i) patch_begins_[i] += patch_begins_[i - 1];
+  patches_of_.resize(state.patches.size());
+  for (int i = 0; i < static_cast<int>(state.patches.size()); ++i) {
+    patches_of_[--patch_begins_[state.patches[i].collider_a]] = i;
+  }
 }
 
 std::span<const ContactMemory> ContactFinder::remembered_of(const State& state, std::uint32_t a,
@@ -706,6 +808,16 @@ void ContactFinder::remember(std::span<const ContactMemory> remembered, double o
     contact.slid = memory.slides;
   }
   contact.left_over = std::clamp(overlap, 0.0, std::max(0.0, left_over - recovered(contact)));
+}
+
+/// The same of two colliders' patch.
+void ContactFinder::remember(const PatchShape& patch, const PatchMotion& motion, double overlap,
+                             Contact& contact) const {
+  const Vector3 displacement = displacement_at(patch, motion, contact.arm_b);
+  contact.displacement_1 = contact.tangent_b1.dot(displacement);
+  contact.displacement_2 = contact.tangent_b2.dot(displacement);
+  contact.slid = patch.slid;
+  contact.left_over = std::clamp(overlap, 0.0, std::max(0.0, patch.left_over - recovered(contact)));
 }
 
 }  // namespace substep

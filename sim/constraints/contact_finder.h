@@ -31,6 +31,11 @@ class ContactFinder {
   const std::vector<Contact>& find(const State& state, double duration, int substeps, bool aligned = false,
                                    double part = 1, bool all = false);
 
+  /// Returns the patches of the step before that still hold: their bodies have moved by less than 1e-3 of the
+  /// smaller shape's size relative to each other since the patch was found. The contacts of the last find()
+  /// are without theirs.
+  std::vector<PatchShape>& kept_patches() { return kept_; }
+
   /// Returns the time in [0, duration] at which the contacts of the last find() no longer are all: bodies
   /// that were to move otherwise meet with a motion that led from `state` to `end`, and would overlap by more
   /// than `tolerated_overlap`. Nothing where there is no such time.
@@ -82,6 +87,10 @@ class ContactFinder {
     std::array<int, 2> colliders;  ///< a and b
     std::array<int, 2> earlier;    ///< for each, the group before it with that collider; −1: none
     bool dropped;
+    int patch;  ///< kept_[patch]; −1: its contacts were found now
+    int points;
+    Vector3 arm_a;  ///< of the first contact, or of the patch's centre
+    Vector3 arm_b;
   };
   std::pair<std::uint32_t, std::uint32_t> in_order(std::uint32_t i, std::uint32_t j) const;
   int body_of(std::uint32_t i) const { return candidates_[i].collider->body; }
@@ -90,6 +99,8 @@ class ContactFinder {
   MovingShape moving(const State& state, std::uint32_t i);
   void find_pair(const State& state, bool aligned, std::uint32_t a, std::uint32_t b);
   void add_contacts(const State& state, bool aligned, std::uint32_t a, std::uint32_t b, double time);
+  const PatchShape* patch_of(const State& state, std::uint32_t a, std::uint32_t b) const;
+  bool keep_patch(const State& state, const PatchShape& patch, double margin);
   double depth_after(const MovingShape& a, const MovingShape& b, double time);
   void keep_first_impacts();
   void add_neighbours(const State& state, bool aligned);
@@ -108,6 +119,7 @@ class ContactFinder {
   std::span<const ContactMemory> remembered_of(const State& state, std::uint32_t a, std::uint32_t b) const;
   void remember(std::span<const ContactMemory> remembered, double overlap, double slip,
                 Contact& contact) const;
+  void remember(const PatchShape& patch, const PatchMotion& motion, double overlap, Contact& contact) const;
 
   const Model& model_;
   std::vector<Candidate> candidates_;
@@ -140,7 +152,10 @@ class ContactFinder {
   bool separates_ = false;  ///< whether the last pair flies apart
   double first_impact_ = 0;
   double first_timed_impact_ = 0;
-  std::vector<int> begins_;  ///< by collider: of what is remembered
+  std::vector<int> begins_;        ///< by collider: of what is remembered
+  std::vector<int> patch_begins_;  ///< by collider a: of its patches in `patches_of_`
+  std::vector<int> patches_of_;    ///< indices of State::patches
+  std::vector<PatchShape> kept_;
   std::vector<ContactPoint> points_;
   std::vector<Contact> contacts_;
 };

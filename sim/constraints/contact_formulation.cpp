@@ -1,6 +1,6 @@
 // s2 of contacts: rows, limits' origins and Γ, from coordinates.
 
-#include "sim/constraints/contact_face.h"
+#include "sim/constraints/contact_patch.h"
 #include "sim/constraints/four_wide.h"
 #include "sim/constraints/lanes.h"
 
@@ -12,7 +12,6 @@ struct Formulation {
   const std::vector<Contact>& contacts;
   const std::vector<Coordinates>& q;
   const std::vector<Matrix3>& rotations;
-  bool in_body_frames;
   double hs;
   bool anew;  ///< not for the first time in the step
   const std::vector<Matrix3>& first_rotations;
@@ -57,30 +56,22 @@ struct Direction {
   }
 }
 
-/// The angular parts of J and of M⁻¹Jᵀ of a row; returns the contact's distance along its direction.
-/// `responses` is null for the bodies' frames.
-[[gnu::always_inline]] inline Lanes set_row(const ContactBatch& x, const BatchBodies& at,
-                                            const LaneVectors& arm_a, const LaneVectors& arm_b,
-                                            const Direction& along, ContactRow& row,
-                                            RowResponses* responses) {
-  const LaneVectors local_a = cross(arm_a, along.in_a);
-  const LaneVectors local_b = cross(along.in_b, arm_b);
-  if (responses) {
-    row.angular_a = turned(at.rotation_a, local_a);
-    row.angular_b = turned(at.rotation_b, local_b);
-    responses->a = turned(at.rotation_a, product(x.inverse_inertia_a, local_a));
-    responses->b = turned(at.rotation_b, product(x.inverse_inertia_b, local_b));
-  } else {
-    row.angular_a = local_a;
-    row.angular_b = local_b;
-  }
+/// The angular parts of J of a row; returns the contact's distance along its direction.
+[[gnu::always_inline]] inline Lanes set_row(const BatchBodies& at, const LaneVectors& arm_a,
+                                            const LaneVectors& arm_b, const Direction& along,
+                                            ContactRow& row) {
+  row.angular_a = cross(arm_a, along.in_a);
+  row.angular_b = cross(along.in_b, arm_b);
   return dot(along.in_world, at.offset) + dot(along.in_a, arm_a) - dot(along.in_b, arm_b);
 }
 
-/// A row's M⁻¹Jᵀ, which in the bodies' frames is a product.
-[[gnu::always_inline]] inline RowResponses responses_of(const ContactBatch& x, const ContactRow& row,
-                                                        const RowResponses* in_world) {
-  if (in_world) return *in_world;
+/// The angular parts of M⁻¹Jᵀ of a row.
+struct RowResponses {
+  LaneVectors a;
+  LaneVectors b;
+};
+
+[[gnu::always_inline]] inline RowResponses responses_of(const ContactBatch& x, const ContactRow& row) {
   return {product(x.inverse_inertia_a, row.angular_a), product(x.inverse_inertia_b, row.angular_b)};
 }
 
@@ -213,17 +204,17 @@ struct TurnedDirections {
 [[gnu::always_inline]] inline void formulate_friction(const ContactBatch& x, const BatchBodies& at,
                                                       const FourContacts& contact, const PointArms& arms,
                                                       const Direction (&tangent)[2], const Formulation& from,
-                                                      RowResponses* in_world, FrictionRows& rows) {
+                                                      FrictionRows& rows) {
   const auto lets_go = keeps_sliding(rows) > all(0);
   rows.coefficient = gather(contact, &Contact::friction);
   for (int k = 0; k < 2; ++k) {
     ContactRow& row = rows.row[k];
-    const Lanes distance = set_row(x, at, arms.a, arms.b, tangent[k], row, in_world ? in_world + k : nullptr);
+    const Lanes distance = set_row(at, arms.a, arms.b, tangent[k], row);
     rows.reference[k] = choose(lets_go, -distance, rows.reference[k]);
     row.beta = -(distance + rows.reference[k]) / all(from.hs);
   }
-  const RowResponses first = responses_of(x, rows.row[0], in_world);
-  const RowResponses second = responses_of(x, rows.row[1], in_world ? in_world + 1 : nullptr);
+  const RowResponses first = responses_of(x, rows.row[0]);
+  const RowResponses second = responses_of(x, rows.row[1]);
   const LaneVectors& one = tangent[0].in_world;
   const LaneVectors& other = tangent[1].in_world;
   rows.gamma[0] = coupling(at, dot(one, one), rows.row[0], first);
@@ -245,11 +236,10 @@ struct TurnedDirections {
 
 /// Γ of a manifold's normals, each row by its diagonal.
 [[gnu::always_inline]] inline void couple(const ContactBatch& x, const BatchBodies& at, NormalRow* normals,
-                                          const ContactDirections* directions, const RowResponses* in_world,
-                                          Coupling* couplings) {
+                                          const ContactDirections* directions, Coupling* couplings) {
   const int count = x.contacts;
   for (int j = 0; j < count; ++j) {
-    const RowResponses responses = responses_of(x, normals[j].row, in_world ? in_world + j : nullptr);
+    const RowResponses responses = responses_of(x, normals[j].row);
     for (int i = j; i < count; ++i) {
       const Lanes along =
           dot(directions[i * x.direction_step].normal, directions[j * x.direction_step].normal);
@@ -292,129 +282,228 @@ void leave_out(const ContactBatch& x, NormalRow* normals, FrictionRows* friction
   return arms;
 }
 
-/// Where a face's points are. The first says where the centre is across the normal, the deepest along it.
-struct FaceArms {
-  PointArms point[most_in_manifold];
-  Lanes height_a;
-  Lanes height_b;
+/// Four patches' numbers, by a member of PatchShape.
+struct FourShapes {
+  std::array<const PatchShape*, lanes> shape;
+
+  template <typename Value>
+  [[gnu::always_inline]] Lanes of(const Value& value) const {
+    return Lanes{value(*shape[0]), value(*shape[1]), value(*shape[2]), value(*shape[3])};
+  }
+  [[gnu::always_inline]] LaneVectors of(Vector3 PatchShape::*member) const {
+    return gather(shape[0]->*member, shape[1]->*member, shape[2]->*member, shape[3]->*member);
+  }
+  [[gnu::always_inline]] LaneVectors column(Matrix3 PatchShape::*member, int k) const {
+    return gather((shape[0]->*member).col(k), (shape[1]->*member).col(k), (shape[2]->*member).col(k),
+                  (shape[3]->*member).col(k));
+  }
 };
 
-[[gnu::always_inline]] inline void set_face_arms(const ContactBatch& x, const Direction& normal,
-                                                 const Formulation& from, FaceArms& face) {
-  Lanes least;
-  for (int i = 0; i < x.contacts; ++i) {
-    face.point[i] = arms_of(contacts_of(x, i, from.contacts), normal, from.anew);
-    const Lanes height_a = dot(normal.in_a, face.point[i].a);
-    const Lanes height_b = dot(normal.in_b, face.point[i].b);
-    const Lanes gap = height_a - height_b;
-    if (i == 0) {
-      face.height_a = height_a;
-      face.height_b = height_b;
-      least = gap;
-      continue;
-    }
-    const auto deeper = gap < least;
-    least = choose(deeper, gap, least);
-    face.height_a = choose(deeper, height_a, face.height_a);
-    face.height_b = choose(deeper, height_b, face.height_b);
+/// Γ of a patch: what wrenches at its centre change of the motion there.
+struct PatchGamma {
+  Lanes linear_by_force[9];
+  Lanes linear_by_torque[9];  ///< transposed: turning by a force
+  Lanes turning_by_torque[9];
+};
+
+/// Adds one body's part.
+[[gnu::always_inline]] inline void add_body(const LaneVectors (&axes)[3], const LaneVectors& arm,
+                                            const Lanes& inverse_mass, const LaneVectors& inverse_inertia,
+                                            PatchGamma& gamma) {
+  Lanes m[9];
+  for (int i = 0; i < 3; ++i) {
+    const LaneVectors response = product(inverse_inertia, axes[i]);
+    for (int j = i; j < 3; ++j) m[3 * i + j] = m[3 * j + i] = dot(response, axes[j]);
+  }
+  Lanes k[9];
+  for (int j = 0; j < 3; ++j) {
+    k[j] = m[3 + j] * arm[2] - m[6 + j] * arm[1];
+    k[3 + j] = m[6 + j] * arm[0] - m[j] * arm[2];
+    k[6 + j] = m[j] * arm[1] - m[3 + j] * arm[0];
+  }
+  for (int i = 0; i < 3; ++i) {
+    gamma.linear_by_force[3 * i] += k[3 * i + 1] * arm[2] - k[3 * i + 2] * arm[1];
+    gamma.linear_by_force[3 * i + 1] += k[3 * i + 2] * arm[0] - k[3 * i] * arm[2];
+    gamma.linear_by_force[3 * i + 2] += k[3 * i] * arm[1] - k[3 * i + 1] * arm[0];
+    gamma.linear_by_force[4 * i] += inverse_mass;
+  }
+  for (int i = 0; i < 9; ++i) {
+    gamma.linear_by_torque[i] += k[i];
+    gamma.turning_by_torque[i] += m[i];
   }
 }
 
-/// Where friction of a face's point acts.
-[[gnu::always_inline]] inline PointArms at_height(const FaceArms& face, const Direction& normal,
-                                                  const PointArms& arms) {
-  const Lanes up_a = face.height_a - dot(normal.in_a, arms.a);
-  const Lanes up_b = face.height_b - dot(normal.in_b, arms.b);
-  PointArms result = arms;
-  for (int k = 0; k < 3; ++k) {
-    result.a[k] += up_a * normal.in_a[k];
-    result.b[k] += up_b * normal.in_b[k];
-  }
-  return result;
+/// Inverts a symmetric matrix (11, 12, 13, 22, 23, 33); 0 where it is singular.
+[[gnu::always_inline]] inline void invert(const Lanes (&s)[6], Lanes (&inverse)[6]) {
+  inverse[0] = s[3] * s[5] - s[4] * s[4];
+  inverse[1] = s[2] * s[4] - s[1] * s[5];
+  inverse[2] = s[1] * s[4] - s[2] * s[3];
+  inverse[3] = s[0] * s[5] - s[2] * s[2];
+  inverse[4] = s[1] * s[2] - s[0] * s[4];
+  inverse[5] = s[0] * s[3] - s[1] * s[1];
+  const Lanes determinant = s[0] * inverse[0] + s[1] * inverse[1] + s[2] * inverse[2];
+  const Lanes factor = choose(determinant > all(0), all(1) / determinant, all(0));
+  for (Lanes& element : inverse) element *= factor;
 }
 
-/// R I⁻¹ Rᵀ.
-[[gnu::always_inline]] inline void set_inertia(const LaneMatrices& rotation,
-                                               const LaneVectors& inverse_inertia,
-                                               LaneVectors (&inertia)[3]) {
-  for (int k = 0; k < 3; ++k) {
-    const LaneVectors row{{rotation.column[0][k], rotation.column[1][k], rotation.column[2][k]}};
-    inertia[k] = turned(rotation, product(inverse_inertia, row));
-  }
+/// Γ⁻¹ of normals whose points lie on a line: on the wrenches that they can give, whose torque is `across`
+/// it.
+[[gnu::always_inline]] inline void invert_on_line(const Lanes (&s)[6], const Lanes (&across)[2],
+                                                  Lanes (&inverse)[6]) {
+  const Lanes c00 = s[0];
+  const Lanes c01 = s[1] * across[0] + s[2] * across[1];
+  const Lanes c11 =
+      across[0] * across[0] * s[3] + all(2) * across[0] * across[1] * s[4] + across[1] * across[1] * s[5];
+  const Lanes determinant = c00 * c11 - c01 * c01;
+  const Lanes factor = choose(determinant > all(0), all(1) / determinant, all(0));
+  const Lanes i00 = c11 * factor;
+  const Lanes i01 = -c01 * factor;
+  const Lanes i11 = c00 * factor;
+  inverse[0] = i00;
+  inverse[1] = i01 * across[0];
+  inverse[2] = i01 * across[1];
+  inverse[3] = i11 * across[0] * across[0];
+  inverse[4] = i11 * across[0] * across[1];
+  inverse[5] = i11 * across[1] * across[1];
 }
 
-[[gnu::always_inline]] inline LaneVectors all_zero() {
+[[gnu::always_inline]] inline Lanes inverse_or_zero(const Lanes& x) {
+  return choose(x > all(0), all(1) / x, all(0));
+}
+
+/// Sets a patch's Γ, its inverses, and where friction and normals meet.
+[[gnu::always_inline]] inline void set_gamma(const ContactBatch& x, const FourShapes& from, Patch& patch) {
   const Lanes zero = all(0);
-  return {{zero, zero, zero}};
+  PatchGamma gamma;
+  for (int i = 0; i < 9; ++i) {
+    gamma.linear_by_force[i] = gamma.linear_by_torque[i] = gamma.turning_by_torque[i] = zero;
+  }
+  add_body(patch.in_a, patch.arm_a, x.inverse_mass_a, x.inverse_inertia_a, gamma);
+  add_body(patch.in_b, patch.arm_b, x.inverse_mass_b, x.inverse_inertia_b, gamma);
+  const Lanes* const g = gamma.linear_by_force;
+  const Lanes* const k = gamma.linear_by_torque;
+  const Lanes* const m = gamma.turning_by_torque;
+  const Lanes normal[6] = {g[0], k[1], k[2], m[4], m[5], m[8]};
+  const Lanes friction[6] = {g[4], g[5], k[3], g[8], k[6], m[0]};
+  const Lanes by_normals[9] = {g[3], k[4], k[5], g[6], k[7], k[8], k[0], m[1], m[2]};
+  for (int i = 0; i < 6; ++i) patch.normal_gamma[i] = normal[i];
+  for (int i = 0; i < 6; ++i) patch.gamma[i] = friction[i];
+  for (int i = 0; i < 9; ++i) patch.by_normals[i] = by_normals[i];
+  invert(patch.normal_gamma, patch.normal_inverse);
+  const Lanes two = from.of([](const PatchShape& shape) { return shape.corners == 2 ? 1.0 : 0.0; });
+  if (any(two > zero)) {
+    const auto side = [&](int axis) {
+      return from.of([&](const PatchShape& s) { return s.corner[1][axis] - s.corner[0][axis]; });
+    };
+    const Lanes length = root(side(0) * side(0) + side(1) * side(1));
+    const Lanes across[2] = {side(1) / length, -side(0) / length};
+    Lanes on_line[6];
+    invert_on_line(patch.normal_gamma, across, on_line);
+    for (int i = 0; i < 6; ++i) {
+      patch.normal_inverse[i] = choose(two > zero, on_line[i], patch.normal_inverse[i]);
+    }
+  }
+  invert(patch.gamma, patch.inverse);
+  const Lanes half_difference = all(0.5) * (friction[0] - friction[3]);
+  const Lanes largest = all(0.5) * (friction[0] + friction[3]) +
+                        root(half_difference * half_difference + friction[1] * friction[1]);
+  patch.inverse_largest = inverse_or_zero(largest);
+  patch.inverse_twist = inverse_or_zero(friction[5]);
 }
 
-/// What a force at the centre and torques on the bodies change.
-[[gnu::always_inline]] inline RelativeMotion change_by(const ContactBatch& x, const ContactFace& face,
-                                                       const FaceInertias* inertia, const LaneVectors& force,
-                                                       const LaneVectors& torque_a,
-                                                       const LaneVectors& torque_b) {
-  Moving a{all_zero(), all_zero()};
-  Moving b{all_zero(), all_zero()};
-  push(x, inertia, force, torque_a, torque_b, a, b);
-  return relative_motion(face, a, b);
+/// Sets the planes and rays of the cone of a patch's normals.
+[[gnu::always_inline]] inline void set_corners(const ContactBatch& x, const FourShapes& from,
+                                               const Patch& patch, PatchCorner* corners) {
+  for (int i = 0; i < x.corners; ++i) {
+    PatchCorner& corner = corners[i];
+    // A patch with fewer corners repeats its last, whose plane is then that of forces that push.
+    for (int lane = 0; lane < lanes; ++lane) {
+      const PatchShape& shape = *from.shape[lane];
+      const int last = shape.corners - 1;
+      const double* const here = shape.corner[std::min(i, last)];
+      const double* const next = shape.corner[i < last ? i + 1 : 0];
+      corner.place[0][lane] = here[0];
+      corner.place[1][lane] = here[1];
+      const double along_x = next[0] - here[0];
+      const double along_y = next[1] - here[1];
+      const double length = std::sqrt(along_x * along_x + along_y * along_y);
+      double plane[3] = {1, 0, 0};
+      if (shape.corners == 2 && i < 2) {
+        // An end of a line: the centre of pressure is on the side of the other.
+        plane[0] = -(here[0] * along_x + here[1] * along_y) / length;
+        plane[1] = along_y / length;
+        plane[2] = -along_x / length;
+      } else if (i <= last) {
+        plane[0] = (along_y * here[0] - along_x * here[1]) / length;
+        plane[1] = along_x / length;
+        plane[2] = along_y / length;
+      }
+      for (int k = 0; k < 3; ++k) corner.plane[k][lane] = plane[k];
+    }
+    const LaneVectors back = symmetric_product(patch.normal_inverse, corner.plane);
+    const Lanes scale = inverse_or_zero(dot(corner.plane, back));
+    const LaneVectors ray{{all(1), corner.place[1], -corner.place[0]}};
+    const LaneVectors response = symmetric_product(patch.normal_gamma, ray);
+    corner.gamma = dot(ray, response);
+    const Lanes inverse_gamma = inverse_or_zero(corner.gamma);
+    for (int k = 0; k < 3; ++k) {
+      corner.to_plane[k] = back[k] * scale;
+      corner.to_ray[k] = response[k] * inverse_gamma;
+    }
+  }
 }
 
-/// Of a unit of force along the first or the second tangent: torque_on() without what is zero.
-[[gnu::always_inline]] inline LaneVectors torque_of_tangent(const LaneVectors (&axes)[3],
-                                                            const LaneVectors& arm, int tangent) {
-  LaneVectors torque;
+/// Sets what a step starts from.
+[[gnu::always_inline]] inline void start_patch(const FourShapes& from, Patch& patch) {
+  const Lanes zero = all(0);
+  patch.normal_impulse = patch.impulse = patch.origin = {{zero, zero, zero}};
+  patch.origin_normal = patch.slides = zero;
+  patch.slid = from.of([](const PatchShape& shape) { return shape.slid ? 1.0 : 0.0; });
+  patch.coefficient = from.of([](const PatchShape& shape) { return shape.friction; });
+  patch.inverse_radius = from.of([](const PatchShape& shape) { return 1 / shape.radius; });
   for (int k = 0; k < 3; ++k) {
-    torque[k] =
-        tangent == 1 ? axes[2][k] * arm[0] - axes[0][k] * arm[2] : axes[0][k] * arm[1] - axes[1][k] * arm[0];
+    patch.reference[k] = from.of([&](const PatchShape& shape) { return shape.reference[k]; });
   }
-  return torque;
 }
 
-[[gnu::always_inline]] inline RelativeMotion change_by_tangent(const ContactBatch& x, const ContactFace& face,
-                                                               const FaceInertias* inertia, int tangent) {
-  return change_by(x, face, inertia, face.in_world[tangent],
-                   torque_of_tangent(face.in_a, face.arm_a, tangent),
-                   torque_of_tangent(face.in_b, face.arm_b, tangent));
-}
-
-/// Of a component of friction, by what normals change.
-[[gnu::always_inline]] inline void keep(const RelativeMotion& change, Lanes* by_normals) {
-  by_normals[0] = change.linear[0];
-  by_normals[1] = change.angular[1];
-  by_normals[2] = change.angular[2];
-}
-
-[[gnu::always_inline]] inline void set_face(const ContactBatch& x, const BatchBodies& at,
-                                            const TurnedDirections& along_all, const FaceArms& arms,
-                                            FaceInertias* inertia, ContactFace& face) {
-  const Direction* const axes[3] = {&along_all.normal, &along_all.tangent[0], &along_all.tangent[1]};
-  face.arm_a[0] = arms.height_a;
-  face.arm_b[0] = arms.height_b;
+/// s2 of a batch of patches: axes, arms, β and Γ.
+[[gnu::always_inline]] inline void formulate_patch(ContactBatches& contacts, const ContactBatch& x,
+                                                   const BatchBodies& at, const Formulation& from) {
+  const FourShapes shapes{{&contacts.shapes[x.shape[0]], &contacts.shapes[x.shape[1]],
+                           &contacts.shapes[x.shape[2]], &contacts.shapes[x.shape[3]]}};
+  Patch& patch = contacts.patches[x.patch];
+  if (!from.anew) start_patch(shapes, patch);
+  // Take the axes from b, and the arms of the centre.
+  LaneVectors first_in_a[3];
   for (int k = 0; k < 3; ++k) {
-    face.in_world[k] = axes[k]->in_world;
-    face.in_a[k] = inertia ? axes[k]->in_world : axes[k]->in_a;
-    face.in_b[k] = inertia ? axes[k]->in_world : axes[k]->in_b;
-    if (k == 0) continue;
-    face.arm_a[k] = dot(axes[k]->in_a, arms.point[0].a);
-    face.arm_b[k] = dot(axes[k]->in_b, arms.point[0].b);
+    patch.in_b[k] = shapes.column(&PatchShape::axes_in_b, k);
+    patch.in_world[k] = turned(at.rotation_b, patch.in_b[k]);
+    patch.in_a[k] = turned_back(at.rotation_a, patch.in_world[k]);
+    first_in_a[k] = shapes.column(&PatchShape::axes_in_a, k);
   }
-  if (inertia) {
-    set_inertia(at.rotation_a, x.inverse_inertia_a, inertia->a);
-    set_inertia(at.rotation_b, x.inverse_inertia_b, inertia->b);
+  patch.arm_a = along(patch.in_a, shapes.of(&PatchShape::arm_a));
+  patch.arm_b = along(patch.in_b, shapes.of(&PatchShape::arm_b));
+  // Measure how the patch has opened, tilted and slipped.
+  const LaneVectors offset = along(patch.in_world, at.offset);
+  LaneVectors apart;
+  for (int k = 0; k < 3; ++k) apart[k] = offset[k] + patch.arm_a[k] - patch.arm_b[k];
+  const auto value = [&](auto member, int k) {
+    return shapes.of([&](const PatchShape& shape) { return (shape.*member)[k]; });
+  };
+  const Lanes per_substep = all(-1) / all(from.hs);
+  const Lanes tilt[2] = {
+      value(&PatchShape::tilt, 0) + value(&PatchShape::left, 1) - dot(first_in_a[0], patch.in_a[1]),
+      value(&PatchShape::tilt, 1) + value(&PatchShape::left, 2) - dot(first_in_a[0], patch.in_a[2])};
+  patch.normal_beta = {{(apart[0] + value(&PatchShape::left, 0)) * per_substep, tilt[1] * per_substep,
+                        -tilt[0] * per_substep}};
+  const LaneVectors slip{{apart[1], apart[2], dot(first_in_a[1], patch.in_a[2])}};
+  const auto lets_go = keeps_sliding(patch) > all(0);
+  for (int k = 0; k < 3; ++k) {
+    patch.reference[k] = choose(lets_go, -slip[k], patch.reference[k]);
+    patch.beta[k] = (slip[k] + patch.reference[k]) * per_substep;
   }
-  Lanes* const gamma = face.gamma;
-  const RelativeMotion one = change_by_tangent(x, face, inertia, 1);
-  keep(one, &face.by_normals[0]);
-  gamma[0] = one.linear[1];
-  gamma[1] = one.linear[2];
-  gamma[2] = one.angular[0];
-  const RelativeMotion other = change_by_tangent(x, face, inertia, 2);
-  keep(other, &face.by_normals[3]);
-  gamma[3] = other.linear[2];
-  gamma[4] = other.angular[0];
-  const RelativeMotion spin = change_by(x, face, inertia, all_zero(), face.in_a[0], face.in_b[0]);
-  keep(spin, &face.by_normals[6]);
-  gamma[5] = spin.angular[0];
+  set_gamma(x, shapes, patch);
+  set_corners(x, shapes, patch, contacts.patch_corners.data() + x.first_corner);
 }
 
 [[gnu::always_inline]] inline void formulate_lanes(ContactBatches& contacts, const ContactBatch& x,
@@ -426,32 +515,22 @@ struct FaceArms {
   ContactDirections* const directions = contacts.directions.data() + x.first_direction;
   RestitutionRow* const restitutions =
       x.first_restitution < 0 ? nullptr : contacts.restitutions.data() + x.first_restitution;
-  RowResponses* const in_world = from.in_body_frames ? nullptr : contacts.responses.data() + x.first_response;
-  // Not set to zero first, as what is not read need not be: it is 4 kB.
-  TurnedDirections turned_directions;
-  FaceArms face;
-  if (x.direction_step == 0) {
-    set_directions(at, x, contacts_of(x, 0, from.contacts), from, turned_directions, directions[0]);
-  }
-  if (x.face >= 0) set_face_arms(x, turned_directions.normal, from, face);
+  if (x.patch >= 0) return formulate_patch(contacts, x, at, from);
+  TurnedDirections turned_directions{};
   int friction = 0;
   bool all_as_long = true;
   for (int i = 0; i < x.contacts; ++i) {
     const FourContacts contact = contacts_of(x, i, from.contacts);
-    if (x.direction_step == 1) set_directions(at, x, contact, from, turned_directions, directions[i]);
-    const PointArms arms =
-        x.face >= 0 ? face.point[i] : arms_of(contact, turned_directions.normal, from.anew);
+    if (i == 0 || x.direction_step == 1) {
+      set_directions(at, x, contact, from, turned_directions, directions[i]);
+    }
+    const PointArms arms = arms_of(contact, turned_directions.normal, from.anew);
     ContactRow& row = normals[i].row;
     if (!from.anew) row.impulse = normals[i].low = all(0);
     // A positive distance is admitted too: β lets it close, no more.
-    const Lanes gap =
-        set_row(x, at, arms.a, arms.b, turned_directions.normal, row, in_world ? in_world + i : nullptr) +
-        gather(contact, &Contact::left_over) + gather(contact, &Contact::gap_offset);
+    const Lanes gap = set_row(at, arms.a, arms.b, turned_directions.normal, row) +
+                      gather(contact, &Contact::left_over) + gather(contact, &Contact::gap_offset);
     row.beta = -gap / all(from.hs);
-    if (x.face >= 0) {
-      const LaneVectors from_first = difference(arms.a, face.point[0].a);
-      for (int k = 0; k < 2; ++k) normals[i].place[k] = dot(turned_directions.tangent[k].in_a, from_first);
-    }
     if (restitutions) {
       RestitutionRow& bounce = restitutions[i];
       if (!from.anew) start_restitution(contact, bounce);
@@ -465,17 +544,11 @@ struct FaceArms {
       start_friction(contact, rows);
     }
     touching[friction] = {arms.a, arms.b};
-    formulate_friction(x, at, contact, x.face < 0 ? arms : at_height(face, turned_directions.normal, arms),
-                       turned_directions.tangent, from,
-                       in_world ? in_world + x.contacts + 2 * friction : nullptr, rows);
+    formulate_friction(x, at, contact, arms, turned_directions.tangent, from, rows);
     ++friction;
   }
   Coupling* const couplings = contacts.couplings.data() + x.first_coupling;
-  couple(x, at, normals, directions, in_world, couplings);
-  if (x.face >= 0) {
-    set_face(x, at, turned_directions, face, in_world ? &contacts.inertias[x.face] : nullptr,
-             contacts.faces[x.face]);
-  }
+  couple(x, at, normals, directions, couplings);
   for (const int count : x.count) all_as_long = all_as_long && count == x.contacts;
   if (!all_as_long) leave_out(x, normals, frictions, couplings);
 }
@@ -490,19 +563,10 @@ void formulate_two_wide(ContactBatches& contacts, const Formulation& from) {
 }  // namespace
 
 void formulate(ContactBatches& contacts, const std::vector<Contact>& found, const std::vector<Coordinates>& q,
-               const std::vector<Matrix3>& rotations, bool in_body_frames, double hs) {
+               const std::vector<Matrix3>& rotations, double hs) {
   const bool anew = contacts.formulations > 0;
   if (!anew) contacts.first_rotations = rotations;
-  if (in_body_frames) {
-    contacts.responses.clear();
-    contacts.inertias.clear();
-  } else {
-    contacts.responses.reserve(3 * contacts.normals.capacity());
-    contacts.inertias.reserve(contacts.faces.capacity());
-    contacts.inertias.resize(contacts.faces.size());
-    contacts.responses.resize(contacts.normals.size() + 2 * contacts.frictions.size());
-  }
-  const Formulation from{found, q, rotations, in_body_frames, hs, anew, contacts.first_rotations};
+  const Formulation from{found, q, rotations, hs, anew, contacts.first_rotations};
   is_four_wide() ? formulate_four_wide(contacts, from) : formulate_two_wide(contacts, from);
   ++contacts.formulations;
 }

@@ -36,6 +36,17 @@ Vector3 displacement_at(const FrictionRows& rows, const TouchingPoint& touching,
          contact.tangent_b2 * (rows.reference[1][lane] + contact.tangent_b2.dot(apart));
 }
 
+/// Sets what a patch keeps to the next step of its displacement.
+void remember_patch(const Patch& patch, int lane, bool keeps, const RelativePose& a_in_b, PatchShape& shape) {
+  const Vector3 slip = PatchMotion(shape, a_in_b.position, a_in_b.rotation).slip;
+  const bool at_edge = patch.slides[lane] > 0;
+  shape.slid = at_edge && patch.slid[lane] > 0;
+  const double part = !keeps || shape.slid ? 0 : at_edge ? kept_at_edge : 1;
+  for (int k = 0; k < 3; ++k) {
+    shape.reference[k] = part * (slip[k] + patch.reference[k][lane]) - slip[k];
+  }
+}
+
 }  // namespace
 
 /// Places among what is remembered: by colliders, and the points of two colliders by where they are on the
@@ -72,22 +83,35 @@ void ContactBatches::sort_places(const std::vector<Contact>& found) {
 }
 
 void ContactBatches::remember(const std::vector<Contact>& found, const std::vector<Coordinates>& q,
-                              bool keeps, std::vector<ContactMemory>& memory) {
+                              bool keeps, std::vector<ContactMemory>& memory,
+                              std::vector<PatchShape>& patches_of_state) {
   sort_places(found);
   memory.resize(found.size());
+  for (ContactMemory& point : memory) point.collider_a = -1;
   for (const ContactBatch& x : batches) {
     for (int lane = 0; lane < x.manifolds; ++lane) {
-      int friction = 0;
       const RelativePose a_in_b(q[x.a[lane]], q[x.b[lane]]);
+      if (x.patch >= 0) {
+        remember_patch(patches[x.patch], lane, keeps, a_in_b, shapes[x.shape[lane]]);
+        if (shapes[x.shape[lane]].collider_a >= 0) continue;
+      }
+      int friction = 0;
       for (int i = 0; i < x.count[lane]; ++i) {
         const Contact& contact = found[x.source[lane] + i];
         ContactMemory& point = memory[place_of_[x.source[lane] + i]];
         point = {contact.collider_a, contact.collider_b, contact.arm_a, contact.arm_b, Vector3::Zero(), true,
                  contact.left_over};
+        if (x.patch >= 0) {
+          const PatchShape& shape = shapes[x.shape[lane]];
+          point.slides = shape.slid;
+          const PatchMotion motion(shape, a_in_b.position, a_in_b.rotation);
+          if (keeps) point.displacement = displacement_at(shape, motion, contact.arm_b);
+          continue;
+        }
         if (friction < x.frictions && x.contact_of[friction] == i) {
           const FrictionRows& rows = frictions[x.first_friction + friction];
           point.slides = rows.slides[lane] > 0 && rows.slid[lane] > 0;
-          if (keeps && !point.slides && reading.friction_memory) {
+          if (keeps && !point.slides) {
             const double part = rows.slides[lane] > 0 ? kept_at_edge : 1;
             point.displacement =
                 part * displacement_at(rows, touching[x.first_friction + friction], lane, contact, a_in_b);
@@ -97,6 +121,10 @@ void ContactBatches::remember(const std::vector<Contact>& found, const std::vect
       }
     }
   }
+  // The points of patches are kept with them.
+  std::erase_if(memory, [](const ContactMemory& point) { return point.collider_a < 0; });
+  std::erase_if(shapes, [](const PatchShape& shape) { return shape.collider_a < 0; });
+  patches_of_state.swap(shapes);
 }
 
 }  // namespace substep

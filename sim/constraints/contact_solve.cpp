@@ -1,8 +1,8 @@
-// The kernels of a sweep: a batch's normals as one block, then the friction of each point.
+// The kernels of a sweep: patches; else a manifold's normals as one block, then the friction of each point.
 
 #include <algorithm>
 
-#include "sim/constraints/contact_face.h"
+#include "sim/constraints/contact_patch.h"
 #include "sim/constraints/four_wide.h"
 #include "sim/constraints/lanes.h"
 
@@ -16,26 +16,20 @@ constexpr int normal_sweeps = 8;
 struct Visit {
   const ContactBatch& x;
   const ContactDirections* directions;
-  const RowResponses* responses;  ///< null: rows are in the bodies' frames
   NormalRow* normals;
   FrictionRows* frictions;
   const RestitutionRow* restitutions;  ///< null: none bounces
   const Coupling* coupling;
-  const ContactFace* face;      ///< null: the manifolds have none
-  const FaceInertias* inertia;  ///< null: rows are in the bodies' frames
   const RowSolve& how;
-  const ContactReading& reading;
 };
 
 /// What is known of a visit where its kernel is compiled.
 struct Kind {
-  bool in_world;  ///< rows may be in the world's frame
-  bool by_one;    ///< κ, τ, ω and the scale are 1, and multiply nothing
-  bool any;       ///< the largest change may be asked for, and the reading be another
+  bool by_one;  ///< κ, τ, ω and the scale are 1, and multiply nothing
+  bool any;     ///< the largest change may be asked for
 };
-constexpr Kind plain{false, true, false};
-constexpr Kind plain_in_world{true, true, false};
-constexpr Kind any_kind{true, false, true};
+constexpr Kind plain{true, false};
+constexpr Kind any_kind{false, true};
 
 template <Kind kind>
 [[gnu::always_inline]] inline Lanes times(double factor, const Lanes& x) {
@@ -43,10 +37,9 @@ template <Kind kind>
   return all(factor) * x;
 }
 
-/// v ← v + M⁻¹J_xᵀ impulse, for the `place`-th of the batch's rows.
-template <Kind kind>
-[[gnu::always_inline]] inline void apply(const Visit& at, int place, const LaneVectors& direction,
-                                         const ContactRow& row, const Lanes& impulse, Moving& a, Moving& b) {
+/// v ← v + M⁻¹J_xᵀ impulse.
+[[gnu::always_inline]] inline void apply(const Visit& at, const LaneVectors& direction, const ContactRow& row,
+                                         const Lanes& impulse, Moving& a, Moving& b) {
   const ContactBatch& x = at.x;
   const Lanes impulse_a = x.inverse_mass_a * impulse;
   const Lanes impulse_b = x.inverse_mass_b * impulse;
@@ -54,16 +47,9 @@ template <Kind kind>
     a.linear[k] += direction[k] * impulse_a;
     b.linear[k] -= direction[k] * impulse_b;
   }
-  if (kind.in_world && at.responses) {
-    for (int k = 0; k < 3; ++k) {
-      a.angular[k] += at.responses[place].a[k] * impulse;
-      b.angular[k] += at.responses[place].b[k] * impulse;
-    }
-  } else {
-    for (int k = 0; k < 3; ++k) {
-      a.angular[k] += x.inverse_inertia_a[k] * row.angular_a[k] * impulse;
-      b.angular[k] += x.inverse_inertia_b[k] * row.angular_b[k] * impulse;
-    }
+  for (int k = 0; k < 3; ++k) {
+    a.angular[k] += x.inverse_inertia_a[k] * row.angular_a[k] * impulse;
+    b.angular[k] += x.inverse_inertia_b[k] * row.angular_b[k] * impulse;
   }
 }
 
@@ -78,9 +64,7 @@ template <Kind kind>
   const Lanes missing = times<kind>(at.how.tau, at.normals[i].row.beta) - times<kind>(at.how.kappa, velocity);
   if (!at.restitutions) return missing;
   const RestitutionRow& restitution = at.restitutions[i];
-  const Lanes of_impact = at.reading.velocity_level_apart
-                              ? (restitution.right - velocity) / all(at.how.scale)
-                              : all(at.how.tau) * restitution.right - all(at.how.kappa) * velocity;
+  const Lanes of_impact = (restitution.right - velocity) / all(at.how.scale);
   return choose(restitution.impact > all(0), of_impact, missing);
 }
 
@@ -92,7 +76,6 @@ template <Kind kind>
       times<kind>(at.how.tau, at.frictions[i].row[k].beta) - times<kind>(at.how.kappa, velocity);
   if (!at.restitutions) return missing;
   const RestitutionRow& restitution = at.restitutions[at.x.contact_of[i]];
-  if (!at.reading.velocity_level_apart) return missing;
   return choose(restitution.impact > all(0), (restitution.right_of_slip[k] - velocity) / all(at.how.scale),
                 missing);
 }
@@ -155,7 +138,7 @@ template <Kind kind, int known>
   solve_block<known>(at, count, wanted, least, change);
   for (int i = 0; i < count; ++i) {
     const Lanes given = take<kind>(at, i, count, change[i], most);
-    apply<kind>(at, i, normal_of(at, i), at.normals[i].row, given, a, b);
+    apply(at, normal_of(at, i), at.normals[i].row, given, a, b);
   }
 }
 
@@ -170,20 +153,6 @@ template <Kind kind>
       return solve_normal_block<kind, 4>(at, a, b, most);
     default:
       return solve_normal_block<kind, 0>(at, a, b, most);
-  }
-}
-
-/// Ablation: the normals one after the other, each with what the one before left.
-[[gnu::always_inline]] inline void solve_normals_in_turn(const Visit& at, Moving& a, Moving& b) {
-  for (int i = 0; i < at.x.contacts; ++i) {
-    NormalRow& normal = at.normals[i];
-    const Lanes missing =
-        missing_of_normal<any_kind>(at, i, row_velocity(normal_of(at, i), normal.row, a, b));
-    const Lanes total =
-        larger(normal.row.impulse + all(at.how.omega) * missing * normal.effective_mass, normal.low);
-    const Lanes change = total - normal.row.impulse;
-    normal.row.impulse = total;
-    apply<any_kind>(at, i, normal_of(at, i), normal.row, all(at.how.scale) * change, a, b);
   }
 }
 
@@ -245,7 +214,6 @@ template <Kind kind>
     change.first = choose(slides, sliding.first - before.first, change.first);
     change.second = choose(slides, sliding.second - before.second, change.second);
   }
-  if (kind.any && !at.reading.friction_memory) rows.slides = rows.slid = all(1);
   any_slides += keeps_sliding(rows);
   rows.row[0].impulse += change.first;
   rows.row[1].impulse += change.second;
@@ -266,120 +234,163 @@ template <Kind kind>
       missing_of_slip<kind>(at, i, 0, row_velocity(along.tangent[0], rows.row[0], a, b)),
       missing_of_slip<kind>(at, i, 1, row_velocity(along.tangent[1], rows.row[1], a, b))};
   const Tangential given = solve_disc<kind>(at, i, missing, most, any_slides);
-  const int place = at.x.contacts + 2 * i;
-  apply<kind>(at, place, along.tangent[0], rows.row[0], given.first, a, b);
-  apply<kind>(at, place + 1, along.tangent[1], rows.row[1], given.second, a, b);
+  apply(at, along.tangent[0], rows.row[0], given.first, a, b);
+  apply(at, along.tangent[1], rows.row[1], given.second, a, b);
 }
 
-/// A face's normals, from the relative motion: the force along the normal and the torques about the tangents.
-template <Kind kind, int known>
-[[gnu::always_inline]] inline void solve_face_normals(const Visit& at, const RelativeMotion& motion,
-                                                      Wrench& wrench, Lanes& most) {
-  const int count = known ? known : at.x.contacts;
-  constexpr int room = known ? known : most_in_manifold;
-  Lanes wanted[room];
-  Lanes least[room];
-  Lanes change[room];
-  for (int i = 0; i < count; ++i) {
-    const NormalRow& normal = at.normals[i];
-    const Lanes velocity =
-        motion.linear[0] + (motion.angular[1] * normal.place[1] - motion.angular[2] * normal.place[0]);
-    wanted[i] = missing_of_normal<kind>(at, i, velocity) * normal.effective_mass;
-    least[i] = normal.low - normal.row.impulse;
-  }
-  solve_block<known>(at, count, wanted, least, change);
-  for (int i = 0; i < count; ++i) {
-    const NormalRow& normal = at.normals[i];
-    const Lanes given = take<kind>(at, i, count, change[i], most);
-    wrench.force[0] += given;
-    wrench.torque[1] += normal.place[1] * given;
-    wrench.torque[2] -= normal.place[0] * given;
-  }
-}
-
-/// A face's friction, point by point, each from the motion that those before it leave: along the tangents and
-/// about the normal.
-template <Kind kind>
-[[gnu::always_inline]] inline void solve_face_friction(const Visit& at, const RelativeMotion& motion,
-                                                       Wrench& wrench, Lanes& most, Lanes& any_slides) {
-  const Lanes(&gamma)[6] = at.face->gamma;
-  const Lanes(&by)[9] = at.face->by_normals;
-  Lanes moves[3] = {motion.linear[1], motion.linear[2], motion.angular[0]};
-  for (int k = 0; k < 3; ++k) {
-    moves[k] +=
-        by[3 * k] * wrench.force[0] + by[3 * k + 1] * wrench.torque[1] + by[3 * k + 2] * wrench.torque[2];
-  }
-  for (int i = 0; i < at.x.frictions; ++i) {
-    const Lanes(&place)[2] = at.normals[at.x.contact_of[i]].place;
-    const Tangential missing{missing_of_slip<kind>(at, i, 0, moves[0] - place[1] * moves[2]),
-                             missing_of_slip<kind>(at, i, 1, moves[1] + place[0] * moves[2])};
-    const Tangential given = solve_disc<kind>(at, i, missing, most, any_slides);
-    wrench.force[1] += given.first;
-    wrench.force[2] += given.second;
-    wrench.torque[0] += place[0] * given.second - place[1] * given.first;
-    const Lanes by_first[3] = {gamma[0] - place[1] * gamma[2], gamma[1] - place[1] * gamma[4],
-                               gamma[2] - place[1] * gamma[5]};
-    const Lanes by_second[3] = {gamma[1] + place[0] * gamma[2], gamma[3] + place[0] * gamma[4],
-                                gamma[4] + place[0] * gamma[5]};
-    for (int k = 0; k < 3; ++k) moves[k] += by_first[k] * given.first + by_second[k] * given.second;
-  }
-}
-
-/// A face's points. Returns whether any goes on sliding.
-template <Kind kind>
-[[gnu::always_inline]] inline bool solve_face(const Visit& at, std::vector<Velocity>& v, double* moved) {
+/// Moves wrenches that are outside of the cone of their patch to the nearest in it, in the metric of Γ: on
+/// one of its planes, else on one of its rays, else to 0.
+template <int known>
+[[gnu::always_inline]] inline void move_into_cone(int count, const PatchCorner* corners,
+                                                  LaneVectors& wrench) {
+  if constexpr (known) count = known;
   const Lanes zero = all(0);
-  Lanes most = zero;
-  Lanes any_slides = zero;
+  constexpr double rounding = 1e-10;
+  Lanes beyond[known ? known : most_in_manifold];
+  beyond[0] = dot(corners[0].plane, wrench);
+  auto open = beyond[0] < zero;
+  for (int k = 1; k < count; ++k) {
+    beyond[k] = dot(corners[k].plane, wrench);
+    open = open | (beyond[k] < zero);
+  }
+  if (!any(open)) return;
+  LaneVectors nearest = wrench;
+  // Try the planes that the wrench is behind: the right one's projection is inside of all others.
+  for (int k = 0; k < count; ++k) {
+    const LaneVectors& back = corners[k].to_plane;
+    const LaneVectors on_plane{
+        {wrench[0] - back[0] * beyond[k], wrench[1] - back[1] * beyond[k], wrench[2] - back[2] * beyond[k]}};
+    auto is_inside = open & (beyond[k] < zero);
+    const Lanes limit = all(rounding) * beyond[k];
+    for (int j = 0; j < count; ++j) {
+      if (j != k) is_inside = is_inside & (dot(corners[j].plane, on_plane) >= limit);
+    }
+    for (int i = 0; i < 3; ++i) nearest[i] = choose(is_inside, on_plane[i], nearest[i]);
+    open = open & ~is_inside;
+  }
+  // Else take the ray that comes nearest, or no impulse.
+  if (any(open)) {
+    Lanes most = zero;
+    LaneVectors on_ray{{zero, zero, zero}};
+    for (int k = 0; k < count; ++k) {
+      const PatchCorner& corner = corners[k];
+      const Lanes size = larger(dot(corner.to_ray, wrench), zero);
+      const Lanes gain = size * size * corner.gamma;
+      const auto is_better = gain > most;
+      most = choose(is_better, gain, most);
+      on_ray[0] = choose(is_better, size, on_ray[0]);
+      on_ray[1] = choose(is_better, size * corner.place[1], on_ray[1]);
+      on_ray[2] = choose(is_better, -(size * corner.place[0]), on_ray[2]);
+    }
+    for (int i = 0; i < 3; ++i) nearest[i] = choose(open, on_ray[i], nearest[i]);
+  }
+  wrench = nearest;
+}
+
+/// Solves the normals of a patch: the wrench in the cone that gives the velocities of β, or as near to them
+/// as it can. Returns what the wrench changed by, times the scale.
+template <Kind kind, int known>
+[[gnu::always_inline]] inline LaneVectors solve_patch_normals(const Visit& at, const PatchCorner* corners,
+                                                              const LaneVectors& velocity, Patch& patch,
+                                                              Lanes& most) {
+  const int count = known ? known : at.x.corners;
+  LaneVectors missing;
+  for (int k = 0; k < 3; ++k) {
+    missing[k] = times<kind>(at.how.tau, patch.normal_beta[k]) - times<kind>(at.how.kappa, velocity[k]);
+  }
+  // w = λ + ω Γ⁻¹ (τ β − κ J v)
+  const LaneVectors change = symmetric_product(patch.normal_inverse, missing);
+  LaneVectors wrench;
+  for (int k = 0; k < 3; ++k) wrench[k] = patch.normal_impulse[k] + times<kind>(at.how.omega, change[k]);
+  move_into_cone<known>(count, corners, wrench);
+  LaneVectors given;
+  for (int k = 0; k < 3; ++k) {
+    const Lanes difference = wrench[k] - patch.normal_impulse[k];
+    given[k] = times<kind>(at.how.scale, difference);
+    patch.normal_impulse[k] = wrench[k];
+  }
+  if (kind.any) {
+    const Lanes one = given[0] * patch.normal_gamma[0];
+    most = larger(most, choose(one < all(0), -one, one));
+  }
+  return given;
+}
+
+/// Where the normals take back what they had given when the patch slid, friction gives back in proportion.
+[[gnu::always_inline]] inline void give_back(Patch& patch, const Lanes& normal) {
+  const auto less = normal < patch.origin_normal;
+  if (!any(less)) return;
+  const Lanes part = choose(less, normal / patch.origin_normal, all(1));
+  for (int k = 0; k < 3; ++k) patch.origin[k] *= part;
+  patch.origin_normal *= part;
+}
+
+/// Solves the friction of a patch: Coulomb's law in an ellipsoid, two tangents and the twist as one block.
+/// Returns what its impulses changed by, times the scale.
+template <Kind kind>
+[[gnu::always_inline]] inline LaneVectors solve_patch_friction(const Visit& at, const LaneVectors& slip,
+                                                               const LaneVectors& normals, Patch& patch,
+                                                               Lanes& most) {
+  const Lanes normal = larger(patch.normal_impulse[0], all(0));  // rounding may leave less
+  give_back(patch, normal);
+  const Lanes(&by)[9] = patch.by_normals;
+  LaneVectors missing;
+  LaneVectors before;
+  for (int k = 0; k < 3; ++k) {
+    const Lanes velocity =
+        slip[k] + (by[3 * k] * normals[0] + by[3 * k + 1] * normals[1] + by[3 * k + 2] * normals[2]);
+    missing[k] = times<kind>(at.how.omega,
+                             times<kind>(at.how.tau, patch.beta[k]) - times<kind>(at.how.kappa, velocity));
+    before[k] = patch.impulse[k] - patch.origin[k];
+  }
+  // Where it holds: λ + ω Γ⁻¹ (τ β − κ J v)
+  LaneVectors total = symmetric_product(patch.inverse, missing);
+  for (int k = 0; k < 3; ++k) total[k] += before[k];
+  // Where it slides: the projection on the ellipsoid of λ + (what velocity is missing)/γ
+  const Lanes limit = patch.coefficient * (normal - patch.origin_normal);
+  const Lanes twist = total[2] * patch.inverse_radius;
+  const auto slides = total[0] * total[0] + total[1] * total[1] + twist * twist >= limit * limit;
+  patch.slides = choose(slides, all(1), all(0));
+  if (any(slides)) {
+    const LaneVectors target{{before[0] + missing[0] * patch.inverse_largest,
+                              before[1] + missing[1] * patch.inverse_largest,
+                              before[2] + missing[2] * patch.inverse_twist}};
+    const Lanes target_twist = target[2] * patch.inverse_radius;
+    const Lanes length = root(target[0] * target[0] + target[1] * target[1] + target_twist * target_twist);
+    const Lanes factor = choose(length > all(0), limit / length, all(0));
+    for (int k = 0; k < 3; ++k) total[k] = choose(slides, target[k] * factor, total[k]);
+  }
+  LaneVectors given;
+  for (int k = 0; k < 3; ++k) {
+    given[k] = times<kind>(at.how.scale, total[k] - before[k]);
+    patch.impulse[k] = total[k] + patch.origin[k];
+  }
+  if (kind.any) {
+    for (int k = 0; k < 2; ++k) {
+      const Lanes one = given[k] * patch.gamma[3 * k];
+      most = larger(most, choose(one < all(0), -one, one));
+    }
+  }
+  return given;
+}
+
+/// Solves four patches. Returns whether any goes on sliding.
+template <Kind kind, int known>
+[[gnu::always_inline]] inline bool solve_patch(const Visit& at, const PatchCorner* corners, Patch& patch,
+                                               std::vector<Velocity>& v, double* moved) {
+  Lanes most = all(0);
   Moving a = gather(v, at.x.a);
   Moving b = gather(v, at.x.b);
-  const RelativeMotion motion = relative_motion(*at.face, a, b);
-  Wrench wrench{{{zero, zero, zero}}, {{zero, zero, zero}}};
-  switch (at.x.contacts) {
-    case 2:
-      solve_face_normals<kind, 2>(at, motion, wrench, most);
-      break;
-    case 4:
-      solve_face_normals<kind, 4>(at, motion, wrench, most);
-      break;
-    default:
-      solve_face_normals<kind, 0>(at, motion, wrench, most);
-  }
-  solve_face_friction<kind>(at, motion, wrench, most, any_slides);
-  give(at.x, *at.face, kind.in_world ? at.inertia : nullptr, wrench, a, b);
+  const RelativeMotion motion = relative_motion(patch, a, b);
+  const LaneVectors normals = solve_patch_normals<kind, known>(at, corners, of_normals(motion), patch, most);
+  const LaneVectors friction = solve_patch_friction<kind>(at, of_friction(motion), normals, patch, most);
+  give(at.x, patch, normals, friction, a, b);
   scatter(a, at.x.a, at.x.manifolds, v);
   scatter(b, at.x.b, at.x.manifolds, v);
   if (kind.any && moved) {
     for (int lane = 0; lane < lanes; ++lane) *moved = std::max(*moved, most[lane]);
   }
-  return any(any_slides > zero);
-}
-
-/// Ablation: each of a point's two rows by itself, within ±μ λ_n: a square.
-[[gnu::always_inline]] inline void solve_friction_in_turn(const Visit& at, int i, Moving& a, Moving& b,
-                                                          Lanes& any_slides) {
-  FrictionRows& rows = at.frictions[i];
-  const ContactDirections& along = at.directions[at.x.contact_of[i] * at.x.direction_step];
-  const Lanes normal = at.normals[at.x.contact_of[i]].row.impulse;
-  const Lanes limit = rows.coefficient * larger(normal - rows.origin_normal, all(0));
-  rows.slides = all(at.reading.friction_memory ? 0 : 1);
-  if (!at.reading.friction_memory) rows.slid = all(1);
-  for (int k = 0; k < 2; ++k) {
-    ContactRow& row = rows.row[k];
-    const Lanes missing =
-        all(at.how.tau) * row.beta - all(at.how.kappa) * row_velocity(along.tangent[k], row, a, b);
-    const Lanes gamma = rows.gamma[2 * k];
-    const Lanes free =
-        row.impulse - rows.origin[k] + choose(gamma > all(0), all(at.how.omega) * missing / gamma, all(0));
-    const auto over = free >= limit;
-    const auto under = free <= -limit;
-    const Lanes total = rows.origin[k] + choose(over, limit, choose(under, -limit, free));
-    rows.slides = choose(over || under, all(1), rows.slides);
-    const Lanes change = total - row.impulse;
-    row.impulse = total;
-    apply<any_kind>(at, at.x.contacts + 2 * i + k, along.tangent[k], row, all(at.how.scale) * change, a, b);
-  }
-  any_slides += keeps_sliding(rows);
+  return any(keeps_sliding(patch) > all(0));
 }
 
 /// Returns whether any point goes on sliding.
@@ -389,18 +400,8 @@ template <Kind kind>
   Lanes any_slides = all(0);
   Moving a = gather(v, at.x.a);
   Moving b = gather(v, at.x.b);
-  if (kind.any && !at.reading.manifold_blocks) {
-    solve_normals_in_turn(at, a, b);
-  } else {
-    solve_normals<kind>(at, a, b, most);
-  }
-  for (int i = 0; i < at.x.frictions; ++i) {
-    if (kind.any && !at.reading.isotropic_friction) {
-      solve_friction_in_turn(at, i, a, b, any_slides);
-    } else {
-      solve_friction<kind>(at, i, a, b, most, any_slides);
-    }
-  }
+  solve_normals<kind>(at, a, b, most);
+  for (int i = 0; i < at.x.frictions; ++i) solve_friction<kind>(at, i, a, b, most, any_slides);
   scatter(a, at.x.a, at.x.manifolds, v);
   scatter(b, at.x.b, at.x.manifolds, v);
   if (kind.any && moved) {
@@ -409,27 +410,32 @@ template <Kind kind>
   return any(any_slides > all(0));
 }
 
-[[gnu::always_inline]] inline bool solve_any(const Visit& at, std::vector<Velocity>& v, double* moved) {
-  const ContactReading& reading = at.reading;
-  const RowSolve& how = at.how;
-  if (!reading.isotropic_friction || !reading.manifold_blocks || !reading.friction_memory) {
-    return solve_lanes<any_kind>(at, v, nullptr);
-  }
-  const bool by_one = how.kappa == 1 && how.tau == 1 && how.omega == 1 && how.scale == 1;
-  if (at.face) {
-    if (moved || !by_one) return solve_face<any_kind>(at, v, moved);
-    return at.inertia ? solve_face<plain_in_world>(at, v, nullptr) : solve_face<plain>(at, v, nullptr);
-  }
-  if (moved || !by_one) return solve_lanes<any_kind>(at, v, moved);
-  return at.responses ? solve_lanes<plain_in_world>(at, v, nullptr) : solve_lanes<plain>(at, v, nullptr);
+/// Four corners are known where the kernel is compiled, as boxes have them.
+template <Kind kind>
+[[gnu::always_inline]] inline bool solve_batch(ContactBatches& contacts, const Visit& at,
+                                               std::vector<Velocity>& v, double* moved) {
+  if (at.x.patch < 0) return solve_lanes<kind>(at, v, moved);
+  Patch& patch = contacts.patches[at.x.patch];
+  const PatchCorner* const corners = contacts.patch_corners.data() + at.x.first_corner;
+  if (at.x.corners == 4) return solve_patch<kind, 4>(at, corners, patch, v, moved);
+  return solve_patch<kind, 0>(at, corners, patch, v, moved);
 }
 
-using Solve = bool(const Visit&, std::vector<Velocity>&, double*);
-bool solve_two_wide(const Visit& at, std::vector<Velocity>& v, double* moved) {
-  return solve_any(at, v, moved);
+[[gnu::always_inline]] inline bool solve_any(ContactBatches& contacts, const Visit& at,
+                                             std::vector<Velocity>& v, double* moved) {
+  const RowSolve& how = at.how;
+  const bool by_one = how.kappa == 1 && how.tau == 1 && how.omega == 1 && how.scale == 1;
+  if (moved || !by_one) return solve_batch<any_kind>(contacts, at, v, moved);
+  return solve_batch<plain>(contacts, at, v, nullptr);
 }
-[[gnu::target("avx2")]] bool solve_four_wide(const Visit& at, std::vector<Velocity>& v, double* moved) {
-  return solve_any(at, v, moved);
+
+using Solve = bool(ContactBatches&, const Visit&, std::vector<Velocity>&, double*);
+bool solve_two_wide(ContactBatches& contacts, const Visit& at, std::vector<Velocity>& v, double* moved) {
+  return solve_any(contacts, at, v, moved);
+}
+[[gnu::target("avx2")]] bool solve_four_wide(ContactBatches& contacts, const Visit& at,
+                                             std::vector<Velocity>& v, double* moved) {
+  return solve_any(contacts, at, v, moved);
 }
 
 }  // namespace
@@ -439,16 +445,12 @@ void solve_and_apply(ContactBatches& contacts, const ContactBatch& x, const RowS
   static Solve* const solve = is_four_wide() ? solve_four_wide : solve_two_wide;
   const Visit at{x,
                  contacts.directions.data() + x.first_direction,
-                 contacts.responses.empty() ? nullptr : contacts.responses.data() + x.first_response,
                  contacts.normals.data() + x.first_normal,
                  contacts.frictions.data() + x.first_friction,
                  x.first_restitution < 0 ? nullptr : contacts.restitutions.data() + x.first_restitution,
                  contacts.couplings.data() + x.first_coupling,
-                 x.face < 0 ? nullptr : contacts.faces.data() + x.face,
-                 x.face < 0 || contacts.inertias.empty() ? nullptr : contacts.inertias.data() + x.face,
-                 how,
-                 contacts.reading};
-  contacts.slides[&x - contacts.batches.data()] = solve(at, v, moved) ? 1 : 0;
+                 how};
+  contacts.slides[&x - contacts.batches.data()] = solve(contacts, at, v, moved) ? 1 : 0;
 }
 
 }  // namespace substep

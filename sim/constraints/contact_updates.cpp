@@ -1,5 +1,6 @@
 // What changes in contacts' rows from sub-step to sub-step: impacts, origins of friction's limits, biases.
 
+#include "sim/constraints/contact_patch.h"
 #include "sim/constraints/four_wide.h"
 #include "sim/constraints/lanes.h"
 
@@ -16,12 +17,34 @@ namespace {
   }
 }
 
+/// The same of a patch.
+[[gnu::always_inline]] inline void let_go(Patch& patch, double hs, const Moving& offset_a,
+                                          const Moving& offset_b) {
+  const auto lets_go = keeps_sliding(patch) > all(0);
+  const LaneVectors displacement = of_friction(relative_motion(patch, offset_a, offset_b));
+  for (int k = 0; k < 3; ++k) {
+    patch.reference[k] = choose(lets_go, -(all(hs) * displacement[k]), patch.reference[k]);
+  }
+}
+
 [[gnu::always_inline]] inline void update_biases_lanes(ContactBatches& contacts, double hs,
                                                        const std::vector<Velocity>& v_local,
                                                        const std::vector<Velocity>& offset) {
   for (const ContactBatch& x : contacts.batches) {
     const Moving a = gather(v_local, x.a);
     const Moving b = gather(v_local, x.b);
+    if (x.patch >= 0) {
+      Patch& patch = contacts.patches[x.patch];
+      const RelativeMotion motion = relative_motion(patch, a, b);
+      const LaneVectors along_normals = of_normals(motion);
+      const LaneVectors slip = of_friction(motion);
+      let_go(patch, hs, gather(offset, x.a), gather(offset, x.b));
+      for (int k = 0; k < 3; ++k) {
+        patch.normal_beta[k] -= along_normals[k];
+        patch.beta[k] = choose(keeps_sliding(patch) > all(0), all(0), patch.beta[k] - slip[k]);
+      }
+      continue;
+    }
     const ContactDirections* const directions = contacts.directions.data() + x.first_direction;
     for (int i = 0; i < x.contacts; ++i) {
       ContactRow& row = contacts.normals[x.first_normal + i].row;
@@ -57,6 +80,17 @@ void update_biases_two_wide(ContactBatches& contacts, double hs, const std::vect
   for (const ContactBatch& x : contacts.batches) {
     const Moving a = gather(change, x.a);
     const Moving b = gather(change, x.b);
+    if (x.patch >= 0) {
+      Patch& patch = contacts.patches[x.patch];
+      const RelativeMotion motion = relative_motion(patch, a, b);
+      const LaneVectors along_normals = of_normals(motion);
+      const LaneVectors slip = of_friction(motion);
+      for (int k = 0; k < 3; ++k) {
+        patch.normal_beta[k] += all(share) * along_normals[k];
+        patch.beta[k] += all(share) * slip[k];
+      }
+      continue;
+    }
     const ContactDirections* const directions = contacts.directions.data() + x.first_direction;
     for (int i = 0; i < x.contacts; ++i) {
       ContactRow& row = contacts.normals[x.first_normal + i].row;
@@ -90,6 +124,14 @@ void undo_update_rule_two_wide(ContactBatches& contacts, double share, const std
     const Moving b = gather(sum_v, x.b);
     const Moving offset_a = gather(offset, x.a);
     const Moving offset_b = gather(offset, x.b);
+    if (x.patch >= 0) {
+      Patch& patch = contacts.patches[x.patch];
+      const auto lets_go = keeps_sliding(patch) > all(0);
+      const LaneVectors given = of_friction(relative_motion(patch, a, b));
+      let_go(patch, hs, offset_a, offset_b);
+      for (int k = 0; k < 3; ++k) patch.beta[k] = choose(lets_go, given[k], patch.beta[k]);
+      continue;
+    }
     for (int i = 0; i < x.frictions; ++i) {
       FrictionRows& rows = contacts.frictions[x.first_friction + i];
       const auto lets_go = keeps_sliding(rows) > all(0);
@@ -145,6 +187,13 @@ void start_impact(NormalRow& normal, RestitutionRow& row, const Lanes& gap, cons
   row.velocity = choose(meets, after, let_through);
 }
 
+/// What a patch that slides has given is spent, so that its friction can turn with the slip.
+void start_slide(Patch& patch) {
+  const auto lets_go = keeps_sliding(patch) > all(0);
+  for (int k = 0; k < 3; ++k) patch.origin[k] = choose(lets_go, patch.impulse[k], patch.origin[k]);
+  patch.origin_normal = choose(lets_go, larger(patch.normal_impulse[0], all(0)), patch.origin_normal);
+}
+
 }  // namespace
 
 void start_substep(ContactBatches& contacts, double hs, const std::vector<Velocity>& v,
@@ -156,9 +205,17 @@ void start_substep(ContactBatches& contacts, double hs, const std::vector<Veloci
     for (FrictionRows& rows : contacts.frictions) {
       rows.row[0].impulse = rows.row[1].impulse = rows.origin[0] = rows.origin[1] = rows.origin_normal = zero;
     }
+    for (Patch& patch : contacts.patches) {
+      patch.normal_impulse = patch.impulse = patch.origin = {{zero, zero, zero}};
+      patch.origin_normal = zero;
+    }
   }
   for (std::size_t batch = 0; batch < contacts.batches.size(); ++batch) {
     const ContactBatch& x = contacts.batches[batch];
+    if (x.patch >= 0) {
+      if (contacts.slides[batch] != 0) start_slide(contacts.patches[x.patch]);
+      continue;
+    }
     for (int i = 0; i < x.frictions && contacts.slides[batch] != 0; ++i) {
       FrictionRows& rows = contacts.frictions[x.first_friction + i];
       const auto lets_go = keeps_sliding(rows) > zero;
@@ -205,6 +262,12 @@ void box_biases(ContactBatches& contacts, double kappa, double tau) {
   for (NormalRow& normal : contacts.normals) normal.row.beta *= all(tau / kappa);
   for (FrictionRows& rows : contacts.frictions) {
     for (ContactRow& row : rows.row) row.beta *= all(tau / kappa);
+  }
+  for (Patch& patch : contacts.patches) {
+    for (int k = 0; k < 3; ++k) {
+      patch.normal_beta[k] *= all(tau / kappa);
+      patch.beta[k] *= all(tau / kappa);
+    }
   }
 }
 

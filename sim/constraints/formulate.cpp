@@ -10,7 +10,7 @@ void formulate(Problem& problem, const std::vector<Coordinates>& q, double hs) {
   for (Block& x : problem.c.blocks) {
     formulate_block(problem, x, {q[x.a], q[x.b], problem.rotations[x.a], problem.rotations[x.b]}, hs);
   }
-  formulate(problem.c.contacts, *problem.contacts, q, problem.rotations, problem.frame == Frame::body, hs);
+  formulate(problem.c.contacts, *problem.contacts, q, problem.rotations, hs);
 }
 
 }  // namespace substep

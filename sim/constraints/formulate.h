@@ -29,6 +29,7 @@ struct Substeps {
 struct Problem {
   const Model* model = nullptr;
   const std::vector<Contact>* contacts = nullptr;
+  std::vector<PatchShape>* kept_patches = nullptr;  ///< those of the step before that hold; or null
   Frame frame = Frame::body;
   Constraints c;
   BlockOrder order;
@@ -37,8 +38,9 @@ struct Problem {
 };
 
 /// The list of blocks, in the order of block_order.h, and the contacts in theirs. `joints` says how joints
-/// are blocked.
-void build_blocks(Problem& problem, Joints joints);
+/// are blocked. `q`: the coordinates at which the contacts were found; without them no contacts are patches,
+/// which A1 needs: it solves all points of all contacts.
+void build_blocks(Problem& problem, Joints joints, const std::vector<Coordinates>& q = {});
 
 /// The value of a joint's coordinate, m or rad.
 double value_of(const JointCoordinate& coordinate, const Attachment& at, const std::vector<Coordinates>& q);

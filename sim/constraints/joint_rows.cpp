@@ -227,7 +227,7 @@ void formulate_limit(Problem& problem, Block& x, const Placed& at, double hs) {
   if (!two_sided) row.low = 0;
   x.positional_bias_fraction = 1;
   if (room < 0 || two_sided) take_part_of_gap(problem, x);
-  x.stabilized = !limit.soft || !problem.c.contacts.reading.velocity_level_apart;
+  x.stabilized = !limit.soft;
   if (limit.soft) {
     // λ = −hs (stiffness (room + hs Jv') + damping Jv'), in the form Jv' + softness λ = β. Within the bound β
     // lets the room close; beyond it the spring has been at work.
@@ -250,7 +250,7 @@ void formulate_drive(Problem& problem, Block& x, const Placed& at, double hs) {
   Row& row = problem.c.rows[x.first];
   set_row(problem, x, at, m, 1, pull / strength, row);
   x.positional_bias_fraction = hs * drive.stiffness / strength;
-  x.stabilized = !problem.c.contacts.reading.velocity_level_apart;
+  x.stabilized = false;
   const double mass = drive.per_mass ? row.effective_mass : 1;
   row.high = hs * drive.max_force * mass;
   row.low = -row.high;

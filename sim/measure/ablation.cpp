@@ -84,7 +84,8 @@ class Experiment {
     std::vector<TouchingPoint> touching;
     std::vector<ContactDirections> directions;
     std::vector<Coupling> couplings;
-    std::vector<ContactFace> faces;
+    std::vector<Patch> patches;
+    std::vector<PatchCorner> patch_corners;
     std::vector<RestitutionRow> restitutions;
   };
 
@@ -96,7 +97,8 @@ class Experiment {
     kept.touching = c.contacts.touching;
     kept.directions = c.contacts.directions;
     kept.couplings = c.contacts.couplings;
-    kept.faces = c.contacts.faces;
+    kept.patches = c.contacts.patches;
+    kept.patch_corners = c.contacts.patch_corners;
     kept.restitutions = c.contacts.restitutions;
   }
 
@@ -108,7 +110,8 @@ class Experiment {
     std::swap(kept.touching, c.contacts.touching);
     std::swap(kept.directions, c.contacts.directions);
     std::swap(kept.couplings, c.contacts.couplings);
-    std::swap(kept.faces, c.contacts.faces);
+    std::swap(kept.patches, c.contacts.patches);
+    std::swap(kept.patch_corners, c.contacts.patch_corners);
     std::swap(kept.restitutions, c.contacts.restitutions);
   }
 
@@ -141,6 +144,12 @@ class Experiment {
         rows.row[k].beta = from.frictions[i].row[k].beta;
         rows.reference[k] = from.frictions[i].reference[k];
       }
+    }
+    for (std::size_t i = 0; i < from.patches.size(); ++i) {
+      Patch& patch = c.contacts.patches[i];
+      patch.normal_beta = from.patches[i].normal_beta;
+      patch.beta = from.patches[i].beta;
+      patch.reference = from.patches[i].reference;
     }
     // A displacement is that of the points that it was followed to.
     c.contacts.touching = from.touching;
@@ -178,37 +187,20 @@ Procedure ablation_procedure(Approximation approximation) {
 
 std::string_view name(ContactAblation approximation) {
   switch (approximation) {
-    case ContactAblation::all_six:
-      return "all six (A5)";
-    case ContactAblation::velocity_level:
-      return "τ, κ on velocity-level rows";
-    case ContactAblation::square_friction:
-      return "friction in a square";
+    case ContactAblation::none:
+      return "none (A5)";
     case ContactAblation::limits_by_substep:
       return "limits by sub-step";
     case ContactAblation::file_order:
-      return "order of the file";
-    case ContactAblation::single_normals:
-      return "normals one by one";
-    case ContactAblation::forgetting_friction:
       break;
   }
-  return "friction without memory";
-}
-
-bool is_beyond_report(ContactAblation approximation) {
-  return approximation == ContactAblation::single_normals ||
-         approximation == ContactAblation::forgetting_friction;
+  return "order of the file";
 }
 
 ContactReading contact_reading(ContactAblation approximation) {
   ContactReading reading;
-  reading.velocity_level_apart = approximation != ContactAblation::velocity_level;
-  reading.isotropic_friction = approximation != ContactAblation::square_friction;
   reading.limits_over_step = approximation != ContactAblation::limits_by_substep;
   reading.far_first = approximation != ContactAblation::file_order;
-  reading.manifold_blocks = approximation != ContactAblation::single_normals;
-  reading.friction_memory = approximation != ContactAblation::forgetting_friction;
   return reading;
 }
 

@@ -1,7 +1,7 @@
 #pragma once
-/// Ablations, so that what each approximation and each reading costs is a number. From A3 to A5: the listing
-/// of A3 with one approximation switched on. Of contacts: A5 with one reading of ContactReading taken out.
-/// Experiments: nothing else uses them.
+/// Ablations measure the cost of each approximation and each option. From A3 to A5: the listing of A3 with one
+/// approximation switched on. Of contacts: A5 with one option of ContactReading switched off. Only
+/// measurements use them.
 
 #include <array>
 #include <string_view>
@@ -32,30 +32,18 @@ std::string_view name(Approximation approximation);
 /// Jacobian anew in all approximations, as in A4.
 Procedure ablation_procedure(Approximation approximation);
 
-/// Which reading of contacts is taken out of all six.
+/// Which option of ContactReading is switched off.
 enum class ContactAblation {
-  all_six,              ///< none is: A5
-  velocity_level,       ///< τ and κ act on velocity-level rows, too
-  square_friction,      ///< each of a point's two friction rows has a limit of its own
-  limits_by_substep,    ///< λ's limits hold for a sub-step's impulse
-  file_order,           ///< a sweep has the order of the file
-  single_normals,       ///< a manifold's normals are solved one by one
-  forgetting_friction,  ///< friction sees the velocity of the moment only
+  none,               ///< A5
+  limits_by_substep,  ///< λ's limits hold for a sub-step's impulse
+  file_order,         ///< a sweep has the order of the file
 };
 
-inline constexpr std::array contact_ablations{ContactAblation::all_six,
-                                              ContactAblation::velocity_level,
-                                              ContactAblation::square_friction,
-                                              ContactAblation::limits_by_substep,
-                                              ContactAblation::file_order,
-                                              ContactAblation::single_normals,
-                                              ContactAblation::forgetting_friction};
+inline constexpr std::array contact_ablations{ContactAblation::none, ContactAblation::limits_by_substep,
+                                              ContactAblation::file_order};
 
 /// "order of the file", as tables print it.
 std::string_view name(ContactAblation approximation);
-
-/// Whether what is taken out goes beyond the report; else it is read into it.
-bool is_beyond_report(ContactAblation approximation);
 
 /// For Simulation, with settings of A2 to A5.
 ContactReading contact_reading(ContactAblation approximation);

@@ -60,7 +60,7 @@ std::string contact_table(const std::vector<ContactAblationCosts>& ablation) {
   std::string text = fmt::format("\n\n{}\n{:32}", contact_ablation_caption(ablation), "");
   for (const ContactAblationCosts& column : ablation) text += fmt::format("{:>24}", column_title(column));
   for (std::size_t i = 0; i < contact_ablations.size(); ++i) {
-    text += fmt::format("\n{:32}", row_title(contact_ablations[i]));
+    text += fmt::format("\n{:32}", std::string(name(contact_ablations[i])));
     for (const ContactAblationCosts& column : ablation)
       text += fmt::format("{:>24}", number(column.costs[i]));
   }
@@ -73,7 +73,7 @@ std::string contact_markdown(const std::vector<ContactAblationCosts>& ablation) 
   text += "\n|---|";
   for (std::size_t i = 0; i < ablation.size(); ++i) text += "---:|";
   for (std::size_t i = 0; i < contact_ablations.size(); ++i) {
-    text += fmt::format("\n| {} |", row_title(contact_ablations[i]));
+    text += fmt::format("\n| {} |", std::string(name(contact_ablations[i])));
     for (const ContactAblationCosts& column : ablation) text += fmt::format(" {} |", number(column.costs[i]));
   }
   return text;

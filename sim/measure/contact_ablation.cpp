@@ -142,16 +142,11 @@ std::string column_title(const ContactAblationCosts& costs) {
   return fmt::format("{} [{}]", costs.scene, costs.unit);
 }
 
-std::string row_title(ContactAblation approximation) {
-  return std::string(name(approximation)) + (is_beyond_report(approximation) ? " *" : "");
-}
-
 std::string contact_ablation_caption(const std::vector<ContactAblationCosts>& ablation) {
   const Settings settings = default_settings(Algorithm::a5);
   std::string text = fmt::format(
-      "A5 with n = {}, m = {}, τ = {} and κ = {} (of joints/contacts), {} joints, and one of six contact "
-      "model "
-      "options switched off. ",
+      "A5 with n = {}, m = {}, τ = {} and κ = {} (of joints/contacts), {} joints, and one option of contacts "
+      "switched off. ",
       settings.substeps, settings.iterations, tau_text(settings), kappa_text(settings),
       name(settings.joints));
   for (std::size_t i = 0; i < ablation.size(); ++i) {
@@ -160,7 +155,7 @@ std::string contact_ablation_caption(const std::vector<ContactAblationCosts>& ab
     text += ablation[i].scene;
     text += goes_on ? ", " : fmt::format(": {}{}", ablation[i].what, is_last ? ". " : "; ");
   }
-  return text + "The report leaves four of them open; *: the two that go beyond it";
+  return text + "Less is better";
 }
 
 std::vector<ContactAblationCosts> contact_ablation(const std::filesystem::path& folder) {

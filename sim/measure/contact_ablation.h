@@ -1,5 +1,5 @@
 #pragma once
-/// What each reading of contacts (ContactReading) costs when it is taken out of A5 by itself.
+/// What each option of contacts (ContactReading) costs when it is switched off in A5.
 
 #include <filesystem>
 #include <string>
@@ -19,9 +19,7 @@ struct ContactAblationCosts {
 
 /// "box_stack [m]": heads a column of costs.
 std::string column_title(const ContactAblationCosts& costs);
-/// "order of the file"; with an asterisk where that goes beyond the report.
-std::string row_title(ContactAblation approximation);
-/// What a table of costs shows: settings, what a cost is, and the asterisk.
+/// What a table of costs shows: settings, and what a cost is.
 std::string contact_ablation_caption(const std::vector<ContactAblationCosts>& ablation);
 
 /// On box_stack, box_pyramid, balls_on_tray, powered_wheel and dominoes of `folder`: some seconds, the same
@@ -31,7 +29,7 @@ std::vector<ContactAblationCosts> contact_ablation(const std::filesystem::path& 
 /// The same of one of these scenes.
 ContactAblationCosts contact_ablation_of(const std::filesystem::path& folder, const std::string& scene);
 
-/// One of these scenes with all six readings and `settings` of one's own, each at the scene's step: costs in
+/// One of these scenes with both options on and `settings` of one's own, each at the scene's step: costs in
 /// their order.
 ContactAblationCosts contact_costs(const std::filesystem::path& folder, const std::string& scene,
                                    const std::vector<Settings>& settings);

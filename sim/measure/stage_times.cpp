@@ -42,7 +42,6 @@ StageTimes stages_at(const Scene& scene, const Settings& settings, const std::ve
   const Joints joints = sub_stepped ? settings.joints : Joints::rows;
   Problem problem;
   problem.model = &model;
-  problem.frame = sub_stepped ? Frame::body : Frame::world;
   problem.substeps.duration = hs;
   problem.contacts = &no_contacts;
   build_blocks(problem, joints);
@@ -50,7 +49,7 @@ StageTimes stages_at(const Scene& scene, const Settings& settings, const std::ve
   for (const State& state : states) {
     if (model.contacts) {
       sum.geometry += time_of([&] { problem.contacts = &finder.find(state, settings.step, 1); });
-      sum.formulation += time_of([&] { build_blocks(problem, joints); });
+      sum.formulation += time_of([&] { build_blocks(problem, joints, state.q); });
     }
     sum.formulation += time_of([&] { formulate(problem, state.q, hs); });
     std::vector<Coordinates> q = state.q;

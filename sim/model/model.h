@@ -104,6 +104,7 @@ struct Contact {
   Vector3 normal_b;  ///< from b to a
   Vector3 tangent_b1;
   Vector3 tangent_b2;
+  double margin;  ///< the manifold's points were looked for within this distance, m
   double friction;
   static constexpr double no_impact = -1;
   double restitution = no_impact;  ///< of an impact, or no_impact

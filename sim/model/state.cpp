@@ -45,6 +45,27 @@ std::uint64_t hash(const State& state) {
       for (int k = 0; k < 3; ++k) add(hash, part[k]);
     }
   }
+  for (const PatchShape& patch : state.patches) {
+    for (const int value : {patch.a, patch.b, patch.collider_a, patch.collider_b, patch.corners,
+                            patch.slid ? 1 : 0}) {
+      add(hash, value);
+    }
+    for (const Vector3& part : {patch.arm_a, patch.arm_b, patch.position}) {
+      for (int k = 0; k < 3; ++k) add(hash, part[k]);
+    }
+    for (const Matrix3& axes : {patch.axes_in_a, patch.axes_in_b}) {
+      for (int k = 0; k < 9; ++k) add(hash, axes.data()[k]);
+    }
+    for (int k = 0; k < 4; ++k) add(hash, patch.orientation.coeffs()[k]);
+    for (const double value : {patch.tilt[0], patch.tilt[1], patch.left[0], patch.left[1], patch.left[2],
+                               patch.reference[0], patch.reference[1], patch.reference[2], patch.friction,
+                               patch.radius, patch.left_over, patch.margin}) {
+      add(hash, value);
+    }
+    for (int k = 0; k < patch.corners; ++k) {
+      for (const double place : patch.corner[k]) add(hash, place);
+    }
+  }
   return hash;
 }
 

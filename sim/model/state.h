@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "sim/math/vector.h"
+#include "sim/model/patch_shape.h"
 #include "sim/scene/scene.h"
 
 namespace substep {
@@ -48,6 +49,7 @@ struct State {
   std::vector<Coordinates> q;
   std::vector<Velocity> v;
   std::vector<ContactMemory> contacts;  ///< by colliders; A2 to A5
+  std::vector<PatchShape> patches;      ///< A2 to A5
 };
 
 State initial_state(const Scene& scene);

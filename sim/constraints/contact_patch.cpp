@@ -1,0 +1,168 @@
+#include "sim/constraints/contact_patch.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace substep {
+namespace {
+
+/// Of the patch's radius: points farther than this from the plane of the others do not make a flat manifold.
+constexpr double flatness = 1e-4;
+
+/// Of the patch's radius, the distance from a side within which a corner is left out.
+constexpr double collinear = 1e-6;
+
+/// Normal equations of planes through values at a manifold's points.
+class PlaneFit {
+ public:
+  void add(double x, double y) {
+    xx_ += x * x;
+    xy_ += x * y;
+    yy_ += y * y;
+  }
+
+  /// Returns the slopes of the plane through values with these moments. Points on a line have one along it.
+  std::array<double, 2> slopes(double along_x, double along_y) const {
+    const double trace = xx_ + yy_;
+    if (!(trace > 0)) return {0, 0};
+    const double determinant = xx_ * yy_ - xy_ * xy_;
+    if (determinant > 1e-12 * trace * trace) {
+      return {(yy_ * along_x - xy_ * along_y) / determinant, (xx_ * along_y - xy_ * along_x) / determinant};
+    }
+    return {along_x / trace, along_y / trace};
+  }
+
+  double trace() const { return xx_ + yy_; }
+
+ private:
+  double xx_ = 0;
+  double xy_ = 0;
+  double yy_ = 0;
+};
+
+using Point = std::array<double, 2>;
+
+/// Makes the counterclockwise hull of the points. Returns how many corners it has; 0 where there are too
+/// many.
+int make_hull(int count, double tolerance, std::array<Point, most_in_manifold> points,
+              double (&corner)[most_corners][2]) {
+  std::sort(points.begin(), points.begin() + count);
+  std::array<Point, 2 * most_in_manifold> hull;
+  int size = 0;
+  const auto add = [&](const Point& p, int least) {
+    // Remove corners that are not to the right of the way from the one before them to this.
+    while (size >= least) {
+      const Point& from = hull[size - 2];
+      const Point& over = hull[size - 1];
+      const double ux = over[0] - from[0];
+      const double uy = over[1] - from[1];
+      const double wx = p[0] - from[0];
+      const double wy = p[1] - from[1];
+      if (ux * wy - uy * wx > tolerance * std::sqrt(wx * wx + wy * wy)) break;
+      --size;
+    }
+    hull[size++] = p;
+  };
+  for (int i = 0; i < count; ++i) add(points[i], 2);
+  const int lower = size + 1;
+  for (int i = count - 2; i >= 0; --i) add(points[i], lower);
+  --size;  // the first once more
+  if (size > most_corners) return 0;
+  for (int i = 0; i < size; ++i) {
+    corner[i][0] = hull[i][0];
+    corner[i][1] = hull[i][1];
+  }
+  return size;
+}
+
+bool is_flat_surface(const Contact& contact) {
+  return contact.restitution == Contact::no_impact && contact.friction > 0 && !contact.rolls_a &&
+         !contact.rolls_b && !contact.turns_with_a && !contact.turns_with_neither;
+}
+
+}  // namespace
+
+std::optional<PatchShape> patch_shape(const Contact* contacts, int count, const Coordinates& a,
+                                      const Coordinates& b) {
+  if (!std::all_of(contacts, contacts + count, is_flat_surface)) return std::nullopt;
+  PatchShape shape;
+  shape.arm_a = shape.arm_b = Vector3::Zero();
+  shape.friction = 0;
+  shape.slid = shape.is_kept = false;
+  for (int i = 0; i < count; ++i) {
+    shape.arm_a += contacts[i].arm_a / count;
+    shape.arm_b += contacts[i].arm_b / count;
+    shape.friction += contacts[i].friction / count;
+    shape.slid = shape.slid || contacts[i].slid;
+  }
+  const bool is_one_pair = std::all_of(contacts, contacts + count, [&](const Contact& contact) {
+    return contact.collider_a == contacts->collider_a && contact.collider_b == contacts->collider_b;
+  });
+  shape.a = contacts->a;
+  shape.b = contacts->b;
+  shape.collider_a = is_one_pair ? contacts->collider_a : -1;
+  shape.collider_b = is_one_pair ? contacts->collider_b : -1;
+  shape.margin = contacts->margin;
+  shape.axes_in_b << contacts->normal_b, contacts->tangent_b1, contacts->tangent_b2;
+  shape.position = b.angular.conjugate() * (a.linear - b.linear);
+  shape.orientation = b.angular.conjugate() * a.angular;
+  shape.axes_in_a = shape.orientation.toRotationMatrix().transpose() * shape.axes_in_b;
+
+  // Fit planes to the gaps, to what is added to them, and a motion to the displacements.
+  double gap[most_in_manifold];
+  double mean_gap = 0;
+  double left = 0;
+  double moved[2] = {0, 0};
+  double radius = 0;
+  PlaneFit fit;
+  std::array<Point, most_in_manifold> points{};
+  shape.left_over = 0;
+  for (int i = 0; i < count; ++i) {
+    const Contact& contact = contacts[i];
+    const Vector3 on_b = contact.arm_b - shape.arm_b;
+    const Vector3 on_a = contact.arm_a - shape.arm_a;
+    const double x = shape.axes_in_b.col(1).dot(on_b);
+    const double y = shape.axes_in_b.col(2).dot(on_b);
+    points[i] = {x, y};
+    shape.left_over = std::max(shape.left_over, contact.left_over + contact.gap_offset);
+    gap[i] = shape.axes_in_a.col(0).dot(on_a) - shape.axes_in_b.col(0).dot(on_b);
+    mean_gap += gap[i] / count;
+    left += (contact.left_over + contact.gap_offset) / count;
+    moved[0] += contact.displacement_1 / count;
+    moved[1] += contact.displacement_2 / count;
+    radius += std::sqrt(x * x + y * y) / count;
+    fit.add(x, y);
+  }
+  double gap_moments[2] = {0, 0};
+  double left_moments[2] = {0, 0};
+  double twist = 0;
+  for (int i = 0; i < count; ++i) {
+    const Contact& contact = contacts[i];
+    for (int k = 0; k < 2; ++k) {
+      gap_moments[k] += points[i][k] * (gap[i] - mean_gap);
+      left_moments[k] += points[i][k] * (contact.left_over + contact.gap_offset - left);
+    }
+    twist += points[i][0] * (contact.displacement_2 - moved[1]) -
+             points[i][1] * (contact.displacement_1 - moved[0]);
+  }
+  const auto tilt = fit.slopes(gap_moments[0], gap_moments[1]);
+  for (int i = 0; i < count; ++i) {
+    const double plane = mean_gap + tilt[0] * points[i][0] + tilt[1] * points[i][1];
+    if (!(std::abs(gap[i] - plane) <= flatness * radius)) return std::nullopt;
+  }
+  const auto left_tilt = fit.slopes(left_moments[0], left_moments[1]);
+  for (int k = 0; k < 2; ++k) {
+    shape.tilt[k] = tilt[k];
+    shape.left[k + 1] = left_tilt[k];
+    shape.reference[k] = moved[k];
+  }
+  shape.left[0] = left;
+  shape.reference[2] = fit.trace() > 0 ? twist / fit.trace() : 0;
+  shape.radius = radius;
+  shape.corners = make_hull(count, collinear * radius, points, shape.corner);
+  if (shape.corners < 2) return std::nullopt;
+  return shape;
+}
+
+}  // namespace substep

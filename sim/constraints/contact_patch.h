@@ -1,0 +1,98 @@
+#pragma once
+/// Contact patches: the contacts of two flat faces as one block.
+///
+/// A patch is a manifold whose points lie in one plane and share one normal. Its normals' impulses are one
+/// wrench at the points' centre: a force along the normal and torques about the tangents. Non-negative
+/// impulses at the corners of the points' hull are the same as a wrench inside a cone, with one plane for
+/// each side of the hull. Its friction is one block of three: two tangents and the twist about the normal,
+/// inside an ellipsoid with half axes μ N, μ N and μ N r, where r is the mean distance of the points from
+/// their centre.
+///
+/// The report's blocks (IV.2.2) are rows with infinite limits that are solved at once. A patch is one, too,
+/// but for its limits, which are a cone; it is solved exactly, without sweeps inside the block.
+
+#include <optional>
+
+#include "sim/constraints/lanes.h"
+
+namespace substep {
+
+/// Returns the shape of a manifold of `count` contacts that share their directions, or nothing where it is
+/// not flat: an impact, a surface that rolls, a point beside the plane of the others, no friction.
+std::optional<PatchShape> patch_shape(const Contact* contacts, int count, const Coordinates& a,
+                                      const Coordinates& b);
+
+/// Of a at a patch's centre, relative to b, along the axes.
+struct RelativeMotion {
+  LaneVectors linear;
+  LaneVectors angular;
+};
+
+[[gnu::always_inline]] inline LaneVectors along(const LaneVectors (&axes)[3], const LaneVectors& v) {
+  return {{dot(axes[0], v), dot(axes[1], v), dot(axes[2], v)}};
+}
+
+/// Returns the vector that has these components.
+[[gnu::always_inline]] inline LaneVectors composed(const LaneVectors (&axes)[3], const LaneVectors& of) {
+  LaneVectors result;
+  for (int k = 0; k < 3; ++k) {
+    result[k] = axes[0][k] * of[0] + axes[1][k] * of[1] + axes[2][k] * of[2];
+  }
+  return result;
+}
+
+/// Returns the product of a symmetric matrix (11, 12, 13, 22, 23, 33) and a vector.
+[[gnu::always_inline]] inline LaneVectors symmetric_product(const Lanes (&m)[6], const LaneVectors& v) {
+  return {{m[0] * v[0] + m[1] * v[1] + m[2] * v[2], m[1] * v[0] + m[3] * v[1] + m[4] * v[2],
+           m[2] * v[0] + m[4] * v[1] + m[5] * v[2]}};
+}
+
+/// Returns J v of all six rows.
+[[gnu::always_inline]] inline RelativeMotion relative_motion(const Patch& patch, const Moving& a,
+                                                             const Moving& b) {
+  const LaneVectors linear = along(patch.in_world, difference(a.linear, b.linear));
+  const LaneVectors turn_a = along(patch.in_a, a.angular);
+  const LaneVectors turn_b = along(patch.in_b, b.angular);
+  const LaneVectors by_a = cross(turn_a, patch.arm_a);
+  const LaneVectors by_b = cross(turn_b, patch.arm_b);
+  return {
+      {{linear[0] + (by_a[0] - by_b[0]), linear[1] + (by_a[1] - by_b[1]), linear[2] + (by_a[2] - by_b[2])}},
+      difference(turn_a, turn_b)};
+}
+
+/// Returns the part of a motion that normals act on.
+[[gnu::always_inline]] inline LaneVectors of_normals(const RelativeMotion& motion) {
+  return {{motion.linear[0], motion.angular[1], motion.angular[2]}};
+}
+
+/// Returns the part of a motion that friction acts on.
+[[gnu::always_inline]] inline LaneVectors of_friction(const RelativeMotion& motion) {
+  return {{motion.linear[1], motion.linear[2], motion.angular[0]}};
+}
+
+/// Whether a patch goes on sliding, and no displacement is to be taken back: 1 or 0.
+[[gnu::always_inline]] inline Lanes keeps_sliding(const Patch& patch) {
+  return patch.slides * patch.slid;
+}
+
+/// v ← v + M⁻¹Jᵀ (normals, friction).
+[[gnu::always_inline]] inline void give(const ContactBatch& x, const Patch& patch, const LaneVectors& normals,
+                                        const LaneVectors& friction, Moving& a, Moving& b) {
+  const LaneVectors force{{normals[0], friction[0], friction[1]}};
+  const LaneVectors torque{{friction[2], normals[1], normals[2]}};
+  const LaneVectors by_force_a = cross(patch.arm_a, force);
+  const LaneVectors by_force_b = cross(patch.arm_b, force);
+  const LaneVectors push = composed(patch.in_world, force);
+  const LaneVectors turn_a = composed(
+      patch.in_a, {{by_force_a[0] + torque[0], by_force_a[1] + torque[1], by_force_a[2] + torque[2]}});
+  const LaneVectors turn_b = composed(
+      patch.in_b, {{by_force_b[0] + torque[0], by_force_b[1] + torque[1], by_force_b[2] + torque[2]}});
+  for (int k = 0; k < 3; ++k) {
+    a.linear[k] += x.inverse_mass_a * push[k];
+    b.linear[k] -= x.inverse_mass_b * push[k];
+    a.angular[k] += x.inverse_inertia_a[k] * turn_a[k];
+    b.angular[k] -= x.inverse_inertia_b[k] * turn_b[k];
+  }
+}
+
+}  // namespace substep

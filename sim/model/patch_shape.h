@@ -1,0 +1,56 @@
+#pragma once
+/// Contact patches as the state keeps them from step to step.
+
+#include "sim/math/vector.h"
+
+namespace substep {
+
+constexpr int most_corners = 8;
+
+/// A flat manifold as one polygon, at the coordinates at which it was found. Axes: the normal from b to a,
+/// and two tangents. Lengths in m.
+struct PatchShape {
+  int a;  ///< bodies
+  int b;
+  int collider_a;  ///< indices of Scene::colliders; −1: the points are of several pairs of colliders
+  int collider_b;
+  int corners;
+  bool is_kept;         ///< it was found in an earlier step
+  bool slid;            ///< it slid already when the step began
+  Vector3 arm_a;        ///< from a's centre of mass to the centre of the points on a, in a's frame
+  Vector3 arm_b;        ///< from b's centre of mass to the centre of the points on b, in b's frame
+  Matrix3 axes_in_a;    ///< columns: the axes in a's frame
+  Matrix3 axes_in_b;    ///< columns: the axes in b's frame
+  double tilt[2];       ///< change of the gap along the tangents, per m
+  double left[3];       ///< added to the gap at the centre, and to its tilt: overlap that later steps recover
+  double reference[3];  ///< friction's displacement less what the coordinates tell: tangents, m; twist, rad
+  double friction;      ///< μ
+  double radius;        ///< mean distance of the points from their centre
+  double left_over;     ///< the largest overlap of a point that is still to be recovered
+  double margin;        ///< the points were looked for within this distance
+  Vector3 position;     ///< of a's centre of mass from b's, in b's frame
+  Quaternion orientation;  ///< of a, in b's frame
+  double corner[most_corners]
+               [2];  ///< of the points' hull: along the tangents, from the centre, counterclockwise
+};
+
+/// How a patch has moved since it was found, in its axes.
+struct PatchMotion {
+  PatchMotion(const PatchShape& shape, const Vector3& position, const Matrix3& a_in_b) {
+    const Vector3 apart = shape.axes_in_b.transpose() * (position + a_in_b * shape.arm_a - shape.arm_b);
+    gap = apart[0];
+    slip = {apart[1], apart[2], shape.axes_in_b.col(2).dot(a_in_b * shape.axes_in_a.col(1))};
+  }
+  double gap;    ///< at the centre, m
+  Vector3 slip;  ///< along the tangents, m, and the twist, rad
+};
+
+/// Returns the displacement that friction has let happen at a point of a patch, body frame of b.
+inline Vector3 displacement_at(const PatchShape& shape, const PatchMotion& motion, const Vector3& arm_b) {
+  const Vector3 moved = motion.slip + Vector3(shape.reference[0], shape.reference[1], shape.reference[2]);
+  const Vector3 place = shape.axes_in_b.transpose() * (arm_b - shape.arm_b);
+  return shape.axes_in_b.col(1) * (moved[0] - moved[2] * place[2]) +
+         shape.axes_in_b.col(2) * (moved[1] + moved[2] * place[1]);
+}
+
+}  // namespace substep
