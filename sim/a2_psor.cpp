@@ -6,8 +6,8 @@
 //
 // The limits hold for a row's total impulse, and v̂ moves by the change of the total. The report leaves the
 // order of the rows and contacts open: joints come first, then contacts by manifolds, those far from what
-// cannot move first, as patches (contact_patch.h) or by points (contact_batch.h). Rows are in the bodies' frames, and meanwhile v
-// is v̆, as in A1: J v = J̆ v̆ (III).
+// cannot move first, as patches (contact_patch.h) or by points (contact_batch.h). Rows are in the bodies'
+// frames, and meanwhile v is v̆, as in A1: J v = J̆ v̆ (III).
 
 #include <cmath>
 

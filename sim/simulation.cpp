@@ -88,7 +88,6 @@ struct Simulation::Implementation {
     build_blocks(problem, Joints::rows);
     const double frequency = frequency_under_weights();
     problem.contacts = &no_contacts;
-    problem.frame = settings.algorithm == Algorithm::a2 ? Frame::world : Frame::body;
     problem.substeps.part = 1;
     build_blocks(problem, joints);
     equal_parts = static_cast<int>(std::clamp(std::ceil(settings.step * frequency), 1.0, 64.0));
@@ -182,9 +181,9 @@ struct Simulation::Implementation {
     if (model.contacts) {
       // A1's solution is the same for all tangents; its sweeps, which start its active sets, are not.
       const bool is_direct = settings.algorithm == Algorithm::a1;
-      problem.contacts =
-          &finder.find(state, duration, problem.substeps.count, is_direct, problem.substeps.part, all_contacts);
-      build_blocks(problem, joints, is_direct ? std::vector<Coordinates>{} : state.q);
+      problem.contacts = &finder.find(state, duration, problem.substeps.count, is_direct,
+                                      problem.substeps.part, all_contacts);
+      build_blocks(problem, joints, is_direct ? no_coordinates : state.q);
       report.contacts = static_cast<int>(problem.contacts->size());
       for (const PatchShape& patch : problem.c.contacts.shapes) {
         if (patch.is_kept) report.contacts += patch.corners;
@@ -282,6 +281,7 @@ struct Simulation::Implementation {
   bool sub_stepped;  ///< A3–A5: velocities are v̆ between to_local and to_world
   Joints joints;
   std::vector<Contact> no_contacts;
+  const std::vector<Coordinates> no_coordinates;
   Problem problem;
   Work work;
   StepReport report;

@@ -71,13 +71,13 @@ void write_motion_page(CaseContext& work) {
   }
   golden.known = golden.poses.size();
   comparison.runs.resize(2);
-  Run& now = comparison.runs[0];
+  render::Run& now = comparison.runs[0];
   now.panel.settings = result.entry.settings;
   now.panel.title = "as it runs now";
   for (const Track::Frame& frame : work.live_track->frames) now.poses.push_back(frame.poses);
   render::measure_from(work.scene, golden, now);
   if (now.poses.size() < comparison.times.size()) now.diverged = comparison.times[now.poses.size()];
-  Run& before = comparison.runs[1];
+  render::Run& before = comparison.runs[1];
   before.panel.kind = render::PanelChoice::Kind::reference;
   before.poses = golden.poses;
   comparison.reference = std::move(golden);

@@ -203,9 +203,9 @@ std::vector<std::string> differing(const std::string& noted, const std::string& 
   return result;
 }
 
-class render::Comparison {
+class Comparison {
  public:
-  render::Comparison(const Json& noted, const Scene& scene) : noted_(noted), here_(scene_parts(scene)) {}
+  Comparison(const Json& noted, const Scene& scene) : noted_(noted), here_(scene_parts(scene)) {}
 
   void say(const Kind& kind, const std::string& what) {
     result.moves = result.moves || kind.moves;
@@ -233,7 +233,7 @@ class render::Comparison {
 
 /// Bodies by their names: those that are gone and those that are new.
 void compare_names(const std::vector<std::string>& before, const std::vector<std::string>& after,
-                   render::Comparison& comparison) {
+                   Comparison& comparison) {
   const auto without = [](const std::vector<std::string>& all, const std::vector<std::string>& known) {
     std::vector<std::string> rest;
     for (const std::string& name : all) {
@@ -292,7 +292,7 @@ Json scene_parts(const Scene& scene) {
 
 SceneDifference scene_difference(const Json& noted, const Scene& scene,
                                  const std::vector<std::string>& names) {
-  render::Comparison comparison(noted, scene);
+  Comparison comparison(noted, scene);
   std::vector<std::string> bodies;
   for (const Body& body : scene.bodies) bodies.push_back(body.name);
   bodies.front() = "the world";

@@ -118,7 +118,8 @@ const std::vector<Sentence>& sentences() {
        {}},
       {17,
        "not the report's",
-       "No τ and κ are best for all: what stands wants a large τ and a smaller κ, coupled rows a smaller κ, "
+       "No τ and κ are best for all: stacks, pyramids and rolling balls want others each, coupled rows a "
+       "smaller κ, "
        "joints that carry much a large τ and κ = 1, and A5's rods gain energy with a large τ; so contacts "
        "have "
        "their own",

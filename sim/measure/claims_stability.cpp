@@ -186,13 +186,13 @@ Claim claim17(Measurement& measurement) {
     claim.figures.push_back({what, std::move(values), unit});
     return claim.figures.back().values;
   };
-  bool stands = true;
+  std::vector<std::ptrdiff_t> best;  // of one τ and κ for all rows
   bool stands_by_default = true;
   for (const char* const scene : {"box_stack", "box_pyramid", "balls_on_tray"}) {
     const ContactAblationCosts costs = contact_costs(measurement.folder(), scene, tried);
     const std::vector<double> values =
         add(fmt::format("{}: {}", costs.scene, costs.what), costs.unit, costs.costs);
-    stands = stands && values[3] < values[1] && values[3] < values[4];
+    best.push_back(std::ranges::min_element(values.begin() + 1, values.end()) - values.begin());
     stands_by_default = stands_by_default && values[0] < values[1];
   }
   std::vector<double> radii;
@@ -212,8 +212,8 @@ Claim claim17(Measurement& measurement) {
   growths = add("rod_chain: largest rise of energy in 5 s", "J", growths);
   gaps = add("heavy_chain: largest joint gap in 5 s", "m", gaps);
   claim.cases = {
-      {fmt::format("one τ and κ for all: what stands or rolls is best off with τ = 1, κ = {:g}", lower_kappa),
-       stands},
+      {"one τ and κ for all rows: a stack, a pyramid and rolling balls are each best off with others",
+       best[0] != best[1] && best[0] != best[2] && best[1] != best[2]},
       {fmt::format("coupled rows grow with κ = 1, not with κ = {:g}", lower_kappa),
        std::min(radii[1], radii[2]) > 0 && std::max(radii[3], radii[4]) < 0},
       {"the rod chain's energy rises more with τ = 1, whatever κ is",

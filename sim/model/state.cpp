@@ -46,8 +46,8 @@ std::uint64_t hash(const State& state) {
     }
   }
   for (const PatchShape& patch : state.patches) {
-    for (const int value : {patch.a, patch.b, patch.collider_a, patch.collider_b, patch.corners,
-                            patch.slid ? 1 : 0}) {
+    for (const int value :
+         {patch.a, patch.b, patch.collider_a, patch.collider_b, patch.corners, patch.slid ? 1 : 0}) {
       add(hash, value);
     }
     for (const Vector3& part : {patch.arm_a, patch.arm_b, patch.position}) {

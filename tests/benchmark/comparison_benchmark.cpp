@@ -18,8 +18,8 @@ using substep::golden::compare;
 using substep::golden::flip;
 
 /// A chequered floor with noise, so that no pixel is like its neighbour.
-render::Image picture(int width, int height, unsigned seed) {
-  render::Image image(width, height);
+substep::render::Image picture(int width, int height, unsigned seed) {
+  substep::render::Image image(width, height);
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
       for (int channel = 0; channel < 3; ++channel) {
@@ -52,10 +52,10 @@ void print(const std::string& what, double milliseconds, const char* wanted) {
 
 int main(int argc, char** argv) {
   const int runs = argc > 1 ? std::max(1, std::atoi(argv[1])) : 15;
-  const render::Image one = picture(1280, 720, 1);
-  const render::Image same = one;
-  const render::Image other = picture(1280, 720, 2);
-  render::Image moved = one;  // what a moved body leaves
+  const substep::render::Image one = picture(1280, 720, 1);
+  const substep::render::Image same = one;
+  const substep::render::Image other = picture(1280, 720, 2);
+  substep::render::Image moved = one;  // what a moved body leaves
   for (int y = 300; y < 400; ++y) std::copy_n(other.pixel(600, y), 3 * 100, moved.pixel(600, y));
   double sum = 0;
   std::puts("| two pictures | ms | wanted |\n|---|---|---|");
@@ -65,8 +65,8 @@ int main(int argc, char** argv) {
   print("FLIP at 1280 × 720, 100 × 100 pixels different",
         median_milliseconds(runs, [&] { sum += flip(one, moved).mean; }), "");
   for (const auto& [width, height] : {std::pair{64, 64}, {640, 360}, {1280, 720}, {1920, 1080}}) {
-    const render::Image a = picture(width, height, 1);
-    const render::Image b = picture(width, height, 2);
+    const substep::render::Image a = picture(width, height, 1);
+    const substep::render::Image b = picture(width, height, 2);
     print("FLIP at " + std::to_string(width) + " × " + std::to_string(height) + ", every pixel different",
           median_milliseconds(runs, [&] { sum += flip(a, b).mean; }), width == 1280 ? "100" : "");
   }

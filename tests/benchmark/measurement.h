@@ -53,7 +53,7 @@ inline constexpr std::string_view failed_check = "fails its check";
 /// Medians over the repetitions, by name and figure: "pendulum/A1", "us_per_step".
 class Results final : public ::benchmark::BenchmarkReporter {
  public:
-  bool ReportContext(const render::Context&) override { return true; }
+  bool ReportContext(const Context&) override { return true; }
   void ReportRuns(const std::vector<Run>& runs) override;
   void Finalize() override;  ///< puts the lines into the order of registration
 

@@ -174,6 +174,6 @@ int run(int argc, char** argv) {
 }  // namespace substep::benchmark
 
 int main(int argc, char** argv) {
-  render::pin_renderer();
+  substep::render::pin_renderer();
   return substep::benchmark::run(argc, argv);
 }

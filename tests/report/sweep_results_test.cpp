@@ -123,9 +123,9 @@ TEST_F(SweepResults, TheFigureIsTheSameTwice) {
 
 TEST_F(SweepResults, ThePageIsTheTemplateFilledIn) {
   const std::string page = to_markdown(report_page(source(), {{"order", "<svg/>"}}));
-  EXPECT_THAT(page,
-              HasSubstr("# Speed against error of A1 to A5\n\n111 runs of 2 scenes. Errors are distances"));
-  EXPECT_THAT(page, HasSubstr("as root mean squares over bodies and time"));  // a line's end in the template
+  EXPECT_THAT(
+      page, HasSubstr("# Speed against error of A1 to A5\n\n111 runs of 2 scenes. An error is the distance"));
+  EXPECT_THAT(page, HasSubstr("the root mean square over bodies and time"));  // a line's end in the template
   EXPECT_THAT(page, HasSubstr("![error against the (sub-)step, with slope triangles](figures/order.svg)"));
   for (const char* const heading :
        {"## What to choose", "## Order", "#### rod_chain", "## Sub-steps or iterations",
@@ -297,7 +297,7 @@ TEST(StabilityLimit, IsFoundAndIsTheSmallest) {
   EXPECT_TRUE(measure(scene, settings, reference, false).bounded);
   settings.substeps = limit.divisions - 1;
   EXPECT_FALSE(measure(scene, settings, reference, false).bounded);
-  EXPECT_EQ(stability_limit(scene, usual_settings(scene, Algorithm::a1), reference, 1).divisions, 0);
+  EXPECT_EQ(stability_limit(scene, usual_settings(scene, Algorithm::a5), reference, 1).divisions, 0);
 }
 
 TEST(ValidityMaps, TheMassRatioHasSmallerStepsOfA1) {
@@ -305,8 +305,9 @@ TEST(ValidityMaps, TheMassRatioHasSmallerStepsOfA1) {
   const std::vector<MassRatioPoint> points =
       mass_ratio_map(scene, usual_settings(scene, Algorithm::a1), 0.5, 8);
   ASSERT_EQ(points.size(), 20u);
-  EXPECT_FALSE(points[12].bounded);  // 1000 : 1 at the scene's step
-  EXPECT_TRUE(points[15].bounded);   // and at an eighth of it
+  // 1000 : 1 at the scene's step, which A1 takes in parts, and at an eighth of it.
+  EXPECT_TRUE(points[12].bounded);
+  EXPECT_TRUE(points[15].bounded);
   EXPECT_LT(points[15].error, 0.01);
 }
 

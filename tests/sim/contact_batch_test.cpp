@@ -115,10 +115,12 @@ TEST(ContactBatches, ManifoldsOfUnlikeLengthShareABatchAndKeepTheirBits) {
     Simulation simulation(together, settings);
     int unlike = 0;
     for (int step = 1; step <= 90; ++step) {
-      std::vector<PatchShape> none;
-      contacts.build(model, finder.find(simulation.state(), settings.step, 1), none, {});
+      const std::vector<Contact>& found = finder.find(simulation.state(), settings.step, 1);
+      contacts.build(model, found, finder.kept_patches(), simulation.state().q);
       for (const ContactBatch& x : contacts.batches) {
-        if (x.manifolds > 1 && x.count[0] < x.contacts) ++unlike;
+        const bool is_unlike =
+            x.patch < 0 ? x.count[0] < x.contacts : contacts.shapes[x.shape[0]].corners < x.corners;
+        if (x.manifolds > 1 && is_unlike) ++unlike;
       }
       simulation.step();
       for (int kind = 0; kind < 3; ++kind) {
@@ -300,7 +302,7 @@ struct PatchViolation {
   double complementary = 0;  ///< power of normals that push what leaves, of the largest impulse, m/s
   double friction = 0;       ///< beyond the ellipsoid
   double slip = 0;           ///< slip inside of the ellipsoid, m/s
-  double direction = 0;      ///< slip that is not against the friction on the ellipsoid, m/s
+  double direction = -1;     ///< how far slip is from against the friction: its cosine + 0.8
   int lifting = 0;           ///< patches that tip about a side or corner
   int sliding = 0;
 };

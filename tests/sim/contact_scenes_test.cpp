@@ -76,13 +76,16 @@ TEST(Incline, ContactsGiveTheImpulseThatHoldsTheBlock) {
     EXPECT_TRUE(simulation.contact_impulses().empty());
     for (int i = 0; i < 120; ++i) simulation.step();
     const std::vector<ContactImpulse> impulses = simulation.contact_impulses();
-    ASSERT_EQ(impulses.size(), 4u) << name(algorithm);
+    // A patch gives one impulse, where its pressure has its centre: below the block's centre of mass.
+    const bool by_points = algorithm == Algorithm::a1;
+    ASSERT_EQ(impulses.size(), by_points ? 4u : 1u) << name(algorithm);
     Vector3 sum = Vector3::Zero();
     for (const ContactImpulse& contact : impulses) {
       const double sign = contact.a == 1 ? 1 : -1;
       sum += sign * contact.impulse;
-      // Under the block's corners.
-      EXPECT_NEAR((contact.place - simulation.state().q[1].linear).norm(), std::sqrt(0.03), 1e-3);
+      // Under the block's corners, or straight below its centre of mass.
+      const double distance = by_points ? std::sqrt(0.03) : 0.1 / std::cos(std::acos(-1.0) / 6);
+      EXPECT_NEAR((contact.place - simulation.state().q[1].linear).norm(), distance, 1e-3);
     }
     const Vector3 weight(0, gravity / 60, 0);
     EXPECT_LT((sum - weight).norm(), 0.002 * weight.norm()) << name(algorithm);

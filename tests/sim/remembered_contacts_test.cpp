@@ -30,7 +30,7 @@ TEST(RememberedContacts, ARunThatGoesOnFromItsStateIsTheRun) {
       Simulation whole(scene, settings);
       hash_after(whole, 60);
       const State middle = whole.state();
-      ASSERT_FALSE(middle.contacts.empty()) << name;
+      ASSERT_FALSE(middle.patches.empty()) << name;
       Simulation rest(scene, settings);
       rest.set_state(middle);
       const std::uint64_t expected = hash_after(whole, 60);
@@ -38,6 +38,7 @@ TEST(RememberedContacts, ARunThatGoesOnFromItsStateIsTheRun) {
 
       State forgetful = middle;
       forgetful.contacts.clear();
+      forgetful.patches.clear();
       Simulation other(scene, settings);
       other.set_state(forgetful);
       EXPECT_NE(hash_after(other, 60), expected) << name << ' ' << substep::name(algorithm);
@@ -58,7 +59,7 @@ TEST(RememberedContacts, AreInOrderByCollidersAndThenByPlace) {
                                          }))
           << name << ", step " << step;
     }
-    EXPECT_GT(simulation.state().contacts.size(), 20U) << name;
+    EXPECT_GT(simulation.state().contacts.size() + simulation.state().patches.size(), 8U) << name;
   }
 }
 
@@ -88,6 +89,48 @@ TEST(RememberedContacts, EachOfTheirNumbersIsHashed) {
     change(changed.contacts[0]);
     EXPECT_NE(hash(changed), before) << field;
   }
+}
+
+TEST(KeptPatches, EachOfTheirNumbersIsHashed) {
+  Simulation simulation(scene_named("box_stack"), default_settings(Algorithm::a5));
+  simulation.step();
+  const State state = simulation.state();
+  ASSERT_FALSE(state.patches.empty());
+  const std::uint64_t before = hash(state);
+  const auto changes_hash = [&](const std::function<void(PatchShape&)>& change) {
+    State changed = state;
+    change(changed.patches[0]);
+    return hash(changed) != before;
+  };
+  const auto next = [](double& x) { x = std::nextafter(x, x + 1); };
+  for (int PatchShape::*member : {&PatchShape::a, &PatchShape::b, &PatchShape::collider_a,
+                                  &PatchShape::collider_b, &PatchShape::corners}) {
+    EXPECT_TRUE(changes_hash([&](PatchShape& patch) { --(patch.*member); }));
+  }
+  EXPECT_TRUE(changes_hash([](PatchShape& patch) { patch.slid = !patch.slid; }));
+  for (double PatchShape::*member :
+       {&PatchShape::friction, &PatchShape::radius, &PatchShape::left_over, &PatchShape::margin}) {
+    EXPECT_TRUE(changes_hash([&](PatchShape& patch) { next(patch.*member); }));
+  }
+  for (Vector3 PatchShape::*member : {&PatchShape::arm_a, &PatchShape::arm_b, &PatchShape::position}) {
+    for (int k = 0; k < 3; ++k)
+      EXPECT_TRUE(changes_hash([&](PatchShape& patch) { next((patch.*member)[k]); }));
+  }
+  for (Matrix3 PatchShape::*member : {&PatchShape::axes_in_a, &PatchShape::axes_in_b}) {
+    for (int k = 0; k < 9; ++k) {
+      EXPECT_TRUE(changes_hash([&](PatchShape& patch) { next((patch.*member).data()[k]); }));
+    }
+  }
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_TRUE(changes_hash([&](PatchShape& patch) { next(patch.left[k]); }));
+    EXPECT_TRUE(changes_hash([&](PatchShape& patch) { next(patch.reference[k]); }));
+  }
+  for (int k = 0; k < 4; ++k) {
+    EXPECT_TRUE(changes_hash([&](PatchShape& patch) { next(patch.orientation.coeffs()[k]); }));
+    EXPECT_TRUE(changes_hash([&](PatchShape& patch) { next(patch.corner[k][k % 2]); }));
+  }
+  EXPECT_TRUE(changes_hash([&](PatchShape& patch) { next(patch.tilt[0]); }));
+  EXPECT_TRUE(changes_hash([&](PatchShape& patch) { next(patch.tilt[1]); }));
 }
 
 TEST(RememberedContacts, ABoxAtRestOnASlopeDoesNotCreep) {
