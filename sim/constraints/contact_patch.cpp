@@ -7,8 +7,9 @@
 namespace substep {
 namespace {
 
-/// Of the patch's radius: points farther than this from the plane of the others do not make a flat manifold.
-constexpr double flatness = 1e-4;
+/// Of the patch's radius: a manifold with a gap farther than this from the plane through all is not flat. A
+/// step may be taken in short parts, in which what a gap is wrong by becomes a fast velocity.
+constexpr double flatness = 1e-10;
 
 /// Of the patch's radius, the distance from a side within which a corner is left out.
 constexpr double collinear = 1e-6;
@@ -147,11 +148,13 @@ std::optional<PatchShape> patch_shape(const Contact* contacts, int count, const 
              points[i][1] * (contact.displacement_1 - moved[0]);
   }
   const auto tilt = fit.slopes(gap_moments[0], gap_moments[1]);
-  for (int i = 0; i < count; ++i) {
-    const double plane = mean_gap + tilt[0] * points[i][0] + tilt[1] * points[i][1];
-    if (!(std::abs(gap[i] - plane) <= flatness * radius)) return std::nullopt;
-  }
   const auto left_tilt = fit.slopes(left_moments[0], left_moments[1]);
+  for (int i = 0; i < count; ++i) {
+    const double plane =
+        mean_gap + left + (tilt[0] + left_tilt[0]) * points[i][0] + (tilt[1] + left_tilt[1]) * points[i][1];
+    const double of_point = gap[i] + contacts[i].left_over + contacts[i].gap_offset;
+    if (!(std::abs(of_point - plane) <= flatness * radius)) return std::nullopt;
+  }
   for (int k = 0; k < 2; ++k) {
     shape.tilt[k] = tilt[k];
     shape.left[k + 1] = left_tilt[k];
