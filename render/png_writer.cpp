@@ -2,8 +2,11 @@
 
 #include <cstdlib>
 #include <memory>
+#include <mutex>
 #include <new>
+#include <shared_mutex>
 #include <string>
+#include <utility>
 
 #include "render/image.h"
 #include "sim/error.h"
@@ -43,6 +46,9 @@ unsigned char* deflated(const unsigned char* bytes, int size, int* result_size, 
 namespace substep::render {
 namespace {
 
+/// The filter that stb is told to use is one of all threads.
+std::shared_mutex filter_in_use;
+
 std::string png_of(const std::uint8_t* pixels, int width, int height, int channels, int level) {
   if (width <= 0 || height <= 0) throw Error("an image without pixels cannot be written as PNG");
   deflate_level = level;
@@ -57,14 +63,26 @@ std::string png_of(const std::uint8_t* pixels, int width, int height, int channe
 }  // namespace
 
 std::string to_png(const Image& image) {
+  const std::shared_lock lock(filter_in_use);
   return png_of(image.rgb.data(), image.width, image.height, 3, 3);
 }
 
 std::string to_small_png(const Image& image) {
-  return png_of(image.rgb.data(), image.width, image.height, 3, 12);
+  // Try stb's choice of a filter for each row, and each filter for all rows.
+  constexpr int filters = 5;
+  const std::unique_lock lock(filter_in_use);
+  std::string smallest;
+  for (int filter = -1; filter < filters; ++filter) {
+    stbi_write_force_png_filter = filter;
+    std::string file = png_of(image.rgb.data(), image.width, image.height, 3, 12);
+    if (smallest.empty() || file.size() < smallest.size()) smallest = std::move(file);
+  }
+  stbi_write_force_png_filter = -1;
+  return smallest;
 }
 
 std::string to_png(const Texels& texels) {
+  const std::shared_lock lock(filter_in_use);
   bool is_opaque = true;
   for (std::size_t i = 3; i < texels.rgba.size(); i += 4) is_opaque = is_opaque && texels.rgba[i] == 255;
   if (!is_opaque) return png_of(texels.rgba.data(), texels.width, texels.height, 4, 9);

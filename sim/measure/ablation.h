@@ -1,6 +1,6 @@
 #pragma once
-/// Ablations measure the cost of each approximation and each option. From A3 to A5: the listing of A3 with one
-/// approximation switched on. Of contacts: A5 with one option of ContactReading switched off. Only
+/// Ablations measure the cost of each approximation and each option. From A3 to A5: the listing of A3 with
+/// one approximation switched on. Of contacts: A5 with one option of ContactReading switched off. Only
 /// measurements use them.
 
 #include <array>

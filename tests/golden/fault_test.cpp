@@ -653,7 +653,7 @@ TEST_F(MustFail, BlackGolden) {
 }
 
 TEST(MustFailInTheSolver, OneSign) {
-  SimulationFault fault("box_stack");
+  SimulationFault fault("pendulum");
   const auto result = fault.check_with([](Scene&) {},
                                        [](std::vector<Coordinates>& q, std::vector<Velocity>& v,
                                           const Settings& settings, Problem& problem, Work& work) {
