@@ -18,7 +18,7 @@ void proc1(CoordinateVector& q, VelocityVector& v, const Settings& settings, Pro
   // Step velocities
   to_local(problem.rotations, v);
   start_substep(problem, v);
-  add_external(model, q, Frame::body, h, v);  // [v + ext]
+  add_external(model, h, v);  // [v + ext]
   make_mlcp(problem, v, work.mlcp);
   work.report = work.solver.solve(work.mlcp, work.lambda);  // proc1:3
   // J([v + ext] + M⁻¹Jᵀλ) = β(h) : lo, hi  // proc1:4

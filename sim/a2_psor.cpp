@@ -26,7 +26,7 @@ void proc2(CoordinateVector& q, VelocityVector& v, const Settings& settings, Pro
   to_local(problem.rotations, v);
   clear_impulses(c);
   start_substep(problem, v_hat);
-  add_external(model, q, Frame::body, h, v_hat);  // proc2:3
+  add_external(model, h, v_hat);  // proc2:3
   // Iterate
   double moved = std::numeric_limits<double>::infinity();
   const int cap = sweeps_of(problem, settings.iterations);

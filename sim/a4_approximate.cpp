@@ -27,8 +27,8 @@ void proc4(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
   clear_impulses(c);
   for (int j = 1; j <= n; ++j) {  // proc4:5
     // Micro-iterate
-    start_substep(problem, v_hat);                   // λ = 0
-    add_external(model, q, Frame::body, hs, v_hat);  // proc4:7
+    start_substep(problem, v_hat);   // λ = 0
+    add_external(model, hs, v_hat);  // proc4:7
     const int m = sweeps_of(problem, usual_m);
     for (int i = 1; i <= m; ++i) {  // proc4:8
       for (Block& x : c.blocks) {   // proc4:9

@@ -34,7 +34,7 @@ void proc5(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
   for (int j = 1; j <= n; ++j) {  // proc5:6
     // Micro-iterate
     start_substep(problem, v_local, &sum_v);  // λ□ = 0
-    add_external(model, q, Frame::body, hs, v_local);
+    add_external(model, hs, v_local);
     add(sum_v, mv);  // proc5:8
     const int m = sweeps_of(problem, usual_m);
     for (int i = 1; i <= m; ++i) {  // proc5:9

@@ -96,7 +96,6 @@ struct Simulation::Implementation {
   /// Returns the largest frequency in the geometric stiffness of joints that bear the scene at rest, rad/s.
   double frequency_under_weights() {
     const double h = settings.step;
-    problem.frame = Frame::body;
     problem.substeps.part = 0;  // gaps of the start are no weight
     formulate(problem, state.q, h);
     VelocityVector v(state.v.size(), Velocity{Vector3::Zero(), Vector3::Zero()});

@@ -1,8 +1,8 @@
 #pragma once
 /// 𝒞: the velocity constraints of one (sub-)step, as rows of the Jacobian in contiguous arrays.
 ///
-/// A row holds one line of J (angular parts in the world frame: A1, A2) or of J̆ (in the body frames: A3–A5),
-/// the matching part of M⁻¹Jᵀ, its bias and its limits. The functions here are one line of a listing each;
+/// A row holds one line of J̆, with angular parts in the bodies' frames, the matching part of M̆⁻¹J̆ᵀ, its bias
+/// and its limits. The functions here are one line of a listing each;
 /// the loops over sub-steps, micro-iterations and rows are in the listings' files.
 
 #include <algorithm>

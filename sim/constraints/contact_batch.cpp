@@ -160,21 +160,14 @@ void ContactBatches::add_batch(const Model& model, const std::vector<Contact>& c
     batches.push_back(x);
     return;
   }
-  bool one_direction = true;
-  for (int lane = 0; lane < lanes; ++lane) {
-    one_direction = one_direction && have_one_direction(&contacts[x.source[lane]], x.count[lane]);
-  }
-  x.direction_step = one_direction ? 0 : 1;
   for (int i = 0; i < x.contacts; ++i) {
     if ((longest.friction >> i & 1) != 0) x.contact_of[x.frictions++] = static_cast<std::uint8_t>(i);
   }
   x.first_normal = counts_.normals;
   x.first_friction = counts_.frictions;
-  x.first_direction = counts_.directions;
   x.first_coupling = counts_.couplings;
   counts_.normals += x.contacts;
   counts_.frictions += x.frictions;
-  counts_.directions += x.direction_step == 0 ? 1 : x.contacts;
   counts_.couplings += x.contacts * x.contacts;
   if (x.first_restitution >= 0) counts_.restitutions += x.contacts;
   batches.push_back(x);
@@ -206,7 +199,7 @@ void ContactBatches::build(const Model& model, const std::vector<Contact>& conta
   normals.resize(counts_.normals);
   frictions.resize(counts_.frictions);
   touching.resize(counts_.frictions);
-  directions.resize(counts_.directions);
+  directions.resize(counts_.normals);
   restitutions.resize(counts_.restitutions);
   couplings.resize(counts_.couplings);
   patches.resize(counts_.patches);

@@ -155,8 +155,6 @@ struct ContactBatch {
   std::array<std::uint8_t, most_in_manifold> contact_of;  ///< by friction
   int first_normal;       ///< normals[first_normal] … , one for each contact
   int first_friction;     ///< frictions[first_friction] …
-  int first_direction;    ///< directions[first_direction] …, one for each contact, or one
-  int direction_step;     ///< 1; 0 where all contacts have the same directions
   int first_coupling;     ///< couplings[first_coupling] …: of the normals, row by row
   int first_restitution;  ///< restitutions[first_restitution] …, one for each contact; −1: none bounces
   int patch;              ///< patches[patch]; −1: the manifolds are solved by points
@@ -191,9 +189,9 @@ class ContactBatches {
   std::vector<ContactBatch> batches;
   std::vector<NormalRow> normals;
   std::vector<FrictionRows> frictions;
-  std::vector<TouchingPoint> touching;  ///< one of each of `frictions`
-  std::vector<ContactDirections> directions;
-  std::vector<std::uint8_t> slides;  ///< by batch: whether any of its points goes on sliding
+  std::vector<TouchingPoint> touching;        ///< one of each of `frictions`
+  std::vector<ContactDirections> directions;  ///< one of each of `normals`
+  std::vector<std::uint8_t> slides;           ///< by batch: whether any of its points goes on sliding
   std::vector<RestitutionRow> restitutions;
   std::vector<Coupling> couplings;
   std::vector<PatchShape> shapes;
@@ -231,7 +229,6 @@ class ContactBatches {
   struct Counts {
     int normals;
     int frictions;
-    int directions;
     int restitutions;
     int couplings;
     int patches;

@@ -241,8 +241,7 @@ struct TurnedDirections {
   for (int j = 0; j < count; ++j) {
     const RowResponses responses = responses_of(x, normals[j].row);
     for (int i = j; i < count; ++i) {
-      const Lanes along =
-          dot(directions[i * x.direction_step].normal, directions[j * x.direction_step].normal);
+      const Lanes along = dot(directions[i].normal, directions[j].normal);
       couplings[i * count + j].share = couplings[j * count + i].share =
           coupling(at, along, normals[i].row, responses);
     }
@@ -512,7 +511,7 @@ struct PatchGamma {
   NormalRow* const normals = contacts.normals.data() + x.first_normal;
   FrictionRows* const frictions = contacts.frictions.data() + x.first_friction;
   TouchingPoint* const touching = contacts.touching.data() + x.first_friction;
-  ContactDirections* const directions = contacts.directions.data() + x.first_direction;
+  ContactDirections* const directions = contacts.directions.data() + x.first_normal;
   RestitutionRow* const restitutions =
       x.first_restitution < 0 ? nullptr : contacts.restitutions.data() + x.first_restitution;
   if (x.patch >= 0) return formulate_patch(contacts, x, at, from);
@@ -521,9 +520,7 @@ struct PatchGamma {
   bool all_as_long = true;
   for (int i = 0; i < x.contacts; ++i) {
     const FourContacts contact = contacts_of(x, i, from.contacts);
-    if (i == 0 || x.direction_step == 1) {
-      set_directions(at, x, contact, from, turned_directions, directions[i]);
-    }
+    set_directions(at, x, contact, from, turned_directions, directions[i]);
     const PointArms arms = arms_of(contact, turned_directions.normal, from.anew);
     ContactRow& row = normals[i].row;
     if (!from.anew) row.impulse = normals[i].low = all(0);

@@ -48,7 +48,7 @@ void append_contact_impulses(const Problem& problem, const std::vector<Coordinat
       int friction = 0;
       for (int i = 0; i < x.count[lane]; ++i) {
         const Contact& found = (*problem.contacts)[x.source[lane] + i];
-        const ContactDirections& directions = contacts.directions[x.first_direction + i * x.direction_step];
+        const ContactDirections& directions = contacts.directions[x.first_normal + i];
         Vector3 impulse = impulse_of(contacts.normals[x.first_normal + i].row, directions.normal, lane);
         if (friction < x.frictions && x.contact_of[friction] == i) {
           const FrictionRows& rows = contacts.frictions[x.first_friction + friction++];

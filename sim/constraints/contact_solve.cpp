@@ -54,7 +54,7 @@ template <Kind kind>
 }
 
 [[gnu::always_inline]] inline const LaneVectors& normal_of(const Visit& at, int i) {
-  return at.directions[i * at.x.direction_step].normal;
+  return at.directions[i].normal;
 }
 
 /// What a normal's velocity lacks, in the equation of a row. An impact is over in its sub-step: κ < 1 would
@@ -229,7 +229,7 @@ template <Kind kind>
 [[gnu::always_inline]] inline void solve_friction(const Visit& at, int i, Moving& a, Moving& b, Lanes& most,
                                                   Lanes& any_slides) {
   FrictionRows& rows = at.frictions[i];
-  const ContactDirections& along = at.directions[at.x.contact_of[i] * at.x.direction_step];
+  const ContactDirections& along = at.directions[at.x.contact_of[i]];
   const Tangential missing{
       missing_of_slip<kind>(at, i, 0, row_velocity(along.tangent[0], rows.row[0], a, b)),
       missing_of_slip<kind>(at, i, 1, row_velocity(along.tangent[1], rows.row[1], a, b))};
@@ -444,7 +444,7 @@ void solve_and_apply(ContactBatches& contacts, const ContactBatch& x, const RowS
                      std::vector<Velocity>& v, double* moved) {
   static Solve* const solve = is_four_wide() ? solve_four_wide : solve_two_wide;
   const Visit at{x,
-                 contacts.directions.data() + x.first_direction,
+                 contacts.directions.data() + x.first_normal,
                  contacts.normals.data() + x.first_normal,
                  contacts.frictions.data() + x.first_friction,
                  x.first_restitution < 0 ? nullptr : contacts.restitutions.data() + x.first_restitution,

@@ -45,16 +45,16 @@ namespace {
       }
       continue;
     }
-    const ContactDirections* const directions = contacts.directions.data() + x.first_direction;
+    const ContactDirections* const directions = contacts.directions.data() + x.first_normal;
     for (int i = 0; i < x.contacts; ++i) {
       ContactRow& row = contacts.normals[x.first_normal + i].row;
-      row.beta -= row_velocity(directions[i * x.direction_step].normal, row, a, b);
+      row.beta -= row_velocity(directions[i].normal, row, a, b);
     }
     const Moving offset_a = gather(offset, x.a);
     const Moving offset_b = gather(offset, x.b);
     for (int i = 0; i < x.frictions; ++i) {
       FrictionRows& rows = contacts.frictions[x.first_friction + i];
-      const ContactDirections& along = directions[x.contact_of[i] * x.direction_step];
+      const ContactDirections& along = directions[x.contact_of[i]];
       let_go(along, rows, hs, offset_a, offset_b);
       for (int k = 0; k < 2; ++k) {
         ContactRow& row = rows.row[k];
@@ -91,14 +91,14 @@ void update_biases_two_wide(ContactBatches& contacts, double hs, const std::vect
       }
       continue;
     }
-    const ContactDirections* const directions = contacts.directions.data() + x.first_direction;
+    const ContactDirections* const directions = contacts.directions.data() + x.first_normal;
     for (int i = 0; i < x.contacts; ++i) {
       ContactRow& row = contacts.normals[x.first_normal + i].row;
-      row.beta += all(share) * row_velocity(directions[i * x.direction_step].normal, row, a, b);
+      row.beta += all(share) * row_velocity(directions[i].normal, row, a, b);
     }
     for (int i = 0; i < x.frictions; ++i) {
       FrictionRows& rows = contacts.frictions[x.first_friction + i];
-      const ContactDirections& along = directions[x.contact_of[i] * x.direction_step];
+      const ContactDirections& along = directions[x.contact_of[i]];
       for (int k = 0; k < 2; ++k)
         rows.row[k].beta += all(share) * row_velocity(along.tangent[k], rows.row[k], a, b);
     }
@@ -119,7 +119,7 @@ void undo_update_rule_two_wide(ContactBatches& contacts, double share, const std
   for (std::size_t batch = 0; batch < contacts.batches.size(); ++batch) {
     if (contacts.slides[batch] == 0) continue;
     const ContactBatch& x = contacts.batches[batch];
-    const ContactDirections* const directions = contacts.directions.data() + x.first_direction;
+    const ContactDirections* const directions = contacts.directions.data() + x.first_normal;
     const Moving a = gather(sum_v, x.a);
     const Moving b = gather(sum_v, x.b);
     const Moving offset_a = gather(offset, x.a);
@@ -136,7 +136,7 @@ void undo_update_rule_two_wide(ContactBatches& contacts, double share, const std
       FrictionRows& rows = contacts.frictions[x.first_friction + i];
       const auto lets_go = keeps_sliding(rows) > all(0);
       if (!any(lets_go)) continue;
-      const ContactDirections& along = directions[x.contact_of[i] * x.direction_step];
+      const ContactDirections& along = directions[x.contact_of[i]];
       let_go(along, rows, hs, offset_a, offset_b);
       for (int k = 0; k < 2; ++k) {
         ContactRow& row = rows.row[k];
@@ -225,11 +225,11 @@ void start_substep(ContactBatches& contacts, double hs, const std::vector<Veloci
       rows.origin_normal = choose(lets_go, normal, rows.origin_normal);
     }
     if (x.first_restitution < 0) continue;
-    const ContactDirections* const directions = contacts.directions.data() + x.first_direction;
+    const ContactDirections* const directions = contacts.directions.data() + x.first_normal;
     for (int i = 0; i < x.contacts; ++i) {
       NormalRow& normal = contacts.normals[x.first_normal + i];
       RestitutionRow& row = contacts.restitutions[x.first_restitution + i];
-      const LaneVectors& along = directions[i * x.direction_step].normal;
+      const LaneVectors& along = directions[i].normal;
       const Lanes approach = -row_velocity(along, normal.row, gather(v, x.a), gather(v, x.b));
       const Lanes gap =
           row.gap + all(hs) * row_velocity(along, normal.row, gather(offset, x.a), gather(offset, x.b));
@@ -245,8 +245,8 @@ void start_substep(ContactBatches& contacts, double hs, const std::vector<Veloci
       for (int k = 0; k < 2; ++k) {
         row.right_of_slip[k] = zero;
         if (!sum_v) continue;
-        row.right_of_slip[k] = row_velocity(directions[x.contact_of[i] * x.direction_step].tangent[k],
-                                            rows.row[k], gather(*sum_v, x.a), gather(*sum_v, x.b));
+        row.right_of_slip[k] = row_velocity(directions[x.contact_of[i]].tangent[k], rows.row[k],
+                                            gather(*sum_v, x.a), gather(*sum_v, x.b));
       }
     }
   }

@@ -11,9 +11,6 @@
 
 namespace substep {
 
-/// The frame of the rows' angular parts and of angular velocities: the world's (J, v) or the bodies' (J̆, v̆).
-enum class Frame { world, body };
-
 /// The coordinates a sub-step starts from, as an algorithm knows them: exactly stepped (A3), or the frame's
 /// start and the sum of velocities since (A4, A5).
 struct Substeps {
@@ -30,7 +27,6 @@ struct Problem {
   const Model* model = nullptr;
   const std::vector<Contact>* contacts = nullptr;
   std::vector<PatchShape>* kept_patches = nullptr;  ///< those of the step before that hold; or null
-  Frame frame = Frame::body;
   Constraints c;
   BlockOrder order;
   Substeps substeps;
@@ -57,10 +53,8 @@ void formulate(Problem& problem, const std::vector<Coordinates>& q, double hs);
 void update_stable(Problem& problem, Block& x, const std::vector<Velocity>& v_hat,
                    const std::vector<Velocity>* sum_v = nullptr);
 
-/// v ← v + ext over `duration`: gravity, and the gyroscopic term of bodies that have one (orientations from
-/// q, for the world frame).
-void add_external(const Model& model, const std::vector<Coordinates>& q, Frame frame, double duration,
-                  std::vector<Velocity>& v);
+/// v̆ ← v̆ + ext over `duration`: gravity, and the gyroscopic term of bodies that have one.
+void add_external(const Model& model, double duration, std::vector<Velocity>& v_local);
 
 /// Angular velocities from the world's frame to the bodies': ᵣv̆ = R⁻¹ ᵣv (III), and back.
 void to_local(const std::vector<Matrix3>& rotations, std::vector<Velocity>& v);

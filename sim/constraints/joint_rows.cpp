@@ -9,24 +9,17 @@ namespace substep {
 namespace {
 
 /// Fills a row's angular parts from ᵣJ̆ᵀ, which are in the bodies' frames, and 1/Γ.
-[[gnu::always_inline]] inline void set_angular(const Problem& problem, const Block& x, const Placed& at,
-                                               const Vector3& local_a, const Vector3& local_b, Row& row) {
+[[gnu::always_inline]] inline void set_angular(const Problem& problem, const Block& x, const Vector3& local_a,
+                                               const Vector3& local_b, Row& row) {
   const Vector3 response_a = problem.model->masses[x.a].inverse_inertia.cwiseProduct(local_a);
   const Vector3 response_b = problem.model->masses[x.b].inverse_inertia.cwiseProduct(local_b);
   const double gamma = row.linear.squaredNorm() * (x.inverse_mass_a + x.inverse_mass_b) +
                        local_a.dot(response_a) + local_b.dot(response_b);
   row.effective_mass = gamma > 0 ? 1 / gamma : 0;
-  if (problem.frame == Frame::body) {
-    row.angular_a = local_a;
-    row.angular_b = local_b;
-    row.response_a = response_a;
-    row.response_b = response_b;
-  } else {
-    row.angular_a = at.rotation_a * local_a;  // ᵣJᵀ = R ᵣJ̆ᵀ (III.1)
-    row.angular_b = at.rotation_b * local_b;
-    row.response_a = at.rotation_a * response_a;
-    row.response_b = at.rotation_b * response_b;
-  }
+  row.angular_a = local_a;
+  row.angular_b = local_b;
+  row.response_a = response_a;
+  row.response_b = response_b;
 }
 
 constexpr double unlimited = std::numeric_limits<double>::infinity();
@@ -148,7 +141,7 @@ Measured measure(const JointCoordinate& coordinate, const Frames& f) {
 void set_row(const Problem& problem, const Block& x, const Placed& at, const Measured& m, double sign,
              double beta, Row& row) {
   set_rigid(beta, sign * m.linear, row);
-  set_angular(problem, x, at, at.rotation_a.transpose() * (sign * m.angular_a),
+  set_angular(problem, x, at.rotation_a.transpose() * (sign * m.angular_a),
               at.rotation_b.transpose() * (sign * m.angular_b), row);
 }
 
@@ -168,7 +161,7 @@ void formulate_point(Problem& problem, const Block& x, const Placed& at, double 
     const int axis = x.component + k;
     Row& row = problem.c.rows[x.first + k];
     set_rigid(-offset[axis] / hs, Vector3::Unit(axis), row);
-    set_angular(problem, x, at, arm_a.cross(at.rotation_a.row(axis).transpose()),
+    set_angular(problem, x, arm_a.cross(at.rotation_a.row(axis).transpose()),
                 at.rotation_b.row(axis).transpose().cross(arm_b), row);
   }
 }

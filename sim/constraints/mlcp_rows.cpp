@@ -52,7 +52,7 @@ void add_manifold(const ContactBatches& contacts, const ContactBatch& x, int lan
                   Mlcp& mlcp) {
   int friction = 0;
   for (int i = 0; i < x.count[lane]; ++i) {
-    const ContactDirections& directions = contacts.directions[x.first_direction + i * x.direction_step];
+    const ContactDirections& directions = contacts.directions[x.first_normal + i];
     const NormalRow& normal = contacts.normals[x.first_normal + i];
     const RestitutionRow* const bounce =
         x.first_restitution < 0 ? nullptr : &contacts.restitutions[x.first_restitution + i];

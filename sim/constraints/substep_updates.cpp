@@ -46,19 +46,13 @@ void update_stable(Problem& problem, Block& x, const std::vector<Velocity>& v_ha
   }
 }
 
-void add_external(const Model& model, const std::vector<Coordinates>& q, Frame frame, double duration,
-                  std::vector<Velocity>& v) {
+void add_external(const Model& model, double duration, std::vector<Velocity>& v_local) {
   const Vector3 fall = duration * model.gravity;
-  for (std::size_t i = 0; i < v.size(); ++i) {
-    if (model.masses[i].inverse_mass > 0) v[i].linear += model.masses[i].gravity_factor * fall;
+  for (std::size_t i = 0; i < v_local.size(); ++i) {
+    if (model.masses[i].inverse_mass > 0) v_local[i].linear += model.masses[i].gravity_factor * fall;
   }
   for (const int i : model.gyroscopic) {
-    if (frame == Frame::body) {
-      v[i].angular += gyroscopic_change(v[i].angular, model.inertia[i], duration);
-    } else {
-      const Vector3 local = q[i].angular.conjugate() * v[i].angular;
-      v[i].angular += q[i].angular * gyroscopic_change(local, model.inertia[i], duration);
-    }
+    v_local[i].angular += gyroscopic_change(v_local[i].angular, model.inertia[i], duration);
   }
 }
 

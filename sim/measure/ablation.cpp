@@ -46,7 +46,7 @@ class Experiment {
     clear_impulses(c);
     for (int j = 1; j <= n; ++j) {
       start_substep(problem, v_local);
-      add_external(*problem.model, q, Frame::body, hs, v_local);
+      add_external(*problem.model, hs, v_local);
       const int m = sweeps_of(problem, usual_m);
       for (int i = 1; i <= m; ++i) {
         for (Block& x : c.blocks) {

@@ -44,7 +44,7 @@ std::vector<double> position_level_biases(const Constraints& c) {
 /// Largest error in C that the update rule of proc4:16 leaves after one sub-step, m: of position-level rows,
 /// where all dynamic bodies move with `linear` and `angular` (world).
 double bias_error(const Scene& scene, const Vector3& linear, const Vector3& angular, double hs) {
-  Formulated at(scene, Frame::body, Joints::rows, hs);
+  Formulated at(scene, Joints::rows, hs);
   for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
     if (scene.bodies[i].inverse_mass == 0) continue;
     // Every other body moves the other way, so that they do not move as one.
@@ -211,19 +211,17 @@ Claim claim10(Measurement& measurement) {
     for (std::uint32_t seed = 1; seed <= 100; ++seed) {
       Scene posed = disturbed(measurement.scene(name), seed, 3);
       posed.colliders.clear();
-      const Formulated world(posed, Frame::world, Joints::rows, 0.01);
-      const Formulated body(posed, Frame::body, Joints::rows, 0.01);
+      const Formulated body(posed, Joints::rows, 0.01);
       const std::vector<Velocity> local = body.local_velocities();
-      for (std::size_t k = 0; k < world.problem.c.blocks.size(); ++k) {
-        const Block& x = world.problem.c.blocks[k];
+      for (std::size_t k = 0; k < body.problem.c.blocks.size(); ++k) {
+        const Block& x = body.problem.c.blocks[k];
         const auto row = static_cast<std::size_t>(x.first);
         const auto a = static_cast<std::size_t>(x.a);
         const auto b = static_cast<std::size_t>(x.b);
-        const Row& in_world = world.problem.c.rows[row];
+        const Row in_world = body.in_world(x, x.first);
         const Row& in_body = body.problem.c.rows[row];
-        velocities =
-            std::max(velocities, std::abs(row_velocity(in_world, world.state.v[a], world.state.v[b]) -
-                                          row_velocity(in_body, local[a], local[b])));
+        velocities = std::max(velocities, std::abs(row_velocity(in_world, body.state.v[a], body.state.v[b]) -
+                                                   row_velocity(in_body, local[a], local[b])));
         const Vector3 turned = body.state.q[a].angular.conjugate() * in_world.response_a;
         responses = std::max(responses, (turned - in_body.response_a).norm() / (1 + turned.norm()));
       }

@@ -58,11 +58,10 @@ Scene disturbed(Scene scene, std::uint32_t seed, double amount) {
   return scene;
 }
 
-Formulated::Formulated(const Scene& scene, Frame frame, Joints joints, double hs)
+Formulated::Formulated(const Scene& scene, Joints joints, double hs)
     : model(build_model(scene)), finder(scene, model), state(initial_state(scene)) {
   problem.model = &model;
   problem.contacts = &no_contacts;
-  problem.frame = frame;
   problem.substeps.duration = hs;
   problem.substeps.offset.resize(state.v.size());
   if (model.contacts) problem.contacts = &finder.find(state, scene.step, 1);
@@ -76,6 +75,21 @@ std::vector<Velocity> Formulated::local_velocities() const {
     local[i].angular = state.q[i].angular.conjugate() * local[i].angular;
   }
   return local;
+}
+
+Row Formulated::in_world(const Block& x, int row) const {
+  Row result = problem.c.rows[static_cast<std::size_t>(row)];
+  const auto turn = [&](int body, Vector3& angular, Vector3& response) {
+    const auto i = static_cast<std::size_t>(body);
+    const Matrix3& rotation = problem.rotations[i];
+    const Matrix3 inverse_inertia =
+        rotation * model.masses[i].inverse_inertia.asDiagonal() * rotation.transpose();
+    angular = (rotation * angular).eval();
+    response = inverse_inertia * angular;
+  };
+  turn(x.a, result.angular_a, result.response_a);
+  turn(x.b, result.angular_b, result.response_b);
+  return result;
 }
 
 Measurement::Measurement(const std::filesystem::path& folder) : folder_(folder) {

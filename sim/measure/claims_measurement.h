@@ -45,11 +45,15 @@ Scene disturbed(Scene scene, std::uint32_t seed, double amount);
 
 /// A scene's rows at one state, formulated as the algorithms do.
 struct Formulated {
-  Formulated(const Scene& scene, Frame frame, Joints joints, double hs);
+  Formulated(const Scene& scene, Joints joints, double hs);
   Formulated(const Formulated&) = delete;
   Formulated& operator=(const Formulated&) = delete;
 
   std::vector<Velocity> local_velocities() const;
+
+  /// Returns a row of joints as (III) has it in the world's frame: ᵣJᵀ = R ᵣJ̆ᵀ, and M⁻¹Jᵀ with the moment of
+  /// inertia of the turned body.
+  Row in_world(const Block& x, int row) const;
 
   std::vector<Contact> no_contacts;
   Model model;

@@ -50,7 +50,7 @@ Claim claim11(Measurement& measurement) {
   constexpr double tau = 0.5;
   constexpr double kappa = 0.8;
   const auto residual = [&](const auto& solve_block, Joints joints, double expected) {
-    Formulated at(out_of_place, Frame::body, joints, 0.01);
+    Formulated at(out_of_place, joints, 0.01);
     Constraints& c = at.problem.c;
     for (Row& row : c.rows) row.beta = beta;
     std::vector<Velocity> v = at.local_velocities();

@@ -88,7 +88,6 @@ void ConstrainedDynamics::hold(const std::vector<Limit>& bounds) {
   for (auto [problem, model] : {std::pair(&rigid_, &rigid_model_), std::pair(&force_, &force_model_)}) {
     problem->model = model;
     problem->contacts = &no_contacts_;
-    problem->frame = Frame::body;
     build_blocks(*problem, Joints::rows);
   }
   jacobian_rate_.set_up(rigid_);

@@ -165,10 +165,6 @@ std::vector<ContactAblationCosts> contact_ablation(const std::filesystem::path& 
   return ablation;
 }
 
-ContactAblationCosts contact_ablation_of(const std::filesystem::path& folder, const std::string& scene) {
-  return costs_of(folder, ablated_scene(scene), ablations_of);
-}
-
 ContactAblationCosts contact_costs(const std::filesystem::path& folder, const std::string& scene,
                                    const std::vector<Settings>& settings) {
   return costs_of(folder, ablated_scene(scene), [&](const Scene& loaded) {

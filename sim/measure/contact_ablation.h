@@ -26,9 +26,6 @@ std::string contact_ablation_caption(const std::vector<ContactAblationCosts>& ab
 /// in every run. Throws Error when a scene cannot be read.
 std::vector<ContactAblationCosts> contact_ablation(const std::filesystem::path& folder);
 
-/// The same of one of these scenes.
-ContactAblationCosts contact_ablation_of(const std::filesystem::path& folder, const std::string& scene);
-
 /// One of these scenes with both options on and `settings` of one's own, each at the scene's step: costs in
 /// their order.
 ContactAblationCosts contact_costs(const std::filesystem::path& folder, const std::string& scene,

@@ -34,7 +34,6 @@ void EventDetection::set_up() {
   dynamics_.hold(held);
   open_.model = &open_model_;
   open_.contacts = &no_contacts_;
-  open_.frame = Frame::body;
   build_blocks(open_, Joints::rows);
 }
 

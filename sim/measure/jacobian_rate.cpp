@@ -74,7 +74,6 @@ void JacobianRate::set_up(const Problem& rigid) {
   limit_model_.limits = rigid.model->limits;
   limit_.model = &limit_model_;
   limit_.contacts = &no_contacts_;
-  limit_.frame = Frame::body;
   build_blocks(limit_, Joints::rows);
   terms_.resize(rigid.c.rows.size());
 }

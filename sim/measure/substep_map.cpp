@@ -35,7 +35,6 @@ class RowMap {
     }
     problem_.model = &model_;
     problem_.contacts = &no_contacts_;
-    problem_.frame = Frame::body;
     problem_.substeps.offset.resize(start_.v.size());
     build_blocks(problem_, joints);
     formulate(problem_, start_.q, 1);

@@ -97,7 +97,11 @@ TEST(ClaimsReport, HoldsTheAblations) {
   ASSERT_EQ(report["contact_ablation"].size(), 6u);
   for (const nlohmann::json& column : report["contact_ablation"]) {
     EXPECT_EQ(column["costs"].size(), contact_ablations.size()) << column["scene"];
-    EXPECT_GT(column["costs"]["none (A5)"], 0) << column["scene"];
+    const double usual = column["costs"]["none (A5)"];
+    EXPECT_GT(usual, 0) << column["scene"];
+    if (column["scene"] == "box_pyramid") {
+      EXPECT_GT(column["costs"]["limits by sub-step"], 1.5 * usual);  // measured 1.76
+    }
   }
 }
 

@@ -189,17 +189,16 @@ TEST(Claim10, LocalRowsGiveTheSameVelocitiesAndResponses) {
   double largest = 0;
   for (unsigned seed = 1; seed <= 200; ++seed) {
     const Scene posed = claims::disturbed(scene, seed, 3);
-    const claims::Formulated world(posed, Frame::world, Joints::rows, 0.01);
-    const claims::Formulated body(posed, Frame::body, Joints::rows, 0.01);
+    const claims::Formulated body(posed, Joints::rows, 0.01);
     const std::vector<Velocity> local = body.local_velocities();
-    for (const Block& block : world.problem.c.blocks) {
-      const Row& in_world = world.problem.c.rows[block.first];
+    for (const Block& block : body.problem.c.blocks) {
+      const Row in_world = body.in_world(block, block.first);
       const Row& in_body = body.problem.c.rows[block.first];
-      const double one = row_velocity(in_world, world.state.v[block.a], world.state.v[block.b]);
+      const double one = row_velocity(in_world, body.state.v[block.a], body.state.v[block.b]);
       const double other = row_velocity(in_body, local[block.a], local[block.b]);
       largest = std::max(largest, std::abs(one - other));
       // M̆⁻¹ J̆ᵀ with the constant M̆⁻¹ is R⁻¹ M⁻¹ Jᵀ.
-      const Vector3 turned = world.state.q[block.a].angular.conjugate() * in_world.response_a;
+      const Vector3 turned = body.state.q[block.a].angular.conjugate() * in_world.response_a;
       largest = std::max(largest, (turned - in_body.response_a).norm() / (1 + turned.norm()));
     }
   }
@@ -212,7 +211,7 @@ TEST(Claim11, TheFixedPointOfMicroIterationIsTauOverKappa) {
   Scene scene = chain(3, 0.3);
   scene = claims::disturbed(scene, 3, 0.2);
   scene.gravity.setZero();
-  claims::Formulated at(scene, Frame::body, Joints::plain, 0.01);
+  claims::Formulated at(scene, Joints::plain, 0.01);
   Constraints& c = at.problem.c;
   std::vector<Velocity>& v = at.state.v;
   for (Row& row : c.rows) row.beta = 0.25;

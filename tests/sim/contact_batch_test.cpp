@@ -180,47 +180,76 @@ struct Violation {
   int sliding = 0;
 };
 
-/// A box of `mass` that meets a plate, which moves too or is the world, with some velocity.
-void solve_one(unsigned seed, int sweeps, Violation& worst) {
-  Scene scene = test::empty_scene();
-  const double friction = 0.2 + 0.05 * (seed % 13);
-  const Quaternion slope = rotation_quaternion({0.3, 0.2, -0.25});
-  if (seed % 2 == 0) {
-    Collider& floor = scene.colliders.emplace_back();
-    floor.shape = Plane{};
-    floor.placement.orientation = slope;
-    floor.material.dynamic_friction = floor.material.static_friction = friction;
-  } else {
-    test::add_box(scene, {1.1, 0.2, 0.9}, 0.3 + seed % 5, {slope * Vector3(0.1, -0.1, 0.07), slope},
-                  friction);
+/// A box that meets a plate, which moves too or is the world, with some velocity; and the rows of its
+/// contacts.
+struct BoxOnPlate {
+  BoxOnPlate(unsigned seed, bool on_world, const Vector3& size, double mass, double disturbance)
+      : friction(0.2 + 0.05 * (seed % 13)),
+        scene(make_scene(seed, on_world, size, mass, disturbance)),
+        model(build_model(scene)),
+        finder(scene, model),
+        state(initial_state(scene)),
+        found(finder.find(state, h, 1)),
+        v(state.v) {
+    problem.model = &model;
+    problem.contacts = &found;
+    problem.substeps.duration = h;
+    problem.substeps.offset.resize(state.v.size());
   }
-  test::add_box(scene, {0.5, 0.35, 0.4}, 0.7 + 3 * (seed % 3),
-                {slope * Vector3(0.02, 0.175, -0.03), slope * rotation_quaternion({0, 0.1 * (seed % 7), 0})},
-                friction);
-  const Pose pose = scene.bodies.back().pose;
-  scene = claims::disturbed(scene, seed, 1.5);
-  scene.bodies.back().pose = pose;
-  if (seed % 2 == 1) scene.bodies[1].pose.orientation = slope;
 
-  const Model model = build_model(scene);
-  ContactFinder finder(scene, model);
-  const State state = initial_state(scene);
-  constexpr double h = 1.0 / 90;
+  /// Makes the rows. `q`: for patches.
+  void formulate_rows(const std::vector<Coordinates>& q) {
+    build_blocks(problem, Joints::rows, q);
+    formulate(problem, state.q, h);
+    to_local(problem.rotations, v);
+    start_substep(problem, v);
+  }
+
+  static constexpr double h = 1.0 / 90;
+  double friction;
+  Scene scene;
+  Model model;
+  ContactFinder finder;
+  State state;
+  std::vector<Contact> found;
   Problem problem;
-  problem.model = &model;
-  problem.contacts = &finder.find(state, h, 1);
-  problem.substeps.duration = h;
-  problem.substeps.offset.resize(state.v.size());
-  build_blocks(problem, Joints::rows);
-  formulate(problem, state.q, h);
-  ContactBatches& contacts = problem.c.contacts;
+  std::vector<Velocity> v;  ///< local
+
+ private:
+  Scene make_scene(unsigned seed, bool on_world, const Vector3& size, double mass, double disturbance) const {
+    Scene made = test::empty_scene();
+    const Quaternion slope = rotation_quaternion({0.3, 0.2, -0.25});
+    if (on_world) {
+      Collider& floor = made.colliders.emplace_back();
+      floor.shape = Plane{};
+      floor.placement.orientation = slope;
+      floor.material.dynamic_friction = floor.material.static_friction = friction;
+    } else {
+      test::add_box(made, {1.1, 0.2, 0.9}, 0.3 + seed % 5, {slope * Vector3(0.1, -0.1, 0.07), slope},
+                    friction);
+    }
+    test::add_box(
+        made, size, mass,
+        {slope * Vector3(0.02, 0.175, -0.03), slope * rotation_quaternion({0, 0.1 * (seed % 7), 0})},
+        friction);
+    const Pose pose = made.bodies.back().pose;
+    made = claims::disturbed(made, seed, disturbance);
+    made.bodies.back().pose = pose;
+    if (!on_world) made.bodies[1].pose.orientation = slope;
+    return made;
+  }
+};
+
+void solve_one(unsigned seed, int sweeps, Violation& worst) {
+  BoxOnPlate box(seed, seed % 2 == 0, {0.5, 0.35, 0.4}, 0.7 + 3 * (seed % 3), 1.5);
+  box.formulate_rows({});
+  ContactBatches& contacts = box.problem.c.contacts;
   ASSERT_EQ(contacts.batches.size(), 1U) << seed;
   const ContactBatch& x = contacts.batches[0];
   ASSERT_EQ(x.contacts, 4) << seed;
-  std::vector<Velocity> v = state.v;
-  to_local(problem.rotations, v);
-  start_substep(problem, v);
-  add_external(model, state.q, Frame::body, h, v);
+  const double friction = box.friction;
+  std::vector<Velocity>& v = box.v;
+  add_external(box.model, BoxOnPlate::h, v);
   const std::vector<Velocity> v_start = v;
   for (int sweep = 0; sweep < sweeps; ++sweep) solve_and_apply(contacts, x, {}, v);
 
@@ -228,8 +257,7 @@ void solve_one(unsigned seed, int sweeps, Violation& worst) {
   for (const NormalRow& normal : contacts.normals) largest = std::max(largest, normal.row.impulse[0]);
   if (largest == 0) return;  // they leave each other
   std::vector<Velocity> rest = v;
-  const ContactDirections& directions = contacts.directions[x.first_direction];
-  ASSERT_EQ(x.direction_step, 0) << seed;
+  const ContactDirections& directions = contacts.directions[x.first_normal];
   for (int i = 0; i < x.contacts; ++i) {
     const LaneRow row(directions.normal, contacts.normals[i].row, 0);
     const double missed = row.missed(x, v);
@@ -310,39 +338,17 @@ struct PatchViolation {
 /// Solves the box of solve_one() as a patch, and measures its law by corners: the velocities of points that
 /// the bodies carry, and a wrench that has to be a sum of pushes at them.
 void solve_patch_of(unsigned seed, PatchViolation& worst) {
-  Scene scene = test::empty_scene();
-  const double friction = 0.2 + 0.05 * (seed % 13);
-  const Quaternion slope = rotation_quaternion({0.3, 0.2, -0.25});
-  test::add_box(scene, {1.1, 0.2, 0.9}, 0.3 + seed % 5, {slope * Vector3(0.1, -0.1, 0.07), slope}, friction);
-  test::add_box(scene, {0.4, 0.35, 0.5}, 1.2,
-                {slope * Vector3(0.02, 0.175, -0.03), slope * rotation_quaternion({0, 0.1 * (seed % 7), 0})},
-                friction);
-  const Pose pose = scene.bodies.back().pose;
-  scene = claims::disturbed(scene, seed, 0.5);
-  scene.bodies.back().pose = pose;
-  scene.bodies[1].pose.orientation = slope;
-
-  const Model model = build_model(scene);
-  const State state = initial_state(scene);
-  constexpr double h = 1.0 / 90;
-  ContactFinder finder(scene, model);
-  std::vector<Contact> found = finder.find(state, h, 1);
-  if (found.size() != 4) return;  // they leave each other
-  for (Contact& contact : found) contact.restitution = Contact::no_impact;
-  Problem problem;
-  problem.model = &model;
-  problem.contacts = &found;
-  problem.substeps.duration = h;
-  problem.substeps.offset.resize(state.v.size());
-  build_blocks(problem, Joints::rows, state.q);
-  formulate(problem, state.q, h);
-  ContactBatches& contacts = problem.c.contacts;
+  BoxOnPlate box(seed, false, {0.4, 0.35, 0.5}, 1.2, 0.5);
+  if (box.found.size() != 4) return;  // they leave each other
+  for (Contact& contact : box.found) contact.restitution = Contact::no_impact;
+  box.formulate_rows(box.state.q);
+  const Problem& problem = box.problem;
+  ContactBatches& contacts = box.problem.c.contacts;
   ASSERT_EQ(contacts.batches.size(), 1U) << seed;
   const ContactBatch& x = contacts.batches[0];
   ASSERT_EQ(x.patch, 0) << seed;
-  std::vector<Velocity> v = state.v;
-  to_local(problem.rotations, v);
-  start_substep(problem, v);
+  const State& state = box.state;
+  std::vector<Velocity>& v = box.v;
   for (int sweep = 0; sweep < 2000; ++sweep) solve_and_apply(contacts, x, {}, v);
 
   const Patch& patch = contacts.patches[0];
@@ -357,14 +363,14 @@ void solve_patch_of(unsigned seed, PatchViolation& worst) {
   const Vector3 normal = problem.rotations[x.b[0]] * shape.axes_in_b.col(0);
   double power = 0;
   bool lifts = false;
-  for (const Contact& contact : found) {
+  for (const Contact& contact : box.found) {
     const Vector3 velocity = va.linear - vb.linear +
                              problem.rotations[x.a[0]] * va.angular.cross(contact.arm_a) -
                              problem.rotations[x.b[0]] * vb.angular.cross(contact.arm_b);
     const double gap = normal.dot(state.q[x.a[0]].linear + problem.rotations[x.a[0]] * contact.arm_a -
                                   state.q[x.b[0]].linear - problem.rotations[x.b[0]] * contact.arm_b) +
                        contact.left_over;
-    const double opening = normal.dot(velocity) + gap / h;
+    const double opening = normal.dot(velocity) + gap / BoxOnPlate::h;
     worst.approach = std::max(worst.approach, -opening);
     lifts = lifts || opening > 1e-3;
   }
@@ -403,17 +409,17 @@ void solve_patch_of(unsigned seed, PatchViolation& worst) {
   }
 }
 
-TEST(ContactPatches, SweptToTheEndObeyTheirLaws) {
+TEST(ContactPatches, ConvergeToTheirLaws) {
   PatchViolation worst;
   for (unsigned seed = 1; seed <= 400; ++seed) solve_patch_of(seed, worst);
-  EXPECT_GT(worst.lifting, 20);
-  EXPECT_GT(worst.sliding, 20);
-  EXPECT_LT(worst.approach, 1e-9);
-  EXPECT_LT(worst.complementary, 1e-9);
-  EXPECT_LT(worst.pull, 1e-9);
-  EXPECT_LT(worst.friction, 1e-12);
-  EXPECT_LT(worst.slip, 1e-9);
-  EXPECT_LT(worst.direction, 0);
+  EXPECT_GT(worst.lifting, 20);           // measured 91
+  EXPECT_GT(worst.sliding, 20);           // measured 217
+  EXPECT_LT(worst.approach, 1e-13);       // measured 4e-15 m/s
+  EXPECT_LT(worst.complementary, 1e-13);  // measured 4e-16
+  EXPECT_LT(worst.pull, 1e-13);           // measured 6e-16
+  EXPECT_LT(worst.friction, 1e-13);       // measured 4e-16
+  EXPECT_LT(worst.slip, 1e-13);           // measured 4e-17 m/s
+  EXPECT_LT(worst.direction, 0);          // measured -0.19: slip opposes friction's scaled impulse by 0.99
 }
 
 TEST(ContactBatches, ManifoldsOfOneBatchShareNoMovingBody) {

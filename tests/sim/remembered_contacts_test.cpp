@@ -91,7 +91,7 @@ TEST(RememberedContacts, EachOfTheirNumbersIsHashed) {
   }
 }
 
-TEST(KeptPatches, EachOfTheirNumbersIsHashed) {
+TEST(StateHash, CoversEveryNumberOfPatches) {
   Simulation simulation(scene_named("box_stack"), default_settings(Algorithm::a5));
   simulation.step();
   const State state = simulation.state();
