@@ -14,13 +14,18 @@
 #include "golden/approval/approve.h"
 #include "golden/check/check.h"
 #include "golden/suite/sidecar.h"
-#include "tests/golden/temporary_folder.h"
+#include "tests/temporary_folder.h"
 
 namespace substep::golden {
 
 inline std::string read_text(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+inline void write_text(const std::filesystem::path& file, const std::string& text) {
+  std::filesystem::create_directories(file.parent_path());
+  std::ofstream(file, std::ios::binary) << text;
 }
 
 /// Throws when there is no such text, so that a test cannot pass by changing nothing.
@@ -128,7 +133,7 @@ class SmallSuite {
 
  private:
   std::string name_;
-  TemporaryFolder folder_;
+  test::TemporaryFolder folder_;
 };
 
 }  // namespace substep::golden

@@ -7,7 +7,7 @@
 
 #include "golden/suite/sidecar.h"
 #include "sim/error.h"
-#include "tests/golden/temporary_folder.h"
+#include "tests/temporary_folder.h"
 
 namespace substep::golden {
 namespace {
@@ -15,7 +15,7 @@ namespace {
 class SuiteTest : public testing::Test {
  protected:
   Suite read(const std::string& text) {
-    write_text(folder_.path() / "suite.toml", text);
+    folder_.write("suite.toml", text);
     return read_suite(folder_.path() / "suite.toml");
   }
 
@@ -33,7 +33,7 @@ class SuiteTest : public testing::Test {
     return {};
   }
 
-  TemporaryFolder folder_;
+  test::TemporaryFolder folder_;
 };
 
 TEST_F(SuiteTest, CasesInheritDefaults) {
@@ -197,7 +197,7 @@ TEST_F(SuiteTest, RejectsDamagedSidecar) {
                            R"("poses":{"log_hash":"","track_hash":""},"images":[]})";
   const std::filesystem::path file = folder_.path() / "a3.json";
   const auto complaint = [&](const std::string& text) {
-    write_text(file, text);
+    folder_.write("a3.json", text);
     try {
       read_sidecar(file);
     } catch (const Error& error) {
@@ -221,12 +221,12 @@ TEST_F(SuiteTest, RejectsDamagedSidecar) {
 TEST_F(SuiteTest, FindsOrphans) {
   const Suite suite = read("[[case]]\nscene = \"one.gltf\"\nalgorithms = [\"a3\"]\nimages = [60]\n");
   EXPECT_TRUE(orphans(suite).empty());
-  write_text(folder_.path() / "poses/one/a3.poses", "");
-  write_text(folder_.path() / "images/one/a3.f0060.png", "");
-  write_text(folder_.path() / "images/one/a3.json", "{\"scene_hash\":\"\",\"made_with\":{},\"images\":[]}");
+  folder_.write("poses/one/a3.poses", "");
+  folder_.write("images/one/a3.f0060.png", "");
+  folder_.write("images/one/a3.json", "{\"scene_hash\":\"\",\"made_with\":{},\"images\":[]}");
   EXPECT_TRUE(orphans(suite).empty());
-  write_text(folder_.path() / "images/one/a3.f0120.png", "");
-  write_text(folder_.path() / "poses/gone/a1.poses", "");
+  folder_.write("images/one/a3.f0120.png", "");
+  folder_.write("poses/gone/a1.poses", "");
   const auto found = orphans(suite);
   ASSERT_EQ(found.size(), 2U);
   EXPECT_EQ(found[0], folder_.path() / "images/one/a3.f0120.png");

@@ -7,7 +7,7 @@
 #include "sim/error.h"
 #include "sim/loading/load_scene.h"
 #include "sim/log/pose_log.h"
-#include "tests/golden/temporary_folder.h"
+#include "tests/temporary_folder.h"
 
 namespace substep::golden {
 namespace {
@@ -33,8 +33,8 @@ RecordedRun run(const char* scene_file, int frames) {
 
 TEST(Track, RoundTripKeepsRoundedPoses) {
   const RecordedRun made = run("bouncing_balls.gltf", 60);
-  const TemporaryFolder folder;
-  write_text(folder.path() / "a.track", to_bytes(made.track));
+  const test::TemporaryFolder folder;
+  folder.write("a.track", to_bytes(made.track));
   const Track read = read_track(folder.path() / "a.track");
   ASSERT_EQ(read.frames.size(), made.log.frames.size());
   for (std::size_t k = 0; k < read.frames.size(); ++k) {
@@ -67,9 +67,9 @@ TEST(Track, KeepsEnergyOfFallingBall) {
 
 TEST(Track, RejectsDamagedFiles) {
   const std::string good = to_bytes(run("bouncing_balls.gltf", 20).track);
-  const TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const auto read = [&](const std::string& bytes) {
-    write_text(folder.path() / "a.track", bytes);
+    folder.write("a.track", bytes);
     return read_track(folder.path() / "a.track");
   };
   EXPECT_NO_THROW(read(good));

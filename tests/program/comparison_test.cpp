@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 #include <string>
 #include <utility>
@@ -19,6 +18,7 @@
 #include "sim/loading/load_scene.h"
 #include "sim/log/pose_log.h"
 #include "sim/scene/scene.h"
+#include "tests/temporary_folder.h"
 
 namespace substep::render {
 namespace {
@@ -142,13 +142,13 @@ TEST(Comparison, APanelsRunIsTheFinishedLogsOrTheEngines) {
   ComparisonSettings chosen = settings(loaded, 0.5);
   Settings base;
   base.step = loaded.step;
-  const auto log = std::filesystem::temp_directory_path() / "comparison_test.poses.txt";
+  const test::TemporaryFolder folder;
+  const auto log = folder.path() / "comparison_test.poses.txt";
   Simulation simulation(loaded, panel_in("a4,n=2", base).settings);
   write_pose_log(record(simulation, 30, 1), log);
   chosen.panels = {panel_in("a4,n=2", base), panel_in("log:" + log.string(), base),
                    panel_in("order-8", base)};
   const Comparison comparison = simulate_comparison(loaded, chosen);
-  std::filesystem::remove(log);
   ASSERT_EQ(comparison.runs.size(), 3u);
   EXPECT_EQ(comparison.runs[0].errors, comparison.runs[1].errors);
   EXPECT_GT(comparison.runs[0].rms_error, 1e-6);
@@ -184,7 +184,8 @@ TEST(Panel, TextSaysWhatIsShown) {
 }
 
 TEST(Panel, AFileHasATitleAndPanels) {
-  const auto file = std::filesystem::temp_directory_path() / "comparison_test.toml";
+  const test::TemporaryFolder folder;
+  const auto file = folder.path() / "comparison_test.toml";
   const auto read = [&](const std::string& text) {
     std::ofstream(file) << text;
     return read_panels(file, Settings{});
@@ -200,7 +201,6 @@ TEST(Panel, AFileHasATitleAndPanels) {
   EXPECT_THROW(read("title = \"none\"\n"), Error);
   EXPECT_THROW(read("[[panel]]\nshow = \"a5\"\nn = true\n"), Error);
   EXPECT_THROW(read("[[panel]]\nn = 2\n"), Error);
-  std::filesystem::remove(file);
 }
 
 TEST(Composition, LengthsHaveThreeDigitsAndTheirUnit) {

@@ -1,12 +1,8 @@
 #include "tests/scene/example_scene.h"
 
-#include <stdlib.h>
-
 #include <bit>
 #include <cstdint>
-#include <fstream>
-#include <stdexcept>
-#include <system_error>
+#include <string>
 
 #include "sim/error.h"
 #include "sim/loading/load_scene.h"
@@ -22,24 +18,6 @@ void append(std::string& bytes, std::uint64_t value, int size) {
 }
 
 }  // namespace
-
-Folder::Folder() {
-  std::string name = (std::filesystem::temp_directory_path() / "substep-scene-XXXXXX").string();
-  if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
-  path_ = name;
-}
-
-Folder::~Folder() {
-  std::error_code ignored;
-  std::filesystem::remove_all(path_, ignored);
-}
-
-std::filesystem::path Folder::write(const std::string& name, const std::string& bytes) const {
-  std::filesystem::path file = path_ / name;
-  std::filesystem::create_directories(file.parent_path());
-  std::ofstream(file, std::ios::binary) << bytes;
-  return file;
-}
 
 std::string cube_buffer() {
   std::string bytes;
@@ -126,7 +104,7 @@ std::string glb(const std::string& text, const std::string& binary) {
 }
 
 Scene load(const json& document) {
-  const Folder folder;
+  const TemporaryFolder folder;
   return load_scene(folder.write("example.gltf", document.dump()));
 }
 
@@ -140,7 +118,7 @@ std::string complaint(const std::filesystem::path& file) {
 }
 
 std::string complaint(const json& document) {
-  const Folder folder;
+  const TemporaryFolder folder;
   return complaint(folder.write("example.gltf", document.dump()));
 }
 

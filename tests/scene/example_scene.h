@@ -6,24 +6,9 @@
 #include <string>
 
 #include "sim/scene/scene.h"
+#include "tests/temporary_folder.h"
 
 namespace substep::test {
-
-/// A new empty folder, removed at the end.
-class Folder {
- public:
-  Folder();
-  ~Folder();
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-
-  const std::filesystem::path& path() const { return path_; }
-  /// Writes a file into the folder and returns its path.
-  std::filesystem::path write(const std::string& name, const std::string& bytes) const;
-
- private:
-  std::filesystem::path path_;
-};
 
 /// The buffer of `example()`: a cube with corners at ±0.5, 8 float positions and 36 16-bit indices.
 std::string cube_buffer();

@@ -306,7 +306,7 @@ TEST(Refusal, ScalesThatOverflowTogether) {
 TEST(Refusal, ANumberTooLargeForADouble) {
   std::string text = example().dump();
   text.replace(text.find("\"mass\":2"), 8, "\"mass\":1e999");
-  const Folder folder;
+  const TemporaryFolder folder;
   EXPECT_THAT(complaint(folder.write("example.gltf", text)),
               AllOf(HasSubstr("not valid JSON"), HasSubstr("1e999")));
 }
@@ -322,7 +322,7 @@ TEST(Refusal, VerticesThatAreNotFinite) {
 }
 
 TEST(Refusal, UrisThatLeadAwayOrNowhere) {
-  const Folder folder;
+  const TemporaryFolder folder;
   std::filesystem::create_directories(folder.path() / "inner");
   folder.write("outside.bin", cube_buffer());
   std::filesystem::create_symlink(folder.path() / "outside.bin", folder.path() / "inner/link.bin");
@@ -354,7 +354,7 @@ TEST(Refusal, UrisThatLeadAwayOrNowhere) {
 }
 
 TEST(Refusal, FilesThatAreNoScenes) {
-  const Folder folder;
+  const TemporaryFolder folder;
   EXPECT_THAT(complaint(folder.path() / "missing.gltf"), EndsWith("missing.gltf: there is no such file"));
   std::filesystem::create_directories(folder.path() / "folder.gltf");
   EXPECT_THAT(complaint(folder.path() / "folder.gltf"), EndsWith("folder.gltf: is not a regular file"));
@@ -390,7 +390,7 @@ class Glb : public testing::Test {
     return bytes.replace(offset, replacement.size(), replacement);
   }
 
-  Folder folder_;
+  TemporaryFolder folder_;
   std::string bytes_;
 };
 

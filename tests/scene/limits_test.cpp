@@ -405,7 +405,7 @@ struct Outcome {
 
 // In a child, whose costs the system counts.
 Outcome outcome_of(const Crafted& crafted) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::filesystem::path file = folder.write(crafted.file, crafted.bytes);
   int ends[2];
   if (pipe(ends) != 0) throw Error("no pipe");

@@ -174,7 +174,7 @@ TEST(LoadScene, AGlbGivesTheSameSceneAsAGltf) {
   json document = example();
   const Scene from_gltf = load(document);
   document["buffers"][0].erase("uri");
-  const Folder folder;
+  const TemporaryFolder folder;
   const Scene from_glb = load_scene(folder.write("example.glb", glb(document.dump(), cube_buffer())));
   ASSERT_EQ(from_glb.bodies.size(), from_gltf.bodies.size());
   for (std::size_t i = 0; i < from_glb.bodies.size(); ++i) {
@@ -188,7 +188,7 @@ TEST(LoadScene, AGlbGivesTheSameSceneAsAGltf) {
 TEST(LoadScene, BuffersMayLieInFoldersBelowUnderPercentEncodedNames) {
   json document = example();
   document["buffers"][0]["uri"] = "parts/a%20c%C3%BCbe.bin";
-  const Folder folder;
+  const TemporaryFolder folder;
   folder.write(
       "parts/a c\xc3\xbc"
       "be.bin",
@@ -199,7 +199,7 @@ TEST(LoadScene, BuffersMayLieInFoldersBelowUnderPercentEncodedNames) {
 TEST(LoadScene, HashCoversTheFileAndItsBuffers) {
   json document = example();
   document["buffers"][0]["uri"] = "cube.bin";
-  const Folder folder;
+  const TemporaryFolder folder;
   folder.write("cube.bin", cube_buffer());
   const auto file = folder.write("example.gltf", document.dump());
   const std::uint64_t hash = load_scene(file).hash;
@@ -593,7 +593,7 @@ TEST(LoadScene, AMaterialIsReadToItsTextures) {
 }
 
 TEST(LoadScene, ImagesAreLookedForInTheFolderAndNowhereElse) {
-  const Folder folder;
+  const TemporaryFolder folder;
   folder.write("wood.png", "\x89PNG\r\n\x1a\n");
   json document = example();
   document["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}};
@@ -611,7 +611,7 @@ TEST(LoadScene, ImagesAreLookedForInTheFolderAndNowhereElse) {
 }
 
 TEST(LoadScene, AFileWithoutPhysicsStandsWhereItsNodesPutIt) {
-  const Folder folder;
+  const TemporaryFolder folder;
   json document = one_body("{}", R"({"type": "box"})");
   EXPECT_FALSE(load_still_scene(folder.write("body.gltf", document.dump())));
   const json example_document = example();

@@ -39,7 +39,7 @@ std::string with(std::string text, const std::string& what, const std::string& b
 }
 
 Scene load_text(const std::string& name, const std::string& text, const MeshOptions& options = {}) {
-  const Folder folder;
+  const TemporaryFolder folder;
   return load_scene(folder.write(name, text), options);
 }
 
@@ -162,7 +162,7 @@ TEST(MeshScene, OptionsOutOfRangeAreRefused) {
   options = {};
   options.scale = 1e-200;
   EXPECT_THAT(complaint_about(options), HasSubstr("cube.obj: "));
-  const Folder folder;
+  const TemporaryFolder folder;
   try {
     load_scene(folder.write("example.gltf", example().dump()), MeshOptions{});
     ADD_FAILURE() << "options for a scene were taken";
@@ -172,7 +172,7 @@ TEST(MeshScene, OptionsOutOfRangeAreRefused) {
 }
 
 TEST(MeshScene, ObjectsBecomeBodiesAndMaterialsColours) {
-  const Folder folder;
+  const TemporaryFolder folder;
   folder.write("red.mtl", "newmtl red\nKd 1 0 0\n");
   std::string second = cube_obj;
   for (const char* face : {"4 3 2 1", "5 6 7 8", "1 2 6 5", "2 3 7 6", "3 4 8 7", "4 1 5 8"}) {
@@ -321,7 +321,7 @@ TEST(MeshScene, TangentsTurnWithTheirMesh) {
 
 TEST(MeshScene, ExtensionsOfFilesMayBeInCapitals) {
   EXPECT_EQ(load_text("CUBE.OBJ", cube_obj).bodies.size(), 2u);
-  const Folder folder;
+  const TemporaryFolder folder;
   EXPECT_EQ(load_scene(folder.write("EXAMPLE.GLTF", example().dump())).joints.size(), 1u);
 }
 
@@ -464,7 +464,7 @@ std::vector<Hostile> hostile_meshes() {
 class HostileMesh : public testing::TestWithParam<Hostile> {};
 
 TEST_P(HostileMesh, LoadsOrIsRefusedInTimeAndNamed) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::filesystem::path file = folder.write(GetParam().file, GetParam().bytes);
   ASSERT_LT(GetParam().bytes.size(), std::size_t{1} << 20);
   const auto processor_time = [] {
@@ -496,7 +496,7 @@ INSTANTIATE_TEST_SUITE_P(Files, HostileMesh, testing::ValuesIn(hostile_meshes())
                          [](const auto& tested) { return std::string(tested.param.name); });
 
 TEST(HostileMeshes, ReadNothingOutsideTheFolder) {
-  const Folder folder;
+  const TemporaryFolder folder;
   folder.write("outside.mtl", "newmtl red\nKd 1 0 0\n");
   std::filesystem::create_directories(folder.path() / "inner");
   std::filesystem::create_symlink(folder.path() / "outside.mtl", folder.path() / "inner/link.mtl");

@@ -41,7 +41,7 @@ void expect_sound(const Scene& scene) {
 
 // Loads 500 mutants; returns how many loaded.
 int mutate(const std::string& original, const std::string& name) {
-  const Folder folder;
+  const TemporaryFolder folder;
   std::mt19937 random(20261121);
   const auto below = [&](std::size_t bound) { return random() % bound; };
   int loaded = 0;

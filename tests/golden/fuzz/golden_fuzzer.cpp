@@ -1,7 +1,5 @@
 #include "tests/golden/fuzz/golden_fuzzer.h"
 
-#include <unistd.h>
-
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -16,21 +14,21 @@
 #include "sim/log/pose_log.h"
 #include "sim/study/sweep_file.h"
 #include "sim/study/sweep_record.h"
+#include "tests/temporary_folder.h"
 
 namespace substep::golden {
 namespace {
 
 namespace fs = std::filesystem;
 
-// An own folder, with the scene that suites and sweeps of the corpus name.
+/// Returns an own folder, with the scene that suites and sweeps of the corpus name. It goes when the program
+/// ends.
 const fs::path& folder() {
-  static const fs::path path = [] {
-    fs::path made = fs::temp_directory_path() / ("substep-golden-fuzz-" + std::to_string(getpid()));
-    fs::create_directory(made);
-    fs::copy_file(fs::path(SUBSTEP_SOURCE_DIR) / "scenes/pendulum.gltf", made / "pendulum.gltf");
-    return made;
-  }();
-  return path;
+  static const test::TemporaryFolder made;
+  static const bool copied =
+      fs::copy_file(fs::path(SUBSTEP_SOURCE_DIR) / "scenes/pendulum.gltf", made.path() / "pendulum.gltf");
+  static_cast<void>(copied);
+  return made.path();
 }
 
 void require(bool condition, const char* what) {

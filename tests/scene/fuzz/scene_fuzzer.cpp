@@ -5,8 +5,6 @@
 
 #include "tests/scene/fuzz/scene_fuzzer.h"
 
-#include <unistd.h>
-
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -19,20 +17,17 @@
 #include "sim/error.h"
 #include "sim/loading/load_scene.h"
 #include "sim/scene/scene.h"
+#include "tests/temporary_folder.h"
 
 namespace substep {
 namespace {
 
 namespace fs = std::filesystem;
 
-// An own folder, so that no file of others lies beside the scene.
+/// Returns an own folder, so that no file of others lies beside the scene. It goes when the program ends.
 const fs::path& folder() {
-  static const fs::path path = [] {
-    fs::path made = fs::temp_directory_path() / ("substep-fuzz-" + std::to_string(getpid()));
-    fs::create_directory(made);
-    return made;
-  }();
-  return path;
+  static const test::TemporaryFolder made;
+  return made.path();
 }
 
 void require(bool condition, const char* what) {

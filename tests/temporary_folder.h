@@ -1,5 +1,5 @@
 #pragma once
-/// A folder for one test, gone with it.
+/// A folder for one test, removed with it.
 
 #include <stdlib.h>
 
@@ -8,8 +8,9 @@
 #include <stdexcept>
 #include <string>
 
-namespace substep::golden {
+namespace substep::test {
 
+/// A new empty folder under a name that no other process has.
 class TemporaryFolder {
  public:
   TemporaryFolder() {
@@ -26,13 +27,16 @@ class TemporaryFolder {
 
   const std::filesystem::path& path() const { return path_; }
 
+  /// Writes a file, with the folders that its name has, and returns its path.
+  std::filesystem::path write(const std::string& name, const std::string& bytes) const {
+    std::filesystem::path file = path_ / name;
+    std::filesystem::create_directories(file.parent_path());
+    std::ofstream(file, std::ios::binary) << bytes;
+    return file;
+  }
+
  private:
   std::filesystem::path path_;
 };
 
-inline void write_text(const std::filesystem::path& file, const std::string& text) {
-  std::filesystem::create_directories(file.parent_path());
-  std::ofstream(file, std::ios::binary) << text;
-}
-
-}  // namespace substep::golden
+}  // namespace substep::test
