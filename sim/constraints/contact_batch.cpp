@@ -26,12 +26,16 @@ bool ContactBatches::Manifold::has_friction_throughout() const {
 }
 
 bool ContactBatches::Manifold::fits(const Manifold& other) const {
-  if (level != other.level || (corners > 0) != (other.corners > 0)) return false;
+  if ((corners > 0) != (other.corners > 0)) return false;
   if (corners > 0) return true;
   // One contact alone is solved at once, several by sweeps.
   const bool several = contacts > 1 && other.contacts > 1;
   if (several && has_friction_throughout() && other.has_friction_throughout()) return true;
   return std::tie(contacts, friction) == std::tie(other.contacts, other.friction);
+}
+
+bool ContactBatches::Manifold::is_shorter(const Manifold& other) const {
+  return std::tie(corners, contacts, friction) < std::tie(other.corners, other.contacts, other.friction);
 }
 
 void ContactBatches::list_manifolds(const Model& model, const std::vector<Contact>& contacts,
@@ -46,12 +50,19 @@ void ContactBatches::list_manifolds(const Model& model, const std::vector<Contac
   };
   for (int i = 0; i < static_cast<int>(shapes.size()); ++i) {
     const PatchShape& shape = shapes[i];
-    add_patch({0, 0, 0, 0, -1, 0, 0, shape.a, shape.b, std::minmax(shape.collider_a, shape.collider_b)}, i);
+    add_patch({0, 0, 0, -1, 0, 0, shape.a, shape.b, std::minmax(shape.collider_a, shape.collider_b)}, i);
   }
   for (std::size_t begin = 0, end = 0; begin < contacts.size(); begin = end) {
     const Contact& contact = contacts[begin];
-    Manifold manifold{0, 0, 0,         0,         static_cast<int>(begin),
-                      0, 0, contact.a, contact.b, std::minmax(contact.collider_a, contact.collider_b)};
+    Manifold manifold{.distance = 0,
+                      .contacts = 0,
+                      .friction = 0,
+                      .source = static_cast<int>(begin),
+                      .corners = 0,
+                      .shape = 0,
+                      .a = contact.a,
+                      .b = contact.b,
+                      .colliders = std::minmax(contact.collider_a, contact.collider_b)};
     int rows = 0;
     while (end < contacts.size() && manifold.contacts < most_in_manifold && contacts[end].a == contact.a &&
            contacts[end].b == contact.b) {
@@ -82,12 +93,6 @@ void ContactBatches::list_manifolds(const Model& model, const std::vector<Contac
     return std::tie(other.distance, one.colliders, one.source) <
            std::tie(one.distance, other.colliders, other.source);
   });
-  depth_.assign(model.masses.size(), 0);
-  for (Manifold& manifold : manifolds_) {
-    manifold.level = std::max(depth_[manifold.a], depth_[manifold.b]);
-    if (moves(model.masses[manifold.a])) depth_[manifold.a] = manifold.level + 1;
-    if (moves(model.masses[manifold.b])) depth_[manifold.b] = manifold.level + 1;
-  }
 }
 
 /// Breadth first from what cannot move, along contacts; what they do not lead to is farthest.
@@ -173,6 +178,44 @@ void ContactBatches::add_batch(const Model& model, const std::vector<Contact>& c
   batches.push_back(x);
 }
 
+/// Adds the batches of manifolds at one distance. They are cut into as many runs as there are lanes, in the
+/// order of the file, and a batch takes the next of each run, so that neighbours, which share a body, follow
+/// each other. Half of the runs go backwards: a sweep goes from the ends of a row of boxes to its middle, and
+/// at the next distance from the middle to the ends. No side of the row is always first, so a pyramid of 465
+/// boxes moves by 21 mm; if all runs go forwards, it moves by 52 mm.
+void ContactBatches::add_batches(const Model& model, const std::vector<Contact>& contacts, std::size_t begin,
+                                 std::size_t end) {
+  const std::size_t count = end - begin;
+  const std::size_t runs = std::clamp<std::size_t>((count + 1) / 2, 1, lanes);
+  const bool from_middle = manifolds_[begin].distance % 2 != 0;
+  std::array<Run, lanes> run{};
+  for (std::size_t i = 0; i < runs; ++i) {
+    run[i] = {begin + count * i / runs, begin + count * (i + 1) / runs, (i >= lanes / 2) != from_middle};
+  }
+  for (std::size_t left = count; left > 0;) {
+    std::array<Manifold, lanes> taken;
+    int size = 0;
+    const int batch = static_cast<int>(batches.size());
+    const auto is_free = [&](int body) { return !moves(model.masses[body]) || last_batch_[body] != batch; };
+    for (Run& own : run) {
+      // A run that is through helps the longest, from its other end.
+      Run& from = own.size() > 0 ? own : *std::ranges::max_element(run, {}, &Run::size);
+      const bool helps = &from != &own;
+      if (from.size() <= (helps ? 1 : 0)) continue;
+      const Manifold& manifold = manifolds_[from.next(helps)];
+      if (size > 0 && !(manifold.fits(taken[0]) && is_free(manifold.a) && is_free(manifold.b))) continue;
+      last_batch_[manifold.a] = last_batch_[manifold.b] = batch;
+      // A batch takes as long as its longest manifold, which is the last.
+      int place = size++;
+      for (; place > 0 && manifold.is_shorter(taken[place - 1]); --place) taken[place] = taken[place - 1];
+      taken[place] = manifold;
+      from.take(helps);
+      --left;
+    }
+    add_batch(model, contacts, taken.data(), size);
+  }
+}
+
 void ContactBatches::build(const Model& model, const std::vector<Contact>& contacts,
                            std::vector<PatchShape>& kept, const std::vector<Coordinates>& q) {
   reserve(model, contacts.capacity());
@@ -181,20 +224,10 @@ void ContactBatches::build(const Model& model, const std::vector<Contact>& conta
   counts_ = {};
   formulations = 0;
   list_manifolds(model, contacts, q);
-  std::ranges::sort(manifolds_, [](const Manifold& one, const Manifold& other) {
-    return std::tie(one.level, one.corners, one.contacts, one.friction, one.colliders, one.source) <
-           std::tie(other.level, other.corners, other.contacts, other.friction, other.colliders,
-                    other.source);
-  });
+  last_batch_.assign(model.masses.size(), -1);
   for (std::size_t begin = 0, end = 0; begin < manifolds_.size(); begin = end) {
-    while (end < manifolds_.size() && manifolds_[end].fits(manifolds_[begin])) ++end;
-    // Those with the most contacts together: a batch takes as long as its longest manifold.
-    for (std::size_t next = begin; next < end;) {
-      const std::size_t odd = (end - next) % lanes;
-      const std::size_t count = odd > 0 ? odd : lanes;
-      add_batch(model, contacts, &manifolds_[next], static_cast<int>(count));
-      next += count;
-    }
+    while (end < manifolds_.size() && manifolds_[end].distance == manifolds_[begin].distance) ++end;
+    add_batches(model, contacts, begin, end);
   }
   normals.resize(counts_.normals);
   frictions.resize(counts_.frictions);

@@ -176,7 +176,8 @@ class ContactBatches {
   /// step before that still hold; their memory is swapped.
   ///
   /// Order: manifolds far from what cannot move come first, those with the world last, by the smaller of both
-  /// bodies' distances from it in the graph of contacts; ties in the order of `contacts`.
+  /// bodies' distances from it in the graph of contacts; those of one
+  /// distance as add_batches() says.
   void build(const Model& model, const std::vector<Contact>& contacts, std::vector<PatchShape>& kept,
              const std::vector<Coordinates>& q);
 
@@ -206,7 +207,6 @@ class ContactBatches {
  private:
   struct Manifold {
     int distance;  ///< of the nearer body from what cannot move; less is later
-    int level;     ///< manifolds that it has to wait for, one after the other
     int contacts;
     std::uint32_t friction;  ///< bit i: contact i has friction
     int source;              ///< its first contact; of a kept patch −1
@@ -216,13 +216,25 @@ class ContactBatches {
     int b;
     std::pair<int, int> colliders;  ///< of its first contact, in ascending order: the order of the file
     bool has_friction_throughout() const;
+    bool is_shorter(const Manifold& other) const;
     bool fits(const Manifold& other) const;  ///< in one batch
+  };
+  /// Manifolds that a lane takes one after the other.
+  struct Run {
+    std::size_t begin;
+    std::size_t end;
+    bool backwards;
+    std::size_t size() const { return end - begin; }
+    std::size_t next(bool at_other_end) const { return backwards != at_other_end ? end - 1 : begin; }
+    void take(bool at_other_end) { backwards != at_other_end ? --end : ++begin; }
   };
   void list_manifolds(const Model& model, const std::vector<Contact>& contacts,
                       const std::vector<Coordinates>& q);
   void measure_distances(const Model& model);
   void reserve(const Model& model, std::size_t most);
   void sort_places(const std::vector<Contact>& found);
+  void add_batches(const Model& model, const std::vector<Contact>& contacts, std::size_t begin,
+                   std::size_t end);
   void add_batch(const Model& model, const std::vector<Contact>& contacts, const Manifold* first, int count);
 
   /// What batches have taken so far.
@@ -237,11 +249,11 @@ class ContactBatches {
 
   Counts counts_{};
   std::vector<Manifold> manifolds_;
-  std::vector<int> in_order_;  ///< contacts, as they are remembered
-  std::vector<int> place_of_;  ///< by contact: its place among them
-  std::vector<int> depth_;     ///< by body: the level of what comes next
-  std::vector<int> distance_;  ///< by body: from what cannot move
-  std::vector<int> begin_;     ///< by body: of its partners; by collider: of its contacts
+  std::vector<int> in_order_;    ///< contacts, as they are remembered
+  std::vector<int> place_of_;    ///< by contact: its place among them
+  std::vector<int> last_batch_;  ///< by body: the last that it is in
+  std::vector<int> distance_;    ///< by body: from what cannot move
+  std::vector<int> begin_;       ///< by body: of its partners; by collider: of its contacts
   std::vector<int> partners_;
   std::vector<int> reached_;
 };
