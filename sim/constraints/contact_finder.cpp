@@ -154,6 +154,7 @@ ContactFinder::ContactFinder(const Scene& scene, const Model& model) : model_(mo
   group_of_.reserve(candidates_.size());
   meetings_.reserve(4 * candidates_.size());
   motions_.resize(model.masses.size());
+  rotations_.resize(model.masses.size());
   moved_.resize(model.masses.size());
   has_motion_.reserve(model.masses.size());
   is_off_.reserve(model.masses.size());
@@ -200,6 +201,7 @@ const std::vector<Contact>& ContactFinder::find(const State& state, double durat
   is_at_rest_.assign(state.q.size(), false);
   list_remembered(state);
   state_ = &state;
+  for (std::size_t i = 0; i < state.q.size(); ++i) rotations_[i] = state.q[i].angular.toRotationMatrix();
   double fastest = 0;
   for (const Velocity& v : state.v) fastest = std::max(fastest, v.linear.norm());
   for (std::size_t i = 0; i < candidates_.size(); ++i) {
@@ -499,9 +501,11 @@ void ContactFinder::keep_first_impacts() {
 void ContactFinder::drop_flush() {
   group_of_.assign(candidates_.size(), -1);
   bool any_shared = false;
+  bool any_points = false;
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     Group& group = groups_[g];
     if (group.dropped) continue;
+    any_points = any_points || group.patch < 0;
     for (int k = 0; k < 2; ++k) {
       int& last = group_of_[group.colliders[k]];
       any_shared = any_shared || last >= 0;
@@ -509,7 +513,7 @@ void ContactFinder::drop_flush() {
       last = static_cast<int>(g);
     }
   }
-  if (!any_shared) return;
+  if (!any_shared || !any_points) return;
   for (std::size_t collider = 0; collider < candidates_.size(); ++collider) {
     if (!moves(model_.masses[candidates_[collider].collider->body])) continue;
     const auto next_of = [&](int g) {
@@ -690,23 +694,20 @@ bool ContactFinder::keep_patch(const State& state, const PatchShape& patch, doub
   const auto a = static_cast<std::uint32_t>(patch.collider_a);
   const auto b = static_cast<std::uint32_t>(patch.collider_b);
   const double size = smaller_size(a, b);
-  const Coordinates& qa = state.q[patch.a];
-  const Coordinates& qb = state.q[patch.b];
-  const Quaternion to_b = qb.angular.conjugate();
-  const Vector3 position = to_b * (qa.linear - qb.linear);
+  const Matrix3& rotation_a = rotations_[patch.a];
+  const Matrix3& rotation_b = rotations_[patch.b];
+  const Vector3 position = rotation_b.transpose() * (state.q[patch.a].linear - state.q[patch.b].linear);
   if ((position - patch.position).squaredNorm() > barely_moved * barely_moved * size * size) return false;
-  const Quaternion orientation = to_b * qa.angular;
-  const Vector3 half_turn = (patch.orientation.conjugate() * orientation).vec();
-  if (4 * half_turn.squaredNorm() > barely_moved * barely_moved) return false;
-  const PatchMotion motion(patch, position, orientation.toRotationMatrix());
+  const PatchMotion motion(patch, position, rotation_b.transpose() * rotation_a);
+  if (motion.squared_turn > barely_moved * barely_moved) return false;
   const double fall = duration_ * duration_ * model_.gravity.norm();
   if (motion.gap > std::max(touched_before * size, falls_of_touched * fall)) return false;
   // Leave impacts to contacts by points.
   const Velocity& va = state.v[patch.a];
   const Velocity& vb = state.v[patch.b];
-  const Vector3 normal = qb.angular * patch.axes_in_b.col(0);
-  const Vector3 before = va.linear + va.angular.cross(qa.angular * patch.arm_a) - vb.linear -
-                         vb.angular.cross(qb.angular * patch.arm_b);
+  const Vector3 normal = rotation_b * patch.axes_in_b.col(0);
+  const Vector3 before = va.linear + va.angular.cross(rotation_a * patch.arm_a) - vb.linear -
+                         vb.angular.cross(rotation_b * patch.arm_b);
   const Vector3 turning = va.angular - vb.angular;
   const double approach = -normal.dot(before);
   const double twist = normal.dot(turning);

@@ -132,6 +132,7 @@ class ContactFinder {
   std::vector<Pose> poses_;
   std::vector<Bounds> bounds_;
   std::vector<double> margins_;
+  std::vector<Matrix3> rotations_;    ///< by body
   std::vector<RigidMotion> motions_;  ///< by body, under gravity alone
   std::vector<bool> has_motion_;
   std::vector<RigidMotion> moved_;  ///< by body, as they have moved

@@ -413,32 +413,31 @@ struct PatchGamma {
 /// Sets the planes and rays of the cone of a patch's normals.
 [[gnu::always_inline]] inline void set_corners(const ContactBatch& x, const FourShapes& from,
                                                const Patch& patch, PatchCorner* corners) {
+  const auto place = [&](int i, int axis) {
+    return from.of(
+        [&](const PatchShape& shape) { return shape.corner[std::min(i, shape.corners - 1)][axis]; });
+  };
+  const auto next = [&](int i, int axis) {
+    return from.of(
+        [&](const PatchShape& shape) { return shape.corner[i + 1 < shape.corners ? i + 1 : 0][axis]; });
+  };
+  const Lanes count = from.of([](const PatchShape& shape) { return static_cast<double>(shape.corners); });
   for (int i = 0; i < x.corners; ++i) {
     PatchCorner& corner = corners[i];
+    const Lanes here[2] = {place(i, 0), place(i, 1)};
+    const Lanes along[2] = {next(i, 0) - here[0], next(i, 1) - here[1]};
+    corner.place[0] = here[0];
+    corner.place[1] = here[1];
+    // Its length does not matter.
+    corner.plane = {{along[1] * here[0] - along[0] * here[1], along[0], along[1]}};
+    // An end of a line: the centre of pressure is on the side of the other.
+    const auto is_end = count == all(2);
+    corner.plane[0] = choose(is_end, -(here[0] * along[0] + here[1] * along[1]), corner.plane[0]);
+    corner.plane[1] = choose(is_end, along[1], corner.plane[1]);
+    corner.plane[2] = choose(is_end, -along[0], corner.plane[2]);
     // A patch with fewer corners repeats its last, whose plane is then that of forces that push.
-    for (int lane = 0; lane < lanes; ++lane) {
-      const PatchShape& shape = *from.shape[lane];
-      const int last = shape.corners - 1;
-      const double* const here = shape.corner[std::min(i, last)];
-      const double* const next = shape.corner[i < last ? i + 1 : 0];
-      corner.place[0][lane] = here[0];
-      corner.place[1][lane] = here[1];
-      const double along_x = next[0] - here[0];
-      const double along_y = next[1] - here[1];
-      const double length = std::sqrt(along_x * along_x + along_y * along_y);
-      double plane[3] = {1, 0, 0};
-      if (shape.corners == 2 && i < 2) {
-        // An end of a line: the centre of pressure is on the side of the other.
-        plane[0] = -(here[0] * along_x + here[1] * along_y) / length;
-        plane[1] = along_y / length;
-        plane[2] = -along_x / length;
-      } else if (i <= last) {
-        plane[0] = (along_y * here[0] - along_x * here[1]) / length;
-        plane[1] = along_x / length;
-        plane[2] = along_y / length;
-      }
-      for (int k = 0; k < 3; ++k) corner.plane[k][lane] = plane[k];
-    }
+    const auto is_beyond = count <= all(i);
+    for (int k = 0; k < 3; ++k) corner.plane[k] = choose(is_beyond, all(k == 0 ? 1 : 0), corner.plane[k]);
     const LaneVectors back = symmetric_product(patch.normal_inverse, corner.plane);
     const Lanes scale = inverse_or_zero(dot(corner.plane, back));
     const LaneVectors ray{{all(1), corner.place[1], -corner.place[0]}};
@@ -459,7 +458,7 @@ struct PatchGamma {
   patch.origin_normal = patch.slides = zero;
   patch.slid = from.of([](const PatchShape& shape) { return shape.slid ? 1.0 : 0.0; });
   patch.coefficient = from.of([](const PatchShape& shape) { return shape.friction; });
-  patch.inverse_radius = from.of([](const PatchShape& shape) { return 1 / shape.radius; });
+  patch.inverse_radius = all(1) / from.of([](const PatchShape& shape) { return shape.radius; });
   for (int k = 0; k < 3; ++k) {
     patch.reference[k] = from.of([&](const PatchShape& shape) { return shape.reference[k]; });
   }

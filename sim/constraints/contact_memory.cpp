@@ -37,14 +37,16 @@ Vector3 displacement_at(const FrictionRows& rows, const TouchingPoint& touching,
 }
 
 /// Sets what a patch keeps to the next step of its displacement.
-void remember_patch(const Patch& patch, int lane, bool keeps, const RelativePose& a_in_b, PatchShape& shape) {
-  const Vector3 slip = PatchMotion(shape, a_in_b.position, a_in_b.rotation).slip;
+void remember_patch(const Patch& patch, int lane, bool keeps, const Coordinates& a, const Coordinates& b,
+                    PatchShape& shape) {
   const bool at_edge = patch.slides[lane] > 0;
   shape.slid = at_edge && patch.slid[lane] > 0;
-  const double part = !keeps || shape.slid ? 0 : at_edge ? kept_at_edge : 1;
-  for (int k = 0; k < 3; ++k) {
-    shape.reference[k] = part * (slip[k] + patch.reference[k][lane]) - slip[k];
-  }
+  for (int k = 0; k < 3; ++k) shape.reference[k] = patch.reference[k][lane];
+  if (keeps && !at_edge) return;
+  const RelativePose a_in_b(a, b);
+  const Vector3 slip = PatchMotion(shape, a_in_b.position, a_in_b.rotation).slip;
+  const double part = !keeps || shape.slid ? 0 : kept_at_edge;
+  for (int k = 0; k < 3; ++k) shape.reference[k] = part * (slip[k] + shape.reference[k]) - slip[k];
 }
 
 }  // namespace
@@ -90,11 +92,13 @@ void ContactBatches::remember(const std::vector<Contact>& found, const std::vect
   for (ContactMemory& point : memory) point.collider_a = -1;
   for (const ContactBatch& x : batches) {
     for (int lane = 0; lane < x.manifolds; ++lane) {
-      const RelativePose a_in_b(q[x.a[lane]], q[x.b[lane]]);
+      const Coordinates& a = q[x.a[lane]];
+      const Coordinates& b = q[x.b[lane]];
       if (x.patch >= 0) {
-        remember_patch(patches[x.patch], lane, keeps, a_in_b, shapes[x.shape[lane]]);
+        remember_patch(patches[x.patch], lane, keeps, a, b, shapes[x.shape[lane]]);
         if (shapes[x.shape[lane]].collider_a >= 0) continue;
       }
+      const RelativePose a_in_b(a, b);
       int friction = 0;
       for (int i = 0; i < x.count[lane]; ++i) {
         const Contact& contact = found[x.source[lane] + i];

@@ -107,8 +107,7 @@ std::optional<PatchShape> patch_shape(const Contact* contacts, int count, const 
   shape.margin = contacts->margin;
   shape.axes_in_b << contacts->normal_b, contacts->tangent_b1, contacts->tangent_b2;
   shape.position = b.angular.conjugate() * (a.linear - b.linear);
-  shape.orientation = b.angular.conjugate() * a.angular;
-  shape.axes_in_a = shape.orientation.toRotationMatrix().transpose() * shape.axes_in_b;
+  shape.axes_in_a = (a.angular.conjugate() * b.angular).toRotationMatrix() * shape.axes_in_b;
 
   // Fit planes to the gaps, to what is added to them, and a motion to the displacements.
   double gap[most_in_manifold];

@@ -25,7 +25,7 @@ struct Visit {
 
 /// What is known of a visit where its kernel is compiled.
 struct Kind {
-  bool by_one;  ///< κ, τ, ω and the scale are 1, and multiply nothing
+  bool by_one;  ///< κ, τ and ω are 1, and multiply nothing
   bool any;     ///< the largest change may be asked for
 };
 constexpr Kind plain{true, false};
@@ -118,7 +118,7 @@ template <Kind kind>
   if (kind.any) {
     most = larger(most, choose(given < all(0), -given, given) * at.coupling[i * count + i].share);
   }
-  return times<kind>(at.how.scale, given);
+  return all(at.how.scale) * given;
 }
 
 /// The block of normals, from the velocities and to them.
@@ -221,7 +221,7 @@ template <Kind kind>
     most = larger(most, choose(change.first < zero, -change.first, change.first) * rows.gamma[0]);
     most = larger(most, choose(change.second < zero, -change.second, change.second) * rows.gamma[2]);
   }
-  return {times<kind>(at.how.scale, change.first), times<kind>(at.how.scale, change.second)};
+  return {all(at.how.scale) * change.first, all(at.how.scale) * change.second};
 }
 
 /// The i-th point's friction, from the velocities and to them.
@@ -306,7 +306,7 @@ template <Kind kind, int known>
   LaneVectors given;
   for (int k = 0; k < 3; ++k) {
     const Lanes difference = wrench[k] - patch.normal_impulse[k];
-    given[k] = times<kind>(at.how.scale, difference);
+    given[k] = all(at.how.scale) * difference;
     patch.normal_impulse[k] = wrench[k];
   }
   if (kind.any) {
@@ -362,7 +362,7 @@ template <Kind kind>
   }
   LaneVectors given;
   for (int k = 0; k < 3; ++k) {
-    given[k] = times<kind>(at.how.scale, total[k] - before[k]);
+    given[k] = all(at.how.scale) * (total[k] - before[k]);
     patch.impulse[k] = total[k] + patch.origin[k];
   }
   if (kind.any) {
@@ -424,7 +424,7 @@ template <Kind kind>
 [[gnu::always_inline]] inline bool solve_any(ContactBatches& contacts, const Visit& at,
                                              std::vector<Velocity>& v, double* moved) {
   const RowSolve& how = at.how;
-  const bool by_one = how.kappa == 1 && how.tau == 1 && how.omega == 1 && how.scale == 1;
+  const bool by_one = how.kappa == 1 && how.tau == 1 && how.omega == 1;
   if (moved || !by_one) return solve_batch<any_kind>(contacts, at, v, moved);
   return solve_batch<plain>(contacts, at, v, nullptr);
 }

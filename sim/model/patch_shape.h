@@ -29,20 +29,24 @@ struct PatchShape {
   double left_over;     ///< the largest overlap of a point that is still to be recovered
   double margin;        ///< the points were looked for within this distance
   Vector3 position;     ///< of a's centre of mass from b's, in b's frame
-  Quaternion orientation;  ///< of a, in b's frame
   double corner[most_corners]
                [2];  ///< of the points' hull: along the tangents, from the centre, counterclockwise
 };
 
 /// How a patch has moved since it was found, in its axes.
 struct PatchMotion {
+  /// `position`: of a's centre of mass from b's, in b's frame; `a_in_b`: the rotation from a's frame to b's.
   PatchMotion(const PatchShape& shape, const Vector3& position, const Matrix3& a_in_b) {
-    const Vector3 apart = shape.axes_in_b.transpose() * (position + a_in_b * shape.arm_a - shape.arm_b);
+    const Matrix3 axes_now = a_in_b.transpose() * shape.axes_in_b;
+    const Vector3 apart =
+        shape.axes_in_b.transpose() * (position - shape.arm_b) + axes_now.transpose() * shape.arm_a;
     gap = apart[0];
-    slip = {apart[1], apart[2], shape.axes_in_b.col(2).dot(a_in_b * shape.axes_in_a.col(1))};
+    slip = {apart[1], apart[2], axes_now.col(2).dot(shape.axes_in_a.col(1))};
+    squared_turn = 3 - axes_now.cwiseProduct(shape.axes_in_a).sum();
   }
-  double gap;    ///< at the centre, m
-  Vector3 slip;  ///< along the tangents, m, and the twist, rad
+  double gap;           ///< at the centre, m
+  Vector3 slip;         ///< along the tangents, m, and the twist, rad
+  double squared_turn;  ///< 2 − 2 cos θ of the angle θ by which a has turned, about any axis
 };
 
 /// Returns the displacement that friction has let happen at a point of a patch, body frame of b.

@@ -56,7 +56,6 @@ std::uint64_t hash(const State& state) {
     for (const Matrix3& axes : {patch.axes_in_a, patch.axes_in_b}) {
       for (int k = 0; k < 9; ++k) add(hash, axes.data()[k]);
     }
-    for (int k = 0; k < 4; ++k) add(hash, patch.orientation.coeffs()[k]);
     for (const double value : {patch.tilt[0], patch.tilt[1], patch.left[0], patch.left[1], patch.left[2],
                                patch.reference[0], patch.reference[1], patch.reference[2], patch.friction,
                                patch.radius, patch.left_over, patch.margin}) {

@@ -63,29 +63,32 @@ bool is_finite(const State& state, int* body = nullptr);
 
 // Sums of velocities, body by body. Both arguments have as many bodies.
 
+static_assert(sizeof(Velocity) == 6 * sizeof(double));
+
+/// Returns all components of all bodies' velocities as one array.
+inline auto components(std::vector<Velocity>& v) {
+  return Eigen::Map<Eigen::ArrayXd>(reinterpret_cast<double*>(v.data()),
+                                    6 * static_cast<Eigen::Index>(v.size()));
+}
+inline auto components(const std::vector<Velocity>& v) {
+  return Eigen::Map<const Eigen::ArrayXd>(reinterpret_cast<const double*>(v.data()),
+                                          6 * static_cast<Eigen::Index>(v.size()));
+}
+
 inline void set_zero(std::vector<Velocity>& v) {
-  for (Velocity& body : v) body = Velocity{};
+  components(v).setZero();
 }
 
 inline void add(const std::vector<Velocity>& v, std::vector<Velocity>& to) {
-  for (std::size_t i = 0; i < to.size(); ++i) {
-    to[i].linear += v[i].linear;
-    to[i].angular += v[i].angular;
-  }
+  components(to) += components(v);
 }
 
 inline void subtract(const std::vector<Velocity>& v, std::vector<Velocity>& from) {
-  for (std::size_t i = 0; i < from.size(); ++i) {
-    from[i].linear -= v[i].linear;
-    from[i].angular -= v[i].angular;
-  }
+  components(from) -= components(v);
 }
 
 inline void scale(double factor, const std::vector<Velocity>& v, std::vector<Velocity>& result) {
-  for (std::size_t i = 0; i < result.size(); ++i) {
-    result[i].linear = factor * v[i].linear;
-    result[i].angular = factor * v[i].angular;
-  }
+  components(result) = factor * components(v);
 }
 
 }  // namespace substep

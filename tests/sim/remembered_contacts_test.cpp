@@ -126,7 +126,6 @@ TEST(StateHash, CoversEveryNumberOfPatches) {
     EXPECT_TRUE(changes_hash([&](PatchShape& patch) { next(patch.reference[k]); }));
   }
   for (int k = 0; k < 4; ++k) {
-    EXPECT_TRUE(changes_hash([&](PatchShape& patch) { next(patch.orientation.coeffs()[k]); }));
     EXPECT_TRUE(changes_hash([&](PatchShape& patch) { next(patch.corner[k][k % 2]); }));
   }
   EXPECT_TRUE(changes_hash([&](PatchShape& patch) { next(patch.tilt[0]); }));
