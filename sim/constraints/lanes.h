@@ -21,9 +21,12 @@ template <typename Mask>
   return mask ? yes : no;
 }
 
+/// Whether any lane of a comparison holds.
 template <typename Mask>
 [[gnu::always_inline]] inline bool any(const Mask& mask) {
-  return (mask[0] | mask[1] | mask[2] | mask[3]) != 0;
+  using Two = double __attribute__((vector_size(16)));
+  const auto either = __builtin_shufflevector(mask, mask, 0, 1) | __builtin_shufflevector(mask, mask, 2, 3);
+  return __builtin_ia32_movmskpd(reinterpret_cast<Two>(either)) != 0;
 }
 
 [[gnu::always_inline]] inline Lanes larger(const Lanes& a, const Lanes& b) {
