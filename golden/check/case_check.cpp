@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "golden/check/case_context.h"
-#include "golden/check/check_cases.h"
 #include "golden/suite/scene_parts.h"
 #include "render/player/player_page.h"
 #include "sim/log/file_output.h"
@@ -33,7 +32,7 @@ std::string approved_track_hash(const CaseContext& work) {
                                             : to_bytes(*work.live_track));
 }
 
-/// Whether the golden pictures are what is drawn here, and not only near it: else nothing can be noted of
+/// Returns true where all golden pictures are exactly what is drawn here. Otherwise nothing can be noted of
 /// them.
 bool draws_its_goldens(const CaseContext& work) {
   const auto& images = work.result.images;
@@ -43,7 +42,7 @@ bool draws_its_goldens(const CaseContext& work) {
          });
 }
 
-/// Whether the sidecar and the track of a case that passes say what is true of its run.
+/// Returns true where sidecar and track of a case that passes agree with its run.
 bool is_up_to_date(const CaseContext& work) {
   // A run within its tolerance is no reason for other notes.
   if (!work.live || work.result.poses.motion.judgement != PoseJudgement::exact) return true;
@@ -222,7 +221,7 @@ CheckedCase check_case(const CheckOptions& options, const MadeWith& made_with, c
   write_motion_page(work);
   const bool is_complete =
       work.result.verdict == Verdict::pass && (is_up_to_date(work) || !draws_its_goldens(work));
-  CheckedCase checked{work.result, {}, {}, work.sidecar.made_with};
+  CheckedCase checked{work.result, {}, {}};
   if (!is_complete) checked.result.refusal = prepare_approval(work, checked);
   const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
   checked.result.seconds = spent.count();

@@ -78,8 +78,8 @@ void add_pair(PicturePair pair, const std::string& prefix, const Drawing& expect
   work.result.pairs.push_back(std::move(pair));
 }
 
-/// Whether a picture that differs is within the tolerance: by FLIP where the case says so, else by levels and
-/// counts.
+/// Returns true where a picture that differs is within the tolerance: by FLIP where the case says so,
+/// otherwise by levels and counts.
 bool is_within(const PictureComparison& comparison, const ImageTolerance& tolerance) {
   if (!tolerance.flip || comparison.image.judgement == Judgement::size)
     return passes(comparison.image.judgement);

@@ -5,7 +5,7 @@
 #include <memory>
 #include <new>
 
-#include "golden/check/check_cases.h"
+#include "golden/check/case_context.h"
 #include "golden/report/case_commands.h"
 #include "golden/suite/sidecar.h"
 #include "sim/error.h"

@@ -19,6 +19,8 @@
 /// report go by. Goldens are never written here.
 
 #include <filesystem>
+#include <functional>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -121,6 +123,17 @@ struct CheckResult {
 /// Checks all in this process: a crash ends it, and nothing ends a case that takes too long. check_apart() is
 /// for those. Throws Error when the suite cannot be read, or another check writes to the same folder.
 CheckResult check(const CheckOptions& options);
+
+/// Functions that are called as a check goes on.
+struct CheckWatcher {
+  std::function<void(const std::string& case_name, std::size_t number, std::size_t of)> before_case;
+  std::function<void(const nlohmann::ordered_json& entry)> after_case;  ///< its part of results.json
+};
+
+/// Checks as check() does, in a process that a crash or a limit of time ends: the case is an error then, and
+/// another process checks the next. Returns what results.json holds. Call it where nothing was drawn and no
+/// threads run: the process forks. Throws Error as check() does, and where there is no renderer.
+nlohmann::ordered_json check_apart(const CheckOptions& options, const CheckWatcher& watcher);
 
 /// Returns what a person should know of a case that does not pass, but for the commands (case_commands.h).
 std::string explain(const CaseResult& result);

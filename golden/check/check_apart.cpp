@@ -1,4 +1,4 @@
-#include "golden/check/check_apart.h"
+#include "golden/check/check.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -18,7 +18,7 @@
 #include <span>
 #include <utility>
 
-#include "golden/check/check_cases.h"
+#include "golden/check/case_context.h"
 #include "golden/suite/sidecar.h"
 #include "sim/error.h"
 #include "sim/log/partial_file.h"

@@ -13,7 +13,6 @@
 #include <thread>
 #include <utility>
 
-#include "golden/report/junit.h"
 #include "golden/report/report.h"
 #include "golden/suite/sidecar.h"
 #include "sim/error.h"
@@ -201,7 +200,6 @@ Json to_json(const CheckedCase& checked) {
     json["pairs"] = Json::array();
     for (const PicturePair& pair : result.pairs) json["pairs"].push_back(to_json(pair));
     if (!result.player.empty()) json["player"] = result.player;
-    json["golden_made_with"] = checked.golden_made_with;
     json["text"] = explain(result);
   }
   const bool has_candidates = result.verdict != Verdict::pass && result.verdict != Verdict::error;

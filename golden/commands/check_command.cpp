@@ -6,12 +6,9 @@
 #include <vector>
 
 #include "golden/check/check.h"
-#include "golden/check/check_apart.h"
 #include "golden/check/check_results.h"
 #include "golden/commands/commands.h"
 #include "golden/report/case_commands.h"
-#include "golden/report/failure_groups.h"
-#include "golden/report/junit.h"
 #include "golden/report/report.h"
 #include "sim/commands/progress.h"
 

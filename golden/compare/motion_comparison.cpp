@@ -30,7 +30,7 @@ BodyChange change_of(const Coordinates& a, const Coordinates& b) {
   const Vector3 moved = (b.linear - a.linear).cwiseAbs();
   int axis = 0;
   result.position = moved.maxCoeff(&axis);
-  // Of the shorter arc; equal up to sign is equal.
+  // Take the shorter arc: quaternions that are equal up to sign are equal.
   const double along = std::abs(a.angular.dot(b.angular));
   const double chord = std::min((a.angular.coeffs() - b.angular.coeffs()).norm(),
                                 (a.angular.coeffs() + b.angular.coeffs()).norm());
@@ -43,8 +43,8 @@ BodyChange change_of(const Coordinates& a, const Coordinates& b) {
   return result;
 }
 
-/// What of a change is not the rounding of poses from tracks: it can be one step of theirs and wrong by as
-/// much.
+/// Returns the change without what rounding of poses in tracks may cause: one step of resolution in each, and
+/// as much error.
 BodyChange beyond_rounding(BodyChange change) {
   constexpr double least = 4 * Track::resolution;
   if (change.position <= least) change.position = 0;

@@ -1,4 +1,4 @@
-#include "golden/report/junit.h"
+#include "golden/report/report.h"
 
 #include <fmt/format.h>
 
