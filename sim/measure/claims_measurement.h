@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -25,11 +26,8 @@ MeasuredRun undivided_run(const Scene& scene, const Settings& settings, double d
 /// Numbers in [−1, 1], the same in every run.
 class Numbers {
  public:
-  explicit Numbers(std::uint32_t seed) : seed_(seed) {}
-  double next() {
-    seed_ = seed_ * 1664525u + 1013904223u;
-    return static_cast<double>(seed_ >> 8) / 8388608.0 - 1;
-  }
+  explicit Numbers(std::uint32_t seed) : engine_(seed) {}
+  double next() { return static_cast<double>(engine_() >> 8) / 8388608.0 - 1; }
   Vector3 next_vector() {
     const double x = next();
     const double y = next();
@@ -37,7 +35,7 @@ class Numbers {
   }
 
  private:
-  std::uint32_t seed_;
+  std::linear_congruential_engine<std::uint32_t, 1664525, 1013904223, 0> engine_;
 };
 
 /// Turns every body and gives it velocities, both at random; joints are then violated.
