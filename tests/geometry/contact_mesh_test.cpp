@@ -66,8 +66,8 @@ std::vector<Shape> shapes() {
           convex_hull(test::dodecahedron_points(), "d")};
 }
 
-/// How deep a shape is in the half-space below a plane through `on` with this normal, by contacts with a
-/// plane.
+/// Returns the depth of a shape in the half-space below a plane through `on` with this normal, by contacts
+/// with a plane.
 double depth_below(const Shape& shape, const Pose& pose, const Vector3& on, const Vector3& normal) {
   const Pose plane = {on, Quaternion::FromTwoVectors(Vector3::UnitY(), normal)};
   return test::lowest_distance(contacts(shape, pose, Plane{}, plane, 10));

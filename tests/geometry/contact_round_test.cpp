@@ -22,7 +22,7 @@ using test::turn;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// How far a shape reaches along a unit direction, by definition.
+/// Returns the extent of a shape along a unit direction, by definition.
 double reach(const Shape& shape, const Pose& pose, const Vector3& direction) {
   const Vector3 d = pose.orientation.conjugate() * direction;
   const double flat = std::sqrt(d.x() * d.x() + d.z() * d.z());
@@ -173,7 +173,7 @@ TEST(RoundContacts, OfABallThatHoldsTheOtherAreThoseOfTheBall) {
     if (points.empty()) continue;
     ++found;
     const double expected = test::lowest_distance(ball);
-    // As much as a face is preferred by; measured at most 1.7 mm, at 33 mm from an edge.
+    // The preference for faces allows as much; measured at most 1.7 mm, at 33 mm from an edge.
     EXPECT_NEAR(test::lowest_distance(points), expected, 0.06 * std::abs(expected) + 1.2e-3 * 0.8) << trial;
   }
   EXPECT_GT(found, 100);

@@ -16,8 +16,8 @@
 namespace substep {
 namespace {
 
-/// What holds for every polytope: Euler's formula, outward unit normals, all vertices below all faces and on
-/// their own, edges between the faces that they name.
+/// Expects what holds for every polytope: Euler's formula, outward unit normals, all vertices below all faces
+/// and on their own, edges between the faces that they name.
 void expect_sound(const Polytope& polytope, double tolerance) {
   EXPECT_EQ(polytope.vertices.size() + polytope.face_count(), polytope.edges.size() + 2);
   ASSERT_EQ(polytope.face_begin.size(), polytope.face_count() + 1);

@@ -97,7 +97,8 @@ TEST(MassProperties, OfRoundShapes) {
   EXPECT_DOUBLE_EQ(ball.inertia(0, 0), 0.4 * 32 * pi / 3 * 4);
 }
 
-/// Of a solid of revolution about the Y axis by slices: ∫ π r² dy and the moments of the discs.
+/// Returns volume and moments of a solid of revolution about the Y axis by slices: ∫ π r² dy and the moments
+/// of the discs.
 template <class SquaredRadius>
 MassProperties sliced(double low, double high, SquaredRadius squared_radius) {
   constexpr double pi = std::numbers::pi;
@@ -251,7 +252,7 @@ TEST(PrincipalInertia, OfRandomBodies) {
     const PrincipalInertia principal = principal_inertia(inertia);
     EXPECT_LT((rebuilt(principal) - inertia).norm(), 1e-13);  // measured 2.6e-14
     EXPECT_NEAR(principal.orientation.norm(), 1, 1e-15);
-    // Of the 24 ways to name the axes the nearest turns by 62.8° at most.
+    // The nearest of the 24 ways to name the axes turns by 62.8° at most.
     EXPECT_GE(std::abs(principal.orientation.w()), std::cos(31.4 / 180 * std::numbers::pi) - 1e-4);
     const PrincipalInertia again = principal_inertia(inertia);
     EXPECT_EQ(principal.orientation.coeffs(), again.orientation.coeffs());

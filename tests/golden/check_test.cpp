@@ -133,7 +133,7 @@ TEST_F(CheckTest, PassesReformattedScene) {
   suite_.make_goldens();
   write_text(suite_.scene(), read_text(suite_.scene()) + "\n");
   EXPECT_EQ(run().verdict, Verdict::pass) << text_;
-  // What is noted of the scene is renewed when it is asked for by name.
+  // Approving the case by name renews the notes of its scene.
   ApproveOptions options = suite_.approval();
   options.cases = {"box_stack.a3"};
   EXPECT_EQ(approve(options).written, (std::vector<fs::path>{suite_.poses(), suite_.sidecar()}));
@@ -152,7 +152,7 @@ TEST_F(CheckTest, ReportsSimulationBesideSceneChange) {
 
 TEST_F(CheckTest, BlamesLoadingOfTheSameFile) {
   suite_.make_goldens();
-  // As a loader that took box_3 for heavier would have noted it.
+  // Note the mass as a loader would that took box_3 for heavier.
   auto sidecar = nlohmann::ordered_json::parse(read_text(suite_.sidecar()));
   std::string mass = sidecar.at("parts").at("mass");
   mass[12] = mass[12] == '0' ? '1' : '0';

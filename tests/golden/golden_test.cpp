@@ -66,7 +66,7 @@ TEST(golden_folder, KeepsItsSizeBudget) {
   constexpr std::uintmax_t whole = 10'000'000;
   constexpr std::uintmax_t picture = 100'000;
   std::uintmax_t sum = 0;
-  // What the suite holds; the sources beside it are not media.
+  // Count the suite's media, not the sources beside them.
   for (const char* const part : {"images", "poses", "vectors"}) {
     for (const auto& entry : fs::recursive_directory_iterator(own_suite.parent_path() / part)) {
       if (!entry.is_regular_file()) continue;

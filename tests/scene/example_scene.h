@@ -26,7 +26,7 @@ std::string glb(const std::string& json, const std::string& binary);
 
 Scene load(const nlohmann::json& document);
 
-/// What load_scene complains about; empty if it does not.
+/// Returns the message of load_scene; empty where it throws none.
 std::string complaint(const std::filesystem::path& file);
 std::string complaint(const nlohmann::json& document);
 

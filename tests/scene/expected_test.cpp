@@ -1,4 +1,4 @@
-/// What a scene's file says is known of its motion: what is read, and what is refused.
+/// Expectations in scene files: how they are read and refused.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

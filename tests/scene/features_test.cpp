@@ -41,7 +41,7 @@ json& drive(json& document) {
   return document["extensions"]["KHR_physics_rigid_bodies"]["physicsJoints"][0]["drives"][0];
 }
 
-// How every PNG begins, in base64: what is decoded is seen by those who draw.
+// The first bytes of every PNG file, in base64: loading decodes no more.
 constexpr const char* png_start = "iVBORw0KGgo=";
 
 // The first material's colour from an image of these bytes.

@@ -46,7 +46,7 @@ TEST_P(EachScene, StartsWithItsJointsClosed) {
   if (GetParam() == "short_chain") return;  // its page says by how much it is not
   const Scene scene = library_scene(GetParam());
   for (const Joint& joint : scene.joints) {
-    // Of b's origin in frame a.
+    // Position of b's origin in frame a.
     const Vector3 position = (scene.bodies[joint.body_a].pose * joint.frame_a).inverse() *
                              (scene.bodies[joint.body_b].pose * joint.frame_b).position;
     for (const JointLimit& limit : joint.limits) {

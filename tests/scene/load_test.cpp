@@ -557,7 +557,7 @@ TEST(LoadScene, WhatIsReplacedIsSaidInAWarning) {
   EXPECT_TRUE(scene.sun);
 }
 
-// Of the example's crate: its texture's sampler, transform and image.
+// Reads sampler, transform and image of the texture of the example's crate.
 TEST(LoadScene, AMaterialIsReadToItsTextures) {
   json document = example();
   document["images"] = {{{"bufferView", 2}, {"mimeType", "image/png"}}};

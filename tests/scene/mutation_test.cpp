@@ -14,7 +14,7 @@ namespace {
 
 using namespace test;
 
-// Whether whatever got through can be computed with.
+// Expects numbers that can be computed with in every scene that loads.
 void expect_sound(const Scene& scene) {
   for (const Body& body : scene.bodies) {
     EXPECT_TRUE(std::isfinite(body.inverse_mass) && body.inverse_mass >= 0);

@@ -37,7 +37,7 @@ void add_stack(Scene& scene, int copy, bool differs) {
   }
 }
 
-/// Whether bodies that follow `one_first` have the bits of those that follow `other_first`.
+/// Returns true where bodies from `one_first` on have the bits of those from `other_first` on.
 bool are_equal(const State& one, int one_first, const State& other, int other_first) {
   for (int i = 0; i < boxes_in_stack; ++i) {
     const Coordinates& q = one.q[one_first + i];
@@ -166,7 +166,7 @@ struct LaneRow {
   int lane_;
 };
 
-/// How far a solved manifold is from its law: of the speeds, and of the largest impulse.
+/// Distance of a solved manifold from its law, relative to the speeds and to the largest impulse.
 struct Violation {
   double approach = 0;       ///< a normal that is still approached, m/s
   double pull = 0;           ///< a normal that pulls
@@ -323,7 +323,7 @@ TEST(ContactBatches, AManifoldThatIsSweptToTheEndObeysItsLaws) {
   EXPECT_LT(more.direction, 1e-8);       // measured 4.8e-9
 }
 
-/// How far a solved patch is from its law.
+/// Distance of a solved patch from its law.
 struct PatchViolation {
   double approach = 0;       ///< a corner that is still approached, m/s
   double pull = 0;           ///< the centre of pressure outside of the hull, of the radius

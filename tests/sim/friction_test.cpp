@@ -1,4 +1,4 @@
-// Blocks that slide, stop and stay in A2 to A5, against closed forms.
+// Blocks that slide, stop and stay, against closed forms.
 
 #include <gtest/gtest.h>
 
@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "sim/constraints/contact_finder.h"
+#include "sim/direct/mlcp.h"
 #include "sim/model/model.h"
 #include "tests/sim/test_scenes.h"
 
@@ -179,6 +180,11 @@ Quaternion turn(double degrees) {
   return rotation_quaternion({0, degrees * pi / 180, 0});
 }
 
+Vector3 heading_of(double heading, const Quaternion& slope) {
+  const auto [sine, cosine] = sine_cosine(heading * pi / 180);
+  return slope * Vector3(cosine, 0, sine);
+}
+
 /// A flat block on a plane, turned by `block` about the plane's normal, pushed along the plane by `push`
 /// times the largest friction in the direction `heading`. The push is a part of gravity, so it acts at the
 /// centre of mass. All of it stands on a plane at `slope`.
@@ -186,17 +192,11 @@ constexpr double tray_friction = 0.45;
 Scene pushed_block(double push, double heading, double block, const Quaternion& slope) {
   Scene scene = test::floor_scene(tray_friction);
   scene.colliders[0].placement.orientation = slope;
-  const auto [sine, cosine] = sine_cosine(heading * pi / 180);
-  const double along = push * tray_friction * gravity;
-  scene.gravity = slope * Vector3(along * cosine, -gravity, along * sine);
+  scene.gravity =
+      slope * Vector3(0, -gravity, 0) + push * tray_friction * gravity * heading_of(heading, slope);
   test::add_box(scene, {0.8, 0.1, 0.5}, 35, {slope * Vector3(0, 0.05, 0), slope * turn(block)},
                 tray_friction);
   return scene;
-}
-
-Vector3 heading_of(double heading, const Quaternion& slope) {
-  const auto [sine, cosine] = sine_cosine(heading * pi / 180);
-  return slope * Vector3(cosine, 0, sine);
 }
 
 const Quaternion slopes[] = {Quaternion::Identity(), rotation_quaternion({0.2, 0.1, -0.35})};
@@ -230,6 +230,29 @@ TEST(Friction, ATrayPushedBeyondFrictionMovesAlikeInSixteenDirections) {
   }
 }
 
+// A1's friction is a disc to rounding.
+TEST(Friction, ATrayPushedBeyondFrictionMovesExactlyInA1) {
+  Settings settings;
+  settings.algorithm = Algorithm::a1;
+  constexpr int steps = 60;
+  // The excess over friction, stepped by h: velocities first, then coordinates.
+  const double expected =
+      0.06 * tray_friction * gravity * settings.step * settings.step * steps * (steps + 1) / 2;
+  double worst = 0;
+  double aside = 0;
+  with_all_pushes([&](double block, double heading, const Quaternion& slope) {
+    const Scene scene = pushed_block(1.06, heading, block, slope);
+    const MeasuredRun run = measured_run(scene, settings, steps * settings.step);
+    const Vector3 moved = run.state.q[1].linear - scene.bodies[1].pose.position;
+    const Vector3 along = heading_of(heading, slope);
+    EXPECT_LE(run.largest_residual, MlcpSolver::tolerance);
+    worst = std::max(worst, std::abs(moved.dot(along) / expected - 1));
+    aside = std::max(aside, (moved - moved.dot(along) * along).norm() / expected);
+  });
+  EXPECT_LT(worst, 1e-9);  // measured 2.4e-11, of the distance
+  EXPECT_LT(aside, 1e-9);  // measured 1.9e-10
+}
+
 /// Largest displacement of any tray in the two seconds, m.
 double largest_displacement(Algorithm algorithm, double push) {
   double largest = 0;
@@ -243,6 +266,10 @@ double largest_displacement(Algorithm algorithm, double push) {
     }
   });
   return largest;
+}
+
+TEST(Friction, ATrayPushedLessThanFrictionStaysInA1) {
+  EXPECT_LT(largest_displacement(Algorithm::a1, 0.96), 1e-12);  // measured 1.7e-14 m
 }
 
 TEST(Friction, ATrayPushedHalfAsHardAsFrictionStays) {

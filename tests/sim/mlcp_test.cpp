@@ -286,7 +286,7 @@ Mlcp any_contacts(std::mt19937& random, int bodies, double friction) {
   return problem;
 }
 
-/// Of one to five bodies.
+/// Returns contacts of one to five bodies.
 Mlcp some_contacts(std::mt19937& random) {
   return any_contacts(random, 1 + static_cast<int>(random() % 5), 0.1 + 0.4 * std::abs(uniform(random)));
 }

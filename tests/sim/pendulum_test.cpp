@@ -50,8 +50,7 @@ TEST(Pendulum, A1ConvergesToThePeriodWithFirstOrder) {
 }
 
 TEST(Pendulum, ItsRowsAndTheirSolvesAreCounted) {
-  for (const Algorithm algorithm :
-       {Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
+  for (const Algorithm algorithm : test::all_algorithms) {
     Settings settings;
     settings.algorithm = algorithm;
     settings.substeps = 5;
@@ -82,8 +81,7 @@ TEST(Box, ItsContactsAreCounted) {
 }
 
 TEST(Pendulum, AllFiveSwingWithItsPeriod) {
-  for (const Algorithm algorithm :
-       {Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
+  for (const Algorithm algorithm : test::all_algorithms) {
     Settings settings;
     settings.algorithm = algorithm;
     settings.step = 1.0 / 960;

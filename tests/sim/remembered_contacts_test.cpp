@@ -1,4 +1,4 @@
-// What contacts remember from step to step is part of the state.
+// The contact cache is part of the state.
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// What settings are called.
+// Names of settings.
 
 #include "sim/model/settings.h"
 
