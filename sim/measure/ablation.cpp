@@ -75,7 +75,7 @@ class Experiment {
   }
 
  private:
-  /// What a formulation overwrites.
+  /// The constraints that a formulation overwrites.
   struct Kept {
     std::vector<Row> rows;
     std::vector<Matrix3> effective_masses;

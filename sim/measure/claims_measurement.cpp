@@ -103,7 +103,7 @@ Measurement::Measurement(const std::filesystem::path& folder) : folder_(folder) 
 const Reference& Measurement::reference(const std::string& name) {
   const auto found = references_.find(name);
   if (found != references_.end()) return found->second;
-  // What stands still has no step's error.
+  // Bodies that stand still have no error that smaller steps reduce.
   const bool stands = name == "stone_pyramid" || name == "card_house";
   return references_[name] = reference_run(scene(name), horizon, stands ? 4 : 128);
 }

@@ -34,7 +34,7 @@ struct PatchShape {
                [2];  ///< of the points' hull: along the tangents, from the centre, counterclockwise
 };
 
-/// How a patch has moved since it was found, in its axes.
+/// The motion of a patch since it was found, in its axes.
 struct PatchMotion {
   PatchMotion(const PatchShape& shape, const Vector3& position, const Matrix3& a_in_b) {
     const Vector3 apart = shape.axes_in_b.transpose() * (position + a_in_b * shape.arm_a - shape.arm_b);
