@@ -57,8 +57,7 @@ bool is_up_to_date(const CaseContext& work) {
 void write_motion_page(CaseContext& work) {
   CaseResult& result = work.result;
   const bool differs = work.golden && work.golden_track && work.live_track && !result.poses.passes;
-  // Without pictures there may be no renderer, which says where the page looks from.
-  if (result.verdict == Verdict::pass || !differs || !work.options.images) return;
+  if (result.verdict == Verdict::pass || !differs) return;
   render::Comparison comparison;
   render::ReferenceRun golden;
   golden.method = "the golden run";
@@ -106,13 +105,7 @@ void add_log_candidates(const CaseContext& work, CheckedCase& checked) {
 /// Writes what approving would copy. Returns what forbids approving; empty: nothing does.
 std::string prepare_approval(const CaseContext& work, CheckedCase& checked) {
   const SuiteCase& entry = work.result.entry;
-  if (work.live) add_log_candidates(work, checked);
-  if (!work.result.poses.is_checked || (!work.result.images_checked && !entry.images.empty())) {
-    return fmt::format(
-        "only half of it was checked, and poses and pictures are approved together: 'substep check --case "
-        "{}'",
-        entry.name);
-  }
+  add_log_candidates(work, checked);
   const bool from_live = !work.new_images.empty();
   std::vector<ApprovablePicture> pictures;
   for (std::size_t i = 0; i < entry.images.size(); ++i) {
@@ -175,7 +168,6 @@ void load_goldens(CaseContext& work) {
 void check_poses(CaseContext& work) {
   PoseResult& poses = work.result.poses;
   const SuiteCase& entry = work.result.entry;
-  poses.is_checked = true;
   Simulation simulation(work.scene, entry.settings);
   Tracker tracker(work.scene, entry.settings);
   tracker.add(simulation.state());
@@ -215,8 +207,8 @@ CheckedCase check_case(const CheckOptions& options, const MadeWith& made_with, c
   work.result.files = options.output / entry.name;
   clear(work.result.files);
   load_goldens(work);
-  if (options.poses) check_poses(work);
-  if (options.images && !entry.images.empty()) check_images(work);
+  check_poses(work);
+  if (!entry.images.empty()) check_images(work);
   decide(work);
   write_motion_page(work);
   const bool is_complete =

@@ -1,5 +1,5 @@
 #pragma once
-/// Internal to check() and check_apart(): the cases one after another, and the steps of a case's check in
+/// Internal to check(): the cases one after another, and the steps of a case's check in
 /// their order. Each step reads what the steps before it left.
 
 #include <functional>

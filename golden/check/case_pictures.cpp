@@ -222,7 +222,6 @@ Viewfinder viewfinder(const Scene& scene, const SuiteCase& entry, const PoseLog&
 }
 
 void check_images(CaseContext& work) {
-  work.result.images_checked = true;
   const SuiteCase& entry = work.result.entry;
   std::optional<CasePainter> painter;
   work.drawn.resize(entry.images.size());

@@ -112,8 +112,7 @@ void decide(CaseContext& work) {
   const bool no_image = none_of([](const auto& i) { return i.has_golden; });
   const bool every_image = none_of([](const auto& i) { return !i.has_golden; });
   const bool all_drawn = none_of([](const auto& i) { return !i.is_drawn; });
-  Failing failing{poses.is_checked && !poses.passes,
-                  !none_of([](const auto& i) { return i.is_drawn && !i.passes; })};
+  Failing failing{!poses.passes, !none_of([](const auto& i) { return i.is_drawn && !i.passes; })};
   Verdict& verdict = work.result.verdict;
   if (!poses.has_golden && no_image) {
     verdict = Verdict::created;

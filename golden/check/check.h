@@ -48,7 +48,6 @@ struct PictureComparison {
 };
 
 struct PoseResult {
-  bool is_checked = false;
   bool has_golden = false;
   bool passes = false;
   PoseDifference difference;
@@ -91,7 +90,6 @@ struct CaseResult {
   double step = 0;  ///< s
   Verdict verdict = Verdict::pass;
   PoseResult poses;
-  bool images_checked = false;
   std::vector<ImageResult> images;
   std::vector<PicturePair> pairs;
   std::vector<std::string> notes;  ///< context, never a reason to fail
@@ -107,22 +105,7 @@ struct CheckOptions {
   std::filesystem::path suite = "golden/suite.toml";
   std::filesystem::path output = "out/check";
   std::vector<std::string> cases;  ///< see select(); empty: all, and orphans are looked for
-  bool poses = true;
-  bool images = true;
 };
-
-struct CheckResult {
-  CheckOptions options;
-  MadeWith made_with;
-  std::vector<CaseResult> cases;
-  std::vector<std::filesystem::path> orphans;
-
-  int exit_code() const;
-};
-
-/// Checks all in this process: a crash ends it, and nothing ends a case that takes too long. check_apart() is
-/// for those. Throws Error when the suite cannot be read, or another check writes to the same folder.
-CheckResult check(const CheckOptions& options);
 
 /// Functions that are called as a check goes on.
 struct CheckWatcher {
@@ -130,10 +113,11 @@ struct CheckWatcher {
   std::function<void(const nlohmann::ordered_json& entry)> after_case;  ///< its part of results.json
 };
 
-/// Checks as check() does, in a process that a crash or a limit of time ends: the case is an error then, and
-/// another process checks the next. Returns what results.json holds. Call it where nothing was drawn and no
-/// threads run: the process forks. Throws Error as check() does, and where there is no renderer.
-nlohmann::ordered_json check_apart(const CheckOptions& options, const CheckWatcher& watcher);
+/// Checks the cases in a process of their own. A case that crashes or exceeds its limit of time is an error,
+/// and another process checks the next. Returns what results.json holds. Call it where nothing was drawn and
+/// no threads run: the process forks. Throws Error when the suite cannot be read, another check writes to the
+/// same folder, or there is no renderer.
+nlohmann::ordered_json check(const CheckOptions& options, const CheckWatcher& watcher);
 
 /// Returns what a person should know of a case that does not pass, but for the commands (case_commands.h).
 std::string explain(const CaseResult& result);

@@ -264,17 +264,6 @@ TEST_F(CheckTest, BlamesBoth) {
   EXPECT_EQ(result.images.at(0).new_poses->image.judgement, Judgement::exact);
 }
 
-TEST_F(CheckTest, BlamesOnlyTheCheckedHalf) {
-  suite_.make_goldens();
-  suite_.repaint();
-  change_hash(20);
-  suite_.options.images = false;
-  EXPECT_EQ(run().verdict, Verdict::simulation_changed);
-  suite_.options.images = true;
-  suite_.options.poses = false;
-  EXPECT_EQ(run().verdict, Verdict::renderer_changed);
-}
-
 TEST_F(CheckTest, FindsEditedPoses) {
   suite_.make_goldens();
   const std::string log = read_text(suite_.poses());

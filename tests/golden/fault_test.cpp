@@ -2,6 +2,7 @@
 /// to the right body and to the right frame. What a fault gives is made the golden, so that the shipped
 /// program is what differs from it and needs no switch to be faulty. And a set that must fail whatever the
 /// renderer: beyond every tolerance, not only unequal.
+/// One file, since all faults share a case that is made, broken and judged.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
