@@ -103,19 +103,6 @@ TEST(Metrics, ResidualWeighsSpinsByMoments) {
   EXPECT_NEAR(metrics.residual.largest, std::sqrt(spin.dot(inertia * spin) / 2), 1e-9);  // measured 4e-19
 }
 
-TEST(Metrics, HalvedStepHalvesErrorOfA1) {
-  for (const char* const name : {"pendulum", "rod_chain"}) {
-    const Scene scene = scene_named(name);
-    const ReferenceMotion reference = reference_motion(scene, 1);
-    Settings settings = usual_settings(scene, Algorithm::a1);
-    settings.step = scene.step / 8;
-    const double coarse = measure(scene, settings, reference, false).error.position.rms;
-    settings.step = scene.step / 16;
-    const double fine = measure(scene, settings, reference, false).error.position.rms;
-    EXPECT_NEAR(std::log2(coarse / fine), 1, 0.1) << name;
-  }
-}
-
 TEST(Metrics, FreeBodyKeepsMomentum) {
   Scene scene = scene_named("tumbling_body");
   scene.duration = 2;

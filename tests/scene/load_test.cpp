@@ -1,4 +1,5 @@
 /// Scenes that load, and what becomes of each thing in them.
+/// One file, since all tests change one example.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

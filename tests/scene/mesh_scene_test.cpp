@@ -1,4 +1,5 @@
 /// Meshes in other formats: bodies with the right mass, and damaged files that are refused in time.
+/// One file, since valid and damaged meshes share their texts.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

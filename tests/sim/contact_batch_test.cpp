@@ -1,5 +1,6 @@
 // Contacts by manifolds, four at a time: lanes do not see each other, and a manifold's rows end up where
 // their law wants them.
+// One file, since manifolds and patches are solved on one box.
 
 #include "sim/constraints/contact_batch.h"
 

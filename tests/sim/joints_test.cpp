@@ -1,5 +1,6 @@
 // Each kind of constraint against a closed form, in all five algorithms. Limits stand beside what was
 // measured.
+// One file, since all kinds are measured by one loop over algorithms.
 
 #include <gtest/gtest.h>
 

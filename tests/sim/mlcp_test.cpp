@@ -1,3 +1,5 @@
+// One file, since all problems are judged by one set of conditions.
+
 #include "sim/direct/mlcp_text.h"
 
 #include <gtest/gtest.h>

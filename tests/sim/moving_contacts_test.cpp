@@ -1,5 +1,6 @@
 // Bodies that move and meet, or miss: against closed forms that share nothing with the solver, at default
 // settings, in scenes drawn from a seed. Prints the table in tests/sim/RESULTS.md.
+// One file, since its tables are printed as one.
 
 #include <gtest/gtest.h>
 #include <Eigen/LU>

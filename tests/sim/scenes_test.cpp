@@ -1,4 +1,5 @@
 /// Scenes of the library against the closed forms and published values on their pages.
+/// One file, a test for each page.
 
 #include <gtest/gtest.h>
 
