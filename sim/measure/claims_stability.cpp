@@ -10,7 +10,6 @@
 #include "sim/error.h"
 #include "sim/loading/load_scene.h"
 #include "sim/measure/claims_measurement.h"
-#include "sim/measure/claims_sentences.h"
 #include "sim/measure/contact_ablation.h"
 #include "sim/measure/motion.h"
 #include "sim/measure/stability_map.h"
