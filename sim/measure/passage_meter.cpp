@@ -155,7 +155,7 @@ bool passes_through(const TriangleMesh& mesh, const Path& path) {
 
 }  // namespace
 
-Pose PassageMeter::Path::at(double time) const {
+Pose PassageMeter::BodyMotion::at(double time) const {
   return {time < bend ? Vector3(from.linear + time * velocity_before)
                       : Vector3(to.linear - (step - time) * velocity_after),
           from.angular * rotation_quaternion((time / step) * turn)};
@@ -167,7 +167,7 @@ PassageMeter::PassageMeter(const Scene& scene, const State& start)
       finder_(scene, model_),
       reaches_(scene.bodies.size(), 0),
       before_(start),
-      paths_(scene.bodies.size()) {
+      ways_(scene.bodies.size()) {
   if (!model_.contacts) return;
   for (const Collider& collider : scene.colliders) {
     Obstacle& obstacle = obstacles_.emplace_back();
@@ -185,13 +185,13 @@ PassageMeter::PassageMeter(const Scene& scene, const State& start)
   }
 }
 
-double PassageMeter::longest_path(std::size_t point, std::size_t through) const {
+double PassageMeter::longest_way(std::size_t point, std::size_t through) const {
   const Vector3& middle = obstacles_[point].middle;
-  const Path& path = paths_[scene_.colliders[point].body];
-  const Path& frame = paths_[scene_.colliders[through].body];
+  const BodyMotion& way = ways_[scene_.colliders[point].body];
+  const BodyMotion& frame = ways_[scene_.colliders[through].body];
   const double apart =
-      (path.from.linear - frame.from.linear).norm() + path.length + frame.length + middle.norm();
-  return path.length + frame.length + path.spun * middle.norm() + frame.spun * apart;
+      (way.from.linear - frame.from.linear).norm() + way.length + frame.length + middle.norm();
+  return way.length + frame.length + way.spun * middle.norm() + frame.spun * apart;
 }
 
 bool PassageMeter::passes(std::size_t point, std::size_t through) const {
@@ -199,25 +199,25 @@ bool PassageMeter::passes(std::size_t point, std::size_t through) const {
   const Collider& other = scene_.colliders[through];
   // A mesh has no middle and does not move; a plane has neither.
   if (std::isinf(obstacles_[point].inner) || std::holds_alternative<Plane>(other.shape)) return false;
-  const Path& path = paths_[one.body];
-  const Path& frame = paths_[other.body];
-  if (!(path.spun < most_turn && frame.spun < most_turn)) return false;
-  const double longest = longest_path(point, through);
+  const BodyMotion& way = ways_[one.body];
+  const BodyMotion& frame = ways_[other.body];
+  if (!(way.spun < most_turn && frame.spun < most_turn)) return false;
+  const double longest = longest_way(point, through);
   if (longest <= obstacles_[point].inner) return false;
   const Vector3 start = (Pose{frame.from.linear, frame.from.angular} * other.placement).inverse() *
-                        (Pose{path.from.linear, path.from.angular} * obstacles_[point].middle);
+                        (Pose{way.from.linear, way.from.angular} * obstacles_[point].middle);
   if (start.norm() > obstacles_[through].size + longest) return false;
   const auto place_at = [&](double time) {
-    return Vector3((frame.at(time) * other.placement).inverse() * (path.at(time) * obstacles_[point].middle));
+    return Vector3((frame.at(time) * other.placement).inverse() * (way.at(time) * obstacles_[point].middle));
   };
   const Polytope* const facets = std::holds_alternative<Polytope>(other.shape)
                                      ? &std::get<Polytope>(other.shape)
                                      : (obstacles_[through].facets ? &*obstacles_[through].facets : nullptr);
   if (facets && is_farther(*facets, start, longest)) return false;
-  const double turn = path.turn.norm() + frame.turn.norm();
-  std::vector<double> times{0, path.bend, frame.bend};
+  const double turn = way.turn.norm() + frame.turn.norm();
+  std::vector<double> times{0, way.bend, frame.bend};
   const int pieces = 1 + static_cast<int>(turn / piece_turn);
-  for (int i = 1; i <= pieces; ++i) times.push_back(path.step * i / pieces);
+  for (int i = 1; i <= pieces; ++i) times.push_back(way.step * i / pieces);
   std::ranges::sort(times);
   Path path;
   for (const double time : times) path.push_back(place_at(time));
@@ -246,7 +246,7 @@ void PassageMeter::add(const State& state, double step) {
     const double bend = squared > 0 ? std::clamp(left.dot(change) / squared, 0.0, step) : 0;
     const double length = bend * before_.v[i].linear.norm() + (step - bend) * state.v[i].linear.norm();
     const double spun = step * std::max(before_.v[i].angular.norm(), state.v[i].angular.norm());
-    paths_[i] = {from, to, before_.v[i].linear, state.v[i].linear, step, bend, turn, length, spun};
+    ways_[i] = {from, to, before_.v[i].linear, state.v[i].linear, step, bend, turn, length, spun};
     longest = std::max(longest, length + spun * reaches_[i]);
   }
   before_.q = state.q;
@@ -256,10 +256,10 @@ void PassageMeter::add(const State& state, double step) {
   bounds_.clear();
   for (std::size_t i = 0; i < scene_.colliders.size(); ++i) {
     const Collider& collider = scene_.colliders[i];
-    const Path& path = paths_[collider.body];
-    const Pose pose = Pose{path.from.linear, path.from.angular} * collider.placement;
+    const BodyMotion& way = ways_[collider.body];
+    const Pose pose = Pose{way.from.linear, way.from.angular} * collider.placement;
     Bounds& box = bounds_.emplace_back(bounds(collider.shape, pose));
-    const double margin = path.length + path.spun * obstacles_[i].reach;
+    const double margin = way.length + way.spun * obstacles_[i].reach;
     box.lower.array() -= margin;
     box.upper.array() += margin;
   }

@@ -39,8 +39,8 @@ class PassageMeter {
     double size;                     ///< of its farthest point from the shape's origin, m
     double reach;                    ///< of its farthest point from the body's centre of mass, m
   };
-  /// A body's path through a step.
-  struct Path {
+  /// The motion of a body in a step.
+  struct BodyMotion {
     Coordinates from;
     Coordinates to;
     Vector3 velocity_before;
@@ -48,12 +48,12 @@ class PassageMeter {
     double step;
     double bend;    ///< s, when the velocity changes
     Vector3 turn;   ///< rotation vector, frame of `from`
-    double length;  ///< of the centre's path, m
+    double length;  ///< of the centre's way, m
     double spun;    ///< by the larger of the two spins, rad
     Pose at(double time) const;
   };
-  /// A bound of the path of a collider's middle in the frame of another, m.
-  double longest_path(std::size_t point, std::size_t through) const;
+  /// A bound of the way of a collider's middle in the frame of another, m.
+  double longest_way(std::size_t point, std::size_t through) const;
   bool passes(std::size_t point, std::size_t through) const;
 
   const Scene& scene_;
@@ -63,7 +63,7 @@ class PassageMeter {
   double thinnest_ = std::numeric_limits<double>::infinity();  ///< least inner radius of a collider, m
   std::vector<double> reaches_;                                ///< by body, m
   State before_;
-  std::vector<Path> paths_;
+  std::vector<BodyMotion> ways_;
   BroadPhase broad_phase_;
   std::vector<Bounds> bounds_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs_;

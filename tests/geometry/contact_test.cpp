@@ -48,7 +48,7 @@ double missed(const std::vector<Vector3>& corners, const std::vector<ContactPoin
   return worst;
 }
 
-TEST(Contact, APlaneNeedNotPassThroughTheOrigin) {
+TEST(Contact, PlaneOffOriginIsExact) {
   const Quaternion tilted = turn(0.5, {0.3, 0.2, -0.4});
   const Vector3 normal = tilted * Vector3::UnitY();
   const Vector3 there(3, -5, 2);
@@ -219,7 +219,7 @@ std::vector<Resting> resting_cases() {
   };
 }
 
-TEST(Contacts, RestingShapesHaveTheWholeManifold) {
+TEST(Contacts, RestingShapesHaveWholeManifold) {
   for (const Resting& rest : resting_cases()) {
     for (const double gap : {-1e-2, -1e-3, -1e-4, -1e-6, 0.0, 1e-6, 1e-4, 1e-3, 1e-2}) {
       // A plate of 2 cm or a hull of 3 cm that is 1 cm deep in another has no one way out.
@@ -241,7 +241,7 @@ TEST(Contacts, RestingShapesHaveTheWholeManifold) {
   }
 }
 
-TEST(Contacts, AreMirroredWhenTheShapesAreSwapped) {
+TEST(Contacts, SwappedShapesAreMirrored) {
   for (const Resting& rest : resting_cases()) {
     Pose pose = rest.top_pose;
     pose.position += Vector3(0.013, -1e-3, 0.007);
@@ -276,7 +276,7 @@ TEST(Contacts, ReachTheCornersOfTheSupport) {
   }
 }
 
-TEST(Contacts, ASlightTiltKeepsTheFace) {
+TEST(Contacts, SlightTiltKeepsFace) {
   std::mt19937 random(1);
   const Polytope cube = box({1, 1, 1});
   Polytope hull = cube;
@@ -301,7 +301,7 @@ TEST(Contacts, ASlightTiltKeepsTheFace) {
   }
 }
 
-TEST(Contacts, OfBoxesTurnedALittleAreFour) {
+TEST(Contacts, SlightlyTurnedBoxesHaveFour) {
   const Polytope cube = box({1, 1, 1});
   const auto count = [&](double angle) {
     return contacts(cube, {{0.45, 0.999, 0}, turn(angle, {0, 1, 0})}, cube, {{0, 0, 0}, upright}, margin)
@@ -312,7 +312,7 @@ TEST(Contacts, OfBoxesTurnedALittleAreFour) {
   EXPECT_EQ(count(0.1), 6U);  // what is more than a cut corner stays
 }
 
-TEST(Contacts, DoNotDependOnWhereThePairIs) {
+TEST(Contacts, IgnorePositionOfPair) {
   // 1 km away a metre has 1e-13 of rounding; contacts have no more.
   const Vector3 far(1000, -500, 700);
   const Quaternion yaw = turn(0.4, {0, 1, 0});
@@ -328,7 +328,7 @@ TEST(Contacts, DoNotDependOnWhereThePairIs) {
   }
 }
 
-TEST(Contacts, OfSpheresAreAnalytic) {
+TEST(Contacts, SpheresMatchClosedForm) {
   std::mt19937 random(2);
   for (int trial = 0; trial < 2000; ++trial) {
     const Vector3 a = test::random_point(random, 1);
@@ -344,7 +344,7 @@ TEST(Contacts, OfSpheresAreAnalytic) {
   }
 }
 
-TEST(Contacts, OfASphereAndABoxAreAnalytic) {
+TEST(Contacts, SphereAndBoxMatchClosedForm) {
   std::mt19937 random(3);
   const Vector3 half(0.5, 1, 0.25);
   const Polytope solid = box(2 * half);
@@ -362,7 +362,7 @@ TEST(Contacts, OfASphereAndABoxAreAnalytic) {
   }
 }
 
-TEST(Contacts, OfCapsulesAreNoDeeperThanSampledSpheres) {
+TEST(Contacts, CapsulesMatchSampledSpheres) {
   std::mt19937 random(4);
   const Capsule a = {0.6, 0.2};
   const Capsule b = {0.4, 0.3};
@@ -400,7 +400,7 @@ TEST(Contacts, OfCapsulesAreNoDeeperThanSampledSpheres) {
   EXPECT_GT(touching, 500);
 }
 
-TEST(Contacts, OfACapsuleThroughABoxPushItOutTheShortWay) {
+TEST(Contacts, CapsuleLeavesBoxTheShortWay) {
   const Polytope solid = box({2, 2, 2});
   const Capsule capsule = {2, 0.1};
   // Upright through the box, 0.3 from its +X side.
@@ -419,7 +419,7 @@ TEST(Contacts, OfACapsuleThroughABoxPushItOutTheShortWay) {
   EXPECT_FALSE(edge.empty());
 }
 
-TEST(Contacts, OfCoincidentShapesAreFinite) {
+TEST(Contacts, CoincidentShapesAreFinite) {
   const Polytope cube = box({1, 1, 1});
   const Polytope dodeca = dodecahedron();
   const std::vector<Shape> shapes = {Sphere{}, Capsule{}, cube, dodeca};
@@ -433,7 +433,7 @@ TEST(Contacts, OfCoincidentShapesAreFinite) {
   }
 }
 
-TEST(Contacts, BesideACornerAreOfTheClosestPoints) {
+TEST(Contacts, CornerTouchesAtClosestPoints) {
   // Diagonally apart: on every axis a gap below the margin, in truth √3 times as far, and no face over the
   // other.
   Polytope hull = box({1, 1, 1});
@@ -451,7 +451,7 @@ TEST(Contacts, BesideACornerAreOfTheClosestPoints) {
   }
 }
 
-TEST(Contacts, OfASpikeBesideAnEdgeAreOfTheClosestPoints) {
+TEST(Contacts, SpikeTouchesEdgeAtClosestPoints) {
   // Its point is beside the box's upper edge and above it; all its edges lead away.
   const std::vector<Vector3> corners{
       {0, 0, 0}, {0.1, 1, 0.1}, {-0.1, 1, 0.1}, {0.1, 1, -0.1}, {-0.1, 1, -0.1}};
@@ -466,7 +466,7 @@ TEST(Contacts, OfASpikeBesideAnEdgeAreOfTheClosestPoints) {
   }
 }
 
-TEST(Contacts, OfAnEllipsoidAndAPlaneAreThoseOfManyPoints) {
+TEST(Contacts, EllipsoidMatchesManyPoints) {
   const Vector3 half_axes(0.2, 0.02, 0.03);
   // So many points that their hull is nearly the ellipsoid.
   Polytope points = ellipsoid(half_axes, 100);
@@ -497,7 +497,7 @@ TEST(Contacts, OfAnEllipsoidAndAPlaneAreThoseOfManyPoints) {
   }
 }
 
-TEST(Contacts, OfPlanesWithEachOtherAreNone) {
+TEST(Contacts, PlanesDoNotTouchEachOther) {
   EXPECT_TRUE(contacts(Plane{}, {}, Plane{}, {{0, 1, 0}, turn(1, {1, 0, 0})}, margin).empty());
 }
 
@@ -507,7 +507,7 @@ TEST(Contacts, AreAppended) {
   EXPECT_EQ(points.size(), 4U);
 }
 
-TEST(Contacts, OfATurnedAndShiftedBoxAreThoseOfItsHull) {
+TEST(Contacts, RotatedBoxMatchesItsHull) {
   std::mt19937 random(6);
   for (int trial = 0; trial < 500; ++trial) {
     const Pose placement = {test::random_point(random, 0.3), test::random_orientation(random)};
@@ -549,7 +549,7 @@ TEST(Bounds, AreTight) {
   EXPECT_NEAR(capsule.upper.z(), 0.5, 1e-15);
 }
 
-TEST(Bounds, OfPlanesEndWhereTheyFaceAnAxis) {
+TEST(Bounds, PlanesEndWhereTheyFaceAnAxis) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   const Bounds floor = bounds(Plane{}, {{1, 2, 3}, upright});
   EXPECT_EQ(floor.upper, Vector3(infinity, 2, infinity));

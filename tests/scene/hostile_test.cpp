@@ -232,14 +232,14 @@ INSTANTIATE_TEST_SUITE_P(
         Change{"drive_force", DRIVE "/maxForce", "-3", "must not be negative"}),
     name_of);
 
-TEST(Refusal, AJointBetweenTwoNodesOfTheWorld) {
+TEST(Refusal, RefusesJointWithinWorld) {
   json document = example();
   document["nodes"][3]["extensions"]["KHR_physics_rigid_bodies"]["joint"] = {{"connectedNode", 0},
                                                                              {"joint", 0}};
   EXPECT_THAT(complaint(document), HasSubstr("joins two nodes of which neither belongs to a body"));
 }
 
-TEST(Refusal, ABodyOnAShearedNode) {
+TEST(Refusal, RefusesShearedBody) {
   json document = one_body("{}", R"({"type": "box"})");
   document["nodes"][0]["rotation"] = {0, 0, 0.3826834323650898, 0.9238795325112867};
   document["nodes"].push_back({{"scale", {2, 1, 1}}, {"children", {0}}});
@@ -247,7 +247,7 @@ TEST(Refusal, ABodyOnAShearedNode) {
   EXPECT_THAT(complaint(document), HasSubstr("/nodes/0: carries a body, but is sheared"));
 }
 
-TEST(Refusal, MoreThan64CollisionSystems) {
+TEST(Refusal, RefusesMoreThan64Systems) {
   json document = example();
   json& systems =
       document["extensions"]["KHR_physics_rigid_bodies"]["collisionFilters"][0]["collisionSystems"];
@@ -255,7 +255,7 @@ TEST(Refusal, MoreThan64CollisionSystems) {
   EXPECT_THAT(complaint(document), HasSubstr("more than 64 collision systems"));
 }
 
-TEST(Refusal, ANodeTooDeep) {
+TEST(Refusal, RefusesDeepNodes) {
   json document = example();
   json& nodes = document["nodes"];
   nodes[3]["children"] = {8};
@@ -264,7 +264,7 @@ TEST(Refusal, ANodeTooDeep) {
   EXPECT_THAT(complaint(document), HasSubstr("lies deeper than 256 levels of nodes"));
 }
 
-TEST(Refusal, ScalesThatOverflowTogether) {
+TEST(Refusal, RefusesOverflowingScales) {
   json document = example();
   json& nodes = document["nodes"];
   nodes[3]["scale"] = {1e200, 1, 1};
@@ -273,7 +273,7 @@ TEST(Refusal, ScalesThatOverflowTogether) {
   EXPECT_THAT(complaint(document), HasSubstr("/nodes/8: its transform overflows"));
 }
 
-TEST(Refusal, ANumberTooLargeForADouble) {
+TEST(Refusal, RefusesNumbersBeyondDouble) {
   std::string text = example().dump();
   text.replace(text.find("\"mass\":2"), 8, "\"mass\":1e999");
   const TemporaryFolder folder;
@@ -281,7 +281,7 @@ TEST(Refusal, ANumberTooLargeForADouble) {
               AllOf(HasSubstr("not valid JSON"), HasSubstr("1e999")));
 }
 
-TEST(Refusal, VerticesThatAreNotFinite) {
+TEST(Refusal, RefusesVerticesNotFinite) {
   for (const char* bits : {"\x00\x00\xc0\x7f", "\x00\x00\x80\x7f", "\x00\x00\x80\xff"}) {  // NaN, ∞, −∞
     std::string buffer = cube_buffer();
     buffer.replace(12 * 3 + 4, 4, std::string(bits, 4));
@@ -291,7 +291,7 @@ TEST(Refusal, VerticesThatAreNotFinite) {
   }
 }
 
-TEST(Refusal, UrisThatLeadAwayOrNowhere) {
+TEST(Refusal, RefusesUrisOutsideFolder) {
   const TemporaryFolder folder;
   std::filesystem::create_directories(folder.path() / "inner");
   folder.write("outside.bin", cube_buffer());
@@ -323,7 +323,7 @@ TEST(Refusal, UrisThatLeadAwayOrNowhere) {
   }
 }
 
-TEST(Refusal, FilesThatAreNoScenes) {
+TEST(Refusal, RefusesOtherFiles) {
   const TemporaryFolder folder;
   EXPECT_THAT(complaint(folder.path() / "missing.gltf"), EndsWith("missing.gltf: there is no such file"));
   std::filesystem::create_directories(folder.path() / "folder.gltf");
@@ -368,7 +368,7 @@ TEST_F(Glb, LoadsUnchanged) {
   EXPECT_EQ(complaint_about(bytes_), "");
 }
 
-TEST_F(Glb, IsRefusedWhereverItIsCutShort) {
+TEST_F(Glb, RefusesEveryTruncation) {
   for (std::size_t length = 1; length < bytes_.size(); length += length < 40 ? 1 : 97) {
     EXPECT_THAT(complaint_about(bytes_.substr(0, length)), HasSubstr("scene.glb: ")) << length;
     EXPECT_THAT(complaint_about(bytes_.substr(0, length)), HasSubstr("cut short")) << length;
@@ -376,7 +376,7 @@ TEST_F(Glb, IsRefusedWhereverItIsCutShort) {
   EXPECT_THAT(complaint_about(bytes_ + "x"), HasSubstr("the file is damaged"));
 }
 
-TEST_F(Glb, IsRefusedWithADamagedHeader) {
+TEST_F(Glb, RefusesDamagedHeader) {
   EXPECT_THAT(complaint_about(with(0, "flTG")), HasSubstr("does not begin with 'glTF'"));
   EXPECT_THAT(complaint_about(with(4, "\x01")), HasSubstr("is of glTF version 1"));
   EXPECT_THAT(complaint_about(with(8, "\xff\xff\xff\xff")), HasSubstr("its header says 4294967295 bytes"));
@@ -388,7 +388,7 @@ TEST_F(Glb, IsRefusedWithADamagedHeader) {
   EXPECT_THAT(complaint_about(with(binary + 4, "BOX")), HasSubstr("/buffers/0: has no 'uri'"));
 }
 
-TEST_F(Glb, IsRefusedWithoutChunks) {
+TEST_F(Glb, RefusesFileWithoutChunks) {
   EXPECT_THAT(complaint_about(std::string("glTF\2\0\0\0\x0c\0\0\0", 12)), HasSubstr("has no JSON chunk"));
   EXPECT_THAT(complaint_about(std::string("glTF\2\0\0\0\x10\0\0\0\0\0\0\0", 16)),
               HasSubstr("chunk 0 has no whole header"));

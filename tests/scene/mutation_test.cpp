@@ -78,13 +78,13 @@ int mutate(const std::string& original, const std::string& name) {
   return loaded;
 }
 
-TEST(Mutation, OfAGltfNeverDoesHarm) {
+TEST(Mutation, DamagedGltfDoesNoHarm) {
   const int loaded = mutate(example().dump(1), "mutant.gltf");
   EXPECT_GT(loaded, 30);  // measured 73: else nothing but the parser was tested
   EXPECT_LT(loaded, 450);
 }
 
-TEST(Mutation, OfAGlbNeverDoesHarm) {
+TEST(Mutation, DamagedGlbDoesNoHarm) {
   nlohmann::json document = example();
   document["buffers"][0].erase("uri");
   const int loaded = mutate(glb(document.dump(), cube_buffer()), "mutant.glb");

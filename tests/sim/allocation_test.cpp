@@ -93,7 +93,7 @@ long allocations_of_a_vector() {
   return allocations;
 }
 
-TEST(Allocation, TheCounterCountsAlsoWhatIsAligned) {
+TEST(Allocation, CounterCountsAlignedMemory) {
   EXPECT_GE(allocations_of_a_vector<int>(), 1);
   EXPECT_EQ(allocations_of_a_vector<NormalRow>(), 2);
 }

@@ -53,7 +53,7 @@ bool are_equal(const State& one, int one_first, const State& other, int other_fi
   return true;
 }
 
-TEST(ContactBatches, AStackAmongOthersMovesWithTheBitsOfOneAlone) {
+TEST(ContactBatches, StackAmongOthersKeepsItsBits) {
   for (const bool differ : {false, true}) {
     for (const Algorithm algorithm : iterative) {
       Settings settings = default_settings(algorithm);
@@ -99,7 +99,7 @@ void add_solid(Scene& scene, int kind) {
   collider.member = collider.collides_with = std::uint64_t{1} << kind;
 }
 
-TEST(ContactBatches, ManifoldsOfUnlikeLengthShareABatchAndKeepTheirBits) {
+TEST(ContactBatches, UnlikeManifoldsKeepTheirBits) {
   for (const Algorithm algorithm : iterative) {
     const Settings settings = default_settings(algorithm);
     Scene together = test::floor_scene(0.5);
@@ -313,7 +313,7 @@ Violation violation_after(int sweeps) {
   return worst;
 }
 
-TEST(ContactBatches, AManifoldThatIsSweptToTheEndObeysItsLaws) {
+TEST(ContactBatches, ConvergedManifoldObeysItsLaws) {
   const Violation some = violation_after(200);
   EXPECT_LT(some.approach, 1e-6);       // measured 5.9e-7 m/s
   EXPECT_LT(some.complementary, 1e-6);  // measured 5.9e-7

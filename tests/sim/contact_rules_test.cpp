@@ -55,7 +55,7 @@ TEST_P(Filter, ForbidsWhenEitherSideDoes) {
 INSTANTIATE_TEST_SUITE_P(Contacts, Filter, testing::ValuesIn(test::all_algorithms),
                          [](const auto& of) { return std::string(name(of.param)); });
 
-TEST(Relaxation, TakesItsShareOfAContactsErrorInEachIteration) {
+TEST(Relaxation, ReducesErrorByItsFraction) {
   for (const double omega : {0.5, 1.0, 1.3}) {
     Settings settings = settings_of(Algorithm::a2);
     settings.relaxation = omega;
@@ -69,7 +69,7 @@ TEST(Relaxation, TakesItsShareOfAContactsErrorInEachIteration) {
   }
 }
 
-TEST(Relaxation, StopsWhenAnIterationMovesLessThanTheTolerance) {
+TEST(Relaxation, StopsBelowTolerance) {
   Settings settings = settings_of(Algorithm::a2);
   settings.relaxation = 0.5;
   settings.iterations = 100;
@@ -80,7 +80,7 @@ TEST(Relaxation, StopsWhenAnIterationMovesLessThanTheTolerance) {
   EXPECT_NEAR(speed_after_a_step(ball_on_floor(), settings), -fall / 16, 1e-12);
 }
 
-TEST(BounceThreshold, IsTwiceWhatGravityGivesInASubstep) {
+TEST(BounceThreshold, IsTwiceGravityPerSubstep) {
   for (const Algorithm algorithm : test::all_algorithms) {
     const auto speed = [&](double approach) {
       Scene scene = ball_on_floor();

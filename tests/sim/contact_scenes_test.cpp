@@ -29,7 +29,7 @@ Settings settings_of(Algorithm algorithm, double step) {
   return settings;
 }
 
-TEST(Incline, ABlockSlidesAsTheClosedFormSays) {
+TEST(Incline, BlockFollowsClosedForm) {
   const double friction = 0.3;
   const double acceleration = gravity * (0.5 - friction * std::sqrt(3.0) / 2);
   for (const Algorithm algorithm : test::all_algorithms) {
@@ -47,7 +47,7 @@ TEST(Incline, ABlockSlidesAsTheClosedFormSays) {
   }
 }
 
-TEST(Incline, ABlockStaysWhenFrictionHoldsIt) {
+TEST(Incline, BlockStaysWithinFriction) {
   const Scene scene = incline(0.8);
   const auto moved = [&](Settings settings) {
     return (test::run(scene, settings, 5).q[1].linear - scene.bodies[1].pose.position).norm();
@@ -65,7 +65,7 @@ TEST(Incline, ABlockStaysWhenFrictionHoldsIt) {
 }
 
 // Normals and friction together give the impulse of the block's weight over a step, straight up.
-TEST(Incline, ContactsGiveTheImpulseThatHoldsTheBlock) {
+TEST(Incline, ContactsCarryTheBlock) {
   const Scene scene = incline(0.8);
   for (const Algorithm algorithm : test::all_algorithms) {
     Settings settings = settings_of(algorithm, 1.0 / 60);
@@ -112,7 +112,7 @@ TEST(Stack, A1KeepsTenBoxesAtRest) {
   EXPECT_LT(run.largest_residual, 1e-9);
 }
 
-TEST(Stack, A1KeepsAThousandfoldHeavierTopAtRest) {
+TEST(Stack, A1KeepsHeavyTopAtRest) {
   Scene scene = test::floor_scene(0.6);
   for (int i = 0; i < 10; ++i) {
     test::add_box(scene, {1, 1, 1}, i == 9 ? 1000 : 1, {{0, 0.5 + i, 0}, Quaternion::Identity()}, 0.6);

@@ -42,7 +42,7 @@ double coefficient(const Vector3& box_velocity, const Vector3& plank_velocity,
   return contacts.empty() ? 0 : contacts.front().friction;
 }
 
-TEST(Friction, WhatMovesWithItsGroundSticksAndWhatDoesNotSlides) {
+TEST(Friction, SticksWithoutSlipAndSlidesWithIt) {
   // g hs = 0.16 m/s: slower is at rest.
   const Vector3 east(2, 0, 0);
   const Vector3 north(0, 0, 2);
@@ -138,7 +138,7 @@ SlopeErrors errors_on_slope(double rate, int substeps, double friction,
   return errors;
 }
 
-TEST(Friction, ABlockSentUpASlopeMovesAsTheClosedFormSays) {
+TEST(Friction, BlockSentUphillFollowsClosedForm) {
   // Measured, at 60 and 240 Hz: 0.29 and 0.073 % with μ = 0.2, where it slides back; 0.496 and 0.124 % with
   // 0.6, where it stays. It is a t hs/2 and no more: a run of velocities first, then coordinates, errs by
   // that.
@@ -156,7 +156,7 @@ TEST(Friction, ABlockSentUpASlopeMovesAsTheClosedFormSays) {
 }
 
 // κ < 1 leaves 1 − κ of what friction takes to the next sub-step: a delay of a part of one at the start.
-TEST(Friction, ABlockSentUpASlopeMovesAsTheClosedFormSaysByDefault) {
+TEST(Friction, BlockSentUphillFollowsClosedFormByDefault) {
   for (const double friction : {0.2, 0.6}) {
     const SlopeErrors slow = errors_on_slope(60, 10, friction, Contacts::by_default);
     EXPECT_LT(slow.all, 0.005) << friction;
@@ -170,7 +170,7 @@ TEST(Friction, ABlockSentUpASlopeMovesAsTheClosedFormSaysByDefault) {
 }
 
 // All of it is a t hs/2, the error of stepping: a tenth of a percent takes thirteen sub-steps.
-TEST(Friction, ABlockThatStaysOnASlopeIsOffByTheStepAloneAt240Hz) {
+TEST(Friction, BlockSentUphillErrsByTheStepAt240Hz) {
   const SlopeErrors errors = errors_on_slope(240, 10, 0.6);
   EXPECT_LT(errors.all, 0.0013);   // measured 0.124 %
   EXPECT_LT(errors.beyond, 3e-7);  // measured 1.5e-7
@@ -211,7 +211,7 @@ void with_all_pushes(Use use) {
   }
 }
 
-TEST(Friction, ATrayPushedBeyondFrictionMovesAlikeInSixteenDirections) {
+TEST(Friction, PushedTrayMovesAlikeInAllDirections) {
   constexpr double time = 2;
   constexpr double expected = 0.5 * 0.06 * tray_friction * gravity * time * time;
   for (const Algorithm algorithm : {Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
@@ -231,7 +231,7 @@ TEST(Friction, ATrayPushedBeyondFrictionMovesAlikeInSixteenDirections) {
 }
 
 // A1's friction is a disc to rounding.
-TEST(Friction, ATrayPushedBeyondFrictionMovesExactlyInA1) {
+TEST(Friction, PushedTrayIsExactInA1) {
   Settings settings;
   settings.algorithm = Algorithm::a1;
   constexpr int steps = 60;
@@ -268,11 +268,11 @@ double largest_displacement(Algorithm algorithm, double push) {
   return largest;
 }
 
-TEST(Friction, ATrayPushedLessThanFrictionStaysInA1) {
+TEST(Friction, TrayWithinFrictionStaysInA1) {
   EXPECT_LT(largest_displacement(Algorithm::a1, 0.96), 1e-12);  // measured 1.7e-14 m
 }
 
-TEST(Friction, ATrayPushedHalfAsHardAsFrictionStays) {
+TEST(Friction, TrayAtHalfFrictionStays) {
   for (const Algorithm algorithm : {Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
     EXPECT_LT(largest_displacement(algorithm, 0.5), 1e-5) << name(algorithm);  // measured 9.2e-6 m; A2: 4e-13
   }
@@ -280,7 +280,7 @@ TEST(Friction, ATrayPushedHalfAsHardAsFrictionStays) {
 
 // Points that reach their disc's edge in turn let go of half of their displacement each time, and so the tray
 // creeps by 0.13 mm/s (A2: 0.7) where A1 does not move.
-TEST(Friction, ATrayPushedAlmostAsHardAsFrictionCreepsByLessThanAMillimetreASecond) {
+TEST(Friction, TrayNearFrictionCreepsSlowly) {
   for (const Algorithm algorithm : {Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
     EXPECT_LT(largest_displacement(algorithm, 0.96), 2e-3)
         << name(algorithm);  // measured 1.5 (A2) and 0.26 mm in 2 s

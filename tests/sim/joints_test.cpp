@@ -56,7 +56,7 @@ Scene jointed_body(const std::vector<JointLimit>& limits, const Vector3& anchor 
 
 const JointLimit locked_rotation = test::locked(true, {true, true, true});
 
-TEST(Joints, ASliderFallsAlongItsAxisOnly) {
+TEST(Joints, SliderFallsAlongItsAxis) {
   // Free along y, tilted by 0.4 rad about z: acceleration g cos 0.4 along it.
   Scene scene = jointed_body({test::locked(false, {true, false, true}), locked_rotation});
   scene.joints[0].frame_a.orientation = rotation_quaternion({0, 0, 0.4});
@@ -70,7 +70,7 @@ TEST(Joints, ASliderFallsAlongItsAxisOnly) {
   });
 }
 
-TEST(Joints, AFixedJointHoldsALeverArm) {
+TEST(Joints, FixedJointHoldsLever) {
   const Scene scene = jointed_body({test::locked(false, {true, true, true}), locked_rotation}, {-0.5, 0, 0});
   in_each_algorithm(1.0 / 240, [&](const Settings& settings) {
     const State state = test::run(scene, settings, 2);
@@ -80,7 +80,7 @@ TEST(Joints, AFixedJointHoldsALeverArm) {
   });
 }
 
-TEST(Joints, AHardDistanceKeepsItsLengthInACircle) {
+TEST(Joints, HardDistanceKeepsItsLength) {
   // Locked distance of 1 m, no gravity, 2 m/s across: half a turn in π/2 s.
   Scene scene = jointed_body({test::range(false, {true, true, true}, 1, 1)});
   scene.gravity.setZero();
@@ -94,7 +94,7 @@ TEST(Joints, AHardDistanceKeepsItsLengthInACircle) {
   });
 }
 
-TEST(Joints, ARopeIsSlackThenTaut) {
+TEST(Joints, RopeIsSlackThenTaut) {
   Scene scene = jointed_body({test::range(false, {true, true, true}, 0, 1)});
   in_each_algorithm(1.0 / 240, [&](const Settings& settings) {
     const double slack = 0.4;
@@ -104,7 +104,7 @@ TEST(Joints, ARopeIsSlackThenTaut) {
   });
 }
 
-TEST(Joints, ALimitStopsASlider) {
+TEST(Joints, LimitStopsSlider) {
   // 2 m/s towards a stop at 0.5 m: there after 0.25 s, and there to stay.
   Scene scene = jointed_body({test::range(false, {true, false, false}, -0.1, 0.5),
                               test::locked(false, {false, true, true}), locked_rotation});
@@ -118,7 +118,7 @@ TEST(Joints, ALimitStopsASlider) {
   });
 }
 
-TEST(Joints, ATwistLimitStopsAHinge) {
+TEST(Joints, TwistLimitStopsHinge) {
   // A lever on a hinge about z, from level; stops at −0.7 rad.
   const Scene scene =
       jointed_body({test::locked(false, {true, true, true}), test::locked(true, {true, true, false}),
@@ -131,7 +131,7 @@ TEST(Joints, ATwistLimitStopsAHinge) {
   });
 }
 
-TEST(Joints, AConeLimitStopsASwing) {
+TEST(Joints, ConeLimitStopsSwing) {
   // A lever that may swing by 0.5 rad from its y axis, started upright with a push in x and z.
   Scene scene =
       jointed_body({test::locked(false, {true, true, true}), test::range(true, {true, false, true}, 0, 0.5)},
@@ -145,7 +145,7 @@ TEST(Joints, AConeLimitStopsASwing) {
   });
 }
 
-TEST(Joints, ALockedRadiusIsATube) {
+TEST(Joints, LockedRadiusIsATube) {
   // 1 m from the y axis, 2 m/s around it and 0.3 m/s along it, no gravity: a helix.
   Scene scene = jointed_body({test::range(false, {true, false, true}, 1, 1)});
   scene.gravity.setZero();
@@ -160,7 +160,7 @@ TEST(Joints, ALockedRadiusIsATube) {
   });
 }
 
-TEST(Joints, ARadiusLimitStopsAtItsBound) {
+TEST(Joints, RadiusLimitStopsAtItsBound) {
   // From the axis at 2 m/s across it: at 0.5 m after 0.25 s, and there to stay.
   Scene scene = jointed_body({test::range(false, {true, false, true}, 0, 0.5)});
   scene.gravity.setZero();
@@ -173,7 +173,7 @@ TEST(Joints, ARadiusLimitStopsAtItsBound) {
   });
 }
 
-TEST(Joints, ATurnLimitStopsARotationAboutAnyAxis) {
+TEST(Joints, TurnLimitStopsAnyRotation) {
   // 2 rad/s about a slanted axis: turned by 0.5 rad after 0.25 s, and no further.
   const Vector3 axis(0.48, 0.6, 0.64);
   Scene scene =
@@ -187,7 +187,7 @@ TEST(Joints, ATurnLimitStopsARotationAboutAnyAxis) {
   });
 }
 
-TEST(Joints, ALockedTurnGoesRoundASphere) {
+TEST(Joints, LockedTurnFollowsGreatCircle) {
   // Rotations by θ = 1 rad about any axis u are a sphere of radius 2 sin(θ/2) in the metric of a body of
   // equal moments: with nothing else acting, u goes along a great circle at |ω| / (2 sin(θ/2)).
   const double turn = 1;
@@ -206,7 +206,7 @@ TEST(Joints, ALockedTurnGoesRoundASphere) {
   });
 }
 
-TEST(Joints, ATurnLimitIsHeldBetterByASmallerStep) {
+TEST(Joints, SmallerStepHoldsTurnLimitBetter) {
   // A plate that rocks on a point at its edge within 0.5 rad, all its directions coupled. The limit's row is
   // one-sided, so never stable: A4 and A5 hold it along its direction at the step's start.
   Scene scene =
@@ -232,7 +232,7 @@ TEST(Joints, ATurnLimitIsHeldBetterByASmallerStep) {
   }
 }
 
-TEST(Joints, SpringsHoldHalfTheirStiffnessTimesTheStretchSquared) {
+TEST(Joints, SpringsStoreElasticEnergy) {
   JointLimit spring = test::range(false, {true, true, true}, 0.5, 0.8);  // of the distance
   spring.stiffness = 300;
   JointDrive held{.angular = true, .axis = 2, .position_target = 0.4, .stiffness = 7};
@@ -251,7 +251,7 @@ TEST(Joints, SpringsHoldHalfTheirStiffnessTimesTheStretchSquared) {
   EXPECT_NEAR(energy_at(0.6 * direction, 1.5 * sign), 7 * 1.1 * 1.1 / 2, 1e-12);
 }
 
-TEST(Joints, ASoftLimitIsADampedSpring) {
+TEST(Joints, SoftLimitIsADampedSpring) {
   // m x'' = −k x − c x', k = 200 N/m, c = 2 N·s/m, m = 2 kg, from 0.1 m.
   JointLimit spring = test::range(false, {true, false, false}, 0, 0);
   spring.stiffness = 200;
@@ -279,7 +279,7 @@ TEST(Joints, ASoftLimitIsADampedSpring) {
   });
 }
 
-TEST(Joints, AVerySoftOrStiffSpringDoesNotExplode) {
+TEST(Joints, ExtremeSpringsStayBounded) {
   for (const double stiffness : {1e-3, 1e3, 1e9}) {
     JointLimit spring = test::range(false, {true, true, true}, 0.5, 0.5);
     spring.stiffness = stiffness;
@@ -293,7 +293,7 @@ TEST(Joints, AVerySoftOrStiffSpringDoesNotExplode) {
   }
 }
 
-TEST(Drives, APositionDriveReachesItsTarget) {
+TEST(Drives, PositionDriveReachesItsTarget) {
   Scene scene = jointed_body({test::locked(false, {false, true, true}), locked_rotation});
   scene.gravity.setZero();
   JointDrive drive;
@@ -310,7 +310,7 @@ TEST(Drives, APositionDriveReachesItsTarget) {
   });
 }
 
-TEST(Drives, AMotorRampsUnderItsTorqueLimit) {
+TEST(Drives, MotorRampsUnderItsTorqueLimit) {
   // Moment 0.25 kg·m², at most 0.5 N·m: 2 rad/s², to 3 rad/s. Per unit of inertia: at most 2 rad/s², the
   // same.
   for (const bool acceleration : {false, true}) {
@@ -331,7 +331,7 @@ TEST(Drives, AMotorRampsUnderItsTorqueLimit) {
   }
 }
 
-TEST(Contacts, ABallBouncesToTheSquareOfItsRestitution) {
+TEST(Contacts, BallBouncesToSquareOfRestitution) {
   Scene scene = test::floor_scene(0);
   test::add_ball(scene, 0.25, 1, {0, 1.25, 0}, 0, 0.5);
   scene.colliders[0].material.restitution = 0.5;
@@ -446,7 +446,7 @@ TEST(Joints, JointToAPostSilencesThePostAlone) {
   }
 }
 
-TEST(Bodies, AKinematicBodyCarriesWhatLiesOnIt) {
+TEST(Bodies, KinematicBodyCarriesItsLoad) {
   // A platform at 1 m/s, μ = 0.5: a box on it is as fast after v/(μ g) = 0.204 s, 0.102 m behind.
   Scene scene = test::empty_scene();
   test::add_box(scene, {10, 0.2, 2}, 1, {{0, -0.1, 0}, Quaternion::Identity()}, 0.5);
@@ -474,7 +474,7 @@ TEST(Bodies, InfiniteMomentsDoNotTurn) {
 }
 
 // No absolute tolerance is hidden anywhere: the same motion, scaled.
-TEST(Scale, MassesByAMillionAndLengthsByAThousandthGiveTheSameMotion) {
+TEST(Scale, ScaledSceneMovesAlike) {
   Scene scene = test::floor_scene(0.6);
   for (int i = 0; i < 3; ++i) {
     test::add_box(scene, {1, 1, 1}, 1 + i, {{0.1 * i, 0.6 + 1.1 * i, 0}, Quaternion::Identity()}, 0.6);

@@ -81,7 +81,7 @@ std::vector<std::string> statements(const std::string& file) {
   return body;
 }
 
-TEST(Listings, A3AndA4DifferInTheThreePlacesOfTheReport) {
+TEST(Listings, A3AndA4DifferInThreeLines) {
   const std::vector<std::string> a3 = statements("a3_substep.cpp");
   const std::vector<std::string> a4 = statements("a4_approximate.cpp");
   ASSERT_GT(a3.size(), 20u);
@@ -105,7 +105,7 @@ TEST(Listings, A3AndA4DifferInTheThreePlacesOfTheReport) {
   EXPECT_NE(only_a4[2].find("q[i].angular ="), std::string::npos);
 }
 
-TEST(Listings, LoopsOverSubstepsAndRowsAreInTheFiveFilesOnly) {
+TEST(Listings, LoopsStandInTheFiveFiles) {
   for (const Listing& listing : listings) {
     const std::string text = read(listing.file);
     const bool sub_stepped = listing.procedure >= 3;

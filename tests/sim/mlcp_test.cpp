@@ -135,7 +135,7 @@ double violation(const Mlcp& problem, const std::vector<double>& lambda) {
   return worst;
 }
 
-TEST(Mlcp, SolvesRowsWhoseSecondBodyIsTheFirstOfTheList) {
+TEST(Mlcp, SolvesRowsOfFirstBody) {
   std::mt19937 random(4);
   MlcpSolver solver;
   std::vector<double> lambda;
@@ -156,7 +156,7 @@ TEST(Mlcp, SolvesRowsWhoseSecondBodyIsTheFirstOfTheList) {
   EXPECT_LT(worst, 1e-7);
 }
 
-TEST(Mlcp, CountsTheActiveSetsThatItTries) {
+TEST(Mlcp, CountsActiveSets) {
   // A row without limits is active, whatever its impulse: there is one set to try.
   std::mt19937 random(5);
   MlcpSolver solver;
@@ -201,7 +201,7 @@ TEST(Mlcp, SolvesRedundantProblems) {
   EXPECT_LT(worst, 1e-9);  // measured 8.9e-10
 }
 
-TEST(Mlcp, SolvesContradictingRowsInTheLeastSquaresSenseAndSaysSo) {
+TEST(Mlcp, ReportsLeastSquares) {
   std::mt19937 random(3);
   Mlcp problem;
   problem.bodies = 1;
@@ -298,7 +298,7 @@ void move_right_sides(Mlcp& problem, std::mt19937& random) {
   for (Mlcp::Row& row : problem.rows) row.right += 0.1 * uniform(random);
 }
 
-TEST(Mlcp, SolvesFrictionOrSaysThatItDidNot) {
+TEST(Mlcp, SolvesOrReportsFriction) {
   std::mt19937 random(4);
   MlcpSolver solver;
   std::vector<double> lambda;
@@ -314,7 +314,7 @@ TEST(Mlcp, SolvesFrictionOrSaysThatItDidNot) {
   EXPECT_GE(solved, problems * 99 / 100);  // measured 200 of 200
 }
 
-TEST(Mlcp, SolvesFrictionAlsoWhereNoRigidMotionFitsTheSlips) {
+TEST(Mlcp, SolvesIncompatibleSlips) {
   std::mt19937 random(6);
   MlcpSolver solver;
   std::vector<double> lambda;
@@ -358,7 +358,7 @@ Mlcp with_other_tangents(Mlcp problem, std::mt19937& random) {
   return problem;
 }
 
-TEST(Mlcp, FrictionIsADiscWhateverTheTangents) {
+TEST(Mlcp, FrictionIgnoresTangents) {
   std::mt19937 random(8);
   MlcpSolver solver;
   std::vector<double> lambda;
@@ -400,7 +400,7 @@ TEST(Mlcp, FrictionIsADiscWhateverTheTangents) {
 // Painlevé's rod: a point of it slides on the floor at 30°–80° with so much friction that pressing it down
 // would speed up its approach. There the problem has no solution, or two; it is solved, or reported, and
 // stays finite.
-TEST(Mlcp, PainlevesRodIsSolvedOrReported) {
+TEST(Mlcp, SolvesOrReportsPainlevesRod) {
   MlcpSolver solver;
   std::vector<double> lambda;
   int reported = 0;
@@ -439,7 +439,7 @@ TEST(Mlcp, PainlevesRodIsSolvedOrReported) {
   EXPECT_GT(solved, 50);
 }
 
-TEST(Mlcp, AWrittenProblemIsReadBackToTheBit) {
+TEST(Mlcp, RoundTripKeepsBits) {
   std::mt19937 random(5);
   Mlcp problem = any_contacts(random, 3, 0.5);
   problem.rows.push_back(any_row(random, 3));
@@ -457,7 +457,7 @@ TEST(Mlcp, AWrittenProblemIsReadBackToTheBit) {
   }
 }
 
-TEST(Mlcp, RowsThatNothingMovesAreLeftAlone) {
+TEST(Mlcp, IgnoresImmovableRows) {
   Mlcp problem;
   problem.bodies = 1;
   Mlcp::Row row{};

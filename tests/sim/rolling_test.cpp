@@ -39,7 +39,7 @@ Scene scene_of(const Rolling& x) {
 
 class Rolls : public testing::TestWithParam<Algorithm> {};
 
-TEST_P(Rolls, DownASlopeAsTheClosedFormSays) {
+TEST_P(Rolls, FollowsClosedFormDownhill) {
   for (const Rolling& x : {Rolling{0.3, 2, 0.4, 0.2, 0.7}, Rolling{0.07, 0.5, 2.0 / 3, 0.3, 2.5}}) {
     const Scene scene = scene_of(x);
     Simulation simulation(scene, default_settings(GetParam()));
@@ -92,7 +92,7 @@ Vector3 place_on_tilting_slab(Algorithm algorithm, bool slab_first) {
   return simulation.state().q[slab_first ? 2 : 1].linear;
 }
 
-TEST_P(Rolls, OnWhatTiltsWhicheverOfThemComesFirst) {
+TEST_P(Rolls, IgnoresOrderOnTiltingSlab) {
   const Vector3 place = place_on_tilting_slab(GetParam(), true);
   // m. Measured A1 2e-16, A2, A4 and A5 1.5e-6, A3 9e-6: friction's displacements are in the second body's
   // frame, which turns. A normal that turned with the ball would make it 5e-3 in A3.
@@ -108,7 +108,7 @@ struct Lying {
   double direction;
 };
 
-TEST_P(Rolls, SolidsOfRevolutionDownASlopeAsTheClosedFormSays) {
+TEST_P(Rolls, SolidsOfRevolutionFollowClosedForm) {
   for (const Lying& x :
        {Lying{make_cylinder(0.3, 0.11, 0.11), 0.11, 0.5, 0.7}, Lying{Capsule{0.2, 0.17}, 0.17, 0.45, -1.9}}) {
     Rolling rolling{x.radius, 3, x.share, 0.25, x.direction};
@@ -157,7 +157,7 @@ double farthest_from_fine_steps(const Scene& scene, int body, double step, int s
   return farthest;
 }
 
-TEST(RollingOfA3, SubstepsAreStepsOfA1WhereThePointOfContactRunsRound) {
+TEST(RollingOfA3, SubstepsEqualStepsOfA1) {
   // It runs round Euler's disk by 0.33 rad a step, and over decimetres of the rattleback in a swing.
   // Measured: 0.098 and 0.062 mm; 237 and 2.4 mm where the point is fixed in the body for a step.
   EXPECT_LT(farthest_from_fine_steps(scene_named("euler_disk"), 1, 1.0 / 60, 10, 1), 2e-4);
@@ -165,7 +165,7 @@ TEST(RollingOfA3, SubstepsAreStepsOfA1WhereThePointOfContactRunsRound) {
 }
 
 /// Two balls meet in the air while both spin: the normal is between their middles, and turns with neither.
-TEST(RollingOfA3, BallsThatSpinPushAlongTheLineOfTheirMiddles) {
+TEST(RollingOfA3, SpinningBallsPushAlongTheirLine) {
   Scene scene = test::empty_scene();
   scene.gravity = Vector3::Zero();
   const Vector3 towards = Vector3(0.6, 0.48, 0.64);

@@ -90,7 +90,7 @@ TEST(Scenes, HeavyTopGoesRoundAsPublished) {
   }
 }
 
-TEST(Scenes, BallsRollWithThePartOfTheirSpeedThatTheirMomentLeaves) {
+TEST(Scenes, BallsRollWithTheirShareOfSpeed) {
   const Scene scene = scene_named("sliding_ball");
   for (const Algorithm algorithm : test::all_algorithms) {
     // A3 moves a contact with the body that it is on, and a ball turns by 0.3 rad in a step: measured 0.109
@@ -109,7 +109,7 @@ TEST(Scenes, BallsRollWithThePartOfTheirSpeedThatTheirMomentLeaves) {
   }
 }
 
-TEST(Scenes, TrayAndBallsGoAsSimBenchmarkSays) {
+TEST(Scenes, TrayAndBallsFollowSimBenchmark) {
   const Scene scene = scene_named("balls_on_tray");
   const double acceleration = (150 - 0.4 * 35 * gravity) / (10 + 25 * 2.0 / 7);
   for (const Algorithm algorithm : test::all_algorithms) {
@@ -128,7 +128,7 @@ TEST(Scenes, TrayAndBallsGoAsSimBenchmarkSays) {
   }
 }
 
-TEST(Scenes, ShakenBlocksSlipAsFarAsTheClosedFormSays) {
+TEST(Scenes, ShakenBlocksFollowClosedForm) {
   const Scene scene = scene_named("shaken_block");
   const int table = body_named(scene, "table");
   const auto range = [&](Algorithm algorithm, const char* block) {
@@ -282,7 +282,7 @@ TEST(Scenes, PainlevesRodComesToTheParadoxAsPublished) {
   EXPECT_NEAR(slip, 9.41, 0.6);     // measured 9.840
 }
 
-TEST(Scenes, ABallWithRestitutionStopsAfterInfinitelyManyBounces) {
+TEST(Scenes, BouncingBallComesToRest) {
   const Scene scene = scene_named("bouncing_balls");
   const int ball = body_named(scene, "ball_2");
   for (const Algorithm algorithm : test::all_algorithms) {
@@ -296,7 +296,7 @@ TEST(Scenes, ABallWithRestitutionStopsAfterInfinitelyManyBounces) {
 
 /// Where many contacts slide and open at once, the active sets of A1's solver do not settle at once. Single
 /// steps are left a little above the tolerance of 1e-9.
-TEST(Scenes, A1SolvesNearlyEachStepOfWhatFallsInHeaps) {
+TEST(Scenes, A1SolvesNearlyAllStepsOfHeaps) {
   for (const char* name : {"card_house", "dominoes", "masonry_arch", "ragdoll", "water_wheel"}) {
     Simulation simulation(scene_named(name), settings_of(Algorithm::a1, 1.0 / 60));
     int unsolved = 0;
@@ -469,7 +469,7 @@ TEST(Scenes, RocksSlideOnTheMeshAndComeToRest) {
   }
 }
 
-TEST(Scenes, PlanetsGoRoundTheFunnelAsKeplerHasIt) {
+TEST(Scenes, PlanetsFollowKepler) {
   Scene scene = scene_named("funnel");
   // They meet nothing but the funnel, so nothing else is needed: not the bodies that roll down it.
   const int bodies = body_named(scene, "inner_planet") + 1;

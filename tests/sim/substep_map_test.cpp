@@ -25,7 +25,7 @@ double closed_form(double tau, double kappa) {
   return root < 0 ? std::sqrt(determinant) : std::abs(half_trace) + std::sqrt(root);
 }
 
-TEST(SubstepMap, OfOneRowIsTheClosedForm) {
+TEST(SubstepMap, OneRowMatchesClosedForm) {
   JointLimit locked;
   locked.axes = {true, true, true};
   locked.min = locked.max = 0;
@@ -50,7 +50,7 @@ Scene growing_governor() {
 }
 
 // A3's own runs grow by the map's radius in each sub-step, whatever the sub-step is.
-TEST(SubstepMap, IsWhatRunsDo) {
+TEST(SubstepMap, MatchesRuns) {
   const Scene scene = growing_governor();
   for (const Joints joints : {Joints::plain, Joints::rows}) {
     const double radius = substep_radius(scene, 1, 1, 1, joints);
@@ -81,13 +81,13 @@ TEST(SubstepMap, IsWhatRunsDo) {
   }
 }
 
-TEST(SubstepMap, IsOfJointsThatDoNotGive) {
+TEST(SubstepMap, RefusesSoftJoints) {
   EXPECT_THROW(substep_radius(scene_named("governor"), 1, 1, 1, Joints::plain), Error);
   EXPECT_THROW(substep_radius(scene_named("box_stack"), 1, 1, 1, Joints::plain), Error);
   EXPECT_THROW(substep_radius(scene_named("powered_wheel"), 1, 1, 1, Joints::plain), Error);
 }
 
-TEST(SubstepMap, OfARunsSettingsIsThereWhereAllJointsAreRigid) {
+TEST(SubstepMap, ExistsForRigidJoints) {
   const Scene chain = scene_named("rod_chain");
   Settings settings = default_settings(Algorithm::a5);
   settings.tau = 1;

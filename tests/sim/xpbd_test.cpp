@@ -29,7 +29,7 @@ TEST(SmallStepXpbd, IterationsEqualThoseOfA3) {
   EXPECT_LT(distance_from_xpbd(scene_named("heavy_chain"), a3(5, 3, 1.0 / 60), 2), 1e-11);
 }
 
-TEST(SmallStepXpbd, IsWrittenForThePlane) {
+TEST(SmallStepXpbd, RefusesScenesOutOfPlane) {
   EXPECT_THROW(PlanarXpbd(scene_named("bricard")), Error);
 }
 
