@@ -35,11 +35,7 @@ std::string no_command(const CLI::App& app, const std::string& typed) {
 /// Says what cannot be understood, and what may have been meant.
 std::string complaint(const CLI::App& app, const std::vector<std::string>& words,
                       const CLI::ParseError& error) {
-  if (app.get_subcommands().empty() && words[0][0] != '-') {
-    const std::string guess = command_like(app, words[0]);
-    return fmt::format("'{}' is no command{}", words[0],
-                       guess.empty() ? ": 'substep --help' lists them" : guess);
-  }
+  if (app.get_subcommands().empty() && words[0][0] != '-') return no_command(app, words[0]);
   const CLI::App* command = &app;
   while (!command->get_subcommands().empty()) command = command->get_subcommands().front();
   const std::string guess = option_like(*command, words);

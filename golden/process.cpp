@@ -71,7 +71,7 @@ extern "C" void substep_failed(int signal) {
 
 void handle(int signal, void (*handler)(int), bool on_own_stack) {
   struct sigaction now {};
-  // What the parent ignores (nohup), or a sanitizer watches, stays theirs.
+  // Keep signals that the parent ignores (nohup) or a sanitizer handles.
   if (::sigaction(signal, nullptr, &now) != 0 || now.sa_handler != SIG_DFL) return;
   struct sigaction action {};
   action.sa_handler = handler;

@@ -1,6 +1,6 @@
 #pragma once
-/// What the program owes the process that it runs in: streams that are there, and an end that leaves nothing
-/// half-written and says what happened.
+/// Sets up the process: open standard streams, and an end that leaves nothing half-written and prints a
+/// message.
 
 namespace substep {
 

@@ -59,7 +59,7 @@ Json essence(Json sidecar) {
   return sidecar;
 }
 
-/// Whether the golden says what `content` does already. What makes a picture is its pixels.
+/// Returns true where the golden equals `content`: pictures by their pixels, other files by their bytes.
 bool holds(const fs::path& golden, const std::string& golden_bytes, const std::string& content) {
   if (golden_bytes == content) return true;
   if (golden.extension() != ".png" || golden_bytes.empty()) return false;

@@ -3,9 +3,8 @@
 ///
 /// Copies and never runs anything again: what a person looked at is what is approved. Refuses, and then
 /// writes nothing at all, when a file is no longer what the check left or a golden no longer what it saw,
-/// when it was not the pinned renderer that drew, when a picture is blank, and when poses or pictures alone
-/// were checked: new poses with old pictures would be reported as a changed renderer. Deletes nothing. A
-/// case's sidecar is written last: an interrupted approval shows in the next check, and the same command does
+/// when it was not the pinned renderer that drew, and when a picture is blank. Deletes nothing. A case's
+/// sidecar is written last: an interrupted approval shows in the next check, and the same command does
 /// the rest.
 
 #include <cstdint>

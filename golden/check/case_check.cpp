@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "golden/check/case_context.h"
-#include "golden/check/check_cases.h"
 #include "golden/suite/scene_parts.h"
 #include "render/player/player_page.h"
 #include "sim/log/file_output.h"
@@ -33,7 +32,7 @@ std::string approved_track_hash(const CaseContext& work) {
                                             : to_bytes(*work.live_track));
 }
 
-/// Whether the golden pictures are what is drawn here, and not only near it: else nothing can be noted of
+/// Returns true where all golden pictures are exactly what is drawn here. Otherwise nothing can be noted of
 /// them.
 bool draws_its_goldens(const CaseContext& work) {
   const auto& images = work.result.images;
@@ -43,7 +42,7 @@ bool draws_its_goldens(const CaseContext& work) {
          });
 }
 
-/// Whether the sidecar and the track of a case that passes say what is true of its run.
+/// Returns true where sidecar and track of a case that passes agree with its run.
 bool is_up_to_date(const CaseContext& work) {
   // A run within its tolerance is no reason for other notes.
   if (!work.live || work.result.poses.motion.judgement != PoseJudgement::exact) return true;
@@ -58,8 +57,7 @@ bool is_up_to_date(const CaseContext& work) {
 void write_motion_page(CaseContext& work) {
   CaseResult& result = work.result;
   const bool differs = work.golden && work.golden_track && work.live_track && !result.poses.passes;
-  // Without pictures there may be no renderer, which says where the page looks from.
-  if (result.verdict == Verdict::pass || !differs || !work.options.images) return;
+  if (result.verdict == Verdict::pass || !differs) return;
   render::Comparison comparison;
   render::ReferenceRun golden;
   golden.method = "the golden run";
@@ -107,13 +105,7 @@ void add_log_candidates(const CaseContext& work, CheckedCase& checked) {
 /// Writes what approving would copy. Returns what forbids approving; empty: nothing does.
 std::string prepare_approval(const CaseContext& work, CheckedCase& checked) {
   const SuiteCase& entry = work.result.entry;
-  if (work.live) add_log_candidates(work, checked);
-  if (!work.result.poses.is_checked || (!work.result.images_checked && !entry.images.empty())) {
-    return fmt::format(
-        "only half of it was checked, and poses and pictures are approved together: 'substep check --case "
-        "{}'",
-        entry.name);
-  }
+  add_log_candidates(work, checked);
   const bool from_live = !work.new_images.empty();
   std::vector<ApprovablePicture> pictures;
   for (std::size_t i = 0; i < entry.images.size(); ++i) {
@@ -176,7 +168,6 @@ void load_goldens(CaseContext& work) {
 void check_poses(CaseContext& work) {
   PoseResult& poses = work.result.poses;
   const SuiteCase& entry = work.result.entry;
-  poses.is_checked = true;
   Simulation simulation(work.scene, entry.settings);
   Tracker tracker(work.scene, entry.settings);
   tracker.add(simulation.state());
@@ -216,13 +207,13 @@ CheckedCase check_case(const CheckOptions& options, const MadeWith& made_with, c
   work.result.files = options.output / entry.name;
   clear(work.result.files);
   load_goldens(work);
-  if (options.poses) check_poses(work);
-  if (options.images && !entry.images.empty()) check_images(work);
+  check_poses(work);
+  if (!entry.images.empty()) check_images(work);
   decide(work);
   write_motion_page(work);
   const bool is_complete =
       work.result.verdict == Verdict::pass && (is_up_to_date(work) || !draws_its_goldens(work));
-  CheckedCase checked{work.result, {}, {}, work.sidecar.made_with};
+  CheckedCase checked{work.result, {}, {}};
   if (!is_complete) checked.result.refusal = prepare_approval(work, checked);
   const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
   checked.result.seconds = spent.count();

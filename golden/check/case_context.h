@@ -1,13 +1,16 @@
 #pragma once
-/// A case while check_case() checks it, and the steps of that check in their order: each reads what the steps
-/// before it left.
+/// Internal to check(): the cases one after another, and the steps of a case's check in
+/// their order. Each step reads what the steps before it left.
 
+#include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "golden/check/case_pictures.h"
 #include "golden/check/check.h"
+#include "golden/check/check_results.h"
 #include "golden/compare/motion_comparison.h"
 #include "golden/compare/track.h"
 #include "golden/suite/sidecar.h"
@@ -15,13 +18,45 @@
 
 namespace substep::golden {
 
+/// The cases of a check.
+struct CheckPlan {
+  Suite suite;
+  CheckOptions options;  ///< with the suite's file
+  std::vector<SuiteCase> cases;
+};
+
+/// Reads the suite, calls `run`, and writes results and report. Throws Error.
+void check_with(const CheckOptions& options, const std::function<void(const CheckPlan&, CheckOutput&)>& run);
+
+/// Functions that are called as cases are checked, in the cases' order.
+struct CheckListener {
+  std::function<void(const SuiteCase&)> before_case;
+  std::function<void(const CheckedCase&)> after_case;
+};
+
+/// Checks the cases. Errors in a case become its verdict; the other cases are checked.
+void check_cases(std::span<const SuiteCase> cases, const CheckOptions& options, const MadeWith& made_with,
+                 const CheckListener& listener);
+
+/// Checks a case, and prepares its approval.
+CheckedCase check_case(const CheckOptions& options, const MadeWith& made_with, const SuiteCase& entry,
+                       const Scene& scene);
+
+/// Returns the result of a case that could not be checked.
+CheckedCase failed_case(const CheckOptions& options, const SuiteCase& entry, const std::string& why);
+
+/// Returns what cases are made with here. Starts the renderer only where a case has pictures.
+MadeWith made_with_here(const CheckPlan& plan);
+
+/// A case while check_case() checks it.
 struct CaseContext {
   LoggedMotion golden_motion() const { return {&*golden, golden_track ? &*golden_track : nullptr}; }
   LoggedMotion live_motion() const { return {&*live, &*live_track}; }
 
   void note(std::string text) { result.notes.push_back(std::move(text)); }
 
-  /// Whether pictures must be equal here: on the pinned renderer, or on the one that they are of.
+  /// Returns true where pictures must be equal: on the pinned renderer, or on the renderer that drew the
+  /// goldens.
   bool is_exact_here() const {
     return result.entry.any_renderer ? sidecar.platform == made_with.platform : made_with.is_pinned;
   }

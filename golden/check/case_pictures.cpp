@@ -78,8 +78,8 @@ void add_pair(PicturePair pair, const std::string& prefix, const Drawing& expect
   work.result.pairs.push_back(std::move(pair));
 }
 
-/// Whether a picture that differs is within the tolerance: by FLIP where the case says so, else by levels and
-/// counts.
+/// Returns true where a picture that differs is within the tolerance: by FLIP where the case says so,
+/// otherwise by levels and counts.
 bool is_within(const PictureComparison& comparison, const ImageTolerance& tolerance) {
   if (!tolerance.flip || comparison.image.judgement == Judgement::size)
     return passes(comparison.image.judgement);
@@ -222,7 +222,6 @@ Viewfinder viewfinder(const Scene& scene, const SuiteCase& entry, const PoseLog&
 }
 
 void check_images(CaseContext& work) {
-  work.result.images_checked = true;
   const SuiteCase& entry = work.result.entry;
   std::optional<CasePainter> painter;
   work.drawn.resize(entry.images.size());

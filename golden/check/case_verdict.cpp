@@ -9,7 +9,7 @@
 namespace substep::golden {
 namespace {
 
-/// What of a case fails, and is not put down to anything yet.
+/// The halves of a case that fail for no reason found so far.
 struct Failing {
   bool poses = false;
   bool images = false;
@@ -80,7 +80,7 @@ std::string cause_of_picture(const Blame& blame) {
   return blame.bodies.empty() ? std::string() : blame.bodies.front().name;
 }
 
-/// Whether what explains the goldens is not there.
+/// Returns true where the sidecar or the track is missing, and notes which.
 bool lacks_explanation(CaseContext& work) {
   const SuiteCase& entry = work.result.entry;
   if (!work.sidecar.is_there) work.note(fmt::format("there is no {}", entry.sidecar.filename().string()));
@@ -112,8 +112,7 @@ void decide(CaseContext& work) {
   const bool no_image = none_of([](const auto& i) { return i.has_golden; });
   const bool every_image = none_of([](const auto& i) { return !i.has_golden; });
   const bool all_drawn = none_of([](const auto& i) { return !i.is_drawn; });
-  Failing failing{poses.is_checked && !poses.passes,
-                  !none_of([](const auto& i) { return i.is_drawn && !i.passes; })};
+  Failing failing{!poses.passes, !none_of([](const auto& i) { return i.is_drawn && !i.passes; })};
   Verdict& verdict = work.result.verdict;
   if (!poses.has_golden && no_image) {
     verdict = Verdict::created;

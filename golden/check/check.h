@@ -19,6 +19,8 @@
 /// report go by. Goldens are never written here.
 
 #include <filesystem>
+#include <functional>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -46,7 +48,6 @@ struct PictureComparison {
 };
 
 struct PoseResult {
-  bool is_checked = false;
   bool has_golden = false;
   bool passes = false;
   PoseDifference difference;
@@ -89,7 +90,6 @@ struct CaseResult {
   double step = 0;  ///< s
   Verdict verdict = Verdict::pass;
   PoseResult poses;
-  bool images_checked = false;
   std::vector<ImageResult> images;
   std::vector<PicturePair> pairs;
   std::vector<std::string> notes;  ///< context, never a reason to fail
@@ -105,22 +105,19 @@ struct CheckOptions {
   std::filesystem::path suite = "golden/suite.toml";
   std::filesystem::path output = "out/check";
   std::vector<std::string> cases;  ///< see select(); empty: all, and orphans are looked for
-  bool poses = true;
-  bool images = true;
 };
 
-struct CheckResult {
-  CheckOptions options;
-  MadeWith made_with;
-  std::vector<CaseResult> cases;
-  std::vector<std::filesystem::path> orphans;
-
-  int exit_code() const;
+/// Functions that are called as a check goes on.
+struct CheckWatcher {
+  std::function<void(const std::string& case_name, std::size_t number, std::size_t of)> before_case;
+  std::function<void(const nlohmann::ordered_json& entry)> after_case;  ///< its part of results.json
 };
 
-/// Checks all in this process: a crash ends it, and nothing ends a case that takes too long. check_apart() is
-/// for those. Throws Error when the suite cannot be read, or another check writes to the same folder.
-CheckResult check(const CheckOptions& options);
+/// Checks the cases in a process of their own. A case that crashes or exceeds its limit of time is an error,
+/// and another process checks the next. Returns what results.json holds. Call it where nothing was drawn and
+/// no threads run: the process forks. Throws Error when the suite cannot be read, another check writes to the
+/// same folder, or there is no renderer.
+nlohmann::ordered_json check(const CheckOptions& options, const CheckWatcher& watcher);
 
 /// Returns what a person should know of a case that does not pass, but for the commands (case_commands.h).
 std::string explain(const CaseResult& result);

@@ -22,8 +22,7 @@ struct ApprovalCandidate {
 struct CheckedCase {
   CaseResult result;
   std::vector<ApprovalCandidate> candidates;
-  nlohmann::ordered_json sidecar;           ///< but for when and why it was approved
-  nlohmann::ordered_json golden_made_with;  ///< of the goldens that it was checked against
+  nlohmann::ordered_json sidecar;  ///< but for when and why it was approved
 };
 
 std::filesystem::path results_file(const std::filesystem::path& output);

@@ -51,7 +51,7 @@ std::string explain_visibility(const CaseResult& result) {
     text +=
         fmt::format("{}half a pixel         never: no body is drawn that far from where it was\n", indent);
   }
-  if (!result.images_checked) return text;
+  if (result.images.empty()) return text;
   if (poses.visible_frame >= 0) {
     const int after = poses.visible_frame - motion.first.frame;
     text += fmt::format("  images   first other picture  frame {} (+{} frames, +{:.2f} s){}\n",
@@ -66,7 +66,6 @@ std::string explain_visibility(const CaseResult& result) {
 
 std::string explain_poses(const CaseResult& result) {
   const PoseResult& poses = result.poses;
-  if (!poses.is_checked) return "  poses    not checked\n";
   if (!poses.has_golden)
     return fmt::format("  poses    no golden; the run has {} frames and ended \"{}\"\n", poses.frames,
                        poses.end);
@@ -175,10 +174,9 @@ std::string meaning(const CaseResult& result) {
   switch (result.verdict) {
     case Verdict::simulation_changed:
       return fmt::format("simulation changed (renderer {})",
-                         result.images_checked ? "unchanged" : "not checked");
+                         result.images.empty() ? "not checked" : "unchanged");
     case Verdict::renderer_changed:
-      return fmt::format("renderer changed (simulation {})",
-                         result.poses.is_checked ? "unchanged" : "not checked");
+      return "renderer changed (simulation unchanged)";
     case Verdict::both_changed:
       return "both changed, simulation and renderer";
     case Verdict::error:
@@ -206,7 +204,6 @@ std::string explain(const CaseResult& result) {
   if (!result.cause.empty()) text += fmt::format("  cause    {}\n", result.cause);
   if (result.verdict != Verdict::error) {
     text += explain_poses(result);
-    if (!result.images_checked) text += "  images   not checked\n";
     for (const ImageResult& image : result.images) text += explain_image(image, result.entry);
   }
   for (const std::string& note : result.notes) text += fmt::format("  note     {}\n", note);

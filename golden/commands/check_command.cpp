@@ -6,12 +6,9 @@
 #include <vector>
 
 #include "golden/check/check.h"
-#include "golden/check/check_apart.h"
 #include "golden/check/check_results.h"
 #include "golden/commands/commands.h"
 #include "golden/report/case_commands.h"
-#include "golden/report/failure_groups.h"
-#include "golden/report/junit.h"
 #include "golden/report/report.h"
 #include "sim/commands/progress.h"
 
@@ -68,7 +65,7 @@ void check_goldens(const CheckOptions& options) {
                  entry.at("verdict").get<std::string>(), cause.empty() ? "" : ": ", cause);
       std::fflush(stdout);
     };
-    results = check_apart(options, watcher);
+    results = check(options, watcher);
   }
   print_outcome(results, options.output);
   if (const int code = results.at("exit_code")) throw CLI::RuntimeError(code);
@@ -80,13 +77,10 @@ void add_check_command(CLI::App& app) {
   CLI::App* const command =
       app.add_subcommand("check", "Compare simulation and renderer with the goldens, and say which changed");
   const auto options = std::make_shared<CheckOptions>();
-  const auto half = std::make_shared<std::string>();
   command->add_option("--suite", options->suite, "The suite file beside its goldens, or their folder")
       ->capture_default_str();
   command->add_option("--case", options->cases,
                       "Only these: box_stack.a4, or box_stack for all of that scene");
-  command->add_option("--only", *half, "poses: no pictures; images: no simulation")
-      ->check(CLI::IsMember({"poses", "images"}));
   command->add_option("--output", options->output, "Folder for what a person wants to see of a failing case")
       ->capture_default_str();
   command->footer(
@@ -96,11 +90,7 @@ void add_check_command(CLI::App& app) {
       "are\n"
       "exact on.\n"
       "Example:\n  substep check --case box_stack.a4");
-  command->callback([options, half] {
-    options->poses = *half != "images";
-    options->images = *half != "poses";
-    check_goldens(*options);
-  });
+  command->callback([options] { check_goldens(*options); });
 }
 
 }  // namespace substep::golden

@@ -1,18 +1,182 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
+#include <map>
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "golden/commands/commands.h"
 #include "golden/report/case_commands.h"
-#include "golden/suite/new_suite.h"
+#include "golden/suite/suite.h"
+#include "sim/error.h"
+#include "sim/loading/load_scene.h"
+#include "sim/log/file_output.h"
+#include "sim/scene/scene.h"
 
 namespace substep::golden {
 namespace {
 
+namespace fs = std::filesystem;
+
+constexpr int longest = 240;  // frames: goldens stay small, and what goes wrong shows by then
+constexpr int full_every = 10;
+
+/// Scene files below a folder, sorted.
+std::vector<fs::path> scene_files(const fs::path& project) {
+  std::vector<fs::path> files;
+  std::error_code failure;
+  auto entry = fs::recursive_directory_iterator(project, failure);
+  if (failure) throw Error(fmt::format("{}: cannot be read: {}", project.string(), failure.message()));
+  for (; entry != fs::recursive_directory_iterator(); ++entry) {
+    const std::string name = entry->path().filename().string();
+    if (entry->is_directory() && (name.starts_with('.') || name.starts_with("build"))) {
+      entry.disable_recursion_pending();
+    }
+    const fs::path extension = entry->path().extension();
+    if (entry->is_regular_file() && (extension == ".gltf" || extension == ".glb"))
+      files.push_back(entry->path());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+/// Returns how many frames make a case: the whole duration in tens, at most `longest`.
+int frames_of(const Scene& scene) {
+  const double all = std::floor(scene.duration / scene.step / full_every) * full_every;
+  return static_cast<int>(std::clamp<double>(all, full_every, longest));
+}
+
+/// Its [[case]], or why it cannot be one.
+std::optional<std::string> case_of(const fs::path& file, const std::string& shown, std::string& why) {
+  if (!is_case_name(file.stem().string())) {
+    why = "its name must be of letters, digits, _ and -";
+    return {};
+  }
+  try {
+    const Scene scene = load_scene(file);
+    const bool moves = std::any_of(scene.bodies.begin(), scene.bodies.end(),
+                                   [](const Body& body) { return body.inverse_mass > 0; });
+    if (!moves) {
+      why = "nothing in it moves";
+      return {};
+    }
+    const int frames = frames_of(scene);
+    const int middle = std::max(full_every, frames / 2 / full_every * full_every);
+    return fmt::format("[[case]]\nscene = \"../{}\"\nframes = {}\nimages = [{}]\n", shown, frames,
+                       middle == frames ? fmt::format("{}", frames) : fmt::format("{}, {}", middle, frames));
+  } catch (const Error& error) {
+    why = error.what();
+    return {};
+  }
+}
+
+constexpr const char* suite_start =
+    R"(# What is watched: each [[case]] is a scene, run by each of the algorithms. `substep check` compares with the goldens
+# beside this file, `substep approve` makes them what they are. golden/suite/suite.h of substep explains every key.
+
+[defaults]
+full_every = 10          # the pose log has the poses of every 10th frame; pictures are of such frames
+size = [320, 180]        # of the pictures
+algorithms = ["a5"]      # any of a1 to a5: each is a case of its own
+time_limit = 120         # s, for checking a case
+# images = []            # in a case: poses alone, which need no renderer
+
+# Without a tolerance poses are compared bit for bit. In a case whose poses may differ a little:
+# pose_tolerance = { position = 1e-4, orientation = 1e-3, energy = 0.02, penetration = 1e-3, resting = 1 }
+)";
+
+constexpr const char* readme = R"(# Goldens
+
+What the scenes of `suite.toml` did when somebody last looked and found it good. `poses` has their motion, `images` pictures of it and,
+beside each, when and why it was approved.
+
+    substep check                                   # compares, and says what changed
+    substep approve --failed --reason "why"         # after you looked at out/check/report.html
+
+The first time every case is *new*: look at the report, then approve, and commit this folder. `out` is what a check leaves, and
+belongs into `.gitignore`.
+
+When the check fails in CI, download its `report`, open `report.html` in it, and, in the repository:
+
+    substep approve --failed --output report --reason "why"
+
+copies what you saw, and runs nothing again.
+)";
+
+constexpr const char* workflow =
+    R"(# The goldens, checked at every push; the report is an artifact of the run, whatever its outcome.
+name: goldens
+on: [push, pull_request]
+jobs:
+  goldens:
+    uses: {}/.github/workflows/suite.yml@main
+    with: {{ suite: golden, program: {} }}
+)";
+
+struct NewSuite {
+  struct File {
+    fs::path name;  ///< below the project's folder
+    std::string content;
+  };
+  std::vector<File> files;          ///< suite file, README of the goldens, workflow
+  std::size_t scenes = 0;           ///< how many scenes are cases
+  std::vector<std::string> others;  ///< scenes that cannot be cases, each with the reason
+};
+
+/// Returns a suite of the scenes (.gltf, .glb) in `project` and its folders, without hidden ones and
+/// `build*`. A scene is a case where it can be loaded and something in it moves. Throws Error where there is
+/// no such folder or no such scene.
+NewSuite new_suite(const fs::path& project, const std::string& program) {
+  if (!fs::is_directory(project)) throw Error(fmt::format("{}: there is no such folder", project.string()));
+  NewSuite suite;
+  std::string text = suite_start;
+  std::map<std::string, std::string> names;
+  for (const fs::path& file : scene_files(project)) {
+    const std::string shown = file.lexically_relative(project).generic_string();
+    std::string why;
+    const std::optional<std::string> entry = case_of(file, shown, why);
+    if (!entry) {
+      std::replace(why.begin(), why.end(), '\n', ' ');
+      suite.others.push_back(fmt::format("{}: {}", shown, why));
+      continue;
+    }
+    const auto [known, is_new] = names.emplace(file.stem().string(), shown);
+    if (!is_new) {
+      suite.others.push_back(fmt::format("{}: {} has its name", shown, known->second));
+      continue;
+    }
+    ++suite.scenes;
+    text += "\n" + *entry;
+  }
+  if (suite.scenes == 0) {
+    throw Error(fmt::format("{}: has no scene (.gltf or .glb) in which something moves", project.string()));
+  }
+  for (const std::string& other : suite.others) text += fmt::format("\n# not taken: {}\n", other);
+  suite.files = {{"golden/suite.toml", text},
+                 {"golden/README.md", readme},
+                 {".github/workflows/goldens.yml", fmt::format(fmt::runtime(workflow), program, program)}};
+  return suite;
+}
+
+/// Throws Error, and writes nothing, where one of the files is there already.
+void write_new_suite(const NewSuite& suite, const fs::path& project) {
+  for (const NewSuite::File& file : suite.files) {
+    if (fs::exists(project / file.name)) {
+      throw Error(fmt::format("{}: is there already; nothing was written", (project / file.name).string()));
+    }
+  }
+  for (const NewSuite::File& file : suite.files) {
+    fs::create_directories((project / file.name).parent_path());
+    write_file(project / file.name, file.content);
+  }
+}
+
 struct InitOptions {
-  std::filesystem::path project = ".";
+  fs::path project = ".";
   std::string program = "OWNER/substep";
 };
 
@@ -21,7 +185,7 @@ void init(const InitOptions& options) {
   write_new_suite(suite, options.project);
   for (const NewSuite::File& file : suite.files)
     fmt::print("wrote {}\n", (options.project / file.name).string());
-  fmt::print("{} scenes are cases", suite.scenes.size());
+  fmt::print("{} scenes are cases", suite.scenes);
   if (!suite.others.empty()) fmt::print(", {} are not: the suite file says why", suite.others.size());
   fmt::print("\nnext:\n");
   if (options.project != ".") fmt::print("  cd {}\n", shell_word(options.project.string()));

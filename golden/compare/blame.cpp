@@ -50,8 +50,8 @@ std::vector<BodyExtent> gone(const std::vector<BodyExtent>& approved, const std:
   return result;
 }
 
-/// Whether it is not bodies that differ, but what shows them: the sky, or nearly all of the ground. Bodies
-/// that moved or changed take some of the ground with them, under a shadow, however many they are.
+/// Returns true where the sky or nearly all of the ground differs: light or camera changed, not single
+/// bodies. Bodies that moved change the ground under their shadows only.
 bool is_everywhere(const std::map<int, BodyBlame>& seen) {
   constexpr double most_of_sky = 0.5;
   // A weaker light changed 96 % of the ground's pixels, a narrower view 82 %.

@@ -1,5 +1,5 @@
 #pragma once
-/// Which bodies the differing pixels of two pictures belong to.
+/// Attributes the differing pixels of two pictures to bodies.
 
 #include <array>
 #include <cstdint>

@@ -261,7 +261,7 @@ Plane filter_columns(const Plane& from, const Kernel& kernel, int reach) {
 }
 
 /// A region of a picture as the eye resolves it.
-struct Seen {
+struct Perceived {
   Planes color;         ///< perceived
   Plane edges, points;  ///< how strong they are
 };
@@ -286,7 +286,7 @@ Planes linear_rgb(const render::Image& image, const Region& region, int reach) {
   return rgb;
 }
 
-Seen see(const render::Image& image, const Region& region, const Filters& filters) {
+Perceived perceive(const render::Image& image, const Region& region, const Filters& filters) {
   const int reach = filters.reach;
   const Planes colors = opponent(linear_rgb(image, region, reach));
   const auto blur = [&](const Plane& from, const Kernel& kernel) {
@@ -307,7 +307,7 @@ Seen see(const render::Image& image, const Region& region, const Filters& filter
 }
 
 /// Returns the values of the map.
-Plane visible_difference(const Seen& before, const Seen& after) {
+Plane visible_difference(const Perceived& before, const Perceived& after) {
   const Plane strongest = (before.edges - after.edges).abs().max((before.points - after.points).abs());
   // The feature difference to the power of q_f = ½.
   const Plane feature = (strongest * (1 / std::numbers::sqrt2_v<float>)).sqrt();
@@ -326,7 +326,8 @@ Flip flip(const render::Image& expected, const render::Image& actual, float pixe
   constexpr int band_height = 64;
   for (int y = 0; y < region.height; y += band_height) {
     const Region band{region.left, region.top + y, region.width, std::min(band_height, region.height - y)};
-    const Plane values = visible_difference(see(expected, band, filters), see(actual, band, filters));
+    const Plane values =
+        visible_difference(perceive(expected, band, filters), perceive(actual, band, filters));
     for (int row = 0; row < band.height; ++row) {
       std::copy_n(values.col(row).data(), band.width,
                   &result.map[static_cast<std::size_t>(band.top + row) * width + band.left]);

@@ -1,5 +1,5 @@
 #pragma once
-/// How visible the difference of two pictures is to a person who flips between them.
+/// Measures how visible the difference of two pictures is to a person who flips between them.
 ///
 /// LDR-FLIP after P. Andersson, J. Nilsson, T. Akenine-Möller, M. Oskarsson, K. Åström and M. D. Fairchild,
 /// "FLIP: A Difference Evaluator for Alternating Images", Proc. ACM Comput. Graph. Interact. Tech. 3(2),

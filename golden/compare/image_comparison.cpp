@@ -11,7 +11,7 @@ namespace {
 constexpr int difference_gain = 16;
 constexpr int blank_range = 2;
 
-/// What the pixels say, before any tolerance is asked.
+/// The differences of all pixels, before a tolerance is applied.
 struct Figures {
   ImageComparison comparison;
   std::array<std::int64_t, 256> histogram{};  ///< pixels by their largest channel difference

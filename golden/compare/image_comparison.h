@@ -1,5 +1,5 @@
 #pragma once
-/// Whether a picture is still the golden one, and if not, how much and where it differs.
+/// Compares a picture with the golden one: how much and where they differ.
 ///
 /// The order of judgement; the first rule that speaks decides:
 ///
@@ -66,7 +66,7 @@ ImageComparison compare(const render::Image& expected, const render::Image& actu
 /// The absolute difference times 16, so that one level can be seen. Sizes must be equal.
 render::Image difference_image(const render::Image& expected, const render::Image& actual);
 
-/// Whether the picture shows next to nothing: no channel varies by more than two levels.
+/// Returns true where no channel varies by more than two levels.
 bool is_blank(const render::Image& image);
 
 }  // namespace substep::golden

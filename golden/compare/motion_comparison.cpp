@@ -12,40 +12,9 @@ namespace {
 
 constexpr double half_a_pixel = 0.5;
 
-struct BodyChange {
-  double position = 0;     ///< m
-  double orientation = 0;  ///< rad
-  char axis = ' ';
-
-  /// A position weighs more than an orientation: a turned ball can look the same.
-  bool is_larger_than(const BodyChange& other) const {
-    if (position != other.position) return position > other.position;
-    return orientation > other.orientation;
-  }
-  double size() const { return axis == 'r' ? orientation : position; }
-};
-
-BodyChange change_of(const Coordinates& a, const Coordinates& b) {
-  BodyChange result;
-  const Vector3 moved = (b.linear - a.linear).cwiseAbs();
-  int axis = 0;
-  result.position = moved.maxCoeff(&axis);
-  // Of the shorter arc; equal up to sign is equal.
-  const double along = std::abs(a.angular.dot(b.angular));
-  const double chord = std::min((a.angular.coeffs() - b.angular.coeffs()).norm(),
-                                (a.angular.coeffs() + b.angular.coeffs()).norm());
-  result.orientation = along < 0.5 ? 2 * std::acos(std::min(along, 1.0)) : 4 * std::asin(chord / 2);
-  if (result.position > 0) {
-    result.axis = "xyz"[axis];
-  } else if (result.orientation > 0) {
-    result.axis = 'r';
-  }
-  return result;
-}
-
-/// What of a change is not the rounding of poses from tracks: it can be one step of theirs and wrong by as
-/// much.
-BodyChange beyond_rounding(BodyChange change) {
+/// Returns the change without what rounding of poses in tracks may cause: one step of resolution in each, and
+/// as much error.
+BodyDifference beyond_rounding(BodyDifference change) {
   constexpr double least = 4 * Track::resolution;
   if (change.position <= least) change.position = 0;
   if (change.orientation <= least) change.orientation = 0;
@@ -105,11 +74,11 @@ FirstChange first_change(const LoggedMotion& golden, const LoggedMotion& actual)
   const int common = frame_count(golden, actual);
   for (int k = first.frame; k < common; ++k) {
     const PosePair pair = poses_at(golden, actual, k);
-    BodyChange largest;
+    BodyDifference largest;
     for (const std::size_t body : candidates) {
       if (body >= pair.golden.size() || body >= pair.actual.size()) continue;
-      const BodyChange exact = change_of(pair.golden[body], pair.actual[body]);
-      const BodyChange change = pair.is_rounded ? beyond_rounding(exact) : exact;
+      const BodyDifference exact = difference(pair.golden[body], pair.actual[body]);
+      const BodyDifference change = pair.is_rounded ? beyond_rounding(exact) : exact;
       if (change.axis == ' ' || !change.is_larger_than(largest)) continue;
       largest = change;
       first.body = body_name(golden, body);
@@ -194,7 +163,7 @@ std::string poses_beyond(const LoggedMotion& golden, const LoggedMotion& actual,
                          const PoseTolerance& tolerance) {
   const PosePair pair = poses_at(golden, actual, frame);
   for (std::size_t i = 1; i < std::min(pair.golden.size(), pair.actual.size()); ++i) {
-    const BodyChange change = change_of(pair.golden[i], pair.actual[i]);
+    const BodyDifference change = difference(pair.golden[i], pair.actual[i]);
     if (change.position > tolerance.position) {
       return fmt::format("body {} position {} {:.2g} m (limit {:g})", body_name(golden, i), change.axis,
                          change.position, tolerance.position);

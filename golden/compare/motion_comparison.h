@@ -1,6 +1,6 @@
 #pragma once
-/// How two runs of a scene come apart: where it begins, when it could be seen, and whether it is within a
-/// tolerance.
+/// Compares two runs of a scene: the first difference, the first visible frame, and whether a tolerance
+/// holds.
 ///
 /// The order of judgement; the first rule that speaks decides:
 ///
@@ -73,7 +73,7 @@ struct MotionComparison {
   std::string limit;         ///< what was beyond it: "body crate position 1.2e-3 m (limit 1e-4)"
   int predicted_frame = -1;  ///< first in which a body is drawn half a pixel or more from where it was
   std::string predicted_body;
-  /// Of frames that have poses in both runs, ascending.
+  /// The errors of a frame with poses in both runs. Frames ascend.
   struct Error {
     int frame;
     double position;  ///< largest of a body, m
@@ -82,7 +82,7 @@ struct MotionComparison {
   std::vector<Error> errors;
 };
 
-/// What pictures of the motion are seen through.
+/// The view, size and parts of pictures of the motion.
 struct Viewfinder {
   render::View view;
   int width = 0;

@@ -1,5 +1,5 @@
 #pragma once
-/// What goldens are made with.
+/// The provenance of goldens: renderer, compiler, processor and commit.
 
 #include <filesystem>
 #include <string>

@@ -9,10 +9,10 @@
 #include <memory>
 #include <utility>
 
+#include "golden/compare/digest.h"
 #include "golden/compare/provenance.h"
 #include "sim/constraints/contact_finder.h"
 #include "sim/error.h"
-#include "sim/math/fnv1a.h"
 #include "sim/measure/measured_run.h"
 #include "sim/model/model.h"
 
@@ -23,27 +23,8 @@ constexpr std::string_view magic = "substep track 1\n";
 constexpr int components = 7;
 constexpr std::uint64_t largest_size = 1U << 30;
 
-/// 64-bit FNV-1a, folded.
-class Digest {
- public:
-  void add(double value) {
-    hash_ = fnv1a_of_number(std::bit_cast<std::uint64_t>(value == 0 ? 0.0 : value), 8, hash_);
-  }
-  std::uint16_t value() const {
-    return static_cast<std::uint16_t>(hash_ ^ hash_ >> 16 ^ hash_ >> 32 ^ hash_ >> 48);
-  }
-
- private:
-  std::uint64_t hash_ = fnv1a_start;
-};
-
 std::uint16_t digest(const Coordinates& q, const Velocity& v) {
-  Digest result;
-  for (int i = 0; i < 3; ++i) result.add(q.linear[i]);
-  for (int i = 0; i < 4; ++i) result.add(q.angular.coeffs()[i]);
-  for (int i = 0; i < 3; ++i) result.add(v.linear[i]);
-  for (int i = 0; i < 3; ++i) result.add(v.angular[i]);
-  return result.value();
+  return Digest().add(q.linear, q.angular.coeffs(), v.linear, v.angular).value();
 }
 
 /// In the order of a pose log: x y z, w x y z.
@@ -99,12 +80,13 @@ class Input {
     }
     refuse();
   }
-  /// Of a signed number, in two's complement.
+  /// Returns a signed number in two's complement.
   std::uint64_t signed_number() {
     const std::uint64_t value = number();
     return value >> 1 ^ (~(value & 1) + 1);
   }
-  /// Of things that take `bytes` each at least: a damaged file must not ask for all memory.
+  /// Returns a number of items of at least `bytes` each. Throws Error where fewer bytes are left: a damaged
+  /// file must not request all memory.
   std::size_t count(std::size_t bytes) {
     const std::uint64_t value = number();
     if (value > rest_.size() / bytes) refuse();
@@ -223,10 +205,7 @@ struct Tracker::Implementation {
     std::sort(pairs.begin(), pairs.end());
     pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
     Digest digest;
-    for (const auto& [a, b] : pairs) {
-      digest.add(static_cast<double>(a));
-      digest.add(static_cast<double>(b));
-    }
+    for (const auto& [a, b] : pairs) digest.add(static_cast<double>(a), static_cast<double>(b));
     result.touching = digest.value();
     return result;
   }

@@ -1,5 +1,5 @@
 #pragma once
-/// What each frame of a run was like, in few bytes.
+/// Tracks: a short record of each frame of a run.
 ///
 /// A golden pose log has a hash of every frame, but poses of every tenth or so only. Its track, beside it,
 /// has for every frame a digest of each body, so that the first body to change is known and not guessed; the
@@ -21,7 +21,7 @@
 
 namespace substep::golden {
 
-/// What two good runs of a chaotic scene still have in common.
+/// Quantities that two correct runs of a chaotic scene share.
 struct Invariants {
   std::uint16_t touching = 0;  ///< digest of the pairs of bodies that touch
   double energy = 0;           ///< of all bodies, J
@@ -56,7 +56,7 @@ class Tracker {
   std::unique_ptr<Implementation> implementation_;
 };
 
-/// As a file's bytes: deflated, deterministic.
+/// Returns the track as the bytes of a file: deflated, deterministic.
 std::string to_bytes(const Track& track);
 
 /// Throws Error when the file cannot be read or is not a track.

@@ -1,5 +1,5 @@
 #pragma once
-/// What a check says of a case, and what it says of all of them.
+/// Verdicts of cases, and the outcome of all of them.
 
 #include <array>
 #include <span>

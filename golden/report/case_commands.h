@@ -9,7 +9,7 @@
 
 namespace substep::golden {
 
-/// Which suite was checked and where its results lie, as commands name them.
+/// The suite that was checked and the folder of its results, as commands name them.
 struct ResultsLocation {
   std::filesystem::path suite;
   std::filesystem::path output;

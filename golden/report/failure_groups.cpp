@@ -1,4 +1,4 @@
-#include "golden/report/failure_groups.h"
+#include "golden/report/report.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -54,8 +54,8 @@ std::string first_frames(const std::vector<const Json*>& failing) {
   return fmt::format(", from frame {} to {} on", *frames.begin(), *frames.rbegin());
 }
 
-/// What of scenes differs, without whose it is: "mass or inertia; placement or strength of light" of a cause
-/// that also names bodies (scene_difference()).
+/// Returns the kinds in a cause, without the names of bodies (scene_difference()): "mass or inertia;
+/// placement or strength of light".
 std::string kinds_in(const std::string& cause) {
   std::string kinds;
   for (std::size_t at = 0; at < cause.size();) {
@@ -69,8 +69,8 @@ std::string kinds_in(const std::string& cause) {
   return kinds;
 }
 
-/// What tells the groups of one verdict apart. A change of the program is one however many cases it fails,
-/// and which those are says where to look; scenes that differ in the same are changed together.
+/// Returns a key that separates the groups of one verdict. A change of the program is one group, however many
+/// cases fail; scenes that differ in the same kinds are one group.
 std::string origin_key(const Json& entry) {
   const auto verdict = verdict_named(entry.at("verdict").get<std::string>());
   auto cause = entry.at("cause").get<std::string>();
@@ -87,7 +87,7 @@ std::string origin_key(const Json& entry) {
   }
 }
 
-/// Of one scene all that is known; of several what they have in common.
+/// Returns the whole cause for one scene; for several scenes the kinds that they share.
 std::string origin_of_scenes(const std::string& kinds, const std::vector<const Json*>& cases) {
   std::set<std::string> scenes;
   for (const Json* entry : cases) scenes.insert(entry->at("scene").get<std::string>());

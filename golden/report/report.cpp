@@ -3,16 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <iterator>
-#include <set>
 #include <string>
 #include <vector>
 
-#include "golden/compare/provenance.h"
 #include "golden/compare/verdict.h"
 #include "golden/report/case_commands.h"
-#include "golden/report/failure_groups.h"
 #include "golden/report/report_case.h"
 #include "render/embedded_file.h"
 #include "render/markup.h"
@@ -39,7 +35,7 @@ double severity(const Json& entry) {
   return largest;
 }
 
-/// What does not pass, the gravest verdict first and in it what is most visible.
+/// Returns the failing cases, the gravest verdict first, and within a verdict the most visible first.
 std::vector<const Json*> failing_cases(const Json& results) {
   std::vector<const Json*> cases;
   for (const Json& entry : results.at("cases")) {
@@ -68,29 +64,6 @@ std::string totals_list(const Json& results) {
                                                [&](const Json& e) { return e.at("verdict") == verdict; })));
   }
   return html + "</ul>\n";
-}
-
-std::string machines(const Json& results) {
-  std::string rows;
-  for (const char* key : {"renderer", "compiler", "processor", "commit"}) {
-    std::set<std::string> golden;
-    for (const Json& entry : results.at("cases")) {
-      const bool has = entry.contains("golden_made_with") && entry.at("golden_made_with").is_object();
-      if (has) golden.insert(entry.at("golden_made_with").value(key, std::string()));
-    }
-    const auto here = results.at("made_with").at(key).get<std::string>();
-    std::string theirs;
-    for (const std::string& value : golden) {
-      if (value.empty()) continue;
-      theirs +=
-          (value == here ? render::escaped(value) : "<mark>" + render::escaped(value) + "</mark>") + "<br>";
-    }
-    rows += fmt::format("<tr><th>{}</th><td>{}</td><td>{}</td></tr>\n", key,
-                        here.empty() ? "–" : render::escaped(here), theirs.empty() ? "–" : theirs);
-  }
-  return "<h3>Machines</h3>\n<div class=\"wide\"><table><tr><th></th><th>this check</th><th>goldens of the "
-         "failing cases</th></tr>\n" +
-         rows + "</table></div>\n";
 }
 
 std::string frame_text(const Json& frame) {
@@ -123,7 +96,7 @@ std::string overview(const std::vector<const Json*>& cases) {
   return html + "</table></div>\n";
 }
 
-/// What the failures have in common, where that is shorter than all of them.
+/// Returns a list of the failure groups where it is shorter than that of all failures.
 std::string groups(const Json& results) {
   std::string items;
   bool is_shorter = false;
@@ -178,7 +151,7 @@ std::string orphans(const Json& results) {
   return html + "</ul>\n";
 }
 
-/// What the page has room for.
+/// The room on the page.
 struct PageBudget {
   std::size_t pictures = 0;         ///< bytes
   std::size_t detailed = SIZE_MAX;  ///< cases; of those after them verdict, cause and commands alone
@@ -194,7 +167,7 @@ std::string body(const Json& results, const fs::path& output, const PageBudget& 
       text_of(results.at("suite")), all);
   ReportPictures pictures(output, budget.pictures);
   html += totals_list(results) + first_pictures(results, pictures) + groups(results) + overview(cases) +
-          orphans(results) + machines(results);
+          orphans(results);
   html +=
       "<p class=\"keys quiet\" hidden><kbd>j</kbd> <kbd>k</kbd> next and previous case · <kbd>n</kbd> "
       "<kbd>p</kbd> "

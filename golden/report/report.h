@@ -8,6 +8,8 @@
 #include <cstddef>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 namespace substep::golden {
 
@@ -17,5 +19,30 @@ std::filesystem::path report_file(const std::filesystem::path& output);
 
 /// From results_json(). The pictures are read from where it says.
 void write_report(const nlohmann::ordered_json& results, const std::filesystem::path& output);
+
+/// The cases that fail with one verdict and one origin: a hundred failures of one origin are one line.
+struct FailureGroup {
+  std::string verdict;
+  std::string origin;                                ///< "all cases of a3, no others, from frame 1 on"
+  std::vector<const nlohmann::ordered_json*> cases;  ///< of results.json, the scene with fewest bodies first
+
+  /// "27 cases, simulation changed: all cases of a3, no others, from frame 1 on; simplest: pendulum.a3".
+  std::string line() const;
+};
+
+/// Groups the failures of results.json, which must outlive the groups. The gravest verdict comes first, then
+/// the largest group.
+std::vector<FailureGroup> failure_groups(const nlohmann::ordered_json& results);
+
+// junit.xml: what CI services show of a check. Two tests a case, poses and images, as in the suite.
+
+std::filesystem::path junit_file(const std::filesystem::path& output);
+
+/// Writes the results. A case that could not be checked is an error; so are all cases left over by a check
+/// that did not end.
+void write_junit(const nlohmann::ordered_json& results, const std::filesystem::path& output);
+
+/// Writes one error for a check that could not begin or continue; `why` is its message.
+void write_failed_junit(const std::string& why, const std::filesystem::path& output);
 
 }  // namespace substep::golden

@@ -5,10 +5,9 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <type_traits>
 
-#include "sim/math/fnv1a.h"
+#include "golden/compare/digest.h"
 
 namespace substep::golden {
 namespace {
@@ -17,159 +16,120 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::size_t digits = 4;  // of a digest
 
-/// A hash of numbers, in the order in which they are given.
-class Digest {
- public:
-  Digest& add(double number) {
-    // Either zero is nothing.
-    const std::uint64_t bits = number == 0 ? 0 : std::bit_cast<std::uint64_t>(number);
-    return add_number(bits, 8);
-  }
-  Digest& add_number(std::uint64_t number, int bytes) {
-    hash_ = fnv1a_of_number(number, bytes, hash_);
-    return *this;
-  }
-  template <typename Derived>
-  Digest& add(const Eigen::MatrixBase<Derived>& matrix) {
-    for (Eigen::Index row = 0; row < matrix.rows(); ++row) {
-      for (Eigen::Index column = 0; column < matrix.cols(); ++column) {
-        add(static_cast<double>(matrix(row, column)));
-      }
-    }
-    return *this;
-  }
-  Digest& add(const Pose& pose) { return add(pose.position).add(pose.orientation.coeffs()); }
-  Digest& add(const std::vector<Vector3>& points) {
-    for (const Vector3& point : points) add(point);
-    return *this;
-  }
-  Digest& add(const std::vector<Triangle>& triangles) {
-    for (const Triangle& triangle : triangles) {
-      for (const std::uint32_t corner : triangle) add_number(corner, 4);
-    }
-    return *this;
-  }
+std::string text_of(const Digest& digest) {
+  return fmt::format("{:04x}", digest.value());
+}
 
-  std::string text() const {
-    return fmt::format("{:04x}", (hash_ ^ hash_ >> 16 ^ hash_ >> 32 ^ hash_ >> 48) & 0xffff);
-  }
+void add_pose(Digest& digest, const Pose& pose) {
+  digest.add(pose.position, pose.orientation.coeffs());
+}
 
- private:
-  std::uint64_t hash_ = fnv1a_start;
-};
-
-void add_shape(Digest& digest, const Shape& shape) {
-  digest.add_number(shape.index(), 1);
+void add_shape(Digest& digest, const Collider& collider) {
+  digest.add(static_cast<std::uint8_t>(collider.shape.index()));
   std::visit(
-      [&](const auto& of) {
-        using Kind = std::decay_t<decltype(of)>;
+      [&](const auto& shape) {
+        using Kind = std::decay_t<decltype(shape)>;
         if constexpr (std::is_same_v<Kind, Sphere>) {
-          digest.add(of.radius);
+          digest.add(shape.radius);
         } else if constexpr (std::is_same_v<Kind, Capsule>) {
-          digest.add(of.half_length).add(of.radius);
+          digest.add(shape.half_length, shape.radius);
         } else if constexpr (std::is_same_v<Kind, Cylinder>) {
-          digest.add(of.half_height).add(of.radius_bottom).add(of.radius_top);
+          digest.add(shape.half_height, shape.radius_bottom, shape.radius_top);
         } else if constexpr (std::is_same_v<Kind, TaperedCapsule>) {
-          digest.add(of.half_length).add(of.radius_bottom).add(of.radius_top);
+          digest.add(shape.half_length, shape.radius_bottom, shape.radius_top);
         } else if constexpr (std::is_same_v<Kind, Polytope>) {
-          digest.add(of.vertices);
+          digest.add(shape.vertices);
         } else if constexpr (std::is_same_v<Kind, TriangleMesh>) {
-          digest.add(of.vertices).add(of.triangles).add_number(of.two_sided ? 1 : 0, 1);
+          digest.add(shape.vertices, shape.triangles, shape.two_sided);
         }
       },
-      shape);
+      collider.shape);
+  add_pose(digest, collider.placement);
 }
 
 void add_contact(Digest& digest, const Collider& collider) {
   const ContactMaterial& m = collider.material;
-  digest.add(m.static_friction).add(m.dynamic_friction).add(m.restitution);
-  digest.add_number(static_cast<std::uint64_t>(m.friction_combine), 1);
-  digest.add_number(static_cast<std::uint64_t>(m.restitution_combine), 1);
-  digest.add_number(collider.member, 8).add_number(collider.collides_with, 8);
-  digest.add_number(collider.in_no_system ? 1 : 0, 1);
+  digest.add(m.static_friction, m.dynamic_friction, m.restitution, m.friction_combine, m.restitution_combine);
+  digest.add(collider.member, collider.collides_with, collider.in_no_system);
 }
 
 std::string joint_digest(const Joint& joint) {
   Digest digest;
-  digest.add_number(static_cast<std::uint64_t>(joint.body_a), 4);
-  digest.add_number(static_cast<std::uint64_t>(joint.body_b), 4);
-  digest.add(joint.frame_a).add(joint.frame_b).add_number(joint.enable_collision ? 1 : 0, 1);
-  for (const int collider : joint.silent_colliders)
-    digest.add_number(static_cast<std::uint64_t>(collider), 4);
+  digest.add(joint.body_a, joint.body_b);
+  add_pose(digest, joint.frame_a);
+  add_pose(digest, joint.frame_b);
+  digest.add(joint.enable_collision, joint.silent_colliders);
   for (const JointLimit& limit : joint.limits) {
-    digest.add_number(limit.angular ? 1 : 0, 1).add(limit.min).add(limit.max).add(limit.damping);
-    for (const bool axis : limit.axes) digest.add_number(axis ? 1 : 0, 1);
+    digest.add(limit.angular, limit.min, limit.max, limit.damping, limit.axes);
     digest.add(limit.stiffness.value_or(-1));
   }
   for (const JointDrive& drive : joint.drives) {
-    digest.add_number(drive.angular ? 1 : 0, 1).add_number(drive.acceleration ? 1 : 0, 1);
-    digest.add_number(static_cast<std::uint64_t>(drive.axis), 1).add(drive.max_force);
-    digest.add(drive.position_target).add(drive.velocity_target).add(drive.stiffness).add(drive.damping);
+    digest.add(drive.angular, drive.acceleration, static_cast<std::uint8_t>(drive.axis), drive.max_force);
+    digest.add(drive.position_target, drive.velocity_target, drive.stiffness, drive.damping);
   }
-  return digest.text();
+  return text_of(digest);
 }
 
-/// Nothing for a surface that has no more than its colour and finish.
+/// Adds nothing for a surface that has no more than its colour and finish.
 void add_appearance(Digest& digest, const Scene& scene, const Surface& surface, const VertexLooks& looks) {
   const bool shines = std::ranges::any_of(surface.emission, [](double level) { return level > 0; });
-  if (shines) digest.add(surface.emission[0]).add(surface.emission[1]).add(surface.emission[2]);
-  if (surface.is_unlit) digest.add_number(1, 1);
+  if (shines) digest.add(surface.emission);
+  if (surface.is_unlit) digest.add(true);
   if (surface.opacity != Surface::Opacity::opaque) {
-    digest.add_number(static_cast<std::uint64_t>(surface.opacity), 1).add(surface.alpha).add(surface.cut_off);
+    digest.add(surface.opacity, surface.alpha, surface.cut_off);
   }
   for (const Texture& texture : surface.textures) {
     if (texture.image < 0) continue;
-    digest.add_number(fnv1a(*scene.images[static_cast<std::size_t>(texture.image)].bytes), 8);
-    digest.add(texture.turn).add(texture.offset);
-    for (const auto& place : looks.texture_coordinates[static_cast<std::size_t>(texture.coordinates)]) {
-      digest.add(place[0]).add(place[1]);
-    }
+    digest.add(fnv1a(*scene.images[static_cast<std::size_t>(texture.image)].bytes));
+    digest.add(texture.turn, texture.offset);
+    digest.add(looks.texture_coordinates[static_cast<std::size_t>(texture.coordinates)]);
   }
-  for (const auto& color : looks.colors) {
-    for (const float level : color) digest.add(level);
-  }
+  digest.add(looks.colors);
 }
 
 void add_visual(Digest& digest, const Scene& scene, const Visual& visual) {
   const Mesh& mesh = scene.meshes[static_cast<std::size_t>(visual.mesh)];
-  digest.add(mesh.positions).add(mesh.normals).add(mesh.triangles);
-  digest.add(visual.linear).add(visual.translation);
+  digest.add(mesh.positions, mesh.normals, mesh.triangles, visual.linear, visual.translation);
   if (mesh.surface < 0) return;
   const Surface& surface = scene.surfaces[static_cast<std::size_t>(mesh.surface)];
-  for (const double level : surface.base_color) digest.add(level);
-  digest.add(surface.metallic).add(surface.roughness);
+  digest.add(surface.base_color, surface.metallic, surface.roughness);
   add_appearance(digest, scene, surface, mesh.looks);
 }
 
-/// The digests of all bodies, made by `add(digest, index)`.
+/// Returns the digests of all bodies, made by `add(digest, index)`.
 template <typename Add>
 std::string of_bodies(const Scene& scene, Add&& add) {
   std::string text;
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     Digest digest;
-    add(digest, static_cast<int>(i));
-    text += digest.text();
+    add(digest, i);
+    text += text_of(digest);
   }
   return text;
 }
 
-const Body& body_of(const Scene& scene, int body) {
-  return scene.bodies[static_cast<std::size_t>(body)];
+/// Returns the digests of all bodies, made by `add(digest, member)` of a body's colliders or visuals.
+template <typename Member, typename Add>
+std::string of_members(const Scene& scene, const std::vector<Member>& members, Add&& add) {
+  return of_bodies(scene, [&](Digest& digest, std::size_t i) {
+    for (const Member& member : members) {
+      if (member.body == static_cast<int>(i)) add(digest, member);
+    }
+  });
 }
 
 std::string light_and_camera(const Scene& scene) {
   Digest camera;
-  if (scene.camera) camera.add(scene.camera->pose).add(scene.camera->vertical_field_of_view);
+  if (scene.camera) {
+    add_pose(camera, scene.camera->pose);
+    camera.add(scene.camera->vertical_field_of_view);
+  }
   Digest light;
-  if (scene.sun) {
-    light.add(scene.sun->direction).add(scene.sun->illuminance);
-    for (const double level : scene.sun->color) light.add(level);
-  }
+  if (scene.sun) light.add(scene.sun->direction, scene.sun->illuminance, scene.sun->color);
   for (const Light& other : scene.lights) {
-    light.add(other.position).add(other.direction).add(other.intensity);
-    for (const double level : other.color) light.add(level);
+    light.add(other.position, other.direction, other.intensity, other.color);
   }
-  return camera.text() + light.text();
+  return text_of(camera) + text_of(light);
 }
 
 /// A kind of part: its key in the sidecar, how it is called, and what it bears on.
@@ -192,7 +152,7 @@ std::string listed(const std::vector<std::string>& names) {
                      names.size() - most);
 }
 
-/// Which of the digests in two strings of equal length differ, by name.
+/// Returns the names of the digests that differ between two strings of equal length.
 std::vector<std::string> differing(const std::string& noted, const std::string& here,
                                    const std::vector<std::string>& names) {
   std::vector<std::string> result;
@@ -255,35 +215,22 @@ void compare_names(const std::vector<std::string>& before, const std::vector<std
 
 Json scene_parts(const Scene& scene) {
   Json parts;
-  Digest world;
-  world.add(scene.gravity).add(scene.step).add_number(scene.gyroscopic ? 1 : 0, 1);
-  parts["world"] = world.text();
+  parts["world"] = text_of(Digest().add(scene.gravity, scene.step, scene.gyroscopic));
   parts["view"] = light_and_camera(scene);
-  parts["mass"] = of_bodies(scene, [&](Digest& digest, int i) {
-    const Body& body = body_of(scene, i);
-    digest.add(body.inverse_mass).add(body.inverse_inertia).add(body.gravity_factor);
+  parts["mass"] = of_bodies(scene, [&](Digest& digest, std::size_t i) {
+    const Body& body = scene.bodies[i];
+    digest.add(body.inverse_mass, body.inverse_inertia, body.gravity_factor);
   });
-  parts["start"] = of_bodies(scene, [&](Digest& digest, int i) {
-    const Body& body = body_of(scene, i);
-    digest.add(body.body_from_node).add(body.pose).add(body.linear_velocity).add(body.angular_velocity);
+  parts["start"] = of_bodies(scene, [&](Digest& digest, std::size_t i) {
+    const Body& body = scene.bodies[i];
+    add_pose(digest, body.body_from_node);
+    add_pose(digest, body.pose);
+    digest.add(body.linear_velocity, body.angular_velocity);
   });
-  const auto of_colliders = [&](auto&& add) {
-    return of_bodies(scene, [&](Digest& digest, int i) {
-      for (const Collider& collider : scene.colliders) {
-        if (collider.body == i) add(digest, collider);
-      }
-    });
-  };
-  parts["shapes"] = of_colliders([](Digest& digest, const Collider& collider) {
-    add_shape(digest, collider.shape);
-    digest.add(collider.placement);
-  });
-  parts["contact"] = of_colliders(add_contact);
-  parts["drawn"] = of_bodies(scene, [&](Digest& digest, int i) {
-    for (const Visual& visual : scene.visuals) {
-      if (visual.body == i) add_visual(digest, scene, visual);
-    }
-  });
+  parts["shapes"] = of_members(scene, scene.colliders, add_shape);
+  parts["contact"] = of_members(scene, scene.colliders, add_contact);
+  parts["drawn"] = of_members(
+      scene, scene.visuals, [&](Digest& digest, const Visual& visual) { add_visual(digest, scene, visual); });
   std::string joints;
   for (const Joint& joint : scene.joints) joints += joint_digest(joint);
   parts["joints"] = joints;

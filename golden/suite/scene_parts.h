@@ -1,6 +1,6 @@
 #pragma once
-/// What a scene is made of, as digests that stand in a case's sidecar: so that of two scenes it can be said
-/// which part of which body is another.
+/// Digests of a scene's parts, kept in a case's sidecar: they tell which part of which body differs between
+/// two scenes.
 
 #include <nlohmann/json.hpp>
 #include <string>
@@ -10,11 +10,11 @@
 
 namespace substep::golden {
 
-/// Of the scene as loaded: four hexadecimal digits a body (a joint) and part. Bodies follow each other as in
-/// Scene::bodies.
+/// Returns four hexadecimal digits for each part of each body and joint of the scene as loaded, in the order
+/// of Scene::bodies.
 nlohmann::ordered_json scene_parts(const Scene& scene);
 
-/// What differs of a scene from the one whose parts were noted.
+/// The differences between a scene and the noted parts of another.
 struct SceneDifference {
   bool moves = false;     ///< something that motion depends on differs
   bool is_drawn = false;  ///< something that is drawn differs

@@ -132,7 +132,7 @@ std::string provenance_differences(const Sidecar& sidecar, const MadeWith& here)
   if (!sidecar.is_there) return text;
   const Json mine = to_json(here);
   for (const char* key : {"renderer", "compiler", "processor"}) {
-    // Nothing was drawn where only poses were checked.
+    // A suite without pictures has no renderer.
     const auto here_too = mine.at(key).get<std::string>();
     const std::string golden = sidecar.made_with.value(key, std::string());
     if (golden == here_too || here_too.empty()) continue;

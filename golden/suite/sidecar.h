@@ -1,6 +1,6 @@
 #pragma once
-/// What stands beside a case's goldens: what they were made with, what they show, when and why they were
-/// approved. It explains, and says whose fault a failure is; it never makes a case fail.
+/// The sidecar of a case: provenance of its goldens, what they show, and when and why they were approved. It
+/// explains a failure and never makes a case fail.
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -52,11 +52,11 @@ struct ApprovableRun {
   std::string track_hash;
 };
 
-/// What the goldens of a case were made with. `pictures` are those of entry.images.
+/// Returns the sidecar of goldens made here. `pictures` are those of entry.images.
 nlohmann::ordered_json make_sidecar(const SuiteCase& entry, const ApprovableRun& run, const Scene& scene,
                                     std::span<const ApprovablePicture> pictures, const MadeWith& made_with);
 
-/// As it stands in the file.
+/// Returns the sidecar's file as text.
 std::string sidecar_text(const nlohmann::ordered_json& sidecar);
 
 nlohmann::ordered_json to_json(const MadeWith& made_with);

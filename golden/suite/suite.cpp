@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cctype>
 #include <set>
 #include <string_view>
 
@@ -203,14 +204,14 @@ class Reader : private TomlValues {
     if (scene == nullptr) fail(table, "[[case]] without a 'scene'");
     const fs::path scene_file = text(*scene, "scene");
     const std::string scene_name = scene_file.stem().string();
-    if (!is_name(scene_name)) {
+    if (!is_case_name(scene_name)) {
       fail(*scene,
            fmt::format("scene '{}': its name must be of letters, digits, _ and -", scene_file.string()));
     }
     std::string variant;
     if (const auto* node = table.get("variant")) {
       variant = text(*node, "variant");
-      if (!is_name(variant)) fail(*node, "'variant' must be of letters, digits, _ and -");
+      if (!is_case_name(variant)) fail(*node, "'variant' must be of letters, digits, _ and -");
     }
     for (const int frame : plan.images) {
       if (frame > plan.frames || (frame % plan.full_every != 0 && frame != plan.frames)) {
@@ -252,13 +253,6 @@ class Reader : private TomlValues {
     result.sidecar = folder / "images" / scene_name / (slug + ".json");
   }
 
-  static bool is_name(std::string_view name) {
-    return !name.empty() && name.front() != '-' && std::all_of(name.begin(), name.end(), [](char c) {
-      return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
-             c == '-';
-    });
-  }
-
   std::set<std::string> names_;
 };
 
@@ -276,6 +270,12 @@ Settings SuiteCase::settings_for(const Scene& of_case) const {
 fs::path SuiteCase::image_file(int frame) const {
   fs::path file = sidecar;
   return file.replace_extension(fmt::format(".f{:04}.png", frame));
+}
+
+bool is_case_name(std::string_view name) {
+  return !name.empty() && name.front() != '-' && std::ranges::all_of(name, [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '_' || c == '-';
+  });
 }
 
 fs::path suite_file(const fs::path& named) {

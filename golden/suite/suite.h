@@ -77,7 +77,10 @@ struct Suite {
   std::filesystem::path folder() const { return file.parent_path(); }
 };
 
-/// `named`, or its suite.toml where that is a folder.
+/// Returns true for letters, digits, _ and - that do not begin with -: names of scenes and variants.
+bool is_case_name(std::string_view name);
+
+/// Returns `named`, or its suite.toml where that is a folder.
 std::filesystem::path suite_file(const std::filesystem::path& named);
 
 /// `file` may also be a folder, see suite_file(). Throws Error with file and line for anything that is

@@ -144,7 +144,7 @@ void measure_scene(const MeasureOptions& options) {
     if (options.equal_rows && algorithm == Algorithm::a2) {
       Settings& swept = measurement.runs.back().settings;
       const Settings in_steps = in_small_steps(swept);
-      // As many in the step, which taut joints may divide.
+      // Count the step's parts, which taut joints may divide.
       swept.iterations = std::max(1, swept.iterations / Simulation(scene, swept).equal_parts());
       measurement.runs.push_back({in_steps, {}, {}});
     }

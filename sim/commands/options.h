@@ -29,7 +29,7 @@ struct ImageSize {
 /// "1280x720". Throws Error.
 ImageSize image_size_in(const std::string& text);
 
-/// How to solve, as typed: --algorithm, --step and --substeps, and --set for all fields of Settings.
+/// Settings of solving as typed: --algorithm, --step and --substeps, and --set for all fields of Settings.
 class SolverOptions {
  public:
   std::optional<std::string> duration;
@@ -42,7 +42,7 @@ class SolverOptions {
   /// Adds --algorithm, to commands that run one.
   void add_algorithm_to(CLI::App& command);
 
-  /// Whether the field was typed. Throws Error where --set cannot be read.
+  /// Returns true where the field was typed. Throws Error where --set cannot be read.
   bool has(std::string_view field) const;
   /// Sets what was typed. Throws Error naming what cannot be used.
   void apply_to(Settings& settings) const;

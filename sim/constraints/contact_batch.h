@@ -31,8 +31,8 @@ struct LaneVectors {
   const Lanes& operator[](int k) const { return component[k]; }
 };
 
-/// How contacts are solved in A2 to A5 where the report does not say. Both options are on by default; an
-/// ablation switches one off.
+/// The options of solving contacts in A2 to A5 where the report does not say. Both options are on by default;
+/// an ablation switches one off.
 struct ContactReading {
   bool limits_over_step = true;  ///< λ's limits hold for the impulse of the step, not of a sub-step
   bool far_first = true;         ///< a sweep ends at what cannot move; else it has the order of the file

@@ -73,10 +73,10 @@ void share_directions(const Contact& from, Contact& to) {
 /// sixth of its angle squared.
 constexpr double same_place = 0.02;
 
-/// Of the smaller shape, and rad: a patch whose bodies have moved by less is kept.
+/// Motion of the bodies below which a patch is kept, relative to the smaller shape, and rad.
 constexpr double barely_moved = 1e-3;
 
-/// Of the smaller shape: points are looked for that much farther away, so that a patch can be kept.
+/// Extra distance at which points are found so that a patch can be kept, relative to the smaller shape.
 constexpr double spare_margin = 2e-3;
 
 /// Of the bodies' speeds: what approaches more slowly has met already.

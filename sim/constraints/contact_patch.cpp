@@ -7,11 +7,12 @@
 namespace substep {
 namespace {
 
-/// Of the patch's radius: a manifold with a gap farther than this from the plane through all is not flat. A
-/// step may be taken in short parts, in which what a gap is wrong by becomes a fast velocity.
+/// Flatness, relative to the patch's radius: a manifold with a gap farther than this from the plane through
+/// all is not flat. A step may be taken in short parts, in which what a gap is wrong by becomes a fast
+/// velocity.
 constexpr double flatness = 1e-10;
 
-/// Of the patch's radius, the distance from a side within which a corner is left out.
+/// Distance from a side within which a corner is left out, relative to the patch's radius.
 constexpr double collinear = 1e-6;
 
 /// Normal equations of planes through values at a manifold's points.

@@ -22,7 +22,7 @@ namespace substep {
 std::optional<PatchShape> patch_shape(const Contact* contacts, int count, const Coordinates& a,
                                       const Coordinates& b);
 
-/// Of a at a patch's centre, relative to b, along the axes.
+/// Velocity of a at a patch's centre, relative to b, along the axes.
 struct RelativeMotion {
   LaneVectors linear;
   LaneVectors angular;
@@ -70,7 +70,7 @@ struct RelativeMotion {
   return {{motion.linear[1], motion.linear[2], motion.angular[0]}};
 }
 
-/// Whether a patch goes on sliding, and no displacement is to be taken back: 1 or 0.
+/// Returns 1 where a patch continues to slide and no displacement is to be restored, otherwise 0.
 [[gnu::always_inline]] inline Lanes keeps_sliding(const Patch& patch) {
   return patch.slides * patch.slid;
 }

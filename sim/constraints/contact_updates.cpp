@@ -187,7 +187,7 @@ void start_impact(NormalRow& normal, RestitutionRow& row, const Lanes& gap, cons
   row.velocity = choose(meets, after, let_through);
 }
 
-/// What a patch that slides has given is spent, so that its friction can turn with the slip.
+/// Spends what a sliding patch has been displaced by, so that its friction can turn with the slip.
 void start_slide(Patch& patch) {
   const auto lets_go = keeps_sliding(patch) > all(0);
   for (int k = 0; k < 3; ++k) patch.origin[k] = choose(lets_go, patch.impulse[k], patch.origin[k]);

@@ -1,5 +1,5 @@
 #pragma once
-/// How stiff the impulses of taut joints make bodies in the transverse direction.
+/// Computes how stiff the impulses of taut joints make bodies in the transverse direction.
 
 #include <vector>
 

@@ -263,29 +263,6 @@ void read_end(Reader& reader, PoseLog& log) {
   }
 }
 
-struct BodyDifference {
-  char axis = ' ';
-  double position = 0;     ///< largest of the three
-  double orientation = 0;  ///< rad
-};
-
-BodyDifference difference(const Coordinates& a, const Coordinates& b) {
-  BodyDifference result;
-  const Vector3 offset = (a.linear - b.linear).cwiseAbs();
-  Eigen::Index axis = 0;
-  result.position = offset.maxCoeff(&axis);
-  // From the vector part: the angle between nearly equal quaternions keeps its digits.
-  const Quaternion between = a.angular.conjugate() * b.angular;
-  result.orientation = 2 * std::atan2(between.vec().norm(), std::abs(between.w()));
-  if (a.angular.coeffs() == b.angular.coeffs()) result.orientation = 0;
-  if (result.position > 0) {
-    result.axis = "xyz"[axis];
-  } else if (result.orientation > 0) {
-    result.axis = 'r';
-  }
-  return result;
-}
-
 std::string header_differences(const PoseLog& expected, const PoseLog& actual) {
   std::string result;
   const auto line = [&result](std::string_view what, const auto& a, const auto& b) {
@@ -456,8 +433,28 @@ WrittenRun record_to(const std::filesystem::path& file, Simulation& simulation, 
   return result;
 }
 
+BodyDifference difference(const Coordinates& a, const Coordinates& b) {
+  BodyDifference result;
+  const Vector3 offset = (a.linear - b.linear).cwiseAbs();
+  Eigen::Index axis = 0;
+  result.position = offset.maxCoeff(&axis);
+  // From the vector part: the angle between nearly equal quaternions keeps its digits.
+  const Quaternion between = a.angular.conjugate() * b.angular;
+  result.orientation = 2 * std::atan2(between.vec().norm(), std::abs(between.w()));
+  if (a.angular.coeffs() == b.angular.coeffs() || a.angular.coeffs() == -b.angular.coeffs()) {
+    result.orientation = 0;
+  }
+  if (result.position > 0) {
+    result.axis = "xyz"[axis];
+  } else if (result.orientation > 0) {
+    result.axis = 'r';
+  }
+  return result;
+}
+
 PoseDifference compare(const PoseLog& expected, const PoseLog& actual) {
   PoseDifference result;
+  BodyDifference largest;  // in the first full frame
   result.headers = header_differences(expected, actual);
   const std::size_t common = std::min(expected.frames.size(), actual.frames.size());
   for (std::size_t k = 0; k < common; ++k) {
@@ -474,18 +471,14 @@ PoseDifference compare(const PoseLog& expected, const PoseLog& actual) {
       const BodyDifference found = difference(a.poses[body], b.poses[body]);
       result.largest_position = std::max(result.largest_position, found.position);
       result.largest_orientation = std::max(result.largest_orientation, found.orientation);
-      // A position weighs more than an orientation: a turned ball can look the same.
-      const double size = found.axis == 'r' ? found.orientation : found.position;
-      const bool larger = (result.axis == ' ' && found.axis != ' ') ||
-                          (result.axis == 'r' && found.axis != 'r' && found.axis != ' ') ||
-                          ((result.axis == 'r') == (found.axis == 'r') && size > result.size);
-      if (first_full && larger) {
+      if (first_full && found.is_larger_than(largest)) {
+        largest = found;
         result.body = static_cast<int>(body);
-        result.axis = found.axis;
-        result.size = size;
       }
     }
   }
+  result.axis = largest.axis;
+  result.size = largest.size();
   if (result.first_frame < 0 && expected.frames.size() != actual.frames.size()) {
     result.first_frame = static_cast<int>(common);
   }

@@ -83,6 +83,22 @@ struct WrittenRun {
 WrittenRun record_to(const std::filesystem::path& file, Simulation& simulation, int frames, int full_every,
                      const AfterFrame& after_frame = {});
 
+/// The difference of two poses of a body.
+struct BodyDifference {
+  char axis = ' ';         ///< 'x' 'y' 'z' of position, 'r' for orientation; ' ' where the poses are equal
+  double position = 0;     ///< m, the largest of the three
+  double orientation = 0;  ///< rad
+
+  double size() const { return axis == 'r' ? orientation : position; }
+  /// Compares positions first: a turned ball can look the same.
+  bool is_larger_than(const BodyDifference& other) const {
+    return position != other.position ? position > other.position : orientation > other.orientation;
+  }
+};
+
+/// Orientations that are equal up to the sign of their quaternions are equal.
+BodyDifference difference(const Coordinates& a, const Coordinates& b);
+
 /// The first frame whose hashes differ, and there the body and quantity that differ most.
 struct PoseDifference {
   int first_frame = -1;  ///< first frame with other hashes, or that one log lacks; −1: none

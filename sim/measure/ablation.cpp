@@ -41,7 +41,7 @@ class Experiment {
     Substeps& substeps = problem.substeps;
     substeps.bias_at_next_frame = approximations_.exact_bias();
     stepped_ = q;
-    keep(first_, c);
+    first_ = c;
     set_zero(work.sum);
     clear_impulses(c);
     for (int j = 1; j <= n; ++j) {
@@ -75,54 +75,14 @@ class Experiment {
   }
 
  private:
-  /// What a formulation overwrites.
-  struct Kept {
-    std::vector<Row> rows;
-    std::vector<Matrix3> effective_masses;
-    std::vector<NormalRow> normals;
-    std::vector<FrictionRows> frictions;
-    std::vector<TouchingPoint> touching;
-    std::vector<ContactDirections> directions;
-    std::vector<Coupling> couplings;
-    std::vector<Patch> patches;
-    std::vector<PatchCorner> patch_corners;
-    std::vector<RestitutionRow> restitutions;
-  };
-
-  static void keep(Kept& kept, const Constraints& c) {
-    kept.rows = c.rows;
-    kept.effective_masses = c.effective_masses;
-    kept.normals = c.contacts.normals;
-    kept.frictions = c.contacts.frictions;
-    kept.touching = c.contacts.touching;
-    kept.directions = c.contacts.directions;
-    kept.couplings = c.contacts.couplings;
-    kept.patches = c.contacts.patches;
-    kept.patch_corners = c.contacts.patch_corners;
-    kept.restitutions = c.contacts.restitutions;
-  }
-
-  static void swap(Kept& kept, Constraints& c) {
-    std::swap(kept.rows, c.rows);
-    std::swap(kept.effective_masses, c.effective_masses);
-    std::swap(kept.normals, c.contacts.normals);
-    std::swap(kept.frictions, c.contacts.frictions);
-    std::swap(kept.touching, c.contacts.touching);
-    std::swap(kept.directions, c.contacts.directions);
-    std::swap(kept.couplings, c.contacts.couplings);
-    std::swap(kept.patches, c.contacts.patches);
-    std::swap(kept.patch_corners, c.contacts.patch_corners);
-    std::swap(kept.restitutions, c.contacts.restitutions);
-  }
-
   /// Lines 15 and 16: J̆ʲ⁺¹ and βʲ⁺¹, each exact or not.
   void step_problem(Problem& problem, double hs, const VelocityVector& v_local, const VelocityVector& sum) {
     Constraints& c = problem.c;
     if (approximations_.bias_update) update_biases(problem, v_local);
-    keep(before_, c);
+    before_ = c;
     formulate(problem, stepped_, hs);
     if (approximations_.frozen_jacobian) {
-      swap(before_, c);
+      std::swap(before_, c);
       if (approximations_.exact_bias()) take_biases(before_, c);
     } else if (approximations_.bias_update) {
       take_biases(before_, c);
@@ -133,52 +93,40 @@ class Experiment {
     }
   }
 
-  static void take_biases(const Kept& from, Constraints& c) {
+  static void take_biases(const Constraints& from, Constraints& c) {
     for (std::size_t i = 0; i < c.rows.size(); ++i) c.rows[i].beta = from.rows[i].beta;
-    for (std::size_t i = 0; i < from.normals.size(); ++i) {
-      c.contacts.normals[i].row.beta = from.normals[i].row.beta;
+    ContactBatches& contacts = c.contacts;
+    for (std::size_t i = 0; i < contacts.normals.size(); ++i) {
+      contacts.normals[i].row.beta = from.contacts.normals[i].row.beta;
     }
-    for (std::size_t i = 0; i < from.frictions.size(); ++i) {
-      FrictionRows& rows = c.contacts.frictions[i];
+    for (std::size_t i = 0; i < contacts.frictions.size(); ++i) {
       for (int k = 0; k < 2; ++k) {
-        rows.row[k].beta = from.frictions[i].row[k].beta;
-        rows.reference[k] = from.frictions[i].reference[k];
+        contacts.frictions[i].row[k].beta = from.contacts.frictions[i].row[k].beta;
+        contacts.frictions[i].reference[k] = from.contacts.frictions[i].reference[k];
       }
     }
-    for (std::size_t i = 0; i < from.patches.size(); ++i) {
-      Patch& patch = c.contacts.patches[i];
-      patch.normal_beta = from.patches[i].normal_beta;
-      patch.beta = from.patches[i].beta;
-      patch.reference = from.patches[i].reference;
+    for (std::size_t i = 0; i < contacts.patches.size(); ++i) {
+      contacts.patches[i].normal_beta = from.contacts.patches[i].normal_beta;
+      contacts.patches[i].beta = from.contacts.patches[i].beta;
+      contacts.patches[i].reference = from.contacts.patches[i].reference;
     }
     // A displacement is that of the points that it was followed to.
-    c.contacts.touching = from.touching;
+    contacts.touching = from.contacts.touching;
   }
 
   Approximations approximations_;
   CoordinateVector stepped_;
-  Kept first_;   ///< J̆¹, β¹
-  Kept before_;  ///< of the sub-step that ends
+  Constraints first_;   ///< with J̆¹, β¹
+  Constraints before_;  ///< of the sub-step that ends
 };
 
 }  // namespace
 
 std::string_view name(Approximation approximation) {
-  switch (approximation) {
-    case Approximation::exact:
-      return "none (A3)";
-    case Approximation::bias_update:
-      return "bias update";
-    case Approximation::frozen_jacobian:
-      return "frozen Jacobian";
-    case Approximation::summed_rotation:
-      return "summed rotation";
-    case Approximation::current_jacobian_bias:
-      return "current Jacobian in the bias";
-    case Approximation::all_of_a4:
-      break;
-  }
-  return "all of A4's";
+  constexpr std::array<std::string_view, approximations.size()> names{
+      "none (A3)",  "bias update", "frozen Jacobian", "summed rotation", "current Jacobian in the bias",
+      "all of A4's"};
+  return names[static_cast<std::size_t>(approximation)];
 }
 
 Procedure ablation_procedure(Approximation approximation) {
@@ -186,15 +134,9 @@ Procedure ablation_procedure(Approximation approximation) {
 }
 
 std::string_view name(ContactAblation approximation) {
-  switch (approximation) {
-    case ContactAblation::none:
-      return "none (A5)";
-    case ContactAblation::limits_by_substep:
-      return "limits by sub-step";
-    case ContactAblation::file_order:
-      break;
-  }
-  return "order of the file";
+  constexpr std::array<std::string_view, contact_ablations.size()> names{"none (A5)", "limits by sub-step",
+                                                                         "order of the file"};
+  return names[static_cast<std::size_t>(approximation)];
 }
 
 ContactReading contact_reading(ContactAblation approximation) {

@@ -11,7 +11,7 @@
 
 namespace substep {
 
-/// Which of A4's and A5's approximations stands in A3's place.
+/// The approximation of A4 or A5 that is switched on in A3.
 enum class Approximation {
   exact,                  ///< none: A3
   bias_update,            ///< proc4:16, βʲ⁺¹ = βʲ − J̆ʲ v̆ʲ, with J̆ʲ exact
@@ -32,7 +32,7 @@ std::string_view name(Approximation approximation);
 /// Jacobian anew in all approximations, as in A4.
 Procedure ablation_procedure(Approximation approximation);
 
-/// Which option of ContactReading is switched off.
+/// The option of ContactReading that is switched off.
 enum class ContactAblation {
   none,               ///< A5
   limits_by_substep,  ///< λ's limits hold for a sub-step's impulse

@@ -7,7 +7,6 @@
 
 #include "sim/math/rotation.h"
 #include "sim/measure/claims_measurement.h"
-#include "sim/measure/claims_sentences.h"
 #include "sim/measure/small_step_xpbd.h"
 
 namespace substep::claims {
@@ -181,7 +180,7 @@ Claim claim9(Measurement&) {
   std::vector<double> commuting;
   std::vector<double> adding;
   for (int k = 4; k <= 10; ++k) {
-    Numbers numbers(1);
+    RandomNumbers numbers(1);
     double order = 0;
     double sum = 0;
     for (int i = 0; i < 200; ++i) {

@@ -1,6 +1,8 @@
 #include "sim/measure/claims_measurement.h"
 
 #include <fmt/format.h>
+#include <algorithm>
+#include <chrono>
 
 #include "sim/algorithms.h"
 #include "sim/loading/load_scene.h"
@@ -46,7 +48,7 @@ MeasuredRun undivided_run(const Scene& scene, const Settings& settings, double d
 }
 
 Scene disturbed(Scene scene, std::uint32_t seed, double amount) {
-  Numbers numbers(seed);
+  RandomNumbers numbers(seed);
   for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
     Body& body = scene.bodies[i];
     if (body.inverse_mass == 0) continue;
@@ -103,7 +105,7 @@ Measurement::Measurement(const std::filesystem::path& folder) : folder_(folder) 
 const Reference& Measurement::reference(const std::string& name) {
   const auto found = references_.find(name);
   if (found != references_.end()) return found->second;
-  // What stands still has no step's error.
+  // Bodies that stand still have no error that smaller steps reduce.
   const bool stands = name == "stone_pyramid" || name == "card_house";
   return references_[name] = reference_run(scene(name), horizon, stands ? 4 : 128);
 }
@@ -115,6 +117,33 @@ MeasuredRun Measurement::run(const std::string& name, Algorithm algorithm, int n
 
 double Measurement::error(const std::string& name, Algorithm algorithm, int n, int m, Joints joints) {
   return error_of(run(name, algorithm, n, m, joints), reference(name));
+}
+
+std::vector<std::vector<double>> solver_times(const Scene& scene, const std::vector<Settings>& all,
+                                              const std::vector<Procedure>& procedures, int steps) {
+  std::vector<std::vector<double>> times(all.size());
+  std::vector<Simulation> simulations;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const auto timed = [&times, k, procedure = procedures[k]](CoordinateVector& q, VelocityVector& v,
+                                                              const Settings& settings, Problem& problem,
+                                                              Work& work) {
+      using Clock = std::chrono::steady_clock;
+      const Clock::time_point start = Clock::now();
+      procedure(q, v, settings, problem, work);
+      times[k].push_back(std::chrono::duration<double>(Clock::now() - start).count());
+    };
+    simulations.emplace_back(scene, all[k], timed);
+  }
+  for (int i = 0; i < steps; ++i) {
+    for (Simulation& simulation : simulations) simulation.step();
+  }
+  return times;
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
 }
 
 }  // namespace substep::claims

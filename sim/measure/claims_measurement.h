@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "sim/constraints/formulate.h"
 #include "sim/measure/claims.h"
 #include "sim/measure/measured_run.h"
+#include "sim/simulation.h"
 
 namespace substep::claims {
 
@@ -23,13 +25,10 @@ Settings settings_of(const Scene& scene, Algorithm algorithm, int n, int m, Join
 MeasuredRun undivided_run(const Scene& scene, const Settings& settings, double duration);
 
 /// Numbers in [−1, 1], the same in every run.
-class Numbers {
+class RandomNumbers {
  public:
-  explicit Numbers(std::uint32_t seed) : seed_(seed) {}
-  double next() {
-    seed_ = seed_ * 1664525u + 1013904223u;
-    return static_cast<double>(seed_ >> 8) / 8388608.0 - 1;
-  }
+  explicit RandomNumbers(std::uint32_t seed) : engine_(seed) {}
+  double next() { return static_cast<double>(engine_() >> 8) / 8388608.0 - 1; }
   Vector3 next_vector() {
     const double x = next();
     const double y = next();
@@ -37,7 +36,7 @@ class Numbers {
   }
 
  private:
-  std::uint32_t seed_;
+  std::linear_congruential_engine<std::uint32_t, 1664525, 1013904223, 0> engine_;
 };
 
 /// Turns every body and gives it velocities, both at random; joints are then violated.
@@ -83,6 +82,17 @@ class Measurement {
   std::map<std::string, Reference> references_;
 };
 
+/// Returns number, section, sentence and settings of a claim, without figures and cases. 1 to 14 are the
+/// report's, 15 and 16 are ours.
+Claim unmeasured_claim(int number);
+
+/// Returns the time of the solver alone (s3, s4) in each step, s, of several procedures that step in turn.
+/// Times differ from run to run.
+std::vector<std::vector<double>> solver_times(const Scene& scene, const std::vector<Settings>& all,
+                                              const std::vector<Procedure>& procedures, int steps);
+
+double median(std::vector<double> values);
+
 // claims_exactness.cpp
 Claim claim1(Measurement& measurement);
 Claim claim2(Measurement& measurement);
@@ -98,10 +108,8 @@ Claim claim3(Measurement& measurement);
 Claim claim6(Measurement& measurement);
 Claim claim13(Measurement& measurement);
 Claim claim14(Measurement& measurement);
-AblationCosts ablation(const Measurement& measurement, const std::string& name, int n);
-
-// claims_cost.cpp
 Claim claim7(Measurement& measurement);
+AblationCosts ablation(const Measurement& measurement, const std::string& name, int n);
 
 // claims_stability.cpp
 Claim claim11(Measurement& measurement);

@@ -1,4 +1,4 @@
-#include "sim/measure/claims_sentences.h"
+#include "sim/measure/claims_measurement.h"
 
 #include <algorithm>
 #include <string>

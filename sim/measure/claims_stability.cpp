@@ -10,7 +10,6 @@
 #include "sim/error.h"
 #include "sim/loading/load_scene.h"
 #include "sim/measure/claims_measurement.h"
-#include "sim/measure/claims_sentences.h"
 #include "sim/measure/contact_ablation.h"
 #include "sim/measure/motion.h"
 #include "sim/measure/stability_map.h"
@@ -24,7 +23,8 @@ constexpr std::array algorithms{Algorithm::a1, Algorithm::a2, Algorithm::a3, Alg
 /// Numbers of sub-steps of the runs whose fastest turns are measured.
 constexpr std::array turn_substeps{4, 16, 64};
 
-/// Of A3 with single rows, τ = 1, m = 1, in 2 s, rad/s: with n = 4, 16, 64.
+/// Returns the fastest rotation (rad/s) in 2 s of A3 with single rows, τ = 1, m = 1, for each number of
+/// sub-steps.
 std::vector<double> fastest_turns(const Scene& scene, double kappa) {
   std::vector<double> turns;
   for (const int n : turn_substeps) {

@@ -13,7 +13,7 @@
 namespace substep {
 namespace {
 
-/// What is measured of a scene: less is better.
+/// The cost that is measured on a scene: less is better.
 enum class Cost { displacement, distance, speed };
 
 struct AblatedScene {

@@ -1,5 +1,5 @@
 #pragma once
-/// What each option of contacts (ContactReading) costs when it is switched off in A5.
+/// Measures the cost of each option of contacts (ContactReading) when it is switched off in A5.
 
 #include <filesystem>
 #include <string>
@@ -19,7 +19,7 @@ struct ContactAblationCosts {
 
 /// "box_stack [m]": heads a column of costs.
 std::string column_title(const ContactAblationCosts& costs);
-/// What a table of costs shows: settings, and what a cost is.
+/// Returns the caption of a table of costs: settings, and the meaning of a cost.
 std::string contact_ablation_caption(const std::vector<ContactAblationCosts>& ablation);
 
 /// On box_stack, box_pyramid, balls_on_tray, powered_wheel and dominoes of `folder`: some seconds, the same

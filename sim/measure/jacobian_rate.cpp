@@ -7,7 +7,7 @@
 namespace substep {
 namespace {
 
-/// How the two frames of a joint move, in the world.
+/// The motion of a joint's two frames in the world.
 struct JointMotion {
   JointMotion(const Attachment& joint, const CoordinateVector& q, const std::vector<Matrix3>& rotations,
               const VelocityVector& v)

@@ -1,5 +1,5 @@
 #pragma once
-/// How far joints give way.
+/// Measures the gaps of joints.
 
 #include <vector>
 

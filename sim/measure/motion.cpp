@@ -58,7 +58,7 @@ Motion extrapolated(const Motion& coarse, const Motion& fine, int order) {
   return result;
 }
 
-/// How long two motions agree, and how far they are apart until then.
+/// The time for which two motions agree, and their largest distance until then.
 struct Agreement {
   std::size_t samples = 0;
   double distance = 0;                ///< m

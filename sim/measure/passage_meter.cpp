@@ -155,7 +155,7 @@ bool passes_through(const TriangleMesh& mesh, const Path& path) {
 
 }  // namespace
 
-Pose PassageMeter::Way::at(double time) const {
+Pose PassageMeter::BodyMotion::at(double time) const {
   return {time < bend ? Vector3(from.linear + time * velocity_before)
                       : Vector3(to.linear - (step - time) * velocity_after),
           from.angular * rotation_quaternion((time / step) * turn)};
@@ -187,8 +187,8 @@ PassageMeter::PassageMeter(const Scene& scene, const State& start)
 
 double PassageMeter::longest_way(std::size_t point, std::size_t through) const {
   const Vector3& middle = obstacles_[point].middle;
-  const Way& way = ways_[scene_.colliders[point].body];
-  const Way& frame = ways_[scene_.colliders[through].body];
+  const BodyMotion& way = ways_[scene_.colliders[point].body];
+  const BodyMotion& frame = ways_[scene_.colliders[through].body];
   const double apart =
       (way.from.linear - frame.from.linear).norm() + way.length + frame.length + middle.norm();
   return way.length + frame.length + way.spun * middle.norm() + frame.spun * apart;
@@ -199,8 +199,8 @@ bool PassageMeter::passes(std::size_t point, std::size_t through) const {
   const Collider& other = scene_.colliders[through];
   // A mesh has no middle and does not move; a plane has neither.
   if (std::isinf(obstacles_[point].inner) || std::holds_alternative<Plane>(other.shape)) return false;
-  const Way& way = ways_[one.body];
-  const Way& frame = ways_[other.body];
+  const BodyMotion& way = ways_[one.body];
+  const BodyMotion& frame = ways_[other.body];
   if (!(way.spun < most_turn && frame.spun < most_turn)) return false;
   const double longest = longest_way(point, through);
   if (longest <= obstacles_[point].inner) return false;
@@ -256,7 +256,7 @@ void PassageMeter::add(const State& state, double step) {
   bounds_.clear();
   for (std::size_t i = 0; i < scene_.colliders.size(); ++i) {
     const Collider& collider = scene_.colliders[i];
-    const Way& way = ways_[collider.body];
+    const BodyMotion& way = ways_[collider.body];
     const Pose pose = Pose{way.from.linear, way.from.angular} * collider.placement;
     Bounds& box = bounds_.emplace_back(bounds(collider.shape, pose));
     const double margin = way.length + way.spun * obstacles_[i].reach;

@@ -39,8 +39,8 @@ class PassageMeter {
     double size;                     ///< of its farthest point from the shape's origin, m
     double reach;                    ///< of its farthest point from the body's centre of mass, m
   };
-  /// A body's way through a step.
-  struct Way {
+  /// The motion of a body in a step.
+  struct BodyMotion {
     Coordinates from;
     Coordinates to;
     Vector3 velocity_before;
@@ -63,7 +63,7 @@ class PassageMeter {
   double thinnest_ = std::numeric_limits<double>::infinity();  ///< least inner radius of a collider, m
   std::vector<double> reaches_;                                ///< by body, m
   State before_;
-  std::vector<Way> ways_;
+  std::vector<BodyMotion> ways_;
   BroadPhase broad_phase_;
   std::vector<Bounds> bounds_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs_;

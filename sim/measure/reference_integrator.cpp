@@ -70,7 +70,7 @@ class ReferenceIntegrator : public Stepper {
     store();
   }
 
-  using Numbers = Eigen::VectorXd;
+  using StateVector = Eigen::VectorXd;
 
   /// Steps by `length`, or to just after the first event. Returns the time taken; 0 where the state is no
   /// longer finite.
@@ -109,14 +109,14 @@ class ReferenceIntegrator : public Stepper {
   }
 
   /// The state as numbers, and back; quaternions are of unit length only at the ends of steps.
-  void flatten(const CoordinateVector& q, const VelocityVector& v, Numbers& y) const {
+  void flatten(const CoordinateVector& q, const VelocityVector& v, StateVector& y) const {
     y.resize(static_cast<Eigen::Index>(body_numbers * q.size()));
     for (std::size_t i = 0; i < q.size(); ++i) {
       y.segment<body_numbers>(body_numbers * i) << q[i].linear, q[i].angular.coeffs(), v[i].linear,
           v[i].angular;
     }
   }
-  void unflatten(const Numbers& y, CoordinateVector& q, VelocityVector& v) const {
+  void unflatten(const StateVector& y, CoordinateVector& q, VelocityVector& v) const {
     q.resize(state_.q.size());
     v.resize(q.size());
     for (std::size_t i = 0; i < q.size(); ++i) {
@@ -129,7 +129,7 @@ class ReferenceIntegrator : public Stepper {
   }
 
   /// y' at y.
-  void rate(const Numbers& y, Numbers& result) {
+  void rate(const StateVector& y, StateVector& result) {
     unflatten(y, trial_q_, trial_v_);
     const VelocityVector& acceleration = dynamics_.accelerate(trial_q_, trial_v_);
     result.resize(y.size());
@@ -209,15 +209,15 @@ class ReferenceIntegrator : public Stepper {
   VelocityVector start_v_;
   CoordinateVector trial_q_;
   VelocityVector trial_v_;
-  Numbers start_;
-  Numbers start_rate_;
-  Numbers point_;
-  Numbers rate_;
-  Numbers older_;
-  Numbers newer_;
-  Numbers previous_;
-  Numbers extrapolated_;
-  std::vector<Numbers> table_;
+  StateVector start_;
+  StateVector start_rate_;
+  StateVector point_;
+  StateVector rate_;
+  StateVector older_;
+  StateVector newer_;
+  StateVector previous_;
+  StateVector extrapolated_;
+  std::vector<StateVector> table_;
 };
 
 }  // namespace

@@ -1,5 +1,6 @@
 #pragma once
-/// How coarse an algorithm may be on a scene and stay bounded (Metrics::bounded), by bisection.
+/// Finds by bisection the coarsest setting with which an algorithm stays bounded on a scene
+/// (Metrics::bounded).
 
 #include "sim/measure/metrics.h"
 

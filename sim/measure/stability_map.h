@@ -26,7 +26,7 @@ constexpr double stability_border(double kappa) {
 /// without gravity, whose rows are the scalar row.
 std::vector<StabilityPoint> measure_stability_map();
 
-/// How many of the points are on the wrong side of the closed form.
+/// The number of points on the wrong side of the closed form.
 struct StabilityMatch {
   int points = 0;
   int wrong = 0;

@@ -33,7 +33,7 @@ struct PatchShape {
                [2];  ///< of the points' hull: along the tangents, from the centre, counterclockwise
 };
 
-/// How a patch has moved since it was found, in its axes.
+/// The motion of a patch since it was found, in its axes.
 struct PatchMotion {
   /// `position`: of a's centre of mass from b's, in b's frame; `a_in_b`: the rotation from a's frame to b's.
   PatchMotion(const PatchShape& shape, const Vector3& position, const Matrix3& a_in_b) {

@@ -16,7 +16,7 @@ using TypedSettings = std::vector<std::pair<std::string, std::string>>;
 /// Splits "n=4,joints=stable". Throws Error where a part is no KEY=VALUE.
 TypedSettings typed_settings_in(std::string_view text);
 
-/// Whether `key` is the field's name ("substeps"), or its symbol in labels ("n").
+/// Returns true where `key` is the field's name ("substeps") or its symbol in labels ("n").
 bool is_called(const SettingsField& field, std::string_view key);
 
 /// Sets the fields from their texts, whatever their ranges, in any order: τ and κ of contacts last, for τ and

@@ -113,8 +113,9 @@ const SweepRecord* most_accurate(const std::vector<SweepRecord>& records) {
   return best;
 }
 
-/// How far its change of energy is from that of the most accurate run, in parts of what there is to lose.
-/// What bodies lose that slide, roll and hit each other after the reference has parted is no run's to say.
+/// Returns the distance of a run's change of energy from that of the most accurate run, relative to the
+/// energy that can be lost. Returns 0 where bodies move in contact after the reference has diverged: no run
+/// is right there.
 double energy_error(const SweepRecord& record, const SweepRecord& best) {
   const Metrics& x = *record.metrics;
   const bool is_known =
@@ -133,19 +134,7 @@ bool is_good(const SweepRecord& record, const SweepRecord* best, double toleranc
   return x.joint_gap <= limit && x.penetration <= limit && energy_error(record, *best) <= 10 * tolerance;
 }
 
-/// What the choice does to the energy, beside what the most accurate run does: an error of the first seconds
-/// does not show a slow loss.
-std::string energy_text(const std::vector<SweepRecord>& records) {
-  const auto chosen = cheapest(records, 0.01);
-  if (!chosen) return "";
-  const SweepRecord* const best = most_accurate(records);
-  return fmt::format(
-      "Over all {:g} s the choice for 1 % changes the energy by {} J, the most accurate run by {} J. ",
-      chosen->duration, short_number(chosen->metrics->energy_change),
-      short_number(best->metrics->energy_change));
-}
-
-/// What is wrong with a run that was near the reference as long as there was one.
+/// Returns the fault of a run that was near the reference as long as it lasted; empty: none.
 std::string late_fault(const SweepRecord& record, const SweepRecord* best) {
   const Metrics& x = *record.metrics;
   if (x.diverged) return fmt::format("it blows up at {:.2g} s", *x.diverged);
@@ -179,92 +168,6 @@ std::string late_text(const std::vector<SweepRecord>& records) {
                      count == 1 ? "" : "the cheapest is ",
                      fmt::format("{}, where {}", spoken(*cheapest_fault, has_joints(records)),
                                  late_fault(*cheapest_fault, best)));
-}
-
-/// Plain against stable joints, in the same algorithm with the same n, most n first.
-std::string joints_text(const std::vector<SweepRecord>& records) {
-  const double step = scene_step(records);
-  const SweepRecord* plain = nullptr;
-  const SweepRecord* stable = nullptr;
-  for (const SweepRecord& record : records) {
-    const Settings& s = record.settings;
-    if (!is_own_run(record) || s.algorithm != Algorithm::a5 || s.step != step || s.iterations != 1 ||
-        s.tau != 1 || s.substeps != 16) {
-      continue;
-    }
-    if (s.joints == Joints::plain) plain = &record;
-    if (s.joints == Joints::stable) stable = &record;
-  }
-  if (!plain || !stable || !has_joints(records)) return "";
-  const double p = error_of(*plain);
-  const double s = error_of(*stable);
-  if (!stable->metrics->bounded && !plain->metrics->bounded) {
-    return "A5 with n = 16 is lost with plain and with stable joints. ";
-  }
-  if (!plain->metrics->bounded) {
-    return fmt::format("A5 holds with stable joints alone (n = 16: {}). ", percent(s));
-  }
-  if (!stable->metrics->bounded) {
-    return fmt::format("A5 holds with plain joints alone (n = 16: {}). ", percent(p));
-  }
-  if (std::max(p, s) < 1.2 * std::min(p, s)) return "";
-  return fmt::format("In A5 with n = 16 {} joints are better: {} against {}. ", p < s ? "plain" : "stable",
-                     percent(std::min(p, s)), percent(std::max(p, s)));
-}
-
-/// Which part of A5's error is the largest.
-std::string parts_text(const std::vector<SweepRecord>& records) {
-  const double step = scene_step(records);
-  const SweepRecord* chosen = nullptr;
-  for (const SweepRecord& record : records) {
-    const Settings& s = record.settings;
-    if (!is_own_run(record) || s.algorithm != Algorithm::a5 || s.substeps != 16 || s.iterations != 1 ||
-        s.step != step || !record.metrics->bounded || !record.metrics->parts.model) {
-      continue;
-    }
-    if (!chosen || error_of(record) < error_of(*chosen)) chosen = &record;
-  }
-  if (!chosen || !(error_of(*chosen) > 1e-9)) return "";
-  const ErrorParts& parts = chosen->metrics->parts;
-  const std::array<std::pair<double, const char*>, 3> named{
-      {{parts.stepping, "the step's own, which smaller h/n lessens"},
-       {parts.solver.value_or(0), is_growing(*chosen)
-                                      ? "the solver's, which more iterations, a smaller τ or a smaller κ "
-                                        "lessen: sub-steps do not, since "
-                                        "what coupled rows leave grows in each"
-                                      : "the solver's, which more iterations or sub-steps lessen"},
-       {*parts.model, "the model's (Jacobians and biases not taken anew), which only smaller h lessens"}}};
-  const auto largest = std::ranges::max_element(named, {}, [](const auto& part) { return part.first; });
-  return fmt::format("What is left of A5's error with n = 16, {} joints, is mostly {}. ",
-                     chosen->settings.joints == Joints::plain ? "plain" : "stable", largest->second);
-}
-
-/// The limits of stability, where one was looked for.
-std::string limits_text(const std::vector<SweepRecord>& records) {
-  std::vector<std::string> needs;
-  for (const SweepRecord& record : records) {
-    if (!record.limit) continue;
-    const Settings& s = record.settings;
-    std::string who(title_of(s.algorithm));
-    if (s.algorithm >= Algorithm::a3 && has_joints(records)) who += fmt::format(" {}", name(s.joints));
-    if (s.algorithm >= Algorithm::a2 && has_contacts(records))
-      who += fmt::format(" with m = {}", s.iterations);
-    if (record.limit->divisions == 1) continue;
-    if (record.limit->divisions == 0) {
-      needs.push_back(is_growing(record)
-                          ? fmt::format("{} another m, τ or κ, for coupled rows grow by {:.3g} in a sub-step",
-                                        who, *record.substep_radius)
-                      : s.algorithm >= Algorithm::a3
-                          ? fmt::format("{} n above {}", who, record.limit->most)
-                          : fmt::format("{} less than h/{}", who, record.limit->most));
-    } else if (s.algorithm >= Algorithm::a3) {
-      needs.push_back(fmt::format("{} n = {}", who, record.limit->divisions));
-    } else {
-      needs.push_back(fmt::format("{} h/{}", who, record.limit->divisions));
-    }
-  }
-  if (needs.empty()) return "";
-  return fmt::format("To stay bounded at all it takes: {}. ", fmt::join(needs, ", "));
 }
 
 }  // namespace
@@ -313,9 +216,7 @@ std::vector<SweepRecord> best_runs(const std::vector<SweepRecord>& records) {
 }
 
 std::string advice(const std::vector<SweepRecord>& records) {
-  std::string text = choice_text(records) + energy_text(records) + late_text(records) +
-                     ranking_text(records) + joints_text(records) + parts_text(records) +
-                     limits_text(records);
+  std::string text = choice_text(records) + late_text(records) + ranking_text(records);
   while (!text.empty() && text.back() == ' ') text.pop_back();
   return text;
 }

@@ -31,13 +31,13 @@ std::optional<std::string> content_of(const fs::path& file) {
   return std::string(std::istreambuf_iterator<char>(stream), {});
 }
 
-/// Of this program: results of another build are not mixed with its own.
+/// Returns the hash of this program: results of another build are not reused.
 std::uint64_t program_hash() {
   static const std::uint64_t hash = fnv1a(content_of("/proc/self/exe").value_or(""));
   return hash;
 }
 
-/// What a job's result depends on, beside its key.
+/// Returns everything that a job's result depends on beside its key.
 std::string fingerprint(const Sweep& sweep, const SweepJob& job) {
   const Scene& scene = sweep.scenes.at(job.scene);
   const std::string text =
@@ -55,7 +55,7 @@ std::string seal(const Sweep& sweep, const SweepJob& job, std::string_view recor
   return fmt::format("{} {:016x}", fingerprint(sweep, job), fnv1a(record));
 }
 
-/// What a job's file is.
+/// The state of a job's file.
 enum class JobFile {
   none,
   other,    ///< of another build, scene or sweep file

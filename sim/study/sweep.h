@@ -18,14 +18,14 @@
 
 namespace substep {
 
-/// How the bodies of a scene touch.
+/// The kind of contacts in a scene.
 enum class ContactKind {
   none,      ///< nothing can touch
   standing,  ///< the reference leaves every body where it starts
   moving,    ///< bodies slide, roll, fall or are hit
 };
 
-/// What a job found.
+/// The result of a job.
 struct SweepRecord {
   std::string key;
   std::string scene;
@@ -42,7 +42,7 @@ struct SweepRecord {
   double horizon = 0;            ///< s
   std::string divergence_point;  ///< where the reference's refinements part at the horizon; empty: nowhere
   std::string omitted;           ///< why this was not run; empty: it was
-  /// Of a sub-step's map with these settings, where it has one (substep_map.h).
+  /// Spectral radius of the map of a sub-step with these settings, where it has one (substep_map.h).
   std::optional<double> substep_radius;
   std::optional<Metrics> metrics;
   std::optional<RunTimes> times;

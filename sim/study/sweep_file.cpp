@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What a sweep has where a grid says nothing.
+/// Settings of a grid that names none.
 constexpr Settings unsaid{.substeps = 1};
 
 /// The settings that the algorithm does not read, at one value: so that equal runs have equal records.
@@ -31,8 +31,8 @@ Settings as_read(Settings settings) {
   return settings;
 }
 
-/// Whether a grid, or the table of a limit, has a list of the field's values under its name: the algorithms
-/// have another name, the step is divided, and sub-steps are what a limit is looked for in.
+/// Returns true where a grid, or the table of a limit, lists values of the field under its name. Algorithms
+/// have another name, the step is divided, and a limit varies the sub-steps.
 bool has_list(const SettingsField& field, bool is_limit) {
   return field.name != "algorithm" && field.name != "step" && !(is_limit && field.name == "substeps");
 }

@@ -29,7 +29,7 @@ std::string title_of(const SweepRecord& record, bool contacts) {
   return title;
 }
 
-/// Whether the run belongs on a line that is followed by one setting alone.
+/// Returns true where the run is on a line along which one setting alone varies.
 bool is_followed(const SweepRecord& record, double step, bool contacts) {
   if (!record.metrics) return false;
   const Settings& s = record.settings;

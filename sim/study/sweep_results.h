@@ -1,5 +1,5 @@
 #pragma once
-/// What is asked of the records of a sweep.
+/// Queries on the records of a sweep.
 
 #include <string>
 #include <vector>
@@ -13,15 +13,15 @@ std::vector<SweepRecord> of_scene(const std::vector<SweepRecord>& records, const
 /// Names of the scenes, in the sweep's order.
 std::vector<std::string> scenes_of(const std::vector<SweepRecord>& records);
 
-/// Whether it is a run of an engine that is not ours.
+/// Returns true for a run of another engine.
 bool is_other_engine(const SweepRecord& record);
 
 /// RMS error over the scene's size; of bodies that stay in place and turn, the RMS turn in rad. Not finite
 /// where the run ended early.
 double error_of(const SweepRecord& record);
 bool turns_in_place(const std::vector<SweepRecord>& records);
-/// Whether the error is at least a hundred times what the reference itself may be off by; or rounding, below
-/// `smallest_plotted_error`.
+/// Returns true where the error is at least a hundred times the reference's uncertainty, or is rounding
+/// (below `smallest_plotted_error`).
 bool is_sure(const SweepRecord& record);
 
 /// Runs that differ in one setting alone: the step of A1 and A2, the sub-steps of A3 to A5, the step of a
@@ -34,10 +34,10 @@ struct RunFamily {
 /// The families of one scene's records, A1 first. Those of A3 to A5 have one iteration and the scene's step.
 std::vector<RunFamily> families_of(const std::vector<SweepRecord>& records);
 
-/// Whether the sweep ran the scene for its contacts: some run of it overlapped.
+/// Returns true where some run had overlapping bodies: the sweep ran the scene for its contacts.
 bool has_contacts(const std::vector<SweepRecord>& records);
 
-/// Whether it ran it for its joints: plain and stable ones were told apart.
+/// Returns true where joints opened in some run: the sweep ran the scene for its joints.
 bool has_joints(const std::vector<SweepRecord>& records);
 
 /// A3 with single rows and A2, with as many row solves, at the scene's step and τ = κ = 1.

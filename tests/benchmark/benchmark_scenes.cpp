@@ -144,8 +144,8 @@ Verdict judge(const BenchmarkScene& scene, Stepper& engine) {
     }
     error = one <= error ? error : one;  // NaN counts
   }
-  // What stands moves by less than the scenes' own limit (scenes/format.md). A step of 1/60 s is some
-  // centimetres from the reference in a second; what leaves the container is a box or more outside.
+  // Bodies that stand move by less than the scenes' own limit (scenes/format.md). A step of 1/60 s is some
+  // centimetres from the reference in a second; bodies that leave the container are a box or more outside.
   const double limit = scene.judge == BenchmarkScene::Judge::standing ? 0.05 : 0.5;
   return {error < limit, error};
 }

@@ -28,7 +28,7 @@ BenchmarkScene stack_of(int boxes, double top_mass = 1);  ///< unit cubes of 1 k
 BenchmarkScene pyramid_of(int base);                      ///< base (base + 1)/2 unit cubes, pitch 1.1 m
 BenchmarkScene pile_of(int boxes);                        ///< boxes dropped into a container, 8 s
 
-/// What a run of `scene` is judged by, and whether that is good enough to be timed.
+/// The judgement of a run of `scene`: whether it is good enough to be timed, and why.
 struct Verdict {
   bool passed;
   double error;  ///< m: from the reference after 1 s; or moved; or how far outside the container

@@ -1,5 +1,5 @@
-/// How long it takes to compare two pictures, on one thread, beside what is wanted at 1280 × 720. CPU time,
-/// the median of several runs.
+/// Measures the time of comparing two pictures of 1280 × 720 on one thread, beside the goal: CPU time, the
+/// median of several runs.
 
 #include <algorithm>
 #include <cstdio>

@@ -1,4 +1,5 @@
-// What finding contacts costs: the broad phase by the number of bodies, and pairs of shapes by kind.
+// Measures the cost of finding contacts: the broad phase by the number of bodies, and pairs of shapes by
+// kind.
 
 #include <benchmark/benchmark.h>
 
@@ -40,7 +41,7 @@ Boxes pile(int count) {
   return boxes;
 }
 
-/// As in a run: each step a little different from the last.
+/// Finds pairs of boxes that move a little from step to step, as in a run.
 void find_pairs(benchmark::State& state, Boxes (*make)(int)) {
   Boxes boxes = make(static_cast<int>(state.range(0)));
   BroadPhase broad_phase;

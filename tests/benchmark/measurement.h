@@ -1,6 +1,6 @@
 #pragma once
-/// What the benchmark measures: CPU time of steps, of row solves and of frames, registered with Google
-/// Benchmark so that the engines of a scene are timed in turns.
+/// Measures CPU time of steps, row solves and frames, registered with Google Benchmark so that the engines of
+/// a scene are timed in turns.
 
 #include <benchmark/benchmark.h>
 
@@ -26,7 +26,7 @@ void register_steps(const BenchmarkScene& scene, const std::string& engine, cons
 /// start for 10 s.
 void register_cheapest_stand(const BenchmarkScene& scene, double step);
 
-/// What A1 costs by the size of its problem: rows, sets tried and time.
+/// Registers the cost of A1 by the size of its problem: rows, sets tried and time.
 void register_cost_of_a1(const BenchmarkScene& scene);
 
 /// The marginal cost of a row solve: the same step taken with `few` and with `many` sub-steps or iterations,
@@ -34,11 +34,11 @@ void register_cost_of_a1(const BenchmarkScene& scene);
 void register_row_solves(const BenchmarkScene& scene, const std::string& engine, const Settings& few,
                          const Settings& many);
 
-/// What the stages of a step cost: s1 to s4 as RunTimes of stage_times.h has them, over the scene's run.
+/// Registers the times of the stages s1 to s4 (RunTimes, stage_times.h) over the scene's run.
 void register_stages(const BenchmarkScene& scene, const std::string& engine, const Settings& settings);
 
-/// What a row solve costs at least on this machine: its numbers streamed from where they lie, or its
-/// multiplications and additions at the machine's peak, whichever is longer.
+/// Registers the least cost of a row solve on this machine: the longer of streaming its numbers from memory
+/// and its multiplications and additions at the machine's peak.
 void register_limits(const BenchmarkScene& scene, const Settings& settings);
 
 /// Frames of a scene file at a size.
@@ -47,7 +47,7 @@ void register_frames(const std::string& scene, int width, int height);
 /// The program with these arguments, in this folder, with the programs that it starts: "substep --help".
 void register_program(const std::vector<std::string>& arguments, int runs);
 
-/// What a remark begins with where the result is not good enough for its time to count.
+/// Start of a remark on a result that is not good enough to be timed.
 inline constexpr std::string_view failed_check = "fails its check";
 
 /// Medians over the repetitions, by name and figure: "pendulum/A1", "us_per_step".

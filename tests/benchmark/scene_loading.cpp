@@ -1,4 +1,4 @@
-/// How long scenes take to load beside assimp alone: scene_loading FILE… prints a table in Markdown.
+/// Measures the loading of scenes beside assimp alone: scene_loading FILE… prints a table in Markdown.
 ///
 /// assimp reads the file and its buffers from the disk, as we do, with aiProcess_Triangulate, the one of its
 /// steps that a loader of triangles cannot do without. It reads neither bodies nor joints, checks little and

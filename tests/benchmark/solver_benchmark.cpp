@@ -73,7 +73,7 @@ void register_joints(const BenchmarkScene& scene) {
   register_iterative_engines(scene);
 }
 
-/// As users run it: ten sub-steps of one sweep.
+/// Registers the default settings: ten sub-steps of one sweep.
 void register_default(const BenchmarkScene& scene, Algorithm algorithm, const std::string& name) {
   Settings settings = default_settings(algorithm);
   settings.step = scene.step;

@@ -38,7 +38,7 @@ std::vector<Bounds> random_boxes(std::mt19937& random, int count, const Vector3&
   return boxes;
 }
 
-TEST(BroadPhase, FindsThePairsThatBruteForceFinds) {
+TEST(BroadPhase, FindsPairsOfBruteForce) {
   std::mt19937 random(1);
   BroadPhase broad_phase;
   Pairs pairs;
@@ -57,7 +57,7 @@ TEST(BroadPhase, FindsThePairsThatBruteForceFinds) {
   }
 }
 
-TEST(BroadPhase, DoesNotDependOnEarlierCalls) {
+TEST(BroadPhase, ForgetsEarlierCalls) {
   std::mt19937 random(2);
   BroadPhase used;
   Pairs pairs;
@@ -77,7 +77,7 @@ TEST(BroadPhase, DoesNotDependOnEarlierCalls) {
   }
 }
 
-TEST(BroadPhase, TouchingBoxesOnAGridAreFound) {
+TEST(BroadPhase, FindsTouchingBoxesOnGrid) {
   // All corners at equal coordinates: ties in every order, boxes that end where lanes do.
   std::vector<Bounds> boxes;
   for (int i = 0; i < 343; ++i) {
@@ -101,7 +101,7 @@ std::vector<Bounds> pile(std::mt19937& random, int count, int wide) {
   return boxes;
 }
 
-TEST(BroadPhase, WorkGrowsWithTheBodies) {
+TEST(BroadPhase, WorkGrowsWithBodies) {
   // Counted, not timed. A hundred times the bodies: as many tests for each, in a scattered field, in a pile
   // as high as wide and in a tall tower.
   std::mt19937 random(4);
@@ -129,7 +129,7 @@ TEST(BroadPhase, WorkGrowsWithTheBodies) {
   EXPECT_LT(work(pile(random, 10000, 2)), 40);
 }
 
-TEST(BroadPhase, LeavesOutWhatIsNotANumber) {
+TEST(BroadPhase, IgnoresBoxesThatAreNotFinite) {
   std::mt19937 random(3);
   std::vector<Bounds> boxes = random_boxes(random, 100, {1, 1, 1}, 1);
   boxes[20].lower.x() = std::nan("");

@@ -18,7 +18,7 @@ double distance(const Segment& a, const Segment& b) {
   return (point_at(a, parameters.on_a) - point_at(b, parameters.on_b)).norm();
 }
 
-TEST(ClosestPoints, OfNamedSegments) {
+TEST(ClosestPoints, MatchesNamedSegments) {
   const Segment x = {{-1, 0, 0}, {1, 0, 0}};
   EXPECT_DOUBLE_EQ(distance(x, {{0, 2, -1}, {0, 2, 1}}), 2);  // crossing
   EXPECT_DOUBLE_EQ(distance(x, {{-1, 3, 0}, {1, 3, 0}}), 3);  // parallel
@@ -30,7 +30,7 @@ TEST(ClosestPoints, OfNamedSegments) {
   EXPECT_DOUBLE_EQ(distance(x, {{2, -1, 1}, {2, 1, 1}}), std::sqrt(2.0));  // end to middle
 }
 
-TEST(ClosestPoints, NoSampledPairIsCloser) {
+TEST(ClosestPoints, IsCloserThanSampledPairs) {
   std::mt19937 random(1);
   for (int trial = 0; trial < 500; ++trial) {
     const Segment a = {test::random_point(random, 1), test::random_point(random, 1)};

@@ -153,7 +153,7 @@ TEST(ContactFuzz, SwappedPairsAreMirrored) {
   EXPECT_GT(with_contacts, 2000);
 }
 
-TEST(ContactFuzz, ContactsDependOnNothingElse) {
+TEST(ContactFuzz, RepeatsContactsExactly) {
   // The same question after a thousand others has the same answer, to the last bit.
   std::mt19937 random(4);
   const std::vector<Polytope> shapes = solids(random);

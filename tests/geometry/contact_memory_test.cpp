@@ -30,7 +30,7 @@ void operator delete(void* memory, std::size_t /*size*/) noexcept {
 namespace substep {
 namespace {
 
-TEST(ContactMemory, NoneIsAllocatedOnceWarm) {
+TEST(ContactMemory, AllocatesNothingOnceWarm) {
   std::mt19937 random(1);
   const std::vector<Shape> shapes = {Sphere{0.4},
                                      Capsule{0.5, 0.3},

@@ -66,15 +66,15 @@ std::vector<Shape> shapes() {
           convex_hull(test::dodecahedron_points(), "d")};
 }
 
-/// How deep a shape is in the half-space below a plane through `on` with this normal, by contacts with a
-/// plane.
+/// Returns the depth of a shape in the half-space below a plane through `on` with this normal, by contacts
+/// with a plane.
 double depth_below(const Shape& shape, const Pose& pose, const Vector3& on, const Vector3& normal) {
   const Pose plane = {on, Quaternion::FromTwoVectors(Vector3::UnitY(), normal)};
   return test::lowest_distance(contacts(shape, pose, Plane{}, plane, 10));
 }
 
 /// However the file orders them, triangles that lie together share a leaf: a search looks at few.
-TEST(TriangleMesh, LeavesHoldTrianglesThatLieTogether) {
+TEST(TriangleMesh, LeavesHoldNeighbours) {
   const TriangleMesh ordered = test::flat_mesh(16, 0.25, 0);
   std::vector<Triangle> triangles = ordered.triangles;
   std::mt19937 random(3);
@@ -88,7 +88,7 @@ TEST(TriangleMesh, LeavesHoldTrianglesThatLieTogether) {
   EXPECT_LT(area, 1.5 * 16);  // of 16 m²; measured 16
 }
 
-TEST(MeshContacts, OnAFlatMeshAreThoseOnAPlane) {
+TEST(MeshContacts, FlatMeshMatchesPlane) {
   std::mt19937 random(1);
   for (const double uneven : {0.0, 0.3}) {
     const TriangleMesh mesh = test::flat_mesh(16, 0.25, uneven);
@@ -113,7 +113,7 @@ TEST(MeshContacts, OnAFlatMeshAreThoseOnAPlane) {
   }
 }
 
-TEST(MeshContacts, OfARollingSphereAreOneAtATime) {
+TEST(MeshContacts, RollingSphereHasOneContact) {
   // In steps that hit corners, edges and faces.
   for (const double uneven : {0.0, 0.3}) {
     const TriangleMesh mesh = test::flat_mesh(16, 0.25, uneven);
@@ -128,7 +128,7 @@ TEST(MeshContacts, OfARollingSphereAreOneAtATime) {
   }
 }
 
-TEST(MeshContacts, OfASlidingBoxAreItsFourCorners) {
+TEST(MeshContacts, SlidingBoxHasFourCorners) {
   const Polytope solid = box({0.6, 0.4, 0.5});
   for (const double uneven : {0.0, 0.3}) {
     const TriangleMesh mesh = test::flat_mesh(16, 0.25, uneven);
@@ -146,7 +146,7 @@ TEST(MeshContacts, OfASlidingBoxAreItsFourCorners) {
   }
 }
 
-TEST(MeshContacts, OverAConvexRidgeAreWithTheEdge) {
+TEST(MeshContacts, ConvexRidgeTouchesWithItsEdge) {
   const TriangleMesh mesh = ridge(0.5);
   const Vector3 right = Vector3(0.5, 1, 0).normalized();
   // Balanced on the ridge: one contact at the edge for a sphere, two for what has a side along it.
@@ -181,7 +181,7 @@ TEST(MeshContacts, OverAConvexRidgeAreWithTheEdge) {
   }
 }
 
-TEST(MeshContacts, InAConcaveValleyAreWithBothSlopes) {
+TEST(MeshContacts, ConcaveValleyTouchesWithBothSlopes) {
   const TriangleMesh mesh = ridge(-0.5);
   const Vector3 left = Vector3(0.5, 1, 0).normalized();
   const auto points = contacts(Sphere{0.3}, {{0, 0.299 / left.y(), 0.1}, upright}, mesh, {}, margin);
@@ -199,7 +199,7 @@ TEST(MeshContacts, InAConcaveValleyAreWithBothSlopes) {
   }
 }
 
-TEST(MeshContacts, OfAClosedMeshAreThoseOfItsHull) {
+TEST(MeshContacts, ClosedMeshMatchesItsHull) {
   std::mt19937 random(5);
   int touching = 0;
   int beyond = 0;
@@ -233,7 +233,7 @@ TEST(MeshContacts, OfAClosedMeshAreThoseOfItsHull) {
   EXPECT_LE(beyond, touching / 100);  // measured 3 of 474
 }
 
-TEST(MeshContacts, OfOneSidedMeshesPushFromTheFrontAlone) {
+TEST(MeshContacts, OneSidedMeshPushesFromItsFront) {
   const TriangleMesh one = make_rectangle(4, 4, false);
   const TriangleMesh both = make_rectangle(4, 4, true);
   for (const Shape& shape : shapes()) {
@@ -244,7 +244,7 @@ TEST(MeshContacts, OfOneSidedMeshesPushFromTheFrontAlone) {
   }
 }
 
-TEST(MeshContacts, OfABorderAreWithItsEdge) {
+TEST(MeshContacts, BorderTouchesWithItsEdge) {
   const TriangleMesh mesh = make_rectangle(2, 2, true);
   // Beside the sheet, at its height.
   const auto points = contacts(Sphere{0.3}, {{1.29, 0, 0.1}, upright}, mesh, {}, margin);
@@ -253,7 +253,7 @@ TEST(MeshContacts, OfABorderAreWithItsEdge) {
   EXPECT_NEAR(points[0].distance, -0.01, 1e-12);
 }
 
-TEST(MeshContacts, InsideARingOfStripsPushInwardsNeverOverItsTopEdge) {
+TEST(MeshContacts, RingOfStripsPushesInwards) {
   // A ring like a fence round what stands inside: its top edge is open, its inner edges are concave.
   constexpr int sides = 96;
   constexpr double radius = 1.15;
@@ -297,7 +297,7 @@ TEST(MeshContacts, InsideARingOfStripsPushInwardsNeverOverItsTopEdge) {
   EXPECT_GT(touching, 1600);
 }
 
-TEST(TriangleMesh, RefusesWhatIsNoMesh) {
+TEST(TriangleMesh, RefusesDegenerateMeshes) {
   const std::vector<Vector3> corners = {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}};
   const std::vector<Triangle> triangle = {{0, 1, 2}};
   EXPECT_NO_THROW(make_triangle_mesh(corners, triangle, "m"));
@@ -317,7 +317,7 @@ TEST(TriangleMesh, RefusesWhatIsNoMesh) {
   }
 }
 
-TEST(TriangleMesh, FindsTheTrianglesThatBruteForceFinds) {
+TEST(TriangleMesh, FindsTrianglesOfBruteForce) {
   std::mt19937 random(7);
   const TriangleMesh mesh = mesh_of(test::random_hull(random, 400));
   std::vector<std::uint32_t> found;

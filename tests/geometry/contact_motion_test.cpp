@@ -60,7 +60,7 @@ void expect_alike(const Shape& shape, const Pose& pose, const Vector3& spin, dou
   }
 }
 
-TEST(ContactMotion, ASphereRollsOverAMeshAsOverAPlane) {
+TEST(ContactMotion, SphereRollsOverMeshAsOverPlane) {
   expect_alike(Sphere{0.25}, {{-2, 0.25, 0.1}, Quaternion::Identity()}, Vector3(0.4, 0, -1.3) / 0.25, 0.5);
 }
 

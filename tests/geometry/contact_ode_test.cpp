@@ -54,7 +54,7 @@ OdeAnswer ask_ode(const Vector3& size_a, const Pose& pose_a, const Vector3& size
   return answer;
 }
 
-TEST(ContactsAgainstOde, RandomBoxesOverlapAlikeAndAsDeep) {
+TEST(ContactsAgainstOde, RandomBoxesOverlapAlike) {
   std::mt19937 random(1);
   int overlapping = 0;
   int apart = 0;
@@ -95,7 +95,7 @@ double reach(const std::vector<Vector3>& points, const Vector3& direction) {
 
 /// Corners beyond four that others make up for are left out, each at most 1e-3 of the size within what ODE
 /// has: the points reach as far in every direction, and where none is left out they are as many.
-TEST(ContactsAgainstOde, StackedBoxesHaveContactsThatReachAsFar) {
+TEST(ContactsAgainstOde, StackedBoxesTouchAsFar) {
   std::mt19937 random(2);
   const Vector3 size(1, 1, 1);
   const Polytope cube = box(size);

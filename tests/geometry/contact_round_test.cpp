@@ -22,7 +22,7 @@ using test::turn;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// How far a shape reaches along a unit direction, by definition.
+/// Returns the extent of a shape along a unit direction, by definition.
 double reach(const Shape& shape, const Pose& pose, const Vector3& direction) {
   const Vector3 d = pose.orientation.conjugate() * direction;
   const double flat = std::sqrt(d.x() * d.x() + d.z() * d.z());
@@ -157,7 +157,7 @@ TEST(RoundContacts, AgreeWithEveryDirection) {
   EXPECT_GT(apart, trials / 100);
 }
 
-TEST(RoundContacts, OfABallThatHoldsTheOtherAreThoseOfTheBall) {
+TEST(RoundContacts, EnclosingBallDecides) {
   // A tapered capsule with one ball within the other is the larger ball, whichever end it is.
   const Polytope brick = box({1, 0.6, 0.8});
   std::mt19937 random(3);
@@ -173,7 +173,7 @@ TEST(RoundContacts, OfABallThatHoldsTheOtherAreThoseOfTheBall) {
     if (points.empty()) continue;
     ++found;
     const double expected = test::lowest_distance(ball);
-    // As much as a face is preferred by; measured at most 1.7 mm, at 33 mm from an edge.
+    // The preference for faces allows as much; measured at most 1.7 mm, at 33 mm from an edge.
     EXPECT_NEAR(test::lowest_distance(points), expected, 0.06 * std::abs(expected) + 1.2e-3 * 0.8) << trial;
   }
   EXPECT_GT(found, 100);
@@ -204,7 +204,7 @@ TEST(RoundContacts, AreMirroredAndKeepTheirInvariants) {
   EXPECT_GT(found, 2000);
 }
 
-TEST(RoundContacts, OfACylinderOnItsSideKeepItsHeight) {
+TEST(RoundContacts, LyingCylinderKeepsItsHeight) {
   // However far it has rolled and however it is turned: the contacts' depth is that of its radius.
   const Cylinder can = make_cylinder(1, 0.5, 0.5);
   const Polytope slab = box({20, 1, 20});
@@ -226,7 +226,7 @@ TEST(RoundContacts, OfACylinderOnItsSideKeepItsHeight) {
   }
 }
 
-TEST(RoundContacts, OfAFlatConeOnItsSideLieAlongIt) {
+TEST(RoundContacts, LyingConeTouchesAlongItsSide) {
   const Polytope slab = box({20, 1, 20});
   const TriangleMesh floor = test::flat_mesh(16, 0.7, 0.3);
   for (const double height : {0.9, 0.3, 0.12}) {
@@ -250,7 +250,7 @@ TEST(RoundContacts, OfAFlatConeOnItsSideLieAlongIt) {
   }
 }
 
-TEST(RoundContacts, OfATiltedDiscAreAtItsLowestPoint) {
+TEST(RoundContacts, TiltedDiscTouchesAtItsLowestPoint) {
   // Euler's disk: the rim's lowest point has the depth r sin(tilt) below the centre, whatever the turn.
   const Cylinder disc = make_cylinder(0.02, 0.5, 0.5);
   for (const double tilt : {1e-6, 1e-3, 0.01, 0.1, 0.5, 0.7, 0.9, 1.4}) {
@@ -264,7 +264,7 @@ TEST(RoundContacts, OfATiltedDiscAreAtItsLowestPoint) {
   }
 }
 
-TEST(RoundContacts, ASlightTiltKeepsTheirNumber) {
+TEST(RoundContacts, SlightTiltKeepsNumber) {
   std::mt19937 random(3);
   const Cylinder can = make_cylinder(1, 0.5, 0.5);
   const Polytope slab = box({20, 1, 20});
@@ -287,7 +287,7 @@ TEST(RoundContacts, ASlightTiltKeepsTheirNumber) {
   }
 }
 
-TEST(RoundContacts, OfRimsThatMeetAreTheirClosestPoints) {
+TEST(RoundContacts, MeetingRimsTouchAtClosestPoints) {
   // Two discs on edge, one upright and one across it: only their rims meet, at a known place.
   const Cylinder disc = make_cylinder(0.1, 0.5, 0.5);
   const double half = std::sqrt(0.5 * 0.5 + 0.05 * 0.05);
@@ -328,7 +328,7 @@ void expect_directions_of_largest_separation(const Solid& shape) {
   EXPECT_GT(outside, 100);  // measured 195 to 199
 }
 
-TEST(RevolvedSolid, TheClosestPointLiesInTheDirectionOfTheLargestSeparation) {
+TEST(RevolvedSolid, ClosestPointMatchesLargestSeparation) {
   expect_directions_of_largest_separation(Sphere{0.3});
   expect_directions_of_largest_separation(Capsule{0.3, 0.2});
   expect_directions_of_largest_separation(make_tapered_capsule(0.6, 0.3, 0.1));

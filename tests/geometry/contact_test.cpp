@@ -1,3 +1,5 @@
+// One file, since the pairs of resting shapes are one table of 80 rows.
+
 #include "sim/geometry/contact.h"
 
 #include <gtest/gtest.h>
@@ -46,7 +48,7 @@ double missed(const std::vector<Vector3>& corners, const std::vector<ContactPoin
   return worst;
 }
 
-TEST(Contact, APlaneNeedNotPassThroughTheOrigin) {
+TEST(Contact, PlaneOffOriginIsExact) {
   const Quaternion tilted = turn(0.5, {0.3, 0.2, -0.4});
   const Vector3 normal = tilted * Vector3::UnitY();
   const Vector3 there(3, -5, 2);
@@ -107,12 +109,23 @@ std::vector<Resting> resting_cases() {
   const Quaternion skittle_lying =
       Quaternion::FromTwoVectors(Vector3(std::sqrt(1 - 0.04), 0.2, 0), -Vector3::UnitY());
   const TriangleMesh floor = test::flat_mesh(16, 0.5, 0);
+  const Pose half_up = {{0, 0.5, 0}, upright};
+  const Pose below = {{0, -0.5, 0}, upright};
+  const Pose lying_below = {{0, -0.5, 0}, lying};
+  const Pose across_below = {{0, -0.5, 0}, turn(pi / 2, {0, 1, 0}) * lying};
+  const Pose edge_along = {{0, -std::sqrt(0.5), 0}, on_edge};
+  const Pose edge_across = {{0, -std::sqrt(0.5), 0}, turn(pi / 4, {0, 0, 1})};
+  const Pose can_lying = {{0, 0.5, 0}, lying};
+  const Pose can_on_rim = {{0, std::sqrt(0.5), 0}, on_rim};
+  const Pose capsule_lying = {{0, 0.25, 0}, lying};
+  const Pose capsule_across = {{0, -0.25, 0}, turn(pi / 2, {0, 1, 0}) * lying};
+  const TriangleMesh rectangle = make_rectangle(4, 4, true);
   return {
       {"box on plane", cube, {{0.3, 0.5, 0}, upright}, Plane{}, {}, 4},
       {"box on slab", cube, {{0.3, 0.5, 0.1}, upright}, slab, slab_pose, 4},
-      {"box on box, the same", cube, {{0, 0.5, 0}, upright}, cube, {{0, -0.5, 0}, upright}, 4},
-      {"box on box, offset", cube, {{0.5, 0.5, 0.25}, upright}, cube, {{0, -0.5, 0}, upright}, 4},
-      {"box on box, yaw", cube, {{0, 0.5, 0}, turn(pi / 4, {0, 1, 0})}, cube, {{0, -0.5, 0}, upright}, 8},
+      {"box on box, the same", cube, half_up, cube, below, 4},
+      {"box on box, offset", cube, {{0.5, 0.5, 0.25}, upright}, cube, below, 4},
+      {"box on box, yaw", cube, {{0, 0.5, 0}, turn(pi / 4, {0, 1, 0})}, cube, below, 8},
       {"plate on plate", plate, {{0.2, 0.01, 0}, upright}, plate, {{0, -0.01, 0}, upright}, 4},
       {"box edge on slab", cube, {{0, std::sqrt(0.5), 0}, on_edge}, slab, slab_pose, 2},
       {"box corner on slab", cube, {{0, std::sqrt(0.75), 0}, on_corner}, slab, slab_pose, 1},
@@ -120,7 +133,7 @@ std::vector<Resting> resting_cases() {
        cube,
        {{0, std::sqrt(0.5), 0}, turn(pi / 2, {0, 1, 0}) * on_edge},
        cube,
-       {{0, -std::sqrt(0.5), 0}, on_edge},
+       edge_along,
        1},
       {"dodecahedron on plane", dodeca, {{0, inner, 0}, on_face}, Plane{}, {}, 5},
       {"dodecahedron on slab", dodeca, {{0.1, inner, 0}, on_face}, slab, slab_pose, 5},
@@ -131,92 +144,57 @@ std::vector<Resting> resting_cases() {
        {{0, -inner, 0}, face_up},
        5},
       {"small dodecahedron on slab", small, {{3, 0.01 * inner, 2}, on_face}, slab, slab_pose, 5},
-      {"prism on slab", prism, {{0, 0.5, 0}, upright}, slab, slab_pose, 32},
-      {"prism on prism", prism, {{0, 0.5, 0}, upright}, prism, {{0, -0.5, 0}, upright}, 32},
+      {"prism on slab", prism, half_up, slab, slab_pose, 32},
+      {"prism on prism", prism, half_up, prism, below, 32},
       {"prism lying on slab",
        prism,
        {{0, 0.5 * std::cos(pi / 32), 0}, turn(pi / 32, {1, 0, 0}) * turn(pi / 2, {0, 0, 1})},
        slab,
        slab_pose,
        4},
-      {"capsule standing on plane", capsule, {{0, 0.5, 0}, upright}, Plane{}, {}, 1},
-      {"capsule lying on plane", capsule, {{0, 0.25, 0}, lying}, Plane{}, {}, 2},
-      {"capsule lying on slab", capsule, {{0, 0.25, 0}, lying}, slab, slab_pose, 2},
-      {"capsule standing on slab", capsule, {{0, 0.5, 0}, upright}, slab, slab_pose, 1},
-      {"capsule lying over a box's edge", capsule, {{0.5, 0.25, 0}, lying}, cube, {{0, -0.5, 0}, upright}, 2},
-      {"capsule across a box's edge",
-       capsule,
-       {{0, 0.25, 0}, lying},
-       cube,
-       {{0, -std::sqrt(0.5), 0}, turn(pi / 4, {0, 0, 1})},
-       1},
-      {"capsule along a box's edge",
-       capsule,
-       {{0, 0.25, 0}, lying},
-       cube,
-       {{0, -std::sqrt(0.5), 0}, on_edge},
-       2},
+      {"capsule standing on plane", capsule, half_up, Plane{}, {}, 1},
+      {"capsule lying on plane", capsule, capsule_lying, Plane{}, {}, 2},
+      {"capsule lying on slab", capsule, capsule_lying, slab, slab_pose, 2},
+      {"capsule standing on slab", capsule, half_up, slab, slab_pose, 1},
+      {"capsule lying over a box's edge", capsule, {{0.5, 0.25, 0}, lying}, cube, below, 2},
+      {"capsule across a box's edge", capsule, capsule_lying, cube, edge_across, 1},
+      {"capsule along a box's edge", capsule, capsule_lying, cube, edge_along, 2},
       {"capsule along capsule", capsule, {{0.1, 0.25, 0}, lying}, capsule, {{0, -0.25, 0}, lying}, 2},
-      {"capsule across capsule",
-       capsule,
-       {{0, 0.25, 0}, lying},
-       capsule,
-       {{0, -0.25, 0}, turn(pi / 2, {0, 1, 0}) * lying},
-       1},
-      {"sphere on plane", Sphere{0.5}, {{0, 0.5, 0}, upright}, Plane{}, {}, 1},
-      {"sphere on slab", Sphere{0.5}, {{0, 0.5, 0}, upright}, slab, slab_pose, 1},
+      {"capsule across capsule", capsule, capsule_lying, capsule, capsule_across, 1},
+      {"sphere on plane", Sphere{0.5}, half_up, Plane{}, {}, 1},
+      {"sphere on slab", Sphere{0.5}, half_up, slab, slab_pose, 1},
       {"cylinder standing on plane", can, {{0.3, 0.5, 0}, upright}, Plane{}, {}, 8},
       {"cylinder standing on slab", can, {{0.3, 0.5, 0}, upright}, slab, slab_pose, 8},
       {"cylinder standing on mesh", can, {{0.25, 0.5, 0.1}, upright}, floor, {}, 8},
-      {"cylinder on cylinder", can, {{0, 0.5, 0}, upright}, can, {{0, -0.5, 0}, upright}, 8},
-      {"cylinder on narrow cylinder", can, {{0, 0.5, 0}, upright}, coin, {{0.1, -0.05, 0}, upright}, 8},
-      {"slab on cylinder", slab, {{0, 0.5, 0}, upright}, can, {{0, -0.5, 0}, upright}, 8},
-      {"box on cylinder", plate, {{0, 0.01, 0}, upright}, can, {{0, -0.5, 0}, upright}, 8},
-      {"cylinder half over a box", can, {{0.5, 0.5, 0}, upright}, cube, {{0, -0.5, 0}, upright}, 5},
-      {"cylinder lying on plane", can, {{0, 0.5, 0}, lying}, Plane{}, {}, 2},
-      {"cylinder lying on slab", can, {{0, 0.5, 0}, lying}, slab, slab_pose, 2},
+      {"cylinder on cylinder", can, half_up, can, below, 8},
+      {"cylinder on narrow cylinder", can, half_up, coin, {{0.1, -0.05, 0}, upright}, 8},
+      {"slab on cylinder", slab, half_up, can, below, 8},
+      {"box on cylinder", plate, {{0, 0.01, 0}, upright}, can, below, 8},
+      {"cylinder half over a box", can, {{0.5, 0.5, 0}, upright}, cube, below, 5},
+      {"cylinder lying on plane", can, can_lying, Plane{}, {}, 2},
+      {"cylinder lying on slab", can, can_lying, slab, slab_pose, 2},
       {"cylinder lying on mesh", can, {{0.2, 0.5, 0.1}, lying}, floor, {}, 2},
-      {"cylinder lying over a box's edge", can, {{0.5, 0.5, 0}, lying}, cube, {{0, -0.5, 0}, upright}, 2},
-      {"cylinder across a box's edge",
-       can,
-       {{0, 0.5, 0}, lying},
-       cube,
-       {{0, -std::sqrt(0.5), 0}, turn(pi / 4, {0, 0, 1})},
-       1},
-      {"cylinder along a box's edge", can, {{0, 0.5, 0}, lying}, cube, {{0, -std::sqrt(0.5), 0}, on_edge}, 2},
-      {"cylinder along cylinder", can, {{0.1, 0.5, 0}, lying}, can, {{0, -0.5, 0}, lying}, 2},
-      {"cylinder across cylinder",
-       can,
-       {{0, 0.5, 0}, lying},
-       can,
-       {{0, -0.5, 0}, turn(pi / 2, {0, 1, 0}) * lying},
-       1},
-      {"cylinder lying on a standing one", can, {{0, 0.5, 0}, lying}, can, {{0, -0.5, 0}, upright}, 2},
-      {"cylinder on its rim on plane", can, {{0, std::sqrt(0.5), 0}, on_rim}, Plane{}, {}, 1},
-      {"cylinder on its rim on slab", can, {{0, std::sqrt(0.5), 0}, on_rim}, slab, slab_pose, 1},
-      {"cylinder on its rim on a disc",
-       can,
-       {{0, std::sqrt(0.5), 0}, on_rim},
-       can,
-       {{0, -0.5, 0}, upright},
-       1},
+      {"cylinder lying over a box's edge", can, {{0.5, 0.5, 0}, lying}, cube, below, 2},
+      {"cylinder across a box's edge", can, can_lying, cube, edge_across, 1},
+      {"cylinder along a box's edge", can, can_lying, cube, edge_along, 2},
+      {"cylinder along cylinder", can, {{0.1, 0.5, 0}, lying}, can, lying_below, 2},
+      {"cylinder across cylinder", can, can_lying, can, across_below, 1},
+      {"cylinder lying on a standing one", can, can_lying, can, below, 2},
+      {"cylinder on its rim on plane", can, can_on_rim, Plane{}, {}, 1},
+      {"cylinder on its rim on slab", can, can_on_rim, slab, slab_pose, 1},
+      {"cylinder on its rim on a disc", can, can_on_rim, can, below, 1},
       {"cylinder on its rim on mesh", can, {{0.3, std::sqrt(0.5), 0.2}, on_rim}, floor, {}, 1},
-      {"corner on a disc", cube, {{0, std::sqrt(0.75), 0}, on_corner}, can, {{0, -0.5, 0}, upright}, 1},
-      {"capsule standing on cylinder", capsule, {{0, 0.5, 0}, upright}, can, {{0, -0.5, 0}, upright}, 1},
-      {"capsule lying on cylinder", capsule, {{0, 0.25, 0}, lying}, can, {{0, -0.5, 0}, upright}, 2},
-      {"capsule along a lying cylinder", capsule, {{0, 0.25, 0}, lying}, can, {{0, -0.5, 0}, lying}, 2},
-      {"capsule across a lying cylinder",
-       capsule,
-       {{0, 0.25, 0}, lying},
-       can,
-       {{0, -0.5, 0}, turn(pi / 2, {0, 1, 0}) * lying},
-       1},
-      {"sphere on cylinder", Sphere{0.5}, {{0.1, 0.5, 0}, upright}, can, {{0, -0.5, 0}, upright}, 1},
-      {"sphere on a lying cylinder", Sphere{0.5}, {{0.1, 0.5, 0}, upright}, can, {{0, -0.5, 0}, lying}, 1},
-      {"cone standing on plane", cone, {{0, 0.5, 0}, upright}, Plane{}, {}, 8},
-      {"cone standing on slab", cone, {{0, 0.5, 0}, upright}, slab, slab_pose, 8},
+      {"corner on a disc", cube, {{0, std::sqrt(0.75), 0}, on_corner}, can, below, 1},
+      {"capsule standing on cylinder", capsule, half_up, can, below, 1},
+      {"capsule lying on cylinder", capsule, capsule_lying, can, below, 2},
+      {"capsule along a lying cylinder", capsule, capsule_lying, can, lying_below, 2},
+      {"capsule across a lying cylinder", capsule, capsule_lying, can, across_below, 1},
+      {"sphere on cylinder", Sphere{0.5}, {{0.1, 0.5, 0}, upright}, can, below, 1},
+      {"sphere on a lying cylinder", Sphere{0.5}, {{0.1, 0.5, 0}, upright}, can, lying_below, 1},
+      {"cone standing on plane", cone, half_up, Plane{}, {}, 8},
+      {"cone standing on slab", cone, half_up, slab, slab_pose, 8},
       {"cone on its point on slab", cone, {{0, 0.5, 0}, turn(pi, {1, 0, 0})}, slab, slab_pose, 1},
-      {"frustum standing on slab", frustum, {{0, 0.5, 0}, upright}, slab, slab_pose, 8},
+      {"frustum standing on slab", frustum, half_up, slab, slab_pose, 8},
       {"frustum lying on plane", frustum, {{0, side_height, 0}, on_side}, Plane{}, {}, 2},
       {"frustum lying on slab", frustum, {{0, side_height, 0}, on_side}, slab, slab_pose, 2},
       {"frustum lying on mesh", frustum, {{0, side_height, 0.1}, on_side}, floor, {}, 2},
@@ -226,7 +204,7 @@ std::vector<Resting> resting_cases() {
       {"tapered capsule standing on slab", skittle, {{0, 0.8, 0}, upright}, slab, slab_pose, 1},
       {"tapered capsule standing on mesh", skittle, {{0.1, 0.8, 0.2}, upright}, floor, {}, 1},
       {"sphere on mesh", Sphere{0.5}, {{0.3, 0.5, 0.2}, upright}, floor, {}, 1},
-      {"sphere on a corner of the mesh", Sphere{0.5}, {{0, 0.5, 0}, upright}, floor, {}, 1},
+      {"sphere on a corner of the mesh", Sphere{0.5}, half_up, floor, {}, 1},
       {"capsule lying on mesh", capsule, {{0.1, 0.25, 0.2}, lying}, floor, {}, 2},
       {"box on mesh", cube, {{0.3, 0.5, 0.1}, upright}, floor, {}, 4},
       {"turned box on mesh", cube, {{0.3, 0.5, 0.1}, turn(0.3, {0, 1, 0})}, floor, {}, 4},
@@ -234,19 +212,14 @@ std::vector<Resting> resting_cases() {
       {"box corner on mesh", cube, {{0.1, std::sqrt(0.75), 0.2}, on_corner}, floor, {}, 1},
       {"dodecahedron on mesh", dodeca, {{0.1, inner, 0}, on_face}, floor, {}, 5},
       {"small dodecahedron on mesh", small, {{3, 0.01 * inner, 2}, on_face}, floor, {}, 5},
-      {"box on a two-sided plane", cube, {{0.3, 0.5, 0.1}, upright}, make_rectangle(4, 4, true), {}, 4},
-      {"box on its back",
-       cube,
-       {{0.3, 0.5, 0.1}, upright},
-       make_rectangle(4, 4, true),
-       {{0, 0, 0}, turn(pi, {1, 0, 0})},
-       4},
-      {"sphere on sphere", Sphere{0.5}, {{0, 0.5, 0}, upright}, Sphere{1}, {{0, -1, 0}, upright}, 1},
-      {"sphere on capsule", Sphere{0.5}, {{0, 0.5, 0}, upright}, capsule, {{0, -0.25, 0}, lying}, 1},
+      {"box on a two-sided plane", cube, {{0.3, 0.5, 0.1}, upright}, rectangle, {}, 4},
+      {"box on its back", cube, {{0.3, 0.5, 0.1}, upright}, rectangle, {{0, 0, 0}, turn(pi, {1, 0, 0})}, 4},
+      {"sphere on sphere", Sphere{0.5}, half_up, Sphere{1}, {{0, -1, 0}, upright}, 1},
+      {"sphere on capsule", Sphere{0.5}, half_up, capsule, {{0, -0.25, 0}, lying}, 1},
   };
 }
 
-TEST(Contacts, RestingShapesHaveTheWholeManifold) {
+TEST(Contacts, RestingShapesHaveWholeManifold) {
   for (const Resting& rest : resting_cases()) {
     for (const double gap : {-1e-2, -1e-3, -1e-4, -1e-6, 0.0, 1e-6, 1e-4, 1e-3, 1e-2}) {
       // A plate of 2 cm or a hull of 3 cm that is 1 cm deep in another has no one way out.
@@ -268,7 +241,7 @@ TEST(Contacts, RestingShapesHaveTheWholeManifold) {
   }
 }
 
-TEST(Contacts, AreMirroredWhenTheShapesAreSwapped) {
+TEST(Contacts, SwappedShapesAreMirrored) {
   for (const Resting& rest : resting_cases()) {
     Pose pose = rest.top_pose;
     pose.position += Vector3(0.013, -1e-3, 0.007);
@@ -303,7 +276,7 @@ TEST(Contacts, ReachTheCornersOfTheSupport) {
   }
 }
 
-TEST(Contacts, ASlightTiltKeepsTheFace) {
+TEST(Contacts, SlightTiltKeepsFace) {
   std::mt19937 random(1);
   const Polytope cube = box({1, 1, 1});
   Polytope hull = cube;
@@ -328,7 +301,7 @@ TEST(Contacts, ASlightTiltKeepsTheFace) {
   }
 }
 
-TEST(Contacts, OfBoxesTurnedALittleAreFour) {
+TEST(Contacts, SlightlyTurnedBoxesHaveFour) {
   const Polytope cube = box({1, 1, 1});
   const auto count = [&](double angle) {
     return contacts(cube, {{0.45, 0.999, 0}, turn(angle, {0, 1, 0})}, cube, {{0, 0, 0}, upright}, margin)
@@ -339,7 +312,7 @@ TEST(Contacts, OfBoxesTurnedALittleAreFour) {
   EXPECT_EQ(count(0.1), 6U);  // what is more than a cut corner stays
 }
 
-TEST(Contacts, DoNotDependOnWhereThePairIs) {
+TEST(Contacts, IgnorePositionOfPair) {
   // 1 km away a metre has 1e-13 of rounding; contacts have no more.
   const Vector3 far(1000, -500, 700);
   const Quaternion yaw = turn(0.4, {0, 1, 0});
@@ -355,7 +328,7 @@ TEST(Contacts, DoNotDependOnWhereThePairIs) {
   }
 }
 
-TEST(Contacts, OfSpheresAreAnalytic) {
+TEST(Contacts, SpheresMatchClosedForm) {
   std::mt19937 random(2);
   for (int trial = 0; trial < 2000; ++trial) {
     const Vector3 a = test::random_point(random, 1);
@@ -371,7 +344,7 @@ TEST(Contacts, OfSpheresAreAnalytic) {
   }
 }
 
-TEST(Contacts, OfASphereAndABoxAreAnalytic) {
+TEST(Contacts, SphereAndBoxMatchClosedForm) {
   std::mt19937 random(3);
   const Vector3 half(0.5, 1, 0.25);
   const Polytope solid = box(2 * half);
@@ -389,7 +362,7 @@ TEST(Contacts, OfASphereAndABoxAreAnalytic) {
   }
 }
 
-TEST(Contacts, OfCapsulesAreNoDeeperThanSampledSpheres) {
+TEST(Contacts, CapsulesMatchSampledSpheres) {
   std::mt19937 random(4);
   const Capsule a = {0.6, 0.2};
   const Capsule b = {0.4, 0.3};
@@ -427,7 +400,7 @@ TEST(Contacts, OfCapsulesAreNoDeeperThanSampledSpheres) {
   EXPECT_GT(touching, 500);
 }
 
-TEST(Contacts, OfACapsuleThroughABoxPushItOutTheShortWay) {
+TEST(Contacts, CapsuleLeavesBoxTheShortWay) {
   const Polytope solid = box({2, 2, 2});
   const Capsule capsule = {2, 0.1};
   // Upright through the box, 0.3 from its +X side.
@@ -446,7 +419,7 @@ TEST(Contacts, OfACapsuleThroughABoxPushItOutTheShortWay) {
   EXPECT_FALSE(edge.empty());
 }
 
-TEST(Contacts, OfCoincidentShapesAreFinite) {
+TEST(Contacts, CoincidentShapesAreFinite) {
   const Polytope cube = box({1, 1, 1});
   const Polytope dodeca = dodecahedron();
   const std::vector<Shape> shapes = {Sphere{}, Capsule{}, cube, dodeca};
@@ -460,7 +433,7 @@ TEST(Contacts, OfCoincidentShapesAreFinite) {
   }
 }
 
-TEST(Contacts, BesideACornerAreOfTheClosestPoints) {
+TEST(Contacts, CornerTouchesAtClosestPoints) {
   // Diagonally apart: on every axis a gap below the margin, in truth √3 times as far, and no face over the
   // other.
   Polytope hull = box({1, 1, 1});
@@ -478,7 +451,7 @@ TEST(Contacts, BesideACornerAreOfTheClosestPoints) {
   }
 }
 
-TEST(Contacts, OfASpikeBesideAnEdgeAreOfTheClosestPoints) {
+TEST(Contacts, SpikeTouchesEdgeAtClosestPoints) {
   // Its point is beside the box's upper edge and above it; all its edges lead away.
   const std::vector<Vector3> corners{
       {0, 0, 0}, {0.1, 1, 0.1}, {-0.1, 1, 0.1}, {0.1, 1, -0.1}, {-0.1, 1, -0.1}};
@@ -493,7 +466,7 @@ TEST(Contacts, OfASpikeBesideAnEdgeAreOfTheClosestPoints) {
   }
 }
 
-TEST(Contacts, OfAnEllipsoidAndAPlaneAreThoseOfManyPoints) {
+TEST(Contacts, EllipsoidMatchesManyPoints) {
   const Vector3 half_axes(0.2, 0.02, 0.03);
   // So many points that their hull is nearly the ellipsoid.
   Polytope points = ellipsoid(half_axes, 100);
@@ -524,7 +497,7 @@ TEST(Contacts, OfAnEllipsoidAndAPlaneAreThoseOfManyPoints) {
   }
 }
 
-TEST(Contacts, OfPlanesWithEachOtherAreNone) {
+TEST(Contacts, PlanesDoNotTouchEachOther) {
   EXPECT_TRUE(contacts(Plane{}, {}, Plane{}, {{0, 1, 0}, turn(1, {1, 0, 0})}, margin).empty());
 }
 
@@ -534,7 +507,7 @@ TEST(Contacts, AreAppended) {
   EXPECT_EQ(points.size(), 4U);
 }
 
-TEST(Contacts, OfATurnedAndShiftedBoxAreThoseOfItsHull) {
+TEST(Contacts, RotatedBoxMatchesItsHull) {
   std::mt19937 random(6);
   for (int trial = 0; trial < 500; ++trial) {
     const Pose placement = {test::random_point(random, 0.3), test::random_orientation(random)};
@@ -576,7 +549,7 @@ TEST(Bounds, AreTight) {
   EXPECT_NEAR(capsule.upper.z(), 0.5, 1e-15);
 }
 
-TEST(Bounds, OfPlanesEndWhereTheyFaceAnAxis) {
+TEST(Bounds, PlanesEndWhereTheyFaceAnAxis) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   const Bounds floor = bounds(Plane{}, {{1, 2, 3}, upright});
   EXPECT_EQ(floor.upper, Vector3(infinity, 2, infinity));

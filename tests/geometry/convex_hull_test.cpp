@@ -16,8 +16,8 @@
 namespace substep {
 namespace {
 
-/// What holds for every polytope: Euler's formula, outward unit normals, all vertices below all faces and on
-/// their own, edges between the faces that they name.
+/// Expects what holds for every polytope: Euler's formula, outward unit normals, all vertices below all faces
+/// and on their own, edges between the faces that they name.
 void expect_sound(const Polytope& polytope, double tolerance) {
   EXPECT_EQ(polytope.vertices.size() + polytope.face_count(), polytope.edges.size() + 2);
   ASSERT_EQ(polytope.face_begin.size(), polytope.face_count() + 1);
@@ -96,7 +96,7 @@ TEST(ConvexHull, FacesOfFloatCoordinatesStayWhole) {
   expect_sound(hull, 1e-6);  // measured 4e-7: the rounding of coordinates near 4
 }
 
-TEST(ConvexHull, OfManyPointsOnASphere) {
+TEST(ConvexHull, HoldsManyPointsOnSphere) {
   std::mt19937 random(3);
   std::vector<Vector3> points;
   points.reserve(1000);
@@ -107,7 +107,7 @@ TEST(ConvexHull, OfManyPointsOnASphere) {
   EXPECT_NEAR(mass_properties(hull).mass, 4 * std::numbers::pi / 3, 0.06);  // measured 0.05: chords
 }
 
-TEST(ConvexHull, IsTheSameForTheSamePoints) {
+TEST(ConvexHull, RepeatsExactly) {
   std::mt19937 random(5);
   std::vector<Vector3> points;
   points.reserve(200);
@@ -118,7 +118,7 @@ TEST(ConvexHull, IsTheSameForTheSamePoints) {
   EXPECT_EQ(one.face_normals, other.face_normals);
 }
 
-TEST(ConvexHull, AtAnySizeAndPlace) {
+TEST(ConvexHull, KeepsShapeAtAnySizeAndPosition) {
   for (const double size : {1e-6, 1e-3, 1.0, 1e3, 1e6}) {
     std::vector<Vector3> points = test::dodecahedron_points();
     for (Vector3& point : points) point = size * (point + Vector3(100, -50, 20));
@@ -138,7 +138,7 @@ std::string refusal(const std::vector<Vector3>& points) {
   return "accepted";
 }
 
-TEST(ConvexHull, RefusesWhatHasNoInside) {
+TEST(ConvexHull, RefusesFlatPoints) {
   std::mt19937 random(7);
   const std::string thin = "a.gltf: /meshes/2: its convex hull is thinner than 1e-6 of its size of ";
   std::vector<Vector3> flat;
@@ -158,7 +158,7 @@ TEST(ConvexHull, RefusesWhatHasNoInside) {
   EXPECT_EQ(refusal({}), "a.gltf: /meshes/2: a convex hull needs at least 4 vertices, there are 0");
 }
 
-TEST(ConvexHull, RefusesWhatIsNotANumberOrTooFar) {
+TEST(ConvexHull, RefusesPointsNotFiniteOrTooFar) {
   for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
                            -std::numeric_limits<double>::infinity(), 1e300, -2e9}) {
     std::vector<Vector3> points = test::dodecahedron_points();

@@ -37,7 +37,7 @@ Vector3 box_inertia(double mass, const Vector3& size) {
   return mass / 12 * Vector3(squares.y() + squares.z(), squares.z() + squares.x(), squares.x() + squares.y());
 }
 
-TEST(MassProperties, OfABoxMeshNearAndFar) {
+TEST(MassProperties, BoxMeshIsExactNearAndFar) {
   const Vector3 size(1, 2, 3);
   for (const double far : {0.0, 10.0, 1e6}) {
     const Vector3 offset(far, -far, far / 2);
@@ -50,19 +50,19 @@ TEST(MassProperties, OfABoxMeshNearAndFar) {
   }
 }
 
-TEST(MassProperties, OfAnInvertedMeshAreNegative) {
+TEST(MassProperties, InvertedMeshIsNegative) {
   Mesh mesh = mesh_of(box({1, 2, 3}), {5, 5, 5});
   for (Triangle& triangle : mesh.triangles) std::swap(triangle[0], triangle[1]);
   EXPECT_NEAR(mass_properties(mesh.vertices, mesh.triangles).mass, -6, 1e-14);
   EXPECT_TRUE(is_closed(mesh.vertices, mesh.triangles));
 }
 
-TEST(MassProperties, OfNothing) {
+TEST(MassProperties, NothingHasNoMass) {
   EXPECT_EQ(mass_properties({}, {}).mass, 0);
   EXPECT_EQ(mass_properties(Shape(Plane{})).mass, 0);
 }
 
-TEST(IsClosed, AfterWeldingPositions) {
+TEST(IsClosed, WeldsPositionsFirst) {
   Mesh mesh = mesh_of(box({1, 2, 3}), {0, 0, 0});
   EXPECT_EQ(mesh.vertices.size(), 24U);
   EXPECT_TRUE(is_closed(mesh.vertices, mesh.triangles));
@@ -90,14 +90,15 @@ TEST(IsClosed, AfterWeldingPositions) {
   EXPECT_TRUE(is_closed(mesh.vertices, mesh.triangles));
 }
 
-TEST(MassProperties, OfRoundShapes) {
+TEST(MassProperties, RoundShapesMatchClosedForms) {
   constexpr double pi = std::numbers::pi;
   const MassProperties ball = mass_properties(Shape(Sphere{2}));
   EXPECT_DOUBLE_EQ(ball.mass, 32 * pi / 3);
   EXPECT_DOUBLE_EQ(ball.inertia(0, 0), 0.4 * 32 * pi / 3 * 4);
 }
 
-/// Of a solid of revolution about the Y axis by slices: ∫ π r² dy and the moments of the discs.
+/// Returns volume and moments of a solid of revolution about the Y axis by slices: ∫ π r² dy and the moments
+/// of the discs.
 template <class SquaredRadius>
 MassProperties sliced(double low, double high, SquaredRadius squared_radius) {
   constexpr double pi = std::numbers::pi;
@@ -130,7 +131,7 @@ void expect_near(const MassProperties& one, const MassProperties& other, double 
   EXPECT_LT((one.inertia - other.inertia).norm(), tolerance);
 }
 
-TEST(MassProperties, OfACapsuleAreThoseOfItsSlices) {
+TEST(MassProperties, CapsuleMatchesItsSlices) {
   const Capsule capsule = {0.75, 0.5};
   const auto squared_radius = [&](double y) {
     const double beyond = std::max(0.0, std::abs(y) - capsule.half_length);
@@ -141,7 +142,7 @@ TEST(MassProperties, OfACapsuleAreThoseOfItsSlices) {
   expect_near(mass_properties(Shape(capsule)), mass_properties(Shape(TaperedCapsule{0.75, 0.5, 0.5})), 1e-15);
 }
 
-TEST(MassProperties, OfCylindersAreThoseOfTheirSlices) {
+TEST(MassProperties, CylindersMatchTheirSlices) {
   for (const Cylinder& cylinder :
        {Cylinder{0.7, 0.4, 0.4}, {0.7, 0.4, 0.1}, {0.2, 0.5, 0}, {1, 0, 0.3}, {0.01, 0.5, 0.5}}) {
     const double h = cylinder.half_height;
@@ -160,7 +161,7 @@ TEST(MassProperties, OfCylindersAreThoseOfTheirSlices) {
   EXPECT_DOUBLE_EQ(straight.inertia(0, 0), mass * (0.75 + 4) / 12);
 }
 
-TEST(MassProperties, OfTaperedCapsulesAreThoseOfTheirSlices) {
+TEST(MassProperties, TaperedCapsulesMatchTheirSlices) {
   for (const TaperedCapsule& capsule : {TaperedCapsule{0.5, 0.4, 0.2},
                                         {0.5, 0.1, 0.3},
                                         {0.5, 0.3, 0},
@@ -192,7 +193,7 @@ TEST(MassProperties, OfTaperedCapsulesAreThoseOfTheirSlices) {
   }
 }
 
-TEST(MassProperties, OfAPolytopeAreThoseOfItsMesh) {
+TEST(MassProperties, PolytopeMatchesItsMesh) {
   std::mt19937 random(1);
   for (int trial = 0; trial < 20; ++trial) {
     const Polytope hull = test::random_hull(random, 30);
@@ -205,7 +206,7 @@ TEST(MassProperties, OfAPolytopeAreThoseOfItsMesh) {
   }
 }
 
-TEST(MassProperties, TransformedAndCombined) {
+TEST(MassProperties, TransformAndCombine) {
   // Two boxes side by side are one box, wherever it stands.
   const Pose pose = {{3, -1, 2}, test::turn(1.1, {1, 2, -1})};
   const MassProperties half = mass_properties(Shape(box({1, 1, 3})));
@@ -228,7 +229,7 @@ Matrix3 rebuilt(const PrincipalInertia& principal) {
   return axes * principal.moments.asDiagonal() * axes.transpose();
 }
 
-TEST(PrincipalInertia, OfADiagonalMatrixIsTheIdentity) {
+TEST(PrincipalInertia, DiagonalMatrixKeepsAxes) {
   for (const Vector3& moments : {Vector3(3, 1, 2), Vector3(1, 1, 1), Vector3(5, 5, 1), Vector3(0, 0, 0)}) {
     const PrincipalInertia principal = principal_inertia(moments.asDiagonal());
     EXPECT_EQ(principal.moments, moments);
@@ -236,13 +237,13 @@ TEST(PrincipalInertia, OfADiagonalMatrixIsTheIdentity) {
   }
 }
 
-TEST(PrincipalInertia, OfACubeWithRoundingIsTheIdentity) {
+TEST(PrincipalInertia, RoundedCubeKeepsAxes) {
   const MassProperties cube =
       mass_properties(Shape(transformed(box({1, 1, 1}), {Vector3::Zero(), test::turn(0.3, {1, 2, 3})})));
   EXPECT_EQ(principal_inertia(cube.inertia).orientation.coeffs(), Quaternion::Identity().coeffs());
 }
 
-TEST(PrincipalInertia, OfRandomBodies) {
+TEST(PrincipalInertia, DiagonalizesRandomBodies) {
   std::mt19937 random(2);
   for (int trial = 0; trial < 1000; ++trial) {
     const Vector3 moments = test::random_point(random, 1).cwiseAbs() + Vector3(1, 1, 1);
@@ -251,14 +252,14 @@ TEST(PrincipalInertia, OfRandomBodies) {
     const PrincipalInertia principal = principal_inertia(inertia);
     EXPECT_LT((rebuilt(principal) - inertia).norm(), 1e-13);  // measured 2.6e-14
     EXPECT_NEAR(principal.orientation.norm(), 1, 1e-15);
-    // Of the 24 ways to name the axes the nearest turns by 62.8° at most.
+    // The nearest of the 24 ways to name the axes turns by 62.8° at most.
     EXPECT_GE(std::abs(principal.orientation.w()), std::cos(31.4 / 180 * std::numbers::pi) - 1e-4);
     const PrincipalInertia again = principal_inertia(inertia);
     EXPECT_EQ(principal.orientation.coeffs(), again.orientation.coeffs());
   }
 }
 
-TEST(MassProperties, OfAnEllipsoidAreThoseOfManyFacets) {
+TEST(MassProperties, EllipsoidMatchesManyFacets) {
   const Vector3 half_axes(0.2, 0.02, 0.03);
   Polytope facets = ellipsoid(half_axes, 60);
   facets.ellipsoid.reset();
@@ -268,7 +269,7 @@ TEST(MassProperties, OfAnEllipsoidAreThoseOfManyFacets) {
   EXPECT_LT((expected.inertia - found.inertia).norm(), 2.5e-3 * found.inertia.norm());  // measured 2.1e-3
 }
 
-TEST(PrincipalInertia, FollowsASmallTurn) {
+TEST(PrincipalInertia, FollowsSmallTurn) {
   const Vector3 moments(3, 1, 2);
   const Quaternion small = test::turn(0.1, {1, 2, 3});
   const Matrix3 axes = small.toRotationMatrix();
@@ -277,7 +278,7 @@ TEST(PrincipalInertia, FollowsASmallTurn) {
   EXPECT_NEAR(std::abs(principal.orientation.dot(small)), 1, 1e-14);
 }
 
-TEST(PrincipalInertia, OfNearlyEqualAndVeryDifferentMoments) {
+TEST(PrincipalInertia, HandlesNearlyEqualMoments) {
   for (const Vector3& moments : {Vector3(1, 1 + 1e-12, 1), Vector3(1e-9, 1, 1), Vector3(1e9, 1, 1e-3)}) {
     const Matrix3 axes = test::turn(0.8, {3, 1, 2}).toRotationMatrix();
     const Matrix3 inertia = axes * moments.asDiagonal() * axes.transpose();

@@ -10,7 +10,7 @@
 
 namespace substep::test {
 
-/// Of the regular one with the vertices (±1, ±1, ±1), (0, ±1/φ, ±φ), …, whose edges are 2/φ long.
+/// Returns the vertices (±1, ±1, ±1), (0, ±1/φ, ±φ), … of a regular dodecahedron with edges of length 2/φ.
 std::vector<Vector3> dodecahedron_points();
 
 /// The hull of `count` points, each coordinate normally distributed.
@@ -27,7 +27,8 @@ Vector3 random_point(std::mt19937& random, double reach);
 /// A rotation by `angle` about `axis`, through libm: tests only.
 Quaternion turn(double angle, const Vector3& axis);
 
-/// How many random pairs to hold against an oracle: `usual`, or what SUBSTEP_ORACLE_PAIRS says.
+/// Returns the number of random pairs to compare with an oracle: `usual`, or the value of
+/// SUBSTEP_ORACLE_PAIRS.
 int oracle_pairs(int usual);
 
 /// A square of side × side cells in the plane y = 0 about the origin, each of two triangles. `uneven` shifts
@@ -39,8 +40,8 @@ std::vector<ContactPoint> contacts(const Shape& a, const Pose& pose_a, const Sha
 
 double lowest_distance(const std::vector<ContactPoint>& points);
 
-/// What holds for every contact: numbers, unit normals, a distance that is that of its two points, below the
-/// margin. Empty when all is well, else what is not.
+/// Returns which law of contacts is violated; empty: none. Contacts are finite, with unit normals and a
+/// distance below the margin that is that of their two points.
 std::string complaint(const std::vector<ContactPoint>& points, double margin);
 
 /// The separation of two polytopes by testing every face and every pair of edges, with no short cuts.

@@ -10,7 +10,7 @@
 namespace substep {
 namespace {
 
-TEST(WeldedPoints, AreThoseAtOnePlace) {
+TEST(WeldedPoints, JoinPointsAtOnePosition) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const std::vector<Vector3> points = {{1, 2, 3},   {0, 0, 0},   {1, 2, 3},   {0, -0.0, 0},
                                        {nan, 0, 0}, {nan, 0, 0}, {1, 2, 3.5}, {1, 2, 3}};
@@ -35,7 +35,7 @@ std::vector<Vector3> points_of_one_slot(std::size_t count) {
   return points;
 }
 
-TEST(WeldedPoints, MadeToFallIntoOneSlotTakeLittleMoreWork) {
+TEST(WeldedPoints, CollidingHashesCostLittle) {
   const std::size_t count = 50'000;
   std::vector<Vector3> points = points_of_one_slot(count);
   const std::vector<Vector3> again = points;

@@ -79,7 +79,7 @@ class AnyRenderer : public testing::Test {
  protected:
   AnyRenderer() { replace_in(suite_.options.suite, "[defaults]\n", "[defaults]\nrenderer = \"any\"\n"); }
 
-  /// As if the golden pictures had been approved elsewhere, where they are drawn a little otherwise.
+  /// Makes the goldens look as if another renderer had drawn them, `levels` off.
   void approve_elsewhere(int levels) {
     suite_.make_goldens();
     render::Image golden = render::read_png(suite_.image(20));

@@ -41,8 +41,8 @@ render::Image noise(int width, int height, unsigned seed) {
   return image;
 }
 
-/// What is not near a difference is left out. The whole must be the same to the last bit: single pixels all
-/// over the picture make every part of it be computed, and beyond their reach the map must not change.
+/// Compares the map with one that leaves out nothing: single differing pixels all over the picture make every
+/// part be computed, and beyond their reach the map must not change by a bit.
 TEST(Flip, LeavesOutOnlyWhatIsZero) {
   constexpr int width = 700;
   constexpr int height = 300;

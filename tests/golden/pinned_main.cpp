@@ -1,4 +1,4 @@
-// Of the tests that draw: by the pinned renderer, whatever the surroundings ask for.
+// The main of tests that draw: they use the pinned renderer in any environment.
 
 #include <gtest/gtest.h>
 

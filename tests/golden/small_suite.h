@@ -12,7 +12,9 @@
 #include <vector>
 
 #include "golden/approval/approve.h"
+#include "golden/check/case_context.h"
 #include "golden/check/check.h"
+#include "golden/report/case_commands.h"
 #include "golden/suite/sidecar.h"
 #include "tests/temporary_folder.h"
 
@@ -35,6 +37,36 @@ inline void replace_in(const std::filesystem::path& file, const std::string& old
   const auto at = text.find(old_text);
   if (at == std::string::npos) throw std::runtime_error(file.string() + " has no '" + old_text + "'");
   write_text(file, text.replace(at, old_text.size(), new_text));
+}
+
+struct CheckResult {
+  std::vector<CaseResult> cases;
+  std::vector<std::filesystem::path> orphans;
+
+  int exit_code() const {
+    std::vector<Verdict> found;
+    for (const CaseResult& result : cases) found.push_back(result.verdict);
+    return golden::exit_code(found, orphans.size());
+  }
+};
+
+/// Checks in this process, and keeps the results of the cases.
+inline CheckResult check(const CheckOptions& options) {
+  CheckResult result;
+  check_with(options, [&](const CheckPlan& plan, CheckOutput& output) {
+    const MadeWith made_with = made_with_here(plan);
+    const ResultsLocation location = location_of({{"suite", plan.suite.file.string()}}, options.output);
+    CheckListener listener;
+    listener.after_case = [&](const CheckedCase& checked) {
+      const auto json = to_json(checked);
+      result.cases.push_back(checked.result);
+      if (json.contains("text")) result.cases.back().text = explanation(json, location);
+      output.add_case(json);
+    };
+    check_cases(plan.cases, plan.options, made_with, listener);
+    if (options.cases.empty()) result.orphans = orphans(plan.suite);
+  });
+  return result;
 }
 
 /// By default ten boxes for 20 steps of A3, pictures of frames 10 and 20.

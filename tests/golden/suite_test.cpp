@@ -19,7 +19,7 @@ class SuiteTest : public testing::Test {
     return read_suite(folder_.path() / "suite.toml");
   }
 
-  /// What is wrong, with the place but without the folder.
+  /// Returns the message, with the place but without the folder.
   std::string message(const std::string& text) {
     try {
       read(text);

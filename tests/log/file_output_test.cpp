@@ -51,7 +51,7 @@ TEST_F(FileOutput, WritesAndReplaces) {
 TEST_F(FileOutput, KeepsOldFileWhenWritingFails) {
   const fs::path file = folder_ / "a.txt";
   write_file(file, "old");
-  // As a full disk would: no file may grow beyond 4096 bytes.
+  // Limit files to 4096 bytes, like a full disk.
   rlimit before{};
   getrlimit(RLIMIT_FSIZE, &before);
   const rlimit small{4096, before.rlim_max};

@@ -14,7 +14,7 @@
 namespace substep {
 namespace {
 
-/// What `substep report claims` wrote when these tests began (CTest's fixture `claims`): it is measured once.
+/// Returns what `substep report claims` wrote when these tests began (CTest's fixture `claims`).
 std::string content(const std::string& name) {
   std::ifstream stream(std::string(SUBSTEP_BINARY_DIR) + "/tests/" + name, std::ios::binary);
   EXPECT_TRUE(stream) << name << ": run the tests through ctest, which measures the claims first";

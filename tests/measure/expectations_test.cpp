@@ -149,7 +149,7 @@ TEST(Expectations, PeaksCountFromFirstRise) {
   }
   e.count = 9;
   EXPECT_EQ(measured(e, bounce), INFINITY);
-  // What rises by less than a tenth of the tolerance is no maximum.
+  // A rise by less than a tenth of the tolerance is no maximum.
   e.count = 1;
   e.tolerance = 6;
   EXPECT_EQ(measured(e, bounce), INFINITY);

@@ -1,4 +1,4 @@
-// How far joints give way, of every kind, against displacements and turns that are set.
+// Gaps of joints of every kind, against displacements and turns that are set.
 
 #include "sim/measure/joint_gap.h"
 
@@ -50,13 +50,6 @@ double gap_at(const std::vector<JointLimit>& limits, const Vector3& by,
   return joint_gap(scene, state);
 }
 
-JointLimit limit(bool angular, std::array<bool, 3> axes, double min, double max) {
-  JointLimit result = test::locked(angular, axes);
-  result.min = min;
-  result.max = max;
-  return result;
-}
-
 constexpr std::array all_axes{true, true, true};
 constexpr double rounding = 1e-12;  // measured at most 2e-16
 
@@ -90,13 +83,13 @@ TEST(JointGap, IgnoresFreeDirections) {
 }
 
 TEST(JointGap, CountsExcessOverLimit) {
-  const JointLimit between = limit(false, {true, false, false}, -0.1, 0.3);
+  const JointLimit between = test::range(false, {true, false, false}, -0.1, 0.3);
   EXPECT_NEAR(gap_at({between}, {0.2, 1, 1}), 0, rounding);
   EXPECT_NEAR(gap_at({between}, {0.5, 1, 1}), 0.2, rounding);
   EXPECT_NEAR(gap_at({between}, {-0.5, 1, 1}), 0.4, rounding);
-  EXPECT_NEAR(gap_at({limit(false, all_axes, 1, 1)}, {0, 0, 0.7}), 0.3, rounding);
-  EXPECT_NEAR(gap_at({limit(true, {true, false, false}, -1, 1)}, Vector3::Zero(), {1.2, 0, 0}), 0.2 * lever,
-              rounding);
+  EXPECT_NEAR(gap_at({test::range(false, all_axes, 1, 1)}, {0, 0, 0.7}), 0.3, rounding);
+  EXPECT_NEAR(gap_at({test::range(true, {true, false, false}, -1, 1)}, Vector3::Zero(), {1.2, 0, 0}),
+              0.2 * lever, rounding);
 }
 
 TEST(JointGap, TakesTheSmallerLeverOfTwoBodies) {

@@ -1,4 +1,4 @@
-// What is measured of runs: where errors come from, what stays constant, and the tables.
+// Metrics of runs: the parts of errors, invariants, and the tables.
 
 #include "sim/measure/metrics.h"
 
@@ -22,8 +22,7 @@ namespace {
 TEST(Metrics, PartsOfTheErrorAddUp) {
   const Scene scene = scene_named("rod_chain");
   const ReferenceMotion reference = reference_motion(scene, 1);
-  for (const Algorithm algorithm :
-       {Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
+  for (const Algorithm algorithm : test::all_algorithms) {
     const Metrics m = measure(scene, usual_settings(scene, algorithm), reference);
     // The triangle inequality holds for root mean squares.
     const double parts = m.parts.stepping + m.parts.solver.value_or(0) + m.parts.model.value_or(0);
@@ -89,7 +88,7 @@ TEST(Metrics, ResidualWeighsSpinsByMoments) {
   settings.joints = Joints::rows;
   settings.iterations = 1;
   const Metrics metrics = measure(scene, settings, reference);
-  // What is judged is the step after the first.
+  // The step after the first is judged.
   Simulation swept(scene, settings);
   Simulation direct(scene, usual_settings(scene, Algorithm::a1));
   swept.step();
@@ -102,19 +101,6 @@ TEST(Metrics, ResidualWeighsSpinsByMoments) {
   const Vector3 spin = swept.state().v[1].angular - direct.state().v[1].angular;
   EXPECT_GT(spin.norm(), 1e-3);  // measured 0.0046 rad/s
   EXPECT_NEAR(metrics.residual.largest, std::sqrt(spin.dot(inertia * spin) / 2), 1e-9);  // measured 4e-19
-}
-
-TEST(Metrics, HalvedStepHalvesErrorOfA1) {
-  for (const char* const name : {"pendulum", "rod_chain"}) {
-    const Scene scene = scene_named(name);
-    const ReferenceMotion reference = reference_motion(scene, 1);
-    Settings settings = usual_settings(scene, Algorithm::a1);
-    settings.step = scene.step / 8;
-    const double coarse = measure(scene, settings, reference, false).error.position.rms;
-    settings.step = scene.step / 16;
-    const double fine = measure(scene, settings, reference, false).error.position.rms;
-    EXPECT_NEAR(std::log2(coarse / fine), 1, 0.1) << name;
-  }
 }
 
 TEST(Metrics, FreeBodyKeepsMomentum) {
@@ -158,7 +144,7 @@ TEST(Metrics, InitialViolationIsSubtracted) {
   EXPECT_TRUE(is_bounded("overlap", Algorithm::a1));
 }
 
-/// As a file has it.
+/// Returns the JSON as read from a file.
 nlohmann::ordered_json through_text(const nlohmann::ordered_json& json) {
   return nlohmann::ordered_json::parse(json.dump());
 }

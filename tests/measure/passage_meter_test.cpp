@@ -22,18 +22,12 @@ Scene scene_with(const Shape& obstacle, const Pose& place) {
   Collider& fixed = scene.colliders.emplace_back();
   fixed.shape = obstacle;
   fixed.placement = place;
-  Body& body = scene.bodies.emplace_back();
-  body.name = "ball";
-  body.inverse_mass = 1;
-  body.inverse_inertia = Vector3::Constant(250);
-  Collider& ball = scene.colliders.emplace_back();
-  ball.body = 1;
-  ball.shape = Sphere{0.1};
+  test::add_ball(scene, 0.1, 1, Vector3::Zero());
   return scene;
 }
 
-/// Whether the ball is seen to pass from one place to another, straight or by way of a bounce, with the
-/// obstacle's place in the world turned and shifted alike.
+/// Returns true where the ball is seen to pass from one position to another, straight or by a bounce. The
+/// obstacle is turned and shifted alike.
 bool passes(const Shape& obstacle, const Vector3& from, const Vector3& to,
             const std::vector<Vector3>& bounce = {}) {
   const Pose place{{0.4, -3, 2}, rotation_quaternion({0.3, -1.1, 0.7})};

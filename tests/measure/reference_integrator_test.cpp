@@ -144,33 +144,27 @@ Scene held_ball(double x, const JointLimit& limit) {
   return scene;
 }
 
-JointLimit distance_limit(double min, double max) {
-  JointLimit limit = test::locked(false, {true, true, true});
-  limit.min = min;
-  limit.max = max;
-  return limit;
-}
-
 // Springs, soft and stiff, a rod, a rope that is taut, one that becomes so, a constant torque: none is left
 // to A1.
 TEST(SmoothMotion, IsReferenceOfScenesWithoutContacts) {
-  JointLimit soft = distance_limit(1, 1);
+  JointLimit soft = test::range(false, {true, true, true}, 1, 1);
   soft.stiffness = 50;
   soft.damping = 0.5;
-  JointLimit stiff = distance_limit(1, 1);
+  JointLimit stiff = test::range(false, {true, true, true}, 1, 1);
   stiff.stiffness = 1e6;
   JointLimit overdamped = stiff;
   overdamped.damping = 3e4;
   Scene torque = test::chain(2);
   torque.joints[1].drives.push_back(
       {.angular = true, .axis = 2, .max_force = 3, .velocity_target = 1e6, .damping = 1});
-  const std::pair<const char*, Scene> scenes[] = {{"soft spring", held_ball(1.2, soft)},
-                                                  {"stiff spring", held_ball(1.001, stiff)},
-                                                  {"overdamped spring", held_ball(1.001, overdamped)},
-                                                  {"rod", held_ball(1, distance_limit(1, 1))},
-                                                  {"taut rope", held_ball(1, distance_limit(0, 1))},
-                                                  {"slack rope", held_ball(0.5, distance_limit(0, 1))},
-                                                  {"constant torque", torque}};
+  const std::pair<const char*, Scene> scenes[] = {
+      {"soft spring", held_ball(1.2, soft)},
+      {"stiff spring", held_ball(1.001, stiff)},
+      {"overdamped spring", held_ball(1.001, overdamped)},
+      {"rod", held_ball(1, test::range(false, {true, true, true}, 1, 1))},
+      {"taut rope", held_ball(1, test::range(false, {true, true, true}, 0, 1))},
+      {"slack rope", held_ball(0.5, test::range(false, {true, true, true}, 0, 1))},
+      {"constant torque", torque}};
   for (const auto& [what, scene] : scenes) {
     const ReferenceMotion reference = reference_motion(scene, 1);
     EXPECT_EQ(reference.method.substr(0, 3), "own") << what << ": " << reference.method;

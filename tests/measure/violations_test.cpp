@@ -1,4 +1,4 @@
-// What is reported of runs that went wrong, and that nothing is of those that did not.
+// Violations of runs that went wrong, and none of runs that did not.
 
 #include "sim/measure/violations.h"
 
@@ -74,7 +74,7 @@ TEST(Violations, A5WarnsOfTooManySubsteps) {
   EXPECT_TRUE(violations(scene, settings, {}).empty());
 }
 
-/// What is found in a run of half a second.
+/// Returns the violations of a run of half a second.
 std::vector<Violation> found(const Scene& scene, const Settings& settings) {
   Simulation simulation(scene, settings);
   Invariants invariants(scene, simulation.state());
@@ -90,8 +90,7 @@ std::vector<Violation> found(const Scene& scene, const Settings& settings) {
 TEST(Violations, GravityIsNoMomentumDrift) {
   Scene scene = two_boxes();
   scene.gravity = {1, -9.81, 2};
-  for (const Algorithm algorithm :
-       {Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
+  for (const Algorithm algorithm : test::all_algorithms) {
     EXPECT_EQ(joined(found(scene, usual_settings(scene, algorithm))), "") << name(algorithm);
   }
 }

@@ -99,7 +99,7 @@ TEST_F(Outputs, WhatStandardOutputDoesNotTakeIsAnError) {
        {std::string("--help"), "info " + quoted(pendulum()), "info --json " + quoted(pendulum()),
         std::string("diff a.txt a.txt"), "run --output b.txt " + quoted(pendulum()),
         "measure --duration 0.1 " + quoted(pendulum()),
-        "check --only poses --case pendulum.a5 --output check --suite " + suite}) {
+        "check --case pendulum.a5 --output check --suite " + suite}) {
     const Outcome full = shell(words + " > /dev/full");
     EXPECT_EQ(full.exit_code, 2) << words;
     EXPECT_THAT(full.err, HasSubstr("standard output")) << words;

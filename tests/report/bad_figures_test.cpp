@@ -1,4 +1,4 @@
-// Which figures come to the report's top, and in which order, on made-up measurements.
+// The choice and order of figures at the report's top, on made-up measurements.
 
 #include "render/report/bad_figures.h"
 

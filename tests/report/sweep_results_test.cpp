@@ -1,4 +1,4 @@
-// What a small sweep over joint scenes must show, and what is drawn of it.
+// The results and figures of a small sweep over joint scenes.
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

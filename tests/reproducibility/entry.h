@@ -1,5 +1,5 @@
 #pragma once
-/// How the processor is set when the library is entered.
+/// Settings of the processor when the library is entered.
 
 #include <cfenv>
 #include <cstdio>

@@ -122,4 +122,22 @@ std::string complaint(const json& document) {
   return complaint(folder.write("example.gltf", document.dump()));
 }
 
+nlohmann::json& physics(nlohmann::json& document, int node) {
+  return document["nodes"][node]["extensions"]["KHR_physics_rigid_bodies"];
+}
+
+int add_accessor(nlohmann::json& document, std::string& bytes, const std::string& numbers, int component,
+                 const char* type) {
+  document["bufferViews"].push_back(
+      {{"buffer", 0}, {"byteOffset", bytes.size()}, {"byteLength", numbers.size()}});
+  document["accessors"].push_back({{"bufferView", document["bufferViews"].size() - 1},
+                                   {"componentType", component},
+                                   {"count", 8},
+                                   {"type", type}});
+  bytes += numbers;
+  document["buffers"][0] = {{"byteLength", bytes.size()},
+                            {"uri", "data:application/octet-stream;base64," + base64(bytes)}};
+  return static_cast<int>(document["accessors"].size()) - 1;
+}
+
 }  // namespace substep::test

@@ -18,6 +18,14 @@ std::string cube_buffer();
 /// a camera; 7 "sun", a light. The buffer is a data URI.
 nlohmann::json example();
 
+/// The physics of a node.
+nlohmann::json& physics(nlohmann::json& document, int node);
+
+/// Appends eight items of numbers to `bytes`, which become the first buffer. Returns the accessor of the
+/// items.
+int add_accessor(nlohmann::json& document, std::string& bytes, const std::string& numbers, int component,
+                 const char* type);
+
 /// A document with one node, named "body", that has this motion and this implicit shape as its collider.
 nlohmann::json one_body(const std::string& motion, const std::string& shape);
 
@@ -26,7 +34,7 @@ std::string glb(const std::string& json, const std::string& binary);
 
 Scene load(const nlohmann::json& document);
 
-/// What load_scene complains about; empty if it does not.
+/// Returns the message of load_scene; empty where it throws none.
 std::string complaint(const std::filesystem::path& file);
 std::string complaint(const nlohmann::json& document);
 

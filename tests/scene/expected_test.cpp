@@ -1,4 +1,4 @@
-/// What a scene's file says is known of its motion: what is read, and what is refused.
+/// Expectations in scene files: how they are read and refused.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -49,7 +49,7 @@ TEST(Expected, IsReadWithItsBodiesAndUnits) {
   EXPECT_EQ(scene.expected[3].needs, 2);
 }
 
-TEST(Expected, OfTheSceneCountsBeforeThatOfTheDocument) {
+TEST(Expected, SceneOverridesDocument) {
   json document = with(R"([{"quantity": "speed", "at_most": 2, "tolerance": 1, "source": "the scene"}])");
   document["extras"] = json::parse(R"({"substep": {"expected": []}})");
   EXPECT_EQ(load(document).expected.size(), 1u);
@@ -118,7 +118,7 @@ INSTANTIATE_TEST_SUITE_P(
                 "after the scene's end"}),
     [](const auto& instance) { return std::string(instance.param.name); });
 
-TEST(Expected, IsNotMoreThanAThousand) {
+TEST(Expected, RefusesMoreThanAThousand) {
   std::string items = "[";
   for (int i = 0; i < 1001; ++i)
     items += std::string(i == 0 ? "" : ",") +

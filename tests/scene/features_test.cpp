@@ -25,10 +25,6 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using namespace test;
 
-json& physics(json& document, int node) {
-  return document["nodes"][node]["extensions"]["KHR_physics_rigid_bodies"];
-}
-
 json& shape(json& document, int index) {
   return document["extensions"]["KHR_implicit_shapes"]["shapes"][index];
 }
@@ -41,7 +37,7 @@ json& drive(json& document) {
   return document["extensions"]["KHR_physics_rigid_bodies"]["physicsJoints"][0]["drives"][0];
 }
 
-// How every PNG begins, in base64: what is decoded is seen by those who draw.
+// The first bytes of every PNG file, in base64: loading decodes no more.
 constexpr const char* png_start = "iVBORw0KGgo=";
 
 // The first material's colour from an image of these bytes.
@@ -55,19 +51,16 @@ void add_texture(json& document, const std::string& in_base64) {
 // Joints and weights for the cube's eight corners, half of them on each of nodes 1 and 3.
 void add_skin(json& document, int node) {
   std::string bytes = cube_buffer();
-  for (int corner = 0; corner < 8; ++corner)
-    bytes += std::string(1, static_cast<char>(corner / 4)) + std::string(3, '\0');
-  for (int corner = 0; corner < 8; ++corner) bytes += std::string("\xff\0\0\0", 4);
-  document["buffers"][0] = {{"byteLength", bytes.size()},
-                            {"uri", "data:application/octet-stream;base64," + base64(bytes)}};
-  document["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", 168}, {"byteLength", 32}});
-  document["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", 200}, {"byteLength", 32}});
-  document["accessors"].push_back(
-      {{"bufferView", 2}, {"componentType", 5121}, {"count", 8}, {"type", "VEC4"}});
-  document["accessors"].push_back(
-      {{"bufferView", 3}, {"componentType", 5121}, {"count", 8}, {"type", "VEC4"}, {"normalized", true}});
-  document["meshes"][0]["primitives"][0]["attributes"]["JOINTS_0"] = 2;
-  document["meshes"][0]["primitives"][0]["attributes"]["WEIGHTS_0"] = 3;
+  std::string joints;
+  std::string weights;
+  for (int corner = 0; corner < 8; ++corner) {
+    joints += std::string(1, static_cast<char>(corner / 4)) + std::string(3, '\0');
+    weights += std::string("\xff\0\0\0", 4);
+  }
+  json& attributes = document["meshes"][0]["primitives"][0]["attributes"];
+  attributes["JOINTS_0"] = add_accessor(document, bytes, joints, 5121, "VEC4");
+  attributes["WEIGHTS_0"] = add_accessor(document, bytes, weights, 5121, "VEC4");
+  document["accessors"].back()["normalized"] = true;
   document["skins"] = {{{"joints", {1, 3}}}};
   document["nodes"][node]["skin"] = 0;
 }

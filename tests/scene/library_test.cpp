@@ -46,7 +46,7 @@ TEST_P(EachScene, StartsWithItsJointsClosed) {
   if (GetParam() == "short_chain") return;  // its page says by how much it is not
   const Scene scene = library_scene(GetParam());
   for (const Joint& joint : scene.joints) {
-    // Of b's origin in frame a.
+    // Position of b's origin in frame a.
     const Vector3 position = (scene.bodies[joint.body_a].pose * joint.frame_a).inverse() *
                              (scene.bodies[joint.body_b].pose * joint.frame_b).position;
     for (const JointLimit& limit : joint.limits) {
@@ -92,7 +92,7 @@ INSTANTIATE_TEST_SUITE_P(Library, EachScene, testing::ValuesIn(library()), [](co
   return name;
 });
 
-TEST(SceneLibrary, RodsHaveTheInertiaOfUniformThinRods) {
+TEST(SceneLibrary, RodsHaveInertiaOfThinRods) {
   for (const auto& [name, length] : {std::pair{"pendulum", 1.0}, {"rod_chain", 0.5}, {"heavy_chain", 0.5}}) {
     const Scene scene = library_scene(name);
     for (const Body& body : scene.bodies) {
@@ -105,7 +105,7 @@ TEST(SceneLibrary, RodsHaveTheInertiaOfUniformThinRods) {
   }
 }
 
-TEST(SceneLibrary, TumblingBodyIsThatOfItsReference) {
+TEST(SceneLibrary, TumblingBodyMatchesReference) {
   const Scene scene = library_scene("tumbling_body");
   ASSERT_EQ(scene.bodies.size(), 2u);
   const Body& body = scene.bodies[1];
@@ -118,7 +118,7 @@ TEST(SceneLibrary, TumblingBodyIsThatOfItsReference) {
   EXPECT_EQ(scene.gravity, Vector3::Zero());
 }
 
-TEST(SceneLibrary, StonesAreHullsThatAreNotBoxes) {
+TEST(SceneLibrary, StonesAreIrregularHulls) {
   const Scene scene = library_scene("stone_pyramid");
   ASSERT_EQ(scene.bodies.size(), 16u);
   for (const Collider& collider : scene.colliders) {

@@ -1,4 +1,5 @@
 /// Small files that ask for much: each loads or is refused within a gibibyte of memory and two seconds.
+/// One file, since its cases are one table of small files.
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

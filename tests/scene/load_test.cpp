@@ -1,4 +1,5 @@
 /// Scenes that load, and what becomes of each thing in them.
+/// One file, since all tests change one example.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -20,10 +21,6 @@ using testing::IsEmpty;
 using namespace test;
 
 constexpr double pi = std::numbers::pi;
-
-json& physics(json& document, int node) {
-  return document["nodes"][node]["extensions"]["KHR_physics_rigid_bodies"];
-}
 
 void expect_near(const Vector3& actual, const Vector3& expected, double tolerance) {
   EXPECT_LE((actual - expected).norm(), tolerance)
@@ -109,7 +106,7 @@ TEST(LoadScene, JointSilencesStaticCollidersOfItsNodeAlone) {
   EXPECT_EQ(load(document).joints.at(0).silent_colliders, (std::vector<int>{2, 4, 6}));
 }
 
-TEST(LoadScene, HullOfANodeOutsideTheSceneTakesTheCollidersScaleAndNotTheNodesPlace) {
+TEST(LoadScene, HullOutsideSceneTakesScaleOnly) {
   const Scene scene = load(example());
   const Body& rock = scene.bodies[2];
   // 2 × 1 × 1 m³ of water.
@@ -159,7 +156,7 @@ TEST(LoadScene, ScalesDaylightInLuxDown) {
   EXPECT_EQ(load(document).sun->illuminance, 3);
 }
 
-TEST(LoadScene, GivenNormalsAreKept) {
+TEST(LoadScene, KeepsGivenNormals) {
   json document = example();
   // The positions of a cube's corners, as normals: unit length is made, not asked for.
   document["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = 0;
@@ -170,7 +167,7 @@ TEST(LoadScene, GivenNormalsAreKept) {
   }
 }
 
-TEST(LoadScene, AGlbGivesTheSameSceneAsAGltf) {
+TEST(LoadScene, GlbMatchesGltf) {
   json document = example();
   const Scene from_gltf = load(document);
   document["buffers"][0].erase("uri");
@@ -185,7 +182,7 @@ TEST(LoadScene, AGlbGivesTheSameSceneAsAGltf) {
   EXPECT_EQ(from_glb.meshes[0].positions, from_gltf.meshes[0].positions);
 }
 
-TEST(LoadScene, BuffersMayLieInFoldersBelowUnderPercentEncodedNames) {
+TEST(LoadScene, ReadsBuffersWithEncodedNames) {
   json document = example();
   document["buffers"][0]["uri"] = "parts/a%20c%C3%BCbe.bin";
   const TemporaryFolder folder;
@@ -211,7 +208,7 @@ TEST(LoadScene, HashCoversTheFileAndItsBuffers) {
   EXPECT_NE(load_scene(folder.write("example.gltf", document.dump() + " ")).hash, hash);
 }
 
-TEST(LoadScene, SettingsComeFromTheExtrasOfTheDocumentAndOfTheScene) {
+TEST(LoadScene, ReadsSettingsFromExtras) {
   json document = example();
   const Scene defaults = load(document);
   EXPECT_EQ(defaults.gravity, Vector3(0, -9.81, 0));
@@ -232,7 +229,7 @@ TEST(LoadScene, SettingsComeFromTheExtrasOfTheDocumentAndOfTheScene) {
   EXPECT_FALSE(scene.gyroscopic);
 }
 
-TEST(LoadScene, SubstepsFollowFromTheMassesWhereNoneAreNamed) {
+TEST(LoadScene, SubstepsFollowFromMasses) {
   json document = example();
   const auto substeps = [&](double crate, double rock) {
     physics(document, 1)["motion"]["mass"] = crate;
@@ -246,7 +243,7 @@ TEST(LoadScene, SubstepsFollowFromTheMassesWhereNoneAreNamed) {
   EXPECT_EQ(substeps(0, 500), 10);      // 0 kg: no force moves it
 }
 
-TEST(LoadScene, TheSecondSceneCanBeTheDefault) {
+TEST(LoadScene, SecondSceneCanBeDefault) {
   json document = example();
   document["scenes"].push_back({{"nodes", {4}}});
   document["scene"] = 1;
@@ -255,7 +252,7 @@ TEST(LoadScene, TheSecondSceneCanBeTheDefault) {
   EXPECT_EQ(scene.bodies[1].name, "rock");
 }
 
-TEST(LoadScene, WithoutScenesAllRootsAreTheScene) {
+TEST(LoadScene, TakesAllRootsWithoutScenes) {
   json document = example();
   document.erase("scene");
   document.erase("scenes");
@@ -264,7 +261,7 @@ TEST(LoadScene, WithoutScenesAllRootsAreTheScene) {
   EXPECT_EQ(scene.visuals.size(), 2u);  // node 5 is now one of them
 }
 
-TEST(LoadScene, NamesAreMadeUnique) {
+TEST(LoadScene, MakesNamesUnique) {
   json document = example();
   document["nodes"][0]["name"] = "thing";
   document["nodes"][1]["name"] = "thing";
@@ -293,7 +290,7 @@ void PrintTo(const ShapeCase& shape, std::ostream* out) {
 
 class MassOfShape : public testing::TestWithParam<ShapeCase> {};
 
-TEST_P(MassOfShape, IsThatOfWaterUnlessGiven) {
+TEST_P(MassOfShape, DefaultsToWater) {
   const ShapeCase& expected = GetParam();
   const Body water = load(one_body("{}", expected.shape)).bodies[1];
   // Measured over all cases: 3e-16 relative.
@@ -341,7 +338,7 @@ INSTANTIATE_TEST_SUITE_P(
                   {2 * pi * 7 / 12, pi, 2 * pi * 7 / 12}}),
     [](const auto& shape) { return std::string(shape.param.name); });
 
-TEST(LoadScene, WithoutAColliderItHasTheInertiaOfABallOfWater) {
+TEST(LoadScene, BodyWithoutColliderIsBallOfWater) {
   for (const double mass : {0.02, 2.0, 7000.0}) {
     json document = one_body(R"({"mass": 1})", R"({"type": "box"})");
     document["nodes"][0]["extensions"]["KHR_physics_rigid_bodies"] = {{"motion", {{"mass", mass}}}};
@@ -362,7 +359,7 @@ TEST(LoadScene, ZeroMeansInfinite) {
   EXPECT_EQ(axle.inverse_inertia, Vector3(0, 0.5, 0));
 }
 
-TEST(LoadScene, AKinematicBodyKeepsItsVelocity) {
+TEST(LoadScene, KinematicBodyKeepsVelocity) {
   const Body body =
       load(
           one_body(
@@ -374,7 +371,7 @@ TEST(LoadScene, AKinematicBodyKeepsItsVelocity) {
   EXPECT_EQ(body.angular_velocity, Vector3(0, 5, 0));
 }
 
-TEST(LoadScene, TheBodyFrameStandsAtTheCentreOfMassAlongThePrincipalAxes) {
+TEST(LoadScene, BodyFrameFollowsPrincipalAxes) {
   json document = one_body(
       R"({"mass": 1, "centerOfMass": [1, 2, 3], "inertiaDiagonal": [1, 2, 4],
           "inertiaOrientation": [0, 0, 0.7071067811865476, 0.7071067811865476],
@@ -397,7 +394,7 @@ TEST(LoadScene, TheBodyFrameStandsAtTheCentreOfMassAlongThePrincipalAxes) {
   expect_near((body.pose * scene.colliders[0].placement).position, {10, 0, 0}, 1e-14);
 }
 
-TEST(LoadScene, ACompoundIsOneSolid) {
+TEST(LoadScene, CompoundIsOneSolid) {
   // Two unit cubes at x = ±1, of which one is turned by a quarter about x, as children of a node without a
   // shape.
   json document = one_body("{}", R"({"type": "box"})");
@@ -422,7 +419,7 @@ TEST(LoadScene, ACompoundIsOneSolid) {
   expect_near(scene.colliders[1].placement.position, {-1, 0, 0}, 1e-15);
 }
 
-TEST(LoadScene, ABodyBelowAnotherIsItsOwn) {
+TEST(LoadScene, BodyBelowAnotherIsItsOwn) {
   json document = one_body("{}", R"({"type": "box"})");
   document["nodes"].push_back(document["nodes"][0]);
   document["nodes"][0]["children"] = {1};
@@ -435,7 +432,7 @@ TEST(LoadScene, ABodyBelowAnotherIsItsOwn) {
   EXPECT_EQ(scene.bodies[2].pose.position, Vector3(0, 3, 0));
 }
 
-TEST(LoadScene, ScaleGoesIntoTheShapeAndOnlyItsSizeCounts) {
+TEST(LoadScene, ScaleGoesIntoShape) {
   json document = one_body("{}", R"({"type": "box"})");
   document["nodes"][0]["scale"] = {1, -2, 3};
   const Scene scene = load(document);
@@ -448,7 +445,7 @@ TEST(LoadScene, ScaleGoesIntoTheShapeAndOnlyItsSizeCounts) {
   EXPECT_EQ(std::get<Sphere>(load(document).colliders[0].shape).radius, 1);
 }
 
-TEST(LoadScene, AMirroringNodeTurnsVelocitiesAndMeshesAlike) {
+TEST(LoadScene, MirrorTurnsVelocitiesAndMeshes) {
   for (const bool as_matrix : {false, true}) {
     json document = example();
     if (as_matrix) {
@@ -470,7 +467,7 @@ TEST(LoadScene, AMirroringNodeTurnsVelocitiesAndMeshesAlike) {
   }
 }
 
-TEST(LoadScene, EachCombineModeIsTheOneOfItsName) {
+TEST(LoadScene, ReadsEachCombineMode) {
   const std::vector<std::pair<std::string, Combine>> modes{{"average", Combine::average},
                                                            {"minimum", Combine::minimum},
                                                            {"maximum", Combine::maximum},
@@ -488,7 +485,7 @@ TEST(LoadScene, EachCombineModeIsTheOneOfItsName) {
   }
 }
 
-TEST(LoadScene, AMatrixStandsForTranslationRotationAndScale) {
+TEST(LoadScene, MatrixGivesPoseAndScale) {
   json document = one_body("{}", R"({"type": "box"})");
   document["nodes"][0]["matrix"] = {0, 2, 0, 0, -3, 0, 0, 0, 0, 0, 4, 0, 5, 6, 7, 1};
   const Scene scene = load(document);
@@ -500,7 +497,7 @@ TEST(LoadScene, AMatrixStandsForTranslationRotationAndScale) {
   }
 }
 
-TEST(LoadScene, ATurnedNodeInAnUnequalScaleIsDrawnSheared) {
+TEST(LoadScene, TurnedNodeIsDrawnSheared) {
   json document = example();
   document["nodes"][3]["mesh"] = 0;
   document["nodes"][3].erase("translation");
@@ -514,7 +511,7 @@ TEST(LoadScene, ATurnedNodeInAnUnequalScaleIsDrawnSheared) {
   expect_near(scene.visuals[0].linear * Vector3::UnitY(), {-3 * r, r, 0}, 1e-15);
 }
 
-TEST(LoadScene, AMeshThatIsNotSaidToBeConvexCollidesAsItsHullWithAWarning) {
+TEST(LoadScene, MovingMeshCollidesAsHullWithWarning) {
   json document = example();
   physics(document, 4)["collider"]["geometry"].erase("convexHull");
   const Scene scene = load(document);
@@ -523,7 +520,7 @@ TEST(LoadScene, AMeshThatIsNotSaidToBeConvexCollidesAsItsHullWithAWarning) {
               Contains(HasSubstr("the mesh of node 'rock shape' moves, so it collides as its convex hull")));
 }
 
-TEST(LoadScene, TheHullTakesInTheMeshesOfChildren) {
+TEST(LoadScene, HullHoldsMeshesOfChildren) {
   json document = example();
   document["nodes"].push_back({{"mesh", 0}, {"translation", {1, 0, 0}}});
   document["nodes"][5]["children"] = {8};
@@ -533,7 +530,7 @@ TEST(LoadScene, TheHullTakesInTheMeshesOfChildren) {
   expect_near(scene.bodies[2].pose.position, {4, 1, 0}, 1e-14);
 }
 
-TEST(LoadScene, WhatIsReplacedIsSaidInAWarning) {
+TEST(LoadScene, WarnsOfReplacedFeatures) {
   json document = example();
   document["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}};
   document["textures"] = {{{"source", 0}}};
@@ -557,8 +554,8 @@ TEST(LoadScene, WhatIsReplacedIsSaidInAWarning) {
   EXPECT_TRUE(scene.sun);
 }
 
-// Of the example's crate: its texture's sampler, transform and image.
-TEST(LoadScene, AMaterialIsReadToItsTextures) {
+// Reads sampler, transform and image of the texture of the example's crate.
+TEST(LoadScene, ReadsTexturesOfMaterial) {
   json document = example();
   document["images"] = {{{"bufferView", 2}, {"mimeType", "image/png"}}};
   document["bufferViews"].push_back({{"buffer", 1}, {"byteOffset", 1}, {"byteLength", 8}});
@@ -592,7 +589,7 @@ TEST(LoadScene, AMaterialIsReadToItsTextures) {
   EXPECT_EQ(surface.textures[Surface::normal_texture].image, -1);
 }
 
-TEST(LoadScene, ImagesAreLookedForInTheFolderAndNowhereElse) {
+TEST(LoadScene, ReadsImagesInFolderAlone) {
   const TemporaryFolder folder;
   folder.write("wood.png", "\x89PNG\r\n\x1a\n");
   json document = example();
@@ -610,7 +607,7 @@ TEST(LoadScene, ImagesAreLookedForInTheFolderAndNowhereElse) {
   EXPECT_THAT(complaint(document), HasSubstr("/images/0/bufferView"));
 }
 
-TEST(LoadScene, AFileWithoutPhysicsStandsWhereItsNodesPutIt) {
+TEST(LoadScene, FileWithoutPhysicsStandsStill) {
   const TemporaryFolder folder;
   json document = one_body("{}", R"({"type": "box"})");
   EXPECT_FALSE(load_still_scene(folder.write("body.gltf", document.dump())));

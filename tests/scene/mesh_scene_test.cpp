@@ -1,4 +1,5 @@
 /// Meshes in other formats: bodies with the right mass, and damaged files that are refused in time.
+/// One file, since valid and damaged meshes share their texts.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -14,7 +15,6 @@
 
 #include "sim/error.h"
 #include "sim/loading/load_scene.h"
-#include "sim/math/base64.h"
 #include "tests/scene/example_scene.h"
 
 namespace substep {
@@ -71,7 +71,7 @@ const char* const tetrahedron_points = "0 0 0 100 0 0 0 100 0 0 0 100";
 const char* const tetrahedron_indices = "0 2 1 0 1 3 0 3 2 1 2 3";
 const char* const one_node = R"(<node><instance_geometry url="#g"/></node>)";
 
-TEST(MeshScene, AClosedMeshHasItsExactMassProperties) {
+TEST(MeshScene, ClosedMeshHasExactMass) {
   const Scene scene = load_text("cube.obj", cube_obj);
   EXPECT_THAT(scene.warnings, IsEmpty());
   ASSERT_EQ(scene.bodies.size(), 2u);
@@ -88,7 +88,7 @@ TEST(MeshScene, AClosedMeshHasItsExactMassProperties) {
   EXPECT_EQ(std::get<Polytope>(scene.colliders[1].shape).vertices.size(), 8u);
 }
 
-TEST(MeshScene, AMeshInsideOutIsTheSameBody) {
+TEST(MeshScene, MeshInsideOutIsTheSameBody) {
   std::string text = cube_obj;
   for (const char* face : {"4 3 2 1", "5 6 7 8", "1 2 6 5", "2 3 7 6", "3 4 8 7", "4 1 5 8"}) {
     std::string reversed = face;
@@ -100,7 +100,7 @@ TEST(MeshScene, AMeshInsideOutIsTheSameBody) {
   EXPECT_NEAR(1 / scene.bodies[1].inverse_mass, 8000, 1e-9);
 }
 
-TEST(MeshScene, AnOpenMeshHasThoseOfItsHullAndSaysSo) {
+TEST(MeshScene, OpenMeshTakesHullWithWarning) {
   const Scene scene = load_text("cube.obj", with(cube_obj, "f 4 1 5 8\n", ""));
   EXPECT_THAT(scene.warnings, Contains(HasSubstr("mesh 'cube': is not closed")));
   EXPECT_NEAR(1 / scene.bodies[1].inverse_mass, 8000, 1e-9);
@@ -132,7 +132,7 @@ TEST(MeshScene, OptionsSetSizeMassPoseAndCopies) {
   EXPECT_NE(scene.hash, load_text("cube.obj", cube_obj).hash);
 }
 
-TEST(MeshScene, OptionsOutOfRangeAreRefused) {
+TEST(MeshScene, RefusesOptionsOutOfRange) {
   const auto complaint_about = [](MeshOptions options) -> std::string {
     try {
       load_text("cube.obj", cube_obj, options);
@@ -229,7 +229,7 @@ nlohmann::json without_physics() {
   return document;
 }
 
-TEST(MeshScene, AGltfWithoutPhysicsFallsAsMeshes) {
+TEST(MeshScene, GltfWithoutPhysicsFalls) {
   const Scene scene = load_text("plain.gltf", without_physics().dump());
   ASSERT_EQ(scene.bodies.size(), 3u);
   EXPECT_EQ(scene.bodies[1].name, "left");
@@ -243,7 +243,7 @@ TEST(MeshScene, AGltfWithoutPhysicsFallsAsMeshes) {
               1e-12);
 }
 
-TEST(MeshScene, AnExtensionOfANodeThatIsNotPhysicsMakesNoScene) {
+TEST(MeshScene, OtherExtensionsMakeNoScene) {
   nlohmann::json document = without_physics();
   document["extensionsUsed"] = {"KHR_lights_punctual"};
   document["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}}};
@@ -253,22 +253,7 @@ TEST(MeshScene, AnExtensionOfANodeThatIsNotPhysicsMakesNoScene) {
   EXPECT_NEAR(1 / scene.bodies[1].inverse_mass, 1000, 1e-9);
 }
 
-/// Appends numbers to the first buffer, as an accessor whose index is returned.
-int add_accessor(nlohmann::json& document, std::string& bytes, const std::string& numbers, int component,
-                 const char* type) {
-  document["bufferViews"].push_back(
-      {{"buffer", 0}, {"byteOffset", bytes.size()}, {"byteLength", numbers.size()}});
-  document["accessors"].push_back({{"bufferView", document["bufferViews"].size() - 1},
-                                   {"componentType", component},
-                                   {"count", 8},
-                                   {"type", type}});
-  bytes += numbers;
-  document["buffers"][0] = {{"byteLength", bytes.size()},
-                            {"uri", "data:application/octet-stream;base64," + base64(bytes)}};
-  return static_cast<int>(document["accessors"].size()) - 1;
-}
-
-TEST(MeshScene, ASkinnedMeshStandsWhereItsJointsAre) {
+TEST(MeshScene, SkinnedMeshFollowsItsJoints) {
   nlohmann::json document = without_physics();
   std::string bytes = cube_buffer();
   std::string weights;
@@ -319,13 +304,13 @@ TEST(MeshScene, TangentsTurnWithTheirMesh) {
   }
 }
 
-TEST(MeshScene, ExtensionsOfFilesMayBeInCapitals) {
+TEST(MeshScene, ReadsExtensionsInCapitals) {
   EXPECT_EQ(load_text("CUBE.OBJ", cube_obj).bodies.size(), 2u);
   const TemporaryFolder folder;
   EXPECT_EQ(load_scene(folder.write("EXAMPLE.GLTF", example().dump())).joints.size(), 1u);
 }
 
-TEST(MeshScene, AGltfThatSharesAMeshTooOftenIsRefused) {
+TEST(MeshScene, RefusesMeshSharedTooOften) {
   nlohmann::json document = without_physics();
   for (int i = 2; i < 1001; ++i) {
     document["nodes"].push_back({{"mesh", document["nodes"][0]["mesh"]}});

@@ -14,7 +14,7 @@ namespace {
 
 using namespace test;
 
-// Whether whatever got through can be computed with.
+// Expects numbers that can be computed with in every scene that loads.
 void expect_sound(const Scene& scene) {
   for (const Body& body : scene.bodies) {
     EXPECT_TRUE(std::isfinite(body.inverse_mass) && body.inverse_mass >= 0);
@@ -78,13 +78,13 @@ int mutate(const std::string& original, const std::string& name) {
   return loaded;
 }
 
-TEST(Mutation, OfAGltfNeverDoesHarm) {
+TEST(Mutation, DamagedGltfDoesNoHarm) {
   const int loaded = mutate(example().dump(1), "mutant.gltf");
   EXPECT_GT(loaded, 30);  // measured 73: else nothing but the parser was tested
   EXPECT_LT(loaded, 450);
 }
 
-TEST(Mutation, OfAGlbNeverDoesHarm) {
+TEST(Mutation, DamagedGlbDoesNoHarm) {
   nlohmann::json document = example();
   document["buffers"][0].erase("uri");
   const int loaded = mutate(glb(document.dump(), cube_buffer()), "mutant.glb");

@@ -63,18 +63,8 @@ Scene balls_in_a_row() {
   Scene scene = test::floor_scene(0.4);
   scene.colliders[0].material.restitution = 0.5;
   for (int i = 0; i < 5; ++i) {
-    Body ball;
-    ball.name = "ball";
-    ball.inverse_mass = 1;
-    ball.inverse_inertia = Vector3::Constant(1 / (0.4 * 0.01));
-    ball.pose.position = {0.19 * i, 0.11, 0};
-    ball.linear_velocity = {1, -0.5, 0};
-    scene.bodies.push_back(ball);
-    Collider collider;
-    collider.body = i + 1;
-    collider.shape = Sphere{0.1};
-    collider.material.restitution = 0.5;
-    scene.colliders.push_back(collider);
+    const int ball = test::add_ball(scene, 0.1, 1, {0.19 * i, 0.11, 0}, 0.6, 0.5);
+    scene.bodies[ball].linear_velocity = {1, -0.5, 0};
   }
   return scene;
 }
@@ -103,7 +93,7 @@ long allocations_of_a_vector() {
   return allocations;
 }
 
-TEST(Allocation, TheCounterCountsAlsoWhatIsAligned) {
+TEST(Allocation, CounterCountsAlignedMemory) {
   EXPECT_GE(allocations_of_a_vector<int>(), 1);
   EXPECT_EQ(allocations_of_a_vector<NormalRow>(), 2);
 }

@@ -10,7 +10,7 @@ namespace substep {
 namespace {
 
 // RFC 4648's test values, and both digits that are neither letters nor numbers.
-TEST(Base64, IsThatOfTheRfc) {
+TEST(Base64, MatchesRfc4648) {
   const std::pair<std::string, std::string> pairs[] = {{"", ""},
                                                        {"f", "Zg=="},
                                                        {"fo", "Zm8="},
@@ -26,7 +26,7 @@ TEST(Base64, IsThatOfTheRfc) {
   }
 }
 
-TEST(Base64, DecodingNamesAByteThatItDoesNotHave) {
+TEST(Base64, NamesInvalidByte) {
   std::optional<char> stranger;
   base64_decoded("Zm9v Zm9v", stranger);
   EXPECT_EQ(stranger, ' ');

@@ -1,5 +1,6 @@
 // Contacts by manifolds, four at a time: lanes do not see each other, and a manifold's rows end up where
 // their law wants them.
+// One file, since manifolds and patches are solved on one box.
 
 #include "sim/constraints/contact_batch.h"
 
@@ -37,7 +38,7 @@ void add_stack(Scene& scene, int copy, bool differs) {
   }
 }
 
-/// Whether bodies that follow `one_first` have the bits of those that follow `other_first`.
+/// Returns true where bodies from `one_first` on have the bits of those from `other_first` on.
 bool are_equal(const State& one, int one_first, const State& other, int other_first) {
   for (int i = 0; i < boxes_in_stack; ++i) {
     const Coordinates& q = one.q[one_first + i];
@@ -52,7 +53,7 @@ bool are_equal(const State& one, int one_first, const State& other, int other_fi
   return true;
 }
 
-TEST(ContactBatches, AStackAmongOthersMovesWithTheBitsOfOneAlone) {
+TEST(ContactBatches, StackAmongOthersKeepsItsBits) {
   for (const bool differ : {false, true}) {
     for (const Algorithm algorithm : iterative) {
       Settings settings = default_settings(algorithm);
@@ -98,7 +99,7 @@ void add_solid(Scene& scene, int kind) {
   collider.member = collider.collides_with = std::uint64_t{1} << kind;
 }
 
-TEST(ContactBatches, ManifoldsOfUnlikeLengthShareABatchAndKeepTheirBits) {
+TEST(ContactBatches, UnlikeManifoldsKeepTheirBits) {
   for (const Algorithm algorithm : iterative) {
     const Settings settings = default_settings(algorithm);
     Scene together = test::floor_scene(0.5);
@@ -166,7 +167,7 @@ struct LaneRow {
   int lane_;
 };
 
-/// How far a solved manifold is from its law: of the speeds, and of the largest impulse.
+/// Distance of a solved manifold from its law, relative to the speeds and to the largest impulse.
 struct Violation {
   double approach = 0;       ///< a normal that is still approached, m/s
   double pull = 0;           ///< a normal that pulls
@@ -312,7 +313,7 @@ Violation violation_after(int sweeps) {
   return worst;
 }
 
-TEST(ContactBatches, AManifoldThatIsSweptToTheEndObeysItsLaws) {
+TEST(ContactBatches, ConvergedManifoldObeysItsLaws) {
   const Violation some = violation_after(200);
   EXPECT_LT(some.approach, 1e-6);       // measured 5.9e-7 m/s
   EXPECT_LT(some.complementary, 1e-6);  // measured 5.9e-7
@@ -323,7 +324,7 @@ TEST(ContactBatches, AManifoldThatIsSweptToTheEndObeysItsLaws) {
   EXPECT_LT(more.direction, 1e-8);       // measured 4.8e-9
 }
 
-/// How far a solved patch is from its law.
+/// Distance of a solved patch from its law.
 struct PatchViolation {
   double approach = 0;       ///< a corner that is still approached, m/s
   double pull = 0;           ///< the centre of pressure outside of the hull, of the radius

@@ -17,17 +17,7 @@ constexpr double step = 1.0 / 60;
 Scene ball_on_floor() {
   Scene scene = test::floor_scene(0);
   scene.gravity = {0, -gravity, 0};
-  Body ball;
-  ball.name = "ball";
-  ball.inverse_mass = 1;
-  ball.inverse_inertia = Vector3::Constant(1 / (0.4 * radius * radius));
-  ball.pose.position = {0, radius, 0};
-  scene.bodies.push_back(ball);
-  Collider collider;
-  collider.body = 1;
-  collider.shape = Sphere{radius};
-  collider.material.dynamic_friction = collider.material.static_friction = 0;
-  scene.colliders.push_back(collider);
+  test::add_ball(scene, radius, 1, {0, radius, 0}, 0);
   return scene;
 }
 
@@ -41,7 +31,7 @@ double speed_after_a_step(const Scene& scene, const Settings& settings) {
   return test::run(scene, settings, step).v[1].linear.y();
 }
 
-/// What falls in a step without a floor, m/s.
+/// Speed gained in a step without a floor, m/s.
 constexpr double fall = gravity * step;
 
 class Filter : public testing::TestWithParam<Algorithm> {};
@@ -62,12 +52,10 @@ TEST_P(Filter, ForbidsWhenEitherSideDoes) {
   EXPECT_NEAR(speed(1, 2), -fall, 1e-12);
 }
 
-INSTANTIATE_TEST_SUITE_P(Contacts, Filter,
-                         testing::Values(Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4,
-                                         Algorithm::a5),
+INSTANTIATE_TEST_SUITE_P(Contacts, Filter, testing::ValuesIn(test::all_algorithms),
                          [](const auto& of) { return std::string(name(of.param)); });
 
-TEST(Relaxation, TakesItsShareOfAContactsErrorInEachIteration) {
+TEST(Relaxation, ReducesErrorByItsFraction) {
   for (const double omega : {0.5, 1.0, 1.3}) {
     Settings settings = settings_of(Algorithm::a2);
     settings.relaxation = omega;
@@ -81,7 +69,7 @@ TEST(Relaxation, TakesItsShareOfAContactsErrorInEachIteration) {
   }
 }
 
-TEST(Relaxation, StopsWhenAnIterationMovesLessThanTheTolerance) {
+TEST(Relaxation, StopsBelowTolerance) {
   Settings settings = settings_of(Algorithm::a2);
   settings.relaxation = 0.5;
   settings.iterations = 100;
@@ -92,9 +80,8 @@ TEST(Relaxation, StopsWhenAnIterationMovesLessThanTheTolerance) {
   EXPECT_NEAR(speed_after_a_step(ball_on_floor(), settings), -fall / 16, 1e-12);
 }
 
-TEST(BounceThreshold, IsTwiceWhatGravityGivesInASubstep) {
-  for (const Algorithm algorithm :
-       {Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
+TEST(BounceThreshold, IsTwiceGravityPerSubstep) {
+  for (const Algorithm algorithm : test::all_algorithms) {
     const auto speed = [&](double approach) {
       Scene scene = ball_on_floor();
       for (Collider& collider : scene.colliders) collider.material.restitution = 0.9;
@@ -109,8 +96,7 @@ TEST(BounceThreshold, IsTwiceWhatGravityGivesInASubstep) {
 TEST(FrictionOfAnImpact, IsStaticWhereNothingSlips) {
   // It falls along the floor's normal at six times what counts as at rest, and gravity draws it aside. Were
   // the speed of the fall taken for slip, dynamic friction, of which there is none here, would let it go.
-  for (const Algorithm algorithm :
-       {Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
+  for (const Algorithm algorithm : test::all_algorithms) {
     const auto speed_aside = [&](double slip) {
       Scene scene = ball_on_floor();
       scene.gravity = {2, -gravity, 0};

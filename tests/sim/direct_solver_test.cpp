@@ -65,7 +65,7 @@ TEST(EnvelopeSolver, SolvesChainsTreesRingsAndSeparateParts) {
   }
 }
 
-TEST(EnvelopeSolver, FollowsAChangeOfThePattern) {
+TEST(EnvelopeSolver, FollowsChangedPattern) {
   EnvelopeSolver solver;
   std::vector<double> lambda;
   for (const Links& links : {Links{{0, -1}, {1, 0}}, Links{{1, -1}, {0, 1}}, Links{{0, 1}}}) {
@@ -75,7 +75,7 @@ TEST(EnvelopeSolver, FollowsAChangeOfThePattern) {
   }
 }
 
-TEST(EnvelopeSolver, LeavesToTheGeneralOneWhatItCannotSolve) {
+TEST(EnvelopeSolver, LeavesRestToGeneralSolver) {
   EnvelopeSolver solver;
   std::vector<double> lambda;
   MlcpReport report;
@@ -101,7 +101,7 @@ TEST(EnvelopeSolver, HasNoImpulsesWithoutRows) {
   EXPECT_TRUE(lambda.empty());
 }
 
-TEST(EnvelopeSolver, IsNotMisledByALongChain) {
+TEST(EnvelopeSolver, SolvesLongChain) {
   // λᵀΓλ is (π/N)² of λᵀDλ there, without any redundancy.
   Settings settings;
   settings.algorithm = Algorithm::a1;

@@ -46,7 +46,7 @@ std::vector<Setting> settings() {
   return result;
 }
 
-TEST(FloatingPoint, TheBitsAreTheSameHoweverTheCallerRounds) {
+TEST(FloatingPoint, KeepsBitsInAnyRoundingMode) {
   for (const char* const scene : {"door", "box_stack", "tumbling_body"}) {
     for (const Algorithm algorithm : {Algorithm::a1, Algorithm::a5}) {
       const std::string expected = log_of(scene, algorithm);
@@ -62,7 +62,7 @@ TEST(FloatingPoint, TheBitsAreTheSameHoweverTheCallerRounds) {
   }
 }
 
-TEST(FloatingPoint, TheCallersSettingStays) {
+TEST(FloatingPoint, RestoresCallersMode) {
   std::fenv_t before{};
   std::fegetenv(&before);
   std::fesetround(FE_UPWARD);

@@ -6,7 +6,7 @@ namespace substep {
 namespace {
 
 // Fowler, Noll and Vo's own test values.
-TEST(Fnv1a, HasTheValuesOfItsAuthors) {
+TEST(Fnv1a, MatchesPublishedValues) {
   EXPECT_EQ(fnv1a(""), 0xcbf29ce484222325);
   EXPECT_EQ(fnv1a("a"), 0xaf63dc4c8601ec8c);
   EXPECT_EQ(fnv1a("foobar"), 0x85944171f73967e8);

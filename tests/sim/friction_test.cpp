@@ -1,4 +1,4 @@
-// Blocks that slide, stop and stay in A2 to A5, against closed forms.
+// Blocks that slide, stop and stay, against closed forms.
 
 #include <gtest/gtest.h>
 
@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "sim/constraints/contact_finder.h"
+#include "sim/direct/mlcp.h"
 #include "sim/model/model.h"
 #include "tests/sim/test_scenes.h"
 
@@ -41,7 +42,7 @@ double coefficient(const Vector3& box_velocity, const Vector3& plank_velocity,
   return contacts.empty() ? 0 : contacts.front().friction;
 }
 
-TEST(Friction, WhatMovesWithItsGroundSticksAndWhatDoesNotSlides) {
+TEST(Friction, SticksWithoutSlipAndSlidesWithIt) {
   // g hs = 0.16 m/s: slower is at rest.
   const Vector3 east(2, 0, 0);
   const Vector3 north(0, 0, 2);
@@ -137,7 +138,7 @@ SlopeErrors errors_on_slope(double rate, int substeps, double friction,
   return errors;
 }
 
-TEST(Friction, ABlockSentUpASlopeMovesAsTheClosedFormSays) {
+TEST(Friction, BlockSentUphillFollowsClosedForm) {
   // Measured, at 60 and 240 Hz: 0.29 and 0.073 % with μ = 0.2, where it slides back; 0.496 and 0.124 % with
   // 0.6, where it stays. It is a t hs/2 and no more: a run of velocities first, then coordinates, errs by
   // that.
@@ -155,7 +156,7 @@ TEST(Friction, ABlockSentUpASlopeMovesAsTheClosedFormSays) {
 }
 
 // κ < 1 leaves 1 − κ of what friction takes to the next sub-step: a delay of a part of one at the start.
-TEST(Friction, ABlockSentUpASlopeMovesAsTheClosedFormSaysByDefault) {
+TEST(Friction, BlockSentUphillFollowsClosedFormByDefault) {
   for (const double friction : {0.2, 0.6}) {
     const SlopeErrors slow = errors_on_slope(60, 10, friction, Contacts::by_default);
     EXPECT_LT(slow.all, 0.005) << friction;
@@ -169,7 +170,7 @@ TEST(Friction, ABlockSentUpASlopeMovesAsTheClosedFormSaysByDefault) {
 }
 
 // All of it is a t hs/2, the error of stepping: a tenth of a percent takes thirteen sub-steps.
-TEST(Friction, ABlockThatStaysOnASlopeIsOffByTheStepAloneAt240Hz) {
+TEST(Friction, BlockSentUphillErrsByTheStepAt240Hz) {
   const SlopeErrors errors = errors_on_slope(240, 10, 0.6);
   EXPECT_LT(errors.all, 0.0013);   // measured 0.124 %
   EXPECT_LT(errors.beyond, 3e-7);  // measured 1.5e-7
@@ -179,6 +180,11 @@ Quaternion turn(double degrees) {
   return rotation_quaternion({0, degrees * pi / 180, 0});
 }
 
+Vector3 heading_of(double heading, const Quaternion& slope) {
+  const auto [sine, cosine] = sine_cosine(heading * pi / 180);
+  return slope * Vector3(cosine, 0, sine);
+}
+
 /// A flat block on a plane, turned by `block` about the plane's normal, pushed along the plane by `push`
 /// times the largest friction in the direction `heading`. The push is a part of gravity, so it acts at the
 /// centre of mass. All of it stands on a plane at `slope`.
@@ -186,17 +192,11 @@ constexpr double tray_friction = 0.45;
 Scene pushed_block(double push, double heading, double block, const Quaternion& slope) {
   Scene scene = test::floor_scene(tray_friction);
   scene.colliders[0].placement.orientation = slope;
-  const auto [sine, cosine] = sine_cosine(heading * pi / 180);
-  const double along = push * tray_friction * gravity;
-  scene.gravity = slope * Vector3(along * cosine, -gravity, along * sine);
+  scene.gravity =
+      slope * Vector3(0, -gravity, 0) + push * tray_friction * gravity * heading_of(heading, slope);
   test::add_box(scene, {0.8, 0.1, 0.5}, 35, {slope * Vector3(0, 0.05, 0), slope * turn(block)},
                 tray_friction);
   return scene;
-}
-
-Vector3 heading_of(double heading, const Quaternion& slope) {
-  const auto [sine, cosine] = sine_cosine(heading * pi / 180);
-  return slope * Vector3(cosine, 0, sine);
 }
 
 const Quaternion slopes[] = {Quaternion::Identity(), rotation_quaternion({0.2, 0.1, -0.35})};
@@ -211,7 +211,7 @@ void with_all_pushes(Use use) {
   }
 }
 
-TEST(Friction, ATrayPushedBeyondFrictionMovesAlikeInSixteenDirections) {
+TEST(Friction, PushedTrayMovesAlikeInAllDirections) {
   constexpr double time = 2;
   constexpr double expected = 0.5 * 0.06 * tray_friction * gravity * time * time;
   for (const Algorithm algorithm : {Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
@@ -230,6 +230,29 @@ TEST(Friction, ATrayPushedBeyondFrictionMovesAlikeInSixteenDirections) {
   }
 }
 
+// A1's friction is a disc to rounding.
+TEST(Friction, PushedTrayIsExactInA1) {
+  Settings settings;
+  settings.algorithm = Algorithm::a1;
+  constexpr int steps = 60;
+  // The excess over friction, stepped by h: velocities first, then coordinates.
+  const double expected =
+      0.06 * tray_friction * gravity * settings.step * settings.step * steps * (steps + 1) / 2;
+  double worst = 0;
+  double aside = 0;
+  with_all_pushes([&](double block, double heading, const Quaternion& slope) {
+    const Scene scene = pushed_block(1.06, heading, block, slope);
+    const MeasuredRun run = measured_run(scene, settings, steps * settings.step);
+    const Vector3 moved = run.state.q[1].linear - scene.bodies[1].pose.position;
+    const Vector3 along = heading_of(heading, slope);
+    EXPECT_LE(run.largest_residual, MlcpSolver::tolerance);
+    worst = std::max(worst, std::abs(moved.dot(along) / expected - 1));
+    aside = std::max(aside, (moved - moved.dot(along) * along).norm() / expected);
+  });
+  EXPECT_LT(worst, 1e-9);  // measured 2.4e-11, of the distance
+  EXPECT_LT(aside, 1e-9);  // measured 1.9e-10
+}
+
 /// Largest displacement of any tray in the two seconds, m.
 double largest_displacement(Algorithm algorithm, double push) {
   double largest = 0;
@@ -245,7 +268,11 @@ double largest_displacement(Algorithm algorithm, double push) {
   return largest;
 }
 
-TEST(Friction, ATrayPushedHalfAsHardAsFrictionStays) {
+TEST(Friction, TrayWithinFrictionStaysInA1) {
+  EXPECT_LT(largest_displacement(Algorithm::a1, 0.96), 1e-12);  // measured 1.7e-14 m
+}
+
+TEST(Friction, TrayAtHalfFrictionStays) {
   for (const Algorithm algorithm : {Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
     EXPECT_LT(largest_displacement(algorithm, 0.5), 1e-5) << name(algorithm);  // measured 9.2e-6 m; A2: 4e-13
   }
@@ -253,7 +280,7 @@ TEST(Friction, ATrayPushedHalfAsHardAsFrictionStays) {
 
 // Points that reach their disc's edge in turn let go of half of their displacement each time, and so the tray
 // creeps by 0.13 mm/s (A2: 0.7) where A1 does not move.
-TEST(Friction, ATrayPushedAlmostAsHardAsFrictionCreepsByLessThanAMillimetreASecond) {
+TEST(Friction, TrayNearFrictionCreepsSlowly) {
   for (const Algorithm algorithm : {Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
     EXPECT_LT(largest_displacement(algorithm, 0.96), 2e-3)
         << name(algorithm);  // measured 1.5 (A2) and 0.26 mm in 2 s

@@ -1,5 +1,6 @@
 // Each kind of constraint against a closed form, in all five algorithms. Limits stand beside what was
 // measured.
+// One file, since all kinds are measured by one loop over algorithms.
 
 #include <gtest/gtest.h>
 
@@ -13,7 +14,6 @@ namespace substep {
 namespace {
 
 constexpr double gravity = 9.81;
-constexpr Algorithm all[] = {Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5};
 constexpr Joints flavours[] = {Joints::rows, Joints::plain, Joints::stable};
 
 Settings settings_of(Algorithm algorithm, double step, Joints joints = Joints::plain) {
@@ -29,7 +29,7 @@ Settings settings_of(Algorithm algorithm, double step, Joints joints = Joints::p
 /// Calls `check(settings)` for each algorithm, A3–A5 with each flavour of joints.
 template <typename Check>
 void in_each_algorithm(double step, Check&& check) {
-  for (const Algorithm algorithm : all) {
+  for (const Algorithm algorithm : test::all_algorithms) {
     for (const Joints joints : flavours) {
       if (algorithm < Algorithm::a3 && joints != Joints::plain) continue;
       const Settings settings = settings_of(algorithm, step, joints);
@@ -37,13 +37,6 @@ void in_each_algorithm(double step, Check&& check) {
       check(settings);
     }
   }
-}
-
-JointLimit range(bool angular, std::array<bool, 3> axes, double min, double max) {
-  JointLimit limit = test::locked(angular, axes);
-  limit.min = min;
-  limit.max = max;
-  return limit;
 }
 
 /// A ball of 2 kg that hangs on a joint in the world: the joint's node stands at the origin.
@@ -63,7 +56,7 @@ Scene jointed_body(const std::vector<JointLimit>& limits, const Vector3& anchor 
 
 const JointLimit locked_rotation = test::locked(true, {true, true, true});
 
-TEST(Joints, ASliderFallsAlongItsAxisOnly) {
+TEST(Joints, SliderFallsAlongItsAxis) {
   // Free along y, tilted by 0.4 rad about z: acceleration g cos 0.4 along it.
   Scene scene = jointed_body({test::locked(false, {true, false, true}), locked_rotation});
   scene.joints[0].frame_a.orientation = rotation_quaternion({0, 0, 0.4});
@@ -77,7 +70,7 @@ TEST(Joints, ASliderFallsAlongItsAxisOnly) {
   });
 }
 
-TEST(Joints, AFixedJointHoldsALeverArm) {
+TEST(Joints, FixedJointHoldsLever) {
   const Scene scene = jointed_body({test::locked(false, {true, true, true}), locked_rotation}, {-0.5, 0, 0});
   in_each_algorithm(1.0 / 240, [&](const Settings& settings) {
     const State state = test::run(scene, settings, 2);
@@ -87,9 +80,9 @@ TEST(Joints, AFixedJointHoldsALeverArm) {
   });
 }
 
-TEST(Joints, AHardDistanceKeepsItsLengthInACircle) {
+TEST(Joints, HardDistanceKeepsItsLength) {
   // Locked distance of 1 m, no gravity, 2 m/s across: half a turn in π/2 s.
-  Scene scene = jointed_body({range(false, {true, true, true}, 1, 1)});
+  Scene scene = jointed_body({test::range(false, {true, true, true}, 1, 1)});
   scene.gravity.setZero();
   scene.bodies[1].pose.position = {1, 0, 0};
   scene.bodies[1].linear_velocity = {0, 2, 0};
@@ -101,8 +94,8 @@ TEST(Joints, AHardDistanceKeepsItsLengthInACircle) {
   });
 }
 
-TEST(Joints, ARopeIsSlackThenTaut) {
-  Scene scene = jointed_body({range(false, {true, true, true}, 0, 1)});
+TEST(Joints, RopeIsSlackThenTaut) {
+  Scene scene = jointed_body({test::range(false, {true, true, true}, 0, 1)});
   in_each_algorithm(1.0 / 240, [&](const Settings& settings) {
     const double slack = 0.4;
     const State falling = test::run(scene, settings, slack);
@@ -111,9 +104,9 @@ TEST(Joints, ARopeIsSlackThenTaut) {
   });
 }
 
-TEST(Joints, ALimitStopsASlider) {
+TEST(Joints, LimitStopsSlider) {
   // 2 m/s towards a stop at 0.5 m: there after 0.25 s, and there to stay.
-  Scene scene = jointed_body({range(false, {true, false, false}, -0.1, 0.5),
+  Scene scene = jointed_body({test::range(false, {true, false, false}, -0.1, 0.5),
                               test::locked(false, {false, true, true}), locked_rotation});
   scene.gravity.setZero();
   scene.bodies[1].linear_velocity = {2, 0, 0};
@@ -125,11 +118,11 @@ TEST(Joints, ALimitStopsASlider) {
   });
 }
 
-TEST(Joints, ATwistLimitStopsAHinge) {
+TEST(Joints, TwistLimitStopsHinge) {
   // A lever on a hinge about z, from level; stops at −0.7 rad.
   const Scene scene =
       jointed_body({test::locked(false, {true, true, true}), test::locked(true, {true, true, false}),
-                    range(true, {false, false, true}, -0.7, 0.7)},
+                    test::range(true, {false, false, true}, -0.7, 0.7)},
                    {-0.5, 0, 0});
   in_each_algorithm(1.0 / 240, [&](const Settings& settings) {
     const State state = test::run(scene, settings, 3);
@@ -138,10 +131,11 @@ TEST(Joints, ATwistLimitStopsAHinge) {
   });
 }
 
-TEST(Joints, AConeLimitStopsASwing) {
+TEST(Joints, ConeLimitStopsSwing) {
   // A lever that may swing by 0.5 rad from its y axis, started upright with a push in x and z.
-  Scene scene = jointed_body(
-      {test::locked(false, {true, true, true}), range(true, {true, false, true}, 0, 0.5)}, {0, -0.5, 0});
+  Scene scene =
+      jointed_body({test::locked(false, {true, true, true}), test::range(true, {true, false, true}, 0, 0.5)},
+                   {0, -0.5, 0});
   scene.bodies[1].linear_velocity = {0.3, 0, 0.2};
   scene.bodies[1].angular_velocity = {0.4, 0, -0.6};
   in_each_algorithm(1.0 / 240, [&](const Settings& settings) {
@@ -151,9 +145,9 @@ TEST(Joints, AConeLimitStopsASwing) {
   });
 }
 
-TEST(Joints, ALockedRadiusIsATube) {
+TEST(Joints, LockedRadiusIsATube) {
   // 1 m from the y axis, 2 m/s around it and 0.3 m/s along it, no gravity: a helix.
-  Scene scene = jointed_body({range(false, {true, false, true}, 1, 1)});
+  Scene scene = jointed_body({test::range(false, {true, false, true}, 1, 1)});
   scene.gravity.setZero();
   scene.bodies[1].pose.position = {1, 0, 0};
   scene.bodies[1].linear_velocity = {0, 0.3, -2};
@@ -166,9 +160,9 @@ TEST(Joints, ALockedRadiusIsATube) {
   });
 }
 
-TEST(Joints, ARadiusLimitStopsAtItsBound) {
+TEST(Joints, RadiusLimitStopsAtItsBound) {
   // From the axis at 2 m/s across it: at 0.5 m after 0.25 s, and there to stay.
-  Scene scene = jointed_body({range(false, {true, false, true}, 0, 0.5)});
+  Scene scene = jointed_body({test::range(false, {true, false, true}, 0, 0.5)});
   scene.gravity.setZero();
   scene.bodies[1].linear_velocity = {1.2, 0, 1.6};
   in_each_algorithm(1.0 / 240, [&](const Settings& settings) {
@@ -179,11 +173,11 @@ TEST(Joints, ARadiusLimitStopsAtItsBound) {
   });
 }
 
-TEST(Joints, ATurnLimitStopsARotationAboutAnyAxis) {
+TEST(Joints, TurnLimitStopsAnyRotation) {
   // 2 rad/s about a slanted axis: turned by 0.5 rad after 0.25 s, and no further.
   const Vector3 axis(0.48, 0.6, 0.64);
   Scene scene =
-      jointed_body({test::locked(false, {true, true, true}), range(true, {true, true, true}, 0, 0.5)});
+      jointed_body({test::locked(false, {true, true, true}), test::range(true, {true, true, true}, 0, 0.5)});
   scene.bodies[1].angular_velocity = 2 * axis;
   in_each_algorithm(1.0 / 240, [&](const Settings& settings) {
     EXPECT_LT((rotation_vector(test::run(scene, settings, 0.2).q[1].angular) - 0.4 * axis).norm(), 1e-9);
@@ -193,13 +187,13 @@ TEST(Joints, ATurnLimitStopsARotationAboutAnyAxis) {
   });
 }
 
-TEST(Joints, ALockedTurnGoesRoundASphere) {
+TEST(Joints, LockedTurnFollowsGreatCircle) {
   // Rotations by θ = 1 rad about any axis u are a sphere of radius 2 sin(θ/2) in the metric of a body of
   // equal moments: with nothing else acting, u goes along a great circle at |ω| / (2 sin(θ/2)).
   const double turn = 1;
   const double radius = 2 * std::sin(turn / 2);
-  Scene scene =
-      jointed_body({test::locked(false, {true, true, true}), range(true, {true, true, true}, turn, turn)});
+  Scene scene = jointed_body(
+      {test::locked(false, {true, true, true}), test::range(true, {true, true, true}, turn, turn)});
   scene.bodies[1].pose.orientation = rotation_quaternion({turn, 0, 0});
   // u' = (0, 2, 0) rad/s in ω = sin θ u' + (1 − cos θ) u × u'.
   scene.bodies[1].angular_velocity = {0, 2 * std::sin(turn), 2 * (1 - std::cos(turn))};
@@ -212,15 +206,16 @@ TEST(Joints, ALockedTurnGoesRoundASphere) {
   });
 }
 
-TEST(Joints, ATurnLimitIsHeldBetterByASmallerStep) {
+TEST(Joints, SmallerStepHoldsTurnLimitBetter) {
   // A plate that rocks on a point at its edge within 0.5 rad, all its directions coupled. The limit's row is
   // one-sided, so never stable: A4 and A5 hold it along its direction at the step's start.
-  Scene scene = jointed_body(
-      {test::locked(false, {true, true, true}), range(true, {true, true, true}, 0, 0.5)}, {0, 0.25, 0.1});
+  Scene scene =
+      jointed_body({test::locked(false, {true, true, true}), test::range(true, {true, true, true}, 0, 0.5)},
+                   {0, 0.25, 0.1});
   scene.bodies[1].inverse_inertia = {23.8, 64.9, 17.6};
   scene.bodies[1].angular_velocity = {1.5, 2, -1};
   scene.bodies[1].linear_velocity = -scene.bodies[1].angular_velocity.cross(Vector3(0, 0.25, 0.1));
-  for (const Algorithm algorithm : all) {
+  for (const Algorithm algorithm : test::all_algorithms) {
     double last = 0.02;  // measured at 1/60 s: 0.011 rad, A3 0.0007
     for (const double step : {1.0 / 60, 1.0 / 240, 1.0 / 960}) {
       const Settings settings = settings_of(algorithm, step);
@@ -237,8 +232,8 @@ TEST(Joints, ATurnLimitIsHeldBetterByASmallerStep) {
   }
 }
 
-TEST(Joints, SpringsHoldHalfTheirStiffnessTimesTheStretchSquared) {
-  JointLimit spring = range(false, {true, true, true}, 0.5, 0.8);  // of the distance
+TEST(Joints, SpringsStoreElasticEnergy) {
+  JointLimit spring = test::range(false, {true, true, true}, 0.5, 0.8);  // of the distance
   spring.stiffness = 300;
   JointDrive held{.angular = true, .axis = 2, .position_target = 0.4, .stiffness = 7};
   Scene scene = jointed_body({spring});
@@ -256,9 +251,9 @@ TEST(Joints, SpringsHoldHalfTheirStiffnessTimesTheStretchSquared) {
   EXPECT_NEAR(energy_at(0.6 * direction, 1.5 * sign), 7 * 1.1 * 1.1 / 2, 1e-12);
 }
 
-TEST(Joints, ASoftLimitIsADampedSpring) {
+TEST(Joints, SoftLimitIsADampedSpring) {
   // m x'' = −k x − c x', k = 200 N/m, c = 2 N·s/m, m = 2 kg, from 0.1 m.
-  JointLimit spring = range(false, {true, false, false}, 0, 0);
+  JointLimit spring = test::range(false, {true, false, false}, 0, 0);
   spring.stiffness = 200;
   spring.damping = 2;
   Scene scene = jointed_body({spring, test::locked(false, {false, true, true}), locked_rotation});
@@ -284,9 +279,9 @@ TEST(Joints, ASoftLimitIsADampedSpring) {
   });
 }
 
-TEST(Joints, AVerySoftOrStiffSpringDoesNotExplode) {
+TEST(Joints, ExtremeSpringsStayBounded) {
   for (const double stiffness : {1e-3, 1e3, 1e9}) {
-    JointLimit spring = range(false, {true, true, true}, 0.5, 0.5);
+    JointLimit spring = test::range(false, {true, true, true}, 0.5, 0.5);
     spring.stiffness = stiffness;
     Scene scene = jointed_body({spring});
     scene.bodies[1].pose.position = {0.5, 0, 0};
@@ -298,7 +293,7 @@ TEST(Joints, AVerySoftOrStiffSpringDoesNotExplode) {
   }
 }
 
-TEST(Drives, APositionDriveReachesItsTarget) {
+TEST(Drives, PositionDriveReachesItsTarget) {
   Scene scene = jointed_body({test::locked(false, {false, true, true}), locked_rotation});
   scene.gravity.setZero();
   JointDrive drive;
@@ -315,7 +310,7 @@ TEST(Drives, APositionDriveReachesItsTarget) {
   });
 }
 
-TEST(Drives, AMotorRampsUnderItsTorqueLimit) {
+TEST(Drives, MotorRampsUnderItsTorqueLimit) {
   // Moment 0.25 kg·m², at most 0.5 N·m: 2 rad/s², to 3 rad/s. Per unit of inertia: at most 2 rad/s², the
   // same.
   for (const bool acceleration : {false, true}) {
@@ -336,21 +331,11 @@ TEST(Drives, AMotorRampsUnderItsTorqueLimit) {
   }
 }
 
-TEST(Contacts, ABallBouncesToTheSquareOfItsRestitution) {
+TEST(Contacts, BallBouncesToSquareOfRestitution) {
   Scene scene = test::floor_scene(0);
-  Body ball;
-  ball.name = "ball";
-  ball.inverse_mass = 1;
-  ball.inverse_inertia = Vector3::Constant(40);
-  ball.pose.position = {0, 1.25, 0};
-  scene.bodies.push_back(ball);
-  Collider collider;
-  collider.body = 1;
-  collider.shape = Sphere{0.25};
-  collider.material = {.static_friction = 0, .dynamic_friction = 0, .restitution = 0.5};
+  test::add_ball(scene, 0.25, 1, {0, 1.25, 0}, 0, 0.5);
   scene.colliders[0].material.restitution = 0.5;
-  scene.colliders.push_back(collider);
-  for (const Algorithm algorithm : all) {
+  for (const Algorithm algorithm : test::all_algorithms) {
     Simulation simulation(scene, settings_of(algorithm, 1.0 / 960));
     double highest = 0;
     bool bounced = false;
@@ -375,7 +360,7 @@ TEST(Contacts, StaticFrictionHoldsWhatDynamicFrictionWouldNot) {
   test::add_box(scene, {0.2, 0.2, 0.2}, 1, {slope * Vector3(0, 0.1, 0), slope.orientation}, 0.3);
   scene.colliders[1].material.static_friction = 0.8;
   const Vector3 start = scene.bodies[1].pose.position;
-  for (const Algorithm algorithm : all) {
+  for (const Algorithm algorithm : test::all_algorithms) {
     Settings settings = settings_of(algorithm, 1.0 / 240);
     settings.iterations = 20;
     EXPECT_LT((test::run(scene, settings, 1).q[1].linear - start).norm(), 0.001) << name(algorithm);
@@ -406,7 +391,7 @@ TEST(Contacts, MaterialsCombineInTheExtensionsOrder) {
 
 TEST(Joints, RadiusOnTheAxisIsZero) {
   // The frames are turned, so that what is left across the axis is rounding.
-  Scene scene = jointed_body({range(false, {false, true, true}, 0, 0.5)});
+  Scene scene = jointed_body({test::range(false, {false, true, true}, 0, 0.5)});
   scene.joints[0].frame_a = {{0.3, -0.2, 0.9}, rotation_quaternion({0.4, -0.7, 1.1})};
   const Model model = build_model(scene);
   State state = initial_state(scene);
@@ -445,7 +430,7 @@ double leftmost(const Scene& scene, Algorithm algorithm) {
 constexpr double short_of = 0.02;  // m: it may stop where a step that meets begins, 4.2 m/s · 1/240 s before
 
 TEST(Joints, JointToTheWorldSilencesNothingElse) {
-  for (const Algorithm algorithm : all) {
+  for (const Algorithm algorithm : test::all_algorithms) {
     EXPECT_NEAR(leftmost(swing_to_a_wall(), algorithm), 0.15, short_of) << name(algorithm);
   }
 }
@@ -453,7 +438,7 @@ TEST(Joints, JointToTheWorldSilencesNothingElse) {
 TEST(Joints, JointToAPostSilencesThePostAlone) {
   Scene scene = swing_to_a_wall();
   scene.joints[0].silent_colliders = {0};
-  for (const Algorithm algorithm : all) {
+  for (const Algorithm algorithm : test::all_algorithms) {
     EXPECT_NEAR(leftmost(scene, algorithm), -0.2, short_of) << name(algorithm);  // measured 0.014 in A1
     scene.joints[0].enable_collision = true;
     EXPECT_NEAR(leftmost(scene, algorithm), 0.15, short_of) << name(algorithm);
@@ -461,7 +446,7 @@ TEST(Joints, JointToAPostSilencesThePostAlone) {
   }
 }
 
-TEST(Bodies, AKinematicBodyCarriesWhatLiesOnIt) {
+TEST(Bodies, KinematicBodyCarriesItsLoad) {
   // A platform at 1 m/s, μ = 0.5: a box on it is as fast after v/(μ g) = 0.204 s, 0.102 m behind.
   Scene scene = test::empty_scene();
   test::add_box(scene, {10, 0.2, 2}, 1, {{0, -0.1, 0}, Quaternion::Identity()}, 0.5);
@@ -469,7 +454,7 @@ TEST(Bodies, AKinematicBodyCarriesWhatLiesOnIt) {
   scene.bodies[1].inverse_inertia.setZero();
   scene.bodies[1].linear_velocity = {1, 0, 0};
   test::add_box(scene, {0.2, 0.2, 0.2}, 1, {{0, 0.1, 0}, Quaternion::Identity()}, 0.5);
-  for (const Algorithm algorithm : all) {
+  for (const Algorithm algorithm : test::all_algorithms) {
     const State state = test::run(scene, settings_of(algorithm, 1.0 / 240), 1);
     EXPECT_NEAR(state.q[1].linear.x(), 1, 1e-12) << name(algorithm);
     EXPECT_NEAR(state.v[2].linear.x(), 1, 1e-6) << name(algorithm);
@@ -481,7 +466,7 @@ TEST(Bodies, InfiniteMomentsDoNotTurn) {
   Scene scene = test::floor_scene(0.6);
   test::add_box(scene, {0.4, 1, 0.4}, 1, {{0, 0.7, 0}, rotation_quaternion({0, 0, 0.3})}, 0.6);
   scene.bodies[1].inverse_inertia = {scene.bodies[1].inverse_inertia.x(), 0, 0};
-  for (const Algorithm algorithm : all) {
+  for (const Algorithm algorithm : test::all_algorithms) {
     const State state = test::run(scene, settings_of(algorithm, 1.0 / 240), 1);
     EXPECT_NEAR(rotation_vector(state.q[1].angular).z(), 0.3, 1e-9) << name(algorithm);
     EXPECT_LT(state.q[1].linear.y(), 0.65) << name(algorithm);
@@ -489,7 +474,7 @@ TEST(Bodies, InfiniteMomentsDoNotTurn) {
 }
 
 // No absolute tolerance is hidden anywhere: the same motion, scaled.
-TEST(Scale, MassesByAMillionAndLengthsByAThousandthGiveTheSameMotion) {
+TEST(Scale, ScaledSceneMovesAlike) {
   Scene scene = test::floor_scene(0.6);
   for (int i = 0; i < 3; ++i) {
     test::add_box(scene, {1, 1, 1}, 1 + i, {{0.1 * i, 0.6 + 1.1 * i, 0}, Quaternion::Identity()}, 0.6);
@@ -506,7 +491,7 @@ TEST(Scale, MassesByAMillionAndLengthsByAThousandthGiveTheSameMotion) {
     const auto size = Vector3::Constant(length);
     small.colliders[i].shape = box(size);
   }
-  for (const Algorithm algorithm : all) {
+  for (const Algorithm algorithm : test::all_algorithms) {
     const Settings settings = settings_of(algorithm, 1.0 / 64);
     Settings scaled = settings;
     scaled.step *= time;

@@ -65,7 +65,7 @@ TEST(Listings, EachStatementIsMarkedOnceAndInOrder) {
   }
 }
 
-/// What the procedure does: its body without comments, without the name of the procedure.
+/// Returns the body of the procedure without comments and without the procedure's name.
 std::vector<std::string> statements(const std::string& file) {
   std::vector<std::string> body;
   bool inside = false;
@@ -81,7 +81,7 @@ std::vector<std::string> statements(const std::string& file) {
   return body;
 }
 
-TEST(Listings, A3AndA4DifferInTheThreePlacesOfTheReport) {
+TEST(Listings, A3AndA4DifferInThreeLines) {
   const std::vector<std::string> a3 = statements("a3_substep.cpp");
   const std::vector<std::string> a4 = statements("a4_approximate.cpp");
   ASSERT_GT(a3.size(), 20u);
@@ -105,15 +105,15 @@ TEST(Listings, A3AndA4DifferInTheThreePlacesOfTheReport) {
   EXPECT_NE(only_a4[2].find("q[i].angular ="), std::string::npos);
 }
 
-TEST(Listings, LoopsOverSubstepsAndRowsAreInTheFiveFilesOnly) {
+TEST(Listings, LoopsStandInTheFiveFiles) {
   for (const Listing& listing : listings) {
     const std::string text = read(listing.file);
     const bool sub_stepped = listing.procedure >= 3;
     EXPECT_EQ(text.find("for (int j = 1; j <= n; ++j)") != std::string::npos, sub_stepped) << listing.file;
     EXPECT_EQ(text.find("for (int i = 1; i <= m; ++i)") != std::string::npos, sub_stepped) << listing.file;
   }
-  // What the five share may loop over one block's rows, or over all blocks to formulate or to update them; it
-  // has no loop over sub-steps or iterations, and none over blocks that solves them.
+  // Code that the five share may loop over one block's rows, or over all blocks to formulate or update them.
+  // It has no loop over sub-steps or iterations, and none that solves blocks.
   int files = 0;
   int loops_over_blocks = 0;
   const std::filesystem::path folder = std::filesystem::path(SUBSTEP_SOURCE_DIR) / "sim/constraints";

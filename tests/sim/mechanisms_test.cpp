@@ -250,7 +250,7 @@ TEST_P(MinimalCoordinates, A1IsOfFirstOrder) {
   EXPECT_NEAR(std::log2(middle / fine), 1, 0.2) << coarse << " " << middle << " " << fine;
 }
 
-TEST_P(MinimalCoordinates, TheReferenceIsWithinItsUncertainty) {
+TEST_P(MinimalCoordinates, ReferenceStaysWithinUncertainty) {
   const auto& [mechanism, steps, duration, error, own_accuracy] = GetParam();
   const Scene scene = scene_named(mechanism.scene);
   const std::vector<Centres> exact = motion_of(mechanism, 2 * steps, 1);
@@ -288,7 +288,7 @@ TEST(FourBar, PassesItsSingularPositionsAtAnyStep) {
   }
 }
 
-TEST(Governor, TheFigureInItsFileIsOfItsEquations) {
+TEST(Governor, FileMatchesItsEquations) {
   const Scene scene = scene_named("governor");
   ASSERT_EQ(scene.expected.size(), 1U);
   EXPECT_NEAR(scene.expected[0].value, motion_of(governor(), 1200, 2).back()[1].y(), 1e-9);

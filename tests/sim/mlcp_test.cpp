@@ -1,3 +1,5 @@
+// One file, since all problems are judged by one set of conditions.
+
 #include "sim/direct/mlcp_text.h"
 
 #include <gtest/gtest.h>
@@ -133,7 +135,7 @@ double violation(const Mlcp& problem, const std::vector<double>& lambda) {
   return worst;
 }
 
-TEST(Mlcp, SolvesRowsWhoseSecondBodyIsTheFirstOfTheList) {
+TEST(Mlcp, SolvesRowsOfFirstBody) {
   std::mt19937 random(4);
   MlcpSolver solver;
   std::vector<double> lambda;
@@ -154,7 +156,7 @@ TEST(Mlcp, SolvesRowsWhoseSecondBodyIsTheFirstOfTheList) {
   EXPECT_LT(worst, 1e-7);
 }
 
-TEST(Mlcp, CountsTheActiveSetsThatItTries) {
+TEST(Mlcp, CountsActiveSets) {
   // A row without limits is active, whatever its impulse: there is one set to try.
   std::mt19937 random(5);
   MlcpSolver solver;
@@ -199,7 +201,7 @@ TEST(Mlcp, SolvesRedundantProblems) {
   EXPECT_LT(worst, 1e-9);  // measured 8.9e-10
 }
 
-TEST(Mlcp, SolvesContradictingRowsInTheLeastSquaresSenseAndSaysSo) {
+TEST(Mlcp, ReportsLeastSquares) {
   std::mt19937 random(3);
   Mlcp problem;
   problem.bodies = 1;
@@ -286,7 +288,7 @@ Mlcp any_contacts(std::mt19937& random, int bodies, double friction) {
   return problem;
 }
 
-/// Of one to five bodies.
+/// Returns contacts of one to five bodies.
 Mlcp some_contacts(std::mt19937& random) {
   return any_contacts(random, 1 + static_cast<int>(random() % 5), 0.1 + 0.4 * std::abs(uniform(random)));
 }
@@ -296,7 +298,7 @@ void move_right_sides(Mlcp& problem, std::mt19937& random) {
   for (Mlcp::Row& row : problem.rows) row.right += 0.1 * uniform(random);
 }
 
-TEST(Mlcp, SolvesFrictionOrSaysThatItDidNot) {
+TEST(Mlcp, SolvesOrReportsFriction) {
   std::mt19937 random(4);
   MlcpSolver solver;
   std::vector<double> lambda;
@@ -312,7 +314,7 @@ TEST(Mlcp, SolvesFrictionOrSaysThatItDidNot) {
   EXPECT_GE(solved, problems * 99 / 100);  // measured 200 of 200
 }
 
-TEST(Mlcp, SolvesFrictionAlsoWhereNoRigidMotionFitsTheSlips) {
+TEST(Mlcp, SolvesIncompatibleSlips) {
   std::mt19937 random(6);
   MlcpSolver solver;
   std::vector<double> lambda;
@@ -356,7 +358,7 @@ Mlcp with_other_tangents(Mlcp problem, std::mt19937& random) {
   return problem;
 }
 
-TEST(Mlcp, FrictionIsADiscWhateverTheTangents) {
+TEST(Mlcp, FrictionIgnoresTangents) {
   std::mt19937 random(8);
   MlcpSolver solver;
   std::vector<double> lambda;
@@ -398,7 +400,7 @@ TEST(Mlcp, FrictionIsADiscWhateverTheTangents) {
 // Painlevé's rod: a point of it slides on the floor at 30°–80° with so much friction that pressing it down
 // would speed up its approach. There the problem has no solution, or two; it is solved, or reported, and
 // stays finite.
-TEST(Mlcp, PainlevesRodIsSolvedOrReported) {
+TEST(Mlcp, SolvesOrReportsPainlevesRod) {
   MlcpSolver solver;
   std::vector<double> lambda;
   int reported = 0;
@@ -437,7 +439,7 @@ TEST(Mlcp, PainlevesRodIsSolvedOrReported) {
   EXPECT_GT(solved, 50);
 }
 
-TEST(Mlcp, AWrittenProblemIsReadBackToTheBit) {
+TEST(Mlcp, RoundTripKeepsBits) {
   std::mt19937 random(5);
   Mlcp problem = any_contacts(random, 3, 0.5);
   problem.rows.push_back(any_row(random, 3));
@@ -455,7 +457,7 @@ TEST(Mlcp, AWrittenProblemIsReadBackToTheBit) {
   }
 }
 
-TEST(Mlcp, RowsThatNothingMovesAreLeftAlone) {
+TEST(Mlcp, IgnoresImmovableRows) {
   Mlcp problem;
   problem.bodies = 1;
   Mlcp::Row row{};

@@ -40,7 +40,7 @@ TEST(FreeBody, KeepsItsAngularMomentum) {
 // ω_y changes sign at 2.097 s (Jacobi's elliptic functions). Later flips are a matter of the energy's last
 // digits: the body passes so near its unstable axis that an energy error of 1e-4 moves the second flip by
 // seconds.
-TEST(FreeBody, FlipsWhenTheClosedFormSays) {
+TEST(FreeBody, FlipsAsClosedForm) {
   double last = 0;
   for (int k = 0; k < 3; ++k) {
     Settings settings;

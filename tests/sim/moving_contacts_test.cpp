@@ -1,5 +1,6 @@
-// What moves and meets, or does not: against closed forms that share nothing with the solver, at default
+// Bodies that move and meet, or miss: against closed forms that share nothing with the solver, at default
 // settings, in scenes drawn from a seed. Prints the table in tests/sim/RESULTS.md.
+// One file, since its tables are printed as one.
 
 #include <gtest/gtest.h>
 #include <Eigen/LU>
@@ -46,7 +47,7 @@ struct FlyPast {
     const double relative = (start_of_one.velocity - start_of_other.velocity).norm();
     return relative + start_of_one.spin.norm() * one.reach() + start_of_other.spin.norm() * other.reach();
   }
-  /// Whether they keep 0.8 of `clearance` throughout, by conservative advancement.
+  /// Returns true where they keep 0.8 of `clearance` throughout, by conservative advancement.
   bool keeps(double clearance) const {
     const double bound = std::max(speed(), 1e-9);
     for (double time = 0; time < duration;) {
@@ -202,8 +203,8 @@ Trial draw_blade(Random& random) {
       }};
 }
 
-/// What slides on a floor without friction past a post or a block, as on a pinball table. Only motion along
-/// the floor counts.
+/// Draws a body that slides on a floor without friction past a post or a block, as on a pinball table. Only
+/// motion along the floor counts.
 Trial draw_pinball(Random& random) {
   const double radius = random.between(0.03, 0.2);
   const double clearance = random.spread(0.001, 0.2);
@@ -593,7 +594,7 @@ double error_of_equal_row(const Balls& balls, Algorithm algorithm) {
   return is_finite ? largest : infinite_error;
 }
 
-/// How far two balls of a row, or the last and the wall, have changed places: 0 or 1.
+/// Returns how far two balls of a row, or the last and the wall, have swapped positions: 0 or 1.
 double passed_through(const Balls& balls, Algorithm algorithm) {
   double passed = 0;
   const Settings settings = test::default_settings_of(balls.scene, algorithm);
@@ -722,7 +723,7 @@ TEST(Break, HardlyPenetrates) {
   run_balls("break of fifteen: penetration / size", 0.02, cut_break, measure<Measured::penetration>);
 }
 
-// What is fast
+// Fast bodies
 
 /// A ball flies at a plane, a 1 cm wall or a post, or a thin rod at a post: 1 where it ends behind.
 Trial draw_fast(Random& random) {
@@ -822,7 +823,7 @@ struct DoorAndBall {
     return (at[3] - depth * at[2]) / (about_hinge + mass * at[0] * at[0]);
   }
   double spin() const { return spin_at(y); }
-  /// Of the ball, along x and y.
+  /// Returns the ball's velocity along x and y.
   Eigen::Vector2d velocity() const {
     return Eigen::Rotation2Dd(y[1]) * Eigen::Vector2d(y[2] / mass, y[0] * spin());
   }
@@ -1016,7 +1017,7 @@ Trial draw_spinning_bounce(Random& random, bool sticks) {
   const Vector3 up = turn * Vector3(0, 1, 0);
   const Vector3 spin = random.between(0, 50) * random.direction();
   const Vector3 velocity = -down * up + random.between(0, 1) * down * random.across(up);
-  // Of the ball's lowest point, across the normal.
+  // Slip of the ball's lowest point, across the normal.
   Vector3 slip = velocity + spin.cross(Vector3(-radius * up));
   slip -= up.dot(slip) * up;
   const double needed = 2.0 / 7 * slip.norm() / ((1 + e) * down);

@@ -123,7 +123,7 @@ inline Solid rectangle_mesh(double size_x, double size_z) {
           {{make_rectangle(size_x, size_z, false), {}, {box_corners({size_x, 0, size_z}), {}, 0}}}};
 }
 
-/// Of about `size` from the middle to the farthest corner.
+/// Returns a solid of about `size` from the middle to the farthest corner.
 inline Solid random_solid(Random& random, double size) {
   const auto part = [&] { return size * random.between(0.2, 0.6); };
   switch (random.below(8)) {
@@ -240,7 +240,7 @@ struct Start {
   Vector3 velocity = Vector3::Zero();
   Vector3 spin = Vector3::Zero();
 
-  /// Of a body without forces whose moments are equal.
+  /// Returns the pose of a body without forces whose moments are equal.
   Pose at(double time) const {
     return {pose.position + time * velocity, rotation_quaternion(time * spin) * pose.orientation};
   }

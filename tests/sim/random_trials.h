@@ -26,9 +26,6 @@
 
 namespace substep::test {
 
-inline constexpr std::array<Algorithm, 5> all_algorithms{Algorithm::a1, Algorithm::a2, Algorithm::a3,
-                                                         Algorithm::a4, Algorithm::a5};
-
 class Random {
  public:
   explicit Random(std::uint64_t seed) : engine_(seed) {}

@@ -1,4 +1,4 @@
-// What contacts remember from step to step is part of the state.
+// The contact cache is part of the state.
 
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ std::uint64_t hash_after(Simulation& simulation, int steps) {
   return hash(simulation.state());
 }
 
-TEST(RememberedContacts, ARunThatGoesOnFromItsStateIsTheRun) {
+TEST(RememberedContacts, StateContinuesTheRun) {
   for (const char* name : {"box_stack", "card_house", "dominoes", "incline"}) {
     const Scene scene = scene_named(name);
     for (const Algorithm algorithm : iterative) {
@@ -46,7 +46,7 @@ TEST(RememberedContacts, ARunThatGoesOnFromItsStateIsTheRun) {
   }
 }
 
-TEST(RememberedContacts, AreInOrderByCollidersAndThenByPlace) {
+TEST(RememberedContacts, AreSortedByColliderAndPosition) {
   for (const char* name : {"stone_pyramid", "dominoes", "funnel", "wrecking_ball"}) {
     Simulation simulation(scene_named(name), default_settings(Algorithm::a5));
     for (int step = 1; step <= 40; ++step) {
@@ -59,11 +59,12 @@ TEST(RememberedContacts, AreInOrderByCollidersAndThenByPlace) {
                                          }))
           << name << ", step " << step;
     }
-    EXPECT_GT(simulation.state().contacts.size() + simulation.state().patches.size(), 8U) << name;
+    // Measured 25, 27, 350 and 53: the order says something.
+    EXPECT_GT(simulation.state().contacts.size() + simulation.state().patches.size(), 20U) << name;
   }
 }
 
-TEST(RememberedContacts, EachOfTheirNumbersIsHashed) {
+TEST(RememberedContacts, HashCoversEveryNumber) {
   State state = initial_state(test::floor_scene(0.6));
   const std::uint64_t without = hash(state);
   state.contacts.push_back({3, 5, {0.1, 0.2, 0.3}, {-0.4, 0.5, 0.6}, {1e-5, 2e-5, -3e-5}, false, 0.01});
@@ -132,7 +133,7 @@ TEST(StateHash, CoversEveryNumberOfPatches) {
   EXPECT_TRUE(changes_hash([&](PatchShape& patch) { next(patch.tilt[1]); }));
 }
 
-TEST(RememberedContacts, ABoxAtRestOnASlopeDoesNotCreep) {
+TEST(RememberedContacts, BoxAtRestDoesNotCreep) {
   double first = 0;
   for (const double heading : {0.0, 0.6, 2.1}) {
     for (const double turned : {0.0, 0.4, 1.1}) {

@@ -22,18 +22,7 @@ Scene bouncing_ball(double restitution, const Quaternion& tilt) {
   scene.colliders[0].placement.orientation = tilt;
   scene.colliders[0].material.restitution = restitution;
   scene.gravity = tilt * Vector3(0, -gravity, 0);
-  Body ball;
-  ball.name = "ball";
-  const double mass = 0.7;
-  ball.inverse_mass = 1 / mass;
-  ball.inverse_inertia = Vector3::Constant(1 / (0.4 * mass * radius * radius));
-  ball.pose.position = tilt * Vector3(0.3, fall + radius, -0.2);
-  scene.bodies.push_back(ball);
-  Collider collider;
-  collider.body = 1;
-  collider.shape = Sphere{radius};
-  collider.material.restitution = restitution;
-  scene.colliders.push_back(collider);
+  test::add_ball(scene, radius, 0.7, tilt * Vector3(0.3, fall + radius, -0.2), 0.6, restitution);
   return scene;
 }
 

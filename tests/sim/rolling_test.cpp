@@ -1,6 +1,5 @@
-// What rolls, against closed forms, in all five: balls, a cylinder and a capsule, off the axes, of
-// unusual sizes and masses, on a floor that is tilted; and in A3, whose sub-steps are to be as good as steps
-// of A1.
+// Rolling bodies against closed forms, in all five: balls, a cylinder and a capsule, off the axes, of unusual
+// sizes and masses, on a tilted floor; and in A3, whose sub-steps are to be as good as steps of A1.
 
 #include <gtest/gtest.h>
 
@@ -32,31 +31,23 @@ Scene scene_of(const Rolling& x) {
   Scene scene = test::floor_scene(friction);
   const Vector3 down(std::cos(x.direction), 0, std::sin(x.direction));
   scene.gravity = gravity * (std::sin(x.slope) * down - std::cos(x.slope) * Vector3::UnitY());
-  Body ball;
-  ball.name = "ball";
-  ball.inverse_mass = 1 / x.mass;
-  ball.inverse_inertia = Vector3::Constant(1 / (x.share * x.mass * x.radius * x.radius));
+  Body& ball = scene.bodies[test::add_ball(scene, x.radius, x.mass, Vector3::Zero(), friction)];
+  ball.inverse_inertia *= 0.4 / x.share;
   ball.pose = {{3, x.radius, -2}, Quaternion(0.5, 0.5, -0.5, 0.5)};
-  scene.bodies.push_back(ball);
-  Collider collider;
-  collider.body = 1;
-  collider.shape = Sphere{x.radius};
-  collider.material.static_friction = collider.material.dynamic_friction = friction;
-  scene.colliders.push_back(collider);
   return scene;
 }
 
 class Rolls : public testing::TestWithParam<Algorithm> {};
 
-TEST_P(Rolls, DownASlopeAsTheClosedFormSays) {
+TEST_P(Rolls, FollowsClosedFormDownhill) {
   for (const Rolling& x : {Rolling{0.3, 2, 0.4, 0.2, 0.7}, Rolling{0.07, 0.5, 2.0 / 3, 0.3, 2.5}}) {
     const Scene scene = scene_of(x);
     Simulation simulation(scene, default_settings(GetParam()));
     const double acceleration = gravity * std::sin(x.slope) / (1 + x.share);
     const Vector3 down(std::cos(x.direction), 0, std::sin(x.direction));
     const double step = simulation.settings().step;
-    // Of the speed. Measured: A1 1e-13, A2 4e-5, A3 7e-4 (the small ball, which turns by 0.8 rad in the last
-    // steps), A4 and A5 6e-8.
+    // Relative to the speed. Measured: A1 1e-13, A2 4e-5, A3 7e-4 (the small ball, which turns by 0.8 rad in
+    // the last steps), A4 and A5 6e-8.
     const double tolerance = GetParam() == Algorithm::a3 ? 1e-3 : 1e-4;
     // m/s: with κ < 1 what its first sub-steps leave across the way down fades. Measured 1.3e-5.
     const double fading = 2e-5;
@@ -101,7 +92,7 @@ Vector3 place_on_tilting_slab(Algorithm algorithm, bool slab_first) {
   return simulation.state().q[slab_first ? 2 : 1].linear;
 }
 
-TEST_P(Rolls, OnWhatTiltsWhicheverOfThemComesFirst) {
+TEST_P(Rolls, IgnoresOrderOnTiltingSlab) {
   const Vector3 place = place_on_tilting_slab(GetParam(), true);
   // m. Measured A1 2e-16, A2, A4 and A5 1.5e-6, A3 9e-6: friction's displacements are in the second body's
   // frame, which turns. A normal that turned with the ball would make it 5e-3 in A3.
@@ -117,7 +108,7 @@ struct Lying {
   double direction;
 };
 
-TEST_P(Rolls, SolidsOfRevolutionDownASlopeAsTheClosedFormSays) {
+TEST_P(Rolls, SolidsOfRevolutionFollowClosedForm) {
   for (const Lying& x :
        {Lying{make_cylinder(0.3, 0.11, 0.11), 0.11, 0.5, 0.7}, Lying{Capsule{0.2, 0.17}, 0.17, 0.45, -1.9}}) {
     Rolling rolling{x.radius, 3, x.share, 0.25, x.direction};
@@ -144,9 +135,7 @@ TEST_P(Rolls, SolidsOfRevolutionDownASlopeAsTheClosedFormSays) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Rolls,
-                         testing::Values(Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4,
-                                         Algorithm::a5),
+INSTANTIATE_TEST_SUITE_P(All, Rolls, testing::ValuesIn(test::all_algorithms),
                          [](const auto& algorithm) { return std::string(name(algorithm.param)); });
 
 /// The largest distance of a body's middle between A3 and A1 whose steps are A3's sub-steps, m.
@@ -168,7 +157,7 @@ double farthest_from_fine_steps(const Scene& scene, int body, double step, int s
   return farthest;
 }
 
-TEST(RollingOfA3, SubstepsAreStepsOfA1WhereThePointOfContactRunsRound) {
+TEST(RollingOfA3, SubstepsEqualStepsOfA1) {
   // It runs round Euler's disk by 0.33 rad a step, and over decimetres of the rattleback in a swing.
   // Measured: 0.098 and 0.062 mm; 237 and 2.4 mm where the point is fixed in the body for a step.
   EXPECT_LT(farthest_from_fine_steps(scene_named("euler_disk"), 1, 1.0 / 60, 10, 1), 2e-4);
@@ -176,25 +165,14 @@ TEST(RollingOfA3, SubstepsAreStepsOfA1WhereThePointOfContactRunsRound) {
 }
 
 /// Two balls meet in the air while both spin: the normal is between their middles, and turns with neither.
-TEST(RollingOfA3, BallsThatSpinPushAlongTheLineOfTheirMiddles) {
+TEST(RollingOfA3, SpinningBallsPushAlongTheirLine) {
   Scene scene = test::empty_scene();
   scene.gravity = Vector3::Zero();
   const Vector3 towards = Vector3(0.6, 0.48, 0.64);
   for (const double side : {-1.0, 1.0}) {
-    Body ball;
-    ball.name = side < 0 ? "one" : "other";
-    ball.inverse_mass = 1 / 0.7;
-    ball.inverse_inertia = Vector3::Constant(1 / (0.4 * 0.7 * 0.09 * 0.09));
-    ball.pose.position = Vector3(1, 2, 3) + side * 0.0899 * towards;
-    ball.linear_velocity = -side * 0.1 * towards;
-    ball.angular_velocity = Vector3(30, -20, 40);
-    scene.bodies.push_back(ball);
-    Collider collider;
-    collider.body = side < 0 ? 1 : 2;
-    collider.shape = Sphere{0.09};
-    collider.material.static_friction = collider.material.dynamic_friction = 0;
-    collider.material.restitution = 0;
-    scene.colliders.push_back(collider);
+    const int ball = test::add_ball(scene, 0.09, 0.7, Vector3(1, 2, 3) + side * 0.0899 * towards, 0);
+    scene.bodies[ball].linear_velocity = -side * 0.1 * towards;
+    scene.bodies[ball].angular_velocity = Vector3(30, -20, 40);
   }
   for (const int substeps : {4, 30}) {
     Settings settings = default_settings(Algorithm::a3);

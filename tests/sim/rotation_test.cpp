@@ -7,7 +7,7 @@
 namespace substep {
 namespace {
 
-TEST(SineCosine, EqualsTheLibrarysToTheLastDigit) {
+TEST(SineCosine, EqualsLibraryToTheLastDigit) {
   double largest = 0;
   for (int i = -20000; i <= 20000; ++i) {
     const double angle = i * 0.00731 + i * i * 1e-7;
@@ -26,7 +26,7 @@ TEST(SineCosine, ReducesLargeArguments) {
   EXPECT_TRUE(std::isnan(sine_cosine(INFINITY).sine));
 }
 
-TEST(RotationQuaternion, IsTheExponentialOfHalfTheVector) {
+TEST(RotationQuaternion, IsExponentialOfHalfVector) {
   for (const double angle : {0.0, 1e-9, 0.1, 0.9999, 1.0001, 3.0, 7.0, 200.0}) {
     const Vector3 axis = Vector3(1, -2, 3).normalized();
     const Quaternion q = rotation_quaternion(angle * axis);
@@ -61,7 +61,7 @@ TEST(SmallRotations, AddWithAnErrorOfSecondOrder) {
   }
 }
 
-TEST(GyroscopicChange, KeepsTheMomentumOfTheSteppedBody) {
+TEST(GyroscopicChange, KeepsMomentum) {
   const Vector3 inertia(0.043333, 0.033333, 0.016667);
   for (const double duration : {1e-4, 1.0 / 240, 1.0 / 60, 1.0 / 20}) {
     const Vector3 before(0.5, 5, -3);
@@ -76,7 +76,7 @@ TEST(GyroscopicChange, IsZeroForEqualMoments) {
   EXPECT_LT(gyroscopic_change({1, 2, 3}, Vector3::Constant(0.4), 0.01).norm(), 1e-15);
 }
 
-TEST(GyroscopicChange, TurnsATopWithTwoEqualMomentsAboutItsAxis) {
+TEST(GyroscopicChange, TurnsTopAboutItsAxis) {
   // Free, it precesses in its own frame about the axis of the third moment at (I3 / I1 − 1) w3, and the spin
   // about that axis stays. Whichever axis it is.
   constexpr double duration = 1e-5;

@@ -1,4 +1,5 @@
 /// Scenes of the library against the closed forms and published values on their pages.
+/// One file, a test for each page.
 
 #include <gtest/gtest.h>
 
@@ -13,18 +14,15 @@
 #include <variant>
 #include <vector>
 
-#include "sim/math/rotation.h"
-#include "sim/scene/scene.h"
-#include "sim/simulation.h"
 #include "tests/scene_files.h"
 #include "tests/sim/squeezer_end.h"
+#include "tests/sim/test_scenes.h"
 
 namespace substep {
 namespace {
 
 constexpr double gravity = 9.81;
 constexpr double pi = std::numbers::pi;
-constexpr std::array all{Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5};
 
 Settings settings_of(Algorithm algorithm, double step) {
   Settings settings;
@@ -92,9 +90,9 @@ TEST(Scenes, HeavyTopGoesRoundAsPublished) {
   }
 }
 
-TEST(Scenes, BallsRollWithThePartOfTheirSpeedThatTheirMomentLeaves) {
+TEST(Scenes, BallsRollWithTheirShareOfSpeed) {
   const Scene scene = scene_named("sliding_ball");
-  for (const Algorithm algorithm : all) {
+  for (const Algorithm algorithm : test::all_algorithms) {
     // A3 moves a contact with the body that it is on, and a ball turns by 0.3 rad in a step: measured 0.109
     // m/s. The others: 3e-14.
     const double limit = algorithm == Algorithm::a3 ? 0.12 : 1e-10;
@@ -111,10 +109,10 @@ TEST(Scenes, BallsRollWithThePartOfTheirSpeedThatTheirMomentLeaves) {
   }
 }
 
-TEST(Scenes, TrayAndBallsGoAsSimBenchmarkSays) {
+TEST(Scenes, TrayAndBallsFollowSimBenchmark) {
   const Scene scene = scene_named("balls_on_tray");
   const double acceleration = (150 - 0.4 * 35 * gravity) / (10 + 25 * 2.0 / 7);
-  for (const Algorithm algorithm : all) {
+  for (const Algorithm algorithm : test::all_algorithms) {
     // Measured 4e-13 (A1), 1.2e-5 (A2). Eight sweeps leave A4 and A5 0.025 m/s² of 0.7385. A3, for which the
     // balls' contacts turn with them, has 0.148.
     const double limit = algorithm == Algorithm::a1   ? 1e-9
@@ -130,7 +128,7 @@ TEST(Scenes, TrayAndBallsGoAsSimBenchmarkSays) {
   }
 }
 
-TEST(Scenes, ShakenBlocksSlipAsFarAsTheClosedFormSays) {
+TEST(Scenes, ShakenBlocksFollowClosedForm) {
   const Scene scene = scene_named("shaken_block");
   const int table = body_named(scene, "table");
   const auto range = [&](Algorithm algorithm, const char* block) {
@@ -158,7 +156,7 @@ TEST(Scenes, ShakenBlocksSlipAsFarAsTheClosedFormSays) {
 TEST(Scenes, CradleGivesBothAnswers) {
   const Scene scene = scene_named("cradle");
   const double arrives = 1.5425358516997971;
-  for (const Algorithm algorithm : all) {
+  for (const Algorithm algorithm : test::all_algorithms) {
     std::array<double, 5> touching{};
     std::array<double, 5> spaced{};
     const State end = run(scene, settings_of(algorithm, 1.0 / 240), 0.62, [&](double, const State& state) {
@@ -185,7 +183,7 @@ TEST(Scenes, CradleGivesBothAnswers) {
 TEST(Scenes, GatesSwingAlikeOnAnyNumberOfHinges) {
   const Scene scene = scene_named("door");
   const Vector3 axis(std::sin(0.25), std::cos(0.25), 0);
-  for (const Algorithm algorithm : all) {
+  for (const Algorithm algorithm : test::all_algorithms) {
     std::vector<double> periods;
     for (const int count : {1, 2, 5, 10}) {
       const int i = body_named(scene, "hinges_" + std::to_string(count));
@@ -249,7 +247,7 @@ TEST(Scenes, TurntableHoldsBlocksThatFrictionCanHold) {
 
 TEST(Scenes, SqueezerEndsAsPublished) {
   const Scene scene = scene_named("squeezer");
-  for (const Algorithm algorithm : all) {
+  for (const Algorithm algorithm : test::all_algorithms) {
     std::array<double, 2> largest{};
     for (const int i : {0, 1}) {
       const State state = run(scene, settings_of(algorithm, i == 0 ? 1.0 / 1000 : 1.0 / 4000), 3);
@@ -284,10 +282,10 @@ TEST(Scenes, PainlevesRodComesToTheParadoxAsPublished) {
   EXPECT_NEAR(slip, 9.41, 0.6);     // measured 9.840
 }
 
-TEST(Scenes, ABallWithRestitutionStopsAfterInfinitelyManyBounces) {
+TEST(Scenes, BouncingBallComesToRest) {
   const Scene scene = scene_named("bouncing_balls");
   const int ball = body_named(scene, "ball_2");
-  for (const Algorithm algorithm : all) {
+  for (const Algorithm algorithm : test::all_algorithms) {
     double moving = 0;
     run(scene, settings_of(algorithm, 1.0 / 960), 3, [&](double t, const State& state) {
       if (state.v[ball].linear.norm() > 1e-9) moving = t;
@@ -298,7 +296,7 @@ TEST(Scenes, ABallWithRestitutionStopsAfterInfinitelyManyBounces) {
 
 /// Where many contacts slide and open at once, the active sets of A1's solver do not settle at once. Single
 /// steps are left a little above the tolerance of 1e-9.
-TEST(Scenes, A1SolvesNearlyEachStepOfWhatFallsInHeaps) {
+TEST(Scenes, A1SolvesNearlyAllStepsOfHeaps) {
   for (const char* name : {"card_house", "dominoes", "masonry_arch", "ragdoll", "water_wheel"}) {
     Simulation simulation(scene_named(name), settings_of(Algorithm::a1, 1.0 / 60));
     int unsolved = 0;
@@ -459,8 +457,8 @@ TEST(Scenes, RocksSlideOnTheMeshAndComeToRest) {
       greatest = std::max(greatest, kinetic);
       if (kinetic > 0.01 * greatest) moving = t;
     });
-    // Of 13 MJ. Stones that hit each other carry rounding on: measured 0 to 2.8 J (A3) and 0 to 27 J (A5) in
-    // three versions of the kernels, alike but for rounding.
+    // The energy is 13 MJ. Stones that hit each other amplify rounding: measured 0 to 2.8 J (A3) and 0 to 27
+    // J (A5) in three versions of the kernels, alike but for rounding.
     EXPECT_LT(largest_rise, 40) << name(algorithm);
     EXPECT_LT(moving, 11.5) << name(algorithm);  // measured 8.2 to 10.9 (A3), 9.0 to 10.0 (A5)
     for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
@@ -471,7 +469,7 @@ TEST(Scenes, RocksSlideOnTheMeshAndComeToRest) {
   }
 }
 
-TEST(Scenes, PlanetsGoRoundTheFunnelAsKeplerHasIt) {
+TEST(Scenes, PlanetsFollowKepler) {
   Scene scene = scene_named("funnel");
   // They meet nothing but the funnel, so nothing else is needed: not the bodies that roll down it.
   const int bodies = body_named(scene, "inner_planet") + 1;

@@ -1,4 +1,4 @@
-// What settings are called.
+// Names of settings.
 
 #include "sim/model/settings.h"
 
@@ -20,7 +20,7 @@ TEST(Settings, AreFoundByTheirNames) {
   EXPECT_EQ(joints_named(""), std::nullopt);
 }
 
-TEST(Settings, TakeTheScenesStepAndSubstepsAndA2AsManyIterations) {
+TEST(Settings, FollowScene) {
   Scene scene;
   EXPECT_EQ(usual_settings(scene, Algorithm::a5).substeps, default_settings(Algorithm::a5).substeps);
   scene.step = 0.02;

@@ -11,7 +11,7 @@ inline constexpr std::array<double, 7> squeezer_end{
     15.81077119629904,  -15.75637105984298, 0.04082224013073101, -0.5347301163226948,
     0.5244099658805304, 0.5347301163226948, 1.048080741042263};
 
-/// What they are of the scene's bodies: orientations about z, radians.
+/// Orientations of the scene's bodies about z, radians.
 inline constexpr std::array<std::pair<const char*, double>, 7> squeezer_angles{
     {{"crank", squeezer_end[0]},
      {"rod", squeezer_end[0] + squeezer_end[1]},

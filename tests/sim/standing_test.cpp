@@ -1,4 +1,4 @@
-// What stands stays where it is: scenes of the library in A5, whole bodies' largest displacement over five
+// Bodies that stand stay in place: scenes of the library in A5, whole bodies' largest displacement over five
 // seconds, and bodies that overlap from the start.
 
 #include <gtest/gtest.h>

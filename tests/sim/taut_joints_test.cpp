@@ -42,16 +42,7 @@ Scene drawbridge() {
   for (const double z : {-1.0, 1.0}) add_chain(scene, {0, 3, z}, {4, 0.1, z}, bridge, {2, 0.1, z});
   for (const double x : {1.5, 2.5})
     test::add_box(scene, {0.5, 0.5, 0.5}, 60, {{x, 0.35, 0.3}, Quaternion::Identity()}, 0.6);
-  Body ball;
-  ball.name = "ball";
-  ball.inverse_mass = 1.0 / 80;
-  ball.inverse_inertia = Vector3::Constant(1 / (0.4 * 80 * 0.09));
-  ball.pose.position = {3.2, 2.5, -0.3};
-  Collider collider;
-  collider.body = static_cast<int>(scene.bodies.size());
-  collider.shape = Sphere{0.3};
-  scene.bodies.push_back(ball);
-  scene.colliders.push_back(collider);
+  test::add_ball(scene, 0.3, 80, {3.2, 2.5, -0.3});
   scene.substeps = needed_substeps(scene);
   return scene;
 }
@@ -70,8 +61,7 @@ TEST(TautJoints, HeavyChainHoldsAtSixtyHertz) {
 
 TEST(TautJoints, DrawbridgeHoldsInEveryAlgorithm) {
   const Scene scene = drawbridge();
-  for (const Algorithm algorithm :
-       {Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
+  for (const Algorithm algorithm : test::all_algorithms) {
     SCOPED_TRACE(name(algorithm));
     Simulation simulation(scene, usual_settings(scene, algorithm));
     EXPECT_EQ(simulation.equal_parts() > 1, algorithm <= Algorithm::a2);

@@ -1,6 +1,7 @@
 #pragma once
 // Scenes built in code, for tests that need exact numbers rather than a file.
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -11,6 +12,9 @@
 #include "sim/simulation.h"
 
 namespace substep::test {
+
+inline constexpr std::array all_algorithms{Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4,
+                                           Algorithm::a5};
 
 /// A3, A4 or A5 with one micro-iteration.
 inline Settings sub_stepped(Algorithm algorithm, int n, double tau, double kappa,
@@ -38,6 +42,13 @@ inline JointLimit locked(bool angular, std::array<bool, 3> axes) {
   limit.angular = angular;
   limit.axes = axes;
   limit.min = limit.max = 0;
+  return limit;
+}
+
+inline JointLimit range(bool angular, std::array<bool, 3> axes, double min, double max) {
+  JointLimit limit = locked(angular, axes);
+  limit.min = min;
+  limit.max = max;
   return limit;
 }
 
@@ -113,6 +124,21 @@ inline int add_box(Scene& scene, const Vector3& size, double mass, const Pose& p
   collider.material.dynamic_friction = collider.material.static_friction = friction;
   scene.bodies.push_back(body);
   scene.colliders.push_back(collider);
+  return collider.body;
+}
+
+/// Adds a uniform solid ball; returns its body.
+inline int add_ball(Scene& scene, double radius, double mass, const Vector3& position, double friction = 0.6,
+                    double restitution = 0) {
+  Body& ball = scene.bodies.emplace_back();
+  ball.name = "ball " + std::to_string(scene.bodies.size() - 1);
+  ball.inverse_mass = 1 / mass;
+  ball.inverse_inertia = Vector3::Constant(1 / (0.4 * mass * radius * radius));
+  ball.pose.position = position;
+  Collider& collider = scene.colliders.emplace_back();
+  collider.body = static_cast<int>(scene.bodies.size()) - 1;
+  collider.shape = Sphere{radius};
+  collider.material = {.static_friction = friction, .dynamic_friction = friction, .restitution = restitution};
   return collider.body;
 }
 

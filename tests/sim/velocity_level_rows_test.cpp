@@ -142,8 +142,8 @@ TEST(Motor, AtItsForceLimitAcceleratesByForceOverMass) {
         const double t = i / 60.0;
         const double moved = (simulation.state().q[1].linear - scene.bodies[1].pose.position).dot(along);
         const double speed = simulation.state().v[1].linear.dot(along);
-        // Of a t: measured 4e-14. The place is that of sub-steps, velocities first, then coordinates:
-        // measured 2e-13. From the continuous motion it differs by a t hs/2.
+        // Relative to a t: measured 4e-14. The position is that of sub-steps, velocities first, then
+        // coordinates: measured 2e-13. From the continuous motion it differs by a t hs/2.
         EXPECT_NEAR(speed, acceleration * t, 1e-12 * acceleration * t) << label(settings);
         const double expected = 0.5 * acceleration * t * (t + hs);
         EXPECT_NEAR(moved, expected, 1e-11 * expected) << label(settings);

@@ -23,24 +23,13 @@ Settings a3(int n, int m, double step) {
   return settings;
 }
 
-TEST(SmallStepXpbd, IsA3WithStableJointsOnChains) {
-  // Measured: 2.5e-12, 3.1e-12, 2.4e-12 and 1.0e-12 m, rounding that the motion amplifies.
-  EXPECT_LT(distance_from_xpbd(scene_named("rod_chain"), a3(4, 1, 1.0 / 60), 2), 1e-11);
+TEST(SmallStepXpbd, IterationsEqualThoseOfA3) {
+  // Measured: 3.1e-12 and 1.0e-12 m, rounding that the motion amplifies. Claim 16 has one iteration.
   EXPECT_LT(distance_from_xpbd(scene_named("rod_chain"), a3(3, 2, 1.0 / 97), 2), 1e-11);
-  EXPECT_LT(distance_from_xpbd(scene_named("heavy_chain"), a3(16, 1, 1.0 / 60), 2), 1e-11);
   EXPECT_LT(distance_from_xpbd(scene_named("heavy_chain"), a3(5, 3, 1.0 / 60), 2), 1e-11);
 }
 
-TEST(SmallStepXpbd, IsNotA3WithPlainJointsOrAnotherTau) {
-  Settings plain = a3(4, 1, 1.0 / 60);
-  plain.joints = Joints::plain;
-  EXPECT_GT(distance_from_xpbd(scene_named("rod_chain"), plain, 1), 1e-5);
-  Settings slower = a3(4, 1, 1.0 / 60);
-  slower.tau = 0.9;
-  EXPECT_GT(distance_from_xpbd(scene_named("rod_chain"), slower, 1), 1e-5);
-}
-
-TEST(SmallStepXpbd, IsWrittenForThePlane) {
+TEST(SmallStepXpbd, RefusesScenesOutOfPlane) {
   EXPECT_THROW(PlanarXpbd(scene_named("bricard")), Error);
 }
 

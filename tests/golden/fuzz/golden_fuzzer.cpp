@@ -41,7 +41,7 @@ void read(std::string_view kind, std::string_view content, const fs::path& file)
   if (kind == "pose-log") {
     const PoseLog log = parse_pose_log(content, file.string());
     require(!log.frames.empty() && log.full_every >= 1 && !log.bodies.empty(), "a pose log");
-    // What is read says all that was there: written, it reads to the same again.
+    // A log that was read is complete: it is written and read to the same again.
     const std::string text = to_text(log);
     require(to_text(parse_pose_log(text, file.string())) == text, "a pose log written back");
     require(compare(log, log).none(), "a pose log compared with itself");

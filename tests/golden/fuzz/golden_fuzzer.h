@@ -1,5 +1,5 @@
 #pragma once
-/// What the fuzz target and the replay of its corpus both do with one input.
+/// Handles one input, for the fuzz target and the replay of its corpus.
 
 #include <string_view>
 

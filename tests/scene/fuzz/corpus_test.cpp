@@ -1,4 +1,4 @@
-/// What fuzzing found worth keeping: every file of the corpus loads or is refused.
+/// Replays what fuzzing found: every file of the corpus loads or is refused.
 
 #include <gtest/gtest.h>
 
