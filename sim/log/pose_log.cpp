@@ -149,6 +149,11 @@ class Reader {
   int line_number_ = 0;
 };
 
+/// Whether a setting of the run is known.
+bool has_field(const PoseLog& log, const SettingsField& field) {
+  return log.author.empty() || field.name == "step";
+}
+
 void read_header(Reader& reader, PoseLog& log) {
   const auto value = [&reader](std::string_view key) {
     reader.next(key);
@@ -167,7 +172,9 @@ void read_header(Reader& reader, PoseLog& log) {
   if (reader.line() != units_line) reader.refuse(fmt::format("'{}' is expected", units_line));
   log.scene = reader.name(value("scene"));
   log.scene_hash = reader.hash(value("scene-hash"));
+  if (reader.is_next("author ")) log.author = reader.name(value("author"));
   for (const SettingsField& field : settings_fields) {
+    if (!has_field(log, field)) continue;
     // Logs from before there was the field go on being read: it is 0 in them.
     if (!field.stands_in_for.empty() && !reader.is_next(field.name)) continue;
     const std::string_view text = value(field.name);
@@ -270,7 +277,9 @@ std::string header_differences(const PoseLog& expected, const PoseLog& actual) {
   };
   line("scene", expected.scene, actual.scene);
   line("scene-hash", fmt::format("{:016x}", expected.scene_hash), fmt::format("{:016x}", actual.scene_hash));
+  line("author", expected.author, actual.author);
   for (const SettingsField& field : settings_fields) {
+    if (!has_field(expected, field) || !has_field(actual, field)) continue;
     line(field.name, text_of(expected.settings, field), text_of(actual.settings, field));
   }
   line("modelled", expected.modelled, actual.modelled);
@@ -291,7 +300,9 @@ std::string header_text(const PoseLog& log) {
   auto out = std::back_inserter(text);
   fmt::format_to(out, "{}\n{}\n", first_line, units_line);
   fmt::format_to(out, "scene {}\nscene-hash {:016x}\n", escaped(log.scene), log.scene_hash);
+  if (!log.author.empty()) fmt::format_to(out, "author {}\n", escaped(log.author));
   for (const SettingsField& field : settings_fields) {
+    if (!has_field(log, field)) continue;
     fmt::format_to(out, "{} {}\n", field.name, text_of(log.settings, field));
   }
   fmt::format_to(out, "modelled {}\n", escaped(log.modelled));

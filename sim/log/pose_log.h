@@ -7,7 +7,8 @@
 ///     units metres seconds radians
 ///     scene box_stack.gltf
 ///     scene-hash 8c5e0f3a11d2b697
-///     algorithm a3                        a line for each field of Settings, as in settings_fields.h
+///     algorithm a3                        a line for each field of Settings, as in settings_fields.h; or
+///                                         `author NAME` and the step alone (pose_table.h)
 ///     step 0.016666666666666666
 ///     …
 ///     modelled …
@@ -46,6 +47,8 @@ struct PoseLog {
 
   std::string scene;  ///< file name with extension, relative to the log's user: not a path of the machine
   std::uint64_t scene_hash = 0;
+  /// Of a run that another program made, its name; then of the settings the step alone is known.
+  std::string author;
   Settings settings;
   std::string modelled;
   std::vector<std::string> bodies;  ///< names; bodies[0] is the world
