@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <optional>
 #include <sstream>
 #include <string>
 
@@ -10,7 +11,8 @@
 #include "golden/compare/image_comparison.h"
 #include "render/image.h"
 #include "sim/error.h"
-#include "sim/log/pose_log.h"
+#include "sim/loading/load_scene.h"
+#include "sim/log/pose_table.h"
 
 namespace substep::golden {
 namespace {
@@ -20,6 +22,7 @@ namespace fs = std::filesystem;
 struct DiffOptions {
   fs::path expected;
   fs::path actual;
+  std::optional<fs::path> scene;
 };
 
 bool is_png(const fs::path& file) {
@@ -88,6 +91,23 @@ bool differ(const render::Image& expected, const render::Image& actual) {
   return true;
 }
 
+bool differ_in_poses(const DiffOptions& options) {
+  if (!options.scene) {
+    for (const fs::path& file : {options.expected, options.actual}) {
+      if (is_pose_table(file))
+        throw Error(fmt::format("{}: name the table's scene with --scene FILE", file.string()));
+    }
+    return differ(read_pose_log(options.expected), read_pose_log(options.actual));
+  }
+  const Scene scene = load_scene(*options.scene);
+  // A table has the times of the log that it is compared with.
+  const auto step_of = [&](const fs::path& other) {
+    return is_pose_table(other) ? scene.step : read_pose_log(other).settings.step;
+  };
+  return differ(read_run(options.expected, scene, step_of(options.actual)),
+                read_run(options.actual, scene, step_of(options.expected)));
+}
+
 void diff(const DiffOptions& options) {
   const bool is_image = is_png(options.expected);
   // A file that is neither is reported by the reader of pose logs.
@@ -97,18 +117,18 @@ void diff(const DiffOptions& options) {
   }
   const bool different = is_image
                              ? differ(render::read_png(options.expected), render::read_png(options.actual))
-                             : differ(read_pose_log(options.expected), read_pose_log(options.actual));
+                             : differ_in_poses(options);
   if (different) throw CLI::RuntimeError(1);
 }
 
 }  // namespace
 
 void add_diff_command(CLI::App& app) {
-  CLI::App* const command =
-      app.add_subcommand("diff", "Say what differs between two pose logs or two PNG files");
+  CLI::App* const command = app.add_subcommand("diff", "Say what differs between two runs or two PNG files");
   const auto options = std::make_shared<DiffOptions>();
-  command->add_option("expected", options->expected, "A pose log or a PNG file")->required();
+  command->add_option("expected", options->expected, "A pose log or table, or a PNG file")->required();
   command->add_option("actual", options->actual, "Another of the same kind")->required();
+  command->add_option("--scene", options->scene, "The scene of a pose table");
   command->footer(
       "Ends with code 0 where nothing differs and 1 where something does.\n"
       "Example:\n  substep diff golden/poses/rod_chain/a3.poses.txt rod_chain.a3.poses.txt");

@@ -8,8 +8,8 @@
 #include <string_view>
 #include <utility>
 
-#include "render/log_scene.h"
 #include "sim/error.h"
+#include "sim/log/pose_table.h"
 #include "sim/model/state.h"
 #include "sim/simulation.h"
 
@@ -26,17 +26,21 @@ bool is_pose_log(const fs::path& file) {
   return stream.gcount() == static_cast<std::streamsize>(start.size()) && found == start;
 }
 
-/// The scene a log was made from, in the same version: its poses would not fit another.
-Scene scene_of(const PoseLog& log, const RunInput& input) {
+/// Returns the scene that a run was made from. A log names its file.
+Scene scene_of(const RunInput& input) {
+  if (is_pose_table(input.file)) {
+    if (!input.scene)
+      throw Error(fmt::format("{}: name the table's scene with --scene FILE", input.file.string()));
+    return input.mesh.load(*input.scene);
+  }
+  const PoseLog log = read_pose_log(input.file);
   const fs::path file = input.scene.value_or(input.file.parent_path() / log.scene);
   std::error_code ignored;
   if (!input.scene && !fs::exists(file, ignored)) {
     throw Error(fmt::format("{}: its scene {} is not beside it: name it with --scene FILE",
                             input.file.string(), log.scene));
   }
-  Scene scene = input.mesh.load(file);
-  require_log_of(scene, log, input.file);
-  return scene;
+  return input.mesh.load(file);
 }
 
 PoseLog simulated(const Scene& scene, const SolverOptions& solver, const Until& until, Progress& progress) {
@@ -66,12 +70,13 @@ PoseLog simulated(const Scene& scene, const SolverOptions& solver, const Until& 
 }  // namespace
 
 void RunInput::add_to(CLI::App& command) {
-  command.add_option("input", file, "A pose log, or a scene or mesh, which is simulated first")->required();
+  command.add_option("input", file, "A pose log or table, or a scene or mesh, which is simulated first")
+      ->required();
   add_options_to(command);
 }
 
 void RunInput::add_options_to(CLI::App& command) {
-  command.add_option("--scene", scene, "The scene of a pose log that is not in the log's folder");
+  command.add_option("--scene", scene, "The scene of a pose table, or of a log that is in another folder");
   solver.add_algorithm_to(command);
   solver.add_to(command);
   mesh.add_mesh_options_to(command);
@@ -100,14 +105,14 @@ std::optional<LoadedRun> RunInput::load_still() const {
 
 LoadedRun RunInput::load(const Until& until, Progress& progress) const {
   LoadedRun run;
-  if (is_pose_log(file)) {
-    run.log = read_pose_log(file);
-    run.scene = scene_of(run.log, *this);
+  if (is_pose_table(file) || is_pose_log(file)) {
+    run.scene = scene_of(*this);
+    run.log = read_run(file, run.scene, run.scene.step);
     run.stem = file.filename().string();
-    run.stem = run.stem.substr(0, run.stem.rfind(".poses.txt"));
+    run.stem = run.stem.substr(0, run.stem.rfind(is_pose_table(file) ? ".csv" : ".poses.txt"));
     return run;
   }
-  if (scene) throw Error("--scene: is of use with a pose log only");
+  if (scene) throw Error("--scene: is of use with a pose log or table only");
   run.scene = mesh.load(file);
   run.log = simulated(run.scene, solver, until, progress);
   run.stem = fmt::format("{}.{}", run.scene.name, name(run.log.settings.algorithm));

@@ -1,5 +1,5 @@
 #pragma once
-/// What is drawn or exported: a pose log, or a scene that is simulated first; as typed.
+/// What is drawn or exported: a pose log or table, or a scene that is simulated first; as typed.
 
 #include <CLI/CLI.hpp>
 #include <filesystem>

@@ -9,10 +9,9 @@
 #include <memory>
 #include <stop_token>
 
-#include "render/log_scene.h"
 #include "sim/error.h"
 #include "sim/execution/parallel_for.h"
-#include "sim/log/pose_log.h"
+#include "sim/log/pose_table.h"
 #include "sim/measure/invariants.h"
 #include "sim/measure/joint_gap.h"
 #include "sim/measure/measured_run.h"
@@ -191,9 +190,7 @@ void read_poses(const Scene& scene, const ReadingChoice& choice, double interval
   if (choice.speeds) read_speeds(run, interval, run.readings);
 }
 
-void read_log(const Scene& scene, const Clock& clock, Run& run) {
-  const PoseLog log = read_pose_log(run.panel.log);
-  require_log_of(scene, log, run.panel.log);
+void take_frames(const PoseLog& log, const Clock& clock, Run& run) {
   for (const std::int64_t shot : clock.steps) {
     const auto frame = static_cast<std::size_t>(shot);
     if (frame >= log.frames.size()) {
@@ -361,13 +358,19 @@ std::vector<Clock> clocks_of(const ComparisonSettings& settings, const std::vect
   return clocks;
 }
 
-/// The panels' runs, before they are made. A log has its own settings.
-std::vector<Run> runs_of(const ComparisonSettings& settings) {
+/// The panels' runs, before they are made, and the logs of those that are finished, by panel. A log has its
+/// own settings.
+std::vector<Run> runs_of(const Scene& scene, const ComparisonSettings& settings, std::vector<PoseLog>& logs) {
   std::vector<Run> runs;
+  logs.resize(settings.panels.size());
   for (const PanelChoice& panel : settings.panels) {
     Run& run = runs.emplace_back();
     run.panel = panel;
-    if (panel.kind == PanelChoice::Kind::log) run.panel.settings = read_pose_log(panel.log).settings;
+    if (panel.kind == PanelChoice::Kind::log) {
+      PoseLog& log = logs[runs.size() - 1] = read_run(panel.log, scene, settings.step);
+      run.panel.settings = log.settings;
+      run.panel.author = log.author;
+    }
     if (panel.kind == PanelChoice::Kind::reference) run.panel.settings.step = settings.step;
     check(run.panel.settings);
   }
@@ -440,7 +443,8 @@ Comparison simulate_comparison(const Scene& scene, const ComparisonSettings& set
                                const std::function<void(double)>& progress) {
   check(settings);
   Comparison comparison;
-  comparison.runs = runs_of(settings);
+  std::vector<PoseLog> logs;
+  comparison.runs = runs_of(scene, settings, logs);
   const std::vector<Clock> clocks = clocks_of(settings, comparison.runs);
   const Clock clock = clock_of(settings.step, settings);
   for (const std::int64_t step : clock.steps) {
@@ -469,7 +473,7 @@ Comparison simulate_comparison(const Scene& scene, const ComparisonSettings& set
     const Clock& own = clocks[i];
     if (run.is_reference()) continue;
     if (run.panel.kind == PanelChoice::Kind::log) {
-      read_log(scene, own, run);
+      take_frames(logs[i], own, run);
       read_poses(scene, settings.readings, settings.frame_interval, run);
       continue;
     }

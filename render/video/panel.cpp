@@ -159,6 +159,7 @@ std::string name_of(const PanelChoice& panel) {
   switch (panel.kind) {
     case PanelChoice::Kind::algorithm:
     case PanelChoice::Kind::log:
+      if (!panel.author.empty()) return panel.author;
       return std::string(title_of(panel.settings.algorithm));
     case PanelChoice::Kind::engine:
       return engine_of(panel).label;
@@ -175,6 +176,7 @@ std::string settings_of(const PanelChoice& panel) {
     case PanelChoice::Kind::algorithm:
       return all.substr(all.find("  ") + 2);
     case PanelChoice::Kind::log:
+      if (!panel.author.empty()) return panel.log.filename().string();
       return fmt::format("{}  {}", panel.log.filename().string(), all.substr(all.find("  ") + 2));
     case PanelChoice::Kind::engine: {
       const std::string step = all.substr(all.rfind("  ") + 2);

@@ -15,7 +15,8 @@ struct PanelChoice {
   Kind kind = Kind::algorithm;
   Settings settings;          ///< of an algorithm; of an engine the step and the iterations
   std::string engine;         ///< its name in engines()
-  std::filesystem::path log;  ///< a finished run
+  std::filesystem::path log;  ///< a finished run: a pose log or table
+  std::string author;         ///< of a run that another program made
   std::string title;          ///< words of one's own; empty: what the rest says
 };
 

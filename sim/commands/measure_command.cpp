@@ -17,6 +17,7 @@
 #include "sim/commands/warnings.h"
 #include "sim/error.h"
 #include "sim/log/file_output.h"
+#include "sim/log/pose_table.h"
 #include "sim/measure/metrics_text.h"
 #include "sim/measure/motion.h"
 #include "sim/model/usual_settings.h"
@@ -41,6 +42,7 @@ struct MeasureOptions {
   bool json = false;
   std::optional<fs::path> output;
   std::optional<fs::path> reference;
+  std::optional<fs::path> run;
 };
 
 /// The usual settings with what was typed.
@@ -64,7 +66,7 @@ std::optional<MeasuredSettings> spend_rows(const Scene& scene, const ReferenceMo
   const auto most = static_cast<double>(rows) * 1.01;
   const auto own = static_cast<double>(std::max<std::int64_t>(direct.metrics.row_solves, 1));
   for (auto divisions = static_cast<int>(most / own); divisions > 1; --divisions) {
-    MeasuredSettings finer{direct.settings, {}, {}};
+    MeasuredSettings finer{direct.settings, "", {}, {}};
     finer.settings.step /= divisions;
     finer.metrics = measure(scene, finer.settings, reference);
     if (static_cast<double>(finer.metrics.row_solves) <= most) return finer;
@@ -120,9 +122,26 @@ void write_reference(const MeasureOptions& options, const Scene& scene) {
   }
 }
 
+/// The settings of the algorithms that are measured.
+std::vector<MeasuredSettings> runs_of(const MeasureOptions& options, const Scene& scene) {
+  std::vector<MeasuredSettings> runs;
+  for (const Algorithm algorithm : algorithms) {
+    runs.push_back({settings_of(options, scene, algorithm), "", {}, {}});
+    if (options.equal_rows && algorithm == Algorithm::a2) {
+      Settings& swept = runs.back().settings;
+      const Settings in_steps = in_small_steps(swept);
+      // Count the step's parts, which taut joints may divide.
+      swept.iterations = std::max(1, swept.iterations / Simulation(scene, swept).equal_parts());
+      runs.push_back({in_steps, "", {}, {}});
+    }
+  }
+  for (const MeasuredSettings& run : runs) Sampling(run.settings.step, scene.step);
+  return runs;
+}
+
 void measure_scene(const MeasureOptions& options) {
   Scene scene = options.scene.load();
-  note_cost_of_a1(scene);
+  if (!options.run) note_cost_of_a1(scene);
   scene.duration = options.solver.seconds(scene);
   const double horizon = seconds_in(options.horizon, "--horizon");
   if (!(scene.duration >= scene.step && scene.duration <= 3600)) {
@@ -139,17 +158,16 @@ void measure_scene(const MeasureOptions& options) {
     options.scene.require_separate({{"--output", *options.output}});
   }
   SceneMeasurement measurement;
-  for (const Algorithm algorithm : algorithms) {
-    measurement.runs.push_back({settings_of(options, scene, algorithm), {}, {}});
-    if (options.equal_rows && algorithm == Algorithm::a2) {
-      Settings& swept = measurement.runs.back().settings;
-      const Settings in_steps = in_small_steps(swept);
-      // Count the step's parts, which taut joints may divide.
-      swept.iterations = std::max(1, swept.iterations / Simulation(scene, swept).equal_parts());
-      measurement.runs.push_back({in_steps, {}, {}});
-    }
+  std::vector<State> states;
+  if (options.run) {
+    if (options.times > 0 || options.equal_rows)
+      throw Error("--run: is measured without --times and --equal-rows");
+    states = read_pose_table(*options.run, scene, scene.step);
+    scene.duration = std::min(scene.duration, static_cast<double>(states.size() - 1) * scene.step);
+    measurement.runs.push_back({{.step = scene.step}, options.run->stem().string(), {}, {}});
+  } else {
+    measurement.runs = runs_of(options, scene);
   }
-  for (const MeasuredSettings& run : measurement.runs) Sampling(run.settings.step, scene.step);
   measurement.scene = scene.name;
   measurement.size = size_of(scene);
   measurement.duration = scene.duration;
@@ -161,7 +179,9 @@ void measure_scene(const MeasureOptions& options) {
     double done = 0;
     for (MeasuredSettings& run : measurement.runs) {
       progress.show("measuring", done++ / static_cast<double>(measurement.runs.size()));
-      run.metrics = measure(scene, run.settings, measurement.reference);
+      run.metrics = options.run ? measure(scene, *recorded_stepper(std::move(states)), scene.step,
+                                          measurement.reference)
+                                : measure(scene, run.settings, measurement.reference);
     }
     if (options.equal_rows) {
       const std::int64_t rows = measurement.runs.back().metrics.row_solves;
@@ -184,7 +204,8 @@ void measure_scene(const MeasureOptions& options) {
   }
   for (const MeasuredSettings& run : measurement.runs) {
     if (!run.metrics.diverged) {
-      warn_of(scene, label(run.settings), violations(scene, run.settings, run.metrics));
+      warn_of(scene, run.author.empty() ? label(run.settings) : run.author,
+              violations(scene, run.settings, run.metrics));
     }
   }
 }
@@ -212,6 +233,7 @@ void add_measure_command(CLI::App& app) {
   command->add_flag("--markdown", options->markdown, "Tables as Markdown");
   command->add_flag("--json", options->json, "All figures as JSON");
   command->add_option("--output", options->output, "Write to this file instead of the terminal");
+  command->add_option("--run", options->run, "Measure the run of a pose table (.csv) instead");
   command->add_option("--reference", options->reference,
                       "Measure nothing, but write the reference's motion to this .csv file");
   command->footer(

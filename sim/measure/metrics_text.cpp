@@ -27,13 +27,22 @@ std::string error_number(double value, double uncertainty) {
   return fmt::format("{}{}", is_sure ? "" : "≈", short_number(value));
 }
 
+std::string label(const MeasuredSettings& run) {
+  return run.author.empty() ? label(run.settings) : run.author;
+}
+
+/// "A3" of an algorithm.
+std::string short_label(const MeasuredSettings& run) {
+  return run.author.empty() ? label(run).substr(0, 2) : run.author;
+}
+
 TextTable errors_of(const SceneMeasurement& m) {
   TextTable table{{"", "RMS, m", "/ size", "largest, m", "turn, rad", "largest", "of it: step", "solver",
                    "model", "a (sub-)step's residual, m/s", "row solves"},
                   {}};
   for (const MeasuredSettings& run : m.runs) {
     const Metrics& x = run.metrics;
-    table.rows.push_back({label(run.settings), error_number(x.error.position.rms, m.reference.uncertainty),
+    table.rows.push_back({label(run), error_number(x.error.position.rms, m.reference.uncertainty),
                           short_number(x.error.position.rms / m.size),
                           error_number(x.error.position.largest, m.reference.uncertainty),
                           error_number(x.error.orientation.rms, m.reference.turn_uncertainty),
@@ -57,7 +66,7 @@ TextTable invariants_of(const SceneMeasurement& m) {
   table.head.push_back("bounded");
   for (const MeasuredSettings& run : m.runs) {
     const Metrics& x = run.metrics;
-    std::vector<std::string> row{label(run.settings), short_number(x.joint_gap), short_number(x.penetration),
+    std::vector<std::string> row{label(run), short_number(x.joint_gap), short_number(x.penetration),
                                  short_number(x.energy_change), short_number(x.energy_growth)};
     if (is_free) row.insert(row.end(), {optional_number(x.momentum), optional_number(x.angular_momentum)});
     row.push_back(verdict(x));
@@ -82,7 +91,7 @@ std::string expected_text(const ExpectedFigure& x) {
 TextTable expectations_of(const SceneMeasurement& m) {
   TextTable table{{"known for the whole duration", "expected", "±"}, {}};
   for (const MeasuredSettings& run : m.runs) {
-    const std::string algorithm = label(run.settings).substr(0, 2);
+    const std::string algorithm = short_label(run);
     table.head.insert(table.head.end(), {algorithm, "error"});
   }
   for (std::size_t i = 0; i < m.runs.front().metrics.expected.size(); ++i) {
@@ -113,9 +122,8 @@ TextTable times_of(const SceneMeasurement& m) {
     const RunTimes& t = *run.times;
     const auto ms = [](double seconds) { return fmt::format("{:.3g}", 1000 * seconds); };
     const auto us = [](double time) { return fmt::format("{:.3g}", time); };
-    table.rows.push_back({label(run.settings), ms(t.median), ms(t.smallest), ms(t.largest),
-                          us(t.stages.geometry), us(t.stages.formulation), us(t.stages.velocities),
-                          us(t.stages.coordinates)});
+    table.rows.push_back({label(run), ms(t.median), ms(t.smallest), ms(t.largest), us(t.stages.geometry),
+                          us(t.stages.formulation), us(t.stages.velocities), us(t.stages.coordinates)});
   }
   return table;
 }
@@ -148,6 +156,7 @@ std::string settings_label(const Settings& settings) {
 }
 
 bool has_each_algorithm_once(const SceneMeasurement& m) {
+  if (!m.runs.front().author.empty()) return false;
   for (std::size_t i = 1; i < m.runs.size(); ++i) {
     if (m.runs[i].settings.algorithm <= m.runs[i - 1].settings.algorithm) return false;
   }
@@ -225,7 +234,7 @@ TextTable short_table(const SceneMeasurement& m, bool settings_in_rows) {
   const std::vector<Column> columns = columns_of(m);
   for (const Column& column : columns) table.head.push_back(column.head);
   for (const MeasuredSettings& run : m.runs) {
-    std::vector<std::string> row{settings_in_rows ? label(run.settings) : label(run.settings).substr(0, 2)};
+    std::vector<std::string> row{settings_in_rows ? label(run) : short_label(run)};
     for (const Column& column : columns) row.push_back(column.cell(run));
     // Runs with equal numbers share a row: "A4, A5" or "A3 to A5".
     if (!settings_in_rows && !table.rows.empty() &&
@@ -265,7 +274,7 @@ std::vector<std::size_t> missed_figures(const SceneMeasurement& m) {
 /// Rows for missed figures: the error of each run, with ! where it is beyond the tolerance.
 TextTable errors_of_expectations(const SceneMeasurement& m) {
   TextTable table{{"error in", "expected"}, {}};
-  for (const MeasuredSettings& run : m.runs) table.head.push_back(label(run.settings).substr(0, 2));
+  for (const MeasuredSettings& run : m.runs) table.head.push_back(short_label(run));
   for (const std::size_t figure : missed_figures(m)) {
     const ExpectedFigure& first = m.runs.front().metrics.expected[figure];
     const char* const bound = first.bound == Bound::at_most ? "≤" : first.bound == Bound::at_least ? "≥" : "";
@@ -347,7 +356,9 @@ TextTable brief_table(const SceneMeasurement& measurement) {
 std::string to_json(const SceneMeasurement& m) {
   Json runs = Json::array();
   for (const MeasuredSettings& run : m.runs) {
-    Json entry{{"algorithm", name(run.settings.algorithm)}, {"label", label(run.settings)}};
+    Json entry;
+    if (run.author.empty()) entry["algorithm"] = name(run.settings.algorithm);
+    entry["label"] = label(run);
     entry.update(to_json(run.metrics));
     if (run.times) entry["times"] = to_json(*run.times);
     runs.push_back(std::move(entry));

@@ -11,7 +11,8 @@
 namespace substep {
 
 struct MeasuredSettings {
-  Settings settings;
+  Settings settings;        ///< of a run that another program made, the step alone
+  std::string author = {};  ///< of such a run
   Metrics metrics;
   std::optional<RunTimes> times;
 };

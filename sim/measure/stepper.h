@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <vector>
 
 #include "sim/model/settings.h"
 #include "sim/model/state.h"
@@ -30,6 +31,9 @@ class Stepper {
 /// Makes a stepper at the scene's start, with step `settings.step`. Throws Error when the scene cannot be
 /// represented: the message says why.
 using MakeStepper = std::function<std::unique_ptr<Stepper>(const Scene& scene, const Settings& settings)>;
+
+/// Plays states that are known, from the first on; step() returns false at the last.
+std::unique_ptr<Stepper> recorded_stepper(std::vector<State> states);
 
 /// One of A1 to A5.
 std::unique_ptr<Stepper> algorithm_stepper(const Scene& scene, const Settings& settings);

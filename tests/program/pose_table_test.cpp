@@ -1,0 +1,77 @@
+// Runs that other programs made, in every command that takes a run.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+
+#include "program.h"
+
+namespace substep {
+namespace {
+
+using testing::HasSubstr;
+
+class PoseTableCommands : public Program {
+ protected:
+  void SetUp() override {
+    ASSERT_EQ(run({"run", scene("incline.gltf"), "--csv", "rig.csv", "--output", "ours.poses.txt"}).exit_code,
+              0);
+  }
+};
+
+TEST_F(PoseTableCommands, TableOfRunHasItsPoses) {
+  const Outcome diff = run({"diff", "ours.poses.txt", "rig.csv", "--scene", scene("incline.gltf")});
+  EXPECT_EQ(diff.exit_code, 1);
+  EXPECT_THAT(diff.out, HasSubstr("author:  → rig\n"));
+  EXPECT_THAT(diff.out, HasSubstr("largest over all poses: 0 m, "));
+  EXPECT_EQ(run({"diff", "rig.csv", "rig.csv", "--scene", scene("incline.gltf")}).exit_code, 0);
+  expect_refused({"diff", "rig.csv", "rig.csv"}, "name the table's scene with --scene FILE");
+  expect_refused({"export", "rig.csv"}, "name the table's scene with --scene FILE");
+  expect_refused({"export", "rig.csv", "--scene", scene("pendulum.gltf")},
+                 "rig.csv:2: pendulum has no body 'rubber_block': there are rod");
+}
+
+TEST_F(PoseTableCommands, TableIsMeasuredAndFilmed) {
+  const Outcome measured = run({"measure", scene("incline.gltf"), "--run", "rig.csv"});
+  ASSERT_EQ(measured.exit_code, 0) << measured.err;
+  EXPECT_THAT(measured.out, HasSubstr("\nrig "));
+  EXPECT_THAT(measured.out, HasSubstr("Known figures: 3, all within tolerance."));
+  expect_refused({"measure", scene("incline.gltf"), "--run", "rig.csv", "--times", "2"}, "without --times");
+  const Outcome film = run({"player", scene("incline.gltf"), "--panel", "log:rig.csv", "--panel",
+                            "log:ours.poses.txt", "--output", "both.html"});
+  ASSERT_EQ(film.exit_code, 0) << film.err;
+  // Both rows have the errors of the same poses.
+  const auto errors_of = [&](const std::string& row) {
+    const std::string line = film.out.substr(film.out.find(row));
+    return line.substr(line.find("µm") - 5, 24);
+  };
+  EXPECT_EQ(errors_of("rig  rig.csv"), errors_of("A3  ours.poses.txt"));
+  EXPECT_EQ(run({"render", "rig.csv", "--scene", scene("incline.gltf"), "--time", "1", "--size", "64x36"})
+                .exit_code,
+            0);
+  EXPECT_FALSE(content("rig.f0060.png").empty());
+}
+
+/// The block of Python under a mark of the page about formats.
+std::string python_of_page(const std::string& mark) {
+  std::ifstream stream(SUBSTEP_SOURCE_DIR "/scenes/format.md");
+  const std::string page(std::istreambuf_iterator<char>(stream), {});
+  const std::size_t begin = page.find("```python\n", page.find("<!-- " + mark + " -->")) + 10;
+  return page.substr(begin, page.find("```", begin) - begin);
+}
+
+TEST_F(PoseTableCommands, PythonOfPageWritesAndReads) {
+  write("writer.py", python_of_page("writer"));
+  write("reader.py", python_of_page("reader"));
+  const std::string begin = "cd '" + folder().string() + "' && python3 ";
+  ASSERT_EQ(std::system((begin + "writer.py && python3 reader.py > way.txt").c_str()), 0);
+  EXPECT_EQ(content("way.txt"), "ball [0.0, -4.905, 0.0]\n");
+  write("ball.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\no ball\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  EXPECT_THAT(run({"export", "fall.csv", "--scene", "ball.obj"}).out, HasSubstr("wrote fall.glb: 61 frames"));
+}
+
+}  // namespace
+}  // namespace substep
