@@ -1,18 +1,14 @@
 #include <fmt/format.h>
 
-#include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <type_traits>
-#include <variant>
 #include <vector>
 
 #include "sim/commands/commands.h"
 #include "sim/commands/options.h"
 #include "sim/loading/load_scene.h"
-#include "sim/loading/needed_substeps.h"
-#include "sim/model/usual_settings.h"
+#include "sim/measure/scene_json.h"
 #include "sim/simulation.h"
 
 namespace substep {
@@ -24,172 +20,6 @@ struct InfoOptions {
   SceneOptions scene;
   bool as_json = false;
 };
-
-json numbers(const Vector3& vector) {
-  return {vector.x(), vector.y(), vector.z()};
-}
-
-/// A number, or null where it is infinite, which JSON cannot say.
-json finite(double value) {
-  return std::isfinite(value) ? json(value) : json();
-}
-
-json reciprocal(double value) {
-  return value == 0 ? json() : json(1 / value);
-}
-
-json of_shape(const Sphere& sphere) {
-  return {{"shape", "sphere"}, {"radius", sphere.radius}};
-}
-json of_shape(const Capsule& capsule) {
-  return {{"shape", "capsule"}, {"radius", capsule.radius}, {"height", 2 * capsule.half_length}};
-}
-json of_shape(const Plane& /*plane*/) {
-  return {{"shape", "plane"}};
-}
-json of_shape(const Polytope& polytope) {
-  if (polytope.box) return {{"shape", "box"}, {"size", numbers(2 * polytope.box->half_size)}};
-  if (polytope.ellipsoid) {
-    return {{"shape", "ellipsoid"},
-            {"halfAxes", numbers(*polytope.ellipsoid)},
-            {"vertices", polytope.vertices.size()}};
-  }
-  return {{"shape", "hull"}, {"vertices", polytope.vertices.size()}, {"faces", polytope.face_count()}};
-}
-json of_shape(const Cylinder& cylinder) {
-  return {{"shape", "cylinder"},
-          {"height", 2 * cylinder.half_height},
-          {"radiusBottom", cylinder.radius_bottom},
-          {"radiusTop", cylinder.radius_top}};
-}
-json of_shape(const TaperedCapsule& capsule) {
-  return {{"shape", "tapered capsule"},
-          {"height", 2 * capsule.half_length},
-          {"radiusBottom", capsule.radius_bottom},
-          {"radiusTop", capsule.radius_top}};
-}
-json of_shape(const TriangleMesh& mesh) {
-  return {{"shape", "triangle mesh"}, {"triangles", mesh.triangles.size()}, {"twoSided", mesh.two_sided}};
-}
-
-const char* combine_name(Combine combine) {
-  switch (combine) {
-    case Combine::average:
-      return "average";
-    case Combine::minimum:
-      return "minimum";
-    case Combine::maximum:
-      return "maximum";
-    case Combine::multiply:
-      break;
-  }
-  return "multiply";
-}
-
-json of_collider(const Collider& collider) {
-  json result = std::visit([](const auto& shape) { return of_shape(shape); }, collider.shape);
-  const ContactMaterial& material = collider.material;
-  result["material"] = {{"staticFriction", material.static_friction},
-                        {"dynamicFriction", material.dynamic_friction},
-                        {"restitution", material.restitution},
-                        {"frictionCombine", combine_name(material.friction_combine)},
-                        {"restitutionCombine", combine_name(material.restitution_combine)}};
-  return result;
-}
-
-std::string axes_of(const JointLimit& limit) {
-  std::string axes;
-  for (int axis = 0; axis < 3; ++axis) {
-    if (limit.axes[static_cast<std::size_t>(axis)]) axes += "xyz"[axis];
-  }
-  return axes;
-}
-
-json of_joint(const Scene& scene, const Joint& joint) {
-  const auto body = [&](int index) { return scene.bodies[static_cast<std::size_t>(index)].name; };
-  json result{{"name", joint.name},
-              {"bodies", {body(joint.body_a), body(joint.body_b)}},
-              {"bodiesCollide", joint.enable_collision},
-              {"limits", json::array()},
-              {"drives", json::array()}};
-  for (const JointLimit& limit : joint.limits) {
-    result["limits"].push_back({{"type", limit.angular ? "angular" : "linear"},
-                                {"axes", axes_of(limit)},
-                                {"min", finite(limit.min)},
-                                {"max", finite(limit.max)},
-                                {"stiffness", limit.stiffness ? json(*limit.stiffness) : json()},
-                                {"damping", limit.damping}});
-  }
-  for (const JointDrive& drive : joint.drives) {
-    result["drives"].push_back({{"type", drive.angular ? "angular" : "linear"},
-                                {"axis", std::string(1, "xyz"[drive.axis])},
-                                {"mode", drive.acceleration ? "acceleration" : "force"},
-                                {"maxForce", finite(drive.max_force)},
-                                {"positionTarget", drive.position_target},
-                                {"velocityTarget", drive.velocity_target},
-                                {"stiffness", drive.stiffness},
-                                {"damping", drive.damping}});
-  }
-  return result;
-}
-
-const char* kind_of(const Body& body) {
-  if (body.inverse_mass > 0) return "dynamic";
-  return body.inverse_inertia.isZero(0) ? "kinematic" : "pivoting";
-}
-
-/// Why n is not that of most scenes; empty where it is.
-std::string reason_of_substeps(const Scene& scene) {
-  if (scene.substeps != needed_substeps(scene)) return "as its file says";
-  if (scene.substeps == default_settings(Algorithm::a5).substeps) return "";
-  return fmt::format("as its heaviest body is {:.4g} times as heavy as its lightest", mass_ratio(scene));
-}
-
-/// All that the scene holds, as it will be simulated.
-json describe(const Scene& scene) {
-  json result{{"scene", scene.name},
-              {"file", scene.file.string()},
-              {"hash", fmt::format("{:016x}", scene.hash)},
-              {"gravity", numbers(scene.gravity)},
-              {"duration", scene.duration},
-              {"step", scene.step},
-              {"bodies", json::array()},
-              {"joints", json::array()},
-              {"warnings", scene.warnings}};
-  const Settings settings = usual_settings(scene, Algorithm::a5);
-  result["default"] = label(settings);
-  result["substeps"] = {{"count", scene.substeps}, {"reason", reason_of_substeps(scene)}};
-  result["parts"] = Simulation(scene, usual_settings(scene, Algorithm::a1)).equal_parts();
-  result["modelled"] = Simulation(scene, settings).modelled();
-  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-    const Body& body = scene.bodies[i];
-    json entry{{"name", body.name}, {"colliders", json::array()}};
-    if (i > 0) {
-      entry["kind"] = kind_of(body);
-      entry["mass"] = reciprocal(body.inverse_mass);
-      entry["inertia"] = {reciprocal(body.inverse_inertia.x()), reciprocal(body.inverse_inertia.y()),
-                          reciprocal(body.inverse_inertia.z())};
-      entry["position"] = numbers(body.pose.position);
-      entry["linearVelocity"] = numbers(body.linear_velocity);
-      entry["angularVelocity"] = numbers(body.angular_velocity);
-      entry["gravityFactor"] = body.gravity_factor;
-    }
-    for (const Collider& collider : scene.colliders) {
-      if (collider.body == static_cast<int>(i)) entry["colliders"].push_back(of_collider(collider));
-    }
-    result["bodies"].push_back(std::move(entry));
-  }
-  for (const Joint& joint : scene.joints) result["joints"].push_back(of_joint(scene, joint));
-  std::size_t triangles = 0;
-  for (const Visual& visual : scene.visuals) {
-    triangles += scene.meshes[static_cast<std::size_t>(visual.mesh)].triangles.size();
-  }
-  result["drawn"] = {{"meshes", scene.visuals.size()}, {"triangles", triangles}};
-  result["camera"] = scene.camera ? json{{"position", numbers(scene.camera->pose.position)},
-                                         {"verticalFieldOfView", scene.camera->vertical_field_of_view}}
-                                  : json();
-  return result;
-}
 
 std::string number(const json& value) {
   return value.is_null() ? "∞" : fmt::format("{:.4g}", value.get<double>());
@@ -323,7 +153,7 @@ void print(const json& scene) {
 }
 
 void show(const InfoOptions& options) {
-  const json description = describe(load_scene(options.scene.file, options.scene.mesh_options()));
+  const json description = scene_json(load_scene(options.scene.file, options.scene.mesh_options()));
   if (options.as_json) {
     // Names come from files, in any coding.
     fmt::print("{}\n", description.dump(1, ' ', false, json::error_handler_t::replace));

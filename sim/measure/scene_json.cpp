@@ -1,0 +1,254 @@
+#include "sim/measure/scene_json.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "sim/loading/needed_substeps.h"
+#include "sim/model/usual_settings.h"
+#include "sim/simulation.h"
+
+namespace substep {
+namespace {
+
+using nlohmann::json;
+
+json numbers(const Vector3& vector) {
+  return {vector.x(), vector.y(), vector.z()};
+}
+
+/// A number, or null where it is infinite, which JSON cannot say.
+json finite(double value) {
+  return std::isfinite(value) ? json(value) : json();
+}
+
+json reciprocal(double value) {
+  return value == 0 ? json() : json(1 / value);
+}
+
+json numbers(const Quaternion& q) {
+  return {q.w(), q.x(), q.y(), q.z()};
+}
+
+json placed(json shape, const Pose& pose) {
+  shape["position"] = numbers(pose.position);
+  shape["orientation"] = numbers(pose.orientation);
+  return shape;
+}
+
+json points(const std::vector<Vector3>& vertices, const Pose& pose) {
+  json result = json::array();
+  for (const Vector3& vertex : vertices) result.push_back(numbers(pose * vertex));
+  return result;
+}
+
+json of_shape(const Sphere& sphere, const Pose& pose) {
+  return placed({{"shape", "sphere"}, {"radius", sphere.radius}}, pose);
+}
+json of_shape(const Capsule& capsule, const Pose& pose) {
+  return placed({{"shape", "capsule"}, {"radius", capsule.radius}, {"height", 2 * capsule.half_length}},
+                pose);
+}
+json of_shape(const Plane& /*plane*/, const Pose& pose) {
+  return placed({{"shape", "plane"}}, pose);
+}
+json of_shape(const Polytope& polytope, const Pose& pose) {
+  if (polytope.box) {
+    return placed({{"shape", "box"}, {"size", numbers(2 * polytope.box->half_size)}},
+                  pose * polytope.box->pose);
+  }
+  if (polytope.ellipsoid) {
+    return placed({{"shape", "ellipsoid"},
+                   {"halfAxes", numbers(*polytope.ellipsoid)},
+                   {"vertices", polytope.vertices.size()},
+                   {"points", points(polytope.vertices, pose)}},
+                  pose);
+  }
+  return {{"shape", "hull"},
+          {"vertices", polytope.vertices.size()},
+          {"faces", polytope.face_count()},
+          {"points", points(polytope.vertices, pose)}};
+}
+json of_shape(const Cylinder& cylinder, const Pose& pose) {
+  return placed({{"shape", "cylinder"},
+                 {"height", 2 * cylinder.half_height},
+                 {"radiusBottom", cylinder.radius_bottom},
+                 {"radiusTop", cylinder.radius_top}},
+                pose);
+}
+json of_shape(const TaperedCapsule& capsule, const Pose& pose) {
+  return placed({{"shape", "tapered capsule"},
+                 {"height", 2 * capsule.half_length},
+                 {"radiusBottom", capsule.radius_bottom},
+                 {"radiusTop", capsule.radius_top}},
+                pose);
+}
+json of_shape(const TriangleMesh& mesh, const Pose& pose) {
+  return {{"shape", "triangle mesh"},
+          {"triangles", mesh.triangles.size()},
+          {"twoSided", mesh.two_sided},
+          {"points", points(mesh.vertices, pose)},
+          {"indices", mesh.triangles}};
+}
+
+const char* combine_name(Combine combine) {
+  switch (combine) {
+    case Combine::average:
+      return "average";
+    case Combine::minimum:
+      return "minimum";
+    case Combine::maximum:
+      return "maximum";
+    case Combine::multiply:
+      break;
+  }
+  return "multiply";
+}
+
+/// The axes of a body's node at its centre of mass, which the body's colliders and joints are given in → its
+/// body frame.
+Pose centre_frame(const Body& body) {
+  return {Vector3::Zero(), body.body_from_node.orientation};
+}
+
+json bits(std::uint64_t mask) {
+  json result = json::array();
+  for (int bit = 0; bit < 64; ++bit) {
+    if ((mask >> bit & 1U) != 0) result.push_back(bit);
+  }
+  return result;
+}
+
+json of_collider(const Scene& scene, const Collider& collider) {
+  const Pose pose =
+      centre_frame(scene.bodies[static_cast<std::size_t>(collider.body)]).inverse() * collider.placement;
+  json result = std::visit([&](const auto& shape) { return of_shape(shape, pose); }, collider.shape);
+  result["systems"] = collider.in_no_system ? json() : bits(collider.member);
+  result["exceptSystems"] = bits(~collider.collides_with);
+  const ContactMaterial& material = collider.material;
+  result["material"] = {{"staticFriction", material.static_friction},
+                        {"dynamicFriction", material.dynamic_friction},
+                        {"restitution", material.restitution},
+                        {"frictionCombine", combine_name(material.friction_combine)},
+                        {"restitutionCombine", combine_name(material.restitution_combine)}};
+  return result;
+}
+
+std::string axes_of(const JointLimit& limit) {
+  std::string axes;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (limit.axes[static_cast<std::size_t>(axis)]) axes += "xyz"[axis];
+  }
+  return axes;
+}
+
+json of_joint(const Scene& scene, const Joint& joint) {
+  const auto body = [&](int index) { return scene.bodies[static_cast<std::size_t>(index)].name; };
+  const auto frame = [&](int index, const Pose& pose) {
+    return placed(json::object(),
+                  centre_frame(scene.bodies[static_cast<std::size_t>(index)]).inverse() * pose);
+  };
+  // Counted among the world's.
+  json silent = json::array();
+  for (const int collider : joint.silent_colliders) {
+    silent.push_back(std::count_if(scene.colliders.begin(), scene.colliders.begin() + collider,
+                                   [](const Collider& other) { return other.body == world_body; }));
+  }
+  json result{{"name", joint.name},
+              {"bodies", {body(joint.body_a), body(joint.body_b)}},
+              {"indices", {joint.body_a, joint.body_b}},
+              {"frames", {frame(joint.body_a, joint.frame_a), frame(joint.body_b, joint.frame_b)}},
+              {"bodiesCollide", joint.enable_collision},
+              {"silentColliders", silent},
+              {"limits", json::array()},
+              {"drives", json::array()}};
+  for (const JointLimit& limit : joint.limits) {
+    result["limits"].push_back({{"type", limit.angular ? "angular" : "linear"},
+                                {"axes", axes_of(limit)},
+                                {"min", finite(limit.min)},
+                                {"max", finite(limit.max)},
+                                {"stiffness", limit.stiffness ? json(*limit.stiffness) : json()},
+                                {"damping", limit.damping}});
+  }
+  for (const JointDrive& drive : joint.drives) {
+    result["drives"].push_back({{"type", drive.angular ? "angular" : "linear"},
+                                {"axis", std::string(1, "xyz"[drive.axis])},
+                                {"mode", drive.acceleration ? "acceleration" : "force"},
+                                {"maxForce", finite(drive.max_force)},
+                                {"positionTarget", drive.position_target},
+                                {"velocityTarget", drive.velocity_target},
+                                {"stiffness", drive.stiffness},
+                                {"damping", drive.damping}});
+  }
+  return result;
+}
+
+const char* kind_of(const Body& body) {
+  if (body.inverse_mass > 0) return "dynamic";
+  return body.inverse_inertia.isZero(0) ? "kinematic" : "pivoting";
+}
+
+/// Why n is not that of most scenes; empty where it is.
+std::string reason_of_substeps(const Scene& scene) {
+  if (scene.substeps != needed_substeps(scene)) return "as its file says";
+  if (scene.substeps == default_settings(Algorithm::a5).substeps) return "";
+  return fmt::format("as its heaviest body is {:.4g} times as heavy as its lightest", mass_ratio(scene));
+}
+
+}  // namespace
+
+json scene_json(const Scene& scene) {
+  json result{{"format", "substep scene 1"},
+              {"scene", scene.name},
+              {"file", scene.file.string()},
+              {"hash", fmt::format("{:016x}", scene.hash)},
+              {"gravity", numbers(scene.gravity)},
+              {"duration", scene.duration},
+              {"step", scene.step},
+              {"gyroscopic", scene.gyroscopic},
+              {"bodies", json::array()},
+              {"joints", json::array()},
+              {"warnings", scene.warnings}};
+  const Settings settings = usual_settings(scene, Algorithm::a5);
+  result["default"] = label(settings);
+  result["substeps"] = {{"count", scene.substeps}, {"reason", reason_of_substeps(scene)}};
+  result["parts"] = Simulation(scene, usual_settings(scene, Algorithm::a1)).equal_parts();
+  result["modelled"] = Simulation(scene, settings).modelled();
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const Body& body = scene.bodies[i];
+    json entry{{"name", body.name}, {"colliders", json::array()}};
+    if (i > 0) {
+      entry["kind"] = kind_of(body);
+      entry["mass"] = reciprocal(body.inverse_mass);
+      entry["inertia"] = {reciprocal(body.inverse_inertia.x()), reciprocal(body.inverse_inertia.y()),
+                          reciprocal(body.inverse_inertia.z())};
+      const Pose centre = body.pose * centre_frame(body);
+      entry["inertiaOrientation"] = numbers(centre_frame(body).inverse().orientation);
+      entry["position"] = numbers(centre.position);
+      entry["orientation"] = numbers(centre.orientation);
+      entry["linearVelocity"] = numbers(body.linear_velocity);
+      entry["angularVelocity"] = numbers(body.angular_velocity);
+      entry["gravityFactor"] = body.gravity_factor;
+    }
+    for (const Collider& collider : scene.colliders) {
+      if (collider.body == static_cast<int>(i)) entry["colliders"].push_back(of_collider(scene, collider));
+    }
+    result["bodies"].push_back(std::move(entry));
+  }
+  for (const Joint& joint : scene.joints) result["joints"].push_back(of_joint(scene, joint));
+  std::size_t triangles = 0;
+  for (const Visual& visual : scene.visuals) {
+    triangles += scene.meshes[static_cast<std::size_t>(visual.mesh)].triangles.size();
+  }
+  result["drawn"] = {{"meshes", scene.visuals.size()}, {"triangles", triangles}};
+  result["camera"] = scene.camera ? json{{"position", numbers(scene.camera->pose.position)},
+                                         {"verticalFieldOfView", scene.camera->vertical_field_of_view}}
+                                  : json();
+  return result;
+}
+
+}  // namespace substep
