@@ -95,7 +95,8 @@ std::optional<bool> ChildProcess::reap(int flags) {
   }
   if (found == 0) return std::nullopt;
   process_ = -1;
-  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+  exit_code_ = WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+  return exit_code_ == 0;
 }
 
 std::optional<bool> ChildProcess::ended() {

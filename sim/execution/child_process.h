@@ -52,11 +52,14 @@ class ChildProcess {
   std::optional<bool> ended();
   /// Waits until it has ended; whether it did so by itself, with exit code 0.
   bool succeeds();
+  /// Returns its exit code once its end is known, or minus the signal that ended it.
+  int exit_code() const { return exit_code_; }
 
  private:
   std::optional<bool> reap(int flags);
 
   pid_t process_ = -1;
+  int exit_code_ = 0;
 };
 
 }  // namespace substep

@@ -107,7 +107,8 @@ void measure_peer(const Sweep& sweep, const SweepJob& job, const Scene& scene,
   try {
     const auto stepper = engine->make(scene, job.settings);
     record.metrics = measure(scene, *stepper, job.settings.step, reference);
-    if (sweep.repetitions > 0) record.times = time_run(scene, job.settings, engine->make, sweep.repetitions);
+    if (sweep.repetitions > 0 && !engine->is_command)
+      record.times = time_run(scene, job.settings, engine->make, sweep.repetitions);
   } catch (const Error& error) {
     record.omitted = error.what();
   }

@@ -3,11 +3,16 @@
 #include <dlfcn.h>
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <mutex>
+#include <sstream>
 
 #include "sim/error.h"
 #include "sim/measure/reference_integrator.h"
+#include "sim/study/engines/command_engine.h"
 #include "sim/study/engines/engine_scene.h"
 #include "sim/study/engines/engine_steppers.h"
 
@@ -18,6 +23,7 @@ namespace {
 Scene pendulum() {
   Scene scene;
   scene.name = "pendulum";
+  scene.duration = 1;
   scene.bodies.resize(2);
   Body& rod = scene.bodies[1];
   rod.name = "rod";
@@ -38,10 +44,10 @@ Scene pendulum() {
 }
 
 /// Why an engine's pendulum is wrong; empty: it is not. A quarter of the period is known in closed form.
-std::string fault_of(const MakeStepper& make) {
+std::string fault_of(const MakeStepper& make, double step) {
   constexpr double quarter = 1.93333485 / 4;
   Settings settings;
-  settings.step = 1.0 / 2000;
+  settings.step = step;
   const auto stepper = make(pendulum(), settings);
   double time = 0;
   double before = 0.5;
@@ -59,15 +65,15 @@ std::string fault_of(const MakeStepper& make) {
   return fmt::format("its pendulum's quarter period is {:.4f} s, {:.4f} s in closed form", time, quarter);
 }
 
-/// The same, of an engine that has passed the pendulum.
-MakeStepper checked(MakeStepper make) {
+/// The same, of an engine that has passed the pendulum at a step.
+MakeStepper checked(MakeStepper make, double step = 1.0 / 2000) {
   struct Check {
     std::once_flag once;
     std::string fault;
   };
-  return [make = std::move(make), check = std::make_shared<Check>()](const Scene& scene,
-                                                                     const Settings& settings) {
-    std::call_once(check->once, [&] { check->fault = fault_of(make); });
+  return [make = std::move(make), step, check = std::make_shared<Check>()](const Scene& scene,
+                                                                           const Settings& settings) {
+    std::call_once(check->once, [&] { check->fault = fault_of(make, step); });
     if (!check->fault.empty()) throw Error(check->fault);
     return make(scene, settings);
   };
@@ -103,6 +109,57 @@ MakeEngineStepper* find(const Library& library, const char* function) {
     MakeEngineStepper* const make = find(library, function);
     return std::unique_ptr<Stepper>(make(scene, engine_scene(scene), settings));
   });
+}
+
+/// An engine on npm: its adapter runs under Node.
+struct NodeEngine {
+  const char* name;
+  const char* label;
+  const char* settings;
+  const char* adapter;
+  const char* package;
+  bool has_iterations;
+};
+constexpr std::array<NodeEngine, 3> node_engines{
+    {{"rapier", "Rapier 0.21", "solver iterations, all else as it ships", "rapier.mjs",
+      "@dimforge/rapier3d-compat", true},
+     {"jolt", "Jolt 1.1", "velocity steps, no damping, all else as it ships", "jolt.mjs", "jolt-physics",
+      true},
+     {"mujoco3", "MuJoCo 3.14", "Euler, reduced coordinates, soft contacts, all as it ships", "mujoco3.mjs",
+      "@mujoco/mujoco", false}}};
+
+/// Returns the folder of the adapters: the installed program's, or the source's.
+std::filesystem::path adapters() {
+  std::error_code ignored;
+  const auto program = std::filesystem::read_symlink("/proc/self/exe", ignored);
+  const auto installed = program.parent_path() / SUBSTEP_INSTALLED_ADAPTERS;
+  if (std::filesystem::exists(installed / "adapter.mjs", ignored)) return installed.lexically_normal();
+  return SUBSTEP_ADAPTERS;
+}
+
+bool is_in_path(const char* program) {
+  const char* const path = std::getenv("PATH");
+  std::istringstream folders(path == nullptr ? "" : path);
+  std::error_code ignored;
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    if (std::filesystem::exists(std::filesystem::path(folder) / program, ignored)) return true;
+  }
+  return false;
+}
+
+/// Returns a maker that runs the engine's adapter.
+MakeStepper under_node(const NodeEngine& engine) {
+  return checked(
+      [&engine](const Scene& scene, const Settings& settings) {
+        const std::filesystem::path folder = adapters();
+        if (!is_in_path("node") || !std::filesystem::exists(folder / "node_modules" / engine.package)) {
+          throw Error(fmt::format("{} is not installed: with Node 18 or later, npm ci --prefix {}",
+                                  engine.label, folder.string()));
+        }
+        const Command command{"node", (folder / engine.adapter).string(), "{scene}", "{settings}", "{poses}"};
+        return recorded_stepper(run_command(command, scene, settings));
+      },
+      1.0 / 500);
 }
 
 std::vector<Engine> built() {
@@ -141,6 +198,10 @@ std::vector<Engine> built() {
   all.push_back({"mujoco-rk4", "MuJoCo RK4", "reduced coordinates, Runge-Kutta, soft contacts as it ships",
                  false, loaded(mujoco, "mujoco_runge_kutta")});
 #endif
+  for (const NodeEngine& engine : node_engines) {
+    all.push_back(
+        {engine.name, engine.label, engine.settings, false, under_node(engine), engine.has_iterations, true});
+  }
   return all;
 }
 

@@ -1,0 +1,139 @@
+#include "sim/study/engines/command_engine.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <stdlib.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <system_error>
+#include <thread>
+
+#include "sim/error.h"
+#include "sim/execution/child_process.h"
+#include "sim/log/file_output.h"
+#include "sim/log/pose_table.h"
+#include "sim/measure/scene_json.h"
+
+namespace substep {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The files of one run, removed with it.
+class RunFolder {
+ public:
+  RunFolder() {
+    std::string name = (fs::temp_directory_path() / "substep-run-XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) throw Error(fmt::format("{}: no folder can be made", name));
+    path_ = name;
+  }
+  ~RunFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  RunFolder(const RunFolder&) = delete;
+  RunFolder& operator=(const RunFolder&) = delete;
+
+  fs::path file(const char* name) const { return path_ / name; }
+
+ private:
+  fs::path path_;
+};
+
+void replace(std::string& text, std::string_view from, const std::string& to) {
+  for (std::size_t i = text.find(from); i != std::string::npos; i = text.find(from, i + to.size())) {
+    text.replace(i, from.size(), to);
+  }
+}
+
+/// Returns the last line that is not blank, at most 300 bytes of it.
+std::string last_line(std::string text) {
+  const std::size_t end = text.find_last_not_of(" \n\r\t");
+  if (end == std::string::npos) return "";
+  text.resize(end + 1);
+  return text.substr(text.rfind('\n') + 1).substr(0, 300);
+}
+
+/// Runs the program. Throws Error where it fails.
+void run_program(const Command& words, double time_limit) {
+  const TemporaryFile messages;
+  std::optional<ChildProcess> process;
+  try {
+    process.emplace(
+        words, ChildProcess::Streams{ChildProcess::nowhere, ChildProcess::nowhere, messages.descriptor()});
+  } catch (const std::system_error& error) {
+    throw Error(fmt::format("{} cannot be started: {}", words.front(), error.code().message()));
+  }
+  const auto start = std::chrono::steady_clock::now();
+  std::optional<bool> succeeded;
+  while (!(succeeded = process->ended())) {
+    if (std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() > time_limit) {
+      throw Error(fmt::format("{} has not ended after {:g} s", words.front(), time_limit));
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  if (*succeeded) return;
+  const std::string line = last_line(messages.content());
+  const int code = process->exit_code();
+  // Code 3 is a simulator's own refusal, which its line explains.
+  if (code == 3 && !line.empty()) throw Error(line);
+  throw Error(fmt::format("{} ended with {} {}{}{}", words.front(), code < 0 ? "signal" : "exit code",
+                          std::abs(code), line.empty() ? "" : ": ", line));
+}
+
+}  // namespace
+
+Command beside(Command command, const fs::path& folder) {
+  std::error_code ignored;
+  for (std::string& word : command) {
+    if (!word.empty() && fs::is_regular_file(folder / word, ignored)) word = (folder / word).string();
+  }
+  return command;
+}
+
+Engine command_engine(const Command& command) {
+  std::error_code ignored;
+  const auto is_file = [&](const std::string& word) { return fs::is_regular_file(word, ignored); };
+  const auto script = std::ranges::find_if(command, is_file);
+  const std::string label = fs::path(script == command.end() ? command.front() : *script).stem().string();
+  const MakeStepper make = [command](const Scene& scene, const Settings& settings) {
+    return recorded_stepper(run_command(command, scene, settings));
+  };
+  return {"command", label, "a command", false, make, true, true};
+}
+
+std::vector<State> run_command(const Command& command, const Scene& scene, const Settings& settings,
+                               double time_limit) {
+  const RunFolder folder;
+  const fs::path poses = folder.file("poses.csv");
+  Command words = command;
+  bool has_poses = false;
+  for (std::string& word : words) {
+    has_poses = has_poses || word.find("{poses}") != std::string::npos;
+    replace(word, "{scene}", folder.file("scene.json").string());
+    replace(word, "{settings}", folder.file("settings.json").string());
+    replace(word, "{poses}", poses.string());
+  }
+  if (!has_poses) {
+    throw Error(fmt::format("command '{}': {{poses}} must stand for the table that it writes",
+                            fmt::join(command, " ")));
+  }
+  // Names come from files, in any coding.
+  constexpr auto replaced = nlohmann::json::error_handler_t::replace;
+  write_file(folder.file("scene.json"), scene_json(scene).dump(1, ' ', false, replaced));
+  write_file(folder.file("settings.json"), nlohmann::json{{"step", settings.step},
+                                                          {"duration", scene.duration},
+                                                          {"iterations", settings.iterations},
+                                                          {"substeps", settings.substeps}}
+                                               .dump());
+  run_program(words, time_limit);
+  std::error_code ignored;
+  if (!fs::is_regular_file(poses, ignored)) throw Error(fmt::format("{} wrote no poses", words.front()));
+  return read_pose_table(poses, scene, settings.step);
+}
+
+}  // namespace substep
