@@ -181,6 +181,7 @@ Json panels_of(const Comparison& comparison) {
                   {"gaps", rounded(run.readings.gaps)},
                   {"energies", rounded(run.readings.energies)},
                   {"frames", std::max<std::size_t>(1, run.poses.size())}};
+    if (!run.refusal.empty()) panel["fate"] = run.refusal;
     if (run.diverged) panel["fate"] = fmt::format("diverged at t = {:.2f} s", *run.diverged);
     panels.push_back(std::move(panel));
   }

@@ -158,24 +158,32 @@ void simulate_algorithm(const Scene& scene, const Clock& clock, const ReadingCho
   run.violations = violations(scene, run.panel.settings, metrics);
 }
 
-void simulate_engine(const Scene& scene, const Clock& clock, const ReadingChoice& choice, Run& run,
-                     Tally& tally) {
-  const Engine& engine = *std::ranges::find(engines(), run.panel.engine, &Engine::name);
-  std::unique_ptr<Stepper> stepper;
+/// Returns the stepper of a panel's engine, which is run as far as the film goes where it is a command.
+/// Nothing where it cannot do the scene, which the run then says.
+std::unique_ptr<Stepper> engine_stepper(const Scene& scene, double duration, Run& run) {
   try {
-    stepper = engine.make(scene, run.panel.settings);
+    Scene filmed = scene;
+    filmed.duration = duration;
+    return engine_of(run.panel).make(filmed, run.panel.settings);
   } catch (const Error& error) {
-    throw Error(fmt::format("panel {}: {}: {}", engine.name, scene.name, error.what()));
+    run.refusal = fmt::format("not simulated: {}", error.what());
+    run.poses.push_back(initial_state(scene).q);
+    return nullptr;
   }
+}
+
+void simulate_engine(const Scene& scene, const Clock& clock, const ReadingChoice& choice, Stepper& stepper,
+                     Run& run, Tally& tally) {
+  const bool is_command = engine_of(run.panel).is_command;
+  const auto step = [&] { return is_command ? stepper.step() : timed(run, [&] { return stepper.step(); }); };
   Reader reader(scene, choice, run.readings);
   std::int64_t steps = 0;
   if (!take_shots(
-          clock, 1, tally, [&] { return timed(run, [&] { return stepper->step(); }); },
-          [&]() -> const State& { return stepper->state(); }, run.poses, steps,
+          clock, 1, tally, step, [&]() -> const State& { return stepper.state(); }, run.poses, steps,
           [&](const State& state) { reader.read(state); })) {
     run.diverged = static_cast<double>(steps) * run.panel.settings.step;
   }
-  run.row_solves = stepper->row_solves();
+  run.row_solves = stepper.row_solves();
 }
 
 /// Of a run of which the poses alone are known.
@@ -477,11 +485,15 @@ Comparison simulate_comparison(const Scene& scene, const ComparisonSettings& set
       read_poses(scene, settings.readings, settings.frame_interval, run);
       continue;
     }
+    if (run.panel.kind == PanelChoice::Kind::engine) {
+      std::shared_ptr<Stepper> stepper = engine_stepper(scene, settings.duration, run);
+      if (!stepper) continue;
+      jobs.emplace_back(
+          [&, stepper] { simulate_engine(scene, own, settings.readings, *stepper, run, tally); });
+    } else {
+      jobs.emplace_back([&] { simulate_algorithm(scene, own, settings.readings, run, tally); });
+    }
     total += own.steps.back();
-    jobs.emplace_back([&] {
-      const bool is_engine = run.panel.kind == PanelChoice::Kind::engine;
-      (is_engine ? simulate_engine : simulate_algorithm)(scene, own, settings.readings, run, tally);
-    });
   }
   if (!jobs.empty()) run_jobs(jobs, settings.threads, tally, total, progress);
 
@@ -493,7 +505,7 @@ Comparison simulate_comparison(const Scene& scene, const ComparisonSettings& set
     for (Run& run : comparison.runs) {
       if (run.is_reference()) {
         run.poses = comparison.reference->poses;
-      } else {
+      } else if (run.refusal.empty()) {
         measure_from(scene, *comparison.reference, run);
       }
     }

@@ -58,6 +58,7 @@ struct Run {
   double cpu_time = 0;                ///< of its steps, s; differs from time to time; not of logs
   double simulated = 0;               ///< by these steps, s
   std::optional<double> diverged;     ///< when, s
+  std::string refusal;                ///< why an engine cannot do the scene; then of poses the start alone
   int unsolved = 0;                   ///< steps that A1 did not solve to the accuracy asked for
   std::vector<Violation> violations;  ///< of algorithms, as far as the film goes
 

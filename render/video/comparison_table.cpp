@@ -16,7 +16,7 @@ std::string row_title(const Run& run) {
 }
 
 std::string fate_of(const Run& run) {
-  std::string fate;
+  std::string fate = run.refusal;
   if (run.diverged) fate = fmt::format("diverged at t = {:.2f} s", *run.diverged);
   if (run.unsolved > 0) {
     fate += fmt::format("{}{} steps not solved to the accuracy asked for", fate.empty() ? "" : "; ",

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 #include <string_view>
 
 #include "render/inks.h"
@@ -56,6 +57,21 @@ std::string short_energy(double joules) {
 /// The baseline that centres capitals and digits of this size in a box.
 double baseline(double y, double height, double size) {
   return y + height / 2 + 0.31 * size;
+}
+
+/// Breaks text at spaces into lines of at most a width.
+std::vector<std::string> wrapped(const std::string& text, const TextStyle& style, double width) {
+  std::vector<std::string> lines{""};
+  std::istringstream words(text);
+  for (std::string word; words >> word;) {
+    const std::string longer = lines.back() + (lines.back().empty() ? "" : " ") + word;
+    if (lines.back().empty() || text_width(longer, style) <= width) {
+      lines.back() = longer;
+    } else {
+      lines.push_back(word);
+    }
+  }
+  return lines;
 }
 
 }  // namespace
@@ -537,18 +553,28 @@ void Composition::draw_strip(Image& image, const StripBox& strip, std::size_t ru
 void Composition::draw_notice(Image& image, std::size_t run, const std::string& text, bool over_all) const {
   const Box& box = panels_[run].picture;
   TextStyle bold{.size = text_size(over_all ? 22 : 16), .color = alarm, .bold = true};
-  while (bold.size > 7 && text_width(text, bold) > box.width - 8 * scale_) bold.size *= 0.95;
+  const double width = box.width - 8 * scale_;
+  const double least = over_all ? text_size(14) : 7;
+  while (bold.size > least && text_width(text, bold) > width) bold.size *= 0.95;
+  const std::vector<std::string> lines = over_all ? wrapped(text, bold, width) : std::vector{text};
   const int height = over_all ? box.height : static_cast<int>(std::lround(1.5 * bold.size));
   const int y = over_all ? box.y : box.y + box.height - height;
   fill_rectangle(image, box.x, y, box.width, height, ground, over_all ? 0.55 : 0.8);
-  draw_text(image, box.x + (box.width - text_width(text, bold)) / 2, baseline(y, height, bold.size), text,
-            bold);
+  const double pitch = 1.25 * bold.size;
+  double middle = y - pitch * static_cast<double>(lines.size() - 1) / 2;
+  for (const std::string& line : lines) {
+    draw_text(image, box.x + (box.width - text_width(line, bold)) / 2, baseline(middle, height, bold.size),
+              line, bold);
+    middle += pitch;
+  }
 }
 
 void Composition::draw_fate(Image& image, std::size_t run, std::size_t k) const {
   const Run& r = comparison_.runs[run];
   if (r.is_reference() && k >= comparison_.reference->known) {
     draw_notice(image, run, "no reference: " + comparison_.reference->fate, k >= r.poses.size());
+  } else if (!r.refusal.empty()) {
+    draw_notice(image, run, r.refusal, true);
   } else if (r.diverged && k >= r.poses.size()) {
     draw_notice(image, run, fmt::format("diverged at t = {:.2f} s", *r.diverged), true);
   }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <string_view>
+#include <utility>
 
 #include "render/inks.h"
 #include "sim/error.h"
@@ -55,10 +56,15 @@ std::string engine_named(const std::string& text) {
   throw Error(fmt::format("'{}': give a1 to a5, reference, log:FILE{}", text, known));
 }
 
-PanelChoice panel_of(const std::string& show, const TypedSettings& values, const Settings& settings) {
+PanelChoice panel_of(const std::string& show, const Command& command, const TypedSettings& values,
+                     const Settings& settings) {
   PanelChoice panel;
   panel.settings = settings;
-  if (const auto algorithm = algorithm_named(show)) {
+  if (!command.empty()) {
+    if (!show.empty()) throw Error("give 'show' or 'command', not both");
+    panel.kind = PanelChoice::Kind::engine;
+    panel.command = command;
+  } else if (const auto algorithm = algorithm_named(show)) {
     panel.settings.algorithm = *algorithm;
   } else if (show == "reference") {
     panel.kind = PanelChoice::Kind::reference;
@@ -84,7 +90,7 @@ PanelChoice panel_of(const std::string& show, const TypedSettings& values, const
 std::vector<PanelChoice> default_panels(const Settings& settings) {
   std::vector<PanelChoice> panels;
   for (const char* const show : {"a1", "a2", "a3", "a4", "a5", "reference"}) {
-    panels.push_back(panel_of(show, {}, settings));
+    panels.push_back(panel_of(show, {}, {}, settings));
   }
   return panels;
 }
@@ -102,7 +108,7 @@ PanelChoice panel_in(const std::string& text, const Settings& settings) {
     const std::string show = rest.substr(0, end);
     TypedSettings values = typed_settings_in(std::string_view(rest).substr(std::min(end + 1, rest.size())));
     if (!title.empty()) values.emplace_back("title", title);
-    return panel_of(show, values, settings);
+    return panel_of(show, {}, values, settings);
   } catch (const Error& error) {
     throw Error(fmt::format("panel {}: {}", text, error.what()));
   }
@@ -120,8 +126,15 @@ PanelFile read_panels(const fs::path& file, const Settings& settings) {
   }
   for (const toml::node& node : *list->as_array()) {
     std::string show;
+    Command command;
     TypedSettings values;
     for (const auto& [key, value] : *node.as_table()) {
+      if (key.str() == "command") {
+        for (const toml::node& word : toml.array(value, "command"))
+          command.push_back(toml.text(word, "command"));
+        command = beside(std::move(command), file.parent_path());
+        continue;
+      }
       std::string text;
       if (const auto words = value.value<std::string>(); words && value.is_string()) {
         text = *words;
@@ -137,7 +150,7 @@ PanelFile read_panels(const fs::path& file, const Settings& settings) {
       }
     }
     try {
-      result.panels.push_back(panel_of(show, values, settings));
+      result.panels.push_back(panel_of(show, command, values, settings));
     } catch (const Error& error) {
       toml.fail(node, error.what());
     }
@@ -147,13 +160,10 @@ PanelFile read_panels(const fs::path& file, const Settings& settings) {
   return result;
 }
 
-namespace {
-
-const Engine& engine_of(const PanelChoice& panel) {
+Engine engine_of(const PanelChoice& panel) {
+  if (!panel.command.empty()) return command_engine(panel.command);
   return *std::ranges::find(engines(), panel.engine, &Engine::name);
 }
-
-}  // namespace
 
 std::string name_of(const PanelChoice& panel) {
   switch (panel.kind) {

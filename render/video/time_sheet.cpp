@@ -51,6 +51,7 @@ std::string note_on(const Comparison& comparison, const Run& run, std::size_t fr
   if (frame < run.errors.size()) {
     return error_label(run.errors[frame], comparison.reference->uncertainty[frame]);
   }
+  if (!run.refusal.empty()) return frame == 0 ? run.refusal : "";
   if (run.diverged && frame >= run.poses.size()) {
     return fmt::format("diverged at {:.2f} s", *run.diverged);
   }

@@ -55,6 +55,31 @@ TEST_F(PoseTableCommands, TableIsMeasuredAndFilmed) {
   EXPECT_FALSE(content("rig.f0060.png").empty());
 }
 
+TEST_F(PoseTableCommands, RefusalsAndCommandsArePanels) {
+  // A simulator in which nothing moves, and one that cannot do the scene.
+  write("still.py", R"(import csv, json, sys
+scene = json.load(open(sys.argv[1]))
+table = csv.writer(open(sys.argv[2], "w"))
+table.writerow("t body x y z qw qx qy qz".split())
+for t in (0, scene["duration"]):
+    for body in scene["bodies"]:
+        if body.get("kind") == "dynamic":
+            table.writerow([t, body["name"], *body["position"], *body["orientation"]])
+)");
+  write("panels.toml",
+        "[[panel]]\nshow = \"order-4\"\n"
+        "[[panel]]\ncommand = [\"python3\", \"still.py\", \"{scene}\", \"{poses}\"]\n"
+        "[[panel]]\ncommand = [\"python3\", \"-c\", \"exit('no motors')\", \"{poses}\"]\n");
+  const Outcome film = run({"player", scene("incline.gltf"), "--panels", "panels.toml", "--duration", "1",
+                            "--output", "film.html"});
+  ASSERT_EQ(film.exit_code, 0) << film.err;
+  EXPECT_THAT(film.out, HasSubstr("not simulated: it has contacts: its motion is not smooth"));
+  EXPECT_THAT(film.out, HasSubstr("not simulated: python3 ended with exit code 1: no motors"));
+  // Blocks that do not slide fall behind by decimetres.
+  EXPECT_THAT(film.out, testing::ContainsRegex("\nstill .* [0-9]+ mm +[0-9]+ mm "));
+  EXPECT_THAT(content("film.html"), HasSubstr("not simulated: it has contacts"));
+}
+
 /// The block of Python under a mark of the page about formats.
 std::string python_of_page(const std::string& mark) {
   std::ifstream stream(SUBSTEP_SOURCE_DIR "/scenes/format.md");
