@@ -18,6 +18,9 @@
 #include <vector>
 
 #include "sim/constraints/formulate.h"
+#include "sim/descendants/avbd.h"
+#include "sim/descendants/carried_forces.h"
+#include "sim/descendants/soft_step.h"
 #include "sim/direct/direct_solver.h"
 #include "sim/direct/mlcp.h"
 #include "sim/model/settings.h"
@@ -36,6 +39,9 @@ struct Work {
   DirectSolver solver;         ///< A1
   std::vector<double> lambda;  ///< A1
   MlcpReport report;           ///< A1
+  SoftStepWork soft;           ///< Soft Step
+  AvbdWork avbd;               ///< AVBD
+  CarriedForces carried;       ///< Soft Step, AVBD
   std::int64_t row_solves = 0;
 };
 

@@ -45,12 +45,13 @@ struct Simulation::Implementation {
         finder(scene, model),
         state(initial_state(s)) {
     sub_stepped = settings.algorithm >= Algorithm::a3;
+    is_descendant = !is_of_report(settings.algorithm) && !procedure;
     problem.model = &model;
     problem.contacts = &no_contacts;
     problem.c.contacts.reading = reading;
     problem.substeps.bias_at_next_frame = settings.algorithm == Algorithm::a3;
-    problem.substeps.count = sub_stepped ? settings.substeps : 1;
-    joints = sub_stepped ? settings.joints : Joints::rows;
+    problem.substeps.count = sub_stepped && settings.algorithm != Algorithm::avbd ? settings.substeps : 1;
+    joints = is_descendant ? Joints::plain : sub_stepped ? settings.joints : Joints::rows;
     build_blocks(problem, joints);
     // A5's sum of velocities is scaled by one τ/κ, the joints', and contacts that have another undo the rest.
     // Where there are no joints it is the contacts', and nothing has to be undone.
@@ -67,6 +68,10 @@ struct Simulation::Implementation {
     remembered.reserve(state.contacts.capacity());
     remembered_patches.reserve(state.contacts.capacity());
     state.patches.reserve(state.contacts.capacity());
+    if (is_descendant) {
+      for (std::vector<double>* forces : {&state.joint_forces, &remembered_joints, &work.carried.joints})
+        forces->reserve(2 * problem.c.rows.size());
+    }
     problem.kept_patches = &finder.kept_patches();
     earlier_impulses.reserve(6 * state.contacts.capacity());
     work.sum.resize(state.v.size());
@@ -148,11 +153,16 @@ struct Simulation::Implementation {
       ++report.parts;
       const bool is_last = ++tried_parts >= most_parts;
       take(part, is_last);
-      if (report.status == StepReport::Status::diverged || !model.contacts) return part;
+      if (report.status == StepReport::Status::diverged) return part;
+      if (!model.contacts) {
+        state.joint_forces.swap(remembered_joints);
+        return part;
+      }
       const double sooner = is_last ? part : std::max(end_of_contacts(part), 1e-6 * equal_part);
       if (!(sooner < part)) {
         state.contacts.swap(remembered);
         state.patches.swap(remembered_patches);
+        state.joint_forces.swap(remembered_joints);
         return part;
       }
       part = sooner;
@@ -182,12 +192,13 @@ struct Simulation::Implementation {
       const bool is_direct = settings.algorithm == Algorithm::a1;
       problem.contacts = &finder.find(state, duration, problem.substeps.count, is_direct,
                                       problem.substeps.part, all_contacts);
-      build_blocks(problem, joints, is_direct ? no_coordinates : state.q);
+      // Descendants have rows of their own for contacts.
+      if (!is_descendant) build_blocks(problem, joints, is_direct ? no_coordinates : state.q);
       report.contacts = static_cast<int>(problem.contacts->size());
       for (const PatchShape& patch : problem.c.contacts.shapes) {
         if (patch.is_kept) report.contacts += patch.corners;
       }
-      report.rows = static_cast<int>(problem.c.row_count());
+      report.rows = static_cast<int>(problem.c.row_count()) + (is_descendant ? 3 * report.contacts : 0);
     }
     shift_velocities(1, duration);
     // s2: rows
@@ -198,6 +209,7 @@ struct Simulation::Implementation {
       set_zero(problem.substeps.offset);
       to_local(problem.rotations, state.v);
     }
+    if (is_descendant) start_joints();
     if (procedure) {
       procedure(state.q, state.v, part_settings, problem, work);
     } else {
@@ -210,7 +222,10 @@ struct Simulation::Implementation {
       report.status = StepReport::Status::diverged;
       return;
     }
-    if (model.contacts) {
+    if (is_descendant) {
+      remembered_joints = work.carried.joints;
+      substep::remember(*problem.contacts, work.carried.contacts, remembered);
+    } else if (model.contacts) {
       problem.c.contacts.remember(*problem.contacts, state.q, settings.algorithm != Algorithm::a1, remembered,
                                   remembered_patches);
     }
@@ -229,8 +244,20 @@ struct Simulation::Implementation {
     }
   }
 
+  /// Starts joints' rows from the last step's forces.
+  void start_joints() {
+    for (std::size_t i = 0; i < problem.c.rows.size(); ++i) {
+      const bool is_known = i < state.joint_forces.size();
+      problem.c.rows[i].impulse = is_known ? problem.substeps.duration * state.joint_forces[i] : 0;
+    }
+  }
+
   /// Appends what contacts gave in the part of a step that was taken last.
   void append_contact_impulses(std::vector<ContactImpulse>& impulses) const {
+    if (is_descendant) {
+      substep::append_contact_impulses(*problem.contacts, work.carried.contacts, state.q, impulses);
+      return;
+    }
     const bool is_direct = settings.algorithm == Algorithm::a1 && !procedure;
     substep::append_contact_impulses(problem, state.q, is_direct ? &work.lambda : nullptr, impulses);
   }
@@ -256,6 +283,14 @@ struct Simulation::Implementation {
       case Algorithm::a5:
         proc5(state.q, state.v, part_settings, problem, work);
         break;
+      case Algorithm::soft:
+        soft_step(state.q, state.v, part_settings, problem, work.soft, work.carried);
+        work.row_solves += work.soft.row_solves;
+        break;
+      case Algorithm::avbd:
+        avbd(state.q, state.v, part_settings, problem, state.joint_forces, work.avbd, work.carried);
+        work.row_solves += work.avbd.row_solves;
+        break;
     }
   }
 
@@ -271,13 +306,15 @@ struct Simulation::Implementation {
   State start;                            ///< of a part of a step: coordinates and velocities
   std::vector<ContactMemory> remembered;  ///< of the contacts at its end
   std::vector<PatchShape> remembered_patches;
+  std::vector<double> remembered_joints;
   Settings part_settings;
   int equal_parts = 1;                           ///< of a step
   double equal_part = 0;                         ///< s
   int tried_parts = 0;                           ///< of the equal part
   std::vector<bool> is_jointed;                  ///< by body
   std::vector<ContactImpulse> earlier_impulses;  ///< of the step's parts but the last
-  bool sub_stepped;  ///< A3–A5: velocities are v̆ between to_local and to_world
+  bool sub_stepped;    ///< all but A1 and A2: velocities are v̆ between to_local and to_world
+  bool is_descendant;  ///< Soft Step, AVBD
   Joints joints;
   std::vector<Contact> no_contacts;
   const std::vector<Coordinates> no_coordinates;

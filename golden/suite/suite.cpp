@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 constexpr int largest_frame_count = 100000;
 constexpr int largest_size = 4096;
-const std::vector<std::string_view> algorithm_keys{"a1", "a2", "a3", "a4", "a5"};
+const std::vector<std::string_view> algorithm_keys{"a1", "a2", "a3", "a4", "a5", "soft", "avbd"};
 const std::vector<std::string_view> plan_keys{"frames",     "full_every", "images",         "size",
                                               "algorithms", "tolerance",  "pose_tolerance", "settings",
                                               "time_limit", "renderer"};
@@ -122,7 +122,7 @@ class Reader : private TomlValues {
       plan.algorithms.clear();
       for (const toml::node& entry : array(*node, "algorithms")) {
         const auto algorithm = algorithm_named(text(entry, "algorithms"));
-        if (!algorithm) fail(entry, "'algorithms' must be some of a1, a2, a3, a4, a5");
+        if (!algorithm) fail(entry, "'algorithms' must be some of a1, a2, a3, a4, a5, soft, avbd");
         plan.algorithms.push_back(*algorithm);
       }
     }

@@ -797,9 +797,19 @@ void ContactFinder::remember(std::span<const ContactMemory> remembered, double o
   const double same =
       same_place * std::min(candidates_[contact.collider_a].size, candidates_[contact.collider_b].size);
   double nearest = same * same;
+  double nearest_force = remembered.size() > 1 ? same * same : std::numeric_limits<double>::infinity();
   double left_over = 0;
   for (const ContactMemory& memory : remembered) {
     left_over = std::max(left_over, memory.left_over);
+    // What bears on a point of one body bears on it wherever the point slides on the other.
+    const double beside =
+        std::min((memory.arm_a - contact.arm_a).squaredNorm(), (memory.arm_b - contact.arm_b).squaredNorm());
+    if (beside < nearest_force) {
+      nearest_force = beside;
+      contact.force = {contact.normal_b.dot(memory.force), contact.tangent_b1.dot(memory.force),
+                       contact.tangent_b2.dot(memory.force)};
+      contact.stiffness = memory.stiffness;
+    }
     const double squared = std::max({(memory.arm_a - contact.arm_a).squaredNorm(),
                                      (memory.arm_b - contact.arm_b).squaredNorm(), slip * slip});
     if (!(squared < nearest)) continue;

@@ -175,8 +175,9 @@ void read_header(Reader& reader, PoseLog& log) {
   if (reader.is_next("author ")) log.author = reader.name(value("author"));
   for (const SettingsField& field : settings_fields) {
     if (!has_field(log, field)) continue;
-    // Logs from before there was the field go on being read: it is 0 in them.
-    if (!field.stands_in_for.empty() && !reader.is_next(field.name)) continue;
+    // Logs from before there was the field go on being read: it is as in Settings{}.
+    const bool may_lack = field.can_be_left_out || !field.stands_in_for.empty();
+    if (may_lack && !reader.is_next(field.name)) continue;
     const std::string_view text = value(field.name);
     if (set(log.settings, field, text)) continue;
     reader.refuse(fmt::format("{} '{}': must be {}", field.name, shortened(text), kind_of(field)));
@@ -302,7 +303,7 @@ std::string header_text(const PoseLog& log) {
   fmt::format_to(out, "scene {}\nscene-hash {:016x}\n", escaped(log.scene), log.scene_hash);
   if (!log.author.empty()) fmt::format_to(out, "author {}\n", escaped(log.author));
   for (const SettingsField& field : settings_fields) {
-    if (!has_field(log, field)) continue;
+    if (!has_field(log, field) || field.is_left_out(log.settings)) continue;
     fmt::format_to(out, "{} {}\n", field.name, text_of(log.settings, field));
   }
   fmt::format_to(out, "modelled {}\n", escaped(log.modelled));

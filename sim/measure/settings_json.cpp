@@ -13,6 +13,7 @@ namespace substep {
 nlohmann::ordered_json to_json(const Settings& settings) {
   nlohmann::ordered_json json;
   for (const SettingsField& field : settings_fields) {
+    if (field.is_left_out(settings)) continue;
     std::visit(
         [&](auto member) {
           const auto value = settings.*member;
@@ -30,8 +31,9 @@ nlohmann::ordered_json to_json(const Settings& settings) {
 Settings settings_in(const nlohmann::ordered_json& json) {
   Settings settings;
   for (const SettingsField& field : settings_fields) {
-    // Files from before there was the field go on being read: it is 0 in them.
-    if (!field.stands_in_for.empty() && !json.contains(std::string(field.name))) continue;
+    // Files from before there was the field go on being read: it is as in Settings{}.
+    const bool may_lack = field.can_be_left_out || !field.stands_in_for.empty();
+    if (may_lack && !json.contains(std::string(field.name))) continue;
     const nlohmann::ordered_json& value = json.at(std::string(field.name));
     std::visit(
         [&](auto member) {

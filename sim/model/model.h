@@ -117,7 +117,9 @@ struct Contact {
   double gap_offset;
   double displacement_1;  ///< along the tangents, since the contact was made or last slid, m
   double displacement_2;
-  bool slid;  ///< it slid already when the step began
+  Vector3 force = Vector3::Zero();      ///< ContactMemory::force, along the normal and the tangents, N
+  Vector3 stiffness = Vector3::Zero();  ///< ContactMemory::stiffness, N/m
+  bool slid;                            ///< it slid already when the step began
   /// What is formulated anew in a step (A3) goes by these. A body's surface there is an ellipsoid's (see
   /// touching_ellipsoid.h): as the body rolls, the point is where the normal meets the ellipsoid, in place of
   /// `arm_a` or `arm_b`.

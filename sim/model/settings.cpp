@@ -14,16 +14,21 @@
 namespace substep {
 namespace {
 
-constexpr std::array<std::pair<Algorithm, std::string_view>, 5> algorithm_names{{{Algorithm::a1, "a1"},
+constexpr std::array<std::pair<Algorithm, std::string_view>, 7> algorithm_names{{{Algorithm::a1, "a1"},
                                                                                  {Algorithm::a2, "a2"},
                                                                                  {Algorithm::a3, "a3"},
                                                                                  {Algorithm::a4, "a4"},
-                                                                                 {Algorithm::a5, "a5"}}};
-constexpr std::array<std::pair<Algorithm, std::string_view>, 5> algorithm_titles{{{Algorithm::a1, "A1"},
-                                                                                  {Algorithm::a2, "A2"},
-                                                                                  {Algorithm::a3, "A3"},
-                                                                                  {Algorithm::a4, "A4"},
-                                                                                  {Algorithm::a5, "A5"}}};
+                                                                                 {Algorithm::a5, "a5"},
+                                                                                 {Algorithm::soft, "soft"},
+                                                                                 {Algorithm::avbd, "avbd"}}};
+constexpr std::array<std::pair<Algorithm, std::string_view>, 7> algorithm_titles{
+    {{Algorithm::a1, "A1"},
+     {Algorithm::a2, "A2"},
+     {Algorithm::a3, "A3"},
+     {Algorithm::a4, "A4"},
+     {Algorithm::a5, "A5"},
+     {Algorithm::soft, "Soft Step"},
+     {Algorithm::avbd, "AVBD"}}};
 constexpr std::array<std::pair<Joints, std::string_view>, 3> joints_names{
     {{Joints::rows, "rows"}, {Joints::plain, "plain"}, {Joints::stable, "stable"}}};
 
@@ -77,6 +82,8 @@ Settings default_settings(Algorithm algorithm) {
   settings.contact_tau = 0.9;
   settings.contact_kappa = 0.7;
   settings.joints = Joints::stable;
+  if (algorithm == Algorithm::soft) settings.substeps = 4;
+  if (algorithm == Algorithm::avbd) settings.iterations = solves;
   return settings;
 }
 
@@ -109,6 +116,11 @@ std::optional<Joints> joints_named(std::string_view text) {
 
 void check(const Settings& settings) {
   for (const SettingsField& field : settings_fields) {
+    if (field.is_left_out(settings)) continue;
+    if (field.can_be_left_out && !field.is_read_by(settings.algorithm)) {
+      throw Error(fmt::format("{} {}: {} does not read it", field.name, text_of(settings, field),
+                              title_of(settings.algorithm)));
+    }
     std::visit(
         [&](auto member) {
           const auto value = settings.*member;

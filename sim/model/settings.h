@@ -7,8 +7,14 @@
 
 namespace substep {
 
-/// The five procedures of the report, each in a file of its own; see algorithms.h.
-enum class Algorithm { a1, a2, a3, a4, a5 };
+/// The five procedures of the report, each in a file of its own; see algorithms.h. Then two that are not the
+/// report's: descendants of its idea, or methods that stand beside it; see the folder `descendants`.
+enum class Algorithm { a1, a2, a3, a4, a5, soft, avbd };
+
+/// Whether the algorithm is one of the report's five.
+constexpr bool is_of_report(Algorithm algorithm) {
+  return algorithm <= Algorithm::a5;
+}
 
 /// How joints' rows are solved.
 enum class Joints {
@@ -30,6 +36,11 @@ struct Settings {
   Joints joints = Joints::plain;  ///< A3–A5
   double relaxation = 1;          ///< ω of A2's successive over-relaxation
   double tolerance = 0;  ///< aw of A2: it ends when no row moves its velocity by more, m/s or rad/s; 0: never
+  double warm_start = 0;  ///< A2–A5: the fraction of the last (sub-)step's λ that the next one starts from
+  double contact_hertz = 30;  ///< Soft Step: frequency of contacts, Hz; at most 1/8 of the sub-steps' rate
+  double joint_hertz = 60;    ///< Soft Step: frequency of joints, Hz; at most 1/4 of the sub-steps' rate
+  double alpha = 0.99;        ///< AVBD: α, the fraction of a position error that a step leaves
+  double beta = 1e4;  ///< AVBD: β, growth of the penalty by the error, N/m²; of angular rows a hundredth
 
   /// What A3, A4 and A5 read: n, m, τ, κ.
   struct Substepping {
@@ -51,7 +62,8 @@ struct Settings {
 
 /// One setting for all scenes, but for n: see usual_settings.h. n = 10 and m = 1 (A2:
 /// ten iterations, as many row solves), τ = 0.6, κ = 1, of contacts τ = 0.9, κ = 0.7 (claim 17), 'stable'
-/// joints. A Settings by itself is the report's plainest: τ = κ = 1 is 'none'.
+/// joints. A Settings by itself is the report's plainest: τ = κ = 1 is 'none'. Soft Step and AVBD have the
+/// defaults that were published: n = 4, and ten iterations.
 Settings default_settings(Algorithm algorithm);
 
 std::string_view name(Algorithm algorithm);      ///< "a3", as it is typed

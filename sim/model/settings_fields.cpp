@@ -71,7 +71,7 @@ std::string kind_of(int /*value*/) {
   return "a whole number";
 }
 std::string kind_of(Algorithm /*value*/) {
-  return "a1, a2, a3, a4 or a5";
+  return "a1, a2, a3, a4, a5, soft or avbd";
 }
 std::string kind_of(Joints /*value*/) {
   return "rows, plain or stable";
@@ -81,6 +81,10 @@ std::string kind_of(Joints /*value*/) {
 
 bool SettingsField::Range::contains(double value) const {
   return (value > low || (has_low && value == low)) && (value < high || (has_high && value == high));
+}
+
+bool SettingsField::is_left_out(const Settings& settings) const {
+  return can_be_left_out && text_of(settings, *this) == text_of(Settings{}, *this);
 }
 
 std::string SettingsField::Range::text() const {

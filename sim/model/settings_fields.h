@@ -36,6 +36,7 @@ struct SettingsField {
   Range range = {};
   Algorithm first = Algorithm::a1;  ///< the first algorithm that reads it
   Algorithm last = Algorithm::a5;   ///< and the last
+  Algorithm also = last;            ///< and one more
   std::string_view symbol = {};     ///< before the value in labels: "n="
   std::string_view letter = {};     ///< the same in names of files
   /// Fields of one group are left out of labels where all of them are as in Settings{}. 0: always said.
@@ -43,32 +44,39 @@ struct SettingsField {
   /// The field that this one stands in for where it is not 0. Who sets that one by its name sets it for all:
   /// then this one and the others of its group are 0, until they are set themselves.
   std::string_view stands_in_for = {};
+  bool can_be_left_out = false;  ///< files do not have it where it is as in Settings{}
 
-  bool is_read_by(Algorithm algorithm) const { return first <= algorithm && algorithm <= last; }
+  bool is_read_by(Algorithm algorithm) const {
+    return (first <= algorithm && algorithm <= last) || algorithm == also;
+  }
+  bool is_left_out(const Settings& settings) const;  ///< of files
 };
 
-inline constexpr std::array<SettingsField, 11> settings_fields{{
-    {.name = "algorithm", .member = &Settings::algorithm, .help = "Algorithm"},
+inline constexpr std::array<SettingsField, 16> settings_fields{{
+    {.name = "algorithm", .member = &Settings::algorithm, .help = "Algorithm", .last = Algorithm::avbd},
     {.name = "step",
      .member = &Settings::step,
      .help = "Step h in seconds, such as 1/60",
      .usual = "the scene's",
      .range = {.low = 0, .high = 10, .has_low = false, .unit = " s"},
+     .last = Algorithm::avbd,
      .symbol = "h="},
     {.name = "substeps",
      .member = &Settings::substeps,
-     .help = "Sub-steps n of A3 to A5",
-     .usual = "the scene's",
+     .help = "Sub-steps n of A3 to A5 and of Soft Step",
+     .usual = "the scene's; of Soft Step 4",
      .range = {.low = 1, .high = 100000},
      .first = Algorithm::a3,
+     .also = Algorithm::soft,
      .symbol = "n=",
      .letter = "n"},
     {.name = "iterations",
      .member = &Settings::iterations,
-     .help = "Iterations m: of A2 in a step, of A3 to A5 in a sub-step",
-     .usual = "the scene's n of A2, else 1",
+     .help = "Iterations m: of A2 and AVBD in a step, of A3 to A5 in a sub-step",
+     .usual = "the scene's n of A2, of AVBD 10, else 1",
      .range = {.low = 1, .high = 100000},
      .first = Algorithm::a2,
+     .also = Algorithm::avbd,
      .symbol = "m=",
      .letter = "m"},
     {.name = "tau",
@@ -129,6 +137,55 @@ inline constexpr std::array<SettingsField, 11> settings_fields{{
      .symbol = "aw=",
      .letter = "a",
      .group = 3},
+    {.name = "warm_start",
+     .member = &Settings::warm_start,
+     .help = "Fraction of the last impulses that a step of A2, or a sub-step of A3 to A5, starts from",
+     .range = {.low = 0, .high = 1},
+     .first = Algorithm::a2,
+     .symbol = "warm=",
+     .letter = "ws",
+     .group = 4,
+     .can_be_left_out = true},
+    {.name = "contact_hertz",
+     .member = &Settings::contact_hertz,
+     .help = "Frequency of Soft Step's contacts in Hz, at most 1/8 of the sub-steps' rate",
+     .range = {.low = 0, .high = 1e6, .has_low = false, .unit = " Hz"},
+     .first = Algorithm::soft,
+     .last = Algorithm::soft,
+     .symbol = "contacts=",
+     .letter = "ch",
+     .group = 5,
+     .can_be_left_out = true},
+    {.name = "joint_hertz",
+     .member = &Settings::joint_hertz,
+     .help = "Frequency of Soft Step's joints in Hz, at most 1/4 of the sub-steps' rate",
+     .range = {.low = 0, .high = 1e6, .has_low = false, .unit = " Hz"},
+     .first = Algorithm::soft,
+     .last = Algorithm::soft,
+     .symbol = "fj=",
+     .letter = "jh",
+     .group = 6,
+     .can_be_left_out = true},
+    {.name = "alpha",
+     .member = &Settings::alpha,
+     .help = "Fraction α of a position error that a step of AVBD leaves",
+     .range = {.low = 0, .high = 1},
+     .first = Algorithm::avbd,
+     .last = Algorithm::avbd,
+     .symbol = "α=",
+     .letter = "al",
+     .group = 7,
+     .can_be_left_out = true},
+    {.name = "beta",
+     .member = &Settings::beta,
+     .help = "Growth β of AVBD's penalty with the error, N/m²",
+     .range = {.low = 0, .high = 1e12},
+     .first = Algorithm::avbd,
+     .last = Algorithm::avbd,
+     .symbol = "β=",
+     .letter = "b",
+     .group = 8,
+     .can_be_left_out = true},
 }};
 
 /// The value as text; of a number the shortest decimals that read back to the same bits. "0.6", "stable".

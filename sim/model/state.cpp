@@ -44,7 +44,11 @@ std::uint64_t hash(const State& state) {
     for (const Vector3& part : {memory.arm_a, memory.arm_b, memory.displacement}) {
       for (int k = 0; k < 3; ++k) add(hash, part[k]);
     }
+    for (const Vector3& part : {memory.force, memory.stiffness}) {
+      for (int k = 0; k < 3 && !part.isZero(0); ++k) add(hash, part[k]);
+    }
   }
+  for (const double force : state.joint_forces) add(hash, force);
   for (const PatchShape& patch : state.patches) {
     for (const int value :
          {patch.a, patch.b, patch.collider_a, patch.collider_b, patch.corners, patch.slid ? 1 : 0}) {

@@ -33,6 +33,10 @@ struct ContactMemory {
   Vector3 displacement;
   bool slides;       ///< and has let its displacement go
   double left_over;  ///< of the overlap that the bodies met with: it is still to be recovered, m
+  /// The force of the last (sub-)step on a, and AVBD's penalties along it, that warm starts continue from;
+  /// body frame of b, N. Zero in A1, and in A2 to A5 without a warm start.
+  Vector3 force = Vector3::Zero();
+  Vector3 stiffness = Vector3::Zero();  ///< along the normal and the tangents, N/m
 };
 
 /// What two bodies gave each other at a contact point over a step.
@@ -50,6 +54,9 @@ struct State {
   std::vector<Velocity> v;
   std::vector<ContactMemory> contacts;  ///< by colliders; A2 to A5
   std::vector<PatchShape> patches;      ///< A2 to A5
+  /// By row of joints, what warm starts continue from: the force of the last (sub-)step, N or N·m; AVBD has
+  /// the rows' penalties after them. Empty without.
+  std::vector<double> joint_forces;
 };
 
 State initial_state(const Scene& scene);

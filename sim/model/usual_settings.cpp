@@ -5,7 +5,7 @@ namespace substep {
 Settings usual_settings(const Scene& scene, Algorithm algorithm) {
   Settings settings = default_settings(algorithm);
   settings.step = scene.step;
-  settings.substeps = scene.substeps;
+  if (is_of_report(algorithm)) settings.substeps = scene.substeps;
   if (algorithm == Algorithm::a2) settings.iterations = scene.substeps;
   return settings;
 }

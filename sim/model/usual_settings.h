@@ -6,7 +6,8 @@
 
 namespace substep {
 
-/// default_settings() with the scene's step and its sub-steps n; A2 gets n iterations, as many row solves.
+/// default_settings() with the scene's step. The report's five get its sub-steps n too; A2 gets n iterations,
+/// as many row solves.
 Settings usual_settings(const Scene& scene, Algorithm algorithm);
 
 }  // namespace substep

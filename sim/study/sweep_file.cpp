@@ -45,6 +45,7 @@ std::string key_of(const SweepJob& job) {
   text += job.is_limit ? "-limit" : fmt::format("-h{}", job.divisions);
   for (const SettingsField& field : settings_fields) {
     if (!has_list(field, job.is_limit) || !field.is_read_by(s.algorithm)) continue;
+    if (field.is_left_out(s)) continue;
     if (!field.stands_in_for.empty() && text_of(s, field) == text_of(unsaid, field)) continue;
     text += fmt::format("-{}{}", field.letter, text_of(s, field));
   }
@@ -211,7 +212,7 @@ class Reader : private TomlValues {
     Grid grid;
     for (const toml::node* const node : list(table, "algorithms")) {
       const auto algorithm = algorithm_named(text(*node, "algorithms"));
-      if (!algorithm) fail(*node, "'algorithms' must be some of a1, a2, a3, a4, a5");
+      if (!algorithm) fail(*node, "'algorithms' must be some of a1, a2, a3, a4, a5, soft, avbd");
       grid.algorithms.push_back(*algorithm);
     }
     for (const toml::node* const node : list(table, "engines")) {

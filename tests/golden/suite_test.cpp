@@ -124,7 +124,7 @@ TEST_F(SuiteTest, NamesMistakesWithTheirLine) {
   EXPECT_EQ(message(a_case + "images = 3\n"), "suite.toml:3: 'images' must be a list");
   EXPECT_EQ(message(a_case + "size = [320]\n"), "suite.toml:3: 'size' must be [width, height]");
   EXPECT_EQ(message(a_case + "algorithms = [\"a6\"]\n"),
-            "suite.toml:3: 'algorithms' must be some of a1, a2, a3, a4, a5");
+            "suite.toml:3: 'algorithms' must be some of a1, a2, a3, a4, a5, soft, avbd");
   EXPECT_EQ(message(a_case + "tolerance = { mean = -1 }\n"),
             "suite.toml:3: 'mean' must be a number, at least 0");
   EXPECT_EQ(message(a_case + "tolerance = { mean = nan }\n"),
@@ -134,7 +134,8 @@ TEST_F(SuiteTest, NamesMistakesWithTheirLine) {
   EXPECT_EQ(message(a_case + "[case.settings.a9]\n"),
             "suite.toml:3: unknown key 'a9' in settings; known are step, substeps, iterations, tau, kappa, "
             "contact_tau, contact_kappa, joints, "
-            "relaxation, tolerance, and a table for one of a1, a2, a3, a4, a5");
+            "relaxation, tolerance, warm_start, contact_hertz, joint_hertz, alpha, beta, "
+            "and a table for one of a1, a2, a3, a4, a5, soft, avbd");
   EXPECT_EQ(
       message(a_case + "[case.settings.a3]\nsubstep = 2\n"),
       "suite.toml:4: unknown key 'substep' in settings.a3; known are step, substeps, iterations, tau, kappa, "

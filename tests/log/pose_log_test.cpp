@@ -144,7 +144,7 @@ INSTANTIATE_TEST_SUITE_P(
         Malformed{"units", "metres", "feet", "2", "is expected"},
         Malformed{"hash_short", "00c5e0f3a11d2b69", "c5e0", "4", "16 hexadecimal"},
         Malformed{"hash_letters", "00c5e0f3a11d2b69", "00c5e0f3a11d2bzz", "4", "hash"},
-        Malformed{"algorithm", "algorithm a5", "algorithm a6", "5", "a1, a2, a3, a4 or a5"},
+        Malformed{"algorithm", "algorithm a5", "algorithm a6", "5", "a1, a2, a3, a4, a5, soft or avbd"},
         Malformed{"step_words", "step 0.016666666666666666", "step fast", "6", "'fast'"},
         Malformed{"step_nan", "step 0.016666666666666666", "step nan", "6", "'nan'"},
         Malformed{"step_zero", "step 0.016666666666666666", "step 0", "15", "step 0"},

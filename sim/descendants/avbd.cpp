@@ -1,0 +1,298 @@
+// AVBD: augmented vertex block descent. Not the report's: Giles, Diaz and Yuksel, 2025.
+//
+// | step    | what                                                                        | in the paper       |
+// |---------|-----------------------------------------------------------------------------|--------------------|
+// | predict | inertial coordinates; forces and penalties decayed by α γ and γ              | (2), (19)          |
+// | primal  | body by body: 6 × 6 system of inertia and all its penalties, Δq = −H⁻¹ ∇E    | (4) to (6), (13),  |
+// |         | with the geometric stiffness of ball joints as a diagonal                    | (17), section 3.5  |
+// | dual    | λ ← clamp(λ + k C); k grows by β |C| where the force is within its limits    | (11), (16)         |
+// | finish  | v = Δq/h                                                                     |                    |
+//
+// Defaults are those of the authors' demo in three dimensions: ten iterations, α = 0.99, β = 10⁴ N/m²
+// (angular rows 10²), γ = 0.999, penalties from 1 to 10¹⁰. Differences: contacts have no margin of 1 cm, for
+// they are found before bodies touch, and what is still apart is not held back; bodies start from where they
+// are going without gravity, in place of a fraction of it; joints' angular rows are in radians, without a
+// torque arm. There is no restitution. One iteration counts each row once as solved, though three updates
+// read it.
+
+#include "sim/descendants/avbd.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "sim/constraints/joint_rows.h"
+#include "sim/math/rotation.h"
+
+namespace substep {
+namespace {
+
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+
+constexpr double gamma = 0.999;
+constexpr double least_penalty = 1;
+constexpr double largest_penalty = 1e10;
+constexpr double slower_growth = 0.01;           // of angular rows
+constexpr double sticking_distance = 1e-5;       // m
+constexpr double least_inverse_inertia = 1e-30;  // of what does not turn, 1/(kg m²)
+constexpr double unlimited = std::numeric_limits<double>::infinity();
+
+/// J Δq.
+double change_of(const AvbdRow& row, const Velocity& a, const Velocity& b) {
+  return row.linear.dot(a.linear - b.linear) + row.angular_a.dot(a.angular) + row.angular_b.dot(b.angular);
+}
+
+/// The rotation vector from one orientation to another, in their frame.
+Vector3 turn(const Quaternion& from, const Quaternion& to) {
+  return rotation_vector(from.conjugate() * to);
+}
+
+double decayed(double penalty) {
+  return std::clamp(gamma * penalty, least_penalty, largest_penalty);
+}
+
+/// The value that a step starts C with: it leaves α of an error, and does not hold back what is apart.
+double start_value(double value, bool is_one_sided, double alpha) {
+  return is_one_sided && value > 0 ? value : (1 - alpha) * value;
+}
+
+/// Takes a joint's row, formulated at the step's start, as a constraint.
+AvbdRow row_of(const Row& row, const Block& x, double h, const Settings& settings, double force,
+               double penalty) {
+  AvbdRow result{
+      row.linear,       row.angular_a, row.angular_b, -h * row.beta, settings.alpha * gamma * force,
+      decayed(penalty), unlimited,     settings.beta, row.low / h,   row.high / h};
+  if (row.linear.isZero(0)) result.growth *= slower_growth;
+  if (row.softness > 0) {  // λ h softness = β − J v: a spring and damper is as stiff as it is
+    result.force = 0;
+    result.penalty = result.stiffness = 1 / (row.softness * h * h);
+  } else if (x.stabilized && x.positional_bias_fraction > 0) {
+    result.value = start_value(result.value, row.low == 0, settings.alpha);
+  }
+  return result;
+}
+
+/// A contact's normal and tangents as constraints. Their rows stay those of the step's start (section 4).
+void add_contact(const Contact& contact, const Problem& problem, const std::vector<Coordinates>& q,
+                 const Settings& settings, AvbdWork& work) {
+  const Matrix3& rotation_a = problem.rotations[contact.a];
+  const Matrix3& rotation_b = problem.rotations[contact.b];
+  const Vector3 apart =
+      q[contact.a].linear + rotation_a * contact.arm_a - q[contact.b].linear - rotation_b * contact.arm_b;
+  work.blocks.push_back({contact.a, contact.b, static_cast<int>(work.rows.size()), 3, -1, contact.friction});
+  const double displacement[3] = {0, contact.displacement_1, contact.displacement_2};
+  for (int k = 0; k < 3; ++k) {
+    const Vector3& in_b = k == 0 ? contact.normal_b : k == 1 ? contact.tangent_b1 : contact.tangent_b2;
+    const Vector3 direction = rotation_b * in_b;
+    const double gap = k == 0 ? direction.dot(apart) + contact.gap_offset : displacement[k];
+    work.rows.push_back({direction, contact.arm_a.cross(rotation_a.transpose() * direction),
+                         in_b.cross(contact.arm_b), start_value(gap, k == 0, settings.alpha),
+                         settings.alpha * gamma * contact.force[k], decayed(contact.stiffness[k]), unlimited,
+                         settings.beta, k == 0 ? 0 : -unlimited, unlimited});
+  }
+}
+
+/// Lists the blocks of each body, in their order.
+void list_blocks(std::size_t bodies, AvbdWork& work) {
+  work.begins.assign(bodies + 1, 0);
+  for (const AvbdBlock& x : work.blocks) {
+    ++work.begins[x.a];
+    ++work.begins[x.b];
+  }
+  for (std::size_t i = 1; i <= bodies; ++i) work.begins[i] += work.begins[i - 1];
+  work.blocks_of.resize(work.begins[bodies]);
+  for (int i = static_cast<int>(work.blocks.size()) - 1; i >= 0; --i) {
+    work.blocks_of[--work.begins[work.blocks[i].a]] = i;
+    work.blocks_of[--work.begins[work.blocks[i].b]] = i;
+  }
+}
+
+/// C and J of a block's rows at the current coordinates; C of contacts is linear in the displacement.
+Impulse update(Problem& problem, const std::vector<Coordinates>& q, double h, AvbdWork& work,
+               const AvbdBlock& x) {
+  Impulse value{};
+  Constraints& c = problem.c;
+  const bool is_followed = x.joint >= 0 && c.blocks[x.joint].stabilized;
+  if (is_followed) {
+    Block& block = c.blocks[x.joint];
+    formulate_block(problem, block,
+                    {q[x.a], q[x.b], q[x.a].angular.toRotationMatrix(), q[x.b].angular.toRotationMatrix()},
+                    h);
+  }
+  for (int k = 0; k < x.rows; ++k) {
+    AvbdRow& row = work.rows[x.first + k];
+    if (!is_followed) {
+      value[k] = row.value + change_of(row, work.displacement[x.a], work.displacement[x.b]);
+      continue;
+    }
+    // `value` is what the step leaves of C: (1 − α) C⁻ instead of C⁻
+    const Row& now = c.rows[c.blocks[x.joint].first + k];
+    row.linear = now.linear;
+    row.angular_a = now.angular_a;
+    row.angular_b = now.angular_b;
+    value[k] = row.value - h * now.beta;
+  }
+  return value;
+}
+
+/// The forces λ + k C, clamped; those of friction to the cone of the normal's (section 3.2).
+Impulse forces_of(const AvbdWork& work, const AvbdBlock& x, const Impulse& value) {
+  Impulse force{};
+  for (int k = 0; k < x.rows; ++k) {
+    const AvbdRow& row = work.rows[x.first + k];
+    force[k] = std::clamp(row.force - row.penalty * value[k], row.low, row.high);
+  }
+  if (x.joint >= 0) return force;
+  const double limit = x.friction * force[0];
+  const double size = std::sqrt(force[1] * force[1] + force[2] * force[2]);
+  if (size > limit) {
+    force[1] *= limit / size;
+    force[2] *= limit / size;
+  }
+  return force;
+}
+
+/// Adds a block's penalties and forces to a body's system.
+void stamp(const Problem& problem, const AvbdWork& work, const AvbdBlock& x, const Impulse& force, int body,
+           Matrix6& lhs, Vector6& rhs) {
+  const double sign = body == x.a ? 1 : -1;
+  Vector3 push = Vector3::Zero();
+  for (int k = 0; k < x.rows; ++k) {
+    const AvbdRow& row = work.rows[x.first + k];
+    Vector6 j;
+    j << sign * row.linear, (body == x.a ? row.angular_a : row.angular_b);
+    lhs += (row.penalty * j) * j.transpose();
+    rhs += force[k] * j;
+    push += sign * force[k] * row.linear;
+  }
+  if (x.joint < 0 || problem.c.blocks[x.joint].kind != Block::Kind::lock) return;
+  const Lock& lock = problem.model->locks[problem.c.blocks[x.joint].source];
+  if (lock.kind != Lock::Kind::point) return;
+  // The second derivative of R r · F is (r Fᵀ − (r · F) 1) in the body's frame; its columns' lengths
+  const Vector3& arm = body == x.a ? lock.at.frame_a.position : lock.at.frame_b.position;
+  const Vector3 in_body = problem.rotations[body].transpose() * push;
+  const Matrix3 second = arm * in_body.transpose() - arm.dot(in_body) * Matrix3::Identity();
+  for (int k = 0; k < 3; ++k) lhs(3 + k, 3 + k) += second.col(k).norm();
+}
+
+}  // namespace
+
+void avbd(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, const Settings& settings,
+          Problem& problem, const std::vector<double>& start, AvbdWork& work, CarriedForces& carried) {
+  const double h = settings.step;
+  const Model& model = *problem.model;
+  Constraints& c = problem.c;
+  const std::size_t bodies = q.size();
+  const std::vector<Coordinates>& begin = problem.substeps.stepped;  // q when the step begins
+
+  // Decay the forces and penalties of the last step  // (19)
+  work.row_solves = 0;
+  work.rows.clear();
+  work.blocks.clear();
+  problem.substeps.part = 1;
+  formulate(problem, q, h);
+  const bool is_known = start.size() == 2 * c.rows.size();
+  for (std::size_t i = 0; i < c.blocks.size(); ++i) {
+    const Block& x = c.blocks[i];
+    work.blocks.push_back({x.a, x.b, static_cast<int>(work.rows.size()), x.rows, static_cast<int>(i), 0});
+    for (int k = x.first; k < x.first + x.rows; ++k) {
+      work.rows.push_back(row_of(c.rows[k], x, h, settings, is_known ? start[k] : 0,
+                                 is_known ? start[c.rows.size() + k] : least_penalty));
+      // What is formulated at current coordinates has C there: keep only what is to be left of C⁻
+      if (x.stabilized) work.rows.back().value += h * c.rows[k].beta;
+    }
+  }
+  for (const Contact& contact : *problem.contacts) add_contact(contact, problem, q, settings, work);
+  list_blocks(bodies, work);
+  work.sticks.assign(work.blocks.size(), 0);
+
+  // Predict the inertial coordinates  // (2)
+  work.displacement.resize(bodies);
+  set_zero(work.displacement);
+  work.inertial = q;
+  for (std::size_t i = 1; i < bodies; ++i) {
+    q[i].linear += h * v_local[i].linear;
+    q[i].angular = compose(q[i].angular, rotation_quaternion(h * v_local[i].angular));
+    problem.rotations[i] = q[i].angular.toRotationMatrix();
+    work.displacement[i] = {q[i].linear - begin[i].linear, h * v_local[i].angular};
+  }
+  add_external(model, h, v_local);
+  step_coordinates(h, v_local, work.inertial);
+
+  for (int iteration = 0; iteration < settings.iterations; ++iteration) {
+    // Primal update  // (4)
+    for (int i = 1; i < static_cast<int>(bodies); ++i) {
+      const BodyMass& mass = model.masses[i];
+      if (!moves(mass)) continue;
+      Matrix6 lhs = Matrix6::Zero();  // (5), (6)
+      Vector6 rhs;
+      lhs.diagonal() << Vector3::Constant(1 / (mass.inverse_mass * h * h)),
+          mass.inverse_inertia.cwiseMax(least_inverse_inertia).cwiseInverse() / (h * h);
+      rhs << q[i].linear - work.inertial[i].linear, turn(work.inertial[i].angular, q[i].angular);
+      rhs.array() *= -lhs.diagonal().array();
+      for (int k = work.begins[i]; k < work.begins[i + 1]; ++k) {
+        const AvbdBlock& x = work.blocks[work.blocks_of[k]];
+        const Impulse force = forces_of(work, x, update(problem, q, h, work, x));
+        stamp(problem, work, x, force, i, lhs, rhs);  // (13), (17)
+      }
+      const Vector6 change = lhs.llt().solve(rhs);
+      q[i].linear += change.head<3>();
+      q[i].angular = compose(q[i].angular, rotation_quaternion(change.tail<3>()));
+      problem.rotations[i] = q[i].angular.toRotationMatrix();
+      work.displacement[i] = {q[i].linear - begin[i].linear, turn(begin[i].angular, q[i].angular)};
+    }
+    // Dual update
+    for (std::size_t i = 0; i < work.blocks.size(); ++i) {
+      const AvbdBlock& x = work.blocks[i];
+      const Impulse value = update(problem, q, h, work, x);
+      const Impulse force = forces_of(work, x, value);
+      const double limit = x.friction * force[0];
+      const double slip = std::sqrt(force[1] * force[1] + force[2] * force[2]);
+      const bool holds = x.joint >= 0 || slip < limit;
+      for (int k = 0; k < x.rows; ++k) {
+        AvbdRow& row = work.rows[x.first + k];
+        if (row.stiffness < unlimited) continue;
+        row.force = force[k];  // (11)
+        const bool is_within = force[k] > row.low && force[k] < row.high && (k == 0 || holds);
+        if (is_within)
+          row.penalty = std::min(row.penalty + row.growth * std::abs(value[k]), largest_penalty);  // (16)
+      }
+      const double moved = std::sqrt(value[1] * value[1] + value[2] * value[2]);
+      work.sticks[i] = holds && moved < sticking_distance ? 1 : 0;
+    }
+    work.row_solves += std::ssize(work.rows);
+  }
+
+  // Finish: velocities from displacements
+  for (std::size_t i = 1; i < bodies; ++i) {
+    if (!moves(model.masses[i])) continue;
+    v_local[i] = {work.displacement[i].linear / h, work.displacement[i].angular / h};
+  }
+  // Carry the forces and penalties
+  carried.contacts.clear();
+  carried.joints.resize(2 * c.rows.size());
+  for (std::size_t i = 0; i < c.blocks.size(); ++i) {
+    for (int k = 0; k < c.blocks[i].rows; ++k) {
+      const int row = c.blocks[i].first + k;
+      carried.joints[row] = work.rows[work.blocks[i].first + k].force;
+      carried.joints[c.rows.size() + row] = work.rows[work.blocks[i].first + k].penalty;
+    }
+  }
+  for (std::size_t i = c.blocks.size(); i < work.blocks.size(); ++i) {
+    const AvbdBlock& x = work.blocks[i];
+    const AvbdRow* const rows = &work.rows[x.first];
+    const Vector3 force(rows[0].force, rows[1].force, rows[2].force);
+    Vector3 displacement = Vector3::Zero();
+    const Contact& contact = (*problem.contacts)[i - c.blocks.size()];
+    for (int k = 1; k < 3 && work.sticks[i] != 0; ++k) {
+      displacement[k] = (k == 1 ? contact.displacement_1 : contact.displacement_2) +
+                        change_of(rows[k], work.displacement[x.a], work.displacement[x.b]);
+    }
+    carried.contacts.push_back(
+        {h * force, force, {rows[0].penalty, rows[1].penalty, rows[2].penalty}, displacement});
+  }
+}
+
+}  // namespace substep

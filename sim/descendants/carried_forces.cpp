@@ -1,0 +1,42 @@
+#include "sim/descendants/carried_forces.h"
+
+#include <algorithm>
+#include <tuple>
+
+namespace substep {
+namespace {
+
+/// In the body frame of b.
+Vector3 composed(const Contact& contact, const Vector3& along) {
+  return contact.normal_b * along[0] + contact.tangent_b1 * along[1] + contact.tangent_b2 * along[2];
+}
+
+}  // namespace
+
+void remember(const std::vector<Contact>& found, const std::vector<CarriedForce>& forces,
+              std::vector<ContactMemory>& memory) {
+  memory.clear();
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const Contact& contact = found[i];
+    memory.push_back({contact.collider_a, contact.collider_b, contact.arm_a, contact.arm_b,
+                      composed(contact, forces[i].displacement), false, 0, composed(contact, forces[i].force),
+                      forces[i].stiffness});
+  }
+  std::ranges::sort(memory, [](const ContactMemory& a, const ContactMemory& b) {
+    return std::tie(a.collider_a, a.collider_b, a.arm_a[0], a.arm_a[1], a.arm_a[2], a.arm_b[0], a.arm_b[1],
+                    a.arm_b[2]) < std::tie(b.collider_a, b.collider_b, b.arm_a[0], b.arm_a[1], b.arm_a[2],
+                                           b.arm_b[0], b.arm_b[1], b.arm_b[2]);
+  });
+}
+
+void append_contact_impulses(const std::vector<Contact>& found, const std::vector<CarriedForce>& forces,
+                             const std::vector<Coordinates>& q, std::vector<ContactImpulse>& result) {
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const Contact& contact = found[i];
+    const Vector3 impulse = q[contact.b].angular * composed(contact, forces[i].impulse);
+    result.push_back(
+        {contact.a, contact.b, q[contact.a].angular * contact.arm_a + q[contact.a].linear, impulse});
+  }
+}
+
+}  // namespace substep

@@ -1,0 +1,246 @@
+// Soft Step: sub-steps with soft constraints. Not the report's: Erin Catto's solver of Solver2D, Box2D 3 and
+// Box3D.
+//
+// | step                 | A3                        | here                                                   |
+// |----------------------|---------------------------|--------------------------------------------------------|
+// | warm start           | λ = 0 in each sub-step    | λ of the last sub-step, of the last step too           |
+// | solve with bias      | J(κ v + M⁻¹Jᵀλ) = τ β     | the same with κ, τ from a frequency and a damping      |
+// |                      |                           | ratio, less a fraction of the accumulated λ            |
+// | relax                | –                         | a sweep without bias after the coordinates have moved  |
+// | friction             | with its normal           | in the relaxing sweep alone                            |
+// | restitution          | in the sub-step of impact | once, at the step's end                                |
+//
+// Defaults as published: four sub-steps, contacts of 30 Hz and ζ = 10, those with what cannot move of twice
+// the frequency and ζ = 5, joints of 60 Hz and ζ = 2; overlaps are pushed out with 3 m/s at most, and what
+// comes slower than 1 m/s does not bounce. Box3D has one friction block a manifold; here each point has its
+// own.
+
+#include "sim/descendants/soft_step.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+namespace substep {
+
+Softness softness(double hertz, double damping_ratio, double hs) {
+  const double omega = 2 * std::numbers::pi * hertz;
+  const double stiffness = hs * omega * (2 * damping_ratio + hs * omega);
+  return {omega / (2 * damping_ratio + hs * omega), stiffness / (1 + stiffness), 1 / (1 + stiffness)};
+}
+
+namespace {
+
+constexpr double contact_damping = 10;
+constexpr double joint_damping = 2;
+constexpr double fastest_push = 3;    // m/s
+constexpr double slowest_bounce = 1;  // m/s
+constexpr Softness rigid{0, 1, 0};
+
+double velocity_along(const SoftRow& row, const Velocity& a, const Velocity& b) {
+  return row.linear.dot(a.linear - b.linear) + row.angular_a.dot(a.angular) + row.angular_b.dot(b.angular);
+}
+
+/// v ← v + M⁻¹Jᵀ impulse of one row.
+void apply(const Model& model, const SoftPoint& x, int k, double impulse, std::vector<Velocity>& v) {
+  const BodyMass& a = model.masses[x.a];
+  const BodyMass& b = model.masses[x.b];
+  const SoftRow& row = x.row[k];
+  v[x.a].linear += row.linear * (a.inverse_mass * impulse);
+  v[x.a].angular += a.inverse_inertia.cwiseProduct(row.angular_a) * impulse;
+  v[x.b].linear -= row.linear * (b.inverse_mass * impulse);
+  v[x.b].angular += b.inverse_inertia.cwiseProduct(row.angular_b) * impulse;
+}
+
+/// Γ of two of a point's rows.
+double coupling(const Model& model, const SoftPoint& x, int k, int l) {
+  const BodyMass& a = model.masses[x.a];
+  const BodyMass& b = model.masses[x.b];
+  const SoftRow& one = x.row[k];
+  const SoftRow& other = x.row[l];
+  return one.linear.dot(other.linear) * (a.inverse_mass + b.inverse_mass) +
+         one.angular_a.dot(a.inverse_inertia.cwiseProduct(other.angular_a)) +
+         one.angular_b.dot(b.inverse_inertia.cwiseProduct(other.angular_b));
+}
+
+/// Makes the rows of a point at the step's start; its impulses are those that the last step ended with.
+SoftPoint point_of(const Contact& contact, const Problem& problem, const std::vector<Velocity>& v,
+                   double hs) {
+  const Model& model = *problem.model;
+  const Matrix3& rotation_a = problem.rotations[contact.a];
+  const Matrix3& rotation_b = problem.rotations[contact.b];
+  SoftPoint x{};
+  x.a = contact.a;
+  x.b = contact.b;
+  x.arm_a = contact.arm_a;
+  x.arm_b = contact.arm_b;
+  for (int k = 0; k < 3; ++k) {
+    const Vector3& in_b = k == 0 ? contact.normal_b : k == 1 ? contact.tangent_b1 : contact.tangent_b2;
+    const Vector3 direction = rotation_b * in_b;
+    x.row[k] = {direction, contact.arm_a.cross(rotation_a.transpose() * direction),
+                in_b.cross(contact.arm_b)};
+  }
+  x.impulse = hs * contact.force;
+  x.given = Vector3::Zero();
+  x.gap_offset = contact.gap_offset;
+  x.normal_mass = 1 / coupling(model, x, 0, 0);
+  const double one = coupling(model, x, 1, 1);
+  const double both = coupling(model, x, 1, 2);
+  const double other = coupling(model, x, 2, 2);
+  const double determinant = one * other - both * both;
+  x.gamma[0] = other / determinant;
+  x.gamma[1] = -both / determinant;
+  x.gamma[2] = one / determinant;
+  x.friction = contact.friction;
+  x.restitution = contact.restitution;
+  x.velocity = velocity_along(x.row[0], v[x.a], v[x.b]);
+  return x;
+}
+
+/// The distance of the bodies' points along the normal, m.
+double gap_of(const SoftPoint& x, const Problem& problem) {
+  const std::vector<Coordinates>& q = problem.substeps.stepped;
+  const Vector3 apart =
+      q[x.a].linear - q[x.b].linear + problem.rotations[x.a] * x.arm_a - problem.rotations[x.b] * x.arm_b;
+  return x.row[0].linear.dot(apart) + x.gap_offset;
+}
+
+/// λ' = −mass_scale M (J v + bias) − impulse_scale λ of a normal, and λ + λ' >= 0.
+double solve_normal(SoftPoint& x, double hs, const Softness& soft, const std::vector<Velocity>& v) {
+  const double velocity = velocity_along(x.row[0], v[x.a], v[x.b]);
+  // What is apart may meet in the sub-step; an overlap is pushed out.
+  const bool is_apart = x.gap > 0;
+  const Softness& how = is_apart ? rigid : soft;
+  const double bias = is_apart ? x.gap / hs : std::max(how.mass_scale * how.bias_rate * x.gap, -fastest_push);
+  const double free =
+      x.impulse[0] - x.normal_mass * (how.mass_scale * velocity + bias) - how.impulse_scale * x.impulse[0];
+  const double change = std::max(free, 0.0) - x.impulse[0];
+  x.impulse[0] += change;
+  return change;
+}
+
+/// λ' = −Γ⁻¹ J v of both tangents, and |λ + λ'| <= μ λ_n.
+Impulse solve_friction(SoftPoint& x, const std::vector<Velocity>& v) {
+  const double one = velocity_along(x.row[1], v[x.a], v[x.b]);
+  const double other = velocity_along(x.row[2], v[x.a], v[x.b]);
+  double total[2] = {x.impulse[1] - (x.gamma[0] * one + x.gamma[1] * other),
+                     x.impulse[2] - (x.gamma[1] * one + x.gamma[2] * other)};
+  const double limit = x.friction * x.impulse[0];
+  const double size = std::sqrt(total[0] * total[0] + total[1] * total[1]);
+  const double scale = size > limit ? limit / size : 1;
+  const Impulse change{scale * total[0] - x.impulse[1], scale * total[1] - x.impulse[2]};
+  x.impulse[1] += change[0];
+  x.impulse[2] += change[1];
+  return change;
+}
+
+/// λ' of a block of a joint: soft, or rigid without bias in the relaxing sweep. Motors, springs and dampers
+/// keep to their own law.
+Impulse solve_joint(Constraints& c, const Block& x, const Softness& soft, double hs,
+                    const std::vector<Velocity>& v) {
+  if (!x.stabilized) return solve(c, x, 1, 1, v);
+  const bool is_relaxing = soft.impulse_scale == 0;
+  // β = −C/hs. A one-sided row that is off its bound may reach it in the sub-step.
+  const bool is_off = x.rows == 1 && c.rows[x.first].low == 0 && c.rows[x.first].beta < 0;
+  const Softness& how = is_off ? rigid : soft;
+  const double tau = is_off ? 1 : is_relaxing ? 0 : how.tau(hs);
+  Vector3 wanted = Vector3::Zero();
+  for (int k = 0; k < x.rows; ++k) {
+    const Row& row = c.rows[x.first + k];
+    wanted[k] = tau * row.beta - how.mass_scale * row_velocity(row, v[x.a], v[x.b]);
+  }
+  const Vector3 lambda = x.rows == 1 ? Vector3(c.rows[x.first].effective_mass * wanted)
+                                     : Vector3(c.effective_masses[x.coupling] * wanted);
+  Impulse change{};
+  for (int k = 0; k < x.rows; ++k) {
+    Row& row = c.rows[x.first + k];
+    const double free = row.impulse + lambda[k] - how.impulse_scale * row.impulse;
+    change[k] = std::clamp(free, row.low, row.high) - row.impulse;
+    row.impulse += change[k];
+  }
+  return change;
+}
+
+Impulse impulse_of(const Constraints& c, const Block& x) {
+  Impulse impulse{};
+  for (int k = 0; k < x.rows; ++k) impulse[k] = c.rows[x.first + k].impulse;
+  return impulse;
+}
+
+}  // namespace
+
+void soft_step(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, const Settings& settings,
+               Problem& problem, SoftStepWork& work, CarriedForces& carried) {
+  const int n = settings.substeps;
+  const double hs = settings.step / n;
+  const Model& model = *problem.model;
+  Constraints& c = problem.c;
+  std::vector<SoftPoint>& points = work.points;
+
+  // Choose the softness: frequencies that the sub-steps can follow
+  const double hertz = std::min(settings.contact_hertz, 0.125 / hs);
+  const Softness of_contacts = softness(hertz, contact_damping, hs);
+  const Softness of_static = softness(2 * hertz, contact_damping / 2, hs);
+  const Softness of_joints = softness(std::min(settings.joint_hertz, 0.25 / hs), joint_damping, hs);
+
+  // Prepare the contacts at the step's start
+  work.row_solves = 0;
+  c.limits_of = 1;
+  points.clear();
+  for (const Contact& contact : *problem.contacts) {
+    points.push_back(point_of(contact, problem, v_local, hs));
+    const bool is_static = !moves(model.masses[contact.a]) || !moves(model.masses[contact.b]);
+    points.back().gap = gap_of(points.back(), problem);
+    points.back().softness = is_static ? of_static : of_contacts;
+  }
+
+  for (int j = 1; j <= n; ++j) {
+    // Integrate the velocities
+    add_external(model, hs, v_local);
+    // Warm start
+    for (const Block& x : c.blocks) apply(c, x, impulse_of(c, x), v_local);
+    for (const SoftPoint& x : points) {
+      for (int k = 0; k < 3; ++k) apply(model, x, k, x.impulse[k], v_local);
+    }
+    // Solve with bias
+    for (const Block& x : c.blocks) apply(c, x, solve_joint(c, x, of_joints, hs, v_local), v_local);
+    for (SoftPoint& x : points) {
+      const double lambda = solve_normal(x, hs, x.softness, v_local);
+      apply(model, x, 0, lambda, v_local);
+    }
+    // Integrate the coordinates
+    step_coordinates(hs, v_local, problem.substeps.stepped);
+    formulate(problem, problem.substeps.stepped, hs);
+    // Relax: take the velocity of the bias back, and let friction act
+    for (const Block& x : c.blocks) apply(c, x, solve_joint(c, x, rigid, hs, v_local), v_local);
+    for (SoftPoint& x : points) {
+      x.gap = gap_of(x, problem);
+      const double lambda = solve_normal(x, hs, rigid, v_local);
+      apply(model, x, 0, lambda, v_local);
+      const Impulse friction = solve_friction(x, v_local);
+      for (int k = 0; k < 2; ++k) apply(model, x, 1 + k, friction[k], v_local);
+      x.given += x.impulse;
+    }
+    work.row_solves += 2 * std::ssize(c.rows) + 4 * std::ssize(points);
+  }
+
+  // Restore what bounces
+  for (SoftPoint& x : points) {
+    if (!(x.restitution > 0) || x.velocity > -slowest_bounce || x.given[0] == 0) continue;
+    const double velocity = velocity_along(x.row[0], v_local[x.a], v_local[x.b]);
+    const double change = std::max(-x.normal_mass * (velocity + x.restitution * x.velocity), -x.impulse[0]);
+    x.impulse[0] += change;
+    x.given[0] += change;
+    apply(model, x, 0, change, v_local);
+  }
+
+  // Store the coordinates and forces
+  q = problem.substeps.stepped;
+  carried.contacts.clear();
+  for (const SoftPoint& x : points) {
+    carried.contacts.push_back({x.given, x.impulse / hs, Vector3::Zero(), Vector3::Zero()});
+  }
+  carried.joints.clear();
+  for (const Row& row : c.rows) carried.joints.push_back(row.impulse / hs);
+}
+
+}  // namespace substep
