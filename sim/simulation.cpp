@@ -8,6 +8,7 @@
 #include "sim/constraints/contact_finder.h"
 #include "sim/constraints/formulate.h"
 #include "sim/constraints/geometric_stiffness.h"
+#include "sim/constraints/warm_start.h"
 #include "sim/direct/mlcp_text.h"
 #include "sim/error.h"
 #include "sim/math/floating_point.h"
@@ -68,7 +69,7 @@ struct Simulation::Implementation {
     remembered.reserve(state.contacts.capacity());
     remembered_patches.reserve(state.contacts.capacity());
     state.patches.reserve(state.contacts.capacity());
-    if (is_descendant) {
+    if (is_descendant || settings.warm_start > 0) {
       for (std::vector<double>* forces : {&state.joint_forces, &remembered_joints, &work.carried.joints})
         forces->reserve(2 * problem.c.rows.size());
     }
@@ -210,6 +211,7 @@ struct Simulation::Implementation {
       to_local(problem.rotations, state.v);
     }
     if (is_descendant) start_joints();
+    if (settings.warm_start > 0) start_warm();
     if (procedure) {
       procedure(state.q, state.v, part_settings, problem, work);
     } else {
@@ -225,7 +227,10 @@ struct Simulation::Implementation {
     if (is_descendant) {
       remembered_joints = work.carried.joints;
       substep::remember(*problem.contacts, work.carried.contacts, remembered);
-    } else if (model.contacts) {
+    } else if (settings.warm_start > 0) {
+      remember_joints();
+    }
+    if (model.contacts && !is_descendant) {
       problem.c.contacts.remember(*problem.contacts, state.q, settings.algorithm != Algorithm::a1, remembered,
                                   remembered_patches);
     }
@@ -250,6 +255,26 @@ struct Simulation::Implementation {
       const bool is_known = i < state.joint_forces.size();
       problem.c.rows[i].impulse = is_known ? problem.substeps.duration * state.joint_forces[i] : 0;
     }
+  }
+
+  /// Continues the impulses of the last step in A2 to A5.
+  void start_warm() {
+    const double duration = problem.substeps.duration;
+    const bool is_a5 = settings.algorithm == Algorithm::a5;
+    const double joint_scale = is_a5 ? settings.kappa : 1;
+    const double contact_scale = is_a5 ? settings.of_contacts().kappa : 1;
+    problem.warm_start = {settings.warm_start, joint_scale, contact_scale};
+    problem.c.given_before.assign(problem.c.rows.size(), 0);
+    for (std::size_t i = 0; i < state.joint_forces.size(); ++i)
+      problem.c.given_before[i] = duration / joint_scale * state.joint_forces[i];
+    set_given_before(problem.c.contacts, *problem.contacts, duration, contact_scale);
+  }
+
+  /// Takes joints' impulses of the last sub-step as forces.
+  void remember_joints() {
+    remembered_joints.clear();
+    for (const Row& row : problem.c.rows)
+      remembered_joints.push_back(problem.warm_start.joint_scale / problem.substeps.duration * row.impulse);
   }
 
   /// Appends what contacts gave in the part of a step that was taken last.

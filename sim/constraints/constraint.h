@@ -68,6 +68,8 @@ struct Constraints {
   std::vector<Block> blocks;
   std::vector<Row> rows;
   std::vector<Matrix3> effective_masses;  ///< (J M⁻¹ Jᵀ)⁻¹ of each block of several rows
+  /// By row, what it gave in the sub-step before the step's first; empty without a warm start.
+  std::vector<double> given_before;
   int limits_of = 1;        ///< how many sub-steps' limits hold for the impulse: those that have begun
   ContactBatches contacts;  ///< a sweep's last
 
@@ -140,9 +142,13 @@ inline void apply(const Constraints& c, const Block& x, const Impulse& change, s
   }
 }
 
-/// λ = 0, of the step.
+/// λ = 0, of the step. With a warm start its first sub-step follows one that gave `given_before`.
 inline void clear_impulses(Constraints& c) {
   for (Row& row : c.rows) row.impulse = row.earlier = 0;
+  for (std::size_t i = 0; i < c.given_before.size(); ++i) {
+    c.rows[i].impulse = c.given_before[i];
+    c.rows[i].earlier = -c.given_before[i];
+  }
   c.limits_of = 0;
 }
 

@@ -168,6 +168,16 @@ struct ContactBatch {
   }
 };
 
+/// What rows had given when the last sub-step began, one entry of each of ContactBatches' rows. Empty without
+/// a warm start.
+struct GivenBefore {
+  using ByLane = std::array<double, lanes>;
+  std::vector<ByLane> normals;
+  std::vector<std::array<ByLane, 2>> frictions;
+  std::vector<std::array<std::array<ByLane, 3>, 2>> patches;  ///< normals, friction
+  double force_of_impulse = 0;                                ///< 1/s
+};
+
 class ContactBatches {
  public:
   /// Takes the place of what was there. Contacts of one pair of bodies follow each other. Rows are to be
@@ -198,6 +208,7 @@ class ContactBatches {
   std::vector<PatchShape> shapes;
   std::vector<Patch> patches;
   std::vector<PatchCorner> patch_corners;
+  GivenBefore given_before;
   bool has_impact = false;               ///< whether any contact has an impact in the sub-step
   bool bounces = false;                  ///< whether one of them bounces
   int row_count = 0;                     ///< of all manifolds

@@ -828,6 +828,9 @@ void ContactFinder::remember(const PatchShape& patch, const PatchMotion& motion,
   contact.displacement_1 = contact.tangent_b1.dot(displacement);
   contact.displacement_2 = contact.tangent_b2.dot(displacement);
   contact.slid = patch.slid;
+  const Vector3 force =
+      patch.axes_in_b * Vector3(patch.force[0], patch.force[3], patch.force[4]) / patch.corners;
+  contact.force = {contact.normal_b.dot(force), contact.tangent_b1.dot(force), contact.tangent_b2.dot(force)};
   contact.left_over = std::clamp(overlap, 0.0, std::max(0.0, patch.left_over - recovered(contact)));
 }
 

@@ -4,6 +4,7 @@
 #include <tuple>
 
 #include "sim/constraints/contact_batch.h"
+#include "sim/constraints/warm_start.h"
 
 namespace substep {
 namespace {
@@ -90,12 +91,14 @@ void ContactBatches::remember(const std::vector<Contact>& found, const std::vect
   sort_places(found);
   memory.resize(found.size());
   for (ContactMemory& point : memory) point.collider_a = -1;
+  const bool is_warm = given_before.force_of_impulse > 0;
   for (const ContactBatch& x : batches) {
     for (int lane = 0; lane < x.manifolds; ++lane) {
       const Coordinates& a = q[x.a[lane]];
       const Coordinates& b = q[x.b[lane]];
       if (x.patch >= 0) {
         remember_patch(patches[x.patch], lane, keeps, a, b, shapes[x.shape[lane]]);
+        if (is_warm) set_force(*this, x, lane, shapes[x.shape[lane]]);
         if (shapes[x.shape[lane]].collider_a >= 0) continue;
       }
       const RelativePose a_in_b(a, b);
@@ -112,7 +115,13 @@ void ContactBatches::remember(const std::vector<Contact>& found, const std::vect
           if (keeps) point.displacement = displacement_at(shape, motion, contact.arm_b);
           continue;
         }
-        if (friction < x.frictions && x.contact_of[friction] == i) {
+        const bool has_friction = friction < x.frictions && x.contact_of[friction] == i;
+        if (is_warm) {
+          const Vector3 force = force_of_point(*this, x, lane, i, has_friction ? friction : -1);
+          point.force =
+              contact.normal_b * force[0] + contact.tangent_b1 * force[1] + contact.tangent_b2 * force[2];
+        }
+        if (has_friction) {
           const FrictionRows& rows = frictions[x.first_friction + friction];
           point.slides = rows.slides[lane] > 0 && rows.slid[lane] > 0;
           if (keeps && !point.slides) {

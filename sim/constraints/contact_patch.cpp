@@ -163,6 +163,14 @@ std::optional<PatchShape> patch_shape(const Contact* contacts, int count, const 
   shape.left[0] = left;
   shape.reference[2] = fit.trace() > 0 ? twist / fit.trace() : 0;
   shape.radius = radius;
+  // The points' forces as one wrench at the patch's centre.
+  for (int i = 0; i < count; ++i) {
+    const Vector3& force = contacts[i].force;
+    const auto [x, y] = points[i];
+    const double wrench[6] = {force[0], y * force[0], -x * force[0],
+                              force[1], force[2],     x * force[2] - y * force[1]};
+    for (int k = 0; k < 6; ++k) shape.force[k] += wrench[k];
+  }
   shape.corners = make_hull(count, collinear * radius, points, shape.corner);
   if (shape.corners < 2) return std::nullopt;
   return shape;

@@ -22,6 +22,13 @@ struct Substeps {
   std::vector<Velocity> offset;  ///< Σ v̆ since `stepped`; zero in A3
 };
 
+/// Where the impulses of a (sub-)step of A2 to A5 start; not the report's.
+struct WarmStart {
+  double fraction = 0;     ///< of what the last one gave; 0: λ = 0
+  double joint_scale = 1;  ///< by which the impulses of joints are smaller than A5's λ□: κ
+  double contact_scale = 1;
+};
+
 /// What stays the same while one scene is stepped, and the rows.
 struct Problem {
   const Model* model = nullptr;
@@ -30,6 +37,7 @@ struct Problem {
   Constraints c;
   BlockOrder order;
   Substeps substeps;
+  WarmStart warm_start;
   std::vector<Matrix3> rotations;  ///< of `formulate`'s coordinates
 };
 
@@ -64,9 +72,9 @@ void to_world(const std::vector<Matrix3>& rotations, std::vector<Velocity>& v);
 void step_coordinates(double hs, const std::vector<Velocity>& v_local, std::vector<Coordinates>& q);
 
 /// λ = 0, of a sub-step that starts with velocities `v`; the limits hold for the sum of the step's. Contacts
-/// that meet in the sub-step bounce. `sum_v`: what A5 adds to the velocities, else null.
-void start_substep(Problem& problem, const std::vector<Velocity>& v,
-                   const std::vector<Velocity>* sum_v = nullptr);
+/// that meet in the sub-step bounce. `sum_v`: what A5 adds to the velocities, else null. With a warm start λ
+/// is a fraction of what the last sub-step gave, and `v` has it.
+void start_substep(Problem& problem, std::vector<Velocity>& v, const std::vector<Velocity>* sum_v = nullptr);
 
 /// Returns how often a sub-step sweeps over the rows where the setting says m. An impact is given in one
 /// sub-step, so that one takes as many sweeps as pass it on through joints and through rows of touching

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "sim/constraints/joint_rows.h"
+#include "sim/constraints/warm_start.h"
 #include "sim/math/rotation.h"
 
 namespace substep {
@@ -68,15 +69,23 @@ void step_coordinates(double hs, const std::vector<Velocity>& v_local, std::vect
   for (std::size_t i = 1; i < q.size(); ++i) q[i] = ahead(q[i], v_local[i], hs);
 }
 
-void start_substep(Problem& problem, const std::vector<Velocity>& v, const std::vector<Velocity>* sum_v) {
+void start_substep(Problem& problem, std::vector<Velocity>& v, const std::vector<Velocity>* sum_v) {
   Constraints& c = problem.c;
+  const auto [fraction, joint_scale, contact_scale] = problem.warm_start;
   const bool over_step = c.contacts.reading.limits_over_step;
   c.limits_of = over_step ? c.limits_of + 1 : 1;
   for (Row& row : c.rows) {
     if (over_step) row.earlier += row.impulse;
-    row.impulse = 0;
+    row.impulse = fraction > 0 ? fraction * row.impulse : 0;
   }
   start_substep(c.contacts, problem.substeps.duration, v, problem.substeps.offset, sum_v);
+  if (fraction == 0) return;
+  for (const Block& x : c.blocks) {
+    Impulse start{};
+    for (int k = 0; k < x.rows; ++k) start[k] = c.rows[x.first + k].impulse;
+    apply(c, x, start, v, joint_scale);
+  }
+  warm_start(c.contacts, fraction, contact_scale, v);
 }
 
 int sweeps_of(const Problem& problem, int m) {

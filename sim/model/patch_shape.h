@@ -25,6 +25,9 @@ struct PatchShape {
   double left[3];       ///< added to the gap at the centre, and to its tilt: overlap that later steps recover
   double reference[3];  ///< friction's displacement less what the coordinates tell: tangents, m; twist, rad
   double friction;      ///< μ
+  /// What a warm start continues from: the force along the normal, the torques about the tangents; the forces
+  /// along the tangents, the torque about the normal. N, N m; 0 without a warm start.
+  double force[6] = {};
   double radius;        ///< mean distance of the points from their centre
   double left_over;     ///< the largest overlap of a point that is still to be recovered
   double margin;        ///< the points were looked for within this distance

@@ -65,6 +65,9 @@ std::uint64_t hash(const State& state) {
                                patch.radius, patch.left_over, patch.margin}) {
       add(hash, value);
     }
+    for (const double force : patch.force) {
+      if (force != 0) add(hash, force);
+    }
     for (int k = 0; k < patch.corners; ++k) {
       for (const double place : patch.corner[k]) add(hash, place);
     }
