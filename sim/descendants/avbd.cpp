@@ -137,8 +137,9 @@ Impulse update(Problem& problem, const std::vector<Coordinates>& q, double h, Av
   return value;
 }
 
-/// The forces λ + k C, clamped; those of friction to the cone of the normal's (section 3.2).
-Impulse forces_of(const AvbdWork& work, const AvbdBlock& x, const Impulse& value) {
+/// The forces λ + k C, clamped; those of friction to the cone of the normal's (section 3.2). `holds`: whether
+/// friction is inside it.
+Impulse forces_of(const AvbdWork& work, const AvbdBlock& x, const Impulse& value, bool* holds = nullptr) {
   Impulse force{};
   for (int k = 0; k < x.rows; ++k) {
     const AvbdRow& row = work.rows[x.first + k];
@@ -147,6 +148,7 @@ Impulse forces_of(const AvbdWork& work, const AvbdBlock& x, const Impulse& value
   if (x.joint >= 0) return force;
   const double limit = x.friction * force[0];
   const double size = std::sqrt(force[1] * force[1] + force[2] * force[2]);
+  if (holds) *holds = size <= limit;
   if (size > limit) {
     force[1] *= limit / size;
     force[2] *= limit / size;
@@ -247,10 +249,8 @@ void avbd(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, const Set
     for (std::size_t i = 0; i < work.blocks.size(); ++i) {
       const AvbdBlock& x = work.blocks[i];
       const Impulse value = update(problem, q, h, work, x);
-      const Impulse force = forces_of(work, x, value);
-      const double limit = x.friction * force[0];
-      const double slip = std::sqrt(force[1] * force[1] + force[2] * force[2]);
-      const bool holds = x.joint >= 0 || slip < limit;
+      bool holds = true;
+      const Impulse force = forces_of(work, x, value, &holds);
       for (int k = 0; k < x.rows; ++k) {
         AvbdRow& row = work.rows[x.first + k];
         if (row.stiffness < unlimited) continue;

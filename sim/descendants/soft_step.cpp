@@ -83,13 +83,10 @@ SoftPoint point_of(const Contact& contact, const Problem& problem, const std::ve
   x.given = Vector3::Zero();
   x.gap_offset = contact.gap_offset;
   x.normal_mass = 1 / coupling(model, x, 0, 0);
-  const double one = coupling(model, x, 1, 1);
+  // The larger eigenvalue of the tangents' Γ: with one mass for both, what slides is held against its slip.
+  const double half = (coupling(model, x, 1, 1) - coupling(model, x, 2, 2)) / 2;
   const double both = coupling(model, x, 1, 2);
-  const double other = coupling(model, x, 2, 2);
-  const double determinant = one * other - both * both;
-  x.gamma[0] = other / determinant;
-  x.gamma[1] = -both / determinant;
-  x.gamma[2] = one / determinant;
+  x.friction_mass = 1 / (coupling(model, x, 2, 2) + half + std::sqrt(half * half + both * both));
   x.friction = contact.friction;
   x.restitution = contact.restitution;
   x.velocity = velocity_along(x.row[0], v[x.a], v[x.b]);
@@ -118,12 +115,10 @@ double solve_normal(SoftPoint& x, double hs, const Softness& soft, const std::ve
   return change;
 }
 
-/// λ' = −Γ⁻¹ J v of both tangents, and |λ + λ'| <= μ λ_n.
+/// λ' = −M J v of both tangents, and |λ + λ'| <= μ λ_n.
 Impulse solve_friction(SoftPoint& x, const std::vector<Velocity>& v) {
-  const double one = velocity_along(x.row[1], v[x.a], v[x.b]);
-  const double other = velocity_along(x.row[2], v[x.a], v[x.b]);
-  double total[2] = {x.impulse[1] - (x.gamma[0] * one + x.gamma[1] * other),
-                     x.impulse[2] - (x.gamma[1] * one + x.gamma[2] * other)};
+  const double total[2] = {x.impulse[1] - x.friction_mass * velocity_along(x.row[1], v[x.a], v[x.b]),
+                           x.impulse[2] - x.friction_mass * velocity_along(x.row[2], v[x.a], v[x.b])};
   const double limit = x.friction * x.impulse[0];
   const double size = std::sqrt(total[0] * total[0] + total[1] * total[1]);
   const double scale = size > limit ? limit / size : 1;

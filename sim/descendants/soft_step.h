@@ -41,12 +41,12 @@ struct SoftPoint {
   SoftRow row[3];  ///< normal, tangents
   Vector3 arm_a;   ///< body frames
   Vector3 arm_b;
-  Vector3 impulse;     ///< λ of the sub-step, N·s
-  Vector3 given;       ///< λ of the step so far, N·s
-  double gap_offset;   ///< m
-  double gap;          ///< where the bodies are, m
-  double normal_mass;  ///< 1/Γ of the normal
-  double gamma[3];     ///< Γ⁻¹ of the tangents: 11, 12, 22
+  Vector3 impulse;       ///< λ of the sub-step, N·s
+  Vector3 given;         ///< λ of the step so far, N·s
+  double gap_offset;     ///< m
+  double gap;            ///< where the bodies are, m
+  double normal_mass;    ///< 1/Γ of the normal
+  double friction_mass;  ///< 1 / the larger eigenvalue of the tangents' Γ
   double friction;
   double restitution;
   double velocity;  ///< along the normal when the step begins, m/s

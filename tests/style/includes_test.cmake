@@ -1,6 +1,6 @@
 # cmake -D source=… -P includes_test.cmake: each folder includes only itself and folders before it.
 cmake_minimum_required(VERSION 3.25)
-set(order sim/error.h sim/execution sim/math sim/geometry sim/scene sim/model sim/direct sim/constraints sim sim/log sim/loading
+set(order sim/error.h sim/execution sim/math sim/geometry sim/scene sim/model sim/direct sim/constraints sim/descendants sim sim/log sim/loading
   sim/measure sim/study sim/study/engines sim/commands render render/video render/player render/report render/site render/commands
   golden/compare golden/suite golden/report golden/check golden/approval golden/commands golden)
 # A pair that needs each other stands at one level: sweeps run engines, which are steppers of a sweep.
