@@ -24,7 +24,7 @@ inline constexpr std::array<Ink, 8> inks{{{"#222222", "#e6e6e6"},
                                           {"#56b4e9", "#8fd0f5"},
                                           {"#8c8c8c", "#9d9d9d"}}};
 
-/// Index of `inks`: A1 ink, A2 orange, A3 blue, A4 green, A5 vermilion.
+/// Index of `inks`: A1 ink, A2 orange, A3 blue, A4 green, A5 vermilion; Soft Step purple, AVBD sky.
 constexpr int hue_of(Algorithm algorithm) {
   return static_cast<int>(algorithm);
 }

@@ -8,7 +8,7 @@
 namespace substep::report {
 
 Look look_of(Algorithm algorithm) {
-  constexpr std::array shapes{7, 5, 9, 13, 11};
+  constexpr std::array shapes{7, 5, 9, 13, 11, 3, 1};
   return {render::hue_of(algorithm), shapes.at(static_cast<std::size_t>(algorithm)), false, true, true};
 }
 

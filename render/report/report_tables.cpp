@@ -269,7 +269,7 @@ TextTable equal_cost_table(const std::vector<SweepRecord>& records) {
     std::array<bool, 5> ran{};
     std::array<bool, 5> affordable{};
     for (const SweepRecord& record : own) {
-      if (!is_own_run(record)) continue;
+      if (!is_own_run(record) || !is_of_report(record.settings.algorithm)) continue;
       const auto i = static_cast<std::size_t>(record.settings.algorithm);
       ran[i] = true;
       if (time_or_rows(record) > most) continue;

@@ -108,6 +108,10 @@ std::string words_of(const Run& run, const Comparison& comparison) {
       return "sub-steps, approximate";
     case Algorithm::a5:
       return "sub-steps, as in Havok";
+    case Algorithm::soft:
+      return "sub-steps, soft rows, relaxed";
+    case Algorithm::avbd:
+      return "body by body, penalties";
   }
   return "";
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "sim/model/settings_fields.h"
 #include "sim/study/engines/engines.h"
 
 namespace substep {
@@ -21,10 +22,14 @@ std::string title_of(const SweepRecord& record, bool contacts) {
   const Settings& s = record.settings;
   std::string title(title_of(s.algorithm));
   if (s.algorithm == Algorithm::a2) title += contacts ? ", by m" : fmt::format(" m={}", s.iterations);
-  if (s.algorithm >= Algorithm::a3) {
+  if (s.algorithm >= Algorithm::a3 && is_of_report(s.algorithm)) {
     title += fmt::format(" {}", name(s.joints));
     if (tau_text(s) != "1") title += fmt::format(" τ={}", tau_text(s));
     if (kappa_text(s) != "1") title += fmt::format(" κ={}", kappa_text(s));
+  }
+  for (const SettingsField& field : settings_fields) {
+    if (field.can_be_left_out && !field.is_left_out(s))
+      title += fmt::format(" {}{}", field.symbol, text_of(s, field));
   }
   return title;
 }
@@ -34,6 +39,7 @@ bool is_followed(const SweepRecord& record, double step, bool contacts) {
   if (!record.metrics) return false;
   const Settings& s = record.settings;
   if (!record.engine.empty() || s.algorithm == Algorithm::a1) return true;
+  if (!is_of_report(s.algorithm)) return s.step == step;
   if (s.algorithm == Algorithm::a2 && contacts) return s.step == step;
   if (s.algorithm == Algorithm::a2) return s.iterations == 4 || s.iterations == 16;
   return s.iterations == 1 && s.joints != Joints::rows && s.step == step;
@@ -83,7 +89,7 @@ std::vector<RunFamily> families_of(const std::vector<SweepRecord>& records) {
   std::erase_if(families, [](const RunFamily& family) { return family.runs.size() < 2; });
   std::ranges::stable_sort(families, {}, [](const RunFamily& family) {
     const SweepRecord& first = family.runs.front();
-    return first.engine.empty() ? static_cast<int>(first.settings.algorithm) : 5;
+    return first.engine.empty() ? static_cast<int>(first.settings.algorithm) : 7;
   });
   return families;
 }
