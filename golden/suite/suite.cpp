@@ -261,7 +261,7 @@ class Reader : private TomlValues {
 Settings SuiteCase::settings_for(const Scene& of_case) const {
   const Settings usual = usual_settings(of_case, settings.algorithm);
   Settings result = settings;
-  for (const std::string_view field : {"step", "substeps", "iterations"}) {
+  for (const std::string_view field : {"step", "substeps", "iterations", "joints"}) {
     if (std::ranges::find(own_settings, field) == own_settings.end()) copy(result, field_named(field), usual);
   }
   return result;

@@ -122,6 +122,8 @@ void print(const json& scene) {
   const std::string reason = scene.at("substeps").at("reason");
   fmt::print("by default: {}{}{}\n", scene.at("default").get<std::string>(), reason.empty() ? "" : "; n ",
              reason);
+  if (const std::string doubt = scene.at("substeps").at("doubt"); !doubt.empty())
+    fmt::print("may not hold: {}\n", doubt);
   if (const int parts = scene.at("parts"); parts > 1) {
     fmt::print("A1 and A2 take each step in {} parts: {}\n", parts, reason_of_parts);
   }

@@ -28,7 +28,11 @@ Invariants::Invariants(const Scene& scene, const State& start)
       is_free_(is_free(scene)),
       start_(start),
       energy_(energy(scene, start)),
-      momentum_(momentum(scene, start, 0)) {}
+      momentum_(momentum(scene, start, 0)) {
+  for (std::size_t i = 0; i < start.q.size(); ++i)
+    local_spins_.push_back(start.q[i].angular.conjugate() * start.v[i].angular);
+  summed_turns_.assign(start.q.size(), Vector3::Zero());
+}
 
 void Invariants::add(const State& state, double time, Metrics& metrics) {
   metrics.joint_gap = std::max(metrics.joint_gap, joints_.gap(state));
@@ -44,6 +48,13 @@ void Invariants::add(const State& state, double time, Metrics& metrics) {
 }
 
 void Invariants::follow(const State& state, double step, Metrics& metrics) {
+  for (std::size_t i = 1; i < state.q.size(); ++i) {
+    // The second term of Magnus' series, of a velocity that changes evenly from ω₀ to ω₁: h²/12 ω₀ × ω₁.
+    const Vector3 spin = state.q[i].angular.conjugate() * state.v[i].angular;
+    summed_turns_[i] += state.q[i].angular * (step * step / 12 * local_spins_[i].cross(spin));
+    local_spins_[i] = spin;
+    metrics.summed_turn = std::max(metrics.summed_turn, summed_turns_[i].norm());
+  }
   passage_.add(state, step);
   if (passage_.passages().size() == metrics.passages.size()) return;
   metrics.passages.clear();

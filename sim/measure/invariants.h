@@ -1,6 +1,8 @@
 #pragma once
 /// Measures of a run that must stay zero or constant, without a reference.
 
+#include <vector>
+
 #include "sim/measure/joint_gap.h"
 #include "sim/measure/measured_run.h"
 #include "sim/measure/metrics.h"
@@ -14,7 +16,7 @@ class Invariants {
  public:
   Invariants(const Scene& scene, const State& start);  ///< the scene must outlive it
   void add(const State& state, double time, Metrics& metrics);
-  /// Gathers `passages`, for which it needs the state after each step of `step` seconds.
+  /// Gathers `passages` and `summed_turn`, for which it needs the state after each step of `step` seconds.
   void follow(const State& state, double step, Metrics& metrics);
 
  private:
@@ -24,6 +26,8 @@ class Invariants {
   PassageMeter passage_;
   bool is_free_;
   State start_;
+  std::vector<Vector3> local_spins_;   ///< after the last step, rad/s, by body
+  std::vector<Vector3> summed_turns_;  ///< so far, in the world, rad, by body
   double energy_;
   Momentum momentum_;
 };

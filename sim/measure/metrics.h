@@ -39,8 +39,11 @@ struct Metrics {
   std::optional<double>
       momentum;  ///< largest change beyond gravity's, N·s; of scenes that touch nothing fixed
   std::optional<double> angular_momentum;  ///< the same about the common centre of mass, N·m·s
-  std::vector<std::string> passages;       ///< "'ball' passes through 'wall'", see PassageMeter
-  std::optional<double> diverged;          ///< when, s
+  /// Estimate of the largest angle by which a body is turned wrongly, and its momentum with it, where a
+  /// step's rotation is that of the sum of its velocities, as in A4 and A5, rad.
+  double summed_turn = 0;
+  std::vector<std::string> passages;  ///< "'ball' passes through 'wall'", see PassageMeter
+  std::optional<double> diverged;     ///< when, s
   /// Over the scene's whole duration, after every step: what is known of the motion without a reference.
   std::vector<ExpectedFigure> expected;
   /// It stays finite, its RMS error is at most a tenth of the scene's size, and violations() has nothing that

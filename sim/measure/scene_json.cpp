@@ -196,6 +196,7 @@ const char* kind_of(const Body& body) {
 std::string reason_of_substeps(const Scene& scene) {
   if (scene.substeps != needed_substeps(scene)) return "as its file says";
   if (scene.substeps == default_settings(Algorithm::a5).substeps) return "";
+  if (has_loop(scene, Springs::skip) && scene.substeps == substeps_in_loop) return "as joints close a loop";
   return fmt::format("as its heaviest body is {:.4g} times as heavy as its lightest", mass_ratio(scene));
 }
 
@@ -215,7 +216,9 @@ json scene_json(const Scene& scene) {
               {"warnings", scene.warnings}};
   const Settings settings = usual_settings(scene, Algorithm::a5);
   result["default"] = label(settings);
-  result["substeps"] = {{"count", scene.substeps}, {"reason", reason_of_substeps(scene)}};
+  result["substeps"] = {{"count", scene.substeps},
+                        {"reason", reason_of_substeps(scene)},
+                        {"doubt", doubt_about_substeps(scene, settings)}};
   result["parts"] = Simulation(scene, usual_settings(scene, Algorithm::a1)).equal_parts();
   result["modelled"] = Simulation(scene, settings).modelled();
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {

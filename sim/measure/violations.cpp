@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "sim/constraints/formulate.h"
+#include "sim/loading/needed_substeps.h"
 #include "sim/measure/invariants.h"
 #include "sim/measure/joint_gap.h"
 #include "sim/measure/motion.h"
@@ -109,10 +110,13 @@ std::vector<Violation> violations(const Scene& scene, const Metrics& metrics) {
 
 std::vector<Violation> violations(const Scene& scene, const Settings& settings, const Metrics& metrics) {
   std::vector<Violation> result = violations(scene, metrics);
-  if (settings.algorithm == Algorithm::a5 && settings.joints == Joints::stable &&
-      settings.substeps > most_substeps_of_a5 && !scene.joints.empty()) {
+  if (const std::string doubt = doubt_about_substeps(scene, settings); !doubt.empty())
+    result.push_back({doubt, Severity::warning});
+  const bool is_summed = settings.algorithm == Algorithm::a4 || settings.algorithm == Algorithm::a5;
+  if (is_summed && metrics.summed_turn > warned_turn) {
     result.push_back(
-        {fmt::format("A5 gets worse with more than {} sub-steps where there are joints", most_substeps_of_a5),
+        {fmt::format("summed rotation turns a body's momentum by up to {:.2g} rad, above {:g} rad",
+                     metrics.summed_turn, warned_turn),
          Severity::warning});
   }
   return result;

@@ -21,8 +21,9 @@ inline constexpr double free_energy = 0.01;
 /// Limit of the momentum drift of bodies that touch nothing fixed, as a fraction of the momentum that they
 /// have with the energy energy_scale().
 inline constexpr double free_momentum = 0.01;
-/// Number of sub-steps above which A5 with next-frame joints gets worse (claim 6 of the report).
-inline constexpr int most_substeps_of_a5 = 100;
+
+/// Limit of the angle by which summed rotation turns a body's momentum in A4 and A5, rad.
+inline constexpr double warned_turn = 0.1;
 
 struct Violation {
   enum class Severity {
@@ -37,7 +38,7 @@ struct Violation {
 /// Returns what no motion of the scene does. Gaps, penetrations and energies count beyond the start's own.
 std::vector<Violation> violations(const Scene& scene, const Metrics& metrics);
 
-/// Returns the same and what is known to be wrong with the settings.
+/// Returns the same and what is wrong with the settings: see doubt_about_substeps() and Metrics::summed_turn.
 std::vector<Violation> violations(const Scene& scene, const Settings& settings, const Metrics& metrics);
 
 /// Their texts, with semicolons between them.
