@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <variant>
 
@@ -30,6 +31,39 @@ Surface default_surface(int body) {
     surface.roughness = 0.42;
   }
   return surface;
+}
+
+/// Whether every edge of the part's triangles has one triangle on each side, and they enclose a volume.
+bool is_closed(const BodyMesh& mesh, const Part& part) {
+  // Corners that vertices share have one number.
+  const double grid = 1e-6 * (part.high - part.low).maxCoeff();
+  if (!(grid > 0)) return false;
+  std::map<std::array<long, 3>, std::uint32_t> numbers;
+  const auto position = [&](std::size_t index) {
+    const auto& p = mesh.vertices[mesh.indices[index]].position;
+    return Vector3(p[0], p[1], p[2]);
+  };
+  std::vector<std::array<std::uint32_t, 2>> edges;
+  std::vector<std::array<std::uint32_t, 2>> opposite_edges;
+  double volume = 0;
+  for (std::size_t i = part.begin; i < part.end; i += 3) {
+    std::array<std::uint32_t, 3> corners{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vector3 p = (position(i + k) - part.low) / grid;
+      const std::array<long, 3> key{std::lround(p.x()), std::lround(p.y()), std::lround(p.z())};
+      corners[k] = numbers.try_emplace(key, static_cast<std::uint32_t>(numbers.size())).first->second;
+    }
+    if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) continue;
+    for (std::size_t k = 0; k < 3; ++k) {
+      edges.push_back({corners[k], corners[(k + 1) % 3]});
+      opposite_edges.push_back({corners[(k + 1) % 3], corners[k]});
+    }
+    const Vector3 a = position(i) - part.low;
+    volume += a.dot((position(i + 1) - part.low).cross(position(i + 2) - part.low));
+  }
+  std::ranges::sort(edges);
+  std::ranges::sort(opposite_edges);
+  return volume > 0 && edges == opposite_edges && std::ranges::adjacent_find(edges) == edges.end();
 }
 
 class Gatherer {
@@ -94,6 +128,9 @@ class Gatherer {
       part.low = part.low.cwiseMin(Vector3(p[0], p[1], p[2]));
       part.high = part.high.cwiseMax(Vector3(p[0], p[1], p[2]));
     }
+    part.begin = first_index_;
+    part.end = mesh_.indices.size();
+    part.is_closed = is_closed(mesh_, part);
     mesh_.parts.push_back(part);
   }
 

@@ -26,6 +26,10 @@ struct Part {
   int body = world_body;
   Vector3 low = Vector3::Zero();
   Vector3 high = Vector3::Zero();
+  std::size_t begin = 0;  ///< its indices in BodyMesh::indices
+  std::size_t end = 0;
+  /// Every edge has a triangle on both sides and normals face outwards: from outside no back face is seen.
+  bool is_closed = false;
 
   Vector3 centre() const { return (low + high) / 2; }
   Vector3 half_size() const { return (high - low) / 2; }

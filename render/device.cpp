@@ -63,7 +63,7 @@ void Device::make_programs() {
   open_ground_program = make_program(shaders::ground_vertex(), shaders::open_ground_fragment());
   sky_program = make_program(shaders::sky_vertex(), shaders::sky_fragment());
   depth_program = make_program(shaders::depth_vertex(), shaders::depth_fragment());
-  color_program = make_program(shaders::depth_vertex(), shaders::color_fragment());
+  color_program = make_program(shaders::color_vertex(), shaders::color_fragment());
   for (const GLuint program : {shading_program, ground_program, open_ground_program, sky_program}) {
     set_frame_units(program);
   }

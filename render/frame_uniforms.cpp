@@ -9,7 +9,6 @@
 namespace substep::render {
 
 void set_frame_units(GLuint program) {
-  glUniformBlockBinding(program, glGetUniformBlockIndex(program, "Frame"), 0);
   glUseProgram(program);
   const auto set = [program](const char* name, GLint unit) {
     glUniform1i(glGetUniformLocation(program, name), unit);

@@ -32,7 +32,7 @@ struct FrameUniforms {
   glm::vec4 depth_terms;
 };
 
-/// Tells a program with the block Frame where that is and which texture units it reads.
+/// Tells a program which texture units it reads.
 void set_frame_units(GLuint program);
 
 /// Sun, sky and ground at this height; the direction of the sun's rays.

@@ -1,6 +1,9 @@
 #include "render/gl_program.h"
 
 #include <stdexcept>
+#include <utility>
+
+#include "render/units.h"
 
 namespace substep::render {
 namespace {
@@ -43,6 +46,12 @@ GLuint make_program(const std::string& vertex, const std::string& fragment) {
     glGetProgramInfoLog(program, static_cast<GLsizei>(log.size()), &length, log.data());
     log.resize(static_cast<std::size_t>(length));
     throw std::logic_error("shader program: " + log);
+  }
+  for (const auto& [name, block] :
+       {std::pair("Frame", frame_block), std::pair("ClipPlaces", clip_places_block),
+        std::pair("WorldPlaces", world_places_block)}) {
+    const GLuint index = glGetUniformBlockIndex(program, name);
+    if (index != GL_INVALID_INDEX) glUniformBlockBinding(program, index, block);
   }
   return program;
 }

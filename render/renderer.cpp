@@ -101,7 +101,8 @@ struct Renderer::Implementation {
   void draw_ground(GLuint program);
   void draw_pieces(GLuint program, const glm::dmat4& clip, std::span<const Coordinates> poses,
                    Surface::Opacity opacity);
-  void draw_solid(GLuint program, const glm::dmat4& clip, std::span<const Coordinates> poses);
+  void draw_solid(GLuint program, const glm::dmat4& clip, std::span<const Coordinates> poses,
+                  GLenum hidden = GL_BACK);
   void draw_surfaces(std::span<const Coordinates> poses);
   void light_surfaces(GLuint depth);
   GroundAreas ground_areas_of_tile() const;
@@ -289,7 +290,7 @@ void Renderer::Implementation::draw_relief(std::span<const Coordinates> poses, d
     clip[1][2] = (from_below ? 2 : -2) / high;
     clip[3] = {-1 - low_x * clip[0][0], -1 - low_z * clip[2][1], (from_below ? -1 : 1) - ground * clip[1][2],
                1};
-    draw_solid(device->depth_program, clip, poses);
+    draw_solid(device->depth_program, clip, poses, from_below ? GL_BACK : GL_FRONT);
     glReadPixels(0, 0, Relief::size, Relief::size, GL_DEPTH_COMPONENT, GL_FLOAT, depths.data());
     for (std::size_t i = 0; i < depths.size(); ++i) {
       const bool is_there = depths[i] < 1;
@@ -332,9 +333,9 @@ void Renderer::Implementation::draw_pieces(GLuint program, const glm::dmat4& cli
 
 /// Depth or colour alone of all that light does not pass through.
 void Renderer::Implementation::draw_solid(GLuint program, const glm::dmat4& clip,
-                                          std::span<const Coordinates> poses) {
+                                          std::span<const Coordinates> poses, GLenum hidden) {
   if (programs == nullptr) {
-    bodies.draw(mesh, program, clip, poses);
+    bodies.draw(program, clip, poses, hidden);
     return;
   }
   draw_pieces(program, clip, poses, Surface::Opacity::opaque);
@@ -343,7 +344,7 @@ void Renderer::Implementation::draw_solid(GLuint program, const glm::dmat4& clip
 
 void Renderer::Implementation::draw_surfaces(std::span<const Coordinates> poses) {
   if (programs == nullptr) {
-    bodies.draw(mesh, device->body_program, clip_from_world, poses);
+    bodies.draw(device->body_program, clip_from_world, poses);
     return;
   }
   programs->set_sight(sight_of(tile_view, surfaces.height), false);
@@ -514,13 +515,11 @@ Image Renderer::Implementation::draw_colors(std::span<const Coordinates> poses) 
       draw_pieces(device->color_program, clip_from_world, poses, Surface::Opacity::blended);
     }
     // The ground is the world's.
-    glUseProgram(device->color_program);
     glm::dmat4 place(1);
     place[0][0] = place[2][2] = frame.ground_reach.w;
     place[3] = {view.eye.x, ground, view.eye.z, 1};
-    glUniformMatrix4fv(glGetUniformLocation(device->color_program, "clip_from_body"), 1, GL_FALSE,
-                       glm::value_ptr(glm::mat4(clip_from_world * place)));
-    glUniform3f(glGetUniformLocation(device->color_program, "color"), 1.0F / 255, 0, 0);
+    glUseProgram(device->color_program);
+    bodies.set_places(device->color_program, clip_from_world * place, std::array{Coordinates{}}, 0);
     draw_ground(device->color_program);
     picture.read();
     return top_down(picture.pixels, picture.width, picture.height);

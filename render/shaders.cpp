@@ -1,5 +1,7 @@
 #include "render/shaders.h"
 
+#include <fmt/format.h>
+
 namespace substep::render::shaders {
 namespace {
 
@@ -23,6 +25,25 @@ layout(std140) uniform Frame {
   vec4 occlusion;          // x, y: world x, z of the occlusion map's corner; z: 1 / its width; w: 1 / height it reaches
   vec4 depth_terms;        // depth d lies x / (y - d) along a ray; z: texels of the shadow map a side
 };
+)";
+
+/// Where bodies stand, by uniforms and attribute `body`, a body's number from first_body on.
+const std::string places = fmt::format(R"(
+layout(location = 8) in float body;
+layout(std140) uniform ClipPlaces {{ mat4 clip_from_bodies[{0}]; }};
+layout(std140) uniform WorldPlaces {{ mat4 world_from_bodies[{0}]; }};
+)",
+                                       bodies_at_once);
+
+/// The colour by which Renderer::draw_bodies() names the body.
+const std::string code = R"(
+uniform int first_body;
+flat out vec3 body_code;
+
+vec3 code_of_body() {
+  int code = first_body + int(body) + 1;
+  return vec3(code & 255, code >> 8 & 255, code >> 16 & 255) / 255.0;
+}
 )";
 
 /// What does not depend on where frames are drawn, by uniforms to_sun, sun, zenith, horizon and bounce.
@@ -515,7 +536,7 @@ std::string look_shading_fragment() {
 }
 
 std::string look_vertex() {
-  return R"(
+  return places + R"(
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec3 color;
@@ -524,8 +545,6 @@ layout(location = 4) in vec4 coordinates;
 layout(location = 5) in vec4 tint;
 layout(location = 6) in vec4 tangent;
 layout(location = 7) in vec2 density;
-uniform mat4 clip_from_body;
-uniform mat4 world_from_body;
 out vec3 world_position;
 out vec3 world_normal;
 out vec4 base_color;
@@ -534,7 +553,8 @@ out vec4 places;
 out vec4 world_tangent;
 out vec2 places_per_metre;
 void main() {
-  gl_Position = clip_from_body * vec4(position, 1.0);
+  mat4 world_from_body = world_from_bodies[int(body)];
+  gl_Position = clip_from_bodies[int(body)] * vec4(position, 1.0);
   world_position = (world_from_body * vec4(position, 1.0)).xyz;
   world_normal = mat3(world_from_body) * normal;
   base_color = vec4(color, 1.0) * tint;
@@ -605,15 +625,15 @@ void main() {
 }
 
 std::string cut_vertex() {
-  return R"(
+  return places + code + R"(
 layout(location = 0) in vec3 position;
 layout(location = 4) in vec4 coordinates;
 layout(location = 5) in vec4 tint;
-uniform mat4 clip_from_body;
 out vec4 places;
 out float tint_alpha;
 void main() {
-  gl_Position = clip_from_body * vec4(position, 1.0);
+  body_code = code_of_body();
+  gl_Position = clip_from_bodies[int(body)] * vec4(position, 1.0);
   places = coordinates;
   tint_alpha = tint.a;
 }
@@ -624,29 +644,27 @@ std::string cut_fragment() {
   return look_terms + R"(
 in vec4 places;
 in float tint_alpha;
-uniform vec3 color;
+flat in vec3 body_code;
 out vec4 code;
 void main() {
   float alpha = textureLod(color_texture, place_in_image(0, places), 0.0).a * tint_alpha * opacity.x;
   if (alpha < opacity.y) discard;
-  code = vec4(color, 1.0);
+  code = vec4(body_code, 1.0);
 }
 )";
 }
 
 std::string body_vertex() {
-  return R"(
+  return places + R"(
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec3 color;
 layout(location = 3) in vec2 finish;
-uniform mat4 clip_from_body;
-uniform mat4 world_from_body;
 out vec4 normal_and_roughness;
 out vec4 color_and_metallic;
 void main() {
-  gl_Position = clip_from_body * vec4(position, 1.0);
-  normal_and_roughness = vec4(mat3(world_from_body) * normal, finish.y);
+  gl_Position = clip_from_bodies[int(body)] * vec4(position, 1.0);
+  normal_and_roughness = vec4(mat3(world_from_bodies[int(body)]) * normal, finish.y);
   color_and_metallic = vec4(color, finish.x);
 }
 )";
@@ -712,10 +730,19 @@ void main() {
 }
 
 std::string depth_vertex() {
-  return R"(
+  return places + R"(
 layout(location = 0) in vec3 position;
-uniform mat4 clip_from_body;
-void main() { gl_Position = clip_from_body * vec4(position, 1.0); }
+void main() { gl_Position = clip_from_bodies[int(body)] * vec4(position, 1.0); }
+)";
+}
+
+std::string color_vertex() {
+  return places + code + R"(
+layout(location = 0) in vec3 position;
+void main() {
+  gl_Position = clip_from_bodies[int(body)] * vec4(position, 1.0);
+  body_code = code_of_body();
+}
 )";
 }
 
@@ -725,9 +752,9 @@ std::string depth_fragment() {
 
 std::string color_fragment() {
   return R"(
-uniform vec3 color;
+flat in vec3 body_code;
 out vec4 code;
-void main() { code = vec4(color, 1.0); }
+void main() { code = vec4(body_code, 1.0); }
 )";
 }
 

@@ -4,6 +4,7 @@
 /// For the same pixels on every machine they use no derivatives, no pow or exp, and encode sRGB themselves:
 /// an sRGB framebuffer is encoded with an approximate root that differs between processors.
 
+#include <cstddef>
 #include <string>
 
 namespace substep::render::shaders {
@@ -16,7 +17,9 @@ std::string lamps();
 /// What textures make of a surface, for both: the uniforms that SurfacePrograms::set_surface() sets.
 std::string looks();
 
-/// Uniforms clip_from_body and world_from_body.
+/// How many bodies' places the blocks ClipPlaces and WorldPlaces of shaders that draw bodies have.
+inline constexpr std::size_t bodies_at_once = 1024;
+
 std::string body_vertex();
 /// What is seen of bodies: two outputs, which shading_fragment() takes as textures, with the depth.
 std::string body_fragment();
@@ -31,7 +34,7 @@ std::string look_vertex();
 std::string look_fragment();
 std::string look_shading_fragment();
 std::string look_ground_fragment();
-/// Depth, or the uniform color, of what is not cut away.
+/// Depth, or the bodies' codes, of what is not cut away.
 std::string cut_vertex();
 std::string cut_fragment();
 
@@ -45,10 +48,11 @@ std::string open_ground_fragment();
 std::string sky_vertex();
 std::string sky_fragment();
 
-/// For the shadow map and the bodies' colours: uniform clip_from_body.
+/// For the shadow map.
 std::string depth_vertex();
 std::string depth_fragment();
-/// Uniform color.
+/// For Renderer::draw_bodies(). Uniform first_body.
+std::string color_vertex();
 std::string color_fragment();
 
 }  // namespace substep::render::shaders

@@ -1,5 +1,5 @@
 #pragma once
-/// Which texture unit holds what.
+/// Which texture unit holds what, and which binding each uniform block has.
 
 #include "render/gl.h"
 
@@ -18,5 +18,8 @@ enum Unit : GLint {
   nearer_unit,
   surface_texture_unit,  ///< the first of five, by Surface::Role
 };
+
+/// Of uniform blocks: the frame's, and the bodies' places.
+enum Block : GLuint { frame_block, clip_places_block, world_places_block };
 
 }  // namespace substep::render
