@@ -203,7 +203,7 @@ TEST(MeasurementTables, HaveRowForEachRun) {
   measurement.reference = reference_motion(scene, 0.5);
   for (const Algorithm algorithm : {Algorithm::a1, Algorithm::a5}) {
     const Settings settings = usual_settings(scene, algorithm);
-    measurement.runs.push_back({settings, measure(scene, settings, measurement.reference), {}});
+    measurement.runs.push_back({settings, {}, measure(scene, settings, measurement.reference), {}});
   }
   const std::string table = to_table(measurement, true);
   EXPECT_NE(table.find(measurement.reference.method), std::string::npos);

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "sim/loading/needed_substeps.h"
 #include "sim/measure/invariants.h"
 #include "sim/model/usual_settings.h"
 #include "tests/sim/test_scenes.h"
@@ -66,11 +67,11 @@ TEST(Violations, FreeBodiesKeepMomentumAndEnergy) {
 TEST(Violations, A5WarnsOfTooManySubsteps) {
   Scene scene = two_boxes();
   Settings settings = default_settings(Algorithm::a5);
-  settings.substeps = most_substeps_of_a5 + 1;
+  settings.substeps = most_default_substeps + 1;
   EXPECT_TRUE(violations(scene, settings, {}).empty());
   scene.joints.push_back(test::ball_joint(1, 2, {2, 0, 0}, {-2, 0, 0}));
   EXPECT_EQ(violations(scene, settings, {}).size(), 1U);
-  settings.substeps = most_substeps_of_a5;
+  settings.substeps = most_default_substeps;
   EXPECT_TRUE(violations(scene, settings, {}).empty());
 }
 
