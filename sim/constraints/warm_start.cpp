@@ -55,6 +55,10 @@ void give_patch(const ContactBatch& x, int lane, double scale, const Patch& patc
 void set_given_before(ContactBatches& contacts, const std::vector<Contact>& found, double duration,
                       double scale) {
   GivenBefore& before = contacts.given_before;
+  // As many as there may be: a step allocates nothing after the first.
+  before.normals.reserve(contacts.normals.capacity());
+  before.frictions.reserve(contacts.frictions.capacity());
+  before.patches.reserve(contacts.patches.capacity());
   before.normals.resize(contacts.normals.size());
   before.frictions.resize(contacts.frictions.size());
   before.patches.resize(contacts.patches.size());

@@ -28,9 +28,6 @@
 namespace substep {
 namespace {
 
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-
 constexpr double gamma = 0.999;
 constexpr double least_penalty = 1;
 constexpr double largest_penalty = 1e10;
@@ -193,6 +190,12 @@ void avbd(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, const Set
   work.row_solves = 0;
   work.rows.clear();
   work.blocks.clear();
+  const std::size_t most_contacts = problem.contacts->capacity();
+  work.rows.reserve(c.rows.size() + 3 * most_contacts);
+  work.blocks.reserve(c.blocks.size() + most_contacts);
+  work.blocks_of.reserve(2 * work.blocks.capacity());
+  work.sticks.reserve(work.blocks.capacity());
+  carried.contacts.reserve(most_contacts);
   problem.substeps.part = 1;
   formulate(problem, q, h);
   const bool is_known = start.size() == 2 * c.rows.size();
@@ -290,8 +293,8 @@ void avbd(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, const Set
       displacement[k] = (k == 1 ? contact.displacement_1 : contact.displacement_2) +
                         change_of(rows[k], work.displacement[x.a], work.displacement[x.b]);
     }
-    carried.contacts.push_back(
-        {h * force, force, {rows[0].penalty, rows[1].penalty, rows[2].penalty}, displacement});
+    const Vector3 penalties(rows[0].penalty, rows[1].penalty, rows[2].penalty);
+    carried.contacts.push_back({h * force, force, penalties, displacement});
   }
 }
 

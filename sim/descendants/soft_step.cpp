@@ -181,6 +181,7 @@ void soft_step(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, cons
   work.row_solves = 0;
   c.limits_of = 1;
   points.clear();
+  points.reserve(problem.contacts->capacity());
   for (const Contact& contact : *problem.contacts) {
     points.push_back(point_of(contact, problem, v_local, hs));
     const bool is_static = !moves(model.masses[contact.a]) || !moves(model.masses[contact.b]);
@@ -231,6 +232,7 @@ void soft_step(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, cons
   // Store the coordinates and forces
   q = problem.substeps.stepped;
   carried.contacts.clear();
+  carried.contacts.reserve(problem.contacts->capacity());
   for (const SoftPoint& x : points) {
     carried.contacts.push_back({x.given, x.impulse / hs, Vector3::Zero(), Vector3::Zero()});
   }

@@ -70,8 +70,15 @@ Scene balls_in_a_row() {
 }
 
 TEST(Allocation, NoneInAStepAfterTheFirst) {
-  for (const Algorithm algorithm : {Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
-    const Settings settings = default_settings(algorithm);
+  for (const auto& [algorithm, warm_start] : {std::pair(Algorithm::a2, 0.0),
+                                              {Algorithm::a3, 0.0},
+                                              {Algorithm::a4, 0.0},
+                                              {Algorithm::a5, 0.0},
+                                              {Algorithm::a5, 0.5},
+                                              {Algorithm::soft, 0.0},
+                                              {Algorithm::avbd, 0.0}}) {
+    Settings settings = default_settings(algorithm);
+    settings.warm_start = warm_start;
     EXPECT_EQ(allocations_of_steps(test::chain(5, 0.4), settings), 0) << name(algorithm) << " chain";
     EXPECT_EQ(allocations_of_steps(stack_of(6), settings), 0) << name(algorithm) << " stack";
     EXPECT_EQ(allocations_of_steps(balls_in_a_row(), settings), 0) << name(algorithm) << " balls";
