@@ -57,7 +57,8 @@ void SolverOptions::add_to(CLI::App& command) {
 }
 
 void SolverOptions::add_algorithm_to(CLI::App& command) {
-  command.add_option("--algorithm", algorithm_, "a1, a2, a3, a4 or a5; soft or avbd, which are not the report's")
+  command
+      .add_option("--algorithm", algorithm_, "a1, a2, a3, a4 or a5; soft or avbd, which are not the report's")
       ->default_str(std::string(name(usual_)))
       ->group(solving);
 }

@@ -14,6 +14,13 @@ Coordinates ahead(const Coordinates& q, const Velocity& v_local, double duration
           compose(q.angular, rotation_quaternion(duration * v_local.angular))};
 }
 
+/// Gives a block's impulses, with which a warm start begins, to its bodies.
+void give_first_impulses(const Constraints& c, const Block& x, double scale, std::vector<Velocity>& v) {
+  Impulse start{};
+  for (int k = 0; k < x.rows; ++k) start[k] = c.rows[x.first + k].impulse;
+  apply(c, x, start, v, scale);
+}
+
 }  // namespace
 
 void update_stable(Problem& problem, Block& x, const std::vector<Velocity>& v_hat,
@@ -80,11 +87,7 @@ void start_substep(Problem& problem, std::vector<Velocity>& v, const std::vector
   }
   start_substep(c.contacts, problem.substeps.duration, v, problem.substeps.offset, sum_v);
   if (fraction == 0) return;
-  for (const Block& x : c.blocks) {
-    Impulse start{};
-    for (int k = 0; k < x.rows; ++k) start[k] = c.rows[x.first + k].impulse;
-    apply(c, x, start, v, joint_scale);
-  }
+  for (const Block& x : c.blocks) give_first_impulses(c, x, joint_scale, v);
   warm_start(c.contacts, fraction, contact_scale, v);
 }
 

@@ -28,10 +28,10 @@ struct PatchShape {
   /// What a warm start continues from: the force along the normal, the torques about the tangents; the forces
   /// along the tangents, the torque about the normal. N, N m; 0 without a warm start.
   double force[6] = {};
-  double radius;        ///< mean distance of the points from their centre
-  double left_over;     ///< the largest overlap of a point that is still to be recovered
-  double margin;        ///< the points were looked for within this distance
-  Vector3 position;     ///< of a's centre of mass from b's, in b's frame
+  double radius;     ///< mean distance of the points from their centre
+  double left_over;  ///< the largest overlap of a point that is still to be recovered
+  double margin;     ///< the points were looked for within this distance
+  Vector3 position;  ///< of a's centre of mass from b's, in b's frame
   double corner[most_corners]
                [2];  ///< of the points' hull: along the tangents, from the centre, counterclockwise
 };

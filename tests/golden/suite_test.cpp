@@ -139,7 +139,8 @@ TEST_F(SuiteTest, NamesMistakesWithTheirLine) {
   EXPECT_EQ(
       message(a_case + "[case.settings.a3]\nsubstep = 2\n"),
       "suite.toml:4: unknown key 'substep' in settings.a3; known are step, substeps, iterations, tau, kappa, "
-      "contact_tau, contact_kappa, joints, relaxation, tolerance");
+      "contact_tau, contact_kappa, joints, relaxation, tolerance, warm_start, contact_hertz, joint_hertz, "
+      "alpha, beta");
   EXPECT_EQ(message(a_case + "[case.settings]\nkappa = 0\n"),
             "suite.toml:1: s.a1: kappa 0: must be above 0 and at most 2");
   EXPECT_EQ(message("[[case]]\nframes = 3\n"), "suite.toml:1: [[case]] without a 'scene'");

@@ -69,7 +69,8 @@ TEST_F(CommandLine, WhatCannotBeUnderstoodIsRefused) {
   expect_refused({"run", chain, "--setp", "1/60"}, "--setp: did you mean --step?");
   expect_refused({"run"}, "scene");
   expect_refused({"run", chain, "--speed", "3"}, "--speed");
-  expect_refused({"run", chain, "--algorithm", "a6"}, "--algorithm 'a6': give a1, a2, a3, a4, a5, soft or avbd");
+  expect_refused({"run", chain, "--algorithm", "a6"},
+                 "--algorithm 'a6': give a1, a2, a3, a4, a5, soft or avbd");
   expect_refused({"run", chain, "--set", "joints=loose"}, "--set 'joints=loose': give rows, plain or stable");
   expect_refused({"run", chain, "--step", "1/0"}, "--step '1/0'");
   expect_refused({"run", chain, "--step", "soon"}, "--step 'soon'");
