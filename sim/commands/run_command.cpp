@@ -158,7 +158,8 @@ void run(const RunOptions& options) {
   if (options.rate && !options.csv) throw Error("--rate: is of use with --csv only");
   if (settings.algorithm == Algorithm::a1) note_cost_of_a1(scene);
   const std::string doubt = doubt_about_substeps(scene, settings);
-  if (!doubt.empty()) warn_of(scene, label(settings), {{doubt, Violation::Severity::warning}});
+  if (!doubt.empty() && !options.strict)
+    warn_of(scene, label(settings), {{doubt, Violation::Severity::warning}});
   std::optional<CsvTable> table;
   if (options.csv) table.emplace(*options.csv, scene, settings.step, options.rate);
 

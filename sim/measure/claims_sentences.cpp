@@ -118,7 +118,7 @@ const std::vector<Sentence>& sentences() {
        {}},
       {17,
        "not the report's",
-       "No τ and κ are best for all: stacks, pyramids and rolling balls want others each, coupled rows a "
+       "No τ and κ are best for all: stacks want others than pyramids and rolling balls, coupled rows a "
        "smaller κ, "
        "joints that carry much a large τ and κ = 1, and A5's rods gain energy with a large τ; so contacts "
        "have "

@@ -230,8 +230,10 @@ class Reader : private TomlValues {
       GridList values{&field, {}};
       if (!has_list(field, is_limit)) continue;
       for (const toml::node* const node : list(table, field.name)) {
-        set_field(values.values.emplace_back(unsaid), field, *node);
-        check_at(*node, values.values.back());
+        Settings& one = values.values.emplace_back(unsaid);
+        if (!field.is_read_by(one.algorithm)) one.algorithm = field.first;
+        set_field(one, field, *node);
+        check_at(*node, one);
       }
       if (values.values.empty()) continue;
       (field.name == "iterations" ? grid.iterations : grid.lists).push_back(std::move(values));
