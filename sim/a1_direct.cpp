@@ -18,7 +18,7 @@ void proc1(CoordinateVector& q, VelocityVector& v, const Settings& settings, Pro
   // Step velocities
   to_local(problem.rotations, v);
   start_substep(problem, v);
-  add_external(model, h, v);  // [v + ext]
+  add_external(problem, h, v);  // [v + ext]
   make_mlcp(problem, v, work.mlcp);
   work.report = work.solver.solve(work.mlcp, work.lambda);  // proc1:3
   // J([v + ext] + M⁻¹Jᵀλ) = β(h) : lo, hi  // proc1:4
@@ -31,6 +31,7 @@ void proc1(CoordinateVector& q, VelocityVector& v, const Settings& settings, Pro
     q[i].linear += h * v[i].linear;                                               // proc1:7
     q[i].angular = compose(rotation_quaternion(h * v[i].angular), q[i].angular);  // proc1:8
   }
+  carry_momenta(problem, h, q, v);
 }
 
 }  // namespace substep

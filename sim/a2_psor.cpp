@@ -18,7 +18,6 @@ namespace substep {
 
 void proc2(CoordinateVector& q, VelocityVector& v, const Settings& settings, Problem& problem, Work& work) {
   const double h = settings.step;
-  const Model& model = *problem.model;
   Constraints& c = problem.c;
 
   // Step velocities
@@ -26,7 +25,7 @@ void proc2(CoordinateVector& q, VelocityVector& v, const Settings& settings, Pro
   to_local(problem.rotations, v);
   clear_impulses(c);
   start_substep(problem, v_hat);
-  add_external(model, h, v_hat);  // proc2:3
+  add_external(problem, h, v_hat);  // proc2:3
   // Iterate
   double moved = std::numeric_limits<double>::infinity();
   const int cap = sweeps_of(problem, settings.iterations);
@@ -52,6 +51,7 @@ void proc2(CoordinateVector& q, VelocityVector& v, const Settings& settings, Pro
     q[i].linear += h * v[i].linear;                                               // proc2:12
     q[i].angular = compose(rotation_quaternion(h * v[i].angular), q[i].angular);  // proc2:13
   }
+  carry_momenta(problem, h, q, v);
 }
 
 }  // namespace substep

@@ -26,7 +26,6 @@ void proc3(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
   const auto [n, usual_m, tau, kappa] = settings.substepping();
   const auto [contact_tau, contact_kappa] = settings.of_contacts();
   const double hs = settings.step / n;
-  const Model& model = *problem.model;
   Constraints& c = problem.c;
   Substeps& substeps = problem.substeps;
 
@@ -37,8 +36,8 @@ void proc3(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
   clear_impulses(c);
   for (int j = 1; j <= n; ++j) {  // proc3:5
     // Micro-iterate
-    start_substep(problem, v_hat);   // λ = 0
-    add_external(model, hs, v_hat);  // proc3:7
+    start_substep(problem, v_hat);     // λ = 0
+    add_external(problem, hs, v_hat);  // proc3:7
     const int m = sweeps_of(problem, usual_m);
     for (int i = 1; i <= m; ++i) {  // proc3:8
       for (Block& x : c.blocks) {   // proc3:9
@@ -55,6 +54,7 @@ void proc3(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
     // Sub-step 𝒞 to (t + j·hs)
     step_coordinates(hs, v_local, substeps.stepped);  // proc3:15
     if (j < n) formulate(problem, substeps.stepped, hs);
+    carry_momenta(problem, hs, v_local);
   }
 
   // Step coordinates; body 0 is the world

@@ -16,7 +16,6 @@ void proc4(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
   const auto [n, usual_m, tau, kappa] = settings.substepping();
   const auto [contact_tau, contact_kappa] = settings.of_contacts();
   const double hs = settings.step / n;
-  const Model& model = *problem.model;
   Constraints& c = problem.c;
   Substeps& substeps = problem.substeps;
 
@@ -27,8 +26,8 @@ void proc4(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
   clear_impulses(c);
   for (int j = 1; j <= n; ++j) {  // proc4:5
     // Micro-iterate
-    start_substep(problem, v_hat);   // λ = 0
-    add_external(model, hs, v_hat);  // proc4:7
+    start_substep(problem, v_hat);     // λ = 0
+    add_external(problem, hs, v_hat);  // proc4:7
     const int m = sweeps_of(problem, usual_m);
     for (int i = 1; i <= m; ++i) {  // proc4:8
       for (Block& x : c.blocks) {   // proc4:9
@@ -45,6 +44,7 @@ void proc4(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
     // Sub-step 𝒞 to (t + j·hs)
     add(v_hat, substeps.offset);      // proc4:15
     update_biases(problem, v_local);  // proc4:16
+    carry_momenta(problem, hs, v_local);
   }
 
   // Step coordinates; body 0 is the world

@@ -19,7 +19,6 @@ void proc5(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
   const auto [n, usual_m, tau, kappa] = settings.substepping();
   const double contact_kappa = settings.of_contacts().kappa;
   const double hs = settings.step / n;
-  const Model& model = *problem.model;
   Constraints& c = problem.c;
   Substeps& substeps = problem.substeps;
 
@@ -34,7 +33,7 @@ void proc5(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
   for (int j = 1; j <= n; ++j) {  // proc5:6
     // Micro-iterate
     start_substep(problem, v_local, &sum_v);  // λ□ = 0
-    add_external(model, hs, v_local);
+    add_external(problem, hs, v_local);
     add(sum_v, mv);  // proc5:8
     const int m = sweeps_of(problem, usual_m);
     for (int i = 1; i <= m; ++i) {  // proc5:9
@@ -55,6 +54,7 @@ void proc5(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
     scale(tau / kappa, v_local, work.change);
     add(work.change, sum_v);  // proc5:16
     undo_update_rule(problem, settings, work.change, sum_v);
+    carry_momenta(problem, hs, v_local);
     // mvʲ⁺¹ = v̆ʲ + svʲ⁺¹: line 8 adds sv, so that ext sees v̆  // proc5:17
   }
 

@@ -9,6 +9,7 @@ void build_blocks(Problem& problem, Joints joints, const std::vector<Coordinates
   const Model& model = *problem.model;
   c.blocks.clear();
   c.effective_masses.clear();
+  problem.substeps.gyroscopic_change.resize(model.gyroscopic.size());
   int first = 0;
   const auto add = [&](Block::Kind kind, int rows, int component, int a, int b,
                        std::size_t source) -> Block& {

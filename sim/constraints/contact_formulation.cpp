@@ -422,6 +422,7 @@ struct PatchGamma {
         [&](const PatchShape& shape) { return shape.corner[i + 1 < shape.corners ? i + 1 : 0][axis]; });
   };
   const Lanes count = from.of([](const PatchShape& shape) { return static_cast<double>(shape.corners); });
+  const Lanes squared_radius = from.of([](const PatchShape& shape) { return shape.radius * shape.radius; });
   for (int i = 0; i < x.corners; ++i) {
     PatchCorner& corner = corners[i];
     const Lanes here[2] = {place(i, 0), place(i, 1)};
@@ -435,9 +436,11 @@ struct PatchGamma {
     corner.plane[0] = choose(is_end, -(here[0] * along[0] + here[1] * along[1]), corner.plane[0]);
     corner.plane[1] = choose(is_end, along[1], corner.plane[1]);
     corner.plane[2] = choose(is_end, -along[0], corner.plane[2]);
-    // A patch with fewer corners repeats its last, whose plane is then that of forces that push.
+    // A patch with fewer corners repeats its last, whose plane is then that of forces that push, in the
+    // others' unit.
     const auto is_beyond = count <= all(i);
-    for (int k = 0; k < 3; ++k) corner.plane[k] = choose(is_beyond, all(k == 0 ? 1 : 0), corner.plane[k]);
+    for (int k = 0; k < 3; ++k)
+      corner.plane[k] = choose(is_beyond, k == 0 ? squared_radius : all(0), corner.plane[k]);
     const LaneVectors back = symmetric_product(patch.normal_inverse, corner.plane);
     const Lanes scale = inverse_or_zero(dot(corner.plane, back));
     const LaneVectors ray{{all(1), corner.place[1], -corner.place[0]}};

@@ -20,6 +20,8 @@ struct Substeps {
   bool bias_at_next_frame = false;  ///< A3: a stable block's bias is taken there too
   std::vector<Coordinates> stepped;
   std::vector<Velocity> offset;  ///< Σ v̆ since `stepped`; zero in A3
+  /// Of each of Model::gyroscopic, what the gyroscopic term changed the angular velocity by, rad/s.
+  std::vector<Vector3> gyroscopic_change;
 };
 
 /// Where the impulses of a (sub-)step of A2 to A5 start; not the report's.
@@ -61,8 +63,17 @@ void formulate(Problem& problem, const std::vector<Coordinates>& q, double hs);
 void update_stable(Problem& problem, Block& x, const std::vector<Velocity>& v_hat,
                    const std::vector<Velocity>* sum_v = nullptr);
 
-/// v̆ ← v̆ + ext over `duration`: gravity, and the gyroscopic term of bodies that have one.
-void add_external(const Model& model, double duration, std::vector<Velocity>& v_local);
+/// v̆ ← v̆ + ext over `duration`: gravity, and the gyroscopic term of bodies that have one. With that term v̆ is
+/// the mean over `duration` of a free body, so that the coordinates stepped with it are exact.
+void add_external(Problem& problem, double duration, std::vector<Velocity>& v_local);
+
+/// Carries angular momenta through a (sub-)step: v̆ ← M̆ (v̆ without the gyroscopic term), turned by `duration`
+/// v̆, the velocity at the end of what add_external gave the mean of. A free body keeps energy and momentum.
+void carry_momenta(const Problem& problem, double duration, std::vector<Velocity>& v_local);
+
+/// The same of world velocities `v`, with which the coordinates were stepped to `q`.
+void carry_momenta(const Problem& problem, double duration, const std::vector<Coordinates>& q,
+                   std::vector<Velocity>& v);
 
 /// Angular velocities from the world's frame to the bodies': ᵣv̆ = R⁻¹ ᵣv (III), and back.
 void to_local(const std::vector<Matrix3>& rotations, std::vector<Velocity>& v);

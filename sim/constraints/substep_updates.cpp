@@ -21,6 +21,14 @@ void give_first_impulses(const Constraints& c, const Block& x, double scale, std
   apply(c, x, start, v, scale);
 }
 
+/// Returns the local angular velocity of the kth gyroscopic body at the end of a (sub-)step in which it
+/// turned by `duration` times `mean`.
+Vector3 velocity_at_end(const Problem& problem, std::size_t k, double duration, const Vector3& mean) {
+  const Vector3& inertia = problem.model->inertia[problem.model->gyroscopic[k]];
+  const Vector3 momentum = inertia.cwiseProduct(mean - problem.substeps.gyroscopic_change[k]);
+  return velocity_after_turn(momentum, inertia, duration * mean);
+}
+
 }  // namespace
 
 void update_stable(Problem& problem, Block& x, const std::vector<Velocity>& v_hat,
@@ -54,13 +62,34 @@ void update_stable(Problem& problem, Block& x, const std::vector<Velocity>& v_ha
   }
 }
 
-void add_external(const Model& model, double duration, std::vector<Velocity>& v_local) {
+void add_external(Problem& problem, double duration, std::vector<Velocity>& v_local) {
+  const Model& model = *problem.model;
   const Vector3 fall = duration * model.gravity;
   for (std::size_t i = 0; i < v_local.size(); ++i) {
     if (model.masses[i].inverse_mass > 0) v_local[i].linear += model.masses[i].gravity_factor * fall;
   }
-  for (const int i : model.gyroscopic) {
-    v_local[i].angular += gyroscopic_change(v_local[i].angular, model.inertia[i], duration);
+  for (std::size_t k = 0; k < model.gyroscopic.size(); ++k) {
+    const int i = model.gyroscopic[k];
+    Vector3& v = v_local[i].angular;
+    const Vector3 mean = mean_of_free_rotation(v, model.inertia[i], duration);
+    problem.substeps.gyroscopic_change[k] = mean - v;
+    v = mean;
+  }
+}
+
+void carry_momenta(const Problem& problem, double duration, std::vector<Velocity>& v_local) {
+  for (std::size_t k = 0; k < problem.model->gyroscopic.size(); ++k) {
+    Vector3& v = v_local[problem.model->gyroscopic[k]].angular;
+    v = velocity_at_end(problem, k, duration, v);
+  }
+}
+
+void carry_momenta(const Problem& problem, double duration, const std::vector<Coordinates>& q,
+                   std::vector<Velocity>& v) {
+  for (std::size_t k = 0; k < problem.model->gyroscopic.size(); ++k) {
+    const int i = problem.model->gyroscopic[k];
+    const Vector3 local = problem.rotations[i].transpose() * v[i].angular;
+    v[i].angular = q[i].angular * velocity_at_end(problem, k, duration, local);
   }
 }
 

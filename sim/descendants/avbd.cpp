@@ -223,7 +223,7 @@ void avbd(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, const Set
     problem.rotations[i] = q[i].angular.toRotationMatrix();
     work.displacement[i] = {q[i].linear - begin[i].linear, h * v_local[i].angular};
   }
-  add_external(model, h, v_local);
+  add_external(problem, h, v_local);
   step_coordinates(h, v_local, work.inertial);
 
   for (int iteration = 0; iteration < settings.iterations; ++iteration) {
@@ -273,6 +273,7 @@ void avbd(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, const Set
     if (!moves(model.masses[i])) continue;
     v_local[i] = {work.displacement[i].linear / h, work.displacement[i].angular / h};
   }
+  carry_momenta(problem, h, v_local);
   // Carry the forces and penalties
   carried.contacts.clear();
   carried.joints.resize(2 * c.rows.size());

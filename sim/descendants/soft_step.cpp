@@ -191,7 +191,7 @@ void soft_step(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, cons
 
   for (int j = 1; j <= n; ++j) {
     // Integrate the velocities
-    add_external(model, hs, v_local);
+    add_external(problem, hs, v_local);
     // Warm start
     for (const Block& x : c.blocks) apply(c, x, impulse_of(c, x), v_local);
     for (const SoftPoint& x : points) {
@@ -216,6 +216,7 @@ void soft_step(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, cons
       for (int k = 0; k < 2; ++k) apply(model, x, 1 + k, friction[k], v_local);
       x.given += x.impulse;
     }
+    carry_momenta(problem, hs, v_local);
     work.row_solves += 2 * std::ssize(c.rows) + 4 * std::ssize(points);
   }
 

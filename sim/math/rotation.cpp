@@ -1,5 +1,7 @@
 #include "sim/math/rotation.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace substep {
@@ -62,6 +64,53 @@ double cosine_of_square(double s) {
   return p * s + 1;
 }
 
+struct FreeTurn {
+  double cosine;   ///< of half the angle
+  Vector3 vector;  ///< the axis times the sine of half the angle
+};
+
+/// Returns how a free body turns in `duration`, which must be short: Euler's equations and q' = q ω/2 as
+/// series in powers of time, until the terms vanish. `shape`: (I₂ − I₃)/I₁ and its cyclic permutations.
+FreeTurn free_turn(const Vector3& velocity, const Vector3& shape, double duration) {
+  constexpr int most_terms = 24;
+  constexpr double least_term = 1e-18;
+  std::array<Vector3, most_terms> w;  // of the angular velocity, times the duration
+  std::array<FreeTurn, most_terms> q;
+  w[0] = duration * velocity;
+  q[0] = {1, Vector3::Zero()};
+  FreeTurn sum = q[0];
+  for (int k = 0; k + 1 < most_terms; ++k) {
+    Vector3 products = Vector3::Zero();
+    FreeTurn next{0, Vector3::Zero()};
+    for (int i = 0; i <= k; ++i) {
+      const Vector3& other = w[k - i];
+      products += Vector3(w[i].y() * other.z(), w[i].z() * other.x(), w[i].x() * other.y());
+      next.cosine -= q[i].vector.dot(other);
+      next.vector += q[i].cosine * other + q[i].vector.cross(other);
+    }
+    w[k + 1] = shape.cwiseProduct(products) / (k + 1);
+    q[k + 1] = {next.cosine * (0.5 / (k + 1)), next.vector * (0.5 / (k + 1))};
+    sum.cosine += q[k + 1].cosine;
+    sum.vector += q[k + 1].vector;
+    if (q[k + 1].vector.cwiseAbs().maxCoeff() < least_term) break;
+  }
+  return sum;
+}
+
+/// Returns the rotation vector of a turn of at most 1/4 rad, by the series of the arcsine.
+Vector3 small_rotation_vector(const FreeTurn& turn) {
+  const double s = turn.vector.squaredNorm();
+  double p = 6435.0 / 557056.0;
+  p = p * s + 143.0 / 10240.0;
+  p = p * s + 231.0 / 13312.0;
+  p = p * s + 63.0 / 2816.0;
+  p = p * s + 35.0 / 1152.0;
+  p = p * s + 5.0 / 112.0;
+  p = p * s + 3.0 / 40.0;
+  p = p * s + 1.0 / 6.0;
+  return 2 * (1 + s * p) * turn.vector;
+}
+
 }  // namespace
 
 SineCosine sine_cosine(double angle) {
@@ -110,30 +159,38 @@ Vector3 rotation_vector(const Quaternion& q) {
   return q.vec() * (sign * 2 * angle_of(sine, sign * q.w()) / sine);
 }
 
-Vector3 gyroscopic_change(const Vector3& local_angular_velocity, const Vector3& inertia, double duration) {
+Vector3 mean_of_free_rotation(const Vector3& local_angular_velocity, const Vector3& inertia,
+                              double duration) {
   const Vector3 momentum = inertia.cwiseProduct(local_angular_velocity);
-  Vector3 w = local_angular_velocity;
-  // About a principal axis, or at rest, there is nothing to change.
-  if (momentum.cross(w) == Vector3::Zero()) return Vector3::Zero();
-  // Newton on f(w) = I w − R(−h w) I ω̆, whose last term turns the old momentum into the stepped body's frame.
-  // Four steps reach rounding for turns of up to half a radian a step; more turn takes a few more.
-  for (int i = 0; i < 12; ++i) {
-    const Vector3 turned = rotation_quaternion(-duration * w) * momentum;
-    const Vector3 f = inertia.cwiseProduct(w) - turned;
-    // d(R(−h w) L) = −h [R(−h w) L]× … to first order in h w: enough for quadratic-like convergence, since f
-    // is exact.
-    Matrix3 derivative = inertia.asDiagonal();
-    derivative(0, 1) += duration * turned.z();
-    derivative(0, 2) -= duration * turned.y();
-    derivative(1, 0) -= duration * turned.z();
-    derivative(1, 2) += duration * turned.x();
-    derivative(2, 0) += duration * turned.y();
-    derivative(2, 1) -= duration * turned.x();
-    const Vector3 correction = derivative.inverse() * f;
-    w -= correction;
-    if (correction.squaredNorm() <= 1e-32 * w.squaredNorm()) break;
+  // About a principal axis, or at rest, the velocity stays.
+  if (momentum.cross(local_angular_velocity) == Vector3::Zero()) return local_angular_velocity;
+  constexpr double longest_turn = 0.25;  // rad, of a series
+  constexpr double most_parts = 4096;
+  const Vector3 shape =
+      Vector3(inertia.y() - inertia.z(), inertia.z() - inertia.x(), inertia.x() - inertia.y())
+          .cwiseQuotient(inertia);
+  const double parts =
+      std::clamp(std::ceil(duration * local_angular_velocity.norm() / longest_turn), 1.0, most_parts);
+  Vector3 sum = Vector3::Zero();
+  Quaternion whole = Quaternion::Identity();
+  for (int i = 0; i < parts; ++i) {
+    const Vector3 velocity = (whole.conjugate() * momentum).cwiseQuotient(inertia);
+    const FreeTurn part = free_turn(velocity, shape, duration / parts);
+    sum += small_rotation_vector(part);
+    if (parts > 1) whole = compose(whole, {part.cosine, part.vector.x(), part.vector.y(), part.vector.z()});
   }
-  return w - local_angular_velocity;
+  if (parts == 1) return sum / duration;
+  // Of all vectors of this rotation, the one that turns as often as the body did
+  const Vector3 shortest = rotation_vector(whole);
+  const double angle = shortest.norm();
+  if (angle == 0) return sum / duration;
+  constexpr double full_turn = 4 * half_pi_high;
+  const double turns = std::floor((sum.dot(shortest) / angle - angle) / full_turn + 0.5);
+  return shortest * ((angle + turns * full_turn) / (angle * duration));
+}
+
+Vector3 velocity_after_turn(const Vector3& momentum, const Vector3& inertia, const Vector3& turn) {
+  return (rotation_quaternion(-turn) * momentum).cwiseQuotient(inertia);
 }
 
 }  // namespace substep

@@ -33,9 +33,13 @@ inline Quaternion compose(const Quaternion& p, const Quaternion& q) {
   return product;
 }
 
-/// The change of local angular velocity (body frame, rad/s) of a free body over `duration`, chosen such that
-/// the body stepped by it has exactly the angular momentum it had: w = ω̆ + change solves R(duration · w) I w
-/// = I ω̆, with I = diag(inertia). By Newton's method to rounding.
-Vector3 gyroscopic_change(const Vector3& local_angular_velocity, const Vector3& inertia, double duration);
+/// Returns the mean angular velocity (body frame, rad/s) of a free body over `duration`, from its velocity at
+/// the start: the body turns by R_q(duration · mean), exactly. `inertia`: its principal moments. Euler's
+/// equations are solved by power series, to rounding for turns of up to 1000 rad.
+Vector3 mean_of_free_rotation(const Vector3& local_angular_velocity, const Vector3& inertia, double duration);
+
+/// Returns the angular velocity (body frame, rad/s) of a body that has turned by the rotation vector `turn`
+/// (rad) with the angular momentum `momentum` (in the frame before the turn), which stays.
+Vector3 velocity_after_turn(const Vector3& momentum, const Vector3& inertia, const Vector3& turn);
 
 }  // namespace substep

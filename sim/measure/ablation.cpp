@@ -46,7 +46,7 @@ class Experiment {
     clear_impulses(c);
     for (int j = 1; j <= n; ++j) {
       start_substep(problem, v_local);
-      add_external(*problem.model, hs, v_local);
+      add_external(problem, hs, v_local);
       const int m = sweeps_of(problem, usual_m);
       for (int i = 1; i <= m; ++i) {
         for (Block& x : c.blocks) {
@@ -65,6 +65,7 @@ class Experiment {
         substeps.stepped = stepped_;
       }
       if (j < n) step_problem(problem, hs, v_local, work.sum);
+      carry_momenta(problem, hs, v_local);
     }
     for (std::size_t i = 0; i < q.size(); ++i) {
       q[i].linear += hs * work.sum[i].linear;

@@ -250,7 +250,7 @@ void solve_one(unsigned seed, int sweeps, Violation& worst) {
   ASSERT_EQ(x.contacts, 4) << seed;
   const double friction = box.friction;
   std::vector<Velocity>& v = box.v;
-  add_external(box.model, BoxOnPlate::h, v);
+  add_external(box.problem, BoxOnPlate::h, v);
   const std::vector<Velocity> v_start = v;
   for (int sweep = 0; sweep < sweeps; ++sweep) solve_and_apply(contacts, x, {}, v);
 

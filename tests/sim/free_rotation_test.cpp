@@ -1,0 +1,134 @@
+// Free rotation at default settings and 1/60 s, drawn from a seed: energy, angular momentum and, of symmetric
+// tops, the exact motion, over 10 s. Each prints a row of tests/sim/RESULTS.md.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "tests/sim/random_trials.h"
+
+namespace substep {
+namespace {
+
+using test::Random;
+using test::Trial;
+
+constexpr int steps = 600;
+
+/// Returns principal moments that a solid can have, each in [0.1, 1] of a scale, kg m².
+Vector3 moments(Random& random) {
+  const double scale = random.spread(1e-3, 1e3);
+  const double first = random.between(0.1, 1);
+  const double second = random.between(0.1, 1);
+  const double third = random.between(std::max(0.1, std::abs(first - second)), first + second);
+  return scale * Vector3(first, second, third);
+}
+
+struct FreeBody {
+  Scene scene;
+  Vector3 momentum;  ///< world frame, kg m²/s
+  double energy;     ///< J, of the rotation
+};
+
+FreeBody free_body(Random& random, const Vector3& inertia) {
+  FreeBody made{test::empty_scene(), {}, {}};
+  made.scene.gravity = 9.81 * random.direction();
+  Body body;
+  body.name = "body";
+  body.inverse_mass = 1 / random.spread(1e-2, 1e2);
+  body.inverse_inertia = inertia.cwiseInverse();
+  body.pose = {Vector3::Zero(), random.orientation()};
+  body.angular_velocity = random.spread(0.1, 100) * random.direction();
+  const Vector3 local = body.pose.orientation.conjugate() * body.angular_velocity;
+  made.momentum = body.pose.orientation * inertia.cwiseProduct(local);
+  made.energy = inertia.cwiseProduct(local).dot(local) / 2;
+  made.scene.bodies.push_back(body);
+  return made;
+}
+
+/// Returns the largest of `error` at the ends of 600 steps.
+template <class Error>
+double largest(const Scene& scene, Algorithm algorithm, const Error& error) {
+  Settings settings = test::default_settings_of(scene, algorithm);
+  settings.step = 1.0 / 60;
+  Simulation simulation(scene, settings);
+  double worst = 0;
+  for (int step = 1; step <= steps; ++step) {
+    simulation.step();
+    worst = std::max(worst, error(simulation.state().q[1], simulation.state().v[1], step * settings.step));
+  }
+  return worst;
+}
+
+std::string named(const Scene& scene) {
+  const Vector3& spin = scene.bodies[1].angular_velocity;
+  return fmt::format("spin {} {} {}", spin.x(), spin.y(), spin.z());
+}
+
+Trial energy_of(Random& random) {
+  const Vector3 inertia = moments(random);
+  const FreeBody drawn = free_body(random, inertia);
+  return {named(drawn.scene), [=](Algorithm algorithm) {
+            return largest(drawn.scene, algorithm,
+                           [&](const Coordinates& q, const Velocity& v, double /*time*/) {
+                             const Vector3 local = q.angular.conjugate() * v.angular;
+                             return std::abs(inertia.cwiseProduct(local).dot(local) / 2 / drawn.energy - 1);
+                           });
+          }};
+}
+
+Trial momentum_of(Random& random) {
+  const Vector3 inertia = moments(random);
+  const FreeBody drawn = free_body(random, inertia);
+  return {named(drawn.scene), [=](Algorithm algorithm) {
+            return largest(drawn.scene, algorithm,
+                           [&](const Coordinates& q, const Velocity& v, double /*time*/) {
+                             const Vector3 local = q.angular.conjugate() * v.angular;
+                             const Vector3 momentum = q.angular * inertia.cwiseProduct(local);
+                             return (momentum - drawn.momentum).norm() / drawn.momentum.norm();
+                           });
+          }};
+}
+
+/// A top turns about its axis at (1 − I₃/I₁) ω₃, and with that about its momentum at L/I₁.
+Trial motion_of_top(Random& random) {
+  const double across = random.spread(1e-3, 1e3);
+  Vector3 inertia = Vector3::Constant(across);
+  const int axis = random.below(3);
+  inertia[axis] *= random.between(0.1, 2);
+  const FreeBody drawn = free_body(random, inertia);
+  const Body body = drawn.scene.bodies[1];
+  const Vector3 local = body.pose.orientation.conjugate() * body.angular_velocity;
+  const double own = (1 - inertia[axis] / across) * local[axis];
+  return {named(drawn.scene), [=](Algorithm algorithm) {
+            return largest(drawn.scene, algorithm,
+                           [&](const Coordinates& q, const Velocity& /*v*/, double time) {
+                             const Quaternion exact = rotation_quaternion(time / across * drawn.momentum) *
+                                                      body.pose.orientation *
+                                                      rotation_quaternion(own * time * Vector3::Unit(axis));
+                             return 2 * (q.angular.conjugate() * exact).vec().norm();
+                           });
+          }};
+}
+
+using enum Algorithm;
+
+TEST(FreeRotation, KeepsEnergy) {
+  test::run({.name = "free rotation: energy", .limit = 1e-9, .draw = energy_of});
+}
+
+TEST(FreeRotation, KeepsMomentum) {
+  // A4 and A5 sum the rotation vectors of their sub-steps, which do not commute.
+  test::run(
+      {.name = "free rotation: momentum", .limit = 1e-9, .draw = momentum_of, .algorithms = {a1, a2, a3}});
+}
+
+TEST(FreeRotation, OfTopsIsExact) {
+  test::run(
+      {.name = "free top: angle, rad", .limit = 1e-7, .draw = motion_of_top, .algorithms = {a1, a2, a3}});
+}
+
+}  // namespace
+}  // namespace substep

@@ -1,0 +1,139 @@
+// A scene with lengths, masses and forces scaled by powers of two has the scaled motion, to the bit: no
+// threshold of the solver has a unit.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "sim/model/usual_settings.h"
+#include "sim/simulation.h"
+#include "tests/scene_files.h"
+#include "tests/sim/test_scenes.h"
+
+namespace substep {
+namespace {
+
+struct Scale {
+  double length;
+  double mass;
+
+  void apply(Pose& pose) const { pose.position *= length; }
+  void apply(std::vector<Vector3>& points) const {
+    for (Vector3& point : points) point *= length;
+  }
+  void operator()(Sphere& shape) const { shape.radius *= length; }
+  void operator()(Capsule& shape) const {
+    shape.half_length *= length;
+    shape.radius *= length;
+  }
+  void operator()(Plane& /*shape*/) const {}
+  void operator()(Polytope& shape) const {
+    apply(shape.vertices);
+    for (double& offset : shape.face_offsets) offset *= length;
+    shape.centre *= length;
+    shape.bounding_radius *= length;
+    shape.inner_radius *= length;
+    if (shape.box) {
+      apply(shape.box->pose);
+      shape.box->half_size *= length;
+    }
+    if (shape.ellipsoid) *shape.ellipsoid *= length;
+  }
+  void operator()(Cylinder& shape) const {
+    shape.half_height *= length;
+    shape.radius_bottom *= length;
+    shape.radius_top *= length;
+  }
+  void operator()(TaperedCapsule& shape) const {
+    shape.half_length *= length;
+    shape.radius_bottom *= length;
+    shape.radius_top *= length;
+  }
+  void operator()(TriangleMesh& shape) const {
+    apply(shape.vertices);
+    for (TriangleMesh::Node& node : shape.nodes) {
+      node.bounds.lower *= length;
+      node.bounds.upper *= length;
+    }
+  }
+
+  /// Scales forces (N) and what is per metre (N/m), or torques and what is per radian.
+  double of_force(bool angular) const { return angular ? mass * length * length : mass * length; }
+  double of_stiffness(bool angular) const { return angular ? mass * length * length : mass; }
+
+  void apply(Joint& joint) const {
+    apply(joint.frame_a);
+    apply(joint.frame_b);
+    for (JointLimit& limit : joint.limits) {
+      if (!limit.angular) limit.min *= length;
+      if (!limit.angular) limit.max *= length;
+      if (limit.stiffness) *limit.stiffness *= of_stiffness(limit.angular);
+      limit.damping *= of_stiffness(limit.angular);
+    }
+    for (JointDrive& drive : joint.drives) {
+      if (!drive.angular) drive.position_target *= length;
+      if (!drive.angular) drive.velocity_target *= length;
+      const bool is_per_mass = drive.acceleration;
+      drive.max_force *= is_per_mass ? (drive.angular ? 1 : length) : of_force(drive.angular);
+      drive.stiffness *= is_per_mass ? 1 : of_stiffness(drive.angular);
+      drive.damping *= is_per_mass ? 1 : of_stiffness(drive.angular);
+    }
+  }
+
+  Scene operator()(Scene scene) const {
+    scene.gravity *= length;
+    for (Body& body : scene.bodies) {
+      body.inverse_mass /= mass;
+      body.inverse_inertia /= mass * length * length;
+      apply(body.body_from_node);
+      apply(body.pose);
+      body.linear_velocity *= length;
+    }
+    for (Collider& collider : scene.colliders) {
+      apply(collider.placement);
+      std::visit(*this, collider.shape);
+    }
+    for (Joint& joint : scene.joints) apply(joint);
+    return scene;
+  }
+};
+
+/// Returns the first step of `steps` at whose end the scaled scene is elsewhere than the scene, or −1.
+int first_difference(const Scene& scene, const Scale& scale, Algorithm algorithm, int steps) {
+  const Settings settings = usual_settings(scene, algorithm);
+  Simulation one(scene, settings);
+  Simulation other(scale(scene), settings);
+  for (int step = 1; step <= steps; ++step) {
+    one.step();
+    other.step();
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+      const Coordinates& q = one.state().q[i];
+      const Coordinates& r = other.state().q[i];
+      if (scale.length * q.linear != r.linear || q.angular.coeffs() != r.angular.coeffs()) return step;
+    }
+  }
+  return -1;
+}
+
+class ScaledScene : public testing::TestWithParam<const char*> {};
+
+TEST_P(ScaledScene, HasTheScaledMotion) {
+  const Scene scene = scene_named(GetParam());
+  for (const Scale scale : {Scale{0x1p-10, 1}, Scale{0x1p10, 1}, Scale{1, 0x1p-10}, Scale{1, 0x1p10}}) {
+    for (const Algorithm algorithm : test::all_algorithms) {
+      EXPECT_EQ(first_difference(scene, scale, algorithm, 60), -1)
+          << title_of(algorithm) << ", lengths × " << scale.length << ", masses × " << scale.mass;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Library, ScaledScene,
+                         testing::Values("balls_on_tray", "bouncing_balls", "bowling", "box_stack", "cradle",
+                                         "door", "funnel", "governor", "joint_kinds", "masonry_arch",
+                                         "near_miss", "overlap", "ragdoll", "rattleback", "rod_chain",
+                                         "seams", "struck", "turntable", "wrecking_ball"),
+                         [](const auto& name) { return std::string(name.param); });
+
+}  // namespace
+}  // namespace substep
