@@ -1,21 +1,23 @@
 #pragma once
-/// A1's solver: the envelope method where it applies, else the general one of mlcp.h.
+/// A1's solver: the sparse factorisation of joints where it applies, else the general one of mlcp.h.
 
+#include <array>
 #include <vector>
 
+#include "sim/direct/block_factor.h"
 #include "sim/direct/mlcp.h"
 #include "sim/math/vector.h"
 
 namespace substep {
 
 /// Solves problems whose rows all have infinite limits, where λ is one linear system. Rows between the same
-/// two bodies are taken by threes; Γ + S, in blocks of 3×3, is factored as L D Lᵀ in its envelope, blocks
-/// ordered by reverse Cuthill–McKee: which costs as much as there are rows for chains and little more for
-/// trees and rings. Γ must be regular.
-class EnvelopeSolver {
+/// two bodies are taken by threes, whose Γ + S is factored as a sparse matrix of 3×3 blocks. Where bodies are
+/// joined in loops Γ may be singular: then Γ + S + εD is factored, D = diag(Γ), and the problem itself is
+/// solved in rounds, until what is left lies in directions in which Γ has next to nothing (mlcp.h).
+class JointSolver {
  public:
-  /// False where the problem has limits, a large envelope or a Γ that is singular but for rounding: `lambda`
-  /// is no solution then.
+  /// False where the problem has limits, or a Γ that is singular without loops, or the gradients do not
+  /// converge: `lambda` is no solution then.
   bool solve(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
 
   /// Gᵀλ of the last solution, by body.
@@ -24,63 +26,70 @@ class EnvelopeSolver {
  private:
   bool is_known(const Mlcp& problem) const;
   void analyse(const Mlcp& problem);
-  void order_groups(const Mlcp& problem);
   /// Whether bodies are joined in a loop, what does not move being one of them; or by more rows than two can
   /// have.
   bool has_loops(const Mlcp& problem) const;
-  bool factor(const Mlcp& problem);
-  void add_solution(std::vector<double>& lambda);
-  double residual(const Mlcp& problem, const std::vector<double>& lambda);
-  bool is_mostly_redundant(const Mlcp& problem, const std::vector<double>& lambda) const;
+  bool factor(const Mlcp& problem, double shift);
+  bool solve_tree(const Mlcp& problem, MlcpReport& report);
+  bool solve_loops(const Mlcp& problem, MlcpReport& report);
+  /// Sets what the multipliers leave of the right sides, and Gᵀλ. Returns its largest relative to theirs.
+  double residual(const Mlcp& problem);
+  double squared_residual(const Mlcp::Row& row, int i, double missing) const;
+  /// Sets Gᵀ of a combination of rows.
+  void set_impulses(const Mlcp& problem, const std::vector<Vector3>& combination);
+  bool rest_is_redundant(const Mlcp& problem);
+  int violated(const Mlcp& problem) const;
 
-  /// Up to three rows, one after the other, between the same two bodies.
+  /// Up to three rows between the same two bodies.
   struct Group {
-    int first;
+    std::array<int, 3> row;
     int rows;
     int a;
     int b;
   };
-  /// A block of Γ left of its diagonal gets the products of one body's parts of two groups' rows.
+  /// A block of Γ beside its diagonal gets the products of one body's parts of two groups' rows.
   struct Product {
-    std::ptrdiff_t block;
-    Group row;
-    Group column;
+    int pair;
+    int row;  ///< groups
+    int column;
     bool row_is_a;
     bool column_is_a;
   };
 
   std::size_t rows_ = 0;       ///< of the problem analysed last
-  std::vector<Group> groups_;  ///< of the problem analysed last, by place
-  bool small_ = false;         ///< the envelope is
+  std::vector<Group> groups_;  ///< of the problem analysed last
   bool has_loops_ = false;
-  std::vector<int> first_;             ///< by place: the first column of its envelope
-  std::vector<std::ptrdiff_t> shift_;  ///< by place: of an envelope's block from its column
   std::vector<Product> products_;
+  BlockFactor factor_;
   std::vector<double> gamma_;          ///< by row: Γ_xx
   std::vector<double> inverse_gamma_;  ///< by row: 1/Γ_xx
-  std::vector<Matrix3> lower_;         ///< L, row by row
-  std::vector<Matrix3> inverse_diagonal_;
-  std::vector<Vector3> right_;  ///< by place: what is to be solved
-  std::vector<Vector6> y_;      ///< Gᵀλ by body
+  double scale_ = 0;                   ///< square of what the residual is relative to
+  // By group:
+  std::vector<Vector3> multipliers_;  ///< λ
+  std::vector<Vector3> left_;         ///< what is left of the right sides
+  std::vector<Vector3> best_;
+  std::vector<Vector3> step_;  ///< of λ, in a round of loops
+  std::vector<Vector6> y_;     ///< Gᵀλ by body
+  std::vector<Vector6> kept_y_;
 };
 
 class DirectSolver {
  public:
   MlcpReport solve(const Mlcp& problem, std::vector<double>& lambda) {
     MlcpReport report;
-    enveloped_ = envelope_.solve(problem, lambda, report);
-    return enveloped_ ? report : general_.solve(problem, lambda);
+    is_of_joints_ = joints_.solve(problem, lambda, report);
+    return is_of_joints_ ? report : general_.solve(problem, lambda);
   }
 
   /// Gᵀλ = M^(−1/2)Jᵀλ of the last solution, by body.
   const std::vector<Vector6>& impulses() const {
-    return enveloped_ ? envelope_.impulses() : general_.impulses();
+    return is_of_joints_ ? joints_.impulses() : general_.impulses();
   }
 
  private:
-  EnvelopeSolver envelope_;
+  JointSolver joints_;
   MlcpSolver general_;
-  bool enveloped_ = false;  ///< whether that was the last one's
+  bool is_of_joints_ = false;  ///< whether that was the last one's
 };
 
 }  // namespace substep

@@ -1,4 +1,4 @@
-// The envelope solver against the general one, on joint graphs of each shape.
+// The joints solver against the general one, on joint graphs of each shape.
 
 #include "sim/direct/direct_solver.h"
 
@@ -39,10 +39,10 @@ Mlcp joints_between(const Links& links, int bodies, double softness) {
 }
 
 double largest_difference(const Mlcp& problem) {
-  EnvelopeSolver envelope;
+  JointSolver joints;
   std::vector<double> lambda;
   MlcpReport report;
-  EXPECT_TRUE(envelope.solve(problem, lambda, report));
+  EXPECT_TRUE(joints.solve(problem, lambda, report));
   EXPECT_LT(report.residual, 1e-13);  // measured at most 2e-15
   std::vector<double> expected;
   MlcpSolver general;
@@ -54,7 +54,7 @@ double largest_difference(const Mlcp& problem) {
   return largest;
 }
 
-TEST(EnvelopeSolver, SolvesChainsTreesRingsAndSeparateParts) {
+TEST(JointSolver, SolvesChainsTreesRingsAndSeparateParts) {
   const Links chain = {{0, -1}, {1, 0}, {2, 1}, {3, 2}, {4, 3}, {5, 4}};
   const Links tree = {{0, -1}, {1, 0}, {2, 0}, {3, 1}, {4, 1}, {5, 2}};
   const Links ring = {{0, 3}, {1, 0}, {5, 4}, {3, 2}, {4, 3}, {2, 5}, {2, 1}};
@@ -65,8 +65,8 @@ TEST(EnvelopeSolver, SolvesChainsTreesRingsAndSeparateParts) {
   }
 }
 
-TEST(EnvelopeSolver, FollowsChangedPattern) {
-  EnvelopeSolver solver;
+TEST(JointSolver, FollowsChangedPattern) {
+  JointSolver solver;
   std::vector<double> lambda;
   for (const Links& links : {Links{{0, -1}, {1, 0}}, Links{{1, -1}, {0, 1}}, Links{{0, 1}}}) {
     MlcpReport report;
@@ -75,8 +75,8 @@ TEST(EnvelopeSolver, FollowsChangedPattern) {
   }
 }
 
-TEST(EnvelopeSolver, LeavesRestToGeneralSolver) {
-  EnvelopeSolver solver;
+TEST(JointSolver, LeavesRestToGeneralSolver) {
+  JointSolver solver;
   std::vector<double> lambda;
   MlcpReport report;
   Mlcp twice = joints_between({{0, -1}, {1, 0}}, 2, 0);
@@ -92,16 +92,16 @@ TEST(EnvelopeSolver, LeavesRestToGeneralSolver) {
   EXPECT_LT(general.residual, MlcpSolver::tolerance);  // measured 1e-13
 }
 
-TEST(EnvelopeSolver, HasNoImpulsesWithoutRows) {
+TEST(JointSolver, HasNoImpulsesWithoutRows) {
   Mlcp problem;
   problem.bodies = 2;
   std::vector<double> lambda{1, 2, 3};  // of the step before
   MlcpReport report;
-  EXPECT_TRUE(EnvelopeSolver().solve(problem, lambda, report));
+  EXPECT_TRUE(JointSolver().solve(problem, lambda, report));
   EXPECT_TRUE(lambda.empty());
 }
 
-TEST(EnvelopeSolver, SolvesLongChain) {
+TEST(JointSolver, SolvesLongChain) {
   // λᵀΓλ is (π/N)² of λᵀDλ there, without any redundancy.
   Settings settings;
   settings.algorithm = Algorithm::a1;

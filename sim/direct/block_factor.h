@@ -1,0 +1,50 @@
+#pragma once
+/// L D Lᵀ of a sparse symmetric matrix of 3×3 blocks.
+
+#include <Eigen/Core>
+#include <utility>
+#include <vector>
+
+#include "sim/math/vector.h"
+
+namespace substep {
+
+/// Factors symmetric positive matrices whose blocks have one pattern, in an order of little fill (approximate
+/// minimum degree): as much work as there are blocks for chains and trees, n^1.5 for nets.
+class BlockFactor {
+ public:
+  /// Takes the pattern: `count` diagonal blocks and those of the pairs (row, column), of which none is given
+  /// twice.
+  void analyse(int count, const std::vector<std::pair<int, int>>& pairs);
+
+  /// Sets all blocks to zero.
+  void clear();
+  Matrix3& diagonal(int i) { return diagonal_[place_[i]]; }
+  /// The block of the kth pair. It is that of (column, row) where `is_transposed(k)`.
+  Matrix3& block(int k) { return lower_[edge_of_pair_[k]]; }
+  bool is_transposed(int k) const { return is_transposed_[k]; }
+
+  /// Factors what was set. False where a pivot is not above `least` times its element of the diagonal.
+  bool factor(double least);
+
+  /// Solves for `x`, in place, by index.
+  void solve(std::vector<Vector3>& x);
+
+ private:
+  std::vector<int> place_;  ///< of an index in the order of elimination
+  std::vector<int> index_;  ///< of a place
+  /// By place: the later places with which it has a block, ascending; a block's number is its edge's.
+  std::vector<int> begin_;
+  std::vector<int> row_;
+  std::vector<int> edge_of_pair_;
+  std::vector<char> is_transposed_;
+  /// By place, and pair of its edges: the block that their product changes, −1 − place on the diagonal.
+  std::vector<int> targets_;
+  std::vector<Matrix3> diagonal_;
+  std::vector<Matrix3> inverse_;
+  std::vector<Matrix3> lower_;
+  std::vector<Matrix3> column_;  ///< of the place that is being eliminated, before it is scaled
+  std::vector<Vector3> right_;
+};
+
+}  // namespace substep
