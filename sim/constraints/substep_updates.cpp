@@ -71,6 +71,10 @@ void add_external(Problem& problem, double duration, std::vector<Velocity>& v_lo
   for (std::size_t k = 0; k < model.gyroscopic.size(); ++k) {
     const int i = model.gyroscopic[k];
     Vector3& v = v_local[i].angular;
+    if (model.has_joints[i]) {
+      v += implicit_gyroscopic_change(v, model.inertia[i], duration);
+      continue;
+    }
     const Vector3 mean = mean_of_free_rotation(v, model.inertia[i], duration);
     problem.substeps.gyroscopic_change[k] = mean - v;
     v = mean;
@@ -79,7 +83,9 @@ void add_external(Problem& problem, double duration, std::vector<Velocity>& v_lo
 
 void carry_momenta(const Problem& problem, double duration, std::vector<Velocity>& v_local) {
   for (std::size_t k = 0; k < problem.model->gyroscopic.size(); ++k) {
-    Vector3& v = v_local[problem.model->gyroscopic[k]].angular;
+    const int i = problem.model->gyroscopic[k];
+    if (problem.model->has_joints[i]) continue;
+    Vector3& v = v_local[i].angular;
     v = velocity_at_end(problem, k, duration, v);
   }
 }
@@ -88,6 +94,7 @@ void carry_momenta(const Problem& problem, double duration, const std::vector<Co
                    std::vector<Velocity>& v) {
   for (std::size_t k = 0; k < problem.model->gyroscopic.size(); ++k) {
     const int i = problem.model->gyroscopic[k];
+    if (problem.model->has_joints[i]) continue;
     const Vector3 local = problem.rotations[i].transpose() * v[i].angular;
     v[i].angular = q[i].angular * velocity_at_end(problem, k, duration, local);
   }

@@ -48,8 +48,8 @@ Model force_part(const Model& model) {
 
 void RowSolver::solve(const Mlcp& problem) {
   MlcpReport report;
-  if (envelope_.solve(problem, lambda_, report)) {
-    impulses_ = envelope_.impulses();
+  if (joints_.solve(problem, lambda_, report) && report.status == MlcpReport::Status::solved) {
+    impulses_ = joints_.impulses();
     return;
   }
   const auto rows = static_cast<Eigen::Index>(problem.rows.size());

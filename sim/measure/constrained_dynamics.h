@@ -12,7 +12,7 @@
 
 namespace substep {
 
-/// Γλ = right, and the impulses by body: by the envelope method, else densely, where λ may not be unique.
+/// Γλ = right, and the impulses by body: by the joints' solver, else densely, where λ may not be unique.
 class RowSolver {
  public:
   void solve(const Mlcp& problem);
@@ -20,7 +20,7 @@ class RowSolver {
   const std::vector<double>& lambda() const { return lambda_; }
 
  private:
-  EnvelopeSolver envelope_;
+  JointSolver joints_;
   std::vector<double> lambda_;
   std::vector<Vector6> impulses_;
 };

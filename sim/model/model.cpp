@@ -134,8 +134,10 @@ Model build_model(const Scene& scene) {
     const bool equal = inertia[0] == inertia[1] && inertia[1] == inertia[2];
     if (scene.gyroscopic && finite && !equal) model.gyroscopic.push_back(static_cast<int>(i));
   }
+  model.has_joints.assign(scene.bodies.size(), 0);
   for (const Joint& joint : scene.joints) {
     add_joint(scene, joint, model);
+    model.has_joints[joint.body_a] = model.has_joints[joint.body_b] = 1;
     if (!joint.enable_collision) add_silent_pairs(joint, model);
   }
   std::ranges::sort(model.jointed);

@@ -140,6 +140,7 @@ struct Model {
   Vector3 gravity;
   std::vector<BodyMass> masses;  ///< one per body, the world first
   std::vector<int> gyroscopic;   ///< bodies whose moments differ
+  std::vector<char> has_joints;  ///< by body
   std::vector<Vector3> inertia;  ///< principal moments of all bodies (0 where infinite)
   std::vector<Lock> locks;
   std::vector<Limit> limits;

