@@ -90,6 +90,25 @@ Shape capsule(const ImplicitShape& shape, const Vector3& scale, std::optional<Po
   return Capsule{height / 2, bottom};
 }
 
+/// Adds a primitive's triangles, placed, to a geometry.
+void add_triangles(const GltfPrimitive& primitive, const std::vector<Vector3>& positions,
+                   const NodeTransform& placement, NodeGeometry& geometry) {
+  const auto first = static_cast<std::uint32_t>(geometry.points.size());
+  if (first == 0) {
+    geometry.points.reserve(positions.size());
+    geometry.triangles.reserve(primitive.triangles.size());
+  }
+  for (const Vector3& position : positions) {
+    geometry.points.push_back(placement.linear * position + placement.translation);
+  }
+  const bool mirrors = placement.linear.determinant() < 0;
+  for (Triangle triangle : primitive.triangles) {
+    if (mirrors) std::swap(triangle[1], triangle[2]);
+    geometry.triangles.push_back({first + triangle[0], first + triangle[1], first + triangle[2]});
+  }
+  geometry.double_sided = geometry.double_sided || primitive.double_sided;
+}
+
 class GeometryGatherer {
  public:
   GeometryGatherer(const GltfDocument& document, const std::vector<GltfMesh>& meshes,
@@ -110,7 +129,7 @@ class GeometryGatherer {
         if (node.skin >= 0 && !primitive.influences.empty()) {
           add_skinned(index, primitive);
         } else {
-          add_triangles(primitive, primitive.positions, placement);
+          add_triangles(primitive, primitive.positions, placement, geometry_);
         }
       }
     }
@@ -127,25 +146,7 @@ class GeometryGatherer {
         primitive,
         posed_vertices(document_, skins_[document_.nodes[index].skin], primitive, document_.node_json(index))
             .positions,
-        compose(scale_, make_transform(back, Vector3(-(back * world.translation)))));
-  }
-
-  void add_triangles(const GltfPrimitive& primitive, const std::vector<Vector3>& positions,
-                     const NodeTransform& placement) {
-    const auto first = static_cast<std::uint32_t>(geometry_.points.size());
-    if (first == 0) {
-      geometry_.points.reserve(positions.size());
-      geometry_.triangles.reserve(primitive.triangles.size());
-    }
-    for (const Vector3& position : positions) {
-      geometry_.points.push_back(placement.linear * position + placement.translation);
-    }
-    const bool mirrors = placement.linear.determinant() < 0;
-    for (Triangle triangle : primitive.triangles) {
-      if (mirrors) std::swap(triangle[1], triangle[2]);
-      geometry_.triangles.push_back({first + triangle[0], first + triangle[1], first + triangle[2]});
-    }
-    geometry_.double_sided = geometry_.double_sided || primitive.double_sided;
+        compose(scale_, make_transform(back, Vector3(-(back * world.translation)))), geometry_);
   }
 
   const GltfDocument& document_;
@@ -346,6 +347,7 @@ Shape implicit_shape(const ImplicitShape& shape, const Vector3& signed_scale,
       warnings.push_back(place.path() +
                          ": a cylinder made elliptic by its node's scale collides as a prism of 32 sides");
       return scaled(cylinder(shape.height, shape.radius_bottom, shape.radius_top), scale);
+    case ImplicitShape::Kind::mesh:  // a collider has the mesh itself
     case ImplicitShape::Kind::plane:
       break;
   }
@@ -355,6 +357,15 @@ Shape implicit_shape(const ImplicitShape& shape, const Vector3& signed_scale,
     return make_rectangle(shape.plane_size[0] * scale.x(), shape.plane_size[1] * scale.z(),
                           shape.double_sided);
   });
+}
+
+NodeGeometry geometry_of_mesh(const GltfMesh& mesh, const Vector3& scale, const JsonValue& place) {
+  NodeGeometry geometry;
+  const NodeTransform placement = make_transform(Vector3::Zero(), Quaternion::Identity(), scale);
+  for (const GltfPrimitive& primitive : mesh.primitives)
+    add_triangles(primitive, primitive.positions, placement, geometry);
+  if (geometry.triangles.empty()) place.fail("its geometry is a mesh without triangles");
+  return geometry;
 }
 
 std::size_t geometry_size(const GltfDocument& document, const std::vector<GltfMesh>& meshes,

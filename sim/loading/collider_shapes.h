@@ -30,6 +30,9 @@ struct NodeGeometry {
   bool skinned = false;
 };
 
+/// The triangles of a mesh, unskinned, times `scale`. Throws Error when there is none.
+NodeGeometry geometry_of_mesh(const GltfMesh& mesh, const Vector3& scale, const JsonValue& place);
+
 /// How much geometry_of_node has to do: nodes, vertices, triangles and joints.
 std::size_t geometry_size(const GltfDocument& document, const std::vector<GltfMesh>& meshes,
                           const std::vector<GltfSkin>& skins, int node);
