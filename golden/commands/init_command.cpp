@@ -115,21 +115,13 @@ std::string origin_of(const std::string& command, const fs::path& project) {
 
 constexpr const char* readme = R"(# Goldens
 
-What the scenes of `suite.toml` did when somebody last looked and found it good. `poses` has their motion, `images` pictures of it and,
-beside each, when and why it was approved.
+What the scenes of `suite.toml` did when somebody last looked and found it good.
 
-    substep check                                   # compares, and says what changed
+    substep check                                   # compares; a new case has no golden yet
     substep approve --failed --reason "why"         # after you looked at out/check/report.html
 
-The first time every case is *new*: look at the report, then approve, and commit this folder.
-
-When the check fails in CI, download its `report` and open `report.html` in it. Where the change is meant, either run the
-workflow by hand on that branch, with the names of the cases and the reason: it checks again, approves them and commits. Or,
-in the repository:
-
-    substep approve --failed --output report --reason "why"
-
-copies what you saw, and runs nothing again.
+When the check fails in CI, download its `report` and open `report.html` in it. Where the change is meant, run the workflow by
+hand on that branch, with the names of the cases and the reason; or approve here what you saw, with `--output report`.
 )";
 
 constexpr const char* workflow =
