@@ -206,6 +206,19 @@ TEST(OtherEngines, BlockSlidesDownSlope) {
   }
 }
 
+TEST(OtherEngines, RunScenesOrSayWhy) {
+  for (const std::string name :
+       {"box_stack", "box_pyramid", "heavy_chain", "card_house", "dominoes", "ragdoll"}) {
+    Scene scene = scene_named(name);
+    scene.duration = scene.step;
+    for (const Engine& engine : other_engines()) {
+      const std::string why =
+          engine.is_command ? "joint spine limits a cone" : "joint spine has a limit or a spring";
+      EXPECT_EQ(omitted(engine, scene), name == "ragdoll" ? why : "") << name << ", " << engine.label;
+    }
+  }
+}
+
 TEST(MuJoCo, ClosesLoops) {
   const Scene scene = short_scene("four_bar");
   const ReferenceMotion reference = reference_motion(scene, 0.5);
