@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "sim/geometry/triangle_mesh.h"
+#include "sim/loading/collider_geometry.h"
 #include "sim/loading/collider_shapes.h"
 
 namespace substep {
