@@ -208,6 +208,8 @@ void check_poses(CaseContext& work) {
   poses.frames = static_cast<int>(work.live->frames.size());
   poses.end = work.live->end;
   poses.bodies = static_cast<int>(work.live->bodies.size()) - 1;
+  if (!entry.author.empty() && poses.frames <= entry.frames)
+    work.note(fmt::format("the table ends at frame {}, the case at {}", poses.frames - 1, entry.frames));
   if (!work.golden) return;
   poses.golden_frames = static_cast<int>(work.golden->frames.size());
   poses.difference = compare(*work.golden, *work.live);

@@ -10,6 +10,7 @@ import re
 import shutil
 import signal
 import subprocess
+import textwrap
 import time
 
 from another_project import SCENES, SOURCE, SUBSTEP, SUITE, Project, expect, run
@@ -225,6 +226,18 @@ def a_pendulum_in_python_goes_green_red_and_green_by_what_is_printed(folder):
         command, = [c for c in printed(text, "approve") if "approve" in c]
         project.shell(command.replace('"..."', '"a heavier rod"'), 0)
         project.shell(check, 0)
+    # The workflow's run by hand approves what is named, and commits it.
+    (project.folder / "pendulum.py").write_text((project.folder / "pendulum.py").read_text().replace("0.9,", "0.8,"))
+    project.shell("git init -q --bare ../origin && git remote add origin ../origin && git push -q -u origin HEAD", 0)
+    steps = (SOURCE / ".github/workflows/suite.yml").read_text()
+    checks = re.search(r"- run: (substep check .*)", steps).group(1)
+    approves = textwrap.dedent(re.search(r"run: \|\n((?: {10}.*\n)+)", steps).group(1))
+    environment = "export SUITE=golden APPROVE=pendulum.pendulum REASON='a shorter rod; $(touch ran)'\n"
+    project.shell(environment + checks + " && " + approves, 0)
+    expect(not (project.folder / "ran").exists(), "a reason is no command")
+    log = project.shell("git log -1 --format=%s%n%b origin/HEAD || git log -1 --format=%s%n%b @{upstream}", 0)
+    expect("Approve pendulum.pendulum\na shorter rod" in log, log)
+    project.shell(check, 0)
     # A crash and a hang are errors of the case, and leave nothing running.
     suite = project.folder / "golden/suite.toml"
     suite.write_text(suite.read_text().replace("time_limit = 120", "time_limit = 1"))
