@@ -151,6 +151,10 @@ function in_world_axes(scene) {
 /** Simulates the scene of the command line with the world that `make(scene, settings)` returns: { step(), state(body) }. */
 export async function simulate(make) {
   const [scene_file, settings_file, poses_file] = process.argv.slice(2);
+  if (!poses_file) {
+    console.error('give SCENE SETTINGS POSES: scenes/format.md describes these files');
+    process.exit(2);
+  }
   const settings = JSON.parse(readFileSync(settings_file));
   let file;
   try {
