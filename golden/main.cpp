@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "golden/commands/commands.h"
-#include "golden/did_you_mean.h"
-#include "golden/process.h"
 #include "render/commands/commands.h"
 #include "render/renderer.h"
 #include "sim/commands/commands.h"
+#include "sim/commands/did_you_mean.h"
+#include "sim/commands/process.h"
 #include "sim/error.h"
 #include "sim/model/typed_settings.h"
 
@@ -24,7 +24,7 @@ namespace {
 int refuse(std::string message) {
   std::replace(message.begin(), message.end(), '\n', ' ');
   fmt::print(stderr, "substep: {}\n", message);
-  return golden::bad_input;
+  return bad_input;
 }
 
 std::string no_command(const CLI::App& app, const std::string& typed) {

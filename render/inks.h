@@ -3,6 +3,7 @@
 /// who see colours differently tell apart too.
 
 #include <array>
+#include <string_view>
 
 #include "sim/model/settings.h"
 
@@ -29,9 +30,13 @@ constexpr int hue_of(Algorithm algorithm) {
   return static_cast<int>(algorithm);
 }
 
-/// Of the engine at this place of engines().
-constexpr int hue_of_engine(std::size_t index) {
-  return 5 + static_cast<int>(index % 3);
+/// Index of `inks`, by the engine's name: Jolt and Rapier have the inks of A2 and A4, which are seldom beside
+/// them; MuJoCo purple, ODE sky, Bullet and commands grey.
+constexpr int hue_of_engine(std::string_view name) {
+  if (name.starts_with("jolt")) return 1;
+  if (name.starts_with("rapier")) return 3;
+  if (name.starts_with("mujoco")) return 5;
+  return name.starts_with("ode") ? 6 : 7;
 }
 
 }  // namespace substep::render

@@ -8,6 +8,7 @@
 #include "golden/suite/scene_parts.h"
 #include "render/player/player_page.h"
 #include "sim/log/file_output.h"
+#include "sim/log/pose_table.h"
 #include "sim/simulation.h"
 
 namespace substep::golden {
@@ -71,6 +72,8 @@ void write_motion_page(CaseContext& work) {
   comparison.runs.resize(2);
   render::Run& now = comparison.runs[0];
   now.panel.settings = result.entry.settings;
+  now.panel.author = result.entry.author;
+  if (!now.panel.author.empty()) now.panel.kind = render::PanelChoice::Kind::log;
   now.panel.title = "as it runs now";
   for (const Track::Frame& frame : work.live_track->frames) now.poses.push_back(frame.poses);
   render::measure_from(work.scene, golden, now);
@@ -81,6 +84,37 @@ void write_motion_page(CaseContext& work) {
   comparison.reference = std::move(golden);
   result.player = "player.html";
   write_below(result.files, result.player, render::player_page(work.scene, comparison, work.scene.name, 1));
+}
+
+/// Returns the log of a run made elsewhere.
+PoseLog foreign_log(const CaseContext& work, Tracker& tracker) {
+  const SuiteCase& entry = work.result.entry;
+  const double step = entry.settings.step;
+  std::vector<State> states;
+  if (entry.command.empty()) {
+    states = read_pose_table(entry.poses, work.scene, step);
+  } else {
+    Scene scene = work.scene;
+    scene.duration = entry.frames * step;
+    states = run_command(entry.command, scene, entry.settings, entry.time_limit);
+  }
+  states.resize(std::min(states.size(), static_cast<std::size_t>(entry.frames) + 1));
+  for (const State& state : states) tracker.add(state);
+  PoseLog log = log_of(states, work.scene, step, entry.author);
+  log.full_every = entry.full_every;
+  for (std::size_t k = 0; k + 1 < log.frames.size(); ++k) {
+    if (k % static_cast<std::size_t>(entry.full_every) != 0) log.frames[k].poses.clear();
+  }
+  return log;
+}
+
+/// Returns the log of a run by an algorithm.
+PoseLog own_log(const CaseContext& work, Tracker& tracker) {
+  const SuiteCase& entry = work.result.entry;
+  Simulation simulation(work.scene, entry.settings);
+  tracker.add(simulation.state());
+  return record(simulation, entry.frames, entry.full_every,
+                [&](int, const StepReport&) { tracker.add(simulation.state()); });
 }
 
 void add_candidate(CheckedCase& checked, const fs::path& from, const fs::path& to) {
@@ -168,15 +202,14 @@ void load_goldens(CaseContext& work) {
 void check_poses(CaseContext& work) {
   PoseResult& poses = work.result.poses;
   const SuiteCase& entry = work.result.entry;
-  Simulation simulation(work.scene, entry.settings);
   Tracker tracker(work.scene, entry.settings);
-  tracker.add(simulation.state());
-  work.live = record(simulation, entry.frames, entry.full_every,
-                     [&](int, const StepReport&) { tracker.add(simulation.state()); });
+  work.live = entry.author.empty() ? own_log(work, tracker) : foreign_log(work, tracker);
   work.live_track = tracker.take();
   poses.frames = static_cast<int>(work.live->frames.size());
   poses.end = work.live->end;
   poses.bodies = static_cast<int>(work.live->bodies.size()) - 1;
+  if (!entry.author.empty() && poses.frames <= entry.frames)
+    work.note(fmt::format("the table ends at frame {}, the case at {}", poses.frames - 1, entry.frames));
   if (!work.golden) return;
   poses.golden_frames = static_cast<int>(work.golden->frames.size());
   poses.difference = compare(*work.golden, *work.live);

@@ -54,7 +54,8 @@ void explain_inputs(CaseContext& work, Failing& failing) {
   bool is_drawn = difference.is_drawn;
   if (!is_other_file) {
     verdict = Verdict::loading_changed;
-    if (starts_otherwise && cause.empty()) {
+    // Other simulators place their bodies themselves.
+    if (starts_otherwise && cause.empty() && work.result.entry.author.empty()) {
       moves = is_drawn = true;
       cause = "the bodies stand elsewhere at frame 0";
     }

@@ -40,6 +40,9 @@ constexpr const char* refusal_key = "refusal";
 constexpr const char* start_key = "start";
 constexpr const char* case_key = "case";
 
+/// Time for the pictures of a case whose command has its own `time_limit`, s.
+constexpr double time_for_pictures = 30;
+
 void send(int descriptor, const char* what, const Json& value) {
   const std::string line = Json{{what, value}}.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
   std::string_view rest = line;
@@ -53,12 +56,14 @@ void send(int descriptor, const char* what, const Json& value) {
 
 extern "C" void end_worker(int /*signal*/) {
   remove_partial_files();
-  ::_exit(1);
+  ::kill(0, SIGKILL);
 }
 
 /// Leaves the message about a signal to the parent, whether the signal reaches it alone or a terminal sends
 /// it to both.
 void end_silently() {
+  // Commands of cases are of the worker's group, and end with it.
+  ::setpgid(0, 0);
   for (const int signal : {SIGINT, SIGHUP}) {
     struct sigaction now {};
     if (::sigaction(signal, nullptr, &now) == 0 && now.sa_handler != SIG_IGN) {
@@ -96,6 +101,7 @@ class Worker {
     process_ = ::fork();
     if (process_ == 0) work(plan, cases, ends[1]);
     ::close(ends[1]);
+    if (process_ > 0) ::setpgid(process_, process_);
     descriptor_ = ends[0];
     if (process_ < 0) throw Error(fmt::format("no process to check in: {}", std::strerror(errno)));
   }
@@ -136,7 +142,7 @@ class Worker {
   /// Ends the process, if it has not ended yet. Returns how it ended, in words.
   std::string end() {
     if (process_ <= 0) return {};
-    ::kill(process_, SIGKILL);
+    ::kill(-process_, SIGKILL);
     return wait_for_end();
   }
 
@@ -182,8 +188,9 @@ class CheckApart {
     while (true) {
       std::optional<Clock::time_point> deadline;
       if (is_in_case_) {
-        deadline = start_ + std::chrono::duration_cast<Clock::duration>(
-                                std::chrono::duration<double>(current().time_limit));
+        const std::chrono::duration<double> limit(current().time_limit +
+                                                  (current().command.empty() ? 0 : time_for_pictures));
+        deadline = start_ + std::chrono::duration_cast<Clock::duration>(limit);
       }
       switch (worker.wait(line, deadline)) {
         case Worker::Event::line:

@@ -54,8 +54,6 @@ Json to_json(const PictureComparison& comparison) {
   json["max_at"] = {c.max_x, c.max_y};
   json["mean"] = c.mean;
   json["box"] = {c.left, c.top, c.right, c.bottom};
-  json["tile_at"] = {c.tile_x, c.tile_y};
-  json["tile_mean"] = c.tile_mean;
   if (comparison.flip) {
     json["flip"] = {{"mean", comparison.flip->mean},
                     {"percentile_99", comparison.flip->percentile_99},
@@ -131,8 +129,7 @@ Json to_json(const PicturePair& pair) {
 }
 
 Json to_json(const ImageTolerance& t) {
-  Json json{
-      {"hard", t.hard}, {"level", t.level}, {"count", t.count}, {"mean", t.mean}, {"tile_mean", t.tile_mean}};
+  Json json{{"hard", t.hard}, {"level", t.level}, {"count", t.count}};
   if (t.flip) json["flip"] = *t.flip;
   return json;
 }
@@ -187,7 +184,7 @@ Json to_json(const CheckedCase& checked) {
             {"seconds", std::round(result.seconds * 1000) / 1000},
             {"step", result.step},
             {"size", {result.entry.width, result.entry.height}},
-            {"settings", to_json(result.entry.settings)},
+            {"settings", run_settings(result.entry)},
             {"tolerance", to_json(result.entry.tolerance)},
             {"poses", to_json(result.poses)},
             {"images", Json::array()},

@@ -117,11 +117,8 @@ std::string explain_pictures(const PictureComparison& comparison, const ImageTol
       fmt::format("{} px differ ({:.3g} %), {} px > {} levels (limit {}), max {} at ({},{})\n", c.above[0],
                   100.0 * static_cast<double>(c.above[0]) / static_cast<double>(c.pixels), c.above_level,
                   tolerance.level, tolerance.count, c.max, c.max_x, c.max_y);
-  text += fmt::format(
-      "{}mean {:.3g} levels (limit {:g}); worst 32x32 tile ({},{}): {:.3g} (limit {:g}); box {},{} to "
-      "{},{}\n",
-      indent, c.mean, tolerance.mean, c.tile_x, c.tile_y, c.tile_mean, tolerance.tile_mean, c.left, c.top,
-      c.right, c.bottom);
+  text += fmt::format("{}mean {:.3g} levels; box {},{} to {},{}\n", indent, c.mean, c.left, c.top, c.right,
+                      c.bottom);
   text += fmt::format("{}px above 0/1/2/4/8/16/32 levels: {}", indent, c.above[0]);
   for (std::size_t i = 1; i < c.above.size(); ++i) text += fmt::format(" {}", c.above[i]);
   if (passes(c.judgement)) {

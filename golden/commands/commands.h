@@ -6,9 +6,6 @@
 
 namespace substep::golden {
 
-/// Exit code: what was given cannot be used, or is not there.
-constexpr int bad_input = 2;
-
 void add_check_command(CLI::App& app);
 void add_approve_command(CLI::App& app);
 void add_diff_command(CLI::App& app);

@@ -81,8 +81,7 @@ bool differ(const render::Image& expected, const render::Image& actual) {
   fmt::print("{} pixels differ ({:.3g} %), by at most {} levels, at ({},{}); by {:.3g} levels in the mean\n",
              count, 100.0 * static_cast<double>(count) / static_cast<double>(found.pixels), found.max,
              found.max_x, found.max_y, found.mean);
-  fmt::print("they lie in ({},{}) to ({},{}); the worst tile is at ({},{}), {:.3g} levels in the mean\n",
-             found.left, found.top, found.right, found.bottom, found.tile_x, found.tile_y, found.tile_mean);
+  fmt::print("they lie in ({},{}) to ({},{})\n", found.left, found.top, found.right, found.bottom);
   fmt::print("pixels that differ by more than");
   for (std::size_t i = 0; i < ImageComparison::levels.size(); ++i) {
     fmt::print("{} {} levels: {}", i == 0 ? "" : ",", ImageComparison::levels[i], found.above[i]);

@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <iomanip>
 #include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -16,6 +19,7 @@
 #include "sim/loading/load_scene.h"
 #include "sim/log/file_output.h"
 #include "sim/scene/scene.h"
+#include "sim/study/engines/command_engine.h"
 
 namespace substep::golden {
 namespace {
@@ -75,47 +79,89 @@ std::optional<std::string> case_of(const fs::path& file, const std::string& show
 }
 
 constexpr const char* suite_start =
-    R"(# What is watched: each [[case]] is a scene, run by each of the algorithms. `substep check` compares with the goldens
-# beside this file, `substep approve` makes them what they are. golden/suite/suite.h of substep explains every key.
+    R"(# What is watched: each [[case]] is a scene with a run. `substep check` compares with the goldens beside this file,
+# `substep approve` makes them what they are. golden/suite/suite.h of substep explains every key.
 
 [defaults]
 full_every = 10          # the pose log has the poses of every 10th frame; pictures are of such frames
 size = [320, 180]        # of the pictures
-algorithms = ["a5"]      # any of a1 to a5: each is a case of its own
+{}
 time_limit = 120         # s, for checking a case
 # images = []            # in a case: poses alone, which need no renderer
 
 # Without a tolerance poses are compared bit for bit. In a case whose poses may differ a little:
-# pose_tolerance = { position = 1e-4, orientation = 1e-3, energy = 0.02, penetration = 1e-3, resting = 1 }
+# pose_tolerance = {{ position = 1e-4, orientation = 1e-3, energy = 0.02, penetration = 1e-3, resting = 1 }}
 )";
+
+constexpr const char* own_origin = R"(algorithms = ["a5"]      # any of a1 to a5: each is a case of its own)";
+
+/// Returns the words of a command line, in which "…" quotes.
+Command words_of(const std::string& line) {
+  Command words;
+  std::istringstream stream(line);
+  for (std::string word; stream >> std::quoted(word);) words.push_back(word);
+  return words;
+}
+
+/// Returns the line of [defaults] that runs the command: its files are in the project, the suite in golden.
+std::string origin_of(const std::string& command, const fs::path& project) {
+  nlohmann::json words = words_of(command);
+  for (nlohmann::json& word : words) {
+    const fs::path file = word.get<std::string>();
+    if (file.is_relative() && fs::is_regular_file(project / file)) word = "../" + file.generic_string();
+  }
+  return fmt::format("command = {}", words.dump());
+}
 
 constexpr const char* readme = R"(# Goldens
 
-What the scenes of `suite.toml` did when somebody last looked and found it good. `poses` has their motion, `images` pictures of it and,
-beside each, when and why it was approved.
+What the scenes of `suite.toml` did when somebody last looked and found it good.
 
-    substep check                                   # compares, and says what changed
+    substep check                                   # compares; a new case has no golden yet
     substep approve --failed --reason "why"         # after you looked at out/check/report.html
 
-The first time every case is *new*: look at the report, then approve, and commit this folder. `out` is what a check leaves, and
-belongs into `.gitignore`.
-
-When the check fails in CI, download its `report`, open `report.html` in it, and, in the repository:
-
-    substep approve --failed --output report --reason "why"
-
-copies what you saw, and runs nothing again.
+When the check fails in CI, download its `report` and open `report.html` in it. Where the change is meant, run the workflow by
+hand on that branch, with the names of the cases and the reason; or approve here what you saw, with `--output report`.
 )";
 
 constexpr const char* workflow =
-    R"(# The goldens, checked at every push; the report is an artifact of the run, whatever its outcome.
+    R"(# The goldens, checked at every push; the report is an artifact of the run, whatever its outcome. A run by hand approves
+# cases and commits them. A check may only read the repository, so that a fork's pull request gets no token that writes. Only
+# the run by hand may write, and only who may push can start it.
 name: goldens
-on: [push, pull_request]
+on:
+  push:
+  pull_request:
+  workflow_dispatch:
+    inputs:
+      cases: {{ description: "names of cases, as in the report", required: true }}
+      reason: {{ description: "why they are right now", required: true }}
+permissions: {{ contents: read }}
 jobs:
-  goldens:
-    uses: {}/.github/workflows/suite.yml@main
-    with: {{ suite: golden, program: {} }}
+  check:
+    if: github.event_name != 'workflow_dispatch'
+    uses: {0}/.github/workflows/suite.yml@main
+    with: {{ suite: golden, program: {0}, setup: "{1}" }}
+  approve:
+    if: github.event_name == 'workflow_dispatch'
+    permissions: {{ contents: write }}
+    uses: {0}/.github/workflows/suite.yml@main
+    with: {{ suite: golden, program: {0}, setup: "{1}", approve: "${{{{ inputs.cases }}}}", reason: "${{{{ inputs.reason }}}}" }}
 )";
+
+/// Returns the shell command that installs the program that a simulator's command starts; "true": none.
+std::string setup_for(const std::string& command) {
+  const Command words = words_of(command);
+  if (words.empty() || words.front().find('/') != std::string::npos) return "true";
+  return "apt-get install -y -q --no-install-recommends " +
+         (words.front() == "node" ? "nodejs" : words.front());
+}
+
+struct InitOptions {
+  fs::path project = ".";
+  std::string program = "OWNER/substep";
+  std::string command;  ///< of a simulator, in place of the algorithms
+};
 
 struct NewSuite {
   struct File {
@@ -130,10 +176,15 @@ struct NewSuite {
 /// Returns a suite of the scenes (.gltf, .glb) in `project` and its folders, without hidden ones and
 /// `build*`. A scene is a case where it can be loaded and something in it moves. Throws Error where there is
 /// no such folder or no such scene.
-NewSuite new_suite(const fs::path& project, const std::string& program) {
+NewSuite new_suite(const InitOptions& options) {
+  const fs::path& project = options.project;
   if (!fs::is_directory(project)) throw Error(fmt::format("{}: there is no such folder", project.string()));
   NewSuite suite;
-  std::string text = suite_start;
+  const bool is_own = options.command.empty();
+  if (!is_own && options.command.find("{poses}") == std::string::npos)
+    throw Error("--command: {poses} must stand for the table that the simulator writes");
+  std::string text =
+      fmt::format(fmt::runtime(suite_start), is_own ? own_origin : origin_of(options.command, project));
   std::map<std::string, std::string> names;
   for (const fs::path& file : scene_files(project)) {
     const std::string shown = file.lexically_relative(project).generic_string();
@@ -158,7 +209,9 @@ NewSuite new_suite(const fs::path& project, const std::string& program) {
   for (const std::string& other : suite.others) text += fmt::format("\n# not taken: {}\n", other);
   suite.files = {{"golden/suite.toml", text},
                  {"golden/README.md", readme},
-                 {".github/workflows/goldens.yml", fmt::format(fmt::runtime(workflow), program, program)}};
+                 {".github/workflows/goldens.yml",
+                  fmt::format(fmt::runtime(workflow), options.program, setup_for(options.command))}};
+  if (!fs::exists(project / ".gitignore")) suite.files.push_back({".gitignore", "/out/\n"});
   return suite;
 }
 
@@ -175,13 +228,9 @@ void write_new_suite(const NewSuite& suite, const fs::path& project) {
   }
 }
 
-struct InitOptions {
-  fs::path project = ".";
-  std::string program = "OWNER/substep";
-};
-
 void init(const InitOptions& options) {
-  const NewSuite suite = new_suite(options.project, options.program);
+  const NewSuite suite = new_suite(options);
+  const bool ignores_out = suite.files.back().name == ".gitignore";
   write_new_suite(suite, options.project);
   for (const NewSuite::File& file : suite.files)
     fmt::print("wrote {}\n", (options.project / file.name).string());
@@ -190,10 +239,11 @@ void init(const InitOptions& options) {
   fmt::print("\nnext:\n");
   if (options.project != ".") fmt::print("  cd {}\n", shell_word(options.project.string()));
   fmt::print("  substep check\n  substep approve --failed --reason \"the first goldens\"\n");
-  fmt::print("  git add golden {}\n", shell_word(suite.files.back().name.string()));
+  if (!ignores_out) fmt::print("  echo /out/ >> .gitignore\n");
+  fmt::print("  git add golden .github/workflows/goldens.yml .gitignore\n");
   if (options.program == InitOptions().program) {
-    fmt::print("and in {} put the owner of the repository with substep for OWNER\n",
-               suite.files.back().name.string());
+    fmt::print(
+        "and in .github/workflows/goldens.yml put the owner of the repository with substep for OWNER\n");
   }
 }
 
@@ -207,7 +257,11 @@ void add_init_command(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--program", options->program, "The repository with substep, whose workflow is used")
       ->capture_default_str();
-  command->footer("Overwrites nothing.\nExample:\n  substep init .");
+  command->add_option("--command", options->command,
+                      "A simulator that makes the runs: its command line with {scene}, {settings}, {poses}");
+  command->footer(
+      "Overwrites nothing.\nExample:\n  substep init . --command \"python3 mine.py {scene} {settings} "
+      "{poses}\"");
   command->callback([options] { init(*options); });
 }
 

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <cstring>
-#include <vector>
 
 namespace substep::golden {
 namespace {
@@ -17,71 +15,30 @@ struct Figures {
   std::array<std::int64_t, 256> histogram{};  ///< pixels by their largest channel difference
 };
 
-/// The pixels of row y, whose channels are e and a, from x = `begin` to `end`. Returns the sum of their
-/// channels' differences.
-int compare_pixels(const std::uint8_t* e, const std::uint8_t* a, int y, int begin, int end,
-                   Figures& figures) {
-  ImageComparison& c = figures.comparison;
-  int sum = 0;
-  for (int x = begin; x < end; ++x) {
-    const int r = std::abs(e[3 * x] - a[3 * x]);
-    const int g = std::abs(e[3 * x + 1] - a[3 * x + 1]);
-    const int b = std::abs(e[3 * x + 2] - a[3 * x + 2]);
-    const int largest = std::max({r, g, b});
-    ++figures.histogram[static_cast<std::size_t>(largest)];
-    if (largest == 0) continue;
-    sum += r + g + b;
-    c.left = std::min(c.left, x);
-    c.right = std::max(c.right, x);
-    if (largest > c.max) {
-      c.max = largest;
-      c.max_x = x;
-      c.max_y = y;
-    }
-  }
-  return sum;
-}
-
 Figures measure(const render::Image& expected, const render::Image& actual) {
   Figures figures;
   ImageComparison& c = figures.comparison;
   c.pixels = std::int64_t{expected.width} * expected.height;
-  const int width = expected.width;
-  const int height = expected.height;
-  constexpr int side = ImageComparison::tile_size;
-  const int tiles_across = (width + side - 1) / side;
-  const std::size_t row_bytes = static_cast<std::size_t>(width) * 3;
-  std::vector<std::int64_t> tile_sums(static_cast<std::size_t>(tiles_across));
+  c.left = expected.width;
+  c.top = expected.height;
   std::int64_t sum = 0;
-  c.left = width;
-  c.top = height;
-  for (int band = 0; band < height; band += side) {
-    const int band_end = std::min(band + side, height);
-    std::fill(tile_sums.begin(), tile_sums.end(), 0);
-    for (int y = band; y < band_end; ++y) {
-      const std::uint8_t* e = expected.pixel(0, y);
-      const std::uint8_t* a = actual.pixel(0, y);
-      if (std::memcmp(e, a, row_bytes) == 0) {
-        figures.histogram[0] += width;
-        continue;
-      }
+  for (int y = 0; y < expected.height; ++y) {
+    const std::uint8_t* e = expected.pixel(0, y);
+    const std::uint8_t* a = actual.pixel(0, y);
+    for (int x = 0; x < expected.width; ++x, e += 3, a += 3) {
+      const std::array<int, 3> channels{std::abs(e[0] - a[0]), std::abs(e[1] - a[1]), std::abs(e[2] - a[2])};
+      const int largest = std::max({channels[0], channels[1], channels[2]});
+      ++figures.histogram[static_cast<std::size_t>(largest)];
+      if (largest == 0) continue;
+      sum += channels[0] + channels[1] + channels[2];
+      c.left = std::min(c.left, x);
+      c.right = std::max(c.right, x);
       c.top = std::min(c.top, y);
       c.bottom = y;
-      for (int tile = 0; tile < tiles_across; ++tile) {
-        const int end = std::min((tile + 1) * side, width);
-        tile_sums[static_cast<std::size_t>(tile)] += compare_pixels(e, a, y, tile * side, end, figures);
-      }
-    }
-    for (int tile = 0; tile < tiles_across; ++tile) {
-      const std::int64_t tile_sum = tile_sums[static_cast<std::size_t>(tile)];
-      sum += tile_sum;
-      const int across = std::min(side, width - tile * side);
-      const double mean = static_cast<double>(tile_sum) / (3.0 * across * (band_end - band));
-      if (mean > c.tile_mean) {
-        c.tile_mean = mean;
-        c.tile_x = tile * side;
-        c.tile_y = band;
-      }
+      if (largest <= c.max) continue;
+      c.max = largest;
+      c.max_x = x;
+      c.max_y = y;
     }
   }
   c.mean = static_cast<double>(sum) / (3.0 * static_cast<double>(c.pixels));
@@ -94,19 +51,11 @@ std::int64_t count_above(const std::array<std::int64_t, 256>& histogram, int lev
   return count;
 }
 
-Judgement judge(const ImageComparison& c, const ImageTolerance& tolerance) {
-  if (c.max > tolerance.hard) return Judgement::hard;
-  if (c.above_level > tolerance.count) return Judgement::count;
-  if (c.mean > tolerance.mean) return Judgement::mean;
-  if (c.tile_mean > tolerance.tile_mean) return Judgement::tile;
-  return Judgement::within;
-}
-
 }  // namespace
 
 std::string_view name(Judgement judgement) {
-  constexpr std::array<std::string_view, 7> names{
-      "exact", "within tolerance", "size", "hard limit", "pixel count", "mean", "worst tile"};
+  constexpr std::array<std::string_view, 5> names{"exact", "within tolerance", "size", "hard limit",
+                                                  "pixel count"};
   return names[static_cast<std::size_t>(judgement)];
 }
 
@@ -126,7 +75,9 @@ ImageComparison compare(const render::Image& expected, const render::Image& actu
     result.above[i] = count_above(figures.histogram, ImageComparison::levels[i]);
   }
   result.above_level = count_above(figures.histogram, tolerance.level);
-  result.judgement = judge(result, tolerance);
+  result.judgement = result.max > tolerance.hard            ? Judgement::hard
+                     : result.above_level > tolerance.count ? Judgement::count
+                                                            : Judgement::within;
   return result;
 }
 

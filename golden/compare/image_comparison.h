@@ -7,10 +7,7 @@
 ///  2. exact     equal pixels are equal: no metric is asked (the bytes of the PNGs never matter);
 ///  3. hard      no channel of any pixel may differ by more than `hard` levels;
 ///  4. count     at most `count` pixels may have a channel that differs by more than `level` levels;
-///  5. mean      the mean absolute difference over all channels may be at most `mean` levels;
-///  6. tile      so may that of every 32 × 32 tile be at most `tile_mean`: a broken corner is not averaged
-///  away;
-///  7. within    what is left differs within the tolerance.
+///  5. within    what is left differs within the tolerance.
 ///
 /// Levels are steps of the 8-bit sRGB code, 0 to 255.
 
@@ -27,16 +24,14 @@ struct ImageTolerance {
   int hard = 64;
   int level = 3;
   std::int64_t count = 20;
-  double mean = 0.5;
-  double tile_mean = 4;
-  /// When given, the largest FLIP error of a pixel alone decides, in place of rules 3 to 6: two renderers
-  /// that round edges otherwise, and look the same. Whoever compares computes it.
+  /// The largest FLIP error of a pixel, which decides in place of rules 3 and 4 where it is given: two
+  /// renderers that round edges differently look the same. The caller computes it.
   std::optional<double> flip;
 };
 
-enum class Judgement { exact, within, size, hard, count, mean, tile };
+enum class Judgement { exact, within, size, hard, count };
 
-/// "exact", "within tolerance", "size", "hard limit", "pixel count", "mean", "worst tile".
+/// "exact", "within tolerance", "size", "hard limit", "pixel count".
 std::string_view name(Judgement judgement);
 
 inline bool passes(Judgement judgement) {
@@ -44,7 +39,6 @@ inline bool passes(Judgement judgement) {
 }
 
 struct ImageComparison {
-  static constexpr int tile_size = 32;
   /// The levels that `above` counts for: a person who wants another tolerance sees which would have passed.
   static constexpr std::array<int, 7> levels{0, 1, 2, 4, 8, 16, 32};
 
@@ -56,8 +50,6 @@ struct ImageComparison {
   int max_x = 0, max_y = 0;             ///< the first pixel that has it, from the top left
   double mean = 0;                      ///< mean absolute difference over all channels, levels
   int left = 0, top = 0, right = -1, bottom = -1;  ///< the box of differing pixels, both ends included
-  int tile_x = 0, tile_y = 0;                      ///< top left corner of the worst tile
-  double tile_mean = 0;                            ///< its mean absolute difference, levels
 };
 
 ImageComparison compare(const render::Image& expected, const render::Image& actual,

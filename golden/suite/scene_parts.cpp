@@ -49,7 +49,10 @@ void add_shape(Digest& digest, const Collider& collider) {
 
 void add_contact(Digest& digest, const Collider& collider) {
   const ContactMaterial& m = collider.material;
-  digest.add(m.static_friction, m.dynamic_friction, m.restitution, m.friction_combine, m.restitution_combine);
+  // Approved goldens have an unstated mode as average.
+  const auto stated = [](Combine mode) { return mode == Combine::unstated ? Combine::average : mode; };
+  digest.add(m.static_friction, m.dynamic_friction, m.restitution, stated(m.friction_combine),
+             stated(m.restitution_combine));
   digest.add(collider.member, collider.collides_with, collider.in_no_system);
 }
 

@@ -108,7 +108,7 @@ Json make_sidecar(const SuiteCase& entry, const ApprovableRun& run, const Scene&
           {"case", entry.name},
           {"scene", entry.scene.filename().string()},
           {"scene_hash", fmt::format("{:016x}", scene.hash)},
-          {"settings", to_json(entry.settings)},
+          {"settings", run_settings(entry)},
           {"frames", entry.frames},
           {"poses",
            {{"first", fmt::format("{:016x}", run.log->frames.front().hash)},
@@ -119,6 +119,15 @@ Json make_sidecar(const SuiteCase& entry, const ApprovableRun& run, const Scene&
           {"size", {entry.width, entry.height}},
           {"images", images},
           {"made_with", to_json(made_with)}};
+}
+
+Json run_settings(const SuiteCase& entry) {
+  if (entry.author.empty()) return to_json(entry.settings);
+  Json json{{"algorithm", entry.author}, {"step", entry.settings.step}};
+  if (entry.command.empty()) return json;
+  json["iterations"] = entry.settings.iterations;
+  json["substeps"] = entry.settings.substeps;
+  return json;
 }
 
 std::string sidecar_text(const Json& sidecar) {

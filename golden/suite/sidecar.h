@@ -56,6 +56,9 @@ struct ApprovableRun {
 nlohmann::ordered_json make_sidecar(const SuiteCase& entry, const ApprovableRun& run, const Scene& scene,
                                     std::span<const ApprovablePicture> pictures, const MadeWith& made_with);
 
+/// Returns the settings of a case's run. A run made elsewhere has its name in place of the algorithm.
+nlohmann::ordered_json run_settings(const SuiteCase& entry);
+
 /// Returns the sidecar's file as text.
 std::string sidecar_text(const nlohmann::ordered_json& sidecar);
 

@@ -7,9 +7,11 @@
 #include <cctype>
 #include <set>
 #include <string_view>
+#include <utility>
 
 #include "sim/error.h"
 #include "sim/loading/toml_values.h"
+#include "sim/log/pose_table.h"
 #include "sim/model/usual_settings.h"
 
 namespace substep::golden {
@@ -20,9 +22,9 @@ namespace fs = std::filesystem;
 constexpr int largest_frame_count = 100000;
 constexpr int largest_size = 4096;
 const std::vector<std::string_view> algorithm_keys{"a1", "a2", "a3", "a4", "a5", "soft", "avbd"};
-const std::vector<std::string_view> plan_keys{"frames",     "full_every", "images",         "size",
-                                              "algorithms", "tolerance",  "pose_tolerance", "settings",
-                                              "time_limit", "renderer"};
+const std::vector<std::string_view> plan_keys{"frames",     "full_every", "images",    "size",
+                                              "algorithms", "command",    "tolerance", "pose_tolerance",
+                                              "settings",   "time_limit", "renderer"};
 
 /// Returns the keys of [settings]: all fields but the algorithm, which `algorithms` names.
 std::vector<std::string_view> settings_keys() {
@@ -42,11 +44,16 @@ struct Plan {
   int height = 180;
   std::vector<Algorithm> algorithms{Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4,
                                     Algorithm::a5};
+  Command command;  ///< in place of algorithms
+  fs::path poses;   ///< in place of both, of a case
+  std::string author;
   ImageTolerance tolerance;
   std::optional<PoseTolerance> pose_tolerance;
   double time_limit = SuiteCase().time_limit;
   bool any_renderer = false;
   std::vector<const toml::table*> settings;  ///< applied in this order
+
+  bool is_foreign() const { return !command.empty() || !poses.empty(); }
 };
 
 class Reader : private TomlValues {
@@ -118,14 +125,7 @@ class Reader : private TomlValues {
       plan.width = integer(size[0], "size", 16, largest_size);
       plan.height = integer(size[1], "size", 16, largest_size);
     }
-    if (const auto* node = table.get("algorithms")) {
-      plan.algorithms.clear();
-      for (const toml::node& entry : array(*node, "algorithms")) {
-        const auto algorithm = algorithm_named(text(entry, "algorithms"));
-        if (!algorithm) fail(entry, "'algorithms' must be some of a1, a2, a3, a4, a5, soft, avbd");
-        plan.algorithms.push_back(*algorithm);
-      }
-    }
+    read_origin(table, plan);
     if (const auto* node = table.get("tolerance"))
       read_tolerance(as_table(*node, "tolerance"), plan.tolerance);
     if (const auto* node = table.get("pose_tolerance")) {
@@ -150,15 +150,13 @@ class Reader : private TomlValues {
   }
 
   void read_tolerance(const toml::table& table, ImageTolerance& tolerance) const {
-    expect_keys(table, "tolerance", {"hard", "level", "count", "mean", "tile_mean", "flip"});
+    expect_keys(table, "tolerance", {"hard", "level", "count", "flip"});
     if (const auto* node = table.get("flip")) tolerance.flip = number(*node, "flip");
     if (const auto* node = table.get("hard")) tolerance.hard = integer(*node, "hard", 0, 255);
     if (const auto* node = table.get("level")) tolerance.level = integer(*node, "level", 0, 255);
     if (const auto* node = table.get("count")) {
       tolerance.count = integer(*node, "count", 0, largest_size * largest_size);
     }
-    if (const auto* node = table.get("mean")) tolerance.mean = number(*node, "mean");
-    if (const auto* node = table.get("tile_mean")) tolerance.tile_mean = number(*node, "tile_mean");
   }
 
   void apply(const toml::table& table, SuiteCase& result) const {
@@ -188,14 +186,51 @@ class Reader : private TomlValues {
     std::sort(result.images.begin(), result.images.end());
     result.width = plan.width;
     result.height = plan.height;
+    result.command = plan.command;
+    result.poses = plan.poses;
+    if (plan.is_foreign()) result.author = plan.author;
     result.tolerance = plan.tolerance;
     result.pose_tolerance = plan.pose_tolerance;
     result.time_limit = plan.time_limit;
     result.any_renderer = plan.any_renderer;
   }
 
+  /// Reads what makes the poses: one of `algorithms`, `command` and `poses`, which replaces that of
+  /// [defaults].
+  void read_origin(const toml::table& table, Plan& plan) const {
+    const toml::node* const algorithms = table.get("algorithms");
+    const toml::node* const command = table.get("command");
+    const toml::node* const poses = table.get("poses");
+    const int given = (algorithms != nullptr) + (command != nullptr) + (poses != nullptr);
+    if (given > 1) fail(table, "give one of 'algorithms', 'command' and 'poses'");
+    if (given == 1) plan.command.clear();
+    if (algorithms != nullptr) {
+      plan.algorithms.clear();
+      for (const toml::node& entry : array(*algorithms, "algorithms")) {
+        const auto algorithm = algorithm_named(text(entry, "algorithms"));
+        if (!algorithm) fail(entry, "'algorithms' must be some of a1, a2, a3, a4, a5, soft, avbd");
+        plan.algorithms.push_back(*algorithm);
+      }
+    }
+    if (command != nullptr) {
+      for (const toml::node& word : array(*command, "command")) plan.command.push_back(text(word, "command"));
+      plan.command = beside(std::move(plan.command), file().parent_path());
+      plan.author = command_engine(plan.command).label;
+    }
+    if (poses != nullptr) {
+      plan.poses = (file().parent_path() / text(*poses, "poses")).lexically_normal();
+      if (!is_pose_table(plan.poses)) fail(*poses, "'poses' must be a pose table, *.csv");
+      plan.author = plan.poses.stem().string();
+    }
+    if (plan.is_foreign() && (!is_case_name(plan.author) || algorithm_named(plan.author))) {
+      fail(table, fmt::format("'{}' cannot name a run: its file needs a name of letters, digits, _ and -, "
+                              "other than an algorithm's",
+                              plan.author));
+    }
+  }
+
   void read_case(const toml::table& table, const Plan& defaults, Suite& suite) {
-    std::vector<std::string_view> keys{"scene", "variant"};
+    std::vector<std::string_view> keys{"scene", "variant", "poses"};
     keys.insert(keys.end(), plan_keys.begin(), plan_keys.end());
     expect_keys(table, "[[case]]", keys);
     Plan plan = defaults;
@@ -220,16 +255,19 @@ class Reader : private TomlValues {
                          frame, plan.full_every, plan.frames));
       }
     }
+    // A simulator gets the iterations of A2, as an engine's panel does.
+    if (plan.is_foreign()) plan.algorithms = {Algorithm::a2};
     for (const Algorithm algorithm : plan.algorithms) {
       SuiteCase result;
-      const std::string slug =
-          variant.empty() ? std::string(name(algorithm)) : fmt::format("{}-{}", name(algorithm), variant);
+      const std::string who = plan.is_foreign() ? plan.author : std::string(name(algorithm));
+      const std::string slug = variant.empty() ? who : fmt::format("{}-{}", who, variant);
       result.name = fmt::format("{}.{}", scene_name, slug);
       result.scene = (suite.folder() / scene_file).lexically_normal();
       result.settings = default_settings(algorithm);
       for (const toml::table* settings : plan.settings) {
         apply(*settings, result);
-        if (const auto* own = settings->get_as<toml::table>(name(algorithm))) apply(*own, result);
+        const auto* own = settings->get_as<toml::table>(name(algorithm));
+        if (own != nullptr && !plan.is_foreign()) apply(*own, result);
       }
       try {
         check(result.settings);

@@ -10,7 +10,7 @@
 ///     algorithms = ["a1", "a2", "a3", "a4", "a5"]
 ///     renderer = "pinned"             # or "any": pictures are exact on the renderer that approved them
 ///     time_limit = 120                # s: a case that takes longer to check is an error
-///     tolerance = { hard = 64, level = 3, count = 20, mean = 0.5, tile_mean = 4 }   # image_comparison.h
+///     tolerance = { hard = 64, level = 3, count = 20 }   # of pictures: image_comparison.h
 ///
 ///     [defaults.settings]             # settings_fields.h; else usual_settings() of the scene
 ///     substeps = 4
@@ -23,11 +23,21 @@
 ///     tolerance = { count = 400 }     # what is not named here stays as in [defaults]
 ///     pose_tolerance = { position = 1e-4, orientation = 1e-3, energy = 0.02, penetration = 1e-3 }
 ///
-/// A case has what [defaults] say, then what it says itself. Without a `pose_tolerance` (motion_comparison.h)
-/// poses must be the golden ones bit for bit.
+///     [[case]]                        # a run made elsewhere, in place of `algorithms`: one case
+///     scene = "../scenes/arm.gltf"
+///     command = ["python3", "../arm.py", "{scene}", "{settings}", "{poses}"]   # command_engine.h
 ///
-/// A case is named after its scene file and algorithm: box_stack.a4. A second [[case]] of the same scene and
-/// algorithm needs a `variant = "stable"`: box_stack.a4-stable. The goldens stand beside the suite file:
+///     [[case]]
+///     scene = "../scenes/arm.gltf"
+///     poses = "../out/arm.csv"        # a pose table; not in [defaults]
+///
+/// A case has what [defaults] say, then what it says itself. Without a `pose_tolerance` (motion_comparison.h)
+/// poses must be the golden ones bit for bit. A run made elsewhere reads of the settings step, iterations and
+/// substeps; a table is compared up to `frames` or its end.
+///
+/// A case is named after its scene file and algorithm, or the file that its command runs, or its table:
+/// box_stack.a4, box_stack.arm. A second [[case]] of the same names needs a `variant = "stable"`:
+/// box_stack.a4-stable. The goldens stand beside the suite file:
 /// poses/<scene>/<algorithm>.poses and .track, images/<scene>/<algorithm>.f0060.png and
 /// images/<scene>/<algorithm>.json. So a folder of any other project with a suite.toml is a suite of its own.
 
@@ -41,6 +51,7 @@
 #include "golden/compare/motion_comparison.h"
 #include "sim/model/settings.h"
 #include "sim/scene/scene.h"
+#include "sim/study/engines/command_engine.h"
 
 namespace substep::golden {
 
@@ -49,6 +60,9 @@ struct SuiteCase {
   std::filesystem::path scene;                 ///< file
   Settings settings;                           ///< as of a scene that asks for nothing: see settings_for()
   std::vector<std::string_view> own_settings;  ///< the fields that the suite sets
+  std::string author;                          ///< name of a run made elsewhere; empty: an algorithm's
+  std::filesystem::path poses;                 ///< pose table of the run; empty: `command` writes it
+  Command command;
   int frames = 120;
   int full_every = 10;
   std::vector<int> images;

@@ -19,7 +19,7 @@ Look look_of(const RunFamily& family, bool contacts) {
     for (std::size_t i = 0; i < engines().size(); ++i) {
       if (engines()[i].name != record.engine) continue;
       constexpr std::array shapes{4, 8, 10, 12, 1, 3, 6, 2};
-      look.hue = render::hue_of_engine(i);
+      look.hue = render::hue_of_engine(record.engine);
       look.shape = shapes[i % shapes.size()];
     }
     return look;

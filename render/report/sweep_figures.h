@@ -8,6 +8,8 @@ namespace substep::report {
 Sheet work_rows_sheet(const FigureSource& source, bool contacts);
 Sheet work_time_sheet(const FigureSource& source, bool contacts);
 Sheet engines_sheet(const FigureSource& source, bool contacts);
+/// The same against the step, also of engines whose CPU times are none to compare.
+Sheet engine_steps_sheet(const FigureSource& source, bool contacts);
 Sheet order_sheet(const FigureSource& source);
 Sheet slopes_sheet(const FigureSource& source);
 Sheet equal_rows_sheet(const FigureSource& source);

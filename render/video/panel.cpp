@@ -202,8 +202,7 @@ std::string settings_of(const PanelChoice& panel) {
 int hue_of(const PanelChoice& panel) {
   if (panel.kind == PanelChoice::Kind::reference) return 7;
   if (panel.kind != PanelChoice::Kind::engine) return hue_of(panel.settings.algorithm);
-  const auto found = std::ranges::find(engines(), panel.engine, &Engine::name);
-  return hue_of_engine(static_cast<std::size_t>(found - engines().begin()));
+  return hue_of_engine(panel.engine);
 }
 
 }  // namespace substep::render

@@ -14,6 +14,7 @@ namespace {
 double combine(Combine how, double a, double b) {
   switch (how) {
     case Combine::average:
+    case Combine::unstated:
       return 0.5 * (a + b);
     case Combine::minimum:
       return std::min(a, b);

@@ -1,15 +1,12 @@
 #pragma once
 /// Collision shapes from what a glTF file describes, with the node's scale worked into them.
 
-#include <cstddef>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "sim/geometry/shape.h"
-#include "sim/loading/gltf_document.h"
-#include "sim/loading/gltf_meshes.h"
 #include "sim/loading/json_value.h"
 #include "sim/loading/physics_extension.h"
 
@@ -21,24 +18,6 @@ namespace substep {
 /// finite or two-sided plane becomes a triangle mesh. Throws Error where the scale leaves no volume.
 Shape implicit_shape(const ImplicitShape& shape, const Vector3& scale, std::optional<Polytope>& faceted,
                      const JsonValue& place, std::vector<std::string>& warnings);
-
-/// The triangles of all meshes at a node and below.
-struct NodeGeometry {
-  std::vector<Vector3> points;
-  std::vector<Triangle> triangles;  ///< counter-clockwise seen from the front
-  bool double_sided = false;        ///< one of its materials is
-  bool skinned = false;
-};
-
-/// How much geometry_of_node has to do: nodes, vertices, triangles and joints.
-std::size_t geometry_size(const GltfDocument& document, const std::vector<GltfMesh>& meshes,
-                          const std::vector<GltfSkin>& skins, int node);
-
-/// In the frame of `node` times `scale`. What is skinned has the form that its skeleton gives it at the
-/// start. Throws Error when there is no triangle.
-NodeGeometry geometry_of_node(const GltfDocument& document, const std::vector<GltfMesh>& meshes,
-                              const std::vector<GltfSkin>& skins, int node, const Vector3& scale,
-                              const JsonValue& place);
 
 /// The convex hull of points or, where that has more vertices than a contact can afford, that of the
 /// outermost points in evenly spread directions.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "sim/error.h"
@@ -44,6 +45,19 @@ void JsonValue::allow_only(const std::vector<std::string_view>& known) const {
     if (std::find(known.begin(), known.end(), key) == known.end()) {
       fail(fmt::format("unknown key '{}'; known are {}", key, fmt::join(known, ", ")));
     }
+  }
+}
+
+void JsonValue::warn_of_unknown(const std::vector<std::string_view>& known,
+                                std::vector<std::string>& warnings) const {
+  constexpr std::array<std::string_view, 3> general{"name", "extensions", "extras"};
+  constexpr std::size_t longest = 60;
+  if (!value_->is_object()) return;  // its reader refuses it
+  for (const auto& [key, unused] : value_->items()) {
+    if (std::ranges::find(known, key) != known.end() || std::ranges::find(general, key) != general.end())
+      continue;
+    warnings.push_back(fmt::format("{}: unknown key '{}' is ignored; known are {}", path_,
+                                   printable(key.substr(0, longest)), fmt::join(known, ", ")));
   }
 }
 

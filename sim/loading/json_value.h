@@ -30,6 +30,8 @@ class JsonValue {
   JsonValue require(const char* key) const;
   /// Fails when the object has a key that is not among `known`.
   void allow_only(const std::vector<std::string_view>& known) const;
+  /// Warns of each key that is not among `known`, `name`, `extensions` and `extras`.
+  void warn_of_unknown(const std::vector<std::string_view>& known, std::vector<std::string>& warnings) const;
   /// The object `extensions/<name>`, if the value has it.
   std::optional<JsonValue> extension(const char* name) const;
 

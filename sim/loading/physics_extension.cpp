@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 
 namespace substep {
 namespace {
@@ -21,7 +22,18 @@ void read_radii(const JsonValue& object, ImplicitShape& shape) {
   if (shape.radius_bottom == 0 && shape.radius_top == 0) object.fail("has radius 0 at both ends");
 }
 
-ImplicitShape read_shape(const JsonValue& json) {
+/// Types of shapes, and the keys of each.
+const std::map<std::string_view, std::vector<std::string_view>> shape_keys{
+    {"sphere", {"radius"}},
+    {"box", {"size"}},
+    {"capsule", {"height", "radiusBottom", "radiusTop"}},
+    {"cylinder", {"height", "radiusBottom", "radiusTop"}},
+    {"plane", {"sizeX", "sizeZ", "doubleSided"}},
+    {"convex", {"mesh"}},
+    {"concave", {"mesh"}}};
+
+ImplicitShape read_shape(const JsonValue& json, const DocumentSizes& sizes,
+                         std::vector<std::string>& warnings) {
   ImplicitShape shape;
   const JsonValue type = json.require("type");
   const nlohmann::json none = nlohmann::json::object();
@@ -29,6 +41,10 @@ ImplicitShape read_shape(const JsonValue& json) {
   const auto given = json.find(name.c_str());
   const std::string no_file;
   const JsonValue values = given ? *given : JsonValue(none, no_file);
+  json.warn_of_unknown({"type", "sphere", "box", "capsule", "cylinder", "plane", "convex", "concave"},
+                       warnings);
+  if (const auto keys = shape_keys.find(name); keys != shape_keys.end())
+    values.warn_of_unknown(keys->second, warnings);
   if (name == "sphere") {
     shape.kind = ImplicitShape::Kind::sphere;
     shape.radius_bottom = shape.radius_top = read_size(values, "radius", 0.5);
@@ -49,10 +65,15 @@ ImplicitShape read_shape(const JsonValue& json) {
     shape.plane_size = {read_size(values, "sizeX", shape.plane_size[0]),
                         read_size(values, "sizeZ", shape.plane_size[1])};
     shape.double_sided = get(values, "doubleSided", false, &JsonValue::boolean);
+  } else if (name == "convex" || name == "concave") {
+    shape.kind = ImplicitShape::Kind::mesh;
+    shape.mesh = json.require(name.c_str()).require("mesh").index(sizes.meshes, "mesh");
+    shape.convex_hull = name == "convex";
   } else {
-    type.fail(fmt::format("unknown shape '{}'; known are sphere, box, capsule, cylinder, plane", name));
+    type.fail(fmt::format(
+        "unknown shape '{}'; known are sphere, box, capsule, cylinder, plane, convex, concave", name));
   }
-  for (const char* other : {"sphere", "box", "capsule", "cylinder", "plane"}) {
+  for (const char* other : {"sphere", "box", "capsule", "cylinder", "plane", "convex", "concave"}) {
     if (name != other && json.find(other)) {
       json.fail(fmt::format("is a {}, but also has '{}': a shape has the measures of its own type alone",
                             name, other));
@@ -63,7 +84,7 @@ ImplicitShape read_shape(const JsonValue& json) {
 
 Combine read_combine(const JsonValue& material, const char* key) {
   const auto value = material.find(key);
-  if (!value) return Combine::average;
+  if (!value) return Combine::unstated;
   const std::string& name = value->text();
   if (name == "average") return Combine::average;
   if (name == "minimum") return Combine::minimum;
@@ -72,7 +93,10 @@ Combine read_combine(const JsonValue& material, const char* key) {
   value->fail(fmt::format("unknown '{}'; known are average, minimum, maximum, multiply", name));
 }
 
-ContactMaterial read_material(const JsonValue& json) {
+ContactMaterial read_material(const JsonValue& json, std::vector<std::string>& warnings) {
+  json.warn_of_unknown(
+      {"staticFriction", "dynamicFriction", "restitution", "frictionCombine", "restitutionCombine"},
+      warnings);
   ContactMaterial material;
   material.static_friction = get(json, "staticFriction", 0.6, &JsonValue::non_negative);
   material.dynamic_friction = get(json, "dynamicFriction", 0.6, &JsonValue::non_negative);
@@ -108,7 +132,8 @@ class SystemNames {
   std::vector<std::string> names_;
 };
 
-CollisionFilter read_filter(const JsonValue& json, SystemNames& names) {
+CollisionFilter read_filter(const JsonValue& json, SystemNames& names, std::vector<std::string>& warnings) {
+  json.warn_of_unknown({"collisionSystems", "collideWithSystems", "notCollideWithSystems"}, warnings);
   CollisionFilter filter;
   if (const auto member = json.find("collisionSystems")) filter.member = names.read(*member);
   const auto with = json.find("collideWithSystems");
@@ -119,7 +144,8 @@ CollisionFilter read_filter(const JsonValue& json, SystemNames& names) {
   return filter;
 }
 
-JointLimit read_limit(const JsonValue& json) {
+JointLimit read_limit(const JsonValue& json, std::vector<std::string>& warnings) {
+  json.warn_of_unknown({"linearAxes", "angularAxes", "min", "max", "stiffness", "damping"}, warnings);
   JointLimit limit;
   const auto linear = json.find("linearAxes");
   const auto angular = json.find("angularAxes");
@@ -147,6 +173,9 @@ bool read_choice(const JsonValue& json, const char* yes, const char* no) {
 }
 
 JointDrive read_drive(const JsonValue& json, std::vector<std::string>& warnings) {
+  json.warn_of_unknown(
+      {"type", "mode", "axis", "maxForce", "positionTarget", "velocityTarget", "stiffness", "damping"},
+      warnings);
   JointDrive drive;
   drive.angular = read_choice(json.require("type"), "angular", "linear");
   drive.acceleration = read_choice(json.require("mode"), "acceleration", "force");
@@ -175,9 +204,10 @@ std::vector<JsonValue> few_items(const JsonValue& list) {
 }
 
 JointDescription read_joint(const JsonValue& json, std::vector<std::string>& warnings) {
+  json.warn_of_unknown({"limits", "drives"}, warnings);
   JointDescription joint;
   if (const auto limits = json.find("limits")) {
-    for (const JsonValue& limit : few_items(*limits)) joint.limits.push_back(read_limit(limit));
+    for (const JsonValue& limit : few_items(*limits)) joint.limits.push_back(read_limit(limit, warnings));
   }
   if (const auto drives = json.find("drives")) {
     for (const JsonValue& drive : few_items(*drives)) joint.drives.push_back(read_drive(drive, warnings));
@@ -190,7 +220,10 @@ std::vector<JsonValue> list(const std::optional<JsonValue>& extension, const cha
   return found ? found->items() : std::vector<JsonValue>{};
 }
 
-MotionProperties read_motion(const JsonValue& json) {
+MotionProperties read_motion(const JsonValue& json, std::vector<std::string>& warnings) {
+  json.warn_of_unknown({"isKinematic", "mass", "centerOfMass", "inertiaDiagonal", "inertiaOrientation",
+                        "linearVelocity", "angularVelocity", "gravityFactor"},
+                       warnings);
   MotionProperties motion;
   motion.kinematic = get(json, "isKinematic", false, &JsonValue::boolean);
   if (const auto mass = json.find("mass")) motion.mass = mass->non_negative();
@@ -208,15 +241,26 @@ MotionProperties read_motion(const JsonValue& json) {
 }
 
 // A collider, or a trigger, which has the same keys but no material.
-ColliderProperties read_collider(const JsonValue& json, const PhysicsTables& tables, std::size_t nodes) {
+ColliderProperties read_collider(const JsonValue& json, const PhysicsTables& tables,
+                                 const DocumentSizes& sizes, std::vector<std::string>& warnings) {
+  json.warn_of_unknown({"geometry", "physicsMaterial", "collisionFilter"}, warnings);
   ColliderProperties collider;
   const JsonValue geometry = json.require("geometry");
+  geometry.warn_of_unknown({"shape", "node", "mesh", "convexHull"}, warnings);
   const auto shape = geometry.find("shape");
   const auto node = geometry.find("node");
-  if (shape.has_value() == node.has_value()) geometry.fail("must have one of 'shape' and 'node'");
+  const auto mesh = geometry.find("mesh");
+  if (shape.has_value() + node.has_value() + mesh.has_value() != 1)
+    geometry.fail("must have one of 'shape', 'node' and 'mesh'");
   if (shape) collider.shape = shape->index(tables.shapes.size(), "implicit shape");
-  if (node) collider.node = node->index(nodes, "node");
+  if (node) collider.node = node->index(sizes.nodes, "node");
+  if (mesh) collider.mesh = mesh->index(sizes.meshes, "mesh");
   collider.convex_hull = get(geometry, "convexHull", false, &JsonValue::boolean);
+  if (shape && tables.shapes[collider.shape].kind == ImplicitShape::Kind::mesh) {
+    collider.mesh = tables.shapes[collider.shape].mesh;
+    collider.convex_hull = tables.shapes[collider.shape].convex_hull;
+    collider.shape = -1;
+  }
   if (const auto material = json.find("physicsMaterial")) {
     collider.material = material->index(tables.materials.size(), "physics material");
   }
@@ -228,18 +272,27 @@ ColliderProperties read_collider(const JsonValue& json, const PhysicsTables& tab
 
 }  // namespace
 
-PhysicsTables read_physics_tables(const JsonValue& root, std::vector<std::string>& warnings) {
+PhysicsTables read_physics_tables(const JsonValue& root, const DocumentSizes& sizes,
+                                  std::vector<std::string>& warnings) {
   PhysicsTables tables;
   const auto bodies = root.extension(rigid_bodies);
-  for (const JsonValue& shape : list(root.extension(implicit_shapes), "shapes")) {
-    tables.shapes.push_back(read_shape(shape));
+  const auto shapes = root.extension(implicit_shapes);
+  if (bodies) {
+    bodies->warn_of_unknown({"physicsMaterials", "collisionFilters", "physicsJoints"}, warnings);
+  }
+  if (shapes) shapes->warn_of_unknown({"shapes"}, warnings);
+  const auto core = root.find("shapes");
+  if (shapes && core)
+    warnings.push_back(core->path() + ": are ignored: the file has those of KHR_implicit_shapes too");
+  for (const JsonValue& shape : list(shapes ? shapes : std::optional(root), "shapes")) {
+    tables.shapes.push_back(read_shape(shape, sizes, warnings));
   }
   for (const JsonValue& material : list(bodies, "physicsMaterials")) {
-    tables.materials.push_back(read_material(material));
+    tables.materials.push_back(read_material(material, warnings));
   }
   SystemNames names;
   for (const JsonValue& filter : list(bodies, "collisionFilters")) {
-    tables.filters.push_back(read_filter(filter, names));
+    tables.filters.push_back(read_filter(filter, names, warnings));
   }
   for (const JsonValue& joint : list(bodies, "physicsJoints")) {
     tables.joints.push_back(read_joint(joint, warnings));
@@ -247,25 +300,27 @@ PhysicsTables read_physics_tables(const JsonValue& root, std::vector<std::string
   return tables;
 }
 
-NodePhysics read_node_physics(const JsonValue& node, const PhysicsTables& tables, std::size_t nodes) {
+NodePhysics read_node_physics(const JsonValue& node, const PhysicsTables& tables, const DocumentSizes& sizes,
+                              std::vector<std::string>& warnings) {
   NodePhysics physics;
   const auto extension = node.extension(rigid_bodies);
   if (!extension) return physics;
-  extension->allow_only({"motion", "collider", "trigger", "joint", "extensions", "extras"});
-  if (const auto motion = extension->find("motion")) physics.motion = read_motion(*motion);
+  extension->warn_of_unknown({"motion", "collider", "trigger", "joint"}, warnings);
+  if (const auto motion = extension->find("motion")) physics.motion = read_motion(*motion, warnings);
   if (const auto collider = extension->find("collider")) {
-    physics.collider = read_collider(*collider, tables, nodes);
+    physics.collider = read_collider(*collider, tables, sizes, warnings);
   }
   if (const auto trigger = extension->find("trigger")) {
     physics.trigger = true;
     if (const auto parts = trigger->find("nodes")) {
-      for (const JsonValue& part : parts->items()) part.index(nodes, "node");
+      for (const JsonValue& part : parts->items()) part.index(sizes.nodes, "node");
     } else {
-      read_collider(*trigger, tables, nodes);
+      read_collider(*trigger, tables, sizes, warnings);
     }
   }
   if (const auto joint = extension->find("joint")) {
-    physics.joint = JointProperties{joint->require("connectedNode").index(nodes, "node"),
+    joint->warn_of_unknown({"connectedNode", "joint", "enableCollision"}, warnings);
+    physics.joint = JointProperties{joint->require("connectedNode").index(sizes.nodes, "node"),
                                     joint->require("joint").index(tables.joints.size(), "physics joint"),
                                     get(*joint, "enableCollision", false, &JsonValue::boolean)};
   }

@@ -1,6 +1,6 @@
 #pragma once
 /// KHR_physics_rigid_bodies and KHR_implicit_shapes as the file gives them, checked but not yet applied to
-/// nodes.
+/// nodes; and the draft of glTF 2.1, whose `shapes` at the root replace those of KHR_implicit_shapes.
 
 #include <array>
 #include <cstdint>
@@ -14,9 +14,9 @@
 
 namespace substep {
 
-/// One entry of KHR_implicit_shapes, in its own units.
+/// One entry of KHR_implicit_shapes or of glTF 2.1's `shapes`, in its own units.
 struct ImplicitShape {
-  enum class Kind { sphere, box, capsule, cylinder, plane };
+  enum class Kind { sphere, box, capsule, cylinder, plane, mesh };
   Kind kind = Kind::sphere;
   Vector3 size = Vector3::Ones();  ///< box, full extents
   double radius_bottom = 0;        ///< a sphere's radius too
@@ -26,6 +26,8 @@ struct ImplicitShape {
   std::array<double, 2> plane_size{std::numeric_limits<double>::infinity(),
                                    std::numeric_limits<double>::infinity()};
   bool double_sided = false;  ///< plane
+  int mesh = -1;              ///< glTF 2.1's `convex` and `concave`
+  bool convex_hull = false;   ///< `convex`
 };
 
 struct MotionProperties {
@@ -41,7 +43,8 @@ struct MotionProperties {
 
 struct ColliderProperties {
   int shape = -1;  ///< index into PhysicsTables::shapes, or −1 and then
-  int node = -1;   ///< the node whose meshes make the shape
+  int node = -1;   ///< the node whose meshes make the shape, or −1 and then
+  int mesh = -1;   ///< the mesh that makes the shape
   bool convex_hull = false;
   int material = -1;
   int filter = -1;
@@ -78,9 +81,16 @@ struct PhysicsTables {
   std::vector<JointDescription> joints;
 };
 
-PhysicsTables read_physics_tables(const JsonValue& root, std::vector<std::string>& warnings);
+/// How many nodes and meshes the document has.
+struct DocumentSizes {
+  std::size_t nodes = 0;
+  std::size_t meshes = 0;
+};
 
-/// `nodes` is the number of nodes in the document.
-NodePhysics read_node_physics(const JsonValue& node, const PhysicsTables& tables, std::size_t nodes);
+PhysicsTables read_physics_tables(const JsonValue& root, const DocumentSizes& sizes,
+                                  std::vector<std::string>& warnings);
+
+NodePhysics read_node_physics(const JsonValue& node, const PhysicsTables& tables, const DocumentSizes& sizes,
+                              std::vector<std::string>& warnings);
 
 }  // namespace substep

@@ -9,14 +9,17 @@
 #include <vector>
 
 #include "sim/geometry/triangle_mesh.h"
+#include "sim/loading/collider_geometry.h"
 #include "sim/loading/collider_shapes.h"
 
 namespace substep {
 namespace {
 
-// A node's meshes in a collider's scale, and what follows from them as far as it was needed.
+// The meshes of a node, or one mesh, in a collider's scale, and what follows from them as far as it was
+// needed.
 struct ColliderGeometry {
   int node;
+  int mesh;
   Vector3 scale;
   NodeGeometry geometry;
   std::optional<SimplifiedHull> hull;
@@ -81,14 +84,15 @@ class Colliders {
 
   void set_shape_of_node(Collider& collider, const ColliderProperties& properties, const Vector3& scale,
                          const JsonValue& place) {
-    ColliderGeometry& known = geometry_of(properties.node, scale, place);
+    ColliderGeometry& known = geometry_of(properties, scale, place);
     const NodeGeometry& geometry = known.geometry;
     const std::string what = fmt::format("{}: {}", draft_.document.file_name, place.path());
-    const std::string& name = draft_.document.nodes[properties.node].name;
+    const std::string name =
+        properties.node >= 0 ? fmt::format("mesh of node '{}'", draft_.document.nodes[properties.node].name)
+                             : fmt::format("mesh {}", properties.mesh);
     if (geometry.skinned) {
-      draft_.scene.warnings.push_back(
-          fmt::format("{}: the skinned mesh of node '{}' collides in the form that it has at the start",
-                      place.path(), name));
+      draft_.scene.warnings.push_back(fmt::format(
+          "{}: the skinned {} collides in the form that it has at the start", place.path(), name));
     }
     if (!properties.convex_hull && is_driven(collider.body)) {
       draft_.spend(geometry.points.size() + geometry.triangles.size(), place);
@@ -102,24 +106,30 @@ class Colliders {
       draft_.scene.warnings.push_back(fmt::format("{}: {}", place.path(), hull.warning));
     collider.shape = hull.hull;
     if (properties.convex_hull) return;
-    draft_.scene.warnings.push_back(fmt::format(
-        "{}: the mesh of node '{}' moves, so it collides as its convex hull", place.path(), name));
+    draft_.scene.warnings.push_back(
+        fmt::format("{}: the {} moves, so it collides as its convex hull", place.path(), name));
     if (!known.solid) known.solid = solid_inside(geometry, hull.hull);
     if (known.solid->mass > 0)
       draft_.solids.emplace(static_cast<int>(draft_.scene.colliders.size()), *known.solid);
   }
 
-  ColliderGeometry& geometry_of(int node, const Vector3& scale, const JsonValue& place) {
+  ColliderGeometry& geometry_of(const ColliderProperties& properties, const Vector3& scale,
+                                const JsonValue& place) {
+    const int node = properties.node;
+    const int mesh = properties.mesh;
     for (const std::unique_ptr<ColliderGeometry>& known : geometries_) {
-      if (known->node == node && known->scale == scale) return *known;
+      if (known->node == node && known->mesh == mesh && known->scale == scale) return *known;
     }
-    draft_.spend(geometry_size(draft_.document, draft_.meshes, draft_.skins, node), place);
-    geometries_.push_back(std::make_unique<ColliderGeometry>(
-        ColliderGeometry{node,
-                         scale,
-                         geometry_of_node(draft_.document, draft_.meshes, draft_.skins, node, scale, place),
-                         {},
-                         {}}));
+    NodeGeometry geometry;
+    if (node >= 0) {
+      draft_.spend(geometry_size(draft_.document, draft_.meshes, draft_.skins, node), place);
+      geometry = geometry_of_node(draft_.document, draft_.meshes, draft_.skins, node, scale, place);
+    } else {
+      geometry = geometry_of_mesh(draft_.meshes[mesh], scale, place);
+      draft_.spend(geometry.points.size() + geometry.triangles.size(), place);
+    }
+    geometries_.push_back(
+        std::make_unique<ColliderGeometry>(ColliderGeometry{node, mesh, scale, std::move(geometry), {}, {}}));
     return *geometries_.back();
   }
 

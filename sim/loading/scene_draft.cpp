@@ -10,7 +10,7 @@ SceneDraft::SceneDraft(const std::filesystem::path& file, GltfDocument read)
     : document(std::move(read)),
       meshes(read_meshes(document, scene.warnings)),
       skins(read_skins(document)),
-      tables(read_physics_tables(document.root(), scene.warnings)) {
+      tables(read_physics_tables(document.root(), {document.nodes.size(), meshes.size()}, scene.warnings)) {
   scene.file = file;
   scene.name = file.stem().string();
   scene.hash = document.hash;
@@ -28,7 +28,7 @@ void SceneDraft::read_physics() {
   for (std::size_t i = 0; i < physics.size(); ++i) {
     if (!document.nodes[i].in_scene) continue;
     const JsonValue node = document.node_json(static_cast<int>(i));
-    physics[i] = read_node_physics(node, tables, document.nodes.size());
+    physics[i] = read_node_physics(node, tables, {document.nodes.size(), meshes.size()}, scene.warnings);
     if (physics[i].trigger)
       scene.warnings.push_back(node.path() + ": a trigger is ignored: it moves nothing");
   }

@@ -95,8 +95,10 @@ json of_shape(const TriangleMesh& mesh, const Pose& pose) {
           {"indices", mesh.triangles}};
 }
 
-const char* combine_name(Combine combine) {
+json combine_name(Combine combine) {
   switch (combine) {
+    case Combine::unstated:
+      return nullptr;
     case Combine::average:
       return "average";
     case Combine::minimum:

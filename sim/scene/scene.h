@@ -35,15 +35,16 @@ struct Body {
   Vector3 angular_velocity = Vector3::Zero();  ///< world, rad/s
 };
 
-/// How two materials' coefficients combine; where two bodies disagree, the first of these wins.
-enum class Combine { average, minimum, maximum, multiply };
+/// How two materials' coefficients combine. Where two materials disagree, the first of these wins; where
+/// neither states a mode, they are averaged.
+enum class Combine { average, minimum, maximum, multiply, unstated };
 
 struct ContactMaterial {
   double static_friction = 0.6;
   double dynamic_friction = 0.6;
   double restitution = 0;
-  Combine friction_combine = Combine::average;
-  Combine restitution_combine = Combine::average;
+  Combine friction_combine = Combine::unstated;
+  Combine restitution_combine = Combine::unstated;
 };
 
 struct Collider {

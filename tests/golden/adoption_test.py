@@ -10,9 +10,10 @@ import re
 import shutil
 import signal
 import subprocess
+import textwrap
 import time
 
-from another_project import SUBSTEP, SUITE, Project, expect, run
+from another_project import SCENES, SOURCE, SUBSTEP, SUITE, Project, expect, run
 
 
 def printed(text, what):
@@ -195,10 +196,110 @@ def adopts_goes_red_and_green_again_by_what_is_printed(folder):
     expect([entry["reason"] for entry in sidecar["history"]] == ["the first goldens"], sidecar["history"])
 
 
+def a_pendulum_in_python_goes_green_red_and_green_by_what_is_printed(folder):
+    page = (SOURCE / "golden/README.md").read_text()
+    script = re.search(r"<!-- pendulum.py -->\n```python\n(.*?)```", page, re.S).group(1)
+    project = Project(folder, [])
+    (project.folder / "scenes").rmdir()
+    for name, text in [("pendulum.py", script), ("pendulum.gltf", (SCENES / "pendulum.gltf").read_text())]:
+        (project.folder / name).write_text(text)
+    identity = "git -c user.name=them -c user.email=them@example.org"
+    project.shell("git init -q && git add . && " + identity + " commit -q -m start", 0)
+    text = project.shell(re.search(r"substep init \. --command .*", page).group(0), 0)
+    check, approve, *_ = printed(text, "")
+    text += project.shell(check, 1)
+    expect(project.verdicts() == {"pendulum.pendulum": "new"}, project.verdicts())
+    project.shell(approve, 0)
+    project.shell(re.search(r"git add .*", text).group(0) + " && " + identity + " commit -q -m goldens", 0)
+    project.shell(check, 0)
+    expect(project.shell("git status --short", 0) == "", "nothing is left for git")
+    for old, new in [("mass, length, drag = 1.0,", "mass, length, drag = 2.0,"), ("2.0, 1.0, 0.2", "2.0, 0.9, 0.2")]:
+        changed = (project.folder / "pendulum.py").read_text().replace(old, new)
+        (project.folder / "pendulum.py").write_text(changed)
+        text = project.shell(check, 1)
+        expect(project.verdicts() == {"pendulum.pendulum": "simulation changed"}, project.verdicts())
+        entry = project.results()["cases"][0]
+        # Another mass starts at the same place, another length does not.
+        first = 1 if "mass" in old else 0
+        expect(entry["poses"]["motion"]["first_frame"] == first and entry["poses"]["motion"]["body"] == "rod", text)
+        expect((project.folder / "out/check/pendulum.pendulum" / entry["player"]).exists(), "a page plays both")
+        command, = [c for c in printed(text, "approve") if "approve" in c]
+        project.shell(command.replace('"..."', '"a heavier rod"'), 0)
+        project.shell(check, 0)
+    # The workflow's run by hand approves what is named, and commits it.
+    (project.folder / "pendulum.py").write_text((project.folder / "pendulum.py").read_text().replace("0.9,", "0.8,"))
+    project.shell("git init -q --bare ../origin && git remote add origin ../origin && git push -q -u origin HEAD", 0)
+    steps = (SOURCE / ".github/workflows/suite.yml").read_text()
+    checks = re.search(r"- run: (substep check .*)", steps).group(1)
+    approves = textwrap.dedent(re.search(r"run: \|\n((?: {10}.*\n)+)", steps).group(1))
+    environment = "export SUITE=golden APPROVE=pendulum.pendulum REASON='a shorter rod; $(touch ran)'\n"
+    project.shell(environment + checks + " && " + approves, 0)
+    expect(not (project.folder / "ran").exists(), "a reason is no command")
+    log = project.shell("git log -1 --format=%s%n%b origin/HEAD || git log -1 --format=%s%n%b @{upstream}", 0)
+    expect("Approve pendulum.pendulum\na shorter rod" in log, log)
+    project.shell(check, 0)
+    # A crash and a hang are errors of the case, and leave nothing running.
+    suite = project.folder / "golden/suite.toml"
+    suite.write_text(suite.read_text().replace("time_limit = 120", "time_limit = 1"))
+    for line, cause in [("sys.exit('no such rod')", "python3 ended with exit code 1: no such rod"),
+                        ("import time; time.sleep(9)", "python3 has not ended after 1 s")]:
+        (project.folder / "pendulum.py").write_text(f"import sys\n{line}\n")
+        project.shell(check, 1)
+        entry = project.results()["cases"][0]
+        expect((entry["verdict"], entry["cause"]) == ("error", cause), entry["cause"])
+
+
+def a_table_is_compared_within_its_tolerance(folder):
+    project = Project(folder, ["box_stack"])
+    project.shell("substep run scenes/box_stack.gltf --duration 0.5 --csv stack.csv --output stack.poses.txt", 0)
+    table = (project.folder / "stack.csv").read_text()
+    cases = """
+[defaults]
+frames = 20
+images = [20]
+size = [96, 54]
+[[case]]
+scene = "../scenes/box_stack.gltf"
+poses = "../stack.csv"
+[[case]]
+scene = "../scenes/box_stack.gltf"
+poses = "../stack.csv"
+variant = "loose"
+pose_tolerance = { position = 0.002 }
+"""
+    (project.folder / "golden").mkdir()
+    (project.folder / "golden/suite.toml").write_text(cases)
+    project.shell("substep check", 1)
+    project.shell('substep approve --failed --reason "the first"', 0)
+    project.shell("substep check", 0)
+
+    def lifted(by):
+        rows = [row.split(",") for row in table.splitlines()]
+        x = rows[0].index("x")
+        for row in rows[1:]:
+            if float(row[0]) > 0.1:
+                row[x] = str(float(row[x]) + by)
+        (project.folder / "stack.csv").write_text("\n".join(",".join(row) for row in rows) + "\n")
+
+    lifted(0.001)
+    project.shell("substep check", 1)
+    expect(project.verdicts() == {"box_stack.stack": "simulation changed", "box_stack.stack-loose": "pass"},
+           project.verdicts())
+    lifted(0.003)
+    project.shell("substep check", 1)
+    limit = project.results()["cases"][1]["poses"]["motion"]["limit"]
+    expect(limit == "body box_1 position x 0.003 m (limit 0.002)", limit)
+    (project.folder / "stack.csv").write_text(table.replace("box_3", "box_33"))
+    project.shell("substep check", 1)
+    cause = project.results()["cases"][0]["cause"]
+    expect(re.match(r"stack\.csv:\d+: box_stack has no body 'box_33': there are box_1, ", cause), cause)
+
+
 TESTS = [a_damaged_scene_beside_a_changed_one, damaged_goldens_are_errors_of_their_cases, no_old_green,
          a_case_that_takes_too_long_or_crashes_is_an_error_and_the_others_run, two_checks_do_not_write_to_one_folder,
          an_interrupted_check_says_so_once_and_the_next_begins_at_once, folders_of_any_name_run_nothing, orphans_fail,
          a_scene_without_pictures_needs_no_renderer, other_renderers_are_known,
-         adopts_goes_red_and_green_again_by_what_is_printed]
+         adopts_goes_red_and_green_again_by_what_is_printed,
+         a_pendulum_in_python_goes_green_red_and_green_by_what_is_printed, a_table_is_compared_within_its_tolerance]
 
 run(TESTS)

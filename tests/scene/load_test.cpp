@@ -61,7 +61,7 @@ TEST(LoadScene, ReadsTheExample) {
   EXPECT_EQ(collider.material.dynamic_friction, 0.4);
   EXPECT_EQ(collider.material.restitution, 0.3);
   EXPECT_EQ(collider.material.friction_combine, Combine::minimum);
-  EXPECT_EQ(collider.material.restitution_combine, Combine::average);
+  EXPECT_EQ(collider.material.restitution_combine, Combine::unstated);
   EXPECT_FALSE(collider.in_no_system);
   EXPECT_EQ(collider.member, 0b011u);
   EXPECT_EQ(collider.collides_with, ~std::uint64_t{0b110});
@@ -518,6 +518,83 @@ TEST(LoadScene, MovingMeshCollidesAsHullWithWarning) {
   EXPECT_EQ(std::get<Polytope>(scene.colliders[2].shape).vertices.size(), 8u);
   EXPECT_THAT(scene.warnings,
               Contains(HasSubstr("the mesh of node 'rock shape' moves, so it collides as its convex hull")));
+}
+
+TEST(LoadScene, ColliderTakesMesh) {
+  // The rock's hull, from its mesh in place of a node that has it.
+  json document = example();
+  physics(document, 4)["collider"]["geometry"] = {{"mesh", 0}, {"convexHull", true}};
+  const Scene scene = load(document);
+  const Scene with_node = load(example());
+  EXPECT_EQ(std::get<Polytope>(scene.colliders[2].shape).vertices,
+            std::get<Polytope>(with_node.colliders[2].shape).vertices);
+  EXPECT_EQ(scene.bodies[2].inverse_mass, with_node.bodies[2].inverse_mass);
+  EXPECT_TRUE(scene.warnings.empty()) << scene.warnings.front();
+  // In the world, its triangles.
+  physics(document, 4).erase("motion");
+  physics(document, 4)["collider"]["geometry"] = {{"mesh", 0}};
+  EXPECT_EQ(std::get<TriangleMesh>(load(document).colliders[2].shape).triangles.size(), 12U);
+  physics(document, 4)["collider"]["geometry"] = {{"mesh", 1}};
+  EXPECT_NE(complaint(document).find("/collider/geometry/mesh: there is no mesh 1: the file has 1"),
+            std::string::npos);
+}
+
+TEST(LoadScene, ReadsShapesOfGltf21) {
+  json document = example();
+  json shapes = document["extensions"]["KHR_implicit_shapes"]["shapes"];
+  document["extensions"].erase("KHR_implicit_shapes");
+  document["asset"]["version"] = "2.1";
+  document["extensionsUsed"] = document["extensionsRequired"] = {"KHR_physics_rigid_bodies"};
+  shapes.push_back({{"type", "convex"}, {"convex", {{"mesh", 0}}}});
+  shapes.push_back({{"type", "concave"}, {"concave", {{"mesh", 0}}}});
+  document["shapes"] = shapes;
+  physics(document, 4)["collider"]["geometry"] = {{"shape", 2}};
+  const Scene scene = load(document);
+  const Scene extended = load(example());
+  for (std::size_t i = 1; i < 3; ++i) {
+    EXPECT_EQ(std::get<Polytope>(scene.colliders[i].shape).vertices,
+              std::get<Polytope>(extended.colliders[i].shape).vertices);
+  }
+  EXPECT_TRUE(scene.warnings.empty()) << scene.warnings.front();
+  physics(document, 4)["collider"]["geometry"] = {{"shape", 3}};
+  physics(document, 4).erase("motion");
+  EXPECT_TRUE(std::holds_alternative<TriangleMesh>(load(document).colliders[2].shape));
+  // The extension's shapes are those that its colliders mean.
+  document = example();
+  document["shapes"] = {{{"type", "sphere"}}, {{"type", "sphere"}}};
+  const Scene both = load(document);
+  EXPECT_TRUE(std::holds_alternative<Plane>(both.colliders[0].shape));
+  EXPECT_EQ(both.warnings,
+            std::vector<std::string>{"/shapes: are ignored: the file has those of KHR_implicit_shapes too"});
+}
+
+TEST(LoadScene, WarnsOfUnknownKeysInExtensions) {
+  const std::string extension = "/extensions/KHR_physics_rigid_bodies";
+  const std::vector<std::string> places{"/nodes/1" + extension,
+                                        "/nodes/1" + extension + "/motion",
+                                        "/nodes/1" + extension + "/collider",
+                                        "/nodes/1" + extension + "/collider/geometry",
+                                        "/nodes/2" + extension + "/joint",
+                                        extension,
+                                        extension + "/physicsMaterials/0",
+                                        extension + "/collisionFilters/0",
+                                        extension + "/physicsJoints/0",
+                                        extension + "/physicsJoints/0/limits/0",
+                                        extension + "/physicsJoints/0/drives/0",
+                                        "/extensions/KHR_implicit_shapes",
+                                        "/extensions/KHR_implicit_shapes/shapes/1",
+                                        "/extensions/KHR_implicit_shapes/shapes/1/box"};
+  for (const std::string& place : places) {
+    json document = example();
+    document[json::json_pointer(place)]["mas"] = 3;
+    const Scene scene = load(document);
+    ASSERT_EQ(scene.warnings.size(), 1U) << place;
+    EXPECT_EQ(scene.warnings[0].find(place + ": unknown key 'mas' is ignored; known are "), 0U)
+        << scene.warnings[0];
+  }
+  json document = example();
+  physics(document, 1)["motion"]["extras"] = {{"mas", 3}};
+  EXPECT_TRUE(load(document).warnings.empty());
 }
 
 TEST(LoadScene, HullHoldsMeshesOfChildren) {

@@ -387,6 +387,8 @@ TEST(Contacts, MaterialsCombineInTheExtensionsOrder) {
   EXPECT_NEAR(slowed(Combine::multiply, Combine::maximum), 0.4, 1e-9);
   EXPECT_NEAR(slowed(Combine::minimum, Combine::maximum), 0.2, 1e-9);
   EXPECT_NEAR(slowed(Combine::average, Combine::minimum), 0.3, 1e-9);
+  EXPECT_NEAR(slowed(Combine::unstated, Combine::multiply), 0.08, 1e-9);
+  EXPECT_NEAR(slowed(Combine::unstated, Combine::unstated), 0.3, 1e-9);
 }
 
 TEST(Joints, RadiusOnTheAxisIsZero) {

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -102,7 +103,9 @@ TEST(Engines, NameUnsupportedFeatures) {
   Scene scene = short_scene("pendulum");
   const auto expect = [&](const std::string& why) {
     for (const Engine& engine : engines()) {
-      if (engine.is_ours || engine.is_command) continue;
+      const bool can = (engine.name == "bullet-si" || engine.name == "bullet-dantzig") &&
+                       why == "kinematic body that moves";
+      if (engine.is_ours || engine.is_command || can) continue;
       EXPECT_NE(omitted(engine, scene).find(why), std::string::npos) << engine.label;
     }
   };
@@ -125,33 +128,47 @@ TEST(Engines, NameUnsupportedFeatures) {
   expect("kinematic body that moves");
 }
 
-TEST(Engines, ReducedCoordinatesRefuseLoops) {
+TEST(Engines, FeatherstoneRefusesLoops) {
   Scene scene = test::chain(2);
   scene.joints.push_back(test::ball_joint(2, 0, {0.25, 0, 0}, {1, 0, 0}));
   for (const Engine& engine : engines()) {
     if (engine.is_command) continue;
-    const bool reduced = engine.settings.starts_with("reduced coordinates");
-    EXPECT_EQ(omitted(engine, scene).find("loop") != std::string::npos, reduced) << engine.label;
+    const bool refuses = engine.name.starts_with("bullet-featherstone");
+    EXPECT_EQ(omitted(engine, scene).find("loop") != std::string::npos, refuses) << engine.label;
   }
 }
 
-/// The engines on npm.
-std::vector<Engine> node_engines() {
+/// Other projects' engines that simulate falls and contacts, each in the form that films show. Fails the test
+/// where the build lacks one; one that is not installed throws.
+std::vector<Engine> other_engines() {
   std::vector<Engine> result;
-  for (const Engine& engine : engines()) {
-    if (engine.is_command) result.push_back(engine);
+  for (const char* name :
+       {"bullet-si", "ode-step", "ode-quickstep", "mujoco-euler", "rapier", "jolt", "mujoco3"}) {
+    const auto found = std::ranges::find(engines(), name, &Engine::name);
+    if (found != engines().end()) {
+      result.push_back(*found);
+    } else {
+      ADD_FAILURE() << name << " is not built: run .ci/install, and configure again";
+    }
   }
   return result;
 }
 
-TEST(NodeEngines, FallBySemiImplicitStep) {
+/// The engines on npm.
+std::vector<Engine> node_engines() {
+  std::vector<Engine> result = other_engines();
+  std::erase_if(result, [](const Engine& engine) { return !engine.is_command; });
+  return result;
+}
+
+TEST(OtherEngines, FallBySemiImplicitStep) {
   Scene scene = test::empty_scene();
   test::add_box(scene, {1, 0.6, 0.4}, 3, {{1, 2, 3}, rotation_quaternion({0.3, -0.5, 0.8})}, 0.3);
   scene.bodies[1].linear_velocity = {0.5, -1, 2};
   scene.bodies[1].angular_velocity = scene.bodies[1].pose.orientation * Vector3(0, 0, 2);  // a principal axis
   scene.bodies[1].body_from_node.orientation = rotation_quaternion({1, 0.2, -0.4});
   const double h = scene.duration = scene.step;
-  for (const Engine& engine : node_engines()) {
+  for (const Engine& engine : other_engines()) {
     SCOPED_TRACE(engine.label);
     const auto stepper = engine.make(scene, settings_at(h));
     const State start = stepper->state();
@@ -170,7 +187,7 @@ TEST(NodeEngines, FallBySemiImplicitStep) {
   }
 }
 
-TEST(NodeEngines, BlockSlidesDownSlope) {
+TEST(OtherEngines, BlockSlidesDownSlope) {
   // μ = 0.2 on 20°: it slides by ½ g (sin θ − μ cos θ) t².
   constexpr double angle = 20 * std::numbers::pi / 180;
   Scene scene = test::floor_scene(0.2);
@@ -179,13 +196,68 @@ TEST(NodeEngines, BlockSlidesDownSlope) {
   test::add_box(scene, {1, 0.2, 1}, 1, {slope * Vector3(0, 0.1, 0), slope}, 0.2);
   scene.duration = 1;
   const double way = 0.5 * 9.81 * (std::sin(angle) - 0.2 * std::cos(angle));
-  for (const Engine& engine : node_engines()) {
+  for (const Engine& engine : other_engines()) {
     SCOPED_TRACE(engine.label);
     const auto stepper = engine.make(scene, settings_at(1.0 / 240));
     for (int i = 0; i < 240; ++i) ASSERT_TRUE(stepper->step());
     const Vector3 moved = slope.conjugate() * stepper->state().q[1].linear;
-    EXPECT_NEAR(moved.x(), way, 0.02 * way);
-    EXPECT_NEAR(moved.y(), 0.1, 1e-3);
+    EXPECT_NEAR(moved.x(), way, 0.02 * way);  // measured at most 0.0073 of it: Bullet; else 0.0042
+    EXPECT_NEAR(moved.y(), 0.1, 1e-3);        // measured at most 9.5e-4: MuJoCo 3, whose contacts are soft
+  }
+}
+
+TEST(OtherEngines, RunScenesOrSayWhy) {
+  for (const std::string name :
+       {"box_stack", "box_pyramid", "heavy_chain", "card_house", "dominoes", "ragdoll"}) {
+    Scene scene = scene_named(name);
+    scene.duration = scene.step;
+    for (const Engine& engine : other_engines()) {
+      const std::string why =
+          engine.is_command ? "joint spine limits a cone" : "joint spine has a limit or a spring";
+      EXPECT_EQ(omitted(engine, scene), name == "ragdoll" ? why : "") << name << ", " << engine.label;
+    }
+  }
+}
+
+TEST(MuJoCo, ClosesLoops) {
+  const Scene scene = short_scene("four_bar");
+  const ReferenceMotion reference = reference_motion(scene, 0.5);
+  for (const Engine& engine : engines()) {
+    if (!engine.name.starts_with("mujoco-")) continue;
+    const double step = scene.step / 8;
+    const auto stepper = engine.make(scene, settings_at(step));
+    const Metrics metrics = measure(scene, *stepper, step, reference);
+    EXPECT_LT(metrics.error.position.rms, 0.02) << engine.label;
+    EXPECT_LT(metrics.joint_gap, 0.01) << engine.label;
+  }
+}
+
+TEST(Bullet, BeltCarriesBoxAndFilterLetsThrough) {
+  // A kinematic slab moves at 1 m/s under a box of μ = 0.3: the box slides for v/(μ g) = 0.34 s, by half of
+  // what the slab moves.
+  Scene scene = test::empty_scene();
+  test::add_box(scene, {20, 0.2, 2}, 1, {{0, -0.1, 0}, Quaternion::Identity()}, 0.3);
+  test::add_box(scene, {1, 0.2, 1}, 1, {{0, 0.1, 0}, Quaternion::Identity()}, 0.3);
+  test::add_box(scene, {1, 0.2, 1}, 1, {{3, 0.1, 0}, Quaternion::Identity()}, 0.3);
+  Body& slab = scene.bodies[1];
+  slab.inverse_mass = 0;
+  slab.inverse_inertia.setZero();
+  slab.linear_velocity = {1, 0, 0};
+  // The second box is in a system that the slab does not meet.
+  scene.colliders[2].in_no_system = false;
+  scene.colliders[2].member = 1;
+  scene.colliders[0].collides_with = ~std::uint64_t{1};
+  const double slid = 1 / (0.3 * 9.81);
+  for (const Engine& engine : other_engines()) {
+    if (!engine.name.starts_with("bullet")) continue;
+    const auto stepper = engine.make(scene, settings_at(1.0 / 240));
+    for (int i = 0; i < 240; ++i) ASSERT_TRUE(stepper->step());
+    const State& state = stepper->state();
+    EXPECT_NEAR(state.q[1].linear.x(), 1, 1e-9);
+    EXPECT_NEAR(state.v[2].linear.x(), 1, 0.01);
+    EXPECT_NEAR(state.q[2].linear.x(), 1 - slid / 2, 0.02);
+    EXPECT_NEAR(state.q[2].linear.y(), 0.1, 1e-3);
+    EXPECT_NEAR(state.q[3].linear.y(), 0.1 - 9.81 / 2, 0.03);
   }
 }
 

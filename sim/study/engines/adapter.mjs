@@ -96,13 +96,14 @@ function shared_joint(joint, bodies) {
   return result;
 }
 
-/** The coefficient of two colliders: "friction" or "restitution". Where they disagree how, the first of these wins. */
+/** The coefficient of two colliders: "friction" or "restitution". Where they disagree how, the first of these wins; where
+    neither says how, it is the average. */
 export function combined(one, other, what) {
   const value = (collider) => collider.material[what === 'friction' ? 'dynamicFriction' : what];
   const [x, y] = [value(one), value(other)];
   const ways = { average: (x + y) / 2, minimum: Math.min(x, y), maximum: Math.max(x, y), multiply: x * y };
   const modes = [one, other].map((collider) => collider.material[`${what}Combine`]);
-  return ways[Object.keys(ways).find((way) => modes.includes(way))];
+  return ways[Object.keys(ways).find((way) => modes.includes(way)) ?? 'average'];
 }
 
 /** Bodies with `turn` (their orientation at the start), colliders, joints, and which pairs meet. */
@@ -150,6 +151,10 @@ function in_world_axes(scene) {
 /** Simulates the scene of the command line with the world that `make(scene, settings)` returns: { step(), state(body) }. */
 export async function simulate(make) {
   const [scene_file, settings_file, poses_file] = process.argv.slice(2);
+  if (!poses_file) {
+    console.error('give SCENE SETTINGS POSES: scenes/format.md describes these files');
+    process.exit(2);
+  }
   const settings = JSON.parse(readFileSync(settings_file));
   let file;
   try {

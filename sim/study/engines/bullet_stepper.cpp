@@ -13,8 +13,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <utility>
 
 #include "sim/error.h"
+#include "sim/math/rotation.h"
 #include "sim/study/engines/engine_links.h"
 #include "sim/study/engines/engine_steppers.h"
 
@@ -37,15 +40,36 @@ Quaternion quaternion(const btQuaternion& q) {
   return {q.w(), q.x(), q.y(), q.z()};
 }
 
+/// Keeps units apart: a body's user index is its unit.
+class PairFilter final : public btOverlapFilterCallback {
+ public:
+  explicit PairFilter(std::set<std::pair<int, int>> apart) : apart_(std::move(apart)) {}
+  bool needBroadphaseCollision(btBroadphaseProxy* one, btBroadphaseProxy* other) const override {
+    const bool by_group = (one->m_collisionFilterGroup & other->m_collisionFilterMask) != 0 &&
+                          (other->m_collisionFilterGroup & one->m_collisionFilterMask) != 0;
+    if (!by_group || apart_.empty()) return by_group;
+    const auto unit = [](const btBroadphaseProxy* proxy) {
+      return static_cast<const btCollisionObject*>(proxy->m_clientObject)->getUserIndex();
+    };
+    return !apart_.contains(std::minmax({unit(one), unit(other)}));
+  }
+
+ private:
+  std::set<std::pair<int, int>> apart_;
+};
+
 class BulletStepper final : public Stepper {
  public:
   BulletStepper(const Scene& scene, const EngineScene& shared, const Settings& settings, bool direct)
       : step_(settings.step),
         dispatcher_(&configuration_),
+        filter_(shared.apart),
         solver_(direct ? std::make_unique<btMLCPSolver>(&dantzig_)
                        : std::make_unique<btSequentialImpulseConstraintSolver>()),
         world_(&dispatcher_, &broad_phase_, solver_.get(), &configuration_),
-        state_(initial_state(scene)) {
+        start_(initial_state(scene)),
+        state_(start_) {
+    broad_phase_.getOverlappingPairCache()->setOverlapFilterCallback(&filter_);
     world_.setGravity(vector(scene.gravity));
     world_.getSolverInfo().m_numIterations = settings.iterations;
     // A pair has the product of its frictions.
@@ -53,11 +77,9 @@ class BulletStepper final : public Stepper {
     shapes_.resize(scene.bodies.size());
     bodies_.resize(scene.bodies.size());
     if (shared.has_contacts) {
-      for (const Collider& collider : scene.colliders) add(scene, collider);
+      for (std::size_t i = 0; i < scene.colliders.size(); ++i) add(scene, static_cast<int>(i));
     }
-    for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
-      if (scene.bodies[i].inverse_mass > 0) add(scene.bodies[i], scene.gyroscopic, i);
-    }
+    for (std::size_t i = 1; i < scene.bodies.size(); ++i) add(scene.bodies[i], scene.gyroscopic, i);
     for (const EngineJoint& joint : shared.joints) add(scene, joint);
   }
   ~BulletStepper() override {
@@ -71,6 +93,14 @@ class BulletStepper final : public Stepper {
   BulletStepper& operator=(const BulletStepper&) = delete;
 
   bool step() override {
+    // Bullet takes the velocity of a kinematic body from where it is put.
+    const double time = ++steps_ * step_;
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+      if (!bodies_[i] || !bodies_[i]->isKinematicObject()) continue;
+      const auto& [q, v] = std::pair(start_.q[i], start_.v[i]);
+      bodies_[i]->setWorldTransform(
+          transform({q.linear + time * v.linear, compose(rotation_quaternion(time * v.angular), q.angular)}));
+    }
     world_.stepSimulation(step_, 0);
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
       if (!bodies_[i]) continue;
@@ -90,9 +120,10 @@ class BulletStepper final : public Stepper {
     return parts_.back().get();
   }
 
-  void add(const Scene& scene, const Collider& collider) {
-    const bool moves = scene.bodies[collider.body].inverse_mass > 0;
-    Pose placement = moves ? collider.placement : scene.bodies[collider.body].pose * collider.placement;
+  void add(const Scene& scene, int index) {
+    const Collider& collider = scene.colliders[static_cast<std::size_t>(index)];
+    const bool is_world = collider.body == world_body;
+    Pose placement = collider.placement;
     btCollisionShape* shape = nullptr;
     if (const auto* polytope = std::get_if<Polytope>(&collider.shape); polytope && polytope->box) {
       shape = keep(std::make_unique<btBoxShape>(vector(polytope->box->half_size)));
@@ -106,12 +137,12 @@ class BulletStepper final : public Stepper {
       shape = keep(std::make_unique<btSphereShape>(sphere->radius));
     } else if (const auto* capsule = std::get_if<Capsule>(&collider.shape)) {
       shape = keep(std::make_unique<btCapsuleShape>(capsule->radius, 2 * capsule->half_length));
-    } else if (std::holds_alternative<Plane>(collider.shape) && !moves) {
+    } else if (std::holds_alternative<Plane>(collider.shape) && is_world) {
       shape = keep(std::make_unique<btStaticPlaneShape>(btVector3(0, 1, 0), 0));
     } else {
       throw Error("a collider is no box, hull, sphere, capsule or fixed plane");
     }
-    if (moves) {
+    if (!is_world) {
       auto& compound = shapes_[collider.body];
       if (!compound) compound = std::make_unique<btCompoundShape>();
       compound->addChildShape(transform(placement), shape);
@@ -120,6 +151,7 @@ class BulletStepper final : public Stepper {
     fixed_.push_back(std::make_unique<btRigidBody>(0, nullptr, shape));
     fixed_.back()->setWorldTransform(transform(placement));
     fixed_.back()->setFriction(friction_);
+    fixed_.back()->setUserIndex(unit_of(scene, index));
     world_.addRigidBody(fixed_.back().get());
   }
 
@@ -132,14 +164,19 @@ class BulletStepper final : public Stepper {
                transform(Pose{}) == shapes_[index]->getChildTransform(0)) {
       shape = shapes_[index]->getChildShape(0);  // a compound has fewer contacts than what it is made of
     }
-    bodies_[index] = std::make_unique<btRigidBody>(1 / body.inverse_mass, nullptr, shape,
-                                                   vector(body.inverse_inertia.cwiseInverse()));
+    const bool is_moved = body.inverse_mass > 0;
+    bodies_[index] = std::make_unique<btRigidBody>(
+        is_moved ? 1 / body.inverse_mass : 0, nullptr, shape,
+        is_moved ? vector(body.inverse_inertia.cwiseInverse()) : btVector3(0, 0, 0));
     btRigidBody& made = *bodies_[index];
+    if (!is_moved) made.setCollisionFlags(made.getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
+    made.setUserIndex(static_cast<int>(index));
     made.setWorldTransform(transform(body.pose));
+    made.setInterpolationWorldTransform(transform(body.pose));
     made.setLinearVelocity(vector(body.linear_velocity));
     made.setAngularVelocity(vector(body.angular_velocity));
     made.setFriction(friction_);
-    if (!gyroscopic) made.setFlags(0);
+    if (!gyroscopic && is_moved) made.setFlags(0);
     made.setActivationState(DISABLE_DEACTIVATION);
     if (collides) {
       world_.addRigidBody(&made);
@@ -173,7 +210,7 @@ class BulletStepper final : public Stepper {
       }
     }
     joints_.push_back(std::move(made));
-    world_.addConstraint(joints_.back().get(), true);
+    world_.addConstraint(joints_.back().get());
   }
 
   double step_;
@@ -181,6 +218,7 @@ class BulletStepper final : public Stepper {
   btDefaultCollisionConfiguration configuration_;
   btCollisionDispatcher dispatcher_;
   btDbvtBroadphase broad_phase_;
+  PairFilter filter_;
   btDantzigSolver dantzig_;
   std::unique_ptr<btConstraintSolver> solver_;
   std::vector<std::unique_ptr<btCollisionShape>> parts_;
@@ -189,6 +227,8 @@ class BulletStepper final : public Stepper {
   std::vector<std::unique_ptr<btRigidBody>> fixed_;
   std::vector<std::unique_ptr<btTypedConstraint>> joints_;
   btDiscreteDynamicsWorld world_;
+  State start_;
+  int steps_ = 0;
   State state_;
   State next_ = state_;
 };

@@ -6,7 +6,8 @@
 
 namespace substep {
 
-std::vector<EngineLink> tree_of(const Scene& scene, const std::vector<EngineJoint>& joints) {
+std::vector<EngineLink> tree_of(const Scene& scene, const std::vector<EngineJoint>& joints,
+                                std::vector<const EngineJoint*>* closing) {
   std::vector<EngineLink> links;
   std::vector<bool> placed(scene.bodies.size(), false);
   std::vector<bool> used(joints.size(), false);
@@ -21,7 +22,11 @@ std::vector<EngineLink> tree_of(const Scene& scene, const std::vector<EngineJoin
         used[i] = true;
         const bool is_a = joints[i].b == parent;
         const int child = is_a ? joints[i].a : joints[i].b;
-        if (placed[child]) throw Error("its joints close a loop, which reduced coordinates have not");
+        if (placed[child]) {
+          if (closing == nullptr) throw Error("its joints close a loop, which reduced coordinates have not");
+          closing->push_back(&joints[i]);
+          continue;
+        }
         placed[child] = true;
         links.push_back({child, parent, &joints[i], is_a});
         reached.push_back(child);

@@ -15,8 +15,9 @@ struct EngineLink {
   bool is_a;                 ///< whether `body` is the joint's a
 };
 
-/// Parents before children. Throws Error where joints close a loop.
-std::vector<EngineLink> tree_of(const Scene& scene, const std::vector<EngineJoint>& joints);
+/// Parents before children. Joints that close a loop go to `closing`; without it, throws Error.
+std::vector<EngineLink> tree_of(const Scene& scene, const std::vector<EngineJoint>& joints,
+                                std::vector<const EngineJoint*>* closing = nullptr);
 
 /// The joint's anchor and axis in the frames of the link's body and of its parent.
 Vector3 anchor_of_body(const EngineLink& link);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 
 #include "sim/error.h"
 #include "sim/model/model.h"
@@ -14,9 +15,10 @@ bool is_fixed(const Body& body) {
   return body.inverse_mass == 0;
 }
 
-void check(const Body& body) {
+void check(const Body& body, const EngineAbilities& abilities) {
   if (is_fixed(body)) {
-    if (!body.linear_velocity.isZero() || !body.angular_velocity.isZero()) {
+    const bool moves = !body.linear_velocity.isZero() || !body.angular_velocity.isZero();
+    if (moves && !abilities.moving_bodies) {
       throw Error(fmt::format("{} is a kinematic body that moves", body.name));
     }
     return;
@@ -27,7 +29,7 @@ void check(const Body& body) {
   if (body.gravity_factor != 1) throw Error(fmt::format("{} has a gravity of its own", body.name));
 }
 
-EngineJoint engine_joint(const Scene& scene, const Joint& joint) {
+EngineJoint engine_joint(const Scene& scene, const Joint& joint, const EngineAbilities& abilities) {
   if (!joint.drives.empty()) throw Error(fmt::format("joint {} has a drive", joint.name));
   std::array<bool, 3> linear{};
   std::array<bool, 3> angular{};
@@ -64,22 +66,66 @@ EngineJoint engine_joint(const Scene& scene, const Joint& joint) {
     std::swap(result.axis_a, result.axis_b);
   }
   if (is_held(result.a)) throw Error(fmt::format("joint {} holds nothing that moves", joint.name));
-  if (result.b != world_body && is_fixed(scene.bodies[result.b])) {
+  if (result.b != world_body && is_fixed(scene.bodies[result.b]) && !abilities.moving_bodies) {
     throw Error(fmt::format("joint {} hangs on a kinematic body", joint.name));
   }
   return result;
 }
 
+bool has_filter(const Collider& collider) {
+  return !collider.in_no_system || ~collider.collides_with != 0;
+}
+
+bool meet(const Collider& one, const Collider& other) {
+  const auto lets = [](const Collider& a, const Collider& b) {
+    return b.in_no_system || (b.member & a.collides_with) != 0;
+  };
+  return lets(one, other) && lets(other, one);
+}
+
+/// Returns the pairs of units that filters and joints keep apart. Throws Error where some colliders of two
+/// units meet and others do not.
+std::set<std::pair<int, int>> pairs_apart(const Scene& scene) {
+  std::set<std::pair<int, int>> apart;
+  std::set<std::pair<int, int>> together;
+  const bool has_filters = std::ranges::any_of(scene.colliders, has_filter);
+  const int colliders = has_filters ? static_cast<int>(scene.colliders.size()) : 0;
+  for (int i = 0; i < colliders; ++i) {
+    for (int k = 0; k < i; ++k) {
+      const std::pair<int, int> units = std::minmax({unit_of(scene, i), unit_of(scene, k)});
+      if (units.first == units.second) continue;
+      const auto at = [&](int index) -> const Collider& {
+        return scene.colliders[static_cast<std::size_t>(index)];
+      };
+      (meet(at(i), at(k)) ? together : apart).insert(units);
+    }
+  }
+  for (const auto& units : together) {
+    if (apart.contains(units)) throw Error("colliders of one body have several collision filters");
+  }
+  for (const Joint& joint : scene.joints) {
+    if (joint.enable_collision) continue;
+    const int body = std::max(joint.body_a, joint.body_b);
+    if (std::min(joint.body_a, joint.body_b) != world_body) {
+      apart.insert(std::minmax(joint.body_a, joint.body_b));
+    } else {
+      for (const int collider : joint.silent_colliders) apart.emplace(body, unit_of(scene, collider));
+    }
+  }
+  return apart;
+}
+
 }  // namespace
 
-EngineScene engine_scene(const Scene& scene) {
+EngineScene engine_scene(const Scene& scene, const EngineAbilities& abilities) {
   EngineScene result;
-  for (std::size_t i = 1; i < scene.bodies.size(); ++i) check(scene.bodies[i]);
-  for (const Joint& joint : scene.joints) result.joints.push_back(engine_joint(scene, joint));
+  for (std::size_t i = 1; i < scene.bodies.size(); ++i) check(scene.bodies[i], abilities);
+  for (const Joint& joint : scene.joints) result.joints.push_back(engine_joint(scene, joint, abilities));
   result.has_contacts = build_model(scene).contacts;
   if (!result.has_contacts) return result;
   for (const Joint& joint : scene.joints) {
-    if (joint.enable_collision) throw Error(fmt::format("joint {} lets its bodies collide", joint.name));
+    if (joint.enable_collision && !abilities.filters)
+      throw Error(fmt::format("joint {} lets its bodies collide", joint.name));
   }
   const ContactMaterial& first = scene.colliders.front().material;
   for (const Collider& collider : scene.colliders) {
@@ -90,8 +136,9 @@ EngineScene engine_scene(const Scene& scene) {
         material.friction_combine == Combine::multiply) {
       throw Error("there is more than one coefficient of friction");
     }
-    if (!collider.in_no_system || ~collider.collides_with != 0) throw Error("there are collision filters");
+    if (has_filter(collider) && !abilities.filters) throw Error("there are collision filters");
   }
+  if (abilities.filters) result.apart = pairs_apart(scene);
   result.friction = first.dynamic_friction;
   return result;
 }

@@ -104,10 +104,11 @@ MakeEngineStepper* find(const Library& library, const char* function) {
 }
 
 /// Returns a maker that loads the engine on first use. Builds without engines leave it unused.
-[[maybe_unused]] MakeStepper loaded(const Library& library, const char* function) {
-  return checked([&library, function](const Scene& scene, const Settings& settings) {
+[[maybe_unused]] MakeStepper loaded(const Library& library, const char* function,
+                                    const EngineAbilities& abilities = {}) {
+  return checked([&library, function, abilities](const Scene& scene, const Settings& settings) {
     MakeEngineStepper* const make = find(library, function);
-    return std::unique_ptr<Stepper>(make(scene, engine_scene(scene), settings));
+    return std::unique_ptr<Stepper>(make(scene, engine_scene(scene, abilities), settings));
   });
 }
 
@@ -174,29 +175,32 @@ std::vector<Engine> built() {
            return reference_stepper(scene, settings.step, order);
          })});
   }
-#ifdef SUBSTEP_HAS_BULLET
-  all.push_back({"bullet-si", "Bullet SI", "warm starting, split impulse, ERP 0.2 as it ships", false,
-                 loaded(bullet, "bullet_sequential_impulse"), true});
-  all.push_back({"bullet-dantzig", "Bullet Dantzig", "MLCP by Dantzig's method", false,
-                 loaded(bullet, "bullet_dantzig")});
-  all.push_back({"bullet-featherstone", "Bullet Featherstone",
+#ifdef SUBSTEP_BULLET_VERSION
+  constexpr EngineAbilities all_of_it{.filters = true, .moving_bodies = true};
+  all.push_back({"bullet-si", "Bullet " SUBSTEP_BULLET_VERSION " SI",
+                 "warm starting, split impulse, ERP 0.2 as it ships", false,
+                 loaded(bullet, "bullet_sequential_impulse", all_of_it), true});
+  all.push_back({"bullet-dantzig", "Bullet " SUBSTEP_BULLET_VERSION " Dantzig", "MLCP by Dantzig's method",
+                 false, loaded(bullet, "bullet_dantzig", all_of_it)});
+  all.push_back({"bullet-featherstone", "Bullet " SUBSTEP_BULLET_VERSION " Featherstone",
                  "reduced coordinates, semi-implicit Euler, no damping", false,
                  loaded(bullet, "bullet_featherstone")});
-  all.push_back({"bullet-featherstone-rk4", "Bullet Featherstone RK4",
+  all.push_back({"bullet-featherstone-rk4", "Bullet " SUBSTEP_BULLET_VERSION " Featherstone RK4",
                  "reduced coordinates, Runge-Kutta, no damping", false,
                  loaded(bullet, "bullet_runge_kutta")});
 #endif
-#ifdef SUBSTEP_HAS_ODE
-  all.push_back(
-      {"ode-step", "ODE dWorldStep", "ERP 0.2, CFM as it ships", false, loaded(ode, "ode_world_step")});
-  all.push_back({"ode-quickstep", "ODE QuickStep", "ERP 0.2, CFM as it ships", false,
+#ifdef SUBSTEP_ODE_VERSION
+  all.push_back({"ode-step", "ODE " SUBSTEP_ODE_VERSION " dWorldStep", "ERP 0.2, CFM as it ships", false,
+                 loaded(ode, "ode_world_step")});
+  all.push_back({"ode-quickstep", "ODE " SUBSTEP_ODE_VERSION " QuickStep", "ERP 0.2, CFM as it ships", false,
                  loaded(ode, "ode_quick_step"), true});
 #endif
-#ifdef SUBSTEP_HAS_MUJOCO
-  all.push_back({"mujoco-euler", "MuJoCo Euler", "reduced coordinates, soft contacts as it ships", false,
-                 loaded(mujoco, "mujoco_euler")});
-  all.push_back({"mujoco-rk4", "MuJoCo RK4", "reduced coordinates, Runge-Kutta, soft contacts as it ships",
-                 false, loaded(mujoco, "mujoco_runge_kutta")});
+#ifdef SUBSTEP_MUJOCO_VERSION
+  all.push_back({"mujoco-euler", "MuJoCo " SUBSTEP_MUJOCO_VERSION " Euler",
+                 "reduced coordinates, soft contacts as it ships", false, loaded(mujoco, "mujoco_euler")});
+  all.push_back({"mujoco-rk4", "MuJoCo " SUBSTEP_MUJOCO_VERSION " RK4",
+                 "reduced coordinates, Runge-Kutta, soft contacts as it ships", false,
+                 loaded(mujoco, "mujoco_runge_kutta")});
 #endif
   for (const NodeEngine& engine : node_engines) {
     all.push_back(

@@ -12,7 +12,7 @@ namespace substep {
 
 struct Engine {
   std::string name;      ///< as sweep files say: "bullet-si"; letters, digits and -
-  std::string label;     ///< as figures say: "Bullet SI"
+  std::string label;     ///< as figures say: "Bullet 3.24 SI"
   std::string settings;  ///< what else was set, for captions
   bool is_ours;          ///< the accurate mode: reference_integrator.h
   /// Throws Error with the reason where the engine is not installed, with what to install, or a scene

@@ -25,7 +25,7 @@ std::string placed(const Pose& pose) {
 class MujocoText {
  public:
   MujocoText(const Scene& scene, const EngineScene& shared, const Settings& settings, const char* integrator)
-      : scene_(scene), shared_(shared), links_(tree_of(scene, shared.joints)) {
+      : scene_(scene), shared_(shared), links_(tree_of(scene, shared.joints, &closing_)) {
     if (!scene.gyroscopic) throw Error("its gyroscopic term cannot be left out");
     text_ = fmt::format(
         "<mujoco><compiler angle=\"radian\" inertiafromgeom=\"false\" boundmass=\"0\"/>"
@@ -38,7 +38,9 @@ class MujocoText {
     for (const EngineLink& link : links_) {
       if (link.parent == world_body) add(link);
     }
-    text_ += "</worldbody></mujoco>";
+    text_ += "</worldbody><equality>";
+    for (const EngineJoint* joint : closing_) close(*joint);
+    text_ += "</equality></mujoco>";
   }
   const std::string& text() const { return text_; }
   const std::vector<EngineLink>& links() const { return links_; }
@@ -93,8 +95,23 @@ class MujocoText {
     text_ += "</body>";
   }
 
+  /// Adds a joint that closes a loop, as equality constraints. A hinge is two points of its axis.
+  void close(const EngineJoint& joint) {
+    const std::string other = joint.b == world_body ? "" : fmt::format(" body2=\"b{}\"", joint.b);
+    const auto connect = [&](const Vector3& anchor) {
+      text_ += fmt::format("<connect body1=\"b{}\"{} anchor=\"{}\"/>", joint.a, other, numbers(anchor));
+    };
+    if (joint.kind == EngineJoint::Kind::fixed) {
+      text_ += fmt::format("<weld body1=\"b{}\"{}/>", joint.a, other);
+      return;
+    }
+    connect(joint.anchor_a);
+    if (joint.kind == EngineJoint::Kind::hinge) connect(joint.anchor_a + joint.axis_a);
+  }
+
   const Scene& scene_;
   const EngineScene& shared_;
+  std::vector<const EngineJoint*> closing_;  ///< before links_, which fills it
   std::vector<EngineLink> links_;
   std::string text_;
 };

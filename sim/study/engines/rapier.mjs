@@ -50,19 +50,27 @@ await simulate((scene, settings) => {
   world.numSolverIterations = settings.iterations;
   const bodies = scene.bodies.map((body) => body_of(world, body));
   const units = new Map();
-  const ways = new Set();
+  const ways = { friction: new Set(), restitution: new Set() };
   scene.units.forEach((unit, index) => {
     for (const c of unit.colliders) {
-      ways.add(`${c.material.frictionCombine} ${c.material.restitutionCombine}`);
-      const desc = shape_of(c).setDensity(0).setFriction(c.material.dynamicFriction)
-        .setRestitution(c.material.restitution).setFrictionCombineRule(rules[c.material.frictionCombine])
-        .setRestitutionCombineRule(rules[c.material.restitutionCombine])
+      // Rapier's average yields to its other rules, as a mode that is not stated does.
+      const modes = {};
+      for (const what of ['friction', 'restitution']) {
+        const stated = c.material[`${what}Combine`];
+        if (stated) ways[what].add(stated);
+        modes[what] = rules[stated ?? 'average'];
+      }
+      const desc = shape_of(c).setDensity(0)
+        .setFriction(c.material.dynamicFriction).setFrictionCombineRule(modes.friction)
+        .setRestitution(c.material.restitution).setRestitutionCombineRule(modes.restitution)
         .setActiveHooks(RAPIER.ActiveHooks.FILTER_CONTACT_PAIRS);
       if (is_placed(c)) desc.setTranslation(...c.position).setRotation(quaternion(c.orientation));
       units.set(world.createCollider(desc, bodies[unit.body.index]).handle, index);
     }
   });
-  if (ways.size > 1) throw new Refusal('materials combine in several ways, of which Rapier prefers others');
+  if (Math.max(ways.friction.size, ways.restitution.size) > 1) {
+    throw new Refusal('materials combine in several ways, of which Rapier prefers others');
+  }
   for (const joint of scene.joints) {
     const [a, b] = [vector(joint.point_a), vector(joint.point_b)];
     const still = quaternion([1, 0, 0, 0]);

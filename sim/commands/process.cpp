@@ -1,4 +1,4 @@
-#include "golden/process.h"
+#include "sim/commands/process.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -13,7 +13,6 @@
 #include <iostream>
 #include <string_view>
 
-#include "golden/commands/commands.h"
 #include "sim/error.h"
 #include "sim/log/partial_file.h"
 
@@ -109,7 +108,7 @@ void flush_output() {
 
 int refuse_for_memory() noexcept {
   say("substep: there is not enough memory for this\n");
-  return golden::bad_input;
+  return bad_input;
 }
 
 }  // namespace substep

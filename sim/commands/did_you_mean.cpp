@@ -1,4 +1,4 @@
-#include "golden/did_you_mean.h"
+#include "sim/commands/did_you_mean.h"
 
 #include <fmt/format.h>
 

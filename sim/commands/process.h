@@ -4,6 +4,9 @@
 
 namespace substep {
 
+/// Exit code: what was given cannot be used, or is not there.
+inline constexpr int bad_input = 2;
+
 /// Call first. Where a standard stream is closed, no file gets its number. SIGINT, SIGTERM and SIGHUP remove
 /// what is half-written before they end the process; so does SIGPIPE, in silence, and a fault in a library,
 /// with a sentence. Files above a limit of size are an error and no signal.

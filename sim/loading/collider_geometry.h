@@ -1,0 +1,35 @@
+#pragma once
+/// The triangles that a glTF file gives a collider.
+
+#include <cstddef>
+#include <vector>
+
+#include "sim/geometry/shape.h"
+#include "sim/loading/gltf_document.h"
+#include "sim/loading/gltf_meshes.h"
+#include "sim/loading/json_value.h"
+
+namespace substep {
+
+/// The triangles of all meshes at a node and below.
+struct NodeGeometry {
+  std::vector<Vector3> points;
+  std::vector<Triangle> triangles;  ///< counter-clockwise seen from the front
+  bool double_sided = false;        ///< one of its materials is
+  bool skinned = false;
+};
+
+/// The triangles of a mesh, unskinned, times `scale`. Throws Error when there is none.
+NodeGeometry geometry_of_mesh(const GltfMesh& mesh, const Vector3& scale, const JsonValue& place);
+
+/// How much geometry_of_node has to do: nodes, vertices, triangles and joints.
+std::size_t geometry_size(const GltfDocument& document, const std::vector<GltfMesh>& meshes,
+                          const std::vector<GltfSkin>& skins, int node);
+
+/// In the frame of `node` times `scale`. What is skinned has the form that its skeleton gives it at the
+/// start. Throws Error when there is no triangle.
+NodeGeometry geometry_of_node(const GltfDocument& document, const std::vector<GltfMesh>& meshes,
+                              const std::vector<GltfSkin>& skins, int node, const Vector3& scale,
+                              const JsonValue& place);
+
+}  // namespace substep
