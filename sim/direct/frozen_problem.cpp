@@ -83,6 +83,8 @@ class Words {
 };
 
 void read_dense(Words& words, int size, Triplets& values) {
+  words.integer("the number of rows, again", size, size);
+  words.integer("the number of columns, again", size, size);
   for (int row = 0; row < size; ++row) {
     for (int column = 0; column < size; ++column) {
       const double value = words.real("a value of the matrix");

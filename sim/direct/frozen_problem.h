@@ -3,11 +3,11 @@
 /// contacts alone, and the text of mlcp_text.h, which has the rows of bodies.
 ///
 /// Siconos' text is a list of numbers: 3, the number of contacts, the storage of the matrix W, its rows and
-/// columns, W, q, μ. Storage 0 is dense, row by row. Storage 1 is blocks: the number of stored blocks, of
-/// block rows and of block columns; the ends of block rows and of block columns; the number of row pointers
-/// and of stored blocks; row pointers; block columns; then each block's number and its values column by
-/// column. A contact's three components are its normal and its two tangents. The problem: u = W r + q, r in
-/// the cone of friction, u + μ |u_t| n in the dual cone, and the two orthogonal.
+/// columns, W, q, μ. Storage 0 is dense: rows and columns again, values row by row. Storage 1 is blocks: the
+/// number of stored blocks, of block rows and of block columns; the ends of block rows and of block columns;
+/// the number of row pointers and of stored blocks; row pointers; block columns; then each block's number and
+/// its values column by column. A contact's three components are its normal and its two tangents. The
+/// problem: u = W r + q, r in the cone of friction, u + μ |u_t| n in the dual cone, and the two orthogonal.
 
 #include <Eigen/SparseCore>
 #include <string>
