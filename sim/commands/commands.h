@@ -13,5 +13,6 @@ void add_sweep_command(CLI::App& app);
 void add_mlcp_command(CLI::App& app);
 /// To the command report.
 void add_claims_command(CLI::App& report);
+void add_published_command(CLI::App& report);
 
 }  // namespace substep
