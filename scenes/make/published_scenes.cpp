@@ -97,7 +97,6 @@ std::string kapla_with(std::string_view name, double friction) {
   constexpr int floors = 6;
   constexpr double seconds = 600;
   GltfBuilder gltf(name, seconds, {0, -9.81, 0}, 0.01);
-  gltf.substeps(20);
   gltf.poster(1);
   set_stage(gltf, {0.7, 0.6, 0}, 1.6, friction);
   const Kind base(gltf, "base", {0.05, 0.10, 0.25}, finish::walnut, friction);
