@@ -25,7 +25,7 @@ constexpr int most_sweeps = 4096;
 constexpr std::uintmax_t largest_problem = std::uintmax_t{1} << 28;  // bytes: 1000 contacts, dense, are 1.7e8
 
 struct MlcpOptions {
-  fs::path file;
+  std::vector<fs::path> files;
   std::optional<fs::path> siconos;
   bool markdown = false;
 };
@@ -52,41 +52,59 @@ TextTable convergence(const FrozenProblem& problem) {
   return table;
 }
 
-void mlcp(const MlcpOptions& options) {
-  const std::string text = read_bytes(options.file, options.file.string(), largest_problem);
-  const FrozenProblem problem = parse_frozen_problem(text, options.file.string());
-  if (options.siconos) {
-    require_folder_of(*options.siconos);
-    write_file(*options.siconos, to_siconos_text(problem));
-    fmt::print("wrote {}\n", options.siconos->string());
-    return;
-  }
+FrozenProblem problem_of(const fs::path& file) {
+  return parse_frozen_problem(read_bytes(file, file.string(), largest_problem), file.string());
+}
+
+/// Solves the file's problem; a row of the table. `is_solved` becomes false where it is not.
+std::vector<std::string> solve_file(const fs::path& file, const FrozenProblem& problem, bool& is_solved) {
   std::vector<double> lambda;
   const auto begin = std::chrono::steady_clock::now();
   const MlcpReport report = solve(problem, lambda);
   const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - begin;
   const ConeError error = cone_error(problem, lambda);
-  fmt::print("{}: {} contacts, {} rows, asymmetry {:.2g}\n", options.file.filename().string(),
-             problem.contacts(), problem.mlcp.rows.size(), problem.asymmetry());
-  const TextTable table{{"status", "natural-map error", "complementarity", "factorisations", "time, ms"},
-                        {{verdict(report, error), fmt::format("{:.2e}", error.natural_map),
-                          fmt::format("{:.2e}", error.complementarity), fmt::format("{}", report.active_sets),
-                          fmt::format("~{:.3g}", time.count())}}};
-  const auto print = [&](const TextTable& t) {
-    fmt::print("\n{}", options.markdown ? to_markdown(t) : to_text(t));
+  is_solved = is_solved && error.natural_map <= tolerance;
+  return {fmt::format("{} ({} contacts, asymmetry {:.1g})", file.stem().string(), problem.contacts(),
+                      problem.asymmetry()),
+          verdict(report, error),
+          fmt::format("{:.1e}", error.natural_map),
+          fmt::format("{:.1e}", error.complementarity),
+          fmt::format("{}", report.active_sets),
+          fmt::format("~{:.2g}", time.count())};
+}
+
+void mlcp(const MlcpOptions& options) {
+  if (options.siconos) {
+    if (options.files.size() > 1) throw Error("--siconos: writes one problem; give one file");
+    require_folder_of(*options.siconos);
+    const std::string text = to_siconos_text(problem_of(options.files.front()));
+    write_file(*options.siconos, text);
+    fmt::print("wrote {}\n", options.siconos->string());
+    return;
+  }
+  const auto print = [&](const TextTable& table) {
+    fmt::print("{}", options.markdown ? to_markdown(table) : to_text(table));
   };
+  bool is_solved = true;
+  TextTable table{{"problem", "status", "natural-map error", "complementarity", "factorisations", "time, ms"},
+                  {}};
+  for (const fs::path& file : options.files)
+    table.rows.push_back(solve_file(file, problem_of(file), is_solved));
   print(table);
-  print(convergence(problem));
-  if (!(error.natural_map <= tolerance)) throw CLI::RuntimeError(1);
+  if (options.files.size() == 1) {
+    fmt::print("\n");
+    print(convergence(problem_of(options.files.front())));
+  }
+  if (!is_solved) throw CLI::RuntimeError(1);
 }
 
 }  // namespace
 
 void add_mlcp_command(CLI::App& app) {
   CLI::App* const command = app.add_subcommand(
-      "mlcp", "Solve a friction problem of a file; print its error, and how sweeps converge");
+      "mlcp", "Solve friction problems of files; print their errors, and how sweeps converge");
   const auto options = std::make_shared<MlcpOptions>();
-  command->add_option("file", options->file, "Siconos' plain text, or a problem that 'run' wrote")
+  command->add_option("files", options->files, "Siconos' plain text, or problems that 'run' wrote")
       ->required();
   command->add_option("--siconos", options->siconos,
                       "Solve nothing, but write the problem in Siconos' plain text");
@@ -96,7 +114,7 @@ void add_mlcp_command(CLI::App& app) {
       "|r| and "
       "|u|, and is computed by another formula than the solver's; with at most 1e-8 the problem is solved, "
       "else "
-      "the code is 1. The second table is that of row-by-row sweeps, as A2's.\n"
+      "the code is 1. Of one file a second table has the error of row-by-row sweeps, as A2's.\n"
       "Example:\n  substep mlcp box_stack.a1.poses.txt.unsolved.txt");
   command->callback([options] { mlcp(*options); });
 }

@@ -30,16 +30,16 @@ class MlcpMatrixSolver : public MlcpSolver {
   void minimise(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report) override;
 
  private:
-  /// Sweeps over the problem with the proximal term about the centre; `limits` are those of friction. Returns
-  /// the largest change of the last sweep, relative to the largest impulse.
-  double sweep_about_centre(const Mlcp& problem, const std::vector<double>& limits,
-                            std::vector<double>& lambda, VectorX& velocity);
+  /// Sweeps once over the problem with the proximal term about the centre. Returns the largest change,
+  /// relative to the largest impulse.
+  double sweep_about_centre(const Mlcp& problem, std::vector<double>& lambda, VectorX& velocity);
 
   const SparseMatrix& matrix_;
   std::vector<int>
       unknown_;  ///< by row: column of the free row, or of the sliding pair whose first row it is
   Eigen::SparseLU<SparseMatrix> factors_;
   bool is_regular_ = false;
+  int sets_since_minimum_ = -1;  ///< −1: minimise() has not been called
 };
 
 }  // namespace substep
