@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -77,6 +78,9 @@ void mlcp(const MlcpOptions& options) {
   if (options.siconos) {
     if (options.files.size() > 1) throw Error("--siconos: writes one problem; give one file");
     require_folder_of(*options.siconos);
+    const GivenFile problem{"the problem", options.files.front()};
+    const GivenFile output{"--siconos", *options.siconos};
+    require_separate_files(std::span(&problem, 1), std::span(&output, 1));
     const std::string text = to_siconos_text(problem_of(options.files.front()));
     write_file(*options.siconos, text);
     fmt::print("wrote {}\n", options.siconos->string());

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "sim/commands/commands.h"
@@ -21,7 +22,12 @@ struct PublishedCommandOptions {
 };
 
 void published(PublishedCommandOptions options) {
-  if (options.output) require_folder_of(*options.output);
+  if (options.output) {
+    require_folder_of(*options.output);
+    const GivenFile results{"the published results", options.file};
+    const GivenFile output{"--output", *options.output};
+    require_separate_files(std::span(&results, 1), std::span(&output, 1));
+  }
   const std::vector<PublishedResult> results = read_published(options.file);
   std::string text;
   {
