@@ -86,13 +86,24 @@ struct Simulation::Implementation {
 
   /// Sets how many equal parts a step has. A1 and A2 take the geometric stiffness of taut joints with the
   /// coordinates of the start, which grows above a frequency of 2/h. What swings pulls with three times its
-  /// weight at most, which makes it stiffer by √3. So 1/h is allowed of the weights at the scene's start.
+  /// weight at most, which makes it stiffer by √3. So 1/h is allowed of the weights at the scene's start, or
+  /// of those that it would have if gravity pulled along an axis: a chain that starts level is not taut yet.
   void divide_step() {
     if (std::ranges::none_of(model.locks, [](const Lock& lock) { return lock.kind == Lock::Kind::point; }))
       return;
     if (model.contacts) problem.contacts = &finder.find(state, settings.step, 1, true);
     build_blocks(problem, Joints::rows);
-    const double frequency = frequency_under_weights();
+    double frequency = frequency_under_weights(model.gravity);
+    // Where bodies hang on ball joints alone, they may swing to where they pull most.
+    const auto is_point = [](const Lock& lock) { return lock.kind == Lock::Kind::point; };
+    if (std::ranges::all_of(model.locks, is_point)) {
+      for (int axis = 0; axis < 3; ++axis) {
+        for (const double sign : {-1.0, 1.0}) {
+          const Vector3 pull = sign * model.gravity.norm() * Vector3::Unit(axis);
+          frequency = std::max(frequency, frequency_under_weights(pull));
+        }
+      }
+    }
     problem.contacts = &no_contacts;
     problem.substeps.part = 1;
     build_blocks(problem, joints);
@@ -100,13 +111,13 @@ struct Simulation::Implementation {
   }
 
   /// Returns the largest frequency in the geometric stiffness of joints that bear the scene at rest, rad/s.
-  double frequency_under_weights() {
+  double frequency_under_weights(const Vector3& gravity) {
     const double h = settings.step;
     problem.substeps.part = 0;  // gaps of the start are no weight
     formulate(problem, state.q, h);
     VelocityVector v(state.v.size(), Velocity{Vector3::Zero(), Vector3::Zero()});
     for (std::size_t i = 1; i < v.size(); ++i) {
-      if (model.masses[i].inverse_mass > 0) v[i].linear = h * model.masses[i].gravity_factor * model.gravity;
+      if (model.masses[i].inverse_mass > 0) v[i].linear = h * model.masses[i].gravity_factor * gravity;
     }
     make_mlcp(problem, v, work.mlcp);
     if (work.solver.solve(work.mlcp, work.lambda).status == MlcpReport::Status::unsolved) return 0;
@@ -284,7 +295,11 @@ struct Simulation::Implementation {
       return;
     }
     const bool is_direct = settings.algorithm == Algorithm::a1 && !procedure;
+    const std::size_t earlier = impulses.size();
     substep::append_contact_impulses(problem, state.q, is_direct ? &work.lambda : nullptr, impulses);
+    // A5 gives κ of its rows' λ□.
+    const double scale = settings.algorithm == Algorithm::a5 ? settings.of_contacts().kappa : 1;
+    for (std::size_t i = earlier; i < impulses.size(); ++i) impulses[i].impulse *= scale;
   }
 
   void run_algorithm() {

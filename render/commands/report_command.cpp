@@ -90,6 +90,7 @@ void add_report_command(CLI::App& app) {
       "scenes/box_stack.gltf");
   add_figure_command(*command);
   add_claims_command(*command);
+  add_published_command(*command);
   command->callback([options, command] {
     if (command->get_subcommands().empty()) report(*options);
   });

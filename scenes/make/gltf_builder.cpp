@@ -87,6 +87,7 @@ void GltfBuilder::expect(const Known& known) {
   if (known.peak > 0) json["peak"] = known.peak;
   if (known.crossing > 0) json["crossing"] = known.crossing;
   if (known.level != 0) json["level"] = known.level;
+  if (known.stays) json["stays"] = *known.stays;
   if (known.value) json["value"] = positive_zero(*known.value);
   if (known.at_most) json["at_most"] = *known.at_most;
   if (known.at_least) json["at_least"] = *known.at_least;

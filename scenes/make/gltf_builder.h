@@ -87,6 +87,7 @@ struct Known {
   int peak = 0;
   int crossing = 0;
   double level = 0;
+  std::optional<double> stays = {};
   std::optional<double> value = {};
   std::optional<double> at_most = {};
   std::optional<double> at_least = {};

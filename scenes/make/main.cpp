@@ -15,6 +15,7 @@ int main(int argc, char** argv) {
   }
   const std::filesystem::path folder = argv[1];
   try {
+    std::filesystem::create_directory(folder / "published");
     for (const substep::scenes::SceneFile& scene : substep::scenes::all_scenes)
       substep::write_file(folder / fmt::format("{}.gltf", scene.name), scene.text());
   } catch (const std::exception& error) {

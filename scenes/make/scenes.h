@@ -57,12 +57,29 @@ std::string top_heavy_stack();
 std::string box_pyramid();
 std::string brick_wall();
 
+std::string kapla();
+std::string kapla_slippery();
+std::string rapier_chain();
+std::string five_boxes();
+std::string sliding_boxes();
+std::string slopes();
+std::string rolling_ball();
+std::string heavy_rope();
+std::string heavy_rope_open();
+std::string growing_cubes();
+std::string friction_ways();
+std::string million_to_one();
+std::string million_to_one_dropped();
+std::string pyramid_80();
+std::string pyramid_100();
+std::string cube_tower();
+
 struct SceneFile {
   std::string_view name;  ///< of the file, without ".gltf"
   std::string (*text)();
 };
 
-inline constexpr std::array<SceneFile, 44> all_scenes{{
+inline constexpr std::array<SceneFile, 60> all_scenes{{
     {"rod_chain", rod_chain},
     {"pendulum", pendulum},
     {"heavy_chain", heavy_chain},
@@ -107,6 +124,22 @@ inline constexpr std::array<SceneFile, 44> all_scenes{{
     {"top_heavy_stack", top_heavy_stack},
     {"box_pyramid", box_pyramid},
     {"brick_wall", brick_wall},
+    {"published/kapla", kapla},
+    {"published/kapla_slippery", kapla_slippery},
+    {"published/rapier_chain", rapier_chain},
+    {"published/five_boxes", five_boxes},
+    {"published/sliding_boxes", sliding_boxes},
+    {"published/slopes", slopes},
+    {"published/rolling_ball", rolling_ball},
+    {"published/heavy_rope", heavy_rope},
+    {"published/heavy_rope_open", heavy_rope_open},
+    {"published/growing_cubes", growing_cubes},
+    {"published/friction_ways", friction_ways},
+    {"published/million_to_one", million_to_one},
+    {"published/million_to_one_dropped", million_to_one_dropped},
+    {"published/pyramid_80", pyramid_80},
+    {"published/pyramid_100", pyramid_100},
+    {"published/cube_tower", cube_tower},
 }};
 
 }  // namespace substep::scenes

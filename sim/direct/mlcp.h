@@ -87,6 +87,8 @@ struct MlcpReport {
 /// not its answers: equal problems have equal solutions.
 class MlcpSolver {
  public:
+  virtual ~MlcpSolver() = default;
+
   static constexpr double tolerance = 1e-9;  ///< of MlcpReport::residual
   /// Rows' combinations r, scaled so that Γ's diagonal is 1, are redundant where rᵀ(Γ + S)r is at most so
   /// much of |r|²: where the bodies' velocities, weighted by the roots of their masses, change by less than
@@ -99,7 +101,7 @@ class MlcpSolver {
   /// Gᵀλ of the last solution, by body.
   const std::vector<Vector6>& impulses() const { return y_; }
 
- private:
+ protected:  // what is virtual, mlcp_matrix.h does without bodies
   enum class Set : std::int8_t { free, low, high, off, slides };
   /// Whether sliding rows' impulses are ±μ of their normals', or have the limits low_ and high_.
   enum class Friction : std::int8_t { follows, fixed };
@@ -111,13 +113,13 @@ class MlcpSolver {
     double across = 0;                ///< softness of the impulse across it
   };
 
-  void prepare(const Mlcp& problem);
+  virtual void prepare(const Mlcp& problem);
   void analyse(const Mlcp& problem);
   std::vector<std::vector<int>> order_bodies(int bodies);
   void list_neighbours(const std::vector<std::vector<int>>& eliminated);
   int block_of(int p, int q) const;
   void list_updates();
-  void sweep(const Mlcp& problem, std::vector<double>& lambda, int sweeps);
+  virtual void sweep(const Mlcp& problem, std::vector<double>& lambda, int sweeps);
   double velocity(const Mlcp::Row& row) const;
   void add_impulse(const Mlcp::Row& row, double change);
   double with_proximal(const Mlcp& problem, std::size_t i) const {
@@ -125,23 +127,23 @@ class MlcpSolver {
   }
   Vector2 target_of_pair(const Mlcp& problem, const std::vector<double>& lambda, std::size_t i) const;
   Set set_of_pair(std::size_t i, const Vector2& target, double radius, double diagonal);
-  void velocities(const Mlcp& problem, const std::vector<double>& lambda);
+  virtual void velocities(const Mlcp& problem, const std::vector<double>& lambda);
   void add_proximal_term(const Mlcp& problem, const std::vector<double>& lambda);
   int classify(const Mlcp& problem, const std::vector<double>& lambda);
   void fix_limits(const Mlcp& problem, std::vector<double>& lambda) const;
   void add_product(const Mlcp& problem, std::size_t row_index, const Vector6& column_a,
                    const Vector6& column_b, const Vector6& row_a, const Vector6& row_b, double factor);
   void add_slide(const Mlcp& problem, std::size_t i, Friction friction);
-  void factor(const Mlcp& problem, Friction friction);
+  virtual void factor(const Mlcp& problem, Friction friction);
   void solve_blocks();
-  void solve_free(const Mlcp& problem, std::vector<double>& lambda);
+  virtual void solve_free(const Mlcp& problem, std::vector<double>& lambda);
   void solve_set(const Mlcp& problem, std::vector<double>& lambda);
   double residual(const Mlcp& problem, const std::vector<double>& lambda);
   double keep_if_better(const Mlcp& problem, const std::vector<double>& lambda, MlcpReport& report);
   /// Which set comes first: what the impulses say, or all rows free, unless many then give way.
   enum class Start : std::int8_t { impulses, perhaps_free };
   /// Whether what is left of the rows is a contradiction among redundant ones. Overwrites y_.
-  bool rest_is_redundant(const Mlcp& problem);
+  virtual bool rest_is_redundant(const Mlcp& problem);
   bool rest_has_limits(const Mlcp& problem) const;
   int violated(const Mlcp& problem) const;
   /// True if it ended because what is left is a contradiction among redundant rows without limits.
@@ -153,7 +155,7 @@ class MlcpSolver {
   /// in the bodies' velocities y: ½|y|² and a half parabola a row. Newton's method with an exact line search.
   int clamp_unlimited(const Mlcp& problem, std::vector<double>& lambda);
   double share_of_step(const Mlcp& problem) const;
-  void minimise(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
+  virtual void minimise(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
   bool solve_about_centre(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
   void solve_by_continuation(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
 

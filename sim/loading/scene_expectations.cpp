@@ -36,6 +36,9 @@ constexpr std::array quantities{
     QuantityTraits{Quantity::momentum_change, "momentum_change", "N·s", false, false, false, false},
     QuantityTraits{Quantity::angular_momentum_change, "angular_momentum_change", "N·m·s", false, false, false,
                    false},
+    QuantityTraits{Quantity::joint_gap, "joint_gap", "m", false, false, false, false},
+    QuantityTraits{Quantity::contact_impulse, "contact_impulse", "N·s", false, true, false, false},
+    QuantityTraits{Quantity::contact_work, "contact_work", "J", false, false, false, false},
 };
 
 const QuantityTraits& traits_of(Quantity quantity) {
@@ -61,6 +64,8 @@ std::string reading_text(const Expectation& e, double duration) {
       return fmt::format(", maximum {}", e.count);
     case Reading::crossing:
       return fmt::format(" goes through {:.4g}, time {}", e.level, e.count);
+    case Reading::stays:
+      return fmt::format(" stays on its side of {:.4g}", e.level);
     case Reading::throughout:
       break;
   }
@@ -97,9 +102,9 @@ class Reader {
   }
 
   Expectation read(const JsonValue& json) const {
-    json.allow_only({"name", "quantity", "body", "bodies", "relative_to", "direction", "frame", "centre",
-                     "at", "mean", "throughout", "peak", "crossing", "level", "value", "at_most", "at_least",
-                     "tolerance", "source"});
+    json.allow_only({"name",   "quantity", "body",    "bodies",     "relative_to", "direction", "frame",
+                     "centre", "at",       "mean",    "throughout", "peak",        "crossing",  "stays",
+                     "level",  "value",    "at_most", "at_least",   "tolerance",   "source"});
     Expectation e;
     const QuantityTraits& traits = quantity_in(json.require("quantity"));
     e.quantity = traits.quantity;
@@ -225,21 +230,25 @@ class Reader {
     int given = 0;
     for (const auto& [key, reading] :
          {std::pair{"at", Reading::at}, std::pair{"mean", Reading::mean}, std::pair{"peak", Reading::peak},
-          std::pair{"throughout", Reading::throughout}, std::pair{"crossing", Reading::crossing}}) {
+          std::pair{"throughout", Reading::throughout}, std::pair{"crossing", Reading::crossing},
+          std::pair{"stays", Reading::stays}}) {
       const auto found = json.find(key);
       if (!found) continue;
       if (++given > 1)
-        found->fail("is the second of 'at', 'mean', 'throughout', 'peak' and 'crossing': give one, or none");
+        found->fail(
+            "is the second of 'at', 'mean', 'throughout', 'peak', 'crossing' and 'stays': give one, or none");
       e.reading = reading;
       if (reading == Reading::at) e.from = e.to = time_in(*found);
       if (reading == Reading::mean || reading == Reading::throughout) read_interval(*found, e);
       if (reading == Reading::peak || reading == Reading::crossing) e.count = count_in(*found);
+      if (reading == Reading::stays) e.level = found->number();
     }
     if (const auto level = json.find("level")) {
       if (e.reading != Reading::crossing) level->fail("has no meaning without 'crossing': leave it out");
       e.level = level->number();
     }
-    if (e.reading == Reading::crossing && e.value > scene_.duration)
+    const bool is_time = e.reading == Reading::crossing || e.reading == Reading::stays;
+    if (is_time && e.value > scene_.duration)
       json.fail(
           fmt::format("expects a time of {:g} s, after the scene's end at {:g} s", e.value, scene_.duration));
     // In a run that is cut short a maximum may not have come yet, and no one can say which.
@@ -262,7 +271,8 @@ std::optional<JsonValue> list_in(const JsonValue& object) {
 }  // namespace
 
 const char* unit_of(const Expectation& expectation) {
-  return expectation.reading == Reading::crossing ? "s" : traits_of(expectation.quantity).unit;
+  const bool is_time = expectation.reading == Reading::crossing || expectation.reading == Reading::stays;
+  return is_time ? "s" : traits_of(expectation.quantity).unit;
 }
 
 const char* name(Quantity quantity) {

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <optional>
 
 #include "sim/math/rotation.h"
+#include "sim/measure/joint_gap.h"
 #include "sim/measure/measured_run.h"
 #include "sim/measure/motion.h"
 
@@ -21,6 +23,24 @@ double unwound(double angle, double before) {
   return before + std::remainder(angle - before, 2 * std::numbers::pi);
 }
 
+bool is_of_contacts(Quantity quantity) {
+  return quantity == Quantity::contact_impulse || quantity == Quantity::contact_work;
+}
+
+/// Returns the largest |impulse · relative velocity| of the contacts' points.
+double largest_work(const State& state, const std::vector<ContactImpulse>& contacts) {
+  double largest = 0;
+  for (const ContactImpulse& contact : contacts) {
+    const auto velocity = [&](int body) -> Vector3 {
+      const auto index = static_cast<std::size_t>(body);
+      return state.v[index].linear + state.v[index].angular.cross(contact.place - state.q[index].linear);
+    };
+    const double work = contact.impulse.dot(velocity(contact.a) - velocity(contact.b));
+    largest = std::max(largest, std::abs(work));
+  }
+  return largest;
+}
+
 /// A quantity of one body, or of the scene, from state to state.
 class QuantityOfBody {
  public:
@@ -31,12 +51,14 @@ class QuantityOfBody {
     // Where the start is on the axis, angles are counted from wherever the body leaves it.
     outwards_ = arm.norm() > 0 ? arm.normalized() : along.unitOrthogonal();
     sideways_ = along.cross(outwards_);
+    if (e_.quantity == Quantity::joint_gap) gap_.emplace(scene);
     if (e_.quantity == Quantity::energy_change) energy_ = energy(scene, start);
     if (e_.quantity == Quantity::momentum_change || e_.quantity == Quantity::angular_momentum_change)
       momentum_ = momentum(scene, start, 0);
   }
 
-  double value(const State& state, double time) {
+  double value(const State& state, double time, const std::vector<ContactImpulse>* contacts) {
+    if (is_of_contacts(e_.quantity) && !contacts) return infinite;
     const Coordinates& q = state.q[body_];
     const Velocity& v = state.v[body_];
     const auto other = static_cast<std::size_t>(e_.relative_to);
@@ -68,6 +90,15 @@ class QuantityOfBody {
         return (momentum(scene_, state, time).linear - momentum_.linear).norm();
       case Quantity::angular_momentum_change:
         return (momentum(scene_, state, time).angular - momentum_.angular).norm();
+      case Quantity::joint_gap:
+        return gap_->gap(state);
+      case Quantity::contact_impulse:
+        return std::accumulate(contacts->begin(), contacts->end(), 0.0,
+                               [&](double sum, const ContactImpulse& contact) {
+                                 return sum + std::abs(contact.impulse.dot(e_.direction));
+                               });
+      case Quantity::contact_work:
+        return largest_work(state, *contacts);
     }
     return 0;
   }
@@ -99,6 +130,7 @@ class QuantityOfBody {
   double energy_ = 0;
   Momentum momentum_;
   double angle_ = 0;
+  std::optional<JointGapMeter> gap_;
 };
 
 /// Reads one number off a quantity.
@@ -113,6 +145,7 @@ class Reader {
           add_at(time, value);
           break;
         case Reading::crossing:
+        case Reading::stays:
           add_crossing(time, value);
           break;
         case Reading::peak:
@@ -142,6 +175,7 @@ class Reader {
       const bool is_whole = last_time_ >= e_.to - same_time || !diverged;
       return is_whole && summed_ > 0 ? sum_ / summed_ : infinite;
     }
+    if (e_.reading == Reading::stays) return found_.value_or(last_time_);
     if (e_.reading == Reading::throughout && diverged && !(last_time_ >= e_.to - same_time)) return infinite;
     return found_.value_or(infinite);
   }
@@ -150,7 +184,7 @@ class Reader {
   void begin(double value) {
     lowest_ = highest_ = value;
     if (e_.reading == Reading::at && e_.from <= same_time) finish(value);
-    if (e_.reading == Reading::crossing) side_ = side_of(value);
+    side_ = side_of(value);
   }
 
   void finish(double value) {
@@ -249,15 +283,22 @@ ExpectationMeter::ExpectationMeter(const Scene& scene, const State& start)
                                Reader(figure.expectation)});
     }
   }
-  add(start, 0);
+  const std::vector<ContactImpulse> none;
+  add(start, 0, &none);
 }
 
 ExpectationMeter::~ExpectationMeter() = default;
 
-void ExpectationMeter::add(const State& state, double time) {
+bool ExpectationMeter::needs_contacts() const {
+  return std::ranges::any_of(implementation_->figures, [](const Implementation::Figure& figure) {
+    return is_of_contacts(figure.expectation.quantity);
+  });
+}
+
+void ExpectationMeter::add(const State& state, double time, const std::vector<ContactImpulse>* contacts) {
   for (Implementation::Figure& figure : implementation_->figures) {
     for (Implementation::Series& series : figure.series)
-      series.reader.add(time, series.quantity.value(state, time));
+      series.reader.add(time, series.quantity.value(state, time, contacts));
   }
 }
 

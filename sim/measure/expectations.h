@@ -34,8 +34,12 @@ class ExpectationMeter {
   ExpectationMeter(const ExpectationMeter&) = delete;
   ExpectationMeter& operator=(const ExpectationMeter&) = delete;
 
-  /// Adds the state after a step, at `time` in s. Times must increase.
-  void add(const State& state, double time);
+  /// True where a figure is one of contacts, which add() then needs.
+  bool needs_contacts() const;
+
+  /// Adds the state after a step, at `time` in s, and the step's contacts where they are known. Times must
+  /// increase.
+  void add(const State& state, double time, const std::vector<ContactImpulse>* contacts = nullptr);
 
   /// Returns the figures in the scene's order. `diverged`: the run ended early.
   std::vector<ExpectedFigure> figures(bool diverged) const;

@@ -114,7 +114,11 @@ Motion sampled(const Scene& scene, Stepper& stepper, double step, double interva
         return motion;
       }
       if (invariants) invariants->follow(stepper.state(), step, *metrics);
-      if (expectations) expectations->add(stepper.state(), (k - 1) * motion.interval + i * step);
+      if (expectations) {
+        const auto contacts = expectations->needs_contacts() ? stepper.contact_impulses() : std::nullopt;
+        expectations->add(stepper.state(), (k - 1) * motion.interval + i * step,
+                          contacts ? &*contacts : nullptr);
+      }
     }
     motion.samples.push_back(stepper.state());
     if (invariants) invariants->add(stepper.state(), k * motion.interval, *metrics);

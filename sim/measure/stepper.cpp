@@ -17,6 +17,9 @@ class AlgorithmStepper : public Stepper {
     return report.status != StepReport::Status::diverged;
   }
   const State& state() const override { return simulation_.state(); }
+  std::optional<std::vector<ContactImpulse>> contact_impulses() const override {
+    return simulation_.contact_impulses();
+  }
   std::int64_t row_solves() const override { return row_solves_; }
 
  private:

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "sim/model/settings.h"
@@ -23,6 +24,9 @@ class Stepper {
   /// Returns centres of mass, orientations of the body frames and world velocities of all bodies, in the
   /// scene's order.
   virtual const State& state() const = 0;
+
+  /// Returns the contacts of the last step; nothing where they are not known.
+  virtual std::optional<std::vector<ContactImpulse>> contact_impulses() const { return std::nullopt; }
 
   /// Rows solved so far; 0 where that is not known.
   virtual std::int64_t row_solves() const { return 0; }

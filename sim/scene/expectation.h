@@ -25,6 +25,9 @@ enum class Quantity {
   energy_change,            ///< of all bodies since the start, J
   momentum_change,          ///< of all bodies since the start but for gravity's, N·s
   angular_momentum_change,  ///< of all bodies about their common centre, N·m·s
+  joint_gap,                ///< largest of the joints, m
+  contact_impulse,          ///< of the step: |impulse along `direction`| summed over all contacts, N·s
+  contact_work,             ///< of the step: largest |impulse · velocity| at a contact's point, J
 };
 
 /// How one number is read off a quantity that changes with time.
@@ -34,6 +37,7 @@ enum class Reading {
   mean,        ///< the mean from `from` to `to`
   peak,        ///< the `count`-th maximum that it rises to and falls from by a tenth of `tolerance` at least
   crossing,    ///< the time, in s, at which it goes through `level` for the `count`-th time
+  stays,       ///< the time, in s, at which it first goes through `level`, or the run's end
 };
 
 /// What the value is compared with.

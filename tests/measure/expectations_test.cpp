@@ -169,6 +169,53 @@ TEST(Expectations, CrossingsAreInterpolatedBetweenSteps) {
   EXPECT_STREQ(unit_of(e), "s");
 }
 
+TEST(Expectations, StaysIsTheFirstCrossingOrTheEnd) {
+  Expectation e = of(Quantity::way, 2);
+  e.reading = Reading::stays;
+  e.bound = Bound::at_least;
+  e.level = 1.2;
+  EXPECT_NEAR(measured(e, glide), 0.8, 1e-12);
+  e.level = 5;
+  EXPECT_NEAR(measured(e, glide), 2, 1e-12);
+  EXPECT_STREQ(unit_of(e), "s");
+  // Of several bodies the first to cross counts, and a run that diverged ends there.
+  e.bodies = {2, 1};
+  e.level = 1.2;
+  EXPECT_NEAR(measured(e, glide), 0.8, 1e-12);
+  e.bodies = {2};
+  const auto cut = figures(two_bodies(), {e}, glide, 1.0 / 64, 1);
+  EXPECT_NEAR(cut[0].measured, 1, 1e-12);
+  EXPECT_TRUE(cut[0].is_bad());
+}
+
+TEST(Expectations, ContactsAreThoseOfTheStep) {
+  Scene scene = two_bodies();
+  Expectation impulse = of(Quantity::contact_impulse, 5);
+  impulse.reading = Reading::at;
+  impulse.from = impulse.to = 1;
+  Expectation work = of(Quantity::contact_work, 0);
+  work.bound = Bound::at_most;
+  scene.expected = {impulse, work};
+  const State start = initial_state(scene);
+  ExpectationMeter meter(scene, start);
+  EXPECT_TRUE(meter.needs_contacts());
+  State state = start;
+  state.v[1].linear = 0.25 * along;
+  state.v[1].angular = 2 * along;
+  // The other body does not move; body 1 turns about `along` under an arm of 0.5 m.
+  const std::vector<ContactImpulse> contacts{{1, 2, state.q[1].linear, 3 * along},
+                                             {2, 1, state.q[1].linear + 0.5 * across, -2 * along + across},
+                                             {1, 0, state.q[1].linear, 7 * across}};
+  meter.add(state, 1, &contacts);
+  std::vector<ExpectedFigure> result = meter.figures(false);
+  EXPECT_NEAR(result[0].measured, 5, 1e-12);
+  EXPECT_NEAR(result[1].measured, 0.75, 1e-12);
+  // Where contacts are not known, nor are these.
+  ExpectationMeter unknown(scene, start);
+  unknown.add(state, 1);
+  EXPECT_EQ(unknown.figures(false)[0].measured, INFINITY);
+}
+
 TEST(Expectations, AnglesCountWholeTurns) {
   const Move spin = [](State& state, double t) {
     state.q[1].angular = rotation_quaternion(9 * t * along);

@@ -49,6 +49,18 @@ TEST(Expected, IsReadWithItsBodiesAndUnits) {
   EXPECT_EQ(scene.expected[3].needs, 2);
 }
 
+TEST(Expected, StaysReadsItsLevel) {
+  const Scene scene = load(with(R"([
+    {"quantity": "joint_gap", "stays": 0.25, "at_least": 3, "tolerance": 0.1, "source": "a paper"},
+    {"quantity": "contact_impulse", "direction": [0, 2, 0], "at": 1, "value": 1, "tolerance": 0.1, "source": "s"}])"));
+  EXPECT_EQ(scene.expected[0].reading, Reading::stays);
+  EXPECT_EQ(scene.expected[0].level, 0.25);
+  EXPECT_STREQ(unit_of(scene.expected[0]), "s");
+  EXPECT_EQ(scene.expected[0].name, "joint gap stays on its side of 0.25");
+  EXPECT_TRUE(scene.expected[1].bodies.empty());
+  EXPECT_EQ(scene.expected[1].name, "contact impulse along +Y at 1 s");
+}
+
 TEST(Expected, SceneOverridesDocument) {
   json document = with(R"([{"quantity": "speed", "at_most": 2, "tolerance": 1, "source": "the scene"}])");
   document["extras"] = json::parse(R"({"substep": {"expected": []}})");
@@ -114,6 +126,8 @@ INSTANTIATE_TEST_SUITE_P(
         Trouble{"TwoReadings", R"({"peak": 1})", "/peak", "give one, or none"},
         Trouble{"ZerothPeak", R"({"at": null, "peak": 0})", "/peak", "at least 1"},
         Trouble{"NeedlessLevel", R"({"level": 1})", "/level", "has no meaning without 'crossing'"},
+        Trouble{"ImpulseOfABody", R"({"quantity": "contact_impulse"})", "/body", "leave it out"},
+        Trouble{"StaysTooLate", R"({"at": null, "stays": 1, "value": 4})", "", "after the scene's end"},
         Trouble{"CrossingTooLate", R"({"at": null, "crossing": 1, "value": 4})", "",
                 "after the scene's end"}),
     [](const auto& instance) { return std::string(instance.param.name); });

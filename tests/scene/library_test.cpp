@@ -42,6 +42,21 @@ TEST_P(EachScene, LoadsWithoutReplacementsAndHasCameraSunAndPage) {
   EXPECT_TRUE(std::filesystem::exists(folder / (GetParam() + ".md")));
 }
 
+TEST(PublishedScenes, LoadWithoutReplacementsAndSayWhatIsExpected) {
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "published")) {
+    if (entry.path().extension() != ".gltf") continue;
+    SCOPED_TRACE(entry.path().filename().string());
+    const Scene scene = load_scene(entry.path());
+    EXPECT_TRUE(scene.warnings.empty()) << scene.warnings.front();
+    EXPECT_EQ(scene.name, entry.path().stem().string());
+    EXPECT_TRUE(scene.camera.has_value() && scene.sun.has_value());
+    EXPECT_FALSE(scene.expected.empty());
+    ++count;
+  }
+  EXPECT_EQ(count, 14);
+}
+
 TEST_P(EachScene, StartsWithItsJointsClosed) {
   if (GetParam() == "short_chain") return;  // its page says by how much it is not
   const Scene scene = library_scene(GetParam());

@@ -59,6 +59,18 @@ TEST(TautJoints, HeavyChainHoldsAtSixtyHertz) {
   }
 }
 
+// A chain that starts level bears nothing yet; taken in one part, it opens by its length once it hangs.
+TEST(TautJoints, LevelChainHoldsOnceItHangs) {
+  Scene scene = test::chain(10, 0, 1000);
+  scene.substeps = needed_substeps(scene);
+  for (const Algorithm algorithm : {Algorithm::a1, Algorithm::a2}) {
+    Simulation simulation(scene, usual_settings(scene, algorithm));
+    EXPECT_GT(simulation.equal_parts(), 5);
+    const MeasuredRun run = measured_run(simulation, 5);
+    EXPECT_LT(run.largest_gap, algorithm == Algorithm::a1 ? 1e-4 : 0.05);
+  }
+}
+
 TEST(TautJoints, DrawbridgeHoldsInEveryAlgorithm) {
   const Scene scene = drawbridge();
   for (const Algorithm algorithm : test::all_algorithms) {

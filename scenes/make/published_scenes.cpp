@@ -1,0 +1,398 @@
+/// Scenes that others published with an outcome: geometry, materials, step and criterion are theirs. Sources
+/// and outcomes: scenes/published.md.
+
+#include <cmath>
+
+#include "finishes.h"
+#include "gltf_builder.h"
+#include "mesh.h"
+#include "scenes.h"
+#include "stage.h"
+
+namespace substep::scenes {
+namespace {
+
+constexpr std::array woods{finish::maple, finish::cherry, finish::oak, finish::walnut};
+
+/// Looks at a scene from the front, from above and a little from the right; `size` is what the picture holds.
+void set_stage(GltfBuilder& gltf, const Vector3& target, double size, double friction) {
+  gltf.camera(target + size * Vector3(0.45, 0.35, 1.35), target, 0.56);
+  gltf.sun(afternoon, warm_white, daylight);
+  add_ground(gltf, friction);
+}
+
+/// Bodies of one shape, material and look.
+class Kind {
+ public:
+  Kind(GltfBuilder& gltf, const std::string& name, int shape, const Mesh& look, const Finish& finish,
+       double friction)
+      : gltf_(gltf),
+        shape_(shape),
+        material_(gltf.physics_material(friction)),
+        mesh_(gltf.mesh(name, {{gltf.geometry(look), gltf.material(finish)}})) {}
+
+  /// A box of `size`, drawn with rounded edges.
+  Kind(GltfBuilder& gltf, const std::string& name, const Vector3& size, const Finish& finish, double friction)
+      : Kind(gltf, name, gltf.box_shape(size), rounded(box(size), 0.04 * size.minCoeff(), 1), finish,
+             friction) {}
+
+  /// `inertia` where the body has no collider.
+  int add(const std::string& name, const Pose& pose, const Motion& motion) const {
+    const int node = gltf_.node(name, pose);
+    gltf_.motion(node, motion);
+    if (!motion.inertia) gltf_.collider(node, shape_, material_);
+    gltf_.show(node, mesh_);
+    return node;
+  }
+
+ private:
+  GltfBuilder& gltf_;
+  int shape_;
+  int material_;
+  int mesh_;
+};
+
+/// A quantity of one body at one time.
+Known at_time(std::string_view quantity, const std::string& body, const Vector3& direction, double time,
+              double value, double tolerance, std::string_view source) {
+  return {.quantity = quantity,
+          .bodies = {body},
+          .direction = direction,
+          .at = time,
+          .value = value,
+          .tolerance = tolerance,
+          .source = source};
+}
+
+/// Expects that no cube moves by half its side.
+void expect_standing_for(GltfBuilder& gltf, double seconds, std::string_view source) {
+  gltf.expect({.name = "time until a cube has moved 0.5 m",
+               .quantity = "displacement",
+               .stays = 0.5,
+               .at_least = seconds,
+               .tolerance = 0.01,
+               .source = source});
+}
+
+void join(GltfBuilder& gltf, int joint, int body, const Vector3& on_body, int parent,
+          const Vector3& on_parent) {
+  const int end = gltf.node("joint", at(on_body.x(), on_body.y(), on_body.z()), body);
+  gltf.joint(end, gltf.node("end", at(on_parent.x(), on_parent.y(), on_parent.z()), parent), joint);
+}
+
+constexpr double dvi_gravity = 9.81;
+constexpr double dvi_step = 0.002;
+
+/// Expects the speed and the way after `steps` steps from `speed` with `acceleration` in each.
+void expect_sums(GltfBuilder& gltf, const std::string& body, const Vector3& direction, double speed,
+                 double acceleration, int steps, std::string_view source) {
+  const double time = dvi_step * steps;
+  gltf.expect(at_time("velocity", body, direction, time, speed + acceleration * time, 1e-4, source));
+  gltf.expect(at_time("way", body, direction, time,
+                      speed * time + acceleration * dvi_step * dvi_step * steps * (steps + 1) / 2, 1e-5,
+                      source));
+}
+
+std::string kapla_with(std::string_view name, double friction) {
+  constexpr int floors = 6;
+  constexpr double seconds = 600;
+  GltfBuilder gltf(name, seconds, {0, -9.81, 0}, 0.01);
+  gltf.poster(1);
+  set_stage(gltf, {0.7, 0.6, 0}, 1.6, friction);
+  const Kind base(gltf, "base", {0.05, 0.10, 0.25}, finish::walnut, friction);
+  const Kind wall(gltf, "wall", {0.20, 0.10, 0.05}, finish::maple, friction);
+  std::string last;
+  for (int floor = 0; floor < floors; ++floor) {
+    const double height = 0.2 * floor;
+    int number = 0;
+    for (int j = 0; j < 8; ++j)
+      base.add("base_" + std::to_string(floor) + std::to_string(j), at(0.2 * j, height + 0.05, 0),
+               {.mass = 10});
+    const auto add_wall = [&](double x, double z) {
+      last = "wall_" + std::to_string(floor) + std::to_string(number++);
+      wall.add(last, at(x, height + 0.15, z), {.mass = 10});
+    };
+    for (int j = 0; j < 4; ++j) add_wall(0.4 * j + 0.1, 0.1);
+    for (int j = 0; j < 3; ++j) add_wall(0.4 * j + 0.3, -0.1);
+    add_wall(0.1, -0.1);
+    add_wall(1.3, -0.1);
+  }
+  gltf.expect(
+      {.name = "time until the last wall is below 1 m",
+       .quantity = "position",
+       .bodies = {last},
+       .direction = Vector3::UnitY(),
+       .stays = 1,
+       .at_least = seconds,
+       .tolerance = 0.01,
+       .source = "SimBenchmark, Kapla test: RaiSim with 1000 iterations reaches the cap of 60,000 steps"});
+  return gltf.text();
+}
+
+/// The chain along +X of the AVBD demo. `weight` is where its last body, the cube, is.
+std::string heavy_rope_with(std::string_view name, double weight) {
+  constexpr int bodies = 20;
+  constexpr double cube = 5;
+  constexpr double height = 29.5;  // above the ground
+  constexpr double friction = 0.5;
+  const Vector3 link(1, 0.5, 0.5);
+  GltfBuilder gltf(name, 10, {0, -10, 0});
+  gltf.poster(2);
+  set_stage(gltf, {8, 18, 0}, 38, friction);
+  const Kind links(gltf, "link", link, finish::maple, friction);
+  const Kind cubes(gltf, "weight", Vector3::Constant(cube), finish::iron, friction);
+  const int joint = gltf.ball_joint();
+  int parent =
+      add_fixed_box(gltf, "hook", link, at(0, height, 0), gltf.physics_material(friction), finish::steel);
+  for (int i = 1; i < bodies; ++i) {
+    const bool is_last = i == bodies - 1;
+    const std::string body = is_last ? "weight" : "link_" + std::to_string(i);
+    const int node = (is_last ? cubes : links)
+                         .add(body, at(is_last ? weight : i, height, 0),
+                              {.mass = is_last ? cube * cube * cube : link.prod()});
+    join(gltf, joint, node, {is_last ? -cube / 2 : -0.5, 0, 0}, parent, {0.5, 0, 0});
+    parent = node;
+  }
+  gltf.expect({.name = "lowest height of the weight",
+               .quantity = "position",
+               .bodies = {"weight"},
+               .direction = Vector3::UnitY(),
+               .at_least = cube / 2 * std::sqrt(3.0),
+               .tolerance = 0.05,
+               .source = "Giles, Diaz and Yuksel 2025: no corner of it touches the ground, as with AVBD"});
+  gltf.expect({.name = "joint gap",
+               .quantity = "joint_gap",
+               .at_most = 0.5,
+               .tolerance = 0.01,
+               .source = "half a link; the paper gives no number"});
+  return gltf.text();
+}
+
+std::string million_with(std::string_view name, double gap) {
+  constexpr double side = 0.2;
+  constexpr std::string_view source = "ContactBench, 2cubes.py: the paper's ill-conditioned case";
+  GltfBuilder gltf(name, 0.1, {0, -9.81, 0}, 0.001);
+  set_stage(gltf, {0, side, 0}, 0.9, 0.9);
+  const Kind light(gltf, "light", Vector3::Constant(side), finish::maple, 0.95);
+  const Kind heavy(gltf, "heavy", Vector3::Constant(side), finish::iron, 0.95);
+  light.add("light", at(0, side / 2 + gap, 0), {.mass = 1e-3});
+  heavy.add("heavy", at(0, 1.5 * side + 3 * gap, 0), {.mass = 1e3});
+  if (gap > 0) {
+    gltf.expect(at_time("position", "heavy", Vector3::UnitY(), 0.1, 1.5 * side, 1e-3, source));
+    return gltf.text();
+  }
+  gltf.expect_standing(1e-9, source);
+  gltf.expect({.name = "complementarity",
+               .quantity = "contact_work",
+               .at_most = 0,
+               .tolerance = 1e-10,
+               .source = source});
+  return gltf.text();
+}
+
+/// Cubes of 1 m in rows, each row a cube shorter than the one below it.
+std::string pyramid_with(std::string_view name, int base, double seconds) {
+  constexpr double friction = 0.6;
+  GltfBuilder gltf(name, seconds, {0, -10, 0});
+  gltf.substeps(4);
+  set_stage(gltf, {0, 0.4 * base, 0}, 1.1 * base, friction);
+  const Kind cube(gltf, "cube", Vector3::Ones(), finish::oak, friction);
+  for (int row = 0; row < base; ++row) {
+    for (int i = row; i < base; ++i)
+      cube.add("", at((row + 1) * 0.5 + (i - row) - 0.5 * base, row + 0.5, 0), {.mass = 100});
+  }
+  expect_standing_for(gltf, seconds,
+                      "Box3D, benchmarks.c: with 4 sub-steps the version of 80 falls over after 1000 steps");
+  return gltf.text();
+}
+
+}  // namespace
+
+std::string kapla() {
+  return kapla_with("kapla", 0.64);
+}
+std::string kapla_slippery() {
+  return kapla_with("kapla_slippery", 0.5);
+}
+
+std::string rapier_chain() {
+  constexpr int links = 16;
+  constexpr double radius = 0.2;
+  constexpr double pitch = 0.44;
+  GltfBuilder gltf("rapier_chain", 5);
+  gltf.poster(0.5);
+  gltf.camera({11, 1, 4.5}, {0, -2.2, 4.5}, 0.8);
+  gltf.sun(afternoon, warm_white, daylight);
+  const int joint = gltf.ball_joint();
+  const Kind balls(gltf, "ball", gltf.sphere_shape(radius), ball(radius, 16), finish::teal, 0);
+  const Kind weights(gltf, "weight", gltf.sphere_shape(10 * radius), ball(10 * radius), finish::iron, 0);
+  int parent = gltf.node("hook");
+  for (int i = 1; i <= links; ++i) {
+    const bool is_last = i == links;
+    const double r = is_last ? 10 * radius : radius;
+    const double mass = 4.0 / 3 * pi * r * r * r;  // of density 1
+    const int node =
+        (is_last ? weights : balls)
+            .add(is_last ? "weight" : "ball_" + std::to_string(i), at(0, 0, is_last ? 8.84 : pitch * i),
+                 {.mass = mass, .inertia = Vector3::Constant(0.4 * mass * r * r)});
+    join(gltf, joint, node, {0, 0, i == 1 ? -pitch : -(r + 0.02)}, parent, {0, 0, i == 1 ? 0 : 0.22});
+    parent = node;
+  }
+  gltf.expect({.name = "joint gap",
+               .quantity = "joint_gap",
+               .at_most = 0.1 * pitch,
+               .tolerance = 0.01 * pitch,
+               .source = "a tenth of a link; Rapier's test compares gaps with 4 and with 20 sub-steps"});
+  return gltf.text();
+}
+
+std::string five_boxes() {
+  constexpr int boxes = 5;
+  constexpr double side = 0.2;
+  constexpr double weight = 9.81e-3;  // N s: of a box, in a step
+  constexpr std::string_view source = "Newton, test_kamino_solvers_dvi.py 05b: within 2 % after 75 sweeps";
+  GltfBuilder gltf("five_boxes", 0.05, {0, -9.81, 0}, 0.001);
+  set_stage(gltf, {0, 0.5, 0}, 1.4, 0.8);
+  const Kind cube(gltf, "box", Vector3::Constant(side), finish::oak, 0.8);
+  for (int i = 0; i < boxes; ++i)
+    cube.add("box_" + std::to_string(i + 1), at(0, side * (i + 0.5), 0), {.mass = 1});
+  gltf.expect({.name = "impulses on the ground",
+               .quantity = "momentum_change",
+               .at = 0.001,
+               .value = boxes * weight,
+               .tolerance = 0.02 * boxes * weight,
+               .source = source});
+  gltf.expect({.name = "impulses of all contacts",
+               .quantity = "contact_impulse",
+               .direction = Vector3::UnitY(),
+               .at = 0.001,
+               .value = 15 * weight,
+               .tolerance = 0.02 * 15 * weight,
+               .source = source});
+  return gltf.text();
+}
+
+std::string sliding_boxes() {
+  constexpr double speed = 3;
+  GltfBuilder gltf("sliding_boxes", 50 * dvi_step, {0, -dvi_gravity, 0}, dvi_step);
+  set_stage(gltf, {0.2, 0.1, 0}, 1.6, 1);
+  int number = 0;
+  for (const double friction : {0.1, 0.3, 0.8}) {
+    const std::string name = "box_" + std::to_string(++number);
+    Kind(gltf, name, Vector3::Constant(0.2), woods[static_cast<std::size_t>(number)], friction)
+        .add(name, at(0, 0.1, 0.5 * (number - 2)), {.mass = 1, .linear_velocity = {speed, 0, 0}});
+    expect_sums(gltf, name, Vector3::UnitX(), speed, -friction * dvi_gravity, 50,
+                "Newton, test_kamino_solvers_dvi.py 08d2: the sums of the steps");
+  }
+  return gltf.text();
+}
+
+std::string slopes() {
+  GltfBuilder gltf("slopes", 100 * dvi_step, {0, -dvi_gravity, 0}, dvi_step);
+  set_stage(gltf, {0, 0.5, 0}, 2.2, 1);
+  for (const bool slides : {false, true}) {
+    const std::string name = slides ? "sliding" : "resting";
+    const double friction = slides ? 0.3 : 0.7;
+    const Pose surface =
+        at(0, 0.6, slides ? 0.5 : -0.5) * turn(Vector3::UnitZ(), -(slides ? 35 : 25) / 180.0 * pi);
+    const Vector3 downhill = surface.orientation * Vector3::UnitX();
+    add_fixed_box(gltf, name + "_slope", {1.6, 0.1, 0.8}, surface * at(0, -0.05, 0), gltf.physics_material(1),
+                  finish::maple);
+    Kind(gltf, name, Vector3::Constant(0.2), slides ? finish::teal : finish::terracotta, friction)
+        .add(name, surface * at(0, 0.1, 0), {.mass = 1});
+    const double sine = -downhill.y();
+    const double cosine = downhill.x();
+    expect_sums(gltf, name, downhill, 0, slides ? dvi_gravity * (sine - friction * cosine) : 0, 100,
+                "Newton, test_kamino_solvers_dvi.py 08d4: the sums of the steps");
+  }
+  return gltf.text();
+}
+
+std::string rolling_ball() {
+  constexpr double radius = 0.1;
+  constexpr double speed = 2;
+  constexpr double rolling = speed / 1.4;  // of a solid ball
+  constexpr double time = 0.232;
+  constexpr std::string_view source = "Newton, test_kamino_solvers_dvi.py 08e: rolling without slip";
+  GltfBuilder gltf("rolling_ball", time, {0, -dvi_gravity, 0}, 0.001);
+  set_stage(gltf, {0.2, 0.1, 0}, 1, 0.5);
+  Kind(gltf, "ball", gltf.sphere_shape(radius), ball(radius), finish::mustard, 0.5)
+      .add("ball", at(0, radius, 0), {.mass = 1, .linear_velocity = {speed, 0, 0}});
+  gltf.expect(at_time("velocity", "ball", Vector3::UnitX(), time, rolling, 1e-4, source));
+  gltf.expect(
+      at_time("angular_velocity", "ball", -Vector3::UnitZ(), time, rolling / radius, 1e-4 / radius, source));
+  return gltf.text();
+}
+
+std::string heavy_rope() {
+  return heavy_rope_with("heavy_rope", 21);
+}
+std::string heavy_rope_open() {
+  return heavy_rope_with("heavy_rope_open", 21.5);
+}
+
+std::string growing_cubes() {
+  constexpr double friction = 0.5;
+  GltfBuilder gltf("growing_cubes", 10, {0, -10, 0});
+  gltf.poster(5);
+  set_stage(gltf, {0, 7.5, 0}, 19, friction);
+  double bottom = 0;
+  double side = 1;
+  for (const Finish& wood : woods) {
+    const std::string name = "cube_" + std::to_string(static_cast<int>(side));
+    Kind(gltf, name, Vector3::Constant(side), wood, friction)
+        .add(name, at(0, bottom + side / 2, 0), {.mass = side * side * side});
+    bottom += side;
+    side *= 2;
+  }
+  gltf.expect_standing(0.05, "Giles, Diaz and Yuksel 2025, Fig. 10: AVBD with 20 iterations holds it");
+  return gltf.text();
+}
+
+std::string friction_ways() {
+  constexpr double speed = 10;
+  constexpr double seconds = 3;
+  GltfBuilder gltf("friction_ways", seconds, {0, -10, 0});
+  gltf.poster(seconds);
+  set_stage(gltf, {6, 0, 0}, 20, 10);
+  for (int i = 0; i <= 10; ++i) {
+    // The demo's pair has the geometric mean; here the ground has more friction than any box.
+    const double friction = std::sqrt(0.5 * (5 - 0.5 * i));
+    const std::string name = "box_" + std::to_string(i);
+    Kind(gltf, name, {1, 0.5, 1}, woods[static_cast<std::size_t>(i) % 4], friction)
+        .add(name, at(0, 0.25, 2 * (i - 5)), {.mass = 0.5, .linear_velocity = {speed, 0, 0}});
+    const double way = i == 10 ? speed * seconds : speed * speed / (20 * friction);
+    gltf.expect(at_time("way", name, Vector3::UnitX(), seconds, way, 0.01 * way,
+                        "v²/(2 μ g), of the AVBD demo's scene of dynamic friction"));
+  }
+  return gltf.text();
+}
+
+std::string million_to_one() {
+  return million_with("million_to_one", 0);
+}
+std::string million_to_one_dropped() {
+  return million_with("million_to_one_dropped", 0.004);
+}
+
+std::string pyramid_80() {
+  return pyramid_with("pyramid_80", 80, 1000.0 / 60);
+}
+std::string pyramid_100() {
+  return pyramid_with("pyramid_100", 100, 200.0 / 60);
+}
+
+std::string cube_tower() {
+  constexpr double friction = 0.5;
+  constexpr double seconds = 60;
+  GltfBuilder gltf("cube_tower", seconds, {0, -9.81, 0});
+  set_stage(gltf, {0, 48, 0}, 120, friction);
+  gltf.poster(30);
+  const Kind cube(gltf, "cube", Vector3::Ones(), finish::oak, friction);
+  for (int i = 0; i < 100; ++i) cube.add("cube_" + std::to_string(i + 1), at(0, i + 0.5, 0), {.mass = 1});
+  expect_standing_for(gltf, seconds,
+                      "Avian, pull request 1033: stands with 4 sub-steps and recycled contacts");
+  return gltf.text();
+}
+
+}  // namespace substep::scenes

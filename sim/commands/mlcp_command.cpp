@@ -1,0 +1,126 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <ctime>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "sim/commands/commands.h"
+#include "sim/direct/frozen_problem.h"
+#include "sim/error.h"
+#include "sim/loading/file_bytes.h"
+#include "sim/log/file_output.h"
+#include "sim/measure/text_table.h"
+
+namespace substep {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double tolerance = 1e-8;  // of the natural map
+constexpr int most_sweeps = 4096;
+constexpr std::uintmax_t largest_problem = std::uintmax_t{1} << 28;  // bytes: 1000 contacts, dense, are 1.7e8
+
+struct MlcpOptions {
+  std::vector<fs::path> files;
+  std::optional<fs::path> siconos;
+  bool markdown = false;
+};
+
+const char* verdict(const MlcpReport& report, const ConeError& error) {
+  if (error.natural_map <= tolerance) return "solved";
+  return report.status == MlcpReport::Status::least_squares
+             ? "contradicts itself, solved in the least-squares sense"
+             : "not solved";
+}
+
+/// The natural map's error after 1, 2, 4, … sweeps, until the tolerance is met.
+TextTable convergence(const FrozenProblem& problem) {
+  TextTable table{{"sweeps", "natural-map error"}, {}};
+  std::vector<double> lambda;
+  int done = 0;
+  for (int sweeps = 1; sweeps <= most_sweeps; sweeps *= 2) {
+    sweep_rows(problem, lambda, sweeps - done);
+    done = sweeps;
+    const double error = cone_error(problem, lambda).natural_map;
+    table.rows.push_back({fmt::format("{}", sweeps), fmt::format("{:.2e}", error)});
+    if (!(error > tolerance) || !std::isfinite(error)) break;
+  }
+  return table;
+}
+
+FrozenProblem problem_of(const fs::path& file) {
+  return parse_frozen_problem(read_bytes(file, file.string(), largest_problem), file.string());
+}
+
+/// Solves the file's problem; a row of the table. `is_solved` becomes false where it is not.
+std::vector<std::string> solve_file(const fs::path& file, const FrozenProblem& problem, bool& is_solved) {
+  std::vector<double> lambda;
+  const std::clock_t begin = std::clock();
+  const MlcpReport report = solve(problem, lambda);
+  const double milliseconds = 1e3 * static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+  const ConeError error = cone_error(problem, lambda);
+  is_solved = is_solved && error.natural_map <= tolerance;
+  return {fmt::format("{} ({} contacts, asymmetry {:.1g})", file.stem().string(), problem.contacts(),
+                      problem.asymmetry()),
+          verdict(report, error),
+          fmt::format("{:.1e}", error.natural_map),
+          fmt::format("{:.1e}", error.complementarity),
+          fmt::format("{}", report.active_sets),
+          fmt::format("~{:.2g}", milliseconds)};
+}
+
+void mlcp(const MlcpOptions& options) {
+  if (options.siconos) {
+    if (options.files.size() > 1) throw Error("--siconos: writes one problem; give one file");
+    require_folder_of(*options.siconos);
+    const GivenFile problem{"the problem", options.files.front()};
+    const GivenFile output{"--siconos", *options.siconos};
+    require_separate_files(std::span(&problem, 1), std::span(&output, 1));
+    const std::string text = to_siconos_text(problem_of(options.files.front()));
+    write_file(*options.siconos, text);
+    fmt::print("wrote {}\n", options.siconos->string());
+    return;
+  }
+  const auto print = [&](const TextTable& table) {
+    fmt::print("{}", options.markdown ? to_markdown(table) : to_text(table));
+  };
+  bool is_solved = true;
+  TextTable table{{"problem", "status", "natural-map error", "complementarity", "factorisations", "CPU, ms"},
+                  {}};
+  for (const fs::path& file : options.files)
+    table.rows.push_back(solve_file(file, problem_of(file), is_solved));
+  print(table);
+  if (options.files.size() == 1) {
+    fmt::print("\n");
+    print(convergence(problem_of(options.files.front())));
+  }
+  if (!is_solved) throw CLI::RuntimeError(1);
+}
+
+}  // namespace
+
+void add_mlcp_command(CLI::App& app) {
+  CLI::App* const command = app.add_subcommand(
+      "mlcp", "Solve friction problems of files; print their errors, and how sweeps converge");
+  const auto options = std::make_shared<MlcpOptions>();
+  command->add_option("files", options->files, "Siconos' plain text, or problems that 'run' wrote")
+      ->required();
+  command->add_option("--siconos", options->siconos,
+                      "Solve nothing, but write the problem in Siconos' plain text");
+  command->add_flag("--markdown", options->markdown, "Tables as Markdown");
+  command->footer(
+      "A1's solver solves it. The natural map's error is that of Siconos, relative to the largest of |q|, "
+      "|r| and "
+      "|u|, and is computed by another formula than the solver's; with at most 1e-8 the problem is solved, "
+      "else "
+      "the code is 1. Of one file a second table has the error of row-by-row sweeps, as A2's.\n"
+      "Example:\n  substep mlcp box_stack.a1.poses.txt.unsolved.txt");
+  command->callback([options] { mlcp(*options); });
+}
+
+}  // namespace substep

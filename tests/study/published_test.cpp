@@ -1,0 +1,119 @@
+// Published results: how the file is read and refused, and how figures decide.
+
+#include "sim/study/published.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "sim/error.h"
+
+namespace substep {
+namespace {
+
+using testing::HasSubstr;
+namespace fs = std::filesystem;
+
+const fs::path scenes = fs::path(SUBSTEP_SOURCE_DIR) / "scenes";
+
+const std::string head =
+    "[[result]]\nname = \"P3\"\nscenes = [\"five_boxes.gltf\"]\nrule = \"A1\"\n"
+    "reported = [[\"Kamino\", \"75 sweeps\", \"2 %\", \"05b\"]]\n";
+
+class PublishedFile : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::path(testing::TempDir()) / testing::UnitTest::GetInstance()->current_test_info()->name();
+    fs::create_directories(folder_);
+    fs::copy_file(scenes / "published/five_boxes.gltf", folder_ / "five_boxes.gltf",
+                  fs::copy_options::overwrite_existing);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  std::vector<PublishedResult> read(const std::string& text) const {
+    std::ofstream(folder_ / "p.toml") << text;
+    return read_published(folder_ / "p.toml");
+  }
+
+  std::string complaint(const std::string& text) const {
+    try {
+      read(text);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "nothing";
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(PublishedFile, JudgesByTheScenesExpectations) {
+  const auto results =
+      read(head +
+           "run = [{ name = \"few\", algorithms = [\"a1\", \"a2\"], settings = { substeps = 20 }, judged = "
+           "[\"a1\"], quick = true }, { name = \"all\", algorithms = [\"a2\"], settings = { substeps = 75 }, "
+           "judged = "
+           "[\"a2\"] }, { name = \"gain\", algorithms = [\"a2\"], settings = { substeps = 75 }, against = "
+           "\"few\", "
+           "at_least = 2 }]\n");
+  const auto all = measure_published(results, {});
+  ASSERT_EQ(all.size(), 1u);
+  EXPECT_TRUE(all[0].is_met());
+  ASSERT_EQ(all[0].figures.size(), 6u);
+  EXPECT_TRUE(all[0].figures[0].measured.at(Algorithm::a2).is_bad());  // not judged
+  EXPECT_FALSE(all[0].figures[2].measured.at(Algorithm::a2).is_bad());
+  EXPECT_TRUE(all[0].figures[4].measured.at(Algorithm::a2).is_bad());  // a ratio near 1
+  EXPECT_EQ(all[0].figures[4].run, "few over gain");
+
+  PublishedOptions quick;
+  quick.quick = true;
+  EXPECT_EQ(measure_published(results, quick).at(0).figures.size(), 2u);
+  PublishedOptions other;
+  other.only = "P4";
+  EXPECT_TRUE(measure_published(results, other).empty());
+}
+
+TEST_F(PublishedFile, LosesWhereTheJudgedMiss) {
+  const auto results =
+      read(head +
+           "run = [{ name = \"few\", algorithms = [\"a2\"], settings = { substeps = 20 }, judged = "
+           "[\"a2\"] }]\n");
+  const auto measured = measure_published(results, {});
+  EXPECT_FALSE(measured[0].is_met());
+  const std::string page = to_markdown(measured);
+  EXPECT_THAT(page, HasSubstr("| P3 | no | A2, few |"));
+  EXPECT_THAT(page, HasSubstr("| Kamino | 75 sweeps | 2 % | 05b |"));
+}
+
+TEST_F(PublishedFile, NamesTheLineOfTrouble) {
+  EXPECT_THAT(complaint(""), HasSubstr("has no [[result]]"));
+  EXPECT_THAT(complaint("[[result]]\nname = 3\n"), HasSubstr("p.toml:2: 'name' must be a text"));
+  EXPECT_THAT(complaint(head), HasSubstr("'run' is missing"));
+  EXPECT_THAT(complaint(head + "run = [{ name = \"a\", algorithms = [\"a4\"] }]\n"),
+              HasSubstr("must be a1, a2, a3 or a5"));
+  EXPECT_THAT(complaint(head + "run = [{ name = \"a\", algorithms = [\"a1\"], judged = [\"a5\"] }]\n"),
+              HasSubstr("names A5, which is not run"));
+  EXPECT_THAT(complaint(head + "run = [{ name = \"a\", settings = { tao = 1 } }]\n"),
+              HasSubstr("p.toml:6: there is no setting 'tao'"));
+  EXPECT_THAT(complaint(head + "run = [{ name = \"a\", against = \"b\", at_least = 1 }]\n"),
+              HasSubstr("names no earlier run"));
+  EXPECT_THAT(complaint(head + "run = [{ name = \"a\", durations = 1 }]\n"),
+              HasSubstr("unknown key 'durations'"));
+}
+
+// The quick subset of the tree's own results, with what must stay met.
+TEST(Published, QuickSubsetHolds) {
+  PublishedOptions options;
+  options.quick = true;
+  const auto measured = measure_published(read_published(scenes / "published.toml"), options);
+  std::vector<std::string> met;
+  for (const PublishedMeasurement& one : measured) {
+    if (one.is_met()) met.push_back(one.result.name.substr(0, 3));
+  }
+  EXPECT_THAT(met, testing::IsSupersetOf({"P2 ", "P3 ", "P6 ", "P8 "}));
+}
+
+}  // namespace
+}  // namespace substep
