@@ -236,9 +236,9 @@ Sheet avbd_stability_sheet(const FigureSource& source) {
     settings.iterations = iterations;
     settings.step = stack.step;
     std::array<Series, 4> series{{{"move by less than 1 cm in 5 s", {2, 7, false, false, true}, {}},
-                                  {"less than 10 cm", {6, 6, false, false, true}, {}},
-                                  {"sink farther", {1, 8, false, false, true}, {}},
-                                  {"fall over, or are thrown", {4, 2, false, false, true}, {}}}};
+                                  {"by less than 10 cm", {6, 6, false, false, true}, {}},
+                                  {"by less than 1 m", {1, 8, false, false, true}, {}},
+                                  {"farther, or turn over", {4, 2, false, false, true}, {}}}};
     for (const AvbdPoint& point : avbd_map(stack, settings)) {
       const std::size_t kind = point.falls ? 3 : point.moved < 0.01 ? 0 : point.moved < 0.1 ? 1 : 2;
       series.at(kind).points.push_back({point.mass, point.beta});

@@ -34,6 +34,7 @@ std::vector<std::string> page_names() {
     if (entry.path().extension() == ".gltf") names.push_back(entry.path().stem().string());
   }
   std::ranges::sort(names);
+  names.emplace_back("descendants");
   names.emplace_back("README");
   return names;
 }
