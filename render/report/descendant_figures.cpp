@@ -28,7 +28,7 @@ struct Contender {
   Settings settings;  ///< without n
 };
 
-/// With the settings' defaults, as published.
+/// Returns the lines of the comparison, with published defaults.
 std::vector<Contender> contenders() {
   const auto look = [](Algorithm algorithm, bool is_variant) {
     Look result = look_of(algorithm);
@@ -73,14 +73,14 @@ const char* name_of(Cost cost) {
   return cost == Cost::rows ? "row solves in a simulated second" : "CPU time of a simulated second, ms";
 }
 
-/// Whether a sweep ran what is not the report's.
+/// Returns true where a sweep ran what is not the report's.
 bool has_descendants(const std::vector<SweepRecord>& records) {
   return std::ranges::any_of(records, [](const SweepRecord& record) {
     return !is_of_report(record.settings.algorithm) || record.settings.warm_start > 0;
   });
 }
 
-/// A panel of a scene, with the merits' axis.
+/// Returns an empty panel of the record's scene, with the merit's axis.
 Panel merit_panel(const SweepRecord& record, const Axis& x) {
   Panel panel;
   const std::string quantity = merit_of(record).quantity;
@@ -103,7 +103,7 @@ Sheet merit_sheet(const std::string& title) {
   return sheet;
 }
 
-/// The records of a scene that have a merit.
+/// Returns the records of a scene that have a merit.
 std::vector<SweepRecord> judged(const FigureSource& source, const std::string& scene) {
   std::vector<SweepRecord> records = of_scene(source.records, scene);
   std::erase_if(records, [](const SweepRecord& record) { return !record.metrics || !record.engine.empty(); });

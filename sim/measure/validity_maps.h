@@ -26,7 +26,7 @@ struct NeededSubsteps {
   int substeps;  ///< StabilityLimit::divisions; 0: none up to `most` holds
 };
 
-/// The same masses, and the fewest sub-steps (iterations of AVBD) that stay bounded, by bisection.
+/// Finds by bisection the fewest sub-steps (iterations of AVBD) that stay bounded, for the same mass ratios.
 std::vector<NeededSubsteps> needed_substeps(const Scene& scene, const Settings& settings, double horizon,
                                             int most);
 
@@ -37,7 +37,7 @@ struct AvbdPoint {
   bool falls;    ///< a box turned by more than half a radian or moved by more than its size, or it diverged
 };
 
-/// The lowest three bodies of a stack of boxes in AVBD, with masses of 10⁻³ to 10⁶ kg and β of 1 to 10¹⁰.
+/// Runs the lowest three boxes of a stack in AVBD, with masses of 10⁻³ to 10⁶ kg and β of 1 to 10¹⁰.
 std::vector<AvbdPoint> avbd_map(const Scene& stack, const Settings& settings);
 
 struct StiffnessPoint {

@@ -70,7 +70,7 @@ Settings default_settings(Algorithm algorithm);
 /// iterations of AVBD; A1 and A2 take the step in n parts.
 Settings divided(Settings settings, int n);
 
-/// h, or h/n of A3 to A5 and of Soft Step, s.
+/// Returns h, or h/n of A3 to A5 and of Soft Step, s.
 double sub_step_of(const Settings& settings);
 
 std::string_view name(Algorithm algorithm);      ///< "a3", as it is typed
