@@ -32,6 +32,7 @@ struct FigureOptions {
   std::vector<std::string> series;
   bool no_title = false;
   bool no_caption = false;
+  bool numbers = false;
   report::FigureStyle style;
 };
 
@@ -76,6 +77,13 @@ void draw_figure(const FigureOptions& options) {
   source.scenes = options.scenes;
   const report::Sheet sheet =
       report::with_ranges(with_choice(figure.make(source), options.panels, options.series), x_range, y_range);
+  if (options.numbers) {
+    std::string text;
+    for (const TextTable& table : report::numbers_of(sheet))
+      text += (text.empty() ? "" : "\n") + to_markdown(table);
+    fmt::print("{}", text);
+    return;
+  }
   write_file(output, report::draw(sheet, format, style));
   fmt::print("wrote {}\n", output.string());
 }
@@ -119,6 +127,7 @@ void add_figure_command(CLI::App& report) {
   command->add_option("--results", options->results, "Folder of the sweep's results")->capture_default_str();
   command->add_option("--scenes", options->scenes, "Folder of the scene files")->capture_default_str();
   command->add_option("--output", options->output, "The picture, .svg, .pdf or .png (NAME.svg)");
+  command->add_flag("--numbers", options->numbers, "Print its numbers as Markdown instead, a table a panel");
   add_style_options(*command, *options);
   command->footer(
       "[sweep]: 'substep sweep' must have been run before. [times]: differs from run to run; the others are "

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -7,6 +9,7 @@
 #include <vector>
 
 #include "render/commands/commands.h"
+#include "render/report/descendant_figures.h"
 #include "render/report/report.h"
 #include "sim/commands/commands.h"
 #include "sim/commands/options.h"
@@ -23,6 +26,7 @@ struct ReportOptions {
   std::vector<fs::path> inputs{"scenes/sweep.toml"};
   fs::path output = "out/report";
   std::optional<fs::path> scenes;
+  std::optional<std::string> table;
   int threads = 0;
 };
 
@@ -34,7 +38,22 @@ Sweep sweep_of(const ReportOptions& options) {
   return read_sweep(options.inputs.front());
 }
 
+/// The tables that can be printed by themselves.
+using Tables = std::vector<TextTable> (*)(const std::vector<SweepRecord>& records);
+constexpr std::array<std::pair<std::string_view, Tables>, 2> tables{
+    {{"descendants-rows",
+      [](const auto& records) { return equal_cost_of_descendants(records, report::Cost::rows); }},
+     {"descendants-time",
+      [](const auto& records) { return equal_cost_of_descendants(records, report::Cost::time); }}}};
+
+Tables table_named(const std::string& name) {
+  const auto found = std::ranges::find(tables, name, &std::pair<std::string_view, Tables>::first);
+  if (found != tables.end()) return found->second;
+  throw Error(fmt::format("--table '{}': give descendants-rows or descendants-time", name));
+}
+
 void report(const ReportOptions& options) {
+  const Tables printed = options.table ? table_named(*options.table) : nullptr;
   const Sweep sweep = sweep_of(options);
   std::error_code failure;
   fs::create_directories(options.output / "figures", failure);
@@ -49,6 +68,13 @@ void report(const ReportOptions& options) {
     merge_sweep(sweep, results);
     report::FigureSource source;
     source.records = read_records(results);
+    if (printed) {
+      std::string text;
+      for (const TextTable& table : printed(source.records))
+        text += (text.empty() ? "" : "\n") + to_markdown(table);
+      fmt::print("{}", text);
+      return;
+    }
     source.scenes = options.scenes.value_or(options.inputs.front().parent_path());
     source.properties = sweep.properties;
     page = report::make_report(source, [&](double share) { progress.show("drawing", share); });
@@ -79,6 +105,8 @@ void add_report_command(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--scenes", options->scenes,
                       "Folder of the scenes that 'properties' in the sweep file asks for (the sweep file's)");
+  command->add_option("--table", options->table,
+                      "Print this table alone as Markdown: descendants-rows, descendants-time");
   command->add_option("--threads", options->threads, "Jobs at a time; 0: one a core")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();

@@ -4,8 +4,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <map>
 
 #include "render/report/ablation_figures.h"
+#include "render/report/descendant_figures.h"
 #include "render/report/run_figures.h"
 #include "render/report/sweep_figures.h"
 #include "render/report/validity_figures.h"
@@ -49,8 +51,60 @@ const std::vector<ReportFigure>& figures() {
       {"ablation", "what each approximation from A3 to A5 costs", true, false, ablation_sheet},
       {"contact-ablation", "what each reading of contacts costs when it is taken out of A5", true, false,
        contact_ablation_sheet},
-      {"size", "CPU time against the length of a chain", false, false, size_sheet}};
+      {"size", "CPU time against the length of a chain", false, false, size_sheet},
+      {"descendants-rows", "the report's algorithms beside Soft Step, XPBD and AVBD, by rows solved", true,
+       true, [](const FigureSource& source) { return descendants_sheet(source, Cost::rows); }},
+      {"descendants-time", "the same by CPU time", false, true,
+       [](const FigureSource& source) { return descendants_sheet(source, Cost::time); }},
+      {"warm-start", "what a warm start of A5 is worth", true, true, warm_start_sheet},
+      {"needed-substeps", "mass ratio against the sub-steps that hold it, of all", true, false,
+       needed_substeps_sheet},
+      {"avbd-stability", "AVBD over mass scale and β", true, false, avbd_stability_sheet},
+      {"soft-rows", "τ and κ beside frequency and damping ratio", true, false, soft_rows_sheet}};
   return all;
+}
+
+namespace {
+
+/// Three digits of any finite number, "least to most" of several.
+std::string range_text(const std::vector<double>& values) {
+  if (values.empty()) return "–";
+  const auto [least, most] = std::ranges::minmax(values);
+  return least < most ? fmt::format("{:.3g} to {:.3g}", least, most) : fmt::format("{:.3g}", least);
+}
+
+TextTable numbers_of(const Panel& panel) {
+  if (!panel.notes.empty()) {
+    TextTable table{{panel.title, panel.x.title, panel.y.title}, {}};
+    for (const Note& note : panel.notes)
+      table.rows.push_back({note.text, range_text({note.x}), range_text({note.y})});
+    return table;
+  }
+  TextTable table{{fmt::format("{}: {}", panel.title, panel.x.title)}, {}};
+  std::map<double, std::vector<std::vector<double>>> rows;  // by x, by column
+  for (const Series& series : panel.series) {
+    if (!series.look.points) continue;  // a border
+    for (const auto& [x, y] : series.points) {
+      rows[x].resize(std::max(rows[x].size(), table.head.size()));
+      rows[x].back().push_back(y);
+    }
+    table.head.push_back(series.title);
+  }
+  for (auto& [x, columns] : rows) {
+    columns.resize(table.head.size() - 1);
+    std::vector<std::string>& row = table.rows.emplace_back();
+    row.push_back(range_text({x}));
+    for (const std::vector<double>& values : columns) row.push_back(range_text(values));
+  }
+  return table;
+}
+
+}  // namespace
+
+std::vector<TextTable> numbers_of(const Sheet& sheet) {
+  std::vector<TextTable> tables;
+  for (const Panel& panel : sheet.panels) tables.push_back(numbers_of(panel));
+  return tables;
 }
 
 const ReportFigure& figure_named(const std::string& name) {

@@ -8,6 +8,7 @@
 
 #include "render/report/plot.h"
 #include "sim/measure/contact_ablation.h"
+#include "sim/measure/text_table.h"
 #include "sim/study/sweep.h"
 
 namespace substep::report {
@@ -34,6 +35,10 @@ struct ReportFigure {
 
 /// All there are, in the report's order.
 const std::vector<ReportFigure>& figures();
+
+/// The numbers of a sheet: a table a panel, a line a value of x, a column a series, with the range where
+/// there are several; of a panel with notes a line a note.
+std::vector<TextTable> numbers_of(const Sheet& sheet);
 
 /// Throws Error that lists the names.
 const ReportFigure& figure_named(const std::string& name);

@@ -14,6 +14,7 @@
 
 #include "render/embedded_file.h"
 #include "render/report/bad_figures.h"
+#include "render/report/descendant_figures.h"
 #include "render/report/report_tables.h"
 #include "sim/study/advice.h"
 #include "sim/study/sweep_results.h"
@@ -31,6 +32,8 @@ Pictures drawn(const FigureSource& source, const std::function<void(double)>& pr
   for (const ReportFigure& figure : figures()) {
     if (progress) progress(static_cast<double>(pictures.size()) / static_cast<double>(figures().size()));
     if (!figure.from_sweep && !source.properties) continue;
+    // Some are for pages of their own.
+    if (report_template().find(fmt::format("![{}]", figure.name)) == std::string_view::npos) continue;
     const Sheet sheet = figure.make(source);
     // A sweep need not have what each figure shows.
     if (!sheet.panels.empty()) pictures[figure.name] = draw(sheet, PictureFormat::svg);
@@ -208,6 +211,14 @@ class Report {
       {"references", [this] { table(references_table(records_)); }},
       {"engines", [this] { table(engines_table(records_)); }},
       {"ahead", [this] { table(ahead_table(records_)); }},
+      {"descendants by rows",
+       [this] {
+         for (const TextTable& each : equal_cost_of_descendants(records_, Cost::rows)) table(each);
+       }},
+      {"descendants by time",
+       [this] {
+         for (const TextTable& each : equal_cost_of_descendants(records_, Cost::time)) table(each);
+       }},
       {"omitted", [this] { table(omitted_table(records_)); }},
   };
 };

@@ -79,13 +79,14 @@ void fill(TextTable& table) {
   for (auto& row : table.rows) row.resize(table.head.size());
 }
 
-/// "n = 4", "h/8", "1" …
+/// "n = 4", "m = 5", "h/8", "1" …
 std::string limit_text(const SweepRecord& record) {
   const StabilityLimit& limit = *record.limit;
-  const bool by_substeps = record.settings.algorithm >= Algorithm::a3;
+  const bool by_parts = record.settings.algorithm < Algorithm::a3;
+  const char* const count = record.settings.algorithm == Algorithm::avbd ? "m" : "n";
   if (limit.divisions == 0)
-    return by_substeps ? fmt::format("n > {}", limit.most) : fmt::format("h < h/{}", limit.most);
-  if (by_substeps) return fmt::format("n = {}", limit.divisions);
+    return by_parts ? fmt::format("h < h/{}", limit.most) : fmt::format("{} > {}", count, limit.most);
+  if (!by_parts) return fmt::format("{} = {}", count, limit.divisions);
   return limit.divisions == 1 ? "h" : fmt::format("h/{}", limit.divisions);
 }
 

@@ -30,8 +30,6 @@ Softness softness(double hertz, double damping_ratio, double hs) {
 
 namespace {
 
-constexpr double contact_damping = 10;
-constexpr double joint_damping = 2;
 constexpr double fastest_push = 3;    // m/s
 constexpr double slowest_bounce = 1;  // m/s
 constexpr Softness rigid{0, 1, 0};
@@ -173,9 +171,9 @@ void soft_step(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, cons
 
   // Choose the softness: frequencies that the sub-steps can follow
   const double hertz = std::min(settings.contact_hertz, 0.125 / hs);
-  const Softness of_contacts = softness(hertz, contact_damping, hs);
-  const Softness of_static = softness(2 * hertz, contact_damping / 2, hs);
-  const Softness of_joints = softness(std::min(settings.joint_hertz, 0.25 / hs), joint_damping, hs);
+  const Softness of_contacts = softness(hertz, soft_contact_damping, hs);
+  const Softness of_static = softness(2 * hertz, soft_contact_damping / 2, hs);
+  const Softness of_joints = softness(std::min(settings.joint_hertz, 0.25 / hs), soft_joint_damping, hs);
 
   // Prepare the contacts at the step's start
   work.row_solves = 0;

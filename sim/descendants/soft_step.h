@@ -24,6 +24,9 @@ struct Softness {
   double tau(double hs) const { return mass_scale * bias_rate * hs; }
 };
 
+inline constexpr double soft_contact_damping = 10;  ///< ζ; half of it where one body cannot move
+inline constexpr double soft_joint_damping = 2;     ///< ζ
+
 /// Returns the softness of a spring with a frequency in Hz and a damping ratio, in sub-steps of hs seconds.
 Softness softness(double hertz, double damping_ratio, double hs);
 

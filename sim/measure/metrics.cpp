@@ -40,7 +40,7 @@ double velocity_distance(const Scene& scene, const State& a, const State& b) {
 Settings exact(const Settings& settings) {
   Settings result;
   result.algorithm = Algorithm::a1;
-  result.step = settings.algorithm >= Algorithm::a3 ? settings.step / settings.substeps : settings.step;
+  result.step = sub_step_of(settings);
   return result;
 }
 
@@ -167,7 +167,7 @@ ErrorParts parts_of(const Scene& scene, const Settings& settings, const Motion& 
   }
   const Motion direct = motion_of(scene, exact(settings), reference);
   parts.stepping = from_reference(direct);
-  if (settings.algorithm <= Algorithm::a3) {
+  if (settings.algorithm <= Algorithm::a3 || !is_of_report(settings.algorithm)) {
     parts.solver = apart(scene, motion, direct, reference).position.rms;
     return parts;
   }

@@ -15,9 +15,10 @@ namespace substep {
 /// The parts of a run's error, as RMS distances between motions in m: the time step h/n alone, what solving
 /// rows one after another adds, and what the approximations of A4 and A5 add.
 struct ErrorParts {
-  double stepping = 0;           ///< A1 at h/n from the reference
-  std::optional<double> solver;  ///< A2 from A1 at h; A3 (same n, m, joints) from A1 at h/n
-  std::optional<double> model;   ///< A4 or A5 from A3 with the same settings
+  double stepping = 0;  ///< A1 at h/n from the reference
+  std::optional<double>
+      solver;  ///< A2 and AVBD from A1 at h; A3 (same n, m, joints), Soft Step from A1 at h/n
+  std::optional<double> model;  ///< A4 or A5 from A3 with the same settings
 };
 
 struct Metrics {

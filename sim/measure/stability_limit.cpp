@@ -12,14 +12,8 @@ StabilityLimit stability_limit(const Scene& scene, const Settings& settings, con
   const auto is_bounded = [&](int divisions) {
     const auto found = known.find(divisions);
     if (found != known.end()) return found->second;
-    Settings finer = settings;
-    if (settings.algorithm >= Algorithm::a3) {
-      finer.substeps = divisions;
-    } else {
-      finer.step = settings.step / divisions;
-    }
     ++limit.runs;
-    return known[divisions] = measure(scene, finer, reference, false).bounded;
+    return known[divisions] = measure(scene, divided(settings, divisions), reference, false).bounded;
   };
   // A lucky coarse run does not count: two finer ones must be bounded too.
   int high = 1;

@@ -37,9 +37,8 @@ StageTimes stages_at(const Scene& scene, const Settings& settings, const std::ve
   const Model model = build_model(scene);
   ContactFinder finder(scene, model);
   const std::vector<Contact> no_contacts;
-  const bool sub_stepped = settings.algorithm >= Algorithm::a3;
-  const double hs = sub_stepped ? settings.step / settings.substeps : settings.step;
-  const Joints joints = sub_stepped ? settings.joints : Joints::rows;
+  const double hs = sub_step_of(settings);
+  const Joints joints = settings.algorithm >= Algorithm::a3 ? settings.joints : Joints::rows;
   Problem problem;
   problem.model = &model;
   problem.substeps.duration = hs;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -10,6 +11,7 @@
 #include "sim/measure/ablation.h"
 #include "sim/measure/joint_gap.h"
 #include "sim/measure/measured_run.h"
+#include "sim/measure/stability_limit.h"
 #include "sim/measure/weight_scene.h"
 #include "sim/simulation.h"
 
@@ -29,38 +31,81 @@ Scene weight_on_a_spring(double stiffness) {
   return weight_on_a_joint(0.1, spring);
 }
 
-}  // namespace
+constexpr std::array mass_ratios{1.0, 10.0, 100.0, 1000.0, 10000.0};
 
-std::vector<MassRatioPoint> mass_ratio_map(const Scene& scene, const Settings& settings, double horizon,
-                                           int most) {
-  const auto moving = [](const Body& body) { return body.inverse_mass > 0; };
+/// The scene with its heaviest body of `ratio` times the lightest's mass.
+Scene with_mass_ratio(Scene scene, double ratio) {
   std::size_t heaviest = 0;
   double lightest = 0;
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const Body& body = scene.bodies[i];
-    if (!moving(body)) continue;
+    if (body.inverse_mass == 0) continue;
     if (heaviest == 0 || body.inverse_mass < scene.bodies[heaviest].inverse_mass) heaviest = i;
     lightest = std::max(lightest, body.inverse_mass);
   }
+  Body& body = scene.bodies[heaviest];
+  const double factor = lightest / ratio / body.inverse_mass;
+  body.inverse_mass *= factor;
+  body.inverse_inertia *= factor;
+  return scene;
+}
+
+}  // namespace
+
+std::vector<MassRatioPoint> mass_ratio_map(const Scene& scene, const Settings& settings, double horizon,
+                                           int most) {
   std::vector<MassRatioPoint> points;
-  for (const double ratio : {1.0, 10.0, 100.0, 1000.0, 10000.0}) {
-    Scene scaled = scene;
+  for (const double ratio : mass_ratios) {
+    Scene scaled = with_mass_ratio(scene, ratio);
     scaled.duration = horizon;
-    Body& body = scaled.bodies[heaviest];
-    const double factor = lightest / ratio / body.inverse_mass;
-    body.inverse_mass *= factor;
-    body.inverse_inertia *= factor;
     const ReferenceMotion reference = reference_motion(scaled, horizon);
     const double size = size_of(scaled);
     for (int n = 1; n <= most; n *= 2) {
-      Settings one = settings;
-      if (settings.algorithm >= Algorithm::a3) {
-        one.substeps = n;
-      } else {
-        one.step = settings.step / n;
-      }
-      const Metrics metrics = measure(scaled, one, reference, false);
+      const Metrics metrics = measure(scaled, divided(settings, n), reference, false);
       points.push_back({ratio, n, metrics.error.position.rms / size, metrics.bounded});
+    }
+  }
+  return points;
+}
+
+std::vector<NeededSubsteps> needed_substeps(const Scene& scene, const Settings& settings, double horizon,
+                                            int most) {
+  std::vector<NeededSubsteps> points;
+  for (const double ratio : mass_ratios) {
+    const Scene scaled = with_mass_ratio(scene, ratio);
+    const ReferenceMotion reference = reference_motion(scaled, horizon);
+    points.push_back({ratio, stability_limit(scaled, settings, reference, most).divisions});
+  }
+  return points;
+}
+
+std::vector<AvbdPoint> avbd_map(const Scene& stack, const Settings& settings) {
+  std::vector<AvbdPoint> points;
+  for (int decade = -3; decade <= 6; ++decade) {
+    Scene scene = stack;
+    scene.bodies.resize(4);  // the world's, and three boxes
+    std::erase_if(scene.colliders, [](const Collider& collider) { return collider.body >= 4; });
+    const double mass = std::pow(10, decade);
+    for (Body& body : scene.bodies) {
+      if (body.inverse_mass == 0) continue;
+      body.inverse_inertia /= mass * body.inverse_mass;
+      body.inverse_mass = 1 / mass;
+    }
+    for (int exponent = 0; exponent <= 10; ++exponent) {
+      Settings one = settings;
+      one.beta = std::pow(10, exponent);
+      Simulation simulation(scene, one);
+      AvbdPoint point{mass, one.beta, 0, false};
+      for (int step = 0; step < std::lround(5 / one.step) && !point.falls; ++step) {
+        point.falls = simulation.step().status == StepReport::Status::diverged;
+        for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
+          const Coordinates& q = simulation.state().q[i];
+          point.moved = std::max(point.moved, (q.linear - scene.bodies[i].pose.position).norm());
+          point.falls = point.falls || q.angular.angularDistance(scene.bodies[i].pose.orientation) > 0.5;
+        }
+        point.falls = point.falls || point.moved > 1;
+      }
+      points.push_back(point);
     }
   }
   return points;

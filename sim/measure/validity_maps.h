@@ -1,5 +1,6 @@
 #pragma once
-/// Over which ranges an algorithm is of use: mass ratio against sub-steps, step against a spring's stiffness.
+/// Over which ranges an algorithm is of use: mass ratio against sub-steps, step against a spring's stiffness,
+/// AVBD's β against masses.
 /// For τ against κ see stability_map.h.
 
 #include <vector>
@@ -19,6 +20,25 @@ struct MassRatioPoint {
 /// n = 1, 2, 4, … `most`; A1 and A2 have the step over n instead. `settings` says the rest.
 std::vector<MassRatioPoint> mass_ratio_map(const Scene& scene, const Settings& settings, double horizon,
                                            int most);
+
+struct NeededSubsteps {
+  double ratio;  ///< of the heaviest body's mass to the lightest's
+  int substeps;  ///< StabilityLimit::divisions; 0: none up to `most` holds
+};
+
+/// Finds by bisection the fewest sub-steps (iterations of AVBD) that stay bounded, for the same mass ratios.
+std::vector<NeededSubsteps> needed_substeps(const Scene& scene, const Settings& settings, double horizon,
+                                            int most);
+
+struct AvbdPoint {
+  double mass;   ///< of a box, kg
+  double beta;   ///< N/m²
+  double moved;  ///< largest displacement of a box in 5 s, m
+  bool falls;    ///< a box turned by more than half a radian or moved by more than its size, or it diverged
+};
+
+/// Runs the lowest three boxes of a stack in AVBD, with masses of 10⁻³ to 10⁶ kg and β of 1 to 10¹⁰.
+std::vector<AvbdPoint> avbd_map(const Scene& stack, const Settings& settings);
 
 struct StiffnessPoint {
   double step;       ///< s

@@ -87,6 +87,22 @@ Settings default_settings(Algorithm algorithm) {
   return settings;
 }
 
+Settings divided(Settings settings, int n) {
+  if (settings.algorithm == Algorithm::avbd) {
+    settings.iterations = n;
+  } else if (settings.algorithm >= Algorithm::a3) {
+    settings.substeps = n;
+  } else {
+    settings.step /= n;
+  }
+  return settings;
+}
+
+double sub_step_of(const Settings& settings) {
+  return field_named("substeps").is_read_by(settings.algorithm) ? settings.step / settings.substeps
+                                                                : settings.step;
+}
+
 std::string_view name(Algorithm algorithm) {
   return name_in(algorithm_names, algorithm);
 }

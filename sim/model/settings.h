@@ -66,6 +66,13 @@ struct Settings {
 /// defaults that were published: n = 4, and ten iterations.
 Settings default_settings(Algorithm algorithm);
 
+/// Returns the settings with n times the least work a step: n sub-steps of A3 to A5 and of Soft Step, n
+/// iterations of AVBD; A1 and A2 take the step in n parts.
+Settings divided(Settings settings, int n);
+
+/// Returns h, or h/n of A3 to A5 and of Soft Step, s.
+double sub_step_of(const Settings& settings);
+
 std::string_view name(Algorithm algorithm);      ///< "a3", as it is typed
 std::string_view title_of(Algorithm algorithm);  ///< "A3", as people read it
 std::string_view name(Joints joints);

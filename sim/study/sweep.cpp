@@ -41,8 +41,8 @@ std::uint64_t program_hash() {
 std::string fingerprint(const Sweep& sweep, const SweepJob& job) {
   const Scene& scene = sweep.scenes.at(job.scene);
   const std::string text =
-      fmt::format("{:x} {:x} {} {} {} {}", program_hash(), scene.hash, sweep.horizon_of(job.scene),
-                  scene.duration, sweep.repetitions, sweep.most);
+      fmt::format("{:x} {:x} {} {} {} {} {}", program_hash(), scene.hash, sweep.horizon_of(job.scene),
+                  scene.duration, sweep.repetitions, sweep.most, sweep.parts);
   return fmt::format("{:016x}", fnv1a(text));
 }
 
@@ -138,8 +138,11 @@ SweepRecord measured(const Sweep& sweep, const SweepJob& job, const ReferenceMot
     record.limit = stability_limit(scene, job.settings, reference, sweep.most);
   } else {
     record.substep_radius = substep_radius(scene, job.settings);
-    record.metrics = measure(scene, job.settings, reference);
-    if (sweep.repetitions > 0) record.times = time_run(scene, job.settings, sweep.repetitions);
+    record.metrics = measure(scene, job.settings, reference, sweep.parts);
+    if (sweep.repetitions > 0) {
+      record.times = sweep.parts ? time_run(scene, job.settings, sweep.repetitions)
+                                 : time_run(scene, job.settings, algorithm_stepper, sweep.repetitions);
+    }
   }
   return record;
 }

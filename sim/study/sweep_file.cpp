@@ -90,14 +90,17 @@ class Reader : private TomlValues {
   Sweep read() {
     const toml::table root = parse();
     expect_keys(root, "the sweep file",
-                {"horizon", "repetitions", "most", "properties", "horizons", "grid", "limit"});
+                {"horizon", "repetitions", "most", "properties", "parts", "horizons", "grid", "limit"});
     if (const auto* node = root.get("horizon")) sweep_.horizon = positive(*node, "horizon");
     if (const auto* node = root.get("repetitions"))
       sweep_.repetitions = integer(*node, "repetitions", 0, 1000);
     if (const auto* node = root.get("most")) sweep_.most = integer(*node, "most", 1, 4096);
-    if (const auto* node = root.get("properties")) {
-      if (!node->is_boolean()) fail(*node, "'properties' must be true or false");
-      sweep_.properties = node->as_boolean()->get();
+    for (const auto& [key, value] :
+         {std::pair("properties", &sweep_.properties), std::pair("parts", &sweep_.parts)}) {
+      const auto* const node = root.get(key);
+      if (node == nullptr) continue;
+      if (!node->is_boolean()) fail(*node, fmt::format("'{}' must be true or false", key));
+      *value = node->as_boolean()->get();
     }
     for (const char* const kind : {"grid", "limit"}) {
       const toml::node* const list = root.get(kind);

@@ -7,6 +7,8 @@
 ///     properties = true                 # `substep report` also shows what the algorithms do on test scenes
 ///                                       # of their own, read from the sweep file's folder
 ///
+///     parts = false                     # not the parts of errors, residuals and stages of steps
+///
 ///     [horizons]                        # other horizons, by scene
 ///     rod_chain = 1
 ///
@@ -50,6 +52,7 @@ struct Sweep {
   int repetitions = 0;
   int most = 64;
   bool properties = false;
+  bool parts = true;  ///< whether errors are taken apart and steps' stages are timed
   std::map<std::string, double> horizons;
   std::map<std::string, Scene> scenes;  ///< by name
   std::vector<SweepJob> jobs;           ///< in the file's order, each once

@@ -60,10 +60,6 @@ double scene_step(const std::vector<SweepRecord>& records) {
   return step;
 }
 
-double sub_step_of(const Settings& settings) {
-  return settings.algorithm >= Algorithm::a3 ? settings.step / settings.substeps : settings.step;
-}
-
 bool has_contacts(const std::vector<SweepRecord>& records) {
   return std::ranges::any_of(
       records, [](const SweepRecord& record) { return record.metrics && record.metrics->penetration > 0; });

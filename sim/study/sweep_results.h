@@ -46,9 +46,6 @@ std::vector<SweepRecord> equal_row_runs(const std::vector<SweepRecord>& records,
 /// The largest step of the records: the scene's.
 double scene_step(const std::vector<SweepRecord>& records);
 
-/// h, or h/n of A3 to A5.
-double sub_step_of(const Settings& settings);
-
 /// "1.2 %"; "lost" for what is not finite, "rounding" below 1e-11.
 std::string percent(double share);
 

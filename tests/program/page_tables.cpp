@@ -35,6 +35,7 @@ std::vector<std::string> page_names() {
   }
   std::ranges::sort(names);
   names.emplace_back("published");
+  names.emplace_back("descendants");
   names.emplace_back("README");
   return names;
 }

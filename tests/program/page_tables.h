@@ -8,7 +8,7 @@
 
 namespace substep {
 
-/// Returns the names of all scenes, sorted, and "README" for the project's page.
+/// Returns the names of all scenes, sorted, "descendants", and "README" for the project's page.
 std::vector<std::string> page_names();
 
 std::filesystem::path page_file(const std::string& name);

@@ -57,9 +57,24 @@ TEST_F(ReportCommand, MakesAPageOfScenesWithoutASweepFile) {
   EXPECT_THAT(content("page/report.md"), HasSubstr("20 runs of 1 scenes"));
 }
 
+TEST_F(ReportCommand, PrintsOneTable) {
+  std::filesystem::copy_file(scene("box_stack.gltf"), folder() / "pile.gltf");
+  write(
+      "my.toml",
+      "horizon = 0.1\nparts = false\n[[grid]]\nscenes = [\"pile.gltf\"]\nalgorithms = [\"a5\", \"soft\"]\n"
+      "substeps = [6, 16]\ntau = [0.6]\ncontact_tau = [0.9]\ncontact_kappa = [0.7]\njoints = [\"stable\"]\n");
+  const Outcome outcome = run({"report", "my.toml", "--output", "page", "--table", "descendants-rows"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("| displacement, m | pile |"));
+  EXPECT_THAT(outcome.out, HasSubstr("\n| Soft Step | 0.028"));
+  EXPECT_FALSE(std::filesystem::exists(folder() / "page/report.md"));
+}
+
 TEST_F(ReportCommand, RefusesMissingAndMixedInputs) {
   expect_refused({"report", "nothing.toml"}, "nothing.toml");
   expect_refused({"report", "nothing.gltf"}, "nothing.gltf");
+  expect_refused({"report", "--table", "chairs"},
+                 "--table 'chairs': give descendants-rows or descendants-time");
   write("one.toml", "");
   expect_refused({"report", "one.toml", "two.toml"}, "two.toml: give one sweep file, or scenes");
 }

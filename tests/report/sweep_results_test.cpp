@@ -9,6 +9,7 @@
 #include <fstream>
 #include <map>
 
+#include "render/report/descendant_figures.h"
 #include "render/report/figures.h"
 #include "render/report/report.h"
 #include "render/report/report_tables.h"
@@ -184,6 +185,54 @@ TEST_F(SweepResults, ScenesBesideEnginesAreThoseWhereOneRan) {
   const Sheet steps = figure_named("engine-steps").make(beside);
   ASSERT_EQ(steps.panels.size(), 1u);
   EXPECT_EQ(std::ranges::count(steps.panels[0].series, "some-engine", &Series::title), 1);
+}
+
+/// A run that stands, of so many row solves.
+SweepRecord standing(Algorithm algorithm, int n, std::int64_t row_solves, double moved) {
+  SweepRecord record;
+  record.scene = "stack";
+  record.settings = divided(default_settings(algorithm), n);
+  record.contacts = ContactKind::standing;
+  record.duration = 1;
+  record.metrics.emplace();
+  record.metrics->row_solves = row_solves;
+  record.metrics->moved = moved;
+  return record;
+}
+
+TEST(Descendants, MostRowsWithinTheBudgetAreCompared) {
+  std::vector<SweepRecord> records{
+      standing(Algorithm::a5, 16, 1000, 0.001), standing(Algorithm::soft, 4, 600, 0.03),
+      standing(Algorithm::soft, 6, 1040, 0.02),  // a twentieth more is no more
+      standing(Algorithm::soft, 8, 1200, 0.01), standing(Algorithm::avbd, 10, 900, 0.1),
+      standing(Algorithm::a1, 1, 2000, 0)};
+  records[4].metrics->diverged = 0.5;
+  const std::vector<TextTable> tables = equal_cost_of_descendants(records, Cost::rows);
+  ASSERT_EQ(tables.size(), 1u);
+  std::map<std::string, std::string> cells;
+  for (const std::vector<std::string>& row : tables[0].rows) cells[row[0]] = row[1];
+  EXPECT_EQ(cells["A5"], "0.001");
+  EXPECT_EQ(cells["Soft Step"], "0.02");
+  EXPECT_EQ(cells["AVBD"], "lost");
+  EXPECT_EQ(cells["A1"], "–");  // it costs more
+  records.resize(1);
+  EXPECT_TRUE(equal_cost_of_descendants(records, Cost::rows).empty());
+}
+
+TEST(Descendants, RowsAreSpringsOrThrowBack) {
+  const std::vector<TextTable> tables = numbers_of(figure_named("soft-rows").make({}));
+  ASSERT_EQ(tables.size(), 1u);
+  const std::string text = to_text(tables[0]);
+  EXPECT_THAT(text, HasSubstr("A5, contacts: ωh = 1.73, ζ = -0.19"));
+  EXPECT_THAT(text, HasSubstr("Soft Step, contacts 30 Hz: ωh = 0.79, ζ = 10.00"));
+}
+
+TEST(Descendants, IterationsOfAvbdAreCounted) {
+  const Scene scene = load_scene(scenes() / "heavy_chain.gltf");
+  const std::vector<NeededSubsteps> needed =
+      needed_substeps(scene, default_settings(Algorithm::avbd), 0.1, 16);
+  EXPECT_GT(needed[0].substeps, 1);  // measured 5 of at most 256
+  EXPECT_GT(needed[1].substeps, needed[0].substeps);
 }
 
 TEST_F(SweepResults, AheadIsWhoIsCheaperWithinAnError) {
