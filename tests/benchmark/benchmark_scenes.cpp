@@ -57,6 +57,12 @@ BenchmarkScene chain_of(int rods) {
           rods <= 10 ? BenchmarkScene::Judge::trajectory : BenchmarkScene::Judge::none};
 }
 
+BenchmarkScene net_of(int side) {
+  Scene scene = test::net(side);
+  return {"net " + std::to_string(side * side), scene, frame, std::clamp(3000 / side / side, 4, 60),
+          BenchmarkScene::Judge::none};
+}
+
 BenchmarkScene heavy_chain() {
   return {"heavy chain", test::chain(10, 0, 1000), 1.0 / 480, 480, BenchmarkScene::Judge::trajectory};
 }

@@ -108,6 +108,7 @@ void register_all() {
   for (const BenchmarkScene& scene : {pendulum(), chain_of(10), heavy_chain()}) register_joints(scene);
   for (const int rods : {100, 10000}) register_a1(chain_of(rods));
   for (const int rods : {10, 100, 1000, 10000}) register_cost_of_a1(chain_of(rods));
+  for (const int side : {8, 16, 32, 48}) register_cost_of_a1(net_of(side));
   for (const int boxes : {10, 20, 40, 80, 160}) register_cost_of_a1(stack_of(boxes));
   for (const int base : {5, 10, 15, 20}) register_cost_of_a1(pyramid_of(base));
   register_a1(stack_of(10));

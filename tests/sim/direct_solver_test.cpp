@@ -92,6 +92,43 @@ TEST(JointSolver, LeavesRestToGeneralSolver) {
   EXPECT_LT(general.residual, MlcpSolver::tolerance);  // measured 1e-13
 }
 
+TEST(JointSolver, SolvesRandomLoopsAsTheGeneralSolver) {
+  // Links in any order, some twice: λ is not unique, Gᵀλ is.
+  std::mt19937 random(3);
+  for (int trial = 0; trial < 12; ++trial) {
+    const int bodies = 4 + 2 * trial;
+    Links links = {{0, -1}};
+    for (int i = 1; i < bodies; ++i) links.emplace_back(i, static_cast<int>(random() % i));
+    for (int i = 0; i < bodies / 3; ++i) links.push_back(links[random() % links.size()]);
+    const Mlcp problem = joints_between(links, bodies, trial % 2 == 0 ? 0 : 0.3);
+    JointSolver joints;
+    std::vector<double> lambda;
+    MlcpReport report;
+    ASSERT_TRUE(joints.solve(problem, lambda, report)) << trial;
+    EXPECT_LT(report.residual, 1e-11) << trial;  // measured at most 1e-12
+    std::vector<double> expected;
+    MlcpSolver general;
+    general.solve(problem, expected);
+    double difference = 0;
+    for (int body = 0; body < bodies; ++body)
+      difference = std::max(difference, (joints.impulses()[body] - general.impulses()[body]).norm());
+    EXPECT_LT(difference, 1e-7) << trial;
+  }
+}
+
+TEST(JointSolver, HangsNets) {
+  // It hangs from five balls of an edge. In the first second its rows are nearly redundant: it is flat.
+  Settings settings;
+  settings.algorithm = Algorithm::a1;
+  const Scene scene = test::net(20);
+  Simulation simulation(scene, settings);
+  for (int i = 0; i < 60; ++i) {
+    const StepReport& report = simulation.step();
+    EXPECT_NE(report.status, StepReport::Status::unsolved) << i;
+    EXPECT_NE(report.status, StepReport::Status::diverged) << i;
+  }
+}
+
 TEST(JointSolver, HasNoImpulsesWithoutRows) {
   Mlcp problem;
   problem.bodies = 2;

@@ -73,6 +73,29 @@ inline Body rod(double length, double mass) {
   return body;
 }
 
+/// side × side balls of 1 kg and 0.2 m in a level square, 0.5 m apart, on ball joints midway between
+/// neighbours; every fourth of one edge is hung from the world.
+inline Scene net(int side) {
+  Scene scene = empty_scene();
+  constexpr double pitch = 0.5;
+  for (int i = 0; i < side * side; ++i) {
+    Body ball;
+    ball.name = "ball";
+    ball.inverse_mass = 1;
+    ball.inverse_inertia = Vector3::Constant(1 / (0.4 * 0.2 * 0.2));
+    ball.pose.position = pitch * Vector3(i % side, 0, i / side);
+    scene.bodies.push_back(ball);
+    const int body = i + 1;
+    const Vector3 along = pitch / 2 * Vector3::UnitX();
+    const Vector3 across = pitch / 2 * Vector3::UnitZ();
+    if (i % side > 0) scene.joints.push_back(ball_joint(body - 1, body, along, -along));
+    if (i >= side) scene.joints.push_back(ball_joint(body - side, body, across, -across));
+    if (i < side && i % 4 == 0)
+      scene.joints.push_back(ball_joint(body, 0, Vector3::Zero(), ball.pose.position));
+  }
+  return scene;
+}
+
 /// Rods of 0.5 m and 1 kg on ball joints, hung from the origin, at `angle` below the horizontal; a ball of
 /// `end_mass` (radius 0.25 m) at the end, if any.
 inline Scene chain(int rods, double angle = 0, double end_mass = 0) {
