@@ -160,7 +160,8 @@ Vector3 rotation_vector(const Quaternion& q) {
   return q.vec() * (sign * 2 * angle_of(sine, sign * q.w()) / sine);
 }
 
-Vector3 implicit_gyroscopic_change(const Vector3& local_angular_velocity, const Vector3& inertia, double duration) {
+Vector3 implicit_gyroscopic_change(const Vector3& local_angular_velocity, const Vector3& inertia,
+                                   double duration) {
   const Vector3 momentum = inertia.cwiseProduct(local_angular_velocity);
   Vector3 w = local_angular_velocity;
   // About a principal axis, or at rest, there is nothing to change.

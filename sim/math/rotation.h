@@ -33,10 +33,12 @@ inline Quaternion compose(const Quaternion& p, const Quaternion& q) {
   return product;
 }
 
-/// Returns the change of a body's local angular velocity (rad/s) over `duration` such that the body stepped with the
-/// changed velocity w has the angular momentum it had: R(duration · w) I w = I ω̆, `inertia` being I's principal
-/// moments. Takes energy, and so holds light bodies that joints turn fast. By Newton's method to rounding.
-Vector3 implicit_gyroscopic_change(const Vector3& local_angular_velocity, const Vector3& inertia, double duration);
+/// Returns the change of a body's local angular velocity (rad/s) over `duration` such that the body stepped
+/// with the changed velocity w has the angular momentum it had: R(duration · w) I w = I ω̆, `inertia` being
+/// I's principal moments. Takes energy, and so holds light bodies that joints turn fast. By Newton's method
+/// to rounding.
+Vector3 implicit_gyroscopic_change(const Vector3& local_angular_velocity, const Vector3& inertia,
+                                   double duration);
 
 /// Returns the mean angular velocity (body frame, rad/s) of a free body over `duration`, from its velocity at
 /// the start: the body turns by R_q(duration · mean), exactly. `inertia`: its principal moments. Euler's

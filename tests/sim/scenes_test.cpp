@@ -406,8 +406,8 @@ TEST(Scenes, RattlebackTurnsBackOneWayOnly) {
       slowest = std::min(slowest, spin);
     });
     // Measured: 0.288 s early (A1), 0.125 (A3, whose sub-steps are steps of A1: see rolling_test.cpp), 0.207
-    // (A5); the other one's spin is off by −0.024 (A1), −0.006 (A3) and −0.086 rad/s (A5), and by half of that
-    // at half the step.
+    // (A5); the other one's spin is off by −0.024 (A1), −0.006 (A3) and −0.086 rad/s (A5), and by half of
+    // that at half the step.
     EXPECT_GT(slowest, 0) << name(algorithm);
     EXPECT_NEAR(found, turns, late) << name(algorithm);
     EXPECT_NEAR(spin, other.spin(), slow) << name(algorithm);
