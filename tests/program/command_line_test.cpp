@@ -48,9 +48,9 @@ TEST_F(CommandLine, HelpOfEachCommandHasAnExample) {
   const Outcome all = run({"--help"});
   EXPECT_EQ(all.exit_code, 0);
   const std::vector<std::string> commands = commands_in(all.out);
-  EXPECT_THAT(commands,
-              testing::UnorderedElementsAre("run", "render", "video", "player", "export", "info", "diff",
-                                            "check", "approve", "init", "measure", "sweep", "report"));
+  EXPECT_THAT(commands, testing::UnorderedElementsAre("run", "render", "video", "player", "export", "info",
+                                                      "diff", "check", "approve", "init", "measure", "sweep",
+                                                      "mlcp", "report"));
   for (const std::string& command : commands) {
     const Outcome one = run({command, "--help"});
     EXPECT_EQ(one.exit_code, 0);
