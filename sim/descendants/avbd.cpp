@@ -9,10 +9,9 @@
 // | finish  | v = Δq/h                                                                     |                    |
 //
 // Defaults are those of the authors' demo in three dimensions: ten iterations, α = 0.99, β = 10⁴ N/m²
-// (angular rows 10²), γ = 0.999, penalties from 1 to 10¹⁰. Differences: contacts have no margin of 1 cm, for
-// they are found before bodies touch, and what is still apart is not held back; bodies start from where they
-// go without gravity, not with a fraction of it; joints' angular rows have no torque arm. There is no
-// restitution. An iteration counts each row as solved once, though three updates read it.
+// (angular rows 10²), γ = 0.999, penalties from 1 to 10¹⁰. Differences: contacts have no margin, for what is
+// still apart is not held back; bodies start from where they go without gravity; joints' angular rows have no
+// torque arm; nothing bounces. An iteration counts each row once, though three updates read it.
 
 #include "sim/descendants/avbd.h"
 
