@@ -76,7 +76,9 @@ std::uint64_t hash(const State& state) {
 }
 
 bool is_finite(const State& state, int* body) {
-  for (std::size_t i = 0; i < state.q.size(); ++i) {
+  // The world comes last: an impulse that is not finite reaches it with the body that diverged.
+  for (std::size_t k = 1; k <= state.q.size(); ++k) {
+    const std::size_t i = k % state.q.size();
     const Coordinates& q = state.q[i];
     const Velocity& v = state.v[i];
     // A sum is finite only if its terms are, up to overflow, which counts as not finite just as well.
