@@ -20,7 +20,7 @@ struct Substeps {
   bool bias_at_next_frame = false;  ///< A3: a stable block's bias is taken there too
   std::vector<Coordinates> stepped;
   std::vector<Velocity> offset;  ///< Σ v̆ since `stepped`; zero in A3
-  /// Of each of Model::gyroscopic, what the gyroscopic term changed the angular velocity by, rad/s.
+  /// Changes of angular velocity by the gyroscopic term, one for each of Model::gyroscopic, rad/s.
   std::vector<Vector3> gyroscopic_change;
 };
 

@@ -194,7 +194,7 @@ FrozenProblem with_matrix(Mlcp mlcp) {
   return problem;
 }
 
-/// Whether rows i and i + 1 are the tangents of one contact.
+/// Returns true where rows i and i + 1 are the tangents of one contact.
 bool are_tangents(const Mlcp& mlcp, std::size_t i) {
   return i + 1 < mlcp.rows.size() && mlcp.rows[i].normal >= 0 &&
          mlcp.rows[i + 1].normal == mlcp.rows[i].normal && mlcp.rows[i + 1].friction == mlcp.rows[i].friction;

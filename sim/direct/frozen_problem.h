@@ -36,7 +36,7 @@ FrozenProblem parse_frozen_problem(std::string_view text, const std::string& wha
 /// two tangents.
 std::string to_siconos_text(const FrozenProblem& problem);
 
-/// How far impulses are from a solution, by formulas that no solver here uses.
+/// Distance of impulses from a solution, by formulas that no solver here uses.
 struct ConeError {
   /// |λ − P(λ − u − μ |u_t| n)|, P the projection on the cone of friction (of other rows: on their limits), over
   /// the largest of |q|, |λ| and |u|: what Siconos compares with its tolerance.

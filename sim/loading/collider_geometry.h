@@ -22,7 +22,7 @@ struct NodeGeometry {
 /// The triangles of a mesh, unskinned, times `scale`. Throws Error when there is none.
 NodeGeometry geometry_of_mesh(const GltfMesh& mesh, const Vector3& scale, const JsonValue& place);
 
-/// How much geometry_of_node has to do: nodes, vertices, triangles and joints.
+/// Bounds the work of geometry_of_node: nodes, vertices, triangles and joints.
 std::size_t geometry_size(const GltfDocument& document, const std::vector<GltfMesh>& meshes,
                           const std::vector<GltfSkin>& skins, int node);
 

@@ -81,7 +81,7 @@ struct PhysicsTables {
   std::vector<JointDescription> joints;
 };
 
-/// How many nodes and meshes the document has.
+/// Numbers of nodes and meshes of the document.
 struct DocumentSizes {
   std::size_t nodes = 0;
   std::size_t meshes = 0;

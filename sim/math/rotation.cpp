@@ -208,7 +208,7 @@ Vector3 mean_of_free_rotation(const Vector3& local_angular_velocity, const Vecto
     if (parts > 1) whole = compose(whole, {part.cosine, part.vector.x(), part.vector.y(), part.vector.z()});
   }
   if (parts == 1) return sum / duration;
-  // Of all vectors of this rotation, the one that turns as often as the body did
+  // Choose the vector of this rotation that turns as often as the body did
   const Vector3 shortest = rotation_vector(whole);
   const double angle = shortest.norm();
   if (angle == 0) return sum / duration;

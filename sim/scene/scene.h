@@ -35,8 +35,8 @@ struct Body {
   Vector3 angular_velocity = Vector3::Zero();  ///< world, rad/s
 };
 
-/// How two materials' coefficients combine. Where two materials disagree, the first of these wins; where
-/// neither states a mode, they are averaged.
+/// Rules for combining two materials' coefficients. Where two materials disagree, the first of these wins;
+/// where neither states a mode, they are averaged.
 enum class Combine { average, minimum, maximum, multiply, unstated };
 
 struct ContactMaterial {

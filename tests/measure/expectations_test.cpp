@@ -169,7 +169,7 @@ TEST(Expectations, CrossingsAreInterpolatedBetweenSteps) {
   EXPECT_STREQ(unit_of(e), "s");
 }
 
-TEST(Expectations, StaysIsTheFirstCrossingOrTheEnd) {
+TEST(Expectations, EndsStaysAtFirstCrossing) {
   Expectation e = of(Quantity::way, 2);
   e.reading = Reading::stays;
   e.bound = Bound::at_least;
@@ -178,7 +178,7 @@ TEST(Expectations, StaysIsTheFirstCrossingOrTheEnd) {
   e.level = 5;
   EXPECT_NEAR(measured(e, glide), 2, 1e-12);
   EXPECT_STREQ(unit_of(e), "s");
-  // Of several bodies the first to cross counts, and a run that diverged ends there.
+  // Take the first of several bodies to cross; a run that diverged ends there.
   e.bodies = {2, 1};
   e.level = 1.2;
   EXPECT_NEAR(measured(e, glide), 0.8, 1e-12);
@@ -188,7 +188,7 @@ TEST(Expectations, StaysIsTheFirstCrossingOrTheEnd) {
   EXPECT_TRUE(cut[0].is_bad());
 }
 
-TEST(Expectations, ContactsAreThoseOfTheStep) {
+TEST(Expectations, ReadsContactsOfTheStep) {
   Scene scene = two_bodies();
   Expectation impulse = of(Quantity::contact_impulse, 5);
   impulse.reading = Reading::at;

@@ -125,7 +125,7 @@ TEST(FreeRotation, KeepsMomentum) {
       {.name = "free rotation: momentum", .limit = 1e-9, .draw = momentum_of, .algorithms = {a1, a2, a3}});
 }
 
-TEST(FreeRotation, OfTopsIsExact) {
+TEST(FreeRotation, KeepsTopsExact) {
   test::run(
       {.name = "free top: angle, rad", .limit = 1e-7, .draw = motion_of_top, .algorithms = {a1, a2, a3}});
 }

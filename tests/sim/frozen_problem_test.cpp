@@ -53,7 +53,7 @@ std::string one_contact(const std::string& q, const std::string& matrix = "2 0 0
   return "3\n1\n0\n3\n3\n3 3\n" + matrix + "\n" + q + "\n0.5\n";
 }
 
-TEST(FrozenProblem, ErrorIsThatOfTheCone) {
+TEST(FrozenProblem, ProjectsErrorOntoCone) {
   const FrozenProblem problem = parse_frozen_problem(one_contact("-2 3 0"), "one");
   // r = (1, −0.5, 0) slides with u = (0, 2.5, 0).
   std::vector<double> lambda;

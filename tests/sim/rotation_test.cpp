@@ -61,7 +61,7 @@ TEST(SmallRotations, AddWithAnErrorOfSecondOrder) {
   }
 }
 
-TEST(MeanOfFreeRotation, IsTheSameInOneStepAndInMany) {
+TEST(MeanOfFreeRotation, AgreesInOneStepAndInMany) {
   const Vector3 inertia(0.043333, 0.033333, 0.016667);
   const Vector3 velocity(5, 50, -30);
   for (const double duration : {1.0 / 240, 1.0 / 60, 1.0 / 10}) {
@@ -100,19 +100,19 @@ TEST(MeanOfFreeRotation, TopPrecessesByItsClosedForm) {
   }
 }
 
-TEST(MeanOfFreeRotation, OfABallKeepsItsVelocity) {
+TEST(MeanOfFreeRotation, KeepsVelocityOfBall) {
   const Vector3 velocity(1, 2, 3);
   EXPECT_LT((mean_of_free_rotation(velocity, Vector3::Constant(0.4), 0.01) - velocity).norm(), 1e-15);
 }
 
-TEST(MeanOfFreeRotation, AboutAnAxisKeepsItsVelocity) {
+TEST(MeanOfFreeRotation, KeepsVelocityAboutAxis) {
   // Rounding off the axis must not end the series.
   const Vector3 velocity(6e-15, -5, 5e-15);
   EXPECT_LT((mean_of_free_rotation(velocity, {0.3, 0.4, 0.5}, 1.0 / 60) - velocity).norm(),
             1e-14);  // measured 9e-16
 }
 
-TEST(MeanOfFreeRotation, OfManyTurnsKeepsTheirNumber) {
+TEST(MeanOfFreeRotation, CountsWholeTurns) {
   // About its axis but for a wobble, at 16.7 rad in a step
   const Vector3 velocity(1, 0.5, 1000);
   const Vector3 mean = mean_of_free_rotation(velocity, {0.3, 0.4, 0.5}, 1.0 / 60);

@@ -118,7 +118,7 @@ int first_difference(const Scene& scene, const Scale& scale, Algorithm algorithm
 
 class ScaledScene : public testing::TestWithParam<const char*> {};
 
-TEST_P(ScaledScene, HasTheScaledMotion) {
+TEST_P(ScaledScene, ScalesMotionToTheBit) {
   const Scene scene = scene_named(GetParam());
   for (const Scale scale : {Scale{0x1p-10, 1}, Scale{0x1p10, 1}, Scale{1, 0x1p-10}, Scale{1, 0x1p10}}) {
     for (const Algorithm algorithm : test::all_algorithms) {

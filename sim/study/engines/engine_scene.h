@@ -36,7 +36,7 @@ inline int unit_of(const Scene& scene, int collider) {
   return body != world_body ? body : static_cast<int>(scene.bodies.size()) + collider;
 }
 
-/// What an engine's adapter can do beyond the terms that all share.
+/// Abilities of an engine's adapter beyond the terms that all share.
 struct EngineAbilities {
   bool filters = false;        ///< collision filters, as EngineScene::apart
   bool moving_bodies = false;  ///< kinematic bodies that move, with joints on them
