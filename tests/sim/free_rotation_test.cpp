@@ -28,12 +28,13 @@ Vector3 moments(Random& random) {
 
 struct FreeBody {
   Scene scene;
+  Vector3 inertia;   ///< principal moments, kg m²
   Vector3 momentum;  ///< world frame, kg m²/s
   double energy;     ///< J, of the rotation
 };
 
 FreeBody free_body(Random& random, const Vector3& inertia) {
-  FreeBody made{test::empty_scene(), {}, {}};
+  FreeBody made{test::empty_scene(), inertia, {}, {}};
   made.scene.gravity = 9.81 * random.direction();
   Body body;
   body.name = "body";
@@ -67,29 +68,25 @@ std::string named(const Scene& scene) {
   return fmt::format("spin {} {} {}", spin.x(), spin.y(), spin.z());
 }
 
-Trial energy_of(Random& random) {
+/// Returns the trial of a body of any moments, whose error is that of its orientation and local angular
+/// velocity.
+Trial trial_of(Random& random, double (*error)(const FreeBody&, const Quaternion&, const Vector3&)) {
   const Vector3 inertia = moments(random);
   const FreeBody drawn = free_body(random, inertia);
   return {named(drawn.scene), [=](Algorithm algorithm) {
             return largest(drawn.scene, algorithm,
                            [&](const Coordinates& q, const Velocity& v, double /*time*/) {
-                             const Vector3 local = q.angular.conjugate() * v.angular;
-                             return std::abs(inertia.cwiseProduct(local).dot(local) / 2 / drawn.energy - 1);
+                             return error(drawn, q.angular, q.angular.conjugate() * v.angular);
                            });
           }};
 }
 
-Trial momentum_of(Random& random) {
-  const Vector3 inertia = moments(random);
-  const FreeBody drawn = free_body(random, inertia);
-  return {named(drawn.scene), [=](Algorithm algorithm) {
-            return largest(drawn.scene, algorithm,
-                           [&](const Coordinates& q, const Velocity& v, double /*time*/) {
-                             const Vector3 local = q.angular.conjugate() * v.angular;
-                             const Vector3 momentum = q.angular * inertia.cwiseProduct(local);
-                             return (momentum - drawn.momentum).norm() / drawn.momentum.norm();
-                           });
-          }};
+double energy_error(const FreeBody& drawn, const Quaternion& /*orientation*/, const Vector3& local) {
+  return std::abs(drawn.inertia.cwiseProduct(local).dot(local) / 2 / drawn.energy - 1);
+}
+
+double momentum_error(const FreeBody& drawn, const Quaternion& orientation, const Vector3& local) {
+  return (orientation * drawn.inertia.cwiseProduct(local) - drawn.momentum).norm() / drawn.momentum.norm();
 }
 
 /// A top turns about its axis at (1 − I₃/I₁) ω₃, and with that about its momentum at L/I₁.
@@ -116,16 +113,22 @@ Trial motion_of_top(Random& random) {
 using enum Algorithm;
 
 TEST(FreeRotation, KeepsEnergy) {
-  test::run({.name = "free rotation: energy", .limit = 1e-9, .draw = energy_of});
+  // Measured 8e-13: the rounding of 600 steps or 6000 sub-steps.
+  test::run({.name = "free rotation: energy", .limit = 1e-9, .draw = [](Random& random) {
+               return trial_of(random, energy_error);
+             }});
 }
 
 TEST(FreeRotation, KeepsMomentum) {
-  // A4 and A5 sum the rotation vectors of their sub-steps, which do not commute.
-  test::run(
-      {.name = "free rotation: momentum", .limit = 1e-9, .draw = momentum_of, .algorithms = {a1, a2, a3}});
+  // A4 and A5 sum the rotation vectors of their sub-steps, which do not commute. The others: measured 5e-13.
+  test::run({.name = "free rotation: momentum",
+             .limit = 1e-9,
+             .draw = [](Random& random) { return trial_of(random, momentum_error); },
+             .algorithms = {a1, a2, a3}});
 }
 
 TEST(FreeRotation, KeepsTopsExact) {
+  // Measured 7e-11 rad after up to 1000 rad.
   test::run(
       {.name = "free top: angle, rad", .limit = 1e-7, .draw = motion_of_top, .algorithms = {a1, a2, a3}});
 }
