@@ -12,7 +12,8 @@
 ///     [horizons]                        # other horizons, by scene
 ///     rod_chain = 1
 ///
-///     [[grid]]                          # all combinations of its lists; what is absent has one value
+///     [[grid]]                          # all combinations of its lists. An absent list is the default of
+///                                       # `substep run` for the scene and the algorithm
 ///     scenes = ["pendulum.gltf"]        # relative to the sweep file; a name with "*" is a shell's pattern
 ///     algorithms = ["a3", "a4", "a5"]
 ///     divisions = [1, 2, 4]             # of the scene's step: h = step / 1, step / 2, …
@@ -64,8 +65,8 @@ struct Sweep {
 /// type or out of range.
 Sweep read_sweep(const std::filesystem::path& file);
 
-/// Makes a sweep of these scenes without a file: A1 at divided steps, A2 with more iterations, A3 to A5 with
-/// more sub-steps, each from one to where it costs 64 times as much or the step is an eighth. Throws Error.
+/// Makes a sweep of these scenes without a file, at their default settings: A1 with h to h/8, A2 with 1 to 40
+/// iterations, A3 to A5 with 1 to 40 sub-steps. Throws Error.
 Sweep sweep_of(const std::vector<std::filesystem::path>& scenes);
 
 }  // namespace substep

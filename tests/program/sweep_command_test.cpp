@@ -44,7 +44,7 @@ TEST_F(SweepCommand, DoesOnlyWhatIsNotDone) {
   EXPECT_THAT(run({"sweep", "small.toml", "--output", "done"}).out, HasSubstr("0 of them done now"));
   // A job that was cut off, and one that was never begun.
   write("done/jobs/pendulum.a1-h1.json", "0123");
-  std::filesystem::remove(folder() / "done/jobs/pendulum.a5-h1-n4-m1-t1-k1-plain.json");
+  std::filesystem::remove(folder() / "done/jobs/pendulum.a5-h1-n4-m1-t0.6-k1-ct0.9-ck0.7-stable.json");
   const Outcome refused = run({"sweep", "small.toml", "--output", "done", "--merge"});
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.err, HasSubstr("2 of 4 jobs are not done, the first is pendulum.a1-h1"));
