@@ -80,8 +80,10 @@ void report(const ReportOptions& options) {
     page = report::make_report(source, [&](double share) { progress.show("drawing", share); });
   }
   for (const report::Document::Block& block : page.blocks) {
-    if (block.kind == report::Document::Block::Kind::picture)
-      write_file(options.output / block.file, block.svg);
+    if (block.kind != report::Document::Block::Kind::picture) continue;
+    fs::path file = options.output / block.file;
+    write_file(file, block.svg);
+    for (const auto& [extension, text] : block.beside) write_file(file.replace_extension(extension), text);
   }
   for (const auto& [name, text] :
        {std::pair("report.md", report::to_markdown(page)), std::pair("report.html", report::to_html(page))}) {

@@ -40,6 +40,18 @@ const std::vector<ReportFigure>& figures();
 /// there are several; of a panel with notes a line a note.
 std::vector<TextTable> numbers_of(const Sheet& sheet);
 
+/// The points that are drawn, a line each: panel, series, the axes' titles, x, y.
+std::string points_csv(const Sheet& sheet);
+
+/// A figure as files: its picture, its points and its caption.
+struct DrawnFigure {
+  std::string picture;
+  std::string points;   ///< points_csv()
+  std::string caption;  ///< caption_text()
+  std::vector<LeftOut> left_out;
+};
+DrawnFigure drawn(const Sheet& sheet, PictureFormat format, const FigureStyle& style = {});
+
 /// Throws Error that lists the names.
 const ReportFigure& figure_named(const std::string& name);
 

@@ -25,9 +25,9 @@ namespace substep::report {
 namespace {
 
 /// By the figures' names; without those that the sweep has nothing for.
-using Pictures = std::map<std::string, std::string>;
+using Pictures = std::map<std::string, DrawnFigure>;
 
-Pictures drawn(const FigureSource& source, const std::function<void(double)>& progress) {
+Pictures drawn_figures(const FigureSource& source, const std::function<void(double)>& progress) {
   Pictures pictures;
   for (const ReportFigure& figure : figures()) {
     if (progress) progress(static_cast<double>(pictures.size()) / static_cast<double>(figures().size()));
@@ -36,7 +36,7 @@ Pictures drawn(const FigureSource& source, const std::function<void(double)>& pr
     if (report_template().find(fmt::format("![{}]", figure.name)) == std::string_view::npos) continue;
     const Sheet sheet = figure.make(source);
     // A sweep need not have what each figure shows.
-    if (!sheet.panels.empty()) pictures[figure.name] = draw(sheet, PictureFormat::svg);
+    if (!sheet.panels.empty()) pictures[figure.name] = report::drawn(sheet, PictureFormat::svg);
   }
   return pictures;
 }
@@ -136,7 +136,9 @@ class Report {
 
   void picture(const std::string& name) {
     if (!pictures_.contains(name)) return;
-    page_.picture(figure_named(name).about, fmt::format("figures/{}.svg", name), pictures_.at(name));
+    const DrawnFigure& figure = pictures_.at(name);
+    page_.picture(figure_named(name).about, fmt::format("figures/{}.svg", name), figure.picture);
+    page_.blocks.back().beside = {{".csv", figure.points}, {".txt", figure.caption}};
   }
 
   void table(const TextTable& given) {
@@ -219,13 +221,19 @@ class Report {
        [this] {
          for (const TextTable& each : equal_cost_of_descendants(records_, Cost::time)) table(each);
        }},
-      {"omitted", [this] { table(omitted_table(records_)); }},
+      {"omitted",
+       [this] {
+         std::vector<LeftOut> left_out;
+         for (const auto& [name, figure] : pictures_)
+           left_out.insert(left_out.end(), figure.left_out.begin(), figure.left_out.end());
+         table(omitted_table(records_, left_out));
+       }},
   };
 };
 
 }  // namespace
 
-Document report_page(const FigureSource& source, const std::map<std::string, std::string>& pictures) {
+Document report_page(const FigureSource& source, const std::map<std::string, DrawnFigure>& pictures) {
   return Report(source, pictures).page();
 }
 
@@ -234,7 +242,7 @@ Document make_report(const FigureSource& given, const std::function<void(double)
   // Once for its figure and its table.
   if (source.properties && source.contact_ablation.empty())
     source.contact_ablation = contact_ablation(source.scenes);
-  return report_page(source, drawn(source, progress));
+  return report_page(source, drawn_figures(source, progress));
 }
 
 }  // namespace substep::report

@@ -454,14 +454,16 @@ TextTable ahead_table(const std::vector<SweepRecord>& records) {
   return table;
 }
 
-TextTable omitted_table(const std::vector<SweepRecord>& records) {
-  TextTable table{{"scene", "engine", "why"}, {}};
+TextTable omitted_table(const std::vector<SweepRecord>& records, const std::vector<LeftOut>& left_out) {
+  TextTable table{{"scene", "series", "why"}, {}};
+  // Once, not for each step or figure
+  const auto add = [&table](std::vector<std::string> row) {
+    if (std::ranges::find(table.rows, row) == table.rows.end()) table.rows.push_back(std::move(row));
+  };
   for (const SweepRecord& record : records) {
-    // Once, not for each step.
-    const std::vector<std::string> row{record.scene, record.engine, record.omitted};
-    if (!record.omitted.empty() && (table.rows.empty() || table.rows.back() != row))
-      table.rows.push_back(row);
+    if (!record.omitted.empty()) add({record.scene, record.engine, record.omitted});
   }
+  for (const LeftOut& one : left_out) add({one.scene, one.series, one.reason});
   return table;
 }
 

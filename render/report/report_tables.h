@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "render/report/plot.h"
 #include "sim/measure/contact_ablation.h"
 #include "sim/measure/text_table.h"
 #include "sim/study/sweep.h"
@@ -60,7 +61,7 @@ TextTable engines_table(const std::vector<SweepRecord>& records);
 TextTable ahead_table(const std::vector<SweepRecord>& records);
 
 /// Runs of other engines that there are not, and why.
-TextTable omitted_table(const std::vector<SweepRecord>& records);
+TextTable omitted_table(const std::vector<SweepRecord>& records, const std::vector<LeftOut>& left_out);
 
 TextTable contact_ablation_table(const std::vector<ContactAblationCosts>& ablation);
 

@@ -115,23 +115,23 @@ class Reader : private TomlValues {
 
   /// Makes the sweep of these scenes; the file is not read.
   Sweep sweep_of(const std::vector<fs::path>& files) {
-    std::vector<const Scene*> scenes;
     for (const fs::path& file : files) {
-      Scene scene = load_scene(file);
-      const auto [entry, is_new] = sweep_.scenes.try_emplace(scene.name, std::move(scene));
+      Scene loaded = load_scene(file);
+      const auto [entry, is_new] = sweep_.scenes.try_emplace(loaded.name, std::move(loaded));
       if (!is_new) throw Error(fmt::format("{}: another scene is named '{}'", file.string(), entry->first));
-      scenes.push_back(&entry->second);
+      const Scene* const scene = &entry->second;
+      const auto around = [](std::string_view name, int usual) {
+        GridList list{&field_named(name), {}};
+        for (const int eighths : {1, 2, 4, 8, 16, 32})
+          set(list.values.emplace_back(), *list.field, std::to_string(std::max(1, usual * eighths / 8)));
+        return list;
+      };
+      const std::vector<Algorithm> substepping{Algorithm::a3, Algorithm::a4, Algorithm::a5};
+      const int iterations = usual_settings(*scene, Algorithm::a2).iterations;
+      add_grid({{scene}, {1, 2, 4, 8}, {}, {Algorithm::a1}, {}, {}}, false);
+      add_grid({{scene}, {1}, {around("iterations", iterations)}, {Algorithm::a2}, {}, {}}, false);
+      add_grid({{scene}, {1}, {}, substepping, {}, {around("substeps", scene->substeps)}}, false);
     }
-    const auto list_of = [](std::string_view name) {
-      GridList list{&field_named(name), {}};
-      for (const char* const value : {"1", "2", "5", "10", "20", "40"})
-        set(list.values.emplace_back(), *list.field, value);
-      return list;
-    };
-    const std::vector<Algorithm> substepping{Algorithm::a3, Algorithm::a4, Algorithm::a5};
-    add_grid({scenes, {1, 2, 4, 8}, {}, {Algorithm::a1}, {}, {}}, false);
-    add_grid({scenes, {1}, {list_of("iterations")}, {Algorithm::a2}, {}, {}}, false);
-    add_grid({scenes, {1}, {}, substepping, {}, {list_of("substeps")}}, false);
     return std::move(sweep_);
   }
 

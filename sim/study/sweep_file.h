@@ -65,8 +65,8 @@ struct Sweep {
 /// type or out of range.
 Sweep read_sweep(const std::filesystem::path& file);
 
-/// Makes a sweep of these scenes without a file, at their default settings: A1 with h to h/8, A2 with 1 to 40
-/// iterations, A3 to A5 with 1 to 40 sub-steps. Throws Error.
+/// Makes a sweep of these scenes without a file, at their default settings: A1 with h to h/8, A2 with an
+/// eighth to four times its iterations, A3 to A5 with as many times their sub-steps. Throws Error.
 Sweep sweep_of(const std::vector<std::filesystem::path>& scenes);
 
 }  // namespace substep

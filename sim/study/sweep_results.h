@@ -31,8 +31,17 @@ struct RunFamily {
   std::vector<SweepRecord> runs;
 };
 
-/// The families of one scene's records, A1 first. Those of A3 to A5 have one iteration and the scene's step.
+/// The families of one scene's records, A1 first. Those of A3 to A5 have the fewest iterations that were
+/// measured and the scene's step, or where n is one number, all steps.
 std::vector<RunFamily> families_of(const std::vector<SweepRecord>& records);
+
+/// Measured runs of one scene that are in no family.
+struct RunsLeftOut {
+  std::string title;
+  std::string reason;
+  int count = 0;
+};
+std::vector<RunsLeftOut> left_out_of(const std::vector<SweepRecord>& records);
 
 /// Returns true where some run had overlapping bodies: the sweep ran the scene for its contacts.
 bool has_contacts(const std::vector<SweepRecord>& records);

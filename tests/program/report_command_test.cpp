@@ -15,6 +15,10 @@ TEST_F(FigureCommand, DrawsAPropertyWithoutASweep) {
   const Outcome outcome = run({"report", "figure", "stability", "--output", "map.svg"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(content("map.svg"), HasSubstr("closed form"));
+  // Each algorithm is a panel of stable and unstable points, and of the closed form.
+  EXPECT_THAT(content("map.csv"),
+              testing::StartsWith("panel,series,x_axis,y_axis,x,y\n\"A3\",\"stable\",\"κ\",\"τ\","));
+  EXPECT_THAT(content("map.txt"), testing::StartsWith("Stability of one constraint row"));
 }
 
 TEST_F(FigureCommand, RefusesWhatItCannotDraw) {
@@ -53,8 +57,8 @@ TEST_F(ReportCommand, MakesAPageOfScenesWithoutASweepFile) {
   std::filesystem::copy_file(scene("pendulum.gltf"), folder() / "swing.gltf");
   const Outcome outcome = run({"report", "swing.gltf", "--output", "page"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  // A1 at four steps, A2 with four numbers of iterations, A3 to A5 with four of sub-steps each.
-  EXPECT_THAT(content("page/report.md"), HasSubstr("20 runs of 1 scenes"));
+  // A1 at four steps, A2 with six numbers of iterations, A3 to A5 with six of sub-steps each.
+  EXPECT_THAT(content("page/report.md"), HasSubstr("28 runs of 1 scenes"));
 }
 
 TEST_F(ReportCommand, PrintsOneTable) {
