@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 struct FigureOptions {
   std::string name;
-  fs::path results = "out/sweep";
+  fs::path results = "out/report";
   fs::path scenes = "scenes";
   std::optional<fs::path> output;
   std::optional<std::string> width;

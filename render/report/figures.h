@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,8 @@ struct FigureSource {
   bool properties = true;                   ///< whether a page has what no sweep holds
   std::vector<ContactAblationCosts>
       contact_ablation;  ///< where there is none, it is measured when it is drawn
+
+  std::map<std::string, std::string> stills;  ///< PNG: the algorithms at a scene's end, by the scene
 
   /// The scene of a file in `scenes`, by its name without ".gltf". Throws Error.
   Scene scene(const std::string& name) const;

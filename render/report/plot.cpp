@@ -21,7 +21,7 @@ constexpr render::Ink paper{"#ffffff", "#14171a"};
 std::string style_of(const Look& look) {
   const std::string line =
       fmt::format("lc rgb '{}' lw 1.8 dt {}", render::inks.at(look.hue).light, look.dashed ? 2 : 1);
-  const std::string points = fmt::format("pt {} ps 0.75", look.shape);
+  const std::string points = fmt::format("pt {} ps {:g}", look.shape, 0.75 * look.size);
   if (!look.line) return fmt::format("with points {} lc rgb '{}'", points, render::inks.at(look.hue).light);
   if (!look.points) return fmt::format("with lines {}", line);
   return fmt::format("with linespoints {} {}", line, points);
@@ -134,7 +134,7 @@ std::string panel_script(const Sheet& sheet, std::size_t index, const Layout& la
             axis_script('y', panel.y, range_of(panel, 1), bottom - top, 18) +
             triangle_script(panel.triangles) + notes_script(panel.notes);
   script += text_script(layout, panel.title, 0.5 * (left + right), top - 12, "center", 12) +
-            text_script(layout, panel.x.title, 0.5 * (left + right), bottom + 33, "center", 12) +
+            text_script(layout, panel.x.title, 0.5 * (left + right), bottom + 35, "center", 12) +
             text_script(layout, panel.y.title, left - layout.left_margin + 12, 0.5 * (top + bottom),
                         "center rotate by 90", 12);
   // A panel without a point still has its axes.

@@ -16,6 +16,7 @@ struct Look {
   bool dashed = false;  ///< line
   bool line = true;     ///< points are joined
   bool points = true;
+  double size = 1;  ///< of points
 };
 
 struct Series {

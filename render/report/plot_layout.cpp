@@ -60,7 +60,7 @@ void place_panels(const Sheet& sheet, bool is_print, Layout& layout) {
   }
   layout.left_margin = 12 + tics + (has_y ? 22 : 4);
   layout.top_margin = has_title ? 28 : 12;
-  layout.bottom_margin = x_title > 0 ? 44 : 26;
+  layout.bottom_margin = x_title > 0 ? 47 : 26;
   const auto count = static_cast<int>(sheet.panels.size());
   layout.columns = std::min(sheet.columns, count);
   if (is_print) {

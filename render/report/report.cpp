@@ -16,6 +16,7 @@
 #include "render/report/bad_figures.h"
 #include "render/report/descendant_figures.h"
 #include "render/report/report_tables.h"
+#include "render/report/sweep_figures.h"
 #include "sim/study/advice.h"
 #include "sim/study/sweep_results.h"
 
@@ -169,6 +170,34 @@ class Report {
     }
   }
 
+  /// One card a scene: what to choose, the curve and a picture; of many scenes a table.
+  void choices() {
+    const std::vector<std::string> scenes = scenes_of(records_);
+    if (scenes.size() > most_cards) return table(choices_table(records_));
+    for (const std::string& scene : scenes) {
+      const std::vector<SweepRecord> own = of_scene(records_, scene);
+      if (std::ranges::none_of(own, is_own_run)) continue;
+      page_.begin_card();
+      page_.heading(3, scene);
+      page_.table(choice_table(own));
+      const Sheet sheet = choice_sheet(own);
+      if (!sheet.panels.empty()) {
+        FigureStyle style;
+        style.title = style.caption = false;
+        const DrawnFigure figure = drawn(sheet, PictureFormat::svg, style);
+        page_.picture(fmt::format("{}: {} against {}", scene, miss_title(own), cost_title(own)),
+                      fmt::format("figures/choice-{}.svg", scene), figure.picture);
+        page_.blocks.back().beside = {{".csv", figure.points}, {".txt", figure.caption}};
+      }
+      if (const auto still = source_.stills.find(scene); still != source_.stills.end()) {
+        page_.picture(
+            fmt::format("{}: A1 to A5 at {:g} s, at their default settings", scene, own.front().duration),
+            fmt::format("figures/end-{}.png", scene), still->second);
+      }
+      page_.end_card();
+    }
+  }
+
   void advice_for_scenes() {
     for (const std::string& scene : scenes_of(records_)) {
       const std::vector<SweepRecord> own = of_scene(records_, scene);
@@ -195,7 +224,7 @@ class Report {
   /// What stands in brackets in the template.
   const std::map<std::string, std::function<void()>> contents_{
       {"worst figures", [this] { add_bad_figures(records_, page_); }},
-      {"choices", [this] { table(choices_table(records_)); }},
+      {"choices", [this] { choices(); }},
       {"equal cost", [this] { table(equal_cost_table(records_)); }},
       {"orders", [this] { table(orders_); }},
       {"slopes of each scene", [this] { slopes(); }},

@@ -10,6 +10,9 @@
 
 namespace substep::report {
 
+/// Scenes that have a card each; of more there is a table.
+inline constexpr std::size_t most_cards = 8;
+
 /// The page with these figures, by their names. Other figures are left out.
 Document report_page(const FigureSource& source, const std::map<std::string, DrawnFigure>& pictures);
 

@@ -1,6 +1,7 @@
 #pragma once
 /// The tables of the report.
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,14 @@ namespace substep::report {
 
 /// The cheapest run of each scene for 1 % and for 0.1 % of its size.
 TextTable choices_table(const std::vector<SweepRecord>& records);
+
+/// The errors that choices are made for, over the scene's size.
+inline constexpr std::array choice_tolerances{0.01, 0.001};
+/// The same of one scene, a row a tolerance.
+TextTable choice_table(const std::vector<SweepRecord>& own);
+
+/// The cost that choices minimise, with its unit.
+std::string cost_title(const std::vector<SweepRecord>& records);
 
 TextTable references_table(const std::vector<SweepRecord>& records);
 

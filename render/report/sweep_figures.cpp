@@ -12,6 +12,7 @@
 #include <set>
 
 #include "render/report/looks.h"
+#include "render/report/report_tables.h"
 #include "sim/model/settings_fields.h"
 #include "sim/study/advice.h"
 #include "sim/study/engines/engines.h"
@@ -28,10 +29,6 @@ std::vector<std::string> plotted_scenes(const FigureSource& source, bool contact
     if (has_contacts(records) == contacts) names.push_back(scene);
   }
   return names;
-}
-
-std::string error_title(const std::vector<SweepRecord>& records) {
-  return turns_in_place(records) ? "RMS turn, rad" : "RMS error / size";
 }
 
 /// Those of them that another engine ran too.
@@ -157,7 +154,7 @@ class MissingPoints {
  public:
   /// Returns true where the run is drawn.
   bool is_drawn(const SweepRecord& record, double work) {
-    const double error = error_of(record);
+    const double error = miss_of(record);
     // Beyond three times the scene's size an error says no more than that the run is lost
     const char* const reason = !(error < 3)       ? "lost (error above three times the scene's size)"
                                : !is_sure(record) ? "below a hundred times the reference's uncertainty"
@@ -188,7 +185,7 @@ std::optional<Series> series_of(const RunFamily& family, bool contacts, const Wo
   for (const SweepRecord& record : family.runs) {
     const double spent = work(record);
     if (missing.is_drawn(record, spent))
-      series.points.push_back({spent, std::max(error_of(record), smallest_plotted_error)});
+      series.points.push_back({spent, std::max(miss_of(record), smallest_plotted_error)});
   }
   std::ranges::sort(series.points);
   if (!series.points.empty()) return series;
@@ -229,7 +226,7 @@ Sheet work_sheet(const FigureSource& source, const std::vector<std::string>& sce
     Panel panel;
     panel.title = fmt::format("{}, {:g} s", scene, records.front().horizon);
     panel.x = {x_title, true, {}, {}};
-    panel.y = {error_title(records), true, {}, {}};
+    panel.y = {miss_title(records), true, {}, {}};
     for (const RunFamily& family : chosen_families(records, chosen, sheet)) {
       if (std::optional<Series> series = series_of(family, has_contacts(records), work, sheet)) {
         panel.series.push_back(std::move(*series));
@@ -296,6 +293,40 @@ Sheet engine_steps_sheet(const FigureSource& source, bool contacts) {
       "h / n, s", is_any, [](const SweepRecord& record) { return sub_step_of(record.settings); });
   sheet.caption.emplace_back(
       "Nothing was tuned: each engine has the settings that it ships with, which its table lists.");
+  return sheet;
+}
+
+Sheet choice_sheet(const std::vector<SweepRecord>& own) {
+  const bool has_times =
+      std::ranges::any_of(own, [](const SweepRecord& record) { return record.times.has_value(); });
+  const auto cost = [has_times](const SweepRecord& record) {
+    return has_times ? 1000 * cost_of(record)
+                     : static_cast<double>(record.metrics->row_solves) / record.duration;
+  };
+  FigureSource source;
+  source.records = own;
+  Sheet sheet = work_sheet(source, {own.front().scene}, own.front().scene, cost_title(own), is_ours, cost);
+  if (sheet.panels.empty()) return sheet;
+  sheet.columns = 1;
+  sheet.panel_width = 520;
+  sheet.panel_height = 250;
+  Panel& panel = sheet.panels.front();
+  panel.title.clear();
+  Series chosen{"chosen", {0, 6, false, false, true, 2}, {}};
+  for (const double tolerance : choice_tolerances) {
+    const auto run = cheapest(own, tolerance);
+    if (!run) continue;
+    chosen.points.push_back({cost(*run), std::max(miss_of(*run), smallest_plotted_error)});
+    const std::string text = fmt::format("{:g} %", 100 * tolerance);
+    const bool is_same = chosen.points.size() > 1 && chosen.points.back() == chosen.points.front();
+    if (is_same) {
+      panel.notes.back().text += ", " + text;
+      chosen.points.pop_back();
+    } else {
+      panel.notes.push_back({chosen.points.back()[0], chosen.points.back()[1], text});
+    }
+  }
+  if (!chosen.points.empty()) panel.series.push_back(std::move(chosen));
   return sheet;
 }
 

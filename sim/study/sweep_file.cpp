@@ -115,6 +115,8 @@ class Reader : private TomlValues {
 
   /// Makes the sweep of these scenes; the file is not read.
   Sweep sweep_of(const std::vector<fs::path>& files) {
+    sweep_.repetitions = 3;
+    sweep_.parts = false;
     for (const fs::path& file : files) {
       Scene loaded = load_scene(file);
       const auto [entry, is_new] = sweep_.scenes.try_emplace(loaded.name, std::move(loaded));

@@ -89,6 +89,11 @@ class Lines {
   std::map<Algorithm, Values> values_;
 };
 
+/// Returns false where the refinements of the reference diverge at once.
+bool has_reference(const SweepRecord& record) {
+  return record.horizon > 0 || record.divergence_point.empty();
+}
+
 }  // namespace
 
 std::string percent(double share) {
@@ -191,6 +196,17 @@ bool is_sure(const SweepRecord& record) {
   const bool turns = !(record.metrics->error.position.rms > 0);
   const double uncertainty = turns ? record.turn_uncertainty : record.uncertainty / record.size;
   return error < smallest_plotted_error || error >= 100 * uncertainty;
+}
+
+double miss_of(const SweepRecord& record) {
+  if (has_reference(record) || !record.metrics) return error_of(record);
+  if (record.metrics->diverged) return std::numeric_limits<double>::infinity();
+  return std::max(record.metrics->joint_gap, record.metrics->penetration) / record.size;
+}
+
+std::string miss_title(const std::vector<SweepRecord>& records) {
+  if (!has_reference(records.front())) return "largest gap or overlap / size";
+  return turns_in_place(records) ? "RMS turn, rad" : "RMS error / size";
 }
 
 bool is_other_engine(const SweepRecord& record) {

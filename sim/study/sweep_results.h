@@ -19,6 +19,11 @@ bool is_other_engine(const SweepRecord& record);
 /// RMS error over the scene's size; of bodies that stay in place and turn, the RMS turn in rad. Not finite
 /// where the run ended early.
 double error_of(const SweepRecord& record);
+/// error_of(), or where the reference ends at the start the largest joint gap or overlap over the scene's
+/// size.
+double miss_of(const SweepRecord& record);
+/// "RMS error / size", or what else miss_of() is for these records of one scene.
+std::string miss_title(const std::vector<SweepRecord>& records);
 bool turns_in_place(const std::vector<SweepRecord>& records);
 /// Returns true where the error is at least a hundred times the reference's uncertainty, or is rounding
 /// (below `smallest_plotted_error`).
