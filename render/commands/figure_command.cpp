@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "render/commands/commands.h"
@@ -22,7 +23,7 @@ namespace fs = std::filesystem;
 
 struct FigureOptions {
   std::string name;
-  fs::path results = "out/sweep";
+  fs::path results = "out/report";
   fs::path scenes = "scenes";
   std::optional<fs::path> output;
   std::optional<std::string> width;
@@ -84,8 +85,14 @@ void draw_figure(const FigureOptions& options) {
     fmt::print("{}", text);
     return;
   }
-  write_file(output, report::draw(sheet, format, style));
-  fmt::print("wrote {}\n", output.string());
+  const report::DrawnFigure drawn = report::drawn(sheet, format, style);
+  for (const auto& [extension, content] :
+       {std::pair(output.extension(), &drawn.picture), std::pair(fs::path(".csv"), &drawn.points),
+        std::pair(fs::path(".txt"), &drawn.caption)}) {
+    const fs::path file = fs::path(output).replace_extension(extension);
+    write_file(file, *content);
+    fmt::print("wrote {}\n", file.string());
+  }
 }
 
 /// For print.
@@ -126,7 +133,9 @@ void add_figure_command(CLI::App& report) {
   command->add_option("name", options->name, about)->required();
   command->add_option("--results", options->results, "Folder of the sweep's results")->capture_default_str();
   command->add_option("--scenes", options->scenes, "Folder of the scene files")->capture_default_str();
-  command->add_option("--output", options->output, "The picture, .svg, .pdf or .png (NAME.svg)");
+  command->add_option(
+      "--output", options->output,
+      "The picture, .svg, .pdf or .png (NAME.svg); beside it the points as .csv and the caption as .txt");
   command->add_flag("--numbers", options->numbers, "Print its numbers as Markdown instead, a table a panel");
   add_style_options(*command, *options);
   command->footer(

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -11,11 +12,13 @@
 #include "render/commands/commands.h"
 #include "render/report/descendant_figures.h"
 #include "render/report/report.h"
+#include "render/video/time_sheet.h"
 #include "sim/commands/commands.h"
 #include "sim/commands/options.h"
 #include "sim/commands/progress.h"
 #include "sim/error.h"
 #include "sim/log/file_output.h"
+#include "sim/model/usual_settings.h"
 
 namespace substep::render {
 namespace {
@@ -52,13 +55,34 @@ Tables table_named(const std::string& name) {
   throw Error(fmt::format("--table '{}': give descendants-rows or descendants-time", name));
 }
 
+/// Draws where the five algorithms leave the scene, at their default settings, three beside each other.
+std::string still_of(const Scene& scene, int threads) {
+  TimeSheetSettings sheet;
+  sheet.comparison.step = scene.step;
+  sheet.comparison.has_reference = false;
+  sheet.comparison.threads = std::max(threads, 1);
+  for (const Algorithm algorithm :
+       {Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
+    PanelChoice panel;
+    panel.settings = usual_settings(scene, algorithm);
+    sheet.comparison.panels.push_back(std::move(panel));
+  }
+  sheet.times = {std::floor(scene.duration / scene.step + 1e-9) * scene.step};
+  sheet.runs_in_row = 3;
+  sheet.width = 384;
+  sheet.height = 216;
+  sheet.text = 24;
+  sheet.camera = still_camera_named("scene", scene);
+  return to_png(draw_time_sheet(scene, sheet).image);
+}
+
 void report(const ReportOptions& options) {
   const Tables printed = options.table ? table_named(*options.table) : nullptr;
   const Sweep sweep = sweep_of(options);
   std::error_code failure;
   fs::create_directories(options.output / "figures", failure);
   if (failure) throw Error(fmt::format("{}: cannot be made: {}", options.output.string(), failure.message()));
-  const fs::path results = options.output / "sweep";
+  const fs::path& results = options.output;
   note_damaged_jobs(sweep, results);
   report::Document page;
   {
@@ -77,11 +101,19 @@ void report(const ReportOptions& options) {
     }
     source.scenes = options.scenes.value_or(options.inputs.front().parent_path());
     source.properties = sweep.properties;
+    if (sweep.scenes.size() <= report::most_cards) {
+      for (const auto& [name, scene] : sweep.scenes) {
+        progress.show("drawing ends", 0);
+        source.stills[name] = still_of(scene, options.threads);
+      }
+    }
     page = report::make_report(source, [&](double share) { progress.show("drawing", share); });
   }
   for (const report::Document::Block& block : page.blocks) {
-    if (block.kind == report::Document::Block::Kind::picture)
-      write_file(options.output / block.file, block.svg);
+    if (block.kind != report::Document::Block::Kind::picture) continue;
+    fs::path file = options.output / block.file;
+    write_file(file, block.content);
+    for (const auto& [extension, text] : block.beside) write_file(file.replace_extension(extension), text);
   }
   for (const auto& [name, text] :
        {std::pair("report.md", report::to_markdown(page)), std::pair("report.html", report::to_html(page))}) {

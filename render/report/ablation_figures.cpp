@@ -104,8 +104,6 @@ Sheet contact_ablation_sheet(const FigureSource& source) {
   sheet.columns = 2;
   sheet.panel_width = 640;
   sheet.panel_height = 300;
-  sheet.left_margin = 220;
-  sheet.legend_columns = 2;
   const std::vector<ContactAblationCosts> measured =
       source.contact_ablation.empty() ? contact_ablation(source.scenes) : source.contact_ablation;
   for (const ContactAblationCosts& scene : measured) sheet.panels.push_back(contact_panel(scene));

@@ -90,20 +90,9 @@ TextTable bad_figures_table(const std::vector<BadFigure>& figures) {
 }
 
 void add_bad_figures(const std::vector<SweepRecord>& records, Document& page) {
-  page.heading(2, "What is off");
-  const int judged = judged_runs(records);
-  if (judged == 0) {
-    page.paragraph("No scene that ran has a closed form, an invariant or anything else that is known of it.");
-    return;
-  }
   const std::vector<BadFigure> figures = bad_figures(records);
-  if (figures.empty()) {
-    page.paragraph(fmt::format(
-        "Nothing: in each of {} runs all that is known of the scene (closed forms, invariants, what "
-        "must stand) holds within its tolerance for the whole duration.",
-        judged));
-    return;
-  }
+  if (figures.empty()) return;
+  page.heading(2, "What is off");
   page.paragraph(fmt::format(
       "What is known of the scenes (closed forms, invariants, what must stand) and does not hold within its "
       "tolerance over the whole duration, in {} runs that were compared: of each scene and algorithm the "
@@ -111,7 +100,7 @@ void add_bad_figures(const std::vector<SweepRecord>& records, Document& page) {
       "figure of all settings that ran, the worst first, and one line for the algorithms that miss the same. "
       "What ran and is not here has none. "
       "Coarse settings are among those that ran: the last column says how many of them are off.",
-      judged));
+      judged_runs(records)));
   page.table(bad_figures_table(figures));
 }
 

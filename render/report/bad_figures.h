@@ -31,8 +31,7 @@ int judged_runs(const std::vector<SweepRecord>& records);
 
 TextTable bad_figures_table(const std::vector<BadFigure>& figures);
 
-/// A heading with that table, or with a sentence where nothing is bad. It stands at the report's top: no
-/// reader looks for it on the scenes' pages.
+/// A heading with that table; nothing where nothing is bad.
 void add_bad_figures(const std::vector<SweepRecord>& records, Document& page);
 
 }  // namespace substep::report

@@ -99,7 +99,6 @@ Sheet merit_sheet(const std::string& title) {
   sheet.title = title;
   sheet.columns = 3;
   sheet.panel_width = 400;
-  sheet.legend_columns = 4;
   return sheet;
 }
 
@@ -214,7 +213,6 @@ Sheet needed_substeps_sheet(const FigureSource& source) {
     }
     sheet.panels.push_back(std::move(panel));
   }
-  sheet.legend_columns = 4;
   sheet.caption = {
       fmt::format("The fewest of at most {} with which, and with twice and four times as many, the run "
                   "is bounded; no point: none is.",
@@ -229,7 +227,6 @@ Sheet avbd_stability_sheet(const FigureSource& source) {
   sheet.title = "AVBD over mass scale and β: three boxes of 1 m on one another";
   sheet.columns = 3;
   sheet.panel_width = 380;
-  sheet.legend_columns = 4;
   const Scene stack = source.scene("box_stack");
   for (const int iterations : {5, 10, 20}) {
     Settings settings = default_settings(Algorithm::avbd);

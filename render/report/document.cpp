@@ -4,6 +4,7 @@
 
 #include "render/embedded_file.h"
 #include "render/markup.h"
+#include "sim/math/base64.h"
 
 SUBSTEP_EMBEDDED_FILE(page_template, SUBSTEP_REPORT_PAGE "/document.html")
 SUBSTEP_EMBEDDED_FILE(page_style, SUBSTEP_REPORT_PAGE "/document.css")
@@ -33,7 +34,9 @@ std::string with_marks(const std::string& text) {
 }
 
 /// The picture as an address: it keeps its own styles and names to itself.
-std::string data_address(const std::string& svg) {
+std::string data_address(const Document::Block& picture) {
+  const std::string& svg = picture.content;
+  if (picture.file.ends_with(".png")) return "data:image/png;base64," + base64(svg);
   std::string result = "data:image/svg+xml;charset=utf-8,";
   for (const char c : svg) {
     const auto byte = static_cast<unsigned char>(c);
@@ -58,6 +61,8 @@ std::string joined(std::string_view lines) {
 std::string to_markdown(const Document& document) {
   std::string text;
   for (const Document::Block& block : document.blocks) {
+    if (block.kind == Document::Block::Kind::card_begin || block.kind == Document::Block::Kind::card_end)
+      continue;
     if (!text.empty()) text += '\n';
     switch (block.kind) {
       case Document::Block::Kind::heading:
@@ -71,6 +76,8 @@ std::string to_markdown(const Document& document) {
         break;
       case Document::Block::Kind::picture:
         text += fmt::format("![{}]({})\n", block.text, block.file);
+        break;
+      default:
         break;
     }
   }
@@ -105,8 +112,14 @@ std::string to_html(const Document& document) {
         body += to_html(block.table);
         break;
       case Document::Block::Kind::picture:
-        body += fmt::format("<img alt=\"{}\" src=\"{}\">\n", render::escaped(block.text),
-                            data_address(block.svg));
+        body += fmt::format("<div class=\"figure\"><img alt=\"{}\" src=\"{}\"></div>\n",
+                            render::escaped(block.text), data_address(block));
+        break;
+      case Document::Block::Kind::card_begin:
+        body += "<section class=\"card\">\n";
+        break;
+      case Document::Block::Kind::card_end:
+        body += "</section>\n";
         break;
     }
   }

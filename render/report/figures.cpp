@@ -107,6 +107,29 @@ std::vector<TextTable> numbers_of(const Sheet& sheet) {
   return tables;
 }
 
+std::string points_csv(const Sheet& sheet) {
+  const auto quoted = [](std::string text) {
+    for (std::size_t at = text.find('"'); at != std::string::npos; at = text.find('"', at + 2))
+      text.insert(at, 1, '"');
+    return fmt::format("\"{}\"", text);
+  };
+  std::string text = "panel,series,x_axis,y_axis,x,y\n";
+  for (const Panel& panel : sheet.panels) {
+    for (const Series& series : panel.series) {
+      for (const auto& point : series.points) {
+        if (!can_be_drawn(point, panel)) continue;
+        text += fmt::format("{},{},{},{},{},{}\n", quoted(panel.title), quoted(series.title),
+                            quoted(panel.x.title), quoted(panel.y.title), point[0], point[1]);
+      }
+    }
+  }
+  return text;
+}
+
+DrawnFigure drawn(const Sheet& sheet, PictureFormat format, const FigureStyle& style) {
+  return {draw(sheet, format, style), points_csv(sheet), caption_text(sheet), sheet.left_out};
+}
+
 const ReportFigure& figure_named(const std::string& name) {
   const auto found = std::ranges::find(figures(), name, &ReportFigure::name);
   if (found != figures().end()) return *found;

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,8 @@ struct FigureSource {
   bool properties = true;                   ///< whether a page has what no sweep holds
   std::vector<ContactAblationCosts>
       contact_ablation;  ///< where there is none, it is measured when it is drawn
+
+  std::map<std::string, std::string> stills;  ///< PNG: the algorithms at a scene's end, by the scene
 
   /// The scene of a file in `scenes`, by its name without ".gltf". Throws Error.
   Scene scene(const std::string& name) const;
@@ -39,6 +42,18 @@ const std::vector<ReportFigure>& figures();
 /// The numbers of a sheet: a table a panel, a line a value of x, a column a series, with the range where
 /// there are several; of a panel with notes a line a note.
 std::vector<TextTable> numbers_of(const Sheet& sheet);
+
+/// The points that are drawn, a line each: panel, series, the axes' titles, x, y.
+std::string points_csv(const Sheet& sheet);
+
+/// A figure as files: its picture, its points and its caption.
+struct DrawnFigure {
+  std::string picture;
+  std::string points;   ///< points_csv()
+  std::string caption;  ///< caption_text()
+  std::vector<LeftOut> left_out;
+};
+DrawnFigure drawn(const Sheet& sheet, PictureFormat format, const FigureStyle& style = {});
 
 /// Throws Error that lists the names.
 const ReportFigure& figure_named(const std::string& name);

@@ -8,6 +8,7 @@
 
 #include "render/inks.h"
 #include "render/report/gnuplot.h"
+#include "render/report/plot_layout.h"
 #include "sim/error.h"
 
 namespace substep::report {
@@ -17,20 +18,10 @@ constexpr render::Ink text_ink{"#222222", "#e6e6e6"};
 constexpr render::Ink frame_ink{"#b8b8b8", "#5a5a5a"};
 constexpr render::Ink paper{"#ffffff", "#14171a"};
 
-constexpr double line_height = 17;
-constexpr double right_margin = 16;
-constexpr double top_margin = 30;
-constexpr double bottom_margin = 54;
-
-bool can_be_drawn(const std::array<double, 2>& point, const Panel& panel) {
-  return std::isfinite(point[0]) && std::isfinite(point[1]) && (!panel.x.logarithmic || point[0] > 0) &&
-         (!panel.y.logarithmic || point[1] > 0);
-}
-
 std::string style_of(const Look& look) {
   const std::string line =
       fmt::format("lc rgb '{}' lw 1.8 dt {}", render::inks.at(look.hue).light, look.dashed ? 2 : 1);
-  const std::string points = fmt::format("pt {} ps 0.75", look.shape);
+  const std::string points = fmt::format("pt {} ps {:g}", look.shape, 0.75 * look.size);
   if (!look.line) return fmt::format("with points {} lc rgb '{}'", points, render::inks.at(look.hue).light);
   if (!look.points) return fmt::format("with lines {}", line);
   return fmt::format("with linespoints {} {}", line, points);
@@ -48,19 +39,29 @@ std::string quoted_text(const std::string& text) {
   return result;
 }
 
-/// How far the y axis' title is moved towards its tics, in letters. For print gnuplot leaves no room for tics
-/// that are given.
-const char* y_offset(const Axis& axis, bool is_print) {
-  if (!is_print) return "1.2,0";
-  return axis.tics.empty() ? "0.6,0" : "-0.4,0";
+/// The smallest and largest drawn coordinate of a panel along an axis, 0 for x.
+std::array<double, 2> range_of(const Panel& panel, std::size_t axis) {
+  std::array<double, 2> range{INFINITY, -INFINITY};
+  for (const Series& series : panel.series) {
+    for (const auto& point : series.points) {
+      if (!can_be_drawn(point, panel)) continue;
+      range[0] = std::min(range[0], point[axis]);
+      range[1] = std::max(range[1], point[axis]);
+    }
+  }
+  return range;
 }
 
-std::string axis_script(const char* name, const Axis& axis, bool is_print) {
-  std::string script = fmt::format("set {0}label {1} offset {3}\n{2} logscale {0}\nset autoscale {0}\n", name,
-                                   quoted_text(axis.title), axis.logarithmic ? "set" : "unset",
-                                   name[0] == 'x' ? "0,0.7" : y_offset(axis, is_print));
+/// `length`: of the axis; `room`: what a tic's text needs along it.
+std::string axis_script(char name, const Axis& axis, const std::array<double, 2>& data, double length,
+                        double room) {
+  std::string script =
+      fmt::format("{1} logscale {0}\nset autoscale {0}\n", name, axis.logarithmic ? "set" : "unset");
   if (axis.logarithmic && axis.tics.empty()) {
-    script += fmt::format("set format {} '10^{{%T}}'\n", name);
+    const auto& [low, high] = axis.range.value_or(data);
+    const double decades = low < high ? std::ceil(std::log10(high)) - std::floor(std::log10(low)) : 1;
+    const double step = std::max(1.0, std::ceil(decades * room / length));
+    script += fmt::format("set format {0} '10^{{%T}}'\nset {0}tics 1e{1:.0f}\n", name, step);
   } else {
     script += fmt::format("set format {} '%g'\n", name);
   }
@@ -98,87 +99,19 @@ std::string notes_script(const std::vector<Note>& notes) {
   return script;
 }
 
-struct Entry {
-  std::string title;
-  Look look;
-};
-
-/// The legend: each title once, in the order in which they come.
-std::vector<Entry> legend_of(const Sheet& sheet) {
-  std::vector<Entry> entries;
-  for (const Panel& panel : sheet.panels) {
-    for (const Series& series : panel.series) {
-      if (std::ranges::none_of(entries, [&](const Entry& entry) { return entry.title == series.title; })) {
-        entries.push_back({series.title, series.look});
-      }
-    }
-  }
-  return entries;
+/// Text at a point of the picture, from its top left corner.
+std::string text_script(const Layout& layout, const std::string& text, double x, double y, const char* how,
+                        double size) {
+  return fmt::format("set label {} at screen {:.6f},{:.6f} {} font ',{:g}' textcolor rgb '{}'\n",
+                     quoted_text(text), x / layout.width, 1 - y / layout.height, how, size, text_ink.light);
 }
 
-/// In units of which the text's size is 12: on screens, pixels.
-struct Layout {
-  double width;
-  double height;
-  double panels_top;
-  double title_size;
-  std::vector<std::string> title;  ///< its lines
-  double legend_top;               ///< y of the legend's top edge, from the top
-  double caption_top;              ///< y of the caption's first line's middle
-};
-
-/// Lines broken between words, so that none is wider than `most` characters.
-std::vector<std::string> wrapped(const std::vector<std::string>& lines, int most) {
-  std::vector<std::string> result;
-  for (const std::string& line : lines) {
-    std::string now;
-    int width = 0;
-    std::size_t begin = 0;
-    while (begin < line.size()) {
-      const std::size_t end = std::min(line.find(' ', begin), line.size());
-      const std::string word = line.substr(begin, end - begin);
-      // Bytes that go on with a character of UTF-8 have no width.
-      const auto letters =
-          static_cast<int>(std::ranges::count_if(word, [](char c) { return (c & 0xc0) != 0x80; }));
-      if (width > 0 && width + 1 + letters > most) {
-        result.push_back(now);
-        now.clear();
-        width = 0;
-      }
-      now += (width > 0 ? " " : "") + word;
-      width += (width > 0 ? 1 : 0) + letters;
-      begin = end + 1;
-    }
-    result.push_back(now);
-  }
-  return result;
-}
-
-Layout layout_of(const Sheet& sheet, std::size_t entries, const FigureStyle& style) {
-  const int columns = std::min<int>(sheet.columns, static_cast<int>(sheet.panels.size()));
-  const int rows = (static_cast<int>(sheet.panels.size()) + columns - 1) / columns;
-  const int legend_rows = (static_cast<int>(entries) + sheet.legend_columns - 1) / sheet.legend_columns;
-  Layout layout{};
-  layout.width = columns * sheet.panel_width;
-  layout.title_size = style.width ? 13 : 15;
-  if (style.title) layout.title = {sheet.title};
-  // Of its font, letters are some 7.6 wide.
-  if (style.title && style.width) layout.title = wrapped(layout.title, static_cast<int>(layout.width / 7.6));
-  layout.panels_top = 4 + (style.title ? 22 + 18 * static_cast<double>(layout.title.size()) : 0);
-  layout.legend_top = layout.panels_top + rows * sheet.panel_height + 12;
-  const double legend_end = layout.legend_top + legend_rows * (line_height + 2);
-  layout.caption_top = legend_end + 20;
-  layout.height = layout.caption_top + static_cast<double>(sheet.caption.size()) * line_height + 2;
-  if (sheet.caption.empty()) layout.height = legend_end + 4;
-  return layout;
-}
-
-std::string panel_script(const Sheet& sheet, std::size_t index, const Layout& layout, bool is_print) {
+std::string panel_script(const Sheet& sheet, std::size_t index, const Layout& layout) {
   const Panel& panel = sheet.panels[index];
-  const auto column = static_cast<double>(index % sheet.columns);
-  const auto row = static_cast<double>(index / sheet.columns);
-  const double left = column * sheet.panel_width + sheet.left_margin;
-  const double top = layout.panels_top + row * sheet.panel_height + top_margin;
+  const double left = layout.left(index);
+  const double right = layout.right(index);
+  const double top = layout.top(index);
+  const double bottom = layout.bottom(index);
   std::string script;
   std::vector<std::string> plots;
   for (std::size_t i = 0; i < panel.series.size(); ++i) {
@@ -194,45 +127,61 @@ std::string panel_script(const Sheet& sheet, std::size_t index, const Layout& la
   }
   script += fmt::format(
       "set lmargin at screen {:.6f}\nset rmargin at screen {:.6f}\nset tmargin at screen {:.6f}\nset bmargin "
-      "at "
-      "screen {:.6f}\nset title {} offset 0,-0.6\n",
-      left / layout.width, (left + sheet.panel_width - sheet.left_margin - right_margin) / layout.width,
-      1 - top / layout.height, 1 - (top + sheet.panel_height - top_margin - bottom_margin) / layout.height,
-      quoted_text(panel.title));
+      "at screen {:.6f}\n",
+      left / layout.width, right / layout.width, 1 - top / layout.height, 1 - bottom / layout.height);
   script += "set xtics out nomirror scale 0.5 autofreq\nset ytics out nomirror scale 0.5 autofreq\n";
-  script += axis_script("x", panel.x, is_print) + axis_script("y", panel.y, is_print) +
+  script += axis_script('x', panel.x, range_of(panel, 0), right - left, 40) +
+            axis_script('y', panel.y, range_of(panel, 1), bottom - top, 18) +
             triangle_script(panel.triangles) + notes_script(panel.notes);
+  script += text_script(layout, panel.title, 0.5 * (left + right), top - 12, "center", 12) +
+            text_script(layout, panel.x.title, 0.5 * (left + right), bottom + 35, "center", 12) +
+            text_script(layout, panel.y.title, left - layout.left_margin + 12, 0.5 * (top + bottom),
+                        "center rotate by 90", 12);
   // A panel without a point still has its axes.
   if (plots.empty()) {
     script += "set xrange [1:10]\nset yrange [1:10]\n";
     plots.emplace_back("NaN notitle");
   }
-  script += "plot ";
-  for (std::size_t i = 0; i < plots.size(); ++i) script += (i > 0 ? ", " : "") + plots[i];
-  return script + "\n";
+  return fmt::format("{}plot {}\n", script, fmt::join(plots, ", "));
 }
 
-/// An empty plot below the panels that has the legend, and the caption.
-std::string legend_script(const Sheet& sheet, const std::vector<Entry>& entries, const Layout& layout) {
-  std::string script = fmt::format(
-      "unset title\nunset xlabel\nunset ylabel\nunset border\nunset tics\nunset arrow\nunset label\nunset "
-      "logscale\nunset grid\nset lmargin at screen 0\nset rmargin at screen 1\nset tmargin at screen 1\nset "
-      "bmargin "
-      "at screen 0\nset xrange [0:1]\nset yrange [0:1]\nset key at screen 0.5,{:.6f} center top maxcols {} "
-      "horizontal Left reverse samplen 2.6 width 1\n",
-      1 - layout.legend_top / layout.height, sheet.legend_columns);
-  for (std::size_t i = 0; i < sheet.caption.size(); ++i) {
-    script +=
-        fmt::format("set label {} at screen 0.5,{:.6f} center font ',11'\n", quoted_text(sheet.caption[i]),
-                    1 - (layout.caption_top + static_cast<double>(i) * line_height) / layout.height);
+/// An empty plot over the picture that has title, legend and caption.
+std::string words_script(const Layout& layout) {
+  std::string script =
+      "unset border\nunset tics\nunset arrow\nunset label\nunset logscale\nunset grid\nset lmargin at screen "
+      "0\nset rmargin at screen 1\nset tmargin at screen 1\nset bmargin at screen 0\n";
+  script += fmt::format("set xrange [0:{:.6f}]\nset yrange [{:.6f}:0]\n", layout.width, layout.height);
+  std::vector<std::string> plots;
+  for (std::size_t i = 0; i < layout.legend.size(); ++i) {
+    const LegendEntry& entry = layout.legend[i];
+    script += fmt::format("$sample{} << END\n", i);
+    for (const double x : {0.0, 0.5 * sample_width, sample_width}) {
+      // A line with its point in the middle, or the point alone
+      if (entry.look.line || x == 0.5 * sample_width)
+        script += fmt::format("{:.3f} {:.3f} {}\n", entry.x + x, entry.y, x == 0.5 * sample_width ? 0.75 : 0);
+    }
+    script += "END\n";
+    Look line = entry.look;
+    line.points = false;
+    Look point = entry.look;
+    point.line = false;
+    if (entry.look.line) plots.push_back(fmt::format("$sample{} using 1:2 {} notitle", i, style_of(line)));
+    if (entry.look.points || !entry.look.line)
+      plots.push_back(fmt::format("$sample{} using 1:($3 > 0 ? $2 : NaN) {} notitle", i, style_of(point)));
+    for (std::size_t k = 0; k < entry.lines.size(); ++k) {
+      script += text_script(layout, entry.lines[k], entry.x + sample_width + sample_gap,
+                            entry.y + static_cast<double>(k) * line_height, "left", 12);
+    }
   }
-  script += "plot ";
-  for (std::size_t i = 0; i < entries.size(); ++i) {
-    script += fmt::format("{}NaN {} title {}", i > 0 ? ", " : "", style_of(entries[i].look),
-                          quoted_text(entries[i].title));
+  for (std::size_t i = 0; i < layout.title.size(); ++i)
+    script += text_script(layout, layout.title[i], 0.5 * layout.width, 18 + 18 * static_cast<double>(i),
+                          "center", layout.title_size);
+  for (std::size_t i = 0; i < layout.caption.size(); ++i) {
+    script += text_script(layout, layout.caption[i], 0.5 * layout.width,
+                          layout.caption_top + static_cast<double>(i) * line_height, "center", caption_size);
   }
-  if (entries.empty()) script += "NaN notitle";
-  return script + "\n";
+  if (plots.empty()) plots.emplace_back("NaN notitle");
+  return fmt::format("{}plot {}\n", script, fmt::join(plots, ", "));
 }
 
 /// Colours of dark mode, for pages and for viewers that show the file by itself.
@@ -261,27 +210,6 @@ std::string with_dark_mode(std::string svg) {
   const std::size_t place = svg.find("<defs>");
   if (place != std::string::npos) svg.insert(place, fmt::format("<style>{}</style>\n", rules));
   return svg;
-}
-
-/// Letters, of which UTF-8 has some in several bytes.
-std::size_t letters_of(const std::string& text) {
-  return static_cast<std::size_t>(std::ranges::count_if(text, [](char c) { return (c & 0xc0) != 0x80; }));
-}
-
-/// Panels in columns of a page's width, that is `width` units.
-void fit(Sheet& sheet, double width) {
-  // A panel's, for its tics not to touch; somewhat less where all stand in one row then.
-  constexpr double least = 290;
-  constexpr double least_in_row = 240;
-  const auto count = static_cast<int>(sheet.panels.size());
-  const bool is_row = width / count >= least_in_row;
-  sheet.columns = is_row ? count : std::clamp(static_cast<int>(width / least), 1, count);
-  sheet.panel_width = width / sheet.columns;
-  sheet.panel_height = std::clamp(0.64 * sheet.panel_width, 200.0, 280.0);
-  sheet.left_margin = std::min(sheet.left_margin, 70.0);
-  std::size_t longest = 1;
-  for (const Entry& entry : legend_of(sheet)) longest = std::max(longest, letters_of(entry.title));
-  sheet.legend_columns = std::max(1, static_cast<int>(width / (60 + 7.4 * static_cast<double>(longest))));
 }
 
 /// What the picture is written by. `unit`: points.
@@ -339,6 +267,20 @@ void require_named(const std::vector<std::string>& titles, const std::vector<std
 
 }  // namespace
 
+bool can_be_drawn(const std::array<double, 2>& point, const Panel& panel) {
+  return std::isfinite(point[0]) && std::isfinite(point[1]) && (!panel.x.logarithmic || point[0] > 0) &&
+         (!panel.y.logarithmic || point[1] > 0);
+}
+
+std::string caption_text(const Sheet& sheet) {
+  std::string text = sheet.title + "\n\n";
+  for (const std::string& line : sheet.caption) text += line + "\n";
+  if (!sheet.left_out.empty()) text += "\nLeft out:\n";
+  for (const LeftOut& one : sheet.left_out)
+    text += fmt::format("- {} of {}: {}\n", one.series, one.scene, one.reason);
+  return text;
+}
+
 Sheet with_choice(Sheet sheet, const std::vector<std::string>& panels,
                   const std::vector<std::string>& series) {
   std::vector<std::string> titles;
@@ -348,7 +290,7 @@ Sheet with_choice(Sheet sheet, const std::vector<std::string>& panels,
     std::erase_if(sheet.panels, [&](const Panel& panel) { return !begins_with_one_of(panel.title, panels); });
   }
   titles.clear();
-  for (const Entry& entry : legend_of(sheet)) titles.push_back(entry.title);
+  for (const auto& [title, look] : series_titles(sheet)) titles.push_back(title);
   require_named(titles, series, "series");
   if (series.empty()) return sheet;
   for (Panel& panel : sheet.panels) {
@@ -375,46 +317,21 @@ Sheet with_ranges(Sheet sheet, const std::optional<std::array<double, 2>>& x,
   return sheet;
 }
 
-std::string draw(const Sheet& given, PictureFormat format, const FigureStyle& style) {
-  if (given.panels.empty()) {
+std::string draw(const Sheet& sheet, PictureFormat format, const FigureStyle& style) {
+  if (sheet.panels.empty()) {
     throw Error(
-        fmt::format("the figure '{}' has nothing to show: the sweep measured none of it", given.title));
+        fmt::format("the figure '{}' has nothing to show: the sweep measured none of it", sheet.title));
   }
-  Sheet sheet = given;
   // Points in a unit: on screens one of the picture's, which a PNG has 96 of in an inch.
   const double unit = style.width ? style.text / 12 : format == PictureFormat::png ? 0.75 : 1;
-  if (style.width) fit(sheet, *style.width / 25.4 * 72 / unit);
-  const std::vector<Entry> entries = legend_of(sheet);
-  constexpr double letter_width = 6.6;  // of the caption's font, on average
-  const double width = layout_of(sheet, 0, style).width;
-  sheet.caption.clear();
-  if (style.caption) {
-    // In print its lines are one paragraph.
-    const std::vector<std::string> lines =
-        style.width ? std::vector{fmt::format("{}", fmt::join(given.caption, " "))} : given.caption;
-    sheet.caption = wrapped(lines, static_cast<int>(width / letter_width));
-  }
-  const Layout layout = layout_of(sheet, entries.size(), style);
+  const Layout layout = layout_of(sheet, style, style.width ? *style.width / 25.4 * 72 / unit : 0);
   std::string script = "set encoding utf8\n" + terminal(layout, format, style, unit);
   script += fmt::format(
       "set multiplot\nset border 3 lc rgb '{0}'\nset tics out nomirror textcolor rgb '{1}'\nset mxtics "
-      "1\nset mytics "
-      "1\nset grid xtics ytics lc rgb '{0}' lw 0.5 dt 3\nunset key\n",
+      "1\nset mytics 1\nset grid xtics ytics lc rgb '{0}' lw 0.5 dt 3\nunset key\n",
       frame_ink.light, text_ink.light);
-  for (std::size_t i = 0; i < layout.title.size(); ++i) {
-    script +=
-        fmt::format("set label {} at screen 0.5,{:.6f} center font ',{:g}' textcolor rgb '{}'\n",
-                    quoted_text(layout.title[i]), 1 - (18 + 18 * static_cast<double>(i)) / layout.height,
-                    layout.title_size, text_ink.light);
-  }
-  // The title is a label of a plot that shows nothing else, since each panel clears its labels.
-  script += "unset border\nunset tics\nset xrange [0:1]\nset yrange [0:1]\nplot NaN notitle\n";
-  script += fmt::format("unset label\nset border 3 lc rgb '{0}'\nset tics out nomirror textcolor rgb '{1}'\n",
-                        frame_ink.light, text_ink.light);
-  for (std::size_t i = 0; i < sheet.panels.size(); ++i)
-    script += panel_script(sheet, i, layout, style.width.has_value());
-  script += legend_script(sheet, entries, layout);
-  script += "unset multiplot\n";
+  for (std::size_t i = 0; i < sheet.panels.size(); ++i) script += panel_script(sheet, i, layout);
+  script += words_script(layout) + "unset multiplot\n";
   const std::string picture = gnuplot(script);
   if (format != PictureFormat::svg) return picture;
   if (style.width) return for_print(picture, layout, style);

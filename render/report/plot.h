@@ -16,6 +16,7 @@ struct Look {
   bool dashed = false;  ///< line
   bool line = true;     ///< points are joined
   bool points = true;
+  double size = 1;  ///< of points
 };
 
 struct Series {
@@ -57,14 +58,21 @@ struct Panel {
   std::vector<Note> notes;
 };
 
+/// Runs that a sheet could show and does not.
+struct LeftOut {
+  std::string scene;
+  std::string series;
+  std::string reason;
+  bool operator==(const LeftOut&) const = default;
+};
+
 struct Sheet {
   std::string title;
   std::vector<std::string> caption;  ///< lines: what it shows, and the settings
-  int columns = 2;
-  double panel_width = 420;  ///< pixels, with its axes
+  std::vector<LeftOut> left_out;
+  int columns = 2;           ///< at most; fewer panels are wider
+  double panel_width = 420;  ///< pixels, with its axes, where there are so many columns
   double panel_height = 320;
-  double left_margin = 78;  ///< of a panel, for the y axis' tics and title
-  int legend_columns = 4;
   std::vector<Panel> panels;
 };
 
@@ -83,6 +91,12 @@ struct FigureStyle {
   bool transparent = false;  ///< ground
   double dpi = 300;          ///< of a PNG
 };
+
+/// Whether the point is finite, and on a logarithmic axis above 0.
+bool can_be_drawn(const std::array<double, 2>& point, const Panel& panel);
+
+/// Title and caption, then a line for each series that is left out.
+std::string caption_text(const Sheet& sheet);
 
 /// Throws Error when gnuplot is not there. The same sheet gives the same SVG, byte by byte.
 std::string draw(const Sheet& sheet, PictureFormat format, const FigureStyle& style = {});

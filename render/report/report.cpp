@@ -16,6 +16,7 @@
 #include "render/report/bad_figures.h"
 #include "render/report/descendant_figures.h"
 #include "render/report/report_tables.h"
+#include "render/report/sweep_figures.h"
 #include "sim/study/advice.h"
 #include "sim/study/sweep_results.h"
 
@@ -25,9 +26,9 @@ namespace substep::report {
 namespace {
 
 /// By the figures' names; without those that the sweep has nothing for.
-using Pictures = std::map<std::string, std::string>;
+using Pictures = std::map<std::string, DrawnFigure>;
 
-Pictures drawn(const FigureSource& source, const std::function<void(double)>& progress) {
+Pictures drawn_figures(const FigureSource& source, const std::function<void(double)>& progress) {
   Pictures pictures;
   for (const ReportFigure& figure : figures()) {
     if (progress) progress(static_cast<double>(pictures.size()) / static_cast<double>(figures().size()));
@@ -36,7 +37,7 @@ Pictures drawn(const FigureSource& source, const std::function<void(double)>& pr
     if (report_template().find(fmt::format("![{}]", figure.name)) == std::string_view::npos) continue;
     const Sheet sheet = figure.make(source);
     // A sweep need not have what each figure shows.
-    if (!sheet.panels.empty()) pictures[figure.name] = draw(sheet, PictureFormat::svg);
+    if (!sheet.panels.empty()) pictures[figure.name] = report::drawn(sheet, PictureFormat::svg);
   }
   return pictures;
 }
@@ -136,7 +137,9 @@ class Report {
 
   void picture(const std::string& name) {
     if (!pictures_.contains(name)) return;
-    page_.picture(figure_named(name).about, fmt::format("figures/{}.svg", name), pictures_.at(name));
+    const DrawnFigure& figure = pictures_.at(name);
+    page_.picture(figure_named(name).about, fmt::format("figures/{}.svg", name), figure.picture);
+    page_.blocks.back().beside = {{".csv", figure.points}, {".txt", figure.caption}};
   }
 
   void table(const TextTable& given) {
@@ -167,6 +170,34 @@ class Report {
     }
   }
 
+  /// One card a scene: what to choose, the curve and a picture; of many scenes a table.
+  void choices() {
+    const std::vector<std::string> scenes = scenes_of(records_);
+    if (scenes.size() > most_cards) return table(choices_table(records_));
+    for (const std::string& scene : scenes) {
+      const std::vector<SweepRecord> own = of_scene(records_, scene);
+      if (std::ranges::none_of(own, is_own_run)) continue;
+      page_.begin_card();
+      page_.heading(3, scene);
+      page_.table(choice_table(own));
+      const Sheet sheet = choice_sheet(own);
+      if (!sheet.panels.empty()) {
+        FigureStyle style;
+        style.title = style.caption = false;
+        const DrawnFigure figure = drawn(sheet, PictureFormat::svg, style);
+        page_.picture(fmt::format("{}: {} against {}", scene, miss_title(own), cost_title(own)),
+                      fmt::format("figures/choice-{}.svg", scene), figure.picture);
+        page_.blocks.back().beside = {{".csv", figure.points}, {".txt", figure.caption}};
+      }
+      if (const auto still = source_.stills.find(scene); still != source_.stills.end()) {
+        page_.picture(
+            fmt::format("{}: A1 to A5 at {:g} s, at their default settings", scene, own.front().duration),
+            fmt::format("figures/end-{}.png", scene), still->second);
+      }
+      page_.end_card();
+    }
+  }
+
   void advice_for_scenes() {
     for (const std::string& scene : scenes_of(records_)) {
       const std::vector<SweepRecord> own = of_scene(records_, scene);
@@ -193,7 +224,7 @@ class Report {
   /// What stands in brackets in the template.
   const std::map<std::string, std::function<void()>> contents_{
       {"worst figures", [this] { add_bad_figures(records_, page_); }},
-      {"choices", [this] { table(choices_table(records_)); }},
+      {"choices", [this] { choices(); }},
       {"equal cost", [this] { table(equal_cost_table(records_)); }},
       {"orders", [this] { table(orders_); }},
       {"slopes of each scene", [this] { slopes(); }},
@@ -219,13 +250,19 @@ class Report {
        [this] {
          for (const TextTable& each : equal_cost_of_descendants(records_, Cost::time)) table(each);
        }},
-      {"omitted", [this] { table(omitted_table(records_)); }},
+      {"omitted",
+       [this] {
+         std::vector<LeftOut> left_out;
+         for (const auto& [name, figure] : pictures_)
+           left_out.insert(left_out.end(), figure.left_out.begin(), figure.left_out.end());
+         table(omitted_table(records_, left_out));
+       }},
   };
 };
 
 }  // namespace
 
-Document report_page(const FigureSource& source, const std::map<std::string, std::string>& pictures) {
+Document report_page(const FigureSource& source, const std::map<std::string, DrawnFigure>& pictures) {
   return Report(source, pictures).page();
 }
 
@@ -234,7 +271,7 @@ Document make_report(const FigureSource& given, const std::function<void(double)
   // Once for its figure and its table.
   if (source.properties && source.contact_ablation.empty())
     source.contact_ablation = contact_ablation(source.scenes);
-  return report_page(source, drawn(source, progress));
+  return report_page(source, drawn_figures(source, progress));
 }
 
 }  // namespace substep::report

@@ -10,8 +10,11 @@
 
 namespace substep::report {
 
-/// The page with these figures: SVG, by their names. What is not there is left out.
-Document report_page(const FigureSource& source, const std::map<std::string, std::string>& pictures);
+/// Scenes that have a card each; of more there is a table.
+inline constexpr std::size_t most_cards = 8;
+
+/// The page with these figures, by their names. Other figures are left out.
+Document report_page(const FigureSource& source, const std::map<std::string, DrawnFigure>& pictures);
 
 /// The page with all figures that there are. `progress` hears the share done: figures take a while.
 Document make_report(const FigureSource& source, const std::function<void(double)>& progress);

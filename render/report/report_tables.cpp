@@ -34,9 +34,10 @@ std::string price(const SweepRecord& record) {
 }
 
 /// The settings without the algorithm's name.
-std::string settings_text(const SweepRecord& record) {
-  const std::size_t space = record.label.find("  ");
-  return space == std::string::npos ? record.label : record.label.substr(space + 2);
+std::string settings_text(const SweepRecord& record, bool joints) {
+  constexpr std::string_view with = " with ";
+  const std::string text = spoken(record, joints);
+  return text.substr(text.find(with) + with.size());
 }
 
 /// Of each family of ours the run whose row solves come closest to those of A3 to A5 with 16 sub-steps (or as
@@ -92,11 +93,14 @@ std::string limit_text(const SweepRecord& record) {
 
 }  // namespace
 
+std::string cost_title(const std::vector<SweepRecord>& records) {
+  const bool has_times =
+      std::ranges::any_of(records, [](const SweepRecord& record) { return record.times.has_value(); });
+  return has_times ? "ms of CPU a simulated second" : "rows a simulated second";
+}
+
 TextTable choices_table(const std::vector<SweepRecord>& records) {
-  const std::string unit =
-      std::ranges::any_of(records, [](const SweepRecord& record) { return record.times.has_value(); })
-          ? "ms a simulated second"
-          : "rows a simulated second";
+  const std::string unit = cost_title(records);
   TextTable table{{"scene", "for 1 % of its size", unit, "for 0.1 %", unit}, {}};
   for (const std::string& scene : scenes_of(records)) {
     const std::vector<SweepRecord> own = of_scene(records, scene);
@@ -104,10 +108,21 @@ TextTable choices_table(const std::vector<SweepRecord>& records) {
     std::vector<std::string> row{scene};
     for (const double tolerance : {0.01, 0.001}) {
       const auto run = cheapest(own, tolerance);
-      row.push_back(run ? run->label : "none");
+      row.push_back(run ? spoken(*run, has_joints(own)) : "none");
       row.push_back(run ? price(*run) : "");
     }
     table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+TextTable choice_table(const std::vector<SweepRecord>& own) {
+  TextTable table{{"for", "take", cost_title(own), miss_title(own)}, {}};
+  for (const double tolerance : choice_tolerances) {
+    const auto run = cheapest(own, tolerance);
+    table.rows.push_back({fmt::format("{:g} %", 100 * tolerance),
+                          run ? spoken(*run, has_joints(own)) : "none of those measured",
+                          run ? price(*run) : "", run ? percent(miss_of(*run)) : ""});
   }
   return table;
 }
@@ -275,11 +290,11 @@ TextTable equal_cost_table(const std::vector<SweepRecord>& records) {
       ran[i] = true;
       if (time_or_rows(record) > most) continue;
       affordable[i] = true;
-      if (record.metrics->bounded && (!best[i] || error_of(record) < error_of(*best[i]))) best[i] = &record;
+      if (record.metrics->bounded && (!best[i] || miss_of(record) < miss_of(*best[i]))) best[i] = &record;
     }
     const SweepRecord* winner = nullptr;
     for (const SweepRecord* const run : best) {
-      if (run && (!winner || error_of(*run) < error_of(*winner))) winner = run;
+      if (run && (!winner || miss_of(*run) < miss_of(*winner))) winner = run;
     }
     const double shown = cheap->times ? 1000 * most : equal_cost_factor * rows_a_second(*cheap);
     std::vector<std::string> row{scene, short_number(shown)};
@@ -288,9 +303,10 @@ TextTable equal_cost_table(const std::vector<SweepRecord>& records) {
         row.push_back(!ran[i] ? "not run" : affordable[i] ? "lost" : "costs more");
         continue;
       }
-      const std::string text = fmt::format("{}, {}", percent(error_of(*best[i])), settings_text(*best[i]));
+      const std::string text =
+          fmt::format("{}, {}", percent(miss_of(*best[i])), settings_text(*best[i], has_joints(own)));
       // What is as good but for a twentieth wins as well.
-      row.push_back(error_of(*best[i]) <= 1.05 * error_of(*winner) ? fmt::format("**{}**", text) : text);
+      row.push_back(miss_of(*best[i]) <= 1.05 * miss_of(*winner) ? fmt::format("**{}**", text) : text);
     }
     table.rows.push_back(std::move(row));
   }
@@ -390,7 +406,7 @@ TextTable runs_table(const std::vector<SweepRecord>& runs) {
                   {}};
   for (const SweepRecord& run : runs) {
     const Metrics& x = *run.metrics;
-    table.rows.push_back({run.label, (is_sure(run) ? "" : "≈") + percent(error_of(run)),
+    table.rows.push_back({run.label, (is_sure(run) ? "" : "≈") + percent(miss_of(run)),
                           short_number(x.error.position.largest), short_number(x.joint_gap),
                           short_number(x.penetration), short_number(x.energy_change),
                           short_number(static_cast<double>(x.row_solves) / run.duration), milliseconds(run)});
@@ -454,14 +470,16 @@ TextTable ahead_table(const std::vector<SweepRecord>& records) {
   return table;
 }
 
-TextTable omitted_table(const std::vector<SweepRecord>& records) {
-  TextTable table{{"scene", "engine", "why"}, {}};
+TextTable omitted_table(const std::vector<SweepRecord>& records, const std::vector<LeftOut>& left_out) {
+  TextTable table{{"scene", "series", "why"}, {}};
+  // Once, not for each step or figure
+  const auto add = [&table](std::vector<std::string> row) {
+    if (std::ranges::find(table.rows, row) == table.rows.end()) table.rows.push_back(std::move(row));
+  };
   for (const SweepRecord& record : records) {
-    // Once, not for each step.
-    const std::vector<std::string> row{record.scene, record.engine, record.omitted};
-    if (!record.omitted.empty() && (table.rows.empty() || table.rows.back() != row))
-      table.rows.push_back(row);
+    if (!record.omitted.empty()) add({record.scene, record.engine, record.omitted});
   }
+  for (const LeftOut& one : left_out) add({one.scene, one.series, one.reason});
   return table;
 }
 

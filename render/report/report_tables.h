@@ -1,9 +1,11 @@
 #pragma once
 /// The tables of the report.
 
+#include <array>
 #include <string>
 #include <vector>
 
+#include "render/report/plot.h"
 #include "sim/measure/contact_ablation.h"
 #include "sim/measure/text_table.h"
 #include "sim/study/sweep.h"
@@ -12,6 +14,14 @@ namespace substep::report {
 
 /// The cheapest run of each scene for 1 % and for 0.1 % of its size.
 TextTable choices_table(const std::vector<SweepRecord>& records);
+
+/// The errors that choices are made for, over the scene's size.
+inline constexpr std::array choice_tolerances{0.01, 0.001};
+/// The same of one scene, a row a tolerance.
+TextTable choice_table(const std::vector<SweepRecord>& own);
+
+/// The cost that choices minimise, with its unit.
+std::string cost_title(const std::vector<SweepRecord>& records);
 
 TextTable references_table(const std::vector<SweepRecord>& records);
 
@@ -60,7 +70,7 @@ TextTable engines_table(const std::vector<SweepRecord>& records);
 TextTable ahead_table(const std::vector<SweepRecord>& records);
 
 /// Runs of other engines that there are not, and why.
-TextTable omitted_table(const std::vector<SweepRecord>& records);
+TextTable omitted_table(const std::vector<SweepRecord>& records, const std::vector<LeftOut>& left_out);
 
 TextTable contact_ablation_table(const std::vector<ContactAblationCosts>& ablation);
 

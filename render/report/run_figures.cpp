@@ -23,7 +23,6 @@ Sheet drift_sheet(const FigureSource& source) {
   sheet.title = "Drift and energy over time";
   sheet.columns = 2;
   sheet.panel_width = 500;
-  sheet.legend_columns = 5;
   struct View {
     const char* scene;
     const char* title;
@@ -71,7 +70,6 @@ Sheet size_sheet(const FigureSource& source) {
   Sheet sheet;
   sheet.title = "Cost against size: a chain of N links";
   sheet.columns = 2;
-  sheet.legend_columns = 5;
   Panel whole;
   whole.title = "a step";
   whole.x = {"links", true, {}, {}};

@@ -1,13 +1,19 @@
 #include "render/report/sweep_figures.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
+#include <map>
+#include <optional>
+#include <set>
 
 #include "render/report/looks.h"
+#include "render/report/report_tables.h"
+#include "sim/model/settings_fields.h"
 #include "sim/study/advice.h"
 #include "sim/study/engines/engines.h"
 #include "sim/study/sweep_results.h"
@@ -25,8 +31,15 @@ std::vector<std::string> plotted_scenes(const FigureSource& source, bool contact
   return names;
 }
 
-std::string error_title(const std::vector<SweepRecord>& records) {
-  return turns_in_place(records) ? "RMS turn, rad" : "RMS error / size";
+/// Those of them that another engine ran too.
+std::vector<std::string> scenes_with_engines(const FigureSource& source, bool contacts) {
+  std::vector<std::string> names = plotted_scenes(source, contacts);
+  std::erase_if(names, [&](const std::string& scene) {
+    return std::ranges::none_of(source.records, [&](const SweepRecord& record) {
+      return record.scene == scene && record.metrics && is_other_engine(record);
+    });
+  });
+  return names;
 }
 
 using Chosen = bool (*)(const RunFamily& family);
@@ -44,13 +57,8 @@ bool is_ours_or_accurate(const RunFamily& family) {
   return is_ours(family) || is_accurate_mode(family);
 }
 
-/// Other engines, and of ours those that differ most.
-bool stands_beside_engines(const RunFamily& family) {
-  const Settings& s = family.runs.front().settings;
-  const double tau = has_contacts(family.runs) ? default_settings(Algorithm::a5).tau : 1;
-  return !is_ours(family) || s.algorithm == Algorithm::a1 ||
-         (s.algorithm == Algorithm::a3 && s.joints == Joints::plain && s.tau == tau) ||
-         (s.algorithm == Algorithm::a5 && s.tau == tau);
+bool is_any(const RunFamily& /*family*/) {
+  return true;
 }
 
 /// Without contacts a figure shows τ = κ = 1, the report's 'none', where it was measured: a line's look does
@@ -64,49 +72,182 @@ bool has_plainest_twin(const RunFamily& family, const std::vector<RunFamily>& fa
   });
 }
 
+/// The values that a line's runs have, and the settings that all of them share.
+struct LineValues {
+  std::string name;  ///< "A3", or the engine's
+  std::string title;
+  std::set<int> substeps, iterations, divisions;
+
+  /// "n = 1, 2, 4 … 64, m = 1": what varies, then what does not.
+  std::string text() const {
+    std::vector<std::string> parts;
+    const auto add = [&parts](const char* symbol, const std::set<int>& values) {
+      if (!values.empty()) parts.push_back(fmt::format("{} = {}", symbol, shortened(values)));
+    };
+    add("n", substeps);
+    if (substeps.size() > 0 || iterations.size() > 1) add("m", iterations);
+    parts.push_back(divisions.size() > 1 || *divisions.begin() > 1
+                        ? fmt::format("h divided by {}", shortened(divisions))
+                        : "step h");
+    return fmt::format("{}", fmt::join(parts, ", "));
+  }
+
+ private:
+  /// All of up to six values, of more the first three and the last.
+  static std::string shortened(const std::set<int>& values) {
+    if (values.size() <= 6) return fmt::format("{}", fmt::join(values, ", "));
+    const std::vector<int> all(values.begin(), values.end());
+    return fmt::format("{}, {}, {} … {}", all[0], all[1], all[2], all.back());
+  }
+};
+
+/// Collects what the lines of a sheet show, for its caption and for shorter titles.
+class Captioner {
+ public:
+  void add(const RunFamily& family) {
+    const SweepRecord& first = family.runs.front();
+    const bool is_own = first.engine.empty();
+    const std::string name = is_own ? std::string(title_of(first.settings.algorithm)) : family.title;
+    LineValues& line = lines_[family.title];
+    line.name = name;
+    line.title = family.title;
+    for (const SweepRecord& run : family.runs) {
+      const Settings& s = run.settings;
+      if (field_named("substeps").is_read_by(s.algorithm) && is_own) line.substeps.insert(s.substeps);
+      if (s.algorithm != Algorithm::a1 && is_own) line.iterations.insert(s.iterations);
+      line.divisions.insert(run.divisions);
+    }
+    titles_[name].insert(family.title);
+  }
+
+  /// Gives algorithms that have one line by name alone that name, and adds to the caption what each line's
+  /// runs are.
+  void finish(Sheet& sheet) const {
+    for (Panel& panel : sheet.panels) {
+      for (Series& series : panel.series) series.title = short_title(lines_.at(series.title));
+    }
+    std::vector<std::pair<std::string, std::set<std::string>>> groups;  // values, names
+    for (const auto& [title, line] : lines_) {
+      std::string text = line.text();
+      if (short_title(line) != title) text += "; " + title.substr(title.find(' ') + 1);
+      auto found = std::ranges::find(groups, text, &std::pair<std::string, std::set<std::string>>::first);
+      if (found == groups.end()) found = groups.insert(groups.end(), {text, {}});
+      found->second.insert(line.name);
+    }
+    std::vector<std::string> sentences;
+    for (const auto& [text, names] : groups)
+      sentences.push_back(fmt::format("{}: {}.", fmt::join(names, ", "), text));
+    sheet.caption.insert(sheet.caption.begin(), fmt::format("{}", fmt::join(sentences, " ")));
+  }
+
+ private:
+  const std::string& short_title(const LineValues& line) const {
+    return titles_.at(line.name).size() == 1 && line.name != "A2" ? line.name : line.title;
+  }
+
+  std::map<std::string, LineValues> lines_;              ///< by title
+  std::map<std::string, std::set<std::string>> titles_;  ///< by name
+};
+
+/// Counts why runs of a line are not drawn.
+class MissingPoints {
+ public:
+  /// Returns true where the run is drawn.
+  bool is_drawn(const SweepRecord& record, double work) {
+    const double error = miss_of(record);
+    // Beyond three times the scene's size an error says no more than that the run is lost
+    const char* const reason = !(error < 3)       ? "lost (error above three times the scene's size)"
+                               : !is_sure(record) ? "below a hundred times the reference's uncertainty"
+                               : !(work > 0)      ? "without a value on the x axis"
+                                                  : nullptr;
+    if (reason) ++counts_[reason];
+    return reason == nullptr;
+  }
+
+  std::string text() const {
+    std::vector<std::string> parts;
+    for (const auto& [reason, count] : counts_)
+      parts.push_back(fmt::format("{} {} {}", count, count == 1 ? "run" : "runs", reason));
+    return fmt::format("{}", fmt::join(parts, ", "));
+  }
+
+ private:
+  std::map<std::string, int> counts_;
+};
+
+/// Some measure of a run's work.
+using Work = std::function<double(const SweepRecord&)>;
+
+/// The series of a family; where none of its runs can be drawn, the sheet says why.
+std::optional<Series> series_of(const RunFamily& family, bool contacts, const Work& work, Sheet& sheet) {
+  Series series{family.title, look_of(family, contacts), {}};
+  MissingPoints missing;
+  for (const SweepRecord& record : family.runs) {
+    const double spent = work(record);
+    if (missing.is_drawn(record, spent))
+      series.points.push_back({spent, std::max(miss_of(record), smallest_plotted_error)});
+  }
+  std::ranges::sort(series.points);
+  if (!series.points.empty()) return series;
+  sheet.left_out.push_back({family.runs.front().scene, family.title, missing.text()});
+  return std::nullopt;
+}
+
+/// The families of a scene that the sheet shows. Notes the others on the sheet.
+std::vector<RunFamily> chosen_families(const std::vector<SweepRecord>& records, Chosen chosen, Sheet& sheet) {
+  const std::vector<RunFamily> all = families_of(records);
+  std::vector<RunFamily> families;
+  for (const RunFamily& family : all) {
+    if (!chosen(family)) continue;
+    if (has_plainest_twin(family, all)) {
+      sheet.left_out.push_back({records.front().scene, family.title, "τ = κ = 1 stands for it"});
+    } else {
+      families.push_back(family);
+    }
+  }
+  for (const RunsLeftOut& runs : left_out_of(records)) {
+    sheet.left_out.push_back(
+        {records.front().scene, runs.title,
+         fmt::format("{} {}: {}", runs.count, runs.count == 1 ? "run" : "runs", runs.reason)});
+  }
+  return families;
+}
+
 /// One panel a scene: families of runs, by some measure of their work.
-Sheet work_sheet(const FigureSource& source, bool contacts, const std::string& title,
-                 const std::string& x_title, Chosen chosen,
-                 const std::function<double(const SweepRecord&)>& work) {
+Sheet work_sheet(const FigureSource& source, const std::vector<std::string>& scenes, const std::string& title,
+                 const std::string& x_title, Chosen chosen, const Work& work) {
   Sheet sheet;
   sheet.title = title;
   sheet.columns = 3;
   sheet.panel_width = 400;
-  sheet.legend_columns = 5;
-  for (const std::string& scene : plotted_scenes(source, contacts)) {
+  Captioner captioner;
+  for (const std::string& scene : scenes) {
     const std::vector<SweepRecord> records = of_scene(source.records, scene);
     Panel panel;
     panel.title = fmt::format("{}, {:g} s", scene, records.front().horizon);
     panel.x = {x_title, true, {}, {}};
-    panel.y = {error_title(records), true, {}, {}};
-    const std::vector<RunFamily> families = families_of(records);
-    for (const RunFamily& family : families) {
-      if (!chosen(family) || has_plainest_twin(family, families)) continue;
-      Series series{family.title, look_of(family, has_contacts(records)), {}};
-      for (const SweepRecord& record : family.runs) {
-        const double error = error_of(record);
-        const double spent = work(record);
-        if (!(spent > 0)) continue;
-        // Beyond the scene's own size an error says no more than that it is gone.
-        if (error < 3 && is_sure(record))
-          series.points.push_back({spent, std::max(error, smallest_plotted_error)});
+    panel.y = {miss_title(records), true, {}, {}};
+    for (const RunFamily& family : chosen_families(records, chosen, sheet)) {
+      if (std::optional<Series> series = series_of(family, has_contacts(records), work, sheet)) {
+        panel.series.push_back(std::move(*series));
+        captioner.add(family);
       }
-      std::ranges::sort(series.points);
-      if (!series.points.empty()) panel.series.push_back(std::move(series));
     }
     // A scene without rows has no place on an axis of rows.
     if (!panel.series.empty()) sheet.panels.push_back(std::move(panel));
   }
+  captioner.finish(sheet);
   return sheet;
 }
 
-/// Removes panels of scenes that no other engine ran.
-void keep_panels_with_engines(const FigureSource& source, Sheet& sheet) {
-  std::erase_if(sheet.panels, [&](const Panel& panel) {
-    const std::string scene = panel.title.substr(0, panel.title.find(','));
-    return std::ranges::none_of(source.records, [&](const SweepRecord& record) {
-      return record.scene == scene && record.metrics && is_other_engine(record);
-    });
+constexpr const char* not_drawn =
+    "Down and to the left is better. Not drawn: runs that are lost (error above three times the scene's "
+    "size), "
+    "and errors below a hundred times the reference's uncertainty.";
+
+bool has_series(const Sheet& sheet, const std::string& title) {
+  return std::ranges::any_of(sheet.panels, [&](const Panel& panel) {
+    return std::ranges::find(panel.series, title, &Series::title) != panel.series.end();
   });
 }
 
@@ -114,72 +255,85 @@ void keep_panels_with_engines(const FigureSource& source, Sheet& sheet) {
 
 Sheet work_rows_sheet(const FigureSource& source, bool contacts) {
   Sheet sheet = work_sheet(
-      source, contacts,
+      source, plotted_scenes(source, contacts),
       contacts ? "Error against rows solved: contacts" : "Error against rows solved: joints and spin",
       "rows solved in a simulated second", is_ours, [](const SweepRecord& record) {
         return static_cast<double>(record.metrics->row_solves) / record.duration;
       });
-  sheet.caption = {
-      "A1 and A2: steps of h, h/2, h/4 … (A2 with contacts: m = 1, 4, 16, 64 at h); A3 to A5: n = 1, 2, 4 … "
-      "sub-steps of one iteration at the scene's h, without contacts with τ = κ = 1. A direct solve counts "
-      "each row once a pivot.",
-      "Down and to the left is better. Not drawn: runs that are lost (error above three times the scene's "
-      "size), and "
-      "errors below a hundred times the reference's own uncertainty."};
+  if (has_series(sheet, "A1")) sheet.caption.emplace_back("A direct solve counts each row once a pivot.");
+  sheet.caption.emplace_back(not_drawn);
   return sheet;
 }
 
 Sheet work_time_sheet(const FigureSource& source, bool contacts) {
   Sheet sheet = work_sheet(
-      source, contacts,
+      source, plotted_scenes(source, contacts),
       contacts ? "Error against CPU time: contacts" : "Error against CPU time: joints and spin",
       "CPU time of a simulated second, s", is_ours_or_accurate,
       [](const SweepRecord& record) { return record.times ? record.times->median / record.duration : NAN; });
-  sheet.caption = {
-      "One core, medians of the sweep's repetitions. Own, order 4 and 8: the accurate mode beside the five, "
-      "h, h/2, h/4 …. A1 and A2: steps of h, h/2, h/4 … (A2 with contacts: m "
-      "= 1, 4, 16, 64 at h); A3 to A5: n = 1, 2, 4 … sub-steps of one iteration at the scene's h, without "
-      "contacts with τ = κ = 1.",
-      "Down and to the left is better. Not drawn: runs that are lost (error above three times the scene's "
-      "size), and "
-      "errors below a hundred times the reference's own uncertainty."};
+  sheet.caption.emplace_back("One core, medians of the sweep's repetitions.");
+  sheet.caption.emplace_back(not_drawn);
   return sheet;
 }
 
 Sheet engines_sheet(const FigureSource& source, bool contacts) {
   Sheet sheet = work_sheet(
-      source, contacts, contacts ? "Beside other engines: contacts" : "Beside other engines: joints and spin",
-      "CPU time of a simulated second, s", stands_beside_engines,
+      source, scenes_with_engines(source, contacts),
+      contacts ? "Beside other engines: contacts" : "Beside other engines: joints and spin",
+      "CPU time of a simulated second, s", is_any,
       [](const SweepRecord& record) { return record.times ? record.times->median / record.duration : NAN; });
-  keep_panels_with_engines(source, sheet);
-  sheet.caption = {
-      "The same scene files, one core. The engines and A1: steps of h, h/2, h/4 …; A3 and A5: n = 1, 2, 4 … "
-      "sub-steps of one "
-      "iteration at the scene's h; the default τ and κ with contacts, else 1.",
-      "Down and to the left is better. Against the same reference: for contacts it is our A1 at a small "
-      "step."};
+  sheet.caption.emplace_back("The same scene files, one core. Down and to the left is better.");
   return sheet;
 }
 
 Sheet engine_steps_sheet(const FigureSource& source, bool contacts) {
   Sheet sheet = work_sheet(
-      source, contacts,
+      source, scenes_with_engines(source, contacts),
       contacts ? "Beside other engines, by step: contacts" : "Beside other engines, by step: joints and spin",
-      "h / n, s", stands_beside_engines,
-      [](const SweepRecord& record) { return sub_step_of(record.settings); });
-  keep_panels_with_engines(source, sheet);
-  sheet.caption = {
-      "The same scene files. The engines and A1: steps of h, h/2, h/4 …, ten iterations where an engine has "
-      "that number; A3 and A5: n = 1, 2, 4 … sub-steps of one iteration at the scene's h; the default τ and "
-      "κ "
-      "with contacts, else 1.",
-      "Nothing was tuned: each engine has the settings that it ships with, which its table lists."};
+      "h / n, s", is_any, [](const SweepRecord& record) { return sub_step_of(record.settings); });
+  sheet.caption.emplace_back(
+      "Nothing was tuned: each engine has the settings that it ships with, which its table lists.");
+  return sheet;
+}
+
+Sheet choice_sheet(const std::vector<SweepRecord>& own) {
+  const bool has_times =
+      std::ranges::any_of(own, [](const SweepRecord& record) { return record.times.has_value(); });
+  const auto cost = [has_times](const SweepRecord& record) {
+    return has_times ? 1000 * cost_of(record)
+                     : static_cast<double>(record.metrics->row_solves) / record.duration;
+  };
+  FigureSource source;
+  source.records = own;
+  Sheet sheet = work_sheet(source, {own.front().scene}, own.front().scene, cost_title(own), is_ours, cost);
+  if (sheet.panels.empty()) return sheet;
+  sheet.columns = 1;
+  sheet.panel_width = 520;
+  sheet.panel_height = 250;
+  Panel& panel = sheet.panels.front();
+  panel.title.clear();
+  Series chosen{"chosen", {0, 6, false, false, true, 2}, {}};
+  for (const double tolerance : choice_tolerances) {
+    const auto run = cheapest(own, tolerance);
+    if (!run) continue;
+    chosen.points.push_back({cost(*run), std::max(miss_of(*run), smallest_plotted_error)});
+    const std::string text = fmt::format("{:g} %", 100 * tolerance);
+    const bool is_same = chosen.points.size() > 1 && chosen.points.back() == chosen.points.front();
+    if (is_same) {
+      panel.notes.back().text += ", " + text;
+      chosen.points.pop_back();
+    } else {
+      panel.notes.push_back({chosen.points.back()[0], chosen.points.back()[1], text});
+    }
+  }
+  if (!chosen.points.empty()) panel.series.push_back(std::move(chosen));
   return sheet;
 }
 
 Sheet order_sheet(const FigureSource& source) {
-  Sheet sheet = work_sheet(source, false, "Error against the (sub-)step: order", "h / n, s", is_ours,
-                           [](const SweepRecord& record) { return sub_step_of(record.settings); });
+  Sheet sheet =
+      work_sheet(source, plotted_scenes(source, false), "Error against the (sub-)step: order", "h / n, s",
+                 is_ours, [](const SweepRecord& record) { return sub_step_of(record.settings); });
   for (Panel& panel : sheet.panels) {
     // Below the line of A1, or of the first family there is.
     if (panel.series.empty() || panel.series.front().points.size() < 2) continue;
@@ -198,13 +352,10 @@ Sheet order_sheet(const FigureSource& source) {
     panel.y.range =
         std::array{std::pow(10, std::floor(std::log10(least))), std::pow(10, std::ceil(std::log10(most)))};
   }
-  sheet.caption = {
-      "Both axes logarithmic; the triangle has slope 1: half the step, half the error. A1 and A2: h halved; "
-      "A3 to A5: n "
-      "doubled at the scene's h.",
-      "A1 and A3 take Jacobians anew for each h/n, A4 and A5 once an h (stable joints: at each solve). Where "
-      "a line goes level, "
-      "that is what is left."};
+  sheet.caption.emplace_back(
+      "Both axes logarithmic; the triangle has slope 1: half the step, half the error. Where a line goes "
+      "level, "
+      "Jacobians of the step's start (A4, A5) or few iterations (A2) dominate.");
   return sheet;
 }
 
@@ -213,28 +364,27 @@ Sheet slopes_sheet(const FigureSource& source) {
   sheet.title = "Local order: where each leaves first order";
   sheet.columns = 3;
   sheet.panel_width = 400;
-  sheet.legend_columns = 5;
   for (const std::string& scene : plotted_scenes(source, false)) {
     Panel panel;
     panel.title = scene;
     panel.x = {"h / n, s", true, {}, {}};
     panel.y = {"powers of two per halving", false, std::array{-1.0, 3.0}, {}};
-    const std::vector<RunFamily> families = families_of(of_scene(source.records, scene));
-    for (const RunFamily& family : families) {
-      if (!is_ours(family) || has_plainest_twin(family, families)) continue;
+    for (const RunFamily& family : chosen_families(of_scene(source.records, scene), is_ours, sheet)) {
       Series series{family.title, look_of(family, false), {}};
       for (const auto& [middle, slope] : local_orders(family.runs))
         series.points.push_back({middle, std::clamp(slope, -1.0, 3.0)});
-      if (!series.points.empty()) panel.series.push_back(std::move(series));
+      if (series.points.empty()) {
+        sheet.left_out.push_back(
+            {scene, family.title, "no two runs with h/n halved that are bounded and sure"});
+      } else {
+        panel.series.push_back(std::move(series));
+      }
     }
     if (!panel.series.empty()) sheet.panels.push_back(std::move(panel));
   }
   sheet.caption = {
       "The slope of 'error against the (sub-)step' from each run to the next, in the middle of the two; "
-      "below −1 and above 3 "
-      "at the border.",
-      "1 is first order, 0 no gain. A4 and A5 go to 0 where what is left is the step h for which they take "
-      "Jacobians."};
+      "below −1 and above 3 at the border. 1 is first order, 0 no gain."};
   return sheet;
 }
 

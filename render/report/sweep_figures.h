@@ -10,6 +10,8 @@ Sheet work_time_sheet(const FigureSource& source, bool contacts);
 Sheet engines_sheet(const FigureSource& source, bool contacts);
 /// The same against the step, also of engines whose CPU times are none to compare.
 Sheet engine_steps_sheet(const FigureSource& source, bool contacts);
+/// One scene: error against what a run costs, with the runs marked that the choices name.
+Sheet choice_sheet(const std::vector<SweepRecord>& own);
 Sheet order_sheet(const FigureSource& source);
 Sheet slopes_sheet(const FigureSource& source);
 Sheet equal_rows_sheet(const FigureSource& source);

@@ -26,7 +26,6 @@ Sheet validity_sheet(const std::string& title) {
   sheet.title = title;
   sheet.columns = 3;
   sheet.panel_width = 360;
-  sheet.legend_columns = 3;
   return sheet;
 }
 
@@ -131,7 +130,6 @@ Sheet coupled_rows_sheet(const FigureSource& source) {
   Sheet sheet = validity_sheet("One row's limit is not the system's: growth in a sub-step");
   sheet.panel_height = 340;
   sheet.columns = 2;
-  sheet.legend_columns = 4;
   const std::vector<CoupledRows> systems = coupled_rows(source.scenes);
   constexpr std::array shapes{7, 6, 5, 9, 11, 4, 8};
   for (const auto& [kappa, iterations] :

@@ -20,6 +20,7 @@ constexpr Color quiet{100, 105, 114};
 /// Where things stand, in pixels.
 struct Grid {
   int gap, line, left, top, width, height;
+  std::size_t runs_in_row;
 
   Grid(const TimeSheetSettings& settings)
       : gap(gap_of(settings)),
@@ -27,11 +28,17 @@ struct Grid {
         left(gap),
         top(gap + (settings.title.empty() ? 1 : 2) * line),
         width(settings.width),
-        height(settings.height) {}
+        height(settings.height),
+        runs_in_row(settings.times.size() == 1 ? static_cast<std::size_t>(settings.runs_in_row) : 1) {}
 
-  int x(std::size_t column) const { return left + static_cast<int>(column) * (width + gap); }
-  /// Of a picture; its run's line is above it.
-  int y(std::size_t row) const { return top + line + static_cast<int>(row) * (height + line + gap); }
+  /// Left end of a picture, of a run and one of its times.
+  int x(std::size_t column, std::size_t run) const {
+    return left + static_cast<int>(column + run % runs_in_row) * (width + gap);
+  }
+  /// Top of a picture; its run's line is above it.
+  int y(std::size_t run) const {
+    return top + line + static_cast<int>(run / runs_in_row) * (height + line + gap);
+  }
 };
 
 /// The run's name in its colour, and how it was run.
@@ -43,8 +50,10 @@ void draw_run(Image& image, const Grid& grid, std::size_t row, const Run& run, c
   const std::string name = name_of(run.panel);
   std::string settings = run.is_reference() ? comparison.reference->method : settings_of(run.panel);
   if (!run.panel.title.empty()) settings = run.panel.title + "  " + settings;
-  draw_text(image, grid.left, base, name, bold);
-  draw_text(image, grid.left + text_width(name, bold) + 0.5 * size, base, settings, plain);
+  const double settings_left = text_width(name, bold) + 0.5 * size;
+  const bool fits = grid.runs_in_row == 1 || settings_left + text_width(settings, plain) < grid.width;
+  draw_text(image, grid.x(0, row), base, name, bold);
+  if (fits) draw_text(image, grid.x(0, row) + settings_left, base, settings, plain);
 }
 
 std::string note_on(const Comparison& comparison, const Run& run, std::size_t frame) {
@@ -63,7 +72,7 @@ void draw_note(Image& image, const Grid& grid, std::size_t column, std::size_t r
   if (note.empty()) return;
   const TextStyle style{.size = 0.9 * size, .color = dark, .bold = true};
   const int wide = static_cast<int>(std::lround(text_width(note, style) + 0.8 * size));
-  const int x = grid.x(column) + grid.width - wide;
+  const int x = grid.x(column, row) + grid.width - wide;
   const int y = grid.y(row) + grid.height - grid.line;
   fill_rectangle(image, x, y, wide, grid.line, {255, 255, 255}, 0.75);
   draw_text(image, x + 0.4 * size, y + 0.5 * grid.line + 0.3 * size, note, style);
@@ -104,8 +113,9 @@ TimeSheet draw_time_sheet(const Scene& scene, const TimeSheetSettings& settings)
   const Grid grid(settings);
   const std::size_t rows = settings.comparison.panels.size();
   RenderSettings whole;
-  whole.width = grid.x(settings.times.size());
-  whole.height = grid.y(rows) - grid.line;
+  const std::size_t columns = settings.times.size() - 1 + grid.runs_in_row;
+  whole.width = grid.x(columns, 0);
+  whole.height = grid.y(rows + grid.runs_in_row - 1) - grid.line;
   check(whole);
 
   TimeSheet sheet{Image(whole.width, whole.height), simulated(scene, settings), {}};
@@ -121,7 +131,7 @@ TimeSheet draw_time_sheet(const Scene& scene, const TimeSheetSettings& settings)
   Renderer renderer(seen_by(settings.camera, scene), pictures, shown_poses(sheet));
   for (std::size_t column = 0; column < sheet.frames.size(); ++column) {
     const std::size_t frame = sheet.frames[column];
-    draw_text(sheet.image, grid.x(column), grid.top - 0.4 * settings.text,
+    draw_text(sheet.image, grid.x(column, 0), grid.top - 0.4 * settings.text,
               fmt::format("{:g} s", std::round(1e4 * comparison.times[frame]) / 1e4),
               {.size = settings.text, .color = dark, .bold = true});
     for (std::size_t row = 0; row < rows; ++row) {
@@ -129,7 +139,7 @@ TimeSheet draw_time_sheet(const Scene& scene, const TimeSheetSettings& settings)
       if (column == 0) draw_run(sheet.image, grid, row, run, comparison, settings.text);
       if (!run.poses.empty()) {
         const std::size_t last = std::min(frame, run.poses.size() - 1);
-        paste(sheet.image, renderer.draw(run.poses[last]), grid.x(column), grid.y(row));
+        paste(sheet.image, renderer.draw(run.poses[last]), grid.x(column, row), grid.y(row));
       }
       draw_note(sheet.image, grid, column, row, note_on(comparison, run, frame), settings.text);
       if (settings.progress) {

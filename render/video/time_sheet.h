@@ -15,6 +15,7 @@ namespace substep::render {
 struct TimeSheetSettings {
   ComparisonSettings comparison;  ///< its start, duration and frame interval are not read
   std::vector<double> times;      ///< s, ascending: the nearest steps are shown
+  int runs_in_row = 1;            ///< of a single time
   std::string title;              ///< above all; empty: none
   int width = 1280;               ///< of one picture, pixels
   int height = 720;

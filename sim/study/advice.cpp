@@ -23,23 +23,30 @@ std::string price_text(const SweepRecord& record) {
       static_cast<std::int64_t>(static_cast<double>(record.metrics->row_solves) / record.duration));
 }
 
-/// "A3 with n = 16, plain joints, h = 1/60 s"
+}  // namespace
+
 std::string spoken(const SweepRecord& record, bool joints) {
   const Settings& s = record.settings;
+  const Settings usual = default_settings(s.algorithm);
   std::vector<std::string> words;
   if (s.algorithm >= Algorithm::a3) words.push_back(fmt::format("n = {}", s.substeps));
   if (s.algorithm >= Algorithm::a2 && (s.algorithm == Algorithm::a2 || s.iterations > 1)) {
     words.push_back(fmt::format("m = {}", s.iterations));
   }
-  if (tau_text(s) != "1") words.push_back(fmt::format("τ = {}", tau_text(s)));
-  if (kappa_text(s) != "1") words.push_back(fmt::format("κ = {}", kappa_text(s)));
-  if (s.algorithm >= Algorithm::a3 && joints) {
+  const bool is_substepping = s.algorithm >= Algorithm::a3 && is_of_report(s.algorithm);
+  if (is_substepping && (tau_text(s) != tau_text(usual) || kappa_text(s) != kappa_text(usual))) {
+    words.push_back(fmt::format("τ = {}", tau_text(s)));
+    words.push_back(fmt::format("κ = {}", kappa_text(s)));
+  }
+  if (is_substepping && joints && s.joints != usual.joints) {
     words.push_back(s.joints == Joints::rows ? "single rows" : fmt::format("{} joints", name(s.joints)));
   }
   const double rate = 1 / s.step;
   words.push_back(fmt::format("h = 1/{:.0f} s", rate));
   return fmt::format("{} with {}", title_of(s.algorithm), fmt::join(words, ", "));
 }
+
+namespace {
 
 bool is_growing(const SweepRecord& record) {
   return record.substep_radius.value_or(0) > growing_radius;
@@ -63,11 +70,11 @@ std::string choice_text(const std::vector<SweepRecord>& records) {
   if (!coarse) return fmt::format("No run stays within 1 % of the scene's size: {}. ", beyond_text(records));
   std::string text =
       fmt::format("For 1 % of the scene's size take **{}** ({}, measured {})",
-                  spoken(*coarse, has_joints(records)), price_text(*coarse), percent(error_of(*coarse)));
+                  spoken(*coarse, has_joints(records)), price_text(*coarse), percent(miss_of(*coarse)));
   if (!fine) return text + "; no run gets to 0.1 %. ";
   if (fine->key == coarse->key) return text + "; nothing cheaper gets to 0.1 % either. ";
   return text + fmt::format("; for 0.1 % **{}** ({}, measured {}). ", spoken(*fine, has_joints(records)),
-                            price_text(*fine), percent(error_of(*fine)));
+                            price_text(*fine), percent(miss_of(*fine)));
 }
 
 /// The same question put to each algorithm alone.
@@ -107,7 +114,7 @@ std::string ranking_text(const std::vector<SweepRecord>& records) {
 const SweepRecord* most_accurate(const std::vector<SweepRecord>& records) {
   const SweepRecord* best = nullptr;
   for (const SweepRecord& record : records) {
-    if (is_own_run(record) && record.metrics->bounded && (!best || error_of(record) < error_of(*best)))
+    if (is_own_run(record) && record.metrics->bounded && (!best || miss_of(record) < miss_of(*best)))
       best = &record;
   }
   return best;
@@ -128,7 +135,7 @@ double energy_error(const SweepRecord& record, const SweepRecord& best) {
 /// run is bounded.
 bool is_good(const SweepRecord& record, const SweepRecord* best, double tolerance) {
   const Metrics& x = *record.metrics;
-  if (!x.bounded || !(error_of(record) <= tolerance)) return false;
+  if (!x.bounded || !(miss_of(record) <= tolerance)) return false;
   const double limit = tolerance * record.size;
   // Allow ten times as much for energy, which is measured over the whole run
   return x.joint_gap <= limit && x.penetration <= limit && energy_error(record, *best) <= 10 * tolerance;
@@ -206,7 +213,7 @@ std::vector<SweepRecord> best_runs(const std::vector<SweepRecord>& records) {
   double error = std::numeric_limits<double>::infinity();
   for (const SweepRecord& record : candidates) {
     // A gain that cannot be seen is none.
-    const double own = std::max(error_of(record), 1e-9);
+    const double own = std::max(miss_of(record), 1e-9);
     if (own < 0.8 * error) {
       best.push_back(record);
       error = own;

@@ -12,6 +12,10 @@ namespace substep {
 /// Returns true for a measured run of one of the five algorithms.
 bool is_own_run(const SweepRecord& record);
 
+/// Returns "A3 with n = 16, plain joints, h = 1/60 s": n, m and the step, and what is not the default.
+/// `joints`: whether the scene has joints.
+std::string spoken(const SweepRecord& record, bool joints);
+
 /// Returns the cost that choices minimise: CPU time where it was measured, otherwise rows solved.
 double time_or_rows(const SweepRecord& record);
 

@@ -50,7 +50,7 @@ struct SweepRecord {
 };
 
 struct SweepOptions {
-  std::filesystem::path results = "out/sweep";
+  std::filesystem::path results = "out/report";
   int threads = 0;  ///< 0: as many as the machine has
   int part = 1;     ///< of `parts`: the jobs part, part + parts, … of the list
   int parts = 1;

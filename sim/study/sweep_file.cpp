@@ -12,15 +12,13 @@
 #include "sim/loading/load_scene.h"
 #include "sim/loading/toml_values.h"
 #include "sim/model/settings_fields.h"
+#include "sim/model/usual_settings.h"
 #include "sim/study/engines/engines.h"
 
 namespace substep {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Settings of a grid that names none.
-constexpr Settings unsaid{.substeps = 1};
 
 /// The settings that the algorithm does not read, at one value: so that equal runs have equal records.
 Settings as_read(Settings settings) {
@@ -46,7 +44,7 @@ std::string key_of(const SweepJob& job) {
   for (const SettingsField& field : settings_fields) {
     if (!has_list(field, job.is_limit) || !field.is_read_by(s.algorithm)) continue;
     if (field.is_left_out(s)) continue;
-    if (!field.stands_in_for.empty() && text_of(s, field) == text_of(unsaid, field)) continue;
+    if (!field.stands_in_for.empty() && text_of(s, field) == text_of(Settings{}, field)) continue;
     text += fmt::format("-{}{}", field.letter, text_of(s, field));
   }
   return text;
@@ -117,23 +115,25 @@ class Reader : private TomlValues {
 
   /// Makes the sweep of these scenes; the file is not read.
   Sweep sweep_of(const std::vector<fs::path>& files) {
-    std::vector<const Scene*> scenes;
+    sweep_.repetitions = 3;
+    sweep_.parts = false;
     for (const fs::path& file : files) {
-      Scene scene = load_scene(file);
-      const auto [entry, is_new] = sweep_.scenes.try_emplace(scene.name, std::move(scene));
+      Scene loaded = load_scene(file);
+      const auto [entry, is_new] = sweep_.scenes.try_emplace(loaded.name, std::move(loaded));
       if (!is_new) throw Error(fmt::format("{}: another scene is named '{}'", file.string(), entry->first));
-      scenes.push_back(&entry->second);
+      const Scene* const scene = &entry->second;
+      const auto around = [](std::string_view name, int usual) {
+        GridList list{&field_named(name), {}};
+        for (const int eighths : {1, 2, 4, 8, 16, 32})
+          set(list.values.emplace_back(), *list.field, std::to_string(std::max(1, usual * eighths / 8)));
+        return list;
+      };
+      const std::vector<Algorithm> substepping{Algorithm::a3, Algorithm::a4, Algorithm::a5};
+      const int iterations = usual_settings(*scene, Algorithm::a2).iterations;
+      add_grid({{scene}, {1, 2, 4, 8}, {}, {Algorithm::a1}, {}, {}}, false);
+      add_grid({{scene}, {1}, {around("iterations", iterations)}, {Algorithm::a2}, {}, {}}, false);
+      add_grid({{scene}, {1}, {}, substepping, {}, {around("substeps", scene->substeps)}}, false);
     }
-    const auto list_of = [](std::string_view name) {
-      GridList list{&field_named(name), {}};
-      for (const char* const value : {"1", "4", "16", "64"})
-        set(list.values.emplace_back(unsaid), *list.field, value);
-      return list;
-    };
-    const std::vector<Algorithm> substepping{Algorithm::a3, Algorithm::a4, Algorithm::a5};
-    add_grid({scenes, {1, 2, 4, 8}, {}, {Algorithm::a1}, {}, {}}, false);
-    add_grid({scenes, {1}, {list_of("iterations")}, {Algorithm::a2}, {}, {}}, false);
-    add_grid({scenes, {1}, {}, substepping, {}, {list_of("substeps")}}, false);
     return std::move(sweep_);
   }
 
@@ -233,8 +233,7 @@ class Reader : private TomlValues {
       GridList values{&field, {}};
       if (!has_list(field, is_limit)) continue;
       for (const toml::node* const node : list(table, field.name)) {
-        Settings& one = values.values.emplace_back(unsaid);
-        if (!field.is_read_by(one.algorithm)) one.algorithm = field.first;
+        Settings& one = values.values.emplace_back(default_settings(field.first));
         set_field(one, field, *node);
         check_at(*node, one);
       }
@@ -261,11 +260,7 @@ class Reader : private TomlValues {
     expect_keys(table, is_limit ? "[[limit]]" : "[[grid]]", keys_of_grid(is_limit));
     const Grid grid = grid_in(table, is_limit);
     for (const Scene* const scene : grid.scenes) {
-      for (const int division : grid.divisions) {
-        Settings settings = unsaid;
-        settings.step = scene->step / division;
-        check_at(table, settings);
-      }
+      for (const int division : grid.divisions) check_at(table, {.step = scene->step / division});
     }
     add_grid(grid, is_limit);
   }
@@ -273,30 +268,30 @@ class Reader : private TomlValues {
   void add_grid(const Grid& grid, bool is_limit) {
     for (const Scene* const scene : grid.scenes) {
       for (const int division : grid.divisions) {
-        Settings settings = unsaid;
-        settings.step = scene->step / division;
-        for (const Settings& with_iterations : combinations(settings, grid.iterations)) {
-          SweepJob job;
-          job.scene = scene->name;
-          job.settings = with_iterations;
-          job.divisions = division;
-          job.is_limit = is_limit;
-          add_jobs(grid, job);
+        const SweepJob job{{}, scene->name, {}, {.step = scene->step / division}, division, is_limit};
+        if (grid.iterations.empty()) add_jobs(grid, *scene, job, nullptr);
+        for (const GridList& list : grid.iterations) {
+          for (const Settings& value : list.values) add_jobs(grid, *scene, job, &value.iterations);
         }
       }
     }
   }
 
-  /// The engines and algorithms of a grid, at the step and number of iterations of `job`.
-  void add_jobs(const Grid& grid, const SweepJob& job) {
+  /// Adds the engines and algorithms of a grid at the step of `job`. `iterations`: null for each one's
+  /// default.
+  void add_jobs(const Grid& grid, const Scene& scene, const SweepJob& job, const int* iterations) {
     for (const std::string& engine : grid.engines) {
       SweepJob other = job;
       other.engine = engine;
+      other.settings.substeps = 1;
+      other.settings.iterations = iterations ? *iterations : default_settings(Algorithm::a2).iterations;
       add(std::move(other));
     }
     for (const Algorithm algorithm : grid.algorithms) {
-      Settings start = job.settings;
-      start.algorithm = algorithm;
+      Settings start = usual_settings(scene, algorithm);
+      start.step = job.settings.step;
+      if (iterations) start.iterations = *iterations;
+      if (job.is_limit) start.substeps = 1;  // the search varies it
       for (const Settings& settings : combinations(start, grid.lists)) {
         SweepJob own = job;
         own.settings = as_read(settings);

@@ -1,31 +1,5 @@
 #pragma once
-/// The sweep file: which scenes are measured with which settings.
-///
-///     horizon = 2                       # s: runs are compared with the reference until then, at most
-///     repetitions = 5                   # of a run whose CPU time is measured; 0: no times
-///     most = 64                         # how fine a search for the stability limit may go
-///     properties = true                 # `substep report` also shows what the algorithms do on test scenes
-///                                       # of their own, read from the sweep file's folder
-///
-///     parts = false                     # not the parts of errors, residuals and stages of steps
-///
-///     [horizons]                        # other horizons, by scene
-///     rod_chain = 1
-///
-///     [[grid]]                          # all combinations of its lists; what is absent has one value
-///     scenes = ["pendulum.gltf"]        # relative to the sweep file; a name with "*" is a shell's pattern
-///     algorithms = ["a3", "a4", "a5"]
-///     divisions = [1, 2, 4]             # of the scene's step: h = step / 1, step / 2, …
-///     substeps = [1, 2, 4, 8]           # n; A1 and A2 have none
-///     iterations = [1]                  # m; A1 has none
-///     joints = ["plain", "stable"]      # and so any other field of settings_fields.h: tau, kappa, …
-///     engines = ["bullet-si"]           # engines to run beside them, where the program was built with them
-///
-///     [[limit]]                         # how coarse each may be and stay bounded, by bisection. The same
-///     scenes = ["pendulum.gltf"]        # keys but `divisions`, `substeps` and `engines`
-///     algorithms = ["a3", "a4", "a5"]
-///
-/// Settings that an algorithm does not read make no jobs of their own: each run is made once.
+/// The sweep file: which scenes are measured with which settings. scenes/sweeps.md describes it.
 
 #include <filesystem>
 #include <map>
@@ -64,8 +38,8 @@ struct Sweep {
 /// type or out of range.
 Sweep read_sweep(const std::filesystem::path& file);
 
-/// Makes a sweep of these scenes without a file: A1 at divided steps, A2 with more iterations, A3 to A5 with
-/// more sub-steps, each from one to where it costs 64 times as much or the step is an eighth. Throws Error.
+/// Makes a sweep of these scenes without a file, at their default settings: A1 with h to h/8, A2 with an
+/// eighth to four times its iterations, A3 to A5 with as many times their sub-steps. Throws Error.
 Sweep sweep_of(const std::vector<std::filesystem::path>& scenes);
 
 }  // namespace substep

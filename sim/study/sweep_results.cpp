@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <set>
 
 #include "sim/model/settings_fields.h"
 #include "sim/study/engines/engines.h"
@@ -12,37 +14,84 @@
 namespace substep {
 namespace {
 
-std::string title_of(const SweepRecord& record, bool contacts) {
-  if (!record.engine.empty()) {
-    for (const Engine& engine : engines()) {
-      if (engine.name == record.engine) return engine.label;
+/// Which of a scene's runs are joined to lines, along which one setting alone varies.
+class Lines {
+ public:
+  explicit Lines(const std::vector<SweepRecord>& records)
+      : step_(scene_step(records)), contacts_(has_contacts(records)) {
+    for (const SweepRecord& record : records) {
+      if (!record.metrics || !record.engine.empty()) continue;
+      const Settings& s = record.settings;
+      Values& own = values_[s.algorithm];
+      own.iterations.insert(s.iterations);
+      own.steps_of[s.iterations].insert(s.step);
+      if (s.step == step_) own.iterations_at_step.insert(s.iterations);
+      if (s.joints != Joints::rows) own.substeps.insert(s.substeps);
     }
-    return record.engine;
   }
-  const Settings& s = record.settings;
-  std::string title(title_of(s.algorithm));
-  if (s.algorithm == Algorithm::a2) title += contacts ? ", by m" : fmt::format(" m={}", s.iterations);
-  if (s.algorithm >= Algorithm::a3 && is_of_report(s.algorithm)) {
-    title += fmt::format(" {}", name(s.joints));
-    if (tau_text(s) != "1") title += fmt::format(" τ={}", tau_text(s));
-    if (kappa_text(s) != "1") title += fmt::format(" κ={}", kappa_text(s));
-  }
-  for (const SettingsField& field : settings_fields) {
-    if (field.can_be_left_out && !field.is_left_out(s))
-      title += fmt::format(" {}{}", field.symbol, text_of(s, field));
-  }
-  return title;
-}
 
-/// Returns true where the run is on a line along which one setting alone varies.
-bool is_followed(const SweepRecord& record, double step, bool contacts) {
-  if (!record.metrics) return false;
-  const Settings& s = record.settings;
-  if (!record.engine.empty() || s.algorithm == Algorithm::a1) return true;
-  if (!is_of_report(s.algorithm)) return s.step == step;
-  if (s.algorithm == Algorithm::a2 && contacts) return s.step == step;
-  if (s.algorithm == Algorithm::a2) return s.iterations == 4 || s.iterations == 16;
-  return s.iterations == 1 && s.joints != Joints::rows && s.step == step;
+  std::string title_of(const SweepRecord& record) const {
+    if (!record.engine.empty()) {
+      const auto found = std::ranges::find(engines(), record.engine, &Engine::name);
+      return found == engines().end() ? record.engine : found->label;
+    }
+    const Settings& s = record.settings;
+    std::string title(substep::title_of(s.algorithm));
+    if (s.algorithm == Algorithm::a2)
+      title += is_by_iterations() ? ", by m" : fmt::format(" m={}", s.iterations);
+    if (s.algorithm >= Algorithm::a3 && is_of_report(s.algorithm)) {
+      if (s.iterations > 1) title += fmt::format(" m={}", s.iterations);
+      title += fmt::format(" {}", name(s.joints));
+      if (tau_text(s) != "1") title += fmt::format(" τ={}", tau_text(s));
+      if (kappa_text(s) != "1") title += fmt::format(" κ={}", kappa_text(s));
+    }
+    for (const SettingsField& field : settings_fields) {
+      if (field.can_be_left_out && !field.is_left_out(s))
+        title += fmt::format(" {}{}", field.symbol, text_of(s, field));
+    }
+    return title;
+  }
+
+  /// Why the run is on no line; empty where it is on one.
+  std::string reason_against(const SweepRecord& record) const {
+    const Settings& s = record.settings;
+    if (!record.engine.empty() || s.algorithm == Algorithm::a1) return "";
+    const bool is_at_step = s.step == step_;
+    if (!is_of_report(s.algorithm)) return is_at_step ? "" : "another step than the scene's";
+    const Values& own = values_.at(s.algorithm);
+    if (s.algorithm == Algorithm::a2) {
+      if (is_by_iterations()) return is_at_step ? "" : "another step than the scene's";
+      return own.steps_of.at(s.iterations).size() > 1 || own.iterations.size() == 1
+                 ? ""
+                 : "this m at one step alone";
+    }
+    if (s.joints == Joints::rows) return "single rows, which 'equal-rows' shows";
+    if (s.iterations != *own.iterations.begin()) return "a line follows n, with the fewest iterations m";
+    return is_at_step || own.substeps.size() == 1 ? "" : "another step than the scene's";
+  }
+
+ private:
+  struct Values {
+    std::set<int> iterations, iterations_at_step, substeps;
+    std::map<int, std::set<double>> steps_of;  ///< by the number of iterations
+  };
+
+  /// Whether the line of A2 follows m at the scene's step, instead of the step at each m.
+  bool is_by_iterations() const {
+    const auto found = values_.find(Algorithm::a2);
+    if (found == values_.end() || found->second.iterations_at_step.size() < 2) return false;
+    return contacts_ || std::ranges::none_of(found->second.steps_of,
+                                             [](const auto& steps) { return steps.second.size() > 1; });
+  }
+
+  double step_;
+  bool contacts_;
+  std::map<Algorithm, Values> values_;
+};
+
+/// Returns false where the refinements of the reference diverge at once.
+bool has_reference(const SweepRecord& record) {
+  return record.horizon > 0 || record.divergence_point.empty();
 }
 
 }  // namespace
@@ -71,23 +120,39 @@ bool has_joints(const std::vector<SweepRecord>& records) {
 }
 
 std::vector<RunFamily> families_of(const std::vector<SweepRecord>& records) {
-  const double step = scene_step(records);
-  const bool contacts = has_contacts(records);
+  const Lines lines(records);
   std::vector<RunFamily> families;
   for (const SweepRecord& record : records) {
-    if (!is_followed(record, step, contacts)) continue;
-    const std::string title = title_of(record, contacts);
+    if (!record.metrics || !lines.reason_against(record).empty()) continue;
+    const std::string title = lines.title_of(record);
     const auto found = std::ranges::find(families, title, &RunFamily::title);
     RunFamily& family = found == families.end() ? families.emplace_back(RunFamily{title, {}}) : *found;
     family.runs.push_back(record);
   }
-  // A run alone is no line.
-  std::erase_if(families, [](const RunFamily& family) { return family.runs.size() < 2; });
   std::ranges::stable_sort(families, {}, [](const RunFamily& family) {
     const SweepRecord& first = family.runs.front();
     return first.engine.empty() ? static_cast<int>(first.settings.algorithm) : 7;
   });
   return families;
+}
+
+std::vector<RunsLeftOut> left_out_of(const std::vector<SweepRecord>& records) {
+  const Lines lines(records);
+  std::vector<RunsLeftOut> result;
+  for (const SweepRecord& record : records) {
+    if (!record.metrics) continue;
+    RunsLeftOut runs{lines.title_of(record), lines.reason_against(record), 1};
+    if (runs.reason.empty()) continue;
+    const auto found = std::ranges::find_if(result, [&](const RunsLeftOut& other) {
+      return other.title == runs.title && other.reason == runs.reason;
+    });
+    if (found == result.end()) {
+      result.push_back(std::move(runs));
+    } else {
+      ++found->count;
+    }
+  }
+  return result;
 }
 
 std::vector<SweepRecord> equal_row_runs(const std::vector<SweepRecord>& records, const std::string& scene) {
@@ -131,6 +196,17 @@ bool is_sure(const SweepRecord& record) {
   const bool turns = !(record.metrics->error.position.rms > 0);
   const double uncertainty = turns ? record.turn_uncertainty : record.uncertainty / record.size;
   return error < smallest_plotted_error || error >= 100 * uncertainty;
+}
+
+double miss_of(const SweepRecord& record) {
+  if (has_reference(record) || !record.metrics) return error_of(record);
+  if (record.metrics->diverged) return std::numeric_limits<double>::infinity();
+  return std::max(record.metrics->joint_gap, record.metrics->penetration) / record.size;
+}
+
+std::string miss_title(const std::vector<SweepRecord>& records) {
+  if (!has_reference(records.front())) return "largest gap or overlap / size";
+  return turns_in_place(records) ? "RMS turn, rad" : "RMS error / size";
 }
 
 bool is_other_engine(const SweepRecord& record) {

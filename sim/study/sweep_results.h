@@ -19,6 +19,11 @@ bool is_other_engine(const SweepRecord& record);
 /// RMS error over the scene's size; of bodies that stay in place and turn, the RMS turn in rad. Not finite
 /// where the run ended early.
 double error_of(const SweepRecord& record);
+/// error_of(), or where the reference ends at the start the largest joint gap or overlap over the scene's
+/// size.
+double miss_of(const SweepRecord& record);
+/// "RMS error / size", or what else miss_of() is for these records of one scene.
+std::string miss_title(const std::vector<SweepRecord>& records);
 bool turns_in_place(const std::vector<SweepRecord>& records);
 /// Returns true where the error is at least a hundred times the reference's uncertainty, or is rounding
 /// (below `smallest_plotted_error`).
@@ -31,8 +36,17 @@ struct RunFamily {
   std::vector<SweepRecord> runs;
 };
 
-/// The families of one scene's records, A1 first. Those of A3 to A5 have one iteration and the scene's step.
+/// The families of one scene's records, A1 first. Those of A3 to A5 have the fewest iterations that were
+/// measured and the scene's step, or where n is one number, all steps.
 std::vector<RunFamily> families_of(const std::vector<SweepRecord>& records);
+
+/// Measured runs of one scene that are in no family.
+struct RunsLeftOut {
+  std::string title;
+  std::string reason;
+  int count = 0;
+};
+std::vector<RunsLeftOut> left_out_of(const std::vector<SweepRecord>& records);
 
 /// Returns true where some run had overlapping bodies: the sweep ran the scene for its contacts.
 bool has_contacts(const std::vector<SweepRecord>& records);

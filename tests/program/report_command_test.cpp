@@ -15,6 +15,10 @@ TEST_F(FigureCommand, DrawsAPropertyWithoutASweep) {
   const Outcome outcome = run({"report", "figure", "stability", "--output", "map.svg"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(content("map.svg"), HasSubstr("closed form"));
+  // Each algorithm is a panel of stable and unstable points, and of the closed form.
+  EXPECT_THAT(content("map.csv"),
+              testing::StartsWith("panel,series,x_axis,y_axis,x,y\n\"A3\",\"stable\",\"κ\",\"τ\","));
+  EXPECT_THAT(content("map.txt"), testing::StartsWith("Stability of one constraint row"));
 }
 
 TEST_F(FigureCommand, RefusesWhatItCannotDraw) {
@@ -49,12 +53,24 @@ TEST_F(ReportCommand, MakesAPageOfScenesOfOnesOwn) {
     EXPECT_THAT(page, testing::Not(HasSubstr(other)));
 }
 
-TEST_F(ReportCommand, MakesAPageOfScenesWithoutASweepFile) {
+TEST_F(ReportCommand, AnswersForScenesWithoutASweepFile) {
   std::filesystem::copy_file(scene("pendulum.gltf"), folder() / "swing.gltf");
-  const Outcome outcome = run({"report", "swing.gltf", "--output", "page"});
+  std::filesystem::copy_file(scene("sliding_ball.gltf"), folder() / "ball.gltf");
+  const Outcome outcome = run({"report", "swing.gltf", "ball.gltf", "--output", "page"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  // A1 at four steps, A2 with four numbers of iterations, A3 to A5 with four of sub-steps each.
-  EXPECT_THAT(content("page/report.md"), HasSubstr("20 runs of 1 scenes"));
+  const std::string page = content("page/report.md");
+  // A1 at four steps, A2 with six numbers of iterations, A3 to A5 with six of sub-steps each.
+  EXPECT_THAT(page, HasSubstr("56 runs of 2 scenes"));
+  // The page begins with the answers, a card a scene.
+  EXPECT_THAT(page.substr(0, 600),
+              HasSubstr("### swing\n\n| for | take | ms of CPU a simulated second | RMS error / size |"));
+  EXPECT_LT(page.find("### ball"), page.find("## At equal cost"));
+  for (const char* const file : {"choice-swing.svg", "choice-swing.csv", "end-swing.png", "end-ball.png"})
+    EXPECT_TRUE(std::filesystem::exists(folder() / "page/figures" / file)) << file;
+  EXPECT_THAT(content("page/figures/choice-swing.csv"), HasSubstr("\"chosen\""));
+  EXPECT_THAT(content("page/report.html"), HasSubstr("<section class=\"card\">\n<h3>swing</h3>"));
+  // A figure is drawn from the same folder.
+  EXPECT_EQ(run({"report", "figure", "work-rows", "--results", "page"}).exit_code, 0);
 }
 
 TEST_F(ReportCommand, PrintsOneTable) {

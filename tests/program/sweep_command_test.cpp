@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <string>
 
 #include "program.h"
@@ -44,7 +45,7 @@ TEST_F(SweepCommand, DoesOnlyWhatIsNotDone) {
   EXPECT_THAT(run({"sweep", "small.toml", "--output", "done"}).out, HasSubstr("0 of them done now"));
   // A job that was cut off, and one that was never begun.
   write("done/jobs/pendulum.a1-h1.json", "0123");
-  std::filesystem::remove(folder() / "done/jobs/pendulum.a5-h1-n4-m1-t1-k1-plain.json");
+  std::filesystem::remove(folder() / "done/jobs/pendulum.a5-h1-n4-m1-t0.6-k1-ct0.9-ck0.7-stable.json");
   const Outcome refused = run({"sweep", "small.toml", "--output", "done", "--merge"});
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.err, HasSubstr("2 of 4 jobs are not done, the first is pendulum.a1-h1"));
@@ -150,6 +151,19 @@ TEST_F(SweepCommand, TakesTheFilesThatAreLikeAPattern) {
   ASSERT_EQ(run({"sweep", "like.toml", "--output", "like"}).exit_code, 0);
   EXPECT_THAT(content("like/sweep.json"), HasSubstr("\"scene\":\"pendulum\""));
   EXPECT_THAT(content("like/sweep.json"), HasSubstr("\"horizon\":0.05"));
+}
+
+TEST_F(SweepCommand, RunsTheExampleOfItsPage) {
+  std::ifstream page(scene("sweeps.md"));
+  const std::string text(std::istreambuf_iterator<char>(page), {});
+  const std::size_t begin = text.find("<!-- sweep -->\n```toml\n") + 23;
+  ASSERT_NE(begin, std::string::npos + 23);
+  write("example.toml", text.substr(begin, text.find("\n```", begin) - begin) + "\n");
+  std::filesystem::copy_file(scene("rod_chain.gltf"), folder() / "rod_chain.gltf");
+  const Outcome outcome = run({"sweep", "example.toml", "--output", "example"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  // Two scenes, two algorithms, four n and two kinds of joints; three steps of A1; a limit
+  EXPECT_THAT(outcome.out, HasSubstr("36 jobs, 36 of them done now"));
 }
 
 TEST_F(SweepCommand, SaysWhereSlurmIsNotThere) {

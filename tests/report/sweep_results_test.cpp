@@ -46,15 +46,17 @@ class SweepResults : public testing::Test {
         << "algorithms = [\"a1\", \"a2\"]\ndivisions = [1, 2, 4, 8, 16]\niterations = [16]\n"
         << "[[grid]]\nscenes = [\"" << (scenes() / "pendulum.gltf").string() << "\", \""
         << (scenes() / "rod_chain.gltf").string() << "\"]\n"
-        << "algorithms = [\"a3\", \"a4\", \"a5\"]\nsubsteps = [1, 2, 4, 8, 16]\njoints = [\"plain\", "
-           "\"stable\", "
-           "\"rows\"]\n"
+        << "algorithms = [\"a3\", \"a4\", \"a5\"]\nsubsteps = [1, 2, 4, 8, 16]\ntau = [1]\n"
+           "joints = [\"plain\", \"stable\", \"rows\"]\n"
         << "[[limit]]\nscenes = [\"" << (scenes() / "rod_chain.gltf").string()
         << "\"]\nalgorithms = [\"a1\"]\n";
     const Sweep sweep = read_sweep(folder / "small.toml");
     run_sweep(sweep, {folder / "results", 2, 1, 1}, {});
     merge_sweep(sweep, folder / "results");
-    source_ = new FigureSource{read_records(folder / "results"), scenes(), false, {}};
+    source_ = new FigureSource;
+    source_->records = read_records(folder / "results");
+    source_->scenes = scenes();
+    source_->properties = false;
   }
   static void TearDownTestSuite() { delete source_; }
 
@@ -122,10 +124,67 @@ TEST_F(SweepResults, TheFigureIsTheSameTwice) {
   EXPECT_EQ(draw(figure.make(source()), PictureFormat::pdf).substr(0, 5), "%PDF-");
 }
 
+TEST_F(SweepResults, EachMeasuredRunIsInAFamilyOrLeftOut) {
+  for (const std::string& scene : scenes_of(source().records)) {
+    const std::vector<SweepRecord> own = of_scene(source().records, scene);
+    std::size_t count = 0;
+    for (const RunFamily& family : families_of(own)) count += family.runs.size();
+    for (const RunsLeftOut& runs : left_out_of(own)) count += static_cast<std::size_t>(runs.count);
+    EXPECT_EQ(count, static_cast<std::size_t>(std::ranges::count_if(own, is_own_run))) << scene;
+  }
+}
+
+TEST_F(SweepResults, FiguresNameTheSeriesTheyLeaveOut) {
+  FigureSource lost = source();
+  for (SweepRecord& record : lost.records) {
+    if (record.scene == "pendulum" && record.settings.algorithm == Algorithm::a5)
+      record.metrics->error.position = {INFINITY, INFINITY};
+  }
+  const Sheet sheet = figure_named("work-rows").make(lost);
+  EXPECT_EQ(
+      std::ranges::count(sheet.left_out, LeftOut{"pendulum", "A5 stable",
+                                                 "5 runs lost (error above three times the scene's size)"}),
+      1);
+  EXPECT_THAT(caption_text(sheet),
+              HasSubstr("- A3 rows of pendulum: 5 runs: single rows, which 'equal-rows' shows"));
+  // One of each is drawn or left out, and the caption names no other algorithm.
+  for (const std::string& scene : scenes_of(lost.records)) {
+    for (const RunFamily& family : families_of(of_scene(lost.records, scene))) {
+      const auto has = [&](const Panel& panel) {
+        return panel.title.starts_with(scene) &&
+               std::ranges::count(panel.series, family.title, &Series::title) == 1;
+      };
+      const bool is_left_out = std::ranges::any_of(sheet.left_out, [&](const LeftOut& one) {
+        return one.scene == scene && one.series == family.title;
+      });
+      EXPECT_TRUE(is_left_out != std::ranges::any_of(sheet.panels, has)) << scene << " " << family.title;
+    }
+  }
+  FigureSource first = source();
+  std::erase_if(first.records,
+                [](const SweepRecord& record) { return record.settings.algorithm != Algorithm::a1; });
+  const std::string caption = caption_text(figure_named("work-rows").make(first));
+  EXPECT_THAT(caption, HasSubstr("A1: h divided by 1, 2, 4, 8, 16."));
+  for (const char* const other : {"A2", "A3", "A4", "A5", "Own"}) EXPECT_THAT(caption, Not(HasSubstr(other)));
+}
+
+TEST_F(SweepResults, ASingleRunIsAPointOfItsFigure) {
+  FigureSource few = source();
+  std::erase_if(few.records, [](const SweepRecord& record) {
+    const Settings& s = record.settings;
+    return s.algorithm != Algorithm::a5 || s.substeps != 4 || s.joints != Joints::stable;
+  });
+  const Sheet sheet = figure_named("work-rows").make(few);
+  ASSERT_EQ(sheet.panels.size(), 2u);
+  ASSERT_EQ(sheet.panels[0].series.size(), 1u);
+  EXPECT_EQ(sheet.panels[0].series[0].title, "A5");
+  EXPECT_EQ(sheet.panels[0].series[0].points.size(), 1u);
+}
+
 TEST_F(SweepResults, ThePageIsTheTemplateFilledIn) {
-  const std::string page = to_markdown(report_page(source(), {{"order", "<svg/>"}}));
-  EXPECT_THAT(
-      page, HasSubstr("# Speed against error of A1 to A5\n\n111 runs of 2 scenes. An error is the distance"));
+  const std::string page = to_markdown(report_page(source(), {{"order", {"<svg/>", {}, {}, {}}}}));
+  EXPECT_THAT(page, testing::StartsWith("# Speed against error of A1 to A5\n\n## What to choose\n"));
+  EXPECT_THAT(page, HasSubstr("\n111 runs of 2 scenes. An error is the distance"));
   EXPECT_THAT(page, HasSubstr("the root mean square over bodies and time"));  // a line's end in the template
   EXPECT_THAT(page, HasSubstr("![error against the (sub-)step, with slope triangles](figures/order.svg)"));
   for (const char* const heading :
