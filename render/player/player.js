@@ -37,11 +37,12 @@ class Player {
       const section = document.createElement('section');
       section.className = 'panel';
       section.style.setProperty('--ink', panel.color);
-      section.setAttribute('aria-label', `${panel.name} ${panel.settings}`);
+      const title = [panel.name, panel.words].filter(Boolean).join(', ');
+      section.setAttribute('aria-label', title);
       const head = section.appendChild(document.createElement('div'));
       head.className = 'head';
-      head.title = [panel.name, panel.words, panel.settings].filter(Boolean).join('  ');
-      for (const [tag, name, text] of [['b', '', panel.name], ['span', 'words', panel.words], ['span', 'settings', panel.settings]]) {
+      head.title = title;
+      for (const [tag, name, text] of [['b', '', panel.name], ['span', 'words', panel.words]]) {
         const part = head.appendChild(document.createElement(tag));
         part.className = name;
         part.textContent = text;
@@ -143,12 +144,12 @@ class Player {
   writeLegend() {
     const {data} = this;
     const shown = data.strips[+$('strip').value];
-    $('legend').textContent = !shown ? '' : {
-      error:
-          `strips: RMS distance of the bodies’ points from the reference (${(data.reference || {}).method})`,
+    const strips = !shown ? '' : {
+      error: `strips: RMS distance from the reference (${(data.reference || {}).method})`,
       gap: 'strips: by how much joints give way; an angle counts times its lever',
       energy: 'strips: kinetic and potential energy since the first frame',
     }[shown.name];
+    $('legend').textContent = [data.shared, strips].filter(Boolean).join(' · ');
   }
 
   key(event) {
@@ -248,15 +249,12 @@ class Player {
     this.draw();
   }
 
-  /** Shrinks all alike until the longest fits; then the words go. */
+  /** Shrinks all alike until the longest fits. */
   fitHeads(shown) {
     const fits = () => shown.every(({head}) => [...head.children].every((part) => part.scrollWidth <= part.clientWidth + 1));
-    for (const words of ['', 'none']) {
-      $('panels').style.setProperty('--words', words);
-      for (let size = 1; size >= 0.74; size -= 0.05) {
-        $('panels').style.setProperty('--head', size);
-        if (fits()) return;
-      }
+    for (let size = 1; size >= 0.6; size -= 0.05) {
+      $('panels').style.setProperty('--head', size);
+      if (fits()) return;
     }
   }
 
@@ -479,9 +477,7 @@ class Player {
       context.fillRect(x, y, 4, box.height);
       write(panel.name, x + 12, y + box.height / 2, 'bold 16px', panel.color);
       const name = context.measureText(panel.name).width;
-      const room = (box.width - name - 40) / 2;
-      if ($('panels').style.getPropertyValue('--words') !== 'none') write(panel.words, x + 21 + name, y + box.height / 2, '13px', STRIP.bright, 'left', room);
-      write(panel.settings, x + box.width - 8, y + box.height / 2, '12px', STRIP.quiet, 'right', room);
+      write(panel.words, x + 21 + name, y + box.height / 2, '16px', STRIP.bright, 'left', box.width - name - 30);
       if (strip) {
         const own = strip.canvas.getBoundingClientRect();
         context.drawImage(strip.canvas, own.left - main.left, own.top - main.top + top, own.width, own.height);

@@ -18,7 +18,6 @@
 #include "render/embedded_file.h"
 #include "render/frame_uniforms.h"
 #include "render/ground.h"
-#include "render/inks.h"
 #include "render/lamps.h"
 #include "render/markup.h"
 #include "render/player/pose_stream.h"
@@ -168,13 +167,13 @@ std::vector<std::vector<Coordinates>> shown_poses(const Scene& scene,
 
 Json panels_of(const Comparison& comparison) {
   Json panels = Json::array();
+  const Titles titles = titles_of(comparison.runs);
   for (std::size_t i = 0; i < comparison.runs.size(); ++i) {
     const Run& run = comparison.runs[i];
     const Dash dash = dash_of(i);
     Json panel = {{"name", name_of(run.panel)},
-                  {"words", words_of(run, comparison)},
-                  {"settings", run.is_reference() ? comparison.reference->method : settings_of(run.panel)},
-                  {"color", inks.at(static_cast<std::size_t>(hue_of(run.panel))).dark},
+                  {"words", titles.words[i]},
+                  {"color", html_color(accent(run.panel))},
                   {"dash", {dash.drawn, dash.left_out}},
                   {"reference", run.is_reference()},
                   {"errors", rounded(run.errors)},
@@ -259,6 +258,7 @@ std::string player_page(const Scene& scene, const Comparison& comparison, const 
                {"bodies", bodies_of(scene)},
                {"joints", joints_of(scene)},
                {"panels", panels_of(comparison)},
+               {"shared", titles_of(comparison.runs).shared},
                {"scale", {scale.lower, scale.upper}},
                {"strips", strips_of(comparison)},
                {"ramp", error_ramp},

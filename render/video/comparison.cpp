@@ -381,6 +381,9 @@ std::vector<Run> runs_of(const Scene& scene, const ComparisonSettings& settings,
     }
     if (panel.kind == PanelChoice::Kind::reference) run.panel.settings.step = settings.step;
     check(run.panel.settings);
+    run.panel.shade = static_cast<int>(std::count_if(runs.begin(), runs.end() - 1, [&](const Run& earlier) {
+      return hue_of(earlier.panel) == hue_of(run.panel);
+    }));
   }
   return runs;
 }

@@ -31,14 +31,26 @@ Color color_in(const char* ink) {
   return color;
 }
 
+/// Returns `percent` of `color` over the rest of `below`.
+Color mixed(const Color& color, const Color& below, int percent) {
+  Color result{};
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    result[i] = static_cast<std::uint8_t>(below[i] + (color[i] - below[i]) * percent / 100);
+  }
+  return result;
+}
+
 /// `color` faded into the strip's ground. Not by drawing with an alpha: where a curve's pieces meet, that
 /// would show as beads.
 Color faded(const Color& color) {
-  Color result{};
-  for (std::size_t i = 0; i < result.size(); ++i) {
-    result[i] = static_cast<std::uint8_t>(surface[i] + (color[i] - surface[i]) * 38 / 100);
-  }
-  return result;
+  return mixed(color, surface, 38);
+}
+
+/// Returns a shade of an ink: itself, then nearer to `away`, then fainter, and again.
+Color shaded(const char* ink, int shade, const Color& away) {
+  constexpr Color grey{100, 104, 112};
+  const Color color = color_in(ink);
+  return shade % 3 == 0 ? color : shade % 3 == 1 ? mixed(color, away, 45) : mixed(color, grey, 50);
 }
 
 /// For an axis: "+2 kJ", "−0.5 J".
@@ -74,6 +86,19 @@ std::vector<std::string> wrapped(const std::string& text, const TextStyle& style
   return lines;
 }
 
+/// Cuts text to a width, with an ellipsis where it was longer.
+std::string cut(const std::string& text, const TextStyle& style, double width) {
+  if (text_width(text, style) <= width) return text;
+  std::string shorter = text;
+  while (!shorter.empty() && text_width(shorter + "…", style) > width) {
+    // A character of several bytes goes as a whole.
+    while (!shorter.empty() && (static_cast<unsigned char>(shorter.back()) & 0xC0) == 0x80)
+      shorter.pop_back();
+    if (!shorter.empty()) shorter.pop_back();
+  }
+  return shorter + "…";
+}
+
 }  // namespace
 
 std::string film_title(const Scene& scene, const std::string& given) {
@@ -83,50 +108,21 @@ std::string film_title(const Scene& scene, const std::string& given) {
   return title;
 }
 
-std::string words_of(const Run& run, const Comparison& comparison) {
-  if (!run.panel.title.empty()) return run.panel.title;
-  switch (run.panel.kind) {
-    case PanelChoice::Kind::reference:
-      return "";
-    case PanelChoice::Kind::engine:
-      return "";
-    case PanelChoice::Kind::log:
-      return "finished run";
-    case PanelChoice::Kind::algorithm:
-      break;
-  }
-  switch (run.panel.settings.algorithm) {
-    case Algorithm::a1:
-      // It is no truth about itself.
-      if (comparison.reference && comparison.reference->is_a1) return "all rows at once; error from itself";
-      return "all rows at once";
-    case Algorithm::a2:
-      return "row by row, iterated";
-    case Algorithm::a3:
-      return "sub-steps, exact";
-    case Algorithm::a4:
-      return "sub-steps, approximate";
-    case Algorithm::a5:
-      return "sub-steps, as in Havok";
-    case Algorithm::soft:
-      return "sub-steps, soft rows, relaxed";
-    case Algorithm::avbd:
-      return "body by body, penalties";
-  }
-  return "";
-}
-
 Dash dash_of(std::size_t run) {
   constexpr std::array<Dash, 5> dashes{{{1, 0}, {14, 3}, {9, 6}, {5, 8}, {2.5, 9}}};
   return dashes[run % dashes.size()];
 }
 
 Color accent(const PanelChoice& panel) {
-  return color_in(inks.at(static_cast<std::size_t>(hue_of(panel))).dark);
+  return shaded(inks.at(static_cast<std::size_t>(hue_of(panel))).dark, panel.shade, {255, 255, 255});
 }
 
 Color accent_on_white(const PanelChoice& panel) {
-  return color_in(inks.at(static_cast<std::size_t>(hue_of(panel))).light);
+  return shaded(inks.at(static_cast<std::size_t>(hue_of(panel))).light, panel.shade, {0, 0, 0});
+}
+
+std::string html_color(const Color& color) {
+  return fmt::format("#{:02x}{:02x}{:02x}", color[0], color[1], color[2]);
 }
 
 int columns_for(int count, int width, int height, int above) {
@@ -159,6 +155,7 @@ void check_film_size(int width, int height) {
 Composition::Composition(const Comparison& comparison, const std::string& title, int width, int height,
                          const std::vector<KeyEntry>& key, const std::vector<Strip>& strips)
     : comparison_(comparison),
+      titles_(titles_of(comparison.runs)),
       width_(width),
       height_(height),
       scale_(std::sqrt(static_cast<double>(width) * height / (1280.0 * 720))),
@@ -180,16 +177,18 @@ void Composition::lay_out() {
     return static_cast<int>(std::lround(std::max(least, at_720 * scale_)));
   };
   const int gap = scaled(12, 4);
-  title_ = {gap, 0, width_ - 2 * gap, scaled(48, 20)};
-  const int header = scaled(28, 16);
+  title_ = {gap, 0, width_ - 2 * gap, scaled(40, 18)};
+  const int top =
+      title_.height +
+      static_cast<int>(1.3 * legend_style().size * static_cast<double>(legend_lines().size()) + 4 * scale_);
+  const int header = scaled(36, 16);
   const int strip = scaled(62, 28);
   const int strips = strip * static_cast<int>(strips_.size());
   const int count = static_cast<int>(comparison_.runs.size());
-  const int columns =
-      columns_for(count, width_ - gap, height_ - title_.height - footer_, header + strips + gap);
+  const int columns = columns_for(count, width_ - gap, height_ - top - footer_, header + strips + gap);
   const int rows = (count + columns - 1) / columns;
   const int panel_width = (width_ - (columns + 1) * gap) / columns;
-  const int panel_height = (height_ - title_.height - footer_ - rows * gap) / rows;
+  const int panel_height = (height_ - top - footer_ - rows * gap) / rows;
   picture_width_ = panel_width;
   picture_height_ = panel_height - header - strips;
   if (picture_width_ < 40 || picture_height_ < 24) {
@@ -197,13 +196,13 @@ void Composition::lay_out() {
         fmt::format("size {}x{}: leaves no room for {} panels: make it larger", width_, height_, count));
   }
   // In a narrow panel the axis' names would take the curve's room.
-  has_axis_ = panel_width > 4 * text_width("0.1 mm", {.size = text_size(12)});
+  has_axis_ = panel_width > 4 * text_width("0.1 mm", {.size = text_size(14)});
   for (int i = 0; i < count; ++i) {
     // A last row that is not full stands in the middle.
     const int in_row = std::min(columns, count - i / columns * columns);
     const int left_out = (columns - in_row) * (panel_width + gap) / 2;
     const int x = gap + left_out + (i % columns) * (panel_width + gap);
-    const int y = title_.height + (i / columns) * (panel_height + gap);
+    const int y = top + (i / columns) * (panel_height + gap);
     Panel panel;
     panel.header = {x, y, panel_width, header};
     panel.picture = {x, y + header, picture_width_, picture_height_};
@@ -217,9 +216,9 @@ void Composition::lay_out_strips(Panel& panel, int x, int y, int width, int heig
     return static_cast<int>(std::lround(std::max(least, at_720 * scale_)));
   };
   // Room for the axis at the left and for the value at the right.
-  const int axis = static_cast<int>(text_width("0.1 mm", {.size = text_size(12)}) + 8 * scale_);
+  const int axis = static_cast<int>(text_width("0.1 mm", {.size = text_size(14)}) + 8 * scale_);
   const int left = has_axis_ ? axis : scaled(6, 4);
-  const int right = scaled(84, 50);
+  const int right = std::clamp(static_cast<int>(0.28 * width), scaled(60, 40), scaled(126, 60));
   const int margin = scaled(8, 4);
   for (const Strip kind : strips_) {
     StripBox box{kind, axis_of(comparison_, kind)};
@@ -251,8 +250,7 @@ std::string Composition::legend() const {
   for (const Strip strip : strips_) {
     text += text.empty() ? "strips: " : "; ";
     if (strip == Strip::error) {
-      text += fmt::format("RMS distance of the bodies’ points from the reference ({})",
-                          comparison_.reference->method);
+      text += fmt::format("RMS distance from the reference ({})", comparison_.reference->method);
     } else {
       text += strip == Strip::gap ? "largest gap of a joint" : "energy since the start";
     }
@@ -266,23 +264,33 @@ void Composition::draw_title(const std::string& title) {
   const double room = title_.width - text_width("00.00 s", clock) - 16 * scale_;
   while (bold.size > 8 && text_width(title, bold) > room) bold.size *= 0.95;
   draw_text(background_, title_.x, baseline(title_.y, title_.height, bold.size), title, bold);
-  if (strips_.empty()) return;
-  const TextStyle small{.size = text_size(15), .color = quiet};
-  const std::string legend = this->legend();
-  const double left = title_.x + text_width(title, bold) + 22 * scale_;
-  if (text_width(legend, small) < title_.width - 250 * scale_ - left) {
-    draw_text(background_, left, baseline(title_.y, title_.height, small.size) + 2 * scale_, legend, small);
+  const std::vector<std::string> lines = legend_lines();
+  double middle = title_.y + title_.height + 0.5 * legend_style().size;
+  for (const std::string& line : lines) {
+    draw_text(background_, title_.x, baseline(middle, 0, legend_style().size), line, legend_style());
+    middle += 1.3 * legend_style().size;
   }
+}
+
+TextStyle Composition::legend_style() const {
+  return {.size = text_size(17), .color = quiet};
+}
+
+/// What all panels share, then what the strips show.
+std::vector<std::string> Composition::legend_lines() const {
+  std::string text = titles_.shared;
+  if (!strips_.empty()) text += (text.empty() ? "" : " · ") + legend();
+  return text.empty() ? std::vector<std::string>{} : wrapped(text, legend_style(), title_.width);
 }
 
 void Composition::draw_background(const std::string& title) {
   background_ = Image(width_, height_);
   fill_rectangle(background_, 0, 0, width_, height_, ground);
   draw_title(title);
-  const HeaderStyle style = header_style();
+  const double factor = header_factor();
   for (std::size_t run = 0; run < panels_.size(); ++run) {
     const Panel& panel = panels_[run];
-    draw_header(panel, run, style);
+    draw_header(panel, run, factor);
     for (const StripBox& strip : panel.strips) {
       const Box& box = strip.strip;
       fill_rectangle(background_, box.x, box.y, box.width, box.height, surface);
@@ -310,60 +318,42 @@ void Composition::draw_footer(const std::vector<KeyEntry>& key) {
   }
 }
 
-/// What the header of a panel says, from the left: name, words; settings at the right.
-double Composition::header_width(std::size_t run, const HeaderStyle& style) const {
-  const Run& r = comparison_.runs[run];
-  const double f = style.factor;
-  double width = 20 * scale_ + text_width(name_of(r.panel), {.size = f * text_size(18), .bold = true});
-  const std::string words = words_of(r, comparison_);
-  if (style.has_words && !words.empty()) width += 9 * scale_ + text_width(words, {.size = f * text_size(15)});
-  const std::string settings = r.is_reference() ? comparison_.reference->method : settings_of(r.panel);
-  if (style.has_settings) width += 12 * scale_ + text_width(settings, {.size = f * text_size(14)});
-  return width;
+double Composition::header_width(std::size_t run, double factor) const {
+  const std::string& words = titles_.words[run];
+  const double name =
+      text_width(name_of(comparison_.runs[run].panel), {.size = factor * text_size(24), .bold = true});
+  return 28 * scale_ + name + (words.empty() ? 0 : text_width(words, {.size = factor * text_size(22)}));
 }
 
-/// Shrinks all alike until the longest fits; then the words go, then the settings.
-Composition::HeaderStyle Composition::header_style() const {
-  for (HeaderStyle style : {HeaderStyle{1, true, true}, HeaderStyle{1, false, true},
-                            HeaderStyle{1, true, false}, HeaderStyle{1, false, false}}) {
-    for (; style.factor * text_size(14) >= 9 && style.factor >= 0.7; style.factor -= 0.05) {
-      bool fits = true;
-      for (std::size_t run = 0; run < panels_.size(); ++run) {
-        fits = fits && header_width(run, style) <= panels_[run].header.width;
-      }
-      if (fits) return style;
-    }
+/// Returns by how much all headers shrink, so that the longest fits or is as small as can be read.
+double Composition::header_factor() const {
+  double factor = 1;
+  for (std::size_t run = 0; run < panels_.size(); ++run) {
+    const auto fits = [&] { return header_width(run, factor) <= panels_[run].header.width; };
+    while (!fits() && factor * text_size(22) > 9) factor *= 0.97;
   }
-  return {0.7, false, false};
+  return factor;
 }
 
-void Composition::draw_header(const Panel& panel, std::size_t run, const HeaderStyle& style) {
-  const Run& r = comparison_.runs[run];
+void Composition::draw_header(const Panel& panel, std::size_t run, double factor) {
   const Box& box = panel.header;
-  const Color color = accent(r.panel);
+  const Color color = accent(comparison_.runs[run].panel);
   fill_rectangle(background_, box.x, box.y, box.width, box.height, surface);
   const int bar = std::max(2, static_cast<int>(std::lround(4 * scale_)));
   fill_rectangle(background_, box.x, box.y, bar, box.height, color);
-
-  const TextStyle bold{.size = style.factor * text_size(18), .color = color, .bold = true};
-  const TextStyle plain{.size = style.factor * text_size(15), .color = bright};
-  const TextStyle small{.size = style.factor * text_size(14), .color = quiet};
+  const TextStyle bold{.size = factor * text_size(24), .color = color, .bold = true};
+  const TextStyle plain{.size = factor * text_size(22), .color = bright};
   double x = box.x + bar + 8 * scale_;
-  const std::string name = name_of(r.panel);
+  const std::string name = name_of(comparison_.runs[run].panel);
   draw_text(background_, x, baseline(box.y, box.height, bold.size), name, bold);
-  x += text_width(name, bold) + 9 * scale_;
-  if (style.has_words)
-    draw_text(background_, x, baseline(box.y, box.height, plain.size), words_of(r, comparison_), plain);
-  if (style.has_settings) {
-    const std::string settings = r.is_reference() ? comparison_.reference->method : settings_of(r.panel);
-    draw_text(background_, box.x + box.width - 8 * scale_ - text_width(settings, small),
-              baseline(box.y, box.height, small.size), settings, small);
-  }
+  x += text_width(name, bold) + 10 * scale_;
+  draw_text(background_, x, baseline(box.y, box.height, bold.size),
+            cut(titles_.words[run], plain, box.x + box.width - x), plain);
 }
 
 void Composition::draw_grid(const StripBox& strip) {
   const Box& plot = strip.plot;
-  const TextStyle style{.size = text_size(12), .color = quiet};
+  const TextStyle style{.size = text_size(14), .color = quiet};
   const auto draw_label = [&](const std::string& text, double y, double offset) {
     if (!has_axis_) return;
     draw_text(background_, plot.x - 5 * scale_ - text_width(text, style), y + 0.31 * style.size + offset,
@@ -414,7 +404,7 @@ void Composition::draw_certainty(const StripBox& strip) {
   const int right = plot.x + plot.width;
   fill_rectangle(background_, end, plot.y, right - end, plot.height, quiet, 0.25);
   draw_line(background_, end, plot.y, end, bottom, std::max(1.5, 2 * scale_), alarm);
-  TextStyle style{.size = text_size(12), .color = bright};
+  TextStyle style{.size = text_size(14), .color = bright};
   for (const std::string& text :
        {"no reference: " + reference.fate, reference.fate, std::string("no reference")}) {
     const double wide = text_width(text, style);
@@ -544,7 +534,7 @@ void Composition::draw_strip(Image& image, const StripBox& strip, std::size_t ru
                  static_cast<int>(std::lround(plot_y(strip, series(strip, run)[k]) - 0.5 * dot)), dot, dot,
                  color);
   const std::string value = value_label(strip, run, k);
-  TextStyle bold{.size = text_size(16), .color = color, .bold = true};
+  TextStyle bold{.size = text_size(22), .color = color, .bold = true};
   const double right = strip.strip.x + strip.strip.width - 6 * scale_;
   const double room = right - plot.x - plot.width - 4 * scale_;
   // By the longest there can be, so that all panels' are of one size.

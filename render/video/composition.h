@@ -8,8 +8,10 @@
 #include <vector>
 
 #include "render/image.h"
+#include "render/text.h"
 #include "render/video/comparison.h"
 #include "render/video/strip_axis.h"
+#include "render/video/titles.h"
 
 namespace substep::render {
 
@@ -18,15 +20,13 @@ using Color = std::array<std::uint8_t, 3>;
 /// A piece of text and its colour.
 using KeyEntry = std::pair<std::string, Color>;
 
-/// inks.h's of the panel, on dark ground, and on white.
+/// A shade of inks.h's of the panel, on dark ground, and on white.
 Color accent(const PanelChoice& panel);
 Color accent_on_white(const PanelChoice& panel);
+std::string html_color(const Color& color);  ///< "#5db4ea"
 
 /// What is given, or "rod_chain" as a person would write it.
 std::string film_title(const Scene& scene, const std::string& given);
-
-/// What distinguishes a run from its neighbours, for someone who has not read the report.
-std::string words_of(const Run& run, const Comparison& comparison);
 
 /// A curve of several: pixels that are drawn and left out in turn, at 720 lines; later ones leave out more,
 /// so that those below show.
@@ -71,12 +71,6 @@ class Composition {
     Box header, picture;
     std::vector<StripBox> strips;
   };
-  /// How panels' headers are written: all alike.
-  struct HeaderStyle {
-    double factor = 1;  ///< of the text's usual size
-    bool has_words = true;
-    bool has_settings = true;
-  };
 
   double text_size(double at_720) const;
   const std::vector<double>& series(const StripBox& strip, std::size_t run) const;
@@ -87,9 +81,11 @@ class Composition {
   void draw_background(const std::string& title);
   void draw_title(const std::string& title);
   std::string legend() const;
-  double header_width(std::size_t run, const HeaderStyle& style) const;
-  HeaderStyle header_style() const;
-  void draw_header(const Panel& panel, std::size_t run, const HeaderStyle& style);
+  TextStyle legend_style() const;
+  std::vector<std::string> legend_lines() const;
+  double header_width(std::size_t run, double factor) const;
+  double header_factor() const;
+  void draw_header(const Panel& panel, std::size_t run, double factor);
   void draw_grid(const StripBox& strip);
   void draw_certainty(const StripBox& strip);
   void draw_key(const StripBox& strip);
@@ -105,6 +101,7 @@ class Composition {
   void draw_footer(const std::vector<KeyEntry>& key);
 
   const Comparison& comparison_;
+  Titles titles_;
   int footer_ = 0;  ///< its height
   bool has_axis_ = true;
   int width_;

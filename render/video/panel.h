@@ -20,6 +20,7 @@ struct PanelChoice {
   std::filesystem::path log;  ///< a finished run: a pose log or table
   std::string author;         ///< of a run that another program made
   std::string title;          ///< words of one's own; empty: what the rest says
+  int shade = 0;              ///< of its ink: the number of earlier panels with the same
 };
 
 /// A1 to A5 with these settings, then the reference. A2 gets n·m iterations: as many row solves.
