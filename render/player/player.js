@@ -130,7 +130,7 @@ class Player {
     $('save').addEventListener('click', () => this.save());
     $('help').addEventListener('click', () => this.help());
     document.addEventListener('keydown', (event) => this.key(event));
-    $('precision').textContent = `Every frame is a computed one${data.nearest ? ', of the nearest step' : ''}. Positions are good to ${lengthLabel(data.unit / 2)}, turns to 3e-5 rad.`;
+    $('precision').textContent = `Frames between two steps are interpolated. Positions are good to ${lengthLabel(data.unit / 2)}, turns to 3e-5 rad.`;
   }
 
   /** What the strips show, of data.strips. */
@@ -144,11 +144,7 @@ class Player {
   writeLegend() {
     const {data} = this;
     const shown = data.strips[+$('strip').value];
-    const strips = !shown ? '' : {
-      error: `strips: RMS distance from the reference (${(data.reference || {}).method})`,
-      gap: 'strips: by how much joints give way; an angle counts times its lever',
-      energy: 'strips: kinetic and potential energy since the first frame',
-    }[shown.name];
+    const strips = shown ? `strips: ${shown.words}` : '';
     $('legend').textContent = [data.shared, strips].filter(Boolean).join(' · ');
   }
 
@@ -398,10 +394,8 @@ class Player {
 
   drawJoints(context, index, place, {width, height}) {
     const {data, frame} = this;
-    let largest = 0;
     for (const {bodies, anchors} of data.joints) {
       const points = bodies.map((body, end) => placed(poseAt(data, data.tracks[index], frame, body), anchors[end]));
-      largest = Math.max(largest, Math.hypot(...minus(points[0], points[1])));
       const [a, b] = points.map(place);
       if (!a || !b) continue;
       const isOpen = Math.hypot(b[0] - a[0], b[1] - a[1]) > 1.5;
@@ -423,7 +417,9 @@ class Player {
         context.stroke();
       }
     }
-    const text = `gap ${largest < 2 * data.unit ? `< ${lengthLabel(2 * data.unit)}` : lengthLabel(largest)}`;
+    const {gaps} = data.panels[index];
+    if (gaps.length === 0) return;
+    const text = `gap ${lengthLabel(gaps[Math.min(frame, gaps.length - 1)])}`;
     context.font = `bold 13px ${FONT}`;
     context.textAlign = 'right';
     context.textBaseline = 'alphabetic';

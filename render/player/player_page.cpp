@@ -179,6 +179,8 @@ Json panels_of(const Comparison& comparison) {
                   {"errors", rounded(run.errors)},
                   {"gaps", rounded(run.readings.gaps)},
                   {"energies", rounded(run.readings.energies)},
+                  {"deepest", rounded(run.readings.deepest)},
+                  {"expected", rounded(run.readings.expected)},
                   {"frames", std::max<std::size_t>(1, run.poses.size())}};
     if (!run.refusal.empty()) panel["fate"] = run.refusal;
     if (run.diverged) panel["fate"] = fmt::format("diverged at t = {:.2f} s", *run.diverged);
@@ -187,24 +189,30 @@ Json panels_of(const Comparison& comparison) {
   return panels;
 }
 
-/// What the strips can show, each with the panels' key that holds it and its axis.
+/// What the strips can show, the comparison's own first, each with the panels' key that holds it and its
+/// axis.
 Json strips_of(const Comparison& comparison) {
+  constexpr std::array<std::pair<Strip, const char*>, 5> all{{{Strip::error, "errors"},
+                                                              {Strip::expected, "expected"},
+                                                              {Strip::gap, "gaps"},
+                                                              {Strip::depth, "deepest"},
+                                                              {Strip::energy, "energies"}}};
   Json strips = Json::array();
-  const auto add = [&](const char* name, const char* key, Strip strip) {
+  for (const auto& [strip, key] : all) {
+    const bool is_known = std::ranges::any_of(
+        comparison.runs, [&, of = strip](const Run& run) { return !series_of(run, of).empty(); });
+    if (!is_known) continue;
     const StripAxis axis = axis_of(comparison, strip);
-    strips.push_back({{"name", name},
-                      {"key", key},
-                      {"logarithmic", axis.is_logarithmic},
-                      {"scale", axis.is_logarithmic ? Json{axis.decades.lower, axis.decades.upper}
-                                                    : Json{axis.low, axis.high}}});
-  };
-  const auto has = [&](std::vector<double> Readings::*series) {
-    return std::ranges::any_of(comparison.runs,
-                               [&](const Run& run) { return !(run.readings.*series).empty(); });
-  };
-  if (comparison.reference) add("error", "errors", Strip::error);
-  if (has(&Readings::gaps)) add("gap", "gaps", Strip::gap);
-  if (has(&Readings::energies)) add("energy", "energies", Strip::energy);
+    Json entry{{"name", name_of(strip)},
+               {"words", words_of(comparison, strip)},
+               {"key", key},
+               {"logarithmic", axis.is_logarithmic},
+               {"mark", axis.mark},
+               {"unit", axis.unit},
+               {"scale", axis.is_logarithmic ? Json{axis.decades.lower, axis.decades.upper}
+                                             : Json{axis.low, axis.high}}};
+    strips.insert(strip == comparison.strip ? strips.begin() : strips.end(), std::move(entry));
+  }
   return strips;
 }
 
@@ -252,7 +260,6 @@ std::string player_page(const Scene& scene, const Comparison& comparison, const 
                {"scene", scene.name},
                {"speed", speed},
                {"times", comparison.times},
-               {"nearest", comparison.is_nearest},
                {"unit", unit},
                {"turn_parts", turn_parts},
                {"bodies", bodies_of(scene)},

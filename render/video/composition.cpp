@@ -53,19 +53,6 @@ Color shaded(const char* ink, int shade, const Color& away) {
   return shade % 3 == 0 ? color : shade % 3 == 1 ? mixed(color, away, 45) : mixed(color, grey, 50);
 }
 
-/// For an axis: "+2 kJ", "−0.5 J".
-std::string short_energy(double joules) {
-  const double size = std::abs(joules);
-  const auto text = [&](double unit, const char* name) {
-    return fmt::format("{}{:g} {}", joules < 0 ? "−" : "+", size / unit, name);
-  };
-  return size >= 1e6    ? text(1e6, "MJ")
-         : size >= 1e3  ? text(1e3, "kJ")
-         : size >= 0.1  ? text(1, "J")
-         : size >= 1e-4 ? text(1e-3, "mJ")
-                        : text(1e-6, "µJ");
-}
-
 /// The baseline that centres capitals and digits of this size in a box.
 double baseline(double y, double height, double size) {
   return y + height / 2 + 0.31 * size;
@@ -161,6 +148,7 @@ Composition::Composition(const Comparison& comparison, const std::string& title,
       scale_(std::sqrt(static_cast<double>(width) * height / (1280.0 * 720))),
       strips_(strips) {
   check_film_size(width, height);
+  if (strips_.empty() && comparison.strip) strips_.push_back(*comparison.strip);
   if (!comparison.reference) std::erase(strips_, Strip::error);
   if (!key.empty()) footer_ = static_cast<int>(std::lround(std::max(14.0, 26 * scale_)));
   lay_out();
@@ -229,13 +217,6 @@ void Composition::lay_out_strips(Panel& panel, int x, int y, int width, int heig
   }
 }
 
-const std::vector<double>& Composition::series(const StripBox& strip, std::size_t run) const {
-  const Run& of = comparison_.runs[run];
-  return strip.kind == Strip::error ? of.errors
-         : strip.kind == Strip::gap ? of.readings.gaps
-                                    : of.readings.energies;
-}
-
 double Composition::plot_x(const StripBox& strip, std::size_t k) const {
   const std::size_t last = std::max<std::size_t>(1, comparison_.times.size() - 1);
   return strip.plot.x + static_cast<double>(k) / static_cast<double>(last) * strip.plot.width;
@@ -247,14 +228,7 @@ double Composition::plot_y(const StripBox& strip, double value) const {
 
 std::string Composition::legend() const {
   std::string text;
-  for (const Strip strip : strips_) {
-    text += text.empty() ? "strips: " : "; ";
-    if (strip == Strip::error) {
-      text += fmt::format("RMS distance from the reference ({})", comparison_.reference->method);
-    } else {
-      text += strip == Strip::gap ? "largest gap of a joint" : "energy since the start";
-    }
-  }
+  for (const Strip strip : strips_) text += (text.empty() ? "strips: " : "; ") + words_of(comparison_, strip);
   return text;
 }
 
@@ -360,12 +334,13 @@ void Composition::draw_grid(const StripBox& strip) {
               text, style);
   };
   if (!strip.axis.is_logarithmic) {
-    for (const double joules : {strip.axis.low, 0.0, strip.axis.high}) {
-      const double y = plot_y(strip, joules);
-      draw_line(background_, plot.x, y, plot.x + plot.width, y, 1, grid);
-      // Where 0 is near an end, it alone is named: that is what the curve is read against.
-      const double room = std::abs(y - plot_y(strip, 0));
-      if (joules == 0 || room > style.size) draw_label(joules == 0 ? "0 J" : short_energy(joules), y, 0);
+    for (const double value : {strip.axis.low, strip.axis.high, strip.axis.mark}) {
+      const double y = plot_y(strip, value);
+      const bool is_mark = value == strip.axis.mark;
+      draw_line(background_, plot.x, y, plot.x + plot.width, y, 1, is_mark ? quiet : grid);
+      // Where the mark is near an end, it alone is named: that is what the curve is read against.
+      const double room = std::abs(y - plot_y(strip, strip.axis.mark));
+      if (is_mark || room > style.size) draw_label(strip.axis.label(value), y, 0);
     }
   } else {
     const int lower = strip.axis.decades.lower;
@@ -380,14 +355,14 @@ void Composition::draw_grid(const StripBox& strip) {
       draw_label(names[static_cast<std::size_t>(lower + decade + 6)], y, decade == 0 ? -1 * scale_ : scale_);
     }
   }
-  if (strips_.size() == 1 && strip.kind == Strip::error) return;
+  if (strips_.size() == 1) return;
   // Which of several strips it is.
-  const char* const name = strip.kind == Strip::error ? "error" : strip.kind == Strip::gap ? "gap" : "energy";
+  const std::string name = name_of(strip.kind);
   draw_text(background_, strip.strip.x + strip.strip.width - 6 * scale_ - text_width(name, style),
             strip.strip.y + 1.05 * style.size, name, style);
 }
 
-/// What the reference does not know: below its own uncertainty, and after its end.
+/// Shades what is below the reference's own uncertainty, and marks where the reference ends.
 void Composition::draw_certainty(const StripBox& strip) {
   const ReferenceRun& reference = *comparison_.reference;
   const Box& plot = strip.plot;
@@ -400,18 +375,12 @@ void Composition::draw_certainty(const StripBox& strip) {
     fill_rectangle(background_, left, top, right - left, static_cast<int>(bottom) - top, quiet, 0.25);
   }
   if (reference.known == comparison_.times.size()) return;
-  const int end = static_cast<int>(std::lround(plot_x(strip, reference.known)));
-  const int right = plot.x + plot.width;
-  fill_rectangle(background_, end, plot.y, right - end, plot.height, quiet, 0.25);
+  const double end = plot_x(strip, reference.known);
   draw_line(background_, end, plot.y, end, bottom, std::max(1.5, 2 * scale_), alarm);
-  TextStyle style{.size = text_size(14), .color = bright};
-  for (const std::string& text :
-       {"no reference: " + reference.fate, reference.fate, std::string("no reference")}) {
-    const double wide = text_width(text, style);
-    if (wide + 8 * scale_ > right - end) continue;
-    draw_text(background_, end + 5 * scale_, baseline(plot.y, plot.height, style.size), text, style);
-    return;
-  }
+  const TextStyle style{.size = text_size(14), .color = quiet};
+  const std::string text = "reference ends";
+  if (text_width(text, style) + 8 * scale_ > plot.x + plot.width - end) return;
+  draw_text(background_, end + 5 * scale_, baseline(plot.y, plot.height, style.size), text, style);
 }
 
 /// The names of the curves in the reference's strip, in as many lines as there is room for.
@@ -445,7 +414,7 @@ void Composition::draw_key(const StripBox& strip) {
 
 void Composition::draw_curve(Image& image, const StripBox& strip, std::size_t run, std::size_t end,
                              const Color& color, bool dashed) const {
-  const std::vector<double>& values = series(strip, run);
+  const std::vector<double>& values = series_of(comparison_.runs[run], strip.kind);
   const double width = std::max(1.2, 1.8 * scale_);
   const Dash dash = dashed ? dash_of(run) : Dash{1, 0};
   const double period = (dash.drawn + dash.left_out) * std::max(0.6, scale_);
@@ -477,7 +446,7 @@ void Composition::draw_curve(Image& image, const StripBox& strip, std::size_t ru
 
 /// Triangles at the top where the curve goes on above it.
 void Composition::draw_clipped(Image& image, const StripBox& strip, std::size_t run, std::size_t end) const {
-  const std::vector<double>& values = series(strip, run);
+  const std::vector<double>& values = series_of(comparison_.runs[run], strip.kind);
   const double top = strip.axis.is_logarithmic ? std::pow(10.0, strip.axis.decades.upper) : strip.axis.high;
   const TextStyle style{.size = std::max(8.0, 11 * scale_), .color = accent(comparison_.runs[run].panel)};
   const double apart = 40 * scale_;
@@ -493,8 +462,7 @@ void Composition::draw_clock(Image& image, std::size_t k) const {
   const TextStyle bold{.size = text_size(22), .color = bright, .bold = true};
   const TextStyle small{.size = text_size(15), .color = quiet};
   const std::string time = fmt::format("{:.2f} s", comparison_.times[k]);
-  const std::string count = fmt::format("frame {}/{}{}", k, comparison_.times.size() - 1,
-                                        comparison_.is_nearest ? ", nearest step" : "");
+  const std::string count = fmt::format("frame {}/{}", k, comparison_.times.size() - 1);
   const double right = title_.x + title_.width;
   const double base = baseline(title_.y, title_.height, bold.size);
   draw_text(image, right - text_width(time, bold), base, time, bold);
@@ -505,10 +473,9 @@ void Composition::draw_clock(Image& image, std::size_t k) const {
 }
 
 std::string Composition::value_label(const StripBox& strip, std::size_t run, std::size_t k) const {
-  const double value = series(strip, run)[k];
-  if (strip.kind == Strip::energy) return energy_label(value);
-  if (strip.kind == Strip::gap) return length_label(value);
-  return error_label(value, comparison_.reference->uncertainty[k]);
+  const double value = series_of(comparison_.runs[run], strip.kind)[k];
+  if (strip.kind == Strip::error) return error_label(value, comparison_.reference->uncertainty[k]);
+  return strip.axis.label(value);
 }
 
 void Composition::draw_strip(Image& image, const StripBox& strip, std::size_t run, std::size_t k) const {
@@ -525,14 +492,15 @@ void Composition::draw_strip(Image& image, const StripBox& strip, std::size_t ru
     return;
   }
   const Color color = accent(r.panel);
-  draw_curve(image, strip, run, series(strip, run).size(), faded(color), false);
+  draw_curve(image, strip, run, series_of(comparison_.runs[run], strip.kind).size(), faded(color), false);
   draw_curve(image, strip, run, k, color, false);
   draw_clipped(image, strip, run, k);
-  if (k >= series(strip, run).size()) return;
+  if (k >= series_of(comparison_.runs[run], strip.kind).size()) return;
   const int dot = std::max(2, static_cast<int>(std::lround(5 * scale_)));
   fill_rectangle(image, static_cast<int>(std::lround(cursor - 0.5 * dot)),
-                 static_cast<int>(std::lround(plot_y(strip, series(strip, run)[k]) - 0.5 * dot)), dot, dot,
-                 color);
+                 static_cast<int>(
+                     std::lround(plot_y(strip, series_of(comparison_.runs[run], strip.kind)[k]) - 0.5 * dot)),
+                 dot, dot, color);
   const std::string value = value_label(strip, run, k);
   TextStyle bold{.size = text_size(22), .color = color, .bold = true};
   const double right = strip.strip.x + strip.strip.width - 6 * scale_;

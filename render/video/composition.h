@@ -49,7 +49,7 @@ class Composition {
   /// cannot be, or leaves no room for the pictures. `key`, where there is one, stands below them; of the
   /// strips, that of errors is left out where there is no reference.
   Composition(const Comparison& comparison, const std::string& title, int width, int height,
-              const std::vector<KeyEntry>& key = {}, const std::vector<Strip>& strips = {Strip::error});
+              const std::vector<KeyEntry>& key = {}, const std::vector<Strip>& strips = {});
 
   int picture_width() const { return picture_width_; }
   int picture_height() const { return picture_height_; }
@@ -73,7 +73,6 @@ class Composition {
   };
 
   double text_size(double at_720) const;
-  const std::vector<double>& series(const StripBox& strip, std::size_t run) const;
   double plot_x(const StripBox& strip, std::size_t k) const;
   double plot_y(const StripBox& strip, double value) const;
   void lay_out();

@@ -138,12 +138,10 @@ void draw_trails(Image& picture, const OverlayFrame& frame) {
 void draw_joints(Image& picture, const OverlayFrame& frame) {
   const std::vector<Coordinates>& poses = poses_of(frame);
   const double dot = std::max(2.0, picture.height / 90.0);
-  double largest = 0;
   for (const Joint& joint : frame.scene.joints) {
     if (!holds_anchors_together(joint)) continue;
     const Vector3 a = anchor(poses[static_cast<std::size_t>(joint.body_a)], joint.frame_a);
     const Vector3 b = anchor(poses[static_cast<std::size_t>(joint.body_b)], joint.frame_b);
-    largest = std::max(largest, (a - b).norm());
     double xa = 0, ya = 0, xb = 0, yb = 0;
     if (!project(frame.view, a, picture.width, picture.height, xa, ya) ||
         !project(frame.view, b, picture.width, picture.height, xb, yb)) {
@@ -156,9 +154,12 @@ void draw_joints(Image& picture, const OverlayFrame& frame) {
       draw_line(picture, x, y, x, y, dot, is_open ? gap_color : anchor_color);
     }
   }
+  // Poses between two steps are interpolated, and would show gaps of their own.
+  const std::vector<double>& gaps = frame.run.readings.gaps;
+  if (gaps.empty()) return;
   const TextStyle style{
       .size = std::max(10.0, picture.height / 20.0), .color = {255, 255, 255}, .bold = true};
-  const std::string text = fmt::format("gap {}", length_label(largest));
+  const std::string text = fmt::format("gap {}", length_label(gaps[std::min(frame.k, gaps.size() - 1)]));
   const double wide = text_width(text, style);
   fill_rectangle(picture, static_cast<int>(picture.width - wide - 12),
                  static_cast<int>(picture.height - 1.5 * style.size), static_cast<int>(wide + 8),

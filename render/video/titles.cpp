@@ -120,8 +120,4 @@ Titles titles_of(const std::vector<Run>& runs) {
   return titles;
 }
 
-std::string title_of(const Run& run, const std::string& words) {
-  return name_of(run.panel) + (words.empty() ? "" : ", " + words);
-}
-
 }  // namespace substep::render

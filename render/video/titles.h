@@ -17,7 +17,4 @@ struct Titles {
 /// title replaces its words.
 Titles titles_of(const std::vector<Run>& runs);
 
-/// Returns name and words with a comma between them.
-std::string title_of(const Run& run, const std::string& words);
-
 }  // namespace substep::render

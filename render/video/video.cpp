@@ -18,6 +18,7 @@
 #include "sim/error.h"
 #include "sim/log/file_output.h"
 #include "sim/log/partial_file.h"
+#include "sim/measure/expectations.h"
 
 namespace substep::render {
 namespace {
@@ -284,13 +285,19 @@ double cpu_seconds(int who) {
 }
 
 /// With what the overlays and strips show.
-ComparisonSettings with_readings(const VideoSettings& settings) {
+ComparisonSettings with_readings(const Scene& scene, const VideoSettings& settings) {
   ComparisonSettings comparison = settings.comparison;
   ReadingChoice& readings = comparison.readings;
   const auto has = [&](Strip strip) {
     return std::ranges::find(settings.strips, strip) != settings.strips.end();
   };
-  readings.gap = has(Strip::gap);
+  readings.gap = has(Strip::gap) || settings.overlays.joints;
+  readings.deepest = has(Strip::depth);
+  if (has(Strip::expected)) {
+    readings.expected = expectation_of_poses(scene);
+    if (readings.expected == nullptr)
+      throw Error("--strip expected: the scene expects nothing that follows from poses");
+  }
   readings.energy = has(Strip::energy);
   readings.speeds = settings.overlays.tint == Overlays::Tint::velocity;
   readings.depths = settings.overlays.tint == Overlays::Tint::penetration;
@@ -331,7 +338,7 @@ void FrameFolder::finish() {
 VideoReport make_video(const Scene& scene, const VideoSettings& settings) {
   check_outputs(settings, container_of(settings.output).has_value(), find_ffmpeg().has_value());
   const double start = cpu_seconds(RUSAGE_SELF);
-  Comparison simulated = simulate_comparison(scene, with_readings(settings), [&](double share) {
+  Comparison simulated = simulate_comparison(scene, with_readings(scene, settings), [&](double share) {
     if (settings.progress) settings.progress("simulating", share);
   });
   const double simulating = cpu_seconds(RUSAGE_SELF) - start;
