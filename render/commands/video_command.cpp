@@ -136,7 +136,7 @@ void add_video_command(CLI::App& app) {
       ->capture_default_str();
   command->footer(
       "A panel is 'a5,n=4,joints=stable': its settings that are other than the options above, as --set takes "
-      "them, and, last, its title; A2 and engines have n·m iterations unless they have an m. "
+      "them, and, last, its title; A2, AVBD and engines have n·m iterations unless they have an m. "
       "The\n"
       "strip of errors is the RMS distance of the bodies' points from where the reference has them; it ends "
       "where\n"

@@ -211,28 +211,29 @@ class Player {
     this.layOut();
   }
 
-  /** As many columns as make the pictures largest. */
+  /** Rows as the film's: rows_for() of the program. */
   layOut() {
     const main = $('panels');
     const shown = this.panels.filter((_, i) => this.alone < 0 || i === this.alone);
     this.panels.forEach(({section}) => { section.hidden = true; });
     const above = this.data.strips.length > 0 ? 96 : 38;
-    let best = {columns: 1, seen: -1};
-    for (let columns = 1; columns <= shown.length; ++columns) {
-      const rows = Math.ceil(shown.length / columns);
-      const width = main.clientWidth / columns;
+    const count = shown.length;
+    let best = {rows: 1, seen: -1};
+    for (let rows = 1; rows <= count; ++rows) {
+      const [least, most] = [Math.floor(count / rows), Math.ceil(count / rows)];
+      const width = main.clientWidth / most;
       const height = main.clientHeight / rows - above;
-      const seen = Math.min(width, height * 16 / 9) + 0.1 * Math.min(width, 2 * height * 16 / 9);
-      if (height > 0 && seen > best.seen * (1 + 1e-9)) best = {columns, seen};
+      const seen = (Math.min(width, height * 16 / 9) + 0.1 * Math.min(width, 2 * height * 16 / 9)) * (1 - 0.15 * (most / least - 1));
+      if (height > 0 && seen > best.seen * (1 + 1e-9)) best = {rows, seen};
     }
-    // Twice as many columns as panels in a row: a last row that is not full stands in the middle.
-    const {columns} = best;
-    main.style.gridTemplateColumns = `repeat(${2 * columns}, minmax(0, 1fr))`;
+    // Later rows may have a panel less, and wider ones.
+    const [least, most] = [Math.floor(count / best.rows), Math.ceil(count / best.rows)];
+    const inFullRows = count % best.rows * most;
+    main.style.gridTemplateColumns = `repeat(${least * most}, minmax(0, 1fr))`;
     main.style.gridAutoRows = 'minmax(0, 1fr)';
     shown.forEach(({section}, i) => {
-      const inRow = Math.min(columns, shown.length - Math.floor(i / columns) * columns);
       section.hidden = false;
-      section.style.gridColumn = `${1 + columns - inRow + 2 * (i % columns)} / span 2`;
+      section.style.gridColumn = `span ${i < inFullRows ? least : most}`;
     });
     const ratio = devicePixelRatio || 1;
     for (const canvas of [$('pictures'), $('marks')]) {

@@ -26,6 +26,7 @@
 #include "render/smaller_images.h"
 #include "render/vertex_looks.h"
 #include "render/video/composition.h"
+#include "render/video/film_camera.h"
 #include "render/video/overlay.h"
 #include "render/video/seen_frames.h"
 #include "sim/math/base64.h"
@@ -93,11 +94,8 @@ Json view_of(const Scene& scene, const Comparison& comparison, std::span<const P
   settings.steps_back = true;
   const std::vector<std::vector<Coordinates>> seen = seen_frames(scene, comparison);
   const View view = Renderer(scene, settings, seen).view();
-  Vector3 middle = Vector3::Zero();
-  for (std::size_t i = 1; i < scene.bodies.size(); ++i) middle += scene.bodies[i].pose.position;
-  middle /= static_cast<double>(std::max<std::size_t>(1, scene.bodies.size() - 1));
   const Vector3 eye = vector(view.eye);
-  const double distance = std::max((middle - eye).dot(vector(view.forward)), 0.1);
+  const double distance = std::max((middle_of(scene) - eye).dot(vector(view.forward)), 0.1);
   return {{"eye", list(eye)},
           {"target", list(Vector3(eye + distance * vector(view.forward)))},
           {"tangent", view.tangent_y},

@@ -112,20 +112,23 @@ std::string html_color(const Color& color) {
   return fmt::format("#{:02x}{:02x}{:02x}", color[0], color[1], color[2]);
 }
 
-int columns_for(int count, int width, int height, int above) {
+std::vector<int> rows_for(int count, int width, int height, int above) {
   constexpr double usual = 16.0 / 9;
-  int best = 1;
+  std::vector<int> best{count};
   double largest = -1;
-  for (int columns = 1; columns <= count; ++columns) {
-    const int rows = (count + columns - 1) / columns;
-    const double wide = static_cast<double>(width) / columns;
+  for (int rows = 1; rows <= count; ++rows) {
+    const int least = count / rows;
+    const int most = least + (count % rows > 0 ? 1 : 0);
+    const double wide = static_cast<double>(width) / most;
     const double high = static_cast<double>(height) / rows - above;
-    // What is seen of the scene: somewhat more than a picture of the usual shape, were there more room.
-    const double seen = std::min(wide, high * usual) + 0.1 * std::min(wide, 2 * high * usual);
-    if (high > 0 && seen > largest * (1 + 1e-9)) {
-      largest = seen;
-      best = columns;
-    }
+    // What is seen of the scene: somewhat more than a picture of the usual shape, were there more room; less
+    // where panels of two widths are hard to compare.
+    const double seen = (std::min(wide, high * usual) + 0.1 * std::min(wide, 2 * high * usual)) *
+                        (1 - 0.15 * (static_cast<double>(most) / least - 1));
+    if (high <= 0 || seen <= largest * (1 + 1e-9)) continue;
+    largest = seen;
+    best.assign(static_cast<std::size_t>(rows), least);
+    std::fill_n(best.begin(), count % rows, most);
   }
   return best;
 }
@@ -173,29 +176,29 @@ void Composition::lay_out() {
   const int strip = scaled(62, 28);
   const int strips = strip * static_cast<int>(strips_.size());
   const int count = static_cast<int>(comparison_.runs.size());
-  const int columns = columns_for(count, width_ - gap, height_ - top - footer_, header + strips + gap);
-  const int rows = (count + columns - 1) / columns;
-  const int panel_width = (width_ - (columns + 1) * gap) / columns;
-  const int panel_height = (height_ - top - footer_ - rows * gap) / rows;
-  picture_width_ = panel_width;
+  const std::vector<int> rows = rows_for(count, width_ - gap, height_ - top - footer_, header + strips + gap);
+  const auto row_count = static_cast<int>(rows.size());
+  const auto width_in = [&](int columns) { return (width_ - (columns + 1) * gap) / columns; };
+  const int panel_height = (height_ - top - footer_ - row_count * gap) / row_count;
+  const int narrowest = width_in(rows.front());
   picture_height_ = panel_height - header - strips;
-  if (picture_width_ < 40 || picture_height_ < 24) {
+  if (narrowest < 40 || picture_height_ < 24) {
     throw Error(
         fmt::format("size {}x{}: leaves no room for {} panels: make it larger", width_, height_, count));
   }
   // In a narrow panel the axis' names would take the curve's room.
-  has_axis_ = panel_width > 4 * text_width("0.1 mm", {.size = text_size(14)});
-  for (int i = 0; i < count; ++i) {
-    // A last row that is not full stands in the middle.
-    const int in_row = std::min(columns, count - i / columns * columns);
-    const int left_out = (columns - in_row) * (panel_width + gap) / 2;
-    const int x = gap + left_out + (i % columns) * (panel_width + gap);
-    const int y = top + (i / columns) * (panel_height + gap);
-    Panel panel;
-    panel.header = {x, y, panel_width, header};
-    panel.picture = {x, y + header, picture_width_, picture_height_};
-    lay_out_strips(panel, x, y + header + picture_height_, panel_width, strip);
-    panels_.push_back(panel);
+  has_axis_ = narrowest > 4 * text_width("0.1 mm", {.size = text_size(14)});
+  int y = top;
+  for (const int columns : rows) {
+    for (int column = 0; column < columns; ++column) {
+      const int x = gap + column * (width_in(columns) + gap);
+      Panel panel;
+      panel.header = {x, y, width_in(columns), header};
+      panel.picture = {x, y + header, width_in(columns), picture_height_};
+      lay_out_strips(panel, x, y + header + picture_height_, width_in(columns), strip);
+      panels_.push_back(panel);
+    }
+    y += panel_height + gap;
   }
 }
 

@@ -36,9 +36,10 @@ struct Dash {
 };
 Dash dash_of(std::size_t run);
 
-/// Columns of a grid of `count` panels in a frame of this size, such that pictures of the usual shape are as
-/// large as can be. `above`: height that each row spends on labels and strips.
-int columns_for(int count, int width, int height, int above);
+/// Returns the panels in each row of a frame of this size, such that pictures of the usual shape are as large
+/// as can be; later rows may have one less, whose panels are wider. `above`: height that each row spends on
+/// labels and strips.
+std::vector<int> rows_for(int count, int width, int height, int above);
 
 /// Throws Error when films cannot have this size: below 320×180, above 7680×4320 or odd (H.264 wants even).
 void check_film_size(int width, int height);
@@ -51,7 +52,7 @@ class Composition {
   Composition(const Comparison& comparison, const std::string& title, int width, int height,
               const std::vector<KeyEntry>& key = {}, const std::vector<Strip>& strips = {});
 
-  int picture_width() const { return picture_width_; }
+  int picture_width(std::size_t run = 0) const { return panels_[run].picture.width; }
   int picture_height() const { return picture_height_; }
 
   /// `pictures` are those of the runs at this film frame, in their order.
@@ -107,7 +108,6 @@ class Composition {
   int height_;
   double scale_;               ///< 1 at 720 lines
   std::vector<Strip> strips_;  ///< of each panel, from the top
-  int picture_width_ = 0;
   int picture_height_ = 0;
   Box title_;
   std::vector<Panel> panels_;
