@@ -76,13 +76,29 @@ View automatic_view(std::span<const Part> parts, std::span<const std::vector<Coo
   // Of a whole run, a hundred frames say where its bodies go.
   const std::size_t stride = std::max<std::size_t>(1, frames.size() / 100);
   constexpr double farthest = 1000;
+  Vector3 low = Vector3::Constant(infinite);
+  Vector3 high = -low;
   for (const Part& part : parts) {
-    if (is_scenery(part, parts)) continue;
+    if (part.body == world_body) continue;
     for (std::size_t k = 0; k < frames.size(); k += stride) {
       const Coordinates& q = frames[k][static_cast<std::size_t>(part.body)];
       if (!(q.linear.norm() < farthest) || !q.angular.coeffs().allFinite()) continue;
-      for (const Vector3& corner : part.corners()) include(q.angular * corner + q.linear);
-      if (part.body == world_body) break;
+      for (const Vector3& corner : part.corners()) {
+        const Vector3 point = q.angular * corner + q.linear;
+        include(point);
+        low = low.cwiseMin(point);
+        high = high.cwiseMax(point);
+      }
+    }
+  }
+  // Of the world, what is near the bodies is seen: a ground that is larger would make them small.
+  const Vector3 around_bodies = Vector3::Constant(low.x() < infinite ? 0.15 * (high - low).norm() : infinite);
+  for (const Part& part : parts) {
+    if (part.body != world_body || is_scenery(part, parts)) continue;
+    const Coordinates& q = frames.front().front();
+    for (const Vector3& corner : part.corners()) {
+      const Vector3 point = q.angular * corner + q.linear;
+      include(point.cwiseMax(low - around_bodies).cwiseMin(high + around_bodies));
     }
   }
   if (!(low_x < infinite)) {

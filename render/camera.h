@@ -32,9 +32,9 @@ View part_of(const View& view, int width, int height, int x, int y, int part_wid
 /// `aspect` is width / height.
 View view_from(const Camera& camera, double aspect);
 
-/// Three-quarter view from slightly above that holds all moving parts at all the given frames' poses, and the
-/// world's parts except scenery. Poses that are not finite or farther than any picture should show are left
-/// out.
+/// Three-quarter view from slightly above that holds all moving parts at all the given frames' poses, and
+/// what of the world is near them, except scenery. Poses that are not finite or farther than any picture
+/// should show are left out.
 View automatic_view(std::span<const Part> parts, std::span<const std::vector<Coordinates>> frames,
                     double aspect);
 

@@ -82,6 +82,7 @@ void write_motion_page(CaseContext& work) {
   before.panel.kind = render::PanelChoice::Kind::reference;
   before.poses = golden.poses;
   comparison.reference = std::move(golden);
+  comparison.strip = render::Strip::error;
   result.player = "player.html";
   write_below(result.files, result.player, render::player_page(work.scene, comparison, work.scene.name, 1));
 }

@@ -73,11 +73,6 @@ void make(VideoOptions& options) {
   }
   print_table(report.comparison);
   warn_of(scene, report.comparison);
-  if (report.comparison.is_nearest) {
-    fmt::print(
-        "the step does not divide the {:g} s between frames: each shows the step nearest to its time\n",
-        video.comparison.frame_interval);
-  }
   fmt::print("CPU time: simulate {:.1f} s, draw {:.1f} s, encode {:.1f} s\n", report.cpu.simulating,
              report.cpu.drawing, report.cpu.encoding);
   fmt::print("wrote {}\n", report.written.string());
@@ -97,9 +92,12 @@ void add_look_options(CLI::App& command, VideoOptions& options) {
       ->delimiter(',')
       ->allow_extra_args(false);
   command
-      .add_option("--strip", options.strips,
-                  "Comma-separated, below each picture: error (from the reference; what there is unless "
-                  "told otherwise), energy (since the start), gap (the largest of a joint)")
+      .add_option(
+          "--strip", options.strips,
+          "Comma-separated, below each picture: error (from the reference), expected (what the scene "
+          "expects), gap (the largest of a joint), depth (the deepest penetration), energy (since the "
+          "start). Default: error where the reference holds for half of the film, else what there is "
+          "of the others in this order")
       ->delimiter(',')
       ->allow_extra_args(false);
   command.add_flag(
@@ -138,12 +136,13 @@ void add_video_command(CLI::App& app) {
       ->capture_default_str();
   command->footer(
       "A panel is 'a5,n=4,joints=stable': its settings that are other than the options above, as --set takes "
-      "them, and, last, its title; A2 and engines have n·m iterations unless they have an m. "
-      "The strip under "
-      "a\n"
-      "picture is the RMS distance of the bodies' points from where the reference has them, on one "
-      "logarithmic\n"
-      "scale; it ends where the reference does, and is grey below what the reference knows of itself.\n"
+      "them, and, last, its title; A2, AVBD and engines have n·m iterations unless they have an m. "
+      "The\n"
+      "strip of errors is the RMS distance of the bodies' points from where the reference has them; it ends "
+      "where\n"
+      "the reference does, and is grey below what the reference knows of itself. Frames between two steps "
+      "are\n"
+      "interpolated.\n"
       "Example:\n  substep video scenes/rod_chain.gltf --substeps 4 --set joints=stable --poster "
       "rod_chain.png\n"
       "  substep video scenes/heavy_chain.gltf --panel a5,n=1 --panel a5,n=4 --panel bullet\n"

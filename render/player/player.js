@@ -37,11 +37,12 @@ class Player {
       const section = document.createElement('section');
       section.className = 'panel';
       section.style.setProperty('--ink', panel.color);
-      section.setAttribute('aria-label', `${panel.name} ${panel.settings}`);
+      const title = [panel.name, panel.words].filter(Boolean).join(', ');
+      section.setAttribute('aria-label', title);
       const head = section.appendChild(document.createElement('div'));
       head.className = 'head';
-      head.title = [panel.name, panel.words, panel.settings].filter(Boolean).join('  ');
-      for (const [tag, name, text] of [['b', '', panel.name], ['span', 'words', panel.words], ['span', 'settings', panel.settings]]) {
+      head.title = title;
+      for (const [tag, name, text] of [['b', '', panel.name], ['span', 'words', panel.words]]) {
         const part = head.appendChild(document.createElement(tag));
         part.className = name;
         part.textContent = text;
@@ -129,7 +130,7 @@ class Player {
     $('save').addEventListener('click', () => this.save());
     $('help').addEventListener('click', () => this.help());
     document.addEventListener('keydown', (event) => this.key(event));
-    $('precision').textContent = `Every frame is a computed one${data.nearest ? ', of the nearest step' : ''}. Positions are good to ${lengthLabel(data.unit / 2)}, turns to 3e-5 rad.`;
+    $('precision').textContent = `Frames between two steps are interpolated. Positions are good to ${lengthLabel(data.unit / 2)}, turns to 3e-5 rad.`;
   }
 
   /** What the strips show, of data.strips. */
@@ -143,12 +144,8 @@ class Player {
   writeLegend() {
     const {data} = this;
     const shown = data.strips[+$('strip').value];
-    $('legend').textContent = !shown ? '' : {
-      error:
-          `strips: RMS distance of the bodies’ points from the reference (${(data.reference || {}).method})`,
-      gap: 'strips: by how much joints give way; an angle counts times its lever',
-      energy: 'strips: kinetic and potential energy since the first frame',
-    }[shown.name];
+    const strips = shown ? `strips: ${shown.words}` : '';
+    $('legend').textContent = [data.shared, strips].filter(Boolean).join(' · ');
   }
 
   key(event) {
@@ -214,28 +211,29 @@ class Player {
     this.layOut();
   }
 
-  /** As many columns as make the pictures largest. */
+  /** Rows as the film's: rows_for() of the program. */
   layOut() {
     const main = $('panels');
     const shown = this.panels.filter((_, i) => this.alone < 0 || i === this.alone);
     this.panels.forEach(({section}) => { section.hidden = true; });
     const above = this.data.strips.length > 0 ? 96 : 38;
-    let best = {columns: 1, seen: -1};
-    for (let columns = 1; columns <= shown.length; ++columns) {
-      const rows = Math.ceil(shown.length / columns);
-      const width = main.clientWidth / columns;
+    const count = shown.length;
+    let best = {rows: 1, seen: -1};
+    for (let rows = 1; rows <= count; ++rows) {
+      const [least, most] = [Math.floor(count / rows), Math.ceil(count / rows)];
+      const width = main.clientWidth / most;
       const height = main.clientHeight / rows - above;
-      const seen = Math.min(width, height * 16 / 9) + 0.1 * Math.min(width, 2 * height * 16 / 9);
-      if (height > 0 && seen > best.seen * (1 + 1e-9)) best = {columns, seen};
+      const seen = (Math.min(width, height * 16 / 9) + 0.1 * Math.min(width, 2 * height * 16 / 9)) * (1 - 0.15 * (most / least - 1));
+      if (height > 0 && seen > best.seen * (1 + 1e-9)) best = {rows, seen};
     }
-    // Twice as many columns as panels in a row: a last row that is not full stands in the middle.
-    const {columns} = best;
-    main.style.gridTemplateColumns = `repeat(${2 * columns}, minmax(0, 1fr))`;
+    // Later rows may have a panel less, and wider ones.
+    const [least, most] = [Math.floor(count / best.rows), Math.ceil(count / best.rows)];
+    const inFullRows = count % best.rows * most;
+    main.style.gridTemplateColumns = `repeat(${least * most}, minmax(0, 1fr))`;
     main.style.gridAutoRows = 'minmax(0, 1fr)';
     shown.forEach(({section}, i) => {
-      const inRow = Math.min(columns, shown.length - Math.floor(i / columns) * columns);
       section.hidden = false;
-      section.style.gridColumn = `${1 + columns - inRow + 2 * (i % columns)} / span 2`;
+      section.style.gridColumn = `span ${i < inFullRows ? least : most}`;
     });
     const ratio = devicePixelRatio || 1;
     for (const canvas of [$('pictures'), $('marks')]) {
@@ -248,15 +246,12 @@ class Player {
     this.draw();
   }
 
-  /** Shrinks all alike until the longest fits; then the words go. */
+  /** Shrinks all alike until the longest fits. */
   fitHeads(shown) {
     const fits = () => shown.every(({head}) => [...head.children].every((part) => part.scrollWidth <= part.clientWidth + 1));
-    for (const words of ['', 'none']) {
-      $('panels').style.setProperty('--words', words);
-      for (let size = 1; size >= 0.74; size -= 0.05) {
-        $('panels').style.setProperty('--head', size);
-        if (fits()) return;
-      }
+    for (let size = 1; size >= 0.6; size -= 0.05) {
+      $('panels').style.setProperty('--head', size);
+      if (fits()) return;
     }
   }
 
@@ -400,10 +395,8 @@ class Player {
 
   drawJoints(context, index, place, {width, height}) {
     const {data, frame} = this;
-    let largest = 0;
     for (const {bodies, anchors} of data.joints) {
       const points = bodies.map((body, end) => placed(poseAt(data, data.tracks[index], frame, body), anchors[end]));
-      largest = Math.max(largest, Math.hypot(...minus(points[0], points[1])));
       const [a, b] = points.map(place);
       if (!a || !b) continue;
       const isOpen = Math.hypot(b[0] - a[0], b[1] - a[1]) > 1.5;
@@ -425,7 +418,9 @@ class Player {
         context.stroke();
       }
     }
-    const text = `gap ${largest < 2 * data.unit ? `< ${lengthLabel(2 * data.unit)}` : lengthLabel(largest)}`;
+    const {gaps} = data.panels[index];
+    if (gaps.length === 0) return;
+    const text = `gap ${lengthLabel(gaps[Math.min(frame, gaps.length - 1)])}`;
     context.font = `bold 13px ${FONT}`;
     context.textAlign = 'right';
     context.textBaseline = 'alphabetic';
@@ -479,9 +474,7 @@ class Player {
       context.fillRect(x, y, 4, box.height);
       write(panel.name, x + 12, y + box.height / 2, 'bold 16px', panel.color);
       const name = context.measureText(panel.name).width;
-      const room = (box.width - name - 40) / 2;
-      if ($('panels').style.getPropertyValue('--words') !== 'none') write(panel.words, x + 21 + name, y + box.height / 2, '13px', STRIP.bright, 'left', room);
-      write(panel.settings, x + box.width - 8, y + box.height / 2, '12px', STRIP.quiet, 'right', room);
+      write(panel.words, x + 21 + name, y + box.height / 2, '16px', STRIP.bright, 'left', box.width - name - 30);
       if (strip) {
         const own = strip.canvas.getBoundingClientRect();
         context.drawImage(strip.canvas, own.left - main.left, own.top - main.top + top, own.width, own.height);

@@ -18,7 +18,6 @@
 #include "render/embedded_file.h"
 #include "render/frame_uniforms.h"
 #include "render/ground.h"
-#include "render/inks.h"
 #include "render/lamps.h"
 #include "render/markup.h"
 #include "render/player/pose_stream.h"
@@ -27,6 +26,7 @@
 #include "render/smaller_images.h"
 #include "render/vertex_looks.h"
 #include "render/video/composition.h"
+#include "render/video/film_camera.h"
 #include "render/video/overlay.h"
 #include "render/video/seen_frames.h"
 #include "sim/math/base64.h"
@@ -94,11 +94,8 @@ Json view_of(const Scene& scene, const Comparison& comparison, std::span<const P
   settings.steps_back = true;
   const std::vector<std::vector<Coordinates>> seen = seen_frames(scene, comparison);
   const View view = Renderer(scene, settings, seen).view();
-  Vector3 middle = Vector3::Zero();
-  for (std::size_t i = 1; i < scene.bodies.size(); ++i) middle += scene.bodies[i].pose.position;
-  middle /= static_cast<double>(std::max<std::size_t>(1, scene.bodies.size() - 1));
   const Vector3 eye = vector(view.eye);
-  const double distance = std::max((middle - eye).dot(vector(view.forward)), 0.1);
+  const double distance = std::max((middle_of(scene) - eye).dot(vector(view.forward)), 0.1);
   return {{"eye", list(eye)},
           {"target", list(Vector3(eye + distance * vector(view.forward)))},
           {"tangent", view.tangent_y},
@@ -168,18 +165,20 @@ std::vector<std::vector<Coordinates>> shown_poses(const Scene& scene,
 
 Json panels_of(const Comparison& comparison) {
   Json panels = Json::array();
+  const Titles titles = titles_of(comparison.runs);
   for (std::size_t i = 0; i < comparison.runs.size(); ++i) {
     const Run& run = comparison.runs[i];
     const Dash dash = dash_of(i);
     Json panel = {{"name", name_of(run.panel)},
-                  {"words", words_of(run, comparison)},
-                  {"settings", run.is_reference() ? comparison.reference->method : settings_of(run.panel)},
-                  {"color", inks.at(static_cast<std::size_t>(hue_of(run.panel))).dark},
+                  {"words", titles.words[i]},
+                  {"color", html_color(accent(run.panel))},
                   {"dash", {dash.drawn, dash.left_out}},
                   {"reference", run.is_reference()},
                   {"errors", rounded(run.errors)},
                   {"gaps", rounded(run.readings.gaps)},
                   {"energies", rounded(run.readings.energies)},
+                  {"deepest", rounded(run.readings.deepest)},
+                  {"expected", rounded(run.readings.expected)},
                   {"frames", std::max<std::size_t>(1, run.poses.size())}};
     if (!run.refusal.empty()) panel["fate"] = run.refusal;
     if (run.diverged) panel["fate"] = fmt::format("diverged at t = {:.2f} s", *run.diverged);
@@ -188,24 +187,30 @@ Json panels_of(const Comparison& comparison) {
   return panels;
 }
 
-/// What the strips can show, each with the panels' key that holds it and its axis.
+/// What the strips can show, the comparison's own first, each with the panels' key that holds it and its
+/// axis.
 Json strips_of(const Comparison& comparison) {
+  constexpr std::array<std::pair<Strip, const char*>, 5> all{{{Strip::error, "errors"},
+                                                              {Strip::expected, "expected"},
+                                                              {Strip::gap, "gaps"},
+                                                              {Strip::depth, "deepest"},
+                                                              {Strip::energy, "energies"}}};
   Json strips = Json::array();
-  const auto add = [&](const char* name, const char* key, Strip strip) {
+  for (const auto& [strip, key] : all) {
+    const bool is_known = std::ranges::any_of(
+        comparison.runs, [&, of = strip](const Run& run) { return !series_of(run, of).empty(); });
+    if (!is_known) continue;
     const StripAxis axis = axis_of(comparison, strip);
-    strips.push_back({{"name", name},
-                      {"key", key},
-                      {"logarithmic", axis.is_logarithmic},
-                      {"scale", axis.is_logarithmic ? Json{axis.decades.lower, axis.decades.upper}
-                                                    : Json{axis.low, axis.high}}});
-  };
-  const auto has = [&](std::vector<double> Readings::*series) {
-    return std::ranges::any_of(comparison.runs,
-                               [&](const Run& run) { return !(run.readings.*series).empty(); });
-  };
-  if (comparison.reference) add("error", "errors", Strip::error);
-  if (has(&Readings::gaps)) add("gap", "gaps", Strip::gap);
-  if (has(&Readings::energies)) add("energy", "energies", Strip::energy);
+    Json entry{{"name", name_of(strip)},
+               {"words", words_of(comparison, strip)},
+               {"key", key},
+               {"logarithmic", axis.is_logarithmic},
+               {"mark", axis.mark},
+               {"unit", axis.unit},
+               {"scale", axis.is_logarithmic ? Json{axis.decades.lower, axis.decades.upper}
+                                             : Json{axis.low, axis.high}}};
+    strips.insert(strip == comparison.strip ? strips.begin() : strips.end(), std::move(entry));
+  }
   return strips;
 }
 
@@ -253,12 +258,12 @@ std::string player_page(const Scene& scene, const Comparison& comparison, const 
                {"scene", scene.name},
                {"speed", speed},
                {"times", comparison.times},
-               {"nearest", comparison.is_nearest},
                {"unit", unit},
                {"turn_parts", turn_parts},
                {"bodies", bodies_of(scene)},
                {"joints", joints_of(scene)},
                {"panels", panels_of(comparison)},
+               {"shared", titles_of(comparison.runs).shared},
                {"scale", {scale.lower, scale.upper}},
                {"strips", strips_of(comparison)},
                {"ramp", error_ramp},

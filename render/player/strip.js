@@ -40,12 +40,19 @@ class Strip {
   }
 
   label(value, k) {
-    if (this.kind.name === 'energy') return energyLabel(value, (digits) => digits.toFixed(digits < 9.995 ? 2 : digits < 99.95 ? 1 : 0));
-    if (this.kind.name === 'gap') return lengthLabel(value);
+    if (this.kind.name !== 'error') return this.axisLabel(value);
     // Below what the reference knows of itself, an error is that or less.
     const certain = this.data.reference.uncertainty[k];
     const bound = lengthLabel(certain);
     return value >= certain ? lengthLabel(value) : bound.startsWith('<') ? bound : `≤ ${bound}`;
+  }
+
+  /** A value of the strip's axis: StripAxis::label() of the program. */
+  axisLabel(value) {
+    const {logarithmic, unit} = this.kind;
+    if (logarithmic) return lengthLabel(value);
+    if (unit === 'J') return energyLabel(value, (digits) => digits.toFixed(digits < 9.995 ? 2 : digits < 99.95 ? 1 : 0));
+    return `${value < 0 ? '−' : ''}${+Math.abs(value).toPrecision(3)} ${unit}`;
   }
 
   /** Sets the size by the page's. */
@@ -103,10 +110,10 @@ class Strip {
 
   drawGrid() {
     const {context: c, plot, kind} = this;
-    const [lower, upper] = kind.scale;
+    const {scale: [lower, upper], mark} = kind;
     const lines = kind.logarithmic ? Array.from({length: upper - lower + 1}, (_, i) => [10 ** (lower + i), decadeName(lower + i), i === 0 || i === upper - lower])
-      // Where 0 is near an end, it alone is named: that is what the curve is read against.
-      : [lower, 0, upper].map((joules) => [joules, energyLabel(joules, (digits) => `${+digits.toPrecision(2)}`), joules === 0 || Math.abs(this.y(joules) - this.y(0)) > 11]);
+      // Where the mark is near an end, it alone is named: that is what the curve is read against.
+      : [lower, upper, mark].map((value) => [value, this.axisLabel(value), value === mark || Math.abs(this.y(value) - this.y(mark)) > 11]);
     c.strokeStyle = STRIP.grid;
     c.fillStyle = STRIP.quiet;
     c.font = `11px ${FONT}`;
@@ -123,7 +130,7 @@ class Strip {
     }
   }
 
-  /** What the reference does not know: below its own uncertainty, and after its end. */
+  /** Shades what is below the reference's own uncertainty, and marks where the reference ends. */
   drawCertainty() {
     const {context: c, plot, data: {reference, times}} = this;
     const bottom = plot.y + plot.height;
@@ -135,16 +142,13 @@ class Strip {
     c.fill();
     if (reference.known === times.length) return;
     const end = this.x(reference.known);
-    const room = plot.x + plot.width - end;
-    c.fillRect(end, plot.y, room, plot.height);
     c.fillStyle = STRIP.alarm;
     c.fillRect(end - 1, plot.y, 2, plot.height);
-    c.fillStyle = STRIP.bright;
+    c.fillStyle = STRIP.quiet;
     c.font = `11px ${FONT}`;
     c.textAlign = 'left';
     c.textBaseline = 'middle';
-    const text = [`no reference: ${reference.fate}`, reference.fate, 'no reference'].find((words) => c.measureText(words).width + 8 < room);
-    if (text) c.fillText(text, end + 5, plot.y + plot.height / 2);
+    if (c.measureText('reference ends').width + 8 < plot.x + plot.width - end) c.fillText('reference ends', end + 5, plot.y + plot.height / 2);
   }
 
   drawCurve(panel, end, ink, [drawn, leftOut]) {

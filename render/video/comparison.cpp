@@ -9,9 +9,11 @@
 #include <memory>
 #include <stop_token>
 
+#include "render/video/frame_clock.h"
 #include "sim/error.h"
 #include "sim/execution/parallel_for.h"
 #include "sim/log/pose_table.h"
+#include "sim/measure/expectations.h"
 #include "sim/measure/invariants.h"
 #include "sim/measure/joint_gap.h"
 #include "sim/measure/measured_run.h"
@@ -25,68 +27,45 @@
 namespace substep::render {
 namespace {
 
-/// Which step of a run each film frame shows.
-struct Clock {
-  std::vector<std::int64_t> steps;
-  bool is_nearest = false;
-};
-
-Clock clock_of(double step, const ComparisonSettings& settings) {
-  const auto frames = static_cast<std::int64_t>(
-      std::floor((settings.duration - settings.start) / settings.frame_interval + 1e-6));
-  Clock clock;
-  for (std::int64_t k = 0; k <= frames; ++k) {
-    const double exact = (settings.start + static_cast<double>(k) * settings.frame_interval) / step;
-    clock.steps.push_back(std::llround(exact));
-    if (std::abs(exact - static_cast<double>(clock.steps.back())) > 1e-6) clock.is_nearest = true;
-  }
-  return clock;
-}
-
 /// Work that goes on beside other work.
 struct Tally {
   std::atomic<std::int64_t> done{0};
   std::atomic<bool> stop{false};
 };
 
-/// Reads what is asked for of a run, frame by frame.
-class Reader {
- public:
-  Reader(const Scene& scene, const ReadingChoice& choice, Readings& readings)
-      : scene_(scene), choice_(choice), readings_(readings), joints_(scene) {
-    if (choice.depths) meter_ = std::make_unique<PenetrationMeter>(scene);
+/// Reads at a kept step what takes velocities.
+void read_velocities(const Scene& scene, const ReadingChoice& choice, const State& state, double& start,
+                     Readings& readings) {
+  if (choice.energy) {
+    const double now = energy(scene, state);
+    if (readings.energies.empty()) start = now;
+    readings.energies.push_back(now - start);
   }
-
-  void read(const State& state) {
-    read_places(state);
-    if (choice_.energy) {
-      const double now = energy(scene_, state);
-      if (readings_.energies.empty()) start_ = now;
-      readings_.energies.push_back(now - start_);
-    }
-    if (choice_.speeds) {
-      std::vector<float>& speeds = readings_.speeds.emplace_back();
-      for (const Velocity& v : state.v) speeds.push_back(static_cast<float>(v.linear.norm()));
-    }
+  if (choice.speeds) {
+    std::vector<float>& speeds = readings.speeds.emplace_back();
+    for (const Velocity& v : state.v) speeds.push_back(static_cast<float>(v.linear.norm()));
   }
+}
 
-  /// What follows from the poses alone.
-  void read_places(const State& state) {
-    if (choice_.gap) readings_.gaps.push_back(joints_.gap(state));
-    if (choice_.depths) {
-      const std::vector<double> depths = meter_->depths(state);
-      readings_.depths.emplace_back(depths.begin(), depths.end());
-    }
+/// Reads at all kept steps what follows from the poses alone.
+void read_poses(const Scene& scene, const ReadingChoice& choice, Run& run) {
+  State state = initial_state(scene);
+  state.contacts.clear();
+  Readings& readings = run.readings;
+  if (choice.expected) readings.expected = expected_values(scene, *choice.expected, run.poses);
+  const JointGapMeter joints(scene);
+  std::unique_ptr<PenetrationMeter> meter;
+  if (choice.depths || choice.deepest) meter = std::make_unique<PenetrationMeter>(scene);
+  if (!choice.gap && !meter) return;
+  for (const std::vector<Coordinates>& poses : run.poses) {
+    state.q = poses;
+    if (choice.gap) readings.gaps.push_back(joints.gap(state));
+    if (!meter) continue;
+    const std::vector<double> depths = meter->depths(state);
+    if (choice.deepest) readings.deepest.push_back(std::ranges::max(depths));
+    if (choice.depths) readings.depths.emplace_back(depths.begin(), depths.end());
   }
-
- private:
-  const Scene& scene_;
-  ReadingChoice choice_;
-  Readings& readings_;
-  JointGapMeter joints_;
-  std::unique_ptr<PenetrationMeter> meter_;
-  double start_ = 0;
-};
+}
 
 /// Speeds of a run of which the poses alone are known: by the way since the frame before.
 void read_speeds(const Run& run, double interval, Readings& readings) {
@@ -101,8 +80,8 @@ void read_speeds(const Run& run, double interval, Readings& readings) {
   }
 }
 
-/// Steps until each shot in turn and keeps its poses. False where `step` says that there is no more.
-bool take_shots(const Clock& clock, int steps_per_shot, Tally& tally, const std::function<bool()>& step,
+/// Makes the clock's steps and keeps their poses. Returns false where `step` says that there is no more.
+bool take_shots(const FrameClock& clock, int steps_per_shot, Tally& tally, const std::function<bool()>& step,
                 const std::function<const State&()>& state, std::vector<std::vector<Coordinates>>& poses,
                 std::int64_t& steps, const std::function<void(const State&)>& read = {}) {
   for (const std::int64_t shot : clock.steps) {
@@ -128,10 +107,10 @@ decltype(auto) timed(Run& run, const Step& step) {
   return result;
 }
 
-void simulate_algorithm(const Scene& scene, const Clock& clock, const ReadingChoice& choice, Run& run,
+void simulate_algorithm(const Scene& scene, const FrameClock& clock, const ReadingChoice& choice, Run& run,
                         Tally& tally) {
   Simulation simulation(scene, run.panel.settings);
-  Reader reader(scene, choice, run.readings);
+  double start_energy = 0;
   Metrics metrics;
   Invariants invariants(scene, simulation.state());
   invariants.add(simulation.state(), 0, metrics);
@@ -145,7 +124,7 @@ void simulate_algorithm(const Scene& scene, const Clock& clock, const ReadingCho
     return true;
   };
   const auto read = [&](const State& state) {
-    reader.read(state);
+    read_velocities(scene, choice, state, start_energy, run.readings);
     invariants.add(state, static_cast<double>(steps) * run.panel.settings.step, metrics);
     if (choice.contacts) run.readings.contacts.push_back(simulation.contact_impulses());
   };
@@ -172,33 +151,23 @@ std::unique_ptr<Stepper> engine_stepper(const Scene& scene, double duration, Run
   }
 }
 
-void simulate_engine(const Scene& scene, const Clock& clock, const ReadingChoice& choice, Stepper& stepper,
-                     Run& run, Tally& tally) {
+void simulate_engine(const Scene& scene, const FrameClock& clock, const ReadingChoice& choice,
+                     Stepper& stepper, Run& run, Tally& tally) {
   const bool is_command = engine_of(run.panel).is_command;
   const auto step = [&] { return is_command ? stepper.step() : timed(run, [&] { return stepper.step(); }); };
-  Reader reader(scene, choice, run.readings);
+  double start_energy = 0;
   std::int64_t steps = 0;
+  const auto read = [&](const State& state) {
+    read_velocities(scene, choice, state, start_energy, run.readings);
+  };
   if (!take_shots(
-          clock, 1, tally, step, [&]() -> const State& { return stepper.state(); }, run.poses, steps,
-          [&](const State& state) { reader.read(state); })) {
+          clock, 1, tally, step, [&]() -> const State& { return stepper.state(); }, run.poses, steps, read)) {
     run.diverged = static_cast<double>(steps) * run.panel.settings.step;
   }
   run.row_solves = stepper.row_solves();
 }
 
-/// Of a run of which the poses alone are known.
-void read_poses(const Scene& scene, const ReadingChoice& choice, double interval, Run& run) {
-  Reader reader(scene, choice, run.readings);
-  State state = initial_state(scene);
-  state.contacts.clear();
-  for (const std::vector<Coordinates>& poses : run.poses) {
-    state.q = poses;
-    reader.read_places(state);
-  }
-  if (choice.speeds) read_speeds(run, interval, run.readings);
-}
-
-void take_frames(const PoseLog& log, const Clock& clock, Run& run) {
+void take_frames(const PoseLog& log, const FrameClock& clock, Run& run) {
   for (const std::int64_t shot : clock.steps) {
     const auto frame = static_cast<std::size_t>(shot);
     if (frame >= log.frames.size()) {
@@ -226,8 +195,8 @@ struct ReferenceAttempt {
   int unsolved_steps = 0;
 };
 
-void simulate_reference(const Scene& scene, const Clock& clock, double step, int divisions, bool is_smooth,
-                        ReferenceAttempt& attempt, Tally& tally) {
+void simulate_reference(const Scene& scene, const FrameClock& clock, double step, int divisions,
+                        bool is_smooth, ReferenceAttempt& attempt, Tally& tally) {
   std::int64_t steps = 0;
   bool goes_on = true;
   if (is_smooth) {
@@ -316,6 +285,12 @@ std::string step_words(double step) {
   return fmt::format("h=1/{:g}", std::round(1 / step * 1e6) / 1e6);
 }
 
+double root_mean_square(const std::vector<double>& values) {
+  double squares = 0;
+  for (const double value : values) squares += value * value;
+  return values.empty() ? 0 : std::sqrt(squares / static_cast<double>(values.size()));
+}
+
 void check(const ComparisonSettings& settings) {
   if (!(settings.duration >= 0 && settings.duration <= 3600)) {
     throw Error(fmt::format("duration {} s: a video can have from 0 to 3600", settings.duration));
@@ -340,32 +315,6 @@ void check(const ComparisonSettings& settings) {
   }
 }
 
-/// The clock of each run. Where not all have one step, all must hit the frames' times, or errors would
-/// compare different instants.
-std::vector<Clock> clocks_of(const ComparisonSettings& settings, const std::vector<Run>& runs) {
-  std::vector<Clock> clocks;
-  for (const Run& run : runs) {
-    const double step = run.panel.settings.step;
-    clocks.push_back(clock_of(step, settings));
-    if (clocks.back().is_nearest && step != settings.step) {
-      throw Error(
-          fmt::format("panel {}: its step of {:g} s does not hit the film's frames, {:g} s apart: "
-                      "give a part of that, or --step",
-                      name_of(run.panel), step, settings.frame_interval));
-    }
-  }
-  const Clock base = clock_of(settings.step, settings);
-  for (const Clock& clock : clocks) {
-    if (base.is_nearest && clock.steps != base.steps) {
-      throw Error(
-          fmt::format("--step: {:g} s does not hit the film's frames, {:g} s apart, and the panels' "
-                      "steps differ: give a part of that",
-                      settings.step, settings.frame_interval));
-    }
-  }
-  return clocks;
-}
-
 /// The panels' runs, before they are made, and the logs of those that are finished, by panel. A log has its
 /// own settings.
 std::vector<Run> runs_of(const Scene& scene, const ComparisonSettings& settings, std::vector<PoseLog>& logs) {
@@ -381,6 +330,9 @@ std::vector<Run> runs_of(const Scene& scene, const ComparisonSettings& settings,
     }
     if (panel.kind == PanelChoice::Kind::reference) run.panel.settings.step = settings.step;
     check(run.panel.settings);
+    run.panel.shade = static_cast<int>(std::count_if(runs.begin(), runs.end() - 1, [&](const Run& earlier) {
+      return hue_of(earlier.panel) == hue_of(run.panel);
+    }));
   }
   return runs;
 }
@@ -437,77 +389,151 @@ std::optional<Departure> departure_of(const Scene& scene, const Comparison& comp
 }
 
 void measure_from(const Scene& scene, const ReferenceRun& reference, Run& run) {
-  const std::size_t frames = std::min(run.poses.size(), reference.known);
-  double sum_over_frames = 0;
-  for (std::size_t k = 0; k < frames; ++k) {
-    const double mean = mean_squared_distance(scene, run.poses[k], reference.poses[k]);
-    run.errors.push_back(std::sqrt(mean));
-    sum_over_frames += mean;
+  const std::size_t kept = std::min(run.poses.size(), reference.known);
+  for (std::size_t k = 0; k < kept; ++k) {
+    run.errors.push_back(std::sqrt(mean_squared_distance(scene, run.poses[k], reference.poses[k])));
   }
-  if (frames > 0) run.rms_error = std::sqrt(sum_over_frames / static_cast<double>(frames));
+  run.rms_error = root_mean_square(run.errors);
 }
 
-Comparison simulate_comparison(const Scene& scene, const ComparisonSettings& settings,
-                               const std::function<void(double)>& progress) {
-  check(settings);
-  Comparison comparison;
-  std::vector<PoseLog> logs;
-  comparison.runs = runs_of(scene, settings, logs);
-  const std::vector<Clock> clocks = clocks_of(settings, comparison.runs);
-  const Clock clock = clock_of(settings.step, settings);
-  for (const std::int64_t step : clock.steps) {
-    comparison.times.push_back(static_cast<double>(step) * settings.step);
-  }
-  comparison.is_nearest = clock.is_nearest;
+namespace {
 
-  Tally tally;
+/// Chooses what strips show: errors where they are known for half of the film, else what tells most to its
+/// end.
+void choose_strip(const Scene& scene, std::size_t kept, Comparison& comparison, ReadingChoice& readings) {
+  if (!comparison.reference) return;
+  comparison.strip = Strip::error;
+  if (2 * comparison.reference->known >= kept) return;
+  if (const Expectation* const expectation = expectation_of_poses(scene)) {
+    comparison.strip = Strip::expected;
+    readings.expected = expectation;
+  } else if (!JointGapMeter(scene).is_empty()) {
+    comparison.strip = Strip::gap;
+    readings.gap = true;
+  } else {
+    comparison.strip = Strip::depth;
+    readings.deepest = true;
+  }
+}
+
+/// Turns what was kept at steps into what is shown at frames.
+void spread(const FrameClock& clock, double interval, const ReadingChoice& choice, Run& run) {
+  if (!run.refusal.empty()) return;
+  spread(clock, run.poses);
+  spread(clock, run.errors);
+  for (auto* const series :
+       {&run.readings.gaps, &run.readings.energies, &run.readings.deepest, &run.readings.expected})
+    spread(clock, *series);
+  spread(clock, run.readings.depths);
+  spread(clock, run.readings.speeds);
+  spread(clock, run.readings.contacts);
+  if (choice.speeds && run.readings.speeds.empty()) read_speeds(run, interval, run.readings);
+  run.rms_error = root_mean_square(run.errors);
+}
+
+std::vector<double> steps_of(const ComparisonSettings& settings, const std::vector<Run>& runs) {
+  std::vector<double> steps{settings.step};
+  for (const Run& run : runs) steps.push_back(run.panel.settings.step);
+  return steps;
+}
+
+/// What a comparison needs while it is simulated.
+struct Work {
+  const Scene& scene;
+  const ComparisonSettings& settings;
+  std::vector<PoseLog> logs{};
+  std::vector<FrameClock> clocks{};  ///< the reference's, then the runs'
+  Tally tally{};
+  ReferenceAttempt fine{};
+  ReferenceAttempt coarse{};
+  bool is_smooth = false;
+};
+
+/// Simulates the reference and all runs, as far as they go.
+void simulate_all(Work& work, std::vector<Run>& runs, const std::function<void(double)>& progress) {
+  const auto& [scene, settings, logs, clocks, t, f, c, smooth] = work;
   std::vector<Job> jobs;
   std::int64_t total = 0;
   // The longest first, so that no thread is left alone with it.
-  const bool is_smooth = settings.has_reference && has_smooth_reference(scene, settings.step);
-  const int divisions = settings.reference_substeps;
-  ReferenceAttempt fine;
-  ReferenceAttempt coarse;
   if (settings.has_reference) {
-    for (const auto& [attempt, parts] : {std::pair(&fine, divisions), std::pair(&coarse, divisions / 2)}) {
-      total += clock.steps.back() * parts;
-      jobs.emplace_back([&, to = attempt, per_step = parts] {
-        simulate_reference(scene, clock, settings.step, per_step, is_smooth, *to, tally);
+    const int divisions = settings.reference_substeps;
+    for (const auto& [attempt, parts] :
+         {std::pair(&work.fine, divisions), std::pair(&work.coarse, divisions / 2)}) {
+      total += clocks[0].steps.back() * parts;
+      jobs.emplace_back([&work, to = attempt, per_step = parts] {
+        simulate_reference(work.scene, work.clocks[0], work.settings.step, per_step, work.is_smooth, *to,
+                           work.tally);
       });
     }
   }
-  for (std::size_t i = 0; i < comparison.runs.size(); ++i) {
-    Run& run = comparison.runs[i];
-    const Clock& own = clocks[i];
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    Run& run = runs[i];
+    const FrameClock& own = clocks[i + 1];
     if (run.is_reference()) continue;
     if (run.panel.kind == PanelChoice::Kind::log) {
       take_frames(logs[i], own, run);
-      read_poses(scene, settings.readings, settings.frame_interval, run);
       continue;
     }
     if (run.panel.kind == PanelChoice::Kind::engine) {
       std::shared_ptr<Stepper> stepper = engine_stepper(scene, settings.duration, run);
       if (!stepper) continue;
-      jobs.emplace_back(
-          [&, stepper] { simulate_engine(scene, own, settings.readings, *stepper, run, tally); });
+      jobs.emplace_back([&work, &own, &run, stepper] {
+        simulate_engine(work.scene, own, work.settings.readings, *stepper, run, work.tally);
+      });
     } else {
-      jobs.emplace_back([&] { simulate_algorithm(scene, own, settings.readings, run, tally); });
+      jobs.emplace_back([&work, &own, &run] {
+        simulate_algorithm(work.scene, own, work.settings.readings, run, work.tally);
+      });
     }
     total += own.steps.back();
   }
-  if (!jobs.empty()) run_jobs(jobs, settings.threads, tally, total, progress);
+  if (!jobs.empty()) run_jobs(jobs, settings.threads, work.tally, total, progress);
+}
 
+}  // namespace
+
+Comparison simulate_comparison(const Scene& scene, const ComparisonSettings& settings,
+                               const std::function<void(double)>& progress) {
+  check(settings);
+  Comparison comparison;
+  Work work{scene, settings};
+  comparison.runs = runs_of(scene, settings, work.logs);
+  const FrameTimes frames{settings.start, settings.duration, settings.frame_interval};
+  comparison.times = frames.times();
+  work.clocks = frame_clocks(frames, steps_of(settings, comparison.runs));
+  work.is_smooth = settings.has_reference && has_smooth_reference(scene, settings.step);
+  simulate_all(work, comparison.runs, progress);
+
+  const FrameClock& clock = work.clocks.front();
   if (settings.has_reference) {
-    const std::string method = fmt::format("{}, {}", is_smooth ? "own, order 8" : "A1 itself",
-                                           step_words(settings.step / divisions));
-    comparison.reference = reference_of(scene, coarse, std::move(fine), comparison.times, method);
-    comparison.reference->is_a1 = !is_smooth;
+    const std::string method = fmt::format("{}, {}", work.is_smooth ? "own, order 8" : "A1 itself",
+                                           step_words(settings.step / settings.reference_substeps));
+    std::vector<double> times;
+    for (const std::int64_t step : clock.steps) times.push_back(static_cast<double>(step) * settings.step);
+    comparison.reference = reference_of(scene, work.coarse, std::move(work.fine), times, method);
+    comparison.reference->is_a1 = !work.is_smooth;
+  }
+  ReadingChoice readings = settings.readings;
+  choose_strip(scene, clock.steps.size(), comparison, readings);
+  comparison.expected = readings.expected;
+  std::vector<Job> jobs;
+  for (std::size_t i = 0; i < comparison.runs.size(); ++i) {
+    Run& run = comparison.runs[i];
+    if (run.is_reference() || !run.refusal.empty()) continue;
+    jobs.emplace_back([&, own = &work.clocks[i + 1], to = &run] {
+      if (comparison.reference) measure_from(scene, *comparison.reference, *to);
+      read_poses(scene, readings, *to);
+      spread(*own, settings.frame_interval, readings, *to);
+    });
+  }
+  run_jobs(jobs, settings.threads, work.tally, 0, {});
+  if (comparison.reference) {
+    ReferenceRun& reference = *comparison.reference;
+    reference.known = clock.frames_of(reference.known);
+    spread(clock, reference.poses);
+    spread(clock, reference.uncertainty);
     for (Run& run : comparison.runs) {
-      if (run.is_reference()) {
-        run.poses = comparison.reference->poses;
-      } else if (run.refusal.empty()) {
-        measure_from(scene, *comparison.reference, run);
-      }
+      if (run.is_reference()) run.poses = reference.poses;
     }
   }
   return comparison;

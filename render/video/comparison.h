@@ -22,7 +22,12 @@ struct ReadingChoice {
   bool speeds = false;
   bool depths = false;
   bool contacts = false;
+  bool deepest = false;
+  const Expectation* expected = nullptr;  ///< of the scene's, see expectation_of_poses()
 };
+
+/// What a strip below a panel's picture shows over time.
+enum class Strip { error, gap, energy, depth, expected };
 
 struct ComparisonSettings {
   std::vector<PanelChoice> panels;
@@ -40,6 +45,8 @@ struct ComparisonSettings {
 struct Readings {
   std::vector<double> gaps;      ///< of joints, see JointGapMeter, m
   std::vector<double> energies;  ///< kinetic and potential, since the film's first frame, J; not of logs
+  std::vector<double> deepest;   ///< how far a body is in another at most, m
+  std::vector<double> expected;  ///< the quantity that ReadingChoice::expected is about, in its unit
   std::vector<std::vector<float>> speeds;             ///< of each body's centre, m/s
   std::vector<std::vector<float>> depths;             ///< of each body, how far it is in another, m
   std::vector<std::vector<ContactImpulse>> contacts;  ///< of the frame's last step; of algorithms only
@@ -78,9 +85,10 @@ struct ReferenceRun {
 
 struct Comparison {
   std::vector<Run> runs;      ///< the panels, in their order
-  std::vector<double> times;  ///< of each film frame's state, s: the nearest step's
-  bool is_nearest = false;    ///< whether some of these are not exactly the frames' times
+  std::vector<double> times;  ///< of each film frame, s; poses between two steps are interpolated
   std::optional<ReferenceRun> reference;
+  std::optional<Strip> strip;  ///< what strips show unless told otherwise; none without a reference
+  const Expectation* expected = nullptr;  ///< what Strip::expected shows
 };
 
 /// Where a run is first away from the reference.
@@ -100,7 +108,7 @@ inline constexpr double parted = 0.01;
 /// Mean over the body's mass of the squared distance between where a point is and where it should be, m².
 double squared_distance(const Body& body, const Coordinates& is, const Coordinates& should_be);
 
-/// Fills the run's errors, at the frames at which it has poses and the reference is known.
+/// Fills the run's errors, where it has poses and the reference is known.
 void measure_from(const Scene& scene, const ReferenceRun& reference, Run& run);
 
 /// Runs all panels. `progress` gets the share done, on the calling thread; may be empty.

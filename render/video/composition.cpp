@@ -31,27 +31,26 @@ Color color_in(const char* ink) {
   return color;
 }
 
-/// `color` faded into the strip's ground. Not by drawing with an alpha: where a curve's pieces meet, that
-/// would show as beads.
-Color faded(const Color& color) {
+/// Returns `percent` of `color` over the rest of `below`.
+Color mixed(const Color& color, const Color& below, int percent) {
   Color result{};
   for (std::size_t i = 0; i < result.size(); ++i) {
-    result[i] = static_cast<std::uint8_t>(surface[i] + (color[i] - surface[i]) * 38 / 100);
+    result[i] = static_cast<std::uint8_t>(below[i] + (color[i] - below[i]) * percent / 100);
   }
   return result;
 }
 
-/// For an axis: "+2 kJ", "−0.5 J".
-std::string short_energy(double joules) {
-  const double size = std::abs(joules);
-  const auto text = [&](double unit, const char* name) {
-    return fmt::format("{}{:g} {}", joules < 0 ? "−" : "+", size / unit, name);
-  };
-  return size >= 1e6    ? text(1e6, "MJ")
-         : size >= 1e3  ? text(1e3, "kJ")
-         : size >= 0.1  ? text(1, "J")
-         : size >= 1e-4 ? text(1e-3, "mJ")
-                        : text(1e-6, "µJ");
+/// `color` faded into the strip's ground. Not by drawing with an alpha: where a curve's pieces meet, that
+/// would show as beads.
+Color faded(const Color& color) {
+  return mixed(color, surface, 38);
+}
+
+/// Returns a shade of an ink: itself, then nearer to `away`, then fainter, and again.
+Color shaded(const char* ink, int shade, const Color& away) {
+  constexpr Color grey{100, 104, 112};
+  const Color color = color_in(ink);
+  return shade % 3 == 0 ? color : shade % 3 == 1 ? mixed(color, away, 45) : mixed(color, grey, 50);
 }
 
 /// The baseline that centres capitals and digits of this size in a box.
@@ -74,6 +73,19 @@ std::vector<std::string> wrapped(const std::string& text, const TextStyle& style
   return lines;
 }
 
+/// Cuts text to a width, with an ellipsis where it was longer.
+std::string cut(const std::string& text, const TextStyle& style, double width) {
+  if (text_width(text, style) <= width) return text;
+  std::string shorter = text;
+  while (!shorter.empty() && text_width(shorter + "…", style) > width) {
+    // A character of several bytes goes as a whole.
+    while (!shorter.empty() && (static_cast<unsigned char>(shorter.back()) & 0xC0) == 0x80)
+      shorter.pop_back();
+    if (!shorter.empty()) shorter.pop_back();
+  }
+  return shorter + "…";
+}
+
 }  // namespace
 
 std::string film_title(const Scene& scene, const std::string& given) {
@@ -83,66 +95,40 @@ std::string film_title(const Scene& scene, const std::string& given) {
   return title;
 }
 
-std::string words_of(const Run& run, const Comparison& comparison) {
-  if (!run.panel.title.empty()) return run.panel.title;
-  switch (run.panel.kind) {
-    case PanelChoice::Kind::reference:
-      return "";
-    case PanelChoice::Kind::engine:
-      return "";
-    case PanelChoice::Kind::log:
-      return "finished run";
-    case PanelChoice::Kind::algorithm:
-      break;
-  }
-  switch (run.panel.settings.algorithm) {
-    case Algorithm::a1:
-      // It is no truth about itself.
-      if (comparison.reference && comparison.reference->is_a1) return "all rows at once; error from itself";
-      return "all rows at once";
-    case Algorithm::a2:
-      return "row by row, iterated";
-    case Algorithm::a3:
-      return "sub-steps, exact";
-    case Algorithm::a4:
-      return "sub-steps, approximate";
-    case Algorithm::a5:
-      return "sub-steps, as in Havok";
-    case Algorithm::soft:
-      return "sub-steps, soft rows, relaxed";
-    case Algorithm::avbd:
-      return "body by body, penalties";
-  }
-  return "";
-}
-
 Dash dash_of(std::size_t run) {
   constexpr std::array<Dash, 5> dashes{{{1, 0}, {14, 3}, {9, 6}, {5, 8}, {2.5, 9}}};
   return dashes[run % dashes.size()];
 }
 
 Color accent(const PanelChoice& panel) {
-  return color_in(inks.at(static_cast<std::size_t>(hue_of(panel))).dark);
+  return shaded(inks.at(static_cast<std::size_t>(hue_of(panel))).dark, panel.shade, {255, 255, 255});
 }
 
 Color accent_on_white(const PanelChoice& panel) {
-  return color_in(inks.at(static_cast<std::size_t>(hue_of(panel))).light);
+  return shaded(inks.at(static_cast<std::size_t>(hue_of(panel))).light, panel.shade, {0, 0, 0});
 }
 
-int columns_for(int count, int width, int height, int above) {
+std::string html_color(const Color& color) {
+  return fmt::format("#{:02x}{:02x}{:02x}", color[0], color[1], color[2]);
+}
+
+std::vector<int> rows_for(int count, int width, int height, int above) {
   constexpr double usual = 16.0 / 9;
-  int best = 1;
+  std::vector<int> best{count};
   double largest = -1;
-  for (int columns = 1; columns <= count; ++columns) {
-    const int rows = (count + columns - 1) / columns;
-    const double wide = static_cast<double>(width) / columns;
+  for (int rows = 1; rows <= count; ++rows) {
+    const int least = count / rows;
+    const int most = least + (count % rows > 0 ? 1 : 0);
+    const double wide = static_cast<double>(width) / most;
     const double high = static_cast<double>(height) / rows - above;
-    // What is seen of the scene: somewhat more than a picture of the usual shape, were there more room.
-    const double seen = std::min(wide, high * usual) + 0.1 * std::min(wide, 2 * high * usual);
-    if (high > 0 && seen > largest * (1 + 1e-9)) {
-      largest = seen;
-      best = columns;
-    }
+    // What is seen of the scene: somewhat more than a picture of the usual shape, were there more room; less
+    // where panels of two widths are hard to compare.
+    const double seen = (std::min(wide, high * usual) + 0.1 * std::min(wide, 2 * high * usual)) *
+                        (1 - 0.15 * (static_cast<double>(most) / least - 1));
+    if (high <= 0 || seen <= largest * (1 + 1e-9)) continue;
+    largest = seen;
+    best.assign(static_cast<std::size_t>(rows), least);
+    std::fill_n(best.begin(), count % rows, most);
   }
   return best;
 }
@@ -159,11 +145,13 @@ void check_film_size(int width, int height) {
 Composition::Composition(const Comparison& comparison, const std::string& title, int width, int height,
                          const std::vector<KeyEntry>& key, const std::vector<Strip>& strips)
     : comparison_(comparison),
+      titles_(titles_of(comparison.runs)),
       width_(width),
       height_(height),
       scale_(std::sqrt(static_cast<double>(width) * height / (1280.0 * 720))),
       strips_(strips) {
   check_film_size(width, height);
+  if (strips_.empty() && comparison.strip) strips_.push_back(*comparison.strip);
   if (!comparison.reference) std::erase(strips_, Strip::error);
   if (!key.empty()) footer_ = static_cast<int>(std::lround(std::max(14.0, 26 * scale_)));
   lay_out();
@@ -180,35 +168,37 @@ void Composition::lay_out() {
     return static_cast<int>(std::lround(std::max(least, at_720 * scale_)));
   };
   const int gap = scaled(12, 4);
-  title_ = {gap, 0, width_ - 2 * gap, scaled(48, 20)};
-  const int header = scaled(28, 16);
+  title_ = {gap, 0, width_ - 2 * gap, scaled(40, 18)};
+  const int top =
+      title_.height +
+      static_cast<int>(1.3 * legend_style().size * static_cast<double>(legend_lines().size()) + 4 * scale_);
+  const int header = scaled(36, 16);
   const int strip = scaled(62, 28);
   const int strips = strip * static_cast<int>(strips_.size());
   const int count = static_cast<int>(comparison_.runs.size());
-  const int columns =
-      columns_for(count, width_ - gap, height_ - title_.height - footer_, header + strips + gap);
-  const int rows = (count + columns - 1) / columns;
-  const int panel_width = (width_ - (columns + 1) * gap) / columns;
-  const int panel_height = (height_ - title_.height - footer_ - rows * gap) / rows;
-  picture_width_ = panel_width;
+  const std::vector<int> rows = rows_for(count, width_ - gap, height_ - top - footer_, header + strips + gap);
+  const auto row_count = static_cast<int>(rows.size());
+  const auto width_in = [&](int columns) { return (width_ - (columns + 1) * gap) / columns; };
+  const int panel_height = (height_ - top - footer_ - row_count * gap) / row_count;
+  const int narrowest = width_in(rows.front());
   picture_height_ = panel_height - header - strips;
-  if (picture_width_ < 40 || picture_height_ < 24) {
+  if (narrowest < 40 || picture_height_ < 24) {
     throw Error(
         fmt::format("size {}x{}: leaves no room for {} panels: make it larger", width_, height_, count));
   }
   // In a narrow panel the axis' names would take the curve's room.
-  has_axis_ = panel_width > 4 * text_width("0.1 mm", {.size = text_size(12)});
-  for (int i = 0; i < count; ++i) {
-    // A last row that is not full stands in the middle.
-    const int in_row = std::min(columns, count - i / columns * columns);
-    const int left_out = (columns - in_row) * (panel_width + gap) / 2;
-    const int x = gap + left_out + (i % columns) * (panel_width + gap);
-    const int y = title_.height + (i / columns) * (panel_height + gap);
-    Panel panel;
-    panel.header = {x, y, panel_width, header};
-    panel.picture = {x, y + header, picture_width_, picture_height_};
-    lay_out_strips(panel, x, y + header + picture_height_, panel_width, strip);
-    panels_.push_back(panel);
+  has_axis_ = narrowest > 4 * text_width("0.1 mm", {.size = text_size(14)});
+  int y = top;
+  for (const int columns : rows) {
+    for (int column = 0; column < columns; ++column) {
+      const int x = gap + column * (width_in(columns) + gap);
+      Panel panel;
+      panel.header = {x, y, width_in(columns), header};
+      panel.picture = {x, y + header, width_in(columns), picture_height_};
+      lay_out_strips(panel, x, y + header + picture_height_, width_in(columns), strip);
+      panels_.push_back(panel);
+    }
+    y += panel_height + gap;
   }
 }
 
@@ -217,9 +207,9 @@ void Composition::lay_out_strips(Panel& panel, int x, int y, int width, int heig
     return static_cast<int>(std::lround(std::max(least, at_720 * scale_)));
   };
   // Room for the axis at the left and for the value at the right.
-  const int axis = static_cast<int>(text_width("0.1 mm", {.size = text_size(12)}) + 8 * scale_);
+  const int axis = static_cast<int>(text_width("0.1 mm", {.size = text_size(14)}) + 8 * scale_);
   const int left = has_axis_ ? axis : scaled(6, 4);
-  const int right = scaled(84, 50);
+  const int right = std::clamp(static_cast<int>(0.28 * width), scaled(60, 40), scaled(126, 60));
   const int margin = scaled(8, 4);
   for (const Strip kind : strips_) {
     StripBox box{kind, axis_of(comparison_, kind)};
@@ -228,13 +218,6 @@ void Composition::lay_out_strips(Panel& panel, int x, int y, int width, int heig
     panel.strips.push_back(box);
     y += height;
   }
-}
-
-const std::vector<double>& Composition::series(const StripBox& strip, std::size_t run) const {
-  const Run& of = comparison_.runs[run];
-  return strip.kind == Strip::error ? of.errors
-         : strip.kind == Strip::gap ? of.readings.gaps
-                                    : of.readings.energies;
 }
 
 double Composition::plot_x(const StripBox& strip, std::size_t k) const {
@@ -248,15 +231,7 @@ double Composition::plot_y(const StripBox& strip, double value) const {
 
 std::string Composition::legend() const {
   std::string text;
-  for (const Strip strip : strips_) {
-    text += text.empty() ? "strips: " : "; ";
-    if (strip == Strip::error) {
-      text += fmt::format("RMS distance of the bodies’ points from the reference ({})",
-                          comparison_.reference->method);
-    } else {
-      text += strip == Strip::gap ? "largest gap of a joint" : "energy since the start";
-    }
-  }
+  for (const Strip strip : strips_) text += (text.empty() ? "strips: " : "; ") + words_of(comparison_, strip);
   return text;
 }
 
@@ -266,23 +241,33 @@ void Composition::draw_title(const std::string& title) {
   const double room = title_.width - text_width("00.00 s", clock) - 16 * scale_;
   while (bold.size > 8 && text_width(title, bold) > room) bold.size *= 0.95;
   draw_text(background_, title_.x, baseline(title_.y, title_.height, bold.size), title, bold);
-  if (strips_.empty()) return;
-  const TextStyle small{.size = text_size(15), .color = quiet};
-  const std::string legend = this->legend();
-  const double left = title_.x + text_width(title, bold) + 22 * scale_;
-  if (text_width(legend, small) < title_.width - 250 * scale_ - left) {
-    draw_text(background_, left, baseline(title_.y, title_.height, small.size) + 2 * scale_, legend, small);
+  const std::vector<std::string> lines = legend_lines();
+  double middle = title_.y + title_.height + 0.5 * legend_style().size;
+  for (const std::string& line : lines) {
+    draw_text(background_, title_.x, baseline(middle, 0, legend_style().size), line, legend_style());
+    middle += 1.3 * legend_style().size;
   }
+}
+
+TextStyle Composition::legend_style() const {
+  return {.size = text_size(17), .color = quiet};
+}
+
+/// What all panels share, then what the strips show.
+std::vector<std::string> Composition::legend_lines() const {
+  std::string text = titles_.shared;
+  if (!strips_.empty()) text += (text.empty() ? "" : " · ") + legend();
+  return text.empty() ? std::vector<std::string>{} : wrapped(text, legend_style(), title_.width);
 }
 
 void Composition::draw_background(const std::string& title) {
   background_ = Image(width_, height_);
   fill_rectangle(background_, 0, 0, width_, height_, ground);
   draw_title(title);
-  const HeaderStyle style = header_style();
+  const double factor = header_factor();
   for (std::size_t run = 0; run < panels_.size(); ++run) {
     const Panel& panel = panels_[run];
-    draw_header(panel, run, style);
+    draw_header(panel, run, factor);
     for (const StripBox& strip : panel.strips) {
       const Box& box = strip.strip;
       fill_rectangle(background_, box.x, box.y, box.width, box.height, surface);
@@ -310,72 +295,55 @@ void Composition::draw_footer(const std::vector<KeyEntry>& key) {
   }
 }
 
-/// What the header of a panel says, from the left: name, words; settings at the right.
-double Composition::header_width(std::size_t run, const HeaderStyle& style) const {
-  const Run& r = comparison_.runs[run];
-  const double f = style.factor;
-  double width = 20 * scale_ + text_width(name_of(r.panel), {.size = f * text_size(18), .bold = true});
-  const std::string words = words_of(r, comparison_);
-  if (style.has_words && !words.empty()) width += 9 * scale_ + text_width(words, {.size = f * text_size(15)});
-  const std::string settings = r.is_reference() ? comparison_.reference->method : settings_of(r.panel);
-  if (style.has_settings) width += 12 * scale_ + text_width(settings, {.size = f * text_size(14)});
-  return width;
+double Composition::header_width(std::size_t run, double factor) const {
+  const std::string& words = titles_.words[run];
+  const double name =
+      text_width(name_of(comparison_.runs[run].panel), {.size = factor * text_size(24), .bold = true});
+  return 28 * scale_ + name + (words.empty() ? 0 : text_width(words, {.size = factor * text_size(22)}));
 }
 
-/// Shrinks all alike until the longest fits; then the words go, then the settings.
-Composition::HeaderStyle Composition::header_style() const {
-  for (HeaderStyle style : {HeaderStyle{1, true, true}, HeaderStyle{1, false, true},
-                            HeaderStyle{1, true, false}, HeaderStyle{1, false, false}}) {
-    for (; style.factor * text_size(14) >= 9 && style.factor >= 0.7; style.factor -= 0.05) {
-      bool fits = true;
-      for (std::size_t run = 0; run < panels_.size(); ++run) {
-        fits = fits && header_width(run, style) <= panels_[run].header.width;
-      }
-      if (fits) return style;
-    }
+/// Returns by how much all headers shrink, so that the longest fits or is as small as can be read.
+double Composition::header_factor() const {
+  double factor = 1;
+  for (std::size_t run = 0; run < panels_.size(); ++run) {
+    const auto fits = [&] { return header_width(run, factor) <= panels_[run].header.width; };
+    while (!fits() && factor * text_size(22) > 9) factor *= 0.97;
   }
-  return {0.7, false, false};
+  return factor;
 }
 
-void Composition::draw_header(const Panel& panel, std::size_t run, const HeaderStyle& style) {
-  const Run& r = comparison_.runs[run];
+void Composition::draw_header(const Panel& panel, std::size_t run, double factor) {
   const Box& box = panel.header;
-  const Color color = accent(r.panel);
+  const Color color = accent(comparison_.runs[run].panel);
   fill_rectangle(background_, box.x, box.y, box.width, box.height, surface);
   const int bar = std::max(2, static_cast<int>(std::lround(4 * scale_)));
   fill_rectangle(background_, box.x, box.y, bar, box.height, color);
-
-  const TextStyle bold{.size = style.factor * text_size(18), .color = color, .bold = true};
-  const TextStyle plain{.size = style.factor * text_size(15), .color = bright};
-  const TextStyle small{.size = style.factor * text_size(14), .color = quiet};
+  const TextStyle bold{.size = factor * text_size(24), .color = color, .bold = true};
+  const TextStyle plain{.size = factor * text_size(22), .color = bright};
   double x = box.x + bar + 8 * scale_;
-  const std::string name = name_of(r.panel);
+  const std::string name = name_of(comparison_.runs[run].panel);
   draw_text(background_, x, baseline(box.y, box.height, bold.size), name, bold);
-  x += text_width(name, bold) + 9 * scale_;
-  if (style.has_words)
-    draw_text(background_, x, baseline(box.y, box.height, plain.size), words_of(r, comparison_), plain);
-  if (style.has_settings) {
-    const std::string settings = r.is_reference() ? comparison_.reference->method : settings_of(r.panel);
-    draw_text(background_, box.x + box.width - 8 * scale_ - text_width(settings, small),
-              baseline(box.y, box.height, small.size), settings, small);
-  }
+  x += text_width(name, bold) + 10 * scale_;
+  draw_text(background_, x, baseline(box.y, box.height, bold.size),
+            cut(titles_.words[run], plain, box.x + box.width - x), plain);
 }
 
 void Composition::draw_grid(const StripBox& strip) {
   const Box& plot = strip.plot;
-  const TextStyle style{.size = text_size(12), .color = quiet};
+  const TextStyle style{.size = text_size(14), .color = quiet};
   const auto draw_label = [&](const std::string& text, double y, double offset) {
     if (!has_axis_) return;
     draw_text(background_, plot.x - 5 * scale_ - text_width(text, style), y + 0.31 * style.size + offset,
               text, style);
   };
   if (!strip.axis.is_logarithmic) {
-    for (const double joules : {strip.axis.low, 0.0, strip.axis.high}) {
-      const double y = plot_y(strip, joules);
-      draw_line(background_, plot.x, y, plot.x + plot.width, y, 1, grid);
-      // Where 0 is near an end, it alone is named: that is what the curve is read against.
-      const double room = std::abs(y - plot_y(strip, 0));
-      if (joules == 0 || room > style.size) draw_label(joules == 0 ? "0 J" : short_energy(joules), y, 0);
+    for (const double value : {strip.axis.low, strip.axis.high, strip.axis.mark}) {
+      const double y = plot_y(strip, value);
+      const bool is_mark = value == strip.axis.mark;
+      draw_line(background_, plot.x, y, plot.x + plot.width, y, 1, is_mark ? quiet : grid);
+      // Where the mark is near an end, it alone is named: that is what the curve is read against.
+      const double room = std::abs(y - plot_y(strip, strip.axis.mark));
+      if (is_mark || room > style.size) draw_label(strip.axis.label(value), y, 0);
     }
   } else {
     const int lower = strip.axis.decades.lower;
@@ -390,14 +358,14 @@ void Composition::draw_grid(const StripBox& strip) {
       draw_label(names[static_cast<std::size_t>(lower + decade + 6)], y, decade == 0 ? -1 * scale_ : scale_);
     }
   }
-  if (strips_.size() == 1 && strip.kind == Strip::error) return;
+  if (strips_.size() == 1) return;
   // Which of several strips it is.
-  const char* const name = strip.kind == Strip::error ? "error" : strip.kind == Strip::gap ? "gap" : "energy";
+  const std::string name = name_of(strip.kind);
   draw_text(background_, strip.strip.x + strip.strip.width - 6 * scale_ - text_width(name, style),
             strip.strip.y + 1.05 * style.size, name, style);
 }
 
-/// What the reference does not know: below its own uncertainty, and after its end.
+/// Shades what is below the reference's own uncertainty, and marks where the reference ends.
 void Composition::draw_certainty(const StripBox& strip) {
   const ReferenceRun& reference = *comparison_.reference;
   const Box& plot = strip.plot;
@@ -410,18 +378,12 @@ void Composition::draw_certainty(const StripBox& strip) {
     fill_rectangle(background_, left, top, right - left, static_cast<int>(bottom) - top, quiet, 0.25);
   }
   if (reference.known == comparison_.times.size()) return;
-  const int end = static_cast<int>(std::lround(plot_x(strip, reference.known)));
-  const int right = plot.x + plot.width;
-  fill_rectangle(background_, end, plot.y, right - end, plot.height, quiet, 0.25);
+  const double end = plot_x(strip, reference.known);
   draw_line(background_, end, plot.y, end, bottom, std::max(1.5, 2 * scale_), alarm);
-  TextStyle style{.size = text_size(12), .color = bright};
-  for (const std::string& text :
-       {"no reference: " + reference.fate, reference.fate, std::string("no reference")}) {
-    const double wide = text_width(text, style);
-    if (wide + 8 * scale_ > right - end) continue;
-    draw_text(background_, end + 5 * scale_, baseline(plot.y, plot.height, style.size), text, style);
-    return;
-  }
+  const TextStyle style{.size = text_size(14), .color = quiet};
+  const std::string text = "reference ends";
+  if (text_width(text, style) + 8 * scale_ > plot.x + plot.width - end) return;
+  draw_text(background_, end + 5 * scale_, baseline(plot.y, plot.height, style.size), text, style);
 }
 
 /// The names of the curves in the reference's strip, in as many lines as there is room for.
@@ -455,7 +417,7 @@ void Composition::draw_key(const StripBox& strip) {
 
 void Composition::draw_curve(Image& image, const StripBox& strip, std::size_t run, std::size_t end,
                              const Color& color, bool dashed) const {
-  const std::vector<double>& values = series(strip, run);
+  const std::vector<double>& values = series_of(comparison_.runs[run], strip.kind);
   const double width = std::max(1.2, 1.8 * scale_);
   const Dash dash = dashed ? dash_of(run) : Dash{1, 0};
   const double period = (dash.drawn + dash.left_out) * std::max(0.6, scale_);
@@ -487,7 +449,7 @@ void Composition::draw_curve(Image& image, const StripBox& strip, std::size_t ru
 
 /// Triangles at the top where the curve goes on above it.
 void Composition::draw_clipped(Image& image, const StripBox& strip, std::size_t run, std::size_t end) const {
-  const std::vector<double>& values = series(strip, run);
+  const std::vector<double>& values = series_of(comparison_.runs[run], strip.kind);
   const double top = strip.axis.is_logarithmic ? std::pow(10.0, strip.axis.decades.upper) : strip.axis.high;
   const TextStyle style{.size = std::max(8.0, 11 * scale_), .color = accent(comparison_.runs[run].panel)};
   const double apart = 40 * scale_;
@@ -503,8 +465,7 @@ void Composition::draw_clock(Image& image, std::size_t k) const {
   const TextStyle bold{.size = text_size(22), .color = bright, .bold = true};
   const TextStyle small{.size = text_size(15), .color = quiet};
   const std::string time = fmt::format("{:.2f} s", comparison_.times[k]);
-  const std::string count = fmt::format("frame {}/{}{}", k, comparison_.times.size() - 1,
-                                        comparison_.is_nearest ? ", nearest step" : "");
+  const std::string count = fmt::format("frame {}/{}", k, comparison_.times.size() - 1);
   const double right = title_.x + title_.width;
   const double base = baseline(title_.y, title_.height, bold.size);
   draw_text(image, right - text_width(time, bold), base, time, bold);
@@ -515,10 +476,9 @@ void Composition::draw_clock(Image& image, std::size_t k) const {
 }
 
 std::string Composition::value_label(const StripBox& strip, std::size_t run, std::size_t k) const {
-  const double value = series(strip, run)[k];
-  if (strip.kind == Strip::energy) return energy_label(value);
-  if (strip.kind == Strip::gap) return length_label(value);
-  return error_label(value, comparison_.reference->uncertainty[k]);
+  const double value = series_of(comparison_.runs[run], strip.kind)[k];
+  if (strip.kind == Strip::error) return error_label(value, comparison_.reference->uncertainty[k]);
+  return strip.axis.label(value);
 }
 
 void Composition::draw_strip(Image& image, const StripBox& strip, std::size_t run, std::size_t k) const {
@@ -535,16 +495,17 @@ void Composition::draw_strip(Image& image, const StripBox& strip, std::size_t ru
     return;
   }
   const Color color = accent(r.panel);
-  draw_curve(image, strip, run, series(strip, run).size(), faded(color), false);
+  draw_curve(image, strip, run, series_of(comparison_.runs[run], strip.kind).size(), faded(color), false);
   draw_curve(image, strip, run, k, color, false);
   draw_clipped(image, strip, run, k);
-  if (k >= series(strip, run).size()) return;
+  if (k >= series_of(comparison_.runs[run], strip.kind).size()) return;
   const int dot = std::max(2, static_cast<int>(std::lround(5 * scale_)));
   fill_rectangle(image, static_cast<int>(std::lround(cursor - 0.5 * dot)),
-                 static_cast<int>(std::lround(plot_y(strip, series(strip, run)[k]) - 0.5 * dot)), dot, dot,
-                 color);
+                 static_cast<int>(
+                     std::lround(plot_y(strip, series_of(comparison_.runs[run], strip.kind)[k]) - 0.5 * dot)),
+                 dot, dot, color);
   const std::string value = value_label(strip, run, k);
-  TextStyle bold{.size = text_size(16), .color = color, .bold = true};
+  TextStyle bold{.size = text_size(22), .color = color, .bold = true};
   const double right = strip.strip.x + strip.strip.width - 6 * scale_;
   const double room = right - plot.x - plot.width - 4 * scale_;
   // By the longest there can be, so that all panels' are of one size.

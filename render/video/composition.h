@@ -8,8 +8,10 @@
 #include <vector>
 
 #include "render/image.h"
+#include "render/text.h"
 #include "render/video/comparison.h"
 #include "render/video/strip_axis.h"
+#include "render/video/titles.h"
 
 namespace substep::render {
 
@@ -18,15 +20,13 @@ using Color = std::array<std::uint8_t, 3>;
 /// A piece of text and its colour.
 using KeyEntry = std::pair<std::string, Color>;
 
-/// inks.h's of the panel, on dark ground, and on white.
+/// A shade of inks.h's of the panel, on dark ground, and on white.
 Color accent(const PanelChoice& panel);
 Color accent_on_white(const PanelChoice& panel);
+std::string html_color(const Color& color);  ///< "#5db4ea"
 
 /// What is given, or "rod_chain" as a person would write it.
 std::string film_title(const Scene& scene, const std::string& given);
-
-/// What distinguishes a run from its neighbours, for someone who has not read the report.
-std::string words_of(const Run& run, const Comparison& comparison);
 
 /// A curve of several: pixels that are drawn and left out in turn, at 720 lines; later ones leave out more,
 /// so that those below show.
@@ -36,9 +36,10 @@ struct Dash {
 };
 Dash dash_of(std::size_t run);
 
-/// Columns of a grid of `count` panels in a frame of this size, such that pictures of the usual shape are as
-/// large as can be. `above`: height that each row spends on labels and strips.
-int columns_for(int count, int width, int height, int above);
+/// Returns the panels in each row of a frame of this size, such that pictures of the usual shape are as large
+/// as can be; later rows may have one less, whose panels are wider. `above`: height that each row spends on
+/// labels and strips.
+std::vector<int> rows_for(int count, int width, int height, int above);
 
 /// Throws Error when films cannot have this size: below 320×180, above 7680×4320 or odd (H.264 wants even).
 void check_film_size(int width, int height);
@@ -49,9 +50,9 @@ class Composition {
   /// cannot be, or leaves no room for the pictures. `key`, where there is one, stands below them; of the
   /// strips, that of errors is left out where there is no reference.
   Composition(const Comparison& comparison, const std::string& title, int width, int height,
-              const std::vector<KeyEntry>& key = {}, const std::vector<Strip>& strips = {Strip::error});
+              const std::vector<KeyEntry>& key = {}, const std::vector<Strip>& strips = {});
 
-  int picture_width() const { return picture_width_; }
+  int picture_width(std::size_t run = 0) const { return panels_[run].picture.width; }
   int picture_height() const { return picture_height_; }
 
   /// `pictures` are those of the runs at this film frame, in their order.
@@ -71,15 +72,8 @@ class Composition {
     Box header, picture;
     std::vector<StripBox> strips;
   };
-  /// How panels' headers are written: all alike.
-  struct HeaderStyle {
-    double factor = 1;  ///< of the text's usual size
-    bool has_words = true;
-    bool has_settings = true;
-  };
 
   double text_size(double at_720) const;
-  const std::vector<double>& series(const StripBox& strip, std::size_t run) const;
   double plot_x(const StripBox& strip, std::size_t k) const;
   double plot_y(const StripBox& strip, double value) const;
   void lay_out();
@@ -87,9 +81,11 @@ class Composition {
   void draw_background(const std::string& title);
   void draw_title(const std::string& title);
   std::string legend() const;
-  double header_width(std::size_t run, const HeaderStyle& style) const;
-  HeaderStyle header_style() const;
-  void draw_header(const Panel& panel, std::size_t run, const HeaderStyle& style);
+  TextStyle legend_style() const;
+  std::vector<std::string> legend_lines() const;
+  double header_width(std::size_t run, double factor) const;
+  double header_factor() const;
+  void draw_header(const Panel& panel, std::size_t run, double factor);
   void draw_grid(const StripBox& strip);
   void draw_certainty(const StripBox& strip);
   void draw_key(const StripBox& strip);
@@ -105,13 +101,13 @@ class Composition {
   void draw_footer(const std::vector<KeyEntry>& key);
 
   const Comparison& comparison_;
+  Titles titles_;
   int footer_ = 0;  ///< its height
   bool has_axis_ = true;
   int width_;
   int height_;
   double scale_;               ///< 1 at 720 lines
   std::vector<Strip> strips_;  ///< of each panel, from the top
-  int picture_width_ = 0;
   int picture_height_ = 0;
   Box title_;
   std::vector<Panel> panels_;

@@ -82,6 +82,12 @@ Scene seen_by(const FilmCamera& camera, const Scene& scene) {
   return seen;
 }
 
+Vector3 middle_of(const Scene& scene) {
+  Vector3 middle = Vector3::Zero();
+  for (std::size_t i = 1; i < scene.bodies.size(); ++i) middle += scene.bodies[i].pose.position;
+  return middle / static_cast<double>(std::max<std::size_t>(1, scene.bodies.size() - 1));
+}
+
 View moved(const View& view, const FilmCamera& camera, const Vector3& way, double seconds,
            const Vector3& middle) {
   View result = view;

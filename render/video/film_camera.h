@@ -26,6 +26,9 @@ FilmCamera still_camera_named(const std::string& text, const Scene& scene);
 /// The scene with the camera that it is to be seen by first, or with none for one that fits all.
 Scene seen_by(const FilmCamera& camera, const Scene& scene);
 
+/// Returns the mean of the bodies' places at the start.
+Vector3 middle_of(const Scene& scene);
+
 /// `view` gone along with its body by `way`, or turned for `seconds` of film about the vertical through
 /// `middle`.
 View moved(const View& view, const FilmCamera& camera, const Vector3& way, double seconds,

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "render/text.h"
+#include "render/video/film_camera.h"
 #include "sim/error.h"
 #include "sim/math/rotation.h"
 #include "sim/measure/motion.h"
@@ -135,15 +136,18 @@ void draw_trails(Image& picture, const OverlayFrame& frame) {
   }
 }
 
+/// Size of text in a picture, pixels.
+double label_size(const Image& picture) {
+  return std::max(10.0, std::min(picture.height / 20.0, picture.width / 26.0));
+}
+
 void draw_joints(Image& picture, const OverlayFrame& frame) {
   const std::vector<Coordinates>& poses = poses_of(frame);
   const double dot = std::max(2.0, picture.height / 90.0);
-  double largest = 0;
   for (const Joint& joint : frame.scene.joints) {
     if (!holds_anchors_together(joint)) continue;
     const Vector3 a = anchor(poses[static_cast<std::size_t>(joint.body_a)], joint.frame_a);
     const Vector3 b = anchor(poses[static_cast<std::size_t>(joint.body_b)], joint.frame_b);
-    largest = std::max(largest, (a - b).norm());
     double xa = 0, ya = 0, xb = 0, yb = 0;
     if (!project(frame.view, a, picture.width, picture.height, xa, ya) ||
         !project(frame.view, b, picture.width, picture.height, xb, yb)) {
@@ -156,14 +160,32 @@ void draw_joints(Image& picture, const OverlayFrame& frame) {
       draw_line(picture, x, y, x, y, dot, is_open ? gap_color : anchor_color);
     }
   }
-  const TextStyle style{
-      .size = std::max(10.0, picture.height / 20.0), .color = {255, 255, 255}, .bold = true};
-  const std::string text = fmt::format("gap {}", length_label(largest));
+  // Poses between two steps are interpolated, and would show gaps of their own.
+  const std::vector<double>& gaps = frame.run.readings.gaps;
+  if (gaps.empty()) return;
+  const TextStyle style{.size = label_size(picture), .color = {255, 255, 255}, .bold = true};
+  const std::string text = fmt::format("gap {}", length_label(gaps[std::min(frame.k, gaps.size() - 1)]));
   const double wide = text_width(text, style);
   fill_rectangle(picture, static_cast<int>(picture.width - wide - 12),
                  static_cast<int>(picture.height - 1.5 * style.size), static_cast<int>(wide + 8),
                  static_cast<int>(1.3 * style.size), {15, 18, 24}, 0.7);
   draw_text(picture, picture.width - wide - 8, picture.height - 0.55 * style.size, text, style);
+}
+
+/// The next of 1, 2, 5, 10, … that is not below a value.
+double round_up(double value) {
+  if (!(value > 0)) return 1;
+  const double ten = std::pow(10.0, std::floor(std::log10(value) + 1e-9));
+  for (const double step : {1.0, 2.0, 5.0}) {
+    if (value <= step * ten * (1 + 1e-9)) return step * ten;
+  }
+  return 10 * ten;
+}
+
+/// Returns the largest of 1, 2, 5, 10, … that is not above a value.
+double round_down(double value) {
+  const double ten = std::pow(10.0, std::floor(std::log10(value)));
+  return value >= 5 * ten ? 5 * ten : value >= 2 * ten ? 2 * ten : ten;
 }
 
 /// A line that ends in a point.
@@ -181,9 +203,31 @@ void draw_arrow(Image& picture, double x0, double y0, double x1, double y1, doub
   }
 }
 
+/// Draws an arrow of a round impulse in the lower left corner, as long as it is in the scene's middle.
+void draw_impulse_scale(Image& picture, const OverlayFrame& frame) {
+  const glm::dvec3& eye = frame.view.eye;
+  const glm::dvec3& ahead = frame.view.forward;
+  const Vector3 to_middle = middle_of(frame.scene) - Vector3(eye.x, eye.y, eye.z);
+  const double depth = to_middle.dot(Vector3(ahead.x, ahead.y, ahead.z));
+  if (!(depth > 0)) return;
+  const double pixels = frame.scales.metres_per_impulse * picture.height / (2 * frame.view.tangent_y * depth);
+  const double impulse = round_down(0.2 * picture.width / pixels);
+  const double length = pixels * impulse;
+  const TextStyle style{.size = label_size(picture), .color = {255, 255, 255}, .bold = true};
+  const std::string text = fmt::format("{:g} N·s", impulse);
+  const double width = std::max(1.5, picture.height / 180.0);
+  const double y = picture.height - 0.9 * style.size;
+  fill_rectangle(picture, 4, static_cast<int>(picture.height - 1.5 * style.size),
+                 static_cast<int>(length + text_width(text, style) + 20), static_cast<int>(1.3 * style.size),
+                 {15, 18, 24}, 0.7);
+  draw_arrow(picture, 8, y, 8 + length, y, 3.5 * width, width, arrow_color);
+  draw_text(picture, 16 + length, picture.height - 0.55 * style.size, text, style);
+}
+
 void draw_contacts(Image& picture, const OverlayFrame& frame) {
   const auto& contacts = frame.run.readings.contacts;
   if (contacts.empty()) return;
+  draw_impulse_scale(picture, frame);
   const double width = std::max(1.5, picture.height / 180.0);
   const double dot = std::max(3.0, picture.height / 80.0);
   constexpr Color dark{20, 20, 20};
@@ -200,16 +244,6 @@ void draw_contacts(Image& picture, const OverlayFrame& frame) {
     draw_line(picture, x0, y0, x0, y0, size + 2, dark);
     draw_line(picture, x0, y0, x0, y0, size, is_idle ? idle_color : arrow_color);
   }
-}
-
-/// The next of 1, 2, 5, 10, … that is not below a value.
-double round_up(double value) {
-  if (!(value > 0)) return 1;
-  const double ten = std::pow(10.0, std::floor(std::log10(value) + 1e-9));
-  for (const double step : {1.0, 2.0, 5.0}) {
-    if (value <= step * ten * (1 + 1e-9)) return step * ten;
-  }
-  return 10 * ten;
 }
 
 /// Below which all but a part of the values are; 0 where there are none.
@@ -330,12 +364,7 @@ std::vector<KeyEntry> key_of(const Overlays& overlays, const OverlayScales& scal
     key.emplace_back("● ", idle_color);
     key.emplace_back("contact  ", words);
     key.emplace_back("●→ ", arrow_color);
-    // A round length, at most a metre, so that the number is one a reader can use.
-    double length = 1;
-    while (length * 1 / scales.metres_per_impulse > 20) length /= 10;
-    key.emplace_back(fmt::format("its impulse in a step, {} is {} N·s    ", length_label(length),
-                                 number_label(length / scales.metres_per_impulse)),
-                     words);
+    key.emplace_back("its impulse in a step    ", words);
   }
   if (overlays.tint != Overlays::Tint::none) {
     const bool is_speed = overlays.tint == Overlays::Tint::velocity;

@@ -78,8 +78,9 @@ PanelChoice panel_of(const std::string& show, const Command& command, const Type
   const bool has_iterations = std::ranges::any_of(
       values, [](const auto& v) { return is_called(field_named("iterations"), v.first); });
   set(panel, values);
-  const bool has_no_substeps =
-      panel.settings.algorithm == Algorithm::a2 || panel.kind == PanelChoice::Kind::engine;
+  const bool has_no_substeps = panel.settings.algorithm == Algorithm::a2 ||
+                               panel.settings.algorithm == Algorithm::avbd ||
+                               panel.kind == PanelChoice::Kind::engine;
   if (has_no_substeps && !has_iterations) panel.settings.iterations *= panel.settings.substeps;
   if (panel.kind != PanelChoice::Kind::log) check(panel.settings);
   return panel;

@@ -20,6 +20,7 @@ struct PanelChoice {
   std::filesystem::path log;  ///< a finished run: a pose log or table
   std::string author;         ///< of a run that another program made
   std::string title;          ///< words of one's own; empty: what the rest says
+  int shade = 0;              ///< of its ink: the number of earlier panels with the same
 };
 
 /// A1 to A5 with these settings, then the reference. A2 gets n·m iterations: as many row solves.
@@ -27,8 +28,8 @@ std::vector<PanelChoice> default_panels(const Settings& settings);
 
 /// As typed: "a5,n=4,joints=stable", "bullet-si", "log:run.csv", "reference", each with ",title=…" at
 /// its end; "bullet" is the first engine of that name. Settings go by the names of settings_fields.h, or as
-/// labels have them: "substeps" or "n". What is not given is as in `settings`; A2 and engines get n·m
-/// iterations, as many as A3 to A5 spend. Throws Error.
+/// labels have them: "substeps" or "n". What is not given is as in `settings`; A2, AVBD and engines
+/// get n·m iterations, as many as A3 to A5 spend. Throws Error.
 PanelChoice panel_in(const std::string& text, const Settings& settings);
 
 struct PanelFile {

@@ -7,8 +7,8 @@
 
 namespace substep::render {
 
-/// What cameras look at: the reference where it is known for half of the film or more; else the calmer half
-/// of the runs. One that explodes does not push the others out of sight.
+/// Returns poses of all runs, each until a body is farther from its start than the scene is large and than
+/// twice the way of the calmer half of the runs. One that explodes does not push the others out of sight.
 std::vector<std::vector<Coordinates>> seen_frames(const Scene& scene, const Comparison& comparison);
 
 }  // namespace substep::render

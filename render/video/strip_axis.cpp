@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <utility>
@@ -96,25 +97,65 @@ std::string energy_label(double joules) {
   return text.empty() ? "0 J" : fmt::format("{}{}", joules < 0 ? "−" : "+", text);
 }
 
+const std::vector<double>& series_of(const Run& run, Strip strip) {
+  switch (strip) {
+    case Strip::error:
+      return run.errors;
+    case Strip::gap:
+      return run.readings.gaps;
+    case Strip::energy:
+      return run.readings.energies;
+    case Strip::depth:
+      return run.readings.deepest;
+    case Strip::expected:
+      break;
+  }
+  return run.readings.expected;
+}
+
 double StripAxis::height(double value) const {
   if (is_logarithmic) return decades.height(value);
   return std::clamp((value - low) / (high - low), 0.0, 1.0);
 }
 
+std::string StripAxis::label(double value) const {
+  if (is_logarithmic) return length_label(value);
+  if (unit == "J") return energy_label(value);
+  if (!(std::abs(value) < 1e6)) return fmt::format("{}10⁶ {}", value > 0 ? "> " : "< −", unit);
+  return fmt::format("{}{:.3g} {}", value < 0 ? "−" : "", std::abs(value), unit);
+}
+
+namespace {
+
+/// Whether what is expected is a distance that should be 0: decades show it.
+bool is_deviation(const Expectation& expectation) {
+  return expectation.value == 0 &&
+         (expectation.quantity == Quantity::displacement || expectation.quantity == Quantity::joint_gap);
+}
+
+}  // namespace
+
 StripAxis axis_of(const Comparison& comparison, Strip strip) {
   StripAxis axis;
   std::vector<double> values;
   for (const Run& run : comparison.runs) {
-    const std::vector<double>& of = strip == Strip::error ? run.errors
-                                    : strip == Strip::gap ? run.readings.gaps
-                                                          : run.readings.energies;
+    const std::vector<double>& of = series_of(run, strip);
     values.insert(values.end(), of.begin(), of.end());
   }
-  if (strip != Strip::energy) {
+  const bool is_linear = strip == Strip::energy || (strip == Strip::expected && comparison.expected &&
+                                                    !is_deviation(*comparison.expected));
+  if (!is_linear) {
     axis.decades = decades_of(std::move(values));
     return axis;
   }
   axis.is_logarithmic = false;
+  axis.unit = "J";
+  if (strip == Strip::expected) {
+    const Expectation& expectation = *comparison.expected;
+    axis.mark = expectation.value;
+    axis.unit = unit_of(expectation);
+  }
+  for (double& value : values) value -= axis.mark;
   std::erase_if(values, [](double value) { return !std::isfinite(value); });
   std::sort(values.begin(), values.end());
   // One run that explodes must not press the rest into a line: it is clipped where it leaves the most that
@@ -122,24 +163,58 @@ StripAxis axis_of(const Comparison& comparison, Strip strip) {
   const double calm =
       values.empty() ? 1 : std::max(values[values.size() * 9 / 10], -values[values.size() / 10]);
   const double most = 5 * std::max(calm, 1e-9);
-  axis.low = values.empty() ? -1 : rounded_out(std::clamp(values.front(), -most, 0.0));
-  axis.high = values.empty() ? 1 : rounded_out(std::clamp(values.back(), 0.0, most));
-  // Room for the line of the start.
-  const double span = axis.high - axis.low;
-  if (!(span > 0)) return {false, {}, -1, 1};
-  if (axis.high == 0) axis.high = 0.1 * span;
-  if (axis.low == 0) axis.low = -0.1 * span;
+  double low = values.empty() ? -1 : rounded_out(std::clamp(values.front(), -most, 0.0));
+  double high = values.empty() ? 1 : rounded_out(std::clamp(values.back(), 0.0, most));
+  // Room for the line of the mark.
+  const double span = high - low;
+  if (!(span > 0)) {
+    low = -1;
+    high = 1;
+  } else {
+    if (high == 0) high = 0.1 * span;
+    if (low == 0) low = -0.1 * span;
+  }
+  axis.low = axis.mark + low;
+  axis.high = axis.mark + high;
   return axis;
+}
+
+std::string name_of(Strip strip) {
+  constexpr std::array<const char*, 5> names{"error", "gap", "energy", "depth", "expected"};
+  return names[static_cast<std::size_t>(strip)];
+}
+
+std::string words_of(const Comparison& comparison, Strip strip) {
+  switch (strip) {
+    case Strip::error:
+      return fmt::format("RMS distance from the reference ({})", comparison.reference->method);
+    case Strip::gap:
+      return "largest gap of a joint";
+    case Strip::energy:
+      return "energy since the start";
+    case Strip::depth:
+      return "deepest penetration";
+    case Strip::expected:
+      break;
+  }
+  const Expectation& expectation = *comparison.expected;
+  const char* const bound = expectation.bound == Bound::at_most    ? "at most "
+                            : expectation.bound == Bound::at_least ? "at least "
+                                                                   : "";
+  return fmt::format("{} (expected: {}{:.3g} {})", expectation.name, bound, expectation.value,
+                     unit_of(expectation));
 }
 
 std::vector<Strip> strips_named(const std::vector<std::string>& names) {
   std::vector<Strip> strips;
   for (const std::string& name : names) {
-    const Strip strip = name == "error" ? Strip::error
-                        : name == "gap" ? Strip::gap
-                        : name == "energy"
-                            ? Strip::energy
-                            : throw Error(fmt::format("--strip '{}': give some of error, gap, energy", name));
+    std::optional<Strip> found;
+    for (const Strip each : {Strip::error, Strip::gap, Strip::energy, Strip::depth, Strip::expected}) {
+      if (name == name_of(each)) found = each;
+    }
+    if (!found)
+      throw Error(fmt::format("--strip '{}': give some of error, gap, energy, depth, expected", name));
+    const Strip strip = *found;
     if (std::ranges::find(strips, strip) == strips.end()) strips.push_back(strip);
   }
   return strips;

@@ -2,6 +2,7 @@
 /// Labels of numbers in films, and the axes of the strips below a panel's picture.
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "render/video/comparison.h"
@@ -27,19 +28,27 @@ struct ErrorScale {
 };
 ErrorScale error_scale(const Comparison& comparison);
 
-/// What a strip below a panel's picture shows over time.
-enum class Strip { error, gap, energy };
 /// From their names. Throws Error.
 std::vector<Strip> strips_named(const std::vector<std::string>& names);
 
-/// The axis of a strip, the same in all panels: decades of metres, or joules on both sides of the start's.
+/// Returns a run's values in a strip, by film frame.
+const std::vector<double>& series_of(const Run& run, Strip strip);
+
+/// The axis of a strip, the same in all panels: decades of metres, or numbers about a mark.
 struct StripAxis {
   bool is_logarithmic = true;
   ErrorScale decades;
-  double low = 0, high = 1;  ///< J
+  double low = 0, high = 1;  ///< in `unit`
+  double mark = 0;           ///< energy at the start, or what is expected
+  std::string_view unit = "m";
 
-  double height(double value) const;  ///< in the strip: 0 at the bottom, 1 at the top
+  double height(double value) const;      ///< in the strip: 0 at the bottom, 1 at the top
+  std::string label(double value) const;  ///< of a value that a run has
 };
 StripAxis axis_of(const Comparison& comparison, Strip strip);
+
+/// Returns the strip's one word, as `--strip` takes it, and what it shows, for a legend.
+std::string name_of(Strip strip);
+std::string words_of(const Comparison& comparison, Strip strip);
 
 }  // namespace substep::render

@@ -26,7 +26,7 @@ struct Grid {
       : gap(gap_of(settings)),
         line(static_cast<int>(std::lround(1.4 * settings.text))),
         left(gap),
-        top(gap + (settings.title.empty() ? 1 : 2) * line),
+        top(gap + (settings.title.empty() ? 2 : 3) * line),
         width(settings.width),
         height(settings.height),
         runs_in_row(settings.times.size() == 1 ? static_cast<std::size_t>(settings.runs_in_row) : 1) {}
@@ -41,19 +41,17 @@ struct Grid {
   }
 };
 
-/// The run's name in its colour, and how it was run.
-void draw_run(Image& image, const Grid& grid, std::size_t row, const Run& run, const Comparison& comparison,
+/// Draws the run's title above its row, its name in its colour.
+void draw_run(Image& image, const Grid& grid, std::size_t row, const Run& run, const std::string& words,
               double size) {
   const double base = grid.y(row) - 0.4 * size;
   const TextStyle bold{.size = size, .color = accent_on_white(run.panel), .bold = true};
-  const TextStyle plain{.size = size, .color = quiet};
   const std::string name = name_of(run.panel);
-  std::string settings = run.is_reference() ? comparison.reference->method : settings_of(run.panel);
-  if (!run.panel.title.empty()) settings = run.panel.title + "  " + settings;
-  const double settings_left = text_width(name, bold) + 0.5 * size;
-  const bool fits = grid.runs_in_row == 1 || settings_left + text_width(settings, plain) < grid.width;
+  const TextStyle plain{.size = size, .color = dark};
+  const double words_left = text_width(name, bold) + 0.5 * size;
+  const bool fits = grid.runs_in_row == 1 || words_left + text_width(words, plain) < grid.width;
   draw_text(image, grid.x(0, row), base, name, bold);
-  if (fits) draw_text(image, grid.x(0, row) + settings_left, base, settings, plain);
+  if (fits) draw_text(image, grid.x(0, row) + words_left, base, words, plain);
 }
 
 std::string note_on(const Comparison& comparison, const Run& run, std::size_t frame) {
@@ -128,6 +126,13 @@ TimeSheet draw_time_sheet(const Scene& scene, const TimeSheetSettings& settings)
     draw_text(sheet.image, grid.left, grid.gap + settings.text, settings.title,
               {.size = 1.2 * settings.text, .color = dark, .bold = true});
   }
+  const Titles titles = titles_of(comparison.runs);
+  const std::string reference = comparison.reference ? "errors from " + comparison.reference->method : "";
+  const std::string legend =
+      titles.shared + (titles.shared.empty() || reference.empty() ? "" : " · ") + reference;
+  TextStyle small{.size = settings.text, .color = quiet};
+  while (small.size > 6 && text_width(legend, small) > whole.width - 2 * grid.gap) small.size *= 0.97;
+  draw_text(sheet.image, grid.left, grid.top - 1.4 * grid.line, legend, small);
   Renderer renderer(seen_by(settings.camera, scene), pictures, shown_poses(sheet));
   for (std::size_t column = 0; column < sheet.frames.size(); ++column) {
     const std::size_t frame = sheet.frames[column];
@@ -136,7 +141,7 @@ TimeSheet draw_time_sheet(const Scene& scene, const TimeSheetSettings& settings)
               {.size = settings.text, .color = dark, .bold = true});
     for (std::size_t row = 0; row < rows; ++row) {
       const Run& run = comparison.runs[row];
-      if (column == 0) draw_run(sheet.image, grid, row, run, comparison, settings.text);
+      if (column == 0) draw_run(sheet.image, grid, row, run, titles.words[row], settings.text);
       if (!run.poses.empty()) {
         const std::size_t last = std::min(frame, run.poses.size() - 1);
         paste(sheet.image, renderer.draw(run.poses[last]), grid.x(column, row), grid.y(row));

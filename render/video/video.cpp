@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -18,6 +19,7 @@
 #include "sim/error.h"
 #include "sim/log/file_output.h"
 #include "sim/log/partial_file.h"
+#include "sim/measure/expectations.h"
 
 namespace substep::render {
 namespace {
@@ -44,13 +46,10 @@ View view_at(const View& view, const Scene& scene, const VideoSettings& settings
   if (!run.poses.empty()) {
     way = run.poses[std::min(k, run.poses.size() - 1)][body].linear - run.poses.front()[body].linear;
   }
-  Vector3 middle = Vector3::Zero();
-  for (std::size_t i = 1; i < scene.bodies.size(); ++i) middle += scene.bodies[i].pose.position;
-  middle /= static_cast<double>(std::max<std::size_t>(1, scene.bodies.size() - 1));
   // A second of film is as many frames as its rate says.
   const double seconds = static_cast<double>(k) / settings.frame_rate;
   return moved(view, settings.camera, way, std::min(seconds, static_cast<double>(comparison.times.size())),
-               middle);
+               middle_of(scene));
 }
 
 /// What stays the same for all frames of a film.
@@ -116,22 +115,28 @@ Image panel_picture(Renderer& renderer, const Film& film, std::size_t index, std
 /// Paints film frames of this size; `every` of the comparison's frames is painted, the others are left out.
 std::function<Painter()> painters(const Film& film, const Composition& composition, int every) {
   return [&film, &composition, every]() -> Painter {
-    RenderSettings pictures_settings;
-    pictures_settings.width = composition.picture_width();
-    pictures_settings.height = composition.picture_height();
-    pictures_settings.steps_back = !film.settings.camera.named;
-    const Scene seen = seen_by(film.settings.camera, film.scene);
-    auto renderer =
-        std::make_shared<Renderer>(seen, pictures_settings, seen_frames(film.scene, film.comparison));
-    const View still = renderer->view();
-    return [renderer, still, &film, &composition, every](int k) {
+    // Panels of a row are as wide as one another; another row's may be wider.
+    auto renderers = std::make_shared<std::map<int, std::pair<Renderer, View>>>();
+    for (std::size_t run = 0; run < film.comparison.runs.size(); ++run) {
+      RenderSettings pictures;
+      pictures.width = composition.picture_width(run);
+      pictures.height = composition.picture_height();
+      pictures.steps_back = !film.settings.camera.named;
+      if (renderers->contains(pictures.width)) continue;
+      Renderer renderer(seen_by(film.settings.camera, film.scene), pictures,
+                        seen_frames(film.scene, film.comparison));
+      const View view = renderer.view();
+      renderers->emplace(pictures.width, std::pair(std::move(renderer), view));
+    }
+    return [renderers, &film, &composition, every](int k) {
       const int frame = k * every;
       const auto index = static_cast<std::size_t>(frame);
       std::vector<Image> pictures;
       for (std::size_t run = 0; run < film.comparison.runs.size(); ++run) {
-        renderer->look(
+        auto& [renderer, still] = renderers->at(composition.picture_width(run));
+        renderer.look(
             view_at(still, film.scene, film.settings, film.comparison, film.comparison.runs[run], index));
-        pictures.push_back(panel_picture(*renderer, film, run, index));
+        pictures.push_back(panel_picture(renderer, film, run, index));
       }
       return composition.frame(frame, pictures);
     };
@@ -284,13 +289,19 @@ double cpu_seconds(int who) {
 }
 
 /// With what the overlays and strips show.
-ComparisonSettings with_readings(const VideoSettings& settings) {
+ComparisonSettings with_readings(const Scene& scene, const VideoSettings& settings) {
   ComparisonSettings comparison = settings.comparison;
   ReadingChoice& readings = comparison.readings;
   const auto has = [&](Strip strip) {
     return std::ranges::find(settings.strips, strip) != settings.strips.end();
   };
-  readings.gap = has(Strip::gap);
+  readings.gap = has(Strip::gap) || settings.overlays.joints;
+  readings.deepest = has(Strip::depth);
+  if (has(Strip::expected)) {
+    readings.expected = expectation_of_poses(scene);
+    if (readings.expected == nullptr)
+      throw Error("--strip expected: the scene expects nothing that follows from poses");
+  }
   readings.energy = has(Strip::energy);
   readings.speeds = settings.overlays.tint == Overlays::Tint::velocity;
   readings.depths = settings.overlays.tint == Overlays::Tint::penetration;
@@ -331,7 +342,7 @@ void FrameFolder::finish() {
 VideoReport make_video(const Scene& scene, const VideoSettings& settings) {
   check_outputs(settings, container_of(settings.output).has_value(), find_ffmpeg().has_value());
   const double start = cpu_seconds(RUSAGE_SELF);
-  Comparison simulated = simulate_comparison(scene, with_readings(settings), [&](double share) {
+  Comparison simulated = simulate_comparison(scene, with_readings(scene, settings), [&](double share) {
     if (settings.progress) settings.progress("simulating", share);
   });
   const double simulating = cpu_seconds(RUSAGE_SELF) - start;

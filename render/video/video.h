@@ -23,8 +23,8 @@ struct VideoSettings {
   double frame_rate = 30;
   FilmCamera camera;
   Overlays overlays;
-  std::vector<Strip> strips{Strip::error};
-  bool freezes = false;  ///< where a run first leaves the reference, with a ring round the body
+  std::vector<Strip> strips;  ///< empty: the comparison's
+  bool freezes = false;       ///< where a run first leaves the reference, with a ring round the body
   int width = 1280;
   int height = 720;
   double hold = 1;                              ///< s for which the last frame stays

@@ -57,10 +57,13 @@ std::string collider_line(const json& collider) {
                         measure("height"));
   }
   const json& material = collider.at("material");
+  // A mode that is not stated leaves the choice to the other material.
+  const auto mode = [&](const char* key) {
+    return material.at(key).is_null() ? std::string("not stated") : material.at(key).get<std::string>();
+  };
   return fmt::format("{}; friction {} / {} ({}), restitution {} ({})", text,
                      number(material.at("staticFriction")), number(material.at("dynamicFriction")),
-                     material.at("frictionCombine").get<std::string>(), number(material.at("restitution")),
-                     material.at("restitutionCombine").get<std::string>());
+                     mode("frictionCombine"), number(material.at("restitution")), mode("restitutionCombine"));
 }
 
 void print_colliders(const json& body) {

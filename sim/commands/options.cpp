@@ -77,6 +77,12 @@ bool SolverOptions::has(std::string_view field) const {
       in_set(), [&](const auto& setting) { return is_called(field_named(field), setting.first); });
 }
 
+namespace {
+
+constexpr double longest_usual_step = 0.25;  // s: a longer one is more likely a rate
+
+}  // namespace
+
 void SolverOptions::apply_to(Settings& settings) const {
   for (const auto& [name, text] :
        {std::pair("algorithm", algorithm_), {"step", step_}, {"substeps", substeps_}}) {
@@ -95,6 +101,12 @@ void SolverOptions::apply_to(Settings& settings) const {
   } catch (const Error& error) {
     throw Error(fmt::format("--set {}", error.what()));
   }
+  const double longest = field_named("step").range.high;
+  if (step_ && settings.step > longest) {
+    throw Error(fmt::format(
+        "--step {}: is a step of {:g} s, and must be at most {:g} s: sixty steps a second are --step 1/60",
+        *step_, settings.step, longest));
+  }
   check(settings);
 }
 
@@ -104,6 +116,10 @@ Settings SolverOptions::settings(const Scene& scene) const {
   apply_to(typed);
   Settings result = usual_settings(scene, typed.algorithm);
   apply_to(result);
+  if (step_ && result.step > longest_usual_step) {
+    fmt::print(stderr, "substep: note: --step {} is a step of {:g} s: sixty steps a second are --step 1/60\n",
+               *step_, result.step);
+  }
   return result;
 }
 

@@ -32,6 +32,7 @@ Scene scene_of(SceneDraft draft) {
   read_substeps(draft.document, draft.scene);
   read_expectations(draft.document, draft.scene);
   add_joints(draft);
+  warn_of_floating_bodies(draft);
   add_visuals(draft);
   read_cameras_and_lights(draft.document, draft.scene);
   if (draft.document.root().find("animations")) {

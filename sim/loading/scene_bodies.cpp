@@ -117,6 +117,23 @@ void check_bodies(const SceneDraft& draft) {
 
 }  // namespace
 
+void warn_of_floating_bodies(SceneDraft& draft) {
+  for (std::size_t i = 1; i < draft.scene.bodies.size(); ++i) {
+    const Body& body = draft.scene.bodies[i];
+    const MotionProperties& motion = *draft.physics[draft.node_of_body[i]].motion;
+    const bool is_infinite = !motion.kinematic && motion.mass && *motion.mass == 0;
+    if (!is_infinite || !body.linear_velocity.isZero(0) || !body.angular_velocity.isZero(0)) continue;
+    const auto holds = [&](const Joint& joint) {
+      return joint.body_a == static_cast<int>(i) || joint.body_b == static_cast<int>(i);
+    };
+    if (std::ranges::any_of(draft.scene.joints, holds)) continue;
+    draft.scene.warnings.push_back(draft.extension(draft.node_of_body[i], "motion").path() +
+                                   "/mass: 0 is infinite, so the body floats: leave 'mass' out for that of "
+                                   "its colliders, or 'motion' for "
+                                   "what stands still");
+  }
+}
+
 void add_bodies(SceneDraft& draft) {
   draft.scene.bodies.emplace_back().name = "world";
   draft.node_of_body.push_back(-1);

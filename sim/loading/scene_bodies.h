@@ -16,6 +16,9 @@ void find_attachments(SceneDraft& draft);
 /// where numbers that are fine one by one overflow together.
 void place_bodies(SceneDraft& draft);
 
+/// Warns of bodies at rest with "mass": 0 that no joint holds: they float.
+void warn_of_floating_bodies(SceneDraft& draft);
+
 /// In the frame of a body that place_bodies has placed.
 Pose in_body(const Body& body, const Pose& in_node);
 

@@ -1,5 +1,6 @@
 #include "sim/loading/scene_settings.h"
 
+#include <cmath>
 #include <optional>
 
 #include "sim/loading/needed_substeps.h"
@@ -20,6 +21,12 @@ void read_from(const JsonValue& object, Scene& scene) {
   if (!settings) return;
   settings->allow_only({"gravity", "duration", "step", "substeps", "poster", "gyroscopic", "expected"});
   scene.gravity = get(*settings, "gravity", scene.gravity, &JsonValue::vector3);
+  if (std::abs(scene.gravity.z()) > 0.99 * scene.gravity.norm()) {
+    scene.warnings.push_back(
+        settings->path() +
+        "/gravity: is along z, but +Y is up in glTF and in pictures: turn a scene whose +Z is up by a node "
+        "above all others with the rotation [-0.7071068, 0, 0, 0.7071068]");
+  }
   scene.duration = get(*settings, "duration", scene.duration, &JsonValue::positive);
   scene.step = get(*settings, "step", scene.step, &JsonValue::positive);
   if (settings->find("poster")) scene.poster = get(*settings, "poster", 0.0, &JsonValue::non_negative);

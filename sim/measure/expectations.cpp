@@ -324,4 +324,38 @@ std::vector<ExpectedFigure> ExpectationMeter::figures(bool diverged) const {
   return result;
 }
 
+const Expectation* expectation_of_poses(const Scene& scene) {
+  const auto found = std::ranges::find_if(scene.expected, [](const Expectation& e) {
+    // Their value is a time.
+    if (e.reading == Reading::crossing || e.reading == Reading::stays) return false;
+    return e.quantity == Quantity::displacement || e.quantity == Quantity::position ||
+           e.quantity == Quantity::way || e.quantity == Quantity::angle || e.quantity == Quantity::azimuth ||
+           e.quantity == Quantity::distance || e.quantity == Quantity::joint_gap;
+  });
+  return found == scene.expected.end() ? nullptr : &*found;
+}
+
+std::vector<double> expected_values(const Scene& scene, const Expectation& expectation,
+                                    const std::vector<std::vector<Coordinates>>& poses) {
+  const State start = initial_state(scene);
+  std::vector<int> bodies = expectation.bodies;
+  if (bodies.empty()) bodies.push_back(world_body);
+  std::vector<QuantityOfBody> quantities;
+  for (const int body : bodies) quantities.emplace_back(scene, expectation, body, start);
+  State state = start;
+  std::vector<double> values;
+  for (const std::vector<Coordinates>& at : poses) {
+    state.q = at;
+    double furthest = expectation.value;
+    for (QuantityOfBody& quantity : quantities) {
+      const double value = quantity.value(state, 0, nullptr);
+      const bool is_further =
+          !(std::abs(value - expectation.value) <= std::abs(furthest - expectation.value));
+      if (is_further) furthest = value;
+    }
+    values.push_back(furthest);
+  }
+  return values;
+}
+
 }  // namespace substep

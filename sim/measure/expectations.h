@@ -49,4 +49,12 @@ class ExpectationMeter {
   std::unique_ptr<Implementation> implementation_;
 };
 
+/// Returns the first expectation of the scene whose quantity follows from poses; null where there is none.
+const Expectation* expectation_of_poses(const Scene& scene);
+
+/// Returns its quantity at each of these poses; of several bodies that which is furthest from what is
+/// expected.
+std::vector<double> expected_values(const Scene& scene, const Expectation& expectation,
+                                    const std::vector<std::vector<Coordinates>>& poses);
+
 }  // namespace substep

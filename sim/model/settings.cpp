@@ -149,18 +149,24 @@ void check(const Settings& settings) {
   }
 }
 
+std::vector<SettingsPart> parts_of(const Settings& settings) {
+  std::vector<SettingsPart> parts;
+  for (const SettingsField& field : settings_fields) {
+    if (field.name == "algorithm" || field.name == "step" || !field.stands_in_for.empty()) continue;
+    if (!field.is_read_by(settings.algorithm) || !is_said(settings, field)) continue;
+    parts.push_back({&field, fmt::format("{}{}", field.symbol, with_contacts(settings, field))});
+  }
+  parts.push_back({&field_named("step"), step_label(settings.step)});
+  return parts;
+}
+
 std::string label(const Settings& settings) {
   std::string text = fmt::format("{}  ", title_of(settings.algorithm));
-  const std::size_t before = text.size();
-  for (const SettingsField& field : settings_fields) {
-    if (field.name == "algorithm" || field.name == "step") continue;
-    if (!field.is_read_by(settings.algorithm) || !is_said(settings, field) || !field.stands_in_for.empty())
-      continue;
-    text +=
-        fmt::format("{}{}{}", text.size() == before ? "" : " ", field.symbol, with_contacts(settings, field));
+  for (const SettingsPart& part : parts_of(settings)) {
+    if (!text.ends_with("  ")) text += part.field->name == "step" ? "  " : " ";
+    text += part.text;
   }
-  if (text.size() != before) text += "  ";
-  return text + step_label(settings.step);
+  return text;
 }
 
 std::string tau_text(const Settings& settings) {

@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 #include <variant>
+#include <vector>
 
 #include "sim/model/settings.h"
 
@@ -207,5 +208,14 @@ void copy(Settings& settings, const SettingsField& field, const Settings& from);
 std::string kind_of(const SettingsField& field);
 
 const SettingsField& field_named(std::string_view name);  ///< of the list; throws Error for another
+
+/// A setting as labels write it: "n=4", "τ=0.6/0.9", "stable", "h=1/60".
+struct SettingsPart {
+  const SettingsField* field;
+  std::string text;
+};
+
+/// Returns the settings that the algorithm reads and labels write, the step last.
+std::vector<SettingsPart> parts_of(const Settings& settings);
 
 }  // namespace substep

@@ -3,7 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
+#include <string>
 
 #include "program.h"
 
@@ -60,6 +63,56 @@ TEST_F(InfoCommand, GivesTheSameAsJson) {
   EXPECT_EQ(gear.at("colliders")[0].at("shape"), "hull");
   EXPECT_TRUE(scene.at("camera").is_null());
   EXPECT_THAT(scene.at("warnings")[0].get<std::string>(), HasSubstr("collides as its convex hull"));
+}
+
+/// The whole scene of the page on the format.
+std::string scene_of_page() {
+  std::ifstream file(SUBSTEP_SOURCE_DIR "/scenes/format.md");
+  const std::string page(std::istreambuf_iterator<char>(file), {});
+  const std::size_t begin = page.find("```json\n", page.find("<!-- scene -->")) + 8;
+  return page.substr(begin, page.find("```", begin) - begin);
+}
+
+TEST_F(InfoCommand, ScenesFormatPageBeginsWithASceneThatRuns) {
+  write("arm.gltf", scene_of_page());
+  const Outcome info = run({"info", "arm.gltf"});
+  EXPECT_EQ(info.exit_code, 0) << info.err;
+  EXPECT_EQ(info.err, "");
+  EXPECT_THAT(info.out, HasSubstr("2 bodies, 1 joint"));
+  EXPECT_THAT(info.out, HasSubstr("friction 0.6 / 0.6 (not stated), restitution 0 (not stated)"));
+  const Outcome made = run({"run", "arm.gltf", "--csv", "arm.csv"});
+  EXPECT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_EQ(made.err, "");
+  // It lies on the ground at its end: half its thickness above.
+  const std::string table = content("arm.csv");
+  const std::string last = table.substr(table.rfind(",arm,") == std::string::npos ? 0 : table.rfind(",arm,"));
+  EXPECT_NEAR(std::stod(last.substr(last.find(',', 5) + 1)), 0.1, 0.01) << last;
+  EXPECT_EQ(run({"video", "arm.gltf", "--panel", "a5", "--end", "0.1", "--size", "320x180"}).exit_code, 0);
+}
+
+TEST_F(InfoCommand, WarnsOfWhatIsSeldomMeant) {
+  const auto note_on = [&](const std::string& from, const std::string& to) {
+    std::string text = scene_of_page();
+    text.replace(text.find(from), from.size(), to);
+    write("changed.gltf", text);
+    return run({"run", "changed.gltf", "--duration", "0"}).err;
+  };
+  EXPECT_THAT(note_on("\"duration\": 3", "\"gravity\": [0, 0, -9.81]"), HasSubstr("/gravity: is along z"));
+  EXPECT_EQ(note_on("\"duration\": 3", "\"gravity\": [0, 0, 0]"), "");
+  // The arm's joint holds it; as a body of its own it floats.
+  EXPECT_EQ(note_on("\"mass\": 2", "\"mass\": 0"), "");
+  EXPECT_THAT(note_on("\"motion\": {}, \"collider\": { \"geometry\": { \"shape\": 0 } } } } },\n    { "
+                      "\"name\": \"elbow on the arm\", "
+                      "\"translation\": [0.5, 0, 0],\n      \"extensions\": { \"KHR_physics_rigid_bodies\": "
+                      "{ \"joint\": { "
+                      "\"connectedNode\": 4, \"joint\": 0 } } } },",
+                      "\"motion\": { \"mass\": 0 }, \"collider\": { \"geometry\": { \"shape\": 0 } } } } "
+                      "},\n    { \"name\": "
+                      "\"elbow on the arm\" },"),
+              HasSubstr("/mass: 0 is infinite, so the body floats"));
+  EXPECT_THAT(run({"run", scene("pendulum.gltf"), "--step", "1", "--duration", "1"}).err,
+              HasSubstr("--step 1 is a step of 1 s"));
+  expect_refused({"run", scene("pendulum.gltf"), "--step", "60"}, "--step 60: is a step of 60 s");
 }
 
 TEST_F(InfoCommand, WhatCannotBeUsedIsRefused) {

@@ -90,6 +90,23 @@ TEST(View, BodiesThatAreGoneAndSceneryDoNotPullTheCamera) {
   EXPECT_EQ(view.eye, near.eye);
 }
 
+TEST(View, ALargeGroundDoesNotMakeBodiesSmall) {
+  Scene scene = three_shapes();
+  std::vector<std::vector<Coordinates>> frames{initial_state(scene).q};
+  const View near = automatic_view(gather_body_mesh(scene).parts, frames, aspect);
+  double largest = 0;
+  for (const Part& part : gather_body_mesh(scene).parts) {
+    if (part.body != world_body) largest = std::max(largest, part.half_size().maxCoeff());
+  }
+  // Five times as large as the largest body, it is no scenery.
+  scene.colliders.emplace_back().shape = box({10 * largest, 0.1, 10 * largest});
+  const BodyMesh mesh = gather_body_mesh(scene);
+  ASSERT_FALSE(is_scenery(mesh.parts.back(), mesh.parts));
+  const View view = automatic_view(mesh.parts, frames, aspect);
+  const double distance = glm::length(near.eye);
+  EXPECT_LT(glm::length(view.eye) / distance, 1.3);  // measured 1.18
+}
+
 TEST(View, ACameraStepsBackAsFarAsIsNeeded) {
   const Scene scene = three_shapes();
   const BodyMesh mesh = gather_body_mesh(scene);

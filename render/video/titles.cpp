@@ -1,0 +1,123 @@
+#include "render/video/titles.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <set>
+#include <utility>
+
+#include "sim/model/settings_fields.h"
+
+namespace substep::render {
+namespace {
+
+/// A setting in words; `key` names what can be compared: iterations of a step are not those of a sub-step.
+struct Item {
+  std::string key;
+  std::string words;
+};
+
+std::string counted(int count, const char* what) {
+  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
+}
+
+Item item_of(const Settings& settings, const SettingsPart& part, bool has_substeps) {
+  const std::string key(part.field->name);
+  if (key == "substeps") return {key, counted(settings.substeps, "sub-step")};
+  if (key == "iterations") {
+    return {has_substeps ? "iterations of a sub-step" : key, counted(settings.iterations, "iteration")};
+  }
+  if (key == "joints") return {key, part.text + " joints"};
+  if (key == "step") {
+    const double rate = 1 / settings.step;
+    const bool is_whole = std::abs(rate - std::round(rate)) < 1e-9 * rate;
+    return {key, is_whole ? fmt::format("{:.0f} Hz", rate) : fmt::format("h = {:.3g} s", settings.step)};
+  }
+  return {key, part.text};
+}
+
+std::vector<Item> items_of(const PanelChoice& panel) {
+  std::vector<Item> items;
+  const bool is_engine = panel.kind == PanelChoice::Kind::engine;
+  if (panel.kind == PanelChoice::Kind::reference || !panel.author.empty()) return items;
+  const bool has_substeps = !is_engine && field_named("substeps").is_read_by(panel.settings.algorithm);
+  for (const SettingsPart& part : parts_of(panel.settings)) {
+    const bool is_iterations = part.field->name == "iterations";
+    if (is_engine && part.field->name != "step" && !(is_iterations && engine_of(panel).has_iterations))
+      continue;
+    items.push_back(item_of(panel.settings, part, has_substeps));
+  }
+  return items;
+}
+
+/// What distinguishes an algorithm, for who has not read the report.
+std::string words_on(const PanelChoice& panel) {
+  if (panel.kind == PanelChoice::Kind::log) return panel.author.empty() ? "finished run" : "";
+  if (panel.kind != PanelChoice::Kind::algorithm) return "";
+  switch (panel.settings.algorithm) {
+    case Algorithm::a1:
+      return "all rows at once";
+    case Algorithm::a2:
+      return "row by row";
+    case Algorithm::a3:
+      return "exact sub-steps";
+    case Algorithm::a4:
+      return "approximate";
+    case Algorithm::a5:
+      return "as in Havok";
+    case Algorithm::soft:
+      return "soft rows";
+    case Algorithm::avbd:
+      return "body by body";
+  }
+  return "";
+}
+
+}  // namespace
+
+Titles titles_of(const std::vector<Run>& runs) {
+  std::vector<std::vector<Item>> items;
+  std::vector<std::string> keys;  // in the order in which they are shown
+  for (const Run& run : runs) {
+    items.push_back(items_of(run.panel));
+    for (const Item& item : items.back()) {
+      if (std::ranges::find(keys, item.key) == keys.end()) keys.push_back(item.key);
+    }
+  }
+  const auto with_items =
+      std::ranges::count_if(items, [](const std::vector<Item>& list) { return !list.empty(); });
+  std::vector<std::string> shared;
+  std::set<std::string> differing;
+  for (const std::string& key : keys) {
+    std::vector<std::string> values;
+    for (const std::vector<Item>& list : items) {
+      for (const Item& item : list) {
+        if (item.key == key) values.push_back(item.words);
+      }
+    }
+    // How much a panel works is in its title, unless all panels do the same.
+    const bool is_alone = values.size() == 1 && with_items > 1 && (key == "substeps" || key == "iterations");
+    if (is_alone || std::ranges::adjacent_find(values, std::not_equal_to<>()) != values.end()) {
+      differing.insert(key);
+    } else if (key != "iterations of a sub-step" || values.front() != "1 iteration") {
+      shared.push_back(values.front());
+    }
+  }
+  std::ranges::stable_partition(shared, [](const std::string& words) { return !words.ends_with(" Hz"); });
+  Titles titles;
+  titles.shared = fmt::format("{}", fmt::join(shared, " · "));
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    std::vector<std::string> own;
+    for (const Item& item : items[i]) {
+      if (differing.contains(item.key)) own.push_back(item.words);
+    }
+    const std::string& given = runs[i].panel.title;
+    const std::string words = own.empty() ? words_on(runs[i].panel) : fmt::format("{}", fmt::join(own, ", "));
+    titles.words.push_back(given.empty() ? words : given);
+  }
+  return titles;
+}
+
+}  // namespace substep::render
