@@ -25,6 +25,7 @@ struct FigureOptions {
   std::string name;
   fs::path results = "out/report";
   fs::path scenes = "scenes";
+  std::vector<fs::path> problems;
   std::optional<fs::path> output;
   std::optional<std::string> width;
   std::optional<std::string> x_range;
@@ -76,6 +77,7 @@ void draw_figure(const FigureOptions& options) {
   report::FigureSource source;
   if (figure.from_sweep) source.records = read_records(options.results);
   source.scenes = options.scenes;
+  source.problems = options.problems;
   const report::Sheet sheet =
       report::with_ranges(with_choice(figure.make(source), options.panels, options.series), x_range, y_range);
   if (options.numbers) {
@@ -133,6 +135,10 @@ void add_figure_command(CLI::App& report) {
   command->add_option("name", options->name, about)->required();
   command->add_option("--results", options->results, "Folder of the sweep's results")->capture_default_str();
   command->add_option("--scenes", options->scenes, "Folder of the scene files")->capture_default_str();
+  command
+      ->add_option("--problem", options->problems,
+                   "A friction problem's file, as 'mlcp' reads; once for each")
+      ->allow_extra_args(false);
   command->add_option(
       "--output", options->output,
       "The picture, .svg, .pdf or .png (NAME.svg); beside it the points as .csv and the caption as .txt");

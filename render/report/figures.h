@@ -16,9 +16,10 @@ namespace substep::report {
 
 /// What figures are drawn from.
 struct FigureSource {
-  std::vector<SweepRecord> records;         ///< of a sweep
-  std::filesystem::path scenes = "scenes";  ///< folder of the scene files, for what no sweep holds
-  bool properties = true;                   ///< whether a page has what no sweep holds
+  std::vector<SweepRecord> records;             ///< of a sweep
+  std::filesystem::path scenes = "scenes";      ///< folder of the scene files, for what no sweep holds
+  bool properties = true;                       ///< whether a page has what no sweep holds
+  std::vector<std::filesystem::path> problems;  ///< friction problems, in files
   std::vector<ContactAblationCosts>
       contact_ablation;  ///< where there is none, it is measured when it is drawn
 

@@ -5,8 +5,10 @@
 #include <array>
 
 #include "render/report/looks.h"
+#include "sim/error.h"
 #include "sim/measure/metrics.h"
 #include "sim/measure/stage_times.h"
+#include "sim/measure/sweep_errors.h"
 #include "sim/measure/validity_maps.h"
 #include "sim/model/usual_settings.h"
 
@@ -102,6 +104,32 @@ Sheet size_sheet(const FigureSource& source) {
       "rod_chain.gltf made longer; A2 m = 4, A3 to A5 n = 4, m = 1, τ = κ = 1, A3 plain, A4 and A5 "
       "stable joints; "
       "medians of five runs of 60 steps, one core."};
+  return sheet;
+}
+
+Sheet sweep_errors_sheet(const FigureSource& source) {
+  constexpr std::size_t most = 12;
+  if (source.problems.empty() || source.problems.size() > most)
+    throw Error(fmt::format("give one to {} friction problems with --problem", most));
+  Sheet sheet;
+  sheet.title = "Row-by-row sweeps on friction problems";
+  Panel panel;
+  panel.x = {"sweeps", true, {}, {}};
+  panel.y = {"natural-map error", true, {}, {}};
+  for (const std::filesystem::path& file : source.problems) {
+    const FrozenProblem problem = load_frozen_problem(file);
+    // A colour for each of six, then the same with other points.
+    constexpr std::array shapes{7, 5};
+    const std::size_t number = panel.series.size();
+    const Look look{.hue = static_cast<int>(number % 6), .shape = shapes[number / 6]};
+    Series series{fmt::format("{} ({} contacts)", file.stem().stem().string(), problem.contacts()), look, {}};
+    for (const auto& [sweeps, error] : sweep_errors(problem, 1e-8))
+      series.points.push_back({static_cast<double>(sweeps), error});
+    panel.series.push_back(std::move(series));
+  }
+  sheet.panels = {std::move(panel)};
+  sheet.caption = {
+      "Each sweep solves a normal, then its friction's two rows as one block, as A2 does; it ends at 1e-8."};
   return sheet;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Figures of runs that are made for them: drift over time, cost against size.
+/// Figures of runs that are made for them: drift over time, cost against size, sweeps over friction problems.
 
 #include "render/report/figures.h"
 
@@ -7,5 +7,8 @@ namespace substep::report {
 
 Sheet drift_sheet(const FigureSource& source);
 Sheet size_sheet(const FigureSource& source);
+
+/// Of FigureSource::problems. Throws Error where there are none, more than twelve, or one cannot be read.
+Sheet sweep_errors_sheet(const FigureSource& source);
 
 }  // namespace substep::report

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <cmath>
 #include <ctime>
 #include <filesystem>
 #include <memory>
@@ -10,10 +9,9 @@
 #include <vector>
 
 #include "sim/commands/commands.h"
-#include "sim/direct/frozen_problem.h"
 #include "sim/error.h"
-#include "sim/loading/file_bytes.h"
 #include "sim/log/file_output.h"
+#include "sim/measure/sweep_errors.h"
 #include "sim/measure/text_table.h"
 
 namespace substep {
@@ -22,8 +20,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double tolerance = 1e-8;  // of the natural map
-constexpr int most_sweeps = 4096;
-constexpr std::uintmax_t largest_problem = std::uintmax_t{1} << 28;  // bytes: 1000 contacts, dense, are 1.7e8
 
 struct MlcpOptions {
   std::vector<fs::path> files;
@@ -36,25 +32,6 @@ const char* verdict(const MlcpReport& report, const ConeError& error) {
   return report.status == MlcpReport::Status::least_squares
              ? "contradicts itself, solved in the least-squares sense"
              : "not solved";
-}
-
-/// The natural map's error after 1, 2, 4, … sweeps, until the tolerance is met.
-TextTable convergence(const FrozenProblem& problem) {
-  TextTable table{{"sweeps", "natural-map error"}, {}};
-  std::vector<double> lambda;
-  int done = 0;
-  for (int sweeps = 1; sweeps <= most_sweeps; sweeps *= 2) {
-    sweep_rows(problem, lambda, sweeps - done);
-    done = sweeps;
-    const double error = cone_error(problem, lambda).natural_map;
-    table.rows.push_back({fmt::format("{}", sweeps), fmt::format("{:.2e}", error)});
-    if (!(error > tolerance) || !std::isfinite(error)) break;
-  }
-  return table;
-}
-
-FrozenProblem problem_of(const fs::path& file) {
-  return parse_frozen_problem(read_bytes(file, file.string(), largest_problem), file.string());
 }
 
 /// Solves the file's problem; a row of the table. `is_solved` becomes false where it is not.
@@ -81,7 +58,7 @@ void mlcp(const MlcpOptions& options) {
     const GivenFile problem{"the problem", options.files.front()};
     const GivenFile output{"--siconos", *options.siconos};
     require_separate_files(std::span(&problem, 1), std::span(&output, 1));
-    const std::string text = to_siconos_text(problem_of(options.files.front()));
+    const std::string text = to_siconos_text(load_frozen_problem(options.files.front()));
     write_file(*options.siconos, text);
     fmt::print("wrote {}\n", options.siconos->string());
     return;
@@ -93,11 +70,14 @@ void mlcp(const MlcpOptions& options) {
   TextTable table{{"problem", "status", "natural-map error", "complementarity", "factorisations", "CPU, ms"},
                   {}};
   for (const fs::path& file : options.files)
-    table.rows.push_back(solve_file(file, problem_of(file), is_solved));
+    table.rows.push_back(solve_file(file, load_frozen_problem(file), is_solved));
   print(table);
   if (options.files.size() == 1) {
+    TextTable convergence{{"sweeps", "natural-map error"}, {}};
+    for (const auto& [sweeps, error] : sweep_errors(load_frozen_problem(options.files.front()), tolerance))
+      convergence.rows.push_back({fmt::format("{}", sweeps), fmt::format("{:.2e}", error)});
     fmt::print("\n");
-    print(convergence(problem_of(options.files.front())));
+    print(convergence);
   }
   if (!is_solved) throw CLI::RuntimeError(1);
 }

@@ -26,6 +26,14 @@ TEST_F(MlcpCommand, PrintsErrorAndConvergence) {
   EXPECT_EQ(run({"mlcp", "one.dat", "one.dat"}).exit_code, 0);
 }
 
+TEST_F(MlcpCommand, SweepsAreDrawn) {
+  const Outcome outcome = run({"report", "figure", "sweep-errors", "--problem", "one.dat", "--numbers"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("one (1 contacts)"));
+  expect_refused({"report", "figure", "sweep-errors", "--numbers"}, "--problem");
+  expect_refused({"report", "figure", "sweep-errors", "--problem", "nowhere.dat"}, "nowhere.dat");
+}
+
 TEST_F(MlcpCommand, WritesSiconosText) {
   ASSERT_EQ(run({"mlcp", "one.dat", "--siconos", "two.dat"}).exit_code, 0);
   ASSERT_EQ(run({"mlcp", "two.dat", "--siconos", "three.dat"}).exit_code, 0);

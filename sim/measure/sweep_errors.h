@@ -1,0 +1,24 @@
+#pragma once
+/// How row-by-row sweeps converge on friction problems of files.
+
+#include <filesystem>
+#include <vector>
+
+#include "sim/direct/frozen_problem.h"
+
+namespace substep {
+
+/// Reads a problem's file. Throws Error with the file and what is wrong, and where.
+FrozenProblem load_frozen_problem(const std::filesystem::path& file);
+
+/// The natural map's error that sweep_rows() leaves.
+struct SweepError {
+  int sweeps;
+  double error;
+};
+
+/// Returns the errors after 1, 2, 4, … sweeps from zero, until one is at most `tolerance`, or after 4096
+/// sweeps.
+std::vector<SweepError> sweep_errors(const FrozenProblem& problem, double tolerance);
+
+}  // namespace substep
