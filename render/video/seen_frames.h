@@ -7,8 +7,9 @@
 
 namespace substep::render {
 
-/// Returns poses of all runs, each until a body is farther from its start than the scene is large and than
-/// twice the way of the calmer half of the runs. One that explodes does not push the others out of sight.
+/// Returns poses of all runs, each until a body is farther from the scene's middle than in the calmer half of
+/// the runs, and than a ball about the scene by a third. One that explodes does not push the others out of
+/// sight.
 std::vector<std::vector<Coordinates>> seen_frames(const Scene& scene, const Comparison& comparison);
 
 }  // namespace substep::render

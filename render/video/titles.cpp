@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <ranges>
 #include <set>
 #include <utility>
 
@@ -15,6 +16,7 @@ namespace {
 
 /// A setting in words; `key` names what can be compared: iterations of a step are not those of a sub-step.
 struct Item {
+  const SettingsField* field;
   std::string key;
   std::string words;
 };
@@ -25,17 +27,26 @@ std::string counted(int count, const char* what) {
 
 Item item_of(const Settings& settings, const SettingsPart& part, bool has_substeps) {
   const std::string key(part.field->name);
-  if (key == "substeps") return {key, counted(settings.substeps, "sub-step")};
+  if (key == "substeps") return {part.field, key, counted(settings.substeps, "sub-step")};
   if (key == "iterations") {
-    return {has_substeps ? "iterations of a sub-step" : key, counted(settings.iterations, "iteration")};
+    return {part.field, has_substeps ? "iterations of a sub-step" : key,
+            counted(settings.iterations, "iteration")};
   }
-  if (key == "joints") return {key, part.text + " joints"};
+  if (key == "joints") return {part.field, key, part.text + " joints"};
   if (key == "step") {
     const double rate = 1 / settings.step;
     const bool is_whole = std::abs(rate - std::round(rate)) < 1e-9 * rate;
-    return {key, is_whole ? fmt::format("{:.0f} Hz", rate) : fmt::format("h = {:.3g} s", settings.step)};
+    return {part.field, key,
+            is_whole ? fmt::format("{:.0f} Hz", rate) : fmt::format("h = {:.3g} s", settings.step)};
   }
-  return {key, part.text};
+  return {part.field, key, part.text};
+}
+
+/// Whether labels leave the field out of the panel's settings, though the panel reads it.
+bool is_left_out(const PanelChoice& panel, const SettingsField& field, const std::vector<Item>& items) {
+  return panel.kind == PanelChoice::Kind::algorithm && field.group != 0 &&
+         field.is_read_by(panel.settings.algorithm) &&
+         std::ranges::none_of(items, [&](const Item& item) { return item.field == &field; });
 }
 
 std::vector<Item> items_of(const PanelChoice& panel) {
@@ -92,14 +103,18 @@ Titles titles_of(const std::vector<Run>& runs) {
   std::set<std::string> differing;
   for (const std::string& key : keys) {
     std::vector<std::string> values;
-    for (const std::vector<Item>& list : items) {
-      for (const Item& item : list) {
-        if (item.key == key) values.push_back(item.words);
-      }
+    const SettingsField* field = nullptr;
+    for (const Item& item : std::views::join(items)) {
+      if (item.key != key) continue;
+      values.push_back(item.words);
+      field = item.field;
     }
+    bool is_missing = false;
+    for (std::size_t i = 0; i < runs.size(); ++i)
+      is_missing = is_missing || is_left_out(runs[i].panel, *field, items[i]);
     // How much a panel works is in its title, unless all panels do the same.
     const bool is_alone = values.size() == 1 && with_items > 1 && (key == "substeps" || key == "iterations");
-    if (is_alone || std::ranges::adjacent_find(values, std::not_equal_to<>()) != values.end()) {
+    if (is_alone || is_missing || std::ranges::adjacent_find(values, std::not_equal_to<>()) != values.end()) {
       differing.insert(key);
     } else if (key != "iterations of a sub-step" || values.front() != "1 iteration") {
       shared.push_back(values.front());

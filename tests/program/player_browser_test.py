@@ -133,7 +133,7 @@ def shows_other_strips(page):
         return page.script("return player.panels[0].strip.canvas.toDataURL()")
     page.go(45)
     seen = [strip()]
-    for name, words in [("gap", "joints give way"), ("energy", "potential energy")]:
+    for name, words in [("gap", "60 Hz · strips: largest gap of a joint"), ("energy", "energy since the start")]:
         page.key("b")
         seen.append(strip())
         legend = page.chrome.find_element(By.ID, "legend").text
@@ -234,8 +234,8 @@ def saves(page, folder):
 def escapes(page):
     expect(page.chrome.title == TITLE, f"the title is {page.chrome.title}")
     expect(page.chrome.find_element(By.TAG_NAME, "h1").text == TITLE, "the heading is the title")
-    heads = [head.text for head in page.chrome.find_elements(By.CSS_SELECTOR, ".head b")]
-    expect(heads == ["A5", "A2", "Reference"], f"panels: {heads}")
+    heads = [" ".join(head.text.split()) for head in page.chrome.find_elements(By.CSS_SELECTOR, ".head")]
+    expect(heads == ["A5 2 sub-steps", "A2 2 iterations", "Reference"], f"panels: {heads}")
 
 
 def pixels_of_png(page, content, places):

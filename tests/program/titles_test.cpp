@@ -39,6 +39,12 @@ TEST(Titles, SeparateIterationsOfStepsFromThoseOfSubSteps) {
             (Words{"10 sub-steps, 1 iteration, 120 Hz", "1 sub-step, 4 iterations, 60 Hz"}));
 }
 
+TEST(Titles, SaySettingsThatOthersHaveAtTheirDefault) {
+  const Titles titles = titles_of(runs_of({"a1", "a5", "a5,warm_start=0.5"}));
+  EXPECT_EQ(titles.words, (Words{"all rows at once", "as in Havok", "warm=0.5"}));
+  EXPECT_EQ(titles.shared, "10 sub-steps · τ=0.6/0.9 · κ=1/0.7 · stable joints · 60 Hz");
+}
+
 TEST(Titles, TakeTheWordsGiven) {
   const Titles titles = titles_of(runs_of({"a5,n=2,title=two", "a5,n=10,title=ten"}));
   EXPECT_EQ(titles.words, (Words{"two", "ten"}));
