@@ -31,6 +31,9 @@ std::string to_png(const Image& image);
 std::string to_small_png(const Image& image);
 void write_png(const Image& image, const std::filesystem::path& file);  ///< whole or not at all; throws Error
 
+/// A PDF file's bytes: one page that is the image, `width` mm wide.
+std::string to_pdf(const Image& image, double width);
+
 /// A PNG's pixels. Throws Error, which calls it `name`.
 Image from_png(std::string_view bytes, const std::string& name);
 Image read_png(const std::filesystem::path& file);

@@ -33,6 +33,7 @@ struct FigureOptions {
   std::vector<std::string> panels;
   std::vector<std::string> series;
   bool no_title = false;
+  bool caption = false;
   bool no_caption = false;
   bool numbers = false;
   report::FigureStyle style;
@@ -64,7 +65,8 @@ void draw_figure(const FigureOptions& options) {
   report::FigureStyle style = options.style;
   if (options.width) style.width = print_width_in(*options.width);
   style.title = !options.no_title;
-  style.caption = !options.no_caption;
+  // The document captions what it prints; the .txt has the words.
+  style.caption = !options.no_caption && (!options.width || options.caption);
   // It stands between quotes in gnuplot's script.
   if (style.font.find_first_of("'\"\\\n,") != std::string::npos || style.font.empty()) {
     throw Error(fmt::format("--font '{}': give a font's name", style.font));
@@ -114,6 +116,7 @@ void add_style_options(CLI::App& command, FigureOptions& options) {
   command.add_option("--x-range", options.x_range, "FROM:TO, of all panels' x axes");
   command.add_option("--y-range", options.y_range, "FROM:TO, of all panels' y axes");
   command.add_flag("--no-title", options.no_title, "For a figure that the document titles");
+  command.add_flag("--caption", options.caption, "Draw the caption with --width too");
   command.add_flag("--no-caption", options.no_caption, "For a figure that the document captions");
   command.add_flag("--transparent", options.style.transparent, "No white ground");
   command.add_option("--dpi", options.style.dpi, "Pixels in an inch of a .png")
@@ -149,7 +152,7 @@ void add_figure_command(CLI::App& report) {
       "the same\n"
       "to the last byte.\n"
       "Example:\n  substep report figure work-rows --results results --output work.pdf\n"
-      "  substep report figure stability --width one-column --no-title --no-caption --output stability.pdf");
+      "  substep report figure stability --width one-column --no-title --output stability.pdf");
   command->callback([options] { draw_figure(*options); });
 }
 

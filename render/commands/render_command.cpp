@@ -214,7 +214,6 @@ void add_stills_options(CLI::App& command, RenderOptions& options) {
                      "pictures' shape then");
   command.add_option("--dpi", options.dpi, "Pixels in an inch of print")
       ->check(CLI::Range(50.0, 2400.0))
-      ->needs("--width")
       ->capture_default_str();
   command.add_option("--text", options.text, "Text's size in print, points")
       ->check(CLI::Range(4.0, 24.0))
@@ -266,8 +265,9 @@ void add_render_command(CLI::App& app) {
   command->add_option("--size", options->size,
                       "Width and height of a picture in pixels (1280x720; 256x144 on a sheet, 640x360 of "
                       "stills)");
-  command->add_option("--output", options->output,
-                      "A folder (.), or for one picture a .png file (SCENE.png; sheet.png)");
+  command->add_option(
+      "--output", options->output,
+      "A folder (.), or for one picture a .png file (SCENE.png; sheet.png), of stills a .pdf too");
   options->run.add_options_to(*command);
   add_sheet_options(*command, *options);
   add_stills_options(*command, *options);

@@ -19,6 +19,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr double inch = 25.4;  // mm
+
 std::vector<double> times_in(const std::vector<std::string>& typed, double duration) {
   std::vector<double> times;
   for (const std::string& text : typed) {
@@ -40,7 +42,6 @@ void set_size(const RenderOptions& options, TimeSheetSettings& sheet) {
   sheet.width = size.width;
   sheet.height = size.height;
   if (!options.width) return;
-  constexpr double inch = 25.4;  // mm
   constexpr double points = 72;  // in an inch
   sheet.text = options.text / points * options.dpi;
   const auto columns = static_cast<double>(sheet.times.size());
@@ -68,8 +69,9 @@ void draw_stills(const RenderOptions& options) {
   set_size(options, sheet);
   sheet.camera = still_camera_named(options.camera, scene);
   const fs::path output = options.output.value_or(scene.name + ".png");
-  if (output.extension() != ".png")
-    throw Error(fmt::format("{}: give a name that ends in .png", output.string()));
+  const bool is_pdf = output.extension() == ".pdf";
+  if (output.extension() != ".png" && !is_pdf)
+    throw Error(fmt::format("{}: give a name that ends in .png or .pdf", output.string()));
   typed.scene.require_separate({{"--output", output}});
   require_folder_of(output);
   TimeSheet drawn;
@@ -78,9 +80,12 @@ void draw_stills(const RenderOptions& options) {
     sheet.progress = [&progress](std::string_view stage, double share) { progress.show(stage, share); };
     drawn = draw_time_sheet(scene, sheet);
   }
-  write_png(drawn.image, output);
+  const double width =
+      options.width ? print_width_in(*options.width) : drawn.image.width / options.dpi * inch;
+  write_file(output, is_pdf ? to_pdf(drawn.image, width) : to_png(drawn.image));
   print_table(drawn.comparison);
-  fmt::print("wrote {}: {}x{} pixels\n", output.string(), drawn.image.width, drawn.image.height);
+  fmt::print("wrote {}: {}x{} pixels, {:.1f} mm wide at {:.0f} pixels an inch\n", output.string(),
+             drawn.image.width, drawn.image.height, width, drawn.image.width / width * inch);
 }
 
 }  // namespace substep::render

@@ -31,13 +31,15 @@ struct ReportOptions {
   std::optional<fs::path> scenes;
   std::optional<std::string> table;
   int threads = 0;
+  bool maps = false;
 };
 
 /// Returns the sweep of a file, or of scenes. Throws Error.
 Sweep sweep_of(const ReportOptions& options) {
-  if (options.inputs.front().extension() != ".toml") return substep::sweep_of(options.inputs);
+  if (options.inputs.front().extension() != ".toml") return substep::sweep_of(options.inputs, options.maps);
   if (options.inputs.size() > 1)
     throw Error(fmt::format("{}: give one sweep file, or scenes", options.inputs[1].string()));
+  if (options.maps) throw Error("--maps: give scenes; a sweep file has its own lists of n, h, τ and κ");
   return read_sweep(options.inputs.front());
 }
 
@@ -139,6 +141,7 @@ void add_report_command(CLI::App& app) {
                       "Folder of the scenes that 'properties' in the sweep file asks for (the sweep file's)");
   command->add_option("--table", options->table,
                       "Print this table alone as Markdown: descendants-rows, descendants-time");
+  command->add_flag("--maps", options->maps, "Also map each scene over n and h, and over τ and κ");
   command->add_option("--threads", options->threads, "Jobs at a time; 0: one a core")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();

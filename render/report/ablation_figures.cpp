@@ -62,7 +62,6 @@ Sheet ablation_sheet(const FigureSource& source) {
   Sheet sheet;
   sheet.title = "The ablation from A3 to A4 and A5: what each approximation costs";
   sheet.columns = 1;
-  sheet.panel_width = 860;
   sheet.panel_height = 360;
   Panel panel;
   panel.title = "";
@@ -102,7 +101,6 @@ Sheet contact_ablation_sheet(const FigureSource& source) {
   Sheet sheet;
   sheet.title = "Ablation of contacts: what each option costs when it is switched off";
   sheet.columns = 2;
-  sheet.panel_width = 640;
   sheet.panel_height = 300;
   const std::vector<ContactAblationCosts> measured =
       source.contact_ablation.empty() ? contact_ablation(source.scenes) : source.contact_ablation;

@@ -17,7 +17,7 @@ struct Document {
     std::string text;  ///< heading, paragraph: Markdown with ** for what is strong; picture: what it shows
     int level = 2;     ///< heading: 1 is the page's title
     TextTable table;
-    std::string file;                                              ///< picture: beside the Markdown page
+    std::string file;     ///< picture: beside the Markdown page
     std::string content;  ///< picture: SVG, or PNG where its file is named so
     std::vector<std::pair<std::string, std::string>> beside = {};  ///< picture: files with other extensions
   };

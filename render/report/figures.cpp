@@ -8,6 +8,7 @@
 
 #include "render/report/ablation_figures.h"
 #include "render/report/descendant_figures.h"
+#include "render/report/map_figures.h"
 #include "render/report/run_figures.h"
 #include "render/report/sweep_figures.h"
 #include "render/report/validity_figures.h"
@@ -42,6 +43,8 @@ const std::vector<ReportFigure>& figures() {
       {"order", "error against the (sub-)step, with slope triangles", true, true, order_sheet},
       {"slopes", "local order: the slope from each run to the next", true, true, slopes_sheet},
       {"equal-rows", "sub-steps against iterations at equal row solves", true, true, equal_rows_sheet},
+      {"map-steps", "map of n and h: error, bounded", true, true, step_map_sheet},
+      {"map-factors", "map of τ and κ: error, bounded", true, true, factor_map_sheet},
       {"drift", "joint gaps, overlaps and energy over time", true, false, drift_sheet},
       {"mass-ratio", "validity: mass ratio against sub-steps", true, false, mass_ratio_sheet},
       {"stiffness", "validity: step against a spring's stiffness", true, false, stiffness_sheet},
@@ -115,13 +118,15 @@ std::string points_csv(const Sheet& sheet) {
       text.insert(at, 1, '"');
     return fmt::format("\"{}\"", text);
   };
-  std::string text = "panel,series,x_axis,y_axis,x,y\n";
+  std::string text = "panel,series,x_axis,y_axis,x,y,value\n";
   for (const Panel& panel : sheet.panels) {
     for (const Series& series : panel.series) {
-      for (const auto& point : series.points) {
-        if (!can_be_drawn(point, panel)) continue;
-        text += fmt::format("{},{},{},{},{},{}\n", quoted(panel.title), quoted(series.title),
-                            quoted(panel.x.title), quoted(panel.y.title), point[0], point[1]);
+      for (std::size_t i = 0; i < series.points.size(); ++i) {
+        const auto& [x, y] = series.points[i];
+        if (!can_be_drawn({x, y}, panel)) continue;
+        const std::string value = i < series.values.size() ? fmt::format("{}", series.values[i]) : "";
+        text += fmt::format("{},{},{},{},{},{},{}\n", quoted(panel.title), quoted(series.title),
+                            quoted(panel.x.title), quoted(panel.y.title), x, y, value);
       }
     }
   }

@@ -44,7 +44,7 @@ const std::vector<ReportFigure>& figures();
 /// there are several; of a panel with notes a line a note.
 std::vector<TextTable> numbers_of(const Sheet& sheet);
 
-/// The points that are drawn, a line each: panel, series, the axes' titles, x, y.
+/// The points that are drawn, a line each: panel, series, the axes' titles, x, y; a value of its own.
 std::string points_csv(const Sheet& sheet);
 
 /// A figure as files: its picture, its points and its caption.

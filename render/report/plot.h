@@ -23,6 +23,7 @@ struct Series {
   std::string title;  ///< equal titles on one sheet have one entry in the legend
   Look look;
   std::vector<std::array<double, 2>> points;  ///< those that are not finite are left out
+  std::vector<double> values = {};            ///< of the points, where they stand for a number of their own
 };
 
 struct Axis {
@@ -70,8 +71,8 @@ struct Sheet {
   std::string title;
   std::vector<std::string> caption;  ///< lines: what it shows, and the settings
   std::vector<LeftOut> left_out;
-  int columns = 2;           ///< at most; fewer panels are wider
-  double panel_width = 420;  ///< pixels, with its axes, where there are so many columns
+  int columns = 3;      ///< of panels, at most
+  double width = 1200;  ///< pixels
   double panel_height = 320;
   std::vector<Panel> panels;
 };

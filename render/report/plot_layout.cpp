@@ -73,9 +73,8 @@ void place_panels(const Sheet& sheet, bool is_print, Layout& layout) {
     layout.columns = fitting(154) == count ? count : fitting(204);
   }
   layout.panel_width = layout.width / layout.columns;
-  const double shape = sheet.panel_height / sheet.panel_width;
   layout.panel_height = is_print ? std::clamp(0.64 * layout.panel_width, 200.0, 280.0)
-                                 : std::clamp(shape * layout.panel_width, sheet.panel_height, 480.0);
+                                 : std::clamp(0.4 * layout.panel_width, sheet.panel_height, 480.0);
 }
 
 /// Places the legend's entries in columns of equal width below `top`, and returns where it ends.
@@ -157,7 +156,7 @@ std::vector<std::pair<std::string, Look>> series_titles(const Sheet& sheet) {
 Layout layout_of(const Sheet& sheet, const FigureStyle& style, double width) {
   const bool is_print = style.width.has_value();
   Layout layout;
-  layout.width = width > 0 ? width : sheet.columns * sheet.panel_width;
+  layout.width = width > 0 ? width : sheet.width;
   layout.title_size = is_print ? 13 : 15;
   if (style.title) layout.title = wrapped({sheet.title}, layout.width - 16, layout.title_size);
   layout.panels_top =

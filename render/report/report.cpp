@@ -88,8 +88,7 @@ class Report {
     if (!orders_.rows.empty()) conditions_.insert("orders");
     if (!sliding_table(records_).rows.empty()) conditions_.insert("sliding");
     if (!limits_table(records_, true).rows.empty()) conditions_.insert("limits with contacts");
-    if (std::ranges::any_of(records_, [](const SweepRecord& record) { return record.times.has_value(); }))
-      conditions_.insert("times");
+    if (has_times(records_)) conditions_.insert("times");
     if (!ahead_table(records_).rows.empty()) conditions_.insert("ahead");
   }
 

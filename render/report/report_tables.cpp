@@ -93,10 +93,12 @@ std::string limit_text(const SweepRecord& record) {
 
 }  // namespace
 
+bool has_times(const std::vector<SweepRecord>& records) {
+  return std::ranges::any_of(records, [](const SweepRecord& record) { return record.times.has_value(); });
+}
+
 std::string cost_title(const std::vector<SweepRecord>& records) {
-  const bool has_times =
-      std::ranges::any_of(records, [](const SweepRecord& record) { return record.times.has_value(); });
-  return has_times ? "ms of CPU a simulated second" : "rows a simulated second";
+  return has_times(records) ? "ms of CPU a simulated second" : "rows a simulated second";
 }
 
 TextTable choices_table(const std::vector<SweepRecord>& records) {
@@ -117,7 +119,7 @@ TextTable choices_table(const std::vector<SweepRecord>& records) {
 }
 
 TextTable choice_table(const std::vector<SweepRecord>& own) {
-  TextTable table{{"for", "take", cost_title(own), miss_title(own)}, {}};
+  TextTable table{{"for", "take", has_times(own) ? "CPU, ms" : "rows", miss_title(own)}, {}};
   for (const double tolerance : choice_tolerances) {
     const auto run = cheapest(own, tolerance);
     table.rows.push_back({fmt::format("{:g} %", 100 * tolerance),

@@ -24,7 +24,6 @@ Sheet drift_sheet(const FigureSource& source) {
   Sheet sheet;
   sheet.title = "Drift and energy over time";
   sheet.columns = 2;
-  sheet.panel_width = 500;
   struct View {
     const char* scene;
     const char* title;

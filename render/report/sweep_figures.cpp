@@ -218,8 +218,6 @@ Sheet work_sheet(const FigureSource& source, const std::vector<std::string>& sce
                  const std::string& x_title, Chosen chosen, const Work& work) {
   Sheet sheet;
   sheet.title = title;
-  sheet.columns = 3;
-  sheet.panel_width = 400;
   Captioner captioner;
   for (const std::string& scene : scenes) {
     const std::vector<SweepRecord> records = of_scene(source.records, scene);
@@ -297,19 +295,18 @@ Sheet engine_steps_sheet(const FigureSource& source, bool contacts) {
 }
 
 Sheet choice_sheet(const std::vector<SweepRecord>& own) {
-  const bool has_times =
-      std::ranges::any_of(own, [](const SweepRecord& record) { return record.times.has_value(); });
-  const auto cost = [has_times](const SweepRecord& record) {
-    return has_times ? 1000 * cost_of(record)
-                     : static_cast<double>(record.metrics->row_solves) / record.duration;
+  const bool is_timed = has_times(own);
+  const auto cost = [is_timed](const SweepRecord& record) {
+    return is_timed ? 1000 * cost_of(record)
+                    : static_cast<double>(record.metrics->row_solves) / record.duration;
   };
   FigureSource source;
   source.records = own;
   Sheet sheet = work_sheet(source, {own.front().scene}, own.front().scene, cost_title(own), is_ours, cost);
   if (sheet.panels.empty()) return sheet;
   sheet.columns = 1;
-  sheet.panel_width = 520;
-  sheet.panel_height = 250;
+  sheet.width = 560;
+  sheet.panel_height = 220;
   Panel& panel = sheet.panels.front();
   panel.title.clear();
   Series chosen{"chosen", {0, 6, false, false, true, 2}, {}};
@@ -362,8 +359,6 @@ Sheet order_sheet(const FigureSource& source) {
 Sheet slopes_sheet(const FigureSource& source) {
   Sheet sheet;
   sheet.title = "Local order: where each leaves first order";
-  sheet.columns = 3;
-  sheet.panel_width = 400;
   for (const std::string& scene : plotted_scenes(source, false)) {
     Panel panel;
     panel.title = scene;
@@ -391,8 +386,6 @@ Sheet slopes_sheet(const FigureSource& source) {
 Sheet equal_rows_sheet(const FigureSource& source) {
   Sheet sheet;
   sheet.title = "At equal row solves: n sub-steps, or n iterations";
-  sheet.columns = 3;
-  sheet.panel_width = 400;
   sheet.panel_height = 280;
   for (const std::string& scene : scenes_of(source.records)) {
     Series substeps{"A3: n sub-steps, one iteration each", {2, 7, false, true, true}, {}};

@@ -14,40 +14,23 @@
 #include "sim/model/usual_settings.h"
 
 namespace substep::report {
-namespace {
-
-/// Marks of a point where the run is right, and of one where it is lost.
-constexpr Look holds{2, 7, false, false, true};
-constexpr Look fails{4, 2, false, false, true};
-
-/// Three panels in a row, with what became of the runs as points.
-Sheet validity_sheet(const std::string& title) {
-  Sheet sheet;
-  sheet.title = title;
-  sheet.columns = 3;
-  sheet.panel_width = 360;
-  return sheet;
-}
-
-}  // namespace
-
 Sheet mass_ratio_sheet(const FigureSource& source) {
-  Sheet sheet = validity_sheet("Mass ratio against sub-steps: a chain with a heavy end");
+  Sheet sheet;
+  sheet.title = "Mass ratio against sub-steps: a chain with a heavy end";
   const Scene scene = source.scene("heavy_chain");
   struct Row {
     Algorithm algorithm;
     Joints joints;
   };
   sheet.columns = 2;
-  sheet.panel_width = 480;
   for (const Row& row : {Row{Algorithm::a1, Joints::plain}, Row{Algorithm::a3, Joints::plain},
                          Row{Algorithm::a5, Joints::plain}, Row{Algorithm::a5, Joints::stable}}) {
     Settings settings = usual_settings(scene, row.algorithm);
     settings.joints = row.joints;
     settings.tau = settings.kappa = 1;
-    Series good{"error below 1 % of the size", holds, {}};
-    Series fair{"bounded: below 10 %", {1, 9, false, false, true}, {}};
-    Series lost{"lost", fails, {}};
+    Series good{"error below 1 % of the size", good_mark, {}};
+    Series fair{"bounded: below 10 %", fair_mark, {}};
+    Series lost{"lost", lost_mark, {}};
     for (const MassRatioPoint& point : mass_ratio_map(scene, settings, 1, 64)) {
       Series& series = !point.bounded ? lost : point.error < 0.01 ? good : fair;
       series.points.push_back({point.ratio, static_cast<double>(point.substeps)});
@@ -73,14 +56,15 @@ Sheet mass_ratio_sheet(const FigureSource& source) {
 }
 
 Sheet stiffness_sheet(const FigureSource&) {
-  Sheet sheet = validity_sheet("Step against stiffness: one weight of 1 kg on a spring without damping");
+  Sheet sheet;
+  sheet.title = "Step against stiffness: one weight of 1 kg on a spring without damping";
   sheet.panel_height = 300;
   for (const Algorithm algorithm : {Algorithm::a1, Algorithm::a3, Algorithm::a5}) {
     Settings settings;
     settings.algorithm = algorithm;
-    Series good{"keeps its energy to 10 % for 1 s", holds, {}};
+    Series good{"keeps its energy to 10 % for 1 s", good_mark, {}};
     Series damped{"is damped", {1, 6, false, false, true}, {}};
-    Series grows{"gains energy", fails, {}};
+    Series grows{"gains energy", lost_mark, {}};
     for (const StiffnessPoint& point : stiffness_map(settings)) {
       Series& series = !(point.energy <= 1.1) ? grows : point.energy < 0.9 ? damped : good;
       series.points.push_back({point.stiffness, point.step});
@@ -102,12 +86,13 @@ Sheet stiffness_sheet(const FigureSource&) {
 }
 
 Sheet stability_sheet(const FigureSource&) {
-  Sheet sheet = validity_sheet("Stability of one constraint row under τ and κ");
+  Sheet sheet;
+  sheet.title = "Stability of one constraint row under τ and κ";
   sheet.panel_height = 340;
   const std::vector<StabilityPoint> points = measure_stability_map();
   for (const Algorithm algorithm : {Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
-    Series stable{"stable", holds, {}};
-    Series unstable{"unstable", fails, {}};
+    Series stable{"stable", good_mark, {}};
+    Series unstable{"unstable", lost_mark, {}};
     for (const StabilityPoint& point : points) {
       if (point.algorithm != algorithm) continue;
       (point.stable ? stable : unstable).points.push_back({point.kappa, point.tau});
@@ -127,7 +112,8 @@ Sheet stability_sheet(const FigureSource&) {
 }
 
 Sheet coupled_rows_sheet(const FigureSource& source) {
-  Sheet sheet = validity_sheet("One row's limit is not the system's: growth in a sub-step");
+  Sheet sheet;
+  sheet.title = "One row's limit is not the system's: growth in a sub-step";
   sheet.panel_height = 340;
   sheet.columns = 2;
   const std::vector<CoupledRows> systems = coupled_rows(source.scenes);

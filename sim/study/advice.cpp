@@ -193,12 +193,33 @@ double time_or_rows(const SweepRecord& record) {
   return std::max(static_cast<double>(record.metrics->row_solves), 1.0);
 }
 
+namespace {
+
+/// Whether a run with as many sub-steps and iterations or more, and as small a step or smaller, went wrong.
+bool fails_when_finer(const SweepRecord& run, const std::vector<SweepRecord>& records) {
+  return std::ranges::any_of(records, [&run](const SweepRecord& other) {
+    if (!is_own_run(other) || other.metrics->bounded) return false;
+    const Settings& fine = other.settings;
+    Settings same = run.settings;
+    if (fine.algorithm != same.algorithm || fine.step > same.step || fine.substeps < same.substeps ||
+        fine.iterations < same.iterations)
+      return false;
+    same.step = fine.step;
+    same.substeps = fine.substeps;
+    same.iterations = fine.iterations;
+    return label(same) == label(fine);
+  });
+}
+
+}  // namespace
+
 std::optional<SweepRecord> cheapest(const std::vector<SweepRecord>& records, double tolerance) {
   const SweepRecord* const best = most_accurate(records);
   std::optional<SweepRecord> found;
   for (const SweepRecord& record : records) {
     if (!is_own_run(record) || !is_good(record, best, tolerance)) continue;
-    if (!found || time_or_rows(record) < time_or_rows(*found)) found = record;
+    if (found && !(time_or_rows(record) < time_or_rows(*found))) continue;
+    if (!fails_when_finer(record, records)) found = record;
   }
   return found;
 }

@@ -21,7 +21,8 @@ double time_or_rows(const SweepRecord& record);
 
 /// Returns the cheapest run of the five that is good enough; nothing if none is. A good run stays bounded
 /// with an RMS error of at most `tolerance` (of the scene's size), its joints and contacts stay closed to
-/// `tolerance`, and its change of energy is within ten times `tolerance` of the most accurate run's.
+/// `tolerance`, its change of energy is within ten times `tolerance` of the most accurate run's, and no
+/// finer run of the same algorithm and settings is unbounded.
 /// `records`: of one scene.
 std::optional<SweepRecord> cheapest(const std::vector<SweepRecord>& records, double tolerance);
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <set>
 
 #include "sim/error.h"
@@ -114,7 +115,7 @@ class Reader : private TomlValues {
   }
 
   /// Makes the sweep of these scenes; the file is not read.
-  Sweep sweep_of(const std::vector<fs::path>& files) {
+  Sweep sweep_of(const std::vector<fs::path>& files, bool maps) {
     sweep_.repetitions = 3;
     sweep_.parts = false;
     for (const fs::path& file : files) {
@@ -122,17 +123,33 @@ class Reader : private TomlValues {
       const auto [entry, is_new] = sweep_.scenes.try_emplace(loaded.name, std::move(loaded));
       if (!is_new) throw Error(fmt::format("{}: another scene is named '{}'", file.string(), entry->first));
       const Scene* const scene = &entry->second;
-      const auto around = [](std::string_view name, int usual) {
+      const auto around = [](std::string_view name, int usual, int most_eighths) {
         GridList list{&field_named(name), {}};
-        for (const int eighths : {1, 2, 4, 8, 16, 32})
+        for (int eighths = 1; eighths <= most_eighths; eighths *= 2)
           set(list.values.emplace_back(), *list.field, std::to_string(std::max(1, usual * eighths / 8)));
         return list;
       };
+      const auto list_of = [](std::string_view name, std::initializer_list<const char*> texts) {
+        GridList list{&field_named(name), {}};
+        for (const char* const text : texts) set(list.values.emplace_back(), *list.field, text);
+        return list;
+      };
+      const std::vector<Algorithm> mapped{Algorithm::a3, Algorithm::a5};
       const std::vector<Algorithm> substepping{Algorithm::a3, Algorithm::a4, Algorithm::a5};
       const int iterations = usual_settings(*scene, Algorithm::a2).iterations;
       add_grid({{scene}, {1, 2, 4, 8}, {}, {Algorithm::a1}, {}, {}}, false);
-      add_grid({{scene}, {1}, {around("iterations", iterations)}, {Algorithm::a2}, {}, {}}, false);
-      add_grid({{scene}, {1}, {}, substepping, {}, {around("substeps", scene->substeps)}}, false);
+      add_grid({{scene}, {1}, {around("iterations", iterations, 32)}, {Algorithm::a2}, {}, {}}, false);
+      add_grid({{scene}, {1}, {}, substepping, {}, {around("substeps", scene->substeps, 32)}}, false);
+      if (!maps) continue;
+      add_grid({{scene}, {1, 2, 4, 8}, {}, mapped, {}, {around("substeps", scene->substeps, 8)}}, false);
+      add_grid({{scene},
+                {1},
+                {},
+                mapped,
+                {},
+                {list_of("tau", {"0.2", "0.6", "1", "1.4", "1.8"}),
+                 list_of("kappa", {"0.4", "0.7", "1", "1.3", "1.6"})}},
+               false);
     }
     return std::move(sweep_);
   }
@@ -315,8 +332,8 @@ Sweep read_sweep(const fs::path& file) {
   return Reader(file).read();
 }
 
-Sweep sweep_of(const std::vector<fs::path>& scenes) {
-  return Reader({}).sweep_of(scenes);
+Sweep sweep_of(const std::vector<fs::path>& scenes, bool maps) {
+  return Reader({}).sweep_of(scenes, maps);
 }
 
 }  // namespace substep

@@ -39,7 +39,8 @@ struct Sweep {
 Sweep read_sweep(const std::filesystem::path& file);
 
 /// Makes a sweep of these scenes without a file, at their default settings: A1 with h to h/8, A2 with an
-/// eighth to four times its iterations, A3 to A5 with as many times their sub-steps. Throws Error.
-Sweep sweep_of(const std::vector<std::filesystem::path>& scenes);
+/// eighth to four times its iterations, A3 to A5 with as many times their sub-steps. `maps`: A3 and A5 with
+/// up to their usual sub-steps at h to h/8, and with five τ times five κ. Throws Error.
+Sweep sweep_of(const std::vector<std::filesystem::path>& scenes, bool maps);
 
 }  // namespace substep

@@ -119,7 +119,28 @@ bool has_joints(const std::vector<SweepRecord>& records) {
       records, [](const SweepRecord& record) { return record.metrics && record.metrics->joint_gap > 0; });
 }
 
-std::vector<RunFamily> families_of(const std::vector<SweepRecord>& records) {
+namespace {
+
+std::string name_of(const SweepRecord& record) {
+  return record.engine.empty() ? std::string(title_of(record.settings.algorithm)) : record.engine;
+}
+
+/// Removes families of one run where the algorithm or engine has a line, and returns them.
+std::vector<RunFamily> take_single_runs(std::vector<RunFamily>& families) {
+  std::set<std::string> with_lines;
+  for (const RunFamily& family : families) {
+    if (family.runs.size() > 1) with_lines.insert(name_of(family.runs.front()));
+  }
+  const auto is_line = [&](const RunFamily& family) {
+    return family.runs.size() > 1 || !with_lines.contains(name_of(family.runs.front()));
+  };
+  const auto first = std::ranges::stable_partition(families, is_line).begin();
+  std::vector<RunFamily> single(first, families.end());
+  families.erase(first, families.end());
+  return single;
+}
+
+std::vector<RunFamily> all_families(const std::vector<SweepRecord>& records) {
   const Lines lines(records);
   std::vector<RunFamily> families;
   for (const SweepRecord& record : records) {
@@ -129,6 +150,14 @@ std::vector<RunFamily> families_of(const std::vector<SweepRecord>& records) {
     RunFamily& family = found == families.end() ? families.emplace_back(RunFamily{title, {}}) : *found;
     family.runs.push_back(record);
   }
+  return families;
+}
+
+}  // namespace
+
+std::vector<RunFamily> families_of(const std::vector<SweepRecord>& records) {
+  std::vector<RunFamily> families = all_families(records);
+  take_single_runs(families);
   std::ranges::stable_sort(families, {}, [](const RunFamily& family) {
     const SweepRecord& first = family.runs.front();
     return first.engine.empty() ? static_cast<int>(first.settings.algorithm) : 7;
@@ -139,10 +168,7 @@ std::vector<RunFamily> families_of(const std::vector<SweepRecord>& records) {
 std::vector<RunsLeftOut> left_out_of(const std::vector<SweepRecord>& records) {
   const Lines lines(records);
   std::vector<RunsLeftOut> result;
-  for (const SweepRecord& record : records) {
-    if (!record.metrics) continue;
-    RunsLeftOut runs{lines.title_of(record), lines.reason_against(record), 1};
-    if (runs.reason.empty()) continue;
+  const auto add = [&result](RunsLeftOut runs) {
     const auto found = std::ranges::find_if(result, [&](const RunsLeftOut& other) {
       return other.title == runs.title && other.reason == runs.reason;
     });
@@ -151,7 +177,15 @@ std::vector<RunsLeftOut> left_out_of(const std::vector<SweepRecord>& records) {
     } else {
       ++found->count;
     }
+  };
+  for (const SweepRecord& record : records) {
+    if (!record.metrics) continue;
+    std::string reason = lines.reason_against(record);
+    if (!reason.empty()) add({lines.title_of(record), std::move(reason), 1});
   }
+  std::vector<RunFamily> families = all_families(records);
+  for (const RunFamily& family : take_single_runs(families))
+    add({name_of(family.runs.front()), "single runs beside its lines", 1});
   return result;
 }
 
@@ -205,7 +239,7 @@ double miss_of(const SweepRecord& record) {
 }
 
 std::string miss_title(const std::vector<SweepRecord>& records) {
-  if (!has_reference(records.front())) return "largest gap or overlap / size";
+  if (!has_reference(records.front())) return "gap or overlap / size";
   return turns_in_place(records) ? "RMS turn, rad" : "RMS error / size";
 }
 

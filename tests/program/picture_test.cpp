@@ -94,6 +94,12 @@ TEST_F(Pictures, StillsAreRunsBelowEachOtherAtTheirTimes) {
   const Image stills = read_png(folder() / "stills.png");
   // Text of 16 pixels: gaps of 8, lines of 22.
   EXPECT_EQ(stills.width, 8 + 2 * (64 + 8));
+  const Outcome page =
+      run({"render", "--layout", "stills", scene("rod_chain.gltf"), "--panel", "a5", "--time", "0", "--width",
+           "one-column", "--dpi", "200", "--output", "stills.pdf"});
+  ASSERT_EQ(page.exit_code, 0) << page.err;
+  EXPECT_THAT(page.out, HasSubstr("85.0 mm wide at 200 pixels an inch"));
+  EXPECT_THAT(content("stills.pdf"), HasSubstr("MediaBox[0 0 240.9449 "));
   EXPECT_EQ(stills.height, 8 + 22 + 2 * (22 + 36 + 8));
   const auto is_white = [&](int x, int y) {
     return stills.pixel(x, y)[0] + stills.pixel(x, y)[2] == 2 * 255;

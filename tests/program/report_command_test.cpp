@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "program.h"
@@ -17,7 +18,7 @@ TEST_F(FigureCommand, DrawsAPropertyWithoutASweep) {
   EXPECT_THAT(content("map.svg"), HasSubstr("closed form"));
   // Each algorithm is a panel of stable and unstable points, and of the closed form.
   EXPECT_THAT(content("map.csv"),
-              testing::StartsWith("panel,series,x_axis,y_axis,x,y\n\"A3\",\"stable\",\"κ\",\"τ\","));
+              testing::StartsWith("panel,series,x_axis,y_axis,x,y,value\n\"A3\",\"stable\",\"κ\",\"τ\","));
   EXPECT_THAT(content("map.txt"), testing::StartsWith("Stability of one constraint row"));
 }
 
@@ -62,8 +63,7 @@ TEST_F(ReportCommand, AnswersForScenesWithoutASweepFile) {
   // A1 at four steps, A2 with six numbers of iterations, A3 to A5 with six of sub-steps each.
   EXPECT_THAT(page, HasSubstr("56 runs of 2 scenes"));
   // The page begins with the answers, a card a scene.
-  EXPECT_THAT(page.substr(0, 600),
-              HasSubstr("### swing\n\n| for | take | ms of CPU a simulated second | RMS error / size |"));
+  EXPECT_THAT(page.substr(0, 600), HasSubstr("### swing\n\n| for | take | CPU, ms | RMS error / size |"));
   EXPECT_LT(page.find("### ball"), page.find("## At equal cost"));
   for (const char* const file : {"choice-swing.svg", "choice-swing.csv", "end-swing.png", "end-ball.png"})
     EXPECT_TRUE(std::filesystem::exists(folder() / "page/figures" / file)) << file;
@@ -71,6 +71,21 @@ TEST_F(ReportCommand, AnswersForScenesWithoutASweepFile) {
   EXPECT_THAT(content("page/report.html"), HasSubstr("<section class=\"card\">\n<h3>swing</h3>"));
   // A figure is drawn from the same folder.
   EXPECT_EQ(run({"report", "figure", "work-rows", "--results", "page"}).exit_code, 0);
+}
+
+TEST_F(ReportCommand, MapsAScene) {
+  std::filesystem::copy_file(scene("pendulum.gltf"), folder() / "swing.gltf");
+  const Outcome outcome = run({"report", "swing.gltf", "--maps", "--output", "page"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  // A3 and A5 at four steps with four n; at five τ times five κ
+  const std::string steps = content("page/figures/map-steps.csv");
+  EXPECT_EQ(std::ranges::count(steps, '\n'), 1 + 2 * 4 * 4 + 2 * 2);  // and two n more at h
+  EXPECT_THAT(steps, HasSubstr("\"swing: A5\",\"error below 1 % of the size\",\"n\",\"h, s\",20,"));
+  const std::string factors = content("page/figures/map-factors.csv");
+  EXPECT_EQ(std::ranges::count(factors, '\n'), 1 + 2 * 5 * 5);
+  // τ = 1.8 lies above 4 − 2κ at κ = 1.6 alone, where a row is unstable.
+  EXPECT_THAT(factors, HasSubstr("\"not bounded\",\"κ\",\"τ\",1.6,1.8,"));
+  EXPECT_THAT(content("page/report.md"), HasSubstr("(figures/map-factors.svg)"));
 }
 
 TEST_F(ReportCommand, PrintsOneTable) {
@@ -92,6 +107,7 @@ TEST_F(ReportCommand, RefusesMissingAndMixedInputs) {
   expect_refused({"report", "--table", "chairs"},
                  "--table 'chairs': give descendants-rows or descendants-time");
   write("one.toml", "");
+  expect_refused({"report", "one.toml", "--maps"}, "--maps: give scenes");
   expect_refused({"report", "one.toml", "two.toml"}, "two.toml: give one sweep file, or scenes");
 }
 

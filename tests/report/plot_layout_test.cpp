@@ -66,8 +66,6 @@ std::vector<Box> texts_of(const std::string& svg) {
 Sheet sheet_of(int series, int panels) {
   Sheet sheet;
   sheet.title = "Error against rows solved";
-  sheet.columns = 3;
-  sheet.panel_width = 400;
   sheet.caption = {
       "A1: h divided by 1, 2, 4, 8. A2: m = 1, 2, 5, 10, 20, 40, step h. A3, A4, A5: n = 1, 2, 5, 10, 20, "
       "40.",

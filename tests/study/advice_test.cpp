@@ -38,6 +38,15 @@ TEST(Cheapest, UsesRowsWithoutTimes) {
   EXPECT_FALSE(cheapest(runs, 0.0001));
 }
 
+TEST(Cheapest, AvoidsRunsWhoseFinerRunsDiverge) {
+  std::vector<SweepRecord> runs{run(Algorithm::a3, 4, 0.005, 80), run(Algorithm::a5, 4, 0.005, 40),
+                                run(Algorithm::a5, 8, 0.1, 80, false)};
+  EXPECT_EQ(cheapest(runs, 0.01)->settings.algorithm, Algorithm::a3);
+  // Of other settings none counts.
+  runs[2].settings.tau = 0.5;
+  EXPECT_EQ(cheapest(runs, 0.01)->settings.algorithm, Algorithm::a5);
+}
+
 TEST(Cheapest, UsesTimesIfMeasured) {
   std::vector<SweepRecord> runs{run(Algorithm::a1, 1, 0.005, 10), run(Algorithm::a3, 4, 0.005, 40)};
   runs[0].times = RunTimes{2, 2, 2, 1, {}};

@@ -48,7 +48,7 @@ TEST_F(SweepFile, MissingKeysAreTheDefaultsOfARun) {
 
 TEST_F(SweepFile, SweepOfScenesUsesTheDefaults) {
   const fs::path file = fs::path(SUBSTEP_SOURCE_DIR) / "scenes/heavy_chain.gltf";
-  const Sweep sweep = sweep_of({file});  // whose n is not 10
+  const Sweep sweep = sweep_of({file}, false);  // whose n is not 10
   int defaults = 0;
   for (const SweepJob& job : sweep.jobs) {
     const Settings usual = usual_settings(sweep.scenes.at("heavy_chain"), job.settings.algorithm);
