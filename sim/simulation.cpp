@@ -69,7 +69,9 @@ struct Simulation::Implementation {
     remembered.reserve(state.contacts.capacity());
     remembered_patches.reserve(state.contacts.capacity());
     state.patches.reserve(state.contacts.capacity());
-    if (is_descendant || settings.warm_start > 0) {
+    is_warm =
+        settings.warm_start > 0 || (settings.algorithm == Algorithm::a1 && model.contacts && !procedure);
+    if (is_descendant || is_warm) {
       for (std::vector<double>* forces : {&state.joint_forces, &remembered_joints, &work.carried.joints})
         forces->reserve(2 * problem.c.rows.size());
     }
@@ -222,7 +224,7 @@ struct Simulation::Implementation {
       to_local(problem.rotations, state.v);
     }
     if (is_descendant) start_joints();
-    if (settings.warm_start > 0) start_warm();
+    if (is_warm) start_warm();
     if (procedure) {
       procedure(state.q, state.v, part_settings, problem, work);
     } else {
@@ -238,7 +240,7 @@ struct Simulation::Implementation {
     if (is_descendant) {
       remembered_joints = work.carried.joints;
       substep::remember(*problem.contacts, work.carried.contacts, remembered);
-    } else if (settings.warm_start > 0) {
+    } else if (is_warm) {
       remember_joints();
     }
     if (model.contacts && !is_descendant) {
@@ -268,15 +270,17 @@ struct Simulation::Implementation {
     }
   }
 
-  /// Continues the impulses of the last step in A2 to A5.
+  /// Continues the impulses of the last step: A2 to A5 begin with a fraction of them, A1 with the limits that
+  /// they are at.
   void start_warm() {
     const double duration = problem.substeps.duration;
     const bool is_a5 = settings.algorithm == Algorithm::a5;
     const double joint_scale = is_a5 ? settings.kappa : 1;
     const double contact_scale = is_a5 ? settings.of_contacts().kappa : 1;
-    problem.warm_start = {settings.warm_start, joint_scale, contact_scale};
+    const bool is_direct = settings.algorithm == Algorithm::a1;
+    problem.warm_start = {is_direct ? 0 : settings.warm_start, joint_scale, contact_scale};
     problem.c.given_before.assign(problem.c.rows.size(), 0);
-    for (std::size_t i = 0; i < state.joint_forces.size(); ++i)
+    for (std::size_t i = 0; i < std::min(state.joint_forces.size(), problem.c.rows.size()); ++i)
       problem.c.given_before[i] = duration / joint_scale * state.joint_forces[i];
     set_given_before(problem.c.contacts, *problem.contacts, duration, contact_scale);
   }
@@ -294,9 +298,8 @@ struct Simulation::Implementation {
       substep::append_contact_impulses(*problem.contacts, work.carried.contacts, state.q, impulses);
       return;
     }
-    const bool is_direct = settings.algorithm == Algorithm::a1 && !procedure;
     const std::size_t earlier = impulses.size();
-    substep::append_contact_impulses(problem, state.q, is_direct ? &work.lambda : nullptr, impulses);
+    substep::append_contact_impulses(problem, state.q, impulses);
     // A5 gives κ of its rows' λ□.
     const double scale = settings.algorithm == Algorithm::a5 ? settings.of_contacts().kappa : 1;
     for (std::size_t i = earlier; i < impulses.size(); ++i) impulses[i].impulse *= scale;
@@ -306,6 +309,7 @@ struct Simulation::Implementation {
     switch (settings.algorithm) {
       case Algorithm::a1:
         proc1(state.q, state.v, part_settings, problem, work);
+        if (is_warm) keep_impulses(work.lambda, problem.c);
         report.active_sets = work.report.active_sets;
         report.residual = work.report.residual;
         report.contradicting = work.report.contradicting;
@@ -348,6 +352,7 @@ struct Simulation::Implementation {
   std::vector<PatchShape> remembered_patches;
   std::vector<double> remembered_joints;
   Settings part_settings;
+  bool is_warm = false;                          ///< the last step's impulses are remembered
   int equal_parts = 1;                           ///< of a step
   double equal_part = 0;                         ///< s
   int tried_parts = 0;                           ///< of the equal part

@@ -32,12 +32,10 @@ ContactImpulse impulse_of_patch(const ContactBatches& contacts, const ContactBat
 }  // namespace
 
 void append_contact_impulses(const Problem& problem, const std::vector<Coordinates>& q,
-                             const std::vector<double>* lambda, std::vector<ContactImpulse>& result) {
+                             std::vector<ContactImpulse>& result) {
   const ContactBatches& contacts = problem.c.contacts;
-  std::size_t next = problem.c.blocks.size();  // as make_mlcp() lists rows
-  const auto impulse_of = [&](const ContactRow& row, const LaneVectors& direction, int lane) -> Vector3 {
-    const double size = lambda ? (*lambda)[next++] : row.impulse[lane];
-    return size * Vector3(direction[0][lane], direction[1][lane], direction[2][lane]);
+  const auto impulse_of = [](const ContactRow& row, const LaneVectors& direction, int lane) -> Vector3 {
+    return row.impulse[lane] * Vector3(direction[0][lane], direction[1][lane], direction[2][lane]);
   };
   for (const ContactBatch& x : contacts.batches) {
     for (int lane = 0; lane < x.manifolds; ++lane) {

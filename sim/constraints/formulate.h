@@ -108,12 +108,14 @@ void undo_update_rule(Problem& problem, const Settings& settings, const std::vec
 /// velocities that include ext. Contacts come last, by points: a normal, then its two rows of friction.
 void make_mlcp(const Problem& problem, const std::vector<Velocity>& v_local, Mlcp& mlcp);
 
+/// Sets the rows' impulses from the solution of make_mlcp()'s problem.
+void keep_impulses(const std::vector<double>& lambda, Constraints& c);
+
 /// v̆ ← v̆ + M̆⁻¹J̆ᵀλ, from the impulses M̆^(−1/2)J̆ᵀλ that A1's solver leaves by body.
 void add_impulses(const Model& model, const std::vector<Vector6>& impulses, std::vector<Velocity>& v_local);
 
-/// Appends what the contacts gave in the step that was solved last, with the bodies at `q`; `lambda` is the
-/// direct solver's solution, null where rows were swept.
+/// Appends what the contacts gave in the step that was solved last, with the bodies at `q`.
 void append_contact_impulses(const Problem& problem, const std::vector<Coordinates>& q,
-                             const std::vector<double>* lambda, std::vector<ContactImpulse>& result);
+                             std::vector<ContactImpulse>& result);
 
 }  // namespace substep

@@ -1,5 +1,6 @@
 // The whole step's problem for the direct solver, and what its solution does to the velocities.
 
+#include <algorithm>
 #include <limits>
 
 #include "sim/constraints/formulate.h"
@@ -50,6 +51,8 @@ class MlcpWriter {
 /// The points of one manifold of a batch.
 void add_manifold(const ContactBatches& contacts, const ContactBatch& x, int lane, MlcpWriter& writer,
                   Mlcp& mlcp) {
+  const GivenBefore& before = contacts.given_before;
+  const bool is_warm = before.normals.size() == contacts.normals.size();
   int friction = 0;
   for (int i = 0; i < x.count[lane]; ++i) {
     const ContactDirections& directions = contacts.directions[x.first_normal + i];
@@ -57,15 +60,19 @@ void add_manifold(const ContactBatches& contacts, const ContactBatch& x, int lan
     const RestitutionRow* const bounce =
         x.first_restitution < 0 ? nullptr : &contacts.restitutions[x.first_restitution + i];
     const bool impact = bounce && bounce->impact[lane] > 0;
-    writer.add(x, lane, directions.normal, normal.row, impact ? bounce->right[lane] : normal.row.beta[lane])
-        .low = 0;
+    Mlcp::Row& along = writer.add(x, lane, directions.normal, normal.row,
+                                  impact ? bounce->right[lane] : normal.row.beta[lane]);
+    along.low = 0;
+    if (is_warm) along.start = std::max(0.0, -before.normals[x.first_normal + i][lane]);
     if (friction == x.frictions || x.contact_of[friction] != i) continue;
     const int row = static_cast<int>(mlcp.rows.size()) - 1;
-    const FrictionRows& rows = contacts.frictions[x.first_friction + friction++];
+    const int place = x.first_friction + friction++;
+    const FrictionRows& rows = contacts.frictions[place];
     for (int k = 0; k < 2; ++k) {
       Mlcp::Row& out = writer.add(x, lane, directions.tangent[k], rows.row[k], 0);
       out.normal = row;
       out.friction = rows.coefficient[lane];
+      if (is_warm) out.start = -before.frictions[place][k][lane];
     }
   }
 }
@@ -83,10 +90,32 @@ void make_mlcp(const Problem& problem, const std::vector<Velocity>& v_local, Mlc
     out.low = row.low;
     out.high = row.high;
     out.softness = row.softness;
+    if (!problem.c.given_before.empty()) out.start = problem.c.given_before[x.first];
   }
   for (const ContactBatch& x : problem.c.contacts.batches) {
     for (int lane = 0; lane < x.manifolds; ++lane) {
       add_manifold(problem.c.contacts, x, lane, writer, mlcp);
+    }
+  }
+}
+
+void keep_impulses(const std::vector<double>& lambda, Constraints& c) {
+  std::size_t next = 0;  // as make_mlcp() lists rows
+  for (const Block& x : c.blocks) c.rows[x.first].impulse = lambda[next++];
+  ContactBatches& contacts = c.contacts;
+  for (const ContactBatch& x : contacts.batches) {
+    for (int lane = 0; lane < x.manifolds; ++lane) {
+      int friction = 0;
+      for (int i = 0; i < x.count[lane]; ++i) {
+        contacts.normals[x.first_normal + i].row.impulse[lane] = lambda[next++];
+        contacts.given_before.normals[x.first_normal + i][lane] = 0;
+        if (friction == x.frictions || x.contact_of[friction] != i) continue;
+        const int place = x.first_friction + friction++;
+        for (int k = 0; k < 2; ++k) {
+          contacts.frictions[place].row[k].impulse[lane] = lambda[next++];
+          contacts.given_before.frictions[place][k][lane] = 0;
+        }
+      }
     }
   }
 }

@@ -129,6 +129,10 @@ Vector2 MlcpSolver::target_of_pair(const Mlcp& problem, const std::vector<double
 
 double MlcpSolver::residual(const Mlcp& problem, const std::vector<double>& lambda) {
   velocities(problem, lambda);
+  return natural_residual(problem, lambda);
+}
+
+double MlcpSolver::natural_residual(const Mlcp& problem, const std::vector<double>& lambda) {
   double largest = 0;
   double scale = 0;
   double sum = 0;  // finite if all are
@@ -237,22 +241,35 @@ MlcpReport MlcpSolver::solve(const Mlcp& problem, std::vector<double>& lambda) {
   lambda.assign(problem.rows.size(), 0.0);
   prepare(problem);
   if (problem.rows.empty()) return report;
-  const bool limited = std::ranges::any_of(problem.rows, has_limits);
+  is_limited_ = std::ranges::any_of(problem.rows, has_limits);
   analyse(problem);
   best_ = lambda;
   report.residual = residual(problem, lambda);
   const auto is_solved = [&] { return report.residual <= tolerance; };
-  bool is_redundant =
-      solve_active_sets(problem, limited ? Start::perhaps_free : Start::impulses, lambda, report);
-  if (!limited && !is_redundant && !is_solved()) is_redundant = solve_by_gradients(problem, lambda, report);
-  if (limited && !is_redundant && !is_solved()) {
+  const auto is_guessed = [](const Mlcp::Row& row) { return row.start != 0; };
+  bool is_redundant = false;
+  if (is_limited_ && std::ranges::any_of(problem.rows, is_guessed)) {
+    for (std::size_t i = 0; i < lambda.size(); ++i) lambda[i] = problem.rows[i].start;
+    is_redundant = solve_active_sets(problem, Start::impulses, lambda, report);
     lambda.assign(problem.rows.size(), 0.0);
-    velocities(problem, lambda);
-    sweep(problem, lambda, first_sweeps);
-    report.row_solves += static_cast<std::int64_t>(problem.rows.size()) * first_sweeps;
-    keep_if_better(problem, lambda, report);
+    set_.assign(problem.rows.size(), Set::off);
+  }
+  if (!is_redundant && !is_solved()) {
+    const Start start = is_limited_ ? Start::perhaps_free : Start::impulses;
+    is_redundant = solve_active_sets(problem, start, lambda, report);
+  }
+  if (!is_limited_ && !is_redundant && !is_solved())
+    is_redundant = solve_by_gradients(problem, lambda, report);
+  if (is_limited_ && !is_redundant && !is_solved()) {
+    if (!solve_interior(problem, lambda, report)) {
+      lambda.assign(problem.rows.size(), 0.0);
+      velocities(problem, lambda);
+      sweep(problem, lambda, first_sweeps);
+      report.row_solves += static_cast<std::int64_t>(problem.rows.size()) * first_sweeps;
+      keep_if_better(problem, lambda, report);
+    }
     swept_ = lambda;
-    if (!is_solved()) is_redundant = solve_active_sets(problem, Start::impulses, lambda, report);
+    is_redundant = solve_active_sets(problem, Start::impulses, lambda, report);
     lambda = swept_;
     if (!is_redundant && !is_solved()) solve_by_continuation(problem, lambda, report);
   }

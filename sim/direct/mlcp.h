@@ -16,12 +16,16 @@
 /// drift, as a closed loop's do, nothing solves all of them: they are solved in the least-squares sense.
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <vector>
+
+#include "sim/math/vector.h"
 
 namespace substep {
 
 using Vector2 = Eigen::Vector2d;
+using Matrix2 = Eigen::Matrix2d;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
@@ -37,6 +41,7 @@ struct Mlcp {
     double softness;      ///< >= 0
     int normal = -1;      ///< friction: index of the normal's row; low and high are then unused
     double friction = 0;  ///< friction: μ
+    double start = 0;     ///< guess of λ, which the active sets start from
   };
   int bodies = 0;
   std::vector<Row> rows;
@@ -79,12 +84,13 @@ struct MlcpReport {
 /// Rows without limits that are nearly redundant but not quite, as a mechanism's are beside a singular
 /// position, would take a thousand moves: conjugate gradients take as many as there are such directions.
 ///
-/// ε is small at first. The active sets start from nothing giving way, as in what rests, then from what some
-/// Gauss–Seidel sweeps say. Where the sets go round in circles, there is continuation in ε: from a large one,
-/// under which few rows give way at once, it is halved from centre to centre. Where the sets do not settle
-/// there either, they start from the same problem with friction's limits fixed, a convex one whose minimum
-/// can be descended to; and if that does not help, ε is raised. A solver keeps its memory from call to call,
-/// not its answers: equal problems have equal solutions.
+/// ε is small at first. The active sets start from the guess of λ, then from nothing giving way, as in what
+/// rests, and where neither leads to a solution, from where an interior point method ends. Where the sets go
+/// round in circles from there, too, there is continuation in ε: from a large one, under which few rows give
+/// way at once, it is halved from centre to centre. Where the sets do not settle there either, they start
+/// from the same problem with friction's limits fixed, a convex one whose minimum can be descended to; and if
+/// that does not help, ε is raised. A solver keeps its memory from call to call, not its answers: equal
+/// problems with equal guesses have equal solutions.
 class MlcpSolver {
  public:
   virtual ~MlcpSolver() = default;
@@ -134,10 +140,14 @@ class MlcpSolver {
   void add_product(const Mlcp& problem, std::size_t row_index, const Vector6& column_a,
                    const Vector6& column_b, const Vector6& row_a, const Vector6& row_b, double factor);
   void add_slide(const Mlcp& problem, std::size_t i, Friction friction);
+  void clear_blocks();
+  void eliminate();
   virtual void factor(const Mlcp& problem, Friction friction);
   void solve_blocks();
   virtual void solve_free(const Mlcp& problem, std::vector<double>& lambda);
   void solve_set(const Mlcp& problem, std::vector<double>& lambda);
+  /// Sets the rows' natural residuals from their velocities w. Returns the largest, relative to `scale_`.
+  double natural_residual(const Mlcp& problem, const std::vector<double>& lambda);
   double residual(const Mlcp& problem, const std::vector<double>& lambda);
   double keep_if_better(const Mlcp& problem, const std::vector<double>& lambda, MlcpReport& report);
   /// Which set comes first: what the impulses say, or all rows free, unless many then give way.
@@ -156,10 +166,53 @@ class MlcpSolver {
   int clamp_unlimited(const Mlcp& problem, std::vector<double>& lambda);
   double share_of_step(const Mlcp& problem) const;
   virtual void minimise(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
+  /// A row, or a contact's normal and its friction, strictly within its limits: λ and w over the rows' roots
+  /// of Γ_xx and the largest right side. The products of λ's distances and their multipliers go to zero
+  /// together, and so does that of (μλ_n, λ_t) and (`speed`, w_t), which stay in their cones.
+  struct Unit {
+    std::array<int, 3> row{};  ///< normal and friction; −1: none
+    bool has_low = false;
+    bool has_high = false;
+    double friction = 0;
+    Vector3 lambda = Vector3::Zero();
+    double above = 1;  ///< λ − low
+    double below = 1;  ///< high − λ
+    double lower = 0;  ///< w = lower − upper
+    double upper = 0;
+    double speed = 1;  ///< > |slip|
+    Vector2 slip = Vector2::Zero();
+    Vector3 rest = Vector3::Zero();  ///< what the rows' velocities have beyond w
+    Matrix3 law = Matrix3::Zero();   ///< −dλ/dw of the limits
+    Matrix3 damping = Matrix3::Identity();
+    Matrix3 weight = Matrix3::Zero();  ///< −dλ/dw with softness
+    Matrix2 inverse = Matrix2::Zero();
+    Vector3 change = Vector3::Zero();  ///< of λ in the step, and of the others:
+    double lower_change = 0;
+    double upper_change = 0;
+    double speed_change = 0;
+    Vector2 slip_change = Vector2::Zero();
+    int rows() const { return row[1] < 0 ? 1 : 3; }
+    bool is_limited() const { return has_low || has_high; }
+  };
+  bool list_units(const Mlcp& problem);
+  void start_unit(const Mlcp& problem, double scale, Unit& unit) const;
+  void set_rests(double scale);
+  void set_weight(const Mlcp& problem, Unit& unit) const;
+  static Vector3 change_at_rest(const Unit& unit, double t);
+  void set_directions(const Mlcp& problem, double t);
+  static double way_of(const Unit& unit);
+  double way_within() const;
+  double mean_product(double way) const;
+  void factor_units(const Mlcp& problem);
+  void take_step(double scale, std::vector<double>& lambda);
+  /// An interior point method: leaves the best λ found. False where the problem has rows that it does not
+  /// know: friction in single rows, or limits that are equal.
+  virtual bool solve_interior(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
   bool solve_about_centre(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
   void solve_by_continuation(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
 
   double proximal_ = 0;        // ε
+  bool is_limited_ = false;    // any row has limits
   std::vector<double> gamma_;  // Γ_xx
   std::vector<double> w_;
   std::vector<double> natural_;  // natural residual, an impulse
@@ -178,6 +231,8 @@ class MlcpSolver {
   std::vector<double> swept_;
   std::vector<double> minimum_;
   std::vector<double> conjugate_;
+  std::vector<Unit> units_;  // solve_interior
+  std::vector<int> unit_of_;
   std::vector<double> low_;  // minimise: limits
   std::vector<double> high_;
   std::vector<double> unclamped_;

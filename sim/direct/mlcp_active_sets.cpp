@@ -13,6 +13,14 @@ namespace {
 /// their end: residual 1e-13 in at most 30 rounds; with 1e-8 rounding wins, and 1e-4 is left.
 constexpr double usual_proximal = 1e-6;
 constexpr int most_sets = 60;  // a wall of 225 boxes takes at most 40
+/// Residuals at which problems with limits end: at once, or as soon as a set is no better.
+constexpr double accurate = 1e-12;
+constexpr double nearly_accurate = 1e-11;
+/// With this part of its residual left about a centre, the centre moves on, whatever signs still change.
+constexpr double solved_about_centre = 0.1;
+/// Sets after which a residual above this part of the first one says that they go round in circles.
+constexpr int sets_of_guess = 10;
+constexpr double promising = 0.01;
 constexpr int most_rounds = 400;
 constexpr int most_idle = 12;  // moves of the centre that leave the residual as it is
 constexpr int most_sets_about_centre = 12;
@@ -97,22 +105,30 @@ bool MlcpSolver::solve_active_sets(const Mlcp& problem, Start start, std::vector
   const auto rows = static_cast<std::int64_t>(problem.rows.size());
   proximal_ = usual_proximal;
   centre_ = lambda;
+  const double at_start = report.residual;
+  double at_centre = report.residual;
   int sets = 0;
   int sets_about_centre = 0;
   int idle = 0;
   bool is_redundant = false;
   for (int round = 0; round < most_rounds && sets < most_sets; ++round) {
-    velocities(problem, lambda);
+    const double before = report.residual;
+    const double whole = keep_if_better(problem, lambda, report);
+    const bool is_accurate = whole <= accurate || (report.residual <= nearly_accurate && whole > before);
     add_proximal_term(problem, lambda);
+    const bool is_about_centre = is_limited_ && sets_about_centre > 0 &&
+                                 natural_residual(problem, lambda) < solved_about_centre * whole;
     bool another_set = true;
     if (round == 0 && start != Start::impulses) {
       for (std::size_t i = 0; i < problem.rows.size(); ++i) set_[i] = gamma_[i] > 0 ? Set::free : Set::off;
     } else {
       const int changed = classify(problem, lambda);
-      another_set = changed > 0 || turned_ > settled_turn || round == 0;
+      another_set = round == 0 || (!is_about_centre && (changed > 0 || turned_ > settled_turn));
       // Where much gives way at once, the sweeps' guess is better than this one.
       if (start == Start::perhaps_free && sets == 1 && 8 * changed > rows) break;
+      if (is_limited_ && sets >= sets_of_guess && report.residual > promising * at_start) break;
     }
+    if (another_set && is_limited_ && is_accurate) break;
     if (another_set) {
       factor(problem, Friction::follows);
       ++sets;
@@ -121,9 +137,9 @@ bool MlcpSolver::solve_active_sets(const Mlcp& problem, Start start, std::vector
     }
     if (!another_set || sets_about_centre > most_sets_about_centre) {
       // λ solves the problem with the proximal term (or its sets go round in a circle): the centre moves on.
-      const double before = report.residual;
       const double now = keep_if_better(problem, lambda, report);
-      idle = now < 0.9 * before ? 0 : idle + 1;
+      idle = report.residual < 0.9 * at_centre ? 0 : idle + 1;
+      at_centre = report.residual;
       if (!std::isfinite(now)) lambda = best_;
       if (!another_set && std::isfinite(now) && !rest_has_limits(problem) && rest_is_redundant(problem)) {
         // Further moves would only drive the redundant rows' impulses apart.

@@ -130,10 +130,14 @@ void MlcpSolver::add_slide(const Mlcp& problem, std::size_t i, Friction friction
               1 / (proximal_ * gamma_[i] + one.softness + slip_[i].across));
 }
 
-void MlcpSolver::factor(const Mlcp& problem, Friction friction) {
-  const int n = problem.bodies;
-  for (int p = 0; p < n; ++p) blocks_[p].setIdentity();
+void MlcpSolver::clear_blocks() {
+  const std::size_t n = inverse_.size();
+  for (std::size_t p = 0; p < n; ++p) blocks_[p].setIdentity();
   for (std::size_t k = n; k < blocks_.size(); ++k) blocks_[k].setZero();
+}
+
+void MlcpSolver::factor(const Mlcp& problem, Friction friction) {
+  clear_blocks();
   for (std::size_t i = 0; i < problem.rows.size(); ++i) {
     const Mlcp::Row& row = problem.rows[i];
     if (set_[i] == Set::free) {
@@ -149,6 +153,11 @@ void MlcpSolver::factor(const Mlcp& problem, Friction friction) {
                   sign * row.friction / (proximal_ * gamma_[row.normal] + normal.softness));
     }
   }
+  eliminate();
+}
+
+void MlcpSolver::eliminate() {
+  const int n = static_cast<int>(inverse_.size());
   for (int p = 0; p < n; ++p) {
     inverse_[p] = blocks_[p].inverse();
     const int begin = neighbour_begin_[p];

@@ -27,6 +27,10 @@ class MlcpMatrixSolver : public MlcpSolver {
   bool rest_is_redundant(const Mlcp& problem) override;
   void factor(const Mlcp& problem, Friction friction) override;
   void solve_free(const Mlcp& problem, std::vector<double>& lambda) override;
+  bool solve_interior(const Mlcp& /*problem*/, std::vector<double>& /*lambda*/,
+                      MlcpReport& /*report*/) override {
+    return false;
+  }
   void minimise(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report) override;
 
  private:

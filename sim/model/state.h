@@ -34,7 +34,7 @@ struct ContactMemory {
   bool slides;       ///< and has let its displacement go
   double left_over;  ///< of the overlap that the bodies met with: it is still to be recovered, m
   /// The force of the last (sub-)step on a, and AVBD's penalties along it, that warm starts continue from;
-  /// body frame of b, N. Zero in A1, and in A2 to A5 without a warm start.
+  /// body frame of b, N. Zero in A2 to A5 without a warm start.
   Vector3 force = Vector3::Zero();
   Vector3 stiffness = Vector3::Zero();  ///< along the normal and the tangents, N/m
 };
