@@ -507,7 +507,7 @@ void Composition::draw_strip(Image& image, const StripBox& strip, std::size_t ru
   const std::string value = value_label(strip, run, k);
   TextStyle bold{.size = text_size(22), .color = color, .bold = true};
   const double right = strip.strip.x + strip.strip.width - 6 * scale_;
-  const double room = right - plot.x - plot.width - 4 * scale_;
+  const double room = right - plot.x - plot.width - 10 * scale_;
   // By the longest there can be, so that all panels' are of one size.
   const double widest = text_width("≤ 88.8 mm", bold);
   if (widest > room) bold.size *= room / widest;
