@@ -274,7 +274,7 @@ ReferenceRun reference_of(const Scene& scene, const ReferenceAttempt& coarse, Re
     reference.fate =
         fmt::format("{} steps not solved, the first at {:.2f} s", fine.unsolved_steps, *fine.unsolved);
   } else if (first < both) {
-    reference.fate = fmt::format("its refinements part at {:.2f} s", times[first]);
+    reference.fate = fmt::format("its refinements diverge at {:.2f} s", times[first]);
   } else {
     reference.fate = fmt::format("fails at {:.2f} s", fine.ended.value_or(coarse.ended.value_or(0)));
   }

@@ -209,7 +209,7 @@ void Composition::lay_out_strips(Panel& panel, int x, int y, int width, int heig
   // Room for the axis at the left and for the value at the right.
   const int axis = static_cast<int>(text_width("0.1 mm", {.size = text_size(14)}) + 8 * scale_);
   const int left = has_axis_ ? axis : scaled(6, 4);
-  const int right = std::clamp(static_cast<int>(0.28 * width), scaled(60, 40), scaled(126, 60));
+  const int right = std::clamp(static_cast<int>(0.33 * width), 52, scaled(126, 60));
   const int margin = scaled(8, 4);
   for (const Strip kind : strips_) {
     StripBox box{kind, axis_of(comparison_, kind)};
@@ -507,7 +507,7 @@ void Composition::draw_strip(Image& image, const StripBox& strip, std::size_t ru
   const std::string value = value_label(strip, run, k);
   TextStyle bold{.size = text_size(22), .color = color, .bold = true};
   const double right = strip.strip.x + strip.strip.width - 6 * scale_;
-  const double room = right - plot.x - plot.width - 4 * scale_;
+  const double room = right - plot.x - plot.width - 10 * scale_;
   // By the longest there can be, so that all panels' are of one size.
   const double widest = text_width("≤ 88.8 mm", bold);
   if (widest > room) bold.size *= room / widest;

@@ -54,9 +54,14 @@ void draw_run(Image& image, const Grid& grid, std::size_t row, const Run& run, c
   if (fits) draw_text(image, grid.x(0, row) + words_left, base, words, plain);
 }
 
+/// What the comparison's strip shows of a run at a frame, or what became of the run.
 std::string note_on(const Comparison& comparison, const Run& run, std::size_t frame) {
-  if (frame < run.errors.size()) {
+  if (comparison.strip == Strip::error && frame < run.errors.size()) {
     return error_label(run.errors[frame], comparison.reference->uncertainty[frame]);
+  }
+  if (comparison.strip && comparison.strip != Strip::error &&
+      frame < series_of(run, *comparison.strip).size()) {
+    return axis_of(comparison, *comparison.strip).label(series_of(run, *comparison.strip)[frame]);
   }
   if (!run.refusal.empty()) return frame == 0 ? run.refusal : "";
   if (run.diverged && frame >= run.poses.size()) {
@@ -127,9 +132,8 @@ TimeSheet draw_time_sheet(const Scene& scene, const TimeSheetSettings& settings)
               {.size = 1.2 * settings.text, .color = dark, .bold = true});
   }
   const Titles titles = titles_of(comparison.runs);
-  const std::string reference = comparison.reference ? "errors from " + comparison.reference->method : "";
-  const std::string legend =
-      titles.shared + (titles.shared.empty() || reference.empty() ? "" : " · ") + reference;
+  const std::string notes = comparison.strip ? words_of(comparison, *comparison.strip) : "";
+  const std::string legend = titles.shared + (titles.shared.empty() || notes.empty() ? "" : " · ") + notes;
   TextStyle small{.size = settings.text, .color = quiet};
   while (small.size > 6 && text_width(legend, small) > whole.width - 2 * grid.gap) small.size *= 0.97;
   draw_text(sheet.image, grid.left, grid.top - 1.4 * grid.line, legend, small);

@@ -92,7 +92,7 @@ TEST_F(Pictures, StillsAreRunsBelowEachOtherAtTheirTimes) {
   EXPECT_THAT(made.out, testing::ContainsRegex("A5  n=2 m=1 [^\n]* ~[0-9]"));
   EXPECT_THAT(made.out, HasSubstr("wrote stills.png"));
   const Image stills = read_png(folder() / "stills.png");
-  // Text of 16 pixels: gaps of 8, lines of 22.
+  // Text of 16 pixels: gaps of 8, lines of 22; a legend, then the times.
   EXPECT_EQ(stills.width, 8 + 2 * (64 + 8));
   const Outcome page =
       run({"render", "--layout", "stills", scene("rod_chain.gltf"), "--panel", "a5", "--time", "0", "--width",
@@ -100,15 +100,15 @@ TEST_F(Pictures, StillsAreRunsBelowEachOtherAtTheirTimes) {
   ASSERT_EQ(page.exit_code, 0) << page.err;
   EXPECT_THAT(page.out, HasSubstr("85.0 mm wide at 200 pixels an inch"));
   EXPECT_THAT(content("stills.pdf"), HasSubstr("MediaBox[0 0 240.9449 "));
-  EXPECT_EQ(stills.height, 8 + 22 + 2 * (22 + 36 + 8));
+  EXPECT_EQ(stills.height, 8 + 2 * 22 + 2 * (22 + 36 + 8));
   const auto is_white = [&](int x, int y) {
     return stills.pixel(x, y)[0] + stills.pixel(x, y)[2] == 2 * 255;
   };
-  for (const auto& [x, y] : {std::pair{10, 56}, {140, 56}, {10, 122}, {140, 122}})
+  for (const auto& [x, y] : {std::pair{10, 78}, {140, 78}, {10, 144}, {140, 144}})
     EXPECT_FALSE(is_white(x, y));
-  EXPECT_TRUE(is_white(76, 56));  // between the first two
+  EXPECT_TRUE(is_white(76, 78));  // between the first two
   // All begin alike.
-  for (int y = 52; y < 60; ++y) EXPECT_EQ(stills.pixel(20, y)[0], stills.pixel(20, y + 66)[0]);
+  for (int y = 74; y < 82; ++y) EXPECT_EQ(stills.pixel(20, y)[0], stills.pixel(20, y + 66)[0]);
 
   // 85 mm at 100 dpi are 334 pixels.
   ASSERT_EQ(run({"render", "--layout", "stills", scene("rod_chain.gltf"), "--no-reference", "--panel", "a1",
