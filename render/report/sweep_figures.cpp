@@ -222,7 +222,8 @@ Sheet work_sheet(const FigureSource& source, const std::vector<std::string>& sce
   for (const std::string& scene : scenes) {
     const std::vector<SweepRecord> records = of_scene(source.records, scene);
     Panel panel;
-    panel.title = fmt::format("{}, {:g} s", scene, records.front().horizon);
+    const double horizon = records.front().horizon;
+    panel.title = horizon > 0 ? fmt::format("{}, {:g} s", scene, horizon) : scene;
     panel.x = {x_title, true, {}, {}};
     panel.y = {miss_title(records), true, {}, {}};
     for (const RunFamily& family : chosen_families(records, chosen, sheet)) {
