@@ -55,7 +55,9 @@ Panel panel_of(const MappedRuns& map, Axes axes) {
     series.values.push_back(miss);
   }
   Panel panel;
-  panel.series = {std::move(good), std::move(fair), std::move(lost)};
+  for (Series* const series : {&good, &fair, &lost}) {
+    if (!series->points.empty()) panel.series.push_back(std::move(*series));
+  }
   return panel;
 }
 

@@ -226,6 +226,7 @@ std::string terminal(const Layout& layout, PictureFormat format, const FigureSty
     case PictureFormat::pdf:
       return fmt::format(
           "set terminal pdfcairo size {:.4f},{:.4f} font '{},12' fontscale {:.4g} linewidth {:.4g} "
+          "dashlength 0.5 "
           "pointscale {:.4g} {}\n",
           layout.width * unit / 72, layout.height * unit / 72, style.font, unit * points, unit, unit,
           style.transparent ? "transparent" : "");
@@ -234,7 +235,8 @@ std::string terminal(const Layout& layout, PictureFormat format, const FigureSty
   }
   const double pixels = unit * style.dpi / 72;
   return fmt::format(
-      "set terminal pngcairo size {:.0f},{:.0f} font '{},12' fontscale {:.4g} linewidth {:.4g} "
+      "set terminal pngcairo size {:.0f},{:.0f} font '{},12' fontscale {:.4g} linewidth {:.4g} dashlength "
+      "0.5 "
       "pointscale {:.4g} {}\n",
       layout.width * pixels, layout.height * pixels, style.font, pixels * points, pixels, pixels, ground);
 }

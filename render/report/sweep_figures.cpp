@@ -11,9 +11,9 @@
 #include <optional>
 #include <set>
 
+#include "render/report/captioner.h"
 #include "render/report/looks.h"
 #include "render/report/report_tables.h"
-#include "sim/model/settings_fields.h"
 #include "sim/study/advice.h"
 #include "sim/study/engines/engines.h"
 #include "sim/study/sweep_results.h"
@@ -71,83 +71,6 @@ bool has_plainest_twin(const RunFamily& family, const std::vector<RunFamily>& fa
     return is_ours(other) && t.tau == 1 && t.kappa == 1 && t.algorithm == s.algorithm && t.joints == s.joints;
   });
 }
-
-/// The values that a line's runs have, and the settings that all of them share.
-struct LineValues {
-  std::string name;  ///< "A3", or the engine's
-  std::string title;
-  std::set<int> substeps, iterations, divisions;
-
-  /// "n = 1, 2, 4 … 64, m = 1": what varies, then what does not.
-  std::string text() const {
-    std::vector<std::string> parts;
-    const auto add = [&parts](const char* symbol, const std::set<int>& values) {
-      if (!values.empty()) parts.push_back(fmt::format("{} = {}", symbol, shortened(values)));
-    };
-    add("n", substeps);
-    if (substeps.size() > 0 || iterations.size() > 1) add("m", iterations);
-    parts.push_back(divisions.size() > 1 || *divisions.begin() > 1
-                        ? fmt::format("h divided by {}", shortened(divisions))
-                        : "step h");
-    return fmt::format("{}", fmt::join(parts, ", "));
-  }
-
- private:
-  /// All of up to six values, of more the first three and the last.
-  static std::string shortened(const std::set<int>& values) {
-    if (values.size() <= 6) return fmt::format("{}", fmt::join(values, ", "));
-    const std::vector<int> all(values.begin(), values.end());
-    return fmt::format("{}, {}, {} … {}", all[0], all[1], all[2], all.back());
-  }
-};
-
-/// Collects what the lines of a sheet show, for its caption and for shorter titles.
-class Captioner {
- public:
-  void add(const RunFamily& family) {
-    const SweepRecord& first = family.runs.front();
-    const bool is_own = first.engine.empty();
-    const std::string name = is_own ? std::string(title_of(first.settings.algorithm)) : family.title;
-    LineValues& line = lines_[family.title];
-    line.name = name;
-    line.title = family.title;
-    for (const SweepRecord& run : family.runs) {
-      const Settings& s = run.settings;
-      if (field_named("substeps").is_read_by(s.algorithm) && is_own) line.substeps.insert(s.substeps);
-      if (s.algorithm != Algorithm::a1 && is_own) line.iterations.insert(s.iterations);
-      line.divisions.insert(run.divisions);
-    }
-    titles_[name].insert(family.title);
-  }
-
-  /// Gives algorithms that have one line by name alone that name, and adds to the caption what each line's
-  /// runs are.
-  void finish(Sheet& sheet) const {
-    for (Panel& panel : sheet.panels) {
-      for (Series& series : panel.series) series.title = short_title(lines_.at(series.title));
-    }
-    std::vector<std::pair<std::string, std::set<std::string>>> groups;  // values, names
-    for (const auto& [title, line] : lines_) {
-      std::string text = line.text();
-      if (short_title(line) != title) text += "; " + title.substr(title.find(' ') + 1);
-      auto found = std::ranges::find(groups, text, &std::pair<std::string, std::set<std::string>>::first);
-      if (found == groups.end()) found = groups.insert(groups.end(), {text, {}});
-      found->second.insert(line.name);
-    }
-    std::vector<std::string> sentences;
-    for (const auto& [text, names] : groups)
-      sentences.push_back(fmt::format("{}: {}.", fmt::join(names, ", "), text));
-    sheet.caption.insert(sheet.caption.begin(), fmt::format("{}", fmt::join(sentences, " ")));
-  }
-
- private:
-  const std::string& short_title(const LineValues& line) const {
-    return titles_.at(line.name).size() == 1 && line.name != "A2" ? line.name : line.title;
-  }
-
-  std::map<std::string, LineValues> lines_;              ///< by title
-  std::map<std::string, std::set<std::string>> titles_;  ///< by name
-};
 
 /// Counts why runs of a line are not drawn.
 class MissingPoints {
@@ -222,7 +145,8 @@ Sheet work_sheet(const FigureSource& source, const std::vector<std::string>& sce
   for (const std::string& scene : scenes) {
     const std::vector<SweepRecord> records = of_scene(source.records, scene);
     Panel panel;
-    panel.title = fmt::format("{}, {:g} s", scene, records.front().horizon);
+    const double horizon = records.front().horizon;
+    panel.title = horizon > 0 ? fmt::format("{}, {:g} s", scene, horizon) : scene;
     panel.x = {x_title, true, {}, {}};
     panel.y = {miss_title(records), true, {}, {}};
     for (const RunFamily& family : chosen_families(records, chosen, sheet)) {

@@ -78,7 +78,8 @@ void run(SweepCommand& command) {
   if (command.merge + command.job.has_value() + command.slurm.has_value() > 1) {
     throw Error("--job, --slurm and --merge: give one of them");
   }
-  const Sweep sweep = read_sweep(command.file);
+  const Sweep sweep =
+      command.file.extension() == ".toml" ? read_sweep(command.file) : sweep_of({command.file}, false);
   if (command.slurm) return submit(command, std::min(*command.slurm, static_cast<int>(sweep.jobs.size())));
   int done = 0;
   if (!command.merge) {
@@ -105,7 +106,10 @@ void add_sweep_command(CLI::App& app) {
       app.add_subcommand("sweep", "Measure scenes with many settings, on all cores or on a cluster");
   const auto options = std::make_shared<SweepCommand>();
   options->file = "scenes/sweep.toml";
-  command->add_option("file", options->file, "The sweep file")->capture_default_str();
+  command
+      ->add_option("file", options->file,
+                   "The sweep file, .toml; or a scene, which each algorithm solves from coarse to fine")
+      ->capture_default_str();
   command->add_option("--output", options->options.results, "Folder of the results")->capture_default_str();
   command->add_option("--threads", options->options.threads, "Jobs at a time; 0: one a core")
       ->check(CLI::Range(0, 4096))

@@ -80,7 +80,7 @@ TEST_F(ReportCommand, MapsAScene) {
   // A3 and A5 at four steps with four n; at five τ times five κ
   const std::string steps = content("page/figures/map-steps.csv");
   EXPECT_EQ(std::ranges::count(steps, '\n'), 1 + 2 * 4 * 4 + 2 * 2);  // and two n more at h
-  EXPECT_THAT(steps, HasSubstr("\"swing: A5\",\"error below 1 % of the size\",\"n\",\"h, s\",20,"));
+  EXPECT_THAT(steps, HasSubstr("\"swing: A3\",\"error below 1 % of the size\",\"n\",\"h, s\",20,"));
   const std::string factors = content("page/figures/map-factors.csv");
   EXPECT_EQ(std::ranges::count(factors, '\n'), 1 + 2 * 5 * 5);
   // τ = 1.8 lies above 4 − 2κ at κ = 1.6 alone, where a row is unstable.

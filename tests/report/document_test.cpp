@@ -33,5 +33,14 @@ TEST(Document, IsOneHtmlFile) {
   EXPECT_THAT(html, Not(HasSubstr("figures/one.svg")));
 }
 
+TEST(Document, KeepsWideTablesOnAPhone) {
+  const std::string html = to_html(page());
+  // Blanks in property names, which a formatter once put there, make browsers ignore them.
+  const std::string style = html.substr(0, html.find("</style>"));
+  EXPECT_THAT(style, HasSubstr(".table{overflow-x:auto}"));
+  EXPECT_THAT(style, HasSubstr("@media(max-width:700px)"));
+  EXPECT_THAT(style, Not(testing::ContainsRegex("[a-z] - [a-z]")));
+}
+
 }  // namespace
 }  // namespace substep::report
