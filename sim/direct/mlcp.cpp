@@ -242,14 +242,24 @@ MlcpReport MlcpSolver::solve(const Mlcp& problem, std::vector<double>& lambda) {
   prepare(problem);
   if (problem.rows.empty()) return report;
   is_limited_ = std::ranges::any_of(problem.rows, has_limits);
+  const auto is_guessed = [](const Mlcp::Row& row) { return row.start != 0; };
+  const bool has_guess = is_limited_ && std::ranges::any_of(problem.rows, is_guessed);
+  const auto guess = [&] {
+    for (std::size_t i = 0; i < lambda.size(); ++i) lambda[i] = problem.rows[i].start;
+  };
+  if (has_guess) {
+    guess();
+    report.residual = residual(problem, lambda);
+    if (report.residual <= accurate && scale_ > 0) return report;
+    lambda.assign(problem.rows.size(), 0.0);
+  }
   analyse(problem);
   best_ = lambda;
   report.residual = residual(problem, lambda);
   const auto is_solved = [&] { return report.residual <= tolerance; };
-  const auto is_guessed = [](const Mlcp::Row& row) { return row.start != 0; };
   bool is_redundant = false;
-  if (is_limited_ && std::ranges::any_of(problem.rows, is_guessed)) {
-    for (std::size_t i = 0; i < lambda.size(); ++i) lambda[i] = problem.rows[i].start;
+  if (has_guess) {
+    guess();
     is_redundant = solve_active_sets(problem, Start::impulses, lambda, report);
     lambda.assign(problem.rows.size(), 0.0);
     set_.assign(problem.rows.size(), Set::off);

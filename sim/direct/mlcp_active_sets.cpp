@@ -13,8 +13,7 @@ namespace {
 /// their end: residual 1e-13 in at most 30 rounds; with 1e-8 rounding wins, and 1e-4 is left.
 constexpr double usual_proximal = 1e-6;
 constexpr int most_sets = 60;  // a wall of 225 boxes takes at most 40
-/// Residuals at which problems with limits end: at once, or as soon as a set is no better.
-constexpr double accurate = 1e-12;
+/// Residual at which problems with limits end as soon as a set is no better.
 constexpr double nearly_accurate = 1e-11;
 /// With this part of its residual left about a centre, the centre moves on, whatever signs still change.
 constexpr double solved_about_centre = 0.1;

@@ -12,6 +12,9 @@ namespace substep {
 /// steps of the card house unsolved.
 constexpr double settled_turn = 1e-6;
 
+/// Residual at which problems with limits end before another set is factored.
+constexpr double accurate = 1e-12;
+
 /// What a friction row's impulse can be at most, with `value` as its normal's.
 inline double limit(const Mlcp::Row& row, double value) {
   return row.friction * std::max(value, 0.0);

@@ -90,6 +90,16 @@ BenchmarkScene pyramid_of(int base) {
           BenchmarkScene::Judge::standing};
 }
 
+BenchmarkScene wall_of(int side) {
+  Scene scene = test::floor_scene(friction);
+  for (int i = 0; i < side * side; ++i) {
+    const int row = i / side;
+    const double x = i % side - 0.5 * (side - 1) + (row % 2 == 0 ? 0.15 : -0.15);
+    test::add_box(scene, unit_cube, 1, {{x, 0.5 + row, 0}, Quaternion::Identity()}, friction);
+  }
+  return {"wall " + std::to_string(side * side), scene, frame, 120, BenchmarkScene::Judge::standing};
+}
+
 BenchmarkScene pile_of(int boxes) {
   Scene scene = test::floor_scene(friction);
   const int side = side_of_pile(boxes);

@@ -28,7 +28,8 @@ BenchmarkScene net_of(
 BenchmarkScene heavy_chain();  ///< ten rods and a ball of 1000 kg, at 480 Hz: explicit joints need it
 BenchmarkScene stack_of(int boxes, double top_mass = 1);  ///< unit cubes of 1 kg, the top one of another
 BenchmarkScene pyramid_of(int base);                      ///< base (base + 1)/2 unit cubes, pitch 1.1 m
-BenchmarkScene pile_of(int boxes);                        ///< boxes dropped into a container, 8 s
+BenchmarkScene wall_of(int side);   ///< side² unit cubes that touch, each row shifted by 0.15 m
+BenchmarkScene pile_of(int boxes);  ///< boxes dropped into a container, 8 s
 
 /// The judgement of a run of `scene`: whether it is good enough to be timed, and why.
 struct Verdict {

@@ -50,6 +50,14 @@ std::vector<Goal> goals(const Results& results) {
   }
   add("A1 by size", "A1 a row, pyramid of 210 / of 15", "pyramid 210/cost of A1", "pyramid 15/cost of A1",
       "ns_per_row", 2);
+  add("A1 by size", "A1 a row, pyramid of 465 / of 55", "pyramid 465/cost of A1", "pyramid 55/cost of A1",
+      "ns_per_row", 2);
+  for (const auto& [scene, limit] : {std::pair("pyramid 55", 2.0), std::pair("pyramid 210", 2.0),
+                                     std::pair("pyramid 465", 2.0), std::pair("wall 100", 6.0)}) {
+    const std::string name = scene;
+    add("heaps", "A1 on " + name + " / A5 n=10", name + "/cost of A1", name + "/A5 n=10", "us_per_step",
+        limit);
+  }
   add("kernel", "row solves of A5 on pile 250: the machine's limit / measured",
       "pile 250/row solves at the machine's limit", "pile 250/row solves A5", "ns_per_row_solve", 0.5, true);
   for (const std::string scene : {"pyramid 55", "pyramid 210", "pyramid 465", "pile 250", "pile 2000"}) {

@@ -286,4 +286,23 @@ std::string cost_of_a1(const Results& results, bool markdown) {
                "", markdown);
 }
 
+std::string exponents_of_a1(const Results& results) {
+  std::map<std::string, std::pair<const Results::Line*, const Results::Line*>> kinds;  // smallest and largest
+  for (const Results::Line* line : lines_with(results, "rows")) {
+    auto& [first, last] = kinds[line->name.substr(0, line->name.find(' '))];
+    if (!first) first = line;
+    last = line;
+  }
+  std::string text;
+  for (const auto& [kind, ends] : kinds) {
+    const auto growth = [&, from = ends.first, to = ends.second](const char* figure) {
+      return std::log(results.median(to->name, figure) / results.median(from->name, figure));
+    };
+    if (ends.first == ends.second) continue;
+    text += fmt::format("{}{}: {:.2f}", text.empty() ? "Exponent of A1's time in the rows: " : ", ", kind,
+                        growth("us_per_step") / growth("rows"));
+  }
+  return text + "\n";
+}
+
 }  // namespace substep::benchmark

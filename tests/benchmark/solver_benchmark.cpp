@@ -110,7 +110,11 @@ void register_all() {
   for (const int rods : {10, 100, 1000, 10000}) register_cost_of_a1(chain_of(rods));
   for (const int side : {8, 16, 32, 48}) register_cost_of_a1(net_of(side));
   for (const int boxes : {10, 20, 40, 80, 160}) register_cost_of_a1(stack_of(boxes));
-  for (const int base : {5, 10, 15, 20}) register_cost_of_a1(pyramid_of(base));
+  for (const int base : {5, 10, 15, 20, 30}) register_cost_of_a1(pyramid_of(base));
+  for (const int side : {5, 10, 15}) register_cost_of_a1(wall_of(side));
+  for (const int boxes : {25, 50, 100}) register_cost_of_a1(pile_of(boxes));
+  for (const BenchmarkScene& scene : {wall_of(10), pile_of(100)})
+    register_default(scene, Algorithm::a5, "A5 n=10");
   register_a1(stack_of(10));
   register_contacts(stack_of(10));
   register_direct_engine(stack_of(10));
@@ -161,12 +165,13 @@ int run(int argc, char** argv) {
   Results results;
   ::benchmark::RunSpecifiedBenchmarks(&results);
   const std::vector<Goal> reached = goals(results);
-  fmt::print("{}\n{}\n{}\n{}\n{}", table(results, false), stages(results, false),
-             cheapest_stands(results, false), cost_of_a1(results, false), lines(reached));
+  fmt::print("{}\n{}\n{}\n{}\n{}\n{}", table(results, false), stages(results, false),
+             cheapest_stands(results, false), cost_of_a1(results, false), exponents_of_a1(results),
+             lines(reached));
   if (!markdown_file.empty()) {
     write_file(markdown_file, table(results, true) + "\n" + stages(results, true) + "\n" +
                                   cheapest_stands(results, true) + "\n" + cost_of_a1(results, true) + "\n" +
-                                  markdown(reached));
+                                  exponents_of_a1(results) + "\n" + markdown(reached));
   }
   return 0;
 }

@@ -250,10 +250,11 @@ TEST(Mlcp, CouplesFrictionToTheNormal) {
 
 /// A stack of boxes of any masses, each moving on its own: a normal and two tangents per corner, four corners
 /// a face.
-Mlcp any_contacts(std::mt19937& random, int bodies, double friction) {
+/// `moving`: the bodies' velocities, times √m.
+Mlcp any_contacts(std::mt19937& random, int bodies, double friction, std::vector<Vector6>& moving) {
   Mlcp problem;
   problem.bodies = bodies;
-  std::vector<Vector6> moving(bodies);  // velocities, times √m
+  moving.resize(bodies);
   for (int body = 0; body < bodies; ++body) {
     const double weight = std::sqrt(std::pow(10.0, 2 * uniform(random)));  // √m: masses from 0.01 to 100
     moving[body] = 0.1 * weight * any_part(random);
@@ -290,7 +291,9 @@ Mlcp any_contacts(std::mt19937& random, int bodies, double friction) {
 
 /// Returns contacts of one to five bodies.
 Mlcp some_contacts(std::mt19937& random) {
-  return any_contacts(random, 1 + static_cast<int>(random() % 5), 0.1 + 0.4 * std::abs(uniform(random)));
+  std::vector<Vector6> moving;
+  return any_contacts(random, 1 + static_cast<int>(random() % 5), 0.1 + 0.4 * std::abs(uniform(random)),
+                      moving);
 }
 
 /// So that no rigid motion fits them.
@@ -336,6 +339,67 @@ TEST(Mlcp, SolvesIncompatibleSlips) {
   // the solver ends by their product; the law here asks for one of them: measured 1.8e-7, on 1 of 200.
   EXPECT_LE(turning, 1);
   EXPECT_LT(worst, 1e-6);
+}
+
+/// Adds a row of a joint or stop per body, to the body seven below, some of them twice. Bodies at rest
+/// satisfy them, as they do the contacts.
+void add_joints(const std::vector<Vector6>& moving, std::mt19937& random, Mlcp& problem) {
+  for (int i = 0; i < problem.bodies; ++i) {
+    Mlcp::Row row{};
+    row.a = static_cast<int>(random() % problem.bodies);
+    row.b = row.a >= 7 ? row.a - 7 : -1;
+    row.part_a = any_part(random);
+    row.part_b = row.b >= 0 ? any_part(random) : Vector6::Zero();
+    row.low = random() % 2 == 0 ? 0 : -INFINITY;
+    row.high = INFINITY;
+    row.right = -row.part_a.dot(moving[row.a]) - (row.b >= 0 ? row.part_b.dot(moving[row.b]) : 0.0);
+    problem.rows.push_back(row);
+    if (random() % 3 > 0) continue;
+    row.part_a *= 2;
+    row.part_b *= 2;
+    row.right *= 2;
+    problem.rows.push_back(row);
+  }
+}
+
+TEST(Mlcp, SolvesSparseHeapsOfTwoThousandRows) {
+  std::mt19937 random(8);
+  MlcpSolver solver;
+  std::vector<double> lambda;
+  std::vector<Vector6> moving;
+  double worst = 0;
+  int most_sets = 0;
+  for (const int bodies : {5, 20, 50, 150}) {
+    for (int i = 0; i < 4; ++i) {
+      Mlcp problem = any_contacts(random, bodies, 0.5, moving);
+      add_joints(moving, random, problem);
+      const MlcpReport report = solver.solve(problem, lambda);
+      EXPECT_EQ(report.status, MlcpReport::Status::solved) << bodies << " bodies";
+      worst = std::max(worst, violation(problem, lambda));
+      most_sets = std::max(most_sets, report.active_sets);
+    }
+  }
+  EXPECT_LT(worst, 1e-9);     // measured 1.2e-10
+  EXPECT_LE(most_sets, 200);  // measured 114
+}
+
+TEST(Mlcp, GuessLeavesTheSolution) {
+  std::mt19937 random(9);
+  MlcpSolver solver;
+  std::vector<double> lambda;
+  double worst = 0;
+  for (int i = 0; i < 100; ++i) {
+    Mlcp problem = any_problem(random, 5, 15, i % 2 == 0);
+    ASSERT_EQ(solver.solve(problem, lambda).status, MlcpReport::Status::solved) << i;
+    const std::vector<Vector6> expected = solver.impulses();
+    for (std::size_t k = 0; k < lambda.size(); ++k) problem.rows[k].start = lambda[k];
+    EXPECT_LE(solver.solve(problem, lambda).active_sets, 1) << i;
+    for (Mlcp::Row& row : problem.rows) row.start += uniform(random);
+    ASSERT_EQ(solver.solve(problem, lambda).status, MlcpReport::Status::solved) << i;
+    for (int body = 0; body < problem.bodies; ++body)
+      worst = std::max(worst, (solver.impulses()[body] - expected[body]).norm());
+  }
+  EXPECT_LT(worst, 1e-9);  // measured 1.1e-10
 }
 
 /// The same contacts with other tangents: each pair turned by an angle of its own.
@@ -441,7 +505,8 @@ TEST(Mlcp, SolvesOrReportsPainlevesRod) {
 
 TEST(Mlcp, RoundTripKeepsBits) {
   std::mt19937 random(5);
-  Mlcp problem = any_contacts(random, 3, 0.5);
+  std::vector<Vector6> moving;
+  Mlcp problem = any_contacts(random, 3, 0.5, moving);
   problem.rows.push_back(any_row(random, 3));
   const std::string text = to_text(problem);
   EXPECT_EQ(to_text(parse_mlcp(text, "problem")), text);
