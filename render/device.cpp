@@ -59,12 +59,11 @@ Device::Device() {
 void Device::make_programs() {
   body_program = make_program(shaders::body_vertex(), shaders::body_fragment());
   shading_program = make_program(shaders::sky_vertex(), shaders::shading_fragment());
-  ground_program = make_program(shaders::ground_vertex(), shaders::ground_fragment());
-  open_ground_program = make_program(shaders::ground_vertex(), shaders::open_ground_fragment());
+  ground_programs = make_ground_programs(false);
   sky_program = make_program(shaders::sky_vertex(), shaders::sky_fragment());
   depth_program = make_program(shaders::depth_vertex(), shaders::depth_fragment());
   color_program = make_program(shaders::color_vertex(), shaders::color_fragment());
-  for (const GLuint program : {shading_program, ground_program, open_ground_program, sky_program}) {
+  for (const GLuint program : {shading_program, sky_program}) {
     set_frame_units(program);
   }
 }

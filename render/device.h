@@ -5,10 +5,12 @@
 /// Software OpenGL compiles a program to machine code when it first draws with it, which takes longer than
 /// drawing a hundred small pictures. So a device outlives its renderer, for the next one to use.
 
+#include <array>
 #include <memory>
 
 #include "render/context.h"
 #include "render/gl.h"
+#include "render/shaders.h"
 #include "render/shadow_map.h"
 #include "render/surface_programs.h"
 #include "render/targets.h"
@@ -24,8 +26,7 @@ struct Device {
   Context context;
   GLuint body_program = 0;
   GLuint shading_program = 0;
-  GLuint ground_program = 0;
-  GLuint open_ground_program = 0;  ///< where no body takes light from it
+  std::array<GLuint, shaders::shades.size()> ground_programs{};  ///< by Shade
   GLuint sky_program = 0;
   GLuint depth_program = 0;
   GLuint color_program = 0;

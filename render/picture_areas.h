@@ -21,6 +21,12 @@ struct Rectangle {
   int height = 0;
 };
 
+/// How many tiles cover so many pixels.
+int tiles_along(int pixels);
+
+/// Rectangles of the tiles that have this mark; rows have `columns` tiles.
+std::vector<Rectangle> rectangles(std::span<const char> marks, int columns, char mark);
+
 /// Rectangles that do not overlap, of square tiles, within which all of the parts lie at `poses`.
 std::vector<Rectangle> areas_of(std::span<const Part> parts, std::span<const Coordinates> poses,
                                 const glm::dmat4& clip_from_world, int width, int height);
@@ -51,9 +57,14 @@ class MarkedCells {
   std::vector<int> below_;  ///< how many are marked to the left of and below each cell's corner
 };
 
-/// Tiles of the picture in which the ground may lie in marked cells of either map, and all others.
+/// Side of the square tiles that areas of a picture are made of, in pixels.
+inline constexpr int area_tile = 16;
+
+/// Tiles of the picture in which the ground may lie in marked cells of the shadow's map, in those of the
+/// occlusion's alone, and all others.
 struct GroundAreas {
-  std::vector<Rectangle> shaded;
+  std::vector<Rectangle> shadowed;
+  std::vector<Rectangle> occluded;
   std::vector<Rectangle> open;
 };
 

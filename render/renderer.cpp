@@ -12,6 +12,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "render/backdrop.h"
 #include "render/body_buffers.h"
 #include "render/body_mesh.h"
 #include "render/camera.h"
@@ -83,6 +84,7 @@ struct Renderer::Implementation {
   SurfaceTextures textures;
   Layers layers;                 ///< where light passes through some
   std::vector<Rectangle> areas;  ///< of the tile, that bodies lie within
+  Backdrop backdrop;
 
   Implementation(const Scene& scene, const RenderSettings& wanted,
                  std::span<const std::vector<Coordinates>> reference);
@@ -98,7 +100,6 @@ struct Renderer::Implementation {
   void fit_occlusion(std::span<const Coordinates> poses);
   void draw_relief(std::span<const Coordinates> poses, double low_x, double low_z, double high,
                    Relief& relief);
-  void draw_ground(GLuint program);
   void draw_pieces(GLuint program, const glm::dmat4& clip, std::span<const Coordinates> poses,
                    Surface::Opacity opacity);
   void draw_solid(GLuint program, const glm::dmat4& clip, std::span<const Coordinates> poses,
@@ -106,7 +107,6 @@ struct Renderer::Implementation {
   void draw_surfaces(std::span<const Coordinates> poses);
   void light_surfaces(GLuint depth);
   GroundAreas ground_areas_of_tile() const;
-  void draw_surroundings();
   Drawn drawn() const;
   bool has(Surface::Opacity opacity) const;
   bool draw_layer(std::span<const Coordinates> poses, std::size_t index);
@@ -305,16 +305,6 @@ void Renderer::Implementation::draw_relief(std::span<const Coordinates> poses, d
   glDisable(GL_DEPTH_CLAMP);
 }
 
-void Renderer::Implementation::draw_ground(GLuint program) {
-  // The ground gives way to what the scene draws at its height.
-  glEnable(GL_POLYGON_OFFSET_FILL);
-  glPolygonOffset(1, 8);
-  glUseProgram(program);
-  glBindVertexArray(device->disc);
-  glDrawArrays(GL_TRIANGLE_FAN, 0, Device::disc_vertices);
-  glDisable(GL_POLYGON_OFFSET_FILL);
-}
-
 bool Renderer::Implementation::has(Surface::Opacity opacity) const {
   return std::ranges::any_of(mesh.surfaces,
                              [&](const Surface& surface) { return surface.opacity == opacity; });
@@ -389,28 +379,6 @@ GroundAreas Renderer::Implementation::ground_areas_of_tile() const {
   return ground_areas(glm::dvec3(frame.eye), frame.eye.y - ground, glm::dvec3(frame.ray_corner),
                       glm::dvec3(frame.ray_right), glm::dvec3(frame.ray_up), picture.width, picture.height,
                       in_shadow, occluded);
-}
-
-/// Ground and sky, where bodies do not cover the pixel. They are smooth in themselves: one sample is enough.
-void Renderer::Implementation::draw_surroundings() {
-  picture.start();
-  if (programs != nullptr) {
-    draw_ground(programs->ground);
-  } else {
-    const GroundAreas areas_of_ground = ground_areas_of_tile();
-    glEnable(GL_SCISSOR_TEST);
-    for (const auto& [program, of_it] : {std::pair(device->ground_program, &areas_of_ground.shaded),
-                                         std::pair(device->open_ground_program, &areas_of_ground.open)}) {
-      for (const Rectangle& area : *of_it) {
-        glScissor(area.x, area.y, area.width, area.height);
-        draw_ground(program);
-      }
-    }
-    glDisable(GL_SCISSOR_TEST);
-  }
-  glUseProgram(device->sky_program);
-  glBindVertexArray(device->nothing);
-  glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
 /// What was read last.
@@ -491,6 +459,13 @@ Image Renderer::Implementation::draw_tile(std::span<const Coordinates> poses) {
   bind(crevice_unit, surfaces.textures[3]);
   bind(shadow_depth_unit, shadow->depth());
 
+  const auto ground_program = [&](shaders::Shade shade) {
+    return (programs == nullptr ? device->ground_programs
+                                : programs->ground)[static_cast<std::size_t>(shade)];
+  };
+  const GroundAreas ground_areas = ground_areas_of_tile();
+  backdrop.complete(*device, ground_program(shaders::Shade::none), frame, ground_areas.open, picture);
+
   glBindFramebuffer(GL_FRAMEBUFFER, surfaces.framebuffer);
   glViewport(0, 0, surfaces.width, surfaces.height);
   glClear(GL_DEPTH_BUFFER_BIT);
@@ -498,8 +473,11 @@ Image Renderer::Implementation::draw_tile(std::span<const Coordinates> poses) {
   draw_surfaces(poses);
   areas = areas_of(mesh.parts, poses, clip_from_world, picture.width, picture.height);
   light_surfaces(surfaces.depth);
-  draw_surroundings();
+  picture.start();
+  draw_surroundings(*device, ground_program(shaders::Shade::sky), ground_areas.occluded);
+  draw_surroundings(*device, ground_program(shaders::Shade::shadow), ground_areas.shadowed);
   picture.read();
+  backdrop.copy(ground_areas.open, picture);
   lit.read(picture);
   return has(Surface::Opacity::blended) ? draw_layers(poses) : resolved(drawn());
 }
@@ -520,7 +498,7 @@ Image Renderer::Implementation::draw_colors(std::span<const Coordinates> poses) 
     place[3] = {view.eye.x, ground, view.eye.z, 1};
     glUseProgram(device->color_program);
     bodies.set_places(device->color_program, clip_from_world * place, std::array{Coordinates{}}, 0);
-    draw_ground(device->color_program);
+    draw_ground(*device, device->color_program);
     picture.read();
     return top_down(picture.pixels, picture.width, picture.height);
   });

@@ -463,7 +463,8 @@ void main() {
 }
 )";
 
-/// With LOOKS, in all lights. With OPEN, where no body takes light from it.
+/// With LOOKS, in all lights. With SUNLIT, outside of shadows; with OPEN, where no body takes skylight from
+/// it either.
 const std::string ground = R"(
 out vec4 code;
 
@@ -491,11 +492,14 @@ void main() {
   color *= 1.0 - 0.16 * fines * ground_reach.z;
 
   vec3 n = vec3(0.0, 1.0, 0.0);
-#ifdef OPEN
+#ifdef SUNLIT
   float lit = 1.0;
-  float open = 1.0;
 #else
   float lit = sunlight(position, n);
+#endif
+#ifdef OPEN
+  float open = 1.0;
+#else
   float open = openness(position, vec2(0.0));
 #endif
   vec3 sky = mix(zenith.rgb, horizon.rgb, 0.55);
@@ -698,16 +702,11 @@ void main() {
 )";
 }
 
-std::string ground_fragment() {
-  return frame + light + ground;
-}
-
-std::string open_ground_fragment() {
-  return "#define OPEN\n" + frame + light + ground;
-}
-
-std::string look_ground_fragment() {
-  return "#define LOOKS\n" + frame + light + lamp_terms + ground;
+std::string ground_fragment(Shade shade, bool with_lamps) {
+  const std::string sunlit = shade == Shade::shadow ? "" : "#define SUNLIT\n";
+  const std::string open = shade == Shade::none ? "#define OPEN\n" : "";
+  return sunlit + open + (with_lamps ? "#define LOOKS\n" : "") + frame + light +
+         (with_lamps ? lamp_terms : "") + ground;
 }
 
 std::string sky_vertex() {
