@@ -142,8 +142,8 @@ vec2 turned_on(vec2 direction) {
 /// Part of the sun that reaches a point of a surface with unit normal n.
 ///
 /// Percentage-closer soft shadows (Fernando 2005): the farther what covers the sun, the wider the penumbra.
-/// Branches cost a software rasteriser as much as their longest side, loops end when no pixel goes on: so taps
-/// are taken in loops, and the range of depths around each point says where none are needed.
+/// Branches cost a software rasteriser as much as their longest side, loops end when no pixel goes on: so the
+/// taps of penumbrae, whose number varies, are taken in a loop, and the search's are laid out by the compiler.
 float sunlight(vec3 position, vec3 n) {
   const float spread = 0.035;       // penumbra's half-width a metre from what casts it
   const float widest = 0.03;        // of the map
@@ -164,18 +164,18 @@ float sunlight(vec3 position, vec3 n) {
 
   float search = min((place.z - nearest) * shadow_scale.z * spread * shadow_scale.x, widest);
   search = max(search, 1.5 * texel);
-  int blocker_taps = inside && place.z > nearest ? search_taps : 0;
+  bool has_nearer = inside && place.z > nearest;
   // The map knows depths at its texels only, up to this far off the surface's own.
   float bias = shadow_scale.y / shadow_scale.z + 1.2 * texel * length(slope);
   float blockers = 0.0;
   float depth = 0.0;
   float area = 0.5 / float(search_taps);
   vec2 direction = vec2(1.0, 0.0);
-  for (int i = 0; i < blocker_taps; ++i) {
-    vec2 offset = search * sqrt(area) * direction;
+  for (int i = 0; i < search_taps; ++i) {
+    vec2 offset = search * (sqrt(area) * direction);
     float z = textureLod(shadow_depth, place.xy + offset, 0.0).r;
     // Nothing covers the sun at the map's end.
-    float behind = z < 1.0 && z + bias < place.z + dot(slope, offset) ? 1.0 : 0.0;
+    float behind = has_nearer && z < 1.0 && z + bias < place.z + dot(slope, offset) ? 1.0 : 0.0;
     blockers += behind;
     depth += behind * z;
     area += 1.0 / float(search_taps);
