@@ -59,21 +59,21 @@ int tiles_along(int pixels) {
   return (pixels + tile - 1) / tile;
 }
 
-std::vector<Rectangle> rectangles(std::span<const char> marks, int columns, char mark) {
+std::vector<Rectangle> rectangles(std::span<const char> marks, int columns, char mark, int side) {
   std::vector<Rectangle> found;
   const auto width = static_cast<std::size_t>(columns);
   for (std::size_t row = 0; row < marks.size() / width; ++row) {
     const std::span<const char> here = marks.subspan(row * width, width);
-    const int y = tile * static_cast<int>(row);
+    const int y = side * static_cast<int>(row);
     for (auto at = std::ranges::find(here, mark); at != here.end();) {
       const auto end = std::find_if(at, here.end(), [&](char other) { return other != mark; });
-      const Rectangle run{tile * static_cast<int>(at - here.begin()), y, tile * static_cast<int>(end - at),
-                          tile};
+      const Rectangle run{side * static_cast<int>(at - here.begin()), y, side * static_cast<int>(end - at),
+                          side};
       const auto same = std::ranges::find_if(found, [&](const Rectangle& other) {
         return other.x == run.x && other.width == run.width && other.y + other.height == y;
       });
       if (same != found.end()) {
-        same->height += tile;
+        same->height += side;
       } else {
         found.push_back(run);
       }
@@ -100,6 +100,48 @@ std::vector<Rectangle> areas_of(std::span<const Part> parts, std::span<const Coo
     }
   }
   return rectangles(marks, columns, 1);
+}
+
+Rectangle bounds_of(std::span<const Rectangle> areas, int width, int height) {
+  if (areas.empty()) return {};
+  Rectangle box{width, height, 0, 0};
+  int right = 0;
+  int top = 0;
+  for (const Rectangle& area : areas) {
+    box.x = std::min(box.x, area.x);
+    box.y = std::min(box.y, area.y);
+    right = std::max(right, std::min(area.x + area.width, width));
+    top = std::max(top, std::min(area.y + area.height, height));
+  }
+  box.width = right - box.x;
+  box.height = top - box.y;
+  return box;
+}
+
+std::vector<Rectangle> seen_areas(std::span<const float> depths, const Rectangle& box, int side) {
+  constexpr int pixels = 8;
+  const auto width = static_cast<std::size_t>(side * box.width);
+  const auto samples = static_cast<std::size_t>(side * pixels);
+  const std::size_t columns = (width + samples - 1) / samples;
+  std::vector<char> marks;
+  std::vector<float> nearest(columns * samples, 1.0F);
+  for (std::size_t row = 0; row * width < depths.size();) {
+    std::ranges::fill(nearest, 1.0F);
+    for (const std::size_t end = row + samples; row < end && row * width < depths.size(); ++row) {
+      const float* const depth = &depths[row * width];
+      for (std::size_t x = 0; x < width; ++x) nearest[x] = std::min(nearest[x], depth[x]);
+    }
+    for (std::size_t x = 0; x < nearest.size(); x += samples) {
+      const auto begin = nearest.begin() + static_cast<std::ptrdiff_t>(x);
+      marks.push_back(*std::min_element(begin, begin + static_cast<std::ptrdiff_t>(samples)) < 1 ? 1 : 0);
+    }
+  }
+  std::vector<Rectangle> areas = rectangles(marks, static_cast<int>(columns), 1, pixels);
+  for (Rectangle& area : areas) {
+    area.x += box.x;
+    area.y += box.y;
+  }
+  return areas;
 }
 
 bool MarkedCells::has_any(std::span<const glm::dvec2> points) const {

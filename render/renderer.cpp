@@ -105,7 +105,8 @@ struct Renderer::Implementation {
   void draw_solid(GLuint program, const glm::dmat4& clip, std::span<const Coordinates> poses,
                   GLenum hidden = GL_BACK);
   void draw_surfaces(std::span<const Coordinates> poses);
-  void light_surfaces(GLuint depth);
+  void light_surfaces(GLuint depth, std::span<const Rectangle> lit_areas);
+  std::vector<Rectangle> areas_seen() const;
   GroundAreas ground_areas_of_tile() const;
   Drawn drawn() const;
   bool has(Surface::Opacity opacity) const;
@@ -342,8 +343,20 @@ void Renderer::Implementation::draw_surfaces(std::span<const Coordinates> poses)
   draw_pieces(programs->body, clip_from_world, poses, Surface::Opacity::cut);
 }
 
-/// The light on what was drawn last, whose depth is given; it lies within `areas`.
-void Renderer::Implementation::light_surfaces(GLuint depth) {
+/// Where bodies were drawn, within `areas`.
+std::vector<Rectangle> Renderer::Implementation::areas_seen() const {
+  const Rectangle box = bounds_of(areas, picture.width, picture.height);
+  const int side = settings.antialiasing ? 2 : 1;
+  std::vector<float> depths(static_cast<std::size_t>(side * box.width) *
+                            static_cast<std::size_t>(side * box.height));
+  if (depths.empty()) return {};
+  glReadPixels(side * box.x, side * box.y, side * box.width, side * box.height, GL_DEPTH_COMPONENT, GL_FLOAT,
+               depths.data());
+  return seen_areas(depths, box, side);
+}
+
+/// The light on what was drawn last, whose depth is given; it lies within `lit_areas`.
+void Renderer::Implementation::light_surfaces(GLuint depth, std::span<const Rectangle> lit_areas) {
   glBindFramebuffer(GL_FRAMEBUFFER, lit.framebuffer);
   glViewport(0, 0, picture.width, picture.height);
   glActiveTexture(GL_TEXTURE0 + depth_unit);
@@ -354,7 +367,7 @@ void Renderer::Implementation::light_surfaces(GLuint depth) {
   glClearColor(0, 0, 0, 0);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
   glEnable(GL_SCISSOR_TEST);
-  for (const Rectangle& area : areas) {
+  for (const Rectangle& area : lit_areas) {
     glScissor(area.x, area.y, area.width, area.height);
     glDrawArrays(GL_TRIANGLES, 0, 3);
   }
@@ -410,7 +423,7 @@ bool Renderer::Implementation::draw_layer(std::span<const Coordinates> poses, st
   glGetQueryObjectuiv(query, GL_QUERY_RESULT, &passed);
   glDeleteQueries(1, &query);
   if (passed == 0) return false;
-  light_surfaces(layers.depths[turn]);
+  light_surfaces(layers.depths[turn], areas);
   lit.read(picture);
   return true;
 }
@@ -472,7 +485,7 @@ Image Renderer::Implementation::draw_tile(std::span<const Coordinates> poses) {
   if (programs != nullptr) clear_normals();
   draw_surfaces(poses);
   areas = areas_of(mesh.parts, poses, clip_from_world, picture.width, picture.height);
-  light_surfaces(surfaces.depth);
+  light_surfaces(surfaces.depth, areas_seen());
   picture.start();
   draw_surroundings(*device, ground_program(shaders::Shade::sky), ground_areas.occluded);
   draw_surroundings(*device, ground_program(shaders::Shade::shadow), ground_areas.shadowed);
