@@ -83,7 +83,7 @@ void Device::make_samplers() {
   glBindSampler(shadow_depth_unit, sampler(GL_NEAREST, false));
   glBindSampler(shadow_test_unit, sampler(GL_LINEAR, true));
   for (const GLuint unit :
-       {shadow_nearest_unit, depth_unit, normal_unit, color_unit, emission_unit, crevice_unit, nearer_unit}) {
+       {shadow_nearest_unit, depth_unit, surface_unit, emission_unit, crevice_unit, nearer_unit}) {
     glBindSampler(unit, sampler(GL_NEAREST, false));
   }
   const GLuint occlusion_sampler = sampler(GL_LINEAR, false);

@@ -53,8 +53,8 @@ TileSize size_of_tile(const RenderSettings& settings) {
 
 /// Where nothing is drawn then, surfaces with looks have no normal.
 void clear_normals() {
-  constexpr std::array<float, 4> none{};
-  glClearBufferfv(GL_COLOR, 0, none.data());
+  constexpr std::array<GLint, 4> none{};
+  glClearBufferiv(GL_COLOR, 0, none.data());
 }
 
 }  // namespace
@@ -466,10 +466,9 @@ Image Renderer::Implementation::draw_tile(std::span<const Coordinates> poses) {
   bind(shadow_nearest_unit, shadow->nearest());
   bind(shadow_test_unit, shadow->depth());
   bind(occlusion_unit, device->occlusion);
-  bind(normal_unit, surfaces.textures[0]);
-  bind(color_unit, surfaces.textures[1]);
-  bind(emission_unit, surfaces.textures[2]);
-  bind(crevice_unit, surfaces.textures[3]);
+  bind(surface_unit, surfaces.textures[0]);
+  bind(emission_unit, surfaces.textures[1]);
+  bind(crevice_unit, surfaces.textures[2]);
   bind(shadow_depth_unit, shadow->depth());
 
   const auto ground_program = [&](shaders::Shade shade) {

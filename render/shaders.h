@@ -26,15 +26,16 @@ enum class Shade : char { none, sky, shadow };
 inline constexpr std::array<Shade, 3> shades{Shade::none, Shade::sky, Shade::shadow};
 
 std::string body_vertex();
-/// What is seen of bodies: two outputs, which shading_fragment() takes as textures, with the depth.
+/// What is seen of bodies: an output of integers, which shading_fragment() takes as a texture, with the
+/// depth.
 std::string body_fragment();
 /// The light on it, a pixel each, drawn with sky_vertex(): two colours, and which samples have them; see
 /// Drawn.
 std::string shading_fragment();
 
-/// The same for surfaces with more than a colour, SurfacePrograms: a third output has what they shine with
-/// and their alpha, a fourth how much of the sky's light reaches them, and the second's fourth is 2 for a
-/// surface whose colour is its light. Where nothing was drawn the first output must be 0.
+/// The same for surfaces with more than a colour, SurfacePrograms: a second output has what they shine with
+/// and their alpha, a third how much of the sky's light reaches them, and a surface whose colour is its light
+/// is metallic by 2. Where nothing was drawn the first output must be 0.
 std::string look_vertex();
 std::string look_fragment();
 std::string look_shading_fragment();
