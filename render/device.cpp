@@ -1,10 +1,11 @@
 #include "render/device.h"
 
+#include <algorithm>
 #include <array>
 #include <glm/vec3.hpp>
 #include <mutex>
 #include <numbers>
-#include <utility>
+#include <thread>
 #include <vector>
 
 #include "render/frame_uniforms.h"
@@ -111,23 +112,24 @@ void Device::make_disc() {
   glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, sizeof(glm::vec3), nullptr);
 }
 
-std::unique_ptr<Device> take_device() {
-  {
-    Pool& idle = pool();
-    const std::lock_guard lock(idle.mutex);
-    if (!idle.devices.empty()) {
-      std::unique_ptr<Device> device = std::move(idle.devices.back());
-      idle.devices.pop_back();
-      return device;
-    }
+Device& take_device() {
+  // Two threads keep a device busy: one draws while the other composes frames, or writes them.
+  const std::size_t most = std::max(1U, std::thread::hardware_concurrency() / 2);
+  Pool& all = pool();
+  const std::lock_guard lock(all.mutex);
+  const auto users = [](const std::unique_ptr<Device>& device) { return device->users; };
+  auto least = std::ranges::min_element(all.devices, {}, users);
+  if (least == all.devices.end() || ((*least)->users > 0 && all.devices.size() < most)) {
+    all.devices.push_back(std::make_unique<Device>());
+    least = all.devices.end() - 1;
   }
-  return std::make_unique<Device>();
+  ++(*least)->users;
+  return **least;
 }
 
-void give_back(std::unique_ptr<Device> device) {
-  Pool& idle = pool();
-  const std::lock_guard lock(idle.mutex);
-  idle.devices.push_back(std::move(device));
+void give_back(Device& device) {
+  const std::lock_guard lock(pool().mutex);
+  --device.users;
 }
 
 }  // namespace substep::render

@@ -3,7 +3,8 @@
 /// shadow map.
 ///
 /// Software OpenGL compiles a program to machine code when it first draws with it, which takes longer than
-/// drawing a hundred small pictures. So a device outlives its renderer, for the next one to use.
+/// drawing a hundred small pictures. So renderers share devices, one for every two processors, and devices
+/// outlive them. What a frame needs of a device is set while its context is current.
 
 #include <array>
 #include <memory>
@@ -24,6 +25,7 @@ struct Device {
   Device();
 
   Context context;
+  int users = 0;  ///< renderers; take_device() counts them
   GLuint body_program = 0;
   GLuint shading_program = 0;
   std::array<GLuint, shaders::shades.size()> ground_programs{};  ///< by Shade
@@ -51,8 +53,8 @@ struct Device {
   void make_disc();
 };
 
-/// One that no one uses, made where there is none. Any thread.
-std::unique_ptr<Device> take_device();
-void give_back(std::unique_ptr<Device> device);
+/// The one with the fewest users, or a new one. Any thread.
+Device& take_device();
+void give_back(Device& device);
 
 }  // namespace substep::render

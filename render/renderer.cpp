@@ -60,7 +60,7 @@ void clear_normals() {
 }  // namespace
 
 struct Renderer::Implementation {
-  std::unique_ptr<Device> device = take_device();
+  Device* device = &take_device();
   RenderSettings settings;
   BodyMesh mesh;
   View view;                      ///< of the whole picture
@@ -82,6 +82,7 @@ struct Renderer::Implementation {
   // Where surfaces have more than a colour:
   const SurfacePrograms* programs = nullptr;
   SurfaceTextures textures;
+  Lamps lamps;
   Layers layers;                 ///< where light passes through some
   std::vector<Rectangle> areas;  ///< of the tile, that bodies lie within
   Backdrop backdrop;
@@ -157,7 +158,7 @@ Renderer::Implementation::Implementation(const Scene& scene, const RenderSetting
   if (!mesh.looks.empty()) {
     programs = &device->surface_programs();
     textures = SurfaceTextures(scene, mesh.surfaces);
-    programs->set_lamps(lamps_of(scene, mesh.parts));
+    lamps = lamps_of(scene, mesh.parts);
   }
   ray = set_light(frame, scene, ground);
   focus = std::max(nearest, 0.1);
@@ -184,7 +185,7 @@ Renderer::Implementation::~Implementation() {
     textures.end();
     layers.end();
   }
-  give_back(std::move(device));
+  give_back(*device);
 }
 
 /// What the next tile is to show: the whole picture, or a part of it.
@@ -449,6 +450,7 @@ Image Renderer::Implementation::draw(std::span<const Coordinates> poses) {
   const Context::Current current(device->context);
   glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_LEQUAL);
+  if (programs != nullptr) programs->set_lamps(lamps);
   fit_shadow(poses);
   fit_occlusion(poses);
   return in_tiles([&] { return draw_tile(poses); });
