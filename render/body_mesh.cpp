@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numbers>
 #include <variant>
 
@@ -33,37 +32,48 @@ Surface default_surface(int body) {
   return surface;
 }
 
-/// Whether every edge of the part's triangles has one triangle on each side, and they enclose a volume.
-bool is_closed(const BodyMesh& mesh, const Part& part) {
-  // Corners that vertices share have one number.
+/// A number of an edge from corner to corner: the mixing function of splitmix64 (Steele, Lea and Flood 2014).
+std::uint64_t edge_hash(std::uint64_t from, std::uint64_t to) {
+  std::uint64_t x = from + 0x9e3779b97f4a7c15 * (to + 1);
+  x = (x ^ x >> 30) * 0xbf58476d1ce4e5b9;
+  x = (x ^ x >> 27) * 0x94d049bb133111eb;
+  return x ^ x >> 31;
+}
+
+/// Whether every edge of the part's triangles has as many on each side, and they enclose a volume. The
+/// part's vertices are those from `first` on.
+bool is_closed(const BodyMesh& mesh, const Part& part, std::size_t first) {
+  // Vertices at one corner have one key.
   const double grid = 1e-6 * (part.high - part.low).maxCoeff();
   if (!(grid > 0)) return false;
-  std::map<std::array<long, 3>, std::uint32_t> numbers;
-  const auto position = [&](std::size_t index) {
-    const auto& p = mesh.vertices[mesh.indices[index]].position;
-    return Vector3(p[0], p[1], p[2]);
+  const auto position = [](const Vertex& vertex) {
+    return Vector3(vertex.position[0], vertex.position[1], vertex.position[2]);
   };
-  std::vector<std::array<std::uint32_t, 2>> edges;
-  std::vector<std::array<std::uint32_t, 2>> opposite_edges;
+  std::vector<std::uint64_t> keys;
+  for (std::size_t i = first; i < mesh.vertices.size(); ++i) {
+    const Vector3 p = (position(mesh.vertices[i]) - part.low) / grid;
+    std::uint64_t key = 0;
+    for (const double x : {p.x(), p.y(), p.z()})
+      key = key << 21 | static_cast<std::uint64_t>(std::llround(x));
+    keys.push_back(key);
+  }
+  // The sum over edges vanishes where each is met by its opposite: other sums do once in 2⁶⁴.
+  std::uint64_t unmet = 0;
   double volume = 0;
   for (std::size_t i = part.begin; i < part.end; i += 3) {
-    std::array<std::uint32_t, 3> corners{};
+    std::array<std::uint64_t, 3> at{};
+    std::array<Vector3, 3> points;
     for (std::size_t k = 0; k < 3; ++k) {
-      const Vector3 p = (position(i + k) - part.low) / grid;
-      const std::array<long, 3> key{std::lround(p.x()), std::lround(p.y()), std::lround(p.z())};
-      corners[k] = numbers.try_emplace(key, static_cast<std::uint32_t>(numbers.size())).first->second;
+      at[k] = keys[mesh.indices[i + k] - first];
+      points[k] = position(mesh.vertices[mesh.indices[i + k]]) - part.low;
     }
-    if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) continue;
+    if (at[0] == at[1] || at[1] == at[2] || at[2] == at[0]) continue;
     for (std::size_t k = 0; k < 3; ++k) {
-      edges.push_back({corners[k], corners[(k + 1) % 3]});
-      opposite_edges.push_back({corners[(k + 1) % 3], corners[k]});
+      unmet += edge_hash(at[k], at[(k + 1) % 3]) - edge_hash(at[(k + 1) % 3], at[k]);
     }
-    const Vector3 a = position(i) - part.low;
-    volume += a.dot((position(i + 1) - part.low).cross(position(i + 2) - part.low));
+    volume += points[0].dot(points[1].cross(points[2]));
   }
-  std::ranges::sort(edges);
-  std::ranges::sort(opposite_edges);
-  return volume > 0 && edges == opposite_edges && std::ranges::adjacent_find(edges) == edges.end();
+  return volume > 0 && unmet == 0;
 }
 
 class Gatherer {
@@ -130,7 +140,7 @@ class Gatherer {
     }
     part.begin = first_index_;
     part.end = mesh_.indices.size();
-    part.is_closed = is_closed(mesh_, part);
+    part.is_closed = is_closed(mesh_, part, first_);
     mesh_.parts.push_back(part);
   }
 

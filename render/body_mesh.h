@@ -28,7 +28,8 @@ struct Part {
   Vector3 high = Vector3::Zero();
   std::size_t begin = 0;  ///< its indices in BodyMesh::indices
   std::size_t end = 0;
-  /// Every edge has a triangle on both sides and normals face outwards: from outside no back face is seen.
+  /// Every edge has as many triangles on both sides and normals face outwards: from outside no back face is
+  /// seen.
   bool is_closed = false;
 
   Vector3 centre() const { return (low + high) / 2; }

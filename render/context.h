@@ -1,9 +1,9 @@
 #pragma once
 /// An OpenGL context without a window. Only context_osmesa.cpp knows where it comes from.
 
-#include <atomic>
 #include <cfenv>
 #include <memory>
+#include <mutex>
 
 namespace substep::render {
 
@@ -16,9 +16,8 @@ class Context {
   Context(const Context&) = delete;
   Context& operator=(const Context&) = delete;
 
-  /// Makes the context the calling thread's for its own lifetime, with the rounding mode that pictures
-  /// depend on. Throws std::logic_error when the context is another thread's at the time: the driver would
-  /// let both draw and mix them up.
+  /// Waits until no other thread has the context, then makes it the calling thread's for its own lifetime,
+  /// with the rounding mode that pictures depend on. The driver would let two threads draw and mix them up.
   class Current {
    public:
     explicit Current(Context& context);
@@ -27,14 +26,14 @@ class Context {
     Current& operator=(const Current&) = delete;
 
    private:
-    Context& context_;
+    std::lock_guard<std::mutex> lock_;
     int rounding_;
   };
 
  private:
   struct Handle;
   std::unique_ptr<Handle> handle_;
-  std::atomic_flag in_use_ = ATOMIC_FLAG_INIT;
+  std::mutex mutex_;
 };
 
 }  // namespace substep::render

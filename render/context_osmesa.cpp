@@ -9,7 +9,6 @@
 #include <cstdint>
 #include <cstdlib>
 #include <mutex>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -114,13 +113,9 @@ Context::Context() : handle_(std::make_unique<Handle>()) {
 
 Context::~Context() = default;
 
-Context::Current::Current(Context& context) : context_(context), rounding_(std::fegetround()) {
-  if (context_.in_use_.test_and_set()) {
-    throw std::logic_error("a rendering context is in use; each thread needs one of its own");
-  }
-  Handle& handle = *context_.handle_;
+Context::Current::Current(Context& context) : lock_(context.mutex_), rounding_(std::fegetround()) {
+  Handle& handle = *context.handle_;
   if (osmesa().make_current(handle.context, handle.pixel.data(), GL_UNSIGNED_BYTE, 1, 1) != GL_TRUE) {
-    context_.in_use_.clear();
     throw Error("software OpenGL (OSMesa) refuses its own context");
   }
   // Vertices are computed in this thread: another rounding mode changes pixels.
@@ -130,7 +125,6 @@ Context::Current::Current(Context& context) : context_(context), rounding_(std::
 Context::Current::~Current() {
   osmesa().make_current(nullptr, nullptr, 0, 0, 0);
   std::fesetround(rounding_);
-  context_.in_use_.clear();
 }
 
 void pin_renderer() {

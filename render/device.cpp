@@ -1,10 +1,11 @@
 #include "render/device.h"
 
+#include <algorithm>
 #include <array>
 #include <glm/vec3.hpp>
 #include <mutex>
 #include <numbers>
-#include <utility>
+#include <thread>
 #include <vector>
 
 #include "render/frame_uniforms.h"
@@ -59,12 +60,11 @@ Device::Device() {
 void Device::make_programs() {
   body_program = make_program(shaders::body_vertex(), shaders::body_fragment());
   shading_program = make_program(shaders::sky_vertex(), shaders::shading_fragment());
-  ground_program = make_program(shaders::ground_vertex(), shaders::ground_fragment());
-  open_ground_program = make_program(shaders::ground_vertex(), shaders::open_ground_fragment());
+  ground_programs = make_ground_programs(false);
   sky_program = make_program(shaders::sky_vertex(), shaders::sky_fragment());
   depth_program = make_program(shaders::depth_vertex(), shaders::depth_fragment());
   color_program = make_program(shaders::color_vertex(), shaders::color_fragment());
-  for (const GLuint program : {shading_program, ground_program, open_ground_program, sky_program}) {
+  for (const GLuint program : {shading_program, sky_program}) {
     set_frame_units(program);
   }
 }
@@ -84,7 +84,7 @@ void Device::make_samplers() {
   glBindSampler(shadow_depth_unit, sampler(GL_NEAREST, false));
   glBindSampler(shadow_test_unit, sampler(GL_LINEAR, true));
   for (const GLuint unit :
-       {shadow_nearest_unit, depth_unit, normal_unit, color_unit, emission_unit, crevice_unit, nearer_unit}) {
+       {shadow_nearest_unit, depth_unit, surface_unit, emission_unit, crevice_unit, nearer_unit}) {
     glBindSampler(unit, sampler(GL_NEAREST, false));
   }
   const GLuint occlusion_sampler = sampler(GL_LINEAR, false);
@@ -112,23 +112,24 @@ void Device::make_disc() {
   glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, sizeof(glm::vec3), nullptr);
 }
 
-std::unique_ptr<Device> take_device() {
-  {
-    Pool& idle = pool();
-    const std::lock_guard lock(idle.mutex);
-    if (!idle.devices.empty()) {
-      std::unique_ptr<Device> device = std::move(idle.devices.back());
-      idle.devices.pop_back();
-      return device;
-    }
+Device& take_device() {
+  // Two threads keep a device busy: one draws while the other composes frames, or writes them.
+  const std::size_t most = std::max(1U, std::thread::hardware_concurrency() / 2);
+  Pool& all = pool();
+  const std::lock_guard lock(all.mutex);
+  const auto users = [](const std::unique_ptr<Device>& device) { return device->users; };
+  auto least = std::ranges::min_element(all.devices, {}, users);
+  if (least == all.devices.end() || ((*least)->users > 0 && all.devices.size() < most)) {
+    all.devices.push_back(std::make_unique<Device>());
+    least = all.devices.end() - 1;
   }
-  return std::make_unique<Device>();
+  ++(*least)->users;
+  return **least;
 }
 
-void give_back(std::unique_ptr<Device> device) {
-  Pool& idle = pool();
-  const std::lock_guard lock(idle.mutex);
-  idle.devices.push_back(std::move(device));
+void give_back(Device& device) {
+  const std::lock_guard lock(pool().mutex);
+  --device.users;
 }
 
 }  // namespace substep::render

@@ -3,12 +3,15 @@
 /// shadow map.
 ///
 /// Software OpenGL compiles a program to machine code when it first draws with it, which takes longer than
-/// drawing a hundred small pictures. So a device outlives its renderer, for the next one to use.
+/// drawing a hundred small pictures. So renderers share devices, one for every two processors, and devices
+/// outlive them. What a frame needs of a device is set while its context is current.
 
+#include <array>
 #include <memory>
 
 #include "render/context.h"
 #include "render/gl.h"
+#include "render/shaders.h"
 #include "render/shadow_map.h"
 #include "render/surface_programs.h"
 #include "render/targets.h"
@@ -22,10 +25,10 @@ struct Device {
   Device();
 
   Context context;
+  int users = 0;  ///< renderers; take_device() counts them
   GLuint body_program = 0;
   GLuint shading_program = 0;
-  GLuint ground_program = 0;
-  GLuint open_ground_program = 0;  ///< where no body takes light from it
+  std::array<GLuint, shaders::shades.size()> ground_programs{};  ///< by Shade
   GLuint sky_program = 0;
   GLuint depth_program = 0;
   GLuint color_program = 0;
@@ -50,8 +53,8 @@ struct Device {
   void make_disc();
 };
 
-/// One that no one uses, made where there is none. Any thread.
-std::unique_ptr<Device> take_device();
-void give_back(std::unique_ptr<Device> device);
+/// The one with the fewest users, or a new one. Any thread.
+Device& take_device();
+void give_back(Device& device);
 
 }  // namespace substep::render

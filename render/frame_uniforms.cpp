@@ -18,8 +18,7 @@ void set_frame_units(GLuint program) {
   set("shadow_nearest", shadow_nearest_unit);
   set("occlusion_map", occlusion_unit);
   set("sample_depth", depth_unit);
-  set("normal_roughness", normal_unit);
-  set("color_metallic", color_unit);
+  set("packed_surfaces", surface_unit);
 }
 
 glm::dvec3 set_light(FrameUniforms& frame, const Scene& scene, double ground) {

@@ -14,7 +14,7 @@
 #define SUBSTEP_GL_FUNCTIONS(X) \
   X(glActiveTexture) X(glAttachShader) X(glBeginQuery) X(glBindBuffer) X(glBindBufferBase) \
   X(glBindFramebuffer) X(glBindRenderbuffer) X(glBindSampler) X(glBindTexture) X(glBindVertexArray) \
-  X(glBlitFramebuffer) X(glBufferData) X(glCheckFramebufferStatus) X(glClear) X(glClearBufferfv) X(glClearColor) \
+  X(glBlitFramebuffer) X(glBufferData) X(glCheckFramebufferStatus) X(glClear) X(glClearBufferiv) X(glClearColor) \
   X(glCompileShader) X(glCreateProgram) X(glCreateShader) X(glCullFace) X(glDeleteBuffers) X(glDeleteFramebuffers) \
   X(glDeleteQueries) X(glDeleteRenderbuffers) X(glDeleteSamplers) X(glDeleteShader) X(glDeleteTextures) \
   X(glDeleteVertexArrays) X(glDepthFunc) X(glDepthMask) X(glDisable) X(glDrawArrays) X(glDrawBuffer) \

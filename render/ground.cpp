@@ -208,7 +208,11 @@ std::vector<float> ground_openness(const Relief& relief) {
   openness.reserve(hidden.size());
   for (const std::array<std::uint32_t, 8>& from : hidden) {
     int count = 0;
-    for (const std::uint32_t bits : from) count += std::popcount(bits);
+    // Most cells see all of the sky, and counting bits is a call where processors may lack the instruction.
+    for (std::size_t i = 0; i < from.size(); i += 2) {
+      const std::uint64_t two = from[i] | std::uint64_t{from[i + 1]} << 32;
+      if (two != 0) count += std::popcount(two);
+    }
     const float open = 1 - static_cast<float>(count) / (32.0F * 8);
     openness.push_back(ambient_floor + (1 - ambient_floor) * open);
   }

@@ -11,11 +11,7 @@
 namespace substep::render {
 namespace {
 
-constexpr int tile = 16;
-
-int tiles_along(int pixels) {
-  return (pixels + tile - 1) / tile;
-}
+constexpr int tile = area_tile;
 
 /// Tiles from the first up to the one before the last.
 struct Tiles {
@@ -57,24 +53,35 @@ Tiles tiles_of(const Part& part, const Coordinates& q, const glm::dmat4& clip_fr
   return tiles;
 }
 
-/// The runs of tiles along rows that are marked with `mark`.
-std::vector<Rectangle> runs_of(const std::vector<char>& marks, int columns, char mark) {
-  std::vector<Rectangle> runs;
-  for (std::size_t i = 0; i < marks.size(); ++i) {
-    if (marks[i] != mark) continue;
-    const int x = static_cast<int>(i) % columns;
-    const int y = static_cast<int>(i) / columns;
-    const bool goes_on = x > 0 && marks[i - 1] == mark;
-    if (goes_on) {
-      runs.back().width += tile;
-    } else {
-      runs.push_back({tile * x, tile * y, tile, tile});
-    }
-  }
-  return runs;
+}  // namespace
+
+int tiles_along(int pixels) {
+  return (pixels + tile - 1) / tile;
 }
 
-}  // namespace
+std::vector<Rectangle> rectangles(std::span<const char> marks, int columns, char mark, int side) {
+  std::vector<Rectangle> found;
+  const auto width = static_cast<std::size_t>(columns);
+  for (std::size_t row = 0; row < marks.size() / width; ++row) {
+    const std::span<const char> here = marks.subspan(row * width, width);
+    const int y = side * static_cast<int>(row);
+    for (auto at = std::ranges::find(here, mark); at != here.end();) {
+      const auto end = std::find_if(at, here.end(), [&](char other) { return other != mark; });
+      const Rectangle run{side * static_cast<int>(at - here.begin()), y, side * static_cast<int>(end - at),
+                          side};
+      const auto same = std::ranges::find_if(found, [&](const Rectangle& other) {
+        return other.x == run.x && other.width == run.width && other.y + other.height == y;
+      });
+      if (same != found.end()) {
+        same->height += side;
+      } else {
+        found.push_back(run);
+      }
+      at = std::find(end, here.end(), mark);
+    }
+  }
+  return found;
+}
 
 std::vector<Rectangle> areas_of(std::span<const Part> parts, std::span<const Coordinates> poses,
                                 const glm::dmat4& clip_from_world, int width, int height) {
@@ -92,7 +99,49 @@ std::vector<Rectangle> areas_of(std::span<const Part> parts, std::span<const Coo
       }
     }
   }
-  return runs_of(marks, columns, 1);
+  return rectangles(marks, columns, 1);
+}
+
+Rectangle bounds_of(std::span<const Rectangle> areas, int width, int height) {
+  if (areas.empty()) return {};
+  Rectangle box{width, height, 0, 0};
+  int right = 0;
+  int top = 0;
+  for (const Rectangle& area : areas) {
+    box.x = std::min(box.x, area.x);
+    box.y = std::min(box.y, area.y);
+    right = std::max(right, std::min(area.x + area.width, width));
+    top = std::max(top, std::min(area.y + area.height, height));
+  }
+  box.width = right - box.x;
+  box.height = top - box.y;
+  return box;
+}
+
+std::vector<Rectangle> seen_areas(std::span<const float> depths, const Rectangle& box, int side) {
+  constexpr int pixels = 8;
+  const auto width = static_cast<std::size_t>(side * box.width);
+  const auto samples = static_cast<std::size_t>(side * pixels);
+  const std::size_t columns = (width + samples - 1) / samples;
+  std::vector<char> marks;
+  std::vector<float> nearest(columns * samples, 1.0F);
+  for (std::size_t row = 0; row * width < depths.size();) {
+    std::ranges::fill(nearest, 1.0F);
+    for (const std::size_t end = row + samples; row < end && row * width < depths.size(); ++row) {
+      const float* const depth = &depths[row * width];
+      for (std::size_t x = 0; x < width; ++x) nearest[x] = std::min(nearest[x], depth[x]);
+    }
+    for (std::size_t x = 0; x < nearest.size(); x += samples) {
+      const auto begin = nearest.begin() + static_cast<std::ptrdiff_t>(x);
+      marks.push_back(*std::min_element(begin, begin + static_cast<std::ptrdiff_t>(samples)) < 1 ? 1 : 0);
+    }
+  }
+  std::vector<Rectangle> areas = rectangles(marks, static_cast<int>(columns), 1, pixels);
+  for (Rectangle& area : areas) {
+    area.x += box.x;
+    area.y += box.y;
+  }
+  return areas;
 }
 
 bool MarkedCells::has_any(std::span<const glm::dvec2> points) const {
@@ -123,24 +172,30 @@ GroundAreas ground_areas(const glm::dvec3& eye, double above, const glm::dvec3& 
                          const MarkedCells& shadow, const MarkedCells& occlusion) {
   const int columns = tiles_along(width);
   const int rows = tiles_along(height);
-  std::vector<char> is_shaded;
+  enum Mark : char { open, occluded, shadowed };
+  std::vector<char> marks;
   for (int y = 0; y < rows; ++y) {
     for (int x = 0; x < columns; ++x) {
       std::array<glm::dvec2, 4> hits{};
-      bool is_ground = true;
+      int on_ground = 0;
       for (int i = 0; i < 4; ++i) {
         const int u = tile * (x + i % 2);
         const int v = tile * (y + i / 2);
         const glm::dvec3 ray = corner + right * static_cast<double>(u) + up * static_cast<double>(v);
         const double away = -above / ray.y;
-        // At the horizon, and beyond, the ground may be anywhere.
-        is_ground = is_ground && away > 0 && away < 1e9;
+        on_ground += away > 0 && away < 1e9 ? 1 : 0;
         hits[static_cast<std::size_t>(i)] = glm::dvec2(eye.x + away * ray.x, eye.z + away * ray.z);
       }
-      is_shaded.push_back(!is_ground || shadow.has_any(hits) || occlusion.has_any(hits) ? 1 : 0);
+      // At the horizon the ground may be anywhere; above it, there is none.
+      const bool is_horizon = on_ground > 0 && on_ground < 4;
+      marks.push_back(on_ground == 0                       ? open
+                      : is_horizon || shadow.has_any(hits) ? shadowed
+                      : occlusion.has_any(hits)            ? occluded
+                                                           : open);
     }
   }
-  return {runs_of(is_shaded, columns, 1), runs_of(is_shaded, columns, 0)};
+  return {rectangles(marks, columns, shadowed), rectangles(marks, columns, occluded),
+          rectangles(marks, columns, open)};
 }
 
 }  // namespace substep::render

@@ -21,9 +21,25 @@ struct Rectangle {
   int height = 0;
 };
 
+/// Side of the square tiles that areas of a picture are made of, in pixels.
+inline constexpr int area_tile = 16;
+
+/// How many tiles cover so many pixels.
+int tiles_along(int pixels);
+
+/// Rectangles of the tiles of `side` pixels that have this mark; rows have `columns` tiles.
+std::vector<Rectangle> rectangles(std::span<const char> marks, int columns, char mark, int side = area_tile);
+
 /// Rectangles that do not overlap, of square tiles, within which all of the parts lie at `poses`.
 std::vector<Rectangle> areas_of(std::span<const Part> parts, std::span<const Coordinates> poses,
                                 const glm::dmat4& clip_from_world, int width, int height);
+
+/// The least rectangle around all of them, cut off at the picture's edges.
+Rectangle bounds_of(std::span<const Rectangle> areas, int width, int height);
+
+/// Rectangles of small tiles in which bodies are seen: `depths` of the samples within `box`, `side` each way
+/// in a pixel, is below 1 there.
+std::vector<Rectangle> seen_areas(std::span<const float> depths, const Rectangle& box, int side);
 
 /// Cells of a square map of the ground, some of which are marked.
 class MarkedCells {
@@ -51,9 +67,11 @@ class MarkedCells {
   std::vector<int> below_;  ///< how many are marked to the left of and below each cell's corner
 };
 
-/// Tiles of the picture in which the ground may lie in marked cells of either map, and all others.
+/// Tiles of the picture in which the ground may lie in marked cells of the shadow's map, in those of the
+/// occlusion's alone, and all others.
 struct GroundAreas {
-  std::vector<Rectangle> shaded;
+  std::vector<Rectangle> shadowed;
+  std::vector<Rectangle> occluded;
   std::vector<Rectangle> open;
 };
 

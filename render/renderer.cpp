@@ -12,6 +12,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "render/backdrop.h"
 #include "render/body_buffers.h"
 #include "render/body_mesh.h"
 #include "render/camera.h"
@@ -52,14 +53,14 @@ TileSize size_of_tile(const RenderSettings& settings) {
 
 /// Where nothing is drawn then, surfaces with looks have no normal.
 void clear_normals() {
-  constexpr std::array<float, 4> none{};
-  glClearBufferfv(GL_COLOR, 0, none.data());
+  constexpr std::array<GLint, 4> none{};
+  glClearBufferiv(GL_COLOR, 0, none.data());
 }
 
 }  // namespace
 
 struct Renderer::Implementation {
-  std::unique_ptr<Device> device = take_device();
+  Device* device = &take_device();
   RenderSettings settings;
   BodyMesh mesh;
   View view;                      ///< of the whole picture
@@ -81,8 +82,10 @@ struct Renderer::Implementation {
   // Where surfaces have more than a colour:
   const SurfacePrograms* programs = nullptr;
   SurfaceTextures textures;
+  Lamps lamps;
   Layers layers;                 ///< where light passes through some
   std::vector<Rectangle> areas;  ///< of the tile, that bodies lie within
+  Backdrop backdrop;
 
   Implementation(const Scene& scene, const RenderSettings& wanted,
                  std::span<const std::vector<Coordinates>> reference);
@@ -98,15 +101,14 @@ struct Renderer::Implementation {
   void fit_occlusion(std::span<const Coordinates> poses);
   void draw_relief(std::span<const Coordinates> poses, double low_x, double low_z, double high,
                    Relief& relief);
-  void draw_ground(GLuint program);
   void draw_pieces(GLuint program, const glm::dmat4& clip, std::span<const Coordinates> poses,
                    Surface::Opacity opacity);
   void draw_solid(GLuint program, const glm::dmat4& clip, std::span<const Coordinates> poses,
                   GLenum hidden = GL_BACK);
   void draw_surfaces(std::span<const Coordinates> poses);
-  void light_surfaces(GLuint depth);
+  void light_surfaces(GLuint depth, std::span<const Rectangle> lit_areas);
+  std::vector<Rectangle> areas_seen() const;
   GroundAreas ground_areas_of_tile() const;
-  void draw_surroundings();
   Drawn drawn() const;
   bool has(Surface::Opacity opacity) const;
   bool draw_layer(std::span<const Coordinates> poses, std::size_t index);
@@ -156,7 +158,7 @@ Renderer::Implementation::Implementation(const Scene& scene, const RenderSetting
   if (!mesh.looks.empty()) {
     programs = &device->surface_programs();
     textures = SurfaceTextures(scene, mesh.surfaces);
-    programs->set_lamps(lamps_of(scene, mesh.parts));
+    lamps = lamps_of(scene, mesh.parts);
   }
   ray = set_light(frame, scene, ground);
   focus = std::max(nearest, 0.1);
@@ -183,7 +185,7 @@ Renderer::Implementation::~Implementation() {
     textures.end();
     layers.end();
   }
-  give_back(std::move(device));
+  give_back(*device);
 }
 
 /// What the next tile is to show: the whole picture, or a part of it.
@@ -305,16 +307,6 @@ void Renderer::Implementation::draw_relief(std::span<const Coordinates> poses, d
   glDisable(GL_DEPTH_CLAMP);
 }
 
-void Renderer::Implementation::draw_ground(GLuint program) {
-  // The ground gives way to what the scene draws at its height.
-  glEnable(GL_POLYGON_OFFSET_FILL);
-  glPolygonOffset(1, 8);
-  glUseProgram(program);
-  glBindVertexArray(device->disc);
-  glDrawArrays(GL_TRIANGLE_FAN, 0, Device::disc_vertices);
-  glDisable(GL_POLYGON_OFFSET_FILL);
-}
-
 bool Renderer::Implementation::has(Surface::Opacity opacity) const {
   return std::ranges::any_of(mesh.surfaces,
                              [&](const Surface& surface) { return surface.opacity == opacity; });
@@ -352,8 +344,20 @@ void Renderer::Implementation::draw_surfaces(std::span<const Coordinates> poses)
   draw_pieces(programs->body, clip_from_world, poses, Surface::Opacity::cut);
 }
 
-/// The light on what was drawn last, whose depth is given; it lies within `areas`.
-void Renderer::Implementation::light_surfaces(GLuint depth) {
+/// Where bodies were drawn, within `areas`.
+std::vector<Rectangle> Renderer::Implementation::areas_seen() const {
+  const Rectangle box = bounds_of(areas, picture.width, picture.height);
+  const int side = settings.antialiasing ? 2 : 1;
+  std::vector<float> depths(static_cast<std::size_t>(side * box.width) *
+                            static_cast<std::size_t>(side * box.height));
+  if (depths.empty()) return {};
+  glReadPixels(side * box.x, side * box.y, side * box.width, side * box.height, GL_DEPTH_COMPONENT, GL_FLOAT,
+               depths.data());
+  return seen_areas(depths, box, side);
+}
+
+/// The light on what was drawn last, whose depth is given; it lies within `lit_areas`.
+void Renderer::Implementation::light_surfaces(GLuint depth, std::span<const Rectangle> lit_areas) {
   glBindFramebuffer(GL_FRAMEBUFFER, lit.framebuffer);
   glViewport(0, 0, picture.width, picture.height);
   glActiveTexture(GL_TEXTURE0 + depth_unit);
@@ -364,7 +368,7 @@ void Renderer::Implementation::light_surfaces(GLuint depth) {
   glClearColor(0, 0, 0, 0);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
   glEnable(GL_SCISSOR_TEST);
-  for (const Rectangle& area : areas) {
+  for (const Rectangle& area : lit_areas) {
     glScissor(area.x, area.y, area.width, area.height);
     glDrawArrays(GL_TRIANGLES, 0, 3);
   }
@@ -389,28 +393,6 @@ GroundAreas Renderer::Implementation::ground_areas_of_tile() const {
   return ground_areas(glm::dvec3(frame.eye), frame.eye.y - ground, glm::dvec3(frame.ray_corner),
                       glm::dvec3(frame.ray_right), glm::dvec3(frame.ray_up), picture.width, picture.height,
                       in_shadow, occluded);
-}
-
-/// Ground and sky, where bodies do not cover the pixel. They are smooth in themselves: one sample is enough.
-void Renderer::Implementation::draw_surroundings() {
-  picture.start();
-  if (programs != nullptr) {
-    draw_ground(programs->ground);
-  } else {
-    const GroundAreas areas_of_ground = ground_areas_of_tile();
-    glEnable(GL_SCISSOR_TEST);
-    for (const auto& [program, of_it] : {std::pair(device->ground_program, &areas_of_ground.shaded),
-                                         std::pair(device->open_ground_program, &areas_of_ground.open)}) {
-      for (const Rectangle& area : *of_it) {
-        glScissor(area.x, area.y, area.width, area.height);
-        draw_ground(program);
-      }
-    }
-    glDisable(GL_SCISSOR_TEST);
-  }
-  glUseProgram(device->sky_program);
-  glBindVertexArray(device->nothing);
-  glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
 /// What was read last.
@@ -442,7 +424,7 @@ bool Renderer::Implementation::draw_layer(std::span<const Coordinates> poses, st
   glGetQueryObjectuiv(query, GL_QUERY_RESULT, &passed);
   glDeleteQueries(1, &query);
   if (passed == 0) return false;
-  light_surfaces(layers.depths[turn]);
+  light_surfaces(layers.depths[turn], areas);
   lit.read(picture);
   return true;
 }
@@ -468,6 +450,7 @@ Image Renderer::Implementation::draw(std::span<const Coordinates> poses) {
   const Context::Current current(device->context);
   glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_LEQUAL);
+  if (programs != nullptr) programs->set_lamps(lamps);
   fit_shadow(poses);
   fit_occlusion(poses);
   return in_tiles([&] { return draw_tile(poses); });
@@ -485,11 +468,17 @@ Image Renderer::Implementation::draw_tile(std::span<const Coordinates> poses) {
   bind(shadow_nearest_unit, shadow->nearest());
   bind(shadow_test_unit, shadow->depth());
   bind(occlusion_unit, device->occlusion);
-  bind(normal_unit, surfaces.textures[0]);
-  bind(color_unit, surfaces.textures[1]);
-  bind(emission_unit, surfaces.textures[2]);
-  bind(crevice_unit, surfaces.textures[3]);
+  bind(surface_unit, surfaces.textures[0]);
+  bind(emission_unit, surfaces.textures[1]);
+  bind(crevice_unit, surfaces.textures[2]);
   bind(shadow_depth_unit, shadow->depth());
+
+  const auto ground_program = [&](shaders::Shade shade) {
+    return (programs == nullptr ? device->ground_programs
+                                : programs->ground)[static_cast<std::size_t>(shade)];
+  };
+  const GroundAreas ground_areas = ground_areas_of_tile();
+  backdrop.complete(*device, ground_program(shaders::Shade::none), frame, ground_areas.open, picture);
 
   glBindFramebuffer(GL_FRAMEBUFFER, surfaces.framebuffer);
   glViewport(0, 0, surfaces.width, surfaces.height);
@@ -497,9 +486,12 @@ Image Renderer::Implementation::draw_tile(std::span<const Coordinates> poses) {
   if (programs != nullptr) clear_normals();
   draw_surfaces(poses);
   areas = areas_of(mesh.parts, poses, clip_from_world, picture.width, picture.height);
-  light_surfaces(surfaces.depth);
-  draw_surroundings();
+  light_surfaces(surfaces.depth, areas_seen());
+  picture.start();
+  draw_surroundings(*device, ground_program(shaders::Shade::sky), ground_areas.occluded);
+  draw_surroundings(*device, ground_program(shaders::Shade::shadow), ground_areas.shadowed);
   picture.read();
+  backdrop.copy(ground_areas.open, picture);
   lit.read(picture);
   return has(Surface::Opacity::blended) ? draw_layers(poses) : resolved(drawn());
 }
@@ -520,7 +512,7 @@ Image Renderer::Implementation::draw_colors(std::span<const Coordinates> poses) 
     place[3] = {view.eye.x, ground, view.eye.z, 1};
     glUseProgram(device->color_program);
     bodies.set_places(device->color_program, clip_from_world * place, std::array{Coordinates{}}, 0);
-    draw_ground(device->color_program);
+    draw_ground(*device, device->color_program);
     picture.read();
     return top_down(picture.pixels, picture.width, picture.height);
   });

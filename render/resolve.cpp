@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <vector>
 
 namespace substep::render {
@@ -79,8 +80,8 @@ class EvenPixels {
     is_body_.resize(width_);
   }
 
-  /// Then is() tells of this row.
-  void look_at(int y) {
+  /// Then is() tells of these pixels of this row.
+  void look_at(int y, int first, int end) {
     const std::uint8_t* const below = line(y - 1);
     const std::uint8_t* const here = line(y);
     const std::uint8_t* const above = line(y + 1);
@@ -90,26 +91,27 @@ class EvenPixels {
     std::uint8_t* const high = high_.data();
     std::uint8_t* const all = all_.data();
     std::uint8_t* const any = any_.data();
-    const std::size_t width = width_;
-    for (std::size_t i = 0; i < width; ++i) low[i + 4] = std::min(std::min(below[i], here[i]), above[i]);
-    for (std::size_t i = 0; i < width; ++i) high[i + 4] = std::max(std::max(below[i], here[i]), above[i]);
-    for (std::size_t i = 0; i < width; ++i) all[i + 4] = below[i] & here[i] & above[i];
-    for (std::size_t i = 0; i < width; ++i) any[i + 4] = below[i] | here[i] | above[i];
+    const std::size_t begin = 4 * static_cast<std::size_t>(std::max(first - 1, 0));
+    const std::size_t width = std::min(4 * (static_cast<std::size_t>(end) + 1), width_);
+    for (std::size_t i = begin; i < width; ++i) low[i + 4] = std::min(std::min(below[i], here[i]), above[i]);
+    for (std::size_t i = begin; i < width; ++i) high[i + 4] = std::max(std::max(below[i], here[i]), above[i]);
+    for (std::size_t i = begin; i < width; ++i) all[i + 4] = below[i] & here[i] & above[i];
+    for (std::size_t i = begin; i < width; ++i) any[i + 4] = below[i] | here[i] | above[i];
     for (std::uint8_t* const bytes : {low, high, all, any}) {
-      std::copy_n(bytes + 4, 4, bytes);
-      std::copy_n(bytes + width, 4, bytes + width + 4);
+      if (begin == 0) std::copy_n(bytes + 4, 4, bytes);
+      if (width == width_) std::copy_n(bytes + width, 4, bytes + width + 4);
     }
     constexpr std::uint8_t nearly = 16;  // an edge between such codes would be smoothed by 2 of them
     std::uint8_t* const is_uneven = is_uneven_.data();
     std::uint8_t* const is_one = is_one_.data();
     std::uint8_t* const is_body = is_body_.data();
-    for (std::size_t i = 0; i < width; ++i) {
+    for (std::size_t i = begin; i < width; ++i) {
       const std::uint8_t least = std::min(std::min(low[i], low[i + 4]), low[i + 8]);
       const std::uint8_t most = std::max(std::max(high[i], high[i + 4]), high[i + 8]);
       is_uneven[i] = static_cast<std::uint8_t>(most - least) > nearly ? 1 : 0;
     }
-    for (std::size_t i = 0; i < width; ++i) is_one[i] = all[i] & all[i + 4] & all[i + 8];
-    for (std::size_t i = 0; i < width; ++i) is_body[i] = any[i] | any[i + 4] | any[i + 8];
+    for (std::size_t i = begin; i < width; ++i) is_one[i] = all[i] & all[i + 4] & all[i + 8];
+    for (std::size_t i = begin; i < width; ++i) is_body[i] = any[i] | any[i + 4] | any[i + 8];
   }
 
   bool is(std::size_t x) const {
@@ -135,6 +137,47 @@ class EvenPixels {
   std::vector<std::uint8_t> is_one_;
   std::vector<std::uint8_t> is_body_;
 };
+
+/// Copies pixels of a row, from `begin` up to the one before `end`, without their alpha.
+void copy_colors(const std::uint8_t* rgba, int begin, int end, std::uint8_t* rgb) {
+  // Four bytes at once are cheaper than three: the next pixel follows.
+  for (int x = begin; x + 1 < end; ++x) std::memcpy(rgb + 3 * x, rgba + 4 * x, 4);
+  if (begin < end) std::memcpy(rgb + 3 * (end - 1), rgba + 4 * (end - 1), 3);
+}
+
+/// The pixels of a row from the first that bodies have samples of up to the one after the last.
+struct BodySpan {
+  int begin = 0;
+  int end = 0;
+};
+
+std::vector<BodySpan> body_spans(const Drawn& drawn) {
+  std::vector<BodySpan> spans;
+  std::size_t pixel = 0;
+  for (int y = 0; y < drawn.height; ++y, pixel += static_cast<std::size_t>(drawn.width)) {
+    BodySpan span{0, drawn.width};
+    while (span.begin < span.end && bits_of(drawn, pixel + static_cast<std::size_t>(span.begin)) == 0)
+      ++span.begin;
+    while (span.begin < span.end && bits_of(drawn, pixel + static_cast<std::size_t>(span.end - 1)) == 0)
+      --span.end;
+    spans.push_back(span);
+  }
+  return spans;
+}
+
+/// The pixels that samples of bodies in this row and the two beside it take part in.
+BodySpan touched(const std::vector<BodySpan>& spans, int y, int width) {
+  BodySpan result{width, 0};
+  const int last = static_cast<int>(spans.size()) - 1;
+  for (int v = std::max(y - 1, 0); v <= std::min(y + 1, last); ++v) {
+    const BodySpan& span = spans[static_cast<std::size_t>(v)];
+    if (span.begin == span.end) continue;
+    result.begin = std::min(result.begin, std::max(span.begin - 1, 0));
+    result.end = std::max(result.end, std::min(span.end + 1, width));
+  }
+  if (result.begin > result.end) return {0, 0};
+  return result;
+}
 
 /// `light(x, y)`: of a sample, rows from below. `to`: the pixel's place in the picture.
 template <typename Light>
@@ -202,9 +245,7 @@ void average_within(const Drawn& drawn, int x, int y, std::uint8_t* to) {
 Image top_down(std::span<const std::uint8_t> rgba, int width, int height) {
   Image image(width, height);
   for (int y = 0; y < height; ++y) {
-    const std::uint8_t* from = &rgba[static_cast<std::size_t>(height - 1 - y) * width * 4];
-    std::uint8_t* to = image.pixel(0, y);
-    for (int x = 0; x < width; ++x, to += 3, from += 4) std::copy_n(from, 3, to);
+    copy_colors(&rgba[static_cast<std::size_t>(height - 1 - y) * width * 4], 0, width, image.pixel(0, y));
   }
   return image;
 }
@@ -213,15 +254,21 @@ Image resolved(const Drawn& drawn) {
   Image image(drawn.width, drawn.height);
   const auto light = [&](int u, int v) { return light_of(Sample(drawn, u, v).code(drawn)); };
   EvenPixels even(drawn);
+  const std::vector<BodySpan> spans = body_spans(drawn);
   for (int y = 0; y < drawn.height; ++y) {
-    if (drawn.samples == 2) even.look_at(y);
+    const BodySpan bodies = touched(spans, y, drawn.width);
+    if (drawn.samples == 2) even.look_at(y, bodies.begin, bodies.end);
     const bool is_border_row = y == 0 || y == drawn.height - 1;
-    std::uint8_t* to = image.pixel(0, drawn.height - 1 - y);
-    std::size_t pixel = static_cast<std::size_t>(y) * static_cast<std::size_t>(drawn.width);
-    for (int x = 0; x < drawn.width; ++x, ++pixel, to += 3) {
+    const std::size_t row = static_cast<std::size_t>(y) * static_cast<std::size_t>(drawn.width);
+    copy_colors(&drawn.ground[4 * row], 0, bodies.begin, image.pixel(0, drawn.height - 1 - y));
+    copy_colors(&drawn.ground[4 * row], bodies.end, drawn.width, image.pixel(0, drawn.height - 1 - y));
+    if (bodies.begin == bodies.end) continue;
+    std::uint8_t* to = image.pixel(bodies.begin, drawn.height - 1 - y);
+    std::size_t pixel = row + static_cast<std::size_t>(bodies.begin);
+    for (int x = bodies.begin; x < bodies.end; ++x, ++pixel, to += 3) {
       if (drawn.samples == 1 || even.is(static_cast<std::size_t>(x))) {
         const auto& colors = bits_of(drawn, pixel) == 0 ? drawn.ground : drawn.first;
-        std::copy_n(&colors[4 * pixel], 3, to);
+        std::memcpy(to, &colors[4 * pixel], 3);
       } else if (is_border_row || x == 0 || x == drawn.width - 1) {
         average(drawn.width, drawn.height, x, y, light, to);
       } else {

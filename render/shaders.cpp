@@ -142,8 +142,8 @@ vec2 turned_on(vec2 direction) {
 /// Part of the sun that reaches a point of a surface with unit normal n.
 ///
 /// Percentage-closer soft shadows (Fernando 2005): the farther what covers the sun, the wider the penumbra.
-/// Branches cost a software rasteriser as much as their longest side, loops end when no pixel goes on: so taps
-/// are taken in loops, and the range of depths around each point says where none are needed.
+/// Branches cost a software rasteriser as much as their longest side, loops end when no pixel goes on: so the
+/// taps of penumbrae, whose number varies, are taken in a loop, and the search's are laid out by the compiler.
 float sunlight(vec3 position, vec3 n) {
   const float spread = 0.035;       // penumbra's half-width a metre from what casts it
   const float widest = 0.03;        // of the map
@@ -164,18 +164,18 @@ float sunlight(vec3 position, vec3 n) {
 
   float search = min((place.z - nearest) * shadow_scale.z * spread * shadow_scale.x, widest);
   search = max(search, 1.5 * texel);
-  int blocker_taps = inside && place.z > nearest ? search_taps : 0;
+  bool has_nearer = inside && place.z > nearest;
   // The map knows depths at its texels only, up to this far off the surface's own.
   float bias = shadow_scale.y / shadow_scale.z + 1.2 * texel * length(slope);
   float blockers = 0.0;
   float depth = 0.0;
   float area = 0.5 / float(search_taps);
   vec2 direction = vec2(1.0, 0.0);
-  for (int i = 0; i < blocker_taps; ++i) {
-    vec2 offset = search * sqrt(area) * direction;
+  for (int i = 0; i < search_taps; ++i) {
+    vec2 offset = search * (sqrt(area) * direction);
     float z = textureLod(shadow_depth, place.xy + offset, 0.0).r;
     // Nothing covers the sun at the map's end.
-    float behind = z < 1.0 && z + bias < place.z + dot(slope, offset) ? 1.0 : 0.0;
+    float behind = has_nearer && z < 1.0 && z + bias < place.z + dot(slope, offset) ? 1.0 : 0.0;
     blockers += behind;
     depth += behind * z;
     area += 1.0 / float(search_taps);
@@ -205,6 +205,24 @@ float sunlight(vec3 position, vec3 n) {
 float openness(vec3 position, vec2 cells) {
   vec2 place = (position.xz - occlusion.xy) * occlusion.z + cells / 128.0;
   return textureLod(occlusion_map, place, 0.0).r;
+}
+)";
+
+/// What is seen at a sample as four words of two 15-bit fractions and signs each: a software rasteriser takes
+/// as long to write and read a component of a texture as to compute several.
+const std::string packing = R"(
+ivec4 packed_surface(vec3 normal, float roughness, vec3 color, float metallic) {
+  vec4 low = vec4(normal.xz, color.rb);
+  vec4 high = vec4(normal.y, roughness, color.g, 0.5 * metallic);
+  ivec4 words = ivec4(floor(high * 32767.0 + 0.5)) << 16;
+  return words | (ivec4(floor(low * 32767.0 + 0.5)) & 0xffff);
+}
+
+void unpack_surface(ivec4 words, out vec4 normal_roughness, out vec4 color_metallic) {
+  vec4 low = vec4((words << 16) >> 16) * (1.0 / 32767.0);
+  vec4 high = vec4(words >> 16) * (1.0 / 32767.0);
+  normal_roughness = vec4(low.x, high.x, low.y, high.y);
+  color_metallic = vec4(low.z, high.z, low.w, 2.0 * high.w);
 }
 )";
 
@@ -267,8 +285,7 @@ float open_part(vec4 texel) { return 1.0 + strengths.y * (texel.r - 1.0); }
 /// than a colour, and in all lights.
 const std::string shading = R"(
 uniform sampler2D sample_depth;
-uniform sampler2D normal_roughness;
-uniform sampler2D color_metallic;
+uniform isampler2D packed_surfaces;
 #ifdef LOOKS
 uniform sampler2D emission_alpha;
 uniform sampler2D crevices;
@@ -391,8 +408,7 @@ void main() {
     float height = (above + away[i] * rays[i].y) * sign(above);
     is_body[i] = depth < 1.0 && height > -0.5 * pixel * away[i];
 #ifdef LOOKS
-    vec3 n = texelFetch(normal_roughness, places[i], 0).xyz;
-    is_body[i] = is_body[i] && dot(n, n) > 0.0;
+    is_body[i] = is_body[i] && texelFetch(packed_surfaces, places[i], 0) != ivec4(0);
 #endif
     bodies += is_body[i] ? 16 << i : 0;
   }
@@ -401,8 +417,7 @@ void main() {
   Surface seen[4];
   for (int i = 0; i < 4; ++i) {
     seen[i].position = eye.xyz + away[i] * rays[i];
-    seen[i].normal = texelFetch(normal_roughness, places[i], 0);
-    seen[i].color = texelFetch(color_metallic, places[i], 0);
+    unpack_surface(texelFetch(packed_surfaces, places[i], 0), seen[i].normal, seen[i].color);
 #ifdef LOOKS
     seen[i].shine = texelFetch(emission_alpha, places[i], 0);
     seen[i].crevice = texelFetch(crevices, places[i], 0).r;
@@ -463,7 +478,8 @@ void main() {
 }
 )";
 
-/// With LOOKS, in all lights. With OPEN, where no body takes light from it.
+/// With LOOKS, in all lights. With SUNLIT, outside of shadows; with OPEN, where no body takes skylight from
+/// it either.
 const std::string ground = R"(
 out vec4 code;
 
@@ -491,11 +507,14 @@ void main() {
   color *= 1.0 - 0.16 * fines * ground_reach.z;
 
   vec3 n = vec3(0.0, 1.0, 0.0);
-#ifdef OPEN
+#ifdef SUNLIT
   float lit = 1.0;
-  float open = 1.0;
 #else
   float lit = sunlight(position, n);
+#endif
+#ifdef OPEN
+  float open = 1.0;
+#else
   float open = openness(position, vec2(0.0));
 #endif
   vec3 sky = mix(zenith.rgb, horizon.rgb, 0.55);
@@ -532,7 +551,7 @@ std::string looks() {
 }
 
 std::string look_shading_fragment() {
-  return "#define LOOKS\n" + frame + light + lamp_terms + shading;
+  return "#define LOOKS\n" + frame + light + lamp_terms + packing + shading;
 }
 
 std::string look_vertex() {
@@ -568,7 +587,7 @@ void main() {
 
 /// What look_fragment() is given, and what it says of a sample.
 std::string look_declarations() {
-  return look_terms + R"(
+  return look_terms + packing + R"(
 in vec3 world_position;
 in vec3 world_normal;
 in vec4 base_color;
@@ -579,10 +598,9 @@ in vec2 places_per_metre;
 uniform vec4 sight;        // the eye; w: metres between samples a metre from it
 uniform sampler2D nearer_depth;
 uniform float is_behind;   // 1: only what lies behind nearer_depth
-layout(location = 0) out vec4 normal_roughness;
-layout(location = 1) out vec4 color_metallic;
-layout(location = 2) out vec4 emission_alpha;
-layout(location = 3) out vec4 crevice;
+layout(location = 0) out ivec4 surface;
+layout(location = 1) out vec4 emission_alpha;
+layout(location = 2) out vec4 crevice;
 )";
 }
 
@@ -615,8 +633,8 @@ void main() {
   if (alpha < opacity.y) discard;
   vec4 finish = texel(finish_texture, 1, metres);
   vec3 bump = texel(normal_texture, 2, metres).xyz;
-  normal_roughness = vec4(side * bumped(n, world_tangent, bump), metallic_roughness.y * finish.g);
-  color_metallic = vec4(color.rgb, emission.w > 0.5 ? 2.0 : metallic_roughness.x * finish.b);
+  surface = packed_surface(side * bumped(n, world_tangent, bump), metallic_roughness.y * finish.g, color.rgb,
+                           emission.w > 0.5 ? 2.0 : metallic_roughness.x * finish.b);
   crevice = vec4(open_part(texel(occlusion_texture, 3, metres)));
   emission_alpha = vec4(emission.rgb * texel(emission_texture, 4, metres).rgb,
                         opacity.z > 0.5 ? alpha : 1.0);
@@ -671,21 +689,20 @@ void main() {
 }
 
 std::string body_fragment() {
-  return R"(
+  return packing + R"(
 in vec4 normal_and_roughness;
 in vec4 color_and_metallic;
-layout(location = 0) out vec4 normal_roughness;
-layout(location = 1) out vec4 color_metallic;
+layout(location = 0) out ivec4 surface;
 void main() {
   float side = gl_FrontFacing ? 1.0 : -1.0;
-  normal_roughness = vec4(side * normal_and_roughness.xyz, normal_and_roughness.w);
-  color_metallic = color_and_metallic;
+  surface = packed_surface(side * normal_and_roughness.xyz, normal_and_roughness.w, color_and_metallic.rgb,
+                           color_and_metallic.w);
 }
 )";
 }
 
 std::string shading_fragment() {
-  return frame + light + shading;
+  return frame + light + packing + shading;
 }
 
 std::string ground_vertex() {
@@ -698,16 +715,11 @@ void main() {
 )";
 }
 
-std::string ground_fragment() {
-  return frame + light + ground;
-}
-
-std::string open_ground_fragment() {
-  return "#define OPEN\n" + frame + light + ground;
-}
-
-std::string look_ground_fragment() {
-  return "#define LOOKS\n" + frame + light + lamp_terms + ground;
+std::string ground_fragment(Shade shade, bool with_lamps) {
+  const std::string sunlit = shade == Shade::shadow ? "" : "#define SUNLIT\n";
+  const std::string open = shade == Shade::none ? "#define OPEN\n" : "";
+  return sunlit + open + (with_lamps ? "#define LOOKS\n" : "") + frame + light +
+         (with_lamps ? lamp_terms : "") + ground;
 }
 
 std::string sky_vertex() {

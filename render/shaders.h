@@ -4,6 +4,7 @@
 /// For the same pixels on every machine they use no derivatives, no pow or exp, and encode sRGB themselves:
 /// an sRGB framebuffer is encoded with an approximate root that differs between processors.
 
+#include <array>
 #include <cstddef>
 #include <string>
 
@@ -20,29 +21,31 @@ std::string looks();
 /// How many bodies' places the blocks ClipPlaces and WorldPlaces of shaders that draw bodies have.
 inline constexpr std::size_t bodies_at_once = 1024;
 
+/// The light that bodies take from the ground: none, a part of the sky's, or the sun's too.
+enum class Shade : char { none, sky, shadow };
+inline constexpr std::array<Shade, 3> shades{Shade::none, Shade::sky, Shade::shadow};
+
 std::string body_vertex();
-/// What is seen of bodies: two outputs, which shading_fragment() takes as textures, with the depth.
+/// What is seen of bodies: an output of integers, which shading_fragment() takes as a texture, with the
+/// depth.
 std::string body_fragment();
 /// The light on it, a pixel each, drawn with sky_vertex(): two colours, and which samples have them; see
 /// Drawn.
 std::string shading_fragment();
 
-/// The same for surfaces with more than a colour, SurfacePrograms: a third output has what they shine with
-/// and their alpha, a fourth how much of the sky's light reaches them, and the second's fourth is 2 for a
-/// surface whose colour is its light. Where nothing was drawn the first output must be 0.
+/// The same for surfaces with more than a colour, SurfacePrograms: a second output has what they shine with
+/// and their alpha, a third how much of the sky's light reaches them, and a surface whose colour is its light
+/// is metallic by 2. Where nothing was drawn the first output must be 0.
 std::string look_vertex();
 std::string look_fragment();
 std::string look_shading_fragment();
-std::string look_ground_fragment();
 /// Depth, or the bodies' codes, of what is not cut away.
 std::string cut_vertex();
 std::string cut_fragment();
 
 /// A disc around the eye's foot.
 std::string ground_vertex();
-std::string ground_fragment();
-/// The same where no body takes light from it.
-std::string open_ground_fragment();
+std::string ground_fragment(Shade shade, bool with_lamps);
 
 /// One triangle over everything, at the far end.
 std::string sky_vertex();

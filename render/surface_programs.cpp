@@ -21,12 +21,21 @@ glm::vec4 sight_of(const View& view, int samples_high) {
   return {glm::vec3(view.eye), static_cast<float>(2 * view.tangent_y / samples_high)};
 }
 
+std::array<GLuint, shaders::shades.size()> make_ground_programs(bool with_lamps) {
+  std::array<GLuint, shaders::shades.size()> programs{};
+  for (const shaders::Shade shade : shaders::shades) {
+    GLuint& program = programs[static_cast<std::size_t>(shade)];
+    program = make_program(shaders::ground_vertex(), shaders::ground_fragment(shade, with_lamps));
+    set_frame_units(program);
+  }
+  return programs;
+}
+
 SurfacePrograms::SurfacePrograms()
     : body(make_program(shaders::look_vertex(), shaders::look_fragment())),
       shading(make_program(shaders::sky_vertex(), shaders::look_shading_fragment())),
-      ground(make_program(shaders::ground_vertex(), shaders::look_ground_fragment())),
+      ground(make_ground_programs(true)),
       cut(make_program(shaders::cut_vertex(), shaders::cut_fragment())) {
-  set_frame_units(ground);
   set_frame_units(shading);  // which is in use then
   glUniform1i(glGetUniformLocation(shading, "emission_alpha"), emission_unit);
   glUniform1i(glGetUniformLocation(shading, "crevices"), crevice_unit);
@@ -42,7 +51,7 @@ SurfacePrograms::SurfacePrograms()
 }
 
 void SurfacePrograms::set_lamps(const Lamps& lamps) const {
-  for (const GLuint program : {shading, ground}) {
+  for (const GLuint program : {shading, ground[0], ground[1], ground[2]}) {
     glUseProgram(program);
     glUniform1i(glGetUniformLocation(program, "light_count"), lamps.count);
     const auto send = [&](const char* name, const std::array<glm::vec4, most_lamps>& values) {

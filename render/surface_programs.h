@@ -8,6 +8,7 @@
 #include "render/camera.h"
 #include "render/gl.h"
 #include "render/lamps.h"
+#include "render/shaders.h"
 #include "render/surface_textures.h"
 #include "sim/scene/scene.h"
 
@@ -17,11 +18,14 @@ namespace substep::render {
 /// metre from it.
 glm::vec4 sight_of(const View& view, int samples_high);
 
+/// Programs for the ground in each Shade, in the light of lamps too or in that of sun and sky alone.
+std::array<GLuint, shaders::shades.size()> make_ground_programs(bool with_lamps);
+
 struct SurfacePrograms {
   GLuint body = 0;
   GLuint shading = 0;
-  GLuint ground = 0;
-  GLuint cut = 0;  ///< depth or colour of what is cut away in places
+  std::array<GLuint, shaders::shades.size()> ground{};  ///< by Shade
+  GLuint cut = 0;                                       ///< depth or colour of what is cut away in places
 
   SurfacePrograms();
 

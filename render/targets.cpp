@@ -51,13 +51,12 @@ void Target::end() const {
 
 namespace {
 
-constexpr std::array<GLenum, 4> outputs{GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1, GL_COLOR_ATTACHMENT2,
-                                        GL_COLOR_ATTACHMENT3};
+constexpr std::array<GLenum, 3> outputs{GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1, GL_COLOR_ATTACHMENT2};
 
 /// Attaches those that there are, and the depth.
-void attach(const std::array<GLuint, 4>& textures, GLuint depth) {
+void attach(const std::array<GLuint, 3>& textures, GLuint depth) {
   GLsizei count = 0;
-  for (; count < 4 && textures[static_cast<std::size_t>(count)] != 0; ++count) {
+  for (; count < 3 && textures[static_cast<std::size_t>(count)] != 0; ++count) {
     glFramebufferTexture2D(GL_FRAMEBUFFER, outputs[static_cast<std::size_t>(count)], GL_TEXTURE_2D,
                            textures[static_cast<std::size_t>(count)], 0);
   }
@@ -76,10 +75,11 @@ void make_depth(GLuint texture, int width, int height) {
 Surfaces::Surfaces(int w, int h, bool with_emission) : width(w), height(h) {
   glGenFramebuffers(1, &framebuffer);
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-  glGenTextures(with_emission ? 4 : 2, textures.data());
-  for (const GLuint texture : textures) {
-    if (texture == 0) continue;
-    glBindTexture(GL_TEXTURE_2D, texture);
+  glGenTextures(with_emission ? 3 : 1, textures.data());
+  glBindTexture(GL_TEXTURE_2D, textures[0]);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32I, width, height, 0, GL_RGBA_INTEGER, GL_INT, nullptr);
+  for (std::size_t i = 1; i < textures.size() && textures[i] != 0; ++i) {
+    glBindTexture(GL_TEXTURE_2D, textures[i]);
     glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, width, height, 0, GL_RGBA, GL_FLOAT, nullptr);
   }
   glGenTextures(1, &depth);
@@ -90,7 +90,7 @@ Surfaces::Surfaces(int w, int h, bool with_emission) : width(w), height(h) {
 
 void Surfaces::end() const {
   glDeleteFramebuffers(1, &framebuffer);
-  glDeleteTextures(4, textures.data());
+  glDeleteTextures(3, textures.data());
   glDeleteTextures(1, &depth);
 }
 

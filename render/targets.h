@@ -35,8 +35,9 @@ struct Target {
 /// other or share the sample's neighbourhood.
 struct Surfaces {
   GLuint framebuffer = 0;
-  std::array<GLuint, 4> textures{};  ///< the last two where they were asked for
-  GLuint depth = 0;                  ///< texture
+  std::array<GLuint, 3>
+      textures{};    ///< packed_surface() of shaders.cpp; the others where they were asked for
+  GLuint depth = 0;  ///< texture
   int width = 0;
   int height = 0;
 

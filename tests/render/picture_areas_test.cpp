@@ -94,7 +94,9 @@ TEST(GroundAreas, OpenOnesHaveNoPixelInAMarkedCell) {
       }
     };
     count(areas.open, true);
-    count(areas.shaded, false);
+    count(areas.shadowed, false);
+    count(areas.occluded, false);
+    EXPECT_EQ(areas.occluded.empty(), is_first);
     for (const int times : covered) EXPECT_EQ(times, 1);
     EXPECT_GT(marked, 100);
     EXPECT_GT(open, width * height / 2);

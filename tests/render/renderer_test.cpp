@@ -2,10 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cfenv>
+#include <chrono>
 #include <map>
 #include <set>
-#include <stdexcept>
 #include <thread>
 
 #include "render/context.h"
@@ -137,18 +138,22 @@ TEST(Renderer, RoundingModeOfTheCallerDoesNotMatter) {
   EXPECT_EQ(upward.rgb, nearest.rgb);
 }
 
-TEST(Renderer, AContextIsOneThreadsAtATime) {
+TEST(Context, WaitsForAnotherThreadToRelease) {
   Context context;
-  const Context::Current mine(context);
-  bool refused = false;
-  std::jthread([&] {
-    try {
+  std::atomic<bool> is_released = false;
+  bool has_waited = false;
+  std::jthread other;
+  {
+    const Context::Current mine(context);
+    other = std::jthread([&] {
       const Context::Current theirs(context);
-    } catch (const std::logic_error&) {
-      refused = true;
-    }
-  }).join();
-  EXPECT_TRUE(refused);
+      has_waited = is_released;
+    });
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    is_released = true;
+  }
+  other.join();
+  EXPECT_TRUE(has_waited);
 }
 
 TEST(Renderer, ADrawingMovesWithItsRenderer) {
