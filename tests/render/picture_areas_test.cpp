@@ -57,6 +57,23 @@ TEST(PictureAreas, HoldAllThatIsSeenOfBodiesAndLeaveTheRest) {
   EXPECT_EQ(outside_and_area().second, 250 * 135);
 }
 
+TEST(SeenAreas, HoldEverySampleThatIsNearerThanTheFarEnd) {
+  // Two samples a pixel each way; a box of no whole number of tiles, at (16, 32).
+  const Rectangle box{16, 32, 21, 13};
+  std::vector<float> depths(std::size_t{42} * 26, 1.0F);
+  EXPECT_TRUE(seen_areas(depths, box, 2).empty());
+  depths[25 * 42 + 41] = 0.5F;  // the last sample
+  const std::vector<Rectangle> one = seen_areas(depths, box, 2);
+  ASSERT_EQ(one.size(), 1U);
+  EXPECT_EQ(one[0].x, 32);
+  EXPECT_EQ(one[0].y, 40);
+  std::ranges::fill(depths, 0.5F);
+  const std::vector<Rectangle> all = seen_areas(depths, box, 2);
+  ASSERT_EQ(all.size(), 1U);
+  EXPECT_EQ(all[0].width, 24);
+  EXPECT_EQ(all[0].height, 16);
+}
+
 TEST(GroundAreas, OpenOnesHaveNoPixelInAMarkedCell) {
   // From 2 m above the ground, down at a slant, with the horizon in the picture; a map of 8 × 8 cells of a
   // metre.
