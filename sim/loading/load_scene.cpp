@@ -29,9 +29,9 @@ Scene scene_of(SceneDraft draft) {
   find_attachments(draft);
   add_colliders(draft);
   place_bodies(draft);
-  read_substeps(draft.document, draft.scene);
   read_expectations(draft.document, draft.scene);
   add_joints(draft);
+  read_substeps(draft.document, draft.scene);
   warn_of_floating_bodies(draft);
   add_visuals(draft);
   read_cameras_and_lights(draft.document, draft.scene);

@@ -243,6 +243,11 @@ TEST(LoadScene, SubstepsFollowFromMasses) {
   EXPECT_EQ(substeps(0, 500), 10);      // 0 kg: no force moves it
 }
 
+TEST(LoadScene, LoopsOfJointsAskForMoreSubsteps) {
+  EXPECT_EQ(load_scene(SUBSTEP_SOURCE_DIR "/scenes/four_bar.gltf").substeps, 40);
+  EXPECT_EQ(load_scene(SUBSTEP_SOURCE_DIR "/scenes/rod_chain.gltf").substeps, 10);
+}
+
 TEST(LoadScene, SecondSceneCanBeDefault) {
   json document = example();
   document["scenes"].push_back({{"nodes", {4}}});
