@@ -11,7 +11,8 @@ namespace substep {
 /// is read once these are there: scene_expectations.h.
 void read_settings(const GltfDocument& document, Scene& scene);
 
-/// Sets substeps: `extras.substep.substeps`, else needed_substeps() of the bodies and joints, which are there by then.
+/// Sets substeps: `extras.substep.substeps`, else needed_substeps() of the bodies and joints, which are there
+/// by then.
 void read_substeps(const GltfDocument& document, Scene& scene);
 
 }  // namespace substep

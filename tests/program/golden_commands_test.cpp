@@ -43,7 +43,7 @@ TEST_F(GoldenCommands, CheckApproveAndDiffOneCase) {
   EXPECT_THAT(changed.out, HasSubstr("pendulum.a3"));
   EXPECT_THAT(changed.out, HasSubstr("changed"));
   const std::string page = content("checked/pendulum.a3/player.html");
-  for (const char* const part : {"\"method\":\"the golden run\"", "\"as it runs now\"", "n=3"}) {
+  for (const char* const part : {"\"method\":\"the golden run\"", "\"as it runs now\"", "3 sub-steps"}) {
     EXPECT_THAT(page, HasSubstr(part));
   }
 }
