@@ -95,7 +95,6 @@ struct Patch {
   LaneVectors origin;     ///< the impulses when it last slid: those are spent, so that friction can turn
   Lanes origin_normal;
   Lanes slid;    ///< whether it slid when the step began: 1 or 0
-  Lanes held;    ///< whether it is of an earlier step, and did not slide when the step began: 1 or 0
   Lanes slides;  ///< whether the ellipsoid's surface is reached: 1 or 0
 };
 

@@ -460,7 +460,6 @@ struct PatchGamma {
   patch.normal_impulse = patch.impulse = patch.origin = {{zero, zero, zero}};
   patch.origin_normal = patch.slides = zero;
   patch.slid = from.of([](const PatchShape& shape) { return shape.slid ? 1.0 : 0.0; });
-  patch.held = from.of([](const PatchShape& shape) { return shape.is_kept && !shape.slid ? 1.0 : 0.0; });
   patch.coefficient = from.of([](const PatchShape& shape) { return shape.friction; });
   patch.inverse_radius = all(1) / from.of([](const PatchShape& shape) { return shape.radius; });
   for (int k = 0; k < 3; ++k) {

@@ -325,13 +325,6 @@ template <Kind kind, int known>
   patch.origin_normal *= part;
 }
 
-/// Returns the fraction of its change that friction takes: κ < 1 counts twice where it has held since an
-/// earlier step. With it once, single blocks of a tower go on shaking and creep: the uppermost of the
-/// published Kapla tower's by 0.1 mm a second with ten sub-steps.
-[[gnu::always_inline]] inline Lanes share_of_held(const RowSolve& how, const Patch& patch) {
-  return choose(patch.held > all(0), all(std::min(1.0, how.kappa * how.scale)), all(1));
-}
-
 /// Solves the friction of a patch: Coulomb's law in an ellipsoid, two tangents and the twist as one block.
 /// Returns what its impulses changed by, times the scale.
 template <Kind kind>
@@ -352,8 +345,7 @@ template <Kind kind>
   }
   // Where it holds: λ + ω Γ⁻¹ (τ β − κ J v)
   LaneVectors total = symmetric_product(patch.inverse, missing);
-  const Lanes share = share_of_held(at.how, patch);
-  for (int k = 0; k < 3; ++k) total[k] = share * total[k] + before[k];
+  for (int k = 0; k < 3; ++k) total[k] += before[k];
   // Where it slides: the projection on the ellipsoid of λ + (what velocity is missing)/γ
   const Lanes limit = patch.coefficient * (normal - patch.origin_normal);
   const Lanes twist = total[2] * patch.inverse_radius;
