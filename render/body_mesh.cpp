@@ -40,8 +40,8 @@ std::uint64_t edge_hash(std::uint64_t from, std::uint64_t to) {
   return x ^ x >> 31;
 }
 
-/// Whether every edge of the part's triangles has as many on each side, and they enclose a volume. The
-/// part's vertices are those from `first` on.
+/// Returns whether every edge of the part's triangles has as many on each side, and they enclose a volume.
+/// The part's vertices are those from `first` on.
 bool is_closed(const BodyMesh& mesh, const Part& part, std::size_t first) {
   // Vertices at one corner have one key.
   const double grid = 1e-6 * (part.high - part.low).maxCoeff();

@@ -91,7 +91,7 @@ View automatic_view(std::span<const Part> parts, std::span<const std::vector<Coo
       }
     }
   }
-  // Of the world, what is near the bodies is seen: a ground that is larger would make them small.
+  // The view holds what is near the bodies of the world: a ground that is larger would make them small.
   const Vector3 around_bodies = Vector3::Constant(low.x() < infinite ? 0.15 * (high - low).norm() : infinite);
   for (const Part& part : parts) {
     if (part.body != world_body || is_scenery(part, parts)) continue;

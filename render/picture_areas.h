@@ -24,7 +24,7 @@ struct Rectangle {
 /// Side of the square tiles that areas of a picture are made of, in pixels.
 inline constexpr int area_tile = 16;
 
-/// How many tiles cover so many pixels.
+/// Returns the number of tiles that cover so many pixels.
 int tiles_along(int pixels);
 
 /// Rectangles of the tiles of `side` pixels that have this mark; rows have `columns` tiles.

@@ -208,8 +208,8 @@ float openness(vec3 position, vec2 cells) {
 }
 )";
 
-/// What is seen at a sample as four words of two 15-bit fractions and signs each: a software rasteriser takes
-/// as long to write and read a component of a texture as to compute several.
+/// Packs what is seen at a sample into four words of two 15-bit fractions and signs each: a software
+/// rasteriser takes as long to write and read a component of a texture as to compute several.
 const std::string packing = R"(
 ivec4 packed_surface(vec3 normal, float roughness, vec3 color, float metallic) {
   vec4 low = vec4(normal.xz, color.rb);

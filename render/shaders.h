@@ -26,7 +26,7 @@ enum class Shade : char { none, sky, shadow };
 inline constexpr std::array<Shade, 3> shades{Shade::none, Shade::sky, Shade::shadow};
 
 std::string body_vertex();
-/// What is seen of bodies: an output of integers, which shading_fragment() takes as a texture, with the
+/// The bodies' surfaces as seen: an output of integers, which shading_fragment() takes as a texture, with the
 /// depth.
 std::string body_fragment();
 /// The light on it, a pixel each, drawn with sky_vertex(): two colours, and which samples have them; see

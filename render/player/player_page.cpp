@@ -187,8 +187,8 @@ Json panels_of(const Comparison& comparison) {
   return panels;
 }
 
-/// What the strips can show, the comparison's own first, each with the panels' key that holds it and its
-/// axis.
+/// Returns what the strips can show, the comparison's own first, each with the panels' key that holds it and
+/// its axis.
 Json strips_of(const Comparison& comparison) {
   constexpr std::array<std::pair<Strip, const char*>, 5> all{{{Strip::error, "errors"},
                                                               {Strip::expected, "expected"},

@@ -93,7 +93,7 @@ struct FigureStyle {
   double dpi = 300;          ///< of a PNG
 };
 
-/// Whether the point is finite, and on a logarithmic axis above 0.
+/// Returns whether the point is finite, and on a logarithmic axis above 0.
 bool can_be_drawn(const std::array<double, 2>& point, const Panel& panel);
 
 /// Title and caption, then a line for each series that is left out.

@@ -20,7 +20,7 @@ inline constexpr std::array choice_tolerances{0.01, 0.001};
 /// The same of one scene, a row a tolerance.
 TextTable choice_table(const std::vector<SweepRecord>& own);
 
-/// Whether a run was timed.
+/// Returns whether a run was timed.
 bool has_times(const std::vector<SweepRecord>& records);
 
 /// The cost that choices minimise, with its unit.

@@ -8,7 +8,7 @@ namespace substep::report {
 Sheet drift_sheet(const FigureSource& source);
 Sheet size_sheet(const FigureSource& source);
 
-/// Of FigureSource::problems. Throws Error where there are none, more than twelve, or one cannot be read.
+/// Draws FigureSource::problems. Throws Error where there are none, more than twelve, or one cannot be read.
 Sheet sweep_errors_sheet(const FigureSource& source);
 
 }  // namespace substep::report

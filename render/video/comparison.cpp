@@ -437,7 +437,7 @@ std::vector<double> steps_of(const ComparisonSettings& settings, const std::vect
   return steps;
 }
 
-/// What a comparison needs while it is simulated.
+/// The data that a comparison needs while it is simulated.
 struct Work {
   const Scene& scene;
   const ComparisonSettings& settings;

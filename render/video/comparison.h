@@ -26,7 +26,7 @@ struct ReadingChoice {
   const Expectation* expected = nullptr;  ///< of the scene's, see expectation_of_poses()
 };
 
-/// What a strip below a panel's picture shows over time.
+/// The quantity that a strip below a panel's picture shows over time.
 enum class Strip { error, gap, energy, depth, expected };
 
 struct ComparisonSettings {

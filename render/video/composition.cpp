@@ -121,7 +121,7 @@ std::vector<int> rows_for(int count, int width, int height, int above) {
     const int most = least + (count % rows > 0 ? 1 : 0);
     const double wide = static_cast<double>(width) / most;
     const double high = static_cast<double>(height) / rows - above;
-    // What is seen of the scene: somewhat more than a picture of the usual shape, were there more room; less
+    // The view shows somewhat more than a picture of the usual shape, were there more room; less
     // where panels of two widths are hard to compare.
     const double seen = (std::min(wide, high * usual) + 0.1 * std::min(wide, 2 * high * usual)) *
                         (1 - 0.15 * (static_cast<double>(most) / least - 1));
@@ -253,7 +253,7 @@ TextStyle Composition::legend_style() const {
   return {.size = text_size(17), .color = quiet};
 }
 
-/// What all panels share, then what the strips show.
+/// Returns what all panels share, then what the strips show.
 std::vector<std::string> Composition::legend_lines() const {
   std::string text = titles_.shared;
   if (!strips_.empty()) text += (text.empty() ? "" : " · ") + legend();

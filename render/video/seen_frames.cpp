@@ -11,7 +11,7 @@
 namespace substep::render {
 namespace {
 
-/// How far a body is from `middle` at most, m.
+/// Returns how far a body is from `middle` at most, m.
 double farthest(const Vector3& middle, const std::vector<Coordinates>& poses) {
   double result = 0;
   for (std::size_t body = 1; body < poses.size(); ++body) {

@@ -127,7 +127,7 @@ std::string StripAxis::label(double value) const {
 
 namespace {
 
-/// Whether what is expected is a distance that should be 0: decades show it.
+/// Returns whether what is expected is a distance that should be 0: decades show it.
 bool is_deviation(const Expectation& expectation) {
   return expectation.value == 0 &&
          (expectation.quantity == Quantity::displacement || expectation.quantity == Quantity::joint_gap);

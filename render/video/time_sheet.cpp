@@ -54,7 +54,7 @@ void draw_run(Image& image, const Grid& grid, std::size_t row, const Run& run, c
   if (fits) draw_text(image, grid.x(0, row) + words_left, base, words, plain);
 }
 
-/// What the comparison's strip shows of a run at a frame, or what became of the run.
+/// Returns what the comparison's strip shows of a run at a frame, or what became of the run.
 std::string note_on(const Comparison& comparison, const Run& run, std::size_t frame) {
   if (comparison.strip == Strip::error && frame < run.errors.size()) {
     return error_label(run.errors[frame], comparison.reference->uncertainty[frame]);

@@ -42,7 +42,7 @@ Item item_of(const Settings& settings, const SettingsPart& part, bool has_subste
   return {part.field, key, part.text};
 }
 
-/// Whether labels leave the field out of the panel's settings, though the panel reads it.
+/// Returns whether labels leave the field out of the panel's settings, though the panel reads it.
 bool is_left_out(const PanelChoice& panel, const SettingsField& field, const std::vector<Item>& items) {
   return panel.kind == PanelChoice::Kind::algorithm && field.group != 0 &&
          field.is_read_by(panel.settings.algorithm) &&
@@ -63,7 +63,7 @@ std::vector<Item> items_of(const PanelChoice& panel) {
   return items;
 }
 
-/// What distinguishes an algorithm, for who has not read the report.
+/// Returns what distinguishes an algorithm, for who has not read the report.
 std::string words_on(const PanelChoice& panel) {
   if (panel.kind == PanelChoice::Kind::log) return panel.author.empty() ? "finished run" : "";
   if (panel.kind != PanelChoice::Kind::algorithm) return "";
@@ -112,7 +112,7 @@ Titles titles_of(const std::vector<Run>& runs) {
     bool is_missing = false;
     for (std::size_t i = 0; i < runs.size(); ++i)
       is_missing = is_missing || is_left_out(runs[i].panel, *field, items[i]);
-    // How much a panel works is in its title, unless all panels do the same.
+    // A panel's title has how much it works, unless all panels do the same.
     const bool is_alone = values.size() == 1 && with_items > 1 && (key == "substeps" || key == "iterations");
     if (is_alone || is_missing || std::ranges::adjacent_find(values, std::not_equal_to<>()) != values.end()) {
       differing.insert(key);

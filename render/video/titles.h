@@ -1,5 +1,5 @@
 #pragma once
-/// What panels are called: each by what differs from the others, with a legend of what they share.
+/// Titles of panels: each is called by what differs from the others, with a legend of what they share.
 
 #include <string>
 #include <vector>

@@ -279,7 +279,7 @@ bool MlcpSolver::solve_interior(const Mlcp& problem, std::vector<double>& lambda
     factor_units(problem);
     ++report.active_sets;
     report.row_solves += static_cast<std::int64_t>(lambda.size());
-    // How far the step to products of zero goes says how small they may be made at once.
+    // The length of the step to products of zero says how small they may be made at once.
     const double mean = mean_product(0);
     set_directions(problem, 0);
     const double ratio = std::clamp(mean_product(std::min(1.0, way_within())) / mean, 1e-3, 1.0);

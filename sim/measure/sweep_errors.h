@@ -1,5 +1,5 @@
 #pragma once
-/// How row-by-row sweeps converge on friction problems of files.
+/// Convergence of row-by-row sweeps on friction problems of files.
 
 #include <filesystem>
 #include <vector>

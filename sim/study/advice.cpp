@@ -195,7 +195,8 @@ double time_or_rows(const SweepRecord& record) {
 
 namespace {
 
-/// Whether a run with as many sub-steps and iterations or more, and as small a step or smaller, went wrong.
+/// Returns whether a run with as many sub-steps and iterations or more, and as small a step or smaller, went
+/// wrong.
 bool fails_when_finer(const SweepRecord& run, const std::vector<SweepRecord>& records) {
   return std::ranges::any_of(records, [&run](const SweepRecord& other) {
     if (!is_own_run(other) || other.metrics->bounded) return false;

@@ -14,7 +14,7 @@
 namespace substep {
 namespace {
 
-/// Which of a scene's runs are joined to lines, along which one setting alone varies.
+/// Groups of a scene's runs that are joined to lines, along which one setting alone varies.
 class Lines {
  public:
   explicit Lines(const std::vector<SweepRecord>& records)
@@ -76,7 +76,7 @@ class Lines {
     std::map<int, std::set<double>> steps_of;  ///< by the number of iterations
   };
 
-  /// Whether the line of A2 follows m at the scene's step, instead of the step at each m.
+  /// True where the line of A2 follows m at the scene's step, instead of the step at each m.
   bool is_by_iterations() const {
     const auto found = values_.find(Algorithm::a2);
     if (found == values_.end() || found->second.iterations_at_step.size() < 2) return false;

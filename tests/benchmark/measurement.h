@@ -86,7 +86,8 @@ std::string cheapest_stands(const Results& results, bool markdown);
 /// A1's cost by size, of the scenes registered for it; empty where none ran.
 std::string cost_of_a1(const Results& results, bool markdown);
 
-/// How A1's time grows with the rows, from the smallest to the largest scene of each kind: the exponents.
+/// Prints how A1's time grows with the rows, from the smallest to the largest scene of each kind: the
+/// exponents.
 std::string exponents_of_a1(const Results& results);
 
 }  // namespace substep::benchmark

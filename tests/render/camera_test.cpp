@@ -90,7 +90,7 @@ TEST(View, BodiesThatAreGoneAndSceneryDoNotPullTheCamera) {
   EXPECT_EQ(view.eye, near.eye);
 }
 
-TEST(View, ALargeGroundDoesNotMakeBodiesSmall) {
+TEST(View, KeepsBodiesLargeOnALargeGround) {
   Scene scene = three_shapes();
   std::vector<std::vector<Coordinates>> frames{initial_state(scene).q};
   const View near = automatic_view(gather_body_mesh(scene).parts, frames, aspect);

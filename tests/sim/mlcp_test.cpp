@@ -383,7 +383,7 @@ TEST(Mlcp, SolvesSparseHeapsOfTwoThousandRows) {
   EXPECT_LE(most_sets, 200);  // measured 114
 }
 
-TEST(Mlcp, GuessLeavesTheSolution) {
+TEST(Mlcp, KeepsTheSolutionWithAnyGuess) {
   std::mt19937 random(9);
   MlcpSolver solver;
   std::vector<double> lambda;

@@ -42,7 +42,7 @@ TEST(Cheapest, AvoidsRunsWhoseFinerRunsDiverge) {
   std::vector<SweepRecord> runs{run(Algorithm::a3, 4, 0.005, 80), run(Algorithm::a5, 4, 0.005, 40),
                                 run(Algorithm::a5, 8, 0.1, 80, false)};
   EXPECT_EQ(cheapest(runs, 0.01)->settings.algorithm, Algorithm::a3);
-  // Of other settings none counts.
+  // No other setting counts.
   runs[2].settings.tau = 0.5;
   EXPECT_EQ(cheapest(runs, 0.01)->settings.algorithm, Algorithm::a5);
 }
