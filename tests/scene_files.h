@@ -5,12 +5,13 @@
 #include <string>
 
 #include "sim/loading/load_scene.h"
+#include "tests/folders.h"
 
 namespace substep {
 
 /// "rod_chain": of scenes/rod_chain.gltf.
 inline Scene scene_named(const std::string& name) {
-  std::string file = SUBSTEP_SOURCE_DIR "/scenes/";
+  std::string file = std::string(test::source_folder) + "/scenes/";
   file += name;
   file += ".gltf";
   return load_scene(file);

@@ -3,12 +3,13 @@
 #include "render/renderer.h"
 #include "sim/loading/load_scene.h"
 #include "tests/benchmark/measurement.h"
+#include "tests/folders.h"
 
 namespace substep::benchmark {
 
 void register_frames(const std::string& name, int width, int height) {
   const auto run = [=](::benchmark::State& state) {
-    const Scene scene = load_scene(SUBSTEP_SOURCE_DIR "/scenes/" + name + ".gltf");
+    const Scene scene = load_scene(std::string(test::source_folder) + "/scenes/" + name + ".gltf");
     render::RenderSettings settings;
     settings.width = width;
     settings.height = height;

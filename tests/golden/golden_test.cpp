@@ -11,6 +11,7 @@
 #include "golden/suite/suite.h"
 #include "render/renderer.h"
 #include "sim/error.h"
+#include "tests/folders.h"
 #include "tests/golden/small_suite.h"
 
 namespace substep::golden {
@@ -18,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path own_suite = fs::path(SUBSTEP_SOURCE_DIR) / "golden/suite.toml";
+const fs::path own_suite = fs::path(test::source_folder) / "golden/suite.toml";
 
 class GoldenTest : public testing::Test {
  public:
@@ -29,7 +30,7 @@ class GoldenTest : public testing::Test {
     options.suite = own_suite;
     options.cases = {case_name_};
     // Each test has a folder of its own: they run at the same time.
-    options.output = fs::path(SUBSTEP_BINARY_DIR) / "check" / case_name_;
+    options.output = fs::path(test::build_folder) / "check" / case_name_;
     const CheckResult result = check(options);
     EXPECT_EQ(result.exit_code(), 0) << result.cases.at(0).text;
   }

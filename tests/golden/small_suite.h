@@ -16,6 +16,7 @@
 #include "golden/check/check.h"
 #include "golden/report/case_commands.h"
 #include "golden/suite/sidecar.h"
+#include "tests/folders.h"
 #include "tests/temporary_folder.h"
 
 namespace substep::golden {
@@ -76,7 +77,7 @@ class SmallSuite {
     options.suite = folder_.path() / "golden/suite.toml";
     options.output = folder_.path() / "out";
     std::filesystem::create_directories(folder_.path() / "scenes");
-    std::filesystem::copy_file(std::filesystem::path(SUBSTEP_SOURCE_DIR) / "scenes" / (name_ + ".gltf"),
+    std::filesystem::copy_file(std::filesystem::path(test::source_folder) / "scenes" / (name_ + ".gltf"),
                                scene());
     write_text(
         options.suite,

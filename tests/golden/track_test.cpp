@@ -7,6 +7,7 @@
 #include "sim/error.h"
 #include "sim/loading/load_scene.h"
 #include "sim/log/pose_log.h"
+#include "tests/folders.h"
 #include "tests/temporary_folder.h"
 
 namespace substep::golden {
@@ -18,7 +19,7 @@ struct RecordedRun {
 };
 
 RecordedRun run(const char* scene_file, int frames) {
-  const Scene scene = load_scene(std::string(SUBSTEP_SOURCE_DIR) + "/scenes/" + scene_file);
+  const Scene scene = load_scene(std::string(test::source_folder) + "/scenes/" + scene_file);
   Settings settings;
   settings.step = scene.step;
   Simulation simulation(scene, settings);

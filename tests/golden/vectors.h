@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "render/image.h"
+#include "tests/folders.h"
 
 namespace substep::golden {
 
@@ -25,7 +26,7 @@ struct VectorPair {
 
 /// Reads values.csv: its second column is text in quotes, the others are plain numbers.
 inline std::vector<VectorPair> vector_pairs() {
-  const std::filesystem::path folder = std::filesystem::path(SUBSTEP_SOURCE_DIR) / "golden/vectors";
+  const std::filesystem::path folder = std::filesystem::path(test::source_folder) / "golden/vectors";
   std::ifstream file(folder / "values.csv");
   std::vector<VectorPair> pairs;
   std::string line;

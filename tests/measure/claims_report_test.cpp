@@ -10,13 +10,14 @@
 
 #include "sim/error.h"
 #include "sim/measure/claims.h"
+#include "tests/folders.h"
 
 namespace substep {
 namespace {
 
 /// Returns what `substep report claims` wrote when these tests began (CTest's fixture `claims`).
 std::string content(const std::string& name) {
-  std::ifstream stream(std::string(SUBSTEP_BINARY_DIR) + "/tests/" + name, std::ios::binary);
+  std::ifstream stream(std::string(test::build_folder) + "/tests/" + name, std::ios::binary);
   EXPECT_TRUE(stream) << name << ": run the tests through ctest, which measures the claims first";
   return {std::istreambuf_iterator<char>(stream), {}};
 }
@@ -39,7 +40,7 @@ std::string without_timings(const std::string& markdown) {
 /// Lines of the tables that the page does not have; it shows them as `substep report claims --format
 /// markdown` does.
 std::string missing_on_page(const std::string& markdown) {
-  std::ifstream stream(std::string(SUBSTEP_SOURCE_DIR) + "/scenes/claims.md", std::ios::binary);
+  std::ifstream stream(std::string(test::source_folder) + "/scenes/claims.md", std::ios::binary);
   const std::string text(std::istreambuf_iterator<char>(stream), {});
   const std::string page = without_timings(text);
   std::istringstream lines(without_timings(markdown));

@@ -12,6 +12,7 @@
 #include "sim/math/rotation.h"
 #include "sim/measure/metrics.h"
 #include "sim/model/usual_settings.h"
+#include "tests/folders.h"
 
 namespace substep {
 namespace {
@@ -318,7 +319,7 @@ TEST(Expectations, WorstOfSeveralBodiesCounts) {
 
 /// End to end: a scene's file, a run of it, and what comes of it.
 TEST(Expectations, InclineBlocksSlideAsCoulombSays) {
-  const Scene scene = load_scene(std::string(SUBSTEP_SOURCE_DIR) + "/scenes/incline.gltf");
+  const Scene scene = load_scene(std::string(test::source_folder) + "/scenes/incline.gltf");
   ASSERT_EQ(scene.expected.size(), 3u);
   ReferenceMotion reference = reference_motion(scene, 0.1);
   const Metrics metrics = measure(scene, usual_settings(scene, Algorithm::a1), reference, false);

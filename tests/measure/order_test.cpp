@@ -7,6 +7,7 @@
 
 #include "sim/loading/load_scene.h"
 #include "sim/measure/metrics.h"
+#include "tests/folders.h"
 
 namespace substep {
 namespace {
@@ -26,7 +27,7 @@ class Order : public testing::TestWithParam<Case> {};
 
 TEST_P(Order, IsOneInA1ToA3) {
   const Case& x = GetParam();
-  Scene scene = load_scene(std::string(SUBSTEP_SOURCE_DIR) + "/scenes/" + x.scene + ".gltf");
+  Scene scene = load_scene(std::string(test::source_folder) + "/scenes/" + x.scene + ".gltf");
   scene.duration = x.duration;
   const ReferenceMotion reference = reference_motion(scene, x.duration);
   for (const Algorithm algorithm : {Algorithm::a1, Algorithm::a2, Algorithm::a3}) {

@@ -3,13 +3,14 @@
 #include <string>
 
 #include "program.h"
+#include "tests/folders.h"
 
 namespace substep {
 namespace {
 
 class ClaimsCommand : public Program {
  protected:
-  static std::string scenes() { return std::string(SUBSTEP_SOURCE_DIR) + "/scenes"; }
+  static std::string scenes() { return std::string(test::source_folder) + "/scenes"; }
 };
 
 TEST_F(ClaimsCommand, WhatCannotBeUsedIsRefused) {

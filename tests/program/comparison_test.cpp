@@ -20,13 +20,14 @@
 #include "sim/log/pose_log.h"
 #include "sim/measure/motion.h"
 #include "sim/scene/scene.h"
+#include "tests/folders.h"
 #include "tests/temporary_folder.h"
 
 namespace substep::render {
 namespace {
 
 Scene scene(const std::string& name) {
-  return load_scene(std::string(SUBSTEP_SOURCE_DIR "/scenes/") + name);
+  return load_scene(std::string(test::source_folder) + "/scenes/" + name);
 }
 
 ComparisonSettings settings(const Scene& of, double duration) {

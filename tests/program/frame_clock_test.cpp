@@ -9,12 +9,13 @@
 #include "render/video/strip_axis.h"
 #include "sim/error.h"
 #include "sim/loading/load_scene.h"
+#include "tests/folders.h"
 
 namespace substep::render {
 namespace {
 
 Scene scene(const std::string& name) {
-  return load_scene(std::string(SUBSTEP_SOURCE_DIR "/scenes/") + name);
+  return load_scene(std::string(test::source_folder) + "/scenes/" + name);
 }
 
 ComparisonSettings slow_motion(const std::vector<std::string>& panels) {

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "program.h"
+#include "tests/folders.h"
 
 namespace substep {
 namespace {
@@ -18,7 +19,7 @@ using testing::HasSubstr;
 class InfoCommand : public Program {
  protected:
   static std::string mesh(const char* name) {
-    return std::string(SUBSTEP_SOURCE_DIR) + "/tests/scene/meshes/" + name;
+    return std::string(test::source_folder) + "/tests/scene/meshes/" + name;
   }
 };
 
@@ -67,7 +68,7 @@ TEST_F(InfoCommand, GivesTheSameAsJson) {
 
 /// The whole scene of the page on the format.
 std::string scene_of_page() {
-  std::ifstream file(SUBSTEP_SOURCE_DIR "/scenes/format.md");
+  std::ifstream file(std::string(test::source_folder) + "/scenes/format.md");
   const std::string page(std::istreambuf_iterator<char>(file), {});
   const std::size_t begin = page.find("```json\n", page.find("<!-- scene -->")) + 8;
   return page.substr(begin, page.find("```", begin) - begin);

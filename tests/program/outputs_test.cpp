@@ -21,6 +21,7 @@
 
 #include "program.h"
 #include "sim/math/base64.h"
+#include "tests/folders.h"
 
 namespace substep {
 namespace {
@@ -94,7 +95,7 @@ class Outputs : public Program {
 
 TEST_F(Outputs, WhatStandardOutputDoesNotTakeIsAnError) {
   ASSERT_EQ(run({"run", pendulum(), "--output", "a.txt"}).exit_code, 0);
-  const std::string suite = quoted(std::string(SUBSTEP_SOURCE_DIR) + "/golden");
+  const std::string suite = quoted(std::string(test::source_folder) + "/golden");
   for (const std::string& words :
        {std::string("--help"), "info " + quoted(pendulum()), "info --json " + quoted(pendulum()),
         std::string("diff a.txt a.txt"), "run --output b.txt " + quoted(pendulum()),
@@ -220,7 +221,7 @@ TEST_F(Outputs, SmallNonsenseIsRefused) {
   expect_refused({"diff", "/dev/zero", "/dev/zero"}, "this is no pose log");
   expect_refused({"video", pendulum(), "--hold", "nan"}, "--hold nan");
   expect_refused({"video", pendulum(), "--poster", "p.png", "--poster-time", "nan"}, "--poster-time nan");
-  const std::string mesh = std::string(SUBSTEP_SOURCE_DIR) + "/tests/scene/meshes/knot.obj";
+  const std::string mesh = std::string(test::source_folder) + "/tests/scene/meshes/knot.obj";
   expect_refused({"run", mesh, "--height", "1e300"}, "the height must be from 0 to 100000 m");
   fs::copy_file(pendulum(), folder() / "twice.gltf");
   std::string text = content("twice.gltf");

@@ -8,6 +8,7 @@
 
 #include "program.h"
 #include "sim/error.h"
+#include "tests/folders.h"
 
 namespace substep {
 namespace {
@@ -30,7 +31,7 @@ std::string last_command(std::string_view page) {
 
 std::vector<std::string> page_names() {
   std::vector<std::string> names;
-  for (const auto& entry : fs::directory_iterator(fs::path(SUBSTEP_SOURCE_DIR) / "scenes")) {
+  for (const auto& entry : fs::directory_iterator(fs::path(test::source_folder) / "scenes")) {
     if (entry.path().extension() == ".gltf") names.push_back(entry.path().stem().string());
   }
   std::ranges::sort(names);
@@ -41,8 +42,8 @@ std::vector<std::string> page_names() {
 }
 
 fs::path page_file(const std::string& name) {
-  if (name == "README") return fs::path(SUBSTEP_SOURCE_DIR) / "README.md";
-  return fs::path(SUBSTEP_SOURCE_DIR) / "scenes" / (name + ".md");
+  if (name == "README") return fs::path(test::source_folder) / "README.md";
+  return fs::path(test::source_folder) / "scenes" / (name + ".md");
 }
 
 std::string without_timings(const std::string& text) {
@@ -70,7 +71,7 @@ std::vector<PageTable> tables_of(const std::string& page) {
 }
 
 std::string printed(const PageTable& table) {
-  const std::string command = fmt::format("cd {} && {} {} </dev/null", quoted(SUBSTEP_SOURCE_DIR),
+  const std::string command = fmt::format("cd {} && {} {} </dev/null", quoted(test::source_folder),
                                           quoted(SUBSTEP_PROGRAM), table.command);
   std::FILE* const pipe = popen(command.c_str(), "r");
   if (pipe == nullptr) throw Error(fmt::format("'substep {}': cannot be run", table.command));

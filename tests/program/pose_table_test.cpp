@@ -8,6 +8,7 @@
 #include <iterator>
 
 #include "program.h"
+#include "tests/folders.h"
 
 namespace substep {
 namespace {
@@ -82,7 +83,7 @@ for t in (0, scene["duration"]):
 
 /// The block of Python under a mark of the page about formats.
 std::string python_of_page(const std::string& mark) {
-  std::ifstream stream(SUBSTEP_SOURCE_DIR "/scenes/format.md");
+  std::ifstream stream(std::string(test::source_folder) + "/scenes/format.md");
   const std::string page(std::istreambuf_iterator<char>(stream), {});
   const std::size_t begin = page.find("```python\n", page.find("<!-- " + mark + " -->")) + 10;
   return page.substr(begin, page.find("```", begin) - begin);

@@ -1,4 +1,5 @@
 #include "program.h"
+#include "tests/folders.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -72,7 +73,7 @@ std::string Program::system_path() {
 }
 
 std::string Program::scene(const std::string& name) {
-  return (fs::path(SUBSTEP_SOURCE_DIR) / "scenes" / name).string();
+  return (fs::path(test::source_folder) / "scenes" / name).string();
 }
 
 Outcome Program::run(const std::vector<std::string>& arguments, const std::string& path) const {

@@ -13,6 +13,7 @@
 #include "sim/loading/load_scene.h"
 #include "sim/log/pose_log.h"
 #include "sim/scene/scene.h"
+#include "tests/folders.h"
 
 namespace substep {
 namespace {
@@ -143,7 +144,8 @@ TEST_F(RunCommand, DiffNamesFrameAndSetting) {
 
 TEST_F(RunCommand, EverySceneButOneIsBoundedInA5ByDefault) {
   int scenes = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(std::string(SUBSTEP_SOURCE_DIR) + "/scenes")) {
+  for (const auto& entry :
+       std::filesystem::directory_iterator(std::string(test::source_folder) + "/scenes")) {
     if (entry.path().extension() != ".gltf") continue;
     ++scenes;
     const Outcome outcome = run({"run", entry.path().string(), "--algorithm", "a5", "--output", "a.poses"});

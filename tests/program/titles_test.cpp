@@ -7,6 +7,7 @@
 
 #include "render/video/composition.h"
 #include "sim/loading/load_scene.h"
+#include "tests/folders.h"
 
 namespace substep::render {
 namespace {
@@ -51,7 +52,7 @@ TEST(Titles, TakeTheWordsGiven) {
 }
 
 TEST(Titles, PanelsOfOneAlgorithmDifferInShade) {
-  const Scene scene = load_scene(SUBSTEP_SOURCE_DIR "/scenes/pendulum.gltf");
+  const Scene scene = load_scene(std::string(test::source_folder) + "/scenes/pendulum.gltf");
   ComparisonSettings settings;
   settings.has_reference = false;
   settings.duration = 0;

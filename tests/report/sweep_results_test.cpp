@@ -21,6 +21,7 @@
 #include "sim/model/usual_settings.h"
 #include "sim/study/advice.h"
 #include "sim/study/sweep_results.h"
+#include "tests/folders.h"
 
 namespace substep::report {
 namespace {
@@ -30,14 +31,14 @@ using testing::HasSubstr;
 using testing::Not;
 
 fs::path scenes() {
-  return fs::path(SUBSTEP_SOURCE_DIR) / "scenes";
+  return fs::path(test::source_folder) / "scenes";
 }
 
 /// Pendulum and rod chain, at halved steps and doubled sub-steps; made once for all tests.
 class SweepResults : public testing::Test {
  protected:
   static void SetUpTestSuite() {
-    const fs::path folder = fs::path(SUBSTEP_BINARY_DIR) / "tests/report/sweep";
+    const fs::path folder = fs::path(test::build_folder) / "tests/report/sweep";
     fs::create_directories(folder);
     std::ofstream(folder / "small.toml")
         << "horizon = 1\nmost = 32\n"

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "sim/math/base64.h"
+#include "tests/folders.h"
 #include "tests/scene/example_scene.h"
 
 namespace substep {
@@ -364,7 +365,7 @@ TEST(Features, AreListedOnThePage) {
       if (feature.outcome == outcome) lists += fmt::format("- {}\n", feature.name);
     }
   }
-  std::ifstream stream(SUBSTEP_SOURCE_DIR "/scenes/README.md");
+  std::ifstream stream(std::string(test::source_folder) + "/scenes/README.md");
   const std::string page{std::istreambuf_iterator<char>(stream), {}};
   EXPECT_THAT(page, HasSubstr(lists)) << "scenes/README.md should have these lists:\n" << lists;
 }

@@ -11,11 +11,12 @@
 #include "sim/loading/load_scene.h"
 #include "sim/model/model.h"
 #include "sim/scene/scene.h"
+#include "tests/folders.h"
 
 namespace substep {
 namespace {
 
-const std::filesystem::path folder = std::filesystem::path(SUBSTEP_SOURCE_DIR) / "scenes";
+const std::filesystem::path folder = std::filesystem::path(test::source_folder) / "scenes";
 
 Scene library_scene(const std::string& name) {
   return load_scene(folder / (name + ".gltf"));

@@ -9,6 +9,7 @@
 
 #include "sim/loading/load_scene.h"
 #include "sim/loading/scene_files.h"
+#include "tests/folders.h"
 #include "tests/scene/example_scene.h"
 
 namespace substep {
@@ -244,8 +245,8 @@ TEST(LoadScene, SubstepsFollowFromMasses) {
 }
 
 TEST(LoadScene, LoopsOfJointsAskForMoreSubsteps) {
-  EXPECT_EQ(load_scene(SUBSTEP_SOURCE_DIR "/scenes/four_bar.gltf").substeps, 40);
-  EXPECT_EQ(load_scene(SUBSTEP_SOURCE_DIR "/scenes/rod_chain.gltf").substeps, 10);
+  EXPECT_EQ(load_scene(std::string(test::source_folder) + "/scenes/four_bar.gltf").substeps, 40);
+  EXPECT_EQ(load_scene(std::string(test::source_folder) + "/scenes/rod_chain.gltf").substeps, 10);
 }
 
 TEST(LoadScene, SecondSceneCanBeDefault) {
@@ -717,7 +718,8 @@ TEST(LoadScene, FileWithoutPhysicsStandsStill) {
 
 TEST(LoadScene, LoadsEveryPublishedScene) {
   int count = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(SUBSTEP_SOURCE_DIR "/scenes")) {
+  for (const auto& entry :
+       std::filesystem::directory_iterator(std::string(test::source_folder) + "/scenes")) {
     if (entry.path().extension() != ".gltf" && entry.path().extension() != ".glb") continue;
     const Scene scene = load_scene(entry.path());
     EXPECT_THAT(scene.warnings, IsEmpty()) << entry.path();

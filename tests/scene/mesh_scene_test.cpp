@@ -15,6 +15,7 @@
 
 #include "sim/error.h"
 #include "sim/loading/load_scene.h"
+#include "tests/folders.h"
 #include "tests/scene/example_scene.h"
 
 namespace substep {
@@ -25,7 +26,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using namespace test;
 
-const std::filesystem::path meshes = std::filesystem::path(SUBSTEP_SOURCE_DIR) / "tests/scene/meshes";
+const std::filesystem::path meshes = std::filesystem::path(test::source_folder) / "tests/scene/meshes";
 
 // A cube of 2 m with its lowest corner at the origin.
 const char* const cube_obj =

@@ -16,13 +16,14 @@
 #include "sim/loading/load_scene.h"
 #include "sim/log/pose_log.h"
 #include "sim/simulation.h"
+#include "tests/folders.h"
 
 namespace substep {
 namespace {
 
 /// The log of a scene with joints, contacts and friction.
 std::string log_of(const std::string& name, Algorithm algorithm) {
-  const Scene scene = load_scene(std::string(SUBSTEP_SOURCE_DIR) + "/scenes/" + name + ".gltf");
+  const Scene scene = load_scene(std::string(test::source_folder) + "/scenes/" + name + ".gltf");
   Settings settings = default_settings(algorithm);
   settings.step = scene.step;
   Simulation simulation(scene, settings);

@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include "sim/error.h"
+#include "tests/folders.h"
 
 namespace substep {
 namespace {
@@ -16,7 +17,7 @@ namespace {
 using testing::HasSubstr;
 namespace fs = std::filesystem;
 
-const fs::path scenes = fs::path(SUBSTEP_SOURCE_DIR) / "scenes";
+const fs::path scenes = fs::path(test::source_folder) / "scenes";
 
 const std::string head =
     "[[result]]\nname = \"P3\"\nscenes = [\"five_boxes.gltf\"]\nrule = \"A1\"\n"

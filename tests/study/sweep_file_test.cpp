@@ -8,6 +8,7 @@
 #include "../temporary_folder.h"
 #include "sim/model/settings_fields.h"
 #include "sim/model/usual_settings.h"
+#include "tests/folders.h"
 
 namespace substep {
 namespace {
@@ -19,7 +20,7 @@ class SweepFile : public testing::Test {
   /// Reads a sweep of one grid over a scene of the tree.
   Sweep sweep(const std::string& scene, const std::string& lines) const {
     const fs::path file = folder_.path() / "sweep.toml";
-    std::ofstream(file) << "[[grid]]\nscenes = [\"" << SUBSTEP_SOURCE_DIR << "/scenes/" << scene
+    std::ofstream(file) << "[[grid]]\nscenes = [\"" << test::source_folder << "/scenes/" << scene
                         << ".gltf\"]\n"
                         << lines;
     return read_sweep(file);
@@ -47,7 +48,7 @@ TEST_F(SweepFile, MissingKeysAreTheDefaultsOfARun) {
 }
 
 TEST_F(SweepFile, SweepOfScenesUsesTheDefaults) {
-  const fs::path file = fs::path(SUBSTEP_SOURCE_DIR) / "scenes/heavy_chain.gltf";
+  const fs::path file = fs::path(test::source_folder) / "scenes/heavy_chain.gltf";
   const Sweep sweep = sweep_of({file}, false);  // whose n is not 10
   int defaults = 0;
   for (const SweepJob& job : sweep.jobs) {

@@ -9,6 +9,7 @@
 
 #include "sim/error.h"
 #include "sim/loading/load_scene.h"
+#include "tests/folders.h"
 
 namespace substep {
 namespace {
@@ -79,7 +80,7 @@ TEST(SweepRecord, RefusesUnknownContactKind) {
 
 TEST(ContactKind, FollowsTheReferenceMotion) {
   const auto kind_in = [](const std::string& name) {
-    const Scene scene = load_scene(std::filesystem::path(SUBSTEP_SOURCE_DIR) / "scenes" / (name + ".gltf"));
+    const Scene scene = load_scene(std::filesystem::path(test::source_folder) / "scenes" / (name + ".gltf"));
     return contact_kind(scene, reference_motion(scene, 0.1));
   };
   EXPECT_EQ(kind_in("pendulum"), ContactKind::none);

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/folders.h"
 #include "tests/golden/fuzz/golden_fuzzer.h"
 
 namespace substep::golden {
@@ -20,7 +21,7 @@ namespace fs = std::filesystem;
 std::vector<std::string> corpus() {
   std::vector<fs::path> files;
   for (const auto& entry :
-       fs::directory_iterator(fs::path(SUBSTEP_SOURCE_DIR) / "tests/golden/fuzz/corpus")) {
+       fs::directory_iterator(fs::path(test::source_folder) / "tests/golden/fuzz/corpus")) {
     files.push_back(entry.path());
   }
   std::sort(files.begin(), files.end());

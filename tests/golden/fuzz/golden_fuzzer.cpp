@@ -1,4 +1,5 @@
 #include "tests/golden/fuzz/golden_fuzzer.h"
+#include "tests/folders.h"
 
 #include <cmath>
 #include <cstdio>
@@ -26,7 +27,7 @@ namespace fs = std::filesystem;
 const fs::path& folder() {
   static const test::TemporaryFolder made;
   static const bool copied =
-      fs::copy_file(fs::path(SUBSTEP_SOURCE_DIR) / "scenes/pendulum.gltf", made.path() / "pendulum.gltf");
+      fs::copy_file(fs::path(test::source_folder) / "scenes/pendulum.gltf", made.path() / "pendulum.gltf");
   static_cast<void>(copied);
   return made.path();
 }

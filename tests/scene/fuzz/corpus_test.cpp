@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/folders.h"
 #include "tests/scene/fuzz/scene_fuzzer.h"
 
 namespace substep {
@@ -17,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 TEST(FuzzCorpus, EveryFileLoadsOrIsRefused) {
-  const fs::path folder = fs::path(SUBSTEP_SOURCE_DIR) / "tests/scene/fuzz/corpus";
+  const fs::path folder = fs::path(test::source_folder) / "tests/scene/fuzz/corpus";
   std::vector<fs::path> files;
   std::uintmax_t bytes = 0;
   for (const auto& entry : fs::directory_iterator(folder)) {
