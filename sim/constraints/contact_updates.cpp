@@ -168,15 +168,26 @@ void let_go_of_sliding_two_wide(ContactBatches& contacts, double hs, const std::
   return larger(root(larger(inner, all(0))) - all(0.5) * gain, all(0));
 }
 
+/// Returns whether a contact had an impact in the sub-step before, whose impulse stays given. It is over with
+/// its sub-step: to hold on to its velocity for the rest of the step, while others pass it on, feeds energy
+/// into the cradle.
+[[gnu::always_inline]] inline auto had_impact(const RestitutionRow& row) {
+  return row.impact * (row.coefficient + all(1) - row.closes) > all(0);
+}
+
+/// Spends the friction of an impact: what presses no longer holds nothing.
+void spend_friction(const RestitutionRow& row, const Lanes& normal, FrictionRows& rows) {
+  const auto is_over = had_impact(row);
+  for (int k = 0; k < 2; ++k) rows.origin[k] = choose(is_over, rows.row[k].impulse, rows.origin[k]);
+  rows.origin_normal = choose(is_over, normal, rows.origin_normal);
+}
+
 /// Whether a contact has an impact in the sub-step that starts, and what velocity it leaves.
 void start_impact(NormalRow& normal, RestitutionRow& row, const Lanes& gap, const Lanes& approach,
                   double hs) {
   const Lanes zero = all(0);
   const Lanes gain = row.acceleration * all(hs);
-  // What an impact has given stays given. It is over with its sub-step: to hold on to its velocity for the
-  // rest of the step, while others pass it on, feeds energy into the cradle.
-  const auto is_kept = row.impact * (row.coefficient + all(1) - row.closes) > zero;
-  normal.low = choose(is_kept, normal.row.impulse, normal.low);
+  normal.low = choose(had_impact(row), normal.row.impulse, normal.low);
   const auto meets = gap <= all(hs) * (approach + gain);
   const Lanes fast = choose(approach > row.resting_acceleration * all(hs), all(1), zero);
   row.impact = fast * choose(row.coefficient >= zero, all(1), zero);
@@ -225,6 +236,12 @@ void start_substep(ContactBatches& contacts, double hs, const std::vector<Veloci
       rows.origin_normal = choose(lets_go, normal, rows.origin_normal);
     }
     if (x.first_restitution < 0) continue;
+    for (int i = 0; i < x.frictions; ++i) {
+      const int contact = x.contact_of[i];
+      spend_friction(contacts.restitutions[x.first_restitution + contact],
+                     contacts.normals[x.first_normal + contact].row.impulse,
+                     contacts.frictions[x.first_friction + i]);
+    }
     const ContactDirections* const directions = contacts.directions.data() + x.first_normal;
     for (int i = 0; i < x.contacts; ++i) {
       NormalRow& normal = contacts.normals[x.first_normal + i];
