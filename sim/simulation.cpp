@@ -83,7 +83,7 @@ struct Simulation::Implementation {
     problem.substeps.offset.resize(state.v.size());
     report.rows = static_cast<int>(problem.c.row_count());
     if (!sub_stepped && !procedure) divide_step();
-    equal_part = settings.step / equal_parts;
+    most_equal_parts = equal_parts;
   }
 
   /// Sets how many equal parts a step has. A1 and A2 take the geometric stiffness of taut joints with the
@@ -91,13 +91,14 @@ struct Simulation::Implementation {
   /// weight at most, which makes it stiffer by √3. So 1/h is allowed of the weights at the scene's start, or
   /// of those that it would have if gravity pulled along an axis: a chain that starts level is not taut yet.
   void divide_step() {
-    if (std::ranges::none_of(model.locks, [](const Lock& lock) { return lock.kind == Lock::Kind::point; }))
-      return;
+    constexpr auto is_point = [](const Lock& lock) { return lock.kind == Lock::Kind::point; };
+    may_be_taut = std::ranges::any_of(model.locks, is_point);
+    if (!may_be_taut) return;
+    stiffness.reserve(state.q.size());
     if (model.contacts) problem.contacts = &finder.find(state, settings.step, 1, true);
     build_blocks(problem, Joints::rows);
     double frequency = frequency_under_weights(model.gravity);
     // Where bodies hang on ball joints alone, they may swing to where they pull most.
-    const auto is_point = [](const Lock& lock) { return lock.kind == Lock::Kind::point; };
     if (std::ranges::all_of(model.locks, is_point)) {
       for (int axis = 0; axis < 3; ++axis) {
         for (const double sign : {-1.0, 1.0}) {
@@ -109,7 +110,15 @@ struct Simulation::Implementation {
     problem.contacts = &no_contacts;
     problem.substeps.part = 1;
     build_blocks(problem, joints);
-    equal_parts = static_cast<int>(std::clamp(std::ceil(settings.step * frequency), 1.0, 64.0));
+    equal_parts = static_cast<int>(std::clamp(std::ceil(settings.step * frequency), 1.0, most_divided));
+  }
+
+  /// Returns how many equal parts the next step has: more where joints pulled harder in the last, as those of
+  /// what whirls do. Each undoes its part of a gap, as an undivided step would: undone the faster, it would
+  /// pull harder yet.
+  int parts_of_next_step() const {
+    const double needed = std::ceil(settings.step * state.transverse_frequency / allowed_swing);
+    return std::max(equal_parts, static_cast<int>(std::min(needed, most_divided)));
   }
 
   /// Returns the largest frequency in the geometric stiffness of joints that bear the scene at rest, rad/s.
@@ -123,7 +132,9 @@ struct Simulation::Implementation {
     }
     make_mlcp(problem, v, work.mlcp);
     if (work.solver.solve(work.mlcp, work.lambda).status == MlcpReport::Status::unsolved) return 0;
-    return transverse_frequency(problem, work.lambda, h);
+    for (std::size_t i = 0; i < problem.c.blocks.size(); ++i)
+      problem.c.rows[problem.c.blocks[i].first].impulse = work.lambda[i];
+    return transverse_frequency(problem, h, 0, stiffness);
   }
 
   /// Takes the step in its equal parts.
@@ -134,7 +145,10 @@ struct Simulation::Implementation {
     report.status = StepReport::Status::ok;
     report.parts = 0;
     earlier_impulses.clear();
-    for (int i = 0; i < equal_parts; ++i) {
+    const int parts = parts_of_next_step();
+    most_equal_parts = std::max(most_equal_parts, parts);
+    equal_part = settings.step / parts;
+    for (int i = 0; i < parts; ++i) {
       if (i > 0) append_contact_impulses(earlier_impulses);
       take_equal_part();
       if (report.status == StepReport::Status::diverged) {
@@ -142,6 +156,10 @@ struct Simulation::Implementation {
         state.v = before_v;
         return;
       }
+    }
+    if (may_be_taut) {
+      const double least = equal_parts * allowed_swing / settings.step;
+      state.transverse_frequency = transverse_frequency(problem, part_settings.step, least, stiffness);
     }
     ++steps;
   }
@@ -198,7 +216,7 @@ struct Simulation::Implementation {
   /// Advances the state by `duration`.
   void take(double duration, bool all_contacts) {
     part_settings.step = duration;
-    problem.substeps.part = duration / equal_part;
+    problem.substeps.part = duration / (settings.step / equal_parts);
     problem.substeps.duration = duration / problem.substeps.count;
     // s1: geometry
     if (model.contacts) {
@@ -309,7 +327,7 @@ struct Simulation::Implementation {
     switch (settings.algorithm) {
       case Algorithm::a1:
         proc1(state.q, state.v, part_settings, problem, work);
-        if (is_warm) keep_impulses(work.lambda, problem.c);
+        if (is_warm || may_be_taut) keep_impulses(work.lambda, problem.c);
         report.active_sets = work.report.active_sets;
         report.residual = work.report.residual;
         report.contradicting = work.report.contradicting;
@@ -352,8 +370,14 @@ struct Simulation::Implementation {
   std::vector<PatchShape> remembered_patches;
   std::vector<double> remembered_joints;
   Settings part_settings;
-  bool is_warm = false;                          ///< the last step's impulses are remembered
-  int equal_parts = 1;                           ///< of a step
+  bool is_warm = false;  ///< the last step's impulses are remembered
+  /// Of a step times a frequency: explicit steps of a swing diverge above 2.
+  static constexpr double allowed_swing = 1.7;
+  static constexpr double most_divided = 64;     ///< parts of a step
+  bool may_be_taut = false;                      ///< in A1, A2: some joint locks a point
+  std::vector<Matrix3> stiffness;                ///< by body
+  int equal_parts = 1;                           ///< of a step, at least
+  int most_equal_parts = 1;                      ///< that a step had so far
   double equal_part = 0;                         ///< s
   int tried_parts = 0;                           ///< of the equal part
   std::vector<bool> is_jointed;                  ///< by body
@@ -413,7 +437,7 @@ std::int64_t Simulation::steps() const {
   return implementation_->steps;
 }
 int Simulation::equal_parts() const {
-  return implementation_->equal_parts;
+  return implementation_->most_equal_parts;
 }
 
 void Simulation::set_state(const State& state) {

@@ -43,7 +43,7 @@ struct StepReport {
 
 /// Why Simulation::equal_parts() is more than one.
 inline constexpr std::string_view reason_of_parts =
-    "weights on its joints make light bodies stiff in the transverse direction";
+    "forces of joints make light bodies stiff in the transverse direction";
 
 class Simulation {
  public:
@@ -72,9 +72,10 @@ class Simulation {
   const Scene& scene() const;
   std::int64_t steps() const;  ///< taken so far; the time is steps() * settings().step
 
-  /// Returns how many equal parts each step is taken in: as if the step were so much smaller. More than one
+  /// Returns how many equal parts a step has had at most: as if the step were so much smaller. More than one
   /// in A1 and A2 where taut joints make light bodies too stiff in the transverse direction for the whole
-  /// step, by the weights that the scene's start hangs on them. A given procedure takes a step as one.
+  /// step: in each step by the weights that the scene's start hangs on them, and in those in which joints
+  /// pull harder. A given procedure takes a step as one.
   int equal_parts() const;
 
   /// Continues from another state (same bodies) at the same time.

@@ -183,7 +183,7 @@ void run(const RunOptions& options) {
              written.last_frame, written.last_frame * settings.step, output.string());
   if (table) fmt::print("wrote {}\n", options.csv->string());
   if (const int parts = simulation.equal_parts(); parts > 1) {
-    fmt::print("each step was taken in {} parts: {}\n", parts, reason_of_parts);
+    fmt::print("a step was taken in up to {} parts: {}\n", parts, reason_of_parts);
   }
   const bool diverged = written.end.starts_with("diverged");
   summary.print(written.last_frame, diverged);

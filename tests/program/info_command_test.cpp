@@ -48,7 +48,7 @@ TEST_F(InfoCommand, SaysWhyAScenesSubstepsAreNotThoseOfMost) {
 
 TEST_F(InfoCommand, SaysHowManyPartsTautJointsNeed) {
   EXPECT_THAT(run({"info", scene("heavy_chain.gltf")}).out,
-              HasSubstr("\nA1 and A2 take each step in 8 parts: weights on its joints "));
+              HasSubstr("\nA1 and A2 take each step in 8 parts: forces of joints "));
   EXPECT_THAT(run({"info", scene("rod_chain.gltf")}).out, testing::Not(HasSubstr(" parts: ")));
 }
 
