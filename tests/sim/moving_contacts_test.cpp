@@ -444,32 +444,42 @@ OverSeams draw_over_seams(Random& random, std::string& parameters) {
   return result;
 }
 
-Trial draw_seams(Random& random, bool height) {
+enum class OverSeamsError { speed, height, side };
+
+/// The largest change of the speed, relative to the start's, or the largest way up or aside, m.
+template <OverSeamsError measured>
+Trial draw_seams(Random& random) {
   Trial trial;
   const OverSeams over = draw_over_seams(random, trial.parameters);
   trial.error = [=](Algorithm algorithm) {
     double largest = 0;
     const Body& body = over.scene.bodies[1];
-    const bool is_finite = test::watch(
-        over.scene, test::default_settings_of(over.scene, algorithm), over.duration,
-        [&](const State& state, double) {
-          const double change = height ? std::abs(state.q[1].linear.y() - body.pose.position.y())
-                                       : (state.v[1].linear - body.linear_velocity).norm() / over.speed;
-          largest = std::max(largest, change);
-        });
+    const Vector3 aside = body.linear_velocity.cross(Vector3::UnitY()).normalized();
+    const bool is_finite = test::watch(over.scene, test::default_settings_of(over.scene, algorithm),
+                                       over.duration, [&](const State& state, double) {
+                                         const Vector3 way = state.q[1].linear - body.pose.position;
+                                         double change = state.v[1].linear.norm() / over.speed - 1;
+                                         if (measured == OverSeamsError::height) change = way.y();
+                                         if (measured == OverSeamsError::side) change = aside.dot(way);
+                                         largest = std::max(largest, std::abs(change));
+                                       });
     return is_finite ? largest : infinite_error;
   };
   return trial;
 }
 
 TEST(Seams, SpeedStays) {
-  test::run(
-      {"2 m over flush blocks: speed", 0.002, [](Random& random) { return draw_seams(random, false); }});
+  test::run({"2 m over flush blocks: speed", 0.002, &draw_seams<OverSeamsError::speed>});
 }
 
 TEST(Seams, HeightStays) {
-  test::run(
-      {"2 m over flush blocks: height, m", 1e-4, [](Random& random) { return draw_seams(random, true); }});
+  test::run({"2 m over flush blocks: height, m", 1e-4, &draw_seams<OverSeamsError::height>});
+}
+
+// Sweeps end before the points on both sides of a seam agree, which leaves some turning: 0.52 mm in 400
+// draws.
+TEST(Seams, CourseStays) {
+  test::run({"2 m over flush blocks: aside, m", 1e-3, &draw_seams<OverSeamsError::side>});
 }
 
 // Struck bodies
