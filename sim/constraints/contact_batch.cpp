@@ -216,14 +216,34 @@ void ContactBatches::add_batches(const Model& model, const std::vector<Contact>&
   }
 }
 
+/// Returns whether the shapes are those that the batches were built for.
+bool ContactBatches::have_shapes_of_batches() const {
+  return std::ranges::equal(shapes, shapes_of_batches_, [](const PatchShape& shape, const auto& built) {
+    return built == std::tuple(shape.collider_a, shape.collider_b, shape.corners);
+  });
+}
+
+void ContactBatches::list_shapes_of_batches() {
+  shapes_of_batches_.clear();
+  for (const PatchShape& shape : shapes)
+    shapes_of_batches_.emplace_back(shape.collider_a, shape.collider_b, shape.corners);
+}
+
 void ContactBatches::build(const Model& model, const std::vector<Contact>& contacts,
                            std::vector<PatchShape>& kept, const std::vector<Coordinates>& q) {
   reserve(model, contacts.capacity());
   shapes.swap(kept);
+  formulations = 0;
+  const bool has_points = !contacts.empty();
+  if (!has_points && had_no_points_ && have_shapes_of_batches()) {
+    slides.assign(batches.size(), 0);
+    return;
+  }
+  had_no_points_ = !has_points;
   batches.clear();
   counts_ = {};
-  formulations = 0;
   list_manifolds(model, contacts, q);
+  list_shapes_of_batches();
   last_batch_.assign(model.masses.size(), -1);
   for (std::size_t begin = 0, end = 0; begin < manifolds_.size(); begin = end) {
     while (end < manifolds_.size() && manifolds_[end].distance == manifolds_[begin].distance) ++end;
@@ -252,6 +272,7 @@ void ContactBatches::reserve(const Model& model, std::size_t most) {
   restitutions.reserve(most);
   couplings.reserve(8 * most);
   shapes.reserve(most);
+  shapes_of_batches_.reserve(most);
   patches.reserve(most);
   patch_corners.reserve(most);
   partners_.reserve(2 * most);

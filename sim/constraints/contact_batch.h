@@ -12,6 +12,7 @@
 
 #include <array>
 #include <cstdint>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -241,6 +242,8 @@ class ContactBatches {
   };
   void list_manifolds(const Model& model, const std::vector<Contact>& contacts,
                       const std::vector<Coordinates>& q);
+  bool have_shapes_of_batches() const;
+  void list_shapes_of_batches();
   void measure_distances(const Model& model);
   void reserve(const Model& model, std::size_t most);
   void sort_places(const std::vector<Contact>& found);
@@ -260,11 +263,13 @@ class ContactBatches {
 
   Counts counts_{};
   std::vector<Manifold> manifolds_;
-  std::vector<int> in_order_;    ///< contacts, as they are remembered
-  std::vector<int> place_of_;    ///< by contact: its place among them
-  std::vector<int> last_batch_;  ///< by body: the last that it is in
-  std::vector<int> distance_;    ///< by body: from what cannot move
-  std::vector<int> begin_;       ///< by body: of its partners; by collider: of its contacts
+  bool had_no_points_ = false;                                ///< when the batches were built
+  std::vector<std::tuple<int, int, int>> shapes_of_batches_;  ///< colliders and corners, then
+  std::vector<int> in_order_;                                 ///< contacts, as they are remembered
+  std::vector<int> place_of_;                                 ///< by contact: its place among them
+  std::vector<int> last_batch_;                               ///< by body: the last that it is in
+  std::vector<int> distance_;                                 ///< by body: from what cannot move
+  std::vector<int> begin_;  ///< by body: of its partners; by collider: of its contacts
   std::vector<int> partners_;
   std::vector<int> reached_;
 };
