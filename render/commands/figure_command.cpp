@@ -132,7 +132,7 @@ void add_figure_command(CLI::App& report) {
   const auto options = std::make_shared<FigureOptions>();
   std::string about = "Which one:";
   for (const report::ReportFigure& figure : report::figures()) {
-    about += fmt::format("\n  {:<20}{}{}{}", figure.name, figure.about, figure.from_sweep ? " [sweep]" : "",
+    about += fmt::format("\n  {:<22}{}{}{}", figure.name, figure.about, figure.from_sweep ? " [sweep]" : "",
                          figure.reproducible ? "" : " [times]");
   }
   command->add_option("name", options->name, about)->required();

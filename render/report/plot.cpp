@@ -216,8 +216,8 @@ std::string with_dark_mode(std::string svg) {
 std::string terminal(const Layout& layout, PictureFormat format, const FigureStyle& style, double unit) {
   const std::string ground =
       style.transparent ? "transparent" : fmt::format("background rgb '{}'", paper.light);
-  // Cairo's terminals take a font's points for those of 96 in an inch.
-  const double points = style.width ? 0.75 : 0.82;
+  // Cairo's terminals take a font's points for those of 96 in an inch. The layout has measured its texts so.
+  constexpr double points = 0.75;
   switch (format) {
     case PictureFormat::svg:
       // Transparent is what gnuplot's SVG is by itself.
