@@ -66,7 +66,7 @@ struct Renderer::Implementation {
   View view;                      ///< of the whole picture
   View tile_view;                 ///< of the tile that is drawn
   glm::dmat4 clip_from_world{1};  ///< of the tile
-  glm::dvec3 ray{0, -1, 0};
+  glm::dvec4 key{0, 1, 0, 0};     ///< FrameUniforms::key
   double ground = 0;
   double focus = 0;  ///< how far from the eye the scene begins
   double sight = 0;  ///< farther from the eye than this, bodies neither cast shadows nor hide the sky
@@ -160,7 +160,7 @@ Renderer::Implementation::Implementation(const Scene& scene, const RenderSetting
     textures = SurfaceTextures(scene, mesh.surfaces);
     lamps = lamps_of(scene, mesh.parts);
   }
-  ray = set_light(frame, scene, ground);
+  key = set_light(frame, scene, lamps, ground);
   focus = std::max(nearest, 0.1);
   const int scale = settings.antialiasing ? 2 : 1;
   const auto [tile_width, tile_height] = size_of_tile(settings);
@@ -223,6 +223,7 @@ bool Renderer::Implementation::is_in_sight(const Coordinates& q) const {
   return is_drawable(q) && (q.linear - Vector3(view.eye.x, view.eye.y, view.eye.z)).norm() < sight;
 }
 
+/// Draws the map of what the light that casts shadows sees.
 void Renderer::Implementation::fit_shadow(std::span<const Coordinates> poses) {
   std::vector<glm::dvec3> points;
   for (std::size_t i = 0; i < mesh.parts.size(); ++i) {
@@ -234,20 +235,22 @@ void Renderer::Implementation::fit_shadow(std::span<const Coordinates> poses) {
       points.emplace_back(p.x(), p.y(), p.z());
     }
   }
-  const SunView sun = fit_sun_view(ray, points);
-  frame.shadow_from_world = glm::mat4(sun.map_from_world);
+  const ShadowView seen =
+      key.w > 0 ? fit_lamp_view(glm::dvec3(key), points) : fit_sun_view(-glm::dvec3(key), points);
+  frame.shadow_from_world = glm::mat4(seen.map_from_world);
   // The large map takes as long as all else of a small picture. The small one does where its texels are finer
   // than the pixels.
   const double pixel = focus * 2 * view.tangent_y / settings.height;
-  shadow = &device->shadow(sun.width / 512 < 0.75 * pixel);
+  const double width = seen.width * seen.far;
+  shadow = &device->shadow(width / 512 < 0.75 * pixel);
   frame.depth_terms.z = static_cast<float>(shadow->size);
-  const double texel = sun.width / shadow->size;
-  frame.shadow_scale = {static_cast<float>(1 / sun.width), static_cast<float>(0.001 + 0.6 * texel),
-                        static_cast<float>(sun.depth), settings.shadows ? 1.0F : 0.0F};
+  const double texel = width / shadow->size;
+  frame.shadow_scale = {static_cast<float>(1 / seen.width), static_cast<float>(0.001 + 0.6 * texel),
+                        static_cast<float>(seen.depth), settings.shadows ? 1.0F : 0.0F};
   if (!settings.shadows) return;
   shadow->start();
   glEnable(GL_DEPTH_CLAMP);
-  draw_solid(device->depth_program, sun.clip_from_world, poses);
+  draw_solid(device->depth_program, seen.clip_from_world, poses);
   glDisable(GL_DEPTH_CLAMP);
   shadow->finish();
 }
@@ -381,8 +384,9 @@ GroundAreas Renderer::Implementation::ground_areas_of_tile() const {
   // Of the ground's x and z: columns of the maps' matrices.
   const glm::dmat4 map(frame.shadow_from_world);
   const glm::dvec4 middle = map * glm::dvec4(0, ground, 0, 1);
-  const glm::dmat3 shadow_place(glm::dvec3(map[0].x, map[0].y, 0), glm::dvec3(map[2].x, map[2].y, 0),
-                                glm::dvec3(middle.x, middle.y, 1));
+  const glm::dmat3 shadow_place(glm::dvec3(map[0].x, map[0].y, map[0].w),
+                                glm::dvec3(map[2].x, map[2].y, map[2].w),
+                                glm::dvec3(middle.x, middle.y, middle.w));
   const std::vector<float>& around = shadow->around();
   const MarkedCells in_shadow(ShadowMap::blocks, shadow_place,
                               [&](std::size_t i) { return settings.shadows && around[i] < 1; });

@@ -9,19 +9,21 @@ namespace {
 const std::string frame = R"(
 layout(std140) uniform Frame {
   mat4 clip_from_world;
-  mat4 shadow_from_world;  // x, y: texture coordinates; z: 0–1 along the sun's rays
+  mat4 shadow_from_world;  // x / w, y / w: texture coordinates; z / w: 0–1 along the rays of the key light
   vec4 eye;                // w: samples a pixel's side
   vec4 ray_corner;         // ray through the picture's pixel (x, y): ray_corner + x ray_right + y ray_up
   vec4 ray_right;
   vec4 ray_up;
-  vec4 to_sun;             // unit
+  vec4 key;                // of the light that casts shadows: place and 1, or unit direction towards it and 0
+  vec4 to_sun;             // unit; w: 1 where it is the key light
   vec4 sun;                // radiance of a white surface that faces it
   vec4 zenith;             // radiances
   vec4 horizon;
   vec4 bounce;             // of the ground in light
   vec4 ground_color;       // w: height of the ground
   vec4 ground_reach;       // distances: fading begins, ends; z: weight of the decimetre lines; w: radius of the disc
-  vec4 shadow_scale;       // texture coordinates per metre; metres: bias, the map's depth; w: 1 with shadows
+  vec4 shadow_scale;       // texture coordinates per metre; metres: bias, the map's depth; w: 1 with shadows.
+                           // Where the key light is a lamp: coordinates and depth 1 m in front of it
   vec4 occlusion;          // x, y: world x, z of the occlusion map's corner; z: 1 / its width; w: 1 / height it reaches
   vec4 depth_terms;        // depth d lies x / (y - d) along a ray; z: texels of the shadow map a side
 };
@@ -139,34 +141,39 @@ vec2 turned_on(vec2 direction) {
   return vec2(c * direction.x - s * direction.y, s * direction.x + c * direction.y);
 }
 
-/// Part of the sun that reaches a point of a surface with unit normal n.
+/// Part of the key light that reaches a point of a surface with unit normal n.
 ///
 /// Percentage-closer soft shadows (Fernando 2005): the farther what covers the sun, the wider the penumbra.
 /// Branches cost a software rasteriser as much as their longest side, loops end when no pixel goes on: so the
 /// taps of penumbrae, whose number varies, are taken in a loop, and the search's are laid out by the compiler.
-float sunlight(vec3 position, vec3 n) {
+float key_light(vec3 position, vec3 n) {
   const float spread = 0.035;       // penumbra's half-width a metre from what casts it
   const float widest = 0.03;        // of the map
   const int search_taps = 12;
   float texel = 1.0 / depth_terms.z;
-  vec3 place = (shadow_from_world * vec4(position + n * shadow_scale.y, 1.0)).xyz;
+  vec4 seen = shadow_from_world * vec4(position + n * shadow_scale.y, 1.0);
+  vec3 place = seen.xyz / seen.w;
+  float per_metre = shadow_scale.x / seen.w;
+  float map_depth = shadow_scale.z * square(seen.w);
   vec2 outside = abs(place.xy - 0.5);
-  bool inside = max(outside.x, outside.y) < 0.5 && shadow_scale.w > 0.5;
+  bool inside = max(outside.x, outside.y) < 0.5 && seen.w > 0.0 && shadow_scale.w > 0.5;
   float nearest = textureLod(shadow_nearest, place.xy, 0.0).r;
 
   // The surface's plane in the map: z changes by slope · offset.
-  vec3 plane = mat3(shadow_from_world) * n;
-  plane.xy /= square(shadow_scale.x);
-  float depth_scale = shadow_scale.z * shadow_scale.z;
-  vec2 slope = -plane.xy / min(plane.z * depth_scale, -1e-6);
-  float steepest = 8.0 / (shadow_scale.x * shadow_scale.z);
+  vec4 plane = shadow_from_world * vec4(n, 0.0);
+  plane.xy = (plane.xy - 0.5 * plane.w) / square(shadow_scale.x);
+  // A lamp's rays are not parallel.
+  float along_ray = key.w > 0.5 ? (plane.w + dot(place.xy - 0.5, plane.xy)) * seen.w * shadow_scale.z
+                                : plane.z * square(shadow_scale.z);
+  vec2 slope = -plane.xy / min(along_ray, -1e-6);
+  float steepest = 8.0 / (per_metre * map_depth);
   slope = clamp(slope, vec2(-steepest), vec2(steepest));
 
-  float search = min((place.z - nearest) * shadow_scale.z * spread * shadow_scale.x, widest);
+  float search = min((place.z - nearest) * map_depth * spread * per_metre, widest);
   search = max(search, 1.5 * texel);
   bool has_nearer = inside && place.z > nearest;
   // The map knows depths at its texels only, up to this far off the surface's own.
-  float bias = shadow_scale.y / shadow_scale.z + 1.2 * texel * length(slope);
+  float bias = shadow_scale.y / map_depth + 1.2 * texel * length(slope);
   float blockers = 0.0;
   float depth = 0.0;
   float area = 0.5 / float(search_taps);
@@ -174,15 +181,15 @@ float sunlight(vec3 position, vec3 n) {
   for (int i = 0; i < search_taps; ++i) {
     vec2 offset = search * (sqrt(area) * direction);
     float z = textureLod(shadow_depth, place.xy + offset, 0.0).r;
-    // Nothing covers the sun at the map's end.
+    // Nothing covers the light at the map's end.
     float behind = has_nearer && z < 1.0 && z + bias < place.z + dot(slope, offset) ? 1.0 : 0.0;
     blockers += behind;
     depth += behind * z;
     area += 1.0 / float(search_taps);
     direction = turned_on(direction);
   }
-  float gap = (place.z - depth / max(blockers, 1.0)) * shadow_scale.z;
-  float radius = clamp(gap * spread * shadow_scale.x, 1.2 * texel, widest);
+  float gap = (place.z - depth / max(blockers, 1.0)) * map_depth;
+  float radius = clamp(gap * spread * per_metre, 1.2 * texel, widest);
   // As many as there are texels across a narrow penumbra; none where all around is in shadow.
   float taps = clamp(floor(3.0 * radius * depth_terms.z), 8.0, 48.0);
   bool in_shadow = blockers > float(search_taps) - 0.5;
@@ -231,11 +238,12 @@ const std::string lamp_terms = R"(
 uniform int light_count;
 uniform vec4 light_places[16];  // w: 1; or the direction towards a light infinitely far, and 0
 uniform vec4 light_axes[16];    // against the direction a spot shines in; w: 1 / range²
-uniform vec4 light_cones[16];   // x, y: of the cosine between the axis and the way to the light
+uniform vec4 light_cones[16];   // x, y: of the cosine between the axis and the way to the light; z: 1 for the key
 uniform vec4 light_colors[16];
 
-/// Radiance at `position` of a white surface that faces the light, which lies along unit `towards`.
-vec3 lamp(int i, vec3 position, out vec3 towards) {
+/// Radiance at `position` of a white surface that faces the light, which lies along unit `towards`. `lit` is the
+/// part of the key light that reaches it.
+vec3 lamp(int i, vec3 position, float lit, out vec3 towards) {
   vec3 way = light_places[i].xyz - light_places[i].w * position;
   float distance2 = max(dot(way, way), 1e-8);
   towards = way * (1.0 / sqrt(distance2));
@@ -243,7 +251,7 @@ vec3 lamp(int i, vec3 position, out vec3 towards) {
   // Where the light's range ends it has faded to nothing, and nowhere before the last part of it.
   float fading = max(1.0 - square(distance2 * light_axes[i].w), 0.0);
   float strength = mix(1.0, fading / max(distance2, 1e-4), light_places[i].w) * square(cone);
-  return light_colors[i].rgb * strength;
+  return light_colors[i].rgb * (light_cones[i].z > 0.5 ? strength * lit : strength);
 }
 )";
 
@@ -350,12 +358,13 @@ vec3 lighted(Surface surface) {
   float nv = max(dot(n, v), 1e-3);
   vec3 facing = mix(vec3(0.04), base_color, metallic);
   vec3 diffuse = base_color * (1.0 - metallic);
-  float lit = nl > 0.0 ? sunlight(surface.position, n) : 0.0;
-  vec3 radiance = scattered(n, v, l, nl, nv, facing, diffuse, roughness) * sun.rgb * (nl * lit);
+  bool faces_key = dot(n, key.xyz - key.w * surface.position) > 0.0;
+  float lit = faces_key ? key_light(surface.position, n) : 0.0;
+  vec3 radiance = scattered(n, v, l, nl, nv, facing, diffuse, roughness) * sun.rgb * (nl * (to_sun.w > 0.5 ? lit : 1.0));
 #ifdef LOOKS
   for (int i = 0; i < light_count; ++i) {
     vec3 towards;
-    vec3 light = lamp(i, surface.position, towards);
+    vec3 light = lamp(i, surface.position, lit, towards);
     float facing_light = max(dot(n, towards), 0.0);
     radiance += scattered(n, v, towards, facing_light, nv, facing, diffuse, roughness) * light * facing_light;
   }
@@ -510,7 +519,7 @@ void main() {
 #ifdef SUNLIT
   float lit = 1.0;
 #else
-  float lit = sunlight(position, n);
+  float lit = key_light(position, n);
 #endif
 #ifdef OPEN
   float open = 1.0;
@@ -518,11 +527,11 @@ void main() {
   float open = openness(position, vec2(0.0));
 #endif
   vec3 sky = mix(zenith.rgb, horizon.rgb, 0.55);
-  vec3 radiance = color * (sun.rgb * (max(to_sun.y, 0.0) * lit) + sky * open);
+  vec3 radiance = color * (sun.rgb * (max(to_sun.y, 0.0) * (to_sun.w > 0.5 ? lit : 1.0)) + sky * open);
 #ifdef LOOKS
   for (int i = 0; i < light_count; ++i) {
     vec3 towards;
-    vec3 light = lamp(i, position, towards);
+    vec3 light = lamp(i, position, lit, towards);
     radiance += color * light * max(towards.y, 0.0);
   }
 #endif
