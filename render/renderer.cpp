@@ -57,6 +57,12 @@ void clear_normals() {
   glClearBufferiv(GL_COLOR, 0, none.data());
 }
 
+/// Returns whether the surface shines, lets light through or is darker in its crevices.
+bool shines_or_shades(const Surface& surface) {
+  return surface.opacity == Surface::Opacity::blended || surface.emission != std::array{0.0, 0.0, 0.0} ||
+         surface.textures[Surface::occlusion_texture].image >= 0;
+}
+
 }  // namespace
 
 struct Renderer::Implementation {
@@ -80,11 +86,13 @@ struct Renderer::Implementation {
   Target picture;
   Lit lit;
   // Where surfaces have more than a colour:
-  const SurfacePrograms* programs = nullptr;
+  SurfacePrograms* programs = nullptr;
   SurfaceTextures textures;
+  bool shines = false;  ///< SurfacePrograms::shading()
   Lamps lamps;
   Layers layers;                 ///< where light passes through some
   std::vector<Rectangle> areas;  ///< of the tile, that bodies lie within
+  std::vector<float> depths;     ///< what was read last; kept, for fresh memory costs as much as reading
   Backdrop backdrop;
 
   Implementation(const Scene& scene, const RenderSettings& wanted,
@@ -103,11 +111,12 @@ struct Renderer::Implementation {
                    Relief& relief);
   void draw_pieces(GLuint program, const glm::dmat4& clip, std::span<const Coordinates> poses,
                    Surface::Opacity opacity);
+  void draw_looks(std::span<const Coordinates> poses, Surface::Opacity opacity, bool is_behind);
   void draw_solid(GLuint program, const glm::dmat4& clip, std::span<const Coordinates> poses,
                   GLenum hidden = GL_BACK);
   void draw_surfaces(std::span<const Coordinates> poses);
   void light_surfaces(GLuint depth, std::span<const Rectangle> lit_areas);
-  std::vector<Rectangle> areas_seen() const;
+  std::vector<Rectangle> areas_seen();
   GroundAreas ground_areas_of_tile() const;
   Drawn drawn() const;
   bool has(Surface::Opacity opacity) const;
@@ -158,16 +167,17 @@ Renderer::Implementation::Implementation(const Scene& scene, const RenderSetting
   if (!mesh.looks.empty()) {
     programs = &device->surface_programs();
     textures = SurfaceTextures(scene, mesh.surfaces);
+    shines = std::ranges::any_of(mesh.surfaces, shines_or_shades);
     lamps = lamps_of(scene, mesh.parts);
   }
   key = set_light(frame, scene, lamps, ground);
   focus = std::max(nearest, 0.1);
   const int scale = settings.antialiasing ? 2 : 1;
   const auto [tile_width, tile_height] = size_of_tile(settings);
-  surfaces = Surfaces(tile_width * scale, tile_height * scale, programs != nullptr);
+  surfaces = Surfaces(tile_width * scale, tile_height * scale, shines);
   if (has(Surface::Opacity::blended)) layers = Layers(surfaces);
   picture = Target(tile_width, tile_height);
-  lit = Lit(picture, programs != nullptr);
+  lit = Lit(picture, shines);
   look_at(view);
   if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
     throw Error("software OpenGL reports error " + std::to_string(error) +
@@ -285,7 +295,7 @@ void Renderer::Implementation::fit_occlusion(std::span<const Coordinates> poses)
 /// The bodies as the ground sees them, and as the sky does, from straight below and above.
 void Renderer::Implementation::draw_relief(std::span<const Coordinates> poses, double low_x, double low_z,
                                            double high, Relief& relief) {
-  std::vector<float> depths(relief.lowest.size());
+  depths.resize(relief.lowest.size());
   glEnable(GL_DEPTH_CLAMP);
   for (const bool from_below : {true, false}) {
     device->relief.start_anew();
@@ -317,11 +327,10 @@ bool Renderer::Implementation::has(Surface::Opacity opacity) const {
 
 void Renderer::Implementation::draw_pieces(GLuint program, const glm::dmat4& clip,
                                            std::span<const Coordinates> poses, Surface::Opacity opacity) {
-  const bool has_textures = program == programs->body || program == programs->cut;
   bodies.draw_pieces(mesh, program, clip, poses, [&](const Piece& piece) {
     const Surface& surface = mesh.surfaces[piece.surface];
     if (surface.opacity != opacity) return false;
-    if (has_textures) programs->set_surface(program, surface, textures, piece.surface);
+    if (program == programs->cut) programs->set_surface(program, surface, textures, piece.surface);
     return true;
   });
 }
@@ -342,17 +351,28 @@ void Renderer::Implementation::draw_surfaces(std::span<const Coordinates> poses)
     bodies.draw(device->body_program, clip_from_world, poses);
     return;
   }
-  programs->set_sight(sight_of(tile_view, surfaces.height), false);
-  draw_pieces(programs->body, clip_from_world, poses, Surface::Opacity::opaque);
-  draw_pieces(programs->body, clip_from_world, poses, Surface::Opacity::cut);
+  draw_looks(poses, Surface::Opacity::opaque, false);
+  draw_looks(poses, Surface::Opacity::cut, false);
+}
+
+/// Draws surfaces as seen; with `is_behind`, those alone that lie behind nearer_unit's depth.
+void Renderer::Implementation::draw_looks(std::span<const Coordinates> poses, Surface::Opacity opacity,
+                                          bool is_behind) {
+  const glm::vec4 eye = sight_of(tile_view, surfaces.height);
+  bodies.draw_pieces(mesh, 0, clip_from_world, poses, [&](const Piece& piece) {
+    const Surface& surface = mesh.surfaces[piece.surface];
+    if (surface.opacity != opacity) return false;
+    programs->use_body(surface, textures, piece.surface, eye, is_behind, shines);
+    return true;
+  });
+  glDisable(GL_CULL_FACE);
 }
 
 /// Where bodies were drawn, within `areas`.
-std::vector<Rectangle> Renderer::Implementation::areas_seen() const {
+std::vector<Rectangle> Renderer::Implementation::areas_seen() {
   const Rectangle box = bounds_of(areas, picture.width, picture.height);
   const int side = settings.antialiasing ? 2 : 1;
-  std::vector<float> depths(static_cast<std::size_t>(side * box.width) *
-                            static_cast<std::size_t>(side * box.height));
+  depths.resize(static_cast<std::size_t>(side * box.width) * static_cast<std::size_t>(side * box.height));
   if (depths.empty()) return {};
   glReadPixels(side * box.x, side * box.y, side * box.width, side * box.height, GL_DEPTH_COMPONENT, GL_FLOAT,
                depths.data());
@@ -366,7 +386,7 @@ void Renderer::Implementation::light_surfaces(GLuint depth, std::span<const Rect
   glActiveTexture(GL_TEXTURE0 + depth_unit);
   glBindTexture(GL_TEXTURE_2D, depth);
   glDepthFunc(GL_ALWAYS);
-  glUseProgram(programs == nullptr ? device->shading_program : programs->shading);
+  glUseProgram(programs == nullptr ? device->shading_program : programs->shading(shines));
   glBindVertexArray(device->nothing);
   glClearColor(0, 0, 0, 0);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
@@ -418,11 +438,10 @@ bool Renderer::Implementation::draw_layer(std::span<const Coordinates> poses, st
   clear_normals();
   glActiveTexture(GL_TEXTURE0 + nearer_unit);
   glBindTexture(GL_TEXTURE_2D, layers.depths[1 - turn]);
-  programs->set_sight(sight_of(tile_view, surfaces.height), index > 0);
   GLuint query = 0;
   glGenQueries(1, &query);
   glBeginQuery(GL_SAMPLES_PASSED, query);
-  draw_pieces(programs->body, clip_from_world, poses, Surface::Opacity::blended);
+  draw_looks(poses, Surface::Opacity::blended, index > 0);
   glEndQuery(GL_SAMPLES_PASSED);
   GLuint passed = 0;
   glGetQueryObjectuiv(query, GL_QUERY_RESULT, &passed);
@@ -454,7 +473,7 @@ Image Renderer::Implementation::draw(std::span<const Coordinates> poses) {
   const Context::Current current(device->context);
   glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_LEQUAL);
-  if (programs != nullptr) programs->set_lamps(lamps);
+  if (programs != nullptr) programs->set_lamps(lamps, shines);
   fit_shadow(poses);
   fit_occlusion(poses);
   return in_tiles([&] { return draw_tile(poses); });

@@ -290,17 +290,17 @@ float open_part(vec4 texel) { return 1.0 + strengths.y * (texel.r - 1.0); }
 
 /// What is seen at the samples of a pixel, in light, which is computed once for those of one face. Where
 /// faces are of several surfaces, these are kept apart, two at most. With LOOKS, of surfaces that have more
-/// than a colour, and in all lights.
+/// than a colour, and in all lights. With SHINES, of surfaces that shine, have crevices or let light through.
 const std::string shading = R"(
 uniform sampler2D sample_depth;
 uniform isampler2D packed_surfaces;
-#ifdef LOOKS
+#ifdef SHINES
 uniform sampler2D emission_alpha;
 uniform sampler2D crevices;
 #endif
 layout(location = 0) out vec4 first;   // alpha's bits: which of the four samples it is of; which are bodies
 layout(location = 1) out vec4 second;  // of the other bodies' samples
-#ifdef LOOKS
+#ifdef SHINES
 layout(location = 2) out vec4 opacities;  // of the two
 #endif
 
@@ -308,7 +308,7 @@ struct Surface {
   vec3 position;
   vec4 normal;  // w: roughness
   vec4 color;   // w: metallic
-#ifdef LOOKS
+#ifdef SHINES
   vec4 shine;
   float crevice;
 #endif
@@ -319,7 +319,7 @@ Surface chosen(Surface a, Surface b, bool is_b) {
   a.position = is_b ? b.position : a.position;
   a.normal = is_b ? b.normal : a.normal;
   a.color = is_b ? b.color : a.color;
-#ifdef LOOKS
+#ifdef SHINES
   a.shine = is_b ? b.shine : a.shine;
   a.crevice = is_b ? b.crevice : a.crevice;
 #endif
@@ -330,7 +330,7 @@ Surface mixed(Surface a, Surface b, float part) {
   a.position = mix(a.position, b.position, part);
   a.normal = mix(a.normal, b.normal, part);
   a.color = mix(a.color, b.color, part);
-#ifdef LOOKS
+#ifdef SHINES
   a.shine = mix(a.shine, b.shine, part);
   a.crevice = mix(a.crevice, b.crevice, part);
 #endif
@@ -384,11 +384,15 @@ vec3 lighted(Surface surface) {
   vec3 rim = facing + (max(vec3(smoothness), facing) - facing) * grazing;
   vec3 mirrored = surroundings(reflect(-v, n), roughness);
   vec3 ambient = diffuse * around * (1.0 - rim) + rim * mirrored * shade;
-#ifdef LOOKS
+#ifdef SHINES
   radiance += ambient * surface.crevice + surface.shine.rgb;
+#else
+  radiance += ambient;
+#endif
+#ifdef LOOKS
   return surface.color.w > 1.5 ? clamp(base_color, 0.0, 1.0) : film(radiance);
 #else
-  return film(radiance + ambient);
+  return film(radiance);
 #endif
 }
 
@@ -427,7 +431,7 @@ void main() {
   for (int i = 0; i < 4; ++i) {
     seen[i].position = eye.xyz + away[i] * rays[i];
     unpack_surface(texelFetch(packed_surfaces, places[i], 0), seen[i].normal, seen[i].color);
-#ifdef LOOKS
+#ifdef SHINES
     seen[i].shine = texelFetch(emission_alpha, places[i], 0);
     seen[i].crevice = texelFetch(crevices, places[i], 0).r;
 #endif
@@ -477,7 +481,7 @@ void main() {
   } while (left > 0);
   vec3 codes[2];
   for (int i = 0; i < 2; ++i) codes[i] = srgb(lights[i].rgb / max(lights[i].w, 1.0));
-#ifdef LOOKS
+#ifdef SHINES
   opacities = vec4(one.shine.a, other.shine.a, 0.0, 0.0);
 #endif
   first = vec4(codes[0], float(bodies + of_first) / 255.0);
@@ -559,8 +563,9 @@ std::string looks() {
   return look_terms;
 }
 
-std::string look_shading_fragment() {
-  return "#define LOOKS\n" + frame + light + lamp_terms + packing + shading;
+std::string look_shading_fragment(bool shines) {
+  return std::string("#define LOOKS\n") + (shines ? "#define SHINES\n" : "") + frame + light + lamp_terms +
+         packing + shading;
 }
 
 std::string look_vertex() {
@@ -608,13 +613,22 @@ uniform vec4 sight;        // the eye; w: metres between samples a metre from it
 uniform sampler2D nearer_depth;
 uniform float is_behind;   // 1: only what lies behind nearer_depth
 layout(location = 0) out ivec4 surface;
+#ifdef SHINES
 layout(location = 1) out vec4 emission_alpha;
 layout(location = 2) out vec4 crevice;
+#endif
 )";
 }
 
-std::string look_fragment() {
-  return look_declarations() + R"(
+std::string look_fragment(const std::array<bool, 5>& has_texture, bool may_discard, bool shines) {
+  std::string defines = may_discard ? "#define MAY_DISCARD\n" : "";
+  if (shines) defines += "#define SHINES\n";
+  if (has_texture[2]) defines += "#define HAS_BUMPS\n";
+  for (std::size_t role = 0; role < has_texture.size(); ++role) {
+    defines += fmt::format("#define TEXEL{0}(map) {1}\n", role,
+                           has_texture[role] ? fmt::format("texel(map, {}, metres)", role) : "vec4(1.0)");
+  }
+  return defines + look_declarations() + R"(
 /// The logarithm to base 2, by lines between the powers: exact on every machine, off by at most 0.09.
 float logarithm(float x) {
   int bits = floatBitsToInt(max(x, 1e-20));
@@ -628,8 +642,10 @@ vec4 texel(sampler2D map, int role, float metres) {
 }
 
 void main() {
+#ifdef MAY_DISCARD
   if (!gl_FrontFacing && opacity.w < 0.5) discard;
   if (is_behind > 0.5 && gl_FragCoord.z <= texelFetch(nearer_depth, ivec2(gl_FragCoord.xy), 0).r) discard;
+#endif
   float side = gl_FrontFacing ? 1.0 : -1.0;
   vec3 n = normalize(world_normal);
   vec3 to_eye = sight.xyz - world_position;
@@ -637,16 +653,22 @@ void main() {
   float slant = max(abs(dot(n, to_eye)) / away, 0.05);
   float metres = sight.w * away / sqrt(slant);
 
-  vec4 color = base_color * texel(color_texture, 0, metres);
+  vec4 color = base_color * TEXEL0(color_texture);
   float alpha = color.a * opacity.x;
+#ifdef MAY_DISCARD
   if (alpha < opacity.y) discard;
-  vec4 finish = texel(finish_texture, 1, metres);
-  vec3 bump = texel(normal_texture, 2, metres).xyz;
-  surface = packed_surface(side * bumped(n, world_tangent, bump), metallic_roughness.y * finish.g, color.rgb,
+#endif
+  vec4 finish = TEXEL1(finish_texture);
+#ifdef HAS_BUMPS
+  n = bumped(n, world_tangent, TEXEL2(normal_texture).xyz);
+#endif
+  surface = packed_surface(side * n, metallic_roughness.y * finish.g, color.rgb,
                            emission.w > 0.5 ? 2.0 : metallic_roughness.x * finish.b);
-  crevice = vec4(open_part(texel(occlusion_texture, 3, metres)));
-  emission_alpha = vec4(emission.rgb * texel(emission_texture, 4, metres).rgb,
+#ifdef SHINES
+  crevice = vec4(open_part(TEXEL3(occlusion_texture)));
+  emission_alpha = vec4(emission.rgb * TEXEL4(emission_texture).rgb,
                         opacity.z > 0.5 ? alpha : 1.0);
+#endif
 }
 )";
 }
