@@ -34,6 +34,10 @@ std::vector<Rectangle> rectangles(std::span<const char> marks, int columns, char
 std::vector<Rectangle> areas_of(std::span<const Part> parts, std::span<const Coordinates> poses,
                                 const glm::dmat4& clip_from_world, int width, int height);
 
+/// Returns whether a point of the parts moves in the picture by so many pixels between two sets of poses.
+bool moves_by(double pixels, std::span<const Part> parts, std::span<const Coordinates> from,
+              std::span<const Coordinates> to, const glm::dmat4& clip_from_world, int width, int height);
+
 /// The least rectangle around all of them, cut off at the picture's edges.
 Rectangle bounds_of(std::span<const Rectangle> areas, int width, int height);
 

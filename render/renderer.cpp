@@ -567,6 +567,13 @@ void Renderer::look(const View& view) {
   implementation_->view = view;
 }
 
+bool Renderer::moves_by(double pixels, std::span<const Coordinates> from,
+                        std::span<const Coordinates> to) const {
+  const RenderSettings& settings = implementation_->settings;
+  return render::moves_by(pixels, implementation_->mesh.parts, from, to, clip_from_world(view(), 1, 2),
+                          settings.width, settings.height);
+}
+
 Image Renderer::draw(std::span<const Coordinates> poses) {
   const DefaultFloatingPoint environment;
   return implementation_->draw(poses);
