@@ -273,14 +273,15 @@ void Composition::draw_notice(Image& image, std::size_t run, const std::string& 
   const Box& box = panels_[run].picture;
   TextStyle bold{.size = painter_.text_size(over_all ? 22 : 16), .color = alarm, .bold = true};
   const double width = box.width - 8 * scale_;
-  const double least = over_all ? painter_.text_size(14) : 7;
+  const double least = over_all ? painter_.text_size(14) : 9;
   while (bold.size > least && text_width(text, bold) > width) bold.size *= 0.95;
-  const std::vector<std::string> lines = over_all ? wrapped(text, bold, width) : std::vector{text};
-  const int height = over_all ? box.height : static_cast<int>(std::lround(1.5 * bold.size));
+  const std::vector<std::string> lines = wrapped(text, bold, width);
+  const double pitch = 1.25 * bold.size;
+  const double more = pitch * static_cast<double>(lines.size() - 1);
+  const int height = over_all ? box.height : static_cast<int>(std::lround(1.5 * bold.size + more));
   const int y = over_all ? box.y : box.y + box.height - height;
   fill_rectangle(image, box.x, y, box.width, height, ground, over_all ? 0.55 : 0.8);
-  const double pitch = 1.25 * bold.size;
-  double middle = y - pitch * static_cast<double>(lines.size() - 1) / 2;
+  double middle = y - more / 2;
   for (const std::string& line : lines) {
     draw_text(image, box.x + (box.width - text_width(line, bold)) / 2, baseline(middle, height, bold.size),
               line, bold);
