@@ -107,7 +107,7 @@ void BodyBuffers::set_places(GLuint program, const glm::dmat4& clip_from_world,
                  blocks[block]->data(), GL_STREAM_DRAW);
     glBindBufferBase(GL_UNIFORM_BUFFER, clip_places_block + block, buffers[4 + block]);
   }
-  glUniform1i(glGetUniformLocation(program, "first_body"), static_cast<GLint>(first));
+  if (program != 0) glUniform1i(glGetUniformLocation(program, "first_body"), static_cast<GLint>(first));
 }
 
 void BodyBuffers::draw(GLuint program, const glm::dmat4& clip_from_world, std::span<const Coordinates> poses,
@@ -130,7 +130,7 @@ void BodyBuffers::draw(GLuint program, const glm::dmat4& clip_from_world, std::s
 void BodyBuffers::draw_pieces(const BodyMesh& mesh, GLuint program, const glm::dmat4& clip_from_world,
                               std::span<const Coordinates> poses,
                               const std::function<bool(const Piece&)>& shows) const {
-  glUseProgram(program);
+  if (program != 0) glUseProgram(program);
   glBindVertexArray(array);
   std::optional<std::size_t> set;
   for (const Piece& piece : mesh.pieces) {

@@ -39,7 +39,8 @@ struct BodyBuffers {
   void draw(GLuint program, const glm::dmat4& clip_from_world, std::span<const Coordinates> poses,
             GLenum hidden = GL_BACK) const;
 
-  /// Draws the pieces that `shows` is true of, after it has set what their surfaces need.
+  /// Draws the pieces that `shows` is true of, after it has set what their surfaces need; where `program` is
+  /// 0, the program too.
   void draw_pieces(const BodyMesh& mesh, GLuint program, const glm::dmat4& clip_from_world,
                    std::span<const Coordinates> poses, const std::function<bool(const Piece&)>& shows) const;
 

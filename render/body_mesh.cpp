@@ -186,23 +186,18 @@ void add_visual(Gatherer& gatherer, const Scene& scene, const Visual& visual) {
   gatherer.end_part();
 }
 
-/// A ball cut in two at its equator and drawn apart by `half_length` to both sides: a capsule.
-void add_round(Gatherer& gatherer, const Pose& placement, double radius, double half_length) {
-  constexpr int sectors = 48;
-  constexpr int rings = 24;  // even: the equator is doubled
+/// Adds closed rings of vertices from top to bottom, each of which has as many sectors, and joins them.
+/// `add_vertex(ring, around)` adds one and returns its index.
+template <typename Ring, typename AddVertex>
+void add_rings(Gatherer& gatherer, int sectors, const std::vector<Ring>& rings, const AddVertex& add_vertex) {
   std::vector<std::uint32_t> previous;
-  for (int ring = 0; ring <= rings + 1; ++ring) {
-    const bool upper = ring <= rings / 2;
-    const SineCosine down = sine_cosine(std::numbers::pi * (upper ? ring : ring - 1) / rings);
+  for (const Ring& ring : rings) {
     std::vector<std::uint32_t> circle;
     for (int sector = 0; sector < sectors; ++sector) {
-      const SineCosine around = sine_cosine(2 * std::numbers::pi * sector / sectors);
-      const Vector3 normal(down.sine * around.cosine, down.cosine, down.sine * around.sine);
-      const Vector3 position = radius * normal + Vector3(0, upper ? half_length : -half_length, 0);
-      circle.push_back(gatherer.add_vertex(placement * position, placement.orientation * normal));
+      circle.push_back(add_vertex(ring, sine_cosine(2 * std::numbers::pi * sector / sectors)));
     }
-    for (std::size_t i = 0; !previous.empty() && i < sectors; ++i) {
-      const std::size_t next = (i + 1) % sectors;
+    for (std::size_t i = 0; !previous.empty() && i < circle.size(); ++i) {
+      const std::size_t next = (i + 1) % circle.size();
       gatherer.add_triangle(previous[i], previous[next], circle[i]);
       gatherer.add_triangle(previous[next], circle[next], circle[i]);
     }
@@ -219,25 +214,27 @@ struct ProfilePoint {
   double normal_y;
 };
 
-void add_revolved(Gatherer& gatherer, const Pose& placement, const std::vector<ProfilePoint>& profile) {
-  constexpr int sectors = 64;
-  std::vector<std::uint32_t> previous;
-  for (const ProfilePoint& point : profile) {
-    std::vector<std::uint32_t> circle;
-    for (int sector = 0; sector < sectors; ++sector) {
-      const SineCosine around = sine_cosine(2 * std::numbers::pi * sector / sectors);
-      const Vector3 position(point.radius * around.cosine, point.y, point.radius * around.sine);
-      const Vector3 normal(point.normal_radius * around.cosine, point.normal_y,
-                           point.normal_radius * around.sine);
-      circle.push_back(gatherer.add_vertex(placement * position, placement.orientation * normal));
-    }
-    for (std::size_t i = 0; !previous.empty() && i < sectors; ++i) {
-      const std::size_t next = (i + 1) % sectors;
-      gatherer.add_triangle(previous[i], previous[next], circle[i]);
-      gatherer.add_triangle(previous[next], circle[next], circle[i]);
-    }
-    previous = circle;
+void add_revolved(Gatherer& gatherer, const Pose& placement, const std::vector<ProfilePoint>& profile,
+                  int sectors = 64) {
+  add_rings(gatherer, sectors, profile, [&](const ProfilePoint& point, const SineCosine& around) {
+    const Vector3 position(point.radius * around.cosine, point.y, point.radius * around.sine);
+    const Vector3 normal(point.normal_radius * around.cosine, point.normal_y,
+                         point.normal_radius * around.sine);
+    return gatherer.add_vertex(placement * position, placement.orientation * normal);
+  });
+}
+
+/// A ball cut in two at its equator and drawn apart by `half_length` to both sides: a capsule.
+void add_round(Gatherer& gatherer, const Pose& placement, double radius, double half_length) {
+  constexpr int rings = 24;  // even: the equator is doubled
+  std::vector<ProfilePoint> profile;
+  for (int ring = 0; ring <= rings + 1; ++ring) {
+    const bool upper = ring <= rings / 2;
+    const SineCosine down = sine_cosine(std::numbers::pi * (upper ? ring : ring - 1) / rings);
+    const double centre = upper ? half_length : -half_length;
+    profile.push_back({radius * down.sine, centre + radius * down.cosine, down.sine, down.cosine});
   }
+  add_revolved(gatherer, placement, profile, 48);
 }
 
 void add_cylinder(Gatherer& gatherer, const Pose& placement, const Cylinder& cylinder) {
@@ -299,28 +296,16 @@ void add_polytope(Gatherer& gatherer, const Pose& placement, const Polytope& pol
   }
 }
 
-/// Ring by ring from the top.
 void add_ellipsoid(Gatherer& gatherer, const Pose& placement, const Vector3& half_axes) {
-  constexpr int sectors = 64;
   constexpr int rings = 32;
-  std::vector<std::uint32_t> previous;
-  for (int ring = 0; ring <= rings; ++ring) {
-    const SineCosine down = sine_cosine(std::numbers::pi * ring / rings);
-    std::vector<std::uint32_t> circle;
-    for (int sector = 0; sector < sectors; ++sector) {
-      const SineCosine around = sine_cosine(2 * std::numbers::pi * sector / sectors);
-      const Vector3 direction(down.sine * around.cosine, down.cosine, down.sine * around.sine);
-      const Vector3 normal = direction.cwiseQuotient(half_axes).normalized();
-      circle.push_back(gatherer.add_vertex(placement * Vector3(half_axes.cwiseProduct(direction)),
-                                           placement.orientation * normal));
-    }
-    for (std::size_t i = 0; !previous.empty() && i < sectors; ++i) {
-      const std::size_t next = (i + 1) % sectors;
-      gatherer.add_triangle(previous[i], previous[next], circle[i]);
-      gatherer.add_triangle(previous[next], circle[next], circle[i]);
-    }
-    previous = circle;
-  }
+  std::vector<SineCosine> downs;
+  for (int ring = 0; ring <= rings; ++ring) downs.push_back(sine_cosine(std::numbers::pi * ring / rings));
+  add_rings(gatherer, 64, downs, [&](const SineCosine& down, const SineCosine& around) {
+    const Vector3 direction(down.sine * around.cosine, down.cosine, down.sine * around.sine);
+    const Vector3 normal = direction.cwiseQuotient(half_axes).normalized();
+    return gatherer.add_vertex(placement * Vector3(half_axes.cwiseProduct(direction)),
+                               placement.orientation * normal);
+  });
 }
 
 void add_collider(Gatherer& gatherer, const Collider& collider) {

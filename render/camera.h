@@ -23,6 +23,8 @@ struct View {
   /// Where the picture's middle is, as tangents from `forward`: 0 but in a part of a picture.
   double shift_x = 0;
   double shift_y = 0;
+
+  bool operator==(const View&) const = default;
 };
 
 /// Of a picture of width × height pixels with this view, the part of part_width × part_height whose upper

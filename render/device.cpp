@@ -69,7 +69,7 @@ void Device::make_programs() {
   }
 }
 
-const SurfacePrograms& Device::surface_programs() {
+SurfacePrograms& Device::surface_programs() {
   if (!surface_programs_) surface_programs_ = std::make_unique<SurfacePrograms>();
   return *surface_programs_;
 }

@@ -41,7 +41,7 @@ struct Device {
   ShadowMap& shadow(bool is_small);
 
   /// Compiled when first asked for: most scenes need none of them.
-  const SurfacePrograms& surface_programs();
+  SurfacePrograms& surface_programs();
 
  private:
   std::unique_ptr<SurfacePrograms> surface_programs_;

@@ -21,7 +21,7 @@ void set_frame_units(GLuint program) {
   set("packed_surfaces", surface_unit);
 }
 
-glm::dvec3 set_light(FrameUniforms& frame, const Scene& scene, double ground) {
+glm::dvec4 set_light(FrameUniforms& frame, const Scene& scene, const Lamps& lamps, double ground) {
   // Where a file has other lights, it is they that it is meant to be seen by.
   const double illuminance = scene.lights.empty() ? 3 : 0;
   const Sun sun = scene.sun.value_or(Sun{{-0.55, -1, -0.45}, {1, 0.95, 0.88}, illuminance});
@@ -38,13 +38,17 @@ glm::dvec3 set_light(FrameUniforms& frame, const Scene& scene, double ground) {
   const glm::vec3 horizon(0.70F, 0.78F, 0.86F);
   const glm::vec3 sky = 0.45F * zenith + 0.55F * horizon;
   const auto up = static_cast<float>(std::max(-ray.y, 0.0));
-  frame.to_sun = glm::vec4(glm::vec3(-ray), 0);
+  const bool is_key = lamps.key < 0;
+  const glm::dvec4 key =
+      is_key ? glm::dvec4(-ray, 0) : glm::dvec4(lamps.places[static_cast<std::size_t>(lamps.key)]);
+  frame.key = glm::vec4(key);
+  frame.to_sun = glm::vec4(glm::vec3(-ray), is_key ? 1 : 0);
   frame.sun = glm::vec4(radiance, 0);
   frame.zenith = glm::vec4(zenith, 0);
   frame.horizon = glm::vec4(horizon, 0);
   frame.bounce = glm::vec4(ground_color * (radiance * up + sky) * 0.7F, 0);
   frame.ground_color = glm::vec4(ground_color, static_cast<float>(ground));
-  return ray;
+  return key;
 }
 
 glm::dmat4 set_view(FrameUniforms& frame, const View& view, int width, int height, bool antialiasing,

@@ -8,6 +8,7 @@
 
 #include "render/camera.h"
 #include "render/gl.h"
+#include "render/lamps.h"
 #include "sim/scene/scene.h"
 
 namespace substep::render {
@@ -20,6 +21,7 @@ struct FrameUniforms {
   glm::vec4 ray_corner;
   glm::vec4 ray_right;
   glm::vec4 ray_up;
+  glm::vec4 key;
   glm::vec4 to_sun;
   glm::vec4 sun;
   glm::vec4 zenith;
@@ -35,8 +37,8 @@ struct FrameUniforms {
 /// Tells a program which texture units it reads.
 void set_frame_units(GLuint program);
 
-/// Sun, sky and ground at this height; the direction of the sun's rays.
-glm::dvec3 set_light(FrameUniforms& frame, const Scene& scene, double ground);
+/// Sets sun, sky, ground at this height and the light that casts shadows, and returns it: FrameUniforms::key.
+glm::dvec4 set_light(FrameUniforms& frame, const Scene& scene, const Lamps& lamps, double ground);
 
 /// The view of a picture of width × height and how far the ground reaches, for a scene `focus` from the eye;
 /// the map from the world to the picture.

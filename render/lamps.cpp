@@ -19,17 +19,13 @@ double illuminance_at(const Light& light, const Vector3& place) {
   return light.intensity / std::max((light.position - place).squaredNorm(), 1e-4);
 }
 
-/// What lights are multiplied by: files with lamps as bright as real ones mean a camera that is stopped down.
-double exposure(const Scene& scene, std::span<const Part> parts) {
-  constexpr double brightest_without_exposure = 30;
+/// The point that lamps are compared at: the middle of the parts at the start.
+Vector3 middle_of(const Scene& scene, std::span<const Part> parts) {
   Vector3 middle = Vector3::Zero();
   for (const Part& part : parts) {
     middle += scene.bodies[static_cast<std::size_t>(part.body)].pose * part.centre();
   }
-  middle /= static_cast<double>(std::max<std::size_t>(1, parts.size()));
-  double brightest = 0;
-  for (const Light& light : scene.lights) brightest = std::max(brightest, illuminance_at(light, middle));
-  return brightest > brightest_without_exposure ? 3 / brightest : 1;
+  return middle / static_cast<double>(std::max<std::size_t>(1, parts.size()));
 }
 
 void set(Lamps& lamps, std::size_t i, const Light& light, double brightness) {
@@ -52,10 +48,23 @@ void set(Lamps& lamps, std::size_t i, const Light& light, double brightness) {
 Lamps lamps_of(const Scene& scene, std::span<const Part> parts) {
   Lamps lamps;
   lamps.count = static_cast<int>(std::min(scene.lights.size(), most_lamps));
-  const double brightness = exposure(scene, parts);
+  const Vector3 middle = middle_of(scene, parts);
+  double brightest = 0;
+  double key = scene.sun ? scene.sun->illuminance : 0;
+  for (int i = 0; i < lamps.count; ++i) {
+    const double illuminance = illuminance_at(scene.lights[static_cast<std::size_t>(i)], middle);
+    brightest = std::max(brightest, illuminance);
+    if (!(illuminance > key)) continue;
+    key = illuminance;
+    lamps.key = i;
+  }
+  // Files with lamps as bright as real ones mean a camera that is stopped down.
+  constexpr double brightest_without_exposure = 30;
+  const double brightness = brightest > brightest_without_exposure ? 3 / brightest : 1;
   for (std::size_t i = 0; i < static_cast<std::size_t>(lamps.count); ++i) {
     set(lamps, i, scene.lights[i], brightness);
   }
+  if (lamps.key >= 0) lamps.cones[static_cast<std::size_t>(lamps.key)].z = 1;
   return lamps;
 }
 

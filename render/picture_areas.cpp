@@ -30,14 +30,18 @@ void set_range(double low, double high, int pixels, int& first, int& last) {
       static_cast<int>(std::clamp(std::floor((place(high) + 1) / tile) + 1, 0.0, static_cast<double>(tiles)));
 }
 
+glm::dvec4 clip_of(const Vector3& point, const Coordinates& q, const glm::dmat4& clip_from_world) {
+  const Vector3 p = q.angular * point + q.linear;
+  return clip_from_world * glm::dvec4(p.x(), p.y(), p.z(), 1);
+}
+
 Tiles tiles_of(const Part& part, const Coordinates& q, const glm::dmat4& clip_from_world, int width,
                int height) {
   constexpr double infinite = std::numeric_limits<double>::infinity();
   glm::dvec2 low(infinite);
   glm::dvec2 high(-infinite);
   for (const Vector3& corner : part.corners()) {
-    const Vector3 p = q.angular * corner + q.linear;
-    const glm::dvec4 clip = clip_from_world * glm::dvec4(p.x(), p.y(), p.z(), 1);
+    const glm::dvec4 clip = clip_of(corner, q, clip_from_world);
     // Beside or behind the eye: it may be anywhere.
     if (!(clip.w > 1e-6)) {
       low = glm::dvec2(-1);
@@ -102,6 +106,23 @@ std::vector<Rectangle> areas_of(std::span<const Part> parts, std::span<const Coo
   return rectangles(marks, columns, 1);
 }
 
+bool moves_by(double pixels, std::span<const Part> parts, std::span<const Coordinates> from,
+              std::span<const Coordinates> to, const glm::dmat4& clip_from_world, int width, int height) {
+  for (const Part& part : parts) {
+    const Coordinates& a = from[static_cast<std::size_t>(part.body)];
+    const Coordinates& b = to[static_cast<std::size_t>(part.body)];
+    if (a.linear == b.linear && a.angular.coeffs() == b.angular.coeffs()) continue;
+    for (const Vector3& corner : part.corners()) {
+      const glm::dvec4 before = clip_of(corner, a, clip_from_world);
+      const glm::dvec4 after = clip_of(corner, b, clip_from_world);
+      if (!(before.w > 1e-6 && after.w > 1e-6)) return true;
+      const glm::dvec2 shift = glm::dvec2(after) / after.w - glm::dvec2(before) / before.w;
+      if (!(std::hypot(shift.x * width, shift.y * height) < 2 * pixels)) return true;
+    }
+  }
+  return false;
+}
+
 Rectangle bounds_of(std::span<const Rectangle> areas, int width, int height) {
   if (areas.empty()) return {};
   Rectangle box{width, height, 0, 0};
@@ -148,7 +169,9 @@ bool MarkedCells::has_any(std::span<const glm::dvec2> points) const {
   glm::dvec2 low(2);
   glm::dvec2 high(-1);
   for (const glm::dvec2& point : points) {
-    const glm::dvec2 at(place_ * glm::dvec3(point, 1));
+    const glm::dvec3 placed = place_ * glm::dvec3(point, 1);
+    if (!(placed.z > 0)) return true;
+    const glm::dvec2 at = glm::dvec2(placed) / placed.z;
     low = glm::min(low, at);
     high = glm::max(high, at);
   }

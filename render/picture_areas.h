@@ -34,6 +34,10 @@ std::vector<Rectangle> rectangles(std::span<const char> marks, int columns, char
 std::vector<Rectangle> areas_of(std::span<const Part> parts, std::span<const Coordinates> poses,
                                 const glm::dmat4& clip_from_world, int width, int height);
 
+/// Returns whether a point of the parts moves in the picture by so many pixels between two sets of poses.
+bool moves_by(double pixels, std::span<const Part> parts, std::span<const Coordinates> from,
+              std::span<const Coordinates> to, const glm::dmat4& clip_from_world, int width, int height);
+
 /// The least rectangle around all of them, cut off at the picture's edges.
 Rectangle bounds_of(std::span<const Rectangle> areas, int width, int height);
 
@@ -44,7 +48,7 @@ std::vector<Rectangle> seen_areas(std::span<const float> depths, const Rectangle
 /// Cells of a square map of the ground, some of which are marked.
 class MarkedCells {
  public:
-  /// `place`: x and y to 0–1 of the map, from the ground's world x and z.
+  /// `place`: x / z and y / z to 0–1 of the map, from the ground's world x and z; z is positive in the map.
   template <typename IsMarked>
   MarkedCells(int size, const glm::dmat3& place, const IsMarked& is_marked) : size_(size), place_(place) {
     const auto side = static_cast<std::size_t>(size) + 1;
@@ -58,7 +62,8 @@ class MarkedCells {
     }
   }
 
-  /// Whether one is marked within the bounds of what the points span, or next to them.
+  /// Whether one is marked within the bounds of what the points span, or next to them. True where a point is
+  /// behind the map's eye.
   bool has_any(std::span<const glm::dvec2> points) const;
 
  private:

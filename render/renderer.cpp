@@ -57,6 +57,12 @@ void clear_normals() {
   glClearBufferiv(GL_COLOR, 0, none.data());
 }
 
+/// Returns whether the surface shines, lets light through or is darker in its crevices.
+bool shines_or_shades(const Surface& surface) {
+  return surface.opacity == Surface::Opacity::blended || surface.emission != std::array{0.0, 0.0, 0.0} ||
+         surface.textures[Surface::occlusion_texture].image >= 0;
+}
+
 }  // namespace
 
 struct Renderer::Implementation {
@@ -66,7 +72,7 @@ struct Renderer::Implementation {
   View view;                      ///< of the whole picture
   View tile_view;                 ///< of the tile that is drawn
   glm::dmat4 clip_from_world{1};  ///< of the tile
-  glm::dvec3 ray{0, -1, 0};
+  glm::dvec4 key{0, 1, 0, 0};     ///< FrameUniforms::key
   double ground = 0;
   double focus = 0;  ///< how far from the eye the scene begins
   double sight = 0;  ///< farther from the eye than this, bodies neither cast shadows nor hide the sky
@@ -80,11 +86,13 @@ struct Renderer::Implementation {
   Target picture;
   Lit lit;
   // Where surfaces have more than a colour:
-  const SurfacePrograms* programs = nullptr;
+  SurfacePrograms* programs = nullptr;
   SurfaceTextures textures;
+  bool shines = false;  ///< SurfacePrograms::shading()
   Lamps lamps;
   Layers layers;                 ///< where light passes through some
   std::vector<Rectangle> areas;  ///< of the tile, that bodies lie within
+  std::vector<float> depths;     ///< what was read last; kept, for fresh memory costs as much as reading
   Backdrop backdrop;
 
   Implementation(const Scene& scene, const RenderSettings& wanted,
@@ -103,11 +111,12 @@ struct Renderer::Implementation {
                    Relief& relief);
   void draw_pieces(GLuint program, const glm::dmat4& clip, std::span<const Coordinates> poses,
                    Surface::Opacity opacity);
+  void draw_looks(std::span<const Coordinates> poses, Surface::Opacity opacity, bool is_behind);
   void draw_solid(GLuint program, const glm::dmat4& clip, std::span<const Coordinates> poses,
                   GLenum hidden = GL_BACK);
   void draw_surfaces(std::span<const Coordinates> poses);
   void light_surfaces(GLuint depth, std::span<const Rectangle> lit_areas);
-  std::vector<Rectangle> areas_seen() const;
+  std::vector<Rectangle> areas_seen();
   GroundAreas ground_areas_of_tile() const;
   Drawn drawn() const;
   bool has(Surface::Opacity opacity) const;
@@ -158,16 +167,17 @@ Renderer::Implementation::Implementation(const Scene& scene, const RenderSetting
   if (!mesh.looks.empty()) {
     programs = &device->surface_programs();
     textures = SurfaceTextures(scene, mesh.surfaces);
+    shines = std::ranges::any_of(mesh.surfaces, shines_or_shades);
     lamps = lamps_of(scene, mesh.parts);
   }
-  ray = set_light(frame, scene, ground);
+  key = set_light(frame, scene, lamps, ground);
   focus = std::max(nearest, 0.1);
   const int scale = settings.antialiasing ? 2 : 1;
   const auto [tile_width, tile_height] = size_of_tile(settings);
-  surfaces = Surfaces(tile_width * scale, tile_height * scale, programs != nullptr);
+  surfaces = Surfaces(tile_width * scale, tile_height * scale, shines);
   if (has(Surface::Opacity::blended)) layers = Layers(surfaces);
   picture = Target(tile_width, tile_height);
-  lit = Lit(picture, programs != nullptr);
+  lit = Lit(picture, shines);
   look_at(view);
   if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
     throw Error("software OpenGL reports error " + std::to_string(error) +
@@ -223,6 +233,7 @@ bool Renderer::Implementation::is_in_sight(const Coordinates& q) const {
   return is_drawable(q) && (q.linear - Vector3(view.eye.x, view.eye.y, view.eye.z)).norm() < sight;
 }
 
+/// Draws the map of what the light that casts shadows sees.
 void Renderer::Implementation::fit_shadow(std::span<const Coordinates> poses) {
   std::vector<glm::dvec3> points;
   for (std::size_t i = 0; i < mesh.parts.size(); ++i) {
@@ -234,20 +245,22 @@ void Renderer::Implementation::fit_shadow(std::span<const Coordinates> poses) {
       points.emplace_back(p.x(), p.y(), p.z());
     }
   }
-  const SunView sun = fit_sun_view(ray, points);
-  frame.shadow_from_world = glm::mat4(sun.map_from_world);
+  const ShadowView seen =
+      key.w > 0 ? fit_lamp_view(glm::dvec3(key), points) : fit_sun_view(-glm::dvec3(key), points);
+  frame.shadow_from_world = glm::mat4(seen.map_from_world);
   // The large map takes as long as all else of a small picture. The small one does where its texels are finer
   // than the pixels.
   const double pixel = focus * 2 * view.tangent_y / settings.height;
-  shadow = &device->shadow(sun.width / 512 < 0.75 * pixel);
+  const double width = seen.width * seen.far;
+  shadow = &device->shadow(width / 512 < 0.75 * pixel);
   frame.depth_terms.z = static_cast<float>(shadow->size);
-  const double texel = sun.width / shadow->size;
-  frame.shadow_scale = {static_cast<float>(1 / sun.width), static_cast<float>(0.001 + 0.6 * texel),
-                        static_cast<float>(sun.depth), settings.shadows ? 1.0F : 0.0F};
+  const double texel = width / shadow->size;
+  frame.shadow_scale = {static_cast<float>(1 / seen.width), static_cast<float>(0.001 + 0.6 * texel),
+                        static_cast<float>(seen.depth), settings.shadows ? 1.0F : 0.0F};
   if (!settings.shadows) return;
   shadow->start();
   glEnable(GL_DEPTH_CLAMP);
-  draw_solid(device->depth_program, sun.clip_from_world, poses);
+  draw_solid(device->depth_program, seen.clip_from_world, poses);
   glDisable(GL_DEPTH_CLAMP);
   shadow->finish();
 }
@@ -282,7 +295,7 @@ void Renderer::Implementation::fit_occlusion(std::span<const Coordinates> poses)
 /// The bodies as the ground sees them, and as the sky does, from straight below and above.
 void Renderer::Implementation::draw_relief(std::span<const Coordinates> poses, double low_x, double low_z,
                                            double high, Relief& relief) {
-  std::vector<float> depths(relief.lowest.size());
+  depths.resize(relief.lowest.size());
   glEnable(GL_DEPTH_CLAMP);
   for (const bool from_below : {true, false}) {
     device->relief.start_anew();
@@ -314,11 +327,10 @@ bool Renderer::Implementation::has(Surface::Opacity opacity) const {
 
 void Renderer::Implementation::draw_pieces(GLuint program, const glm::dmat4& clip,
                                            std::span<const Coordinates> poses, Surface::Opacity opacity) {
-  const bool has_textures = program == programs->body || program == programs->cut;
   bodies.draw_pieces(mesh, program, clip, poses, [&](const Piece& piece) {
     const Surface& surface = mesh.surfaces[piece.surface];
     if (surface.opacity != opacity) return false;
-    if (has_textures) programs->set_surface(program, surface, textures, piece.surface);
+    if (program == programs->cut) programs->set_surface(program, surface, textures, piece.surface);
     return true;
   });
 }
@@ -339,17 +351,28 @@ void Renderer::Implementation::draw_surfaces(std::span<const Coordinates> poses)
     bodies.draw(device->body_program, clip_from_world, poses);
     return;
   }
-  programs->set_sight(sight_of(tile_view, surfaces.height), false);
-  draw_pieces(programs->body, clip_from_world, poses, Surface::Opacity::opaque);
-  draw_pieces(programs->body, clip_from_world, poses, Surface::Opacity::cut);
+  draw_looks(poses, Surface::Opacity::opaque, false);
+  draw_looks(poses, Surface::Opacity::cut, false);
+}
+
+/// Draws surfaces as seen; with `is_behind`, those alone that lie behind nearer_unit's depth.
+void Renderer::Implementation::draw_looks(std::span<const Coordinates> poses, Surface::Opacity opacity,
+                                          bool is_behind) {
+  const glm::vec4 eye = sight_of(tile_view, surfaces.height);
+  bodies.draw_pieces(mesh, 0, clip_from_world, poses, [&](const Piece& piece) {
+    const Surface& surface = mesh.surfaces[piece.surface];
+    if (surface.opacity != opacity) return false;
+    programs->use_body(surface, textures, piece.surface, eye, is_behind, shines);
+    return true;
+  });
+  glDisable(GL_CULL_FACE);
 }
 
 /// Where bodies were drawn, within `areas`.
-std::vector<Rectangle> Renderer::Implementation::areas_seen() const {
+std::vector<Rectangle> Renderer::Implementation::areas_seen() {
   const Rectangle box = bounds_of(areas, picture.width, picture.height);
   const int side = settings.antialiasing ? 2 : 1;
-  std::vector<float> depths(static_cast<std::size_t>(side * box.width) *
-                            static_cast<std::size_t>(side * box.height));
+  depths.resize(static_cast<std::size_t>(side * box.width) * static_cast<std::size_t>(side * box.height));
   if (depths.empty()) return {};
   glReadPixels(side * box.x, side * box.y, side * box.width, side * box.height, GL_DEPTH_COMPONENT, GL_FLOAT,
                depths.data());
@@ -363,7 +386,7 @@ void Renderer::Implementation::light_surfaces(GLuint depth, std::span<const Rect
   glActiveTexture(GL_TEXTURE0 + depth_unit);
   glBindTexture(GL_TEXTURE_2D, depth);
   glDepthFunc(GL_ALWAYS);
-  glUseProgram(programs == nullptr ? device->shading_program : programs->shading);
+  glUseProgram(programs == nullptr ? device->shading_program : programs->shading(shines));
   glBindVertexArray(device->nothing);
   glClearColor(0, 0, 0, 0);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
@@ -381,8 +404,9 @@ GroundAreas Renderer::Implementation::ground_areas_of_tile() const {
   // Of the ground's x and z: columns of the maps' matrices.
   const glm::dmat4 map(frame.shadow_from_world);
   const glm::dvec4 middle = map * glm::dvec4(0, ground, 0, 1);
-  const glm::dmat3 shadow_place(glm::dvec3(map[0].x, map[0].y, 0), glm::dvec3(map[2].x, map[2].y, 0),
-                                glm::dvec3(middle.x, middle.y, 1));
+  const glm::dmat3 shadow_place(glm::dvec3(map[0].x, map[0].y, map[0].w),
+                                glm::dvec3(map[2].x, map[2].y, map[2].w),
+                                glm::dvec3(middle.x, middle.y, middle.w));
   const std::vector<float>& around = shadow->around();
   const MarkedCells in_shadow(ShadowMap::blocks, shadow_place,
                               [&](std::size_t i) { return settings.shadows && around[i] < 1; });
@@ -414,11 +438,10 @@ bool Renderer::Implementation::draw_layer(std::span<const Coordinates> poses, st
   clear_normals();
   glActiveTexture(GL_TEXTURE0 + nearer_unit);
   glBindTexture(GL_TEXTURE_2D, layers.depths[1 - turn]);
-  programs->set_sight(sight_of(tile_view, surfaces.height), index > 0);
   GLuint query = 0;
   glGenQueries(1, &query);
   glBeginQuery(GL_SAMPLES_PASSED, query);
-  draw_pieces(programs->body, clip_from_world, poses, Surface::Opacity::blended);
+  draw_looks(poses, Surface::Opacity::blended, index > 0);
   glEndQuery(GL_SAMPLES_PASSED);
   GLuint passed = 0;
   glGetQueryObjectuiv(query, GL_QUERY_RESULT, &passed);
@@ -450,7 +473,7 @@ Image Renderer::Implementation::draw(std::span<const Coordinates> poses) {
   const Context::Current current(device->context);
   glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_LEQUAL);
-  if (programs != nullptr) programs->set_lamps(lamps);
+  if (programs != nullptr) programs->set_lamps(lamps, shines);
   fit_shadow(poses);
   fit_occlusion(poses);
   return in_tiles([&] { return draw_tile(poses); });
@@ -542,6 +565,13 @@ const View& Renderer::view() const {
 }
 void Renderer::look(const View& view) {
   implementation_->view = view;
+}
+
+bool Renderer::moves_by(double pixels, std::span<const Coordinates> from,
+                        std::span<const Coordinates> to) const {
+  const RenderSettings& settings = implementation_->settings;
+  return render::moves_by(pixels, implementation_->mesh.parts, from, to, clip_from_world(view(), 1, 2),
+                          settings.width, settings.height);
 }
 
 Image Renderer::draw(std::span<const Coordinates> poses) {

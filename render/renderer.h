@@ -50,6 +50,9 @@ class Renderer {
   /// Looks from elsewhere from now on.
   void look(const View& view);
 
+  /// Returns whether a point of a body moves in the picture by so many pixels between two sets of poses.
+  bool moves_by(double pixels, std::span<const Coordinates> from, std::span<const Coordinates> to) const;
+
   /// The frame with bodies at `poses` (one per body of the scene, the world first).
   Image draw(std::span<const Coordinates> poses);
 

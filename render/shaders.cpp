@@ -9,19 +9,21 @@ namespace {
 const std::string frame = R"(
 layout(std140) uniform Frame {
   mat4 clip_from_world;
-  mat4 shadow_from_world;  // x, y: texture coordinates; z: 0–1 along the sun's rays
+  mat4 shadow_from_world;  // x / w, y / w: texture coordinates; z / w: 0–1 along the rays of the key light
   vec4 eye;                // w: samples a pixel's side
   vec4 ray_corner;         // ray through the picture's pixel (x, y): ray_corner + x ray_right + y ray_up
   vec4 ray_right;
   vec4 ray_up;
-  vec4 to_sun;             // unit
+  vec4 key;                // of the light that casts shadows: place and 1, or unit direction towards it and 0
+  vec4 to_sun;             // unit; w: 1 where it is the key light
   vec4 sun;                // radiance of a white surface that faces it
   vec4 zenith;             // radiances
   vec4 horizon;
   vec4 bounce;             // of the ground in light
   vec4 ground_color;       // w: height of the ground
   vec4 ground_reach;       // distances: fading begins, ends; z: weight of the decimetre lines; w: radius of the disc
-  vec4 shadow_scale;       // texture coordinates per metre; metres: bias, the map's depth; w: 1 with shadows
+  vec4 shadow_scale;       // texture coordinates per metre; metres: bias, the map's depth; w: 1 with shadows.
+                           // Where the key light is a lamp: coordinates and depth 1 m in front of it
   vec4 occlusion;          // x, y: world x, z of the occlusion map's corner; z: 1 / its width; w: 1 / height it reaches
   vec4 depth_terms;        // depth d lies x / (y - d) along a ray; z: texels of the shadow map a side
 };
@@ -139,34 +141,39 @@ vec2 turned_on(vec2 direction) {
   return vec2(c * direction.x - s * direction.y, s * direction.x + c * direction.y);
 }
 
-/// Part of the sun that reaches a point of a surface with unit normal n.
+/// Part of the key light that reaches a point of a surface with unit normal n.
 ///
 /// Percentage-closer soft shadows (Fernando 2005): the farther what covers the sun, the wider the penumbra.
 /// Branches cost a software rasteriser as much as their longest side, loops end when no pixel goes on: so the
 /// taps of penumbrae, whose number varies, are taken in a loop, and the search's are laid out by the compiler.
-float sunlight(vec3 position, vec3 n) {
+float key_light(vec3 position, vec3 n) {
   const float spread = 0.035;       // penumbra's half-width a metre from what casts it
   const float widest = 0.03;        // of the map
   const int search_taps = 12;
   float texel = 1.0 / depth_terms.z;
-  vec3 place = (shadow_from_world * vec4(position + n * shadow_scale.y, 1.0)).xyz;
+  vec4 seen = shadow_from_world * vec4(position + n * shadow_scale.y, 1.0);
+  vec3 place = seen.xyz / seen.w;
+  float per_metre = shadow_scale.x / seen.w;
+  float map_depth = shadow_scale.z * square(seen.w);
   vec2 outside = abs(place.xy - 0.5);
-  bool inside = max(outside.x, outside.y) < 0.5 && shadow_scale.w > 0.5;
+  bool inside = max(outside.x, outside.y) < 0.5 && seen.w > 0.0 && shadow_scale.w > 0.5;
   float nearest = textureLod(shadow_nearest, place.xy, 0.0).r;
 
   // The surface's plane in the map: z changes by slope · offset.
-  vec3 plane = mat3(shadow_from_world) * n;
-  plane.xy /= square(shadow_scale.x);
-  float depth_scale = shadow_scale.z * shadow_scale.z;
-  vec2 slope = -plane.xy / min(plane.z * depth_scale, -1e-6);
-  float steepest = 8.0 / (shadow_scale.x * shadow_scale.z);
+  vec4 plane = shadow_from_world * vec4(n, 0.0);
+  plane.xy = (plane.xy - 0.5 * plane.w) / square(shadow_scale.x);
+  // A lamp's rays are not parallel.
+  float along_ray = key.w > 0.5 ? (plane.w + dot(place.xy - 0.5, plane.xy)) * seen.w * shadow_scale.z
+                                : plane.z * square(shadow_scale.z);
+  vec2 slope = -plane.xy / min(along_ray, -1e-6);
+  float steepest = 8.0 / (per_metre * map_depth);
   slope = clamp(slope, vec2(-steepest), vec2(steepest));
 
-  float search = min((place.z - nearest) * shadow_scale.z * spread * shadow_scale.x, widest);
+  float search = min((place.z - nearest) * map_depth * spread * per_metre, widest);
   search = max(search, 1.5 * texel);
   bool has_nearer = inside && place.z > nearest;
   // The map knows depths at its texels only, up to this far off the surface's own.
-  float bias = shadow_scale.y / shadow_scale.z + 1.2 * texel * length(slope);
+  float bias = shadow_scale.y / map_depth + 1.2 * texel * length(slope);
   float blockers = 0.0;
   float depth = 0.0;
   float area = 0.5 / float(search_taps);
@@ -174,15 +181,15 @@ float sunlight(vec3 position, vec3 n) {
   for (int i = 0; i < search_taps; ++i) {
     vec2 offset = search * (sqrt(area) * direction);
     float z = textureLod(shadow_depth, place.xy + offset, 0.0).r;
-    // Nothing covers the sun at the map's end.
+    // Nothing covers the light at the map's end.
     float behind = has_nearer && z < 1.0 && z + bias < place.z + dot(slope, offset) ? 1.0 : 0.0;
     blockers += behind;
     depth += behind * z;
     area += 1.0 / float(search_taps);
     direction = turned_on(direction);
   }
-  float gap = (place.z - depth / max(blockers, 1.0)) * shadow_scale.z;
-  float radius = clamp(gap * spread * shadow_scale.x, 1.2 * texel, widest);
+  float gap = (place.z - depth / max(blockers, 1.0)) * map_depth;
+  float radius = clamp(gap * spread * per_metre, 1.2 * texel, widest);
   // As many as there are texels across a narrow penumbra; none where all around is in shadow.
   float taps = clamp(floor(3.0 * radius * depth_terms.z), 8.0, 48.0);
   bool in_shadow = blockers > float(search_taps) - 0.5;
@@ -231,11 +238,12 @@ const std::string lamp_terms = R"(
 uniform int light_count;
 uniform vec4 light_places[16];  // w: 1; or the direction towards a light infinitely far, and 0
 uniform vec4 light_axes[16];    // against the direction a spot shines in; w: 1 / range²
-uniform vec4 light_cones[16];   // x, y: of the cosine between the axis and the way to the light
+uniform vec4 light_cones[16];   // x, y: of the cosine between the axis and the way to the light; z: 1 for the key
 uniform vec4 light_colors[16];
 
-/// Radiance at `position` of a white surface that faces the light, which lies along unit `towards`.
-vec3 lamp(int i, vec3 position, out vec3 towards) {
+/// Radiance at `position` of a white surface that faces the light, which lies along unit `towards`. `lit` is the
+/// part of the key light that reaches it.
+vec3 lamp(int i, vec3 position, float lit, out vec3 towards) {
   vec3 way = light_places[i].xyz - light_places[i].w * position;
   float distance2 = max(dot(way, way), 1e-8);
   towards = way * (1.0 / sqrt(distance2));
@@ -243,7 +251,7 @@ vec3 lamp(int i, vec3 position, out vec3 towards) {
   // Where the light's range ends it has faded to nothing, and nowhere before the last part of it.
   float fading = max(1.0 - square(distance2 * light_axes[i].w), 0.0);
   float strength = mix(1.0, fading / max(distance2, 1e-4), light_places[i].w) * square(cone);
-  return light_colors[i].rgb * strength;
+  return light_colors[i].rgb * (light_cones[i].z > 0.5 ? strength * lit : strength);
 }
 )";
 
@@ -282,17 +290,17 @@ float open_part(vec4 texel) { return 1.0 + strengths.y * (texel.r - 1.0); }
 
 /// What is seen at the samples of a pixel, in light, which is computed once for those of one face. Where
 /// faces are of several surfaces, these are kept apart, two at most. With LOOKS, of surfaces that have more
-/// than a colour, and in all lights.
+/// than a colour, and in all lights. With SHINES, of surfaces that shine, have crevices or let light through.
 const std::string shading = R"(
 uniform sampler2D sample_depth;
 uniform isampler2D packed_surfaces;
-#ifdef LOOKS
+#ifdef SHINES
 uniform sampler2D emission_alpha;
 uniform sampler2D crevices;
 #endif
 layout(location = 0) out vec4 first;   // alpha's bits: which of the four samples it is of; which are bodies
 layout(location = 1) out vec4 second;  // of the other bodies' samples
-#ifdef LOOKS
+#ifdef SHINES
 layout(location = 2) out vec4 opacities;  // of the two
 #endif
 
@@ -300,7 +308,7 @@ struct Surface {
   vec3 position;
   vec4 normal;  // w: roughness
   vec4 color;   // w: metallic
-#ifdef LOOKS
+#ifdef SHINES
   vec4 shine;
   float crevice;
 #endif
@@ -311,7 +319,7 @@ Surface chosen(Surface a, Surface b, bool is_b) {
   a.position = is_b ? b.position : a.position;
   a.normal = is_b ? b.normal : a.normal;
   a.color = is_b ? b.color : a.color;
-#ifdef LOOKS
+#ifdef SHINES
   a.shine = is_b ? b.shine : a.shine;
   a.crevice = is_b ? b.crevice : a.crevice;
 #endif
@@ -322,7 +330,7 @@ Surface mixed(Surface a, Surface b, float part) {
   a.position = mix(a.position, b.position, part);
   a.normal = mix(a.normal, b.normal, part);
   a.color = mix(a.color, b.color, part);
-#ifdef LOOKS
+#ifdef SHINES
   a.shine = mix(a.shine, b.shine, part);
   a.crevice = mix(a.crevice, b.crevice, part);
 #endif
@@ -350,12 +358,13 @@ vec3 lighted(Surface surface) {
   float nv = max(dot(n, v), 1e-3);
   vec3 facing = mix(vec3(0.04), base_color, metallic);
   vec3 diffuse = base_color * (1.0 - metallic);
-  float lit = nl > 0.0 ? sunlight(surface.position, n) : 0.0;
-  vec3 radiance = scattered(n, v, l, nl, nv, facing, diffuse, roughness) * sun.rgb * (nl * lit);
+  bool faces_key = dot(n, key.xyz - key.w * surface.position) > 0.0;
+  float lit = faces_key ? key_light(surface.position, n) : 0.0;
+  vec3 radiance = scattered(n, v, l, nl, nv, facing, diffuse, roughness) * sun.rgb * (nl * (to_sun.w > 0.5 ? lit : 1.0));
 #ifdef LOOKS
   for (int i = 0; i < light_count; ++i) {
     vec3 towards;
-    vec3 light = lamp(i, surface.position, towards);
+    vec3 light = lamp(i, surface.position, lit, towards);
     float facing_light = max(dot(n, towards), 0.0);
     radiance += scattered(n, v, towards, facing_light, nv, facing, diffuse, roughness) * light * facing_light;
   }
@@ -375,11 +384,15 @@ vec3 lighted(Surface surface) {
   vec3 rim = facing + (max(vec3(smoothness), facing) - facing) * grazing;
   vec3 mirrored = surroundings(reflect(-v, n), roughness);
   vec3 ambient = diffuse * around * (1.0 - rim) + rim * mirrored * shade;
-#ifdef LOOKS
+#ifdef SHINES
   radiance += ambient * surface.crevice + surface.shine.rgb;
+#else
+  radiance += ambient;
+#endif
+#ifdef LOOKS
   return surface.color.w > 1.5 ? clamp(base_color, 0.0, 1.0) : film(radiance);
 #else
-  return film(radiance + ambient);
+  return film(radiance);
 #endif
 }
 
@@ -418,7 +431,7 @@ void main() {
   for (int i = 0; i < 4; ++i) {
     seen[i].position = eye.xyz + away[i] * rays[i];
     unpack_surface(texelFetch(packed_surfaces, places[i], 0), seen[i].normal, seen[i].color);
-#ifdef LOOKS
+#ifdef SHINES
     seen[i].shine = texelFetch(emission_alpha, places[i], 0);
     seen[i].crevice = texelFetch(crevices, places[i], 0).r;
 #endif
@@ -468,7 +481,7 @@ void main() {
   } while (left > 0);
   vec3 codes[2];
   for (int i = 0; i < 2; ++i) codes[i] = srgb(lights[i].rgb / max(lights[i].w, 1.0));
-#ifdef LOOKS
+#ifdef SHINES
   opacities = vec4(one.shine.a, other.shine.a, 0.0, 0.0);
 #endif
   first = vec4(codes[0], float(bodies + of_first) / 255.0);
@@ -510,7 +523,7 @@ void main() {
 #ifdef SUNLIT
   float lit = 1.0;
 #else
-  float lit = sunlight(position, n);
+  float lit = key_light(position, n);
 #endif
 #ifdef OPEN
   float open = 1.0;
@@ -518,11 +531,11 @@ void main() {
   float open = openness(position, vec2(0.0));
 #endif
   vec3 sky = mix(zenith.rgb, horizon.rgb, 0.55);
-  vec3 radiance = color * (sun.rgb * (max(to_sun.y, 0.0) * lit) + sky * open);
+  vec3 radiance = color * (sun.rgb * (max(to_sun.y, 0.0) * (to_sun.w > 0.5 ? lit : 1.0)) + sky * open);
 #ifdef LOOKS
   for (int i = 0; i < light_count; ++i) {
     vec3 towards;
-    vec3 light = lamp(i, position, towards);
+    vec3 light = lamp(i, position, lit, towards);
     radiance += color * light * max(towards.y, 0.0);
   }
 #endif
@@ -550,8 +563,9 @@ std::string looks() {
   return look_terms;
 }
 
-std::string look_shading_fragment() {
-  return "#define LOOKS\n" + frame + light + lamp_terms + packing + shading;
+std::string look_shading_fragment(bool shines) {
+  return std::string("#define LOOKS\n") + (shines ? "#define SHINES\n" : "") + frame + light + lamp_terms +
+         packing + shading;
 }
 
 std::string look_vertex() {
@@ -599,13 +613,22 @@ uniform vec4 sight;        // the eye; w: metres between samples a metre from it
 uniform sampler2D nearer_depth;
 uniform float is_behind;   // 1: only what lies behind nearer_depth
 layout(location = 0) out ivec4 surface;
+#ifdef SHINES
 layout(location = 1) out vec4 emission_alpha;
 layout(location = 2) out vec4 crevice;
+#endif
 )";
 }
 
-std::string look_fragment() {
-  return look_declarations() + R"(
+std::string look_fragment(const std::array<bool, 5>& has_texture, bool may_discard, bool shines) {
+  std::string defines = may_discard ? "#define MAY_DISCARD\n" : "";
+  if (shines) defines += "#define SHINES\n";
+  if (has_texture[2]) defines += "#define HAS_BUMPS\n";
+  for (std::size_t role = 0; role < has_texture.size(); ++role) {
+    defines += fmt::format("#define TEXEL{0}(map) {1}\n", role,
+                           has_texture[role] ? fmt::format("texel(map, {}, metres)", role) : "vec4(1.0)");
+  }
+  return defines + look_declarations() + R"(
 /// The logarithm to base 2, by lines between the powers: exact on every machine, off by at most 0.09.
 float logarithm(float x) {
   int bits = floatBitsToInt(max(x, 1e-20));
@@ -619,8 +642,10 @@ vec4 texel(sampler2D map, int role, float metres) {
 }
 
 void main() {
+#ifdef MAY_DISCARD
   if (!gl_FrontFacing && opacity.w < 0.5) discard;
   if (is_behind > 0.5 && gl_FragCoord.z <= texelFetch(nearer_depth, ivec2(gl_FragCoord.xy), 0).r) discard;
+#endif
   float side = gl_FrontFacing ? 1.0 : -1.0;
   vec3 n = normalize(world_normal);
   vec3 to_eye = sight.xyz - world_position;
@@ -628,16 +653,22 @@ void main() {
   float slant = max(abs(dot(n, to_eye)) / away, 0.05);
   float metres = sight.w * away / sqrt(slant);
 
-  vec4 color = base_color * texel(color_texture, 0, metres);
+  vec4 color = base_color * TEXEL0(color_texture);
   float alpha = color.a * opacity.x;
+#ifdef MAY_DISCARD
   if (alpha < opacity.y) discard;
-  vec4 finish = texel(finish_texture, 1, metres);
-  vec3 bump = texel(normal_texture, 2, metres).xyz;
-  surface = packed_surface(side * bumped(n, world_tangent, bump), metallic_roughness.y * finish.g, color.rgb,
+#endif
+  vec4 finish = TEXEL1(finish_texture);
+#ifdef HAS_BUMPS
+  n = bumped(n, world_tangent, TEXEL2(normal_texture).xyz);
+#endif
+  surface = packed_surface(side * n, metallic_roughness.y * finish.g, color.rgb,
                            emission.w > 0.5 ? 2.0 : metallic_roughness.x * finish.b);
-  crevice = vec4(open_part(texel(occlusion_texture, 3, metres)));
-  emission_alpha = vec4(emission.rgb * texel(emission_texture, 4, metres).rgb,
+#ifdef SHINES
+  crevice = vec4(open_part(TEXEL3(occlusion_texture)));
+  emission_alpha = vec4(emission.rgb * TEXEL4(emission_texture).rgb,
                         opacity.z > 0.5 ? alpha : 1.0);
+#endif
 }
 )";
 }

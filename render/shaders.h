@@ -33,12 +33,14 @@ std::string body_fragment();
 /// Drawn.
 std::string shading_fragment();
 
-/// The same for surfaces with more than a colour, SurfacePrograms: a second output has what they shine with
-/// and their alpha, a third how much of the sky's light reaches them, and a surface whose colour is its light
-/// is metallic by 2. Where nothing was drawn the first output must be 0.
+/// The same for surfaces with more than a colour, SurfacePrograms: a surface whose colour is its light is
+/// metallic by 2, and where nothing was drawn the output must be 0. With `shines`, a second output has what
+/// they shine with and their alpha, a third how much of the sky's light reaches them.
 std::string look_vertex();
-std::string look_fragment();
-std::string look_shading_fragment();
+/// `has_texture`: by Surface::Role. `may_discard`: for surfaces that are cut or that light passes through;
+/// others are cheaper without, where nearer ones are drawn first.
+std::string look_fragment(const std::array<bool, 5>& has_texture, bool may_discard, bool shines);
+std::string look_shading_fragment(bool shines);
 /// Depth, or the bodies' codes, of what is not cut away.
 std::string cut_vertex();
 std::string cut_fragment();

@@ -1,5 +1,5 @@
 #pragma once
-/// What the sun sees.
+/// What the light that casts shadows sees.
 
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
@@ -10,16 +10,21 @@
 
 namespace substep::render {
 
-/// The sun's orthographic view onto a box of the world.
-struct SunView {
+/// A light's view onto a part of the world: the sun's is orthographic, a lamp's perspective.
+struct ShadowView {
   glm::dmat4 map_from_world{1};   ///< x, y, z to 0–1
   glm::dmat4 clip_from_world{1};  ///< x, y, z to −1–1
-  double width = 1;               ///< m
-  double depth = 1;               ///< m
+  double width = 1;               ///< m; a lamp's, 1 m in front of it
+  double depth = 1;               ///< m along the ray for all of z, as z grows; a lamp's, 1 m in front of it
+  double far = 1;                 ///< m in front of a lamp where the points end; the sun's is 1
 };
 
-/// The square view along unit `ray` that holds all points with room around them.
-SunView fit_sun_view(const glm::dvec3& ray, std::span<const glm::dvec3> points);
+/// Returns the square view along unit `ray` that holds all points with room around them.
+ShadowView fit_sun_view(const glm::dvec3& ray, std::span<const glm::dvec3> points);
+
+/// Returns the square view from a lamp that holds all points with room around them, or those within 72° of
+/// their middle.
+ShadowView fit_lamp_view(const glm::dvec3& lamp, std::span<const glm::dvec3> points);
 
 /// A depth texture of `size`² and, for each block of it, the least of the depths in and around the block. GL
 /// objects live as long as their context.

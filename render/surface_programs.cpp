@@ -15,6 +15,14 @@ namespace {
 constexpr std::array<const char*, 5> texture_names{"color_texture", "finish_texture", "normal_texture",
                                                    "occlusion_texture", "emission_texture"};
 
+void set_texture_units(GLuint program) {
+  glUseProgram(program);
+  for (std::size_t role = 0; role < texture_names.size(); ++role) {
+    glUniform1i(glGetUniformLocation(program, texture_names[role]),
+                surface_texture_unit + static_cast<GLint>(role));
+  }
+}
+
 }  // namespace
 
 glm::vec4 sight_of(const View& view, int samples_high) {
@@ -32,26 +40,23 @@ std::array<GLuint, shaders::shades.size()> make_ground_programs(bool with_lamps)
 }
 
 SurfacePrograms::SurfacePrograms()
-    : body(make_program(shaders::look_vertex(), shaders::look_fragment())),
-      shading(make_program(shaders::sky_vertex(), shaders::look_shading_fragment())),
-      ground(make_ground_programs(true)),
-      cut(make_program(shaders::cut_vertex(), shaders::cut_fragment())) {
-  set_frame_units(shading);  // which is in use then
-  glUniform1i(glGetUniformLocation(shading, "emission_alpha"), emission_unit);
-  glUniform1i(glGetUniformLocation(shading, "crevices"), crevice_unit);
-  for (const GLuint program : {body, cut}) {
-    glUseProgram(program);
-    for (std::size_t role = 0; role < texture_names.size(); ++role) {
-      glUniform1i(glGetUniformLocation(program, texture_names[role]),
-                  surface_texture_unit + static_cast<GLint>(role));
-    }
-  }
-  glUseProgram(body);
-  glUniform1i(glGetUniformLocation(body, "nearer_depth"), nearer_unit);
+    : ground(make_ground_programs(true)), cut(make_program(shaders::cut_vertex(), shaders::cut_fragment())) {
+  set_texture_units(cut);
 }
 
-void SurfacePrograms::set_lamps(const Lamps& lamps) const {
-  for (const GLuint program : {shading, ground[0], ground[1], ground[2]}) {
+GLuint SurfacePrograms::shading(bool shines) {
+  GLuint& program = shading_[shines ? 1 : 0];
+  if (program == 0) {
+    program = make_program(shaders::sky_vertex(), shaders::look_shading_fragment(shines));
+    set_frame_units(program);  // which is in use then
+    glUniform1i(glGetUniformLocation(program, "emission_alpha"), emission_unit);
+    glUniform1i(glGetUniformLocation(program, "crevices"), crevice_unit);
+  }
+  return program;
+}
+
+void SurfacePrograms::set_lamps(const Lamps& lamps, bool shines) {
+  for (const GLuint program : {shading(shines), ground[0], ground[1], ground[2]}) {
     glUseProgram(program);
     glUniform1i(glGetUniformLocation(program, "light_count"), lamps.count);
     const auto send = [&](const char* name, const std::array<glm::vec4, most_lamps>& values) {
@@ -64,10 +69,28 @@ void SurfacePrograms::set_lamps(const Lamps& lamps) const {
   }
 }
 
-void SurfacePrograms::set_sight(const glm::vec4& sight, bool is_behind) const {
-  glUseProgram(body);
-  glUniform4fv(glGetUniformLocation(body, "sight"), 1, glm::value_ptr(sight));
-  glUniform1f(glGetUniformLocation(body, "is_behind"), is_behind ? 1.0F : 0.0F);
+void SurfacePrograms::use_body(const Surface& surface, const SurfaceTextures& textures, std::size_t index,
+                               const glm::vec4& sight, bool is_behind, bool shines) {
+  std::array<bool, 5> has_texture{};
+  for (std::size_t role = 0; role < has_texture.size(); ++role) {
+    has_texture[role] = surface.textures[role].image >= 0;
+  }
+  const bool may_discard = surface.opacity != Surface::Opacity::opaque;
+  GLuint& program = bodies_[{has_texture, may_discard, shines}];
+  if (program == 0) {
+    program = make_program(shaders::look_vertex(), shaders::look_fragment(has_texture, may_discard, shines));
+    set_texture_units(program);
+    glUniform1i(glGetUniformLocation(program, "nearer_depth"), nearer_unit);
+  }
+  glUseProgram(program);
+  glUniform4fv(glGetUniformLocation(program, "sight"), 1, glm::value_ptr(sight));
+  glUniform1f(glGetUniformLocation(program, "is_behind"), is_behind ? 1.0F : 0.0F);
+  set_surface(program, surface, textures, index);
+  if (may_discard || surface.has_back) {
+    glDisable(GL_CULL_FACE);
+  } else {
+    glEnable(GL_CULL_FACE);
+  }
 }
 
 void SurfacePrograms::set_surface(GLuint program, const Surface& surface, const SurfaceTextures& textures,

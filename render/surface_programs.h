@@ -4,6 +4,8 @@
 
 #include <array>
 #include <glm/vec4.hpp>
+#include <map>
+#include <tuple>
 
 #include "render/camera.h"
 #include "render/gl.h"
@@ -22,21 +24,29 @@ glm::vec4 sight_of(const View& view, int samples_high);
 std::array<GLuint, shaders::shades.size()> make_ground_programs(bool with_lamps);
 
 struct SurfacePrograms {
-  GLuint body = 0;
-  GLuint shading = 0;
   std::array<GLuint, shaders::shades.size()> ground{};  ///< by Shade
   GLuint cut = 0;                                       ///< depth or colour of what is cut away in places
 
   SurfacePrograms();
 
-  void set_lamps(const Lamps& lamps) const;
+  /// Returns the program for light. `shines`: of scenes some of whose surfaces do more than reflect.
+  GLuint shading(bool shines);
 
-  /// For all that is drawn next with `body`: behind nearer_unit's depth alone, or anywhere.
-  void set_sight(const glm::vec4& sight, bool is_behind) const;
+  void set_lamps(const Lamps& lamps, bool shines);
 
-  /// For what is drawn next with `program`, `body` or `cut`, which is in use.
+  /// Uses a program for what is drawn next of a surface, and tells it what it needs. `is_behind`: only what
+  /// lies behind nearer_unit's depth. Sets which faces are culled.
+  void use_body(const Surface& surface, const SurfaceTextures& textures, std::size_t index,
+                const glm::vec4& sight, bool is_behind, bool shines);
+
+  /// For what is drawn next with `program`, which is in use.
   void set_surface(GLuint program, const Surface& surface, const SurfaceTextures& textures,
                    std::size_t index) const;
+
+ private:
+  std::array<GLuint, 2> shading_{};  ///< by `shines`
+  /// By the textures that there are, whether parts may be left out, and `shines`.
+  std::map<std::tuple<std::array<bool, 5>, bool, bool>, GLuint> bodies_;
 };
 
 }  // namespace substep::render

@@ -80,7 +80,8 @@ Surfaces::Surfaces(int w, int h, bool with_emission) : width(w), height(h) {
   glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32I, width, height, 0, GL_RGBA_INTEGER, GL_INT, nullptr);
   for (std::size_t i = 1; i < textures.size() && textures[i] != 0; ++i) {
     glBindTexture(GL_TEXTURE_2D, textures[i]);
-    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, width, height, 0, GL_RGBA, GL_FLOAT, nullptr);
+    glTexImage2D(GL_TEXTURE_2D, 0, i == 1 ? GL_RGBA32F : GL_R32F, width, height, 0, GL_RGBA, GL_FLOAT,
+                 nullptr);
   }
   glGenTextures(1, &depth);
   make_depth(depth, width, height);

@@ -3,7 +3,8 @@
 // give the picture's light, not its codes.
 
 const LIGHT = `precision highp float;
-uniform vec3 eye, to_sun, sun, zenith, horizon, bounce, ground_color;
+uniform vec3 eye, sun, zenith, horizon, bounce, ground_color;
+uniform vec4 to_sun, key;  // of the films' block Frame
 uniform float ground, reach;
 uniform mat4 shadow_from_world;
 uniform highp sampler2DShadow shadow;
@@ -17,11 +18,12 @@ uniform float shadow_bias;
 ` + LAMPS + `
 #endif
 
-/// Part of the sun that reaches a point: twelve taps of a spiral.
-float sunlight(vec3 position, vec3 n) {
-  vec3 place = (shadow_from_world * vec4(position + n * shadow_bias, 1.0)).xyz * 0.5 + 0.5;
+/// Part of the key light that reaches a point: twelve taps of a spiral.
+float key_light(vec3 position, vec3 n) {
+  vec4 seen = shadow_from_world * vec4(position + n * shadow_bias, 1.0);
+  vec3 place = seen.xyz / seen.w * 0.5 + 0.5;
   vec2 outside = abs(place.xy - 0.5);
-  if (max(outside.x, outside.y) > 0.5 || place.z > 1.0) return 1.0;
+  if (seen.w <= 0.0 || max(outside.x, outside.y) > 0.5 || place.z > 1.0) return 1.0;
   float lit = 0.0;
   for (int i = 0; i < 12; ++i) {
     float radius = 0.0022 * sqrt((float(i) + 0.5) / 12.0);
@@ -122,16 +124,17 @@ void main() {
   float metallic = mix(own_finish.x, 0.0, tint_color.a);
   float roughness = clamp(own_finish.y, 0.06, 1.0);
   vec3 v = normalize(eye - world_position);
-  float nl = max(dot(n, to_sun), 0.0);
+  float nl = max(dot(n, to_sun.xyz), 0.0);
   float nv = max(dot(n, v), 1e-3);
   vec3 facing = mix(vec3(0.04), base_color, metallic);
   vec3 diffuse = base_color * (1.0 - metallic);
-  float lit = nl > 0.0 ? sunlight(world_position, n) : 0.0;
-  vec3 radiance = scattered(n, v, to_sun, nl, nv, facing, diffuse, roughness) * sun * (nl * lit);
+  bool faces_key = dot(n, key.xyz - key.w * world_position) > 0.0;
+  float lit = faces_key ? key_light(world_position, n) : 0.0;
+  vec3 radiance = scattered(n, v, to_sun.xyz, nl, nv, facing, diffuse, roughness) * sun * (nl * (to_sun.w > 0.5 ? lit : 1.0));
 #ifdef LOOKS_SHOWN
   for (int i = 0; i < light_count; ++i) {
     vec3 towards;
-    vec3 light = lamp(i, world_position, towards);
+    vec3 light = lamp(i, world_position, lit, towards);
     float facing_light = max(dot(n, towards), 0.0);
     radiance += scattered(n, v, towards, facing_light, nv, facing, diffuse, roughness) * light * facing_light;
   }
@@ -175,12 +178,12 @@ void main() {
   color *= 1.0 - 0.30 * (joint.x + joint.y - joint.x * joint.y);
   color *= 1.0 - 0.16 * (fine.x + fine.y - fine.x * fine.y) * clamp((8.0 - reach / 40.0) / 4.0, 0.0, 1.0);
   vec3 away = world_position - eye;
-  float lit = sunlight(world_position, vec3(0.0, 1.0, 0.0));
-  vec3 radiance = color * (sun * (max(to_sun.y, 0.0) * lit) + mix(zenith, horizon, 0.55));
+  float lit = key_light(world_position, vec3(0.0, 1.0, 0.0));
+  vec3 radiance = color * (sun * (max(to_sun.y, 0.0) * (to_sun.w > 0.5 ? lit : 1.0)) + mix(zenith, horizon, 0.55));
 #ifdef LOOKS_SHOWN
   for (int i = 0; i < light_count; ++i) {
     vec3 towards;
-    vec3 light = lamp(i, world_position, towards);
+    vec3 light = lamp(i, world_position, lit, towards);
     radiance += color * light * max(towards.y, 0.0);
   }
 #endif
@@ -221,7 +224,8 @@ void main() { own_base_color(); }
 
 /** The picture's light as its codes. */
 const CODES = `precision highp float;
-uniform vec3 to_sun, sun, zenith, horizon, bounce;
+uniform vec3 sun, zenith, horizon, bounce;
+uniform vec4 to_sun;
 ` + OPTICS + `
 uniform sampler2D picture;
 out vec4 code;
@@ -248,6 +252,11 @@ const plus = (a, b, f = 1) => [a[0] + f * b[0], a[1] + f * b[1], a[2] + f * b[2]
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const crossed = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 const unit = (a) => { const l = Math.hypot(...a) || 1; return [a[0] / l, a[1] / l, a[2] / l]; };
+/** Two axes across a unit direction. */
+const across = (forward) => {
+  const right = unit(crossed(forward, Math.abs(forward[1]) > 0.99 ? [0, 0, 1] : [0, 1, 0]));
+  return {right, up: crossed(right, forward)};
+};
 
 /** Column by column: rows are right, up and forward, scaled and moved; w is the depth where `perspective`. */
 function clipFrom({eye, right, up, forward, x, y, near, far, perspective}) {
@@ -507,24 +516,27 @@ class Painter {
     gl.disable(gl.BLEND);
   }
 
-  /** The sun's map of what is near the bodies that move and in sight. */
-  drawShadow(track, k, camera) {
-    const {gl, data} = this;
-    const forward = unit(data.light.to_sun.map((v) => -v));
-    const right = unit(crossed(forward, Math.abs(forward[1]) > 0.99 ? [0, 0, 1] : [0, 1, 0]));
-    const up = crossed(right, forward);
+  /** Returns the balls around the bodies that are near those that move and in sight. */
+  ballsInSight(track, k, camera) {
+    return this.data.bodies.flatMap((body, i) => {
+      const radius = this.radii[i];
+      const place = poseAt(this.data, track, k, i);
+      const isNear = Math.hypot(...minus(place, camera.target)) < 3 * camera.home;
+      return !isNear || radius === 0 || (!body.moves && radius > 6 * this.largest) ? [] : [{place: place.slice(0, 3), radius}];
+    });
+  }
+
+  /** Returns the sun's view of balls, and how far shadows stay off their surfaces. */
+  sunView(forward, balls) {
+    const {right, up} = across(forward);
     const low = [Infinity, Infinity, Infinity];
     const high = [-Infinity, -Infinity, -Infinity];
-    data.bodies.forEach((body, i) => {
-      const radius = this.radii[i];
-      const place = poseAt(data, track, k, i);
-      const isNear = Math.hypot(...minus(place, camera.target)) < 3 * camera.home;
-      if (!isNear || radius === 0 || (!body.moves && radius > 6 * this.largest)) return;
+    for (const {place, radius} of balls) {
       [right, up, forward].forEach((axis, c) => {
         low[c] = Math.min(low[c], dot(axis, place) - radius);
         high[c] = Math.max(high[c], dot(axis, place) + radius);
       });
-    });
+    }
     if (!(low[0] < high[0])) low.fill(-1), high.fill(1);
     const half = Math.max(high[0] - low[0], high[1] - low[1]) / 2 * 1.02;
     let eye = [0, 0, 0];
@@ -532,25 +544,51 @@ class Painter {
     // What lies below, the ground too, is in the map's depth.
     const far = high[2] - low[2] + 9 * half;
     const clip = clipFrom({eye, right, up, forward, x: half, y: half, near: 0, far, perspective: false});
+    return {clip, bias: 0.001 + 1.5 * half / this.shadow.size};
+  }
+
+  /** The same of a lamp, and of balls within 72° of their middle. */
+  lampView(eye, balls) {
+    const forward = unit(minus(balls.reduce((sum, {place}) => plus(sum, place, 1 / balls.length), [0, 0, 0]), eye));
+    const {right, up} = across(forward);
+    let [half, near, far] = [0.01, Infinity, 0.1];
+    for (const {place, radius} of balls) {
+      const way = minus(place, eye);
+      const nearest = dot(forward, way) - radius;
+      near = Math.min(near, nearest);
+      far = Math.max(far, nearest + 2 * radius);
+      if (nearest <= 0) half = 3;
+      for (const axis of [right, up]) half = Math.max(half, (Math.abs(dot(axis, way)) + radius) / nearest);
+    }
+    half = Math.min(half, 3);
+    const clip = clipFrom({eye, right, up, forward, x: half, y: half, near: Math.max(near, 0.02 * far), far: 10 * far, perspective: true});
+    return {clip, bias: 0.001 + 1.5 * half * far / this.shadow.size};
+  }
+
+  /** Draws the map that the light which casts shadows has of what is near the bodies that move. */
+  drawShadow(track, k, camera) {
+    const {gl} = this;
+    const key = this.data.light.key.slice(0, 3);
+    const balls = this.ballsInSight(track, k, camera);
+    const view = this.data.light.key[3] > 0 ? this.lampView(key, balls) : this.sunView(unit(key.map((v) => -v)), balls);
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.shadow.framebuffer);
     gl.viewport(0, 0, this.shadow.size, this.shadow.size);
     gl.disable(gl.SCISSOR_TEST);
     gl.clear(gl.DEPTH_BUFFER_BIT);
     gl.enable(gl.POLYGON_OFFSET_FILL);
     gl.polygonOffset(1.5, 4);
-    this.drawBodies(this.programs.depth, clip, this.draws);
+    this.drawBodies(this.programs.depth, view.clip, this.draws);
     gl.disable(gl.POLYGON_OFFSET_FILL);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-    return {clip, bias: 0.001 + 1.5 * half / this.shadow.size};
+    return view;
   }
 
   /** What the shaders are told of light, view and shadow. */
   prepare({program, uniforms}, view, shadow) {
     const {gl, data} = this;
     gl.useProgram(program);
-    for (const name of ['to_sun', 'sun', 'zenith', 'horizon', 'bounce', 'ground_color']) {
-      if (uniforms[name]) gl.uniform3fv(uniforms[name], data.light[name]);
-    }
+    for (const name of ['sun', 'zenith', 'horizon', 'bounce', 'ground_color']) gl.uniform3fv(uniforms[name] || null, data.light[name]);
+    for (const name of ['to_sun', 'key']) gl.uniform4fv(uniforms[name] || null, data.light[name]);
     const {lamps} = data.light;
     gl.uniform1i(uniforms.light_count || null, lamps.count);
     for (const name of lamps.count > 0 ? ['places', 'axes', 'cones', 'colors'] : []) {

@@ -121,15 +121,18 @@ Json lamps_for_page(const Lamps& lamps) {
 Json light_of(const Scene& scene, std::span<const Part> parts) {
   FrameUniforms frame{};
   const double ground = ground_height(scene, parts);
-  set_light(frame, scene, ground);
-  return {{"to_sun", list(frame.to_sun)},
+  const Lamps lamps = lamps_of(scene, parts);
+  set_light(frame, scene, lamps, ground);
+  const auto four = [](const glm::vec4& v) { return Json{v.x, v.y, v.z, v.w}; };
+  return {{"to_sun", four(frame.to_sun)},
+          {"key", four(frame.key)},
           {"sun", list(frame.sun)},
           {"zenith", list(frame.zenith)},
           {"horizon", list(frame.horizon)},
           {"bounce", list(frame.bounce)},
           {"ground_color", list(frame.ground_color)},
           {"ground", ground},
-          {"lamps", lamps_for_page(lamps_of(scene, parts))}};
+          {"lamps", lamps_for_page(lamps)}};
 }
 
 /// Of each body the mean squared distances of its mass from the planes through its centre that a turn moves:

@@ -3,293 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <stop_token>
 
-#include "render/video/frame_clock.h"
+#include "render/video/reference_run.h"
 #include "sim/error.h"
 #include "sim/execution/parallel_for.h"
 #include "sim/log/pose_table.h"
 #include "sim/measure/expectations.h"
-#include "sim/measure/invariants.h"
 #include "sim/measure/joint_gap.h"
-#include "sim/measure/measured_run.h"
-#include "sim/measure/metrics.h"
-#include "sim/measure/motion.h"
-#include "sim/measure/reference_integrator.h"
-#include "sim/measure/stage_times.h"
-#include "sim/simulation.h"
-#include "sim/study/engines/engines.h"
 
 namespace substep::render {
 namespace {
-
-/// Work that goes on beside other work.
-struct Tally {
-  std::atomic<std::int64_t> done{0};
-  std::atomic<bool> stop{false};
-};
-
-/// Reads at a kept step what takes velocities.
-void read_velocities(const Scene& scene, const ReadingChoice& choice, const State& state, double& start,
-                     Readings& readings) {
-  if (choice.energy) {
-    const double now = energy(scene, state);
-    if (readings.energies.empty()) start = now;
-    readings.energies.push_back(now - start);
-  }
-  if (choice.speeds) {
-    std::vector<float>& speeds = readings.speeds.emplace_back();
-    for (const Velocity& v : state.v) speeds.push_back(static_cast<float>(v.linear.norm()));
-  }
-}
-
-/// Reads at all kept steps what follows from the poses alone.
-void read_poses(const Scene& scene, const ReadingChoice& choice, Run& run) {
-  State state = initial_state(scene);
-  state.contacts.clear();
-  Readings& readings = run.readings;
-  if (choice.expected) readings.expected = expected_values(scene, *choice.expected, run.poses);
-  const JointGapMeter joints(scene);
-  std::unique_ptr<PenetrationMeter> meter;
-  if (choice.depths || choice.deepest) meter = std::make_unique<PenetrationMeter>(scene);
-  if (!choice.gap && !meter) return;
-  for (const std::vector<Coordinates>& poses : run.poses) {
-    state.q = poses;
-    if (choice.gap) readings.gaps.push_back(joints.gap(state));
-    if (!meter) continue;
-    const std::vector<double> depths = meter->depths(state);
-    if (choice.deepest) readings.deepest.push_back(std::ranges::max(depths));
-    if (choice.depths) readings.depths.emplace_back(depths.begin(), depths.end());
-  }
-}
-
-/// Speeds of a run of which the poses alone are known: by the way since the frame before.
-void read_speeds(const Run& run, double interval, Readings& readings) {
-  for (std::size_t k = 0; k < run.poses.size(); ++k) {
-    const std::size_t from = k == 0 ? 0 : k - 1;
-    const std::size_t to = std::min(from + 1, run.poses.size() - 1);
-    std::vector<float>& speeds = readings.speeds.emplace_back();
-    for (std::size_t body = 0; body < run.poses[k].size(); ++body) {
-      const double way = (run.poses[to][body].linear - run.poses[from][body].linear).norm();
-      speeds.push_back(static_cast<float>(way / interval));
-    }
-  }
-}
-
-/// Makes the clock's steps and keeps their poses. Returns false where `step` says that there is no more.
-bool take_shots(const FrameClock& clock, int steps_per_shot, Tally& tally, const std::function<bool()>& step,
-                const std::function<const State&()>& state, std::vector<std::vector<Coordinates>>& poses,
-                std::int64_t& steps, const std::function<void(const State&)>& read = {}) {
-  for (const std::int64_t shot : clock.steps) {
-    while (steps < shot * steps_per_shot) {
-      if (tally.stop) return true;
-      ++steps;
-      ++tally.done;
-      if (!step()) return false;
-    }
-    poses.push_back(state().q);
-    if (read) read(state());
-  }
-  return true;
-}
-
-/// Makes the run's next step, and counts its time.
-template <typename Step>
-decltype(auto) timed(Run& run, const Step& step) {
-  const double start = cpu_time();
-  decltype(auto) result = step();
-  run.cpu_time += cpu_time() - start;
-  run.simulated += run.panel.settings.step;
-  return result;
-}
-
-void simulate_algorithm(const Scene& scene, const FrameClock& clock, const ReadingChoice& choice, Run& run,
-                        Tally& tally) {
-  Simulation simulation(scene, run.panel.settings);
-  double start_energy = 0;
-  Metrics metrics;
-  Invariants invariants(scene, simulation.state());
-  invariants.add(simulation.state(), 0, metrics);
-  std::int64_t steps = 0;
-  const auto step = [&] {
-    const StepReport& report = timed(run, [&]() -> const StepReport& { return simulation.step(); });
-    run.row_solves += report.row_solves;
-    if (report.status == StepReport::Status::unsolved) ++run.unsolved;
-    if (report.status == StepReport::Status::diverged) return false;
-    invariants.follow(simulation.state(), run.panel.settings.step, metrics);
-    return true;
-  };
-  const auto read = [&](const State& state) {
-    read_velocities(scene, choice, state, start_energy, run.readings);
-    invariants.add(state, static_cast<double>(steps) * run.panel.settings.step, metrics);
-    if (choice.contacts) run.readings.contacts.push_back(simulation.contact_impulses());
-  };
-  if (!take_shots(
-          clock, 1, tally, step, [&]() -> const State& { return simulation.state(); }, run.poses, steps,
-          read)) {
-    run.diverged = static_cast<double>(steps) * run.panel.settings.step;
-    return;
-  }
-  run.violations = violations(scene, run.panel.settings, metrics);
-}
-
-/// Returns the stepper of a panel's engine, which is run as far as the film goes where it is a command.
-/// Nothing where it cannot do the scene, which the run then says.
-std::unique_ptr<Stepper> engine_stepper(const Scene& scene, double duration, Run& run) {
-  try {
-    Scene filmed = scene;
-    filmed.duration = duration;
-    return engine_of(run.panel).make(filmed, run.panel.settings);
-  } catch (const Error& error) {
-    run.refusal = fmt::format("not simulated: {}", error.what());
-    run.poses.push_back(initial_state(scene).q);
-    return nullptr;
-  }
-}
-
-void simulate_engine(const Scene& scene, const FrameClock& clock, const ReadingChoice& choice,
-                     Stepper& stepper, Run& run, Tally& tally) {
-  const bool is_command = engine_of(run.panel).is_command;
-  const auto step = [&] { return is_command ? stepper.step() : timed(run, [&] { return stepper.step(); }); };
-  double start_energy = 0;
-  std::int64_t steps = 0;
-  const auto read = [&](const State& state) {
-    read_velocities(scene, choice, state, start_energy, run.readings);
-  };
-  if (!take_shots(
-          clock, 1, tally, step, [&]() -> const State& { return stepper.state(); }, run.poses, steps, read)) {
-    run.diverged = static_cast<double>(steps) * run.panel.settings.step;
-  }
-  run.row_solves = stepper.row_solves();
-}
-
-void take_frames(const PoseLog& log, const FrameClock& clock, Run& run) {
-  for (const std::int64_t shot : clock.steps) {
-    const auto frame = static_cast<std::size_t>(shot);
-    if (frame >= log.frames.size()) {
-      if (!log.end.starts_with("diverged")) {
-        throw Error(fmt::format("{}: ends at {:g} s: shorten the film with --duration",
-                                run.panel.log.string(),
-                                static_cast<double>(log.frames.size() - 1) * log.settings.step));
-      }
-      run.diverged = static_cast<double>(log.frames.size()) * log.settings.step;
-      return;
-    }
-    if (log.frames[frame].poses.empty()) {
-      throw Error(fmt::format("{}: has poses every {} frames only: the film needs frame {}",
-                              run.panel.log.string(), log.full_every, frame));
-    }
-    run.poses.push_back(log.frames[frame].poses);
-  }
-}
-
-/// One of the two runs that are the reference.
-struct ReferenceAttempt {
-  std::vector<std::vector<Coordinates>> poses;
-  std::optional<double> ended;     ///< when it could not go on, s
-  std::optional<double> unsolved;  ///< when a step was not solved first, s
-  int unsolved_steps = 0;
-};
-
-void simulate_reference(const Scene& scene, const FrameClock& clock, double step, int divisions,
-                        bool is_smooth, ReferenceAttempt& attempt, Tally& tally) {
-  std::int64_t steps = 0;
-  bool goes_on = true;
-  if (is_smooth) {
-    const std::unique_ptr<Stepper> stepper = reference_stepper(scene, step / divisions, 8);
-    goes_on = take_shots(
-        clock, divisions, tally, [&] { return stepper->step(); },
-        [&]() -> const State& { return stepper->state(); }, attempt.poses, steps);
-  } else {
-    Settings settings;
-    settings.algorithm = Algorithm::a1;
-    settings.step = step / divisions;
-    Simulation simulation(scene, settings);
-    const auto advance = [&] {
-      const StepReport& report = simulation.step();
-      if (report.status == StepReport::Status::unsolved && ++attempt.unsolved_steps == 1) {
-        attempt.unsolved = static_cast<double>(steps) * settings.step;
-      }
-      return report.status != StepReport::Status::diverged;
-    };
-    goes_on = take_shots(
-        clock, divisions, tally, advance, [&]() -> const State& { return simulation.state(); }, attempt.poses,
-        steps);
-  }
-  if (!goes_on) attempt.ended = static_cast<double>(steps) * step / divisions;
-}
-
-bool has_smooth_reference(const Scene& scene, double step) {
-  try {
-    reference_stepper(scene, step, 8);
-    return true;
-  } catch (const Error&) {
-    return false;
-  }
-}
-
-/// Mean of squared_distance over the bodies that move.
-double mean_squared_distance(const Scene& scene, const std::vector<Coordinates>& is,
-                             const std::vector<Coordinates>& should_be) {
-  double sum = 0;
-  int count = 0;
-  for (std::size_t body = 1; body < scene.bodies.size(); ++body) {
-    if (scene.bodies[body].inverse_mass == 0) continue;
-    sum += squared_distance(scene.bodies[body], is[body], should_be[body]);
-    ++count;
-  }
-  return count == 0 ? 0 : sum / count;
-}
-
-/// What the two runs say together: until when the finer is a reference.
-ReferenceRun reference_of(const Scene& scene, const ReferenceAttempt& coarse, ReferenceAttempt fine,
-                          const std::vector<double>& times, const std::string& method) {
-  ReferenceRun reference;
-  reference.method = method;
-  reference.poses = std::move(fine.poses);
-  const std::size_t both = std::min(reference.poses.size(), coarse.poses.size());
-  const double most = parted * size_of(scene);
-  while (reference.known < both) {
-    const std::size_t k = reference.known;
-    const double apart = std::sqrt(mean_squared_distance(scene, coarse.poses[k], reference.poses[k]));
-    // Written so that a NaN has parted.
-    if (!(apart <= most)) break;
-    if (fine.unsolved && times[k] + 1e-9 >= *fine.unsolved) break;
-    reference.uncertainty.push_back(apart);
-    ++reference.known;
-  }
-  if (reference.known == times.size()) return reference;
-  // That all begin alike is no measurement.
-  if (reference.known == 1) {
-    reference.known = 0;
-    reference.uncertainty.clear();
-  }
-  const std::size_t first =
-      reference.known == 0 ? std::min<std::size_t>(1, times.size() - 1) : reference.known;
-  if (first < both && fine.unsolved && times[first] + 1e-9 >= *fine.unsolved) {
-    reference.fate =
-        fmt::format("{} steps not solved, the first at {:.2f} s", fine.unsolved_steps, *fine.unsolved);
-  } else if (first < both) {
-    reference.fate = fmt::format("its refinements diverge at {:.2f} s", times[first]);
-  } else {
-    reference.fate = fmt::format("fails at {:.2f} s", fine.ended.value_or(coarse.ended.value_or(0)));
-  }
-  return reference;
-}
-
-std::string step_words(double step) {
-  return fmt::format("h=1/{:g}", std::round(1 / step * 1e6) / 1e6);
-}
-
-double root_mean_square(const std::vector<double>& values) {
-  double squares = 0;
-  for (const double value : values) squares += value * value;
-  return values.empty() ? 0 : std::sqrt(squares / static_cast<double>(values.size()));
-}
 
 void check(const ComparisonSettings& settings) {
   if (!(settings.duration >= 0 && settings.duration <= 3600)) {
@@ -353,50 +79,6 @@ void run_jobs(const std::vector<Job>& jobs, int threads, Tally& tally, std::int6
         progress(total > 0 ? std::min(1.0, static_cast<double>(tally.done) / static_cast<double>(total)) : 1);
       });
 }
-
-}  // namespace
-
-/// A turn by θ about the unit axis u moves a point by 2 sin(θ/2) times its distance from the axis, and the
-/// mean square of that distance is uᵀI u / m; sin(θ/2) u is the vector part of the quaternion between the
-/// two.
-double squared_distance(const Body& body, const Coordinates& is, const Coordinates& should_be) {
-  double sum = (is.linear - should_be.linear).squaredNorm();
-  const Quaternion between = should_be.angular.conjugate() * is.angular;
-  for (int axis = 0; axis < 3; ++axis) {
-    // A body of infinite inertia does not turn.
-    if (body.inverse_inertia[axis] == 0) continue;
-    const double squared_radius = body.inverse_mass / body.inverse_inertia[axis];
-    sum += 4 * squared_radius * between.vec()[axis] * between.vec()[axis];
-  }
-  return sum;
-}
-
-std::optional<Departure> departure_of(const Scene& scene, const Comparison& comparison, const Run& run) {
-  if (!comparison.reference || run.is_reference()) return std::nullopt;
-  const double most = away * size_of(scene);
-  const std::size_t frames = std::min(run.poses.size(), comparison.reference->known);
-  for (std::size_t k = 0; k < frames; ++k) {
-    Departure farthest{k};
-    for (std::size_t body = 1; body < scene.bodies.size(); ++body) {
-      if (scene.bodies[body].inverse_mass == 0) continue;
-      const double distance = std::sqrt(
-          squared_distance(scene.bodies[body], run.poses[k][body], comparison.reference->poses[k][body]));
-      if (distance > farthest.distance) farthest = {k, static_cast<int>(body), distance};
-    }
-    if (farthest.distance > most) return farthest;
-  }
-  return std::nullopt;
-}
-
-void measure_from(const Scene& scene, const ReferenceRun& reference, Run& run) {
-  const std::size_t kept = std::min(run.poses.size(), reference.known);
-  for (std::size_t k = 0; k < kept; ++k) {
-    run.errors.push_back(std::sqrt(mean_squared_distance(scene, run.poses[k], reference.poses[k])));
-  }
-  run.rms_error = root_mean_square(run.errors);
-}
-
-namespace {
 
 /// Chooses what strips show: errors where they are known for half of the film, else what tells most to its
 /// end.
@@ -506,8 +188,9 @@ Comparison simulate_comparison(const Scene& scene, const ComparisonSettings& set
 
   const FrameClock& clock = work.clocks.front();
   if (settings.has_reference) {
-    const std::string method = fmt::format("{}, {}", work.is_smooth ? "own, order 8" : "A1 itself",
-                                           step_words(settings.step / settings.reference_substeps));
+    const double parts = settings.reference_substeps / settings.step;
+    const std::string method = fmt::format("{}, h=1/{:g}", work.is_smooth ? "own, order 8" : "A1 itself",
+                                           std::round(parts * 1e6) / 1e6);
     std::vector<double> times;
     for (const std::int64_t step : clock.steps) times.push_back(static_cast<double>(step) * settings.step);
     comparison.reference = reference_of(scene, work.coarse, std::move(work.fine), times, method);

@@ -1,8 +1,6 @@
 #pragma once
 /// One frame of a film: the title, panels with their labels, pictures and error strips.
 
-#include <array>
-#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,31 +8,16 @@
 #include "render/image.h"
 #include "render/text.h"
 #include "render/video/comparison.h"
-#include "render/video/strip_axis.h"
+#include "render/video/strip_painter.h"
 #include "render/video/titles.h"
 
 namespace substep::render {
 
-using Color = std::array<std::uint8_t, 3>;
-
 /// A piece of text and its colour.
 using KeyEntry = std::pair<std::string, Color>;
 
-/// A shade of inks.h's of the panel, on dark ground, and on white.
-Color accent(const PanelChoice& panel);
-Color accent_on_white(const PanelChoice& panel);
-std::string html_color(const Color& color);  ///< "#5db4ea"
-
 /// What is given, or "rod_chain" as a person would write it.
 std::string film_title(const Scene& scene, const std::string& given);
-
-/// A curve of several: pixels that are drawn and left out in turn, at 720 lines; later ones leave out more,
-/// so that those below show.
-struct Dash {
-  double drawn;
-  double left_out;
-};
-Dash dash_of(std::size_t run);
 
 /// Returns the panels in each row of a frame of this size, such that pictures of the usual shape are as large
 /// as can be; later rows may have one less, whose panels are wider. `above`: height that each row spends on
@@ -59,23 +42,11 @@ class Composition {
   Image frame(int k, const std::vector<Image>& pictures) const;
 
  private:
-  struct Box {
-    int x = 0, y = 0, width = 0, height = 0;
-  };
-  struct StripBox {
-    Strip kind = Strip::error;
-    StripAxis axis;
-    Box strip{};
-    Box plot{};
-  };
   struct Panel {
     Box header, picture;
     std::vector<StripBox> strips;
   };
 
-  double text_size(double at_720) const;
-  double plot_x(const StripBox& strip, std::size_t k) const;
-  double plot_y(const StripBox& strip, double value) const;
   void lay_out();
   void lay_out_strips(Panel& panel, int x, int y, int width, int height) const;
   void draw_background(const std::string& title);
@@ -86,15 +57,7 @@ class Composition {
   double header_width(std::size_t run, double factor) const;
   double header_factor() const;
   void draw_header(const Panel& panel, std::size_t run, double factor);
-  void draw_grid(const StripBox& strip);
-  void draw_certainty(const StripBox& strip);
-  void draw_key(const StripBox& strip);
-  void draw_curve(Image& image, const StripBox& strip, std::size_t run, std::size_t end, const Color& color,
-                  bool dashed) const;
-  void draw_clipped(Image& image, const StripBox& strip, std::size_t run, std::size_t end) const;
   void draw_clock(Image& image, std::size_t k) const;
-  void draw_strip(Image& image, const StripBox& strip, std::size_t run, std::size_t k) const;
-  std::string value_label(const StripBox& strip, std::size_t run, std::size_t k) const;
   void draw_notice(Image& image, std::size_t run, const std::string& text, bool over_all) const;
   void draw_fate(Image& image, std::size_t run, std::size_t k) const;
 
@@ -103,10 +66,10 @@ class Composition {
   const Comparison& comparison_;
   Titles titles_;
   int footer_ = 0;  ///< its height
-  bool has_axis_ = true;
   int width_;
   int height_;
-  double scale_;               ///< 1 at 720 lines
+  double scale_;  ///< 1 at 720 lines
+  StripPainter painter_;
   std::vector<Strip> strips_;  ///< of each panel, from the top
   int picture_height_ = 0;
   Box title_;

@@ -81,63 +81,95 @@ Film film_of(const Scene& scene, const VideoSettings& settings, const Comparison
   return film;
 }
 
-/// One panel's picture at film frame k, with its overlays.
-Image panel_picture(Renderer& renderer, const Film& film, std::size_t index, std::size_t k) {
-  const VideoSettings& settings = film.settings;
-  const Comparison& comparison = film.comparison;
-  const Run& run = comparison.runs[index];
-  const std::vector<Coordinates> poses = poses_at(film.scene, run, k);
-  Image picture = renderer.draw(poses);
-  const std::optional<Departure>& departure = film.departures[index];
-  const bool is_ringed = departure && k >= departure->frame && k < departure->frame + film.second();
-  if ((!settings.overlays.any() && !is_ringed) || run.is_reference()) return picture;
-  OverlayFrame frame{film.scene, renderer.view(), run, film.scales};
-  frame.k = k;
-  frame.trail = film.second();
-  Image bodies;
-  Image reference_bodies;
-  if (settings.overlays.tint != Overlays::Tint::none) {
-    bodies = renderer.draw_bodies(poses);
-    frame.bodies = &bodies;
-  }
-  if (comparison.reference && k < comparison.reference->known) {
-    frame.reference = &*comparison.reference;
-    if (settings.overlays.ghost) {
-      reference_bodies = renderer.draw_bodies(comparison.reference->poses[k]);
-      frame.reference_bodies = &reference_bodies;
+/// Draws one panel's pictures, by a renderer that other panels share. A picture serves all frames in which
+/// nothing moves.
+class PanelPainter {
+ public:
+  PanelPainter(const Film& film, std::size_t index, std::shared_ptr<Renderer> renderer)
+      : film_(film), index_(index), renderer_(std::move(renderer)), still_(renderer_->view()) {
+    shown_frames_.push_back(0);
+    std::vector<Coordinates> last = poses_at(film.scene, run(), 0);
+    for (std::size_t k = 1; k < film.comparison.times.size(); ++k) {
+      std::vector<Coordinates> poses = poses_at(film.scene, run(), k);
+      renderer_->look(view(k));
+      constexpr double unseen = 0.02;  // pixels
+      const bool moves = view(k) != view(shown_frames_.back()) || renderer_->moves_by(unseen, last, poses);
+      shown_frames_.push_back(moves ? k : shown_frames_.back());
+      if (moves) last = std::move(poses);
     }
+    renderer_->look(still_);
   }
-  draw_overlays(picture, settings.overlays, frame);
-  if (is_ringed) draw_departure(picture, *departure, frame);
-  return picture;
-}
+
+  /// Returns the picture at film frame k, with its overlays.
+  Image picture(std::size_t k) {
+    const VideoSettings& settings = film_.settings;
+    const Comparison& comparison = film_.comparison;
+    const std::vector<Coordinates> poses = poses_at(film_.scene, run(), shown_frames_[k]);
+    renderer_->look(view(k));
+    if (drawn_ != shown_frames_[k]) drawn_picture_ = renderer_->draw(poses);
+    drawn_ = shown_frames_[k];
+    const std::optional<Departure>& departure = film_.departures[index_];
+    const bool is_ringed = departure && k >= departure->frame && k < departure->frame + film_.second();
+    if ((!settings.overlays.any() && !is_ringed) || run().is_reference()) return drawn_picture_;
+    OverlayFrame frame{film_.scene, renderer_->view(), run(), film_.scales};
+    frame.k = k;
+    frame.trail = film_.second();
+    Image bodies;
+    Image reference_bodies;
+    if (settings.overlays.tint != Overlays::Tint::none) {
+      bodies = renderer_->draw_bodies(poses);
+      frame.bodies = &bodies;
+    }
+    if (comparison.reference && k < comparison.reference->known) {
+      frame.reference = &*comparison.reference;
+      if (settings.overlays.ghost) {
+        reference_bodies = renderer_->draw_bodies(comparison.reference->poses[k]);
+        frame.reference_bodies = &reference_bodies;
+      }
+    }
+    Image picture = drawn_picture_;
+    draw_overlays(picture, settings.overlays, frame);
+    if (is_ringed) draw_departure(picture, *departure, frame);
+    return picture;
+  }
+
+ private:
+  const Run& run() const { return film_.comparison.runs[index_]; }
+  View view(std::size_t k) const {
+    return view_at(still_, film_.scene, film_.settings, film_.comparison, run(), k);
+  }
+
+  const Film& film_;
+  std::size_t index_;
+  std::shared_ptr<Renderer> renderer_;
+  View still_;
+  std::vector<std::size_t> shown_frames_;  ///< of each frame, the one whose poses it shows
+  std::optional<std::size_t> drawn_;       ///< the frame whose poses were drawn last
+  Image drawn_picture_;
+};
 
 /// Paints film frames of this size; `every` of the comparison's frames is painted, the others are left out.
 std::function<Painter()> painters(const Film& film, const Composition& composition, int every) {
   return [&film, &composition, every]() -> Painter {
     // Panels of a row are as wide as one another; another row's may be wider.
-    auto renderers = std::make_shared<std::map<int, std::pair<Renderer, View>>>();
+    std::map<int, std::shared_ptr<Renderer>> renderers;
+    auto panels = std::make_shared<std::vector<PanelPainter>>();
     for (std::size_t run = 0; run < film.comparison.runs.size(); ++run) {
       RenderSettings pictures;
       pictures.width = composition.picture_width(run);
       pictures.height = composition.picture_height();
       pictures.steps_back = !film.settings.camera.named;
-      if (renderers->contains(pictures.width)) continue;
-      Renderer renderer(seen_by(film.settings.camera, film.scene), pictures,
-                        seen_frames(film.scene, film.comparison));
-      const View view = renderer.view();
-      renderers->emplace(pictures.width, std::pair(std::move(renderer), view));
-    }
-    return [renderers, &film, &composition, every](int k) {
-      const int frame = k * every;
-      const auto index = static_cast<std::size_t>(frame);
-      std::vector<Image> pictures;
-      for (std::size_t run = 0; run < film.comparison.runs.size(); ++run) {
-        auto& [renderer, still] = renderers->at(composition.picture_width(run));
-        renderer.look(
-            view_at(still, film.scene, film.settings, film.comparison, film.comparison.runs[run], index));
-        pictures.push_back(panel_picture(renderer, film, run, index));
+      std::shared_ptr<Renderer>& renderer = renderers[pictures.width];
+      if (!renderer) {
+        renderer = std::make_shared<Renderer>(seen_by(film.settings.camera, film.scene), pictures,
+                                              seen_frames(film.scene, film.comparison));
       }
+      panels->emplace_back(film, run, renderer);
+    }
+    return [panels, &composition, every](int k) {
+      const int frame = k * every;
+      std::vector<Image> pictures;
+      for (PanelPainter& panel : *panels) pictures.push_back(panel.picture(static_cast<std::size_t>(frame)));
       return composition.frame(frame, pictures);
     };
   };

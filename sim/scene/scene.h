@@ -178,7 +178,7 @@ struct Sun {
   double illuminance = 3;  ///< of a surface facing it; 1 is a white surface's full exposure × π
 };
 
-/// Any other light of a file; casts no shadow.
+/// Any other light of a file.
 struct Light {
   enum class Kind { directional, point, spot };
 

@@ -7,6 +7,7 @@
 
 #include "render/camera.h"
 #include "render/renderer.h"
+#include "sim/math/rotation.h"
 #include "test_scenes.h"
 
 namespace substep::render {
@@ -72,6 +73,32 @@ TEST(SeenAreas, HoldEverySampleThatIsNearerThanTheFarEnd) {
   ASSERT_EQ(all.size(), 1U);
   EXPECT_EQ(all[0].width, 24);
   EXPECT_EQ(all[0].height, 16);
+}
+
+TEST(MovesBy, SeesShiftsAndTurnsOfAHundredthOfAPixel) {
+  // A metre is a hundred pixels, 2 m in front of the eye.
+  glm::dmat4 clip(1);
+  clip[2] = {0, 0, -1, -1};
+  clip[3] = {0, 0, 0, 0};
+  constexpr int side = 400;
+  Part part;
+  part.body = 1;
+  part.low = {-1, -0.5, -0.5};
+  part.high = {1, 0.5, 0.5};
+  const std::vector<Coordinates> from{{}, {{0, 0, -2.5}, Quaternion::Identity()}};
+  const auto moves = [&](double pixels, const Vector3& shift, double turn) {
+    std::vector<Coordinates> to = from;
+    to[1].linear += shift;
+    to[1].angular = rotation_quaternion({0, 0, turn});
+    return moves_by(pixels, std::span(&part, 1), from, to, clip, side, side);
+  };
+  EXPECT_FALSE(moves(1e-9, {0, 0, 0}, 0));
+  EXPECT_TRUE(moves(0.0099, {1e-4, 0, 0}, 0));
+  EXPECT_FALSE(moves(0.0101, {1e-4, 0, 0}, 0));
+  // A corner of the near side is 1.118 m from the axis.
+  EXPECT_TRUE(moves(0.011, {0, 0, 0}, 1e-4));
+  EXPECT_FALSE(moves(0.0113, {0, 0, 0}, 1e-4));
+  EXPECT_TRUE(moves(1e6, {0, 0, 2}, 0));  // behind the eye
 }
 
 TEST(GroundAreas, OpenOnesHaveNoPixelInAMarkedCell) {

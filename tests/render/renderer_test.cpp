@@ -271,6 +271,28 @@ TEST(Renderer, AFloatingBoxShadesTheGroundBelow) {
             luma(lit, below.first, below.second) + 40);  // measured 79 more
 }
 
+TEST(Renderer, ALampsShadowsSpreadFromIt) {
+  Scene scene = floating_box();
+  scene.sun.reset();
+  Light& lamp = scene.lights.emplace_back();
+  lamp.position = {-2, 3, 0};
+  lamp.intensity = 30;
+  RenderSettings settings = small_picture();
+  const Image with = Renderer(scene, settings).draw(initial_state(scene).q);
+  settings.shadows = false;
+  const Image without = Renderer(scene, settings).draw(initial_state(scene).q);
+  const auto darker = [&](double x, double z) {
+    const auto [u, v] = ground_pixel(x, z, settings);
+    return luma(without, u, v) - luma(with, u, v);
+  };
+  // The box's middle is 2 m below the lamp, the ground 3 m: its shadow begins 0.5 m and ends 2.5 m from the
+  // lamp's side.
+  EXPECT_GT(darker(1.0, 0.6), 30);
+  EXPECT_GT(darker(1.4, 0.6), 30);
+  EXPECT_NEAR(darker(-0.9, 0.6), 0, 3);
+  EXPECT_NEAR(darker(2.6, 0.6), 0, 3);
+}
+
 TEST(Renderer, ALostBodyLeavesTheOthersTheirShadows) {
   Scene scene = floating_box();
   const int lost = add_body(scene, Sphere{0.3}, {2.5, 0.3, 0});
@@ -284,31 +306,39 @@ TEST(Renderer, ALostBodyLeavesTheOthersTheirShadows) {
 }
 
 TEST(Renderer, LitSurfacesDoNotShadeThemselves) {
-  // Where the sun falls on a convex body, only the body itself could cast a shadow: with and without are
+  // Where the light falls on a convex body, only the body itself could cast a shadow: with and without are
   // equal.
-  Scene scene = empty_scene();
-  add_body(scene, Sphere{1}, {0, 3, 0});
-  add_body(scene, box({2, 2, 2}), {4, 3, 0}, rotation_quaternion({0.3, 0.5, 0.2}));
-  scene.sun = Sun{{-0.3, -0.8, -0.6}, {1, 1, 1}, 3};
-  RenderSettings settings = small_picture();
-  settings.antialiasing = false;
-  const std::vector<Coordinates> poses = initial_state(scene).q;
-  Renderer shaded(scene, settings);
-  const Image with = shaded.draw(poses);
-  const Image colors = shaded.draw_bodies(poses);
-  settings.shadows = false;
-  const Image without = Renderer(scene, settings).draw(poses);
-  int bodies = 0;
-  int darker = 0;
-  for (int y = 0; y < with.height; ++y) {
-    for (int x = 0; x < with.width; ++x) {
-      if (body_at(colors, x, y) <= 0) continue;
-      ++bodies;
-      darker += luma(with, x, y) < luma(without, x, y) - 3 ? 1 : 0;
+  for (const bool has_lamp : {false, true}) {
+    Scene scene = empty_scene();
+    add_body(scene, Sphere{1}, {0, 3, 0});
+    add_body(scene, box({2, 2, 2}), {4, 3, 0}, rotation_quaternion({0.3, 0.5, 0.2}));
+    if (has_lamp) {
+      Light& lamp = scene.lights.emplace_back();
+      lamp.position = {2, 6, 5};
+      lamp.intensity = 60;
+    } else {
+      scene.sun = Sun{{-0.3, -0.8, -0.6}, {1, 1, 1}, 3};
     }
+    RenderSettings settings = small_picture();
+    settings.antialiasing = false;
+    const std::vector<Coordinates> poses = initial_state(scene).q;
+    Renderer shaded(scene, settings);
+    const Image with = shaded.draw(poses);
+    const Image colors = shaded.draw_bodies(poses);
+    settings.shadows = false;
+    const Image without = Renderer(scene, settings).draw(poses);
+    int bodies = 0;
+    int darker = 0;
+    for (int y = 0; y < with.height; ++y) {
+      for (int x = 0; x < with.width; ++x) {
+        if (body_at(colors, x, y) <= 0) continue;
+        ++bodies;
+        darker += luma(with, x, y) < luma(without, x, y) - 3 ? 1 : 0;
+      }
+    }
+    EXPECT_GT(bodies, 2000);
+    EXPECT_LT(darker, bodies / 100) << has_lamp;  // measured 0 of 12,421
   }
-  EXPECT_GT(bodies, 2000);
-  EXPECT_LT(darker, bodies / 100);  // measured 0 of 12,421
 }
 
 TEST(Renderer, AntialiasingSoftensEdgesOnly) {

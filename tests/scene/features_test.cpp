@@ -309,7 +309,7 @@ const std::vector<Feature>& features() {
          d["cameras"][0] = {{"type", "orthographic"}};
        }},
       {"several cameras", Outcome::supported, "", [](json& d) { d["nodes"][0]["camera"] = 0; }},
-      {"directional, point and spot lights; the first directional one casts shadows", Outcome::supported, "",
+      {"directional, point and spot lights; the brightest casts shadows", Outcome::supported, "",
        [](json& d) {
          d["extensions"]["KHR_lights_punctual"]["lights"].push_back(
              {{"type", "spot"}, {"spot", json::object()}});

@@ -1,0 +1,152 @@
+#include "render/video/reference_run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include "sim/error.h"
+#include "sim/measure/metrics.h"
+#include "sim/measure/motion.h"
+#include "sim/measure/reference_integrator.h"
+#include "sim/simulation.h"
+
+namespace substep::render {
+namespace {
+
+/// Mean of squared_distance over the bodies that move.
+double mean_squared_distance(const Scene& scene, const std::vector<Coordinates>& is,
+                             const std::vector<Coordinates>& should_be) {
+  double sum = 0;
+  int count = 0;
+  for (std::size_t body = 1; body < scene.bodies.size(); ++body) {
+    if (scene.bodies[body].inverse_mass == 0) continue;
+    sum += squared_distance(scene.bodies[body], is[body], should_be[body]);
+    ++count;
+  }
+  return count == 0 ? 0 : sum / count;
+}
+
+}  // namespace
+
+void simulate_reference(const Scene& scene, const FrameClock& clock, double step, int divisions,
+                        bool is_smooth, ReferenceAttempt& attempt, Tally& tally) {
+  std::int64_t steps = 0;
+  bool goes_on = true;
+  if (is_smooth) {
+    const std::unique_ptr<Stepper> stepper = reference_stepper(scene, step / divisions, 8);
+    goes_on = take_shots(
+        clock, divisions, tally, [&] { return stepper->step(); },
+        [&]() -> const State& { return stepper->state(); }, attempt.poses, steps);
+  } else {
+    Settings settings;
+    settings.algorithm = Algorithm::a1;
+    settings.step = step / divisions;
+    Simulation simulation(scene, settings);
+    const auto advance = [&] {
+      const StepReport& report = simulation.step();
+      if (report.status == StepReport::Status::unsolved && ++attempt.unsolved_steps == 1) {
+        attempt.unsolved = static_cast<double>(steps) * settings.step;
+      }
+      return report.status != StepReport::Status::diverged;
+    };
+    goes_on = take_shots(
+        clock, divisions, tally, advance, [&]() -> const State& { return simulation.state(); }, attempt.poses,
+        steps);
+  }
+  if (!goes_on) attempt.ended = static_cast<double>(steps) * step / divisions;
+}
+
+bool has_smooth_reference(const Scene& scene, double step) {
+  try {
+    reference_stepper(scene, step, 8);
+    return true;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+ReferenceRun reference_of(const Scene& scene, const ReferenceAttempt& coarse, ReferenceAttempt fine,
+                          const std::vector<double>& times, const std::string& method) {
+  ReferenceRun reference;
+  reference.method = method;
+  reference.poses = std::move(fine.poses);
+  const std::size_t both = std::min(reference.poses.size(), coarse.poses.size());
+  const double most = parted * size_of(scene);
+  while (reference.known < both) {
+    const std::size_t k = reference.known;
+    const double apart = std::sqrt(mean_squared_distance(scene, coarse.poses[k], reference.poses[k]));
+    // Written so that a NaN has parted.
+    if (!(apart <= most)) break;
+    if (fine.unsolved && times[k] + 1e-9 >= *fine.unsolved) break;
+    reference.uncertainty.push_back(apart);
+    ++reference.known;
+  }
+  if (reference.known == times.size()) return reference;
+  // That all begin alike is no measurement.
+  if (reference.known == 1) {
+    reference.known = 0;
+    reference.uncertainty.clear();
+  }
+  const std::size_t first =
+      reference.known == 0 ? std::min<std::size_t>(1, times.size() - 1) : reference.known;
+  if (first < both && fine.unsolved && times[first] + 1e-9 >= *fine.unsolved) {
+    reference.fate =
+        fmt::format("{} steps not solved, the first at {:.2f} s", fine.unsolved_steps, *fine.unsolved);
+  } else if (first < both) {
+    reference.fate = fmt::format("its refinements diverge at {:.2f} s", times[first]);
+  } else {
+    reference.fate = fmt::format("fails at {:.2f} s", fine.ended.value_or(coarse.ended.value_or(0)));
+  }
+  return reference;
+}
+
+/// A turn by θ about the unit axis u moves a point by 2 sin(θ/2) times its distance from the axis, and the
+/// mean square of that distance is uᵀI u / m; sin(θ/2) u is the vector part of the quaternion between the
+/// two.
+double squared_distance(const Body& body, const Coordinates& is, const Coordinates& should_be) {
+  double sum = (is.linear - should_be.linear).squaredNorm();
+  const Quaternion between = should_be.angular.conjugate() * is.angular;
+  for (int axis = 0; axis < 3; ++axis) {
+    // A body of infinite inertia does not turn.
+    if (body.inverse_inertia[axis] == 0) continue;
+    const double squared_radius = body.inverse_mass / body.inverse_inertia[axis];
+    sum += 4 * squared_radius * between.vec()[axis] * between.vec()[axis];
+  }
+  return sum;
+}
+
+std::optional<Departure> departure_of(const Scene& scene, const Comparison& comparison, const Run& run) {
+  if (!comparison.reference || run.is_reference()) return std::nullopt;
+  const double most = away * size_of(scene);
+  const std::size_t frames = std::min(run.poses.size(), comparison.reference->known);
+  for (std::size_t k = 0; k < frames; ++k) {
+    Departure farthest{k};
+    for (std::size_t body = 1; body < scene.bodies.size(); ++body) {
+      if (scene.bodies[body].inverse_mass == 0) continue;
+      const double distance = std::sqrt(
+          squared_distance(scene.bodies[body], run.poses[k][body], comparison.reference->poses[k][body]));
+      if (distance > farthest.distance) farthest = {k, static_cast<int>(body), distance};
+    }
+    if (farthest.distance > most) return farthest;
+  }
+  return std::nullopt;
+}
+
+double root_mean_square(const std::vector<double>& values) {
+  double squares = 0;
+  for (const double value : values) squares += value * value;
+  return values.empty() ? 0 : std::sqrt(squares / static_cast<double>(values.size()));
+}
+
+void measure_from(const Scene& scene, const ReferenceRun& reference, Run& run) {
+  const std::size_t kept = std::min(run.poses.size(), reference.known);
+  for (std::size_t k = 0; k < kept; ++k) {
+    run.errors.push_back(std::sqrt(mean_squared_distance(scene, run.poses[k], reference.poses[k])));
+  }
+  run.rms_error = root_mean_square(run.errors);
+}
+
+}  // namespace substep::render
