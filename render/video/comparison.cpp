@@ -1,12 +1,14 @@
 #include "render/video/comparison.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <stop_token>
 
 #include "render/video/frame_clock.h"
@@ -195,8 +197,53 @@ struct ReferenceAttempt {
   int unsolved_steps = 0;
 };
 
+nlohmann::json to_json(const ReferenceAttempt& attempt) {
+  nlohmann::json poses = nlohmann::json::array();
+  for (const std::vector<Coordinates>& frame : attempt.poses) poses.push_back(substep::to_json(frame));
+  return {{"poses", std::move(poses)},
+          {"ended", attempt.ended.value_or(-1)},
+          {"unsolved", attempt.unsolved.value_or(-1)},
+          {"unsolved steps", attempt.unsolved_steps}};
+}
+
+ReferenceAttempt attempt_in(const nlohmann::json& json) {
+  ReferenceAttempt attempt;
+  for (const nlohmann::json& frame : json.at("poses")) attempt.poses.push_back(coordinates_in(frame));
+  const auto time = [&](const char* name) {
+    const auto seconds = json.at(name).get<double>();
+    return seconds < 0 ? std::nullopt : std::optional(seconds);
+  };
+  attempt.ended = time("ended");
+  attempt.unsolved = time("unsolved");
+  json.at("unsolved steps").get_to(attempt.unsolved_steps);
+  return attempt;
+}
+
+/// Mean of squared_distance over the bodies that move.
+double mean_squared_distance(const Scene& scene, const std::vector<Coordinates>& is,
+                             const std::vector<Coordinates>& should_be) {
+  double sum = 0;
+  int count = 0;
+  for (std::size_t body = 1; body < scene.bodies.size(); ++body) {
+    if (scene.bodies[body].inverse_mass == 0) continue;
+    sum += squared_distance(scene.bodies[body], is[body], should_be[body]);
+    ++count;
+  }
+  return count == 0 ? 0 : sum / count;
+}
+
+/// Whether two refinements agree so well that smaller steps would show nothing new.
+bool is_settled(const Scene& scene, const std::vector<Coordinates>& one,
+                const std::vector<Coordinates>& other) {
+  constexpr double settled = 1e-9;  // of the scene's size
+  const double most = settled * size_of(scene);
+  return mean_squared_distance(scene, one, other) <= most * most;
+}
+
+/// Simulates a run of the reference. A1 stops where a frame is not `like` the other run's.
 void simulate_reference(const Scene& scene, const FrameClock& clock, double step, int divisions,
-                        bool is_smooth, ReferenceAttempt& attempt, Tally& tally) {
+                        bool is_smooth, ReferenceAttempt& attempt, Tally& tally,
+                        const ReferenceAttempt* like = nullptr) {
   std::int64_t steps = 0;
   bool goes_on = true;
   if (is_smooth) {
@@ -210,6 +257,9 @@ void simulate_reference(const Scene& scene, const FrameClock& clock, double step
     settings.step = step / divisions;
     Simulation simulation(scene, settings);
     const auto advance = [&] {
+      const std::size_t frames = attempt.poses.size();
+      if (like && frames > 0 && !is_settled(scene, attempt.poses.back(), like->poses[frames - 1]))
+        return false;
       const StepReport& report = simulation.step();
       if (report.status == StepReport::Status::unsolved && ++attempt.unsolved_steps == 1) {
         attempt.unsolved = static_cast<double>(steps) * settings.step;
@@ -230,19 +280,6 @@ bool has_smooth_reference(const Scene& scene, double step) {
   } catch (const Error&) {
     return false;
   }
-}
-
-/// Mean of squared_distance over the bodies that move.
-double mean_squared_distance(const Scene& scene, const std::vector<Coordinates>& is,
-                             const std::vector<Coordinates>& should_be) {
-  double sum = 0;
-  int count = 0;
-  for (std::size_t body = 1; body < scene.bodies.size(); ++body) {
-    if (scene.bodies[body].inverse_mass == 0) continue;
-    sum += squared_distance(scene.bodies[body], is[body], should_be[body]);
-    ++count;
-  }
-  return count == 0 ? 0 : sum / count;
 }
 
 /// What the two runs say together: until when the finer is a reference.
@@ -447,24 +484,52 @@ struct Work {
   ReferenceAttempt fine{};
   ReferenceAttempt coarse{};
   bool is_smooth = false;
+  int substeps = 0;  ///< of the reference; 0: not known yet
 };
+
+/// Simulates one run of the reference, or takes it from the cache. One that is cut where it is not `like`
+/// another is not kept.
+void simulate_attempt(Work& work, int parts, ReferenceAttempt& attempt,
+                      const ReferenceAttempt* like = nullptr) {
+  const FrameClock& clock = work.clocks[0];
+  const std::string key = fmt::format("film {:016x} {} {} {} {}", work.scene.hash, work.settings.step, parts,
+                                      work.is_smooth, fmt::join(clock.steps, " "));
+  if (const auto kept = work.settings.cache.find(key)) {
+    attempt = attempt_in(*kept);
+    return;
+  }
+  attempt = {};
+  simulate_reference(work.scene, clock, work.settings.step, parts, work.is_smooth, attempt, work.tally, like);
+  if (!work.tally.stop && !(like && attempt.ended)) work.settings.cache.keep(key, to_json(attempt));
+}
+
+/// Takes an eighth and a fourth of the sub-steps for the reference where these two agree in every frame, as
+/// they do where nothing moves.
+void settle_reference(Work& work) {
+  const int eighth = work.settings.reference_substeps / 8;
+  if (work.is_smooth || eighth < 1 || work.settings.reference_substeps % 8 != 0) return;
+  const auto is_whole = [&](const ReferenceAttempt& attempt) {
+    return !attempt.ended && !attempt.unsolved && attempt.poses.size() == work.clocks[0].steps.size();
+  };
+  simulate_attempt(work, eighth, work.coarse);
+  if (!is_whole(work.coarse)) return;
+  simulate_attempt(work, 2 * eighth, work.fine, &work.coarse);
+  if (!is_whole(work.fine)) return;
+  for (std::size_t k = 0; k < work.fine.poses.size(); ++k) {
+    if (!is_settled(work.scene, work.fine.poses[k], work.coarse.poses[k])) return;
+  }
+  work.substeps = 2 * eighth;
+}
 
 /// Simulates the reference and all runs, as far as they go.
 void simulate_all(Work& work, std::vector<Run>& runs, const std::function<void(double)>& progress) {
-  const auto& [scene, settings, logs, clocks, t, f, c, smooth] = work;
+  const auto& [scene, settings, logs, clocks, t, f, c, smooth, substeps] = work;
   std::vector<Job> jobs;
   std::int64_t total = 0;
-  // The longest first, so that no thread is left alone with it.
   if (settings.has_reference) {
-    const int divisions = settings.reference_substeps;
-    for (const auto& [attempt, parts] :
-         {std::pair(&work.fine, divisions), std::pair(&work.coarse, divisions / 2)}) {
-      total += clocks[0].steps.back() * parts;
-      jobs.emplace_back([&work, to = attempt, per_step = parts] {
-        simulate_reference(work.scene, work.clocks[0], work.settings.step, per_step, work.is_smooth, *to,
-                           work.tally);
-      });
-    }
+    // A fourth of these steps is enough where the first two runs agree.
+    total += clocks[0].steps.back() * (settings.reference_substeps + settings.reference_substeps / 2);
+    jobs.emplace_back([&work] { settle_reference(work); });
   }
   for (std::size_t i = 0; i < runs.size(); ++i) {
     Run& run = runs[i];
@@ -488,6 +553,13 @@ void simulate_all(Work& work, std::vector<Run>& runs, const std::function<void(d
     total += own.steps.back();
   }
   if (!jobs.empty()) run_jobs(jobs, settings.threads, work.tally, total, progress);
+  if (!settings.has_reference || substeps > 0) return;
+  work.substeps = settings.reference_substeps;
+  // The longer one begins first.
+  const std::vector<Job> runs_of_reference{
+      [&work] { simulate_attempt(work, work.substeps, work.fine); },
+      [&work] { simulate_attempt(work, work.substeps / 2, work.coarse); }};
+  run_jobs(runs_of_reference, settings.threads, work.tally, total, progress);
 }
 
 }  // namespace
@@ -507,7 +579,7 @@ Comparison simulate_comparison(const Scene& scene, const ComparisonSettings& set
   const FrameClock& clock = work.clocks.front();
   if (settings.has_reference) {
     const std::string method = fmt::format("{}, {}", work.is_smooth ? "own, order 8" : "A1 itself",
-                                           step_words(settings.step / settings.reference_substeps));
+                                           step_words(settings.step / work.substeps));
     std::vector<double> times;
     for (const std::int64_t step : clock.steps) times.push_back(static_cast<double>(step) * settings.step);
     comparison.reference = reference_of(scene, work.coarse, std::move(work.fine), times, method);
