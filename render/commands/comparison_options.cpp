@@ -41,9 +41,12 @@ void ComparisonOptions::add_panels_to(CLI::App& command) {
       ->allow_extra_args(false);
   command.add_option("--panels", panels_file_, "A TOML file of [[panel]] tables")->check(CLI::ExistingFile);
   command.add_flag("--no-reference", no_reference_, "Simulate none, and show no errors");
+  cache_.add_to(command);
   command
-      .add_option("--reference-substeps", reference_substeps_,
-                  "The reference is at the step divided by this, its check at half as many")
+      .add_option(
+          "--reference-substeps", reference_substeps_,
+          "The reference is at the step divided by this, its check at half as many; where nothing moves "
+          "a fourth of these is enough")
       ->capture_default_str();
   command.add_option("--threads", threads_, "Threads; the result is the same for any number")
       ->capture_default_str();
@@ -83,6 +86,7 @@ ComparisonSettings ComparisonOptions::settings(const Scene& scene_to_show) {
   }
   settings.frame_interval = speed / frame_rate;
   settings.threads = threads_;
+  settings.cache = cache_.cache();
   if (!(threads_ >= 1 && threads_ <= 64)) {
     throw Error(fmt::format("--threads {}: must be from 1 to 64", threads_));
   }

@@ -36,6 +36,7 @@ struct ComparisonOptions {
   int reference_substeps_ = ComparisonSettings{}.reference_substeps;
   std::string start_ = "0";
   std::optional<std::string> end_;
+  CacheOption cache_;
   int threads_ = ComparisonSettings{}.threads;
 };
 

@@ -32,6 +32,7 @@ struct ReportOptions {
   std::optional<std::string> table;
   int threads = 0;
   bool maps = false;
+  CacheOption cache;
 };
 
 /// Returns the sweep of a file, or of scenes. Throws Error.
@@ -90,7 +91,8 @@ void report(const ReportOptions& options) {
   {
     Progress progress;
     progress.show("sweep", 0);
-    run_sweep(sweep, {results, options.threads, 1, 1}, [&](double share) { progress.show("sweep", share); });
+    run_sweep(sweep, {results, options.threads, 1, 1, options.cache.cache()},
+              [&](double share) { progress.show("sweep", share); });
     merge_sweep(sweep, results);
     report::FigureSource source;
     source.records = read_records(results);
@@ -145,6 +147,7 @@ void add_report_command(CLI::App& app) {
   command->add_option("--threads", options->threads, "Jobs at a time; 0: one a core")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();
+  options->cache.add_to(*command);
   command->footer(
       "What the folder holds of the sweep already is not run again. report.html needs no other file. 'report "
       "figure' draws one figure, "

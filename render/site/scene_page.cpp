@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 
 #include "render/embedded_file.h"
 #include "render/markup.h"
@@ -12,6 +10,7 @@
 #include "render/site/markdown.h"
 #include "render/video/comparison_table.h"
 #include "render/video/composition.h"
+#include "sim/log/file_output.h"
 
 SUBSTEP_EMBEDDED_FILE(scene_html, SUBSTEP_SITE "/scene.html")
 SUBSTEP_EMBEDDED_FILE(scene_css, SUBSTEP_SITE "/site.css")
@@ -37,8 +36,7 @@ SceneText text_of(const Scene& scene) {
   SceneText text;
   text.title = film_title(scene, "");
   fs::path page = scene.file;
-  std::ifstream stream(page.replace_extension(".md"), std::ios::binary);
-  text.rest.assign(std::istreambuf_iterator<char>(stream), {});
+  text.rest = content_of(page.replace_extension(".md")).value_or("");
   std::erase(text.rest, '\r');
   const auto cut_line = [&] {
     const std::size_t end = std::min(text.rest.find('\n'), text.rest.size());

@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <system_error>
 
 #include "render/embedded_file.h"
@@ -39,9 +37,7 @@ void require_site_or_nothing(const fs::path& folder) {
     throw Error(fmt::format("{}: is not a folder: name another for the site", folder.string()));
   }
   if (fs::is_empty(folder, ignored)) return;
-  std::ifstream stream(folder / "index.html", std::ios::binary);
-  const std::string index(std::istreambuf_iterator<char>(stream), {});
-  if (index.find(mark) == std::string::npos) {
+  if (content_of(folder / "index.html").value_or("").find(mark) == std::string::npos) {
     throw Error(
         fmt::format("{}: holds what is no site of 'substep player': name another folder", folder.string()));
   }

@@ -1,10 +1,12 @@
 #include "render/video/comparison.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <stop_token>
 
 #include "render/video/reference_run.h"
@@ -129,24 +131,52 @@ struct Work {
   ReferenceAttempt fine{};
   ReferenceAttempt coarse{};
   bool is_smooth = false;
+  int substeps = 0;  ///< of the reference; 0: not known yet
 };
+
+/// Simulates one run of the reference, or takes it from the cache. One that is cut where it is not `like`
+/// another is not kept.
+void simulate_attempt(Work& work, int parts, ReferenceAttempt& attempt,
+                      const ReferenceAttempt* like = nullptr) {
+  const FrameClock& clock = work.clocks[0];
+  const std::string key = fmt::format("film {:016x} {} {} {} {}", work.scene.hash, work.settings.step, parts,
+                                      work.is_smooth, fmt::join(clock.steps, " "));
+  if (const auto kept = work.settings.cache.find(key)) {
+    attempt = attempt_in(*kept);
+    return;
+  }
+  attempt = {};
+  simulate_reference(work.scene, clock, work.settings.step, parts, work.is_smooth, attempt, work.tally, like);
+  if (!work.tally.stop && !(like && attempt.ended)) work.settings.cache.keep(key, to_json(attempt));
+}
+
+/// Takes an eighth and a fourth of the sub-steps for the reference where these two agree in every frame, as
+/// they do where nothing moves.
+void settle_reference(Work& work) {
+  const int eighth = work.settings.reference_substeps / 8;
+  if (work.is_smooth || eighth < 1 || work.settings.reference_substeps % 8 != 0) return;
+  const auto is_whole = [&](const ReferenceAttempt& attempt) {
+    return !attempt.ended && !attempt.unsolved && attempt.poses.size() == work.clocks[0].steps.size();
+  };
+  simulate_attempt(work, eighth, work.coarse);
+  if (!is_whole(work.coarse)) return;
+  simulate_attempt(work, 2 * eighth, work.fine, &work.coarse);
+  if (!is_whole(work.fine)) return;
+  for (std::size_t k = 0; k < work.fine.poses.size(); ++k) {
+    if (!is_settled(work.scene, work.fine.poses[k], work.coarse.poses[k])) return;
+  }
+  work.substeps = 2 * eighth;
+}
 
 /// Simulates the reference and all runs, as far as they go.
 void simulate_all(Work& work, std::vector<Run>& runs, const std::function<void(double)>& progress) {
-  const auto& [scene, settings, logs, clocks, t, f, c, smooth] = work;
+  const auto& [scene, settings, logs, clocks, t, f, c, smooth, substeps] = work;
   std::vector<Job> jobs;
   std::int64_t total = 0;
-  // The longest first, so that no thread is left alone with it.
   if (settings.has_reference) {
-    const int divisions = settings.reference_substeps;
-    for (const auto& [attempt, parts] :
-         {std::pair(&work.fine, divisions), std::pair(&work.coarse, divisions / 2)}) {
-      total += clocks[0].steps.back() * parts;
-      jobs.emplace_back([&work, to = attempt, per_step = parts] {
-        simulate_reference(work.scene, work.clocks[0], work.settings.step, per_step, work.is_smooth, *to,
-                           work.tally);
-      });
-    }
+    // A fourth of these steps is enough where the first two runs agree.
+    total += clocks[0].steps.back() * (settings.reference_substeps + settings.reference_substeps / 2);
+    jobs.emplace_back([&work] { settle_reference(work); });
   }
   for (std::size_t i = 0; i < runs.size(); ++i) {
     Run& run = runs[i];
@@ -170,6 +200,13 @@ void simulate_all(Work& work, std::vector<Run>& runs, const std::function<void(d
     total += own.steps.back();
   }
   if (!jobs.empty()) run_jobs(jobs, settings.threads, work.tally, total, progress);
+  if (!settings.has_reference || substeps > 0) return;
+  work.substeps = settings.reference_substeps;
+  // The longer one begins first.
+  const std::vector<Job> runs_of_reference{
+      [&work] { simulate_attempt(work, work.substeps, work.fine); },
+      [&work] { simulate_attempt(work, work.substeps / 2, work.coarse); }};
+  run_jobs(runs_of_reference, settings.threads, work.tally, total, progress);
 }
 
 }  // namespace
@@ -188,7 +225,7 @@ Comparison simulate_comparison(const Scene& scene, const ComparisonSettings& set
 
   const FrameClock& clock = work.clocks.front();
   if (settings.has_reference) {
-    const double parts = settings.reference_substeps / settings.step;
+    const double parts = work.substeps / settings.step;
     const std::string method = fmt::format("{}, h=1/{:g}", work.is_smooth ? "own, order 8" : "A1 itself",
                                            std::round(parts * 1e6) / 1e6);
     std::vector<double> times;

@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "sim/error.h"
 #include "sim/measure/metrics.h"
 #include "sim/measure/motion.h"
+#include "sim/measure/reference_cache.h"
 #include "sim/measure/reference_integrator.h"
 #include "sim/simulation.h"
 
@@ -31,8 +33,38 @@ double mean_squared_distance(const Scene& scene, const std::vector<Coordinates>&
 
 }  // namespace
 
+nlohmann::json to_json(const ReferenceAttempt& attempt) {
+  nlohmann::json poses = nlohmann::json::array();
+  for (const std::vector<Coordinates>& frame : attempt.poses) poses.push_back(substep::to_json(frame));
+  return {{"poses", std::move(poses)},
+          {"ended", attempt.ended.value_or(-1)},
+          {"unsolved", attempt.unsolved.value_or(-1)},
+          {"unsolved steps", attempt.unsolved_steps}};
+}
+
+ReferenceAttempt attempt_in(const nlohmann::json& json) {
+  ReferenceAttempt attempt;
+  for (const nlohmann::json& frame : json.at("poses")) attempt.poses.push_back(coordinates_in(frame));
+  const auto time = [&](const char* name) {
+    const auto seconds = json.at(name).get<double>();
+    return seconds < 0 ? std::nullopt : std::optional(seconds);
+  };
+  attempt.ended = time("ended");
+  attempt.unsolved = time("unsolved");
+  json.at("unsolved steps").get_to(attempt.unsolved_steps);
+  return attempt;
+}
+
+bool is_settled(const Scene& scene, const std::vector<Coordinates>& one,
+                const std::vector<Coordinates>& other) {
+  constexpr double settled = 1e-9;  // of the scene's size
+  const double most = settled * size_of(scene);
+  return mean_squared_distance(scene, one, other) <= most * most;
+}
+
 void simulate_reference(const Scene& scene, const FrameClock& clock, double step, int divisions,
-                        bool is_smooth, ReferenceAttempt& attempt, Tally& tally) {
+                        bool is_smooth, ReferenceAttempt& attempt, Tally& tally,
+                        const ReferenceAttempt* like) {
   std::int64_t steps = 0;
   bool goes_on = true;
   if (is_smooth) {
@@ -46,6 +78,9 @@ void simulate_reference(const Scene& scene, const FrameClock& clock, double step
     settings.step = step / divisions;
     Simulation simulation(scene, settings);
     const auto advance = [&] {
+      const std::size_t frames = attempt.poses.size();
+      if (like && frames > 0 && !is_settled(scene, attempt.poses.back(), like->poses[frames - 1]))
+        return false;
       const StepReport& report = simulation.step();
       if (report.status == StepReport::Status::unsolved && ++attempt.unsolved_steps == 1) {
         attempt.unsolved = static_cast<double>(steps) * settings.step;

@@ -1,6 +1,7 @@
 #pragma once
 /// The reference that errors are measured from: two runs of different steps.
 
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,9 +19,18 @@ struct ReferenceAttempt {
   int unsolved_steps = 0;
 };
 
-/// Simulates one of the two, with steps of `step` / `divisions`. `is_smooth`: by the reference integrator.
+nlohmann::json to_json(const ReferenceAttempt& attempt);
+ReferenceAttempt attempt_in(const nlohmann::json& json);
+
+/// Returns whether two refinements agree so well that smaller steps would show nothing new.
+bool is_settled(const Scene& scene, const std::vector<Coordinates>& one,
+                const std::vector<Coordinates>& other);
+
+/// Simulates one of the two, with steps of `step` / `divisions`. `is_smooth`: by the reference integrator;
+/// else by A1, which stops where a frame is not `like` the other run's.
 void simulate_reference(const Scene& scene, const FrameClock& clock, double step, int divisions,
-                        bool is_smooth, ReferenceAttempt& attempt, Tally& tally);
+                        bool is_smooth, ReferenceAttempt& attempt, Tally& tally,
+                        const ReferenceAttempt* like = nullptr);
 
 /// Returns whether the scene's forces are smooth.
 bool has_smooth_reference(const Scene& scene, double step);

@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <thread>
 #include <utility>
 
 #include "sim/commands/commands.h"
@@ -33,6 +34,7 @@ constexpr std::array algorithms{Algorithm::a1, Algorithm::a2, Algorithm::a3, Alg
 struct MeasureOptions {
   SceneOptions scene;
   SolverOptions solver;
+  CacheOption cache;
   std::string horizon = "2";
   int times = 0;
   bool equal_rows = false;
@@ -97,6 +99,12 @@ std::string reference_csv(const Scene& scene, const ReferenceMotion& reference) 
   return text;
 }
 
+/// Returns the reference, computed on all cores where it is not in the cache.
+ReferenceMotion reference_of(const MeasureOptions& options, const Scene& scene, double duration) {
+  const int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  return reference_motion(scene, duration, threads, options.cache.cache());
+}
+
 /// Writes the reference's motion, or throws where there is none.
 void write_reference(const MeasureOptions& options, const Scene& scene) {
   const std::filesystem::path& file = *options.reference;
@@ -106,7 +114,7 @@ void write_reference(const MeasureOptions& options, const Scene& scene) {
   {
     Progress progress;
     progress.show("reference", 0);
-    reference = reference_motion(scene, scene.duration);
+    reference = reference_of(options, scene, scene.duration);
   }
   if (reference.horizon == 0) {
     fmt::print(stderr,
@@ -175,7 +183,7 @@ void measure_scene(const MeasureOptions& options) {
   {
     Progress progress;
     progress.show("reference", 0);
-    measurement.reference = reference_motion(scene, std::min(horizon, scene.duration));
+    measurement.reference = reference_of(options, scene, std::min(horizon, scene.duration));
     double done = 0;
     for (MeasuredSettings& run : measurement.runs) {
       progress.show("measuring", done++ / static_cast<double>(measurement.runs.size()));
@@ -219,6 +227,7 @@ void add_measure_command(CLI::App& app) {
   const auto options = std::make_shared<MeasureOptions>();
   options->scene.add_to(*command);
   options->solver.add_to(*command);
+  options->cache.add_to(*command);
   command->add_option("--horizon", options->horizon, "Seconds to compare with the reference, at most")
       ->capture_default_str();
   command->add_flag(

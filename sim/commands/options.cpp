@@ -138,6 +138,11 @@ int SolverOptions::steps(const Scene& scene, const Settings& settings) const {
   return static_cast<int>(count);
 }
 
+void CacheOption::add_to(CLI::App& command) {
+  command.add_flag("--no-cache", is_off,
+                   "Compute references, and keep none in $XDG_CACHE_HOME/substep (~/.cache/substep)");
+}
+
 void note_cost_of_a1(const Scene& scene) {
   constexpr std::ptrdiff_t many = 1000;
   const std::ptrdiff_t bodies =

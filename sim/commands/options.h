@@ -10,6 +10,7 @@
 
 #include "sim/loading/load_scene.h"
 #include "sim/log/file_output.h"
+#include "sim/measure/reference_cache.h"
 #include "sim/model/settings.h"
 #include "sim/model/typed_settings.h"
 #include "sim/scene/scene.h"
@@ -59,6 +60,15 @@ class SolverOptions {
   Algorithm usual_;
   std::optional<std::string> algorithm_, step_, substeps_;
   std::vector<std::string> set_;
+};
+
+/// --no-cache, of commands that compute references.
+struct CacheOption {
+  bool is_off = false;
+
+  void add_to(CLI::App& command);
+  /// Returns the user's cache, or one that keeps nothing.
+  ReferenceCache cache() const { return is_off ? ReferenceCache() : ReferenceCache::of_user(); }
 };
 
 /// Says on stderr, before work begins, where A1 will solve the contacts of thousands of bodies as one

@@ -24,6 +24,7 @@ namespace fs = std::filesystem;
 struct SweepCommand {
   fs::path file;
   SweepOptions options;
+  CacheOption cache;
   std::optional<std::string> job;
   std::optional<int> slurm;
   bool merge = false;
@@ -86,6 +87,7 @@ void run(SweepCommand& command) {
     note_damaged_jobs(sweep, command.options.results);
     Progress progress;
     progress.show("sweep", 0);
+    command.options.cache = command.cache.cache();
     done = run_sweep(sweep, command.options, [&](double share) { progress.show("sweep", share); });
   }
   if (command.job) {
@@ -117,6 +119,7 @@ void add_sweep_command(CLI::App& app) {
   command->add_option("--job", options->job, "Only this part of the jobs: 2/8 is the second of eight");
   command->add_option("--slurm", options->slurm, "Submit them to Slurm instead, as an array of so many tasks")
       ->check(CLI::Range(1, 100000));
+  options->cache.add_to(*command);
   command->add_flag("--merge", options->merge, "Run nothing: put together what the parts left");
   command->footer(
       "What is done is kept, and not done again: a sweep that was interrupted goes on where it stopped. "

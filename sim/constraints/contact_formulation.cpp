@@ -1,7 +1,7 @@
 // s2 of contacts: rows, limits' origins and Γ, from coordinates.
 
 #include "sim/constraints/contact_patch.h"
-#include "sim/constraints/four_wide.h"
+#include "sim/math/four_wide.h"
 #include "sim/constraints/lanes.h"
 
 namespace substep {

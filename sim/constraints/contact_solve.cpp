@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "sim/constraints/contact_patch.h"
-#include "sim/constraints/four_wide.h"
+#include "sim/math/four_wide.h"
 #include "sim/constraints/lanes.h"
 
 namespace substep {

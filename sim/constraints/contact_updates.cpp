@@ -1,7 +1,7 @@
 // What changes in contacts' rows from sub-step to sub-step: impacts, origins of friction's limits, biases.
 
 #include "sim/constraints/contact_patch.h"
-#include "sim/constraints/four_wide.h"
+#include "sim/math/four_wide.h"
 #include "sim/constraints/lanes.h"
 
 namespace substep {

@@ -139,6 +139,7 @@ class MlcpSolver {
   void fix_limits(const Mlcp& problem, std::vector<double>& lambda) const;
   void add_product(const Mlcp& problem, std::size_t row_index, const Vector6& column_a,
                    const Vector6& column_b, const Vector6& row_a, const Vector6& row_b, double factor);
+  void add_waiting_products();
   void add_slide(const Mlcp& problem, std::size_t i, Friction friction);
   void clear_blocks();
   void eliminate();
@@ -250,6 +251,19 @@ class MlcpSolver {
   std::vector<int> row_blocks_;   // per row: blocks of (a,b) and (b,a)
   std::vector<Matrix6> blocks_;   // diagonal, then upper and lower of each neighbour pair
   std::vector<Matrix6> inverse_;  // of the diagonal blocks
+  static constexpr int most_products = 16;
+  /// Products of columns and rows of the same two bodies, which are added to the blocks together.
+  struct Products {
+    int row = 0;  ///< the first one's
+    int a = -1;
+    int b = -1;
+    int count = 0;
+    std::array<Vector6, most_products> columns_a;
+    std::array<Vector6, most_products> columns_b;
+    std::array<Vector6, most_products> rows_a;
+    std::array<Vector6, most_products> rows_b;
+  };
+  Products products_;
 };
 
 }  // namespace substep

@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 
+#include "sim/direct/block_products.h"
 #include "sim/direct/mlcp_friction.h"
 
 namespace substep {
@@ -105,12 +106,28 @@ void MlcpSolver::add_product(const Mlcp& problem, std::size_t row_index, const V
                              const Vector6& column_b, const Vector6& row_a, const Vector6& row_b,
                              double factor) {
   const Mlcp::Row& row = problem.rows[row_index];
-  if (row.a >= 0) blocks_[place_[row.a]].noalias() += (factor * column_a) * row_a.transpose();
-  if (row.b >= 0) blocks_[place_[row.b]].noalias() += (factor * column_b) * row_b.transpose();
-  if (row.a >= 0 && row.b >= 0) {
-    blocks_[row_blocks_[2 * row_index]].noalias() += (factor * column_a) * row_b.transpose();
-    blocks_[row_blocks_[2 * row_index + 1]].noalias() += (factor * column_b) * row_a.transpose();
+  const bool is_of_others = row.a != products_.a || row.b != products_.b;
+  if (products_.count == most_products || is_of_others) add_waiting_products();
+  if (products_.count == 0) products_.row = static_cast<int>(row_index);
+  products_.a = row.a;
+  products_.b = row.b;
+  products_.columns_a[products_.count] = factor * column_a;
+  products_.columns_b[products_.count] = factor * column_b;
+  products_.rows_a[products_.count] = row_a;
+  products_.rows_b[products_.count] = row_b;
+  ++products_.count;
+}
+
+void MlcpSolver::add_waiting_products() {
+  const auto& [row, a, b, count, columns_a, columns_b, rows_a, rows_b] = products_;
+  if (count == 0) return;
+  if (a >= 0) add_products(columns_a.data(), rows_a.data(), count, blocks_[place_[a]]);
+  if (b >= 0) add_products(columns_b.data(), rows_b.data(), count, blocks_[place_[b]]);
+  if (a >= 0 && b >= 0) {
+    add_products(columns_a.data(), rows_b.data(), count, blocks_[row_blocks_[2 * row]]);
+    add_products(columns_b.data(), rows_a.data(), count, blocks_[row_blocks_[2 * row + 1]]);
   }
+  products_.count = 0;
 }
 
 void MlcpSolver::add_slide(const Mlcp& problem, std::size_t i, Friction friction) {
@@ -153,6 +170,7 @@ void MlcpSolver::factor(const Mlcp& problem, Friction friction) {
                   sign * row.friction / (proximal_ * gamma_[row.normal] + normal.softness));
     }
   }
+  add_waiting_products();
   eliminate();
 }
 
@@ -162,12 +180,10 @@ void MlcpSolver::eliminate() {
     inverse_[p] = blocks_[p].inverse();
     const int begin = neighbour_begin_[p];
     const int end = neighbour_begin_[p + 1];
-    int update = update_begin_[p];
-    for (int i = begin; i < end; ++i) {
+    const int* targets = updates_.data() + update_begin_[p];
+    for (int i = begin; i < end; ++i, targets += end - begin) {
       const Matrix6 lower = blocks_[n + 2 * i + 1] * inverse_[p];
-      for (int j = begin; j < end; ++j) {
-        blocks_[updates_[update++]].noalias() -= lower * blocks_[n + 2 * j];
-      }
+      subtract_products(lower, blocks_.data() + n + 2 * begin, targets, end - begin, blocks_.data());
       blocks_[n + 2 * i + 1] = lower;
     }
   }

@@ -6,6 +6,8 @@
 
 #include <cerrno>
 #include <cstring>
+#include <fstream>
+#include <iterator>
 #include <utility>
 
 #include "sim/error.h"
@@ -86,6 +88,12 @@ void write_file(const fs::path& file, std::string_view content) {
   OutputFile output(file);
   output.write(content);
   output.publish();
+}
+
+std::optional<std::string> content_of(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) return std::nullopt;
+  return std::string(std::istreambuf_iterator<char>(stream), {});
 }
 
 void require_folder_of(const fs::path& file) {

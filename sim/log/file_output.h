@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -35,6 +36,9 @@ class OutputFile {
 /// Writes `content` to a new file beside `file` and renames it over it. Throws Error; then `file` is as it
 /// was. What is not a regular file (a device, a pipe) is written to directly.
 void write_file(const std::filesystem::path& file, std::string_view content);
+
+/// Returns the file's bytes; nothing where it cannot be read.
+std::optional<std::string> content_of(const std::filesystem::path& file);
 
 /// Throws Error when `file` could not be made because its folder is missing or it is a folder itself: for
 /// commands that work long before they write.

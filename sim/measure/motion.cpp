@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <optional>
 
 #include "sim/direct/mlcp.h"
 #include "sim/error.h"
+#include "sim/execution/parallel_for.h"
 #include "sim/math/floating_point.h"
 #include "sim/math/rotation.h"
 #include "sim/measure/reference_integrator.h"
@@ -18,22 +21,37 @@ namespace {
 
 constexpr double agreement = 2e-5;  // of the scene's size
 
-/// The instants of `motion` that a run of the finest level leaves, in a table by level.
-Motion run_of_a1(const Scene& scene, double duration, int divisions) {
-  Settings settings;
-  settings.algorithm = Algorithm::a1;
-  settings.step = scene.step / divisions;
-  Simulation simulation(scene, settings);
-  Motion motion{scene.step, {simulation.state()}};
-  const auto samples = static_cast<int>(std::lround(duration / scene.step));
-  for (int k = 1; k <= samples; ++k) {
-    for (int i = 0; i < divisions; ++i) {
-      if (simulation.step().status == StepReport::Status::diverged) return motion;
-    }
-    motion.samples.push_back(simulation.state());
+/// A run of A1 at a part of the scene's step, which continues where it stopped.
+class RunOfA1 {
+ public:
+  RunOfA1(const Scene& scene, int divisions)
+      : divisions_(divisions), simulation_(scene, settings_of(scene, divisions)) {
+    motion_ = {scene.step, {simulation_.state()}};
   }
-  return motion;
-}
+  const Motion& motion() const { return motion_; }
+
+  /// Simulates until the motion has the sample, or diverges.
+  void continue_to(std::size_t sample) {
+    while (!has_diverged_ && motion_.samples.size() <= sample) {
+      for (int i = 0; i < divisions_ && !has_diverged_; ++i)
+        has_diverged_ = simulation_.step().status == StepReport::Status::diverged;
+      if (!has_diverged_) motion_.samples.push_back(simulation_.state());
+    }
+  }
+
+ private:
+  static Settings settings_of(const Scene& scene, int divisions) {
+    Settings settings;
+    settings.algorithm = Algorithm::a1;
+    settings.step = scene.step / divisions;
+    return settings;
+  }
+
+  int divisions_;
+  Simulation simulation_;
+  Motion motion_;
+  bool has_diverged_ = false;
+};
 
 /// fine + (fine − coarse) / (2^order − 1), sample by sample.
 Motion extrapolated(const Motion& coarse, const Motion& fine, int order) {
@@ -249,29 +267,55 @@ ReferenceMotion smooth_reference(const Scene& scene, double duration, std::strin
   return reference;
 }
 
-ReferenceMotion reference_by_a1(const Scene& scene, double duration) {
-  constexpr int levels = 5;
-  const double size = size_of(scene);
-  const int finest = finest_level(scene, duration);
-  // Romberg's table, a row a level; of the last two rows the columns are compared.
+/// Romberg's table of levels of which each has half the step of the one before: the last row and the row
+/// before it, and the column in which the two agree longest.
+struct RombergTable {
   std::vector<Motion> before;
   std::vector<Motion> row;
-  for (int j = 0; j < levels; ++j) {
-    before = std::move(row);
-    row.clear();
-    row.push_back(run_of_a1(scene, duration, 1 << (finest - levels + 1 + j)));
-    for (int k = 1; k <= j; ++k) row.push_back(extrapolated(before[k - 1], row[k - 1], k));
-  }
   std::size_t column = 0;
-  Agreement best = agreement_of(scene, before[0], row[0], size);
-  for (std::size_t k = 1; k < before.size(); ++k) {
-    const Agreement candidate = agreement_of(scene, before[k], row[k], size);
-    if (candidate.samples > best.samples ||
-        (candidate.samples == best.samples && candidate.whole(size) < best.whole(size))) {
-      best = candidate;
-      column = k;
+  Agreement agreed;
+
+  RombergTable(const Scene& scene, const std::vector<std::unique_ptr<RunOfA1>>& coarse_to_fine) {
+    for (const auto& run : coarse_to_fine) {
+      before = std::move(row);
+      row = {run->motion()};
+      for (std::size_t k = 0; k < before.size(); ++k)
+        row.push_back(extrapolated(before[k], row[k], static_cast<int>(k) + 1));
+    }
+    const double size = size_of(scene);
+    agreed = agreement_of(scene, before[0], row[0], size);
+    for (std::size_t k = 1; k < before.size(); ++k) {
+      const Agreement candidate = agreement_of(scene, before[k], row[k], size);
+      if (candidate.samples > agreed.samples ||
+          (candidate.samples == agreed.samples && candidate.whole(size) < agreed.whole(size))) {
+        agreed = candidate;
+        column = k;
+      }
     }
   }
+};
+
+ReferenceMotion reference_by_a1(const Scene& scene, double duration, int threads) {
+  constexpr int levels = 5;
+  constexpr std::size_t first_samples = 4;
+  const int finest = finest_level(scene, duration);
+  std::vector<std::unique_ptr<RunOfA1>> runs;
+  for (int level = finest - levels + 1; level <= finest; ++level)
+    runs.push_back(std::make_unique<RunOfA1>(scene, 1 << level));
+  const auto last = static_cast<std::size_t>(std::lround(duration / scene.step));
+  // Continue all levels together until the refinements agree in no column: later samples tell nothing.
+  std::optional<RombergTable> table;
+  std::size_t until = 0;
+  do {
+    until = std::min(last, std::max(first_samples, 2 * until));
+    // The finest level takes half of the work, and begins first.
+    parallel_for(threads, runs.size(), [&](std::size_t i, const std::stop_token&) {
+      runs[runs.size() - 1 - i]->continue_to(until);
+    });
+    table.emplace(scene, runs);
+  } while (until < last && table->agreed.samples == until);
+  const std::size_t column = table->column;
+  const Agreement& agreed = table->agreed;
   ReferenceMotion reference;
   reference.method = fmt::format("A1 at h/{}", 1 << finest);
   if (column > 0) {
@@ -279,12 +323,12 @@ ReferenceMotion reference_by_a1(const Scene& scene, double duration) {
                                    1 << (finest - static_cast<int>(column)), 1 << finest, column + 1);
   }
   const double step = scene.step / (1 << finest);
-  set_uncertainties(larger_of(differences(scene, before[column], row[column], best.samples),
-                              unseen(scene, row[column], best.samples, step)),
+  reference.motion = std::move(table->row[column]);
+  set_uncertainties(larger_of(differences(scene, table->before[column], reference.motion, agreed.samples),
+                              unseen(scene, reference.motion, agreed.samples, step)),
                     reference);
-  reference.motion = std::move(row[column]);
-  reference.horizon = static_cast<double>(best.samples) * scene.step;
-  reference.divergence_point = name_of(scene, best.divergence_point);
+  reference.horizon = static_cast<double>(agreed.samples) * scene.step;
+  reference.divergence_point = name_of(scene, agreed.divergence_point);
   return reference;
 }
 
@@ -374,12 +418,12 @@ MotionDifference difference(const Scene& scene, const Motion& a, const Motion& b
   return result;
 }
 
-ReferenceMotion reference_motion(const Scene& scene, double duration) {
+ReferenceMotion reference_motion(const Scene& scene, double duration, int threads) {
   const DefaultFloatingPoint environment;
   std::string why_not;
   ReferenceMotion smooth = smooth_reference(scene, duration, why_not);
   if (smooth.horizon > duration - scene.step / 2) return smooth;
-  ReferenceMotion direct = reference_by_a1(scene, duration);
+  ReferenceMotion direct = reference_by_a1(scene, duration, threads);
   if (smooth.horizon > direct.horizon) return smooth;
   if (!why_not.empty()) direct.method += fmt::format(" (not the own integrator: {})", why_not);
   return direct;

@@ -78,7 +78,8 @@ struct ReferenceMotion {
 /// and where that lasts longer: A1 at steps halved again and again, extrapolated to step zero (Richardson;
 /// Romberg's table). Of the table's columns the one is taken that two refinements agree on longest: a high
 /// one where the motion is smooth, none where contacts open and close. The horizon is where two refinements
-/// differ by 2e-5 of the scene's size, and at most `duration`.
-ReferenceMotion reference_motion(const Scene& scene, double duration);
+/// differ by 2e-5 of the scene's size, and at most `duration`; the motion may end with the next sample. A1's
+/// refinements run on `threads` threads; the result is the same for any number.
+ReferenceMotion reference_motion(const Scene& scene, double duration, int threads = 1);
 
 }  // namespace substep

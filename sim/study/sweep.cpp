@@ -5,8 +5,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -25,24 +23,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::optional<std::string> content_of(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) return std::nullopt;
-  return std::string(std::istreambuf_iterator<char>(stream), {});
-}
-
-/// Returns the hash of this program: results of another build are not reused.
-std::uint64_t program_hash() {
-  static const std::uint64_t hash = fnv1a(content_of("/proc/self/exe").value_or(""));
-  return hash;
-}
-
 /// Returns everything that a job's result depends on beside its key.
 std::string fingerprint(const Sweep& sweep, const SweepJob& job) {
   const Scene& scene = sweep.scenes.at(job.scene);
   const std::string text =
-      fmt::format("{:x} {:x} {} {} {} {} {}", program_hash(), scene.hash, sweep.horizon_of(job.scene),
-                  scene.duration, sweep.repetitions, sweep.most, sweep.parts);
+      fmt::format("{:x} {:x} {} {} {} {} {}", program_hash().value_or(0), scene.hash,
+                  sweep.horizon_of(job.scene), scene.duration, sweep.repetitions, sweep.most, sweep.parts);
   return fmt::format("{:016x}", fnv1a(text));
 }
 
@@ -197,7 +183,9 @@ int run_sweep(const Sweep& sweep, const SweepOptions& options, const std::functi
   parallel_for(
       threads, names.size(),
       [&](std::size_t i, const std::stop_token& /*stop*/) {
-        references.at(names[i]) = reference_motion(sweep.scenes.at(names[i]), sweep.horizon_of(names[i]));
+        const std::string& name = names[i];
+        references.at(name) =
+            reference_motion(sweep.scenes.at(name), sweep.horizon_of(name), 1, options.cache);
         done += reference_cost;
       },
       report);

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "sim/measure/metrics.h"
+#include "sim/measure/reference_cache.h"
 #include "sim/measure/stability_limit.h"
 #include "sim/measure/stage_times.h"
 #include "sim/study/sweep_file.h"
@@ -54,6 +55,7 @@ struct SweepOptions {
   int threads = 0;  ///< 0: as many as the machine has
   int part = 1;     ///< of `parts`: the jobs part, part + parts, … of the list
   int parts = 1;
+  ReferenceCache cache{};
 };
 
 /// Returns how the scene's bodies touch. `reference`: of the scene.

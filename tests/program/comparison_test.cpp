@@ -101,6 +101,17 @@ TEST(Comparison, PanelsHaveEqualRowSolvesAndOneClock) {
   }
 }
 
+TEST(Comparison, ReferenceTakesSmallStepsWhereSomethingMoves) {
+  const Scene resting = scene("box_stack.gltf");
+  const Comparison stack = simulate_comparison(resting, settings(resting, 0.2));
+  EXPECT_EQ(stack.reference->method, "A1 itself, h=1/240");
+  EXPECT_EQ(stack.reference->known, stack.times.size());
+  EXPECT_LE(std::ranges::max(stack.reference->uncertainty), 1e-9 * size_of(resting));
+  const Scene moving = scene("sliding_ball.gltf");
+  const Comparison ball = simulate_comparison(moving, settings(moving, 0.2));
+  EXPECT_EQ(ball.reference->method, "A1 itself, h=1/960");
+}
+
 TEST(Comparison, ErrorsEndWhereTheReferenceDoes) {
   // The chain is shorter than the gap it spans: no motion obeys its joints, and A1 explodes at any step.
   const Scene loaded = scene("short_chain.gltf");

@@ -1,9 +1,14 @@
+#include <fmt/format.h>
 #include <gmock/gmock.h>
+#include <sys/stat.h>
 
 #include <algorithm>
+#include <map>
 #include <sstream>
+#include <string>
 
 #include "program.h"
+#include "sim/log/file_output.h"
 
 namespace substep {
 namespace {
@@ -74,6 +79,67 @@ TEST_F(MeasureCommand, RefusesWhatItCannotMeasure) {
   expect_refused({"measure", scene("pendulum.gltf"), "--horizon", "0"}, "must be above 0");
   expect_refused({"measure", scene("pendulum.gltf"), "--json", "--markdown"}, "give one of them");
   expect_refused({"measure", "nothing.gltf"}, "nothing.gltf");
+}
+
+/// A cache of its own, in folder().
+class CachedReferences : public Program {
+ protected:
+  /// Runs the program with the cache, and returns what it printed.
+  std::string run_cached(const std::string& arguments) const {
+    const Outcome outcome =
+        run_command(fmt::format("cd {} && XDG_CACHE_HOME=\"$PWD/cache\" {} {}", quoted(folder().string()),
+                                quoted(SUBSTEP_PROGRAM), arguments));
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return outcome.out;
+  }
+  /// Returns the kept files' names with their numbers on the disk: a file that is written anew has another.
+  std::map<std::string, ino_t> kept() const {
+    std::map<std::string, ino_t> result;
+    for (const std::string& file : files()) {
+      struct stat status {};
+      if (file.ends_with(".reference") && stat((folder() / file).c_str(), &status) == 0)
+        result[file] = status.st_ino;
+    }
+    return result;
+  }
+};
+
+TEST_F(CachedReferences, AreReadUntilTheSceneOrAFileChanges) {
+  const std::string text = content_of(scene("box_stack.gltf")).value();
+  write("stack.gltf", text);
+  const std::string measure = "measure stack.gltf --horizon 0.1 --duration 0.1 --brief";
+  const std::string first = run_cached(measure);
+  const auto files_of_first = kept();
+  ASSERT_EQ(files_of_first.size(), 1u);
+  EXPECT_EQ(run_cached(measure), first);
+  EXPECT_EQ(kept(), files_of_first);
+
+  const auto& [name, number] = *files_of_first.begin();
+  write(name, content(name).substr(0, 1000));
+  EXPECT_EQ(run_cached(measure), first);
+  EXPECT_GT(content(name).size(), 1000u);
+
+  write("stack.gltf", text + "\n");
+  EXPECT_EQ(run_cached(measure), first);
+  EXPECT_EQ(kept().size(), 2u);
+}
+
+TEST_F(CachedReferences, KeepBothRunsOfAFilm) {
+  const std::string video = fmt::format("video {} --end 0.1 --panel a5 --size 320x180 --frames frames",
+                                        quoted(scene("box_stack.gltf")));
+  run_cached(video);
+  const auto files_of_first = kept();
+  EXPECT_EQ(files_of_first.size(), 2u);
+  run_cached(video);
+  EXPECT_EQ(kept(), files_of_first);
+  run_cached(video + " --reference-substeps 32");
+  EXPECT_EQ(kept().size(), 3u);  // in eighths, and the check in fourths is the first film's
+}
+
+TEST_F(CachedReferences, AreNotKeptWithNoCache) {
+  run_cached(
+      fmt::format("measure {} --horizon 0.1 --duration 0.1 --no-cache", quoted(scene("box_stack.gltf"))));
+  EXPECT_TRUE(kept().empty());
 }
 
 }  // namespace

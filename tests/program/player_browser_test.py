@@ -5,6 +5,7 @@ player_browser_test.py SUBSTEP SOURCE_FOLDER [FOLDER_FOR_SCREENSHOTS]
 
 import base64
 import math
+import os
 import pathlib
 import struct
 import subprocess
@@ -18,6 +19,8 @@ from headless_browser import browser, expect, expect_no_network  # noqa: E402
 from selenium.webdriver import ActionChains  # noqa: E402
 from selenium.webdriver.common.by import By  # noqa: E402
 from selenium.webdriver.common.keys import Keys  # noqa: E402
+
+os.environ["XDG_CACHE_HOME"] = "/dev/null"  # no reference is kept from test to test
 
 TITLE = 'a <b>"chain"</b> </script> & more'
 # What the test asks of pictures: a panel's pixels, and in how many two differ.

@@ -46,8 +46,9 @@ std::string quoted(const std::string& word) {
 Outcome run_command(const std::string& command) {
   const fs::path out = fs::path(testing::TempDir()) / ("substep_out_" + test_name());
   const fs::path err = fs::path(testing::TempDir()) / ("substep_err_" + test_name());
-  const int status = std::system(
-      fmt::format("( {} ) >{} 2>{} </dev/null", command, quoted(out.string()), quoted(err.string())).c_str());
+  const int status = std::system(fmt::format("( export XDG_CACHE_HOME=/dev/null; {} ) >{} 2>{} </dev/null",
+                                             command, quoted(out.string()), quoted(err.string()))
+                                     .c_str());
   Outcome outcome;
   // A signal shows as the shell shows it, 128 and its number.
   outcome.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);

@@ -8,7 +8,7 @@ scenes = [\"${source}/scenes/pendulum.gltf\", \"${source}/scenes/box_stack.gltf\
 algorithms = [\"a1\", \"a2\", \"a3\", \"a5\"]
 substeps = [1, 4]
 ")
-execute_process(COMMAND ${program} report ${folder}/small.toml --scenes ${source}/scenes --output ${folder}/report
+execute_process(COMMAND ${program} report ${folder}/small.toml --scenes ${source}/scenes --no-cache --output ${folder}/report
   RESULT_VARIABLE result OUTPUT_VARIABLE text ERROR_VARIABLE text)
 if(NOT result EQUAL 0)
   message(FATAL_ERROR "substep report: ${text}")

@@ -1,4 +1,4 @@
-#include "sim/constraints/four_wide.h"
+#include "sim/math/four_wide.h"
 
 #ifdef __clang__
 #define _Bool bool  // NOLINT: the next header is meant for C, and gcc's C++ knows this word of it

@@ -1,0 +1,55 @@
+#pragma once
+/// References kept from one call of the program to the next: computing them takes most of a film's time.
+
+#include <cstdint>
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/measure/motion.h"
+#include "sim/model/state.h"
+
+namespace substep {
+
+/// Returns the hash of this program's file, by which results of another build are told from its own; nothing
+/// where the file cannot be read.
+std::optional<std::uint64_t> program_hash();
+
+/// A folder of results by key, such as a scene's hash with the settings. A result counts only for the program
+/// that kept it, with the same key, and where no byte has changed. Files are written beside and renamed, so
+/// that several programs can use one folder. Where nothing can be written nothing is kept.
+class ReferenceCache {
+ public:
+  static constexpr std::uintmax_t usual_bytes = 256'000'000;
+
+  /// Keeps nothing.
+  ReferenceCache() = default;
+  /// `most_bytes`: those that were not used longest are removed when the folder has more.
+  explicit ReferenceCache(std::filesystem::path folder, std::uintmax_t most_bytes = usual_bytes);
+
+  /// Returns the cache of the user: $XDG_CACHE_HOME/substep, or ~/.cache/substep; without either, none.
+  static ReferenceCache of_user();
+
+  std::optional<nlohmann::json> find(const std::string& key) const;
+  void keep(const std::string& key, const nlohmann::json& result) const;
+
+ private:
+  std::filesystem::path file_of(const std::string& key) const;
+  void remove_oldest() const;
+
+  std::filesystem::path folder_;
+  std::uintmax_t most_bytes_ = 0;
+  std::string program_;  ///< empty: nothing is kept
+};
+
+/// Returns the coordinates as an array of seven numbers a body.
+nlohmann::json to_json(const std::vector<Coordinates>& coordinates);
+std::vector<Coordinates> coordinates_in(const nlohmann::json& json);
+
+/// Returns reference_motion(), from the cache where it is there. The scene must be as its files have it.
+ReferenceMotion reference_motion(const Scene& scene, double duration, int threads,
+                                 const ReferenceCache& cache);
+
+}  // namespace substep
