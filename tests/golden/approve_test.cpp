@@ -112,6 +112,28 @@ TEST_F(ApproveTest, ReplacesPosesWithPictures) {
   EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::pass);
 }
 
+TEST_F(ApproveTest, ContinuesAnInterruptedApproval) {
+  suite_.make_goldens();
+  const auto before = goldens();
+  replace_in(suite_.scene(), "\"gravity\":[0.0,-9.81,0.0]", "\"gravity\":[3.0,9.81,0.0]");
+  suite_.run();
+  EXPECT_EQ(suite_.approve_failed().written.back(), suite_.sidecar());
+  const auto after = goldens();
+  // It died after the poses, and before the sidecar that says that they are approved.
+  const auto interrupt = [&] {
+    for (const auto& [file, content] : before) {
+      if (file != suite_.poses()) write_text(file, content);
+    }
+  };
+  interrupt();
+  suite_.approve_failed();
+  EXPECT_EQ(goldens(), after);
+  interrupt();
+  EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::golden_edited);
+  suite_.approve_failed();
+  EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::pass);
+}
+
 TEST_F(ApproveTest, NeedsReasonNamesAndCheck) {
   EXPECT_NE(refusal().find("run 'substep check' first"), std::string::npos);
   suite_.run();
