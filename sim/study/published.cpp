@@ -239,25 +239,36 @@ std::string expected_text(const ExpectedFigure& figure) {
   return sign + short_number(figure.expected);
 }
 
+std::string cell_text(const ExpectedFigure& figure, bool is_time) {
+  if (is_time) return fmt::format("~{:.2g}", figure.measured);
+  return short_number(figure.measured) + (figure.is_bad() ? "!" : "");
+}
+
+/// Prints a line for each figure and a column for each algorithm of a run.
 TextTable figures_table(const PublishedMeasurement& measurement) {
-  TextTable table{{"figure", "run", "expected"}, {}};
-  for (const Algorithm algorithm : shown) table.head.emplace_back(title_of(algorithm));
+  TextTable table{{"figure", "expected"}, {}};
+  const auto place = [](std::vector<std::string>& names, const std::string& name) {
+    const auto found = std::ranges::find(names, name);
+    if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
+    names.push_back(name);
+    return names.size() - 1;
+  };
   for (const PublishedFigure& line : measurement.figures) {
     const ExpectedFigure& first = line.measured.begin()->second;
-    const std::string unit = first.unit.empty() ? "" : ", " + first.unit;
-    std::vector<std::string> row{line.what + unit, line.run, line.is_time ? "" : expected_text(first)};
+    const std::string name = line.what + (first.unit.empty() ? "" : ", ") + first.unit;
+    const std::string expected = line.is_time ? "" : expected_text(first);
+    auto row = std::ranges::find_if(
+        table.rows, [&](const auto& earlier) { return earlier[0] == name && earlier[1] == expected; });
+    if (row == table.rows.end()) row = table.rows.insert(row, {name, expected});
     for (const Algorithm algorithm : shown) {
       const auto found = line.measured.find(algorithm);
-      if (found == line.measured.end()) {
-        row.emplace_back();
-      } else if (line.is_time) {
-        row.push_back(fmt::format("~{:.2g}", found->second.measured));
-      } else {
-        row.push_back(short_number(found->second.measured) + (found->second.is_bad() ? "!" : ""));
-      }
+      if (found == line.measured.end()) continue;
+      const std::size_t column = place(table.head, fmt::format("{}: {}", line.run, title_of(algorithm)));
+      row->resize(std::max(row->size(), column + 1));
+      (*row)[column] = cell_text(found->second, line.is_time);
     }
-    table.rows.push_back(std::move(row));
   }
+  for (std::vector<std::string>& row : table.rows) row.resize(table.head.size());
   return table;
 }
 
