@@ -35,25 +35,14 @@ std::vector<std::string_view> settings_keys() {
   return keys;
 }
 
-/// The keys that both [defaults] and a [[case]] can have; a case starts from the defaults.
+/// What both [defaults] and a [[case]] say; a case starts from the defaults.
 struct Plan {
-  int frames = 120;
-  int full_every = 10;
-  std::vector<int> images{60, 120};
-  int width = 320;
-  int height = 180;
+  SuiteCase entry;  ///< without its names, files and settings
   std::vector<Algorithm> algorithms{Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4,
                                     Algorithm::a5};
-  Command command;  ///< in place of algorithms
-  fs::path poses;   ///< in place of both, of a case
-  std::string author;
-  ImageTolerance tolerance;
-  std::optional<PoseTolerance> pose_tolerance;
-  double time_limit = SuiteCase().time_limit;
-  bool any_renderer = false;
   std::vector<const toml::table*> settings;  ///< applied in this order
 
-  bool is_foreign() const { return !command.empty() || !poses.empty(); }
+  bool is_foreign() const { return !entry.command.empty() || !entry.poses.empty(); }
 };
 
 class Reader : private TomlValues {
@@ -64,8 +53,9 @@ class Reader : private TomlValues {
     const toml::table root = parse();
     expect_keys(root, "the suite file", {"defaults", "case"});
     Plan defaults;
+    defaults.entry.images = {60, 120};
     if (const toml::node* node = root.get("defaults")) {
-      const toml::table& table = as_table(*node, "defaults");
+      const toml::table& table = table_in(*node, "defaults");
       expect_keys(table, "[defaults]", plan_keys);
       read_plan(table, defaults);
     }
@@ -78,11 +68,6 @@ class Reader : private TomlValues {
   }
 
  private:
-  const toml::table& as_table(const toml::node& node, std::string_view key) const {
-    if (!node.is_table()) fail(node, fmt::format("'{}' must be a table", key));
-    return *node.as_table();
-  }
-
   /// Returns a number of at least 0. Settings have narrower ranges, which check(Settings) knows.
   double number(const toml::node& node, std::string_view key) const {
     const auto value = node.is_number() ? node.value<double>() : std::nullopt;
@@ -109,41 +94,42 @@ class Reader : private TomlValues {
 
   void read_plan(const toml::table& table, Plan& plan) const {
     if (const auto* node = table.get("frames"))
-      plan.frames = integer(*node, "frames", 1, largest_frame_count);
+      plan.entry.frames = integer(*node, "frames", 1, largest_frame_count);
     if (const auto* node = table.get("full_every")) {
-      plan.full_every = integer(*node, "full_every", 1, largest_frame_count);
+      plan.entry.full_every = integer(*node, "full_every", 1, largest_frame_count);
     }
     if (const auto* node = table.get("images")) {
-      plan.images.clear();
+      plan.entry.images.clear();
       for (const toml::node& frame : list(*node, "images")) {  // none: poses alone
-        plan.images.push_back(integer(frame, "images", 0, largest_frame_count));
+        plan.entry.images.push_back(integer(frame, "images", 0, largest_frame_count));
       }
+      std::ranges::sort(plan.entry.images);
     }
     if (const auto* node = table.get("size")) {
       const toml::array& size = array(*node, "size");
       if (size.size() != 2) fail(*node, "'size' must be [width, height]");
-      plan.width = integer(size[0], "size", 16, largest_size);
-      plan.height = integer(size[1], "size", 16, largest_size);
+      plan.entry.width = integer(size[0], "size", 16, largest_size);
+      plan.entry.height = integer(size[1], "size", 16, largest_size);
     }
     read_origin(table, plan);
     if (const auto* node = table.get("tolerance"))
-      read_tolerance(as_table(*node, "tolerance"), plan.tolerance);
+      read_tolerance(table_in(*node, "tolerance"), plan.entry.tolerance);
     if (const auto* node = table.get("pose_tolerance")) {
-      if (!plan.pose_tolerance) plan.pose_tolerance.emplace();
-      read_pose_tolerance(as_table(*node, "pose_tolerance"), *plan.pose_tolerance);
+      if (!plan.entry.pose_tolerance) plan.entry.pose_tolerance.emplace();
+      read_pose_tolerance(table_in(*node, "pose_tolerance"), *plan.entry.pose_tolerance);
     }
     if (const auto* node = table.get("renderer")) {
       const std::string renderer = text(*node, "renderer");
       if (renderer != "any" && renderer != "pinned") fail(*node, "'renderer' must be \"pinned\" or \"any\"");
-      plan.any_renderer = renderer == "any";
+      plan.entry.any_renderer = renderer == "any";
     }
-    if (const auto* node = table.get("time_limit")) plan.time_limit = number(*node, "time_limit");
+    if (const auto* node = table.get("time_limit")) plan.entry.time_limit = number(*node, "time_limit");
     if (const auto* node = table.get("settings")) {
-      const toml::table& settings = as_table(*node, "settings");
+      const toml::table& settings = table_in(*node, "settings");
       for (const auto& [key, value] : settings) {
         if (std::find(algorithm_keys.begin(), algorithm_keys.end(), key.str()) == algorithm_keys.end())
           continue;
-        expect_keys(as_table(value, key.str()), fmt::format("settings.{}", key.str()), settings_keys());
+        expect_keys(table_in(value, key.str()), fmt::format("settings.{}", key.str()), settings_keys());
       }
       plan.settings.push_back(&settings);
     }
@@ -178,23 +164,6 @@ class Reader : private TomlValues {
     }
   }
 
-  /// Copies all of the plan but the settings.
-  static void apply_plan(const Plan& plan, SuiteCase& result) {
-    result.frames = plan.frames;
-    result.full_every = plan.full_every;
-    result.images = plan.images;
-    std::sort(result.images.begin(), result.images.end());
-    result.width = plan.width;
-    result.height = plan.height;
-    result.command = plan.command;
-    result.poses = plan.poses;
-    if (plan.is_foreign()) result.author = plan.author;
-    result.tolerance = plan.tolerance;
-    result.pose_tolerance = plan.pose_tolerance;
-    result.time_limit = plan.time_limit;
-    result.any_renderer = plan.any_renderer;
-  }
-
   /// Reads what makes the poses: one of `algorithms`, `command` and `poses`, which replaces that of
   /// [defaults].
   void read_origin(const toml::table& table, Plan& plan) const {
@@ -203,29 +172,25 @@ class Reader : private TomlValues {
     const toml::node* const poses = table.get("poses");
     const int given = (algorithms != nullptr) + (command != nullptr) + (poses != nullptr);
     if (given > 1) fail(table, "give one of 'algorithms', 'command' and 'poses'");
-    if (given == 1) plan.command.clear();
-    if (algorithms != nullptr) {
-      plan.algorithms.clear();
-      for (const toml::node& entry : array(*algorithms, "algorithms")) {
-        const auto algorithm = algorithm_named(text(entry, "algorithms"));
-        if (!algorithm) fail(entry, "'algorithms' must be some of a1, a2, a3, a4, a5, soft, avbd");
-        plan.algorithms.push_back(*algorithm);
-      }
-    }
+    SuiteCase& entry = plan.entry;
+    if (given == 1) entry.command.clear();
+    if (given == 1) entry.author.clear();
+    if (algorithms != nullptr) plan.algorithms = this->algorithms(*algorithms, "algorithms");
     if (command != nullptr) {
-      for (const toml::node& word : array(*command, "command")) plan.command.push_back(text(word, "command"));
-      plan.command = beside(std::move(plan.command), file().parent_path());
-      plan.author = command_engine(plan.command).label;
+      for (const toml::node& word : array(*command, "command"))
+        entry.command.push_back(text(word, "command"));
+      entry.command = beside(std::move(entry.command), file().parent_path());
+      entry.author = command_engine(entry.command).label;
     }
     if (poses != nullptr) {
-      plan.poses = (file().parent_path() / text(*poses, "poses")).lexically_normal();
-      if (!is_pose_table(plan.poses)) fail(*poses, "'poses' must be a pose table, *.csv");
-      plan.author = plan.poses.stem().string();
+      entry.poses = (file().parent_path() / text(*poses, "poses")).lexically_normal();
+      if (!is_pose_table(entry.poses)) fail(*poses, "'poses' must be a pose table, *.csv");
+      entry.author = entry.poses.stem().string();
     }
-    if (plan.is_foreign() && (!is_case_name(plan.author) || algorithm_named(plan.author))) {
+    if (plan.is_foreign() && (!is_case_name(entry.author) || algorithm_named(entry.author))) {
       fail(table, fmt::format("'{}' cannot name a run: its file needs a name of letters, digits, _ and -, "
                               "other than an algorithm's",
-                              plan.author));
+                              entry.author));
     }
   }
 
@@ -248,18 +213,18 @@ class Reader : private TomlValues {
       variant = text(*node, "variant");
       if (!is_case_name(variant)) fail(*node, "'variant' must be of letters, digits, _ and -");
     }
-    for (const int frame : plan.images) {
-      if (frame > plan.frames || (frame % plan.full_every != 0 && frame != plan.frames)) {
+    for (const int frame : plan.entry.images) {
+      if (frame > plan.entry.frames || (frame % plan.entry.full_every != 0 && frame != plan.entry.frames)) {
         fail(table,
              fmt::format("image of frame {}: must be a multiple of full_every = {} or the last frame, {}",
-                         frame, plan.full_every, plan.frames));
+                         frame, plan.entry.full_every, plan.entry.frames));
       }
     }
     // A simulator gets the iterations of A2, as an engine's panel does.
     if (plan.is_foreign()) plan.algorithms = {Algorithm::a2};
     for (const Algorithm algorithm : plan.algorithms) {
-      SuiteCase result;
-      const std::string who = plan.is_foreign() ? plan.author : std::string(name(algorithm));
+      SuiteCase result = plan.entry;
+      const std::string who = plan.is_foreign() ? plan.entry.author : std::string(name(algorithm));
       const std::string slug = variant.empty() ? who : fmt::format("{}-{}", who, variant);
       result.name = fmt::format("{}.{}", scene_name, slug);
       result.scene = (suite.folder() / scene_file).lexically_normal();
@@ -274,7 +239,6 @@ class Reader : private TomlValues {
       } catch (const Error& error) {
         fail(table, fmt::format("{}: {}", result.name, error.what()));
       }
-      apply_plan(plan, result);
       place_goldens(suite.folder(), scene_name, slug, result);
       if (!names_.insert(result.name).second) {
         fail(table, fmt::format("there is a case {} already: give one of them a 'variant'", result.name));

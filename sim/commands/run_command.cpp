@@ -35,44 +35,26 @@ struct RunOptions {
   std::optional<fs::path> output;
   int every = 1;
   std::optional<fs::path> csv;
-  std::optional<double> rate;
   bool strict = false;
 };
 
-/// The table for people who plot: a line per sampled step and dynamic body.
+/// The table for people who plot: a line per step and dynamic body.
 class CsvTable {
  public:
-  /// Without a rate every step is sampled, with one the steps nearest to its instants.
-  CsvTable(const fs::path& file, const Scene& scene, double step, std::optional<double> rate)
-      : output_(file), scene_(scene), step_(step), rate_(rate) {
-    if (rate && !(*rate > 0)) throw Error(fmt::format("--rate {}: must be above 0", *rate));
-    if (rate && *rate * step > 1 + 1e-9) {
-      throw Error(
-          fmt::format("--rate {}: above the {:g} steps a second that are simulated", *rate, 1 / step));
-    }
+  CsvTable(const fs::path& file, const Scene& scene, double step)
+      : output_(file), scene_(scene), step_(step) {
     output_.write(fmt::format("{}\n", csv_columns));
   }
 
   /// Call for each step from 0 on.
-  void add(int step, const State& state) {
-    if (step != next_step()) return;
-    ++sample_;
-    output_.write(csv_lines(scene_, state, step * step_));
-  }
+  void add(int step, const State& state) { output_.write(csv_lines(scene_, state, step * step_)); }
 
   void publish() { output_.publish(); }
 
  private:
-  int next_step() const {
-    if (!rate_) return sample_;
-    return static_cast<int>(std::llround(sample_ / (*rate_ * step_)));
-  }
-
   OutputFile output_;
   const Scene& scene_;
   double step_;
-  std::optional<double> rate_;
-  int sample_ = 0;
 };
 
 /// What a run did that is to be said, or with --strict is an error.
@@ -155,13 +137,12 @@ void run(const RunOptions& options) {
       options.output.value_or(fmt::format("{}.{}.poses.txt", scene.name, name(settings.algorithm)));
   const fs::path problem = output.string() + ".unsolved.txt";
   require_outputs(options, output, problem);
-  if (options.rate && !options.csv) throw Error("--rate: is of use with --csv only");
   if (settings.algorithm == Algorithm::a1) note_cost_of_a1(scene);
   const std::string doubt = doubt_about_substeps(scene, settings);
   if (!doubt.empty() && !options.strict)
     warn_of(scene, label(settings), {{doubt, Violation::Severity::warning}});
   std::optional<CsvTable> table;
-  if (options.csv) table.emplace(*options.csv, scene, settings.step, options.rate);
+  if (options.csv) table.emplace(*options.csv, scene, settings.step);
 
   Simulation simulation(scene, settings);
   if (table) table->add(0, simulation.state());
@@ -226,7 +207,6 @@ void add_run_command(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--csv", options->csv,
                       "Also write centres of mass, orientations and velocities as a table");
-  command->add_option("--rate", options->rate, "Lines a second and body in the table (one a step)");
   command->add_flag("--strict", options->strict,
                     "Also an error: all that is warned of, and least-squares steps");
   command->footer(
@@ -248,9 +228,7 @@ void add_run_command(CLI::App& app) {
       "sub-steps may not mend a rise, a smaller κ may\n"
       "(claim 15).\n"
       "Example:\n"
-      "  substep run scenes/rod_chain.gltf --algorithm a3 --step 1/60 --substeps 4 --csv rod_chain.csv "
-      "--rate "
-      "30");
+      "  substep run scenes/rod_chain.gltf --algorithm a3 --step 1/60 --substeps 4 --csv rod_chain.csv");
   command->callback([options] { run(*options); });
 }
 

@@ -3,10 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 
 #include "sim/error.h"
 #include "sim/geometry/convex_hull.h"
@@ -90,161 +88,41 @@ Shape capsule(const ImplicitShape& shape, const Vector3& scale, std::optional<Po
   return Capsule{height / 2, bottom};
 }
 
-/// Finds of many points the outermost in a direction. Points that follow each other in a mesh mostly lie near
-/// each other, so blocks of them whose box does not reach far enough are passed over, and so are groups of
-/// blocks.
-class Outermost {
- public:
-  explicit Outermost(std::span<const Vector3> points) : points_(points) {
-    std::vector<Vector3> corners;  // of the blocks' boxes
-    for (std::size_t begin = 0; begin < points.size(); begin += block_size) {
-      blocks_.emplace_back(points.subspan(begin, std::min(block_size, points.size() - begin)));
-      corners.push_back(blocks_.back().middle - blocks_.back().half);
-      corners.push_back(blocks_.back().middle + blocks_.back().half);
-    }
-    for (std::size_t begin = 0; begin < corners.size(); begin += 2 * block_size) {
-      groups_.emplace_back(
-          std::span(corners).subspan(begin, std::min(2 * block_size, corners.size() - begin)));
-    }
-    for (const Vector3& corner : corners) rounding_ = std::max(rounding_, corner.cwiseAbs().maxCoeff());
-    rounding_ *= 1e-14;
-  }
-
-  /// The first of several that are as far out. The nearer one of the guesses comes to it, the more is passed
-  /// over.
-  std::size_t in(const Vector3& direction, std::span<const std::size_t> guesses) const {
-    std::size_t best = guesses[0];
-    double reach = direction.dot(points_[best]);
-    const auto consider = [&](std::size_t i) {
-      const double value = direction.dot(points_[i]);
-      if (value < reach || (value == reach && i >= best)) return;
-      reach = value;
-      best = i;
-    };
-    for (const std::size_t guess : guesses) consider(guess);
-    const Vector3 spread = direction.cwiseAbs();
-    const auto may_reach = [&](const Box& box) {
-      return direction.dot(box.middle) + spread.dot(box.half) + rounding_ >= reach;
-    };
-    for (std::size_t group = 0; group < groups_.size(); ++group) {
-      if (!may_reach(groups_[group])) continue;
-      const std::size_t last_block = std::min((group + 1) * block_size, blocks_.size());
-      for (std::size_t block = group * block_size; block < last_block; ++block) {
-        if (!may_reach(blocks_[block])) continue;
-        const std::size_t last = std::min((block + 1) * block_size, points_.size());
-        for (std::size_t i = block * block_size; i < last; ++i) consider(i);
-      }
-    }
-    return best;
-  }
-
-  /// In each of `directions` directions, spread evenly over the sphere along a spiral of golden angles. In
-  /// the order of the points, each once.
-  std::vector<std::size_t> in_all(std::size_t directions) const {
-    constexpr double golden_angle = 2.399963229728653;
-    std::vector<std::size_t> chosen;
-    for (std::size_t i = 0; i < directions; ++i) {
-      const double y = 1 - (2 * static_cast<double>(i) + 1) / static_cast<double>(directions);
-      const double across = std::sqrt(1 - y * y);
-      const SineCosine around = sine_cosine(golden_angle * static_cast<double>(i));
-      // Fibonacci numbers of golden angles ago it pointed nearby.
-      std::array<std::size_t, 4> guesses{};
-      for (std::size_t k = 0; const std::size_t back : {8, 13, 21, 34}) {
-        if (i >= back) guesses[k++] = chosen[i - back];
-      }
-      chosen.push_back(in(Vector3(across * around.cosine, y, across * around.sine), guesses));
-    }
-    std::ranges::sort(chosen);
-    chosen.erase(std::unique(chosen.begin(), chosen.end()), chosen.end());
-    return chosen;
-  }
-
- private:
-  static constexpr std::size_t block_size = 16;
-  struct Box {
-    explicit Box(std::span<const Vector3> points) {
-      Vector3 lower = points[0];
-      Vector3 upper = points[0];
-      for (const Vector3& point : points) {
-        lower = lower.cwiseMin(point);
-        upper = upper.cwiseMax(point);
-      }
-      middle = (lower + upper) / 2;
-      half = (upper - lower) / 2;
-    }
-    Vector3 middle;
-    Vector3 half;
-  };
-  std::span<const Vector3> points_;
-  std::vector<Box> blocks_;
-  std::vector<Box> groups_;  // of block_size blocks
-  double rounding_ = 0;
-};
-
-/// How far points lie outside a hull: from a point to where the line to the hull's centre meets its surface.
-/// That face is found by walking from face to face, from the last point's on, to greater n·p / d: the
-/// greatest of a linear function over the dual polytope's corners, so no other hill stops the walk.
-class OutsideDistance {
- public:
-  explicit OutsideDistance(const Polytope& hull) : centre_(hull.centre) {
-    begin_.assign(hull.face_count() + 1, 0);
-    for (const auto& [a, b] : hull.edge_faces) {
-      ++begin_[a + 1];
-      ++begin_[b + 1];
-    }
-    std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
-    std::vector<std::uint32_t> next(begin_.begin(), begin_.end() - 1);
-    neighbours_.resize(2 * hull.edge_faces.size());
-    for (const auto& [a, b] : hull.edge_faces) {
-      neighbours_[next[a]++] = b;
-      neighbours_[next[b]++] = a;
-    }
-    for (std::size_t face = 0; face < hull.face_count(); ++face) {
-      const Vector3& normal = hull.face_normals[face];
-      poles_.push_back(normal / (hull.face_offsets[face] - normal.dot(centre_)));
-    }
-  }
-
-  double of(const Vector3& point) {
-    const Vector3 from_centre = point - centre_;
-    double ratio = poles_[face_].dot(from_centre);
-    for (bool climbs = true; climbs;) {
-      climbs = false;
-      for (std::uint32_t i = begin_[face_]; i < begin_[face_ + 1]; ++i) {
-        const double other = poles_[neighbours_[i]].dot(from_centre);
-        if (!(other > ratio)) continue;
-        ratio = other;
-        face_ = neighbours_[i];
-        climbs = true;
-        break;
-      }
-    }
-    return ratio > 1 ? from_centre.norm() * (1 - 1 / ratio) : 0;
-  }
-
- private:
-  Vector3 centre_;
-  std::vector<std::uint32_t> begin_;
-  std::vector<std::uint32_t> neighbours_;
-  std::vector<Vector3> poles_;
-  std::uint32_t face_ = 0;
-};
-
-/// Whether more than `count` of the points are each the outermost of them in one of the directions, so that
-/// they are vertices of their hull.
-bool has_more_outermost(std::span<const Vector3> points, std::span<const Vector3> directions,
-                        std::size_t count) {
-  std::vector<bool> is_outermost(points.size(), false);
-  std::size_t found = 0;
-  for (const Vector3& direction : directions) {
+/// Returns the outermost of the points in each of `directions` directions, which are spread evenly over the
+/// sphere along a spiral of golden angles. In the order of the points, each once.
+std::vector<std::size_t> outermost(std::span<const Vector3> points, std::size_t directions) {
+  constexpr double golden_angle = 2.399963229728653;
+  std::vector<std::size_t> chosen;
+  for (std::size_t i = 0; i < directions; ++i) {
+    const double y = 1 - (2 * static_cast<double>(i) + 1) / static_cast<double>(directions);
+    const double across = std::sqrt(1 - y * y);
+    const SineCosine around = sine_cosine(golden_angle * static_cast<double>(i));
+    const Vector3 direction(across * around.cosine, y, across * around.sine);
     const auto farthest =
         std::ranges::max_element(points, {}, [&](const Vector3& point) { return direction.dot(point); });
-    const auto index = static_cast<std::size_t>(farthest - points.begin());
-    if (is_outermost[index]) continue;
-    is_outermost[index] = true;
-    if (++found > count) return true;
+    chosen.push_back(static_cast<std::size_t>(farthest - points.begin()));
   }
-  return false;
+  std::ranges::sort(chosen);
+  chosen.erase(std::unique(chosen.begin(), chosen.end()), chosen.end());
+  return chosen;
+}
+
+/// Returns how far the points lie outside a hull: from a point to where the line to the hull's centre meets
+/// its surface; 0 inside.
+std::vector<double> distances_outside(const Polytope& hull, std::span<const Vector3> points) {
+  std::vector<Vector3> poles;  // of the faces: on a face pole · (point − centre) is 1
+  for (std::size_t face = 0; face < hull.face_count(); ++face) {
+    const Vector3& normal = hull.face_normals[face];
+    poles.push_back(normal / (hull.face_offsets[face] - normal.dot(hull.centre)));
+  }
+  std::vector<double> distances;
+  for (const Vector3& point : points) {
+    const Vector3 from_centre = point - hull.centre;
+    double ratio = 0;
+    for (const Vector3& pole : poles) ratio = std::max(ratio, pole.dot(from_centre));
+    distances.push_back(ratio > 1 ? from_centre.norm() * (1 - 1 / ratio) : 0);
+  }
+  return distances;
 }
 
 std::vector<Vector3> chosen_points(std::span<const Vector3> points, std::span<const std::size_t> indices) {
@@ -308,7 +186,7 @@ SimplifiedHull simplified_hull(std::span<const Vector3> given, const std::string
   if (points.size() <= most_for_full_hull) {
     if (auto full = full_hull(points)) return *full;
   }
-  std::vector<std::size_t> chosen = Outermost(points).in_all(most_vertices);
+  std::vector<std::size_t> chosen = outermost(points, most_vertices);
   // Where few are outermost, most are inside and cost a full hull little.
   if (chosen.size() <= most_vertices / 2 && points.size() <= 8 * most_for_full_hull) {
     if (auto full = full_hull(points)) return *full;
@@ -317,26 +195,19 @@ SimplifiedHull simplified_hull(std::span<const Vector3> given, const std::string
   SimplifiedHull result{convex_hull(chosen_points(points, chosen), what), {}};
   // Of the others only those outside can be vertices of the full hull; the rest is rounding.
   const double negligible = 1e-6 * result.hull.bounding_radius;
-  OutsideDistance outside(result.hull);
-  std::vector<std::size_t> others;
-  double left_out = 0;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const double distance = outside.of(points[i]);
-    if (distance <= negligible) continue;
-    left_out = std::max(left_out, distance);
-    others.push_back(i);
-  }
-  if (others.empty()) return result;
+  const std::vector<double> distances = distances_outside(result.hull, points);
   const std::size_t known = chosen.size();
-  chosen.insert(chosen.end(), others.begin(), others.end());
-  if (chosen.size() <= most_for_full_hull &&
-      !has_more_outermost(chosen_points(points, others), result.hull.face_normals, most_vertices - known)) {
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (distances[i] > negligible) chosen.push_back(i);
+  }
+  if (chosen.size() == known) return result;
+  if (chosen.size() <= most_for_full_hull) {
     std::ranges::sort(chosen);
     if (auto full = full_hull(chosen_points(points, chosen))) return *full;
   }
   result.warning = fmt::format(
       "its convex hull of more than {} vertices is simplified to {}, which leaves out {:.2g} m at most",
-      most_vertices, result.hull.vertices.size(), left_out);
+      most_vertices, result.hull.vertices.size(), std::ranges::max(distances));
   return result;
 }
 

@@ -70,9 +70,35 @@ void TomlValues::set_field(Settings& settings, const SettingsField& field, const
       field.member);
 }
 
+bool TomlValues::flag(const toml::node& node, std::string_view key) const {
+  if (!node.is_boolean()) fail(node, fmt::format("'{}' must be true or false", key));
+  return node.as_boolean()->get();
+}
+
+double TomlValues::positive(const toml::node& node, std::string_view key) const {
+  const auto value = node.is_number() ? node.value<double>() : std::nullopt;
+  if (!value || !(*value > 0 && *value < 1e6)) fail(node, fmt::format("'{}' must be a number above 0", key));
+  return *value;
+}
+
 const toml::array& TomlValues::array(const toml::node& node, std::string_view key) const {
   if (!node.is_array() || node.as_array()->empty()) fail(node, fmt::format("'{}' must be a list", key));
   return *node.as_array();
+}
+
+const toml::table& TomlValues::table_in(const toml::node& node, std::string_view key) const {
+  if (!node.is_table()) fail(node, fmt::format("'{}' must be a table", key));
+  return *node.as_table();
+}
+
+std::vector<Algorithm> TomlValues::algorithms(const toml::node& node, std::string_view key) const {
+  std::vector<Algorithm> result;
+  for (const toml::node& entry : array(node, key)) {
+    const auto algorithm = algorithm_named(text(entry, key));
+    if (!algorithm) fail(entry, fmt::format("'{}' must be some of a1, a2, a3, a4, a5, soft, avbd", key));
+    result.push_back(*algorithm);
+  }
+  return result;
 }
 
 }  // namespace substep

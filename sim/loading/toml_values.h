@@ -27,8 +27,13 @@ class TomlValues {
   std::string text(const toml::node& node, std::string_view key) const;
   /// Sets the field of settings, whatever its range: check() knows that.
   void set_field(Settings& settings, const SettingsField& field, const toml::node& node) const;
+  bool flag(const toml::node& node, std::string_view key) const;
+  double positive(const toml::node& node, std::string_view key) const;
   /// One that has entries.
   const toml::array& array(const toml::node& node, std::string_view key) const;
+  const toml::table& table_in(const toml::node& node, std::string_view key) const;
+  /// Those of a list that has entries.
+  std::vector<Algorithm> algorithms(const toml::node& node, std::string_view key) const;
 
  private:
   std::filesystem::path file_;

@@ -24,7 +24,6 @@ struct Figure {
 struct Case {
   std::string what;
   bool holds;
-  bool timing = false;  ///< decided by a timing
 };
 
 struct Claim {
@@ -52,7 +51,6 @@ struct AblationCosts {
 struct EnergyDrift {
   std::string run;             ///< "A3, stable"
   std::vector<double> growth;  ///< by ClaimsReport::energy_scenes: largest rise above the start's energy, J
-  std::vector<double> change;  ///< end − start, J
 };
 
 struct ClaimsReport {
@@ -68,14 +66,7 @@ struct ClaimsReport {
 /// read.
 ClaimsReport measure_claims(const std::filesystem::path& folder, const std::function<void(int)>& progress);
 
-/// A heading and lines for each claim, then both ablations and the energies, for a terminal.
-std::string to_table(const ClaimsReport& report);
 /// For each claim its verdict and a table, then both ablations and the rises of energy. Timings are marked by
 /// ~. No table has more than seven columns or two numbers in a cell.
 std::string to_markdown(const ClaimsReport& report);
-/// {"claims": [{number, section, claim, measured, figures, cases, verdict}], "ablation": [{scene, substeps,
-/// costs}], "contact_ablation": [{scene, what, unit, costs}], "energy": [{run, scenes: [{scene, growth,
-/// change}]}]}. What is not finite is null.
-std::string to_json(const ClaimsReport& report);
-
 }  // namespace substep

@@ -227,14 +227,13 @@ Claim claim17(Measurement& measurement) {
 
 EnergyDrift energy_drift(const Measurement& measurement, const std::string& run, Algorithm algorithm,
                          Joints joints, const std::vector<std::string>& names) {
-  EnergyDrift drift{run, {}, {}};
+  EnergyDrift drift{run, {}};
   for (const std::string& name : names) {
     Settings settings =
         settings_of(measurement.scene(name), algorithm, 4, algorithm == Algorithm::a2 ? 4 : 1);
     settings.joints = joints;
     const MeasuredRun result = undivided_run(measurement.scene(name), settings, 5);
     drift.growth.push_back(result.diverged ? infinite : result.energy_growth);
-    drift.change.push_back(result.diverged ? infinite : result.energy_change);
   }
   return drift;
 }

@@ -2,7 +2,6 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "sim/measure/claims.h"
 #include "sim/measure/text_table.h"
@@ -46,26 +45,11 @@ std::vector<TextTable> tables_of(const Claim& claim) {
   return tables;
 }
 
-nlohmann::ordered_json json_number(double value) {
-  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
-}
-
 constexpr std::string_view ablation_caption =
     "Largest distance of a body's centre from A3 after 1 s with one approximation in A3, in m (plain joints)";
 
 constexpr std::string_view energy_caption =
     "Largest rise of energy above the start's in 5 s, in J, of scenes that nothing drives (n = 4, m = 1)";
-
-std::string contact_table(const std::vector<ContactAblationCosts>& ablation) {
-  std::string text = fmt::format("\n\n{}\n{:32}", contact_ablation_caption(ablation), "");
-  for (const ContactAblationCosts& column : ablation) text += fmt::format("{:>24}", column_title(column));
-  for (std::size_t i = 0; i < contact_ablations.size(); ++i) {
-    text += fmt::format("\n{:32}", std::string(name(contact_ablations[i])));
-    for (const ContactAblationCosts& column : ablation)
-      text += fmt::format("{:>24}", number(column.costs[i]));
-  }
-  return text;
-}
 
 std::string contact_markdown(const std::vector<ContactAblationCosts>& ablation) {
   std::string text = fmt::format("\n\n{}:\n\n| switched off |", contact_ablation_caption(ablation));
@@ -79,19 +63,6 @@ std::string contact_markdown(const std::vector<ContactAblationCosts>& ablation) 
   return text;
 }
 
-nlohmann::ordered_json contact_json(const std::vector<ContactAblationCosts>& ablation) {
-  nlohmann::ordered_json columns = nlohmann::ordered_json::array();
-  for (const ContactAblationCosts& column : ablation) {
-    nlohmann::ordered_json costs = nlohmann::ordered_json::object();
-    for (std::size_t i = 0; i < contact_ablations.size(); ++i) {
-      costs[std::string(name(contact_ablations[i]))] = json_number(column.costs[i]);
-    }
-    columns.push_back(
-        {{"scene", column.scene}, {"what", column.what}, {"unit", column.unit}, {"costs", costs}});
-  }
-  return columns;
-}
-
 }  // namespace
 
 std::string Claim::verdict() const {
@@ -102,32 +73,6 @@ std::string Claim::verdict() const {
   if (holding.empty()) return "does not hold";
   if (holding.size() <= failing.size()) return fmt::format("holds only: {}", fmt::join(holding, "; "));
   return fmt::format("holds except: {}", fmt::join(failing, "; "));
-}
-
-std::string to_table(const ClaimsReport& report) {
-  std::string text;
-  for (const Claim& claim : report.claims) {
-    text += fmt::format("{}  {}\n{} ({})\n{}\n", claim.number, claim.verdict(), claim.claim, claim.section,
-                        claim.measured);
-    for (const TextTable& table : tables_of(claim)) text += to_text(table);
-    text += '\n';
-  }
-  text += fmt::format("\n{}\n{:32}", ablation_caption, "");
-  for (const AblationCosts& row : report.ablation) {
-    text += fmt::format("{:>24}", fmt::format("{} n={}", row.scene, row.substeps));
-  }
-  for (std::size_t i = 0; i < approximations.size(); ++i) {
-    text += fmt::format("\n{:32}", name(approximations[i]));
-    for (const AblationCosts& row : report.ablation) text += fmt::format("{:>24}", number(row.costs[i]));
-  }
-  text += contact_table(report.contact_ablation);
-  text += fmt::format("\n\n{}\n{:12}", energy_caption, "");
-  for (const std::string& scene : report.energy_scenes) text += fmt::format("{:>26}", scene);
-  for (const EnergyDrift& drift : report.energy) {
-    text += fmt::format("\n{:12}", drift.run);
-    for (const double growth : drift.growth) text += fmt::format("{:>26}", number(growth));
-  }
-  return text + "\n";
 }
 
 std::string to_markdown(const ClaimsReport& report) {
@@ -157,55 +102,6 @@ std::string to_markdown(const ClaimsReport& report) {
     for (const double growth : drift.growth) text += fmt::format(" {} |", number(growth));
   }
   return text + "\n";
-}
-
-std::string to_json(const ClaimsReport& report) {
-  nlohmann::ordered_json claims = nlohmann::ordered_json::array();
-  for (const Claim& claim : report.claims) {
-    nlohmann::ordered_json figures = nlohmann::ordered_json::array();
-    for (const Figure& figure : claim.figures) {
-      nlohmann::ordered_json values = nlohmann::ordered_json::array();
-      for (const double value : figure.values) values.push_back(json_number(value));
-      figures.push_back(
-          {{"what", figure.what}, {"values", values}, {"unit", figure.unit}, {"timing", figure.timing}});
-    }
-    nlohmann::ordered_json cases = nlohmann::ordered_json::array();
-    for (const Case& part : claim.cases) {
-      cases.push_back({{"what", part.what}, {"holds", part.holds}, {"timing", part.timing}});
-    }
-    claims.push_back({{"number", claim.number},
-                      {"section", claim.section},
-                      {"claim", claim.claim},
-                      {"measured", claim.measured},
-                      {"columns", claim.columns},
-                      {"figures", figures},
-                      {"cases", cases},
-                      {"verdict", claim.verdict()}});
-  }
-  nlohmann::ordered_json ablation = nlohmann::ordered_json::array();
-  for (const AblationCosts& row : report.ablation) {
-    nlohmann::ordered_json costs = nlohmann::ordered_json::object();
-    for (std::size_t i = 0; i < approximations.size(); ++i) {
-      costs[std::string(name(approximations[i]))] = json_number(row.costs[i]);
-    }
-    ablation.push_back({{"scene", row.scene}, {"substeps", row.substeps}, {"costs", costs}});
-  }
-  nlohmann::ordered_json energy = nlohmann::ordered_json::array();
-  for (const EnergyDrift& drift : report.energy) {
-    nlohmann::ordered_json scenes = nlohmann::ordered_json::array();
-    for (std::size_t i = 0; i < drift.growth.size(); ++i) {
-      scenes.push_back({{"scene", report.energy_scenes[i]},
-                        {"growth", json_number(drift.growth[i])},
-                        {"change", json_number(drift.change[i])}});
-    }
-    energy.push_back({{"run", drift.run}, {"scenes", scenes}});
-  }
-  return nlohmann::ordered_json{{"claims", claims},
-                                {"ablation", ablation},
-                                {"contact_ablation", contact_json(report.contact_ablation)},
-                                {"energy", energy}}
-             .dump(2) +
-         "\n";
 }
 
 }  // namespace substep

@@ -189,6 +189,10 @@ struct Column {
 
 constexpr std::size_t most_columns = 7;
 
+bool is_all_bounded(const SceneMeasurement& m) {
+  return std::ranges::all_of(m.runs, [](const MeasuredSettings& run) { return run.metrics.bounded; });
+}
+
 /// The columns that say something of these runs, in their order.
 std::vector<Column> columns_of(const SceneMeasurement& m) {
   std::vector<Column> columns;
@@ -226,6 +230,7 @@ std::vector<Column> columns_of(const SceneMeasurement& m) {
     if (last->rank == 0) break;
     columns.erase(last);
   }
+  if (is_all_bounded(m)) columns.pop_back();
   return columns;
 }
 
@@ -313,8 +318,9 @@ std::string legend(const std::string& text, bool has_known) {
 template <typename Print>
 std::string short_tables(const SceneMeasurement& m, const Print& print) {
   const bool is_plain = has_each_algorithm_once(m);
-  std::string text = fmt::format("Reference: {}. Size {:.3g} m, duration {:g} s.\n",
-                                 reference_text(m.reference), m.size, m.duration);
+  std::string text =
+      fmt::format("Reference: {}. Size {:.3g} m, duration {:g} s{}.\n", reference_text(m.reference), m.size,
+                  m.duration, is_all_bounded(m) ? ", all bounded" : "");
   if (is_plain) text += settings_line(m);
   text += fmt::format("\n{}", print(short_table(m, !is_plain)));
   const bool has_known = has_expectations(m) && m.runs.size() + 2 <= most_columns;

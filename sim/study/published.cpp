@@ -48,28 +48,13 @@ class PublishedReader : private TomlValues {
     return *node;
   }
 
-  double positive(const toml::node& node, std::string_view key) const {
-    const auto value = node.is_number() ? node.value<double>() : std::nullopt;
-    if (!value || !(*value > 0)) fail(node, fmt::format("'{}' must be a number above 0", key));
-    return *value;
-  }
-
-  bool flag(const toml::table& table, std::string_view key) const {
+  std::vector<Algorithm> shown_algorithms(const toml::table& table, std::string_view key) const {
     const toml::node* const node = table.get(key);
-    if (node == nullptr) return false;
-    if (!node->is_boolean()) fail(*node, fmt::format("'{}' must be true or false", key));
-    return node->as_boolean()->get();
-  }
-
-  std::vector<Algorithm> algorithms(const toml::table& table, std::string_view key) const {
-    std::vector<Algorithm> result;
-    const toml::node* const node = table.get(key);
-    if (node == nullptr) return result;
-    for (const toml::node& item : array(*node, key)) {
-      const auto algorithm = algorithm_named(text(item, key));
-      if (!algorithm || std::ranges::find(shown, *algorithm) == shown.end())
-        fail(item, fmt::format("'{}' must be a1, a2, a3 or a5", key));
-      result.push_back(*algorithm);
+    if (node == nullptr) return {};
+    std::vector<Algorithm> result = algorithms(*node, key);
+    for (const Algorithm algorithm : result) {
+      if (std::ranges::find(shown, algorithm) == shown.end())
+        fail(*node, fmt::format("'{}' must be a1, a2, a3 or a5", key));
     }
     return result;
   }
@@ -80,9 +65,9 @@ class PublishedReader : private TomlValues {
                  "time", "forget_patches", "quick"});
     PublishedRun run;
     run.name = text(required(table, "name"), "name");
-    run.algorithms = algorithms(table, "algorithms");
+    run.algorithms = shown_algorithms(table, "algorithms");
     if (run.algorithms.empty()) run.algorithms.assign(shown.begin(), shown.end());
-    run.judged = algorithms(table, "judged");
+    run.judged = shown_algorithms(table, "judged");
     for (const Algorithm judged : run.judged) {
       if (std::ranges::find(run.algorithms, judged) == run.algorithms.end())
         fail(*table.get("judged"), fmt::format("'judged' names {}, which is not run", title_of(judged)));
@@ -90,8 +75,7 @@ class PublishedReader : private TomlValues {
     Settings given;
     std::vector<const SettingsField*> fields;
     if (const auto* node = table.get("settings")) {
-      if (!node->is_table()) fail(*node, "'settings' must be a table");
-      for (const auto& [key, value] : *node->as_table()) {
+      for (const auto& [key, value] : table_in(*node, "settings")) {
         const auto field = std::ranges::find(settings_fields, key.str(), &SettingsField::name);
         if (field == settings_fields.end()) fail(value, fmt::format("there is no setting '{}'", key.str()));
         set_field(given, *field, value);
@@ -115,9 +99,10 @@ class PublishedReader : private TomlValues {
       if (!is_known) fail(*node, fmt::format("'against' names no earlier run of '{}'", result.name));
       run.at_least = positive(required(table, "at_least"), "at_least");
     }
-    run.time = flag(table, "time");
-    run.forget_patches = flag(table, "forget_patches");
-    run.quick = flag(table, "quick");
+    for (const auto& [key, value] : {std::pair("time", &run.time), std::pair("quick", &run.quick),
+                                     std::pair("forget_patches", &run.forget_patches)}) {
+      if (const auto* const node = table.get(key)) *value = flag(*node, key);
+    }
     return run;
   }
 
@@ -239,25 +224,36 @@ std::string expected_text(const ExpectedFigure& figure) {
   return sign + short_number(figure.expected);
 }
 
+std::string cell_text(const ExpectedFigure& figure, bool is_time) {
+  if (is_time) return fmt::format("~{:.2g}", figure.measured);
+  return short_number(figure.measured) + (figure.is_bad() ? "!" : "");
+}
+
+/// Prints a line for each figure and a column for each algorithm of a run.
 TextTable figures_table(const PublishedMeasurement& measurement) {
-  TextTable table{{"figure", "run", "expected"}, {}};
-  for (const Algorithm algorithm : shown) table.head.emplace_back(title_of(algorithm));
+  TextTable table{{"figure", "expected"}, {}};
+  const auto place = [](std::vector<std::string>& names, const std::string& name) {
+    const auto found = std::ranges::find(names, name);
+    if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
+    names.push_back(name);
+    return names.size() - 1;
+  };
   for (const PublishedFigure& line : measurement.figures) {
     const ExpectedFigure& first = line.measured.begin()->second;
-    const std::string unit = first.unit.empty() ? "" : ", " + first.unit;
-    std::vector<std::string> row{line.what + unit, line.run, line.is_time ? "" : expected_text(first)};
+    const std::string name = line.what + (first.unit.empty() ? "" : ", ") + first.unit;
+    const std::string expected = line.is_time ? "" : expected_text(first);
+    auto row = std::ranges::find_if(
+        table.rows, [&](const auto& earlier) { return earlier[0] == name && earlier[1] == expected; });
+    if (row == table.rows.end()) row = table.rows.insert(row, {name, expected});
     for (const Algorithm algorithm : shown) {
       const auto found = line.measured.find(algorithm);
-      if (found == line.measured.end()) {
-        row.emplace_back();
-      } else if (line.is_time) {
-        row.push_back(fmt::format("~{:.2g}", found->second.measured));
-      } else {
-        row.push_back(short_number(found->second.measured) + (found->second.is_bad() ? "!" : ""));
-      }
+      if (found == line.measured.end()) continue;
+      const std::size_t column = place(table.head, fmt::format("{}: {}", line.run, title_of(algorithm)));
+      row->resize(std::max(row->size(), column + 1));
+      (*row)[column] = cell_text(found->second, line.is_time);
     }
-    table.rows.push_back(std::move(row));
   }
+  for (std::vector<std::string>& row : table.rows) row.resize(table.head.size());
   return table;
 }
 

@@ -96,10 +96,7 @@ class Reader : private TomlValues {
     if (const auto* node = root.get("most")) sweep_.most = integer(*node, "most", 1, 4096);
     for (const auto& [key, value] :
          {std::pair("properties", &sweep_.properties), std::pair("parts", &sweep_.parts)}) {
-      const auto* const node = root.get(key);
-      if (node == nullptr) continue;
-      if (!node->is_boolean()) fail(*node, fmt::format("'{}' must be true or false", key));
-      *value = node->as_boolean()->get();
+      if (const auto* const node = root.get(key)) *value = flag(*node, key);
     }
     for (const char* const kind : {"grid", "limit"}) {
       const toml::node* const list = root.get(kind);
@@ -158,19 +155,11 @@ class Reader : private TomlValues {
   static bool is_pattern(const std::string& name) { return name.find('*') != std::string::npos; }
 
   void read_horizons(const toml::node& node) {
-    if (!node.is_table()) fail(node, "'horizons' must be a table");
-    for (const auto& [key, value] : *node.as_table()) {
+    for (const auto& [key, value] : table_in(node, "horizons")) {
       const std::string name(key.str());
       if (!sweep_.scenes.contains(name)) fail(value, fmt::format("'{}' is a scene of no grid", name));
       sweep_.horizons[name] = positive(value, name);
     }
-  }
-
-  double positive(const toml::node& node, std::string_view key) const {
-    const auto value = node.is_number() ? node.value<double>() : std::nullopt;
-    if (!value || !(*value > 0 && *value < 1e6))
-      fail(node, fmt::format("'{}' must be a number above 0", key));
-    return *value;
   }
 
   /// The list of the table, if it has one.
@@ -230,11 +219,7 @@ class Reader : private TomlValues {
 
   Grid grid_in(const toml::table& table, bool is_limit) {
     Grid grid;
-    for (const toml::node* const node : list(table, "algorithms")) {
-      const auto algorithm = algorithm_named(text(*node, "algorithms"));
-      if (!algorithm) fail(*node, "'algorithms' must be some of a1, a2, a3, a4, a5, soft, avbd");
-      grid.algorithms.push_back(*algorithm);
-    }
+    if (const auto* const node = table.get("algorithms")) grid.algorithms = algorithms(*node, "algorithms");
     for (const toml::node* const node : list(table, "engines")) {
       grid.engines.push_back(text(*node, "engines"));
       if (grid.engines.back().empty() || grid.engines.back().find_first_not_of(

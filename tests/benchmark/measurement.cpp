@@ -106,40 +106,6 @@ void register_cost_of_a1(const BenchmarkScene& scene) {
   ::benchmark::RegisterBenchmark((scene.name + "/cost of A1").c_str(), run)->UseManualTime();
 }
 
-void register_row_solves(const BenchmarkScene& scene, const std::string& engine, const Settings& few,
-                         const Settings& many) {
-  const auto start = std::make_shared<substep::State>();  // settled once, before the first timing
-  const auto run = [=](::benchmark::State& state) {
-    Simulation with_few(scene.scene, few);
-    Simulation with_many(scene.scene, many);
-    if (start->q.empty()) {
-      for (int i = 0; i < scene.steps; ++i) with_few.step();
-      *start = with_few.state();
-    }
-    std::int64_t solves = 0;
-    double time = 0;
-    const auto step = [&](Simulation& simulation, int sign) {
-      simulation.set_state(*start);
-      const double before = cpu_time();
-      const StepReport& report = simulation.step();
-      const double taken = cpu_time() - before;
-      time += sign * taken;
-      solves += sign * report.row_solves;
-      return taken;
-    };
-    step(with_few, 1);
-    time = 0;
-    solves = 0;
-    for (auto unused : state) {
-      (void)unused;
-      step(with_few, -1);
-      state.SetIterationTime(step(with_many, 1));
-    }
-    state.counters["ns_per_row_solve"] = 1e9 * time / static_cast<double>(solves);
-  };
-  ::benchmark::RegisterBenchmark((scene.name + "/row solves " + engine).c_str(), run)->UseManualTime();
-}
-
 void register_stages(const BenchmarkScene& scene, const std::string& engine, const Settings& settings) {
   const auto run = [=](::benchmark::State& state) {
     Scene timed = scene.scene;
@@ -192,39 +158,31 @@ bool Results::failed(const std::string& name) const {
   return one && one->remark.starts_with(failed_check);
 }
 
-std::string Results::remark(const std::string& name) const {
-  const Line* one = line(name);
-  return one ? one->remark : "";
-}
-
 namespace {
 
-/// Lines of figures by columns (figure, heading); `remark` heads a last column of remarks. Figures that are
-/// not there are blank.
+/// Returns a table of lines in Markdown by columns (figure, heading); `remark` heads a last column of
+/// remarks. Figures that are not there are blank.
 std::string table(const Results& results, const std::vector<const Results::Line*>& lines,
                   const std::string& first, const std::vector<std::pair<std::string, std::string>>& columns,
-                  const std::string& remark, bool markdown) {
-  std::string text = markdown ? fmt::format("| {} |", first) : fmt::format("{:34}", first);
+                  const std::string& remark) {
+  std::string text = fmt::format("| {} |", first);
   std::string rule = "|---|";
   for (const auto& [figure, heading] : columns) {
-    text += markdown ? fmt::format(" {} |", heading) : fmt::format(" {:>14}", heading);
+    text += fmt::format(" {} |", heading);
     rule += "---:|";
   }
   if (!remark.empty()) {
-    text += markdown ? fmt::format(" {} |", remark) : fmt::format("  {}", remark);
+    text += fmt::format(" {} |", remark);
     rule += "---|";
   }
-  text += markdown ? fmt::format("\n{}\n", rule) : "\n";
+  text += fmt::format("\n{}\n", rule);
   for (const Results::Line* line : lines) {
-    text += markdown ? fmt::format("| {} |", line->name) : fmt::format("{:34}", line->name);
+    text += fmt::format("| {} |", line->name);
     for (const auto& [figure, heading] : columns) {
-      const std::string value =
-          line->figures.contains(figure) ? fmt::format("{:.4g}", results.median(line->name, figure)) : "";
-      text += markdown ? fmt::format(" {} |", value) : fmt::format(" {:>14}", value);
+      const bool is_there = line->figures.contains(figure);
+      text += fmt::format(" {} |", is_there ? fmt::format("{:.4g}", results.median(line->name, figure)) : "");
     }
-    if (!remark.empty()) {
-      text += markdown ? fmt::format(" {} |", line->remark) : fmt::format("  {}", line->remark);
-    }
+    if (!remark.empty()) text += fmt::format(" {} |", line->remark);
     text += "\n";
   }
   return text;
@@ -240,22 +198,17 @@ std::vector<const Results::Line*> lines_with(const Results& results, const std::
 
 }  // namespace
 
-std::string table(const Results& results, bool markdown) {
+std::string table(const Results& results) {
   std::vector<const Results::Line*> lines;
   for (const Results::Line& line : results.lines()) {
     const auto is_of = [&](const char* figure) { return line.figures.contains(figure); };
     if (!is_of("rows") && !is_of("part_of_rows") && !is_of("moved_m")) lines.push_back(&line);
   }
   return table(results, lines, "scene/engine",
-               {{"us_per_step", "µs a step"},
-                {"ns_per_body_step", "ns a body-step"},
-                {"ns_per_row_solve", "ns a row solve"},
-                {"ms_per_frame", "ms a frame"},
-                {"ms_of_program", "ms a run"}},
-               "check", markdown);
+               {{"us_per_step", "µs a step"}, {"ns_per_body_step", "ns a body-step"}}, "check");
 }
 
-std::string stages(const Results& results, bool markdown) {
+std::string stages(const Results& results) {
   const std::vector<const Results::Line*> lines = lines_with(results, "part_of_rows");
   if (lines.empty()) return "";
   return table(results, lines, "scene",
@@ -264,17 +217,17 @@ std::string stages(const Results& results, bool markdown) {
                 {"us_velocities", "s3, velocities"},
                 {"us_coordinates", "s4, coordinates"},
                 {"part_of_rows", "s1 and s2"}},
-               "", markdown);
+               "");
 }
 
-std::string cheapest_stands(const Results& results, bool markdown) {
+std::string cheapest_stands(const Results& results) {
   const std::vector<const Results::Line*> lines = lines_with(results, "moved_m");
   if (lines.empty()) return "";
   return table(results, lines, "scene",
-               {{"ms_per_second", "ms a simulated second"}, {"moved_m", "m moved in 10 s"}}, "by", markdown);
+               {{"ms_per_second", "ms a simulated second"}, {"moved_m", "m moved in 10 s"}}, "by");
 }
 
-std::string cost_of_a1(const Results& results, bool markdown) {
+std::string cost_of_a1(const Results& results) {
   const std::vector<const Results::Line*> lines = lines_with(results, "rows");
   if (lines.empty()) return "";
   return table(results, lines, "scene",
@@ -283,7 +236,7 @@ std::string cost_of_a1(const Results& results, bool markdown) {
                 {"us_per_step", "µs a step"},
                 {"ns_per_row", "ns a row"},
                 {"residual", "residual"}},
-               "", markdown);
+               "");
 }
 
 std::string exponents_of_a1(const Results& results) {

@@ -1,5 +1,5 @@
 #pragma once
-/// Measures CPU time of steps, row solves and frames, registered with Google Benchmark so that the engines of
+/// Measures CPU time of steps, registered with Google Benchmark so that the engines of
 /// a scene are timed in turns.
 
 #include <benchmark/benchmark.h>
@@ -29,23 +29,8 @@ void register_cheapest_stand(const BenchmarkScene& scene, double step);
 /// Registers the cost of A1 by the size of its problem: rows, sets tried and time.
 void register_cost_of_a1(const BenchmarkScene& scene);
 
-/// The marginal cost of a row solve: the same step taken with `few` and with `many` sub-steps or iterations,
-/// so that what a step costs beside its row solves falls out.
-void register_row_solves(const BenchmarkScene& scene, const std::string& engine, const Settings& few,
-                         const Settings& many);
-
 /// Registers the times of the stages s1 to s4 (RunTimes, stage_times.h) over the scene's run.
 void register_stages(const BenchmarkScene& scene, const std::string& engine, const Settings& settings);
-
-/// Registers the least cost of a row solve on this machine: the longer of streaming its numbers from memory
-/// and its multiplications and additions at the machine's peak.
-void register_limits(const BenchmarkScene& scene, const Settings& settings);
-
-/// Frames of a scene file at a size.
-void register_frames(const std::string& scene, int width, int height);
-
-/// The program with these arguments, in this folder, with the programs that it starts: "substep --help".
-void register_program(const std::vector<std::string>& arguments, int runs);
 
 /// Start of a remark on a result that is not good enough to be timed.
 inline constexpr std::string_view failed_check = "fails its check";
@@ -67,24 +52,25 @@ class Results final : public ::benchmark::BenchmarkReporter {
   /// NaN where it was not measured.
   double median(const std::string& name, const std::string& figure) const;
   bool failed(const std::string& name) const;
-  std::string remark(const std::string& name) const;  ///< empty where it was not measured
 
  private:
   std::vector<Line> lines_;
   const Line* line(const std::string& name) const;
 };
 
+// The tables are Markdown.
+
 /// Figures that are not there are blank.
-std::string table(const Results& results, bool markdown);
+std::string table(const Results& results);
 
 /// The stages of steps, of the scenes registered for it; empty where none ran.
-std::string stages(const Results& results, bool markdown);
+std::string stages(const Results& results);
 
 /// The cheapest settings that keep stacks standing, of the scenes registered for it; empty where none ran.
-std::string cheapest_stands(const Results& results, bool markdown);
+std::string cheapest_stands(const Results& results);
 
 /// A1's cost by size, of the scenes registered for it; empty where none ran.
-std::string cost_of_a1(const Results& results, bool markdown);
+std::string cost_of_a1(const Results& results);
 
 /// Prints how A1's time grows with the rows, from the smallest to the largest scene of each kind: the
 /// exponents.

@@ -1,24 +1,18 @@
-// solver_benchmark: what our algorithms and other engines cost, in one run, and how far that is from the
-// goals.
+// solver_benchmark: what our algorithms and other engines cost, in one run, as tables in Markdown.
 //
 //   solver_benchmark                                     everything: some minutes
 //   solver_benchmark --benchmark_filter='chain 10/'      one scene
-//   solver_benchmark --markdown FILE                     the tables also as Markdown
 //
-// All other options are Google Benchmark's. Figures are medians over repetitions, whose order is shuffled so
+// Options are Google Benchmark's. Figures are medians over repetitions, whose order is shuffled so
 // that a machine that slows down slows everyone.
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <cstring>
 
-#include "render/renderer.h"
-#include "sim/log/file_output.h"
 #include "sim/study/engines/engines.h"
-#include "tests/benchmark/goals.h"
 #include "tests/benchmark/measurement.h"
+#include "tests/benchmark/ratios.h"
 
 namespace substep::benchmark {
 namespace {
@@ -86,24 +80,6 @@ void register_contacts(const BenchmarkScene& scene) {
   register_iterative_engines(scene);
 }
 
-void register_kernel(BenchmarkScene scene) {
-  scene.steps = std::min(scene.steps, 240);  // to where contacts are many
-  const double step = scene.step;
-  Settings ten = default_settings(Algorithm::a2);
-  ten.step = step;
-  Settings thirty = ten;
-  thirty.iterations = 30;
-  register_row_solves(scene, "A2", ten, thirty);
-  for (const Algorithm algorithm : {Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
-    Settings few = default_settings(algorithm);
-    few.step = step;
-    Settings many = few;
-    many.substeps = 30;
-    register_row_solves(scene, std::string(title_of(algorithm)), few, many);
-  }
-  register_limits(scene, ten);
-}
-
 void register_all() {
   for (const BenchmarkScene& scene : {pendulum(), chain_of(10), heavy_chain()}) register_joints(scene);
   for (const int rods : {100, 10000}) register_a1(chain_of(rods));
@@ -132,31 +108,19 @@ void register_all() {
     settings.step = scene.step;
     register_stages(scene, "A5 n=10", settings);
   }
-  register_kernel(chain_of(10));
-  register_kernel(pyramid_of(20));
-  register_kernel(pile_of(250));
-  for (const std::string scene : {"box_stack", "stone_pyramid"}) {
-    register_frames(scene, 426, 240);
-    register_frames(scene, 1280, 720);
-  }
-  register_program({"--help"}, 20);
-  register_program({"check"}, 1);
 }
 
-int run(int argc, char** argv) {
+}  // namespace
+}  // namespace substep::benchmark
+
+int main(int argc, char** argv) {
+  using namespace substep::benchmark;
   // Ours come first, so that the user's win.
   std::vector<char*> arguments = {argv[0]};
   std::string defaults[] = {"--benchmark_repetitions=7", "--benchmark_enable_random_interleaving=true",
                             "--benchmark_min_time=0.05"};
   for (std::string& one : defaults) arguments.push_back(one.data());
-  std::string markdown_file;
-  for (int i = 1; i < argc; ++i) {
-    if (std::strcmp(argv[i], "--markdown") == 0 && i + 1 < argc) {
-      markdown_file = argv[++i];
-    } else {
-      arguments.push_back(argv[i]);
-    }
-  }
+  arguments.insert(arguments.end(), argv + 1, argv + argc);
   int count = static_cast<int>(arguments.size());
   arguments.push_back(nullptr);
   ::benchmark::Initialize(&count, arguments.data());
@@ -164,22 +128,6 @@ int run(int argc, char** argv) {
   register_all();
   Results results;
   ::benchmark::RunSpecifiedBenchmarks(&results);
-  const std::vector<Goal> reached = goals(results);
-  fmt::print("{}\n{}\n{}\n{}\n{}\n{}", table(results, false), stages(results, false),
-             cheapest_stands(results, false), cost_of_a1(results, false), exponents_of_a1(results),
-             lines(reached));
-  if (!markdown_file.empty()) {
-    write_file(markdown_file, table(results, true) + "\n" + stages(results, true) + "\n" +
-                                  cheapest_stands(results, true) + "\n" + cost_of_a1(results, true) + "\n" +
-                                  exponents_of_a1(results) + "\n" + markdown(reached));
-  }
-  return 0;
-}
-
-}  // namespace
-}  // namespace substep::benchmark
-
-int main(int argc, char** argv) {
-  substep::render::pin_renderer();
-  return substep::benchmark::run(argc, argv);
+  fmt::print("{}\n{}\n{}\n{}\n{}\n{}", table(results), stages(results), cheapest_stands(results),
+             cost_of_a1(results), exponents_of_a1(results), ratios(results));
 }

@@ -112,6 +112,28 @@ TEST_F(ApproveTest, ReplacesPosesWithPictures) {
   EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::pass);
 }
 
+TEST_F(ApproveTest, ContinuesAnInterruptedApproval) {
+  suite_.make_goldens();
+  const auto before = goldens();
+  replace_in(suite_.scene(), "\"gravity\":[0.0,-9.81,0.0]", "\"gravity\":[3.0,9.81,0.0]");
+  suite_.run();
+  EXPECT_EQ(suite_.approve_failed().written.back(), suite_.sidecar());
+  const auto after = goldens();
+  // It died after the poses, and before the sidecar that says that they are approved.
+  const auto interrupt = [&] {
+    for (const auto& [file, content] : before) {
+      if (file != suite_.poses()) write_text(file, content);
+    }
+  };
+  interrupt();
+  suite_.approve_failed();
+  EXPECT_EQ(goldens(), after);
+  interrupt();
+  EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::golden_edited);
+  suite_.approve_failed();
+  EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::pass);
+}
+
 TEST_F(ApproveTest, NeedsReasonNamesAndCheck) {
   EXPECT_NE(refusal().find("run 'substep check' first"), std::string::npos);
   suite_.run();
@@ -161,12 +183,14 @@ TEST_F(ApproveTest, RenewalKeepsDateAndReason) {
   EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::pass);
   ApproveOptions options = suite_.approval();
   options.cases = {"box_stack.a3"};
-  EXPECT_FALSE(approve(options).written.empty());
+  EXPECT_EQ(approve(options).written, (std::vector<fs::path>{suite_.poses(), suite_.sidecar()}));
   const auto renewed = nlohmann::ordered_json::parse(read_text(suite_.sidecar()));
   EXPECT_NE(renewed.at("scene_hash"), sidecar.at("scene_hash"));
   EXPECT_EQ(renewed.at("approved"), sidecar.at("approved"));
   EXPECT_EQ(renewed.at("made_with"), sidecar.at("made_with"));
   EXPECT_FALSE(renewed.contains("history"));
+  EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::pass);
+  EXPECT_TRUE(approve(options).written.empty());
 }
 
 TEST_F(ApproveTest, RefusesDamagedResults) {

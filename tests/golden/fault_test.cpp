@@ -396,16 +396,16 @@ class RendererFault {
 
   /// The fault is in one body: more of the difference is its own than all others' (whose shadows change a
   /// little, for what casts them changed).
-  void expect_blame(const std::string& name, const std::function<void(Scene&, int)>& fault) {
+  PicturePair expect_blame(const std::string& name, const std::function<void(Scene&, int)>& fault) {
     const PicturePair pair = check_with([&](Scene& scene) { fault(scene, body_named(scene, name)); });
-    ASSERT_TRUE(pair.comparison.blame);
-    EXPECT_FALSE(pair.comparison.blame->is_everywhere);
+    EXPECT_FALSE(pair.comparison.blame.value().is_everywhere);
     std::int64_t own = 0;
     std::int64_t others = 0;
     for (const BodyBlame& found : pair.comparison.blame->bodies) {
       if (found.body > 0) (found.name == name ? own : others) += found.levels;
     }
     EXPECT_GT(own, others);
+    return pair;
   }
 
   std::string cause;
@@ -439,50 +439,52 @@ void remove_from_picture(Scene& scene, const std::string& name) {
   std::erase_if(scene.colliders, [&](const Collider& collider) { return collider.body == body; });
 }
 
-TEST(RendererFault, Light) {
-  RendererFault fault;
-  const PicturePair pair = fault.check_with([](Scene& scene) { scene.sun->direction.x() += 0.4; });
-  EXPECT_TRUE(pair.comparison.blame->is_everywhere);
+/// Expects a failure whatever the renderer: a difference that is visible and beyond the tolerance.
+void expect_beyond_tolerance(const PicturePair& pair) {
+  EXPECT_FALSE(passes(pair.comparison.image.judgement)) << name(pair.comparison.image.judgement);
+  EXPECT_EQ(pair.comparison.flip->visibility, "visible");
 }
 
-TEST(RendererFault, FieldOfView) {
+TEST(RendererFault, OfAllIsBlamedOnNoBody) {
   RendererFault fault;
-  const PicturePair pair =
-      fault.check_with([](Scene& scene) { scene.camera->vertical_field_of_view *= 0.95; });
-  EXPECT_TRUE(pair.comparison.blame->is_everywhere);
+  const auto expect_everywhere = [&](const std::function<void(Scene&)>& change) {
+    const PicturePair pair = fault.check_with(change);
+    EXPECT_TRUE(pair.comparison.blame->is_everywhere);
+    EXPECT_EQ(fault.cause, "light, camera or sky");
+    return pair;
+  };
+  expect_beyond_tolerance(expect_everywhere([](Scene& scene) { scene.sun->direction.x() += 0.3; }));
+  expect_everywhere([](Scene& scene) { scene.sun->color = {0.8, 0.95, 1}; });
+  expect_everywhere([](Scene& scene) { scene.camera->vertical_field_of_view *= 0.95; });
+  expect_everywhere([](Scene& scene) {
+    scene.camera->pose.orientation *= Quaternion(Eigen::AngleAxisd(0.02, Vector3::UnitX()));
+  });
 }
 
-TEST(RendererFault, MaterialOfABody) {
+TEST(RendererFault, OfABodyIsBlamedOnIt) {
   RendererFault fault;
   fault.expect_blame("ball_1", [](Scene& scene, int ball) {
     own_surface(scene, ball).base_color = {0.1, 0.2, 0.7};
   });
+  fault.expect_blame("ball_3", [](Scene& scene, int ball) {
+    Surface& other = own_surface(scene, ball);
+    other.roughness = 0.1;
+    other.metallic = 1;
+  });
+  EXPECT_EQ(fault.cause, "ball_3");
+  fault.expect_blame("ball_4", [](Scene& scene, int ball) {
+    for (Vector3& position : own_mesh(scene, ball).positions) position *= 1.4;
+  });
+  fault.expect_blame("ball_2", [](Scene& scene, int ball) {
+    for (Vector3& normal : own_mesh(scene, ball).normals) normal = (normal + Vector3(0.5, 0, 0)).normalized();
+  });
+  EXPECT_EQ(fault.cause, "ball_2");
 }
 
 TEST(RendererFault, MissingMesh) {
   RendererFault fault;
-  fault.expect_blame("ball_3", [](Scene& scene, int) { remove_from_picture(scene, "ball_3"); });
-}
-
-TEST(RendererFault, SizeOfAMesh) {
-  RendererFault fault;
-  fault.expect_blame("ball_4", [](Scene& scene, int ball) {
-    for (Vector3& position : own_mesh(scene, ball).positions) position *= 1.4;
-  });
-}
-
-TEST(RendererFault, ColourOfTheSun) {
-  RendererFault fault;
-  fault.check_with([](Scene& scene) { scene.sun->color = {0.8, 0.95, 1}; });
-  EXPECT_EQ(fault.cause, "light, camera or sky");
-}
-
-TEST(RendererFault, AimOfTheCamera) {
-  RendererFault fault;
-  fault.check_with([](Scene& scene) {
-    scene.camera->pose.orientation *= Quaternion(Eigen::AngleAxisd(0.02, Vector3::UnitX()));
-  });
-  EXPECT_EQ(fault.cause, "light, camera or sky");
+  expect_beyond_tolerance(
+      fault.expect_blame("ball_3", [](Scene& scene, int) { remove_from_picture(scene, "ball_3"); }));
 }
 
 TEST(RendererFault, Gamma) {
@@ -509,24 +511,6 @@ TEST(RendererFault, EdgesNotSmoothed) {
   EXPECT_FALSE(fault.check_picture(picture).comparison.blame->is_everywhere);
 }
 
-TEST(RendererFault, NormalsAslant) {
-  RendererFault fault;
-  fault.expect_blame("ball_2", [](Scene& scene, int ball) {
-    for (Vector3& normal : own_mesh(scene, ball).normals) normal = (normal + Vector3(0.5, 0, 0)).normalized();
-  });
-  EXPECT_EQ(fault.cause, "ball_2");
-}
-
-TEST(RendererFault, SurfaceOfABody) {
-  RendererFault fault;
-  fault.expect_blame("ball_3", [](Scene& scene, int ball) {
-    Surface& other = own_surface(scene, ball);
-    other.roughness = 0.1;
-    other.metallic = 1;
-  });
-  EXPECT_EQ(fault.cause, "ball_3");
-}
-
 TEST(RendererFault, ABodyThatIsGoneIsCalledGone) {
   // The golden picture has it, and what is drawn now has not: as the sidecar of the whole scene notes.
   SmallSuite suite("bouncing_balls", last_frame);
@@ -550,12 +534,6 @@ TEST(RendererFault, ABodyThatIsGoneIsCalledGone) {
   EXPECT_TRUE(gone->is_gone);
 }
 
-/// Expects a failure whatever the renderer: a difference that is visible and beyond the tolerance.
-void expect_beyond_tolerance(const PicturePair& pair) {
-  EXPECT_FALSE(passes(pair.comparison.image.judgement)) << name(pair.comparison.image.judgement);
-  EXPECT_EQ(pair.comparison.flip->visibility, "visible");
-}
-
 TEST(MustFail, MovedBody) {
   RendererFault fault;
   expect_beyond_tolerance(
@@ -563,11 +541,6 @@ TEST(MustFail, MovedBody) {
                        [](Scene& scene, std::vector<Coordinates>& poses) {
                          poses[static_cast<std::size_t>(body_named(scene, "ball_2"))].linear.x() += 0.1;
                        }));
-}
-
-TEST(MustFail, MissingBody) {
-  RendererFault fault;
-  expect_beyond_tolerance(fault.check_with([](Scene& scene) { remove_from_picture(scene, "ball_1"); }));
 }
 
 TEST(MustFail, Hue) {
@@ -589,11 +562,6 @@ TEST(MustFail, SwappedPanels) {
     std::copy_n(before.pixel(0, y), 3 * half, swapped.pixel(half, y));
   }
   expect_beyond_tolerance(fault.check_picture(swapped));
-}
-
-TEST(MustFail, ShiftedLight) {
-  RendererFault fault;
-  expect_beyond_tolerance(fault.check_with([](Scene& scene) { scene.sun->direction.x() += 0.3; }));
 }
 
 TEST(MustFail, BlackGolden) {

@@ -89,9 +89,6 @@ TEST_F(CommandLine, WhatCannotBeUnderstoodIsRefused) {
   expect_refused({"run", chain, "--every", "0"}, "every 0 frames");
   expect_refused({"run", chain, "--output", "missing/a.poses.txt"}, "there is no folder missing");
   expect_refused({"run", chain, "--csv", "missing/a.csv"}, "there is no folder missing");
-  expect_refused({"run", chain, "--csv", "a.csv", "--rate", "1e9"}, "--rate");
-  expect_refused({"run", chain, "--csv", "a.csv", "--rate", "0"}, "--rate 0");
-  expect_refused({"run", chain, "--rate", "30"}, "--csv");
   expect_refused({"measure", chain, "--reference", "missing/a.csv"}, "there is no folder missing");
   expect_refused({"measure", chain, "--reference", "a.csv", "--duration", "0"},
                  "duration 0 s: from the scene's step");

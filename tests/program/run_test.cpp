@@ -114,22 +114,6 @@ TEST_F(RunCommand, TableHasTheStatesOfTheLog) {
   }
 }
 
-TEST_F(RunCommand, RateThinsTheTableToTheNearestSteps) {
-  ASSERT_EQ(run({"run", scene("pendulum.gltf"), "--step", "1/60", "--duration", "1", "--csv", "table",
-                 "--rate", "25"})
-                .exit_code,
-            0);
-  const auto lines = table("table");
-  std::vector<long> steps;
-  for (std::size_t i = 1; i < lines.size(); ++i) {
-    if (lines[i][1] == lines[1][1]) steps.push_back(std::lround(std::stod(lines[i][0]) * 60));
-  }
-  ASSERT_EQ(steps.size(), 26u);
-  for (std::size_t i = 0; i < steps.size(); ++i) {
-    EXPECT_LE(std::abs(static_cast<double>(steps[i]) / 60 - static_cast<double>(i) / 25), 1.0 / 120 + 1e-12);
-  }
-}
-
 TEST_F(RunCommand, DiffNamesFrameAndSetting) {
   ASSERT_EQ(run({"run", scene("rod_chain.gltf"), "--duration", "0.5", "--output", "a"}).exit_code, 0);
   ASSERT_EQ(run({"run", scene("rod_chain.gltf"), "--duration", "0.5", "--output", "b", "--set", "tau=0.5"})

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <map>
 #include <numbers>
@@ -21,6 +20,7 @@
 #include "sim/measure/motion.h"
 #include "sim/measure/reference_integrator.h"
 #include "tests/scene_files.h"
+#include "tests/sim/minimal_coordinates.h"
 #include "tests/sim/random_trials.h"
 
 namespace substep {
@@ -40,21 +40,6 @@ struct Loop {
   std::vector<double> energies;               ///< kinetic and potential, beyond the start's, J
   std::string parameters;
 };
-
-/// Steps y' = rate(y) by the classical method of order 4.
-void runge_kutta(const std::function<std::vector<double>(const std::vector<double>&)>& rate, double h,
-                 std::vector<double>& y) {
-  const auto shifted = [&](double factor, const std::vector<double>& slope) {
-    std::vector<double> point = y;
-    for (std::size_t i = 0; i < y.size(); ++i) point[i] += factor * slope[i];
-    return point;
-  };
-  const std::vector<double> one = rate(y);
-  const std::vector<double> two = rate(shifted(h / 2, one));
-  const std::vector<double> three = rate(shifted(h / 2, two));
-  const std::vector<double> four = rate(shifted(h, three));
-  for (std::size_t i = 0; i < y.size(); ++i) y[i] += h / 6 * (one[i] + 2 * two[i] + 2 * three[i] + four[i]);
-}
 
 /// Returns a thin bar between two points, whose own z axis is `axis`, across it.
 Body bar(const Vector3& from, const Vector3& to, const Vector3& axis, double mass) {
@@ -126,7 +111,7 @@ Loop four_bar(Random& random) {
     for (int i = 0; i < cells; ++i) centres.emplace_back((i + 0.5) * length * along + now);
     loop.centres.push_back(centres);
     for (int i = 0; i < 64; ++i)
-      runge_kutta(
+      test::runge_kutta(
           [&](const std::vector<double>& x) {
             return std::vector<double>{x[1], weight * gravity / moment * std::sin(x[0])};
           },
@@ -200,73 +185,37 @@ Loop spatial_four_bar(Random& random) {
 /// The governor of scenes/governor.md with other rates, springs and balls: points, too, so that an arm's
 /// moment about itself is 5e-6 kg m².
 Loop governor(Random& random) {
-  constexpr double bar_mass = 0.3, slider = 3, ball = 5;
-  const double of_ball = random.flip() ? 0 : random.spread(0.005, 0.02);
-  const double rate = random.between(0.7, 1.1);
-  const double stiffness = random.spread(4e5, 1.6e6);
-  const double damping = random.spread(2e4, 8e4);
-  constexpr double thin = bar_mass * 0.0001 / 6;
-  const double long_way = thin + of_ball;
-  const double arm = bar_mass * (1 + 0.0001) / 12 + bar_mass * 0.25 + of_ball + ball;  // about its hinge
-  constexpr double centre = (bar_mass * 0.5 + ball) / (bar_mass + ball);
+  test::GovernorEquations exact;
+  exact.of_ball = random.flip() ? 0 : random.spread(0.005, 0.02);
+  exact.speed = random.between(0.7, 1.1);
+  exact.stiffness = random.spread(4e5, 1.6e6);
+  exact.damping = random.spread(2e4, 8e4);
   Loop loop;
   loop.scene = scene_named("governor");
   for (Body& body : loop.scene.bodies) {
-    body.linear_velocity *= rate;
-    body.angular_velocity *= rate;
+    body.linear_velocity *= exact.speed;
+    body.angular_velocity *= exact.speed;
     if (body.name != "left_arm" && body.name != "right_arm") continue;
-    const double across = arm - (bar_mass + ball) * centre * centre;
-    for (double& inverse : body.inverse_inertia) inverse = inverse > 10 ? 1 / long_way : 1 / across;
+    const double across = exact.arm() - (exact.bar + exact.ball) * exact.centre * exact.centre;
+    for (double& inverse : body.inverse_inertia) inverse = inverse > 10 ? 1 / exact.long_way() : 1 / across;
   }
   for (Joint& joint : loop.scene.joints) {
     for (JointLimit& limit : joint.limits) {
       if (!limit.stiffness) continue;
-      limit.stiffness = stiffness;
-      limit.damping = damping;
+      limit.stiffness = exact.stiffness;
+      limit.damping = exact.damping;
     }
   }
-  const double root = std::sqrt(0.75);
-  std::vector<double> y{0, std::numbers::pi / 6, -root, 2 * std::numbers::pi * rate, 0, 0};
-  const auto inertia_at = [&](double angle) {
-    const double s = std::sin(angle), c = std::cos(angle);
-    return thin + slider * 0.02 / 12 + 2 * (arm * s * s + long_way * c * c);
-  };
-  const auto energy_of = [&](const std::vector<double>& x) {
-    return inertia_at(x[1]) * x[3] * x[3] / 2 + arm * x[4] * x[4] + slider * x[5] * x[5] / 2 +
-           gravity * (slider * x[2] - 2 * (bar_mass + ball) * centre * std::cos(x[1]));
-  };
-  const double start = energy_of(y);
+  std::vector<double> y = exact.start();
+  const double start = exact.energy(y);
   for (int k = 0; k <= steps; ++k) {
-    const Vector3 out(std::cos(y[0]), 0, -std::sin(y[0]));
-    const Vector3 down(0, -centre * std::cos(y[1]), 0);
-    const Vector3 top(0, 1.55, 0);
-    const Vector3 side = centre * std::sin(y[1]) * out;
-    loop.centres.push_back(
-        {top - Vector3(0, 0.5, 0), top + Vector3(0, y[2], 0), top + down - side, top + down + side});
-    loop.energies.push_back(energy_of(y) - start);
+    loop.centres.push_back(exact.centres(y));
+    loop.energies.push_back(exact.energy(y) - start);
     for (int i = 0; i < 1500; ++i)
-      runge_kutta(
-          [&](const std::vector<double>& x) {
-            const double s = std::sin(x[1]), c = std::cos(x[1]);
-            const double growth = 4 * (arm - long_way) * s * c * x[4];
-            const double across = 0.5 * s, along = -0.5 * c - x[2];
-            const double length = std::hypot(across, along);
-            const double by_arm = (across * 0.5 * c + along * 0.5 * s) / length;
-            const double by_slider = -along / length;
-            const double force = stiffness * (0.5 - length) - damping * (by_arm * x[4] + by_slider * x[5]);
-            return std::vector<double>{x[3],
-                                       x[4],
-                                       x[5],
-                                       -growth * x[3] / inertia_at(x[1]),
-                                       ((arm - long_way) * s * c * x[3] * x[3] -
-                                        (bar_mass * 0.5 + ball) * gravity * s + force * by_arm) /
-                                           arm,
-                                       -gravity + 2 * force * by_slider / slider};
-          },
-          1.0 / 60 / 1500, y);
+      test::runge_kutta([&](const auto& x) { return exact.rate(x); }, 1.0 / 60 / 1500, y);
   }
-  loop.parameters = fmt::format("rate={:.3g} ball's moment={:.3g} stiffness={:.3g} damping={:.3g}", rate,
-                                of_ball, stiffness, damping);
+  loop.parameters = fmt::format("rate={:.3g} ball's moment={:.3g} stiffness={:.3g} damping={:.3g}",
+                                exact.speed, exact.of_ball, exact.stiffness, exact.damping);
   return loop;
 }
 

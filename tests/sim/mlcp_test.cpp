@@ -135,11 +135,26 @@ double violation(const Mlcp& problem, const std::vector<double>& lambda) {
   return worst;
 }
 
-TEST(Mlcp, SolvesRowsOfFirstBody) {
+class MlcpTest : public testing::Test {
+ protected:
+  /// Solves the problem to finite impulses, and notes how far they violate the conditions.
+  MlcpReport solve(const Mlcp& problem) {
+    const MlcpReport report = solver_.solve(problem, lambda_);
+    for (const double value : lambda_) EXPECT_TRUE(std::isfinite(value));
+    violation_ = violation(problem, lambda_);
+    worst_ = std::max(worst_, violation_);
+    return report;
+  }
+  bool solves(const Mlcp& problem) { return solve(problem).status == MlcpReport::Status::solved; }
+
+  MlcpSolver solver_;
+  std::vector<double> lambda_;
+  double violation_ = 0;
+  double worst_ = 0;  ///< of all violations
+};
+
+TEST_F(MlcpTest, SolvesRowsOfFirstBody) {
   std::mt19937 random(4);
-  MlcpSolver solver;
-  std::vector<double> lambda;
-  double worst = 0;
   for (int i = 0; i < 300; ++i) {
     const int bodies = 2 + static_cast<int>(random() % 4);
     Mlcp problem = any_problem(random, bodies, 1 + static_cast<int>(random() % (2 * bodies)), false);
@@ -150,58 +165,41 @@ TEST(Mlcp, SolvesRowsOfFirstBody) {
     row.part_b = any_part(random);
     row.low = -INFINITY;
     row.high = INFINITY;
-    ASSERT_EQ(solver.solve(problem, lambda).status, MlcpReport::Status::solved) << i;
-    worst = std::max(worst, violation(problem, lambda));
+    ASSERT_TRUE(solves(problem)) << i;
   }
-  EXPECT_LT(worst, 1e-7);
+  EXPECT_LT(worst_, 1e-7);
 }
 
-TEST(Mlcp, CountsActiveSets) {
+TEST_F(MlcpTest, CountsActiveSets) {
   // A row without limits is active, whatever its impulse: there is one set to try.
   std::mt19937 random(5);
-  MlcpSolver solver;
-  std::vector<double> lambda;
   for (int i = 0; i < 20; ++i) {
     Mlcp problem = any_problem(random, 2, 1, false);
     problem.rows.front().low = -INFINITY;
     problem.rows.front().high = INFINITY;
-    EXPECT_EQ(solver.solve(problem, lambda).active_sets, 1) << i;
+    EXPECT_EQ(solve(problem).active_sets, 1) << i;
   }
 }
 
-TEST(Mlcp, SolvesRandomProblemsToRounding) {
+TEST_F(MlcpTest, SolvesRandomProblemsToRounding) {
+  // Fewer two-sided rows than degrees of freedom, so that each problem has a solution; then redundant rows.
   std::mt19937 random(1);
-  MlcpSolver solver;
-  std::vector<double> lambda;
-  double worst = 0;
   for (int i = 0; i < 500; ++i) {
     const int bodies = 1 + static_cast<int>(random() % 8);
-    // Fewer two-sided rows than degrees of freedom, so that each problem has a solution.
-    const Mlcp problem = any_problem(random, bodies, 1 + static_cast<int>(random() % (4 * bodies)), false);
-    const MlcpReport report = solver.solve(problem, lambda);
-    EXPECT_EQ(report.status, MlcpReport::Status::solved) << i << " residual " << report.residual;
-    worst = std::max(worst, violation(problem, lambda));
+    EXPECT_TRUE(solves(any_problem(random, bodies, 1 + static_cast<int>(random() % (4 * bodies)), false)))
+        << i;
   }
-  EXPECT_LT(worst, 1e-9);  // measured 6.9e-10
-}
-
-TEST(Mlcp, SolvesRedundantProblems) {
-  std::mt19937 random(2);
-  MlcpSolver solver;
-  std::vector<double> lambda;
-  double worst = 0;
+  EXPECT_LT(worst_, 1e-9);  // measured 6.9e-10
+  random.seed(2);
   for (int i = 0; i < 500; ++i) {
     const int bodies = 1 + static_cast<int>(random() % 6);
-    const Mlcp problem = any_problem(random, bodies, 2 + static_cast<int>(random() % (8 * bodies)), true);
-    const MlcpReport report = solver.solve(problem, lambda);
-    EXPECT_EQ(report.status, MlcpReport::Status::solved) << i << " residual " << report.residual;
-    for (const double value : lambda) ASSERT_TRUE(std::isfinite(value));
-    worst = std::max(worst, violation(problem, lambda));
+    EXPECT_TRUE(solves(any_problem(random, bodies, 2 + static_cast<int>(random() % (8 * bodies)), true)))
+        << i;
   }
-  EXPECT_LT(worst, 1e-9);  // measured 8.9e-10
+  EXPECT_LT(worst_, 1e-9);  // measured 8.9e-10
 }
 
-TEST(Mlcp, ReportsLeastSquares) {
+TEST_F(MlcpTest, ReportsLeastSquares) {
   std::mt19937 random(3);
   Mlcp problem;
   problem.bodies = 1;
@@ -210,41 +208,42 @@ TEST(Mlcp, ReportsLeastSquares) {
   problem.rows.push_back(row);
   row.right = 2;
   problem.rows.push_back(row);
-  MlcpSolver solver;
-  std::vector<double> lambda;
-  const MlcpReport report = solver.solve(problem, lambda);
+  const MlcpReport report = solve(problem);
   EXPECT_EQ(report.status, MlcpReport::Status::least_squares);
   EXPECT_EQ(report.contradicting, 2);
   EXPECT_NEAR(report.residual, 0.25, 1e-3);  // each is missed by 0.5, of 2
   // The compromise: half-way between the two.
-  const Vector6 y = lambda[0] * row.part_a + lambda[1] * row.part_a;
+  const Vector6 y = lambda_[0] * row.part_a + lambda_[1] * row.part_a;
   EXPECT_NEAR(row.part_a.dot(y), 1.5, 1e-3);
 }
 
-TEST(Mlcp, CouplesFrictionToTheNormal) {
+/// Makes the problem of one contact of one body, with one tangent.
+Mlcp contact(const Vector6& normal, double pressed, const Vector6& tangent, double slip, double friction) {
+  Mlcp problem;
+  problem.bodies = 1;
+  Mlcp::Row row{};
+  row.a = 0;
+  row.b = -1;
+  row.part_a = normal;
+  row.part_b.setZero();
+  row.low = 0;
+  row.high = INFINITY;
+  row.right = pressed;
+  problem.rows.push_back(row);
+  row.part_a = tangent;
+  row.right = -slip;
+  row.normal = 0;
+  row.friction = friction;
+  problem.rows.push_back(row);
+  return problem;
+}
+
+TEST_F(MlcpTest, CouplesFrictionToTheNormal) {
   // A point mass of 1 kg pressed on a plane by 1 N·s and pushed sideways.
   for (const double push : {0.2, 0.39, 0.41, 3.0}) {
-    Mlcp problem;
-    problem.bodies = 1;
-    Mlcp::Row normal{};
-    normal.a = 0;
-    normal.b = -1;
-    normal.part_a = Vector6::Unit(1);
-    normal.part_b.setZero();
-    normal.low = 0;
-    normal.high = INFINITY;
-    normal.right = 1;
-    Mlcp::Row tangent = normal;
-    tangent.part_a = Vector6::Unit(0);
-    tangent.right = -push;
-    tangent.normal = 0;
-    tangent.friction = 0.4;
-    problem.rows = {normal, tangent};
-    MlcpSolver solver;
-    std::vector<double> lambda;
-    EXPECT_EQ(solver.solve(problem, lambda).status, MlcpReport::Status::solved);
-    EXPECT_NEAR(lambda[0], 1, 1e-12);
-    EXPECT_NEAR(lambda[1], -std::min(push, 0.4), 1e-12);
+    EXPECT_TRUE(solves(contact(Vector6::Unit(1), 1, Vector6::Unit(0), push, 0.4)));
+    EXPECT_NEAR(lambda_[0], 1, 1e-12);
+    EXPECT_NEAR(lambda_[1], -std::min(push, 0.4), 1e-12);
   }
 }
 
@@ -301,44 +300,34 @@ void move_right_sides(Mlcp& problem, std::mt19937& random) {
   for (Mlcp::Row& row : problem.rows) row.right += 0.1 * uniform(random);
 }
 
-TEST(Mlcp, SolvesOrReportsFriction) {
+TEST_F(MlcpTest, SolvesOrReportsFriction) {
   std::mt19937 random(4);
-  MlcpSolver solver;
-  std::vector<double> lambda;
   int solved = 0;
   constexpr int problems = 200;
   for (int i = 0; i < problems; ++i) {
-    const Mlcp problem = some_contacts(random);
-    const MlcpReport report = solver.solve(problem, lambda);
-    EXPECT_EQ(report.status == MlcpReport::Status::solved, violation(problem, lambda) < 1e-9) << i;
-    solved += report.status == MlcpReport::Status::solved;
-    for (const double value : lambda) ASSERT_TRUE(std::isfinite(value)) << i;
+    const bool is_solved = solves(some_contacts(random));
+    EXPECT_EQ(is_solved, violation_ < 1e-9) << i;
+    solved += is_solved;
   }
   EXPECT_GE(solved, problems * 99 / 100);  // measured 200 of 200
 }
 
-TEST(Mlcp, SolvesIncompatibleSlips) {
+TEST_F(MlcpTest, SolvesIncompatibleSlips) {
   std::mt19937 random(6);
-  MlcpSolver solver;
-  std::vector<double> lambda;
   int solved = 0;
   int turning = 0;
-  double worst = 0;
   constexpr int problems = 200;
   for (int i = 0; i < problems; ++i) {
     Mlcp problem = some_contacts(random);
     move_right_sides(problem, random);
-    const MlcpReport report = solver.solve(problem, lambda);
-    solved += report.status == MlcpReport::Status::solved;
-    const double violated = violation(problem, lambda);
-    worst = std::max(worst, violated);
-    turning += violated > 1e-9;
+    solved += solves(problem);
+    turning += violation_ > 1e-9;
   }
   EXPECT_EQ(solved, problems);  // measured
   // Where a contact is about to slide, its slip and the angle between slip and impulse are small at once, and
   // the solver ends by their product; the law here asks for one of them: measured 1.8e-7, on 1 of 200.
   EXPECT_LE(turning, 1);
-  EXPECT_LT(worst, 1e-6);
+  EXPECT_LT(worst_, 1e-6);
 }
 
 /// Adds a row of a joint or stop per body, to the body seven below, some of them twice. Bodies at rest
@@ -362,44 +351,38 @@ void add_joints(const std::vector<Vector6>& moving, std::mt19937& random, Mlcp& 
   }
 }
 
-TEST(Mlcp, SolvesSparseHeapsOfTwoThousandRows) {
+TEST_F(MlcpTest, SolvesSparseHeapsOfTwoThousandRows) {
   std::mt19937 random(8);
-  MlcpSolver solver;
-  std::vector<double> lambda;
   std::vector<Vector6> moving;
-  double worst = 0;
   int most_sets = 0;
   for (const int bodies : {5, 20, 50, 150}) {
     for (int i = 0; i < 4; ++i) {
       Mlcp problem = any_contacts(random, bodies, 0.5, moving);
       add_joints(moving, random, problem);
-      const MlcpReport report = solver.solve(problem, lambda);
+      const MlcpReport report = solve(problem);
       EXPECT_EQ(report.status, MlcpReport::Status::solved) << bodies << " bodies";
-      worst = std::max(worst, violation(problem, lambda));
       most_sets = std::max(most_sets, report.active_sets);
     }
   }
-  EXPECT_LT(worst, 1e-9);     // measured 1.2e-10
+  EXPECT_LT(worst_, 1e-9);    // measured 1.2e-10
   EXPECT_LE(most_sets, 200);  // measured 114
 }
 
-TEST(Mlcp, KeepsTheSolutionWithAnyGuess) {
+TEST_F(MlcpTest, KeepsTheSolutionWithAnyGuess) {
   std::mt19937 random(9);
-  MlcpSolver solver;
-  std::vector<double> lambda;
-  double worst = 0;
+  double farthest = 0;
   for (int i = 0; i < 100; ++i) {
     Mlcp problem = any_problem(random, 5, 15, i % 2 == 0);
-    ASSERT_EQ(solver.solve(problem, lambda).status, MlcpReport::Status::solved) << i;
-    const std::vector<Vector6> expected = solver.impulses();
-    for (std::size_t k = 0; k < lambda.size(); ++k) problem.rows[k].start = lambda[k];
-    EXPECT_LE(solver.solve(problem, lambda).active_sets, 1) << i;
+    ASSERT_TRUE(solves(problem)) << i;
+    const std::vector<Vector6> expected = solver_.impulses();
+    for (std::size_t k = 0; k < lambda_.size(); ++k) problem.rows[k].start = lambda_[k];
+    EXPECT_LE(solve(problem).active_sets, 1) << i;
     for (Mlcp::Row& row : problem.rows) row.start += uniform(random);
-    ASSERT_EQ(solver.solve(problem, lambda).status, MlcpReport::Status::solved) << i;
+    ASSERT_TRUE(solves(problem)) << i;
     for (int body = 0; body < problem.bodies; ++body)
-      worst = std::max(worst, (solver.impulses()[body] - expected[body]).norm());
+      farthest = std::max(farthest, (solver_.impulses()[body] - expected[body]).norm());
   }
-  EXPECT_LT(worst, 1e-9);  // measured 1.1e-10
+  EXPECT_LT(farthest, 1e-9);  // measured 1.1e-10
 }
 
 /// The same contacts with other tangents: each pair turned by an angle of its own.
@@ -422,40 +405,22 @@ Mlcp with_other_tangents(Mlcp problem, std::mt19937& random) {
   return problem;
 }
 
-TEST(Mlcp, FrictionIgnoresTangents) {
+TEST_F(MlcpTest, FrictionIgnoresTangents) {
   std::mt19937 random(8);
-  MlcpSolver solver;
-  std::vector<double> lambda;
-  double worst = 0;
-  double worst_turned = 0;
   int other_solutions = 0;
-  int solved = 0;
-  constexpr int problems = 200;
-  for (int i = 0; i < problems; ++i) {
+  for (int i = 0; i < 200; ++i) {
     Mlcp problem = some_contacts(random);
-    if (i % 2 == 1) {
-      move_right_sides(problem, random);
-    }
-    const MlcpReport report = solver.solve(problem, lambda);
-    const std::vector<Vector6> impulses = solver.impulses();
-    const double one = violation(problem, lambda);
-    const Mlcp other = with_other_tangents(problem, random);
-    const MlcpReport other_report = solver.solve(other, lambda);
-    const bool both =
-        report.status == MlcpReport::Status::solved && other_report.status == MlcpReport::Status::solved;
-    solved += both ? 1 : 0;
-    if (!both) continue;
-    worst = std::max(worst, one);
-    worst_turned = std::max(worst_turned, violation(other, lambda));
+    if (i % 2 == 1) move_right_sides(problem, random);
+    EXPECT_TRUE(solves(problem)) << i;
+    const std::vector<Vector6> impulses = solver_.impulses();
+    EXPECT_TRUE(solves(with_other_tangents(problem, random))) << i;
     double difference = 0;
     for (int body = 0; body < problem.bodies; ++body) {
-      difference = std::max(difference, (solver.impulses()[body] - impulses[body]).norm());
+      difference = std::max(difference, (solver_.impulses()[body] - impulses[body]).norm());
     }
     other_solutions += difference > 1e-8 ? 1 : 0;
   }
-  EXPECT_EQ(solved, problems);
-  EXPECT_LT(worst, 1e-9);         // measured 4.2e-10: where a contact is about to slide
-  EXPECT_LT(worst_turned, 1e-9);  // measured 4.8e-10
+  EXPECT_LT(worst_, 1e-9);  // measured 4.8e-10: where a contact is about to slide
   // Coulomb's law may have several solutions where impulses are not unique: measured 2 of 200, by 3e-6 and
   // 2e-3 of the bodies' impulses. Both of a problem's solutions satisfy all laws.
   EXPECT_LE(other_solutions, 2);
@@ -464,46 +429,27 @@ TEST(Mlcp, FrictionIgnoresTangents) {
 // Painlevé's rod: a point of it slides on the floor at 30°–80° with so much friction that pressing it down
 // would speed up its approach. There the problem has no solution, or two; it is solved, or reported, and
 // stays finite.
-TEST(Mlcp, SolvesOrReportsPainlevesRod) {
-  MlcpSolver solver;
-  std::vector<double> lambda;
-  int reported = 0;
+TEST_F(MlcpTest, SolvesOrReportsPainlevesRod) {
   int solved = 0;
   for (int degrees = 30; degrees <= 80; ++degrees) {
+    const double angle = degrees * std::acos(-1.0) / 180;
+    const Eigen::Vector3d arm(-std::cos(angle), -std::sin(angle), 0);
+    const auto part = [&](const Eigen::Vector3d& direction) {
+      Vector6 result;
+      result << direction, std::sqrt(3.0) * arm.cross(direction);
+      return result;
+    };
     for (const double push : {-0.3, 0.3}) {
-      const double angle = degrees * std::acos(-1.0) / 180;
-      const Eigen::Vector3d arm(-std::cos(angle), -std::sin(angle), 0);
-      const auto part = [&](const Eigen::Vector3d& direction) {
-        Vector6 result;
-        result << direction, std::sqrt(3.0) * arm.cross(direction);
-        return result;
-      };
-      Mlcp problem;
-      problem.bodies = 1;
-      Mlcp::Row normal{};
-      normal.a = 0;
-      normal.b = -1;
-      normal.part_a = part({0, 1, 0});
-      normal.part_b.setZero();
-      normal.low = 0;
-      normal.high = INFINITY;
-      normal.right = push;
-      Mlcp::Row tangent = normal;
-      tangent.part_a = part({1, 0, 0});
-      tangent.right = -30;  // slides at 30 m/s
-      tangent.normal = 0;
-      tangent.friction = 5.0 / 3;
-      problem.rows = {normal, tangent};
-      const MlcpReport report = solver.solve(problem, lambda);
-      ASSERT_TRUE(std::isfinite(lambda[0]) && std::isfinite(lambda[1])) << degrees;
-      EXPECT_EQ(report.status == MlcpReport::Status::solved, violation(problem, lambda) < 1e-9) << degrees;
-      ++(report.status == MlcpReport::Status::solved ? solved : reported);
+      // It slides at 30 m/s.
+      const bool is_solved = solves(contact(part({0, 1, 0}), push, part({1, 0, 0}), 30, 5.0 / 3));
+      EXPECT_EQ(is_solved, violation_ < 1e-9) << degrees;
+      solved += is_solved;
     }
   }
   EXPECT_GT(solved, 50);
 }
 
-TEST(Mlcp, RoundTripKeepsBits) {
+TEST_F(MlcpTest, RoundTripKeepsBits) {
   std::mt19937 random(5);
   std::vector<Vector6> moving;
   Mlcp problem = any_contacts(random, 3, 0.5, moving);
@@ -511,18 +457,17 @@ TEST(Mlcp, RoundTripKeepsBits) {
   const std::string text = to_text(problem);
   EXPECT_EQ(to_text(parse_mlcp(text, "problem")), text);
   MlcpSolver solver;
-  std::vector<double> one;
-  std::vector<double> other;
-  solver.solve(problem, one);
-  solver.solve(parse_mlcp(text, "problem"), other);
-  EXPECT_EQ(one, other);
+  solve(problem);
+  const std::vector<double> one = lambda_;
+  solve(parse_mlcp(text, "problem"));
+  EXPECT_EQ(one, lambda_);
   for (const std::string& bad : {text.substr(0, text.size() / 2), std::string("substep mlcp 2\n"),
                                  std::string(), text.substr(0, 40) + "x" + text.substr(40)}) {
     EXPECT_THROW(parse_mlcp(bad, "problem"), Error) << bad.substr(0, 60);
   }
 }
 
-TEST(Mlcp, IgnoresImmovableRows) {
+TEST_F(MlcpTest, IgnoresImmovableRows) {
   Mlcp problem;
   problem.bodies = 1;
   Mlcp::Row row{};
@@ -534,10 +479,8 @@ TEST(Mlcp, IgnoresImmovableRows) {
   row.high = INFINITY;
   row.right = 1;
   problem.rows.push_back(row);
-  MlcpSolver solver;
-  std::vector<double> lambda;
-  solver.solve(problem, lambda);
-  EXPECT_EQ(lambda[0], 0);
+  solve(problem);
+  EXPECT_EQ(lambda_[0], 0);
 }
 
 }  // namespace

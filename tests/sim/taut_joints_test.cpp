@@ -48,26 +48,24 @@ Scene drawbridge() {
 }
 
 TEST(TautJoints, HeavyChainHoldsAtSixtyHertz) {
-  Scene scene = test::chain(10, pi / 3, 1000);
-  scene.substeps = needed_substeps(scene);
-  for (const Algorithm algorithm : {Algorithm::a1, Algorithm::a2}) {
-    Simulation simulation(scene, usual_settings(scene, algorithm));
-    EXPECT_GT(simulation.equal_parts(), 5);
-    const MeasuredRun run = measured_run(simulation, 5);
-    EXPECT_LT(run.largest_gap, algorithm == Algorithm::a1 ? 1e-5 : 0.01);
-    EXPECT_LT(std::abs(run.energy_change), 600);  // of 55 kJ
-  }
-}
-
-// A chain that starts level bears nothing yet; taken in one part, it opens by its length once it hangs.
-TEST(TautJoints, LevelChainHoldsOnceItHangs) {
-  Scene scene = test::chain(10, 0, 1000);
-  scene.substeps = needed_substeps(scene);
-  for (const Algorithm algorithm : {Algorithm::a1, Algorithm::a2}) {
-    Simulation simulation(scene, usual_settings(scene, algorithm));
-    EXPECT_GT(simulation.equal_parts(), 5);
-    const MeasuredRun run = measured_run(simulation, 5);
-    EXPECT_LT(run.largest_gap, algorithm == Algorithm::a1 ? 1e-4 : 0.05);
+  // A chain that starts level bears nothing yet; taken in one part, it opens by its length once it hangs.
+  struct Start {
+    double angle;
+    double gap_of_a1;
+    double gap_of_a2;
+  };
+  for (const Start& start : {Start{pi / 3, 1e-5, 0.01}, Start{0, 1e-4, 0.05}}) {
+    Scene scene = test::chain(10, start.angle, 1000);
+    scene.substeps = needed_substeps(scene);
+    for (const Algorithm algorithm : {Algorithm::a1, Algorithm::a2}) {
+      Simulation simulation(scene, usual_settings(scene, algorithm));
+      EXPECT_GT(simulation.equal_parts(), 5);
+      const MeasuredRun run = measured_run(simulation, 5);
+      EXPECT_LT(run.largest_gap, algorithm == Algorithm::a1 ? start.gap_of_a1 : start.gap_of_a2);
+      if (start.angle > 0) {
+        EXPECT_LT(std::abs(run.energy_change), 600);  // of 55 kJ
+      }
+    }
   }
 }
 

@@ -66,6 +66,7 @@ void check(const Scene& scene) {
     require(mesh.normals.size() == mesh.positions.size(), "a mesh's normals");
     require(mesh.surface >= -1 && mesh.surface < static_cast<int>(scene.surfaces.size()), "a mesh's surface");
     for (const Vector3& position : mesh.positions) require(position.allFinite(), "a mesh's positions");
+    for (const Vector3& normal : mesh.normals) require(std::fabs(normal.norm() - 1) < 1e-12, "a normal");
     for (const Triangle& triangle : mesh.triangles) {
       for (const std::uint32_t corner : triangle) require(corner < mesh.positions.size(), "a triangle");
     }
