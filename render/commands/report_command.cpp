@@ -86,11 +86,12 @@ void report(const ReportOptions& options) {
   fs::create_directories(options.output / "figures", failure);
   if (failure) throw Error(fmt::format("{}: cannot be made: {}", options.output.string(), failure.message()));
   const fs::path& results = options.output;
+  note_damaged_jobs(sweep, results);
   report::Document page;
   {
     Progress progress;
     progress.show("sweep", 0);
-    run_sweep(sweep, {results, options.threads, options.cache.cache()},
+    run_sweep(sweep, {results, options.threads, 1, 1, options.cache.cache()},
               [&](double share) { progress.show("sweep", share); });
     merge_sweep(sweep, results);
     report::FigureSource source;

@@ -12,6 +12,7 @@
 #include "sim/loading/load_scene.h"
 #include "sim/loading/scene_files.h"
 #include "sim/model/usual_settings.h"
+#include "sim/study/sweep.h"
 
 namespace substep {
 namespace {
@@ -152,6 +153,11 @@ void note_cost_of_a1(const Scene& scene) {
       "substep: note: A1 solves all contacts of {} bodies at once: its time and memory grow faster than "
       "their number; fewer bodies, a shorter --duration or another algorithm are quicker\n",
       bodies);
+}
+
+void note_damaged_jobs(const Sweep& sweep, const std::filesystem::path& results) {
+  for (const std::filesystem::path& file : damaged_jobs(sweep, results))
+    fmt::print(stderr, "substep: note: {}: is damaged: it is measured again\n", file.string());
 }
 
 void SceneOptions::add_to(CLI::App& command) {

@@ -17,6 +17,8 @@
 
 namespace substep {
 
+struct Sweep;
+
 /// "0.01" or "1/60", in seconds. `option` is for the message. Throws Error.
 double seconds_in(const std::string& text, const std::string& option);
 
@@ -72,6 +74,9 @@ struct CacheOption {
 /// Says on stderr, before work begins, where A1 will solve the contacts of thousands of bodies as one
 /// problem.
 void note_cost_of_a1(const Scene& scene);
+
+/// Says on stderr which of the sweep's results are damaged: they are measured again.
+void note_damaged_jobs(const Sweep& sweep, const std::filesystem::path& results);
 
 /// A scene's file and, for a mesh without a scene, how it becomes one; as typed.
 struct SceneOptions {

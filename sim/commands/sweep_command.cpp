@@ -1,10 +1,19 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <charconv>
 #include <filesystem>
 #include <memory>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <vector>
 
 #include "sim/commands/commands.h"
+#include "sim/commands/options.h"
 #include "sim/commands/progress.h"
+#include "sim/error.h"
+#include "sim/execution/child_process.h"
 #include "sim/study/sweep.h"
 
 namespace substep {
@@ -16,17 +25,74 @@ struct SweepCommand {
   fs::path file;
   SweepOptions options;
   CacheOption cache;
+  std::optional<std::string> job;
+  std::optional<int> slurm;
+  bool merge = false;
 };
 
-void run(const SweepCommand& command) {
+/// "2/8": the second of eight parts.
+void read_part(const std::string& text, SweepOptions& options) {
+  const char* const end = text.data() + text.size();
+  const auto part = std::from_chars(text.data(), end, options.part);
+  const bool has_slash = part.ec == std::errc{} && part.ptr != end && *part.ptr == '/';
+  const auto parts = has_slash ? std::from_chars(part.ptr + 1, end, options.parts) : part;
+  if (!has_slash || parts.ec != std::errc{} || parts.ptr != end || options.part < 1 || options.parts < 1 ||
+      options.part > options.parts) {
+    throw Error(fmt::format("--job '{}': give the part and how many there are, such as 2/8", text));
+  }
+}
+
+/// Submits a job array whose tasks do a part each. Slurm runs a script; its arguments are the script's.
+void submit(const SweepCommand& command, int tasks) {
+  const fs::path results = fs::absolute(command.options.results);
+  std::error_code failure;
+  fs::create_directories(results / "slurm", failure);
+  if (failure) throw Error(fmt::format("{}: cannot be made: {}", results.string(), failure.message()));
+  const std::string program = fs::read_symlink("/proc/self/exe", failure).string();
+  const std::vector<std::string> words{"sbatch",
+                                       "--parsable",
+                                       "--job-name=substep-sweep",
+                                       fmt::format("--array=1-{}", tasks),
+                                       "--cpus-per-task=1",
+                                       fmt::format("--output={}", (results / "slurm" / "%a.txt").string()),
+                                       "--wrap=exec \"$SUBSTEP_PROGRAM\" sweep \"$SUBSTEP_SWEEP\" --output "
+                                       "\"$SUBSTEP_RESULTS\" --threads 1 --job "
+                                       "\"$SLURM_ARRAY_TASK_ID/$SUBSTEP_TASKS\""};
+  const std::vector<std::string> environment{
+      "SUBSTEP_PROGRAM=" + program, "SUBSTEP_SWEEP=" + fs::absolute(command.file).string(),
+      "SUBSTEP_RESULTS=" + results.string(), fmt::format("SUBSTEP_TASKS={}", tasks)};
+  try {
+    if (!ChildProcess(words, {}, environment).succeeds())
+      throw Error("--slurm: sbatch did not take the jobs");
+  } catch (const std::system_error& error) {
+    throw Error(
+        fmt::format("--slurm: the program sbatch cannot be started ({}): on Debian, apt-get install "
+                    "slurm-client",
+                    error.code().message()));
+  }
+  fmt::print("submitted: {} tasks\nwhen they are done: substep sweep {} --output {} --merge\n", tasks,
+             command.file.string(), command.options.results.string());
+}
+
+void run(SweepCommand& command) {
+  if (command.job) read_part(*command.job, command.options);
+  if (command.merge + command.job.has_value() + command.slurm.has_value() > 1) {
+    throw Error("--job, --slurm and --merge: give one of them");
+  }
   const Sweep sweep =
       command.file.extension() == ".toml" ? read_sweep(command.file) : sweep_of({command.file}, false);
+  if (command.slurm) return submit(command, std::min(*command.slurm, static_cast<int>(sweep.jobs.size())));
   int done = 0;
-  {
+  if (!command.merge) {
+    note_damaged_jobs(sweep, command.options.results);
     Progress progress;
     progress.show("sweep", 0);
     command.options.cache = command.cache.cache();
     done = run_sweep(sweep, command.options, [&](double share) { progress.show("sweep", share); });
+  }
+  if (command.job) {
+    fmt::print("part {}: {} jobs done now\n", *command.job, done);
+    return;
   }
   merge_sweep(sweep, command.options.results);
   fmt::print("{} jobs, {} of them done now\n", sweep.jobs.size(), done);
@@ -38,7 +104,8 @@ void run(const SweepCommand& command) {
 }  // namespace
 
 void add_sweep_command(CLI::App& app) {
-  CLI::App* const command = app.add_subcommand("sweep", "Measure scenes with many settings, on all cores");
+  CLI::App* const command =
+      app.add_subcommand("sweep", "Measure scenes with many settings, on all cores or on a cluster");
   const auto options = std::make_shared<SweepCommand>();
   options->file = "scenes/sweep.toml";
   command
@@ -50,6 +117,10 @@ void add_sweep_command(CLI::App& app) {
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();
   options->cache.add_to(*command);
+  command->add_option("--job", options->job, "Only this part of the jobs: 2/8 is the second of eight");
+  command->add_option("--slurm", options->slurm, "Submit them to Slurm instead, as an array of so many tasks")
+      ->check(CLI::Range(1, 100000));
+  command->add_flag("--merge", options->merge, "Run nothing: put together what the parts left");
   command->footer(
       "What is done is kept, and not done again: a sweep that was interrupted goes on where it stopped. "
       "Errors are\n"

@@ -41,20 +41,40 @@ std::string seal(const Sweep& sweep, const SweepJob& job, std::string_view recor
   return fmt::format("{} {:016x}", fingerprint(sweep, job), fnv1a(record));
 }
 
-/// Returns the record of a job that is done; nothing where its file is not there, of another build, or not
-/// what a sweep wrote. A job's file has a line with the seal, then the record.
-std::optional<std::string> done_record(const Sweep& sweep, const fs::path& results, const SweepJob& job) {
+/// The state of a job's file.
+enum class JobFile {
+  none,
+  other,    ///< of another build, scene or sweep file
+  damaged,  ///< neither that nor done
+  done,
+};
+
+struct FoundJob {
+  JobFile file = JobFile::none;
+  std::string record;  ///< of one that is done
+};
+
+/// A job's file has a line with the seal, then the record.
+FoundJob found_job(const Sweep& sweep, const fs::path& results, const SweepJob& job) {
+  constexpr std::size_t digits = 16;
   const fs::path file = file_of(results, job);
-  if (!fs::exists(file)) return std::nullopt;
+  if (!fs::exists(file)) return {};
   if (!fs::is_regular_file(file)) {
     throw Error(fmt::format("{}: is no file, where a job's result belongs: remove it", file.string()));
   }
   const std::string text = content_of(file).value_or("");
-  const std::size_t end = text.find('\n');
-  if (end == std::string::npos) return std::nullopt;
+  const std::size_t end = std::min(text.find('\n'), text.size());
+  const std::string_view line = std::string_view(text).substr(0, end);
+  const bool is_seal = line.size() == 2 * digits + 1 && line[digits] == ' ' && end < text.size();
+  if (!is_seal) return {JobFile::damaged, {}};
+  if (line.substr(0, digits) != fingerprint(sweep, job)) return {JobFile::other, {}};
   std::string record = text.substr(end + 1);
-  if (text.substr(0, end) != seal(sweep, job, record)) return std::nullopt;
-  return record;
+  if (line != seal(sweep, job, record)) return {JobFile::damaged, {}};
+  return {JobFile::done, std::move(record)};
+}
+
+bool is_done(const Sweep& sweep, const fs::path& results, const SweepJob& job) {
+  return found_job(sweep, results, job).file == JobFile::done;
 }
 
 const Engine* engine_named(const std::string& name) {
@@ -136,8 +156,9 @@ int run_sweep(const Sweep& sweep, const SweepOptions& options, const std::functi
   if (failure)
     throw Error(fmt::format("{}: cannot be made: {}", options.results.string(), failure.message()));
   std::vector<const SweepJob*> open;
-  for (const SweepJob& job : sweep.jobs) {
-    if (!done_record(sweep, options.results, job)) open.push_back(&job);
+  for (std::size_t i = 0; i < sweep.jobs.size(); ++i) {
+    if (static_cast<int>(i % options.parts) != options.part - 1) continue;
+    if (!is_done(sweep, options.results, sweep.jobs[i])) open.push_back(&sweep.jobs[i]);
   }
   // The order of work says nothing about the results: the longest first.
   std::ranges::stable_sort(
@@ -181,18 +202,38 @@ int run_sweep(const Sweep& sweep, const SweepOptions& options, const std::functi
   return static_cast<int>(open.size());
 }
 
+std::vector<std::string> missing_jobs(const Sweep& sweep, const fs::path& results) {
+  std::vector<std::string> missing;
+  for (const SweepJob& job : sweep.jobs) {
+    if (!is_done(sweep, results, job)) missing.push_back(job.key);
+  }
+  return missing;
+}
+
+std::vector<fs::path> damaged_jobs(const Sweep& sweep, const fs::path& results) {
+  std::vector<fs::path> damaged;
+  for (const SweepJob& job : sweep.jobs) {
+    if (found_job(sweep, results, job).file == JobFile::damaged) damaged.push_back(file_of(results, job));
+  }
+  return damaged;
+}
+
 void merge_sweep(const Sweep& sweep, const fs::path& results) {
+  const std::vector<std::string> missing = missing_jobs(sweep, results);
+  if (!missing.empty()) {
+    const std::vector<fs::path> damaged = damaged_jobs(sweep, results);
+    throw Error(fmt::format(
+        "{}: {} of {} jobs are not done, the first is {}{}: run the sweep again, it goes on where it stopped",
+        results.string(), missing.size(), sweep.jobs.size(), missing.front(),
+        damaged.empty() ? "" : fmt::format(" ({} is damaged)", damaged.front().string())));
+  }
   std::vector<SweepRecord> records;
   std::string text = "[\n";
   for (const SweepJob& job : sweep.jobs) {
-    const std::optional<std::string> record = done_record(sweep, results, job);
-    if (!record) {
-      throw Error(fmt::format("{}: {} is not done: run the sweep again, it goes on where it stopped",
-                              results.string(), job.key));
-    }
-    records.push_back(record_in(*record));
+    const std::string record = found_job(sweep, results, job).record;
+    records.push_back(record_in(record));
     text += fmt::format("{}{}", records.size() > 1 ? ",\n" : "",
-                        std::string_view(*record).substr(0, record->size() - 1));
+                        std::string_view(record).substr(0, record.size() - 1));
   }
   write_file(results / "sweep.json", fmt::format("{}\n]\n", text));
   write_file(results / "errors.csv", errors_csv(records));

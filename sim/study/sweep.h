@@ -1,6 +1,6 @@
 #pragma once
 /// Runs the jobs of a sweep: each by itself, a file each, so that what is done is never lost and never done
-/// twice.
+/// twice, on one machine or many.
 ///
 /// A folder of results holds jobs/<key>.json, written beside and renamed, and after the merge sweep.json (all
 /// of it, in the sweep file's order), errors.csv (what is the same in every run) and times.csv (what is not).
@@ -53,6 +53,8 @@ struct SweepRecord {
 struct SweepOptions {
   std::filesystem::path results = "out/report";
   int threads = 0;  ///< 0: as many as the machine has
+  int part = 1;     ///< of `parts`: the jobs part, part + parts, … of the list
+  int parts = 1;
   ReferenceCache cache{};
 };
 
@@ -63,6 +65,13 @@ ContactKind contact_kind(const Scene& scene, const ReferenceMotion& reference);
 /// thread. Returns how many were done now. Throws Error when a scene cannot be modelled or a file cannot be
 /// written; what is done stays done.
 int run_sweep(const Sweep& sweep, const SweepOptions& options, const std::function<void(double)>& progress);
+
+/// The jobs whose files are not there, are of another build, or are damaged.
+std::vector<std::string> missing_jobs(const Sweep& sweep, const std::filesystem::path& results);
+
+/// The jobs' files that are not what a sweep wrote: cut off or changed. They are measured again. Throws Error
+/// where what stands in a job's place is no file.
+std::vector<std::filesystem::path> damaged_jobs(const Sweep& sweep, const std::filesystem::path& results);
 
 /// Writes sweep.json, errors.csv and times.csv. Throws Error when jobs are missing.
 void merge_sweep(const Sweep& sweep, const std::filesystem::path& results);

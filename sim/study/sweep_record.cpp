@@ -43,6 +43,58 @@ std::string run_columns() {
   return text + ",label";
 }
 
+/// Throws Error for a figure that no run can have: what a file says goes into tables and figures.
+void require_possible(const SweepRecord& r) {
+  const auto require = [&r](bool possible, const char* what, double value) {
+    if (!possible) throw Error(fmt::format("not what a sweep wrote: '{}' of {} is {}", what, r.key, value));
+  };
+  // Infinite where a run ended before it could be compared.
+  const auto not_negative = [&](const char* what, double value) { require(value >= 0, what, value); };
+  const auto positive = [&](const char* what, double value) {
+    require(value > 0 && std::isfinite(value), what, value);
+  };
+  check(r.settings);
+  require(r.divisions >= 1, "divisions", r.divisions);
+  positive("size", r.size);
+  positive("duration", r.duration);
+  not_negative("horizon", r.horizon);
+  not_negative("substep_radius", r.substep_radius.value_or(0));
+  not_negative("uncertainty", r.uncertainty);
+  not_negative("turn_uncertainty", r.turn_uncertainty);
+  if (r.metrics) {
+    const Metrics& x = *r.metrics;
+    for (const auto& [what, spread] :
+         {std::pair("position", x.error.position), std::pair("orientation", x.error.orientation),
+          std::pair("residual", x.residual)}) {
+      not_negative(what, spread.rms);
+      require(spread.largest >= spread.rms * (1 - 1e-9), what, spread.largest);
+    }
+    not_negative("stepping_error", x.parts.stepping);
+    not_negative("solver_error", x.parts.solver.value_or(0));
+    not_negative("model_error", x.parts.model.value_or(0));
+    not_negative("row_solves", static_cast<double>(x.row_solves));
+    for (const auto& [what, value] :
+         {std::pair("joint_gap", x.joint_gap), std::pair("penetration", x.penetration),
+          std::pair("energy_growth", x.energy_growth), std::pair("energy_scale", x.energy_scale),
+          std::pair("moved", x.moved), std::pair("momentum", x.momentum.value_or(0)),
+          std::pair("angular_momentum", x.angular_momentum.value_or(0)),
+          std::pair("diverged", x.diverged.value_or(0))}) {
+      not_negative(what, value);
+    }
+  }
+  if (r.times) {
+    const RunTimes& t = *r.times;
+    require(t.repetitions >= 1, "repetitions", t.repetitions);
+    not_negative("smallest", t.smallest);
+    require(t.median >= t.smallest, "median", t.median);
+    require(t.largest >= t.median && std::isfinite(t.largest), "largest", t.largest);
+  }
+  if (r.limit) {
+    require(r.limit->divisions >= 0 && r.limit->divisions <= r.limit->most, "divisions", r.limit->divisions);
+    require(r.limit->runs >= 1, "runs", r.limit->runs);
+  }
+}
+
 constexpr std::array<std::string_view, 3> contact_kinds{"none", "standing", "moving"};
 
 ContactKind contacts_named(const std::string& text) {
@@ -104,6 +156,7 @@ SweepRecord record_in(const std::string& text) {
       r.limit = StabilityLimit{limit.at("divisions").get<int>(), limit.at("most").get<int>(),
                                limit.at("runs").get<int>()};
     }
+    require_possible(r);
     return r;
   } catch (const Json::exception& error) {
     throw Error(fmt::format("not what a sweep wrote: {}", error.what()));

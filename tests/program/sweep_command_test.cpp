@@ -46,13 +46,13 @@ TEST_F(SweepCommand, DoesOnlyWhatIsNotDone) {
   // A job that was cut off, and one that was never begun.
   write("done/jobs/pendulum.a1-h1.json", "0123");
   std::filesystem::remove(folder() / "done/jobs/pendulum.a5-h1-n4-m1-t0.6-k1-ct0.9-ck0.7-stable.json");
-  EXPECT_THAT(run({"sweep", "small.toml", "--output", "done"}).out, HasSubstr("2 of them done now"));
-  EXPECT_EQ(content("done/errors.csv"), errors);
-  // A result that somebody changed.
-  std::string changed = content("done/jobs/pendulum.a1-h1.json");
-  write("done/jobs/pendulum.a1-h1.json",
-        changed.replace(changed.find("\"bounded\":true"), 14, "\"bounded\":false"));
-  EXPECT_THAT(run({"sweep", "small.toml", "--output", "done"}).out, HasSubstr("1 of them done now"));
+  const Outcome refused = run({"sweep", "small.toml", "--output", "done", "--merge"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("2 of 4 jobs are not done, the first is pendulum.a1-h1"));
+  EXPECT_THAT(refused.err, HasSubstr("(done/jobs/pendulum.a1-h1.json is damaged)"));
+  const Outcome again = run({"sweep", "small.toml", "--output", "done"});
+  EXPECT_THAT(again.out, HasSubstr("2 of them done now"));
+  EXPECT_EQ(again.err, "substep: note: done/jobs/pendulum.a1-h1.json: is damaged: it is measured again\n");
   EXPECT_EQ(content("done/errors.csv"), errors);
   std::filesystem::remove(folder() / "done/jobs/pendulum.a1-h1.json");
   std::filesystem::create_directory(folder() / "done/jobs/pendulum.a1-h1.json");
@@ -60,6 +60,36 @@ TEST_F(SweepCommand, DoesOnlyWhatIsNotDone) {
       run({"sweep", "small.toml", "--output", "done"}).err,
       HasSubstr("done/jobs/pendulum.a1-h1.json: is no file, where a job's result belongs: remove it"));
   for (const std::string& file : files()) EXPECT_THAT(file, Not(HasSubstr("partial")));
+}
+
+TEST_F(SweepCommand, AResultThatWasChangedIsNone) {
+  ASSERT_EQ(run({"sweep", "small.toml", "--output", "done"}).exit_code, 0);
+  const std::string errors = content("done/errors.csv");
+  const auto falsify = [&](const std::string& file) {
+    std::string text = content(file);
+    const std::size_t value = text.find("\"position\":{\"rms\":");
+    ASSERT_NE(value, std::string::npos);
+    const std::size_t start = text.find(':', value + 12) + 1;
+    write(file, text.replace(start, text.find(',', start) - start, "-7"));
+  };
+  falsify("done/jobs/pendulum.a1-h1.json");
+  EXPECT_THAT(run({"sweep", "small.toml", "--output", "done", "--merge"}).err,
+              HasSubstr("1 of 4 jobs are not done, the first is pendulum.a1-h1"));
+  EXPECT_THAT(run({"sweep", "small.toml", "--output", "done"}).out, HasSubstr("1 of them done now"));
+  EXPECT_EQ(content("done/errors.csv"), errors);
+  falsify("done/sweep.json");
+  expect_refused({"report", "figure", "work-rows", "--results", "done"},
+                 "done/sweep.json: not what a sweep wrote: 'position' of pendulum.a1-h1 is -7");
+}
+
+TEST_F(SweepCommand, PartsMakeTheWhole) {
+  ASSERT_EQ(run({"sweep", "small.toml", "--output", "whole"}).exit_code, 0);
+  for (const char* const part : {"1/3", "2/3", "3/3"}) {
+    const Outcome outcome = run({"sweep", "small.toml", "--output", "parts", "--job", part});
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  }
+  ASSERT_EQ(run({"sweep", "small.toml", "--output", "parts", "--merge"}).exit_code, 0);
+  EXPECT_EQ(content("whole/sweep.json"), content("parts/sweep.json"));
 }
 
 TEST_F(SweepCommand, ListsAnEngineThatIsNotThere) {
@@ -110,6 +140,8 @@ TEST_F(SweepCommand, RefusesWhatItCannotRead) {
   expect("[[grid]]\nscenes = [\"moon_*.gltf\"]\nalgorithms = [\"a1\"]\n", "no file is like 'moon_*.gltf'");
   expect("[[grid]]\nscenes = [\"moon/*.gltf\"]\nalgorithms = [\"a1\"]\n", "no file is like 'moon/*.gltf'");
   expect_refused({"sweep", "nothing.toml"}, "nothing.toml");
+  expect_refused({"sweep", "small.toml", "--job", "3/2"}, "--job '3/2'");
+  expect_refused({"sweep", "small.toml", "--job", "1/2", "--merge"}, "give one of them");
 }
 
 TEST_F(SweepCommand, TakesTheFilesThatAreLikeAPattern) {
@@ -132,6 +164,12 @@ TEST_F(SweepCommand, RunsTheExampleOfItsPage) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   // Two scenes, two algorithms, four n and two kinds of joints; three steps of A1; a limit
   EXPECT_THAT(outcome.out, HasSubstr("36 jobs, 36 of them done now"));
+}
+
+TEST_F(SweepCommand, SaysWhereSlurmIsNotThere) {
+  const Outcome outcome = run({"sweep", "small.toml", "--slurm", "2"}, "");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("sbatch cannot be started"));
 }
 
 }  // namespace

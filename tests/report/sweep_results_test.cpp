@@ -52,7 +52,7 @@ class SweepResults : public testing::Test {
         << "[[limit]]\nscenes = [\"" << (scenes() / "rod_chain.gltf").string()
         << "\"]\nalgorithms = [\"a1\"]\n";
     const Sweep sweep = read_sweep(folder / "small.toml");
-    run_sweep(sweep, {folder / "results", 2}, {});
+    run_sweep(sweep, {folder / "results", 2, 1, 1}, {});
     merge_sweep(sweep, folder / "results");
     source_ = new FigureSource;
     source_->records = read_records(folder / "results");

@@ -51,6 +51,27 @@ TEST(SweepRecord, RoundTripKeepsRecord) {
   EXPECT_EQ(read.limit->runs, 5);
 }
 
+TEST(SweepRecord, RefusesNegativeValues) {
+  const auto complaint = [](const SweepRecord& record) -> std::string {
+    try {
+      record_in(to_json(record));
+      return "";
+    } catch (const Error& error) {
+      return error.what();
+    }
+  };
+  EXPECT_EQ(complaint(example()), "");
+  SweepRecord record = example();
+  record.metrics->row_solves = -1;
+  EXPECT_NE(complaint(record).find("row_solves"), std::string::npos) << complaint(record);
+  record = example();
+  record.metrics->joint_gap = -1e-9;
+  EXPECT_NE(complaint(record).find("joint_gap"), std::string::npos) << complaint(record);
+  record = example();
+  record.substep_radius = -0.5;
+  EXPECT_NE(complaint(record).find("substep_radius"), std::string::npos) << complaint(record);
+}
+
 TEST(SweepRecord, RefusesUnknownContactKind) {
   std::string text = to_json(example());
   text.replace(text.find("moving"), 6, "flying");
