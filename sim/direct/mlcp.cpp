@@ -132,22 +132,33 @@ double MlcpSolver::residual(const Mlcp& problem, const std::vector<double>& lamb
   return natural_residual(problem, lambda);
 }
 
+void MlcpSolver::set_scale(const Mlcp& problem) {
+  root_gamma_.resize(problem.rows.size());
+  scale_ = 0;
+  for (std::size_t i = 0; i < problem.rows.size(); ++i) {
+    root_gamma_[i] = std::sqrt(gamma_[i]);
+    if (!(gamma_[i] > 0) || pair_[i] == Pair::second) continue;
+    const double right = pair_[i] == Pair::first
+                             ? Vector2(problem.rows[i].right, problem.rows[i + 1].right).norm()
+                             : std::abs(problem.rows[i].right);
+    scale_ = std::max(scale_, right / root_gamma_[i]);
+  }
+}
+
 double MlcpSolver::natural_residual(const Mlcp& problem, const std::vector<double>& lambda) {
   double largest = 0;
-  double scale = 0;
   double sum = 0;  // finite if all are
   for (std::size_t i = 0; i < problem.rows.size(); ++i) {
     natural_[i] = 0;
     if (!(gamma_[i] > 0)) continue;
     const Mlcp::Row& row = problem.rows[i];
-    const double root = std::sqrt(gamma_[i]);
+    const double root = root_gamma_[i];
     if (pair_[i] == Pair::first) {
       const Vector2 total = onto_disc(target_of_pair(problem, lambda, i), limit(row, lambda[row.normal]));
       const Vector2 natural = Vector2(lambda[i], lambda[i + 1]) - total;
       natural_[i] = natural.x();
       natural_[i + 1] = natural.y();
       largest = std::max(largest, natural.norm() * root);
-      scale = std::max(scale, Vector2(row.right, problem.rows[i + 1].right).norm() / root);
       sum += natural.sum();
       ++i;
       continue;
@@ -157,12 +168,10 @@ double MlcpSolver::natural_residual(const Mlcp& problem, const std::vector<doubl
     const double low = is_friction ? -high : row.low;
     natural_[i] = lambda[i] - std::clamp(lambda[i] - w_[i] / (gamma_[i] + row.softness), low, high);
     largest = std::max(largest, std::abs(natural_[i]) * root);
-    scale = std::max(scale, std::abs(row.right) / root);
     sum += natural_[i];
   }
-  scale_ = scale;
   if (!std::isfinite(sum)) return std::numeric_limits<double>::infinity();
-  return scale > 0 ? largest / scale : 0;
+  return scale_ > 0 ? largest / scale_ : 0;
 }
 
 void MlcpSolver::add_proximal_term(const Mlcp& problem, const std::vector<double>& lambda) {
@@ -197,8 +206,7 @@ bool MlcpSolver::rest_is_redundant(const Mlcp& problem) {
 
 bool MlcpSolver::rest_has_limits(const Mlcp& problem) const {
   for (std::size_t i = 0; i < problem.rows.size(); ++i) {
-    if (has_limits(problem.rows[i]) && std::abs(natural_[i]) * std::sqrt(gamma_[i]) > 1e-13 * scale_)
-      return true;
+    if (has_limits(problem.rows[i]) && std::abs(natural_[i]) * root_gamma_[i] > 1e-13 * scale_) return true;
   }
   return false;
 }
@@ -206,7 +214,7 @@ bool MlcpSolver::rest_has_limits(const Mlcp& problem) const {
 int MlcpSolver::violated(const Mlcp& problem) const {
   int count = 0;
   for (std::size_t i = 0; i < problem.rows.size(); ++i) {
-    count += std::abs(natural_[i]) * std::sqrt(gamma_[i]) > tolerance * scale_ ? 1 : 0;
+    count += std::abs(natural_[i]) * root_gamma_[i] > tolerance * scale_ ? 1 : 0;
   }
   return count;
 }
@@ -241,6 +249,7 @@ MlcpReport MlcpSolver::solve(const Mlcp& problem, std::vector<double>& lambda) {
   lambda.assign(problem.rows.size(), 0.0);
   prepare(problem);
   if (problem.rows.empty()) return report;
+  set_scale(problem);
   is_limited_ = std::ranges::any_of(problem.rows, has_limits);
   const auto is_guessed = [](const Mlcp::Row& row) { return row.start != 0; };
   const bool has_guess = is_limited_ && std::ranges::any_of(problem.rows, is_guessed);

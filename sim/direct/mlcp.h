@@ -147,6 +147,8 @@ class MlcpSolver {
   void solve_blocks();
   virtual void solve_free(const Mlcp& problem, std::vector<double>& lambda);
   void solve_set(const Mlcp& problem, std::vector<double>& lambda);
+  /// Sets what residuals are relative to.
+  void set_scale(const Mlcp& problem);
   /// Sets the rows' natural residuals from their velocities w. Returns the largest, relative to `scale_`.
   double natural_residual(const Mlcp& problem, const std::vector<double>& lambda);
   double residual(const Mlcp& problem, const std::vector<double>& lambda);
@@ -215,6 +217,7 @@ class MlcpSolver {
   double proximal_ = 0;        // ε
   bool is_limited_ = false;    // any row has limits
   std::vector<double> gamma_;  // Γ_xx
+  std::vector<double> root_gamma_;
   std::vector<double> w_;
   std::vector<double> natural_;  // natural residual, an impulse
   double scale_ = 0;             // what the residual is relative to
