@@ -17,7 +17,7 @@
 namespace {
 
 std::string read(const std::string& file) {
-  std::ifstream stream(std::string(test::source_folder) + "/sim/" + file);
+  std::ifstream stream(std::string(substep::test::source_folder) + "/sim/" + file);
   std::ostringstream text;
   text << stream.rdbuf();
   return text.str();
@@ -118,7 +118,8 @@ TEST(Listings, LoopsStandInTheFiveFiles) {
   // It has no loop over sub-steps or iterations, and none that solves blocks.
   int files = 0;
   int loops_over_blocks = 0;
-  const std::filesystem::path folder = std::filesystem::path(test::source_folder) / "sim/constraints";
+  const std::filesystem::path folder =
+      std::filesystem::path(substep::test::source_folder) / "sim/constraints";
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     const std::string text = read("constraints/" + entry.path().filename().string());
     ASSERT_FALSE(text.empty()) << entry.path();
