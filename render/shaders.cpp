@@ -129,6 +129,14 @@ vec2 turns(vec2 x, vec2 width) {
 )";
 
 const std::string light = optics_terms + R"(
+// Without lamps the sun is the key light, and its rays are parallel.
+#ifdef LOOKS
+#define KEY key
+#define SUN_IS_KEY (to_sun.w > 0.5)
+#else
+#define KEY vec4(to_sun.xyz, 0.0)
+#define SUN_IS_KEY true
+#endif
 uniform sampler2D shadow_depth;
 uniform sampler2DShadow shadow_test;
 uniform sampler2D shadow_nearest;
@@ -151,7 +159,12 @@ float key_light(vec3 position, vec3 n) {
   const float widest = 0.03;        // of the map
   const int search_taps = 12;
   float texel = 1.0 / depth_terms.z;
-  vec4 seen = shadow_from_world * vec4(position + n * shadow_scale.y, 1.0);
+  mat4 map = shadow_from_world;
+#ifndef LOOKS
+  map[0].w = map[1].w = map[2].w = 0.0;
+  map[3].w = 1.0;
+#endif
+  vec4 seen = map * vec4(position + n * shadow_scale.y, 1.0);
   vec3 place = seen.xyz / seen.w;
   float per_metre = shadow_scale.x / seen.w;
   float map_depth = shadow_scale.z * square(seen.w);
@@ -160,10 +173,10 @@ float key_light(vec3 position, vec3 n) {
   float nearest = textureLod(shadow_nearest, place.xy, 0.0).r;
 
   // The surface's plane in the map: z changes by slope · offset.
-  vec4 plane = shadow_from_world * vec4(n, 0.0);
+  vec4 plane = map * vec4(n, 0.0);
   plane.xy = (plane.xy - 0.5 * plane.w) / square(shadow_scale.x);
   // A lamp's rays are not parallel.
-  float along_ray = key.w > 0.5 ? (plane.w + dot(place.xy - 0.5, plane.xy)) * seen.w * shadow_scale.z
+  float along_ray = KEY.w > 0.5 ? (plane.w + dot(place.xy - 0.5, plane.xy)) * seen.w * shadow_scale.z
                                 : plane.z * square(shadow_scale.z);
   vec2 slope = -plane.xy / min(along_ray, -1e-6);
   float steepest = 8.0 / (per_metre * map_depth);
@@ -358,9 +371,9 @@ vec3 lighted(Surface surface) {
   float nv = max(dot(n, v), 1e-3);
   vec3 facing = mix(vec3(0.04), base_color, metallic);
   vec3 diffuse = base_color * (1.0 - metallic);
-  bool faces_key = dot(n, key.xyz - key.w * surface.position) > 0.0;
+  bool faces_key = dot(n, KEY.xyz - KEY.w * surface.position) > 0.0;
   float lit = faces_key ? key_light(surface.position, n) : 0.0;
-  vec3 radiance = scattered(n, v, l, nl, nv, facing, diffuse, roughness) * sun.rgb * (nl * (to_sun.w > 0.5 ? lit : 1.0));
+  vec3 radiance = scattered(n, v, l, nl, nv, facing, diffuse, roughness) * sun.rgb * (nl * (SUN_IS_KEY ? lit : 1.0));
 #ifdef LOOKS
   for (int i = 0; i < light_count; ++i) {
     vec3 towards;
@@ -531,7 +544,7 @@ void main() {
   float open = openness(position, vec2(0.0));
 #endif
   vec3 sky = mix(zenith.rgb, horizon.rgb, 0.55);
-  vec3 radiance = color * (sun.rgb * (max(to_sun.y, 0.0) * (to_sun.w > 0.5 ? lit : 1.0)) + sky * open);
+  vec3 radiance = color * (sun.rgb * (max(to_sun.y, 0.0) * (SUN_IS_KEY ? lit : 1.0)) + sky * open);
 #ifdef LOOKS
   for (int i = 0; i < light_count; ++i) {
     vec3 towards;
