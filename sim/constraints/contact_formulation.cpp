@@ -1,8 +1,8 @@
 // s2 of contacts: rows, limits' origins and Γ, from coordinates.
 
 #include "sim/constraints/contact_patch.h"
-#include "sim/math/four_wide.h"
 #include "sim/constraints/lanes.h"
+#include "sim/math/four_wide.h"
 
 namespace substep {
 namespace {

@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "sim/constraints/contact_patch.h"
-#include "sim/math/four_wide.h"
 #include "sim/constraints/lanes.h"
+#include "sim/math/four_wide.h"
 
 namespace substep {
 namespace {

@@ -1,8 +1,8 @@
 // What changes in contacts' rows from sub-step to sub-step: impacts, origins of friction's limits, biases.
 
 #include "sim/constraints/contact_patch.h"
-#include "sim/math/four_wide.h"
 #include "sim/constraints/lanes.h"
+#include "sim/math/four_wide.h"
 
 namespace substep {
 namespace {
