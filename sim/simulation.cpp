@@ -92,8 +92,8 @@ struct Simulation::Implementation {
   /// of those that it would have if gravity pulled along an axis: a chain that starts level is not taut yet.
   void divide_step() {
     constexpr auto is_point = [](const Lock& lock) { return lock.kind == Lock::Kind::point; };
-    may_be_taut = std::ranges::any_of(model.locks, is_point);
-    if (!may_be_taut) return;
+    if (std::ranges::none_of(model.locks, is_point)) return;
+    follows_tension = settings.algorithm == Algorithm::a1;
     stiffness.reserve(state.q.size());
     if (model.contacts) problem.contacts = &finder.find(state, settings.step, 1, true);
     build_blocks(problem, Joints::rows);
@@ -115,7 +115,7 @@ struct Simulation::Implementation {
 
   /// Returns how many equal parts the next step has: more where joints pulled harder in the last, as those of
   /// what whirls do. Each undoes its part of a gap, as an undivided step would: undone the faster, it would
-  /// pull harder yet.
+  /// pull harder yet. A2 has the start's, so that its rows are as many in each step.
   int parts_of_next_step() const {
     const double needed = std::ceil(settings.step * state.transverse_frequency / allowed_swing);
     return std::max(equal_parts, static_cast<int>(std::min(needed, most_divided)));
@@ -157,7 +157,7 @@ struct Simulation::Implementation {
         return;
       }
     }
-    if (may_be_taut) {
+    if (follows_tension) {
       const double least = equal_parts * allowed_swing / settings.step;
       state.transverse_frequency = transverse_frequency(problem, part_settings.step, least, stiffness);
     }
@@ -327,7 +327,7 @@ struct Simulation::Implementation {
     switch (settings.algorithm) {
       case Algorithm::a1:
         proc1(state.q, state.v, part_settings, problem, work);
-        if (is_warm || may_be_taut) keep_impulses(work.lambda, problem.c);
+        if (is_warm || follows_tension) keep_impulses(work.lambda, problem.c);
         report.active_sets = work.report.active_sets;
         report.residual = work.report.residual;
         report.contradicting = work.report.contradicting;
@@ -374,7 +374,7 @@ struct Simulation::Implementation {
   /// Of a step times a frequency: explicit steps of a swing diverge above 2.
   static constexpr double allowed_swing = 1.7;
   static constexpr double most_divided = 64;     ///< parts of a step
-  bool may_be_taut = false;                      ///< in A1, A2: some joint locks a point
+  bool follows_tension = false;                  ///< A1's steps do, where some joint locks a point
   std::vector<Matrix3> stiffness;                ///< by body
   int equal_parts = 1;                           ///< of a step, at least
   int most_equal_parts = 1;                      ///< that a step had so far

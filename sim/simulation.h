@@ -74,8 +74,8 @@ class Simulation {
 
   /// Returns how many equal parts a step has had at most: as if the step were so much smaller. More than one
   /// in A1 and A2 where taut joints make light bodies too stiff in the transverse direction for the whole
-  /// step: in each step by the weights that the scene's start hangs on them, and in those in which joints
-  /// pull harder. A given procedure takes a step as one.
+  /// step: in each step by the weights that the scene's start hangs on them, and in A1 also in a step after
+  /// one in which joints pulled harder. A given procedure takes a step as one.
   int equal_parts() const;
 
   /// Continues from another state (same bodies) at the same time.

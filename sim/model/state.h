@@ -57,7 +57,7 @@ struct State {
   /// By row of joints, what warm starts continue from: the force of the last (sub-)step, N or N·m; AVBD has
   /// the rows' penalties after them. Empty without.
   std::vector<double> joint_forces;
-  /// A1, A2: how fast the joints' forces of the last step let light bodies swing, rad/s, where that is fast
+  /// A1: how fast the joints' forces of the last step let light bodies swing, rad/s, where that is fast
   /// enough to divide the next step.
   double transverse_frequency = 0;
 };

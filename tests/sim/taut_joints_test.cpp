@@ -89,24 +89,18 @@ Scene whirl(const Quaternion& turned, double speed) {
 }
 
 // Nothing is taut at the start. Taken in one part, the line of 10 rad/s opened by 0.85 m and gained 318 J.
-TEST(TautJoints, WhirlStaysALine) {
+TEST(TautJoints, WhirlStaysALineInA1) {
   for (const double speed : {7.0, 10.0, 13.0}) {
+    SCOPED_TRACE(fmt::format("{} rad/s", speed));
     const Scene scene = whirl(rotation_quaternion({0.4, speed, -0.7}), speed);
-    for (const Algorithm algorithm : {Algorithm::a1, Algorithm::a2}) {
-      SCOPED_TRACE(fmt::format("{} at {} rad/s", name(algorithm), speed));
-      Simulation simulation(scene, usual_settings(scene, algorithm));
-      EXPECT_EQ(simulation.equal_parts(), 1);
-      const MeasuredRun run = measured_run(simulation, 4);
-      EXPECT_GT(simulation.equal_parts(), 1);
-      EXPECT_LT(run.energy_growth, 1e-6);
-      EXPECT_LT(run.largest_gap, algorithm == Algorithm::a1 ? 0.01 : 0.1);
-      if (algorithm == Algorithm::a2) continue;
-      const Vector3 end = run.state.q.back().linear;
-      for (std::size_t i = 1; i < run.state.q.size(); ++i) {
-        const Vector3& centre = run.state.q[i].linear;
-        EXPECT_LT(centre.cross(end.normalized()).norm(), 1e-3);
-      }
-    }
+    Simulation simulation(scene, usual_settings(scene, Algorithm::a1));
+    EXPECT_EQ(simulation.equal_parts(), 1);
+    const MeasuredRun run = measured_run(simulation, 4);
+    EXPECT_GT(simulation.equal_parts(), 1);
+    EXPECT_LT(run.energy_growth, 1e-6);
+    EXPECT_LT(run.largest_gap, 0.01);
+    const Vector3 end = run.state.q.back().linear.normalized();
+    for (const Coordinates& q : run.state.q) EXPECT_LT(q.linear.cross(end).norm(), 1e-3);
   }
 }
 
