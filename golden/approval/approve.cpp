@@ -86,7 +86,11 @@ void note_approval(const Json& entry, const Json& old, const std::string& reason
   if (!has_old || sidecar["approved"] == old.at("approved")) return;
   Json before = old.at("approved");
   before["commit"] = old.value("made_with", Json::object()).value("commit", std::string());
-  sidecar["history"].push_back(std::move(before));
+  Json& history = sidecar["history"];
+  history.push_back(std::move(before));
+  // The repository has the older ones.
+  constexpr std::size_t kept = 3;
+  while (history.size() > kept) history.erase(0);
 }
 
 /// Returns what is to be written for one case, the sidecar last; empty when its goldens are those of the
