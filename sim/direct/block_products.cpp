@@ -1,5 +1,7 @@
 #include "sim/direct/block_products.h"
 
+#include <cstring>
+
 #include "sim/math/four_wide.h"
 
 namespace substep {
@@ -7,8 +9,8 @@ namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
-using Four = double __attribute__((vector_size(32), aligned(8), may_alias));
-using Two = double __attribute__((vector_size(16), aligned(8), may_alias));
+using Four = double __attribute__((vector_size(32)));
+using Two = double __attribute__((vector_size(16)));
 
 /// Six numbers of a block's column.
 struct Column {
@@ -17,12 +19,16 @@ struct Column {
 };
 
 [[gnu::always_inline]] inline Column load(const double* from) {
-  return {*reinterpret_cast<const Four*>(from), *reinterpret_cast<const Two*>(from + 4)};
+  // A block may begin at any double.
+  Column column;
+  std::memcpy(&column.first, from, sizeof column.first);
+  std::memcpy(&column.last, from + 4, sizeof column.last);
+  return column;
 }
 
 [[gnu::always_inline]] inline void store(const Column& column, double* to) {
-  *reinterpret_cast<Four*>(to) = column.first;
-  *reinterpret_cast<Two*>(to + 4) = column.last;
+  std::memcpy(to, &column.first, sizeof column.first);
+  std::memcpy(to + 4, &column.last, sizeof column.last);
 }
 
 [[gnu::always_inline]] inline void subtract_products_lanes(const Matrix6& lower, const Matrix6* upper,
