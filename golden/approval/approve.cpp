@@ -55,7 +55,6 @@ fs::path inside(const fs::path& folder, const std::string& text) {
 Json essence(Json sidecar) {
   sidecar.erase("made_with");
   sidecar.erase("approved");
-  sidecar.erase("history");
   return sidecar;
 }
 
@@ -72,8 +71,8 @@ bool holds(const fs::path& golden, const std::string& golden_bytes, const std::s
   }
 }
 
-/// Adds when and why the case was approved, and the approvals before. A case that passes has the same states
-/// and pictures: its approval stays, whatever of its files is written anew.
+/// Adds when and why the case was approved; the repository has the approvals before. A case that passes has
+/// the same states and pictures: its approval stays, whatever of its files is written anew.
 void note_approval(const Json& entry, const Json& old, const std::string& reason, Json& sidecar) {
   const bool has_old = old.is_object() && old.contains("approved");
   if (has_old && entry.at("verdict") == "pass") {
@@ -82,15 +81,6 @@ void note_approval(const Json& entry, const Json& old, const std::string& reason
   } else {
     sidecar["approved"] = {{"date", today()}, {"reason", reason}};
   }
-  if (old.is_object() && old.contains("history")) sidecar["history"] = old.at("history");
-  if (!has_old || sidecar["approved"] == old.at("approved")) return;
-  Json before = old.at("approved");
-  before["commit"] = old.value("made_with", Json::object()).value("commit", std::string());
-  Json& history = sidecar["history"];
-  history.push_back(std::move(before));
-  // The repository has the older ones.
-  constexpr std::size_t kept = 3;
-  while (history.size() > kept) history.erase(0);
 }
 
 /// Returns what is to be written for one case, the sidecar last; empty when its goldens are those of the

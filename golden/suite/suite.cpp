@@ -35,7 +35,7 @@ std::vector<std::string_view> settings_keys() {
   return keys;
 }
 
-/// What both [defaults] and a [[case]] say; a case starts from the defaults.
+/// The keys that [defaults] and a [[case]] share; a case starts from the defaults.
 struct Plan {
   SuiteCase entry;  ///< without its names, files and settings
   std::vector<Algorithm> algorithms{Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4,
