@@ -62,7 +62,7 @@ class MarkedCells {
     }
   }
 
-  /// Whether one is marked within the bounds of what the points span, or next to them. True where a point is
+  /// Returns whether one is marked within the bounds of the points, or next to them; true where a point is
   /// behind the map's eye.
   bool has_any(std::span<const glm::dvec2> points) const;
 

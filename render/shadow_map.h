@@ -1,5 +1,5 @@
 #pragma once
-/// What the light that casts shadows sees.
+/// Draws the scene from the light that casts shadows.
 
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>

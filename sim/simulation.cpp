@@ -371,7 +371,7 @@ struct Simulation::Implementation {
   std::vector<double> remembered_joints;
   Settings part_settings;
   bool is_warm = false;  ///< the last step's impulses are remembered
-  /// Of a step times a frequency: explicit steps of a swing diverge above 2.
+  /// The largest step times frequency of a swing; explicit steps diverge above 2.
   static constexpr double allowed_swing = 1.7;
   static constexpr double most_divided = 64;     ///< parts of a step
   bool follows_tension = false;                  ///< A1's steps do, where some joint locks a point

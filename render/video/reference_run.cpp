@@ -120,7 +120,7 @@ ReferenceRun reference_of(const Scene& scene, const ReferenceAttempt& coarse, Re
     ++reference.known;
   }
   if (reference.known == times.size()) return reference;
-  // That all begin alike is no measurement.
+  // Do not count the start, at which all are alike.
   if (reference.known == 1) {
     reference.known = 0;
     reference.uncertainty.clear();

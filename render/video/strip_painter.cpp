@@ -74,7 +74,7 @@ void StripPainter::draw_grid(Image& image, const StripBox& strip) const {
     }
   }
   if (!has_names) return;
-  // Which of several strips it is.
+  // Name the strip, where there are several.
   const std::string name = name_of(strip.kind);
   draw_text(image, strip.strip.x + strip.strip.width - 6 * scale - text_width(name, style),
             strip.strip.y + 1.05 * style.size, name, style);

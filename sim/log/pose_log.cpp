@@ -417,10 +417,6 @@ std::string to_text(const PoseLog& log) {
   return text + end_text(log.end, static_cast<int>(log.frames.size()) - 1);
 }
 
-void write_pose_log(const PoseLog& log, const std::filesystem::path& file) {
-  write_file(file, to_text(log));
-}
-
 PoseLog record(Simulation& simulation, int frames, int full_every, const AfterFrame& after_frame) {
   PoseLog log = header_of(simulation, full_every);
   log.end = run(simulation, frames, full_every, after_frame,

@@ -65,9 +65,6 @@ PoseLog parse_pose_log(std::string_view text, const std::string& what);
 
 std::string to_text(const PoseLog& log);
 
-/// Written beside and renamed: a reader sees the old file or the whole new one.
-void write_pose_log(const PoseLog& log, const std::filesystem::path& file);
-
 /// Called after each step with the frame's number.
 using AfterFrame = std::function<void(int frame, const StepReport& report)>;
 

@@ -445,7 +445,7 @@ void expect_beyond_tolerance(const PicturePair& pair) {
   EXPECT_EQ(pair.comparison.flip->visibility, "visible");
 }
 
-TEST(RendererFault, OfAllIsBlamedOnNoBody) {
+TEST(RendererFault, BlamesNoBodyForLightOrCamera) {
   RendererFault fault;
   const auto expect_everywhere = [&](const std::function<void(Scene&)>& change) {
     const PicturePair pair = fault.check_with(change);
@@ -461,7 +461,7 @@ TEST(RendererFault, OfAllIsBlamedOnNoBody) {
   });
 }
 
-TEST(RendererFault, OfABodyIsBlamedOnIt) {
+TEST(RendererFault, BlamesBodyForItsSurfaceOrMesh) {
   RendererFault fault;
   fault.expect_blame("ball_1", [](Scene& scene, int ball) {
     own_surface(scene, ball).base_color = {0.1, 0.2, 0.7};
@@ -481,7 +481,7 @@ TEST(RendererFault, OfABodyIsBlamedOnIt) {
   EXPECT_EQ(fault.cause, "ball_2");
 }
 
-TEST(RendererFault, MissingMesh) {
+TEST(RendererFault, BlamesBodyWithoutItsMesh) {
   RendererFault fault;
   expect_beyond_tolerance(
       fault.expect_blame("ball_3", [](Scene& scene, int) { remove_from_picture(scene, "ball_3"); }));

@@ -285,7 +285,7 @@ TEST(PoseLogCompare, NamesDifferenceOfHeaders) {
   EXPECT_EQ(difference.first_full_frame, -1);
 }
 
-// Of the settings each field is compared in settings_fields_test.
+// settings_fields_test compares each field of the settings.
 TEST(PoseLogCompare, ComparesEveryHeaderLine) {
   const PoseLog expected = example();
   const auto difference = [&](const auto& change) {

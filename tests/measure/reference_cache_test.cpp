@@ -94,7 +94,7 @@ TEST(ReferenceCache, KeepsNothingWhereNothingCanBeWritten) {
   EXPECT_FALSE(cache.find("one"));
 }
 
-TEST(ReferenceCache, SeveralWritersNeverShowAPart) {
+TEST(ReferenceCache, ShowsNoPartOfAFileThatSeveralWrite) {
   const test::TemporaryFolder folder;
   const nlohmann::json numbers = std::vector<double>(5000, 0.1);
   const auto use = [&] {

@@ -17,6 +17,7 @@
 #include "render/video/seen_frames.h"
 #include "sim/error.h"
 #include "sim/loading/load_scene.h"
+#include "sim/log/file_output.h"
 #include "sim/log/pose_log.h"
 #include "sim/measure/motion.h"
 #include "sim/scene/scene.h"
@@ -101,7 +102,7 @@ TEST(Comparison, PanelsHaveEqualRowSolvesAndOneClock) {
   }
 }
 
-TEST(Comparison, ReferenceTakesSmallStepsWhereSomethingMoves) {
+TEST(Comparison, RefinesReferenceWhereSomethingMoves) {
   const Scene resting = scene("box_stack.gltf");
   const Comparison stack = simulate_comparison(resting, settings(resting, 0.2));
   EXPECT_EQ(stack.reference->method, "A1 itself, h=1/240");
@@ -146,7 +147,7 @@ TEST(Comparison, APanelsRunIsTheFinishedLogsOrTheEngines) {
   const test::TemporaryFolder folder;
   const auto log = folder.path() / "comparison_test.poses.txt";
   Simulation simulation(loaded, panel_in("a4,n=2", base).settings);
-  write_pose_log(record(simulation, 30, 1), log);
+  write_file(log, to_text(record(simulation, 30, 1)));
   chosen.panels = {panel_in("a4,n=2", base), panel_in("log:" + log.string(), base),
                    panel_in("order-8", base)};
   const Comparison comparison = simulate_comparison(loaded, chosen);

@@ -271,7 +271,7 @@ TEST(Renderer, AFloatingBoxShadesTheGroundBelow) {
             luma(lit, below.first, below.second) + 40);  // measured 79 more
 }
 
-TEST(Renderer, ALampsShadowsSpreadFromIt) {
+TEST(Renderer, SpreadsShadowsFromALamp) {
   Scene scene = floating_box();
   scene.sun.reset();
   Light& lamp = scene.lights.emplace_back();

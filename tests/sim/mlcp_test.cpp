@@ -405,7 +405,7 @@ Mlcp with_other_tangents(Mlcp problem, std::mt19937& random) {
   return problem;
 }
 
-TEST_F(MlcpTest, FrictionIgnoresTangents) {
+TEST_F(MlcpTest, IgnoresDirectionOfTangents) {
   std::mt19937 random(8);
   int other_solutions = 0;
   for (int i = 0; i < 200; ++i) {
@@ -449,7 +449,7 @@ TEST_F(MlcpTest, SolvesOrReportsPainlevesRod) {
   EXPECT_GT(solved, 50);
 }
 
-TEST_F(MlcpTest, RoundTripKeepsBits) {
+TEST_F(MlcpTest, KeepsBitsInText) {
   std::mt19937 random(5);
   std::vector<Vector6> moving;
   Mlcp problem = any_contacts(random, 3, 0.5, moving);

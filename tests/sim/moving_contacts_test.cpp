@@ -468,17 +468,17 @@ Trial draw_seams(Random& random) {
   return trial;
 }
 
-TEST(Seams, SpeedStays) {
+TEST(Seams, KeepSpeed) {
   test::run({"2 m over flush blocks: speed", 0.002, &draw_seams<OverSeamsError::speed>});
 }
 
-TEST(Seams, HeightStays) {
+TEST(Seams, KeepHeight) {
   test::run({"2 m over flush blocks: height, m", 1e-4, &draw_seams<OverSeamsError::height>});
 }
 
 // Sweeps end before the points on both sides of a seam agree, which leaves some turning: 0.52 mm in 400
 // draws.
-TEST(Seams, CourseStays) {
+TEST(Seams, KeepCourse) {
   test::run({"2 m over flush blocks: aside, m", 1e-3, &draw_seams<OverSeamsError::side>});
 }
 

@@ -89,7 +89,7 @@ Scene whirl(const Quaternion& turned, double speed) {
 }
 
 // Nothing is taut at the start. Taken in one part, the line of 10 rad/s opened by 0.85 m and gained 318 J.
-TEST(TautJoints, WhirlStaysALineInA1) {
+TEST(TautJoints, KeepWhirlInALineInA1) {
   for (const double speed : {7.0, 10.0, 13.0}) {
     SCOPED_TRACE(fmt::format("{} rad/s", speed));
     const Scene scene = whirl(rotation_quaternion({0.4, speed, -0.7}), speed);

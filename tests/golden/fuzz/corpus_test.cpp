@@ -10,13 +10,13 @@ namespace {
 
 constexpr const char* folder = "tests/golden/fuzz/corpus";
 
-TEST(GoldenFuzzCorpus, EveryFileIsReadOrRefused) {
+TEST(GoldenFuzzCorpus, ReadsOrRefusesEveryFile) {
   int read = 0;
   for (const std::string& content : test::corpus(folder)) read += reads_or_refuses(content);
   EXPECT_GE(read, 6);  // one of each kind at least
 }
 
-TEST(GoldenFuzzCorpus, ChangedFilesAreReadOrRefused) {
+TEST(GoldenFuzzCorpus, ReadsOrRefusesChangedFiles) {
   std::mt19937 random(1);
   int refused = 0;
   for (const std::string& content : test::corpus(folder)) {

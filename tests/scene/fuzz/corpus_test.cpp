@@ -11,7 +11,7 @@ namespace {
 
 constexpr const char* folder = "tests/scene/fuzz/corpus";
 
-TEST(FuzzCorpus, EveryFileLoadsOrIsRefused) {
+TEST(FuzzCorpus, LoadsOrRefusesEveryFile) {
   const std::vector<std::string> corpus = test::corpus(folder);
   int loaded = 0;
   for (const std::string& content : corpus) loaded += loads_or_is_refused(content);
@@ -19,7 +19,7 @@ TEST(FuzzCorpus, EveryFileLoadsOrIsRefused) {
   EXPECT_GE(loaded, 5);  // else nothing but refusals is kept
 }
 
-TEST(FuzzCorpus, ChangedFilesLoadOrAreRefused) {
+TEST(FuzzCorpus, LoadsOrRefusesChangedFiles) {
   std::mt19937 random(20261121);
   int loaded = 0;
   for (const std::string& content : test::corpus(folder)) {
