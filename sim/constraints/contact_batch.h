@@ -68,6 +68,7 @@ struct PatchCorner {
   LaneVectors to_ray;    ///< Γ p / (pᵀ Γ p), with p the wrench of a unit impulse at the corner
   Lanes gamma;           ///< pᵀ Γ p
   Lanes place[2];        ///< along the tangents, m
+  Lanes friction[2];     ///< impulse of a patch that slides, along the tangents, since its origin
 };
 
 /// Up to four patches.
@@ -88,15 +89,15 @@ struct Patch {
   Lanes gamma[6];
   Lanes inverse[6];
   Lanes by_normals[9];    ///< what the normals' wrench changes of the friction's velocities, row by row
-  Lanes inverse_largest;  ///< 1 / the larger eigenvalue of the tangents' Γ
-  Lanes inverse_twist;    ///< 1 / Γ of the twist
+  Lanes largest;          ///< of the eigenvalues of the tangents' Γ, and of the twist's Γ times radius²
   Lanes inverse_radius;   ///< 1/m
   Lanes coefficient;      ///< μ
+  Lanes corners;          ///< how many corners the patch has
   LaneVectors reference;  ///< what the displacement since the step's start is added to, m, m, rad
   LaneVectors origin;     ///< the impulses when it last slid: those are spent, so that friction can turn
   Lanes origin_normal;
   Lanes slid;    ///< whether it slid when the step began: 1 or 0
-  Lanes slides;  ///< whether the ellipsoid's surface is reached: 1 or 0
+  Lanes slides;  ///< whether it slides: 1 or 0
 };
 
 /// Restitution of a normal: Newton's law, in the sub-step in which the bodies meet.
