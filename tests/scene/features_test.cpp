@@ -1,20 +1,14 @@
-/// The lists of features in scenes/README.md: a document for each feature is loaded, and warns or fails as
-/// listed.
+/// What of glTF and its extensions is supported, replaced or refused: a document for each feature is loaded.
 
-#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <fstream>
 #include <functional>
-#include <iterator>
-#include <map>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "sim/math/base64.h"
-#include "tests/folders.h"
 #include "tests/scene/example_scene.h"
 
 namespace substep {
@@ -353,21 +347,6 @@ TEST(Features, DoWhatTheirRowsSay) {
       EXPECT_THAT(scene.warnings, Contains(HasSubstr(feature.words)));
     }
   }
-}
-
-TEST(Features, AreListedOnThePage) {
-  std::string lists;
-  for (const auto& [outcome, title] : {std::pair{Outcome::supported, "Supported"},
-                                       {Outcome::warned, "Replaced or ignored, with a warning"},
-                                       {Outcome::refused, "Refused"}}) {
-    lists += fmt::format("{}### {}\n", lists.empty() ? "" : "\n", title);
-    for (const Feature& feature : features()) {
-      if (feature.outcome == outcome) lists += fmt::format("- {}\n", feature.name);
-    }
-  }
-  std::ifstream stream(std::string(test::source_folder) + "/scenes/README.md");
-  const std::string page{std::istreambuf_iterator<char>(stream), {}};
-  EXPECT_THAT(page, HasSubstr(lists)) << "scenes/README.md should have these lists:\n" << lists;
 }
 
 }  // namespace
