@@ -45,7 +45,7 @@ TEST_F(MeasureCommand, WritesMarkdownAndJson) {
 TEST_F(MeasureCommand, PrintsAtMostSevenColumnsUnlessAll) {
   const auto columns = [&](const std::vector<std::string>& more) {
     std::vector<std::string> arguments{
-        "measure", scene("wrecking_ball.gltf"), "--duration", "0.1", "--horizon", "0.02", "--markdown"};
+        "measure", scene("heavy_on_light.gltf"), "--duration", "0.5", "--horizon", "0.05", "--markdown"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     std::istringstream lines(run(arguments).out);
     std::ptrdiff_t most = 0;
