@@ -64,8 +64,7 @@ std::string stone_pyramid() {
   constexpr std::array finishes{finish::limestone, finish::sandstone, finish::granite, finish::brick};
 
   GltfBuilder gltf("stone_pyramid", 5);
-  gltf.camera({2.3, 2.4, 6.9}, {0, 1.05, 0}, 0.56);
-  gltf.sun(afternoon, warm_white, daylight);
+  set_view(gltf, {2.3, 2.4, 6.9}, {0, 1.05, 0}, 0.56);
   add_ground(gltf, 0.6);
 
   const int friction = gltf.physics_material(0.6);
@@ -166,14 +165,8 @@ std::string incline() {
       continue;
     }
     const double way = gain * 2 * 2 / 2;
-    gltf.expect({.name = name + ": way down the slope at 2 s",
-                 .quantity = "way",
-                 .bodies = {name},
-                 .direction = downhill,
-                 .at = 2,
-                 .value = way,
-                 .tolerance = 0.02 * way,
-                 .source = "Coulomb: a t²/2 with a = g (sin 30° − μ cos 30°)"});
+    gltf.expect_at({name + ": way down the slope at 2 s", "way", {name}, downhill}, 2, way, 0.02 * way,
+                   "Coulomb: a t²/2 with a = g (sin 30° − μ cos 30°)");
   }
   return gltf.text();
 }
@@ -185,8 +178,7 @@ std::string powered_wheel() {
   const Pose along_z = turn(Vector3::UnitX(), pi / 2);  // Y of turned pieces to +Z
 
   GltfBuilder gltf("powered_wheel", 5);
-  gltf.camera({4.3, 2.3, 6.4}, {2.2, 0.5, 0}, 0.56);
-  gltf.sun(afternoon, warm_white, daylight);
+  set_view(gltf, {4.3, 2.3, 6.4}, {2.2, 0.5, 0}, 0.56);
   add_ground(gltf, 0.9);
 
   // A ramp that rises 1 in 8 to a deck. The boards along its sides are drawn only.
@@ -293,38 +285,18 @@ std::string powered_wheel() {
 
   constexpr double reached = 0.7;  // s: when it has its speed
   const std::string_view level = "T/r = (M + I/r²) a until v = ω r, and v from then on";
-  gltf.expect({.name = "speed before the ramp, mean from 0.8 to 1.5 s",
-               .quantity = "velocity",
-               .bodies = {"wheels"},
-               .direction = Vector3::UnitX(),
-               .mean = {{0.8, 1.5}},
-               .value = 2.5 * radius,
-               .tolerance = 0.02,
-               .source = level});
-  gltf.expect({.name = "way to the ramp at 1.5 s",
-               .quantity = "way",
-               .bodies = {"wheels"},
-               .direction = Vector3::UnitX(),
-               .at = 1.5,
-               .value = reached * 2.5 * radius / 2 + (1.5 - reached) * 2.5 * radius,
-               .tolerance = 0.025,
-               .source = level});
-  gltf.expect({.name = "speed on the deck, mean from 4.5 to 5 s",
-               .quantity = "velocity",
-               .bodies = {"wheels"},
-               .direction = Vector3::UnitX(),
-               .mean = {{4.5, 5}},
-               .value = 2.5 * radius,
-               .tolerance = 0.02,
-               .source = "the motor holds ω, the wheels roll: v = ω r"});
-  gltf.expect({.name = "the wheels' rate on the deck, mean from 4.5 to 5 s",
-               .quantity = "angular_velocity",
-               .bodies = {"wheels"},
-               .direction = -Vector3::UnitZ(),
-               .mean = {{4.5, 5}},
-               .value = 2.5,
-               .tolerance = 0.05,
-               .source = "the motor's speed"});
+  gltf.expect_mean(
+      {"speed before the ramp, mean from 0.8 to 1.5 s", "velocity", {"wheels"}, Vector3::UnitX()}, {0.8, 1.5},
+      2.5 * radius, 0.02, level);
+  gltf.expect_at({"way to the ramp at 1.5 s", "way", {"wheels"}, Vector3::UnitX()}, 1.5,
+                 reached * 2.5 * radius / 2 + (1.5 - reached) * 2.5 * radius, 0.025, level);
+  gltf.expect_mean({"speed on the deck, mean from 4.5 to 5 s", "velocity", {"wheels"}, Vector3::UnitX()},
+                   {4.5, 5}, 2.5 * radius, 0.02, "the motor holds ω, the wheels roll: v = ω r");
+  gltf.expect_mean({"the wheels' rate on the deck, mean from 4.5 to 5 s",
+                    "angular_velocity",
+                    {"wheels"},
+                    -Vector3::UnitZ()},
+                   {4.5, 5}, 2.5, 0.05, "the motor's speed");
   return gltf.text();
 }
 

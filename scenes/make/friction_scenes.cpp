@@ -18,8 +18,7 @@ std::string sliding_ball() {
 
   GltfBuilder gltf("sliding_ball", 1.2);
   gltf.poster(0.6);
-  gltf.camera({0.9, 2.6, 6.6}, {0.15, 0.10, 0}, 0.48);
-  gltf.sun(afternoon, warm_white, daylight);
+  set_view(gltf, {0.9, 2.6, 6.6}, {0.15, 0.10, 0}, 0.48);
   add_ground(gltf, 0.3);
 
   const int grip = gltf.physics_material(0.3);
@@ -67,30 +66,11 @@ std::string sliding_ball() {
     const double time = (speed - rolling) / (friction * gravity);
     const double way = (speed + rolling) / 2 * time + rolling * (1.2 - time);
     const std::string_view source = "it loses μ g until it rolls, at v/(1 + k) with the moment k m r²";
-    gltf.expect({.name = name + ": speed, mean from 0.8 to 1.2 s",
-                 .quantity = "velocity",
-                 .bodies = {name},
-                 .direction = Vector3::UnitX(),
-                 .mean = {{0.8, 1.2}},
-                 .value = rolling,
-                 .tolerance = 0.02 * rolling,
-                 .source = source});
-    gltf.expect({.name = name + ": rate, mean from 0.8 to 1.2 s",
-                 .quantity = "angular_velocity",
-                 .bodies = {name},
-                 .direction = -Vector3::UnitZ(),
-                 .mean = {{0.8, 1.2}},
-                 .value = rolling / radius,
-                 .tolerance = 0.02 * rolling / radius,
-                 .source = source});
-    gltf.expect({.name = name + ": way at 1.2 s",
-                 .quantity = "way",
-                 .bodies = {name},
-                 .direction = Vector3::UnitX(),
-                 .at = 1.2,
-                 .value = way,
-                 .tolerance = 0.02 * way,
-                 .source = source});
+    gltf.expect_mean({name + ": speed, mean from 0.8 to 1.2 s", "velocity", {name}, Vector3::UnitX()},
+                     {0.8, 1.2}, rolling, 0.02 * rolling, source);
+    gltf.expect_mean({name + ": rate, mean from 0.8 to 1.2 s", "angular_velocity", {name}, -Vector3::UnitZ()},
+                     {0.8, 1.2}, rolling / radius, 0.02 * rolling / radius, source);
+    gltf.expect_at({name + ": way at 1.2 s", "way", {name}, Vector3::UnitX()}, 1.2, way, 0.02 * way, source);
   }
   return gltf.text();
 }
@@ -102,8 +82,7 @@ std::string balls_on_tray() {
 
   GltfBuilder gltf("balls_on_tray", 2);
   gltf.poster(1.2);
-  gltf.camera({2.5, 2.3, 3.6}, {0.55, 0.15, 0}, 0.56);
-  gltf.sun(afternoon, warm_white, daylight);
+  set_view(gltf, {2.5, 2.3, 3.6}, {0.55, 0.15, 0}, 0.56);
   // The smaller friction counts: 0.4 under the tray, 0.8 under the balls.
   add_ground(gltf, 0.4);
   const int grip = gltf.physics_material(0.8);
@@ -155,22 +134,10 @@ std::string balls_on_tray() {
   const std::string_view source = "SimBenchmark's rolling test: F − μ m g = (M + 25 · 2/7 m) a, balls 2/7 a";
   std::vector<std::string> balls;
   for (int i = 1; i <= 25; ++i) balls.push_back("ball_" + std::to_string(i));
-  gltf.expect({.name = "way of the tray at 2 s",
-               .quantity = "way",
-               .bodies = {"tray"},
-               .direction = Vector3::UnitX(),
-               .at = 2,
-               .value = gain * 2,
-               .tolerance = 0.02 * gain * 2,
-               .source = source});
-  gltf.expect({.name = "way of that ball of 25 that is furthest off at 2 s",
-               .quantity = "way",
-               .bodies = balls,
-               .direction = Vector3::UnitX(),
-               .at = 2,
-               .value = 2.0 / 7 * gain * 2,
-               .tolerance = 0.02 * 2.0 / 7 * gain * 2,
-               .source = source});
+  gltf.expect_at({"way of the tray at 2 s", "way", {"tray"}, Vector3::UnitX()}, 2, gain * 2, 0.02 * gain * 2,
+                 source);
+  gltf.expect_at({"way of that ball of 25 that is furthest off at 2 s", "way", balls, Vector3::UnitX()}, 2,
+                 2.0 / 7 * gain * 2, 0.02 * 2.0 / 7 * gain * 2, source);
   return gltf.text();
 }
 
@@ -185,8 +152,7 @@ std::string shaken_block() {
 
   GltfBuilder gltf("shaken_block", 4);
   gltf.poster(0.75);
-  gltf.camera({1.9, 2.6, 3.9}, {0.05, 0.62, 0.1}, 0.56);
-  gltf.sun(afternoon, warm_white, daylight);
+  set_view(gltf, {1.9, 2.6, 3.9}, {0.05, 0.62, 0.1}, 0.56);
 
   // Rails: drawn only.
   Mesh rails;
@@ -272,14 +238,8 @@ std::string shaken_block() {
   }
 
   constexpr double gravity = 9.81;
-  gltf.expect({.name = "place of the table at 4 s",
-               .quantity = "position",
-               .bodies = {"table"},
-               .direction = Vector3::UnitX(),
-               .at = 4,
-               .value = crank_x + throw_ * sine_cosine(rate * 4).cosine,
-               .tolerance = 0.01,
-               .source = "the crank's pin: r cos ω t"});
+  gltf.expect_at({"place of the table at 4 s", "position", {"table"}, Vector3::UnitX()}, 4,
+                 crank_x + throw_ * sine_cosine(rate * 4).cosine, 0.01, "the crank's pin: r cos ω t");
   constexpr double least_slip = 0.0025;  // m: what the table's start with a jump may cost
   for (const Block& block : blocks) {
     const std::string name = block.name;
@@ -331,8 +291,7 @@ std::string painleve_rod() {
 
   GltfBuilder gltf("painleve_rod", 1.2, Vector3(0, -10, 0));
   gltf.poster(0.5);
-  gltf.camera({-2.6, 2.4, 10.5}, {-3.9, 0.8, 0}, 0.50);
-  gltf.sun(afternoon, warm_white, daylight);
+  set_view(gltf, {-2.6, 2.4, 10.5}, {-3.9, 0.8, 0}, 0.50);
 
   // The rod starts at rest on a belt that runs away under it: the same as a rod that is pushed along the
   // ground.

@@ -108,6 +108,56 @@ void GltfBuilder::expect_standing(double tolerance, std::string_view source,
           .source = source});
 }
 
+namespace {
+
+Known known_of(const GltfBuilder::Measure& measure, double value, double tolerance, std::string_view source) {
+  return {.name = measure.name,
+          .quantity = measure.quantity,
+          .bodies = measure.bodies,
+          .direction = measure.direction,
+          .value = value,
+          .tolerance = tolerance,
+          .source = source};
+}
+
+}  // namespace
+
+void GltfBuilder::expect_at(const Measure& measure, double time, double value, double tolerance,
+                            std::string_view source) {
+  Known known = known_of(measure, value, tolerance, source);
+  known.at = time;
+  expect(known);
+}
+
+void GltfBuilder::expect_mean(const Measure& measure, const std::array<double, 2>& interval, double value,
+                              double tolerance, std::string_view source) {
+  Known known = known_of(measure, value, tolerance, source);
+  known.mean = interval;
+  expect(known);
+}
+
+void GltfBuilder::expect_throughout(const Measure& measure, const std::array<double, 2>& interval,
+                                    double value, double tolerance, std::string_view source) {
+  Known known = known_of(measure, value, tolerance, source);
+  known.during = interval;
+  expect(known);
+}
+
+void GltfBuilder::expect_crossing(const Measure& measure, int crossing, double time, double tolerance,
+                                  std::string_view source) {
+  Known known = known_of(measure, time, tolerance, source);
+  known.crossing = crossing;
+  expect(known);
+}
+
+void GltfBuilder::expect_constant_energy(double tolerance, std::string_view source) {
+  expect({.name = "largest change of energy",
+          .quantity = "energy_change",
+          .value = 0,
+          .tolerance = tolerance,
+          .source = source});
+}
+
 void GltfBuilder::expect_no_gain(double tolerance, std::string_view source) {
   expect({.name = "largest rise of energy",
           .quantity = "energy_change",

@@ -112,6 +112,24 @@ class GltfBuilder {
   /// No centre of these bodies, or of any, is ever further from its start than `tolerance`.
   void expect_standing(double tolerance, std::string_view source,
                        const std::vector<std::string>& bodies = {});
+  /// A quantity of bodies along or about a direction, with its name in words ("": made of the rest).
+  struct Measure {
+    std::string name;
+    std::string_view quantity;
+    std::vector<std::string> bodies;
+    Vector3 direction;
+  };
+  void expect_at(const Measure& measure, double time, double value, double tolerance,
+                 std::string_view source);
+  void expect_mean(const Measure& measure, const std::array<double, 2>& interval, double value,
+                   double tolerance, std::string_view source);
+  void expect_throughout(const Measure& measure, const std::array<double, 2>& interval, double value,
+                         double tolerance, std::string_view source);
+  /// The time of the crossing of 0 with this number, from 1.
+  void expect_crossing(const Measure& measure, int crossing, double time, double tolerance,
+                       std::string_view source);
+  /// Nothing drives the scene and nothing in it takes energy: J, within `tolerance` of that at the start.
+  void expect_constant_energy(double tolerance, std::string_view source);
   /// Nothing drives the scene and nothing in it gives energy: J, at most `tolerance` more than at the start.
   void expect_no_gain(double tolerance, std::string_view source);
 

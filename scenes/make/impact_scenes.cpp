@@ -19,8 +19,7 @@ std::string bouncing_balls() {
                                 finish::terracotta};
 
   GltfBuilder gltf("bouncing_balls", 4);
-  gltf.camera({0.7, 1.15, 3.9}, {0, 0.66, 0}, 0.46);
-  gltf.sun(afternoon, warm_white, daylight);
+  set_view(gltf, {0.7, 1.15, 3.9}, {0, 0.66, 0}, 0.46);
   const int plane = gltf.plane_shape();
   gltf.collider(gltf.node("ground"), plane, gltf.bouncing_material(0));
 
@@ -72,14 +71,9 @@ std::string bouncing_balls() {
     }
     if (restitution == 1) continue;
     const double rests = falls * (1 + restitution) / (1 - restitution);
-    gltf.expect({.name = name + ": centre once it rests",
-                 .quantity = "position",
-                 .bodies = {name},
-                 .direction = Vector3::UnitY(),
-                 .during = {{rests + 0.1, 4}},
-                 .value = radius,
-                 .tolerance = 0.01,
-                 .source = "infinitely many impacts last √(2 h/g) (1 + e)/(1 − e)"});
+    gltf.expect_throughout({name + ": centre once it rests", "position", {name}, Vector3::UnitY()},
+                           {rests + 0.1, 4}, radius, 0.01,
+                           "infinitely many impacts last √(2 h/g) (1 + e)/(1 − e)");
   }
   return gltf.text();
 }
@@ -174,11 +168,8 @@ std::string cradle() {
   expect_speed("touching_2 … touching_5: first speed",
                {"touching_2", "touching_3", "touching_4", "touching_5"}, 1, 0.4 * arrives);
   expect_speed("spaced_5: first speed", {"spaced_5"}, 1, std::sqrt(arrives * arrives - 4 * taken));
-  gltf.expect({.name = "largest change of energy",
-               .quantity = "energy_change",
-               .value = 0,
-               .tolerance = 0.05 * 2 * gravity * length * (1 - sine_cosine(angle).cosine),
-               .source = "restitution 1 and no friction: nothing is lost"});
+  gltf.expect_constant_energy(0.05 * 2 * gravity * length * (1 - sine_cosine(angle).cosine),
+                              "restitution 1 and no friction: nothing is lost");
   return gltf.text();
 }
 

@@ -65,8 +65,7 @@ std::string joint_kinds() {
   const auto column = [](int i) { return pitch * (i - 2.5); };
 
   GltfBuilder gltf("joint_kinds", 4);
-  gltf.camera({0.7, 1.8, 7.0}, {0, 1.26, 0}, 0.50);
-  gltf.sun(afternoon, warm_white, daylight);
+  set_view(gltf, {0.7, 1.8, 7.0}, {0, 1.26, 0}, 0.50);
 
   // What the rigs hang from and slide on: drawn only.
   const double half_width = 3 * pitch + 0.3;
@@ -204,38 +203,14 @@ std::string joint_kinds() {
       {{block, gltf.material(finish::blue)}}, {locked(linear, {1, 2}), upright},
       {{.kind = linear, .axis = 0, .acceleration = true, .velocity = 0.09, .damping = 50, .max_force = 100}});
 
-  gltf.expect({.name = "stopped_slider: way along Y at 4 s",
-               .quantity = "way",
-               .bodies = {"stopped_slider"},
-               .direction = Vector3::UnitY(),
-               .at = 4,
-               .value = -0.6,
-               .tolerance = 0.005,
-               .source = "its limit"});
-  gltf.expect({.name = "spring_slider: period",
-               .quantity = "velocity",
-               .bodies = {"spring_slider"},
-               .direction = Vector3::UnitY(),
-               .crossing = 2,
-               .value = 2 * pi / std::sqrt(30 - 0.25 * 0.25),
-               .tolerance = 0.02,
-               .source = "2π/√(k/m − (c/2m)²)"});
-  gltf.expect({.name = "lifted_block: way along Y at 4 s",
-               .quantity = "way",
-               .bodies = {"lifted_block"},
-               .direction = Vector3::UnitY(),
-               .at = 4,
-               .value = 0.7 - 0.15 - 9.81 / 100,
-               .tolerance = 0.005,
-               .source = "the drive's spring carries m g: target − g/100"});
-  gltf.expect({.name = "driven_block: way along X at 4 s",
-               .quantity = "way",
-               .bodies = {"driven_block"},
-               .direction = Vector3::UnitX(),
-               .at = 4,
-               .value = 0.09 * (4 - 1 / 50.0),
-               .tolerance = 0.005,
-               .source = "v (t − 1/c): it comes to its speed as exp(−c t)"});
+  gltf.expect_at({"stopped_slider: way along Y at 4 s", "way", {"stopped_slider"}, Vector3::UnitY()}, 4, -0.6,
+                 0.005, "its limit");
+  gltf.expect_crossing({"spring_slider: period", "velocity", {"spring_slider"}, Vector3::UnitY()}, 2,
+                       2 * pi / std::sqrt(30 - 0.25 * 0.25), 0.02, "2π/√(k/m − (c/2m)²)");
+  gltf.expect_at({"lifted_block: way along Y at 4 s", "way", {"lifted_block"}, Vector3::UnitY()}, 4,
+                 0.7 - 0.15 - 9.81 / 100, 0.005, "the drive's spring carries m g: target − g/100");
+  gltf.expect_at({"driven_block: way along X at 4 s", "way", {"driven_block"}, Vector3::UnitX()}, 4,
+                 0.09 * (4 - 1 / 50.0), 0.005, "v (t − 1/c): it comes to its speed as exp(−c t)");
   return gltf.text();
 }
 
@@ -334,22 +309,10 @@ std::string conveyor() {
   for (const Lane& lane : lanes) {
     const std::string name = lane.name;
     const double way = speed * duration - speed * speed / (2 * lane.friction * gravity);
-    gltf.expect({.name = name + ": way at 3 s",
-                 .quantity = "way",
-                 .bodies = {name},
-                 .direction = Vector3::UnitX(),
-                 .at = duration,
-                 .value = way,
-                 .tolerance = 0.02 * way,
-                 .source = carried});
-    gltf.expect({.name = name + ": speed from 2 s on",
-                 .quantity = "velocity",
-                 .bodies = {name},
-                 .direction = Vector3::UnitX(),
-                 .during = {{2, duration}},
-                 .value = speed,
-                 .tolerance = 0.02 * speed,
-                 .source = carried});
+    gltf.expect_at({name + ": way at 3 s", "way", {name}, Vector3::UnitX()}, duration, way, 0.02 * way,
+                   carried);
+    gltf.expect_throughout({name + ": speed from 2 s on", "velocity", {name}, Vector3::UnitX()},
+                           {2, duration}, speed, 0.02 * speed, carried);
   }
   const auto [sine, cosine] = sine_cosine(pi / 10);
   gltf.expect({.name = "resting_block: largest displacement",
@@ -359,14 +322,9 @@ std::string conveyor() {
                .tolerance = 0.001,
                .source = "Coulomb: it stays, since tan 18° is less than the static μ"});
   const double slid = 0.4 * duration + gravity * (sine - 0.3 * cosine) * duration * duration / 2;
-  gltf.expect({.name = "pushed_block: way down the slope at 3 s",
-               .quantity = "way",
-               .bodies = {"pushed_block"},
-               .direction = Vector3(cosine, -sine, 0),
-               .at = duration,
-               .value = slid,
-               .tolerance = 0.02 * slid,
-               .source = "Coulomb: v t + g (sin 18° − μ cos 18°) t²/2 with the dynamic μ"});
+  gltf.expect_at(
+      {"pushed_block: way down the slope at 3 s", "way", {"pushed_block"}, Vector3(cosine, -sine, 0)},
+      duration, slid, 0.02 * slid, "Coulomb: v t + g (sin 18° − μ cos 18°) t²/2 with the dynamic μ");
   return gltf.text();
 }
 

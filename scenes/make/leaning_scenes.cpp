@@ -21,8 +21,7 @@ std::string card_house() {
 
   GltfBuilder gltf("card_house", 5);
   gltf.poster(1);
-  gltf.camera({0.9, 1.1, 2.7}, {0, 0.55, 0}, 0.50);
-  gltf.sun(afternoon, warm_white, daylight);
+  set_view(gltf, {0.9, 1.1, 2.7}, {0, 0.55, 0}, 0.50);
   add_ground(gltf, 0.7);
 
   const Vector3 size(thickness, height, width);
@@ -87,8 +86,7 @@ std::string masonry_arch() {
 
   GltfBuilder gltf("masonry_arch", 3);
   gltf.poster(0.1);
-  gltf.camera({1.6, 1.9, 5.9}, {0, 0.66, 0}, 0.52);
-  gltf.sun(afternoon, warm_white, daylight);
+  set_view(gltf, {1.6, 1.9, 5.9}, {0, 0.66, 0}, 0.52);
   add_ground(gltf, 0.7);
 
   const int grip = gltf.physics_material(0.7);

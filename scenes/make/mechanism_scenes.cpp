@@ -52,8 +52,7 @@ std::string bricard() {
 
   GltfBuilder gltf("bricard", 10);
   gltf.poster(1.1);
-  gltf.camera({4.4, 2.9, 4.4}, {0.45, 1.55, 0.5}, 0.52);
-  gltf.sun(afternoon, warm_white, daylight);
+  set_view(gltf, {4.4, 2.9, 4.4}, {0.45, 1.55, 0.5}, 0.52);
 
   // The sixth rod is the ground.
   const Vector3 origin(0, height, 0);
@@ -94,11 +93,7 @@ std::string bricard() {
       gltf.joint(carried, held, hinge);
     }
   }
-  gltf.expect({.name = "largest change of energy",
-               .quantity = "energy_change",
-               .value = 0,
-               .tolerance = 0.5,
-               .source = "nothing drives it, and hinges take nothing"});
+  gltf.expect_constant_energy(0.5, "nothing drives it, and hinges take nothing");
   return gltf.text();
 }
 
@@ -113,8 +108,7 @@ std::string four_bar() {
 
   GltfBuilder gltf("four_bar", 4);
   gltf.poster(0.75);
-  gltf.camera({2.0, 2.1, 6.6}, {2.0, 1.30, 0}, 0.56);
-  gltf.sun(afternoon, warm_white, daylight);
+  set_view(gltf, {2.0, 2.1, 6.6}, {2.0, 1.30, 0}, 0.56);
 
   Mesh stand;
   stand.add(rounded(box({cells * length + 0.3, 0.08, 0.08}), 0.015), at(cells * length / 2, height, -0.16));
@@ -155,14 +149,8 @@ std::string four_bar() {
   // All cranks turn as one: a pendulum that swings by 150° from its lowest place.
   const double moment = (cells + 1) * (inertia.z() + 0.25 * length * length) + cells * length * length;
   const double period = pendulum_period(moment, (cells + 1) * 0.5 + cells, 9.81, length, pi - leaning);
-  gltf.expect({.name = "period",
-               .quantity = "angular_velocity",
-               .bodies = {"crank_0"},
-               .direction = Vector3::UnitZ(),
-               .crossing = 2,
-               .value = period,
-               .tolerance = 0.02 * period,
-               .source = "all cranks turn as one pendulum: T = 4 √(I/(w l)) K(sin 75°)"});
+  gltf.expect_crossing({"period", "angular_velocity", {"crank_0"}, Vector3::UnitZ()}, 2, period,
+                       0.02 * period, "all cranks turn as one pendulum: T = 4 √(I/(w l)) K(sin 75°)");
   return gltf.text();
 }
 
@@ -183,8 +171,7 @@ std::string governor() {
 
   GltfBuilder gltf("governor", 4);
   gltf.poster(0.5);
-  gltf.camera({1.5, 1.75, 2.9}, {0, 1.02, 0}, 0.56);
-  gltf.sun(afternoon, warm_white, daylight);
+  set_view(gltf, {1.5, 1.75, 2.9}, {0, 1.02, 0}, 0.56);
   add_scenery(gltf, "stand", foot(base, 0.12, {0, 0, 0}), finish::iron);
 
   const Vector3 thin = box_inertia(bar_mass, {0.01, length, 0.01});
@@ -231,14 +218,8 @@ std::string governor() {
     const int low = gltf.node(name + "_spring_foot", {}, slider);
     gltf.joint(gltf.node(name + "_spring", at(0, centre - half, 0), arm), low, spring);
   }
-  gltf.expect({.name = "slider: height at 2 s",
-               .quantity = "position",
-               .bodies = {"slider"},
-               .direction = Vector3::UnitY(),
-               .at = 2,
-               .value = 0.684838792523,
-               .tolerance = 0.01,
-               .source = "Lagrange's equations of the shaft's and the arms' angles and the slider's height"});
+  gltf.expect_at({"slider: height at 2 s", "position", {"slider"}, Vector3::UnitY()}, 2, 0.684838792523, 0.01,
+                 "Lagrange's equations of the shaft's and the arms' angles and the slider's height");
   return gltf.text();
 }
 

@@ -36,8 +36,7 @@ std::string near_miss() {
 
   GltfBuilder gltf("near_miss", duration);
   gltf.poster(0.4);
-  gltf.camera({0.4, 3.6, 4.6}, {0, -0.05, 0.1}, 0.42);
-  gltf.sun(afternoon, warm_white, daylight);
+  set_view(gltf, {0.4, 3.6, 4.6}, {0, -0.05, 0.1}, 0.42);
   const int bouncing = gltf.bouncing_material(0.9);
   gltf.collider(gltf.node("ground"), gltf.plane_shape(), bouncing);
 
@@ -87,22 +86,10 @@ std::string near_miss() {
     const auto send = [&](const std::string& name, const Pose& pose, double speed) {
       add_ball(gltf, name, pose, speed, round, look, bouncing);
       const Matrix3 axes = pose.orientation.toRotationMatrix();
-      gltf.expect({.name = name + ": velocity along its line",
-                   .quantity = "velocity",
-                   .bodies = {name},
-                   .direction = axes.col(0),
-                   .during = {{0, duration}},
-                   .value = speed,
-                   .tolerance = 1e-6 * speed,
-                   .source = "nothing is met"});
-      gltf.expect({.name = name + ": way across its line",
-                   .quantity = "way",
-                   .bodies = {name},
-                   .direction = axes.col(2),
-                   .during = {{0, duration}},
-                   .value = 0,
-                   .tolerance = 1e-6,
-                   .source = "nothing is met"});
+      gltf.expect_throughout({name + ": velocity along its line", "velocity", {name}, axes.col(0)},
+                             {0, duration}, speed, 1e-6 * speed, "nothing is met");
+      gltf.expect_throughout({name + ": way across its line", "way", {name}, axes.col(2)}, {0, duration}, 0,
+                             1e-6, "nothing is met");
     };
     send("ball_" + number, middle * at(start, radius, 0), lane.speed);
     if (lane.oncoming > 0) {
@@ -128,8 +115,7 @@ std::string seams() {
 
   GltfBuilder gltf("seams", duration);
   gltf.poster(1.6);
-  gltf.camera({1.5, 3.2, 4.9}, {0, 0, 0}, 0.62);
-  gltf.sun(afternoon, warm_white, daylight);
+  set_view(gltf, {1.5, 3.2, 4.9}, {0, 0, 0}, 0.62);
   add_ground(gltf, 0.5);
   const int grip = gltf.physics_material(0.5);
   const int smooth = gltf.physics_material(0);
@@ -165,32 +151,14 @@ std::string seams() {
       gltf.collider(body, shapes[kind], kind == 0 ? smooth : grip);
       gltf.show(body, look);
       bodies.push_back(name);
-      gltf.expect({.name = name + ": way along the row",
-                   .quantity = "way",
-                   .bodies = {name},
-                   .direction = axes.col(0),
-                   .at = duration,
-                   .value = speed * duration,
-                   .tolerance = 0.002 * speed * duration,
-                   .source = kind == 0 ? "no friction: v t" : "rolling does not slip: v t"});
+      gltf.expect_at({name + ": way along the row", "way", {name}, axes.col(0)}, duration, speed * duration,
+                     0.002 * speed * duration, kind == 0 ? "no friction: v t" : "rolling does not slip: v t");
     }
   }
-  gltf.expect({.name = "way up, of all",
-               .quantity = "way",
-               .bodies = bodies,
-               .direction = Vector3::UnitY(),
-               .during = {{0, duration}},
-               .value = 0,
-               .tolerance = 1e-4,
-               .source = "the boxes are flush"});
-  gltf.expect({.name = "way across the row, of all",
-               .quantity = "way",
-               .bodies = bodies,
-               .direction = axes.col(2),
-               .during = {{0, duration}},
-               .value = 0,
-               .tolerance = 1e-4,
-               .source = "nothing pushes across"});
+  gltf.expect_throughout({"way up, of all", "way", bodies, Vector3::UnitY()}, {0, duration}, 0, 1e-4,
+                         "the boxes are flush");
+  gltf.expect_throughout({"way across the row, of all", "way", bodies, axes.col(2)}, {0, duration}, 0, 1e-4,
+                         "nothing pushes across");
   return gltf.text();
 }
 
@@ -206,8 +174,7 @@ std::string struck() {
 
   GltfBuilder gltf("struck", duration);
   gltf.poster(0.1);
-  gltf.camera({0.5, 2.2, 3.4}, {0.1, 0, 0}, 0.36);
-  gltf.sun(afternoon, warm_white, daylight);
+  set_view(gltf, {0.5, 2.2, 3.4}, {0.1, 0, 0}, 0.36);
   gltf.collider(gltf.node("ground"), gltf.plane_shape(), gltf.bouncing_material(0));
   const int round = gltf.sphere_shape(radius);
   const int geometry = gltf.geometry(ball(radius));
@@ -224,22 +191,10 @@ std::string struck() {
     if (i < 4) stopped.push_back(name);
   }
   const std::string_view hands_on = "equal masses, restitution 1: each takes all the speed of the one before";
-  gltf.expect({.name = "ball_5: way at 0.4 s",
-               .quantity = "way",
-               .bodies = {"ball_5"},
-               .direction = along,
-               .at = duration,
-               .value = speed * duration - run_up - 4 * gap,
-               .tolerance = gap,
-               .source = hands_on});
-  gltf.expect({.name = "ball_5: speed at 0.4 s",
-               .quantity = "velocity",
-               .bodies = {"ball_5"},
-               .direction = along,
-               .at = duration,
-               .value = speed,
-               .tolerance = 0.01 * speed,
-               .source = hands_on});
+  gltf.expect_at({"ball_5: way at 0.4 s", "way", {"ball_5"}, along}, duration,
+                 speed * duration - run_up - 4 * gap, gap, hands_on);
+  gltf.expect_at({"ball_5: speed at 0.4 s", "velocity", {"ball_5"}, along}, duration, speed, 0.01 * speed,
+                 hands_on);
   gltf.expect({.name = "speed of the others at 0.4 s",
                .quantity = "speed",
                .bodies = stopped,
@@ -267,14 +222,8 @@ std::string struck() {
     add_ball(gltf, name + "_ball", line * at(0, radius, z), 0, round, hit, material);
     const std::string_view source = "one impact after another, each with its restitution";
     const auto expect_velocity = [&](const std::string& body, double value) {
-      gltf.expect({.name = body + ": velocity at 0.4 s",
-                   .quantity = "velocity",
-                   .bodies = {body},
-                   .direction = along,
-                   .at = duration,
-                   .value = value,
-                   .tolerance = 0.01 * speed,
-                   .source = source});
+      gltf.expect_at({body + ": velocity at 0.4 s", "velocity", {body}, along}, duration, value, 0.01 * speed,
+                     source);
     };
     expect_velocity(name + "_striker", lane.striker * speed);
     expect_velocity(name + "_ball", lane.ball * speed);

@@ -16,8 +16,7 @@ constexpr std::array woods{finish::maple, finish::cherry, finish::oak, finish::w
 
 /// Looks at a scene from the front, from above and a little from the right; `size` is what the picture holds.
 void set_stage(GltfBuilder& gltf, const Vector3& target, double size, double friction) {
-  gltf.camera(target + size * Vector3(0.45, 0.35, 1.35), target, 0.56);
-  gltf.sun(afternoon, warm_white, daylight);
+  set_view(gltf, target + size * Vector3(0.45, 0.35, 1.35), target, 0.56);
   add_ground(gltf, friction);
 }
 
@@ -52,18 +51,6 @@ class Kind {
   int mesh_;
 };
 
-/// A quantity of one body at one time.
-Known at_time(std::string_view quantity, const std::string& body, const Vector3& direction, double time,
-              double value, double tolerance, std::string_view source) {
-  return {.quantity = quantity,
-          .bodies = {body},
-          .direction = direction,
-          .at = time,
-          .value = value,
-          .tolerance = tolerance,
-          .source = source};
-}
-
 /// Expects that no cube moves by half its side.
 void expect_standing_for(GltfBuilder& gltf, double seconds, std::string_view source) {
   gltf.expect({.name = "time until a cube has moved 0.5 m",
@@ -87,10 +74,9 @@ constexpr double dvi_step = 0.002;
 void expect_sums(GltfBuilder& gltf, const std::string& body, const Vector3& direction, double speed,
                  double acceleration, int steps, std::string_view source) {
   const double time = dvi_step * steps;
-  gltf.expect(at_time("velocity", body, direction, time, speed + acceleration * time, 1e-4, source));
-  gltf.expect(at_time("way", body, direction, time,
-                      speed * time + acceleration * dvi_step * dvi_step * steps * (steps + 1) / 2, 1e-5,
-                      source));
+  gltf.expect_at({"", "velocity", {body}, direction}, time, speed + acceleration * time, 1e-4, source);
+  gltf.expect_at({"", "way", {body}, direction}, time,
+                 speed * time + acceleration * dvi_step * dvi_step * steps * (steps + 1) / 2, 1e-5, source);
 }
 
 std::string kapla_with(std::string_view name, double friction) {
@@ -178,7 +164,7 @@ std::string million_with(std::string_view name, double gap) {
   light.add("light", at(0, side / 2 + gap, 0), {.mass = 1e-3});
   heavy.add("heavy", at(0, 1.5 * side + 3 * gap, 0), {.mass = 1e3});
   if (gap > 0) {
-    gltf.expect(at_time("position", "heavy", Vector3::UnitY(), 0.1, 1.5 * side, 1e-3, source));
+    gltf.expect_at({"", "position", {"heavy"}, Vector3::UnitY()}, 0.1, 1.5 * side, 1e-3, source);
     return gltf.text();
   }
   gltf.expect_standing(1e-9, source);
@@ -221,8 +207,7 @@ std::string rapier_chain() {
   constexpr double pitch = 0.44;
   GltfBuilder gltf("rapier_chain", 5);
   gltf.poster(0.5);
-  gltf.camera({11, 1, 4.5}, {0, -2.2, 4.5}, 0.8);
-  gltf.sun(afternoon, warm_white, daylight);
+  set_view(gltf, {11, 1, 4.5}, {0, -2.2, 4.5}, 0.8);
   const int joint = gltf.ball_joint();
   const Kind balls(gltf, "ball", gltf.sphere_shape(radius), ball(radius, 16), finish::teal, 0);
   const Kind weights(gltf, "weight", gltf.sphere_shape(10 * radius), ball(10 * radius), finish::iron, 0);
@@ -318,9 +303,9 @@ std::string rolling_ball() {
   set_stage(gltf, {0.2, 0.1, 0}, 1, 0.5);
   Kind(gltf, "ball", gltf.sphere_shape(radius), ball(radius), finish::mustard, 0.5)
       .add("ball", at(0, radius, 0), {.mass = 1, .linear_velocity = {speed, 0, 0}});
-  gltf.expect(at_time("velocity", "ball", Vector3::UnitX(), time, rolling, 1e-4, source));
-  gltf.expect(
-      at_time("angular_velocity", "ball", -Vector3::UnitZ(), time, rolling / radius, 1e-4 / radius, source));
+  gltf.expect_at({"", "velocity", {"ball"}, Vector3::UnitX()}, time, rolling, 1e-4, source);
+  gltf.expect_at({"", "angular_velocity", {"ball"}, -Vector3::UnitZ()}, time, rolling / radius, 1e-4 / radius,
+                 source);
   return gltf.text();
 }
 
@@ -362,8 +347,8 @@ std::string friction_ways() {
     Kind(gltf, name, {1, 0.5, 1}, woods[static_cast<std::size_t>(i) % 4], friction)
         .add(name, at(0, 0.25, 2 * (i - 5)), {.mass = 0.5, .linear_velocity = {speed, 0, 0}});
     const double way = i == 10 ? speed * seconds : speed * speed / (20 * friction);
-    gltf.expect(at_time("way", name, Vector3::UnitX(), seconds, way, 0.01 * way,
-                        "v²/(2 μ g), of the AVBD demo's scene of dynamic friction"));
+    gltf.expect_at({"", "way", {name}, Vector3::UnitX()}, seconds, way, 0.01 * way,
+                   "v²/(2 μ g), of the AVBD demo's scene of dynamic friction");
   }
   return gltf.text();
 }

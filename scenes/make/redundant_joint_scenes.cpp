@@ -21,8 +21,7 @@ std::string door() {
 
   GltfBuilder gltf("door", 4);
   gltf.poster(0.9);
-  gltf.camera({1.5, 2.0, 6.0}, {0.25, 0.90, 0}, 0.50);
-  gltf.sun(afternoon, warm_white, daylight);
+  set_view(gltf, {1.5, 2.0, 6.0}, {0.25, 0.90, 0}, 0.50);
 
   const int hinge = gltf.hinge();
   // Boards with a frame and a brace, as a gate has.
@@ -88,14 +87,9 @@ std::string door() {
   const double period = pendulum_period(moment, 20, 9.81 * sine, lever, open);
   for (const int count : counts) {
     const std::string name = "hinges_" + std::to_string(count);
-    gltf.expect({.name = name + ": period",
-                 .quantity = "angular_velocity",
-                 .bodies = {name},
-                 .direction = Vector3(sine, cosine, 0),
-                 .crossing = 2,
-                 .value = period,
-                 .tolerance = 0.02 * period,
-                 .source = "a pendulum in the field g sin 0.25: T = 4 √(I/(m g sin 0.25 l)) K(sin 0.65)"});
+    gltf.expect_crossing({name + ": period", "angular_velocity", {name}, Vector3(sine, cosine, 0)}, 2, period,
+                         0.02 * period,
+                         "a pendulum in the field g sin 0.25: T = 4 √(I/(m g sin 0.25 l)) K(sin 0.65)");
   }
   return gltf.text();
 }
@@ -108,8 +102,7 @@ std::string short_chain() {
 
   GltfBuilder gltf("short_chain", 4);
   gltf.poster(0.05);
-  gltf.camera({0.6, 1.35, 4.0}, {0, 0.72, 0}, 0.52);
-  gltf.sun(afternoon, warm_white, daylight);
+  set_view(gltf, {0.6, 1.35, 4.0}, {0, 0.72, 0}, 0.52);
 
   std::array<int, 2> anchors{};
   for (const int side : {-1, 1}) {

@@ -317,14 +317,10 @@ std::string funnel() {
   }
 
   for (const auto& [name, distance, speed] : circles) {
-    gltf.expect({.name = name + ": angle that it has gone round by after 6 s",
-                 .quantity = "azimuth",
-                 .bodies = {name},
-                 .direction = Vector3::UnitY(),
-                 .at = 6,
-                 .value = speed / distance * 6,
-                 .tolerance = 0.05 * speed / distance * 6,
-                 .source = "Kepler: v = √(g s ρ) on the circle where it starts"});
+    gltf.expect_at(
+        {name + ": angle that it has gone round by after 6 s", "azimuth", {name}, Vector3::UnitY()}, 6,
+        speed / distance * 6, 0.05 * speed / distance * 6,
+        "Kepler: v = √(g s ρ) on the circle where it starts");
     gltf.expect({.name = name + ": distance from the axis",
                  .quantity = "distance",
                  .bodies = {name},

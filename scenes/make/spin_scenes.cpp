@@ -21,8 +21,7 @@ std::string heavy_top() {
 
   GltfBuilder gltf("heavy_top", 10, Vector3(0, -10, 0));
   gltf.poster(1);
-  gltf.camera({1.7, 2.5, 4.3}, {0, 1.30, 0}, 0.56);
-  gltf.sun(afternoon, warm_white, daylight);
+  set_view(gltf, {1.7, 2.5, 4.3}, {0, 1.30, 0}, 0.56);
 
   const std::array<ProfilePoint, 11> pedestal{{{0, 0},
                                                {0.42, 0, 0.01},
@@ -80,14 +79,8 @@ std::string heavy_top() {
   gltf.joint(gltf.node("tip", at(0, -lever, 0), body), pivot, gltf.ball_joint());
 
   const std::string_view simo = "Simo and Wong (1991); Lagrange's equations, integrated to 12 digits";
-  gltf.expect({.name = "angle that it has gone round by after 10 s",
-               .quantity = "azimuth",
-               .bodies = {"top"},
-               .direction = Vector3::UnitY(),
-               .at = 10,
-               .value = 4.196191,
-               .tolerance = 0.1,
-               .source = simo});
+  gltf.expect_at({"angle that it has gone round by after 10 s", "azimuth", {"top"}, Vector3::UnitY()}, 10,
+                 4.196191, 0.1, simo);
   gltf.expect({.name = "largest distance from the vertical",
                .quantity = "distance",
                .bodies = {"top"},
@@ -95,11 +88,8 @@ std::string heavy_top() {
                .at_most = lever * sine_cosine(0.0545517).sine,
                .tolerance = 0.003,
                .source = simo});
-  gltf.expect({.name = "largest change of energy",
-               .quantity = "energy_change",
-               .value = 0,
-               .tolerance = 1,
-               .source = "Simo and Wong (1991): the energy is 1269.97500521 J, 20 J of it are the weight's"});
+  gltf.expect_constant_energy(
+      1, "Simo and Wong (1991): the energy is 1269.97500521 J, 20 J of it are the weight's");
   return gltf.text();
 }
 
@@ -113,8 +103,7 @@ std::string turntable() {
 
   GltfBuilder gltf("turntable", 6);
   gltf.poster(1.8);
-  gltf.camera({1.5, 2.6, 3.4}, {0, 0.30, 0.05}, 0.56);
-  gltf.sun(afternoon, warm_white, daylight);
+  set_view(gltf, {1.5, 2.6, 3.4}, {0, 0.30, 0.05}, 0.56);
   add_ground(gltf, 0.6);
 
   const std::array<ProfilePoint, 8> foot{{{0, 0},
@@ -188,14 +177,9 @@ std::string turntable() {
     gltf.show(body, gltf.mesh(block.name, {{look, gltf.material(block.finish)}}));
   }
 
-  gltf.expect({.name = "angle that the ball has gone round by after 6 s",
-               .quantity = "azimuth",
-               .bodies = {"ball"},
-               .direction = Vector3::UnitY(),
-               .at = 6,
-               .value = 2.0 / 7 * rate * 6,
-               .tolerance = 0.05,
-               .source = "S. Earnshaw (1844): a rolling sphere goes round at 2/7 of the table's rate"});
+  gltf.expect_at({"angle that the ball has gone round by after 6 s", "azimuth", {"ball"}, Vector3::UnitY()},
+                 6, 2.0 / 7 * rate * 6, 0.05,
+                 "S. Earnshaw (1844): a rolling sphere goes round at 2/7 of the table's rate");
   gltf.expect({.name = "the ball's distance from the axis",
                .quantity = "distance",
                .bodies = {"ball"},
@@ -232,8 +216,7 @@ std::string euler_disk() {
 
   GltfBuilder gltf("euler_disk", 3);
   gltf.poster(0.25);
-  gltf.camera({0.62, 0.62, 1.05}, {0, 0.13, 0}, 0.56);
-  gltf.sun(afternoon, warm_white, daylight);
+  set_view(gltf, {0.62, 0.62, 1.05}, {0, 0.13, 0}, 0.56);
 
   const int grip = gltf.physics_material(0.8);
   const int plate = gltf.node("plate", at(0, top / 2, 0));
@@ -267,11 +250,8 @@ std::string euler_disk() {
   gltf.show(disk, gltf.mesh("disk", {{disk_look, steel}, {inlay_look, gltf.material(finish::terracotta)}}));
 
   const double worth = 1.5 * gravity * radius * sine;  // J
-  gltf.expect({.name = "largest change of energy",
-               .quantity = "energy_change",
-               .value = 0,
-               .tolerance = 0.1 * worth,
-               .source = "it rolls without losses; a thin disk's energy is 3/2 m g a sin α"});
+  gltf.expect_constant_energy(0.1 * worth,
+                              "it rolls without losses; a thin disk's energy is 3/2 m g a sin α");
   gltf.expect({.name = "largest displacement of its centre",
                .quantity = "displacement",
                .bodies = {"disk"},
@@ -293,8 +273,7 @@ std::string rattleback() {
 
   GltfBuilder gltf("rattleback", 10);
   gltf.poster(3);
-  gltf.camera({0.50, 0.48, 0.86}, {0, 0.0, 0.0}, 0.42);
-  gltf.sun(afternoon, warm_white, daylight);
+  set_view(gltf, {0.50, 0.48, 0.86}, {0, 0.0, 0.0}, 0.42);
   add_ground(gltf, 1);
 
   // The lower half of the ellipsoid under a lid, with two weights askew on it, which make its principal axes
@@ -339,38 +318,15 @@ std::string rattleback() {
   const std::string_view kane =
       "Kane and Levinson's equations (1982) of rolling without slip, integrated to rounding in "
       "tests/sim/scenes_test.cpp";
-  gltf.expect({.name = "turns_back: time at which it stands",
-               .quantity = "angular_velocity",
-               .bodies = {"turns_back"},
-               .direction = Vector3::UnitY(),
-               .crossing = 1,
-               .value = 2.804,
-               .tolerance = 0.3,
-               .source = kane});
-  gltf.expect({.name = "turns_back: rate at 6 s",
-               .quantity = "angular_velocity",
-               .bodies = {"turns_back"},
-               .direction = Vector3::UnitY(),
-               .at = 6,
-               .value = 5.26,
-               .tolerance = 0.5,
-               .source = kane});
-  gltf.expect({.name = "goes_on: rate at 5 s",
-               .quantity = "angular_velocity",
-               .bodies = {"goes_on"},
-               .direction = Vector3::UnitY(),
-               .at = 5,
-               .value = 4.361,
-               .tolerance = 0.2,
-               .source = kane});
-  gltf.expect({.name = "goes_on: rate at 10 s",
-               .quantity = "angular_velocity",
-               .bodies = {"goes_on"},
-               .direction = Vector3::UnitY(),
-               .at = 10,
-               .value = 1.25,
-               .tolerance = 0.2,
-               .source = kane});
+  gltf.expect_crossing(
+      {"turns_back: time at which it stands", "angular_velocity", {"turns_back"}, Vector3::UnitY()}, 1, 2.804,
+      0.3, kane);
+  gltf.expect_at({"turns_back: rate at 6 s", "angular_velocity", {"turns_back"}, Vector3::UnitY()}, 6, 5.26,
+                 0.5, kane);
+  gltf.expect_at({"goes_on: rate at 5 s", "angular_velocity", {"goes_on"}, Vector3::UnitY()}, 5, 4.361, 0.2,
+                 kane);
+  gltf.expect_at({"goes_on: rate at 10 s", "angular_velocity", {"goes_on"}, Vector3::UnitY()}, 10, 1.25, 0.2,
+                 kane);
   return gltf.text();
 }
 

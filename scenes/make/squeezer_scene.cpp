@@ -217,14 +217,10 @@ std::string squeezer() {
   const std::array<double, 7> ends{end_beta,  end_beta + end_theta,    end_gamma,  end_phi + end_delta,
                                    end_delta, end_omega + end_epsilon, end_epsilon};
   for (std::size_t i = 0; i < links.size(); ++i) {
-    gltf.expect({.name = std::string(links[i].name) + ": angle turned at 3 s",
-                 .quantity = "angle",
-                 .bodies = {links[i].name},
-                 .direction = Vector3::UnitZ(),
-                 .at = 3,
-                 .value = ends[i] - links[i].angle,
-                 .tolerance = i == 0 ? 0.15 : 0.05,
-                 .source = "Test Set for IVP Solvers (Bari), Andrews' squeezing mechanism"});
+    gltf.expect_at(
+        {std::string(links[i].name) + ": angle turned at 3 s", "angle", {links[i].name}, Vector3::UnitZ()}, 3,
+        ends[i] - links[i].angle, i == 0 ? 0.15 : 0.05,
+        "Test Set for IVP Solvers (Bari), Andrews' squeezing mechanism");
   }
   return gltf.text();
 }

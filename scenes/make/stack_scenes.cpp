@@ -33,8 +33,7 @@ class Crates {
 
  private:
   static GltfBuilder& staged(GltfBuilder& gltf, const Vector3& eye, const Vector3& target, double view) {
-    gltf.camera(eye, target, view);
-    gltf.sun(afternoon, warm_white, daylight);
+    set_view(gltf, eye, target, view);
     add_ground(gltf, 0.6);
     return gltf;
   }
@@ -149,8 +148,7 @@ std::string heavy_on_light() {
   constexpr std::array finishes{finish::maple, finish::oak, finish::sandstone, finish::granite, finish::iron};
 
   GltfBuilder gltf("heavy_on_light", 4);
-  gltf.camera({1.2, 1.55, 4.6}, {0, 0.50, 0}, 0.50);
-  gltf.sun(afternoon, warm_white, daylight);
+  set_view(gltf, {1.2, 1.55, 4.6}, {0, 0.50, 0}, 0.50);
   add_ground(gltf, 0.6);
 
   const int shape = gltf.box_shape(size);
@@ -197,8 +195,7 @@ std::string overlap() {
 
   GltfBuilder gltf("overlap", 3);
   gltf.poster(0.1);
-  gltf.camera({2.1, 1.9, 5.4}, {0, 0.92, 0}, 0.50);
-  gltf.sun(afternoon, warm_white, daylight);
+  set_view(gltf, {2.1, 1.9, 5.4}, {0, 0.92, 0}, 0.50);
   add_ground(gltf, 0.6);
 
   const int shape = gltf.box_shape(Vector3::Constant(side));

@@ -22,6 +22,12 @@ inline AxesLimit locked(AxesLimit::Kind kind, const std::vector<int>& axes) {
   return {.kind = kind, .axes = axes, .min = 0, .max = 0};
 }
 
+/// Looks from a point towards a point, in the light of the afternoon; `field_of_view` is vertical, rad.
+inline void set_view(GltfBuilder& gltf, const Vector3& from, const Vector3& towards, double field_of_view) {
+  gltf.camera(from, towards, field_of_view);
+  gltf.sun(afternoon, warm_white, daylight);
+}
+
 /// Collides as the plane y = 0.
 inline void add_ground(GltfBuilder& gltf, double friction) {
   const int node = gltf.node("ground");

@@ -18,8 +18,7 @@ std::string dominoes() {
 
   GltfBuilder gltf("dominoes", 4);
   gltf.poster(1.5);
-  gltf.camera({0.9, 1.9, 2.6}, {0, 0.10, 0}, 0.56);
-  gltf.sun(afternoon, warm_white, daylight);
+  set_view(gltf, {0.9, 1.9, 2.6}, {0, 0.10, 0}, 0.56);
   add_ground(gltf, 0.5);
 
   const int shape = gltf.box_shape(size);
@@ -80,8 +79,7 @@ std::string wrecking_ball() {
 
   GltfBuilder gltf("wrecking_ball", 4);
   gltf.poster(0.95);
-  gltf.camera({-3.6, 2.7, 8.7}, {0.15, 1.62, 0}, 0.56);
-  gltf.sun(afternoon, warm_white, daylight);
+  set_view(gltf, {-3.6, 2.7, 8.7}, {0.15, 1.62, 0}, 0.56);
   add_ground(gltf, 0.6);
 
   // A crane behind it all: drawn only.

@@ -115,14 +115,8 @@ std::string water_wheel() {
   }
 
   const auto [sine, cosine] = sine_cosine(0.14);
-  gltf.expect({.name = "ball_20: way down the chute at 1 s",
-               .quantity = "way",
-               .bodies = {"ball_20"},
-               .direction = Vector3(cosine, -sine, 0),
-               .at = 1,
-               .value = 5.0 / 7 * 9.81 * sine / 2,
-               .tolerance = 0.025,
-               .source = "a solid ball rolls with 5/7 g sin θ"});
+  gltf.expect_at({"ball_20: way down the chute at 1 s", "way", {"ball_20"}, Vector3(cosine, -sine, 0)}, 1,
+                 5.0 / 7 * 9.81 * sine / 2, 0.025, "a solid ball rolls with 5/7 g sin θ");
   gltf.expect_no_gain(6, "nothing drives the wheel; the balls' fall is worth 600 J");
   return gltf.text();
 }

@@ -184,6 +184,7 @@ void measure_scene(const MeasureOptions& options) {
     Progress progress;
     progress.show("reference", 0);
     measurement.reference = reference_of(options, scene, std::min(horizon, scene.duration));
+    measurement.stands = stands(scene, measurement.reference);
     double done = 0;
     for (MeasuredSettings& run : measurement.runs) {
       progress.show("measuring", done++ / static_cast<double>(measurement.runs.size()));

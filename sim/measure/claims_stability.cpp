@@ -167,9 +167,7 @@ Claim claim15(Measurement& measurement) {
   for (const auto& [kappa, turns] : {std::pair{1.0, &runs}, {lower_kappa, &lower}}) {
     for (std::size_t i = 0; i < turns->size(); ++i) {
       claim.figures.push_back(
-          {fmt::format("fastest turn of the governor with rods, κ = {:g}, n = {}", kappa, turn_substeps[i]),
-           {(*turns)[i]},
-           "rad/s"});
+          {fmt::format("turn, κ = {:g}, n = {}", kappa, turn_substeps[i]), {(*turns)[i]}, "rad/s"});
     }
   }
   return claim;

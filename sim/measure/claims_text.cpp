@@ -51,16 +51,38 @@ constexpr std::string_view ablation_caption =
 constexpr std::string_view energy_caption =
     "Largest rise of energy above the start's in 5 s, in J, of scenes that nothing drives (n = 4, m = 1)";
 
-std::string contact_markdown(const std::vector<ContactAblationCosts>& ablation) {
-  std::string text = fmt::format("\n\n{}:\n\n| switched off |", contact_ablation_caption(ablation));
-  for (const ContactAblationCosts& column : ablation) text += fmt::format(" {} |", column_title(column));
-  text += "\n|---|";
-  for (std::size_t i = 0; i < ablation.size(); ++i) text += "---:|";
-  for (std::size_t i = 0; i < contact_ablations.size(); ++i) {
-    text += fmt::format("\n| {} |", std::string(name(contact_ablations[i])));
-    for (const ContactAblationCosts& column : ablation) text += fmt::format(" {} |", number(column.costs[i]));
+TextTable table_of(const std::vector<AblationCosts>& ablation) {
+  TextTable table{{"approximation"}, {}};
+  for (const AblationCosts& column : ablation)
+    table.head.push_back(fmt::format("{}, n = {}", column.scene, column.substeps));
+  for (std::size_t i = 0; i < approximations.size(); ++i) {
+    std::vector<std::string> row{std::string(name(approximations[i]))};
+    for (const AblationCosts& column : ablation) row.push_back(number(column.costs[i]));
+    table.rows.push_back(std::move(row));
   }
-  return text;
+  return table;
+}
+
+TextTable table_of(const std::vector<ContactAblationCosts>& ablation) {
+  TextTable table{{"switched off"}, {}};
+  for (const ContactAblationCosts& column : ablation) table.head.push_back(column_title(column));
+  for (std::size_t i = 0; i < contact_ablations.size(); ++i) {
+    std::vector<std::string> row{std::string(name(contact_ablations[i]))};
+    for (const ContactAblationCosts& column : ablation) row.push_back(number(column.costs[i]));
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+TextTable energy_table(const ClaimsReport& report) {
+  TextTable table{{""}, {}};
+  table.head.insert(table.head.end(), report.energy_scenes.begin(), report.energy_scenes.end());
+  for (const EnergyDrift& drift : report.energy) {
+    std::vector<std::string> row{drift.run};
+    for (const double growth : drift.growth) row.push_back(number(growth));
+    table.rows.push_back(std::move(row));
+  }
+  return table;
 }
 
 }  // namespace
@@ -83,25 +105,11 @@ std::string to_markdown(const ClaimsReport& report) {
     for (const TextTable& table : tables_of(claim)) text += fmt::format("\n{}", to_markdown(table));
     text += '\n';
   }
-  text += fmt::format("\n{}:\n\n| approximation |", ablation_caption);
-  for (const AblationCosts& row : report.ablation)
-    text += fmt::format(" {}, n = {} |", row.scene, row.substeps);
-  text += "\n|---|";
-  for (std::size_t i = 0; i < report.ablation.size(); ++i) text += "---|";
-  for (std::size_t i = 0; i < approximations.size(); ++i) {
-    text += fmt::format("\n| {} |", name(approximations[i]));
-    for (const AblationCosts& row : report.ablation) text += fmt::format(" {} |", number(row.costs[i]));
-  }
-  text += contact_markdown(report.contact_ablation);
-  text += fmt::format("\n\n{}:\n\n| |", energy_caption);
-  for (const std::string& scene : report.energy_scenes) text += fmt::format(" {} |", scene);
-  text += "\n|---|";
-  for (std::size_t i = 0; i < report.energy_scenes.size(); ++i) text += "---|";
-  for (const EnergyDrift& drift : report.energy) {
-    text += fmt::format("\n| {} |", drift.run);
-    for (const double growth : drift.growth) text += fmt::format(" {} |", number(growth));
-  }
-  return text + "\n";
+  text += fmt::format(
+      "\n{}:\n\n{}\n{}:\n\n{}\n{}:\n\n{}", ablation_caption, to_markdown(table_of(report.ablation)),
+      contact_ablation_caption(report.contact_ablation), to_markdown(table_of(report.contact_ablation)),
+      energy_caption, to_markdown(energy_table(report)));
+  return text;
 }
 
 }  // namespace substep

@@ -22,8 +22,7 @@ struct AblatedScene {
   double duration;  ///< s
 };
 
-constexpr std::array<AblatedScene, 6> ablated_scenes{{{"box_stack", Cost::displacement, 5},
-                                                      {"heavy_on_light", Cost::displacement, 5},
+constexpr std::array<AblatedScene, 5> ablated_scenes{{{"box_stack", Cost::displacement, 5},
                                                       {"box_pyramid", Cost::displacement, 2},
                                                       {"balls_on_tray", Cost::distance, 2},
                                                       {"powered_wheel", Cost::distance, 2},
@@ -121,7 +120,6 @@ ContactAblationCosts costs_of(const std::filesystem::path& folder, const Ablated
 
 std::vector<Run> ablations_of(const Scene& scene) {
   std::vector<Run> runs;
-  // One n for all scenes, as the caption says: with its own, limits by sub-step cost heavy_on_light nothing.
   Settings settings = default_settings(Algorithm::a5);
   settings.step = scene.step;
   for (const ContactAblation approximation : contact_ablations)

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <functional>
 #include <nlohmann/json.hpp>
-#include <numeric>
 
 #include "sim/measure/metrics_json.h"
 #include "sim/measure/text_table.h"
+#include "sim/model/settings_fields.h"
 
 namespace substep {
 namespace {
@@ -148,10 +148,16 @@ std::string all_tables(const SceneMeasurement& m, const Print& print) {
   return text;
 }
 
-/// The settings' label without its first word, the algorithm, and with single spaces.
+/// The settings that differ from the algorithm's defaults, and the step: "n=4 h=1/60".
 std::string settings_label(const Settings& settings) {
-  std::string text = label(settings).substr(2);
-  for (std::size_t i = text.find("  "); i != std::string::npos; i = text.find("  ")) text.erase(i, 1);
+  const std::vector<SettingsPart> usual = parts_of(default_settings(settings.algorithm));
+  std::string text;
+  for (const SettingsPart& part : parts_of(settings)) {
+    const bool is_usual = std::ranges::find(usual, part.text, &SettingsPart::text) != usual.end();
+    const bool is_always_said =
+        part.field->name == "substeps" || part.field->name == "step" || settings.algorithm == Algorithm::a2;
+    if (!is_usual || is_always_said) text += " " + part.text;
+  }
   return text;
 }
 
@@ -163,7 +169,7 @@ bool has_each_algorithm_once(const SceneMeasurement& m) {
   return true;
 }
 
-/// "A1: h=1/60. A2: m=10 h=1/60. A3 to A5: n=10 m=1 h=1/60.", where each algorithm has one run.
+/// "A1: h=1/60. A2: m=10 h=1/60. A3 to A5: n=10 h=1/60.", where each algorithm has one run.
 std::string settings_line(const SceneMeasurement& m) {
   std::string text;
   for (std::size_t first = 0; first < m.runs.size();) {
@@ -213,16 +219,17 @@ std::vector<Column> columns_of(const SceneMeasurement& m) {
   add(0, fmt::format("RMS error to {:.3g} s, m", m.reference.horizon), [&m](const MeasuredSettings& run) {
     return error_number(run.metrics.error.position.rms, m.reference.uncertainty);
   });
-  const auto turns = [](const MeasuredSettings& run) { return run.metrics.error.orientation.rms > 0; };
-  if (std::ranges::any_of(m.runs, turns)) {
-    add(3, "RMS turn, rad", [&m](const MeasuredSettings& run) {
+  const auto touches = [](const MeasuredSettings& run) {
+    return run.metrics.joint_gap > 0 || run.metrics.penetration > 0;
+  };
+  if (std::ranges::none_of(m.runs, touches)) {
+    add(0, "RMS turn, rad", [&m](const MeasuredSettings& run) {
       return error_number(run.metrics.error.orientation.rms, m.reference.turn_uncertainty);
     });
   }
   add_positive(0, "joint gap, m", &Metrics::joint_gap);
   add_positive(0, "overlap, m", &Metrics::penetration);
-  const auto overlaps = [](const MeasuredSettings& run) { return run.metrics.penetration > 0; };
-  if (std::ranges::any_of(m.runs, overlaps)) add_positive(1, "moved, m", &Metrics::moved);
+  if (m.stands) add_positive(1, "moved, m", &Metrics::moved);
   add_positive(2, "energy rise, J", &Metrics::energy_growth);
   add(0, "bounded", [](const MeasuredSettings& run) { return verdict(run.metrics); });
   while (columns.size() + 1 > most_columns) {

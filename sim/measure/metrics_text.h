@@ -21,6 +21,7 @@ struct SceneMeasurement {
   std::string scene;
   double size = 0;      ///< m
   double duration = 0;  ///< s
+  bool stands = false;  ///< all bodies stay at rest in the reference
   std::string modelled;
   ReferenceMotion reference;  ///< of its motion nothing is printed
   std::vector<MeasuredSettings> runs;

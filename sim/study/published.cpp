@@ -8,6 +8,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "sim/error.h"
@@ -229,9 +230,22 @@ std::string cell_text(const ExpectedFigure& figure, bool is_time) {
   return short_number(figure.measured) + (figure.is_bad() ? "!" : "");
 }
 
-/// Prints a line for each figure and a column for each algorithm of a run.
+/// Returns a rank: times first, then what loses the result, then the largest error in parts of the tolerance.
+double rank_of(const PublishedFigure& line) {
+  constexpr double above_all_errors = 1e6;
+  if (line.is_time) return std::numeric_limits<double>::infinity();
+  double worst = 0;
+  for (const auto& [algorithm, figure] : line.measured)
+    worst = std::max(worst, figure.error() / figure.tolerance);
+  return line.lost.empty() ? worst : above_all_errors + worst;
+}
+
+/// Prints a line for each figure, at most the four of the highest rank, and a column for each algorithm of a
+/// run.
 TextTable figures_table(const PublishedMeasurement& measurement) {
+  constexpr std::size_t most = 4;
   TextTable table{{"figure", "expected"}, {}};
+  std::vector<double> ranks;
   const auto place = [](std::vector<std::string>& names, const std::string& name) {
     const auto found = std::ranges::find(names, name);
     if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
@@ -244,7 +258,12 @@ TextTable figures_table(const PublishedMeasurement& measurement) {
     const std::string expected = line.is_time ? "" : expected_text(first);
     auto row = std::ranges::find_if(
         table.rows, [&](const auto& earlier) { return earlier[0] == name && earlier[1] == expected; });
-    if (row == table.rows.end()) row = table.rows.insert(row, {name, expected});
+    if (row == table.rows.end()) {
+      row = table.rows.insert(row, {name, expected});
+      ranks.push_back(0);
+    }
+    double& rank = ranks[static_cast<std::size_t>(row - table.rows.begin())];
+    rank = std::max(rank, rank_of(line));
     for (const Algorithm algorithm : shown) {
       const auto found = line.measured.find(algorithm);
       if (found == line.measured.end()) continue;
@@ -254,6 +273,11 @@ TextTable figures_table(const PublishedMeasurement& measurement) {
     }
   }
   for (std::vector<std::string>& row : table.rows) row.resize(table.head.size());
+  while (table.rows.size() > most) {
+    const auto least = std::ranges::min_element(ranks) - ranks.begin();
+    table.rows.erase(table.rows.begin() + least);
+    ranks.erase(ranks.begin() + least);
+  }
   return table;
 }
 
@@ -321,7 +345,9 @@ std::string to_markdown(const std::vector<PublishedMeasurement>& measurements) {
     tables += fmt::format("\n### {}\nRule: {}.\n\n{}\n{}", measurement.result.name, measurement.result.rule,
                           to_markdown(reported), to_markdown(figures_table(measurement)));
   }
-  return to_markdown(summary) + tables + "\n!: beyond the scene's tolerance.\n";
+  return to_markdown(summary) + tables +
+         "\nAt most four figures of a result are shown, those missed most. !: beyond the scene's "
+         "tolerance.\n";
 }
 
 }  // namespace substep

@@ -129,49 +129,5 @@ TEST(ContactFuzz, GrazingPairsKeepTheirInvariants) {
   }
 }
 
-TEST(ContactFuzz, SwappedPairsAreMirrored) {
-  std::mt19937 random(3);
-  std::vector<Shape> shapes = {Sphere{0.4}, Capsule{0.5, 0.3}, Plane{}};
-  for (const Polytope& polytope : solids(random)) shapes.emplace_back(polytope);
-  int with_contacts = 0;
-  for (int trial = 0; trial < 4000; ++trial) {
-    const Shape& a = shapes[random() % shapes.size()];
-    const Shape& b = shapes[random() % shapes.size()];
-    const Pose pose_a = {test::random_point(random, 1), test::random_orientation(random)};
-    const Pose pose_b = {test::random_point(random, 0.2), test::random_orientation(random)};
-    const auto one = test::contacts(a, pose_a, b, pose_b, 0.05);
-    const auto other = test::contacts(b, pose_b, a, pose_a, 0.05);
-    ASSERT_EQ(test::complaint(one, 0.05), "") << trial;
-    ASSERT_EQ(one.size(), other.size());
-    if (!one.empty()) ++with_contacts;
-    for (std::size_t i = 0; i < one.size(); ++i) {
-      ASSERT_EQ(one[i].on_a, other[i].on_b);
-      ASSERT_EQ(one[i].normal, -other[i].normal);
-      ASSERT_EQ(one[i].distance, other[i].distance);
-    }
-  }
-  EXPECT_GT(with_contacts, 2000);
-}
-
-TEST(ContactFuzz, RepeatsContactsExactly) {
-  // The same question after a thousand others has the same answer, to the last bit.
-  std::mt19937 random(4);
-  const std::vector<Polytope> shapes = solids(random);
-  const Pose pose = {{0.7, 0.6, 0.1}, test::random_orientation(random)};
-  const auto before = test::contacts(shapes[8], pose, shapes[4], {}, 0.05);
-  ASSERT_FALSE(before.empty());
-  for (int trial = 0; trial < 1000; ++trial) {
-    test::contacts(shapes[random() % shapes.size()],
-                   {test::random_point(random, 1), test::random_orientation(random)},
-                   shapes[random() % shapes.size()], {}, 0.05);
-  }
-  const auto after = test::contacts(shapes[8], pose, shapes[4], {}, 0.05);
-  ASSERT_EQ(before.size(), after.size());
-  for (std::size_t i = 0; i < before.size(); ++i) {
-    EXPECT_EQ(before[i].on_a, after[i].on_a);
-    EXPECT_EQ(before[i].normal, after[i].normal);
-  }
-}
-
 }  // namespace
 }  // namespace substep

@@ -226,30 +226,6 @@ TEST(RoundContacts, LyingCylinderKeepsItsHeight) {
   }
 }
 
-TEST(RoundContacts, LyingConeTouchesAlongItsSide) {
-  const Polytope slab = box({20, 1, 20});
-  const TriangleMesh floor = test::flat_mesh(16, 0.7, 0.3);
-  for (const double height : {0.9, 0.3, 0.12}) {
-    const double bottom = 0.5;
-    const double top = 0.1;
-    const double slant = std::hypot(height, bottom - top);
-    const double sine = (bottom - top) / slant;
-    const double cosine = height / slant;
-    // The side's normal, towards +X of the cone, points down.
-    const Quaternion lying = turn(-std::acos(0.0) - std::asin(sine), {0, 0, 1});
-    const double low = cosine * bottom - sine * height / 2;
-    const Pose pose = {{0.1, low - 0.001, 0.2}, turn(0.4, {0, 1, 0}) * lying};
-    for (const auto& points : {contacts(make_cylinder(height, bottom, top), pose, slab,
-                                        {{0, -0.5, 0}, Quaternion::Identity()}, 0.02),
-                               contacts(make_cylinder(height, bottom, top), pose, floor, {}, 0.02)}) {
-      ASSERT_EQ(points.size(), 2U) << height;
-      // Measured 2e-16 and 1e-16.
-      for (const ContactPoint& point : points) EXPECT_NEAR(point.distance, -0.001, 1e-14) << height;
-      EXPECT_NEAR((points[0].on_a - points[1].on_a).norm(), slant, 1e-12) << height;
-    }
-  }
-}
-
 TEST(RoundContacts, TiltedDiscTouchesAtItsLowestPoint) {
   // Euler's disk: the rim's lowest point has the depth r sin(tilt) below the centre, whatever the turn. A
   // disc that is parallel to 1e-5 keeps the points of its own axes, of which one is at least at cos(22.5°) of

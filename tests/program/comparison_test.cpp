@@ -280,20 +280,6 @@ TEST(Composition, RowsFollowTheNumberOfPanelsAndTheFramesShape) {
   EXPECT_EQ(rows_for(6, 1080, 1032, 100), (Rows{2, 2, 2}));
 }
 
-TEST(Composition, PanelsFillEachRow) {
-  const Scene loaded = scene("pendulum.gltf");
-  Comparison comparison = simulate_comparison(loaded, settings(loaded, 0));
-  for (std::size_t count = 9; count >= 1; --count) {
-    comparison.runs.resize(count, comparison.runs.front());
-    const Composition composition(comparison, "test", 1280, 720);
-    const int rows = static_cast<int>(rows_for(static_cast<int>(count), 1268, 654, 110).size());
-    int widths = 0;
-    for (std::size_t run = 0; run < count; ++run) widths += composition.picture_width(run);
-    EXPECT_GT(widths, rows * 1200) << count;  // of 1280, less up to six gaps of 12
-    EXPECT_LE(widths, rows * 1280) << count;
-  }
-}
-
 TEST(Composition, FilmsHaveAnyShape) {
   const Scene loaded = scene("pendulum.gltf");
   const Comparison comparison = simulate_comparison(loaded, settings(loaded, 0));

@@ -318,16 +318,5 @@ TEST_F(Pictures, PosterAndLoopAreMade) {
   EXPECT_LE(content("loop.gif").size(), 2'000'000u);
 }
 
-TEST_F(Pictures, WhenFfmpegFailsNothingIsLeft) {
-  // An ffmpeg that reads one frame and gives up.
-  write("ffmpeg",
-        "#!/bin/sh\nhead -c 100000 >/dev/null\necho 'first' >&2\necho 'no space left' >&2\nexit 1\n");
-  std::filesystem::permissions(folder() / "ffmpeg", std::filesystem::perms::owner_all);
-  const Outcome outcome = short_video({}, folder().string() + ":" + system_path());
-  EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_EQ(outcome.err, "substep: ffmpeg failed: no space left\n");
-  EXPECT_THAT(files(), testing::ElementsAre("ffmpeg"));
-}
-
 }  // namespace
 }  // namespace substep::render

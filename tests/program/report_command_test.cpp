@@ -109,6 +109,8 @@ TEST_F(ReportCommand, RefusesMissingAndMixedInputs) {
   write("one.toml", "");
   expect_refused({"report", "one.toml", "--maps"}, "--maps: give scenes");
   expect_refused({"report", "one.toml", "two.toml"}, "two.toml: give one sweep file, or scenes");
+  expect_refused({"report", "claims", "--scenes", "nowhere"}, "nowhere");
+  expect_refused({"report", "claims", "--scenes", scene(""), "--output", "nowhere/claims.md"}, "nowhere");
 }
 
 }  // namespace

@@ -35,16 +35,6 @@ TEST(View, ASceneCameraLooksAlongItsMinusZ) {
   EXPECT_NEAR(side.x, 1, 1e-12);
 }
 
-TEST(View, NearAndFarAreTheEndsOfDepth) {
-  const View view;
-  const auto depth = [&view](double z) {
-    const glm::dvec4 clip = clip_from_world(view, 0.5, 20) * glm::dvec4(0, 0, -z, 1);
-    return clip.z / clip.w;
-  };
-  EXPECT_NEAR(depth(0.5), -1, 1e-12);
-  EXPECT_NEAR(depth(20), 1, 1e-12);
-}
-
 /// Corners of all moving parts over all frames, as far from the picture's middle as any of them gets.
 double farthest_from_middle(const Scene& scene, const std::vector<std::vector<Coordinates>>& frames) {
   const BodyMesh mesh = gather_body_mesh(scene);

@@ -6,7 +6,6 @@
 #include <cfenv>
 #include <chrono>
 #include <map>
-#include <set>
 #include <thread>
 
 #include "render/context.h"
@@ -56,22 +55,6 @@ TEST(Renderer, IsPinned) {
   EXPECT_NE(renderer_description().find("128 bits"), std::string::npos) << renderer_description();
 }
 
-TEST(Renderer, PictureIsNotBlank) {
-  const Scene scene = three_shapes();
-  Renderer renderer(scene, small_picture());
-  const Image image = renderer.draw(initial_state(scene).q);
-  ASSERT_EQ(image.width, 240);
-  ASSERT_EQ(image.height, 135);
-  std::set<std::uint32_t> colors;
-  int black = 0;
-  for (std::size_t i = 0; i < image.rgb.size(); i += 3) {
-    colors.insert(image.rgb[i] | image.rgb[i + 1] << 8 | image.rgb[i + 2] << 16);
-    black += image.rgb[i] + image.rgb[i + 1] + image.rgb[i + 2] == 0 ? 1 : 0;
-  }
-  EXPECT_GT(colors.size(), 1000u);  // measured 1,896
-  EXPECT_EQ(black, 0);
-}
-
 TEST(Renderer, APictureInTilesHasNoSeams) {
   const Scene scene = three_shapes();
   const std::vector<Coordinates> poses = initial_state(scene).q;
@@ -108,24 +91,6 @@ TEST(Renderer, DrawsTheSameEachTimeWhateverCameBefore) {
   EXPECT_EQ(other.draw(poses).rgb, first.rgb);
 }
 
-TEST(Renderer, ThreadsWithARendererEachDrawTheSame) {
-  const Scene scene = three_shapes();
-  const std::vector<Coordinates> poses = initial_state(scene).q;
-  const std::uint64_t alone = hash(Renderer(scene, small_picture()).draw(poses));
-  std::vector<std::uint64_t> hashes(2);
-  {
-    std::vector<std::jthread> threads;
-    threads.reserve(hashes.size());
-    for (std::uint64_t& result : hashes) {
-      threads.emplace_back([&] {
-        Renderer renderer(scene, small_picture());
-        for (int i = 0; i < 3; ++i) result = hash(renderer.draw(poses));
-      });
-    }
-  }
-  for (const std::uint64_t result : hashes) EXPECT_EQ(result, alone);
-}
-
 TEST(Renderer, RoundingModeOfTheCallerDoesNotMatter) {
   const Scene scene = three_shapes();
   const std::vector<Coordinates> poses = initial_state(scene).q;
@@ -154,15 +119,6 @@ TEST(Context, WaitsForAnotherThreadToRelease) {
   }
   other.join();
   EXPECT_TRUE(has_waited);
-}
-
-TEST(Renderer, ADrawingMovesWithItsRenderer) {
-  const Scene scene = three_shapes();
-  const std::vector<Coordinates> poses = initial_state(scene).q;
-  Renderer first(scene, small_picture());
-  const Image image = first.draw(poses);
-  Renderer second(std::move(first));
-  EXPECT_EQ(second.draw(poses).rgb, image.rgb);
 }
 
 TEST(Renderer, ColorsTellTheBodies) {
@@ -204,33 +160,6 @@ TEST(Renderer, AMovedBodyIsWhereItsColorSays) {
   }
   EXPECT_GT(on_body, 400);  // measured 967
   EXPECT_EQ(elsewhere, 0);
-}
-
-TEST(Renderer, WhereColorsShowABodyThePictureDoes) {
-  const Scene scene = three_shapes();
-  RenderSettings settings = small_picture();
-  settings.antialiasing = false;
-  settings.shadows = false;
-  Renderer renderer(scene, settings);
-  std::vector<Coordinates> poses = initial_state(scene).q;
-  const Image with = renderer.draw(poses);
-  const Image colors = renderer.draw_bodies(poses);
-  for (std::size_t i = 1; i < poses.size(); ++i) poses[i].linear.x() = 1e7;
-  const Image without = renderer.draw(poses);
-  int unseen = 0;
-  int bodies = 0;
-  for (int y = 0; y < with.height; ++y) {
-    for (int x = 0; x < with.width; ++x) {
-      const bool is_body = body_at(colors, x, y) > 0;
-      bodies += is_body ? 1 : 0;
-      const std::uint8_t* a = with.pixel(x, y);
-      const std::uint8_t* b = without.pixel(x, y);
-      const int difference = std::abs(a[0] - b[0]) + std::abs(a[1] - b[1]) + std::abs(a[2] - b[2]);
-      unseen += is_body && difference == 0 ? 1 : 0;
-    }
-  }
-  EXPECT_GT(bodies, 2000);
-  EXPECT_LT(unseen, bodies / 100);  // measured 0 of 2,977
 }
 
 /// A floating box under a sun straight above, seen from above at a slant.
@@ -339,23 +268,6 @@ TEST(Renderer, LitSurfacesDoNotShadeThemselves) {
     EXPECT_GT(bodies, 2000);
     EXPECT_LT(darker, bodies / 100) << has_lamp;  // measured 0 of 12,421
   }
-}
-
-TEST(Renderer, AntialiasingSoftensEdgesOnly) {
-  const Scene scene = three_shapes();
-  const std::vector<Coordinates> poses = initial_state(scene).q;
-  RenderSettings settings = small_picture();
-  const Image smooth = Renderer(scene, settings).draw(poses);
-  settings.antialiasing = false;
-  const Image hard = Renderer(scene, settings).draw(poses);
-  int differ = 0;
-  for (int y = 0; y < smooth.height; ++y) {
-    for (int x = 0; x < smooth.width; ++x) {
-      differ += std::abs(luma(smooth, x, y) - luma(hard, x, y)) > 12 ? 1 : 0;
-    }
-  }
-  EXPECT_GT(differ, 50);  // measured 251
-  EXPECT_LT(differ, smooth.width * smooth.height / 30);
 }
 
 TEST(Renderer, PosesThatCannotBeDrawnAreLeftOut) {

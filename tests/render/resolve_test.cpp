@@ -109,10 +109,6 @@ TEST(Resolve, UndrawnGroundBelowABodyIsNotUsed) {
   EXPECT_EQ(black.rgb[0], 240);  // 7/8
 }
 
-TEST(Resolve, NothingDrawnLeavesThePixel) {
-  for (const int below : {0, 1, 77, 254, 255}) EXPECT_EQ(covered(below, 0, 255), below);
-}
-
 TEST(Resolve, WhatLightPassesThroughLiesOverBodiesAndGround) {
   // Half of white over black, where the layer has a body's sample: as light, so 188.
   const Pixels black = grey(2, 0);

@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -87,21 +86,6 @@ TEST(SmallerImages, StayTheirFilesWhereTheyAreSmall) {
   EXPECT_EQ(smaller.images[0].bytes, scene.images[0].bytes);
   EXPECT_EQ(smaller.images[1].bytes->find("Exif"), std::string::npos);
   EXPECT_EQ(image_of(smaller, 1).rgba, image_of(scene, 1).rgba);
-}
-
-TEST(SmallerImages, LeaveAloneWhatNoSurfaceShows) {
-  Scene scene;
-  add_image(scene, "no image at all");
-  const Scene smaller = with_smaller_images(scene, {}, {});
-  EXPECT_EQ(smaller.images[0].bytes, scene.images[0].bytes);
-}
-
-TEST(PngOfTexels, IsReadAsItWas) {
-  const Texels texels = noise(37, 19, 3);
-  const Texels read = decode_texels(to_png(texels), "test");
-  EXPECT_EQ(read.width, texels.width);
-  EXPECT_EQ(read.height, texels.height);
-  EXPECT_EQ(read.rgba, texels.rgba);
 }
 
 TEST(NearestCode, IsTheInverseOfLinearLight) {

@@ -4,7 +4,6 @@
 
 #include <limits>
 #include <string>
-#include <thread>
 #include <vector>
 
 namespace substep::render {
@@ -55,44 +54,6 @@ TEST(Text, BrokenUtf8IsDrawnAsReplacements) {
   EXPECT_GT(text_width(std::string_view("a\0b", 3), {}), text_width("ab", {}));
 }
 
-TEST(Text, WidthIsWhereTheInkEnds) {
-  EXPECT_EQ(text_width("", {}), 0);
-  for (const std::string text : {"mmmm", "Sub-steps 4", "AVATAR"}) {
-    const Image image = written(text);
-    int last = 0;
-    for (int y = 0; y < image.height; ++y) {
-      for (int x = 0; x < image.width; ++x) {
-        if (image.pixel(x, y)[0] > 60) last = std::max(last, x);
-      }
-    }
-    // The last letter's own margin lies between.
-    EXPECT_NEAR(last + 1, 4.3 + text_width(text, {}), 2.5) << text;  // measured 1.5
-  }
-}
-
-TEST(Text, DigitsStandInColumns) {
-  TextStyle style;
-  for (style.bold = false;; style.bold = true) {
-    EXPECT_EQ(text_width("1111.1", style), text_width("8888.8", style));
-    EXPECT_EQ(text_width("7", style) + text_width("4", style), text_width("74", style));
-    if (style.bold) break;
-  }
-  EXPECT_LT(text_width("x", {12, {}, false, true}), text_width("x", {24, {}, false, true}));
-}
-
-TEST(Text, ThreadsGiveTheSamePixels) {
-  const std::uint64_t alone = hash(written("τ = 0.25, κ = 1"));
-  std::vector<std::uint64_t> hashes(4);
-  {
-    std::vector<std::jthread> threads;
-    threads.reserve(hashes.size());
-    for (std::uint64_t& result : hashes) {
-      threads.emplace_back([&result] { result = hash(written("τ = 0.25, κ = 1")); });
-    }
-  }
-  for (const std::uint64_t result : hashes) EXPECT_EQ(result, alone);
-}
-
 /// A picture drawn with (x, y) in a small image is the cut-out of that drawn in a large one.
 template <typename Draw>
 void expect_clipped(const Draw& draw) {
@@ -138,26 +99,6 @@ TEST(Text, FarAwayAndNotFiniteDrawNothing) {
   fill_rectangle(image, -most, -most, most, most, {255, 255, 255});
   fill_rectangle(image, 5, 5, -3, 4, {255, 255, 255});
   EXPECT_EQ(image.rgb, empty.rgb);
-}
-
-TEST(Text, ALineCoversItsWidth) {
-  Image image(40, 20);
-  draw_line(image, 5, 10, 35, 10, 4, {255, 255, 255});
-  int sum = 0;
-  for (int y = 0; y < image.height; ++y) sum += image.pixel(20, y)[0];
-  EXPECT_EQ(sum, 4 * 255);
-  EXPECT_EQ(image.pixel(20, 8)[0], 255);
-  EXPECT_EQ(image.pixel(20, 7)[0], 0);
-}
-
-TEST(Text, ARectangleIsBlended) {
-  Image image(4, 4);
-  fill_rectangle(image, 1, 1, 2, 2, {200, 100, 0});
-  fill_rectangle(image, 1, 1, 1, 1, {0, 0, 0}, 0.5);
-  EXPECT_EQ(image.pixel(2, 2)[0], 200);
-  EXPECT_NEAR(image.pixel(1, 1)[0], 100, 1);
-  EXPECT_EQ(image.pixel(0, 0)[0], 0);
-  EXPECT_EQ(image.pixel(3, 3)[0], 0);
 }
 
 }  // namespace

@@ -1,20 +1,13 @@
-/// The lists of features in scenes/README.md: a document for each feature is loaded, and warns or fails as
-/// listed.
+/// What of glTF and its extensions is supported, replaced or refused: a document for each feature is loaded.
 
-#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <fstream>
 #include <functional>
-#include <iterator>
-#include <map>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "sim/math/base64.h"
-#include "tests/folders.h"
 #include "tests/scene/example_scene.h"
 
 namespace substep {
@@ -28,10 +21,6 @@ using namespace test;
 
 json& shape(json& document, int index) {
   return document["extensions"]["KHR_implicit_shapes"]["shapes"][index];
-}
-
-json& limit(json& document) {
-  return document["extensions"]["KHR_physics_rigid_bodies"]["physicsJoints"][0]["limits"][0];
 }
 
 json& drive(json& document) {
@@ -77,7 +66,7 @@ void shear(json& document, int node) {
 enum class Outcome { supported, warned, refused };
 
 struct Feature {
-  const char* name;  // the row's first cell
+  const char* name;
   Outcome outcome;
   const char* words;  // of the warning or the refusal
   std::function<void(json&)> change;
@@ -85,41 +74,9 @@ struct Feature {
 
 const std::vector<Feature>& features() {
   static const std::vector<Feature> all{
-      {"sphere, box, capsule, cylinder", Outcome::supported, "",
-       [](json& d) {
-         d["extensions"]["KHR_implicit_shapes"]["shapes"] = {
-             {{"type", "plane"}}, {{"type", "sphere"}}, {{"type", "capsule"}}, {{"type", "cylinder"}}};
-         for (int i = 1; i < 4; ++i) {
-           d["nodes"].push_back(
-               {{"extensions",
-                 {{"KHR_physics_rigid_bodies",
-                   {{"motion", json::object()}, {"collider", {{"geometry", {{"shape", i}}}}}}}}}});
-           d["scenes"][0]["nodes"].push_back(7 + i);
-         }
-       }},
-      {"cone, tapered cylinder, tapered capsule", Outcome::supported, "",
-       [](json& d) {
-         shape(d, 0) = {{"type", "cylinder"}, {"cylinder", {{"radiusTop", 0}}}};
-         shape(d, 1) = {{"type", "capsule"}, {"capsule", {{"radiusTop", 0.1}}}};
-       }},
-      {"infinite plane in the world", Outcome::supported, "", [](json&) {}},
-      {"finite or double-sided plane in the world", Outcome::supported, "",
-       [](json& d) {
-         shape(d, 0)["plane"] = {{"sizeX", 4}, {"sizeZ", 4}, {"doubleSided", true}};
-       }},
       {"plane on a body with motion", Outcome::refused,
        "a plane cannot belong to a body with motion: use a box",
        [](json& d) { physics(d, 1)["collider"]["geometry"]["shape"] = 0; }},
-      {"several colliders of a body", Outcome::supported, "",
-       [](json& d) {
-         physics(d, 2)["collider"] = {{"geometry", {{"shape", 1}}}};
-       }},
-      {"body below a body", Outcome::supported, "",
-       [](json& d) {
-         physics(d, 2)["motion"] = {{"mass", 1}};
-         physics(d, 2)["collider"] = {{"geometry", {{"shape", 1}}}};
-       }},
-      {"`convexHull` of a node, also outside the scene", Outcome::supported, "", [](json&) {}},
       {"convex hull of more than 256 vertices", Outcome::warned, "is simplified to",
        [](json& d) {
          // Points on a paraboloid, all of them corners of the hull.
@@ -143,34 +100,12 @@ const std::vector<Feature>& features() {
          d["accessors"][0]["count"] = 400;
          d["accessors"][1]["count"] = 398 * 3;
        }},
-      {"mesh in the world or on a kinematic body", Outcome::supported, "",
-       [](json& d) {
-         physics(d, 4)["collider"]["geometry"].erase("convexHull");
-         physics(d, 4)["motion"]["isKinematic"] = true;
-       }},
-      {"mesh on a dynamic body", Outcome::warned,
-       "the mesh of node 'rock shape' moves, so it collides as its convex hull",
-       [](json& d) { physics(d, 4)["collider"]["geometry"].erase("convexHull"); }},
-      {"flat hull", Outcome::refused, "its convex hull is thinner than 1e-6 of its size",
-       [](json& d) {
-         d["nodes"][4]["scale"] = {1, 1e-9, 1};
-       }},
       {"skinned collider", Outcome::warned,
        "the skinned mesh of node 'rock shape' collides in the form that it has at the start",
        [](json& d) { add_skin(d, 5); }},
       {"skinned mesh, drawn", Outcome::warned,
        "skinned meshes are drawn in rigid pieces, each with the body that holds most of it",
        [](json& d) { add_skin(d, 1); }},
-      {"unequal scale of a box, hull or mesh, or along a cylinder", Outcome::supported, "",
-       [](json& d) {
-         d["nodes"][1]["scale"] = {1, -2, 3};
-       }},
-      {"unequal scale of a sphere: an ellipsoid on planes, to other shapes the hull of 266 points on it",
-       Outcome::supported, "",
-       [](json& d) {
-         shape(d, 1) = {{"type", "sphere"}};
-         d["nodes"][1]["scale"] = {1, 2, 1};
-       }},
       {"unequal scale of a capsule", Outcome::warned,
        "a capsule under an unequal scale collides as the hull of",
        [](json& d) {
@@ -192,17 +127,6 @@ const std::vector<Feature>& features() {
       {"joint turned inside an unequal scale", Outcome::warned,
        "is turned inside an unequal scale; the joint's frame is turned without the scale",
        [](json& d) { shear(d, 3); }},
-      {"mass, inertia, their orientation, centre of mass", Outcome::supported, "",
-       [](json& d) {
-         physics(d, 1)["motion"] = {{"mass", 2},
-                                    {"centerOfMass", {0, 0.1, 0}},
-                                    {"inertiaDiagonal", {1, 2, 0}},
-                                    {"inertiaOrientation", {0, 0.6, 0, 0.8}}};
-       }},
-      {"mass 0, inertia 0: infinite", Outcome::supported, "",
-       [](json& d) {
-         physics(d, 1)["motion"] = {{"mass", 0}, {"inertiaDiagonal", {0, 0, 0}}};
-       }},
       {"no mass and no collider", Outcome::warned,
        "has neither 'mass' nor a collider to take it from: it gets 1 kg",
        [](json& d) {
@@ -213,51 +137,15 @@ const std::vector<Feature>& features() {
        [](json& d) {
          physics(d, 4) = {{"motion", {{"mass", 2}}}};
        }},
-      {"velocities, `gravityFactor`, `isKinematic`", Outcome::supported, "",
-       [](json& d) {
-         physics(d, 1)["motion"] = {{"isKinematic", true},
-                                    {"linearVelocity", {1, 0, 0}},
-                                    {"angularVelocity", {0, 1, 0}},
-                                    {"gravityFactor", -0.5}};
-       }},
-      {"friction, restitution, combine modes", Outcome::supported, "", [](json&) {}},
-      {"collision filters, at most 64 systems", Outcome::supported, "", [](json&) {}},
-      {"limits: linear or angular, 1 to 3 axes, soft or hard", Outcome::supported, "",
-       [](json& d) {
-         limit(d) = {{"angularAxes", {0, 1}}, {"max", 0.5}, {"stiffness", 10}, {"damping", 1}};
-       }},
-      {"drives: linear or angular, force or acceleration", Outcome::supported, "",
-       [](json& d) {
-         drive(d) = {{"type", "linear"},      {"mode", "acceleration"}, {"axis", 1},
-                     {"positionTarget", 0.2}, {"stiffness", 5},         {"damping", 1}};
-       }},
       {"`positionTarget` without stiffness", Outcome::warned,
        "positionTarget has no effect without stiffness", [](json& d) { drive(d)["positionTarget"] = 1; }},
       {"`velocityTarget` without damping", Outcome::warned, "velocityTarget has no effect without damping",
        [](json& d) { drive(d).erase("damping"); }},
       {"joint to a node outside the scene", Outcome::refused, "which is not in the scene",
        [](json& d) { physics(d, 2)["joint"]["connectedNode"] = 5; }},
-      {"joint of a body to itself", Outcome::refused, "joins the body 'crate' to itself",
-       [](json& d) { physics(d, 2)["joint"]["connectedNode"] = 1; }},
       {"trigger", Outcome::warned, "a trigger is ignored: it moves nothing",
        [](json& d) {
          physics(d, 3)["trigger"] = {{"geometry", {{"shape", 1}}}};
-       }},
-      {"no `scenes`: all roots", Outcome::supported, "",
-       [](json& d) {
-         d.erase("scenes");
-         d.erase("scene");
-         d["nodes"][3]["children"] = {5};
-         physics(d, 4)["collider"]["geometry"]["node"] = 5;
-       }},
-      {"textures: colour, metal and roughness, normals, occlusion, emission; PNG or JPEG", Outcome::supported,
-       "",
-       [](json& d) {
-         add_texture(d, png_start);
-         d["materials"][0]["pbrMetallicRoughness"]["metallicRoughnessTexture"] = {{"index", 0}};
-         d["materials"][0]["normalTexture"] = {{"index", 0}, {"scale", 0.5}};
-         d["materials"][0]["occlusionTexture"] = {{"index", 0}, {"strength", 0.5}};
-         d["materials"][0]["emissiveTexture"] = {{"index", 0}};
        }},
       {"images in other formats", Outcome::warned, "is neither PNG nor JPEG: surfaces are drawn without it",
        [](json& d) { add_texture(d, "UklGRg=="); }},
@@ -271,6 +159,39 @@ const std::vector<Feature>& features() {
        [](json& d) {
          add_texture(d, png_start);
          d["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["texCoord"] = 2;
+       }},
+      {"animations", Outcome::warned, "animations are ignored: nodes move as bodies or not at all",
+       [](json& d) { d["animations"] = json::array(); }},
+      {"morph targets", Outcome::warned, "morph targets are ignored",
+       [](json& d) {
+         d["meshes"][0]["primitives"][0]["targets"] = {{{"POSITION", 0}}};
+       }},
+      {"points and lines", Outcome::warned, "points and lines are left out",
+       [](json& d) {
+         d["meshes"][0]["primitives"].push_back({{"mode", 1}, {"attributes", {{"POSITION", 0}}}});
+       }},
+      {"orthographic camera", Outcome::warned, "only perspective cameras are drawn with; it is ignored",
+       [](json& d) {
+         d["cameras"][0] = {{"type", "orthographic"}};
+       }},
+      {"more than 16 lights beside that one", Outcome::warned, "more than 16 lights beside the sun",
+       [](json& d) {
+         d["extensions"]["KHR_lights_punctual"]["lights"].push_back({{"type", "point"}});
+         for (int i = 0; i < 17; ++i) {
+           d["scenes"][0]["nodes"].push_back(d["nodes"].size());
+           d["nodes"].push_back({{"extensions", {{"KHR_lights_punctual", {{"light", 1}}}}}});
+         }
+       }},
+      {"compressed meshes", Outcome::refused,
+       "is compressed, which is not read; export it without compression",
+       [](json& d) {
+         d["meshes"][0]["primitives"][0]["extensions"]["KHR_draco_mesh_compression"] = json::object();
+       }},
+      {"any other required extension", Outcome::refused, "which is not read",
+       [](json& d) { d["extensionsRequired"].push_back("KHR_something_else"); }},
+      {"finite or double-sided plane in the world", Outcome::supported, "",
+       [](json& d) {
+         shape(d, 0)["plane"] = {{"sizeX", 4}, {"sizeZ", 4}, {"doubleSided", true}};
        }},
       {"texture transforms, unlit materials, strong emission", Outcome::supported, "",
        [](json& d) {
@@ -294,44 +215,6 @@ const std::vector<Feature>& features() {
          d["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] =
              d["meshes"][0]["primitives"][0]["attributes"]["POSITION"];
        }},
-      {"animations", Outcome::warned, "animations are ignored: nodes move as bodies or not at all",
-       [](json& d) { d["animations"] = json::array(); }},
-      {"morph targets", Outcome::warned, "morph targets are ignored",
-       [](json& d) {
-         d["meshes"][0]["primitives"][0]["targets"] = {{{"POSITION", 0}}};
-       }},
-      {"points and lines", Outcome::warned, "points and lines are left out",
-       [](json& d) {
-         d["meshes"][0]["primitives"].push_back({{"mode", 1}, {"attributes", {{"POSITION", 0}}}});
-       }},
-      {"orthographic camera", Outcome::warned, "only perspective cameras are drawn with; it is ignored",
-       [](json& d) {
-         d["cameras"][0] = {{"type", "orthographic"}};
-       }},
-      {"several cameras", Outcome::supported, "", [](json& d) { d["nodes"][0]["camera"] = 0; }},
-      {"directional, point and spot lights; the brightest casts shadows", Outcome::supported, "",
-       [](json& d) {
-         d["extensions"]["KHR_lights_punctual"]["lights"].push_back(
-             {{"type", "spot"}, {"spot", json::object()}});
-         d["nodes"][0]["extensions"]["KHR_lights_punctual"]["light"] = 1;
-       }},
-      {"more than 16 lights beside that one", Outcome::warned, "more than 16 lights beside the sun",
-       [](json& d) {
-         d["extensions"]["KHR_lights_punctual"]["lights"].push_back({{"type", "point"}});
-         for (int i = 0; i < 17; ++i) {
-           d["scenes"][0]["nodes"].push_back(d["nodes"].size());
-           d["nodes"].push_back({{"extensions", {{"KHR_lights_punctual", {{"light", 1}}}}}});
-         }
-       }},
-      {"sparse accessors", Outcome::refused, "is sparse, which is not read; export it without",
-       [](json& d) { d["accessors"][0]["sparse"] = json::object(); }},
-      {"compressed meshes", Outcome::refused,
-       "is compressed, which is not read; export it without compression",
-       [](json& d) {
-         d["meshes"][0]["primitives"][0]["extensions"]["KHR_draco_mesh_compression"] = json::object();
-       }},
-      {"any other required extension", Outcome::refused, "which is not read",
-       [](json& d) { d["extensionsRequired"].push_back("KHR_something_else"); }},
   };
   return all;
 }
@@ -353,21 +236,6 @@ TEST(Features, DoWhatTheirRowsSay) {
       EXPECT_THAT(scene.warnings, Contains(HasSubstr(feature.words)));
     }
   }
-}
-
-TEST(Features, AreListedOnThePage) {
-  std::string lists;
-  for (const auto& [outcome, title] : {std::pair{Outcome::supported, "Supported"},
-                                       {Outcome::warned, "Replaced or ignored, with a warning"},
-                                       {Outcome::refused, "Refused"}}) {
-    lists += fmt::format("{}### {}\n", lists.empty() ? "" : "\n", title);
-    for (const Feature& feature : features()) {
-      if (feature.outcome == outcome) lists += fmt::format("- {}\n", feature.name);
-    }
-  }
-  std::ifstream stream(std::string(test::source_folder) + "/scenes/README.md");
-  const std::string page{std::istreambuf_iterator<char>(stream), {}};
-  EXPECT_THAT(page, HasSubstr(lists)) << "scenes/README.md should have these lists:\n" << lists;
 }
 
 }  // namespace

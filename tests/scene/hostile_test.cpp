@@ -235,15 +235,6 @@ TEST(Refusal, RefusesMoreThan64Systems) {
   EXPECT_THAT(complaint(document), HasSubstr("more than 64 collision systems"));
 }
 
-TEST(Refusal, RefusesDeepNodes) {
-  json document = example();
-  json& nodes = document["nodes"];
-  nodes[3]["children"] = {8};
-  for (int i = 8; i < 400; ++i) nodes.push_back({{"children", {i + 1}}});
-  nodes.push_back(json::object());
-  EXPECT_THAT(complaint(document), HasSubstr("lies deeper than 256 levels of nodes"));
-}
-
 TEST(Refusal, RefusesOverflowingScales) {
   json document = example();
   json& nodes = document["nodes"];

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <vector>
 
@@ -107,58 +106,6 @@ INSTANTIATE_TEST_SUITE_P(Library, EachScene, testing::ValuesIn(library()), [](co
   std::ranges::replace(name, '/', '_');
   return name;
 });
-
-TEST(SceneLibrary, RodsHaveInertiaOfThinRods) {
-  for (const auto& [name, length] : {std::pair{"pendulum", 1.0}, {"rod_chain", 0.5}, {"heavy_chain", 0.5}}) {
-    const Scene scene = library_scene(name);
-    for (const Body& body : scene.bodies) {
-      if (!body.name.starts_with("rod")) continue;
-      EXPECT_EQ(body.inverse_mass, 1);
-      // The axis is X; measured difference 0.
-      EXPECT_NEAR(1 / body.inverse_inertia.y(), length * length / 12, 1e-16) << name << " " << body.name;
-      EXPECT_NEAR(1 / body.inverse_inertia.z(), length * length / 12, 1e-16) << name << " " << body.name;
-    }
-  }
-}
-
-TEST(SceneLibrary, TumblingBodyMatchesReference) {
-  const Scene scene = library_scene("tumbling_body");
-  ASSERT_EQ(scene.bodies.size(), 2u);
-  const Body& body = scene.bodies[1];
-  const Vector3 half_size(0.1, 0.2, 0.3);
-  const Vector3 squares = half_size.cwiseProduct(half_size);
-  const Vector3 moments = (Vector3::Constant(squares.sum()) - squares) / 3;
-  EXPECT_LT((body.inverse_inertia.cwiseInverse() - moments).norm(), 1e-16);  // measured 7e-18
-  EXPECT_EQ(body.pose.orientation.coeffs(), Quaternion::Identity().coeffs());
-  EXPECT_EQ(body.angular_velocity, Vector3(0.05, 5, 0.05));
-  EXPECT_EQ(scene.gravity, Vector3::Zero());
-}
-
-TEST(SceneLibrary, StonesAreIrregularHulls) {
-  const Scene scene = library_scene("stone_pyramid");
-  ASSERT_EQ(scene.bodies.size(), 16u);
-  for (const Collider& collider : scene.colliders) {
-    if (collider.body == world_body) continue;
-    const auto* hull = std::get_if<Polytope>(&collider.shape);
-    ASSERT_NE(hull, nullptr);
-    // Five to seven sides, the bottom and the top: flat although they went through 32-bit floats.
-    EXPECT_GE(hull->face_count(), 7u);
-    EXPECT_LE(hull->face_count(), 9u);
-    const Vector3 moments = scene.bodies[collider.body].inverse_inertia.cwiseInverse();
-    EXPECT_GT(moments.maxCoeff() / moments.minCoeff(), 1.4);  // measured from 1.49 to 1.58
-  }
-}
-
-TEST(SceneLibrary, HeavyChainHasItsMassRatio) {
-  const Scene scene = library_scene("heavy_chain");
-  double lightest = scene.bodies[1].inverse_mass;
-  double heaviest = lightest;
-  for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
-    lightest = std::max(lightest, scene.bodies[i].inverse_mass);
-    heaviest = std::min(heaviest, scene.bodies[i].inverse_mass);
-  }
-  EXPECT_DOUBLE_EQ(lightest / heaviest, 1000);
-}
 
 }  // namespace
 }  // namespace substep

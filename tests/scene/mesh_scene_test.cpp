@@ -5,10 +5,8 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -371,19 +369,12 @@ std::vector<Hostile> hostile_meshes() {
   bomb += "<node id=\"n40\"><instance_geometry url=\"#g\"/></node>";
   return {
       {"empty_obj", "a.obj", ""},
-      {"words_obj", "a.obj", "this is no mesh at all, but a text that is long enough to be one\n"},
-      {"no_faces_obj", "a.obj", "o none\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"},
       {"index_out_of_range_obj", "a.obj", with(cube_obj, "f 4 3 2 1", "f 4 3 2 99")},
       {"index_negative_obj", "a.obj", with(cube_obj, "f 4 3 2 1", "f -99 3 2 1")},
-      {"index_zero_obj", "a.obj", with(cube_obj, "f 4 3 2 1", "f 0 3 2 1")},
       {"index_overflow_obj", "a.obj", with(cube_obj, "f 4 3 2 1", "f 99999999999999999999 3 2 1")},
       {"nan_obj", "a.obj", with(cube_obj, "v 2 0 0", "v nan 0 0")},
-      {"infinity_obj", "a.obj", with(cube_obj, "v 2 0 0", "v inf 0 0")},
       {"huge_obj", "a.obj", with(cube_obj, "v 2 0 0", "v 1e39 0 0")},
-      {"very_large_obj", "a.obj", with(cube_obj, "v 2 0 0", "v 1e30 0 0")},
       {"flat_obj", "a.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n"},
-      {"line_obj", "a.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 3 0 0\nf 1 2 3\nf 2 3 4\n"},
-      {"point_obj", "a.obj", "v 0 0 0\nv 0 0 0\nv 0 0 0\nv 0 0 0\nf 1 2 3\nf 2 3 4\n"},
       {"many_objects_obj", "a.obj",
        [] {
          std::string text;
@@ -392,38 +383,19 @@ std::vector<Hostile> hostile_meshes() {
        }()},
       {"long_line_obj", "a.obj", "v " + repeated("0 ", 100'000) + "\nf 1 2 3\n"},
       {"long_face_obj", "a.obj", std::string(cube_obj) + "f" + repeated(" 9", 200'000) + "\n"},
-      {"nulls_obj", "a.obj", std::string(5000, '\0')},
-      {"ones_obj", "a.obj", std::string(5000, '\xff')},
       {"empty_stl", "a.stl", ""},
-      {"short_stl", "a.stl", std::string(83, ' ')},
-      {"no_triangles_stl", "a.stl", binary_stl(0, {})},
       {"count_huge_stl", "a.stl", binary_stl(0xffffffff, triangle)},
-      {"count_too_large_stl", "a.stl", binary_stl(1000, triangle)},
       {"nan_stl", "a.stl", binary_stl(1, broken)},
-      {"one_triangle_stl", "a.stl", binary_stl(1, triangle)},
       {"ascii_cut_stl", "a.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0"},
-      {"ascii_words_stl", "a.stl", "solid a\nfacet normal x y z\nouter loop\nvertex a b c\nendsolid"},
       {"ascii_no_end_stl", "a.stl", "solid " + repeated("facet normal 0 0 1 ", 20'000)},
       {"empty_ply", "a.ply", ""},
-      {"head_only_ply", "a.ply", ply_head},
       {"cut_ply", "a.ply", ply_head + ply_points + "3 0 1"},
-      {"index_out_of_range_ply", "a.ply", ply_head + ply_points + "3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 9\n"},
       {"index_negative_ply", "a.ply", ply_head + ply_points + "3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 -9\n"},
-      {"nan_ply", "a.ply", ply_head + "0 0 nan\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n"},
       {"count_huge_ply", "a.ply", with(ply_head, "vertex 4", "vertex 2000000000") + ply_points},
-      {"count_negative_ply", "a.ply", with(ply_head, "vertex 4", "vertex -4") + ply_points},
-      {"faces_huge_ply", "a.ply", with(ply_head, "face 4", "face 4000000000") + ply_points},
       {"list_huge_ply", "a.ply", ply_head + ply_points + "4000000000 0 2 1\n"},
-      {"no_format_ply", "a.ply", with(ply_head, "format ascii 1.0\n", "") + ply_points},
       {"binary_cut_ply", "a.ply", with(ply_head, "ascii", "binary_little_endian") + "\1\2\3"},
-      {"unknown_type_ply", "a.ply", with(ply_head, "property float x", "property quad x") + ply_points},
       {"no_points_dae", "a.dae", dae("", tetrahedron_indices, one_node)},
-      {"nan_dae", "a.dae", dae("nan 0 0 1 0 0 0 1 0 0 0 1", tetrahedron_indices, one_node)},
-      {"index_out_of_range_dae", "a.dae", dae(tetrahedron_points, "0 2 1 0 1 3 0 3 2 1 2 99", one_node)},
       {"index_huge_dae", "a.dae", dae(tetrahedron_points, "0 2 1 0 1 3 0 3 2 1 2 4294967295", one_node)},
-      {"no_nodes_dae", "a.dae", dae(tetrahedron_points, tetrahedron_indices, "")},
-      {"unknown_geometry_dae", "a.dae",
-       dae(tetrahedron_points, tetrahedron_indices, R"(<node><instance_geometry url="#h"/></node>)")},
       {"own_child_dae", "a.dae",
        dae(tetrahedron_points, tetrahedron_indices,
            R"(<node id="n"><instance_geometry url="#g"/><instance_node url="#n"/></node>)")},
@@ -435,15 +407,11 @@ std::vector<Hostile> hostile_meshes() {
       {"entities_dae", "a.dae",
        "<?xml version=\"1.0\"?><!DOCTYPE l [<!ENTITY a \"aaaaaaaaaa\"><!ENTITY b \"&a;&a;&a;&a;&a;&a;&a;\">]>"
        "<COLLADA>&b;</COLLADA>"},
-      {"words_dae", "a.dae", "no document of this kind"},
       {"words_fbx", "a.fbx", "Kaydara FBX Binary  \0\x1a\0" + std::string(300, '\x7f')},
       {"words_3ds", "a.3ds", "MM" + std::string(300, '\xff')},
       {"words_blend", "a.blend", "BLENDER-v300" + std::string(300, '\xff')},
       {"words_off", "a.off", "OFF\n4000000000 4000000000 0\n"},
-      {"words_x", "a.x", "xof 0303txt 0032\nMesh {\n 4000000000;\n"},
       {"words_3mf", "a.3mf", "PK\3\4" + std::string(300, '\xff')},
-      {"words_ifc", "a.ifc", "ISO-10303-21;\nHEADER;\n" + repeated("#1=IFC(", 5000)},
-      {"words_lwo", "a.lwo", "FORM" + std::string(4, '\xff') + "LWO2" + std::string(300, '\xff')},
   };
 }
 

@@ -1,5 +1,5 @@
 // Free rotation at default settings and 1/60 s, drawn from a seed: energy, angular momentum and, of symmetric
-// tops, the exact motion, over 10 s. Each prints a row of tests/sim/RESULTS.md.
+// tops, the exact motion, over 10 s. Each prints a row of a table.
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Closed loops at default settings, drawn from a seed: Flores' N four-bar, a spatial four-bar with two hinges
-// and two ball joints, and a flyball governor with stiff springs. Each prints a row of tests/sim/RESULTS.md.
+// and two ball joints, and a flyball governor with stiff springs. Each prints a row of a table.
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Bodies that move and meet, or miss: against closed forms that share nothing with the solver, at default
-// settings, in scenes drawn from a seed. Prints the table in tests/sim/RESULTS.md.
+// settings, in scenes drawn from a seed. Prints a table.
 // One file, since its tables are printed as one.
 
 #include <gtest/gtest.h>
