@@ -327,18 +327,6 @@ struct Surface {
 #endif
 };
 
-/// What is not drawn may be any number, none too: it is chosen against, not multiplied by 0.
-Surface chosen(Surface a, Surface b, bool is_b) {
-  a.position = is_b ? b.position : a.position;
-  a.normal = is_b ? b.normal : a.normal;
-  a.color = is_b ? b.color : a.color;
-#ifdef SHINES
-  a.shine = is_b ? b.shine : a.shine;
-  a.crevice = is_b ? b.crevice : a.crevice;
-#endif
-  return a;
-}
-
 Surface mixed(Surface a, Surface b, float part) {
   a.position = mix(a.position, b.position, part);
   a.normal = mix(a.normal, b.normal, part);
@@ -350,13 +338,22 @@ Surface mixed(Surface a, Surface b, float part) {
   return a;
 }
 
-/// Below 1 where both are of one face, or of faces that light tells apart by little; most between surfaces of
-/// other colours or one behind the other. `pixels`: in a metre there.
-float unlikeness(Surface a, Surface b, float pixels) {
-  float aside = abs(dot(b.position - a.position, a.normal.xyz)) * pixels * 0.67;
+/// How unlike b is to a, and a to b: below 1 where both are of one face, or of faces that light tells apart by
+/// little; most between surfaces of other colours or one behind the other. `pixels`: in a metre there.
+void compare(Surface a, Surface b, float pixels, out float to_a, out float to_b) {
+  vec3 way = b.position - a.position;
+  vec2 aside = abs(vec2(dot(way, a.normal.xyz), dot(way, b.normal.xyz))) * pixels * 0.67;
   float turned = 10.0 - 10.0 * dot(a.normal.xyz, b.normal.xyz);
   float colored = (dot(abs(a.color - b.color), vec4(1.0)) + abs(a.normal.w - b.normal.w)) * 6.7;
-  return max(max(min(aside, 4.0), min(turned, 2.0)), colored);
+  vec2 both = max(max(min(aside, 4.0), min(turned, 2.0)), colored);
+  to_a = both.x;
+  to_b = both.y;
+}
+
+/// The samples of one face, as bits, by their unlikeness to one.
+int alike(vec4 unlikeness) {
+  ivec4 bits = ivec4(lessThan(unlikeness, vec4(1.0))) * ivec4(1, 2, 4, 8);
+  return bits.x + bits.y + bits.z + bits.w;
 }
 
 /// The light from it to the eye, as the picture shows it, 0 to 1.
@@ -439,33 +436,49 @@ void main() {
     bodies += is_body[i] ? 16 << i : 0;
   }
 
-  int of_first = 0;
   Surface seen[4];
   for (int i = 0; i < 4; ++i) {
-    seen[i].position = eye.xyz + away[i] * rays[i];
+    seen[i].position = eye.xyz + (is_body[i] ? away[i] : 1.0) * rays[i];
     unpack_surface(texelFetch(packed_surfaces, places[i], 0), seen[i].normal, seen[i].color);
 #ifdef SHINES
-    seen[i].shine = texelFetch(emission_alpha, places[i], 0);
-    seen[i].crevice = texelFetch(crevices, places[i], 0).r;
+    // Where nothing was drawn these may be no numbers, which 0 times does not end.
+    seen[i].shine = is_body[i] ? texelFetch(emission_alpha, places[i], 0) : vec4(0.0);
+    seen[i].crevice = is_body[i] ? texelFetch(crevices, places[i], 0).r : 0.0;
 #endif
   }
-  Surface one = seen[3];
-  float pixels = 1.0 / (pixel * away[3]);
-  for (int i = 2; i >= 0; --i) {
-    one = chosen(one, seen[i], is_body[i]);
-    pixels = is_body[i] ? 1.0 / (pixel * away[i]) : pixels;
-  }
-  Surface other = one;
+  float away_first = away[3];
+  for (int i = 2; i >= 0; --i) away_first = is_body[i] ? away[i] : away_first;
+  float pixels = 1.0 / (pixel * away_first);
+  // Each pair once, without loops, which the compiler would not lay out.
+  vec4 unlike[4];
+  for (int i = 0; i < 4; ++i) unlike[i][i] = min(10.0 - 10.0 * dot(seen[i].normal.xyz, seen[i].normal.xyz), 2.0);
+  compare(seen[0], seen[1], pixels, unlike[0].y, unlike[1].x);
+  compare(seen[0], seen[2], pixels, unlike[0].z, unlike[2].x);
+  compare(seen[0], seen[3], pixels, unlike[0].w, unlike[3].x);
+  compare(seen[1], seen[2], pixels, unlike[1].z, unlike[2].y);
+  compare(seen[1], seen[3], pixels, unlike[1].w, unlike[3].y);
+  compare(seen[2], seen[3], pixels, unlike[2].w, unlike[3].z);
+
+  // The first body's surface, and that which is most unlike it.
+  vec4 to_one = unlike[3];
+  for (int i = 2; i >= 0; --i) to_one = is_body[i] ? unlike[i] : to_one;
+  vec4 to_other = to_one;
+#ifdef SHINES
+  opacities = vec4(seen[3].shine.a);
+  for (int i = 2; i >= 0; --i) opacities = is_body[i] ? vec4(seen[i].shine.a) : opacities;
+#endif
   float farthest = 1.0;
-  float from_one[4];
   for (int i = 0; i < 4; ++i) {
-    from_one[i] = unlikeness(one, seen[i], pixels);
-    bool is_other = is_body[i] && from_one[i] > farthest;
-    other = chosen(other, seen[i], is_other);
-    farthest = is_other ? from_one[i] : farthest;
+    bool is_other = is_body[i] && to_one[i] > farthest;
+    to_other = is_other ? unlike[i] : to_other;
+#ifdef SHINES
+    opacities.y = is_other ? seen[i].shine.a : opacities.y;
+#endif
+    farthest = is_other ? to_one[i] : farthest;
   }
+  int of_first = 0;
   for (int i = 0; i < 4; ++i) {
-    bool is_one = is_body[i] && (farthest == 1.0 || from_one[i] < unlikeness(other, seen[i], pixels));
+    bool is_one = is_body[i] && (farthest == 1.0 || to_one[i] < to_other[i]);
     of_first += is_one ? 1 << i : 0;
   }
   // Face by face: first of those samples that are left, and all like it. A rasteriser without branches goes once
@@ -473,19 +486,18 @@ void main() {
   int left = bodies / 16;
   vec4 lights[2] = vec4[2](vec4(0.0), vec4(0.0));
   do {
-    Surface face = seen[3];
-    for (int i = 2; i >= 0; --i) face = chosen(face, seen[i], (left >> i & 1) != 0);
     int begun = left & -left;
     bool is_one = (of_first & begun) != 0;
-    Surface mean = face;
-    float count = 1.0;
-    int taken = begun;
-    for (int i = 0; i < 4; ++i) {
-      bool is_left = (left >> i & 1) != 0 && begun != 1 << i;
-      bool is_same = is_left && (of_first >> i & 1) == (is_one ? 1 : 0) && unlikeness(face, seen[i], pixels) < 1.0;
-      count += is_same ? 1.0 : 0.0;
-      mean = chosen(mean, mixed(mean, seen[i], 1.0 / count), is_same);
-      taken += is_same ? 1 << i : 0;
+    int like = alike(unlike[3]);
+    for (int i = 2; i >= 0; --i) like = begun == 1 << i ? alike(unlike[i]) : like;
+    int taken = (left & like & (is_one ? of_first : ~of_first)) | begun;
+    // The mean of those taken; the first of them replaces what comes before it.
+    Surface mean = seen[0];
+    float count = float(taken & 1);
+    for (int i = 1; i < 4; ++i) {
+      bool is_taken = (taken & 1 << i) != 0;
+      count += is_taken ? 1.0 : 0.0;
+      mean = mixed(mean, seen[i], is_taken ? 1.0 / count : 0.0);
     }
     vec4 light = vec4(lighted(mean) * count, count);
     lights[0] += is_one ? light : vec4(0.0);
@@ -494,9 +506,6 @@ void main() {
   } while (left > 0);
   vec3 codes[2];
   for (int i = 0; i < 2; ++i) codes[i] = srgb(lights[i].rgb / max(lights[i].w, 1.0));
-#ifdef SHINES
-  opacities = vec4(one.shine.a, other.shine.a, 0.0, 0.0);
-#endif
   first = vec4(codes[0], float(bodies + of_first) / 255.0);
   second = vec4(codes[1], 1.0);
   // Ground and sky are drawn where they are seen.
