@@ -51,12 +51,6 @@ TileSize size_of_tile(const RenderSettings& settings) {
   return {std::min(settings.width, side), std::min(settings.height, side)};
 }
 
-/// Where nothing is drawn then, surfaces with looks have no normal.
-void clear_normals() {
-  constexpr std::array<GLint, 4> none{};
-  glClearBufferiv(GL_COLOR, 0, none.data());
-}
-
 /// Returns whether the surface shines, lets light through or is darker in its crevices.
 bool shines_or_shades(const Surface& surface) {
   return surface.opacity == Surface::Opacity::blended || surface.emission != std::array{0.0, 0.0, 0.0} ||
@@ -83,6 +77,11 @@ struct Renderer::Implementation {
   ShadowMap* shadow = nullptr;  ///< the frame's: one of the device's
   BodyBuffers bodies;
   Surfaces surfaces;  ///< of four samples a pixel if anti-aliased
+  Surfaces kept;      ///< the world's, as seen with kept_view
+  View kept_view;     ///< of the last tile
+  bool has_kept = false;
+  std::vector<Part> moving;      ///< of bodies, but for the world's
+  std::vector<Rectangle> moved;  ///< where they were when last drawn
   Target picture;
   Lit lit;
   // Where surfaces have more than a colour:
@@ -111,7 +110,8 @@ struct Renderer::Implementation {
                    Relief& relief);
   void draw_pieces(GLuint program, const glm::dmat4& clip, std::span<const Coordinates> poses,
                    Surface::Opacity opacity);
-  void draw_looks(std::span<const Coordinates> poses, Surface::Opacity opacity, bool is_behind);
+  enum class Bodies : char { all, of_world, moving };
+  void draw_looks(std::span<const Coordinates> poses, Surface::Opacity opacity, bool is_behind, Bodies which);
   void draw_solid(GLuint program, const glm::dmat4& clip, std::span<const Coordinates> poses,
                   GLenum hidden = GL_BACK);
   void draw_surfaces(std::span<const Coordinates> poses);
@@ -140,6 +140,8 @@ Renderer::Implementation::Implementation(const Scene& scene, const RenderSetting
     if (poses.size() != scene.bodies.size()) throw std::logic_error("one pose per body is needed");
   }
   for (const Part& part : mesh.parts) scenery.push_back(is_scenery(part, mesh.parts));
+  std::ranges::copy_if(mesh.parts, std::back_inserter(moving),
+                       [](const Part& part) { return part.body != 0; });
   const double aspect = static_cast<double>(settings.width) / settings.height;
   view = scene.camera && settings.steps_back
              ? stepped_back(view_from(*scene.camera, aspect), mesh.parts, reference)
@@ -189,6 +191,7 @@ Renderer::Implementation::~Implementation() {
   {
     const Context::Current current(device->context);
     surfaces.end();
+    kept.end();
     picture.end();
     lit.end();
     bodies.end();
@@ -346,22 +349,45 @@ void Renderer::Implementation::draw_solid(GLuint program, const glm::dmat4& clip
   if (has(Surface::Opacity::cut)) draw_pieces(programs->cut, clip, poses, Surface::Opacity::cut);
 }
 
+/// Draws what is seen of all bodies. Surfaces of the world, which take longest where they have textures, are
+/// kept when a view is drawn a second time; then they are copied to where bodies were in the last frame.
 void Renderer::Implementation::draw_surfaces(std::span<const Coordinates> poses) {
   if (programs == nullptr) {
+    surfaces.start_anew();
     bodies.draw(device->body_program, clip_from_world, poses);
     return;
   }
-  draw_looks(poses, Surface::Opacity::opaque, false);
-  draw_looks(poses, Surface::Opacity::cut, false);
+  const auto draw = [&](Bodies which) {
+    for (const Surface::Opacity opacity : {Surface::Opacity::opaque, Surface::Opacity::cut})
+      draw_looks(poses, opacity, false, which);
+  };
+  if (shines || tile_view != kept_view) {
+    has_kept = false;
+    kept_view = tile_view;
+    surfaces.start_anew();
+    draw(Bodies::all);
+    return;
+  }
+  if (!has_kept) {
+    if (kept.framebuffer == 0) kept = Surfaces(surfaces.width, surfaces.height, false);
+    kept.start_anew();
+    draw(Bodies::of_world);
+    moved = {{0, 0, picture.width, picture.height}};
+    has_kept = true;
+  }
+  surfaces.copy(kept, moved, settings.antialiasing ? 2 : 1);
+  draw(Bodies::moving);
+  moved = areas_of(moving, poses, clip_from_world, picture.width, picture.height);
 }
 
 /// Draws surfaces as seen; with `is_behind`, those alone that lie behind nearer_unit's depth.
 void Renderer::Implementation::draw_looks(std::span<const Coordinates> poses, Surface::Opacity opacity,
-                                          bool is_behind) {
+                                          bool is_behind, Bodies which) {
   const glm::vec4 eye = sight_of(tile_view, surfaces.height);
   bodies.draw_pieces(mesh, 0, clip_from_world, poses, [&](const Piece& piece) {
     const Surface& surface = mesh.surfaces[piece.surface];
-    if (surface.opacity != opacity) return false;
+    const bool is_asked_for = which == Bodies::all || (which == Bodies::of_world) == (piece.body == 0);
+    if (surface.opacity != opacity || !is_asked_for) return false;
     programs->use_body(surface, textures, piece.surface, eye, is_behind, shines);
     return true;
   });
@@ -435,13 +461,13 @@ bool Renderer::Implementation::draw_layer(std::span<const Coordinates> poses, st
                     GL_DEPTH_BUFFER_BIT, GL_NEAREST);
   glBindFramebuffer(GL_FRAMEBUFFER, layers.surfaces[turn]);
   glViewport(0, 0, surfaces.width, surfaces.height);
-  clear_normals();
+  surfaces.clear();
   glActiveTexture(GL_TEXTURE0 + nearer_unit);
   glBindTexture(GL_TEXTURE_2D, layers.depths[1 - turn]);
   GLuint query = 0;
   glGenQueries(1, &query);
   glBeginQuery(GL_SAMPLES_PASSED, query);
-  draw_looks(poses, Surface::Opacity::blended, index > 0);
+  draw_looks(poses, Surface::Opacity::blended, index > 0, Bodies::all);
   glEndQuery(GL_SAMPLES_PASSED);
   GLuint passed = 0;
   glGetQueryObjectuiv(query, GL_QUERY_RESULT, &passed);
@@ -484,6 +510,9 @@ Image Renderer::Implementation::draw_tile(std::span<const Coordinates> poses) {
   glBindBuffer(GL_UNIFORM_BUFFER, device->frame_buffer);
   glBufferData(GL_UNIFORM_BUFFER, sizeof frame, &frame, GL_STREAM_DRAW);
   glBindBufferBase(GL_UNIFORM_BUFFER, 0, device->frame_buffer);
+  draw_surfaces(poses);  // which binds textures, too
+  areas = areas_of(mesh.parts, poses, clip_from_world, picture.width, picture.height);
+  const std::vector<Rectangle> seen = areas_seen();
   const auto bind = [](GLint unit, GLuint texture) {
     glActiveTexture(static_cast<GLenum>(GL_TEXTURE0 + unit));
     glBindTexture(GL_TEXTURE_2D, texture);
@@ -503,13 +532,7 @@ Image Renderer::Implementation::draw_tile(std::span<const Coordinates> poses) {
   const GroundAreas ground_areas = ground_areas_of_tile();
   backdrop.complete(*device, ground_program(shaders::Shade::none), frame, ground_areas.open, picture);
 
-  glBindFramebuffer(GL_FRAMEBUFFER, surfaces.framebuffer);
-  glViewport(0, 0, surfaces.width, surfaces.height);
-  glClear(GL_DEPTH_BUFFER_BIT);
-  if (programs != nullptr) clear_normals();
-  draw_surfaces(poses);
-  areas = areas_of(mesh.parts, poses, clip_from_world, picture.width, picture.height);
-  light_surfaces(surfaces.depth, areas_seen());
+  light_surfaces(surfaces.depth, seen);
   picture.start();
   draw_surroundings(*device, ground_program(shaders::Shade::sky), ground_areas.occluded);
   draw_surroundings(*device, ground_program(shaders::Shade::shadow), ground_areas.shadowed);

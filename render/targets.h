@@ -3,9 +3,11 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "render/gl.h"
+#include "render/picture_areas.h"
 
 namespace substep::render {
 
@@ -43,6 +45,16 @@ struct Surfaces {
 
   Surfaces() = default;
   Surfaces(int w, int h, bool with_emission);
+
+  /// Makes it the target, and clears it.
+  void start_anew() const;
+
+  /// Clears what is seen, of the framebuffer that is drawn to: where nothing is drawn then, surfaces with
+  /// looks have no normal.
+  void clear() const;
+
+  /// Copies `areas` of pixels, of so many samples a side, from one of the same size. Makes it the target.
+  void copy(const Surfaces& from, std::span<const Rectangle> areas, int samples) const;
 
   void end() const;
 };
