@@ -38,7 +38,7 @@ struct Target {
 struct Surfaces {
   GLuint framebuffer = 0;
   std::array<GLuint, 3>
-      textures{};    ///< packed_surface() of shaders.cpp; the others where they were asked for
+      textures{};    ///< packed_surface() of shader_terms.cpp; the others where they were asked for
   GLuint depth = 0;  ///< texture
   int width = 0;
   int height = 0;
