@@ -20,6 +20,9 @@ inline constexpr std::array choice_tolerances{0.01, 0.001};
 /// The same of one scene, a row a tolerance.
 TextTable choice_table(const std::vector<SweepRecord>& own);
 
+/// Returns a run's CPU time for a simulated second, with its spread; empty where it was not timed.
+std::string milliseconds(const SweepRecord& record);
+
 /// Returns whether a run was timed.
 bool has_times(const std::vector<SweepRecord>& records);
 
