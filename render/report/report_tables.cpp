@@ -306,15 +306,4 @@ TextTable runs_table(const std::vector<SweepRecord>& runs) {
   return table;
 }
 
-TextTable contact_ablation_table(const std::vector<ContactAblationCosts>& ablation) {
-  TextTable table{{"taken out"}, {}};
-  for (const ContactAblationCosts& column : ablation) table.head.push_back(column_title(column));
-  for (std::size_t i = 0; i < contact_ablations.size(); ++i) {
-    std::vector<std::string> row{std::string(name(contact_ablations[i]))};
-    for (const ContactAblationCosts& column : ablation) row.push_back(short_number(column.costs[i]));
-    table.rows.push_back(std::move(row));
-  }
-  return table;
-}
-
 }  // namespace substep::report

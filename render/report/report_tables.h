@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "render/report/plot.h"
-#include "sim/measure/contact_ablation.h"
 #include "sim/measure/text_table.h"
 #include "sim/study/sweep.h"
 
@@ -77,7 +76,5 @@ TextTable ahead_table(const std::vector<SweepRecord>& records);
 
 /// Runs of other engines that there are not, and why.
 TextTable omitted_table(const std::vector<SweepRecord>& records, const std::vector<LeftOut>& left_out);
-
-TextTable contact_ablation_table(const std::vector<ContactAblationCosts>& ablation);
 
 }  // namespace substep::report

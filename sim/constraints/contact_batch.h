@@ -7,8 +7,9 @@
 /// other, and may as well be solved at once, one in each lane of a vector. No lane depends on another, so the
 /// bits are those of a sweep manifold by manifold, on every machine.
 ///
-/// The report leaves contacts open ("ignoring friction", IV.3.1; "foreach", proc3:9). What is read into it
-/// here, and what goes beyond it, is ContactReading.
+/// The report leaves contacts open ("ignoring friction", IV.3.1; "foreach", proc3:9). Two things are read
+/// into it: λ's limits hold for the impulse of the step, not of a sub-step; and a sweep ends at what cannot
+/// move.
 
 #include <array>
 #include <cstdint>
@@ -30,13 +31,6 @@ struct LaneVectors {
   Lanes component[3];
   Lanes& operator[](int k) { return component[k]; }
   const Lanes& operator[](int k) const { return component[k]; }
-};
-
-/// The options of solving contacts in A2 to A5 where the report does not say. Both options are on by default;
-/// an ablation switches one off.
-struct ContactReading {
-  bool limits_over_step = true;  ///< λ's limits hold for the impulse of the step, not of a sub-step
-  bool far_first = true;         ///< a sweep ends at what cannot move; else it has the order of the file
 };
 
 /// One row of each of four manifolds: Row of constraint.h, less what a contact does not need. Its linear part
@@ -198,7 +192,6 @@ class ContactBatches {
   void remember(const std::vector<Contact>& found, const std::vector<Coordinates>& q, bool keeps,
                 std::vector<ContactMemory>& memory, std::vector<PatchShape>& patches_of_state);
 
-  ContactReading reading;
   std::vector<ContactBatch> batches;
   std::vector<NormalRow> normals;
   std::vector<FrictionRows> frictions;

@@ -216,16 +216,6 @@ void start_substep(ContactBatches& contacts, double hs, const std::vector<Veloci
                    const std::vector<Velocity>& offset, const std::vector<Velocity>* sum_v) {
   const Lanes zero = all(0);
   contacts.has_impact = contacts.bounces = false;
-  if (!contacts.reading.limits_over_step) {
-    for (NormalRow& normal : contacts.normals) normal.row.impulse = normal.low = zero;
-    for (FrictionRows& rows : contacts.frictions) {
-      rows.row[0].impulse = rows.row[1].impulse = rows.origin[0] = rows.origin[1] = rows.origin_normal = zero;
-    }
-    for (Patch& patch : contacts.patches) {
-      patch.normal_impulse = patch.impulse = patch.origin = {{zero, zero, zero}};
-      patch.origin_normal = zero;
-    }
-  }
   for (std::size_t batch = 0; batch < contacts.batches.size(); ++batch) {
     const ContactBatch& x = contacts.batches[batch];
     if (x.patch >= 0) {
