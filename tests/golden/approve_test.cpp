@@ -7,6 +7,7 @@
 #include <string>
 
 #include "sim/error.h"
+#include "tests/error_message.h"
 #include "tests/golden/small_suite.h"
 
 namespace substep::golden {
@@ -28,13 +29,8 @@ class ApproveTest : public testing::Test {
   /// Why approving is refused; and that it then wrote nothing.
   std::string refusal() {
     const auto before = goldens();
-    std::string message;
-    try {
-      suite_.approve_failed();
-      ADD_FAILURE() << "was approved";
-    } catch (const Error& error) {
-      message = error.what();
-    }
+    const std::string message = test::message_of([&] { suite_.approve_failed(); });
+    EXPECT_NE(message, "") << "was approved";
     EXPECT_EQ(goldens(), before);
     return message;
   }
