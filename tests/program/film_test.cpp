@@ -66,13 +66,6 @@ TEST_F(Film, ACutFileIsAFailure) {
   expect_failure("ffmpeg failed: ");
 }
 
-TEST_F(Film, AFullDiskIsAFailure) {
-  // A limit of ffmpeg's files to 4 KB, since a small disk takes root: what is written beyond it is an error
-  // of the write, as there.
-  fake(fmt::format("trap '' XFSZ\nulimit -f 8\nexec {} \"$@\"\n", real_ffmpeg()));
-  expect_failure("ffmpeg failed: ");
-}
-
 TEST_F(Film, AHangEnds) {
   fake("exec sleep 60\n");
   const fs::path program = folder() / "bin/ffmpeg";
