@@ -329,9 +329,8 @@ std::string legend(const std::string& text, bool has_known) {
 template <typename Print>
 std::string short_tables(const SceneMeasurement& m, const Print& print) {
   const bool is_plain = has_each_algorithm_once(m);
-  std::string text =
-      fmt::format("Reference: {}. Size {:.3g} m, duration {:g} s{}.\n", reference_text(m.reference), m.size,
-                  m.duration, is_all_bounded(m) ? ", all bounded" : "");
+  std::string text = fmt::format("Reference: {}. Duration {:g} s{}.\n", reference_text(m.reference),
+                                 m.duration, is_all_bounded(m) ? ", all bounded" : "");
   if (is_plain) text += settings_line(m);
   text += fmt::format("\n{}", print(short_table(m, !is_plain)));
   const bool has_known = has_expectations(m) && m.runs.size() + 2 <= most_columns;
