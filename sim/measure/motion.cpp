@@ -318,10 +318,7 @@ ReferenceMotion reference_by_a1(const Scene& scene, double duration, int threads
   const Agreement& agreed = table->agreed;
   ReferenceMotion reference;
   reference.method = fmt::format("A1 at h/{}", 1 << finest);
-  if (column > 0) {
-    reference.method = fmt::format("A1 at h/{} to h/{}, extrapolated to order {}",
-                                   1 << (finest - static_cast<int>(column)), 1 << finest, column + 1);
-  }
+  if (column > 0) reference.method = fmt::format("A1 of order {} at h/{}", column + 1, 1 << finest);
   const double step = scene.step / (1 << finest);
   reference.motion = std::move(table->row[column]);
   set_uncertainties(larger_of(differences(scene, table->before[column], reference.motion, agreed.samples),

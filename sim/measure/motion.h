@@ -62,8 +62,8 @@ struct Uncertainty {
 
 struct ReferenceMotion {
   Motion motion;
-  /// "own of order 12 at h/8"; "A1 at h/8 to h/128, extrapolated to order 4", and where the scene has no
-  /// contacts why it is not the first.
+  /// "own of order 12 at h/8"; "A1 of order 4 at h/128" (extrapolated from coarser steps), and where the
+  /// scene has no contacts why it is not the first.
   std::string method;
   double uncertainty = 0;        ///< of any body before the horizon, m: what refinements moved it by
   double turn_uncertainty = 0;   ///< the same, rad

@@ -118,7 +118,7 @@ class PublishedReader : private TomlValues {
       result.reported.emplace_back();
       for (const toml::node& cell : array(row, "reported"))
         result.reported.back().push_back(text(cell, "reported"));
-      if (result.reported.back().size() != 4) fail(row, "'reported' has engine, setting, result and source");
+      if (result.reported.back().size() != 3) fail(row, "'reported' has engine, setting and result");
     }
     const toml::node& runs = required(table, "run");
     if (!runs.is_array_of_tables()) fail(runs, "'run' must be tables: [[result.run]]");
@@ -341,7 +341,7 @@ std::string to_markdown(const std::vector<PublishedMeasurement>& measurements) {
     }
     summary.rows.push_back({measurement.result.name, measurement.is_met() ? "yes" : "no",
                             fmt::format("{}", fmt::join(lost, "; "))});
-    TextTable reported{{"engine", "setting", "reported", "source"}, measurement.result.reported};
+    TextTable reported{{"engine", "setting", "reported"}, measurement.result.reported};
     tables += fmt::format("\n### {}\nRule: {}.\n\n{}\n{}", measurement.result.name, measurement.result.rule,
                           to_markdown(reported), to_markdown(figures_table(measurement)));
   }

@@ -5,7 +5,7 @@
 ///     name = "P1 Kapla tower"
 ///     scenes = ["published/kapla.gltf"]           # relative to the file; what they expect decides
 ///     rule = "A1 and A5 stand at the default"     # in words, for the page
-///     reported = [["RaiSim", "10 iterations", "25 steps", "SimBenchmark, data/kapla/sample.csv"]]
+///     reported = [["RaiSim", "10 iterations", "25 steps"]]
 ///
 ///     [[result.run]]
 ///     name = "default"
@@ -51,7 +51,7 @@ struct PublishedResult {
   std::string name;
   std::string rule;
   std::vector<std::filesystem::path> scenes;
-  std::vector<std::vector<std::string>> reported;  ///< engine, setting, result, source
+  std::vector<std::vector<std::string>> reported;  ///< engine, setting, result
   std::vector<PublishedRun> runs;
 };
 

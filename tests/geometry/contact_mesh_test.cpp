@@ -13,6 +13,7 @@
 #include "sim/geometry/convex_hull.h"
 #include "sim/geometry/round_solids.h"
 #include "sim/geometry/triangle_mesh.h"
+#include "tests/error_message.h"
 #include "tests/geometry/solids.h"
 
 namespace substep {
@@ -310,11 +311,10 @@ TEST(TriangleMesh, RefusesDegenerateMeshes) {
       make_triangle_mesh(std::vector<Vector3>{{0, 0, 0}, {1, 0, 0}, {0, 0, std::nan("")}}, triangle, "m"),
       Error);
   EXPECT_THROW(make_rectangle(0, 1, false), Error);
-  try {
-    make_triangle_mesh(corners, std::vector<Triangle>{{0, 1, 3}}, "hill.gltf: /meshes/2");
-  } catch (const Error& error) {
-    EXPECT_STREQ(error.what(), "hill.gltf: /meshes/2: triangle 0 has the vertex 3; there are 3");
-  }
+  EXPECT_EQ(test::message_of([&] {
+              make_triangle_mesh(corners, std::vector<Triangle>{{0, 1, 3}}, "hill.gltf: /meshes/2");
+            }),
+            "hill.gltf: /meshes/2: triangle 0 has the vertex 3; there are 3");
 }
 
 TEST(TriangleMesh, FindsTrianglesOfBruteForce) {

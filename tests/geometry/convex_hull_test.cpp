@@ -11,6 +11,7 @@
 
 #include "sim/error.h"
 #include "sim/geometry/mass_properties.h"
+#include "tests/error_message.h"
 #include "tests/geometry/solids.h"
 
 namespace substep {
@@ -128,14 +129,9 @@ TEST(ConvexHull, KeepsShapeAtAnySizeAndPosition) {
   }
 }
 
-/// The sentence of the Error that the hull of these points is refused with.
+/// Returns the message that the hull of these points is refused with.
 std::string refusal(const std::vector<Vector3>& points) {
-  try {
-    convex_hull(points, "a.gltf: /meshes/2");
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "accepted";
+  return test::message_of([&] { convex_hull(points, "a.gltf: /meshes/2"); });
 }
 
 TEST(ConvexHull, RefusesFlatPoints) {

@@ -75,26 +75,6 @@ TEST(Flip, LeavesOutOnlyWhatIsZero) {
   EXPECT_GT(full.mean, 2 * sparse.mean);  // measured 3.25
 }
 
-TEST(Flip, MapDoesNotDependOnWhereThePictureIsCut) {
-  // A shift by 77 columns puts every pixel into another place of another strip.
-  const render::Image expected = noise(420, 60, 3);
-  const render::Image actual = noise(420, 60, 4);
-  const auto cut = [](const render::Image& image) {
-    render::Image result(image.width - 77, image.height);
-    for (int y = 0; y < image.height; ++y)
-      std::copy_n(image.pixel(77, y), 3 * result.width, result.pixel(0, y));
-    return result;
-  };
-  const Flip whole = flip(expected, actual);
-  const Flip part = flip(cut(expected), cut(actual));
-  for (int y = 0; y < 60; ++y) {
-    for (int x = 10; x < part.width; ++x) {
-      ASSERT_EQ(part.map[static_cast<std::size_t>(y) * part.width + x],
-                whole.map[static_cast<std::size_t>(y) * whole.width + x + 77]);
-    }
-  }
-}
-
 TEST(Flip, IsLargerFromCloser) {
   const VectorPair pair = vector_pairs().at(3);
   EXPECT_GT(flip(pair.expected, pair.actual, default_pixels_per_degree / 2).mean,

@@ -7,6 +7,7 @@
 
 #include "golden/suite/sidecar.h"
 #include "sim/error.h"
+#include "tests/error_message.h"
 #include "tests/temporary_folder.h"
 
 namespace substep::golden {
@@ -252,12 +253,7 @@ TEST_F(SuiteTest, RejectsDamagedSidecar) {
   const std::filesystem::path file = folder_.path() / "a3.json";
   const auto complaint = [&](const std::string& text) {
     folder_.write("a3.json", text);
-    try {
-      read_sidecar(file);
-    } catch (const Error& error) {
-      return std::string(error.what());
-    }
-    return std::string();
+    return test::message_of([&] { read_sidecar(file); });
   };
   EXPECT_EQ(complaint(good), "");
   for (const std::string& text :

@@ -11,6 +11,8 @@
 #include <string>
 
 #include "sim/error.h"
+#include "tests/error_message.h"
+#include "tests/temporary_folder.h"
 
 namespace substep {
 namespace {
@@ -19,15 +21,6 @@ namespace fs = std::filesystem;
 
 class FileOutput : public testing::Test {
  protected:
-  FileOutput()
-      : folder_(fs::path(testing::TempDir()) / fs::path(std::string("substep_file_output_") + name())) {
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  ~FileOutput() override { fs::remove_all(folder_); }
-
-  static const char* name() { return testing::UnitTest::GetInstance()->current_test_info()->name(); }
-
   static std::string content(const fs::path& file) {
     std::ifstream stream(file, std::ios::binary);
     return {std::istreambuf_iterator<char>(stream), {}};
@@ -37,7 +30,8 @@ class FileOutput : public testing::Test {
     return std::distance(fs::directory_iterator(folder_), fs::directory_iterator());
   }
 
-  fs::path folder_;
+  test::TemporaryFolder place_;
+  fs::path folder_ = place_.path();
 };
 
 TEST_F(FileOutput, WritesAndReplaces) {
@@ -57,12 +51,7 @@ TEST_F(FileOutput, KeepsOldFileWhenWritingFails) {
   const rlimit small{4096, before.rlim_max};
   const auto handler = std::signal(SIGXFSZ, SIG_IGN);
   setrlimit(RLIMIT_FSIZE, &small);
-  std::string message;
-  try {
-    write_file(file, std::string(100000, 'x'));
-  } catch (const Error& error) {
-    message = error.what();
-  }
+  const std::string message = test::message_of([&] { write_file(file, std::string(100000, 'x')); });
   setrlimit(RLIMIT_FSIZE, &before);
   std::signal(SIGXFSZ, handler);
   EXPECT_THAT(message, testing::HasSubstr("a.txt: cannot be written: "));

@@ -8,7 +8,7 @@
 #include <limits>
 #include <string>
 
-#include "sim/error.h"
+#include "tests/error_message.h"
 
 namespace substep {
 namespace {
@@ -61,12 +61,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 
 /// The message that reading `text` fails with; empty when it is read.
 std::string failure(const std::string& text) {
-  try {
-    parse_pose_log(text, "a.poses.txt");
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return {};
+  return test::message_of([&] { parse_pose_log(text, "a.poses.txt"); });
 }
 
 TEST(PoseLog, RoundTripKeepsBits) {
@@ -204,12 +199,7 @@ TEST(PoseLog, RefusesEveryTruncation) {
 
 TEST(PoseLog, NamesMissingFileAndFolder) {
   const auto message = [](const std::filesystem::path& file) {
-    try {
-      read_pose_log(file);
-    } catch (const Error& error) {
-      return std::string(error.what());
-    }
-    return std::string();
+    return test::message_of([&] { read_pose_log(file); });
   };
   EXPECT_THAT(message("not_there.poses.txt"), HasSubstr("not_there.poses.txt: there is no such file"));
   EXPECT_THAT(message(std::filesystem::temp_directory_path()), HasSubstr("is a folder"));

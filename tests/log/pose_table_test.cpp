@@ -11,6 +11,7 @@
 
 #include "sim/error.h"
 #include "sim/math/rotation.h"
+#include "tests/error_message.h"
 #include "tests/sim/test_scenes.h"
 #include "tests/temporary_folder.h"
 
@@ -55,12 +56,7 @@ class PoseTable : public testing::Test {
     return read_pose_table(file_, scene_, step);
   }
   std::string refusal(const std::string& text) const {
-    try {
-      read(text);
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "";
+    return test::message_of([&] { read(text); });
   }
   /// The example with one text in another's place.
   std::string refusal(const std::string& from, const std::string& to) const {

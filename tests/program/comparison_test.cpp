@@ -21,6 +21,7 @@
 #include "sim/log/pose_log.h"
 #include "sim/measure/motion.h"
 #include "sim/scene/scene.h"
+#include "tests/error_message.h"
 #include "tests/folders.h"
 #include "tests/temporary_folder.h"
 
@@ -176,12 +177,8 @@ TEST(Panel, TextSaysWhatIsShown) {
         std::pair("a5,size=2", "'size': give some of"),
         std::pair("reference,n=2", "'n=2': a reference has its own settings"),
         std::pair("", "give a1 to a5")}) {
-    try {
-      panel_in(text, base);
-      ADD_FAILURE() << text;
-    } catch (const Error& error) {
-      EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
-    }
+    const std::string message = test::message_of([&] { panel_in(text, base); });
+    EXPECT_NE(message.find(words), std::string::npos) << text << ": " << message;
   }
 }
 

@@ -8,6 +8,8 @@
 
 #include "sim/error.h"
 #include "sim/math/fnv1a.h"
+#include "tests/error_message.h"
+#include "tests/temporary_folder.h"
 
 namespace substep::render {
 namespace {
@@ -16,14 +18,6 @@ namespace fs = std::filesystem;
 
 class Images : public testing::Test {
  protected:
-  Images() {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::path(testing::TempDir()) / ("substep_" + std::string(test->name()));
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  ~Images() override { fs::remove_all(folder_); }
-
   static Image pattern(int width, int height) {
     Image image(width, height);
     std::uint32_t state = 12345;
@@ -34,16 +28,12 @@ class Images : public testing::Test {
     return image;
   }
 
-  std::string refusal(const fs::path& file) const {
-    try {
-      read_png(file);
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "";
+  static std::string refusal(const fs::path& file) {
+    return test::message_of([&] { read_png(file); });
   }
 
-  fs::path folder_;
+  test::TemporaryFolder place_;
+  fs::path folder_ = place_.path();
 };
 
 TEST_F(Images, PngGivesBackThePixels) {

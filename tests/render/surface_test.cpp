@@ -11,8 +11,8 @@
 #include "render/image.h"
 #include "render/renderer.h"
 #include "render/resolve.h"
-#include "sim/error.h"
 #include "test_scenes.h"
+#include "tests/error_message.h"
 
 namespace substep::render {
 namespace {
@@ -358,12 +358,7 @@ TEST(Surfaces, KeptOnesOfTheWorldEqualThoseDrawnAnew) {
 std::string complaint(const std::string& bytes) {
   Scene scene = scene_of_quarters();
   scene.images[0].bytes = std::make_shared<const std::string>(bytes);
-  try {
-    drawn(scene);
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
+  return test::message_of([&] { drawn(scene); });
 }
 
 TEST(Surfaces, ADamagedImageIsNamed) {

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "sim/error.h"
+#include "tests/error_message.h"
 
 namespace substep::report {
 namespace {
@@ -108,12 +109,7 @@ TEST(Plot, ShowsTheSeriesChosen) {
   EXPECT_EQ(chosen.panels[0].series[0].title, "two");
   const auto message_of = [&](const std::vector<std::string>& panels,
                               const std::vector<std::string>& series) {
-    try {
-      with_choice(sheet, panels, series);
-    } catch (const Error& error) {
-      return std::string(error.what());
-    }
-    return std::string();
+    return test::message_of([&] { with_choice(sheet, panels, series); });
   };
   EXPECT_EQ(message_of({"over"}, {}), "the figure has no panel 'over': it has under_score; other");
   EXPECT_EQ(message_of({}, {"one", "three"}), "the figure has no series 'three': it has one; two");

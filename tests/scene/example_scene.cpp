@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <string>
 
-#include "sim/error.h"
 #include "sim/loading/load_scene.h"
 #include "sim/math/base64.h"
+#include "tests/error_message.h"
 
 namespace substep::test {
 namespace {
@@ -109,12 +109,7 @@ Scene load(const json& document) {
 }
 
 std::string complaint(const std::filesystem::path& file) {
-  try {
-    load_scene(file);
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
+  return message_of([&] { load_scene(file); });
 }
 
 std::string complaint(const json& document) {

@@ -7,6 +7,7 @@
 
 #include "sim/error.h"
 #include "sim/model/usual_settings.h"
+#include "tests/error_message.h"
 #include "tests/sim/test_scenes.h"
 
 namespace substep {
@@ -119,12 +120,8 @@ TEST(FrozenProblem, NamesTheLineOfTrouble) {
       {"substep mlcp 2\n", "one:1: another format"},
   };
   for (const Trouble& trouble : troubles) {
-    try {
-      parse_frozen_problem(trouble.text, "one");
-      ADD_FAILURE() << trouble.complaint;
-    } catch (const Error& error) {
-      EXPECT_NE(std::string(error.what()).find(trouble.complaint), std::string::npos) << error.what();
-    }
+    const std::string message = test::message_of([&] { parse_frozen_problem(trouble.text, "one"); });
+    EXPECT_NE(message.find(trouble.complaint), std::string::npos) << message;
   }
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "sim/error.h"
+#include "tests/error_message.h"
 #include "tests/scene_files.h"
 #include "tests/temporary_folder.h"
 
@@ -22,12 +23,7 @@ class CommandEngine : public testing::Test {
                        {.step = 0.25}, time_limit);
   }
   std::string refusal(const std::string& script, double time_limit = 20) const {
-    try {
-      run(script, time_limit);
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "";
+    return test::message_of([&] { run(script, time_limit); });
   }
 
   Scene scene_ = scene_named("pendulum");

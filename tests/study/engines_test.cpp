@@ -9,9 +9,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "sim/error.h"
 #include "sim/math/rotation.h"
 #include "sim/measure/metrics.h"
+#include "tests/error_message.h"
 #include "tests/scene_files.h"
 #include "tests/sim/test_scenes.h"
 
@@ -34,12 +34,7 @@ Settings settings_at(double step) {
 
 /// For which engine `make` throws, and with what.
 std::string omitted(const Engine& engine, const Scene& scene) {
-  try {
-    engine.make(scene, settings_at(scene.step));
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
+  return test::message_of([&] { engine.make(scene, settings_at(scene.step)); });
 }
 
 TEST(Engines, HaveDistinctNames) {

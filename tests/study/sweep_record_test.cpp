@@ -9,6 +9,7 @@
 
 #include "sim/error.h"
 #include "sim/loading/load_scene.h"
+#include "tests/error_message.h"
 #include "tests/folders.h"
 
 namespace substep {
@@ -52,13 +53,8 @@ TEST(SweepRecord, RoundTripKeepsRecord) {
 }
 
 TEST(SweepRecord, RefusesNegativeValues) {
-  const auto complaint = [](const SweepRecord& record) -> std::string {
-    try {
-      record_in(to_json(record));
-      return "";
-    } catch (const Error& error) {
-      return error.what();
-    }
+  const auto complaint = [](const SweepRecord& record) {
+    return test::message_of([&] { record_in(to_json(record)); });
   };
   EXPECT_EQ(complaint(example()), "");
   SweepRecord record = example();
