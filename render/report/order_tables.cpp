@@ -117,7 +117,10 @@ std::string order_ranges(const TextTable& table) {
       least = std::min(least, std::stod(row[column]));
       most = std::max(most, std::stod(row[column]));
     }
-    if (least <= most) ranges.push_back(fmt::format("{} {:.2f} to {:.2f}", table.head[column], least, most));
+    if (least > most) continue;
+    std::string range = fmt::format("{} {:.2f}", table.head[column], least);
+    if (least < most) range += fmt::format(" to {:.2f}", most);
+    ranges.push_back(std::move(range));
   }
   return fmt::format("{}", fmt::join(ranges, ", "));
 }

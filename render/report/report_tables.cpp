@@ -131,7 +131,7 @@ TextTable references_table(const std::vector<SweepRecord>& records) {
     }
     const SweepRecord& first = own.front();
     table.rows.push_back(
-        {scene, first.reference, fmt::format("{:g}", first.horizon),
+        {scene, first.reference, fmt::format("{:.3g}", first.horizon),
          first.divergence_point.empty() ? "as asked" : fmt::format("{} parts", first.divergence_point),
          short_number(first.uncertainty), short_number(first.turn_uncertainty), short_number(smallest),
          short_number(first.size)});
