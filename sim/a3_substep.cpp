@@ -42,9 +42,9 @@ void proc3(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
     for (int i = 1; i <= m; ++i) {  // proc3:8
       for (Block& x : c.blocks) {   // proc3:9
         // J̆_x(κ v̂ + M̆⁻¹J̆_xᵀλ) = τ β_xʲ : lo, hi
-        update_stable(problem, x, v_hat);                       // proc3:10
-        const Impulse lambda = solve(c, x, kappa, tau, v_hat);  // proc3:11
-        apply(c, x, lambda, v_hat);                             // proc3:12
+        update_stable(problem, x, v_hat);                                         // proc3:10
+        const Impulse lambda = solve(c, x, {.tau = tau, .kappa = kappa}, v_hat);  // proc3:11
+        apply(c, x, lambda, v_hat);                                               // proc3:12
       }
       for (const ContactBatch& x : c.contacts.batches)
         solve_and_apply(c.contacts, x, {.kappa = contact_kappa, .tau = contact_tau}, v_hat);

@@ -39,9 +39,9 @@ void proc5(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
     for (int i = 1; i <= m; ++i) {  // proc5:9
       for (Block& x : c.blocks) {   // proc5:10
         // J̆_x(m̂v + M̆⁻¹J̆_xᵀλ□) = β□_x : lo/κ, hi/κ
-        update_stable(problem, x, mv, &sum_v);                          // proc5:11
-        const Impulse boxed_lambda = solve(c, x, 1, 1, mv, 1 / kappa);  // proc5:12
-        apply(c, x, boxed_lambda, mv, kappa);                           // proc5:13
+        update_stable(problem, x, mv, &sum_v);                        // proc5:11
+        const Impulse boxed_lambda = solve(c, x, {}, mv, 1 / kappa);  // proc5:12
+        apply(c, x, boxed_lambda, mv, kappa);                         // proc5:13
       }
       for (const ContactBatch& x : c.contacts.batches)
         solve_and_apply(c.contacts, x, {.scale = contact_kappa}, mv);

@@ -128,7 +128,7 @@ Sheet coupled_rows_sheet(const FigureSource& source) {
       Series series{systems[k].name, {static_cast<int>(k), shapes.at(k)}, {}};
       for (int t = 1; t <= 20; ++t)
         series.points.push_back(
-            {0.1 * t, std::pow(largest_radius(systems[k], 0.1 * t, kappa, iterations), 100)});
+            {0.1 * t, std::pow(largest_radius(systems[k], {0.1 * t, kappa}, iterations), 100)});
       panel.series.push_back(std::move(series));
     }
     panel.series.push_back({"above it all grows", {0, 7, true, true, false}, {{0, 1}, {2, 1}}});

@@ -12,6 +12,7 @@
 
 #include "sim/constraints/contact_batch.h"
 #include "sim/math/vector.h"
+#include "sim/model/settings.h"
 #include "sim/model/state.h"
 
 namespace substep {
@@ -91,7 +92,7 @@ inline double clamped_change(Row& row, double wanted, double limit_scale) {
 /// Solves block x for the change of λ in  J_x(κ v̂ + M⁻¹J_xᵀλ) = τ β_x : lo, hi; where x is not stabilized, in
 /// J_x(v̂ + M⁻¹J_xᵀλ) + softness λ = β_x: a spring that κ relaxed would be softer by it. `limit_scale` is A5's
 /// 1/κ, by which its λ and their limits are larger.
-inline Impulse solve(Constraints& c, const Block& x, double kappa, double tau, const std::vector<Velocity>& v,
+inline Impulse solve(Constraints& c, const Block& x, const Stabilization& by, const std::vector<Velocity>& v,
                      double limit_scale = 1) {
   const Velocity& a = v[x.a];
   const Velocity& b = v[x.b];
@@ -99,16 +100,16 @@ inline Impulse solve(Constraints& c, const Block& x, double kappa, double tau, c
   if (x.rows == 1) {
     Row& row = c.rows[x.first];
     const double velocity = row_velocity(row, a, b);
-    const double wanted =
-        x.stabilized ? tau * row.beta - kappa * velocity - row.softness * (kappa / limit_scale) * row.impulse
-                     : limit_scale * (row.beta - velocity) - row.softness * row.impulse;
+    const double wanted = x.stabilized ? by.tau * row.beta - by.kappa * velocity -
+                                             row.softness * (by.kappa / limit_scale) * row.impulse
+                                       : limit_scale * (row.beta - velocity) - row.softness * row.impulse;
     change[0] = clamped_change(row, wanted, limit_scale * c.limits_of);
     return change;
   }
   Vector3 wanted = Vector3::Zero();
   for (int k = 0; k < x.rows; ++k) {
     const Row& row = c.rows[x.first + k];
-    wanted[k] = tau * row.beta - kappa * row_velocity(row, a, b);
+    wanted[k] = by.tau * row.beta - by.kappa * row_velocity(row, a, b);
   }
   const Vector3 lambda = c.effective_masses[x.coupling] * wanted;
   for (int k = 0; k < x.rows; ++k) {

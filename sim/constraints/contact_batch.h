@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "sim/model/model.h"
+#include "sim/model/settings.h"
 #include "sim/model/state.h"
 
 namespace substep {
@@ -292,7 +293,7 @@ void solve_and_apply(ContactBatches& contacts, const ContactBatch& x, const RowS
 // What formulate.h does to rows, for all of these.
 void update_biases(ContactBatches& contacts, double hs, const std::vector<Velocity>& v_local,
                    const std::vector<Velocity>& offset);
-void box_biases(ContactBatches& contacts, double kappa, double tau);
+void box_biases(ContactBatches& contacts, const Stabilization& by);
 void undo_update_rule(ContactBatches& contacts, double share, const std::vector<Velocity>& change);
 
 /// In A5 the friction that slides follows nothing: it gets J̆ sv back, of the sum of velocities `sum_v`.

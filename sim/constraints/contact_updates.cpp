@@ -273,15 +273,16 @@ void update_biases(ContactBatches& contacts, double hs, const std::vector<Veloci
                  : update_biases_two_wide(contacts, hs, v_local, offset);
 }
 
-void box_biases(ContactBatches& contacts, double kappa, double tau) {
-  for (NormalRow& normal : contacts.normals) normal.row.beta *= all(tau / kappa);
+void box_biases(ContactBatches& contacts, const Stabilization& by) {
+  const Lanes factor = all(by.tau / by.kappa);
+  for (NormalRow& normal : contacts.normals) normal.row.beta *= factor;
   for (FrictionRows& rows : contacts.frictions) {
-    for (ContactRow& row : rows.row) row.beta *= all(tau / kappa);
+    for (ContactRow& row : rows.row) row.beta *= factor;
   }
   for (Patch& patch : contacts.patches) {
     for (int k = 0; k < 3; ++k) {
-      patch.normal_beta[k] *= all(tau / kappa);
-      patch.beta[k] *= all(tau / kappa);
+      patch.normal_beta[k] *= factor;
+      patch.beta[k] *= factor;
     }
   }
 }

@@ -154,8 +154,7 @@ void box_biases(Constraints& c, const Settings& settings) {
     if (!x.stabilized) continue;
     for (int k = 0; k < x.rows; ++k) c.rows[x.first + k].beta *= share;
   }
-  const auto [tau, kappa] = settings.of_contacts();
-  box_biases(c.contacts, kappa, tau);
+  box_biases(c.contacts, settings.of_contacts());
 }
 
 void undo_update_rule(Problem& problem, const Settings& settings, const std::vector<Velocity>& change,

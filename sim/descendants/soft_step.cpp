@@ -130,7 +130,7 @@ Impulse solve_friction(SoftPoint& x, const std::vector<Velocity>& v) {
 /// keep to their own law.
 Impulse solve_joint(Constraints& c, const Block& x, const Softness& soft, double hs,
                     const std::vector<Velocity>& v) {
-  if (!x.stabilized) return solve(c, x, 1, 1, v);
+  if (!x.stabilized) return solve(c, x, {}, v);
   const bool is_relaxing = soft.impulse_scale == 0;
   // β = −C/hs. A one-sided row that is off its bound may reach it in the sub-step.
   const bool is_off = x.rows == 1 && c.rows[x.first].low == 0 && c.rows[x.first].beta < 0;

@@ -51,7 +51,7 @@ class Experiment {
       for (int i = 1; i <= m; ++i) {
         for (Block& x : c.blocks) {
           update_stable(problem, x, v_local);
-          apply(c, x, solve(c, x, kappa, tau, v_local), v_local);
+          apply(c, x, solve(c, x, {.tau = tau, .kappa = kappa}, v_local), v_local);
         }
         for (const ContactBatch& x : c.contacts.batches)
           solve_and_apply(c.contacts, x, {.kappa = contact_kappa, .tau = contact_tau}, v_local);

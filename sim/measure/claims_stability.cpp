@@ -69,7 +69,7 @@ Claim claim11(Measurement& measurement) {
     return largest;
   };
   const auto micro = [&](Constraints& c, const Block& x, const std::vector<Velocity>& v) {
-    return solve(c, x, kappa, tau, v);
+    return solve(c, x, {.tau = tau, .kappa = kappa}, v);
   };
   const auto relaxed = [&](Constraints& c, const Block& x, const std::vector<Velocity>& v) {
     return Impulse{solve_relaxed(c, x, kappa, v)};
@@ -141,7 +141,7 @@ Claim claim15(Measurement& measurement) {
   for (const CoupledRows& system : coupled_rows(measurement.folder())) {
     Figure figure{system.name, {}, ""};
     for (const auto& [tau, iterations] : {std::pair{1.0, 1}, {0.6, 1}, {0.3, 1}, {1.0, 4}}) {
-      const double radius = largest_radius(system, tau, 1, iterations);
+      const double radius = largest_radius(system, {.tau = tau}, iterations);
       figure.values.push_back(radius - 1);
       if (system.positions.front().joints.size() == 1)
         one_row = std::max(one_row, std::abs(radius - (1 - tau)));
@@ -149,7 +149,7 @@ Claim claim15(Measurement& measurement) {
     const bool has_rods = system.name == coupled_governor;
     (has_rods ? governor : hinged) = std::max(has_rods ? governor : hinged, figure.values.front());
     for (const int iterations : {1, 4}) {
-      figure.values.push_back(largest_radius(system, 1, lower_kappa, iterations) - 1);
+      figure.values.push_back(largest_radius(system, {.kappa = lower_kappa}, iterations) - 1);
       under_relaxed = std::max(under_relaxed, figure.values.back());
     }
     claim.figures.push_back(std::move(figure));
@@ -196,7 +196,7 @@ Claim claim17(Measurement& measurement) {
   const std::vector<CoupledRows> systems = coupled_rows(measurement.folder());
   const CoupledRows& governor = *std::ranges::find(systems, coupled_governor, &CoupledRows::name);
   for (const Settings& settings : tried)
-    radii.push_back(largest_radius(governor, settings.tau, settings.kappa, settings.iterations) - 1);
+    radii.push_back(largest_radius(governor, {settings.tau, settings.kappa}, settings.iterations) - 1);
   radii = add(fmt::format("{}: spectral radius, less 1", governor.name), "", radii);
   std::vector<double> growths;
   std::vector<double> gaps;

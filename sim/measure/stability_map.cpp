@@ -18,12 +18,12 @@ Scene weight_off_its_joint() {
   return weight_on_a_joint(offset, locked);
 }
 
-bool is_stable(const Scene& scene, Algorithm algorithm, double tau, double kappa) {
+bool is_stable(const Scene& scene, Algorithm algorithm, const Stabilization& by) {
   Settings settings;
   settings.algorithm = algorithm;
   settings.substeps = 8;
-  settings.tau = tau;
-  settings.kappa = kappa;
+  settings.tau = by.tau;
+  settings.kappa = by.kappa;
   Simulation simulation(scene, settings);
   // 1600 applications of the row: at 0.1 from the border in τ the amplitude changes by far more than a half.
   for (int i = 0; i < 200; ++i) {
@@ -42,7 +42,7 @@ std::vector<StabilityPoint> measure_stability_map() {
       for (int t = 0; t < 20; ++t) {
         const double kappa = 0.1 + 0.2 * k;
         const double tau = 0.1 + 0.2 * t;
-        points.push_back({algorithm, tau, kappa, is_stable(scene, algorithm, tau, kappa)});
+        points.push_back({algorithm, tau, kappa, is_stable(scene, algorithm, {tau, kappa})});
       }
     }
   }

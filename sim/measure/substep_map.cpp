@@ -42,7 +42,7 @@ class RowMap {
   }
 
   /// Returns the map of (velocities, gaps over hs) in these directions.
-  Eigen::MatrixXd map(double tau, double kappa, int iterations) {
+  Eigen::MatrixXd map(const Stabilization& by, int iterations) {
     const Eigen::Index count = directions_.cols();
     Eigen::MatrixXd result(2 * count, 2 * count);
     for (Eigen::Index k = 0; k < 2 * count; ++k) {
@@ -58,8 +58,7 @@ class RowMap {
       clear_impulses(problem_.c);
       problem_.c.limits_of = 1;
       for (int i = 0; i < iterations; ++i) {
-        for (const Block& x : problem_.c.blocks)
-          apply(problem_.c, x, solve(problem_.c, x, kappa, tau, v_), v_);
+        for (const Block& x : problem_.c.blocks) apply(problem_.c, x, solve(problem_.c, x, by, v_), v_);
       }
       const Eigen::VectorXd after = directions_.transpose() * weighted_velocities();
       result.col(k) << after, opening + after;
@@ -124,8 +123,8 @@ CoupledRows system(std::string name, const Scene& scene, int positions, double i
 
 }  // namespace
 
-double substep_radius(const Scene& scene, double tau, double kappa, int iterations, Joints joints) {
-  return RowMap(scene, joints).map(tau, kappa, iterations).eigenvalues().cwiseAbs().maxCoeff();
+double substep_radius(const Scene& scene, const Stabilization& by, int iterations, Joints joints) {
+  return RowMap(scene, joints).map(by, iterations).eigenvalues().cwiseAbs().maxCoeff();
 }
 
 std::optional<double> substep_radius(const Scene& scene, const Settings& settings) {
@@ -134,7 +133,7 @@ std::optional<double> substep_radius(const Scene& scene, const Settings& setting
       !is_rigid(build_model(scene))) {
     return std::nullopt;
   }
-  return substep_radius(scene, settings.tau, settings.kappa, settings.iterations, settings.joints);
+  return substep_radius(scene, {settings.tau, settings.kappa}, settings.iterations, settings.joints);
 }
 
 Scene without_springs(Scene scene) {
@@ -183,10 +182,10 @@ std::vector<CoupledRows> coupled_rows(const std::filesystem::path& folder) {
           system(std::string(coupled_governor), without_springs(scene("governor")), 7, 0.1)};
 }
 
-double largest_radius(const CoupledRows& system, double tau, double kappa, int iterations) {
+double largest_radius(const CoupledRows& system, const Stabilization& by, int iterations) {
   double largest = 0;
   for (const Scene& position : system.positions)
-    largest = std::max(largest, substep_radius(position, tau, kappa, iterations, Joints::plain));
+    largest = std::max(largest, substep_radius(position, by, iterations, Joints::plain));
   return largest;
 }
 

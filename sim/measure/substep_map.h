@@ -19,7 +19,7 @@ namespace substep {
 
 /// Returns the spectral radius of a sub-step of A3 to A5 at the start of `scene`, which must have hard joints
 /// and no contacts. Its velocities do not count. All three have equal maps, since the coordinates are fixed.
-double substep_radius(const Scene& scene, double tau, double kappa, int iterations, Joints joints);
+double substep_radius(const Scene& scene, const Stabilization& by, int iterations, Joints joints);
 
 /// Returns the spectral radius for the settings of a run. Returns nothing for A1 and A2, for scenes with
 /// other rows than those of hard joints, and above a hundred rows, since eigenvalues would take longer than
@@ -52,6 +52,6 @@ inline constexpr std::string_view coupled_governor = "governor, rods";
 std::vector<CoupledRows> coupled_rows(const std::filesystem::path& folder);
 
 /// The largest at any of the positions; joints in blocks.
-double largest_radius(const CoupledRows& system, double tau, double kappa, int iterations);
+double largest_radius(const CoupledRows& system, const Stabilization& by, int iterations);
 
 }  // namespace substep

@@ -24,6 +24,12 @@ enum class Joints {
            ///< joints, the parts of hinges, sliders and fixed joints, and the stiff spring
 };
 
+/// How strongly a row acts: in J(κ v + M⁻¹Jᵀλ) = τ β.
+struct Stabilization {
+  double tau = 1;    ///< τ
+  double kappa = 1;  ///< κ
+};
+
 struct Settings {
   Algorithm algorithm = Algorithm::a3;
   double step = 1.0 / 60;         ///< h, seconds
@@ -51,10 +57,6 @@ struct Settings {
   };
   Substepping substepping() const { return {substeps, iterations, tau, kappa}; }
 
-  struct Stabilization {
-    double tau;
-    double kappa;
-  };
   Stabilization of_contacts() const {
     return {contact_tau == 0 ? tau : contact_tau, contact_kappa == 0 ? kappa : contact_kappa};
   }

@@ -33,7 +33,7 @@ TEST(SubstepMap, OneRowMatchesClosedForm) {
   for (const double kappa : {0.3, 0.9, 1.0, 1.7}) {
     for (const double tau : {0.1, 0.6, 1.0, 2.5}) {
       for (const Joints joints : {Joints::rows, Joints::plain}) {
-        EXPECT_NEAR(substep_radius(weight, tau, kappa, 1, joints), closed_form(tau, kappa), 1e-7)
+        EXPECT_NEAR(substep_radius(weight, {tau, kappa}, 1, joints), closed_form(tau, kappa), 1e-7)
             << tau << " " << kappa;
       }
     }
@@ -53,7 +53,7 @@ Scene growing_governor() {
 TEST(SubstepMap, MatchesRuns) {
   const Scene scene = growing_governor();
   for (const Joints joints : {Joints::plain, Joints::rows}) {
-    const double radius = substep_radius(scene, 1, 1, 1, joints);
+    const double radius = substep_radius(scene, {}, 1, joints);
     EXPECT_GT(radius, 1.005);
     for (const double step : {1.0 / 60, 1.0 / 6000}) {
       Settings settings;
@@ -82,9 +82,9 @@ TEST(SubstepMap, MatchesRuns) {
 }
 
 TEST(SubstepMap, RefusesSoftJoints) {
-  EXPECT_THROW(substep_radius(scene_named("governor"), 1, 1, 1, Joints::plain), Error);
-  EXPECT_THROW(substep_radius(scene_named("box_stack"), 1, 1, 1, Joints::plain), Error);
-  EXPECT_THROW(substep_radius(scene_named("powered_wheel"), 1, 1, 1, Joints::plain), Error);
+  EXPECT_THROW(substep_radius(scene_named("governor"), {}, 1, Joints::plain), Error);
+  EXPECT_THROW(substep_radius(scene_named("box_stack"), {}, 1, Joints::plain), Error);
+  EXPECT_THROW(substep_radius(scene_named("powered_wheel"), {}, 1, Joints::plain), Error);
 }
 
 TEST(SubstepMap, ExistsForRigidJoints) {
@@ -92,7 +92,8 @@ TEST(SubstepMap, ExistsForRigidJoints) {
   Settings settings = default_settings(Algorithm::a5);
   settings.tau = 1;
   settings.iterations = 2;
-  EXPECT_EQ(substep_radius(chain, settings), substep_radius(chain, 1, settings.kappa, 2, settings.joints));
+  EXPECT_EQ(substep_radius(chain, settings),
+            substep_radius(chain, {.kappa = settings.kappa}, 2, settings.joints));
   for (const Algorithm algorithm : {Algorithm::a1, Algorithm::a2}) {
     settings.algorithm = algorithm;
     EXPECT_FALSE(substep_radius(chain, settings)) << name(algorithm);
