@@ -145,6 +145,16 @@ View stepped_back(const View& view, std::span<const Part> parts,
   for (const Part* part : held) {
     stage = std::max(stage, 2.5 * ((centre_of(*part) - middle).norm() + part->half_size().norm()));
   }
+  // What stays nearest is held to the end: no picture is empty.
+  for (const std::vector<Coordinates>& frame : frames) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Part* part : held) {
+      if (part->body == world_body) continue;
+      const Vector3 away = frame[static_cast<std::size_t>(part->body)].linear - middle;
+      nearest = std::min(nearest, away.norm() + part->centre().norm() + part->half_size().norm());
+    }
+    if (std::isfinite(nearest)) stage = std::max(stage, nearest);
+  }
   double back = 0;
   for (const Part* part : held) {
     for (const std::vector<Coordinates>& frame : frames) {

@@ -13,7 +13,7 @@
 
 namespace substep::render {
 
-/// The block Frame of shaders.cpp, whose comments say what each is.
+/// The block Frame of shader_terms.cpp, whose comments say what each is.
 struct FrameUniforms {
   glm::mat4 clip_from_world;
   glm::mat4 shadow_from_world;

@@ -66,6 +66,8 @@ int tiles_along(int pixels) {
 std::vector<Rectangle> rectangles(std::span<const char> marks, int columns, char mark, int side) {
   std::vector<Rectangle> found;
   const auto width = static_cast<std::size_t>(columns);
+  std::vector<std::size_t> last(width,
+                                0);  // of those that begin at a column; may be another column's at first
   for (std::size_t row = 0; row < marks.size() / width; ++row) {
     const std::span<const char> here = marks.subspan(row * width, width);
     const int y = side * static_cast<int>(row);
@@ -73,12 +75,13 @@ std::vector<Rectangle> rectangles(std::span<const char> marks, int columns, char
       const auto end = std::find_if(at, here.end(), [&](char other) { return other != mark; });
       const Rectangle run{side * static_cast<int>(at - here.begin()), y, side * static_cast<int>(end - at),
                           side};
-      const auto same = std::ranges::find_if(found, [&](const Rectangle& other) {
-        return other.x == run.x && other.width == run.width && other.y + other.height == y;
-      });
-      if (same != found.end()) {
-        same->height += side;
+      std::size_t& below = last[static_cast<std::size_t>(at - here.begin())];
+      const bool is_longer = below < found.size() && found[below].x == run.x &&
+                             found[below].width == run.width && found[below].y + found[below].height == y;
+      if (is_longer) {
+        found[below].height += side;
       } else {
+        below = found.size();
         found.push_back(run);
       }
       at = std::find(end, here.end(), mark);
@@ -140,7 +143,7 @@ Rectangle bounds_of(std::span<const Rectangle> areas, int width, int height) {
 }
 
 std::vector<Rectangle> seen_areas(std::span<const float> depths, const Rectangle& box, int side) {
-  constexpr int pixels = 8;
+  constexpr int pixels = 4;
   const auto width = static_cast<std::size_t>(side * box.width);
   const auto samples = static_cast<std::size_t>(side * pixels);
   const std::size_t columns = (width + samples - 1) / samples;

@@ -1,5 +1,6 @@
 #include "render/targets.h"
 
+#include <algorithm>
 #include <string>
 
 #include "sim/error.h"
@@ -87,6 +88,33 @@ Surfaces::Surfaces(int w, int h, bool with_emission) : width(w), height(h) {
   make_depth(depth, width, height);
   attach(textures, depth);
   require_complete(width, height);
+}
+
+void Surfaces::clear() const {
+  constexpr std::array<GLint, 4> none{};
+  glClearBufferiv(GL_COLOR, 0, none.data());
+}
+
+void Surfaces::start_anew() const {
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+  glViewport(0, 0, width, height);
+  glClear(GL_DEPTH_BUFFER_BIT);
+  clear();
+}
+
+void Surfaces::copy(const Surfaces& from, std::span<const Rectangle> areas, int samples) const {
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, from.framebuffer);
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer);
+  for (const Rectangle& area : areas) {
+    const int left = samples * area.x;
+    const int low = samples * area.y;
+    const int right = std::min(left + samples * area.width, width);
+    const int high = std::min(low + samples * area.height, height);
+    glBlitFramebuffer(left, low, right, high, left, low, right, high,
+                      GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT, GL_NEAREST);
+  }
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+  glViewport(0, 0, width, height);
 }
 
 void Surfaces::end() const {

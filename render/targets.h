@@ -3,9 +3,11 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "render/gl.h"
+#include "render/picture_areas.h"
 
 namespace substep::render {
 
@@ -36,13 +38,23 @@ struct Target {
 struct Surfaces {
   GLuint framebuffer = 0;
   std::array<GLuint, 3>
-      textures{};    ///< packed_surface() of shaders.cpp; the others where they were asked for
+      textures{};    ///< packed_surface() of shader_terms.cpp; the others where they were asked for
   GLuint depth = 0;  ///< texture
   int width = 0;
   int height = 0;
 
   Surfaces() = default;
   Surfaces(int w, int h, bool with_emission);
+
+  /// Makes it the target, and clears it.
+  void start_anew() const;
+
+  /// Clears what is seen, of the framebuffer that is drawn to: where nothing is drawn then, surfaces with
+  /// looks have no normal.
+  void clear() const;
+
+  /// Copies `areas` of pixels, of so many samples a side, from one of the same size. Makes it the target.
+  void copy(const Surfaces& from, std::span<const Rectangle> areas, int samples) const;
 
   void end() const;
 };

@@ -14,7 +14,7 @@
 // as fixed point (line 11). A contact's points are fixed in both bodies for the step, but on a ball: there it
 // is where the normal meets it (line 15). Beyond the report: contacts can have their own τ and κ (claim 17).
 // The sub-step of an impact takes more sweeps than m, as no other sub-step gives what it leaves (line 8).
-// Contacts: contact_batch.h; what each of its readings is worth, measure/ablation.h.
+// Contacts: contact_batch.h.
 
 #include "sim/algorithms.h"
 #include "sim/math/rotation.h"

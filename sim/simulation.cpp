@@ -37,11 +37,10 @@ StepReport::Status status_of(MlcpReport::Status status) {
 }  // namespace
 
 struct Simulation::Implementation {
-  Implementation(const Scene& s, const Settings& set, Procedure p, const ContactReading& how)
+  Implementation(const Scene& s, const Settings& set, Procedure p)
       : scene(s),
         settings(set),
         procedure(std::move(p)),
-        reading(how),
         model(build_model(s)),
         finder(scene, model),
         state(initial_state(s)) {
@@ -49,7 +48,6 @@ struct Simulation::Implementation {
     is_descendant = !is_of_report(settings.algorithm) && !procedure;
     problem.model = &model;
     problem.contacts = &no_contacts;
-    problem.c.contacts.reading = reading;
     problem.substeps.bias_at_next_frame = settings.algorithm == Algorithm::a3;
     problem.substeps.count = sub_stepped && settings.algorithm != Algorithm::avbd ? settings.substeps : 1;
     joints = is_descendant ? Joints::plain : sub_stepped ? settings.joints : Joints::rows;
@@ -359,7 +357,6 @@ struct Simulation::Implementation {
   Scene scene;
   Settings settings;
   Procedure procedure;
-  ContactReading reading;
   Model model;
   ContactFinder finder;
   State state;
@@ -396,17 +393,10 @@ struct Simulation::Implementation {
 Simulation::Simulation(const Scene& scene, const Settings& settings)
     : Simulation(scene, settings, Procedure{}) {}
 
-Simulation::Simulation(const Scene& scene, const Settings& settings, Procedure procedure)
-    : Simulation(scene, settings, std::move(procedure), ContactReading{}) {}
-
-Simulation::Simulation(const Scene& scene, const Settings& settings, const ContactReading& reading)
-    : Simulation(scene, settings, Procedure{}, reading) {}
-
-Simulation::Simulation(const Scene& scene, const Settings& settings, Procedure procedure,
-                       const ContactReading& reading) {
+Simulation::Simulation(const Scene& scene, const Settings& settings, Procedure procedure) {
   const DefaultFloatingPoint environment;
   check(settings);
-  implementation_ = std::make_unique<Implementation>(scene, settings, std::move(procedure), reading);
+  implementation_ = std::make_unique<Implementation>(scene, settings, std::move(procedure));
 }
 Simulation::~Simulation() = default;
 Simulation::Simulation(Simulation&&) noexcept = default;

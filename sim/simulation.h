@@ -13,7 +13,6 @@
 
 namespace substep {
 
-struct ContactReading;
 struct Problem;
 struct Work;
 
@@ -54,8 +53,6 @@ class Simulation {
   /// takes its place.
   Simulation(const Scene& scene, const Settings& settings, Procedure procedure);
 
-  /// For experiments: contacts are solved otherwise; see contact_batch.h.
-  Simulation(const Scene& scene, const Settings& settings, const ContactReading& reading);
   ~Simulation();
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;
@@ -88,8 +85,6 @@ class Simulation {
   std::string last_problem() const;
 
  private:
-  Simulation(const Scene& scene, const Settings& settings, Procedure procedure,
-             const ContactReading& reading);
   struct Implementation;
   std::unique_ptr<Implementation> implementation_;
 };

@@ -4,7 +4,6 @@
 
 #include <functional>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -28,15 +27,21 @@ struct CheckPlan {
 /// Reads the suite, calls `run`, and writes results and report. Throws Error.
 void check_with(const CheckOptions& options, const std::function<void(const CheckPlan&, CheckOutput&)>& run);
 
-/// Functions that are called as cases are checked, in the cases' order.
-struct CheckListener {
-  std::function<void(const SuiteCase&)> before_case;
-  std::function<void(const CheckedCase&)> after_case;
-};
+/// Checks cases one after another. Those of one scene follow each other, so that it is loaded once.
+class CaseChecker {
+ public:
+  CaseChecker(const CheckOptions& options, const MadeWith& made_with)
+      : options_(options), made_with_(made_with) {}
 
-/// Checks the cases. Errors in a case become its verdict; the other cases are checked.
-void check_cases(std::span<const SuiteCase> cases, const CheckOptions& options, const MadeWith& made_with,
-                 const CheckListener& listener);
+  /// Errors in the case become its verdict.
+  CheckedCase check(const SuiteCase& entry);
+
+ private:
+  const CheckOptions& options_;
+  const MadeWith& made_with_;
+  std::filesystem::path scene_file_;
+  std::optional<Scene> scene_;
+};
 
 /// Checks a case, and prepares its approval.
 CheckedCase check_case(const CheckOptions& options, const MadeWith& made_with, const SuiteCase& entry,

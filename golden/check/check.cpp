@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <sys/prctl.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -19,7 +20,7 @@
 #include <memory>
 #include <new>
 #include <optional>
-#include <span>
+#include <thread>
 #include <utility>
 
 #include "golden/check/case_context.h"
@@ -37,7 +38,6 @@ using Clock = std::chrono::steady_clock;
 /// The keys of a worker's messages, one line each.
 constexpr const char* made_with_key = "made_with";
 constexpr const char* refusal_key = "refusal";
-constexpr const char* start_key = "start";
 constexpr const char* case_key = "case";
 
 /// Time for the pictures of a case whose command has its own `time_limit`, s.
@@ -74,16 +74,17 @@ void end_silently() {
   ::prctl(PR_SET_PDEATHSIG, SIGTERM);
 }
 
-/// Checks the cases in the worker's process, and ends it.
-[[noreturn]] void work(const CheckPlan& plan, std::span<const SuiteCase> cases, int descriptor) {
+/// Checks the cases whose indices the parent sends, in the worker's process, and ends it.
+[[noreturn]] void work(const CheckPlan& plan, int descriptor) {
   end_silently();
   try {
     const MadeWith made_with = made_with_here(plan);
     send(descriptor, made_with_key, to_json(made_with));
-    CheckListener listener;
-    listener.before_case = [&](const SuiteCase& entry) { send(descriptor, start_key, entry.name); };
-    listener.after_case = [&](const CheckedCase& checked) { send(descriptor, case_key, to_json(checked)); };
-    check_cases(cases, plan.options, made_with, listener);
+    CaseChecker checker(plan.options, made_with);
+    std::size_t index = 0;
+    while (::read(descriptor, &index, sizeof index) == sizeof index) {
+      send(descriptor, case_key, to_json(checker.check(plan.cases[index])));
+    }
   } catch (const std::exception& error) {
     send(descriptor, refusal_key, error.what());
   }
@@ -91,15 +92,16 @@ void end_silently() {
   ::_exit(0);
 }
 
-/// A process that checks cases, and the messages that it sends.
+/// A process that checks one case after another, and the messages that it sends.
 class Worker {
  public:
-  Worker(const CheckPlan& plan, std::span<const SuiteCase> cases) {
+  explicit Worker(const CheckPlan& plan) {
     std::array<int, 2> ends{};
-    if (::pipe2(ends.data(), O_CLOEXEC) != 0) throw Error("no pipe to a process that checks");
+    if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0)
+      throw Error("no socket to a process that checks");
     std::fflush(nullptr);
     process_ = ::fork();
-    if (process_ == 0) work(plan, cases, ends[1]);
+    if (process_ == 0) work(plan, ends[1]);
     ::close(ends[1]);
     if (process_ > 0) ::setpgid(process_, process_);
     descriptor_ = ends[0];
@@ -112,40 +114,45 @@ class Worker {
   Worker(const Worker&) = delete;
   Worker& operator=(const Worker&) = delete;
 
-  enum class Event { line, ended, late };
+  int descriptor() const { return descriptor_; }
+  const std::optional<std::size_t>& index() const { return index_; }  ///< of the case that it checks
+  Clock::time_point start() const { return start_; }                  ///< of that case
+  bool is_ready() const { return is_ready_; }                         ///< it has sent a message
 
-  /// Waits for the next message, until `deadline`.
-  Event wait(std::string& line, std::optional<Clock::time_point> deadline) {
-    while (true) {
-      const std::size_t end_of_line = buffer_.find('\n');
-      if (end_of_line != std::string::npos) {
-        line = buffer_.substr(0, end_of_line);
-        buffer_.erase(0, end_of_line + 1);
-        return Event::line;
-      }
-      int timeout = -1;
-      if (deadline) {
-        const std::chrono::duration<double, std::milli> left = *deadline - Clock::now();
-        if (left.count() <= 0) return Event::late;
-        timeout = static_cast<int>(std::min(std::ceil(left.count()), 1e6));
-      }
-      pollfd waiting{descriptor_, POLLIN, 0};
-      if (::poll(&waiting, 1, timeout) <= 0) continue;
-      std::array<char, 65536> bytes{};
-      const ssize_t got = ::read(descriptor_, bytes.data(), bytes.size());
-      if (got < 0 && errno == EINTR) continue;
-      if (got <= 0) return Event::ended;
-      buffer_.append(bytes.data(), static_cast<std::size_t>(got));
+  /// Lets it check a case.
+  void give(std::size_t index) {
+    index_ = index;
+    start_ = Clock::now();
+    // A worker that has ended is seen when it is read from.
+    ::send(descriptor_, &index, sizeof index, MSG_NOSIGNAL);
+  }
+
+  void set_free() { index_.reset(); }
+
+  /// Reads what it has sent and calls `receive` with each whole message. Returns false when it has ended.
+  bool read(const std::function<void(const Json& message)>& receive) {
+    std::array<char, 65536> bytes{};
+    const ssize_t got = ::read(descriptor_, bytes.data(), bytes.size());
+    if (got < 0 && errno == EINTR) return true;
+    if (got <= 0) return false;
+    buffer_.append(bytes.data(), static_cast<std::size_t>(got));
+    for (std::size_t end = 0; (end = buffer_.find('\n')) != std::string::npos;) {
+      is_ready_ = true;
+      const Json message = Json::parse(buffer_.substr(0, end));
+      buffer_.erase(0, end + 1);
+      receive(message);
     }
+    return true;
   }
 
-  /// Ends the process, if it has not ended yet. Returns how it ended, in words.
-  std::string end() {
-    if (process_ <= 0) return {};
+  /// Ends the process, if it has not ended yet.
+  void end() {
+    if (process_ <= 0) return;
     ::kill(-process_, SIGKILL);
-    return wait_for_end();
+    wait_for_end();
   }
 
+  /// Waits for the process's end, and returns in words how it ended.
   std::string wait_for_end() {
     int status = 0;
     while (::waitpid(process_, &status, 0) < 0 && errno == EINTR) {
@@ -160,90 +167,111 @@ class Worker {
  private:
   pid_t process_ = -1;
   int descriptor_ = -1;
+  bool is_ready_ = false;
+  std::optional<std::size_t> index_;
+  Clock::time_point start_;
   std::string buffer_;
 };
 
+/// Checks the plan's cases in a process for every processor.
 class CheckApart {
  public:
   CheckApart(const CheckPlan& plan, const CheckWatcher& watcher, CheckOutput& output)
-      : plan_(plan), watcher_(watcher), output_(output) {}
+      : plan_(plan), watcher_(watcher), output_(output), entries_(plan.cases.size()) {}
 
   void run() {
-    while (done_ < plan_.cases.size()) {
-      const std::size_t before = done_;
-      run_worker();
-      if (done_ == before) throw Error("a process that checks ended without checking: run it again");
+    const std::size_t most = std::max(1U, std::thread::hardware_concurrency());
+    workers_.resize(std::min(most, plan_.cases.size()));
+    for (auto& worker : workers_) worker = std::make_unique<Worker>(plan_);
+    while (delivered_ < entries_.size()) {
+      wait();
+      for (auto& worker : workers_) {
+        if (worker->index() && Clock::now() >= deadline(*worker)) end_late(worker);
+      }
     }
   }
 
  private:
-  const SuiteCase& current() const { return plan_.cases[done_]; }
+  using Slot = std::unique_ptr<Worker>;
 
-  /// Receives messages until the worker ends.
-  void run_worker() {
-    Worker worker(plan_, std::span(plan_.cases).subspan(done_));
-    is_in_case_ = false;
-    bool has_renderer = false;
-    std::string line;
-    while (true) {
-      std::optional<Clock::time_point> deadline;
-      if (is_in_case_) {
-        const std::chrono::duration<double> limit(current().time_limit +
-                                                  (current().command.empty() ? 0 : time_for_pictures));
-        deadline = start_ + std::chrono::duration_cast<Clock::duration>(limit);
-      }
-      switch (worker.wait(line, deadline)) {
-        case Worker::Event::line:
-          has_renderer = true;
-          receive(Json::parse(line));
-          break;
-        case Worker::Event::late:
-          worker.end();
-          add_error(fmt::format("it took longer than its limit, {:g} s", current().time_limit));
-          return;
-        case Worker::Event::ended: {
-          const std::string how = worker.wait_for_end();
-          if (is_in_case_) add_error(how);
-          if (!has_renderer) throw Error("the renderer cannot be started: " + how);
-          return;
-        }
-      }
+  Clock::time_point deadline(const Worker& worker) const {
+    const SuiteCase& entry = plan_.cases[*worker.index()];
+    const std::chrono::duration<double> limit(entry.time_limit +
+                                              (entry.command.empty() ? 0 : time_for_pictures));
+    return worker.start() + std::chrono::duration_cast<Clock::duration>(limit);
+  }
+
+  /// Waits until a worker has sent something or exceeds its limit of time, and receives what was sent.
+  void wait() {
+    std::vector<pollfd> waiting;
+    double timeout = -1;
+    for (const Slot& worker : workers_) {
+      waiting.push_back({worker->descriptor(), POLLIN, 0});
+      if (!worker->index()) continue;
+      const std::chrono::duration<double, std::milli> left = deadline(*worker) - Clock::now();
+      const double wait = std::clamp(std::ceil(left.count()), 0.0, 1e6);
+      timeout = timeout < 0 ? wait : std::min(timeout, wait);
+    }
+    if (::poll(waiting.data(), waiting.size(), static_cast<int>(timeout)) <= 0) return;
+    for (std::size_t i = 0; i < workers_.size(); ++i) {
+      Worker& worker = *workers_[i];
+      if (waiting[i].revents == 0) continue;
+      if (!worker.read([&](const Json& message) { receive(message, worker); })) replace(workers_[i]);
     }
   }
 
-  void receive(const Json& message) {
+  void receive(const Json& message, Worker& worker) {
     const auto item = message.begin();
     const std::string& what = item.key();
-    const Json& value = item.value();
-    if (what == refusal_key) throw Error(value.get<std::string>());
-    if (what == made_with_key) output_.set_made_with(value);
-    if (what == start_key) {
-      is_in_case_ = true;
-      start_ = Clock::now();
-      if (watcher_.before_case) watcher_.before_case(current().name, done_ + 1, plan_.cases.size());
+    if (what == refusal_key) throw Error(item.value().get<std::string>());
+    if (what == made_with_key) output_.set_made_with(item.value());
+    if (what == case_key) {
+      add(*worker.index(), item.value());
+      worker.set_free();
     }
-    if (what == case_key) add(value);
+    if (given_ == entries_.size()) return;
+    if (watcher_.before_case) watcher_.before_case(plan_.cases[given_].name, given_ + 1, entries_.size());
+    worker.give(given_++);
   }
 
-  void add(const Json& entry) {
-    is_in_case_ = false;
-    ++done_;
-    output_.add_case(entry);
-    if (watcher_.after_case) watcher_.after_case(entry);
+  /// Puts another process in the place of one that has ended.
+  void replace(Slot& worker) {
+    const std::string how = worker->wait_for_end();
+    if (!worker->is_ready()) throw Error("the renderer cannot be started: " + how);
+    if (!worker->index()) throw Error("a process that checks ended without checking: run it again");
+    add_error(*worker, how);
+    worker = std::make_unique<Worker>(plan_);
   }
 
-  void add_error(const std::string& why) {
-    CheckedCase checked = failed_case(plan_.options, current(), why);
-    checked.result.seconds = std::chrono::duration<double>(Clock::now() - start_).count();
-    add(to_json(checked));
+  void end_late(Slot& worker) {
+    worker->end();
+    add_error(*worker,
+              fmt::format("it took longer than its limit, {:g} s", plan_.cases[*worker->index()].time_limit));
+    worker = std::make_unique<Worker>(plan_);
+  }
+
+  void add_error(const Worker& worker, const std::string& why) {
+    CheckedCase checked = failed_case(plan_.options, plan_.cases[*worker.index()], why);
+    checked.result.seconds = std::chrono::duration<double>(Clock::now() - worker.start()).count();
+    add(*worker.index(), to_json(checked));
+  }
+
+  /// Adds a result, and delivers those of which all before are there, in the suite's order.
+  void add(std::size_t index, const Json& entry) {
+    entries_[index] = entry;
+    for (; delivered_ < entries_.size() && !entries_[delivered_].is_null(); ++delivered_) {
+      output_.add_case(entries_[delivered_]);
+      if (watcher_.after_case) watcher_.after_case(entries_[delivered_]);
+    }
   }
 
   const CheckPlan& plan_;
   const CheckWatcher& watcher_;
   CheckOutput& output_;
-  std::size_t done_ = 0;
-  bool is_in_case_ = false;
-  Clock::time_point start_;
+  std::vector<Slot> workers_;
+  std::vector<Json> entries_;  ///< of the cases, in the suite's order; null: not checked yet
+  std::size_t given_ = 0;      ///< cases that were given to workers
+  std::size_t delivered_ = 0;  ///< entries that the output has
 };
 
 }  // namespace
@@ -264,27 +292,18 @@ void check_with(const CheckOptions& options, const std::function<void(const Chec
   }
 }
 
-void check_cases(std::span<const SuiteCase> cases, const CheckOptions& options, const MadeWith& made_with,
-                 const CheckListener& listener) {
-  // Cases of one scene follow each other: it is loaded once.
-  std::filesystem::path scene_file;
-  std::unique_ptr<Scene> scene;
-  for (const SuiteCase& entry : cases) {
-    if (listener.before_case) listener.before_case(entry);
-    CheckedCase checked;
-    try {
-      if (!scene || scene_file != entry.scene) {
-        scene = nullptr;
-        scene = std::make_unique<Scene>(load_scene(entry.scene));
-        scene_file = entry.scene;
-      }
-      checked = check_case(options, made_with, entry, *scene);
-    } catch (const std::bad_alloc&) {
-      checked = failed_case(options, entry, "there is not enough memory for it");
-    } catch (const std::exception& error) {
-      checked = failed_case(options, entry, error.what());
+CheckedCase CaseChecker::check(const SuiteCase& entry) {
+  try {
+    if (!scene_ || scene_file_ != entry.scene) {
+      scene_.reset();
+      scene_.emplace(load_scene(entry.scene));
+      scene_file_ = entry.scene;
     }
-    if (listener.after_case) listener.after_case(checked);
+    return check_case(options_, made_with_, entry, *scene_);
+  } catch (const std::bad_alloc&) {
+    return failed_case(options_, entry, "there is not enough memory for it");
+  } catch (const std::exception& error) {
+    return failed_case(options_, entry, error.what());
   }
 }
 

@@ -107,16 +107,16 @@ struct CheckOptions {
   std::vector<std::string> cases;  ///< see select(); empty: all, and orphans are looked for
 };
 
-/// Functions that are called as a check goes on.
+/// Functions that are called as a check goes on: before cases as they begin, after them in the suite's order.
 struct CheckWatcher {
   std::function<void(const std::string& case_name, std::size_t number, std::size_t of)> before_case;
   std::function<void(const nlohmann::ordered_json& entry)> after_case;  ///< its part of results.json
 };
 
-/// Checks the cases in a process of their own. A case that crashes or exceeds its limit of time is an error,
-/// and another process checks the next. Returns what results.json holds. Call it where nothing was drawn and
-/// no threads run: the process forks. Throws Error when the suite cannot be read, another check writes to the
-/// same folder, or there is no renderer.
+/// Checks the cases in processes of their own, one for every processor. A case that crashes or exceeds its
+/// limit of time is an error, and another process checks the next. Returns what results.json holds. Call it
+/// where nothing was drawn and no threads run: the process forks. Throws Error when the suite cannot be read,
+/// another check writes to the same folder, or there is no renderer.
 nlohmann::ordered_json check(const CheckOptions& options, const CheckWatcher& watcher);
 
 /// Returns what a person should know of a case that does not pass, but for the commands (case_commands.h).

@@ -33,7 +33,7 @@
 ///
 /// A case has what [defaults] say, then what it says itself. Without a `pose_tolerance` (motion_comparison.h)
 /// poses must be the golden ones bit for bit. A run made elsewhere reads of the settings step, iterations and
-/// substeps; a table is compared up to `frames` or its end.
+/// substeps; a table is compared up to `frames` or its end. Commands of several cases may run at once.
 ///
 /// A case is named after its scene file and algorithm, or the file that its command runs, or its table:
 /// box_stack.a4, box_stack.arm. A second [[case]] of the same names needs a `variant = "stable"`:

@@ -328,19 +328,9 @@ class Player {
     const panel = data.panels[index];
     const isKnown = data.reference && frame < data.reference.known;
     const hasError = on.error && isKnown && !panel.reference && frame < panel.errors.length;
-    const tint = hasError ? (body) => data.bodies[body].moves ? this.errorColor(index, body) : null : () => null;
+    const tint = hasError ? (body) => data.bodies[body].moves ? errorColor(data, index, frame, body) : null : () => null;
     const ghost = on.ghost && isKnown && !panel.reference ? data.reference.track : null;
     this.painter.draw({track: data.tracks[index], k: frame, camera: this.camera, box, tint, ghost});
-  }
-
-  /** Linear, with a weight. */
-  errorColor(index, body) {
-    const {ramp, scale: [lower, upper], tracks} = this.data;
-    const error = bodyError(this.data, tracks[index], this.frame, body);
-    const share = Math.max(0, Math.min(1, (Math.log10(Math.max(error, 1e-12)) - lower) / (upper - lower)));
-    const place = share * (ramp.length - 1);
-    const at = Math.min(ramp.length - 2, Math.floor(place));
-    return [0, 1, 2].map((c) => ((ramp[at][c] + (ramp[at + 1][c] - ramp[at][c]) * (place - at)) / 255) ** 2.2).concat(1);
   }
 
   /** What is drawn over a picture: trails, joints, what became of the run. */
@@ -356,136 +346,20 @@ class Player {
     context.clip();
     const view = this.camera.view([0, 0, own.width, own.height]);
     const place = (point) => projected(view, point, own.width, own.height);
-    if (on.trails && !panel.reference) this.drawTrails(context, index, place);
-    if (on.joints && !panel.reference) this.drawJoints(context, index, place, own);
+    if (on.trails && !panel.reference) drawTrails(context, this, index, place);
+    if (on.joints && !panel.reference) drawJoints(context, this, index, place, own);
     const isOver = frame >= panel.frames;
     if (panel.reference && frame >= data.reference.known) {
-      this.drawNotice(context, `no reference: ${data.reference.fate}`, own, frame >= data.reference.frames);
+      drawNotice(context, `no reference: ${data.reference.fate}`, own, frame >= data.reference.frames);
     } else if (panel.fate && isOver) {
-      this.drawNotice(context, panel.fate, own, true);
+      drawNotice(context, panel.fate, own, true);
     }
     context.restore();
   }
 
-  drawTrails(context, index, place) {
-    const {data, frame} = this;
-    const track = data.tracks[index];
-    const end = Math.min(frame, track.frames - 1);
-    const begin = data.times.findIndex((time) => time >= data.times[frame] - 1 - 1e-9);
-    context.strokeStyle = data.panels[index].color;
-    context.lineWidth = 1.6;
-    context.lineCap = 'round';
-    data.bodies.forEach((body, i) => {
-      if (!body.moves) return;
-      let last = null;
-      for (let k = begin; k <= end; ++k) {
-        const at = place(poseAt(data, track, k, i));
-        if (at && last) {
-          context.globalAlpha = 0.9 * (k - begin) / Math.max(1, end - begin);
-          context.beginPath();
-          context.moveTo(...last);
-          context.lineTo(...at);
-          context.stroke();
-        }
-        last = at;
-      }
-    });
-    context.globalAlpha = 1;
-  }
-
-  drawJoints(context, index, place, {width, height}) {
-    const {data, frame} = this;
-    for (const {bodies, anchors} of data.joints) {
-      const points = bodies.map((body, end) => placed(poseAt(data, data.tracks[index], frame, body), anchors[end]));
-      const [a, b] = points.map(place);
-      if (!a || !b) continue;
-      const isOpen = Math.hypot(b[0] - a[0], b[1] - a[1]) > 1.5;
-      const radius = Math.max(2, height / 180);
-      context.fillStyle = context.strokeStyle = isOpen ? '#ff3c50' : '#ffffff';
-      if (isOpen) {
-        context.lineWidth = radius;
-        context.beginPath();
-        context.moveTo(...a);
-        context.lineTo(...b);
-        context.stroke();
-      }
-      for (const at of [a, b]) {
-        context.beginPath();
-        context.arc(at[0], at[1], radius, 0, 7);
-        context.fill();
-        context.strokeStyle = '#141414';
-        context.lineWidth = 1;
-        context.stroke();
-      }
-    }
-    const {gaps} = data.panels[index];
-    if (gaps.length === 0) return;
-    const text = `gap ${lengthLabel(gaps[Math.min(frame, gaps.length - 1)])}`;
-    context.font = `bold 13px ${FONT}`;
-    context.textAlign = 'right';
-    context.textBaseline = 'alphabetic';
-    context.fillStyle = 'rgba(15, 18, 24, 0.7)';
-    context.fillRect(width - context.measureText(text).width - 14, height - 24, context.measureText(text).width + 10, 20);
-    context.fillStyle = '#ffffff';
-    context.fillText(text, width - 9, height - 9);
-  }
-
-  drawNotice(context, text, {width, height}, overAll) {
-    const high = overAll ? height : 24;
-    context.fillStyle = overAll ? 'rgba(15, 18, 24, 0.55)' : 'rgba(15, 18, 24, 0.8)';
-    context.fillRect(0, height - high, width, high);
-    context.fillStyle = STRIP.alarm;
-    context.font = `bold ${overAll ? 18 : 14}px ${FONT}`;
-    context.textAlign = 'center';
-    context.textBaseline = 'middle';
-    context.fillText(text, width / 2, height - high / 2, width - 12);
-  }
-
-  /** The panels as they are, with title and time. */
-  picture() {
-    this.draw();
-    const {ratio} = this;
-    const top = 44;
-    const canvas = document.createElement('canvas');
-    canvas.width = $('pictures').width;
-    canvas.height = $('pictures').height + Math.round((top + 10) * ratio);
-    const context = canvas.getContext('2d');
-    context.fillStyle = '#0f1218';
-    context.fillRect(0, 0, canvas.width, canvas.height);
-    const down = Math.round(top * ratio);
-    context.drawImage($('pictures'), 0, down);
-    context.drawImage($('marks'), 0, down);
-    context.setTransform(ratio, 0, 0, ratio, 0, 0);
-    const main = $('panels').getBoundingClientRect();
-    const write = (text, x, y, font, color, align = 'left', room = undefined) => {
-      Object.assign(context, {font: `${font} ${FONT}`, fillStyle: color, textAlign: align, textBaseline: 'middle'});
-      context.fillText(text, x, y, room);
-    };
-    write(this.data.title, 12, top / 2, 'bold 20px', STRIP.bright);
-    write($('clock').textContent, main.width - 12, top / 2, 'bold 19px', STRIP.bright, 'right');
-    this.panels.forEach(({section, head, strip}, index) => {
-      if (section.hidden) return;
-      const panel = this.data.panels[index];
-      const box = head.getBoundingClientRect();
-      const [x, y] = [box.left - main.left, box.top - main.top + top];
-      context.fillStyle = STRIP.surface;
-      context.fillRect(x, y, box.width, box.height);
-      context.fillStyle = panel.color;
-      context.fillRect(x, y, 4, box.height);
-      write(panel.name, x + 12, y + box.height / 2, 'bold 16px', panel.color);
-      const name = context.measureText(panel.name).width;
-      write(panel.words, x + 21 + name, y + box.height / 2, '16px', STRIP.bright, 'left', box.width - name - 30);
-      if (strip) {
-        const own = strip.canvas.getBoundingClientRect();
-        context.drawImage(strip.canvas, own.left - main.left, own.top - main.top + top, own.width, own.height);
-      }
-    });
-    return canvas;
-  }
-
   save() {
     const time = this.data.times[this.frame].toFixed(2);
-    this.picture().toBlob((blob) => {
+    pictureOf(this).toBlob((blob) => {
       const link = document.createElement('a');
       link.href = URL.createObjectURL(blob);
       link.download = `${this.data.scene}_${time}s.png`;

@@ -37,8 +37,12 @@
 SUBSTEP_EMBEDDED_FILE(player_html, SUBSTEP_PLAYER "/player.html")
 SUBSTEP_EMBEDDED_FILE(player_css, SUBSTEP_PLAYER "/player.css")
 SUBSTEP_EMBEDDED_FILE(recording_js, SUBSTEP_PLAYER "/recording.js")
+SUBSTEP_EMBEDDED_FILE(shaders_js, SUBSTEP_PLAYER "/shaders.js")
+SUBSTEP_EMBEDDED_FILE(camera_js, SUBSTEP_PLAYER "/camera.js")
+SUBSTEP_EMBEDDED_FILE(bodies_js, SUBSTEP_PLAYER "/bodies.js")
 SUBSTEP_EMBEDDED_FILE(painter_js, SUBSTEP_PLAYER "/painter.js")
 SUBSTEP_EMBEDDED_FILE(strip_js, SUBSTEP_PLAYER "/strip.js")
+SUBSTEP_EMBEDDED_FILE(marks_js, SUBSTEP_PLAYER "/marks.js")
 SUBSTEP_EMBEDDED_FILE(player_js, SUBSTEP_PLAYER "/player.js")
 
 namespace substep::render {
@@ -289,15 +293,16 @@ std::string player_page(const Scene& scene, const Comparison& comparison, const 
                          {"frames", std::max<std::size_t>(1, reference.poses.size())}};
   }
   data["glb_size"] = glb.size();
-  return filled(player_html(),
-                {{"title", escaped(title)},
-                 {"style", std::string(player_css())},
-                 {"data", for_page(data)},
-                 {"bytes", base64(compressed(glb + poses))},
-                 {"script", fmt::format("const OPTICS = {};\nconst LAMPS = {};\nconst LOOKS = {};\n{}{}{}{}",
-                                        for_page(shaders::optics()), for_page(shaders::lamps()),
-                                        for_page(shaders::looks()), recording_js(), painter_js(), strip_js(),
-                                        player_js())}});
+  return filled(
+      player_html(),
+      {{"title", escaped(title)},
+       {"style", std::string(player_css())},
+       {"data", for_page(data)},
+       {"bytes", base64(compressed(glb + poses))},
+       {"script", fmt::format("const OPTICS = {};\nconst LAMPS = {};\nconst LOOKS = {};\n{}{}{}{}{}{}{}{}",
+                              for_page(shaders::optics()), for_page(shaders::lamps()),
+                              for_page(shaders::looks()), recording_js(), shaders_js(), camera_js(),
+                              bodies_js(), painter_js(), strip_js(), marks_js(), player_js())}});
 }
 
 }  // namespace substep::render

@@ -6,6 +6,5 @@
 namespace substep::report {
 
 Sheet ablation_sheet(const FigureSource& source);
-Sheet contact_ablation_sheet(const FigureSource& source);
 
 }  // namespace substep::report

@@ -52,8 +52,6 @@ const std::vector<ReportFigure>& figures() {
       {"coupled-rows", "validity: growth of coupled rows in a sub-step, over τ and m", true, false,
        coupled_rows_sheet},
       {"ablation", "what each approximation from A3 to A5 costs", true, false, ablation_sheet},
-      {"contact-ablation", "what each reading of contacts costs when it is taken out of A5", true, false,
-       contact_ablation_sheet},
       {"sweep-errors", "how row-by-row sweeps converge on friction problems of files", true, false,
        sweep_errors_sheet},
       {"size", "CPU time against the length of a chain", false, false, size_sheet},

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "render/report/plot.h"
-#include "sim/measure/contact_ablation.h"
 #include "sim/measure/text_table.h"
 #include "sim/study/sweep.h"
 
@@ -20,10 +19,7 @@ struct FigureSource {
   std::filesystem::path scenes = "scenes";      ///< folder of the scene files, for what no sweep holds
   bool properties = true;                       ///< whether a page has what no sweep holds
   std::vector<std::filesystem::path> problems;  ///< friction problems, in files
-  std::vector<ContactAblationCosts>
-      contact_ablation;  ///< where there is none, it is measured when it is drawn
-
-  std::map<std::string, std::string> stills;  ///< PNG: the algorithms at a scene's end, by the scene
+  std::map<std::string, std::string> stills;    ///< PNG: the algorithms at a scene's end, by the scene
 
   /// The scene of a file in `scenes`, by its name without ".gltf". Throws Error.
   Scene scene(const std::string& name) const;

@@ -92,9 +92,10 @@ std::string triangle_script(const std::vector<SlopeTriangle>& triangles) {
 std::string notes_script(const std::vector<Note>& notes) {
   std::string script;
   for (const Note& note : notes) {
-    script += fmt::format("set label {} at {:g},{:g} {} font ',11' tc rgb '{}' front\n",
-                          quoted_text(note.text), note.x, note.y,
-                          note.to_the_left ? "right offset -0.9,0" : "left offset 0.9,0", text_ink.light);
+    script +=
+        fmt::format("set label {} at {:g},{:g} {},{} font ',11' tc rgb '{}' front\n", quoted_text(note.text),
+                    note.x, note.y, note.to_the_left ? "right offset -0.9" : "left offset 0.9",
+                    note.is_below ? -0.9 : 0, text_ink.light);
   }
   return script;
 }

@@ -48,6 +48,7 @@ struct Note {
   double y;
   std::string text;
   bool to_the_left = false;
+  bool is_below = false;
 };
 
 struct Panel {

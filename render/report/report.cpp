@@ -155,8 +155,7 @@ class Report {
         fmt::arg("compared", equal_rows_.holding.size() + lost.size()),
         fmt::arg("won_scenes", fmt::join(equal_rows_.holding, ", ")),
         fmt::arg("lost_scenes", lost.empty() ? "" : fmt::format(" Not on {}.", fmt::join(lost, ", "))),
-        fmt::arg("equal_cost", equal_cost_factor),
-        fmt::arg("contact_ablation", contact_ablation_caption(source_.contact_ablation)));
+        fmt::arg("equal_cost", equal_cost_factor));
   }
 
   void slopes() {
@@ -230,7 +229,6 @@ class Report {
       {"equal rows", [this] { table(equal_rows_.table); }},
       {"limits", [this] { table(limits_table(records_, false)); }},
       {"limits with contacts", [this] { table(limits_table(records_, true)); }},
-      {"ablation of contacts", [this] { table(contact_ablation_table(source_.contact_ablation)); }},
       {"energy", [this] { table(energy_table(records_)); }},
       {"sliding", [this] { table(sliding_table(records_)); }},
       {"springs",
@@ -265,11 +263,7 @@ Document report_page(const FigureSource& source, const std::map<std::string, Dra
   return Report(source, pictures).page();
 }
 
-Document make_report(const FigureSource& given, const std::function<void(double)>& progress) {
-  FigureSource source = given;
-  // Once for its figure and its table.
-  if (source.properties && source.contact_ablation.empty())
-    source.contact_ablation = contact_ablation(source.scenes);
+Document make_report(const FigureSource& source, const std::function<void(double)>& progress) {
   return report_page(source, drawn_figures(source, progress));
 }
 

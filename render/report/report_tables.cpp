@@ -1,28 +1,18 @@
 #include "render/report/report_tables.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <map>
 
 #include "sim/measure/validity_maps.h"
 #include "sim/study/advice.h"
-#include "sim/study/engines/engines.h"
 #include "sim/study/sweep_results.h"
 
 namespace substep::report {
 namespace {
-
-std::string milliseconds(const SweepRecord& record) {
-  if (!record.times) return "";
-  const RunTimes& t = *record.times;
-  const double spread = (t.largest - t.smallest) / 2 / std::max(t.median, 1e-12);
-  return fmt::format("{:.3g} ± {:.0f} %", 1000 * cost_of(record), 100 * spread);
-}
 
 double rows_a_second(const SweepRecord& record) {
   return static_cast<double>(record.metrics->row_solves) / record.duration;
@@ -80,18 +70,14 @@ void fill(TextTable& table) {
   for (auto& row : table.rows) row.resize(table.head.size());
 }
 
-/// "n = 4", "m = 5", "h/8", "1" …
-std::string limit_text(const SweepRecord& record) {
-  const StabilityLimit& limit = *record.limit;
-  const bool by_parts = record.settings.algorithm < Algorithm::a3;
-  const char* const count = record.settings.algorithm == Algorithm::avbd ? "m" : "n";
-  if (limit.divisions == 0)
-    return by_parts ? fmt::format("h < h/{}", limit.most) : fmt::format("{} > {}", count, limit.most);
-  if (!by_parts) return fmt::format("{} = {}", count, limit.divisions);
-  return limit.divisions == 1 ? "h" : fmt::format("h/{}", limit.divisions);
-}
-
 }  // namespace
+
+std::string milliseconds(const SweepRecord& record) {
+  if (!record.times) return "";
+  const RunTimes& t = *record.times;
+  const double spread = (t.largest - t.smallest) / 2 / std::max(t.median, 1e-12);
+  return fmt::format("{:.3g} ± {:.0f} %", 1000 * cost_of(record), 100 * spread);
+}
 
 bool has_times(const std::vector<SweepRecord>& records) {
   return std::ranges::any_of(records, [](const SweepRecord& record) { return record.times.has_value(); });
@@ -145,108 +131,12 @@ TextTable references_table(const std::vector<SweepRecord>& records) {
     }
     const SweepRecord& first = own.front();
     table.rows.push_back(
-        {scene, first.reference, fmt::format("{:g}", first.horizon),
+        {scene, first.reference, fmt::format("{:.3g}", first.horizon),
          first.divergence_point.empty() ? "as asked" : fmt::format("{} parts", first.divergence_point),
          short_number(first.uncertainty), short_number(first.turn_uncertainty), short_number(smallest),
          short_number(first.size)});
   }
   return table;
-}
-
-TextTable limits_table(const std::vector<SweepRecord>& records, bool contacts) {
-  TextTable table{{"scene"}, {}};
-  const auto title = [&](const SweepRecord& record) {
-    const Settings& s = record.settings;
-    std::string text(title_of(s.algorithm));
-    if (s.algorithm >= Algorithm::a3 && !contacts) text += fmt::format(" {}", name(s.joints));
-    if (s.algorithm >= Algorithm::a2) text += fmt::format(" m={}", s.iterations);
-    if (s.algorithm >= Algorithm::a3 && tau_text(s) != "1") text += fmt::format(" τ={}", tau_text(s));
-    if (s.algorithm >= Algorithm::a3 && kappa_text(s) != "1") text += fmt::format(" κ={}", kappa_text(s));
-    return text;
-  };
-  std::map<std::string, std::map<std::string, std::string>> cells;
-  for (const std::string& scene : scenes_of(records)) {
-    const std::vector<SweepRecord> own = of_scene(records, scene);
-    if (has_contacts(own) != contacts) continue;
-    for (const SweepRecord& record : own) {
-      if (!record.limit) continue;
-      if (std::ranges::find(table.head, title(record)) == table.head.end())
-        table.head.push_back(title(record));
-      cells[scene][title(record)] = limit_text(record);
-    }
-  }
-  std::sort(table.head.begin() + 1, table.head.end());
-  for (auto& [scene, by_title] : cells) {
-    std::vector<std::string> row{scene};
-    for (std::size_t i = 1; i < table.head.size(); ++i) row.push_back(by_title[table.head[i]]);
-    table.rows.push_back(std::move(row));
-  }
-  return table;
-}
-
-TextTable slopes_table(const std::vector<SweepRecord>& records) {
-  TextTable table{{"h/n, s"}, {}};
-  std::map<double, std::size_t, std::greater<>> columns;
-  std::vector<RunFamily> families = families_of(records);
-  std::erase_if(families, [](const RunFamily& family) { return !family.runs.front().engine.empty(); });
-  for (const RunFamily& family : families) {
-    for (const auto& [middle, slope] : local_orders(family.runs)) columns[middle] = 0;
-  }
-  for (auto& [middle, column] : columns) {
-    column = table.head.size();
-    table.head.push_back(
-        fmt::format("1/{:.0f} → 1/{:.0f}", 1 / (middle * std::sqrt(2.0)), std::sqrt(2.0) / middle));
-  }
-  for (const RunFamily& family : families) {
-    std::vector<std::string> row(table.head.size());
-    row[0] = family.title;
-    const auto orders = local_orders(family.runs);
-    for (const auto& [middle, slope] : orders) row[columns.at(middle)] = fmt::format("{:.2f}", slope);
-    if (!orders.empty()) table.rows.push_back(std::move(row));
-  }
-  return table;
-}
-
-TextTable orders_table(const std::vector<SweepRecord>& records) {
-  TextTable table{{"scene"}, {}};
-  std::vector<std::string> scenes;
-  for (const std::string& scene : scenes_of(records)) {
-    const std::vector<SweepRecord> own = of_scene(records, scene);
-    if (has_contacts(own)) continue;
-    scenes.push_back(scene);
-    for (const RunFamily& family : families_of(own)) {
-      if (!family.runs.front().engine.empty()) continue;
-      if (std::ranges::find(table.head, family.title) == table.head.end()) table.head.push_back(family.title);
-    }
-  }
-  for (const std::string& scene : scenes) {
-    std::vector<std::string> row(table.head.size());
-    row[0] = scene;
-    for (const RunFamily& family : families_of(of_scene(records, scene))) {
-      if (!family.runs.front().engine.empty()) continue;
-      const auto column = std::ranges::find(table.head, family.title) - table.head.begin();
-      const auto order = measured_order(family.runs);
-      row[static_cast<std::size_t>(column)] = order ? fmt::format("{:.2f}", *order) : "";
-    }
-    const auto is_empty = [](const std::string& text) { return text.empty(); };
-    if (!std::all_of(row.begin() + 1, row.end(), is_empty)) table.rows.push_back(std::move(row));
-  }
-  return table;
-}
-
-std::string order_ranges(const TextTable& table) {
-  std::vector<std::string> ranges;
-  for (std::size_t column = 1; column < table.head.size(); ++column) {
-    double least = INFINITY;
-    double most = -INFINITY;
-    for (const auto& row : table.rows) {
-      if (row[column].empty()) continue;
-      least = std::min(least, std::stod(row[column]));
-      most = std::max(most, std::stod(row[column]));
-    }
-    if (least <= most) ranges.push_back(fmt::format("{} {:.2f} to {:.2f}", table.head[column], least, most));
-  }
-  return fmt::format("{}", fmt::join(ranges, ", "));
 }
 
 EqualRows equal_rows(const std::vector<SweepRecord>& records) {
@@ -412,86 +302,6 @@ TextTable runs_table(const std::vector<SweepRecord>& runs) {
                           short_number(x.error.position.largest), short_number(x.joint_gap),
                           short_number(x.penetration), short_number(x.energy_change),
                           short_number(static_cast<double>(x.row_solves) / run.duration), milliseconds(run)});
-  }
-  return table;
-}
-
-TextTable engines_table(const std::vector<SweepRecord>& records) {
-  TextTable table{{"engine", "settings"}, {}};
-  for (const Engine& engine : engines()) {
-    const bool ran = std::ranges::any_of(
-        records, [&](const SweepRecord& record) { return record.engine == engine.name && record.metrics; });
-    if (ran) table.rows.push_back({engine.label, engine.settings});
-  }
-  return table;
-}
-
-namespace {
-
-/// Null where none is within so many metres of the reference.
-const SweepRecord* cheapest_within(const std::vector<SweepRecord>& records, double metres,
-                                   bool (*is_of)(const SweepRecord& record)) {
-  const SweepRecord* best = nullptr;
-  for (const SweepRecord& record : records) {
-    if (!is_of(record) || !record.metrics || !record.times || !record.metrics->bounded) continue;
-    if (!(record.metrics->error.position.rms <= metres)) continue;
-    if (!best || record.times->median < best->times->median) best = &record;
-  }
-  return best;
-}
-
-/// Who is ahead, and how many times as much the other takes.
-std::string ahead_of(const SweepRecord* ours, const SweepRecord* theirs) {
-  if (!ours) return "the other: ours are not there";
-  if (!theirs) return "ours: no other is there";
-  const double ratio = theirs->times->median / ours->times->median;
-  return ratio >= 1 ? fmt::format("ours, {:.2g} times", ratio)
-                    : fmt::format("the other, {:.2g} times", 1 / ratio);
-}
-
-}  // namespace
-
-TextTable ahead_table(const std::vector<SweepRecord>& records) {
-  TextTable table{{"scene", "within", "cheapest of A1 to A5", "ms a simulated s", "cheapest other",
-                   "ms a simulated s", "ahead"},
-                  {}};
-  const auto is_ours = [](const SweepRecord& record) { return record.engine.empty(); };
-  for (const std::string& scene : scenes_of(records)) {
-    const std::vector<SweepRecord> own = of_scene(records, scene);
-    for (const double millimetres : {100.0, 30.0, 10.0, 3.0, 1.0}) {
-      const SweepRecord* const ours = cheapest_within(own, 1e-3 * millimetres, is_ours);
-      const SweepRecord* const theirs = cheapest_within(own, 1e-3 * millimetres, is_other_engine);
-      const bool ran =
-          std::ranges::any_of(own, [](const SweepRecord& r) { return is_other_engine(r) && r.metrics; });
-      if (!ran || (!ours && !theirs)) continue;
-      table.rows.push_back({scene, fmt::format("{:g} mm", millimetres), ours ? ours->label : "none",
-                            ours ? milliseconds(*ours) : "", theirs ? theirs->label : "none",
-                            theirs ? milliseconds(*theirs) : "", ahead_of(ours, theirs)});
-    }
-  }
-  return table;
-}
-
-TextTable omitted_table(const std::vector<SweepRecord>& records, const std::vector<LeftOut>& left_out) {
-  TextTable table{{"scene", "series", "why"}, {}};
-  // Once, not for each step or figure
-  const auto add = [&table](std::vector<std::string> row) {
-    if (std::ranges::find(table.rows, row) == table.rows.end()) table.rows.push_back(std::move(row));
-  };
-  for (const SweepRecord& record : records) {
-    if (!record.omitted.empty()) add({record.scene, record.engine, record.omitted});
-  }
-  for (const LeftOut& one : left_out) add({one.scene, one.series, one.reason});
-  return table;
-}
-
-TextTable contact_ablation_table(const std::vector<ContactAblationCosts>& ablation) {
-  TextTable table{{"taken out"}, {}};
-  for (const ContactAblationCosts& column : ablation) table.head.push_back(column_title(column));
-  for (std::size_t i = 0; i < contact_ablations.size(); ++i) {
-    std::vector<std::string> row{std::string(name(contact_ablations[i]))};
-    for (const ContactAblationCosts& column : ablation) row.push_back(short_number(column.costs[i]));
-    table.rows.push_back(std::move(row));
   }
   return table;
 }

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "render/report/plot.h"
-#include "sim/measure/contact_ablation.h"
 #include "sim/measure/text_table.h"
 #include "sim/study/sweep.h"
 
@@ -19,6 +18,9 @@ TextTable choices_table(const std::vector<SweepRecord>& records);
 inline constexpr std::array choice_tolerances{0.01, 0.001};
 /// The same of one scene, a row a tolerance.
 TextTable choice_table(const std::vector<SweepRecord>& own);
+
+/// Returns a run's CPU time for a simulated second, with its spread; empty where it was not timed.
+std::string milliseconds(const SweepRecord& record);
 
 /// Returns whether a run was timed.
 bool has_times(const std::vector<SweepRecord>& records);
@@ -74,7 +76,5 @@ TextTable ahead_table(const std::vector<SweepRecord>& records);
 
 /// Runs of other engines that there are not, and why.
 TextTable omitted_table(const std::vector<SweepRecord>& records, const std::vector<LeftOut>& left_out);
-
-TextTable contact_ablation_table(const std::vector<ContactAblationCosts>& ablation);
 
 }  // namespace substep::report

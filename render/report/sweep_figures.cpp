@@ -146,7 +146,7 @@ Sheet work_sheet(const FigureSource& source, const std::vector<std::string>& sce
     const std::vector<SweepRecord> records = of_scene(source.records, scene);
     Panel panel;
     const double horizon = records.front().horizon;
-    panel.title = horizon > 0 ? fmt::format("{}, {:g} s", scene, horizon) : scene;
+    panel.title = horizon > 0 ? fmt::format("{}, {:.3g} s", scene, horizon) : scene;
     panel.x = {x_title, true, {}, {}};
     panel.y = {miss_title(records), true, {}, {}};
     for (const RunFamily& family : chosen_families(records, chosen, sheet)) {
@@ -244,7 +244,8 @@ Sheet choice_sheet(const std::vector<SweepRecord>& own) {
       panel.notes.back().text += ", " + text;
       chosen.points.pop_back();
     } else {
-      panel.notes.push_back({chosen.points.back()[0], chosen.points.back()[1], text});
+      // No run is cheaper and better: there are no curves to the left and below.
+      panel.notes.push_back({chosen.points.back()[0], chosen.points.back()[1], text, true, true});
     }
   }
   if (!chosen.points.empty()) panel.series.push_back(std::move(chosen));

@@ -202,11 +202,17 @@ void simulate_all(Work& work, std::vector<Run>& runs, const std::function<void(d
   if (!jobs.empty()) run_jobs(jobs, settings.threads, work.tally, total, progress);
   if (!settings.has_reference || substeps > 0) return;
   work.substeps = settings.reference_substeps;
-  // The longer one begins first.
-  const std::vector<Job> runs_of_reference{
-      [&work] { simulate_attempt(work, work.substeps, work.fine); },
-      [&work] { simulate_attempt(work, work.substeps / 2, work.coarse); }};
-  run_jobs(runs_of_reference, settings.threads, work.tally, total, progress);
+  const auto simulate_both = [&] {
+    // The longer one begins first.
+    const std::vector<Job> attempts{[&work] { simulate_attempt(work, work.substeps, work.fine); },
+                                    [&work] { simulate_attempt(work, work.substeps / 2, work.coarse); }};
+    run_jobs(attempts, settings.threads, work.tally, total, progress);
+  };
+  simulate_both();
+  if (!work.is_smooth || !(work.fine.ended || work.coarse.ended)) return;
+  // The integrator ends where constraints depend on one another; A1 goes on.
+  work.is_smooth = false;
+  simulate_both();
 }
 
 }  // namespace

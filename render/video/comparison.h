@@ -74,9 +74,10 @@ struct Run {
   bool is_reference() const { return panel.kind == PanelChoice::Kind::reference; }
 };
 
-/// What errors are measured from: where the scene's forces are smooth, the reference DAE integrator; else A1
-/// at small steps. Each is run once more at twice the step. Where A1 at an eighth and at a fourth of the
-/// sub-steps agree within 1e-9 of the scene's size in every frame, these two are the reference.
+/// What errors are measured from: where the scene's forces are smooth, the reference DAE integrator; else, or
+/// where that ends before the film, A1 at small steps. Each is run once more at twice the step. Where A1 at
+/// an eighth and at a fourth of the sub-steps agree within 1e-9 of the scene's size in every frame, these two
+/// are the reference.
 struct ReferenceRun {
   std::string method;                           ///< "own, order 8, h=1/240", "A1, h=1/960"
   std::vector<std::vector<Coordinates>> poses;  ///< of each film frame that it reached

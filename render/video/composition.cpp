@@ -126,7 +126,9 @@ void Composition::lay_out() {
         fmt::format("size {}x{}: leaves no room for {} panels: make it larger", width_, height_, count));
   }
   // In a narrow panel the axis' names would take the curve's room.
-  painter_.has_axis = narrowest > 4 * text_width("0.1 mm", {.size = painter_.text_size(14)});
+  for (const Strip kind : strips_)
+    axis_width_ = std::max(axis_width_, painter_.axis_width(axis_of(comparison_, kind)));
+  painter_.has_axis = narrowest > axis_width_ + 10.5 * painter_.text_size(14);
   int y = top;
   for (const int columns : rows) {
     for (int column = 0; column < columns; ++column) {
@@ -146,8 +148,8 @@ void Composition::lay_out_strips(Panel& panel, int x, int y, int width, int heig
     return static_cast<int>(std::lround(std::max(least, at_720 * scale_)));
   };
   // Room for the axis at the left and for the value at the right.
-  const int axis = static_cast<int>(text_width("0.1 mm", {.size = painter_.text_size(14)}) + 8 * scale_);
-  const int left = painter_.has_axis ? axis : scaled(6, 4);
+  const int left =
+      painter_.has_axis ? static_cast<int>(axis_width_ + std::max(5.0, 8 * scale_)) : scaled(6, 4);
   const int right = std::clamp(static_cast<int>(0.33 * width), 52, scaled(126, 60));
   const int margin = scaled(8, 4);
   for (const Strip kind : strips_) {

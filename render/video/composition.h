@@ -70,6 +70,7 @@ class Composition {
   int height_;
   double scale_;  ///< 1 at 720 lines
   StripPainter painter_;
+  double axis_width_ = 0;      ///< of the longest name beside a strip, pixels
   std::vector<Strip> strips_;  ///< of each panel, from the top
   int picture_height_ = 0;
   Box title_;

@@ -16,6 +16,16 @@ namespace substep::render {
 inline constexpr std::array<Color, 5> error_ramp{
     {{68, 1, 84}, {59, 82, 139}, {33, 145, 140}, {94, 201, 98}, {253, 231, 37}}};
 
+/// Colours of marks.
+inline constexpr Color gap_color{255, 60, 80};
+inline constexpr Color anchor_color{255, 255, 255};
+inline constexpr Color ghost_color{255, 255, 255};
+inline constexpr Color arrow_color{255, 214, 64};
+inline constexpr Color idle_color{190, 200, 212};
+
+/// Returns the colour of errors at a part of their scale, 0 to 1.
+Color ramp_at(double share);
+
 struct Overlays {
   bool trails = false;    ///< the way of each body's centre in the last second of film
   bool joints = false;    ///< the anchors that a joint holds together, and the gap where it does not

@@ -128,8 +128,9 @@ ReferenceRun reference_of(const Scene& scene, const ReferenceAttempt& coarse, Re
   const std::size_t first =
       reference.known == 0 ? std::min<std::size_t>(1, times.size() - 1) : reference.known;
   if (first < both && fine.unsolved && times[first] + 1e-9 >= *fine.unsolved) {
-    reference.fate =
-        fmt::format("{} steps not solved, the first at {:.2f} s", fine.unsolved_steps, *fine.unsolved);
+    reference.fate = fine.unsolved_steps == 1 ? fmt::format("a step not solved, at {:.2f} s", *fine.unsolved)
+                                              : fmt::format("{} steps not solved, the first at {:.2f} s",
+                                                            fine.unsolved_steps, *fine.unsolved);
   } else if (first < both) {
     reference.fate = fmt::format("its refinements diverge at {:.2f} s", times[first]);
   } else {

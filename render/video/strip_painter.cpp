@@ -26,6 +26,15 @@ double StripPainter::text_size(double at_720) const {
   return std::max(10.0, at_720 * scale);
 }
 
+double StripPainter::axis_width(const StripAxis& axis) const {
+  const TextStyle style{.size = text_size(14)};
+  if (axis.is_logarithmic) return text_width("0.1 mm", style);
+  double widest = 0;
+  for (const double value : {axis.low, axis.high, axis.mark})
+    widest = std::max(widest, text_width(axis.label(value), style));
+  return widest;
+}
+
 double StripPainter::plot_x(const StripBox& strip, std::size_t k) const {
   const std::size_t last = std::max<std::size_t>(1, comparison.times.size() - 1);
   return strip.plot.x + static_cast<double>(k) / static_cast<double>(last) * strip.plot.width;
@@ -48,8 +57,8 @@ void StripPainter::draw_grid(Image& image, const StripBox& strip) const {
   const TextStyle style{.size = text_size(14), .color = quiet};
   const auto draw_label = [&](const std::string& text, double y, double offset) {
     if (!has_axis) return;
-    draw_text(image, plot.x - 5 * scale - text_width(text, style), y + 0.31 * style.size + offset, text,
-              style);
+    draw_text(image, plot.x - std::max(3.0, 5 * scale) - text_width(text, style),
+              y + 0.31 * style.size + offset, text, style);
   };
   if (!strip.axis.is_logarithmic) {
     for (const double value : {strip.axis.low, strip.axis.high, strip.axis.mark}) {
@@ -209,7 +218,9 @@ void StripPainter::draw(Image& image, const StripBox& strip, std::size_t run, st
   const double right = strip.strip.x + strip.strip.width - 6 * scale;
   const double room = right - plot.x - plot.width - 10 * scale;
   // By the longest there can be, so that all panels' are of one size.
-  const double widest = text_width("≤ 88.8 mm", bold);
+  const double widest =
+      std::max(text_width("≤ 88.8 mm", bold),
+               strip.axis.is_logarithmic ? 0 : text_width(fmt::format("−0.888 {}", strip.axis.unit), bold));
   if (widest > room) bold.size *= room / widest;
   draw_text(image, right - text_width(value, bold), baseline(strip.strip.y, strip.strip.height, bold.size),
             value, bold);

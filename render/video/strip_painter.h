@@ -44,6 +44,9 @@ struct StripPainter {
   /// Returns the size of text, pixels.
   double text_size(double at_720) const;
 
+  /// Returns the width of the longest name beside an axis, pixels.
+  double axis_width(const StripAxis& axis) const;
+
   /// Draws what does not change. `has_key`: the names of the curves too.
   void draw_ground(Image& image, const StripBox& strip, std::size_t run, bool has_key) const;
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "render/renderer.h"
 #include "render/text.h"
@@ -17,10 +18,13 @@ namespace {
 constexpr Color dark{40, 43, 50};
 constexpr Color quiet{100, 105, 114};
 
-/// Where things stand, in pixels.
+/// Where things stand, in pixels. Of a single time, rows hold several runs, and later rows may hold one less,
+/// in wider pictures.
 struct Grid {
   int gap, line, left, top, width, height;
-  std::size_t runs_in_row;
+  std::size_t most;  ///< runs in a row
+  std::size_t full;  ///< runs in the rows that hold so many
+  std::size_t rows;
 
   Grid(const TimeSheetSettings& settings)
       : gap(gap_of(settings)),
@@ -28,17 +32,29 @@ struct Grid {
         left(gap),
         top(gap + (settings.title.empty() ? 2 : 3) * line),
         width(settings.width),
-        height(settings.height),
-        runs_in_row(settings.times.size() == 1 ? static_cast<std::size_t>(settings.runs_in_row) : 1) {}
+        height(settings.height) {
+    const std::size_t count = settings.comparison.panels.size();
+    const auto in_row = static_cast<std::size_t>(settings.times.size() == 1 ? settings.runs_in_row : 1);
+    rows = (count + in_row - 1) / in_row;
+    most = (count + rows - 1) / rows;
+    full = count % rows == 0 ? count : count % rows * most;
+  }
 
+  std::size_t row_of(std::size_t run) const {
+    return run < full ? run / most : full / most + (run - full) / (most - 1);
+  }
+  int width_of(std::size_t run) const {
+    if (run < full) return width;
+    const auto less = static_cast<int>(most) - 1;
+    return ((less + 1) * (width + gap) - less * gap) / less;
+  }
   /// Left end of a picture, of a run and one of its times.
   int x(std::size_t column, std::size_t run) const {
-    return left + static_cast<int>(column + run % runs_in_row) * (width + gap);
+    const std::size_t in_row = run < full ? run % most : (run - full) % (most - 1);
+    return left + static_cast<int>(column + in_row) * (width_of(run) + gap);
   }
   /// Top of a picture; its run's line is above it.
-  int y(std::size_t run) const {
-    return top + line + static_cast<int>(run / runs_in_row) * (height + line + gap);
-  }
+  int y(std::size_t run) const { return top + line + static_cast<int>(row_of(run)) * (height + line + gap); }
 };
 
 /// Draws the run's title above its row, its name in its colour.
@@ -49,7 +65,7 @@ void draw_run(Image& image, const Grid& grid, std::size_t row, const Run& run, c
   const std::string name = name_of(run.panel);
   const TextStyle plain{.size = size, .color = dark};
   const double words_left = text_width(name, bold) + 0.5 * size;
-  const bool fits = grid.runs_in_row == 1 || words_left + text_width(words, plain) < grid.width;
+  const bool fits = grid.most == 1 || words_left + text_width(words, plain) < grid.width_of(row);
   draw_text(image, grid.x(0, row), base, name, bold);
   if (fits) draw_text(image, grid.x(0, row) + words_left, base, words, plain);
 }
@@ -75,7 +91,7 @@ void draw_note(Image& image, const Grid& grid, std::size_t column, std::size_t r
   if (note.empty()) return;
   const TextStyle style{.size = 0.9 * size, .color = dark, .bold = true};
   const int wide = static_cast<int>(std::lround(text_width(note, style) + 0.8 * size));
-  const int x = grid.x(column, row) + grid.width - wide;
+  const int x = grid.x(column, row) + grid.width_of(row) - wide;
   const int y = grid.y(row) + grid.height - grid.line;
   fill_rectangle(image, x, y, wide, grid.line, {255, 255, 255}, 0.75);
   draw_text(image, x + 0.4 * size, y + 0.5 * grid.line + 0.3 * size, note, style);
@@ -114,11 +130,11 @@ TimeSheet draw_time_sheet(const Scene& scene, const TimeSheetSettings& settings)
   pictures.height = settings.height;
   check(pictures);
   const Grid grid(settings);
-  const std::size_t rows = settings.comparison.panels.size();
+  const std::size_t runs = settings.comparison.panels.size();
   RenderSettings whole;
-  const std::size_t columns = settings.times.size() - 1 + grid.runs_in_row;
-  whole.width = grid.x(columns, 0);
-  whole.height = grid.y(rows + grid.runs_in_row - 1) - grid.line;
+  const std::size_t columns = settings.times.size() - 1 + grid.most;
+  whole.width = grid.left + static_cast<int>(columns) * (grid.width + grid.gap);
+  whole.height = grid.top + static_cast<int>(grid.rows) * (grid.height + grid.line + grid.gap);
   check(whole);
 
   TimeSheet sheet{Image(whole.width, whole.height), simulated(scene, settings), {}};
@@ -137,23 +153,30 @@ TimeSheet draw_time_sheet(const Scene& scene, const TimeSheetSettings& settings)
   TextStyle small{.size = settings.text, .color = quiet};
   while (small.size > 6 && text_width(legend, small) > whole.width - 2 * grid.gap) small.size *= 0.97;
   draw_text(sheet.image, grid.left, grid.top - 1.4 * grid.line, legend, small);
-  Renderer renderer(seen_by(settings.camera, scene), pictures, shown_poses(sheet));
+  std::map<int, Renderer> renderers;  // by the pictures' width
+  for (std::size_t run = 0; run < runs; ++run) {
+    pictures.width = grid.width_of(run);
+    if (!renderers.contains(pictures.width))
+      renderers.emplace(pictures.width,
+                        Renderer(seen_by(settings.camera, scene), pictures, shown_poses(sheet)));
+  }
   for (std::size_t column = 0; column < sheet.frames.size(); ++column) {
     const std::size_t frame = sheet.frames[column];
     draw_text(sheet.image, grid.x(column, 0), grid.top - 0.4 * settings.text,
               fmt::format("{:g} s", std::round(1e4 * comparison.times[frame]) / 1e4),
               {.size = settings.text, .color = dark, .bold = true});
-    for (std::size_t row = 0; row < rows; ++row) {
+    for (std::size_t row = 0; row < runs; ++row) {
       const Run& run = comparison.runs[row];
       if (column == 0) draw_run(sheet.image, grid, row, run, titles.words[row], settings.text);
       if (!run.poses.empty()) {
         const std::size_t last = std::min(frame, run.poses.size() - 1);
-        paste(sheet.image, renderer.draw(run.poses[last]), grid.x(column, row), grid.y(row));
+        paste(sheet.image, renderers.at(grid.width_of(row)).draw(run.poses[last]), grid.x(column, row),
+              grid.y(row));
       }
       draw_note(sheet.image, grid, column, row, note_on(comparison, run, frame), settings.text);
       if (settings.progress) {
-        settings.progress("drawing", static_cast<double>(column * rows + row + 1) /
-                                         static_cast<double>(rows * sheet.frames.size()));
+        settings.progress("drawing", static_cast<double>(column * runs + row + 1) /
+                                         static_cast<double>(runs * sheet.frames.size()));
       }
     }
   }

@@ -3,7 +3,6 @@
 
 #include <filesystem>
 #include <functional>
-#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -12,7 +11,6 @@
 #include "render/video/comparison.h"
 #include "render/video/film_camera.h"
 #include "render/video/overlay.h"
-#include "sim/log/partial_file.h"
 #include "sim/scene/scene.h"
 
 namespace substep::render {
@@ -59,19 +57,5 @@ VideoReport make_video(const Scene& scene, const VideoSettings& settings);
 
 /// Of what is simulated already.
 VideoReport make_video(const Scene& scene, const VideoSettings& settings, Comparison simulated);
-
-/// Makes `folder` of numbered frames frame_0000.png …: written beside and renamed, so that it is there whole
-/// or not at all. An earlier one with nothing but such frames is replaced; anything else in it is an Error.
-class FrameFolder {
- public:
-  explicit FrameFolder(const std::filesystem::path& folder);
-  std::filesystem::path next();  ///< the file to write the next frame to
-  void finish();
-
- private:
-  std::filesystem::path folder_;
-  std::unique_ptr<PartialFile> partial_;
-  int count_ = 0;
-};
 
 }  // namespace substep::render

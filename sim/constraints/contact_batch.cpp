@@ -83,11 +83,9 @@ void ContactBatches::list_manifolds(const Model& model, const std::vector<Contac
     row_count += rows;
     manifolds_.push_back(manifold);
   }
-  if (reading.far_first) {
-    measure_distances(model);
-    for (Manifold& manifold : manifolds_) {
-      manifold.distance = std::min(distance_[manifold.a], distance_[manifold.b]);
-    }
+  measure_distances(model);
+  for (Manifold& manifold : manifolds_) {
+    manifold.distance = std::min(distance_[manifold.a], distance_[manifold.b]);
   }
   std::ranges::sort(manifolds_, [](const Manifold& one, const Manifold& other) {
     return std::tie(other.distance, one.colliders, one.source) <

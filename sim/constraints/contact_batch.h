@@ -7,8 +7,9 @@
 /// other, and may as well be solved at once, one in each lane of a vector. No lane depends on another, so the
 /// bits are those of a sweep manifold by manifold, on every machine.
 ///
-/// The report leaves contacts open ("ignoring friction", IV.3.1; "foreach", proc3:9). What is read into it
-/// here, and what goes beyond it, is ContactReading.
+/// The report leaves contacts open ("ignoring friction", IV.3.1; "foreach", proc3:9). Two things are read
+/// into it: λ's limits hold for the impulse of the step, not of a sub-step; and a sweep ends at what cannot
+/// move.
 
 #include <array>
 #include <cstdint>
@@ -30,13 +31,6 @@ struct LaneVectors {
   Lanes component[3];
   Lanes& operator[](int k) { return component[k]; }
   const Lanes& operator[](int k) const { return component[k]; }
-};
-
-/// The options of solving contacts in A2 to A5 where the report does not say. Both options are on by default;
-/// an ablation switches one off.
-struct ContactReading {
-  bool limits_over_step = true;  ///< λ's limits hold for the impulse of the step, not of a sub-step
-  bool far_first = true;         ///< a sweep ends at what cannot move; else it has the order of the file
 };
 
 /// One row of each of four manifolds: Row of constraint.h, less what a contact does not need. Its linear part
@@ -68,6 +62,7 @@ struct PatchCorner {
   LaneVectors to_ray;    ///< Γ p / (pᵀ Γ p), with p the wrench of a unit impulse at the corner
   Lanes gamma;           ///< pᵀ Γ p
   Lanes place[2];        ///< along the tangents, m
+  Lanes friction[2];     ///< impulse of a patch that slides, along the tangents, since its origin
 };
 
 /// Up to four patches.
@@ -88,15 +83,15 @@ struct Patch {
   Lanes gamma[6];
   Lanes inverse[6];
   Lanes by_normals[9];    ///< what the normals' wrench changes of the friction's velocities, row by row
-  Lanes inverse_largest;  ///< 1 / the larger eigenvalue of the tangents' Γ
-  Lanes inverse_twist;    ///< 1 / Γ of the twist
+  Lanes largest;          ///< of the eigenvalues of the tangents' Γ, and of the twist's Γ times radius²
   Lanes inverse_radius;   ///< 1/m
   Lanes coefficient;      ///< μ
+  Lanes corners;          ///< how many corners the patch has
   LaneVectors reference;  ///< what the displacement since the step's start is added to, m, m, rad
   LaneVectors origin;     ///< the impulses when it last slid: those are spent, so that friction can turn
   Lanes origin_normal;
   Lanes slid;    ///< whether it slid when the step began: 1 or 0
-  Lanes slides;  ///< whether the ellipsoid's surface is reached: 1 or 0
+  Lanes slides;  ///< whether it slides: 1 or 0
 };
 
 /// Restitution of a normal: Newton's law, in the sub-step in which the bodies meet.
@@ -197,7 +192,6 @@ class ContactBatches {
   void remember(const std::vector<Contact>& found, const std::vector<Coordinates>& q, bool keeps,
                 std::vector<ContactMemory>& memory, std::vector<PatchShape>& patches_of_state);
 
-  ContactReading reading;
   std::vector<ContactBatch> batches;
   std::vector<NormalRow> normals;
   std::vector<FrictionRows> frictions;

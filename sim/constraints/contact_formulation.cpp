@@ -389,8 +389,8 @@ struct PatchGamma {
   for (int i = 0; i < 6; ++i) patch.gamma[i] = friction[i];
   for (int i = 0; i < 9; ++i) patch.by_normals[i] = by_normals[i];
   invert(patch.normal_gamma, patch.normal_inverse);
-  const Lanes two = from.of([](const PatchShape& shape) { return shape.corners == 2 ? 1.0 : 0.0; });
-  if (any(two > zero)) {
+  const auto is_line = patch.corners == all(2);
+  if (any(is_line)) {
     const auto side = [&](int axis) {
       return from.of([&](const PatchShape& s) { return s.corner[1][axis] - s.corner[0][axis]; });
     };
@@ -399,15 +399,15 @@ struct PatchGamma {
     Lanes on_line[6];
     invert_on_line(patch.normal_gamma, across, on_line);
     for (int i = 0; i < 6; ++i) {
-      patch.normal_inverse[i] = choose(two > zero, on_line[i], patch.normal_inverse[i]);
+      patch.normal_inverse[i] = choose(is_line, on_line[i], patch.normal_inverse[i]);
     }
   }
   invert(patch.gamma, patch.inverse);
   const Lanes half_difference = all(0.5) * (friction[0] - friction[3]);
   const Lanes largest = all(0.5) * (friction[0] + friction[3]) +
                         root(half_difference * half_difference + friction[1] * friction[1]);
-  patch.inverse_largest = inverse_or_zero(largest);
-  patch.inverse_twist = inverse_or_zero(friction[5]);
+  const Lanes of_twist = friction[5] / (patch.inverse_radius * patch.inverse_radius);
+  patch.largest = larger(largest, of_twist);
 }
 
 /// Sets the planes and rays of the cone of a patch's normals.
@@ -421,7 +421,6 @@ struct PatchGamma {
     return from.of(
         [&](const PatchShape& shape) { return shape.corner[i + 1 < shape.corners ? i + 1 : 0][axis]; });
   };
-  const Lanes count = from.of([](const PatchShape& shape) { return static_cast<double>(shape.corners); });
   const Lanes squared_radius = from.of([](const PatchShape& shape) { return shape.radius * shape.radius; });
   for (int i = 0; i < x.corners; ++i) {
     PatchCorner& corner = corners[i];
@@ -432,13 +431,13 @@ struct PatchGamma {
     // Its length does not matter.
     corner.plane = {{along[1] * here[0] - along[0] * here[1], along[0], along[1]}};
     // An end of a line: the centre of pressure is on the side of the other.
-    const auto is_end = count == all(2);
+    const auto is_end = patch.corners == all(2);
     corner.plane[0] = choose(is_end, -(here[0] * along[0] + here[1] * along[1]), corner.plane[0]);
     corner.plane[1] = choose(is_end, along[1], corner.plane[1]);
     corner.plane[2] = choose(is_end, -along[0], corner.plane[2]);
     // A patch with fewer corners repeats its last, whose plane is then that of forces that push, in the
     // others' unit.
-    const auto is_beyond = count <= all(i);
+    const auto is_beyond = patch.corners <= all(i);
     for (int k = 0; k < 3; ++k)
       corner.plane[k] = choose(is_beyond, k == 0 ? squared_radius : all(0), corner.plane[k]);
     const LaneVectors back = symmetric_product(patch.normal_inverse, corner.plane);
@@ -462,6 +461,7 @@ struct PatchGamma {
   patch.slid = from.of([](const PatchShape& shape) { return shape.slid ? 1.0 : 0.0; });
   patch.coefficient = from.of([](const PatchShape& shape) { return shape.friction; });
   patch.inverse_radius = all(1) / from.of([](const PatchShape& shape) { return shape.radius; });
+  patch.corners = from.of([](const PatchShape& shape) { return static_cast<double>(shape.corners); });
   for (int k = 0; k < 3; ++k) {
     patch.reference[k] = from.of([&](const PatchShape& shape) { return shape.reference[k]; });
   }

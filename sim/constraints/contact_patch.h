@@ -4,9 +4,10 @@
 /// A patch is a manifold whose points lie in one plane and share one normal. Its normals' impulses are one
 /// wrench at the points' centre: a force along the normal and torques about the tangents. Non-negative
 /// impulses at the corners of the points' hull are the same as a wrench inside a cone, with one plane for
-/// each side of the hull. Its friction is one block of three: two tangents and the twist about the normal,
-/// inside an ellipsoid with half axes μ N, μ N and μ N r, where r is the mean distance of the points from
-/// their centre.
+/// each side of the hull. Its friction is one block of three: two tangents and the twist about the normal. It
+/// holds inside an ellipsoid with half axes μ N, μ N and μ N r, where r is the mean distance of the points
+/// from their centre. Beyond, each corner slides: its friction is opposite to its slip, and its part of N is
+/// that of a pressure that varies linearly over the patch and has the centre that the wrench tells.
 ///
 /// The report's blocks (IV.2.2) are rows with infinite limits that are solved at once. A patch is one, too,
 /// but for its limits, which are a cone; it is solved exactly, without sweeps inside the block.

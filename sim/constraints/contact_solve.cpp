@@ -325,10 +325,91 @@ template <Kind kind, int known>
   patch.origin_normal *= part;
 }
 
-/// Solves the friction of a patch: Coulomb's law in an ellipsoid, two tangents and the twist as one block.
-/// Returns what its impulses changed by, times the scale.
-template <Kind kind>
-[[gnu::always_inline]] inline LaneVectors solve_patch_friction(const Visit& at, const LaneVectors& slip,
+/// Shares of a patch's normal force at its corners.
+struct CornerShares {
+  Lanes of[most_corners];
+};
+
+/// Returns the shares that have the normals' centre of pressure and vary linearly between the corners. A
+/// corner bears no negative share.
+template <int known>
+[[gnu::always_inline]] inline CornerShares corner_shares(int count, const PatchCorner* corners,
+                                                         const Patch& patch, const Lanes& normal) {
+  if constexpr (known) count = known;
+  const Lanes zero = all(0);
+  const Lanes equal = all(1) / patch.corners;
+  // Sum up the corners' moments about their centre; what repeats a corner does not count.
+  Lanes counts[most_corners];
+  Lanes centre[2] = {zero, zero};
+  for (int i = 0; i < count; ++i) {
+    counts[i] = choose(patch.corners > all(i), all(1), zero);
+    for (int k = 0; k < 2; ++k) centre[k] += counts[i] * equal * corners[i].place[k];
+  }
+  Lanes xx = zero;
+  Lanes xy = zero;
+  Lanes yy = zero;
+  for (int i = 0; i < count; ++i) {
+    const Lanes x = corners[i].place[0] - centre[0];
+    const Lanes y = corners[i].place[1] - centre[1];
+    xx += counts[i] * x * x;
+    xy += counts[i] * x * y;
+    yy += counts[i] * y * y;
+  }
+  // Corners on a line have moments along it alone.
+  const Lanes least = all(1e-9) * (xx + yy);
+  xx += least;
+  yy += least;
+  const Lanes inverse_normal = choose(normal > zero, all(1) / normal, zero);
+  const Lanes x = -patch.normal_impulse[2] * inverse_normal - centre[0];
+  const Lanes y = patch.normal_impulse[1] * inverse_normal - centre[1];
+  const Lanes determinant = xx * yy - xy * xy;
+  const Lanes by_x = (yy * x - xy * y) / determinant;
+  const Lanes by_y = (xx * y - xy * x) / determinant;
+  CornerShares shares;
+  Lanes sum = zero;
+  for (int i = 0; i < count; ++i) {
+    const Lanes share =
+        equal + by_x * (corners[i].place[0] - centre[0]) + by_y * (corners[i].place[1] - centre[1]);
+    shares.of[i] = counts[i] * larger(share, zero);
+    sum += shares.of[i];
+  }
+  for (int i = 0; i < count; ++i) shares.of[i] = shares.of[i] / sum;
+  return shares;
+}
+
+/// Returns the friction of a patch that slides, with a force of `limit` in all: that of each corner is
+/// opposite to its slip. `missing`: what the slip lacks, along the tangents and of the twist. `slid`: whether
+/// the corners' friction is that of the visit before.
+template <int known>
+[[gnu::always_inline]] inline LaneVectors sliding_friction(int count, PatchCorner* corners,
+                                                           const Patch& patch, const CornerShares& shares,
+                                                           const Lanes& slid, const Lanes& limit,
+                                                           const LaneVectors& missing) {
+  if constexpr (known) count = known;
+  // Bound Γ of all corners' forces.
+  const Lanes gamma = patch.corners * patch.largest * slid;
+  LaneVectors friction{{all(0), all(0), all(0)}};
+  for (int i = 0; i < count; ++i) {
+    PatchCorner& corner = corners[i];
+    const Lanes& x = corner.place[0];
+    const Lanes& y = corner.place[1];
+    const Lanes along[2] = {gamma * corner.friction[0] + (missing[0] - missing[2] * y),
+                            gamma * corner.friction[1] + (missing[1] + missing[2] * x)};
+    const Lanes length = root(along[0] * along[0] + along[1] * along[1]);
+    const Lanes factor = choose(length > all(0), shares.of[i] * limit / length, all(0));
+    for (int k = 0; k < 2; ++k) corner.friction[k] = factor * along[k];
+    friction[0] += corner.friction[0];
+    friction[1] += corner.friction[1];
+    friction[2] += x * corner.friction[1] - y * corner.friction[0];
+  }
+  return friction;
+}
+
+/// Solves the friction of a patch, two tangents and the twist as one block: it holds inside of an ellipsoid,
+/// else it slides by Coulomb's law at the corners. Returns what its impulses changed by, times the scale.
+template <Kind kind, int known>
+[[gnu::always_inline]] inline LaneVectors solve_patch_friction(const Visit& at, PatchCorner* corners,
+                                                               const LaneVectors& slip,
                                                                const LaneVectors& normals, Patch& patch,
                                                                Lanes& most) {
   const Lanes normal = larger(patch.normal_impulse[0], all(0));  // rounding may leave less
@@ -346,19 +427,20 @@ template <Kind kind>
   // Where it holds: λ + ω Γ⁻¹ (τ β − κ J v)
   LaneVectors total = symmetric_product(patch.inverse, missing);
   for (int k = 0; k < 3; ++k) total[k] += before[k];
-  // Where it slides: the projection on the ellipsoid of λ + (what velocity is missing)/γ
   const Lanes limit = patch.coefficient * (normal - patch.origin_normal);
   const Lanes twist = total[2] * patch.inverse_radius;
   const auto slides = total[0] * total[0] + total[1] * total[1] + twist * twist >= limit * limit;
+  const Lanes slid = patch.slides;
   patch.slides = choose(slides, all(1), all(0));
   if (any(slides)) {
-    const LaneVectors target{{before[0] + missing[0] * patch.inverse_largest,
-                              before[1] + missing[1] * patch.inverse_largest,
-                              before[2] + missing[2] * patch.inverse_twist}};
-    const Lanes target_twist = target[2] * patch.inverse_radius;
-    const Lanes length = root(target[0] * target[0] + target[1] * target[1] + target_twist * target_twist);
-    const Lanes factor = choose(length > all(0), limit / length, all(0));
-    for (int k = 0; k < 3; ++k) total[k] = choose(slides, target[k] * factor, total[k]);
+    const CornerShares shares = corner_shares<known>(at.x.corners, corners, patch, normal);
+    LaneVectors sliding = sliding_friction<known>(at.x.corners, corners, patch, shares, slid, limit, missing);
+    // Friction stops what it brakes, and does not drive it back.
+    const LaneVectors response = symmetric_product(patch.gamma, sliding);
+    const Lanes stopping = dot(sliding, missing) + dot(response, before);
+    const Lanes full = dot(sliding, response);
+    const Lanes part = choose(stopping < full, larger(stopping, all(0)) / full, all(1));
+    for (int k = 0; k < 3; ++k) total[k] = choose(slides, part * sliding[k], total[k]);
   }
   LaneVectors given;
   for (int k = 0; k < 3; ++k) {
@@ -376,14 +458,15 @@ template <Kind kind>
 
 /// Solves four patches. Returns whether any goes on sliding.
 template <Kind kind, int known>
-[[gnu::always_inline]] inline bool solve_patch(const Visit& at, const PatchCorner* corners, Patch& patch,
+[[gnu::always_inline]] inline bool solve_patch(const Visit& at, PatchCorner* corners, Patch& patch,
                                                std::vector<Velocity>& v, double* moved) {
   Lanes most = all(0);
   Moving a = gather(v, at.x.a);
   Moving b = gather(v, at.x.b);
   const RelativeMotion motion = relative_motion(patch, a, b);
   const LaneVectors normals = solve_patch_normals<kind, known>(at, corners, of_normals(motion), patch, most);
-  const LaneVectors friction = solve_patch_friction<kind>(at, of_friction(motion), normals, patch, most);
+  const LaneVectors friction =
+      solve_patch_friction<kind, known>(at, corners, of_friction(motion), normals, patch, most);
   give(at.x, patch, normals, friction, a, b);
   scatter(a, at.x.a, at.x.manifolds, v);
   scatter(b, at.x.b, at.x.manifolds, v);
@@ -416,7 +499,7 @@ template <Kind kind>
                                                std::vector<Velocity>& v, double* moved) {
   if (at.x.patch < 0) return solve_lanes<kind>(at, v, moved);
   Patch& patch = contacts.patches[at.x.patch];
-  const PatchCorner* const corners = contacts.patch_corners.data() + at.x.first_corner;
+  PatchCorner* const corners = contacts.patch_corners.data() + at.x.first_corner;
   if (at.x.corners == 4) return solve_patch<kind, 4>(at, corners, patch, v, moved);
   return solve_patch<kind, 0>(at, corners, patch, v, moved);
 }

@@ -1,5 +1,7 @@
 // What changes in contacts' rows from sub-step to sub-step: impacts, origins of friction's limits, biases.
 
+#include <span>
+
 #include "sim/constraints/contact_patch.h"
 #include "sim/constraints/lanes.h"
 #include "sim/math/four_wide.h"
@@ -199,10 +201,13 @@ void start_impact(NormalRow& normal, RestitutionRow& row, const Lanes& gap, cons
 }
 
 /// Spends what a sliding patch has been displaced by, so that its friction can turn with the slip.
-void start_slide(Patch& patch) {
+void start_slide(Patch& patch, std::span<PatchCorner> corners) {
   const auto lets_go = keeps_sliding(patch) > all(0);
   for (int k = 0; k < 3; ++k) patch.origin[k] = choose(lets_go, patch.impulse[k], patch.origin[k]);
   patch.origin_normal = choose(lets_go, larger(patch.normal_impulse[0], all(0)), patch.origin_normal);
+  for (PatchCorner& corner : corners) {
+    for (Lanes& friction : corner.friction) friction = choose(lets_go, all(0), friction);
+  }
 }
 
 }  // namespace
@@ -211,20 +216,13 @@ void start_substep(ContactBatches& contacts, double hs, const std::vector<Veloci
                    const std::vector<Velocity>& offset, const std::vector<Velocity>* sum_v) {
   const Lanes zero = all(0);
   contacts.has_impact = contacts.bounces = false;
-  if (!contacts.reading.limits_over_step) {
-    for (NormalRow& normal : contacts.normals) normal.row.impulse = normal.low = zero;
-    for (FrictionRows& rows : contacts.frictions) {
-      rows.row[0].impulse = rows.row[1].impulse = rows.origin[0] = rows.origin[1] = rows.origin_normal = zero;
-    }
-    for (Patch& patch : contacts.patches) {
-      patch.normal_impulse = patch.impulse = patch.origin = {{zero, zero, zero}};
-      patch.origin_normal = zero;
-    }
-  }
   for (std::size_t batch = 0; batch < contacts.batches.size(); ++batch) {
     const ContactBatch& x = contacts.batches[batch];
     if (x.patch >= 0) {
-      if (contacts.slides[batch] != 0) start_slide(contacts.patches[x.patch]);
+      if (contacts.slides[batch] != 0) {
+        start_slide(contacts.patches[x.patch],
+                    std::span(contacts.patch_corners).subspan(x.first_corner, x.corners));
+      }
       continue;
     }
     for (int i = 0; i < x.frictions && contacts.slides[batch] != 0; ++i) {

@@ -115,10 +115,9 @@ void step_coordinates(double hs, const std::vector<Velocity>& v_local, std::vect
 void start_substep(Problem& problem, std::vector<Velocity>& v, const std::vector<Velocity>* sum_v) {
   Constraints& c = problem.c;
   const auto [fraction, joint_scale, contact_scale] = problem.warm_start;
-  const bool over_step = c.contacts.reading.limits_over_step;
-  c.limits_of = over_step ? c.limits_of + 1 : 1;
+  ++c.limits_of;
   for (Row& row : c.rows) {
-    if (over_step) row.earlier += row.impulse;
+    row.earlier += row.impulse;
     row.impulse = fraction > 0 ? fraction * row.impulse : 0;
   }
   start_substep(c.contacts, problem.substeps.duration, v, problem.substeps.offset, sum_v);

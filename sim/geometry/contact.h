@@ -31,7 +31,7 @@ struct ContactPoint {
 /// does not shrink a face contact to a point. Convex shapes that overlap have at least one contact.
 ///
 /// Cylinders are round: standing, they touch with 8 points of the rim, one of them its lowest, or lying at
-/// the shape's own X where it stands straight to 1e-9; lying, with 2 on the line of their side; else with
+/// the shape's own X where it stands straight to 1e-5; lying, with 2 on the line of their side; else with
 /// one. Where a disc is partly over a face, corners of the face and crossings of the outlines take the place
 /// of the rim points beside it.
 ///

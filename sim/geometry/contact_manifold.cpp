@@ -34,11 +34,15 @@ Vector3 onto_plane(const Vector3& point, const Vector3& direction, const Vector3
   return point + direction * (plane_normal.dot(in_plane - point) / plane_normal.dot(direction));
 }
 
+/// Slope below which a disc is parallel to a plane. Its rim points turn with it then: a disc that slides flat
+/// would else have them where it tilts to by 1e-6, always in the same place of its slip.
+constexpr double parallel = 1e-5;
+
 /// The direction along the disc in which it goes down most towards a plane, or `across` where it does not.
 Vector3 downhill(const Disc& disc, const Vector3& plane_normal) {
   const Vector3 down = disc.normal.dot(plane_normal) * disc.normal - plane_normal;
   const double slope = down.norm();
-  if (slope <= 1e-9) return disc.across;
+  if (slope <= parallel) return disc.across;
   // Once more, as what was nearly parallel to the normal is not quite across it.
   const Vector3 start = down / slope;
   return (start - disc.normal.dot(start) * disc.normal).normalized();

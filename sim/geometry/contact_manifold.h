@@ -41,7 +41,7 @@ struct RevolvedFeature {
 };
 
 /// 8 points of the rim at equal angles, one of them the deepest below a plane with this normal or, where the
-/// disc is parallel to it to 1e-9, at the disc's own `across`.
+/// disc is parallel to it to 1e-5, at the disc's own `across`.
 std::array<Vector3, 8> rim_points(const Disc& disc, const Vector3& plane_normal);
 
 /// The line of points of a solid's side farthest along `direction` if its ends are equally far to within

@@ -134,17 +134,4 @@ Procedure ablation_procedure(Approximation approximation) {
   return Experiment(approximation);
 }
 
-std::string_view name(ContactAblation approximation) {
-  constexpr std::array<std::string_view, contact_ablations.size()> names{"none (A5)", "limits by sub-step",
-                                                                         "order of the file"};
-  return names[static_cast<std::size_t>(approximation)];
-}
-
-ContactReading contact_reading(ContactAblation approximation) {
-  ContactReading reading;
-  reading.limits_over_step = approximation != ContactAblation::limits_by_substep;
-  reading.far_first = approximation != ContactAblation::file_order;
-  return reading;
-}
-
 }  // namespace substep

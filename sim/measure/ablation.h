@@ -1,7 +1,6 @@
 #pragma once
-/// Ablations measure the cost of each approximation and each option. From A3 to A5: the listing of A3 with
-/// one approximation switched on. Of contacts: A5 with one option of ContactReading switched off. Only
-/// measurements use them.
+/// Ablations measure the cost of each approximation from A3 to A5: the listing of A3 with one of them
+/// switched on. Only measurements use them.
 
 #include <array>
 #include <string_view>
@@ -31,21 +30,5 @@ std::string_view name(Approximation approximation);
 /// For Simulation, with settings of A3. Keeps buffers: one for each simulation. 'Stable' joints take their
 /// Jacobian anew in all approximations, as in A4.
 Procedure ablation_procedure(Approximation approximation);
-
-/// The option of ContactReading that is switched off.
-enum class ContactAblation {
-  none,               ///< A5
-  limits_by_substep,  ///< λ's limits hold for a sub-step's impulse
-  file_order,         ///< a sweep has the order of the file
-};
-
-inline constexpr std::array contact_ablations{ContactAblation::none, ContactAblation::limits_by_substep,
-                                              ContactAblation::file_order};
-
-/// "order of the file", as tables print it.
-std::string_view name(ContactAblation approximation);
-
-/// For Simulation, with settings of A2 to A5.
-ContactReading contact_reading(ContactAblation approximation);
 
 }  // namespace substep

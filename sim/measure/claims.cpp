@@ -26,7 +26,6 @@ ClaimsReport measure_claims(const std::filesystem::path& folder, const std::func
                                 {"powered_wheel", 4}}) {
     report.ablation.push_back(claims::ablation(measurement, name, n));
   }
-  report.contact_ablation = contact_ablation(folder);
   report.energy_scenes = {"pendulum", "rod_chain", "heavy_chain"};
   const auto add_energy = [&](const std::string& run, Algorithm algorithm, Joints joints) {
     report.energy.push_back(claims::energy_drift(measurement, run, algorithm, joints, report.energy_scenes));

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "sim/measure/ablation.h"
-#include "sim/measure/contact_ablation.h"
 
 namespace substep {
 
@@ -56,7 +55,6 @@ struct EnergyDrift {
 struct ClaimsReport {
   std::vector<Claim> claims;
   std::vector<AblationCosts> ablation;
-  std::vector<ContactAblationCosts> contact_ablation;
   std::vector<std::string> energy_scenes;
   std::vector<EnergyDrift> energy;
 };

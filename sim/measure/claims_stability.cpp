@@ -10,7 +10,7 @@
 #include "sim/error.h"
 #include "sim/loading/load_scene.h"
 #include "sim/measure/claims_measurement.h"
-#include "sim/measure/contact_ablation.h"
+#include "sim/measure/contact_costs.h"
 #include "sim/measure/motion.h"
 #include "sim/measure/stability_map.h"
 #include "sim/measure/substep_map.h"
@@ -187,9 +187,8 @@ Claim claim17(Measurement& measurement) {
   std::vector<std::ptrdiff_t> best;  // of one τ and κ for all rows
   bool stands_by_default = true;
   for (const char* const scene : {"box_stack", "box_pyramid", "balls_on_tray"}) {
-    const ContactAblationCosts costs = contact_costs(measurement.folder(), scene, tried);
-    const std::vector<double> values =
-        add(fmt::format("{}: {}", costs.scene, costs.what), costs.unit, costs.costs);
+    const ContactCosts costs = contact_costs(measurement.folder(), scene, tried);
+    const std::vector<double> values = add(fmt::format("{}: {}", costs.scene, costs.what), "m", costs.costs);
     best.push_back(std::ranges::min_element(values.begin() + 1, values.end()) - values.begin());
     stands_by_default = stands_by_default && values[0] < values[1];
   }

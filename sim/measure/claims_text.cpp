@@ -63,17 +63,6 @@ TextTable table_of(const std::vector<AblationCosts>& ablation) {
   return table;
 }
 
-TextTable table_of(const std::vector<ContactAblationCosts>& ablation) {
-  TextTable table{{"switched off"}, {}};
-  for (const ContactAblationCosts& column : ablation) table.head.push_back(column_title(column));
-  for (std::size_t i = 0; i < contact_ablations.size(); ++i) {
-    std::vector<std::string> row{std::string(name(contact_ablations[i]))};
-    for (const ContactAblationCosts& column : ablation) row.push_back(number(column.costs[i]));
-    table.rows.push_back(std::move(row));
-  }
-  return table;
-}
-
 TextTable energy_table(const ClaimsReport& report) {
   TextTable table{{""}, {}};
   table.head.insert(table.head.end(), report.energy_scenes.begin(), report.energy_scenes.end());
@@ -105,10 +94,8 @@ std::string to_markdown(const ClaimsReport& report) {
     for (const TextTable& table : tables_of(claim)) text += fmt::format("\n{}", to_markdown(table));
     text += '\n';
   }
-  text += fmt::format(
-      "\n{}:\n\n{}\n{}:\n\n{}\n{}:\n\n{}", ablation_caption, to_markdown(table_of(report.ablation)),
-      contact_ablation_caption(report.contact_ablation), to_markdown(table_of(report.contact_ablation)),
-      energy_caption, to_markdown(energy_table(report)));
+  text += fmt::format("\n{}:\n\n{}\n{}:\n\n{}", ablation_caption, to_markdown(table_of(report.ablation)),
+                      energy_caption, to_markdown(energy_table(report)));
   return text;
 }
 

@@ -168,7 +168,7 @@ std::string late_text(const std::vector<SweepRecord>& records) {
     if (!cheapest_fault || time_or_rows(record) < time_or_rows(*cheapest_fault)) cheapest_fault = &record;
   }
   if (!cheapest_fault) return "";
-  return fmt::format("{} that {} within 1 % for the first {:g} s {} to the end ({:g} s): {}{}. ",
+  return fmt::format("{} that {} within 1 % for the first {:.3g} s {} to the end ({:g} s): {}{}. ",
                      count == 1 ? std::string("One setting") : fmt::format("{} settings", count),
                      count == 1 ? "is" : "are", cheapest_fault->horizon,
                      count == 1 ? "is not right" : "are not right", cheapest_fault->duration,
@@ -294,6 +294,8 @@ std::optional<double> measured_order(const std::vector<SweepRecord>& family) {
     above += (point[0] - x) * (point[1] - y);
     below += (point[0] - x) * (point[0] - x);
   }
+  // Runs of one step have no order.
+  if (below < 1e-9) return std::nullopt;
   return above / below;
 }
 

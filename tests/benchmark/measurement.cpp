@@ -202,7 +202,7 @@ std::string table(const Results& results) {
   std::vector<const Results::Line*> lines;
   for (const Results::Line& line : results.lines()) {
     const auto is_of = [&](const char* figure) { return line.figures.contains(figure); };
-    if (!is_of("rows") && !is_of("part_of_rows") && !is_of("moved_m")) lines.push_back(&line);
+    if (!is_of("rows") && !is_of("part_of_rows")) lines.push_back(&line);
   }
   return table(results, lines, "scene/engine",
                {{"us_per_step", "µs a step"}, {"ns_per_body_step", "ns a body-step"}}, "check");
@@ -218,13 +218,6 @@ std::string stages(const Results& results) {
                 {"us_coordinates", "s4, coordinates"},
                 {"part_of_rows", "s1 and s2"}},
                "");
-}
-
-std::string cheapest_stands(const Results& results) {
-  const std::vector<const Results::Line*> lines = lines_with(results, "moved_m");
-  if (lines.empty()) return "";
-  return table(results, lines, "scene",
-               {{"ms_per_second", "ms a simulated second"}, {"moved_m", "m moved in 10 s"}}, "by");
 }
 
 std::string cost_of_a1(const Results& results) {

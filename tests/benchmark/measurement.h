@@ -22,10 +22,6 @@ double cpu_time();
 void register_steps(const BenchmarkScene& scene, const std::string& engine, const MakeStepper& make,
                     const Settings& settings);
 
-/// The cheapest of A1 to A5, with one to ten sub-steps or iterations, that keeps each box within 1 cm of its
-/// start for 10 s.
-void register_cheapest_stand(const BenchmarkScene& scene, double step);
-
 /// Registers the cost of A1 by the size of its problem: rows, sets tried and time.
 void register_cost_of_a1(const BenchmarkScene& scene);
 
@@ -65,9 +61,6 @@ std::string table(const Results& results);
 
 /// The stages of steps, of the scenes registered for it; empty where none ran.
 std::string stages(const Results& results);
-
-/// The cheapest settings that keep stacks standing, of the scenes registered for it; empty where none ran.
-std::string cheapest_stands(const Results& results);
 
 /// A1's cost by size, of the scenes registered for it; empty where none ran.
 std::string cost_of_a1(const Results& results);

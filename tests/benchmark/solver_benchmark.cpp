@@ -95,9 +95,6 @@ void register_all() {
   register_contacts(stack_of(10));
   register_direct_engine(stack_of(10));
   for (const double top : {100.0, 1000.0}) register_a1(stack_of(10, top));
-  for (const double top : {1.0, 100.0, 1000.0}) {
-    for (const double step : {1.0 / 60, 1.0 / 15}) register_cheapest_stand(stack_of(10, top), step);
-  }
   for (const int base : {10, 20, 30}) register_contacts(pyramid_of(base));
   register_contacts(pile_of(250));
   register_default(pile_of(2000), Algorithm::a5, "A5 n=10");
@@ -128,6 +125,6 @@ int main(int argc, char** argv) {
   register_all();
   Results results;
   ::benchmark::RunSpecifiedBenchmarks(&results);
-  fmt::print("{}\n{}\n{}\n{}\n{}\n{}", table(results), stages(results), cheapest_stands(results),
-             cost_of_a1(results), exponents_of_a1(results), ratios(results));
+  fmt::print("{}\n{}\n{}\n{}\n{}", table(results), stages(results), cost_of_a1(results),
+             exponents_of_a1(results), ratios(results));
 }

@@ -57,14 +57,14 @@ inline CheckResult check(const CheckOptions& options) {
   check_with(options, [&](const CheckPlan& plan, CheckOutput& output) {
     const MadeWith made_with = made_with_here(plan);
     const ResultsLocation location = location_of({{"suite", plan.suite.file.string()}}, options.output);
-    CheckListener listener;
-    listener.after_case = [&](const CheckedCase& checked) {
+    CaseChecker checker(plan.options, made_with);
+    for (const SuiteCase& entry : plan.cases) {
+      const CheckedCase checked = checker.check(entry);
       const auto json = to_json(checked);
       result.cases.push_back(checked.result);
       if (json.contains("text")) result.cases.back().text = explanation(json, location);
       output.add_case(json);
-    };
-    check_cases(plan.cases, plan.options, made_with, listener);
+    }
     if (options.cases.empty()) result.orphans = orphans(plan.suite);
   });
   return result;

@@ -1,5 +1,4 @@
-// The half-approximations between A3 and A4: the ends of the ablation are the algorithms themselves. The
-// ablation of contacts: its first approximation is A5, and each of the others costs something.
+// The half-approximations between A3 and A4: the ends of the ablation are the algorithms themselves.
 
 #include "sim/measure/ablation.h"
 
@@ -8,8 +7,6 @@
 #include <map>
 #include <string>
 #include <vector>
-
-#include "sim/measure/contact_ablation.h"
 
 #include "tests/sim/test_scenes.h"
 
@@ -93,23 +90,6 @@ TEST(Ablation, EachApproximationHasACostOfItsOwn) {
     EXPECT_LT(cost(approximation), 0.2 * all) << name(approximation);  // measured 0.019, 0.012, 0.041
   }
   EXPECT_GT(cost(Approximation::frozen_jacobian), all);  // measured 2.9 times as dear
-}
-
-TEST(ContactAblation, WithoutAblationEqualsA5) {
-  const Scene scene = sliding_box();
-  for (const Algorithm algorithm : {Algorithm::a2, Algorithm::a5}) {
-    Simulation simulation(scene, default_settings(algorithm), contact_reading(ContactAblation::none));
-    for (int i = 0; i < 60; ++i) simulation.step();
-    EXPECT_EQ(hash(simulation.state()), hash(run(scene, algorithm, default_settings(algorithm), 60)));
-  }
-}
-
-TEST(ContactAblation, SwitchesOffOneOption) {
-  for (const ContactAblation approximation : contact_ablations) {
-    const ContactReading x = contact_reading(approximation);
-    EXPECT_EQ(x.limits_over_step + x.far_first, approximation == ContactAblation::none ? 2 : 1)
-        << name(approximation);
-  }
 }
 
 }  // namespace

@@ -140,6 +140,14 @@ TEST(Comparison, ASmoothScenesReferenceIsNotA1) {
   EXPECT_LT(*std::ranges::max_element(comparison.reference->uncertainty), 1e-9);  // measured 2e-12
 }
 
+TEST(Comparison, TakesA1WhereTheIntegratorEnds) {
+  const Scene loaded = scene("governor.gltf");
+  const Comparison comparison = simulate_comparison(loaded, settings(loaded, 0.1));
+  EXPECT_TRUE(comparison.reference->is_a1);
+  EXPECT_EQ(comparison.reference->fate, "");
+  EXPECT_EQ(comparison.reference->known, comparison.times.size());
+}
+
 TEST(Comparison, APanelsRunIsTheFinishedLogsOrTheEngines) {
   const Scene loaded = scene("pendulum.gltf");
   ComparisonSettings chosen = settings(loaded, 0.5);

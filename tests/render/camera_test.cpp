@@ -126,6 +126,20 @@ TEST(View, ACameraStepsBackAsFarAsIsNeeded) {
   EXPECT_NEAR(farthest, 1 / 1.04, 1e-9);
 }
 
+TEST(View, ACameraStepsBackForTheLastThatLeaves) {
+  const Scene scene = three_shapes();
+  std::vector<std::vector<Coordinates>> frames{initial_state(scene).q};
+  const View near = automatic_view(gather_body_mesh(scene).parts, frames, 1);
+  // All but one go off; the last leaves, too, but not as far.
+  frames.push_back(frames[0]);
+  for (std::size_t body = 1; body < frames[1].size(); ++body) frames[1][body].linear = {1e9, 0, 0};
+  frames[1][1].linear = {40, 0, 0};
+  const View view = stepped_back(near, gather_body_mesh(scene).parts, frames);
+  const glm::dvec3 p = project(view, frames[1][1].linear);
+  EXPECT_LT(std::max(std::abs(p.x), std::abs(p.y)), 1);
+  EXPECT_GT(std::abs(p.x), 0.8);
+}
+
 TEST(View, ACameraDoesNotStepBackForARail) {
   Scene scene = three_shapes();
   const std::vector<std::vector<Coordinates>> frames{initial_state(scene).q};

@@ -339,6 +339,21 @@ TEST(Surfaces, BodiesAreToldApartThroughWhatIsCutAway) {
   EXPECT_NE(at(codes, 0.4, 0.5), (Color{2, 0, 0}));
 }
 
+TEST(Surfaces, KeptOnesOfTheWorldEqualThoseDrawnAnew) {
+  Scene scene = scene_in_light();
+  scene.bodies.emplace_back().inverse_mass = 1;
+  add_square(scene, unlit(1, 0, 0), 0.2, 0.3);
+  scene.visuals.back().body = 1;
+  RenderSettings settings;
+  settings.width = settings.height = 64;
+  Renderer renderer(scene, settings);
+  std::vector<Coordinates> poses = initial_state(scene).q;
+  for (const double x : {0.0, -0.5, 0.4, 0.4, 3.0, 0.0}) {
+    poses[1].linear.x() = x;
+    EXPECT_EQ(renderer.draw(poses).rgb, Renderer(scene, settings).draw(poses).rgb) << x;
+  }
+}
+
 /// What drawing a scene with this image on it complains about.
 std::string complaint(const std::string& bytes) {
   Scene scene = scene_of_quarters();

@@ -11,7 +11,7 @@ foreach(header IN LISTS headers)
     if(line MATCHES "^namespace ([A-Za-z0-9_:]+) {")
       set(scope ${CMAKE_MATCH_1})
     # A definition has a brace, a forward declaration a semicolon.
-    elseif(line MATCHES "^(struct|class|enum class) ([A-Za-z0-9_]+)[^;]*{")
+    elseif(line MATCHES "^(struct|class|enum class) ([A-Za-z0-9_:]+)[^;]*{")
       set(type "${scope}__${CMAKE_MATCH_2}")
       math(EXPR types "${types} + 1")
       if(DEFINED "header_of_${type}")

@@ -1,0 +1,248 @@
+// The shaders of bodies, ground and sky in WebGL 2, in the light of the films: OPTICS, LAMPS and LOOKS, from the films' own.
+// LOOKS_SHOWN is defined for scenes whose surfaces have more than a colour or that have lights beside the sun, AS_LIGHT where shaders
+// give the picture's light, not its codes.
+
+const LIGHT = `precision highp float;
+uniform vec3 eye, sun, zenith, horizon, bounce, ground_color;
+uniform vec4 to_sun, key;  // of the films' block Frame
+uniform float ground, reach;
+uniform mat4 shadow_from_world;
+uniform highp sampler2DShadow shadow;
+uniform float shadow_bias;
+
+` + OPTICS + `
+#ifdef AS_LIGHT
+#define display film
+#endif
+#ifdef LOOKS_SHOWN
+` + LAMPS + `
+#endif
+
+/// Part of the key light that reaches a point: twelve taps of a spiral.
+float key_light(vec3 position, vec3 n) {
+  vec4 seen = shadow_from_world * vec4(position + n * shadow_bias, 1.0);
+  vec3 place = seen.xyz / seen.w * 0.5 + 0.5;
+  vec2 outside = abs(place.xy - 0.5);
+  if (seen.w <= 0.0 || max(outside.x, outside.y) > 0.5 || place.z > 1.0) return 1.0;
+  float lit = 0.0;
+  for (int i = 0; i < 12; ++i) {
+    float radius = 0.0022 * sqrt((float(i) + 0.5) / 12.0);
+    float angle = 2.39996 * float(i);
+    lit += texture(shadow, vec3(place.xy + radius * vec2(cos(angle), sin(angle)), place.z));
+  }
+  return lit / 12.0;
+}
+`;
+
+const PLACED = `layout(location = 0) in vec3 position;
+layout(location = 1) in vec3 normal;
+layout(location = 2) in vec3 place;
+layout(location = 3) in vec4 turn;
+layout(location = 4) in vec4 tint;
+layout(location = 5) in float body;
+#ifdef LOOKS_SHOWN
+layout(location = 6) in vec2 coordinates;
+layout(location = 7) in vec2 other_coordinates;
+layout(location = 8) in vec4 vertex_color;
+layout(location = 9) in vec4 tangent;
+out vec4 places;
+out vec4 own_color;
+out vec4 world_tangent;
+#endif
+uniform mat4 clip_from_world;
+out vec3 world_position;
+out vec3 world_normal;
+flat out vec4 tint_color;
+flat out float body_number;
+vec3 turned(vec3 v) { return v + 2.0 * cross(turn.xyz, cross(turn.xyz, v) + turn.w * v); }
+void main() {
+  world_position = turned(position) + place;
+  world_normal = turned(normal);
+  tint_color = tint;
+  body_number = body;
+#ifdef LOOKS_SHOWN
+  places = vec4(coordinates, other_coordinates);
+  own_color = vertex_color;
+  world_tangent = vec4(turned(tangent.xyz), tangent.w);
+#endif
+  gl_Position = clip_from_world * vec4(world_position, 1.0);
+}
+`;
+
+/** What a surface is where it is drawn, and where it is not. */
+const SURFACE = `
+#ifdef LOOKS_SHOWN
+in vec4 places;
+in vec4 own_color;
+` + LOOKS + `
+vec4 texel(sampler2D map, int role) { return texture(map, place_in_image(role, places)); }
+#endif
+uniform vec3 color;
+
+/// Base colour and alpha, which where it is below the cut-off leaves nothing to draw.
+vec4 own_base_color() {
+#ifdef LOOKS_SHOWN
+  vec4 base = vec4(color, opacity.x) * own_color * texel(color_texture, 0);
+  if (base.a < opacity.y) discard;
+  return base;
+#else
+  return vec4(color, 1.0);
+#endif
+}
+`;
+
+const BODY = LIGHT + SURFACE + `
+in vec3 world_position;
+in vec3 world_normal;
+#ifdef LOOKS_SHOWN
+in vec4 world_tangent;
+#endif
+flat in vec4 tint_color;
+uniform vec2 finish;
+out vec4 code;
+void main() {
+  float side = gl_FrontFacing ? 1.0 : -1.0;
+  vec3 n = normalize(world_normal);
+  vec2 own_finish = finish;
+  float open = 1.0;
+  float alpha = 1.0;
+  vec3 shine = vec3(0.0);
+#ifdef LOOKS_SHOWN
+  // All texels before the first discard, which leaves neighbours without the places that texels are chosen by.
+  own_finish *= texel(finish_texture, 1).bg;
+  n = bumped(n, world_tangent, texel(normal_texture, 2).xyz);
+  open = open_part(texel(occlusion_texture, 3));
+  shine = emission.rgb * texel(emission_texture, 4).rgb * (1.0 - tint_color.a);
+#endif
+  vec4 own = own_base_color();
+#ifdef LOOKS_SHOWN
+  if (!gl_FrontFacing && opacity.w < 0.5) discard;
+  alpha = opacity.z > 0.5 ? own.a : 1.0;
+#endif
+  n *= side;
+  vec3 base_color = mix(own.rgb, tint_color.rgb, tint_color.a);
+  float metallic = mix(own_finish.x, 0.0, tint_color.a);
+  float roughness = clamp(own_finish.y, 0.06, 1.0);
+  vec3 v = normalize(eye - world_position);
+  float nl = max(dot(n, to_sun.xyz), 0.0);
+  float nv = max(dot(n, v), 1e-3);
+  vec3 facing = mix(vec3(0.04), base_color, metallic);
+  vec3 diffuse = base_color * (1.0 - metallic);
+  bool faces_key = dot(n, key.xyz - key.w * world_position) > 0.0;
+  float lit = faces_key ? key_light(world_position, n) : 0.0;
+  vec3 radiance = scattered(n, v, to_sun.xyz, nl, nv, facing, diffuse, roughness) * sun * (nl * (to_sun.w > 0.5 ? lit : 1.0));
+#ifdef LOOKS_SHOWN
+  for (int i = 0; i < light_count; ++i) {
+    vec3 towards;
+    vec3 light = lamp(i, world_position, lit, towards);
+    float facing_light = max(dot(n, towards), 0.0);
+    radiance += scattered(n, v, towards, facing_light, nv, facing, diffuse, roughness) * light * facing_light;
+  }
+#endif
+  vec3 around = mix(bounce, mix(zenith, horizon, 0.55), 0.5 + 0.5 * n.y);
+  vec3 rim = facing + (max(vec3(1.0 - roughness), facing) - facing) * pow(1.0 - nv, 5.0);
+  radiance += (diffuse * around * (1.0 - rim) + rim * surroundings(reflect(-v, n), roughness)) * open + shine;
+  vec3 shown = display(radiance);
+#ifdef LOOKS_SHOWN
+#ifdef AS_LIGHT
+  if (emission.w > 0.5) shown = clamp(base_color, 0.0, 1.0);
+#else
+  if (emission.w > 0.5) shown = srgb(clamp(base_color, 0.0, 1.0));
+#endif
+#endif
+  code = vec4(shown, alpha);
+}
+`;
+
+const GROUND_PLACE = `uniform mat4 clip_from_world;
+uniform vec3 eye;
+uniform float ground, reach;
+out vec3 world_position;
+void main() {
+  vec2 corner = vec2(gl_VertexID % 2, gl_VertexID / 2) * 2.0 - 1.0;
+  world_position = vec3(eye.x + reach * corner.x, ground, eye.z + reach * corner.y);
+  gl_Position = clip_from_world * vec4(world_position, 1.0);
+}
+`;
+
+const GROUND = LIGHT + `
+in vec3 world_position;
+out vec4 code;
+void main() {
+  vec2 xz = world_position.xz;
+  vec2 width = max(fwidth(xz) * 1.2, vec2(1e-5));
+  vec2 checker = turns(xz, width);
+  vec2 joint = lines(xz, width, 0.008);
+  vec2 fine = lines(xz * 10.0, width * 10.0, 0.016);
+  vec3 color = ground_color * (1.0 + 0.045 * checker.x * checker.y);
+  color *= 1.0 - 0.30 * (joint.x + joint.y - joint.x * joint.y);
+  color *= 1.0 - 0.16 * (fine.x + fine.y - fine.x * fine.y) * clamp((8.0 - reach / 40.0) / 4.0, 0.0, 1.0);
+  vec3 away = world_position - eye;
+  float lit = key_light(world_position, vec3(0.0, 1.0, 0.0));
+  vec3 radiance = color * (sun * (max(to_sun.y, 0.0) * (to_sun.w > 0.5 ? lit : 1.0)) + mix(zenith, horizon, 0.55));
+#ifdef LOOKS_SHOWN
+  for (int i = 0; i < light_count; ++i) {
+    vec3 towards;
+    vec3 light = lamp(i, world_position, lit, towards);
+    radiance += color * light * max(towards.y, 0.0);
+  }
+#endif
+  float fade = clamp((length(away) - reach / 16.0) / (reach - reach / 16.0), 0.0, 1.0);
+  fade = 1.0 - square(1.0 - fade);
+  code = vec4(display(mix(radiance, sky_light(normalize(vec3(away.x, 0.0, away.z))), fade)), 1.0);
+}
+`;
+
+const SCREEN = `void main() { gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 1.0, 1.0); }
+`;
+
+const SKY = LIGHT + `
+uniform vec3 corner, across, upward;
+uniform vec4 viewport;
+out vec4 code;
+void main() {
+  vec2 at = (gl_FragCoord.xy - viewport.xy) / viewport.zw;
+  code = vec4(display(sky_light(normalize(corner + at.x * across + at.y * upward))), 1.0);
+}
+`;
+
+const NUMBER = `precision highp float;
+` + SURFACE + `
+flat in float body_number;
+out vec4 code;
+void main() {
+  own_base_color();
+  code = vec4(mod(body_number, 256.0), floor(body_number / 256.0), 0.0, 255.0) / 255.0;
+}
+`;
+
+/** Depth alone. */
+const DEPTH = `precision highp float;
+` + SURFACE + `
+void main() { own_base_color(); }
+`;
+
+/** The picture's light as its codes. */
+const CODES = `precision highp float;
+uniform vec3 sun, zenith, horizon, bounce;
+uniform vec4 to_sun;
+` + OPTICS + `
+uniform sampler2D picture;
+out vec4 code;
+void main() { code = vec4(srgb(texelFetch(picture, ivec2(gl_FragCoord.xy), 0).rgb), 1.0); }
+`;
+
+const OUTLINE = `precision highp float;
+uniform sampler2D numbers;
+uniform int thick;
+uniform vec4 viewport;
+out vec4 code;
+vec4 at(ivec2 p) { return texelFetch(numbers, clamp(p, ivec2(viewport.xy), ivec2(viewport.xy + viewport.zw) - 1), 0); }
+void main() {
+  ivec2 p = ivec2(gl_FragCoord.xy);
+  vec4 here = at(p);
+  bool edge = here != at(p + ivec2(thick, 0)) || here != at(p + ivec2(0, thick));
+  if (!edge) discard;
+  code = vec4(0.85);
+}
+`;
