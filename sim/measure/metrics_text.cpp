@@ -148,16 +148,18 @@ std::string all_tables(const SceneMeasurement& m, const Print& print) {
   return text;
 }
 
-/// The settings that differ from the algorithm's defaults, and the step: "n=4 h=1/60".
-std::string settings_label(const Settings& settings) {
+/// The settings that differ from the algorithm's defaults, each after a blank: " n=4"; with the step at the
+/// end where `has_step`.
+std::string settings_label(const Settings& settings, bool has_step) {
   const std::vector<SettingsPart> usual = parts_of(default_settings(settings.algorithm));
   std::string text;
   for (const SettingsPart& part : parts_of(settings)) {
+    if (part.field->name == "step") continue;
     const bool is_usual = std::ranges::find(usual, part.text, &SettingsPart::text) != usual.end();
-    const bool is_always_said =
-        part.field->name == "substeps" || part.field->name == "step" || settings.algorithm == Algorithm::a2;
+    const bool is_always_said = part.field->name == "substeps" || settings.algorithm == Algorithm::a2;
     if (!is_usual || is_always_said) text += " " + part.text;
   }
+  if (has_step) text += " " + parts_of(settings).back().text;
   return text;
 }
 
@@ -169,17 +171,24 @@ bool has_each_algorithm_once(const SceneMeasurement& m) {
   return true;
 }
 
-/// "A1: h=1/60. A2: m=10 h=1/60. A3 to A5: n=10 h=1/60.", where each algorithm has one run.
+/// "h=1/60. A2: m=10. A3 to A5: n=10.", where each algorithm has one run: the step that all share, then what
+/// else differs from the defaults.
 std::string settings_line(const SceneMeasurement& m) {
-  std::string text;
+  const double step = m.runs.front().settings.step;
+  const bool is_shared =
+      std::ranges::all_of(m.runs, [&](const MeasuredSettings& run) { return run.settings.step == step; });
+  std::string text = is_shared ? parts_of(m.runs.front().settings).back().text + "." : "";
   for (std::size_t first = 0; first < m.runs.size();) {
-    const std::string settings = settings_label(m.runs[first].settings);
+    const std::string settings = settings_label(m.runs[first].settings, !is_shared);
     std::size_t last = first;
-    while (last + 1 < m.runs.size() && settings_label(m.runs[last + 1].settings) == settings) ++last;
-    text += text.empty() ? "" : " ";
-    text += label(m.runs[first].settings).substr(0, 2);
-    if (last > first) text += fmt::format(" to {}", label(m.runs[last].settings).substr(0, 2));
-    text += fmt::format(":{}.", settings);
+    while (last + 1 < m.runs.size() && settings_label(m.runs[last + 1].settings, !is_shared) == settings)
+      ++last;
+    if (!settings.empty()) {
+      text += text.empty() ? "" : " ";
+      text += label(m.runs[first].settings).substr(0, 2);
+      if (last > first) text += fmt::format(" to {}", label(m.runs[last].settings).substr(0, 2));
+      text += fmt::format(":{}.", settings);
+    }
     first = last + 1;
   }
   text += '\n';
