@@ -38,7 +38,7 @@ void Renderer::Implementation::draw_solid(GLuint program, const glm::dmat4& clip
 /// kept when a view is drawn a second time; then they are copied to where bodies were in the last frame.
 void Renderer::Implementation::draw_surfaces(std::span<const Coordinates> poses) {
   if (programs == nullptr) {
-    surfaces.start_anew();
+    surfaces.start();
     bodies.draw(device->body_program, clip_from_world, poses);
     return;
   }
@@ -49,13 +49,15 @@ void Renderer::Implementation::draw_surfaces(std::span<const Coordinates> poses)
   if (shines || tile_view != kept_view) {
     has_kept = false;
     kept_view = tile_view;
-    surfaces.start_anew();
+    surfaces.start();
+    surfaces.clear();
     draw(Bodies::all);
     return;
   }
   if (!has_kept) {
     if (kept.framebuffer == 0) kept = Surfaces(surfaces.width, surfaces.height, false);
-    kept.start_anew();
+    kept.start();
+    kept.clear();
     draw(Bodies::of_world);
     moved = {{0, 0, picture.width, picture.height}};
     has_kept = true;

@@ -20,6 +20,21 @@ double tangent(double angle) {
   return of.sine / of.cosine;
 }
 
+/// Returns the direction and width of automatic_view().
+View view_from_above(double aspect) {
+  constexpr double azimuth = 0.55;    // from +Z towards +X
+  constexpr double elevation = 0.25;  // rad
+  View view;
+  const SineCosine around = sine_cosine(azimuth);
+  const SineCosine above = sine_cosine(elevation);
+  view.forward = -glm::dvec3(around.sine * above.cosine, above.sine, around.cosine * above.cosine);
+  view.right = glm::normalize(glm::cross(view.forward, glm::dvec3(0, 1, 0)));
+  view.up = glm::cross(view.right, view.forward);
+  view.tangent_y = tangent(0.3);
+  view.tangent_x = view.tangent_y * aspect;
+  return view;
+}
+
 }  // namespace
 
 View view_from(const Camera& camera, double aspect) {
@@ -44,17 +59,8 @@ View part_of(const View& view, int width, int height, int x, int y, int part_wid
 
 View automatic_view(std::span<const Part> parts, std::span<const std::vector<Coordinates>> frames,
                     double aspect) {
-  constexpr double azimuth = 0.55;    // from +Z towards +X
-  constexpr double elevation = 0.25;  // rad
   constexpr double margin = 1.12;
-  View view;
-  const SineCosine around = sine_cosine(azimuth);
-  const SineCosine above = sine_cosine(elevation);
-  view.forward = -glm::dvec3(around.sine * above.cosine, above.sine, around.cosine * above.cosine);
-  view.right = glm::normalize(glm::cross(view.forward, glm::dvec3(0, 1, 0)));
-  view.up = glm::cross(view.right, view.forward);
-  view.tangent_y = tangent(0.3);
-  view.tangent_x = view.tangent_y * aspect;
+  View view = view_from_above(aspect);
 
   // A point x to the right and z ahead of the origin is seen from an eye at (ex, ez) when
   // |x − ex| <= (z − ez) tx: ex − ez tx >= x − z tx and ex + ez tx <= x + z tx. Both extremes over all points

@@ -51,6 +51,7 @@ Lamps lamps_of(const Scene& scene, std::span<const Part> parts) {
   const Vector3 middle = middle_of(scene, parts);
   double brightest = 0;
   double key = scene.sun ? scene.sun->illuminance : 0;
+  lamps.has_sun = scene.sun ? key > 0 : scene.lights.empty();
   for (int i = 0; i < lamps.count; ++i) {
     const double illuminance = illuminance_at(scene.lights[static_cast<std::size_t>(i)], middle);
     brightest = std::max(brightest, illuminance);

@@ -16,7 +16,8 @@ inline constexpr std::size_t most_lamps = 16;
 /// The uniforms of shaders::lamps(), in whose declarations it stands what their numbers are.
 struct Lamps {
   int count = 0;
-  int key = -1;  ///< the one that casts shadows; −1: the sun does
+  int key = -1;         ///< the one that casts shadows; −1: the sun does
+  bool has_sun = true;  ///< beside them
   std::array<glm::vec4, most_lamps> places{};
   std::array<glm::vec4, most_lamps> axes{};
   std::array<glm::vec4, most_lamps> cones{};

@@ -169,7 +169,7 @@ void Renderer::Implementation::light_surfaces(GLuint depth, std::span<const Rect
   glActiveTexture(GL_TEXTURE0 + depth_unit);
   glBindTexture(GL_TEXTURE_2D, depth);
   glDepthFunc(GL_ALWAYS);
-  glUseProgram(programs == nullptr ? device->shading_program : programs->shading(shines));
+  glUseProgram(programs == nullptr ? device->shading_program : programs->shading(shines, lamps.has_sun));
   glBindVertexArray(device->nothing);
   glClearColor(0, 0, 0, 0);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);

@@ -40,7 +40,7 @@ std::string look_vertex();
 /// `has_texture`: by Surface::Role. `may_discard`: for surfaces that are cut or that light passes through;
 /// others are cheaper without, where nearer ones are drawn first.
 std::string look_fragment(const std::array<bool, 5>& has_texture, bool may_discard, bool shines);
-std::string look_shading_fragment(bool shines);
+std::string look_shading_fragment(bool shines, bool has_sun);
 /// Depth, or the bodies' codes, of what is not cut away.
 std::string cut_vertex();
 std::string cut_fragment();

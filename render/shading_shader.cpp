@@ -7,6 +7,7 @@ namespace {
 /// What is seen at the samples of a pixel, in light, which is computed once for those of one face. Where
 /// faces are of several surfaces, these are kept apart, two at most. With LOOKS, of surfaces that have more
 /// than a colour, and in all lights. With SHINES, of surfaces that shine, have crevices or let light through.
+/// With NO_SUN, in the light of lamps and sky.
 const std::string shading = R"(
 uniform sampler2D sample_depth;
 uniform isampler2D packed_surfaces;
@@ -73,7 +74,10 @@ vec3 lighted(Surface surface) {
   vec3 diffuse = base_color * (1.0 - metallic);
   bool faces_key = dot(n, KEY.xyz - KEY.w * surface.position) > 0.0;
   float lit = faces_key ? key_light(surface.position, n) : 0.0;
-  vec3 radiance = scattered(n, v, l, nl, nv, facing, diffuse, roughness) * sun.rgb * (nl * (SUN_IS_KEY ? lit : 1.0));
+  vec3 radiance = vec3(0.0);
+#ifndef NO_SUN
+  radiance = scattered(n, v, l, nl, nv, facing, diffuse, roughness) * sun.rgb * (nl * (SUN_IS_KEY ? lit : 1.0));
+#endif
 #ifdef LOOKS
   for (int i = 0; i < light_count; ++i) {
     vec3 towards;
@@ -222,9 +226,9 @@ std::string shading_fragment() {
   return frame() + key_light() + packing() + shading;
 }
 
-std::string look_shading_fragment(bool shines) {
-  return std::string("#define LOOKS\n") + (shines ? "#define SHINES\n" : "") + frame() + key_light() +
-         lamps() + packing() + shading;
+std::string look_shading_fragment(bool shines, bool has_sun) {
+  return std::string("#define LOOKS\n") + (shines ? "#define SHINES\n" : "") +
+         (has_sun ? "" : "#define NO_SUN\n") + frame() + key_light() + lamps() + packing() + shading;
 }
 
 }  // namespace substep::render::shaders

@@ -44,10 +44,10 @@ SurfacePrograms::SurfacePrograms()
   set_texture_units(cut);
 }
 
-GLuint SurfacePrograms::shading(bool shines) {
-  GLuint& program = shading_[shines ? 1 : 0];
+GLuint SurfacePrograms::shading(bool shines, bool has_sun) {
+  GLuint& program = shading_[{shines, has_sun}];
   if (program == 0) {
-    program = make_program(shaders::sky_vertex(), shaders::look_shading_fragment(shines));
+    program = make_program(shaders::sky_vertex(), shaders::look_shading_fragment(shines, has_sun));
     set_frame_units(program);  // which is in use then
     glUniform1i(glGetUniformLocation(program, "emission_alpha"), emission_unit);
     glUniform1i(glGetUniformLocation(program, "crevices"), crevice_unit);
@@ -56,7 +56,7 @@ GLuint SurfacePrograms::shading(bool shines) {
 }
 
 void SurfacePrograms::set_lamps(const Lamps& lamps, bool shines) {
-  for (const GLuint program : {shading(shines), ground[0], ground[1], ground[2]}) {
+  for (const GLuint program : {shading(shines, lamps.has_sun), ground[0], ground[1], ground[2]}) {
     glUseProgram(program);
     glUniform1i(glGetUniformLocation(program, "light_count"), lamps.count);
     const auto send = [&](const char* name, const std::array<glm::vec4, most_lamps>& values) {

@@ -30,7 +30,8 @@ struct SurfacePrograms {
   SurfacePrograms();
 
   /// Returns the program for light. `shines`: of scenes some of whose surfaces do more than reflect.
-  GLuint shading(bool shines);
+  /// `has_sun`: of scenes in sunlight.
+  GLuint shading(bool shines, bool has_sun);
 
   void set_lamps(const Lamps& lamps, bool shines);
 
@@ -44,7 +45,7 @@ struct SurfacePrograms {
                    std::size_t index) const;
 
  private:
-  std::array<GLuint, 2> shading_{};  ///< by `shines`
+  std::map<std::array<bool, 2>, GLuint> shading_;  ///< by `shines` and `has_sun`
   /// By the textures that there are, whether parts may be left out, and `shines`.
   std::map<std::tuple<std::array<bool, 5>, bool, bool>, GLuint> bodies_;
 };

@@ -95,11 +95,10 @@ void Surfaces::clear() const {
   glClearBufferiv(GL_COLOR, 0, none.data());
 }
 
-void Surfaces::start_anew() const {
+void Surfaces::start() const {
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
   glViewport(0, 0, width, height);
   glClear(GL_DEPTH_BUFFER_BIT);
-  clear();
 }
 
 void Surfaces::copy(const Surfaces& from, std::span<const Rectangle> areas, int samples) const {

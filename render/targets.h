@@ -46,8 +46,8 @@ struct Surfaces {
   Surfaces() = default;
   Surfaces(int w, int h, bool with_emission);
 
-  /// Makes it the target, and clears it.
-  void start_anew() const;
+  /// Makes it the target, and clears its depth.
+  void start() const;
 
   /// Clears what is seen, of the framebuffer that is drawn to: where nothing is drawn then, surfaces with
   /// looks have no normal.
