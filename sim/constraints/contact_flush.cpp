@@ -1,0 +1,177 @@
+// Contacts that are left out: what is met only after an impact, and the inner edges of flush faces.
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "sim/constraints/contact_finder.h"
+#include "sim/constraints/contact_thresholds.h"
+#include "sim/geometry/separation.h"
+
+namespace substep {
+namespace {
+
+/// Directions that differ by less are of one face that is tilted a little.
+constexpr double cosine_of_tilt = 0.999;
+
+/// Of the smaller shape: a face this far below another's plane is flush with it.
+constexpr double flush = 1e-4;
+
+}  // namespace
+
+/// Leaves out what a body meets only after an impact that turns it aside, for it may never get there, and
+/// what it is flying away from when it has one, for to meet that again is another impact. missed() says if it
+/// does.
+void ContactFinder::keep_first_impacts() {
+  first_impact_ = first_timed_impact_ = std::numeric_limits<double>::infinity();
+  is_left_out_.assign(model_.masses.size(), false);
+  if (meetings_.empty() || all_) return;
+  earliest_.assign(model_.masses.size(), std::numeric_limits<double>::infinity());
+  for (const Meeting& meeting : meetings_) {
+    if (!meeting.turns_aside) continue;
+    for (const std::uint32_t i : {meeting.a, meeting.b}) {
+      const int body = candidates_[i].collider->body;
+      if (model_.masses[body].inverse_mass > 0) earliest_[body] = std::min(earliest_[body], meeting.time);
+    }
+  }
+  // What is met at once, but for rounding, is met by all.
+  const double at_once = 1e-6 * duration_;
+  for (const Meeting& meeting : meetings_) {
+    const auto is_after = [&](std::uint32_t i) {
+      const double earliest = earliest_[candidates_[i].collider->body];
+      return meeting.separates ? earliest < duration_ : meeting.time > earliest + at_once;
+    };
+    const bool is_late = is_after(meeting.a) || is_after(meeting.b);
+    const bool is_ahead = meeting.time > 0 && !is_late;
+    if (meeting.turns_aside && is_ahead) first_impact_ = std::min(first_impact_, meeting.time);
+    const auto turns = [&](std::uint32_t i) {
+      constexpr double small_angle = 0.02;
+      return duration_ * motions_[candidates_[i].collider->body].spin.norm() > small_angle;
+    };
+    const bool is_timed = meeting.is_impact ? turns(meeting.a) || turns(meeting.b) : substep_ == duration_;
+    if (is_ahead && meeting.turns_aside && is_timed) {
+      first_timed_impact_ = std::min(first_timed_impact_, meeting.time);
+    }
+    if (!is_late) continue;
+    groups_[meeting.group].dropped = true;
+    const std::pair<std::uint32_t, std::uint32_t> pair = std::minmax(meeting.a, meeting.b);
+    std::erase(touching_, pair);
+    is_left_out_[candidates_[meeting.a].collider->body] =
+        is_left_out_[candidates_[meeting.b].collider->body] = true;
+  }
+}
+
+/// Leaves out the contacts of a collider with what lies wholly below the plane of another contact of it:
+/// flush faces are one floor, whose inner edges stop nothing. Two kept patches were compared when they were
+/// found.
+void ContactFinder::drop_flush() {
+  group_of_.assign(candidates_.size(), -1);
+  bool any_shared = false;
+  bool any_points = false;
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    Group& group = groups_[g];
+    if (group.dropped) continue;
+    any_points = any_points || group.patch < 0;
+    for (int k = 0; k < 2; ++k) {
+      int& last = group_of_[group.colliders[k]];
+      any_shared = any_shared || last >= 0;
+      group.earlier[k] = last;
+      last = static_cast<int>(g);
+    }
+  }
+  if (!any_shared || !any_points) return;
+  for (std::size_t collider = 0; collider < candidates_.size(); ++collider) {
+    if (!moves(model_.masses[candidates_[collider].collider->body])) continue;
+    const auto next_of = [&](int g) {
+      return groups_[g].earlier[groups_[g].colliders[0] == static_cast<int>(collider) ? 0 : 1];
+    };
+    for (int floor = group_of_[collider]; floor >= 0; floor = next_of(floor)) {
+      if (groups_[floor].dropped) continue;
+      for (int other = group_of_[collider]; other >= 0; other = next_of(other)) {
+        if (other == floor || groups_[other].dropped) continue;
+        if (groups_[floor].patch >= 0 && groups_[other].patch >= 0) continue;
+        groups_[other].dropped = is_flush(static_cast<int>(collider), groups_[floor], groups_[other]);
+      }
+    }
+  }
+}
+
+/// Removes the contacts of the pairs that were dropped.
+void ContactFinder::remove_dropped() {
+  std::size_t kept = 0;
+  for (const Group& group : groups_) {
+    for (std::size_t i = group.begin; i < group.end && !group.dropped; ++i, ++kept) {
+      if (kept != i) contacts_[kept] = contacts_[i];
+    }
+  }
+  contacts_.resize(kept);
+  for (const Group& group : groups_) {
+    if (group.dropped && group.patch >= 0) kept_[group.patch].collider_a = -1;
+  }
+  std::erase_if(kept_, [](const PatchShape& patch) { return patch.collider_a < 0; });
+}
+
+/// Returns the normal of a collider's face that looks into a direction, to 0.05 rad; the direction where none
+/// does.
+Vector3 ContactFinder::face_towards(std::uint32_t collider, const Vector3& direction) const {
+  const auto* polytope = std::get_if<Polytope>(&candidates_[collider].collider->shape);
+  if (!polytope) return direction;
+  const Quaternion& orientation = poses_[collider].orientation;
+  const Vector3 local = orientation.conjugate() * direction;
+  for (const Vector3& normal : polytope->face_normals) {
+    if (normal.dot(local) > cosine_of_tilt) return orientation * normal;
+  }
+  return direction;
+}
+
+/// Returns whether a direction is across a face of a collider.
+bool ContactFinder::is_of_face(std::uint32_t collider, const Vector3& direction) const {
+  const auto* polytope = std::get_if<Polytope>(&candidates_[collider].collider->shape);
+  if (!polytope) return false;
+  const Vector3 local = poses_[collider].orientation.conjugate() * direction;
+  return std::ranges::any_of(polytope->face_normals,
+                             [&](const Vector3& normal) { return std::abs(normal.dot(local)) > 1 - 1e-12; });
+}
+
+/// Returns whether what a collider touches in the contacts of `other` is below the plane of `floor`.
+bool ContactFinder::is_flush(int collider, const Group& floor, const Group& other) const {
+  const bool is_a = floor.colliders[0] == collider;
+  const bool is_a_of_other = other.colliders[0] == collider;
+  const int below = other.colliders[is_a_of_other ? 1 : 0];
+  // The floor's own face: what stands on it may tilt a little.
+  const int under = floor.colliders[is_a ? 1 : 0];
+  const Vector3 up = face_towards(static_cast<std::uint32_t>(under), (is_a ? 1 : -1) * floor.normal);
+  const Vector3 other_up = (is_a_of_other ? 1 : -1) * other.normal;
+  const double cosine = up.dot(other_up);
+  if (cosine < -0.5) return false;
+  // What stands on a face bears on it; only its edges and sides are inside the floor.
+  constexpr int corners_of_face = 3;
+  if (cosine > cosine_of_tilt &&
+      (other.points >= corners_of_face || is_of_face(static_cast<std::uint32_t>(below), other_up) ||
+       is_of_face(static_cast<std::uint32_t>(collider), other_up))) {
+    return false;
+  }
+  const Shape& shape = candidates_[below].collider->shape;
+  const double size = std::min(smaller_size(collider, below), smaller_size(collider, under));
+  const auto point_on = [&](const Group& group, bool on_b) {
+    return point_of(body_of(group.colliders[on_b ? 1 : 0]), on_b ? group.arm_b : group.arm_a);
+  };
+  const Vector3 on_floor = point_on(floor, is_a);
+  const Vector3 on_other = point_on(other, is_a_of_other);
+  const double fall = duration_ * duration_ * model_.gravity.norm();
+  if (std::abs(up.dot(on_other - on_floor)) > std::max(same_place * size, 2 * fall)) return false;
+  if (std::holds_alternative<TriangleMesh>(shape) || std::holds_alternative<Plane>(shape)) return false;
+  // A floor that is struck may give way.
+  const auto speed_of = [&](int k, const Vector3& arm) -> Vector3 {
+    const int body = body_of(floor.colliders[k]);
+    return state_->v[body].linear + state_->v[body].angular.cross(orientation_of(body) * arm);
+  };
+  const Vector3 closing = speed_of(1, floor.arm_b) - speed_of(0, floor.arm_a);
+  const bool is_struck =
+      duration_ * up.dot(closing) * (is_a ? 1 : -1) > std::max(tolerated_overlap * size, fall);
+  if (is_struck && moves(model_.masses[candidates_[under].collider->body])) return false;
+  const ConvexSolid solid(shape, poses_[below]);
+  return up.dot(solid.support(up) - on_floor) + solid.radius() <= flush * size;
+}
+
+}  // namespace substep

@@ -1,0 +1,250 @@
+#pragma once
+/// The kernel of patches: the normals' wrench in its cone, then the friction as one block. Part of
+/// contact_solve.cpp.
+
+#include <algorithm>
+
+#include "sim/constraints/contact_patch.h"
+#include "sim/constraints/contact_visit.h"
+
+namespace substep {
+
+/// Moves wrenches that are outside of the cone of their patch to the nearest in it, in the metric of Γ: on
+/// one of its planes, else on one of its rays, else to 0.
+template <int known>
+[[gnu::always_inline]] inline void move_into_cone(int count, const PatchCorner* corners,
+                                                  LaneVectors& wrench) {
+  if constexpr (known) count = known;
+  const Lanes zero = all(0);
+  constexpr double rounding = 1e-10;
+  Lanes beyond[known ? known : most_in_manifold];
+  beyond[0] = dot(corners[0].plane, wrench);
+  auto open = beyond[0] < zero;
+  for (int k = 1; k < count; ++k) {
+    beyond[k] = dot(corners[k].plane, wrench);
+    open = open | (beyond[k] < zero);
+  }
+  if (!any(open)) return;
+  LaneVectors nearest = wrench;
+  // Try the planes that the wrench is behind: the right one's projection is inside of all others.
+  for (int k = 0; k < count; ++k) {
+    const LaneVectors& back = corners[k].to_plane;
+    const LaneVectors on_plane{
+        {wrench[0] - back[0] * beyond[k], wrench[1] - back[1] * beyond[k], wrench[2] - back[2] * beyond[k]}};
+    auto is_inside = open & (beyond[k] < zero);
+    const Lanes limit = all(rounding) * beyond[k];
+    for (int j = 0; j < count; ++j) {
+      if (j != k) is_inside = is_inside & (dot(corners[j].plane, on_plane) >= limit);
+    }
+    for (int i = 0; i < 3; ++i) nearest[i] = choose(is_inside, on_plane[i], nearest[i]);
+    open = open & ~is_inside;
+  }
+  // Else take the ray that comes nearest, or no impulse.
+  if (any(open)) {
+    Lanes most = zero;
+    LaneVectors on_ray{{zero, zero, zero}};
+    for (int k = 0; k < count; ++k) {
+      const PatchCorner& corner = corners[k];
+      const Lanes size = larger(dot(corner.to_ray, wrench), zero);
+      const Lanes gain = size * size * corner.gamma;
+      const auto is_better = gain > most;
+      most = choose(is_better, gain, most);
+      on_ray[0] = choose(is_better, size, on_ray[0]);
+      on_ray[1] = choose(is_better, size * corner.place[1], on_ray[1]);
+      on_ray[2] = choose(is_better, -(size * corner.place[0]), on_ray[2]);
+    }
+    for (int i = 0; i < 3; ++i) nearest[i] = choose(open, on_ray[i], nearest[i]);
+  }
+  wrench = nearest;
+}
+
+/// Solves the normals of a patch: the wrench in the cone that gives the velocities of β, or as near to them
+/// as it can. Returns what the wrench changed by, times the scale.
+template <Kind kind, int known>
+[[gnu::always_inline]] inline LaneVectors solve_patch_normals(const Visit& at, const PatchCorner* corners,
+                                                              const LaneVectors& velocity, Patch& patch,
+                                                              Lanes& most) {
+  const int count = known ? known : at.x.corners;
+  LaneVectors missing;
+  for (int k = 0; k < 3; ++k) {
+    missing[k] = times<kind>(at.how.tau, patch.normal_beta[k]) - times<kind>(at.how.kappa, velocity[k]);
+  }
+  // w = λ + ω Γ⁻¹ (τ β − κ J v)
+  const LaneVectors change = symmetric_product(patch.normal_inverse, missing);
+  LaneVectors wrench;
+  for (int k = 0; k < 3; ++k) wrench[k] = patch.normal_impulse[k] + times<kind>(at.how.omega, change[k]);
+  move_into_cone<known>(count, corners, wrench);
+  LaneVectors given;
+  for (int k = 0; k < 3; ++k) {
+    const Lanes difference = wrench[k] - patch.normal_impulse[k];
+    given[k] = all(at.how.scale) * difference;
+    patch.normal_impulse[k] = wrench[k];
+  }
+  if (kind.any) {
+    const Lanes one = given[0] * patch.normal_gamma[0];
+    most = larger(most, choose(one < all(0), -one, one));
+  }
+  return given;
+}
+
+/// Where the normals take back what they had given when the patch slid, friction gives back in proportion.
+[[gnu::always_inline]] inline void give_back(Patch& patch, const Lanes& normal) {
+  const auto less = normal < patch.origin_normal;
+  if (!any(less)) return;
+  const Lanes part = choose(less, normal / patch.origin_normal, all(1));
+  for (int k = 0; k < 3; ++k) patch.origin[k] *= part;
+  patch.origin_normal *= part;
+}
+
+/// Shares of a patch's normal force at its corners.
+struct CornerShares {
+  Lanes of[most_corners];
+};
+
+/// Returns the shares that have the normals' centre of pressure and vary linearly between the corners. A
+/// corner bears no negative share.
+template <int known>
+[[gnu::always_inline]] inline CornerShares corner_shares(int count, const PatchCorner* corners,
+                                                         const Patch& patch, const Lanes& normal) {
+  if constexpr (known) count = known;
+  const Lanes zero = all(0);
+  const Lanes equal = all(1) / patch.corners;
+  // Sum up the corners' moments about their centre; what repeats a corner does not count.
+  Lanes counts[most_corners];
+  Lanes centre[2] = {zero, zero};
+  for (int i = 0; i < count; ++i) {
+    counts[i] = choose(patch.corners > all(i), all(1), zero);
+    for (int k = 0; k < 2; ++k) centre[k] += counts[i] * equal * corners[i].place[k];
+  }
+  Lanes xx = zero;
+  Lanes xy = zero;
+  Lanes yy = zero;
+  for (int i = 0; i < count; ++i) {
+    const Lanes x = corners[i].place[0] - centre[0];
+    const Lanes y = corners[i].place[1] - centre[1];
+    xx += counts[i] * x * x;
+    xy += counts[i] * x * y;
+    yy += counts[i] * y * y;
+  }
+  // Corners on a line have moments along it alone.
+  const Lanes least = all(1e-9) * (xx + yy);
+  xx += least;
+  yy += least;
+  const Lanes inverse_normal = choose(normal > zero, all(1) / normal, zero);
+  const Lanes x = -patch.normal_impulse[2] * inverse_normal - centre[0];
+  const Lanes y = patch.normal_impulse[1] * inverse_normal - centre[1];
+  const Lanes determinant = xx * yy - xy * xy;
+  const Lanes by_x = (yy * x - xy * y) / determinant;
+  const Lanes by_y = (xx * y - xy * x) / determinant;
+  CornerShares shares;
+  Lanes sum = zero;
+  for (int i = 0; i < count; ++i) {
+    const Lanes share =
+        equal + by_x * (corners[i].place[0] - centre[0]) + by_y * (corners[i].place[1] - centre[1]);
+    shares.of[i] = counts[i] * larger(share, zero);
+    sum += shares.of[i];
+  }
+  for (int i = 0; i < count; ++i) shares.of[i] = shares.of[i] / sum;
+  return shares;
+}
+
+/// Returns the friction of a patch that slides, with a force of `limit` in all: that of each corner is
+/// opposite to its slip. `missing`: what the slip lacks, along the tangents and of the twist. `slid`: whether
+/// the corners' friction is that of the visit before.
+template <int known>
+[[gnu::always_inline]] inline LaneVectors sliding_friction(int count, PatchCorner* corners,
+                                                           const Patch& patch, const CornerShares& shares,
+                                                           const Lanes& slid, const Lanes& limit,
+                                                           const LaneVectors& missing) {
+  if constexpr (known) count = known;
+  // Bound Γ of all corners' forces.
+  const Lanes gamma = patch.corners * patch.largest * slid;
+  LaneVectors friction{{all(0), all(0), all(0)}};
+  for (int i = 0; i < count; ++i) {
+    PatchCorner& corner = corners[i];
+    const Lanes& x = corner.place[0];
+    const Lanes& y = corner.place[1];
+    const Lanes along[2] = {gamma * corner.friction[0] + (missing[0] - missing[2] * y),
+                            gamma * corner.friction[1] + (missing[1] + missing[2] * x)};
+    const Lanes length = root(along[0] * along[0] + along[1] * along[1]);
+    const Lanes factor = choose(length > all(0), shares.of[i] * limit / length, all(0));
+    for (int k = 0; k < 2; ++k) corner.friction[k] = factor * along[k];
+    friction[0] += corner.friction[0];
+    friction[1] += corner.friction[1];
+    friction[2] += x * corner.friction[1] - y * corner.friction[0];
+  }
+  return friction;
+}
+
+/// Solves the friction of a patch, two tangents and the twist as one block: it holds inside of an ellipsoid,
+/// else it slides by Coulomb's law at the corners. Returns what its impulses changed by, times the scale.
+template <Kind kind, int known>
+[[gnu::always_inline]] inline LaneVectors solve_patch_friction(const Visit& at, PatchCorner* corners,
+                                                               const LaneVectors& slip,
+                                                               const LaneVectors& normals, Patch& patch,
+                                                               Lanes& most) {
+  const Lanes normal = larger(patch.normal_impulse[0], all(0));  // rounding may leave less
+  give_back(patch, normal);
+  const Lanes(&by)[9] = patch.by_normals;
+  LaneVectors missing;
+  LaneVectors before;
+  for (int k = 0; k < 3; ++k) {
+    const Lanes velocity =
+        slip[k] + (by[3 * k] * normals[0] + by[3 * k + 1] * normals[1] + by[3 * k + 2] * normals[2]);
+    missing[k] = times<kind>(at.how.omega,
+                             times<kind>(at.how.tau, patch.beta[k]) - times<kind>(at.how.kappa, velocity));
+    before[k] = patch.impulse[k] - patch.origin[k];
+  }
+  // Where it holds: λ + ω Γ⁻¹ (τ β − κ J v)
+  LaneVectors total = symmetric_product(patch.inverse, missing);
+  for (int k = 0; k < 3; ++k) total[k] += before[k];
+  const Lanes limit = patch.coefficient * (normal - patch.origin_normal);
+  const Lanes twist = total[2] * patch.inverse_radius;
+  const auto slides = total[0] * total[0] + total[1] * total[1] + twist * twist >= limit * limit;
+  const Lanes slid = patch.slides;
+  patch.slides = choose(slides, all(1), all(0));
+  if (any(slides)) {
+    const CornerShares shares = corner_shares<known>(at.x.corners, corners, patch, normal);
+    LaneVectors sliding = sliding_friction<known>(at.x.corners, corners, patch, shares, slid, limit, missing);
+    // Friction stops what it brakes, and does not drive it back.
+    const LaneVectors response = symmetric_product(patch.gamma, sliding);
+    const Lanes stopping = dot(sliding, missing) + dot(response, before);
+    const Lanes full = dot(sliding, response);
+    const Lanes part = choose(stopping < full, larger(stopping, all(0)) / full, all(1));
+    for (int k = 0; k < 3; ++k) total[k] = choose(slides, part * sliding[k], total[k]);
+  }
+  LaneVectors given;
+  for (int k = 0; k < 3; ++k) {
+    given[k] = all(at.how.scale) * (total[k] - before[k]);
+    patch.impulse[k] = total[k] + patch.origin[k];
+  }
+  if (kind.any) {
+    for (int k = 0; k < 2; ++k) {
+      const Lanes one = given[k] * patch.gamma[3 * k];
+      most = larger(most, choose(one < all(0), -one, one));
+    }
+  }
+  return given;
+}
+
+/// Solves four patches. Returns whether any goes on sliding.
+template <Kind kind, int known>
+[[gnu::always_inline]] inline bool solve_patch(const Visit& at, PatchCorner* corners, Patch& patch,
+                                               std::vector<Velocity>& v, double* moved) {
+  Lanes most = all(0);
+  Moving a = gather(v, at.x.a);
+  Moving b = gather(v, at.x.b);
+  const RelativeMotion motion = relative_motion(patch, a, b);
+  const LaneVectors normals = solve_patch_normals<kind, known>(at, corners, of_normals(motion), patch, most);
+  const LaneVectors friction =
+      solve_patch_friction<kind, known>(at, corners, of_friction(motion), normals, patch, most);
+  give(at.x, patch, normals, friction, a, b);
+  scatter(a, at.x.a, at.x.manifolds, v);
+  scatter(b, at.x.b, at.x.manifolds, v);
+  if (kind.any && moved) {
+    for (int lane = 0; lane < lanes; ++lane) *moved = std::max(*moved, most[lane]);
+  }
+  return any(keeps_sliding(patch) > all(0));
+}
+
+}  // namespace substep
