@@ -84,7 +84,8 @@ struct Patch {
   Lanes gamma[6];
   Lanes inverse[6];
   Lanes by_normals[9];    ///< what the normals' wrench changes of the friction's velocities, row by row
-  Lanes largest;          ///< of the eigenvalues of the tangents' Γ, and of the twist's Γ times radius²
+  Lanes inverse_largest;  ///< 1 / the larger eigenvalue of the tangents' Γ
+  Lanes inverse_twist;    ///< 1 / Γ of the twist
   Lanes inverse_radius;   ///< 1/m
   Lanes coefficient;      ///< μ
   Lanes corners;          ///< how many corners the patch has

@@ -6,8 +6,9 @@
 /// impulses at the corners of the points' hull are the same as a wrench inside a cone, with one plane for
 /// each side of the hull. Its friction is one block of three: two tangents and the twist about the normal. It
 /// holds inside an ellipsoid with half axes μ N, μ N and μ N r, where r is the mean distance of the points
-/// from their centre. Beyond, each corner slides: its friction is opposite to its slip, and its part of N is
-/// that of a pressure that varies linearly over the patch and has the centre that the wrench tells.
+/// from their centre. A patch that slid already when the step began slides corner by corner: the friction of
+/// each is opposite to its slip, and its part of N is that of a pressure that varies linearly over the patch
+/// and has the centre that the wrench tells. One that begins to slide stays on the ellipsoid for the step.
 ///
 /// The report's blocks (IV.2.2) are rows with infinite limits that are solved at once. A patch is one, too,
 /// but for its limits, which are a cone; it is solved exactly, without sweeps inside the block.

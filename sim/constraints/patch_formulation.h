@@ -133,8 +133,8 @@ struct PatchGamma {
   const Lanes half_difference = all(0.5) * (friction[0] - friction[3]);
   const Lanes largest = all(0.5) * (friction[0] + friction[3]) +
                         root(half_difference * half_difference + friction[1] * friction[1]);
-  const Lanes of_twist = friction[5] / (patch.inverse_radius * patch.inverse_radius);
-  patch.largest = larger(largest, of_twist);
+  patch.inverse_largest = inverse_or_zero(largest);
+  patch.inverse_twist = inverse_or_zero(friction[5]);
 }
 
 /// Sets the planes and rays of the cone of a patch's normals.

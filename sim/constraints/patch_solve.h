@@ -148,17 +148,45 @@ template <int known>
   return shares;
 }
 
+/// Sets the corners' friction to forces that add up to a wrench, where a patch has not slid: shares of its
+/// force, and of its torque about the centre of pressure.
+template <int known>
+[[gnu::always_inline]] inline void share_friction(int count, PatchCorner* corners, const CornerShares& shares,
+                                                  const Lanes& slid, const LaneVectors& wrench) {
+  if constexpr (known) count = known;
+  const Lanes zero = all(0);
+  Lanes centre[2] = {zero, zero};
+  for (int i = 0; i < count; ++i) {
+    for (int k = 0; k < 2; ++k) centre[k] += shares.of[i] * corners[i].place[k];
+  }
+  Lanes moment = zero;
+  for (int i = 0; i < count; ++i) {
+    const Lanes x = corners[i].place[0] - centre[0];
+    const Lanes y = corners[i].place[1] - centre[1];
+    moment += shares.of[i] * (x * x + y * y);
+  }
+  const Lanes torque = wrench[2] - (centre[0] * wrench[1] - centre[1] * wrench[0]);
+  const Lanes twist = choose(moment > zero, torque / moment, zero);
+  for (int i = 0; i < count; ++i) {
+    const Lanes force[2] = {shares.of[i] * (wrench[0] - twist * (corners[i].place[1] - centre[1])),
+                            shares.of[i] * (wrench[1] + twist * (corners[i].place[0] - centre[0]))};
+    for (int k = 0; k < 2; ++k) {
+      corners[i].friction[k] = choose(slid > zero, corners[i].friction[k], force[k]);
+    }
+  }
+}
+
 /// Returns the friction of a patch that slides, with a force of `limit` in all: that of each corner is
-/// opposite to its slip. `missing`: what the slip lacks, along the tangents and of the twist. `slid`: whether
-/// the corners' friction is that of the visit before.
+/// opposite to its slip. `missing`: what the slip lacks, along the tangents and of the twist.
 template <int known>
 [[gnu::always_inline]] inline LaneVectors sliding_friction(int count, PatchCorner* corners,
                                                            const Patch& patch, const CornerShares& shares,
-                                                           const Lanes& slid, const Lanes& limit,
-                                                           const LaneVectors& missing) {
+                                                           const Lanes& limit, const LaneVectors& missing) {
   if constexpr (known) count = known;
   // Bound Γ of all corners' forces.
-  const Lanes gamma = patch.corners * patch.largest * slid;
+  const Lanes radius = all(1) / patch.inverse_radius;
+  const Lanes gamma =
+      patch.corners * larger(all(1) / patch.inverse_largest, radius * radius / patch.inverse_twist);
   LaneVectors friction{{all(0), all(0), all(0)}};
   for (int i = 0; i < count; ++i) {
     PatchCorner& corner = corners[i];
@@ -177,7 +205,8 @@ template <int known>
 }
 
 /// Solves the friction of a patch, two tangents and the twist as one block: it holds inside of an ellipsoid,
-/// else it slides by Coulomb's law at the corners. Returns what its impulses changed by, times the scale.
+/// else it slides, and from the second step on by Coulomb's law at the corners. Returns what its impulses
+/// changed by, times the scale.
 template <Kind kind, int known>
 [[gnu::always_inline]] inline LaneVectors solve_patch_friction(const Visit& at, PatchCorner* corners,
                                                                const LaneVectors& slip,
@@ -204,14 +233,26 @@ template <Kind kind, int known>
   const Lanes slid = patch.slides;
   patch.slides = choose(slides, all(1), all(0));
   if (any(slides)) {
+    // What begins to slide: the projection on the ellipsoid of λ + (what velocity is missing)/γ
+    const LaneVectors target{{before[0] + missing[0] * patch.inverse_largest,
+                              before[1] + missing[1] * patch.inverse_largest,
+                              before[2] + missing[2] * patch.inverse_twist}};
+    const Lanes target_twist = target[2] * patch.inverse_radius;
+    const Lanes length = root(target[0] * target[0] + target[1] * target[1] + target_twist * target_twist);
+    const Lanes factor = choose(length > all(0), limit / length, all(0));
+    for (int k = 0; k < 3; ++k) total[k] = choose(slides, target[k] * factor, total[k]);
+  }
+  const auto goes_on = slides & (patch.slid > all(0));
+  if (any(goes_on)) {
     const CornerShares shares = corner_shares<known>(at.x.corners, corners, patch, normal);
-    LaneVectors sliding = sliding_friction<known>(at.x.corners, corners, patch, shares, slid, limit, missing);
+    share_friction<known>(at.x.corners, corners, shares, slid, before);
+    const LaneVectors sliding = sliding_friction<known>(at.x.corners, corners, patch, shares, limit, missing);
     // Friction stops what it brakes, and does not drive it back.
     const LaneVectors response = symmetric_product(patch.gamma, sliding);
     const Lanes stopping = dot(sliding, missing) + dot(response, before);
     const Lanes full = dot(sliding, response);
     const Lanes part = choose(stopping < full, larger(stopping, all(0)) / full, all(1));
-    for (int k = 0; k < 3; ++k) total[k] = choose(slides, part * sliding[k], total[k]);
+    for (int k = 0; k < 3; ++k) total[k] = choose(goes_on, part * sliding[k], total[k]);
   }
   LaneVectors given;
   for (int k = 0; k < 3; ++k) {

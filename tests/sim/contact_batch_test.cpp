@@ -365,7 +365,10 @@ Vector3 opposing_friction(const PatchShape& shape, const Vector3& pressure, cons
 void solve_patch_of(unsigned seed, PatchViolation& worst) {
   BoxOnPlate box(seed, false, {0.4, 0.35, 0.5}, 1.2, 0.5);
   if (box.found.size() != 4) return;  // they leave each other
-  for (Contact& contact : box.found) contact.restitution = Contact::no_impact;
+  for (Contact& contact : box.found) {
+    contact.restitution = Contact::no_impact;
+    contact.slid = true;
+  }
   box.formulate_rows(box.state.q);
   const Problem& problem = box.problem;
   ContactBatches& contacts = box.problem.c.contacts;
