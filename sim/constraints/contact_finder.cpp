@@ -196,12 +196,6 @@ void ContactFinder::add_neighbours(const State& state, bool aligned) {
   std::ranges::sort(touching_);
 }
 
-/// Returns what gravity does to a body's velocity, m/s².
-Vector3 ContactFinder::fall_of(int body) const {
-  if (model_.masses[body].inverse_mass == 0) return Vector3::Zero();
-  return model_.gravity * model_.masses[body].gravity_factor;
-}
-
 /// Returns what of an overlap a step recovers: as much as gravity takes back in the next, so that the bodies
 /// do not fly apart. Without gravity it takes ten seconds for the smaller shape's size.
 double ContactFinder::recovered(const Contact& contact) const {
@@ -209,10 +203,6 @@ double ContactFinder::recovered(const Contact& contact) const {
   const double speed =
       gravity > 0 ? duration_ * gravity : 0.1 * smaller_size(contact.collider_a, contact.collider_b);
   return duration_ * speed;
-}
-
-double ContactFinder::smaller_size(std::uint32_t a, std::uint32_t b) const {
-  return std::min(candidates_[a].size, candidates_[b].size);
 }
 
 /// Returns how a body moves under gravity alone.

@@ -1,6 +1,7 @@
 #pragma once
 /// s1, geometry: the contacts of a step.
 
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <span>
@@ -45,7 +46,10 @@ class ContactFinder {
   bool is_at_rest(int body) const { return is_at_rest_[body]; }
 
   /// Returns what gravity does to a body's velocity, m/s².
-  Vector3 fall_of(int body) const;
+  Vector3 fall_of(int body) const {
+    if (model_.masses[body].inverse_mass == 0) return Vector3::Zero();
+    return model_.gravity * model_.masses[body].gravity_factor;
+  }
 
   /// Returns the time of the first impact among the last contacts that turns aside a body; infinite without.
   double first_impact() const { return first_impact_; }
@@ -94,7 +98,9 @@ class ContactFinder {
   };
   std::pair<std::uint32_t, std::uint32_t> in_order(std::uint32_t i, std::uint32_t j) const;
   int body_of(std::uint32_t i) const { return candidates_[i].collider->body; }
-  double smaller_size(std::uint32_t a, std::uint32_t b) const;
+  double smaller_size(std::uint32_t a, std::uint32_t b) const {
+    return std::min(candidates_[a].size, candidates_[b].size);
+  }
   const RigidMotion& motion_of(const State& state, int body);
   MovingShape moving(const State& state, std::uint32_t i);
   void find_pair(const State& state, bool aligned, std::uint32_t a, std::uint32_t b);

@@ -21,6 +21,12 @@ template <typename Mask>
   return mask ? yes : no;
 }
 
+template <typename Mask>
+[[gnu::always_inline]] inline LaneVectors choose(const Mask& mask, const LaneVectors& yes,
+                                                 const LaneVectors& no) {
+  return {{choose(mask, yes[0], no[0]), choose(mask, yes[1], no[1]), choose(mask, yes[2], no[2])}};
+}
+
 /// Whether any lane of a comparison holds.
 template <typename Mask>
 [[gnu::always_inline]] inline bool any(const Mask& mask) {

@@ -204,6 +204,37 @@ template <int known>
   return friction;
 }
 
+/// Returns the friction of a patch that begins to slide: the projection on the ellipsoid of
+/// λ + (what velocity is missing)/γ.
+[[gnu::always_inline]] inline LaneVectors begun_slide(const Patch& patch, const Lanes& limit,
+                                                      const LaneVectors& before, const LaneVectors& missing) {
+  const LaneVectors target{{before[0] + missing[0] * patch.inverse_largest,
+                            before[1] + missing[1] * patch.inverse_largest,
+                            before[2] + missing[2] * patch.inverse_twist}};
+  const Lanes twist = target[2] * patch.inverse_radius;
+  const Lanes length = root(target[0] * target[0] + target[1] * target[1] + twist * twist);
+  const Lanes factor = choose(length > all(0), limit / length, all(0));
+  return {{target[0] * factor, target[1] * factor, target[2] * factor}};
+}
+
+/// Returns the friction of a patch that goes on sliding, corner by corner. It stops what it brakes, and does
+/// not drive it back.
+template <int known>
+[[gnu::always_inline]] inline LaneVectors kept_slide(const Visit& at, PatchCorner* corners,
+                                                     const Patch& patch, const Lanes& slid,
+                                                     const Lanes& limit, const LaneVectors& before,
+                                                     const LaneVectors& missing) {
+  const Lanes normal = larger(patch.normal_impulse[0], all(0));
+  const CornerShares shares = corner_shares<known>(at.x.corners, corners, patch, normal);
+  share_friction<known>(at.x.corners, corners, shares, slid, before);
+  const LaneVectors sliding = sliding_friction<known>(at.x.corners, corners, patch, shares, limit, missing);
+  const LaneVectors response = symmetric_product(patch.gamma, sliding);
+  const Lanes stopping = dot(sliding, missing) + dot(response, before);
+  const Lanes full = dot(sliding, response);
+  const Lanes part = choose(stopping < full, larger(stopping, all(0)) / full, all(1));
+  return {{part * sliding[0], part * sliding[1], part * sliding[2]}};
+}
+
 /// Solves the friction of a patch, two tangents and the twist as one block: it holds inside of an ellipsoid,
 /// else it slides, and from the second step on by Coulomb's law at the corners. Returns what its impulses
 /// changed by, times the scale.
@@ -232,27 +263,12 @@ template <Kind kind, int known>
   const auto slides = total[0] * total[0] + total[1] * total[1] + twist * twist >= limit * limit;
   const Lanes slid = patch.slides;
   patch.slides = choose(slides, all(1), all(0));
-  if (any(slides)) {
-    // What begins to slide: the projection on the ellipsoid of λ + (what velocity is missing)/γ
-    const LaneVectors target{{before[0] + missing[0] * patch.inverse_largest,
-                              before[1] + missing[1] * patch.inverse_largest,
-                              before[2] + missing[2] * patch.inverse_twist}};
-    const Lanes target_twist = target[2] * patch.inverse_radius;
-    const Lanes length = root(target[0] * target[0] + target[1] * target[1] + target_twist * target_twist);
-    const Lanes factor = choose(length > all(0), limit / length, all(0));
-    for (int k = 0; k < 3; ++k) total[k] = choose(slides, target[k] * factor, total[k]);
-  }
-  const auto goes_on = slides & (patch.slid > all(0));
-  if (any(goes_on)) {
-    const CornerShares shares = corner_shares<known>(at.x.corners, corners, patch, normal);
-    share_friction<known>(at.x.corners, corners, shares, slid, before);
-    const LaneVectors sliding = sliding_friction<known>(at.x.corners, corners, patch, shares, limit, missing);
-    // Friction stops what it brakes, and does not drive it back.
-    const LaneVectors response = symmetric_product(patch.gamma, sliding);
-    const Lanes stopping = dot(sliding, missing) + dot(response, before);
-    const Lanes full = dot(sliding, response);
-    const Lanes part = choose(stopping < full, larger(stopping, all(0)) / full, all(1));
-    for (int k = 0; k < 3; ++k) total[k] = choose(goes_on, part * sliding[k], total[k]);
+  if (any(slides)) [[unlikely]] {
+    total = choose(slides, begun_slide(patch, limit, before, missing), total);
+    const auto goes_on = slides & (patch.slid > all(0));
+    if (any(goes_on)) {
+      total = choose(goes_on, kept_slide<known>(at, corners, patch, slid, limit, before, missing), total);
+    }
   }
   LaneVectors given;
   for (int k = 0; k < 3; ++k) {
