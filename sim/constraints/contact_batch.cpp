@@ -10,6 +10,11 @@ namespace {
 
 constexpr int rows_of_patch = 6;
 
+/// Returns whether a patch's Γ is regular by this body alone: it moves and turns about all axes.
+bool gives_way(const BodyMass& mass) {
+  return mass.inverse_mass > 0 && mass.inverse_inertia.minCoeff() > 0;
+}
+
 /// Whether a manifold's points have the same directions, in all formulations of the step.
 bool have_one_direction(const Contact* first, int count) {
   return std::all_of(first + 1, first + count, [&](const Contact& other) {
@@ -72,7 +77,9 @@ void ContactBatches::list_manifolds(const Model& model, const std::vector<Contac
       ++manifold.contacts;
       ++end;
     }
-    if (!q.empty() && manifold.contacts > 1 && have_one_direction(&contact, manifold.contacts)) {
+    const bool is_regular = gives_way(model.masses[contact.a]) || gives_way(model.masses[contact.b]);
+    if (!q.empty() && manifold.contacts > 1 && is_regular &&
+        have_one_direction(&contact, manifold.contacts)) {
       const auto shape = patch_shape(&contact, manifold.contacts, q[contact.a], q[contact.b]);
       if (shape) {
         shapes.push_back(*shape);

@@ -183,10 +183,10 @@ template <int known>
                                                            const Patch& patch, const CornerShares& shares,
                                                            const Lanes& limit, const LaneVectors& missing) {
   if constexpr (known) count = known;
-  // Bound Γ of all corners' forces.
+  // Bound Γ of all corners' forces. What nothing turns has no twist.
   const Lanes radius = all(1) / patch.inverse_radius;
-  const Lanes gamma =
-      patch.corners * larger(all(1) / patch.inverse_largest, radius * radius / patch.inverse_twist);
+  const Lanes of_twist = choose(patch.inverse_twist > all(0), radius * radius / patch.inverse_twist, all(0));
+  const Lanes gamma = patch.corners * larger(all(1) / patch.inverse_largest, of_twist);
   LaneVectors friction{{all(0), all(0), all(0)}};
   for (int i = 0; i < count; ++i) {
     PatchCorner& corner = corners[i];

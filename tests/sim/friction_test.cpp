@@ -458,5 +458,24 @@ TEST(Friction, PatchHoldsTheTorqueOfItsPoints) {
   }
 }
 
+// A body that cannot turn is held and slides as a point does: its contacts are no patch, whose Γ is singular.
+TEST(Friction, UnturnableBlockSlidesByTheClosedForm) {
+  constexpr double mu = 0.3;
+  constexpr double way = 1.5 * 1.5 / (2 * mu * gravity);
+  for (const Vector3& inverse_inertia : {Vector3(0, 0, 0), Vector3(0, 4, 0)}) {
+    Scene scene = test::floor_scene(mu);
+    test::add_box(scene, {0.8, 0.1, 0.6}, 3, {Vector3(0, 0.05, 0), Quaternion::Identity()}, mu);
+    scene.bodies[1].inverse_inertia = inverse_inertia;
+    scene.bodies[1].linear_velocity = {1.2, 0, 0.9};
+    for (const Algorithm algorithm : test::all_algorithms) {
+      Settings settings = default_settings(algorithm);
+      settings.step = 1.0 / (algorithm <= Algorithm::a2 ? 600 : 60);
+      const Vector3 place = test::run(scene, settings, 1).q[1].linear;
+      const Vector3 expected(0.8 * way, 0.05, 0.6 * way);
+      EXPECT_LT((place - expected).norm(), 0.006 * way) << name(algorithm) << ' ' << inverse_inertia[1];
+    }
+  }
+}
+
 }  // namespace
 }  // namespace substep
