@@ -151,7 +151,7 @@ View stepped_back(const View& view, std::span<const Part> parts,
   for (const Part* part : held) {
     stage = std::max(stage, 2.5 * ((centre_of(*part) - middle).norm() + part->half_size().norm()));
   }
-  // What stays nearest is held to the end: no picture is empty.
+  // Hold the body that stays nearest to the end: no picture is empty.
   for (const std::vector<Coordinates>& frame : frames) {
     double nearest = std::numeric_limits<double>::infinity();
     for (const Part* part : held) {

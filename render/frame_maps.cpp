@@ -100,7 +100,7 @@ void Renderer::Implementation::draw_relief(std::span<const Coordinates> poses, d
 
 /// Away from shadows and from what stands close to the ground, less is to be computed for the same light.
 GroundAreas Renderer::Implementation::ground_areas_of_tile() const {
-  // Of the ground's x and z: columns of the maps' matrices.
+  // Take the maps' columns of the ground's x and z.
   const glm::dmat4 map(frame.shadow_from_world);
   const glm::dvec4 middle = map * glm::dvec4(0, ground, 0, 1);
   const glm::dmat3 shadow_place(glm::dvec3(map[0].x, map[0].y, map[0].w),

@@ -67,7 +67,7 @@ vec3 sky_light(vec3 direction) {
   return color + sun.rgb * (0.07 * glow * (0.35 + 0.65 * haze));
 }
 
-/// What a surface of this roughness sees by reflection along a unit direction.
+/// Returns the light that a surface of this roughness reflects from a unit direction.
 vec3 surroundings(vec3 direction, float roughness) {
   float width = 0.04 + 0.7 * roughness;
   float above = clamp(0.5 + 0.5 * direction.y / width, 0.0, 1.0);
@@ -209,7 +209,7 @@ float key_light(vec3 position, vec3 n) {
   }
   float gap = (place.z - depth / max(blockers, 1.0)) * map_depth;
   float radius = clamp(gap * spread * per_metre, 1.2 * texel, widest);
-  // As many as there are texels across a narrow penumbra; none where all around is in shadow.
+  // Take one for each texel across a narrow penumbra; none where all around is in shadow.
   float taps = clamp(floor(3.0 * radius * depth_terms.z), 8.0, 48.0);
   bool in_shadow = blockers > float(search_taps) - 0.5;
   int shadow_taps = blockers > 0.0 && !in_shadow ? int(taps) : 0;
@@ -305,7 +305,7 @@ vec3 bumped(vec3 n, vec4 tangent, vec3 texel) {
   return normalize(t * bump.x + b * bump.y + n * max(bump.z, 0.05));
 }
 
-/// Of the light from all around, what reaches a surface where the image of occlusion has this texel.
+/// Returns the fraction of the light from all around where the image of occlusion has this texel.
 float open_part(vec4 texel) { return 1.0 + strengths.y * (texel.r - 1.0); }
 )";
 }

@@ -5,7 +5,7 @@
 
 namespace substep::render::shaders {
 
-/// What stays the same for all pixels of a frame: the block Frame, with the layout of FrameUniforms.
+/// Returns the block Frame, the same for all pixels of a frame, with the layout of FrameUniforms.
 std::string frame();
 
 /// Where bodies stand, by blocks and attribute `body`, a body's number from first_body on.

@@ -4,7 +4,7 @@
 namespace substep::render::shaders {
 namespace {
 
-/// What is seen at the samples of a pixel, in light, which is computed once for those of one face. Where
+/// Returns the light of a pixel's samples, which is computed once for those of one face. Where
 /// faces are of several surfaces, these are kept apart, two at most. With LOOKS, of surfaces that have more
 /// than a colour, and in all lights. With SHINES, of surfaces that shine, have crevices or let light through.
 /// With NO_SUN, in the light of lamps and sky.
@@ -42,7 +42,7 @@ Surface mixed(Surface a, Surface b, float part) {
   return a;
 }
 
-/// How unlike b is to a, and a to b: below 1 where both are of one face, or of faces that light tells apart by
+/// Measures how unlike b is to a, and a to b: below 1 for one face, or for faces that light tells apart by
 /// little; most between surfaces of other colours or one behind the other. `pixels`: in a metre there.
 void compare(Surface a, Surface b, float pixels, out float to_a, out float to_b) {
   vec3 way = b.position - a.position;
@@ -89,7 +89,7 @@ vec3 lighted(Surface surface) {
 
   // The surroundings: sky above, ground below; by the ground, bodies take the sky from each other too.
   float height = max(surface.position.y - ground_color.w, 0.0);
-  // Of the ground in front of a wall, not below it.
+  // Take the openness of the ground in front of a wall, not below it.
   float open = openness(surface.position, 2.0 * n.xz);
   float shade = mix(open, 1.0, clamp(height * occlusion.w + max(n.y, 0.0), 0.0, 1.0));
   vec3 sky = mix(zenith.rgb, horizon.rgb, 0.55);
@@ -116,7 +116,7 @@ vec3 lighted(Surface surface) {
 void main() {
   int side = int(eye.w);
   ivec2 corner = ivec2(gl_FragCoord.xy) * side;
-  // Of one sample alone, all four are that one.
+  // Repeat a sample that is alone.
   int next = side - 1;
   ivec2 places[4] = ivec2[4](corner, corner + ivec2(next, 0), corner + ivec2(0, next), corner + ivec2(next));
   float quarter = 0.25 * float(next);

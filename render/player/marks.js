@@ -1,4 +1,4 @@
-// What is drawn over pictures, and the page as one picture.
+// Draws the overlay of pictures, and the page as one picture.
 
 /** Returns the colour of a body's error: linear, with a weight. */
 function errorColor(data, index, frame, body) {

@@ -21,7 +21,7 @@ const SweepRecord* cheapest_within(const std::vector<SweepRecord>& records, doub
   return best;
 }
 
-/// Who is ahead, and how many times as much the other takes.
+/// Returns which of two is ahead, and how many times as much the other takes.
 std::string ahead_of(const SweepRecord* ours, const SweepRecord* theirs) {
   if (!ours) return "the other: ours are not there";
   if (!theirs) return "ours: no other is there";

@@ -74,7 +74,7 @@ struct Run {
   bool is_reference() const { return panel.kind == PanelChoice::Kind::reference; }
 };
 
-/// What errors are measured from: where the scene's forces are smooth, the reference DAE integrator; else, or
+/// A film's reference: where the scene's forces are smooth, the reference DAE integrator; else, or
 /// where that ends before the film, A1 at small steps. Each is run once more at twice the step. Where A1 at
 /// an eighth and at a fourth of the sub-steps agree within 1e-9 of the scene's size in every frame, these two
 /// are the reference.

@@ -17,7 +17,7 @@ std::vector<Coordinates> poses_at(const Scene& scene, const Run& run, std::size_
   if (run.poses.empty()) return initial_state(scene).q;
   std::vector<Coordinates> poses = run.poses[std::min(k, run.poses.size() - 1)];
   for (Coordinates& pose : poses) {
-    // What flies off far beyond sight would overflow the renderer's single precision.
+    // A body far beyond sight would overflow the renderer's single precision.
     constexpr double far = 1e5;
     pose.linear = pose.linear.cwiseMax(-far).cwiseMin(far);
   }

@@ -13,7 +13,7 @@
 
 namespace substep::render {
 
-/// What stays the same for all frames of a film.
+/// The parts of a film that all its frames share.
 struct Film {
   const Scene& scene;
   const VideoSettings& settings;

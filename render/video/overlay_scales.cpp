@@ -29,7 +29,7 @@ double quantile(std::vector<double>& values, double part) {
   return *place;
 }
 
-/// Of all runs' moving bodies at all frames, those above 0.
+/// Returns the values above 0 of all runs' moving bodies at all frames.
 std::vector<double> values_of(const Scene& scene, const Comparison& comparison,
                               std::vector<std::vector<float>> Readings::*series) {
   std::vector<double> values;

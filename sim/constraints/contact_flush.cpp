@@ -14,7 +14,7 @@ namespace {
 /// Directions that differ by less are of one face that is tilted a little.
 constexpr double cosine_of_tilt = 0.999;
 
-/// Of the smaller shape: a face this far below another's plane is flush with it.
+/// Depth below another face's plane at which a face is flush with it, relative to the smaller shape.
 constexpr double flush = 1e-4;
 
 }  // namespace
@@ -34,7 +34,7 @@ void ContactFinder::keep_first_impacts() {
       if (model_.masses[body].inverse_mass > 0) earliest_[body] = std::min(earliest_[body], meeting.time);
     }
   }
-  // What is met at once, but for rounding, is met by all.
+  // Meetings at once, but for rounding, stay for all bodies.
   const double at_once = 1e-6 * duration_;
   for (const Meeting& meeting : meetings_) {
     const auto is_after = [&](std::uint32_t i) {
@@ -144,7 +144,7 @@ bool ContactFinder::is_flush(int collider, const Group& floor, const Group& othe
   const Vector3 other_up = (is_a_of_other ? 1 : -1) * other.normal;
   const double cosine = up.dot(other_up);
   if (cosine < -0.5) return false;
-  // What stands on a face bears on it; only its edges and sides are inside the floor.
+  // A body that stands on a face bears on it; only its edges and sides are inside the floor.
   constexpr int corners_of_face = 3;
   if (cosine > cosine_of_tilt &&
       (other.points >= corners_of_face || is_of_face(static_cast<std::uint32_t>(below), other_up) ||

@@ -101,7 +101,7 @@ std::span<const ContactMemory> ContactFinder::remembered_of(const State& state, 
   return {begin, end};
 }
 
-/// What is remembered of the nearest of these colliders' points, if it is the same.
+/// Sets the memory of the nearest of these colliders' points, if it is the same point.
 void ContactFinder::remember(std::span<const ContactMemory> remembered, double overlap, double slip,
                              Contact& contact) const {
   if (remembered.empty()) return;
@@ -112,7 +112,7 @@ void ContactFinder::remember(std::span<const ContactMemory> remembered, double o
   double left_over = 0;
   for (const ContactMemory& memory : remembered) {
     left_over = std::max(left_over, memory.left_over);
-    // What bears on a point of one body bears on it wherever the point slides on the other.
+    // A force on a point of one body stays wherever the point slides on the other.
     const double beside =
         std::min((memory.arm_a - contact.arm_a).squaredNorm(), (memory.arm_b - contact.arm_b).squaredNorm());
     if (beside < nearest_force) {

@@ -1,4 +1,4 @@
-// What bodies met in a step that its contacts did not know.
+// Meetings of a step that its contacts did not know.
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +11,7 @@
 namespace substep {
 namespace {
 
-/// Of the smaller shape, what two that touch may sink into each other by in a part of a step.
+/// Depth that touching shapes may gain in a part of a step, relative to the smaller.
 constexpr double deep = 0.05;
 
 }  // namespace
@@ -67,7 +67,7 @@ std::optional<double> ContactFinder::missed(const State& state, const std::vecto
     const MovingShape a = moved(i);
     const MovingShape b = moved(j);
     if (std::ranges::binary_search(touching_, pair)) {
-      // What touches in one place may come down in another, of which its contacts know nothing.
+      // Shapes that touch in one place may come down in another, of which the contacts know nothing.
       constexpr double shortest = 1.0 / 16;
       if (part_ > shortest && depth_after(a, b, duration) > depth_after(a, b, 0) + deep * size) {
         first = std::min(first.value_or(duration), duration / 2);

@@ -1,5 +1,5 @@
 #pragma once
-/// What the search for contacts takes as touching, kept, hard; and the materials of a pair.
+/// Thresholds of the search for contacts, and the materials of a pair.
 
 #include <algorithm>
 
@@ -7,21 +7,21 @@
 
 namespace substep {
 
-/// Of the smaller shape: a point that has moved by less on both bodies, and slips by less in a step, is the
-/// same. A fast rolling body's is not: what it rolls over in a step would count as displacement, by up to a
-/// sixth of its angle squared.
+/// Motion of a point on both bodies, and slip in a step, below which it is the same point, relative to the
+/// smaller shape. A fast rolling body's is not: what it rolls over in a step would count as displacement, by
+/// up to a sixth of its angle squared.
 inline constexpr double same_place = 0.02;
 
-/// Of the smaller shape: what is no farther apart touches.
+/// Gap at which shapes touch, relative to the smaller.
 inline constexpr double touching = 2e-4;
 
-/// Of the smaller shape, and of what gravity moves it by in a step: what touched before and is no farther
-/// apart goes on touching, for a pile that settles trembles by so much.
+/// Gaps at which shapes that touched before still touch, relative to the smaller shape, and to the fall in a
+/// step: a pile that settles trembles by so much.
 inline constexpr double touched_before = 0.05;
 inline constexpr double falls_of_touched = 4;
 
-/// Of the smaller shape, what an impact must take of a body's way in the step to be given at once, bouncing
-/// or not.
+/// Way that an impact must take from a body in the step to be given at once, bouncing or not, relative to the
+/// smaller shape.
 inline constexpr double hard = 0.01;
 
 /// Combines a coefficient of two materials.
@@ -40,7 +40,7 @@ inline double combine(Combine how, double a, double b) {
   return a * b;
 }
 
-/// What the two materials make of a coefficient each.
+/// Coefficients of a pair, combined from two materials.
 struct PairMaterial {
   PairMaterial(const ContactMaterial& one, const ContactMaterial& other)
       : dynamic_friction(combine(std::min(one.friction_combine, other.friction_combine), one.dynamic_friction,

@@ -1,11 +1,11 @@
 #pragma once
-/// What the kernels of a sweep share (contact_solve.cpp).
+/// Types that the kernels of a sweep share (contact_solve.cpp).
 
 #include "sim/constraints/lanes.h"
 
 namespace substep {
 
-/// What a kernel works on: a batch, its rows, and how they are solved.
+/// A kernel's data: a batch, its rows, and the factors of its solution.
 struct Visit {
   const ContactBatch& x;
   const ContactDirections* directions;
@@ -16,7 +16,7 @@ struct Visit {
   const RowSolve& how;
 };
 
-/// What is known of a visit where its kernel is compiled.
+/// Properties of a visit that are known where its kernel is compiled.
 struct Kind {
   bool by_one;  ///< κ, τ and ω are 1, and multiply nothing
   bool any;     ///< the largest change may be asked for

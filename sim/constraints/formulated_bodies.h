@@ -1,5 +1,5 @@
 #pragma once
-/// What the formulations of points and patches share (contact_formulation.cpp).
+/// Types that the formulations of points and patches share (contact_formulation.cpp).
 
 #include <vector>
 
@@ -7,7 +7,7 @@
 
 namespace substep {
 
-/// What a step's rows are formulated from.
+/// The data that a step's rows are formulated from.
 struct Formulation {
   const std::vector<Contact>& contacts;
   const std::vector<Coordinates>& q;

@@ -49,7 +49,7 @@ struct RowResponses {
   return linear * at.inverse_mass + dot(one.angular_a, other.a) + dot(one.angular_b, other.b);
 }
 
-/// What solving divides by. Where Γ is singular to rounding, its trace counts for both rows.
+/// Inverts Γ. Where it is singular to rounding, its trace counts for both rows.
 [[gnu::always_inline]] inline void invert(FrictionRows& rows) {
   const Lanes zero = all(0);
   const Lanes one = all(1);
@@ -67,13 +67,13 @@ struct RowResponses {
   rows.inverse_largest = choose(largest > zero, one / largest, zero);
 }
 
-/// Of a contact point, in b's frame.
+/// Directions of a contact point, in b's frame.
 struct PointDirections {
   LaneVectors normal;
   LaneVectors tangent[2];
 };
 
-/// Of a contact point, body frames.
+/// Arms of a contact point, in the bodies' frames.
 struct PointArms {
   LaneVectors a;
   LaneVectors b;
@@ -159,7 +159,7 @@ struct TurnedDirections {
   row.acceleration = gather(contact, &Contact::acceleration);
 }
 
-/// What is remembered of a point, and what a step starts from.
+/// Sets a point's friction to what is remembered of it, with no impulse.
 [[gnu::always_inline]] inline void start_friction(const FourContacts& contact, FrictionRows& rows) {
   const Lanes zero = all(0);
   rows.slid = gather(contact, &Contact::slid);

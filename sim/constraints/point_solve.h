@@ -30,8 +30,8 @@ inline constexpr int normal_sweeps = 8;
   return at.directions[i].normal;
 }
 
-/// What a normal's velocity lacks, in the equation of a row. An impact is over in its sub-step: κ < 1 would
-/// leave a part of it to later ones, of which the step may have none.
+/// Returns the velocity that a normal lacks in a row's equation. An impact is over in its sub-step: κ < 1
+/// would leave a part of it to later ones, of which the step may have none.
 template <Kind kind>
 [[gnu::always_inline]] inline Lanes missing_of_normal(const Visit& at, int i, const Lanes& velocity) {
   const Lanes missing = times<kind>(at.how.tau, at.normals[i].row.beta) - times<kind>(at.how.kappa, velocity);
@@ -41,7 +41,7 @@ template <Kind kind>
   return choose(restitution.impact > all(0), of_impact, missing);
 }
 
-/// What the slip of the i-th friction lacks. In an impact it is stopped at once, as its normal is: κ < 1
+/// Returns the velocity that the i-th slip lacks. In an impact it is stopped at once, as its normal is: κ < 1
 /// would leave a part of it to later sub-steps, in which nothing presses.
 template <Kind kind>
 [[gnu::always_inline]] inline Lanes missing_of_slip(const Visit& at, int i, int k, const Lanes& velocity) {

@@ -24,7 +24,7 @@ enum class Joints {
            ///< joints, the parts of hinges, sliders and fixed joints, and the stiff spring
 };
 
-/// How strongly a row acts: in J(κ v + M⁻¹Jᵀλ) = τ β.
+/// Factors of a row, in J(κ v + M⁻¹Jᵀλ) = τ β.
 struct Stabilization {
   double tau = 1;    ///< τ
   double kappa = 1;  ///< κ

@@ -1,4 +1,4 @@
-/// What of glTF and its extensions is supported, replaced or refused: a document for each feature is loaded.
+/// Loads a document for each feature of glTF and its extensions that is supported, replaced or refused.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

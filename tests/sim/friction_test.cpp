@@ -442,7 +442,7 @@ TEST(Friction, ThrownBlocksAndDiscsSlideAndTurnByTheClosedForm) {
   }
 }
 
-// What a step's friction can stop is its torque: μ m g times the points' mean distance from their centre.
+// A patch can stop a turn by its torque: μ m g times the points' mean distance from their centre.
 TEST(Friction, PatchHoldsTheTorqueOfItsPoints) {
   constexpr double mu = 0.5;
   for (const double fraction : {0.95, 1.05}) {
