@@ -20,13 +20,13 @@ void proc5(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
   const double contact_kappa = settings.of_contacts().kappa;
   const double hs = settings.step / n;
   Constraints& c = problem.c;
-  Substeps& substeps = problem.substeps;
 
   // Step velocities
   // Sub-step
   VelocityVector& mv = v_local;  // v̆⁰ = v̆
   VelocityVector& sum_v = work.sum_v;
-  set_zero(work.sum);
+  VelocityVector& sum = problem.substeps.offset;  // Σ v̆ᵏ
+  set_zero(sum);
   set_zero(sum_v);
   clear_impulses(c);
   box_biases(c, settings);        // proc5:5
@@ -49,11 +49,9 @@ void proc5(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
     }
     // Sub-step 𝒞 to (t + j·hs)
     subtract(sum_v, mv);  // proc5:15
-    add(v_local, work.sum);
-    add(v_local, substeps.offset);
-    scale(tau / kappa, v_local, work.change);
-    add(work.change, sum_v);  // proc5:16
-    undo_update_rule(problem, settings, work.change, sum_v);
+    add(v_local, sum);
+    add_scaled(tau / kappa, v_local, sum_v);  // proc5:16
+    undo_update_rule(problem, settings, v_local, sum_v);
     carry_momenta(problem, hs, v_local);
     // mvʲ⁺¹ = v̆ʲ + svʲ⁺¹: line 8 adds sv, so that ext sees v̆  // proc5:17
   }
@@ -61,8 +59,8 @@ void proc5(CoordinateVector& q, VelocityVector& v_local, const Settings& setting
   // Step coordinates; body 0 is the world
   // v̆' = v̆ⁿ, in place  // proc5:19
   for (std::size_t i = 1; i < q.size(); ++i) {
-    q[i].linear += hs * work.sum[i].linear;                                               // proc5:20
-    q[i].angular = compose(q[i].angular, rotation_quaternion(hs * work.sum[i].angular));  // proc5:21
+    q[i].linear += hs * sum[i].linear;                                               // proc5:20
+    q[i].angular = compose(q[i].angular, rotation_quaternion(hs * sum[i].angular));  // proc5:21
   }
 }
 

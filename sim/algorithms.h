@@ -34,7 +34,6 @@ using VelocityVector = std::vector<Velocity>;
 struct Work {
   VelocityVector sum;          ///< Σ v̆ᵏ
   VelocityVector sum_v;        ///< A5: sv
-  VelocityVector change;       ///< A5: of sv in a sub-step
   Mlcp mlcp;                   ///< A1
   DirectSolver solver;         ///< A1
   std::vector<double> lambda;  ///< A1

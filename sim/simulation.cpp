@@ -77,8 +77,8 @@ struct Simulation::Implementation {
     earlier_impulses.reserve(6 * state.contacts.capacity());
     work.sum.resize(state.v.size());
     work.sum_v.resize(state.v.size());
-    work.change.resize(state.v.size());
     problem.substeps.offset.resize(state.v.size());
+    problem.substeps.change.resize(state.v.size());
     report.rows = static_cast<int>(problem.c.row_count());
     if (!sub_stepped && !procedure) divide_step();
     most_equal_parts = equal_parts;

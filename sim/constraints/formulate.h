@@ -20,6 +20,7 @@ struct Substeps {
   bool bias_at_next_frame = false;  ///< A3: a stable block's bias is taken there too
   std::vector<Coordinates> stepped;
   std::vector<Velocity> offset;  ///< Σ v̆ since `stepped`; zero in A3
+  std::vector<Velocity> change;  ///< A5: of sv in the sub-step
   /// Changes of angular velocity by the gyroscopic term, one for each of Model::gyroscopic, rad/s.
   std::vector<Vector3> gyroscopic_change;
 };
@@ -99,9 +100,9 @@ void update_biases(Problem& problem, const std::vector<Velocity>& v_local);
 void box_biases(Constraints& c, const Settings& settings);
 
 /// β_x ← β_x + J̆ change, as far as x does not follow the coordinates: undoes what A5's sum of velocities
-/// bakes into it, or contacts with their own τ, κ by another share. `change` is (τ/κ) v̆, which led to
+/// bakes into it, or contacts with their own τ, κ by another share. The change is (τ/κ) v̆, which led to
 /// `sum_v`. Friction that slides lets go.
-void undo_update_rule(Problem& problem, const Settings& settings, const std::vector<Velocity>& change,
+void undo_update_rule(Problem& problem, const Settings& settings, const std::vector<Velocity>& v_local,
                       const std::vector<Velocity>& sum_v);
 
 /// The whole step's problem for A1, from blocks of one row, formulated in the bodies' frames, and local

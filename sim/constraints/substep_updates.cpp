@@ -157,23 +157,26 @@ void box_biases(Constraints& c, const Settings& settings) {
   box_biases(c.contacts, settings.of_contacts());
 }
 
-void undo_update_rule(Problem& problem, const Settings& settings, const std::vector<Velocity>& change,
+void undo_update_rule(Problem& problem, const Settings& settings, const std::vector<Velocity>& v_local,
                       const std::vector<Velocity>& sum_v) {
   Constraints& c = problem.c;
+  Substeps& substeps = problem.substeps;
   const auto [n, m, tau, kappa] = settings.substepping();
+  const auto [contact_tau, contact_kappa] = settings.of_contacts();
+  const bool contacts_differ = contact_tau * kappa != tau * contact_kappa;
+  if (contacts_differ || !c.blocks.empty()) scale(tau / kappa, v_local, substeps.change);
   for (const Block& x : c.blocks) {
     // A row that is not stabilized follows the coordinates by its share of v̆, not of (τ/κ) v̆.
     const double undone = 1 - x.positional_bias_fraction * (x.stabilized ? 1 : kappa / tau);
     if (undone == 0) continue;
     for (int k = 0; k < x.rows; ++k) {
       Row& row = c.rows[x.first + k];
-      row.beta += undone * row_velocity(row, change[x.a], change[x.b]);
+      row.beta += undone * row_velocity(row, substeps.change[x.a], substeps.change[x.b]);
     }
   }
-  const auto [contact_tau, contact_kappa] = settings.of_contacts();
-  if (contact_tau * kappa != tau * contact_kappa)
-    undo_update_rule(c.contacts, 1 - contact_tau / contact_kappa * (kappa / tau), change);
-  let_go_of_sliding(c.contacts, problem.substeps.duration, sum_v, problem.substeps.offset);
+  if (contacts_differ)
+    undo_update_rule(c.contacts, 1 - contact_tau / contact_kappa * (kappa / tau), substeps.change);
+  let_go_of_sliding(c.contacts, substeps.duration, sum_v, substeps.offset);
 }
 
 }  // namespace substep

@@ -101,4 +101,8 @@ inline void scale(double factor, const std::vector<Velocity>& v, std::vector<Vel
   components(result) = factor * components(v);
 }
 
+inline void add_scaled(double factor, const std::vector<Velocity>& v, std::vector<Velocity>& to) {
+  components(to) += factor * components(v);
+}
+
 }  // namespace substep
