@@ -14,6 +14,21 @@ bool overlap(const Bounds& a, const Bounds& b, int axis) {
   return a.lower[axis] <= b.upper[axis] && b.lower[axis] <= a.upper[axis];
 }
 
+bool is_inside(const Bounds& box, const Bounds& enlarged) {
+  return (box.lower.array() >= enlarged.lower.array()).all() &&
+         (box.upper.array() <= enlarged.upper.array()).all();
+}
+
+/// Enlarges a box by a twentieth of its largest finite side. What rests stays inside.
+Bounds enlarged(const Bounds& box) {
+  double largest = 0;
+  for (const double side : box.upper - box.lower) {
+    if (std::isfinite(side)) largest = std::max(largest, side);
+  }
+  const Vector3 spare = Vector3::Constant(largest / 20);
+  return {box.lower - spare, box.upper + spare};
+}
+
 bool has_nan(const Bounds& box) {
   return box.lower.hasNaN() || box.upper.hasNaN();
 }
@@ -98,10 +113,24 @@ void BroadPhase::sort_along(int axis, const std::vector<Bounds>& boxes) {
   }
 }
 
-void BroadPhase::find_pairs(const std::vector<Bounds>& boxes,
-                            std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs) {
-  pairs.clear();
+void BroadPhase::find_pairs(const std::vector<Bounds>& boxes, Pairs& pairs) {
   pairs_tested_ = 0;
+  if (!std::ranges::equal(boxes, enlarged_, is_inside)) {
+    enlarged_.resize(boxes.size());
+    std::ranges::transform(boxes, enlarged_.begin(), enlarged);
+    near_.reserve(pairs.capacity());  // whoever made room for pairs has made it for all
+    sweep(enlarged_, near_);
+  }
+  pairs.clear();
+  for (const auto& [i, j] : near_) {
+    const Bounds& a = boxes[i];
+    const Bounds& b = boxes[j];
+    if (overlap(a, b, 0) && overlap(a, b, 1) && overlap(a, b, 2)) pairs.emplace_back(i, j);
+  }
+}
+
+void BroadPhase::sweep(const std::vector<Bounds>& boxes, Pairs& pairs) {
+  pairs.clear();
   const auto count = static_cast<std::uint32_t>(boxes.size());
 
   // The spread of the middles of the boxes that have one.
@@ -169,7 +198,7 @@ void BroadPhase::find_pairs(const std::vector<Bounds>& boxes,
   begins_.assign(count + 1, 0);
   for (const auto& pair : pairs) ++begins_[pair.first + 1];
   for (std::uint32_t i = 0; i < count; ++i) begins_[i + 1] += begins_[i];
-  seconds_.reserve(pairs.capacity());  // whoever made room for pairs has made it for all
+  seconds_.reserve(pairs.capacity());
   seconds_.resize(pairs.size());
   for (const auto& pair : pairs) seconds_[begins_[pair.first]++] = pair.second;
   std::uint32_t begin = 0;

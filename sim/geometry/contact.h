@@ -46,24 +46,30 @@ void find_contacts(const Shape& a, const Pose& pose_a, const Shape& b, const Pos
 /// around its own turned box; a plane's is infinite except along an axis it is normal to.
 Bounds bounds(const Shape& shape, const Pose& pose);
 
-/// Pairs (i, j), i < j, of boxes that overlap, in ascending order: a sweep along the axis of largest spread,
-/// with the boxes it passes kept in lanes along the other two. `pairs` is cleared first. Depends
-/// on the boxes alone; the members are memory kept between calls. A box with NaN is in no pair.
+/// Finds the boxes that overlap: a sweep along the axis of largest spread, with the boxes it passes kept in
+/// lanes along the other two. Sweeps over enlarged boxes, and keeps their pairs until a box leaves its own.
 class BroadPhase {
  public:
-  void find_pairs(const std::vector<Bounds>& boxes,
-                  std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs);
+  using Pairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
 
-  /// The work of the last call, whatever the machine: how often it looked from one box at another.
+  /// Sets `pairs` to the pairs (i, j), i < j, of boxes that overlap, in ascending order. They depend on the
+  /// boxes alone; the members are memory kept between calls. A box with NaN is in no pair.
+  void find_pairs(const std::vector<Bounds>& boxes, Pairs& pairs);
+
+  /// Returns the work of the last call, whatever the machine: how often its sweep looked from one box at
+  /// another.
   std::uint64_t pairs_tested() const { return pairs_tested_; }
 
  private:
+  void sweep(const std::vector<Bounds>& boxes, Pairs& pairs);
   struct Entry {
     double lower;
     std::uint32_t box;
   };
   void sort_along(int axis, const std::vector<Bounds>& boxes);
 
+  std::vector<Bounds> enlarged_;
+  Pairs near_;  ///< of enlarged boxes
   std::vector<Entry> order_;
   std::vector<double> widths_;
   std::vector<std::uint32_t> heads_;

@@ -9,7 +9,7 @@
 namespace substep {
 namespace {
 
-using Pairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
+using Pairs = BroadPhase::Pairs;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
@@ -75,6 +75,34 @@ TEST(BroadPhase, ForgetsEarlierCalls) {
       box.upper += move;
     }
   }
+}
+
+TEST(BroadPhase, SweepsOnlyWhereABoxHasMoved) {
+  std::mt19937 random(5);
+  BroadPhase broad_phase;
+  Pairs pairs;
+  std::vector<Bounds> boxes;
+  for (int i = 0; i < 200; ++i) {
+    const Vector3 lower = test::random_point(random, 3);
+    boxes.push_back({lower, lower + Vector3::Ones()});
+  }
+  broad_phase.find_pairs(boxes, pairs);
+  EXPECT_GT(broad_phase.pairs_tested(), 0u);
+  // Within a twentieth of a side nothing is swept, and pairs come and go.
+  const std::size_t before = pairs.size();
+  for (Bounds& box : boxes) {
+    const Vector3 move = test::random_point(random, 0.049);
+    box.lower += move;
+    box.upper += move;
+  }
+  broad_phase.find_pairs(boxes, pairs);
+  EXPECT_EQ(broad_phase.pairs_tested(), 0u);
+  EXPECT_EQ(pairs, brute_pairs(boxes));
+  EXPECT_NE(pairs.size(), before);
+  boxes[7].lower.z() -= 0.11;
+  broad_phase.find_pairs(boxes, pairs);
+  EXPECT_GT(broad_phase.pairs_tested(), 0u);
+  EXPECT_EQ(pairs, brute_pairs(boxes));
 }
 
 TEST(BroadPhase, FindsTouchingBoxesOnGrid) {
