@@ -311,9 +311,9 @@ void ContactFinder::add_contacts(const State& state, bool aligned, std::uint32_t
                      to_a * (points_[0].on_a - body_a.position),
                      to_b * (points_[0].on_b - body_b.position)});
   const PatchShape* const patch = aligned ? nullptr : patch_of(state, a, b);
-  std::optional<PatchMotion> patch_motion;
+  Vector3 patch_slip = Vector3::Zero();
   if (patch) {
-    patch_motion.emplace(*patch, to_b * (state.q[on_a.body].linear - state.q[on_b.body].linear),
+    patch_slip = slip_of(*patch, to_b * (state.q[on_a.body].linear - state.q[on_b.body].linear),
                          (to_b * state.q[on_a.body].angular).toRotationMatrix());
   }
   const double size = smaller_size(a, b);
@@ -379,7 +379,7 @@ void ContactFinder::add_contacts(const State& state, bool aligned, std::uint32_t
     if (!patch) {
       remember(remembered, -point.distance, duration_ * slip_speed, contact);
     } else if (duration_ * slip_speed < same_place * size) {
-      remember(*patch, *patch_motion, -point.distance, contact);
+      remember(*patch, patch_slip, -point.distance, contact);
     }
     // A part of a step recovers its part of an overlap, at the speed at which the step would.
     contact.gap_offset = (1 - part_) * std::max(0.0, -point.distance - contact.left_over);

@@ -125,7 +125,7 @@ class ContactFinder {
   std::span<const ContactMemory> remembered_of(const State& state, std::uint32_t a, std::uint32_t b) const;
   void remember(std::span<const ContactMemory> remembered, double overlap, double slip,
                 Contact& contact) const;
-  void remember(const PatchShape& patch, const PatchMotion& motion, double overlap, Contact& contact) const;
+  void remember(const PatchShape& patch, const Vector3& slip, double overlap, Contact& contact) const;
 
   const Model& model_;
   std::vector<Candidate> candidates_;
@@ -146,11 +146,10 @@ class ContactFinder {
   std::vector<bool> is_off_;        ///< by body: it has moved otherwise than under gravity alone
   std::vector<bool> is_left_out_;   ///< by body: a contact of it was left out, for an impact comes first
   BroadPhase broad_phase_;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs_;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> touching_;  ///< pairs with contacts, ascending
-  std::vector<std::pair<std::uint32_t, std::uint32_t>>
-      neighbours_;               ///< pairs that are near and will not meet
-  std::vector<bool> is_pushed_;  ///< by body: it touches another moving one
+  BroadPhase::Pairs pairs_;
+  BroadPhase::Pairs touching_;    ///< pairs with contacts, ascending
+  BroadPhase::Pairs neighbours_;  ///< pairs that are near and will not meet
+  std::vector<bool> is_pushed_;   ///< by body: it touches another moving one
   std::vector<Meeting> meetings_;
   std::vector<Group> groups_;
   std::vector<int> group_of_;     ///< by collider: the last of its groups; −1: none

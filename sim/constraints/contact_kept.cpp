@@ -31,20 +31,25 @@ bool ContactFinder::keep_patch(const State& state, const PatchShape& patch, doub
   const auto a = static_cast<std::uint32_t>(patch.collider_a);
   const auto b = static_cast<std::uint32_t>(patch.collider_b);
   const double size = smaller_size(a, b);
-  const Matrix3& rotation_a = rotations_[patch.a];
   const Matrix3& rotation_b = rotations_[patch.b];
-  const Vector3 position = rotation_b.transpose() * (state.q[patch.a].linear - state.q[patch.b].linear);
-  if ((position - patch.position).squaredNorm() > barely_moved * barely_moved * size * size) return false;
-  const PatchMotion motion(patch, position, rotation_b.transpose() * rotation_a);
-  if (motion.squared_turn > barely_moved * barely_moved) return false;
+  const Coordinates& qa = state.q[patch.a];
+  const Coordinates& qb = state.q[patch.b];
+  const Vector3 apart = qa.linear - qb.linear;
+  const double farthest = barely_moved * size;
+  if ((apart - rotation_b * patch.position).squaredNorm() > farthest * farthest) return false;
+  const double cosine = qb.angular.coeffs().dot((qa.angular * patch.turn.conjugate()).coeffs());
+  const double squared_turn = 4 * (1 - cosine * cosine);  // of half the angle
+  if (squared_turn > barely_moved * barely_moved) return false;
   const double fall = duration_ * duration_ * model_.gravity.norm();
-  if (motion.gap > std::max(touched_before * size, falls_of_touched * fall)) return false;
+  const Vector3 normal = rotation_b * patch.axes_in_b.col(0);
+  const Vector3 arm_a = rotations_[patch.a] * patch.arm_a;
+  const Vector3 arm_b = rotation_b * patch.arm_b;
+  if (normal.dot(apart + arm_a - arm_b) > std::max(touched_before * size, falls_of_touched * fall))
+    return false;
   // Leave impacts to contacts by points.
   const Velocity& va = state.v[patch.a];
   const Velocity& vb = state.v[patch.b];
-  const Vector3 normal = rotation_b * patch.axes_in_b.col(0);
-  const Vector3 before = va.linear + va.angular.cross(rotation_a * patch.arm_a) - vb.linear -
-                         vb.angular.cross(rotation_b * patch.arm_b);
+  const Vector3 before = va.linear + va.angular.cross(arm_a) - vb.linear - vb.angular.cross(arm_b);
   const Vector3 turning = va.angular - vb.angular;
   const double approach = -normal.dot(before);
   const double twist = normal.dot(turning);
@@ -53,11 +58,11 @@ bool ContactFinder::keep_patch(const State& state, const PatchShape& patch, doub
   kept_.push_back(patch);
   PatchShape& kept = kept_.back();
   kept.is_kept = true;
-  const double slip =
-      std::sqrt((before + approach * normal).squaredNorm() + patch.radius * patch.radius * twist * twist);
+  const double squared_slip =
+      (before + approach * normal).squaredNorm() + patch.radius * patch.radius * twist * twist;
   const PairMaterial material(candidates_[a].collider->material, candidates_[b].collider->material);
-  const double at_rest = duration_ * (fall_of(patch.a) - fall_of(patch.b)).norm();
-  kept.friction = slip > at_rest ? material.dynamic_friction : material.static_friction;
+  const double squared_at_rest = duration_ * duration_ * (fall_of(patch.a) - fall_of(patch.b)).squaredNorm();
+  kept.friction = squared_slip > squared_at_rest ? material.dynamic_friction : material.static_friction;
   is_at_rest_[patch.a] = is_at_rest_[patch.b] = true;
   groups_.push_back({contacts_.size(),
                      contacts_.size(),
@@ -133,9 +138,9 @@ void ContactFinder::remember(std::span<const ContactMemory> remembered, double o
 }
 
 /// The same of two colliders' patch.
-void ContactFinder::remember(const PatchShape& patch, const PatchMotion& motion, double overlap,
+void ContactFinder::remember(const PatchShape& patch, const Vector3& slip, double overlap,
                              Contact& contact) const {
-  const Vector3 displacement = displacement_at(patch, motion, contact.arm_b);
+  const Vector3 displacement = displacement_at(patch, slip, contact.arm_b);
   contact.displacement_1 = contact.tangent_b1.dot(displacement);
   contact.displacement_2 = contact.tangent_b2.dot(displacement);
   contact.slid = patch.slid;

@@ -45,7 +45,7 @@ void remember_patch(const Patch& patch, int lane, bool keeps, const Coordinates&
   for (int k = 0; k < 3; ++k) shape.reference[k] = patch.reference[k][lane];
   if (keeps && !at_edge) return;
   const RelativePose a_in_b(a, b);
-  const Vector3 slip = PatchMotion(shape, a_in_b.position, a_in_b.rotation).slip;
+  const Vector3 slip = slip_of(shape, a_in_b.position, a_in_b.rotation);
   const double part = !keeps || shape.slid ? 0 : kept_at_edge;
   for (int k = 0; k < 3; ++k) shape.reference[k] = part * (slip[k] + shape.reference[k]) - slip[k];
 }
@@ -111,8 +111,8 @@ void ContactBatches::remember(const std::vector<Contact>& found, const std::vect
         if (x.patch >= 0) {
           const PatchShape& shape = shapes[x.shape[lane]];
           point.slides = shape.slid;
-          const PatchMotion motion(shape, a_in_b.position, a_in_b.rotation);
-          if (keeps) point.displacement = displacement_at(shape, motion, contact.arm_b);
+          const Vector3 slip = slip_of(shape, a_in_b.position, a_in_b.rotation);
+          if (keeps) point.displacement = displacement_at(shape, slip, contact.arm_b);
           continue;
         }
         const bool has_friction = friction < x.frictions && x.contact_of[friction] == i;

@@ -108,6 +108,7 @@ std::optional<PatchShape> patch_shape(const Contact* contacts, int count, const 
   shape.margin = contacts->margin;
   shape.axes_in_b << contacts->normal_b, contacts->tangent_b1, contacts->tangent_b2;
   shape.position = b.angular.conjugate() * (a.linear - b.linear);
+  shape.turn = b.angular.conjugate() * a.angular;
   shape.axes_in_a = (a.angular.conjugate() * b.angular).toRotationMatrix() * shape.axes_in_b;
 
   // Fit planes to the gaps, to what is added to them, and a motion to the displacements.

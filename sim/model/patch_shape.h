@@ -32,29 +32,23 @@ struct PatchShape {
   double left_over;  ///< the largest overlap of a point that is still to be recovered
   double margin;     ///< the points were looked for within this distance
   Vector3 position;  ///< of a's centre of mass from b's, in b's frame
+  Quaternion turn;   ///< the rotation from a's frame to b's
   double corner[most_corners]
                [2];  ///< of the points' hull: along the tangents, from the centre, counterclockwise
 };
 
-/// The motion of a patch since it was found, in its axes.
-struct PatchMotion {
-  /// `position`: of a's centre of mass from b's, in b's frame; `a_in_b`: the rotation from a's frame to b's.
-  PatchMotion(const PatchShape& shape, const Vector3& position, const Matrix3& a_in_b) {
-    const Matrix3 axes_now = a_in_b.transpose() * shape.axes_in_b;
-    const Vector3 apart =
-        shape.axes_in_b.transpose() * (position - shape.arm_b) + axes_now.transpose() * shape.arm_a;
-    gap = apart[0];
-    slip = {apart[1], apart[2], axes_now.col(2).dot(shape.axes_in_a.col(1))};
-    squared_turn = 3 - axes_now.cwiseProduct(shape.axes_in_a).sum();
-  }
-  double gap;           ///< at the centre, m
-  Vector3 slip;         ///< along the tangents, m, and the twist, rad
-  double squared_turn;  ///< 2 − 2 cos θ of the angle θ by which a has turned, about any axis
-};
+/// Returns how a patch has slipped since it was found: along the tangents, m, and the twist, rad. `position`:
+/// of a's centre of mass from b's, in b's frame; `a_in_b`: the rotation from a's frame to b's.
+inline Vector3 slip_of(const PatchShape& shape, const Vector3& position, const Matrix3& a_in_b) {
+  const Matrix3 axes_now = a_in_b.transpose() * shape.axes_in_b;
+  const Vector3 apart =
+      shape.axes_in_b.transpose() * (position - shape.arm_b) + axes_now.transpose() * shape.arm_a;
+  return {apart[1], apart[2], axes_now.col(2).dot(shape.axes_in_a.col(1))};
+}
 
 /// Returns the displacement that friction has let happen at a point of a patch, body frame of b.
-inline Vector3 displacement_at(const PatchShape& shape, const PatchMotion& motion, const Vector3& arm_b) {
-  const Vector3 moved = motion.slip + Vector3(shape.reference[0], shape.reference[1], shape.reference[2]);
+inline Vector3 displacement_at(const PatchShape& shape, const Vector3& slip, const Vector3& arm_b) {
+  const Vector3 moved = slip + Vector3(shape.reference[0], shape.reference[1], shape.reference[2]);
   const Vector3 place = shape.axes_in_b.transpose() * (arm_b - shape.arm_b);
   return shape.axes_in_b.col(1) * (moved[0] - moved[2] * place[2]) +
          shape.axes_in_b.col(2) * (moved[1] + moved[2] * place[1]);
