@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <vector>
 
 #include "sim/constraints/contact_batch.h"
@@ -71,25 +72,43 @@ struct Moving {
   LaneVectors angular;
 };
 
+/// Two neighbouring components of a body's velocity. What is stored in pairs is soon loaded again, in the
+/// same.
+using Pair = double __attribute__((vector_size(16)));
+constexpr int pairs_of_velocity = 3;
+
 [[gnu::always_inline]] inline Moving gather(const std::vector<Velocity>& v,
                                             const std::array<int, lanes>& body) {
-  const Velocity& v0 = v[body[0]];
-  const Velocity& v1 = v[body[1]];
-  const Velocity& v2 = v[body[2]];
-  const Velocity& v3 = v[body[3]];
-  return {gather(v0.linear, v1.linear, v2.linear, v3.linear),
-          gather(v0.angular, v1.angular, v2.angular, v3.angular)};
+  Lanes component[2 * pairs_of_velocity];
+  for (int k = 0; k < pairs_of_velocity; ++k) {
+    Pair of[lanes];
+    for (int lane = 0; lane < lanes; ++lane)
+      std::memcpy(&of[lane], v[body[lane]].linear.data() + 2 * k, sizeof(Pair));
+    const Lanes even = __builtin_shufflevector(of[0], of[2], 0, 1, 2, 3);
+    const Lanes odd = __builtin_shufflevector(of[1], of[3], 0, 1, 2, 3);
+    component[2 * k] = __builtin_shufflevector(even, odd, 0, 4, 2, 6);
+    component[2 * k + 1] = __builtin_shufflevector(even, odd, 1, 5, 3, 7);
+  }
+  return {{{component[0], component[1], component[2]}}, {{component[3], component[4], component[5]}}};
 }
 
 [[gnu::always_inline]] inline void scatter(const Moving& from, const std::array<int, lanes>& body, int count,
                                            std::vector<Velocity>& v) {
-  for (int lane = 0; lane < count; ++lane) {
-    double* const linear = v[body[lane]].linear.data();
-    double* const angular = v[body[lane]].angular.data();
-    for (int k = 0; k < 3; ++k) {
-      linear[k] = from.linear[k][lane];
-      angular[k] = from.angular[k][lane];
-    }
+  const Lanes component[2 * pairs_of_velocity] = {from.linear[0],  from.linear[1],  from.linear[2],
+                                                  from.angular[0], from.angular[1], from.angular[2]};
+  Pair of[pairs_of_velocity][lanes];
+  for (int k = 0; k < pairs_of_velocity; ++k) {
+    const Lanes even = __builtin_shufflevector(component[2 * k], component[2 * k + 1], 0, 4, 2, 6);
+    const Lanes odd = __builtin_shufflevector(component[2 * k], component[2 * k + 1], 1, 5, 3, 7);
+    of[k][0] = __builtin_shufflevector(even, even, 0, 1);
+    of[k][1] = __builtin_shufflevector(odd, odd, 0, 1);
+    of[k][2] = __builtin_shufflevector(even, even, 2, 3);
+    of[k][3] = __builtin_shufflevector(odd, odd, 2, 3);
+  }
+  for (int lane = 0; lane < lanes; ++lane) {
+    if (lane >= count) break;
+    for (int k = 0; k < pairs_of_velocity; ++k)
+      std::memcpy(v[body[lane]].linear.data() + 2 * k, &of[k][lane], sizeof(Pair));
   }
 }
 
