@@ -178,15 +178,16 @@ void let_go_of_sliding_two_wide(ContactBatches& contacts, double hs, const std::
 }
 
 /// Spends the friction of an impact: what presses no longer holds nothing.
-void spend_friction(const RestitutionRow& row, const Lanes& normal, FrictionRows& rows) {
+[[gnu::always_inline]] inline void spend_friction(const RestitutionRow& row, const Lanes& normal,
+                                                  FrictionRows& rows) {
   const auto is_over = had_impact(row);
   for (int k = 0; k < 2; ++k) rows.origin[k] = choose(is_over, rows.row[k].impulse, rows.origin[k]);
   rows.origin_normal = choose(is_over, normal, rows.origin_normal);
 }
 
 /// Whether a contact has an impact in the sub-step that starts, and what velocity it leaves.
-void start_impact(NormalRow& normal, RestitutionRow& row, const Lanes& gap, const Lanes& approach,
-                  double hs) {
+[[gnu::always_inline]] inline void start_impact(NormalRow& normal, RestitutionRow& row, const Lanes& gap,
+                                                const Lanes& approach, double hs) {
   const Lanes zero = all(0);
   const Lanes gain = row.acceleration * all(hs);
   normal.low = choose(had_impact(row), normal.row.impulse, normal.low);
@@ -200,7 +201,66 @@ void start_impact(NormalRow& normal, RestitutionRow& row, const Lanes& gap, cons
   row.velocity = choose(meets, after, let_through);
 }
 
-/// Spends what a sliding patch has been displaced by, so that its friction can turn with the slip.
+/// Starts the impacts of a batch.
+[[gnu::always_inline]] inline void start_impacts_lanes(ContactBatches& contacts, const ContactBatch& x,
+                                                       double hs, const std::vector<Velocity>& v,
+                                                       const std::vector<Velocity>& offset,
+                                                       const std::vector<Velocity>* sum_v) {
+  const Lanes zero = all(0);
+  NormalRow* const normals = contacts.normals.data() + x.first_normal;
+  RestitutionRow* const restitutions = contacts.restitutions.data() + x.first_restitution;
+  const ContactDirections* const directions = contacts.directions.data() + x.first_normal;
+  FrictionRows* const frictions = contacts.frictions.data() + x.first_friction;
+  for (int i = 0; i < x.frictions; ++i) {
+    const int contact = x.contact_of[i];
+    spend_friction(restitutions[contact], normals[contact].row.impulse, frictions[i]);
+  }
+  const Moving a = gather(v, x.a);
+  const Moving b = gather(v, x.b);
+  const Moving offset_a = gather(offset, x.a);
+  const Moving offset_b = gather(offset, x.b);
+  const Moving sum_a = gather(sum_v ? *sum_v : v, x.a);
+  const Moving sum_b = gather(sum_v ? *sum_v : v, x.b);
+  for (int i = 0; i < x.contacts; ++i) {
+    NormalRow& normal = normals[i];
+    RestitutionRow& row = restitutions[i];
+    const LaneVectors& along = directions[i].normal;
+    const Lanes approach = -row_velocity(along, normal.row, a, b);
+    const Lanes gap = row.gap + all(hs) * row_velocity(along, normal.row, offset_a, offset_b);
+    start_impact(normal, row, gap, approach, hs);
+    contacts.has_impact = contacts.has_impact || any(row.impact > zero);
+    contacts.bounces = contacts.bounces || any(row.impact * row.coefficient > zero);
+    row.right = row.velocity;
+    if (sum_v) row.right += row_velocity(along, normal.row, sum_a, sum_b);
+  }
+  for (int i = 0; i < x.frictions; ++i) {
+    const ContactDirections& along = directions[x.contact_of[i]];
+    RestitutionRow& row = restitutions[x.contact_of[i]];
+    for (int k = 0; k < 2; ++k) {
+      row.right_of_slip[k] = sum_v ? row_velocity(along.tangent[k], frictions[i].row[k], sum_a, sum_b) : zero;
+    }
+  }
+}
+void start_impacts_two_wide(ContactBatches& contacts, const ContactBatch& x, double hs,
+                            const std::vector<Velocity>& v, const std::vector<Velocity>& offset,
+                            const std::vector<Velocity>* sum_v) {
+  start_impacts_lanes(contacts, x, hs, v, offset, sum_v);
+}
+[[gnu::target("avx2")]] void start_impacts_four_wide(ContactBatches& contacts, const ContactBatch& x,
+                                                     double hs, const std::vector<Velocity>& v,
+                                                     const std::vector<Velocity>& offset,
+                                                     const std::vector<Velocity>* sum_v) {
+  start_impacts_lanes(contacts, x, hs, v, offset, sum_v);
+}
+
+/// Spends what a sliding point has been displaced by, so that its friction can turn with the slip.
+void start_slide(const Lanes& normal, FrictionRows& rows) {
+  const auto lets_go = keeps_sliding(rows) > all(0);
+  for (int k = 0; k < 2; ++k) rows.origin[k] = choose(lets_go, rows.row[k].impulse, rows.origin[k]);
+  rows.origin_normal = choose(lets_go, normal, rows.origin_normal);
+}
+
+/// The same of a patch.
 void start_slide(Patch& patch, std::span<PatchCorner> corners) {
   const auto lets_go = keeps_sliding(patch) > all(0);
   for (int k = 0; k < 3; ++k) patch.origin[k] = choose(lets_go, patch.impulse[k], patch.origin[k]);
@@ -214,56 +274,21 @@ void start_slide(Patch& patch, std::span<PatchCorner> corners) {
 
 void start_substep(ContactBatches& contacts, double hs, const std::vector<Velocity>& v,
                    const std::vector<Velocity>& offset, const std::vector<Velocity>* sum_v) {
-  const Lanes zero = all(0);
   contacts.has_impact = contacts.bounces = false;
   for (std::size_t batch = 0; batch < contacts.batches.size(); ++batch) {
     const ContactBatch& x = contacts.batches[batch];
-    if (x.patch >= 0) {
-      if (contacts.slides[batch] != 0) {
-        start_slide(contacts.patches[x.patch],
-                    std::span(contacts.patch_corners).subspan(x.first_corner, x.corners));
-      }
-      continue;
-    }
-    for (int i = 0; i < x.frictions && contacts.slides[batch] != 0; ++i) {
-      FrictionRows& rows = contacts.frictions[x.first_friction + i];
-      const auto lets_go = keeps_sliding(rows) > zero;
-      if (!any(lets_go)) continue;
-      for (int k = 0; k < 2; ++k) rows.origin[k] = choose(lets_go, rows.row[k].impulse, rows.origin[k]);
-      const Lanes normal = contacts.normals[x.first_normal + x.contact_of[i]].row.impulse;
-      rows.origin_normal = choose(lets_go, normal, rows.origin_normal);
-    }
-    if (x.first_restitution < 0) continue;
-    for (int i = 0; i < x.frictions; ++i) {
-      const int contact = x.contact_of[i];
-      spend_friction(contacts.restitutions[x.first_restitution + contact],
-                     contacts.normals[x.first_normal + contact].row.impulse,
-                     contacts.frictions[x.first_friction + i]);
-    }
-    const ContactDirections* const directions = contacts.directions.data() + x.first_normal;
-    for (int i = 0; i < x.contacts; ++i) {
-      NormalRow& normal = contacts.normals[x.first_normal + i];
-      RestitutionRow& row = contacts.restitutions[x.first_restitution + i];
-      const LaneVectors& along = directions[i].normal;
-      const Lanes approach = -row_velocity(along, normal.row, gather(v, x.a), gather(v, x.b));
-      const Lanes gap =
-          row.gap + all(hs) * row_velocity(along, normal.row, gather(offset, x.a), gather(offset, x.b));
-      start_impact(normal, row, gap, approach, hs);
-      contacts.has_impact = contacts.has_impact || any(row.impact > zero);
-      contacts.bounces = contacts.bounces || any(row.impact * row.coefficient > zero);
-      row.right = row.velocity;
-      if (sum_v) row.right += row_velocity(along, normal.row, gather(*sum_v, x.a), gather(*sum_v, x.b));
-    }
-    for (int i = 0; i < x.frictions; ++i) {
-      const FrictionRows& rows = contacts.frictions[x.first_friction + i];
-      RestitutionRow& row = contacts.restitutions[x.first_restitution + x.contact_of[i]];
-      for (int k = 0; k < 2; ++k) {
-        row.right_of_slip[k] = zero;
-        if (!sum_v) continue;
-        row.right_of_slip[k] = row_velocity(directions[x.contact_of[i]].tangent[k], rows.row[k],
-                                            gather(*sum_v, x.a), gather(*sum_v, x.b));
+    if (contacts.slides[batch] != 0 && x.patch >= 0) {
+      start_slide(contacts.patches[x.patch],
+                  std::span(contacts.patch_corners).subspan(x.first_corner, x.corners));
+    } else if (contacts.slides[batch] != 0) {
+      for (int i = 0; i < x.frictions; ++i) {
+        start_slide(contacts.normals[x.first_normal + x.contact_of[i]].row.impulse,
+                    contacts.frictions[x.first_friction + i]);
       }
     }
+    if (x.patch >= 0 || x.first_restitution < 0) continue;
+    is_four_wide() ? start_impacts_four_wide(contacts, x, hs, v, offset, sum_v)
+                   : start_impacts_two_wide(contacts, x, hs, v, offset, sum_v);
   }
 }
 
