@@ -132,6 +132,7 @@ const std::vector<Contact>& ContactFinder::find(const State& state, double durat
   part_ = part;
   all_ = all;
   duration_ = duration;
+  fall_ = duration * duration * model_.gravity.norm();
   substep_ = duration / substeps;
   whole_substep_ = substep_ / part;
   contacts_.clear();
@@ -235,8 +236,7 @@ void ContactFinder::find_pair(const State& state, bool aligned, std::uint32_t a,
   double gap = std::numeric_limits<double>::infinity();
   for (const ContactPoint& point : points_) gap = std::min(gap, point.distance);
   const double size = smaller_size(a, b);
-  const double fall = duration_ * duration_ * model_.gravity.norm();
-  if (gap <= touching * size || (gap <= std::max(touched_before * size, falls_of_touched * fall) &&
+  if (gap <= touching * size || (gap <= std::max(touched_before * size, falls_of_touched * fall_) &&
                                  (before || !remembered_of(state, a, b).empty()))) {
     add_contacts(state, aligned, a, b, 0);
     if (!(approach_ > 0) && !separates_) is_at_rest_[body_of(a)] = is_at_rest_[body_of(b)] = true;

@@ -131,6 +131,7 @@ class ContactFinder {
   std::vector<Candidate> candidates_;
   const State* state_ = nullptr;  ///< of the last find()
   double duration_ = 0;
+  double fall_ = 0;  ///< by gravity in the duration, twice, m
   double part_ = 1;
   bool all_ = false;
   double substep_ = 0;

@@ -158,8 +158,7 @@ bool ContactFinder::is_flush(int collider, const Group& floor, const Group& othe
   };
   const Vector3 on_floor = point_on(floor, is_a);
   const Vector3 on_other = point_on(other, is_a_of_other);
-  const double fall = duration_ * duration_ * model_.gravity.norm();
-  if (std::abs(up.dot(on_other - on_floor)) > std::max(same_place * size, 2 * fall)) return false;
+  if (std::abs(up.dot(on_other - on_floor)) > std::max(same_place * size, 2 * fall_)) return false;
   if (std::holds_alternative<TriangleMesh>(shape) || std::holds_alternative<Plane>(shape)) return false;
   // A floor that is struck may give way.
   const auto speed_of = [&](int k, const Vector3& arm) -> Vector3 {
@@ -168,7 +167,7 @@ bool ContactFinder::is_flush(int collider, const Group& floor, const Group& othe
   };
   const Vector3 closing = speed_of(1, floor.arm_b) - speed_of(0, floor.arm_a);
   const bool is_struck =
-      duration_ * up.dot(closing) * (is_a ? 1 : -1) > std::max(tolerated_overlap * size, fall);
+      duration_ * up.dot(closing) * (is_a ? 1 : -1) > std::max(tolerated_overlap * size, fall_);
   if (is_struck && moves(model_.masses[candidates_[under].collider->body])) return false;
   const ConvexSolid solid(shape, poses_[below]);
   return up.dot(solid.support(up) - on_floor) + solid.radius() <= flush * size;

@@ -40,11 +40,10 @@ bool ContactFinder::keep_patch(const State& state, const PatchShape& patch, doub
   const double cosine = qb.angular.coeffs().dot((qa.angular * patch.turn.conjugate()).coeffs());
   const double squared_turn = 4 * (1 - cosine * cosine);  // of half the angle
   if (squared_turn > barely_moved * barely_moved) return false;
-  const double fall = duration_ * duration_ * model_.gravity.norm();
   const Vector3 normal = rotation_b * patch.axes_in_b.col(0);
   const Vector3 arm_a = rotations_[patch.a] * patch.arm_a;
   const Vector3 arm_b = rotation_b * patch.arm_b;
-  if (normal.dot(apart + arm_a - arm_b) > std::max(touched_before * size, falls_of_touched * fall))
+  if (normal.dot(apart + arm_a - arm_b) > std::max(touched_before * size, falls_of_touched * fall_))
     return false;
   // Leave impacts to contacts by points.
   const Velocity& va = state.v[patch.a];
@@ -53,8 +52,9 @@ bool ContactFinder::keep_patch(const State& state, const PatchShape& patch, doub
   const Vector3 turning = va.angular - vb.angular;
   const double approach = -normal.dot(before);
   const double twist = normal.dot(turning);
-  const double tilting = patch.radius * (turning - twist * normal).norm();
-  if (duration_ * (approach + tilting) > hard * size) return false;
+  const double slow = hard * size / duration_ - approach;
+  const double squared_tilting = patch.radius * patch.radius * (turning - twist * normal).squaredNorm();
+  if (slow < 0 || squared_tilting > slow * slow) return false;
   kept_.push_back(patch);
   PatchShape& kept = kept_.back();
   kept.is_kept = true;
