@@ -177,52 +177,55 @@ struct Simulation::Implementation {
   /// Advances the state by `rest`, or by as much of it as its contacts hold for. Returns how much it was.
   double take_part(double rest) {
     constexpr int most_parts = 64;
+    const double shortest = 1e-6 * equal_part;
     start.q = state.q;
     start.v = state.v;
     for (double part = rest;;) {
       ++report.parts;
       const bool is_last = ++tried_parts >= most_parts;
-      take(part, is_last);
-      if (report.status == StepReport::Status::diverged) return part;
-      if (!model.contacts) {
-        state.joint_forces.swap(remembered_joints);
-        return part;
-      }
-      const double sooner = is_last ? part : std::max(end_of_contacts(part), 1e-6 * equal_part);
+      find_contacts(part, is_last);
+      double sooner = is_last ? part : std::max(finder.first_timed_impact(), shortest);
       if (!(sooner < part)) {
-        state.contacts.swap(remembered);
-        state.patches.swap(remembered_patches);
-        state.joint_forces.swap(remembered_joints);
-        return part;
+        take(part);
+        if (report.status == StepReport::Status::diverged) return part;
+        sooner = is_last ? part : std::max(end_of_contacts(part), shortest);
+        if (!(sooner < part)) {
+          state.contacts.swap(remembered);
+          state.patches.swap(remembered_patches);
+          state.joint_forces.swap(remembered_joints);
+          return part;
+        }
+        state.q = start.q;
+        state.v = start.v;
       }
       part = sooner;
-      state.q = start.q;
-      state.v = start.v;
     }
   }
 
   /// Returns until when in the part that was taken last its contacts were right; infinite where they all
   /// were.
   double end_of_contacts(double part) {
-    constexpr double infinite = std::numeric_limits<double>::infinity();
-    const double missed = finder.missed(start, state.q, part).value_or(infinite);
-    const double timed = finder.first_timed_impact();
-    if (missed == infinite) return timed;
-    return finder.first_impact() < part ? finder.first_impact() : std::min(missed, timed);
+    const auto missed = finder.missed(start, state.q, part);
+    return missed ? std::min(*missed, finder.first_impact()) : std::numeric_limits<double>::infinity();
   }
 
-  /// Advances the state by `duration`.
-  void take(double duration, bool all_contacts) {
+  /// s1, geometry: finds the contacts of the next `duration`.
+  void find_contacts(double duration, bool all_contacts) {
     part_settings.step = duration;
     problem.substeps.part = duration / (settings.step / equal_parts);
     problem.substeps.duration = duration / problem.substeps.count;
-    // s1: geometry
+    if (!model.contacts) return;
+    // A1's solution is the same for all tangents; its sweeps, which start its active sets, are not.
+    const bool is_direct = settings.algorithm == Algorithm::a1;
+    problem.contacts =
+        &finder.find(state, duration, problem.substeps.count, is_direct, problem.substeps.part, all_contacts);
+  }
+
+  /// Advances the state by `duration`, with the contacts that were found for it.
+  void take(double duration) {
     if (model.contacts) {
-      // A1's solution is the same for all tangents; its sweeps, which start its active sets, are not.
-      const bool is_direct = settings.algorithm == Algorithm::a1;
-      problem.contacts = &finder.find(state, duration, problem.substeps.count, is_direct,
-                                      problem.substeps.part, all_contacts);
       // Descendants have rows of their own for contacts.
+      const bool is_direct = settings.algorithm == Algorithm::a1;
       if (!is_descendant) build_blocks(problem, joints, is_direct ? no_coordinates : state.q);
       report.contacts = static_cast<int>(problem.contacts->size());
       for (const PatchShape& patch : problem.c.contacts.shapes) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <optional>
 #include <span>
 #include <utility>
@@ -157,8 +158,8 @@ class ContactFinder {
   std::vector<double> earliest_;  ///< by body: of its meetings that turn it aside
   double approach_ = 0;     ///< of the last pair, beyond what gravity makes of rest, if it is an impact, m/s
   bool separates_ = false;  ///< whether the last pair flies apart
-  double first_impact_ = 0;
-  double first_timed_impact_ = 0;
+  double first_impact_ = std::numeric_limits<double>::infinity();
+  double first_timed_impact_ = std::numeric_limits<double>::infinity();
   std::vector<int> begins_;        ///< by collider: of what is remembered
   std::vector<int> patch_begins_;  ///< by collider a: of its patches in `patches_of_`
   std::vector<int> patches_of_;    ///< indices of State::patches
