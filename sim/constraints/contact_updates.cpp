@@ -202,10 +202,10 @@ void let_go_of_sliding_two_wide(ContactBatches& contacts, double hs, const std::
 }
 
 /// Starts the impacts of a batch.
-[[gnu::always_inline]] inline void start_impacts_lanes(ContactBatches& contacts, const ContactBatch& x,
-                                                       double hs, const std::vector<Velocity>& v,
-                                                       const std::vector<Velocity>& offset,
-                                                       const std::vector<Velocity>* sum_v) {
+[[gnu::always_inline]] inline void start_impacts(ContactBatches& contacts, const ContactBatch& x, double hs,
+                                                 const std::vector<Velocity>& v,
+                                                 const std::vector<Velocity>& offset,
+                                                 const std::vector<Velocity>* sum_v) {
   const Lanes zero = all(0);
   NormalRow* const normals = contacts.normals.data() + x.first_normal;
   RestitutionRow* const restitutions = contacts.restitutions.data() + x.first_restitution;
@@ -241,27 +241,16 @@ void let_go_of_sliding_two_wide(ContactBatches& contacts, double hs, const std::
     }
   }
 }
-void start_impacts_two_wide(ContactBatches& contacts, const ContactBatch& x, double hs,
-                            const std::vector<Velocity>& v, const std::vector<Velocity>& offset,
-                            const std::vector<Velocity>* sum_v) {
-  start_impacts_lanes(contacts, x, hs, v, offset, sum_v);
-}
-[[gnu::target("avx2")]] void start_impacts_four_wide(ContactBatches& contacts, const ContactBatch& x,
-                                                     double hs, const std::vector<Velocity>& v,
-                                                     const std::vector<Velocity>& offset,
-                                                     const std::vector<Velocity>* sum_v) {
-  start_impacts_lanes(contacts, x, hs, v, offset, sum_v);
-}
 
 /// Spends what a sliding point has been displaced by, so that its friction can turn with the slip.
-void start_slide(const Lanes& normal, FrictionRows& rows) {
+[[gnu::always_inline]] inline void start_slide(const Lanes& normal, FrictionRows& rows) {
   const auto lets_go = keeps_sliding(rows) > all(0);
   for (int k = 0; k < 2; ++k) rows.origin[k] = choose(lets_go, rows.row[k].impulse, rows.origin[k]);
   rows.origin_normal = choose(lets_go, normal, rows.origin_normal);
 }
 
 /// The same of a patch.
-void start_slide(Patch& patch, std::span<PatchCorner> corners) {
+[[gnu::always_inline]] inline void start_slide(Patch& patch, std::span<PatchCorner> corners) {
   const auto lets_go = keeps_sliding(patch) > all(0);
   for (int k = 0; k < 3; ++k) patch.origin[k] = choose(lets_go, patch.impulse[k], patch.origin[k]);
   patch.origin_normal = choose(lets_go, larger(patch.normal_impulse[0], all(0)), patch.origin_normal);
@@ -270,10 +259,10 @@ void start_slide(Patch& patch, std::span<PatchCorner> corners) {
   }
 }
 
-}  // namespace
-
-void start_substep(ContactBatches& contacts, double hs, const std::vector<Velocity>& v,
-                   const std::vector<Velocity>& offset, const std::vector<Velocity>* sum_v) {
+[[gnu::always_inline]] inline void start_substep_lanes(ContactBatches& contacts, double hs,
+                                                       const std::vector<Velocity>& v,
+                                                       const std::vector<Velocity>& offset,
+                                                       const std::vector<Velocity>* sum_v) {
   contacts.has_impact = contacts.bounces = false;
   for (std::size_t batch = 0; batch < contacts.batches.size(); ++batch) {
     const ContactBatch& x = contacts.batches[batch];
@@ -286,10 +275,26 @@ void start_substep(ContactBatches& contacts, double hs, const std::vector<Veloci
                     contacts.frictions[x.first_friction + i]);
       }
     }
-    if (x.patch >= 0 || x.first_restitution < 0) continue;
-    is_four_wide() ? start_impacts_four_wide(contacts, x, hs, v, offset, sum_v)
-                   : start_impacts_two_wide(contacts, x, hs, v, offset, sum_v);
+    if (x.patch < 0 && x.first_restitution >= 0) start_impacts(contacts, x, hs, v, offset, sum_v);
   }
+}
+void start_substep_two_wide(ContactBatches& contacts, double hs, const std::vector<Velocity>& v,
+                            const std::vector<Velocity>& offset, const std::vector<Velocity>* sum_v) {
+  start_substep_lanes(contacts, hs, v, offset, sum_v);
+}
+[[gnu::target("avx2")]] void start_substep_four_wide(ContactBatches& contacts, double hs,
+                                                     const std::vector<Velocity>& v,
+                                                     const std::vector<Velocity>& offset,
+                                                     const std::vector<Velocity>* sum_v) {
+  start_substep_lanes(contacts, hs, v, offset, sum_v);
+}
+
+}  // namespace
+
+void start_substep(ContactBatches& contacts, double hs, const std::vector<Velocity>& v,
+                   const std::vector<Velocity>& offset, const std::vector<Velocity>* sum_v) {
+  is_four_wide() ? start_substep_four_wide(contacts, hs, v, offset, sum_v)
+                 : start_substep_two_wide(contacts, hs, v, offset, sum_v);
 }
 
 void update_biases(ContactBatches& contacts, double hs, const std::vector<Velocity>& v_local,
