@@ -14,13 +14,6 @@ namespace {
   formulate_points(contacts, x, at, from);
 }
 
-void formulate_two_wide(ContactBatches& contacts, const Formulation& from) {
-  for (const ContactBatch& x : contacts.batches) formulate_lanes(contacts, x, from);
-}
-[[gnu::target("avx2")]] void formulate_four_wide(ContactBatches& contacts, const Formulation& from) {
-  for (const ContactBatch& x : contacts.batches) formulate_lanes(contacts, x, from);
-}
-
 }  // namespace
 
 void formulate(ContactBatches& contacts, const std::vector<Contact>& found, const std::vector<Coordinates>& q,
@@ -28,7 +21,9 @@ void formulate(ContactBatches& contacts, const std::vector<Contact>& found, cons
   const bool anew = contacts.formulations > 0;
   if (!anew) contacts.first_rotations = rotations;
   const Formulation from{found, q, rotations, hs, anew, contacts.first_rotations};
-  is_four_wide() ? formulate_four_wide(contacts, from) : formulate_two_wide(contacts, from);
+  run_wide([&]() __attribute__((always_inline)) {
+    for (const ContactBatch& x : contacts.batches) formulate_lanes(contacts, x, from);
+  });
   ++contacts.formulations;
 }
 

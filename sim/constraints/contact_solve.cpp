@@ -26,20 +26,10 @@ template <Kind kind>
   return solve_batch<plain>(contacts, at, v, nullptr);
 }
 
-using Solve = bool(ContactBatches&, const Visit&, std::vector<Velocity>&, double*);
-bool solve_two_wide(ContactBatches& contacts, const Visit& at, std::vector<Velocity>& v, double* moved) {
-  return solve_any(contacts, at, v, moved);
-}
-[[gnu::target("avx2")]] bool solve_four_wide(ContactBatches& contacts, const Visit& at,
-                                             std::vector<Velocity>& v, double* moved) {
-  return solve_any(contacts, at, v, moved);
-}
-
 }  // namespace
 
 void solve_and_apply(ContactBatches& contacts, const ContactBatch& x, const RowSolve& how,
                      std::vector<Velocity>& v, double* moved) {
-  static Solve* const solve = is_four_wide() ? solve_four_wide : solve_two_wide;
   const Visit at{x,
                  contacts.directions.data() + x.first_normal,
                  contacts.normals.data() + x.first_normal,
@@ -47,7 +37,9 @@ void solve_and_apply(ContactBatches& contacts, const ContactBatch& x, const RowS
                  x.first_restitution < 0 ? nullptr : contacts.restitutions.data() + x.first_restitution,
                  contacts.couplings.data() + x.first_coupling,
                  how};
-  contacts.slides[&x - contacts.batches.data()] = solve(contacts, at, v, moved) ? 1 : 0;
+  const bool slides =
+      run_wide([&]() __attribute__((always_inline)) { return solve_any(contacts, at, v, moved); });
+  contacts.slides[&x - contacts.batches.data()] = slides ? 1 : 0;
 }
 
 }  // namespace substep

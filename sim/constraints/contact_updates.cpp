@@ -66,15 +66,6 @@ namespace {
     }
   }
 }
-void update_biases_two_wide(ContactBatches& contacts, double hs, const std::vector<Velocity>& v_local,
-                            const std::vector<Velocity>& offset) {
-  update_biases_lanes(contacts, hs, v_local, offset);
-}
-[[gnu::target("avx2")]] void update_biases_four_wide(ContactBatches& contacts, double hs,
-                                                     const std::vector<Velocity>& v_local,
-                                                     const std::vector<Velocity>& offset) {
-  update_biases_lanes(contacts, hs, v_local, offset);
-}
 
 /// Every row follows `share` of the change too much.
 [[gnu::always_inline]] inline void undo_update_rule_lanes(ContactBatches& contacts, double share,
@@ -105,13 +96,6 @@ void update_biases_two_wide(ContactBatches& contacts, double hs, const std::vect
         rows.row[k].beta += all(share) * row_velocity(along.tangent[k], rows.row[k], a, b);
     }
   }
-}
-void undo_update_rule_two_wide(ContactBatches& contacts, double share, const std::vector<Velocity>& change) {
-  undo_update_rule_lanes(contacts, share, change);
-}
-[[gnu::target("avx2")]] void undo_update_rule_four_wide(ContactBatches& contacts, double share,
-                                                        const std::vector<Velocity>& change) {
-  undo_update_rule_lanes(contacts, share, change);
 }
 
 /// Only what slides has nothing to follow: A5's sum of velocities is given back to it whole.
@@ -146,15 +130,6 @@ void undo_update_rule_two_wide(ContactBatches& contacts, double share, const std
       }
     }
   }
-}
-void let_go_of_sliding_two_wide(ContactBatches& contacts, double hs, const std::vector<Velocity>& sum_v,
-                                const std::vector<Velocity>& offset) {
-  let_go_of_sliding_lanes(contacts, hs, sum_v, offset);
-}
-[[gnu::target("avx2")]] void let_go_of_sliding_four_wide(ContactBatches& contacts, double hs,
-                                                         const std::vector<Velocity>& sum_v,
-                                                         const std::vector<Velocity>& offset) {
-  let_go_of_sliding_lanes(contacts, hs, sum_v, offset);
 }
 
 /// The speed after an impact that has e² of the energy before it, in the discrete motion: with x the gap, u
@@ -278,29 +253,17 @@ void let_go_of_sliding_two_wide(ContactBatches& contacts, double hs, const std::
     if (x.patch < 0 && x.first_restitution >= 0) start_impacts(contacts, x, hs, v, offset, sum_v);
   }
 }
-void start_substep_two_wide(ContactBatches& contacts, double hs, const std::vector<Velocity>& v,
-                            const std::vector<Velocity>& offset, const std::vector<Velocity>* sum_v) {
-  start_substep_lanes(contacts, hs, v, offset, sum_v);
-}
-[[gnu::target("avx2")]] void start_substep_four_wide(ContactBatches& contacts, double hs,
-                                                     const std::vector<Velocity>& v,
-                                                     const std::vector<Velocity>& offset,
-                                                     const std::vector<Velocity>* sum_v) {
-  start_substep_lanes(contacts, hs, v, offset, sum_v);
-}
 
 }  // namespace
 
 void start_substep(ContactBatches& contacts, double hs, const std::vector<Velocity>& v,
                    const std::vector<Velocity>& offset, const std::vector<Velocity>* sum_v) {
-  is_four_wide() ? start_substep_four_wide(contacts, hs, v, offset, sum_v)
-                 : start_substep_two_wide(contacts, hs, v, offset, sum_v);
+  run_wide([&]() __attribute__((always_inline)) { start_substep_lanes(contacts, hs, v, offset, sum_v); });
 }
 
 void update_biases(ContactBatches& contacts, double hs, const std::vector<Velocity>& v_local,
                    const std::vector<Velocity>& offset) {
-  is_four_wide() ? update_biases_four_wide(contacts, hs, v_local, offset)
-                 : update_biases_two_wide(contacts, hs, v_local, offset);
+  run_wide([&]() __attribute__((always_inline)) { update_biases_lanes(contacts, hs, v_local, offset); });
 }
 
 void box_biases(ContactBatches& contacts, const Stabilization& by) {
@@ -318,14 +281,12 @@ void box_biases(ContactBatches& contacts, const Stabilization& by) {
 }
 
 void undo_update_rule(ContactBatches& contacts, double share, const std::vector<Velocity>& change) {
-  is_four_wide() ? undo_update_rule_four_wide(contacts, share, change)
-                 : undo_update_rule_two_wide(contacts, share, change);
+  run_wide([&]() __attribute__((always_inline)) { undo_update_rule_lanes(contacts, share, change); });
 }
 
 void let_go_of_sliding(ContactBatches& contacts, double hs, const std::vector<Velocity>& sum_v,
                        const std::vector<Velocity>& offset) {
-  is_four_wide() ? let_go_of_sliding_four_wide(contacts, hs, sum_v, offset)
-                 : let_go_of_sliding_two_wide(contacts, hs, sum_v, offset);
+  run_wide([&]() __attribute__((always_inline)) { let_go_of_sliding_lanes(contacts, hs, sum_v, offset); });
 }
 
 }  // namespace substep

@@ -8,4 +8,20 @@ namespace substep {
 /// from a test.
 bool is_four_wide();
 
+template <typename Kernel>
+auto run_two_wide(const Kernel& kernel) {
+  return kernel();
+}
+template <typename Kernel>
+[[gnu::target("avx2")]] auto run_four_wide(const Kernel& kernel) {
+  return kernel();
+}
+
+/// Runs a kernel with vectors as wide as the processor has. It is inlined into both functions above, so it
+/// and all that it calls have to be `always_inline`.
+template <typename Kernel>
+auto run_wide(const Kernel& kernel) {
+  return is_four_wide() ? run_four_wide(kernel) : run_two_wide(kernel);
+}
+
 }  // namespace substep
