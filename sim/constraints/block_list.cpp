@@ -1,4 +1,4 @@
-// Which rows form blocks, and in what order they are solved.
+// Lists the rows that form blocks, and the order in which they are solved.
 
 #include "sim/constraints/formulate.h"
 

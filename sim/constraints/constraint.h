@@ -50,17 +50,17 @@ struct Block {
   /// How much of its β follows the coordinates: 1 for a position-level row (β = −C/hs: the update rule of A4
   /// and A5 fits), 0 for a velocity-level row (β is a velocity), in between for a spring with a damper.
   double positional_bias_fraction = 1;
-  /// Whether τ and κ stabilize it: it is rigid and follows the coordinates. Motors, springs and dampers have
-  /// the fixed point that their own law gives, J v + softness λ = β, whatever τ and κ are.
+  /// True where τ and κ stabilize it: it is rigid and follows the coordinates. Motors, springs and dampers
+  /// have the fixed point that their own law gives, J v + softness λ = β, whatever τ and κ are.
   bool stabilized = true;
   double inverse_mass_a;
   double inverse_mass_b;
 };
 
-/// What the blocks do to the velocities: λ's change, for up to three rows.
+/// Change of λ of a block, for up to three rows.
 using Impulse = std::array<double, 3>;
 
-/// J_x v of one row.
+/// Returns J_x v of one row.
 inline double row_velocity(const Row& row, const Velocity& a, const Velocity& b) {
   return row.linear.dot(a.linear - b.linear) + row.angular_a.dot(a.angular) + row.angular_b.dot(b.angular);
 }
@@ -69,7 +69,7 @@ struct Constraints {
   std::vector<Block> blocks;
   std::vector<Row> rows;
   std::vector<Matrix3> effective_masses;  ///< (J M⁻¹ Jᵀ)⁻¹ of each block of several rows
-  /// By row, what it gave in the sub-step before the step's first; empty without a warm start.
+  /// Impulses of the rows in the sub-step before the step's first; empty without a warm start.
   std::vector<double> given_before;
   int limits_of = 1;        ///< how many sub-steps' limits hold for the impulse: those that have begun
   ContactBatches contacts;  ///< a sweep's last
@@ -77,9 +77,9 @@ struct Constraints {
   std::int64_t row_count() const { return std::ssize(rows) + contacts.row_count; }
 };
 
-/// The clamped total's change for one row: `wanted` is the row's right-hand side less its velocity. The
-/// limits are those of the sub-steps so far, for all that they have given: what one has, a later one may take
-/// back.
+/// Clamps a row's total impulse, and returns its change. `wanted`: the row's right-hand side less its
+/// velocity. The limits hold for the sum of all sub-steps so far, so that a later one may take back what an
+/// earlier one gave.
 inline double clamped_change(Row& row, double wanted, double limit_scale) {
   const double free = row.impulse + wanted * row.effective_mass;
   const double total =
@@ -119,7 +119,7 @@ inline Impulse solve(Constraints& c, const Block& x, const Stabilization& by, co
   return change;
 }
 
-/// A2's row: λ_x ← clamp(λ_x + ω δ, lo, hi), and its change. Blocks of one row only.
+/// Solves a row of A2, λ_x ← clamp(λ_x + ω δ, lo, hi), and returns the change of λ. Blocks of one row only.
 inline double solve_relaxed(Constraints& c, const Block& x, double omega, const std::vector<Velocity>& v) {
   Row& row = c.rows[x.first];
   const double before = row.impulse;
@@ -128,7 +128,7 @@ inline double solve_relaxed(Constraints& c, const Block& x, double omega, const 
   return row.impulse - before;
 }
 
-/// v ← v + scale · M⁻¹J_xᵀ change.
+/// Applies a change of impulse: v ← v + scale · M⁻¹J_xᵀ change.
 inline void apply(const Constraints& c, const Block& x, const Impulse& change, std::vector<Velocity>& v,
                   double scale = 1) {
   Velocity& a = v[x.a];
@@ -143,7 +143,8 @@ inline void apply(const Constraints& c, const Block& x, const Impulse& change, s
   }
 }
 
-/// λ = 0, of the step. With a warm start its first sub-step follows one that gave `given_before`.
+/// Sets λ = 0 at the start of a step. With a warm start its first sub-step follows one that gave
+/// `given_before`.
 inline void clear_impulses(Constraints& c) {
   for (Row& row : c.rows) row.impulse = row.earlier = 0;
   for (std::size_t i = 0; i < c.given_before.size(); ++i) {

@@ -10,12 +10,12 @@ namespace {
 
 constexpr int rows_of_patch = 6;
 
-/// Returns whether a patch's Γ is regular by this body alone: it moves and turns about all axes.
+/// Returns true where this body alone makes a patch's Γ regular: it moves, and turns about all axes.
 bool gives_way(const BodyMass& mass) {
   return mass.inverse_mass > 0 && mass.inverse_inertia.minCoeff() > 0;
 }
 
-/// Whether a manifold's points have the same directions, in all formulations of the step.
+/// Returns true where a manifold's points have the same directions in all formulations of the step.
 bool have_one_direction(const Contact* first, int count) {
   return std::all_of(first + 1, first + count, [&](const Contact& other) {
     return other.normal_b == first->normal_b && other.tangent_b1 == first->tangent_b1 &&
@@ -100,7 +100,8 @@ void ContactBatches::list_manifolds(const Model& model, const std::vector<Contac
   });
 }
 
-/// Breadth first from what cannot move, along contacts; what they do not lead to is farthest.
+/// Measures each body's distance from fixed bodies in the graph of contacts, breadth first. Bodies that no
+/// contact leads to are farthest.
 void ContactBatches::measure_distances(const Model& model) {
   const int bodies = static_cast<int>(model.masses.size());
   begin_.assign(bodies + 1, 0);
@@ -132,7 +133,7 @@ void ContactBatches::measure_distances(const Model& model) {
   }
 }
 
-/// Its rows are set when they are formulated.
+/// Adds a batch. Its rows are set when they are formulated.
 void ContactBatches::add_batch(const Model& model, const std::vector<Contact>& contacts,
                                const Manifold* first, int count) {
   const Manifold& longest = first[count - 1];
@@ -203,7 +204,7 @@ void ContactBatches::add_batches(const Model& model, const std::vector<Contact>&
     const int batch = static_cast<int>(batches.size());
     const auto is_free = [&](int body) { return !moves(model.masses[body]) || last_batch_[body] != batch; };
     for (Run& own : run) {
-      // A run that is through helps the longest, from its other end.
+      // A run that is finished takes manifolds from the other end of the longest run.
       Run& from = own.size() > 0 ? own : *std::ranges::max_element(run, {}, &Run::size);
       const bool helps = &from != &own;
       if (from.size() <= (helps ? 1 : 0)) continue;
@@ -265,7 +266,7 @@ void ContactBatches::build(const Model& model, const std::vector<Contact>& conta
   slides.assign(batches.size(), 0);
 }
 
-/// There are at most as many manifolds as contacts.
+/// Reserves room for `most` contacts, as there are at most as many manifolds.
 void ContactBatches::reserve(const Model& model, std::size_t most) {
   manifolds_.reserve(most);
   batches.reserve(most);

@@ -83,7 +83,7 @@ struct Patch {
   LaneVectors impulse;
   Lanes gamma[6];
   Lanes inverse[6];
-  Lanes by_normals[9];    ///< what the normals' wrench changes of the friction's velocities, row by row
+  Lanes by_normals[9];    ///< change of the friction's velocities by the normals' wrench, row by row
   Lanes inverse_largest;  ///< 1 / the larger eigenvalue of the tangents' Γ
   Lanes inverse_twist;    ///< 1 / Γ of the twist
   Lanes inverse_radius;   ///< 1/m
@@ -125,14 +125,14 @@ struct FrictionRows {
   Lanes slides;  ///< whether the disc's edge is reached: 1 or 0
 };
 
-/// To a contact point with friction, body frames: of the last formulation, since a round body that is
-/// formulated anew touches with another point.
+/// Arms from the centres of mass to a contact point with friction, in the bodies' frames. They are those of
+/// the last formulation: a round body that is formulated anew touches with another point.
 struct TouchingPoint {
   LaneVectors arm_a;
   LaneVectors arm_b;
 };
 
-/// Of two normals of each of four manifolds, what one impulse takes of another's: Γ_ij/Γ_ii. Γ_ii of one.
+/// Coupling of two normals i and j in each of four manifolds: Γ_ij/Γ_ii for i ≠ j, and Γ_ii on the diagonal.
 struct Coupling {
   Lanes share;
 };
@@ -166,7 +166,7 @@ struct ContactBatch {
   }
 };
 
-/// What rows had given when the last sub-step began, one entry of each of ContactBatches' rows. Empty without
+/// Impulses of the rows when the last sub-step began, one entry for each row of ContactBatches. Empty without
 /// a warm start.
 struct GivenBefore {
   using ByLane = std::array<double, lanes>;
@@ -189,8 +189,8 @@ class ContactBatches {
   void build(const Model& model, const std::vector<Contact>& contacts, std::vector<PatchShape>& kept,
              const std::vector<Coordinates>& q);
 
-  /// What is remembered of the contacts at the step's end, where the bodies have come to q: a point that does
-  /// not slide keeps its displacement, if it `keeps` any. The memory of `patches_of_state` is swapped.
+  /// Stores what the next step needs of the contacts, with the bodies at q: a point that does not slide keeps
+  /// its displacement, if it `keeps` any. The memory of `patches_of_state` is swapped.
   void remember(const std::vector<Contact>& found, const std::vector<Coordinates>& q, bool keeps,
                 std::vector<ContactMemory>& memory, std::vector<PatchShape>& patches_of_state);
 
@@ -247,7 +247,7 @@ class ContactBatches {
                    std::size_t end);
   void add_batch(const Model& model, const std::vector<Contact>& contacts, const Manifold* first, int count);
 
-  /// What batches have taken so far.
+  /// Numbers of rows and corners that the batches have taken so far.
   struct Counts {
     int normals;
     int frictions;
@@ -291,13 +291,14 @@ struct RowSolve {
 void solve_and_apply(ContactBatches& contacts, const ContactBatch& x, const RowSolve& how,
                      std::vector<Velocity>& v, double* moved = nullptr);
 
-// What formulate.h does to rows, for all of these.
+// Apply the updates of formulate.h to the rows of all batches.
 void update_biases(ContactBatches& contacts, double hs, const std::vector<Velocity>& v_local,
                    const std::vector<Velocity>& offset);
 void box_biases(ContactBatches& contacts, const Stabilization& by);
 void undo_update_rule(ContactBatches& contacts, double share, const std::vector<Velocity>& change);
 
-/// In A5 the friction that slides follows nothing: it gets J̆ sv back, of the sum of velocities `sum_v`.
+/// Gives J̆ sv back to the friction that slides in A5, which follows no coordinates. `sum_v`: A5's sum of
+/// velocities.
 void let_go_of_sliding(ContactBatches& contacts, double hs, const std::vector<Velocity>& sum_v,
                        const std::vector<Velocity>& offset);
 

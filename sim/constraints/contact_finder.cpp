@@ -33,21 +33,21 @@ struct Reach {
   }
 };
 
-/// A unit vector across `normal`, by the world axis that it is farthest from.
+/// Returns a unit vector across `normal`, by the world axis that it is farthest from.
 Vector3 across(const Vector3& normal) {
   Eigen::Index least = 0;
   normal.cwiseAbs().minCoeff(&least);
   return normal.cross(Vector3::Unit(least)).normalized();
 }
 
-/// A unit vector along what `velocity` has across `normal`; where that is no more than `rounding`, which has
-/// no direction worth following, across().
+/// Returns a unit vector along the part of `velocity` across `normal`; where that is no more than `rounding`,
+/// across().
 Vector3 along_slip(const Vector3& normal, const Vector3& velocity, double rounding) {
   const Vector3 slip = velocity - normal * normal.dot(velocity);
   return slip.norm() > rounding ? Vector3(slip.normalized()) : across(normal);
 }
 
-/// A face's points have one normal, which says what the tangents are.
+/// Copies the directions of a face's point to another point of that face.
 void share_directions(const Contact& from, Contact& to) {
   to.normal_b = from.normal_b;
   to.tangent_b1 = from.tangent_b1;
@@ -57,13 +57,14 @@ void share_directions(const Contact& from, Contact& to) {
 /// Extra distance at which points are found so that a patch can be kept, relative to the smaller shape.
 constexpr double spare_margin = 2e-3;
 
-/// Of the bodies' speeds: what approaches more slowly has met already.
+/// Approach below which bodies have met already, relative to their speeds.
 constexpr double resting = 0.01;
 
-/// Of the smaller shape, what an impact must take of a body's way in the step to turn it aside.
+/// Part of its way in the step that an impact must take from a body to turn it aside, relative to the smaller
+/// shape.
 constexpr double aside = 0.25;
 
-/// Of the smaller shape, the slip in a step by which bodies pass each other by.
+/// Slip in a step by which bodies pass each other by, relative to the smaller shape.
 constexpr double passing = 0.02;
 
 }  // namespace
@@ -294,7 +295,7 @@ void ContactFinder::add_contacts(const State& state, bool aligned, std::uint32_t
   const Vector3 acceleration = fall_of(on_a.body) - fall_of(on_b.body);
   const Vector3 external = acceleration * duration_;
   const PairMaterial material(on_a.material, on_b.material);
-  // What gravity does in a step: slower than that is at rest. It has the scene's own scale.
+  // The velocity that gravity gives in a step: what is slower is at rest. It has the scene's own scale.
   const double at_rest = external.norm();
   const double resting_acceleration = 2 * acceleration.norm();
   const double speed = va.linear.norm() + vb.linear.norm() + duration_ * model_.gravity.norm();
@@ -350,8 +351,8 @@ void ContactFinder::add_contacts(const State& state, bool aligned, std::uint32_t
     }
     contact.resting_acceleration = resting_acceleration;
     contact.acceleration = -point.normal.dot(acceleration);
-    // What does not approach when the step begins is no impact, though others may press it together in the
-    // step: the law of impact holds for all contacts of a step at once.
+    // Bodies that do not approach when the step begins have no impact, though others may press them together
+    // in the step: the law of impact holds for all contacts of a step at once.
     const double approach = duration_ * contact.acceleration - point.normal.dot(before);
     // With one sub-step, what is stopped at once stays short of the surface: only where it would pass by.
     const bool passes_by = substep_ < duration_ || duration_ * slip_speed > passing * size;
@@ -386,7 +387,7 @@ void ContactFinder::add_contacts(const State& state, bool aligned, std::uint32_t
   }
 }
 
-/// Where the point goes, and the normal, as one or both of the colliders roll.
+/// Sets how the point and the normal move as one or both of the colliders roll.
 void ContactFinder::set_rolling(const ContactPoint& point, const Pose& pose_a, const Pose& pose_b,
                                 Contact& contact) const {
   const auto curves = [&](int collider, const Pose& pose, int other, const Vector3& on, const Vector3& normal,

@@ -61,10 +61,11 @@ class ContactFinder {
   /// Infinite without.
   double first_timed_impact() const { return first_timed_impact_; }
 
-  /// Of the smaller shape's size, what a body that is turned aside may overlap with another by.
+  /// Overlap that a body may have with another when an impact turned it aside, relative to the smaller shape.
   static constexpr double tolerated_overlap = 0.01;
 
-  /// Whether two colliders can touch: one of them moves, and no joint or filter keeps them from it.
+  /// Returns true where two colliders can touch: one of them moves, and no joint or filter keeps them from
+  /// it.
   bool may_meet(std::uint32_t i, std::uint32_t j) const;
 
  private:

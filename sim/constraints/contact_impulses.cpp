@@ -1,4 +1,4 @@
-// What contacts gave, read from the rows that were solved.
+// Impulses of contacts, read from the rows that were solved.
 
 #include "sim/constraints/formulate.h"
 

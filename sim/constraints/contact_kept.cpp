@@ -1,4 +1,4 @@
-// Patches that are kept from step to step, and what is remembered of points.
+// Patches that are kept from step to step, and the memory of points.
 
 #include <algorithm>
 #include <cmath>
@@ -77,7 +77,7 @@ bool ContactFinder::keep_patch(const State& state, const PatchShape& patch, doub
   return true;
 }
 
-/// By the first collider of each, where it begins among those remembered, which are sorted.
+/// Finds where each collider's points and patches begin among those remembered, which are sorted by it.
 void ContactFinder::list_remembered(const State& state) {
   begins_.assign(candidates_.size() + 1, 0);
   const auto count = static_cast<int>(candidates_.size());
@@ -137,7 +137,7 @@ void ContactFinder::remember(std::span<const ContactMemory> remembered, double o
   contact.left_over = std::clamp(overlap, 0.0, std::max(0.0, left_over - recovered(contact)));
 }
 
-/// The same of two colliders' patch.
+/// Sets the memory from two colliders' patch.
 void ContactFinder::remember(const PatchShape& patch, const Vector3& slip, double overlap,
                              Contact& contact) const {
   const Vector3 displacement = displacement_at(patch, slip, contact.arm_b);

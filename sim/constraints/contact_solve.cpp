@@ -7,7 +7,7 @@
 namespace substep {
 namespace {
 
-/// Four corners are known where the kernel is compiled, as boxes have them.
+/// Solves a batch. For four corners, which boxes have, the kernel knows their number when it is compiled.
 template <Kind kind>
 [[gnu::always_inline]] inline bool solve_batch(ContactBatches& contacts, const Visit& at,
                                                std::vector<Velocity>& v, double* moved) {

@@ -1,4 +1,4 @@
-// What changes in contacts' rows from sub-step to sub-step: impacts, origins of friction's limits, biases.
+// Updates of contacts' rows between sub-steps: impacts, origins of friction's limits, biases.
 
 #include <span>
 
@@ -9,7 +9,8 @@
 namespace substep {
 namespace {
 
-/// A point that slides lets its displacement go: from here on it counts from `offset`, the sum of velocities.
+/// Resets the displacement of a point that slides: from here on it counts from `offset`, the sum of
+/// velocities.
 [[gnu::always_inline]] inline void let_go(const ContactDirections& along, FrictionRows& rows, double hs,
                                           const Moving& offset_a, const Moving& offset_b) {
   const auto lets_go = keeps_sliding(rows) > all(0);
@@ -19,7 +20,7 @@ namespace {
   }
 }
 
-/// The same of a patch.
+/// Resets the displacement of a patch that slides.
 [[gnu::always_inline]] inline void let_go(Patch& patch, double hs, const Moving& offset_a,
                                           const Moving& offset_b) {
   const auto lets_go = keeps_sliding(patch) > all(0);
@@ -67,7 +68,7 @@ namespace {
   }
 }
 
-/// Every row follows `share` of the change too much.
+/// Adds back the `share` of the change by which every row follows too much.
 [[gnu::always_inline]] inline void undo_update_rule_lanes(ContactBatches& contacts, double share,
                                                           const std::vector<Velocity>& change) {
   for (const ContactBatch& x : contacts.batches) {
@@ -98,7 +99,7 @@ namespace {
   }
 }
 
-/// Only what slides has nothing to follow: A5's sum of velocities is given back to it whole.
+/// Gives A5's sum of velocities back to the friction that slides: it has nothing to follow.
 [[gnu::always_inline]] inline void let_go_of_sliding_lanes(ContactBatches& contacts, double hs,
                                                            const std::vector<Velocity>& sum_v,
                                                            const std::vector<Velocity>& offset) {
@@ -132,9 +133,9 @@ namespace {
   }
 }
 
-/// The speed after an impact that has e² of the energy before it, in the discrete motion: with x the gap, u
-/// the approach, and g the acceleration towards the contact, steps of v' = v + g hs, x' = x − hs v' keep
-/// ½u² + ½ g hs u + g x in flight. With e = 1 the ball so comes back to the height it fell from.
+/// Returns the speed after an impact that has e² of the energy before it, in the discrete motion: with x the
+/// gap, u the approach, and g the acceleration towards the contact, steps of v' = v + g hs, x' = x − hs v'
+/// keep ½u² + ½ g hs u + g x in flight. With e = 1 the ball so comes back to the height it fell from.
 [[gnu::always_inline]] inline Lanes rebound(const RestitutionRow& row, const Lanes& gap,
                                             const Lanes& approach, double hs) {
   const Lanes squared = row.coefficient * row.coefficient;
@@ -160,7 +161,7 @@ namespace {
   rows.origin_normal = choose(is_over, normal, rows.origin_normal);
 }
 
-/// Whether a contact has an impact in the sub-step that starts, and what velocity it leaves.
+/// Sets whether a contact has an impact in the sub-step that starts, and the velocity that it leaves.
 [[gnu::always_inline]] inline void start_impact(NormalRow& normal, RestitutionRow& row, const Lanes& gap,
                                                 const Lanes& approach, double hs) {
   const Lanes zero = all(0);
@@ -224,7 +225,7 @@ namespace {
   rows.origin_normal = choose(lets_go, normal, rows.origin_normal);
 }
 
-/// The same of a patch.
+/// Spends what a sliding patch has been displaced by.
 [[gnu::always_inline]] inline void start_slide(Patch& patch, std::span<PatchCorner> corners) {
   const auto lets_go = keeps_sliding(patch) > all(0);
   for (int k = 0; k < 3; ++k) patch.origin[k] = choose(lets_go, patch.impulse[k], patch.origin[k]);

@@ -92,7 +92,7 @@ Quaternion relative_rotation(const Frames& f) {
   return q;
 }
 
-/// Of the distance along an axis: what is closer to the axis than that has no direction across it.
+/// Distance from an axis below which a point has no direction across it, relative to that along the axis.
 constexpr double on_axis = 1e-12;
 
 Measured measure(const JointCoordinate& coordinate, const Frames& f) {
@@ -202,8 +202,8 @@ void formulate_lock(Problem& problem, const Block& x, const Placed& at, double h
   }
 }
 
-/// Of a step that is taken in parts each undoes its part of a gap: the same speed, where a short part at once
-/// would take a large one.
+/// Scales a block's biases to a part of a step. Each part undoes its share of a gap, all at one speed; a
+/// short part that undid the whole gap would need a high one.
 void take_part_of_gap(Problem& problem, Block& x) {
   x.positional_bias_fraction = problem.substeps.part;
   for (int k = 0; k < x.rows; ++k) problem.c.rows[x.first + k].beta *= problem.substeps.part;

@@ -5,7 +5,7 @@
 
 namespace substep {
 
-/// What a block's rows are formulated from: its two bodies' coordinates, with rotations as matrices.
+/// Coordinates of a block's two bodies, with rotations as matrices too.
 struct Placed {
   const Coordinates& a;
   const Coordinates& b;
@@ -13,7 +13,7 @@ struct Placed {
   const Matrix3& rotation_b;
 };
 
-/// J, β and M⁻¹Jᵀ of the block's rows.
+/// Computes J, β and M⁻¹Jᵀ of the block's rows.
 void formulate_block(Problem& problem, Block& x, const Placed& at, double hs);
 
 }  // namespace substep

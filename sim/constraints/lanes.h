@@ -1,5 +1,5 @@
 #pragma once
-/// Four manifolds' numbers at a time: what is done with the vectors of contact_batch.h. A vector wider than
+/// Operations on the vectors of contact_batch.h, four manifolds' numbers at a time. A vector wider than
 /// the least x86-64 has is handed on in another way where there are wider ones, so all of this is inlined,
 /// into functions that are compiled for both (four_wide.h).
 
@@ -16,7 +16,7 @@ namespace substep {
   return Lanes{value, value, value, value};
 }
 
-/// Where `mask` is all ones, `yes`. Neither is computed with: a NaN stays where it is.
+/// Selects `yes` where `mask` is all ones, else `no`. Computes with neither: a NaN stays where it is.
 template <typename Mask>
 [[gnu::always_inline]] inline Lanes choose(const Mask& mask, const Lanes& yes, const Lanes& no) {
   return mask ? yes : no;
@@ -28,7 +28,7 @@ template <typename Mask>
   return {{choose(mask, yes[0], no[0]), choose(mask, yes[1], no[1]), choose(mask, yes[2], no[2])}};
 }
 
-/// Whether any lane of a comparison holds.
+/// Returns true where any lane of a comparison holds.
 template <typename Mask>
 [[gnu::always_inline]] inline bool any(const Mask& mask) {
   using Two = double __attribute__((vector_size(16)));
@@ -72,8 +72,8 @@ struct Moving {
   LaneVectors angular;
 };
 
-/// Two neighbouring components of a body's velocity. What is stored in pairs is soon loaded again, in the
-/// same.
+/// Two neighbouring components of a body's velocity. Velocities are loaded and stored in pairs, since a
+/// processor forwards a store to a load only where both are of the same bytes.
 using Pair = double __attribute__((vector_size(16)));
 constexpr int pairs_of_velocity = 3;
 
@@ -112,7 +112,7 @@ constexpr int pairs_of_velocity = 3;
   }
 }
 
-/// J_x v.
+/// Returns J_x v.
 [[gnu::always_inline]] inline Lanes row_velocity(const LaneVectors& direction, const ContactRow& row,
                                                  const Moving& a, const Moving& b) {
   return dot(direction, difference(a.linear, b.linear)) + dot(row.angular_a, a.angular) +
@@ -127,7 +127,7 @@ constexpr int pairs_of_velocity = 3;
 
 using FourContacts = std::array<const Contact*, lanes>;
 
-/// The i-th contact of each manifold; of those that have no more, the last.
+/// Returns the i-th contact of each manifold; of those that have no more, the last.
 [[gnu::always_inline]] inline FourContacts contacts_of(const ContactBatch& x, int i,
                                                        const std::vector<Contact>& found) {
   const auto place = [&](int lane) { return x.source[lane] + (i < x.count[lane] ? i : x.count[lane] - 1); };
@@ -172,14 +172,14 @@ struct LaneMatrices {
   return result;
 }
 
-/// R v.
+/// Returns R v.
 [[gnu::always_inline]] inline LaneVectors turned(const LaneMatrices& r, const LaneVectors& v) {
   return {{r.column[0][0] * v[0] + r.column[1][0] * v[1] + r.column[2][0] * v[2],
            r.column[0][1] * v[0] + r.column[1][1] * v[1] + r.column[2][1] * v[2],
            r.column[0][2] * v[0] + r.column[1][2] * v[1] + r.column[2][2] * v[2]}};
 }
 
-/// Rᵀ v.
+/// Returns Rᵀ v.
 [[gnu::always_inline]] inline LaneVectors turned_back(const LaneMatrices& r, const LaneVectors& v) {
   return {{dot(r.column[0], v), dot(r.column[1], v), dot(r.column[2], v)}};
 }

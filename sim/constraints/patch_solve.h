@@ -87,7 +87,8 @@ template <Kind kind, int known>
   return given;
 }
 
-/// Where the normals take back what they had given when the patch slid, friction gives back in proportion.
+/// Reduces the origin of friction where the normals take back some of what they had given when the patch
+/// slid, in proportion.
 [[gnu::always_inline]] inline void give_back(Patch& patch, const Lanes& normal) {
   const auto less = normal < patch.origin_normal;
   if (!any(less)) return;

@@ -43,7 +43,7 @@ struct RowResponses {
   return {product(x.inverse_inertia_a, row.angular_a), product(x.inverse_inertia_b, row.angular_b)};
 }
 
-/// An element of Γ: `linear` is the product of both directions.
+/// Returns an element of Γ: `linear` is the product of both directions.
 [[gnu::always_inline]] inline Lanes coupling(const BatchBodies& at, const Lanes& linear,
                                              const ContactRow& one, const RowResponses& other) {
   return linear * at.inverse_mass + dot(one.angular_a, other.a) + dot(one.angular_b, other.b);
@@ -79,7 +79,8 @@ struct PointArms {
   LaneVectors b;
 };
 
-/// Where a normal, which points out of what it touches, meets an ellipsoid. All in one body's frame.
+/// Returns the ellipsoid's farthest point against a normal, which points out of what it touches. All is in
+/// one body's frame.
 [[gnu::always_inline]] inline LaneVectors lowest(const LaneMatrices& ellipsoid, const LaneVectors& centre,
                                                  const LaneVectors& normal) {
   const LaneVectors reach = turned(ellipsoid, normal);
@@ -223,7 +224,7 @@ struct TurnedDirections {
   }
 }
 
-/// Where a manifold has fewer contacts than its batch, what is beyond takes and gives no impulse.
+/// Silences the rows beyond a manifold's contacts, where its batch has more: they take and give no impulse.
 inline void leave_out(const ContactBatch& x, NormalRow* normals, FrictionRows* frictions,
                       Coupling* couplings) {
   for (int lane = 0; lane < lanes; ++lane) {

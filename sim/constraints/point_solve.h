@@ -154,7 +154,8 @@ struct Tangential {
   return {target.first * factor, target.second * factor};
 }
 
-/// Where the normal takes back what it had given when the point slid, friction gives back in proportion.
+/// Reduces the origin of friction where the normal takes back some of what it had given when the point slid,
+/// in proportion.
 [[gnu::always_inline]] inline void give_back(FrictionRows& rows, const Lanes& normal) {
   const auto less = normal < rows.origin_normal;
   if (!any(less)) return;
@@ -164,8 +165,8 @@ struct Tangential {
   rows.origin_normal *= part;
 }
 
-/// A point's friction: two rows as one block, within the disc that its normal's impulse gives. The i-th
-/// point's; returns what changes of its impulses.
+/// Solves a point's friction: two rows as one block, within the disc that its normal's impulse gives. The
+/// i-th point's; returns what changes of its impulses.
 template <Kind kind>
 [[gnu::always_inline]] inline Tangential solve_disc(const Visit& at, int i, const Tangential& missing,
                                                     Lanes& most, Lanes& any_slides) {

@@ -1,4 +1,4 @@
-// What changes from sub-step to sub-step: coordinates, velocities by forces and frames, rows' biases.
+// Updates between sub-steps: coordinates, velocities by forces and frames, rows' biases.
 
 #include <algorithm>
 
@@ -14,7 +14,7 @@ Coordinates ahead(const Coordinates& q, const Velocity& v_local, double duration
           compose(q.angular, rotation_quaternion(duration * v_local.angular))};
 }
 
-/// Gives a block's impulses, with which a warm start begins, to its bodies.
+/// Applies the impulses of a warm start to a block's bodies.
 void give_first_impulses(const Constraints& c, const Block& x, double scale, std::vector<Velocity>& v) {
   Impulse start{};
   for (int k = 0; k < x.rows; ++k) start[k] = c.rows[x.first + k].impulse;

@@ -36,7 +36,7 @@ void give(const ContactBatch& x, int lane, double scale, const Vector3& impulse,
   b.angular += lane_of(x.inverse_inertia_b, lane).cwiseProduct(turn_b) * scale;
 }
 
-/// The same of a patch's impulses: normals and friction, as Patch has them.
+/// Gives a patch's impulses to its bodies: normals and friction, as Patch has them.
 void give_patch(const ContactBatch& x, int lane, double scale, const Patch& patch, const Vector3& normals,
                 const Vector3& friction, std::vector<Velocity>& v) {
   const Vector3 force(normals[0], friction[0], friction[1]);
