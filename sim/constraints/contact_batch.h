@@ -291,15 +291,15 @@ struct RowSolve {
 void solve_and_apply(ContactBatches& contacts, const ContactBatch& x, const RowSolve& how,
                      std::vector<Velocity>& v, double* moved = nullptr);
 
-// Apply the updates of formulate.h to the rows of all batches.
-void update_biases(ContactBatches& contacts, double hs, const std::vector<Velocity>& v_local,
-                   const std::vector<Velocity>& offset);
+/// Scales the biases of all rows by τ/κ, as A5 does.
 void box_biases(ContactBatches& contacts, const Stabilization& by);
-void undo_update_rule(ContactBatches& contacts, double share, const std::vector<Velocity>& change);
 
-/// Gives J̆ sv back to the friction that slides in A5, which follows no coordinates. `sum_v`: A5's sum of
-/// velocities.
-void let_go_of_sliding(ContactBatches& contacts, double hs, const std::vector<Velocity>& sum_v,
+/// Adds `share` of J̆ change to the biases of all rows.
+void add_to_biases(ContactBatches& contacts, double share, const std::vector<Velocity>& change);
+
+/// Lets the friction that slides follow no coordinates: its bias is 0, or J̆ sv with A5's sum of velocities
+/// `sum_v`, and its displacement counts from `offset`, the sum of velocities since the formulation.
+void let_go_of_sliding(ContactBatches& contacts, double hs, const std::vector<Velocity>* sum_v,
                        const std::vector<Velocity>& offset);
 
 }  // namespace substep

@@ -30,47 +30,9 @@ namespace {
   }
 }
 
-[[gnu::always_inline]] inline void update_biases_lanes(ContactBatches& contacts, double hs,
-                                                       const std::vector<Velocity>& v_local,
-                                                       const std::vector<Velocity>& offset) {
-  for (const ContactBatch& x : contacts.batches) {
-    const Moving a = gather(v_local, x.a);
-    const Moving b = gather(v_local, x.b);
-    if (x.patch >= 0) {
-      Patch& patch = contacts.patches[x.patch];
-      const RelativeMotion motion = relative_motion(patch, a, b);
-      const LaneVectors along_normals = of_normals(motion);
-      const LaneVectors slip = of_friction(motion);
-      let_go(patch, hs, gather(offset, x.a), gather(offset, x.b));
-      for (int k = 0; k < 3; ++k) {
-        patch.normal_beta[k] -= along_normals[k];
-        patch.beta[k] = choose(keeps_sliding(patch) > all(0), all(0), patch.beta[k] - slip[k]);
-      }
-      continue;
-    }
-    const ContactDirections* const directions = contacts.directions.data() + x.first_normal;
-    for (int i = 0; i < x.contacts; ++i) {
-      ContactRow& row = contacts.normals[x.first_normal + i].row;
-      row.beta -= row_velocity(directions[i].normal, row, a, b);
-    }
-    const Moving offset_a = gather(offset, x.a);
-    const Moving offset_b = gather(offset, x.b);
-    for (int i = 0; i < x.frictions; ++i) {
-      FrictionRows& rows = contacts.frictions[x.first_friction + i];
-      const ContactDirections& along = directions[x.contact_of[i]];
-      let_go(along, rows, hs, offset_a, offset_b);
-      for (int k = 0; k < 2; ++k) {
-        ContactRow& row = rows.row[k];
-        row.beta = choose(keeps_sliding(rows) > all(0), all(0),
-                          row.beta - row_velocity(along.tangent[k], row, a, b));
-      }
-    }
-  }
-}
-
-/// Adds back the `share` of the change by which every row follows too much.
-[[gnu::always_inline]] inline void undo_update_rule_lanes(ContactBatches& contacts, double share,
-                                                          const std::vector<Velocity>& change) {
+/// Adds `share` of J̆ change to the biases of all rows.
+[[gnu::always_inline]] inline void add_to_biases_lanes(ContactBatches& contacts, double share,
+                                                       const std::vector<Velocity>& change) {
   for (const ContactBatch& x : contacts.batches) {
     const Moving a = gather(change, x.a);
     const Moving b = gather(change, x.b);
@@ -99,16 +61,17 @@ namespace {
   }
 }
 
-/// Gives A5's sum of velocities back to the friction that slides: it has nothing to follow.
+/// Lets friction that slides follow nothing: its bias is J̆ sv, or 0 where there is no sum of velocities.
 [[gnu::always_inline]] inline void let_go_of_sliding_lanes(ContactBatches& contacts, double hs,
-                                                           const std::vector<Velocity>& sum_v,
+                                                           const std::vector<Velocity>* sum_v,
                                                            const std::vector<Velocity>& offset) {
   for (std::size_t batch = 0; batch < contacts.batches.size(); ++batch) {
     if (contacts.slides[batch] == 0) continue;
     const ContactBatch& x = contacts.batches[batch];
     const ContactDirections* const directions = contacts.directions.data() + x.first_normal;
-    const Moving a = gather(sum_v, x.a);
-    const Moving b = gather(sum_v, x.b);
+    const Moving a = gather(sum_v ? *sum_v : offset, x.a);
+    const Moving b = gather(sum_v ? *sum_v : offset, x.b);
+    const Lanes share = all(sum_v ? 1 : 0);
     const Moving offset_a = gather(offset, x.a);
     const Moving offset_b = gather(offset, x.b);
     if (x.patch >= 0) {
@@ -116,7 +79,7 @@ namespace {
       const auto lets_go = keeps_sliding(patch) > all(0);
       const LaneVectors given = of_friction(relative_motion(patch, a, b));
       let_go(patch, hs, offset_a, offset_b);
-      for (int k = 0; k < 3; ++k) patch.beta[k] = choose(lets_go, given[k], patch.beta[k]);
+      for (int k = 0; k < 3; ++k) patch.beta[k] = choose(lets_go, share * given[k], patch.beta[k]);
       continue;
     }
     for (int i = 0; i < x.frictions; ++i) {
@@ -127,7 +90,7 @@ namespace {
       let_go(along, rows, hs, offset_a, offset_b);
       for (int k = 0; k < 2; ++k) {
         ContactRow& row = rows.row[k];
-        row.beta = choose(lets_go, row_velocity(along.tangent[k], row, a, b), row.beta);
+        row.beta = choose(lets_go, share * row_velocity(along.tangent[k], row, a, b), row.beta);
       }
     }
   }
@@ -262,11 +225,6 @@ void start_substep(ContactBatches& contacts, double hs, const std::vector<Veloci
   run_wide([&]() __attribute__((always_inline)) { start_substep_lanes(contacts, hs, v, offset, sum_v); });
 }
 
-void update_biases(ContactBatches& contacts, double hs, const std::vector<Velocity>& v_local,
-                   const std::vector<Velocity>& offset) {
-  run_wide([&]() __attribute__((always_inline)) { update_biases_lanes(contacts, hs, v_local, offset); });
-}
-
 void box_biases(ContactBatches& contacts, const Stabilization& by) {
   const Lanes factor = all(by.tau / by.kappa);
   for (NormalRow& normal : contacts.normals) normal.row.beta *= factor;
@@ -281,11 +239,11 @@ void box_biases(ContactBatches& contacts, const Stabilization& by) {
   }
 }
 
-void undo_update_rule(ContactBatches& contacts, double share, const std::vector<Velocity>& change) {
-  run_wide([&]() __attribute__((always_inline)) { undo_update_rule_lanes(contacts, share, change); });
+void add_to_biases(ContactBatches& contacts, double share, const std::vector<Velocity>& change) {
+  run_wide([&]() __attribute__((always_inline)) { add_to_biases_lanes(contacts, share, change); });
 }
 
-void let_go_of_sliding(ContactBatches& contacts, double hs, const std::vector<Velocity>& sum_v,
+void let_go_of_sliding(ContactBatches& contacts, double hs, const std::vector<Velocity>* sum_v,
                        const std::vector<Velocity>& offset) {
   run_wide([&]() __attribute__((always_inline)) { let_go_of_sliding_lanes(contacts, hs, sum_v, offset); });
 }

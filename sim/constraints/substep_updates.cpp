@@ -145,7 +145,8 @@ void update_biases(Problem& problem, const std::vector<Velocity>& v_local) {
       row.beta -= x.positional_bias_fraction * row_velocity(row, v_local[x.a], v_local[x.b]);
     }
   }
-  update_biases(c.contacts, problem.substeps.duration, v_local, problem.substeps.offset);
+  add_to_biases(c.contacts, -1, v_local);
+  let_go_of_sliding(c.contacts, problem.substeps.duration, nullptr, problem.substeps.offset);
 }
 
 void box_biases(Constraints& c, const Settings& settings) {
@@ -175,8 +176,8 @@ void undo_update_rule(Problem& problem, const Settings& settings, const std::vec
     }
   }
   if (contacts_differ)
-    undo_update_rule(c.contacts, 1 - contact_tau / contact_kappa * (kappa / tau), substeps.change);
-  let_go_of_sliding(c.contacts, substeps.duration, sum_v, substeps.offset);
+    add_to_biases(c.contacts, 1 - contact_tau / contact_kappa * (kappa / tau), substeps.change);
+  let_go_of_sliding(c.contacts, substeps.duration, &sum_v, substeps.offset);
 }
 
 }  // namespace substep
