@@ -185,6 +185,7 @@ void measure_scene(const MeasureOptions& options) {
     progress.show("reference", 0);
     measurement.reference = reference_of(options, scene, std::min(horizon, scene.duration));
     measurement.stands = stands(scene, measurement.reference);
+    measurement.driven = is_driven(scene);
     double done = 0;
     for (MeasuredSettings& run : measurement.runs) {
       progress.show("measuring", done++ / static_cast<double>(measurement.runs.size()));

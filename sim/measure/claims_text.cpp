@@ -10,39 +10,33 @@ namespace substep {
 namespace {
 
 std::string number(double value, bool timing = false) {
-  // Nothing measured here is a billion: a run that has gone so far has blown up, finite or not.
+  // A value of a billion is that of a run that has blown up, finite or not.
   if (!(std::abs(value) < 1e9)) return "blows up";
-  // Rounding: its digits depend on the order of a sum.
+  // Hide the digits of rounding, which depend on the order of a sum.
   if (value != 0 && std::abs(value) < 1e-12) return "<1e-12";
-  // A timing's third digit says nothing.
+  // Print two digits of a timing: the third is noise.
   return timing ? fmt::format("~{:.2g}", value) : fmt::format("{:.3g}", value);
 }
 
-/// The figures of a claim with several values, or those with one.
-TextTable table_of(const Claim& claim, bool has_several) {
+/// Returns a table of the figures with several values, then a list of those with one.
+std::string figures_of(const Claim& claim) {
   TextTable table{{""}, {}};
-  if (has_several) {
-    table.head.insert(table.head.end(), claim.columns.begin(), claim.columns.end());
-  } else {
-    table.head.push_back("value");
-  }
+  table.head.insert(table.head.end(), claim.columns.begin(), claim.columns.end());
+  std::string list;
   for (const Figure& figure : claim.figures) {
-    if ((figure.values.size() > 1) != has_several) continue;
+    if (figure.values.size() == 1) {
+      const std::string unit = figure.unit.empty() ? "" : fmt::format(" {}", figure.unit);
+      list += fmt::format("- {}: {}{}\n", figure.what, number(figure.values.front(), figure.timing), unit);
+      continue;
+    }
     const std::string unit = figure.unit.empty() ? "" : fmt::format(", {}", figure.unit);
     std::vector<std::string> row{figure.what + unit};
     for (const double value : figure.values) row.push_back(number(value, figure.timing));
     table.rows.push_back(std::move(row));
   }
-  return table;
-}
-
-std::vector<TextTable> tables_of(const Claim& claim) {
-  std::vector<TextTable> tables;
-  for (const bool has_several : {true, false}) {
-    TextTable table = table_of(claim, has_several);
-    if (!table.rows.empty()) tables.push_back(std::move(table));
-  }
-  return tables;
+  std::string text = table.rows.empty() ? "" : to_markdown(table);
+  if (!text.empty() && !list.empty()) text += '\n';
+  return text + list;
 }
 
 constexpr std::string_view ablation_caption =
@@ -89,10 +83,8 @@ std::string Claim::verdict() const {
 std::string to_markdown(const ClaimsReport& report) {
   std::string text;
   for (const Claim& claim : report.claims) {
-    text += fmt::format("Claim {} ({}): {}. **It {}.**\n\n{}:\n", claim.number, claim.section, claim.claim,
-                        claim.verdict(), claim.measured);
-    for (const TextTable& table : tables_of(claim)) text += fmt::format("\n{}", to_markdown(table));
-    text += '\n';
+    text += fmt::format("Claim {} ({}): {}. **It {}.**\n\n{}:\n\n{}\n", claim.number, claim.section,
+                        claim.claim, claim.verdict(), claim.measured, figures_of(claim));
   }
   text += fmt::format("\n{}:\n\n{}\n{}:\n\n{}", ablation_caption, to_markdown(table_of(report.ablation)),
                       energy_caption, to_markdown(energy_table(report)));

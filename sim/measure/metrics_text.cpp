@@ -1,3 +1,5 @@
+// One file, since the short tables and those of every metric share their cells.
+
 #include "sim/measure/metrics_text.h"
 
 #include <fmt/format.h>
@@ -20,7 +22,7 @@ std::string optional_number(const std::optional<double>& value) {
   return value ? short_number(*value) : "";
 }
 
-/// An error; ≈ where a hundredth of it is less than what the reference itself may be off by.
+/// Returns an error, with ≈ where it is below a hundred uncertainties of the reference.
 std::string error_number(double value, double uncertainty) {
   constexpr double rounding = 1e-12;
   const bool is_sure = !(value >= rounding) || value >= 100 * uncertainty;
@@ -75,7 +77,7 @@ TextTable invariants_of(const SceneMeasurement& m) {
   return table;
 }
 
-/// Five digits: a period may differ in the third.
+/// Returns a number of five digits: periods may differ in the third.
 std::string figure_number(double value) {
   if (!(std::abs(value) < 1e9) || std::abs(value) < 1e-12) return short_number(value);
   return fmt::format("{:.5g}", value);
@@ -87,7 +89,7 @@ std::string expected_text(const ExpectedFigure& x) {
   return x.bound == Bound::at_least ? "≥ " + value : value;
 }
 
-/// A line for each figure; of each run its value and its error, with ! where that is bad.
+/// Returns a line for each figure, with the value and the error of each run; ! marks bad errors.
 TextTable expectations_of(const SceneMeasurement& m) {
   TextTable table{{"known for the whole duration", "expected", "±"}, {}};
   for (const MeasuredSettings& run : m.runs) {
@@ -148,9 +150,9 @@ std::string all_tables(const SceneMeasurement& m, const Print& print) {
   return text;
 }
 
-/// The settings that differ from the algorithm's defaults, each after a blank: " n=4"; with the step at the
-/// end where `has_step`.
-std::string settings_label(const Settings& settings, bool has_step) {
+/// Returns the settings other than the step that differ from the algorithm's defaults, each after a blank:
+/// " n=4".
+std::string settings_label(const Settings& settings) {
   const std::vector<SettingsPart> usual = parts_of(default_settings(settings.algorithm));
   std::string text;
   for (const SettingsPart& part : parts_of(settings)) {
@@ -159,7 +161,6 @@ std::string settings_label(const Settings& settings, bool has_step) {
     const bool is_always_said = part.field->name == "substeps" || settings.algorithm == Algorithm::a2;
     if (!is_usual || is_always_said) text += " " + part.text;
   }
-  if (has_step) text += " " + parts_of(settings).back().text;
   return text;
 }
 
@@ -171,21 +172,27 @@ bool has_each_algorithm_once(const SceneMeasurement& m) {
   return true;
 }
 
-/// "h=1/60. A2: m=10. A3 to A5: n=10.", where each algorithm has one run: the step that all share, then what
-/// else differs from the defaults.
+/// Returns true where A2 makes `substeps` iterations and A3 to A5 so many sub-steps, all else by default.
+bool is_by_substeps(const MeasuredSettings& run, int substeps) {
+  const std::string settings = settings_label(run.settings);
+  return settings.empty() || settings == fmt::format(" n={}", substeps) ||
+         (run.settings.algorithm == Algorithm::a2 && settings == fmt::format(" m={}", substeps));
+}
+
+/// Returns "h=1/60, n=10." where each algorithm has one run, or "h=1/60. A2: m=200. A3 to A5: n=10.": the
+/// step that all share, then the settings that differ from the defaults.
 std::string settings_line(const SceneMeasurement& m) {
-  const double step = m.runs.front().settings.step;
-  const bool is_shared =
-      std::ranges::all_of(m.runs, [&](const MeasuredSettings& run) { return run.settings.step == step; });
-  std::string text = is_shared ? parts_of(m.runs.front().settings).back().text + "." : "";
+  const std::string step = parts_of(m.runs.front().settings).back().text;
+  const int substeps = m.runs.back().settings.substeps;
+  const auto is_usual = [&](const MeasuredSettings& run) { return is_by_substeps(run, substeps); };
+  if (std::ranges::all_of(m.runs, is_usual)) return fmt::format("{}, n={}.\n", step, substeps);
+  std::string text = step + ".";
   for (std::size_t first = 0; first < m.runs.size();) {
-    const std::string settings = settings_label(m.runs[first].settings, !is_shared);
+    const std::string settings = settings_label(m.runs[first].settings);
     std::size_t last = first;
-    while (last + 1 < m.runs.size() && settings_label(m.runs[last + 1].settings, !is_shared) == settings)
-      ++last;
+    while (last + 1 < m.runs.size() && settings_label(m.runs[last + 1].settings) == settings) ++last;
     if (!settings.empty()) {
-      text += text.empty() ? "" : " ";
-      text += label(m.runs[first].settings).substr(0, 2);
+      text += fmt::format(" {}", label(m.runs[first].settings).substr(0, 2));
       if (last > first) text += fmt::format(" to {}", label(m.runs[last].settings).substr(0, 2));
       text += fmt::format(":{}.", settings);
     }
@@ -208,8 +215,9 @@ bool is_all_bounded(const SceneMeasurement& m) {
   return std::ranges::all_of(m.runs, [](const MeasuredSettings& run) { return run.metrics.bounded; });
 }
 
-/// The columns that say something of these runs, in their order.
-std::vector<Column> columns_of(const SceneMeasurement& m) {
+/// Returns the columns that differ from zero, in their order. Where an algorithm has several settings, the
+/// rows that each solves, too.
+std::vector<Column> columns_of(const SceneMeasurement& m, bool settings_in_rows) {
   std::vector<Column> columns;
   const auto add = [&](int rank, std::string head, std::function<std::string(const MeasuredSettings&)> cell) {
     columns.push_back({rank, std::move(head), std::move(cell)});
@@ -219,15 +227,21 @@ std::vector<Column> columns_of(const SceneMeasurement& m) {
     if (std::ranges::any_of(m.runs, is_positive))
       add(rank, head, [value](const MeasuredSettings& run) { return short_number(run.metrics.*value); });
   };
-  add(0, "row solves", [](const MeasuredSettings& run) { return std::to_string(run.metrics.row_solves); });
+  if (settings_in_rows) {
+    add(0, "row solves", [](const MeasuredSettings& run) { return std::to_string(run.metrics.row_solves); });
+  }
   if (has_times(m)) {
     add(0, "CPU, ms a simulated second", [&m](const MeasuredSettings& run) {
       return fmt::format("~{:.2g}", 1000 * run.times->median / m.duration);
     });
   }
-  add(0, fmt::format("RMS error to {:.3g} s, m", m.reference.horizon), [&m](const MeasuredSettings& run) {
-    return error_number(run.metrics.error.position.rms, m.reference.uncertainty);
-  });
+  // Where the reference stands still, `moved` says the same of the whole duration.
+  if (!m.stands && m.reference.horizon > 0) {
+    add(0, settings_in_rows ? fmt::format("RMS error to {:.3g} s, m", m.reference.horizon) : "RMS error, m",
+        [&m](const MeasuredSettings& run) {
+          return error_number(run.metrics.error.position.rms, m.reference.uncertainty);
+        });
+  }
   const auto touches = [](const MeasuredSettings& run) {
     return run.metrics.joint_gap > 0 || run.metrics.penetration > 0;
   };
@@ -239,11 +253,12 @@ std::vector<Column> columns_of(const SceneMeasurement& m) {
   add_positive(0, "joint gap, m", &Metrics::joint_gap);
   add_positive(0, "overlap, m", &Metrics::penetration);
   if (m.stands) add_positive(1, "moved, m", &Metrics::moved);
-  // Less than a hundredth of what a fall is worth is the drift of any step.
+  // Any step's energy drifts by up to a hundredth of the scene's scale.
   const auto gains = [](const MeasuredSettings& run) {
     return run.metrics.energy_growth > 0.01 * run.metrics.energy_scale;
   };
-  if (std::ranges::any_of(m.runs, gains)) add_positive(2, "energy rise, J", &Metrics::energy_growth);
+  if (!m.driven && std::ranges::any_of(m.runs, gains))
+    add_positive(2, "energy rise, J", &Metrics::energy_growth);
   add(0, "bounded", [](const MeasuredSettings& run) { return verdict(run.metrics); });
   while (columns.size() + 1 > most_columns) {
     const auto last = std::ranges::max_element(columns, {}, &Column::rank);
@@ -256,7 +271,7 @@ std::vector<Column> columns_of(const SceneMeasurement& m) {
 
 TextTable short_table(const SceneMeasurement& m, bool settings_in_rows) {
   TextTable table{{""}, {}};
-  const std::vector<Column> columns = columns_of(m);
+  const std::vector<Column> columns = columns_of(m, settings_in_rows);
   for (const Column& column : columns) table.head.push_back(column.head);
   for (const MeasuredSettings& run : m.runs) {
     std::vector<std::string> row{settings_in_rows ? label(run) : short_label(run)};
@@ -283,24 +298,22 @@ double worst_share(const SceneMeasurement& m, std::size_t figure) {
   return worst;
 }
 
-/// The figures that a run misses by more than their tolerance, at most the four worst.
+/// Returns the figures that a run misses by more than their tolerance, the worst first.
 std::vector<std::size_t> missed_figures(const SceneMeasurement& m) {
-  constexpr std::size_t most = 4;
   std::vector<std::size_t> figures;
   for (std::size_t figure = 0; figure < m.runs.front().metrics.expected.size(); ++figure) {
     if (worst_share(m, figure) > 1) figures.push_back(figure);
   }
   std::ranges::stable_sort(figures, std::greater{},
                            [&](std::size_t figure) { return worst_share(m, figure); });
-  figures.resize(std::min(figures.size(), most));
   return figures;
 }
 
-/// Rows for missed figures: the error of each run, with ! where it is beyond the tolerance.
-TextTable errors_of_expectations(const SceneMeasurement& m) {
+/// Returns a row for each of the figures: the error of each run, with ! where it is beyond the tolerance.
+TextTable errors_of_expectations(const SceneMeasurement& m, const std::vector<std::size_t>& figures) {
   TextTable table{{"error in", "expected"}, {}};
   for (const MeasuredSettings& run : m.runs) table.head.push_back(short_label(run));
-  for (const std::size_t figure : missed_figures(m)) {
+  for (const std::size_t figure : figures) {
     const ExpectedFigure& first = m.runs.front().metrics.expected[figure];
     const char* const bound = first.bound == Bound::at_most ? "≤" : first.bound == Bound::at_least ? "≥" : "";
     std::vector<std::string> row{fmt::format("{}, {}", first.name, first.unit),
@@ -314,21 +327,23 @@ TextTable errors_of_expectations(const SceneMeasurement& m) {
   return table;
 }
 
-/// The missed figures as a table, and how many figures are known.
+/// Returns the missed figures as a table of at most the four worst, and how many figures are missed.
 template <typename Print>
 std::string known_figures(const SceneMeasurement& m, const Print& print) {
+  constexpr std::size_t most = 4;
   const std::size_t all = m.runs.front().metrics.expected.size();
-  const std::size_t shown = missed_figures(m).size();
-  if (shown == 0) return fmt::format("\nKnown figures: {}, all within tolerance.\n", all);
-  const std::string table = fmt::format("\n{}", print(errors_of_expectations(m)));
-  return shown == all ? table : fmt::format("{}\nKnown figures: {}.\n", table, all);
+  std::vector<std::size_t> figures = missed_figures(m);
+  const std::size_t missed = figures.size();
+  if (missed == 0) return fmt::format("\nKnown figures: {}, all within tolerance.\n", all);
+  figures.resize(std::min(missed, most));
+  return fmt::format("\n{}\nMissed (!): {} of {} known figures.\n", print(errors_of_expectations(m, figures)),
+                     missed, all);
 }
 
-/// The signs that stand in the text, explained.
-std::string legend(const std::string& text, bool has_known) {
+/// Explains the signs ≈ and – where they stand in the text.
+std::string legend(const std::string& text) {
   std::string signs;
   if (text.find("≈") != std::string::npos) signs += "≈: below 100 uncertainties. ";
-  if (has_known && text.find('!') != std::string::npos) signs += "!: beyond the scene's tolerance. ";
   if (text.find("–") != std::string::npos) signs += "–: diverged, or never happened. ";
   if (signs.empty()) return signs;
   signs.back() = '\n';
@@ -338,13 +353,12 @@ std::string legend(const std::string& text, bool has_known) {
 template <typename Print>
 std::string short_tables(const SceneMeasurement& m, const Print& print) {
   const bool is_plain = has_each_algorithm_once(m);
-  std::string text = fmt::format("Reference: {}. Duration {:g} s{}.\n", reference_text(m.reference),
-                                 m.duration, is_all_bounded(m) ? ", all bounded" : "");
+  std::string text = m.stands ? "" : fmt::format("Reference: {}. ", reference_text(m.reference, false));
+  text += fmt::format("Duration {:g} s{}.\n", m.duration, is_all_bounded(m) ? ", all bounded" : "");
   if (is_plain) text += settings_line(m);
   text += fmt::format("\n{}", print(short_table(m, !is_plain)));
-  const bool has_known = has_expectations(m) && m.runs.size() + 2 <= most_columns;
-  if (has_known) text += known_figures(m, print);
-  return text + legend(text, has_known);
+  if (has_expectations(m) && m.runs.size() + 2 <= most_columns) text += known_figures(m, print);
+  return text + legend(text);
 }
 
 Json number(double value) {
@@ -352,13 +366,14 @@ Json number(double value) {
 }
 }  // namespace
 
-std::string reference_text(const ReferenceMotion& reference) {
+std::string reference_text(const ReferenceMotion& reference, bool names_method) {
   if (reference.horizon == 0) {
     return fmt::format("none: {} and half its steps diverge at once, at {}", reference.method,
                        reference.divergence_point);
   }
-  std::string text = fmt::format("{}, uncertain by {} m until {:.3g} s", reference.method,
-                                 short_number(reference.uncertainty), reference.horizon);
+  std::string text = names_method ? reference.method + ", " : "";
+  text +=
+      fmt::format("uncertain by {} m until {:.3g} s", short_number(reference.uncertainty), reference.horizon);
   if (!reference.divergence_point.empty())
     text += fmt::format(", when {} diverges", reference.divergence_point);
   return text;

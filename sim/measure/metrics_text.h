@@ -22,13 +22,14 @@ struct SceneMeasurement {
   double size = 0;      ///< m
   double duration = 0;  ///< s
   bool stands = false;  ///< all bodies stay at rest in the reference
+  bool driven = false;  ///< a motor or a moving kinematic body adds energy
   std::string modelled;
   ReferenceMotion reference;  ///< of its motion nothing is printed
   std::vector<MeasuredSettings> runs;
 };
 
-/// Returns one line: the method, the uncertainty and the horizon of a reference.
-std::string reference_text(const ReferenceMotion& reference);
+/// Returns one line: the uncertainty and the horizon of a reference, with its method where `names_method`.
+std::string reference_text(const ReferenceMotion& reference, bool names_method = true);
 
 /// Returns the measurement for a terminal: the reference, the settings, a table of at most seven columns with
 /// a row for each run, and one with the known figures that a run misses, at most four. `all` returns every

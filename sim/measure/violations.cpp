@@ -17,21 +17,6 @@ namespace {
 
 using Severity = Violation::Severity;
 
-/// True where no motor and no moving kinematic body can add energy. A drive that holds a position is a
-/// spring, except one per unit of mass, which counts as a motor.
-bool is_undriven(const Scene& scene) {
-  return std::ranges::none_of(scene.joints,
-                              [](const Joint& joint) {
-                                return std::ranges::any_of(joint.drives, [](const JointDrive& drive) {
-                                  return drive.acceleration || drive.velocity_target != 0;
-                                });
-                              }) &&
-         std::ranges::none_of(scene.bodies, [](const Body& body) {
-           return body.inverse_mass == 0 &&
-                  (body.linear_velocity != Vector3::Zero() || body.angular_velocity != Vector3::Zero());
-         });
-}
-
 /// True where nothing can take or store energy: no contacts, drives, springs or stops.
 bool is_unbraked(const Model& model) {
   return !model.contacts && model.drives.empty() && std::ranges::all_of(model.limits, [](const Limit& limit) {
@@ -63,6 +48,19 @@ double momentum_scale(const Scene& scene, double energy) {
 
 }  // namespace
 
+bool is_driven(const Scene& scene) {
+  const auto is_motor = [](const JointDrive& drive) {
+    return drive.acceleration || drive.velocity_target != 0;
+  };
+  const auto moves_by_itself = [](const Body& body) {
+    return body.inverse_mass == 0 &&
+           (body.linear_velocity != Vector3::Zero() || body.angular_velocity != Vector3::Zero());
+  };
+  return std::ranges::any_of(
+             scene.joints, [&](const Joint& joint) { return std::ranges::any_of(joint.drives, is_motor); }) ||
+         std::ranges::any_of(scene.bodies, moves_by_itself);
+}
+
 std::vector<Violation> violations(const Scene& scene, const Metrics& metrics) {
   std::vector<Violation> result;
   const auto check = [&result](const char* what, double value, const char* unit, double most,
@@ -89,7 +87,7 @@ std::vector<Violation> violations(const Scene& scene, const Metrics& metrics) {
 
   const double scale = energy_scale(scene);
   const Model model = build_model(scene);
-  if (is_undriven(scene)) {
+  if (!is_driven(scene)) {
     check(
         "energy growth", metrics.energy_growth, "J",
         bounded_energy * scale + energy_of_violations(scene, gap + depth) + energy_of_springs(model, start.q),

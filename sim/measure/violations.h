@@ -35,6 +35,10 @@ struct Violation {
   Severity severity;
 };
 
+/// True where a motor or a moving kinematic body can add energy. A drive that holds a position is a spring,
+/// except one per unit of mass, which counts as a motor.
+bool is_driven(const Scene& scene);
+
 /// Returns what no motion of the scene does. Gaps, penetrations and energies count beyond the start's own.
 std::vector<Violation> violations(const Scene& scene, const Metrics& metrics);
 

@@ -329,8 +329,7 @@ std::vector<PublishedMeasurement> measure_published(const std::vector<PublishedR
 }
 
 std::string to_markdown(const std::vector<PublishedMeasurement>& measurements) {
-  TextTable summary{{"result", "met", "lost by"}, {}};
-  std::string tables;
+  std::string text;
   for (const PublishedMeasurement& measurement : measurements) {
     std::vector<std::string> lost;
     for (const PublishedFigure& line : measurement.figures) {
@@ -339,15 +338,15 @@ std::string to_markdown(const std::vector<PublishedMeasurement>& measurements) {
         if (std::ranges::find(lost, entry) == lost.end()) lost.push_back(entry);
       }
     }
-    summary.rows.push_back({measurement.result.name, measurement.is_met() ? "yes" : "no",
-                            fmt::format("{}", fmt::join(lost, "; "))});
-    TextTable reported{{"engine", "setting", "reported"}, measurement.result.reported};
-    tables += fmt::format("\n### {}\nRule: {}.\n\n{}\n{}", measurement.result.name, measurement.result.rule,
-                          to_markdown(reported), to_markdown(figures_table(measurement)));
+    text += fmt::format("### {}\nRule: {}. **{}.** Reported:\n\n", measurement.result.name,
+                        measurement.result.rule,
+                        lost.empty() ? "Met" : fmt::format("Lost by {}", fmt::join(lost, "; ")));
+    for (const std::vector<std::string>& row : measurement.result.reported)
+      text += fmt::format("- {}, {}: {}\n", row[0], row[1], row[2]);
+    text += fmt::format("\n{}\n", to_markdown(figures_table(measurement)));
   }
-  return to_markdown(summary) + tables +
-         "\nAt most four figures of a result are shown, those missed most. !: beyond the scene's "
-         "tolerance.\n";
+  return text +
+         "At most four figures of a result are shown, those missed most. !: beyond the scene's tolerance.\n";
 }
 
 }  // namespace substep

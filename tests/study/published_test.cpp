@@ -75,8 +75,8 @@ TEST_F(PublishedFile, LosesWhereTheJudgedMiss) {
   const auto measured = measure_published(results, {});
   EXPECT_FALSE(measured[0].is_met());
   const std::string page = to_markdown(measured);
-  EXPECT_THAT(page, HasSubstr("| P3 | no | A2, few |"));
-  EXPECT_THAT(page, HasSubstr("| Kamino | 75 sweeps | 2 % |"));
+  EXPECT_THAT(page, HasSubstr("**Lost by A2, few.**"));
+  EXPECT_THAT(page, HasSubstr("- Kamino, 75 sweeps: 2 %"));
 }
 
 TEST_F(PublishedFile, NamesTheLineOfTrouble) {
