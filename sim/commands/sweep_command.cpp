@@ -30,7 +30,7 @@ struct SweepCommand {
   bool merge = false;
 };
 
-/// "2/8": the second of eight parts.
+/// Reads "2/8": the second of eight parts.
 void read_part(const std::string& text, SweepOptions& options) {
   const char* const end = text.data() + text.size();
   const auto part = std::from_chars(text.data(), end, options.part);
@@ -42,7 +42,7 @@ void read_part(const std::string& text, SweepOptions& options) {
   }
 }
 
-/// Submits a job array whose tasks do a part each. Slurm runs a script; its arguments are the script's.
+/// Submits a job array to Slurm, each of whose tasks does a part.
 void submit(const SweepCommand& command, int tasks) {
   const fs::path results = fs::absolute(command.options.results);
   std::error_code failure;
@@ -120,9 +120,9 @@ void add_sweep_command(CLI::App& app) {
   command->add_option("--job", options->job, "Only this part of the jobs: 2/8 is the second of eight");
   command->add_option("--slurm", options->slurm, "Submit them to Slurm instead, as an array of so many tasks")
       ->check(CLI::Range(1, 100000));
-  command->add_flag("--merge", options->merge, "Run nothing: put together what the parts left");
+  command->add_flag("--merge", options->merge, "Run nothing: merge the results of the parts");
   command->footer(
-      "What is done is kept, and not done again: a sweep that was interrupted goes on where it stopped. "
+      "Results are kept: an interrupted sweep continues where it stopped. "
       "Errors are\n"
       "the same in every run (errors.csv), times are not (times.csv).\n"
       "Example:\n  substep sweep scenes/sweep.toml --output results");
