@@ -19,10 +19,10 @@ namespace {
 
 using Json = GlbWriter::Json;
 
-/// Surfaces of bodies that have one colour and finish.
+/// Materials of bodies with one colour and finish.
 using SurfaceKey = std::tuple<std::array<float, 3>, float, float>;
 
-/// Triangles of one material, with what its textures ask for.
+/// Triangles of one material, with the vertex attributes that its textures need.
 struct Primitive {
   int material = 0;
   std::vector<float> positions;
@@ -34,7 +34,7 @@ struct Primitive {
   std::map<std::uint32_t, std::uint32_t> renumbered;
 };
 
-/// What a body draws, as meshes of a file: equal ones once.
+/// The meshes of bodies in the file; bodies with equal ones share a mesh.
 class BodyMeshes {
  public:
   BodyMeshes(GlbWriter& writer, const Scene& scene)
@@ -42,7 +42,7 @@ class BodyMeshes {
 
   const BodyMesh& gathered() const { return mesh_; }
 
-  /// −1 where the body draws nothing.
+  /// Returns the index of a body's mesh, −1 where it has none.
   int add(std::size_t body);
 
   int add_plain(const Vertex& vertex);
@@ -107,7 +107,7 @@ std::vector<Primitive> BodyMeshes::plain_primitives(std::size_t body) {
   return list;
 }
 
-/// What a material does not ask for is left out.
+/// Writes a primitive, with only those vertex attributes that its material needs.
 std::vector<Primitive> BodyMeshes::textured_primitives(std::size_t body) {
   std::vector<Primitive> list;
   for (const Piece& piece : mesh_.pieces) {
@@ -185,7 +185,7 @@ Json rotation_of(const Quaternion& q) {
   return {unit.x(), unit.y(), unit.z(), unit.w()};
 }
 
-/// The rotation that takes −Z, along which cameras and lights look, to a direction.
+/// Returns the rotation from −Z, along which cameras and lights look, to a direction.
 Quaternion looking_along(const Vector3& direction) {
   return Quaternion::FromTwoVectors(-Vector3::UnitZ(), direction.normalized());
 }
@@ -206,7 +206,7 @@ void add_ground(GlbWriter& writer, const Scene& scene, BodyMeshes& meshes) {
       {{"name", "ground"}, {"mesh", writer.root()["meshes"].size() - 1}, {"translation", {0, height, 0}}});
 }
 
-/// As the renderer looks at a scene without a camera, in a wide picture.
+/// Returns the renderer's camera for a scene without one, in a wide picture.
 Camera automatic_camera(std::span<const Part> parts, std::span<const std::vector<Coordinates>> frames) {
   const View view = automatic_view(parts, frames, 16.0 / 9);
   const auto vector = [](const glm::dvec3& v) { return Vector3(v.x, v.y, v.z); };
@@ -248,7 +248,7 @@ void add_light(GlbWriter& writer, const char* name, const Light& light) {
   writer.add_node(std::move(node));
 }
 
-/// The sun is there where the file has lights of its own only if it is one of them.
+/// Adds the sun, but where the scene has other lights alone.
 void add_lights(GlbWriter& writer, const Scene& scene) {
   const Sun sun = scene.sun.value_or(Sun{});
   if ((scene.sun || scene.lights.empty()) && sun.direction.norm() > 0) {
@@ -267,7 +267,7 @@ bool can_be_keyed(const std::vector<Coordinates>& poses) {
   });
 }
 
-/// A body's channels, where it moves.
+/// Writes the animation channels of a body that moves.
 void add_channels(GlbWriter& writer, std::span<const std::vector<Coordinates>> frames, std::size_t body,
                   int node, int times, Json& animation) {
   std::vector<float> positions;
@@ -276,7 +276,7 @@ void add_channels(GlbWriter& writer, std::span<const std::vector<Coordinates>> f
   for (const std::vector<Coordinates>& frame : frames) {
     for (int axis = 0; axis < 3; ++axis) positions.push_back(static_cast<float>(frame[body].linear[axis]));
     Eigen::Vector4d turn = frame[body].angular.coeffs().normalized();
-    // Of the two quaternions of a rotation the one near the last: viewers go from key to key.
+    // Take the quaternion nearer to the last one, since viewers interpolate between keys.
     if (turn.dot(before) < 0) turn = -turn;
     before = turn;
     for (int axis = 0; axis < 4; ++axis) rotations.push_back(static_cast<float>(turn[axis]));

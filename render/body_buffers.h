@@ -15,19 +15,19 @@ namespace substep::render {
 
 bool is_drawable(const Coordinates& q);
 
-/// OpenGL's names are given back by end(), while their context is current.
+/// Buffers of all bodies. end() deletes OpenGL's names, while their context is current.
 struct BodyBuffers {
   /// Consecutive parts that one call draws.
   struct Batch {
     std::size_t begin = 0;  ///< indices
     std::size_t end = 0;
-    std::size_t first_body = 0;  ///< whose place comes first in the program's blocks
+    std::size_t first_body = 0;  ///< the body whose pose comes first in the program's blocks
     bool is_closed = false;
   };
 
   GLuint array = 0;
-  /// Vertices, indices, each vertex's body within its batch, looks; bodies' places in the picture and in the
-  /// world.
+  /// Vertices, indices, each vertex's body within its batch, vertex looks; bodies' poses in the picture and
+  /// in the world.
   std::array<GLuint, 6> buffers{};
   std::vector<Batch> batches;
 
@@ -39,12 +39,12 @@ struct BodyBuffers {
   void draw(GLuint program, const glm::dmat4& clip_from_world, std::span<const Coordinates> poses,
             GLenum hidden = GL_BACK) const;
 
-  /// Draws the pieces that `shows` is true of, after it has set what their surfaces need; where `program` is
-  /// 0, the program too.
+  /// Draws the submeshes for which `shows` returns true, after it has set what their surfaces need, and the
+  /// program where `program` is 0.
   void draw_pieces(const BodyMesh& mesh, GLuint program, const glm::dmat4& clip_from_world,
                    std::span<const Coordinates> poses, const std::function<bool(const Piece&)>& shows) const;
 
-  /// Sets the places of the bodies from `first` on, as many as a program's blocks take.
+  /// Sets the poses of the bodies from `first` on, as many as a program's blocks take.
   void set_places(GLuint program, const glm::dmat4& clip_from_world, std::span<const Coordinates> poses,
                   std::size_t first) const;
 

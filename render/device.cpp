@@ -32,7 +32,7 @@ GLuint sampler(GLint filter, bool compares) {
   return name;
 }
 
-/// Never destroyed: at the end of the process the driver may be gone before it.
+/// Is never destroyed, since at the end of the process the driver may end first.
 struct Pool {
   std::mutex mutex;
   std::vector<std::unique_ptr<Device>> devices;

@@ -7,7 +7,7 @@
 namespace substep::render {
 namespace {
 
-// glTF's numbers for what OpenGL calls so.
+// glTF's numbers for OpenGL's constants of these names.
 constexpr int type_float = 5126;
 constexpr int type_unsigned_int = 5125;
 constexpr int array_buffer = 34962;
@@ -106,8 +106,8 @@ int GlbWriter::add_accessor(Json accessor) {
   return static_cast<int>(root_["accessors"].size()) - 1;
 }
 
-/// Numbers are of four bytes and images are filled up to as many, so that views stay aligned. x86-64 keeps
-/// numbers as glTF does, the lowest byte first.
+/// Appends bytes as a buffer view. Images are padded to multiples of four bytes, so that views stay aligned.
+/// x86-64 stores numbers as glTF does, the lowest byte first.
 int GlbWriter::add_view(std::string_view data, int target) {
   Json view = {{"buffer", 0}, {"byteOffset", binary_.size()}, {"byteLength", data.size()}};
   if (target != 0) view["target"] = target;

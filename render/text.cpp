@@ -23,7 +23,7 @@ namespace {
 
 using Color = std::array<std::uint8_t, 3>;
 
-/// Horizontal positions of a glyph within a pixel that are told apart.
+/// Number of distinct horizontal positions of a glyph within a pixel.
 constexpr int subpixels = 4;
 
 struct Glyph {
@@ -82,14 +82,14 @@ class Font {
   std::map<std::tuple<int, double, int>, Glyph> glyphs_;
 };
 
-/// One of each a thread: glyphs are cached without locks.
+/// Returns the thread's own font, so that glyphs are cached without locks.
 Font& font(bool bold) {
   thread_local Font regular_font(font_regular());
   thread_local Font bold_font(font_bold());
   return bold ? bold_font : regular_font;
 }
 
-/// The next code point of UTF-8 text; U+FFFD for each byte that belongs to none.
+/// Returns the next code point of UTF-8 text; U+FFFD for each byte that belongs to none.
 int take_codepoint(std::string_view& text) {
   const auto byte = [&text](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned char first = byte(0);
@@ -130,7 +130,7 @@ double lay_out(std::string_view text, const TextStyle& style, const Place& place
   return pen;
 }
 
-/// Blends by `weight` of 255.
+/// Blends the colour over the pixel, by `weight` of 255.
 void blend(std::uint8_t* pixel, const Color& color, int weight) {
   for (int c = 0; c < 3; ++c) {
     pixel[c] = static_cast<std::uint8_t>((pixel[c] * (255 - weight) + color[c] * weight + 127) / 255);
@@ -146,7 +146,8 @@ struct Window {
   int left, top, right, bottom;
 };
 
-/// Of the rectangle from real corners; far-off and non-finite ones are cut before they are rounded.
+/// Clips a rectangle with real corners to the image; far-off and non-finite corners are clamped before
+/// rounding.
 Window clip(const Image& image, double left, double top, double right, double bottom) {
   const auto cut = [](double value, int end) {
     return static_cast<int>(value > 0 ? std::min(value, static_cast<double>(end)) : 0.0);

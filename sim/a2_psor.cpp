@@ -5,9 +5,9 @@
 // | 5–9  | all rows at once, exactly | row by row; projected successive over-relaxation by ω | claims 1, 2, 3 |
 //
 // The limits hold for a row's total impulse, and v̂ moves by the change of the total. The report leaves the
-// order of the rows and contacts open: joints come first, then contacts by manifolds, those far from what
-// cannot move first, as patches (contact_patch.h) or by points (contact_batch.h). Rows are in the bodies'
-// frames, and meanwhile v is v̆, as in A1: J v = J̆ v̆ (III).
+// order of the rows and contacts open. Joints come first, then the manifolds of contacts, as patches
+// (contact_patch.h) or by points (contact_batch.h); manifolds far from fixed bodies come before near ones.
+// Rows are in the bodies' frames, and v is v̆ while they are solved, as in A1: J v = J̆ v̆ (III).
 
 #include <cmath>
 

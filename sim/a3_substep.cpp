@@ -9,11 +9,11 @@
 // | 11   | ω                      | τ, κ                                                 | claim 11       |
 // | 15   | –                      | J̆, β from coordinates stepped exactly                | claims 2, 4    |
 //
-// Where the report is silent: λ starts at zero in each sub-step (line 7), its limits hold for all that the
-// step has given so far (line 11); τ and κ act on what follows the coordinates, so that a motor has its own β
-// as fixed point (line 11). A contact's points are fixed in both bodies for the step, but on a ball: there it
-// is where the normal meets it (line 15). Beyond the report: contacts can have their own τ and κ (claim 17).
-// The sub-step of an impact takes more sweeps than m, as no other sub-step gives what it leaves (line 8).
+// Where the report is silent: λ starts at zero in each sub-step (line 7). Its limits hold for the impulse of
+// the step so far, and τ and κ act on position-level rows alone, so that a motor reaches its own β (line 11).
+// A contact's points are fixed in both bodies for the step; on a ball the point is where the normal meets the
+// ball (line 15). Beyond the report, contacts can have their own τ and κ (claim 17). The sub-step of an
+// impact takes more than m sweeps, since no later sub-step restores an impulse that is missing (line 8).
 // Contacts: contact_batch.h.
 
 #include "sim/algorithms.h"

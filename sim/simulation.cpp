@@ -17,7 +17,7 @@
 namespace substep {
 namespace {
 
-/// World angular velocities from local ones, at coordinates that have no rotation matrices yet.
+/// Turns local angular velocities to the world's frame, at coordinates that have no rotation matrices yet.
 void to_world(const CoordinateVector& q, VelocityVector& v) {
   for (std::size_t i = 0; i < q.size(); ++i) v[i].angular = q[i].angular * v[i].angular;
 }
@@ -52,14 +52,14 @@ struct Simulation::Implementation {
     problem.substeps.count = sub_stepped && settings.algorithm != Algorithm::avbd ? settings.substeps : 1;
     joints = is_descendant ? Joints::plain : sub_stepped ? settings.joints : Joints::rows;
     build_blocks(problem, joints);
-    // A5's sum of velocities is scaled by one τ/κ, the joints', and contacts that have another undo the rest.
-    // Where there are no joints it is the contacts', and nothing has to be undone.
+    // A5 scales its sum of velocities by one τ/κ. That is the joints', and contacts with another one undo the
+    // difference; without joints it is the contacts'.
     if (problem.c.blocks.empty()) {
       const auto [tau, kappa] = settings.of_contacts();
       settings.tau = tau;
       settings.kappa = kappa;
     }
-    if (model.contacts) state.contacts.reserve(16 * scene.colliders.size());  // as ContactFinder has
+    if (model.contacts) state.contacts.reserve(16 * scene.colliders.size());  // as ContactFinder does
     part_settings = settings;
     is_jointed.resize(state.v.size());
     for (const Block& x : problem.c.blocks) is_jointed[x.a] = is_jointed[x.b] = true;
@@ -85,9 +85,9 @@ struct Simulation::Implementation {
   }
 
   /// Sets how many equal parts a step has. A1 and A2 take the geometric stiffness of taut joints with the
-  /// coordinates of the start, which grows above a frequency of 2/h. What swings pulls with three times its
-  /// weight at most, which makes it stiffer by √3. So 1/h is allowed of the weights at the scene's start, or
-  /// of those that it would have if gravity pulled along an axis: a chain that starts level is not taut yet.
+  /// coordinates of the start, so that frequencies above 2/h diverge. A swinging body pulls with at most
+  /// three times its weight, which raises frequencies by √3. So the weights at the scene's start may cause at
+  /// most 1/h, also with gravity along any axis, since a chain that starts level is not taut yet.
   void divide_step() {
     constexpr auto is_point = [](const Lock& lock) { return lock.kind == Lock::Kind::point; };
     if (std::ranges::none_of(model.locks, is_point)) return;
@@ -111,9 +111,10 @@ struct Simulation::Implementation {
     equal_parts = static_cast<int>(std::clamp(std::ceil(settings.step * frequency), 1.0, most_divided));
   }
 
-  /// Returns how many equal parts the next step has: more where joints pulled harder in the last, as those of
-  /// what whirls do. Each undoes its part of a gap, as an undivided step would: undone the faster, it would
-  /// pull harder yet. A2 has the start's, so that its rows are as many in each step.
+  /// Returns the number of equal parts of the next step. A1 has more parts after a step in which joints
+  /// pulled harder, as those of whirling bodies do; A2 keeps the start's number, so that each step has as
+  /// many rows. Each part removes only its fraction of a joint's gap: removed faster, the gap would pull
+  /// harder yet.
   int parts_of_next_step() const {
     const double needed = std::ceil(settings.step * state.transverse_frequency / allowed_swing);
     return std::max(equal_parts, static_cast<int>(std::min(needed, most_divided)));
@@ -162,8 +163,8 @@ struct Simulation::Implementation {
     ++steps;
   }
 
-  /// Takes an equal part of the step at once. Where a body is turned aside by an impact and then meets what
-  /// it would not have met, the part is taken to that impact, and from there anew.
+  /// Takes an equal part of the step at once. Where an impact turns a body aside into another one, the part
+  /// is taken to that impact, and continued from there.
   void take_equal_part() {
     tried_parts = 0;
     for (double rest = equal_part; rest > 0;) {
@@ -174,7 +175,7 @@ struct Simulation::Implementation {
     }
   }
 
-  /// Advances the state by `rest`, or by as much of it as its contacts hold for. Returns how much it was.
+  /// Advances the state by `rest`, or by the part of it for which its contacts hold. Returns the advance, s.
   double take_part(double rest) {
     constexpr int most_parts = 64;
     const double shortest = 1e-6 * equal_part;
@@ -202,8 +203,7 @@ struct Simulation::Implementation {
     }
   }
 
-  /// Returns until when in the part that was taken last its contacts were right; infinite where they all
-  /// were.
+  /// Returns the time in the last part at which its contacts ceased to hold; infinite where all held.
   double end_of_contacts(double part) {
     const auto missed = finder.missed(start, state.q, part);
     return missed ? std::min(*missed, finder.first_impact()) : std::numeric_limits<double>::infinity();
@@ -269,8 +269,8 @@ struct Simulation::Implementation {
   }
 
   /// In steps of v' = v + g hs, x' = x + hs v', a body in flight keeps to a parabola on which its velocity is
-  /// v + g hs/2. Where a part of a step has shorter sub-steps, it takes v for theirs (`sign` = 1) and back
-  /// (−1), so that flights, and what they rise to after impacts, do not depend on where a step is divided.
+  /// v + g hs/2. Where a part of a step has shorter sub-steps, this converts v to theirs (`sign` = 1) and
+  /// back (−1), so that flights, and heights after impacts, do not depend on where a step is divided.
   void shift_velocities(double sign, double duration) {
     if (duration == equal_part || !model.contacts) return;
     const double difference = (equal_part - duration) / problem.substeps.count;
@@ -289,8 +289,8 @@ struct Simulation::Implementation {
     }
   }
 
-  /// Continues the impulses of the last step: A2 to A5 begin with a fraction of them, A1 with the limits that
-  /// they are at.
+  /// Continues the impulses of the last step: A2 to A5 begin with a fraction of them, A1 with the active set
+  /// that they give.
   void start_warm() {
     const double duration = problem.substeps.duration;
     const bool is_a5 = settings.algorithm == Algorithm::a5;
@@ -311,7 +311,7 @@ struct Simulation::Implementation {
       remembered_joints.push_back(problem.warm_start.joint_scale / problem.substeps.duration * row.impulse);
   }
 
-  /// Appends what contacts gave in the part of a step that was taken last.
+  /// Appends the impulses of contacts in the last part of a step.
   void append_contact_impulses(std::vector<ContactImpulse>& impulses) const {
     if (is_descendant) {
       substep::append_contact_impulses(*problem.contacts, work.carried.contacts, state.q, impulses);

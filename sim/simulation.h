@@ -16,11 +16,12 @@ namespace substep {
 struct Problem;
 struct Work;
 
-/// A step's velocities and coordinates from a formulated problem, as proc1 … proc5 of algorithms.h.
+/// Computes a step's velocities and coordinates from a formulated problem, as proc1 … proc5 of algorithms.h
+/// do.
 using Procedure = std::function<void(std::vector<Coordinates>& q, std::vector<Velocity>& v,
                                      const Settings& settings, Problem& problem, Work& work)>;
 
-/// What one step did.
+/// The report of one step.
 struct StepReport {
   enum class Status {
     ok,
@@ -33,14 +34,14 @@ struct StepReport {
   int contacts = 0;             ///< contact points found by s1
   int rows = 0;                 ///< constraint rows formulated by s2
   std::int64_t row_solves = 0;  ///< rows solved in s3: A1 counts each row once an active set
-  int parts = 1;  ///< that the step was taken in: its equal parts, and more where bodies are struck in it
+  int parts = 1;  ///< in which the step was taken: its equal parts, and more where bodies are struck in it
   int active_sets = 0;    ///< A1: active sets tried
   double residual = 0;    ///< A1: largest violation of the MLCP, relative to its size
   int contradicting = 0;  ///< A1: rows that are violated by more than rounding
   int diverged_body = 0;
 };
 
-/// Why Simulation::equal_parts() is more than one.
+/// The reason for which Simulation::equal_parts() is above one.
 inline constexpr std::string_view reason_of_parts =
     "forces of joints make light bodies stiff in the transverse direction";
 
@@ -49,8 +50,8 @@ class Simulation {
   /// Throws Error when the settings cannot be used or the scene needs what is not modelled.
   Simulation(const Scene& scene, const Settings& settings);
 
-  /// For experiments: all is set up as for the settings' algorithm (frames, rows, blocks), but `procedure`
-  /// takes its place.
+  /// Sets all up as for the settings' algorithm (frames, rows, blocks), but steps with `procedure`, for
+  /// experiments.
   Simulation(const Scene& scene, const Settings& settings, Procedure procedure);
 
   ~Simulation();
@@ -62,26 +63,26 @@ class Simulation {
   const StepReport& step();
 
   const State& state() const;
-  /// Of all contact points of the last step, those that gave nothing too, where the bodies stand now. None
-  /// before the first.
+  /// Returns the impulses of all contact points of the last step, zero ones too, with points at the bodies'
+  /// current poses. Empty before the first step.
   std::vector<ContactImpulse> contact_impulses() const;
   const Settings& settings() const;
   const Scene& scene() const;
   std::int64_t steps() const;  ///< taken so far; the time is steps() * settings().step
 
-  /// Returns how many equal parts a step has had at most: as if the step were so much smaller. More than one
-  /// in A1 and A2 where taut joints make light bodies too stiff in the transverse direction for the whole
-  /// step: in each step by the weights that the scene's start hangs on them, and in A1 also in a step after
-  /// one in which joints pulled harder. A given procedure takes a step as one.
+  /// Returns the largest number of equal parts of a step so far. A1 and A2 take a step in parts where taut
+  /// joints make light bodies too stiff in the transverse direction: in each step by the weights that hang on
+  /// the joints at the scene's start, and in A1 also after a step in which joints pulled harder. A given
+  /// procedure takes a step as one part.
   int equal_parts() const;
 
   /// Continues from another state (same bodies) at the same time.
   void set_state(const State& state);
 
-  /// What this scene makes the solver build, and what not: "joints: 3 ball; no contacts; no gyroscopic term".
+  /// Returns the parts of the model that this scene needs: "joints: 3 ball; no contacts; no gyroscopic term".
   std::string modelled() const;
 
-  /// The multibody MLCP of the last step as text, for a file that tests can load (A1 only, else empty).
+  /// Returns the MLCP of the last step as text that tests can load (A1 only, else empty).
   std::string last_problem() const;
 
  private:

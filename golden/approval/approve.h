@@ -1,11 +1,10 @@
 #pragma once
 /// Makes what the last check produced the new goldens.
 ///
-/// Copies and never runs anything again: what a person looked at is what is approved. Refuses, and then
-/// writes nothing at all, when a file is no longer what the check left or a golden no longer what it saw,
-/// when it was not the pinned renderer that drew, and when a picture is blank. Deletes nothing. A case's
-/// sidecar is written last: an interrupted approval shows in the next check, and the same command does
-/// the rest.
+/// Copies files and runs nothing again, so that a person approves what he looked at. Refuses, and writes
+/// nothing, where a file or a golden changed since the check, where another renderer than the pinned one
+/// drew, and where a picture is blank. Deletes nothing. A case's sidecar is written last, so that the next
+/// check shows an interrupted approval, and the same command completes it.
 
 #include <cstdint>
 #include <filesystem>
@@ -28,7 +27,7 @@ struct Approval {
   std::vector<std::string> already_good;  ///< chosen cases that had passed or were approved before
 };
 
-/// Throws Error saying why not.
+/// Approves the cases. Throws Error where it refuses.
 Approval approve(const ApproveOptions& options);
 
 }  // namespace substep::golden

@@ -59,10 +59,10 @@ extern "C" void end_worker(int /*signal*/) {
   ::kill(0, SIGKILL);
 }
 
-/// Leaves the message about a signal to the parent, whether the signal reaches it alone or a terminal sends
-/// it to both.
+/// Handles signals without a message: the parent prints it, whether a signal reaches the parent alone or a
+/// terminal sends it to both.
 void end_silently() {
-  // Commands of cases are of the worker's group, and end with it.
+  // End the commands of cases, too: they are in the worker's process group.
   ::setpgid(0, 0);
   for (const int signal : {SIGINT, SIGHUP}) {
     struct sigaction now {};

@@ -1,6 +1,6 @@
 #pragma once
-/// Runs the suite: does the simulation still give the golden poses, and does the renderer still make the
-/// golden pictures of them?
+/// Runs the suite: checks that the simulation still gives the golden poses, and that the renderer still draws
+/// the golden pictures of them.
 ///
 /// Two tests that do not depend on each other, for each case:
 ///   poses   the live simulation against the golden pose log, bit for bit (motion_comparison.h);
@@ -10,13 +10,12 @@
 /// renderer pictures must be equal; on another one the case's tolerance holds, and a picture beyond it is put
 /// down to the environment.
 ///
-/// A case that fails because its inputs are others says so instead: the scene's file, what is loaded of it,
-/// or a golden that is not the one that was approved (decide(), case_context.h). A case that cannot be
+/// Where a case fails because its inputs changed, its verdict names the input: the scene's file, the loaded
+/// scene, or a golden that was edited after its approval (decide(), case_context.h). A case that cannot be
 /// checked at all is an error, and the other cases are checked.
 ///
-/// Everything that a person wants to see of a failing case lies in <output>/<case>/: the new pose log and the
-/// pictures that PicturePair names. <output>/results.json has every figure, and is what approve() and the
-/// report go by. Goldens are never written here.
+/// Files of a failing case are in <output>/<case>/: the new pose log and the pictures that PicturePair names.
+/// <output>/results.json has every figure; approve() and the report read it. Goldens are never written here.
 
 #include <filesystem>
 #include <functional>

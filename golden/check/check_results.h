@@ -1,5 +1,5 @@
 #pragma once
-/// results.json: every figure of a check, what approving would copy, and all that the report shows.
+/// results.json: every figure of a check, the files that approving would copy, and the report's data.
 
 #include <filesystem>
 #include <nlohmann/json.hpp>

@@ -17,7 +17,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// A line on what was found of cases that pass, such as a golden that is not the approved one.
+/// Prints a line on cases that pass with a note, such as a golden that is not the approved one.
 void print_notes_of_passing(const Json& results) {
   std::vector<const Json*> noted;
   for (const Json& entry : results.at("cases"))
@@ -28,7 +28,8 @@ void print_notes_of_passing(const Json& results) {
              noted.front()->at("notes").at(0).get<std::string>());
 }
 
-/// The simplest case of each group that fails in full, a line a group, the totals, and where to look.
+/// Prints the simplest case of each group of failures in full, a line for each group, the totals, and the
+/// report's path.
 void print_outcome(const Json& results, const std::filesystem::path& output) {
   const ResultsLocation location = location_of(results, output);
   const std::vector<FailureGroup> groups = failure_groups(results);

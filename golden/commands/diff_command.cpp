@@ -32,7 +32,7 @@ bool is_png(const fs::path& file) {
   return stream.read(found.data(), static_cast<std::streamsize>(found.size())) && found == start;
 }
 
-/// Prints what differs; returns whether anything does.
+/// Prints the differences. Returns true where there are any.
 bool differ(const PoseLog& expected, const PoseLog& actual) {
   const PoseDifference difference = compare(expected, actual);
   std::istringstream headers(difference.headers);

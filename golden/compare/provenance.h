@@ -16,13 +16,14 @@ struct MadeWith {
   std::string commit;  ///< of the work tree; with "-dirty" when files differ from it; empty outside of git
 };
 
-/// `folder` is in the work tree whose commit is meant. Asks for the renderer only when `with_renderer`.
+/// Returns the provenance of goldens made here, with the commit of the work tree that `folder` is in. Starts
+/// the renderer only where `with_renderer`.
 MadeWith made_with(const std::filesystem::path& folder, bool with_renderer);
 
-/// 16 hexadecimal digits of the 64-bit FNV-1a of bytes: tells that a file is another, not that it was forged.
+/// Returns 16 hexadecimal digits of the 64-bit FNV-1a of bytes, which detects changes but no forgery.
 std::string content_hash(std::string_view bytes);
 
-/// The whole file. Throws Error.
+/// Returns the file's content. Throws Error.
 std::string read_bytes(const std::filesystem::path& file);
 
 }  // namespace substep::golden

@@ -38,7 +38,7 @@ struct Axes {
 std::string curve(const Json& errors, std::size_t column, const Axes& axes, std::string_view style) {
   std::string points;
   for (const Json& error : errors) {
-    // Not a number in JSON: the run had left all bounds.
+    // JSON has no number here: the run had diverged.
     const double value = error.at(column).is_null() ? 1e9 : error.at(column).get<double>();
     if (value <= 0) continue;
     fmt::format_to(std::back_inserter(points), "{:.1f},{:.1f} ", axes.x(error.at(0).get<double>()),

@@ -91,7 +91,8 @@ class Viewer {
     const source = this.images[what];
     const width = Number(source.getAttribute('width')), height = Number(source.getAttribute('height'));
     const wanted = this.mode === 'side' ? 540 : 960;
-    // As large as fits; from twice the size on whole pixels, so that all are alike.
+    // Scale the picture to fit; from twice the size on use whole factors, so that all pixels are equally
+    // large.
     const fits = Math.max(1, Math.min(3, wanted / width, (innerHeight - 200) / height));
     const base = fits < 2 ? fits : Math.floor(fits);
     const view = element('div', {class: 'view', 'data-shows': what});
@@ -289,7 +290,7 @@ class Report {
     next.scrollIntoView({block: 'start'});
   }
 
-  /// What a key changes is brought into sight.
+  /// Scroll to the element that a key changes.
   show(viewer, mode) {
     viewer.set(mode);
     viewer.pair.scrollIntoView({block: 'nearest'});
@@ -297,7 +298,7 @@ class Report {
 
   key(event) {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    // A tick keeps the focus: space is its own key, the others are the report's.
+    // A checkbox keeps the focus and the space key; other keys are the report's.
     if (event.target.tagName === 'INPUT' && event.key === ' ') return;
     const viewer = this.viewer();
     const mode = MODES[Number(event.key) - 1];

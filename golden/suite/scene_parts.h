@@ -21,7 +21,8 @@ struct SceneDifference {
   std::string text;       ///< "mass of box_3; mesh or colour of box_1, box_2 and 5 more"; empty: nothing
 };
 
-/// `names` are those of the noted scene's bodies, as its pose log has them; empty where there is none.
+/// Compares a scene with noted digests. `names` are the noted bodies' names from its pose log; empty without
+/// one.
 SceneDifference scene_difference(const nlohmann::ordered_json& noted, const Scene& scene,
                                  const std::vector<std::string>& names);
 

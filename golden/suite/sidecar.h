@@ -36,16 +36,16 @@ struct Sidecar {
   const Picture* picture(int frame) const;
 };
 
-/// Throws Error when it is there and damaged.
+/// Reads a sidecar, if there is one. Throws Error where it is damaged.
 Sidecar read_sidecar(const std::filesystem::path& file);
 
-/// A picture of a case as it would be approved.
+/// A picture of a case that could be approved.
 struct ApprovablePicture {
   const render::Image* picture = nullptr;
   std::vector<BodyExtent> bodies;
 };
 
-/// A case's run as it would be approved, and its logs as they would be written.
+/// A case's run that could be approved, with the files of its logs.
 struct ApprovableRun {
   const PoseLog* log = nullptr;
   std::string pose_log_hash;

@@ -31,7 +31,7 @@
 ///     scene = "../scenes/arm.gltf"
 ///     poses = "../out/arm.csv"        # a pose table; not in [defaults]
 ///
-/// A case has what [defaults] say, then what it says itself. Without a `pose_tolerance` (motion_comparison.h)
+/// A case has the keys of [defaults], overridden by its own. Without a `pose_tolerance` (motion_comparison.h)
 /// poses must be the golden ones bit for bit. A run made elsewhere reads of the settings step, iterations and
 /// substeps; a table is compared up to `frames` or its end. Commands of several cases may run at once.
 ///
@@ -80,7 +80,7 @@ struct SuiteCase {
   std::filesystem::path sidecar;       ///< what its goldens were made with
   std::filesystem::path image_file(int frame) const;
 
-  /// `settings` with the scene's step and sub-steps, where the suite does not set them.
+  /// Returns `settings` with the scene's step and sub-steps, where the suite does not set them.
   Settings settings_for(const Scene& of_case) const;
 };
 
@@ -97,16 +97,16 @@ bool is_case_name(std::string_view name);
 /// Returns `named`, or its suite.toml where that is a folder.
 std::filesystem::path suite_file(const std::filesystem::path& named);
 
-/// `file` may also be a folder, see suite_file(). Throws Error with file and line for anything that is
-/// unknown, missing, of a wrong type or out of range.
+/// Reads a suite; `file` may also be a folder, see suite_file(). Throws Error with file and line for anything
+/// that is unknown, missing, of a wrong type or out of range.
 Suite read_suite(const std::filesystem::path& file);
 
-/// The cases of these names, in the suite's order; "box_stack" stands for all cases of that scene. Empty:
-/// all. Throws Error for a name that is none.
+/// Returns the cases of these names, in the suite's order; "box_stack" stands for all cases of that scene.
+/// Without names returns all. Throws Error for an unknown name.
 std::vector<SuiteCase> select(const Suite& suite, const std::vector<std::string>& names);
 
-/// Files in poses/ and images/ that belong to no case, sorted; hidden files and those of file managers are
-/// none.
+/// Returns the files in poses/ and images/ that belong to no case, sorted, but for hidden files and those of
+/// file managers.
 std::vector<std::filesystem::path> orphans(const Suite& suite);
 
 }  // namespace substep::golden

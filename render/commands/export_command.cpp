@@ -33,7 +33,7 @@ void export_run(const ExportOptions& options) {
   Progress progress;
   const LoadedRun run = options.run.load({}, progress);
   const PoseLog& log = run.log;
-  // Keys at whole steps that the log has poses of, as near to the rate as these come.
+  // Choose keys at steps whose poses the log has, as near to the rate as possible.
   const double spacing = log.settings.step * log.full_every;
   const int every = log.full_every * std::max(1, static_cast<int>(std::lround(1 / (options.rate * spacing))));
   std::vector<std::vector<Coordinates>> frames;

@@ -36,7 +36,8 @@ std::vector<double> times_in(const std::vector<std::string>& typed, double durat
   return times;
 }
 
-/// For print, all pictures together have the width, and `size` their shape.
+/// Returns the size of a picture in print, where all columns together have the width and `size` gives the
+/// shape.
 void set_size(const RenderOptions& options, TimeSheetSettings& sheet) {
   const ImageSize size = image_size_in(options.size.value_or("640x360"));
   sheet.width = size.width;

@@ -58,7 +58,7 @@ Tables table_named(const std::string& name) {
   throw Error(fmt::format("--table '{}': give descendants-rows or descendants-time", name));
 }
 
-/// Draws where the five algorithms leave the scene, at their default settings, three beside each other.
+/// Draws the scene's end by the five algorithms with default settings, three pictures in a row.
 std::string still_of(const Scene& scene, int threads) {
   TimeSheetSettings sheet;
   sheet.comparison.step = scene.step;

@@ -1,5 +1,5 @@
 #pragma once
-/// What is drawn or exported: a pose log or table, or a scene that is simulated first; as typed.
+/// The typed input of commands that draw or export: a pose log or table, or a scene that is simulated first.
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
@@ -16,10 +16,10 @@ namespace substep::render {
 struct LoadedRun {
   Scene scene;
   PoseLog log;
-  std::string stem;  ///< what files made of it are named after: "box_stack.a3"
+  std::string stem;  ///< the name of files that are made of it: "box_stack.a3"
 };
 
-/// How far a scene is simulated: to this frame, and to this time. Neither: for its duration.
+/// The end of a simulation: a frame, a time, or without both the scene's duration.
 struct Until {
   std::optional<int> frame;
   std::optional<double> time;
@@ -33,16 +33,16 @@ struct RunInput {
 
   /// Adds the file as the command's argument, --scene and the options of solving and of meshes.
   void add_to(CLI::App& command);
-  /// Adds the same without the file.
+  /// Adds the options without the file.
   void add_options_to(CLI::App& command);
 
   /// Throws Error when the output is one of the files that are read.
   void require_separate(const std::filesystem::path& output) const;
 
-  /// A log is read, a scene simulated. Throws Error.
+  /// Reads the log, or simulates the scene. Throws Error.
   LoadedRun load(const Until& until, Progress& progress) const;
 
-  /// A glTF file without physics as it stands, as a run of one frame; nothing where the input is another.
+  /// Returns a run of one frame that shows a glTF file without physics; nothing for other inputs.
   std::optional<LoadedRun> load_still() const;
 };
 

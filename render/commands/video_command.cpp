@@ -41,7 +41,7 @@ void make(VideoOptions& options) {
   video.camera = camera_named(options.camera, scene);
   video.overlays = overlays_named(options.overlays);
   if (!options.strips.empty()) video.strips = strips_named(options.strips);
-  // What CLI11 compares with a range may be no number.
+  // CLI11's range check lets NaN pass.
   if (std::isnan(video.hold)) throw Error("--hold nan: must be from 0 to 60 s");
   if (video.poster_time && !std::isfinite(*video.poster_time)) {
     throw Error(fmt::format("--poster-time {}: give seconds", *video.poster_time));
@@ -82,7 +82,7 @@ void make(VideoOptions& options) {
   }
 }
 
-/// How it is shown.
+/// Adds the options of overlays, strips and the camera.
 void add_look_options(CLI::App& command, VideoOptions& options) {
   command
       .add_option("--overlay", options.overlays,

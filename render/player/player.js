@@ -180,7 +180,7 @@ class Player {
     this.on[name] = !this.on[name];
     button.setAttribute('aria-pressed', String(this.on[name]));
     this.writeKey();
-    // The key takes room.
+    // The legend changes the layout.
     this.layOut();
   }
 

@@ -16,7 +16,7 @@ void append(std::string& stream, std::int64_t change) {
   stream += static_cast<char>(left);
 }
 
-/// The pose in whole units; what is not finite as `before`.
+/// Returns the pose in whole units; numbers that are not finite stay as in `before`.
 Whole whole(const Coordinates& q, double unit, const Whole& before) {
   constexpr double far = 1e5;
   Whole result = before;

@@ -9,7 +9,7 @@
 namespace substep::report {
 namespace {
 
-/// Null where none is within so many metres of the reference.
+/// Returns the cheapest run within so many metres of the reference, or null.
 const SweepRecord* cheapest_within(const std::vector<SweepRecord>& records, double metres,
                                    bool (*is_of)(const SweepRecord& record)) {
   const SweepRecord* best = nullptr;
@@ -21,7 +21,7 @@ const SweepRecord* cheapest_within(const std::vector<SweepRecord>& records, doub
   return best;
 }
 
-/// Returns which of two is ahead, and how many times as much the other takes.
+/// Returns which of two runs is cheaper, and the ratio of their times.
 std::string ahead_of(const SweepRecord* ours, const SweepRecord* theirs) {
   if (!ours) return "the other: ours are not there";
   if (!theirs) return "ours: no other is there";

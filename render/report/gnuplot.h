@@ -5,7 +5,7 @@
 
 namespace substep::report {
 
-/// What gnuplot prints for a script. Throws Error when it is not there or fails.
+/// Returns what gnuplot prints for a script. Throws Error where gnuplot is missing or fails.
 std::string gnuplot(const std::string& script);
 
 }  // namespace substep::report

@@ -5,9 +5,10 @@
 
 namespace substep::report {
 
-/// A panel for each scene and algorithm that ran several n with several steps.
+/// Draws a panel for each scene and algorithm that ran several n with several steps.
 Sheet step_map_sheet(const FigureSource& source);
-/// A panel for each scene and algorithm that ran several τ with several κ, for joints and contacts alike.
+/// Draws a panel for each scene and algorithm that ran several τ with several κ, for joints and contacts
+/// alike.
 Sheet factor_map_sheet(const FigureSource& source);
 
 }  // namespace substep::report

@@ -27,7 +27,7 @@ std::string style_of(const Look& look) {
   return fmt::format("with linespoints {} {}", line, points);
 }
 
-/// gnuplot's text between single quotes; its marks for subscripts are letters here.
+/// Returns text in gnuplot's single quotes, with its marks for subscripts as plain letters.
 std::string quoted_text(const std::string& text) {
   std::string result = "'";
   for (const char c : text) {
@@ -39,7 +39,7 @@ std::string quoted_text(const std::string& text) {
   return result;
 }
 
-/// The smallest and largest drawn coordinate of a panel along an axis, 0 for x.
+/// Returns the smallest and largest drawn coordinate of a panel along an axis, 0 for x.
 std::array<double, 2> range_of(const Panel& panel, std::size_t axis) {
   std::array<double, 2> range{INFINITY, -INFINITY};
   for (const Series& series : panel.series) {
@@ -100,7 +100,7 @@ std::string notes_script(const std::vector<Note>& notes) {
   return script;
 }
 
-/// Text at a point of the picture, from its top left corner.
+/// Writes text at a point of the picture, from its top left corner.
 std::string text_script(const Layout& layout, const std::string& text, double x, double y, const char* how,
                         double size) {
   return fmt::format("set label {} at screen {:.6f},{:.6f} {} font ',{:g}' textcolor rgb '{}'\n",
@@ -192,7 +192,7 @@ std::string with_dark_mode(std::string svg) {
     const auto channel = [&](int i) {
       return std::stoi(std::string(ink.light).substr(1 + 2 * i, 2), nullptr, 16);
     };
-    // gnuplot writes a colour in three ways: as it was told, with blanks, and in text without them.
+    // gnuplot writes a colour in three ways: as given, with blanks, and in text without blanks.
     const std::string blanks = fmt::format("rgb({:3}, {:3}, {:3})", channel(0), channel(1), channel(2));
     const std::string dense = fmt::format("rgb({},{},{})", channel(0), channel(1), channel(2));
     for (const char* const what : {"stroke", "fill", "color"}) {
@@ -213,7 +213,7 @@ std::string with_dark_mode(std::string svg) {
   return svg;
 }
 
-/// What the picture is written by. `unit`: points.
+/// Returns the terminal command that writes the picture. `unit`: points.
 std::string terminal(const Layout& layout, PictureFormat format, const FigureStyle& style, double unit) {
   const std::string ground =
       style.transparent ? "transparent" : fmt::format("background rgb '{}'", paper.light);
@@ -221,7 +221,7 @@ std::string terminal(const Layout& layout, PictureFormat format, const FigureSty
   constexpr double points = 0.75;
   switch (format) {
     case PictureFormat::svg:
-      // Transparent is what gnuplot's SVG is by itself.
+      // gnuplot's SVG is transparent by default.
       return fmt::format("set terminal svg size {:.0f},{:.0f} font '{},12' {}\n", layout.width, layout.height,
                          style.font, style.transparent ? "" : ground);
     case PictureFormat::pdf:
@@ -242,7 +242,7 @@ std::string terminal(const Layout& layout, PictureFormat format, const FigureSty
       layout.width * pixels, layout.height * pixels, style.font, pixels * points, pixels, pixels, ground);
 }
 
-/// Its size in print, and the font that the page that shows it may lack.
+/// Gives an SVG its size in print, and a fallback font.
 std::string for_print(std::string svg, const Layout& layout, const FigureStyle& style) {
   const double unit = *style.width / layout.width;
   const std::string given = fmt::format("width=\"{:.0f}\" height=\"{:.0f}\"", layout.width, layout.height);
@@ -258,7 +258,7 @@ bool begins_with_one_of(const std::string& title, const std::vector<std::string>
   return std::ranges::any_of(words, [&](const std::string& word) { return title.starts_with(word); });
 }
 
-/// Throws Error where a word begins no title.
+/// Throws Error where no title begins with a word.
 void require_named(const std::vector<std::string>& titles, const std::vector<std::string>& words,
                    const char* what) {
   for (const std::string& word : words) {
@@ -325,7 +325,7 @@ std::string draw(const Sheet& sheet, PictureFormat format, const FigureStyle& st
     throw Error(
         fmt::format("the figure '{}' has nothing to show: the sweep measured none of it", sheet.title));
   }
-  // Points in a unit: on screens one of the picture's, which a PNG has 96 of in an inch.
+  // Points in a unit of the picture; a PNG has 96 units in an inch.
   const double unit = style.width ? style.text / 12 : format == PictureFormat::png ? 0.75 : 1;
   const Layout layout = layout_of(sheet, style, style.width ? *style.width / 25.4 * 72 / unit : 0);
   std::string script = "set encoding utf8\n" + terminal(layout, format, style, unit);

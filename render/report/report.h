@@ -10,13 +10,13 @@
 
 namespace substep::report {
 
-/// Scenes that have a card each; of more there is a table.
+/// The most scenes for which each has a card; more are a table.
 inline constexpr std::size_t most_cards = 8;
 
-/// The page with these figures, by their names. Other figures are left out.
+/// Returns the page with these figures, by their names, and without others.
 Document report_page(const FigureSource& source, const std::map<std::string, DrawnFigure>& pictures);
 
-/// The page with all figures that there are. `progress` hears the share done: figures take a while.
+/// Returns the page with all figures of the source. `progress` receives the fraction done.
 Document make_report(const FigureSource& source, const std::function<void(double)>& progress);
 
 }  // namespace substep::report

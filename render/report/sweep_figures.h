@@ -8,9 +8,9 @@ namespace substep::report {
 Sheet work_rows_sheet(const FigureSource& source, bool contacts);
 Sheet work_time_sheet(const FigureSource& source, bool contacts);
 Sheet engines_sheet(const FigureSource& source, bool contacts);
-/// The same against the step, also of engines whose CPU times are none to compare.
+/// Draws errors against the step, also of engines whose CPU times cannot be compared.
 Sheet engine_steps_sheet(const FigureSource& source, bool contacts);
-/// One scene: error against what a run costs, with the runs marked that the choices name.
+/// Draws one scene's errors against the cost of its runs, and marks the chosen ones.
 Sheet choice_sheet(const std::vector<SweepRecord>& own);
 Sheet order_sheet(const FigureSource& source);
 Sheet slopes_sheet(const FigureSource& source);

@@ -1,5 +1,5 @@
 #pragma once
-/// What a site has of one scene.
+/// The page of one scene on a site.
 
 #include <filesystem>
 #include <functional>
@@ -11,7 +11,7 @@
 
 namespace substep::render {
 
-/// A part of an address, as it has to be written in one: "a b" as "a%20b".
+/// Returns a part of a URL, escaped: "a b" as "a%20b".
 std::string in_address(std::string_view name);
 
 /// The Markdown beside the scene's file, its first paragraph apart; empty where there is none.
@@ -22,11 +22,11 @@ struct SceneText {
 };
 SceneText text_of(const Scene& scene);
 
-/// As HTML. Links to pages beside it become links to the site's scenes among `names`, from a folder below the
-/// site's; others within the repository lead nowhere.
+/// Returns Markdown as HTML. Links to pages beside it become links to the site's scenes among `names`, from a
+/// folder below the site's; other links within the repository are removed.
 std::string html_of(const std::string& markdown, const std::vector<std::string>& names);
 
-/// A page of index.html, player.html, poster.png and, with `film`, film.mp4 in one folder.
+/// Returns index.html of a scene, beside player.html, poster.png and, with `film`, film.mp4.
 std::string scene_page(const SceneText& text, const Comparison& comparison,
                        const std::vector<std::string>& names, bool film);
 

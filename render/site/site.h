@@ -18,11 +18,11 @@ struct SiteSettings {
   bool films = false;  ///< besides players; minutes each
   double frame_rate = 30;
   double speed = 1;
-  /// What is compared in a scene. Throws Error.
+  /// Returns the runs that are compared in a scene. Throws Error.
   std::function<ComparisonSettings(const Scene&)> comparison;
-  /// Called with what is being done and its share done; may be empty.
+  /// Receives the current task and the fraction done; may be empty.
   std::function<void(std::string_view stage, double share)> progress;
-  /// Called with each scene that could not be shown, and why; may be empty.
+  /// Receives each scene that could not be shown, and the reason; may be empty.
   std::function<void(const std::filesystem::path& scene, std::string_view why)> failure;
 };
 

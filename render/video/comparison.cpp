@@ -43,8 +43,7 @@ void check(const ComparisonSettings& settings) {
   }
 }
 
-/// The panels' runs, before they are made, and the logs of those that are finished, by panel. A log has its
-/// own settings.
+/// Makes the panels' runs, and reads the logs of panels that show finished ones. A log has its own settings.
 std::vector<Run> runs_of(const Scene& scene, const ComparisonSettings& settings, std::vector<PoseLog>& logs) {
   std::vector<Run> runs;
   logs.resize(settings.panels.size());
@@ -82,8 +81,8 @@ void run_jobs(const std::vector<Job>& jobs, int threads, Tally& tally, std::int6
       });
 }
 
-/// Chooses what strips show: errors where they are known for half of the film, else what tells most to its
-/// end.
+/// Chooses the strips' quantity: errors where they are known for half of the film, else the first that
+/// applies of the others.
 void choose_strip(const Scene& scene, std::size_t kept, Comparison& comparison, ReadingChoice& readings) {
   if (!comparison.reference) return;
   comparison.strip = Strip::error;
@@ -100,7 +99,7 @@ void choose_strip(const Scene& scene, std::size_t kept, Comparison& comparison, 
   }
 }
 
-/// Turns what was kept at steps into what is shown at frames.
+/// Interpolates the poses of steps at the times of frames.
 void spread(const FrameClock& clock, double interval, const ReadingChoice& choice, Run& run) {
   if (!run.refusal.empty()) return;
   spread(clock, run.poses);
@@ -134,8 +133,8 @@ struct Work {
   int substeps = 0;  ///< of the reference; 0: not known yet
 };
 
-/// Simulates one run of the reference, or takes it from the cache. One that is cut where it is not `like`
-/// another is not kept.
+/// Simulates one run of the reference, or takes it from the cache. A run that stops where it diverges from
+/// `like` is not cached.
 void simulate_attempt(Work& work, int parts, ReferenceAttempt& attempt,
                       const ReferenceAttempt* like = nullptr) {
   const FrameClock& clock = work.clocks[0];

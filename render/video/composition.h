@@ -16,7 +16,7 @@ namespace substep::render {
 /// A piece of text and its colour.
 using KeyEntry = std::pair<std::string, Color>;
 
-/// What is given, or "rod_chain" as a person would write it.
+/// Returns the given title, or the scene's name with blanks: "rod chain".
 std::string film_title(const Scene& scene, const std::string& given);
 
 /// Returns the panels in each row of a frame of this size, such that pictures of the usual shape are as large
@@ -24,14 +24,15 @@ std::string film_title(const Scene& scene, const std::string& given);
 /// labels and strips.
 std::vector<int> rows_for(int count, int width, int height, int above);
 
-/// Throws Error when films cannot have this size: below 320×180, above 7680×4320 or odd (H.264 wants even).
+/// Throws Error for sizes that films cannot have: below 320×180, above 7680×4320 or odd (H.264 needs even
+/// ones).
 void check_film_size(int width, int height);
 
 class Composition {
  public:
   /// Lays out panels for a frame of this size and draws what does not change. Throws Error when the size
-  /// cannot be, or leaves no room for the pictures. `key`, where there is one, stands below them; of the
-  /// strips, that of errors is left out where there is no reference.
+  /// cannot be used, or leaves no room for the pictures. `key` stands below them. Without a reference the
+  /// strip of errors is left out.
   Composition(const Comparison& comparison, const std::string& title, int width, int height,
               const std::vector<KeyEntry>& key = {}, const std::vector<Strip>& strips = {});
 

@@ -8,8 +8,9 @@
 
 namespace substep::render {
 
-/// Makes `folder` of numbered frames frame_0000.png …: written beside and renamed, so that it is there whole
-/// or not at all. An earlier one with nothing but such frames is replaced; anything else in it is an Error.
+/// Makes `folder` of numbered frames frame_0000.png …, whole or not at all: frames are written to a folder
+/// beside it, which is renamed. Replaces an earlier folder of such frames, and throws Error where it holds
+/// anything else.
 class FrameFolder {
  public:
   explicit FrameFolder(const std::filesystem::path& folder);

@@ -18,7 +18,7 @@
 namespace substep::render {
 namespace {
 
-/// Mean of squared_distance over the bodies that move.
+/// Returns the mean of squared_distance over the bodies that move.
 double mean_squared_distance(const Scene& scene, const std::vector<Coordinates>& is,
                              const std::vector<Coordinates>& should_be) {
   double sum = 0;
@@ -113,7 +113,7 @@ ReferenceRun reference_of(const Scene& scene, const ReferenceAttempt& coarse, Re
   while (reference.known < both) {
     const std::size_t k = reference.known;
     const double apart = std::sqrt(mean_squared_distance(scene, coarse.poses[k], reference.poses[k]));
-    // Written so that a NaN has parted.
+    // Count a NaN as diverged.
     if (!(apart <= most)) break;
     if (fine.unsolved && times[k] + 1e-9 >= *fine.unsolved) break;
     reference.uncertainty.push_back(apart);
@@ -139,7 +139,8 @@ ReferenceRun reference_of(const Scene& scene, const ReferenceAttempt& coarse, Re
   return reference;
 }
 
-/// A turn by θ about the unit axis u moves a point by 2 sin(θ/2) times its distance from the axis, and the
+/// Returns the mean squared distance of a body's points between two poses. A turn by θ about the unit axis u
+/// moves a point by 2 sin(θ/2) times its distance from the axis, and the
 /// mean square of that distance is uᵀI u / m; sin(θ/2) u is the vector part of the quaternion between the
 /// two.
 double squared_distance(const Body& body, const Coordinates& is, const Coordinates& should_be) {

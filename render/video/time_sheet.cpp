@@ -18,8 +18,8 @@ namespace {
 constexpr Color dark{40, 43, 50};
 constexpr Color quiet{100, 105, 114};
 
-/// Where things stand, in pixels. Of a single time, rows hold several runs, and later rows may hold one less,
-/// in wider pictures.
+/// The layout in pixels. For a single time rows hold several runs, and later rows may hold one less, in wider
+/// pictures.
 struct Grid {
   int gap, line, left, top, width, height;
   std::size_t most;  ///< runs in a row
@@ -48,12 +48,12 @@ struct Grid {
     const auto less = static_cast<int>(most) - 1;
     return ((less + 1) * (width + gap) - less * gap) / less;
   }
-  /// Left end of a picture, of a run and one of its times.
+  /// Returns the left edge of the picture of a run at one of its times.
   int x(std::size_t column, std::size_t run) const {
     const std::size_t in_row = run < full ? run % most : (run - full) % (most - 1);
     return left + static_cast<int>(column + in_row) * (width_of(run) + gap);
   }
-  /// Top of a picture; its run's line is above it.
+  /// Returns the top edge of a picture, below its run's title.
   int y(std::size_t run) const { return top + line + static_cast<int>(row_of(run)) * (height + line + gap); }
 };
 
@@ -70,7 +70,7 @@ void draw_run(Image& image, const Grid& grid, std::size_t row, const Run& run, c
   if (fits) draw_text(image, grid.x(0, row) + words_left, base, words, plain);
 }
 
-/// Returns what the comparison's strip shows of a run at a frame, or what became of the run.
+/// Returns the value that the comparison's strip shows for a run at a frame, or why the run ended.
 std::string note_on(const Comparison& comparison, const Run& run, std::size_t frame) {
   if (comparison.strip == Strip::error && frame < run.errors.size()) {
     return error_label(run.errors[frame], comparison.reference->uncertainty[frame]);
@@ -107,7 +107,7 @@ Comparison simulated(const Scene& scene, const TimeSheetSettings& settings) {
   });
 }
 
-/// All poses that are shown, for the camera.
+/// Returns all poses that are shown, for the camera.
 std::vector<std::vector<Coordinates>> shown_poses(const TimeSheet& sheet) {
   std::vector<std::vector<Coordinates>> shown;
   for (const Run& run : sheet.comparison.runs) {

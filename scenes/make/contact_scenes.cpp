@@ -12,7 +12,7 @@
 namespace substep::scenes {
 namespace {
 
-/// m³, of `prism(outline, height, top_scale)`.
+/// Returns the volume of `prism(outline, height, top_scale)`, m³.
 double prism_volume(std::span<const PlanePoint> outline, double height, double top_scale) {
   double twice_area = 0;
   for (std::size_t i = 0; i < outline.size(); ++i) {
@@ -132,7 +132,7 @@ std::string incline() {
   gltf.show(slab, gltf.mesh("slab",
                             {{gltf.geometry(rounded(box(slab_size), 0.03)), gltf.material(finish::maple)}}));
 
-  // What carries the slab: drawn only.
+  // Draw the slab's supports, without colliders.
   const double half = length / 2 * cosine - 0.25;
   const double rise = 2 * half * sine / cosine;
   const std::array<PlanePoint, 3> side{{{-half, 0}, {half, 0}, {-half, rise}}};

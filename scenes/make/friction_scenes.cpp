@@ -1,4 +1,4 @@
-/// Scenes of friction: sliding, sticking, rolling, and where its law has no answer.
+/// Scenes of friction: sliding, sticking, rolling, and one in which Coulomb's law has no solution.
 
 #include "closed_forms.h"
 #include "finishes.h"
@@ -30,7 +30,7 @@ std::string sliding_ball() {
   struct Lane {
     const char* name;
     double moment;    // of m r²
-    double rolls_at;  // m from the start: where the closed form has it roll
+    double rolls_at;  // m from the start, where rolling begins
     Finish wood;
     Finish look;
   };
@@ -91,7 +91,7 @@ std::string balls_on_tray() {
   gltf.motion(tray, {.mass = 10});
   gltf.collider(tray, gltf.box_shape(tray_size), grip);
   const int board = gltf.geometry(rounded(box(tray_size), 0.02));
-  // A bar at its back where it is pushed, and lines across it that the balls' ways can be read by.
+  // Draw a bar at the back, where the tray is pushed, and lines across it to measure the balls' ways by.
   Mesh lines;
   for (int i = -6; i <= 6; ++i)
     lines.add(rounded(box({0.012, 0.01, 1.44}), 0.002, 1), at(0.2 * i, tray_size.y() / 2 - 0.004, 0));
@@ -120,7 +120,7 @@ std::string balls_on_tray() {
                          {{round, gltf.material(finishes[i])}, {band, ivory}});
   for (int row = 0; row < 5; ++row) {
     for (int i = 0; i < 5; ++i) {
-      // Y, which the band is about, lies across.
+      // Turn the band's axis, Y, across the tray.
       const int body = gltf.node("ball_" + std::to_string(5 * row + i + 1),
                                  at(0.55 + pitch * (i - 2), tray_size.y() + radius, pitch * (row - 2)) *
                                      turn(Vector3::UnitZ(), 0.3 * i) * turn(Vector3::UnitY(), pi / 4));
@@ -173,7 +173,7 @@ std::string shaken_block() {
   const int walnut = gltf.material(finish::walnut);
   gltf.show(gltf.node("stand"), gltf.mesh("stand", {{rail_look, steel}, {leg_look, walnut}}));
 
-  // Turns at a constant rate, whatever happens. Its pin goes in the table's upright slot.
+  // The crank turns at a constant rate under any load. Its pin is in the table's upright slot.
   const double crank_y = 0.32;
   const int crank = gltf.node("crank", at(crank_x, crank_y, crank_z + 0.05));
   gltf.motion(crank, {.mass = 10, .angular_velocity = {0, 0, rate}, .kinematic = true});
@@ -190,7 +190,7 @@ std::string shaken_block() {
   const int brass = gltf.material(finish::brass);
   gltf.show(crank, gltf.mesh("crank", {{wheel_look, terracotta}, {pin_look, brass}}));
 
-  // At t = 0 it stands at its right end.
+  // At t = 0 the table is at its right end.
   const int table = gltf.node("table", at(crank_x + throw_, top - table_size.y() / 2, 0));
   gltf.motion(table, {.mass = 50, .inertia = box_inertia(50, table_size)});
   gltf.collider(table, gltf.box_shape(table_size), gltf.physics_material(1));
@@ -240,7 +240,7 @@ std::string shaken_block() {
   constexpr double gravity = 9.81;
   gltf.expect_at({"place of the table at 4 s", "position", {"table"}, Vector3::UnitX()}, 4,
                  crank_x + throw_ * sine_cosine(rate * 4).cosine, 0.01, "the crank's pin: r cos ω t");
-  constexpr double least_slip = 0.0025;  // m: what the table's start with a jump may cost
+  constexpr double least_slip = 0.0025;  // m: error of the table's sudden start
   for (const Block& block : blocks) {
     const std::string name = block.name;
     const std::vector<double> slips = slips_on_shaken_table(throw_, rate, block.friction, gravity, 4);
@@ -258,7 +258,7 @@ std::string shaken_block() {
     const std::string_view source =
         "Coulomb, integrated from slip to slip; after Solfec's block under 8 cos t";
     // The first two slips, to the right and to the left. One of less than a millimetre may be lost in the
-    // first steps; then bounds are all that can be told.
+    // first steps; then only bounds are known.
     const bool is_small = block.friction > 0.5;
     for (const int side : {1, -1}) {
       const double slip = side > 0 ? slips[0] : -slips[1];
@@ -293,8 +293,7 @@ std::string painleve_rod() {
   gltf.poster(0.5);
   set_view(gltf, {-2.6, 2.4, 10.5}, {-3.9, 0.8, 0}, 0.50);
 
-  // The rod starts at rest on a belt that runs away under it: the same as a rod that is pushed along the
-  // ground.
+  // The rod starts at rest on a moving belt, which equals a rod pushed along the ground.
   const int belt = gltf.node("belt", at(length / 2 - 12, top / 2, 0));
   gltf.motion(belt, {.mass = 1000, .linear_velocity = {-slip, 0, 0}, .kinematic = true});
   const int grip = gltf.physics_material(5.0 / 3);

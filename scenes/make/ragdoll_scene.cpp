@@ -17,14 +17,14 @@ std::string ragdoll() {
   constexpr double top = rise * steps;
 
   GltfBuilder gltf("ragdoll", 4);
-  gltf.substeps(32);  // ten are too few for its blows: see the page
+  gltf.substeps(32);  // ten are too few for its impacts: scenes/ragdoll.md
   gltf.poster(0.75);
   gltf.camera({2.7, 2.6, 6.0}, {0.30, 1.20, 0}, 0.56);
   gltf.sun({-0.3, -1, -0.7}, warm_white, daylight);
   add_ground(gltf, 0.6);
   const int grip = gltf.physics_material(0.6);
   for (int i = 0; i < steps; ++i) {
-    // Each reaches from the landing to its own edge.
+    // Each step is a box from the landing to the step's edge.
     const double right = -0.9 + tread * (steps - i);
     const double length = right + 2.1;
     add_fixed_box(gltf, "step_" + std::to_string(i + 1), {length, rise, 2.0},
@@ -89,7 +89,7 @@ std::string ragdoll() {
                                      .add(ball(0.018, 16), at(0.105, 0.02, -0.04)));
   gltf.show(head, gltf.mesh("head", {{skull, wood}, {neck, dark}}));
 
-  // How far the whole turn between pelvis and chest goes is limited, about whatever axis.
+  // Limit the angle between pelvis and chest, about any axis.
   const int spine = gltf.joint_description({point, {.kind = angular, .axes = {0, 1, 2}, .max = 0.5}});
   join("spine", chest, {0, -0.21, 0}, pelvis, {0, 0.11, 0}, spine);
   const int nape = gltf.joint_description({point, cone(0.5), twist(0.8)});

@@ -1,5 +1,5 @@
 #pragma once
-/// States as lines of a table, for people who plot.
+/// Prints states as lines of a CSV table.
 
 #include <string>
 #include <string_view>
@@ -13,7 +13,7 @@ namespace substep {
 /// rad/s), in the world.
 inline constexpr std::string_view csv_columns = "t,body,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz";
 
-/// A line of these columns for each body that can move, and `more` at the end of each.
+/// Returns a line of these columns for each body that can move, with `more` at the end of each.
 std::string csv_lines(const Scene& scene, const State& state, double time, std::string_view more = "");
 
 }  // namespace substep

@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::size_t most_letters = 2;
 
-/// Returns how many letters to insert, delete, replace or swap with the next make one of the other.
+/// Returns the edit distance: the number of letters to insert, delete, replace or swap with the next one.
 std::size_t letters_between(const std::string& a, const std::string& b) {
   std::vector<std::vector<std::size_t>> least(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
   for (std::size_t i = 0; i <= a.size(); ++i) {

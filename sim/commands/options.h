@@ -1,5 +1,5 @@
 #pragma once
-/// Options that several commands take, and their values as typed.
+/// Options that several commands share, and their typed values.
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
@@ -19,7 +19,7 @@ namespace substep {
 
 struct Sweep;
 
-/// "0.01" or "1/60", in seconds. `option` is for the message. Throws Error.
+/// Reads seconds: "0.01" or "1/60". `option` is for the message. Throws Error.
 double seconds_in(const std::string& text, const std::string& option);
 
 struct ImageSize {
@@ -27,15 +27,15 @@ struct ImageSize {
   int height = 720;
 };
 
-/// "1280x720". Throws Error.
+/// Reads a size: "1280x720". Throws Error.
 ImageSize image_size_in(const std::string& text);
 
-/// Settings of solving as typed: --algorithm, --step and --substeps, and --set for all fields of Settings.
+/// The typed settings of solving: --algorithm, --step and --substeps, and --set for all fields of Settings.
 class SolverOptions {
  public:
   std::optional<std::string> duration;
 
-  /// `usual` is run where no algorithm is typed.
+  /// Uses `usual` where no algorithm is typed.
   explicit SolverOptions(Algorithm usual = Settings{}.algorithm) : usual_(usual) {}
 
   /// Adds --step, --substeps, --set and --duration.
@@ -45,13 +45,14 @@ class SolverOptions {
 
   /// Returns true where the field was typed. Throws Error where --set cannot be read.
   bool has(std::string_view field) const;
-  /// Sets what was typed. Throws Error naming what cannot be used.
+  /// Sets the typed fields. Throws Error naming a value that cannot be used.
   void apply_to(Settings& settings) const;
 
-  /// The algorithm's defaults and the scene's step with what was typed. Throws Error as apply_to().
+  /// Returns the algorithm's defaults and the scene's step with the typed settings. Throws Error as
+  /// apply_to().
   Settings settings(const Scene& scene) const;
   double seconds(const Scene& scene) const;
-  /// How many steps the duration is. Throws Error above ten million.
+  /// Returns the number of steps of the duration. Throws Error above ten million.
   int steps(const Scene& scene, const Settings& settings) const;
 
  private:
@@ -89,11 +90,11 @@ struct SceneOptions {
 
   /// Reads the scene and prints its warnings to stderr. Throws Error.
   Scene load() const { return load(file); }
-  /// The same of another file.
+  /// Reads another file likewise.
   Scene load(const std::filesystem::path& other) const;
   /// Throws Error when an output is a file that the scene is read from, or another output.
   void require_separate(const std::vector<GivenFile>& outputs) const;
-  /// What was given of the options for meshes; nothing when none was.
+  /// Returns the typed options for meshes; nothing where none was.
   std::optional<MeshOptions> mesh_options() const;
 
  private:

@@ -38,7 +38,7 @@ struct RunOptions {
   bool strict = false;
 };
 
-/// The table for people who plot: a line per step and dynamic body.
+/// The CSV table: a line for each step and dynamic body.
 class CsvTable {
  public:
   CsvTable(const fs::path& file, const Scene& scene, double step)
@@ -57,14 +57,14 @@ class CsvTable {
   double step_;
 };
 
-/// What a run did that is to be said, or with --strict is an error.
+/// The warnings of a run, which are errors with --strict.
 class RunSummary {
  public:
   explicit RunSummary(const Simulation& simulation)
       : scene_(simulation.scene()),
         settings_(simulation.settings()),
         invariants_(scene_, simulation.state()),
-        // Contacts are looked for once more to see how deep they are: not in steps finer than films show.
+        // Measuring penetration finds contacts once more, so leave it out in steps finer than a film's.
         every_(std::max(1, static_cast<int>(std::lround(1 / (60 * simulation.settings().step))))) {
     invariants_.add(simulation.state(), 0, metrics_);
   }
@@ -97,10 +97,10 @@ class RunSummary {
     }
   }
 
-  /// What is wrong with the motion.
+  /// Returns the violations of the motion.
   std::vector<Violation> found() const { return violations(scene_, settings_, metrics_); }
 
-  /// Steps that --strict does not let pass beside; empty: none.
+  /// Returns which steps are errors with --strict; empty: none.
   std::string complaint() const {
     if (least_squares_ == 0) return "";
     return fmt::format("{} steps solved in the least-squares sense only", least_squares_);

@@ -1,5 +1,5 @@
 #pragma once
-/// What commands print of runs that went wrong.
+/// Warnings of commands about runs that went wrong.
 
 #include <string>
 #include <vector>
@@ -9,8 +9,8 @@
 
 namespace substep {
 
-/// Prints a line on stderr for each violation of the run that `label` names, and says of which the run is not
-/// bounded.
+/// Prints a line on stderr for each violation of the run that `label` names, and marks those for which the
+/// run is not bounded.
 void warn_of(const Scene& scene, const std::string& label, const std::vector<Violation>& violations);
 
 }  // namespace substep

@@ -34,12 +34,12 @@ constexpr double sticking_distance = 1e-5;       // m
 constexpr double least_inverse_inertia = 1e-30;  // of what does not turn, 1/(kg m²)
 constexpr double unlimited = std::numeric_limits<double>::infinity();
 
-/// J Δq.
+/// Returns J Δq.
 double change_of(const AvbdRow& row, const Velocity& a, const Velocity& b) {
   return row.linear.dot(a.linear - b.linear) + row.angular_a.dot(a.angular) + row.angular_b.dot(b.angular);
 }
 
-/// The rotation vector from one orientation to another, in their frame.
+/// Returns the rotation vector from one orientation to another, in their frame.
 Vector3 turn(const Quaternion& from, const Quaternion& to) {
   return rotation_vector(from.conjugate() * to);
 }
@@ -48,12 +48,12 @@ double decayed(double penalty) {
   return std::clamp(gamma * penalty, least_penalty, largest_penalty);
 }
 
-/// The value that a step starts C with: it leaves α of an error, and does not hold back what is apart.
+/// Returns C at a step's start: α of an error stays, and separate bodies are not held back.
 double start_value(double value, bool is_one_sided, double alpha) {
   return is_one_sided && value > 0 ? value : (1 - alpha) * value;
 }
 
-/// Takes a joint's row, formulated at the step's start, as a constraint.
+/// Returns a joint's row, formulated at the step's start, as a constraint.
 AvbdRow row_of(const Row& row, const Block& x, double h, const Settings& settings, double force,
                double penalty) {
   AvbdRow result{
@@ -132,8 +132,8 @@ Impulse update(Problem& problem, const std::vector<Coordinates>& q, double h, Av
   return value;
 }
 
-/// The forces λ + k C, clamped; those of friction to the cone of the normal's (section 3.2). `holds`: whether
-/// friction is inside it.
+/// Returns the forces λ + k C, clamped; friction's to the cone of the normal force (section 3.2). `holds`:
+/// true where friction is inside the cone.
 Impulse forces_of(const AvbdWork& work, const AvbdBlock& x, const Impulse& value, bool* holds = nullptr) {
   Impulse force{};
   for (int k = 0; k < x.rows; ++k) {
@@ -203,7 +203,7 @@ void avbd(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, const Set
     for (int k = x.first; k < x.first + x.rows; ++k) {
       work.rows.push_back(row_of(c.rows[k], x, h, settings, is_known ? start[k] : 0,
                                  is_known ? start[c.rows.size() + k] : least_penalty));
-      // What is formulated at current coordinates has C there: keep only what is to be left of C⁻
+      // Rows formulated at current coordinates have C there: keep only the part of C⁻ that is to stay
       if (x.stabilized) work.rows.back().value += h * c.rows[k].beta;
     }
   }

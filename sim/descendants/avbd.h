@@ -1,6 +1,6 @@
 #pragma once
-/// Augmented vertex block descent (AVBD) for rigid bodies. It is not the report's, nor a descendant of its
-/// idea; it is what else is new for hard constraints.
+/// Augmented vertex block descent (AVBD) for rigid bodies. It is neither the report's nor a descendant of its
+/// idea, but another new method for hard constraints.
 ///
 /// Chris Giles, Elie Diaz, Cem Yuksel, "Augmented Vertex Block Descent", ACM Transactions on Graphics 44(4),
 /// 2025. Written from the paper, with the parameters of its demos.
@@ -19,8 +19,8 @@ struct AvbdRow {
   Vector3 linear;     ///< J of body a; that of b is −linear
   Vector3 angular_a;  ///< in the bodies' frames
   Vector3 angular_b;
-  double value;      ///< of C when the step begins, less what the step leaves of an error; m or rad
-  double force;      ///< λ: on a along J, N or N·m; with the opposite sign of the paper's
+  double value;      ///< of C when the step begins, less the part of it that the step keeps; m or rad
+  double force;      ///< λ: the force on a along J, N or N·m; the paper's has the opposite sign
   double penalty;    ///< k, N/m or N·m/rad
   double stiffness;  ///< of the material; infinite for what is rigid
   double growth;     ///< β, of the penalty by |C|
@@ -50,10 +50,10 @@ struct AvbdWork {
   std::int64_t row_solves = 0;
 };
 
-/// A step with settings.iterations iterations: takes its start in `q` and `v_local`, angular velocities in
-/// the bodies' frames, and leaves its end there. `problem` holds the joints' blocks and the contacts that
-/// were found. `start`: forces and penalties of joints' rows (State::joint_forces); `carried`: those at the
-/// end.
+/// Makes a step of settings.iterations iterations: steps `q` and `v_local`, whose angular velocities are in
+/// the bodies' frames. `problem` holds the joints' blocks and the contacts that were found. `start` has the
+/// forces and penalties of joints' rows when the step begins (State::joint_forces), `carried` those when it
+/// ends.
 void avbd(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, const Settings& settings,
           Problem& problem, const std::vector<double>& start, AvbdWork& work, CarriedForces& carried);
 

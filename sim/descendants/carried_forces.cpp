@@ -6,7 +6,7 @@
 namespace substep {
 namespace {
 
-/// In the body frame of b.
+/// Returns the vector with these components along the contact's axes, in the body frame of b.
 Vector3 composed(const Contact& contact, const Vector3& along) {
   return contact.normal_b * along[0] + contact.tangent_b1 * along[1] + contact.tangent_b2 * along[2];
 }

@@ -1,5 +1,6 @@
 #pragma once
-/// What Soft Step and AVBD carry from step to step: the forces of contacts and joints, and AVBD's penalties.
+/// State that Soft Step and AVBD carry from step to step: forces of contacts and joints, and AVBD's
+/// penalties.
 
 #include <vector>
 
@@ -8,15 +9,15 @@
 
 namespace substep {
 
-/// Of a contact point, along its normal and tangents.
+/// The forces at a contact point, along its normal and tangents.
 struct CarriedForce {
   Vector3 impulse;       ///< on a, of the step, N·s
   Vector3 force;         ///< on a, at the step's end, N
   Vector3 stiffness;     ///< AVBD: penalties, N/m
-  Vector3 displacement;  ///< AVBD: what friction holds, m; the normal's part is 0
+  Vector3 displacement;  ///< AVBD: displacement that friction holds, m; 0 along the normal
 };
 
-/// What a step ends with.
+/// The forces at a step's end.
 struct CarriedForces {
   std::vector<CarriedForce> contacts;  ///< of those found
   std::vector<double> joints;          ///< State::joint_forces

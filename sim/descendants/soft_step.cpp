@@ -60,7 +60,7 @@ double coupling(const Model& model, const SoftPoint& x, int k, int l) {
          one.angular_b.dot(b.inverse_inertia.cwiseProduct(other.angular_b));
 }
 
-/// Makes the rows of a point at the step's start; its impulses are those that the last step ended with.
+/// Makes the rows of a point at the step's start; its impulses are the last step's.
 SoftPoint point_of(const Contact& contact, const Problem& problem, const std::vector<Velocity>& v,
                    double hs) {
   const Model& model = *problem.model;
@@ -102,7 +102,7 @@ double gap_of(const SoftPoint& x, const Problem& problem) {
 /// λ' = −mass_scale M (J v + bias) − impulse_scale λ of a normal, and λ + λ' >= 0.
 double solve_normal(SoftPoint& x, double hs, const Softness& soft, const std::vector<Velocity>& v) {
   const double velocity = velocity_along(x.row[0], v[x.a], v[x.b]);
-  // What is apart may meet in the sub-step; an overlap is pushed out.
+  // Separate bodies may meet in the sub-step; overlapping ones are pushed apart.
   const bool is_apart = x.gap > 0;
   const Softness& how = is_apart ? rigid : soft;
   const double bias = is_apart ? x.gap / hs : std::max(how.mass_scale * how.bias_rate * x.gap, -fastest_push);

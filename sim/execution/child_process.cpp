@@ -43,7 +43,7 @@ TemporaryFile::~TemporaryFile() {
 std::string TemporaryFile::content() const {
   std::string text;
   std::array<char, 4096> buffer{};
-  // The other program shares the descriptor's place in the file.
+  // The other program shares the descriptor's position in the file.
   for (ssize_t count = 0;
        (count = ::pread(descriptor_, buffer.data(), buffer.size(), static_cast<off_t>(text.size()))) > 0;) {
     text.append(buffer.data(), static_cast<std::size_t>(count));

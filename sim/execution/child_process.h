@@ -10,8 +10,8 @@
 
 namespace substep {
 
-/// A file in memory without a name, gone with this object: for what another program reads or writes, also
-/// where the disk is full.
+/// A file in memory without a name that another program reads or writes, also where the disk is full. It ends
+/// with this object.
 class TemporaryFile {
  public:
   explicit TemporaryFile(std::string_view content = {});  ///< throws std::system_error
@@ -37,20 +37,20 @@ class ChildProcess {
     int err = inherited;
   };
 
-  /// Starts words[0], looked for in PATH unless it has a slash, with the other words as arguments. What
-  /// `environment` has ("NAME=value") goes before this program's own. Throws std::system_error when it cannot
+  /// Starts words[0], looked for in PATH unless it has a slash, with the other words as arguments. Variables
+  /// of `environment` ("NAME=value") override this program's own. Throws std::system_error when it cannot
   /// be started.
   explicit ChildProcess(std::vector<std::string> words, const Streams& streams,
                         std::vector<std::string> environment = {});
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
-  /// Ends the program if nobody has waited for it, whether it listens or not.
+  /// Kills the program if nobody has waited for it.
   ~ChildProcess();
 
   pid_t id() const { return process_; }  ///< −1 once its end is known
-  /// Whether it ended by itself with exit code 0; nothing as long as it runs.
+  /// Returns true where the program ended by itself with exit code 0, and nothing while it runs.
   std::optional<bool> ended();
-  /// Waits until it has ended; whether it did so by itself, with exit code 0.
+  /// Waits until the program has ended, and returns true where it did so by itself with exit code 0.
   bool succeeds();
   /// Returns its exit code once its end is known, or minus the signal that ended it.
   int exit_code() const { return exit_code_; }

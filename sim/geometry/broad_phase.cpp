@@ -33,8 +33,8 @@ bool has_nan(const Bounds& box) {
   return box.lower.hasNaN() || box.upper.hasNaN();
 }
 
-/// Parts of equal width of one axis. A box no wider than a lane is kept in that of its lower side, so that it
-/// reaches into the next one at most.
+/// Lanes of equal width along one axis. A box no wider than a lane is kept in the lane of its lower side, so
+/// that it reaches at most into the next lane.
 struct Lanes {
   int axis = 0;
   double width = 0;
@@ -53,7 +53,7 @@ struct Lanes {
   std::uint32_t to(const Bounds& box) const { return of(box.upper[axis]); }
 };
 
-/// Lanes a little wider than the box in the middle of the order of widths, which `widths` is for.
+/// Returns lanes a little wider than the box of median width; `widths` is scratch memory.
 Lanes make_lanes(int axis, const std::vector<Bounds>& boxes, std::uint32_t most,
                  std::vector<double>& widths) {
   Lanes lanes;
@@ -118,7 +118,7 @@ void BroadPhase::find_pairs(const std::vector<Bounds>& boxes, Pairs& pairs) {
   if (!std::ranges::equal(boxes, enlarged_, is_inside)) {
     enlarged_.resize(boxes.size());
     std::ranges::transform(boxes, enlarged_.begin(), enlarged);
-    near_.reserve(pairs.capacity());  // whoever made room for pairs has made it for all
+    near_.reserve(pairs.capacity());  // callers reserve `pairs` alone
     sweep(enlarged_, near_);
   }
   pairs.clear();
@@ -133,7 +133,7 @@ void BroadPhase::sweep(const std::vector<Bounds>& boxes, Pairs& pairs) {
   pairs.clear();
   const auto count = static_cast<std::uint32_t>(boxes.size());
 
-  // The spread of the middles of the boxes that have one.
+  // Find the axis along which the centres of the boxes without NaN spread most.
   Vector3 origin = Vector3::Zero();
   Vector3 sum = Vector3::Zero();
   Vector3 squares = Vector3::Zero();
@@ -194,7 +194,7 @@ void BroadPhase::sweep(const std::vector<Bounds>& boxes, Pairs& pairs) {
     head = entry.box;
   }
 
-  // By the first of each pair, counting; then by the second, within the few that share the first.
+  // Sort the pairs by their first box, by counting, then by their second among equal first ones.
   begins_.assign(count + 1, 0);
   for (const auto& pair : pairs) ++begins_[pair.first + 1];
   for (std::uint32_t i = 0; i < count; ++i) begins_[i + 1] += begins_[i];

@@ -1,4 +1,4 @@
-// Contacts of two boxes: the pair that piles consist of, so in arrays of fixed size throughout.
+// Finds contacts of two boxes, the most frequent pair in piles, in arrays of fixed size.
 
 #include <algorithm>
 #include <array>
@@ -11,11 +11,12 @@
 namespace substep {
 namespace {
 
-/// A corner this part of the size outside a side counts as inside: faces that are flush keep their corners.
+/// Fraction of the size by which a corner may lie outside a side and still count as inside, so that flush
+/// faces keep their corners.
 constexpr double flush = 1e-9;
 
-/// Corners beyond four are left out where those beside them make up for it, to this part of the size: faces
-/// that are turned a little cut each other's corners.
+/// Fraction of the size within which corners beyond four are left out where their neighbours cover them:
+/// slightly turned faces cut each other's corners.
 constexpr double slight = 1e-3;
 
 struct WorldBox {
@@ -43,7 +44,7 @@ class Polygon {
   const Corner& operator[](std::size_t i) const { return corners_[i]; }
   void push_back(const Corner& corner) { corners_[size_++] = corner; }
 
-  /// Keeps what has sign * (x or y) <= limit.
+  /// Cuts the face to sign * (x or y) <= limit.
   void cut(double Corner::*coordinate, double sign, double limit, double tolerance) {
     std::array<double, capacity> outside;
     bool any_outside = false;
@@ -145,7 +146,7 @@ class BoxPair {
         const double centre = std::abs(b_in_a_.centre[i2] * r(i1, j) - b_in_a_.centre[i1] * r(i2, j));
         const double reach = a_.half_size[i1] * absolute_(i2, j) + a_.half_size[i2] * absolute_(i1, j) +
                              b_.half_size[j1] * absolute_(i, j2) + b_.half_size[j2] * absolute_(i, j1);
-        // The root only where it can matter.
+        // Take the root only where it can matter.
         const double scaled = centre - reach;
         if (scaled < 0 && scaled * scaled >= edge_.separation * edge_.separation * squared &&
             edge_.separation <= 0) {
@@ -159,8 +160,8 @@ class BoxPair {
     return true;
   }
 
-  /// False when the boxes are apart but no face lies over the other and no edges cross: the rest is left to
-  /// the search for the closest features along `axis()`.
+  /// Returns false where the boxes are apart, no face lies over the other and no edges cross; then the
+  /// closest features along `axis()` must be searched for.
   bool add_contacts() {
     const double face = std::max(face_a_.separation, face_b_.separation);
     const bool second = face_b_.separation >
@@ -170,7 +171,7 @@ class BoxPair {
                : add_face_contacts(a_, b_, b_in_a_, face_a_.axis, true)) {
       return true;
     }
-    // What was preferred has no contact, so the axis of the largest separation decides.
+    // The preferred axis has no contact, so the axis of the largest separation decides.
     if (separation() > 0) return false;
     if (edge_.separation > face) return add_edge_contact();
     const bool other = face_b_.separation > face_a_.separation;
@@ -180,7 +181,7 @@ class BoxPair {
 
   double separation() const { return std::max({face_a_.separation, face_b_.separation, edge_.separation}); }
 
-  /// The axis of the largest separation, in the world, from a to b.
+  /// Returns the axis of the largest separation, in the world, from a to b.
   Vector3 axis() const {
     const double largest = separation();
     Vector3 axis;

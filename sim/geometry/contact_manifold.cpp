@@ -9,7 +9,7 @@
 namespace substep {
 namespace {
 
-/// A point of a disc's outline or within it and the point of the other feature across from it.
+/// A point in a disc or on its outline, and the point of the other feature opposite to it.
 struct Pair {
   Vector3 on_disc;
   Vector3 on_other;
@@ -28,27 +28,28 @@ Scratch& scratch() {
   return memory;
 }
 
-/// The point of a plane across from `point` along `direction`.
+/// Returns the point of a plane opposite to `point` along `direction`.
 Vector3 onto_plane(const Vector3& point, const Vector3& direction, const Vector3& in_plane,
                    const Vector3& plane_normal) {
   return point + direction * (plane_normal.dot(in_plane - point) / plane_normal.dot(direction));
 }
 
-/// Slope below which a disc is parallel to a plane. Its rim points turn with it then: a disc that slides flat
-/// would else have them where it tilts to by 1e-6, always in the same place of its slip.
+/// Slope below which a disc is parallel to a plane, so that its rim points turn with it. Otherwise a disc
+/// that slides flat with a tilt of 1e-6 would have them always at the same position along its slip.
 constexpr double parallel = 1e-5;
 
-/// The direction along the disc in which it goes down most towards a plane, or `across` where it does not.
+/// Returns the direction along the disc of steepest descent towards a plane, or `across` where the disc is
+/// parallel.
 Vector3 downhill(const Disc& disc, const Vector3& plane_normal) {
   const Vector3 down = disc.normal.dot(plane_normal) * disc.normal - plane_normal;
   const double slope = down.norm();
   if (slope <= parallel) return disc.across;
-  // Once more, as what was nearly parallel to the normal is not quite across it.
+  // Project once more: a vector nearly parallel to the normal is not yet perpendicular to it.
   const Vector3 start = down / slope;
   return (start - disc.normal.dot(start) * disc.normal).normalized();
 }
 
-/// A number in [0, 4) that grows with the angle of (x, y).
+/// Returns a number in [0, 4) that grows with the angle of (x, y).
 double turn_of(double x, double y) {
   const double sum = std::abs(x) + std::abs(y);
   if (sum == 0) return 0;
@@ -57,7 +58,8 @@ double turn_of(double x, double y) {
   return part < 0 ? 4 + part : part;
 }
 
-/// Parts of the way from one point to another, both in the disc's plane, at which they cross its rim.
+/// Returns the fractions of the way from one point to another, both in the disc's plane, at which it crosses
+/// the rim.
 std::array<double, 2> rim_crossings(const Disc& disc, const Vector3& from, const Vector3& to) {
   const Vector3 start = from - disc.centre;
   const Vector3 along = to - from;
@@ -73,7 +75,7 @@ std::array<double, 2> rim_crossings(const Disc& disc, const Vector3& from, const
   return {middle - half, middle + half};
 }
 
-/// Whether a point lies in the prism over the polygon along `direction`, or outside by no more than
+/// Returns true where a point lies in the prism over the polygon along `direction`, or outside it within the
 /// tolerance.
 bool is_over(const Polygon& polygon, const Vector3& direction, const Vector3& point, double tolerance) {
   const double facing = polygon.normal.dot(direction) < 0 ? -1 : 1;
@@ -124,7 +126,7 @@ RevolvedFeature feature_towards(const RevolvedSolid& solid, const Vector3& direc
   const double along = solid.axis.dot(direction);
   if (!solid.is_ball_ended) {
     const int end = along < 0 ? 0 : 1;
-    // Which looks more into the direction: the disc or, where it does so most, the side.
+    // Choose the feature that faces the direction most: the disc, or its side.
     const double side = solid.cosine * solid.outward(direction).norm() + solid.sine * along;
     if (solid.radius[end] > 0 && std::abs(along) >= side) {
       feature.is_disc = true;
@@ -150,7 +152,7 @@ void Manifold::push_round(double near, bool swapped) {
     return (pairs[i].on_disc - pairs[j].on_disc).norm() <= near;
   };
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    // Crossings of an outline at a rim point or a corner are there twice.
+    // Remove duplicates: crossings of an outline at a rim point or a corner occur twice.
     if (i > 0 && (are_one(i, i - 1) || (i + 1 == pairs.size() && are_one(i, 0)))) continue;
     push(pairs[i].on_disc, pairs[i].on_other, swapped);
   }
@@ -286,7 +288,7 @@ void Manifold::add(const Polygon& a, const Polygon& b, bool reference_is_b) {
   std::vector<Vector3>& polygon = scratch().polygon;
   std::vector<Vector3>& clipped = scratch().clipped;
   std::vector<double>& outside = scratch().outside;
-  // The two change places at each cut: as large as the larger, or they would grow one after the other.
+  // Give both buffers the size of the larger, since they swap at each cut.
   polygon.reserve(clipped.capacity());
   clipped.reserve(polygon.capacity());
   polygon.assign(incident.corners.begin(), incident.corners.end());

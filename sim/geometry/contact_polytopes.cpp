@@ -17,10 +17,11 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
 
-/// A corner this part of the size outside a side counts as inside: faces that are flush keep their corners.
+/// Fraction of the size by which a corner may lie outside a side and still count as inside, so that flush
+/// faces keep their corners.
 constexpr double flush = 1e-9;
 
-/// Where a polytope stands in the frame of another.
+/// The pose of a polytope in the frame of another.
 struct Placement {
   Matrix3 rotation;
   Vector3 position;
@@ -33,13 +34,13 @@ Placement relative(const Pose& outer, const Pose& inner) {
   return {(back * inner.orientation).toRotationMatrix(), back * (inner.position - outer.position)};
 }
 
-/// What the search over the faces of one polytope knows of each of them.
+/// The results of the search over the faces of one polytope, for each face.
 struct FaceKnowledge {
   double height;          ///< of the other's centre above the face
   std::uint32_t witness;  ///< the other's vertex lowest over the face, where that was looked for
 };
 
-/// An edge that may be the one to meet the other polytope, in the frame of a.
+/// An edge that may touch the other polytope, in the frame of a.
 struct EdgeCandidate {
   Vector3 from;
   Vector3 along;
@@ -48,7 +49,7 @@ struct EdgeCandidate {
   std::uint32_t edge;
 };
 
-/// Memory that is used by every pair in turn.
+/// Scratch memory that all pairs share.
 struct Scratch {
   std::vector<FaceKnowledge> faces_a;
   std::vector<FaceKnowledge> faces_b;
@@ -58,7 +59,7 @@ struct Scratch {
   std::vector<Vector3> clipped;
   std::vector<double> outside;
 
-  /// Room for what boxes need: those that stood flat in the first step may need their edges later.
+  /// Reserves memory for boxes: those that lie flat in the first step may need their edges later.
   Scratch() {
     constexpr std::size_t edges_of_box = 12;
     edges_a.reserve(edges_of_box);
@@ -86,7 +87,8 @@ struct EdgeAxis {
   std::uint32_t of_b = 0;
 };
 
-/// The largest n · x over unit vectors n between n1 and n2, for an x with n1 · x = h1 and n2 · x = h2.
+/// Returns the largest n · x over unit vectors n between n1 and n2, for an x with n1 · x = h1 and n2 · x =
+/// h2.
 double largest_between(double h1, double h2, double cosine) {
   const double squared_sine = 1 - cosine * cosine;
   if (squared_sine < 1e-12 || h1 < cosine * h2 || h2 < cosine * h1) return std::max(h1, h2);
@@ -104,7 +106,8 @@ double lowest(const Polytope& polytope, const Vector3& direction, std::uint32_t&
   return least;
 }
 
-/// The face of p from whose plane q, placed so in p's frame, is separated most. Stops early at `margin`.
+/// Returns the face of p with the largest separation of q, which is given in p's frame. Stops early at
+/// `margin`.
 FaceAxis search_faces(const Polytope& p, const Polytope& q, const Placement& q_in_p, double margin,
                       std::vector<FaceKnowledge>& faces) {
   const Vector3 centre = q_in_p.point(q.centre);
@@ -183,7 +186,7 @@ class PolytopePair {
     const bool second = face_b_.separation >
                         face_a_.separation + second_face_share * face_preference(face_a_.separation, size_);
     if (add_face_contacts(second, false)) return;
-    // What was preferred has no contact, so the axis of the largest separation decides.
+    // The preferred axis has no contact, so the axis of the largest separation decides.
     search_edges(face);
     if (edge_.separation >= margin_) return;
     if (std::max(face, edge_.separation) > 0) {
@@ -196,7 +199,7 @@ class PolytopePair {
   }
 
  private:
-  /// The edges' axis of the largest separation above `threshold`.
+  /// Returns the edges' axis of the largest separation above `threshold`.
   void search_edges(double threshold) {
     std::vector<EdgeCandidate>& edges_a = scratch_.edges_a;
     std::vector<EdgeCandidate>& edges_b = scratch_.edges_b;
@@ -245,7 +248,7 @@ class PolytopePair {
     }
   }
 
-  /// The axis of the largest separation, in the world, from a to b.
+  /// Returns the axis of the largest separation, in the world, from a to b.
   Vector3 axis() const {
     if (edge_.separation > std::max(face_a_.separation, face_b_.separation)) {
       return pose_a_.orientation * edge_.axis;
@@ -261,7 +264,7 @@ class PolytopePair {
     find_closest_features(a_, pose_a_, b_, pose_b_, axis(), separation, margin_, out_);
   }
 
-  /// False when the edges are apart and do not cross, so that they are not the closest features.
+  /// Returns false where the edges are apart and do not cross, so that they are not the closest features.
   bool add_edge_contact() {
     const auto segment = [](const Polytope& polytope, std::uint32_t edge) -> Segment {
       return {polytope.vertices[polytope.edges[edge][0]], polytope.vertices[polytope.edges[edge][1]]};
@@ -341,8 +344,7 @@ class PolytopePair {
         break;
       }
     }
-    // The two buffers change places at each cut: as large as the larger, or they would grow one after the
-    // other.
+    // Give both buffers the size of the larger, since they swap at each cut.
     scratch_.polygon.clear();
     scratch_.polygon.reserve(scratch_.clipped.capacity());
     scratch_.clipped.reserve(scratch_.polygon.capacity());
@@ -351,7 +353,7 @@ class PolytopePair {
     }
   }
 
-  /// Keeps what of scratch_.polygon is not outside one side.
+  /// Cuts off the part of scratch_.polygon that is outside one side.
   void clip(const Vector3& corner, const Vector3& outward, double tolerance) {
     std::vector<Vector3>& polygon = scratch_.polygon;
     std::vector<double>& outside = scratch_.outside;

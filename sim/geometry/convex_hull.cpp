@@ -30,7 +30,7 @@ constexpr double coplanar = 4e-7;
 /// Metres. Beyond, products of three lengths leave the range in which they are exact to rounding.
 constexpr double largest_coordinate = 1e9;
 
-/// Polygons by their corners, those of all in one list.
+/// Polygons as lists of corners, stored in one array.
 class Polygons {
  public:
   void add(std::span<const std::uint32_t> corners) {
@@ -66,7 +66,7 @@ struct DirectedEdge {
 /// All sides of all polygons, ordered by their two ends, lesser first; so the two sides of an edge are
 /// neighbours.
 std::vector<DirectedEdge> sides(const Polygons& polygons, std::size_t points) {
-  // Into one bin for each lesser end; a bin holds few.
+  // Put each side into the bin of its lesser end; a bin holds few.
   std::vector<std::uint32_t> bins(points + 1, 0);
   const auto for_each_side = [&](const auto& use) {
     for (std::uint32_t f = 0; f < polygons.size(); ++f) {
@@ -121,7 +121,7 @@ void measure(Polytope& polytope) {
   polytope.inner_radius = std::max(polytope.inner_radius, 0.0);
 }
 
-/// A polytope from all its data but what follows from them. Returns false when the faces do not close.
+/// Assembles a polytope from its vertices and faces. Returns false when the faces do not close.
 bool assemble(std::vector<Vector3> vertices, const Polygons& polygons, Polytope& polytope) {
   polytope.vertices = std::move(vertices);
   polytope.face_begin = polygons.begin();
@@ -203,7 +203,7 @@ class FaceMerger {
         sides_(sides(triangles, points.size())),
         group_(triangles.size(), none) {}
 
-  /// Nothing when some outline is no polygon.
+  /// Returns the faces, or nothing when an outline is no polygon.
   Polygons faces() {
     group();
     // What remains of a group's sides is its outline.
@@ -379,7 +379,7 @@ Polytope convex_hull(std::span<const Vector3> given, const std::string& what) {
                    " m; a solid body needs a mesh with thickness");
   if (size <= 0) throw thin;
 
-  // About the middle and of size one, where qhull's own tolerances are meant to be.
+  // Scale the points to size one about the origin: qhull's tolerances are made for that.
   const Vector3 middle = lower + (upper - lower) / 2;
   std::vector<double> coordinates;
   coordinates.reserve(3 * points.size());
@@ -436,7 +436,7 @@ Polytope cylinder(double height, double radius_bottom, double radius_top, int si
   }
   const auto count = static_cast<std::uint32_t>(sides);
   std::vector<Vector3> vertices;
-  // Vertices of the ring at y: its first index; a point has one index for all.
+  // Adds the vertices of the ring at y and returns their indices; a ring of radius 0 is one vertex.
   const auto ring = [&](double radius, double y) {
     const auto first = static_cast<std::uint32_t>(vertices.size());
     std::vector<std::uint32_t> indices(count, first);

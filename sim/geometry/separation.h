@@ -8,8 +8,8 @@
 
 namespace substep {
 
-/// A convex solid in the world, known by its farthest points along directions: a core and all points within
-/// `radius` of it. A plane or a mesh is none; a triangle is.
+/// A convex solid in the world, given by its farthest points along directions: a core and all points within
+/// `radius` of it. Planes and meshes are not convex solids; a triangle is one.
 class ConvexSolid {
  public:
   /// `shape` must not be a plane or a mesh; it and the solid live equally long.

@@ -19,10 +19,10 @@ constexpr double largest_coordinate = 1e9;
 
 constexpr std::uint32_t leaf_size = 4;
 
-/// A triangle lower than this part of its longest side has no normal worth the name.
+/// Fraction of its longest side below which a triangle's height is too small for an exact normal.
 constexpr double smallest_height = 1e-10;
 
-/// Gives each vertex the index of the first at its place, and leaves out what is then not used.
+/// Gives each vertex the index of the first at its position, and removes unused vertices.
 void weld(TriangleMesh& mesh) {
   const std::vector<Vector3>& given = mesh.vertices;
   const std::vector<std::uint32_t> first = welded(given);
@@ -83,7 +83,7 @@ class TreeBuilder {
     double middle;  // twice, along the axis of the split
     std::uint32_t triangle;
     bool operator<(const Place& other) const {
-      // Without a branch, which half the time would be foreseen wrongly.
+      // Avoid a branch that would be mispredicted half the time.
       return (static_cast<int>(middle < other.middle) |
               (static_cast<int>(middle == other.middle) & static_cast<int>(triangle < other.triangle))) != 0;
     }
@@ -92,7 +92,7 @@ class TreeBuilder {
   void split(std::uint32_t node, std::uint32_t begin, std::uint32_t end) {
     const std::span<std::uint32_t> triangles(order_.data() + begin, order_.data() + end);
     if (triangles.size() <= leaf_size) {
-      // Which triangles are in a half is given, which come first depends on the library that selected them.
+      // Sort each half: the library that selected its triangles leaves them in any order.
       std::ranges::sort(triangles);
       Bounds box = boxes_[triangles[0]];
       for (const std::uint32_t t : triangles.subspan(1)) box = united(box, boxes_[t]);

@@ -11,7 +11,7 @@ namespace substep {
 
 inline constexpr std::uintmax_t largest_file = std::uintmax_t{1} << 30;
 
-/// The whole of a regular file of at most `most` bytes. Throws Error, with `complaint` at its front.
+/// Returns the content of a regular file of at most `most` bytes. Throws Error that begins with `complaint`.
 std::string read_bytes(const std::filesystem::path& file, const std::string& complaint,
                        std::uintmax_t most = largest_file);
 
@@ -19,15 +19,15 @@ std::string read_bytes(const std::filesystem::path& file, const std::string& com
 /// the other takes longer to hash than to read.
 std::uint64_t add_binary_to_hash(std::uint64_t hash, std::string_view bytes);
 
-/// The extension in lower case, with its dot.
+/// Returns the extension in lower case, with its dot.
 std::string lower_extension(const std::filesystem::path& file);
 
-/// The real path of the file called `name` in the folder of `beside` or below. Nothing when there is none;
-/// `leaves` tells whether that is because the name, or a symbolic link, leads elsewhere.
+/// Returns the real path of the file `name` in the folder of `beside` or below, or nothing. `leaves` is then
+/// true where the name, or a symbolic link, leads elsewhere.
 std::optional<std::filesystem::path> file_beside(const std::filesystem::path& beside, const std::string& name,
                                                  bool& leaves);
 
-/// Names go into pose logs, one a line: control characters become spaces.
+/// Returns the name with spaces for control characters, since pose logs have one name a line.
 std::string printable(std::string name);
 
 }  // namespace substep

@@ -80,7 +80,7 @@ Container split_glb(std::string_view bytes, const std::string& file_name) {
   return container;
 }
 
-// The parser keeps its own stack, but what walks the parsed document recurses.
+// Limit the nesting: the parser keeps its own stack, but code that reads the document recurses.
 void check_nesting(std::string_view text, const std::string& file_name) {
   int depth = 0;
   bool in_string = false;

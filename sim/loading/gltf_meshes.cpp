@@ -13,7 +13,7 @@
 namespace substep {
 namespace {
 
-// Of primitives: points and three kinds of lines come before, strips of triangles between.
+// glTF's modes of primitives: points and three kinds of lines come before, strips of triangles between.
 constexpr std::uint64_t mode_triangles = 4;
 constexpr std::uint64_t mode_fan = 6;
 
@@ -164,7 +164,7 @@ class AccessorReader {
   }
 
   const GltfDocument& document_;
-  // Many primitives may share an accessor, so that a small file asks for much.
+  // Many primitives may share an accessor, so that a small file can need much memory.
   std::uint64_t most_ = 2'000'000;
   std::uint64_t read_ = 0;
 };

@@ -61,7 +61,7 @@ void check(const MeshOptions& options, const std::string& file) {
           fmt::format("the copies must be from 1 to {}, but are {}", most_copies, options.copies));
 }
 
-// An object as a body: everything but where it starts.
+// An object as a body, without its start.
 struct Solid {
   std::string name;
   std::vector<int> meshes;  // of the scene
@@ -78,7 +78,7 @@ class MeshSceneBuilder {
     check(options, file_);
     scene_.file = file;
     scene_.name = file.stem().string();
-    // Other options are another scene: its poses would not fit.
+    // Hash the options, too: with others the scene's poses do not fit.
     scene_.hash =
         fnv1a(fmt::format("{} {} {} {} {} {} {} {}", options.scale, options.density,
                           options.mass.value_or(-1), options.height.value_or(-1), options.rotation.x(),
@@ -153,7 +153,7 @@ class MeshSceneBuilder {
       }
       solid.meshes.push_back(add_mesh(object.name, part));
     }
-    // What no triangle has is not part of the body.
+    // Ignore vertices that no triangle has.
     std::vector<Vector3> corners;
     for (const Triangle& triangle : triangles) {
       for (const std::uint32_t corner : triangle) corners.push_back(positions[corner]);

@@ -302,7 +302,7 @@ void read_expectations(const GltfDocument& document, Scene& scene) {
   const std::vector<JsonValue> items = list->items();
   if (items.size() > most) list->fail(fmt::format("has {} items; at most {} are read", items.size(), most));
   const Reader reader(scene);
-  std::size_t followed = 0;  // each body of each item is, in a run
+  std::size_t followed = 0;  // bodies that a run follows, over all items
   for (const JsonValue& item : items) {
     scene.expected.push_back(reader.read(item));
     followed += scene.expected.back().bodies.size();

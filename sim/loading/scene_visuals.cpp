@@ -80,7 +80,7 @@ void add_visuals(SceneDraft& draft) {
   constexpr std::size_t most_visuals = 200'000;
   std::vector<int> first_mesh(draft.meshes.size(), -1);  // among the scene's, of each mesh of the document
   bool skinned = false;
-  // Colliders have what they need of the meshes; only skins need them more than once.
+  // Colliders no longer need the meshes; only skins need them more than once.
   const auto taken = [&](GltfPrimitive& primitive) {
     return draft.skins.empty() ? std::move(primitive) : primitive;
   };

@@ -1,5 +1,5 @@
 #pragma once
-/// What files of settings in TOML have in common: their values, with file and line where something is wrong.
+/// Reads values of TOML files. Errors name the file and the line.
 
 #include <toml++/toml.h>
 #include <filesystem>
@@ -25,14 +25,14 @@ class TomlValues {
                    const std::vector<std::string_view>& known) const;
   int integer(const toml::node& node, std::string_view key, int low, int high) const;
   std::string text(const toml::node& node, std::string_view key) const;
-  /// Sets the field of settings, whatever its range: check() knows that.
+  /// Sets the field of settings without checking its range, which check() does.
   void set_field(Settings& settings, const SettingsField& field, const toml::node& node) const;
   bool flag(const toml::node& node, std::string_view key) const;
   double positive(const toml::node& node, std::string_view key) const;
-  /// One that has entries.
+  /// Returns an array that has entries.
   const toml::array& array(const toml::node& node, std::string_view key) const;
   const toml::table& table_in(const toml::node& node, std::string_view key) const;
-  /// Those of a list that has entries.
+  /// Returns the algorithms of an array that has entries.
   std::vector<Algorithm> algorithms(const toml::node& node, std::string_view key) const;
 
  private:

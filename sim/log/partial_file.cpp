@@ -27,8 +27,8 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view extension = ".partial";
 
-// A signal handler may neither lock nor allocate, so what it has to remove stands in a table of fixed size.
-// Whoever finds it full goes without: it is then the next run that removes.
+// A signal handler may neither lock nor allocate, so the files that it has to remove are in a table of fixed
+// size. A file that finds the table full is left to the next run.
 struct Entry {
   enum State { unused, taken, listed };
   std::atomic<int> state{unused};
@@ -57,7 +57,7 @@ void unlist(int& slot) {
   slot = -1;
 }
 
-/// A folder of files with those files, by nothing but system calls.
+/// Removes a folder and the files in it, with nothing but system calls.
 void remove_folder(const char* path) noexcept {
   // Another thread may be adding a file.
   for (int attempt = 0; attempt < 100 && ::rmdir(path) != 0 && errno == ENOTEMPTY; ++attempt) {
@@ -109,7 +109,7 @@ int flush_files_in(const fs::path& folder) {
   return failure;
 }
 
-/// Removes those of `target` that no process holds.
+/// Removes partial files of `target` that no process holds.
 void remove_left_ones(const fs::path& target) {
   const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
   if (is_partial(folder)) return;  // this process's own: nothing in it is older
@@ -149,8 +149,7 @@ PartialFile::PartialFile(fs::path target, Kind kind) : target_(std::move(target)
     throw Error(fmt::format("{}: cannot be replaced: it is a device", target_.string()));
   }
   remove_left_ones(target_);
-  // Between its making and its locking another process may take it for one that was left: then another is
-  // made.
+  // Another process may take the file for a stale one and remove it before it is locked: then make another.
   do {
     if (descriptor_ >= 0) ::close(descriptor_);
     path_ = target_;
@@ -168,7 +167,7 @@ PartialFile::PartialFile(fs::path target, Kind kind) : target_(std::move(target)
       remove_partial_files();
       for (;;) ::pause();
     }
-    // Where a file system has no locks, a later run leaves what it finds.
+    // Where a file system has no locks, later runs remove no stale files.
     ::flock(descriptor_, LOCK_EX);
   } while (!is_name_of(path_, descriptor_));
 }

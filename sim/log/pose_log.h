@@ -47,7 +47,7 @@ struct PoseLog {
 
   std::string scene;  ///< file name with extension, relative to the log's user: not a path of the machine
   std::uint64_t scene_hash = 0;
-  /// Of a run that another program made, its name; then of the settings the step alone is known.
+  /// Name of the other program that made the run; only the step of the settings is then known.
   std::string author;
   Settings settings;
   std::string modelled;
@@ -60,7 +60,7 @@ struct PoseLog {
 
 PoseLog read_pose_log(const std::filesystem::path& file);  ///< throws Error with the line
 
-/// From text; `what` is put before ":line: …" in errors.
+/// Reads a log from text; errors begin with `what` and the line.
 PoseLog parse_pose_log(std::string_view text, const std::string& what);
 
 std::string to_text(const PoseLog& log);
@@ -73,13 +73,13 @@ using AfterFrame = std::function<void(int frame, const StepReport& report)>;
 /// below 1.
 PoseLog record(Simulation& simulation, int frames, int full_every, const AfterFrame& after_frame = {});
 
-/// How a run that was written as it came ended.
+/// The end of a run of record_to().
 struct WrittenRun {
   int last_frame = 0;
   std::string end = "ok";  ///< as PoseLog's
 };
 
-/// The same to `file`, whole or not at all, without holding the frames: memory does not grow with them.
+/// Records to `file`, whole or not at all. Memory does not grow with the frames.
 WrittenRun record_to(const std::filesystem::path& file, Simulation& simulation, int frames, int full_every,
                      const AfterFrame& after_frame = {});
 
@@ -113,7 +113,7 @@ struct PoseDifference {
   double largest_orientation = 0;  ///< over all full frames, rad
   std::string headers;             ///< what differs in the headers and the end, one line each; empty: nothing
 
-  /// Whether the logs say the same.
+  /// True where the logs are equal.
   bool none() const { return first_frame < 0 && first_contradiction < 0 && headers.empty(); }
 };
 

@@ -20,7 +20,7 @@
 
 namespace substep {
 
-/// Whether the file is a pose table by its name: *.csv.
+/// Returns true where the file's name is that of a pose table: *.csv.
 bool is_pose_table(const std::filesystem::path& file);
 
 /// Reads a table and returns the states at 0, step, 2 step … up to its last time: positions and velocities

@@ -1,5 +1,5 @@
 #pragma once
-/// Bytes as text: the base64 of RFC 4648, as data URIs have it.
+/// Converts bytes to text in base64 (RFC 4648), as data URIs have it.
 
 #include <optional>
 #include <string>
@@ -9,8 +9,8 @@ namespace substep {
 
 std::string base64(std::string_view bytes);
 
-/// The bytes of a text, with or without '=' at its end. The first byte that base64 does not have ends it, and
-/// is then `stranger`.
+/// Returns the bytes of a text, with or without '=' at its end. Stops at the first byte that is not base64,
+/// and puts it into `stranger`.
 std::string base64_decoded(std::string_view text, std::optional<char>& stranger);
 
 }  // namespace substep

@@ -1,6 +1,6 @@
 #pragma once
-/// 64-bit FNV-1a (Fowler, Noll and Vo): tells that bytes are others, not that somebody forged them. Each hash
-/// can be continued: it is the start of what comes after it.
+/// 64-bit FNV-1a (Fowler, Noll and Vo), which detects changes of bytes but no forgery. A hash can be
+/// continued by passing it as the start of the next.
 
 #include <cstdint>
 #include <string_view>
@@ -16,7 +16,7 @@ constexpr std::uint64_t fnv1a(std::string_view bytes, std::uint64_t start = fnv1
   return hash;
 }
 
-/// Of the lowest `bytes` bytes of a number, the lowest first.
+/// Returns the hash of the lowest `bytes` bytes of a number, the lowest first.
 constexpr std::uint64_t fnv1a_of_number(std::uint64_t number, int bytes, std::uint64_t start) {
   std::uint64_t hash = start;
   for (int i = 0; i < bytes; ++i) {

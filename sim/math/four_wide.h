@@ -4,8 +4,8 @@
 
 namespace substep {
 
-/// Whether the processor has the wider ones. As glibc sees it, so that its tunables can hide the instructions
-/// from a test.
+/// Returns true where the processor has wider vectors according to glibc, whose tunables can hide them for a
+/// test.
 bool is_four_wide();
 
 template <typename Kernel>

@@ -92,7 +92,7 @@ FreeTurn free_turn(const Vector3& velocity, const Vector3& shape, double duratio
     q[k + 1] = {next.cosine * (0.5 / (k + 1)), next.vector * (0.5 / (k + 1))};
     sum.cosine += q[k + 1].cosine;
     sum.vector += q[k + 1].vector;
-    // About an axis every other term has no vector, or no cosine.
+    // Stop only where both vanish: about a principal axis every other term has no vector, or no cosine.
     if (std::max(std::abs(q[k + 1].cosine), q[k + 1].vector.cwiseAbs().maxCoeff()) < least_term) break;
   }
   return sum;

@@ -83,7 +83,7 @@ class Measurement {
 };
 
 /// Returns number, section, sentence and settings of a claim, without figures and cases. 1 to 14 are the
-/// report's, 15 and 16 are ours.
+/// report's, 15 to 17 are ours.
 Claim unmeasured_claim(int number);
 
 /// Returns the time of the solver alone (s3, s4) in each step, s, of several procedures that step in turn.

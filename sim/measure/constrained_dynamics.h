@@ -12,7 +12,8 @@
 
 namespace substep {
 
-/// Γλ = right, and the impulses by body: by the joints' solver, else densely, where λ may not be unique.
+/// Solves Γλ = right, and returns impulses by body: with the joints' solver, else densely, where λ may not be
+/// unique.
 class RowSolver {
  public:
   void solve(const Mlcp& problem);
@@ -25,8 +26,8 @@ class RowSolver {
   std::vector<Vector6> impulses_;
 };
 
-/// Rigid two-sided rows, of which λ is asked, and springs and drives, which are forces. Velocities are local
-/// ones, v̆.
+/// The dynamics of rigid two-sided rows, whose λ is solved for, and of springs and drives, which are forces.
+/// Velocities are local ones, v̆.
 class ConstrainedDynamics {
  public:
   /// `size`: of the scene, m. One-sided limits are no rows before they are held.
@@ -37,11 +38,11 @@ class ConstrainedDynamics {
   /// Makes these one-sided limits two-sided rows, and no others.
   void hold(const std::vector<Limit>& bounds);
 
-  /// λ of the limits that are held, N or N·m.
+  /// Returns λ of the limits that are held, N or N·m.
   std::vector<double> pushes(const CoordinateVector& q, const VelocityVector& v);
 
-  /// By drive: which of its greatest forces it is at as it is stepped (1, −1; 0: within), and which it would
-  /// be at.
+  /// By drive: the limit of its force that it is stepped with (1, −1; 0: within the limits), and the limit
+  /// that it has reached.
   const std::vector<int>& drive_sides() const { return drive_sides_; }
   void set_drive_sides(std::vector<int> sides) { drive_sides_ = std::move(sides); }
   std::vector<int> drive_sides_at(const CoordinateVector& q, const VelocityVector& v);

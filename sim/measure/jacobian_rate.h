@@ -1,6 +1,6 @@
 #pragma once
-/// J̆' v̆, what is left of the second derivative of a row's C where nothing accelerates: of locks in closed
-/// form, of limits by differences. Internal to the reference integrator.
+/// Computes J̆' v̆, the second derivative of a row's C without acceleration: in closed form for locks, by
+/// differences for limits. Internal to the reference integrator.
 
 #include <vector>
 

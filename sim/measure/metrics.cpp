@@ -36,7 +36,7 @@ double velocity_distance(const Scene& scene, const State& a, const State& b) {
   return mass > 0 ? std::sqrt(sum / mass) : 0;
 }
 
-/// A1 at h/n.
+/// Returns the settings of A1 at h/n.
 Settings exact(const Settings& settings) {
   Settings result;
   result.algorithm = Algorithm::a1;
@@ -59,7 +59,7 @@ class Judge {
   }
 
  private:
-  /// One sub-step by itself.
+  /// Returns the settings of one sub-step as a step of its own.
   static Settings single(Settings settings) {
     settings.step = substep::exact(settings).step;
     settings.substeps = 1;
@@ -71,7 +71,7 @@ class Judge {
   Simulation exact_;
 };
 
-/// Largest and RMS of the numbers that came.
+/// Collects numbers and returns their largest and their RMS.
 class SpreadOf {
  public:
   void add(double value) {
@@ -128,7 +128,7 @@ Motion sampled(const Scene& scene, Stepper& stepper, double step, double interva
   return motion;
 }
 
-/// `reference` at the instants of `motion`.
+/// Returns `reference` at the instants of `motion`.
 Motion thinned(const Motion& reference, const Motion& motion) {
   const auto every = static_cast<std::size_t>(std::lround(motion.interval / reference.interval));
   if (every == 1) return reference;

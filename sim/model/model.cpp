@@ -104,8 +104,8 @@ void add_joint(const Scene& scene, const Joint& joint, Model& model) {
   }
 }
 
-/// Adds what the joint keeps from colliding. The world's colliders are objects of their own, so a joint to
-/// the world silences those that it names.
+/// Adds the pairs that the joint keeps from colliding. The world's colliders are objects of their own, so a
+/// joint to the world silences only those that it names.
 void add_silent_pairs(const Joint& joint, Model& model) {
   const auto [first, second] = std::minmax(joint.body_a, joint.body_b);
   if (first != world_body) {

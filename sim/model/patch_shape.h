@@ -1,5 +1,5 @@
 #pragma once
-/// Contact patches as the state keeps them from step to step.
+/// Contact patches that the state keeps from step to step.
 
 #include "sim/math/vector.h"
 
@@ -25,8 +25,8 @@ struct PatchShape {
   double left[3];       ///< added to the gap at the centre, and to its tilt: overlap that later steps recover
   double reference[3];  ///< friction's displacement less what the coordinates tell: tangents, m; twist, rad
   double friction;      ///< μ
-  /// What a warm start continues from: the force along the normal, the torques about the tangents; the forces
-  /// along the tangents, the torque about the normal. N, N m; 0 without a warm start.
+  /// Forces from which a warm start continues: the force along the normal, the torques about the tangents;
+  /// the forces along the tangents, the torque about the normal. N, N m; 0 without a warm start.
   double force[6] = {};
   double radius;     ///< mean distance of the points from their centre
   double left_over;  ///< the largest overlap of a point that is still to be recovered
@@ -46,7 +46,7 @@ inline Vector3 slip_of(const PatchShape& shape, const Vector3& position, const M
   return {apart[1], apart[2], axes_now.col(2).dot(shape.axes_in_a.col(1))};
 }
 
-/// Returns the displacement that friction has let happen at a point of a patch, body frame of b.
+/// Returns the displacement by which a point of a patch has slid, body frame of b.
 inline Vector3 displacement_at(const PatchShape& shape, const Vector3& slip, const Vector3& arm_b) {
   const Vector3 moved = slip + Vector3(shape.reference[0], shape.reference[1], shape.reference[2]);
   const Vector3 place = shape.axes_in_b.transpose() * (arm_b - shape.arm_b);

@@ -46,7 +46,7 @@ std::string step_label(double step) {
   return fmt::format("h={:g}", step);
 }
 
-/// Whether a label says the field: it, or another of its group, is not as in Settings{}.
+/// Returns true where a label has the field: it, or another of its group, differs from Settings{}.
 bool is_said(const Settings& settings, const SettingsField& field) {
   if (field.group == 0) return true;
   return std::ranges::any_of(settings_fields, [&](const SettingsField& other) {
@@ -54,13 +54,13 @@ bool is_said(const Settings& settings, const SettingsField& field) {
   });
 }
 
-/// As text_of(), with six digits.
+/// Returns text_of() with six digits.
 std::string short_text(const Settings& settings, const SettingsField& field) {
   const auto* const number = std::get_if<double Settings::*>(&field.member);
   return number ? fmt::format("{:g}", settings.**number) : text_of(settings, field);
 }
 
-/// As short_text(), with what stands in for it in contacts: "0.6/0.9".
+/// Returns short_text(), with the contacts' own value: "0.6/0.9".
 std::string with_contacts(const Settings& settings, const SettingsField& field) {
   std::string text = short_text(settings, field);
   for (const SettingsField& other : settings_fields) {

@@ -1,5 +1,5 @@
 #pragma once
-/// How to solve: everything about a run that is not in the scene.
+/// The settings of solving: everything about a run that is not in the scene.
 
 #include <optional>
 #include <string>
@@ -11,12 +11,12 @@ namespace substep {
 /// report's: descendants of its idea, or methods that stand beside it; see the folder `descendants`.
 enum class Algorithm { a1, a2, a3, a4, a5, soft, avbd };
 
-/// Whether the algorithm is one of the report's five.
+/// Returns true where the algorithm is one of the report's five.
 constexpr bool is_of_report(Algorithm algorithm) {
   return algorithm <= Algorithm::a5;
 }
 
-/// How joints' rows are solved.
+/// The treatment of joints' rows.
 enum class Joints {
   rows,    ///< each row alone, as A2 does
   plain,   ///< up to three rows at once (IV.2.2, point 2), Jacobian of the sub-step's start
@@ -48,7 +48,7 @@ struct Settings {
   double alpha = 0.99;        ///< AVBD: α, the fraction of a position error that a step leaves
   double beta = 1e4;  ///< AVBD: β, growth of the penalty by the error, N/m²; of angular rows a hundredth
 
-  /// What A3, A4 and A5 read: n, m, τ, κ.
+  /// The settings of A3, A4 and A5: n, m, τ, κ.
   struct Substepping {
     int n;
     int m;
@@ -62,10 +62,10 @@ struct Settings {
   }
 };
 
-/// One setting for all scenes, but for n: see usual_settings.h. n = 10 and m = 1 (A2:
-/// ten iterations, as many row solves), τ = 0.6, κ = 1, of contacts τ = 0.9, κ = 0.7 (claim 17), 'stable'
-/// joints. A Settings by itself is the report's plainest: τ = κ = 1 is 'none'. Soft Step and AVBD have the
-/// defaults that were published: n = 4, and ten iterations.
+/// Returns the defaults of an algorithm for all scenes; for a scene's n see usual_settings.h. They are n = 10
+/// and m = 1 (A2: ten iterations, as many row solves), τ = 0.6 and κ = 1, τ = 0.9 and κ = 0.7 of contacts
+/// (claim 17), and 'stable' joints. Settings{} is the report's plainest, with τ = κ = 1. Soft Step and AVBD
+/// have their published defaults: n = 4, and ten iterations.
 Settings default_settings(Algorithm algorithm);
 
 /// Returns the settings with n times the least work a step: n sub-steps of A3 to A5 and of Soft Step, n
@@ -84,8 +84,8 @@ std::optional<Joints> joints_named(std::string_view name);
 /// Throws Error naming the first setting that cannot be used (a step that is not positive, κ = 0, …).
 void check(const Settings& settings);
 
-/// The settings that the algorithm reads, for labels: "A3  n=4 m=1  h=1/60". τ and κ with those of contacts
-/// after a slash, where these have their own: "τ=0.6/0.9 κ=1/0.7".
+/// Returns the settings that the algorithm reads, for labels: "A3  n=4 m=1  h=1/60". Where contacts have
+/// their own τ and κ, these follow a slash: "τ=0.6/0.9 κ=1/0.7".
 std::string label(const Settings& settings);
 
 /// τ and κ with six digits; where contacts have their own, it comes after a slash: "0.6/0.9".

@@ -19,9 +19,9 @@ TypedSettings typed_settings_in(std::string_view text);
 /// Returns true where `key` is the field's name ("substeps") or its symbol in labels ("n").
 bool is_called(const SettingsField& field, std::string_view key);
 
-/// Sets the fields from their texts, whatever their ranges, in any order: τ and κ of contacts last, for τ and
-/// κ of all rows reset them. "tau=0.6/0.9" sets τ of joints and of contacts. Throws Error for a value that
-/// cannot be read, and for a key that is none of `fields`, which it lists.
+/// Sets the fields from their texts without checking ranges. Their order does not matter: τ and κ of contacts
+/// come last, since τ and κ of all rows reset them. "tau=0.6/0.9" sets τ of joints and of contacts. Throws
+/// Error for a value that cannot be read, and for a key that is none of `fields`, which it lists.
 void set_typed(Settings& settings, const TypedSettings& typed,
                const std::vector<const SettingsField*>& fields);
 

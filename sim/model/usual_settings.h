@@ -1,16 +1,16 @@
 #pragma once
-/// What a run of a scene takes unless told otherwise.
+/// The default settings of a scene's runs.
 
 #include "sim/model/settings.h"
 #include "sim/scene/scene.h"
 
 namespace substep {
 
-/// How many times as heavy the heaviest body is as the lightest, of those that forces move; 1 where there are
+/// Returns the ratio of the heaviest to the lightest mass among bodies that forces move; 1 where there are
 /// none.
 double mass_ratio(const Scene& scene);
 
-/// Whether soft limits of joints count.
+/// Selects whether soft limits of joints count.
 enum class Springs { count, skip };
 
 /// Returns whether joints close a loop of three bodies or more, of which the world and all bodies that no

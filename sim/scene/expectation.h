@@ -19,8 +19,8 @@ enum class Quantity {
   velocity,                 ///< of its centre along `direction`, m/s
   speed,                    ///< of its centre, m/s
   angular_velocity,         ///< about `direction`, rad/s
-  angle,                    ///< that it has turned about `direction` since its start, rad
-  azimuth,                  ///< that its centre has gone round the axis, rad
+  angle,                    ///< by which a body has turned about `direction` since its start, rad
+  azimuth,                  ///< by which its centre has gone round the axis, rad
   distance,                 ///< of its centre from the axis, m
   energy_change,            ///< of all bodies since the start, J
   momentum_change,          ///< of all bodies since the start but for gravity's, N·s
@@ -30,7 +30,7 @@ enum class Quantity {
   contact_work,             ///< of the step: largest |impulse · velocity| at a contact's point, J
 };
 
-/// How one number is read off a quantity that changes with time.
+/// The way to read one number off a quantity that changes with time.
 enum class Reading {
   throughout,  ///< the value furthest from what is expected, from `from` to `to`
   at,          ///< the value at the time `from`
@@ -40,7 +40,7 @@ enum class Reading {
   stays,       ///< the time, in s, at which it first goes through `level`, or the run's end
 };
 
-/// What the value is compared with.
+/// The kind of comparison with the expected value.
 enum class Bound { equal, at_most, at_least };
 
 struct Expectation {
@@ -48,7 +48,7 @@ struct Expectation {
   std::string source;  ///< the closed form, or where the value was published
   Quantity quantity = Quantity::displacement;
   std::vector<int> bodies;  ///< of several the one counts that is furthest from what is expected
-  int relative_to = 0;      ///< a body whose own position, velocity or way is taken off; 0 is the world
+  int relative_to = 0;      ///< a body whose position, velocity or way is subtracted; 0 is the world
   Vector3 direction = Vector3::UnitY();  ///< unit; in the world, or in the body's node
   bool in_node = false;                  ///< whether `direction` turns with the body's node
   Vector3 centre = Vector3::Zero();      ///< a point of the axis, which `direction` is along, m
@@ -66,10 +66,10 @@ struct Expectation {
 /// "m", "rad/s"; of a crossing "s".
 const char* unit_of(const Expectation& expectation);
 
-/// What the quantity's key is in a file.
+/// Returns the quantity's key in a file.
 const char* name(Quantity quantity);
 
-/// How far `value` is from what is expected: 0 within a bound, infinite for what is not finite.
+/// Returns the distance of `value` from the expected one: 0 within a bound, infinite if it is not finite.
 double error_of(Bound bound, double expected, double value);
 
 }  // namespace substep

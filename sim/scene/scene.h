@@ -86,17 +86,17 @@ struct Joint {
   int body_b = world_body;  ///< the body that carries `connectedNode`
   Pose frame_a;             ///< joint frame → body frame of a
   Pose frame_b;
-  /// Whether what it connects collides. Otherwise it silences the pair of bodies; where one of them is the
-  /// world, the other body and those of the world's colliders that `silent_colliders` names.
+  /// True where the two bodies collide. Otherwise the joint silences them; where one of them is the world, it
+  /// silences the other body and the world's colliders in `silent_colliders`.
   bool enable_collision = false;
   std::vector<int> silent_colliders;  ///< indices of Scene::colliders
   std::vector<JointLimit> limits;
   std::vector<JointDrive> drives;
 };
 
-/// A picture in a file, as encoded there (PNG or JPEG): drawing decodes it.
+/// An image as its file encodes it (PNG or JPEG); drawing decodes it.
 struct SceneImage {
-  std::string place;  ///< what complaints call it: "crate.gltf: /images/0"
+  std::string place;  ///< name in error messages: "crate.gltf: /images/0"
   std::shared_ptr<const std::string> bytes;
 };
 
@@ -108,18 +108,19 @@ struct Texture {
   int image = -1;       ///< index into Scene::images; −1: none
   int coordinates = 0;  ///< which set of its mesh's
   std::array<Wrap, 2> wrap{};
-  bool is_sharp_near = false;  ///< the nearest texel where they are larger than pixels, not a mean of four
-  bool is_sharp_far = false;   ///< where they are smaller
+  bool is_sharp_near =
+      false;  ///< takes the nearest texel, not a mean of four, where texels are larger than pixels
+  bool is_sharp_far = false;  ///< takes the nearest texel where texels are smaller than pixels
   Levels levels = Levels::blended;
   Eigen::Matrix2d turn = Eigen::Matrix2d::Identity();  ///< place in the image = turn · coordinates + offset
   Eigen::Vector2d offset = Eigen::Vector2d::Zero();
 };
 
-/// How a mesh looks.
+/// The material of a mesh.
 struct Surface {
   enum class Opacity {
     opaque,
-    cut,      ///< not there where alpha is below the cut-off
+    cut,      ///< invisible where alpha is below the cut-off
     blended,  ///< over what is behind, by alpha
   };
   /// What each texture multiplies or, the normal's, replaces. Occlusion takes from light all around.
@@ -140,14 +141,14 @@ struct Surface {
   std::array<Texture, 5> textures;  ///< by Role
 };
 
-/// What vertices have for their look alone; each one per position, or empty.
+/// Vertex attributes for drawing; each list has one per position, or is empty.
 struct VertexLooks {
   std::array<std::vector<std::array<float, 2>>, 2> texture_coordinates;
   std::vector<std::array<float, 4>> colors;    ///< linear RGBA, which multiply the surface's
   std::vector<std::array<float, 4>> tangents;  ///< unit, of the first coordinate; w: ±1, the handedness
 };
 
-/// What to draw: a triangle mesh with one surface.
+/// A triangle mesh with one surface, for drawing.
 struct Mesh {
   std::string name;
   std::vector<Vector3> positions;
@@ -165,7 +166,7 @@ struct Visual {
   Vector3 translation = Vector3::Zero();
 };
 
-/// As glTF: looks along its −Z, +Y up.
+/// A camera as in glTF: it looks along its −Z, with +Y up.
 struct Camera {
   Pose pose;                            ///< camera → world
   double vertical_field_of_view = 0.8;  ///< rad

@@ -65,7 +65,7 @@ struct PublishedFigure {
   std::string run;
   std::map<Algorithm, ExpectedFigure> measured;
   bool is_time = false;
-  /// The algorithms that miss it among those that decide.
+  /// The judged algorithms that miss the figure.
   std::vector<Algorithm> lost;
 };
 
@@ -82,11 +82,12 @@ struct PublishedOptions {
   std::function<void(double)> progress;  ///< receives the fraction that is done
 };
 
-/// Runs what the file says; results without a run are left out. Throws Error where a scene cannot be used.
+/// Runs the scenes of the results, and leaves out results without a run. Throws Error where a scene cannot be
+/// used.
 std::vector<PublishedMeasurement> measure_published(const std::vector<PublishedResult>& results,
                                                     const PublishedOptions& options);
 
-/// Returns the summary and each result's tables, those first that are not met.
+/// Returns each result's verdict and tables, lost results first.
 std::string to_markdown(const std::vector<PublishedMeasurement>& measurements);
 
 }  // namespace substep

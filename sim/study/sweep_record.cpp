@@ -27,7 +27,7 @@ std::string field(const std::optional<double>& value) {
   return value ? field(*value) : "";
 }
 
-/// The columns that say which run it was.
+/// Returns the columns that identify a run.
 std::string columns_of(const SweepRecord& r) {
   std::string text = r.scene;
   for (const SettingsField& field : settings_fields) {

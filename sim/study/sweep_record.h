@@ -1,5 +1,5 @@
 #pragma once
-/// Records of a sweep as JSON, and as lines of the tables for people who plot.
+/// Converts records of a sweep to JSON and to CSV tables.
 
 #include <string>
 #include <vector>
@@ -12,7 +12,7 @@ std::string to_json(const SweepRecord& record);
 /// Throws Error for what is not a record.
 SweepRecord record_in(const std::string& json);
 
-/// A line a record, a head above; SI units; empty where there is nothing.
+/// Returns a CSV table: a header, then a line for each record, in SI units; missing values are empty.
 std::string errors_csv(const std::vector<SweepRecord>& records);
 std::string times_csv(const std::vector<SweepRecord>& records);
 

@@ -52,7 +52,7 @@ class Lines {
     return title;
   }
 
-  /// Why the run is on no line; empty where it is on one.
+  /// Returns why the run is on no line; empty where it is on one.
   std::string reason_against(const SweepRecord& record) const {
     const Settings& s = record.settings;
     if (!record.engine.empty() || s.algorithm == Algorithm::a1) return "";

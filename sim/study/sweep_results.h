@@ -8,21 +8,21 @@
 
 namespace substep {
 
-/// Records of one scene, in the sweep's order.
+/// Returns the records of one scene, in the sweep's order.
 std::vector<SweepRecord> of_scene(const std::vector<SweepRecord>& records, const std::string& scene);
-/// Names of the scenes, in the sweep's order.
+/// Returns the names of the scenes, in the sweep's order.
 std::vector<std::string> scenes_of(const std::vector<SweepRecord>& records);
 
 /// Returns true for a run of another engine.
 bool is_other_engine(const SweepRecord& record);
 
-/// RMS error over the scene's size; of bodies that stay in place and turn, the RMS turn in rad. Not finite
-/// where the run ended early.
+/// Returns the RMS error over the scene's size; for bodies that turn in place the RMS turn in rad. It is not
+/// finite where the run ended early.
 double error_of(const SweepRecord& record);
-/// error_of(), or where the reference ends at the start the largest joint gap or overlap over the scene's
-/// size.
+/// Returns error_of(), or where the reference ends at the start the largest joint gap or overlap over the
+/// scene's size.
 double miss_of(const SweepRecord& record);
-/// "RMS error / size", or what else miss_of() is for these records of one scene.
+/// Returns the title of miss_of() for these records of one scene: "RMS error / size" or another.
 std::string miss_title(const std::vector<SweepRecord>& records);
 bool turns_in_place(const std::vector<SweepRecord>& records);
 /// Returns true where the error is at least a hundred times the reference's uncertainty, or is rounding
@@ -36,11 +36,11 @@ struct RunFamily {
   std::vector<SweepRecord> runs;
 };
 
-/// The families of one scene's records, A1 first. Those of A3 to A5 have the fewest iterations that were
-/// measured and the scene's step, or where n is one number, all steps.
+/// Returns the families of one scene's records, A1 first. Families of A3 to A5 have the fewest measured
+/// iterations and the scene's step, or all steps where n is the same.
 std::vector<RunFamily> families_of(const std::vector<SweepRecord>& records);
 
-/// Measured runs of one scene that are in no family.
+/// Returns the measured runs of one scene that are in no family.
 struct RunsLeftOut {
   std::string title;
   std::string reason;
@@ -54,13 +54,14 @@ bool has_contacts(const std::vector<SweepRecord>& records);
 /// Returns true where joints opened in some run: the sweep ran the scene for its joints.
 bool has_joints(const std::vector<SweepRecord>& records);
 
-/// A3 with single rows and A2, with as many row solves, at the scene's step and τ = κ = 1.
+/// Returns the runs of A3 with single rows and of A2 with as many row solves, at the scene's step and τ = κ =
+/// 1.
 std::vector<SweepRecord> equal_row_runs(const std::vector<SweepRecord>& records, const std::string& scene);
 
-/// The largest step of the records: the scene's.
+/// Returns the largest step of the records, which is the scene's.
 double scene_step(const std::vector<SweepRecord>& records);
 
-/// "1.2 %"; "lost" for what is not finite, "rounding" below 1e-11.
+/// Returns "1.2 %"; "lost" where the number is not finite, "rounding" below 1e-11.
 std::string percent(double share);
 
 /// Less is rounding: runs that do it exactly are drawn there.

@@ -28,7 +28,7 @@ void register_cost_of_a1(const BenchmarkScene& scene);
 /// Registers the times of the stages s1 to s4 (RunTimes, stage_times.h) over the scene's run.
 void register_stages(const BenchmarkScene& scene, const std::string& engine, const Settings& settings);
 
-/// Start of a remark on a result that is not good enough to be timed.
+/// Begins the remark on a result whose check fails.
 inline constexpr std::string_view failed_check = "fails its check";
 
 /// Medians over the repetitions, by name and figure: "pendulum/A1", "us_per_step".
@@ -45,7 +45,7 @@ class Results final : public ::benchmark::BenchmarkReporter {
     std::map<std::string, std::vector<double>> figures;
   };
   const std::vector<Line>& lines() const { return lines_; }
-  /// NaN where it was not measured.
+  /// Returns a figure, or NaN where it was not measured.
   double median(const std::string& name, const std::string& figure) const;
   bool failed(const std::string& name) const;
 
@@ -56,7 +56,7 @@ class Results final : public ::benchmark::BenchmarkReporter {
 
 // The tables are Markdown.
 
-/// Figures that are not there are blank.
+/// Returns a table of all figures; missing ones are blank.
 std::string table(const Results& results);
 
 /// The stages of steps, of the scenes registered for it; empty where none ran.
@@ -65,8 +65,7 @@ std::string stages(const Results& results);
 /// A1's cost by size, of the scenes registered for it; empty where none ran.
 std::string cost_of_a1(const Results& results);
 
-/// Prints how A1's time grows with the rows, from the smallest to the largest scene of each kind: the
-/// exponents.
+/// Returns the exponents of A1's time over rows, from the smallest to the largest scene of each kind.
 std::string exponents_of_a1(const Results& results);
 
 }  // namespace substep::benchmark

@@ -1,5 +1,5 @@
-// peers_benchmark: how far what stands moves against what a simulated second costs, A5 with 1 to 32 sub-steps
-// beside A1 and Bullet's sequential impulses, in one run; who is cheapest at an error.
+// peers_benchmark: errors against CPU time of A5 with 1 to 32 sub-steps, A1 and Bullet's sequential impulses,
+// in one run, and the cheapest run within an error.
 //
 //   peers_benchmark                      all scenes: some minutes
 //   peers_benchmark --figure peers.svg   writes the figure, too
@@ -146,7 +146,7 @@ std::string all_runs(const std::vector<SceneResult>& results) {
   return text;
 }
 
-/// Errors beyond are drawn at the ends: rounding, and what has fallen, m.
+/// Range of drawn errors, m: smaller ones are rounding, larger ones falls.
 constexpr std::array drawn_errors{1e-5, 10.0};
 
 report::Sheet figure(const std::vector<SceneResult>& results, const std::vector<Entrant>& all) {
@@ -199,7 +199,7 @@ int main_of(const std::vector<std::string>& arguments) {
     if (is_chosen) results.push_back(run(scene, all));
   }
   if (results.empty()) {
-    fmt::print(stderr, "no scene is called so\n");
+    fmt::print(stderr, "no scene's name begins with these words\n");
     return 2;
   }
   fmt::print("{}\n{}", all_runs(results), table(results));

@@ -65,7 +65,7 @@ class Program:
                                     stderr=subprocess.STDOUT)
 
     def run(self, words: str) -> tuple[float, float, str]:
-        """Seconds, the most of memory in MB, and what it said. A code other than 0 ends all."""
+        """Returns seconds, peak memory in MB, and the output. Exits where the code is not 0."""
         begin = time.monotonic()
         process = self.start(words, "said")
         _, status, usage = os.wait4(process.pid, 0)
@@ -125,7 +125,7 @@ def film(program: Program, table: Table, share: float) -> None:
 
 
 def two(program: Program, table: Table, share: float) -> None:
-    """Each of two processes makes the same outputs in one folder: they are as one makes them alone."""
+    """Checks that two processes with the same outputs in one folder write what one process writes."""
     (program.folder / "sweep.toml").write_text(
         f'horizon = 0.2\n[[grid]]\nscenes = ["{SOURCE}/scenes/pendulum.gltf"]\nalgorithms = ["a1", "a3", "a5"]\n'
         "substeps = [1, 2, 4, 8]\n")

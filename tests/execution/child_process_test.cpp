@@ -42,7 +42,7 @@ TEST(ChildProcess, ThrowsForMissingProgram) {
 }
 
 TEST(ChildProcess, EndsWithItsParent) {
-  // It would wait for ever, and so would this test.
+  // The program would wait for ever, and this test with it.
   const ChildProcess process({"sleep", "infinity"}, {});
 }
 

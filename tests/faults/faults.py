@@ -45,9 +45,9 @@ scene = "../box_stack.gltf"
 scene = "../pendulum.gltf"
 """
 FILM = "video pendulum.gltf --duration 0.4 --no-reference --panel a1 --size 320x180 --hold 0"
-# What an undisturbed run makes otherwise each time: times, and dates of what was approved.
+# Files that differ from run to run: they hold times, or dates of approval.
 VOLATILE = re.compile(r"times\.csv|\.lock|results\.json|junit\.xml|report\.html|report\.md|.*-h1.*\.json")
-# Commands leave this code where they do what they should.
+# The commands, and their exit codes without a fault.
 COMMANDS = {
     "run": ("run pendulum.gltf --duration 60 --output run.txt --csv run.csv", 0),
     "video": (FILM + " --output film.mp4 --poster poster.png", 0),
@@ -82,7 +82,7 @@ def snapshot(folder: pathlib.Path) -> dict[str, str]:
 
 
 def broken(file: pathlib.Path) -> bool:
-    """A file whose content differs from run to run must be whole all the same."""
+    """Returns whether a file is incomplete, where its content may differ from run to run."""
     text = file.read_bytes().decode(errors="replace")
     if file.suffix == ".json":
         try:
@@ -157,7 +157,7 @@ class Bench:
 
     def run(self, folder: pathlib.Path, moment: float | None = None, number: int = 0, group: bool = False,
             environment: dict | None = None, limits=None, closed: bool = False, user: int | None = None) -> Ending:
-        """With a signal of that number after so many seconds; to all of its group, as a terminal does."""
+        """Runs the command, and sends a signal after so many seconds, to its whole group as a terminal does."""
         out = subprocess.DEVNULL
         if closed:
             reader, out = os.pipe()
@@ -233,7 +233,7 @@ class Bench:
         return wrong
 
     def tried(self, moment_of: random.Random, fault: str) -> tuple[str, list[str]]:
-        """What came of one fault: as undisturbed, or stopped; and what is wrong."""
+        """Returns whether the fault stopped the command, and what is wrong."""
         folder = self.work / "here"
         shutil.rmtree(folder, ignore_errors=True)
         shutil.copytree(self.before, folder)
@@ -270,7 +270,7 @@ def full_disk(bench: Bench, folder: pathlib.Path, chooser: random.Random):
 
 
 def read_only(bench: Bench, folder: pathlib.Path, _chooser: random.Random):
-    """Root writes everywhere: it becomes nobody, to whom the folder does not belong."""
+    """Runs as user `nobody`, to whom the folder does not belong, since root writes everywhere."""
     places = [folder, *(p for p in folder.rglob("*") if p.is_dir())]
     for place in places:
         place.chmod(0o555)

@@ -47,7 +47,7 @@ TEST(BroadPhase, FindsPairsOfBruteForce) {
       std::vector<Bounds> boxes = random_boxes(random, count, spread, 1);
       broad_phase.find_pairs(boxes, pairs);
       EXPECT_EQ(pairs, brute_pairs(boxes));
-      // With planes, whose bounds have no end.
+      // Add planes, whose bounds are infinite.
       boxes.insert(boxes.begin(), {Vector3::Constant(-infinity), Vector3(infinity, 0, infinity)});
       boxes.push_back({Vector3(0.5, -infinity, -infinity), Vector3::Constant(infinity)});
       boxes.push_back({Vector3::Constant(-infinity), Vector3::Constant(infinity)});
@@ -69,7 +69,7 @@ TEST(BroadPhase, ForgetsEarlierCalls) {
     ASSERT_EQ(pairs, fresh) << step;
     ASSERT_EQ(pairs, brute_pairs(boxes)) << step;
     for (Bounds& box : boxes) {
-      // Slowly, then all over the place.
+      // Move the boxes slowly, then to random positions.
       const Vector3 move = test::random_point(random, step < 20 ? 0.01 : 3);
       box.lower += move;
       box.upper += move;
@@ -106,7 +106,7 @@ TEST(BroadPhase, SweepsOnlyWhereABoxHasMoved) {
 }
 
 TEST(BroadPhase, FindsTouchingBoxesOnGrid) {
-  // All corners at equal coordinates: ties in every order, boxes that end where lanes do.
+  // All corners have equal coordinates, so that every order has ties and boxes end where lanes do.
   std::vector<Bounds> boxes;
   for (int i = 0; i < 343; ++i) {
     const Vector3 lower = test::grid_point(i, 7);
@@ -130,8 +130,8 @@ std::vector<Bounds> pile(std::mt19937& random, int count, int wide) {
 }
 
 TEST(BroadPhase, WorkGrowsWithBodies) {
-  // Counted, not timed. A hundred times the bodies: as many tests for each, in a scattered field, in a pile
-  // as high as wide and in a tall tower.
+  // Count the tested pairs: with a hundred times the bodies there are as many for each body, in a scattered
+  // field, a pile as high as wide and a tall tower.
   std::mt19937 random(4);
   Pairs pairs;
   BroadPhase broad_phase;

@@ -1,6 +1,5 @@
-// Cylinders, cones and tapered capsules against an oracle that knows nothing of their features: the
-// separation's maximum over all directions, searched from many sides with the shapes' support functions
-// written out again.
+// Compares contacts of cylinders, cones and tapered capsules with an oracle that does not use their features:
+// the maximum of the separation over all directions, found by search with support functions of its own.
 
 #include <gtest/gtest.h>
 
@@ -43,8 +42,8 @@ double reach(const Shape& shape, const Pose& pose, const Vector3& direction) {
   return local + direction.dot(pose.position);
 }
 
-/// The distance of two convex shapes, or minus the depth of their overlap. The search may end on a ridge
-/// below the top: `found`, a direction to measure too, can only make the answer better.
+/// Returns the distance of two convex shapes, or minus the depth of their overlap. The search may end at a
+/// local maximum; the direction `found` is measured, too, which can only improve the result.
 double oracle_separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
                          const std::vector<ContactPoint>& found) {
   const auto separation = [&](const Vector3& n) { return -reach(a, pose_a, -n) - reach(b, pose_b, n); };
@@ -112,8 +111,8 @@ std::vector<Sized> other_shapes() {
 }
 
 TEST(RoundContacts, AgreeWithEveryDirection) {
-  // Random pairs of a round shape and any other: none found apart that overlap, none that are apart found to
-  // touch, depths as deep as the oracle's to within the preference for faces.
+  // Random pairs of a round shape and any other: contacts exist only where the oracle finds overlap, and
+  // depths equal the oracle's up to the preference for faces.
   const int trials = test::oracle_pairs(1500);
   std::mt19937 random(2);
   const std::vector<Sized> ones = round_shapes();

@@ -35,7 +35,7 @@ Quaternion face_towards(const Polytope& polytope, const Vector3& direction) {
   return Quaternion::FromTwoVectors(polytope.face_normals[0], direction);
 }
 
-/// The corner of the lowest face nearest to no contact: how much of the support the contacts miss.
+/// Returns the largest distance of a corner of the lowest face from the nearest contact.
 double missed(const std::vector<Vector3>& corners, const std::vector<ContactPoint>& points) {
   double worst = 0;
   for (const Vector3& corner : corners) {
@@ -222,7 +222,7 @@ std::vector<Resting> resting_cases() {
 TEST(Contacts, RestingShapesHaveWholeManifold) {
   for (const Resting& rest : resting_cases()) {
     for (const double gap : {-1e-2, -1e-3, -1e-4, -1e-6, 0.0, 1e-6, 1e-4, 1e-3, 1e-2}) {
-      // A plate of 2 cm or a hull of 3 cm that is 1 cm deep in another has no one way out.
+      // A plate of 2 cm or a hull of 3 cm that is 1 cm deep in another has no unique shortest way out.
       const std::string name = rest.name;
       if (gap < -1e-3 && (name.starts_with("plate") || name.starts_with("small"))) continue;
       Pose pose = rest.top_pose;
@@ -288,7 +288,7 @@ TEST(Contacts, SlightTiltKeepsFace) {
     for (int trial = 0; trial < 300; ++trial) {
       const Quaternion tilt = turn(angle, test::random_point(random, 1));
       const double gap = trial % 2 == 0 ? -1e-4 : 1e-4;
-      // Half a box beside the other's edge: where an edge axis is tempting.
+      // The box is half beside the other's edge, where an edge axis nearly wins.
       for (const auto& [a, b] : {std::pair{&cube, &cube}, {&hull, &hull}, {&cube, &hull}}) {
         const auto points = contacts(*a, {{0.5, 1 + gap, 0}, tilt}, *b, {}, margin);
         EXPECT_GE(points.size(), 4U) << angle;
@@ -309,7 +309,7 @@ TEST(Contacts, SlightlyTurnedBoxesHaveFour) {
   };
   EXPECT_EQ(count(0), 4U);
   for (const double angle : {1e-6, 1e-4, 5e-4, 1e-3}) EXPECT_EQ(count(angle), 4U) << angle;
-  EXPECT_EQ(count(0.1), 6U);  // what is more than a cut corner stays
+  EXPECT_EQ(count(0.1), 6U);  // larger cuts stay
 }
 
 TEST(Contacts, IgnorePositionOfPair) {

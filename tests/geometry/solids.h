@@ -16,12 +16,12 @@ std::vector<Vector3> dodecahedron_points();
 /// The hull of `count` points, each coordinate normally distributed.
 Polytope random_hull(std::mt19937& random, int count);
 
-/// The i-th of side³ points with whole coordinates from 0.
+/// Returns the i-th of side³ points with whole coordinates from 0.
 Vector3 grid_point(int i, int side);
 
 Quaternion random_orientation(std::mt19937& random);
 
-/// Uniform in [-reach, reach]³.
+/// Returns a point that is uniform in [-reach, reach]³.
 Vector3 random_point(std::mt19937& random, double reach);
 
 /// A rotation by `angle` about `axis`, through libm: tests only.

@@ -17,7 +17,7 @@ from another_project import SCENES, SOURCE, SUBSTEP, SUITE, Project, expect, run
 
 
 def printed(text, what):
-    """The one command that was printed for `what`, as it was."""
+    """Returns the one command that was printed for `what`."""
     found = re.findall(rf"^ *(?:{what})? *(substep .*)$", text, re.M)
     expect(found, f"no command for {what} in\n{text}")
     return found

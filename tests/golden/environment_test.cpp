@@ -1,5 +1,5 @@
-/// Checking where the renderer is not the pinned one. A program of its own: the renderer is pinned once a
-/// process, and this one never does it.
+/// Checks with another renderer than the pinned one. These tests are a program of their own, since a process
+/// that has pinned the renderer keeps it.
 
 #include <gtest/gtest.h>
 
@@ -70,7 +70,7 @@ TEST_F(EnvironmentTest, JudgesSimulationExactly) {
   EXPECT_EQ(result.exit_code(), 1);
 }
 
-/// A suite whose pictures may be of any renderer: this one's is not the pinned one.
+/// A suite whose pictures may be of any renderer, drawn by another than the pinned one.
 class AnyRenderer : public testing::Test {
  protected:
   AnyRenderer() { replace_in(suite_.options.suite, "[defaults]\n", "[defaults]\nrenderer = \"any\"\n"); }

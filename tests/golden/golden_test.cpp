@@ -1,5 +1,5 @@
-/// The goldens: a test for each case of golden/suite.toml, whose verdict says whether simulation or renderer
-/// changed. CTest runs an algorithm's together.
+/// Has a test for each case of golden/suite.toml, whose verdict says whether simulation or renderer changed.
+/// CTest runs the cases of an algorithm together.
 
 #include <gtest/gtest.h>
 

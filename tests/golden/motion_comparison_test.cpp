@@ -29,7 +29,7 @@ struct Fall {
     }
   }
 
-  /// The ball is elsewhere from `frame` on.
+  /// Moves the ball from `frame` on.
   void move(int frame, double by) {
     for (std::size_t k = static_cast<std::size_t>(frame); k < log.frames.size(); ++k) {
       log.frames[k].hash += 1000;
@@ -105,7 +105,7 @@ TEST(MotionComparison, ComparesPosesUntilContactsDiffer) {
   EXPECT_EQ(beyond.limit_frame, 8);
   EXPECT_NE(beyond.limit.find("body ball position x"), std::string::npos) << beyond.limit;
 
-  // The same, but contacts differ before: poses need not agree from there on, invariants must.
+  // Where contacts differ before, poses need not agree from there on; invariants must.
   actual.track.frames[7].invariants.touching = 1;
   const MotionComparison chaotic = compared(Fall(), actual, &tolerance);
   EXPECT_EQ(chaotic.contacts_frame, 7);

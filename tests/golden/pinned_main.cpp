@@ -1,4 +1,4 @@
-// The main of tests that draw: they use the pinned renderer in any environment.
+// Main function of tests that draw, which use the pinned renderer in any environment.
 
 #include <gtest/gtest.h>
 

@@ -58,7 +58,7 @@ class PoseTable : public testing::Test {
   std::string refusal(const std::string& text) const {
     return test::message_of([&] { read(text); });
   }
-  /// The example with one text in another's place.
+  /// Returns the error message of the example with one text replaced.
   std::string refusal(const std::string& from, const std::string& to) const {
     std::string text = example_table();
     text.replace(text.find(from), from.size(), to);

@@ -1,4 +1,4 @@
-// Each quantity and each way to read a number off it, on motions that are given as formulas, off the axes.
+// Tests each quantity, and each way to read a number off it, on motions given by formulas.
 
 #include "sim/measure/expectations.h"
 
@@ -49,7 +49,7 @@ Expectation of(Quantity quantity, double value, double tolerance = 0.01) {
 
 using Move = std::function<void(State&, double)>;
 
-/// The figures of a run whose states `move` makes of the start.
+/// Returns the figures of a run whose states `move` derives from the start.
 std::vector<ExpectedFigure> figures(Scene scene, const std::vector<Expectation>& expected, const Move& move,
                                     double step = 1.0 / 64, double ends = 2) {
   scene.expected = expected;
@@ -211,7 +211,7 @@ TEST(Expectations, ReadsContactsOfTheStep) {
   std::vector<ExpectedFigure> result = meter.figures(false);
   EXPECT_NEAR(result[0].measured, 5, 1e-12);
   EXPECT_NEAR(result[1].measured, 0.75, 1e-12);
-  // Where contacts are not known, nor are these.
+  // Without contacts these figures are unknown.
   ExpectationMeter unknown(scene, start);
   unknown.add(state, 1);
   EXPECT_EQ(unknown.figures(false)[0].measured, INFINITY);

@@ -47,7 +47,7 @@ TEST_P(Order, IsOneInA1ToA3) {
   }
 }
 
-// A heavy chain's end pulls a thousand times what a link resists: it takes 64
+// A heavy chain's end pulls a thousand times the weight of a link: it takes 64
 // iterations until the step is all that is left.
 INSTANTIATE_TEST_SUITE_P(JointScenes, Order,
                          testing::Values(Case{"pendulum", 1, 1, 64}, Case{"rod_chain", 1, 1, 128},

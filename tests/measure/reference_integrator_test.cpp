@@ -22,7 +22,8 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-/// After `duration` with steps of the scene's / `divisions`; `at_step` sees time and state.
+/// Returns the state after `duration`, with steps of the scene's step over `divisions`; calls `at_step` with
+/// time and state.
 template <typename AtStep>
 State run(const Scene& scene, int order, int divisions, double duration, const AtStep& at_step) {
   const double step = scene.step / divisions;
@@ -144,8 +145,8 @@ Scene held_ball(double x, const JointLimit& limit) {
   return scene;
 }
 
-// Springs, soft and stiff, a rod, a rope that is taut, one that becomes so, a constant torque: none is left
-// to A1.
+// The integrator, not A1, is the reference of springs, soft and stiff, a rod, taut and slack ropes, and a
+// constant torque.
 TEST(SmoothMotion, IsReferenceOfScenesWithoutContacts) {
   JointLimit soft = test::range(false, {true, true, true}, 1, 1);
   soft.stiffness = 50;

@@ -30,7 +30,7 @@ import sys
 import tempfile
 
 TREE = pathlib.Path(__file__).resolve().parents[2]
-# A folder's tests: those of the first prefix that fits.
+# Tests of each folder: the first fitting prefix counts.
 TESTS = (("sim/geometry", ("geometry", "sim")), ("sim/loading", ("scene",)), ("sim/log", ("log", "execution", "program")),
          ("sim/execution", ("execution", "program")), ("sim/measure", ("measure", "sim")),
          ("sim/study", ("study", "report", "program")), ("sim/commands", ("program",)),
@@ -38,7 +38,7 @@ TESTS = (("sim/geometry", ("geometry", "sim")), ("sim/loading", ("scene",)), ("s
          ("golden", ("golden",)), ("render/report", ("report",)), ("render", ("render", "program")))
 # Tests that call the program: by their path and its own.
 SCRIPTS = {"golden": ("adoption_test.py",)}
-# The goldens themselves: they say that something is other, not what is wrong.
+# The goldens notice a change without naming it.
 GOLDENS = ("golden_test",)
 # What is measured first, by the program, for tests that read it, as CTest's fixtures do; and of those tests, which only say that a
 # page shows something else.
@@ -123,7 +123,7 @@ def named(change: str) -> Mutant:
 
 
 def run(command: list, seconds: float, folder: pathlib.Path) -> bool:
-    """Seconds of the processor, so that what else the machine does judges nothing; a wait for nothing ends, too."""
+    """Limits processor time, so that other load does not matter, and wall-clock time, so that a hang ends."""
     limit = round(seconds)
 
     def begin() -> None:
@@ -142,7 +142,7 @@ def children_time() -> float:
 
 
 class Workshop:
-    """Uses a build as it is, and changes nothing in it but, for as long as a test needs it, the program."""
+    """Uses an existing build, and replaces nothing in it but the program, while a test needs that."""
 
     def __init__(self, build: pathlib.Path, results: pathlib.Path):
         self.build, self.results_file = build, results
@@ -177,12 +177,12 @@ class Workshop:
         return subprocess.run(["ninja", "-C", self.build, "-t", *words], check=True, capture_output=True, text=True).stdout
 
     def library_of(self, thing: str) -> str:
-        """What an object goes into: a library, or the program."""
+        """Returns the library or program that an object belongs to."""
         after = [line.strip() for line in self.said_by_ninja("query", thing).split("outputs:")[1].splitlines()]
         return next(target for target in after if target.endswith(".a") or target == "substep")
 
     def link(self, target: str, thing: str, library: str, mutant: pathlib.Path, out: pathlib.Path) -> bool | None:
-        """Links a program with the changed object, which comes before its library. None: it has no use for that."""
+        """Links a program with the changed object before its library. Returns None where it does not use the object."""
         command = self.said_by_ninja("commands", "-s", target).strip().splitlines()[-1].removeprefix(": && ").split(" && ")[0]
         words = shlex.split(command)
         if thing in words:
@@ -195,7 +195,7 @@ class Workshop:
         return run(words, 600, self.build)
 
     def judge(self, mutant: Mutant, suite: bool) -> str:
-        """Does not build, killed by NAME, killed by goldens, or survived."""
+        """Returns one of: does not build, killed by NAME, killed by goldens, survived."""
         with tempfile.TemporaryDirectory() as folder:
             here = pathlib.Path(folder)
             lines = (TREE / mutant.file).read_text().split("\n")
@@ -205,14 +205,14 @@ class Workshop:
             thing = command[command.index("-o") + 1]
             command[command.index("-o") + 1] = str(here / "mutant.o")
             command[command.index("-c") + 1] = str(here / "mutant.cpp")
-            # What is no longer used is no fault here.
+            # Ignore warnings of unused code, which a mutation can cause.
             command.insert(command.index("-c"), "-Wno-error")
             if not run(command, 600, self.build):
                 return "does not build"
             return self.tried(mutant, thing, here, suite)
 
     def time_of(self, program: pathlib.Path) -> float:
-        """How long it takes as the sources are, which bounds what a change may make of it. It must pass."""
+        """Times a test on unchanged sources, where it must pass. A multiple of this time bounds the mutated test."""
         if program.name not in self.seconds:
             start = children_time()
             if not run(self.call_of(program), 3600, self.build):
@@ -264,7 +264,7 @@ class Workshop:
         return "survived" if run(check, 3600, self.build) else "killed by goldens"
 
     def with_program(self, here: pathlib.Path, command: list, limit: float) -> bool:
-        """Runs what calls the program, with the changed one in its place."""
+        """Runs the tests that call the program, with the mutated program in its place."""
         program = self.build / "substep"
         shutil.copy2(program, str(program) + ".kept")
         try:

@@ -23,7 +23,7 @@ from selenium.webdriver.common.keys import Keys  # noqa: E402
 os.environ["XDG_CACHE_HOME"] = "/dev/null"  # no reference is kept from test to test
 
 TITLE = 'a <b>"chain"</b> </script> & more'
-# What the test asks of pictures: a panel's pixels, and in how many two differ.
+# Functions of the page that the test calls: a panel's pixels, and the number of pixels in which two differ.
 HELPERS = """
 window.pixels = index => {
   player.layOut();
@@ -85,7 +85,7 @@ class Page:
 
 
 def poses_of(file):
-    """Each frame's bodies, from the run's own log: x, y, z and the quaternion's w, x, y, z."""
+    """Returns the bodies of each frame from the run's log: x, y, z and the quaternion's w, x, y, z."""
     frames = []
     for line in file.read_text().splitlines():
         if line.startswith("frame "):
@@ -96,7 +96,7 @@ def poses_of(file):
 
 
 def draws(page):
-    """What moves moves, and the runs differ as they do."""
+    """Bodies move, and the pictures of different runs differ."""
     expect(page.message() == "", f"the page says {page.message()}")
     page.keep("start")
     expect(page.script("return new Set(Array.from({length: kept.start.length / 4}, (_, i) => "
@@ -166,7 +166,7 @@ def plays(page):
 
 
 def tells_the_truth(page, run):
-    """The poses are the run's, the errors those of the film."""
+    """Poses equal the run's, and errors equal the film's."""
     page.go(45)
     for frame in [0, 17, 60]:
         for body, row in enumerate(run[frame]):
@@ -196,7 +196,7 @@ def overlays(page):
 
 
 def camera(page):
-    """Linked: by one panel's picture all are turned, and the key brings them back."""
+    """Dragging in one panel turns all linked cameras, and the key resets them."""
     page.keep("other", 1)
     picture = page.chrome.find_element(By.CSS_SELECTOR, ".picture")
     ActionChains(page.chrome).move_to_element(picture).click_and_hold().move_by_offset(60, 20).release().perform()
@@ -242,7 +242,7 @@ def escapes(page):
 
 
 def pixels_of_png(page, content, places):
-    """As the browser decodes it: RGB at each place (x, y)."""
+    """Returns RGB at each position (x, y) of a picture, as the browser decodes it."""
     return page.chrome.execute_async_script("""
         const [file, places, done] = arguments;
         const image = new Image();
@@ -291,7 +291,7 @@ def shows_materials(chrome, folder, substep, screenshots):
 
 
 def without_webgl(chrome, file):
-    """All but the pictures is there, and it is said why."""
+    """Without WebGL the page shows all but the pictures, and says why."""
     mark = chrome.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": """
         const get = HTMLCanvasElement.prototype.getContext;
         HTMLCanvasElement.prototype.getContext = function(kind, ...rest) { return kind === 'webgl2' ? null : get.call(this, kind, ...rest); };"""})

@@ -39,7 +39,7 @@ class Program : public testing::Test {
   std::filesystem::path folder_;
 };
 
-/// What a program at `path` says to these arguments.
+/// Runs the program at `path` with these arguments.
 Outcome run_command(const std::string& command);
 
 std::string quoted(const std::string& word);

@@ -1,4 +1,5 @@
-// What is made from the list of settings' fields: each field changes all of it, and is read back from it.
+// Tests everything that is made from the list of settings' fields: each field changes it, and is read back
+// from it.
 
 #include <gmock/gmock.h>
 
@@ -37,10 +38,10 @@ class EveryField : public Program, public testing::WithParamInterface<SettingsFi
   const SettingsField& field() const { return GetParam(); }
   std::string name() const { return std::string(field().name); }
 
-  /// Of an algorithm that reads the field.
+  /// Returns settings of an algorithm that reads the field.
   Settings usual() const { return default_settings(field().first); }
 
-  /// The same but for the field.
+  /// Returns the settings with another value of the field.
   Settings changed() const {
     Settings settings = usual();
     std::visit(
@@ -59,7 +60,7 @@ class EveryField : public Program, public testing::WithParamInterface<SettingsFi
     return settings;
   }
 
-  /// As JSON and TOML write it.
+  /// Returns the value as JSON and TOML write it.
   std::string value_in(const Settings& settings) const {
     const auto json = to_json(settings);
     return json.contains(name()) ? json.at(name()).dump() : text_of(settings, field());

@@ -1,4 +1,4 @@
-"""A glTF scene of squares, each of which shows one thing that a material can say: for what draws materials."""
+"""A glTF scene of squares, each of which shows one property of materials."""
 
 import base64
 import json
@@ -24,7 +24,7 @@ RED, GREEN, BLUE, SAND = (220, 40, 30, 255), (30, 160, 60, 255), (40, 60, 200, 2
 QUARTERS = png([RED, GREEN], [BLUE, SAND])
 HALF_THERE = png([RED, (30, 160, 60, 0)], [BLUE, (230, 210, 160, 0)])
 LEANING = png([(210, 128, 200, 255), (46, 128, 200, 255)])
-# Of which a page keeps fewer pixels.
+# A player's page stores this image with fewer pixels.
 LARGE_SIDE = 1024
 LARGE = png(*[[RED] * (LARGE_SIDE // 2) + [BLUE] * (LARGE_SIDE // 2)] * LARGE_SIDE)
 ROUGHNESS = png([(255, 40, 255, 255), (255, 255, 0, 255)])
@@ -71,7 +71,7 @@ BEHIND = ("behind", surface(None, (0.9, 0.85, 0.8, 1), extensions=UNLIT), (-1, 0
 
 
 def quarters():
-    """Of each square the middles of its quarters, in the world."""
+    """Returns the centres of each square's quarters, in the world."""
     for name, _, (x, y, z) in SQUARES:
         for dx in [-SIDE / 4, SIDE / 4]:
             for dy in [-SIDE / 4, SIDE / 4]:

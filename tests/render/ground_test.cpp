@@ -69,8 +69,8 @@ TEST(Ground, KnowsThatATightRopeDoesNotSag) {
   EXPECT_GT(height_of(scene), 1);
 }
 
-/// Of the middle of a square of 4 m, what a thing between two heights over all cells within `radius` leaves
-/// open of the sky, without the floor.
+/// Returns the fraction of the sky that the middle of a square of 4 m sees past an object between two heights
+/// over all cells within `radius`.
 double open_below(double radius, float lowest, float highest) {
   Relief relief;
   relief.width = 4;

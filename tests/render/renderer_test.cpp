@@ -17,7 +17,7 @@
 namespace substep::render {
 namespace {
 
-// Before the first context, which the tests make.
+// Pin the renderer before the tests make the first context.
 const bool pinned = [] {
   pin_renderer();
   return true;

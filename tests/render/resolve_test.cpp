@@ -31,7 +31,7 @@ TEST(Resolve, TheLowestRowComesLast) {
 
 TEST(Resolve, EqualSamplesKeepTheirCode) {
   for (int code = 0; code < 256; ++code) {
-    // Whichever of the three colours the samples take.
+    // This holds for each of the three colours that samples take.
     for (const int bits : {0x00, 0xff, 0xf0, 0x53, 0x31}) {
       const Pixels same = grey(1, code, bits);
       const Drawn drawn{1, 1, 2, same, same, same};

@@ -1,4 +1,4 @@
-// What materials of a file look like, against closed forms: a square seen head-on fills the picture.
+// Materials of a file, against closed forms: a square seen head-on fills the picture.
 
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ namespace {
 
 using Color = std::array<int, 3>;
 
-/// Nothing but a camera 1 m above the origin's plane z = 0, which sees 2 m of it each way.
+/// Returns a scene with a camera alone, 1 m above the plane z = 0, of which it sees 2 m each way.
 Scene facing_scene() {
   Scene scene = empty_scene(false);
   Camera& camera = scene.camera.emplace();
@@ -232,7 +232,7 @@ Scene scene_in_light() {
   return scene;
 }
 
-/// Its centre with all normals turned by a texture whose texels are this vector.
+/// Returns the colour of its centre, with all normals turned by a texture whose texels are this vector.
 Color with_normal_map(const Vector3& normal) {
   Scene scene = scene_in_light();
   Image map(1, 1);
@@ -354,7 +354,7 @@ TEST(Surfaces, KeptOnesOfTheWorldEqualThoseDrawnAnew) {
   }
 }
 
-/// What drawing a scene with this image on it complains about.
+/// Returns the warning of drawing a scene with this image.
 std::string complaint(const std::string& bytes) {
   Scene scene = scene_of_quarters();
   scene.images[0].bytes = std::make_shared<const std::string>(bytes);

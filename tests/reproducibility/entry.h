@@ -11,8 +11,8 @@
 
 namespace substep {
 
-/// Sets the rounding mode, or flush-to-zero, by its name: upward, downward, toward-zero, flush-to-zero. False
-/// where it cannot be had.
+/// Sets the rounding mode, or flush-to-zero, by its name: upward, downward, toward-zero, flush-to-zero.
+/// Returns false where the processor lacks it.
 inline bool enter(std::string_view mode) {
   if (mode == "upward") return std::fesetround(FE_UPWARD) == 0;
   if (mode == "downward") return std::fesetround(FE_DOWNWARD) == 0;
@@ -27,8 +27,8 @@ inline bool enter(std::string_view mode) {
   return false;
 }
 
-/// Follows "--entry MODE" where the arguments begin with it, and says which is the first after it; 0 where
-/// the mode is not known, after a word on standard error.
+/// Applies "--entry MODE" where the arguments begin with it, and returns the index of the first argument
+/// after it; 0 where the mode is unknown, which it prints.
 inline int first_after_entry(int count, char** arguments) {
   if (count < 3 || std::string_view(arguments[1]) != "--entry") return 1;
   if (enter(arguments[2])) return 3;

@@ -32,7 +32,7 @@ ENTRIES = ("upward", "downward", "toward-zero", "flush-to-zero")
 
 @dataclasses.dataclass(frozen=True)
 class Programs:
-    """Of one build."""
+    """Returns the hashes of one build."""
     folder: pathlib.Path
 
     def hashes(self, scenes: list, before: tuple = (), options: tuple = (), environment: dict | None = None,
@@ -62,7 +62,7 @@ def has_locale(name: str) -> bool:
 
 
 class Table:
-    """Each row's hashes against those that it should have."""
+    """Compares each row's hashes with the expected ones."""
 
     def __init__(self, scenes: list):
         self.scenes = scenes

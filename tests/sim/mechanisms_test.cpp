@@ -278,14 +278,15 @@ Fall bricard_fall(int rate, double seconds) {
 }
 
 // One of its thirty rows is redundant, and a step's rounding and drift make that row contradict the others.
-// It starts from rest with all corners' energy above its lowest state: no speed exceeds what that gives.
+// It starts from rest: no speed exceeds that of a fall to its lowest state.
 TEST(Bricard, SwingsAtSixtySteps) {
   const Fall coarse = bricard_fall(60, 8);
   const Fall fine = bricard_fall(240, 8);
   for (const Fall* fall : {&coarse, &fine}) EXPECT_LT(fall->fastest, 1.7);  // measured 1.667 and 1.669 m/s
   EXPECT_LT(coarse.widest_gap, 5e-4);  // measured 3.4e-4 m: of the second order in h
   EXPECT_LT(fine.widest_gap, 4e-5);    // measured 2.1e-5 m
-  // The least and the most, of 4.5 J that it falls through: nothing is lost at once, as when it is stopped.
+  // Bound the energy from both sides, of 4.5 J that it falls through: a sudden stop would lose energy at
+  // once.
   EXPECT_LT(coarse.energy_range, 0.2);  // measured 0.14 J
   EXPECT_LT(fine.energy_range, 0.05);   // measured 0.033 J
   double furthest = 0;

@@ -75,8 +75,7 @@ Mlcp any_problem(std::mt19937& random, int bodies, int rows, bool redundant) {
   return problem;
 }
 
-/// A row's velocity beyond its right side, w = Γλ + Sλ − b, and what its impulses and velocities are measured
-/// in.
+/// A row's velocity beyond its right side, w = Γλ + Sλ − b, and the scale of its impulses and velocities.
 struct RowState {
   double w = 0;
   double root = 0;  ///< √Γ_xx
@@ -100,9 +99,8 @@ std::vector<RowState> states_of(const Mlcp& problem, const std::vector<double>& 
   return states;
 }
 
-/// The Karush-Kuhn-Tucker conditions that impulses break, computed from the problem alone: the largest
-/// violation in each row's own scale (impulses times √Γ_xx, velocities over it), over the largest right
-/// side's.
+/// Returns the largest violation of the Karush-Kuhn-Tucker conditions, computed from the problem alone, in
+/// each row's scale (impulses times √Γ_xx, velocities over it) and relative to the largest right side.
 double violation(const Mlcp& problem, const std::vector<double>& lambda) {
   const std::vector<RowState> states = states_of(problem, lambda);
   double scale = 0;
@@ -295,7 +293,7 @@ Mlcp some_contacts(std::mt19937& random) {
                       moving);
 }
 
-/// So that no rigid motion fits them.
+/// Changes the slips at random, so that no rigid motion fits them.
 void move_right_sides(Mlcp& problem, std::mt19937& random) {
   for (Mlcp::Row& row : problem.rows) row.right += 0.1 * uniform(random);
 }

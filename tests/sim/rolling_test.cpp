@@ -1,5 +1,5 @@
-// Rolling bodies against closed forms, in all five: balls, a cylinder and a capsule, off the axes, of unusual
-// sizes and masses, on a tilted floor; and in A3, whose sub-steps are to be as good as steps of A1.
+// Rolling bodies against closed forms in all five algorithms: balls, a cylinder and a capsule, off the axes,
+// of unusual sizes and masses, on a tilted floor. In A3, sub-steps must be as good as steps of A1.
 
 #include <gtest/gtest.h>
 
@@ -49,7 +49,7 @@ TEST_P(Rolls, FollowsClosedFormDownhill) {
     // Relative to the speed. Measured: A1 1e-13, A2 4e-5, A3 7e-4 (the small ball, which turns by 0.8 rad in
     // the last steps), A4 and A5 6e-8.
     const double tolerance = GetParam() == Algorithm::a3 ? 1e-3 : 1e-4;
-    // m/s: with κ < 1 what its first sub-steps leave across the way down fades. Measured 1.3e-5.
+    // m/s: with κ < 1 the sideways velocity of the first sub-steps fades. Measured 1.3e-5.
     const double fading = 2e-5;
     for (int i = 1; i <= 120; ++i) {
       simulation.step();

@@ -133,7 +133,7 @@ TEST(Scenes, CradleGivesBothAnswers) {
     const double limit = algorithm <= Algorithm::a2 ? 0.001 : 0.04;
     for (int i = 0; i < 5; ++i) {
       EXPECT_NEAR(touching[i] / arrives, i == 0 ? -0.6 : 0.4, limit) << name(algorithm) << " ball " << i + 1;
-      // Each in turn has all the speed for a moment; the last one keeps it. Measured at least 0.97.
+      // Each ball in turn has all the speed for a moment; the last keeps it. Measured at least 0.97.
       EXPECT_NEAR(spaced[i] / arrives, 1, 0.05) << name(algorithm) << " ball " << i + 1;
       if (i == 4) continue;
       const double rest = end.v[body_named(scene, "spaced_" + std::to_string(i + 1))].linear.x();
@@ -208,7 +208,7 @@ TEST(Scenes, TurntableHoldsBlocksThatFrictionCanHold) {
 }
 
 TEST(Scenes, PainlevesRodComesToTheParadoxAsPublished) {
-  // The time depends on the start as few things do: a rod that starts 0.05° steeper is there 0.11 s earlier.
+  // The time is sensitive to the start: a rod that starts 0.05° steeper is there 0.11 s earlier.
   const Scene scene = scene_named("painleve_rod");
   const int rod = body_named(scene, "rod");
   double time = 0;
@@ -235,8 +235,8 @@ TEST(Scenes, BouncingBallComesToRest) {
   }
 }
 
-/// Where many contacts slide and open at once, the active sets of A1's solver do not settle at once. Single
-/// steps are left a little above the tolerance of 1e-9.
+/// Where many contacts slide and open at once, the active sets of A1's solver may not settle, and a few steps
+/// stay a little above the tolerance of 1e-9.
 TEST(Scenes, A1SolvesNearlyAllStepsOfHeaps) {
   for (const char* name : {"card_house", "dominoes", "masonry_arch", "ragdoll", "water_wheel"}) {
     Simulation simulation(scene_named(name), settings_of(Algorithm::a1, 1.0 / 60));
@@ -355,7 +355,7 @@ TEST(Scenes, RattlebackTurnsBackOneWayOnly) {
   }
 }
 
-/// The height of a mesh of the world at (x, z), where it hangs over nowhere.
+/// Returns the height of a mesh of the world without overhangs at (x, z).
 double height_of(const TriangleMesh& mesh, double x, double z) {
   for (const Triangle& triangle : mesh.triangles) {
     const Vector3& a = mesh.vertices[triangle[0]];
@@ -413,7 +413,7 @@ TEST(Scenes, RocksSlideOnTheMeshAndComeToRest) {
 
 TEST(Scenes, PlanetsFollowKepler) {
   Scene scene = scene_named("funnel");
-  // They meet nothing but the funnel, so nothing else is needed: not the bodies that roll down it.
+  // Remove all bodies but the planets, which touch only the funnel.
   const int bodies = body_named(scene, "inner_planet") + 1;
   scene.bodies.resize(static_cast<std::size_t>(bodies));
   std::erase_if(scene.colliders, [&](const Collider& collider) { return collider.body >= bodies; });

@@ -1,4 +1,4 @@
-// The spectral radius of a sub-step's map against the closed form of one row, and against what runs of A3 do.
+// Compares the spectral radius of a sub-step's map with the closed form of one row, and with runs of A3.
 
 #include "sim/measure/substep_map.h"
 
@@ -40,7 +40,7 @@ TEST(SubstepMap, OneRowMatchesClosedForm) {
   }
 }
 
-/// The governor with rods where the map grows most, without gravity, all but at rest.
+/// Returns the governor with rods at the position where the map grows most, without gravity, nearly at rest.
 Scene growing_governor() {
   Scene scene = positions_of(without_springs(scene_named("governor")), 7, 0.1).at(5);
   scene.gravity.setZero();

@@ -1,4 +1,4 @@
-// The rules of choice, on made-up measurements.
+// Tests the recommendations on made-up measurements.
 
 #include "sim/study/advice.h"
 

@@ -1,5 +1,5 @@
-// Each engine against closed forms and against our reference, before anything of it is drawn. Those that the
-// build did not find are not here.
+// Compares each engine with closed forms and with our reference. Engines that the build did not find are left
+// out.
 
 #include "sim/study/engines/engines.h"
 
@@ -18,7 +18,7 @@
 namespace substep {
 namespace {
 
-/// The first second of it.
+/// Returns the first second of the scene.
 Scene short_scene(const std::string& name) {
   Scene scene = scene_named(name);
   scene.duration = 1;
@@ -32,7 +32,7 @@ Settings settings_at(double step) {
   return settings;
 }
 
-/// For which engine `make` throws, and with what.
+/// Returns the message with which the engine refuses the scene; empty where it does not.
 std::string omitted(const Engine& engine, const Scene& scene) {
   return test::message_of([&] { engine.make(scene, settings_at(scene.step)); });
 }

@@ -11,7 +11,7 @@ if(tool STREQUAL "clang-format")
   execute_process(COMMAND ${program} --dry-run --Werror ${files} ${headers} RESULT_VARIABLE result
     OUTPUT_VARIABLE text ERROR_VARIABLE text)
 else()
-  # How each source is compiled by itself: the build takes several at once, and headers that gcc has parsed.
+  # Compile commands of single sources: the build joins several, and uses precompiled headers.
   execute_process(COMMAND ${CMAKE_COMMAND} -S ${source} -B ${build}/tidy -G Ninja -D SUBSTEP_COMMANDS_AT_ONCE=OFF
     -D CMAKE_DISABLE_PRECOMPILE_HEADERS=ON OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
   execute_process(COMMAND ${program} --quiet -p ${build}/tidy ${files} RESULT_VARIABLE result OUTPUT_VARIABLE text

@@ -9,7 +9,8 @@
 
 namespace substep {
 
-/// The caller owns the stepper. Found by name, hence C's linkage, which gives no unique_ptr.
+/// Makes a stepper that the caller owns. Functions are found by name, so they have C linkage and return no
+/// unique_ptr.
 using MakeEngineStepper = Stepper*(const Scene& scene, const EngineScene& shared, const Settings& settings);
 
 extern "C" {

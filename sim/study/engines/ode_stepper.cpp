@@ -27,7 +27,7 @@ class OdeStepper final : public Stepper {
     friction_ = shared.friction;
     start_ode();
     world_ = dWorldCreate();
-    // Worlds share one list of jobs unless each has its own, and then abort when two are stepped at once.
+    // Give each world its own list of jobs: worlds that share one abort when two are stepped at once.
     jobs_ = dThreadingAllocateSelfThreadedImplementation();
     dWorldSetStepThreadingImplementation(world_, dThreadingImplementationGetFunctions(jobs_), jobs_);
     space_ = dHashSpaceCreate(nullptr);
@@ -55,8 +55,8 @@ class OdeStepper final : public Stepper {
   bool step() override {
     dSpaceCollide(space_, this, &OdeStepper::collide);
     if (quick_) {
-      // It shuffles its rows by numbers that all worlds draw from: each continues its own row of them, so
-      // that a run is the same whatever runs beside it.
+      // ODE shuffles its rows by random numbers that all worlds share. Each world continues its own sequence,
+      // so that a run does not depend on others.
       static std::mutex drawing;
       const std::lock_guard lock(drawing);
       dRandSetSeed(seed_);
@@ -104,7 +104,7 @@ class OdeStepper final : public Stepper {
   void add(const Scene& scene, const Collider& collider) {
     const dBodyID body = bodies_[collider.body];
     Pose placement = body ? collider.placement : scene.bodies[collider.body].pose * collider.placement;
-    // Its capsules and cylinders lie along z.
+    // ODE's capsules and cylinders lie along z.
     const Quaternion y_to_z(std::sqrt(0.5), -std::sqrt(0.5), 0, 0);
     dGeomID geometry = nullptr;
     if (const auto* polytope = std::get_if<Polytope>(&collider.shape); polytope && polytope->box) {

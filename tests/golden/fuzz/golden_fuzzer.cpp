@@ -22,8 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Returns an own folder, with the scene that suites and sweeps of the corpus name. It goes when the program
-/// ends.
+/// Returns a folder with the scene that suites and sweeps of the corpus name. The folder is removed when the
+/// program ends.
 const fs::path& folder() {
   static const test::TemporaryFolder made;
   static const bool copied =
@@ -82,7 +82,7 @@ bool reads_or_refuses(std::string_view bytes) {
     was_read = true;
   } catch (const Error& error) {
     const std::string_view message = error.what();
-    // A record has no file of its own: who reads it names it.
+    // A record has no file of its own, so its errors name none.
     require(kind == "record" || message.find("fuzzed") != std::string_view::npos ||
                 message.find(folder().string()) != std::string_view::npos,
             "a refusal does not name the file");

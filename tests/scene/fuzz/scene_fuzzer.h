@@ -5,9 +5,9 @@
 
 namespace substep {
 
-/// Writes the bytes to a file of the format that they begin like and loads it as a scene. True when it
-/// loaded, false when it was refused. Aborts when a loaded scene cannot be computed with, or a refusal does
-/// not name the file; any exception but Error leaves it.
+/// Writes the bytes to a file of the format that their beginning suggests, and loads it as a scene. Returns
+/// true where it loads, false where it is refused. Aborts where a loaded scene cannot be simulated, or where
+/// the error does not name the file; does not catch exceptions other than Error.
 bool loads_or_is_refused(std::string_view bytes);
 
 }  // namespace substep
