@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "sim/constraints/contact_thresholds.h"
-#include "sim/geometry/separation.h"
 #include "sim/geometry/touching_ellipsoid.h"
 
 namespace substep {
@@ -32,40 +31,6 @@ struct Reach {
     return b.lower.cwiseAbs().cwiseMax(b.upper.cwiseAbs()).norm();
   }
 };
-
-/// Returns a unit vector across `normal`, by the world axis that it is farthest from.
-Vector3 across(const Vector3& normal) {
-  Eigen::Index least = 0;
-  normal.cwiseAbs().minCoeff(&least);
-  return normal.cross(Vector3::Unit(least)).normalized();
-}
-
-/// Returns a unit vector along the part of `velocity` across `normal`; where that is no more than `rounding`,
-/// across().
-Vector3 along_slip(const Vector3& normal, const Vector3& velocity, double rounding) {
-  const Vector3 slip = velocity - normal * normal.dot(velocity);
-  return slip.norm() > rounding ? Vector3(slip.normalized()) : across(normal);
-}
-
-/// Copies the directions of a face's point to another point of that face.
-void share_directions(const Contact& from, Contact& to) {
-  to.normal_b = from.normal_b;
-  to.tangent_b1 = from.tangent_b1;
-  to.tangent_b2 = from.tangent_b2;
-}
-
-/// Extra distance at which points are found so that a patch can be kept, relative to the smaller shape.
-constexpr double spare_margin = 2e-3;
-
-/// Approach below which bodies have met already, relative to their speeds.
-constexpr double resting = 0.01;
-
-/// Part of its way in the step that an impact must take from a body to turn it aside, relative to the smaller
-/// shape.
-constexpr double aside = 0.25;
-
-/// Slip in a step by which bodies pass each other by, relative to the smaller shape.
-constexpr double passing = 0.02;
 
 }  // namespace
 
@@ -198,15 +163,6 @@ void ContactFinder::add_neighbours(const State& state, bool aligned) {
   std::ranges::sort(touching_);
 }
 
-/// Returns what of an overlap a step recovers: as much as gravity takes back in the next, so that the bodies
-/// do not fly apart. Without gravity it takes ten seconds for the smaller shape's size.
-double ContactFinder::recovered(const Contact& contact) const {
-  const double gravity = model_.gravity.norm();
-  const double speed =
-      gravity > 0 ? duration_ * gravity : 0.1 * smaller_size(contact.collider_a, contact.collider_b);
-  return duration_ * speed;
-}
-
 /// Returns how a body moves under gravity alone.
 const RigidMotion& ContactFinder::motion_of(const State& state, int body) {
   if (!has_motion_[body]) {
@@ -272,145 +228,6 @@ void ContactFinder::find_pair(const State& state, bool aligned, std::uint32_t a,
       any_of_these([](const Contact& contact) { return contact.restitution != Contact::no_impact; });
   const bool is_far = impact->normal.dot(closing) > aside * size;
   meetings_.push_back({a, b, impact->time, is_impact, bounces || is_far, false, groups_.size() - 1});
-}
-
-/// Adds the contacts of `points_`, with which two colliders touch after `time`.
-void ContactFinder::add_contacts(const State& state, bool aligned, std::uint32_t a, std::uint32_t b,
-                                 double time) {
-  const Collider& on_a = *candidates_[a].collider;
-  const Collider& on_b = *candidates_[b].collider;
-  const Velocity& va = state.v[on_a.body];
-  const Velocity& vb = state.v[on_b.body];
-  Pose body_a{state.q[on_a.body].linear, state.q[on_a.body].angular};
-  Pose body_b{state.q[on_b.body].linear, state.q[on_b.body].angular};
-  // Arms and normals keep the directions in the world that they have when the bodies meet.
-  const Quaternion to_a = body_a.orientation.conjugate();
-  const Quaternion to_b = body_b.orientation.conjugate();
-  Vector3 way = Vector3::Zero();
-  if (time > 0) {
-    way = motions_[on_a.body].displacement(time) - motions_[on_b.body].displacement(time);
-    body_a = motions_[on_a.body].at(time);
-    body_b = motions_[on_b.body].at(time);
-  }
-  const Vector3 acceleration = fall_of(on_a.body) - fall_of(on_b.body);
-  const Vector3 external = acceleration * duration_;
-  const PairMaterial material(on_a.material, on_b.material);
-  // The velocity that gravity gives in a step: what is slower is at rest. It has the scene's own scale.
-  const double at_rest = external.norm();
-  const double resting_acceleration = 2 * acceleration.norm();
-  const double speed = va.linear.norm() + vb.linear.norm() + duration_ * model_.gravity.norm();
-  const std::span<const ContactMemory> remembered = remembered_of(state, a, b);
-  if (points_.empty()) return;
-  groups_.push_back({contacts_.size(),
-                     contacts_.size() + points_.size(),
-                     points_[0].normal,
-                     {static_cast<int>(a), static_cast<int>(b)},
-                     {-1, -1},
-                     false,
-                     -1,
-                     static_cast<int>(points_.size()),
-                     to_a * (points_[0].on_a - body_a.position),
-                     to_b * (points_[0].on_b - body_b.position)});
-  const PatchShape* const patch = aligned ? nullptr : patch_of(state, a, b);
-  Vector3 patch_slip = Vector3::Zero();
-  if (patch) {
-    patch_slip = slip_of(*patch, to_b * (state.q[on_a.body].linear - state.q[on_b.body].linear),
-                         (to_b * state.q[on_a.body].angular).toRotationMatrix());
-  }
-  const double size = smaller_size(a, b);
-  const ContactPoint* before_this = nullptr;
-  approach_ = 0;
-  separates_ = material.restitution > 0;
-  for (const ContactPoint& point : points_) {
-    const Vector3 arm_a = point.on_a - body_a.position;
-    const Vector3 arm_b = point.on_b - body_b.position;
-    const Vector3 before = va.linear + va.angular.cross(arm_a) - vb.linear - vb.angular.cross(arm_b);
-    const Vector3 slip_before = before - point.normal * point.normal.dot(before);
-    const double slip_speed = slip_before.norm();
-    Contact& contact = contacts_.emplace_back();
-    contact.a = on_a.body;
-    contact.b = on_b.body;
-    contact.collider_a = static_cast<int>(a);
-    contact.collider_b = static_cast<int>(b);
-    contact.arm_a = to_a * arm_a;
-    contact.arm_b = to_b * arm_b;
-    if (!aligned && before_this && before_this->normal == point.normal) {
-      share_directions(*std::prev(contacts_.end(), 2), contact);
-    } else {
-      const Vector3 along =
-          aligned ? along_slip(point.normal, before + external, 1e-9 * speed) : across(point.normal);
-      contact.normal_b = to_b * point.normal;
-      contact.tangent_b1 = to_b * along;
-      contact.tangent_b2 = to_b * point.normal.cross(along);
-    }
-    before_this = &point;
-    contact.margin = margins_[a] + margins_[b] + (patch ? spare_margin * size : 0);
-    contact.friction = slip_speed > at_rest ? material.dynamic_friction : material.static_friction;
-    if (candidates_[a].curved || candidates_[b].curved) {
-      set_rolling(point, body_a * on_a.placement, body_b * on_b.placement, contact);
-    }
-    contact.resting_acceleration = resting_acceleration;
-    contact.acceleration = -point.normal.dot(acceleration);
-    // Bodies that do not approach when the step begins have no impact, though others may press them together
-    // in the step: the law of impact holds for all contacts of a step at once.
-    const double approach = duration_ * contact.acceleration - point.normal.dot(before);
-    // With one sub-step, what is stopped at once stays short of the surface: only where it would pass by.
-    const bool passes_by = substep_ < duration_ || duration_ * slip_speed > passing * size;
-    const bool is_met = point.distance <= touching * size && point.distance >= -tolerated_overlap * size;
-    const bool is_hard = is_met && passes_by && duration_ * (approach - at_rest) > hard * size;
-    const bool is_impact = approach > resting * speed && (material.restitution > 0 || is_hard);
-    contact.restitution = is_impact ? material.restitution : Contact::no_impact;
-    contact.closes = substep_ < duration_ && substep_ * slip_speed <= passing * size;
-    contact.slid = slip_speed > at_rest;
-    const double part_of_size = duration_ * approach / size;
-    separates_ = separates_ && part_of_size < -tolerated_overlap;
-    if (is_impact && part_of_size > (material.restitution > 0 ? tolerated_overlap : aside)) {
-      approach_ = std::max(approach_, approach - duration_ * resting_acceleration);
-    }
-    if (time > 0) {
-      // At the start the points are apart by their way until they meet, and by the turning of their arms.
-      const Vector3 turning = time * (va.angular.cross(arm_a) - vb.angular.cross(arm_b));
-      contact.gap_offset = -point.normal.dot(turning);
-      const Vector3 apart = point.on_a - point.on_b - way;
-      contact.displacement_1 = -(state.q[on_b.body].angular * contact.tangent_b1).dot(apart);
-      contact.displacement_2 = -(state.q[on_b.body].angular * contact.tangent_b2).dot(apart);
-      continue;
-    }
-    contact.left_over = std::max(0.0, -point.distance - recovered(contact));
-    if (!patch) {
-      remember(remembered, -point.distance, duration_ * slip_speed, contact);
-    } else if (duration_ * slip_speed < same_place * size) {
-      remember(*patch, patch_slip, -point.distance, contact);
-    }
-    // A part of a step recovers its part of an overlap, at the speed at which the step would.
-    contact.gap_offset = (1 - part_) * std::max(0.0, -point.distance - contact.left_over);
-  }
-}
-
-/// Sets how the point and the normal move as one or both of the colliders roll.
-void ContactFinder::set_rolling(const ContactPoint& point, const Pose& pose_a, const Pose& pose_b,
-                                Contact& contact) const {
-  const auto curves = [&](int collider, const Pose& pose, int other, const Vector3& on, const Vector3& normal,
-                          bool& rolls, Vector3& centre, Matrix3& ellipsoid) {
-    const Shape& shape = candidates_[collider].collider->shape;
-    const Quaternion to_shape = pose.orientation.conjugate();
-    const auto surface = touching_ellipsoid(shape, candidates_[other].collider->shape,
-                                            to_shape * (on - pose.position), to_shape * normal);
-    rolls = surface.has_value();
-    if (surface) {
-      const Pose& placement = candidates_[collider].collider->placement;
-      const Matrix3 axes = placement.orientation.toRotationMatrix();
-      centre = placement * surface->centre;
-      ellipsoid = axes * surface->squares.asDiagonal() * axes.transpose();
-    }
-    return rolls || is_round(shape);
-  };
-  const bool a_is_curved = curves(contact.collider_a, pose_a, contact.collider_b, point.on_a, point.normal,
-                                  contact.rolls_a, contact.centre_a, contact.ellipsoid_a);
-  const bool b_is_curved = curves(contact.collider_b, pose_b, contact.collider_a, point.on_b, -point.normal,
-                                  contact.rolls_b, contact.centre_b, contact.ellipsoid_b);
-  contact.turns_with_a = b_is_curved && !a_is_curved;
-  contact.turns_with_neither = b_is_curved && a_is_curved;
 }
 
 }  // namespace substep

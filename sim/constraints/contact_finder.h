@@ -106,7 +106,13 @@ class ContactFinder {
   const RigidMotion& motion_of(const State& state, int body);
   MovingShape moving(const State& state, std::uint32_t i);
   void find_pair(const State& state, bool aligned, std::uint32_t a, std::uint32_t b);
+  struct Pair;
+  Pair pair_of(const State& state, bool aligned, std::uint32_t a, std::uint32_t b, double time) const;
   void add_contacts(const State& state, bool aligned, std::uint32_t a, std::uint32_t b, double time);
+  void set_impact(const Pair& pair, const ContactPoint& point, const Vector3& velocity, double slip_speed,
+                  Contact& contact);
+  void set_meeting(const Pair& pair, const ContactPoint& point, const Quaternion& b, Contact& contact) const;
+  void recall(const Pair& pair, const ContactPoint& point, double slip_speed, Contact& contact) const;
   const PatchShape* patch_of(const State& state, std::uint32_t a, std::uint32_t b) const;
   bool keep_patch(const State& state, const PatchShape& patch, double margin);
   double depth_after(const MovingShape& a, const MovingShape& b, double time);

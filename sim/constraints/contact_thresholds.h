@@ -24,6 +24,13 @@ inline constexpr double falls_of_touched = 4;
 /// smaller shape.
 inline constexpr double hard = 0.01;
 
+/// Extra distance at which points are found so that a patch can be kept, relative to the smaller shape.
+inline constexpr double spare_margin = 2e-3;
+
+/// Part of its way in the step that an impact must take from a body to turn it aside, relative to the smaller
+/// shape.
+inline constexpr double aside = 0.25;
+
 /// Combines a coefficient of two materials.
 inline double combine(Combine how, double a, double b) {
   switch (how) {

@@ -1,0 +1,249 @@
+// The contacts of two colliders: directions, friction, impacts, and the memory of each point.
+
+#include <algorithm>
+
+#include "sim/constraints/contact_finder.h"
+#include "sim/constraints/contact_thresholds.h"
+#include "sim/geometry/touching_ellipsoid.h"
+
+namespace substep {
+namespace {
+
+/// Returns a unit vector across `normal`, by the world axis that it is farthest from.
+Vector3 across(const Vector3& normal) {
+  Eigen::Index least = 0;
+  normal.cwiseAbs().minCoeff(&least);
+  return normal.cross(Vector3::Unit(least)).normalized();
+}
+
+/// Returns a unit vector along the part of `velocity` across `normal`; where that is no more than `rounding`,
+/// across().
+Vector3 along_slip(const Vector3& normal, const Vector3& velocity, double rounding) {
+  const Vector3 slip = velocity - normal * normal.dot(velocity);
+  return slip.norm() > rounding ? Vector3(slip.normalized()) : across(normal);
+}
+
+/// Copies the directions of a face's point to another point of that face.
+void share_directions(const Contact& from, Contact& to) {
+  to.normal_b = from.normal_b;
+  to.tangent_b1 = from.tangent_b1;
+  to.tangent_b2 = from.tangent_b2;
+}
+
+/// Approach below which bodies have met already, relative to their speeds.
+constexpr double resting = 0.01;
+
+/// Slip in a step by which bodies pass each other by, relative to the smaller shape.
+constexpr double passing = 0.02;
+
+}  // namespace
+
+/// Two colliders in contact.
+struct ContactFinder::Pair {
+  std::uint32_t a;
+  std::uint32_t b;
+  const Velocity& va;
+  const Velocity& vb;
+  Pose body_a;  ///< when they touch
+  Pose body_b;
+  // Arms and normals keep the directions in the world that they have when the bodies meet.
+  Quaternion to_a;
+  Quaternion to_b;
+  PairMaterial material;
+  Vector3 acceleration;           ///< by gravity, of a relative to b, m/s²
+  double at_rest;                 ///< velocity that gravity gives in a step: what is slower is at rest, m/s
+  double speed;                   ///< sum of both bodies' speeds and of gravity's in a step, m/s
+  double size;                    ///< of the smaller shape, m
+  double time;                    ///< until they meet, s
+  Vector3 way = Vector3::Zero();  ///< of a relative to b until then, m
+  std::span<const ContactMemory> remembered;
+  const PatchShape* patch;               ///< of the step before, or null
+  Vector3 patch_slip = Vector3::Zero();  ///< of it
+
+  Vector3 velocity_at(const Vector3& arm_a, const Vector3& arm_b) const {
+    return va.linear + va.angular.cross(arm_a) - vb.linear - vb.angular.cross(arm_b);
+  }
+};
+
+/// Returns two colliders as they are in the state, or `time` later, under gravity alone.
+ContactFinder::Pair ContactFinder::pair_of(const State& state, bool aligned, std::uint32_t a, std::uint32_t b,
+                                           double time) const {
+  const Collider& on_a = *candidates_[a].collider;
+  const Collider& on_b = *candidates_[b].collider;
+  const Coordinates& qa = state.q[on_a.body];
+  const Coordinates& qb = state.q[on_b.body];
+  const Velocity& va = state.v[on_a.body];
+  const Velocity& vb = state.v[on_b.body];
+  const Vector3 acceleration = fall_of(on_a.body) - fall_of(on_b.body);
+  Pair pair{.a = a,
+            .b = b,
+            .va = va,
+            .vb = vb,
+            .body_a = {qa.linear, qa.angular},
+            .body_b = {qb.linear, qb.angular},
+            .to_a = qa.angular.conjugate(),
+            .to_b = qb.angular.conjugate(),
+            .material = {on_a.material, on_b.material},
+            .acceleration = acceleration,
+            .at_rest = (acceleration * duration_).norm(),
+            .speed = va.linear.norm() + vb.linear.norm() + duration_ * model_.gravity.norm(),
+            .size = smaller_size(a, b),
+            .time = time,
+            .remembered = remembered_of(state, a, b),
+            .patch = aligned ? nullptr : patch_of(state, a, b)};
+  if (time > 0) {
+    pair.way = motions_[on_a.body].displacement(time) - motions_[on_b.body].displacement(time);
+    pair.body_a = motions_[on_a.body].at(time);
+    pair.body_b = motions_[on_b.body].at(time);
+  }
+  if (pair.patch) {
+    pair.patch_slip = slip_of(*pair.patch, pair.to_b * (qa.linear - qb.linear),
+                              (pair.to_b * qa.angular).toRotationMatrix());
+  }
+  return pair;
+}
+
+/// Adds the contacts of `points_`, with which two colliders touch after `time`.
+void ContactFinder::add_contacts(const State& state, bool aligned, std::uint32_t a, std::uint32_t b,
+                                 double time) {
+  if (points_.empty()) return;
+  const Pair pair = pair_of(state, aligned, a, b, time);
+  groups_.push_back({contacts_.size(),
+                     contacts_.size() + points_.size(),
+                     points_[0].normal,
+                     {static_cast<int>(a), static_cast<int>(b)},
+                     {-1, -1},
+                     false,
+                     -1,
+                     static_cast<int>(points_.size()),
+                     pair.to_a * (points_[0].on_a - pair.body_a.position),
+                     pair.to_b * (points_[0].on_b - pair.body_b.position)});
+  approach_ = 0;
+  separates_ = pair.material.restitution > 0;
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    const ContactPoint& point = points_[i];
+    const Vector3 arm_a = point.on_a - pair.body_a.position;
+    const Vector3 arm_b = point.on_b - pair.body_b.position;
+    const Vector3 velocity = pair.velocity_at(arm_a, arm_b);
+    const double slip_speed = (velocity - point.normal * point.normal.dot(velocity)).norm();
+    Contact& contact = contacts_.emplace_back();
+    contact.a = body_of(a);
+    contact.b = body_of(b);
+    contact.collider_a = static_cast<int>(a);
+    contact.collider_b = static_cast<int>(b);
+    contact.arm_a = pair.to_a * arm_a;
+    contact.arm_b = pair.to_b * arm_b;
+    if (!aligned && i > 0 && points_[i - 1].normal == point.normal) {
+      share_directions(*std::prev(contacts_.end(), 2), contact);
+    } else {
+      const Vector3 along =
+          aligned ? along_slip(point.normal, velocity + pair.acceleration * duration_, 1e-9 * pair.speed)
+                  : across(point.normal);
+      contact.normal_b = pair.to_b * point.normal;
+      contact.tangent_b1 = pair.to_b * along;
+      contact.tangent_b2 = pair.to_b * point.normal.cross(along);
+    }
+    contact.margin = margins_[a] + margins_[b] + (pair.patch ? spare_margin * pair.size : 0);
+    contact.slid = slip_speed > pair.at_rest;
+    contact.friction = contact.slid ? pair.material.dynamic_friction : pair.material.static_friction;
+    if (candidates_[a].curved || candidates_[b].curved) {
+      set_rolling(point, pair.body_a * candidates_[a].collider->placement,
+                  pair.body_b * candidates_[b].collider->placement, contact);
+    }
+    set_impact(pair, point, velocity, slip_speed, contact);
+    if (time > 0) {
+      set_meeting(pair, point, state.q[contact.b].angular, contact);
+    } else {
+      recall(pair, point, slip_speed, contact);
+    }
+  }
+}
+
+/// Sets whether a point has an impact, and notes how fast the pair approaches. `velocity`: of the point on a
+/// relative to b.
+void ContactFinder::set_impact(const Pair& pair, const ContactPoint& point, const Vector3& velocity,
+                               double slip_speed, Contact& contact) {
+  const double restitution = pair.material.restitution;
+  contact.resting_acceleration = 2 * pair.acceleration.norm();
+  contact.acceleration = -point.normal.dot(pair.acceleration);
+  // Bodies that do not approach when the step begins have no impact, though others may press them together
+  // in the step: the law of impact holds for all contacts of a step at once.
+  const double approach = duration_ * contact.acceleration - point.normal.dot(velocity);
+  // With one sub-step, what is stopped at once stays short of the surface: only where it would pass by.
+  const bool passes_by = substep_ < duration_ || duration_ * slip_speed > passing * pair.size;
+  const bool is_met =
+      point.distance <= touching * pair.size && point.distance >= -tolerated_overlap * pair.size;
+  const bool is_hard = is_met && passes_by && duration_ * (approach - pair.at_rest) > hard * pair.size;
+  const bool is_impact = approach > resting * pair.speed && (restitution > 0 || is_hard);
+  contact.restitution = is_impact ? restitution : Contact::no_impact;
+  contact.closes = substep_ < duration_ && substep_ * slip_speed <= passing * pair.size;
+  const double part_of_size = duration_ * approach / pair.size;
+  separates_ = separates_ && part_of_size < -tolerated_overlap;
+  if (is_impact && part_of_size > (restitution > 0 ? tolerated_overlap : aside)) {
+    approach_ = std::max(approach_, approach - duration_ * contact.resting_acceleration);
+  }
+}
+
+/// Sets how far apart two points are at the start that meet later: by their way until then, and by the
+/// turning of their arms. `b`: the orientation of b at the start.
+void ContactFinder::set_meeting(const Pair& pair, const ContactPoint& point, const Quaternion& b,
+                                Contact& contact) const {
+  const Vector3 turning = pair.time * (pair.va.angular.cross(point.on_a - pair.body_a.position) -
+                                       pair.vb.angular.cross(point.on_b - pair.body_b.position));
+  contact.gap_offset = -point.normal.dot(turning);
+  const Vector3 apart = point.on_a - point.on_b - pair.way;
+  contact.displacement_1 = -(b * contact.tangent_b1).dot(apart);
+  contact.displacement_2 = -(b * contact.tangent_b2).dot(apart);
+}
+
+/// Sets what a point that touches has of the step before: the overlap that is left over, and the displacement
+/// of friction.
+void ContactFinder::recall(const Pair& pair, const ContactPoint& point, double slip_speed,
+                           Contact& contact) const {
+  const double slip = duration_ * slip_speed;
+  contact.left_over = std::max(0.0, -point.distance - recovered(contact));
+  if (!pair.patch) {
+    remember(pair.remembered, -point.distance, slip, contact);
+  } else if (slip < same_place * pair.size) {
+    remember(*pair.patch, pair.patch_slip, -point.distance, contact);
+  }
+  // A part of a step recovers its part of an overlap, at the speed at which the step would.
+  contact.gap_offset = (1 - part_) * std::max(0.0, -point.distance - contact.left_over);
+}
+
+/// Returns what of an overlap a step recovers: as much as gravity takes back in the next, so that the bodies
+/// do not fly apart. Without gravity it takes ten seconds for the smaller shape's size.
+double ContactFinder::recovered(const Contact& contact) const {
+  const double gravity = model_.gravity.norm();
+  const double speed =
+      gravity > 0 ? duration_ * gravity : 0.1 * smaller_size(contact.collider_a, contact.collider_b);
+  return duration_ * speed;
+}
+
+/// Sets how the point and the normal move as one or both of the colliders roll.
+void ContactFinder::set_rolling(const ContactPoint& point, const Pose& pose_a, const Pose& pose_b,
+                                Contact& contact) const {
+  const auto curves = [&](int collider, const Pose& pose, int other, const Vector3& on, const Vector3& normal,
+                          bool& rolls, Vector3& centre, Matrix3& ellipsoid) {
+    const Shape& shape = candidates_[collider].collider->shape;
+    const Quaternion to_shape = pose.orientation.conjugate();
+    const auto surface = touching_ellipsoid(shape, candidates_[other].collider->shape,
+                                            to_shape * (on - pose.position), to_shape * normal);
+    rolls = surface.has_value();
+    if (surface) {
+      const Pose& placement = candidates_[collider].collider->placement;
+      const Matrix3 axes = placement.orientation.toRotationMatrix();
+      centre = placement * surface->centre;
+      ellipsoid = axes * surface->squares.asDiagonal() * axes.transpose();
+    }
+    return rolls || is_round(shape);
+  };
+  const bool a_is_curved = curves(contact.collider_a, pose_a, contact.collider_b, point.on_a, point.normal,
+                                  contact.rolls_a, contact.centre_a, contact.ellipsoid_a);
+  const bool b_is_curved = curves(contact.collider_b, pose_b, contact.collider_a, point.on_b, -point.normal,
+                                  contact.rolls_b, contact.centre_b, contact.ellipsoid_b);
+  contact.turns_with_a = b_is_curved && !a_is_curved;
+  contact.turns_with_neither = b_is_curved && a_is_curved;
+}
+
+}  // namespace substep
