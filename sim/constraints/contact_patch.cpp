@@ -83,20 +83,29 @@ bool is_flat_surface(const Contact& contact) {
          !contact.rolls_b && !contact.turns_with_a && !contact.turns_with_neither;
 }
 
-}  // namespace
+/// A manifold's points in a patch's axes, and the means over them.
+struct PatchPoints {
+  std::array<Point, most_in_manifold> place{};
+  double gap[most_in_manifold];
+  double mean_gap = 0;
+  double mean_left = 0;
+  double moved[2] = {0, 0};
+  double radius = 0;
+  PlaneFit fit;
+};
 
-std::optional<PatchShape> patch_shape(const Contact* contacts, int count, const Coordinates& a,
-                                      const Coordinates& b) {
-  if (!std::all_of(contacts, contacts + count, is_flat_surface)) return std::nullopt;
+/// Returns a shape with the means over its contacts, and axes by the first.
+PatchShape start_shape(const Contact* contacts, int count, const Coordinates& a, const Coordinates& b) {
   PatchShape shape;
   shape.arm_a = shape.arm_b = Vector3::Zero();
-  shape.friction = 0;
+  shape.friction = shape.left_over = 0;
   shape.slid = shape.is_kept = false;
   for (int i = 0; i < count; ++i) {
     shape.arm_a += contacts[i].arm_a / count;
     shape.arm_b += contacts[i].arm_b / count;
     shape.friction += contacts[i].friction / count;
     shape.slid = shape.slid || contacts[i].slid;
+    shape.left_over = std::max(shape.left_over, contacts[i].left_over + contacts[i].gap_offset);
   }
   const bool is_one_pair = std::all_of(contacts, contacts + count, [&](const Contact& contact) {
     return contact.collider_a == contacts->collider_a && contact.collider_b == contacts->collider_b;
@@ -110,69 +119,87 @@ std::optional<PatchShape> patch_shape(const Contact* contacts, int count, const 
   shape.position = b.angular.conjugate() * (a.linear - b.linear);
   shape.turn = b.angular.conjugate() * a.angular;
   shape.axes_in_a = (a.angular.conjugate() * b.angular).toRotationMatrix() * shape.axes_in_b;
+  return shape;
+}
 
-  // Fit planes to the gaps, to what is added to them, and a motion to the displacements.
-  double gap[most_in_manifold];
-  double mean_gap = 0;
-  double left = 0;
-  double moved[2] = {0, 0};
-  double radius = 0;
-  PlaneFit fit;
-  std::array<Point, most_in_manifold> points{};
-  shape.left_over = 0;
+/// Places the points in the patch's axes, and takes the means over them.
+PatchPoints measure_points(const Contact* contacts, int count, const PatchShape& shape) {
+  PatchPoints points;
   for (int i = 0; i < count; ++i) {
     const Contact& contact = contacts[i];
     const Vector3 on_b = contact.arm_b - shape.arm_b;
     const Vector3 on_a = contact.arm_a - shape.arm_a;
     const double x = shape.axes_in_b.col(1).dot(on_b);
     const double y = shape.axes_in_b.col(2).dot(on_b);
-    points[i] = {x, y};
-    shape.left_over = std::max(shape.left_over, contact.left_over + contact.gap_offset);
-    gap[i] = shape.axes_in_a.col(0).dot(on_a) - shape.axes_in_b.col(0).dot(on_b);
-    mean_gap += gap[i] / count;
-    left += (contact.left_over + contact.gap_offset) / count;
-    moved[0] += contact.displacement_1 / count;
-    moved[1] += contact.displacement_2 / count;
-    radius += std::sqrt(x * x + y * y) / count;
-    fit.add(x, y);
+    points.place[i] = {x, y};
+    points.gap[i] = shape.axes_in_a.col(0).dot(on_a) - shape.axes_in_b.col(0).dot(on_b);
+    points.mean_gap += points.gap[i] / count;
+    points.mean_left += (contact.left_over + contact.gap_offset) / count;
+    points.moved[0] += contact.displacement_1 / count;
+    points.moved[1] += contact.displacement_2 / count;
+    points.radius += std::sqrt(x * x + y * y) / count;
+    points.fit.add(x, y);
   }
+  return points;
+}
+
+/// Fits planes to the gaps and to what is added to them, and a motion to the displacements. Returns false
+/// where a gap is beside its plane.
+bool fit_planes(const Contact* contacts, int count, const PatchPoints& points, PatchShape& shape) {
   double gap_moments[2] = {0, 0};
   double left_moments[2] = {0, 0};
   double twist = 0;
   for (int i = 0; i < count; ++i) {
     const Contact& contact = contacts[i];
+    const Point& place = points.place[i];
     for (int k = 0; k < 2; ++k) {
-      gap_moments[k] += points[i][k] * (gap[i] - mean_gap);
-      left_moments[k] += points[i][k] * (contact.left_over + contact.gap_offset - left);
+      gap_moments[k] += place[k] * (points.gap[i] - points.mean_gap);
+      left_moments[k] += place[k] * (contact.left_over + contact.gap_offset - points.mean_left);
     }
-    twist += points[i][0] * (contact.displacement_2 - moved[1]) -
-             points[i][1] * (contact.displacement_1 - moved[0]);
+    twist += place[0] * (contact.displacement_2 - points.moved[1]) -
+             place[1] * (contact.displacement_1 - points.moved[0]);
   }
-  const auto tilt = fit.slopes(gap_moments[0], gap_moments[1]);
-  const auto left_tilt = fit.slopes(left_moments[0], left_moments[1]);
+  const auto tilt = points.fit.slopes(gap_moments[0], gap_moments[1]);
+  const auto left_tilt = points.fit.slopes(left_moments[0], left_moments[1]);
   for (int i = 0; i < count; ++i) {
-    const double plane =
-        mean_gap + left + (tilt[0] + left_tilt[0]) * points[i][0] + (tilt[1] + left_tilt[1]) * points[i][1];
-    const double of_point = gap[i] + contacts[i].left_over + contacts[i].gap_offset;
-    if (!(std::abs(of_point - plane) <= flatness * radius)) return std::nullopt;
+    const Point& place = points.place[i];
+    const double plane = points.mean_gap + points.mean_left + (tilt[0] + left_tilt[0]) * place[0] +
+                         (tilt[1] + left_tilt[1]) * place[1];
+    const double of_point = points.gap[i] + contacts[i].left_over + contacts[i].gap_offset;
+    if (!(std::abs(of_point - plane) <= flatness * points.radius)) return false;
   }
   for (int k = 0; k < 2; ++k) {
     shape.tilt[k] = tilt[k];
     shape.left[k + 1] = left_tilt[k];
-    shape.reference[k] = moved[k];
+    shape.reference[k] = points.moved[k];
   }
-  shape.left[0] = left;
-  shape.reference[2] = fit.trace() > 0 ? twist / fit.trace() : 0;
-  shape.radius = radius;
-  // The points' forces as one wrench at the patch's centre.
+  shape.left[0] = points.mean_left;
+  shape.reference[2] = points.fit.trace() > 0 ? twist / points.fit.trace() : 0;
+  shape.radius = points.radius;
+  return true;
+}
+
+/// Sums the points' forces up to one wrench at the patch's centre.
+void add_forces(const Contact* contacts, int count, const PatchPoints& points, PatchShape& shape) {
   for (int i = 0; i < count; ++i) {
     const Vector3& force = contacts[i].force;
-    const auto [x, y] = points[i];
+    const auto [x, y] = points.place[i];
     const double wrench[6] = {force[0], y * force[0], -x * force[0],
                               force[1], force[2],     x * force[2] - y * force[1]};
     for (int k = 0; k < 6; ++k) shape.force[k] += wrench[k];
   }
-  shape.corners = make_hull(count, collinear * radius, points, shape.corner);
+}
+
+}  // namespace
+
+std::optional<PatchShape> patch_shape(const Contact* contacts, int count, const Coordinates& a,
+                                      const Coordinates& b) {
+  if (!std::all_of(contacts, contacts + count, is_flat_surface)) return std::nullopt;
+  PatchShape shape = start_shape(contacts, count, a, b);
+  const PatchPoints points = measure_points(contacts, count, shape);
+  if (!fit_planes(contacts, count, points, shape)) return std::nullopt;
+  add_forces(contacts, count, points, shape);
+  shape.corners = make_hull(count, collinear * points.radius, points.place, shape.corner);
   if (shape.corners < 2) return std::nullopt;
   return shape;
 }

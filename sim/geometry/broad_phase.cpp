@@ -82,6 +82,26 @@ Lanes make_lanes(int axis, const std::vector<Bounds>& boxes, std::uint32_t most,
   return lanes;
 }
 
+/// Returns the axis along which the centres of the finite boxes spread most.
+int axis_of_largest_spread(const std::vector<Bounds>& boxes) {
+  Vector3 origin = Vector3::Zero();
+  Vector3 sum = Vector3::Zero();
+  Vector3 squares = Vector3::Zero();
+  double finite = 0;
+  for (const Bounds& box : boxes) {
+    const Vector3 size = box.upper - box.lower;
+    if (!size.allFinite()) continue;
+    if (finite == 0) origin = box.lower;
+    const Vector3 middle = box.lower - origin + size / 2;
+    sum += middle;
+    squares += middle.cwiseProduct(middle);
+    ++finite;
+  }
+  int axis = 0;
+  if (finite > 0) (squares - sum.cwiseProduct(sum) / finite).maxCoeff(&axis);
+  return axis;
+}
+
 }  // namespace
 
 void BroadPhase::sort_along(int axis, const std::vector<Bounds>& boxes) {
@@ -132,24 +152,7 @@ void BroadPhase::find_pairs(const std::vector<Bounds>& boxes, Pairs& pairs) {
 void BroadPhase::sweep(const std::vector<Bounds>& boxes, Pairs& pairs) {
   pairs.clear();
   const auto count = static_cast<std::uint32_t>(boxes.size());
-
-  // Find the axis along which the centres of the boxes without NaN spread most.
-  Vector3 origin = Vector3::Zero();
-  Vector3 sum = Vector3::Zero();
-  Vector3 squares = Vector3::Zero();
-  double finite = 0;
-  for (const Bounds& box : boxes) {
-    const Vector3 size = box.upper - box.lower;
-    if (!size.allFinite()) continue;
-    if (finite == 0) origin = box.lower;
-    const Vector3 middle = box.lower - origin + size / 2;
-    sum += middle;
-    squares += middle.cwiseProduct(middle);
-    ++finite;
-  }
-  int sweep = 0;
-  if (finite > 0) (squares - sum.cwiseProduct(sum) / finite).maxCoeff(&sweep);
-
+  const int sweep = axis_of_largest_spread(boxes);
   sort_along(sweep, boxes);
 
   // About as many lanes as boxes in all, since more would only cost memory.
@@ -193,8 +196,11 @@ void BroadPhase::sweep(const std::vector<Bounds>& boxes, Pairs& pairs) {
     next_[entry.box] = head;
     head = entry.box;
   }
+  sort_pairs(count, pairs);
+}
 
-  // Sort the pairs by their first box, by counting, then by their second among equal first ones.
+/// Sorts pairs by their first box, by counting, then by their second among equal first ones.
+void BroadPhase::sort_pairs(std::uint32_t count, Pairs& pairs) {
   begins_.assign(count + 1, 0);
   for (const auto& pair : pairs) ++begins_[pair.first + 1];
   for (std::uint32_t i = 0; i < count; ++i) begins_[i + 1] += begins_[i];

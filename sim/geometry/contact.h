@@ -62,6 +62,7 @@ class BroadPhase {
 
  private:
   void sweep(const std::vector<Bounds>& boxes, Pairs& pairs);
+  void sort_pairs(std::uint32_t count, Pairs& pairs);
   struct Entry {
     double lower;
     std::uint32_t box;
