@@ -165,8 +165,8 @@ TEST_F(SweepResults, ASingleRunIsAPointOfItsFigure) {
 TEST_F(SweepResults, ThePageIsTheTemplateFilledIn) {
   const std::string page = to_markdown(report_page(source(), {{"order", {"<svg/>", {}, {}, {}}}}));
   EXPECT_THAT(page, testing::StartsWith("# Speed against error of A1 to A5\n\n## What to choose\n"));
-  EXPECT_THAT(page, HasSubstr("\n111 runs of 2 scenes. An error is the distance"));
-  EXPECT_THAT(page, HasSubstr("the root mean square over bodies and time"));  // a line's end in the template
+  EXPECT_THAT(page, HasSubstr("\n111 runs of 2 scenes. An error is the root mean square distance"));
+  EXPECT_THAT(page, HasSubstr("in parts of the scene's size"));  // a line's end in the template
   EXPECT_THAT(page, HasSubstr("![error against the (sub-)step, with slope triangles](figures/order.svg)"));
   for (const char* const heading :
        {"## What to choose", "## Order", "#### rod_chain", "## Sub-steps or iterations",
