@@ -30,7 +30,7 @@ GLuint buffer_of(GLenum target, const void* data, std::size_t bytes) {
 }
 
 const void* offset(std::size_t bytes) {
-  // NOLINTNEXTLINE(performance-no-int-to-ptr): OpenGL takes places in its buffers as pointers.
+  // NOLINTNEXTLINE(performance-no-int-to-ptr): OpenGL takes offsets in its buffers as pointers.
   return reinterpret_cast<const void*>(bytes);
 }
 
@@ -42,7 +42,7 @@ void draw_indices(std::size_t begin, std::size_t end) {
 }  // namespace
 
 bool is_drawable(const Coordinates& q) {
-  // Beyond this single precision turns bodies into noise.
+  // Limit beyond which single precision turns bodies into noise.
   constexpr double farthest = 1e6;
   return q.linear.cwiseAbs().maxCoeff() < farthest && q.angular.coeffs().allFinite();
 }
@@ -89,7 +89,7 @@ BodyBuffers::BodyBuffers(const BodyMesh& mesh) {
 
 void BodyBuffers::set_places(GLuint program, const glm::dmat4& clip_from_world,
                              std::span<const Coordinates> poses, std::size_t first) const {
-  // What cannot be drawn lies beside the picture.
+  // Move bodies that cannot be drawn beside the picture.
   glm::mat4 beside(0);
   beside[3] = {2, 2, 0, 1};
   std::vector<glm::mat4> in_clip(shaders::bodies_at_once, beside);

@@ -1,5 +1,5 @@
 #pragma once
-/// Which texture unit holds what, and which binding each uniform block has.
+/// The numbers of texture units, and the bindings of uniform blocks.
 
 #include "render/gl.h"
 
@@ -18,7 +18,7 @@ enum Unit : GLint {
   surface_texture_unit,  ///< the first of five, by Surface::Role
 };
 
-/// Of uniform blocks: the frame's, and the bodies' places.
+/// Bindings of uniform blocks: the frame's, and the bodies' poses.
 enum Block : GLuint { frame_block, clip_places_block, world_places_block };
 
 }  // namespace substep::render

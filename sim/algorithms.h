@@ -9,7 +9,7 @@
 /// | a4_approximate.cpp | proc4   | approximates J̆ (line 15), β (line 16) and the orientation step (line 20) |
 /// | a5_havok.cpp       | proc5   | A4 refactored; all Jacobians in β identified with the current one        |
 ///
-/// Each takes the step's start in `q` and `v` and leaves its end there. `problem` holds 𝒞 with J¹, β¹
+/// Each steps `q` and `v` in place. `problem` holds 𝒞 with J¹, β¹
 /// formulated at q (steps s1 and s2). In A2 `v` and the rows are in the world frame; in A3, A4 and A5
 /// they are in the bodies' frames (v̆, J̆); in A1 just the rows are. Cost, in row solves: A2 m, A3–A5 n·m per
 /// row; A3 formulates n times, the others once.
@@ -30,7 +30,7 @@ namespace substep {
 using CoordinateVector = std::vector<Coordinates>;
 using VelocityVector = std::vector<Velocity>;
 
-/// Buffers that outlive a step, and what the step did.
+/// Buffers that outlive a step, and the step's report.
 struct Work {
   VelocityVector sum;          ///< Σ v̆ᵏ
   VelocityVector sum_v;        ///< A5: sv

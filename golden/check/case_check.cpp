@@ -53,8 +53,8 @@ bool is_up_to_date(const CaseContext& work) {
          work.sidecar.track_hash == approved_track_hash(work);
 }
 
-/// Writes a page that plays the run beside the golden one, where they move otherwise: for who has the check's
-/// folder and not the program.
+/// Writes a page that plays the run beside the golden one where the motion differs, for people who have the
+/// check's folder but not the program.
 void write_motion_page(CaseContext& work) {
   CaseResult& result = work.result;
   const bool differs = work.golden && work.golden_track && work.live_track && !result.poses.passes;
@@ -137,7 +137,8 @@ void add_log_candidates(const CaseContext& work, CheckedCase& checked) {
                 entry.track_file);
 }
 
-/// Writes what approving would copy. Returns what forbids approving; empty: nothing does.
+/// Writes the files that approving would copy. Returns the reason that forbids approving; empty where there
+/// is none.
 std::string prepare_approval(const CaseContext& work, CheckedCase& checked) {
   const SuiteCase& entry = work.result.entry;
   add_log_candidates(work, checked);
@@ -165,7 +166,7 @@ std::string prepare_approval(const CaseContext& work, CheckedCase& checked) {
   return "it was drawn by " + work.made_with.renderer + ", which is not the pinned renderer";
 }
 
-/// Removes what a check before left in the case's folder.
+/// Removes stale files from the case's folder.
 void clear(const fs::path& folder) {
   std::error_code none;
   for (const auto& file : fs::directory_iterator(folder, none)) {

@@ -19,10 +19,10 @@ struct BodyExtent {
   int left = 0, top = 0, right = -1, bottom = -1;  ///< the box around them, both ends included
 };
 
-/// The body that is seen at a pixel of an image of bodies.
+/// Returns the body that is seen at a pixel of an image of bodies.
 int body_at(const render::Image& bodies, std::size_t pixel);
 
-/// By body, ascending; only those that are seen.
+/// Returns the visible bodies, ascending.
 std::vector<BodyExtent> body_extents(const render::Image& bodies);
 
 struct BodyBlame {
@@ -41,9 +41,9 @@ struct Blame {
   bool is_everywhere = false;  ///< most of what is seen differs: light, camera or sky, not one body
 };
 
-/// A differing pixel is that of the body the expected picture shows there, and where that is sky or world, of
-/// the one that the actual picture shows. `approved` is where bodies were when the golden picture was made:
-/// one that is drawn no more takes the differing pixels of its box. All images have one size.
+/// Attributes each differing pixel to the body that the expected picture shows there or, where that is sky or
+/// world, to the body in the actual picture. `approved` is where bodies were when the golden picture was
+/// made: one that is drawn no more takes the differing pixels of its box. All images have one size.
 Blame blame(const render::Image& expected, const render::Image& actual, const render::Image& expected_bodies,
             const render::Image& actual_bodies, const std::vector<BodyExtent>& approved,
             const std::vector<std::string>& names);

@@ -9,7 +9,7 @@
 namespace substep::golden {
 namespace {
 
-/// One number of every pixel. A column of the array is a row of pixels, so that neighbours in a row are
+/// A number for every pixel. A column of the array is a row of pixels, so that neighbours in a row are
 /// neighbours in memory.
 using Plane = Eigen::ArrayXXf;
 using Planes = std::array<Plane, 3>;

@@ -1,10 +1,10 @@
 #pragma once
 /// Compares a picture with the golden one: how much and where they differ.
 ///
-/// The order of judgement; the first rule that speaks decides:
+/// Rules in their order; the first that applies decides:
 ///
 ///  1. size      width and height must be equal;
-///  2. exact     equal pixels are equal: no metric is asked (the bytes of the PNGs never matter);
+///  2. exact     pictures with equal pixels are equal, whatever the bytes of their files;
 ///  3. hard      no channel of any pixel may differ by more than `hard` levels;
 ///  4. count     at most `count` pixels may have a channel that differs by more than `level` levels;
 ///  5. within    what is left differs within the tolerance.
@@ -39,7 +39,7 @@ inline bool passes(Judgement judgement) {
 }
 
 struct ImageComparison {
-  /// The levels that `above` counts for: a person who wants another tolerance sees which would have passed.
+  /// The levels of `above`, from which a person sees which tolerance would have passed.
   static constexpr std::array<int, 7> levels{0, 1, 2, 4, 8, 16, 32};
 
   Judgement judgement = Judgement::exact;

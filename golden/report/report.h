@@ -17,7 +17,7 @@ constexpr std::size_t largest_report = 10'000'000;  ///< bytes
 
 std::filesystem::path report_file(const std::filesystem::path& output);
 
-/// From results_json(). The pictures are read from where it says.
+/// Writes the report of results.json, and reads the pictures that it names.
 void write_report(const nlohmann::ordered_json& results, const std::filesystem::path& output);
 
 /// The cases that fail with one verdict and one origin: a hundred failures of one origin are one line.

@@ -30,7 +30,7 @@ std::vector<BodyExtent> extents_in(const Json& json) {
   return result;
 }
 
-/// An item a line, but a list of numbers in one: a sidecar has some of every body.
+/// Writes an item a line, but a list of numbers in one line, since a sidecar has some for every body.
 void write_json(const Json& json, std::size_t depth, std::string& text) {
   const auto is_plain = [](const Json& item) { return !item.is_structured(); };
   if (is_plain(json) || json.empty() ||

@@ -65,7 +65,7 @@ void draw_figure(const FigureOptions& options) {
   report::FigureStyle style = options.style;
   if (options.width) style.width = print_width_in(*options.width);
   style.title = !options.no_title;
-  // The document captions what it prints; the .txt has the words.
+  // Leave out the caption, which the .txt file has: documents that print the figure have their own.
   style.caption = !options.no_caption && (!options.width || options.caption);
   // It stands between quotes in gnuplot's script.
   if (style.font.find_first_of("'\"\\\n,") != std::string::npos || style.font.empty()) {

@@ -41,7 +41,7 @@ double time_in(const std::string& text) {
   return time;
 }
 
-/// How far the run must go for what is asked for.
+/// Returns the last frame that the chosen pictures need.
 Until last_of(const RenderOptions& options) {
   Until until;
   for (const std::string& text : options.frames) {
@@ -55,7 +55,7 @@ Until last_of(const RenderOptions& options) {
   return until;
 }
 
-/// The frame that is nearest to a time among those with poses.
+/// Returns the frame nearest to a time among those with poses.
 int frame_at(const PoseLog& log, double time) {
   const double spacing = log.settings.step * log.full_every;
   const double frame = std::round(time / spacing) * log.full_every;
@@ -81,7 +81,7 @@ int require_frame(const PoseLog& log, int frame) {
   return frame;
 }
 
-/// The frames asked for, ascending. Each has poses.
+/// Returns the chosen frames, ascending. Each has poses.
 std::vector<int> frames_of(const PoseLog& log, const RenderOptions& options) {
   std::vector<int> result;
   for (const std::string& text : options.frames) {
@@ -145,7 +145,7 @@ void draw_frames(const RenderOptions& options, const LoadedRun& run, const Rende
   const Scene& scene = run.scene;
   const PoseLog& log = run.log;
   const fs::path output = output_of(options);
-  // For the camera of a scene without one: what moves until the last of the frames.
+  // Collect the poses up to the last frame for the camera of a scene without one.
   std::vector<std::vector<Coordinates>> seen;
   for (int k = 0; k <= frames.back(); ++k) {
     const PoseLog::Frame& frame = log.frames[static_cast<std::size_t>(k)];

@@ -6,7 +6,7 @@ class Painter {
     this.data = data;
     this.gl = canvas.getContext('webgl2', {antialias: true, alpha: true, powerPreference: 'high-performance'});
     if (!this.gl) throw new Error('This browser has no WebGL 2, which the pictures need; the strips are there.');
-    // Light goes through such surfaces as light: what is drawn is kept as light then, and averaged as light.
+    // With blended surfaces keep and average the picture in linear light.
     this.hasVeils = data.meshes.some((primitives) => primitives.some(({look}) => look.isBlended));
     const defines = (data.looks ? '#define LOOKS_SHOWN\n' : '') + (this.hasVeils ? '#define AS_LIGHT\n' : '');
     this.programs = {
@@ -107,7 +107,7 @@ class Painter {
     const half = Math.max(high[0] - low[0], high[1] - low[1]) / 2 * 1.02;
     let eye = [0, 0, 0];
     [right, up, forward].forEach((axis, c) => { eye = plus(eye, axis, c < 2 ? (low[c] + high[c]) / 2 : low[c] - half); });
-    // What lies below, the ground too, is in the map's depth.
+    // The map's depth holds everything below, with the ground.
     const far = high[2] - low[2] + 9 * half;
     const clip = clipFrom({eye, right, up, forward, x: half, y: half, near: 0, far, perspective: false});
     return {clip, bias: 0.001 + 1.5 * half / this.shadow.size};

@@ -12,7 +12,7 @@
 namespace substep::report {
 namespace {
 
-/// All of up to six values, of more the first three and the last.
+/// Returns up to six values, or the first three and the last of more.
 std::string shortened(const std::set<int>& values) {
   if (values.size() <= 6) return fmt::format("{}", fmt::join(values, ", "));
   const std::vector<int> all(values.begin(), values.end());

@@ -25,7 +25,7 @@ SUBSTEP_EMBEDDED_FILE(report_template, SUBSTEP_REPORT_PAGE "/report.md")
 namespace substep::report {
 namespace {
 
-/// By the figures' names; without those that the sweep has nothing for.
+/// Drawn figures by their names, but for those without data.
 using Pictures = std::map<std::string, DrawnFigure>;
 
 Pictures drawn_figures(const FigureSource& source, const std::function<void(double)>& progress) {
@@ -33,16 +33,16 @@ Pictures drawn_figures(const FigureSource& source, const std::function<void(doub
   for (const ReportFigure& figure : figures()) {
     if (progress) progress(static_cast<double>(pictures.size()) / static_cast<double>(figures().size()));
     if (!figure.from_sweep && !source.properties) continue;
-    // Some are for pages of their own.
+    // Skip figures of other pages.
     if (report_template().find(fmt::format("![{}]", figure.name)) == std::string_view::npos) continue;
     const Sheet sheet = figure.make(source);
-    // A sweep need not have what each figure shows.
+    // Skip figures for which the sweep has no data.
     if (!sheet.panels.empty()) pictures[figure.name] = report::drawn(sheet, PictureFormat::svg);
   }
   return pictures;
 }
 
-/// Parts between empty lines, their lines joined.
+/// Returns the paragraphs of a text, each with its lines joined.
 std::vector<std::string> parts_of(std::string_view text) {
   std::vector<std::string> parts(1);
   while (!text.empty()) {
@@ -59,7 +59,7 @@ std::vector<std::string> parts_of(std::string_view text) {
   return parts;
 }
 
-/// The table without columns that have nothing below their head.
+/// Returns the table without empty columns.
 TextTable without_empty_columns(const TextTable& table) {
   TextTable result;
   result.rows.resize(table.rows.size());
@@ -73,9 +73,9 @@ TextTable without_empty_columns(const TextTable& table) {
   return result;
 }
 
-/// Fills in report.md: paragraphs with figures in braces, ![figures] and [what is made of the records]. A
-/// paragraph that begins with (if CONDITION) stands where that holds. A section of which all figures and
-/// tables are empty goes, with its heading and its words.
+/// Fills in report.md: {numbers}, ![figures] and [tables of the records]. A paragraph that begins with (if
+/// CONDITION) is kept where the condition holds. A section whose figures and tables are all empty is removed
+/// with its heading and text.
 class Report {
  public:
   Report(const FigureSource& source, Pictures pictures)
@@ -123,7 +123,7 @@ class Report {
     }
   }
 
-  /// A figure or a table of the section was asked for, and came or did not.
+  /// Counts a figure or a table of the section, and whether it has data.
   void count(std::size_t blocks_before) {
     ++asked_;
     if (page_.blocks.size() > blocks_before) ++came_;
@@ -219,7 +219,7 @@ class Report {
   std::size_t section_ = 0;  ///< where in the page the last heading of the template is
   int asked_ = 0;            ///< figures and tables of the section
   int came_ = 0;             ///< of them
-  /// What stands in brackets in the template.
+  /// Functions for the tables in brackets in the template.
   const std::map<std::string, std::function<void()>> contents_{
       {"worst figures", [this] { add_bad_figures(records_, page_); }},
       {"choices", [this] { choices(); }},

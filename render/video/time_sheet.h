@@ -1,5 +1,5 @@
 #pragma once
-/// Runs beside each other at chosen times, as one picture: a row for each run, a column for each time.
+/// One picture of several runs at chosen times: a row for each run, a column for each time.
 
 #include <functional>
 #include <string>
@@ -21,7 +21,7 @@ struct TimeSheetSettings {
   int height = 720;
   double text = 16;   ///< pixels
   FilmCamera camera;  ///< one that stands still
-  /// Called now and then with what is being done and its share done; may be empty.
+  /// Receives the current task and the fraction done; may be empty.
   std::function<void(std::string_view stage, double share)> progress;
 };
 
@@ -34,7 +34,7 @@ struct TimeSheet {
   std::vector<std::size_t> frames;
 };
 
-/// Simulates and draws. Each picture says its error where there is one. Throws Error.
+/// Simulates and draws the runs. Each picture shows its error where there is one. Throws Error.
 TimeSheet draw_time_sheet(const Scene& scene, const TimeSheetSettings& settings);
 
 }  // namespace substep::render

@@ -13,14 +13,14 @@
 namespace substep::scenes {
 namespace {
 
-/// Principal moments of a uniform rod along X: a thin rod's m L²/12 across it, and so that it is a body about
-/// its axis too, a cylinder's m r²/2.
+/// Returns the principal moments of a uniform rod along X: a thin rod's m L²/12 across it, and a cylinder's m
+/// r²/2 about its axis, so that none is 0.
 Vector3 rod_inertia(double mass, double length, double radius) {
   const double across = mass * length * length / 12;
   return {mass * radius * radius / 2, across, across};
 }
 
-/// How rods look: along X, a ball round the joint at the −X end. `size` scales all but the length.
+/// Draws a rod along X, with a ball round the joint at the −X end. `size` scales all but the length.
 Mesh rod_shaft(double length, double size) {
   // A bead near each end, as a turner would leave it.
   const double half = length / 2;

@@ -33,7 +33,7 @@ class Rigs {
           const std::vector<AxesLimit>& limits, const std::vector<AxisDrive>& drives = {}) {
     return add_to({}, piece, look, limits, drives);
   }
-  /// The same, on another rig's body: `frame` is in its node.
+  /// Adds a body on another rig's body; `frame` is in its node.
   int add_to(std::optional<int> carrier, const Piece& piece, const std::vector<GltfBuilder::Part>& look,
              const std::vector<AxesLimit>& limits, const std::vector<AxisDrive>& drives = {}) {
     const std::string name = piece.name;
@@ -67,7 +67,7 @@ std::string joint_kinds() {
   GltfBuilder gltf("joint_kinds", 4);
   set_view(gltf, {0.7, 1.8, 7.0}, {0, 1.26, 0}, 0.50);
 
-  // What the rigs hang from and slide on: drawn only.
+  // Draw the beams and rails of the rigs, without colliders.
   const double half_width = 3 * pitch + 0.3;
   Mesh wood;
   for (const double y : {upper, lower})
@@ -228,7 +228,7 @@ std::string conveyor() {
   const int plane = gltf.plane_shape();
   gltf.collider(gltf.node("ground"), plane, gltf.physics_material(0.6));
 
-  // It is midway at half time.
+  // The block is midway at half time.
   const int belt = gltf.node("belt", at(-speed * duration / 2, top - thickness / 2, 0));
   gltf.motion(belt, {.mass = 100, .linear_velocity = {speed, 0, 0}, .kinematic = true});
   const int belt_shape = gltf.box_shape(belt_size);

@@ -4,18 +4,18 @@
 
 namespace substep {
 
-/// Exit code: what was given cannot be used, or is not there.
+/// Exit code of input that cannot be used, or is missing.
 inline constexpr int bad_input = 2;
 
-/// Call first. Where a standard stream is closed, no file gets its number. SIGINT, SIGTERM and SIGHUP remove
-/// what is half-written before they end the process; so does SIGPIPE, in silence, and a fault in a library,
-/// with a sentence. Files above a limit of size are an error and no signal.
+/// Sets up streams and signals; call it first. Keeps the numbers of closed standard streams from files.
+/// SIGINT, SIGTERM and SIGHUP remove half-written files before they end the process; so do SIGPIPE, silently,
+/// and a fault in a library, with a sentence. A limit of file size is an error and no signal.
 void prepare_process();
 
-/// Throws Error when anything written to standard output did not arrive.
+/// Throws Error where output to standard output was lost.
 void flush_output();
 
-/// "there is not enough memory for this", said without asking for more of it. Returns the exit code.
+/// Prints "there is not enough memory for this" without allocating. Returns the exit code.
 int refuse_for_memory() noexcept;
 
 }  // namespace substep

@@ -1,5 +1,5 @@
 #pragma once
-/// A line on the terminal with what is being done and the time left.
+/// A line on the terminal with the current task and the time left.
 
 #include <chrono>
 #include <string>
@@ -17,7 +17,7 @@ class Progress {
 
   void show(std::string_view stage, double share);
 
-  /// Takes the line away, for another to be printed; the next show() brings it back.
+  /// Clears the line, so that another can be printed; the next show() draws it again.
   void clear();
 
  private:

@@ -38,7 +38,7 @@ struct AvbdBlock {
   double friction;  ///< μ of a contact
 };
 
-/// Buffers that outlive a step, and what the step did.
+/// Buffers that outlive a step, and the step's report.
 struct AvbdWork {
   std::vector<AvbdRow> rows;
   std::vector<AvbdBlock> blocks;

@@ -1,8 +1,8 @@
 #pragma once
 /// Soft Step: sub-steps with soft constraints. It is not the report's.
 ///
-/// Erin Catto, "Solver2D" (2024), and the solvers of Box2D 3 and Box3D, which have its parameters. Those are
-/// published; the code here is written from their description.
+/// Erin Catto, "Solver2D" (2024); the parameters are those of Box2D 3 and Box3D. This code is written from
+/// the published description.
 
 #include <cstdint>
 #include <vector>
@@ -13,12 +13,12 @@
 
 namespace substep {
 
-/// A soft row: λ' = −mass_scale M (J v + bias_rate C) − impulse_scale λ, with C the position error and λ what
-/// the row has given already. It acts as an implicit spring and damper in the sub-step.
+/// A soft row: λ' = −mass_scale M (J v + bias_rate C) − impulse_scale λ, with C the position error and λ the
+/// row's impulse so far. It acts as an implicit spring and damper in the sub-step.
 struct Softness {
   double bias_rate;      ///< 1/s
   double mass_scale;     ///< κ of A3, in a row without an accumulated impulse
-  double impulse_scale;  ///< what is taken back of λ
+  double impulse_scale;  ///< fraction of λ that is removed
 
   /// τ of A3 for the same row.
   double tau(double hs) const { return mass_scale * bias_rate * hs; }
@@ -56,15 +56,15 @@ struct SoftPoint {
   Softness softness;
 };
 
-/// Buffers that outlive a step, and what the step did.
+/// Buffers that outlive a step, and the step's report.
 struct SoftStepWork {
   std::vector<SoftPoint> points;
   std::int64_t row_solves = 0;
 };
 
-/// A step with settings.substeps sub-steps: takes its start in `q` and `v_local`, angular velocities in the
-/// bodies' frames, and leaves its end there. `problem` holds the joints' blocks, formulated at q, with the
-/// impulses that they start from, and the contacts that were found. `carried`: what the step ends with.
+/// Makes a step of settings.substeps sub-steps: steps `q` and `v_local`, whose angular velocities are in the
+/// bodies' frames. `problem` holds the joints' blocks, formulated at q, with their first impulses, and the
+/// contacts that were found. `carried` receives the forces at the step's end.
 void soft_step(std::vector<Coordinates>& q, std::vector<Velocity>& v_local, const Settings& settings,
                Problem& problem, SoftStepWork& work, CarriedForces& carried);
 

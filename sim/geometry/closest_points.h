@@ -10,7 +10,7 @@ struct Segment {
   Vector3 to;
 };
 
-/// Where the closest points lie, as parts of the way along each segment, in [0, 1].
+/// The positions of closest points as fractions of the way along each segment, in [0, 1].
 struct SegmentParameters {
   double on_a;
   double on_b;
@@ -20,11 +20,11 @@ inline Vector3 point_at(const Segment& segment, double parameter) {
   return segment.from + parameter * (segment.to - segment.from);
 }
 
-/// Part of the way along `segment` of its point closest to `point`, in [0, 1]; 0 for a segment without
-/// length.
+/// Returns the position of the point of `segment` closest to `point`, as a fraction in [0, 1]; 0 for a
+/// segment without length.
 double closest_parameter(const Segment& segment, const Vector3& point);
 
-/// Segments may be points, parallel or crossing. Of several closest pairs of points, one.
+/// Returns one of the closest pairs of points. Segments may be points, parallel or crossing.
 SegmentParameters closest_parameters(const Segment& a, const Segment& b);
 
 /// Calls `use(corner, outward)` for each side of a face: a point of it and its unnormalised outward direction
@@ -40,7 +40,7 @@ void for_each_side(const Polytope& polytope, std::size_t face, Use use) {
   }
 }
 
-/// Whether the point lies in the endless prism over and under the face.
+/// Returns true where the point lies in the infinite prism over and under the face.
 bool is_over(const Polytope& polytope, std::size_t face, const Vector3& point);
 
 }  // namespace substep

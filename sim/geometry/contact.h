@@ -18,12 +18,11 @@ struct ContactPoint {
   double distance;  ///< (on_a − on_b) · normal; negative where the shapes overlap
 };
 
-/// All contact points of two shapes closer than `margin` (metres): the whole manifold, so a face on a face
-/// gives the corners of their intersection, a capsule on its side two points. Of two boxes' corners beyond
-/// four those are left out that lie within 1e-3 of the smaller box's size of the line through their
-/// neighbours. Depends on its arguments alone, not on any earlier call, and contacts(b, a) are contacts(a, b)
-/// mirrored. Appends to `out`, which it never clears; does not allocate once `out` and the thread's scratch
-/// are large enough.
+/// Finds all contact points of two shapes closer than `margin` (metres), the whole manifold: for two faces
+/// the corners of their intersection, for a lying capsule two points. Between two boxes it leaves out corners
+/// beyond four that lie within 1e-3 of the smaller box's size of the line through their neighbours. Depends
+/// on its arguments alone, not on any earlier call, and contacts(b, a) are contacts(a, b) mirrored. Appends
+/// to `out`, which it never clears; does not allocate once `out` and the thread's scratch are large enough.
 ///
 /// Polytopes: the faces of a, the faces of b and those cross products of their edges that can bound the
 /// overlap are tested. A face axis is preferred to an edge axis unless the latter is better by 0.05
@@ -35,15 +34,16 @@ struct ContactPoint {
 /// one. Where a disc is partly over a face, corners of the face and crossings of the outlines take the place
 /// of the rim points beside it.
 ///
-/// A triangle mesh pushes along directions in which, as far as a triangle's neighbours tell, the surface has
+/// A triangle mesh pushes along directions in which, judged by a triangle's neighbours, the surface has
 /// nothing farther out: the normals of its faces and the directions round its convex edges and corners, never
 /// those of edges in a plane or a valley. A one-sided mesh's triangle does nothing to a shape whose middle is
 /// behind it. Contacts with triangles of one plane are the corners of their hull.
 void find_contacts(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double margin,
                    std::vector<ContactPoint>& out);
 
-/// The axis-aligned box around a shape. Tight up to rounding, but for a triangle mesh's, which is the box
-/// around its own turned box; a plane's is infinite except along an axis it is normal to.
+/// Returns the axis-aligned box around a shape. It is tight up to rounding, but for a triangle mesh it is the
+/// box around the mesh's own turned box, and for a plane it is infinite except along an axis that the plane
+/// is normal to.
 Bounds bounds(const Shape& shape, const Pose& pose);
 
 /// Finds the boxes that overlap: a sweep along the axis of largest spread, with the boxes it passes kept in
@@ -56,8 +56,7 @@ class BroadPhase {
   /// boxes alone; the members are memory kept between calls. A box with NaN is in no pair.
   void find_pairs(const std::vector<Bounds>& boxes, Pairs& pairs);
 
-  /// Returns the work of the last call, whatever the machine: how often its sweep looked from one box at
-  /// another.
+  /// Returns the number of pairs that the last call's sweep tested, the same on every machine.
   std::uint64_t pairs_tested() const { return pairs_tested_; }
 
  private:

@@ -19,8 +19,7 @@
 
 namespace substep {
 
-/// Vertices, faces and edges of a polytope or of a triangle in some frame. Kept to be filled again, as its
-/// memory is.
+/// Vertices, faces and edges of a polytope or of a triangle in some frame. Refilling it keeps its memory.
 struct Facets {
   /// The directions outward of an edge: those between the normals of its two faces.
   struct Arc {
@@ -49,22 +48,22 @@ struct Facets {
   /// Moves a triangle by −origin. With `from_behind` it is seen from its other side.
   void load(const TriangleMesh& mesh, std::uint32_t triangle, const Vector3& origin, bool from_behind);
 
-  /// How far it reaches along a direction, and where.
+  /// Returns the farthest extent along a direction, and its vertex.
   double height(const Vector3& direction, std::uint32_t& vertex) const;
-  /// Whether the mesh around the triangle's corner lies below it along `direction`, as far as its neighbours
-  /// tell: directions in which it does not push are those of inner edges. Always so for a polytope.
+  /// Returns true where the mesh around the triangle's corner lies below it along `direction`, judged by its
+  /// neighbours; a mesh does not push along directions of inner edges. Always true for a polytope.
   bool pushes(const Vector3& direction, std::uint32_t vertex) const;
-  /// The face with the vertex that looks most along `direction`.
+  /// Returns the face at the vertex that faces `direction` most.
   std::uint32_t face_at(std::uint32_t vertex, const Vector3& direction) const;
-  /// The corners of a face, put into `memory`.
+  /// Returns the corners of a face, in `memory`.
   Polygon polygon(std::uint32_t face, std::vector<Vector3>& memory) const;
 };
 
-/// Contacts of a revolved solid a and facets b in one frame.
+/// Finds contacts of a revolved solid a and facets b in one frame.
 void find_revolved_facets(const RevolvedSolid& a, const Facets& b, double margin,
                           std::vector<ContactPoint>& out);
 
-/// Contacts of a polytope a and a triangle b of a mesh in one frame.
+/// Finds contacts of a polytope a and a triangle b of a mesh in one frame.
 void find_polytope_triangle(const Facets& a, const Facets& b, double margin, std::vector<ContactPoint>& out);
 
 }  // namespace substep

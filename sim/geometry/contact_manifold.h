@@ -1,5 +1,5 @@
 #pragma once
-/// The contacts of two features of shapes, such as a disc and a polygon, along a normal that is known.
+/// Contacts of two features of shapes, such as a disc and a polygon, along a given normal.
 
 #include <array>
 #include <span>
@@ -11,7 +11,8 @@
 
 namespace substep {
 
-/// A corner this part of the size outside a side counts as inside: faces that are flush keep their corners.
+/// Fraction of the size by which a corner may lie outside a side and still count as inside, so that flush
+/// faces keep their corners.
 constexpr double flush_share = 1e-9;
 
 /// The flat end of a cylinder.
@@ -32,20 +33,20 @@ struct Polygon {
 
 Disc end_disc(const RevolvedSolid& solid, int end);
 
-/// A feature that a revolved solid turns towards `direction`: one of its discs, or else the line along its
-/// side, from its bottom to its top, of points farthest along `direction`.
+/// The feature of a revolved solid that faces `direction`: one of its discs, or the line along its side, from
+/// bottom to top, of points farthest along `direction`.
 struct RevolvedFeature {
   bool is_disc = false;
   Disc disc{};
   Segment line{};
 };
 
-/// 8 points of the rim at equal angles, one of them the deepest below a plane with this normal or, where the
-/// disc is parallel to it to 1e-5, at the disc's own `across`.
+/// Returns 8 points of the rim at equal angles. One of them is the deepest below a plane with this normal or,
+/// where the disc is parallel to the plane to 1e-5, lies at the disc's own `across`.
 std::array<Vector3, 8> rim_points(const Disc& disc, const Vector3& plane_normal);
 
-/// The line of points of a solid's side farthest along `direction` if its ends are equally far to within
-/// `near`; else the farthest point, twice.
+/// Returns the line of points of a solid's side farthest along `direction` where its ends are equally far to
+/// within `near`; else the farthest point, twice.
 Segment line_or_point(const RevolvedSolid& solid, const Vector3& direction, double near);
 
 RevolvedFeature feature_towards(const RevolvedSolid& solid, const Vector3& direction);
@@ -57,29 +58,31 @@ class Manifold {
   Manifold(const Vector3& normal, double size, double margin, std::vector<ContactPoint>& out)
       : normal_(normal), size_(size), margin_(margin), out_(out) {}
 
-  /// Points of the disc's rim, corners of the polygon over the disc, crossings of the two outlines.
+  /// Adds points of the disc's rim, corners of the polygon over the disc, and crossings of the two outlines.
   void add(const Disc& a, const Polygon& b) { add_disc_polygon(a, b, false); }
   void add(const Polygon& a, const Disc& b) { add_disc_polygon(b, a, true); }
   void add(const Disc& a, const Disc& b);
-  /// Two contacts: at the ends of the part of the line over the other.
+  /// Adds two contacts, at the ends of the part of the line that is over the other feature.
   void add(const Disc& a, const Segment& b) { add_disc_segment(a, b, false); }
   void add(const Segment& a, const Disc& b) { add_disc_segment(b, a, true); }
   void add(const Segment& a, const Polygon& b);
-  /// The corners of the common part. One of the two is the reference, whose plane is across the normal.
+  /// Adds the corners of the common part. One polygon is the reference, whose plane is perpendicular to the
+  /// normal.
   void add(const Polygon& a, const Polygon& b, bool reference_is_b);
-  /// The ends of the part along which the segments are beside each other, if there they are parallel to
-  /// within `preference`; else false, and nothing added.
+  /// Adds the ends of the part along which the segments are beside each other, if they are parallel to within
+  /// `preference`; else adds nothing and returns false.
   bool add_beside(const Segment& a, const Segment& b, double preference);
-  /// The closest points of segments, which may be points. False, and nothing added, if these do not lie
-  /// across from each other.
+  /// Adds the closest points of segments, which may be points. Adds nothing and returns false where these are
+  /// not opposite to each other.
   bool add_crossing(const Segment& a, const Segment& b);
-  /// Of a point of a and the point of b across from it along the normal.
+  /// Adds a contact at a point of a and the opposite point of b along the normal.
   void add_point(const Vector3& on_a, double distance);
 
  private:
   void add_disc_polygon(const Disc& disc, const Polygon& polygon, bool polygon_is_a);
   void add_disc_segment(const Disc& disc, const Segment& line, bool line_is_a);
-  /// What has been collected, in the order round the disc, points nearer than `near` to each other once.
+  /// Returns the collected contacts in their order around the disc; of points nearer than `near` to each
+  /// other one.
   void push_round(double near, bool swapped);
   bool is_across(const Vector3& gap, double tolerance) const;
   void push(const Vector3& one, const Vector3& other, bool swapped);

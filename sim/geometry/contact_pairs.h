@@ -42,12 +42,12 @@ void find_revolved_revolved(const RevolvedSolid& a, const RevolvedSolid& b, doub
 void find_round_polytope(const Shape& a, const Pose& pose_a, const Polytope& b, const Pose& pose_b,
                          double margin, std::vector<ContactPoint>& out);
 
-/// Any shape but a plane or a mesh with a mesh. The contacts of neighbouring triangles in one plane are those
-/// of one face: the corners of their hull.
+/// Finds contacts of any shape but a plane or a mesh with a mesh. Neighbouring triangles in one plane touch
+/// as one face, at the corners of their hull.
 void find_shape_mesh(const Shape& a, const Pose& pose_a, const TriangleMesh& b, const Pose& pose_b,
                      double margin, std::vector<ContactPoint>& out);
 
-/// The revolved solid that a round shape is; nothing for others.
+/// Returns the revolved solid of a round shape; nothing for others.
 std::optional<RevolvedSolid> as_revolved(const Shape& shape, const Pose& pose);
 
 /// The one contact of two polytopes that are `separation` > 0 apart along `axis` (unit, in the world, from a
@@ -56,11 +56,11 @@ void find_closest_features(const Polytope& a, const Pose& pose_a, const Polytope
                            const Vector3& axis, double separation, double margin,
                            std::vector<ContactPoint>& out);
 
-/// Of two alike faces that of the first shape is taken: the other must be better by this part of the
-/// preference.
+/// Fraction of the preference by which a face of the second shape must be better than an equal one of the
+/// first.
 constexpr double second_face_share = 0.1;
 
-/// By how much another axis must have the greater separation before it is taken instead of a face axis.
+/// Returns the separation by which another axis must exceed a face axis to be chosen.
 inline double face_preference(double separation, double size) {
   return 0.05 * (separation < 0 ? -separation : separation) + 1e-3 * size;
 }

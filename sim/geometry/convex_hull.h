@@ -8,26 +8,27 @@
 
 namespace substep {
 
-/// The convex hull of `points`; coplanar facets are merged into one polygon, vertices are exactly those
-/// given. Deterministic in the order of the points. Throws Error, with `what` (e.g. "crate.gltf: /meshes/2")
-/// at its front, when a coordinate is not finite or the hull is thinner than 1e-6 of its size.
+/// Returns the convex hull of `points`. Coplanar facets are merged into one polygon, vertices are exactly the
+/// given ones, and the result depends on the order of the points alone. Throws Error that begins with `what`
+/// ("crate.gltf: /meshes/2") when a coordinate is not finite or the hull is thinner than 1e-6 of its size.
 Polytope convex_hull(std::span<const Vector3> points, const std::string& what);
 
-/// A box with full extents `size`, centred at the origin.
+/// Returns a box with full extents `size`, centred at the origin.
 Polytope box(const Vector3& size);
 
-/// A cylinder along +Y between y = ±height/2 with a bottom and a top radius, as a prism of `sides` sides
-/// whose vertices lie on the circles. A radius of 0 makes a cone.
+/// Returns a cylinder along +Y between y = ±height/2 with a bottom and a top radius, as a prism of `sides`
+/// sides whose vertices lie on the circles. A radius of 0 makes a cone.
 Polytope cylinder(double height, double radius_bottom, double radius_top, int sides = 32);
 
-/// The ellipsoid about the origin with these half axes, with the hull of points on it: `rings` from pole to
-/// pole along Y, twice as many round it. Both are even, so that the half axes' ends are among the points.
+/// Returns the ellipsoid about the origin with these half axes, with the hull of points on it: `rings` from
+/// pole to pole along Y, twice as many round it. Both are even, so that the half axes' ends are among the
+/// points.
 Polytope ellipsoid(const Vector3& half_axes, int rings = 12);
 
-/// The polytope scaled along its own axes; factors must be positive.
+/// Returns the polytope scaled along its own axes; factors must be positive.
 Polytope scaled(const Polytope& polytope, const Vector3& factors);
 
-/// The polytope moved rigidly: vertex → pose * vertex. An ellipsoid becomes its hull.
+/// Returns the polytope moved rigidly: vertex → pose * vertex. An ellipsoid becomes its hull.
 Polytope transformed(const Polytope& polytope, const Pose& pose);
 
 }  // namespace substep

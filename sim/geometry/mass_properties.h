@@ -23,27 +23,29 @@ struct PrincipalInertia {
   Quaternion orientation = Quaternion::Identity();
 };
 
-/// Of a solid bounded by a closed triangle mesh, counter-clockwise seen from outside, of unit density: the
-/// sum of signed tetrahedra about the mean vertex. An inverted mesh gives a negative mass.
+/// Returns the mass properties of a solid of unit density bounded by a closed triangle mesh,
+/// counter-clockwise seen from outside, by signed tetrahedra about the mean vertex. An inverted mesh gives a
+/// negative mass.
 MassProperties mass_properties(std::span<const Vector3> vertices, std::span<const Triangle> triangles);
 
-/// Of a shape of unit density, in its collider's frame. A plane and a triangle mesh have none: mass 0.
+/// Returns the mass properties of a shape of unit density, in its collider's frame. Planes and triangle
+/// meshes have mass 0.
 MassProperties mass_properties(const Shape& shape);
 
-/// Whether each directed edge occurs once and its reverse once, after vertices at equal positions are welded.
+/// Returns true where each directed edge occurs once and its reverse once, after vertices at equal positions
+/// are welded.
 bool is_closed(std::span<const Vector3> vertices, std::span<const Triangle> triangles);
 
-/// The same body seen from a frame in which it stands at `pose`.
+/// Returns the body's properties in a frame in which its pose is `pose`.
 MassProperties transformed(const MassProperties& properties, const Pose& pose);
 
-/// The two bodies as one; both in the same frame.
+/// Returns the properties of two bodies as one, in their common frame.
 MassProperties combined(const MassProperties& a, const MassProperties& b);
 
-/// The same body with its mass scaled to `mass`.
+/// Returns the properties scaled to the mass `mass`.
 MassProperties with_mass(const MassProperties& properties, double mass);
 
-/// Principal axes of a symmetric matrix by Jacobi rotations: deterministic, the identity for a diagonal
-/// matrix.
+/// Returns the principal axes of a symmetric matrix by Jacobi rotations; the identity for a diagonal matrix.
 PrincipalInertia principal_inertia(const Matrix3& inertia);
 
 }  // namespace substep

@@ -1,5 +1,5 @@
 #pragma once
-/// Round shapes as one kind, for their contacts: the convex hull of two balls or of two discs on one axis.
+/// All round shapes as one type, for contacts: the convex hull of two balls or of two discs on one axis.
 
 #include <array>
 #include <optional>
@@ -28,20 +28,20 @@ struct RevolvedSolid {
   double cosine = 1;
   bool has_side = true;
 
-  /// Of the smallest ball about the middle that surely holds the solid.
+  /// Returns the radius of a ball about the middle that holds the solid.
   double reach() const;
   Vector3 end(int i) const { return i == 0 ? Vector3(middle - half * axis) : Vector3(middle + half * axis); }
-  /// The part of the direction across the axis.
+  /// Returns the component of the direction perpendicular to the axis.
   Vector3 outward(const Vector3& direction) const { return direction - axis.dot(direction) * axis; }
-  /// The farthest point of an end along a unit direction.
+  /// Returns the farthest point of an end along a unit direction.
   Vector3 support(const Vector3& direction, int i) const;
-  /// The farthest point of the solid along a unit direction.
+  /// Returns the farthest point of the solid along a unit direction.
   Vector3 support(const Vector3& direction) const;
-  /// How far it reaches along a unit direction.
+  /// Returns the solid's extent along a unit direction.
   double height(const Vector3& direction) const;
-  /// The unit direction from the closest point of the solid to a point outside it, or, for one inside, the
-  /// shortest way out through the side or an end's ball. Nothing for one that is nearest to a disc from
-  /// inside.
+  /// Returns the unit direction from the closest point of the solid to a point outside it or, for a point
+  /// inside, the shortest way out through the side or an end's ball. Returns nothing for a point inside that
+  /// is nearest to a disc.
   std::optional<Vector3> direction_to(const Vector3& point) const;
 
  private:

@@ -42,7 +42,7 @@ struct TaperedCapsule {
   double radius_top = 0.25;
 };
 
-/// The axis-aligned box around something.
+/// An axis-aligned box.
 struct Bounds {
   Vector3 lower;
   Vector3 upper;
@@ -58,7 +58,8 @@ using Triangle = std::array<std::uint32_t, 3>;
 struct TriangleMesh {
   static constexpr std::uint32_t none = 0xffffffffU;
 
-  /// Of a tree of boxes. Its root is the first; the children of an inner node are `first` and `first` + 1.
+  /// A node of a tree of boxes. The root is the first node; the children of an inner node are `first` and
+  /// `first` + 1.
   struct Node {
     Bounds bounds{Vector3::Zero(), Vector3::Zero()};
     std::uint32_t first = 0;  ///< child, or first triangle of a leaf
@@ -78,7 +79,7 @@ struct TriangleMesh {
   bool two_sided = false;
 };
 
-/// A box of any placement: `pose` takes its own frame, where it is |x| <= half_size, to the polytope's.
+/// A box at any pose: `pose` maps the box's frame, where it is |x| <= half_size, to the polytope's.
 struct OrientedBox {
   Pose pose;
   Vector3 half_size = Vector3::Zero();
@@ -101,8 +102,8 @@ struct Polytope {
   double bounding_radius = 0;        ///< of the smallest ball about `centre` that holds the polytope
   double inner_radius = 0;           ///< of the largest ball about `centre` that the polytope holds
   std::optional<OrientedBox> box;    ///< set where the polytope was made as a box: such pairs are quicker
-  /// Set where the vertices lie on an ellipsoid about the origin: its half axes. It is then the solid, to
-  /// mass properties and to a plane, which it touches in one point; to all other shapes its hull is.
+  /// Half axes of the ellipsoid about the origin on which the vertices lie, if they do. Mass properties and
+  /// contacts with planes are then the ellipsoid's, contacts with other shapes the hull's.
   std::optional<Vector3> ellipsoid;
 
   std::size_t face_count() const { return face_normals.size(); }

@@ -1,6 +1,6 @@
 #pragma once
-/// When two moving shapes first meet: conservative advancement (Mirtich 1996), along the directions in which
-/// they are apart.
+/// Finds when two moving shapes first meet, by conservative advancement (Mirtich 1996) along the directions
+/// in which they are apart.
 
 #include <optional>
 
@@ -9,8 +9,8 @@
 
 namespace substep {
 
-/// A body that moves with a constant spin, and with a velocity that changes as sub-steps change it: after the
-/// time s it has gone s v + ½ s (s + substep) a.
+/// A body that moves with a constant spin, and with a velocity that changes in sub-steps: after the time s it
+/// has moved by s v + ½ s (s + substep) a.
 struct RigidMotion {
   Vector3 position = Vector3::Zero();  ///< of the centre of mass at the start, world, m
   Quaternion orientation = Quaternion::Identity();
@@ -19,11 +19,11 @@ struct RigidMotion {
   double substep = 0;                      ///< s
   Vector3 spin = Vector3::Zero();          ///< world, rad/s
 
-  /// Returns how far the centre of mass has gone after `time`.
+  /// Returns the displacement of the centre of mass after `time`.
   Vector3 displacement(double time) const {
     return time * velocity + 0.5 * time * (time + substep) * acceleration;
   }
-  /// Returns where the body is after `time`.
+  /// Returns the body's pose after `time`.
   Pose at(double time) const;
 };
 
@@ -47,8 +47,7 @@ struct Impact {
 std::optional<Impact> time_of_impact(const MovingShape& a, const MovingShape& b, double duration,
                                      double tolerance);
 
-/// Returns the box around all places of a shape while it moves for `duration`. A plane's is that of its
-/// start.
+/// Returns the box around a shape that moves for `duration`; for a plane the box at its start.
 Bounds swept_bounds(const MovingShape& a, double duration);
 
 }  // namespace substep

@@ -1,5 +1,5 @@
 #pragma once
-/// What a round shape is near a point in which it touches another: so much of it as rolling needs.
+/// The curvature of a round shape at a point where it touches another, as rolling needs it.
 
 #include <optional>
 
@@ -14,16 +14,16 @@ struct TouchingEllipsoid {
   Vector3 squares;
 };
 
-/// Whether a shape has neither faces nor edges.
+/// Returns true where a shape has neither faces nor edges.
 bool is_round(const Shape& shape);
 
-/// Whether touching_ellipsoid() may have an answer.
+/// Returns true where touching_ellipsoid() may return one.
 bool is_curved(const Shape& shape);
 
-/// The ellipsoid that `shape` is in a point of its surface, where it touches `other`; nothing where it is
-/// flat, or has an edge or a corner there. `normal` points to the shape. Of a cylinder or a cone, and between
-/// a capsule's ends, it is the circle about Y through the point: the solid may touch along a line, on which
-/// only the turn about Y moves the point. All in the shape's frame.
+/// Returns the ellipsoid that `shape` equals around the point where it touches `other`; nothing where it is
+/// flat or has an edge or a corner there. `normal` points to the shape. For a cylinder, a cone and the side
+/// of a capsule it is the circle about Y through the point, since on a line of contact only rotation about Y
+/// moves the point. All is in the shape's frame.
 std::optional<TouchingEllipsoid> touching_ellipsoid(const Shape& shape, const Shape& other,
                                                     const Vector3& point, const Vector3& normal);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Static triangle meshes: what is built of them once, and the search for triangles near a box.
+/// Static triangle meshes: their construction, and the search for triangles near a box.
 
 #include <span>
 #include <string>
@@ -9,16 +9,16 @@
 
 namespace substep {
 
-/// The mesh of these triangles, counter-clockwise seen from the front. Vertices at equal positions become
-/// one, triangles without area are left out. One-sided unless told otherwise: what is behind a triangle
-/// passes through it, so that a closed mesh pushes outwards alone. Throws Error, with `what` (e.g.
-/// "hill.gltf: /meshes/2") at its front, when an index or a coordinate is out of range or no triangle has an
+/// Returns the mesh of these triangles, counter-clockwise seen from the front. Merges vertices at equal
+/// positions, and leaves out triangles without area. By default it is one-sided: bodies behind a triangle
+/// pass through it, so that a closed mesh pushes outwards alone. Throws Error that begins with `what`
+/// ("hill.gltf: /meshes/2") when an index or a coordinate is out of range or no triangle has an
 /// area.
 TriangleMesh make_triangle_mesh(std::span<const Vector3> positions, std::span<const Triangle> triangles,
                                 const std::string& what, bool two_sided = false);
 
-/// A finite plane: the rectangle |x| <= size_x/2, |z| <= size_z/2 at y = 0 with its front to +Y. An infinite
-/// size is taken as 20 km. Throws Error unless both are positive.
+/// Returns a finite plane: the rectangle |x| <= size_x/2, |z| <= size_z/2 at y = 0 with its front to +Y. An
+/// infinite size is taken as 20 km. Throws Error unless both are positive.
 TriangleMesh make_rectangle(double size_x, double size_z, bool two_sided);
 
 /// Appends the triangles whose boxes meet `box`, both in the mesh's frame, in ascending order.

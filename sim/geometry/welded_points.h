@@ -1,5 +1,5 @@
 #pragma once
-/// Points of a mesh that lie at one place.
+/// Merges points of a mesh at equal positions.
 
 #include <cstddef>
 #include <cstdint>
@@ -10,12 +10,12 @@
 
 namespace substep {
 
-/// For each point the first one at the same position, itself where there is none before it. Points with a NaN
-/// are at no other's position. `comparisons`, if given, is how many pairs of points were compared: at most
-/// some dozens a point, however the points were chosen.
+/// Returns for each point the first one at the same position, which may be itself. Points with a NaN equal no
+/// other. `comparisons`, if given, receives the number of compared pairs: at most some dozens a point for any
+/// input.
 std::vector<std::uint32_t> welded(std::span<const Vector3> points, std::size_t* comparisons = nullptr);
 
-/// Each position once, in the order of their first points.
+/// Returns each position once, in the order of their first points.
 std::vector<Vector3> distinct(std::span<const Vector3> points);
 
 }  // namespace substep

@@ -1,5 +1,5 @@
 #pragma once
-/// The triangles that a glTF file gives a collider.
+/// The triangles of a collider in a glTF file.
 
 #include <cstddef>
 #include <vector>
@@ -19,15 +19,15 @@ struct NodeGeometry {
   bool skinned = false;
 };
 
-/// The triangles of a mesh, unskinned, times `scale`. Throws Error when there is none.
+/// Returns the triangles of a mesh, unskinned, times `scale`. Throws Error where there is none.
 NodeGeometry geometry_of_mesh(const GltfMesh& mesh, const Vector3& scale, const JsonValue& place);
 
 /// Bounds the work of geometry_of_node: nodes, vertices, triangles and joints.
 std::size_t geometry_size(const GltfDocument& document, const std::vector<GltfMesh>& meshes,
                           const std::vector<GltfSkin>& skins, int node);
 
-/// In the frame of `node` times `scale`. What is skinned has the form that its skeleton gives it at the
-/// start. Throws Error when there is no triangle.
+/// Returns the triangles at and below `node` in its frame, times `scale`. Skinned meshes have their pose at
+/// the start. Throws Error where there is no triangle.
 NodeGeometry geometry_of_node(const GltfDocument& document, const std::vector<GltfMesh>& meshes,
                               const std::vector<GltfSkin>& skins, int node, const Vector3& scale,
                               const JsonValue& place);

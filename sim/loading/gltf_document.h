@@ -1,5 +1,5 @@
 #pragma once
-/// A glTF file as read and checked: its JSON, its nodes as a tree, its buffers' bytes.
+/// A glTF file, read and checked: its JSON, its nodes as a tree, its buffers' bytes.
 
 #include <cstdint>
 #include <filesystem>
@@ -27,7 +27,7 @@ struct GltfNode {
   NodeTransform world;  ///< composed in double precision from the root down
 };
 
-/// Moved, never copied: `buffers` look into `files`.
+/// A document, which is never copied, since `buffers` point into `files`.
 struct GltfDocument {
   std::filesystem::path file;
   std::string file_name;  ///< `file` as the complaints name it
@@ -51,18 +51,19 @@ struct GltfDocument {
 /// every required extension is one of those modelled. Throws Error.
 GltfDocument read_gltf(const std::filesystem::path& file);
 
-/// What a URI names, which is read where it was not yet: the bytes of a data URI, or of a file in the
-/// document's folder or below. Nothing where there is no such file. Throws Error.
+/// The bytes that a URI names.
 struct UriBytes {
   std::shared_ptr<const std::string> bytes;
   bool is_new_file = false;
 };
+/// Returns the bytes of a data URI, or of a file in the document's folder or below, which it reads once.
+/// Nothing where there is no such file. Throws Error.
 std::optional<UriBytes> read_uri(const JsonValue& uri, GltfDocument& document);
 
-/// The file that a URI names, where it names one that is there, in the document's folder or below.
+/// Returns the file that a URI names, where it exists in the document's folder or below.
 std::optional<std::filesystem::path> file_of_uri(const JsonValue& uri, const GltfDocument& document);
 
-/// The bytes of a buffer view. Throws Error where it leaves its buffer.
+/// Returns the bytes of a buffer view. Throws Error where it leaves its buffer.
 std::string_view buffer_view(const GltfDocument& document, int index);
 
 }  // namespace substep

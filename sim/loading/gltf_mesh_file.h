@@ -9,11 +9,11 @@
 
 namespace substep {
 
-/// Whether the document neither names the physics extension nor has settings of ours, but draws a mesh.
+/// Returns true where the document has a mesh, but neither the physics extension nor `extras.substep`.
 bool is_mesh_file(const GltfDocument& document);
 
-/// One object for each node of the scene that has a mesh of triangles, placed as its nodes place it; what is
-/// skinned has the form that its skeleton gives it at the start. Adds to `warnings` what was left out. Throws
+/// Returns one object for each node of the scene with a mesh of triangles, at the node's pose; skinned meshes
+/// have their pose at the start. Adds a warning for each omission. Throws
 /// Error where there is no triangle.
 MeshFile mesh_file_of(GltfDocument& document, std::vector<std::string>& warnings);
 

@@ -1,9 +1,8 @@
 #pragma once
 /// The triangles of a glTF document's meshes, and its skins.
 ///
-/// assimp drops the nodes that colliders point to, leaves out triangles without a word and takes any number
-/// for a vertex, so that every accessor must be checked down to its bytes before it. From there to the
-/// vertices is a loop.
+/// assimp is not used here: it drops the nodes that colliders point to, leaves out triangles silently and
+/// accepts any number as a vertex. Every accessor would have to be checked down to its bytes anyway.
 
 #include <array>
 #include <cstdint>
@@ -17,7 +16,7 @@
 
 namespace substep {
 
-/// Which of a skin's joints hold a vertex, and how much each.
+/// The joints of a skin that hold a vertex, and their weights.
 struct SkinInfluence {
   std::array<std::uint16_t, 4> joints{};
   std::array<double, 4> weights{};  ///< their sum is 1, or 0 where nothing holds it
@@ -44,19 +43,20 @@ struct GltfSkin {
   std::vector<NodeTransform> joint_from_mesh;
 };
 
-/// One entry per skin of the document, in its order. Throws Error.
+/// Reads one entry per skin of the document, in its order. Throws Error.
 std::vector<GltfSkin> read_skins(const GltfDocument& document);
 
-/// One entry per mesh of the document, in its order. All positions are finite and all indices in range;
-/// normals are unit or absent. Adds to `warnings` what was left out. Throws Error.
+/// Reads one entry per mesh of the document, in its order. All positions are finite and all indices in range;
+/// normals are unit or absent. Adds a warning for each omission. Throws Error.
 std::vector<GltfMesh> read_meshes(const GltfDocument& document, std::vector<std::string>& warnings);
 
-/// A skinned primitive in the form that its skeleton gives it at the start, in world space; normals are unit,
-/// or none. `place` is the node that wears the skin. Throws Error when a joint is out of range.
+/// The vertices of a skinned primitive in its pose at the start.
 struct PosedVertices {
   std::vector<Vector3> positions;
   std::vector<Vector3> normals;
 };
+/// Returns a skinned primitive in its pose at the start, in world space; normals are unit, or none. `place`
+/// is the node with the skin. Throws Error when a joint is out of range.
 PosedVertices posed_vertices(const GltfDocument& document, const GltfSkin& skin,
                              const GltfPrimitive& primitive, const JsonValue& place);
 

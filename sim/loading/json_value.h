@@ -1,5 +1,5 @@
 #pragma once
-/// A place in a JSON document that knows its path, so that every complaint can name it.
+/// A value of a JSON document with its path, which every message names.
 
 #include <cstdint>
 #include <nlohmann/json.hpp>
@@ -46,10 +46,10 @@ class JsonValue {
   /// The object's `name` without control characters; `otherwise` where it is absent or empty.
   std::string name(const std::string& otherwise) const;
   std::uint64_t integer(std::uint64_t largest) const;
-  /// An index into a list of `size` things called `what` in the complaint.
+  /// Reads an index into a list of `size` items, which messages call `what`.
   int index(std::size_t size, const char* what) const;
   Vector3 vector3() const;
-  /// x, y, z, w as in glTF; its length may be off by 1 %, as decimals cut short make it, and is set to 1.
+  /// Reads x, y, z, w as in glTF. Its length may be off by 1 %, as truncated decimals are, and is set to 1.
   Quaternion rotation() const;
 
  private:

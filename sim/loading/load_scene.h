@@ -1,5 +1,5 @@
 #pragma once
-/// From a file to a scene.
+/// Loads scenes from files.
 
 #include <filesystem>
 #include <optional>
@@ -8,12 +8,12 @@
 
 namespace substep {
 
-/// How the meshes of a file that is no scene become one.
+/// Options of a scene that is made of a file of meshes.
 struct MeshOptions {
   double scale = 1;            ///< metres in one unit of the file
   double density = 1000;       ///< kg/m³
   std::optional<double> mass;  ///< kg, of each body; counts in place of the density
-  /// How far the lowest point begins above the ground, m; absent: half of the file's largest extent.
+  /// Height of the lowest point above the ground at the start, m; absent: half of the file's largest extent.
   std::optional<double> height;
   Vector3 rotation = Vector3::Zero();  ///< degrees about x, then y, then z, before it is let go
   int copies = 1;                      ///< of all that is in the file
@@ -25,8 +25,8 @@ struct MeshOptions {
 /// hulls. Throws Error, also when options are given for a scene.
 Scene load_scene(const std::filesystem::path& file, const std::optional<MeshOptions>& options = std::nullopt);
 
-/// A `.gltf` or `.glb` that describes no physics as it stands: what it draws, its cameras and lights, and no
-/// body but the world. Nothing where it describes physics, or is no such file. Throws Error.
+/// Reads a `.gltf` or `.glb` without physics as a scene whose only body is the world, with its meshes,
+/// cameras and lights. Returns nothing where the file has physics, or is no glTF. Throws Error.
 std::optional<Scene> load_still_scene(const std::filesystem::path& file);
 
 }  // namespace substep

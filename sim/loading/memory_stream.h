@@ -1,5 +1,5 @@
 #pragma once
-/// What assimp reads instead of a file on the disk.
+/// A stream that assimp reads instead of a file on the disk.
 
 #include <algorithm>
 #include <assimp/IOStream.hpp>

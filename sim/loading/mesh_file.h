@@ -14,7 +14,7 @@
 
 namespace substep {
 
-/// What of an object has one colour.
+/// A submesh of one colour.
 struct MeshPart {
   std::vector<Vector3> positions;
   std::vector<Vector3> normals;  ///< one per position, unit; or none
@@ -36,7 +36,7 @@ struct MeshFile {
   std::uint64_t hash = 0;  ///< of the file's bytes, as a scene's
 };
 
-/// Whether assimp reads files with this extension (".obj").
+/// Returns true where assimp reads files with this extension (".obj").
 bool is_mesh_extension(const std::string& extension);
 
 /// Reads a mesh file: one object for each of its nodes with meshes, in the units of the file, placed as its

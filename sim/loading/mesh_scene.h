@@ -1,5 +1,5 @@
 #pragma once
-/// A scene made of meshes that come without one: they fall on a plane.
+/// Makes a scene of meshes that fall on a plane.
 
 #include <filesystem>
 
@@ -9,7 +9,7 @@
 
 namespace substep {
 
-/// One body for each object and copy, above the world's plane y = 0. Throws Error.
+/// Returns a scene with a body for each object and copy, above the world's plane y = 0. Throws Error.
 Scene mesh_scene(const std::filesystem::path& file, const MeshFile& meshes, const MeshOptions& options);
 
 }  // namespace substep

@@ -1,5 +1,5 @@
 #pragma once
-/// Where a glTF node stands: an affine map, and its split into a rigid placement and a scale where it has
+/// The transform of a glTF node: an affine map, and its split into a rigid pose and a scale where there is
 /// one.
 
 #include "sim/math/vector.h"
@@ -12,15 +12,15 @@ struct NodeTransform {
   Matrix3 linear = Matrix3::Identity();
   Vector3 translation = Vector3::Zero();
   bool sheared = false;
-  /// Whether `rotation` is meant although `sheared`: the nodes' rotations one after the other, without
-  /// scales.
+  /// True where `rotation` is valid although the map is sheared: it is the product of the nodes' rotations,
+  /// without scales.
   bool turned = false;
   Quaternion rotation = Quaternion::Identity();
   Vector3 scale = Vector3::Ones();
 
   bool mirrors() const { return scale.minCoeff() < 0; }
   bool is_finite() const;
-  /// The placement without the scale: what is rigidly attached to the node stands in it.
+  /// Returns the pose without the scale, for parts that are rigidly attached to the node.
   Pose rigid() const { return {translation, rotation}; }
 };
 

@@ -1,5 +1,5 @@
 #pragma once
-/// JSON text read strictly.
+/// Parses JSON strictly.
 
 #include <fmt/format.h>
 
@@ -14,7 +14,7 @@
 
 namespace substep {
 
-/// Looks, without making a value of it, for an object of a JSON text that has a key twice.
+/// Finds an object with a duplicate key in a JSON text, without making values.
 template <typename Json>
 class KeysStandOnce : public nlohmann::json_sax<Json> {
  public:
@@ -45,7 +45,7 @@ class KeysStandOnce : public nlohmann::json_sax<Json> {
     return false;
   }
 
-  /// The key that stands twice, or nothing.
+  /// The duplicate key, or nothing.
   [[nodiscard]] const std::optional<std::string>& twice() const { return twice_; }
 
  private:
@@ -53,10 +53,10 @@ class KeysStandOnce : public nlohmann::json_sax<Json> {
   std::optional<std::string> twice_;
 };
 
-/// The value of `text`. Throws nlohmann's exception for what is no JSON, and Error, with `what` at its front,
-/// for an object that has a key twice: the parser by itself would keep the last, and a reader would see the
-/// first. The keys are looked at before: a parser with a callback walks a whole array again after each
-/// object in it, which takes seconds where a file has 50,000 nodes.
+/// Returns the value of `text`. Throws nlohmann's exception for text that is no JSON, and Error that begins
+/// with `what` for a duplicate key, of which the parser would keep the last value. Keys are checked before: a
+/// parser with a callback walks a whole array again after each object in it, which takes seconds in a file of
+/// 50,000 nodes.
 template <typename Json>
 Json parse_json(std::string_view text, const std::string& what) {
   KeysStandOnce<Json> keys;

@@ -1,6 +1,6 @@
 #pragma once
-/// KHR_physics_rigid_bodies and KHR_implicit_shapes as the file gives them, checked but not yet applied to
-/// nodes; and the draft of glTF 2.1, whose `shapes` at the root replace those of KHR_implicit_shapes.
+/// Reads KHR_physics_rigid_bodies and KHR_implicit_shapes, checked but not yet applied to nodes, and the
+/// draft of glTF 2.1, whose `shapes` at the root replace KHR_implicit_shapes.
 
 #include <array>
 #include <cstdint>
@@ -22,7 +22,7 @@ struct ImplicitShape {
   double radius_bottom = 0;        ///< a sphere's radius too
   double radius_top = 0;
   double height = 0;  ///< capsule: between the centres of its spheres
-  /// Plane: how far it reaches along x and z.
+  /// Size of a plane along x and z.
   std::array<double, 2> plane_size{std::numeric_limits<double>::infinity(),
                                    std::numeric_limits<double>::infinity()};
   bool double_sided = false;  ///< plane

@@ -1,5 +1,5 @@
 #pragma once
-/// What a scene looks like: surfaces, drawn meshes, cameras and lights.
+/// The appearance of a scene: surfaces, drawn meshes, cameras and lights.
 
 #include <cstdint>
 #include <span>
@@ -11,14 +11,14 @@
 
 namespace substep {
 
-/// One surface per material, and after them one for meshes that have none; their images go to `images`.
+/// Returns one surface per material, then one for meshes without; their images go to `images`.
 std::vector<Surface> read_surfaces(GltfDocument& document, std::vector<SceneImage>& images,
                                    std::vector<std::string>& warnings);
 
 /// Those of some vertices, in this order.
 VertexLooks looks_of(const VertexLooks& looks, std::span<const std::uint32_t> vertices);
 
-/// Triangles as they are drawn. Without normals each gets its own flat one, as glTF asks.
+/// Returns the drawn triangles. Without normals each gets its own flat one, as glTF demands.
 Mesh drawn_mesh(std::vector<Vector3> positions, std::vector<Vector3> normals, std::vector<Triangle> triangles,
                 const std::string& name, int surface, VertexLooks looks = {});
 

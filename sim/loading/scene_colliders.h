@@ -5,7 +5,7 @@
 
 namespace substep {
 
-/// Once bodies and attachments are there. Throws Error.
+/// Adds the colliders; call it after the bodies. Throws Error.
 void add_colliders(SceneDraft& draft);
 
 }  // namespace substep

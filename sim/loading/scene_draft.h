@@ -1,5 +1,5 @@
 #pragma once
-/// A scene while load_scene makes it: what its file holds, and what each step leaves for those after it.
+/// A scene while load_scene() makes it: the file's content, and the results of each step for later ones.
 
 #include <cstddef>
 #include <filesystem>
@@ -29,11 +29,11 @@ struct SceneDraft {
   /// Sets `physics`.
   void read_physics();
 
-  /// The part of a node's KHR_physics_rigid_bodies, which must have it.
+  /// Returns a part of a node's KHR_physics_rigid_bodies, which must have it.
   JsonValue extension(int node, const char* part) const;
 
-  /// Colliders and skins may share their meshes, so that a small file asks for much. Throws Error when it is
-  /// too much.
+  /// Adds to the size of colliders and skins, which may share meshes, so that a small file can need much
+  /// memory. Throws Error where it is too much.
   void spend(std::size_t size, const JsonValue& place);
 
   Scene scene;  ///< first: reading the rest adds warnings

@@ -1,5 +1,5 @@
 #pragma once
-/// Reads what a scene's file says is known of its motion.
+/// Reads the known figures of a scene's motion from its file.
 
 #include "sim/loading/gltf_document.h"
 #include "sim/scene/scene.h"

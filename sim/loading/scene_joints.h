@@ -5,7 +5,7 @@
 
 namespace substep {
 
-/// Once the bodies are placed. Throws Error.
+/// Adds the joints; call it after place_bodies(). Throws Error.
 void add_joints(SceneDraft& draft);
 
 }  // namespace substep

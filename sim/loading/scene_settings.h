@@ -1,5 +1,5 @@
 #pragma once
-/// What the glTF extensions leave out of a scene: `extras.substep`.
+/// Reads `extras.substep`, which holds what glTF's extensions lack.
 
 #include "sim/loading/gltf_document.h"
 #include "sim/scene/scene.h"

@@ -1,5 +1,5 @@
 #pragma once
-/// The images of a document and how its materials lay them on surfaces.
+/// Reads the images of a document, and the textures of its materials.
 
 #include <cstdint>
 #include <map>
@@ -11,7 +11,7 @@
 
 namespace substep {
 
-/// Reads what materials ask for, each image once and as it is encoded: to decode is for those who draw.
+/// Reads each image that materials need, once and without decoding it.
 class TextureReader {
  public:
   TextureReader(GltfDocument& document, std::vector<SceneImage>& images, std::vector<std::string>& warnings)

@@ -1,11 +1,11 @@
 #pragma once
-/// What is drawn of a scene: its surfaces and meshes, and which body carries each.
+/// A scene's drawn meshes, their surfaces and bodies.
 
 #include "sim/loading/scene_draft.h"
 
 namespace substep {
 
-/// Last of all, once the bodies are placed: takes the draft's meshes. Throws Error.
+/// Adds the drawn meshes, and moves them out of the draft; call it last. Throws Error.
 void add_visuals(SceneDraft& draft);
 
 }  // namespace substep

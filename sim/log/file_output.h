@@ -12,8 +12,8 @@
 
 namespace substep {
 
-/// A file that is written as its content comes: beside its place, and then renamed to it. What is not a
-/// regular file (a device, a pipe) is written to directly.
+/// A file that is written piece by piece beside its target, and then renamed to it. Devices and pipes are
+/// written directly.
 class OutputFile {
  public:
   explicit OutputFile(const std::filesystem::path& file);  ///< throws Error
@@ -50,8 +50,8 @@ struct GivenFile {
   std::filesystem::path file;
 };
 
-/// Throws Error when an output is an input or another output, under whatever name: nothing is to be destroyed
-/// by being written. Devices and pipes may be named twice.
+/// Throws Error when an output is an input or another output, under any name, so that no input is
+/// overwritten. Devices and pipes may be named twice.
 void require_separate_files(std::span<const GivenFile> inputs, std::span<const GivenFile> outputs);
 
 }  // namespace substep

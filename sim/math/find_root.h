@@ -3,7 +3,7 @@
 
 namespace substep {
 
-/// Where on [0, 1] a continuous function that is positive at 0 and negative at 1 passes through 0.
+/// Returns a root on [0, 1] of a continuous function that is positive at 0 and negative at 1.
 template <class Function>
 double find_root(Function function) {
   double low = 0;

@@ -1,13 +1,13 @@
 #pragma once
-/// The floating-point environment that the same bits are promised in.
+/// The floating-point environment in which results have the same bits everywhere.
 
 #include <cfenv>
 
 namespace substep {
 
-/// While it lives, this thread rounds to nearest, keeps subnormal numbers and traps no exception, however its
-/// caller has set the processor; then everything is as it was, the exceptions' flags included. Stands
-/// wherever a caller enters code whose results are promised to the last bit.
+/// Makes this thread round to nearest, keep subnormal numbers and trap no exception, and restores the
+/// caller's environment with its flags at the end. Used wherever a caller enters code whose results have the
+/// same bits everywhere.
 class DefaultFloatingPoint {
  public:
   DefaultFloatingPoint();

@@ -27,8 +27,8 @@ inline constexpr std::array approximations{
 /// "bias update", as tables print it.
 std::string_view name(Approximation approximation);
 
-/// For Simulation, with settings of A3. Keeps buffers: one for each simulation. 'Stable' joints take their
-/// Jacobian anew in all approximations, as in A4.
+/// Returns a procedure for Simulation with settings of A3. It keeps buffers, so each simulation needs its
+/// own. 'Stable' joints recompute their Jacobian in all approximations, as in A4.
 Procedure ablation_procedure(Approximation approximation);
 
 }  // namespace substep

@@ -30,11 +30,11 @@ struct Claim {
   std::string section;               ///< of the report; "not the report's" for ours
   std::string claim;                 ///< in one sentence
   std::string measured;              ///< scenes and settings
-  std::vector<std::string> columns;  ///< what the values of figures with several values are, with units
+  std::vector<std::string> columns;  ///< titles of the values of figures with several values, with units
   std::vector<Figure> figures;
   std::vector<Case> cases;
 
-  /// "holds", "does not hold", or for which cases it does.
+  /// Returns "holds", "does not hold", or the cases that hold or fail.
   std::string verdict() const;
 };
 
@@ -64,7 +64,7 @@ struct ClaimsReport {
 /// read.
 ClaimsReport measure_claims(const std::filesystem::path& folder, const std::function<void(int)>& progress);
 
-/// For each claim its verdict and a table, then both ablations and the rises of energy. Timings are marked by
-/// ~. No table has more than seven columns or two numbers in a cell.
+/// Returns for each claim its verdict, a table and a list, then the ablation and the rises of energy. Timings
+/// are marked by ~. No table has more than seven columns or two numbers in a cell.
 std::string to_markdown(const ClaimsReport& report);
 }  // namespace substep

@@ -17,11 +17,11 @@
 
 namespace substep::claims {
 
-inline constexpr double horizon = 1;  // s: chaotic scenes are compared before their chaos shows
+inline constexpr double horizon = 1;  // s: chaotic scenes are compared before they diverge
 
 Settings settings_of(const Scene& scene, Algorithm algorithm, int n, int m, Joints joints = Joints::plain);
 
-/// Runs a scene as the report has it: A1 and A2 take each step as one, whatever hangs on joints.
+/// Runs a scene as the report does: A1 and A2 do not divide steps, even with taut joints.
 MeasuredRun undivided_run(const Scene& scene, const Settings& settings, double duration);
 
 /// Numbers in [−1, 1], the same in every run.

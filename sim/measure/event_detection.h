@@ -1,6 +1,6 @@
 #pragma once
-/// Events: a rigid one-sided limit that is met or let go, a drive that reaches or leaves its greatest force.
-/// Between them the motion is smooth. Internal to the reference integrator.
+/// Finds events: a rigid one-sided limit closes or opens, or a drive reaches or leaves its greatest force.
+/// Between events the motion is smooth. Internal to the reference integrator.
 
 #include <vector>
 
@@ -10,12 +10,13 @@ namespace substep {
 
 class EventDetection {
  public:
-  /// Says to `dynamics` which limits are held, and at which of its forces each drive is; all open at first.
+  /// Tells `dynamics` which limits are closed, and which drives are at their greatest force. At first all
+  /// limits are open.
   EventDetection(const Model& model, ConstrainedDynamics& dynamics);
   EventDetection(const EventDetection&) = delete;
   EventDetection& operator=(const EventDetection&) = delete;
 
-  /// Drives as they are at the start; holds a bound that the start stands at and that pushes, as a taut rope
+  /// Sets the drives for the start, and closes bounds that the start is at and that push, as a taut rope
   /// does.
   void start(const CoordinateVector& q, const VelocityVector& v);
 
@@ -26,7 +27,7 @@ class EventDetection {
   void apply_events(CoordinateVector& q, VelocityVector& v);
 
  private:
-  /// A rigid one-sided limit. Held, it is a two-sided row as long as it pushes.
+  /// A rigid one-sided limit, which is a two-sided row while it is closed and pushes.
   struct Bound {
     Limit limit;
     bool held;

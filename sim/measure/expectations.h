@@ -1,6 +1,6 @@
 #pragma once
-/// Compares a run with what is known of its scene: values that hold for the whole duration, also where no
-/// reference can follow single bodies any more.
+/// Compares a run with the known figures of its scene, which hold for the whole duration, also where no
+/// reference follows single bodies.
 
 #include <memory>
 #include <string>
@@ -11,16 +11,16 @@
 
 namespace substep {
 
-/// One figure of a run beside what it should be.
+/// A figure of a run, and its expected value.
 struct ExpectedFigure {
   std::string name;
   std::string unit;
   Bound bound = Bound::equal;
   double expected = 0;
   double tolerance = 0;  ///< an error beyond it is bad
-  double measured = 0;   ///< infinite where the run ended first, or what was to happen never did
+  double measured = 0;   ///< infinite where the run ended first, or the event never happened
 
-  /// In `unit`; infinite where nothing was measured.
+  /// Returns the error in `unit`; infinite where nothing was measured.
   double error() const { return error_of(bound, expected, measured); }
   bool is_bad() const { return !(error() <= tolerance); }
 };
@@ -52,8 +52,8 @@ class ExpectationMeter {
 /// Returns the first expectation of the scene whose quantity follows from poses; null where there is none.
 const Expectation* expectation_of_poses(const Scene& scene);
 
-/// Returns its quantity at each of these poses; of several bodies that which is furthest from what is
-/// expected.
+/// Returns the expectation's quantity at each of these poses; of several bodies the value furthest from the
+/// expected one.
 std::vector<double> expected_values(const Scene& scene, const Expectation& expectation,
                                     const std::vector<std::vector<Coordinates>>& poses);
 

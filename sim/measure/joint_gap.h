@@ -8,10 +8,10 @@
 
 namespace substep {
 
-/// Measures the gaps of a scene's joints: by how much a locked direction, a locked angle or a limit without
-/// stiffness is beyond where the joint lets it be. Lengths count in m, and angles in rad times a lever: the
-/// smaller one of the two bodies' largest radii of gyration about the joint, of those that can move. So an
-/// angle counts as the way that it moves the lighter end's matter by.
+/// Measures the gaps of a scene's joints: the violation of a locked direction, a locked angle or a hard
+/// limit. Lengths count in m, angles in rad times a lever, the smaller of the largest radii of gyration of
+/// the joint's moving bodies about the joint. So an angle counts by the distance that it moves the lighter
+/// end's mass.
 class JointGapMeter {
  public:
   explicit JointGapMeter(const Scene& scene);
@@ -32,7 +32,7 @@ class JointGapMeter {
   std::vector<Held> held_;
 };
 
-/// The largest gap of the scene's joints, m. For many states make one JointGapMeter.
+/// Returns the largest gap of the scene's joints, m. For many states make one JointGapMeter.
 double joint_gap(const Scene& scene, const State& state);
 
 }  // namespace substep

@@ -1,5 +1,5 @@
 #pragma once
-/// One run of a simulation with what is measured on the way, and the distance between states.
+/// One run of a simulation and its measurements, and distances between states.
 
 #include <vector>
 
@@ -17,11 +17,11 @@ struct MeasuredRun {
   std::int64_t row_solves = 0;
 };
 
-/// Steps for `duration` seconds, to the nearest whole step.
+/// Runs for `duration` seconds, to the nearest whole step.
 MeasuredRun measured_run(Simulation& simulation, double duration);
 MeasuredRun measured_run(const Scene& scene, const Settings& settings, double duration);
 
-/// Kinetic and potential energy of all bodies of finite mass, J.
+/// Returns the kinetic and potential energy of all bodies of finite mass, J.
 double energy(const Scene& scene, const State& state);
 
 struct Momentum {
@@ -35,9 +35,9 @@ Momentum momentum(const Scene& scene, const State& state, double time);
 
 /// Returns the largest distance between the centres of equal bodies, m.
 double position_difference(const State& a, const State& b);
-/// Largest angle between the orientations of equal bodies, rad.
+/// Returns the largest angle between the orientations of equal bodies, rad.
 double orientation_difference(const State& a, const State& b);
-/// The same at the ends of two runs. Infinite where one of them diverged.
+/// Returns these distances at the ends of two runs; infinite where one of them diverged.
 double position_difference(const MeasuredRun& a, const MeasuredRun& b);
 double orientation_difference(const MeasuredRun& a, const MeasuredRun& b);
 
@@ -47,10 +47,10 @@ struct Reference {
   double uncertainty = 0;        ///< by how much one more halving of the steps moved it, m
 };
 
-/// Steps of the scene's step / `divisions`, half of it and twice it.
+/// Computes the reference from steps of the scene's step over `divisions`, half and twice as large.
 Reference reference_run(const Scene& scene, double duration, int divisions);
 
-/// Largest distance of a body's centre from the reference, m. Infinite where the run diverged.
+/// Returns the largest distance of a body's centre from the reference, m; infinite where the run diverged.
 double error_of(const MeasuredRun& run, const Reference& reference);
 
 }  // namespace substep

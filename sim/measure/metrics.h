@@ -12,8 +12,8 @@
 
 namespace substep {
 
-/// The parts of a run's error, as RMS distances between motions in m: the time step h/n alone, what solving
-/// rows one after another adds, and what the approximations of A4 and A5 add.
+/// The parts of a run's error, as RMS distances between motions in m: by the time step h/n, by solving rows
+/// one after another, and by the approximations of A4 and A5.
 struct ErrorParts {
   double stepping = 0;  ///< A1 at h/n from the reference
   std::optional<double>
@@ -47,14 +47,14 @@ struct Metrics {
   std::optional<double> diverged;     ///< when, s
   /// Over the scene's whole duration, after every step: what is known of the motion without a reference.
   std::vector<ExpectedFigure> expected;
-  /// It stays finite, its RMS error is at most a tenth of the scene's size, and violations() has nothing that
-  /// is unbounded or torn. Where the reference stands still no body may ever be further from its start than a
+  /// True where the run stays finite, its RMS error is at most a tenth of the scene's size, and violations()
+  /// returns nothing unbounded or torn. Where the reference stands still, no body may move by more than a
   /// tenth of the smallest body's size.
   bool bounded = false;
 };
 
-/// Runs the scene for its duration and compares it with the reference. Everything in the result is the same
-/// in every run and on every machine. `parts` says whether the runs that take the error apart are made too.
+/// Runs the scene for its duration and compares it with the reference. The result is the same in every run
+/// and on every machine. With `parts` it also makes the runs that split the error.
 Metrics measure(const Scene& scene, const Settings& settings, const ReferenceMotion& reference,
                 bool parts = true);
 

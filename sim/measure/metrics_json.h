@@ -1,6 +1,6 @@
 #pragma once
-/// Metrics and times as JSON, and back: what a finished job of a sweep leaves. What is not finite is null,
-/// and reads back as infinite.
+/// Converts metrics and times to JSON and back, for finished jobs of sweeps. Numbers that are not finite are
+/// null, and read back as infinite.
 
 #include <nlohmann/json.hpp>
 

@@ -1,6 +1,5 @@
 #pragma once
-/// The motion of all bodies at equal intervals, the reference that runs are measured against, and its own
-/// uncertainty.
+/// The motion of all bodies at equal intervals, the reference of runs, and its uncertainty.
 
 #include <limits>
 #include <string>
@@ -10,7 +9,7 @@
 
 namespace substep {
 
-/// The error of what ended early or was never there.
+/// The error of a motion that ended early or is missing.
 inline constexpr double infinite = std::numeric_limits<double>::infinity();
 
 struct Motion {
@@ -18,8 +17,8 @@ struct Motion {
   std::vector<State> samples;  ///< at 0, interval, 2 interval, …; fewer than asked for when it diverged
 };
 
-/// The instants of the samples of a run with step h: whole numbers of steps and of intervals. Throws Error
-/// when h is neither a divisor nor a multiple of the interval.
+/// The sampling instants of a run with step h, at whole numbers of steps and of intervals. Throws Error when
+/// h is neither a divisor nor a multiple of the interval.
 class Sampling {
  public:
   Sampling(double step, double interval);
@@ -31,14 +30,14 @@ class Sampling {
   int samples_ = 1;
 };
 
-/// Diameter of a ball about the bodies that move, as they stand at the start, m: what errors are divided by.
-/// A body counts as the box that has its moments of inertia.
+/// Returns the scene's size, by which errors are divided: the diameter of a ball about the moving bodies at
+/// the start, m. A body counts as the box that has its moments of inertia.
 double size_of(const Scene& scene);
 
-/// Diagonal of the smallest body that moves, m; a body counts as above.
+/// Returns the diagonal of the smallest body that moves, m; a body counts as in size_of().
 double smallest_body_of(const Scene& scene);
 
-/// Root of the mean square, and the largest, over bodies that can move (and over time).
+/// The root mean square and the largest value over bodies that can move (and over time).
 struct Spread {
   double rms = 0;
   double largest = 0;
@@ -49,12 +48,12 @@ struct MotionDifference {
   Spread orientation;  ///< rad
 };
 
-/// From sample 1 on to `horizon` seconds, at the instants that are `every` samples apart. Infinite where
+/// Returns the difference from sample 1 to `horizon` seconds, at every `every`-th sample. Infinite where
 /// there are none, or one of the motions has ended.
 MotionDifference difference(const Scene& scene, const Motion& a, const Motion& b, double horizon,
                             int every = 1);
 
-/// By how much any body may be off at any time until a sample.
+/// The largest error of any body until a sample.
 struct Uncertainty {
   double position = 0;  ///< m
   double turn = 0;      ///< rad

@@ -1,5 +1,5 @@
 #pragma once
-/// Bodies that pass through others.
+/// Detects bodies that pass through others.
 
 #include <limits>
 #include <optional>
@@ -13,7 +13,7 @@
 
 namespace substep {
 
-/// Sees which bodies pass through others within a step, so that no state shows one inside the other. The
+/// Detects bodies that pass through others within a step, which no state shows. The
 /// middle of a collider passes through another collider if its path in that one's frame leaves a convex solid
 /// by a side that faces away from the one where it came in, comes within half the radius of a ball's or
 /// capsule's axis, or goes behind the front of a triangle mesh. Within a step each body goes straight on with
@@ -24,10 +24,10 @@ class PassageMeter {
  public:
   PassageMeter(const Scene& scene, const State& start);  ///< the scene must outlive it
 
-  /// The state after another `step` seconds.
+  /// Adds the state after another `step` seconds.
   void add(const State& state, double step);
 
-  /// Pairs of bodies of which one has passed through the other.
+  /// Returns the pairs of bodies of which one has passed through the other.
   const std::set<std::pair<int, int>>& passages() const { return passages_; }
 
  private:

@@ -1,5 +1,5 @@
 #pragma once
-/// References kept from one call of the program to the next: computing them takes most of a film's time.
+/// A cache of references, whose computation takes most of a film's time.
 
 #include <cstdint>
 #include <filesystem>
@@ -13,8 +13,7 @@
 
 namespace substep {
 
-/// Returns the hash of this program's file, by which results of another build are told from its own; nothing
-/// where the file cannot be read.
+/// Returns the hash of this program's file, which marks its results; nothing where the file cannot be read.
 std::optional<std::uint64_t> program_hash();
 
 /// A folder of results by key, such as a scene's hash with the settings. A result counts only for the program
@@ -26,7 +25,7 @@ class ReferenceCache {
 
   /// Keeps nothing.
   ReferenceCache() = default;
-  /// `most_bytes`: those that were not used longest are removed when the folder has more.
+  /// Keeps results in a folder, and removes the least recently used ones above `most_bytes`.
   explicit ReferenceCache(std::filesystem::path folder, std::uintmax_t most_bytes = usual_bytes);
 
   /// Returns the cache of the user: $XDG_CACHE_HOME/substep, or ~/.cache/substep; without either, none.

@@ -20,11 +20,11 @@ namespace substep {
 /// `order` 4: the classical Runge–Kutta method; other even orders up to 12: extrapolation. Throws Error where
 /// the scene has contacts, or starts with open joints.
 ///
-/// Closed loops have redundant rows: those that say what others have said, up to 1e-6 of their length in the
-/// metric of the masses where a step begins, are left out of it. They hold by the others.
+/// Closed loops have redundant rows. Rows that are linearly dependent to 1e-6, in the metric of the masses
+/// where a step begins, are left out of the step; they hold by the others.
 ///
-/// A step ends at no event: the events in it are found by bisection, and it goes on after each. step() is
-/// false also where there are more than twenty in one step; the state stays before that.
+/// A step does not end at an event: it finds the events by bisection, and continues after each. step()
+/// returns false also where a step has more than twenty events; the state is then that before the step.
 std::unique_ptr<Stepper> reference_stepper(const Scene& scene, double step, int order);
 
 }  // namespace substep

@@ -1,5 +1,6 @@
 #pragma once
-/// A scene as JSON, complete enough to simulate it: `info --json`, and what simulators that are commands get.
+/// Writes a scene as JSON, complete enough to simulate it, for `info --json` and for simulators that are
+/// commands.
 /// scenes/format.md documents it.
 
 #include <nlohmann/json.hpp>
@@ -8,7 +9,7 @@
 
 namespace substep {
 
-/// Returns all that the scene holds but its look, as it will be simulated: SI units, null for infinite.
+/// Returns the scene without its appearance, as it will be simulated: SI units, null for infinite.
 nlohmann::json scene_json(const Scene& scene);
 
 }  // namespace substep

@@ -43,7 +43,8 @@ class PlanarXpbd {
   double gravity_;
 };
 
-/// Largest distance of a body's centre between it and A3 with these settings, over `duration`, m.
+/// Returns the largest distance of a body's centre between this program and A3 with these settings, over
+/// `duration`, m.
 double distance_from_xpbd(const Scene& scene, const Settings& settings, double duration);
 
 }  // namespace substep

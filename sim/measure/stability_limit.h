@@ -7,9 +7,8 @@
 namespace substep {
 
 struct StabilityLimit {
-  /// The smallest number that stays bounded, and so do its double and its fourfold: of sub-steps n of A3 to
-  /// A5 and of Soft Step; of iterations of AVBD; of parts of the scene's step that A1 and A2 take it in. 0:
-  /// none up to `most` does.
+  /// The smallest number that stays bounded, as do its double and its fourfold: of sub-steps n (A3 to A5,
+  /// Soft Step), of iterations (AVBD), or of parts of the scene's step (A1, A2). 0: none up to `most` does.
   int divisions = 0;
   int most = 0;
   int runs = 0;  ///< that it took

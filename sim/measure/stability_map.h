@@ -17,7 +17,7 @@ struct StabilityPoint {
   bool stable;  ///< a row that was off by 1 mm came closer
 };
 
-/// τ on the border, above which a row is unstable.
+/// Returns τ on the border, above which a row is unstable.
 constexpr double stability_border(double kappa) {
   return 4 - 2 * kappa;
 }
@@ -26,7 +26,7 @@ constexpr double stability_border(double kappa) {
 /// without gravity, whose rows are the scalar row.
 std::vector<StabilityPoint> measure_stability_map();
 
-/// The number of points on the wrong side of the closed form.
+/// Counts the points on the wrong side of the closed form.
 struct StabilityMatch {
   int points = 0;
   int wrong = 0;

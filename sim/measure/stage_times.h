@@ -5,7 +5,7 @@
 
 namespace substep {
 
-/// CPU time of this thread, s: that others run beside it does not count.
+/// Returns the CPU time of this thread, s; other threads do not count.
 double cpu_time();
 
 /// Mean CPU times of one step of h, µs. The whole step is timed in runs without anything in between; s1, s2
@@ -28,7 +28,7 @@ struct RunTimes {
 /// Runs `repetitions` times on this thread. A run that diverges is timed until then.
 RunTimes time_run(const Scene& scene, const Settings& settings, int repetitions);
 
-/// The same for any stepper, without its stages.
+/// Times any stepper, without its stages.
 RunTimes time_run(const Scene& scene, const Settings& settings, const MakeStepper& make, int repetitions);
 
 }  // namespace substep

@@ -1,6 +1,6 @@
 #pragma once
-/// The interface of what can be measured: a stepper takes the bodies of a scene from step to step. Our
-/// algorithms and other physics engines implement it.
+/// The interface of simulations that can be measured: a stepper moves the bodies of a scene from step to
+/// step. Our algorithms and other physics engines implement it.
 
 #include <cstdint>
 #include <functional>
@@ -36,10 +36,10 @@ class Stepper {
 /// represented: the message says why.
 using MakeStepper = std::function<std::unique_ptr<Stepper>(const Scene& scene, const Settings& settings)>;
 
-/// Plays states that are known, from the first on; step() returns false at the last.
+/// Makes a stepper that plays given states; step() returns false at the last.
 std::unique_ptr<Stepper> recorded_stepper(std::vector<State> states);
 
-/// One of A1 to A5.
+/// Makes a stepper of one of A1 to A5.
 std::unique_ptr<Stepper> algorithm_stepper(const Scene& scene, const Settings& settings);
 
 }  // namespace substep

@@ -3,8 +3,8 @@
 /// from sub-step to sub-step at every step size, and smaller sub-steps make it worse.
 ///
 /// The coordinates are fixed and all joints are hard. Motion along the freedoms of joints is constant and
-/// left out. A row's bias is what its opening over hs asks for, so that hs falls out. Between one row, whose
-/// radius is known (stability_map.h), and rows that share bodies lie the sweep's order and m.
+/// left out. A row's bias is its gap over hs, so that hs cancels. Rows that share bodies differ from one row,
+/// whose radius is known (stability_map.h), by the sweep's order and m.
 
 #include <filesystem>
 #include <optional>
@@ -26,17 +26,17 @@ double substep_radius(const Scene& scene, const Stabilization& by, int iteration
 /// the run.
 std::optional<double> substep_radius(const Scene& scene, const Settings& settings);
 
-/// Above this, by more than rounding, what is open and what moves grows from sub-step to sub-step.
+/// Spectral radius above which, by more than rounding, gaps and velocities grow from sub-step to sub-step.
 inline constexpr double growing_radius = 1 + 1e-6;
 
-/// The scene with rods in place of springs: limits that were soft do not give.
+/// Returns the scene with rods in place of springs: soft limits become hard.
 Scene without_springs(Scene scene);
 
-/// The scene at so many instants of its motion, the start included, `interval` s apart: by A1 at small steps.
-/// All stand still.
+/// Returns the scene at rest at so many instants of its motion by A1 at small steps, `interval` s apart, from
+/// the start on.
 std::vector<Scene> positions_of(const Scene& scene, int count, double interval);
 
-/// A system of rows, at the positions that are looked at.
+/// A system of rows, and the positions at which it is measured.
 struct CoupledRows {
   std::string name;  ///< "chain of three rods"
   std::vector<Scene> positions;
@@ -47,11 +47,11 @@ inline constexpr double lower_kappa = 0.7;
 
 inline constexpr std::string_view coupled_governor = "governor, rods";
 
-/// One row, a block of three, chains, closed loops: of scenes in `folder`. Throws Error when one cannot be
-/// read.
+/// Returns systems of scenes in `folder`: one row, a block of three, chains and closed loops. Throws Error
+/// where one cannot be read.
 std::vector<CoupledRows> coupled_rows(const std::filesystem::path& folder);
 
-/// The largest at any of the positions; joints in blocks.
+/// Returns the largest spectral radius over the positions, with joints in blocks.
 double largest_radius(const CoupledRows& system, const Stabilization& by, int iterations);
 
 }  // namespace substep

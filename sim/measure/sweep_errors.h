@@ -8,10 +8,10 @@
 
 namespace substep {
 
-/// Reads a problem's file. Throws Error with the file and what is wrong, and where.
+/// Reads a problem's file. Throws Error that names the file, the position and the fault.
 FrozenProblem load_frozen_problem(const std::filesystem::path& file);
 
-/// The natural map's error that sweep_rows() leaves.
+/// The natural map's error after a number of sweep_rows().
 struct SweepError {
   int sweeps;
   double error;

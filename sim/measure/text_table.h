@@ -1,5 +1,5 @@
 #pragma once
-/// A table of words, for a terminal or for a page.
+/// A table of text cells, for a terminal or for a page.
 
 #include <string>
 #include <vector>
@@ -11,11 +11,12 @@ struct TextTable {
   std::vector<std::vector<std::string>> rows;  ///< as many cells as `head`
 };
 
-/// Columns padded to their widest cell: the first to the left, the others to the right.
+/// Returns the table with columns padded to their widest cell, the first aligned left, the others right.
 std::string to_text(const TextTable& table);
 std::string to_markdown(const TextTable& table);
 
-/// Three digits; "–" for what is not finite or beyond a billion: a run that has gone so far has blown up.
+/// Returns three digits; "–" for numbers that are not finite or above a billion, as of a run that has blown
+/// up.
 std::string short_number(double value);
 
 }  // namespace substep

@@ -1,6 +1,6 @@
 #pragma once
-/// Over which ranges an algorithm is of use: mass ratio against sub-steps, step against a spring's stiffness,
-/// AVBD's β against masses.
+/// Measures the ranges in which algorithms work: mass ratio against sub-steps, step against a spring's
+/// stiffness, AVBD's β against masses.
 /// For τ against κ see stability_map.h.
 
 #include <vector>
@@ -16,8 +16,8 @@ struct MassRatioPoint {
   bool bounded;  ///< Metrics::bounded
 };
 
-/// The scene with its heaviest body of 1, 10, … 10 000 times the lightest's mass, for `horizon` seconds with
-/// n = 1, 2, 4, … `most`; A1 and A2 have the step over n instead. `settings` says the rest.
+/// Runs the scene with its heaviest body of 1, 10, … 10 000 times the lightest's mass, for `horizon` seconds
+/// with n = 1, 2, 4, … `most`; A1 and A2 divide the step by n instead. `settings` has the other settings.
 std::vector<MassRatioPoint> mass_ratio_map(const Scene& scene, const Settings& settings, double horizon,
                                            int most);
 
@@ -46,7 +46,7 @@ struct StiffnessPoint {
   double energy;     ///< after 1 s, over the start's; not finite where it blew up. Exactly 1 is right
 };
 
-/// One weight on a spring, for steps of 1/30 to 1/480 s and stiffnesses of 1 to 1e8 N/m.
+/// Runs a weight on a spring, for steps of 1/30 to 1/480 s and stiffnesses of 1 to 1e8 N/m.
 std::vector<StiffnessPoint> stiffness_map(const Settings& settings);
 
 /// Returns the scene with more copies of its last body, each jointed to the one before like the last, to
@@ -58,13 +58,14 @@ Scene lengthened_chain(const Scene& scene, int links);
 /// from its position in A3 at the horizon, m.
 std::vector<double> ablation_costs(const Scene& scene, int substeps, double horizon);
 
-/// Joint gap, penetration and energy along a run, at the end of each of the scene's steps until it diverges.
+/// Violations and energy of a run at one time.
 struct HistoryPoint {
   double time;
   double joint_gap;
   double penetration;
   double energy_change;
 };
+/// Returns joint gap, penetration and energy at the end of each of the scene's steps, until the run diverges.
 std::vector<HistoryPoint> history(const Scene& scene, const Settings& settings);
 
 }  // namespace substep

@@ -39,13 +39,14 @@ struct Violation {
 /// except one per unit of mass, which counts as a motor.
 bool is_driven(const Scene& scene);
 
-/// Returns what no motion of the scene does. Gaps, penetrations and energies count beyond the start's own.
+/// Returns the violations that no motion of the scene has. Gaps, penetrations and energies count beyond the
+/// start's own.
 std::vector<Violation> violations(const Scene& scene, const Metrics& metrics);
 
-/// Returns the same and what is wrong with the settings: see doubt_about_substeps() and Metrics::summed_turn.
+/// Returns these and violations by the settings: see doubt_about_substeps() and Metrics::summed_turn.
 std::vector<Violation> violations(const Scene& scene, const Settings& settings, const Metrics& metrics);
 
-/// Their texts, with semicolons between them.
+/// Returns the violations' texts, separated by semicolons.
 std::string joined(const std::vector<Violation>& violations);
 
 }  // namespace substep

@@ -1,11 +1,11 @@
 #pragma once
-/// The smallest scene there is to measure on: one weight on one joint.
+/// The smallest scene to measure: one weight on one joint.
 
 #include "sim/scene/scene.h"
 
 namespace substep {
 
-/// 1 kg without gravity, `height` m above a joint to the world that has the one limit.
+/// Returns a scene of 1 kg without gravity, `height` m above a joint to the world with one limit.
 Scene weight_on_a_joint(double height, const JointLimit& limit);
 
 }  // namespace substep

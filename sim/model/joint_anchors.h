@@ -5,7 +5,7 @@
 
 namespace substep {
 
-/// Whether the joint keeps its frames' origins at one place: its three linear axes are locked.
+/// Returns true where the joint keeps its frames' origins together: its three linear axes are locked.
 bool holds_anchors_together(const Joint& joint);
 
 }  // namespace substep

@@ -1,7 +1,7 @@
 #pragma once
-/// What the solver builds of a scene: only what the scene needs.
+/// The solver's model of a scene, with only those parts that the scene needs.
 ///
-/// Which of the three kinds of rows each is; 'stable' is what a two-sided one can be (Settings::joints):
+/// Kinds of rows; two-sided ones can be 'stable' (Settings::joints):
 /// - Lock: position-level, two-sided, in blocks; can be stable.
 /// - Limit: position-level, one-sided; two-sided where both bounds are one, and then stable if a distance.
 /// - Limit, soft: between position- and velocity-level, by what stiffness and damping weigh in a step.
@@ -26,7 +26,7 @@ struct BodyMass {
   Vector3 root_inverse_inertia;  ///< of M^(−1/2)
 };
 
-/// Whether an impulse can do anything to the body.
+/// Returns true where an impulse can move the body.
 inline bool moves(const BodyMass& mass) {
   return mass.inverse_mass > 0 || mass.inverse_inertia.maxCoeff() > 0;
 }
@@ -40,7 +40,7 @@ struct Attachment {
   Pose frame_b;
 };
 
-/// Directions that a joint locks altogether: one block of bilateral position-level rows.
+/// Directions that a joint locks: one block of bilateral position-level rows.
 struct Lock {
   enum class Kind {
     point,        ///< the frames' origins coincide: 3 rows
@@ -53,7 +53,7 @@ struct Lock {
   int axis = 0;  ///< line, direction: which axis is left free
 };
 
-/// One number that says how the frames stand to each other, and that a limit or a drive acts on.
+/// A coordinate of one frame relative to the other, on which a limit or a drive acts.
 struct JointCoordinate {
   enum class Kind {
     position,  ///< of a's origin along an axis of b, m
@@ -109,24 +109,24 @@ struct Contact {
   static constexpr double no_impact = -1;
   double restitution = no_impact;  ///< of an impact, or no_impact
   bool closes;  ///< an impact without restitution closes the gap in its sub-step, and is stopped in the next
-  double resting_acceleration;  ///< m/s²: what comes slower than this for a (sub-)step does not bounce
+  double resting_acceleration;  ///< m/s²: a contact slower than this times a (sub-)step does not bounce
   double acceleration;          ///< by gravity, of a towards b along the normal, m/s²
   double left_over;             ///< of the overlap, for later steps to recover, m
-  /// Added to the points' distance along the normal, m: of a contact that is still to be made, what the
-  /// bodies' turning until then changes it by.
+  /// Added to the points' distance along the normal, m: the change by the bodies' rotation until a later
+  /// contact is made.
   double gap_offset;
   double displacement_1;  ///< along the tangents, since the contact was made or last slid, m
   double displacement_2;
   Vector3 force = Vector3::Zero();      ///< ContactMemory::force, along the normal and the tangents, N
   Vector3 stiffness = Vector3::Zero();  ///< ContactMemory::stiffness, N/m
   bool slid;                            ///< it slid already when the step began
-  /// What is formulated anew in a step (A3) goes by these. A body's surface there is an ellipsoid's (see
-  /// touching_ellipsoid.h): as the body rolls, the point is where the normal meets the ellipsoid, in place of
-  /// `arm_a` or `arm_b`.
+  /// Data for contacts that are formulated again within a step (A3). The body's surface at the contact is an
+  /// ellipsoid's (touching_ellipsoid.h): as the body rolls, the point is where the normal meets the
+  /// ellipsoid, in place of `arm_a` or `arm_b`.
   bool rolls_a;
   bool rolls_b;
-  /// The normal turns with b, which is flat there or has an edge or corner; else with a, if a is; else with
-  /// neither.
+  /// The normal turns with b where b is flat or has an edge or corner there; else with a where a is so; else
+  /// with neither.
   bool turns_with_a;
   bool turns_with_neither;
   Vector3 centre_a = Vector3::Zero();  ///< of the ellipsoid, body frame
@@ -153,7 +153,7 @@ struct Model {
   bool restitution = false;
 };
 
-/// Throws Error naming the joint that asks for what has no meaning.
+/// Builds the model. Throws Error that names a joint without meaning.
 Model build_model(const Scene& scene);
 
 /// "2 ball joints, 1 hinge, 1 drive; contacts with friction; no gyroscopic term"

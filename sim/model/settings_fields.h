@@ -1,7 +1,6 @@
 #pragma once
-/// The one list of the fields of Settings. Options of commands, pose logs, JSON, TOML keys, labels and
-/// records of sweeps are all made from it: a field that is added to Settings gets a line in
-/// `settings_fields`, and no other.
+/// The list of the fields of Settings, from which options of commands, pose logs, JSON, TOML keys, labels and
+/// records of sweeps are made. A new field of Settings needs only a line in `settings_fields`.
 
 #include <array>
 #include <limits>
@@ -18,7 +17,7 @@ namespace substep {
 struct SettingsField {
   using Member = std::variant<Algorithm Settings::*, int Settings::*, double Settings::*, Joints Settings::*>;
 
-  /// The values a number may have.
+  /// The range of a number.
   struct Range {
     double low = -std::numeric_limits<double>::infinity();
     double high = std::numeric_limits<double>::infinity();
@@ -40,10 +39,10 @@ struct SettingsField {
   Algorithm also = last;            ///< and one more
   std::string_view symbol = {};     ///< before the value in labels: "n="
   std::string_view letter = {};     ///< the same in names of files
-  /// Fields of one group are left out of labels where all of them are as in Settings{}. 0: always said.
+  /// Fields of one group are left out of labels where all of them are as in Settings{}. 0: always in labels.
   int group = 0;
-  /// The field that this one stands in for where it is not 0. Who sets that one by its name sets it for all:
-  /// then this one and the others of its group are 0, until they are set themselves.
+  /// The field that this one overrides for contacts where it is not 0. Setting that field by its name sets it
+  /// for all rows: this one and the others of its group become 0, until they are set, too.
   std::string_view stands_in_for = {};
   bool can_be_left_out = false;  ///< files do not have it where it is as in Settings{}
 
@@ -189,27 +188,29 @@ inline constexpr std::array<SettingsField, 16> settings_fields{{
      .can_be_left_out = true},
 }};
 
-/// The value as text; of a number the shortest decimals that read back to the same bits. "0.6", "stable".
+/// Returns the value as text, a number as the shortest decimals that read back to the same bits: "0.6",
+/// "stable".
 std::string text_of(const Settings& settings, const SettingsField& field);
 
-/// Sets the field from such a text, whatever its range. False, and nothing set, where no value reads so.
+/// Sets the field from such a text without checking its range. Returns false, and sets nothing, where the
+/// text is no value.
 bool set(Settings& settings, const SettingsField& field, std::string_view text);
 
-/// The number that was typed, which may be a fraction: "0.01" or "1/60".
+/// Reads a typed number, which may be a fraction: "0.01" or "1/60".
 std::optional<double> fraction_in(std::string_view text);
 
-/// Sets the field from what was typed for it: as set(), and a number may be a fraction.
+/// Sets the field from typed text as set() does; a number may be a fraction.
 bool set_typed(Settings& settings, const SettingsField& field, std::string_view text);
 
-/// Sets the field as it is in `from`.
+/// Copies the field's value of `from`.
 void copy(Settings& settings, const SettingsField& field, const Settings& from);
 
-/// What the field's values are: "a whole number", "a number", "rows, plain or stable".
+/// Returns the kind of the field's values: "a whole number", "a number", "rows, plain or stable".
 std::string kind_of(const SettingsField& field);
 
 const SettingsField& field_named(std::string_view name);  ///< of the list; throws Error for another
 
-/// A setting as labels write it: "n=4", "τ=0.6/0.9", "stable", "h=1/60".
+/// A setting in labels: "n=4", "τ=0.6/0.9", "stable", "h=1/60".
 struct SettingsPart {
   const SettingsField* field;
   std::string text;

@@ -22,8 +22,7 @@ struct Velocity {
   Vector3 angular = Vector3::Zero();
 };
 
-/// What is remembered of a contact point from one step to the next, in which it is found again by its place
-/// on both bodies.
+/// The cached data of a contact point, which the next step finds by its position on both bodies.
 struct ContactMemory {
   int collider_a;  ///< indices of Scene::colliders
   int collider_b;
@@ -31,7 +30,7 @@ struct ContactMemory {
   Vector3 arm_b;  ///< and of b
   /// Of a's point from b's, across the normal, since the contact was made or last slid; body frame of b, m.
   Vector3 displacement;
-  bool slides;       ///< and has let its displacement go
+  bool slides;       ///< the point slides and has no displacement
   double left_over;  ///< of the overlap that the bodies met with: it is still to be recovered, m
   /// The force of the last (sub-)step on a, and AVBD's penalties along it, that warm starts continue from;
   /// body frame of b, N. Zero in A2 to A5 without a warm start.
@@ -39,7 +38,7 @@ struct ContactMemory {
   Vector3 stiffness = Vector3::Zero();  ///< along the normal and the tangents, N/m
 };
 
-/// What two bodies gave each other at a contact point over a step.
+/// The impulse of two bodies at a contact point over a step.
 struct ContactImpulse {
   int a;
   int b;
@@ -47,8 +46,8 @@ struct ContactImpulse {
   Vector3 impulse;  ///< on a, with friction; world, N·s
 };
 
-/// The state between steps; index 0 is the world. Angular velocities are in the world frame. A run that goes
-/// on from a state is the run that led to it, to the last bit.
+/// The state between steps; index 0 is the world. Angular velocities are in the world frame. A run that
+/// continues from a state equals the run that led to it, to the last bit.
 struct State {
   std::vector<Coordinates> q;
   std::vector<Velocity> v;
@@ -57,18 +56,18 @@ struct State {
   /// By row of joints, what warm starts continue from: the force of the last (sub-)step, N or N·m; AVBD has
   /// the rows' penalties after them. Empty without.
   std::vector<double> joint_forces;
-  /// A1: how fast the joints' forces of the last step let light bodies swing, rad/s, where that is fast
+  /// A1: the frequency of light bodies under the joints' forces of the last step, rad/s, where it is high
   /// enough to divide the next step.
   double transverse_frequency = 0;
 };
 
 State initial_state(const Scene& scene);
 
-/// 64-bit FNV-1a of the bits of all coordinates and velocities but the world's, and of what contacts
-/// remember; −0 counts as 0.
+/// Returns the 64-bit FNV-1a of the bits of all coordinates and velocities but the world's, and of the
+/// contact cache; −0 counts as 0.
 std::uint64_t hash(const State& state);
 
-/// Whether every number is finite; if not, `body` is the first that is not.
+/// Returns true where every number is finite; else `body` is the first body with one that is not.
 bool is_finite(const State& state, int* body = nullptr);
 
 // Sums of velocities, body by body. Both arguments have as many bodies.

@@ -1,6 +1,6 @@
 #pragma once
-/// Runs the jobs of a sweep: each by itself, a file each, so that what is done is never lost and never done
-/// twice, on one machine or many.
+/// Runs the jobs of a sweep, on one machine or many. Each job has a file, so that finished jobs are neither
+/// lost nor run again.
 ///
 /// A folder of results holds jobs/<key>.json, written beside and renamed, and after the merge sweep.json (all
 /// of it, in the sweep file's order), errors.csv (what is the same in every run) and times.csv (what is not).
@@ -61,22 +61,21 @@ struct SweepOptions {
 /// Returns how the scene's bodies touch. `reference`: of the scene.
 ContactKind contact_kind(const Scene& scene, const ReferenceMotion& reference);
 
-/// Does the jobs that are not done. `progress` hears the share done, of this call's work, on the calling
-/// thread. Returns how many were done now. Throws Error when a scene cannot be modelled or a file cannot be
-/// written; what is done stays done.
+/// Runs the jobs that are not done. `progress` receives the fraction of this call's work that is done, on the
+/// calling thread. Returns the number of jobs that it ran. Throws Error where a scene cannot be modelled or a
+/// file cannot be written; finished jobs stay.
 int run_sweep(const Sweep& sweep, const SweepOptions& options, const std::function<void(double)>& progress);
 
-/// The jobs whose files are not there, are of another build, or are damaged.
+/// Returns the jobs whose files are missing, of another build, or damaged.
 std::vector<std::string> missing_jobs(const Sweep& sweep, const std::filesystem::path& results);
 
-/// The jobs' files that are not what a sweep wrote: cut off or changed. They are measured again. Throws Error
-/// where what stands in a job's place is no file.
+/// Returns the damaged files of jobs, which are measured again. Throws Error where a job's path is no file.
 std::vector<std::filesystem::path> damaged_jobs(const Sweep& sweep, const std::filesystem::path& results);
 
 /// Writes sweep.json, errors.csv and times.csv. Throws Error when jobs are missing.
 void merge_sweep(const Sweep& sweep, const std::filesystem::path& results);
 
-/// The records of a merged sweep. Throws Error.
+/// Reads the records of a merged sweep. Throws Error.
 std::vector<SweepRecord> read_records(const std::filesystem::path& results);
 
 }  // namespace substep

@@ -1,5 +1,5 @@
 #pragma once
-/// The sweep file: which scenes are measured with which settings. scenes/sweeps.md describes it.
+/// The sweep file, with scenes and the settings to measure (scenes/sweeps.md).
 
 #include <filesystem>
 #include <map>

@@ -1,4 +1,4 @@
-// solver_benchmark: what our algorithms and other engines cost, in one run, as tables in Markdown.
+// solver_benchmark: CPU times of our algorithms and other engines, in one run, as tables in Markdown.
 //
 //   solver_benchmark                                     everything: some minutes
 //   solver_benchmark --benchmark_filter='chain 10/'      one scene
@@ -30,7 +30,8 @@ void register_ours(const BenchmarkScene& scene, const std::string& name, const S
   register_steps(scene, name, algorithm_stepper, settings);
 }
 
-/// An engine that sweeps know as `engine`, where it was built in; its defaults but for the iterations.
+/// Registers the engine that sweeps call `engine`, where it was built in, with its defaults but for the
+/// iterations.
 void register_engine(const BenchmarkScene& scene, const std::string& engine, const std::string& name,
                      int iterations) {
   const auto found = std::ranges::find(engines(), engine, &Engine::name);
@@ -112,7 +113,7 @@ void register_all() {
 
 int main(int argc, char** argv) {
   using namespace substep::benchmark;
-  // Ours come first, so that the user's win.
+  // Put our options first, so that the user's override them.
   std::vector<char*> arguments = {argv[0]};
   std::string defaults[] = {"--benchmark_repetitions=7", "--benchmark_enable_random_interleaving=true",
                             "--benchmark_min_time=0.05"};

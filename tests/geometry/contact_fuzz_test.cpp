@@ -12,7 +12,7 @@
 namespace substep {
 namespace {
 
-/// The distance of two polytopes that do not overlap, over all their features.
+/// Returns the distance of two polytopes that do not overlap, over all their features.
 double brute_distance(const Polytope& a, const Pose& pose_a, const Polytope& b, const Pose& pose_b) {
   double least = std::numeric_limits<double>::infinity();
   const auto edge = [](const Polytope& polytope, const Pose& pose, std::size_t e) -> Segment {
@@ -72,8 +72,8 @@ TEST(ContactFuzz, RandomHullsAgreeWithEveryAxis) {
     } else if (separation <= 0) {
       ++overlapping;
       ASSERT_FALSE(points.empty()) << trial;
-      // No direction separates them sooner than the true one; ours may need as much more as a face is
-      // preferred.
+      // No direction separates them by less than the true one; ours may be longer by the preference for
+      // faces.
       const double allowed = 0.06 * std::abs(separation) + 1.2e-3 * size;
       EXPECT_GE(lowest, separation - allowed) << trial;
       EXPECT_LE(lowest, separation + allowed) << trial;

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 class ApproveTest : public testing::Test {
  protected:
-  /// Every file below golden/ with its content.
+  /// Returns every file below golden/ with its content.
   std::map<std::string, std::string> goldens() const {
     std::map<std::string, std::string> files;
     for (const auto& entry : fs::recursive_directory_iterator(suite_.options.suite.parent_path())) {
@@ -26,7 +26,7 @@ class ApproveTest : public testing::Test {
     return files;
   }
 
-  /// Why approving is refused; and that it then wrote nothing.
+  /// Returns why approving is refused, and expects that it wrote nothing.
   std::string refusal() {
     const auto before = goldens();
     const std::string message = test::message_of([&] { suite_.approve_failed(); });
@@ -96,7 +96,7 @@ TEST_F(ApproveTest, ContinuesAnInterruptedApproval) {
   suite_.run();
   EXPECT_EQ(suite_.approve_failed().written.back(), suite_.sidecar());
   const auto after = goldens();
-  // It died after the poses, and before the sidecar that says that they are approved.
+  // The approval was killed after the poses, and before the sidecar.
   const auto interrupt = [&] {
     for (const auto& [file, content] : before) {
       if (file != suite_.poses()) write_text(file, content);

@@ -74,8 +74,8 @@ TEST(Ablation, WithAllOfA4sIsA4) {
   EXPECT_LT(position_difference(all, run(sliding_box(), Algorithm::a4, settings, 20)), 1e-12);  // measured 0
 }
 
-// Every switch switches something; the frozen Jacobian is the dear one, and dearer alone than with the bias
-// update that belongs to it.
+// Each approximation changes the motion. The frozen Jacobian costs most, and more alone than with its bias
+// update.
 TEST(Ablation, EachApproximationHasACostOfItsOwn) {
   const Scene scene = tumbling_chain();
   const Settings settings;

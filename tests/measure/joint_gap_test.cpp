@@ -17,7 +17,7 @@ namespace {
 const Pose joint_in_world{{0.3, -0.2, 0.9}, rotation_quaternion({0.4, -0.7, 1.1})};
 const Vector3 anchor{0.5, 0, 0};  // of the body's frame
 
-/// A body of 2 kg, whose largest moment is 0.5 kg m², on a joint in the world that it starts at.
+/// A body of 2 kg, with the largest moment 0.5 kg m², on a joint with the world.
 Scene jointed_body(const std::vector<JointLimit>& limits) {
   Scene scene = test::empty_scene();
   Body body;
@@ -39,7 +39,7 @@ Scene jointed_body(const std::vector<JointLimit>& limits) {
 
 const double lever = std::sqrt(0.5 * 0.5 + 0.25);  // of moments 0.5 + 2 · 0.5² kg m² for 2 kg
 
-/// The gap where the body's frame at the joint is moved and then turned, in the joint's axes.
+/// Returns the gap after the body's frame at the joint is moved and then turned, in the joint's axes.
 double gap_at(const std::vector<JointLimit>& limits, const Vector3& by,
               const Vector3& turn = Vector3::Zero()) {
   const Scene scene = jointed_body(limits);
@@ -108,7 +108,7 @@ TEST(JointGap, TakesTheSmallerLeverOfTwoBodies) {
   EXPECT_NEAR(joint_gap(scene, state), 0.3 * 0.1, rounding);
 }
 
-// Sweeps bring a weight along six sliders so badly that they sag: small cubes, a metre apart.
+// Sweeps converge slowly along six sliders of small cubes a metre apart, so that these sag.
 TEST(JointGap, CountsSaggingSliders) {
   Scene scene = test::empty_scene();
   for (int i = 0; i < 6; ++i) {

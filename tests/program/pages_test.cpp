@@ -1,6 +1,5 @@
-// The tables on the scenes' pages are what the program prints. Where it prints something else now,
-// `cmake --build build --target pages` writes it into all pages, and `build/tests/program/rewrite_pages
-// NAME…` into those of the scenes named.
+// Expects that the tables on pages equal the program's output. Where they differ, `cmake --build build
+// --target pages` rewrites all pages, and `build/tests/program/rewrite_pages NAME…` those of some scenes.
 
 #include <gtest/gtest.h>
 

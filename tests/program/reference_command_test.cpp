@@ -1,4 +1,4 @@
-// substep measure --reference: the table, what is said, and what is not written.
+// substep measure --reference: its table, messages and refusals.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

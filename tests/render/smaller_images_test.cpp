@@ -1,4 +1,4 @@
-// Images as a page holds them: small, of few bytes, and of the same colour.
+// Images that a page holds: small, of few bytes, and of the same colour.
 
 #include "render/smaller_images.h"
 
@@ -14,7 +14,7 @@
 namespace substep::render {
 namespace {
 
-/// No two texels are alike: nothing that a file could be made small by.
+/// Returns noise, which no file format makes small.
 Texels noise(int width, int height, std::uint32_t seed) {
   Texels texels{width, height, {}};
   texels.rgba.resize(std::size_t{4} * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));

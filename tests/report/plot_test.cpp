@@ -46,7 +46,7 @@ TEST(Plot, DrawsAPanelWithoutPoints) {
   EXPECT_THAT(draw(sheet_of({}), PictureFormat::svg), HasSubstr("under_score"));
 }
 
-/// A number that follows `name` in the text.
+/// Returns the number that follows `name` in the text.
 double number_after(const std::string& text, const std::string& name) {
   const std::size_t at = text.find(name);
   return at == std::string::npos ? NAN : std::stod(text.substr(at + name.size()));

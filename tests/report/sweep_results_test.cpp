@@ -219,7 +219,7 @@ TEST_F(SweepResults, ScenesBesideEnginesAreThoseWhereOneRan) {
   const Sheet sheet = figure_named("engines").make(beside);
   ASSERT_EQ(sheet.panels.size(), 1u);
   EXPECT_THAT(sheet.panels[0].title, HasSubstr("pendulum"));
-  // An engine without times is drawn against the step, and against nothing else.
+  // An engine without times is drawn against the step alone.
   for (SweepRecord& record : beside.records) record.times.reset();
   EXPECT_TRUE(figure_named("engines").make(beside).panels.empty());
   const Sheet steps = figure_named("engine-steps").make(beside);
@@ -227,7 +227,7 @@ TEST_F(SweepResults, ScenesBesideEnginesAreThoseWhereOneRan) {
   EXPECT_EQ(std::ranges::count(steps.panels[0].series, "some-engine", &Series::title), 1);
 }
 
-/// A run that stands, of so many row solves.
+/// Returns a run that stands, with so many row solves.
 SweepRecord standing(Algorithm algorithm, int n, std::int64_t row_solves, double moved) {
   SweepRecord record;
   record.scene = "stack";

@@ -1,4 +1,4 @@
-/// Small files that ask for much: each loads or is refused within a gibibyte of memory and two seconds.
+/// Small files that could need much memory: each loads or is refused within a gibibyte and two seconds.
 /// One file, since its cases are one table of small files.
 
 #include <fmt/format.h>
@@ -32,7 +32,7 @@ using namespace test;
 
 constexpr std::size_t largest_crafted = std::size_t{1} << 20;
 constexpr double most_mebibytes = 1024;  // measured 270
-// The sanitizers take several times as long; gcc and clang each say in their own way that they are on.
+// Sanitizers take several times as long; gcc and clang have different macros for them.
 #ifndef __has_feature
 #define __has_feature(feature) 0
 #endif

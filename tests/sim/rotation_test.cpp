@@ -82,8 +82,8 @@ TEST(MeanOfFreeRotation, AgreesInOneStepAndInMany) {
 }
 
 TEST(MeanOfFreeRotation, TopPrecessesByItsClosedForm) {
-  // Its axis turns about the momentum at L/I₁, and the body about its axis at (1 − I₃/I₁) ω₃. Whichever axis
-  // it is.
+  // For each choice of the axis: it turns about the momentum at L/I₁, and the body about it at (1 − I₃/I₁)
+  // ω₃.
   for (int axis = 0; axis < 3; ++axis) {
     Vector3 inertia = Vector3::Constant(0.5);
     inertia[axis] = 0.8;
@@ -113,7 +113,7 @@ TEST(MeanOfFreeRotation, KeepsVelocityAboutAxis) {
 }
 
 TEST(MeanOfFreeRotation, CountsWholeTurns) {
-  // About its axis but for a wobble, at 16.7 rad in a step
+  // Turn the body about its axis with a wobble, by 16.7 rad in a step
   const Vector3 velocity(1, 0.5, 1000);
   const Vector3 mean = mean_of_free_rotation(velocity, {0.3, 0.4, 0.5}, 1.0 / 60);
   EXPECT_NEAR(mean.norm(), 1000, 1);

@@ -1,4 +1,4 @@
-// Published results: how the file is read and refused, and how figures decide.
+// Published results: reading and refusing the file, and judging by its figures.
 
 #include "sim/study/published.h"
 

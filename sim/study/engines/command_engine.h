@@ -23,8 +23,8 @@ Command beside(Command command, const std::filesystem::path& folder);
 /// Returns the engine of a command, which is named after the file that it runs.
 Engine command_engine(const Command& command);
 
-/// Runs the command on a scene for its duration and returns the states at each step. What the program writes
-/// is read when it ended with exit code 0, or not at all. Throws Error with the exit code and the last line
+/// Runs the command on a scene for its duration and returns the states at each step. The table is read only
+/// where the program ends with exit code 0. Throws Error with the exit code and the last line
 /// that the program wrote to standard error, or after `time_limit` seconds, or with what is wrong in the
 /// table.
 std::vector<State> run_command(const Command& command, const Scene& scene, const Settings& settings,

@@ -1,5 +1,5 @@
 #pragma once
-/// For engines in reduced coordinates: how each body hangs on the one before it.
+/// Trees of bodies for engines in reduced coordinates.
 
 #include <vector>
 
@@ -15,7 +15,8 @@ struct EngineLink {
   bool is_a;                 ///< whether `body` is the joint's a
 };
 
-/// Parents before children. Joints that close a loop go to `closing`; without it, throws Error.
+/// Returns the links, parents before children. Joints that close a loop go to `closing`; without it they
+/// throw Error.
 std::vector<EngineLink> tree_of(const Scene& scene, const std::vector<EngineJoint>& joints,
                                 std::vector<const EngineJoint*>* closing = nullptr);
 
@@ -24,7 +25,7 @@ Vector3 anchor_of_body(const EngineLink& link);
 Vector3 anchor_of_parent(const EngineLink& link);
 Vector3 axis_of_body(const EngineLink& link);
 
-/// Angular velocity of the link's body relative to its parent at the start, in the body's frame.
+/// Returns the angular velocity of the link's body relative to its parent at the start, in the body's frame.
 Vector3 relative_spin(const Scene& scene, const EngineLink& link);
 
 }  // namespace substep

@@ -1,4 +1,4 @@
-/// A fuzz target: any bytes as a scene's file. It loads or is refused with a sentence; nothing else happens.
+/// A fuzz target that loads any bytes as a scene's file, which must load or be refused with a sentence.
 ///
 /// Bytes that begin with "glTF" are a .glb. Others are a .gltf, unless their first line is "mesh." and a
 /// format's name: then the rest is a file of that format.
@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Returns an own folder, so that no file of others lies beside the scene. It goes when the program ends.
+/// Returns a folder that holds the scene alone, and is removed when the program ends.
 const fs::path& folder() {
   static const test::TemporaryFolder made;
   return made.path();
