@@ -1,7 +1,6 @@
 #pragma once
-/// The functions of OpenGL that are used here, by their own names: pointers, which context_osmesa.cpp sets
-/// when the first context is made. So the library, with all of LLVM, is loaded by what draws and by nothing
-/// else.
+/// Function pointers of OpenGL by their own names. context_osmesa.cpp sets them when it makes the first
+/// context, so that only programs that draw load the library with all of LLVM.
 
 #ifndef GL_GLEXT_PROTOTYPES
 #define GL_GLEXT_PROTOTYPES

@@ -1,5 +1,5 @@
 #pragma once
-/// A comparison as a page that plays it in a browser.
+/// Writes a comparison as a page that plays it in a browser.
 
 #include <string>
 
@@ -7,7 +7,7 @@
 
 namespace substep::render {
 
-/// What the page's strips show of the runs beside their errors.
+/// The quantities that the page's strips show beside the runs' errors.
 ReadingChoice player_readings(const Scene& scene);
 
 /// The poses are the runs' at every film frame, to position_unit() and turn_parts; bodies look as in

@@ -27,7 +27,7 @@ Look look_of(const RunFamily& family, bool contacts) {
   Look look = look_of(record.settings.algorithm);
   look.dashed = record.settings.joints == Joints::stable || record.settings.tau != 1 ||
                 (record.settings.algorithm == Algorithm::a2 && !contacts && record.settings.iterations < 16);
-  // Discs, squares and triangles have empty twins at the number before.
+  // The number before that of a filled disc, square or triangle is the empty one.
   if (look.dashed) look.shape -= 1;
   return look;
 }

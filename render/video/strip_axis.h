@@ -9,14 +9,14 @@
 
 namespace substep::render {
 
-/// "1.23 m", "45.6 mm", "7.8 µm": three digits at most, for reading, not for files.
+/// Returns a length of at most three digits for people: "1.23 m", "45.6 mm", "7.8 µm".
 std::string length_label(double metres);
 
-/// An error by a reference that is itself known to `certain`, m: what is below that is "≤ 2.0 µm", or "< 1
-/// µm".
+/// Returns an error against a reference that is uncertain by `certain`, m; smaller errors are "≤ 2.0 µm", or
+/// "< 1 µm".
 std::string error_label(double metres, double certain);
 
-/// "+1.23 kJ", "−45.6 mJ", "0 J".
+/// Returns an energy with its sign: "+1.23 kJ", "−45.6 mJ", "0 J".
 std::string energy_label(double joules);
 
 /// Decades of the error axis, the same in all panels.

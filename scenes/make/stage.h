@@ -1,5 +1,5 @@
 #pragma once
-/// What most scenes share: the light, the ground, and shorthands for joints.
+/// Parts that most scenes share: the light, the ground, and shorthands for joints.
 
 #include <array>
 #include <numbers>

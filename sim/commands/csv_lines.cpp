@@ -7,7 +7,7 @@
 namespace substep {
 namespace {
 
-/// Commas and quotes in a body's name stay in its field.
+/// Returns a body's name as a CSV field, quoted where it has commas or quotes.
 std::string csv_field(const std::string& text) {
   if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
   std::string field = "\"";

@@ -23,7 +23,7 @@ struct CarriedForces {
   std::vector<double> joints;          ///< State::joint_forces
 };
 
-/// The contacts' memory for the next step, sorted as ContactFinder reads it.
+/// Returns the contact cache for the next step, sorted as ContactFinder reads it.
 void remember(const std::vector<Contact>& found, const std::vector<CarriedForce>& forces,
               std::vector<ContactMemory>& memory);
 

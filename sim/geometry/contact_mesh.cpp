@@ -1,5 +1,5 @@
-// Contacts of shapes with static triangle meshes: those with each triangle near, without the directions in
-// which the mesh as a whole does not push, and then of all triangles in one plane as of one face.
+// Finds contacts of shapes with static triangle meshes: with each near triangle, but for directions in which
+// the mesh as a whole does not push; then joins triangles of one plane to one face.
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +11,7 @@
 namespace substep {
 namespace {
 
-/// Contacts whose normals differ by less than this (rad) are of one face.
+/// Largest angle between the normals of contacts of one face, rad.
 constexpr double one_direction = 1e-6;
 
 /// A contact in the plane of its group.
@@ -60,7 +60,7 @@ void find_hull(double tolerance) {
   const std::size_t upper = hull.size() - 1;
   for (std::size_t i = points.size() - 1; i-- > 0;) add(points[i], upper);
   hull.pop_back();
-  // What is left of points in one place.
+  // Keep one of several points at one position.
   for (std::size_t i = 1; i < hull.size();) {
     const bool same = distance(hull[i - 1], hull[i]) <= tolerance;
     const bool same_as_first = distance(hull[0], hull[i]) <= tolerance;

@@ -32,7 +32,7 @@ class JsonValue {
   void allow_only(const std::vector<std::string_view>& known) const;
   /// Warns of each key that is not among `known`, `name`, `extensions` and `extras`.
   void warn_of_unknown(const std::vector<std::string_view>& known, std::vector<std::string>& warnings) const;
-  /// The object `extensions/<name>`, if the value has it.
+  /// Returns the object `extensions/<name>`, if the value has it.
   std::optional<JsonValue> extension(const char* name) const;
 
   /// Of an array.
@@ -43,7 +43,7 @@ class JsonValue {
   double non_negative() const;
   bool boolean() const;
   const std::string& text() const;
-  /// The object's `name` without control characters; `otherwise` where it is absent or empty.
+  /// Returns the object's `name` without control characters; `otherwise` where it is absent or empty.
   std::string name(const std::string& otherwise) const;
   std::uint64_t integer(std::uint64_t largest) const;
   /// Reads an index into a list of `size` items, which messages call `what`.
@@ -60,7 +60,7 @@ class JsonValue {
   std::string path_;
 };
 
-/// `key` of `object` read by `reader`, or `otherwise` where it is absent.
+/// Returns `key` of `object` as `reader` reads it, or `otherwise` where it is absent.
 template <typename Type>
 Type get(const JsonValue& object, const char* key, Type otherwise, Type (JsonValue::*reader)() const) {
   const std::optional<JsonValue> value = object.find(key);

@@ -211,7 +211,7 @@ class Reader {
                        ? fmt::format("{} has two rows of {} s", name, sample.time)
                        : fmt::format("{} goes from {} s back to {} s", name, body.last.time, sample.time));
     }
-    // The shorter way round.
+    // Turn the shorter way.
     if (sample.q.angular.dot(body.last.q.angular) < 0) sample.q.angular.coeffs() *= -1;
     const double end = std::floor(sample.time / step_ + 1e-6) + 1;
     if (end * static_cast<double>(bodies_.size()) > most_poses) {

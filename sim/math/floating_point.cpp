@@ -19,7 +19,7 @@ DefaultFloatingPoint::DefaultFloatingPoint() : vector_control_(_mm_getcsr()), st
 }
 
 DefaultFloatingPoint::~DefaultFloatingPoint() {
-  // What was raised in between must not trap now.
+  // Exceptions raised in between must not trap now.
   constexpr unsigned short all_masked = 0x3f;
   if ((stack_control_ & all_masked) != all_masked) asm volatile("fnclex");
   _FPU_SETCW(stack_control_);

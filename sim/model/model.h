@@ -92,8 +92,8 @@ struct Drive {
   bool per_mass;  ///< mode 'acceleration': stiffness, damping and max_force are per unit of effective mass
 };
 
-/// A contact point as s1 leaves it for the whole step. The normal and the tangents are fixed in b,
-/// which is the static body where there is one. Body frames.
+/// A contact point that s1 finds for the whole step, in body frames. The normal and the tangents are fixed in
+/// b, which is the static body where there is one.
 struct Contact {
   int a;
   int b;

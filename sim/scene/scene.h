@@ -1,5 +1,5 @@
 #pragma once
-/// A scene as loaded: bodies, colliders, joints, and what is needed to draw them.
+/// A loaded scene: bodies, colliders, joints, and data for drawing.
 ///
 /// Bodies are placed by their *body frame*: origin at the centre of mass, axes along the principal axes of
 /// inertia (report, II.6). Everything attached to a body (colliders, joint frames, visuals) is given in it.
@@ -123,7 +123,7 @@ struct Surface {
     cut,      ///< invisible where alpha is below the cut-off
     blended,  ///< over what is behind, by alpha
   };
-  /// What each texture multiplies or, the normal's, replaces. Occlusion takes from light all around.
+  /// The property that each texture multiplies; a normal map replaces normals. Occlusion dims ambient light.
   enum Role { color_texture, finish_texture, normal_texture, occlusion_texture, emission_texture };
 
   std::string name;
@@ -202,8 +202,8 @@ struct NamedCamera {
 struct Scene {
   std::string name;  ///< file name without extension
   std::filesystem::path file;
-  /// Of the file's bytes and of its buffers' files: 64-bit FNV-1a of a .gltf's text and of the XXH3 of all
-  /// else.
+  /// Hash of the file and its buffers' files: 64-bit FNV-1a of a .gltf's text and of the XXH3 of all other
+  /// bytes.
   std::uint64_t hash = 0;
   Vector3 gravity{0, -9.81, 0};       ///< m/s²
   double duration = 5;                ///< s

@@ -3,7 +3,7 @@
 /// lost nor run again.
 ///
 /// A folder of results holds jobs/<key>.json, written beside and renamed, and after the merge sweep.json (all
-/// of it, in the sweep file's order), errors.csv (what is the same in every run) and times.csv (what is not).
+/// records, in the sweep file's order), errors.csv (the same in every run) and times.csv (which differs).
 /// A job's file says which program, scene and settings made it; one of another build is made again.
 
 #include <functional>
@@ -58,7 +58,7 @@ struct SweepOptions {
   ReferenceCache cache{};
 };
 
-/// Returns how the scene's bodies touch. `reference`: of the scene.
+/// Returns the kind of contacts of a scene, from its reference.
 ContactKind contact_kind(const Scene& scene, const ReferenceMotion& reference);
 
 /// Runs the jobs that are not done. `progress` receives the fraction of this call's work that is done, on the
