@@ -10,16 +10,6 @@
 namespace substep {
 namespace {
 
-/// ε of the continuation: from an easy problem to the given one. Of 80 problems of dominoes, cards, a wrecked
-/// wall and a water wheel that no start solved with the usual ε, all are solved; with 1e-6 as the least, 50.
-/// Points that are 1e-9 m out of their plane are why: what closes them grows by residual/ε a round.
-constexpr double first_proximal = 0.1;
-constexpr double least_proximal = 1e-9;
-constexpr double after_success = 0.5;
-constexpr double after_failure = 4;
-constexpr int first_sweeps = 12;
-constexpr int most_continuation_rounds = 100;
-
 bool has_limits(const Mlcp::Row& row) {
   return row.normal >= 0 || std::isfinite(row.low) || std::isfinite(row.high);
 }
@@ -73,33 +63,6 @@ double MlcpSolver::velocity(const Mlcp::Row& row) const {
 void MlcpSolver::add_impulse(const Mlcp::Row& row, double change) {
   if (row.a >= 0) y_[row.a] += change * row.part_a;
   if (row.b >= 0) y_[row.b] += change * row.part_b;
-}
-
-void MlcpSolver::sweep(const Mlcp& problem, std::vector<double>& lambda, int sweeps) {
-  const auto target = [&](std::size_t i) {
-    const Mlcp::Row& row = problem.rows[i];
-    return lambda[i] + (row.right - row.softness * lambda[i] - velocity(row)) / (gamma_[i] + row.softness);
-  };
-  for (int s = 0; s < sweeps; ++s) {
-    for (std::size_t i = 0; i < problem.rows.size(); ++i) {
-      const Mlcp::Row& row = problem.rows[i];
-      if (!(gamma_[i] > 0) || pair_[i] == Pair::second) continue;
-      if (pair_[i] == Pair::first) {
-        const Vector2 total = onto_disc({target(i), target(i + 1)}, limit(row, lambda[row.normal]));
-        for (std::size_t k = 0; k < 2; ++k) {
-          add_impulse(problem.rows[i + k], total[static_cast<Eigen::Index>(k)] - lambda[i + k]);
-          lambda[i + k] = total[static_cast<Eigen::Index>(k)];
-        }
-        continue;
-      }
-      const bool is_friction = row.normal >= 0;
-      const double high = is_friction ? limit(row, lambda[row.normal]) : row.high;
-      const double low = is_friction ? -high : row.low;
-      const double total = std::clamp(target(i), low, high);
-      add_impulse(row, total - lambda[i]);
-      lambda[i] = total;
-    }
-  }
 }
 
 void MlcpSolver::velocities(const Mlcp& problem, const std::vector<double>& lambda) {
@@ -211,37 +174,20 @@ bool MlcpSolver::rest_has_limits(const Mlcp& problem) const {
   return false;
 }
 
+bool MlcpSolver::keep_if_redundant(const Mlcp& problem, const std::vector<double>& lambda, double now,
+                                   MlcpReport& report) {
+  if (!std::isfinite(now) || rest_has_limits(problem) || !rest_is_redundant(problem)) return false;
+  best_ = lambda;
+  report.residual = now;
+  return true;
+}
+
 int MlcpSolver::violated(const Mlcp& problem) const {
   int count = 0;
   for (std::size_t i = 0; i < problem.rows.size(); ++i) {
     count += std::abs(natural_[i]) * root_gamma_[i] > tolerance * scale_ ? 1 : 0;
   }
   return count;
-}
-
-void MlcpSolver::solve_by_continuation(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report) {
-  proximal_ = first_proximal;
-  int idle = 0;
-  for (int round = 0; round < most_continuation_rounds; ++round) {
-    centre_ = lambda;
-    bool settled = solve_about_centre(problem, lambda, report);
-    if (!settled) {
-      lambda = centre_;
-      minimise(problem, lambda, report);
-      minimum_ = lambda;
-      settled = solve_about_centre(problem, lambda, report);
-      if (!settled) lambda = minimum_;
-    }
-    const double before = report.residual;
-    const double now = keep_if_better(problem, lambda, report);
-    if (!std::isfinite(now)) break;
-    const bool better = now < 0.9 * before;
-    idle = better ? 0 : idle + 1;
-    if (now <= 1e-13 || (report.residual <= tolerance && idle > 1)) break;
-    const bool easy = settled || better;
-    proximal_ = easy ? std::max(least_proximal, after_success * proximal_)
-                     : std::min(first_proximal, after_failure * proximal_);
-  }
 }
 
 MlcpReport MlcpSolver::solve(const Mlcp& problem, std::vector<double>& lambda) {
@@ -256,15 +202,16 @@ MlcpReport MlcpSolver::solve(const Mlcp& problem, std::vector<double>& lambda) {
   const auto guess = [&] {
     for (std::size_t i = 0; i < lambda.size(); ++i) lambda[i] = problem.rows[i].start;
   };
+  double at_guess = 0;
   if (has_guess) {
     guess();
-    report.residual = residual(problem, lambda);
+    at_guess = report.residual = residual(problem, lambda);
     if (report.residual <= accurate && scale_ > 0) return report;
     lambda.assign(problem.rows.size(), 0.0);
   }
   analyse(problem);
   best_ = lambda;
-  report.residual = residual(problem, lambda);
+  const double at_rest = report.residual = residual(problem, lambda);
   const auto is_solved = [&] { return report.residual <= tolerance; };
   bool is_redundant = false;
   if (has_guess) {
@@ -279,19 +226,21 @@ MlcpReport MlcpSolver::solve(const Mlcp& problem, std::vector<double>& lambda) {
   }
   if (!is_limited_ && !is_redundant && !is_solved())
     is_redundant = solve_by_gradients(problem, lambda, report);
-  if (is_limited_ && !is_redundant && !is_solved()) {
-    if (!solve_interior(problem, lambda, report)) {
-      lambda.assign(problem.rows.size(), 0.0);
-      velocities(problem, lambda);
-      sweep(problem, lambda, first_sweeps);
-      report.row_solves += static_cast<std::int64_t>(problem.rows.size()) * first_sweeps;
-      keep_if_better(problem, lambda, report);
-    }
-    swept_ = lambda;
+  const auto is_open = [&] { return is_limited_ && !is_redundant && !is_solved(); };
+  if (is_open() && !has_guess && solve_interior(problem, lambda, report))
     is_redundant = solve_active_sets(problem, Start::impulses, lambda, report);
-    lambda = swept_;
-    if (!is_redundant && !is_solved()) solve_by_continuation(problem, lambda, report);
+  if (is_open()) {
+    // Sets that cycled say nothing: start from the guess or from rest, whichever is nearer to a solution.
+    lambda.assign(problem.rows.size(), 0.0);
+    report.residual = at_rest;
+    if (has_guess && at_guess < at_rest) {
+      guess();
+      report.residual = at_guess;
+    }
+    best_ = lambda;
+    is_redundant = solve_transient(problem, lambda, report);
   }
+  if (is_open()) is_redundant = solve_by_centres(problem, lambda, report);
   lambda = best_;
   report.residual = residual(problem, lambda);
   if (!is_solved()) {

@@ -62,7 +62,7 @@ struct MlcpReport {
   double residual = 0;
   int contradicting = 0;        ///< rows with a larger residual than `tolerance`, where not solved
   int active_sets = 0;          ///< active sets tried
-  std::int64_t row_solves = 0;  ///< rows × (sweeps + active sets)
+  std::int64_t row_solves = 0;  ///< rows × active sets
 };
 
 /// Solves by the proximal point method over primal–dual active sets. (Γ + S + εD)λ = b + εDc, with D =
@@ -85,12 +85,15 @@ struct MlcpReport {
 /// position, would take a thousand moves: conjugate gradients take as many as there are such directions.
 ///
 /// ε is small at first. The active sets start from the guess of λ, then from nothing giving way, as in what
-/// rests, and where neither leads to a solution, from where an interior point method ends. Where the sets go
-/// round in circles from there, too, there is continuation in ε: from a large one, under which few rows give
-/// way at once, it is halved from centre to centre. Where the sets do not settle there either, they start
-/// from the same problem with friction's limits fixed, a convex one whose minimum can be descended to; and if
-/// that does not help, ε is raised. A solver keeps its memory from call to call, not its answers: equal
-/// problems with equal guesses have equal solutions.
+/// rests. What has no guess, as at a scene's start, is solved from within its limits: an interior point
+/// method's impulses are in the middle of all that solve the problem, and good guesses ever after.
+///
+/// Where none of that leads to a solution, ε starts large, so that few rows give way at once. At first every
+/// set moves the centre, and ε falls and rises with the residual: pseudo-transient continuation (Kelley and
+/// Keyes, 1998). Then the centre moves when a few sets have solved the problem about it to a part of the
+/// residual; ε is halved where they do, and raised where they do not: the inexact proximal point method. A
+/// solver keeps its memory from call to call, not its answers: equal problems with equal guesses have equal
+/// solutions.
 class MlcpSolver {
  public:
   virtual ~MlcpSolver() = default;
@@ -109,8 +112,6 @@ class MlcpSolver {
 
  protected:  // what is virtual, mlcp_matrix.h does without bodies
   enum class Set : std::int8_t { free, low, high, off, slides };
-  /// Whether sliding rows' impulses are ±μ of their normals', or have the limits low_ and high_.
-  enum class Friction : std::int8_t { follows, fixed };
 
   /// Two rows are a pair if they are one contact's tangents.
   enum class Pair : std::int8_t { none, first, second };
@@ -125,12 +126,8 @@ class MlcpSolver {
   void list_neighbours(const std::vector<std::vector<int>>& eliminated);
   int block_of(int p, int q) const;
   void list_updates();
-  virtual void sweep(const Mlcp& problem, std::vector<double>& lambda, int sweeps);
   double velocity(const Mlcp::Row& row) const;
   void add_impulse(const Mlcp::Row& row, double change);
-  double with_proximal(const Mlcp& problem, std::size_t i) const {
-    return proximal_ * gamma_[i] + problem.rows[i].softness;
-  }
   Vector2 target_of_pair(const Mlcp& problem, const std::vector<double>& lambda, std::size_t i) const;
   Set set_of_pair(std::size_t i, const Vector2& target, double radius, double diagonal);
   virtual void velocities(const Mlcp& problem, const std::vector<double>& lambda);
@@ -140,10 +137,10 @@ class MlcpSolver {
   void add_product(const Mlcp& problem, std::size_t row_index, const Vector6& column_a,
                    const Vector6& column_b, const Vector6& row_a, const Vector6& row_b, double factor);
   void add_waiting_products();
-  void add_slide(const Mlcp& problem, std::size_t i, Friction friction);
+  void add_slide(const Mlcp& problem, std::size_t i);
   void clear_blocks();
   void eliminate();
-  virtual void factor(const Mlcp& problem, Friction friction);
+  virtual void factor(const Mlcp& problem);
   void solve_blocks();
   virtual void solve_free(const Mlcp& problem, std::vector<double>& lambda);
   void solve_set(const Mlcp& problem, std::vector<double>& lambda);
@@ -158,17 +155,16 @@ class MlcpSolver {
   /// Whether what is left of the rows is a contradiction among redundant ones. Overwrites y_.
   virtual bool rest_is_redundant(const Mlcp& problem);
   bool rest_has_limits(const Mlcp& problem) const;
+  /// Keeps λ if what it leaves, `now`, is a contradiction among redundant rows without limits: further moves
+  /// would only drive their impulses apart. Returns whether it is.
+  bool keep_if_redundant(const Mlcp& problem, const std::vector<double>& lambda, double now,
+                         MlcpReport& report);
   int violated(const Mlcp& problem) const;
   /// True if it ended because what is left is a contradiction among redundant rows without limits.
   bool solve_active_sets(const Mlcp& problem, Start start, std::vector<double>& lambda, MlcpReport& report);
   /// Rows without limits: the method of conjugate gradients with the proximal problem as its preconditioner,
   /// from the best λ so far. True as above.
   bool solve_by_gradients(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
-  /// With friction's limits as λ's normals give them, the problem with the proximal term is a convex one
-  /// in the bodies' velocities y: ½|y|² and a half parabola a row. Newton's method with an exact line search.
-  int clamp_unlimited(const Mlcp& problem, std::vector<double>& lambda);
-  double share_of_step(const Mlcp& problem) const;
-  virtual void minimise(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
   /// A row, or a contact's normal and its friction, strictly within its limits: λ and w over the rows' roots
   /// of Γ_xx and the largest right side. The products of λ's distances and their multipliers go to zero
   /// together, and so does that of (μλ_n, λ_t) and (`speed`, w_t), which stay in their cones.
@@ -211,8 +207,12 @@ class MlcpSolver {
   /// An interior point method: leaves the best λ found. False where the problem has rows that it does not
   /// know: friction in single rows, or limits that are equal.
   virtual bool solve_interior(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
-  bool solve_about_centre(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
-  void solve_by_continuation(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
+  /// Solves the next set about the centre.
+  void take_set(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
+  /// Moves the centre with every set, with ε in proportion to the residual. True as solve_active_sets().
+  bool solve_transient(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
+  /// Moves the centre when its sets have all but settled. True as solve_active_sets().
+  bool solve_by_centres(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
 
   double proximal_ = 0;        // ε
   bool is_limited_ = false;    // any row has limits
@@ -232,15 +232,10 @@ class MlcpSolver {
   std::vector<Vector6> step_;
   std::vector<double> best_;
   std::vector<double> centre_;
-  std::vector<double> swept_;
-  std::vector<double> minimum_;
+  std::vector<double> nearest_;
   std::vector<double> conjugate_;
   std::vector<Unit> units_;  // solve_interior
   std::vector<int> unit_of_;
-  std::vector<double> low_;  // minimise: limits
-  std::vector<double> high_;
-  std::vector<double> unclamped_;
-  std::vector<double> slope_;
 
   // The block factorisation of 1 + Gᵀ D G: pattern, then numbers.
   std::vector<std::pair<int, int>> pattern_;  // body pairs, as analysed last

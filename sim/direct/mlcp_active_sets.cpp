@@ -13,13 +13,11 @@ namespace {
 /// their end: residual 1e-13 in at most 30 rounds; with 1e-8 rounding wins, and 1e-4 is left.
 constexpr double usual_proximal = 1e-6;
 constexpr int most_sets = 60;  // a wall of 225 boxes takes at most 40
-/// Residual at which problems with limits end as soon as a set is no better.
-constexpr double nearly_accurate = 1e-11;
 /// With this part of its residual left about a centre, the centre moves on, whatever signs still change.
 constexpr double solved_about_centre = 0.1;
 /// Sets after which a residual above this part of the first one says that they go round in circles.
-constexpr int sets_of_guess = 10;
-constexpr double promising = 0.01;
+constexpr int sets_of_guess = 3;
+constexpr double promising = 0.1;
 constexpr int most_rounds = 400;
 constexpr int most_idle = 12;  // moves of the centre that leave the residual as it is
 constexpr int most_sets_about_centre = 12;
@@ -129,7 +127,7 @@ bool MlcpSolver::solve_active_sets(const Mlcp& problem, Start start, std::vector
     }
     if (another_set && is_limited_ && is_accurate) break;
     if (another_set) {
-      factor(problem, Friction::follows);
+      factor(problem);
       ++sets;
       ++sets_about_centre;
       report.row_solves += rows;
@@ -140,10 +138,7 @@ bool MlcpSolver::solve_active_sets(const Mlcp& problem, Start start, std::vector
       idle = report.residual < 0.9 * at_centre ? 0 : idle + 1;
       at_centre = report.residual;
       if (!std::isfinite(now)) lambda = best_;
-      if (!another_set && std::isfinite(now) && !rest_has_limits(problem) && rest_is_redundant(problem)) {
-        // Further moves would only drive the redundant rows' impulses apart.
-        best_ = lambda;
-        report.residual = now;
+      if (!another_set && keep_if_redundant(problem, lambda, now, report)) {
         is_redundant = true;
         break;
       }
@@ -161,7 +156,7 @@ bool MlcpSolver::solve_by_gradients(const Mlcp& problem, std::vector<double>& la
   const std::size_t count = problem.rows.size();
   proximal_ = usual_proximal;
   for (std::size_t i = 0; i < count; ++i) set_[i] = gamma_[i] > 0 ? Set::free : Set::off;
-  factor(problem, Friction::follows);
+  factor(problem);
   ++report.active_sets;
   lambda = best_;
   conjugate_.assign(count, 0.0);
@@ -190,22 +185,6 @@ bool MlcpSolver::solve_by_gradients(const Mlcp& problem, std::vector<double>& la
     if (!(curvature > 0)) break;
     for (std::size_t i = 0; i < count; ++i) lambda[i] = centre_[i] + product / curvature * conjugate_[i];
     report.row_solves += static_cast<std::int64_t>(count);
-  }
-  return false;
-}
-
-bool MlcpSolver::solve_about_centre(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report) {
-  for (int k = 0; k < most_sets_about_centre; ++k) {
-    velocities(problem, lambda);
-    add_proximal_term(problem, lambda);
-    const bool settled = classify(problem, lambda) == 0 && turned_ <= settled_turn && k > 0;
-    if (!settled) {
-      factor(problem, Friction::follows);
-      ++report.active_sets;
-      report.row_solves += static_cast<std::int64_t>(problem.rows.size());
-    }
-    solve_set(problem, lambda);
-    if (settled) return true;
   }
   return false;
 }

@@ -81,7 +81,9 @@ void MlcpSolver::list_updates() {
 void MlcpSolver::analyse(const Mlcp& problem) {
   pairs_.clear();
   for (const Mlcp::Row& row : problem.rows) {
-    if (row.a >= 0 && row.b >= 0) pairs_.emplace_back(std::minmax(row.a, row.b));
+    const std::pair<int, int> pair = std::minmax(row.a, row.b);
+    // The rows of a manifold follow each other.
+    if (pair.first >= 0 && (pairs_.empty() || pairs_.back() != pair)) pairs_.push_back(pair);
   }
   std::ranges::sort(pairs_);
   pairs_.erase(std::unique(pairs_.begin(), pairs_.end()), pairs_.end());
@@ -97,6 +99,11 @@ void MlcpSolver::analyse(const Mlcp& problem) {
   for (std::size_t i = 0; i < problem.rows.size(); ++i) {
     const Mlcp::Row& row = problem.rows[i];
     if (row.a < 0 || row.b < 0) continue;
+    if (i > 0 && problem.rows[i - 1].a == row.a && problem.rows[i - 1].b == row.b) {
+      row_blocks_[2 * i] = row_blocks_[2 * i - 2];
+      row_blocks_[2 * i + 1] = row_blocks_[2 * i - 1];
+      continue;
+    }
     row_blocks_[2 * i] = block_of(place_[row.a], place_[row.b]);
     row_blocks_[2 * i + 1] = block_of(place_[row.b], place_[row.a]);
   }
@@ -130,16 +137,14 @@ void MlcpSolver::add_waiting_products() {
   products_.count = 0;
 }
 
-void MlcpSolver::add_slide(const Mlcp& problem, std::size_t i, Friction friction) {
+void MlcpSolver::add_slide(const Mlcp& problem, std::size_t i) {
   const Mlcp::Row& one = problem.rows[i];
   const Mlcp::Row& two = problem.rows[i + 1];
   const Vector2& along = slip_[i].along;
-  if (friction == Friction::follows) {
-    const Mlcp::Row& normal = problem.rows[one.normal];
-    add_product(problem, one.normal, along.x() * one.part_a + along.y() * two.part_a,
-                along.x() * one.part_b + along.y() * two.part_b, normal.part_a, normal.part_b,
-                one.friction / (proximal_ * gamma_[one.normal] + normal.softness));
-  }
+  const Mlcp::Row& normal = problem.rows[one.normal];
+  add_product(problem, one.normal, along.x() * one.part_a + along.y() * two.part_a,
+              along.x() * one.part_b + along.y() * two.part_b, normal.part_a, normal.part_b,
+              one.friction / (proximal_ * gamma_[one.normal] + normal.softness));
   const Vector2 aside = across(along);
   const Vector6 part_a = aside.x() * one.part_a + aside.y() * two.part_a;
   const Vector6 part_b = aside.x() * one.part_b + aside.y() * two.part_b;
@@ -153,7 +158,7 @@ void MlcpSolver::clear_blocks() {
   for (std::size_t k = n; k < blocks_.size(); ++k) blocks_[k].setZero();
 }
 
-void MlcpSolver::factor(const Mlcp& problem, Friction friction) {
+void MlcpSolver::factor(const Mlcp& problem) {
   clear_blocks();
   for (std::size_t i = 0; i < problem.rows.size(); ++i) {
     const Mlcp::Row& row = problem.rows[i];
@@ -161,8 +166,8 @@ void MlcpSolver::factor(const Mlcp& problem, Friction friction) {
       add_product(problem, i, row.part_a, row.part_b, row.part_a, row.part_b,
                   1 / (proximal_ * gamma_[i] + row.softness));
     } else if (set_[i] == Set::slides) {
-      if (pair_[i] == Pair::first) add_slide(problem, i, friction);
-    } else if (friction == Friction::follows && row.normal >= 0 && set_[i] != Set::off) {
+      if (pair_[i] == Pair::first) add_slide(problem, i);
+    } else if (row.normal >= 0 && set_[i] != Set::off) {
       // A sliding row's impulse follows its normal's: it adds ±μ of its column to the normal's.
       const Mlcp::Row& normal = problem.rows[row.normal];
       const double sign = set_[i] == Set::high ? 1 : -1;

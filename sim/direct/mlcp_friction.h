@@ -15,6 +15,9 @@ constexpr double settled_turn = 1e-6;
 /// Residual at which problems with limits end before another set is factored.
 constexpr double accurate = 1e-12;
 
+/// Residual at which problems with limits end as soon as a set is no better.
+constexpr double nearly_accurate = 1e-11;
+
 /// What a friction row's impulse can be at most, with `value` as its normal's.
 inline double limit(const Mlcp::Row& row, double value) {
   return row.friction * std::max(value, 0.0);

@@ -9,14 +9,6 @@
 namespace substep {
 namespace {
 
-constexpr int most_sweeps_of_minimise = 3000;
-/// Sets after a minimum that are taken whole; of later ones every other is taken by a quarter, so that rows
-/// which all but stick do not change sides for ever. Siconos' rock pile of 463 contacts ends at 1e-7, at 1e-5
-/// without.
-constexpr int whole_sets = 5;
-constexpr double part_of_set = 0.25;
-constexpr double converged = 1e-12;  // change of a sweep, relative to the largest impulse
-
 Eigen::Map<const Eigen::VectorXd> as_vector(const std::vector<double>& values) {
   return {values.data(), static_cast<Eigen::Index>(values.size())};
 }
@@ -25,7 +17,6 @@ Eigen::Map<const Eigen::VectorXd> as_vector(const std::vector<double>& values) {
 
 void MlcpMatrixSolver::prepare(const Mlcp& problem) {
   MlcpSolver::prepare(problem);
-  sets_since_minimum_ = -1;
   for (std::size_t i = 0; i < gamma_.size(); ++i) {
     const auto row = static_cast<int>(i);
     gamma_[i] = matrix_.coeff(row, row);
@@ -43,46 +34,6 @@ void MlcpMatrixSolver::velocities(const Mlcp& problem, const std::vector<double>
     w_[i] = product[static_cast<Eigen::Index>(i)] - problem.rows[i].right;
 }
 
-double MlcpMatrixSolver::sweep_about_centre(const Mlcp& problem, std::vector<double>& lambda,
-                                            VectorX& velocity) {
-  double largest = 0;
-  double moved = 0;
-  const auto target = [&](std::size_t i) {
-    const double own = proximal_ * gamma_[i];
-    const double missing =
-        problem.rows[i].right - velocity[static_cast<Eigen::Index>(i)] - own * (lambda[i] - centre_[i]);
-    return lambda[i] + missing / (gamma_[i] + own);
-  };
-  const auto take = [&](std::size_t i, double total) {
-    const double change = total - lambda[i];
-    for (SparseMatrix::InnerIterator entry(matrix_, static_cast<Eigen::Index>(i)); entry; ++entry)
-      velocity[entry.row()] += entry.value() * change;
-    lambda[i] = total;
-    largest = std::max(largest, std::abs(total));
-    moved = std::max(moved, std::abs(change));
-  };
-  for (std::size_t i = 0; i < lambda.size(); ++i) {
-    const Mlcp::Row& row = problem.rows[i];
-    if (!(gamma_[i] > 0) || pair_[i] == Pair::second) continue;
-    if (pair_[i] == Pair::first) {
-      const double radius = limit(row, lambda[row.normal]);
-      const Vector2 total = onto_disc({target(i), target(i + 1)}, radius);
-      take(i, total.x());
-      take(i + 1, total.y());
-    } else {
-      take(i, std::clamp(target(i), row.low, row.high));
-    }
-  }
-  return largest > 0 ? moved / largest : 0;
-}
-
-void MlcpMatrixSolver::sweep(const Mlcp& problem, std::vector<double>& lambda, int sweeps) {
-  VectorX velocity = matrix_ * as_vector(lambda);
-  centre_ = lambda;
-  proximal_ = 0;
-  for (int s = 0; s < sweeps; ++s) sweep_about_centre(problem, lambda, velocity);
-}
-
 bool MlcpMatrixSolver::rest_is_redundant(const Mlcp& /*problem*/) {
   double of_rows = 0;
   for (std::size_t i = 0; i < natural_.size(); ++i) of_rows += natural_[i] * natural_[i] * gamma_[i];
@@ -90,7 +41,7 @@ bool MlcpMatrixSolver::rest_is_redundant(const Mlcp& /*problem*/) {
   return std::abs(rest.dot(matrix_ * rest)) <= rank_tolerance * of_rows;
 }
 
-void MlcpMatrixSolver::factor(const Mlcp& problem, Friction friction) {
+void MlcpMatrixSolver::factor(const Mlcp& problem) {
   using Triplet = Eigen::Triplet<double>;
   std::vector<Triplet> changes;    // of rows by unknowns
   std::vector<Triplet> equations;  // the equation of each unknown as a combination of rows
@@ -112,8 +63,7 @@ void MlcpMatrixSolver::factor(const Mlcp& problem, Friction friction) {
         equations.emplace_back(row + k, unknowns, aside[k]);
         // A normal comes before its friction, so its unknown is known.
         const int normal = unknown_[static_cast<std::size_t>(problem.rows[i].normal)];
-        if (friction == Friction::follows && normal >= 0)
-          changes.emplace_back(row + k, normal, problem.rows[i].friction * slip_[i].along[k]);
+        if (normal >= 0) changes.emplace_back(row + k, normal, problem.rows[i].friction * slip_[i].along[k]);
       }
       across_slip.emplace_back(unknowns, unknowns, slip_[i].across);
       unknown_[i] = unknowns++;
@@ -148,9 +98,7 @@ void MlcpMatrixSolver::solve_free(const Mlcp& /*problem*/, std::vector<double>& 
           -across(slip_[i].along).dot(Vector2(w_[i] + soft * lambda[i], w_[i + 1] + soft * lambda[i + 1]));
     }
   }
-  VectorX change = factors_.solve(missing);
-  if (sets_since_minimum_ >= 0 && ++sets_since_minimum_ > whole_sets && sets_since_minimum_ % 2 == 1)
-    change *= part_of_set;
+  const VectorX change = factors_.solve(missing);
   for (std::size_t i = 0; i < unknown_.size(); ++i) {
     if (unknown_[i] < 0) continue;
     if (set_[i] == Set::free) {
@@ -160,15 +108,6 @@ void MlcpMatrixSolver::solve_free(const Mlcp& /*problem*/, std::vector<double>& 
       lambda[i] += total.x();
       lambda[i + 1] += total.y();
     }
-  }
-}
-
-void MlcpMatrixSolver::minimise(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report) {
-  sets_since_minimum_ = 0;
-  VectorX velocity = matrix_ * as_vector(lambda);
-  for (int s = 0; s < most_sweeps_of_minimise; ++s) {
-    report.row_solves += static_cast<std::int64_t>(lambda.size());
-    if (!(sweep_about_centre(problem, lambda, velocity) > converged)) break;
   }
 }
 

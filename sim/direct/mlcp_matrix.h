@@ -9,7 +9,7 @@
 
 namespace substep {
 
-/// The active sets, centres and continuation of MlcpSolver, with the linear systems in the space of the rows:
+/// The active sets and centres of MlcpSolver, with the linear systems in the space of the rows:
 /// (W + εD) of the rows that are free or slide, factored as it is, symmetric or not. Friction must be in
 /// pairs of rows. The rows' parts are not read.
 class MlcpMatrixSolver : public MlcpSolver {
@@ -23,27 +23,20 @@ class MlcpMatrixSolver : public MlcpSolver {
 
   void prepare(const Mlcp& problem) override;
   void velocities(const Mlcp& problem, const std::vector<double>& lambda) override;
-  void sweep(const Mlcp& problem, std::vector<double>& lambda, int sweeps) override;
   bool rest_is_redundant(const Mlcp& problem) override;
-  void factor(const Mlcp& problem, Friction friction) override;
+  void factor(const Mlcp& problem) override;
   void solve_free(const Mlcp& problem, std::vector<double>& lambda) override;
   bool solve_interior(const Mlcp& /*problem*/, std::vector<double>& /*lambda*/,
                       MlcpReport& /*report*/) override {
     return false;
   }
-  void minimise(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report) override;
 
  private:
-  /// Sweeps once over the problem with the proximal term about the centre. Returns the largest change,
-  /// relative to the largest impulse.
-  double sweep_about_centre(const Mlcp& problem, std::vector<double>& lambda, VectorX& velocity);
-
   const SparseMatrix& matrix_;
   std::vector<int>
       unknown_;  ///< by row: column of the free row, or of the sliding pair whose first row it is
   Eigen::SparseLU<SparseMatrix> factors_;
   bool is_regular_ = false;
-  int sets_since_minimum_ = -1;  ///< −1: minimise() has not been called
 };
 
 }  // namespace substep
