@@ -31,6 +31,27 @@ bool has_limits(const Mlcp::Row& row) {
          row.high < std::numeric_limits<double>::infinity();
 }
 
+/// Sets of connected bodies.
+class Connections {
+ public:
+  explicit Connections(int bodies) : root_(bodies) { std::iota(root_.begin(), root_.end(), 0); }
+
+  int root_of(int body) {
+    while (root_[body] != body) body = root_[body] = root_[root_[body]];
+    return body;
+  }
+  /// Connects two bodies. False if they were connected.
+  bool join(int a, int b) {
+    a = root_of(a);
+    b = root_of(b);
+    root_[a] = b;
+    return a != b;
+  }
+
+ private:
+  std::vector<int> root_;
+};
+
 }  // namespace
 
 bool JointSolver::is_known(const Mlcp& problem) const {
@@ -45,20 +66,14 @@ bool JointSolver::is_known(const Mlcp& problem) const {
 }
 
 bool JointSolver::has_loops(const Mlcp& problem) const {
-  std::vector<int> root(problem.bodies + 1);  // the last is what does not move
-  std::iota(root.begin(), root.end(), 0);
-  const auto root_of = [&](int body) {
-    int at = body < 0 ? problem.bodies : body;
-    while (root[at] != at) at = root[at] = root[root[at]];
-    return at;
-  };
+  const int fixed = problem.bodies;  // what does not move
+  Connections connections(problem.bodies + 1);
   std::map<std::pair<int, int>, int> rows_of;
   for (const Group& group : groups_) rows_of[std::minmax(group.a, group.b)] += group.rows;
   for (const auto& [bodies, rows] : rows_of) {
-    const int a = root_of(bodies.first);
-    const int b = root_of(bodies.second);
-    if (a == b || rows > 6) return true;
-    root[a] = b;
+    const int a = bodies.first < 0 ? fixed : bodies.first;
+    const int b = bodies.second < 0 ? fixed : bodies.second;
+    if (rows > 6 || !connections.join(a, b)) return true;
   }
   return false;
 }
@@ -293,6 +308,101 @@ bool JointSolver::solve(const Mlcp& problem, std::vector<double>& lambda, MlcpRe
     for (int k = 0; k < groups_[i].rows; ++k) lambda[groups_[i].row[k]] = multipliers_[i][k];
   }
   return true;
+}
+
+int DirectSolver::list_islands(const Mlcp& problem) {
+  const std::vector<Mlcp::Row>& rows = problem.rows;
+  const int fixed = problem.bodies;
+  Connections connections(problem.bodies + 1);
+  const auto body_of = [&](const Mlcp::Row& row) { return row.a >= 0 ? row.a : row.b >= 0 ? row.b : fixed; };
+  // The rows of a manifold follow each other.
+  const auto are_of_last = [&](std::size_t i) {
+    const Mlcp::Row& row = rows[i];
+    return i > 0 && row.a >= 0 && row.a == rows[i - 1].a && row.b == rows[i - 1].b &&
+           (row.normal < 0 || rows[row.normal].a == row.a);
+  };
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const Mlcp::Row& row = rows[i];
+    if (are_of_last(i)) continue;
+    if (row.a >= 0 && row.b >= 0) connections.join(row.a, row.b);
+    if (row.normal >= 0) connections.join(body_of(row), body_of(rows[row.normal]));
+  }
+  const int first = connections.root_of(body_of(rows[0]));
+  bool is_one = true;
+  for (std::size_t i = 0; i < rows.size() && is_one; ++i)
+    is_one = are_of_last(i) || connections.root_of(body_of(rows[i])) == first;
+  if (is_one) return 1;
+
+  for (Island& island : islands_) {
+    island.rows.clear();
+    island.bodies.clear();
+  }
+  std::size_t count = 0;
+  island_of_.assign(problem.bodies + 1, -1);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    int& island = island_of_[connections.root_of(body_of(rows[i]))];
+    if (island < 0) {
+      island = static_cast<int>(count++);
+      if (islands_.size() < count) islands_.emplace_back();
+    }
+    islands_[island].rows.push_back(static_cast<int>(i));
+  }
+  index_.resize(problem.bodies);
+  for (int body = 0; body < problem.bodies; ++body) {
+    const int island = island_of_[connections.root_of(body)];
+    if (island < 0) continue;
+    index_[body] = static_cast<int>(islands_[island].bodies.size());
+    islands_[island].bodies.push_back(body);
+  }
+  return static_cast<int>(count);
+}
+
+void DirectSolver::copy_rows(const Mlcp& problem, Island& island) {
+  island.problem.bodies = static_cast<int>(island.bodies.size());
+  island.problem.rows.clear();
+  for (const int row : island.rows) {
+    row_index_[row] = static_cast<int>(island.problem.rows.size());
+    Mlcp::Row copy = problem.rows[row];
+    if (copy.a >= 0) copy.a = index_[copy.a];
+    if (copy.b >= 0) copy.b = index_[copy.b];
+    if (copy.normal >= 0) copy.normal = row_index_[copy.normal];  // a normal comes before its friction
+    island.problem.rows.push_back(copy);
+  }
+}
+
+MlcpReport DirectSolver::solve(const Mlcp& problem, std::vector<double>& lambda) {
+  MlcpReport report;
+  if (joints_.solve(problem, lambda, report)) {
+    impulses_ = joints_.impulses();
+    return report;
+  }
+  const int islands = list_islands(problem);
+  if (islands == 1) {
+    report = general_.solve(problem, lambda);
+    impulses_ = general_.impulses();
+    return report;
+  }
+  report = {};
+  lambda.resize(problem.rows.size());
+  row_index_.resize(problem.rows.size());
+  impulses_.assign(problem.bodies, Vector6::Zero());
+  for (int k = 0; k < islands; ++k) {
+    Island& island = islands_[k];
+    copy_rows(problem, island);
+    MlcpReport one;
+    const bool is_of_joints = island.joints.solve(island.problem, island.lambda, one);
+    if (!is_of_joints) one = island.general.solve(island.problem, island.lambda);
+    const std::vector<Vector6>& impulses =
+        is_of_joints ? island.joints.impulses() : island.general.impulses();
+    for (std::size_t i = 0; i < island.rows.size(); ++i) lambda[island.rows[i]] = island.lambda[i];
+    for (std::size_t i = 0; i < island.bodies.size(); ++i) impulses_[island.bodies[i]] = impulses[i];
+    report.status = std::max(report.status, one.status);
+    report.residual = std::max(report.residual, one.residual);
+    report.contradicting += one.contradicting;
+    report.active_sets = std::max(report.active_sets, one.active_sets);
+    report.row_solves += one.row_solves;
+  }
+  return report;
 }
 
 }  // namespace substep

@@ -73,23 +73,37 @@ class JointSolver {
   std::vector<Vector6> kept_y_;
 };
 
+/// Solves joints by JointSolver, and problems with limits island by island: bodies that rows connect,
+/// directly or over others. What moves does not make what rests be solved anew.
 class DirectSolver {
  public:
-  MlcpReport solve(const Mlcp& problem, std::vector<double>& lambda) {
-    MlcpReport report;
-    is_of_joints_ = joints_.solve(problem, lambda, report);
-    return is_of_joints_ ? report : general_.solve(problem, lambda);
-  }
+  /// Residual, status and active sets are the worst island's.
+  MlcpReport solve(const Mlcp& problem, std::vector<double>& lambda);
 
   /// Gᵀλ = M^(−1/2)Jᵀλ of the last solution, by body.
-  const std::vector<Vector6>& impulses() const {
-    return is_of_joints_ ? joints_.impulses() : general_.impulses();
-  }
+  const std::vector<Vector6>& impulses() const { return impulses_; }
 
  private:
+  struct Island {
+    std::vector<int> rows;    ///< of the whole problem
+    std::vector<int> bodies;  ///< of the whole problem
+    Mlcp problem;
+    std::vector<double> lambda;
+    JointSolver joints;
+    MlcpSolver general;
+  };
+  /// Sets the islands' rows and bodies. Returns how many islands there are.
+  int list_islands(const Mlcp& problem);
+  /// Sets the island's problem.
+  void copy_rows(const Mlcp& problem, Island& island);
+
   JointSolver joints_;
-  MlcpSolver general_;
-  bool is_of_joints_ = false;  ///< whether that was the last one's
+  MlcpSolver general_;           ///< of problems of one island
+  std::vector<Island> islands_;  ///< more than there are now, perhaps
+  std::vector<int> island_of_;   ///< by root of connected bodies
+  std::vector<int> index_;       ///< of a body in its island
+  std::vector<int> row_index_;   ///< of a row in its island
+  std::vector<Vector6> impulses_;
 };
 
 }  // namespace substep
