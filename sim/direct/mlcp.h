@@ -232,7 +232,6 @@ class MlcpSolver {
   std::vector<Vector6> step_;
   std::vector<double> best_;
   std::vector<double> centre_;
-  std::vector<double> nearest_;
   std::vector<double> conjugate_;
   std::vector<Unit> units_;  // solve_interior
   std::vector<int> unit_of_;

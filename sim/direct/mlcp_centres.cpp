@@ -99,10 +99,8 @@ bool MlcpSolver::solve_by_centres(const Mlcp& problem, std::vector<double>& lamb
   Progress progress;
   for (int sets = 0; sets < most_sets;) {
     centre_ = lambda;
-    nearest_ = lambda;  // to the solution about the centre
-    double nearest = std::numeric_limits<double>::infinity();
-    double whole = nearest;
-    double left = nearest;
+    double whole = std::numeric_limits<double>::infinity();
+    double left = whole;  // of the problem about the centre
     int about_centre = 0;
     while (about_centre < most_sets_about_centre && !(left < settled * whole)) {
       take_set(problem, lambda, report);
@@ -110,15 +108,11 @@ bool MlcpSolver::solve_by_centres(const Mlcp& problem, std::vector<double>& lamb
       whole = keep_if_better(problem, lambda, report);
       add_proximal_term(problem, lambda);
       left = natural_residual(problem, lambda);
-      if (left < nearest) {
-        nearest = left;
-        nearest_ = lambda;
-      }
     }
     sets += about_centre;
     if (progress.ends(whole, report)) return false;
     if (!(left < settled * whole)) {
-      lambda = nearest_;
+      lambda = centre_;  // keeps what impulses that close a contact have grown to
       proximal_ = std::min(after_failure * proximal_, 1.0);
       continue;
     }
