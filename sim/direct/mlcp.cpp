@@ -227,8 +227,12 @@ MlcpReport MlcpSolver::solve(const Mlcp& problem, std::vector<double>& lambda) {
   if (!is_limited_ && !is_redundant && !is_solved())
     is_redundant = solve_by_gradients(problem, lambda, report);
   const auto is_open = [&] { return is_limited_ && !is_redundant && !is_solved(); };
-  if (is_open() && !has_guess && solve_interior(problem, lambda, report))
+  const auto solve_from_within = [&] {
+    if (!is_open() || !solve_interior(problem, lambda, report)) return;
     is_redundant = solve_active_sets(problem, Start::impulses, lambda, report);
+    lambda = best_;
+  };
+  if (!has_guess) solve_from_within();
   if (is_open()) {
     // Sets that cycled say nothing: start from the guess or from rest, whichever is nearer to a solution.
     lambda.assign(problem.rows.size(), 0.0);
@@ -240,6 +244,7 @@ MlcpReport MlcpSolver::solve(const Mlcp& problem, std::vector<double>& lambda) {
     best_ = lambda;
     is_redundant = solve_transient(problem, lambda, report);
   }
+  if (has_guess) solve_from_within();
   if (is_open()) is_redundant = solve_by_centres(problem, lambda, report);
   lambda = best_;
   report.residual = residual(problem, lambda);

@@ -90,10 +90,10 @@ struct MlcpReport {
 ///
 /// Where none of that leads to a solution, ε starts large, so that few rows give way at once. At first every
 /// set moves the centre, and ε falls and rises with the residual: pseudo-transient continuation (Kelley and
-/// Keyes, 1998). Then the centre moves when a few sets have solved the problem about it to a part of the
-/// residual; ε is halved where they do, and raised where they do not: the inexact proximal point method. A
-/// solver keeps its memory from call to call, not its answers: equal problems with equal guesses have equal
-/// solutions.
+/// Keyes, 1998). What that leaves is tried from within its limits, too. Then the centre moves when a few sets
+/// have solved the problem about it to a part of the residual; ε is halved where they do, and raised where
+/// they do not: the inexact proximal point method. A solver keeps its memory from call to call, not its
+/// answers: equal problems with equal guesses have equal solutions.
 class MlcpSolver {
  public:
   virtual ~MlcpSolver() = default;
