@@ -35,7 +35,7 @@ struct StepReport {
   int rows = 0;                 ///< constraint rows formulated by s2
   std::int64_t row_solves = 0;  ///< rows solved in s3: A1 counts each row once an active set
   int parts = 1;  ///< in which the step was taken: its equal parts, and more where bodies are struck in it
-  int active_sets = 0;    ///< A1: active sets tried
+  int active_sets = 0;    ///< A1: active sets tried, in the island that took most
   double residual = 0;    ///< A1: largest violation of the MLCP, relative to its size
   int contradicting = 0;  ///< A1: rows that are violated by more than rounding
   int diverged_body = 0;
