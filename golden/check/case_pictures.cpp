@@ -86,6 +86,20 @@ bool is_within(const PictureComparison& comparison, const ImageTolerance& tolera
   return comparison.flip && comparison.flip->max <= *tolerance.flip;
 }
 
+/// Returns whether the golden picture is the one that was approved; notes it where it is not, as after an
+/// approval that was interrupted before the sidecar.
+bool is_approved_picture(const render::Image& golden, int frame, CaseContext& work) {
+  if (!work.sidecar.is_there) return true;
+  const Sidecar::Picture* approved = work.sidecar.picture(frame);
+  const std::string found = pixel_hash(golden);
+  if (approved != nullptr && approved->pixels == found) return true;
+  work.edited.push_back(work.result.entry.image_file(frame).filename().string());
+  work.note(
+      fmt::format("the golden picture of frame {} is not the one that was approved (pixels {}, approved {})",
+                  frame, found, approved == nullptr ? "none" : approved->pixels));
+  return false;
+}
+
 /// Judges a drawing of the golden poses by the golden picture.
 void judge(ImageResult& image, const Drawing& drawn, const std::string& prefix, CaseContext& work) {
   const SuiteCase& entry = work.result.entry;
@@ -95,13 +109,14 @@ void judge(ImageResult& image, const Drawing& drawn, const std::string& prefix, 
   const bool is_exact = image.against_golden->image.judgement == Judgement::exact;
   const bool is_tolerated =
       !is_exact && !work.is_exact_here() && is_within(*image.against_golden, entry.tolerance);
-  image.passes = (is_exact || is_tolerated) && !image.is_blank;
+  const bool is_approved = is_approved_picture(golden.picture, image.frame, work);
+  image.passes = (is_exact || is_tolerated) && !image.is_blank && is_approved;
   if (is_tolerated) {
     work.note(fmt::format(
         "frame {} within tolerance{}: this is not {}", image.frame, entry.tolerance.flip ? " by FLIP" : "",
         entry.any_renderer ? "the renderer that it was approved on" : "the pinned renderer"));
   }
-  if (image.passes) return;
+  if (image.passes || (is_exact && !image.is_blank)) return;
   write_below(work.result.files, prefix + ".expected.png", render::to_png(golden.picture));
   add_pair({PicturePair::About::renderer,
             image.frame,
@@ -112,13 +127,6 @@ void judge(ImageResult& image, const Drawing& drawn, const std::string& prefix, 
             {},
             {}},
            prefix, golden, drawn, work);
-  const Sidecar::Picture* approved = work.sidecar.picture(image.frame);
-  const std::string found = pixel_hash(golden.picture);
-  if (approved == nullptr || approved->pixels == found) return;
-  work.edited.push_back(file.filename().string());
-  work.note(
-      fmt::format("the golden picture of frame {} is not the one that was approved (pixels {}, approved {})",
-                  image.frame, found, approved->pixels));
 }
 
 /// Checks a picture of the case: `drawn` of the golden poses, `fresh` of the live ones; either may be empty.

@@ -37,7 +37,7 @@ void explain_edits(CaseContext& work, Failing& failing) {
   const bool all_images = std::all_of(images.begin(), images.end(), [&](const ImageResult& image) {
     return image.passes || contains(work.edited, entry.image_file(image.frame).filename().string());
   });
-  if (!failing.explain(poses, poses || all_images)) return;
+  if (failing.any() && !failing.explain(poses, poses || all_images)) return;
   work.result.cause = fmt::format("{} is not what was approved", fmt::join(work.edited, ", "));
   if (!failing.any()) work.result.verdict = Verdict::golden_edited;
 }
@@ -119,7 +119,7 @@ void decide(CaseContext& work) {
     verdict = Verdict::created;
   } else if (!poses.has_golden || !every_image || (!all_drawn && !failing.poses) || lacks_explanation(work)) {
     verdict = Verdict::missing;
-  } else if (failing.any()) {
+  } else if (failing.any() || !work.edited.empty()) {
     explain_edits(work, failing);
     if (verdict == Verdict::pass && failing.any()) explain_inputs(work, failing);
     if (verdict == Verdict::pass) {

@@ -111,6 +111,25 @@ TEST_F(ApproveTest, ContinuesAnInterruptedApproval) {
   EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::pass);
 }
 
+TEST_F(ApproveTest, FailsTheCheckUntilTheSidecarIsWritten) {
+  suite_.make_goldens();
+  const auto interrupted_after = [&](const auto& change) {
+    change();
+    suite_.run();
+    const std::string sidecar = read_text(suite_.sidecar());
+    EXPECT_EQ(suite_.approve_failed().written.back(), suite_.sidecar());
+    const auto whole = goldens();
+    // It died when all files but the sidecar were the new ones.
+    write_text(suite_.sidecar(), sidecar);
+    EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::golden_edited);
+    suite_.approve_failed();
+    EXPECT_EQ(goldens(), whole);
+    EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::pass);
+  };
+  interrupted_after([&] { suite_.repaint(); });  // pictures alone
+  interrupted_after([&] { replace_in(suite_.options.suite, "tau = 0.6", "tau = 0.5"); });
+}
+
 TEST_F(ApproveTest, NeedsReasonNamesAndCheck) {
   EXPECT_NE(refusal().find("run 'substep check' first"), std::string::npos);
   suite_.run();

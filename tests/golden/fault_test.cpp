@@ -583,8 +583,11 @@ TEST_F(BlackFrame, FailsACheckEvenWhereTheGoldenIsBlackToo) {
   const ApprovableRun run{&log, content_hash(read_bytes(suite_.poses())),
                           content_hash(read_bytes(suite_.track()))};
   const SuiteCase entry = read_suite(suite_.options.suite).cases.at(0);
+  const render::Image black = render::read_png(suite_.image(10));
+  const render::Image later = render::read_png(suite_.image(20));
+  const std::vector<ApprovablePicture> pictures{{&black, {}}, {&later, {}}};
   write_text(suite_.sidecar(),
-             sidecar_text(make_sidecar(entry, run, load_scene(suite_.scene()), {}, MadeWith())));
+             sidecar_text(make_sidecar(entry, run, load_scene(suite_.scene()), pictures, MadeWith())));
   const CheckResult result = suite_.run();
   EXPECT_EQ(result.exit_code(), 1);
   EXPECT_EQ(result.cases.at(0).verdict, Verdict::renderer_changed);
