@@ -70,7 +70,6 @@ void add_pair(PicturePair pair, const std::string& prefix, const Drawing& expect
     return file;
   };
   if (judgement != Judgement::size) {
-    pair.difference = write("difference", difference_image(expected.picture, actual.picture));
     pair.flip = write("flip", heat_map(flip(expected.picture, actual.picture)));
     pair.bodies =
         write("bodies", blame_image(expected.picture, actual.picture, expected.bodies, actual.bodies));
@@ -124,7 +123,6 @@ void judge(ImageResult& image, const Drawing& drawn, const std::string& prefix, 
             prefix + ".actual.png",
             *image.against_golden,
             {},
-            {},
             {}},
            prefix, golden, drawn, work);
 }
@@ -161,12 +159,11 @@ void check_image(int frame, const Drawing& drawn, const Drawing& fresh, CaseCont
               prefix + ".new.png",
               *image.new_poses,
               {},
-              {},
               {}},
              prefix + ".new", drawn, fresh, work);
   } else if (fresh.is_there() || (image.is_drawn && !image.has_golden)) {
     const std::string file = prefix + (fresh.is_there() ? ".new.png" : ".actual.png");
-    work.result.pairs.push_back({PicturePair::About::only, frame, {}, file, {}, {}, {}, {}});
+    work.result.pairs.push_back({PicturePair::About::only, frame, {}, file, {}, {}, {}});
   }
   work.result.images.push_back(std::move(image));
 }
@@ -195,7 +192,6 @@ void find_visible(CasePainter& painter, CaseContext& work) {
               prefix + ".expected.png",
               prefix + ".actual.png",
               compare_poses(before, after, k, work),
-              {},
               {},
               {}},
              prefix, before, after, work);

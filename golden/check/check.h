@@ -79,9 +79,8 @@ struct PicturePair {
   std::string expected;
   std::string actual;
   PictureComparison comparison;
-  std::string difference;  ///< times 16
-  std::string flip;        ///< heat map
-  std::string bodies;      ///< differing pixels in their body's colour
+  std::string flip;    ///< heat map
+  std::string bodies;  ///< differing pixels in their body's colour
 };
 
 struct CaseResult {

@@ -25,7 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr const char* results_format = "substep check results 7";
+constexpr const char* results_format = "substep check results 8";
 
 Json to_json(const Blame& blame) {
   Json bodies = Json::array();
@@ -47,13 +47,9 @@ Json to_json(const PictureComparison& comparison) {
   const ImageComparison& c = comparison.image;
   Json json{{"judgement", name(c.judgement)}, {"pixels", c.pixels}};
   if (c.judgement == Judgement::exact || c.judgement == Judgement::size) return json;
-  json["levels"] = c.levels;
-  json["above"] = c.above;
+  json["differing"] = c.differing;
   json["above_tolerated_level"] = c.above_level;
   json["max"] = c.max;
-  json["max_at"] = {c.max_x, c.max_y};
-  json["mean"] = c.mean;
-  json["box"] = {c.left, c.top, c.right, c.bottom};
   if (comparison.flip) {
     json["flip"] = {{"mean", comparison.flip->mean},
                     {"percentile_99", comparison.flip->percentile_99},
@@ -65,12 +61,6 @@ Json to_json(const PictureComparison& comparison) {
 }
 
 Json to_json(const MotionComparison& motion) {
-  Json errors = Json::array();
-  for (const MotionComparison::Error& e : motion.errors) {
-    // Runs that blow up have errors that are no numbers in JSON.
-    const auto finite = [](double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); };
-    errors.push_back({e.frame, finite(e.position), finite(e.pixels)});
-  }
   const FirstChange& first = motion.first;
   return {{"judgement", name(motion.judgement)},
           {"first_frame", first.frame},
@@ -84,8 +74,7 @@ Json to_json(const MotionComparison& motion) {
           {"limit_frame", motion.limit_frame},
           {"limit", motion.limit},
           {"predicted_frame", motion.predicted_frame},
-          {"predicted_body", motion.predicted_body},
-          {"errors", errors}};
+          {"predicted_body", motion.predicted_body}};
 }
 
 Json to_json(const PoseResult& poses) {
@@ -122,7 +111,6 @@ Json to_json(const PicturePair& pair) {
           {"frame", pair.frame},
           {"expected", pair.expected},
           {"actual", pair.actual},
-          {"difference", pair.difference},
           {"flip", pair.flip},
           {"bodies", pair.bodies},
           {"comparison", to_json(pair.comparison)}};

@@ -1,15 +1,12 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <optional>
 #include <sstream>
 #include <string>
 
 #include "golden/commands/commands.h"
-#include "golden/compare/image_comparison.h"
-#include "render/image.h"
 #include "sim/error.h"
 #include "sim/loading/load_scene.h"
 #include "sim/log/pose_table.h"
@@ -24,13 +21,6 @@ struct DiffOptions {
   fs::path actual;
   std::optional<fs::path> scene;
 };
-
-bool is_png(const fs::path& file) {
-  constexpr std::string_view start = "\x89PNG";
-  std::string found(start.size(), ' ');
-  std::ifstream stream(file, std::ios::binary);
-  return stream.read(found.data(), static_cast<std::streamsize>(found.size())) && found == start;
-}
 
 /// Prints the differences. Returns true where there are any.
 bool differ(const PoseLog& expected, const PoseLog& actual) {
@@ -67,29 +57,6 @@ bool differ(const PoseLog& expected, const PoseLog& actual) {
   return !difference.none();
 }
 
-bool differ(const render::Image& expected, const render::Image& actual) {
-  if (expected.width != actual.width || expected.height != actual.height) {
-    fmt::print("size: {}x{} → {}x{}\n", expected.width, expected.height, actual.width, actual.height);
-    return true;
-  }
-  const ImageComparison found = compare(expected, actual);
-  if (found.judgement == Judgement::exact) {
-    fmt::print("all {} pixels are equal\n", found.pixels);
-    return false;
-  }
-  const auto count = found.above[0];
-  fmt::print("{} pixels differ ({:.3g} %), by at most {} levels, at ({},{}); by {:.3g} levels in the mean\n",
-             count, 100.0 * static_cast<double>(count) / static_cast<double>(found.pixels), found.max,
-             found.max_x, found.max_y, found.mean);
-  fmt::print("they lie in ({},{}) to ({},{})\n", found.left, found.top, found.right, found.bottom);
-  fmt::print("pixels that differ by more than");
-  for (std::size_t i = 0; i < ImageComparison::levels.size(); ++i) {
-    fmt::print("{} {} levels: {}", i == 0 ? "" : ",", ImageComparison::levels[i], found.above[i]);
-  }
-  fmt::print("\nwith the goldens' tolerance: {}\n", name(found.judgement));
-  return true;
-}
-
 bool differ_in_poses(const DiffOptions& options) {
   if (!options.scene) {
     for (const fs::path& file : {options.expected, options.actual}) {
@@ -108,24 +75,15 @@ bool differ_in_poses(const DiffOptions& options) {
 }
 
 void diff(const DiffOptions& options) {
-  const bool is_image = is_png(options.expected);
-  // A file that is neither is reported by the reader of pose logs.
-  if (is_image != is_png(options.actual) && fs::exists(options.expected) && fs::exists(options.actual)) {
-    throw Error(fmt::format("{} and {}: a picture cannot be compared with anything but a picture",
-                            options.expected.string(), options.actual.string()));
-  }
-  const bool different = is_image
-                             ? differ(render::read_png(options.expected), render::read_png(options.actual))
-                             : differ_in_poses(options);
-  if (different) throw CLI::RuntimeError(1);
+  if (differ_in_poses(options)) throw CLI::RuntimeError(1);
 }
 
 }  // namespace
 
 void add_diff_command(CLI::App& app) {
-  CLI::App* const command = app.add_subcommand("diff", "Say what differs between two runs or two PNG files");
+  CLI::App* const command = app.add_subcommand("diff", "Say what differs between two runs");
   const auto options = std::make_shared<DiffOptions>();
-  command->add_option("expected", options->expected, "A pose log or table, or a PNG file")->required();
+  command->add_option("expected", options->expected, "A pose log or table")->required();
   command->add_option("actual", options->actual, "Another of the same kind")->required();
   command->add_option("--scene", options->scene, "The scene of a pose table");
   command->footer(

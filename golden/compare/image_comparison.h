@@ -11,7 +11,6 @@
 ///
 /// Levels are steps of the 8-bit sRGB code, 0 to 255.
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <string_view>
@@ -39,24 +38,17 @@ inline bool passes(Judgement judgement) {
 }
 
 struct ImageComparison {
-  /// The levels of `above`, from which a person sees which tolerance would have passed.
-  static constexpr std::array<int, 7> levels{0, 1, 2, 4, 8, 16, 32};
-
   Judgement judgement = Judgement::exact;
-  std::int64_t pixels = 0;              ///< in each image; 0 when the sizes differ
-  std::array<std::int64_t, 7> above{};  ///< pixels with a channel that differs by more than levels[i]
-  std::int64_t above_level = 0;         ///< the same for the tolerance's level
-  int max = 0;                          ///< largest difference of a channel, levels
-  int max_x = 0, max_y = 0;             ///< the first pixel that has it, from the top left
-  double mean = 0;                      ///< mean absolute difference over all channels, levels
+  std::int64_t pixels = 0;       ///< in each image; 0 when the sizes differ
+  std::int64_t differing = 0;    ///< pixels
+  std::int64_t above_level = 0;  ///< pixels with a channel that differs by more than the tolerance's level
+  int max = 0;                   ///< largest difference of a channel, levels
+  int max_x = 0, max_y = 0;      ///< the first pixel that has it, from the top left
   int left = 0, top = 0, right = -1, bottom = -1;  ///< the box of differing pixels, both ends included
 };
 
 ImageComparison compare(const render::Image& expected, const render::Image& actual,
                         const ImageTolerance& tolerance = {});
-
-/// The absolute difference times 16, so that one level can be seen. Sizes must be equal.
-render::Image difference_image(const render::Image& expected, const render::Image& actual);
 
 /// Returns true where no channel varies by more than two levels.
 bool is_blank(const render::Image& image);

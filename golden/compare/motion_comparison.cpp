@@ -122,29 +122,21 @@ double shift_in_picture(const Viewfinder& finder, const render::Part& part, cons
   return largest;
 }
 
+/// Finds the first frame in which a body is drawn half a pixel or more from where it was. Before the first
+/// change rounding is all there could be.
 void predict(const LoggedMotion& golden, const LoggedMotion& actual, const Viewfinder& finder,
              MotionComparison& result) {
-  for (int k = 0; k < frame_count(golden, actual); ++k) {
+  for (int k = result.first.frame; k < frame_count(golden, actual); ++k) {
     const PosePair pair = poses_at(golden, actual, k);
     const std::size_t bodies = std::min(pair.golden.size(), pair.actual.size());
-    if (bodies == 0) continue;
-    MotionComparison::Error error{k, 0, 0};
-    // Before the first change rounding is all there could be.
-    const bool can_differ = result.first.frame >= 0 && k >= result.first.frame;
-    for (std::size_t i = 1; can_differ && i < bodies; ++i) {
-      error.position = std::max(error.position, (pair.golden[i].linear - pair.actual[i].linear).norm());
-    }
     for (const render::Part& part : finder.parts) {
       const auto body = static_cast<std::size_t>(part.body);
-      if (!can_differ || body == 0 || body >= bodies) continue;
-      const double pixels = shift_in_picture(finder, part, pair.golden[body], pair.actual[body]);
-      error.pixels = std::max(error.pixels, pixels);
-      if (pixels >= half_a_pixel && result.predicted_frame < 0) {
-        result.predicted_frame = k;
-        result.predicted_body = body_name(golden, body);
-      }
+      if (body == 0 || body >= bodies) continue;
+      if (shift_in_picture(finder, part, pair.golden[body], pair.actual[body]) < half_a_pixel) continue;
+      result.predicted_frame = k;
+      result.predicted_body = body_name(golden, body);
+      return;
     }
-    result.errors.push_back(error);
   }
 }
 

@@ -73,13 +73,6 @@ struct MotionComparison {
   std::string limit;         ///< what was beyond it: "body crate position 1.2e-3 m (limit 1e-4)"
   int predicted_frame = -1;  ///< first in which a body is drawn half a pixel or more from where it was
   std::string predicted_body;
-  /// The errors of a frame with poses in both runs. Frames ascend.
-  struct Error {
-    int frame;
-    double position;  ///< largest of a body, m
-    double pixels;    ///< largest shift of a body's corner in the picture
-  };
-  std::vector<Error> errors;
 };
 
 /// The view, size and parts of pictures of the motion.

@@ -49,20 +49,14 @@ ResultsLocation location_of(const Json& results, const fs::path& output) {
   return {near(results.at("suite").get<std::string>()), near(output)};
 }
 
-std::string approve_command(const std::vector<std::string>& cases, const ResultsLocation& location) {
-  std::string command = "substep approve";
-  for (const std::string& name : cases) command += fmt::format(" {}", shell_word(name));
-  command += suite_option(location);
-  if (location.output != fs::path("out/check")) {
-    command += fmt::format(" --output {}", path_word(location.output));
-  }
-  return command + " --reason \"...\"";
-}
-
 std::string approve_command(const Json& entry, const ResultsLocation& location) {
   const bool can_approve = entry.at("refusal").get<std::string>().empty() && entry.contains("candidates");
   if (!can_approve) return {};
-  return approve_command(std::vector<std::string>{entry.at("name").get<std::string>()}, location);
+  std::string command = "substep approve " + shell_word(entry.at("name").get<std::string>());
+  command += suite_option(location);
+  if (location.output != fs::path("out/check"))
+    command += fmt::format(" --output {}", path_word(location.output));
+  return command + " --reason \"...\"";
 }
 
 std::string explanation(const Json& entry, const ResultsLocation& location) {

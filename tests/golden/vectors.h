@@ -21,7 +21,6 @@ struct VectorPair {
   double flip_max = 0;
   int max_difference = 0;
   int above_0 = 0, above_2 = 0, above_8 = 0, above_16 = 0;
-  double rmse = 0;  ///< of levels / 255
 };
 
 /// Reads values.csv: its second column is text in quotes, the others are plain numbers.
@@ -45,7 +44,6 @@ inline std::vector<VectorPair> vector_pairs() {
     pair.above_2 = static_cast<int>(values.at(10));
     pair.above_8 = static_cast<int>(values.at(11));
     pair.above_16 = static_cast<int>(values.at(12));
-    pair.rmse = values.at(13);
     pair.expected = render::read_png(folder / (pair.name + ".ref.png"));
     pair.actual = render::read_png(folder / (pair.name + ".test.png"));
     pairs.push_back(std::move(pair));

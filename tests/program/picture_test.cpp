@@ -41,16 +41,10 @@ TEST_F(Pictures, ALogIsDrawnAsItsSceneIs) {
             0);
   EXPECT_THAT(files(), testing::ElementsAre("a.f0000.png", "a.f0012.png", "a.poses.txt", "scene.png"));
   EXPECT_EQ(content("a.f0012.png"), content("scene.png"));
-  EXPECT_EQ(run({"diff", "a.f0012.png", "scene.png"}).exit_code, 0);
-
   const Image image = read_png(folder() / "scene.png");
   EXPECT_EQ(image.width, 160);
   EXPECT_EQ(image.height, 90);
-  // The chain has moved.
-  const Outcome moved = run({"diff", "a.f0000.png", "a.f0012.png"});
-  EXPECT_EQ(moved.exit_code, 1);
-  EXPECT_THAT(moved.out, HasSubstr("pixels differ"));
-  expect_refused({"diff", "a.f0000.png", "a.poses.txt"}, "picture");
+  EXPECT_NE(content("a.f0000.png"), content("a.f0012.png"));  // the chain has moved
 }
 
 TEST_F(Pictures, ATimeIsTheFrameNearestToIt) {
