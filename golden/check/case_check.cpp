@@ -216,8 +216,7 @@ void check_poses(CaseContext& work) {
   poses.golden_frames = static_cast<int>(work.golden->frames.size());
   poses.difference = compare(*work.golden, *work.live);
   if (poses.difference.first_frame >= 0) {
-    poses.motion = compare_motion(work.golden_motion(), work.live_motion(),
-                                  viewfinder(work.scene, entry, *work.golden), entry.pose_tolerance);
+    poses.motion = compare_motion(work.golden_motion(), work.live_motion(), entry.pose_tolerance);
   } else if (poses.difference.largest_position != 0 || poses.difference.largest_orientation != 0) {
     poses.motion.judgement = PoseJudgement::differs;
     work.note("the golden log's poses are not those that its hashes are of: it was edited");

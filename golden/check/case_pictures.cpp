@@ -41,7 +41,7 @@ PictureComparison compare_pictures(const Drawing& expected, const Drawing& actua
   PictureComparison result{compare(expected.picture, actual.picture, work.result.entry.tolerance), {}, {}};
   if (result.image.judgement == Judgement::exact || result.image.judgement == Judgement::size) return result;
   const Flip visible = flip(expected.picture, actual.picture);
-  result.flip = {visible.mean, visible.percentile_99, visible.max, std::string(visibility(visible))};
+  result.flip = {visible.mean, visible.max, std::string(visibility(visible))};
   std::vector<std::string> names;
   for (const Body& body : work.scene.bodies) names.push_back(body.name);
   const Sidecar::Picture* approved = work.sidecar.picture(frame);
@@ -64,15 +64,10 @@ void add_pair(PicturePair pair, const std::string& prefix, const Drawing& expect
               CaseContext& work) {
   const Judgement judgement = pair.comparison.image.judgement;
   if (judgement == Judgement::exact) return;
-  const auto write = [&](const char* what, const render::Image& image) {
-    const std::string file = prefix + "." + what + ".png";
-    write_below(work.result.files, file, render::to_png(image));
-    return file;
-  };
   if (judgement != Judgement::size) {
-    pair.flip = write("flip", heat_map(flip(expected.picture, actual.picture)));
-    pair.bodies =
-        write("bodies", blame_image(expected.picture, actual.picture, expected.bodies, actual.bodies));
+    pair.flip = prefix + ".flip.png";
+    write_below(work.result.files, pair.flip,
+                render::to_png(heat_map(flip(expected.picture, actual.picture))));
   }
   work.result.pairs.push_back(std::move(pair));
 }
@@ -122,7 +117,6 @@ void judge(ImageResult& image, const Drawing& drawn, const std::string& prefix, 
             prefix + ".expected.png",
             prefix + ".actual.png",
             *image.against_golden,
-            {},
             {}},
            prefix, golden, drawn, work);
 }
@@ -158,12 +152,11 @@ void check_image(int frame, const Drawing& drawn, const Drawing& fresh, CaseCont
               prefix + ".actual.png",
               prefix + ".new.png",
               *image.new_poses,
-              {},
               {}},
              prefix + ".new", drawn, fresh, work);
   } else if (fresh.is_there() || (image.is_drawn && !image.has_golden)) {
     const std::string file = prefix + (fresh.is_there() ? ".new.png" : ".actual.png");
-    work.result.pairs.push_back({PicturePair::About::only, frame, {}, file, {}, {}, {}});
+    work.result.pairs.push_back({PicturePair::About::only, frame, {}, file, {}, {}});
   }
   work.result.images.push_back(std::move(image));
 }
@@ -192,7 +185,6 @@ void find_visible(CasePainter& painter, CaseContext& work) {
               prefix + ".expected.png",
               prefix + ".actual.png",
               compare_poses(before, after, k, work),
-              {},
               {}},
              prefix, before, after, work);
     return;
@@ -210,19 +202,6 @@ std::vector<std::vector<Coordinates>> full_frames(const PoseLog& log, const Scen
     if (frame.poses.size() == scene.bodies.size()) result.push_back(frame.poses);
   }
   return result;
-}
-
-Viewfinder viewfinder(const Scene& scene, const SuiteCase& entry, const PoseLog& log) {
-  Viewfinder finder;
-  finder.width = entry.width;
-  finder.height = entry.height;
-  finder.parts = render::gather_body_mesh(scene).parts;
-  const double aspect = static_cast<double>(entry.width) / entry.height;
-  std::vector<std::vector<Coordinates>> frames = full_frames(log, scene);
-  if (frames.empty()) frames.push_back(initial_state(scene).q);
-  finder.view = scene.camera ? render::view_from(*scene.camera, aspect)
-                             : render::automatic_view(finder.parts, frames, aspect);
-  return finder;
 }
 
 void check_images(CaseContext& work) {

@@ -6,7 +6,6 @@
 #include <string_view>
 #include <vector>
 
-#include "golden/compare/motion_comparison.h"
 #include "golden/suite/suite.h"
 #include "render/renderer.h"
 #include "sim/log/pose_log.h"
@@ -44,8 +43,5 @@ class CasePainter {
 
 /// Returns the poses of a log's frames that have them.
 std::vector<std::vector<Coordinates>> full_frames(const PoseLog& log, const Scene& scene);
-
-/// Returns how the case's pictures look onto the scene.
-Viewfinder viewfinder(const Scene& scene, const SuiteCase& entry, const PoseLog& log);
 
 }  // namespace substep::golden

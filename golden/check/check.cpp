@@ -310,7 +310,7 @@ CheckedCase CaseChecker::check(const SuiteCase& entry) {
 MadeWith made_with_here(const CheckPlan& plan) {
   const bool has_pictures = std::any_of(plan.cases.begin(), plan.cases.end(),
                                         [](const SuiteCase& entry) { return !entry.images.empty(); });
-  return made_with(plan.suite.folder(), has_pictures);
+  return made_with(has_pictures);
 }
 
 Json check(const CheckOptions& options, const CheckWatcher& watcher) {

@@ -35,7 +35,7 @@
 namespace substep::golden {
 
 struct FlipSummary {
-  double mean = 0, percentile_99 = 0, max = 0;
+  double mean = 0, max = 0;
   std::string visibility;
 };
 
@@ -79,8 +79,7 @@ struct PicturePair {
   std::string expected;
   std::string actual;
   PictureComparison comparison;
-  std::string flip;    ///< heat map
-  std::string bodies;  ///< differing pixels in their body's colour
+  std::string flip;  ///< heat map
 };
 
 struct CaseResult {

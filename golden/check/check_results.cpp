@@ -52,7 +52,6 @@ Json to_json(const PictureComparison& comparison) {
   json["max"] = c.max;
   if (comparison.flip) {
     json["flip"] = {{"mean", comparison.flip->mean},
-                    {"percentile_99", comparison.flip->percentile_99},
                     {"max", comparison.flip->max},
                     {"visibility", comparison.flip->visibility}};
   }
@@ -72,9 +71,7 @@ Json to_json(const MotionComparison& motion) {
           {"change", change_text(first)},
           {"contacts_frame", motion.contacts_frame},
           {"limit_frame", motion.limit_frame},
-          {"limit", motion.limit},
-          {"predicted_frame", motion.predicted_frame},
-          {"predicted_body", motion.predicted_body}};
+          {"limit", motion.limit}};
 }
 
 Json to_json(const PoseResult& poses) {
@@ -112,7 +109,6 @@ Json to_json(const PicturePair& pair) {
           {"expected", pair.expected},
           {"actual", pair.actual},
           {"flip", pair.flip},
-          {"bodies", pair.bodies},
           {"comparison", to_json(pair.comparison)}};
 }
 

@@ -44,10 +44,6 @@ std::string explain_visibility(const CaseResult& result) {
   if (motion.contacts_frame >= 0) {
     text += fmt::format("{}touching bodies differ from frame {} on\n", indent, motion.contacts_frame);
   }
-  if (motion.predicted_frame >= 0) {
-    text += fmt::format("{}half a pixel         frame {}  body {} (predicted)\n", indent,
-                        motion.predicted_frame, motion.predicted_body);
-  }
   if (result.images.empty()) return text;
   if (poses.visible_frame >= 0) {
     const int after = poses.visible_frame - motion.first.frame;
@@ -118,8 +114,8 @@ std::string explain_pictures(const PictureComparison& comparison, const ImageTol
                       passes(c.judgement) ? "within tolerance, but exact is the rule on this renderer"
                                           : fmt::format("fails by {}", name(c.judgement)));
   if (comparison.flip) {
-    text += fmt::format("\n{}FLIP mean {:.4f}  p99 {:.2f}  max {:.2f} -> {}", indent, comparison.flip->mean,
-                        comparison.flip->percentile_99, comparison.flip->max, comparison.flip->visibility);
+    text += fmt::format("\n{}FLIP mean {:.4f}  max {:.2f} -> {}", indent, comparison.flip->mean,
+                        comparison.flip->max, comparison.flip->visibility);
     if (tolerance.flip) text += fmt::format(" (on another renderer the limit is {:g})", *tolerance.flip);
   }
   text += "\n";

@@ -140,34 +140,4 @@ Blame blame(const render::Image& expected, const render::Image& actual, const re
   return result;
 }
 
-std::array<std::uint8_t, 3> blame_color(int body) {
-  // Told apart also by those who see red and green alike (after Okabe and Ito).
-  constexpr std::array<std::array<std::uint8_t, 3>, 7> colors{{{213, 94, 0},
-                                                               {0, 114, 178},
-                                                               {0, 158, 115},
-                                                               {230, 159, 0},
-                                                               {204, 121, 167},
-                                                               {86, 180, 233},
-                                                               {240, 228, 66}}};
-  constexpr std::array<std::uint8_t, 3> background{90, 90, 90};
-  return body > world ? colors[static_cast<std::size_t>(body - 1) % colors.size()] : background;
-}
-
-render::Image blame_image(const render::Image& expected, const render::Image& actual,
-                          const render::Image& expected_bodies, const render::Image& actual_bodies) {
-  render::Image result(actual.width, actual.height);
-  const std::size_t count = static_cast<std::size_t>(actual.width) * actual.height;
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::uint8_t* p = &actual.rgb[3 * i];
-    const int grey = 150 + (p[0] + 2 * p[1] + p[2]) / 12;
-    std::array<std::uint8_t, 3> color;
-    color.fill(static_cast<std::uint8_t>(grey));
-    if (differs(expected, actual, i)) {
-      color = blame_color(body_at(expected_bodies, actual_bodies, i));
-    }
-    std::copy(color.begin(), color.end(), &result.rgb[3 * i]);
-  }
-  return result;
-}
-
 }  // namespace substep::golden

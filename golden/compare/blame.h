@@ -48,11 +48,4 @@ Blame blame(const render::Image& expected, const render::Image& actual, const re
             const render::Image& actual_bodies, const std::vector<BodyExtent>& approved,
             const std::vector<std::string>& names);
 
-/// A body's colour in blame_image(); the same for every seventh.
-std::array<std::uint8_t, 3> blame_color(int body);
-
-/// `actual` in grey, with each differing pixel in its body's colour.
-render::Image blame_image(const render::Image& expected, const render::Image& actual,
-                          const render::Image& expected_bodies, const render::Image& actual_bodies);
-
 }  // namespace substep::golden

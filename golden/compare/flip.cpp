@@ -36,40 +36,12 @@ constexpr Sensitivity red_green_sensitivity{1.0, 0.0053};
 constexpr Sensitivity blue_yellow_narrow{34.1, 0.04};
 constexpr Sensitivity blue_yellow_wide{13.5, 0.025};
 
-/// The part of a picture in which the map can differ from 0.
+/// A part of a picture.
 struct Region {
   int left, top, width, height;
 
   int padded_width() const { return (width + lanes - 1) / lanes * lanes; }
 };
-
-/// Returns the box of differing pixels, grown by `reach` and cut at the picture's border. The pictures must
-/// differ.
-Region region_in_reach(const render::Image& expected, const render::Image& actual, int reach) {
-  int left = expected.width;
-  int top = expected.height;
-  int right = -1;
-  int bottom = -1;
-  for (int y = 0; y < expected.height; ++y) {
-    const auto differs = [&](int x) {
-      return !std::equal(expected.pixel(x, y), expected.pixel(x, y) + 3, actual.pixel(x, y));
-    };
-    int first = 0;
-    while (first < expected.width && !differs(first)) ++first;
-    if (first == expected.width) continue;
-    int last = expected.width - 1;
-    while (last > right && !differs(last)) --last;
-    left = std::min(left, first);
-    right = last;
-    top = std::min(top, y);
-    bottom = y;
-  }
-  left = std::max(left - reach, 0);
-  top = std::max(top - reach, 0);
-  right = std::min(right + reach, expected.width - 1);
-  bottom = std::min(bottom + reach, expected.height - 1);
-  return {left, top, right + 1 - left, bottom + 1 - top};
-}
 
 /// Computes aᵇ for 0 ≤ a and 0 < b ≤ 1. A minimum stands for a condition here and below: Eigen computes it
 /// for four numbers at once.
@@ -161,7 +133,7 @@ Plane color_difference(const Planes& p, const Planes& q) {
 // Filters: a kernel has the weights at −r … r.
 
 /// Returns how far the widest contrast sensitivity reaches, in pixels: three standard deviations.
-int sensitivity_radius(float pixels_per_degree) {
+int sensitivity_radius() {
   using std::numbers::pi;
   return static_cast<int>(std::ceil(3 * std::sqrt(blue_yellow_narrow.b / (2 * pi * pi)) *
                                     static_cast<double>(pixels_per_degree)));
@@ -175,9 +147,9 @@ struct SensitivityFilter {
   double weight;
 };
 
-SensitivityFilter sensitivity_filter(const Sensitivity& s, float pixels_per_degree) {
+SensitivityFilter sensitivity_filter(const Sensitivity& s) {
   using std::numbers::pi;
-  const int radius = sensitivity_radius(pixels_per_degree);
+  const int radius = sensitivity_radius();
   const Eigen::ArrayXd x =
       Eigen::ArrayXd::LinSpaced(2 * radius + 1, -radius, radius) / static_cast<double>(pixels_per_degree);
   const Eigen::ArrayXd weights = (-pi * pi * x.square() / s.b).exp();
@@ -199,11 +171,11 @@ Kernel of_unit_sums(Kernel weights) {
 /// A filter for each of lightness, red–green and, in two parts, blue–yellow; and a Gaussian with its first
 /// and second derivatives, which find edges and points.
 struct Filters {
-  explicit Filters(float pixels_per_degree)
-      : lightness(sensitivity_filter(achromatic, pixels_per_degree).kernel),
-        red_green(sensitivity_filter(red_green_sensitivity, pixels_per_degree).kernel),
-        blue_narrow(sensitivity_filter(blue_yellow_narrow, pixels_per_degree)),
-        blue_wide(sensitivity_filter(blue_yellow_wide, pixels_per_degree)) {
+  Filters()
+      : lightness(sensitivity_filter(achromatic).kernel),
+        red_green(sensitivity_filter(red_green_sensitivity).kernel),
+        blue_narrow(sensitivity_filter(blue_yellow_narrow)),
+        blue_wide(sensitivity_filter(blue_yellow_wide)) {
     const float deviation = 0.5F * feature_width_degrees * pixels_per_degree;
     const int radius = static_cast<int>(std::ceil(3 * deviation));
     Kernel weights(2 * radius + 1), slopes(2 * radius + 1), curvatures(2 * radius + 1);
@@ -217,7 +189,7 @@ struct Filters {
     gaussian = of_unit_sums(weights);
     first = of_unit_sums(slopes);
     second = of_unit_sums(curvatures);
-    reach = std::max(sensitivity_radius(pixels_per_degree), radius);
+    reach = std::max(sensitivity_radius(), radius);
   }
 
   Kernel lightness, red_green;
@@ -316,31 +288,26 @@ Plane visible_difference(const Perceived& before, const Perceived& after) {
 
 }  // namespace
 
-Flip flip(const render::Image& expected, const render::Image& actual, float pixels_per_degree) {
+Flip flip(const render::Image& expected, const render::Image& actual) {
   const int width = expected.width;
   Flip result{width, expected.height, std::vector<float>(static_cast<std::size_t>(width) * expected.height)};
   if (expected.rgb == actual.rgb) return result;
-  const Filters filters(pixels_per_degree);
-  const Region region = region_in_reach(expected, actual, filters.reach);
+  const Filters filters;
   // A band of rows at a time: its planes stay in the processor's cache.
   constexpr int band_height = 64;
-  for (int y = 0; y < region.height; y += band_height) {
-    const Region band{region.left, region.top + y, region.width, std::min(band_height, region.height - y)};
+  for (int y = 0; y < expected.height; y += band_height) {
+    const Region band{0, y, width, std::min(band_height, expected.height - y)};
     const Plane values =
         visible_difference(perceive(expected, band, filters), perceive(actual, band, filters));
     for (int row = 0; row < band.height; ++row) {
       std::copy_n(values.col(row).data(), band.width,
-                  &result.map[static_cast<std::size_t>(band.top + row) * width + band.left]);
+                  &result.map[static_cast<std::size_t>(band.top + row) * width]);
     }
   }
   double sum = 0;
   for (const float value : result.map) sum += value;
   result.mean = sum / static_cast<double>(result.map.size());
   result.max = *std::max_element(result.map.begin(), result.map.end());
-  std::vector<float> sorted = result.map;
-  const auto percentile = sorted.begin() + static_cast<std::ptrdiff_t>((sorted.size() * 99 - 1) / 100);
-  std::nth_element(sorted.begin(), percentile, sorted.end());
-  result.percentile_99 = *percentile;
   return result;
 }
 

@@ -18,16 +18,14 @@ struct Flip {
   int height = 0;
   std::vector<float> map;  ///< per pixel, rows from the top; 0: no visible difference, 1: the largest
   double mean = 0;
-  double percentile_99 = 0;  ///< 99 % of the pixels are at or below it
   double max = 0;
 };
 
 /// Pixels per degree of a viewer 0.7 m from a screen of 3840 pixels on 0.7 m: the authors' default.
-inline constexpr float default_pixels_per_degree = 0.7F * (3840 / 0.7F) * (std::numbers::pi_v<float> / 180);
+inline constexpr float pixels_per_degree = 0.7F * (3840 / 0.7F) * (std::numbers::pi_v<float> / 180);
 
 /// Both images must have the same size. Equal images give 0 exactly.
-Flip flip(const render::Image& expected, const render::Image& actual,
-          float pixels_per_degree = default_pixels_per_degree);
+Flip flip(const render::Image& expected, const render::Image& actual);
 
 /// The map as a picture, brighter where the difference is more visible.
 render::Image heat_map(const Flip& flip);

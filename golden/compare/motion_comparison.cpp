@@ -5,12 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <glm/geometric.hpp>
 
 namespace substep::golden {
 namespace {
-
-constexpr double half_a_pixel = 0.5;
 
 /// Returns the change without what rounding of poses in tracks may cause: one step of resolution in each, and
 /// as much error.
@@ -92,52 +89,6 @@ FirstChange first_change(const LoggedMotion& golden, const LoggedMotion& actual)
   }
   first.size_frame = -1;
   return first;
-}
-
-/// Where a point is in the picture; false where it is not before the eye.
-bool project(const Viewfinder& finder, const Vector3& point, double& x, double& y) {
-  const glm::dvec3 p = glm::dvec3(point.x(), point.y(), point.z()) - finder.view.eye;
-  const double depth = glm::dot(p, finder.view.forward);
-  if (!(depth > 1e-6)) return false;
-  x = finder.width * 0.5 * (1 + glm::dot(p, finder.view.right) / (depth * finder.view.tangent_x));
-  y = finder.height * 0.5 * (1 - glm::dot(p, finder.view.up) / (depth * finder.view.tangent_y));
-  return true;
-}
-
-bool is_inside(const Viewfinder& finder, double x, double y) {
-  return x >= 0 && x <= finder.width && y >= 0 && y <= finder.height;
-}
-
-/// By how much a part's corners that are in either picture move, in pixels.
-double shift_in_picture(const Viewfinder& finder, const render::Part& part, const Coordinates& a,
-                        const Coordinates& b) {
-  double largest = 0;
-  for (const Vector3& corner : part.corners()) {
-    double ax = 0, ay = 0, bx = 0, by = 0;
-    const bool is_before = project(finder, a.angular * corner + a.linear, ax, ay) &&
-                           project(finder, b.angular * corner + b.linear, bx, by);
-    if (!is_before || (!is_inside(finder, ax, ay) && !is_inside(finder, bx, by))) continue;
-    largest = std::max(largest, std::hypot(ax - bx, ay - by));
-  }
-  return largest;
-}
-
-/// Finds the first frame in which a body is drawn half a pixel or more from where it was. Before the first
-/// change rounding is all there could be.
-void predict(const LoggedMotion& golden, const LoggedMotion& actual, const Viewfinder& finder,
-             MotionComparison& result) {
-  for (int k = result.first.frame; k < frame_count(golden, actual); ++k) {
-    const PosePair pair = poses_at(golden, actual, k);
-    const std::size_t bodies = std::min(pair.golden.size(), pair.actual.size());
-    for (const render::Part& part : finder.parts) {
-      const auto body = static_cast<std::size_t>(part.body);
-      if (body == 0 || body >= bodies) continue;
-      if (shift_in_picture(finder, part, pair.golden[body], pair.actual[body]) < half_a_pixel) continue;
-      result.predicted_frame = k;
-      result.predicted_body = body_name(golden, body);
-      return;
-    }
-  }
 }
 
 int first_other_contacts(const LoggedMotion& golden, const LoggedMotion& actual, int from) {
@@ -233,12 +184,11 @@ PosePair poses_at(const LoggedMotion& golden, const LoggedMotion& actual, int fr
 }
 
 MotionComparison compare_motion(const LoggedMotion& golden, const LoggedMotion& actual,
-                                const Viewfinder& finder, const std::optional<PoseTolerance>& tolerance) {
+                                const std::optional<PoseTolerance>& tolerance) {
   MotionComparison result;
   result.first = first_change(golden, actual);
   if (result.first.frame < 0) return result;
   result.contacts_frame = first_other_contacts(golden, actual, result.first.frame);
-  predict(golden, actual, finder, result);
   if (tolerance) {
     judge(golden, actual, *tolerance, result);
   } else {

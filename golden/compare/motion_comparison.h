@@ -1,6 +1,5 @@
 #pragma once
-/// Compares two runs of a scene: the first difference, the first visible frame, and whether a tolerance
-/// holds.
+/// Compares two runs of a scene: the first difference, and whether a tolerance holds.
 ///
 /// The order of judgement; the first rule that speaks decides:
 ///
@@ -18,7 +17,6 @@
 #include <vector>
 
 #include "golden/compare/track.h"
-#include "render/camera.h"
 #include "sim/log/pose_log.h"
 
 namespace substep::golden {
@@ -68,22 +66,12 @@ struct FirstChange {
 struct MotionComparison {
   PoseJudgement judgement = PoseJudgement::exact;
   FirstChange first;
-  int contacts_frame = -1;   ///< first whose touching pairs differ; −1: none, or not known
-  int limit_frame = -1;      ///< first beyond the tolerance, by poses or invariants
-  std::string limit;         ///< what was beyond it: "body crate position 1.2e-3 m (limit 1e-4)"
-  int predicted_frame = -1;  ///< first in which a body is drawn half a pixel or more from where it was
-  std::string predicted_body;
-};
-
-/// The view, size and parts of pictures of the motion.
-struct Viewfinder {
-  render::View view;
-  int width = 0;
-  int height = 0;
-  std::vector<render::Part> parts;
+  int contacts_frame = -1;  ///< first whose touching pairs differ; −1: none, or not known
+  int limit_frame = -1;     ///< first beyond the tolerance, by poses or invariants
+  std::string limit;        ///< what was beyond it: "body crate position 1.2e-3 m (limit 1e-4)"
 };
 
 MotionComparison compare_motion(const LoggedMotion& golden, const LoggedMotion& actual,
-                                const Viewfinder& finder, const std::optional<PoseTolerance>& tolerance);
+                                const std::optional<PoseTolerance>& tolerance);
 
 }  // namespace substep::golden

@@ -2,39 +2,20 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <cctype>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
 #include <iterator>
-#include <system_error>
-#include <vector>
 
 #include "render/renderer.h"
 #include "sim/error.h"
-#include "sim/execution/child_process.h"
 #include "sim/math/fnv1a.h"
 
 namespace substep::golden {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// The first line that git prints, or nothing when it fails. Without a shell: a folder may have any name.
-std::string git(const fs::path& folder, const std::vector<std::string>& arguments) {
-  std::vector<std::string> words{"git", "-C", folder.empty() ? "." : folder.string()};
-  words.insert(words.end(), arguments.begin(), arguments.end());
-  try {
-    const TemporaryFile out;
-    ChildProcess process(words, {.out = out.descriptor(), .err = ChildProcess::nowhere});
-    if (!process.succeeds()) return {};
-    const std::string output = out.content();
-    return output.substr(0, output.find('\n'));
-  } catch (const std::system_error&) {
-    return {};
-  }
-}
 
 std::string processor() {
   std::ifstream file("/proc/cpuinfo");
@@ -74,7 +55,7 @@ std::string as_word(const std::string& text) {
 
 }  // namespace
 
-MadeWith made_with(const fs::path& folder, bool with_renderer) {
+MadeWith made_with(bool with_renderer) {
   MadeWith result;
   if (with_renderer) {
     result.renderer = render::renderer_description();
@@ -83,7 +64,6 @@ MadeWith made_with(const fs::path& folder, bool with_renderer) {
   }
   result.compiler = SUBSTEP_COMPILER;
   result.processor = processor();
-  result.commit = git(folder, {"describe", "--always", "--dirty", "--exclude=*", "--abbrev=40"});
   return result;
 }
 

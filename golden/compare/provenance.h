@@ -1,5 +1,5 @@
 #pragma once
-/// The provenance of goldens: renderer, compiler, processor and commit.
+/// The provenance of goldens: renderer, compiler and processor.
 
 #include <filesystem>
 #include <string>
@@ -13,12 +13,10 @@ struct MadeWith {
   std::string platform;    ///< renderer and system as one word: what pictures are exact on
   std::string compiler;    ///< "GNU 12.2.0"
   std::string processor;   ///< as the system names it
-  std::string commit;  ///< of the work tree; with "-dirty" when files differ from it; empty outside of git
 };
 
-/// Returns the provenance of goldens made here, with the commit of the work tree that `folder` is in. Starts
-/// the renderer only where `with_renderer`.
-MadeWith made_with(const std::filesystem::path& folder, bool with_renderer);
+/// Returns the provenance of goldens made here. Starts the renderer only where `with_renderer`.
+MadeWith made_with(bool with_renderer);
 
 /// Returns 16 hexadecimal digits of the 64-bit FNV-1a of bytes, which detects changes but no forgery.
 std::string content_hash(std::string_view bytes);

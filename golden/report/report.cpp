@@ -66,36 +66,6 @@ std::string totals_list(const Json& results) {
   return html + "</ul>\n";
 }
 
-std::string frame_text(const Json& frame) {
-  return frame.get<int>() < 0 ? "–" : std::to_string(frame.get<int>());
-}
-
-std::string overview(const std::vector<const Json*>& cases) {
-  if (cases.empty()) return {};
-  std::string html =
-      "<h3>What does not pass</h3>\n<div class=\"wide\"><table><tr><th>case</th><th>verdict</th><th "
-      "class=\"number\">first difference</th><th>body</th><th class=\"number\">half a pixel</th><th "
-      "class=\"number\">first other picture</th><th class=\"number\">FLIP max</th></tr>\n";
-  for (const Json* entry : cases) {
-    const Json& poses = entry->at("poses");
-    const bool differs = poses.contains("motion") && !poses.at("pass").get<bool>();
-    const Json none = -1;
-    const Json& motion = differs ? poses.at("motion") : none;
-    const double visible = severity(*entry);
-    fmt::format_to(
-        std::back_inserter(html),
-        "<tr><td><a href=\"#{0}\">{0}</a></td><td class=\"verdict {1}\">{2}</td><td class=\"number\">{3}</td>"
-        "<td>{4}</td><td class=\"number\">{5}</td><td class=\"number\">{6}</td><td "
-        "class=\"number\">{7}</td></tr>\n",
-        text_of(entry->at("name")), css_class(entry->at("verdict")), text_of(entry->at("verdict")),
-        differs ? frame_text(motion.at("first_frame")) : "–", differs ? text_of(motion.at("body")) : "–",
-        differs ? frame_text(motion.at("predicted_frame")) : "–",
-        differs ? frame_text(poses.at("visible_frame")) : "–",
-        visible > 0 ? fmt::format("{:.2f}", visible) : "–");
-  }
-  return html + "</table></div>\n";
-}
-
 /// Returns a list of the failure groups where it is shorter than that of all failures.
 std::string groups(const Json& results) {
   std::string items;
@@ -161,13 +131,13 @@ std::string body(const Json& results, const fs::path& output, std::size_t room) 
       "<header class=\"top\"><h1>Visual regression: {}</h1>\n<p class=\"quiet\">{} · {} cases</p>\n", outcome,
       text_of(results.at("suite")), all);
   ReportPictures pictures(output, room);
-  html += totals_list(results) + first_pictures(results, pictures) + groups(results) + overview(cases) +
-          orphans(results);
+  html += totals_list(results) + first_pictures(results, pictures) + groups(results) + orphans(results);
   html +=
       "<p class=\"keys quiet\" hidden><kbd>j</kbd> <kbd>k</kbd> next and previous case · <kbd>n</kbd> "
       "<kbd>p</kbd> "
-      "pictures · <kbd>1</kbd>–<kbd>4</kbd> how to compare · <kbd>space</kbd> flicker by hand · <kbd>+</kbd> "
-      "<kbd>−</kbd> zoom</p>\n</header>\n<main>\n";
+      "pictures · <kbd>1</kbd>–<kbd>3</kbd> how to compare · <kbd>space</kbd> flicker by "
+      "hand</p>\n</header>\n"
+      "<main>\n";
   const ResultsLocation location = location_of(results, output);
   for (const Json* entry : cases) html += case_section(*entry, location, pictures);
   return html + passing(results) + "</main>\n";

@@ -1,129 +1,55 @@
 'use strict';
-// Without this script the report is a page of tables and pictures; with it each pair of pictures becomes a viewer.
+// Without this script the report is a page of tables and pictures; with it each pair of pictures is compared in three ways.
 
-const MODES = [['side', 'Side by side'], ['flicker', 'Flicker'], ['flip', 'FLIP'], ['bodies', 'Bodies']];
+const MODES = [['side', 'Side by side', ['expected', 'actual']], ['flicker', 'Flicker', ['expected', 'actual']],
+  ['flip', 'FLIP', ['flip']]];
 const FLICKER_MS = 450;
 
-function element(tag, attributes = {}, ...children) {
-  const made = document.createElement(tag);
-  for (const [key, value] of Object.entries(attributes)) {
-    if (key.startsWith('on')) made.addEventListener(key.slice(2), value);
-    else if (value !== null && value !== undefined) made.setAttribute(key, value);
-  }
-  made.append(...children);
+function button(text, onclick) {
+  const made = document.createElement('button');
+  made.textContent = text;
+  made.addEventListener('click', onclick);
   return made;
 }
 
+/// Shows some of a pair's pictures.
 class Viewer {
   constructor(pair) {
     this.pair = pair;
-    this.images = {};
-    for (const image of pair.querySelectorAll('img')) this.images[image.dataset.what] = image;
-    this.original = pair.querySelector('.pictures');
-    this.mode = 'side';
-    this.scale = 0;
-    this.centre = [0.5, 0.5];
-    this.showActual = false;
+    this.figures = {};
     this.buttons = {};
-    const bar = element('div', {class: 'viewer-bar', role: 'toolbar', 'aria-label': 'How to compare'});
-    MODES.forEach(([mode, label], index) => {
-      if (!this.needs(mode)) return;
-      this.buttons[mode] = element('button', {onclick: () => this.set(mode), title: `key ${index + 1}`}, label);
+    for (const image of pair.querySelectorAll('img')) this.figures[image.dataset.what] = image.closest('figure');
+    if (!this.figures.expected) return;
+    const bar = document.createElement('div');
+    bar.className = 'viewer-bar';
+    MODES.forEach(([mode, label, pictures], index) => {
+      if (!pictures.every(what => this.figures[what])) return;
+      this.buttons[mode] = button(label, () => this.set(mode));
+      this.buttons[mode].title = `key ${index + 1}`;
       bar.append(this.buttons[mode]);
     });
-    bar.append(element('span', {class: 'space'}));
-    for (const factor of [1, 2, 4, 8, 16]) {
-      const button = element('button', {onclick: () => this.zoom(factor)}, `${factor}×`);
-      button.dataset.zoom = factor;
-      bar.append(button);
-    }
-    this.bar = bar;
-    this.stage = element('div', {class: 'stage'});
-    this.original.hidden = true;
-    this.original.style.display = 'none';
-    this.original.after(bar, this.stage);
-    this.zoom(1);
-  }
-
-  needs(mode) {
-    const pair = this.images.expected && this.images.actual;
-    return mode === 'flip' || mode === 'bodies' ? this.images[mode] : pair;
+    pair.querySelector('.pictures').before(bar);
+    this.set('side');
   }
 
   set(mode) {
     if (!this.buttons[mode]) return;
-    this.mode = mode;
-    this.draw();
-  }
-
-  zoom(factor) {
-    this.scale = factor;
-    this.draw();
-  }
-
-  /// A picture at the zoom, in a window of a size that does not change with it.
-  window(what, label) {
-    const source = this.images[what];
-    const width = Number(source.getAttribute('width')), height = Number(source.getAttribute('height'));
-    const wanted = this.mode === 'side' ? 540 : 960;
-    // Scale the picture to fit; from twice the size on use whole factors, so that all pixels are equally
-    // large.
-    const fits = Math.max(1, Math.min(3, wanted / width, (innerHeight - 200) / height));
-    const base = fits < 2 ? fits : Math.floor(fits);
-    const view = element('div', {class: 'view', 'data-shows': what});
-    view.style.width = `${width * base}px`;
-    view.style.height = `${height * base}px`;
-    const image = element('img', {src: source.src, alt: source.alt, width, height, draggable: 'false'});
-    const scale = base * this.scale;
-    const limit = (centre, size) => Math.min(0, Math.max(size * base - size * scale, size * base / 2 - centre * size * scale));
-    const x = limit(this.centre[0], width), y = limit(this.centre[1], height);
-    image.style.imageRendering = scale < 2 ? 'auto' : 'pixelated';
-    image.style.transform = `translate(${x}px, ${y}px) scale(${scale})`;
-    view.append(image);
-    view.append(element('span', {class: 'tag'}, label));
-    const at = event => {
-      const box = view.getBoundingClientRect();
-      return [Math.floor((event.clientX - box.left - x) / scale), Math.floor((event.clientY - box.top - y) / scale)];
-    };
-    view.addEventListener('click', event => {
-      const [px, py] = at(event);
-      this.centre = [(px + 0.5) / width, (py + 0.5) / height];
-      this.zoom(this.scale >= 16 ? 1 : this.scale * 2);
-    });
-    return view;
-  }
-
-  caption(what) {
-    return this.images[what].closest('figure').querySelector('figcaption').textContent;
-  }
-
-  draw() {
     clearInterval(this.timer);
-    for (const [mode, button] of Object.entries(this.buttons)) button.setAttribute('aria-pressed', mode === this.mode);
-    for (const button of this.bar.querySelectorAll('[data-zoom]')) {
-      button.setAttribute('aria-pressed', Number(button.dataset.zoom) === this.scale);
-    }
-    if (!this.images.expected) {
-      this.stage.replaceChildren(this.window('actual', 'new'));
-    } else if (this.mode === 'side') {
-      this.stage.replaceChildren(this.window('expected', 'before'), this.window('actual', 'after'));
-    } else if (this.mode === 'flicker') {
-      this.showActual = false;
-      this.flick();
-      this.startFlicker();
-    } else {
-      this.stage.replaceChildren(this.window(this.mode, this.caption(this.mode)));
-    }
+    this.mode = mode;
+    for (const [name, made] of Object.entries(this.buttons)) made.setAttribute('aria-pressed', name === mode);
+    this.show(MODES.find(([name]) => name === mode)[2]);
+    if (mode !== 'flicker') return;
+    this.flick();
+    this.timer = setInterval(() => this.flick(), FLICKER_MS);
+  }
+
+  show(pictures) {
+    for (const [what, figure] of Object.entries(this.figures)) figure.hidden = !pictures.includes(what);
   }
 
   flick() {
-    this.stage.replaceChildren(this.showActual ? this.window('actual', 'after') : this.window('expected', 'before'));
-    this.showActual = !this.showActual;
-  }
-
-  startFlicker() {
-    clearInterval(this.timer);
-    this.timer = setInterval(() => this.flick(), FLICKER_MS);
+    this.showsActual = !this.showsActual;
+    this.show([this.showsActual ? 'actual' : 'expected']);
   }
 
   /// By hand: the timer stops, and each call shows the other picture.
@@ -137,20 +63,11 @@ class Viewer {
 class Report {
   constructor() {
     this.cases = Array.from(document.querySelectorAll('section.case'));
-    this.viewers = new Map();
+    this.pairs = Array.from(document.querySelectorAll('.pair'));
+    this.viewers = this.pairs.map(pair => new Viewer(pair));
     this.current = -1;
-    // Made when they come into sight: a report may have hundreds.
-    const observer = new IntersectionObserver(entries => {
-      for (const entry of entries) {
-        if (entry.isIntersecting && !this.viewers.has(entry.target)) {
-          this.viewers.set(entry.target, new Viewer(entry.target));
-        }
-      }
-    }, {rootMargin: '400px'});
-    for (const pair of document.querySelectorAll('.pair')) {
-      pair.addEventListener('pointerenter', () => { this.pair = pair; });
-      observer.observe(pair);
-    }
+    this.pair = 0;
+    this.pairs.forEach((pair, index) => pair.addEventListener('pointerenter', () => { this.pair = index; }));
     for (const command of document.querySelectorAll('.command')) this.addCopy(command);
     document.addEventListener('keydown', event => this.key(event));
     const named = this.cases.findIndex(entry => '#' + entry.id === decodeURIComponent(location.hash));
@@ -159,21 +76,13 @@ class Report {
   }
 
   addCopy(command) {
-    const button = element('button', {onclick: async () => {
-      const text = command.querySelector('code').textContent;
-      try {
-        await navigator.clipboard.writeText(text);
-      } catch (error) {
-        const range = document.createRange();
-        range.selectNodeContents(command.querySelector('code'));
-        getSelection().removeAllRanges();
-        getSelection().addRange(range);
-        document.execCommand('copy');
-      }
-      button.textContent = 'Copied';
-      setTimeout(() => { button.textContent = 'Copy'; }, 1200);
-    }}, 'Copy');
-    command.append(button);
+    const code = command.querySelector('code');
+    const copy = button('Copy', () => {
+      getSelection().selectAllChildren(code);
+      document.execCommand('copy');
+      copy.textContent = 'Copied';
+    });
+    command.append(copy);
   }
 
   go(index) {
@@ -182,45 +91,29 @@ class Report {
     this.current = index;
     this.cases[index].classList.add('current');
     this.cases[index].scrollIntoView({block: 'start'});
-    this.pair = this.cases[index].querySelector('.pair');
+    this.pair = this.pairs.indexOf(this.cases[index].querySelector('.pair'));
     history.replaceState(null, '', '#' + this.cases[index].id);
   }
 
-  viewer() {
-    const pair = this.pair ?? document.querySelector('.pair');
-    if (!pair) return null;
-    if (!this.viewers.has(pair)) this.viewers.set(pair, new Viewer(pair));
-    return this.viewers.get(pair);
-  }
-
-  nextPair(step) {
-    const pairs = Array.from(document.querySelectorAll('.pair'));
-    const at = pairs.indexOf(this.pair);
-    const next = pairs[at < 0 ? 0 : at + step];
-    if (!next) return;
-    this.pair = next;
-    next.scrollIntoView({block: 'start'});
-  }
-
-  /// Scroll to the element that a key changes.
-  show(viewer, mode) {
-    viewer.set(mode);
-    viewer.pair.scrollIntoView({block: 'nearest'});
+  goToPair(index) {
+    if (!this.pairs[index]) return;
+    this.pair = index;
+    this.pairs[index].scrollIntoView({block: 'start'});
   }
 
   key(event) {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const viewer = this.viewer();
+    const viewer = this.viewers[this.pair];
     const mode = MODES[Number(event.key) - 1];
     if (event.key === 'j') this.go(this.current + 1);
     else if (event.key === 'k') this.go(this.current - 1);
-    else if (event.key === 'n') this.nextPair(1);
-    else if (event.key === 'p') this.nextPair(-1);
-    else if (viewer && mode && event.key !== ' ') this.show(viewer, mode[0]);
+    else if (event.key === 'n') this.goToPair(this.pair + 1);
+    else if (event.key === 'p') this.goToPair(this.pair - 1);
     else if (viewer && event.key === ' ') viewer.flickOnce();
-    else if (viewer && event.key === '+') viewer.zoom(Math.min(16, viewer.scale * 2));
-    else if (viewer && event.key === '-') viewer.zoom(Math.max(1, viewer.scale / 2));
-    else return;
+    else if (viewer && mode) {
+      viewer.set(mode[0]);
+      viewer.pair.scrollIntoView({block: 'nearest'});
+    } else return;
     event.preventDefault();
   }
 }

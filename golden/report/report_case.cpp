@@ -4,10 +4,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdint>
 #include <iterator>
 
-#include "golden/compare/blame.h"
 #include "golden/compare/provenance.h"
 #include "render/markup.h"
 #include "sim/math/base64.h"
@@ -28,35 +26,14 @@ std::string pair_title(const Json& pair) {
   return frame + ": no golden to compare with";
 }
 
-/// Returns a body's colour in the picture of differing pixels, and its name.
-std::string body_label(const Json& body) {
-  const std::array<std::uint8_t, 3> color = blame_color(body.at("body").get<int>());
-  return fmt::format("<span class=\"swatch\" style=\"background:rgb({},{},{})\"></span>{}{}", color[0],
-                     color[1], color[2], text_of(body.at("name")),
-                     body.at("gone").get<bool>() ? " (not drawn any more)" : "");
-}
-
-/// Returns which colour shows which body in the picture of differing pixels.
-std::string legend(const Json& comparison) {
-  if (!comparison.contains("blame")) return {};
-  const Json& bodies = comparison.at("blame").at("bodies");
-  constexpr std::size_t most = 6;
-  std::string html = "<p class=\"legend\">Differing pixels by body: ";
-  for (std::size_t i = 0; i < std::min(most, bodies.size()); ++i) {
-    html += fmt::format("<span>{}</span> ", body_label(bodies.at(i)));
-  }
-  return html + "</p>\n";
-}
-
 std::string pair_block(const Json& pair, const Json& entry, ReportPictures& pictures) {
   std::string html = fmt::format("<div class=\"pair\"><h3>{}</h3>\n", pair_title(pair));
   html += "<div class=\"pictures\">\n";
   const fs::path folder = entry.at("files").get<std::string>();
-  constexpr std::array<std::array<const char*, 2>, 4> kinds{
+  constexpr std::array<std::array<const char*, 2>, 3> kinds{
       {{"expected", "before"},
        {"actual", "after"},
-       {"flip", "FLIP: black is not visible, pale yellow most"},
-       {"bodies", "differing pixels by body"}}};
+       {"flip", "FLIP: black is not visible, pale yellow most"}}};
   for (const auto& [kind, caption] : kinds) {
     const auto file = pair.at(kind).get<std::string>();
     if (file.empty()) continue;
@@ -67,7 +44,7 @@ std::string pair_block(const Json& pair, const Json& entry, ReportPictures& pict
         kind, entry.at("size").at(0).get<int>(), entry.at("size").at(1).get<int>(), caption,
         pair.at("frame").get<int>(), pictures.source(folder, file), caption);
   }
-  return html + "</div>\n" + legend(pair.at("comparison")) + "</div>\n";
+  return html + "</div>\n</div>\n";
 }
 
 }  // namespace

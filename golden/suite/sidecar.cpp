@@ -83,9 +83,11 @@ Sidecar read_sidecar(const fs::path& file) {
 }
 
 Json to_json(const MadeWith& made_with) {
-  return {{"renderer", made_with.renderer},   {"pinned", made_with.is_pinned},
-          {"platform", made_with.platform},   {"compiler", made_with.compiler},
-          {"processor", made_with.processor}, {"commit", made_with.commit}};
+  return {{"renderer", made_with.renderer},
+          {"pinned", made_with.is_pinned},
+          {"platform", made_with.platform},
+          {"compiler", made_with.compiler},
+          {"processor", made_with.processor}};
 }
 
 Json make_sidecar(const SuiteCase& entry, const ApprovableRun& run, const Scene& scene,

@@ -173,7 +173,7 @@ TEST_F(ApproveTest, RenewalKeepsDateAndReason) {
   suite_.make_goldens();
   auto sidecar = nlohmann::ordered_json::parse(read_text(suite_.sidecar()));
   sidecar["approved"] = {{"date", "2020-02-02"}, {"reason", "long ago"}};
-  sidecar["made_with"]["commit"] = "an old one";
+  sidecar["made_with"]["compiler"] = "an old one";
   write_text(suite_.sidecar(), sidecar_text(sidecar));
   write_text(suite_.scene(), read_text(suite_.scene()) + "\n");  // the same scene in another file
   EXPECT_EQ(suite_.run().cases.at(0).verdict, Verdict::pass);

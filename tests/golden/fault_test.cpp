@@ -135,12 +135,9 @@ TEST(SimulationFault, SignOfGravityForABody) {
   EXPECT_EQ(first.body, "ball_3");
   EXPECT_EQ(first.axis, 'y');
   // It is drawn at another height long before half a second, and some frame is the first to show it.
-  EXPECT_GT(result.poses.motion.predicted_frame, 1);
-  EXPECT_LT(result.poses.motion.predicted_frame, 20);
-  EXPECT_EQ(result.poses.motion.predicted_body, "ball_3");
   EXPECT_TRUE(result.poses.visible_is_fact);
   EXPECT_GE(result.poses.visible_frame, 1);
-  EXPECT_LE(result.poses.visible_frame, result.poses.motion.predicted_frame);
+  EXPECT_LT(result.poses.visible_frame, 20);
 }
 
 TEST(SimulationFault, LostContact) {

@@ -42,17 +42,8 @@ struct Fall {
   LoggedMotion motion() const { return {&log, &track}; }
 };
 
-Viewfinder from_the_front() {
-  Viewfinder finder;
-  finder.view.eye = {0, 1, 10};
-  finder.width = 200;
-  finder.height = 200;
-  finder.parts = {{1, {-0.1, -0.1, -0.1}, {0.1, 0.1, 0.1}}};
-  return finder;
-}
-
 MotionComparison compared(const Fall& golden, const Fall& actual, const PoseTolerance* tolerance = nullptr) {
-  return compare_motion(golden.motion(), actual.motion(), from_the_front(),
+  return compare_motion(golden.motion(), actual.motion(),
                         tolerance == nullptr ? std::nullopt : std::optional(*tolerance));
 }
 
@@ -131,28 +122,6 @@ TEST(MotionComparison, RejectsAnotherEnd) {
   EXPECT_EQ(compared(Fall(), actual, &tolerance).judgement, PoseJudgement::end);
 }
 
-TEST(MotionComparison, PredictsHalfAPixel) {
-  // 200 pixels on 20 m at a distance of 10 m: a pixel is a decimetre, a little less on the near side.
-  Fall small;
-  small.move(3, 0.0494);
-  EXPECT_EQ(compared(Fall(), small).predicted_frame, -1);
-  Fall large;
-  large.move(3, 0.0496);
-  const MotionComparison found = compared(Fall(), large);
-  EXPECT_EQ(found.predicted_frame, 3);
-  EXPECT_EQ(found.predicted_body, "ball");
-}
-
-TEST(MotionComparison, IgnoresBodiesBehindTheCamera) {
-  Fall actual;
-  actual.move(3, 5);
-  for (std::size_t k = 3; k < actual.log.frames.size(); ++k) {
-    actual.log.frames[k].poses[1].linear.z() = 30;  // the eye is at 10, and looks the other way
-    actual.track.frames[k].poses = actual.log.frames[k].poses;
-  }
-  EXPECT_EQ(compared(Fall(), actual).predicted_frame, -1);
-}
-
 TEST(MotionComparison, FindsOtherContactsInFirstFrame) {
   Fall actual;
   actual.move(0, 0.1);
@@ -169,14 +138,11 @@ TEST(MotionComparison, UsesTracksBetweenStoredPoses) {
   }
   const MotionComparison with = compared(golden, actual);
   EXPECT_EQ(with.first.size_frame, 5);
-  EXPECT_EQ(with.predicted_frame, 5);
-  const MotionComparison without =
-      compare_motion({&golden.log, nullptr}, actual.motion(), from_the_front(), {});
+  const MotionComparison without = compare_motion({&golden.log, nullptr}, actual.motion(), {});
   EXPECT_EQ(without.first.frame, 5);
   EXPECT_TRUE(without.first.bodies.empty());
   EXPECT_EQ(without.first.body, "ball");
   EXPECT_EQ(without.first.size_frame, 10);
-  EXPECT_EQ(without.predicted_frame, 10);
 }
 
 }  // namespace

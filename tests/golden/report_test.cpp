@@ -141,12 +141,13 @@ TEST_F(ReportTest, GroupsOneChangeOfManyScenes) {
   add("one.gltf", "gone: d");
   std::string lines;
   for (const FailureGroup& group : failure_groups(results)) lines += group.line() + "\n";
-  EXPECT_EQ(lines,
-            "10 cases, scene changed: placement or strength of light, 10 of 12 cases, of 10 scenes, all a3; "
-            "simplest: "
-            "bouncing_balls.a3\n"
-            "bouncing_balls.a3, scene changed: mass or inertia of a; placement or strength of camera, light\n"
-            "bouncing_balls.a3, scene changed: gone: d\n");
+  EXPECT_EQ(
+      lines,
+      "10 cases, scene changed: placement or strength of light, 10 of 12 cases, of 10 scenes, all a3; "
+      "simplest: "
+      "bouncing_balls.a3\n"
+      "bouncing_balls.a3, scene changed: gone: d\n"
+      "bouncing_balls.a3, scene changed: mass or inertia of a; placement or strength of camera, light\n");
 }
 
 TEST_F(ReportTest, GroupsFailuresOfOneAlgorithm) {
