@@ -52,10 +52,6 @@ TEST(Engines, ConvergeToReference) {
     for (const Engine& engine : engines()) {
       if (engine.is_command) continue;
       SCOPED_TRACE(name + ", " + engine.label);
-      if (name == "tumbling_body" && engine.name.starts_with("bullet-featherstone")) {
-        EXPECT_EQ(omitted(engine, scene), "a body is on no joint");
-        continue;
-      }
       const auto error_at = [&](int divisions) {
         const double step = scene.step / divisions;
         const auto stepper = engine.make(scene, settings_at(step));
@@ -80,10 +76,6 @@ TEST(Engines, BlockStopsOnFloor) {
     SCOPED_TRACE(engine.label);
     if (engine.is_ours) {
       EXPECT_EQ(omitted(engine, scene), "it has contacts: its motion is not smooth");
-      continue;
-    }
-    if (engine.name.starts_with("bullet-featherstone")) {
-      EXPECT_EQ(omitted(engine, scene), "its articulated bodies are run without contacts here");
       continue;
     }
     if (engine.is_command) continue;
@@ -121,16 +113,6 @@ TEST(Engines, NameUnsupportedFeatures) {
   expect("more than one coefficient of friction");
   scene = short_scene("conveyor");
   expect("kinematic body that moves");
-}
-
-TEST(Engines, FeatherstoneRefusesLoops) {
-  Scene scene = test::chain(2);
-  scene.joints.push_back(test::ball_joint(2, 0, {0.25, 0, 0}, {1, 0, 0}));
-  for (const Engine& engine : engines()) {
-    if (engine.is_command) continue;
-    const bool refuses = engine.name.starts_with("bullet-featherstone");
-    EXPECT_EQ(omitted(engine, scene).find("loop") != std::string::npos, refuses) << engine.label;
-  }
 }
 
 #ifdef SUBSTEP_NODE_ENGINES

@@ -3,9 +3,6 @@
 #pragma GCC diagnostic ignored "-Wshadow"
 #pragma GCC diagnostic ignored "-Wconversion"
 #pragma GCC diagnostic ignored "-Wpedantic"
-#include <BulletDynamics/Featherstone/btMultiBody.h>
-#include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
-#include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
 #include <BulletDynamics/MLCPSolvers/btDantzigSolver.h>
 #include <BulletDynamics/MLCPSolvers/btMLCPSolver.h>
 #include <btBulletDynamicsCommon.h>
@@ -18,7 +15,6 @@
 
 #include "sim/error.h"
 #include "sim/math/rotation.h"
-#include "sim/study/engines/engine_links.h"
 #include "sim/study/engines/engine_steppers.h"
 
 namespace substep {
@@ -233,116 +229,6 @@ class BulletStepper final : public Stepper {
   State next_ = state_;
 };
 
-/// Trees of links on the world; a body without a joint is a tree of its own, with a base that is free.
-class FeatherstoneStepper final : public Stepper {
- public:
-  FeatherstoneStepper(const Scene& scene, const EngineScene& shared, const Settings& settings,
-                      bool runge_kutta)
-      : step_(settings.step),
-        dispatcher_(&configuration_),
-        world_(&dispatcher_, &broad_phase_, &solver_, &configuration_),
-        state_(initial_state(scene)) {
-    if (shared.has_contacts) throw Error("its articulated bodies are run without contacts here");
-    world_.setGravity(vector(scene.gravity));
-    // Each tree hangs on the world: a base that is fixed at the origin.
-    const std::vector<EngineLink> links = tree_of(scene, shared.joints);
-    tree_ = std::make_unique<btMultiBody>(static_cast<int>(links.size()), 0, btVector3(1, 1, 1), true, false);
-    tree_->setLinearDamping(0);
-    tree_->setAngularDamping(0);
-    tree_->setUseGyroTerm(scene.gyroscopic);
-    tree_->useRK4Integration(runge_kutta);
-    for (const EngineLink& link : links) add(scene, link);
-    tree_->finalizeMultiDof();
-    for (std::size_t i = 0; i < links.size(); ++i) start(scene, links[i], static_cast<int>(i));
-    world_.addMultiBody(tree_.get());
-    read();
-  }
-  ~FeatherstoneStepper() override { world_.removeMultiBody(tree_.get()); }
-  FeatherstoneStepper(const FeatherstoneStepper&) = delete;
-  FeatherstoneStepper& operator=(const FeatherstoneStepper&) = delete;
-
-  bool step() override {
-    world_.stepSimulation(step_, 0);
-    return read();
-  }
-  const State& state() const override { return state_; }
-
- private:
-  void add(const Scene& scene, const EngineLink& link) {
-    if (!link.joint) throw Error("a body is on no joint");
-    const Body& body = scene.bodies[link.body];
-    const int index = static_cast<int>(bodies_.size());
-    const auto found = std::ranges::find(bodies_, link.parent);
-    const int parent = found == bodies_.end() ? -1 : static_cast<int>(found - bodies_.begin());
-    bodies_.push_back(link.body);
-    const Quaternion parent_to_body =
-        body.pose.orientation.conjugate() * scene.bodies[link.parent].pose.orientation;
-    const btVector3 to_pivot = vector(anchor_of_parent(link));
-    const btVector3 from_pivot = vector(Vector3(-anchor_of_body(link)));
-    const double mass = 1 / body.inverse_mass;
-    const btVector3 inertia = vector(body.inverse_inertia.cwiseInverse());
-    switch (link.joint->kind) {
-      case EngineJoint::Kind::ball:
-        tree_->setupSpherical(index, mass, inertia, parent, quaternion(parent_to_body), to_pivot, from_pivot,
-                              true);
-        break;
-      case EngineJoint::Kind::hinge:
-        tree_->setupRevolute(index, mass, inertia, parent, quaternion(parent_to_body),
-                             vector(axis_of_body(link)), to_pivot, from_pivot, true);
-        break;
-      case EngineJoint::Kind::fixed:
-        tree_->setupFixed(index, mass, inertia, parent, quaternion(parent_to_body), to_pivot, from_pivot);
-        break;
-    }
-  }
-
-  void start(const Scene& scene, const EngineLink& link, int index) {
-    const Vector3 spin = relative_spin(scene, link);
-    if (link.joint->kind == EngineJoint::Kind::ball) {
-      const double velocity[] = {spin.x(), spin.y(), spin.z()};
-      tree_->setJointVelMultiDof(index, velocity);
-    } else if (link.joint->kind == EngineJoint::Kind::hinge) {
-      const double velocity[] = {spin.dot(axis_of_body(link))};
-      tree_->setJointVelMultiDof(index, velocity);
-    }
-  }
-
-  bool read() {
-    // Positions of links from the joints' coordinates, parents first.
-    btAlignedObjectArray<btQuaternion> rotations;
-    btAlignedObjectArray<btVector3> origins;
-    tree_->forwardKinematics(rotations, origins);
-    for (std::size_t i = 0; i < bodies_.size(); ++i) {
-      const btTransform at = tree_->getLink(static_cast<int>(i)).m_cachedWorldTransform;
-      next_.q[bodies_[i]] = {vector(at.getOrigin()), quaternion(at.getRotation())};
-    }
-    btAlignedObjectArray<btVector3> spins;
-    btAlignedObjectArray<btVector3> speeds;
-    spins.resize(tree_->getNumLinks() + 1);
-    speeds.resize(tree_->getNumLinks() + 1);
-    tree_->compTreeLinkVelocities(&spins[0], &speeds[0]);  // in the links' frames, the base first
-    for (std::size_t i = 0; i < bodies_.size(); ++i) {
-      const Quaternion& turn = next_.q[bodies_[i]].angular;
-      next_.v[bodies_[i]] = {turn * vector(speeds[static_cast<int>(i) + 1]),
-                             turn * vector(spins[static_cast<int>(i) + 1])};
-    }
-    if (!is_finite(next_)) return false;
-    state_ = next_;
-    return true;
-  }
-
-  double step_;
-  btDefaultCollisionConfiguration configuration_;
-  btCollisionDispatcher dispatcher_;
-  btDbvtBroadphase broad_phase_;
-  btMultiBodyConstraintSolver solver_;
-  std::unique_ptr<btMultiBody> tree_;
-  std::vector<int> bodies_;  ///< by link
-  btMultiBodyDynamicsWorld world_;
-  State state_;
-  State next_ = state_;
-};
-
 }  // namespace
 
 Stepper* bullet_sequential_impulse(const Scene& scene, const EngineScene& shared, const Settings& settings) {
@@ -351,14 +237,6 @@ Stepper* bullet_sequential_impulse(const Scene& scene, const EngineScene& shared
 
 Stepper* bullet_dantzig(const Scene& scene, const EngineScene& shared, const Settings& settings) {
   return std::make_unique<BulletStepper>(scene, shared, settings, true).release();
-}
-
-Stepper* bullet_featherstone(const Scene& scene, const EngineScene& shared, const Settings& settings) {
-  return std::make_unique<FeatherstoneStepper>(scene, shared, settings, false).release();
-}
-
-Stepper* bullet_runge_kutta(const Scene& scene, const EngineScene& shared, const Settings& settings) {
-  return std::make_unique<FeatherstoneStepper>(scene, shared, settings, true).release();
 }
 
 }  // namespace substep

@@ -25,10 +25,6 @@ MakeEngineStepper ode_quick_step;
 MakeEngineStepper bullet_sequential_impulse;
 /// Bullet's direct solver (Dantzig).
 MakeEngineStepper bullet_dantzig;
-/// Bullet's articulated bodies in reduced coordinates; joints only. Semi-implicit Euler, or Runge–Kutta of
-/// fourth order.
-MakeEngineStepper bullet_featherstone;
-MakeEngineStepper bullet_runge_kutta;
 
 /// MuJoCo: reduced coordinates, soft contacts, its default solver; semi-implicit Euler, or Runge–Kutta of
 /// fourth order.

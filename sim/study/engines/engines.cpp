@@ -182,12 +182,6 @@ std::vector<Engine> built() {
                  loaded(bullet, "bullet_sequential_impulse", all_of_it), true});
   all.push_back({"bullet-dantzig", "Bullet " SUBSTEP_BULLET_VERSION " Dantzig", "MLCP by Dantzig's method",
                  false, loaded(bullet, "bullet_dantzig", all_of_it)});
-  all.push_back({"bullet-featherstone", "Bullet " SUBSTEP_BULLET_VERSION " Featherstone",
-                 "reduced coordinates, semi-implicit Euler, no damping", false,
-                 loaded(bullet, "bullet_featherstone")});
-  all.push_back({"bullet-featherstone-rk4", "Bullet " SUBSTEP_BULLET_VERSION " Featherstone RK4",
-                 "reduced coordinates, Runge-Kutta, no damping", false,
-                 loaded(bullet, "bullet_runge_kutta")});
 #endif
 #ifdef SUBSTEP_ODE_VERSION
   all.push_back({"ode-step", "ODE " SUBSTEP_ODE_VERSION " dWorldStep", "ERP 0.2, CFM as it ships", false,

@@ -3,13 +3,74 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 
 #include "sim/error.h"
-#include "sim/study/engines/engine_links.h"
 #include "sim/study/engines/engine_steppers.h"
 
 namespace substep {
 namespace {
+
+/// A body that hangs on the one before it.
+struct EngineLink {
+  int body;
+  int parent;                ///< the world, or a body of an earlier link
+  const EngineJoint* joint;  ///< null: it is free, and its parent is the world
+  bool is_a;                 ///< whether `body` is the joint's a
+};
+
+/// Returns parents before children. Joints that close a loop go to `closing`.
+std::vector<EngineLink> tree_of(const Scene& scene, const std::vector<EngineJoint>& joints,
+                                std::vector<const EngineJoint*>& closing) {
+  std::vector<EngineLink> links;
+  std::vector<bool> placed(scene.bodies.size(), false);
+  std::vector<bool> used(joints.size(), false);
+  std::deque<int> reached{world_body};
+  placed[world_body] = true;
+  const auto follow = [&] {
+    while (!reached.empty()) {
+      const int parent = reached.front();
+      reached.pop_front();
+      for (std::size_t i = 0; i < joints.size(); ++i) {
+        if (used[i] || (joints[i].a != parent && joints[i].b != parent)) continue;
+        used[i] = true;
+        const bool is_a = joints[i].b == parent;
+        const int child = is_a ? joints[i].a : joints[i].b;
+        if (placed[child]) {
+          closing.push_back(&joints[i]);
+          continue;
+        }
+        placed[child] = true;
+        links.push_back({child, parent, &joints[i], is_a});
+        reached.push_back(child);
+      }
+    }
+  };
+  follow();
+  for (int body = 1; body < std::ssize(scene.bodies); ++body) {
+    if (placed[body] || scene.bodies[body].inverse_mass == 0) continue;
+    placed[body] = true;
+    links.push_back({body, world_body, nullptr, true});
+    reached.push_back(body);
+    follow();
+  }
+  return links;
+}
+
+/// The joint's anchor and axis in the frame of the link's body.
+Vector3 anchor_of_body(const EngineLink& link) {
+  return link.is_a ? link.joint->anchor_a : link.joint->anchor_b;
+}
+Vector3 axis_of_body(const EngineLink& link) {
+  return link.is_a ? link.joint->axis_a : link.joint->axis_b;
+}
+
+/// Returns the angular velocity of the link's body relative to its parent at the start, in the body's frame.
+Vector3 relative_spin(const Scene& scene, const EngineLink& link) {
+  const Body& body = scene.bodies[link.body];
+  const Vector3 relative = body.angular_velocity - scene.bodies[link.parent].angular_velocity;
+  return body.pose.orientation.conjugate() * relative;
+}
 
 std::string numbers(const Vector3& v) {
   return fmt::format("{} {} {}", v.x(), v.y(), v.z());
@@ -25,7 +86,7 @@ std::string placed(const Pose& pose) {
 class MujocoText {
  public:
   MujocoText(const Scene& scene, const EngineScene& shared, const Settings& settings, const char* integrator)
-      : scene_(scene), shared_(shared), links_(tree_of(scene, shared.joints, &closing_)) {
+      : scene_(scene), shared_(shared), links_(tree_of(scene, shared.joints, closing_)) {
     if (!scene.gyroscopic) throw Error("its gyroscopic term cannot be left out");
     text_ = fmt::format(
         "<mujoco><compiler angle=\"radian\" inertiafromgeom=\"false\" boundmass=\"0\"/>"
