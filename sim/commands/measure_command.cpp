@@ -41,7 +41,6 @@ struct MeasureOptions {
   bool brief = false;
   bool all = false;
   bool markdown = false;
-  bool json = false;
   std::optional<fs::path> output;
   std::optional<fs::path> reference;
   std::optional<fs::path> run;
@@ -158,9 +157,7 @@ void measure_scene(const MeasureOptions& options) {
   }
   if (options.reference) return write_reference(options, scene);
   if (!(horizon > 0)) throw Error(fmt::format("--horizon '{}': must be above 0", options.horizon));
-  if (options.brief && options.json) throw Error("--brief and --json: give one of them");
   if (options.brief && options.all) throw Error("--brief and --all: give one of them");
-  if (options.markdown && options.json) throw Error("--markdown and --json: give one of them");
   if (options.output) {
     require_folder_of(*options.output);
     options.scene.require_separate({{"--output", *options.output}});
@@ -202,8 +199,7 @@ void measure_scene(const MeasureOptions& options) {
       for (MeasuredSettings& run : measurement.runs) run.times = time_run(scene, run.settings, options.times);
     }
   }
-  const std::string text = options.json       ? to_json(measurement)
-                           : options.brief    ? brief_text(measurement, options.markdown)
+  const std::string text = options.brief      ? brief_text(measurement, options.markdown)
                            : options.markdown ? to_markdown(measurement, options.all)
                                               : to_table(measurement, options.all);
   if (options.output) {
@@ -242,7 +238,6 @@ void add_measure_command(CLI::App& app) {
   command->add_option("--times", options->times, "Also CPU times: medians of so many repetitions")
       ->check(CLI::Range(0, 1000));
   command->add_flag("--markdown", options->markdown, "Tables as Markdown");
-  command->add_flag("--json", options->json, "All figures as JSON");
   command->add_option("--output", options->output, "Write to this file instead of the terminal");
   command->add_option("--run", options->run, "Measure the run of a pose table (.csv) instead");
   command->add_option("--reference", options->reference,

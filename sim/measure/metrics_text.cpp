@@ -7,16 +7,12 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <nlohmann/json.hpp>
 
-#include "sim/measure/metrics_json.h"
 #include "sim/measure/text_table.h"
 #include "sim/model/settings_fields.h"
 
 namespace substep {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 std::string optional_number(const std::optional<double>& value) {
   return value ? short_number(*value) : "";
@@ -361,9 +357,6 @@ std::string short_tables(const SceneMeasurement& m, const Print& print) {
   return text + legend(text);
 }
 
-Json number(double value) {
-  return std::isfinite(value) ? Json(value) : Json(nullptr);
-}
 }  // namespace
 
 std::string reference_text(const ReferenceMotion& reference, bool names_method) {
@@ -391,26 +384,6 @@ std::string to_markdown(const SceneMeasurement& measurement, bool all) {
 
 TextTable brief_table(const SceneMeasurement& measurement) {
   return short_table(measurement, true);
-}
-
-std::string to_json(const SceneMeasurement& m) {
-  Json runs = Json::array();
-  for (const MeasuredSettings& run : m.runs) {
-    Json entry;
-    if (run.author.empty()) entry["algorithm"] = name(run.settings.algorithm);
-    entry["label"] = label(run);
-    entry.update(to_json(run.metrics));
-    if (run.times) entry["times"] = to_json(*run.times);
-    runs.push_back(std::move(entry));
-  }
-  const Json reference{{"method", m.reference.method},
-                       {"uncertainty", number(m.reference.uncertainty)},
-                       {"turn_uncertainty", number(m.reference.turn_uncertainty)},
-                       {"horizon", m.reference.horizon}};
-  return Json{{"scene", m.scene},       {"size", m.size},         {"duration", m.duration},
-              {"modelled", m.modelled}, {"reference", reference}, {"runs", runs}}
-             .dump(2) +
-         "\n";
 }
 
 }  // namespace substep

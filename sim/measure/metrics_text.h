@@ -40,8 +40,5 @@ std::string to_markdown(const SceneMeasurement& measurement, bool all = false);
 /// Returns the first table of the short form alone, rows named by their settings. Times have ~: they differ
 /// from run to run.
 TextTable brief_table(const SceneMeasurement& measurement);
-/// {"scene", "size", "duration", "reference": {…}, "runs": [{…}]}, SI units. What is not finite is
-/// null; what a run does not have is "none".
-std::string to_json(const SceneMeasurement& measurement);
 
 }  // namespace substep
