@@ -7,6 +7,7 @@
 
 #include "sim/algorithms.h"
 #include "sim/measure/claims_measurement.h"
+#include "sim/measure/validity_maps.h"
 
 namespace substep::claims {
 namespace {
@@ -175,14 +176,7 @@ Claim claim7(Measurement& measurement) {
 }
 
 AblationCosts ablation(const Measurement& measurement, const std::string& name, int n) {
-  AblationCosts costs{name, n, {}};
-  const Settings settings = settings_of(measurement.scene(name), Algorithm::a3, n, 1);
-  const MeasuredRun a3 = measured_run(measurement.scene(name), settings, horizon);
-  for (const Approximation approximation : approximations) {
-    Simulation simulation(measurement.scene(name), settings, ablation_procedure(approximation));
-    costs.costs.push_back(position_difference(measured_run(simulation, horizon), a3));
-  }
-  return costs;
+  return {name, n, ablation_costs(measurement.scene(name), n, horizon)};
 }
 
 }  // namespace substep::claims
