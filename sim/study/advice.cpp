@@ -77,40 +77,6 @@ std::string choice_text(const std::vector<SweepRecord>& records) {
                             price_text(*fine), percent(miss_of(*fine)));
 }
 
-/// The same question put to each algorithm alone.
-std::string ranking_text(const std::vector<SweepRecord>& records) {
-  const auto best = cheapest(records, 0.01);
-  if (!best) return "";
-  std::vector<std::string> others;
-  std::vector<std::string> failing;
-  for (const Algorithm algorithm :
-       {Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
-    std::vector<SweepRecord> own;
-    for (const SweepRecord& record : records) {
-      if (is_own_run(record) && record.settings.algorithm == algorithm) own.push_back(record);
-    }
-    if (own.empty() || algorithm == best->settings.algorithm) continue;
-    const std::string title(title_of(algorithm));
-    const auto run = cheapest(own, 0.01);
-    if (!run) {
-      const auto dearest = std::ranges::max_element(own, {}, time_or_rows);
-      failing.push_back(fmt::format("{} (of {}, the dearest {:.2g} times)", title, own.size(),
-                                    time_or_rows(*dearest) / time_or_rows(*best)));
-    } else {
-      const double ratio = time_or_rows(*run) / time_or_rows(*best);
-      others.push_back(ratio < 1.1 ? fmt::format("{} as much", title)
-                                   : fmt::format("{} {:.2g} times", title, ratio));
-    }
-  }
-  std::string text;
-  if (!others.empty()) text += fmt::format("For the same 1 % the others cost: {}. ", fmt::join(others, ", "));
-  if (!failing.empty())
-    text += fmt::format(
-        "Not there with any setting measured (how many, and what the dearest costs beside the choice): {}. ",
-        fmt::join(failing, ", "));
-  return text;
-}
-
 const SweepRecord* most_accurate(const std::vector<SweepRecord>& records) {
   const SweepRecord* best = nullptr;
   for (const SweepRecord& record : records) {
@@ -245,7 +211,7 @@ std::vector<SweepRecord> best_runs(const std::vector<SweepRecord>& records) {
 }
 
 std::string advice(const std::vector<SweepRecord>& records) {
-  std::string text = choice_text(records) + late_text(records) + ranking_text(records);
+  std::string text = choice_text(records) + late_text(records);
   while (!text.empty() && text.back() == ' ') text.pop_back();
   return text;
 }

@@ -32,8 +32,8 @@ std::vector<SweepRecord> best_runs(const std::vector<SweepRecord>& records);
 /// CPU time of a simulated second, s; not a number where there are no times.
 double cost_of(const SweepRecord& record);
 
-/// Returns one paragraph on a scene: the cheapest settings for 1 % and 0.1 %, settings that go wrong later,
-/// and what each algorithm costs for 1 %.
+/// Returns one paragraph on a scene: the cheapest settings for 1 % and 0.1 %, and settings that go wrong
+/// later.
 std::string advice(const std::vector<SweepRecord>& records);
 
 /// By how many powers of two the error falls when h/n is halved: the least-squares slope of a family's finest

@@ -56,9 +56,8 @@ TEST(Cheapest, UsesTimesIfMeasured) {
 
 TEST(Advice, NamesMissingMeasurement) {
   EXPECT_THAT(advice({run(Algorithm::a1, 1, 0.5, 10)}), HasSubstr("No run stays within 1 %"));
-  const std::string text = advice({run(Algorithm::a1, 1, 0.005, 10), run(Algorithm::a5, 4, 0.5, 10)});
-  EXPECT_THAT(text, HasSubstr("**A1 with h = 1/60 s**"));
-  EXPECT_THAT(text, HasSubstr("beside the choice): A5 (of 1, the dearest 1 times)."));
+  EXPECT_THAT(advice({run(Algorithm::a1, 1, 0.005, 10), run(Algorithm::a5, 4, 0.5, 10)}),
+              HasSubstr("**A1 with h = 1/60 s**"));
 }
 
 TEST(Advice, AvoidsSmallerSubstepsWhereCoupledRowsGrow) {
