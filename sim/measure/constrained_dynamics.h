@@ -55,8 +55,6 @@ class ConstrainedDynamics {
   /// agree only where C(q) = 0. Inner points of a step drift off, where those rows would contradict one
   /// another.
   void choose_rows(const CoordinateVector& q, double tolerance);
-  /// Returns the number of rows that are left out.
-  int redundant_rows() const { return redundant_rows_; }
 
   /// Returns the accelerations v̆' at q and v̆.
   const VelocityVector& accelerate(const CoordinateVector& q, const VelocityVector& v);
