@@ -70,16 +70,16 @@ Settings settings_with(const Scene& scene, Algorithm algorithm, int n) {
 /// Bodies fall freely where `falls`.
 double change_of_motion(const Scene& scene, const Settings& settings, double duration,
                         const std::vector<double>& reaches, double speed, const Vector3& fall) {
-  double largest = 0;
-  const bool is_finite = test::watch(scene, settings, duration, [&](const State& state, double time) {
+  return test::largest(scene, settings, duration, [&](const State& state, double time) {
+    double largest = 0;
     for (std::size_t i = 1; i < state.v.size(); ++i) {
       const Body& body = scene.bodies[i];
       const Vector3 change = state.v[i].linear - body.linear_velocity - time * fall;
       const Vector3 change_of_spin = state.v[i].angular - body.angular_velocity;
       largest = std::max({largest, change.norm() / speed, change_of_spin.norm() * reaches[i - 1] / speed});
     }
+    return largest;
   });
-  return is_finite ? largest : infinite_error;
 }
 
 Trial draw_fly_past(Random& random) {
@@ -241,15 +241,12 @@ Trial draw_pinball(Random& random) {
                               : "block",
                   clearance, speed, substance.restitution),
       [=](Algorithm algorithm) {
-        double largest = 0;
-        const bool is_finite = test::watch(scene, test::default_settings_of(scene, algorithm), meeting + 0.5,
-                                           [&](const State& state, double) {
-                                             Vector3 change =
-                                                 state.v[1].linear - scene.bodies[1].linear_velocity;
-                                             change.y() = 0;
-                                             largest = std::max(largest, change.norm() / speed);
-                                           });
-        return is_finite ? largest : infinite_error;
+        return test::largest(scene, test::default_settings_of(scene, algorithm), meeting + 0.5,
+                             [&](const State& state, double) {
+                               Vector3 change = state.v[1].linear - scene.bodies[1].linear_velocity;
+                               change.y() = 0;
+                               return change.norm() / speed;
+                             });
       }};
 }
 
@@ -271,15 +268,14 @@ TEST(NearMiss, SlidingPastChangesNothing) {
 /// of velocity.
 double error_of_changes(const Scene& scene, const Settings& settings, double duration,
                         const std::vector<Vector3>& expected) {
-  double largest = 0;
-  const bool is_finite = test::watch(scene, settings, duration, [&](const State& state, double) {
-    largest = 0;
+  return test::last(scene, settings, duration, [&](const State& state, double) {
+    double largest = 0;
     for (std::size_t i = 0; i < expected.size(); ++i) {
       const double change = (expected[i] - scene.bodies[i + 1].linear_velocity).norm();
       largest = std::max(largest, (state.v[i + 1].linear - expected[i]).norm() / change);
     }
+    return largest;
   });
-  return is_finite ? largest : infinite_error;
 }
 
 Trial draw_two_balls(Random& random) {
@@ -452,18 +448,15 @@ Trial draw_seams(Random& random) {
   Trial trial;
   const OverSeams over = draw_over_seams(random, trial.parameters);
   trial.error = [=](Algorithm algorithm) {
-    double largest = 0;
     const Body& body = over.scene.bodies[1];
     const Vector3 aside = body.linear_velocity.cross(Vector3::UnitY()).normalized();
-    const bool is_finite = test::watch(over.scene, test::default_settings_of(over.scene, algorithm),
-                                       over.duration, [&](const State& state, double) {
-                                         const Vector3 way = state.q[1].linear - body.pose.position;
-                                         double change = state.v[1].linear.norm() / over.speed - 1;
-                                         if (measured == OverSeamsError::height) change = way.y();
-                                         if (measured == OverSeamsError::side) change = aside.dot(way);
-                                         largest = std::max(largest, std::abs(change));
-                                       });
-    return is_finite ? largest : infinite_error;
+    return test::largest(over.scene, test::default_settings_of(over.scene, algorithm), over.duration,
+                         [&](const State& state, double) {
+                           const Vector3 way = state.q[1].linear - body.pose.position;
+                           if (measured == OverSeamsError::height) return std::abs(way.y());
+                           if (measured == OverSeamsError::side) return std::abs(aside.dot(way));
+                           return std::abs(state.v[1].linear.norm() / over.speed - 1);
+                         });
   };
   return trial;
 }
@@ -546,12 +539,17 @@ std::string parameters_of(const Balls& balls) {
   return text + (std::isfinite(balls.wall) ? ", a wall" : "");
 }
 
+/// The largest `look(state, time)` in the balls' run.
+template <class Look>
+double largest_of(const Balls& balls, Algorithm algorithm, Look look) {
+  return test::largest(balls.scene, test::default_settings_of(balls.scene, algorithm), balls.duration, look);
+}
+
 enum class Measured { penetration, momentum, energy };
 
 /// The largest over the run. Penetration: of two balls, or of a ball and the wall, relative to the smaller
 /// diameter. Momentum: its change relative to the start's. Energy: its rise, relative to the start's.
 double invariant(const Balls& balls, Algorithm algorithm, Measured measured) {
-  double largest = 0;
   const std::size_t count = balls.radii.size();
   Vector3 momentum = Vector3::Zero();
   double energy = 0;
@@ -560,8 +558,8 @@ double invariant(const Balls& balls, Algorithm algorithm, Measured measured) {
     momentum += balls.masses[i] * v;
     energy += 0.5 * balls.masses[i] * v.squaredNorm();
   }
-  const Settings settings = test::default_settings_of(balls.scene, algorithm);
-  const bool is_finite = test::watch(balls.scene, settings, balls.duration, [&](const State& state, double) {
+  return largest_of(balls, algorithm, [&](const State& state, double) {
+    double depth = 0;
     Vector3 momentum_now = Vector3::Zero();
     double energy_now = 0;
     for (std::size_t i = 0; i < count; ++i) {
@@ -572,51 +570,42 @@ double invariant(const Balls& balls, Algorithm algorithm, Measured measured) {
                                                                   balls.radii[i] *
                                                                   state.v[i + 1].angular.squaredNorm();
       if (measured != Measured::penetration) continue;
-      if (std::isfinite(balls.wall)) {
-        const double depth = balls.along.dot(x) + balls.radii[i] - balls.wall;
-        largest = std::max(largest, depth / (2 * balls.radii[i]));
-      }
+      depth = std::max(depth, (balls.along.dot(x) + balls.radii[i] - balls.wall) / (2 * balls.radii[i]));
       for (std::size_t j = 0; j < i; ++j) {
-        const double depth = balls.radii[i] + balls.radii[j] - (x - state.q[j + 1].linear).norm();
-        largest = std::max(largest, depth / (2 * std::min(balls.radii[i], balls.radii[j])));
+        const double both = balls.radii[i] + balls.radii[j] - (x - state.q[j + 1].linear).norm();
+        depth = std::max(depth, both / (2 * std::min(balls.radii[i], balls.radii[j])));
       }
     }
-    if (measured == Measured::momentum) {
-      largest = std::max(largest, (momentum_now - momentum).norm() / momentum.norm());
-    }
-    if (measured == Measured::energy) largest = std::max(largest, energy_now / energy - 1);
+    if (measured == Measured::momentum) return (momentum_now - momentum).norm() / momentum.norm();
+    return measured == Measured::energy ? energy_now / energy - 1 : depth;
   });
-  return is_finite ? largest : infinite_error;
 }
 
 /// The largest difference of a ball's velocity at the end from the exact one, relative to the first ball's at
 /// the start. Balls of equal masses without loss swap their velocities, so that all stop but the last.
 double error_of_equal_row(const Balls& balls, Algorithm algorithm) {
-  double largest = 0;
   const Settings settings = test::default_settings_of(balls.scene, algorithm);
-  const bool is_finite = test::watch(balls.scene, settings, balls.duration, [&](const State& state, double) {
-    largest = 0;
+  return test::last(balls.scene, settings, balls.duration, [&](const State& state, double) {
+    double largest = 0;
     for (std::size_t i = 1; i < state.v.size(); ++i) {
       const Vector3 expected = i + 1 < state.v.size() ? Vector3::Zero() : Vector3(balls.speed * balls.along);
       largest = std::max(largest, (state.v[i].linear - expected).norm() / balls.speed);
     }
+    return largest;
   });
-  return is_finite ? largest : infinite_error;
 }
 
 /// Returns how far two balls of a row, or the last and the wall, have swapped positions: 0 or 1.
 double passed_through(const Balls& balls, Algorithm algorithm) {
-  double passed = 0;
-  const Settings settings = test::default_settings_of(balls.scene, algorithm);
-  const bool is_finite = test::watch(balls.scene, settings, balls.duration, [&](const State& state, double) {
+  return largest_of(balls, algorithm, [&](const State& state, double) {
     double before = -infinite_error;
     for (std::size_t i = 1; i <= balls.radii.size(); ++i) {
       const double x = balls.along.dot(state.q[i].linear);
-      if (x < before || x > balls.wall) passed = 1;
+      if (x < before || x > balls.wall) return 1.0;
       before = x;
     }
+    return 0.0;
   });
-  return is_finite ? passed : infinite_error;
 }
 
 /// Fifteen touching balls and a sixteenth that flies at them along the line of symmetry, or `aside` from it
@@ -644,9 +633,8 @@ Balls draw_break(Random& random, bool aside) {
 /// The largest difference of a ball's velocity from the mirror image of its partner's, relative to the first
 /// ball's at the start.
 double asymmetry(const Balls& balls, Algorithm algorithm) {
-  double largest = 0;
-  const Settings settings = test::default_settings_of(balls.scene, algorithm);
-  const bool is_finite = test::watch(balls.scene, settings, balls.duration, [&](const State& state, double) {
+  return largest_of(balls, algorithm, [&](const State& state, double) {
+    double largest = 0;
     for (std::size_t row = 0; row < 5; ++row) {
       for (std::size_t i = 0; i <= row; ++i) {
         const std::size_t first = 2 + row * (row + 1) / 2;
@@ -656,8 +644,8 @@ double asymmetry(const Balls& balls, Algorithm algorithm) {
         largest = std::max(largest, difference.norm() / balls.speed);
       }
     }
+    return largest;
   });
-  return is_finite ? largest : infinite_error;
 }
 
 template <class Draw, class Measure>
@@ -771,12 +759,10 @@ Trial draw_fast(Random& random) {
   const char* kinds[] = {"ball at a plane", "ball at a slab", "ball at a 1 cm wall", "rod at a post"};
   return {fmt::format("{}, {:.1f} m/s, e {}, meeting at {:.4f} s", kinds[kind], speed, e, meeting),
           [=](Algorithm algorithm) {
-            double passed = 0;
-            const bool is_finite = test::watch(scene, test::default_settings_of(scene, algorithm),
-                                               meeting + 0.03, [&](const State& state, double) {
-                                                 if (along.dot(state.q[1].linear) > farthest) passed = 1;
-                                               });
-            return is_finite ? passed : infinite_error;
+            return test::largest(scene, test::default_settings_of(scene, algorithm), meeting + 0.03,
+                                 [&](const State& state, double) {
+                                   return along.dot(state.q[1].linear) > farthest ? 1.0 : 0.0;
+                                 });
           }};
 }
 
@@ -794,12 +780,11 @@ Trial hit_by_a_ball(Scene scene, int ball, const Vector3& normal, double mass, d
   const Vector3 change = (1 + e) * speed / (1 / mass + inverse_mass_of_struck) / mass * normal;
   const Vector3 expected = scene.bodies[static_cast<std::size_t>(ball)].linear_velocity + change + later;
   return {std::move(parameters), [=](Algorithm algorithm) {
-            Vector3 velocity = Vector3::Zero();
-            const bool is_finite = test::watch(scene, test::default_settings_of(scene, algorithm), duration,
-                                               [&](const State& state, double) {
-                                                 velocity = state.v[static_cast<std::size_t>(ball)].linear;
-                                               });
-            return is_finite ? (velocity - expected).norm() / change.norm() : infinite_error;
+            return test::last(scene, test::default_settings_of(scene, algorithm), duration,
+                              [&](const State& state, double) {
+                                const Vector3& v = state.v[static_cast<std::size_t>(ball)].linear;
+                                return (v - expected).norm() / change.norm();
+                              });
           }};
 }
 
@@ -934,13 +919,11 @@ Trial draw_pushed_door(Random& random) {
   return {fmt::format("door of {:.2f} m and {:.2f} kg, ball of {:.2f} kg, {:.2f} m from the hinge, {:.3f} s",
                       size.x(), mass, ball_mass, lever, duration),
           [=](Algorithm algorithm) {
-            double spin = 0;
-            const bool is_finite = test::watch(scene, test::default_settings_of(scene, algorithm), duration,
-                                               [&](const State& state, double) {
-                                                 spin =
-                                                     state.v[static_cast<std::size_t>(door)].angular.norm();
-                                               });
-            return is_finite ? std::abs(spin / expected - 1) : infinite_error;
+            return test::last(scene, test::default_settings_of(scene, algorithm), duration,
+                              [&](const State& state, double) {
+                                const double spin = state.v[static_cast<std::size_t>(door)].angular.norm();
+                                return std::abs(spin / expected - 1);
+                              });
           }};
 }
 
@@ -1056,15 +1039,12 @@ Trial draw_spinning_bounce(Random& random, bool sticks) {
               "{:.4f} s",
               radius, kinds[kind], down, slip.norm(), friction, e, meeting),
           [=](Algorithm algorithm) {
-            double error = 0;
-            const bool is_finite =
-                test::watch(scene, test::default_settings_of(scene, algorithm), meeting + 0.1,
-                            [&](const State& state, double) {
-                              error = std::max((state.v[1].linear - expected).norm(),
-                                               0.4 * radius * (state.v[1].angular - expected_spin).norm()) /
-                                      tangential;
-                            });
-            return is_finite ? error : infinite_error;
+            return test::last(scene, test::default_settings_of(scene, algorithm), meeting + 0.1,
+                              [&](const State& state, double) {
+                                const double error = (state.v[1].linear - expected).norm();
+                                const double of_spin = (state.v[1].angular - expected_spin).norm();
+                                return std::max(error, 0.4 * radius * of_spin) / tangential;
+                              });
           }};
 }
 

@@ -273,6 +273,8 @@ inline void add_static_plane(Scene& scene, const Pose& pose, const Substance& su
   add_static(scene, {"plane", {{Plane{}, {}, {}}}}, pose, substance);
 }
 
+inline constexpr double infinite_error = std::numeric_limits<double>::infinity();
+
 /// Returns the new body.
 inline int add_body(Scene& scene, const Solid& solid, const Start& start, const Substance& substance) {
   const int index = static_cast<int>(scene.bodies.size());
@@ -297,19 +299,27 @@ inline Vector3 ball_moments(double mass, double radius) {
   return Vector3::Constant(0.4 * mass * radius * radius);
 }
 
-/// Steps for `duration` and calls `look(state, time)` after each step. Returns whether all numbers stay
-/// finite.
+/// Steps for `duration`. Returns `look(state, time)` of the last step; infinite where the run diverges.
 template <class Look>
-bool watch(const Scene& scene, const Settings& settings, double duration, Look look) {
+double last(const Scene& scene, const Settings& settings, double duration, Look look) {
   Simulation simulation(scene, settings);
   const auto steps = std::lround(duration / settings.step);
+  double result = 0;
   for (long i = 1; i <= steps; ++i) {
-    if (simulation.step().status == StepReport::Status::diverged) return false;
-    look(simulation.state(), static_cast<double>(i) * settings.step);
+    if (simulation.step().status == StepReport::Status::diverged) return infinite_error;
+    result = look(simulation.state(), static_cast<double>(i) * settings.step);
   }
-  return true;
+  return result;
 }
 
-inline constexpr double infinite_error = std::numeric_limits<double>::infinity();
+/// The same of the largest.
+template <class Look>
+double largest(const Scene& scene, const Settings& settings, double duration, Look look) {
+  double most = 0;
+  return last(scene, settings, duration, [&](const State& state, double time) {
+    most = std::max(most, look(state, time));
+    return most;
+  });
+}
 
 }  // namespace substep::test
