@@ -174,10 +174,6 @@ Approval approve(const ApproveOptions& options) {
   }
   for (const std::vector<NewGolden>& files : cases) {
     for (const NewGolden& file : files) {
-      std::error_code none;
-      const auto old_size = fs::file_size(file.file, none);
-      approval.size_change += static_cast<std::int64_t>(file.content.size());
-      if (!none) approval.size_change -= static_cast<std::int64_t>(old_size);
       fs::create_directories(file.file.parent_path());
       write_file(file.file, file.content);
       approval.written.push_back(file.file);

@@ -6,7 +6,6 @@
 /// drew, and where a picture is blank. Deletes nothing. A case's sidecar is written last, so that the next
 /// check shows an interrupted approval, and the same command completes it.
 
-#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -23,7 +22,6 @@ struct ApproveOptions {
 
 struct Approval {
   std::vector<std::filesystem::path> written;
-  std::int64_t size_change = 0;           ///< bytes
   std::vector<std::string> already_good;  ///< chosen cases that had passed or were approved before
 };
 

@@ -27,22 +27,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* results_format = "substep check results 8";
 
-Json to_json(const Blame& blame) {
-  Json bodies = Json::array();
-  for (const BodyBlame& b : blame.bodies) {
-    bodies.push_back({{"body", b.body},
-                      {"name", b.name},
-                      {"differing", b.differing},
-                      {"levels", b.levels},
-                      {"pixels", b.pixels},
-                      {"gone", b.is_gone}});
-  }
-  return {{"foreground", blame.foreground},
-          {"differing_foreground", blame.differing_foreground},
-          {"everywhere", blame.is_everywhere},
-          {"bodies", bodies}};
-}
-
 Json to_json(const PictureComparison& comparison) {
   const ImageComparison& c = comparison.image;
   Json json{{"judgement", name(c.judgement)}, {"pixels", c.pixels}};
@@ -55,7 +39,6 @@ Json to_json(const PictureComparison& comparison) {
                     {"max", comparison.flip->max},
                     {"visibility", comparison.flip->visibility}};
   }
-  if (comparison.blame) json["blame"] = to_json(*comparison.blame);
   return json;
 }
 
@@ -63,11 +46,7 @@ Json to_json(const MotionComparison& motion) {
   const FirstChange& first = motion.first;
   return {{"judgement", name(motion.judgement)},
           {"first_frame", first.frame},
-          {"first_bodies", first.bodies},
           {"body", first.body},
-          {"axis", std::string(1, first.axis)},
-          {"size", first.size},
-          {"size_frame", first.size_frame},
           {"change", change_text(first)},
           {"contacts_frame", motion.contacts_frame},
           {"limit_frame", motion.limit_frame},
@@ -110,12 +89,6 @@ Json to_json(const PicturePair& pair) {
           {"actual", pair.actual},
           {"flip", pair.flip},
           {"comparison", to_json(pair.comparison)}};
-}
-
-Json to_json(const ImageTolerance& t) {
-  Json json{{"hard", t.hard}, {"level", t.level}, {"count", t.count}};
-  if (t.flip) json["flip"] = *t.flip;
-  return json;
 }
 
 /// Returns the path of `file`, which lies below `folder`, from there.
@@ -169,7 +142,6 @@ Json to_json(const CheckedCase& checked) {
             {"step", result.step},
             {"size", {result.entry.width, result.entry.height}},
             {"settings", run_settings(result.entry)},
-            {"tolerance", to_json(result.entry.tolerance)},
             {"poses", to_json(result.poses)},
             {"images", Json::array()},
             {"notes", result.notes},

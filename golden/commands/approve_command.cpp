@@ -13,8 +13,7 @@ void approve_goldens(const ApproveOptions& options) {
   const Approval approval = approve(options);
   for (const auto& file : approval.written) fmt::print("wrote {}\n", file.string());
   for (const std::string& name : approval.already_good) fmt::print("{}: nothing to do\n", name);
-  fmt::print("{} files written, {:+.1f} kB\n", approval.written.size(),
-             static_cast<double>(approval.size_change) / 1000);
+  fmt::print("{} files written\n", approval.written.size());
 }
 
 }  // namespace

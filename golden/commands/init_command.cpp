@@ -140,13 +140,13 @@ permissions: {{ contents: read }}
 jobs:
   check:
     if: github.event_name != 'workflow_dispatch'
-    uses: {0}/.github/workflows/suite.yml@main
-    with: {{ suite: golden, program: {0}, setup: "{1}" }}
+    uses: OWNER/substep/.github/workflows/suite.yml@main
+    with: {{ suite: golden, program: OWNER/substep, setup: "{0}" }}
   approve:
     if: github.event_name == 'workflow_dispatch'
     permissions: {{ contents: write }}
-    uses: {0}/.github/workflows/suite.yml@main
-    with: {{ suite: golden, program: {0}, setup: "{1}", approve: "${{{{ inputs.cases }}}}", reason: "${{{{ inputs.reason }}}}" }}
+    uses: OWNER/substep/.github/workflows/suite.yml@main
+    with: {{ suite: golden, program: OWNER/substep, setup: "{0}", approve: "${{{{ inputs.cases }}}}", reason: "${{{{ inputs.reason }}}}" }}
 )";
 
 /// Returns the shell command that installs the program that a simulator's command starts; "true": none.
@@ -159,7 +159,6 @@ std::string setup_for(const std::string& command) {
 
 struct InitOptions {
   fs::path project = ".";
-  std::string program = "OWNER/substep";
   std::string command;  ///< of a simulator, in place of the algorithms
 };
 
@@ -207,10 +206,10 @@ NewSuite new_suite(const InitOptions& options) {
     throw Error(fmt::format("{}: has no scene (.gltf or .glb) in which something moves", project.string()));
   }
   for (const std::string& other : suite.others) text += fmt::format("\n# not taken: {}\n", other);
-  suite.files = {{"golden/suite.toml", text},
-                 {"golden/README.md", readme},
-                 {".github/workflows/goldens.yml",
-                  fmt::format(fmt::runtime(workflow), options.program, setup_for(options.command))}};
+  suite.files = {
+      {"golden/suite.toml", text},
+      {"golden/README.md", readme},
+      {".github/workflows/goldens.yml", fmt::format(fmt::runtime(workflow), setup_for(options.command))}};
   if (!fs::exists(project / ".gitignore")) suite.files.push_back({".gitignore", "/out/\n"});
   return suite;
 }
@@ -241,10 +240,7 @@ void init(const InitOptions& options) {
   fmt::print("  substep check\n  substep approve --failed --reason \"the first goldens\"\n");
   if (!ignores_out) fmt::print("  echo /out/ >> .gitignore\n");
   fmt::print("  git add golden .github/workflows/goldens.yml .gitignore\n");
-  if (options.program == InitOptions().program) {
-    fmt::print(
-        "and in .github/workflows/goldens.yml put the owner of the repository with substep for OWNER\n");
-  }
+  fmt::print("and in .github/workflows/goldens.yml put the owner of the repository with substep for OWNER\n");
 }
 
 }  // namespace
@@ -254,8 +250,6 @@ void add_init_command(CLI::App& app) {
       app.add_subcommand("init", "Write a suite of goldens, a workflow and a README for a project's scenes");
   const auto options = std::make_shared<InitOptions>();
   command->add_option("folder", options->project, "The project's folder: its scenes are looked for in it")
-      ->capture_default_str();
-  command->add_option("--program", options->program, "The repository with substep, whose workflow is used")
       ->capture_default_str();
   command->add_option("--command", options->command,
                       "A simulator that makes the runs: its command line with {scene}, {settings}, {poses}");

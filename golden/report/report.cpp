@@ -24,28 +24,14 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-double severity(const Json& entry) {
-  double largest = 0;
-  if (!entry.contains("pairs")) return largest;
-  for (const Json& pair : entry.at("pairs")) {
-    const Json& comparison = pair.at("comparison");
-    if (comparison.contains("flip"))
-      largest = std::max(largest, comparison.at("flip").at("max").get<double>());
-  }
-  return largest;
-}
-
-/// Returns the failing cases, the gravest verdict first, and within a verdict the most visible first.
+/// Returns the failing cases, the gravest verdict first.
 std::vector<const Json*> failing_cases(const Json& results) {
   std::vector<const Json*> cases;
   for (const Json& entry : results.at("cases")) {
     if (entry.at("verdict") != "pass") cases.push_back(&entry);
   }
   const auto rank = [](const Json* entry) { return verdict_named(entry->at("verdict").get<std::string>()); };
-  std::stable_sort(cases.begin(), cases.end(), [&](const Json* a, const Json* b) {
-    if (rank(a) != rank(b)) return rank(a) < rank(b);
-    return severity(*a) > severity(*b);
-  });
+  std::ranges::stable_sort(cases, {}, rank);
   return cases;
 }
 
