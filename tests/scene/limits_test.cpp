@@ -142,6 +142,10 @@ json with_colliders(json document, int count, bool hull, bool moves, bool scaled
   return document;
 }
 
+Crafted collided(const Geometry& geometry, int count, bool hull, bool moves, bool scaled) {
+  return as_glb(with_colliders(document_of(geometry), count, hull, moves, scaled), geometry);
+}
+
 json with_shapes(const char* shape, int count, bool scaled) {
   json document = one_body("{}", shape);
   const json node = document["nodes"][0];
@@ -254,36 +258,16 @@ const std::vector<Case>& cases() {
              R"({"type": "capsule", "capsule": {"height": 1, "radiusBottom": 0.5, "radiusTop": 0.2}})", 5500,
              true));
        }},
-      {"OneHullManyTimes", "", "",
-       [] {
-         const Geometry geometry = ball(256);
-         return as_glb(with_colliders(document_of(geometry), 6000, true, true, false), geometry);
-       }},
+      {"OneHullManyTimes", "", "", [] { return collided(ball(256), 6000, true, true, false); }},
       {"HullsOfOneMeshInManyScales", "/collider", "has more than",
-       [] {
-         const Geometry geometry = ball(512);
-         return as_glb(with_colliders(document_of(geometry), 6000, true, true, true), geometry);
-       }},
+       [] { return collided(ball(512), 6000, true, true, true); }},
       {"HullsOfAllPoints", "", "",  // as many as fit, each with its own
-       [] {
-         const Geometry geometry = ball(80'000);
-         return as_glb(with_colliders(document_of(geometry), 1, true, true, false), geometry);
-       }},
+       [] { return collided(ball(80'000), 1, true, true, false); }},
       {"HullsOfAllPointsInSomeScales", "/collider", "has more than",
-       [] {
-         const Geometry geometry = ball(80'000);
-         return as_glb(with_colliders(document_of(geometry), 20, true, true, true), geometry);
-       }},
-      {"FlatHull", "/collider", "thinner than",
-       [] {
-         const Geometry geometry = grid(150);
-         return as_glb(with_colliders(document_of(geometry), 1, true, true, false), geometry);
-       }},
+       [] { return collided(ball(80'000), 20, true, true, true); }},
+      {"FlatHull", "/collider", "thinner than", [] { return collided(grid(150), 1, true, true, false); }},
       {"GroundsOfOneMesh", "/collider", "has more than",
-       [] {
-         const Geometry geometry = grid(100);
-         return as_glb(with_colliders(document_of(geometry), 4000, false, false, false), geometry);
-       }},
+       [] { return collided(grid(100), 4000, false, false, false); }},
       {"GroundOfAFan", "", "",  // all triangles at one vertex
        [] {
          Geometry geometry = ball(35'000);
@@ -291,7 +275,7 @@ const std::vector<Case>& cases() {
          for (std::uint32_t i = 1; i + 1 < geometry.vertices(); ++i) {
            for (const std::uint32_t corner : {0U, i, i + 1}) geometry.indices.push_back(corner);
          }
-         return as_glb(with_colliders(document_of(geometry), 1, false, false, false), geometry);
+         return collided(geometry, 1, false, false, false);
        }},
       {"CollidersOfOneTree", "/collider", "has more than",
        [] {
@@ -363,19 +347,19 @@ const std::vector<Case>& cases() {
          Geometry geometry = ball(20'000);
          for (float& coordinate : geometry.positions) coordinate *= 1e-42F;
          for (std::size_t i = 2; i < geometry.positions.size(); i += 3) geometry.positions[i] = 0;
-         return as_glb(with_colliders(document_of(geometry), 1, true, true, false), geometry);
+         return collided(geometry, 1, true, true, false);
        }},
       {"VertexInfinite", "/meshes/0/primitives/0", "vertex 777 is not finite",
        [] {
          Geometry geometry = ball(20'000);
          geometry.positions[3 * 777 + 1] = std::numeric_limits<float>::infinity();
-         return as_glb(with_colliders(document_of(geometry), 1, true, true, false), geometry);
+         return collided(geometry, 1, true, true, false);
        }},
       {"VerticesFar", "/collider", "within ±1e9 m",
        [] {
          Geometry geometry = ball(20'000);
          for (float& coordinate : geometry.positions) coordinate *= 1e38F;
-         return as_glb(with_colliders(document_of(geometry), 1, true, true, false), geometry);
+         return collided(geometry, 1, true, true, false);
        }},
       {"StepsWithoutEnd", "", "",  // the loader only reads them; a run refuses them
        [] {

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -132,30 +133,22 @@ TEST(MeshScene, OptionsSetSizeMassPoseAndCopies) {
 }
 
 TEST(MeshScene, RefusesOptionsOutOfRange) {
-  const auto complaint_about = [](const MeshOptions& options) {
+  const auto complaint_about = [](const std::function<void(MeshOptions&)>& change) {
+    MeshOptions options;
+    change(options);
     return message_of([&] { load_text("cube.obj", cube_obj, options); });
   };
-  MeshOptions options;
-  options.scale = 0;
-  EXPECT_THAT(complaint_about(options), HasSubstr("cube.obj: the scale must be above 0"));
-  options = {};
-  options.density = std::nan("");
-  EXPECT_THAT(complaint_about(options), HasSubstr("the density must be above 0"));
-  options = {};
-  options.mass = -1;
-  EXPECT_THAT(complaint_about(options), HasSubstr("the mass must be above 0"));
-  options = {};
-  options.height = -1;
-  EXPECT_THAT(complaint_about(options), HasSubstr("the height must be from 0 to 100000 m, but is -1"));
-  options = {};
-  options.copies = 1001;
-  EXPECT_THAT(complaint_about(options), HasSubstr("the copies must be from 1 to 1000"));
-  options = {};
-  options.rotation = {0, 400, 0};
-  EXPECT_THAT(complaint_about(options), HasSubstr("within ±360 degrees"));
-  options = {};
-  options.scale = 1e-200;
-  EXPECT_THAT(complaint_about(options), HasSubstr("cube.obj: "));
+  EXPECT_THAT(complaint_about([](auto& o) { o.scale = 0; }),
+              HasSubstr("cube.obj: the scale must be above 0"));
+  EXPECT_THAT(complaint_about([](auto& o) { o.density = std::nan(""); }),
+              HasSubstr("the density must be above 0"));
+  EXPECT_THAT(complaint_about([](auto& o) { o.mass = -1; }), HasSubstr("the mass must be above 0"));
+  EXPECT_THAT(complaint_about([](auto& o) { o.height = -1; }),
+              HasSubstr("the height must be from 0 to 100000 m, but is -1"));
+  EXPECT_THAT(complaint_about([](auto& o) { o.copies = 1001; }),
+              HasSubstr("the copies must be from 1 to 1000"));
+  EXPECT_THAT(complaint_about([](auto& o) { o.rotation = {0, 400, 0}; }), HasSubstr("within ±360 degrees"));
+  EXPECT_THAT(complaint_about([](auto& o) { o.scale = 1e-200; }), HasSubstr("cube.obj: "));
   const TemporaryFolder folder;
   const std::filesystem::path file = folder.write("example.gltf", example().dump());
   EXPECT_THAT(message_of([&] { load_scene(file, MeshOptions{}); }), HasSubstr("is a scene"));
