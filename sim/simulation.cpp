@@ -206,7 +206,9 @@ struct Simulation::Implementation {
   /// Returns the time in the last part at which its contacts ceased to hold; infinite where all held.
   double end_of_contacts(double part) {
     const auto missed = finder.missed(start, state.q, part);
-    return missed ? std::min(*missed, finder.first_impact()) : std::numeric_limits<double>::infinity();
+    if (!missed) return std::numeric_limits<double>::infinity();
+    // The path to what was missed bends at an impact, so its time is known only from there on.
+    return finder.first_impact() < part ? finder.first_impact() : *missed;
   }
 
   /// s1, geometry: finds the contacts of the next `duration`.

@@ -48,7 +48,7 @@ TEST_F(GoldenCommands, CheckApproveAndDiffOneCase) {
   }
 }
 
-TEST_F(GoldenCommands, CheckSaysWhereAGoldenThatPassesIsNotTheApprovedOne) {
+TEST_F(GoldenCommands, CheckFailsWhereAGoldenIsNotTheApprovedOne) {
   check();
   ASSERT_EQ(
       run({"approve", "--failed", "--reason", "the first", "--suite", "suite.toml", "--output", "checked"})
@@ -60,10 +60,9 @@ TEST_F(GoldenCommands, CheckSaysWhereAGoldenThatPassesIsNotTheApprovedOne) {
   ASSERT_NE(header, std::string::npos);
   write("poses/pendulum/a3.poses", log.replace(header, 12, "substeps 11\n"));
   const Outcome outcome = check();
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.out;
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.out;
   EXPECT_THAT(outcome.out,
-              HasSubstr("1 passes with a note, pendulum.a3: the golden a3.poses is not the one that was "
-                        "approved\n1 pass"));
+              HasSubstr("failed pendulum.a3: golden edited: a3.poses is not what was approved\n"));
 }
 
 TEST_F(GoldenCommands, RefuseWhatIsNotThere) {
