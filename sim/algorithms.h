@@ -32,7 +32,7 @@ using VelocityVector = std::vector<Velocity>;
 
 /// Buffers that outlive a step, and the step's report.
 struct Work {
-  VelocityVector sum;          ///< Σ v̆ᵏ
+  VelocityVector sum;          ///< A3, A4: Σ v̆ᵏ
   VelocityVector sum_v;        ///< A5: sv
   Mlcp mlcp;                   ///< A1
   DirectSolver solver;         ///< A1

@@ -58,14 +58,6 @@ struct Column {
     }
   }
 }
-void subtract_products_two_wide(const Matrix6& lower, const Matrix6* upper, const int* targets, int count,
-                                Matrix6* blocks) {
-  subtract_products_lanes(lower, upper, targets, count, blocks);
-}
-[[gnu::target("avx2")]] void subtract_products_four_wide(const Matrix6& lower, const Matrix6* upper,
-                                                         const int* targets, int count, Matrix6* blocks) {
-  subtract_products_lanes(lower, upper, targets, count, blocks);
-}
 
 [[gnu::always_inline]] inline void add_products_lanes(const Vector6* columns, const Vector6* rows, int count,
                                                       Matrix6& block) {
@@ -79,24 +71,18 @@ void subtract_products_two_wide(const Matrix6& lower, const Matrix6* upper, cons
     store(sum, block.data() + 6 * j);
   }
 }
-void add_products_two_wide(const Vector6* columns, const Vector6* rows, int count, Matrix6& block) {
-  add_products_lanes(columns, rows, count, block);
-}
-[[gnu::target("avx2")]] void add_products_four_wide(const Vector6* columns, const Vector6* rows, int count,
-                                                    Matrix6& block) {
-  add_products_lanes(columns, rows, count, block);
-}
 
 }  // namespace
 
 void subtract_products(const Matrix6& lower, const Matrix6* upper, const int* targets, int count,
                        Matrix6* blocks) {
-  (is_four_wide() ? subtract_products_four_wide : subtract_products_two_wide)(lower, upper, targets, count,
-                                                                              blocks);
+  run_wide([&]() __attribute__((always_inline)) {
+    subtract_products_lanes(lower, upper, targets, count, blocks);
+  });
 }
 
 void add_products(const Vector6* columns, const Vector6* rows, int count, Matrix6& block) {
-  (is_four_wide() ? add_products_four_wide : add_products_two_wide)(columns, rows, count, block);
+  run_wide([&]() __attribute__((always_inline)) { add_products_lanes(columns, rows, count, block); });
 }
 
 }  // namespace substep
