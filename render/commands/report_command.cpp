@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "render/commands/commands.h"
-#include "render/report/descendant_figures.h"
+#include "render/report/figures.h"
 #include "render/report/report.h"
 #include "render/video/time_sheet.h"
 #include "sim/commands/commands.h"
@@ -150,8 +150,7 @@ void add_report_command(CLI::App& app) {
   options->cache.add_to(*command);
   command->footer(
       "What the folder holds of the sweep already is not run again. report.html needs no other file. 'report "
-      "figure' draws one figure, "
-      "'report claims' measures what Nohra's report claims.\n"
+      "figure' draws one figure, 'report claims' measures what Nohra's report claims.\n"
       "Example:\n  substep report --output report\n  substep report scenes/pendulum.gltf "
       "scenes/box_stack.gltf");
   add_figure_command(*command);

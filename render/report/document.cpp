@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "render/embedded_file.h"
 #include "render/markup.h"
 #include "sim/math/base64.h"
@@ -12,7 +14,7 @@ SUBSTEP_EMBEDDED_FILE(page_style, SUBSTEP_REPORT_PAGE "/document.css")
 namespace substep::report {
 namespace {
 
-/// What is between ** is strong, what is between ` is code.
+/// Returns escaped text in which ** and ` are tags.
 std::string with_marks(const std::string& text) {
   std::string result;
   bool is_strong = false;
@@ -20,12 +22,10 @@ std::string with_marks(const std::string& text) {
   const std::string safe = render::escaped(text);
   for (std::size_t i = 0; i < safe.size(); ++i) {
     if (safe.compare(i, 2, "**") == 0) {
-      result += is_strong ? "</strong>" : "<strong>";
-      is_strong = !is_strong;
+      result += std::exchange(is_strong, !is_strong) ? "</strong>" : "<strong>";
       ++i;
     } else if (safe[i] == '`') {
-      result += is_code ? "</code>" : "<code>";
-      is_code = !is_code;
+      result += std::exchange(is_code, !is_code) ? "</code>" : "<code>";
     } else {
       result += safe[i];
     }
@@ -33,7 +33,7 @@ std::string with_marks(const std::string& text) {
   return result;
 }
 
-/// The picture as an address: it keeps its own styles and names to itself.
+/// Returns the picture as a URL, which keeps the picture's styles and names apart from the page's.
 std::string data_address(const Document::Block& picture) {
   const std::string& svg = picture.content;
   if (picture.file.ends_with(".png")) return "data:image/png;base64," + base64(svg);
@@ -49,50 +49,36 @@ std::string data_address(const Document::Block& picture) {
   return result;
 }
 
-/// A file's lines without their ends, as the page has them.
-std::string joined(std::string_view lines) {
-  std::string text(lines);
-  std::erase(text, '\n');
-  return text;
-}
+using Kind = Document::Block::Kind;
 
 }  // namespace
 
 std::string to_markdown(const Document& document) {
   std::string text;
   for (const Document::Block& block : document.blocks) {
-    if (block.kind == Document::Block::Kind::card_begin || block.kind == Document::Block::Kind::card_end)
-      continue;
+    if (block.kind == Kind::card_begin || block.kind == Kind::card_end) continue;
     if (!text.empty()) text += '\n';
-    switch (block.kind) {
-      case Document::Block::Kind::heading:
-        text += fmt::format("{} {}\n", std::string(static_cast<std::size_t>(block.level), '#'), block.text);
-        break;
-      case Document::Block::Kind::paragraph:
-        text += fmt::format("{}\n", block.text);
-        break;
-      case Document::Block::Kind::table:
-        text += to_markdown(block.table);
-        break;
-      case Document::Block::Kind::picture:
-        text += fmt::format("![{}]({})\n", block.text, block.file);
-        break;
-      default:
-        break;
+    if (block.kind == Kind::heading) {
+      text += fmt::format("{:#>{}} {}\n", "", block.level, block.text);
+    } else if (block.kind == Kind::paragraph) {
+      text += block.text + "\n";
+    } else if (block.kind == Kind::table) {
+      text += to_markdown(block.table);
+    } else {
+      text += fmt::format("![{}]({})\n", block.text, block.file);
     }
   }
   return text;
 }
 
 std::string to_html(const TextTable& table) {
-  std::string text = "<div class=\"table\"><table><tr>";
-  for (const std::string& cell : table.head) text += fmt::format("<th>{}</th>", with_marks(cell));
-  text += "</tr>\n";
-  for (const auto& row : table.rows) {
-    text += "<tr>";
-    for (const std::string& cell : row) text += fmt::format("<td>{}</td>", with_marks(cell));
-    text += "</tr>\n";
-  }
+  const auto row = [](const std::vector<std::string>& cells, const char* tag) {
+    std::string text = "<tr>";
+    for (const std::string& cell : cells) text += fmt::format("<{0}>{1}</{0}>", tag, with_marks(cell));
+    return text + "</tr>\n";
+  };
+  std::string text = "<div class=\"table\"><table>" + row(table.head, "th");
+  for (const auto& cells : table.rows) text += row(cells, "td");
   return text + "</table></div>\n";
 }
 
@@ -101,30 +87,32 @@ std::string to_html(const Document& document) {
   std::string body;
   for (const Document::Block& block : document.blocks) {
     switch (block.kind) {
-      case Document::Block::Kind::heading:
+      case Kind::heading:
         if (block.level == 1) title = block.text;
         body += fmt::format("<h{0}>{1}</h{0}>\n", block.level, with_marks(block.text));
         break;
-      case Document::Block::Kind::paragraph:
+      case Kind::paragraph:
         body += fmt::format("<p>{}</p>\n", with_marks(block.text));
         break;
-      case Document::Block::Kind::table:
+      case Kind::table:
         body += to_html(block.table);
         break;
-      case Document::Block::Kind::picture:
+      case Kind::picture:
         body += fmt::format("<div class=\"figure\"><img alt=\"{}\" src=\"{}\"></div>\n",
                             render::escaped(block.text), data_address(block));
         break;
-      case Document::Block::Kind::card_begin:
+      case Kind::card_begin:
         body += "<section class=\"card\">\n";
         break;
-      case Document::Block::Kind::card_end:
+      case Kind::card_end:
         body += "</section>\n";
         break;
     }
   }
+  std::string style(page_style());
+  std::erase(style, '\n');
   return fmt::format(fmt::runtime(page_template()), fmt::arg("title", render::escaped(title)),
-                     fmt::arg("style", joined(page_style())), fmt::arg("body", body));
+                     fmt::arg("style", style), fmt::arg("body", body));
 }
 
 }  // namespace substep::report

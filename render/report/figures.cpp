@@ -6,40 +6,30 @@
 #include <algorithm>
 #include <map>
 
-#include "render/report/ablation_figures.h"
-#include "render/report/descendant_figures.h"
-#include "render/report/map_figures.h"
-#include "render/report/run_figures.h"
-#include "render/report/sweep_figures.h"
-#include "render/report/validity_figures.h"
 #include "sim/error.h"
 #include "sim/loading/load_scene.h"
-#include "sim/study/sweep_results.h"
 
 namespace substep::report {
+namespace {
 
-Scene FigureSource::scene(const std::string& name) const {
-  return load_scene(scenes / (name + ".gltf"));
-}
-
-const std::vector<ReportFigure>& figures() {
-  static const std::vector<ReportFigure> all{
-      {"work-rows", "error against rows solved: joints and spin", true, true,
-       [](const FigureSource& source) { return work_rows_sheet(source, false); }},
-      {"work-rows-contacts", "error against rows solved: contacts", true, true,
-       [](const FigureSource& source) { return work_rows_sheet(source, true); }},
-      {"work-time", "error against CPU time: joints and spin", false, true,
-       [](const FigureSource& source) { return work_time_sheet(source, false); }},
-      {"work-time-contacts", "error against CPU time: contacts", false, true,
-       [](const FigureSource& source) { return work_time_sheet(source, true); }},
-      {"engines", "beside other engines: joints and spin", false, true,
-       [](const FigureSource& source) { return engines_sheet(source, false); }},
-      {"engines-contacts", "beside other engines: contacts", false, true,
-       [](const FigureSource& source) { return engines_sheet(source, true); }},
+std::vector<ReportFigure> all_figures() {
+  const auto work = [](WorkFigure kind, bool contacts) {
+    return [=](const FigureSource& source) { return work_sheet(source, kind, contacts); };
+  };
+  const auto descendants = [](Cost cost) {
+    return [=](const FigureSource& source) { return descendants_sheet(source, cost); };
+  };
+  return {
+      {"work-rows", "error against rows solved: joints and spin", true, true, work(WorkFigure::rows, false)},
+      {"work-rows-contacts", "error against rows solved: contacts", true, true, work(WorkFigure::rows, true)},
+      {"work-time", "error against CPU time: joints and spin", false, true, work(WorkFigure::time, false)},
+      {"work-time-contacts", "error against CPU time: contacts", false, true, work(WorkFigure::time, true)},
+      {"engines", "beside other engines: joints and spin", false, true, work(WorkFigure::engines, false)},
+      {"engines-contacts", "beside other engines: contacts", false, true, work(WorkFigure::engines, true)},
       {"engine-steps", "beside other engines by step: joints and spin", true, true,
-       [](const FigureSource& source) { return engine_steps_sheet(source, false); }},
+       work(WorkFigure::engine_steps, false)},
       {"engine-steps-contacts", "beside other engines by step: contacts", true, true,
-       [](const FigureSource& source) { return engine_steps_sheet(source, true); }},
+       work(WorkFigure::engine_steps, true)},
       {"order", "error against the (sub-)step, with slope triangles", true, true, order_sheet},
       {"slopes", "local order: the slope from each run to the next", true, true, slopes_sheet},
       {"equal-rows", "sub-steps against iterations at equal row solves", true, true, equal_rows_sheet},
@@ -56,20 +46,16 @@ const std::vector<ReportFigure>& figures() {
        sweep_errors_sheet},
       {"size", "CPU time against the length of a chain", false, false, size_sheet},
       {"descendants-rows", "the report's algorithms beside Soft Step, XPBD and AVBD, by rows solved", true,
-       true, [](const FigureSource& source) { return descendants_sheet(source, Cost::rows); }},
-      {"descendants-time", "the same by CPU time", false, true,
-       [](const FigureSource& source) { return descendants_sheet(source, Cost::time); }},
+       true, descendants(Cost::rows)},
+      {"descendants-time", "the same by CPU time", false, true, descendants(Cost::time)},
       {"warm-start", "what a warm start of A5 is worth", true, true, warm_start_sheet},
       {"needed-substeps", "mass ratio against the sub-steps that hold it, of all", true, false,
        needed_substeps_sheet},
       {"avbd-stability", "AVBD over mass scale and β", true, false, avbd_stability_sheet},
       {"soft-rows", "τ and κ beside frequency and damping ratio", true, false, soft_rows_sheet}};
-  return all;
 }
 
-namespace {
-
-/// Three digits of any finite number, "least to most" of several.
+/// Returns three digits of any finite number, "least to most" of several.
 std::string range_text(const std::vector<double>& values) {
   if (values.empty()) return "–";
   const auto [least, most] = std::ranges::minmax(values);
@@ -86,7 +72,7 @@ TextTable numbers_of(const Panel& panel) {
   TextTable table{{fmt::format("{}: {}", panel.title, panel.x.title)}, {}};
   std::map<double, std::vector<std::vector<double>>> rows;  // by x, by column
   for (const Series& series : panel.series) {
-    if (!series.look.points) continue;  // a border
+    if (!series.style.points) continue;  // a border
     for (const auto& [x, y] : series.points) {
       rows[x].resize(std::max(rows[x].size(), table.head.size()));
       rows[x].back().push_back(y);
@@ -100,14 +86,6 @@ TextTable numbers_of(const Panel& panel) {
     for (const std::vector<double>& values : columns) row.push_back(range_text(values));
   }
   return table;
-}
-
-}  // namespace
-
-std::vector<TextTable> numbers_of(const Sheet& sheet) {
-  std::vector<TextTable> tables;
-  for (const Panel& panel : sheet.panels) tables.push_back(numbers_of(panel));
-  return tables;
 }
 
 std::string points_csv(const Sheet& sheet) {
@@ -131,8 +109,15 @@ std::string points_csv(const Sheet& sheet) {
   return text;
 }
 
-DrawnFigure drawn(const Sheet& sheet, PictureFormat format, const FigureStyle& style) {
-  return {draw(sheet, format, style), points_csv(sheet), caption_text(sheet), sheet.left_out};
+}  // namespace
+
+Scene FigureSource::scene(const std::string& name) const {
+  return load_scene(scenes / (name + ".gltf"));
+}
+
+const std::vector<ReportFigure>& figures() {
+  static const std::vector<ReportFigure> all = all_figures();
+  return all;
 }
 
 const ReportFigure& figure_named(const std::string& name) {
@@ -141,6 +126,16 @@ const ReportFigure& figure_named(const std::string& name) {
   std::vector<std::string_view> names;
   for (const ReportFigure& figure : figures()) names.push_back(figure.name);
   throw Error(fmt::format("there is no figure '{}'; there are {}", name, fmt::join(names, " ")));
+}
+
+std::vector<TextTable> numbers_of(const Sheet& sheet) {
+  std::vector<TextTable> tables;
+  for (const Panel& panel : sheet.panels) tables.push_back(numbers_of(panel));
+  return tables;
+}
+
+DrawnFigure drawn(const Sheet& sheet, PictureFormat format, const FigureStyle& style) {
+  return {draw(sheet, format, style), points_csv(sheet), caption_text(sheet), sheet.left_out};
 }
 
 }  // namespace substep::report

@@ -13,46 +13,87 @@
 
 namespace substep::report {
 
-/// What figures are drawn from.
+/// The data that figures are drawn from.
 struct FigureSource {
   std::vector<SweepRecord> records;             ///< of a sweep
-  std::filesystem::path scenes = "scenes";      ///< folder of the scene files, for what no sweep holds
-  bool properties = true;                       ///< whether a page has what no sweep holds
-  std::vector<std::filesystem::path> problems;  ///< friction problems, in files
-  std::map<std::string, std::string> stills;    ///< PNG: the algorithms at a scene's end, by the scene
+  std::filesystem::path scenes = "scenes";      ///< folder of the scene files, for figures without a sweep
+  bool properties = true;                       ///< whether a page has figures without a sweep
+  std::vector<std::filesystem::path> problems;  ///< files of friction problems
+  std::map<std::string, std::string> stills;    ///< PNG of the algorithms at a scene's end, by scene
 
-  /// The scene of a file in `scenes`, by its name without ".gltf". Throws Error.
+  /// Loads the scene of a file in `scenes`, by its name without ".gltf". Throws Error.
   Scene scene(const std::string& name) const;
 };
 
 struct ReportFigure {
   std::string name;   ///< "work-rows"
   std::string about;  ///< one line, for a list
-  bool reproducible;  ///< the same in every run; those of CPU times are not
+  bool reproducible;  ///< the same in every run; figures of CPU times are not
   bool from_sweep;    ///< needs records
   std::function<Sheet(const FigureSource&)> make;
 };
 
-/// All there are, in the report's order.
+/// Returns all figures, in the report's order.
 const std::vector<ReportFigure>& figures();
 
-/// The numbers of a sheet: a table a panel, a line a value of x, a column a series, with the range where
-/// there are several; of a panel with notes a line a note.
+/// Throws Error that lists the names.
+const ReportFigure& figure_named(const std::string& name);
+
+/// Returns the numbers of a sheet. A panel's table has a row for each x and a column for each series, with
+/// the range where there are several values; a panel with notes has a row for each note.
 std::vector<TextTable> numbers_of(const Sheet& sheet);
 
-/// The points that are drawn, a line each: panel, series, the axes' titles, x, y; a value of its own.
-std::string points_csv(const Sheet& sheet);
-
-/// A figure as files: its picture, its points and its caption.
+/// A figure as files.
 struct DrawnFigure {
   std::string picture;
-  std::string points;   ///< points_csv()
+  std::string points;   ///< CSV, a line a drawn point: panel, series, the axes' titles, x, y, its value
   std::string caption;  ///< caption_text()
   std::vector<LeftOut> left_out;
 };
 DrawnFigure drawn(const Sheet& sheet, PictureFormat format, const FigureStyle& style = {});
 
-/// Throws Error that lists the names.
-const ReportFigure& figure_named(const std::string& name);
+/// The x axis and the choice of lines of work_sheet().
+enum class WorkFigure { rows, time, engines, engine_steps };
+/// Draws errors against work, a panel for each scene with contacts, or without.
+Sheet work_sheet(const FigureSource& source, WorkFigure kind, bool contacts);
+/// Draws one scene's errors against the cost of its runs, and marks the chosen ones.
+Sheet choice_sheet(const std::vector<SweepRecord>& own);
+Sheet order_sheet(const FigureSource& source);
+Sheet slopes_sheet(const FigureSource& source);
+Sheet equal_rows_sheet(const FigureSource& source);
+
+/// Draws a panel for each scene and algorithm that ran several n with several steps.
+Sheet step_map_sheet(const FigureSource& source);
+/// Draws a panel for each scene and algorithm that ran several τ with several κ, for joints and contacts
+/// alike.
+Sheet factor_map_sheet(const FigureSource& source);
+Sheet mass_ratio_sheet(const FigureSource& source);
+Sheet stiffness_sheet(const FigureSource& source);
+Sheet stability_sheet(const FigureSource& source);
+/// Draws the behaviour of three stacked boxes in AVBD over their mass and β.
+Sheet avbd_stability_sheet(const FigureSource& source);
+
+Sheet drift_sheet(const FigureSource& source);
+Sheet size_sheet(const FigureSource& source);
+/// Draws FigureSource::problems. Throws Error where there are none or more than twelve.
+Sheet sweep_errors_sheet(const FigureSource& source);
+Sheet coupled_rows_sheet(const FigureSource& source);
+/// Draws the cost of each approximation of A4 and A5.
+Sheet ablation_sheet(const FigureSource& source);
+
+/// The cost at which A3 and A5 are compared with their descendants: Soft Step, small-step XPBD, AVBD and
+/// warm starts.
+enum class Cost { rows, time };
+/// Draws a panel for each scene: the algorithms' and their descendants' figure of merit against cost.
+Sheet descendants_sheet(const FigureSource& source, Cost cost);
+/// Draws a panel for each scene: A5 by n, with warm starts.
+Sheet warm_start_sheet(const FigureSource& source);
+/// Draws the fewest sub-steps, or iterations, that hold a stack and a chain, by mass ratio.
+Sheet needed_substeps_sheet(const FigureSource& source);
+/// Draws τ and κ of A5, of XPBD and of Soft Step's rows.
+Sheet soft_rows_sheet(const FigureSource& source);
+/// Returns tables of the merit at the cost of A5 with 16 sub-steps: one for scenes that stand, one for scenes
+/// that move.
+std::vector<TextTable> equal_cost_of_descendants(const std::vector<SweepRecord>& records, Cost cost);
 
 }  // namespace substep::report

@@ -1,19 +1,27 @@
-#include "render/report/map_figures.h"
+// Maps of the ranges in which runs are right: of a sweep over two settings, and of scenes made for it.
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <array>
 #include <cmath>
 #include <map>
 #include <set>
 #include <utility>
 
-#include "render/report/looks.h"
+#include "render/report/figures.h"
+#include "sim/measure/stability_map.h"
+#include "sim/measure/validity_maps.h"
+#include "sim/model/usual_settings.h"
 #include "sim/study/advice.h"
 #include "sim/study/sweep_results.h"
 
 namespace substep::report {
 namespace {
+
+constexpr SeriesStyle good_mark{2, 7, false, false};
+constexpr SeriesStyle fair_mark{1, 9, false, false};
+constexpr SeriesStyle lost_mark{4, 2, false, false};
 
 using Axes = std::array<double, 2> (*)(const Settings& settings);
 
@@ -23,8 +31,8 @@ struct MappedRuns {
   std::array<std::set<double>, 2> values;
 };
 
-/// `without`: the settings with those two as in all others. Groups with fewer than `least` values are left
-/// out.
+/// Groups the runs of A3 to A5 that differ in two settings alone, `axes`. `without` makes these two equal.
+/// Leaves out groups with fewer than `least` values of a setting.
 std::vector<MappedRuns> mapped_runs(const std::vector<SweepRecord>& records, Axes axes,
                                     Settings (*without)(Settings settings), std::size_t least) {
   std::vector<MappedRuns> maps;
@@ -44,24 +52,7 @@ std::vector<MappedRuns> mapped_runs(const std::vector<SweepRecord>& records, Axe
   return maps;
 }
 
-Panel panel_of(const MappedRuns& map, Axes axes) {
-  Series good{"error below 1 % of the size", good_mark, {}};
-  Series fair{"bounded", fair_mark, {}};
-  Series lost{"not bounded", lost_mark, {}};
-  for (const SweepRecord& run : map.runs) {
-    const double miss = miss_of(run);
-    Series& series = !run.metrics->bounded ? lost : miss < 0.01 ? good : fair;
-    series.points.push_back(axes(run.settings));
-    series.values.push_back(miss);
-  }
-  Panel panel;
-  for (Series* const series : {&good, &fair, &lost}) {
-    if (!series->points.empty()) panel.series.push_back(std::move(*series));
-  }
-  return panel;
-}
-
-/// A range around the values, and gnuplot's tics at them.
+/// Sets a range around the values, and gnuplot's tics at them.
 void set_values(Axis& axis, const std::set<double>& values, std::string (*text)(double value)) {
   std::vector<std::string> tics;
   for (const double value : values) tics.push_back(fmt::format("\"{}\" {:.12g}", text(value), value));
@@ -73,10 +64,30 @@ void set_values(Axis& axis, const std::set<double>& values, std::string (*text)(
       axis.logarithmic ? std::array{low / margin, high * margin} : std::array{low - margin, high + margin};
 }
 
-constexpr const char* caption =
+/// Adds a panel with a point for each run: right, bounded or not bounded.
+Panel& add_map(Sheet& sheet, const MappedRuns& map, Axes axes, Axis x, Axis y) {
+  std::array<Series, 3> series{
+      {{"error below 1 % of the size", good_mark}, {"bounded", fair_mark}, {"not bounded", lost_mark}}};
+  for (const SweepRecord& run : map.runs) {
+    const double miss = miss_of(run);
+    Series& own = series.at(!run.metrics->bounded ? 2 : miss < 0.01 ? 0 : 1);
+    own.points.push_back(axes(run.settings));
+    own.values.push_back(miss);
+  }
+  Panel& panel = sheet.panels.emplace_back(Panel{.x = std::move(x), .y = std::move(y)});
+  for (Series& one : series) {
+    if (!one.points.empty()) panel.series.push_back(std::move(one));
+  }
+  return panel;
+}
+
+std::string plain_text(double value) {
+  return fmt::format("{:g}", value);
+}
+
+constexpr const char* map_caption =
     "Error: RMS over the scene's size while the reference lasts; where it diverges at once, the largest "
-    "joint gap or "
-    "overlap. Bounded: see 'What stays bounded'. The .csv has each run's error as its value.";
+    "joint gap or overlap. Bounded: see 'What stays bounded'. The .csv has each run's error as its value.";
 
 }  // namespace
 
@@ -87,19 +98,14 @@ Sheet step_map_sheet(const FigureSource& source) {
     s.step = 1;
     return s;
   };
-  Sheet sheet;
-  sheet.title = "Sub-steps n against the step h";
+  Sheet sheet{.title = "Sub-steps n against the step h", .caption = {map_caption}};
   for (const MappedRuns& map : mapped_runs(source.records, axes, without, 2)) {
     const SweepRecord& first = map.runs.front();
-    Panel panel = panel_of(map, axes);
+    Panel& panel = add_map(sheet, map, axes, {"n", true}, {"h, s", true});
     panel.title = fmt::format("{}: {}", first.scene, title_of(first.settings.algorithm));
-    panel.x = {"n", true, {}, {}};
-    panel.y = {"h, s", true, {}, {}};
-    set_values(panel.x, map.values[0], [](double n) { return fmt::format("{:g}", n); });
+    set_values(panel.x, map.values[0], plain_text);
     set_values(panel.y, map.values[1], [](double h) { return fmt::format("1/{:.6g}", 1 / h); });
-    sheet.panels.push_back(std::move(panel));
   }
-  sheet.caption = {caption};
   return sheet;
 }
 
@@ -109,22 +115,124 @@ Sheet factor_map_sheet(const FigureSource& source) {
     if (s.contact_tau == 0 && s.contact_kappa == 0) s.tau = s.kappa = 1;
     return s;
   };
-  Sheet sheet;
-  sheet.title = "τ against κ, of joints and contacts alike";
+  Sheet sheet{.title = "τ against κ, of joints and contacts alike", .caption = {map_caption}};
   for (const MappedRuns& map : mapped_runs(source.records, axes, without, 3)) {
     const SweepRecord& first = map.runs.front();
-    Panel panel = panel_of(map, axes);
+    Panel& panel = add_map(sheet, map, axes, {"κ"}, {"τ"});
     panel.title =
         fmt::format("{}: {}, n = {}, h = 1/{:.6g} s", first.scene, title_of(first.settings.algorithm),
                     first.settings.substeps, 1 / first.settings.step);
-    panel.x = {"κ", false, {}, {}};
-    panel.y = {"τ", false, {}, {}};
-    const auto text = [](double value) { return fmt::format("{:g}", value); };
-    set_values(panel.x, map.values[0], text);
-    set_values(panel.y, map.values[1], text);
-    sheet.panels.push_back(std::move(panel));
+    set_values(panel.x, map.values[0], plain_text);
+    set_values(panel.y, map.values[1], plain_text);
   }
-  sheet.caption = {caption};
+  return sheet;
+}
+
+Sheet mass_ratio_sheet(const FigureSource& source) {
+  Sheet sheet{.title = "Mass ratio against sub-steps: a chain with a heavy end",
+              .caption = {"heavy_chain.gltf, the ball's mass changed; 1 s against the reference. A1: steps "
+                          "of 1/(60 n) s; A3, A5: h = 1/60 s, m = 1, τ = κ = 1.",
+                          "At one n all four solve each row as often.",
+                          "Bounded: RMS error below 10 % of the chain's length, joints open by less than 10 "
+                          "% of a link, no energy gained."},
+              .columns = 2};
+  const Scene scene = source.scene("heavy_chain");
+  for (const auto& [algorithm, joints] :
+       {std::pair(Algorithm::a1, Joints::plain), std::pair(Algorithm::a3, Joints::plain),
+        std::pair(Algorithm::a5, Joints::plain), std::pair(Algorithm::a5, Joints::stable)}) {
+    Settings settings = usual_settings(scene, algorithm);
+    settings.joints = joints;
+    settings.tau = settings.kappa = 1;
+    Series good{"error below 1 % of the size", good_mark};
+    Series fair{"bounded: below 10 %", fair_mark};
+    Series lost{"lost", lost_mark};
+    for (const MassRatioPoint& point : mass_ratio_map(scene, settings, 1, 64)) {
+      Series& series = !point.bounded ? lost : point.error < 0.01 ? good : fair;
+      series.points.push_back({point.ratio, static_cast<double>(point.substeps)});
+    }
+    const bool is_direct = algorithm == Algorithm::a1;
+    sheet.panels.push_back({.title = is_direct ? std::string(title_of(algorithm))
+                                               : fmt::format("{} {}", title_of(algorithm), name(joints)),
+                            .x = {"mass of the end / of a link", true, std::array{0.4, 25000.0}},
+                            .y = {is_direct ? "n: steps of 1/(60 n) s" : "sub-steps n", true,
+                                  std::array{0.7, 90.0}, "(1, 2, 4, 8, 16, 32, 64)"},
+                            .series = {std::move(good), std::move(fair), std::move(lost)}});
+  }
+  return sheet;
+}
+
+Sheet stiffness_sheet(const FigureSource&) {
+  Sheet sheet{.title = "Step against stiffness: one weight of 1 kg on a spring without damping",
+              .caption = {"A spring is taken implicitly (a soft limit): too stiff for the step, it should be "
+                          "damped and never gain energy."},
+              .panel_height = 300};
+  for (const Algorithm algorithm : {Algorithm::a1, Algorithm::a3, Algorithm::a5}) {
+    Settings settings;
+    settings.algorithm = algorithm;
+    Series good{"keeps its energy to 10 % for 1 s", good_mark};
+    Series damped{"is damped", {1, 6, false, false}};
+    Series grows{"gains energy", lost_mark};
+    for (const StiffnessPoint& point : stiffness_map(settings)) {
+      Series& series = !(point.energy <= 1.1) ? grows : point.energy < 0.9 ? damped : good;
+      series.points.push_back({point.stiffness, point.step});
+    }
+    sheet.panels.push_back(
+        {.title = label(settings).substr(0, label(settings).find("  h=")),
+         .x = {"stiffness, N/m", true, std::array{0.3, 3e8},
+               "(1, '10^2' 1e2, '10^4' 1e4, '10^6' 1e6, '10^8' 1e8)"},
+         .y = {"h, s", true, std::array{1.0 / 700, 1.0 / 20},
+               "('1/480' 1./480, '1/240' 1./240, '1/120' 1./120, '1/60' 1./60, '1/30' 1./30)"},
+         .series = {std::move(good), std::move(damped), std::move(grows)}});
+  }
+  return sheet;
+}
+
+Sheet stability_sheet(const FigureSource&) {
+  Sheet sheet{.title = "Stability of one constraint row under τ and κ",
+              .caption = {"A weight without gravity whose joint is off by 1 mm; 8 sub-steps, 200 steps. "
+                          "Stable: it came closer."},
+              .panel_height = 340};
+  const std::vector<StabilityPoint> points = measure_stability_map();
+  for (const Algorithm algorithm : {Algorithm::a3, Algorithm::a4, Algorithm::a5}) {
+    Series stable{"stable", good_mark};
+    Series unstable{"unstable", lost_mark};
+    for (const StabilityPoint& point : points) {
+      if (point.algorithm != algorithm) continue;
+      (point.stable ? stable : unstable).points.push_back({point.kappa, point.tau});
+    }
+    Series border{"closed form: τ = 4 − 2κ",
+                  {0, 7, false, true, false},
+                  {{0, stability_border(0)}, {2, stability_border(2)}}};
+    sheet.panels.push_back({.title = std::string(title_of(algorithm)),
+                            .x = {"κ", false, std::array{0.0, 2.0}},
+                            .y = {"τ", false, std::array{0.0, 4.0}},
+                            .series = {std::move(stable), std::move(unstable), std::move(border)}});
+  }
+  return sheet;
+}
+
+Sheet avbd_stability_sheet(const FigureSource& source) {
+  Sheet sheet{.title = "AVBD over mass scale and β: three boxes of 1 m on one another",
+              .caption = {"h = 1/60 s, α = 0.99, γ = 0.999. No other method here notices the mass scale."}};
+  const Scene stack = source.scene("box_stack");
+  for (const int iterations : {5, 10, 20}) {
+    Settings settings = default_settings(Algorithm::avbd);
+    settings.iterations = iterations;
+    settings.step = stack.step;
+    std::vector<Series> series{{"move by less than 1 cm in 5 s", good_mark},
+                               {"by less than 10 cm", {6, 6, false, false}},
+                               {"by less than 1 m", {1, 8, false, false}},
+                               {"farther, or turn over", lost_mark}};
+    for (const AvbdPoint& point : avbd_map(stack, settings)) {
+      const std::size_t kind = point.falls ? 3 : point.moved < 0.01 ? 0 : point.moved < 0.1 ? 1 : 2;
+      series[kind].points.push_back({point.mass, point.beta});
+    }
+    series.push_back({"default", {0, 7, true, true, false}, {{3e-4, 1e4}, {3e6, 1e4}}});
+    sheet.panels.push_back({.title = fmt::format("{} iterations", iterations),
+                            .x = {"mass of a box, kg", true, std::array{3e-4, 3e6}},
+                            .y = {"β, N/m²", true, std::array{0.3, 3e10}},
+                            .series = std::move(series)});
+  }
   return sheet;
 }
 

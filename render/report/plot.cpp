@@ -5,11 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <system_error>
 
 #include "render/inks.h"
-#include "render/report/gnuplot.h"
 #include "render/report/plot_layout.h"
 #include "sim/error.h"
+#include "sim/execution/child_process.h"
 
 namespace substep::report {
 namespace {
@@ -18,12 +19,13 @@ constexpr render::Ink text_ink{"#222222", "#e6e6e6"};
 constexpr render::Ink frame_ink{"#b8b8b8", "#5a5a5a"};
 constexpr render::Ink paper{"#ffffff", "#14171a"};
 
-std::string style_of(const Look& look) {
-  const std::string line =
-      fmt::format("lc rgb '{}' lw 1.8 dt {}", render::inks.at(look.hue).light, look.dashed ? 2 : 1);
-  const std::string points = fmt::format("pt {} ps {:g}", look.shape, 0.75 * look.size);
-  if (!look.line) return fmt::format("with points {} lc rgb '{}'", points, render::inks.at(look.hue).light);
-  if (!look.points) return fmt::format("with lines {}", line);
+/// Returns gnuplot's words for a style.
+std::string style_script(const SeriesStyle& style) {
+  const char* const color = render::inks.at(static_cast<std::size_t>(style.hue)).light;
+  const std::string line = fmt::format("lc rgb '{}' lw 1.8 dt {}", color, style.dashed ? 2 : 1);
+  const std::string points = fmt::format("pt {} ps {:g}", style.shape, 0.75 * style.size);
+  if (!style.line) return fmt::format("with points {} lc rgb '{}'", points, color);
+  if (!style.points) return fmt::format("with lines {}", line);
   return fmt::format("with linespoints {} {}", line, points);
 }
 
@@ -45,14 +47,13 @@ std::array<double, 2> range_of(const Panel& panel, std::size_t axis) {
   for (const Series& series : panel.series) {
     for (const auto& point : series.points) {
       if (!can_be_drawn(point, panel)) continue;
-      range[0] = std::min(range[0], point[axis]);
-      range[1] = std::max(range[1], point[axis]);
+      range = {std::min(range[0], point[axis]), std::max(range[1], point[axis])};
     }
   }
   return range;
 }
 
-/// `length`: of the axis; `room`: what a tic's text needs along it.
+/// Returns the commands for one axis. `length`: of the axis; `room`: of a tic's text along it.
 std::string axis_script(char name, const Axis& axis, const std::array<double, 2>& data, double length,
                         double room) {
   std::string script =
@@ -100,7 +101,7 @@ std::string notes_script(const std::vector<Note>& notes) {
   return script;
 }
 
-/// Writes text at a point of the picture, from its top left corner.
+/// Returns a label at a point, measured from the picture's top left corner.
 std::string text_script(const Layout& layout, const std::string& text, double x, double y, const char* how,
                         double size) {
   return fmt::format("set label {} at screen {:.6f},{:.6f} {} font ',{:g}' textcolor rgb '{}'\n",
@@ -124,7 +125,7 @@ std::string panel_script(const Sheet& sheet, std::size_t index, const Layout& la
       ++count;
     }
     script += "END\n";
-    if (count > 0) plots.push_back(fmt::format("$data{} {} notitle", i, style_of(panel.series[i].look)));
+    if (count > 0) plots.push_back(fmt::format("$data{} {} notitle", i, style_script(panel.series[i].style)));
   }
   script += fmt::format(
       "set lmargin at screen {:.6f}\nset rmargin at screen {:.6f}\nset tmargin at screen {:.6f}\nset bmargin "
@@ -138,7 +139,7 @@ std::string panel_script(const Sheet& sheet, std::size_t index, const Layout& la
             text_script(layout, panel.x.title, 0.5 * (left + right), bottom + 35, "center", 12) +
             text_script(layout, panel.y.title, left - layout.left_margin + 12, 0.5 * (top + bottom),
                         "center rotate by 90", 12);
-  // A panel without a point still has its axes.
+  // Draw the axes of a panel without points.
   if (plots.empty()) {
     script += "set xrange [1:10]\nset yrange [1:10]\n";
     plots.emplace_back("NaN notitle");
@@ -146,7 +147,7 @@ std::string panel_script(const Sheet& sheet, std::size_t index, const Layout& la
   return fmt::format("{}plot {}\n", script, fmt::join(plots, ", "));
 }
 
-/// An empty plot over the picture that has title, legend and caption.
+/// Returns an empty plot over the whole picture that holds title, legend and caption.
 std::string words_script(const Layout& layout) {
   std::string script =
       "unset border\nunset tics\nunset arrow\nunset label\nunset logscale\nunset grid\nset lmargin at screen "
@@ -157,18 +158,21 @@ std::string words_script(const Layout& layout) {
     const LegendEntry& entry = layout.legend[i];
     script += fmt::format("$sample{} << END\n", i);
     for (const double x : {0.0, 0.5 * sample_width, sample_width}) {
-      // A line with its point in the middle, or the point alone
-      if (entry.look.line || x == 0.5 * sample_width)
+      // Draw a line with its point in the middle, or the point alone
+      if (entry.style.line || x == 0.5 * sample_width)
         script += fmt::format("{:.3f} {:.3f} {}\n", entry.x + x, entry.y, x == 0.5 * sample_width ? 0.75 : 0);
     }
     script += "END\n";
-    Look line = entry.look;
+    SeriesStyle line = entry.style;
     line.points = false;
-    Look point = entry.look;
+    SeriesStyle point = entry.style;
     point.line = false;
-    if (entry.look.line) plots.push_back(fmt::format("$sample{} using 1:2 {} notitle", i, style_of(line)));
-    if (entry.look.points || !entry.look.line)
-      plots.push_back(fmt::format("$sample{} using 1:($3 > 0 ? $2 : NaN) {} notitle", i, style_of(point)));
+    if (entry.style.line)
+      plots.push_back(fmt::format("$sample{} using 1:2 {} notitle", i, style_script(line)));
+    if (entry.style.points || !entry.style.line) {
+      plots.push_back(
+          fmt::format("$sample{} using 1:($3 > 0 ? $2 : NaN) {} notitle", i, style_script(point)));
+    }
     for (std::size_t k = 0; k < entry.lines.size(); ++k) {
       script += text_script(layout, entry.lines[k], entry.x + sample_width + sample_gap,
                             entry.y + static_cast<double>(k) * line_height, "left", 12);
@@ -185,7 +189,7 @@ std::string words_script(const Layout& layout) {
   return fmt::format("{}plot {}\n", script, fmt::join(plots, ", "));
 }
 
-/// Colours of dark mode, for pages and for viewers that show the file by itself.
+/// Adds colours of dark mode to an SVG.
 std::string with_dark_mode(std::string svg) {
   std::string rules = "text{font-family:'DejaVu Sans',Verdana,sans-serif}@media (prefers-color-scheme:dark){";
   const auto add = [&](const render::Ink& ink) {
@@ -217,7 +221,7 @@ std::string with_dark_mode(std::string svg) {
 std::string terminal(const Layout& layout, PictureFormat format, const FigureStyle& style, double unit) {
   const std::string ground =
       style.transparent ? "transparent" : fmt::format("background rgb '{}'", paper.light);
-  // Cairo's terminals take a font's points for those of 96 in an inch. The layout has measured its texts so.
+  // Cairo's terminals assume 96 points in an inch, and so does the layout's measurement of text.
   constexpr double points = 0.75;
   switch (format) {
     case PictureFormat::svg:
@@ -227,8 +231,7 @@ std::string terminal(const Layout& layout, PictureFormat format, const FigureSty
     case PictureFormat::pdf:
       return fmt::format(
           "set terminal pdfcairo size {:.4f},{:.4f} font '{},12' fontscale {:.4g} linewidth {:.4g} "
-          "dashlength 0.5 "
-          "pointscale {:.4g} {}\n",
+          "dashlength 0.5 pointscale {:.4g} {}\n",
           layout.width * unit / 72, layout.height * unit / 72, style.font, unit * points, unit, unit,
           style.transparent ? "transparent" : "");
     case PictureFormat::png:
@@ -237,12 +240,11 @@ std::string terminal(const Layout& layout, PictureFormat format, const FigureSty
   const double pixels = unit * style.dpi / 72;
   return fmt::format(
       "set terminal pngcairo size {:.0f},{:.0f} font '{},12' fontscale {:.4g} linewidth {:.4g} dashlength "
-      "0.5 "
-      "pointscale {:.4g} {}\n",
+      "0.5 pointscale {:.4g} {}\n",
       layout.width * pixels, layout.height * pixels, style.font, pixels * points, pixels, pixels, ground);
 }
 
-/// Gives an SVG its size in print, and a fallback font.
+/// Gives an SVG its size in print.
 std::string for_print(std::string svg, const Layout& layout, const FigureStyle& style) {
   const double unit = *style.width / layout.width;
   const std::string given = fmt::format("width=\"{:.0f}\" height=\"{:.0f}\"", layout.width, layout.height);
@@ -254,6 +256,26 @@ std::string for_print(std::string svg, const Layout& layout, const FigureStyle& 
   return svg;
 }
 
+/// Returns what gnuplot prints for a script. Throws Error where gnuplot is missing or fails.
+std::string gnuplot(const std::string& script) {
+  const TemporaryFile in(script);
+  const TemporaryFile out;
+  const TemporaryFile messages;
+  bool succeeds = false;
+  try {
+    succeeds =
+        ChildProcess({"gnuplot"}, {in.descriptor(), out.descriptor(), messages.descriptor()}).succeeds();
+  } catch (const std::system_error& error) {
+    throw Error(
+        fmt::format("the program gnuplot, which draws figures, cannot be started ({}): on Debian, apt-get "
+                    "install gnuplot-nox",
+                    error.code().message()));
+  }
+  std::string text = out.content();
+  if (!succeeds || text.empty()) throw Error(fmt::format("gnuplot failed: {}", messages.content()));
+  return text;
+}
+
 bool begins_with_one_of(const std::string& title, const std::vector<std::string>& words) {
   return std::ranges::any_of(words, [&](const std::string& word) { return title.starts_with(word); });
 }
@@ -262,13 +284,19 @@ bool begins_with_one_of(const std::string& title, const std::vector<std::string>
 void require_named(const std::vector<std::string>& titles, const std::vector<std::string>& words,
                    const char* what) {
   for (const std::string& word : words) {
-    if (std::ranges::any_of(titles, [&](const std::string& title) { return title.starts_with(word); }))
+    if (std::ranges::any_of(titles, [&](const std::string& title) { return title.starts_with(word); })) {
       continue;
+    }
     throw Error(fmt::format("the figure has no {} '{}': it has {}", what, word, fmt::join(titles, "; ")));
   }
 }
 
 }  // namespace
+
+SeriesStyle style_of(Algorithm algorithm) {
+  constexpr std::array shapes{7, 5, 9, 13, 11, 3, 1};
+  return {render::hue_of(algorithm), shapes.at(static_cast<std::size_t>(algorithm))};
+}
 
 bool can_be_drawn(const std::array<double, 2>& point, const Panel& panel) {
   return std::isfinite(point[0]) && std::isfinite(point[1]) && (!panel.x.logarithmic || point[0] > 0) &&
@@ -293,7 +321,7 @@ Sheet with_choice(Sheet sheet, const std::vector<std::string>& panels,
     std::erase_if(sheet.panels, [&](const Panel& panel) { return !begins_with_one_of(panel.title, panels); });
   }
   titles.clear();
-  for (const auto& [title, look] : series_titles(sheet)) titles.push_back(title);
+  for (const auto& [title, style] : series_titles(sheet)) titles.push_back(title);
   require_named(titles, series, "series");
   if (series.empty()) return sheet;
   for (Panel& panel : sheet.panels) {

@@ -1,40 +1,43 @@
 #pragma once
-/// A sheet of plots in the one style of all our figures: readable in print, in dark mode, and by people who
-/// see colours differently (each series has a shape of its own too).
+/// A sheet of plots in the one style of all our figures: readable in print, in dark mode and with colour
+/// blindness (each series has a point shape of its own).
 
 #include <array>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "sim/model/settings.h"
+
 namespace substep::report {
 
-/// What a series looks like.
-struct Look {
-  int hue = 0;    ///< of inks.h
+struct SeriesStyle {
+  int hue = 0;    ///< index of render::inks
   int shape = 7;  ///< gnuplot's point type: 7 disc, 6 ring, 5 square, 9 triangle, 11 triangle down, 2 cross
-  bool dashed = false;  ///< line
-  bool line = true;     ///< points are joined
+  bool dashed = false;
+  bool line = true;
   bool points = true;
   double size = 1;  ///< of points
 };
 
+/// Returns the style of an algorithm in all figures.
+SeriesStyle style_of(Algorithm algorithm);
+
 struct Series {
   std::string title;  ///< equal titles on one sheet have one entry in the legend
-  Look look;
-  std::vector<std::array<double, 2>> points;  ///< those that are not finite are left out
-  std::vector<double> values = {};            ///< of the points, where they stand for a number of their own
+  SeriesStyle style;
+  std::vector<std::array<double, 2>> points = {};  ///< points that are not finite are left out
+  std::vector<double> values = {};                 ///< a number for each point, for the .csv; may be empty
 };
 
 struct Axis {
   std::string title;
   bool logarithmic = false;
-  std::optional<std::array<double, 2>> range;  ///< else the data's
-  std::string tics;                            ///< gnuplot's, where its own are not good
+  std::optional<std::array<double, 2>> range = {};  ///< absent: the data's
+  std::string tics = {};                            ///< in gnuplot's syntax; empty: gnuplot's choice
 };
 
-/// Shows a power law: a right triangle with this slope, its corner at (x, y), as wide as a factor `width` in
-/// x.
+/// A right triangle that shows a power law: its corner is at (x, y), its width a factor `width` in x.
 struct SlopeTriangle {
   double x;
   double y;
@@ -42,7 +45,7 @@ struct SlopeTriangle {
   double slope;
 };
 
-/// Words beside a point.
+/// Text beside a point.
 struct Note {
   double x;
   double y;
@@ -52,15 +55,15 @@ struct Note {
 };
 
 struct Panel {
-  std::string title;
-  Axis x;
-  Axis y;
-  std::vector<Series> series;
-  std::vector<SlopeTriangle> triangles;
-  std::vector<Note> notes;
+  std::string title = {};
+  Axis x = {};
+  Axis y = {};
+  std::vector<Series> series = {};
+  std::vector<SlopeTriangle> triangles = {};
+  std::vector<Note> notes = {};
 };
 
-/// Runs that a sheet could show and does not.
+/// A series that a sheet could show and does not.
 struct LeftOut {
   std::string scene;
   std::string series;
@@ -69,47 +72,47 @@ struct LeftOut {
 };
 
 struct Sheet {
-  std::string title;
-  std::vector<std::string> caption;  ///< lines: what it shows, and the settings
-  std::vector<LeftOut> left_out;
-  int columns = 3;      ///< of panels, at most
+  std::string title = {};
+  std::vector<std::string> caption = {};  ///< lines: what the sheet shows, and the settings
+  std::vector<LeftOut> left_out = {};
+  int columns = 3;      ///< the most panels side by side
   double width = 1200;  ///< pixels
   double panel_height = 320;
-  std::vector<Panel> panels;
+  std::vector<Panel> panels = {};
 };
 
 enum class PictureFormat { svg, pdf, png };
 
-/// For print: how wide, and what of the sheet.
+/// The layout of a sheet in print.
 struct FigureStyle {
-  /// mm. As many panels stand side by side as there is room for, and all text has nearly one size. Absent:
-  /// the sheet's own layout, for screens; its SVG follows the reader's dark mode.
-  std::optional<double> width;
-  double text =
-      8;  ///< points; panels' titles and axes have this, the caption 11/12 and the title 13/12 of it
+  /// Width, mm. As many panels stand side by side as there is room for, and all text has nearly one size.
+  /// Absent: the sheet's own layout, for screens; its SVG follows the reader's dark mode.
+  std::optional<double> width = {};
+  double text = 8;  ///< points, of panel titles and axes; the caption has 11/12 of it, the title 13/12
   std::string font = "DejaVu Sans";
   bool title = true;
   bool caption = true;
-  bool transparent = false;  ///< ground
+  bool transparent = false;  ///< no white ground
   double dpi = 300;          ///< of a PNG
 };
 
-/// Returns whether the point is finite, and on a logarithmic axis above 0.
+/// Returns whether the point is finite, and above 0 on each logarithmic axis.
 bool can_be_drawn(const std::array<double, 2>& point, const Panel& panel);
 
-/// Title and caption, then a line for each series that is left out.
+/// Returns title and caption, then a line for each series that is left out.
 std::string caption_text(const Sheet& sheet);
 
-/// Throws Error when gnuplot is not there. The same sheet gives the same SVG, byte by byte.
+/// Draws the sheet with gnuplot. The same sheet gives the same SVG, byte by byte. Throws Error where gnuplot
+/// is missing or the sheet has no panel.
 std::string draw(const Sheet& sheet, PictureFormat format, const FigureStyle& style = {});
 
-/// The figure with the panels and series alone whose titles begin with one of these words; none are given:
-/// all. Throws Error where a word names nothing.
+/// Returns the sheet with only those panels and series whose titles begin with one of these words; an empty
+/// list keeps all. Throws Error where a word matches no title.
 Sheet with_choice(Sheet sheet, const std::vector<std::string>& panels,
                   const std::vector<std::string>& series);
 
-/// With these ranges of all panels' axes. Throws Error where an axis is logarithmic and a range is not above
-/// 0.
+/// Returns the sheet with these ranges of all panels' axes. Throws Error where an axis is logarithmic and its
+/// range is not above 0.
 Sheet with_ranges(Sheet sheet, const std::optional<std::array<double, 2>>& x,
                   const std::optional<std::array<double, 2>>& y);
 

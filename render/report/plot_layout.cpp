@@ -11,10 +11,10 @@
 namespace substep::report {
 namespace {
 
-constexpr double right_margin = 16;  // half of a tic's text, too
+constexpr double right_margin = 16;  // also room for half of a tic's text
 constexpr double text_size = 12;
 
-/// Lines broken between words, so that none is wider than `most`.
+/// Breaks lines between words, so that none is wider than `most`.
 std::vector<std::string> wrapped(const std::vector<std::string>& lines, double most, double size) {
   std::vector<std::string> result;
   for (const std::string& line : lines) {
@@ -35,7 +35,7 @@ std::vector<std::string> wrapped(const std::vector<std::string>& lines, double m
   return result;
 }
 
-/// The widest text of an axis' tics: those that are given, or what gnuplot writes.
+/// Returns the widest text of an axis' tics, whether given or gnuplot's own.
 double tics_width(const Axis& axis) {
   if (axis.tics.empty()) return width_of(axis.logarithmic ? "10-10" : "-0.0005", text_size);
   double widest = width_of("1000", text_size);
@@ -47,6 +47,7 @@ double tics_width(const Axis& axis) {
   return widest;
 }
 
+/// Sets the panels' margins, number of columns and size.
 void place_panels(const Sheet& sheet, bool is_print, Layout& layout) {
   double tics = 0;
   bool has_title = false;
@@ -64,7 +65,7 @@ void place_panels(const Sheet& sheet, bool is_print, Layout& layout) {
   const auto count = static_cast<int>(sheet.panels.size());
   layout.columns = std::min(sheet.columns, count);
   if (is_print) {
-    // A plot has room for its tics and its title; somewhat less where all panels stand in one row
+    // Leave each plot room for tics and title, somewhat less where all panels stand in one row
     const auto fitting = [&](double least) {
       const double plot = std::max(least, x_title - 2 * right_margin);
       return std::clamp(static_cast<int>(layout.width / (layout.left_margin + plot + right_margin)), 1,
@@ -77,14 +78,14 @@ void place_panels(const Sheet& sheet, bool is_print, Layout& layout) {
                                  : std::clamp(0.4 * layout.panel_width, sheet.panel_height, 480.0);
 }
 
-/// Places the legend's entries in columns of equal width below `top`, and returns where it ends.
+/// Places the legend's entries in columns of equal width below `top`, and returns the legend's bottom.
 double place_legend(const Sheet& sheet, double top, Layout& layout) {
   constexpr double between = 18;
   constexpr double border = 8;
   const double room = layout.width - 2 * border;
   double widest = 0;
-  for (const auto& [title, look] : series_titles(sheet)) {
-    LegendEntry entry{wrapped({title}, room - sample_width - sample_gap, text_size), look, 0, 0};
+  for (const auto& [title, style] : series_titles(sheet)) {
+    LegendEntry entry{wrapped({title}, room - sample_width - sample_gap, text_size), style};
     for (const std::string& line : entry.lines)
       widest = std::max(widest, sample_width + sample_gap + width_of(line, text_size));
     layout.legend.push_back(std::move(entry));
@@ -109,7 +110,7 @@ double place_legend(const Sheet& sheet, double top, Layout& layout) {
   return y;
 }
 
-/// "A2 of crane (6 runs lost)"; of many their number.
+/// Returns "Left out: A2 of crane (6 runs lost)." or, of many series, their number.
 std::string left_out_line(const std::vector<LeftOut>& left_out) {
   constexpr std::size_t most = 3;
   if (left_out.empty()) return "";
@@ -142,12 +143,12 @@ double width_of(const std::string& text, double size) {
   return render::text_width(text, {.size = size * from_ascender_to_descender});
 }
 
-std::vector<std::pair<std::string, Look>> series_titles(const Sheet& sheet) {
-  std::vector<std::pair<std::string, Look>> titles;
+std::vector<std::pair<std::string, SeriesStyle>> series_titles(const Sheet& sheet) {
+  std::vector<std::pair<std::string, SeriesStyle>> titles;
   for (const Panel& panel : sheet.panels) {
     for (const Series& series : panel.series) {
-      if (std::ranges::find(titles, series.title, &std::pair<std::string, Look>::first) == titles.end())
-        titles.emplace_back(series.title, series.look);
+      const auto is_same = [&](const auto& entry) { return entry.first == series.title; };
+      if (std::ranges::none_of(titles, is_same)) titles.emplace_back(series.title, series.style);
     }
   }
   return titles;
@@ -167,7 +168,7 @@ Layout layout_of(const Sheet& sheet, const FigureStyle& style, double width) {
   if (!style.caption) return layout;
   std::vector<std::string> lines = sheet.caption;
   if (const std::string line = left_out_line(sheet.left_out); !line.empty()) lines.push_back(line);
-  // In print its lines are one paragraph
+  // Join the caption's lines to one paragraph in print
   if (is_print) lines = {fmt::format("{}", fmt::join(lines, " "))};
   layout.caption = wrapped(lines, layout.width - 16, caption_size);
   layout.caption_top = layout.height + 0.5 * line_height;

@@ -1,7 +1,8 @@
 #pragma once
-/// Where the parts of a sheet of plots stand: measured from their text, so that none covers another.
+/// The layout of a sheet of plots, measured from its texts, so that none covers another.
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "render/report/plot.h"
@@ -11,12 +12,12 @@ namespace substep::report {
 /// An entry of the legend: a sample of the series and its title beside it.
 struct LegendEntry {
   std::vector<std::string> lines;  ///< of the title
-  Look look;
+  SeriesStyle style;
   double x = 0;  ///< of the sample's left end
   double y = 0;  ///< of the first line's middle
 };
 
-/// In units of which the text's size is 12 (on screens, pixels), from the top left corner.
+/// Positions from the picture's top left corner, in units in which text has size 12 (on screens, pixels).
 struct Layout {
   double width = 0;
   double height = 0;
@@ -33,7 +34,7 @@ struct Layout {
   double caption_top = 0;  ///< middle of the first line
   std::vector<std::string> caption;
 
-  double left(std::size_t panel) const;  ///< of the panel's plot
+  double left(std::size_t panel) const;  ///< edge of the panel's plot
   double right(std::size_t panel) const;
   double top(std::size_t panel) const;
   double bottom(std::size_t panel) const;
@@ -44,13 +45,13 @@ inline constexpr double line_height = 17;
 inline constexpr double sample_width = 28;  ///< of a series in the legend
 inline constexpr double sample_gap = 6;
 
-/// Width of text in the figures' font.
+/// Returns the width of text in the figures' font.
 double width_of(const std::string& text, double size);
 
-/// `width`: of the picture, in units; 0: as wide as the sheet says.
+/// Lays out a sheet. `width`: of the picture, in units; 0: the sheet's own.
 Layout layout_of(const Sheet& sheet, const FigureStyle& style, double width);
 
-/// The series of a sheet, each title once, in the order in which they come. Lines are not set.
-std::vector<std::pair<std::string, Look>> series_titles(const Sheet& sheet);
+/// Returns the different titles of a sheet's series, in order of appearance, each with its first style.
+std::vector<std::pair<std::string, SeriesStyle>> series_titles(const Sheet& sheet);
 
 }  // namespace substep::report

@@ -7,16 +7,14 @@
 #include <functional>
 #include <map>
 #include <set>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "render/embedded_file.h"
-#include "render/report/bad_figures.h"
-#include "render/report/descendant_figures.h"
 #include "render/report/report_tables.h"
-#include "render/report/sweep_figures.h"
 #include "sim/study/advice.h"
 #include "sim/study/sweep_results.h"
 
@@ -25,7 +23,7 @@ SUBSTEP_EMBEDDED_FILE(report_template, SUBSTEP_REPORT_PAGE "/report.md")
 namespace substep::report {
 namespace {
 
-/// Drawn figures by their names, but for those without data.
+/// Drawn figures by their names, without figures that have no data.
 using Pictures = std::map<std::string, DrawnFigure>;
 
 Pictures drawn_figures(const FigureSource& source, const std::function<void(double)>& progress) {
@@ -45,14 +43,13 @@ Pictures drawn_figures(const FigureSource& source, const std::function<void(doub
 /// Returns the paragraphs of a text, each with its lines joined.
 std::vector<std::string> parts_of(std::string_view text) {
   std::vector<std::string> parts(1);
-  while (!text.empty()) {
-    const std::size_t length = std::min(text.find('\n'), text.size());
-    const std::string_view line = text.substr(0, length);
-    text.remove_prefix(std::min(text.size(), length + 1));
-    if (line.empty()) {
-      if (!parts.back().empty()) parts.emplace_back();
-    } else {
-      parts.back() += fmt::format("{}{}", parts.back().empty() ? "" : " ", line);
+  std::istringstream lines{std::string(text)};
+  for (std::string line; std::getline(lines, line);) {
+    std::string& part = parts.back();
+    if (!line.empty()) {
+      part += (part.empty() ? "" : " ") + line;
+    } else if (!part.empty()) {
+      parts.emplace_back();
     }
   }
   if (parts.back().empty()) parts.pop_back();
@@ -106,14 +103,15 @@ class Report {
       const std::size_t level = part.find(' ');
       section_ = page_.blocks.size();
       page_.heading(static_cast<int>(level), part.substr(level + 1));
-    } else if (part.starts_with("![")) {
+    } else if (part.starts_with('!') || part.starts_with('[')) {
       const std::size_t before = page_.blocks.size();
-      picture(part.substr(2, part.size() - 3));
-      count(before);
-    } else if (part.starts_with('[')) {
-      const std::size_t before = page_.blocks.size();
-      contents_.at(part.substr(1, part.size() - 2))();
-      count(before);
+      if (part.starts_with('!')) {
+        picture(part.substr(2, part.size() - 3));
+      } else {
+        contents_.at(part.substr(1, part.size() - 2))();
+      }
+      ++asked_;
+      if (page_.blocks.size() > before) ++came_;
     } else if (part.starts_with(condition)) {
       const std::size_t end = part.find(')');
       if (conditions_.contains(part.substr(condition.size(), end - condition.size())))
@@ -123,12 +121,7 @@ class Report {
     }
   }
 
-  /// Counts a figure or a table of the section, and whether it has data.
-  void count(std::size_t blocks_before) {
-    ++asked_;
-    if (page_.blocks.size() > blocks_before) ++came_;
-  }
-
+  /// Removes the section where all of its figures and tables are empty.
   void end_section() {
     if (asked_ > 0 && came_ == 0) page_.blocks.resize(section_);
     asked_ = came_ = 0;
@@ -136,9 +129,12 @@ class Report {
 
   void picture(const std::string& name) {
     if (!pictures_.contains(name)) return;
-    const DrawnFigure& figure = pictures_.at(name);
-    page_.picture(figure_named(name).about, fmt::format("figures/{}.svg", name), figure.picture);
-    page_.blocks.back().beside = {{".csv", figure.points}, {".txt", figure.caption}};
+    add_figure(figure_named(name).about, name, pictures_.at(name));
+  }
+
+  void add_figure(const std::string& about, const std::string& name, const DrawnFigure& figure) {
+    page_.picture(about, fmt::format("figures/{}.svg", name), figure.picture,
+                  {{".csv", figure.points}, {".txt", figure.caption}});
   }
 
   void table(const TextTable& given) {
@@ -158,6 +154,21 @@ class Report {
         fmt::arg("equal_cost", equal_cost_factor));
   }
 
+  /// Adds the figures that miss what is known, with a heading; nothing where there are none.
+  void worst_figures() {
+    const std::vector<BadFigure> figures = bad_figures(records_);
+    if (figures.empty()) return;
+    page_.heading(2, "What is off");
+    page_.paragraph(fmt::format(
+        "What is known of the scenes (closed forms, invariants, what must stand) and does not hold within "
+        "its tolerance over the whole duration, in {} runs that were compared: of each scene and algorithm "
+        "the worst figure of all settings that ran, the worst first, and one line for the algorithms that "
+        "miss the same. What ran and is not here has none. Coarse settings are among those that ran: the "
+        "last column says how many of them are off.",
+        judged_runs(records_)));
+    page_.table(bad_figures_table(figures));
+  }
+
   void slopes() {
     for (const std::string& scene : scenes_of(records_)) {
       const std::vector<SweepRecord> own = of_scene(records_, scene);
@@ -168,7 +179,7 @@ class Report {
     }
   }
 
-  /// One card a scene: what to choose, the curve and a picture; of many scenes a table.
+  /// Adds a card for each scene with the chosen runs, their curve and a picture; for many scenes a table.
   void choices() {
     const std::vector<std::string> scenes = scenes_of(records_);
     if (scenes.size() > most_cards) return table(choices_table(records_));
@@ -182,10 +193,8 @@ class Report {
       if (!sheet.panels.empty()) {
         FigureStyle style;
         style.title = style.caption = false;
-        const DrawnFigure figure = drawn(sheet, PictureFormat::svg, style);
-        page_.picture(fmt::format("{}: {} against {}", scene, miss_title(own), cost_title(own)),
-                      fmt::format("figures/choice-{}.svg", scene), figure.picture);
-        page_.blocks.back().beside = {{".csv", figure.points}, {".txt", figure.caption}};
+        add_figure(fmt::format("{}: {} against {}", scene, miss_title(own), cost_title(own)),
+                   "choice-" + scene, drawn(sheet, PictureFormat::svg, style));
       }
       if (const auto still = source_.stills.find(scene); still != source_.stills.end()) {
         page_.picture(
@@ -209,19 +218,30 @@ class Report {
     }
   }
 
+  void descendants(Cost cost) {
+    for (const TextTable& each : equal_cost_of_descendants(records_, cost)) table(each);
+  }
+
+  void omitted() {
+    std::vector<LeftOut> left_out;
+    for (const auto& [name, figure] : pictures_)
+      left_out.insert(left_out.end(), figure.left_out.begin(), figure.left_out.end());
+    table(omitted_table(records_, left_out));
+  }
+
   const FigureSource& source_;
   const std::vector<SweepRecord>& records_;
   const Pictures pictures_;
   const TextTable orders_ = orders_table(records_);
   const EqualRows equal_rows_ = equal_rows(records_);
-  std::set<std::string> conditions_;  ///< that hold: names of scenes, and what the constructor adds
+  std::set<std::string> conditions_;  ///< true ones: names of scenes, and those the constructor adds
   Document page_;
-  std::size_t section_ = 0;  ///< where in the page the last heading of the template is
+  std::size_t section_ = 0;  ///< index of the block of the template's last heading
   int asked_ = 0;            ///< figures and tables of the section
-  int came_ = 0;             ///< of them
+  int came_ = 0;             ///< figures and tables of the section that have data
   /// Functions for the tables in brackets in the template.
   const std::map<std::string, std::function<void()>> contents_{
-      {"worst figures", [this] { add_bad_figures(records_, page_); }},
+      {"worst figures", [this] { worst_figures(); }},
       {"choices", [this] { choices(); }},
       {"equal cost", [this] { table(equal_cost_table(records_)); }},
       {"orders", [this] { table(orders_); }},
@@ -231,29 +251,14 @@ class Report {
       {"limits with contacts", [this] { table(limits_table(records_, true)); }},
       {"energy", [this] { table(energy_table(records_)); }},
       {"sliding", [this] { table(sliding_table(records_)); }},
-      {"springs",
-       [this] {
-         if (source_.properties) table(springs_table());
-       }},
+      {"springs", [this] { table(source_.properties ? springs_table() : TextTable()); }},
       {"advice for each scene", [this] { advice_for_scenes(); }},
       {"references", [this] { table(references_table(records_)); }},
       {"engines", [this] { table(engines_table(records_)); }},
       {"ahead", [this] { table(ahead_table(records_)); }},
-      {"descendants by rows",
-       [this] {
-         for (const TextTable& each : equal_cost_of_descendants(records_, Cost::rows)) table(each);
-       }},
-      {"descendants by time",
-       [this] {
-         for (const TextTable& each : equal_cost_of_descendants(records_, Cost::time)) table(each);
-       }},
-      {"omitted",
-       [this] {
-         std::vector<LeftOut> left_out;
-         for (const auto& [name, figure] : pictures_)
-           left_out.insert(left_out.end(), figure.left_out.begin(), figure.left_out.end());
-         table(omitted_table(records_, left_out));
-       }},
+      {"descendants by rows", [this] { descendants(Cost::rows); }},
+      {"descendants by time", [this] { descendants(Cost::time); }},
+      {"omitted", [this] { omitted(); }},
   };
 };
 

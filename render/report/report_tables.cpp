@@ -1,3 +1,5 @@
+// Tables of what runs cost: choices, equal cost, other engines.
+
 #include "render/report/report_tables.h"
 
 #include <fmt/format.h>
@@ -6,9 +8,10 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <string_view>
 
-#include "sim/measure/validity_maps.h"
 #include "sim/study/advice.h"
+#include "sim/study/engines/engines.h"
 #include "sim/study/sweep_results.h"
 
 namespace substep::report {
@@ -18,66 +21,49 @@ double rows_a_second(const SweepRecord& record) {
   return static_cast<double>(record.metrics->row_solves) / record.duration;
 }
 
-/// In milliseconds, or in rows where there are no times.
-std::string price(const SweepRecord& record) {
-  return record.times ? milliseconds(record) : short_number(rows_a_second(record));
-}
-
-/// The settings without the algorithm's name.
-std::string settings_text(const SweepRecord& record, bool joints) {
-  constexpr std::string_view with = " with ";
-  const std::string text = spoken(record, joints);
-  return text.substr(text.find(with) + with.size());
-}
-
-/// Of each family of ours the run whose row solves come closest to those of A3 to A5 with 16 sub-steps (or as
-/// many as there are below), and are not more.
-std::vector<std::pair<std::string, SweepRecord>> at_equal_rows(const std::vector<SweepRecord>& own) {
-  const std::vector<RunFamily> families = families_of(own);
-  std::int64_t most = 0;
-  for (const RunFamily& family : families) {
-    for (const SweepRecord& run : family.runs) {
-      const Settings& s = run.settings;
-      if (run.engine.empty() && s.algorithm >= Algorithm::a3 && s.substeps <= 16)
-        most = std::max(most, run.metrics->row_solves);
-    }
-  }
-  std::vector<std::pair<std::string, SweepRecord>> chosen;
-  for (const RunFamily& family : families) {
-    const SweepRecord* best = nullptr;
-    for (const SweepRecord& run : family.runs) {
-      // Contacts that are found elsewhere are a few rows more or less.
-      if (!run.engine.empty() ||
-          static_cast<double>(run.metrics->row_solves) > 1.05 * static_cast<double>(most))
-        continue;
-      if (!best || run.metrics->row_solves > best->metrics->row_solves) best = &run;
-    }
-    if (best) chosen.emplace_back(family.title, *best);
-  }
-  return chosen;
-}
-
-/// The cell of a row under a title that is added to the head when it is new.
-std::string& cell(TextTable& table, std::vector<std::string>& row, const std::string& title) {
-  auto found = std::ranges::find(table.head, title);
-  if (found == table.head.end()) found = table.head.insert(table.head.end(), title);
-  row.resize(std::max(row.size(), table.head.size()));
-  return row[static_cast<std::size_t>(found - table.head.begin())];
-}
-
-/// Rows as long as the head.
-void fill(TextTable& table) {
-  for (auto& row : table.rows) row.resize(table.head.size());
-}
-
-}  // namespace
-
+/// Returns a run's CPU time for a simulated second, with its spread; empty where it was not timed.
 std::string milliseconds(const SweepRecord& record) {
   if (!record.times) return "";
   const RunTimes& t = *record.times;
   const double spread = (t.largest - t.smallest) / 2 / std::max(t.median, 1e-12);
   return fmt::format("{:.3g} ± {:.0f} %", 1000 * cost_of(record), 100 * spread);
 }
+
+/// Returns milliseconds, or rows where there are no times.
+std::string price(const SweepRecord& record) {
+  return record.times ? milliseconds(record) : short_number(rows_a_second(record));
+}
+
+/// Returns the settings without the algorithm's name.
+std::string settings_text(const SweepRecord& record, bool joints) {
+  constexpr std::string_view with = " with ";
+  const std::string text = spoken(record, joints);
+  return text.substr(text.find(with) + with.size());
+}
+
+/// Returns the cheapest run of one side, ours or other engines, within so many metres of the reference, or
+/// null.
+const SweepRecord* cheapest_within(const std::vector<SweepRecord>& records, double metres, bool is_ours) {
+  const SweepRecord* best = nullptr;
+  for (const SweepRecord& record : records) {
+    const bool is_of_side = is_ours ? record.engine.empty() : is_other_engine(record);
+    if (!is_of_side || !record.metrics || !record.times || !record.metrics->bounded) continue;
+    if (!(record.metrics->error.position.rms <= metres)) continue;
+    if (!best || record.times->median < best->times->median) best = &record;
+  }
+  return best;
+}
+
+/// Returns which of two runs is cheaper, and the ratio of their times.
+std::string ahead_of(const SweepRecord* ours, const SweepRecord* theirs) {
+  if (!ours) return "the other: ours are not there";
+  if (!theirs) return "ours: no other is there";
+  const double ratio = theirs->times->median / ours->times->median;
+  return ratio >= 1 ? fmt::format("ours, {:.2g} times", ratio)
+                    : fmt::format("the other, {:.2g} times", 1 / ratio);
+}
+
+}  // namespace
 
 bool has_times(const std::vector<SweepRecord>& records) {
   return std::ranges::any_of(records, [](const SweepRecord& record) { return record.times.has_value(); });
@@ -94,7 +80,7 @@ TextTable choices_table(const std::vector<SweepRecord>& records) {
     const std::vector<SweepRecord> own = of_scene(records, scene);
     if (std::ranges::none_of(own, is_own_run)) continue;
     std::vector<std::string> row{scene};
-    for (const double tolerance : {0.01, 0.001}) {
+    for (const double tolerance : choice_tolerances) {
       const auto run = cheapest(own, tolerance);
       row.push_back(run ? spoken(*run, has_joints(own)) : "none");
       row.push_back(run ? price(*run) : "");
@@ -123,7 +109,7 @@ TextTable references_table(const std::vector<SweepRecord>& records) {
     const std::vector<SweepRecord> own = of_scene(records, scene);
     double smallest = INFINITY;
     for (const SweepRecord& record : own) {
-      // Exact but for rounding is no error that a reference could be held to.
+      // Skip errors that are rounding.
       if (record.metrics && record.metrics->error.position.rms > smallest_plotted_error * record.size &&
           is_sure(record)) {
         smallest = std::min(smallest, record.metrics->error.position.rms);
@@ -197,95 +183,8 @@ TextTable equal_cost_table(const std::vector<SweepRecord>& records) {
       }
       const std::string text =
           fmt::format("{}, {}", percent(miss_of(*best[i])), settings_text(*best[i], has_joints(own)));
-      // What is as good but for a twentieth wins as well.
+      // Mark all that are as good as the best to a twentieth
       row.push_back(miss_of(*best[i]) <= 1.05 * miss_of(*winner) ? fmt::format("**{}**", text) : text);
-    }
-    table.rows.push_back(std::move(row));
-  }
-  return table;
-}
-
-TextTable energy_table(const std::vector<SweepRecord>& records) {
-  TextTable table{{"scene", "over, s"}, {}};
-  for (const std::string& scene : scenes_of(records)) {
-    const std::vector<SweepRecord> own = of_scene(records, scene);
-    if (has_contacts(own)) continue;
-    std::vector<std::string> row{scene, fmt::format("{:g}", own.front().duration)};
-    const auto runs = at_equal_rows(own);
-    for (const auto& [title, run] : runs) {
-      const Metrics& x = *run.metrics;
-      const SweepRecord& own_run = run;
-      // τ changes little here: where there is a run without it, that stands for both.
-      const bool is_twin = own_run.settings.tau != 1 && std::ranges::any_of(runs, [&](const auto& other) {
-                             const Settings& s = other.second.settings;
-                             return s.tau == 1 && s.joints == own_run.settings.joints &&
-                                    s.algorithm == own_run.settings.algorithm;
-                           });
-      if (!(x.energy_scale > 0) || is_twin) continue;
-      const bool is_lost = !std::isfinite(x.energy_change) || !x.bounded;
-      cell(table, row, title) = is_lost ? "lost"
-                                        : fmt::format("{} / {}", percent(x.energy_change / x.energy_scale),
-                                                      percent(x.energy_growth / x.energy_scale));
-    }
-    if (row.size() > 2) table.rows.push_back(std::move(row));
-  }
-  fill(table);
-  return table;
-}
-
-TextTable sliding_table(const std::vector<SweepRecord>& records) {
-  TextTable table{{"scene", "known", "expected"}, {}};
-  for (const std::string& scene : scenes_of(records)) {
-    const std::vector<SweepRecord> own = of_scene(records, scene);
-    if (own.front().contacts != ContactKind::moving) continue;
-    const auto runs = at_equal_rows(own);
-    if (runs.empty()) continue;
-    for (std::size_t i = 0; i < runs.front().second.metrics->expected.size(); ++i) {
-      const ExpectedFigure& known = runs.front().second.metrics->expected[i];
-      // What is only bounded says nothing of by how much friction is off.
-      if (known.bound != Bound::equal || known.expected == 0) continue;
-      double largest = 0;
-      std::vector<std::string> row{scene, known.name,
-                                   fmt::format("{} {}", short_number(known.expected), known.unit)};
-      for (const auto& [title, run] : runs) {
-        if (i >= run.metrics->expected.size()) continue;
-        const double error = run.metrics->expected[i].measured / known.expected - 1;
-        largest = std::max(largest, std::isfinite(error) ? std::abs(error) : 0);
-        cell(table, row, title) = !std::isfinite(error)    ? "never"
-                                  : std::abs(error) < 1e-9 ? "exact"
-                                                           : fmt::format("{:+.2g} %", 100 * error);
-      }
-      // What all have to a thousandth tells nobody apart.
-      if (largest >= 1e-3) table.rows.push_back(std::move(row));
-    }
-  }
-  fill(table);
-  return table;
-}
-
-TextTable springs_table() {
-  TextTable table{{"stiffness under 1 kg, N/m", "h √(k/m)"}, {}};
-  std::vector<std::vector<StiffnessPoint>> maps;
-  for (const Algorithm algorithm : {Algorithm::a1, Algorithm::a3, Algorithm::a5}) {
-    Settings settings;
-    settings.algorithm = algorithm;
-    maps.push_back(stiffness_map(settings));
-    const int n = algorithm == Algorithm::a1 ? 1 : settings.substeps;
-    table.head.push_back(fmt::format("{}{}", title_of(algorithm), n > 1 ? fmt::format(", n = {}", n) : ""));
-    table.head.push_back(fmt::format("closed form at {}", n > 1 ? fmt::format("h/{}", n) : "h"));
-  }
-  for (std::size_t i = 0; i < maps[0].size(); ++i) {
-    const StiffnessPoint& point = maps[0][i];
-    // Stiffer ones have nothing left.
-    if (std::abs(point.step * 60 - 1) > 1e-9 || point.stiffness > 1e4) continue;
-    const double angle = point.step * std::sqrt(point.stiffness);
-    std::vector<std::string> row{short_number(point.stiffness), short_number(angle)};
-    for (std::size_t k = 0; k < maps.size(); ++k) {
-      const double n = k == 0 ? 1 : Settings{}.substeps;
-      // An implicit step takes 1 + (h ω)² off the energy.
-      const double closed = std::pow(1 + angle * angle / n / n, -60 * n);
-      row.push_back(percent(maps[k][i].energy));
-      row.push_back(percent(closed));
     }
     table.rows.push_back(std::move(row));
   }
@@ -301,8 +200,51 @@ TextTable runs_table(const std::vector<SweepRecord>& runs) {
     table.rows.push_back({run.label, (is_sure(run) ? "" : "≈") + percent(miss_of(run)),
                           short_number(x.error.position.largest), short_number(x.joint_gap),
                           short_number(x.penetration), short_number(x.energy_change),
-                          short_number(static_cast<double>(x.row_solves) / run.duration), milliseconds(run)});
+                          short_number(rows_a_second(run)), milliseconds(run)});
   }
+  return table;
+}
+
+TextTable engines_table(const std::vector<SweepRecord>& records) {
+  TextTable table{{"engine", "settings"}, {}};
+  for (const Engine& engine : engines()) {
+    const bool ran = std::ranges::any_of(
+        records, [&](const SweepRecord& record) { return record.engine == engine.name && record.metrics; });
+    if (ran) table.rows.push_back({engine.label, engine.settings});
+  }
+  return table;
+}
+
+TextTable ahead_table(const std::vector<SweepRecord>& records) {
+  TextTable table{{"scene", "within", "cheapest of A1 to A5", "ms a simulated s", "cheapest other",
+                   "ms a simulated s", "ahead"},
+                  {}};
+  for (const std::string& scene : scenes_of(records)) {
+    const std::vector<SweepRecord> own = of_scene(records, scene);
+    const auto is_run = [](const SweepRecord& record) { return is_other_engine(record) && record.metrics; };
+    if (std::ranges::none_of(own, is_run)) continue;
+    for (const double millimetres : {100.0, 30.0, 10.0, 3.0, 1.0}) {
+      const SweepRecord* const ours = cheapest_within(own, 1e-3 * millimetres, true);
+      const SweepRecord* const theirs = cheapest_within(own, 1e-3 * millimetres, false);
+      if (!ours && !theirs) continue;
+      table.rows.push_back({scene, fmt::format("{:g} mm", millimetres), ours ? ours->label : "none",
+                            ours ? milliseconds(*ours) : "", theirs ? theirs->label : "none",
+                            theirs ? milliseconds(*theirs) : "", ahead_of(ours, theirs)});
+    }
+  }
+  return table;
+}
+
+TextTable omitted_table(const std::vector<SweepRecord>& records, const std::vector<LeftOut>& left_out) {
+  TextTable table{{"scene", "series", "why"}, {}};
+  // Add a row once, not for each step or figure
+  const auto add = [&table](std::vector<std::string> row) {
+    if (std::ranges::find(table.rows, row) == table.rows.end()) table.rows.push_back(std::move(row));
+  };
+  for (const SweepRecord& record : records) {
+    if (!record.omitted.empty()) add({record.scene, record.engine, record.omitted});
+  }
+  for (const LeftOut& one : left_out) add({one.scene, one.series, one.reason});
   return table;
 }
 

@@ -11,35 +11,20 @@
 
 namespace substep::report {
 
-/// The cheapest run of each scene for 1 % and for 0.1 % of its size.
-TextTable choices_table(const std::vector<SweepRecord>& records);
-
-/// The errors that choices are made for, over the scene's size.
+/// Errors over the scene's size for which the report chooses runs.
 inline constexpr std::array choice_tolerances{0.01, 0.001};
-/// The same of one scene, a row a tolerance.
+/// Returns the cheapest run of each scene for each of `choice_tolerances`.
+TextTable choices_table(const std::vector<SweepRecord>& records);
+/// Returns the same for one scene, a row for each tolerance.
 TextTable choice_table(const std::vector<SweepRecord>& own);
-
-/// Returns a run's CPU time for a simulated second, with its spread; empty where it was not timed.
-std::string milliseconds(const SweepRecord& record);
 
 /// Returns whether a run was timed.
 bool has_times(const std::vector<SweepRecord>& records);
 
-/// The cost that choices minimise, with its unit.
+/// Returns the name and unit of the cost that choices minimise.
 std::string cost_title(const std::vector<SweepRecord>& records);
 
 TextTable references_table(const std::vector<SweepRecord>& records);
-
-/// Of the scenes with contacts, or of the others: they are looked for with other settings.
-TextTable limits_table(const std::vector<SweepRecord>& records, bool contacts);
-
-/// By how many powers of two the error falls from each run of a family to the next.
-TextTable slopes_table(const std::vector<SweepRecord>& records);
-
-/// A row a scene without contacts, a column a family of runs.
-TextTable orders_table(const std::vector<SweepRecord>& records);
-/// "A1 0.98 to 1.22, …": the range of a family's orders over the scenes.
-std::string order_ranges(const TextTable& table);
 
 struct EqualRows {
   TextTable table{{"scene", "n", "A3: n sub-steps", "A2: n iterations", "ratio"}, {}};
@@ -48,33 +33,64 @@ struct EqualRows {
 };
 EqualRows equal_rows(const std::vector<SweepRecord>& records);
 
-/// How many times the cost of the cheapest run for 1 % each algorithm may spend in the next table.
+/// Budget of equal_cost_table(), as a multiple of the cost of the cheapest run for 1 %.
 inline constexpr double equal_cost_factor = 2;
-/// The smallest error of each algorithm at equal cost (CPU time, where there are times, else rows solved),
-/// and the setting that has it; ** around the smallest of all.
+/// Returns the smallest error of each algorithm at equal cost (CPU time, where there are times, else rows
+/// solved), and the setting that has it; ** around the smallest of all.
 TextTable equal_cost_table(const std::vector<SweepRecord>& records);
-
-/// Of scenes without contacts: change of energy to the end and largest rise, in parts of what there is to
-/// lose, at equal row solves.
-TextTable energy_table(const std::vector<SweepRecord>& records);
-
-/// What is known of scenes whose contacts slide or roll, and what is measured of it at equal row solves.
-TextTable sliding_table(const std::vector<SweepRecord>& records);
-
-/// The energy that an undamped spring has left after a second, measured beside the closed form of implicit
-/// steps.
-TextTable springs_table();
 
 TextTable runs_table(const std::vector<SweepRecord>& runs);
 
-/// Engines that ran beside ours, with how they were set.
+/// Returns the engines that ran beside ours, with their settings.
 TextTable engines_table(const std::vector<SweepRecord>& records);
 
-/// Of scenes that other engines ran: the cheapest run in CPU time whose bodies' RMS distance from the
-/// reference is at most 10 cm, 3 cm, …, 1 mm, of A1 to A5 and of the other engines, and who is ahead.
+/// Returns, for scenes that other engines ran, the cheapest run within an RMS distance of 10 cm, 3 cm, …,
+/// 1 mm from the reference, of A1 to A5 and of the other engines, and which side is ahead in CPU time.
 TextTable ahead_table(const std::vector<SweepRecord>& records);
 
-/// Runs of other engines that there are not, and why.
+/// Returns the missing runs of other engines and the series left out, with the reasons.
 TextTable omitted_table(const std::vector<SweepRecord>& records, const std::vector<LeftOut>& left_out);
+
+/// Returns the stability limits of scenes with contacts, or of those without: their settings differ.
+TextTable limits_table(const std::vector<SweepRecord>& records, bool contacts);
+
+/// Returns the powers of two by which the error falls from each run of a family to the next.
+TextTable slopes_table(const std::vector<SweepRecord>& records);
+
+/// Returns the orders, a row for each scene without contacts, a column for each family of runs.
+TextTable orders_table(const std::vector<SweepRecord>& records);
+/// Returns "A1 0.98 to 1.22, …": the range of a family's orders over the scenes.
+std::string order_ranges(const TextTable& table);
+
+/// Returns, for scenes without contacts at equal row solves, the change of energy to the end and its largest
+/// rise, over the energy that the scene can lose.
+TextTable energy_table(const std::vector<SweepRecord>& records);
+
+/// Returns closed forms of scenes whose contacts slide or roll, and the measured values at equal row solves.
+TextTable sliding_table(const std::vector<SweepRecord>& records);
+
+/// Returns the energy that an undamped spring has left after a second, beside the closed form of implicit
+/// steps.
+TextTable springs_table();
+
+/// The worst figure of one algorithm in one scene, over all settings that ran.
+struct BadFigure {
+  std::string scene;
+  Algorithm algorithm = Algorithm::a1;
+  std::string label;  ///< the settings
+  ExpectedFigure figure;
+  int bad = 0;   ///< settings with a bad figure
+  int runs = 0;  ///< settings that ran
+
+  /// Returns the error in tolerances; infinite where there is no value.
+  double severity() const { return figure.error() / figure.tolerance; }
+};
+
+/// Returns the bad figures of all scenes and algorithms, the worst first.
+std::vector<BadFigure> bad_figures(const std::vector<SweepRecord>& records);
+TextTable bad_figures_table(const std::vector<BadFigure>& figures);
+
+/// Counts our runs that were compared with a known figure.
+int judged_runs(const std::vector<SweepRecord>& records);
 
 }  // namespace substep::report

@@ -1,13 +1,18 @@
-#include "render/report/run_figures.h"
+// Figures of runs that are made for them: drift over time, cost against size, sweeps over friction problems,
+// growth of coupled rows, approximations one by one.
 
 #include <fmt/format.h>
 
 #include <array>
+#include <cmath>
+#include <utility>
 
-#include "render/report/looks.h"
+#include "render/report/figures.h"
 #include "sim/error.h"
+#include "sim/measure/ablation.h"
 #include "sim/measure/metrics.h"
 #include "sim/measure/stage_times.h"
+#include "sim/measure/substep_map.h"
 #include "sim/measure/sweep_errors.h"
 #include "sim/measure/validity_maps.h"
 #include "sim/model/usual_settings.h"
@@ -17,69 +22,63 @@ namespace {
 
 constexpr std::array algorithms{Algorithm::a1, Algorithm::a2, Algorithm::a3, Algorithm::a4, Algorithm::a5};
 
+/// Returns a line of an algorithm's quantity over the scene's time.
+Series history_of(const Scene& scene, Algorithm algorithm, double HistoryPoint::*value) {
+  Series series{std::string(title_of(algorithm)), style_of(algorithm)};
+  series.style.points = false;
+  series.style.dashed = algorithm == Algorithm::a5;  // A5 lies on A4 where their runs are equal
+  Settings settings = default_settings(algorithm);
+  settings.step = scene.step;
+  for (const HistoryPoint& point : history(scene, settings)) {
+    series.points.push_back({point.time, point.*value});
+  }
+  return series;
+}
+
 }  // namespace
 
 Sheet drift_sheet(const FigureSource& source) {
   const Settings settings = default_settings(Algorithm::a5);
-  Sheet sheet;
-  sheet.title = "Drift and energy over time";
-  sheet.columns = 2;
-  struct View {
+  Sheet sheet{
+      .title = "Drift and energy over time",
+      .caption =
+          {fmt::format(
+               "The default settings of most scenes, the scene's step: {0} row solves a row and step, A2 m = "
+               "{0}; A3 to A5 n = {0}, m = 1, τ = {1}, κ = {2} of joints/contacts, stable joints.",
+               settings.substeps, tau_text(settings), kappa_text(settings)),
+           "A gap or overlap below 1 µm is off the scale: A1's contacts have none."},
+      .columns = 2};
+  struct History {
     const char* scene;
-    const char* title;
+    const char* about;
     const char* axis;
     bool logarithmic;
-    double (*value)(const HistoryPoint&);
+    double HistoryPoint::*value;
   };
-  const std::array<View, 4> views{{{"rod_chain", "rod_chain: joints", "largest gap, m", true,
-                                    [](const HistoryPoint& p) { return p.joint_gap; }},
-                                   {"rod_chain", "rod_chain: energy", "E − E(0), J", false,
-                                    [](const HistoryPoint& p) { return p.energy_change; }},
-                                   {"heavy_chain", "heavy_chain: joints", "largest gap, m", true,
-                                    [](const HistoryPoint& p) { return p.joint_gap; }},
-                                   {"stone_pyramid", "stone_pyramid: contacts", "deepest overlap, m", true,
-                                    [](const HistoryPoint& p) { return p.penetration; }}}};
-  for (const View& view : views) {
-    const Scene scene = source.scene(view.scene);
-    Panel panel;
-    panel.title = view.title;
-    panel.x = {"t, s", false, std::array{0.0, scene.duration}, {}};
-    panel.y = {view.axis, view.logarithmic, {}, {}};
-    if (view.logarithmic) panel.y.range = std::array{1e-6, 10.0};
-    for (const Algorithm algorithm : algorithms) {
-      Series series{std::string(title_of(algorithm)), look_of(algorithm), {}};
-      series.look.points = false;
-      series.look.dashed = algorithm == Algorithm::a5;  // it lies on A4 where nothing tells them apart
-      Settings of_run = default_settings(algorithm);
-      of_run.step = scene.step;
-      for (const HistoryPoint& point : history(scene, of_run)) {
-        series.points.push_back({point.time, view.value(point)});
-      }
-      panel.series.push_back(std::move(series));
-    }
-    sheet.panels.push_back(std::move(panel));
+  for (const History& shown :
+       {History{"rod_chain", "joints", "largest gap, m", true, &HistoryPoint::joint_gap},
+        History{"rod_chain", "energy", "E − E(0), J", false, &HistoryPoint::energy_change},
+        History{"heavy_chain", "joints", "largest gap, m", true, &HistoryPoint::joint_gap},
+        History{"stone_pyramid", "contacts", "deepest overlap, m", true, &HistoryPoint::penetration}}) {
+    const Scene scene = source.scene(shown.scene);
+    Panel& panel = sheet.panels.emplace_back();
+    panel.title = fmt::format("{}: {}", shown.scene, shown.about);
+    panel.x = {"t, s", false, std::array{0.0, scene.duration}};
+    panel.y = {shown.axis, shown.logarithmic};
+    if (shown.logarithmic) panel.y.range = std::array{1e-6, 10.0};
+    for (const Algorithm algorithm : algorithms)
+      panel.series.push_back(history_of(scene, algorithm, shown.value));
   }
-  sheet.caption = {fmt::format("The default settings of most scenes, the scene's step: {0} row solves a row "
-                               "and step, A2 m = {0}; A3 to A5 "
-                               "n = {0}, m = 1, τ = {1}, κ = {2} of joints/contacts, stable joints.",
-                               settings.substeps, tau_text(settings), kappa_text(settings)),
-                   "A gap or overlap below 1 µm is off the scale: A1's contacts have none."};
   return sheet;
 }
 
 Sheet size_sheet(const FigureSource& source) {
-  Sheet sheet;
-  sheet.title = "Cost against size: a chain of N links";
-  sheet.columns = 2;
-  Panel whole;
-  whole.title = "a step";
-  whole.x = {"links", true, {}, {}};
-  whole.y = {"CPU time, µs", true, {}, {}};
+  Panel whole{.title = "a step", .x = {"links", true}, .y = {"CPU time, µs", true}};
   Panel each = whole;
   each.title = "a link";
   const Scene scene = source.scene("rod_chain");
   for (const Algorithm algorithm : algorithms) {
-    Series steps{std::string(title_of(algorithm)), look_of(algorithm), {}};
+    Series steps{std::string(title_of(algorithm)), style_of(algorithm)};
     Series links = steps;
     for (const int count : {4, 8, 16, 32, 64, 128, 256, 512}) {
       Scene chain = lengthened_chain(scene, count);
@@ -88,7 +87,7 @@ Sheet size_sheet(const FigureSource& source) {
       settings.iterations = algorithm == Algorithm::a2 ? 4 : 1;
       settings.tau = settings.kappa = 1;
       settings.joints = algorithm == Algorithm::a3 ? Joints::plain : Joints::stable;
-      // It may well tear: what a step costs does not change.
+      // Time the steps whether or not the chain tears: a step's cost does not change.
       constexpr int steps_timed = 60;
       chain.duration = steps_timed * settings.step;
       const double time = time_run(chain, settings, 5).median / steps_timed * 1e6;
@@ -98,38 +97,92 @@ Sheet size_sheet(const FigureSource& source) {
     whole.series.push_back(std::move(steps));
     each.series.push_back(std::move(links));
   }
-  sheet.panels = {std::move(whole), std::move(each)};
-  sheet.caption = {
-      "rod_chain.gltf made longer; A2 m = 4, A3 to A5 n = 4, m = 1, τ = κ = 1, A3 plain, A4 and A5 "
-      "stable joints; "
-      "medians of five runs of 60 steps, one core."};
-  return sheet;
+  return {.title = "Cost against size: a chain of N links",
+          .caption = {"rod_chain.gltf made longer; A2 m = 4, A3 to A5 n = 4, m = 1, τ = κ = 1, A3 plain, A4 "
+                      "and A5 stable joints; medians of five runs of 60 steps, one core."},
+          .columns = 2,
+          .panels = {std::move(whole), std::move(each)}};
 }
 
 Sheet sweep_errors_sheet(const FigureSource& source) {
   constexpr std::size_t most = 12;
   if (source.problems.empty() || source.problems.size() > most)
     throw Error(fmt::format("give one to {} friction problems with --problem", most));
-  Sheet sheet;
-  sheet.title = "Row-by-row sweeps on friction problems";
-  Panel panel;
-  panel.x = {"sweeps", true, {}, {}};
-  panel.y = {"natural-map error", true, {}, {}};
+  Panel panel{.x = {"sweeps", true}, .y = {"natural-map error", true}};
   for (const std::filesystem::path& file : source.problems) {
     const FrozenProblem problem = load_frozen_problem(file);
-    // A colour for each of six, then the same with other points.
+    // Take a colour for each of six, then the same colours with other points
     constexpr std::array shapes{7, 5};
     const std::size_t number = panel.series.size();
-    const Look look{.hue = static_cast<int>(number % 6), .shape = shapes[number / 6]};
-    Series series{fmt::format("{} ({} contacts)", file.stem().stem().string(), problem.contacts()), look, {}};
+    const SeriesStyle style{.hue = static_cast<int>(number % 6), .shape = shapes.at(number / 6)};
+    Series series{fmt::format("{} ({} contacts)", file.stem().stem().string(), problem.contacts()), style};
     for (const auto& [sweeps, error] : sweep_errors(problem, 1e-8))
       series.points.push_back({static_cast<double>(sweeps), error});
     panel.series.push_back(std::move(series));
   }
-  sheet.panels = {std::move(panel)};
-  sheet.caption = {
-      "Each sweep solves a normal, then its friction's two rows as one block, as A2 does; it ends at 1e-8."};
+  return {.title = "Row-by-row sweeps on friction problems",
+          .caption = {"Each sweep solves a normal, then its friction's two rows as one block, as A2 does; it "
+                      "ends at 1e-8."},
+          .panels = {std::move(panel)}};
+}
+
+Sheet coupled_rows_sheet(const FigureSource& source) {
+  Sheet sheet{.title = "One row's limit is not the system's: growth in a sub-step",
+              .caption = {"The spectral radius of a sub-step's map of A3, to the power of 100: joints in "
+                          "blocks, at rest, off by little;",
+                          "the largest of seven positions. The sub-step's length falls out: where it grows, "
+                          "smaller ones do not help."},
+              .columns = 2,
+              .panel_height = 340};
+  const std::vector<CoupledRows> systems = coupled_rows(source.scenes);
+  constexpr std::array shapes{7, 6, 5, 9, 11, 4, 8};
+  for (const auto& [kappa, iterations] :
+       {std::pair{1.0, 1}, std::pair{1.0, 4}, std::pair{lower_kappa, 1}, std::pair{lower_kappa, 4}}) {
+    Panel panel{.title = fmt::format("κ = {:g}, m = {}", kappa, iterations),
+                .x = {"τ", false, std::array{0.0, 2.0}},
+                .y = {"growth in 100 sub-steps", true, std::array{1e-3, 1e6}}};
+    for (std::size_t k = 0; k < systems.size(); ++k) {
+      Series series{systems[k].name, {static_cast<int>(k), shapes.at(k)}};
+      for (int t = 1; t <= 20; ++t)
+        series.points.push_back(
+            {0.1 * t, std::pow(largest_radius(systems[k], {0.1 * t, kappa}, iterations), 100)});
+      panel.series.push_back(std::move(series));
+    }
+    panel.series.push_back({"above it all grows", {0, 7, true, true, false}, {{0, 1}, {2, 1}}});
+    sheet.panels.push_back(std::move(panel));
+  }
   return sheet;
+}
+
+Sheet ablation_sheet(const FigureSource& source) {
+  Panel panel{.x = {"", false, std::array{0.5, 5.5}, "("}, .y = {"largest distance from A3, m", true}};
+  for (std::size_t i = 1; i < approximations.size(); ++i) {
+    panel.x.tics += fmt::format("{}\"{}\" {}", i > 1 ? ", " : "", name(approximations[i]), i);
+  }
+  panel.x.tics += ")";
+  struct AblatedScene {
+    const char* name;
+    int substeps;
+    SeriesStyle style;
+  };
+  for (const AblatedScene& scene :
+       {AblatedScene{"pendulum", 4, {2, 7}}, AblatedScene{"rod_chain", 4, {3, 9}},
+        AblatedScene{"heavy_chain", 16, {4, 5}}, AblatedScene{"powered_wheel", 4, {5, 11}},
+        AblatedScene{"joint_kinds", 4, {1, 13}}}) {
+    Series series{fmt::format("{}, n = {}", scene.name, scene.substeps), scene.style};
+    series.style.line = false;
+    const std::vector<double> costs = ablation_costs(source.scene(scene.name), scene.substeps, 1);
+    for (std::size_t i = 1; i < costs.size(); ++i) {
+      if (costs[i] > 1e-9) series.points.push_back({static_cast<double>(i), costs[i]});
+    }
+    panel.series.push_back(std::move(series));
+  }
+  return {.title = "The ablation from A3 to A4 and A5: what each approximation costs",
+          .caption = {"A3 with one approximation switched on, against A3, after 1 s; the scene's step, m = "
+                      "1, plain joints. Below 1 nm is not drawn."},
+          .columns = 1,
+          .panel_height = 360,
+          .panels = {std::move(panel)}};
 }
 
 }  // namespace substep::report

@@ -1,4 +1,4 @@
-#include "render/report/sweep_figures.h"
+// Figures of what a sweep measured: errors against work, and orders.
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -10,10 +10,12 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <utility>
 
-#include "render/report/captioner.h"
-#include "render/report/looks.h"
+#include "render/inks.h"
+#include "render/report/figures.h"
 #include "render/report/report_tables.h"
+#include "sim/model/settings_fields.h"
 #include "sim/study/advice.h"
 #include "sim/study/engines/engines.h"
 #include "sim/study/sweep_results.h"
@@ -21,25 +23,20 @@
 namespace substep::report {
 namespace {
 
-/// The sweep's scenes that have contacts, or those that have none.
+/// Returns the sweep's scenes that have contacts, or those that have none.
 std::vector<std::string> plotted_scenes(const FigureSource& source, bool contacts) {
-  std::vector<std::string> names;
-  for (const std::string& scene : scenes_of(source.records)) {
-    const std::vector<SweepRecord> records = of_scene(source.records, scene);
-    if (has_contacts(records) == contacts) names.push_back(scene);
-  }
+  std::vector<std::string> names = scenes_of(source.records);
+  std::erase_if(names, [&](const std::string& scene) {
+    return has_contacts(of_scene(source.records, scene)) != contacts;
+  });
   return names;
 }
 
-/// Those of them that another engine ran too.
-std::vector<std::string> scenes_with_engines(const FigureSource& source, bool contacts) {
-  std::vector<std::string> names = plotted_scenes(source, contacts);
-  std::erase_if(names, [&](const std::string& scene) {
-    return std::ranges::none_of(source.records, [&](const SweepRecord& record) {
-      return record.scene == scene && record.metrics && is_other_engine(record);
-    });
+/// Returns whether another engine ran the scene.
+bool has_engines(const FigureSource& source, const std::string& scene) {
+  return std::ranges::any_of(source.records, [&](const SweepRecord& record) {
+    return record.scene == scene && record.metrics && is_other_engine(record);
   });
-  return names;
 }
 
 using Chosen = bool (*)(const RunFamily& family);
@@ -48,21 +45,14 @@ bool is_ours(const RunFamily& family) {
   return family.runs.front().engine.empty();
 }
 
-bool is_accurate_mode(const RunFamily& family) {
-  const auto found = std::ranges::find(engines(), family.runs.front().engine, &Engine::name);
-  return found != engines().end() && found->is_ours;
-}
-
+/// Returns whether the family is of A1 to A5 or of the reference integrator.
 bool is_ours_or_accurate(const RunFamily& family) {
-  return is_ours(family) || is_accurate_mode(family);
+  const auto found = std::ranges::find(engines(), family.runs.front().engine, &Engine::name);
+  return is_ours(family) || (found != engines().end() && found->is_ours);
 }
 
-bool is_any(const RunFamily& /*family*/) {
-  return true;
-}
-
-/// Without contacts a figure shows τ = κ = 1, the report's 'none', where it was measured: a line's look does
-/// not tell one τ or κ from another.
+/// Returns whether, in a scene without contacts, τ = κ = 1 was measured in place of the family's values. The
+/// figure then shows that family alone: a line's style does not tell one τ or κ from another.
 bool has_plainest_twin(const RunFamily& family, const std::vector<RunFamily>& families) {
   const Settings& s = family.runs.front().settings;
   if (!is_ours(family) || (s.tau == 1 && s.kappa == 1) || has_contacts(family.runs)) return false;
@@ -72,51 +62,128 @@ bool has_plainest_twin(const RunFamily& family, const std::vector<RunFamily>& fa
   });
 }
 
-/// Counts why runs of a line are not drawn.
-class MissingPoints {
+/// Returns the style of a line. Stable joints, stabilization and few iterations are dashed.
+SeriesStyle family_style(const RunFamily& family, bool contacts) {
+  const SweepRecord& record = family.runs.front();
+  if (!record.engine.empty()) {
+    SeriesStyle style{5, 4};
+    const auto found = std::ranges::find(engines(), record.engine, &Engine::name);
+    if (found == engines().end()) return style;
+    constexpr std::array shapes{4, 8, 10, 12, 1, 3, 6, 2};
+    style.hue = render::hue_of_engine(record.engine);
+    style.shape = shapes.at(static_cast<std::size_t>(found - engines().begin()) % shapes.size());
+    return style;
+  }
+  SeriesStyle style = style_of(record.settings.algorithm);
+  style.dashed = record.settings.joints == Joints::stable || record.settings.tau != 1 ||
+                 (record.settings.algorithm == Algorithm::a2 && !contacts && record.settings.iterations < 16);
+  // The number before that of a filled disc, square or triangle is the empty one.
+  if (style.dashed) style.shape -= 1;
+  return style;
+}
+
+/// The values that a line's runs have.
+struct LineValues {
+  std::string name;  ///< "A3", or the engine's
+  std::set<int> substeps, iterations, divisions;
+};
+
+/// Returns up to six values, or the first three and the last of more.
+std::string shortened(const std::set<int>& values) {
+  if (values.size() <= 6) return fmt::format("{}", fmt::join(values, ", "));
+  const std::vector<int> all(values.begin(), values.end());
+  return fmt::format("{}, {}, {} … {}", all[0], all[1], all[2], all.back());
+}
+
+/// Returns "n = 1, 2, 4 … 64, m = 1, step h".
+std::string text_of(const LineValues& line) {
+  std::string text;
+  if (!line.substeps.empty()) text = fmt::format("n = {}, ", shortened(line.substeps));
+  const std::size_t least = line.substeps.empty() ? 2 : 1;
+  if (line.iterations.size() >= least) text += fmt::format("m = {}, ", shortened(line.iterations));
+  const bool is_divided = line.divisions.size() > 1 || *line.divisions.begin() > 1;
+  return text + (is_divided ? fmt::format("h divided by {}", shortened(line.divisions)) : "step h");
+}
+
+/// Collects the values of a sheet's lines, for its caption and for shorter titles.
+class Captioner {
  public:
-  /// Returns true where the run is drawn.
-  bool is_drawn(const SweepRecord& record, double work) {
-    const double error = miss_of(record);
-    // Beyond three times the scene's size an error says no more than that the run is lost
-    const char* const reason = !(error < 3)       ? "lost (error above three times the scene's size)"
-                               : !is_sure(record) ? "below a hundred times the reference's uncertainty"
-                               : !(work > 0)      ? "without a value on the x axis"
-                                                  : nullptr;
-    if (reason) ++counts_[reason];
-    return reason == nullptr;
+  void add(const RunFamily& family) {
+    const SweepRecord& first = family.runs.front();
+    const bool is_own = first.engine.empty();
+    LineValues& line = lines_[family.title];
+    line.name = is_own ? std::string(title_of(first.settings.algorithm)) : family.title;
+    for (const SweepRecord& run : family.runs) {
+      const Settings& s = run.settings;
+      if (field_named("substeps").is_read_by(s.algorithm) && is_own) line.substeps.insert(s.substeps);
+      if (s.algorithm != Algorithm::a1 && is_own) line.iterations.insert(s.iterations);
+      line.divisions.insert(run.divisions);
+    }
   }
 
-  std::string text() const {
-    std::vector<std::string> parts;
-    for (const auto& [reason, count] : counts_)
-      parts.push_back(fmt::format("{} {} {}", count, count == 1 ? "run" : "runs", reason));
-    return fmt::format("{}", fmt::join(parts, ", "));
+  /// Names algorithms with one line by their name alone, and adds the values of each line to the caption.
+  void finish(Sheet& sheet) const {
+    for (Panel& panel : sheet.panels) {
+      for (Series& series : panel.series) series.title = short_title(series.title);
+    }
+    std::vector<std::pair<std::string, std::set<std::string>>> groups;  // values, names
+    for (const auto& [title, line] : lines_) {
+      std::string text = text_of(line);
+      if (short_title(title) != title) text += "; " + title.substr(title.find(' ') + 1);
+      auto found = std::ranges::find(groups, text, [](const auto& group) { return group.first; });
+      if (found == groups.end()) found = groups.insert(groups.end(), {text, {}});
+      found->second.insert(line.name);
+    }
+    std::vector<std::string> sentences;
+    for (const auto& [text, names] : groups)
+      sentences.push_back(fmt::format("{}: {}.", fmt::join(names, ", "), text));
+    sheet.caption.insert(sheet.caption.begin(), fmt::format("{}", fmt::join(sentences, " ")));
   }
 
  private:
-  std::map<std::string, int> counts_;
+  std::string short_title(const std::string& title) const {
+    const std::string& name = lines_.at(title).name;
+    const auto is_named_so = [&](const auto& line) { return line.second.name == name; };
+    return std::ranges::count_if(lines_, is_named_so) == 1 && name != "A2" ? name : title;
+  }
+
+  std::map<std::string, LineValues> lines_;  ///< by title
 };
 
-/// Some measure of a run's work.
+/// Returns a measure of a run's work.
 using Work = std::function<double(const SweepRecord&)>;
 
-/// The series of a family; where none of its runs can be drawn, the sheet says why.
+/// Returns why a run is not drawn; null where it is drawn.
+const char* reason_to_leave_out(const SweepRecord& record, double work) {
+  // An error above three times the scene's size says only that the run is lost.
+  if (!(miss_of(record) < 3)) return "lost (error above three times the scene's size)";
+  if (!is_sure(record)) return "below a hundred times the reference's uncertainty";
+  return work > 0 ? nullptr : "without a value on the x axis";
+}
+
+/// Returns the series of a family; where none of its runs can be drawn, notes on the sheet why.
 std::optional<Series> series_of(const RunFamily& family, bool contacts, const Work& work, Sheet& sheet) {
-  Series series{family.title, look_of(family, contacts), {}};
-  MissingPoints missing;
+  Series series{family.title, family_style(family, contacts)};
+  std::map<std::string, int> missing;
   for (const SweepRecord& record : family.runs) {
     const double spent = work(record);
-    if (missing.is_drawn(record, spent))
+    if (const char* const reason = reason_to_leave_out(record, spent)) {
+      ++missing[reason];
+    } else {
       series.points.push_back({spent, std::max(miss_of(record), smallest_plotted_error)});
+    }
   }
   std::ranges::sort(series.points);
   if (!series.points.empty()) return series;
-  sheet.left_out.push_back({family.runs.front().scene, family.title, missing.text()});
+  std::vector<std::string> parts;
+  for (const auto& [reason, count] : missing)
+    parts.push_back(fmt::format("{} {} {}", count, count == 1 ? "run" : "runs", reason));
+  sheet.left_out.push_back(
+      {family.runs.front().scene, family.title, fmt::format("{}", fmt::join(parts, ", "))});
   return std::nullopt;
 }
 
-/// The families of a scene that the sheet shows. Notes the others on the sheet.
+/// Returns the families of a scene that the sheet shows. Notes the others on the sheet.
 std::vector<RunFamily> chosen_families(const std::vector<SweepRecord>& records, Chosen chosen, Sheet& sheet) {
   const std::vector<RunFamily> all = families_of(records);
   std::vector<RunFamily> families;
@@ -136,116 +203,106 @@ std::vector<RunFamily> chosen_families(const std::vector<SweepRecord>& records, 
   return families;
 }
 
-/// One panel a scene: families of runs, by some measure of their work.
-Sheet work_sheet(const FigureSource& source, const std::vector<std::string>& scenes, const std::string& title,
-                 const std::string& x_title, Chosen chosen, const Work& work) {
-  Sheet sheet;
-  sheet.title = title;
+/// Draws one panel for each scene: errors of families of runs against a measure of their work.
+Sheet error_sheet(const std::vector<SweepRecord>& records, const std::vector<std::string>& scenes,
+                  const std::string& title, const std::string& x_title, Chosen chosen, const Work& work) {
+  Sheet sheet{.title = title};
   Captioner captioner;
   for (const std::string& scene : scenes) {
-    const std::vector<SweepRecord> records = of_scene(source.records, scene);
-    Panel panel;
-    const double horizon = records.front().horizon;
-    panel.title = horizon > 0 ? fmt::format("{}, {:.3g} s", scene, horizon) : scene;
-    panel.x = {x_title, true, {}, {}};
-    panel.y = {miss_title(records), true, {}, {}};
-    for (const RunFamily& family : chosen_families(records, chosen, sheet)) {
-      if (std::optional<Series> series = series_of(family, has_contacts(records), work, sheet)) {
+    const std::vector<SweepRecord> own = of_scene(records, scene);
+    const double horizon = own.front().horizon;
+    Panel panel{.title = horizon > 0 ? fmt::format("{}, {:.3g} s", scene, horizon) : scene,
+                .x = {x_title, true},
+                .y = {miss_title(own), true}};
+    for (const RunFamily& family : chosen_families(own, chosen, sheet)) {
+      if (std::optional<Series> series = series_of(family, has_contacts(own), work, sheet)) {
         panel.series.push_back(std::move(*series));
         captioner.add(family);
       }
     }
-    // A scene without rows has no place on an axis of rows.
+    // Leave out a scene without rows, which has no position on an axis of rows.
     if (!panel.series.empty()) sheet.panels.push_back(std::move(panel));
   }
   captioner.finish(sheet);
   return sheet;
 }
 
-constexpr const char* not_drawn =
-    "Down and to the left is better. Not drawn: runs that are lost (error above three times the scene's "
-    "size), "
-    "and errors below a hundred times the reference's uncertainty.";
+double row_rate(const SweepRecord& record) {
+  return static_cast<double>(record.metrics->row_solves) / record.duration;
+}
 
-bool has_series(const Sheet& sheet, const std::string& title) {
-  return std::ranges::any_of(sheet.panels, [&](const Panel& panel) {
-    return std::ranges::find(panel.series, title, &Series::title) != panel.series.end();
-  });
+double substep_of(const SweepRecord& record) {
+  return sub_step_of(record.settings);
 }
 
 }  // namespace
 
-Sheet work_rows_sheet(const FigureSource& source, bool contacts) {
-  Sheet sheet = work_sheet(
-      source, plotted_scenes(source, contacts),
-      contacts ? "Error against rows solved: contacts" : "Error against rows solved: joints and spin",
-      "rows solved in a simulated second", is_ours, [](const SweepRecord& record) {
-        return static_cast<double>(record.metrics->row_solves) / record.duration;
-      });
-  if (has_series(sheet, "A1")) sheet.caption.emplace_back("A direct solve counts each row once a pivot.");
+Sheet work_sheet(const FigureSource& source, WorkFigure kind, bool contacts) {
+  constexpr const char* cpu_time = "CPU time of a simulated second, s";
+  constexpr const char* not_drawn =
+      "Down and to the left is better. Not drawn: runs that are lost (error above three times the scene's "
+      "size), and errors below a hundred times the reference's uncertainty.";
+  const auto is_any = [](const RunFamily&) { return true; };
+  std::vector<std::string> scenes = plotted_scenes(source, contacts);
+  const bool has_others = kind == WorkFigure::engines || kind == WorkFigure::engine_steps;
+  if (has_others)
+    std::erase_if(scenes, [&](const std::string& scene) { return !has_engines(source, scene); });
+  const auto sheet_of = [&](const char* title, const char* x_title, Chosen chosen, const Work& work,
+                            std::vector<std::string> caption) {
+    Sheet sheet = error_sheet(source.records, scenes,
+                              fmt::format("{}: {}", title, contacts ? "contacts" : "joints and spin"),
+                              x_title, chosen, work);
+    sheet.caption.insert(sheet.caption.end(), caption.begin(), caption.end());
+    return sheet;
+  };
+  switch (kind) {
+    case WorkFigure::time:
+      return sheet_of("Error against CPU time", cpu_time, is_ours_or_accurate, cost_of,
+                      {"One core, medians of the sweep's repetitions.", not_drawn});
+    case WorkFigure::engines:
+      return sheet_of("Beside other engines", cpu_time, is_any, cost_of,
+                      {"The same scene files, one core. Down and to the left is better."});
+    case WorkFigure::engine_steps:
+      return sheet_of(
+          "Beside other engines, by step", "h / n, s", is_any, substep_of,
+          {"Nothing was tuned: each engine has the settings that it ships with, which its table lists."});
+    case WorkFigure::rows:
+      break;
+  }
+  Sheet sheet =
+      sheet_of("Error against rows solved", "rows solved in a simulated second", is_ours, row_rate, {});
+  const auto has_a1 = [](const Panel& panel) {
+    return std::ranges::find(panel.series, "A1", &Series::title) != panel.series.end();
+  };
+  if (std::ranges::any_of(sheet.panels, has_a1))
+    sheet.caption.emplace_back("A direct solve counts each row once a pivot.");
   sheet.caption.emplace_back(not_drawn);
-  return sheet;
-}
-
-Sheet work_time_sheet(const FigureSource& source, bool contacts) {
-  Sheet sheet = work_sheet(
-      source, plotted_scenes(source, contacts),
-      contacts ? "Error against CPU time: contacts" : "Error against CPU time: joints and spin",
-      "CPU time of a simulated second, s", is_ours_or_accurate,
-      [](const SweepRecord& record) { return record.times ? record.times->median / record.duration : NAN; });
-  sheet.caption.emplace_back("One core, medians of the sweep's repetitions.");
-  sheet.caption.emplace_back(not_drawn);
-  return sheet;
-}
-
-Sheet engines_sheet(const FigureSource& source, bool contacts) {
-  Sheet sheet = work_sheet(
-      source, scenes_with_engines(source, contacts),
-      contacts ? "Beside other engines: contacts" : "Beside other engines: joints and spin",
-      "CPU time of a simulated second, s", is_any,
-      [](const SweepRecord& record) { return record.times ? record.times->median / record.duration : NAN; });
-  sheet.caption.emplace_back("The same scene files, one core. Down and to the left is better.");
-  return sheet;
-}
-
-Sheet engine_steps_sheet(const FigureSource& source, bool contacts) {
-  Sheet sheet = work_sheet(
-      source, scenes_with_engines(source, contacts),
-      contacts ? "Beside other engines, by step: contacts" : "Beside other engines, by step: joints and spin",
-      "h / n, s", is_any, [](const SweepRecord& record) { return sub_step_of(record.settings); });
-  sheet.caption.emplace_back(
-      "Nothing was tuned: each engine has the settings that it ships with, which its table lists.");
   return sheet;
 }
 
 Sheet choice_sheet(const std::vector<SweepRecord>& own) {
-  const bool is_timed = has_times(own);
-  const auto cost = [is_timed](const SweepRecord& record) {
-    return is_timed ? 1000 * cost_of(record)
-                    : static_cast<double>(record.metrics->row_solves) / record.duration;
+  const auto cost = [is_timed = has_times(own)](const SweepRecord& record) {
+    return is_timed ? 1000 * cost_of(record) : row_rate(record);
   };
-  FigureSource source;
-  source.records = own;
-  Sheet sheet = work_sheet(source, {own.front().scene}, own.front().scene, cost_title(own), is_ours, cost);
+  Sheet sheet = error_sheet(own, {own.front().scene}, own.front().scene, cost_title(own), is_ours, cost);
   if (sheet.panels.empty()) return sheet;
   sheet.columns = 1;
   sheet.width = 560;
   sheet.panel_height = 220;
   Panel& panel = sheet.panels.front();
   panel.title.clear();
-  Series chosen{"chosen", {0, 6, false, false, true, 2}, {}};
+  Series chosen{"chosen", {0, 6, false, false, true, 2}};
   for (const double tolerance : choice_tolerances) {
     const auto run = cheapest(own, tolerance);
     if (!run) continue;
-    chosen.points.push_back({cost(*run), std::max(miss_of(*run), smallest_plotted_error)});
+    const std::array point{cost(*run), std::max(miss_of(*run), smallest_plotted_error)};
     const std::string text = fmt::format("{:g} %", 100 * tolerance);
-    const bool is_same = chosen.points.size() > 1 && chosen.points.back() == chosen.points.front();
-    if (is_same) {
+    if (!chosen.points.empty() && chosen.points.front() == point) {
       panel.notes.back().text += ", " + text;
-      chosen.points.pop_back();
     } else {
-      // No run is cheaper and better: there are no curves to the left and below.
-      panel.notes.push_back({chosen.points.back()[0], chosen.points.back()[1], text, true, true});
+      chosen.points.push_back(point);
+      // Write to the left and below: no run is cheaper and better, so there are no curves.
+      panel.notes.push_back({point[0], point[1], text, true, true});
     }
   }
   if (!chosen.points.empty()) panel.series.push_back(std::move(chosen));
@@ -253,16 +310,15 @@ Sheet choice_sheet(const std::vector<SweepRecord>& own) {
 }
 
 Sheet order_sheet(const FigureSource& source) {
-  Sheet sheet =
-      work_sheet(source, plotted_scenes(source, false), "Error against the (sub-)step: order", "h / n, s",
-                 is_ours, [](const SweepRecord& record) { return sub_step_of(record.settings); });
+  Sheet sheet = error_sheet(source.records, plotted_scenes(source, false),
+                            "Error against the (sub-)step: order", "h / n, s", is_ours, substep_of);
   for (Panel& panel : sheet.panels) {
-    // Below the line of A1, or of the first family there is.
+    // Put the triangle below the line of A1, or of the first family
     if (panel.series.empty() || panel.series.front().points.size() < 2) continue;
     const auto& points = panel.series.front().points;
     const auto& anchor = points[points.size() / 2];
     panel.triangles = {{anchor[0] * 1.3, anchor[1] * 0.12, 3, 1}};
-    // Whole decades that hold the lines and the triangle.
+    // Extend the range to whole decades that hold the lines and the triangle
     double least = panel.triangles[0].y;
     double most = least;
     for (const Series& series : panel.series) {
@@ -276,23 +332,22 @@ Sheet order_sheet(const FigureSource& source) {
   }
   sheet.caption.emplace_back(
       "Both axes logarithmic; the triangle has slope 1: half the step, half the error. Where a line goes "
-      "level, "
-      "Jacobians of the step's start (A4, A5) or few iterations (A2) dominate.");
+      "level, Jacobians of the step's start (A4, A5) or few iterations (A2) dominate.");
   return sheet;
 }
 
 Sheet slopes_sheet(const FigureSource& source) {
-  Sheet sheet;
-  sheet.title = "Local order: where each leaves first order";
+  constexpr std::array range{-1.0, 3.0};
+  Sheet sheet{
+      .title = "Local order: where each leaves first order",
+      .caption = {"The slope of 'error against the (sub-)step' from each run to the next, in the middle of "
+                  "the two; below −1 and above 3 at the border. 1 is first order, 0 no gain."}};
   for (const std::string& scene : plotted_scenes(source, false)) {
-    Panel panel;
-    panel.title = scene;
-    panel.x = {"h / n, s", true, {}, {}};
-    panel.y = {"powers of two per halving", false, std::array{-1.0, 3.0}, {}};
+    Panel panel{.title = scene, .x = {"h / n, s", true}, .y = {"powers of two per halving", false, range}};
     for (const RunFamily& family : chosen_families(of_scene(source.records, scene), is_ours, sheet)) {
-      Series series{family.title, look_of(family, false), {}};
+      Series series{family.title, family_style(family, false)};
       for (const auto& [middle, slope] : local_orders(family.runs))
-        series.points.push_back({middle, std::clamp(slope, -1.0, 3.0)});
+        series.points.push_back({middle, std::clamp(slope, range[0], range[1])});
       if (series.points.empty()) {
         sheet.left_out.push_back(
             {scene, family.title, "no two runs with h/n halved that are bounded and sure"});
@@ -302,19 +357,17 @@ Sheet slopes_sheet(const FigureSource& source) {
     }
     if (!panel.series.empty()) sheet.panels.push_back(std::move(panel));
   }
-  sheet.caption = {
-      "The slope of 'error against the (sub-)step' from each run to the next, in the middle of the two; "
-      "below −1 and above 3 at the border. 1 is first order, 0 no gain."};
   return sheet;
 }
 
 Sheet equal_rows_sheet(const FigureSource& source) {
-  Sheet sheet;
-  sheet.title = "At equal row solves: n sub-steps, or n iterations";
-  sheet.panel_height = 280;
+  Sheet sheet{.title = "At equal row solves: n sub-steps, or n iterations",
+              .caption = {"The scene's step, single rows, τ = κ = 1: both solve each row n times a step "
+                          "(claim 3 of the report)."},
+              .panel_height = 280};
   for (const std::string& scene : scenes_of(source.records)) {
-    Series substeps{"A3: n sub-steps, one iteration each", {2, 7, false, true, true}, {}};
-    Series iterations{"A2: one step, n iterations", {1, 5, true, true, true}, {}};
+    Series substeps{"A3: n sub-steps, one iteration each", {2, 7}};
+    Series iterations{"A2: one step, n iterations", {1, 5, true}};
     for (const SweepRecord& record : equal_row_runs(source.records, scene)) {
       const bool is_a3 = record.settings.algorithm == Algorithm::a3;
       Series& series = is_a3 ? substeps : iterations;
@@ -323,18 +376,13 @@ Sheet equal_rows_sheet(const FigureSource& source) {
            error_of(record)});
     }
     if (substeps.points.size() < 2 || iterations.points.size() < 2) continue;
-    Panel panel;
-    panel.title = scene;
-    panel.x = {"n", true, std::array{0.8, 80.0}, "(1, 4, 16, 64)"};
-    panel.y = {"RMS error / size", true, {}, {}};
     std::ranges::sort(substeps.points);
     std::ranges::sort(iterations.points);
-    panel.series = {std::move(substeps), std::move(iterations)};
-    sheet.panels.push_back(std::move(panel));
+    sheet.panels.push_back({.title = scene,
+                            .x = {"n", true, std::array{0.8, 80.0}, "(1, 4, 16, 64)"},
+                            .y = {"RMS error / size", true},
+                            .series = {std::move(substeps), std::move(iterations)}});
   }
-  sheet.caption = {
-      "The scene's step, single rows, τ = κ = 1: both solve each row n times a step (claim 3 of the "
-      "report)."};
   return sheet;
 }
 

@@ -16,7 +16,6 @@
 #include <string>
 #include <vector>
 
-#include "render/report/looks.h"
 #include "render/report/plot.h"
 #include "sim/measure/invariants.h"
 #include "sim/study/engines/engines.h"
@@ -30,7 +29,7 @@ constexpr double seconds = 10;
 /// A series of the figure: an engine with its settings, from the cheapest to the dearest.
 struct Entrant {
   std::string name;
-  report::Look look;
+  report::SeriesStyle style;
   MakeStepper make;
   std::vector<Settings> settings;
   std::vector<std::string> labels;
@@ -38,8 +37,8 @@ struct Entrant {
 
 std::vector<Entrant> entrants() {
   Entrant a1{
-      "A1", report::look_of(Algorithm::a1), algorithm_stepper, {default_settings(Algorithm::a1)}, {"A1"}};
-  Entrant a5{"A5", report::look_of(Algorithm::a5), algorithm_stepper, {}, {}};
+      "A1", report::style_of(Algorithm::a1), algorithm_stepper, {default_settings(Algorithm::a1)}, {"A1"}};
+  Entrant a5{"A5", report::style_of(Algorithm::a5), algorithm_stepper, {}, {}};
   for (const int n : {1, 2, 4, 8, 10, 16, 32}) {
     a5.settings.push_back(default_settings(Algorithm::a5));
     a5.settings.back().substeps = n;
@@ -164,7 +163,7 @@ report::Sheet figure(const std::vector<SceneResult>& results, const std::vector<
     panel.x = {"ms a simulated second", true, {}, {}};
     panel.y = {"error, m", true, drawn_errors, {}};
     for (std::size_t i = 0; i < all.size(); ++i) {
-      report::Series series{all[i].name, all[i].look, {}};
+      report::Series series{all[i].name, all[i].style};
       for (const Point& point : result.points[i]) {
         series.points.push_back({point.cost, std::clamp(point.error, drawn_errors[0], drawn_errors[1])});
       }
