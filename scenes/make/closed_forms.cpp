@@ -31,8 +31,7 @@ double next_zero(const Function& function, double start, double duration) {
   return duration;
 }
 
-}  // namespace
-
+/// Returns the complete elliptic integral of the first kind, of modulus k in [0, 1).
 double complete_elliptic_integral(double k) {
   // Gauss's arithmetic-geometric mean.
   double a = 1;
@@ -44,6 +43,8 @@ double complete_elliptic_integral(double k) {
   }
   return std::numbers::pi / (2 * a);
 }
+
+}  // namespace
 
 double pendulum_period(double moment, double mass, double gravity, double lever, double amplitude) {
   return 4 * std::sqrt(moment / (mass * gravity * lever)) *
@@ -77,27 +78,6 @@ std::vector<double> slips_on_shaken_table(double throw_length, double rate, doub
     time = end;
   }
   return places;
-}
-
-std::vector<double> turnovers(const Vector3& moments, const Vector3& rate, double duration) {
-  constexpr double step = 1e-3;
-  const auto change = [&](const Vector3& w) {
-    return Vector3((moments.y() - moments.z()) / moments.x() * w.y() * w.z(),
-                   (moments.z() - moments.x()) / moments.y() * w.z() * w.x(),
-                   (moments.x() - moments.y()) / moments.z() * w.x() * w.y());
-  };
-  std::vector<double> times;
-  Vector3 w = rate;
-  for (int i = 0; i * step < duration; ++i) {
-    const Vector3 k1 = change(w);
-    const Vector3 k2 = change(w + step / 2 * k1);
-    const Vector3 k3 = change(w + step / 2 * k2);
-    const Vector3 k4 = change(w + step * k3);
-    const Vector3 next = w + step / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
-    if ((w.y() < 0) != (next.y() < 0)) times.push_back((i + w.y() / (w.y() - next.y())) * step);
-    w = next;
-  }
-  return times;
 }
 
 }  // namespace substep::scenes

@@ -1,30 +1,19 @@
 #pragma once
-/// Closed forms that several scenes are held to, and integrals where there is none. Nothing here calls libm
-/// beyond sqrt, so the same bytes come out everywhere.
+/// Closed forms that scenes are held to. Nothing here calls libm beyond sqrt, so the same bytes come out
+/// everywhere.
 
 #include <vector>
 
-#include "sim/math/vector.h"
-
 namespace substep::scenes {
 
-/// Returns the complete elliptic integral of the first kind, of modulus k in [0, 1).
-double complete_elliptic_integral(double k);
-
 /// Returns the period in s of a physical pendulum that is released at rest, `amplitude` rad from the
-/// vertical. `moment`
-/// about the axis in kg·m², `lever` from the axis to the centre of mass in m, `mass` in kg, `gravity` across
-/// the axis in m/s².
+/// vertical. `moment` about the axis in kg·m², `lever` from the axis to the centre of mass in m, `mass` in
+/// kg, `gravity` across the axis in m/s².
 double pendulum_period(double moment, double mass, double gravity, double lever, double amplitude);
 
 /// Returns the positions, in m from its start, at which a block stops slipping on a table that is at
 /// `throw_length` cos(`rate` t). The block slips at once, or when friction μ cannot hold it.
 std::vector<double> slips_on_shaken_table(double throw_length, double rate, double friction, double gravity,
                                           double duration);
-
-/// Returns the times in s at which a free body's angular velocity about its own axis Y changes its sign, by
-/// Euler's equations. `moments` are the principal ones, kg·m²; `rate` is the angular velocity at the start,
-/// rad/s.
-std::vector<double> turnovers(const Vector3& moments, const Vector3& rate, double duration);
 
 }  // namespace substep::scenes

@@ -49,126 +49,58 @@ Quaternion looking_along(const Vector3& direction) {
   return Quaternion(axes).normalized();
 }
 
+int append(Json& list, Json element) {
+  list.push_back(std::move(element));
+  return static_cast<int>(list.size()) - 1;
+}
+
 }  // namespace
 
-GltfBuilder::GltfBuilder(std::string_view name, double duration, const Vector3& gravity, double step) {
+GltfBuilder::GltfBuilder(std::string_view name, const Run& run, const Stage& stage) : name_(name) {
   document_["asset"] = {
       {"version", "2.0"}, {"generator", "substep make_scenes"}, {"copyright", "MIT licence"}};
   document_["extensionsUsed"] = {rigid_bodies, implicit_shapes, lights};
   document_["scene"] = 0;
-  document_["scenes"] = Json::array(
-      {{{"name", name},
-        {"nodes", Json::array()},
-        {"extras", {{"substep", {{"gravity", to_json(gravity)}, {"duration", duration}, {"step", step}}}}}}});
+  document_["scenes"] = Json::array({{{"name", name}, {"nodes", Json::array()}}});
   document_["nodes"] = Json::array();
+  settings() = {{"gravity", to_json(run.gravity)}, {"duration", run.duration}, {"step", run.step}};
+  if (run.substeps) settings()["substeps"] = *run.substeps;
+  if (run.poster) settings()["poster"] = *run.poster;
+  camera(stage);
+  sun(stage.light);
+  if (stage.friction) ground(physics_material(*stage.friction));
 }
 
-void GltfBuilder::substeps(int count) {
-  document_["scenes"][0]["extras"]["substep"]["substeps"] = count;
-}
-
-void GltfBuilder::poster(double time) {
-  document_["scenes"][0]["extras"]["substep"]["poster"] = time;
-}
-
-void GltfBuilder::expect(const Known& known) {
+void GltfBuilder::expect(const Quantity& quantity, const Json& when, const Bound& bound, double tolerance,
+                         std::string_view source) {
   Json json;
-  if (!known.name.empty()) json["name"] = known.name;
-  json["quantity"] = known.quantity;
-  if (known.bodies.size() == 1) json["body"] = known.bodies[0];
-  if (known.bodies.size() > 1) json["bodies"] = known.bodies;
-  if (!known.relative_to.empty()) json["relative_to"] = known.relative_to;
-  if (known.direction) json["direction"] = to_json(*known.direction);
-  if (known.in_node) json["frame"] = "node";
-  if (known.centre) json["centre"] = to_json(*known.centre);
-  if (known.at) json["at"] = *known.at;
-  if (known.mean) json["mean"] = *known.mean;
-  if (known.during) json["throughout"] = *known.during;
-  if (known.peak > 0) json["peak"] = known.peak;
-  if (known.crossing > 0) json["crossing"] = known.crossing;
-  if (known.level != 0) json["level"] = known.level;
-  if (known.stays) json["stays"] = *known.stays;
-  if (known.value) json["value"] = positive_zero(*known.value);
-  if (known.at_most) json["at_most"] = *known.at_most;
-  if (known.at_least) json["at_least"] = *known.at_least;
-  json["tolerance"] = known.tolerance;
-  json["source"] = known.source;
-  document_["scenes"][0]["extras"]["substep"]["expected"].push_back(json);
+  if (!quantity.name.empty()) json["name"] = quantity.name;
+  json["quantity"] = quantity.quantity;
+  if (quantity.bodies.size() == 1) json["body"] = quantity.bodies[0];
+  if (quantity.bodies.size() > 1) json["bodies"] = quantity.bodies;
+  if (!quantity.relative_to.empty()) json["relative_to"] = quantity.relative_to;
+  if (quantity.direction) json["direction"] = to_json(*quantity.direction);
+  if (quantity.in_node) json["frame"] = "node";
+  json.update(when);
+  json[bound.key] = positive_zero(bound.value);
+  json["tolerance"] = tolerance;
+  json["source"] = source;
+  settings()["expected"].push_back(json);
 }
 
 void GltfBuilder::expect_standing(double tolerance, std::string_view source,
                                   const std::vector<std::string>& bodies) {
   std::string who = bodies.empty() ? "any body" : bodies.front();
   if (bodies.size() > 1) who += (bodies.size() == 2 ? " and " : " … ") + bodies.back();
-  expect({.name = "largest displacement of " + who,
-          .quantity = "displacement",
-          .bodies = bodies,
-          .value = 0,
-          .tolerance = tolerance,
-          .source = source});
-}
-
-namespace {
-
-Known known_of(const GltfBuilder::Measure& measure, double value, double tolerance, std::string_view source) {
-  return {.name = measure.name,
-          .quantity = measure.quantity,
-          .bodies = measure.bodies,
-          .direction = measure.direction,
-          .value = value,
-          .tolerance = tolerance,
-          .source = source};
-}
-
-}  // namespace
-
-void GltfBuilder::expect_at(const Measure& measure, double time, double value, double tolerance,
-                            std::string_view source) {
-  Known known = known_of(measure, value, tolerance, source);
-  known.at = time;
-  expect(known);
-}
-
-void GltfBuilder::expect_mean(const Measure& measure, const std::array<double, 2>& interval, double value,
-                              double tolerance, std::string_view source) {
-  Known known = known_of(measure, value, tolerance, source);
-  known.mean = interval;
-  expect(known);
-}
-
-void GltfBuilder::expect_throughout(const Measure& measure, const std::array<double, 2>& interval,
-                                    double value, double tolerance, std::string_view source) {
-  Known known = known_of(measure, value, tolerance, source);
-  known.during = interval;
-  expect(known);
-}
-
-void GltfBuilder::expect_crossing(const Measure& measure, int crossing, double time, double tolerance,
-                                  std::string_view source) {
-  Known known = known_of(measure, time, tolerance, source);
-  known.crossing = crossing;
-  expect(known);
+  expect({"largest displacement of " + who, "displacement", bodies}, any_time, 0, tolerance, source);
 }
 
 void GltfBuilder::expect_constant_energy(double tolerance, std::string_view source) {
-  expect({.name = "largest change of energy",
-          .quantity = "energy_change",
-          .value = 0,
-          .tolerance = tolerance,
-          .source = source});
+  expect({"largest change of energy", "energy_change"}, any_time, 0, tolerance, source);
 }
 
 void GltfBuilder::expect_no_gain(double tolerance, std::string_view source) {
-  expect({.name = "largest rise of energy",
-          .quantity = "energy_change",
-          .at_most = 0,
-          .tolerance = tolerance,
-          .source = source});
-}
-
-int GltfBuilder::append(Json& list, Json element) {
-  list.push_back(std::move(element));
-  return static_cast<int>(list.size()) - 1;
+  expect({"largest rise of energy", "energy_change"}, any_time, at_most(0), tolerance, source);
 }
 
 int GltfBuilder::material(const Finish& finish) {
@@ -227,13 +159,15 @@ int GltfBuilder::geometry(const Mesh& mesh) {
 int GltfBuilder::mesh(std::string_view name, const std::vector<Part>& parts) {
   Json primitives = Json::array();
   for (const Part& part : parts) {
+    const Mesh* const made = std::get_if<Mesh>(&part.geometry);
+    const int positions = made ? geometry(*made) : std::get<int>(part.geometry);
     // After the positions come the normals, if there are any, and the corners of the triangles.
-    const bool has_normals = document_["accessors"][part.geometry + 1]["type"] == "VEC3";
-    Json attributes = {{"POSITION", part.geometry}};
-    if (has_normals) attributes["NORMAL"] = part.geometry + 1;
+    const bool has_normals = document_["accessors"][positions + 1]["type"] == "VEC3";
+    Json attributes = {{"POSITION", positions}};
+    if (has_normals) attributes["NORMAL"] = positions + 1;
     primitives.push_back({{"attributes", attributes},
-                          {"indices", part.geometry + (has_normals ? 2 : 1)},
-                          {"material", part.material}});
+                          {"indices", positions + (has_normals ? 2 : 1)},
+                          {"material", material(part.finish)}});
   }
   return append(document_["meshes"], {{"name", name}, {"primitives", primitives}});
 }
@@ -250,75 +184,98 @@ int GltfBuilder::node(std::string_view name, const Pose& pose, std::optional<int
   return index;
 }
 
-int GltfBuilder::detached_node(std::string_view name, int mesh) {
-  return append(document_["nodes"], {{"name", name}, {"mesh", mesh}});
+int GltfBuilder::detached_node(const std::string& name, const Look& look) {
+  const int index = look.parts.empty() ? look.mesh : mesh(name, look.parts);
+  return append(document_["nodes"], {{"name", name}, {"mesh", index}});
 }
 
-void GltfBuilder::show(int node, int mesh) {
-  document_["nodes"][node]["mesh"] = mesh;
+void GltfBuilder::show(int node, const Look& look) {
+  const std::string name = document_["nodes"][node]["name"];
+  document_["nodes"][node]["mesh"] = look.parts.empty() ? look.mesh : mesh(name, look.parts);
 }
 
 void GltfBuilder::scale(int node, const Vector3& factors) {
   document_["nodes"][node]["scale"] = to_json(factors);
 }
 
+int GltfBuilder::body(std::string_view name, const Pose& pose, const Motion& motion, const Collider& collider,
+                      const Look& look, std::optional<int> parent) {
+  const int index = node(name, pose, parent);
+  this->motion(index, motion);
+  this->collider(index, collider);
+  show(index, look);
+  return index;
+}
+
+int GltfBuilder::body(std::string_view name, const Pose& pose, const Motion& motion, const Look& look,
+                      std::optional<int> parent) {
+  const int index = node(name, pose, parent);
+  this->motion(index, motion);
+  show(index, look);
+  return index;
+}
+
+int GltfBuilder::fixed_body(std::string_view name, const Pose& pose, const Collider& collider,
+                            const Look& look, std::optional<int> parent) {
+  const int index = node(name, pose, parent);
+  this->collider(index, collider);
+  show(index, look);
+  return index;
+}
+
+int GltfBuilder::fixed_box(std::string_view name, const Vector3& size, const Pose& pose, int physics_material,
+                           const Finish& finish, double rounding) {
+  return fixed_body(name, pose, {box_shape(size), physics_material},
+                    {{rounded(box(size), rounding), finish}});
+}
+
+int GltfBuilder::scenery(std::string_view name, const Look& look, const Pose& pose,
+                         std::optional<int> parent) {
+  const int index = node(name, pose, parent);
+  show(index, look);
+  return index;
+}
+
+void GltfBuilder::ground(int physics_material) {
+  collider(node("ground"), {shape("plane", Json::object()), physics_material});
+}
+
+int GltfBuilder::shape(const char* type, const Json& json) {
+  return append(document_["extensions"][implicit_shapes]["shapes"], {{"type", type}, {type, json}});
+}
+
 int GltfBuilder::box_shape(const Vector3& size) {
-  return append(document_["extensions"][implicit_shapes]["shapes"],
-                {{"type", "box"}, {"box", {{"size", to_json(size)}}}});
+  return shape("box", {{"size", to_json(size)}});
 }
 
 int GltfBuilder::sphere_shape(double radius) {
-  return append(document_["extensions"][implicit_shapes]["shapes"],
-                {{"type", "sphere"}, {"sphere", {{"radius", radius}}}});
+  return shape("sphere", {{"radius", radius}});
 }
 
-int GltfBuilder::revolved_shape(const char* type, double radius_bottom, double radius_top, double height) {
-  return append(document_["extensions"][implicit_shapes]["shapes"],
-                {{"type", type},
-                 {type, {{"height", height}, {"radiusBottom", radius_bottom}, {"radiusTop", radius_top}}}});
+int GltfBuilder::capsule_shape(double radius_bottom, double radius_top, double height) {
+  return shape("capsule", {{"height", height}, {"radiusBottom", radius_bottom}, {"radiusTop", radius_top}});
 }
 
-int GltfBuilder::capsule_shape(double radius, double height) {
-  return revolved_shape("capsule", radius, radius, height);
+int GltfBuilder::cylinder_shape(double radius_bottom, double radius_top, double height) {
+  return shape("cylinder", {{"height", height}, {"radiusBottom", radius_bottom}, {"radiusTop", radius_top}});
 }
 
-int GltfBuilder::tapered_capsule_shape(double radius_bottom, double radius_top, double height) {
-  return revolved_shape("capsule", radius_bottom, radius_top, height);
-}
-
-int GltfBuilder::cylinder_shape(double radius, double height) {
-  return revolved_shape("cylinder", radius, radius, height);
-}
-
-int GltfBuilder::tapered_cylinder_shape(double radius_bottom, double radius_top, double height) {
-  return revolved_shape("cylinder", radius_bottom, radius_top, height);
-}
-
-int GltfBuilder::plane_shape() {
-  return append(document_["extensions"][implicit_shapes]["shapes"],
-                {{"type", "plane"}, {"plane", Json::object()}});
-}
-
-int GltfBuilder::physics_material(double friction) {
-  return physics_material(friction, friction);
-}
-
-int GltfBuilder::bouncing_material(double restitution, double friction) {
-  return append(document_["extensions"][rigid_bodies]["physicsMaterials"],
-                {{"staticFriction", friction},
-                 {"dynamicFriction", friction},
-                 {"restitution", restitution},
-                 {"frictionCombine", "minimum"},
-                 {"restitutionCombine", "maximum"}});
-}
-
-int GltfBuilder::physics_material(double static_friction, double dynamic_friction) {
+int GltfBuilder::surface(double static_friction, double dynamic_friction, double restitution,
+                         const char* combine) {
   return append(document_["extensions"][rigid_bodies]["physicsMaterials"],
                 {{"staticFriction", static_friction},
                  {"dynamicFriction", dynamic_friction},
-                 {"restitution", 0.0},
+                 {"restitution", restitution},
                  {"frictionCombine", "minimum"},
-                 {"restitutionCombine", "minimum"}});
+                 {"restitutionCombine", combine}});
+}
+
+int GltfBuilder::physics_material(double static_friction, std::optional<double> dynamic_friction) {
+  return surface(static_friction, dynamic_friction.value_or(static_friction), 0, "minimum");
+}
+
+int GltfBuilder::bouncing_material(double restitution, double friction) {
+  return surface(friction, friction, restitution, "maximum");
 }
 
 void GltfBuilder::motion(int node, const Motion& motion) {
@@ -330,26 +287,20 @@ void GltfBuilder::motion(int node, const Motion& motion) {
   if (motion.centre_of_mass) json["centerOfMass"] = to_json(*motion.centre_of_mass);
   if (motion.linear_velocity != Vector3::Zero()) json["linearVelocity"] = to_json(motion.linear_velocity);
   if (motion.angular_velocity != Vector3::Zero()) json["angularVelocity"] = to_json(motion.angular_velocity);
-  physics(node)["motion"] = json;
+  extension(node, rigid_bodies)["motion"] = json;
 }
 
-void GltfBuilder::collider(int node, int shape, int physics_material) {
-  physics(node)["collider"] = {{"geometry", {{"shape", shape}}}, {"physicsMaterial", physics_material}};
-}
-
-void GltfBuilder::hull_collider(int node, int mesh_node, int physics_material) {
-  physics(node)["collider"] = {{"geometry", {{"node", mesh_node}, {"convexHull", true}}},
-                               {"physicsMaterial", physics_material}};
-}
-
-void GltfBuilder::mesh_collider(int node, int mesh_node, int physics_material) {
-  physics(node)["collider"] = {{"geometry", {{"node", mesh_node}}}, {"physicsMaterial", physics_material}};
+void GltfBuilder::collider(int node, const Collider& collider) {
+  Json geometry = {{collider.kind == Collider::shape ? "shape" : "node", collider.geometry}};
+  if (collider.kind == Collider::hull) geometry["convexHull"] = true;
+  extension(node, rigid_bodies)["collider"] = {{"geometry", geometry},
+                                               {"physicsMaterial", collider.material}};
 }
 
 void GltfBuilder::collide_as(int node, std::string_view system, std::optional<std::string_view> only_with) {
   Json filter = {{"collisionSystems", Json::array({system})}};
   if (only_with) filter["collideWithSystems"] = Json::array({*only_with});
-  physics(node)["collider"]["collisionFilter"] =
+  extension(node, rigid_bodies)["collider"]["collisionFilter"] =
       append(document_["extensions"][rigid_bodies]["collisionFilters"], filter);
 }
 
@@ -403,23 +354,29 @@ int GltfBuilder::joint_description(const std::vector<AxesLimit>& limits,
 }
 
 void GltfBuilder::joint(int node, int connected_node, int joint_description, bool collide) {
-  Json& joint = physics(node)["joint"];
+  Json& joint = extension(node, rigid_bodies)["joint"];
   joint = {{"connectedNode", connected_node}, {"joint", joint_description}};
   if (collide) joint["enableCollision"] = true;
 }
 
-void GltfBuilder::camera(const Vector3& from, const Vector3& towards, double field_of_view) {
-  const int index =
-      append(document_["cameras"],
-             {{"type", "perspective"},
-              {"perspective",
-               {{"aspectRatio", 16.0 / 9}, {"yfov", field_of_view}, {"znear", 0.05}, {"zfar", 200.0}}}});
-  document_["nodes"][node("camera", {from, looking_along(towards - from)})]["camera"] = index;
+int GltfBuilder::add_link(int number, int body, double length, int end, int joint_description) {
+  joint(node("joint_" + std::to_string(number), at(-length / 2, 0, 0), body), end, joint_description);
+  return node("end_" + std::to_string(number), at(length / 2, 0, 0), body);
 }
 
-void GltfBuilder::sun(const Vector3& direction, const std::array<double, 3>& linear_color, double intensity) {
+void GltfBuilder::camera(const Stage& stage) {
+  const int index = append(
+      document_["cameras"],
+      {{"type", "perspective"},
+       {"perspective", {{"aspectRatio", 16.0 / 9}, {"yfov", stage.yfov}, {"znear", 0.05}, {"zfar", 200.0}}}});
+  const int eye = node("camera", {stage.eye, looking_along(stage.target - stage.eye)});
+  document_["nodes"][eye]["camera"] = index;
+}
+
+void GltfBuilder::sun(const Vector3& direction) {
+  // Warm white of 3 lux.
   const int index = append(document_["extensions"][lights]["lights"],
-                           {{"type", "directional"}, {"color", linear_color}, {"intensity", intensity}});
+                           {{"type", "directional"}, {"color", {1.0, 0.95, 0.86}}, {"intensity", 3.0}});
   extension(node("sun", {Vector3::Zero(), looking_along(direction)}), lights)["light"] = index;
 }
 

@@ -12,6 +12,8 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <variant>
 #include <vector>
 
 #include "mesh.h"
@@ -71,137 +73,187 @@ struct VelocityDrive {
   double max_torque = 0;  ///< N·m
 };
 
-/// A figure that is known of the scene's motion: `extras.substep.expected` in scenes/format.md, whose keys
-/// have the same names. What is left out is not written.
-struct Known {
-  std::string name = {};
+/// Duration of a run and its settings: `extras.substep` of the scene.
+struct Run {
+  double duration;                    ///< s
+  std::optional<double> poster = {};  ///< s, the moment that a picture of the scene shows
+  Vector3 gravity = {0, -9.81, 0};    ///< m/s²
+  double step = 1.0 / 60;             ///< s
+  std::optional<int> substeps = {};   ///< without them the bodies' masses say how many
+};
+
+inline const Vector3 afternoon{-0.45, -1, -0.55};
+
+/// Camera, sun and ground, which are the first nodes of a scene.
+struct Stage {
+  Vector3 eye;
+  Vector3 target;
+  double yfov;                          ///< vertical, rad; 16:9, +Y up
+  std::optional<double> friction = {};  ///< of the ground, the plane y = 0; without it there is no ground
+  Vector3 light = afternoon;            ///< direction in which the sun shines
+};
+
+/// A quantity that is known of the scene's motion, with the keys of `extras.substep.expected` in
+/// scenes/format.md. Without a name one is made of the rest.
+struct Quantity {
+  std::string name;
   std::string_view quantity;
-  std::vector<std::string> bodies = {};  ///< one is written as `body`
-  std::string_view relative_to = {};
+  std::vector<std::string> bodies = {};
   std::optional<Vector3> direction = {};
-  bool in_node = false;
-  std::optional<Vector3> centre = {};
-  std::optional<double> at = {};                     ///< s
-  std::optional<std::array<double, 2>> mean = {};    ///< s
-  std::optional<std::array<double, 2>> during = {};  ///< s, `throughout`
-  int peak = 0;
-  int crossing = 0;
-  double level = 0;
-  std::optional<double> stays = {};
-  std::optional<double> value = {};
-  std::optional<double> at_most = {};
-  std::optional<double> at_least = {};
-  double tolerance;
-  std::string_view source;
+  std::string_view relative_to = {};
+  bool in_node = false;  ///< the direction is in the body's node
+};
+
+/// The time at which a quantity is compared.
+inline const Json any_time = Json::object();
+inline Json at_time(double seconds) {
+  return {{"at", seconds}};
+}
+inline Json mean(double begin, double end) {
+  return {{"mean", {begin, end}}};
+}
+inline Json throughout(double begin, double end) {
+  return {{"throughout", {begin, end}}};
+}
+inline Json peak(int number) {
+  return {{"peak", number}};
+}
+inline Json crossing(int number) {
+  return {{"crossing", number}};
+}
+inline Json crossing(int number, double level) {
+  return {{"crossing", number}, {"level", level}};
+}
+inline Json stays(double level) {
+  return {{"stays", level}};
+}
+
+/// A value, or a bound of it.
+struct Bound {
+  Bound(double number) : value(number) {}
+  Bound(const char* name, double number) : key(name), value(number) {}
+  const char* key = "value";
+  double value;
+};
+
+inline Bound at_most(double value) {
+  return {"at_most", value};
+}
+inline Bound at_least(double value) {
+  return {"at_least", value};
+}
+
+/// A primitive of a mesh: a geometry, new or by its index, in one finish.
+struct Part {
+  std::variant<int, Mesh> geometry;
+  Finish finish;
+};
+
+/// A mesh by its index, or its parts.
+struct Look {
+  Look(int index) : mesh(index) {}
+  Look(std::initializer_list<Part> primitives) : parts(primitives) {}
+  Look(const std::vector<Part>& primitives) : parts(primitives) {}
+  int mesh = -1;
+  std::vector<Part> parts;
+};
+
+/// A shape, or the mesh of a node (as its convex hull or as it is), of one physics material.
+struct Collider {
+  enum Kind { shape, hull, mesh };
+  int geometry;
+  int material;
+  Kind kind = shape;
 };
 
 class GltfBuilder {
  public:
-  /// `extras.substep` of the scene.
-  GltfBuilder(std::string_view name, double duration, const Vector3& gravity = Vector3(0, -9.81, 0),
-              double step = 1.0 / 60);
+  GltfBuilder(std::string_view name, const Run& run, const Stage& stage);
 
-  /// The sub-steps that a run takes unless told otherwise, where bodies' masses do not say it.
-  void substeps(int count);
+  const std::string& name() const { return name_; }
 
-  /// The moment, in seconds, that a picture of the scene should show.
-  void poster(double time);
-
-  /// Adds to what is known of the scene's motion.
-  void expect(const Known& known);
-  /// No centre of these bodies, or of any, is ever further from its start than `tolerance`.
+  /// Adds a quantity that is known, with the source of the value.
+  void expect(const Quantity& quantity, const Json& when, const Bound& bound, double tolerance,
+              std::string_view source);
+  /// Expects that no centre of these bodies, or of any, is ever further from its start than `tolerance`.
   void expect_standing(double tolerance, std::string_view source,
                        const std::vector<std::string>& bodies = {});
-  /// A quantity of bodies along or about a direction, with its name in words ("": made of the rest).
-  struct Measure {
-    std::string name;
-    std::string_view quantity;
-    std::vector<std::string> bodies;
-    Vector3 direction;
-  };
-  void expect_at(const Measure& measure, double time, double value, double tolerance,
-                 std::string_view source);
-  void expect_mean(const Measure& measure, const std::array<double, 2>& interval, double value,
-                   double tolerance, std::string_view source);
-  void expect_throughout(const Measure& measure, const std::array<double, 2>& interval, double value,
-                         double tolerance, std::string_view source);
-  /// The time of the crossing of 0 with this number, from 1.
-  void expect_crossing(const Measure& measure, int crossing, double time, double tolerance,
-                       std::string_view source);
-  /// Nothing drives the scene and nothing in it takes energy: J, within `tolerance` of that at the start.
+  /// Expects the energy of the start, J, where nothing drives the scene and nothing in it takes energy.
   void expect_constant_energy(double tolerance, std::string_view source);
-  /// Nothing drives the scene and nothing in it gives energy: J, at most `tolerance` more than at the start.
+  /// Expects at most the energy of the start, J, where nothing drives the scene.
   void expect_no_gain(double tolerance, std::string_view source);
 
-  /// The same finish asked for again is the same material.
+  /// Returns the material of a finish: one for each name, in the order in which they were first asked for.
   int material(const Finish& finish);
 
-  /// The vertices and triangles; several meshes may show them in different materials. Without normals it is
-  /// drawn with flat faces.
+  /// Adds vertices and triangles that several meshes may show in different materials. Without normals they
+  /// are drawn with flat faces.
   int geometry(const Mesh& mesh);
-  struct Part {
-    int geometry;
-    int material;
-  };
   int mesh(std::string_view name, const std::vector<Part>& parts);
 
-  /// A node of the scene's tree; at the root without a parent.
+  /// Adds a node to the scene's tree; at the root without a parent.
   int node(std::string_view name, const Pose& pose = {}, std::optional<int> parent = {});
-  /// A node that is not in the scene: what colliders refer to, never drawn.
-  int detached_node(std::string_view name, int mesh);
-  void show(int node, int mesh);
+  /// Adds a node that is not in the scene: what colliders refer to, never drawn.
+  int detached_node(const std::string& name, const Look& look);
+  /// Shows a mesh, which is named after the node where it is new.
+  void show(int node, const Look& look);
   /// Stretches what the node holds along its axes.
   void scale(int node, const Vector3& factors);
+
+  /// Adds a node with what a body has.
+  int body(std::string_view name, const Pose& pose, const Motion& motion, const Collider& collider,
+           const Look& look, std::optional<int> parent = {});
+  int body(std::string_view name, const Pose& pose, const Motion& motion, const Look& look,
+           std::optional<int> parent = {});
+  int fixed_body(std::string_view name, const Pose& pose, const Collider& collider, const Look& look,
+                 std::optional<int> parent = {});
+  /// Adds a box that does not move, drawn with rounded edges.
+  int fixed_box(std::string_view name, const Vector3& size, const Pose& pose, int physics_material,
+                const Finish& finish, double rounding = 0.02);
+  /// Adds a node that is drawn and does not collide.
+  int scenery(std::string_view name, const Look& look, const Pose& pose = {}, std::optional<int> parent = {});
+  /// Adds the plane y = 0.
+  void ground(int physics_material);
 
   int box_shape(const Vector3& size);
   int sphere_shape(double radius);
   /// Along Y; `height` is of the straight part.
-  int capsule_shape(double radius, double height);
-  int tapered_capsule_shape(double radius_bottom, double radius_top, double height);
-  int cylinder_shape(double radius, double height);
-  /// With a radius of 0 a cone.
-  int tapered_cylinder_shape(double radius_bottom, double radius_top, double height);
-  /// The plane y = 0 of its node, without end.
-  int plane_shape();
+  int capsule_shape(double radius_bottom, double radius_top, double height);
+  /// Along Y; with a radius of 0 a cone.
+  int cylinder_shape(double radius_bottom, double radius_top, double height);
   /// Where two materials meet, the smaller friction counts. No restitution.
-  int physics_material(double friction);
-  int physics_material(double static_friction, double dynamic_friction);
+  int physics_material(double static_friction, std::optional<double> dynamic_friction = {});
   /// Where two materials meet, the larger restitution counts, and the smaller friction.
   int bouncing_material(double restitution, double friction = 0);
 
   void motion(int node, const Motion& motion);
-  void collider(int node, int shape, int physics_material);
-  /// The convex hull of another node's mesh, in this node's place.
-  void hull_collider(int node, int mesh_node, int physics_material);
-  /// The triangles of a node's mesh, which may be this node itself: for what does not move.
-  void mesh_collider(int node, int mesh_node, int physics_material);
-
+  void collider(int node, const Collider& collider);
   /// The collider of a node belongs to a system and meets only those of one other; of all, without one.
   void collide_as(int node, std::string_view system, std::optional<std::string_view> only_with = {});
 
-  /// Joints keep two points together; the hinge leaves turning about the node's +Z too.
+  /// A ball joint keeps two points together; a hinge leaves turning about the node's +Z too.
   int ball_joint();
   int hinge(const std::optional<VelocityDrive>& drive = {});
   int joint_description(const std::vector<AxesLimit>& limits, const std::vector<AxisDrive>& drives = {});
   /// Coordinates of limits and drives are those of `connected_node` in the frame of `node`.
   /// `collide`: the two bodies meet nevertheless.
   void joint(int node, int connected_node, int joint_description, bool collide = false);
+  /// Joins the −X end of a link of a chain to the node where the chain ends. Returns the node of its +X end.
+  int add_link(int number, int body, double length, int end, int joint_description);
 
-  /// 16:9, from a point, towards a point, +Y up; `field_of_view` is vertical, rad.
-  void camera(const Vector3& from, const Vector3& towards, double field_of_view);
-  /// Directional light shining along `direction`, of `intensity` lux.
-  void sun(const Vector3& direction, const std::array<double, 3>& linear_color, double intensity);
-
-  /// The file: one line for each element of each list.
+  /// Returns the file: one line for each element of each list.
   std::string text() const;
 
  private:
-  int revolved_shape(const char* type, double radius_bottom, double radius_top, double height);
+  void camera(const Stage& stage);
+  void sun(const Vector3& direction);
+  int shape(const char* type, const Json& json);
+  int surface(double static_friction, double dynamic_friction, double restitution, const char* combine);
+  Json& settings() { return document_["scenes"][0]["extras"]["substep"]; }
   Json& extension(int node, const char* name) { return document_["nodes"][node]["extensions"][name]; }
-  Json& physics(int node) { return extension(node, "KHR_physics_rigid_bodies"); }
-  int append(Json& list, Json element);
   int accessor(std::string_view bytes, int target, int component_type, const char* type, std::size_t count);
 
+  std::string name_;
   Json document_;
   std::string buffer_;
 };

@@ -1,57 +1,42 @@
-/// Scenes of impacts: balls that bounce, balls that hand on what they are hit with.
+/// Scenes of impacts: balls that bounce or hand on their speed, dominoes, a wrecking ball.
 
 #include <cmath>
 
-#include "finishes.h"
-#include "gltf_builder.h"
-#include "mesh.h"
 #include "scenes.h"
 #include "sim/math/rotation.h"
-#include "stage.h"
 
 namespace substep::scenes {
+namespace {
 
-std::string bouncing_balls() {
+constexpr double gravity = 9.81;
+
+GltfBuilder bouncing_balls() {
   constexpr double radius = 0.15;
   constexpr double drop = 1;
   constexpr double pitch = 0.5;
   constexpr std::array finishes{finish::rubber, finish::blue, finish::teal, finish::mustard,
                                 finish::terracotta};
-
-  GltfBuilder gltf("bouncing_balls", 4);
-  set_view(gltf, {0.7, 1.15, 3.9}, {0, 0.66, 0}, 0.46);
-  const int plane = gltf.plane_shape();
-  gltf.collider(gltf.node("ground"), plane, gltf.bouncing_material(0));
+  GltfBuilder gltf("bouncing_balls", {.duration = 4},
+                   {.eye = {0.7, 1.15, 3.9}, .target = {0, 0.66, 0}, .yfov = 0.46});
+  gltf.ground(gltf.bouncing_material(0));
 
   const int shape = gltf.sphere_shape(radius);
   const int round = gltf.geometry(ball(radius, 40));
-  // Where the lowest point of each ball should come to after its first bounce: drawn only.
-  const std::array<ProfilePoint, 6> foot{
-      {{0, 0}, {0.10, 0, 0.01}, {0.10, 0.03, 0.01}, {0.014, 0.04, 0.01}, {0.014, 1.4, 0.01}, {0, 1.4}}};
-  const std::array<ProfilePoint, 4> collar{
-      {{0.012, -0.012, 0.004}, {0.035, -0.012, 0.004}, {0.035, 0.012, 0.004}, {0.012, 0.012, 0.004}}};
-  const int post = gltf.geometry(turned(foot, 28));
-  const int mark = gltf.geometry(turned(collar, 28, true));
-  const int post_look = gltf.mesh("post", {{post, gltf.material(finish::iron)}});
-  const int mark_look = gltf.mesh("mark", {{mark, gltf.material(finish::brass)}});
-  for (int i = 0; i < 5; ++i) {
-    const std::string number = std::to_string(i);
-    const double restitution = i / 4.0;
-    const double x = pitch * (i - 2);
-    const int stand = gltf.node("post_" + number, at(x, 0, -0.3));
-    gltf.show(stand, post_look);
-    gltf.show(gltf.node("mark_" + number, at(0, restitution * restitution * drop, 0), stand), mark_look);
-    const int body = gltf.node("ball_" + number, at(x, drop + radius, 0));
-    gltf.motion(body, {.mass = 1});
-    gltf.collider(body, shape, gltf.bouncing_material(restitution));
-    gltf.show(body, gltf.mesh("ball_" + number, {{round, gltf.material(finishes[i])}}));
-  }
-
-  constexpr double gravity = 9.81;
+  // Draw a post beside each ball, with a mark where its lowest point comes to after the first bounce.
+  const Mesh foot = turned({corner(0, 0), corner(0.10, 0, 0.01), corner(0.10, 0.03, 0.01),
+                            corner(0.014, 0.04, 0.01), corner(0.014, 1.4, 0.01), corner(0, 1.4)},
+                           28);
+  const int post = gltf.mesh("post", {{foot, finish::iron}});
+  const int mark = gltf.mesh("mark", {{ring(0.012, 0.035, 0.012, 0.004, 28), finish::brass}});
   const double falls = std::sqrt(2 * drop / gravity);  // s
   for (int i = 0; i < 5; ++i) {
     const double restitution = i / 4.0;
-    const std::string name = "ball_" + std::to_string(i);
+    const int stand = gltf.scenery(numbered("post", i), post, at(pitch * (i - 2), 0, -0.3));
+    gltf.scenery(numbered("mark", i), mark, at(0, restitution * restitution * drop, 0), stand);
+    const std::string name = numbered("ball", i);
+    gltf.body(name, at(pitch * (i - 2), drop + radius, 0), {.mass = 1},
+              {shape, gltf.bouncing_material(restitution)}, {{round, finishes[i]}});
+
     double height = drop;
     double flight = falls;
     double time = falls;
@@ -60,117 +45,225 @@ std::string bouncing_balls() {
       flight *= restitution;
       time += 2 * flight;
       if (time > 4 || height < 0.01) break;
-      gltf.expect({.name = name + ": highest centre after impact " + std::to_string(bounce),
-                   .quantity = "position",
-                   .bodies = {name},
-                   .direction = Vector3::UnitY(),
-                   .peak = bounce,
-                   .value = radius + height,
-                   .tolerance = 0.05 * height,
-                   .source = "it goes up to e² times the height that it fell from"});
+      gltf.expect({name + ": highest centre after impact " + std::to_string(bounce), "position", {name}, Y},
+                  peak(bounce), radius + height, 0.05 * height,
+                  "it goes up to e² times the height that it fell from");
     }
     if (restitution == 1) continue;
     const double rests = falls * (1 + restitution) / (1 - restitution);
-    gltf.expect_throughout({name + ": centre once it rests", "position", {name}, Vector3::UnitY()},
-                           {rests + 0.1, 4}, radius, 0.01,
-                           "infinitely many impacts last √(2 h/g) (1 + e)/(1 − e)");
+    gltf.expect({name + ": centre once it rests", "position", {name}, Y}, throughout(rests + 0.1, 4), radius,
+                0.01, "infinitely many impacts last √(2 h/g) (1 + e)/(1 − e)");
   }
-  return gltf.text();
+  return gltf;
 }
 
-std::string cradle() {
-  constexpr double radius = 0.1;
-  constexpr double length = 0.7;
-  constexpr double height = 0.95;
-  constexpr double angle = 0.6;
-
-  GltfBuilder gltf("cradle", 4);
-  gltf.poster(0.9667);
-  gltf.camera({0.6, 1.45, 5.0}, {0, 0.50, 0}, 0.50);
-  gltf.sun({-0.3, -1, -0.75}, warm_white, daylight);
-
-  const int shape = gltf.sphere_shape(radius);
-  const int elastic = gltf.bouncing_material(1);
-  const int round = gltf.geometry(ball(radius, 40));
-  // Two stiff wires and the eye on the ball.
-  Mesh wires;
-  const double spread = 0.28;
-  const double wire_length = Vector3(0, length, spread).norm();
-  for (const int side : {-1, 1}) {
-    wires.add(rod(wire_length - 0.08, 0.006, 0.001, 12),
-              at(0, length / 2, side * spread / 2) *
-                  Pose{Vector3::Zero(),
-                       Quaternion::FromTwoVectors(Vector3::UnitY(), Vector3(0, length, side * spread))});
+/// Newton's cradles: one whose balls touch, one whose balls have gaps of 3 cm.
+struct Cradles : GltfBuilder {
+  Cradles()
+      : GltfBuilder(
+            "cradle", {.duration = 4, .poster = 0.9667},
+            {.eye = {0.6, 1.45, 5.0}, .target = {0, 0.50, 0}, .yfov = 0.50, .light = {-0.3, -1, -0.75}}) {
+    const int round = geometry(ball(radius, 40));
+    const int wire = geometry(wires());
+    polished_ = mesh("ball", {{round, finish::steel}, {wire, finish::brass}});
+    thrown_ = mesh("thrown_ball", {{round, finish::terracotta}, {wire, finish::brass}});
+    add("touching", -1.02, 0);
+    add("spaced", 1.02, 0.03);
+    expect_speeds();
   }
-  wires.add(rod(0.05, 0.02, 0.006, 20), at(0, radius + 0.01, 0));
-  const int wire = gltf.geometry(wires);
-  const int steel = gltf.material(finish::steel);
-  const int brass = gltf.material(finish::brass);
-  const int polished = gltf.mesh("ball", {{round, steel}, {wire, brass}});
-  const int thrown = gltf.mesh("thrown_ball", {{round, gltf.material(finish::terracotta)}, {wire, brass}});
-  const int hinge = gltf.hinge();
 
-  struct Cradle {
-    const char* name;
-    double middle;
-    double gap;
-  };
-  for (const Cradle& cradle : {Cradle{"touching", -1.02, 0}, Cradle{"spaced", 1.02, 0.03}}) {
-    const std::string name = cradle.name;
-    const double pitch = 2 * radius + cradle.gap;
-    Mesh frame;
-    const double half = 0.8;
+  static constexpr double radius = 0.1;
+  static constexpr double length = 0.7;
+  static constexpr double height = 0.95;
+  static constexpr double angle = 0.6;
+  static constexpr double spread = 0.28;  // of the wires, along Z
+
+  /// Two stiff wires and the eye on the ball.
+  static Mesh wires() {
+    Mesh mesh;
     for (const int side : {-1, 1}) {
-      frame.add(rod(2 * half, 0.022, 0.006, 24),
-                at(cradle.middle, height, side * spread) * turn(Vector3::UnitZ(), pi / 2));
+      const Vector3 wire(0, length, side * spread);
+      mesh.add(rod(wire.norm() - 0.08, 0.006, 0.001, 12),
+               Pose{Vector3(0, length / 2, side * spread / 2), Quaternion::FromTwoVectors(Y, wire)});
+    }
+    return mesh.add(rod(0.05, 0.02, 0.006, 20), at(0, radius + 0.01, 0));
+  }
+
+  void add(const std::string& name, double middle, double gap) {
+    constexpr double half = 0.8;  // of the frame's length
+    Mesh frame;
+    for (const int side : {-1, 1}) {
+      frame.add(rod(2 * half, 0.022, 0.006, 24), at(middle, height, side * spread) * turn(Z, pi / 2));
       for (const int end : {-1, 1}) {
         frame.add(rod(height - 0.03, 0.022, 0.006, 24),
-                  at(cradle.middle + end * half, (height + 0.03) / 2, side * spread));
-        frame.add(ball(0.034, 24), at(cradle.middle + end * half, height, side * spread));
+                  at(middle + end * half, (height + 0.03) / 2, side * spread));
+        frame.add(ball(0.034, 24), at(middle + end * half, height, side * spread));
       }
     }
-    add_scenery(gltf, name + "_frame", frame, finish::iron);
-    const Mesh base = Mesh().add(rounded(box({2 * half + 0.16, 0.07, 2 * spread + 0.16}), 0.02),
-                                 at(cradle.middle, 0.035, 0));
-    add_scenery(gltf, name + "_base", base, finish::walnut);
+    scenery(name + "_frame", {{frame, finish::iron}});
+    const Mesh base = rounded(box({2 * half + 0.16, 0.07, 2 * spread + 0.16}), 0.02);
+    scenery(name + "_base", {{Mesh().add(base, at(middle, 0.035, 0)), finish::walnut}});
     for (int i = 0; i < 5; ++i) {
-      const std::string number = name + "_" + std::to_string(i + 1);
-      const int pivot = gltf.node(number + "_pivot", at(cradle.middle + pitch * (i - 2), height, 0));
-      const Pose swing = i == 0 ? turn(Vector3::UnitZ(), -angle) : Pose{};
-      const int body =
-          gltf.node(number, at(cradle.middle + pitch * (i - 2), height, 0) * swing * at(0, -length, 0));
-      gltf.motion(body, {.mass = 1, .inertia = Vector3::Constant(0.4 * radius * radius)});
-      gltf.collider(body, shape, elastic);
-      gltf.show(body, i == 0 ? thrown : polished);
-      gltf.joint(gltf.node(number + "_top", at(0, length, 0), body), pivot, hinge);
+      const std::string number = numbered(name, i + 1);
+      const Pose top = at(middle + (2 * radius + gap) * (i - 2), height, 0);
+      const int pivot = node(number + "_pivot", top);
+      const int bob = body(number, top * (i == 0 ? turn(Z, -angle) : Pose{}) * at(0, -length, 0),
+                           {.mass = 1, .inertia = Vector3::Constant(0.4 * radius * radius)},
+                           {shape_, elastic_}, i == 0 ? thrown_ : polished_);
+      joint(node(number + "_top", at(0, length, 0), bob), pivot, hinge_);
     }
   }
 
-  // What a ball has at the lowest point that has fallen from an angle, and what is left where the gap is
-  // shut.
-  constexpr double gravity = 9.81;
-  const double slowness = 1 + 0.4 * radius * radius / (length * length);
-  const double arrives = std::sqrt(2 * gravity * length * (1 - sine_cosine(angle).cosine) / slowness);
-  const double beyond = 0.03 / length;
-  const double taken = 2 * gravity * length * (1 - std::sqrt(1 - beyond * beyond)) / slowness;
-  const auto expect_speed = [&](const std::string& name, const std::vector<std::string>& bodies, int side,
-                                double speed) {
-    gltf.expect({.name = name,
-                 .quantity = "velocity",
-                 .bodies = bodies,
-                 .direction = Vector3(side, 0, 0),
-                 .peak = 1,
-                 .value = speed,
-                 .tolerance = 0.05 * arrives,
-                 .source = "the law of impact, restitution 1"});
-  };
-  expect_speed("touching_1: first speed back", {"touching_1"}, -1, 0.6 * arrives);
-  expect_speed("touching_2 … touching_5: first speed",
-               {"touching_2", "touching_3", "touching_4", "touching_5"}, 1, 0.4 * arrives);
-  expect_speed("spaced_5: first speed", {"spaced_5"}, 1, std::sqrt(arrives * arrives - 4 * taken));
-  gltf.expect_constant_energy(0.05 * 2 * gravity * length * (1 - sine_cosine(angle).cosine),
-                              "restitution 1 and no friction: nothing is lost");
-  return gltf.text();
+  /// Expects the speed of a ball that has fallen from the angle, less what the gaps take.
+  void expect_speeds() {
+    const double slowness = 1 + 0.4 * radius * radius / (length * length);
+    const double fall = 2 * gravity * length * (1 - sine_cosine(angle).cosine);
+    const double arrives = std::sqrt(fall / slowness);
+    const double beyond = 0.03 / length;
+    const double taken = 2 * gravity * length * (1 - std::sqrt(1 - beyond * beyond)) / slowness;
+    const auto expect_speed = [&](const std::string& name, const std::vector<std::string>& bodies, int side,
+                                  double speed) {
+      expect({name, "velocity", bodies, Vector3(side, 0, 0)}, peak(1), speed, 0.05 * arrives,
+             "the law of impact, restitution 1");
+    };
+    expect_speed("touching_1: first speed back", {"touching_1"}, -1, 0.6 * arrives);
+    expect_speed("touching_2 … touching_5: first speed", numbered("touching", 2, 5), 1, 0.4 * arrives);
+    expect_speed("spaced_5: first speed", {"spaced_5"}, 1, std::sqrt(arrives * arrives - 4 * taken));
+    expect_constant_energy(0.05 * fall, "restitution 1 and no friction: nothing is lost");
+  }
+
+  int shape_ = sphere_shape(radius);
+  int elastic_ = bouncing_material(1);
+  int hinge_ = hinge();
+  int polished_ = 0;
+  int thrown_ = 0;
+};
+
+GltfBuilder dominoes() {
+  constexpr double radius = 0.85;
+  constexpr double pitch = 0.19;
+  const Vector3 size(0.06, 0.36, 0.18);
+  constexpr std::array finishes{finish::terracotta, finish::mustard, finish::ivory, finish::teal,
+                                finish::blue};
+  GltfBuilder gltf("dominoes", {.duration = 4, .poster = 1.5},
+                   {.eye = {0.9, 1.9, 2.6}, .target = {0, 0.10, 0}, .yfov = 0.56, .friction = 0.5});
+
+  const Collider collider{gltf.box_shape(size), gltf.physics_material(0.5)};
+  const int tile = gltf.geometry(rounded(box(size), 0.012));
+  // A bar and pips on both faces, as dominoes have.
+  Mesh pips;
+  for (const int face : {-1, 1}) {
+    const double x = face * (size.x() / 2 - 0.002);
+    pips.add(rounded(box({0.008, 0.008, 0.13}), 0.002, 1), at(x, 0, 0));
+    for (const int y : {-1, 1}) {
+      for (const int z : {-1, 0, 1})
+        pips.add(rod(0.008, 0.014, 0.002, 16), at(x, 0.09 * y + 0.045 * z, 0.045 * z) * turn(Z, pi / 2));
+    }
+  }
+  const int pip = gltf.geometry(pips);
+  gltf.material(finish::walnut);
+  gltf.material(finish::ivory);
+  std::array<int, 5> looks{};
+  for (int i = 0; i < 5; ++i)
+    looks[i] = gltf.mesh(numbered("tile", i + 1),
+                         {{tile, finishes[i]}, {pip, i == 2 ? finish::walnut : finish::ivory}});
+  for (int i = 0; i < 24; ++i) {
+    // X along the ring, in the sense in which they fall; the first one is tipped about its leading edge.
+    Motion motion{.mass = 1};
+    if (i == 0) motion.linear_velocity = {size.y(), size.x(), 0};
+    if (i == 0) motion.angular_velocity = {0, 0, -2};
+    gltf.body(numbered("domino", i + 1), turn(Y, pitch * i / radius) * at(0, size.y() / 2, radius), motion,
+              collider, looks[i % 5]);
+  }
+  gltf.expect({"fall of that domino's centre which falls least, at 4 s", "way", {}, -Y}, at_time(4),
+              at_least(0.05), 0.005,
+              "the first one turns faster than it takes to fall, and each hits the next");
+  gltf.expect_no_gain(0.5, "nothing drives them; all of them are worth 36 J when they fall");
+  return gltf;
+}
+
+/// A ball on a chain, and a wall where it hangs at rest.
+struct WreckingBall : GltfBuilder {
+  WreckingBall()
+      : GltfBuilder("wrecking_ball", {.duration = 4, .poster = 0.95},
+                    {.eye = {-3.6, 2.7, 8.7}, .target = {0.15, 1.62, 0}, .yfov = 0.56, .friction = 0.6}) {
+    add_crane();
+    add_chain_and_ball();
+    add_wall();
+    expect_no_gain(50, "nothing drives it; the ball's fall is worth 5 kJ");
+  }
+
+  static constexpr double pivot_height = 3.55;
+
+  void add_crane() {
+    Mesh mast;
+    mast.add(rounded(box({0.18, 3.8, 0.18}), 0.02), at(0, 1.9, -2.2));
+    mast.add(rounded(box({0.14, 0.14, 2.5}), 0.02), at(0, pivot_height + 0.12, -1.05));
+    mast.add(rounded(box({0.10, 0.10, 1.3}), 0.02), at(0, pivot_height - 0.35, -1.78) * turn(X, -0.75));
+    mast.add(rounded(box({1.2, 0.12, 0.2}), 0.02), at(0, 0.06, -2.2));
+    mast.add(rounded(box({0.2, 0.12, 1.2}), 0.02), at(0, 0.06, -2.2));
+    scenery("crane", {{mast, finish::mustard}});
+  }
+
+  void add_chain_and_ball() {
+    constexpr double radius = 0.35;
+    constexpr double link = 0.4;
+    constexpr int links = 6;
+    const Pose across = turn(Z, pi / 2);
+    int end = node("pivot", at(0, pivot_height, 0));
+    const int frame = node("chain", at(0, pivot_height, 0) * turn(Z, -pi / 2 - 1));
+    const int pins = ball_joint();
+    const Mesh shaft =
+        Mesh().add(rod(link - 0.06, 0.03, 0.008, 20), across).add(ball(0.05, 20), at(-link / 2, 0, 0));
+    const int look = mesh("link", {{shaft, finish::steel}});
+    const Motion swinging{.mass = 10, .inertia = Vector3(0.01, 10 * link * link / 12, 10 * link * link / 12)};
+    for (int i = 1; i <= links; ++i) {
+      const int bob = body(numbered("link", i), at(link * (i - 0.5), 0, 0), swinging, look, frame);
+      end = add_link(i, bob, link, end, pins);
+    }
+    Mesh fittings;
+    fittings.add(rod(0.07, radius + 0.004, 0.01, 48), across);
+    fittings.add(rod(0.09, 0.10, 0.03, 24), across * at(0, radius - 0.02, 0));
+    fittings.add(ball(0.05, 20), at(-radius, 0, 0));
+    const int heavy = body("ball", at(links * link + radius, 0, 0),
+                           {.mass = 400, .inertia = Vector3::Constant(0.4 * 400 * radius * radius)},
+                           {sphere_shape(radius), grip_},
+                           {{ball(radius, 40), finish::iron}, {fittings, finish::brass}}, frame);
+    joint(node(numbered("joint", links + 1), at(-radius, 0, 0), heavy), end, pins);
+  }
+
+  /// Adds a wall in running bond.
+  void add_wall() {
+    const Vector3 whole(0.25, 0.25, 0.5);
+    const Vector3 half(0.25, 0.25, 0.25);
+    constexpr std::array clay{finish::brick, finish::terracotta, finish::sandstone};
+    for (const Finish& finish : clay) material(finish);
+    const int whole_shape = box_shape(whole);
+    const int half_shape = box_shape(half);
+    const int whole_look = geometry(rounded(box(whole), 0.018, 2));
+    const int half_look = geometry(rounded(box(half), 0.018, 2));
+    int number = 0;
+    for (int course = 0; course < 5; ++course) {
+      const bool odd = course % 2 == 1;
+      const int pieces = odd ? 5 : 4;
+      for (int i = 0; i < pieces; ++i, ++number) {
+        const bool end = odd && (i == 0 || i == pieces - 1);
+        double z = whole.z() * (i - (pieces - 1) / 2.0);
+        if (end) z += i == 0 ? half.z() / 2 : -half.z() / 2;
+        body(numbered("brick", number + 1), at(0.62, whole.y() * (course + 0.5), z),
+             {.mass = end ? 10.0 : 20.0}, {end ? half_shape : whole_shape, grip_},
+             {{end ? half_look : whole_look, clay[(number * 5 + course) % 3]}});
+      }
+    }
+  }
+
+  int grip_ = physics_material(0.6);
+};
+
+}  // namespace
+
+std::vector<SceneFunction> impact_scenes() {
+  return {bouncing_balls, made<Cradles>, dominoes, made<WreckingBall>};
 }
 
 }  // namespace substep::scenes

@@ -40,7 +40,7 @@ struct ProfileVertex {
 };
 
 /// Smooth runs of vertices; runs are not joined, so that a sharp corner keeps its two normals.
-std::vector<std::vector<ProfileVertex>> smooth_runs(std::span<const ProfilePoint> profile, bool closed) {
+std::vector<std::vector<ProfileVertex>> smooth_runs(const Profile& profile, bool closed) {
   const int count = static_cast<int>(profile.size());
   const int segments = closed ? count : count - 1;
   const auto point = [&](int i) {
@@ -116,11 +116,10 @@ Mesh& Mesh::add(const Mesh& other, const Pose& placement) {
 Polyhedron box(const Vector3& size) {
   const double u = size.x() / 2;
   const double v = size.z() / 2;
-  const std::array<PlanePoint, 4> outline{{{-u, -v}, {u, -v}, {u, v}, {-u, v}}};
-  return prism(outline, size.y());
+  return prism({{-u, -v}, {u, -v}, {u, v}, {-u, v}}, size.y());
 }
 
-Polyhedron prism(std::span<const PlanePoint> outline, double height, double top_scale) {
+Polyhedron prism(const Outline& outline, double height, double top_scale) {
   const int n = static_cast<int>(outline.size());
   Polyhedron solid;
   for (const PlanePoint& p : outline) solid.vertices.emplace_back(p.u, -height / 2, -p.v);
@@ -137,6 +136,40 @@ Polyhedron prism(std::span<const PlanePoint> outline, double height, double top_
   return solid;
 }
 
+namespace {
+
+/// Vertices of a rounded corner by their distances i, j, k from the sides of the patch.
+using Patch = std::map<std::array<int, 3>, std::uint32_t>;
+
+/// Adds a patch of a ball that touches a corner's three faces: directions i n0 + j n1 + k n2, i + j + k =
+/// segments, so that edge strips and faces find their vertices on the patch's rims.
+Patch add_patch(Mesh& mesh, const Vector3& corner, const Matrix3& planes, double radius, int segments) {
+  Patch patch;
+  const Vector3 centre = corner - planes.inverse() * Vector3::Constant(radius);
+  for (int i = 0; i <= segments; ++i) {
+    for (int j = 0; i + j <= segments; ++j) {
+      const int k = segments - i - j;
+      const Vector3 direction = (planes.transpose() * Vector3(i, j, k)).normalized();
+      patch[{i, j, k}] = static_cast<std::uint32_t>(mesh.positions.size());
+      mesh.positions.emplace_back(centre + radius * direction);
+      mesh.normals.push_back(direction);
+    }
+  }
+  for (int i = 0; i < segments; ++i) {
+    for (int j = 0; i + j < segments; ++j) {
+      const int k = segments - i - j;
+      const auto a = patch[{i, j, k}];
+      const auto b = patch[{i + 1, j, k - 1}];
+      const auto c = patch[{i, j + 1, k - 1}];
+      mesh.triangles.push_back({a, b, c});
+      if (k > 1) mesh.triangles.push_back({b, patch[{i + 1, j + 1, k - 2}], c});
+    }
+  }
+  return patch;
+}
+
+}  // namespace
+
 Mesh rounded(const Polyhedron& solid, double radius, int segments) {
   const int vertex_count = static_cast<int>(solid.vertices.size());
   std::vector<Vector3> face_normals;
@@ -151,10 +184,8 @@ Mesh rounded(const Polyhedron& solid, double radius, int segments) {
     }
   }
 
-  // Each corner is a patch of a ball that touches its three faces: directions i n0 + j n1 + k n2, i + j + k =
-  // segments, so that edge strips and faces find their vertices on the patches' rims.
   Mesh mesh;
-  std::vector<std::map<std::array<int, 3>, std::uint32_t>> patches(vertex_count);
+  std::vector<Patch> patches;
   for (int v = 0; v < vertex_count; ++v) {
     std::vector<int>& f = faces_at[v];
     Matrix3 planes;
@@ -163,26 +194,7 @@ Mesh rounded(const Polyhedron& solid, double radius, int segments) {
       std::swap(f[1], f[2]);
       planes.row(1).swap(planes.row(2));
     }
-    const Vector3 centre = solid.vertices[v] - planes.inverse() * Vector3::Constant(radius);
-    for (int i = 0; i <= segments; ++i) {
-      for (int j = 0; i + j <= segments; ++j) {
-        const int k = segments - i - j;
-        const Vector3 direction = (planes.transpose() * Vector3(i, j, k)).normalized();
-        patches[v][{i, j, k}] = static_cast<std::uint32_t>(mesh.positions.size());
-        mesh.positions.emplace_back(centre + radius * direction);
-        mesh.normals.push_back(direction);
-      }
-    }
-    for (int i = 0; i < segments; ++i) {
-      for (int j = 0; i + j < segments; ++j) {
-        const int k = segments - i - j;
-        const auto a = patches[v][{i, j, k}];
-        const auto b = patches[v][{i + 1, j, k - 1}];
-        const auto c = patches[v][{i, j + 1, k - 1}];
-        mesh.triangles.push_back({a, b, c});
-        if (k > 1) mesh.triangles.push_back({b, patches[v][{i + 1, j + 1, k - 2}], c});
-      }
-    }
+    patches.push_back(add_patch(mesh, solid.vertices[v], planes, radius, segments));
   }
   // The vertex of v's patch `step` steps from face f towards face g.
   const auto rim = [&](int v, int f, int g, int step) {
@@ -229,7 +241,7 @@ Mesh faceted(const Polyhedron& solid) {
   return mesh;
 }
 
-Mesh turned(std::span<const ProfilePoint> profile, int sides, bool closed) {
+Mesh turned(const Profile& profile, int sides, bool closed) {
   Mesh mesh;
   for (const std::vector<ProfileVertex>& run : smooth_runs(profile, closed)) {
     const auto base = static_cast<std::uint32_t>(mesh.positions.size());
@@ -256,15 +268,19 @@ Mesh turned(std::span<const ProfilePoint> profile, int sides, bool closed) {
 }
 
 Mesh ball(double radius, int sides) {
-  const std::array<ProfilePoint, 4> profile{
-      {{0, -radius}, {radius, -radius, radius}, {radius, radius, radius}, {0, radius}}};
-  return turned(profile, sides);
+  return turned({{0, -radius}, {radius, -radius, radius}, {radius, radius, radius}, {0, radius}}, sides);
 }
 
 Mesh rod(double length, double radius, double fillet, int sides) {
-  const std::array<ProfilePoint, 4> profile{
-      {{0, -length / 2}, {radius, -length / 2, fillet}, {radius, length / 2, fillet}, {0, length / 2}}};
-  return turned(profile, sides);
+  return turned(
+      {{0, -length / 2}, {radius, -length / 2, fillet}, {radius, length / 2, fillet}, {0, length / 2}},
+      sides);
+}
+
+Mesh ring(double inner, double outer, double half_height, double fillet, int sides) {
+  return turned({corner(inner, -half_height, fillet), corner(outer, -half_height, fillet),
+                 corner(outer, half_height, fillet), corner(inner, half_height, fillet)},
+                sides, true);
 }
 
 Mesh hull(std::span<const Vector3> points) {
@@ -295,6 +311,10 @@ Pose turn(const Vector3& axis, double angle) {
 
 Pose at(double x, double y, double z) {
   return {Vector3(x, y, z), Quaternion::Identity()};
+}
+
+Pose at(const Vector3& point) {
+  return {point, Quaternion::Identity()};
 }
 
 }  // namespace substep::scenes

@@ -36,10 +36,15 @@ struct PlanePoint {
   double u;
   double v;
 };
+using Outline = std::vector<PlanePoint>;
+
+inline PlanePoint point(double u, double v) {
+  return {u, v};
+}
 
 /// A prism along +Y, from −height/2 to height/2. The outline's u and v are x and −z, so that an outline which
 /// is counter-clockwise on paper is so seen from above. The top is the outline times `top_scale`.
-Polyhedron prism(std::span<const PlanePoint> outline, double height, double top_scale = 1);
+Polyhedron prism(const Outline& outline, double height, double top_scale = 1);
 
 /// The solid with each edge and corner rounded by a ball of `radius` rolled along it, in `segments` steps.
 /// Faces stay where they are. `radius` must leave something of each face.
@@ -55,17 +60,25 @@ struct ProfilePoint {
   double y;
   double fillet = 0;
 };
+using Profile = std::vector<ProfilePoint>;
+
+inline ProfilePoint corner(double radius, double y, double fillet = 0) {
+  return {radius, y, fillet};
+}
 
 /// The solid of revolution about +Y of a profile given from the bottom up, with the solid on its left-hand
 /// side when radius is drawn to the right. `closed`: the last point joins the first (a ring), else both lie
 /// on the axis.
-Mesh turned(std::span<const ProfilePoint> profile, int sides, bool closed = false);
+Mesh turned(const Profile& profile, int sides, bool closed = false);
 
 /// A ball about the origin.
 Mesh ball(double radius, int sides = 32);
 
 /// A cylinder along +Y, centred at the origin, its rims rounded by `fillet`.
 Mesh rod(double length, double radius, double fillet, int sides = 24);
+
+/// A ring of a rectangular section, its edges rounded by `fillet`.
+Mesh ring(double inner, double outer, double half_height, double fillet, int sides);
 
 /// The convex hull of points, with flat faces.
 Mesh hull(std::span<const Vector3> points);
@@ -78,5 +91,6 @@ Pose turn(const Vector3& axis, double angle);
 
 /// Placement at a point, not turned.
 Pose at(double x, double y, double z);
+Pose at(const Vector3& point);
 
 }  // namespace substep::scenes

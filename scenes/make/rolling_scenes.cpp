@@ -1,18 +1,90 @@
-/// Scenes of what rolls into something: a ball into pins, balls and cones into a funnel.
+/// Scenes of what rolls into something: a ball into pins, balls and cones into a funnel, balls onto a wheel.
 
 #include <cmath>
 #include <span>
-#include <vector>
 
-#include "finishes.h"
-#include "gltf_builder.h"
-#include "mesh.h"
 #include "scenes.h"
 #include "sim/math/rotation.h"
-#include "stage.h"
 
 namespace substep::scenes {
 namespace {
+
+/// A bowling lane and a ball that slides into ten pins.
+struct Bowling : GltfBuilder {
+  Bowling()
+      : GltfBuilder("bowling", {.duration = 2.5, .poster = 0.62},
+                    {.eye = {-1.75, 1.05, 1.05},
+                     .target = {0.25, 0.20, -0.03},
+                     .yfov = 0.50,
+                     .friction = 0.5,
+                     .light = {0.35, -1, -0.5}}) {
+    add_lane();
+    plastic_ = bouncing_material(0.5, 0.2);
+    add_pins();
+    add_ball();
+    expect_no_gain(1.7, "restitution below 1 and friction only take energy; the ball has 170 J");
+  }
+
+  static constexpr double top = 0.10;  // of the lane
+
+  void add_lane() {
+    constexpr double half_width = 0.53;
+    const int wood = physics_material(0.2);
+    fixed_box("lane", {5.4, top, 2 * half_width}, at(-1.45, top / 2, 0), wood, finish::maple, 0.006);
+    for (const int side : {-1, 1})
+      fixed_box(side < 0 ? "right_board" : "left_board", {6.0, 0.34, 0.06},
+                at(-1.15, 0.17, side * (half_width + 0.32)), wood, finish::walnut, 0.012);
+    fixed_box("cushion", {0.12, 0.7, 1.8}, at(1.9, 0.35, 0), physics_material(0.8), finish::teal, 0.04);
+    Mesh seams;
+    for (int i = -4; i <= 4; ++i)
+      seams.add(rounded(box({5.39, 0.002, 0.003}), 0.0008, 1), at(-1.45, top + 0.0002, 0.107 * i));
+    scenery("seams", {{seams, finish::oak}});
+  }
+
+  void add_pins() {
+    constexpr double pitch = 0.3048;  // from pin to pin, 12 inches
+    // Heights and diameters of a regulation pin, 15 inches high.
+    const Mesh pin =
+        turned({corner(0, 0), corner(0.0258, 0, 0.004), corner(0.0495, 0.0571, 0.12),
+                corner(0.0605, 0.1143, 0.08), corner(0.0469, 0.1842, 0.09), corner(0.0308, 0.2191, 0.06),
+                corner(0.0228, 0.2540, 0.03), corner(0.0236, 0.2730, 0.06), corner(0.0323, 0.3433, 0.022),
+                corner(0.0200, 0.3740, 0.008), corner(0, 0.3810)},
+               40);
+    Mesh stripes;
+    for (const double y : {0.240, 0.262}) stripes.add(ring(0.020, 0.0262, 0.005, 0, 40), at(0, y, 0));
+    const int look = mesh("pin", {{pin, finish::ivory}, {stripes, finish::terracotta}});
+    // Three solids that follow the outline: it stands on the first one's flat end.
+    const int foot = cylinder_shape(0.0258, 0.0560, 0.085);
+    const int belly = capsule_shape(0.0595, 0.0235, 0.115);
+    const int head = capsule_shape(0.0225, 0.0325, 0.0985);
+    int number = 0;
+    for (int row = 0; row < 4; ++row) {
+      for (int i = 0; i <= row; ++i) {
+        const std::string name = numbered("pin", ++number);
+        const double forward = pitch * 0.86602540378443865;  // sin 60°
+        const int index = body(name, at(forward * row, top, pitch * (i - row / 2.0)), {.mass = 1.55}, look);
+        collider(node(name + "_foot", at(0, 0.0425, 0), index), {foot, plastic_});
+        collider(node(name + "_belly", at(0, 0.1755, 0), index), {belly, plastic_});
+        collider(node(name + "_head", at(0, 0.29925, 0), index), {head, plastic_});
+      }
+    }
+  }
+
+  /// It slides, turning across its way, which bends it into the pocket beside the first pin.
+  void add_ball() {
+    constexpr double radius = 0.108;
+    Mesh holes;
+    for (const Vector3& hole : {Vector3(0.018, 0, -0.02), Vector3(-0.018, 0, -0.02), Vector3(0, 0, 0.045)}) {
+      const double height = std::sqrt(radius * radius - hole.squaredNorm());
+      holes.add(rod(0.004, 0.013, 0.001, 24), turn(X, 0.5) * at(hole.x(), height - 0.0012, hole.z()));
+    }
+    body("ball", at(-2.6, top + radius, 0.33),
+         {.mass = 6.8, .linear_velocity = {7, 0, -0.62}, .angular_velocity = {-16, 0, -12}},
+         {sphere_shape(radius), plastic_}, {{ball(radius, 56), finish::blue}, {holes, finish::rubber}});
+  }
+
+  int plastic_ = 0;
+};
 
 /// A point of a surface of revolution about +Y, and its normal there.
 struct SurfacePoint {
@@ -21,6 +93,12 @@ struct SurfacePoint {
   double normal_radius;
   double normal_y;
 };
+
+/// Returns the point of a surface with a slope there, its normal upwards.
+SurfacePoint sloping(double radius, double y, double slope) {
+  const double length = std::sqrt(1 + slope * slope);
+  return {radius, y, -slope / length, 1 / length};
+}
 
 /// The surface of a line turned about +Y, without thickness: its front is where the normals point.
 Mesh turned_surface(std::span<const SurfacePoint> line, std::uint32_t sectors) {
@@ -34,302 +112,273 @@ Mesh turned_surface(std::span<const SurfacePoint> line, std::uint32_t sectors) {
   }
   for (std::uint32_t ring = 0; ring + 1 < line.size(); ++ring) {
     for (std::uint32_t i = 0; i < sectors; ++i) {
-      const std::uint32_t next = (i + 1) % sectors;
       const std::uint32_t a = ring * sectors + i;
-      const std::uint32_t b = ring * sectors + next;
+      const std::uint32_t b = ring * sectors + (i + 1) % sectors;
       const Vector3 across =
           (mesh.positions[b] - mesh.positions[a]).cross(mesh.positions[a + sectors] - mesh.positions[a]);
-      if (across.dot(mesh.normals[a] + mesh.normals[a + sectors]) > 0) {
-        mesh.triangles.push_back({a, b, b + sectors});
-        mesh.triangles.push_back({a, b + sectors, a + sectors});
-      } else {
-        mesh.triangles.push_back({a, b + sectors, b});
-        mesh.triangles.push_back({a, a + sectors, b + sectors});
-      }
+      const bool is_front = across.dot(mesh.normals[a] + mesh.normals[a + sectors]) > 0;
+      if (is_front)
+        mesh.triangles.insert(mesh.triangles.end(), {{a, b, b + sectors}, {a, b + sectors, a + sectors}});
+      else
+        mesh.triangles.insert(mesh.triangles.end(), {{a, b + sectors, b}, {a, a + sectors, b + sectors}});
     }
   }
   return mesh;
 }
 
-}  // namespace
-
-std::string bowling() {
-  constexpr double top = 0.10;         // of the lane
-  constexpr double half_width = 0.53;  // of the lane
-  constexpr double pitch = 0.3048;     // from pin to pin, 12 inches
-  constexpr double ball_radius = 0.108;
-
-  GltfBuilder gltf("bowling", 2.5);
-  gltf.poster(0.62);
-  gltf.camera({-1.75, 1.05, 1.05}, {0.25, 0.20, -0.03}, 0.50);
-  gltf.sun({0.35, -1, -0.5}, warm_white, daylight);
-  add_ground(gltf, 0.5);
-
-  const int wood = gltf.physics_material(0.2);
-  add_fixed_box(gltf, "lane", {5.4, top, 2 * half_width}, at(-1.45, top / 2, 0), wood, finish::maple, 0.006);
-  for (const int side : {-1, 1}) {
-    add_fixed_box(gltf, side < 0 ? "right_board" : "left_board", {6.0, 0.34, 0.06},
-                  at(-1.15, 0.17, side * (half_width + 0.32)), wood, finish::walnut, 0.012);
-  }
-  const int cushion = gltf.physics_material(0.8);
-  add_fixed_box(gltf, "cushion", {0.12, 0.7, 1.8}, at(1.9, 0.35, 0), cushion, finish::teal, 0.04);
-  // Boards' seams and arrows: drawn only.
-  Mesh seams;
-  for (int i = -4; i <= 4; ++i)
-    seams.add(rounded(box({5.39, 0.002, 0.003}), 0.0008, 1), at(-1.45, top + 0.0002, 0.107 * i));
-  add_scenery(gltf, "seams", seams, finish::oak);
-
-  // Heights and diameters of a regulation pin, 15 inches high.
-  const std::array<ProfilePoint, 11> outline{{{0, 0},
-                                              {0.0258, 0, 0.004},
-                                              {0.0495, 0.0571, 0.12},
-                                              {0.0605, 0.1143, 0.08},
-                                              {0.0469, 0.1842, 0.09},
-                                              {0.0308, 0.2191, 0.06},
-                                              {0.0228, 0.2540, 0.03},
-                                              {0.0236, 0.2730, 0.06},
-                                              {0.0323, 0.3433, 0.022},
-                                              {0.0200, 0.3740, 0.008},
-                                              {0, 0.3810}}};
-  const int pin_geometry = gltf.geometry(turned(outline, 40));
-  Mesh stripes;
-  for (const double y : {0.240, 0.262}) {
-    const std::array<ProfilePoint, 4> stripe{
-        {{0.020, y - 0.005}, {0.0262, y - 0.005}, {0.0262, y + 0.005}, {0.020, y + 0.005}}};
-    stripes.add(turned(stripe, 40, true));
-  }
-  const int stripe_geometry = gltf.geometry(stripes);
-  const int pin_look = gltf.mesh("pin", {{pin_geometry, gltf.material(finish::ivory)},
-                                         {stripe_geometry, gltf.material(finish::terracotta)}});
-  // Three solids that follow the outline: it stands on the first one's flat end.
-  struct Piece {
-    const char* name;
-    int shape;
-    double middle;
-  };
-  const std::array<Piece, 3> pieces{{{"foot", gltf.tapered_cylinder_shape(0.0258, 0.0560, 0.085), 0.0425},
-                                     {"belly", gltf.tapered_capsule_shape(0.0595, 0.0235, 0.115), 0.1755},
-                                     {"head", gltf.tapered_capsule_shape(0.0225, 0.0325, 0.0985), 0.29925}}};
-  const int plastic = gltf.bouncing_material(0.5, 0.2);
-  int number = 0;
-  for (int row = 0; row < 4; ++row) {
-    for (int i = 0; i <= row; ++i) {
-      const std::string name = "pin_" + std::to_string(++number);
-      const double forward = pitch * 0.86602540378443865;  // sin 60°
-      const int pin = gltf.node(name, at(forward * row, top, pitch * (i - row / 2.0)));
-      gltf.motion(pin, {.mass = 1.55});
-      gltf.show(pin, pin_look);
-      for (const Piece& piece : pieces)
-        gltf.collider(gltf.node(name + "_" + piece.name, at(0, piece.middle, 0), pin), piece.shape, plastic);
+/// Over a surface y = height − k/r, what slides without friction has the potential of a planet.
+struct Funnel : GltfBuilder {
+  Funnel()
+      : GltfBuilder("funnel", {.duration = 6, .poster = 1.2},
+                    {.eye = {2.1, 3.4, 4.05},
+                     .target = {0, 0.70, 0},
+                     .yfov = 0.52,
+                     .friction = 0.4,
+                     .light = {-0.5, -1, -0.35}}) {
+    // Rings at even steps of slope, so that edges are alike all the way down.
+    for (int i = 0; i <= 36; ++i) {
+      // From 1/rim to 1/hole in 1/r would crowd the hole; its square root spreads them.
+      const double root = std::sqrt(1 / rim) + i / 36.0 * (std::sqrt(1 / hole) - std::sqrt(1 / rim));
+      const double r = 1 / (root * root);
+      line_.push_back(sloping(r, height - k / r, k / (r * r)));
     }
+    add_sheets();
+    add_stand();
+    slick_ = physics_material(0);
+    planet_shape_ = sphere_shape(planet_radius);
+    planet_ = geometry(ball(planet_radius, 32));
+    add_planet("outer_planet", 2, 0.4, finish::terracotta);
+    add_planet("middle_planet", 5, 2.2, finish::mustard);
+    add_planet("inner_planet", 9, 4.4, finish::blue);
+    add_marbles();
+    add_cones();
   }
 
-  // It slides, turning across its way, which bends it into the pocket beside the first pin.
-  const int ball_node = gltf.node("ball", at(-2.6, top + ball_radius, 0.33));
-  gltf.motion(ball_node, {.mass = 6.8, .linear_velocity = {7, 0, -0.62}, .angular_velocity = {-16, 0, -12}});
-  gltf.collider(ball_node, gltf.sphere_shape(ball_radius), plastic);
-  Mesh holes;
-  const Mesh hole = rod(0.004, 0.013, 0.001, 24);
-  const Pose towards_grip = turn(Vector3::UnitX(), 0.5);
-  for (const Vector3& place : {Vector3(0.018, 0, -0.02), Vector3(-0.018, 0, -0.02), Vector3(0, 0, 0.045)}) {
-    const double height = std::sqrt(ball_radius * ball_radius - place.squaredNorm());
-    holes.add(hole, towards_grip * at(place.x(), height - 0.0012, place.z()));
+  static constexpr double k = 0.09;
+  static constexpr double height = 1.55;
+  static constexpr double hole = 0.10;
+  static constexpr double rim = 1.0;
+  static constexpr double planet_radius = 0.035;
+
+  void add_sheets() {
+    Finish shell = finish::steel;
+    shell.name = "sheet steel";
+    shell.double_sided = true;
+    shell.roughness = 0.45;
+    Finish cover = finish::teal;
+    cover.name = "sheet teal";
+    cover.double_sided = true;
+    const int steel = physics_material(0.5);
+    const int surface = geometry(turned_surface(line_, 160));
+    // It turns, as the studs on its rim show: what slides on it without friction must not notice.
+    Mesh studs;
+    for (int i = 0; i < 12; ++i)
+      studs.add(ball(0.016, 16), turn(Y, pi * i / 6) * at(rim - 0.008, height - k + 0.02, 0));
+    const int stud = geometry(studs);
+    const int sheet = detached_node("sheet", {{surface, shell}});
+    const int funnel = body("funnel", {}, {.mass = 20, .angular_velocity = {0, 0.6, 0}, .kinematic = true},
+                            {{surface, shell}, {stud, finish::brass}});
+    collider(funnel, {sheet, steel, Collider::mesh});
+    collide_as(funnel, "sheet");
+
+    // A shallow bowl, turned over: what falls on it meets the backs of its triangles.
+    std::vector<SurfacePoint> bowl;
+    for (int i = 0; i <= 12; ++i) {
+      const double r = 0.002 + 0.55 * i / 12;
+      bowl.push_back(sloping(r, 0.4 * r * r, 0.8 * r));
+    }
+    const int roof = scenery("roof", {{turned_surface(bowl, 64), cover}}, at(0, 0.36, 0) * turn(X, pi));
+    collider(roof, {roof, steel, Collider::mesh});
+    // A wall on the ground, met from inside.
+    const std::array<SurfacePoint, 2> strip{{{1.15, 0, 1, 0}, {1.15, 0.09, 1, 0}}};
+    const int wall = scenery("wall", {{turned_surface(strip, 96), cover}});
+    collider(wall, {wall, steel, Collider::mesh});
   }
-  const int ball_geometry = gltf.geometry(ball(ball_radius, 56));
-  const int hole_geometry = gltf.geometry(holes);
-  gltf.show(ball_node, gltf.mesh("ball", {{ball_geometry, gltf.material(finish::blue)},
-                                          {hole_geometry, gltf.material(finish::rubber)}}));
 
-  gltf.expect_no_gain(1.7, "restitution below 1 and friction only take energy; the ball has 170 J");
-  return gltf.text();
-}
+  void add_stand() {
+    Mesh stand;
+    for (int i = 0; i < 3; ++i) {
+      const Pose leg = turn(Y, 2 * pi * i / 3 + 0.5);
+      stand.add(rod(height - k, 0.022, 0.006, 20), leg * at(rim + 0.03, (height - k) / 2, 0));
+      stand.add(rod(0.03, 0.07, 0.01, 28), leg * at(rim + 0.03, 0.015, 0));
+      stand.add(rod(0.23, 0.014, 0.004, 16), leg * at(0.44, 0.115, 0));
+    }
+    stand.add(
+        turned({corner(rim - 0.006, height - k - 0.02, 0.008), corner(rim + 0.016, height - k - 0.02, 0.008),
+                corner(rim + 0.016, height - k + 0.02, 0.008), corner(rim - 0.006, height - k + 0.02, 0.008)},
+               128, true));
+    scenery("stand", {{stand, finish::walnut}});
+  }
 
-std::string funnel() {
-  // Over a surface y = height − k/r, what slides without friction has the potential of a planet.
-  constexpr double k = 0.09;
-  constexpr double height = 1.55;
-  constexpr double hole = 0.10;
-  constexpr double rim = 1.0;
-  constexpr double gravity = 9.81;
-
-  GltfBuilder gltf("funnel", 6);
-  gltf.poster(1.2);
-  gltf.camera({2.1, 3.4, 4.05}, {0, 0.70, 0}, 0.52);
-  gltf.sun({-0.5, -1, -0.35}, warm_white, daylight);
-  add_ground(gltf, 0.4);
-
-  Finish shell = finish::steel;
-  shell.name = "sheet steel";
-  shell.double_sided = true;
-  shell.roughness = 0.45;
-  Finish cover = finish::teal;
-  cover.name = "sheet teal";
-  cover.double_sided = true;
-
-  // Rings at even steps of slope, so that edges are alike all the way down.
-  std::vector<SurfacePoint> line;
-  constexpr int rings = 36;
-  for (int i = 0; i <= rings; ++i) {
-    // From 1/rim to 1/hole in 1/r would crowd the hole; its square root spreads them.
-    const double t = static_cast<double>(i) / rings;
-    const double root = std::sqrt(1 / rim) + t * (std::sqrt(1 / hole) - std::sqrt(1 / rim));
-    const double r = 1 / (root * root);
+  /// Returns the centre of a ball that touches the funnel at distance r from the axis, and the slope there.
+  static Vector3 resting(double r, double radius) {
     const double slope = k / (r * r);
     const double length = std::sqrt(1 + slope * slope);
-    line.push_back({r, height - k / r, -slope / length, 1 / length});
+    return {r - radius * slope / length, height - k / r + radius / length, slope};
   }
-  const int steel = gltf.physics_material(0.5);
-  const int funnel_geometry = gltf.geometry(turned_surface(line, 160));
-  // It turns, as the studs on its rim show: what slides on it without friction must not notice.
-  Mesh studs;
-  for (int i = 0; i < 12; ++i)
-    studs.add(ball(0.016, 16), turn(Vector3::UnitY(), pi * i / 6) * at(rim - 0.008, height - k + 0.02, 0));
-  const int stud_geometry = gltf.geometry(studs);
-  const int steel_finish = gltf.material(shell);
-  const int sheet = gltf.detached_node("sheet", gltf.mesh("sheet", {{funnel_geometry, steel_finish}}));
-  const int funnel_node = gltf.node("funnel");
-  gltf.motion(funnel_node, {.mass = 20, .angular_velocity = {0, 0.6, 0}, .kinematic = true});
-  gltf.show(funnel_node, gltf.mesh("funnel", {{funnel_geometry, steel_finish},
-                                              {stud_geometry, gltf.material(finish::brass)}}));
-  gltf.mesh_collider(funnel_node, sheet, steel);
-  gltf.collide_as(funnel_node, "sheet");
 
-  // A shallow bowl, turned over: what falls on it meets the backs of its triangles.
-  std::vector<SurfacePoint> bowl;
-  for (int i = 0; i <= 12; ++i) {
-    const double r = 0.002 + 0.55 * i / 12;
-    const double slope = 0.8 * r;
-    const double length = std::sqrt(1 + slope * slope);
-    bowl.push_back({r, 0.4 * r * r, -slope / length, 1 / length});
-  }
-  const int bowl_geometry = gltf.geometry(turned_surface(bowl, 64));
-  const int roof = gltf.node("roof", at(0, 0.36, 0) * turn(Vector3::UnitX(), pi));
-  gltf.show(roof, gltf.mesh("roof", {{bowl_geometry, gltf.material(cover)}}));
-  gltf.mesh_collider(roof, roof, steel);
-
-  // A wall on the ground, met from inside.
-  const std::array<SurfacePoint, 2> strip{{{1.15, 0, 1, 0}, {1.15, 0.09, 1, 0}}};
-  const int strip_geometry = gltf.geometry(turned_surface(strip, 96));
-  const int wall = gltf.node("wall");
-  gltf.show(wall, gltf.mesh("wall", {{strip_geometry, gltf.material(cover)}}));
-  gltf.mesh_collider(wall, wall, steel);
-
-  // What holds it: drawn only.
-  Mesh stand;
-  for (int i = 0; i < 3; ++i) {
-    const Pose leg = turn(Vector3::UnitY(), 2 * pi * i / 3 + 0.5);
-    stand.add(rod(height - k, 0.022, 0.006, 20), leg * at(rim + 0.03, (height - k) / 2, 0));
-    stand.add(rod(0.03, 0.07, 0.01, 28), leg * at(rim + 0.03, 0.015, 0));
-    stand.add(rod(0.23, 0.014, 0.004, 16), leg * at(0.44, 0.115, 0));
-  }
-  const std::array<ProfilePoint, 4> hoop{{{rim - 0.006, height - k - 0.02, 0.008},
-                                          {rim + 0.016, height - k - 0.02, 0.008},
-                                          {rim + 0.016, height - k + 0.02, 0.008},
-                                          {rim - 0.006, height - k + 0.02, 0.008}}};
-  stand.add(turned(hoop, 128, true));
-  add_scenery(gltf, "stand", stand, finish::walnut);
-
-  // A ball that touches the funnel at distance r from the axis: its centre and the slope there.
-  const auto resting = [&](double r, double radius) {
-    const double slope = k / (r * r);
-    const double length = std::sqrt(1 + slope * slope);
-    return Vector3(r - radius * slope / length, height - k / r + radius / length, slope);
-  };
-  constexpr double planet_radius = 0.035;
-  const int slick = gltf.physics_material(0);
-  const int planet_shape = gltf.sphere_shape(planet_radius);
-  const int planet_geometry = gltf.geometry(ball(planet_radius, 32));
-  struct Circle {
-    std::string name;
-    double distance;  // of the planet's centre from the axis
-    double speed;
-  };
-  std::vector<Circle> circles;
-  struct Planet {
-    const char* name;
-    int ring;  // on which it goes round, from the rim
-    double angle;
-    Finish finish;
-  };
-  for (const Planet& planet :
-       {Planet{"outer_planet", 2, 0.4, finish::terracotta}, Planet{"middle_planet", 5, 2.2, finish::mustard},
-        Planet{"inner_planet", 9, 4.4, finish::blue}}) {
+  /// Adds a ball that goes round on a ring, counted from the rim.
+  void add_planet(const std::string& name, std::size_t ring, double angle, const Finish& paint) {
     // Where the ring's straight side has the slope of the curve: at the geometric mean of its ends.
-    const SurfacePoint& outer = line[static_cast<std::size_t>(planet.ring)];
-    const SurfacePoint& inner = line[static_cast<std::size_t>(planet.ring) + 1];
-    const double r = std::sqrt(outer.radius * inner.radius);
+    const SurfacePoint& inner = line_[ring + 1];
+    const double r = std::sqrt(line_[ring].radius * inner.radius);
     const double sunk = height - k / r - inner.y - k / (r * r) * (r - inner.radius);
-    const Vector3 place = resting(r, planet_radius);
+    const Vector3 centre = resting(r, planet_radius);
+    const double distance = centre.x();
     // Round a circle: gravity's part along the slope is what it takes to stay on it.
-    const double speed = std::sqrt(gravity * place.z() * place.x());
-    circles.push_back({planet.name, place.x(), speed});
-    const int body =
-        gltf.node(planet.name, turn(Vector3::UnitY(), planet.angle) * at(place.x(), place.y() - sunk, 0));
-    gltf.motion(body, {.mass = 1, .linear_velocity = {0, 0, -speed}});
-    gltf.collider(body, planet_shape, slick);
-    gltf.collide_as(body, "planets", "sheet");
-    gltf.show(body, gltf.mesh(planet.name, {{planet_geometry, gltf.material(planet.finish)}}));
+    const double speed = std::sqrt(9.81 * centre.z() * distance);
+    const int planet =
+        body(name, turn(Y, angle) * at(distance, centre.y() - sunk, 0),
+             {.mass = 1, .linear_velocity = {0, 0, -speed}}, {planet_shape_, slick_}, {{planet_, paint}});
+    collide_as(planet, "planets", "sheet");
+    expect({name + ": angle that it has gone round by after 6 s", "azimuth", {name}, Y}, at_time(6),
+           speed / distance * 6, 0.05 * speed / distance * 6,
+           "Kepler: v = √(g s ρ) on the circle where it starts");
+    expect({name + ": distance from the axis", "distance", {name}, Y}, any_time, distance, 0.05 * distance,
+           "Kepler: it stays on its circle");
   }
 
-  // Marbles that roll down from the rim, half of them with a push along it.
-  constexpr double marble_radius = 0.045;
-  const int grip = gltf.physics_material(0.5);
-  const int marble_shape = gltf.sphere_shape(marble_radius);
-  const int marble_geometry = gltf.geometry(ball(marble_radius, 32));
-  const int band_geometry = gltf.geometry(rod(0.012, marble_radius + 0.0006, 0.002, 32));
-  const int marble_look = gltf.mesh("marble", {{marble_geometry, gltf.material(finish::ivory)},
-                                               {band_geometry, gltf.material(finish::cherry)}});
-  for (int i = 0; i < 6; ++i) {
-    const Vector3 place = resting(0.90, marble_radius);
-    const int body = gltf.node("marble_" + std::to_string(i + 1),
-                               turn(Vector3::UnitY(), pi * i / 3) * at(place.x(), place.y(), 0));
-    Motion motion{.mass = 1};
-    if (i % 2 == 0) motion.linear_velocity = {0, 0, -0.5};
-    gltf.motion(body, motion);
-    gltf.collider(body, marble_shape, grip);
-    gltf.show(body, marble_look);
+  /// Adds marbles that roll down from the rim, half of them with a push along it.
+  void add_marbles() {
+    constexpr double radius = 0.045;
+    const Collider round{sphere_shape(radius), physics_material(0.5)};
+    const int look = mesh("marble", {{ball(radius, 32), finish::ivory},
+                                     {rod(0.012, radius + 0.0006, 0.002, 32), finish::cherry}});
+    const Vector3 centre = resting(0.90, radius);
+    for (int i = 0; i < 6; ++i)
+      body(numbered("marble", i + 1), turn(Y, pi * i / 3) * at(centre.x(), centre.y(), 0),
+           {.mass = 1, .linear_velocity = {0, 0, i % 2 == 0 ? -0.5 : 0}}, round, look);
   }
 
-  // Cones that stand on the slope at first.
-  constexpr double cone_radius = 0.05;
-  constexpr double cone_height = 0.12;
-  const int cone_shape = gltf.tapered_cylinder_shape(cone_radius, 0, cone_height);
-  const std::array<ProfilePoint, 3> cone{
-      {{0, -cone_height / 2}, {cone_radius, -cone_height / 2, 0.002}, {0, cone_height / 2}}};
-  const int cone_geometry = gltf.geometry(turned(cone, 40));
-  const int cone_look = gltf.mesh("cone", {{cone_geometry, gltf.material(finish::teal)}});
-  for (int i = 0; i < 4; ++i) {
-    const Vector3 place = resting(0.70, 0);
-    const double slope = place.z();
+  /// Adds cones that stand on the slope at first.
+  void add_cones() {
+    constexpr double radius = 0.05;
+    constexpr double half = 0.06;  // of the height
+    const int shape = cylinder_shape(radius, 0, 2 * half);
+    const Mesh cone = turned({corner(0, -half), corner(radius, -half, 0.002), corner(0, half)}, 40);
+    const int look = mesh("cone", {{cone, finish::teal}});
+    const Vector3 foot = resting(0.70, 0);
+    const double slope = foot.z();
     const double length = std::sqrt(1 + slope * slope);
-    // Along the normal there.
+    // Upright along the normal there, the base just clear of the facets under it.
     const double half_cosine = std::sqrt((1 + 1 / length) / 2);
     const Pose upright{Vector3::Zero(), Quaternion(half_cosine, 0, 0, slope / length / (2 * half_cosine))};
-    // Its base just clear of the facets under it.
-    const double away = cone_height / 2 + 0.004;
-    const int body =
-        gltf.node("cone_" + std::to_string(i + 1),
-                  turn(Vector3::UnitY(), pi * i / 2 + 0.5) *
-                      at(place.x() - away * slope / length, place.y() + away / length, 0) * upright);
-    gltf.motion(body, {.mass = 0.5});
-    gltf.collider(body, cone_shape, gltf.physics_material(0.08));
-    gltf.show(body, cone_look);
+    const double away = half + 0.004;
+    for (int i = 0; i < 4; ++i)
+      body(numbered("cone", i + 1),
+           turn(Y, pi * i / 2 + 0.5) * at(foot.x() - away * slope / length, foot.y() + away / length, 0) *
+               upright,
+           {.mass = 0.5}, {shape, physics_material(0.08)}, look);
   }
 
-  for (const auto& [name, distance, speed] : circles) {
-    gltf.expect_at(
-        {name + ": angle that it has gone round by after 6 s", "azimuth", {name}, Vector3::UnitY()}, 6,
-        speed / distance * 6, 0.05 * speed / distance * 6,
-        "Kepler: v = √(g s ρ) on the circle where it starts");
-    gltf.expect({.name = name + ": distance from the axis",
-                 .quantity = "distance",
-                 .bodies = {name},
-                 .direction = Vector3::UnitY(),
-                 .value = distance,
-                 .tolerance = 0.05 * distance,
-                 .source = "Kepler: it stays on its circle"});
+  std::vector<SurfacePoint> line_;
+  int slick_ = 0;
+  int planet_shape_ = 0;
+  int planet_ = 0;
+};
+
+/// A wheel with blades that balls turn.
+struct WaterWheel : GltfBuilder {
+  WaterWheel()
+      : GltfBuilder("water_wheel", {.duration = 6, .poster = 2.6},
+                    {.eye = {-1.0, 2.5, 6.4},
+                     .target = {-1.1, 1.35, 0},
+                     .yfov = 0.56,
+                     .friction = 0.4,
+                     .light = {-0.3, -1, -0.6}}) {
+    add_wheel();
+    add_chute();
+    const auto [sine, cosine] = sine_cosine(0.14);
+    expect({"ball_20: way down the chute at 1 s", "way", {"ball_20"}, Vector3(cosine, -sine, 0)}, at_time(1),
+           5.0 / 7 * 9.81 * sine / 2, 0.025, "a solid ball rolls with 5/7 g sin θ");
+    expect_no_gain(6, "nothing drives the wheel; the balls' fall is worth 600 J");
   }
-  return gltf.text();
+
+  static constexpr double radius = 0.85;
+  static constexpr double width = 0.34;
+  static constexpr double hub_radius = 0.45;
+  static constexpr double height = 1.15;
+  static constexpr double disc = width / 2 + 0.015;  // from the middle to a disc
+
+  void add_wheel() {
+    const Pose along_z = turn(X, pi / 2);
+    const int wheel = node("wheel", at(0, height, 0));
+    motion(wheel, {.mass = 20, .inertia = Vector3(4, 4, 7)});
+    collider(node("drum", along_z, wheel), {cylinder_shape(hub_radius, hub_radius, width), slick_});
+    const int disc_shape = cylinder_shape(radius, radius, 0.03);
+    for (const int side : {-1, 1})
+      collider(node(side < 0 ? "back_disc" : "front_disc", at(0, 0, side * disc) * along_z, wheel),
+               {disc_shape, slick_});
+    // Blades lean forwards, so that they hold a ball from the top to well below the axis.
+    const Vector3 blade_size(0.42, 0.025, width);
+    const int blade_shape = box_shape(blade_size);
+    Mesh blades;
+    for (int i = 0; i < 12; ++i) {
+      const Pose blade = turn(Z, 2 * pi * i / 12) * at((hub_radius + radius) / 2, 0, 0) * turn(Z, 0.35);
+      collider(node(numbered("blade", i + 1), blade, wheel), {blade_shape, slick_});
+      blades.add(rounded(box(blade_size), 0.008, 2), blade);
+    }
+    // Rings and spokes instead of the discs, so that one can see inside.
+    Mesh rings;
+    const Mesh rim = turned({corner(radius - 0.07, -0.015, 0.005), corner(radius, -0.015, 0.005),
+                             corner(radius, 0.015, 0.005), corner(radius - 0.07, 0.015, 0.005)},
+                            64, true);
+    for (const int side : {-1, 1}) {
+      rings.add(rim, at(0, 0, side * disc) * along_z);
+      for (int i = 0; i < 6; ++i)
+        rings.add(rounded(box({radius - 0.03, 0.05, 0.028}), 0.006, 2),
+                  turn(Z, pi * i / 3) * at(radius / 2, 0, side * disc));
+    }
+    show(wheel, {{blades, finish::maple},
+                 {Mesh().add(rod(width, hub_radius, 0.01, 48), along_z), finish::oak},
+                 {rings, finish::walnut},
+                 {Mesh().add(rod(width + 0.7, 0.035, 0.008), along_z), finish::steel}});
+    Mesh trestle;
+    for (const int side : {-1, 1}) {
+      for (const int lean : {-1, 1})
+        trestle.add(rounded(box({0.09, 1.25, 0.08}), 0.012),
+                    at(lean * 0.2, 0.58, side * 0.42) * turn(Z, lean * 0.33));
+      trestle.add(rounded(box({0.2, 0.12, 0.09}), 0.012), at(0, height, side * 0.42));
+    }
+    scenery("trestle", {{trestle, finish::iron}});
+    const int bearing = node("bearing", at(0, height, 0));
+    joint(node("axle", {}, wheel), bearing, hinge(), true);
+  }
+
+  /// Adds a floor and two walls that slope to the wheel's left shoulder, and the balls on it.
+  void add_chute() {
+    constexpr double ball_radius = 0.075;
+    constexpr double length = 0.16 * 20 + 0.1;
+    constexpr std::array paints{finish::blue, finish::teal, finish::ivory};
+    const int chute = node("chute", at(-0.42, 2.20, 0) * turn(Z, -0.14));
+    const auto add_plank = [&](const char* name, const Vector3& size, const Vector3& centre) {
+      fixed_body(name, at(centre), {box_shape(size), slick_}, {{rounded(box(size), 0.008, 2), finish::oak}},
+                 chute);
+    };
+    add_plank("chute_floor", {length, 0.03, 0.24}, {-length / 2, -0.015, 0});
+    add_plank("chute_back", {length, 0.10, 0.03}, {-length / 2, 0.035, -0.12});
+    add_plank("chute_front", {length, 0.10, 0.03}, {-length / 2, 0.035, 0.12});
+    Mesh posts;
+    for (const double x : {-1.0, -3.1}) {
+      for (const int side : {-1, 1})
+        posts.add(rounded(box({0.08, 2.24 - 0.14 * x, 0.08}), 0.012),
+                  at(x - 0.42, (2.18 - 0.14 * x) / 2 - 0.05, side * 0.18));
+    }
+    scenery("posts", {{posts, finish::walnut}});
+    const int shape = sphere_shape(ball_radius);
+    const int round = geometry(ball(ball_radius, 28));
+    for (int i = 0; i < 20; ++i)
+      body(numbered("ball", i + 1), at(-0.12 - 0.16 * i, ball_radius, 0), {.mass = 1.5}, {shape, slick_},
+           {{round, paints[i % 3]}}, chute);
+  }
+
+  int slick_ = physics_material(0.2);
+};
+
+}  // namespace
+
+std::vector<SceneFunction> rolling_scenes() {
+  return {made<Bowling>, made<Funnel>, made<WaterWheel>};
 }
 
 }  // namespace substep::scenes

@@ -1,145 +1,104 @@
 #pragma once
-/// The library's scenes, each as the text of its glTF file. What they are for is on the page beside each
-/// file.
+/// The scenes of the library by kind (the page beside each file says what a scene is for), and what they
+/// share: axes, the palette, shorthands.
 
 #include <array>
+#include <numbers>
 #include <string>
-#include <string_view>
+#include <vector>
+
+#include "gltf_builder.h"
 
 namespace substep::scenes {
 
-std::string rod_chain();
-std::string pendulum();
-std::string heavy_chain();
-std::string tumbling_body();
+inline constexpr double pi = std::numbers::pi;
+inline const Vector3 X = Vector3::UnitX();
+inline const Vector3 Y = Vector3::UnitY();
+inline const Vector3 Z = Vector3::UnitZ();
 
-std::string box_stack();
-std::string stone_pyramid();
-std::string incline();
-std::string powered_wheel();
+inline constexpr auto linear = AxesLimit::Kind::linear;
+inline constexpr auto angular = AxesLimit::Kind::angular;
 
-std::string joint_kinds();
-std::string bouncing_balls();
-std::string conveyor();
+inline AxesLimit locked(AxesLimit::Kind kind, const std::vector<int>& axes) {
+  return {.kind = kind, .axes = axes, .min = 0, .max = 0};
+}
 
-std::string heavy_top();
-std::string turntable();
-std::string sliding_ball();
-std::string balls_on_tray();
-std::string shaken_block();
-std::string cradle();
-std::string door();
-std::string short_chain();
-std::string heavy_on_light();
-std::string overlap();
-std::string painleve_rod();
-std::string card_house();
-std::string masonry_arch();
-std::string dominoes();
-std::string wrecking_ball();
-std::string ragdoll();
-std::string squeezer();
-std::string bricard();
-std::string four_bar();
-std::string governor();
-std::string water_wheel();
-std::string euler_disk();
-std::string rock_slide();
-std::string rattleback();
-std::string bowling();
-std::string funnel();
-std::string near_miss();
-std::string seams();
-std::string struck();
+/// Principal moments of a uniform box.
+inline Vector3 box_inertia(double mass, const Vector3& size) {
+  const Vector3 squares = size.cwiseProduct(size);
+  return Vector3(squares.y() + squares.z(), squares.x() + squares.z(), squares.x() + squares.y()) *
+         (mass / 12);
+}
 
-std::string tall_stack();
-std::string top_heavy_stack();
-std::string box_pyramid();
-std::string brick_wall();
+/// Returns "name_3".
+inline std::string numbered(const std::string& name, int number) {
+  return name + "_" + std::to_string(number);
+}
 
-std::string kapla();
-std::string kapla_slippery();
-std::string rapier_chain();
-std::string five_boxes();
-std::string sliding_boxes();
-std::string slopes();
-std::string rolling_ball();
-std::string heavy_rope();
-std::string heavy_rope_open();
-std::string growing_cubes();
-std::string friction_ways();
-std::string million_to_one();
-std::string million_to_one_dropped();
-std::string pyramid_80();
-std::string pyramid_100();
-std::string cube_tower();
+inline std::vector<std::string> numbered(const std::string& name, int first, int last) {
+  std::vector<std::string> names;
+  for (int i = first; i <= last; ++i) names.push_back(numbered(name, i));
+  return names;
+}
 
-struct SceneFile {
-  std::string_view name;  ///< of the file, without ".gltf"
-  std::string (*text)();
+/// A body that is tried beside others of other friction.
+struct Lane {
+  std::string name;
+  double friction;
+  Finish paint;
 };
 
-inline constexpr std::array<SceneFile, 60> all_scenes{{
-    {"rod_chain", rod_chain},
-    {"pendulum", pendulum},
-    {"heavy_chain", heavy_chain},
-    {"tumbling_body", tumbling_body},
-    {"box_stack", box_stack},
-    {"stone_pyramid", stone_pyramid},
-    {"incline", incline},
-    {"powered_wheel", powered_wheel},
-    {"joint_kinds", joint_kinds},
-    {"bouncing_balls", bouncing_balls},
-    {"conveyor", conveyor},
-    {"heavy_top", heavy_top},
-    {"turntable", turntable},
-    {"sliding_ball", sliding_ball},
-    {"balls_on_tray", balls_on_tray},
-    {"shaken_block", shaken_block},
-    {"cradle", cradle},
-    {"door", door},
-    {"short_chain", short_chain},
-    {"heavy_on_light", heavy_on_light},
-    {"overlap", overlap},
-    {"painleve_rod", painleve_rod},
-    {"card_house", card_house},
-    {"masonry_arch", masonry_arch},
-    {"dominoes", dominoes},
-    {"wrecking_ball", wrecking_ball},
-    {"ragdoll", ragdoll},
-    {"squeezer", squeezer},
-    {"bricard", bricard},
-    {"four_bar", four_bar},
-    {"governor", governor},
-    {"water_wheel", water_wheel},
-    {"euler_disk", euler_disk},
-    {"rock_slide", rock_slide},
-    {"rattleback", rattleback},
-    {"bowling", bowling},
-    {"funnel", funnel},
-    {"near_miss", near_miss},
-    {"seams", seams},
-    {"struck", struck},
-    {"tall_stack", tall_stack},
-    {"top_heavy_stack", top_heavy_stack},
-    {"box_pyramid", box_pyramid},
-    {"brick_wall", brick_wall},
-    {"published/kapla", kapla},
-    {"published/kapla_slippery", kapla_slippery},
-    {"published/rapier_chain", rapier_chain},
-    {"published/five_boxes", five_boxes},
-    {"published/sliding_boxes", sliding_boxes},
-    {"published/slopes", slopes},
-    {"published/rolling_ball", rolling_ball},
-    {"published/heavy_rope", heavy_rope},
-    {"published/heavy_rope_open", heavy_rope_open},
-    {"published/growing_cubes", growing_cubes},
-    {"published/friction_ways", friction_ways},
-    {"published/million_to_one", million_to_one},
-    {"published/million_to_one_dropped", million_to_one_dropped},
-    {"published/pyramid_80", pyramid_80},
-    {"published/pyramid_100", pyramid_100},
-    {"published/cube_tower", cube_tower},
-}};
+/// Woods, stones, metals and a few enamels.
+namespace finish {
+
+inline constexpr Finish walnut{"walnut", {0.195, 0.070, 0.023}, 0, 0.50};
+inline constexpr Finish oak{"oak", {0.527, 0.254, 0.076}, 0, 0.55};
+inline constexpr Finish maple{"maple", {0.745, 0.503, 0.238}, 0, 0.50};
+inline constexpr Finish cherry{"cherry", {0.332, 0.089, 0.034}, 0, 0.45};
+
+inline constexpr Finish limestone{"limestone", {0.624, 0.565, 0.456}, 0, 0.85};
+inline constexpr Finish sandstone{"sandstone", {0.584, 0.381, 0.191}, 0, 0.85};
+inline constexpr Finish granite{"granite", {0.366, 0.323, 0.287}, 0, 0.70};
+inline constexpr Finish basalt{"basalt", {0.147, 0.144, 0.138}, 0, 0.65};
+inline constexpr Finish brick{"brick", {0.350, 0.165, 0.110}, 0, 0.85};
+
+inline constexpr Finish grass{"grass", {0.125, 0.185, 0.052}, 0, 0.95};
+inline constexpr Finish meadow{"meadow", {0.205, 0.225, 0.070}, 0, 0.95};
+inline constexpr Finish scree{"scree", {0.345, 0.290, 0.215}, 0, 0.95};
+inline constexpr Finish cliff{"cliff", {0.250, 0.225, 0.200}, 0, 0.90};
+inline constexpr Finish soil{"soil", {0.145, 0.085, 0.045}, 0, 0.95};
+
+inline constexpr Finish steel{"steel", {0.456, 0.497, 0.539}, 1, 0.32};
+inline constexpr Finish brass{"brass", {0.631, 0.381, 0.080}, 1, 0.30};
+inline constexpr Finish iron{"iron", {0.068, 0.084, 0.107}, 0.6, 0.45};
+inline constexpr Finish rubber{"rubber", {0.014, 0.014, 0.016}, 0, 0.80};
+
+inline constexpr Finish terracotta{"terracotta", {0.515, 0.089, 0.037}, 0, 0.35};
+inline constexpr Finish mustard{"mustard", {0.694, 0.352, 0.037}, 0, 0.35};
+inline constexpr Finish teal{"teal", {0.025, 0.195, 0.198}, 0, 0.35};
+inline constexpr Finish ivory{"ivory", {0.847, 0.776, 0.631}, 0, 0.40};
+inline constexpr Finish blue{"blue", {0.028, 0.109, 0.254}, 0, 0.35};
+
+}  // namespace finish
+
+using SceneFunction = GltfBuilder (*)();
+
+/// Makes a scene whose constructor builds it.
+template <class Scene>
+GltfBuilder made() {
+  return Scene();
+}
+
+std::vector<SceneFunction> stack_scenes();
+std::vector<SceneFunction> impact_scenes();
+std::vector<SceneFunction> joint_scenes();
+std::vector<SceneFunction> mechanism_scenes();
+std::vector<SceneFunction> friction_scenes();
+std::vector<SceneFunction> slide_scenes();
+std::vector<SceneFunction> rolling_scenes();
+std::vector<SceneFunction> spin_scenes();
+std::vector<SceneFunction> driven_scenes();
+std::vector<SceneFunction> meeting_scenes();
+std::vector<SceneFunction> published_scenes();
 
 }  // namespace substep::scenes

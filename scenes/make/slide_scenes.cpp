@@ -1,20 +1,64 @@
-/// Scenes on triangle meshes: what slides, rolls and falls over ground that is not flat.
+/// Scenes of what slides and rolls down: blocks on an incline, rocks in a valley.
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
-#include "finishes.h"
-#include "gltf_builder.h"
-#include "mesh.h"
 #include "scenes.h"
 #include "sim/geometry/convex_hull.h"
 #include "sim/geometry/mass_properties.h"
 #include "sim/math/rotation.h"
-#include "stage.h"
 
 namespace substep::scenes {
 namespace {
+
+GltfBuilder incline() {
+  constexpr double length = 6.4;
+  constexpr double width = 2.8;
+  constexpr double thickness = 0.2;
+  const Vector3 size(0.6, 0.4, 0.6);
+  GltfBuilder gltf("incline", {.duration = 2},
+                   {.eye = {4.4, 4.2, 7.9},
+                    .target = {0.05, 1.40, 0},
+                    .yfov = 0.56,
+                    .friction = 0.6,
+                    .light = {-0.25, -1, -0.6}});
+
+  // The slope's frame: X downhill, Y off the surface, which is y = 0.
+  const double sine = 0.5;
+  const double cosine = std::sqrt(0.75);
+  const double foot = thickness * cosine;  // the slab's lower edge stands on the ground
+  const int slope = gltf.node("slope", at(0, length / 2 * sine + foot, 0) * turn(Z, -pi / 6));
+  const Vector3 slab_size(length, thickness, width);
+  gltf.fixed_body("slab", at(0, -thickness / 2, 0), {gltf.box_shape(slab_size), gltf.physics_material(1)},
+                  {{rounded(box(slab_size), 0.03), finish::maple}}, slope);
+  // Draw the slab's supports, without colliders.
+  const double half = length / 2 * cosine - 0.25;
+  const Polyhedron support =
+      prism({point(-half, 0), point(half, 0), point(-half, 2 * half * sine / cosine)}, width - 0.5);
+  gltf.scenery("support", {{Mesh().add(rounded(support, 0.03), turn(X, pi / 2)), finish::granite}});
+
+  const int shape = gltf.box_shape(size);
+  const int block = gltf.geometry(rounded(box(size), 0.035));
+  const Vector3 downhill(cosine, -sine, 0);
+  double z = -0.9;
+  for (const auto& [name, friction, paint] :
+       {Lane{"rubber_block", 0.8, finish::terracotta}, Lane{"wooden_block", 0.5, finish::mustard},
+        Lane{"waxed_block", 0.3, finish::teal}}) {
+    gltf.body(name, at(-2.6, size.y() / 2, z), {.mass = 10}, {shape, gltf.physics_material(friction)},
+              {{block, paint}}, slope);
+    z += 0.9;
+    const double gain = 9.81 * (sine - friction * cosine);
+    if (gain < 0) {
+      gltf.expect({name + ": largest displacement", "displacement", {name}}, any_time, 0, 0.001,
+                  "Coulomb: it stays, since tan 30° < μ");
+      continue;
+    }
+    const double way = gain * 2 * 2 / 2;
+    gltf.expect({name + ": way down the slope at 2 s", "way", {name}, downhill}, at_time(2), way, 0.02 * way,
+                "Coulomb: a t²/2 with a = g (sin 30° − μ cos 30°)");
+  }
+  return gltf;
+}
 
 /// Smooth noise in [−1, 1] with one value for each unit square's corner.
 double smooth_noise(double u, double v, std::uint64_t seed) {
@@ -80,153 +124,167 @@ std::vector<Vector3> cut_stone(std::uint64_t seed, int planes, const Vector3& ha
   return corners;
 }
 
-}  // namespace
+/// Rocks and logs on a triangle mesh: a valley between two walls of earth.
+struct RockSlide : GltfBuilder {
+  RockSlide()
+      : GltfBuilder("rock_slide", {.duration = 12, .poster = 4},
+                    {.eye = {42.0, 22.5, 23.0},
+                     .target = {0.0, 7.6, 0.2},
+                     .yfov = 0.56,
+                     .friction = 0.6,
+                     .light = {-0.35, -1, -0.75}}) {
+    add_valley();
+    add_earth();
+    grip_ = physics_material(0.5);
+    add_logs();
+    add_rocks();
+    expect_no_gain(10000, "nothing drives it; the rocks' fall is worth megajoules");
+  }
 
-std::string rock_slide() {
-  constexpr double rock_density = 2600;
-  constexpr double wood_density = 650;
+  const std::uint32_t columns =
+      static_cast<std::uint32_t>(std::lround(2 * Valley::half_length / Valley::cell));
+  const std::uint32_t rows = static_cast<std::uint32_t>(std::lround(2 * Valley::half_width / Valley::cell));
 
-  GltfBuilder gltf("rock_slide", 12);
-  gltf.poster(4);
-  gltf.camera({42.0, 22.5, 23.0}, {0.0, 7.6, 0.2}, 0.56);
-  gltf.sun({-0.35, -1, -0.75}, warm_white, daylight);
-  add_ground(gltf, 0.6);
+  /// Returns a corner of the terrain's grid.
+  static Vector3 grid_point(std::uint32_t i, std::uint32_t j) {
+    const double x = -Valley::half_length + Valley::cell * i;
+    const double z = -Valley::half_width + Valley::cell * j;
+    return {x, Valley::height(x, z), z};
+  }
 
-  // The terrain: what is steep is rock, the bed and the run-out are scree, the rest is grass.
-  const auto columns = static_cast<std::uint32_t>(std::lround(2 * Valley::half_length / Valley::cell));
-  const auto rows = static_cast<std::uint32_t>(std::lround(2 * Valley::half_width / Valley::cell));
-  const auto x_of = [](std::uint32_t i) { return -Valley::half_length + Valley::cell * i; };
-  const auto z_of = [](std::uint32_t j) { return -Valley::half_width + Valley::cell * j; };
-  const auto point = [&](std::uint32_t i, std::uint32_t j) {
-    return Vector3(x_of(i), Valley::height(x_of(i), z_of(j)), z_of(j));
-  };
-  const std::array<Finish, 4> covers{finish::grass, finish::meadow, finish::scree, finish::cliff};
-  std::array<Mesh, covers.size()> ground;
-  const auto cover_of = [&](const Vector3& a, const Vector3& b, const Vector3& c) -> std::size_t {
+  static void add_triangle(Mesh& mesh, const Vector3& a, const Vector3& b, const Vector3& c) {
+    const auto base = static_cast<std::uint32_t>(mesh.positions.size());
+    mesh.positions.insert(mesh.positions.end(), {a, b, c});
+    mesh.triangles.push_back({base, base + 1, base + 2});
+  }
+
+  /// What is steep is rock (3), the bed and the run-out are scree (2), the rest is meadow (1) or grass (0).
+  static std::size_t cover_of(const Vector3& a, const Vector3& b, const Vector3& c) {
     const Vector3 normal = (b - a).cross(c - a).normalized();
     const Vector3 centre = (a + b + c) / 3;
     const double patch = smooth_noise(centre.x() / 3, centre.z() / 3, 3);
     if (normal.y() < 0.70) return 3;
     if (std::fabs(centre.z() - Valley::middle(centre.x())) < 2.4 + 0.9 * patch) return 2;
     return patch > 0.1 ? 1 : 0;
-  };
-  const auto add_triangle = [](Mesh& mesh, const Vector3& a, const Vector3& b, const Vector3& c) {
-    const auto base = static_cast<std::uint32_t>(mesh.positions.size());
-    mesh.positions.insert(mesh.positions.end(), {a, b, c});
-    mesh.triangles.push_back({base, base + 1, base + 2});
-  };
-  for (std::uint32_t j = 0; j < rows; ++j) {
-    for (std::uint32_t i = 0; i < columns; ++i) {
-      const Vector3 a = point(i, j);
-      const Vector3 b = point(i, j + 1);
-      const Vector3 c = point(i + 1, j + 1);
-      const Vector3 d = point(i + 1, j);
-      // Diagonals to and fro, so that the grid does not show a grain.
-      const bool falling = (i + j) % 2 == 0;
-      const std::array<std::array<Vector3, 3>, 2> halves{{{a, b, falling ? c : d}, {falling ? a : b, c, d}}};
-      for (const auto& [p, q, r] : halves) add_triangle(ground[cover_of(p, q, r)], p, q, r);
-    }
-  }
-  std::vector<GltfBuilder::Part> parts;
-  for (std::size_t i = 0; i < covers.size(); ++i) {
-    const int geometry = gltf.geometry(ground[i]);
-    parts.push_back({geometry, gltf.material(covers[i])});
-  }
-  const int valley = gltf.node("valley");
-  gltf.show(valley, gltf.mesh("valley", parts));
-  gltf.mesh_collider(valley, valley, gltf.physics_material(0.5));
-
-  // The block of earth that it was cut from: drawn only.
-  Mesh earth;
-  const auto add_wall = [&](const Vector3& a, const Vector3& b) {
-    const Vector3 foot_a(a.x(), 0, a.z());
-    const Vector3 foot_b(b.x(), 0, b.z());
-    add_triangle(earth, a, foot_a, foot_b);
-    add_triangle(earth, a, foot_b, b);
-  };
-  for (std::uint32_t i = 0; i < columns; ++i) {
-    add_wall(point(i, rows), point(i + 1, rows));
-    add_wall(point(i + 1, 0), point(i, 0));
-  }
-  for (std::uint32_t j = 0; j < rows; ++j) {
-    add_wall(point(0, j), point(0, j + 1));
-    add_wall(point(columns, j + 1), point(columns, j));
-  }
-  add_scenery(gltf, "earth", earth, finish::soil);
-
-  const int grip = gltf.physics_material(0.5);
-
-  // Logs across the slope, in the way of the rocks.
-  constexpr double log_bottom = 0.26;
-  constexpr double log_top = 0.18;
-  constexpr double log_length = 2.4;
-  const int log_shape = gltf.tapered_capsule_shape(log_bottom, log_top, log_length);
-  const double log_mass =
-      std::round(wood_density * mass_properties(TaperedCapsule{log_length / 2, log_bottom, log_top}).mass);
-  const std::array<ProfilePoint, 4> trunk{{{0, -log_length / 2 - log_bottom},
-                                           {log_bottom, -log_length / 2 - log_bottom, 0.2},
-                                           {log_top, log_length / 2 + log_top, 0.14},
-                                           {0, log_length / 2 + log_top}}};
-  const int trunk_geometry = gltf.geometry(turned(trunk, 14));
-  const int log_look = gltf.mesh("log", {{trunk_geometry, gltf.material(finish::walnut)}});
-  for (int i = 0; i < 6; ++i) {
-    const double x = -7.6 + 1.5 * (i / 2);
-    const double z = Valley::middle(x) + (i % 2 == 0 ? -1.75 : 1.75);
-    const int body =
-        gltf.node("log_" + std::to_string(i + 1), at(x, Valley::height(x, z) + 0.75, z) *
-                                                      turn(Vector3::UnitX(), i % 2 == 0 ? pi / 2 : -pi / 2));
-    gltf.motion(body, {.mass = log_mass});
-    gltf.collider(body, log_shape, grip);
-    gltf.show(body, log_look);
   }
 
-  // Six cuts of rock, in three sizes; they lie loosely over the top of the slope.
-  constexpr int cuts = 6;
-  constexpr std::array stones{finish::granite, finish::limestone, finish::basalt, finish::sandstone};
-  constexpr std::size_t kinds_of_stone = stones.size();
-  struct Rock {
-    int collider_node;
-    std::array<int, kinds_of_stone> looks;
-    double mass;
-  };
-  std::vector<Rock> rocks;
-  for (int cut = 0; cut < cuts; ++cut) {
-    const double size = 0.38 + 0.07 * cut;
-    const Vector3 half_size = size * Vector3(1.15, 0.78 + 0.05 * (cut % 3), 0.95);
-    const std::vector<Vector3> corners = cut_stone(static_cast<std::uint64_t>(cut) + 1, 11 + cut, half_size);
-    const int geometry = gltf.geometry(hull(corners));
-    Rock rock{};
-    for (std::size_t i = 0; i < stones.size(); ++i) {
-      rock.looks[i] = gltf.mesh("cut_" + std::to_string(cut + 1) + "_" + std::string(stones[i].name),
-                                {{geometry, gltf.material(stones[i])}});
-    }
-    rock.collider_node = gltf.detached_node("cut_" + std::to_string(cut + 1), rock.looks[0]);
-    rock.mass = std::round(rock_density * mass_properties(convex_hull(corners, "a rock")).mass);
-    rocks.push_back(rock);
-  }
-  int number = 0;
-  for (int layer = 0; layer < 2; ++layer) {
-    for (int row = 0; row < 5; ++row) {
-      for (int column = 0; column < 5; ++column, ++number) {
-        const auto random = [&](std::uint64_t what) {
-          return noise(9000 + static_cast<std::uint64_t>(number) * 8 + what);
-        };
-        const Rock& rock = rocks[static_cast<std::size_t>(cuts * random(0))];
-        const double x = -18.4 + 1.75 * column + 0.3 * random(1);
-        const double z = Valley::middle(x) + 1.75 * (row - 2) + 0.3 * random(2);
-        const Vector3 axis(random(3) - 0.5, random(4) - 0.5, random(5) - 0.5);
-        const int body =
-            gltf.node("rock_" + std::to_string(number + 1),
-                      at(x, Valley::height(x, z) + 1.05 + 1.7 * layer, z) * turn(axis, 2 * pi * random(6)));
-        gltf.motion(body, {.mass = rock.mass});
-        gltf.hull_collider(body, rock.collider_node, grip);
-        gltf.show(body, rock.looks[static_cast<std::size_t>(stones.size() * random(7))]);
+  void add_valley() {
+    std::array<Mesh, 4> ground;
+    for (std::uint32_t j = 0; j < rows; ++j) {
+      for (std::uint32_t i = 0; i < columns; ++i) {
+        const Vector3 a = grid_point(i, j);
+        const Vector3 b = grid_point(i, j + 1);
+        const Vector3 c = grid_point(i + 1, j + 1);
+        const Vector3 d = grid_point(i + 1, j);
+        // Diagonals to and fro, so that the grid does not show a grain.
+        const bool falling = (i + j) % 2 == 0;
+        const std::array<std::array<Vector3, 3>, 2> halves{
+            {{a, b, falling ? c : d}, {falling ? a : b, c, d}}};
+        for (const auto& [p, q, r] : halves) add_triangle(ground[cover_of(p, q, r)], p, q, r);
       }
     }
+    const int valley = scenery("valley", {{ground[0], finish::grass},
+                                          {ground[1], finish::meadow},
+                                          {ground[2], finish::scree},
+                                          {ground[3], finish::cliff}});
+    collider(valley, {valley, physics_material(0.5), Collider::mesh});
   }
 
-  gltf.expect_no_gain(10000, "nothing drives it; the rocks' fall is worth megajoules");
-  return gltf.text();
+  /// Draws the block of earth that the valley was cut from.
+  void add_earth() {
+    Mesh earth;
+    const auto add_wall = [&](const Vector3& a, const Vector3& b) {
+      const Vector3 foot_a(a.x(), 0, a.z());
+      const Vector3 foot_b(b.x(), 0, b.z());
+      add_triangle(earth, a, foot_a, foot_b);
+      add_triangle(earth, a, foot_b, b);
+    };
+    for (std::uint32_t i = 0; i < columns; ++i) {
+      add_wall(grid_point(i, rows), grid_point(i + 1, rows));
+      add_wall(grid_point(i + 1, 0), grid_point(i, 0));
+    }
+    for (std::uint32_t j = 0; j < rows; ++j) {
+      add_wall(grid_point(0, j), grid_point(0, j + 1));
+      add_wall(grid_point(columns, j + 1), grid_point(columns, j));
+    }
+    scenery("earth", {{earth, finish::soil}});
+  }
+
+  /// Adds logs across the slope, in the way of the rocks.
+  void add_logs() {
+    constexpr double density = 650;
+    constexpr double bottom = 0.26;
+    constexpr double top = 0.18;
+    constexpr double half = 1.2;  // of the straight length
+    const int shape = capsule_shape(bottom, top, 2 * half);
+    const double mass = std::round(density * mass_properties(TaperedCapsule{half, bottom, top}).mass);
+    const Mesh trunk = turned({corner(0, -half - bottom), corner(bottom, -half - bottom, 0.2),
+                               corner(top, half + top, 0.14), corner(0, half + top)},
+                              14);
+    const int look = mesh("log", {{trunk, finish::walnut}});
+    for (int i = 0; i < 6; ++i) {
+      const double x = -7.6 + 1.5 * (i / 2);
+      const double z = Valley::middle(x) + (i % 2 == 0 ? -1.75 : 1.75);
+      body(numbered("log", i + 1),
+           at(x, Valley::height(x, z) + 0.75, z) * turn(X, i % 2 == 0 ? pi / 2 : -pi / 2), {.mass = mass},
+           {shape, grip_}, look);
+    }
+  }
+
+  static constexpr std::array stones{finish::granite, finish::limestone, finish::basalt, finish::sandstone};
+
+  struct Rock {
+    int collider_node;
+    std::array<int, stones.size()> looks;
+    double mass;
+  };
+
+  /// Returns one of six cuts of rock, in three sizes.
+  Rock add_cut(int number) {
+    constexpr double density = 2600;
+    const double size = 0.38 + 0.07 * number;
+    const Vector3 half_size = size * Vector3(1.15, 0.78 + 0.05 * (number % 3), 0.95);
+    const std::vector<Vector3> corners =
+        cut_stone(static_cast<std::uint64_t>(number) + 1, 11 + number, half_size);
+    const int faces = geometry(hull(corners));
+    const std::string name = numbered("cut", number + 1);
+    Rock rock{};
+    for (std::size_t i = 0; i < stones.size(); ++i)
+      rock.looks[i] = mesh(name + "_" + std::string(stones[i].name), {{faces, stones[i]}});
+    rock.collider_node = detached_node(name, rock.looks[0]);
+    rock.mass = std::round(density * mass_properties(convex_hull(corners, "a rock")).mass);
+    return rock;
+  }
+
+  /// Adds rocks that lie loosely over the top of the slope.
+  void add_rocks() {
+    std::vector<Rock> rocks;
+    for (int i = 0; i < 6; ++i) rocks.push_back(add_cut(i));
+    for (int number = 0; number < 50; ++number) {
+      const int layer = number / 25;
+      const int row = number / 5 % 5;
+      const int column = number % 5;
+      const auto random = [&](std::uint64_t what) {
+        return noise(9000 + static_cast<std::uint64_t>(number) * 8 + what);
+      };
+      const Rock& rock = rocks[static_cast<std::size_t>(6 * random(0))];
+      const double x = -18.4 + 1.75 * column + 0.3 * random(1);
+      const double z = Valley::middle(x) + 1.75 * (row - 2) + 0.3 * random(2);
+      const Vector3 axis(random(3) - 0.5, random(4) - 0.5, random(5) - 0.5);
+      body(numbered("rock", number + 1),
+           at(x, Valley::height(x, z) + 1.05 + 1.7 * layer, z) * turn(axis, 2 * pi * random(6)),
+           {.mass = rock.mass}, {rock.collider_node, grip_, Collider::hull},
+           rock.looks[static_cast<std::size_t>(4 * random(7))]);
+    }
+  }
+
+  int grip_ = 0;
+};
+
+}  // namespace
+
+std::vector<SceneFunction> slide_scenes() {
+  return {incline, made<RockSlide>};
 }
 
 }  // namespace substep::scenes
