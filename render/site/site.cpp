@@ -1,9 +1,11 @@
 #include "render/site/site.h"
 
 #include <fmt/format.h>
+#include <md4c-html.h>
 
 #include <algorithm>
 #include <cmath>
+#include <new>
 #include <system_error>
 
 #include "render/embedded_file.h"
@@ -11,7 +13,9 @@
 #include "render/markup.h"
 #include "render/player/player_page.h"
 #include "render/renderer.h"
-#include "render/site/scene_page.h"
+#include "render/report/document.h"
+#include "render/video/comparison_table.h"
+#include "render/video/composition.h"
 #include "render/video/seen_frames.h"
 #include "render/video/video.h"
 #include "sim/error.h"
@@ -19,8 +23,8 @@
 #include "sim/log/file_output.h"
 #include "sim/log/partial_file.h"
 
-SUBSTEP_EMBEDDED_FILE(index_html, SUBSTEP_SITE "/index.html")
-SUBSTEP_EMBEDDED_FILE(index_css, SUBSTEP_SITE "/site.css")
+SUBSTEP_EMBEDDED_FILE(site_page, SUBSTEP_SITE "/page.html")
+SUBSTEP_EMBEDDED_FILE(site_style, SUBSTEP_SITE "/site.css")
 
 namespace substep::render {
 namespace {
@@ -29,7 +33,131 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view mark = "<meta name=\"generator\" content=\"substep player\">";
 
-/// Only an earlier site may be written over.
+std::string without_comments(std::string_view text) {
+  std::string result;
+  for (;;) {
+    const std::size_t open = text.find("<!--");
+    result += text.substr(0, open);
+    const std::size_t close = open == std::string_view::npos ? open : text.find("-->", open);
+    if (close == std::string_view::npos) return result;
+    text.remove_prefix(close + 3);
+  }
+}
+
+bool is_elsewhere(std::string_view address) {
+  return address.starts_with("https://") || address.starts_with("http://") || address.starts_with('#');
+}
+
+/// Replaces the attribute's addresses; an empty replacement removes the attribute. In text, md4c writes
+/// quotes as entities.
+template <typename Address>
+std::string with_addresses(std::string_view html, std::string_view attribute, const Address& address) {
+  const std::string begin = fmt::format(" {}=\"", attribute);
+  std::string result;
+  for (;;) {
+    const std::size_t at = html.find(begin);
+    result += html.substr(0, at);
+    if (at == std::string_view::npos) return result;
+    html.remove_prefix(at + begin.size());
+    const std::string_view given = html.substr(0, html.find('"'));
+    html.remove_prefix(given.size() + 1);
+    const std::string becomes =
+        is_elsewhere(given) ? std::string(given) : escaped(address(std::string(given)));
+    if (!becomes.empty()) result += fmt::format("{}{}\"", begin, becomes);
+  }
+}
+
+/// Returns a part of a URL, escaped: "a b" as "a%20b".
+std::string in_address(std::string_view name) {
+  std::string result;
+  for (const char c : name) {
+    const bool is_plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                          c == '_' || c == '-' || c == '.' || c == '~';
+    result += is_plain ? std::string(1, c) : fmt::format("%{:02X}", static_cast<unsigned char>(c));
+  }
+  return result;
+}
+
+/// The Markdown beside the scene's file, its first paragraph apart; empty where there is none.
+struct SceneText {
+  std::string title;
+  std::string lead;
+  std::string rest;
+};
+
+SceneText text_of(const Scene& scene) {
+  SceneText text;
+  text.title = film_title(scene, "");
+  fs::path page = scene.file;
+  text.rest = content_of(page.replace_extension(".md")).value_or("");
+  std::erase(text.rest, '\r');
+  const auto cut_line = [&] {
+    const std::size_t end = std::min(text.rest.find('\n'), text.rest.size());
+    std::string line = text.rest.substr(0, end);
+    text.rest.erase(0, std::min(end + 1, text.rest.size()));
+    return line;
+  };
+  if (text.rest.starts_with("# ")) text.title = cut_line().substr(2);
+  text.rest.erase(0, std::min(text.rest.find_first_not_of('\n'), text.rest.size()));
+  // A paragraph, not a table or a heading.
+  while (!text.rest.empty() && text.rest[0] != '\n' && text.rest[0] != '|' && text.rest[0] != '#') {
+    text.lead += cut_line() + '\n';
+  }
+  return text;
+}
+
+/// Returns Markdown (CommonMark with tables; HTML in it is text) as HTML. Links to pages beside it become
+/// links to the site's scenes among `names`, from a folder below the site's; other links within the
+/// repository are removed.
+std::string html_of(std::string_view markdown, const std::vector<std::string>& names) {
+  const std::string text = without_comments(markdown);
+  std::string html;
+  const auto append = [](const MD_CHAR* part, MD_SIZE size, void* to) {
+    static_cast<std::string*>(to)->append(part, size);
+  };
+  constexpr unsigned flags = MD_FLAG_TABLES | MD_FLAG_NOHTML;
+  if (md_html(text.data(), static_cast<MD_SIZE>(text.size()), append, &html, flags, 0) != 0) {
+    throw std::bad_alloc();
+  }
+  const auto address = [&](const std::string& given) -> std::string {
+    const fs::path path = given.substr(0, given.find('#'));
+    const bool is_beside = path == path.filename() && path.extension() == ".md";
+    if (!is_beside || std::ranges::find(names, path.stem().string()) == names.end()) return "";
+    return "../" + in_address(path.stem().string()) + "/index.html";
+  };
+  return with_addresses(with_addresses(html, "href", address), "src", address);
+}
+
+/// Returns a page of the site. `mark`: what its head has beside the title.
+std::string page_of(const std::string& title, std::string_view head, const std::string& body) {
+  return filled(site_page(), {{"title", escaped(title)},
+                              {"head", std::string(head)},
+                              {"style", std::string(site_style())},
+                              {"body", body}});
+}
+
+/// Returns index.html of a scene, beside player.html, poster.png and, with `film`, film.mp4.
+std::string scene_page(const SceneText& text, const Comparison& comparison,
+                       const std::vector<std::string>& names, bool film) {
+  return page_of(text.title, "",
+                 fmt::format(R"(<nav><a href="../index.html">All scenes</a></nav>
+<h1>{}</h1>
+{}
+<iframe src="player.html" title="Player" loading="lazy" allow="fullscreen"></iframe>
+<p class="quiet"><a href="player.html">The player alone</a></p>
+{}{}
+<p class="quiet">{}</p>
+{}
+)",
+                             escaped(text.title), html_of(text.lead, names),
+                             film ? "<video controls loop muted preload=\"none\" poster=\"poster.png\" "
+                                    "src=\"film.mp4\"></video>\n"
+                                  : "",
+                             report::to_html(table_of(comparison, false)),
+                             escaped(words_on_reference(comparison)), html_of(text.rest, names)));
+}
+
+/// Throws Error where the folder holds anything but an earlier site.
 void require_site_or_nothing(const fs::path& folder) {
   std::error_code ignored;
   if (!fs::exists(folder, ignored)) return;
@@ -55,7 +183,8 @@ std::vector<std::string> names_of(const std::vector<fs::path>& scenes) {
   return names;
 }
 
-/// The moment that shows the scene's point, as the reference has it or else the last run that gets there.
+/// Draws the moment that shows the scene's point, as the reference has it or else the last run that gets
+/// there.
 Image poster_of(const Scene& scene, const Comparison& comparison) {
   const double time = scene.poster.value_or(0.6 * comparison.times.back());
   const auto nearest =
@@ -73,7 +202,7 @@ Image poster_of(const Scene& scene, const Comparison& comparison) {
   return Renderer(scene, settings, seen_frames(scene, comparison)).draw(poses);
 }
 
-/// Puts a folder that is whole in the place of an earlier one.
+/// Replaces an earlier folder by a whole one.
 void publish(PartialFile& whole, const fs::path& folder) {
   std::error_code failure;
   fs::remove_all(folder, failure);
@@ -81,7 +210,7 @@ void publish(PartialFile& whole, const fs::path& folder) {
   whole.publish();
 }
 
-/// An entry of the index.
+/// Writes a scene's folder and returns its entry of the index.
 std::string make_scene(const SiteSettings& settings, const fs::path& file,
                        const std::vector<std::string>& names, double begun) {
   const std::string name = file.stem().string();
@@ -126,12 +255,11 @@ int make_site(const SiteSettings& settings) {
   std::error_code failure;
   fs::create_directories(settings.folder, failure);
   if (failure) throw Error(fmt::format("{}: {}", settings.folder.string(), failure.message()));
-  // So that a site that was interrupted can be written again.
+  // Write an index first, so that a site that was interrupted can be written again.
   const auto write_index = [&](const std::string& entries) {
-    write_file(settings.folder / "index.html", filled(index_html(), {{"title", escaped(settings.title)},
-                                                                     {"mark", std::string(mark)},
-                                                                     {"style", std::string(index_css())},
-                                                                     {"entries", entries}}));
+    const std::string body =
+        fmt::format("<h1>{}</h1>\n<ul class=\"scenes\">\n{}</ul>\n", escaped(settings.title), entries);
+    write_file(settings.folder / "index.html", page_of(settings.title, mark, body));
   };
   write_index("");
   std::string entries;
