@@ -3,14 +3,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <compare>
 #include <cstdint>
+#include <iterator>
 #include <map>
 #include <tuple>
 #include <utility>
 
 #include "render/body_mesh.h"
 #include "render/camera.h"
-#include "render/glb_materials.h"
 #include "render/glb_writer.h"
 #include "render/ground.h"
 
@@ -19,165 +20,147 @@ namespace {
 
 using Json = GlbWriter::Json;
 
-/// Materials of bodies with one colour and finish.
-using SurfaceKey = std::tuple<std::array<float, 3>, float, float>;
+/// Attributes of vertices and how many numbers each has, in the order of Primitive::values.
+constexpr std::array<std::pair<const char*, int>, 6> attributes{
+    {{"POSITION", 3}, {"NORMAL", 3}, {"TEXCOORD_0", 2}, {"TEXCOORD_1", 2}, {"COLOR_0", 4}, {"TANGENT", 4}}};
+enum Attribute : std::size_t { position, normal, coordinates, other_coordinates, color, tangent };
 
 /// Triangles of one material, with the vertex attributes that its textures need.
 struct Primitive {
   int material = 0;
-  std::vector<float> positions;
-  std::vector<float> normals;
-  std::array<std::vector<float>, 2> coordinates;
-  std::vector<float> colors;
-  std::vector<float> tangents;
+  std::array<std::vector<float>, attributes.size()> values;  ///< by Attribute
   std::vector<std::uint32_t> indices;
-  std::map<std::uint32_t, std::uint32_t> renumbered;
+
+  auto operator<=>(const Primitive&) const = default;
 };
 
 /// The meshes of bodies in the file; bodies with equal ones share a mesh.
 class BodyMeshes {
  public:
   BodyMeshes(GlbWriter& writer, const Scene& scene)
-      : writer_(writer), materials_(writer, scene), mesh_(gather_body_mesh(scene)) {}
+      : writer_(writer), scene_(scene), mesh_(gather_body_mesh(scene)) {}
 
   const BodyMesh& gathered() const { return mesh_; }
 
-  /// Returns the index of a body's mesh, −1 where it has none.
-  int add(std::size_t body);
+  /// Returns the index of a mesh, −1 without primitives.
+  int add(const std::vector<Primitive>& primitives);
 
+  /// Returns the index of a material with a colour and a finish.
   int add_plain(const Vertex& vertex);
+
+  std::vector<Primitive> primitives_of(std::size_t body) {
+    return mesh_.pieces.empty() ? plain_primitives(body) : textured_primitives(body);
+  }
 
  private:
   void add_vertex(std::uint32_t index, Primitive& primitive) const;
+  void take_vertices(Primitive& primitive) const;
   std::vector<Primitive> plain_primitives(std::size_t body);
   std::vector<Primitive> textured_primitives(std::size_t body);
-  Json attributes_of(const Primitive& primitive);
 
   GlbWriter& writer_;
-  GlbMaterials materials_;
+  const Scene& scene_;
   BodyMesh mesh_;
-  std::map<SurfaceKey, int> plain_;
-  std::map<std::string, int> known_;
+  std::map<std::vector<Primitive>, int> known_;
 };
 
 int BodyMeshes::add_plain(const Vertex& vertex) {
-  const auto [entry, is_new] = plain_.try_emplace({vertex.color, vertex.metallic, vertex.roughness}, 0);
-  if (is_new) {
-    Surface surface;
-    std::ranges::copy(vertex.color, surface.base_color.begin());
-    surface.metallic = vertex.metallic;
-    surface.roughness = vertex.roughness;
-    entry->second = materials_.add(surface);
-  }
-  return entry->second;
+  Surface surface;
+  std::ranges::copy(vertex.color, surface.base_color.begin());
+  surface.metallic = vertex.metallic;
+  surface.roughness = vertex.roughness;
+  return writer_.add_material(surface, scene_);
 }
 
 void BodyMeshes::add_vertex(std::uint32_t index, Primitive& primitive) const {
-  const auto [entry, is_new] =
-      primitive.renumbered.try_emplace(index, static_cast<std::uint32_t>(primitive.renumbered.size()));
-  primitive.indices.push_back(entry->second);
-  if (!is_new) return;
+  const auto append = [&](Attribute attribute, auto begin) {
+    std::copy_n(begin, attributes[attribute].second, std::back_inserter(primitive.values[attribute]));
+  };
   const Vertex& vertex = mesh_.vertices[index];
-  primitive.positions.insert(primitive.positions.end(), vertex.position.begin(), vertex.position.end());
-  Vector3 normal(vertex.normal[0], vertex.normal[1], vertex.normal[2]);
-  normal = normal.norm() > 1e-6 ? normal.normalized() : Vector3::UnitY();
-  for (int axis = 0; axis < 3; ++axis) primitive.normals.push_back(static_cast<float>(normal[axis]));
+  append(position, vertex.position.begin());
+  const Vector3 given(vertex.normal[0], vertex.normal[1], vertex.normal[2]);
+  const Eigen::Vector3f unit =
+      (given.norm() > 1e-6 ? Vector3(given.normalized()) : Vector3(Vector3::UnitY())).cast<float>();
+  append(normal, unit.begin());
   if (mesh_.looks.empty()) return;
   const LookVertex& look = mesh_.looks[index];
-  for (std::size_t set = 0; set < 2; ++set) {
-    primitive.coordinates[set].insert(primitive.coordinates[set].end(), look.coordinates.begin() + 2 * set,
-                                      look.coordinates.begin() + 2 * set + 2);
+  append(coordinates, look.coordinates.begin());
+  append(other_coordinates, look.coordinates.begin() + 2);
+  append(color, look.color.begin());
+  append(tangent, look.tangent.begin());
+}
+
+/// Copies the vertices of a primitive whose indices are the gathered mesh's, and numbers them anew.
+void BodyMeshes::take_vertices(Primitive& primitive) const {
+  std::map<std::uint32_t, std::uint32_t> renumbered;
+  for (std::uint32_t& index : primitive.indices) {
+    const auto [entry, is_new] = renumbered.try_emplace(index, static_cast<std::uint32_t>(renumbered.size()));
+    if (is_new) add_vertex(index, primitive);
+    index = entry->second;
   }
-  primitive.colors.insert(primitive.colors.end(), look.color.begin(), look.color.end());
-  primitive.tangents.insert(primitive.tangents.end(), look.tangent.begin(), look.tangent.end());
 }
 
 std::vector<Primitive> BodyMeshes::plain_primitives(std::size_t body) {
-  std::map<SurfaceKey, Primitive> primitives;
+  // One primitive a colour and finish. A triangle is of one part, and a part of one surface.
+  std::map<std::tuple<std::array<float, 3>, float, float>, Primitive> primitives;
   for (std::size_t i = mesh_.begin[body]; i < mesh_.begin[body + 1]; ++i) {
-    // A triangle is of one part, and a part of one surface.
     const Vertex& vertex = mesh_.vertices[mesh_.indices[i]];
     Primitive& primitive = primitives[{vertex.color, vertex.metallic, vertex.roughness}];
     if (primitive.indices.empty()) primitive.material = add_plain(vertex);
-    add_vertex(mesh_.indices[i], primitive);
+    primitive.indices.push_back(mesh_.indices[i]);
   }
   std::vector<Primitive> list;
-  list.reserve(primitives.size());
-  for (auto& [key, primitive] : primitives) list.push_back(std::move(primitive));
+  for (auto& [key, primitive] : primitives) take_vertices(list.emplace_back(std::move(primitive)));
   return list;
 }
 
-/// Writes a primitive, with only those vertex attributes that its material needs.
+/// Returns the primitives of a body, with only those vertex attributes that their materials need.
 std::vector<Primitive> BodyMeshes::textured_primitives(std::size_t body) {
   std::vector<Primitive> list;
   for (const Piece& piece : mesh_.pieces) {
     if (piece.body != body || piece.begin == piece.end) continue;
     const Surface& surface = mesh_.surfaces[piece.surface];
     Primitive& primitive = list.emplace_back();
-    primitive.material = materials_.add(surface);
-    for (std::size_t i = piece.begin; i < piece.end; ++i) add_vertex(mesh_.indices[i], primitive);
+    primitive.material = writer_.add_material(surface, scene_);
+    primitive.indices.assign(mesh_.indices.begin() + piece.begin, mesh_.indices.begin() + piece.end);
+    take_vertices(primitive);
+    auto& values = primitive.values;
     for (int set = 0; set < 2; ++set) {
       const bool is_used = std::ranges::any_of(surface.textures, [&](const Texture& texture) {
         return texture.image >= 0 && texture.coordinates == set;
       });
-      if (!is_used) primitive.coordinates[static_cast<std::size_t>(set)].clear();
+      if (!is_used) values[coordinates + set].clear();
     }
-    // glTF wants the second set to come with the first.
-    if (!primitive.coordinates[1].empty() && primitive.coordinates[0].empty()) {
-      primitive.coordinates[0] = primitive.coordinates[1];
-    }
-    if (std::ranges::all_of(primitive.colors, [](float level) { return level == 1; }))
-      primitive.colors.clear();
+    // glTF requires the first set with the second.
+    if (values[coordinates].empty()) values[coordinates] = values[other_coordinates];
+    if (std::ranges::all_of(values[color], [](float level) { return level == 1; })) values[color].clear();
     bool has_tangents = surface.textures[Surface::normal_texture].image >= 0;
-    for (std::size_t i = 3; i < primitive.tangents.size(); i += 4) {
-      has_tangents = has_tangents && primitive.tangents[i] != 0;
+    for (std::size_t i = 3; i < values[tangent].size(); i += 4) {
+      has_tangents = has_tangents && values[tangent][i] != 0;
     }
-    if (!has_tangents) primitive.tangents.clear();
+    if (!has_tangents) values[tangent].clear();
   }
   return list;
 }
 
-Json BodyMeshes::attributes_of(const Primitive& primitive) {
-  Json attributes = {{"POSITION", writer_.add_floats(primitive.positions, 3, true, true)},
-                     {"NORMAL", writer_.add_floats(primitive.normals, 3, false, true)}};
-  const auto add = [&](const char* name, const std::vector<float>& values, int width) {
-    if (!values.empty()) attributes[name] = writer_.add_floats(values, width, false, true);
-  };
-  add("TEXCOORD_0", primitive.coordinates[0], 2);
-  add("TEXCOORD_1", primitive.coordinates[1], 2);
-  add("COLOR_0", primitive.colors, 4);
-  add("TANGENT", primitive.tangents, 4);
-  return attributes;
-}
-
-int BodyMeshes::add(std::size_t body) {
-  const std::vector<Primitive> primitives =
-      mesh_.pieces.empty() ? plain_primitives(body) : textured_primitives(body);
+int BodyMeshes::add(const std::vector<Primitive>& primitives) {
   if (primitives.empty()) return -1;
-  std::string content;
-  const auto add_bytes = [&content](const auto& values) {
-    content += std::to_string(values.size()) + ":";
-    content.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof values[0]);
-  };
-  for (const Primitive& primitive : primitives) {
-    content += std::to_string(primitive.material) + ":";
-    for (const auto* values : {&primitive.positions, &primitive.normals, &primitive.coordinates[0],
-                               &primitive.coordinates[1], &primitive.colors, &primitive.tangents}) {
-      add_bytes(*values);
-    }
-    add_bytes(primitive.indices);
-  }
-  const auto [entry, is_new] =
-      known_.try_emplace(std::move(content), static_cast<int>(writer_.root()["meshes"].size()));
-  if (!is_new) return entry->second;
+  const auto [known, is_new] = known_.try_emplace(primitives, 0);
+  if (!is_new) return known->second;
   Json list = Json::array();
   for (const Primitive& primitive : primitives) {
-    list.push_back({{"attributes", attributes_of(primitive)},
+    Json accessors;
+    for (std::size_t i = 0; i < attributes.size(); ++i) {
+      const auto& [name, width] = attributes[i];
+      if (primitive.values[i].empty()) continue;
+      accessors[name] = writer_.add_floats(primitive.values[i], width, i == position, true);
+    }
+    list.push_back({{"attributes", std::move(accessors)},
                     {"indices", writer_.add_indices(primitive.indices)},
                     {"material", primitive.material}});
   }
-  writer_.root()["meshes"].push_back({{"primitives", std::move(list)}});
-  return entry->second;
+  known->second = writer_.add("meshes", {{"primitives", std::move(list)}});
+  return known->second;
 }
 
 Json rotation_of(const Quaternion& q) {
@@ -192,18 +175,13 @@ Quaternion looking_along(const Vector3& direction) {
 
 void add_ground(GlbWriter& writer, const Scene& scene, BodyMeshes& meshes) {
   constexpr float reach = 50;
-  constexpr Vertex surface{{0, 0, 0}, {0, 1, 0}, {0.46F, 0.415F, 0.36F}, 0, 0.95F};
-  const std::vector<float> positions{-reach, 0, -reach, -reach, 0, reach, reach, 0, reach, reach, 0, -reach};
-  const std::vector<float> normals{0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0};
-  const Json primitive = {{"attributes",
-                           {{"POSITION", writer.add_floats(positions, 3, true, true)},
-                            {"NORMAL", writer.add_floats(normals, 3, false, true)}}},
-                          {"indices", writer.add_indices({0, 1, 2, 0, 2, 3})},
-                          {"material", meshes.add_plain(surface)}};
-  writer.root()["meshes"].push_back({{"primitives", Json::array({primitive})}});
+  Primitive square;
+  square.values[position] = {-reach, 0, -reach, -reach, 0, reach, reach, 0, reach, reach, 0, -reach};
+  square.values[normal] = {0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0};
+  square.indices = {0, 1, 2, 0, 2, 3};
+  square.material = meshes.add_plain({{}, {}, {0.46F, 0.415F, 0.36F}, 0, 0.95F});
   const double height = ground_height(scene, meshes.gathered().parts);
-  writer.add_node(
-      {{"name", "ground"}, {"mesh", writer.root()["meshes"].size() - 1}, {"translation", {0, height, 0}}});
+  writer.add_node({{"name", "ground"}, {"mesh", meshes.add({square})}, {"translation", {0, height, 0}}});
 }
 
 /// Returns the renderer's camera for a scene without one, in a wide picture.
@@ -309,8 +287,8 @@ std::string animated_glb(const Scene& scene, std::span<const std::vector<Coordin
   std::vector<int> nodes;
   for (std::size_t body = 0; body < scene.bodies.size(); ++body) {
     Json node = {{"name", body == 0 ? "world" : scene.bodies[body].name}};
-    const int drawn = meshes.add(body);
-    if (drawn >= 0) node["mesh"] = drawn;
+    const int mesh = meshes.add(meshes.primitives_of(body));
+    if (mesh >= 0) node["mesh"] = mesh;
     if (body > 0) {
       const Coordinates& q = start[body];
       node["translation"] = {q.linear.x(), q.linear.y(), q.linear.z()};

@@ -154,7 +154,7 @@ class Gatherer {
 };
 
 void add_visual(Gatherer& gatherer, const Scene& scene, const Visual& visual) {
-  const Mesh& mesh = scene.meshes[static_cast<std::size_t>(visual.mesh)];
+  const Mesh& mesh = scene.meshes[visual.mesh];
   // The cofactor matrix carries normals under any linear map; it turns them inside out where the map mirrors.
   Matrix3 cofactors;
   for (int i = 0; i < 3; ++i) {
@@ -163,7 +163,7 @@ void add_visual(Gatherer& gatherer, const Scene& scene, const Visual& visual) {
   if (visual.linear.determinant() < 0) cofactors = -cofactors;
   gatherer.start_part(visual.body,
                       mesh.surface >= 0 && static_cast<std::size_t>(mesh.surface) < scene.surfaces.size()
-                          ? scene.surfaces[static_cast<std::size_t>(mesh.surface)]
+                          ? scene.surfaces[mesh.surface]
                           : default_surface(visual.body));
   std::uint32_t first = 0;
   std::vector<Vector3> positions;
@@ -347,13 +347,19 @@ bool is_ground(const Collider& collider) {
          (collider.placement.orientation * Vector3::UnitY()).y() > 1 - 1e-9;
 }
 
-std::array<Vector3, 8> Part::corners() const {
+std::array<Vector3, 8> Part::corners_at(const Coordinates& q) const {
   std::array<Vector3, 8> result;
   for (std::size_t i = 0; i < 8; ++i) {
-    result[i] = {(i & 1) != 0 ? high.x() : low.x(), (i & 2) != 0 ? high.y() : low.y(),
-                 (i & 4) != 0 ? high.z() : low.z()};
+    const Vector3 corner((i & 1) != 0 ? high.x() : low.x(), (i & 2) != 0 ? high.y() : low.y(),
+                         (i & 4) != 0 ? high.z() : low.z());
+    result[i] = q.angular * corner + q.linear;
   }
   return result;
+}
+
+bool is_drawable(const Coordinates& q) {
+  constexpr double farthest = 1e6;
+  return q.linear.cwiseAbs().maxCoeff() < farthest && q.angular.coeffs().allFinite();
 }
 
 BodyMesh gather_body_mesh(const Scene& scene) {

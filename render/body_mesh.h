@@ -6,13 +6,12 @@
 #include <span>
 #include <vector>
 
-#include "render/vertex_looks.h"
 #include "sim/model/state.h"
 #include "sim/scene/scene.h"
 
 namespace substep::render {
 
-/// As the graphics buffer holds it. Position and normal in the body frame; colour linear.
+/// A vertex in the graphics buffer. Position and normal in the body frame; colour linear.
 struct Vertex {
   std::array<float, 3> position;
   std::array<float, 3> normal;
@@ -20,6 +19,23 @@ struct Vertex {
   float metallic;
   float roughness;
 };
+
+/// What a vertex has beside, in a buffer of its own, for surfaces with more than a colour.
+struct LookVertex {
+  std::array<float, 4> coordinates{};      ///< two sets
+  std::array<float, 4> color{1, 1, 1, 1};  ///< linear RGBA
+  std::array<float, 4> tangent{};          ///< in the body frame; w: handedness; 0: none
+  std::array<float, 2> density{};          ///< units of each set of coordinates in a metre of the surface
+};
+
+/// Returns the looks of a mesh whose vertices lie at `positions` and have `normals` in the body frame, to
+/// which `linear` took them. Tangents that the mesh lacks follow from the coordinates of its normal texture.
+std::vector<LookVertex> look_vertices(const Mesh& mesh, const Matrix3& linear,
+                                      const std::vector<Vector3>& positions,
+                                      const std::vector<Vector3>& normals, int set_of_normals);
+
+/// Returns whether drawing the scene needs more than a colour and a finish for each surface.
+bool needs_looks(const Scene& scene);
 
 /// One visual, or one collider of a body without visuals: its box in the body frame.
 struct Part {
@@ -34,10 +50,11 @@ struct Part {
 
   Vector3 centre() const { return (low + high) / 2; }
   Vector3 half_size() const { return (high - low) / 2; }
-  std::array<Vector3, 8> corners() const;
+  /// Returns the corners of the box with the body at a pose.
+  std::array<Vector3, 8> corners_at(const Coordinates& q) const;
 };
 
-/// What of a body has one surface: some of its indices.
+/// A submesh of a body with one surface: some of its indices.
 struct Piece {
   std::size_t body = 0;
   std::size_t begin = 0;
@@ -58,14 +75,18 @@ struct BodyMesh {
   std::vector<Surface> surfaces;
 };
 
-/// Whether the collider is a horizontal plane of the world.
+/// Returns whether the collider is a horizontal plane of the world.
 bool is_ground(const Collider& collider);
 
-/// Bodies are drawn by their visuals or, where they have none, by their colliders in a colour of their own.
-/// Horizontal planes of the world are left to the ground. Triangles are wound as their normals face.
+/// Gathers the bodies' visuals or, where a body has none, its colliders in a colour of their own. Horizontal
+/// planes of the world are left to the ground. Triangles are wound as their normals face.
 BodyMesh gather_body_mesh(const Scene& scene);
 
-/// Whether the part is the world's and so large that neither camera nor shadow should be fitted to it.
+/// Returns whether the part is the world's and so large that neither camera nor shadow should be fitted to
+/// it.
 bool is_scenery(const Part& part, std::span<const Part> parts);
+
+/// Returns whether single precision can draw a body at the pose: within 1e6 m.
+bool is_drawable(const Coordinates& q);
 
 }  // namespace substep::render

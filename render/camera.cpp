@@ -2,17 +2,22 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <limits>
 
+#include "render/body_mesh.h"
 #include "sim/math/rotation.h"
-
-#include <glm/geometric.hpp>
 
 namespace substep::render {
 namespace {
 
 glm::dvec3 to_glm(const Vector3& v) {
   return {v.x(), v.y(), v.z()};
+}
+
+/// Returns a vector's components to the right, upwards and ahead.
+glm::dvec3 along_axes(const View& view, const glm::dvec3& p) {
+  return {glm::dot(p, view.right), glm::dot(p, view.up), glm::dot(p, view.forward)};
 }
 
 double tangent(double angle) {
@@ -60,24 +65,19 @@ View part_of(const View& view, int width, int height, int x, int y, int part_wid
 View automatic_view(std::span<const Part> parts, std::span<const std::vector<Coordinates>> frames,
                     double aspect) {
   constexpr double margin = 1.12;
+  constexpr double infinite = std::numeric_limits<double>::infinity();
   View view = view_from_above(aspect);
 
   // A point x to the right and z ahead of the origin is seen from an eye at (ex, ez) when
   // |x − ex| <= (z − ez) tx: ex − ez tx >= x − z tx and ex + ez tx <= x + z tx. Both extremes over all points
   // meet in the nearest eye; likewise for y, and the farther of both eyes sees all.
-  constexpr double infinite = std::numeric_limits<double>::infinity();
-  double low_x = infinite, high_x = -infinite, low_y = infinite, high_y = -infinite;
-  const double tx = view.tangent_x / margin;
-  const double ty = view.tangent_y / margin;
+  const glm::dvec2 tangents = glm::dvec2(view.tangent_x, view.tangent_y) / margin;
+  glm::dvec2 low_eye(infinite);
+  glm::dvec2 high_eye(-infinite);
   const auto include = [&](const Vector3& point) {
-    const glm::dvec3 p = to_glm(point);
-    const double x = glm::dot(p, view.right);
-    const double y = glm::dot(p, view.up);
-    const double z = glm::dot(p, view.forward);
-    low_x = std::min(low_x, x + z * tx);
-    high_x = std::max(high_x, x - z * tx);
-    low_y = std::min(low_y, y + z * ty);
-    high_y = std::max(high_y, y - z * ty);
+    const glm::dvec3 p = along_axes(view, to_glm(point));
+    low_eye = glm::min(low_eye, glm::dvec2(p) + p.z * tangents);
+    high_eye = glm::max(high_eye, glm::dvec2(p) - p.z * tangents);
   };
   // Of a whole run, a hundred frames say where its bodies go.
   const std::size_t stride = std::max<std::size_t>(1, frames.size() / 100);
@@ -87,35 +87,31 @@ View automatic_view(std::span<const Part> parts, std::span<const std::vector<Coo
   for (const Part& part : parts) {
     if (part.body == world_body) continue;
     for (std::size_t k = 0; k < frames.size(); k += stride) {
-      const Coordinates& q = frames[k][static_cast<std::size_t>(part.body)];
+      const Coordinates& q = frames[k][part.body];
       if (!(q.linear.norm() < farthest) || !q.angular.coeffs().allFinite()) continue;
-      for (const Vector3& corner : part.corners()) {
-        const Vector3 point = q.angular * corner + q.linear;
+      for (const Vector3& point : part.corners_at(q)) {
         include(point);
         low = low.cwiseMin(point);
         high = high.cwiseMax(point);
       }
     }
   }
-  // The view holds what is near the bodies of the world: a ground that is larger would make them small.
+  // Hold what is near the bodies of the world: a ground that is larger would make them small.
   const Vector3 around_bodies = Vector3::Constant(low.x() < infinite ? 0.15 * (high - low).norm() : infinite);
   for (const Part& part : parts) {
     if (part.body != world_body || is_scenery(part, parts)) continue;
-    const Coordinates& q = frames.front().front();
-    for (const Vector3& corner : part.corners()) {
-      const Vector3 point = q.angular * corner + q.linear;
+    for (const Vector3& point : part.corners_at(frames.front().front())) {
       include(point.cwiseMax(low - around_bodies).cwiseMin(high + around_bodies));
     }
   }
-  if (!(low_x < infinite)) {
-    // Nothing to be seen: look at the origin.
-    Part nothing;
-    nothing.low = -Vector3::Ones();
-    nothing.high = Vector3::Ones();
-    for (const Vector3& corner : nothing.corners()) include(corner);
+  if (!(low_eye.x < infinite)) {
+    // With nothing to be seen look at the origin.
+    const Part nothing{.low = -Vector3::Ones(), .high = Vector3::Ones()};
+    for (const Vector3& corner : nothing.corners_at({})) include(corner);
   }
-  const double back = std::min((low_x - high_x) / (2 * tx), (low_y - high_y) / (2 * ty));
-  view.eye = view.right * ((low_x + high_x) / 2) + view.up * ((low_y + high_y) / 2) + view.forward * back;
+  const glm::dvec2 backs = (low_eye - high_eye) / (2.0 * tangents);
+  const glm::dvec2 middle = (low_eye + high_eye) / 2.0;
+  view.eye = view.right * middle.x + view.up * middle.y + view.forward * std::min(backs.x, backs.y);
   return view;
 }
 
@@ -123,26 +119,21 @@ View stepped_back(const View& view, std::span<const Part> parts,
                   std::span<const std::vector<Coordinates>> frames) {
   constexpr double margin = 1.04;
   const auto centre_of = [&](const Part& part) {
-    const Coordinates& q = frames.front()[static_cast<std::size_t>(part.body)];
+    const Coordinates& q = frames.front()[part.body];
     return Vector3(q.angular * part.centre() + q.linear);
   };
-  const auto is_shown = [&](const Vector3& point) {
-    const glm::dvec3 p = to_glm(point) - view.eye;
-    const double z = glm::dot(p, view.forward);
-    return std::abs(glm::dot(p, view.right)) < z * view.tangent_x &&
-           std::abs(glm::dot(p, view.up)) < z * view.tangent_y;
+  const auto seen_at = [&](const Vector3& point) { return along_axes(view, to_glm(point) - view.eye); };
+  const auto is_shown = [&](const glm::dvec3& p) {
+    return std::abs(p.x) < p.z * view.tangent_x && std::abs(p.y) < p.z * view.tangent_y;
   };
-  const auto is_too_long = [&](const Part& part) {
-    const double distance = glm::dot(to_glm(centre_of(part)) - view.eye, view.forward);
-    // As wide as a film is: a panel of another shape shows no other scene.
-    const double tangent = std::max(view.tangent_x, 16.0 / 9 * view.tangent_y);
-    return part.half_size().norm() > 1.25 * distance * tangent;
-  };
+  // As wide as a film is: a panel of another shape shows no other scene.
+  const double widest = std::max(view.tangent_x, 16.0 / 9 * view.tangent_y);
   std::vector<const Part*> held;
   Vector3 middle = Vector3::Zero();
   for (const Part& part : parts) {
-    if (is_scenery(part, parts) || is_too_long(part)) continue;
-    if (part.body == world_body && !is_shown(centre_of(part))) continue;
+    const glm::dvec3 seen = seen_at(centre_of(part));
+    const bool is_too_long = part.half_size().norm() > 1.25 * seen.z * widest;
+    if (is_scenery(part, parts) || is_too_long || (part.body == world_body && !is_shown(seen))) continue;
     held.push_back(&part);
     middle += centre_of(part);
   }
@@ -156,7 +147,7 @@ View stepped_back(const View& view, std::span<const Part> parts,
     double nearest = std::numeric_limits<double>::infinity();
     for (const Part* part : held) {
       if (part->body == world_body) continue;
-      const Vector3 away = frame[static_cast<std::size_t>(part->body)].linear - middle;
+      const Vector3 away = frame[part->body].linear - middle;
       nearest = std::min(nearest, away.norm() + part->centre().norm() + part->half_size().norm());
     }
     if (std::isfinite(nearest)) stage = std::max(stage, nearest);
@@ -164,14 +155,11 @@ View stepped_back(const View& view, std::span<const Part> parts,
   double back = 0;
   for (const Part* part : held) {
     for (const std::vector<Coordinates>& frame : frames) {
-      const Coordinates& q = frame[static_cast<std::size_t>(part->body)];
-      for (const Vector3& corner : part->corners()) {
-        const Vector3 point = q.angular * corner + q.linear;
+      for (const Vector3& point : part->corners_at(frame[part->body])) {
         if (!((point - middle).norm() < stage)) continue;
-        const glm::dvec3 p = to_glm(point) - view.eye;
-        const double beside = std::max(std::abs(glm::dot(p, view.right)) / view.tangent_x,
-                                       std::abs(glm::dot(p, view.up)) / view.tangent_y);
-        back = std::max(back, margin * beside - glm::dot(p, view.forward));
+        const glm::dvec3 p = seen_at(point);
+        const double beside = std::max(std::abs(p.x) / view.tangent_x, std::abs(p.y) / view.tangent_y);
+        back = std::max(back, margin * beside - p.z);
       }
       if (part->body == world_body) break;
     }

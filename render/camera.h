@@ -6,11 +6,12 @@
 #include <span>
 #include <vector>
 
-#include "render/body_mesh.h"
 #include "sim/model/state.h"
 #include "sim/scene/scene.h"
 
 namespace substep::render {
+
+struct Part;
 
 /// A perspective view; right-handed, y up on the picture.
 struct View {
@@ -27,27 +28,27 @@ struct View {
   bool operator==(const View&) const = default;
 };
 
-/// Of a picture of width × height pixels with this view, the part of part_width × part_height whose upper
-/// left corner is the picture's pixel (x, y).
+/// Returns, of a picture of width × height pixels with this view, the part of part_width × part_height whose
+/// upper left corner is the picture's pixel (x, y).
 View part_of(const View& view, int width, int height, int x, int y, int part_width, int part_height);
 
-/// `aspect` is width / height.
+/// Returns the view of a scene's camera. `aspect` is width / height.
 View view_from(const Camera& camera, double aspect);
 
-/// Three-quarter view from slightly above that holds all moving parts at all the given frames' poses, and
-/// what of the world is near them, except scenery. Poses that are not finite or farther than any picture
-/// should show are left out.
+/// Returns a three-quarter view from slightly above that holds all moving parts at all the given frames'
+/// poses, and what of the world is near them, except scenery. Poses that are not finite or farther than any
+/// picture should show are left out.
 View automatic_view(std::span<const Part> parts, std::span<const std::vector<Coordinates>> frames,
                     double aspect);
 
-/// The same view from farther back, as far as is needed to hold all moving parts at the given frames' poses,
-/// and those parts of the world whose middle it showed anyway. What leaves the scene (two and a half times as
-/// far out as anything is at the first frame) is let go, and so is what is larger by a quarter than a picture
-/// of 16:9 is wide there: a belt or a rail without an end, a plate that all stands on.
+/// Returns the view from farther back, as far as is needed to hold all moving parts at the given frames'
+/// poses, and those parts of the world whose middle it showed anyway. What leaves the scene (two and a half
+/// times as far out as anything is at the first frame) is ignored, and so is what is larger by a quarter than
+/// a picture of 16:9 is wide there: a belt or a rail without an end, a plate that all stands on.
 View stepped_back(const View& view, std::span<const Part> parts,
                   std::span<const std::vector<Coordinates>> frames);
 
-/// World → clip space, depth from `near` to `far` in front of the eye.
+/// Returns the map from world to clip space, depth from `near` to `far` in front of the eye.
 glm::dmat4 clip_from_world(const View& view, double near, double far);
 
 }  // namespace substep::render

@@ -1,36 +1,19 @@
 #include "render/device.h"
 
 #include <algorithm>
-#include <array>
+#include <cmath>
+#include <glm/gtc/type_ptr.hpp>
 #include <glm/vec3.hpp>
 #include <mutex>
 #include <numbers>
 #include <thread>
 #include <vector>
 
-#include "render/frame_uniforms.h"
-#include "render/gl_program.h"
 #include "render/ground.h"
-#include "render/shaders.h"
-#include "render/units.h"
 #include "sim/math/rotation.h"
 
 namespace substep::render {
 namespace {
-
-GLuint sampler(GLint filter, bool compares) {
-  GLuint name = 0;
-  glGenSamplers(1, &name);
-  glSamplerParameteri(name, GL_TEXTURE_MIN_FILTER, filter);
-  glSamplerParameteri(name, GL_TEXTURE_MAG_FILTER, filter);
-  glSamplerParameteri(name, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-  glSamplerParameteri(name, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-  if (compares) {
-    glSamplerParameteri(name, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
-    glSamplerParameteri(name, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
-  }
-  return name;
-}
 
 /// Is never destroyed, since at the end of the process the driver may end first.
 struct Pool {
@@ -46,32 +29,14 @@ Pool& pool() {
 
 Device::Device() {
   const Context::Current current(context);
-  make_programs();
   make_samplers();
   make_disc();
-  glGenVertexArrays(1, &nothing);
-  glGenBuffers(1, &frame_buffer);
-  glGenTextures(1, &occlusion);
+  nothing = objects_.vertex_array();
+  frame_buffer = objects_.buffer();
+  occlusion = objects_.texture();
   glBindTexture(GL_TEXTURE_2D, occlusion);
   glTexImage2D(GL_TEXTURE_2D, 0, GL_R32F, Relief::size, Relief::size, 0, GL_RED, GL_FLOAT, nullptr);
-  relief = Target(Relief::size, Relief::size);
-}
-
-void Device::make_programs() {
-  body_program = make_program(shaders::body_vertex(), shaders::body_fragment());
-  shading_program = make_program(shaders::sky_vertex(), shaders::shading_fragment());
-  ground_programs = make_ground_programs(false);
-  sky_program = make_program(shaders::sky_vertex(), shaders::sky_fragment());
-  depth_program = make_program(shaders::depth_vertex(), shaders::depth_fragment());
-  color_program = make_program(shaders::color_vertex(), shaders::color_fragment());
-  for (const GLuint program : {shading_program, sky_program}) {
-    set_frame_units(program);
-  }
-}
-
-SurfacePrograms& Device::surface_programs() {
-  if (!surface_programs_) surface_programs_ = std::make_unique<SurfacePrograms>();
-  return *surface_programs_;
+  relief = Target(objects_, Relief::size, Relief::size);
 }
 
 ShadowMap& Device::shadow(bool is_small) {
@@ -80,36 +45,112 @@ ShadowMap& Device::shadow(bool is_small) {
   return *map;
 }
 
-void Device::make_samplers() {
-  glBindSampler(shadow_depth_unit, sampler(GL_NEAREST, false));
-  glBindSampler(shadow_test_unit, sampler(GL_LINEAR, true));
-  for (const GLuint unit :
-       {shadow_nearest_unit, depth_unit, surface_unit, emission_unit, crevice_unit, nearer_unit}) {
-    glBindSampler(unit, sampler(GL_NEAREST, false));
+GLuint Device::use(const shaders::Program& program) {
+  GLuint& name = programs_[program];
+  if (name == 0) {
+    const shaders::Sources sources = shaders::sources_of(program);
+    name = make_program(sources.vertex, sources.fragment);
   }
-  const GLuint occlusion_sampler = sampler(GL_LINEAR, false);
-  const std::array<float, 4> open{1, 1, 1, 1};
-  glSamplerParameteri(occlusion_sampler, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_BORDER);
-  glSamplerParameteri(occlusion_sampler, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_BORDER);
-  glSamplerParameterfv(occlusion_sampler, GL_TEXTURE_BORDER_COLOR, open.data());
-  glBindSampler(occlusion_unit, occlusion_sampler);
+  glUseProgram(name);
+  return name;
+}
+
+void Device::make_samplers() {
+  for (const GLuint unit : {shadow_depth_unit, shadow_test_unit, shadow_nearest_unit, occlusion_unit,
+                            depth_unit, surface_unit, emission_unit, crevice_unit, nearer_unit}) {
+    const bool is_linear = unit == shadow_test_unit || unit == occlusion_unit;
+    const GLint filter = is_linear ? GL_LINEAR : GL_NEAREST;
+    const GLint wrap = unit == occlusion_unit ? GL_CLAMP_TO_BORDER : GL_CLAMP_TO_EDGE;
+    const GLuint sampler = objects_.sampler();
+    glSamplerParameteri(sampler, GL_TEXTURE_MIN_FILTER, filter);
+    glSamplerParameteri(sampler, GL_TEXTURE_MAG_FILTER, filter);
+    glSamplerParameteri(sampler, GL_TEXTURE_WRAP_S, wrap);
+    glSamplerParameteri(sampler, GL_TEXTURE_WRAP_T, wrap);
+    if (unit == shadow_test_unit) {
+      glSamplerParameteri(sampler, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
+      glSamplerParameteri(sampler, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
+    }
+    // The sky is open beyond the occlusion map.
+    constexpr std::array<float, 4> open{1, 1, 1, 1};
+    glSamplerParameterfv(sampler, GL_TEXTURE_BORDER_COLOR, open.data());
+    glBindSampler(unit, sampler);
+  }
 }
 
 void Device::make_disc() {
-  glGenVertexArrays(1, &disc);
-  glBindVertexArray(disc);
+  constexpr int corners = 64;
   std::vector<glm::vec3> fan{{0, 0, 0}};
-  for (int i = 0; i <= disc_corners; ++i) {
-    const SineCosine of = sine_cosine(-2 * std::numbers::pi * i / disc_corners);
+  for (int i = 0; i <= corners; ++i) {
+    const SineCosine of = sine_cosine(-2 * std::numbers::pi * i / corners);
     fan.emplace_back(of.cosine, 0, of.sine);
   }
-  GLuint buffer = 0;
-  glGenBuffers(1, &buffer);
-  glBindBuffer(GL_ARRAY_BUFFER, buffer);
+  disc_vertices = static_cast<int>(fan.size());
+  disc = objects_.vertex_array();
+  glBindVertexArray(disc);
+  glBindBuffer(GL_ARRAY_BUFFER, objects_.buffer());
   glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(fan.size() * sizeof(glm::vec3)), fan.data(),
                GL_STATIC_DRAW);
   glEnableVertexAttribArray(0);
   glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, sizeof(glm::vec3), nullptr);
+}
+
+void Device::use_surface(const Surface& surface, const std::array<BoundTexture, 5>& textures,
+                         const glm::vec4& sight, bool is_behind, bool shines) {
+  shaders::Program wanted{.kind = shaders::Program::Kind::look, .shines = shines};
+  wanted.may_discard = surface.opacity != Surface::Opacity::opaque;
+  for (std::size_t role = 0; role < textures.size(); ++role) {
+    wanted.has_texture[role] = surface.textures[role].image >= 0;
+  }
+  const GLuint program = use(wanted);
+  glUniform4fv(glGetUniformLocation(program, "sight"), 1, glm::value_ptr(sight));
+  glUniform1f(glGetUniformLocation(program, "is_behind"), is_behind ? 1.0F : 0.0F);
+  set_surface(program, surface, textures);
+  if (wanted.may_discard || surface.has_back) {
+    glDisable(GL_CULL_FACE);
+  } else {
+    glEnable(GL_CULL_FACE);
+  }
+}
+
+void set_surface(GLuint program, const Surface& surface, const std::array<BoundTexture, 5>& textures) {
+  std::array<glm::vec4, 5> turns{};
+  std::array<glm::vec4, 5> offsets{};
+  for (std::size_t role = 0; role < turns.size(); ++role) {
+    const Texture& texture = surface.textures[role];
+    const GLint unit = surface_texture_unit + static_cast<GLint>(role);
+    bind_texture(unit, textures[role].texture);
+    glBindSampler(unit, textures[role].sampler);
+    const Eigen::Matrix2d& turn = texture.turn;
+    turns[role] = glm::dvec4(turn(0, 0), turn(0, 1), turn(1, 0), turn(1, 1));
+    const auto stretch = static_cast<float>(std::sqrt(std::abs(turn.determinant())));
+    offsets[role] = {texture.offset.x(), texture.offset.y(), texture.coordinates,
+                     textures[role].texels * stretch};
+  }
+  const auto send = [program](const char* name, std::span<const glm::vec4> values) {
+    glUniform4fv(glGetUniformLocation(program, name), static_cast<GLsizei>(values.size()),
+                 glm::value_ptr(values[0]));
+  };
+  send("image_turns", turns);
+  send("image_offsets", offsets);
+  const auto& [red, green, blue] = surface.emission;
+  send("emission", std::array<glm::vec4, 1>{glm::dvec4(red, green, blue, surface.is_unlit ? 1 : 0)});
+  const bool is_cut = surface.opacity == Surface::Opacity::cut;
+  const bool is_blended = surface.opacity == Surface::Opacity::blended;
+  send("opacity", std::array<glm::vec4, 1>{glm::dvec4(surface.alpha, is_cut ? surface.cut_off : 0,
+                                                      is_blended ? 1 : 0, surface.has_back ? 1 : 0)});
+  const bool has_normals = surface.textures[Surface::normal_texture].image >= 0;
+  glUniform2f(glGetUniformLocation(program, "strengths"),
+              has_normals ? static_cast<float>(surface.normal_scale) : 0.0F,
+              static_cast<float>(surface.occlusion_strength));
+}
+
+void set_lamps(GLuint program, const Lamps& lamps) {
+  glUniform1i(glGetUniformLocation(program, "light_count"), lamps.count);
+  for (const auto& [name, values] :
+       {std::pair("light_places", &lamps.places), std::pair("light_axes", &lamps.axes),
+        std::pair("light_cones", &lamps.cones), std::pair("light_colors", &lamps.colors)}) {
+    glUniform4fv(glGetUniformLocation(program, name), most_lamps, glm::value_ptr(values->front()));
+  }
 }
 
 Device& take_device() {

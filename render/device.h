@@ -6,54 +6,62 @@
 /// drawing a hundred small pictures. So renderers share devices, one for every two processors, and devices
 /// outlive them. What a frame needs of a device is set while its context is current.
 
-#include <array>
+#include <glm/vec4.hpp>
+#include <map>
 #include <memory>
+#include <string_view>
 
-#include "render/context.h"
 #include "render/gl.h"
+#include "render/lighting.h"
 #include "render/shaders.h"
 #include "render/shadow_map.h"
-#include "render/surface_programs.h"
 #include "render/targets.h"
+#include "render/textures.h"
+#include "sim/scene/scene.h"
 
 namespace substep::render {
 
 struct Device {
-  static constexpr int disc_corners = 64;
-  static constexpr int disc_vertices = disc_corners + 2;  ///< the centre, and the first corner twice
-
-  Device();
-
   Context context;
-  int users = 0;  ///< renderers; take_device() counts them
-  GLuint body_program = 0;
-  GLuint shading_program = 0;
-  std::array<GLuint, shaders::shades.size()> ground_programs{};  ///< by Shade
-  GLuint sky_program = 0;
-  GLuint depth_program = 0;
-  GLuint color_program = 0;
+  int users = 0;            ///< renderers; take_device() counts them
   GLuint disc = 0;          ///< vertex array of the ground
-  GLuint nothing = 0;       ///< vertex array of what needs none
+  int disc_vertices = 0;    ///< the centre, the corners, and the first corner again
+  GLuint nothing = 0;       ///< vertex array for programs without attributes
   GLuint frame_buffer = 0;  ///< of the block Frame
   Target relief;            ///< Relief::size²
   GLuint occlusion = 0;     ///< texture, Relief::size²
-  /// Made when first asked for: of 512² texels, or of 1024².
+
+  Device();
+
+  /// Returns the map of 512² texels, or of 1024², made when first requested.
   ShadowMap& shadow(bool is_small);
 
-  /// Compiled when first asked for: most scenes need none of them.
-  SurfacePrograms& surface_programs();
+  /// Uses a program and returns it. Compiles it when it is first used.
+  GLuint use(const shaders::Program& program);
+
+  /// Uses the program for a surface with more than a colour, and sets its uniforms and the culled faces.
+  /// `sight`: the eye, and the distance of two neighbouring samples one metre from it. `is_behind`: draws
+  /// only what lies behind nearer_unit's depth.
+  void use_surface(const Surface& surface, const std::array<BoundTexture, 5>& textures,
+                   const glm::vec4& sight, bool is_behind, bool shines);
 
  private:
-  std::unique_ptr<SurfacePrograms> surface_programs_;
+  Objects objects_;
+  std::map<shaders::Program, GLuint> programs_;
   std::unique_ptr<ShadowMap> small_shadow_;
   std::unique_ptr<ShadowMap> large_shadow_;
 
-  void make_programs();
   void make_samplers();
   void make_disc();
 };
 
-/// The one with the fewest users, or a new one. Any thread.
+/// Sets the uniforms of a surface for `program`, which is in use, and binds its textures.
+void set_surface(GLuint program, const Surface& surface, const std::array<BoundTexture, 5>& textures);
+
+/// Sets the uniforms of lamps for `program`, which is in use.
+void set_lamps(GLuint program, const Lamps& lamps);
+
+/// Returns the device with the fewest users, or a new one. Any thread.
 Device& take_device();
 void give_back(Device& device);
 

@@ -1,6 +1,8 @@
 #pragma once
-/// Function pointers of OpenGL by their own names. context_osmesa.cpp sets them when it makes the first
-/// context, so that only programs that draw load the library with all of LLVM.
+/// Software OpenGL without a window: its functions by their own names, contexts, programs and objects.
+///
+/// The functions are pointers, which the first context sets, so that only programs that draw load the library
+/// with all of LLVM.
 
 #ifndef GL_GLEXT_PROTOTYPES
 #define GL_GLEXT_PROTOTYPES
@@ -8,7 +10,14 @@
 #include <GL/gl.h>
 #include <GL/glext.h>
 
-// One that is used and not listed is an undefined reference when the program is linked.
+#include <array>
+#include <cstdint>
+#include <mutex>
+#include <string>
+#include <utility>
+#include <vector>
+
+// A function that is used and not listed is an undefined reference when the program is linked.
 // clang-format off
 #define SUBSTEP_GL_FUNCTIONS(X) \
   X(glActiveTexture) X(glAttachShader) X(glBeginQuery) X(glBindBuffer) X(glBindBufferBase) \
@@ -24,9 +33,11 @@
   X(glGetString) X(glGetUniformBlockIndex) X(glGetUniformLocation) X(glLinkProgram) X(glPolygonOffset) \
   X(glReadBuffer) X(glReadPixels) X(glRenderbufferStorage) X(glSamplerParameterfv) X(glSamplerParameteri) \
   X(glScissor) X(glShaderSource) X(glTexImage2D) X(glTexSubImage2D) X(glUniform1f) \
-  X(glUniform1i) X(glUniform2f) X(glUniform3f) X(glUniform4f) X(glUniform4fv) X(glUniformBlockBinding) \
-  X(glUniformMatrix4fv) X(glUseProgram) X(glVertexAttribPointer) X(glViewport)
+  X(glUniform1i) X(glUniform2f) X(glUniform4f) X(glUniform4fv) X(glUniformBlockBinding) \
+  X(glUseProgram) X(glVertexAttribPointer) X(glViewport)
 // clang-format on
+
+struct osmesa_context;
 
 namespace substep::render {
 
@@ -35,5 +46,83 @@ namespace substep::render {
 #define SUBSTEP_GL_POINTER(name) inline decltype(&::name) name = nullptr;
 SUBSTEP_GL_FUNCTIONS(SUBSTEP_GL_POINTER)
 #undef SUBSTEP_GL_POINTER
+
+/// A context whose drawing all goes to framebuffer objects. Objects made in the context live until it ends.
+class Context {
+ public:
+  /// Throws Error when there is no software OpenGL of at least 3.3.
+  Context();
+  ~Context();
+  Context(const Context&) = delete;
+  Context& operator=(const Context&) = delete;
+
+  /// Waits until no other thread has the context, then makes it the calling thread's for its own lifetime.
+  /// The driver would let two threads draw and mix them up.
+  class Current {
+   public:
+    explicit Current(Context& context);
+    ~Current();
+    Current(const Current&) = delete;
+    Current& operator=(const Current&) = delete;
+
+   private:
+    std::lock_guard<std::mutex> lock_;
+  };
+
+ private:
+  osmesa_context* context_ = nullptr;
+  std::array<std::uint8_t, 4> pixel_{};  ///< the default framebuffer, which must be there
+  std::mutex mutex_;
+};
+
+/// The OpenGL objects of one owner, which end() deletes together while their context is current.
+class Objects {
+ public:
+  GLuint texture() { return add(glGenTextures, glDeleteTextures); }
+  GLuint sampler() { return add(glGenSamplers, glDeleteSamplers); }
+  GLuint framebuffer() { return add(glGenFramebuffers, glDeleteFramebuffers); }
+  GLuint renderbuffer() { return add(glGenRenderbuffers, glDeleteRenderbuffers); }
+  GLuint buffer() { return add(glGenBuffers, glDeleteBuffers); }
+  GLuint vertex_array() { return add(glGenVertexArrays, glDeleteVertexArrays); }
+
+  void end() const {
+    for (const auto& [remove, name] : names_) remove(1, &name);
+  }
+
+ private:
+  using Delete = void (*)(GLsizei, const GLuint*);
+
+  GLuint add(void (*generate)(GLsizei, GLuint*), Delete remove) {
+    GLuint name = 0;
+    generate(1, &name);
+    names_.emplace_back(remove, name);
+    return name;
+  }
+
+  std::vector<std::pair<Delete, GLuint>> names_;
+};
+
+/// The texture units that the samplers of gl.cpp read.
+enum Unit : GLint {
+  shadow_depth_unit,
+  shadow_test_unit,
+  shadow_nearest_unit,
+  occlusion_unit,
+  depth_unit,
+  surface_unit,
+  emission_unit,
+  crevice_unit,
+  nearer_unit,
+  surface_texture_unit,  ///< the first of five, by Surface::Role
+};
+
+/// Bindings of uniform blocks: the frame's, and the bodies' poses.
+enum Block : GLuint { frame_block, clip_places_block, world_places_block };
+
+/// Compiles and links shaders, given without their version line, and uses the program. Throws
+/// std::logic_error with the compiler's message: our own shaders are at fault then.
+GLuint make_program(const std::string& vertex, const std::string& fragment);
+
+void bind_texture(GLint unit, GLuint texture);
 
 }  // namespace substep::render

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
+
+#include "render/textures.h"
 
 namespace substep::render {
 namespace {
@@ -22,6 +25,19 @@ std::string_view bytes_of(const std::vector<Number>& values) {
   return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(Number)};
 }
 
+/// Returns KHR_texture_transform, which scales, turns, then moves: the columns of `turn` are sx (cos, −sin)
+/// and sy (sin, cos).
+GlbWriter::Json transform_of(const Texture& texture) {
+  const Eigen::Vector2d x = texture.turn.col(0);
+  const Eigen::Vector2d y = texture.turn.col(1);
+  const bool by_x = x.norm() > 0;
+  const double rotation = by_x ? std::atan2(-x.y(), x.x()) : std::atan2(y.x(), y.y());
+  const double y_scale = by_x ? texture.turn.determinant() / x.norm() : y.norm();
+  return {{"offset", {texture.offset.x(), texture.offset.y()}},
+          {"rotation", rotation},
+          {"scale", {x.norm(), y_scale}}};
+}
+
 }  // namespace
 
 GlbWriter::GlbWriter() {
@@ -31,11 +47,19 @@ GlbWriter::GlbWriter() {
   }
 }
 
+int GlbWriter::add(const char* list, Json entry) {
+  root_[list].push_back(std::move(entry));
+  return static_cast<int>(root_[list].size()) - 1;
+}
+
+/// Returns the index of an entry of a list, the same for equal entries.
+int GlbWriter::add_once(const char* list, const Json& entry) {
+  const auto known = std::ranges::find(root_[list], entry);
+  return known == root_[list].end() ? add(list, entry) : static_cast<int>(known - root_[list].begin());
+}
+
 int GlbWriter::add_node(Json node) {
-  root_["nodes"].push_back(std::move(node));
-  const int index = static_cast<int>(root_["nodes"].size()) - 1;
-  roots_.push_back(index);
-  return index;
+  return roots_.emplace_back(add("nodes", std::move(node)));
 }
 
 int GlbWriter::add_floats(const std::vector<float>& values, int width, bool has_range, bool is_attribute) {
@@ -55,33 +79,79 @@ int GlbWriter::add_floats(const std::vector<float>& values, int width, bool has_
     accessor["min"] = low;
     accessor["max"] = high;
   }
-  return add_accessor(std::move(accessor));
+  return add("accessors", std::move(accessor));
 }
 
 int GlbWriter::add_indices(const std::vector<std::uint32_t>& indices) {
-  return add_accessor({{"bufferView", add_view(bytes_of(indices), element_array_buffer)},
-                       {"componentType", type_unsigned_int},
-                       {"count", indices.size()},
-                       {"type", "SCALAR"}});
+  return add("accessors", {{"bufferView", add_view(bytes_of(indices), element_array_buffer)},
+                           {"componentType", type_unsigned_int},
+                           {"count", indices.size()},
+                           {"type", "SCALAR"}});
 }
 
-int GlbWriter::add_image(std::string_view bytes) {
-  const bool is_png = bytes.starts_with("\x89PNG");
-  const Json image = {{"bufferView", add_view(bytes, 0)}, {"mimeType", is_png ? "image/png" : "image/jpeg"}};
-  root_["images"].push_back(image);
-  return static_cast<int>(root_["images"].size()) - 1;
+/// Returns a material's reference to a texture; null where there is none.
+GlbWriter::Json GlbWriter::texture_reference(const Texture& texture, const Scene& scene) {
+  if (texture.image < 0) return nullptr;
+  const auto [image, is_new] = images_.try_emplace(texture.image, 0);
+  if (is_new) {
+    const std::string& bytes = *scene.images[texture.image].bytes;
+    const char* const type = bytes.starts_with("\x89PNG") ? "image/png" : "image/jpeg";
+    image->second = add("images", {{"bufferView", add_view(bytes, 0)}, {"mimeType", type}});
+  }
+  const std::array<int, 4> sampling = sampling_of(texture);
+  const int sampler = add_once("samplers", {{"wrapS", sampling[0]},
+                                            {"wrapT", sampling[1]},
+                                            {"magFilter", sampling[2]},
+                                            {"minFilter", sampling[3]}});
+  Json result = {{"index", add_once("textures", {{"sampler", sampler}, {"source", image->second}})},
+                 {"texCoord", texture.coordinates}};
+  if (!texture.turn.isIdentity(0) || !texture.offset.isZero(0)) {
+    use("KHR_texture_transform");
+    result["extensions"]["KHR_texture_transform"] = transform_of(texture);
+  }
+  return result;
 }
 
-int GlbWriter::add_once(const char* list, const Json& entry) {
-  Json& entries = root_[list];
-  const auto known = std::ranges::find(entries, entry);
-  const auto index = static_cast<int>(known - entries.begin());
-  if (known == entries.end()) entries.push_back(entry);
-  return index;
-}
-
-void GlbWriter::use(const char* extension) {
-  add_once("extensionsUsed", extension);
+int GlbWriter::add_material(const Surface& surface, const Scene& scene) {
+  const auto& [red, green, blue] = surface.base_color;
+  Json finish = {{"baseColorFactor", {red, green, blue, surface.alpha}},
+                 {"metallicFactor", surface.metallic},
+                 {"roughnessFactor", surface.roughness}};
+  Json material = {{"doubleSided", surface.has_back}};
+  if (surface.opacity == Surface::Opacity::cut) {
+    material["alphaMode"] = "MASK";
+    material["alphaCutoff"] = surface.cut_off;
+  } else if (surface.opacity == Surface::Opacity::blended) {
+    material["alphaMode"] = "BLEND";
+  }
+  const auto set_texture = [&](Surface::Role role, Json& object, const char* key) {
+    if (Json texture = texture_reference(surface.textures[role], scene); !texture.is_null())
+      object[key] = std::move(texture);
+  };
+  set_texture(Surface::color_texture, finish, "baseColorTexture");
+  set_texture(Surface::finish_texture, finish, "metallicRoughnessTexture");
+  set_texture(Surface::normal_texture, material, "normalTexture");
+  set_texture(Surface::occlusion_texture, material, "occlusionTexture");
+  set_texture(Surface::emission_texture, material, "emissiveTexture");
+  if (material.contains("normalTexture")) material["normalTexture"]["scale"] = surface.normal_scale;
+  if (material.contains("occlusionTexture")) {
+    material["occlusionTexture"]["strength"] = surface.occlusion_strength;
+  }
+  material["pbrMetallicRoughness"] = std::move(finish);
+  if (const double strength = std::ranges::max(surface.emission); strength > 0) {
+    // A factor is at most 1; what shines brighter has a strength beside it.
+    const double over = std::max(strength, 1.0);
+    for (const double level : surface.emission) material["emissiveFactor"].push_back(level / over);
+    if (over > 1) {
+      use("KHR_materials_emissive_strength");
+      material["extensions"]["KHR_materials_emissive_strength"] = {{"emissiveStrength", over}};
+    }
+  }
+  if (surface.is_unlit) {
+    use("KHR_materials_unlit");
+    material["extensions"]["KHR_materials_unlit"] = Json::object();
+  }
+  return add_once("materials", material);
 }
 
 std::string GlbWriter::bytes() {
@@ -101,11 +171,6 @@ std::string GlbWriter::bytes() {
   return file;
 }
 
-int GlbWriter::add_accessor(Json accessor) {
-  root_["accessors"].push_back(std::move(accessor));
-  return static_cast<int>(root_["accessors"].size()) - 1;
-}
-
 /// Appends bytes as a buffer view. Images are padded to multiples of four bytes, so that views stay aligned.
 /// x86-64 stores numbers as glTF does, the lowest byte first.
 int GlbWriter::add_view(std::string_view data, int target) {
@@ -113,8 +178,7 @@ int GlbWriter::add_view(std::string_view data, int target) {
   if (target != 0) view["target"] = target;
   binary_.append(data);
   binary_.resize((binary_.size() + 3) / 4 * 4);
-  root_["bufferViews"].push_back(std::move(view));
-  return static_cast<int>(root_["bufferViews"].size()) - 1;
+  return add("bufferViews", std::move(view));
 }
 
 }  // namespace substep::render

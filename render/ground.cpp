@@ -17,7 +17,7 @@ namespace {
 
 double lowest_point(const Part& part, const Coordinates& q) {
   double lowest = std::numeric_limits<double>::infinity();
-  for (const Vector3& corner : part.corners()) lowest = std::min(lowest, (q.angular * corner + q.linear).y());
+  for (const Vector3& corner : part.corners_at(q)) lowest = std::min(lowest, corner.y());
   return lowest;
 }
 
@@ -57,7 +57,7 @@ Hold hold_of(const Scene& scene, std::size_t fixed) {
   return hold;
 }
 
-/// The lowest that a point can be which is at most `a` from `p` and at most `b` from `q`.
+/// Returns the lowest that a point can be which is at most `a` from `p` and at most `b` from `q`.
 double lowest_within(const Vector3& p, double a, const Vector3& q, double b) {
   const Vector3 between = q - p;
   const double apart = between.norm();
@@ -72,10 +72,11 @@ double lowest_within(const Vector3& p, double a, const Vector3& q, double b) {
   return p.y() + along * upright - radius * std::sqrt(std::max(1 - upright * upright, 0.0));
 }
 
-/// The lowest that the part's corners can get as its body hangs on the world; −∞ where nothing holds it.
+/// Returns the lowest that the part's corners can get as its body hangs on the world; −∞ where nothing holds
+/// it.
 double lowest_hanging(const Scene& scene, const Part& part, std::span<const Hold> holds) {
   double lowest = std::numeric_limits<double>::infinity();
-  for (const Vector3& corner : part.corners()) {
+  for (const Vector3& corner : part.corners_at({})) {
     std::vector<std::pair<Vector3, double>> balls;
     for (const Hold& hold : holds) {
       double reach = std::numeric_limits<double>::infinity();
@@ -101,39 +102,35 @@ double lowest_hanging(const Scene& scene, const Part& part, std::span<const Hold
   return lowest;
 }
 
-/// A way over the ground that light is followed against: offsets in cells, and the distances between which
-/// each of its places stands for the way, in cells.
-struct Way {
-  static constexpr int places = 11;
-  struct Place {
-    int x = 0;
-    int z = 0;
-    float near = 0;
-    float far = 0;
-  };
-  std::array<Place, places> at;
+/// A step from a cell in one direction: its offset in cells, and the distances between which it stands for
+/// the direction, in cells.
+struct Step {
+  int x = 0;
+  int z = 0;
+  float near = 0;
+  float far = 0;
 };
 
-/// Ways in eight directions; from place to place half as far again.
-std::array<Way, 8> ways_from_a_cell() {
-  std::array<Way, 8> ways;
-  for (std::size_t direction = 0; direction < ways.size(); ++direction) {
+/// Returns steps in eight directions, each half as far again as the one before.
+std::array<std::array<Step, 11>, 8> steps_from_a_cell() {
+  std::array<std::array<Step, 11>, 8> steps;
+  for (std::size_t direction = 0; direction < steps.size(); ++direction) {
     const SineCosine of = sine_cosine(2 * std::numbers::pi * (static_cast<double>(direction) + 0.3) / 8);
     double near = 0.25;
-    for (Way::Place& place : ways[direction].at) {
+    for (Step& step : steps[direction]) {
       const double far = near * 1.5;
       const double middle = (near + far) / 2;
-      place = {static_cast<int>(std::lround(middle * of.cosine)),
-               static_cast<int>(std::lround(middle * of.sine)), static_cast<float>(near),
-               static_cast<float>(far)};
+      step = {static_cast<int>(std::lround(middle * of.cosine)),
+              static_cast<int>(std::lround(middle * of.sine)), static_cast<float>(near),
+              static_cast<float>(far)};
       near = far;
     }
   }
-  return ways;
+  return steps;
 }
 
-/// Of light that falls on level ground evenly from all sides, the part from below an elevation is the square
-/// of its sine: here of the slope height / distance, in 32nds.
+/// Returns the fraction, in 32nds, of light evenly from all sides that level ground receives from below a
+/// slope height / distance: the square of its sine.
 int thirty_seconds(float height, float distance) {
   const float squared = height * height;
   return static_cast<int>(std::lround(32 * squared / (squared + distance * distance)));
@@ -161,7 +158,7 @@ double ground_height(const Scene& scene, std::span<const Part> parts) {
   double lowest = infinite;
   double highest = -infinite;
   for (const Part& part : parts) {
-    const Coordinates& q = start[static_cast<std::size_t>(part.body)];
+    const Coordinates& q = start[part.body];
     const double y = lowest_point(part, q);
     if (part.body == world_body) {
       of_world = std::min(of_world, y);
@@ -178,29 +175,24 @@ double ground_height(const Scene& scene, std::span<const Part> parts) {
 
 std::vector<float> ground_openness(const Relief& relief) {
   // Visibility by bitmask (Therrien, Levesque and Gilet 2023), over a map from above instead of over the
-  // screen: a bit is a 32nd of the light of one direction. Few cells have anything above them: each tells
-  // the cells that it hides the sky from, rather than all ask all around them.
-  static const std::array<Way, 8> ways = ways_from_a_cell();
+  // screen: a bit is a 32nd of the light of one direction. Few cells have anything above them: each marks the
+  // cells that it hides the sky from.
+  static const auto steps = steps_from_a_cell();
   constexpr int size = Relief::size;
   const auto cell = static_cast<float>(relief.width / size);
-  std::vector<std::array<std::uint32_t, 8>> hidden(static_cast<std::size_t>(size) * size);
-  for (int z = 0; z < size; ++z) {
-    for (int x = 0; x < size; ++x) {
-      const std::size_t index = static_cast<std::size_t>(z) * size + static_cast<std::size_t>(x);
-      if (relief.highest[index] < 0) continue;
-      for (std::size_t step = 0; step < Way::places; ++step) {
-        const int from = thirty_seconds(relief.lowest[index], ways[0].at[step].far * cell);
-        const int to = thirty_seconds(relief.highest[index], ways[0].at[step].near * cell);
-        const std::uint64_t below_to = (std::uint64_t{1} << to) - 1;
-        const std::uint64_t below_from = (std::uint64_t{1} << from) - 1;
-        const auto bits = static_cast<std::uint32_t>(below_to & ~below_from);
-        for (std::size_t direction = 0; bits != 0 && direction < ways.size(); ++direction) {
-          const Way::Place& place = ways[direction].at[step];
-          const int u = x - place.x;
-          const int v = z - place.z;
-          if (u < 0 || v < 0 || u >= size || v >= size) continue;
-          hidden[static_cast<std::size_t>(v) * size + static_cast<std::size_t>(u)][direction] |= bits;
-        }
+  std::vector<std::array<std::uint32_t, 8>> hidden(std::size_t{1} * size * size);
+  for (int index = 0; index < size * size; ++index) {
+    if (relief.highest[index] < 0) continue;
+    for (std::size_t i = 0; i < steps[0].size(); ++i) {
+      const int from = thirty_seconds(relief.lowest[index], steps[0][i].far * cell);
+      const int to = thirty_seconds(relief.highest[index], steps[0][i].near * cell);
+      const std::uint64_t below_to = (std::uint64_t{1} << to) - 1;
+      const std::uint64_t below_from = (std::uint64_t{1} << from) - 1;
+      const auto bits = static_cast<std::uint32_t>(below_to & ~below_from);
+      for (std::size_t direction = 0; bits != 0 && direction < steps.size(); ++direction) {
+        const int x = index % size - steps[direction][i].x;
+        const int z = index / size - steps[direction][i].z;
+        if (x >= 0 && z >= 0 && x < size && z < size) hidden[z * size + x][direction] |= bits;
       }
     }
   }

@@ -22,19 +22,22 @@ struct Image {
   }
 };
 
-/// 64-bit FNV-1a of size and pixels: what identifies a picture (the bytes of its PNG do not).
+/// Returns the 64-bit FNV-1a of size and pixels, which identifies a picture (the bytes of its PNG do not).
 std::uint64_t hash(const Image& image);
 
-/// A PNG file's bytes, deterministic. The small one, a seventh smaller, is for pictures that are
+/// Returns the bytes as a zlib stream, compressed by a level of 1 to 12.
+std::string zlib_compressed(std::string_view bytes, int level);
+
+/// Returns a PNG file's bytes, deterministic. The small one, a seventh smaller, is for pictures that are
 /// kept.
 std::string to_png(const Image& image);
 std::string to_small_png(const Image& image);
 void write_png(const Image& image, const std::filesystem::path& file);  ///< whole or not at all; throws Error
 
-/// A PDF file's bytes: one page that is the image, `width` mm wide.
+/// Returns a PDF file's bytes: one page that is the image, `width` mm wide.
 std::string to_pdf(const Image& image, double width);
 
-/// A PNG's pixels. Throws Error, which calls it `name`.
+/// Returns a PNG's pixels. Throws Error, which calls it `name`.
 Image from_png(std::string_view bytes, const std::string& name);
 Image read_png(const std::filesystem::path& file);
 
@@ -44,11 +47,11 @@ struct Texels {
   int height = 0;
   std::vector<std::uint8_t> rgba;
 };
-/// Throws Error, which calls it `name`, where it is no whole picture or has more than `longest_texture`
-/// pixels a side.
+/// Decodes a file. Throws Error, which calls it `name`, where it is no whole picture or has more than
+/// `longest_texture` pixels a side.
 Texels decode_texels(std::string_view bytes, const std::string& name);
 inline constexpr int longest_texture = 8192;
-/// A PNG file's bytes, without alpha where all is opaque.
+/// Returns a PNG file's bytes, without alpha where all is opaque.
 std::string to_png(const Texels& texels);
 
 }  // namespace substep::render

@@ -27,10 +27,10 @@ inline constexpr int area_tile = 16;
 /// Returns the number of tiles that cover so many pixels.
 int tiles_along(int pixels);
 
-/// Rectangles of the tiles of `side` pixels that have this mark; rows have `columns` tiles.
+/// Returns rectangles of the tiles of `side` pixels that have this mark; rows have `columns` tiles.
 std::vector<Rectangle> rectangles(std::span<const char> marks, int columns, char mark, int side = area_tile);
 
-/// Rectangles that do not overlap, of square tiles, within which all of the parts lie at `poses`.
+/// Returns rectangles that do not overlap, of square tiles, within which all of the parts lie at `poses`.
 std::vector<Rectangle> areas_of(std::span<const Part> parts, std::span<const Coordinates> poses,
                                 const glm::dmat4& clip_from_world, int width, int height);
 
@@ -38,11 +38,14 @@ std::vector<Rectangle> areas_of(std::span<const Part> parts, std::span<const Coo
 bool moves_by(double pixels, std::span<const Part> parts, std::span<const Coordinates> from,
               std::span<const Coordinates> to, const glm::dmat4& clip_from_world, int width, int height);
 
-/// The least rectangle around all of them, cut off at the picture's edges.
+/// Returns the least rectangle around all areas, cut off at the picture's edges.
 Rectangle bounds_of(std::span<const Rectangle> areas, int width, int height);
 
-/// Rectangles of small tiles in which bodies are seen: `depths` of the samples within `box`, `side` each way
-/// in a pixel, is below 1 there.
+/// Returns the least depth in each square block of a map, row by row; 1 is the greatest.
+std::vector<float> block_minima(std::span<const float> depths, std::size_t width, std::size_t block);
+
+/// Returns rectangles of small tiles in which bodies are visible: `depths` of the samples within `box`,
+/// `side` each way in a pixel, is below 1 there.
 std::vector<Rectangle> seen_areas(std::span<const float> depths, const Rectangle& box, int side);
 
 /// Cells of a square map of the ground, some of which are marked.
@@ -80,8 +83,8 @@ struct GroundAreas {
   std::vector<Rectangle> open;
 };
 
-/// `corner`, `right`, `up`: the ray through the picture's pixel (x, y) is corner + x right + y up. `above`:
-/// the eye's place over the ground.
+/// Returns the areas of a picture. `corner`, `right`, `up`: the ray through the picture's pixel (x, y) is
+/// corner + x right + y up. `above`: the eye's place over the ground.
 GroundAreas ground_areas(const glm::dvec3& eye, double above, const glm::dvec3& corner,
                          const glm::dvec3& right, const glm::dvec3& up, int width, int height,
                          const MarkedCells& shadow, const MarkedCells& occlusion);

@@ -34,7 +34,7 @@ struct Tables {
     std::size_t code = 0;
     for (int light = 0; light <= linear_one; ++light) {
       while (code < 255 && 2 * light > linear[code] + linear[code + 1]) ++code;
-      encoded[static_cast<std::size_t>(light)] = static_cast<std::uint8_t>(code);
+      encoded[light] = static_cast<std::uint8_t>(code);
     }
   }
 };
@@ -44,43 +44,56 @@ const Tables& tables() {
   return made;
 }
 
-/// Which samples of a pixel are bodies', and which of its colours they have: Drawn::first.
-std::uint8_t bits_of(const Drawn& drawn, std::size_t pixel) {
-  return drawn.first[4 * pixel + 3];
-}
-
 constexpr int one_surface = 255;
 
-/// A sample's place: its pixel, and its number there.
+/// A sample: its pixel, and its number there.
 struct Sample {
   std::size_t pixel;
   int number;
 
-  Sample(const Drawn& drawn, int x, int y)
-      : pixel(static_cast<std::size_t>(y / drawn.samples) * static_cast<std::size_t>(drawn.width) +
-              static_cast<std::size_t>(x / drawn.samples)),
-        number(y % drawn.samples * 2 + x % drawn.samples) {}
-
-  bool is_body(const Drawn& drawn) const { return (bits_of(drawn, pixel) >> (4 + number) & 1) != 0; }
-  bool is_first(const Drawn& drawn) const { return (bits_of(drawn, pixel) >> number & 1) != 0; }
-  const std::uint8_t* code(const Drawn& drawn) const {
-    const auto& colors = !is_body(drawn) ? drawn.ground : is_first(drawn) ? drawn.first : drawn.second;
-    return &colors[4 * pixel];
-  }
+  Sample(const RenderedPixels& rendered, int x, int y)
+      : pixel(std::size_t{1} * (y / rendered.samples) * rendered.width + x / rendered.samples),
+        number(y % rendered.samples * 2 + x % rendered.samples) {}
 };
 
-/// Of each pixel of a row, whether it and its neighbours are all of one surface each, of nearly one colour,
-/// or all without bodies.
+/// Returns which samples of a pixel are bodies', and which of its colours they have: RenderedPixels::first.
+std::uint8_t bits_of(const RenderedPixels& rendered, std::size_t pixel) {
+  return rendered.first[4 * pixel + 3];
+}
+
+bool is_body(const RenderedPixels& rendered, const Sample& sample) {
+  return (bits_of(rendered, sample.pixel) >> (4 + sample.number) & 1) != 0;
+}
+
+bool is_first(const RenderedPixels& rendered, const Sample& sample) {
+  return (bits_of(rendered, sample.pixel) >> sample.number & 1) != 0;
+}
+
+const std::uint8_t* code_of(const RenderedPixels& rendered, const Sample& sample) {
+  const auto& colors = !is_body(rendered, sample)   ? rendered.ground
+                       : is_first(rendered, sample) ? rendered.first
+                                                    : rendered.second;
+  return &colors[4 * sample.pixel];
+}
+
+LinearColor light_of(const std::uint8_t* code) {
+  const auto& linear = tables().linear;
+  return {linear[code[0]], linear[code[1]], linear[code[2]]};
+}
+
+/// Finds the pixels of a row that with their neighbours are all of one surface each, of nearly one colour, or
+/// all without bodies.
 class EvenPixels {
  public:
-  explicit EvenPixels(const Drawn& drawn) : drawn_(drawn), width_(4 * static_cast<std::size_t>(drawn.width)) {
+  explicit EvenPixels(const RenderedPixels& rendered)
+      : rendered_(rendered), width_(4 * static_cast<std::size_t>(rendered.width)) {
     for (std::vector<std::uint8_t>* bytes : {&low_, &high_, &all_, &any_}) bytes->resize(width_ + 8);
     is_uneven_.resize(width_);
     is_one_.resize(width_);
     is_body_.resize(width_);
   }
 
-  /// Then is() tells of these pixels of this row.
+  /// Prepares is() for these pixels of this row.
   void look_at(int y, int first, int end) {
     const std::uint8_t* const below = line(y - 1);
     const std::uint8_t* const here = line(y);
@@ -122,17 +135,17 @@ class EvenPixels {
 
  private:
   const std::uint8_t* line(int y) const {
-    return &drawn_.first[static_cast<std::size_t>(std::clamp(y, 0, drawn_.height - 1)) * width_];
+    return &rendered_.first[static_cast<std::size_t>(std::clamp(y, 0, rendered_.height - 1)) * width_];
   }
 
-  const Drawn& drawn_;
+  const RenderedPixels& rendered_;
   std::size_t width_;  ///< bytes
-  // Of a pixel and those below and above it; with one more pixel at each end.
+  // Over a pixel and those below and above it; with one more pixel at each end.
   std::vector<std::uint8_t> low_;
   std::vector<std::uint8_t> high_;
   std::vector<std::uint8_t> all_;
   std::vector<std::uint8_t> any_;
-  // Of those beside it too.
+  // Over those beside it too.
   std::vector<std::uint8_t> is_uneven_;
   std::vector<std::uint8_t> is_one_;
   std::vector<std::uint8_t> is_body_;
@@ -151,14 +164,14 @@ struct BodySpan {
   int end = 0;
 };
 
-std::vector<BodySpan> body_spans(const Drawn& drawn) {
+std::vector<BodySpan> body_spans(const RenderedPixels& rendered) {
   std::vector<BodySpan> spans;
   std::size_t pixel = 0;
-  for (int y = 0; y < drawn.height; ++y, pixel += static_cast<std::size_t>(drawn.width)) {
-    BodySpan span{0, drawn.width};
-    while (span.begin < span.end && bits_of(drawn, pixel + static_cast<std::size_t>(span.begin)) == 0)
+  for (int y = 0; y < rendered.height; ++y, pixel += static_cast<std::size_t>(rendered.width)) {
+    BodySpan span{0, rendered.width};
+    while (span.begin < span.end && bits_of(rendered, pixel + static_cast<std::size_t>(span.begin)) == 0)
       ++span.begin;
-    while (span.begin < span.end && bits_of(drawn, pixel + static_cast<std::size_t>(span.end - 1)) == 0)
+    while (span.begin < span.end && bits_of(rendered, pixel + static_cast<std::size_t>(span.end - 1)) == 0)
       --span.end;
     spans.push_back(span);
   }
@@ -170,7 +183,7 @@ BodySpan touched(const std::vector<BodySpan>& spans, int y, int width) {
   BodySpan result{width, 0};
   const int last = static_cast<int>(spans.size()) - 1;
   for (int v = std::max(y - 1, 0); v <= std::min(y + 1, last); ++v) {
-    const BodySpan& span = spans[static_cast<std::size_t>(v)];
+    const BodySpan& span = spans[v];
     if (span.begin == span.end) continue;
     result.begin = std::min(result.begin, std::max(span.begin - 1, 0));
     result.end = std::max(result.end, std::min(span.end + 1, width));
@@ -179,65 +192,50 @@ BodySpan touched(const std::vector<BodySpan>& spans, int y, int width) {
   return result;
 }
 
-/// `light(x, y)`: of a sample, rows from below. `to`: the pixel's place in the picture.
-template <typename Light>
-void average(int width, int height, int x, int y, const Light& light, std::uint8_t* to) {
-  // Two samples each way alone give an edge that is nearly upright two steps a pixel; with the neighbours'
-  // nearest ones, which count a third, it has four.
-  constexpr std::array<int, 4> weights{1, 3, 3, 1};
-  constexpr int one = 64;
-  std::array<int, 3> sum{};
-  for (int row = 0; row < 4; ++row) {
-    const int v = std::clamp(2 * y + row - 1, 0, 2 * height - 1);
-    for (int column = 0; column < 4; ++column) {
-      const int u = std::clamp(2 * x + column - 1, 0, 2 * width - 1);
-      const int weight = weights[static_cast<std::size_t>(row)] * weights[static_cast<std::size_t>(column)];
-      const std::array<std::uint16_t, 3> here = light(u, v);
-      for (std::size_t c = 0; c < 3; ++c) sum[c] += weight * here[c];
-    }
-  }
-  for (std::size_t c = 0; c < 3; ++c) {
-    to[c] = tables().encoded[static_cast<std::size_t>((sum[c] + one / 2) / one)];
-  }
-}
+// Two samples each way alone give an edge that is nearly upright two steps a pixel; with the neighbours'
+// nearest ones, which count a third, it has four: weights 1, 3, 3, 1 along each axis.
+constexpr int all_weights = 64;
 
-std::array<std::uint16_t, 3> light_of(const std::uint8_t* code) {
-  const auto& linear = tables().linear;
-  return {linear[code[0]], linear[code[1]], linear[code[2]]};
-}
-
-/// As average(), of a pixel within the picture: neighbour by neighbour.
-void average_within(const Drawn& drawn, int x, int y, std::uint8_t* to) {
-  constexpr int one = 64;
+/// A weighted sum of samples' light.
+struct WeightedLight {
   std::array<int, 3> sum{};
-  const auto add = [&](const std::uint8_t* code, int weight) {
-    for (std::size_t c = 0; c < 3; ++c) sum[c] += weight * tables().linear[code[c]];
-  };
+
+  void add(const LinearColor& light, int weight) {
+    for (std::size_t c = 0; c < 3; ++c) sum[c] += weight * light[c];
+  }
+
+  /// Writes the mean as sRGB codes.
+  void encode(std::uint8_t* to) const {
+    for (std::size_t c = 0; c < 3; ++c) to[c] = tables().encoded[(sum[c] + all_weights / 2) / all_weights];
+  }
+};
+
+/// Averages a pixel of two samples each way, neighbour by neighbour.
+void average(const RenderedPixels& rendered, int x, int y, std::uint8_t* to) {
+  WeightedLight mean;
   for (int v = -1; v <= 1; ++v) {
     for (int u = -1; u <= 1; ++u) {
-      const auto width = static_cast<std::size_t>(drawn.width);
-      const int row_of_it = y + v;
-      const int column_of_it = x + u;
-      const std::size_t pixel =
-          static_cast<std::size_t>(row_of_it) * width + static_cast<std::size_t>(column_of_it);
-      const int bits = bits_of(drawn, pixel);
+      const int row = std::clamp(y + v, 0, rendered.height - 1);
+      const int column = std::clamp(x + u, 0, rendered.width - 1);
+      const std::size_t pixel = std::size_t{1} * row * rendered.width + column;
+      const int bits = bits_of(rendered, pixel);
       if (bits == 0 || bits == one_surface) {
         // Along each axis its own two samples weigh 3 each, a neighbour's nearest one 1.
-        add(bits == 0 ? &drawn.ground[4 * pixel] : &drawn.first[4 * pixel],
-            (u == 0 ? 6 : 1) * (v == 0 ? 6 : 1));
+        mean.add(light_of(bits == 0 ? &rendered.ground[4 * pixel] : &rendered.first[4 * pixel]),
+                 (u == 0 ? 6 : 1) * (v == 0 ? 6 : 1));
         continue;
       }
-      for (int row = v < 0 ? 1 : 0; row < (v > 0 ? 1 : 2); ++row) {
-        for (int column = u < 0 ? 1 : 0; column < (u > 0 ? 1 : 2); ++column) {
-          add(Sample(drawn, 2 * (x + u) + column, 2 * (y + v) + row).code(drawn),
-              (u == 0 ? 3 : 1) * (v == 0 ? 3 : 1));
+      for (int j = v < 0 ? 1 : 0; j < (v > 0 ? 1 : 2); ++j) {
+        for (int i = u < 0 ? 1 : 0; i < (u > 0 ? 1 : 2); ++i) {
+          // Beyond the border the nearest sample is repeated.
+          const Sample sample(rendered, std::clamp(2 * (x + u) + i, 0, 2 * rendered.width - 1),
+                              std::clamp(2 * (y + v) + j, 0, 2 * rendered.height - 1));
+          mean.add(light_of(code_of(rendered, sample)), (u == 0 ? 3 : 1) * (v == 0 ? 3 : 1));
         }
       }
     }
   }
-  for (std::size_t c = 0; c < 3; ++c) {
-    to[c] = tables().encoded[static_cast<std::size_t>((sum[c] + one / 2) / one)];
-  }
+  mean.encode(to);
 }
 
 }  // namespace
@@ -250,29 +248,23 @@ Image top_down(std::span<const std::uint8_t> rgba, int width, int height) {
   return image;
 }
 
-Image resolved(const Drawn& drawn) {
-  Image image(drawn.width, drawn.height);
-  const auto light = [&](int u, int v) { return light_of(Sample(drawn, u, v).code(drawn)); };
-  EvenPixels even(drawn);
-  const std::vector<BodySpan> spans = body_spans(drawn);
-  for (int y = 0; y < drawn.height; ++y) {
-    const BodySpan bodies = touched(spans, y, drawn.width);
-    if (drawn.samples == 2) even.look_at(y, bodies.begin, bodies.end);
-    const bool is_border_row = y == 0 || y == drawn.height - 1;
-    const std::size_t row = static_cast<std::size_t>(y) * static_cast<std::size_t>(drawn.width);
-    copy_colors(&drawn.ground[4 * row], 0, bodies.begin, image.pixel(0, drawn.height - 1 - y));
-    copy_colors(&drawn.ground[4 * row], bodies.end, drawn.width, image.pixel(0, drawn.height - 1 - y));
-    if (bodies.begin == bodies.end) continue;
-    std::uint8_t* to = image.pixel(bodies.begin, drawn.height - 1 - y);
-    std::size_t pixel = row + static_cast<std::size_t>(bodies.begin);
-    for (int x = bodies.begin; x < bodies.end; ++x, ++pixel, to += 3) {
-      if (drawn.samples == 1 || even.is(static_cast<std::size_t>(x))) {
-        const auto& colors = bits_of(drawn, pixel) == 0 ? drawn.ground : drawn.first;
-        std::memcpy(to, &colors[4 * pixel], 3);
-      } else if (is_border_row || x == 0 || x == drawn.width - 1) {
-        average(drawn.width, drawn.height, x, y, light, to);
+Image resolved(const RenderedPixels& rendered) {
+  Image image(rendered.width, rendered.height);
+  EvenPixels even(rendered);
+  const std::vector<BodySpan> spans = body_spans(rendered);
+  for (int y = 0; y < rendered.height; ++y) {
+    const BodySpan bodies = touched(spans, y, rendered.width);
+    if (rendered.samples == 2) even.look_at(y, bodies.begin, bodies.end);
+    const std::size_t row = std::size_t{1} * y * rendered.width;
+    std::uint8_t* const to = image.pixel(0, rendered.height - 1 - y);
+    copy_colors(&rendered.ground[4 * row], 0, bodies.begin, to);
+    copy_colors(&rendered.ground[4 * row], bodies.end, rendered.width, to);
+    for (int x = bodies.begin; x < bodies.end; ++x) {
+      if (rendered.samples == 1 || even.is(x)) {
+        const auto& colors = bits_of(rendered, row + x) == 0 ? rendered.ground : rendered.first;
+        std::memcpy(to + 3 * x, &colors[4 * (row + x)], 3);
       } else {
-        average_within(drawn, x, y, to);
+        average(rendered, x, y, to + 3 * x);
       }
     }
   }
@@ -287,26 +279,26 @@ std::uint8_t nearest_code(std::uint16_t light) {
   return tables().encoded[light];
 }
 
-Veiled veiled(const Drawn& drawn) {
-  Veiled result;
-  result.reserve(drawn.ground.size() / 4 * static_cast<std::size_t>(drawn.samples * drawn.samples));
-  for (int y = 0; y < drawn.samples * drawn.height; ++y) {
-    for (int x = 0; x < drawn.samples * drawn.width; ++x) {
-      result.push_back(light_of(Sample(drawn, x, y).code(drawn)));
+SampleLight light_of_samples(const RenderedPixels& rendered) {
+  SampleLight result;
+  result.reserve(rendered.ground.size() / 4 * rendered.samples * rendered.samples);
+  for (int y = 0; y < rendered.samples * rendered.height; ++y) {
+    for (int x = 0; x < rendered.samples * rendered.width; ++x) {
+      result.push_back(light_of(code_of(rendered, Sample(rendered, x, y))));
     }
   }
   return result;
 }
 
-void lay_over(Veiled& samples, const Drawn& layer, std::span<const std::uint8_t> opacities) {
+void lay_over(SampleLight& samples, const RenderedPixels& layer, std::span<const std::uint8_t> opacities) {
   constexpr int opaque = 255;
   std::size_t index = 0;
   for (int y = 0; y < layer.samples * layer.height; ++y) {
     for (int x = 0; x < layer.samples * layer.width; ++x, ++index) {
       const Sample sample(layer, x, y);
-      if (!sample.is_body(layer)) continue;
-      const int alpha = opacities[4 * sample.pixel + (sample.is_first(layer) ? 0 : 1)];
-      const std::array<std::uint16_t, 3> over = light_of(sample.code(layer));
+      if (!is_body(layer, sample)) continue;
+      const int alpha = opacities[4 * sample.pixel + (is_first(layer, sample) ? 0 : 1)];
+      const LinearColor over = light_of(code_of(layer, sample));
       for (std::size_t c = 0; c < 3; ++c) {
         const int sum = over[c] * alpha + samples[index][c] * (opaque - alpha);
         samples[index][c] = static_cast<std::uint16_t>((sum + opaque / 2) / opaque);
@@ -315,21 +307,24 @@ void lay_over(Veiled& samples, const Drawn& layer, std::span<const std::uint8_t>
   }
 }
 
-Image resolved(const Veiled& veiled, int width, int height, int samples) {
+Image resolved(const SampleLight& light, int width, int height, int samples) {
+  constexpr std::array<int, 4> weights{1, 3, 3, 1};
   Image image(width, height);
-  const auto light = [&](int u, int v) {
-    return veiled[static_cast<std::size_t>(v) * static_cast<std::size_t>(samples * width) +
-                  static_cast<std::size_t>(u)];
-  };
   for (int y = 0; y < height; ++y) {
-    std::uint8_t* to = image.pixel(0, height - 1 - y);
-    for (int x = 0; x < width; ++x, to += 3) {
-      if (samples == 2) {
-        average(width, height, x, y, light, to);
-        continue;
+    std::uint8_t* const to = image.pixel(0, height - 1 - y);
+    for (int x = 0; x < width; ++x) {
+      WeightedLight mean;
+      if (samples == 1) {
+        mean.add(light[std::size_t{1} * y * width + x], all_weights);
       }
-      const std::array<std::uint16_t, 3> own = light(x, y);
-      for (std::size_t c = 0; c < 3; ++c) to[c] = tables().encoded[own[c]];
+      for (int row = 0; samples == 2 && row < 4; ++row) {
+        const int v = std::clamp(2 * y + row - 1, 0, 2 * height - 1);
+        for (int column = 0; column < 4; ++column) {
+          const int u = std::clamp(2 * x + column - 1, 0, 2 * width - 1);
+          mean.add(light[std::size_t{2} * v * width + u], weights[row] * weights[column]);
+        }
+      }
+      mean.encode(to + 3 * x);
     }
   }
   return image;

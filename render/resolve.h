@@ -10,21 +10,21 @@
 
 namespace substep::render {
 
-/// Linear light of an sRGB code, in 65535ths.
+/// Returns the linear light of an sRGB code, in 65535ths.
 std::uint16_t linear_light(std::uint8_t code);
 
-/// The sRGB code that is nearest to linear light, in 65535ths.
+/// Returns the sRGB code that is nearest to linear light, in 65535ths.
 std::uint8_t nearest_code(std::uint16_t light);
 
-/// Pixels as OpenGL gives them, 4 bytes each and the lowest row first, without their alpha.
+/// Returns pixels as OpenGL gives them, 4 bytes each and the lowest row first, without their alpha.
 Image top_down(std::span<const std::uint8_t> rgba, int width, int height);
 
-/// What was drawn of a picture, as OpenGL gives it: 4 bytes a pixel, the lowest row first.
-struct Drawn {
+/// A rendered picture as OpenGL gives it: 4 bytes a pixel, the lowest row first.
+struct RenderedPixels {
   int width = 0;
   int height = 0;
   int samples = 1;  ///< a pixel's side: 1 or 2
-  /// And sky. Anything where bodies cover a pixel wholly.
+  /// Ground and sky; undefined where bodies cover a pixel wholly.
   std::span<const std::uint8_t> ground;
   /// Bodies. Bit i of its alpha: sample i is of this colour; bit 4 + i: sample i is a body's. Samples are
   /// counted along the row, the lower row first; one sample alone is all four.
@@ -32,19 +32,22 @@ struct Drawn {
   std::span<const std::uint8_t> second;  ///< the other bodies' samples
 };
 
-/// A pixel's samples, and with a third of their weight the nearest of its neighbours', averaged as light, not
-/// as codes, and in integers: exact everywhere. Among pixels that bodies cover wholly with one surface of
-/// nearly one colour, or not at all, a pixel is its own.
-Image resolved(const Drawn& drawn);
+/// Averages each pixel's samples, and with a third of their weight the nearest of its neighbours', as light,
+/// not as codes, and in integers: exact everywhere. Among pixels that bodies cover wholly with one surface of
+/// nearly one colour, or not at all, a pixel is copied.
+Image resolved(const RenderedPixels& rendered);
 
-/// Light of each sample, red, green and blue in 65535ths: for surfaces over it that light passes through.
-using Veiled = std::vector<std::array<std::uint16_t, 3>>;
-Veiled veiled(const Drawn& drawn);
+/// Red, green and blue in 65535ths.
+using LinearColor = std::array<std::uint16_t, 3>;
+
+/// The light of each sample, row by row from below.
+using SampleLight = std::vector<LinearColor>;
+SampleLight light_of_samples(const RenderedPixels& rendered);
 
 /// Lays the bodies of `layer` over the samples. `opacities`: of its first and second colour, in 255ths.
-void lay_over(Veiled& samples, const Drawn& layer, std::span<const std::uint8_t> opacities);
+void lay_over(SampleLight& samples, const RenderedPixels& layer, std::span<const std::uint8_t> opacities);
 
-/// As the other: all pixels with their neighbours' samples.
-Image resolved(const Veiled& veiled, int width, int height, int samples);
+/// Averages samples as the other function, but copies no pixel.
+Image resolved(const SampleLight& light, int width, int height, int samples);
 
 }  // namespace substep::render

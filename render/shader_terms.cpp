@@ -1,13 +1,8 @@
-#include "render/shader_terms.h"
-
-#include <fmt/format.h>
-
 #include "render/shaders.h"
 
 namespace substep::render::shaders {
 
-std::string frame() {
-  return R"(
+const char* const frame_glsl = R"(
 layout(std140) uniform Frame {
   mat4 clip_from_world;
   mat4 shadow_from_world;  // x / w, y / w: texture coordinates; z / w: 0–1 along the rays of the key light
@@ -29,31 +24,22 @@ layout(std140) uniform Frame {
   vec4 depth_terms;        // depth d lies x / (y - d) along a ray; z: texels of the shadow map a side
 };
 )";
-}
 
-std::string places() {
-  return fmt::format(R"(
+const char* const places_glsl = R"(
 layout(location = 8) in float body;
-layout(std140) uniform ClipPlaces {{ mat4 clip_from_bodies[{0}]; }};
-layout(std140) uniform WorldPlaces {{ mat4 world_from_bodies[{0}]; }};
-)",
-                     bodies_at_once);
-}
-
-std::string code() {
-  return R"(
-uniform int first_body;
-flat out vec3 body_code;
-
-vec3 code_of_body() {
-  int code = first_body + int(body) + 1;
-  return vec3(code & 255, code >> 8 & 255, code >> 16 & 255) / 255.0;
-}
+layout(std140) uniform ClipPlaces { mat4 clip_from_bodies[BODIES]; };
+layout(std140) uniform WorldPlaces { mat4 world_from_bodies[BODIES]; };
 )";
-}
 
-std::string optics() {
-  return R"(
+const char* const optics_glsl = R"(
+// Without lamps the sun is the key light, and its rays are parallel.
+#ifdef LOOKS
+#define KEY key
+#define SUN_IS_KEY (to_sun.w > 0.5)
+#else
+#define KEY vec4(to_sun.xyz, 0.0)
+#define SUN_IS_KEY true
+#endif
 float square(float x) { return x * x; }
 
 /// Radiance of the sky along a unit direction; below the horizon, of the horizon.
@@ -130,19 +116,83 @@ vec2 turns(vec2 x, vec2 width) {
   vec2 sum_b = abs(fract(b) - 0.5);
   return 2.0 * (sum_a - sum_b) / width;
 }
-)";
+
+/// The ground's colour with its checker, and its lines at metres and decimetres.
+vec3 patterned(vec3 color, vec2 xz, vec2 footprint, float fine_weight) {
+  vec2 checker = turns(xz, footprint);
+  vec2 joint = lines(xz, footprint, 0.008);
+  vec2 fine = lines(xz * 10.0, footprint * 10.0, 0.016);
+  float joints = joint.x + joint.y - joint.x * joint.y;
+  float fines = fine.x + fine.y - fine.x * fine.y;
+  vec3 result = color * (1.0 + 0.045 * checker.x * checker.y);
+  result *= 1.0 - 0.30 * joints;
+  return result * (1.0 - 0.16 * fines * fine_weight);
 }
 
-std::string key_light() {
-  return optics() + R"(
-// Without lamps the sun is the key light, and its rays are parallel.
 #ifdef LOOKS
-#define KEY key
-#define SUN_IS_KEY (to_sun.w > 0.5)
-#else
-#define KEY vec4(to_sun.xyz, 0.0)
-#define SUN_IS_KEY true
+uniform int light_count;
+uniform vec4 light_places[16];  // w: 1; or the direction towards a light infinitely far, and 0
+uniform vec4 light_axes[16];    // against the direction a spot shines in; w: 1 / range²
+uniform vec4 light_cones[16];   // x, y: of the cosine between the axis and the way to the light; z: 1 for the key
+uniform vec4 light_colors[16];
+
+/// Radiance at `position` of a white surface that faces the light, which lies along unit `towards`. `lit` is the
+/// part of the key light that reaches it.
+vec3 lamp(int i, vec3 position, float lit, out vec3 towards) {
+  vec3 way = light_places[i].xyz - light_places[i].w * position;
+  float distance2 = max(dot(way, way), 1e-8);
+  towards = way * (1.0 / sqrt(distance2));
+  float cone = clamp(dot(light_axes[i].xyz, towards) * light_cones[i].x + light_cones[i].y, 0.0, 1.0);
+  // Where the light's range ends it has faded to nothing, and nowhere before the last part of it.
+  float fading = max(1.0 - square(distance2 * light_axes[i].w), 0.0);
+  float strength = mix(1.0, fading / max(distance2, 1e-4), light_places[i].w) * square(cone);
+  return light_colors[i].rgb * (light_cones[i].z > 0.5 ? strength * lit : strength);
+}
 #endif
+
+/// Radiance of the ground, of which `lit` of the key light and `open` of the sky's reach `position`.
+vec3 ground_light(vec3 color, vec3 position, float lit, float open) {
+  vec3 sky = mix(zenith.rgb, horizon.rgb, 0.55);
+  vec3 radiance = color * (sun.rgb * (max(to_sun.y, 0.0) * (SUN_IS_KEY ? lit : 1.0)) + sky * open);
+#ifdef LOOKS
+  for (int i = 0; i < light_count; ++i) {
+    vec3 towards;
+    vec3 light = lamp(i, position, lit, towards);
+    radiance += color * light * max(towards.y, 0.0);
+  }
+#endif
+  return radiance;
+}
+
+/// The ground's light as it fades into the sky from distance `begin` to `end`; `away`: from the eye.
+vec3 in_haze(vec3 radiance, vec3 away, float begin, float end) {
+  float fade = clamp((length(away) - begin) / (end - begin), 0.0, 1.0);
+  fade = 1.0 - square(1.0 - fade);
+  vec3 level = normalize(vec3(away.x, 0.0, away.z));
+  return mix(radiance, sky_light(level), fade);
+}
+
+/// Radiance towards v of a surface in the light of sun and lamps, of whose key light `lit` reaches it.
+vec3 direct_light(vec3 position, vec3 n, vec3 v, float nv, vec3 facing, vec3 diffuse, float roughness, float lit) {
+  vec3 radiance = vec3(0.0);
+#ifndef NO_SUN
+  vec3 l = to_sun.xyz;
+  float nl = max(dot(n, l), 0.0);
+  radiance = scattered(n, v, l, nl, nv, facing, diffuse, roughness) * sun.rgb * (nl * (SUN_IS_KEY ? lit : 1.0));
+#endif
+#ifdef LOOKS
+  for (int i = 0; i < light_count; ++i) {
+    vec3 towards;
+    vec3 light = lamp(i, position, lit, towards);
+    float facing_light = max(dot(n, towards), 0.0);
+    radiance += scattered(n, v, towards, facing_light, nv, facing, diffuse, roughness) * light * facing_light;
+  }
+#endif
+  return radiance;
+}
+)";
+
+const char* const key_light_glsl = R"(
 uniform sampler2D shadow_depth;
 uniform sampler2DShadow shadow_test;
 uniform sampler2D shadow_nearest;
@@ -233,10 +283,8 @@ float openness(vec3 position, vec2 cells) {
   return textureLod(occlusion_map, place, 0.0).r;
 }
 )";
-}
 
-std::string packing() {
-  return R"(
+const char* const packing_glsl = R"(
 ivec4 packed_surface(vec3 normal, float roughness, vec3 color, float metallic) {
   vec4 low = vec4(normal.xz, color.rb);
   vec4 high = vec4(normal.y, roughness, color.g, 0.5 * metallic);
@@ -251,33 +299,8 @@ void unpack_surface(ivec4 words, out vec4 normal_roughness, out vec4 color_metal
   color_metallic = vec4(low.z, high.z, low.w, 2.0 * high.w);
 }
 )";
-}
 
-std::string lamps() {
-  return R"(
-uniform int light_count;
-uniform vec4 light_places[16];  // w: 1; or the direction towards a light infinitely far, and 0
-uniform vec4 light_axes[16];    // against the direction a spot shines in; w: 1 / range²
-uniform vec4 light_cones[16];   // x, y: of the cosine between the axis and the way to the light; z: 1 for the key
-uniform vec4 light_colors[16];
-
-/// Radiance at `position` of a white surface that faces the light, which lies along unit `towards`. `lit` is the
-/// part of the key light that reaches it.
-vec3 lamp(int i, vec3 position, float lit, out vec3 towards) {
-  vec3 way = light_places[i].xyz - light_places[i].w * position;
-  float distance2 = max(dot(way, way), 1e-8);
-  towards = way * (1.0 / sqrt(distance2));
-  float cone = clamp(dot(light_axes[i].xyz, towards) * light_cones[i].x + light_cones[i].y, 0.0, 1.0);
-  // Where the light's range ends it has faded to nothing, and nowhere before the last part of it.
-  float fading = max(1.0 - square(distance2 * light_axes[i].w), 0.0);
-  float strength = mix(1.0, fading / max(distance2, 1e-4), light_places[i].w) * square(cone);
-  return light_colors[i].rgb * (light_cones[i].z > 0.5 ? strength * lit : strength);
-}
-)";
-}
-
-std::string looks() {
-  return R"(
+const char* const looks_glsl = R"(
 uniform vec4 image_turns[5];    // of coordinates, row by row, for each role
 uniform vec4 image_offsets[5];  // z: which set; w: texels in a unit of it
 uniform vec4 emission;          // w: 1 where the colour is the light
@@ -308,6 +331,5 @@ vec3 bumped(vec3 n, vec4 tangent, vec3 texel) {
 /// Returns the fraction of the light from all around where the image of occlusion has this texel.
 float open_part(vec4 texel) { return 1.0 + strengths.y * (texel.r - 1.0); }
 )";
-}
 
 }  // namespace substep::render::shaders

@@ -2,14 +2,11 @@
 
 #include <fmt/format.h>
 
-#include "render/shader_terms.h"
-
 namespace substep::render::shaders {
 namespace {
 
-/// With LOOKS, in all lights. With SUNLIT, outside of shadows; with OPEN, where no body takes skylight from
-/// it either.
-const std::string ground = R"(
+/// With SUNLIT, outside of shadows; with OPEN, where no body takes skylight from it either.
+const char* const ground_glsl = R"(
 out vec4 code;
 
 /// Where the ray through a pixel meets the ground.
@@ -25,50 +22,46 @@ void main() {
   vec2 dy = hit(gl_FragCoord.xy + vec2(0.0, 1.0)) - xz;
   vec2 footprint = max(abs(dx) + abs(dy), vec2(1e-5)) * 1.2;
   vec3 position = vec3(xz.x, ground_color.w, xz.y);
-
-  vec2 checker = turns(xz, footprint);
-  vec2 joint = lines(xz, footprint, 0.008);
-  vec2 fine = lines(xz * 10.0, footprint * 10.0, 0.016);
-  float joints = joint.x + joint.y - joint.x * joint.y;
-  float fines = fine.x + fine.y - fine.x * fine.y;
-  vec3 color = ground_color.rgb * (1.0 + 0.045 * checker.x * checker.y);
-  color *= 1.0 - 0.30 * joints;
-  color *= 1.0 - 0.16 * fines * ground_reach.z;
-
-  vec3 n = vec3(0.0, 1.0, 0.0);
+  vec3 color = patterned(ground_color.rgb, xz, footprint, ground_reach.z);
 #ifdef SUNLIT
   float lit = 1.0;
 #else
-  float lit = key_light(position, n);
+  float lit = key_light(position, vec3(0.0, 1.0, 0.0));
 #endif
 #ifdef OPEN
   float open = 1.0;
 #else
   float open = openness(position, vec2(0.0));
 #endif
-  vec3 sky = mix(zenith.rgb, horizon.rgb, 0.55);
-  vec3 radiance = color * (sun.rgb * (max(to_sun.y, 0.0) * (SUN_IS_KEY ? lit : 1.0)) + sky * open);
-#ifdef LOOKS
-  for (int i = 0; i < light_count; ++i) {
-    vec3 towards;
-    vec3 light = lamp(i, position, lit, towards);
-    radiance += color * light * max(towards.y, 0.0);
-  }
-#endif
-
-  vec3 away = position - eye.xyz;
-  float distance = length(away);
-  float fade = clamp((distance - ground_reach.x) / (ground_reach.y - ground_reach.x), 0.0, 1.0);
-  fade = 1.0 - square(1.0 - fade);
-  vec3 level = normalize(vec3(away.x, 0.0, away.z));
-  code = vec4(display(mix(radiance, sky_light(level), fade)), 1.0);
+  vec3 radiance = ground_light(color, position, lit, open);
+  code = vec4(display(in_haze(radiance, position - eye.xyz, ground_reach.x, ground_reach.y)), 1.0);
 }
 )";
 
-}  // namespace
+const char* const ground_vertex = R"(
+layout(location = 0) in vec3 position;  // of the unit disc
+void main() {
+  vec3 world = vec3(eye.x, ground_color.w, eye.z) + ground_reach.w * position;
+  gl_Position = clip_from_world * vec4(world, 1.0);
+}
+)";
 
-std::string look_vertex() {
-  return places() + R"(
+const char* const screen_vertex = R"(
+void main() {
+  vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
+  gl_Position = vec4(corner, 1.0, 1.0);
+}
+)";
+
+const char* const sky_glsl = R"(
+out vec4 code;
+void main() {
+  vec3 ray = ray_corner.xyz + gl_FragCoord.x * ray_right.xyz + gl_FragCoord.y * ray_up.xyz;
+  code = vec4(display(sky_light(normalize(ray))), 1.0);
+}
+)";
+
+const char* const look_vertex = R"(
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec3 color;
@@ -96,11 +89,11 @@ void main() {
   places_per_metre = density;
 }
 )";
-}
 
-/// What look_fragment() is given, and what it says of a sample.
-std::string look_declarations() {
-  return looks() + packing() + R"(
+/// A surface whose colour is its light is metallic by 2; where nothing is drawn the output must be 0. With
+/// SHINES, a second output has the emission and alpha, a third the fraction of the sky's light that reaches
+/// the surface. Without MAY_DISCARD it is cheaper, where nearer surfaces are drawn first.
+const char* const look_glsl = R"(
 in vec3 world_position;
 in vec3 world_normal;
 in vec4 base_color;
@@ -116,18 +109,7 @@ layout(location = 0) out ivec4 surface;
 layout(location = 1) out vec4 emission_alpha;
 layout(location = 2) out vec4 crevice;
 #endif
-)";
-}
 
-std::string look_fragment(const std::array<bool, 5>& has_texture, bool may_discard, bool shines) {
-  std::string defines = may_discard ? "#define MAY_DISCARD\n" : "";
-  if (shines) defines += "#define SHINES\n";
-  if (has_texture[2]) defines += "#define HAS_BUMPS\n";
-  for (std::size_t role = 0; role < has_texture.size(); ++role) {
-    defines += fmt::format("#define TEXEL{0}(map) {1}\n", role,
-                           has_texture[role] ? fmt::format("texel(map, {}, metres)", role) : "vec4(1.0)");
-  }
-  return defines + look_declarations() + R"(
 /// The logarithm to base 2, by lines between the powers: exact on every machine, off by at most 0.09.
 float logarithm(float x) {
   int bits = floatBitsToInt(max(x, 1e-20));
@@ -170,40 +152,8 @@ void main() {
 #endif
 }
 )";
-}
 
-std::string cut_vertex() {
-  return places() + code() + R"(
-layout(location = 0) in vec3 position;
-layout(location = 4) in vec4 coordinates;
-layout(location = 5) in vec4 tint;
-out vec4 places;
-out float tint_alpha;
-void main() {
-  body_code = code_of_body();
-  gl_Position = clip_from_bodies[int(body)] * vec4(position, 1.0);
-  places = coordinates;
-  tint_alpha = tint.a;
-}
-)";
-}
-
-std::string cut_fragment() {
-  return looks() + R"(
-in vec4 places;
-in float tint_alpha;
-flat in vec3 body_code;
-out vec4 code;
-void main() {
-  float alpha = textureLod(color_texture, place_in_image(0, places), 0.0).a * tint_alpha * opacity.x;
-  if (alpha < opacity.y) discard;
-  code = vec4(body_code, 1.0);
-}
-)";
-}
-
-std::string body_vertex() {
-  return places() + R"(
+const char* const body_vertex = R"(
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec3 color;
@@ -216,10 +166,8 @@ void main() {
   color_and_metallic = vec4(color, finish.x);
 }
 )";
-}
 
-std::string body_fragment() {
-  return packing() + R"(
+const char* const body_glsl = R"(
 in vec4 normal_and_roughness;
 in vec4 color_and_metallic;
 layout(location = 0) out ivec4 surface;
@@ -229,71 +177,92 @@ void main() {
                            color_and_metallic.w);
 }
 )";
-}
 
-std::string ground_vertex() {
-  return frame() + R"(
-layout(location = 0) in vec3 position;  // of the unit disc
-void main() {
-  vec3 world = vec3(eye.x, ground_color.w, eye.z) + ground_reach.w * position;
-  gl_Position = clip_from_world * vec4(world, 1.0);
-}
-)";
-}
-
-std::string ground_fragment(Shade shade, bool with_lamps) {
-  const std::string sunlit = shade == Shade::shadow ? "" : "#define SUNLIT\n";
-  const std::string open = shade == Shade::none ? "#define OPEN\n" : "";
-  return sunlit + open + (with_lamps ? "#define LOOKS\n" : "") + frame() + key_light() +
-         (with_lamps ? lamps() : "") + ground;
-}
-
-std::string sky_vertex() {
-  return frame() + R"(
-void main() {
-  vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
-  gl_Position = vec4(corner, 1.0, 1.0);
-}
-)";
-}
-
-std::string sky_fragment() {
-  return frame() + key_light() + R"(
-out vec4 code;
-void main() {
-  vec3 ray = ray_corner.xyz + gl_FragCoord.x * ray_right.xyz + gl_FragCoord.y * ray_up.xyz;
-  code = vec4(display(sky_light(normalize(ray))), 1.0);
-}
-)";
-}
-
-std::string depth_vertex() {
-  return places() + R"(
+const char* const depth_vertex = R"(
 layout(location = 0) in vec3 position;
 void main() { gl_Position = clip_from_bodies[int(body)] * vec4(position, 1.0); }
 )";
-}
 
-std::string color_vertex() {
-  return places() + code() + R"(
+const char* const color_vertex = R"(
 layout(location = 0) in vec3 position;
+uniform int first_body;
+flat out vec3 body_code;
+#ifdef MAY_DISCARD
+layout(location = 4) in vec4 coordinates;
+layout(location = 5) in vec4 tint;
+out vec4 places;
+out float tint_alpha;
+#endif
 void main() {
+  int code = first_body + int(body) + 1;
+  body_code = vec3(code & 255, code >> 8 & 255, code >> 16 & 255) / 255.0;
   gl_Position = clip_from_bodies[int(body)] * vec4(position, 1.0);
-  body_code = code_of_body();
+#ifdef MAY_DISCARD
+  places = coordinates;
+  tint_alpha = tint.a;
+#endif
 }
 )";
-}
 
-std::string depth_fragment() {
-  return "void main() {}\n";
-}
-
-std::string color_fragment() {
-  return R"(
+const char* const color_glsl = R"(
 flat in vec3 body_code;
 out vec4 code;
-void main() { code = vec4(body_code, 1.0); }
+#ifdef MAY_DISCARD
+in vec4 places;
+in float tint_alpha;
+#endif
+void main() {
+#ifdef MAY_DISCARD
+  float alpha = textureLod(color_texture, place_in_image(0, places), 0.0).a * tint_alpha * opacity.x;
+  if (alpha < opacity.y) discard;
+#endif
+  code = vec4(body_code, 1.0);
+}
 )";
+
+std::string defines_of(const Program& program) {
+  std::string defines = fmt::format("#define BODIES {}\n", bodies_at_once);
+  const auto define_if = [&](bool is_defined, const char* name) {
+    if (is_defined) defines += fmt::format("#define {}\n", name);
+  };
+  define_if(program.looks, "LOOKS");
+  define_if(program.shines, "SHINES");
+  define_if(!program.has_sun, "NO_SUN");
+  define_if(program.may_discard, "MAY_DISCARD");
+  define_if(program.shade != Shade::shadow, "SUNLIT");
+  define_if(program.shade == Shade::none, "OPEN");
+  define_if(program.has_texture[2], "HAS_BUMPS");
+  for (std::size_t role = 0; role < program.has_texture.size(); ++role) {
+    defines +=
+        fmt::format("#define TEXEL{0}(map) {1}\n", role,
+                    program.has_texture[role] ? fmt::format("texel(map, {}, metres)", role) : "vec4(1.0)");
+  }
+  return defines;
+}
+
+}  // namespace
+
+Sources sources_of(const Program& program) {
+  const std::string defines = defines_of(program);
+  const auto join = [&](auto... parts) { return (defines + ... + parts); };
+  switch (program.kind) {
+    case Program::Kind::body:
+      return {join(places_glsl, body_vertex), join(packing_glsl, body_glsl)};
+    case Program::Kind::look:
+      return {join(places_glsl, look_vertex), join(looks_glsl, packing_glsl, look_glsl)};
+    case Program::Kind::shading:
+      return {join(frame_glsl, screen_vertex),
+              join(frame_glsl, optics_glsl, key_light_glsl, packing_glsl, shading_glsl)};
+    case Program::Kind::ground:
+      return {join(frame_glsl, ground_vertex), join(frame_glsl, optics_glsl, key_light_glsl, ground_glsl)};
+    case Program::Kind::sky:
+      return {join(frame_glsl, screen_vertex), join(frame_glsl, optics_glsl, sky_glsl)};
+    case Program::Kind::depth:
+      return {join(places_glsl, depth_vertex), "void main() {}\n"};
+    case Program::Kind::color:
+      return {join(places_glsl, color_vertex), join(looks_glsl, color_glsl)};
+  }
+  return {};
 }
 
 }  // namespace substep::render::shaders

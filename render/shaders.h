@@ -5,59 +5,66 @@
 /// an sRGB framebuffer is encoded with an approximate root that differs between processors.
 
 #include <array>
+#include <compare>
 #include <cstddef>
 #include <string>
 
 namespace substep::render::shaders {
 
-/// The sky, what surfaces scatter, the ground's pattern and the film's curve, as functions: for these shaders
-/// and for WebGL, where to_sun, sun, zenith, horizon and bounce are given as vectors of three components.
-std::string optics();
-/// The lights beside the sun, for both: uniforms light_count and those of Lamps.
-std::string lamps();
-/// What textures make of a surface, for both: the uniforms that SurfacePrograms::set_surface() sets.
-std::string looks();
+/// Functions for sky, ground, scattered light and the film's curve, with LOOKS also for lamps. Shared with
+/// WebGL, which declares to_sun and key, and sun, zenith, horizon and bounce as vectors of three components.
+extern const char* const optics_glsl;
+/// What textures make of a surface, with the uniforms that Device::set_surface() sets. Shared with WebGL.
+extern const char* const looks_glsl;
 
-/// How many bodies' places the blocks ClipPlaces and WorldPlaces of shaders that draw bodies have.
+/// The block Frame, the same for all pixels of a frame, with the layout of FrameUniforms.
+extern const char* const frame_glsl;
+/// Poses of bodies: blocks, and the attribute `body`, a body's number from first_body on.
+extern const char* const places_glsl;
+/// The fractions of the key light that reach a surface, and of the sky's that reach the ground.
+extern const char* const key_light_glsl;
+/// Packs what is seen at a sample into four words of two 15-bit fractions and signs each: a software
+/// rasteriser takes as long to write and read a component of a texture as to compute several.
+extern const char* const packing_glsl;
+/// The light of a pixel's samples.
+extern const char* const shading_glsl;
+
+/// The number of bodies whose poses the blocks ClipPlaces and WorldPlaces hold.
 inline constexpr std::size_t bodies_at_once = 1024;
 
 /// The light that bodies take from the ground: none, a part of the sky's, or the sun's too.
 enum class Shade : char { none, sky, shadow };
 inline constexpr std::array<Shade, 3> shades{Shade::none, Shade::sky, Shade::shadow};
 
-std::string body_vertex();
-/// The bodies' surfaces as seen: an output of integers, which shading_fragment() takes as a texture, with the
-/// depth.
-std::string body_fragment();
-/// The light on it, a pixel each, drawn with sky_vertex(): two colours, and which samples have them; see
-/// Drawn.
-std::string shading_fragment();
+/// A program: what it draws, and of what kind of scene.
+struct Program {
+  enum class Kind : char {
+    body,     ///< bodies' surfaces as integers, with the depth
+    look,     ///< the same of surfaces with more than a colour
+    shading,  ///< the light on surfaces, a pixel each: two colours, and which samples have them; see
+              ///< RenderedPixels
+    ground,   ///< a disc around the eye's foot
+    sky,      ///< one triangle over everything, at the far end
+    depth,    ///< bodies in the shadow map
+    color,    ///< bodies in the colours of Renderer::draw_bodies()
+  };
 
-/// The same for surfaces with more than a colour, SurfacePrograms: a surface whose colour is its light is
-/// metallic by 2, and where nothing was drawn the output must be 0. With `shines`, a second output has what
-/// they shine with and their alpha, a third how much of the sky's light reaches them.
-std::string look_vertex();
-/// `has_texture`: by Surface::Role. `may_discard`: for surfaces that are cut or that light passes through;
-/// others are cheaper without, where nearer ones are drawn first.
-std::string look_fragment(const std::array<bool, 5>& has_texture, bool may_discard, bool shines);
-std::string look_shading_fragment(bool shines, bool has_sun);
-/// Depth, or the bodies' codes, of what is not cut away.
-std::string cut_vertex();
-std::string cut_fragment();
+  Kind kind;
+  Shade shade = Shade::none;
+  bool looks = false;        ///< ground, shading: in the light of lamps, of surfaces with more than a colour
+  bool shines = false;       ///< look, shading: with emission, crevices and alpha
+  bool has_sun = true;       ///< shading
+  bool may_discard = false;  ///< look, color: of surfaces that are cut or that light passes through
+  std::array<bool, 5> has_texture{};  ///< look: by Surface::Role
 
-/// A disc around the eye's foot.
-std::string ground_vertex();
-std::string ground_fragment(Shade shade, bool with_lamps);
+  auto operator<=>(const Program&) const = default;
+};
 
-/// One triangle over everything, at the far end.
-std::string sky_vertex();
-std::string sky_fragment();
+struct Sources {
+  std::string vertex;
+  std::string fragment;
+};
 
-/// For the shadow map.
-std::string depth_vertex();
-std::string depth_fragment();
-/// For Renderer::draw_bodies(). Uniform first_body.
-std::string color_vertex();
-std::string color_fragment();
+Sources sources_of(const Program& program);
 
 }  // namespace substep::render::shaders

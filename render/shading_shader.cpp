@@ -1,14 +1,12 @@
-#include "render/shader_terms.h"
 #include "render/shaders.h"
 
 namespace substep::render::shaders {
-namespace {
 
 /// Returns the light of a pixel's samples, which is computed once for those of one face. Where
 /// faces are of several surfaces, these are kept apart, two at most. With LOOKS, of surfaces that have more
 /// than a colour, and in all lights. With SHINES, of surfaces that shine, have crevices or let light through.
 /// With NO_SUN, in the light of lamps and sky.
-const std::string shading = R"(
+const char* const shading_glsl = R"(
 uniform sampler2D sample_depth;
 uniform isampler2D packed_surfaces;
 #ifdef SHINES
@@ -65,27 +63,14 @@ vec3 lighted(Surface surface) {
   vec3 base_color = surface.color.rgb;
   vec3 n = normalize(surface.normal.xyz);
   vec3 v = normalize(eye.xyz - surface.position);
-  vec3 l = to_sun.xyz;
   float metallic = surface.color.w;
   float roughness = clamp(surface.normal.w, 0.06, 1.0);
-  float nl = max(dot(n, l), 0.0);
   float nv = max(dot(n, v), 1e-3);
   vec3 facing = mix(vec3(0.04), base_color, metallic);
   vec3 diffuse = base_color * (1.0 - metallic);
   bool faces_key = dot(n, KEY.xyz - KEY.w * surface.position) > 0.0;
   float lit = faces_key ? key_light(surface.position, n) : 0.0;
-  vec3 radiance = vec3(0.0);
-#ifndef NO_SUN
-  radiance = scattered(n, v, l, nl, nv, facing, diffuse, roughness) * sun.rgb * (nl * (SUN_IS_KEY ? lit : 1.0));
-#endif
-#ifdef LOOKS
-  for (int i = 0; i < light_count; ++i) {
-    vec3 towards;
-    vec3 light = lamp(i, surface.position, lit, towards);
-    float facing_light = max(dot(n, towards), 0.0);
-    radiance += scattered(n, v, towards, facing_light, nv, facing, diffuse, roughness) * light * facing_light;
-  }
-#endif
+  vec3 radiance = direct_light(surface.position, n, v, nv, facing, diffuse, roughness, lit);
 
   // The surroundings: sky above, ground below; by the ground, bodies take the sky from each other too.
   float height = max(surface.position.y - ground_color.w, 0.0);
@@ -219,16 +204,5 @@ void main() {
   gl_FragDepth = bodies == 240 ? 0.0 : 1.0;
 }
 )";
-
-}  // namespace
-
-std::string shading_fragment() {
-  return frame() + key_light() + packing() + shading;
-}
-
-std::string look_shading_fragment(bool shines, bool has_sun) {
-  return std::string("#define LOOKS\n") + (shines ? "#define SHINES\n" : "") +
-         (has_sun ? "" : "#define NO_SUN\n") + frame() + key_light() + lamps() + packing() + shading;
-}
 
 }  // namespace substep::render::shaders

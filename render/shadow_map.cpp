@@ -6,6 +6,8 @@
 #include <glm/geometric.hpp>
 #include <limits>
 
+#include "render/picture_areas.h"
+
 namespace substep::render {
 
 namespace {
@@ -49,7 +51,7 @@ ShadowView fit_sun_view(const glm::dvec3& ray, std::span<const glm::dvec3> point
   const glm::dvec3 scale(1 / view.width, 1 / view.width, 1 / view.depth);
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column) {
-      view.map_from_world[column][row] = axes[static_cast<std::size_t>(row)][column] * scale[row];
+      view.map_from_world[column][row] = axes[row][column] * scale[row];
       view.clip_from_world[column][row] = 2 * view.map_from_world[column][row];
     }
     view.map_from_world[3][row] = 0.5 - centre[row] * scale[row];
@@ -88,7 +90,7 @@ ShadowView fit_lamp_view(const glm::dvec3& lamp, std::span<const glm::dvec3> poi
                                        glm::dvec4(axes[2] * (far / (far - near)), -1 / view.depth),
                                        glm::dvec4(axes[2], 0)};
   for (int row = 0; row < 4; ++row) {
-    const glm::dvec4& own = rows[static_cast<std::size_t>(row)];
+    const glm::dvec4& own = rows[row];
     for (int column = 0; column < 3; ++column) view.map_from_world[column][row] = own[column];
     view.map_from_world[3][row] = own[3] - glm::dot(glm::dvec3(own), lamp);
   }
@@ -98,8 +100,7 @@ ShadowView fit_lamp_view(const glm::dvec3& lamp, std::span<const glm::dvec3> poi
   return view;
 }
 
-ShadowMap::ShadowMap(int texels)
-    : size(texels), depths_(static_cast<std::size_t>(size) * static_cast<std::size_t>(size)) {
+ShadowMap::ShadowMap(int texels) : size(texels), depths_(std::size_t{1} * texels * texels) {
   glGenTextures(1, &depth_);
   glBindTexture(GL_TEXTURE_2D, depth_);
   glTexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT32F, size, size, 0, GL_DEPTH_COMPONENT, GL_FLOAT, nullptr);
@@ -123,22 +124,7 @@ void ShadowMap::start() {
 void ShadowMap::finish() {
   // The map is in main memory anyway, and here a pass over it is cheaper than shaders'.
   glReadPixels(0, 0, size, size, GL_DEPTH_COMPONENT, GL_FLOAT, depths_.data());
-  const auto width = static_cast<std::size_t>(size);
-  const std::size_t block = width / blocks;
-  constexpr auto count = static_cast<std::size_t>(blocks);
-  std::vector<float> nearest(count * count);
-  std::vector<float> columns(width);
-  for (std::size_t v = 0; v < count; ++v) {
-    std::fill(columns.begin(), columns.end(), 1.0F);
-    for (std::size_t y = v * block; y < (v + 1) * block; ++y) {
-      const float* const row = &depths_[y * width];
-      for (std::size_t x = 0; x < width; ++x) columns[x] = std::min(columns[x], row[x]);
-    }
-    for (std::size_t u = 0; u < count; ++u) {
-      const auto begin = columns.begin() + static_cast<std::ptrdiff_t>(u * block);
-      nearest[v * count + u] = *std::min_element(begin, begin + static_cast<std::ptrdiff_t>(block));
-    }
-  }
+  const std::vector<float> nearest = block_minima(depths_, size, size / blocks);
   // The widest penumbra takes samples up to two blocks away.
   constexpr int reach = 2;
   around_.clear();
@@ -147,7 +133,7 @@ void ShadowMap::finish() {
       float low = 1;
       for (int v = std::max(y - reach, 0); v <= std::min(y + reach, blocks - 1); ++v) {
         for (int u = std::max(x - reach, 0); u <= std::min(x + reach, blocks - 1); ++u) {
-          low = std::min(low, nearest[static_cast<std::size_t>(v) * count + static_cast<std::size_t>(u)]);
+          low = std::min(low, nearest[v * blocks + u]);
         }
       }
       around_.push_back(low);

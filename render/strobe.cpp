@@ -1,6 +1,6 @@
-#include "render/strobe.h"
-
 #include <cmath>
+
+#include "render/renderer.h"
 
 namespace substep::render {
 namespace {

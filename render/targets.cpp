@@ -1,35 +1,59 @@
 #include "render/targets.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <string>
 
 #include "sim/error.h"
 
 namespace substep::render {
 namespace {
 
-[[noreturn]] void refuse_size(int width, int height) {
-  throw Error("software OpenGL cannot draw " + std::to_string(width) + " × " + std::to_string(height) +
-              " samples: ask for a smaller picture");
+constexpr std::array<GLenum, 3> outputs{GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1, GL_COLOR_ATTACHMENT2};
+
+GLuint bound_framebuffer(Objects& objects) {
+  const GLuint framebuffer = objects.framebuffer();
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+  return framebuffer;
 }
 
+/// Gives the current framebuffer a buffer to draw to, and returns it.
+GLuint attach_buffer(Objects& objects, GLenum attachment, GLenum format, int width, int height) {
+  const GLuint buffer = objects.renderbuffer();
+  glBindRenderbuffer(GL_RENDERBUFFER, buffer);
+  glRenderbufferStorage(GL_RENDERBUFFER, format, width, height);
+  glFramebufferRenderbuffer(GL_FRAMEBUFFER, attachment, GL_RENDERBUFFER, buffer);
+  return buffer;
+}
+
+/// Gives the current framebuffer a new depth texture beside those textures that are not 0. Returns the depth.
+GLuint attach_textures(Objects& objects, const std::array<GLuint, 3>& textures, int width, int height) {
+  GLsizei count = 0;
+  for (; count < 3 && textures[count] != 0; ++count) {
+    glFramebufferTexture2D(GL_FRAMEBUFFER, outputs[count], GL_TEXTURE_2D, textures[count], 0);
+  }
+  glDrawBuffers(count, outputs.data());
+  const GLuint depth = objects.texture();
+  glBindTexture(GL_TEXTURE_2D, depth);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT32F, width, height, 0, GL_DEPTH_COMPONENT, GL_FLOAT,
+               nullptr);
+  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth, 0);
+  return depth;
+}
+
+/// Throws Error where the current framebuffer cannot be drawn to.
 void require_complete(int width, int height) {
-  if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) refuse_size(width, height);
+  if (glCheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE) return;
+  throw Error(
+      fmt::format("software OpenGL cannot draw {} × {} samples: ask for a smaller picture", width, height));
 }
 
 }  // namespace
 
-Target::Target(int w, int h) : width(w), height(h), pixels(static_cast<std::size_t>(w) * h * 4) {
-  glGenFramebuffers(1, &framebuffer);
-  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-  glGenRenderbuffers(1, &color);
-  glBindRenderbuffer(GL_RENDERBUFFER, color);
-  glRenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, width, height);
-  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, color);
-  glGenRenderbuffers(1, &depth);
-  glBindRenderbuffer(GL_RENDERBUFFER, depth);
-  glRenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT32F, width, height);
-  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, depth);
+Target::Target(Objects& objects, int w, int h)
+    : framebuffer(bound_framebuffer(objects)), width(w), height(h), pixels(std::size_t{4} * w * h) {
+  attach_buffer(objects, GL_COLOR_ATTACHMENT0, GL_RGBA8, width, height);
+  depth = attach_buffer(objects, GL_DEPTH_ATTACHMENT, GL_DEPTH_COMPONENT32F, width, height);
   require_complete(width, height);
 }
 
@@ -44,53 +68,20 @@ void Target::start_anew() const {
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
 }
 
-void Target::end() const {
-  glDeleteFramebuffers(1, &framebuffer);
-  glDeleteRenderbuffers(1, &color);
-  glDeleteRenderbuffers(1, &depth);
-}
-
-namespace {
-
-constexpr std::array<GLenum, 3> outputs{GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1, GL_COLOR_ATTACHMENT2};
-
-/// Attaches those that there are, and the depth.
-void attach(const std::array<GLuint, 3>& textures, GLuint depth) {
-  GLsizei count = 0;
-  for (; count < 3 && textures[static_cast<std::size_t>(count)] != 0; ++count) {
-    glFramebufferTexture2D(GL_FRAMEBUFFER, outputs[static_cast<std::size_t>(count)], GL_TEXTURE_2D,
-                           textures[static_cast<std::size_t>(count)], 0);
-  }
-  glDrawBuffers(count, outputs.data());
-  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth, 0);
-}
-
-void make_depth(GLuint texture, int width, int height) {
-  glBindTexture(GL_TEXTURE_2D, texture);
-  glTexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT32F, width, height, 0, GL_DEPTH_COMPONENT, GL_FLOAT,
-               nullptr);
-}
-
-}  // namespace
-
-Surfaces::Surfaces(int w, int h, bool with_emission) : width(w), height(h) {
-  glGenFramebuffers(1, &framebuffer);
-  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-  glGenTextures(with_emission ? 3 : 1, textures.data());
-  glBindTexture(GL_TEXTURE_2D, textures[0]);
-  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32I, width, height, 0, GL_RGBA_INTEGER, GL_INT, nullptr);
-  for (std::size_t i = 1; i < textures.size() && textures[i] != 0; ++i) {
+Surfaces::Surfaces(Objects& objects, int w, int h, bool with_emission)
+    : framebuffer(bound_framebuffer(objects)), width(w), height(h) {
+  constexpr std::array<GLint, 3> formats{GL_RGBA32I, GL_RGBA32F, GL_R32F};
+  for (std::size_t i = 0; i < (with_emission ? 3 : 1); ++i) {
+    textures[i] = objects.texture();
     glBindTexture(GL_TEXTURE_2D, textures[i]);
-    glTexImage2D(GL_TEXTURE_2D, 0, i == 1 ? GL_RGBA32F : GL_R32F, width, height, 0, GL_RGBA, GL_FLOAT,
-                 nullptr);
+    glTexImage2D(GL_TEXTURE_2D, 0, formats[i], width, height, 0, i == 0 ? GL_RGBA_INTEGER : GL_RGBA,
+                 i == 0 ? GL_INT : GL_FLOAT, nullptr);
   }
-  glGenTextures(1, &depth);
-  make_depth(depth, width, height);
-  attach(textures, depth);
+  depth = attach_textures(objects, textures, width, height);
   require_complete(width, height);
 }
 
-void Surfaces::clear() const {
+void Surfaces::clear() {
   constexpr std::array<GLint, 4> none{};
   glClearBufferiv(GL_COLOR, 0, none.data());
 }
@@ -116,21 +107,11 @@ void Surfaces::copy(const Surfaces& from, std::span<const Rectangle> areas, int 
   glViewport(0, 0, width, height);
 }
 
-void Surfaces::end() const {
-  glDeleteFramebuffers(1, &framebuffer);
-  glDeleteTextures(3, textures.data());
-  glDeleteTextures(1, &depth);
-}
-
-Lit::Lit(const Target& picture, bool with_opacities) {
+LightingBuffer::LightingBuffer(Objects& objects, const Target& picture, bool with_opacities)
+    : framebuffer(bound_framebuffer(objects)) {
   const GLsizei count = with_opacities ? 3 : 2;
-  glGenFramebuffers(1, &framebuffer);
-  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-  glGenRenderbuffers(count, colors.data());
-  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
-    glBindRenderbuffer(GL_RENDERBUFFER, colors[i]);
-    glRenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, picture.width, picture.height);
-    glFramebufferRenderbuffer(GL_FRAMEBUFFER, outputs[i], GL_RENDERBUFFER, colors[i]);
+  for (GLsizei i = 0; i < count; ++i) {
+    attach_buffer(objects, outputs[i], GL_RGBA8, picture.width, picture.height);
     pixels[i].resize(picture.pixels.size());
   }
   glDrawBuffers(count, outputs.data());
@@ -138,7 +119,7 @@ Lit::Lit(const Target& picture, bool with_opacities) {
   require_complete(picture.width, picture.height);
 }
 
-void Lit::read(const Target& picture) {
+void LightingBuffer::read(const Target& picture) {
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     if (pixels[i].empty()) continue;
@@ -147,25 +128,12 @@ void Lit::read(const Target& picture) {
   }
 }
 
-void Lit::end() const {
-  glDeleteFramebuffers(1, &framebuffer);
-  glDeleteRenderbuffers(3, colors.data());
-}
-
-Layers::Layers(const Surfaces& shared) {
-  glGenTextures(2, depths.data());
-  glGenFramebuffers(2, surfaces.data());
+Layers::Layers(Objects& objects, const Surfaces& shared) {
   for (std::size_t i = 0; i < depths.size(); ++i) {
-    make_depth(depths[i], shared.width, shared.height);
-    glBindFramebuffer(GL_FRAMEBUFFER, surfaces[i]);
-    attach(shared.textures, depths[i]);
+    surfaces[i] = bound_framebuffer(objects);
+    depths[i] = attach_textures(objects, shared.textures, shared.width, shared.height);
     require_complete(shared.width, shared.height);
   }
-}
-
-void Layers::end() const {
-  glDeleteFramebuffers(2, surfaces.data());
-  glDeleteTextures(2, depths.data());
 }
 
 }  // namespace substep::render

@@ -1,7 +1,8 @@
-#include "render/vertex_looks.h"
 
 #include <algorithm>
 #include <cmath>
+
+#include "render/body_mesh.h"
 
 namespace substep::render {
 namespace {

@@ -14,7 +14,6 @@
 #include "render/commands/render_options.h"
 #include "render/image.h"
 #include "render/renderer.h"
-#include "render/strobe.h"
 #include "render/video/film_camera.h"
 #include "sim/commands/options.h"
 #include "sim/error.h"

@@ -1,6 +1,6 @@
-// The bodies' meshes, textures and places in WebGL 2.
+// The bodies' meshes, textures and poses in WebGL 2.
 
-/** By Surface::Role; the units before theirs are the shadow's, and what a pass reads that draws no bodies. */
+/** Samplers by Surface::Role, and the unit of the first. Unit 0 is the shadow's, and of passes that draw no bodies. */
 const TEXTURE_NAMES = ['color_texture', 'finish_texture', 'normal_texture', 'occlusion_texture', 'emission_texture'];
 const TEXTURE_UNIT = 1;
 
@@ -32,7 +32,7 @@ class Bodies {
     this.largest = Math.max(0.01, ...moving);
   }
 
-  /** What has all of its bodies drawn at once, or one by one where light passes through: from back to front. */
+  /** Uploads what is drawn for all bodies at once, or where blended for one after the other, from back to front. */
   uploadPrimitive(primitive, first, bodies) {
     const {gl} = this;
     const {positions, normals, coordinates, colors, tangents, indices, look} = primitive;
@@ -60,7 +60,7 @@ class Bodies {
     });
   }
 
-  /** Of instances from `first` on. */
+  /** Returns a vertex array of the instances from `first` on. */
   vertexArray(attributes, elements, first) {
     const {gl} = this;
     const vertices = gl.createVertexArray();
@@ -89,7 +89,7 @@ class Bodies {
     return {...look, bound};
   }
 
-  /** Each image once as colour and once as numbers; −1: one white texel, which changes nothing. */
+  /** Returns an image's texture, one as colour and one as numbers; −1: one white texel, which changes nothing. */
   texture(image, isColor) {
     const {gl, textures} = this;
     const key = `${image} ${isColor}`;
@@ -107,7 +107,7 @@ class Bodies {
     return texture;
   }
 
-  /** glTF has WebGL's numbers. */
+  /** Returns the sampler of glTF's numbers, which are WebGL's. */
   sampler({wrapS, wrapT, magFilter, minFilter}) {
     const {gl, samplers} = this;
     if (!wrapS) return null;
@@ -135,34 +135,20 @@ class Bodies {
   }
 
   /** Draws by a program. */
-  draw({program, uniforms}, clip, draws) {
+  draw(program, clip, draws) {
     const {gl} = this;
-    gl.useProgram(program);
-    gl.uniformMatrix4fv(uniforms.clip_from_world, false, clip);
-    for (const draw of draws) {
-      this.setLook(uniforms, draw.look);
-      gl.bindVertexArray(draw.vertices);
-      gl.drawElementsInstanced(gl.TRIANGLES, draw.size, gl.UNSIGNED_INT, 0, draw.count);
+    useProgram(gl, program, {clip_from_world: clip});
+    for (const {look, vertices, size, count} of draws) {
+      useProgram(gl, program, look);
+      (look.bound || []).forEach(({texture, sampler}, role) => {
+        gl.activeTexture(gl.TEXTURE0 + TEXTURE_UNIT + role);
+        gl.bindTexture(gl.TEXTURE_2D, texture);
+        gl.bindSampler(TEXTURE_UNIT + role, sampler);
+      });
+      gl.activeTexture(gl.TEXTURE0);
+      gl.bindVertexArray(vertices);
+      gl.drawElementsInstanced(gl.TRIANGLES, size, gl.UNSIGNED_INT, 0, count);
     }
     gl.bindVertexArray(null);
-  }
-
-  /** What the program in use is told of a surface. */
-  setLook(uniforms, look) {
-    const {gl} = this;
-    gl.uniform3fv(uniforms.color || null, look.color);
-    gl.uniform2fv(uniforms.finish || null, look.finish);
-    if (!look.bound) return;
-    gl.uniform4fv(uniforms['image_turns[0]'] || null, look.turns);
-    gl.uniform4fv(uniforms['image_offsets[0]'] || null, look.offsets);
-    gl.uniform4fv(uniforms.emission || null, look.emission);
-    gl.uniform4fv(uniforms.opacity || null, look.opacity);
-    gl.uniform2fv(uniforms.strengths || null, look.strengths);
-    look.bound.forEach(({texture, sampler}, role) => {
-      gl.activeTexture(gl.TEXTURE0 + TEXTURE_UNIT + role);
-      gl.bindTexture(gl.TEXTURE_2D, texture);
-      gl.bindSampler(TEXTURE_UNIT + role, sampler);
-    });
-    gl.activeTexture(gl.TEXTURE0);
   }
 }

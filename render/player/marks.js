@@ -10,13 +10,11 @@ function errorColor(data, index, frame, body) {
   return [0, 1, 2].map((c) => ((ramp[at][c] + (ramp[at + 1][c] - ramp[at][c]) * (place - at)) / 255) ** 2.2).concat(1);
 }
 
-/** Draws the ways of bodies in the last second. */
+/** Draws the paths of bodies in the last second. */
 function drawTrails(context, {data, frame}, index, place) {
   const track = data.tracks[index];
   const end = Math.min(frame, track.frames - 1);
   const begin = data.times.findIndex((time) => time >= data.times[frame] - 1 - 1e-9);
-  context.strokeStyle = data.panels[index].color;
-  context.lineWidth = 1.6;
   context.lineCap = 'round';
   data.bodies.forEach((body, i) => {
     if (!body.moves) return;
@@ -25,10 +23,7 @@ function drawTrails(context, {data, frame}, index, place) {
       const at = place(poseAt(data, track, k, i));
       if (at && last) {
         context.globalAlpha = 0.9 * (k - begin) / Math.max(1, end - begin);
-        context.beginPath();
-        context.moveTo(...last);
-        context.lineTo(...at);
-        context.stroke();
+        drawLine(context, [last, at], data.panels[index].color, 1.6);
       }
       last = at;
     }
@@ -44,20 +39,13 @@ function drawJoints(context, {data, frame}, index, place, {width, height}) {
     if (!a || !b) continue;
     const isOpen = Math.hypot(b[0] - a[0], b[1] - a[1]) > 1.5;
     const radius = Math.max(2, height / 180);
-    context.fillStyle = context.strokeStyle = isOpen ? '#ff3c50' : '#ffffff';
-    if (isOpen) {
-      context.lineWidth = radius;
-      context.beginPath();
-      context.moveTo(...a);
-      context.lineTo(...b);
-      context.stroke();
-    }
+    const color = isOpen ? '#ff3c50' : '#ffffff';
+    if (isOpen) drawLine(context, [a, b], color, radius);
+    Object.assign(context, {fillStyle: color, strokeStyle: '#141414', lineWidth: 1});
     for (const at of [a, b]) {
       context.beginPath();
       context.arc(at[0], at[1], radius, 0, 7);
       context.fill();
-      context.strokeStyle = '#141414';
-      context.lineWidth = 1;
       context.stroke();
     }
   }
@@ -65,24 +53,18 @@ function drawJoints(context, {data, frame}, index, place, {width, height}) {
   if (gaps.length === 0) return;
   const text = `gap ${lengthLabel(gaps[Math.min(frame, gaps.length - 1)])}`;
   context.font = `bold 13px ${FONT}`;
-  context.textAlign = 'right';
-  context.textBaseline = 'alphabetic';
+  const wide = context.measureText(text).width;
   context.fillStyle = 'rgba(15, 18, 24, 0.7)';
-  context.fillRect(width - context.measureText(text).width - 14, height - 24, context.measureText(text).width + 10, 20);
-  context.fillStyle = '#ffffff';
-  context.fillText(text, width - 9, height - 9);
+  context.fillRect(width - wide - 14, height - 24, wide + 10, 20);
+  write(context, text, width - 9, height - 14, 'bold 13px', '#ffffff', 'right');
 }
 
-/** Draws what became of a run. */
+/** Draws the fate of a run. */
 function drawNotice(context, text, {width, height}, overAll) {
   const high = overAll ? height : 24;
   context.fillStyle = overAll ? 'rgba(15, 18, 24, 0.55)' : 'rgba(15, 18, 24, 0.8)';
   context.fillRect(0, height - high, width, high);
-  context.fillStyle = STRIP.alarm;
-  context.font = `bold ${overAll ? 18 : 14}px ${FONT}`;
-  context.textAlign = 'center';
-  context.textBaseline = 'middle';
-  context.fillText(text, width / 2, height - high / 2, width - 12);
+  write(context, text, width / 2, height - high / 2, `bold ${overAll ? 18 : 14}px`, STRIP.alarm, 'center', width - 12);
 }
 
 /** Returns a canvas with the panels as they are, with title and time. */
@@ -101,12 +83,8 @@ function pictureOf(player) {
   context.drawImage($('marks'), 0, down);
   context.setTransform(ratio, 0, 0, ratio, 0, 0);
   const main = $('panels').getBoundingClientRect();
-  const write = (text, x, y, font, color, align = 'left', room = undefined) => {
-    Object.assign(context, {font: `${font} ${FONT}`, fillStyle: color, textAlign: align, textBaseline: 'middle'});
-    context.fillText(text, x, y, room);
-  };
-  write(data.title, 12, top / 2, 'bold 20px', STRIP.bright);
-  write($('clock').textContent, main.width - 12, top / 2, 'bold 19px', STRIP.bright, 'right');
+  write(context, data.title, 12, top / 2, 'bold 20px', STRIP.bright);
+  write(context, $('clock').textContent, main.width - 12, top / 2, 'bold 19px', STRIP.bright, 'right');
   player.panels.forEach(({section, head, strip}, index) => {
     if (section.hidden) return;
     const panel = data.panels[index];
@@ -116,9 +94,9 @@ function pictureOf(player) {
     context.fillRect(x, y, box.width, box.height);
     context.fillStyle = panel.color;
     context.fillRect(x, y, 4, box.height);
-    write(panel.name, x + 12, y + box.height / 2, 'bold 16px', panel.color);
+    write(context, panel.name, x + 12, y + box.height / 2, 'bold 16px', panel.color);
     const name = context.measureText(panel.name).width;
-    write(panel.words, x + 21 + name, y + box.height / 2, '16px', STRIP.bright, 'left', box.width - name - 30);
+    write(context, panel.words, x + 21 + name, y + box.height / 2, '16px', STRIP.bright, 'left', box.width - name - 30);
     if (strip) {
       const own = strip.canvas.getBoundingClientRect();
       context.drawImage(strip.canvas, own.left - main.left, own.top - main.top + top, own.width, own.height);

@@ -1,5 +1,13 @@
 // The pictures of the panels.
 
+/** Uses a program and sets those of its uniforms that `values` has. */
+function useProgram(gl, {program, uniforms}, values) {
+  gl.useProgram(program);
+  for (const [name, value] of Object.entries(values)) {
+    if (uniforms[name]) uniforms[name](value);
+  }
+}
+
 class Painter {
   /** Throws where there is no WebGL 2. */
   constructor(canvas, data) {
@@ -8,7 +16,7 @@ class Painter {
     if (!this.gl) throw new Error('This browser has no WebGL 2, which the pictures need; the strips are there.');
     // With blended surfaces keep and average the picture in linear light.
     this.hasVeils = data.meshes.some((primitives) => primitives.some(({look}) => look.isBlended));
-    const defines = (data.looks ? '#define LOOKS_SHOWN\n' : '') + (this.hasVeils ? '#define AS_LIGHT\n' : '');
+    const defines = (data.looks ? '#define LOOKS\n' : '') + (this.hasVeils ? '#define AS_LIGHT\n' : '');
     this.programs = {
       body: this.program(PLACED, BODY, defines), ground: this.program(GROUND_PLACE, GROUND, defines),
       sky: this.program(SCREEN, SKY, defines), depth: this.program(PLACED, DEPTH, defines),
@@ -16,7 +24,7 @@ class Painter {
     };
     this.bodies = new Bodies(this.gl, data);
     this.makeShadow();
-    this.numbers = this.gl.createFramebuffer();
+    this.targets = {};
     this.nothing = this.gl.createVertexArray();
   }
 
@@ -34,13 +42,15 @@ class Painter {
       const logs = gl.getAttachedShaders(program).map((shader) => gl.getShaderInfoLog(shader));
       throw new Error(`WebGL: ${gl.getProgramInfoLog(program)} ${logs.join(' ')}`);
     }
+    const setters = {[gl.FLOAT]: 'uniform1f', [gl.FLOAT_VEC2]: 'uniform2fv', [gl.FLOAT_VEC3]: 'uniform3fv', [gl.FLOAT_VEC4]: 'uniform4fv'};
     const uniforms = {};
     for (let i = 0; i < gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS); ++i) {
-      const {name} = gl.getActiveUniform(program, i);
-      uniforms[name] = gl.getUniformLocation(program, name);
+      const {name, type} = gl.getActiveUniform(program, i);
+      const location = gl.getUniformLocation(program, name);
+      uniforms[name.replace('[0]', '')] = type === gl.FLOAT_MAT4 ? (value) => gl.uniformMatrix4fv(location, false, value)
+        : (value) => gl[setters[type] || 'uniform1i'](location, value);
     }
-    gl.useProgram(program);
-    TEXTURE_NAMES.forEach((name, role) => gl.uniform1i(uniforms[name] || null, TEXTURE_UNIT + role));
+    useProgram(gl, {program, uniforms}, Object.fromEntries(TEXTURE_NAMES.map((name, role) => [name, TEXTURE_UNIT + role])));
     return {program, uniforms};
   }
 
@@ -62,7 +72,7 @@ class Painter {
     this.shadow = {framebuffer, texture, size};
   }
 
-  /** What light passes through, from back to front, and of each its far side first. */
+  /** Draws blended surfaces from back to front, and of each its far side first. */
   drawVeils(track, k, view) {
     const {gl} = this;
     const away = (veil) => dot(minus(placed(poseAt(this.data, track, k, veil.body), veil.middle), view.eye), view.forward);
@@ -113,7 +123,7 @@ class Painter {
     return {clip, bias: 0.001 + 1.5 * half / this.shadow.size};
   }
 
-  /** The same of a lamp, and of balls within 72° of their middle. */
+  /** Returns a lamp's view of balls within 72° of their middle, and how far shadows stay off their surfaces. */
   lampView(eye, balls) {
     const forward = unit(minus(balls.reduce((sum, {place}) => plus(sum, place, 1 / balls.length), [0, 0, 0]), eye));
     const {right, up} = across(forward);
@@ -131,7 +141,7 @@ class Painter {
     return {clip, bias: 0.001 + 1.5 * half * far / this.shadow.size};
   }
 
-  /** Draws the map that the light which casts shadows has of what is near the bodies that move. */
+  /** Draws the shadow map of what is near the bodies that move. */
   drawShadow(track, k, camera) {
     const {gl} = this;
     const key = this.data.light.key.slice(0, 3);
@@ -149,28 +159,17 @@ class Painter {
     return view;
   }
 
-  /** What the shaders are told of light, view and shadow. */
-  prepare({program, uniforms}, view, shadow) {
-    const {gl, data} = this;
-    gl.useProgram(program);
-    for (const name of ['sun', 'zenith', 'horizon', 'bounce', 'ground_color']) gl.uniform3fv(uniforms[name] || null, data.light[name]);
-    for (const name of ['to_sun', 'key']) gl.uniform4fv(uniforms[name] || null, data.light[name]);
-    const {lamps} = data.light;
-    gl.uniform1i(uniforms.light_count || null, lamps.count);
-    for (const name of lamps.count > 0 ? ['places', 'axes', 'cones', 'colors'] : []) {
-      gl.uniform4fv(uniforms[`light_${name}[0]`] || null, lamps[name]);
-    }
-    gl.uniform3fv(uniforms.eye || null, view.eye);
-    gl.uniform1f(uniforms.ground || null, data.light.ground);
-    gl.uniform1f(uniforms.reach || null, view.reach);
-    gl.uniformMatrix4fv(uniforms.shadow_from_world || null, false, shadow.clip);
-    gl.uniform1f(uniforms.shadow_bias || null, shadow.bias);
-    gl.uniform1i(uniforms.shadow || null, 0);
-    gl.uniformMatrix4fv(uniforms.clip_from_world || null, false, view.clip);
-    gl.uniform4fv(uniforms.viewport || null, view.box);
+  /** Uses a program in the light, view and shadow of a picture. */
+  prepare(program, view, shadow) {
+    const {light, light: {lamps}} = this.data;
+    const own = {light_places: lamps.places, light_axes: lamps.axes, light_cones: lamps.cones, light_colors: lamps.colors};
+    useProgram(this.gl, program, {
+      ...light, ...(lamps.count > 0 ? own : {}), light_count: lamps.count, eye: view.eye, reach: view.reach, viewport: view.box,
+      clip_from_world: view.clip, shadow: 0, shadow_from_world: shadow.clip, shadow_bias: shadow.bias,
+    });
   }
 
-  /** One panel: `box` is [x, y, width, height] from the canvas' lower left, in its pixels. */
+  /** Draws one panel: `box` is [x, y, width, height] from the canvas' lower left, in its pixels. */
   draw({track, k, camera, box, tint, ghost}) {
     const {gl} = this;
     gl.enable(gl.DEPTH_TEST);
@@ -207,106 +206,91 @@ class Painter {
     gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
     gl.disable(gl.POLYGON_OFFSET_FILL);
     this.prepare(sky, view, shadow);
-    gl.uniform3fv(sky.uniforms.corner, plus(plus(view.forward, view.right, -view.x), view.up, -view.y));
-    gl.uniform3fv(sky.uniforms.across, view.right.map((v) => 2 * view.x * v));
-    gl.uniform3fv(sky.uniforms.upward, view.up.map((v) => 2 * view.y * v));
+    useProgram(gl, sky, {
+      corner: plus(plus(view.forward, view.right, -view.x), view.up, -view.y),
+      across: view.right.map((v) => 2 * view.x * v), upward: view.up.map((v) => 2 * view.y * v),
+    });
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 
-  /** For what is drawn next: kept as light, which an sRGB buffer blends and averages as such. */
+  /** Returns a framebuffer of the canvas' size, made anew when that changes: of buffers with `samples`, or with a texture. */
+  target(name, {format, samples = 0, hasDepth}) {
+    const {gl, targets} = this;
+    const {width, height} = gl.canvas;
+    const old = targets[name];
+    if (old && old.width === width && old.height === height) return old;
+    if (old) {
+      gl.deleteFramebuffer(old.framebuffer);
+      gl.deleteTexture(old.texture);
+      for (const buffer of old.buffers) gl.deleteRenderbuffer(buffer);
+    }
+    const target = {width, height, framebuffer: gl.createFramebuffer(), texture: null, buffers: []};
+    gl.bindFramebuffer(gl.FRAMEBUFFER, target.framebuffer);
+    const attach = (place, kind) => {
+      const buffer = gl.createRenderbuffer();
+      gl.bindRenderbuffer(gl.RENDERBUFFER, buffer);
+      gl.renderbufferStorageMultisample(gl.RENDERBUFFER, samples, kind, width, height);
+      gl.framebufferRenderbuffer(gl.FRAMEBUFFER, place, gl.RENDERBUFFER, buffer);
+      target.buffers.push(buffer);
+    };
+    if (samples > 0) {
+      attach(gl.COLOR_ATTACHMENT0, format);
+    } else {
+      target.texture = gl.createTexture();
+      gl.bindTexture(gl.TEXTURE_2D, target.texture);
+      gl.texStorage2D(gl.TEXTURE_2D, 1, format, width, height);
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+      gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, target.texture, 0);
+    }
+    if (hasDepth) attach(gl.DEPTH_ATTACHMENT, gl.DEPTH_COMPONENT24);
+    targets[name] = target;
+    return target;
+  }
+
+  /** Keeps what is drawn next as light, which an sRGB buffer blends and averages as such. */
   bindLight() {
     const {gl} = this;
-    const {width, height} = gl.canvas;
-    const size = `${width}x${height}`;
-    if (!this.light || this.light.size !== size) {
-      const {framebuffer, resolved, color, depth, texture} = this.light || {};
-      gl.deleteFramebuffer(framebuffer || null);
-      gl.deleteFramebuffer(resolved || null);
-      gl.deleteRenderbuffer(color || null);
-      gl.deleteRenderbuffer(depth || null);
-      gl.deleteTexture(texture || null);
-      this.light = this.makeLight(width, height, size);
-    }
-    gl.bindFramebuffer(gl.FRAMEBUFFER, this.light.framebuffer);
-  }
-
-  makeLight(width, height, size) {
-    const {gl} = this;
-    const light = {size, framebuffer: gl.createFramebuffer(), resolved: gl.createFramebuffer(), color: gl.createRenderbuffer(),
-      depth: gl.createRenderbuffer(), texture: gl.createTexture()};
     const samples = Math.min(4, gl.getParameter(gl.MAX_SAMPLES));
-    gl.bindFramebuffer(gl.FRAMEBUFFER, light.framebuffer);
-    for (const [buffer, format, place] of [[light.color, gl.SRGB8_ALPHA8, gl.COLOR_ATTACHMENT0],
-      [light.depth, gl.DEPTH_COMPONENT24, gl.DEPTH_ATTACHMENT]]) {
-      gl.bindRenderbuffer(gl.RENDERBUFFER, buffer);
-      gl.renderbufferStorageMultisample(gl.RENDERBUFFER, samples, format, width, height);
-      gl.framebufferRenderbuffer(gl.FRAMEBUFFER, place, gl.RENDERBUFFER, buffer);
-    }
-    gl.bindTexture(gl.TEXTURE_2D, light.texture);
-    gl.texStorage2D(gl.TEXTURE_2D, 1, gl.SRGB8_ALPHA8, width, height);
-    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, light.resolved);
-    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, light.texture, 0);
-    return light;
+    const {framebuffer} = this.target('light', {format: gl.SRGB8_ALPHA8, samples, hasDepth: true});
+    gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
   }
 
-  /** The box of what was drawn as light on the canvas. */
-  showLight([x, y, width, height]) {
-    const {gl, light} = this;
-    const {program, uniforms} = this.programs.codes;
-    const area = [x, y, x + width, y + height];
-    gl.bindFramebuffer(gl.READ_FRAMEBUFFER, light.framebuffer);
-    gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, light.resolved);
-    gl.blitFramebuffer(...area, ...area, gl.COLOR_BUFFER_BIT, gl.NEAREST);
+  /** Draws over all of the canvas' box by a program that reads a texture. */
+  drawScreen(program, texture, values) {
+    const {gl} = this;
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-    gl.useProgram(program);
-    gl.bindTexture(gl.TEXTURE_2D, light.texture);
-    gl.uniform1i(uniforms.picture, 0);
+    gl.bindTexture(gl.TEXTURE_2D, texture);
+    useProgram(gl, program, values);
     gl.disable(gl.DEPTH_TEST);
     gl.bindVertexArray(this.nothing);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
     gl.enable(gl.DEPTH_TEST);
   }
 
-  /** Outlines of where a track has the bodies. */
+  /** Shows the box of what was drawn as light on the canvas. */
+  showLight([x, y, width, height]) {
+    const {gl} = this;
+    const area = [x, y, x + width, y + height];
+    const resolved = this.target('resolved', {format: gl.SRGB8_ALPHA8, hasDepth: false});
+    gl.bindFramebuffer(gl.READ_FRAMEBUFFER, this.targets.light.framebuffer);
+    gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, resolved.framebuffer);
+    gl.blitFramebuffer(...area, ...area, gl.COLOR_BUFFER_BIT, gl.NEAREST);
+    this.drawScreen(this.programs.codes, resolved.texture, {picture: 0});
+  }
+
+  /** Draws outlines of the bodies of a track. */
   drawGhost(track, k, view) {
     const {gl} = this;
-    const {width, height} = gl.canvas;
-    if (this.numbersSize !== `${width}x${height}`) this.makeNumbers(width, height);
+    const numbers = this.target('numbers', {format: gl.RGBA8, hasDepth: true});
     this.bodies.place(track, k, () => null);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, this.numbers);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, numbers.framebuffer);
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     this.bodies.draw(this.programs.number, view.clip, [...this.bodies.draws, ...this.bodies.veils]);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-    const {program, uniforms} = this.programs.outline;
-    gl.useProgram(program);
-    gl.bindTexture(gl.TEXTURE_2D, this.numbersTexture);
-    gl.uniform1i(uniforms.numbers, 0);
-    gl.uniform1i(uniforms.thick, Math.max(1, Math.round(view.box[3] / 300)));
-    gl.uniform4fv(uniforms.viewport, view.box);
-    gl.disable(gl.DEPTH_TEST);
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
-    gl.bindVertexArray(this.nothing);
-    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    const thick = Math.max(1, Math.round(view.box[3] / 300));
+    this.drawScreen(this.programs.outline, numbers.texture, {numbers: 0, thick, viewport: view.box});
     gl.disable(gl.BLEND);
-  }
-
-  makeNumbers(width, height) {
-    const {gl} = this;
-    this.numbersSize = `${width}x${height}`;
-    gl.deleteTexture(this.numbersTexture || null);
-    gl.deleteRenderbuffer(this.numbersDepth || null);
-    this.numbersTexture = gl.createTexture();
-    gl.bindTexture(gl.TEXTURE_2D, this.numbersTexture);
-    gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGBA8, width, height);
-    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
-    this.numbersDepth = gl.createRenderbuffer();
-    gl.bindRenderbuffer(gl.RENDERBUFFER, this.numbersDepth);
-    gl.renderbufferStorage(gl.RENDERBUFFER, gl.DEPTH_COMPONENT24, width, height);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, this.numbers);
-    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.numbersTexture, 0);
-    gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.RENDERBUFFER, this.numbersDepth);
   }
 }

@@ -4,6 +4,11 @@ const $ = (id) => document.getElementById(id);
 const SPEEDS = [4, 2, 1, 1 / 2, 1 / 4, 1 / 8, 1 / 16, 1 / 32, 1 / 64];
 const OVERLAYS = {t: 'trails', j: 'joints', g: 'ghost', e: 'error'};
 
+/** Appends a new element, with properties set. */
+function append(parent, tag, properties) {
+  return parent.appendChild(Object.assign(document.createElement(tag), properties));
+}
+
 class Player {
   constructor(data) {
     this.data = data;
@@ -25,40 +30,28 @@ class Player {
   }
 
   say(text) {
-    const message = document.createElement('p');
-    message.id = 'message';
-    message.textContent = text;
-    $('panels').append(message);
+    append($('panels'), 'p', {id: 'message', textContent: text});
   }
 
   buildPanels() {
     const {data} = this;
     this.panels = data.panels.map((panel, index) => {
-      const section = document.createElement('section');
-      section.className = 'panel';
+      const section = append($('panels'), 'section', {className: 'panel'});
       section.style.setProperty('--ink', panel.color);
       const title = [panel.name, panel.words].filter(Boolean).join(', ');
       section.setAttribute('aria-label', title);
-      const head = section.appendChild(document.createElement('div'));
-      head.className = 'head';
-      head.title = title;
-      for (const [tag, name, text] of [['b', '', panel.name], ['span', 'words', panel.words]]) {
-        const part = head.appendChild(document.createElement(tag));
-        part.className = name;
-        part.textContent = text;
-      }
-      const picture = section.appendChild(document.createElement('div'));
-      picture.className = 'picture';
+      const head = append(section, 'div', {className: 'head', title});
+      append(head, 'b', {textContent: panel.name});
+      append(head, 'span', {className: 'words', textContent: panel.words});
+      const picture = append(section, 'div', {className: 'picture'});
       this.listenToPicture(picture);
       section.addEventListener('dblclick', () => this.show(this.alone < 0 ? index : -1));
       let strip = null;
       if (data.strips.length > 0) {
-        const canvas = section.appendChild(document.createElement('canvas'));
-        canvas.className = 'strip';
+        const canvas = append(section, 'canvas', {className: 'strip'});
         strip = new Strip(canvas, data, index);
         this.listenToStrip(canvas, strip);
       }
-      $('panels').append(section);
       return {section, head, picture, strip};
     });
   }
@@ -126,14 +119,14 @@ class Player {
     $('strip').hidden = data.strips.length < 2;
     $('strip').addEventListener('change', () => this.showStrip(+$('strip').value));
     this.writeLegend();
-    $('reset').addEventListener('click', () => { this.camera.reset(); this.ask(); });
+    $('reset').addEventListener('click', () => this.resetCamera());
     $('save').addEventListener('click', () => this.save());
     $('help').addEventListener('click', () => this.help());
     document.addEventListener('keydown', (event) => this.key(event));
     $('precision').textContent = `Frames between two steps are interpolated. Positions are good to ${lengthLabel(data.unit / 2)}, turns to 3e-5 rad.`;
   }
 
-  /** What the strips show, of data.strips. */
+  /** Shows one of data.strips in the strips. */
   showStrip(index) {
     $('strip').value = index;
     this.panels.forEach(({strip}) => strip.show(index));
@@ -158,7 +151,8 @@ class Player {
       ArrowRight: () => this.go(this.frame + step), ArrowLeft: () => this.go(this.frame - step),
       Home: () => this.go(0), End: () => this.go(Infinity),
       ',': () => this.changeSpeed(1), '.': () => this.changeSpeed(-1),
-      r: () => { this.camera.reset(); this.ask(); }, s: () => this.save(), b: () => data.strips.length > 1 && this.showStrip((+$('strip').value + 1) % data.strips.length), h: () => this.help(), '?': () => this.help(),
+      r: () => this.resetCamera(), s: () => this.save(), h: () => this.help(), '?': () => this.help(),
+      b: () => data.strips.length > 1 && this.showStrip((+$('strip').value + 1) % data.strips.length),
       Escape: () => { $('keys').hidden = true; this.show(-1); }, 0: () => this.show(-1),
     };
     if (!onButton) actions[' '] = () => this.play(!this.isPlaying);
@@ -167,6 +161,11 @@ class Player {
     if (!actions[key]) return;
     event.preventDefault();
     actions[key]();
+  }
+
+  resetCamera() {
+    this.camera.reset();
+    this.ask();
   }
 
   help() {
@@ -190,7 +189,7 @@ class Player {
     this.startClock();
   }
 
-  /** What the overlays mean. */
+  /** Explains the overlays that are on. */
   writeKey() {
     const {data, on} = this;
     const parts = [];
@@ -205,13 +204,13 @@ class Player {
     $('key').innerHTML = parts.join('');
   }
 
-  /** One panel alone; −1: all. */
+  /** Shows one panel alone; −1: all. */
   show(index) {
     this.alone = index;
     this.layOut();
   }
 
-  /** Rows as the film's: rows_for() of the program. */
+  /** Arranges panels in rows as the film's: rows_for() of the program. */
   layOut() {
     const main = $('panels');
     const shown = this.panels.filter((_, i) => this.alone < 0 || i === this.alone);
@@ -246,7 +245,7 @@ class Player {
     this.draw();
   }
 
-  /** Shrinks all alike until the longest fits. */
+  /** Shrinks all headings alike until the longest fits. */
   fitHeads(shown) {
     const fits = () => shown.every(({head}) => [...head.children].every((part) => part.scrollWidth <= part.clientWidth + 1));
     for (let size = 1; size >= 0.6; size -= 0.05) {
@@ -314,7 +313,7 @@ class Player {
     });
   }
 
-  /** The element's place on the canvas, in its pixels from the lower left. */
+  /** Returns the element's box on the canvas, in its pixels from the lower left. */
   boxOf(element) {
     const main = $('panels').getBoundingClientRect();
     const own = element.getBoundingClientRect();
@@ -333,7 +332,7 @@ class Player {
     this.painter.draw({track: data.tracks[index], k: frame, camera: this.camera, box, tint, ghost});
   }
 
-  /** What is drawn over a picture: trails, joints, what became of the run. */
+  /** Draws trails, joints and the fate of the run over a picture. */
   drawMarks(context, index, picture) {
     const {data, frame, on} = this;
     const panel = data.panels[index];
@@ -369,7 +368,7 @@ class Player {
   }
 }
 
-/** #t=1.5 shows that moment; else the page plays, unless its reader wants nothing to move by itself. */
+/** Shows the moment of #t=1.5; else plays, unless the reader wants nothing to move by itself. */
 function begin(player) {
   const asked = /[#&]t=([\d.]+)/.exec(location.hash);
   if (asked) {
@@ -386,6 +385,5 @@ readRecording().then((data) => {
   window.player = player;
   begin(player);
 }).catch((error) => {
-  document.querySelector('noscript').insertAdjacentHTML('afterend', '<p id="message"></p>');
-  $('message').textContent = `The page cannot be shown: ${error.message}`;
+  append(document.body, 'p', {id: 'message', textContent: `The page cannot be shown: ${error.message}`});
 });

@@ -1,7 +1,6 @@
 #include "render/player/player_page.h"
 
 #include <fmt/format.h>
-#include <libdeflate.h>
 
 #include <algorithm>
 #include <array>
@@ -9,22 +8,19 @@
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <span>
-#include <stdexcept>
 #include <vector>
 
 #include "render/animated_glb.h"
 #include "render/body_mesh.h"
 #include "render/camera.h"
 #include "render/embedded_file.h"
-#include "render/frame_uniforms.h"
 #include "render/ground.h"
-#include "render/lamps.h"
+#include "render/image.h"
+#include "render/lighting.h"
 #include "render/markup.h"
-#include "render/player/pose_stream.h"
 #include "render/renderer.h"
 #include "render/shaders.h"
-#include "render/smaller_images.h"
-#include "render/vertex_looks.h"
+#include "render/textures.h"
 #include "render/video/composition.h"
 #include "render/video/film_camera.h"
 #include "render/video/overlay.h"
@@ -58,7 +54,7 @@ Json list(const glm::vec4& v) {
   return {v.x, v.y, v.z};
 }
 
-/// To what a curve shows: four digits.
+/// Returns values with the four digits that a curve shows.
 Json rounded(const std::vector<double>& values) {
   Json result = Json::array();
   for (const double value : values) {
@@ -72,16 +68,15 @@ Vector3 vector(const glm::dvec3& v) {
   return {v.x, v.y, v.z};
 }
 
-/// The tangent to the side at which the picture may end: that of the outermost corner that the view shows.
+/// Returns the tangent to the side at which the picture may end: that of the outermost corner in the view.
 double side_of(const View& view, std::span<const Part> parts,
                std::span<const std::vector<Coordinates>> frames) {
   double side = 0;
   for (const std::vector<Coordinates>& frame : frames) {
     for (const Part& part : parts) {
       if (is_scenery(part, parts)) continue;
-      const Coordinates& q = frame[static_cast<std::size_t>(part.body)];
-      for (const Vector3& corner : part.corners()) {
-        const Vector3 p = q.angular * corner + q.linear - vector(view.eye);
+      for (const Vector3& corner : part.corners_at(frame[part.body])) {
+        const Vector3 p = corner - vector(view.eye);
         const double tangent = std::abs(p.dot(vector(view.right))) / p.dot(vector(view.forward));
         if (tangent > side && tangent < view.tangent_x) side = tangent;
       }
@@ -90,7 +85,7 @@ double side_of(const View& view, std::span<const Part> parts,
   return std::min(1.08 * side, view.tangent_x);
 }
 
-/// Where the film's camera stands, and how far before it the bodies are.
+/// Returns the film's camera, and the point before it that the page's camera turns about.
 Json view_of(const Scene& scene, const Comparison& comparison, std::span<const Part> parts) {
   RenderSettings settings;
   settings.width = 320;
@@ -106,20 +101,17 @@ Json view_of(const Scene& scene, const Comparison& comparison, std::span<const P
           {"side", side_of(view, parts, seen)}};
 }
 
-/// The uniforms of shaders::lamps().
+/// Returns the uniforms of the lamps.
 Json lamps_for_page(const Lamps& lamps) {
-  const auto numbers = [&](const std::array<glm::vec4, most_lamps>& values) {
-    Json result = Json::array();
-    for (std::size_t i = 0; i < static_cast<std::size_t>(lamps.count); ++i) {
-      for (int c = 0; c < 4; ++c) result.push_back(values[i][c]);
+  Json json = {{"count", lamps.count}};
+  for (const auto& [name, values] : {std::pair("places", &lamps.places), std::pair("axes", &lamps.axes),
+                                     std::pair("cones", &lamps.cones), std::pair("colors", &lamps.colors)}) {
+    json[name] = Json::array();
+    for (int i = 0; i < lamps.count; ++i) {
+      for (int c = 0; c < 4; ++c) json[name].push_back((*values)[i][c]);
     }
-    return result;
-  };
-  return {{"count", lamps.count},
-          {"places", numbers(lamps.places)},
-          {"axes", numbers(lamps.axes)},
-          {"cones", numbers(lamps.cones)},
-          {"colors", numbers(lamps.colors)}};
+  }
+  return json;
 }
 
 Json light_of(const Scene& scene, std::span<const Part> parts) {
@@ -139,8 +131,8 @@ Json light_of(const Scene& scene, std::span<const Part> parts) {
           {"lamps", lamps_for_page(lamps)}};
 }
 
-/// Of each body the mean squared distances of its mass from the planes through its centre that a turn moves:
-/// squared_distance() has them.
+/// Returns the bodies, each with its mass' mean squared distances from the planes through its centre that a
+/// turn moves, as squared_distance() has them.
 Json bodies_of(const Scene& scene) {
   Json bodies = Json::array();
   for (const Body& body : scene.bodies) {
@@ -163,11 +155,53 @@ Json joints_of(const Scene& scene) {
   return joints;
 }
 
-/// What a panel shows: where there is nothing of the run, how the scene begins.
-std::vector<std::vector<Coordinates>> shown_poses(const Scene& scene,
-                                                  const std::vector<std::vector<Coordinates>>& poses) {
-  if (!poses.empty()) return poses;
-  return {initial_state(scene).q};
+/// A pose in whole units: x, y, z and the quaternion's x, y, z, w.
+using WholePose = std::array<std::int64_t, 7>;
+
+/// Steps per unit in which a quaternion's components are stored: rotations are exact to 3e-5 rad.
+constexpr double turn_parts = 65536;
+
+/// Returns the quantum of stored positions, m: the largest power of two that is at most 4e-6 of the scene's
+/// size.
+double position_unit(double size) {
+  return std::exp2(std::floor(std::log2(std::max(size, 1e-6) * 4e-6)));
+}
+
+/// Returns the pose in whole units, positions clamped to 1e5 m. Of a rotation's two quaternions the nearer to
+/// `before` is taken; numbers that are not finite stay as in `before`.
+WholePose whole(const Coordinates& q, double unit, const WholePose& before) {
+  constexpr double far = 1e5;
+  if (!q.linear.allFinite() || !q.angular.coeffs().allFinite()) return before;
+  WholePose result = before;
+  const Eigen::Vector4d turn = q.angular.coeffs();
+  double same = 0;
+  for (int i = 0; i < 4; ++i) same += turn[i] * static_cast<double>(before[3 + i]);
+  for (int i = 0; i < 3; ++i) result[i] = std::llround(std::clamp(q.linear[i], -far, far) / unit);
+  for (int i = 0; i < 4; ++i) result[3 + i] = std::llround((same < 0 ? -1 : 1) * turn[i] * turn_parts);
+  return result;
+}
+
+/// Appends a number in zigzag (0, −1, 1, −2 … as 0, 1, 2, 3 …), in groups of seven bits, the lowest first;
+/// the eighth bit is set where more follow.
+void append(std::string& stream, std::int64_t change) {
+  auto left = (static_cast<std::uint64_t>(change) << 1) ^ static_cast<std::uint64_t>(change >> 63);
+  for (; left >= 128; left >>= 7) stream += static_cast<char>((left & 127) | 128);
+  stream += static_cast<char>(left);
+}
+
+/// Returns the changes of each pose but the world's, body by body, number by number and frame by frame.
+/// Without frames, they are the scene's start.
+std::string pose_stream(const Scene& scene, std::vector<std::vector<Coordinates>> frames, double unit) {
+  if (frames.empty()) frames = {initial_state(scene).q};
+  std::string stream;
+  for (std::size_t body = 1; body < frames.front().size(); ++body) {
+    std::vector<WholePose> track(1);
+    for (const auto& frame : frames) track.push_back(whole(frame[body], unit, track.back()));
+    for (std::size_t i = 0; i < track[0].size(); ++i) {
+      for (std::size_t k = 1; k < track.size(); ++k) append(stream, track[k][i] - track[k - 1][i]);
+    }
+  }
+  return stream;
 }
 
 Json panels_of(const Comparison& comparison) {
@@ -221,29 +255,11 @@ Json strips_of(const Comparison& comparison) {
   return strips;
 }
 
-std::string compressed(const std::string& bytes) {
-  libdeflate_compressor* const compressor = libdeflate_alloc_compressor(9);
-  if (compressor == nullptr) throw std::bad_alloc();
-  std::string result(libdeflate_zlib_compress_bound(compressor, bytes.size()), '\0');
-  result.resize(
-      libdeflate_zlib_compress(compressor, bytes.data(), bytes.size(), result.data(), result.size()));
-  libdeflate_free_compressor(compressor);
-  return result;
-}
-
-/// In a <script>: no tag ends in it.
+/// Returns JSON for a <script>, in which no tag ends. Names that are not UTF-8 get a replacement character.
 std::string for_page(const Json& json) {
-  // Names that are not UTF-8 get a replacement character.
-  const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
-  std::string safe;
-  for (const char c : text) {
-    if (c == '<') {
-      safe += "\\u003c";
-    } else {
-      safe += c;
-    }
-  }
-  return safe;
+  std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  for (std::size_t at = 0; (at = text.find('<', at)) != std::string::npos;) text.replace(at, 1, "\\u003c");
+  return text;
 }
 
 }  // namespace
@@ -281,11 +297,11 @@ std::string player_page(const Scene& scene, const Comparison& comparison, const 
   std::string poses;
   for (const Run& run : comparison.runs) {
     // A reference panel's poses stand once, at the end.
-    if (!run.is_reference()) poses += pose_stream(shown_poses(scene, run.poses), unit);
+    if (!run.is_reference()) poses += pose_stream(scene, run.poses, unit);
   }
   if (comparison.reference) {
     const ReferenceRun& reference = *comparison.reference;
-    poses += pose_stream(shown_poses(scene, reference.poses), unit);
+    poses += pose_stream(scene, reference.poses, unit);
     data["reference"] = {{"method", reference.method},
                          {"uncertainty", rounded(reference.uncertainty)},
                          {"known", reference.known},
@@ -293,16 +309,15 @@ std::string player_page(const Scene& scene, const Comparison& comparison, const 
                          {"frames", std::max<std::size_t>(1, reference.poses.size())}};
   }
   data["glb_size"] = glb.size();
-  return filled(
-      player_html(),
-      {{"title", escaped(title)},
-       {"style", std::string(player_css())},
-       {"data", for_page(data)},
-       {"bytes", base64(compressed(glb + poses))},
-       {"script", fmt::format("const OPTICS = {};\nconst LAMPS = {};\nconst LOOKS = {};\n{}{}{}{}{}{}{}{}",
-                              for_page(shaders::optics()), for_page(shaders::lamps()),
-                              for_page(shaders::looks()), recording_js(), shaders_js(), camera_js(),
-                              bodies_js(), painter_js(), strip_js(), marks_js(), player_js())}});
+  return filled(player_html(),
+                {{"title", escaped(title)},
+                 {"style", std::string(player_css())},
+                 {"data", for_page(data)},
+                 {"bytes", base64(zlib_compressed(glb + poses, 9))},
+                 {"script", fmt::format("const OPTICS = {};\nconst LOOKS = {};\n{}{}{}{}{}{}{}{}",
+                                        for_page(shaders::optics_glsl), for_page(shaders::looks_glsl),
+                                        recording_js(), shaders_js(), camera_js(), bodies_js(), painter_js(),
+                                        strip_js(), marks_js(), player_js())}});
 }
 
 }  // namespace substep::render

@@ -1,6 +1,6 @@
-// What the page holds: the runs' poses, and the bodies' meshes as binary glTF.
+// Decodes the page's data: the runs' poses, and the bodies' meshes as binary glTF.
 
-/** The bytes of the page's element `bytes`. */
+/** Returns the bytes of the page's element `bytes`. */
 async function embeddedBytes() {
   const text = document.getElementById('bytes').textContent;
   const packed = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
@@ -8,7 +8,7 @@ async function embeddedBytes() {
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
-/** The inverse of pose_stream(): seven numbers a body and frame, the world at rest. Returns them and where it ended. */
+/** Inverts pose_stream(): returns seven numbers a body and frame, the world at rest, and the index of the next byte. */
 function posesFrom(bytes, start, frames, bodies, unit, turnParts) {
   const values = new Float32Array(frames * bodies * 7);
   for (let k = 0; k < frames; ++k) values[k * bodies * 7 + 6] = 1;
@@ -34,7 +34,7 @@ function posesFrom(bytes, start, frames, bodies, unit, turnParts) {
   return {values, end: at};
 }
 
-/** What a material says of its textures, in the order of Surface::Role, with what stands for those that it has not. */
+/** Returns a material's textures in the order of Surface::Role, with a white one for each that it lacks. */
 function texturesOf(gltf, material) {
   const {baseColorTexture, metallicRoughnessTexture} = material.pbrMetallicRoughness || {};
   const infos = [baseColorTexture, metallicRoughnessTexture, material.normalTexture, material.occlusionTexture, material.emissiveTexture];
@@ -49,7 +49,7 @@ function texturesOf(gltf, material) {
   });
 }
 
-/** A material as the shaders are told of it: the uniforms of LOOKS. */
+/** Returns a material as the uniforms of LOOKS. */
 function lookOf(gltf, material) {
   const {baseColorFactor = [1, 1, 1, 1], metallicFactor = 1, roughnessFactor = 1} = material.pbrMetallicRoughness || {};
   const {KHR_materials_unlit: unlit, KHR_materials_emissive_strength: strong} = material.extensions || {};
@@ -60,39 +60,37 @@ function lookOf(gltf, material) {
   const occlusion = occlusionTexture ? occlusionTexture.strength ?? 1 : 1;
   return {
     color: baseColorFactor.slice(0, 3), finish: [metallicFactor, roughnessFactor], textures, isBlended: alphaMode === 'BLEND',
-    turns: textures.flatMap(({turn}) => turn), offsets: textures.flatMap(({offset, coordinates}) => [...offset, coordinates, 1]),
+    image_turns: textures.flatMap(({turn}) => turn), image_offsets: textures.flatMap(({offset, coordinates}) => [...offset, coordinates, 1]),
     emission: [...shine, unlit ? 1 : 0], strengths: [normals, occlusion],
     opacity: [baseColorFactor[3], alphaMode === 'MASK' ? alphaCutoff : 0, alphaMode === 'BLEND' ? 1 : 0, material.doubleSided ? 1 : 0],
   };
 }
 
 /**
- * Binary glTF, as animated_glb() writes it: meshes, each a list of triangles [{positions, normals, coordinates, colors, tangents, indices,
- * look}], with null for what they have not; nodes; and images as the browser decodes them, bytes unchanged.
+ * Reads binary glTF of animated_glb(): meshes, each a list of triangles [{positions, normals, coordinates, colors, tangents, indices,
+ * look}], with null for missing ones; nodes; and images as the browser decodes them, bytes unchanged.
  */
 async function modelsFrom(bytes) {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   const jsonSize = view.getUint32(12, true);
   const gltf = JSON.parse(new TextDecoder().decode(bytes.subarray(20, 20 + jsonSize)));
   const binary = 28 + jsonSize;
-  const kinds = {5121: Uint8Array, 5123: Uint16Array, 5125: Uint32Array, 5126: Float32Array};
+  const kinds = {5125: Uint32Array, 5126: Float32Array};
   const widths = {SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4};
   const read = (index) => {
     if (index === undefined) return null;
     const accessor = gltf.accessors[index];
     const part = gltf.bufferViews[accessor.bufferView];
     const Kind = kinds[accessor.componentType];
-    const begin = binary + (part.byteOffset || 0) + (accessor.byteOffset || 0);
+    const begin = binary + part.byteOffset;
     const size = accessor.count * widths[accessor.type] * Kind.BYTES_PER_ELEMENT;
     return new Kind(bytes.slice(begin, begin + size).buffer);
   };
   const meshes = gltf.meshes.map((mesh) => mesh.primitives.map(({attributes, indices, material}) => {
-    const positions = read(attributes.POSITION);
     return {
-      positions, normals: read(attributes.NORMAL), coordinates: [read(attributes.TEXCOORD_0), read(attributes.TEXCOORD_1)],
+      positions: read(attributes.POSITION), normals: read(attributes.NORMAL), coordinates: [read(attributes.TEXCOORD_0), read(attributes.TEXCOORD_1)],
       colors: read(attributes.COLOR_0), tangents: read(attributes.TANGENT),
-      indices: indices === undefined ? Uint32Array.from({length: positions.length / 3}, (_, i) => i) : Uint32Array.from(read(indices)),
-      look: lookOf(gltf, (gltf.materials || [])[material] || {}),
+      indices: read(indices), look: lookOf(gltf, gltf.materials[material]),
     };
   }));
   const images = await Promise.all((gltf.images || []).map(({bufferView, mimeType}) => {
@@ -103,7 +101,7 @@ async function modelsFrom(bytes) {
   return {meshes, nodes: gltf.nodes, images};
 }
 
-/** All of the page: data, and with it `tracks` (a panel's poses), `meshes`, which of these each body has, and `images`. */
+/** Returns the page's data with `tracks` (a panel's poses), `meshes`, the mesh of each body, and `images`. */
 async function readRecording() {
   const data = JSON.parse(document.getElementById('data').textContent);
   const bytes = await embeddedBytes();
@@ -123,14 +121,14 @@ async function readRecording() {
   return data;
 }
 
-/** Seven numbers of a body at frame k of a track; where it ends before, at its end. */
+/** Returns seven numbers of a body at frame k of a track, or at its last frame. */
 function poseAt(data, track, k, body) {
   const frame = Math.max(0, Math.min(k, track.frames - 1));
   const start = (frame * data.bodies.length + body) * 7;
   return track.values.subarray(start, start + 7);
 }
 
-/** v turned by the quaternion in pose[3…6], (x, y, z, w). */
+/** Returns v turned by the quaternion in pose[3…6], (x, y, z, w). */
 function turned(pose, v) {
   const [x, y, z, w] = [pose[3], pose[4], pose[5], pose[6]];
   const tx = 2 * (y * v[2] - z * v[1]);
@@ -139,13 +137,13 @@ function turned(pose, v) {
   return [v[0] + w * tx + y * tz - z * ty, v[1] + w * ty + z * tx - x * tz, v[2] + w * tz + x * ty - y * tx];
 }
 
-/** Where a point of the body is in the world. */
+/** Returns a point of a body in world coordinates. */
 function placed(pose, point) {
   const v = turned(pose, point);
   return [v[0] + pose[0], v[1] + pose[1], v[2] + pose[2]];
 }
 
-/** RMS distance of the body's points from where the reference has them, m: squared_distance() of the program. */
+/** Returns the RMS distance of the body's points from the reference's, m: squared_distance() of the program. */
 function bodyError(data, track, k, body) {
   const is = poseAt(data, track, k, body);
   const should = poseAt(data, data.reference.track, k, body);
@@ -158,12 +156,15 @@ function bodyError(data, track, k, body) {
   return Math.sqrt(sum);
 }
 
-/** "1.23 m", "45.6 mm", "7.8 µm": as the films have it. */
+/** Returns "1.23", "12.3", "123". */
+const threeDigits = (value) => value.toFixed(value < 9.995 ? 2 : value < 99.95 ? 1 : 0);
+
+/** Returns "1.23 m", "45.6 mm", "7.8 µm", as in the films. */
 function lengthLabel(metres) {
   if (metres >= 1e6) return '> 1000 km';
   for (const [size, name] of [[1e3, 'km'], [1, 'm'], [1e-3, 'mm'], [1e-6, 'µm']]) {
     const value = metres / size;
-    if (value >= 0.9995) return `${value.toFixed(value < 9.995 ? 2 : value < 99.95 ? 1 : 0)} ${name}`;
+    if (value >= 0.9995) return `${threeDigits(value)} ${name}`;
   }
   return metres > 0 ? '< 1 µm' : '0';
 }

@@ -1,6 +1,6 @@
-// The shaders of bodies, ground and sky in WebGL 2, in the light of the films: OPTICS, LAMPS and LOOKS, from the films' own.
-// LOOKS_SHOWN is defined for scenes whose surfaces have more than a colour or that have lights beside the sun, AS_LIGHT where shaders
-// give the picture's light, not its codes.
+// The shaders of bodies, ground and sky in WebGL 2, in the light of the films: OPTICS and LOOKS are the films' own.
+// LOOKS is defined for scenes whose surfaces have more than a colour or that have lights beside the sun, AS_LIGHT where shaders give the
+// picture's light, not its codes.
 
 const LIGHT = `precision highp float;
 uniform vec3 eye, sun, zenith, horizon, bounce, ground_color;
@@ -13,9 +13,6 @@ uniform float shadow_bias;
 ` + OPTICS + `
 #ifdef AS_LIGHT
 #define display film
-#endif
-#ifdef LOOKS_SHOWN
-` + LAMPS + `
 #endif
 
 /// Part of the key light that reaches a point: twelve taps of a spiral.
@@ -40,7 +37,7 @@ layout(location = 2) in vec3 place;
 layout(location = 3) in vec4 turn;
 layout(location = 4) in vec4 tint;
 layout(location = 5) in float body;
-#ifdef LOOKS_SHOWN
+#ifdef LOOKS
 layout(location = 6) in vec2 coordinates;
 layout(location = 7) in vec2 other_coordinates;
 layout(location = 8) in vec4 vertex_color;
@@ -60,7 +57,7 @@ void main() {
   world_normal = turned(normal);
   tint_color = tint;
   body_number = body;
-#ifdef LOOKS_SHOWN
+#ifdef LOOKS
   places = vec4(coordinates, other_coordinates);
   own_color = vertex_color;
   world_tangent = vec4(turned(tangent.xyz), tangent.w);
@@ -71,7 +68,7 @@ void main() {
 
 /** What a surface is where it is drawn, and where it is not. */
 const SURFACE = `
-#ifdef LOOKS_SHOWN
+#ifdef LOOKS
 in vec4 places;
 in vec4 own_color;
 ` + LOOKS + `
@@ -81,7 +78,7 @@ uniform vec3 color;
 
 /// Base colour and alpha, which where it is below the cut-off leaves nothing to draw.
 vec4 own_base_color() {
-#ifdef LOOKS_SHOWN
+#ifdef LOOKS
   vec4 base = vec4(color, opacity.x) * own_color * texel(color_texture, 0);
   if (base.a < opacity.y) discard;
   return base;
@@ -94,7 +91,7 @@ vec4 own_base_color() {
 const BODY = LIGHT + SURFACE + `
 in vec3 world_position;
 in vec3 world_normal;
-#ifdef LOOKS_SHOWN
+#ifdef LOOKS
 in vec4 world_tangent;
 #endif
 flat in vec4 tint_color;
@@ -107,7 +104,7 @@ void main() {
   float open = 1.0;
   float alpha = 1.0;
   vec3 shine = vec3(0.0);
-#ifdef LOOKS_SHOWN
+#ifdef LOOKS
   // All texels before the first discard, which leaves neighbours without the places that texels are chosen by.
   own_finish *= texel(finish_texture, 1).bg;
   n = bumped(n, world_tangent, texel(normal_texture, 2).xyz);
@@ -115,7 +112,7 @@ void main() {
   shine = emission.rgb * texel(emission_texture, 4).rgb * (1.0 - tint_color.a);
 #endif
   vec4 own = own_base_color();
-#ifdef LOOKS_SHOWN
+#ifdef LOOKS
   if (!gl_FrontFacing && opacity.w < 0.5) discard;
   alpha = opacity.z > 0.5 ? own.a : 1.0;
 #endif
@@ -124,26 +121,17 @@ void main() {
   float metallic = mix(own_finish.x, 0.0, tint_color.a);
   float roughness = clamp(own_finish.y, 0.06, 1.0);
   vec3 v = normalize(eye - world_position);
-  float nl = max(dot(n, to_sun.xyz), 0.0);
   float nv = max(dot(n, v), 1e-3);
   vec3 facing = mix(vec3(0.04), base_color, metallic);
   vec3 diffuse = base_color * (1.0 - metallic);
   bool faces_key = dot(n, key.xyz - key.w * world_position) > 0.0;
   float lit = faces_key ? key_light(world_position, n) : 0.0;
-  vec3 radiance = scattered(n, v, to_sun.xyz, nl, nv, facing, diffuse, roughness) * sun * (nl * (to_sun.w > 0.5 ? lit : 1.0));
-#ifdef LOOKS_SHOWN
-  for (int i = 0; i < light_count; ++i) {
-    vec3 towards;
-    vec3 light = lamp(i, world_position, lit, towards);
-    float facing_light = max(dot(n, towards), 0.0);
-    radiance += scattered(n, v, towards, facing_light, nv, facing, diffuse, roughness) * light * facing_light;
-  }
-#endif
+  vec3 radiance = direct_light(world_position, n, v, nv, facing, diffuse, roughness, lit);
   vec3 around = mix(bounce, mix(zenith, horizon, 0.55), 0.5 + 0.5 * n.y);
   vec3 rim = facing + (max(vec3(1.0 - roughness), facing) - facing) * pow(1.0 - nv, 5.0);
   radiance += (diffuse * around * (1.0 - rim) + rim * surroundings(reflect(-v, n), roughness)) * open + shine;
   vec3 shown = display(radiance);
-#ifdef LOOKS_SHOWN
+#ifdef LOOKS
 #ifdef AS_LIGHT
   if (emission.w > 0.5) shown = clamp(base_color, 0.0, 1.0);
 #else
@@ -169,27 +157,12 @@ const GROUND = LIGHT + `
 in vec3 world_position;
 out vec4 code;
 void main() {
-  vec2 xz = world_position.xz;
-  vec2 width = max(fwidth(xz) * 1.2, vec2(1e-5));
-  vec2 checker = turns(xz, width);
-  vec2 joint = lines(xz, width, 0.008);
-  vec2 fine = lines(xz * 10.0, width * 10.0, 0.016);
-  vec3 color = ground_color * (1.0 + 0.045 * checker.x * checker.y);
-  color *= 1.0 - 0.30 * (joint.x + joint.y - joint.x * joint.y);
-  color *= 1.0 - 0.16 * (fine.x + fine.y - fine.x * fine.y) * clamp((8.0 - reach / 40.0) / 4.0, 0.0, 1.0);
-  vec3 away = world_position - eye;
+  vec2 width = max(fwidth(world_position.xz) * 1.2, vec2(1e-5));
+  float fine_weight = clamp((8.0 - reach / 40.0) / 4.0, 0.0, 1.0);
+  vec3 color = patterned(ground_color, world_position.xz, width, fine_weight);
   float lit = key_light(world_position, vec3(0.0, 1.0, 0.0));
-  vec3 radiance = color * (sun * (max(to_sun.y, 0.0) * (to_sun.w > 0.5 ? lit : 1.0)) + mix(zenith, horizon, 0.55));
-#ifdef LOOKS_SHOWN
-  for (int i = 0; i < light_count; ++i) {
-    vec3 towards;
-    vec3 light = lamp(i, world_position, lit, towards);
-    radiance += color * light * max(towards.y, 0.0);
-  }
-#endif
-  float fade = clamp((length(away) - reach / 16.0) / (reach - reach / 16.0), 0.0, 1.0);
-  fade = 1.0 - square(1.0 - fade);
-  code = vec4(display(mix(radiance, sky_light(normalize(vec3(away.x, 0.0, away.z))), fade)), 1.0);
+  vec3 radiance = ground_light(color, world_position, lit, 1.0);
+  code = vec4(display(in_haze(radiance, world_position - eye, reach / 16.0, reach)), 1.0);
 }
 `;
 

@@ -3,21 +3,39 @@
 const STRIP = {grid: '#343c48', bright: '#ecf0f5', quiet: '#929caa', alarm: '#ff5c69', surface: '#181d25'};
 const FONT = "'DejaVu Sans', Verdana, system-ui, sans-serif";
 
+/** Starts a path through points. */
+function trace(context, points) {
+  context.beginPath();
+  for (const point of points) context.lineTo(...point);
+}
+
+/** Draws a line through points. */
+function drawLine(context, points, color, width) {
+  Object.assign(context, {strokeStyle: color, lineWidth: width});
+  trace(context, points);
+  context.stroke();
+}
+
+/** Writes text whose middle is at height y, in a font such as 'bold 13px', within `room` pixels. */
+function write(context, text, x, y, font, color, align = 'left', room = undefined) {
+  Object.assign(context, {font: `${font} ${FONT}`, fillStyle: color, textAlign: align, textBaseline: 'middle'});
+  context.fillText(text, x, y, room);
+}
+
 function decadeName(power) {
   return ['1 µm', '10 µm', '0.1 mm', '1 mm', '1 cm', '10 cm', '1 m', '10 m', '100 m', '1 km'][power + 6] || `1e${power} m`;
 }
 
-/** "+2 kJ", "−45.6 mJ"; `text` writes the digits. */
-function energyLabel(joules, text) {
+/** Returns "+2.00 kJ", "−45.6 mJ". */
+function energyLabel(joules) {
   const size = Math.abs(joules);
   for (const [unit, name] of [[1e6, 'MJ'], [1e3, 'kJ'], [1, 'J'], [1e-3, 'mJ'], [1e-6, 'µJ']]) {
-    const value = size / unit;
-    if (value >= 0.9995) return `${joules < 0 ? '−' : '+'}${text(value)} ${name}`;
+    if (size / unit >= 0.9995) return `${joules < 0 ? '−' : '+'}${threeDigits(size / unit)} ${name}`;
   }
   return '0 J';
 }
 
-/** `color` faded into the strip's ground: not by an alpha, which would show where pieces meet. */
+/** Returns `color` faded into the strip's ground: not by an alpha, which would show where pieces meet. */
 function faded(color) {
   const part = (text, at) => parseInt(text.slice(at, at + 2), 16);
   return `rgb(${[1, 3, 5].map((at) => Math.round(part(STRIP.surface, at) + (part(color, at) - part(STRIP.surface, at)) * 0.38)).join()})`;
@@ -29,12 +47,12 @@ class Strip {
     this.show(0);
   }
 
-  /** Which of data.strips. */
+  /** Chooses one of data.strips. */
   show(index) {
     this.kind = this.data.strips[index];
   }
 
-  /** The panel's values, frame by frame. */
+  /** Returns the panel's values, frame by frame. */
   values(panel) {
     return panel[this.kind.key];
   }
@@ -47,11 +65,11 @@ class Strip {
     return value >= certain ? lengthLabel(value) : bound.startsWith('<') ? bound : `≤ ${bound}`;
   }
 
-  /** A value of the strip's axis: StripAxis::label() of the program. */
+  /** Returns a value of the strip's axis: StripAxis::label() of the program. */
   axisLabel(value) {
     const {logarithmic, unit} = this.kind;
     if (logarithmic) return lengthLabel(value);
-    if (unit === 'J') return energyLabel(value, (digits) => digits.toFixed(digits < 9.995 ? 2 : digits < 99.95 ? 1 : 0));
+    if (unit === 'J') return energyLabel(value);
     return `${value < 0 ? '−' : ''}${+Math.abs(value).toPrecision(3)} ${unit}`;
   }
 
@@ -80,7 +98,7 @@ class Strip {
     return this.plot.y + this.plot.height * (1 - share);
   }
 
-  /** The frame at this place across the strip. */
+  /** Returns the frame at this place across the strip. */
   frameAt(x) {
     const last = this.data.times.length - 1;
     return Math.max(0, Math.min(last, Math.round((x - this.plot.x) / this.plot.width * last)));
@@ -92,12 +110,7 @@ class Strip {
     c.fillRect(0, 0, this.width, this.height);
     this.drawGrid();
     if (this.kind.name === 'error') this.drawCertainty();
-    c.strokeStyle = 'rgba(236, 240, 245, 0.45)';
-    c.lineWidth = 1;
-    c.beginPath();
-    c.moveTo(this.x(k), this.plot.y);
-    c.lineTo(this.x(k), this.plot.y + this.plot.height);
-    c.stroke();
+    drawLine(c, [[this.x(k), this.plot.y], [this.x(k), this.plot.y + this.plot.height]], 'rgba(236, 240, 245, 0.45)', 1);
     if (panel.reference) {
       data.panels.forEach((other) => { if (!other.reference) this.drawCurve(other, k, other.color, other.dash); });
       this.drawNames();
@@ -114,19 +127,10 @@ class Strip {
     const lines = kind.logarithmic ? Array.from({length: upper - lower + 1}, (_, i) => [10 ** (lower + i), decadeName(lower + i), i === 0 || i === upper - lower])
       // Where the mark is near an end, it alone is named: that is what the curve is read against.
       : [lower, upper, mark].map((value) => [value, this.axisLabel(value), value === mark || Math.abs(this.y(value) - this.y(mark)) > 11]);
-    c.strokeStyle = STRIP.grid;
-    c.fillStyle = STRIP.quiet;
-    c.font = `11px ${FONT}`;
-    c.textAlign = 'right';
-    c.textBaseline = 'middle';
-    c.lineWidth = 1;
     for (const [value, name, isNamed] of lines) {
       const y = Math.round(this.y(value)) + 0.5;
-      c.beginPath();
-      c.moveTo(plot.x, y);
-      c.lineTo(plot.x + plot.width, y);
-      c.stroke();
-      if (plot.x > 20 && isNamed) c.fillText(name, plot.x - 5, y);
+      drawLine(c, [[plot.x, y], [plot.x + plot.width, y]], STRIP.grid, 1);
+      if (plot.x > 20 && isNamed) write(c, name, plot.x - 5, y, '11px', STRIP.quiet, 'right');
     }
   }
 
@@ -135,36 +139,27 @@ class Strip {
     const {context: c, plot, data: {reference, times}} = this;
     const bottom = plot.y + plot.height;
     c.fillStyle = 'rgba(146, 156, 170, 0.25)';
-    c.beginPath();
-    c.moveTo(this.x(0), bottom);
-    for (let k = 0; k < reference.known; ++k) c.lineTo(this.x(k), this.y(reference.uncertainty[k]));
-    c.lineTo(this.x(Math.max(0, reference.known - 1)), bottom);
+    const curve = Array.from({length: reference.known}, (_, k) => [this.x(k), this.y(reference.uncertainty[k])]);
+    trace(c, [[this.x(0), bottom], ...curve, [this.x(Math.max(0, reference.known - 1)), bottom]]);
     c.fill();
     if (reference.known === times.length) return;
     const end = this.x(reference.known);
     c.fillStyle = STRIP.alarm;
     c.fillRect(end - 1, plot.y, 2, plot.height);
-    c.fillStyle = STRIP.quiet;
     c.font = `11px ${FONT}`;
-    c.textAlign = 'left';
-    c.textBaseline = 'middle';
-    if (c.measureText('reference ends').width + 8 < plot.x + plot.width - end) c.fillText('reference ends', end + 5, plot.y + plot.height / 2);
+    const hasRoom = c.measureText('reference ends').width + 8 < plot.x + plot.width - end;
+    if (hasRoom) write(c, 'reference ends', end + 5, plot.y + plot.height / 2, '11px', STRIP.quiet);
   }
 
   drawCurve(panel, end, ink, [drawn, leftOut]) {
     const {context: c, kind} = this;
     const values = this.values(panel);
-    const {color} = panel;
     const count = Math.min(end + 1, values.length);
-    c.strokeStyle = ink;
-    c.fillStyle = color;
-    c.lineWidth = 1.8;
     c.lineJoin = 'round';
     c.setLineDash(leftOut > 0 ? [drawn, leftOut] : []);
-    c.beginPath();
-    for (let k = 0; k < count; ++k) c.lineTo(this.x(k), this.y(values[k]));
-    c.stroke();
+    drawLine(c, Array.from({length: count}, (_, k) => [this.x(k), this.y(values[k])]), ink, 1.8);
     c.setLineDash([]);
+    c.fillStyle = panel.color;
     // Triangles at the top, where the curve goes on above it.
     const top = kind.logarithmic ? 10 ** kind.scale[1] : kind.scale[1];
     let last = -Infinity;
@@ -172,10 +167,7 @@ class Strip {
       const x = this.x(k);
       if (!(values[k] > top) || x < last + 40) continue;
       last = x;
-      c.beginPath();
-      c.moveTo(x - 4, this.plot.y - 1);
-      c.lineTo(x + 4, this.plot.y - 1);
-      c.lineTo(x, this.plot.y - 8);
+      trace(c, [[x - 4, this.plot.y - 1], [x + 4, this.plot.y - 1], [x, this.plot.y - 8]]);
       c.fill();
     }
   }
@@ -185,18 +177,14 @@ class Strip {
     const value = this.values(panel)[k];
     c.fillStyle = panel.color;
     c.fillRect(this.x(k) - 2.5, this.y(value) - 2.5, 5, 5);
-    c.font = `bold 14px ${FONT}`;
-    c.textAlign = 'right';
-    c.textBaseline = 'middle';
-    c.fillText(this.label(value, k), this.width - 6, this.height / 2, 78);
+    write(c, this.label(value, k), this.width - 6, this.height / 2, 'bold 14px', panel.color, 'right', 78);
   }
 
-  /** Whose curves stand in the reference's strip. */
+  /** Names the curves in the reference's strip. */
   drawNames() {
     const {context: c, plot, data} = this;
-    c.font = `bold 10.5px ${FONT}`;
-    c.textAlign = 'left';
-    c.textBaseline = 'middle';
+    const font = 'bold 10.5px';
+    c.font = `${font} ${FONT}`;
     const names = [...new Map(data.panels.filter((p) => !p.reference).map((p) => [p.name + p.color, p])).values()];
     const lines = Math.max(1, Math.floor((this.height - 2) / 11));
     let x = plot.x + plot.width + 8;
@@ -206,8 +194,7 @@ class Strip {
       const width = c.measureText(panel.name).width;
       if (x + width > this.width) return;
       column = Math.max(column, width);
-      c.fillStyle = panel.color;
-      c.fillText(panel.name, x, (i % lines + 0.5) * this.height / lines);
+      write(c, panel.name, x, (i % lines + 0.5) * this.height / lines, font, panel.color);
     });
   }
 }

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include "render/body_mesh.h"
-#include "sim/geometry/convex_hull.h"
 #include "test_scenes.h"
 
 namespace substep::render {
@@ -19,7 +18,7 @@ TEST(Ground, IsTheWorldsHorizontalPlane) {
   EXPECT_EQ(height_of(scene), -0.75);
 }
 
-TEST(Ground, CarriesTheLowestThingOfTheWorld) {
+TEST(Ground, CarriesTheLowestPartOfTheWorld) {
   Scene scene = empty_scene(false);
   add_body(scene, Sphere{0.5}, {0, 2, 0});
   Collider& block = scene.colliders.emplace_back();
@@ -27,7 +26,7 @@ TEST(Ground, CarriesTheLowestThingOfTheWorld) {
   EXPECT_EQ(height_of(scene), -0.5);
 }
 
-TEST(Ground, LiesBelowWhatFallsAsItStandsAtTheStart) {
+TEST(Ground, LiesBelowFallingBodiesAtTheStart) {
   Scene scene = empty_scene(false);
   add_body(scene, Sphere{0.25}, {0, 2, 0});
   EXPECT_LT(height_of(scene), 1.75);
@@ -59,7 +58,7 @@ TEST(Ground, LiesBelowAllThatCanSwing) {
   EXPECT_GT(height_of(scene), -2);
 }
 
-TEST(Ground, KnowsThatATightRopeDoesNotSag) {
+TEST(Ground, LiesCloseBelowATightRope) {
   Scene scene = empty_scene(false);
   const int left = add_body(scene, Sphere{0.1}, {-1, 2, 0});
   const int right = add_body(scene, Sphere{0.1}, {1, 2, 0});
@@ -89,7 +88,7 @@ double open_below(double radius, float lowest, float highest) {
   return (open - ambient_floor) / (1 - ambient_floor);
 }
 
-TEST(Ground, ADiscAboveHidesItsShareOfTheSky) {
+TEST(Ground, DiscAboveHidesItsFractionOfTheSky) {
   // r² / (r² + h²), from below its middle.
   for (const double height : {0.3, 0.6, 1.2}) {
     const double share = 0.6 * 0.6 / (0.6 * 0.6 + height * height);
@@ -99,7 +98,7 @@ TEST(Ground, ADiscAboveHidesItsShareOfTheSky) {
   }
 }
 
-TEST(Ground, IsOpenWhereNothingIsAndHasAFloorWhereAllIsHidden) {
+TEST(Ground, IsOpenOrHasTheAmbientFloor) {
   EXPECT_EQ(open_below(-1, 0, 1), 1);
   EXPECT_NEAR(open_below(1, 0, 1), 0, 0.02);
   Relief relief;

@@ -3,62 +3,54 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <utility>
 
 #include "render/camera.h"
-#include "render/renderer.h"
-#include "sim/math/rotation.h"
 #include "test_scenes.h"
 
 namespace substep::render {
 namespace {
 
-const bool pinned = [] {
-  pin_renderer();
-  return true;
-}();
+constexpr int width = 250;  // no whole number of tiles
+constexpr int height = 135;
 
-TEST(PictureAreas, HoldAllThatIsSeenOfBodiesAndLeaveTheRest) {
-  ASSERT_TRUE(pinned);
-  const Scene scene = three_shapes();
-  std::vector<Coordinates> poses = initial_state(scene).q;
-  RenderSettings settings;
-  settings.width = 250;  // no whole number of tiles
-  settings.height = 135;
-  Renderer renderer(scene, settings);
-  const BodyMesh mesh = gather_body_mesh(scene);
-  const glm::dmat4 clip = clip_from_world(renderer.view(), 0.01, 1000);
-  const auto outside_and_area = [&] {
-    std::vector<int> covered(std::size_t{250} * 135, 0);
-    for (const Rectangle& area : areas_of(mesh.parts, poses, clip, 250, 135)) {
-      for (int y = area.y; y < std::min(area.y + area.height, 135); ++y) {
-        for (int x = area.x; x < std::min(area.x + area.width, 250); ++x) {
-          ++covered[static_cast<std::size_t>(134 - y) * 250 + static_cast<std::size_t>(x)];
-        }
-      }
+/// Returns how many of the rectangles cover each pixel, row by row from below.
+std::vector<int> coverage(const std::vector<Rectangle>& areas) {
+  std::vector<int> covered(std::size_t{width} * height, 0);
+  for (const Rectangle& area : areas) {
+    for (int y = area.y; y < std::min(area.y + area.height, height); ++y) {
+      for (int x = area.x; x < std::min(area.x + area.width, width); ++x) ++covered[y * width + x];
     }
-    const Image bodies = renderer.draw_bodies(poses);
-    int outside = 0;
-    int area = 0;
-    for (std::size_t i = 0; i < covered.size(); ++i) {
-      EXPECT_LE(covered[i], 1);
-      area += covered[i];
-      const int body = bodies.rgb[3 * i] + 256 * bodies.rgb[3 * i + 1] - 1;
-      outside += body > 0 && covered[i] == 0 ? 1 : 0;
-    }
-    return std::pair(outside, area);
-  };
-  auto [outside, area] = outside_and_area();
-  EXPECT_EQ(outside, 0);
-  EXPECT_LT(area, 250 * 135 / 3);
-  // Half out of the picture, and behind the eye.
-  poses[1].linear += Vector3(renderer.view().right.x, renderer.view().right.y, renderer.view().right.z) * 2;
-  EXPECT_EQ(outside_and_area().first, 0);
-  poses[1].linear = Vector3(renderer.view().eye.x, renderer.view().eye.y, renderer.view().eye.z);
-  EXPECT_EQ(outside_and_area().second, 250 * 135);
+  }
+  return covered;
 }
 
-TEST(SeenAreas, HoldEverySampleThatIsNearerThanTheFarEnd) {
+TEST(PictureAreas, HoldVisibleBodiesAndLeaveTheRest) {
+  const Scene scene = three_shapes();
+  std::vector<Coordinates> poses = start_of(scene);
+  Renderer renderer(scene, {.width = width, .height = height});
+  const BodyMesh mesh = gather_body_mesh(scene);
+  const glm::dmat4 clip = clip_from_world(renderer.view(), 0.01, 1000);
+  const auto covered_area = [&] {
+    const std::vector<int> covered = coverage(areas_of(mesh.parts, poses, clip, width, height));
+    const Image bodies = renderer.draw_bodies(poses);
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x) {
+        const bool is_body = bodies.pixel(x, height - 1 - y)[0] > 1;
+        EXPECT_TRUE(covered[y * width + x] == 1 || (covered[y * width + x] == 0 && !is_body))
+            << x << ' ' << y;
+      }
+    }
+    return std::ranges::count(covered, 1);
+  };
+  EXPECT_LT(covered_area(), width * height / 3);
+  // Half out of the picture, and behind the eye.
+  poses[1].linear += Vector3(renderer.view().right.x, renderer.view().right.y, renderer.view().right.z) * 2;
+  covered_area();
+  poses[1].linear = Vector3(renderer.view().eye.x, renderer.view().eye.y, renderer.view().eye.z);
+  EXPECT_EQ(covered_area(), width * height);
+}
+
+TEST(SeenAreas, HoldEverySampleBeforeTheFarEnd) {
   // Two samples a pixel each way; a box of no whole number of tiles, at (16, 32).
   const Rectangle box{16, 32, 21, 13};
   std::vector<float> depths(std::size_t{42} * 26, 1.0F);
@@ -80,7 +72,6 @@ TEST(MovesBy, SeesShiftsAndTurnsOfAHundredthOfAPixel) {
   glm::dmat4 clip(1);
   clip[2] = {0, 0, -1, -1};
   clip[3] = {0, 0, 0, 0};
-  constexpr int side = 400;
   Part part;
   part.body = 1;
   part.low = {-1, -0.5, -0.5};
@@ -90,7 +81,7 @@ TEST(MovesBy, SeesShiftsAndTurnsOfAHundredthOfAPixel) {
     std::vector<Coordinates> to = from;
     to[1].linear += shift;
     to[1].angular = rotation_quaternion({0, 0, turn});
-    return moves_by(pixels, std::span(&part, 1), from, to, clip, side, side);
+    return moves_by(pixels, std::span(&part, 1), from, to, clip, 400, 400);
   };
   EXPECT_FALSE(moves(1e-9, {0, 0, 0}, 0));
   EXPECT_TRUE(moves(0.0099, {1e-4, 0, 0}, 0));
@@ -104,8 +95,6 @@ TEST(MovesBy, SeesShiftsAndTurnsOfAHundredthOfAPixel) {
 TEST(GroundAreas, OpenOnesHaveNoPixelInAMarkedCell) {
   // From 2 m above the ground, down at a slant, with the horizon in the picture; a map of 8 × 8 cells of a
   // metre.
-  constexpr int width = 250;
-  constexpr int height = 135;
   const glm::dvec3 eye(4, 2, 12);
   const glm::dvec3 corner(-0.9, -0.75, -1);
   const glm::dvec3 right(1.8 / width, 0, 0);
@@ -117,33 +106,23 @@ TEST(GroundAreas, OpenOnesHaveNoPixelInAMarkedCell) {
   for (const bool is_first : {true, false}) {
     const GroundAreas areas = ground_areas(eye, 2, corner, right, up, width, height, is_first ? some : none,
                                            is_first ? none : some);
-    std::vector<int> covered(std::size_t{width} * height, 0);
-    int open = 0;
-    int marked = 0;
-    const auto count = [&](const std::vector<Rectangle>& rectangles, bool is_open) {
-      for (const Rectangle& area : rectangles) {
-        for (int y = area.y; y < std::min(area.y + area.height, height); ++y) {
-          for (int x = area.x; x < std::min(area.x + area.width, width); ++x) {
-            ++covered[static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)];
-            const glm::dvec3 ray = corner + right * (x + 0.5) + up * (y + 0.5);
-            const glm::dvec3 hit = eye + ray * (-2 / ray.y);
-            const bool is_on_map = ray.y < 0 && hit.x >= 0 && hit.x < 8 && hit.z >= 0 && hit.z < 8;
-            const bool is_here =
-                is_on_map && is_marked(static_cast<std::size_t>(hit.z) * 8 + static_cast<std::size_t>(hit.x));
-            open += is_open ? 1 : 0;
-            marked += is_here ? 1 : 0;
-            EXPECT_FALSE(is_open && is_here) << x << ' ' << y;
-          }
-        }
-      }
-    };
-    count(areas.open, true);
-    count(areas.shadowed, false);
-    count(areas.occluded, false);
     EXPECT_EQ(areas.occluded.empty(), is_first);
-    for (const int times : covered) EXPECT_EQ(times, 1);
+    const std::vector<int> open = coverage(areas.open);
+    const std::vector<int> shadowed = coverage(areas.shadowed);
+    const std::vector<int> occluded = coverage(areas.occluded);
+    int marked = 0;
+    for (int i = 0; i < width * height; ++i) {
+      EXPECT_EQ(open[i] + shadowed[i] + occluded[i], 1);
+      const glm::dvec3 ray = corner + right * (i % width + 0.5) + up * (i / width + 0.5);
+      const glm::dvec3 hit = eye + ray * (-2 / ray.y);
+      const bool is_on_map = ray.y < 0 && hit.x >= 0 && hit.x < 8 && hit.z >= 0 && hit.z < 8;
+      if (!is_on_map || !is_marked(static_cast<std::size_t>(hit.z) * 8 + static_cast<std::size_t>(hit.x)))
+        continue;
+      ++marked;
+      EXPECT_EQ(open[i], 0) << i;
+    }
     EXPECT_GT(marked, 100);
-    EXPECT_GT(open, width * height / 2);
+    EXPECT_GT(std::ranges::count(open, 1), width * height / 2);
   }
 }
 

@@ -20,12 +20,13 @@ Pixels grey(std::size_t pixels, int code, int alpha = 0) {
 
 constexpr int all_samples = 0xff;  // bodies', and of the first colour
 
-TEST(Resolve, TheLowestRowComesLast) {
+TEST(Resolve, LowestRowComesLast) {
   const Pixels bottom_up{1, 2, 3, 255, 4, 5, 6, 255};  // two rows of one pixel
   EXPECT_EQ(top_down(bottom_up, 1, 2).rgb, (Pixels{4, 5, 6, 1, 2, 3}));
   const Pixels ground = grey(2, 9);
   for (const int samples : {1, 2}) {
-    EXPECT_EQ(resolved(Drawn{1, 2, samples, ground, bottom_up, ground}).rgb, (Pixels{4, 5, 6, 1, 2, 3}));
+    EXPECT_EQ(resolved(RenderedPixels{1, 2, samples, ground, bottom_up, ground}).rgb,
+              (Pixels{4, 5, 6, 1, 2, 3}));
   }
 }
 
@@ -34,9 +35,10 @@ TEST(Resolve, EqualSamplesKeepTheirCode) {
     // This holds for each of the three colours that samples take.
     for (const int bits : {0x00, 0xff, 0xf0, 0x53, 0x31}) {
       const Pixels same = grey(1, code, bits);
-      const Drawn drawn{1, 1, 2, same, same, same};
-      EXPECT_EQ(resolved(drawn).rgb, Pixels(3, static_cast<std::uint8_t>(code)));
-      EXPECT_EQ(resolved(veiled(drawn), 1, 1, 2).rgb, Pixels(3, static_cast<std::uint8_t>(code)));
+      const RenderedPixels rendered{1, 1, 2, same, same, same};
+      EXPECT_EQ(resolved(rendered).rgb, Pixels(3, static_cast<std::uint8_t>(code)));
+      EXPECT_EQ(resolved(light_of_samples(rendered), 1, 1, 2).rgb,
+                Pixels(3, static_cast<std::uint8_t>(code)));
     }
   }
 }
@@ -47,10 +49,10 @@ int covered(int below, int drawn, int over, bool is_second = false) {
   const Pixels ground = grey(1, below);
   const Pixels first = grey(1, is_second ? 77 : over, is_second ? samples << 4 : samples << 4 | samples);
   const Pixels second = grey(1, over);
-  return resolved(Drawn{1, 1, 2, ground, first, second}).rgb[0];
+  return resolved(RenderedPixels{1, 1, 2, ground, first, second}).rgb[0];
 }
 
-TEST(Resolve, SamplesAreAveragedAsLight) {
+TEST(Resolve, AveragesSamplesAsLight) {
   // sRGB's codes of a quarter, half and three quarters of white: 1.055 x^(1/2.4) − 0.055, times 255.
   for (const bool is_second : {false, true}) {
     EXPECT_EQ(covered(0, 1, 255, is_second), 137);
@@ -60,7 +62,7 @@ TEST(Resolve, SamplesAreAveragedAsLight) {
   }
 }
 
-TEST(Resolve, AnUprightEdgeHasFourStepsAPixel) {
+TEST(Resolve, UprightEdgeHasFourStepsAPixel) {
   // Three pixels in a row; the first `drawn` columns of samples are white, the ground is black.
   std::vector<int> middle;
   for (int drawn = 0; drawn <= 6; ++drawn) {
@@ -69,22 +71,22 @@ TEST(Resolve, AnUprightEdgeHasFourStepsAPixel) {
       if (x < drawn) first[4 * (static_cast<std::size_t>(x) / 2) + 3] |= x % 2 == 0 ? 0x55 : 0xaa;
     }
     const Pixels ground = grey(3, 0);
-    middle.push_back(resolved(Drawn{3, 1, 2, ground, first, ground}).pixel(1, 0)[0]);
+    middle.push_back(resolved(RenderedPixels{3, 1, 2, ground, first, ground}).pixel(1, 0)[0]);
   }
   // sRGB's codes of 0, 0, 1/8, 1/2, 7/8, 1, 1.
   EXPECT_EQ(middle, (std::vector<int>{0, 0, 99, 188, 240, 255, 255}));
 }
 
-TEST(Resolve, AnEdgeBetweenPixelsIsSmoothedAsOneWithin) {
+TEST(Resolve, SmoothsEdgesBetweenPixels) {
   // Two pixels, each wholly a body's: the nearest column of the neighbour's counts an eighth.
   Pixels first = grey(2, 255, all_samples);
   std::fill_n(first.begin(), 3, std::uint8_t{0});
-  const Image image = resolved(Drawn{2, 1, 2, first, first, first});
+  const Image image = resolved(RenderedPixels{2, 1, 2, first, first, first});
   EXPECT_EQ(image.pixel(0, 0)[0], 99);
   EXPECT_EQ(image.pixel(1, 0)[0], 240);
 }
 
-TEST(Resolve, PixelsWithinAreAveragedAsAtTheBorder) {
+TEST(Resolve, AgreesWithAveragingEachSample) {
   // 40 × 30 pixels of any colours and bits; with samples of their own, all are averaged one by one.
   std::mt19937 numbers(1);  // NOLINT(bugprone-random-generator-seed): the same in every run
   Pixels first(std::size_t{40} * 30 * 4);
@@ -94,30 +96,30 @@ TEST(Resolve, PixelsWithinAreAveragedAsAtTheBorder) {
     for (std::uint8_t& byte : *pixels) byte = static_cast<std::uint8_t>(numbers());
   }
   for (std::size_t i = 3; i < first.size(); i += 8) first[i] = first[i] < 128 ? 0 : all_samples;
-  const Drawn drawn{40, 30, 2, ground, first, second};
-  EXPECT_EQ(resolved(drawn).rgb, resolved(veiled(drawn), 40, 30, 2).rgb);
+  const RenderedPixels rendered{40, 30, 2, ground, first, second};
+  EXPECT_EQ(resolved(rendered).rgb, resolved(light_of_samples(rendered), 40, 30, 2).rgb);
 }
 
-TEST(Resolve, UndrawnGroundBelowABodyIsNotUsed) {
+TEST(Resolve, IgnoresGroundBelowBodies) {
   // The left pixel is wholly a body's, where the ground is anything; of the right one only the right half is.
   Pixels first = grey(2, 255, all_samples);
   first[7] = 0xaa;
   Pixels ground = grey(2, 0);
-  const Image black = resolved(Drawn{2, 1, 2, ground, first, ground});
+  const Image black = resolved(RenderedPixels{2, 1, 2, ground, first, ground});
   std::fill_n(ground.begin(), 4, std::uint8_t{200});
-  EXPECT_EQ(resolved(Drawn{2, 1, 2, ground, first, ground}).rgb, black.rgb);
+  EXPECT_EQ(resolved(RenderedPixels{2, 1, 2, ground, first, ground}).rgb, black.rgb);
   EXPECT_EQ(black.rgb[0], 240);  // 7/8
 }
 
-TEST(Resolve, WhatLightPassesThroughLiesOverBodiesAndGround) {
+TEST(Resolve, LaysBlendedSurfacesOverBodiesAndGround) {
   // Half of white over black, where the layer has a body's sample: as light, so 188.
   const Pixels black = grey(2, 0);
   Pixels layer = grey(2, 255);
   layer[3] = all_samples;
   Pixels opacities(8, 0);
   opacities[0] = 128;
-  Veiled samples = veiled(Drawn{2, 1, 1, black, black, black});
-  lay_over(samples, Drawn{2, 1, 1, black, layer, black}, opacities);
+  SampleLight samples = light_of_samples(RenderedPixels{2, 1, 1, black, black, black});
+  lay_over(samples, RenderedPixels{2, 1, 1, black, layer, black}, opacities);
   const Image image = resolved(samples, 2, 1, 1);
   EXPECT_NEAR(image.pixel(0, 0)[0], 188, 1);
   EXPECT_EQ(image.pixel(1, 0)[0], 0);

@@ -4,13 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
-#include <optional>
 #include <string>
 
 #include "render/image.h"
-#include "render/renderer.h"
-#include "render/resolve.h"
 #include "test_scenes.h"
 #include "tests/error_message.h"
 
@@ -35,7 +33,14 @@ Surface unlit(double red, double green, double blue) {
   return surface;
 }
 
-/// A square of ±`half` at this height towards the camera; texture coordinates 0–1 from its upper left corner.
+Surface with_opacity(Surface surface, Surface::Opacity opacity, double alpha = 1) {
+  surface.opacity = opacity;
+  surface.alpha = alpha;
+  return surface;
+}
+
+/// Adds a square of ±`half` at this height towards the camera; texture coordinates 0–1 from its upper left
+/// corner.
 Mesh& add_square(Scene& scene, const Surface& surface, double z = 0, double half = 1) {
   Mesh& mesh = scene.meshes.emplace_back();
   mesh.positions = {{-half, half, z}, {-half, -half, z}, {half, -half, z}, {half, half, z}};
@@ -50,13 +55,10 @@ Mesh& add_square(Scene& scene, const Surface& surface, double z = 0, double half
 }
 
 Image drawn(const Scene& scene, int size = 64) {
-  RenderSettings settings;
-  settings.width = size;
-  settings.height = size;
-  return Renderer(scene, settings).draw(initial_state(scene).q);
+  return picture_of(scene, {.width = size, .height = size});
 }
 
-Color at(const Image& image, double x, double y) {
+Color at(const Image& image, double x = 0.5, double y = 0.5) {
   const std::uint8_t* p = image.pixel(static_cast<int>(x * image.width), static_cast<int>(y * image.height));
   return {p[0], p[1], p[2]};
 }
@@ -72,8 +74,8 @@ int displayed(double radiance) {
   return code_of(std::clamp(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0));
 }
 
-void expect_near(const Color& color, const Color& expected, int within = 1) {
-  for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(color[c], expected[c], within) << c;
+void expect_near(const Color& color, const Color& expected) {
+  for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(color[c], expected[c], 1) << c;
 }
 
 int add_image(Scene& scene, const Image& image) {
@@ -81,35 +83,39 @@ int add_image(Scene& scene, const Image& image) {
   return static_cast<int>(scene.images.size()) - 1;
 }
 
-Image two_by_two(const std::array<Color, 4>& colors) {
-  Image image(2, 2);
-  for (std::size_t i = 0; i < 4; ++i) {
-    for (std::size_t c = 0; c < 3; ++c) image.rgb[3 * i + c] = static_cast<std::uint8_t>(colors[i][c]);
-  }
-  return image;
-}
-
 constexpr std::array<Color, 4> quarters{{{200, 30, 40}, {20, 180, 60}, {70, 80, 220}, {250, 240, 10}}};
 
 /// A square that shows the quarters, sharp.
 Scene scene_of_quarters() {
+  Image image(2, 2);
+  for (std::size_t i = 0; i < 12; ++i) image.rgb[i] = static_cast<std::uint8_t>(quarters[i / 3][i % 3]);
   Scene scene = facing_scene();
   Surface surface = unlit(1, 1, 1);
-  surface.textures[Surface::color_texture].image = add_image(scene, two_by_two(quarters));
+  surface.textures[Surface::color_texture].image = add_image(scene, image);
   surface.textures[Surface::color_texture].is_sharp_near = true;
   add_square(scene, surface);
   return scene;
 }
 
-TEST(Surfaces, ATexturedSquareShowsItsTexels) {
-  const Image image = drawn(scene_of_quarters());
-  expect_near(at(image, 0.25, 0.25), quarters[0]);
-  expect_near(at(image, 0.75, 0.25), quarters[1]);
-  expect_near(at(image, 0.25, 0.75), quarters[2]);
-  expect_near(at(image, 0.75, 0.75), quarters[3]);
+/// Expects the four quarters of the picture to show these of the image.
+void expect_quarters(const Scene& scene, const std::array<std::size_t, 4>& expected) {
+  const Image image = drawn(scene);
+  for (std::size_t i = 0; i < 4; ++i) {
+    expect_near(at(image, i % 2 == 0 ? 0.25 : 0.75, i < 2 ? 0.25 : 0.75), quarters[expected[i]]);
+  }
 }
 
-TEST(Surfaces, ATextureRepeatsIsMirroredOrEnds) {
+TEST(Surfaces, TextureIsTurnedAndMoved) {
+  Scene scene = scene_of_quarters();
+  expect_quarters(scene, {0, 1, 2, 3});
+  Texture& texture = scene.surfaces[0].textures[Surface::color_texture];
+  texture.turn << 0, 1, -1, 0;  // a quarter turn
+  texture.offset = {0, 1};
+  // (u, v) shows the image at (v, 1 − u).
+  expect_quarters(scene, {2, 0, 3, 1});
+}
+
+TEST(Surfaces, TextureRepeatsIsMirroredOrEnds) {
   for (const Texture::Wrap wrap : {Texture::Wrap::repeat, Texture::Wrap::mirrored, Texture::Wrap::clamped}) {
     Scene scene = scene_of_quarters();
     Texture& texture = scene.surfaces[0].textures[Surface::color_texture];
@@ -118,25 +124,12 @@ TEST(Surfaces, ATextureRepeatsIsMirroredOrEnds) {
     const Image image = drawn(scene);
     expect_near(at(image, 0.1, 0.1), quarters[0]);
     // Right of the first copy and below it: its first texel, its last, or its last for ever.
-    const std::size_t beyond = wrap == Texture::Wrap::repeat ? 0 : 3;
-    expect_near(at(image, 0.6, 0.6), quarters[beyond]);
+    expect_near(at(image, 0.6, 0.6), quarters[wrap == Texture::Wrap::repeat ? 0 : 3]);
     expect_near(at(image, 0.9, 0.9), quarters[wrap == Texture::Wrap::mirrored ? 0 : 3]);
   }
 }
 
-TEST(Surfaces, ATransformTurnsAndMovesATexture) {
-  Scene scene = scene_of_quarters();
-  Texture& texture = scene.surfaces[0].textures[Surface::color_texture];
-  texture.turn << 0, 1, -1, 0;  // a quarter turn
-  texture.offset = {0, 1};
-  const Image image = drawn(scene);
-  // Place (u, v) shows the image at (v, 1 − u).
-  expect_near(at(image, 0.25, 0.25), quarters[2]);
-  expect_near(at(image, 0.75, 0.25), quarters[0]);
-  expect_near(at(image, 0.25, 0.75), quarters[3]);
-}
-
-TEST(Surfaces, AFarTextureIsTheMeanOfItsLight) {
+TEST(Surfaces, FarTextureIsTheMeanOfItsLight) {
   Scene scene = facing_scene();
   Image checker(64, 64);
   for (int y = 0; y < 64; ++y) {
@@ -150,37 +143,34 @@ TEST(Surfaces, AFarTextureIsTheMeanOfItsLight) {
   for (const double place : {0.2, 0.5, 0.8}) expect_near(at(image, place, 0.4), Color{188, 188, 188});
 }
 
-TEST(Surfaces, VertexColoursMultiply) {
+TEST(Surfaces, VertexColorsMultiply) {
   Scene scene = facing_scene();
   Mesh& mesh = add_square(scene, unlit(1, 0.5, 0.25));
   mesh.looks.colors.assign(4, {0.5F, 0.5F, 1, 1});
-  expect_near(at(drawn(scene), 0.5, 0.5), {code_of(0.5), code_of(0.25), code_of(0.25)});
+  expect_near(at(drawn(scene)), {code_of(0.5), code_of(0.25), code_of(0.25)});
 }
 
-TEST(Surfaces, AMaskCutsWhereAlphaIsBelowTheCutOff) {
+/// Colours of a square's corners whose alpha grows from left to right.
+const std::vector<std::array<float, 4>> from_left_to_right{
+    {1, 1, 1, 0}, {1, 1, 1, 0}, {1, 1, 1, 1}, {1, 1, 1, 1}};
+
+TEST(Surfaces, MaskCutsBelowTheCutOff) {
   Scene scene = facing_scene();
   add_square(scene, unlit(0, 0, 1), -0.5, 2);
-  Surface surface = unlit(1, 0, 0);
-  surface.opacity = Surface::Opacity::cut;
+  Surface surface = with_opacity(unlit(1, 0, 0), Surface::Opacity::cut);
   surface.cut_off = 0.25;
   Mesh& mesh = add_square(scene, surface);
-  mesh.looks.colors = {{1, 1, 1, 0}, {1, 1, 1, 0}, {1, 1, 1, 1}, {1, 1, 1, 1}};  // from left to right
+  mesh.looks.colors = from_left_to_right;
   const Image image = drawn(scene, 128);
   expect_near(at(image, 0.23, 0.5), {0, 0, 255});
   expect_near(at(image, 0.27, 0.5), {255, 0, 0});
 }
 
-TEST(Surfaces, ABlendedSurfaceIsLaidOverWhatIsBehindIt) {
+TEST(Surfaces, BlendedSurfacesLieOverThoseBehind) {
   Scene scene = facing_scene();
   add_square(scene, unlit(0.1, 0.2, 0.8), -0.5, 2);
-  Surface pane = unlit(0.9, 0.5, 0);
-  pane.opacity = Surface::Opacity::blended;
-  pane.alpha = 0.25;
-  add_square(scene, pane, 0, 2);
-  Surface other = unlit(0, 1, 0.3);
-  other.opacity = Surface::Opacity::blended;
-  other.alpha = 0.5;
-  add_square(scene, other, 0.2, 2);
+  add_square(scene, with_opacity(unlit(0.9, 0.5, 0), Surface::Opacity::blended, 0.25), 0, 2);
+  add_square(scene, with_opacity(unlit(0, 1, 0.3), Surface::Opacity::blended, 0.5), 0.2, 2);
   Color expected{};
   const std::array<std::array<double, 3>, 3> colors{{{0.1, 0.2, 0.8}, {0.9, 0.5, 0}, {0, 1, 0.3}}};
   for (std::size_t c = 0; c < 3; ++c) {
@@ -188,23 +178,16 @@ TEST(Surfaces, ABlendedSurfaceIsLaidOverWhatIsBehindIt) {
     expected[c] = code_of(0.5 * behind + 0.5 * colors[2][c]);
   }
   const Image image = drawn(scene);
-  expect_near(at(image, 0.5, 0.5), expected);
-  // Whatever the order in which they are drawn.
+  expect_near(at(image), expected);
+  // In any order of drawing.
   std::swap(scene.visuals[1], scene.visuals[2]);
   EXPECT_EQ(drawn(scene).rgb, image.rgb);
+  // An opaque surface in front hides all.
+  add_square(scene, unlit(0.3, 0.2, 0.1), 0.4, 2);
+  expect_near(at(drawn(scene)), {code_of(0.3), code_of(0.2), code_of(0.1)});
 }
 
-TEST(Surfaces, NothingIsSeenThroughASurfaceInFront) {
-  Scene scene = facing_scene();
-  add_square(scene, unlit(0.1, 0.2, 0.8), 0.2, 2);
-  Surface pane = unlit(0.9, 0.5, 0);
-  pane.opacity = Surface::Opacity::blended;
-  pane.alpha = 0.5;
-  add_square(scene, pane, 0, 2);
-  expect_near(at(drawn(scene), 0.5, 0.5), {code_of(0.1), code_of(0.2), code_of(0.8)});
-}
-
-TEST(Surfaces, EmissionIsSeenInTheDark) {
+TEST(Surfaces, EmissionShowsInTheDark) {
   Scene scene = facing_scene();
   scene.lights.emplace_back().intensity = 0;  // in place of the sun that shines where a file has no light
   Surface surface;
@@ -213,9 +196,9 @@ TEST(Surfaces, EmissionIsSeenInTheDark) {
   surface.metallic = 1;  // reflects its base colour: nothing but a rim
   surface.emission = {0.5, 0.05, 0};
   add_square(scene, surface);
-  expect_near(at(drawn(scene), 0.5, 0.5), {displayed(0.5), displayed(0.05), 0});
+  expect_near(at(drawn(scene)), {displayed(0.5), displayed(0.05), 0});
   scene.surfaces[0].emission = {};
-  expect_near(at(drawn(scene), 0.5, 0.5), {0, 0, 0});
+  expect_near(at(drawn(scene)), {0, 0, 0});
 }
 
 /// A grey square in light from the right and above, of which its normals may be turned.
@@ -232,32 +215,22 @@ Scene scene_in_light() {
   return scene;
 }
 
-/// Returns the colour of its centre, with all normals turned by a texture whose texels are this vector.
-Color with_normal_map(const Vector3& normal) {
-  Scene scene = scene_in_light();
-  Image map(1, 1);
-  for (int i = 0; i < 3; ++i) {
-    map.rgb[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(std::lround((normal[i] + 1) * 127.5));
-  }
-  scene.surfaces[0].textures[Surface::normal_texture].image = add_image(scene, map);
-  return at(drawn(scene), 0.5, 0.5);
-}
-
-Color with_normals(const Vector3& normal) {
-  Scene scene = scene_in_light();
-  scene.meshes[0].normals.assign(4, normal);
-  return at(drawn(scene), 0.5, 0.5);
-}
-
-TEST(Surfaces, ANormalMapTurnsTheNormals) {
+TEST(Surfaces, NormalMapTurnsNormals) {
   // Right on the texture is right on the square, up is up: towards the light or away from it.
+  std::vector<int> reds;
   for (const Vector3& tilt :
        {Vector3(0.5, 0, 1), Vector3(-0.5, 0, 1), Vector3(0, 0.5, 1), Vector3(0, -0.5, 1)}) {
     const Vector3 normal = tilt.normalized();
-    expect_near(with_normal_map(normal), with_normals(normal));
+    Scene mapped = scene_in_light();
+    Image map(1, 1);
+    for (int i = 0; i < 3; ++i) map.rgb[i] = static_cast<std::uint8_t>(std::lround((normal[i] + 1) * 127.5));
+    mapped.surfaces[0].textures[Surface::normal_texture].image = add_image(mapped, map);
+    Scene turned = scene_in_light();
+    turned.meshes[0].normals.assign(4, normal);
+    expect_near(at(drawn(mapped)), at(drawn(turned)));
+    reds.push_back(at(drawn(mapped))[0]);
   }
-  EXPECT_GT(with_normal_map(Vector3(0.5, 0, 1).normalized())[0],
-            with_normal_map(Vector3(-0.5, 0, 1).normalized())[0] + 20);
+  EXPECT_GT(reds[0], reds[1] + 20);
 }
 
 TEST(Surfaces, MetalAndRoughnessComeFromTheirChannels) {
@@ -270,26 +243,26 @@ TEST(Surfaces, MetalAndRoughnessComeFromTheirChannels) {
   Scene plain = scene_in_light();
   plain.surfaces[0].metallic = 0.2;
   plain.surfaces[0].roughness = 0.4;
-  expect_near(at(drawn(textured), 0.5, 0.5), at(drawn(plain), 0.5, 0.5));
+  expect_near(at(drawn(textured)), at(drawn(plain)));
 }
 
-TEST(Surfaces, APointLightFallsOffWithTheSquareOfItsDistance) {
+TEST(Surfaces, PointLightFallsOffWithSquaredDistance) {
   Scene near = scene_in_light();
   near.lights[0].kind = Light::Kind::point;
   near.lights[0].position = {0, 0, 2};
   near.lights[0].intensity = 3 * 4;
   Scene far = scene_in_light();
   far.lights[0].direction = {0, 0, -1};
-  expect_near(at(drawn(near), 0.5, 0.5), at(drawn(far), 0.5, 0.5));
+  expect_near(at(drawn(near)), at(drawn(far)));
   // At 1.5 m beside the centre the way is 1.25 times as long: (4/5)² of the light at a cosine of 4/5.
   Scene beside = far;
   beside.lights[0].intensity = 3 * 0.8 * 0.8;
   beside.lights[0].direction = Vector3(-1.5, 0, -2).normalized();
   near.lights[0].position = {1.5, 0, 2};
-  expect_near(at(drawn(near), 0.5, 0.5), at(drawn(beside), 0.5, 0.5));
+  expect_near(at(drawn(near)), at(drawn(beside)));
 }
 
-TEST(Surfaces, ASpotEndsAtItsConeAndALightAtItsRange) {
+TEST(Surfaces, SpotEndsAtItsConeAndLightAtItsRange) {
   Scene scene = scene_in_light();
   Light& light = scene.lights[0];
   light.kind = Light::Kind::spot;
@@ -300,68 +273,62 @@ TEST(Surfaces, ASpotEndsAtItsConeAndALightAtItsRange) {
   const Image lit = drawn(scene);
   light.intensity = 0;
   const Image dark = drawn(scene);
-  EXPECT_GT(at(lit, 0.5, 0.5)[0], at(dark, 0.5, 0.5)[0] + 40);
+  EXPECT_GT(at(lit)[0], at(dark)[0] + 40);
   EXPECT_EQ(at(lit, 0.8, 0.5), at(dark, 0.8, 0.5));
   light.intensity = 3;
   light.kind = Light::Kind::point;
   light.range = 1.2;
   const Image ranged = drawn(scene);
-  EXPECT_GT(at(ranged, 0.5, 0.5)[0], at(dark, 0.5, 0.5)[0] + 20);
+  EXPECT_GT(at(ranged)[0], at(dark)[0] + 20);
   EXPECT_EQ(at(ranged, 0.95, 0.5), at(dark, 0.95, 0.5));
 }
 
-TEST(Surfaces, ASurfaceWithoutABackIsNotSeenFromBehind) {
+TEST(Surfaces, SurfaceWithoutBackIsInvisibleFromBehind) {
   Scene scene = facing_scene();
   add_square(scene, unlit(0, 1, 0), -0.5, 2);
   Surface surface = unlit(1, 0, 0);
   surface.has_back = false;
   Mesh& mesh = add_square(scene, surface);
-  expect_near(at(drawn(scene), 0.5, 0.5), {255, 0, 0});
+  expect_near(at(drawn(scene)), {255, 0, 0});
   mesh.normals.assign(4, -Vector3::UnitZ());
-  expect_near(at(drawn(scene), 0.5, 0.5), {0, 255, 0});
+  expect_near(at(drawn(scene)), {0, 255, 0});
   scene.surfaces[1].has_back = true;
-  expect_near(at(drawn(scene), 0.5, 0.5), {255, 0, 0});
+  expect_near(at(drawn(scene)), {255, 0, 0});
 }
 
-TEST(Surfaces, BodiesAreToldApartThroughWhatIsCutAway) {
+TEST(Surfaces, CutSurfacesHaveNoBodyColor) {
   Scene scene = facing_scene();
-  Body& body = scene.bodies.emplace_back();
-  body.inverse_mass = 1;
-  Surface surface = unlit(1, 0, 0);
-  surface.opacity = Surface::Opacity::cut;
-  Mesh& mesh = add_square(scene, surface, 0.1, 0.5);
-  mesh.looks.colors = {{1, 1, 1, 0}, {1, 1, 1, 0}, {1, 1, 1, 1}, {1, 1, 1, 1}};
+  scene.bodies.emplace_back().inverse_mass = 1;
+  Mesh& mesh = add_square(scene, with_opacity(unlit(1, 0, 0), Surface::Opacity::cut), 0.1, 0.5);
+  mesh.looks.colors = from_left_to_right;
   scene.visuals.back().body = 1;
-  RenderSettings settings;
-  settings.width = settings.height = 64;
-  const Image codes = Renderer(scene, settings).draw_bodies(initial_state(scene).q);
+  const Image codes = Renderer(scene, {.width = 64, .height = 64}).draw_bodies(start_of(scene));
   EXPECT_EQ(at(codes, 0.6, 0.5), (Color{2, 0, 0}));
   EXPECT_NE(at(codes, 0.4, 0.5), (Color{2, 0, 0}));
 }
 
-TEST(Surfaces, KeptOnesOfTheWorldEqualThoseDrawnAnew) {
+TEST(Surfaces, KeptSurfacesOfTheWorldEqualNewOnes) {
   Scene scene = scene_in_light();
   scene.bodies.emplace_back().inverse_mass = 1;
   add_square(scene, unlit(1, 0, 0), 0.2, 0.3);
   scene.visuals.back().body = 1;
-  RenderSettings settings;
-  settings.width = settings.height = 64;
+  constexpr RenderSettings settings{.width = 64, .height = 64};
   Renderer renderer(scene, settings);
-  std::vector<Coordinates> poses = initial_state(scene).q;
+  std::vector<Coordinates> poses = start_of(scene);
   for (const double x : {0.0, -0.5, 0.4, 0.4, 3.0, 0.0}) {
     poses[1].linear.x() = x;
     EXPECT_EQ(renderer.draw(poses).rgb, Renderer(scene, settings).draw(poses).rgb) << x;
   }
 }
 
-/// Returns the warning of drawing a scene with this image.
+/// Returns the error of drawing a scene with this image.
 std::string complaint(const std::string& bytes) {
   Scene scene = scene_of_quarters();
   scene.images[0].bytes = std::make_shared<const std::string>(bytes);
   return test::message_of([&] { drawn(scene); });
 }
 
-TEST(Surfaces, ADamagedImageIsNamed) {
+TEST(Surfaces, DamagedImageIsNamed) {
   std::string png = to_png(Image(64, 64));
   EXPECT_EQ(complaint(png), "");
   EXPECT_EQ(complaint(png.substr(0, 40)).rfind("test: /images/0: is no whole PNG or JPEG image", 0), 0U);

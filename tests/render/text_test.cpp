@@ -21,7 +21,7 @@ Image cut_out(const Image& image, int x, int y, int width, int height) {
   return part;
 }
 
-TEST(Text, PixelsAreTheSameEverywhere) {
+TEST(Text, HasTheSamePixelsEverywhere) {
   // What the vendored fonts give; any change of font, rasteriser or layout changes every labelled picture.
   EXPECT_EQ(hash(written("A3 Ω = 1.25 rad/s")), 3386423381851505922u);
   TextStyle bold;
@@ -31,7 +31,7 @@ TEST(Text, PixelsAreTheSameEverywhere) {
   EXPECT_EQ(hash(written("Sub-stepping", bold)), 12008293497659063488u);
 }
 
-TEST(Text, GreekAndSymbolsAreInBothFonts) {
+TEST(Text, HasGreekAndSymbolsInBothFonts) {
   const std::vector<std::string> needed{"α", "τ", "κ", "λ", "ω", "Γ", "Δ", "Σ", "°", "×",
                                         "→", "−", "≤", "±", "²", "³", "·", "–", "…", "µ"};
   for (const bool bold : {false, true}) {
@@ -46,7 +46,7 @@ TEST(Text, GreekAndSymbolsAreInBothFonts) {
   }
 }
 
-TEST(Text, BrokenUtf8IsDrawnAsReplacements) {
+TEST(Text, DrawsBrokenUtf8AsReplacements) {
   const std::uint64_t replacement = hash(written("\uFFFD"));
   EXPECT_EQ(hash(written("\xff")), replacement);
   EXPECT_EQ(hash(written("\xce")), replacement);
@@ -71,7 +71,7 @@ void expect_clipped(const Draw& draw) {
   }
 }
 
-TEST(Text, EverythingIsClippedAtTheBorder) {
+TEST(Text, IsClippedAtTheBorder) {
   expect_clipped([](Image& image, double x, double y) { draw_text(image, x, y, "Wgj½", {}); });
   expect_clipped([](Image& image, int x, int y) {
     fill_rectangle(image, x, y, 30, 12, {200, 100, 50}, 0.7);
@@ -84,7 +84,7 @@ TEST(Text, EverythingIsClippedAtTheBorder) {
   expect_clipped([&stamp](Image& image, int x, int y) { paste(image, stamp, x, y); });
 }
 
-TEST(Text, FarAwayAndNotFiniteDrawNothing) {
+TEST(Text, IgnoresFarAndNonFinitePositions) {
   const Image empty(50, 30);
   Image image = empty;
   const double nan = std::numeric_limits<double>::quiet_NaN();

@@ -1,4 +1,4 @@
-// First: osmesa.h includes OpenGL's headers without the prototypes.
+// Included first, since osmesa.h includes OpenGL's headers without the prototypes.
 #include "render/gl.h"
 
 #include <GL/osmesa.h>
@@ -6,14 +6,11 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <cstdint>
 #include <cstdlib>
-#include <mutex>
-#include <string>
+#include <stdexcept>
 #include <string_view>
 #include <type_traits>
 
-#include "render/context.h"
 #include "render/renderer.h"
 #include "sim/error.h"
 
@@ -26,7 +23,7 @@ struct OsMesa {
   decltype(&OSMesaDestroyContext) destroy = nullptr;
 };
 
-/// Loads it, with the functions of gl.h, at the first call. It stays loaded.
+/// Loads the library, with the functions of gl.h, at the first call. The library stays loaded.
 const OsMesa& osmesa() {
   static const OsMesa loaded = [] {
     void* const library = dlopen("libOSMesa.so.8", RTLD_NOW | RTLD_LOCAL);
@@ -50,21 +47,7 @@ const OsMesa& osmesa() {
   return loaded;
 }
 
-}  // namespace
-
-struct Context::Handle {
-  OSMesaContext context = nullptr;
-  /// The default framebuffer, which nothing is drawn to but which must be there.
-  std::array<std::uint8_t, 4> pixel{};
-
-  ~Handle() {
-    if (context != nullptr) osmesa().destroy(context);
-  }
-};
-
-namespace {
-
-/// What else the environment can tell Mesa 22.3's llvmpipe that changes pixels: whoever sets one of these has
+/// Variables of the environment that change the pixels of Mesa 22.3's llvmpipe: with one of these set it is
 /// another renderer.
 constexpr std::array<const char*, 10> switches{"GALLIUM_NOSSE",
                                                "GALLIVM_PERF",
@@ -77,7 +60,7 @@ constexpr std::array<const char*, 10> switches{"GALLIUM_NOSSE",
                                                "MESA_EXTENSION_OVERRIDE",
                                                "MESA_GL_VERSION_OVERRIDE"};
 
-/// Vertices without LLVM: llvmpipe crashes over it.
+/// Throws Error where vertices would be computed without LLVM, over which llvmpipe crashes.
 void refuse_interpreted_vertices() {
   const char* value = std::getenv("DRAW_USE_LLVM");
   if (value == nullptr) return;
@@ -86,45 +69,88 @@ void refuse_interpreted_vertices() {
   throw Error(fmt::format("DRAW_USE_LLVM={}: software OpenGL crashes with it: unset it", text));
 }
 
+/// The samplers of the shaders, by Unit.
+constexpr std::array samplers{"shadow_depth",      "shadow_test",     "shadow_nearest", "occlusion_map",
+                              "sample_depth",      "packed_surfaces", "emission_alpha", "crevices",
+                              "nearer_depth",      "color_texture",   "finish_texture", "normal_texture",
+                              "occlusion_texture", "emission_texture"};
+
+/// The uniform blocks of the shaders, by Block.
+constexpr std::array blocks{"Frame", "ClipPlaces", "WorldPlaces"};
+
+/// Throws std::logic_error where a shader or program was not made, with its log.
+template <typename GetNumber, typename GetLog>
+void require_success(GLuint object, GLenum status, GetNumber get_number, GetLog get_log) {
+  GLint success = 0;
+  get_number(object, status, &success);
+  if (success != GL_FALSE) return;
+  std::string log(4096, '\0');
+  get_log(object, static_cast<GLsizei>(log.size()), nullptr, log.data());
+  throw std::logic_error(std::string("shader: ") + log.c_str());
+}
+
 }  // namespace
 
-Context::Context() : handle_(std::make_unique<Handle>()) {
-  const std::array<int, 13> attributes{OSMESA_FORMAT,
-                                       OSMESA_RGBA,
-                                       OSMESA_DEPTH_BITS,
-                                       0,
-                                       OSMESA_PROFILE,
-                                       OSMESA_CORE_PROFILE,
-                                       OSMESA_CONTEXT_MAJOR_VERSION,
-                                       3,
-                                       OSMESA_CONTEXT_MINOR_VERSION,
-                                       3,
-                                       0,
-                                       0,
-                                       0};
+Context::Context() {
+  constexpr std::array<std::array<int, 2>, 6> attributes{{{OSMESA_FORMAT, OSMESA_RGBA},
+                                                          {OSMESA_DEPTH_BITS, 0},
+                                                          {OSMESA_PROFILE, OSMESA_CORE_PROFILE},
+                                                          {OSMESA_CONTEXT_MAJOR_VERSION, 3},
+                                                          {OSMESA_CONTEXT_MINOR_VERSION, 3},
+                                                          {0, 0}}};
   refuse_interpreted_vertices();
-  handle_->context = osmesa().create(attributes.data(), nullptr);
-  if (handle_->context == nullptr) {
+  context_ = osmesa().create(attributes[0].data(), nullptr);
+  if (context_ == nullptr) {
     throw Error(
         "software OpenGL gives no 3.3 core context: install libosmesa6 (Mesa 22.3 is what pictures are exact "
         "on)");
   }
 }
 
-Context::~Context() = default;
+Context::~Context() {
+  osmesa().destroy(context_);
+}
 
-Context::Current::Current(Context& context) : lock_(context.mutex_), rounding_(std::fegetround()) {
-  Handle& handle = *context.handle_;
-  if (osmesa().make_current(handle.context, handle.pixel.data(), GL_UNSIGNED_BYTE, 1, 1) != GL_TRUE) {
+Context::Current::Current(Context& context) : lock_(context.mutex_) {
+  if (osmesa().make_current(context.context_, context.pixel_.data(), GL_UNSIGNED_BYTE, 1, 1) != GL_TRUE) {
     throw Error("software OpenGL (OSMesa) refuses its own context");
   }
-  // Vertices are computed in this thread: another rounding mode changes pixels.
-  std::fesetround(FE_TONEAREST);
 }
 
 Context::Current::~Current() {
   osmesa().make_current(nullptr, nullptr, 0, 0, 0);
-  std::fesetround(rounding_);
+}
+
+GLuint make_program(const std::string& vertex, const std::string& fragment) {
+  const GLuint program = glCreateProgram();
+  for (const auto& [kind, source] :
+       {std::pair(GL_VERTEX_SHADER, &vertex), std::pair(GL_FRAGMENT_SHADER, &fragment)}) {
+    const GLuint shader = glCreateShader(static_cast<GLenum>(kind));
+    const std::string whole = "#version 330 core\n" + *source;
+    const char* text = whole.c_str();
+    glShaderSource(shader, 1, &text, nullptr);
+    glCompileShader(shader);
+    require_success(shader, GL_COMPILE_STATUS, glGetShaderiv, glGetShaderInfoLog);
+    glAttachShader(program, shader);
+    // The shader lives on as a part of the program.
+    glDeleteShader(shader);
+  }
+  glLinkProgram(program);
+  require_success(program, GL_LINK_STATUS, glGetProgramiv, glGetProgramInfoLog);
+  for (GLuint block = 0; block < blocks.size(); ++block) {
+    const GLuint index = glGetUniformBlockIndex(program, blocks[block]);
+    if (index != GL_INVALID_INDEX) glUniformBlockBinding(program, index, block);
+  }
+  glUseProgram(program);
+  for (std::size_t unit = 0; unit < samplers.size(); ++unit) {
+    glUniform1i(glGetUniformLocation(program, samplers[unit]), static_cast<GLint>(unit));
+  }
+  return program;
+}
+
+void bind_texture(GLint unit, GLuint texture) {
+  glActiveTexture(static_cast<GLenum>(GL_TEXTURE0 + unit));
+  glBindTexture(GL_TEXTURE_2D, texture);
 }
 
 void pin_renderer() {

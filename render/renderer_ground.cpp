@@ -1,27 +1,38 @@
+// The maps that light on the ground depends on, and drawing of ground and sky.
+
 #include <algorithm>
 #include <limits>
 
-#include "render/gl.h"
 #include "render/renderer_implementation.h"
-#include "render/shadow_map.h"
 
 namespace substep::render {
+namespace {
+
+void copy_pixels(std::span<const Rectangle> areas, int width, int height,
+                 const std::vector<std::uint8_t>& from, std::vector<std::uint8_t>& to) {
+  for (const Rectangle& area : areas) {
+    const int right = std::min(area.x + area.width, width);
+    for (int y = area.y; y < std::min(area.y + area.height, height); ++y) {
+      const std::size_t begin = 4 * (std::size_t{1} * y * width + area.x);
+      std::copy_n(&from[begin], 4 * (right - area.x), &to[begin]);
+    }
+  }
+}
+
+}  // namespace
 
 bool Renderer::Implementation::is_in_sight(const Coordinates& q) const {
   return is_drawable(q) && (q.linear - Vector3(view.eye.x, view.eye.y, view.eye.z)).norm() < sight;
 }
 
-/// Draws the map of what the light that casts shadows sees.
-void Renderer::Implementation::fit_shadow(std::span<const Coordinates> poses) {
+/// Draws the shadow map.
+void Renderer::Implementation::fit_shadow(Poses poses) {
   std::vector<glm::dvec3> points;
   for (std::size_t i = 0; i < mesh.parts.size(); ++i) {
     const Part& part = mesh.parts[i];
-    const Coordinates& q = poses[static_cast<std::size_t>(part.body)];
+    const Coordinates& q = poses[part.body];
     if (scenery[i] || !is_in_sight(q)) continue;
-    for (const Vector3& corner : part.corners()) {
-      const Vector3 p = q.angular * corner + q.linear;
-      points.emplace_back(p.x(), p.y(), p.z());
-    }
+    for (const Vector3& p : part.corners_at(q)) points.emplace_back(p.x(), p.y(), p.z());
   }
   const ShadowView seen =
       key.w > 0 ? fit_lamp_view(glm::dvec3(key), points) : fit_sun_view(-glm::dvec3(key), points);
@@ -33,24 +44,24 @@ void Renderer::Implementation::fit_shadow(std::span<const Coordinates> poses) {
   shadow = &device->shadow(width / 512 < 0.75 * pixel);
   frame.depth_terms.z = static_cast<float>(shadow->size);
   const double texel = width / shadow->size;
-  frame.shadow_scale = {static_cast<float>(1 / seen.width), static_cast<float>(0.001 + 0.6 * texel),
-                        static_cast<float>(seen.depth), settings.shadows ? 1.0F : 0.0F};
+  frame.shadow_scale = glm::dvec4(1 / seen.width, 0.001 + 0.6 * texel, seen.depth, settings.shadows ? 1 : 0);
   if (!settings.shadows) return;
   shadow->start();
   glEnable(GL_DEPTH_CLAMP);
-  draw_solid(device->depth_program, seen.clip_from_world, poses);
+  draw_solid(shaders::Program::Kind::depth, seen.clip_from_world, poses);
   glDisable(GL_DEPTH_CLAMP);
   shadow->finish();
 }
 
-void Renderer::Implementation::fit_occlusion(std::span<const Coordinates> poses) {
+/// Computes the openness of the ground around what stands on it.
+void Renderer::Implementation::fit_occlusion(Poses poses) {
   constexpr double infinite = std::numeric_limits<double>::infinity();
   Vector3 low = Vector3::Constant(infinite);
   Vector3 high = -low;
   double largest = 0.01;
   for (std::size_t i = 0; i < mesh.parts.size(); ++i) {
     const Part& part = mesh.parts[i];
-    const Coordinates& q = poses[static_cast<std::size_t>(part.body)];
+    const Coordinates& q = poses[part.body];
     const Vector3 centre = q.angular * part.centre() + q.linear;
     if (scenery[i] || !is_in_sight(q)) continue;
     low = low.cwiseMin(centre);
@@ -63,16 +74,15 @@ void Renderer::Implementation::fit_occlusion(std::span<const Coordinates> poses)
   const double low_x = (low.x() + high.x() - relief.width) / 2;
   const double low_z = (low.z() + high.z() - relief.width) / 2;
   draw_relief(poses, low_x, low_z, std::max(high.y() + 2 * largest - ground, 0.1), relief);
-  frame.occlusion = {static_cast<float>(low_x), static_cast<float>(low_z),
-                     static_cast<float>(1 / relief.width), static_cast<float>(1 / largest)};
+  frame.occlusion = glm::dvec4(low_x, low_z, 1 / relief.width, 1 / largest);
   openness = ground_openness(relief);
   glBindTexture(GL_TEXTURE_2D, device->occlusion);
   glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, Relief::size, Relief::size, GL_RED, GL_FLOAT, openness.data());
 }
 
-/// The bodies as the ground sees them, and as the sky does, from straight below and above.
-void Renderer::Implementation::draw_relief(std::span<const Coordinates> poses, double low_x, double low_z,
-                                           double high, Relief& relief) {
+/// Measures the bodies' heights from straight below and above.
+void Renderer::Implementation::draw_relief(Poses poses, double low_x, double low_z, double high,
+                                           Relief& relief) {
   depths.resize(relief.lowest.size());
   glEnable(GL_DEPTH_CLAMP);
   for (const bool from_below : {true, false}) {
@@ -83,7 +93,7 @@ void Renderer::Implementation::draw_relief(std::span<const Coordinates> poses, d
     clip[1][2] = (from_below ? 2 : -2) / high;
     clip[3] = {-1 - low_x * clip[0][0], -1 - low_z * clip[2][1], (from_below ? -1 : 1) - ground * clip[1][2],
                1};
-    draw_solid(device->depth_program, clip, poses, from_below ? GL_BACK : GL_FRONT);
+    draw_solid(shaders::Program::Kind::depth, clip, poses, from_below ? GL_BACK : GL_FRONT);
     glReadPixels(0, 0, Relief::size, Relief::size, GL_DEPTH_COMPONENT, GL_FLOAT, depths.data());
     for (std::size_t i = 0; i < depths.size(); ++i) {
       const bool is_there = depths[i] < 1;
@@ -98,7 +108,8 @@ void Renderer::Implementation::draw_relief(std::span<const Coordinates> poses, d
   glDisable(GL_DEPTH_CLAMP);
 }
 
-/// Away from shadows and from what stands close to the ground, less is to be computed for the same light.
+/// Returns where the ground can lie in shadow or be occluded: elsewhere less is to be computed for the same
+/// light.
 GroundAreas Renderer::Implementation::ground_areas_of_tile() const {
   // Take the maps' columns of the ground's x and z.
   const glm::dmat4 map(frame.shadow_from_world);
@@ -116,6 +127,66 @@ GroundAreas Renderer::Implementation::ground_areas_of_tile() const {
   return ground_areas(glm::dvec3(frame.eye), frame.eye.y - ground, glm::dvec3(frame.ray_corner),
                       glm::dvec3(frame.ray_right), glm::dvec3(frame.ray_up), picture.width, picture.height,
                       in_shadow, occluded);
+}
+
+/// Draws the ground alone with the program in use.
+void Renderer::Implementation::draw_ground() const {
+  // The scene's own surfaces at the ground's height come first.
+  glEnable(GL_POLYGON_OFFSET_FILL);
+  glPolygonOffset(1, 8);
+  glBindVertexArray(device->disc);
+  glDrawArrays(GL_TRIANGLE_FAN, 0, device->disc_vertices);
+  glDisable(GL_POLYGON_OFFSET_FILL);
+}
+
+/// Draws ground and sky where the target's depth lets them through, within areas.
+void Renderer::Implementation::draw_surroundings(shaders::Shade shade, std::span<const Rectangle> within) {
+  using Kind = shaders::Program::Kind;
+  device->use({.kind = Kind::ground, .shade = shade, .looks = looks});
+  glEnable(GL_SCISSOR_TEST);
+  for (const Rectangle& area : within) {
+    glScissor(area.x, area.y, area.width, area.height);
+    draw_ground();
+  }
+  device->use({.kind = Kind::sky});
+  glBindVertexArray(device->nothing);
+  for (const Rectangle& area : within) {
+    glScissor(area.x, area.y, area.width, area.height);
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+  }
+  glDisable(GL_SCISSOR_TEST);
+}
+
+/// Draws what the backdrop lacks of `wanted`, into `picture`, whose content is lost.
+void Renderer::Implementation::complete_backdrop(std::span<const Rectangle> wanted) {
+  const int columns = tiles_along(picture.width);
+  if (tile_view != backdrop_view) {
+    backdrop_view = tile_view;
+    backdrop_tiles.assign(std::size_t{1} * columns * tiles_along(picture.height), 0);
+    backdrop.resize(picture.pixels.size());
+  }
+  // Mark the missing tiles.
+  constexpr char is_missing = 2;
+  for (const Rectangle& area : wanted) {
+    for (int y = area.y / area_tile; y < (area.y + area.height) / area_tile; ++y) {
+      for (int x = area.x / area_tile; x < (area.x + area.width) / area_tile; ++x) {
+        char& mark = backdrop_tiles[std::size_t{1} * y * columns + x];
+        if (mark == 0) mark = is_missing;
+      }
+    }
+  }
+  const std::vector<Rectangle> missing = rectangles(backdrop_tiles, columns, is_missing);
+  if (missing.empty()) return;
+  picture.start_anew();
+  draw_surroundings(shaders::Shade::none, missing);
+  picture.read();
+  copy_pixels(missing, picture.width, picture.height, picture.pixels, backdrop);
+  std::ranges::replace(backdrop_tiles, is_missing, char{1});
+}
+
+/// Copies areas of the backdrop into the pixels that were read from the picture.
+void Renderer::Implementation::copy_backdrop(std::span<const Rectangle> within) {
+  copy_pixels(within, picture.width, picture.height, backdrop, picture.pixels);
 }
 
 }  // namespace substep::render

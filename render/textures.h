@@ -1,0 +1,55 @@
+#pragma once
+/// The scene's images: on the device, and smaller for a page that holds them.
+
+#include <array>
+#include <cstddef>
+#include <map>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "render/gl.h"
+#include "sim/scene/scene.h"
+
+namespace substep::render {
+
+/// Returns how a texture is sampled, in OpenGL's numbers, which are glTF's: wrapping in both directions, the
+/// filters for large and for small texels.
+std::array<GLint, 4> sampling_of(const Texture& texture);
+
+/// A texture as it is bound, and how many texels a unit of its coordinates is wide.
+struct BoundTexture {
+  GLuint texture = 0;
+  GLuint sampler = 0;
+  float texels = 1;
+};
+
+/// The textures of surfaces on the device.
+class SurfaceTextures {
+ public:
+  SurfaceTextures() = default;
+  /// Decodes and uploads the images of the surfaces. Throws Error where an image is damaged or too large.
+  SurfaceTextures(Objects& objects, const Scene& scene, const std::vector<Surface>& surfaces);
+
+  /// Returns the surface's textures by Surface::Role; where it has none, one texel that changes nothing.
+  const std::array<BoundTexture, 5>& of(std::size_t surface) const { return bound_[surface]; }
+
+ private:
+  BoundTexture uploaded(Objects& objects, const Scene& scene, int image, bool is_color);
+
+  std::vector<std::array<BoundTexture, 5>> bound_;
+  std::map<std::pair<int, bool>, BoundTexture> textures_;  ///< by image and whether it is colour
+  double texels_ = 0;                                      ///< uploaded so far
+};
+
+struct ImageLimits {
+  int longest = 512;            ///< pixels a side
+  std::size_t bytes = 2000000;  ///< of all images' files together
+};
+
+/// Returns the scene with those of its images that `surfaces` show within the limits: halved until they are,
+/// the largest first where together they have too many bytes, though none below 16 pixels. Images that are
+/// small enough stay the same files. Throws Error where one is damaged.
+Scene with_smaller_images(const Scene& scene, std::span<const Surface> surfaces, const ImageLimits& limits);
+
+}  // namespace substep::render
