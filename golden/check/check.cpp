@@ -27,7 +27,7 @@
 #include "golden/suite/sidecar.h"
 #include "sim/error.h"
 #include "sim/loading/load_scene.h"
-#include "sim/log/partial_file.h"
+#include "sim/log/file_output.h"
 
 namespace substep::golden {
 namespace {

@@ -21,7 +21,6 @@
 #include "sim/error.h"
 #include "sim/loading/load_scene.h"
 #include "sim/log/file_output.h"
-#include "sim/log/partial_file.h"
 
 SUBSTEP_EMBEDDED_FILE(site_page, SUBSTEP_SITE "/page.html")
 SUBSTEP_EMBEDDED_FILE(site_style, SUBSTEP_SITE "/site.css")

@@ -18,7 +18,7 @@
 
 #include "sim/error.h"
 #include "sim/execution/child_process.h"
-#include "sim/log/partial_file.h"
+#include "sim/log/file_output.h"
 
 namespace substep::render {
 

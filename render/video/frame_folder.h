@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <memory>
 
-#include "sim/log/partial_file.h"
+#include "sim/log/file_output.h"
 
 namespace substep::render {
 

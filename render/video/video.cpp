@@ -15,7 +15,6 @@
 #include "render/video/frame_folder.h"
 #include "sim/error.h"
 #include "sim/log/file_output.h"
-#include "sim/log/partial_file.h"
 #include "sim/measure/expectations.h"
 
 namespace substep::render {

@@ -14,7 +14,7 @@
 #include <string_view>
 
 #include "sim/error.h"
-#include "sim/log/partial_file.h"
+#include "sim/log/file_output.h"
 
 namespace substep {
 namespace {

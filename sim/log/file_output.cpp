@@ -2,9 +2,17 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
+#include <atomic>
 #include <cerrno>
+#include <csignal>
+#include <cstdint>
 #include <cstring>
 #include <fstream>
 #include <iterator>
@@ -16,6 +24,8 @@ namespace substep {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::string_view extension = ".partial";
 
 [[noreturn]] void refuse(const fs::path& file, int failure) {
   throw Error(fmt::format("{}: cannot be written: {}", file.string(), std::strerror(failure)));
@@ -36,7 +46,198 @@ bool is_same_file(const fs::path& a, const fs::path& b) {
   return !real_a.empty() && real_a == real_b;
 }
 
+// A signal handler may neither lock nor allocate, so the files that it has to remove are in a table of fixed
+// size. A file that finds the table full is left to the next run.
+struct Entry {
+  enum State { unused, taken, listed };
+  std::atomic<int> state{unused};
+  bool is_folder = false;
+  std::array<char, 4096> path{};
+};
+std::array<Entry, 128> entries;
+std::array<std::atomic<pid_t>, 16> writers;
+std::atomic<bool> is_ending{false};
+
+int listed(const fs::path& path, bool is_folder) {
+  if (path.native().size() >= Entry{}.path.size()) return -1;
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    int expected = Entry::unused;
+    if (!entries[i].state.compare_exchange_strong(expected, Entry::taken)) continue;
+    entries[i].is_folder = is_folder;
+    std::memcpy(entries[i].path.data(), path.c_str(), path.native().size() + 1);
+    entries[i].state = Entry::listed;
+    return static_cast<int>(i);
+  }
+  return -1;
+}
+
+void unlist(int& slot) {
+  if (slot >= 0) entries[static_cast<std::size_t>(slot)].state = Entry::unused;
+  slot = -1;
+}
+
+/// Removes a folder and the files in it, with nothing but system calls.
+void remove_folder(const char* path) noexcept {
+  // Another thread may be adding a file.
+  for (int attempt = 0; attempt < 100 && ::rmdir(path) != 0 && errno == ENOTEMPTY; ++attempt) {
+    const int folder = ::open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (folder < 0) return;
+    alignas(8) std::array<char, 4096> buffer;
+    for (long size = 0; (size = ::syscall(SYS_getdents64, folder, buffer.data(), buffer.size())) > 0;) {
+      for (long offset = 0; offset < size;) {
+        // struct linux_dirent64: inode and offset of 8 bytes, length of 2, type of 1, name.
+        const char* const record = buffer.data() + offset;
+        std::uint16_t length = 0;
+        std::memcpy(&length, record + 16, sizeof length);
+        const char* const name = record + 19;
+        if (name[0] != '.' || (name[1] != '\0' && name[1] != '.')) ::unlinkat(folder, name, 0);
+        offset += length;
+      }
+    }
+    ::close(folder);
+  }
+}
+
+bool is_name_of(const fs::path& path, int descriptor) {
+  struct stat named {};
+  struct stat open {};
+  return ::stat(path.c_str(), &named) == 0 && ::fstat(descriptor, &open) == 0 &&
+         named.st_ino == open.st_ino && named.st_dev == open.st_dev;
+}
+
+bool is_partial(const fs::path& path) {
+  const std::string name = path.filename().string();
+  return name.starts_with('.') && name.ends_with(extension);
+}
+
+/// Waits until the disk has a file or folder. Returns 0 or the errno of what failed.
+int flush(int descriptor) {
+  // Some file systems cannot, and say so.
+  return ::fsync(descriptor) != 0 && errno != EINVAL ? errno : 0;
+}
+
+/// As flush(), of a path; 0 where it cannot be opened.
+int flush(const fs::path& path) {
+  const int descriptor = ::open(path.empty() ? "." : path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) return 0;
+  const int failure = flush(descriptor);
+  ::close(descriptor);
+  return failure;
+}
+
+/// Removes partial files of `target` that no process holds.
+void remove_left_ones(const fs::path& target) {
+  const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
+  if (is_partial(folder)) return;  // this process's own: nothing in it is older
+  const std::string start = fmt::format(".{}.", target.filename().string());
+  std::error_code none;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, none)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with(start) || !name.ends_with(extension)) continue;
+    const std::string_view number(name.data() + start.size(), name.size() - start.size() - extension.size());
+    if (number.empty() || number.find_first_not_of("0123456789-") != std::string_view::npos) continue;
+    const int descriptor = ::open(entry.path().c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC);
+    if (descriptor < 0) continue;
+    if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) fs::remove_all(entry.path(), none);
+    ::close(descriptor);
+  }
+}
+
+int make(const fs::path& path, PartialFile::Kind kind) {
+  if (kind == PartialFile::Kind::file) {
+    return ::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  }
+  if (::mkdir(path.c_str(), 0777) != 0) return -1;
+  return ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+}
+
 }  // namespace
+
+PartialFile::PartialFile(fs::path target, Kind kind) : target_(std::move(target)) {
+  static std::atomic<int> count{0};
+  if (is_device(target_)) {
+    throw Error(fmt::format("{}: cannot be replaced: it is a device", target_.string()));
+  }
+  remove_left_ones(target_);
+  // Another process may take the file for a stale one and remove it before it is locked: then make another.
+  do {
+    if (descriptor_ >= 0) ::close(descriptor_);
+    path_ = target_;
+    path_.replace_filename(
+        fmt::format(".{}.{}-{}{}", target_.filename().string(), ::getpid(), count.fetch_add(1), extension));
+    unlist(slot_);
+    slot_ = listed(path_, kind == Kind::folder);
+    descriptor_ = make(path_, kind);
+    if (descriptor_ < 0) {
+      const int failure = errno;
+      unlist(slot_);
+      refuse(target_, failure);
+    }
+    if (is_ending) {
+      remove_partial_files();
+      for (;;) ::pause();
+    }
+    // Where a file system has no locks, later runs remove no stale files.
+    ::flock(descriptor_, LOCK_EX);
+  } while (!is_name_of(path_, descriptor_));
+}
+
+PartialFile::~PartialFile() {
+  if (!path_.empty()) {
+    std::error_code none;
+    fs::remove_all(path_, none);
+  }
+  unlist(slot_);
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+void PartialFile::publish() {
+  // The thousands of frames in a folder are flushed with the folder, which takes less than one by one.
+  const bool now = !is_partial(target_.parent_path());
+  std::error_code none;
+  int failure = 0;
+  if (now && fs::is_directory(path_)) {
+    for (const fs::directory_entry& entry : fs::directory_iterator(path_, none)) {
+      if (failure == 0) failure = flush(entry.path());
+    }
+  }
+  if (now && failure == 0) failure = flush(descriptor_);
+  if (failure == 0 && ::rename(path_.c_str(), target_.c_str()) != 0) failure = errno;
+  if (failure != 0) refuse(target_, failure);
+  path_.clear();
+  unlist(slot_);
+  // A full disk over a network may show only here.
+  if (::close(std::exchange(descriptor_, -1)) != 0) refuse(target_, errno);
+  if (now) flush(target_.parent_path());
+}
+
+PartialFileWriter::PartialFileWriter(pid_t process) : slot_(-1) {
+  for (std::size_t i = 0; i < writers.size() && slot_ < 0; ++i) {
+    pid_t expected = 0;
+    if (writers[i].compare_exchange_strong(expected, process)) slot_ = static_cast<int>(i);
+  }
+}
+
+PartialFileWriter::~PartialFileWriter() {
+  if (slot_ >= 0) writers[static_cast<std::size_t>(slot_)] = 0;
+}
+
+void remove_partial_files() noexcept {
+  is_ending = true;
+  for (std::atomic<pid_t>& writer : writers) {
+    if (writer == 0) continue;
+    ::kill(writer, SIGKILL);
+    ::waitpid(writer, nullptr, 0);
+  }
+  for (const Entry& entry : entries) {
+    if (entry.state != Entry::listed) continue;
+    if (entry.is_folder) {
+      remove_folder(entry.path.data());
+    } else {
+      ::unlink(entry.path.data());
+    }
+  }
+}
 
 OutputFile::OutputFile(const fs::path& file) : file_(file) {
   require_folder_of(file);
@@ -48,7 +249,7 @@ OutputFile::OutputFile(const fs::path& file) : file_(file) {
   }
   // A link goes on pointing to the file that it points to.
   std::error_code ignored;
-  partial_ = std::make_unique<PartialFile>(fs::exists(file, ignored) ? fs::canonical(file) : file);
+  partial_.emplace(fs::exists(file, ignored) ? fs::canonical(file) : file);
   descriptor_ = partial_->descriptor();
 }
 

@@ -19,6 +19,7 @@
 namespace substep {
 namespace {
 
+constexpr std::string_view log_name = "substep pose log";
 constexpr std::string_view first_line = "substep pose log 1";
 constexpr std::string_view units_line = "units metres seconds radians";
 
@@ -40,18 +41,13 @@ std::string shortened(std::string_view text) {
   return escaped(text.substr(0, 60)) + (text.size() > 60 ? "…" : "");
 }
 
-template <typename Number>
-std::optional<Number> number_in(std::string_view text, int base = 10) {
+/// Returns the finite number that all of the text is.
+template <typename Number, typename... Base>
+std::optional<Number> number_in(std::string_view text, Base... base) {
   Number value{};
-  std::from_chars_result result{};
-  if constexpr (std::is_floating_point_v<Number>) {
-    result = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (!std::isfinite(value)) return std::nullopt;
-  } else {
-    result = std::from_chars(text.data(), text.data() + text.size(), value, base);
-  }
-  if (result.ec != std::errc{} || result.ptr != text.data() + text.size()) return std::nullopt;
-  return value;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, base...);
+  const bool is_whole = error == std::errc{} && end == text.data() + text.size();
+  return is_whole && std::isfinite(static_cast<double>(value)) ? std::optional(value) : std::nullopt;
 }
 
 std::optional<std::string> unescaped(std::string_view text) {
@@ -81,7 +77,7 @@ class Reader {
   void next(std::string_view expected) {
     if (rest_.empty()) {
       ++line_number_;
-      refuse(fmt::format("the log ends where '{}' is expected: it is truncated, run it again", expected));
+      refuse("the log ends where '{}' is expected: it is truncated, run it again", expected);
     }
     const std::size_t length = rest_.find('\n');
     ++line_number_;
@@ -98,16 +94,22 @@ class Reader {
 
   /// Returns the text after `key` and a space in the current line. Throws Error without them.
   std::string_view after(std::string_view key) const {
-    if (!starts_with(key)) refuse(fmt::format("'{} …' is expected, not '{}'", key, shortened(line_)));
+    if (!starts_with(key)) refuse("'{} …' is expected, not '{}'", key, shortened(line_));
     return line_.substr(key.size() + 1);
+  }
+
+  /// Takes the next line and returns the text after `key` in it.
+  std::string_view value(std::string_view key) {
+    next(key);
+    return after(key);
   }
 
   bool is_next(std::string_view key) const { return rest_.starts_with(key); }
 
-  template <typename Number>
-  Number number(std::string_view text, std::string_view of, int base = 10) const {
-    const auto value = number_in<Number>(text, base);
-    if (!value) refuse(fmt::format("'{}' is not a number that {} can be", shortened(text), of));
+  template <typename Number, typename... Base>
+  Number number(std::string_view text, std::string_view of, Base... base) const {
+    const auto value = number_in<Number>(text, base...);
+    if (!value) refuse("'{}' is not a number that {} can be", shortened(text), of);
     return *value;
   }
 
@@ -118,8 +120,7 @@ class Reader {
   }
 
   std::uint64_t hash(std::string_view text) const {
-    if (text.size() != 16)
-      refuse(fmt::format("'{}' is not a hash of 16 hexadecimal digits", shortened(text)));
+    if (text.size() != 16) refuse("'{}' is not a hash of 16 hexadecimal digits", shortened(text));
     return number<std::uint64_t>(text, "a hash", 16);
   }
 
@@ -130,7 +131,7 @@ class Reader {
     for (std::size_t i = 0; i < count; ++i) {
       const std::size_t length = i + 1 < count ? text.find(' ') : text.size();
       if (length == std::string_view::npos || text.substr(0, length).empty()) {
-        refuse(fmt::format("{} items are expected, not '{}'", count, shortened(line_)));
+        refuse("{} items are expected, not '{}'", count, shortened(line_));
       }
       result[i] = text.substr(0, length);
       text.remove_prefix(std::min(text.size(), length + 1));
@@ -138,8 +139,10 @@ class Reader {
     return result;
   }
 
-  [[noreturn]] void refuse(const std::string& sentence) const {
-    throw Error(fmt::format("{}:{}: {}", what_, line_number_, sentence));
+  template <typename... Args>
+  [[noreturn]] void refuse(fmt::format_string<Args...> text, Args&&... args) const {
+    throw Error(
+        fmt::format("{}:{}: {}", what_, line_number_, fmt::format(text, std::forward<Args>(args)...)));
   }
 
  private:
@@ -149,45 +152,35 @@ class Reader {
   int line_number_ = 0;
 };
 
-/// Whether a setting of the run is known.
-bool has_field(const PoseLog& log, const SettingsField& field) {
-  return log.author.empty() || field.name == "step";
-}
-
 void read_header(Reader& reader, PoseLog& log) {
-  const auto value = [&reader](std::string_view key) {
-    reader.next(key);
-    return reader.after(key);
-  };
-
   reader.next(first_line);
   if (reader.line() != first_line) {
-    if (reader.starts_with("substep pose log")) {
-      reader.refuse(fmt::format("version {} of the pose log is unknown here: this program reads version 1",
-                                escaped(reader.after("substep pose log").substr(0, 20))));
+    if (reader.starts_with(log_name)) {
+      reader.refuse("version {} of the pose log is unknown here: this program reads version 1",
+                    escaped(reader.after(log_name).substr(0, 20)));
     }
-    reader.refuse(fmt::format("this is no pose log: its first line would be '{}'", first_line));
+    reader.refuse("this is no pose log: its first line would be '{}'", first_line);
   }
   reader.next(units_line);
-  if (reader.line() != units_line) reader.refuse(fmt::format("'{}' is expected", units_line));
-  log.scene = reader.name(value("scene"));
-  log.scene_hash = reader.hash(value("scene-hash"));
-  if (reader.is_next("author ")) log.author = reader.name(value("author"));
+  if (reader.line() != units_line) reader.refuse("'{}' is expected", units_line);
+  log.scene = reader.name(reader.value("scene"));
+  log.scene_hash = reader.hash(reader.value("scene-hash"));
+  if (reader.is_next("author ")) log.author = reader.name(reader.value("author"));
   for (const SettingsField& field : settings_fields) {
-    if (!has_field(log, field)) continue;
+    if (!log.has_setting(field.name)) continue;
     // Logs from before there was the field go on being read: it is as in Settings{}.
     const bool may_lack = field.can_be_left_out || !field.stands_in_for.empty();
     if (may_lack && !reader.is_next(field.name)) continue;
-    const std::string_view text = value(field.name);
+    const std::string_view text = reader.value(field.name);
     if (set(log.settings, field, text)) continue;
-    reader.refuse(fmt::format("{} '{}': must be {}", field.name, shortened(text), kind_of(field)));
+    reader.refuse("{} '{}': must be {}", field.name, shortened(text), kind_of(field));
   }
   try {
     check(log.settings);
   } catch (const Error& error) {
-    reader.refuse(error.what());
+    reader.refuse("{}", error.what());
   }
-  log.modelled = reader.name(value("modelled"));
+  log.modelled = reader.name(reader.value("modelled"));
 
   log.bodies = {"world"};
   for (reader.next("body"); reader.starts_with("body"); reader.next("full-every")) {
@@ -195,7 +188,7 @@ void read_header(Reader& reader, PoseLog& log) {
     const std::size_t space = std::min(text.find(' '), text.size());
     const int index = reader.number<int>(text.substr(0, space), "a body's index");
     if (index != static_cast<int>(log.bodies.size())) {
-      reader.refuse(fmt::format("body {} is expected here, not {}", log.bodies.size(), index));
+      reader.refuse("body {} is expected here, not {}", log.bodies.size(), index);
     }
     log.bodies.push_back(reader.name(text.substr(std::min(text.size(), space + 1))));
   }
@@ -210,11 +203,11 @@ void read_poses(Reader& reader, PoseLog& log) {
     const auto words = reader.words<8>(reader.after("pose"));
     if (frame.poses.empty()) frame.poses.emplace_back();
     const int body = reader.number<int>(words[0], "a body's index");
-    if (body != static_cast<int>(frame.poses.size()) || frame.poses.size() >= log.bodies.size()) {
-      reader.refuse(
-          frame.poses.size() < log.bodies.size()
-              ? fmt::format("the pose of body {} is expected here, not of {}", frame.poses.size(), body)
-              : fmt::format("a pose too many: there are {} bodies", log.bodies.size() - 1));
+    if (frame.poses.size() >= log.bodies.size()) {
+      reader.refuse("a pose too many: there are {} bodies", log.bodies.size() - 1);
+    }
+    if (body != static_cast<int>(frame.poses.size())) {
+      reader.refuse("the pose of body {} is expected here, not of {}", frame.poses.size(), body);
     }
     std::array<double, 7> values{};
     for (std::size_t i = 0; i < values.size(); ++i) {
@@ -227,7 +220,7 @@ void read_poses(Reader& reader, PoseLog& log) {
     frame.poses.push_back(pose);
   }
   if (!frame.poses.empty() && frame.poses.size() != log.bodies.size()) {
-    reader.refuse(fmt::format("the pose of body {} is missing", frame.poses.size()));
+    reader.refuse("the pose of body {} is missing", frame.poses.size());
   }
 }
 
@@ -237,14 +230,14 @@ void read_frames(Reader& reader, PoseLog& log) {
     const auto words = reader.words<2>(reader.after("frame"));
     const int number = reader.number<int>(words[0], "a frame");
     if (number != static_cast<int>(log.frames.size())) {
-      reader.refuse(fmt::format("frame {} is expected here, not {}", log.frames.size(), number));
+      reader.refuse("frame {} is expected here, not {}", log.frames.size(), number);
     }
     log.frames.push_back({reader.hash(words[1]), {}});
     read_poses(reader, log);
     const bool last = !reader.starts_with("frame");
     const bool must_be_full = log.bodies.size() > 1 && (number % log.full_every == 0 || last);
     if (must_be_full == log.frames.back().poses.empty()) {
-      reader.refuse(fmt::format("frame {} {} poses", number, must_be_full ? "must have" : "must have no"));
+      reader.refuse("frame {} {} poses", number, must_be_full ? "must have" : "must have no");
     }
   }
   if (log.frames.empty()) reader.refuse("'frame 0 …' is expected");
@@ -262,38 +255,12 @@ void read_end(Reader& reader, PoseLog& log) {
   } else if ((kind == "diverged" && step == last + 1) || (kind == "unsolved" && step >= 1 && step <= last)) {
     log.end = reader.name(text);
   } else {
-    reader.refuse(
-        fmt::format("an end that fits frame {} as the last is expected, as 'end ok {}'", last, last));
+    reader.refuse("an end that fits frame {} as the last is expected, as 'end ok {}'", last, last);
   }
   if (!reader.at_end()) {
     reader.next("");
     reader.refuse("nothing may follow the line 'end'");
   }
-}
-
-std::string header_differences(const PoseLog& expected, const PoseLog& actual) {
-  std::string result;
-  const auto line = [&result](std::string_view what, const auto& a, const auto& b) {
-    if (a != b) result += fmt::format("{}: {} → {}\n", what, a, b);
-  };
-  line("scene", expected.scene, actual.scene);
-  line("scene-hash", fmt::format("{:016x}", expected.scene_hash), fmt::format("{:016x}", actual.scene_hash));
-  line("author", expected.author, actual.author);
-  for (const SettingsField& field : settings_fields) {
-    if (!has_field(expected, field) || !has_field(actual, field)) continue;
-    line(field.name, text_of(expected.settings, field), text_of(actual.settings, field));
-  }
-  line("modelled", expected.modelled, actual.modelled);
-  line("bodies", expected.bodies.size() - 1, actual.bodies.size() - 1);
-  const std::size_t bodies = std::min(expected.bodies.size(), actual.bodies.size());
-  for (std::size_t i = 0; i < bodies; ++i) {
-    line(fmt::format("body {}", i), expected.bodies[i], actual.bodies[i]);
-  }
-  line("full-every", expected.full_every, actual.full_every);
-  line("last frame", expected.frames.size() - 1, actual.frames.size() - 1);
-  line("end", expected.end, actual.end);
-  if (!result.empty()) result.pop_back();
-  return result;
 }
 
 std::string header_text(const PoseLog& log) {
@@ -303,7 +270,7 @@ std::string header_text(const PoseLog& log) {
   fmt::format_to(out, "scene {}\nscene-hash {:016x}\n", escaped(log.scene), log.scene_hash);
   if (!log.author.empty()) fmt::format_to(out, "author {}\n", escaped(log.author));
   for (const SettingsField& field : settings_fields) {
-    if (!has_field(log, field) || field.is_left_out(log.settings)) continue;
+    if (!log.has_setting(field.name) || field.is_left_out(log.settings)) continue;
     fmt::format_to(out, "{} {}\n", field.name, text_of(log.settings, field));
   }
   fmt::format_to(out, "modelled {}\n", escaped(log.modelled));
@@ -369,15 +336,6 @@ std::string run(Simulation& simulation, int frames, int full_every, const AfterF
   return unsolved == 0 ? "ok" : fmt::format("unsolved {} steps {}", first_unsolved, unsolved);
 }
 
-bool same_poses(const PoseLog::Frame& a, const PoseLog::Frame& b) {
-  const std::size_t bodies = std::min(a.poses.size(), b.poses.size());
-  for (std::size_t i = 1; i < bodies; ++i) {
-    if (a.poses[i].linear != b.poses[i].linear) return false;
-    if (a.poses[i].angular.coeffs() != b.poses[i].angular.coeffs()) return false;
-  }
-  return true;
-}
-
 }  // namespace
 
 PoseLog parse_pose_log(std::string_view text, const std::string& what) {
@@ -391,24 +349,20 @@ PoseLog parse_pose_log(std::string_view text, const std::string& what) {
 }
 
 PoseLog read_pose_log(const std::filesystem::path& file) {
+  const std::string name = file.string();
   std::error_code ignored;
-  if (!std::filesystem::exists(file, ignored))
-    throw Error(fmt::format("{}: there is no such file", file.string()));
-  if (std::filesystem::is_directory(file, ignored)) {
-    throw Error(fmt::format("{}: is a folder, not a pose log", file.string()));
-  }
+  if (!std::filesystem::exists(file, ignored)) throw Error(name + ": there is no such file");
+  if (std::filesystem::is_directory(file, ignored)) throw Error(name + ": is a folder, not a pose log");
   std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw Error(fmt::format("{}: cannot be read", file.string()));
+  if (!stream) throw Error(name + ": cannot be read");
   // Read the first bytes alone, since the file may be an endless device.
   std::string text(60, '\0');
   stream.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(stream.gcount()));
-  constexpr std::string_view start = "substep pose log";
-  if (text.size() > start.size() && !text.starts_with(start))
-    return parse_pose_log(text + '\n', file.string());
+  if (text.size() > log_name.size() && !text.starts_with(log_name)) return parse_pose_log(text + '\n', name);
   if (stream) text.append(std::istreambuf_iterator<char>(stream), {});
-  if (stream.bad()) throw Error(fmt::format("{}: cannot be read to its end", file.string()));
-  return parse_pose_log(text, file.string());
+  if (stream.bad()) throw Error(name + ": cannot be read to its end");
+  return parse_pose_log(text, name);
 }
 
 std::string to_text(const PoseLog& log) {
@@ -438,58 +392,6 @@ WrittenRun record_to(const std::filesystem::path& file, Simulation& simulation, 
   });
   output.write(end_text(result.end, result.last_frame));
   output.publish();
-  return result;
-}
-
-BodyDifference difference(const Coordinates& a, const Coordinates& b) {
-  BodyDifference result;
-  const Vector3 offset = (a.linear - b.linear).cwiseAbs();
-  Eigen::Index axis = 0;
-  result.position = offset.maxCoeff(&axis);
-  // From the vector part: the angle between nearly equal quaternions keeps its digits.
-  const Quaternion between = a.angular.conjugate() * b.angular;
-  result.orientation = 2 * std::atan2(between.vec().norm(), std::abs(between.w()));
-  if (a.angular.coeffs() == b.angular.coeffs() || a.angular.coeffs() == -b.angular.coeffs()) {
-    result.orientation = 0;
-  }
-  if (result.position > 0) {
-    result.axis = "xyz"[axis];
-  } else if (result.orientation > 0) {
-    result.axis = 'r';
-  }
-  return result;
-}
-
-PoseDifference compare(const PoseLog& expected, const PoseLog& actual) {
-  PoseDifference result;
-  BodyDifference largest;  // in the first full frame
-  result.headers = header_differences(expected, actual);
-  const std::size_t common = std::min(expected.frames.size(), actual.frames.size());
-  for (std::size_t k = 0; k < common; ++k) {
-    const PoseLog::Frame& a = expected.frames[k];
-    const PoseLog::Frame& b = actual.frames[k];
-    if (result.first_frame < 0 && a.hash != b.hash) result.first_frame = static_cast<int>(k);
-    if (result.first_contradiction < 0 && a.hash == b.hash && !same_poses(a, b)) {
-      result.first_contradiction = static_cast<int>(k);
-    }
-    const std::size_t bodies = std::min(a.poses.size(), b.poses.size());
-    const bool first_full = result.first_frame >= 0 && result.first_full_frame < 0 && bodies > 0;
-    if (first_full) result.first_full_frame = static_cast<int>(k);
-    for (std::size_t body = 1; body < bodies; ++body) {
-      const BodyDifference found = difference(a.poses[body], b.poses[body]);
-      result.largest_position = std::max(result.largest_position, found.position);
-      result.largest_orientation = std::max(result.largest_orientation, found.orientation);
-      if (first_full && found.is_larger_than(largest)) {
-        largest = found;
-        result.body = static_cast<int>(body);
-      }
-    }
-  }
-  result.axis = largest.axis;
-  result.size = largest.size();
-  if (result.first_frame < 0 && expected.frames.size() != actual.frames.size()) {
-    result.first_frame = static_cast<int>(common);
-  }
   return result;
 }
 

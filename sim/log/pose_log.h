@@ -56,6 +56,9 @@ struct PoseLog {
   std::vector<Frame> frames;        ///< frame k is the state after k steps
   /// "ok", or how the run went wrong: "diverged 17 body 3 crate", "unsolved 17 steps 2".
   std::string end = "ok";
+
+  /// True where the setting of this name is known.
+  bool has_setting(std::string_view name) const { return author.empty() || name == "step"; }
 };
 
 PoseLog read_pose_log(const std::filesystem::path& file);  ///< throws Error with the line

@@ -56,13 +56,14 @@ class Rows {
     double value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value)) {
-      refuse(fmt::format("{} '{}' is no finite number", column, text.substr(0, 60)));
+      refuse("{} '{}' is no finite number", column, text.substr(0, 60));
     }
     return value;
   }
 
-  [[noreturn]] void refuse(const std::string& sentence) const {
-    throw Error(fmt::format("{}:{}: {}", what_, line_, sentence));
+  template <typename... Args>
+  [[noreturn]] void refuse(fmt::format_string<Args...> text, Args&&... args) const {
+    throw Error(fmt::format("{}:{}: {}", what_, line_, fmt::format(text, std::forward<Args>(args)...)));
   }
 
  private:
@@ -154,7 +155,7 @@ class Reader {
       const auto found = std::ranges::find(columns, header[i]);
       if (found == columns.end()) continue;
       std::size_t& column = columns_[static_cast<std::size_t>(found - columns.begin())];
-      if (column != absent) rows_.refuse(fmt::format("the header has two columns {}", header[i]));
+      if (column != absent) rows_.refuse("the header has two columns {}", header[i]);
       column = i;
     }
     width_ = header.size();
@@ -165,9 +166,8 @@ class Reader {
       if (columns_[i] == absent) missing.push_back(columns[i]);
     }
     if (missing.empty()) return;
-    rows_.refuse(
-        fmt::format("the header lacks {}: '{}' are expected, in any order, and all velocities or none",
-                    fmt::join(missing, ", "), fmt::join(columns, ",")));
+    rows_.refuse("the header lacks {}: '{}' are expected, in any order, and all velocities or none",
+                 fmt::join(missing, ", "), fmt::join(columns, ","));
   }
 
   double value(std::size_t column) const { return rows_.number(columns_[column], columns[column]); }
@@ -180,14 +180,13 @@ class Reader {
     for (std::size_t i = 1; i < scene_.bodies.size() && known.size() < 20; ++i) {
       known.push_back(scene_.bodies[i].name);
     }
-    rows_.refuse(fmt::format("{} has no body '{}': there are {}{}", scene_.name, name.substr(0, 60),
-                             fmt::join(known, ", "), known.size() + 1 < scene_.bodies.size() ? ", …" : ""));
+    rows_.refuse("{} has no body '{}': there are {}{}", scene_.name, name.substr(0, 60),
+                 fmt::join(known, ", "), known.size() + 1 < scene_.bodies.size() ? ", …" : "");
   }
 
   void read_row() {
     if (rows_.fields().size() != width_) {
-      rows_.refuse(
-          fmt::format("{} fields are expected as in the header, not {}", width_, rows_.fields().size()));
+      rows_.refuse("{} fields are expected as in the header, not {}", width_, rows_.fields().size());
     }
     const std::size_t index = body_of_row();
     const Body& body = scene_.bodies[index];
@@ -204,19 +203,19 @@ class Reader {
     BodyRows& body = bodies_[index];
     const std::string& name = scene_.bodies[index].name;
     if (body.rows == 0 && !(std::abs(sample.time) <= 1e-6 * step_)) {
-      rows_.refuse(fmt::format("{} begins at {} s: its first row must be of 0 s", name, sample.time));
+      rows_.refuse("{} begins at {} s: its first row must be of 0 s", name, sample.time);
+    }
+    if (body.rows > 0 && sample.time == body.last.time) {
+      rows_.refuse("{} has two rows of {} s", name, sample.time);
     }
     if (body.rows > 0 && !(sample.time > body.last.time)) {
-      rows_.refuse(sample.time == body.last.time
-                       ? fmt::format("{} has two rows of {} s", name, sample.time)
-                       : fmt::format("{} goes from {} s back to {} s", name, body.last.time, sample.time));
+      rows_.refuse("{} goes from {} s back to {} s", name, body.last.time, sample.time);
     }
     // Turn the shorter way.
     if (sample.q.angular.dot(body.last.q.angular) < 0) sample.q.angular.coeffs() *= -1;
     const double end = std::floor(sample.time / step_ + 1e-6) + 1;
     if (end * static_cast<double>(bodies_.size()) > most_poses) {
-      rows_.refuse(fmt::format("{} s are more than fit: {:g} poses at steps of {:g} s", sample.time,
-                               most_poses, step_));
+      rows_.refuse("{} s are more than fit: {:g} poses at steps of {:g} s", sample.time, most_poses, step_);
     }
     const auto frames = static_cast<std::size_t>(end);
     if (states_.size() < frames) states_.resize(frames, start_);
@@ -245,19 +244,17 @@ class Reader {
   /// Returns the frames that all bodies have. Throws Error where one lacks rows.
   std::size_t whole_frames() const {
     std::size_t frames = states_.size();
-    const BodyRows* first = nullptr;
-    const std::string* first_name = nullptr;
+    std::size_t first = 0;
     for (std::size_t i = 1; i < bodies_.size(); ++i) {
-      const BodyRows& body = bodies_[i];
       const std::string& name = scene_.bodies[i].name;
-      if (body.rows == 0 && !needs_rows(i)) continue;
-      if (body.rows == 0) rows_.refuse(fmt::format("the table ends without a row of {}", name));
-      if (first && body.rows != first->rows) {
-        rows_.refuse(fmt::format("the table ends with {} rows of {} and {} of {}: each time needs both",
-                                 first->rows, *first_name, body.rows, name));
+      if (bodies_[i].rows == 0 && !needs_rows(i)) continue;
+      if (bodies_[i].rows == 0) rows_.refuse("the table ends without a row of {}", name);
+      if (first == 0) first = i;
+      if (bodies_[i].rows != bodies_[first].rows) {
+        rows_.refuse("the table ends with {} rows of {} and {} of {}: each time needs both",
+                     bodies_[first].rows, scene_.bodies[first].name, bodies_[i].rows, name);
       }
-      if (!first) first_name = &name, first = &body;
-      frames = std::min(frames, body.frames);
+      frames = std::min(frames, bodies_[i].frames);
     }
     if (frames == 0) rows_.refuse("the table has no row");
     return frames;

@@ -6,8 +6,6 @@
 
 #include <csignal>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string>
 
 #include "sim/error.h"
@@ -21,11 +19,6 @@ namespace fs = std::filesystem;
 
 class FileOutput : public testing::Test {
  protected:
-  static std::string content(const fs::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), {}};
-  }
-
   std::ptrdiff_t file_count() const {
     return std::distance(fs::directory_iterator(folder_), fs::directory_iterator());
   }
@@ -38,7 +31,7 @@ TEST_F(FileOutput, WritesAndReplaces) {
   const fs::path file = folder_ / "a.txt";
   write_file(file, "old");
   write_file(file, std::string_view("new\0text", 8));
-  EXPECT_EQ(content(file), std::string("new\0text", 8));
+  EXPECT_EQ(content_of(file), std::string("new\0text", 8));
   EXPECT_EQ(file_count(), 1);
 }
 
@@ -55,7 +48,7 @@ TEST_F(FileOutput, KeepsOldFileWhenWritingFails) {
   setrlimit(RLIMIT_FSIZE, &before);
   std::signal(SIGXFSZ, handler);
   EXPECT_THAT(message, testing::HasSubstr("a.txt: cannot be written: "));
-  EXPECT_EQ(content(file), "old");
+  EXPECT_EQ(content_of(file), "old");
   EXPECT_EQ(file_count(), 1);
 }
 
@@ -72,7 +65,7 @@ TEST_F(FileOutput, KeepsLinks) {
   fs::create_symlink("real.txt", folder_ / "link.txt");
   write_file(folder_ / "link.txt", "new");
   EXPECT_TRUE(fs::is_symlink(folder_ / "link.txt"));
-  EXPECT_EQ(content(folder_ / "real.txt"), "new");
+  EXPECT_EQ(content_of(folder_ / "real.txt"), "new");
 }
 
 TEST_F(FileOutput, WritesToDevices) {

@@ -15,13 +15,6 @@ namespace {
 
 using testing::HasSubstr;
 
-Coordinates coordinates(double x, double y, double z, const Quaternion& angular) {
-  Coordinates result;
-  result.linear = Vector3(x, y, z);
-  result.angular = angular;
-  return result;
-}
-
 /// Two bodies, five frames, full every second; with numbers that few decimals do not hold.
 PoseLog example() {
   PoseLog log;
@@ -44,9 +37,9 @@ PoseLog example() {
     if (k % 2 == 0) {
       const double denormal = std::numeric_limits<double>::denorm_min();
       frame.poses = {Coordinates{},
-                     coordinates(std::nextafter(0.1 * k, 1.0), -1.0 / 3, 1e300,
-                                 Quaternion(0.5, -0.5, 0.5, std::nextafter(0.5, 1.0))),
-                     coordinates(-0.0, denormal, -1e-17 * k, Quaternion::Identity())};
+                     {{std::nextafter(0.1 * k, 1.0), -1.0 / 3, 1e300},
+                      Quaternion(0.5, -0.5, 0.5, std::nextafter(0.5, 1.0))},
+                     {{-0.0, denormal, -1e-17 * k}, Quaternion::Identity()}};
     }
     log.frames.push_back(frame);
   }
@@ -86,96 +79,90 @@ TEST(PoseLog, RoundTripKeepsBits) {
 
 TEST(PoseLog, FollowsDocumentedFormat) {
   const std::string text = to_text(example());
-  EXPECT_THAT(text,
-              testing::StartsWith("substep pose log 1\n"
-                                  "units metres seconds radians\n"
-                                  "scene two_boxes.gltf\n"
-                                  "scene-hash 00c5e0f3a11d2b69\n"
-                                  "algorithm a5\n"
-                                  "step 0.016666666666666666\n"
-                                  "substeps 7\n"
-                                  "iterations 2\n"
-                                  "tau 0.30000000000000004\n"
-                                  "kappa 0.3333333333333333\n"
-                                  "contact_tau 0.7\n"
-                                  "contact_kappa 0\n"
-                                  "joints stable\n"
-                                  "relaxation 1\n"
-                                  "tolerance 0\n"
-                                  "modelled joints: 1 ball; no contacts\n"
-                                  "body 1 crate\n"
-                                  "body 2 line\\x0abreak \\x5c and ümlaut\n"
-                                  "full-every 2\n"
-                                  "frame 0 f00dfeed00000000\n"
-                                  "pose 1 5e-324 -0.3333333333333333 1e+300 0.5 -0.5 0.5 0.5000000000000001\n"
-                                  "pose 2 -0 5e-324 -0 1 0 0 0\n"
-                                  "frame 1 f00dfeed00000001\n"));
+  EXPECT_THAT(text, testing::StartsWith(R"(substep pose log 1
+units metres seconds radians
+scene two_boxes.gltf
+scene-hash 00c5e0f3a11d2b69
+algorithm a5
+step 0.016666666666666666
+substeps 7
+iterations 2
+tau 0.30000000000000004
+kappa 0.3333333333333333
+contact_tau 0.7
+contact_kappa 0
+joints stable
+relaxation 1
+tolerance 0
+modelled joints: 1 ball; no contacts
+body 1 crate
+body 2 line\x0abreak \x5c and ümlaut
+full-every 2
+frame 0 f00dfeed00000000
+pose 1 5e-324 -0.3333333333333333 1e+300 0.5 -0.5 0.5 0.5000000000000001
+pose 2 -0 5e-324 -0 1 0 0 0
+frame 1 f00dfeed00000001
+)"));
   EXPECT_THAT(text, testing::EndsWith("end ok 4\n"));
 }
 
+/// A text of the example's log that another replaces, and the line and words of the message then.
 struct Malformed {
-  std::string what;
-  std::string from;
-  std::string to;
-  std::string line;     ///< in the message
-  std::string message;  ///< part of it
+  const char* from;
+  const char* to;
+  const char* line;
+  const char* words;
 };
 
-class MalformedLog : public testing::TestWithParam<Malformed> {};
-
-TEST_P(MalformedLog, IsRefusedWithItsLine) {
-  const Malformed& p = GetParam();
-  const std::string message = failure(replaced(to_text(example()), p.from, p.to));
-  EXPECT_THAT(message, HasSubstr("a.poses.txt:" + p.line + ": "));
-  EXPECT_THAT(message, HasSubstr(p.message));
-  EXPECT_THAT(message, testing::Not(HasSubstr("\n")));
+TEST(PoseLog, RefusesMalformedLogWithItsLine) {
+  for (const auto& [from, to, line, words] : std::initializer_list<Malformed>{
+           {"log 1\n", "log 2\n", "1", "version 2"},
+           {"substep pose", "\x89PNG\r\x1a", "1", "no pose log"},
+           {"metres", "feet", "2", "is expected"},
+           {"00c5e0f3a11d2b69", "c5e0", "4", "16 hexadecimal"},
+           {"00c5e0f3a11d2b69", "00c5e0f3a11d2bzz", "4", "hash"},
+           {"algorithm a5", "algorithm a6", "5", "a1, a2, a3, a4, a5, soft or avbd"},
+           {"step 0.016666666666666666", "step fast", "6", "'fast'"},
+           {"step 0.016666666666666666", "step nan", "6", "'nan'"},
+           {"step 0.016666666666666666", "step 0", "15", "step 0"},
+           {"substeps 7", "substeps 99999999999999999999", "7", "substeps"},
+           {"substeps 7\n", "", "7", "'substeps …' is expected"},
+           {"joints stable", "joints loose", "13", "rows, plain or stable"},
+           {"line\\x0a", "line\\xg", "18", "backslash"},
+           {"line\\x0abreak \\x5c and ümlaut", "line\\x0", "18", "backslash"},
+           {"body 2", "body 3", "18", "body 2 is expected"},
+           {"body 2", "body 2000000000", "18", "body 2 is expected"},
+           {"full-every 2", "full-every 0", "19", "at least 1"},
+           {"full-every 2", "full-every 2000000000", "27", "must have no poses"},
+           {"frame 1 ", "frame 2 ", "23", "frame 1 is expected"},
+           {"frame 1 ", "frame 2147483647 ", "23", "frame 1 is expected"},
+           {"frame 1 ", "frame -1 ", "23", "frame 1 is expected"},
+           {"pose 2 -0", "pose 2 nan", "22", "'nan'"},
+           {"pose 2 -0", "pose 2 inf", "22", "'inf'"},
+           {"pose 2 -0", "pose 2 1e999", "22", "'1e999'"},
+           {"pose 2 -0", "pose 2 -0m", "22", "'-0m'"},
+           {"pose 2 -0 ", "pose 2 ", "22", "8 items"},
+           {"5e-324 -0 1 0 0 0", "5e-324 -0 1 0 0 0 0", "22", "'0 0'"},
+           {"pose 2 -0", "pose 2  -0", "22", "8 items"},
+           {"-0 1 0 0 0\n", "-0 2 0 0 0\n", "22", "quaternion"},
+           {"pose 2 -0 5e-324 -0 1 0 0 0\n", "", "22", "pose of body 2 is missing"},
+           {"frame 1 ", "pose 3 0 0 0 1 0 0 0\nframe 1 ", "23", "too many"},
+           {"pose 1 5e-324", "pose 2 5e-324", "21", "pose of body 1 is expected"},
+           {"pose 1 5e-324", "pose 0 5e-324", "21", "pose of body 1 is expected"},
+           {"frame 2 ", "pose 1 0 0 0 1 0 0 0\npose 2 0 0 0 1 0 0 0\nframe 2 ", "26", "must have no poses"},
+           {"end ok 4\n", "", "31", "truncated"},
+           {"end ok 4\n", "end ok", "31", "truncated"},
+           {"end ok 4", "end ok 5", "31", "'end ok 4'"},
+           {"end ok 4", "end fine 4", "31", "'end ok 4'"},
+           {"end ok 4", "end diverged 3 body 1 crate", "31", "end that fits"},
+           {"end ok 4\n", "end ok 4\nend ok 4\n", "32", "nothing may follow"}}) {
+    SCOPED_TRACE(words);
+    const std::string message = failure(replaced(to_text(example()), from, to));
+    EXPECT_THAT(message, HasSubstr("a.poses.txt:" + std::string(line) + ": "));
+    EXPECT_THAT(message, HasSubstr(words));
+    EXPECT_THAT(message, testing::Not(HasSubstr("\n")));
+  }
 }
-
-INSTANTIATE_TEST_SUITE_P(
-    EveryKind, MalformedLog,
-    testing::Values(
-        Malformed{"version", "log 1\n", "log 2\n", "1", "version 2"},
-        Malformed{"other_file", "substep pose", "\x89PNG\r\x1a", "1", "no pose log"},
-        Malformed{"units", "metres", "feet", "2", "is expected"},
-        Malformed{"hash_short", "00c5e0f3a11d2b69", "c5e0", "4", "16 hexadecimal"},
-        Malformed{"hash_letters", "00c5e0f3a11d2b69", "00c5e0f3a11d2bzz", "4", "hash"},
-        Malformed{"algorithm", "algorithm a5", "algorithm a6", "5", "a1, a2, a3, a4, a5, soft or avbd"},
-        Malformed{"step_words", "step 0.016666666666666666", "step fast", "6", "'fast'"},
-        Malformed{"step_nan", "step 0.016666666666666666", "step nan", "6", "'nan'"},
-        Malformed{"step_zero", "step 0.016666666666666666", "step 0", "15", "step 0"},
-        Malformed{"substeps_huge", "substeps 7", "substeps 99999999999999999999", "7", "substeps"},
-        Malformed{"substeps_missing", "substeps 7\n", "", "7", "'substeps …' is expected"},
-        Malformed{"joints", "joints stable", "joints loose", "13", "rows, plain or stable"},
-        Malformed{"name_escape", "line\\x0a", "line\\xg", "18", "backslash"},
-        Malformed{"name_escape_cut", "line\\x0abreak \\x5c and ümlaut", "line\\x0", "18", "backslash"},
-        Malformed{"body_index", "body 2", "body 3", "18", "body 2 is expected"},
-        Malformed{"body_huge", "body 2", "body 2000000000", "18", "body 2 is expected"},
-        Malformed{"full_every_zero", "full-every 2", "full-every 0", "19", "at least 1"},
-        Malformed{"full_every_huge", "full-every 2", "full-every 2000000000", "27", "must have no poses"},
-        Malformed{"frame_skipped", "frame 1 ", "frame 2 ", "23", "frame 1 is expected"},
-        Malformed{"frame_huge", "frame 1 ", "frame 2147483647 ", "23", "frame 1 is expected"},
-        Malformed{"frame_negative", "frame 1 ", "frame -1 ", "23", "frame 1 is expected"},
-        Malformed{"nan", "pose 2 -0", "pose 2 nan", "22", "'nan'"},
-        Malformed{"infinity", "pose 2 -0", "pose 2 inf", "22", "'inf'"},
-        Malformed{"overflow", "pose 2 -0", "pose 2 1e999", "22", "'1e999'"},
-        Malformed{"number_tail", "pose 2 -0", "pose 2 -0m", "22", "'-0m'"},
-        Malformed{"few_items", "pose 2 -0 ", "pose 2 ", "22", "8 items"},
-        Malformed{"many_items", "5e-324 -0 1 0 0 0", "5e-324 -0 1 0 0 0 0", "22", "'0 0'"},
-        Malformed{"two_spaces", "pose 2 -0", "pose 2  -0", "22", "8 items"},
-        Malformed{"quaternion", "-0 1 0 0 0\n", "-0 2 0 0 0\n", "22", "quaternion"},
-        Malformed{"pose_missing", "pose 2 -0 5e-324 -0 1 0 0 0\n", "", "22", "pose of body 2 is missing"},
-        Malformed{"pose_too_many", "frame 1 ", "pose 3 0 0 0 1 0 0 0\nframe 1 ", "23", "too many"},
-        Malformed{"pose_order", "pose 1 5e-324", "pose 2 5e-324", "21", "pose of body 1 is expected"},
-        Malformed{"pose_of_world", "pose 1 5e-324", "pose 0 5e-324", "21", "pose of body 1 is expected"},
-        Malformed{"pose_unasked", "frame 2 ", "pose 1 0 0 0 1 0 0 0\npose 2 0 0 0 1 0 0 0\nframe 2 ", "26",
-                  "must have no poses"},
-        Malformed{"end_missing", "end ok 4\n", "", "31", "truncated"},
-        Malformed{"end_cut", "end ok 4\n", "end ok", "31", "truncated"},
-        Malformed{"end_frame", "end ok 4", "end ok 5", "31", "'end ok 4'"},
-        Malformed{"end_kind", "end ok 4", "end fine 4", "31", "'end ok 4'"},
-        Malformed{"end_diverged_early", "end ok 4", "end diverged 3 body 1 crate", "31", "end that fits"},
-        Malformed{"after_end", "end ok 4\n", "end ok 4\nend ok 4\n", "32", "nothing may follow"}),
-    [](const auto& one) { return one.param.what; });
 
 TEST(PoseLog, ReadsLogsWithoutContactStabilization) {
   const std::string text = replaced(to_text(example()), "contact_tau 0.7\ncontact_kappa 0\n", "");
@@ -213,14 +200,21 @@ TEST(PoseLog, KeepsFailureOfRun) {
   }
 }
 
+/// Compares the example with a changed one.
+template <typename Change>
+PoseDifference compared(const Change& change) {
+  PoseLog actual = example();
+  change(actual);
+  return compare(example(), actual);
+}
+
 TEST(PoseLogCompare, NamesFirstFrameBodyAndAxis) {
-  const PoseLog expected = example();
-  PoseLog actual = expected;
-  for (std::size_t k = 1; k < 5; ++k) actual.frames[k].hash ^= 1;
-  actual.frames[2].poses[1].linear.x() += 1e-9;
-  actual.frames[2].poses[2].linear.y() += 3e-9;
-  actual.frames[4].poses[2].linear.x() += 0.25;
-  const PoseDifference difference = compare(expected, actual);
+  const PoseDifference difference = compared([](PoseLog& log) {
+    for (std::size_t k = 1; k < 5; ++k) log.frames[k].hash ^= 1;
+    log.frames[2].poses[1].linear.x() += 1e-9;
+    log.frames[2].poses[2].linear.y() += 3e-9;
+    log.frames[4].poses[2].linear.x() += 0.25;
+  });
   EXPECT_FALSE(difference.none());
   EXPECT_EQ(difference.first_frame, 1);
   EXPECT_EQ(difference.first_full_frame, 2);
@@ -232,12 +226,11 @@ TEST(PoseLogCompare, NamesFirstFrameBodyAndAxis) {
 }
 
 TEST(PoseLogCompare, MeasuresPureTurn) {
-  const PoseLog expected = example();
-  PoseLog actual = expected;
   const double angle = 1e-7;
-  actual.frames[4].hash ^= 1;
-  actual.frames[4].poses[2].angular = Quaternion(std::cos(angle / 2), std::sin(angle / 2), 0, 0);
-  const PoseDifference difference = compare(expected, actual);
+  const PoseDifference difference = compared([&](PoseLog& log) {
+    log.frames[4].hash ^= 1;
+    log.frames[4].poses[2].angular = Quaternion(std::cos(angle / 2), std::sin(angle / 2), 0, 0);
+  });
   EXPECT_EQ(difference.first_full_frame, 4);
   EXPECT_EQ(difference.body, 2);
   EXPECT_EQ(difference.axis, 'r');
@@ -247,64 +240,49 @@ TEST(PoseLogCompare, MeasuresPureTurn) {
 }
 
 TEST(PoseLogCompare, HashDetectsVelocityChange) {
-  const PoseLog expected = example();
-  PoseLog actual = expected;
-  actual.frames[3].hash ^= 1;
-  const PoseDifference difference = compare(expected, actual);
+  const PoseDifference difference = compared([](PoseLog& log) { log.frames[3].hash ^= 1; });
   EXPECT_EQ(difference.first_frame, 3);
   EXPECT_EQ(difference.first_full_frame, 4);
   EXPECT_EQ(difference.axis, ' ');
   EXPECT_EQ(difference.size, 0);
 }
 
+// settings_fields_test compares each field of the settings.
 TEST(PoseLogCompare, NamesDifferenceOfHeaders) {
-  const PoseLog expected = example();
-  PoseLog actual = expected;
-  actual.settings.substeps = 8;
-  actual.bodies[1] = "barrel";
-  actual.frames.pop_back();
-  actual.frames.pop_back();
-  actual.end = "diverged 3 body 1 barrel";
-  const PoseDifference difference = compare(expected, actual);
+  const PoseDifference difference = compared([](PoseLog& log) {
+    log.scene = "other.gltf";
+    log.scene_hash = 1;
+    log.settings.substeps = 8;
+    log.modelled = "nothing";
+    log.bodies[1] = "barrel";
+    log.bodies.emplace_back("third");
+    log.full_every = 4;
+    log.frames.resize(3);
+    log.end = "diverged 3 body 1 barrel";
+  });
   EXPECT_EQ(difference.headers,
+            "scene: two_boxes.gltf → other.gltf\n"
+            "scene-hash: 00c5e0f3a11d2b69 → 0000000000000001\n"
             "substeps: 7 → 8\n"
+            "modelled: joints: 1 ball; no contacts → nothing\n"
+            "bodies: 2 → 3\n"
             "body 1: crate → barrel\n"
+            "full-every: 2 → 4\n"
             "last frame: 4 → 2\n"
             "end: ok → diverged 3 body 1 barrel");
   EXPECT_EQ(difference.first_frame, 3);
   EXPECT_EQ(difference.first_full_frame, -1);
-}
-
-// settings_fields_test compares each field of the settings.
-TEST(PoseLogCompare, ComparesEveryHeaderLine) {
-  const PoseLog expected = example();
-  const auto difference = [&](const auto& change) {
-    PoseLog actual = expected;
-    change(actual);
-    EXPECT_FALSE(compare(expected, actual).none());
-    return compare(expected, actual).headers;
-  };
-  EXPECT_EQ(difference([](PoseLog& log) { log.scene = "other.gltf"; }), "scene: two_boxes.gltf → other.gltf");
-  EXPECT_EQ(difference([](PoseLog& log) { log.scene_hash = 1; }),
-            "scene-hash: 00c5e0f3a11d2b69 → 0000000000000001");
-  EXPECT_EQ(difference([](PoseLog& log) { log.modelled = "nothing"; }),
-            "modelled: joints: 1 ball; no contacts → nothing");
-  EXPECT_EQ(difference([](PoseLog& log) { log.bodies.emplace_back("third"); }), "bodies: 2 → 3");
-  EXPECT_EQ(difference([](PoseLog& log) { log.full_every = 4; }), "full-every: 2 → 4");
+  EXPECT_FALSE(compared([](PoseLog& log) { log.full_every = 4; }).none());
 }
 
 TEST(PoseLogCompare, ReportsMovedPoseUnderEqualHash) {
-  const PoseLog expected = example();
-  PoseLog actual = expected;
-  actual.frames[2].poses[2].linear.x() += 0.5;
-  const PoseDifference moved = compare(expected, actual);
+  const PoseDifference moved = compared([](PoseLog& log) { log.frames[2].poses[2].linear.x() += 0.5; });
   EXPECT_FALSE(moved.none());
   EXPECT_EQ(moved.first_contradiction, 2);
   EXPECT_EQ(moved.first_frame, -1);
   EXPECT_EQ(moved.largest_position, 0.5);
-  actual = expected;
-  actual.frames[4].poses[1].angular.coeffs() *= -1;
-  EXPECT_EQ(compare(expected, actual).first_contradiction, 4);
+  const auto negate = [](PoseLog& log) { log.frames[4].poses[1].angular.coeffs() *= -1; };
+  EXPECT_EQ(compared(negate).first_contradiction, 4);
 }
 
 }  // namespace

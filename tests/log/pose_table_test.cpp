@@ -118,22 +118,27 @@ TEST_F(PoseTable, KeepsPosesAtSteps) {
 
 TEST_F(PoseTable, NamesLineOfWhatIsWrong) {
   EXPECT_THAT(refusal(""), HasSubstr("rig.csv:1: the table is empty"));
-  EXPECT_THAT(refusal("qz,z", "qz,zz"), HasSubstr("rig.csv:1: the header lacks z"));
-  EXPECT_THAT(refusal("qz,z", "qz,qz"), HasSubstr("rig.csv:1: the header has two columns qz"));
-  EXPECT_THAT(refusal(",note", ",vx"), HasSubstr("the header lacks vy, vz, wx, wy, wz"));
-  EXPECT_THAT(refusal("crate,0,1", "crane,0,1"),
-              HasSubstr("rig.csv:2: test has no body 'crane': there are crate, a, \"b\", lift"));
-  EXPECT_THAT(refusal("crate,0,1,0,0,0,0,0,0,from\n", ""), HasSubstr("crate begins at 0.25 s"));
-  EXPECT_THAT(refusal("crate,0,1,0", "crate,0,nan,0"), HasSubstr("rig.csv:2: qw 'nan' is no finite number"));
-  EXPECT_THAT(refusal("crate,0,1,0", "crate,0,,0"), HasSubstr("rig.csv:2: qw '' is no finite number"));
-  EXPECT_THAT(refusal("crate,0,1,0", "crate,0,0,0"),
-              HasSubstr("rig.csv:2: the quaternion is not of length 1"));
-  EXPECT_THAT(refusal("0,from", "from"),
-              HasSubstr("rig.csv:2: 10 fields are expected as in the header, not 9"));
-  EXPECT_THAT(refusal("crate,0.25", "crate,0"), HasSubstr("rig.csv:4: crate has two rows of 0 s"));
-  EXPECT_THAT(refusal("crate,0.25", "crate,-1"), HasSubstr("rig.csv:4: crate goes from 0 s back to -1 s"));
-  EXPECT_THAT(refusal("crate,0.25", "crate,1e300"), HasSubstr("rig.csv:4: 1e+300 s are more than fit"));
-  EXPECT_THAT(refusal("\"\"\",0.25,", "\"\"\n0.25,"), HasSubstr("rig.csv:5: a quoted name has no end"));
+  struct Malformed {
+    const char* from;
+    const char* to;
+    const char* words;
+  };
+  for (const auto& [from, to, words] : std::initializer_list<Malformed>{
+           {"qz,z", "qz,zz", "rig.csv:1: the header lacks z"},
+           {"qz,z", "qz,qz", "rig.csv:1: the header has two columns qz"},
+           {",note", ",vx", "the header lacks vy, vz, wx, wy, wz"},
+           {"crate,0,1", "crane,0,1", "rig.csv:2: test has no body 'crane': there are crate, a, \"b\", lift"},
+           {"crate,0,1,0,0,0,0,0,0,from\n", "", "crate begins at 0.25 s"},
+           {"crate,0,1,0", "crate,0,nan,0", "rig.csv:2: qw 'nan' is no finite number"},
+           {"crate,0,1,0", "crate,0,,0", "rig.csv:2: qw '' is no finite number"},
+           {"crate,0,1,0", "crate,0,0,0", "rig.csv:2: the quaternion is not of length 1"},
+           {"0,from", "from", "rig.csv:2: 10 fields are expected as in the header, not 9"},
+           {"crate,0.25", "crate,0", "rig.csv:4: crate has two rows of 0 s"},
+           {"crate,0.25", "crate,-1", "rig.csv:4: crate goes from 0 s back to -1 s"},
+           {"crate,0.25", "crate,1e300", "rig.csv:4: 1e+300 s are more than fit"},
+           {"\"\"\",0.25,", "\"\"\n0.25,", "rig.csv:5: a quoted name has no end"}}) {
+    EXPECT_THAT(refusal(from, to), HasSubstr(words));
+  }
   EXPECT_THAT(refusal(example_table() + "crate,0.3,1,0,0,0,0,0,0,\n"),
               HasSubstr("rig.csv:7: the table ends with 3 rows of crate and 2 of a, \"b\""));
   EXPECT_THAT(refusal("t,body,x,y,z,qw,qx,qy,qz\ncrate,0,0,0,0,1,0,0,0\n"),
