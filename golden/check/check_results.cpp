@@ -16,7 +16,7 @@
 #include "golden/report/report.h"
 #include "golden/suite/sidecar.h"
 #include "sim/error.h"
-#include "sim/loading/parse_json.h"
+#include "sim/loading/json_value.h"
 #include "sim/log/file_output.h"
 
 namespace substep::golden {

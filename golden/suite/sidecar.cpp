@@ -6,7 +6,7 @@
 
 #include "golden/suite/scene_parts.h"
 #include "sim/error.h"
-#include "sim/loading/parse_json.h"
+#include "sim/loading/json_value.h"
 
 namespace substep::golden {
 namespace {

@@ -10,7 +10,6 @@
 
 #include "sim/error.h"
 #include "sim/loading/load_scene.h"
-#include "sim/loading/scene_files.h"
 #include "sim/model/usual_settings.h"
 #include "sim/study/sweep.h"
 

@@ -17,7 +17,7 @@
 #include "sim/commands/warnings.h"
 #include "sim/direct/mlcp.h"
 #include "sim/error.h"
-#include "sim/loading/needed_substeps.h"
+#include "sim/loading/scene_settings.h"
 #include "sim/log/file_output.h"
 #include "sim/log/pose_log.h"
 #include "sim/measure/invariants.h"

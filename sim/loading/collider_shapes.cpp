@@ -1,7 +1,5 @@
 #include "sim/loading/collider_shapes.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -27,7 +25,7 @@ Shape made(const JsonValue& place, const Make& make) {
   try {
     return make();
   } catch (const Error& failure) {
-    place.fail(failure.what());
+    place.fail("{}", failure.what());
   }
 }
 
@@ -64,18 +62,17 @@ Shape faceted(const ImplicitShape& shape, const Vector3& scale, std::optional<Po
     std::vector<Vector3> points;
     add_ball(points, shape.height / 2, shape.radius_top, 0, 6);
     add_ball(points, -shape.height / 2, shape.radius_bottom, 6, 12);
-    unscaled = convex_hull(points, fmt::format("{}: {}", place.file(), place.path()));
+    unscaled = convex_hull(points, place.place());
   }
   return scaled(*unscaled, scale);
 }
 
 Shape capsule(const ImplicitShape& shape, const Vector3& scale, std::optional<Polytope>& unscaled,
-              const JsonValue& place, std::vector<std::string>& warnings) {
+              const JsonValue& place) {
   if (!is_uniform(scale)) {
     Shape hull = faceted(shape, scale, unscaled, place);
-    warnings.push_back(
-        fmt::format("{}: a capsule under an unequal scale collides as the hull of {} points on it",
-                    place.path(), unscaled->vertices.size()));
+    place.warn("a capsule under an unequal scale collides as the hull of {} points on it",
+               unscaled->vertices.size());
     return hull;
   }
   const double height = shape.height * scale.x();
@@ -107,6 +104,12 @@ std::vector<std::size_t> outermost(std::span<const Vector3> points, std::size_t 
   return chosen;
 }
 
+std::vector<Vector3> chosen_points(std::span<const Vector3> points, std::span<const std::size_t> indices) {
+  std::vector<Vector3> result;
+  for (const std::size_t index : indices) result.push_back(points[index]);
+  return result;
+}
+
 /// Returns how far the points lie outside a hull: from a point to where the line to the hull's centre meets
 /// its surface; 0 inside.
 std::vector<double> distances_outside(const Polytope& hull, std::span<const Vector3> points) {
@@ -125,18 +128,10 @@ std::vector<double> distances_outside(const Polytope& hull, std::span<const Vect
   return distances;
 }
 
-std::vector<Vector3> chosen_points(std::span<const Vector3> points, std::span<const std::size_t> indices) {
-  std::vector<Vector3> result;
-  result.reserve(indices.size());
-  for (const std::size_t index : indices) result.push_back(points[index]);
-  return result;
-}
-
 }  // namespace
 
 Shape implicit_shape(const ImplicitShape& shape, const Vector3& signed_scale,
-                     std::optional<Polytope>& faceted_hull, const JsonValue& place,
-                     std::vector<std::string>& warnings) {
+                     std::optional<Polytope>& faceted_hull, const JsonValue& place) {
   const Vector3 scale = signed_scale.cwiseAbs();
   if (!(scale.minCoeff() > 0)) place.fail("its node's scale is 0 along an axis");
   switch (shape.kind) {
@@ -146,7 +141,7 @@ Shape implicit_shape(const ImplicitShape& shape, const Vector3& signed_scale,
     case ImplicitShape::Kind::box:
       return box(shape.size.cwiseProduct(scale));
     case ImplicitShape::Kind::capsule:
-      return capsule(shape, scale, faceted_hull, place, warnings);
+      return capsule(shape, scale, faceted_hull, place);
     case ImplicitShape::Kind::cylinder:
       if (is_equal_scale(scale.x(), scale.z())) {
         return made(place, [&] {
@@ -154,8 +149,7 @@ Shape implicit_shape(const ImplicitShape& shape, const Vector3& signed_scale,
                                shape.radius_top * scale.x());
         });
       }
-      warnings.push_back(place.path() +
-                         ": a cylinder made elliptic by its node's scale collides as a prism of 32 sides");
+      place.warn("a cylinder made elliptic by its node's scale collides as a prism of 32 sides");
       return scaled(cylinder(shape.height, shape.radius_bottom, shape.radius_top), scale);
     case ImplicitShape::Kind::mesh:  // a collider has the mesh itself
     case ImplicitShape::Kind::plane:
@@ -209,6 +203,34 @@ SimplifiedHull simplified_hull(std::span<const Vector3> given, const std::string
       "its convex hull of more than {} vertices is simplified to {}, which leaves out {:.2g} m at most",
       most_vertices, result.hull.vertices.size(), std::ranges::max(distances));
   return result;
+}
+
+std::optional<MassProperties> enclosed_solid(std::span<const Vector3> points,
+                                             std::span<const Triangle> triangles) {
+  if (!is_closed(points, triangles)) return std::nullopt;
+  MassProperties solid = mass_properties(points, triangles);
+  if (solid.mass < 0) {  // inside out
+    solid.mass = -solid.mass;
+    solid.inertia = -solid.inertia;
+  }
+  return solid;
+}
+
+PrincipalInertia symmetric_principal_inertia(Matrix3 inertia) {
+  constexpr double rounding = 1e-12;
+  const double largest = inertia.diagonal().cwiseAbs().maxCoeff();
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      if (row != column && std::fabs(inertia(row, column)) <= rounding * largest) inertia(row, column) = 0;
+    }
+  }
+  PrincipalInertia principal = principal_inertia(inertia);
+  Vector3& moments = principal.moments;
+  const auto equal = [&](int i, int j) { return std::fabs(moments[i] - moments[j]) <= rounding * largest; };
+  if (equal(0, 1)) moments[1] = moments[0];
+  if (equal(0, 2)) moments[2] = moments[0];
+  if (equal(1, 2)) moments[2] = moments[1];
+  return principal;
 }
 
 }  // namespace substep

@@ -1,23 +1,27 @@
 #pragma once
-/// Collision shapes from what a glTF file describes, with the node's scale worked into them.
+/// Collision shapes and mass properties of bodies from files.
 
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "sim/geometry/mass_properties.h"
 #include "sim/geometry/shape.h"
 #include "sim/loading/json_value.h"
 #include "sim/loading/physics_extension.h"
 
 namespace substep {
 
+/// Density of bodies without mass and density, that of water, kg/m³.
+inline constexpr double default_density = 1000;
+
 /// Returns the collision shape of an implicit shape on a node with this scale, whose signs do not count.
 /// `place` is the collider, for messages. A sphere or capsule under a scale that differs along its axes
 /// becomes the hull of points on it, with a warning; `faceted` keeps that hull, unscaled, for the next scale.
 /// A finite or two-sided plane becomes a triangle mesh. Throws Error where the scale leaves no volume.
 Shape implicit_shape(const ImplicitShape& shape, const Vector3& scale, std::optional<Polytope>& faceted,
-                     const JsonValue& place, std::vector<std::string>& warnings);
+                     const JsonValue& place);
 
 /// A convex hull of points; where it would have too many vertices, the hull of the outermost points in evenly
 /// spread directions.
@@ -28,5 +32,18 @@ struct SimplifiedHull {
 
 /// Returns the hull. Messages begin with `what`. Throws Error where there is no volume.
 SimplifiedHull simplified_hull(std::span<const Vector3> points, const std::string& what);
+
+/// Smallest fraction of its hull's volume that makes an enclosed solid one to compute with.
+inline constexpr double least_filled = 1e-6;
+
+/// Returns the mass properties, at unit density, of the solid that triangles enclose, also where they are
+/// inside out; nothing where they are not closed.
+std::optional<MassProperties> enclosed_solid(std::span<const Vector3> points,
+                                             std::span<const Triangle> triangles);
+
+/// Returns principal_inertia() without rounding: equal moments where they differ by rounding alone, so that
+/// symmetric bodies have no gyroscopic term, and products of inertia of that size as 0, so that axes stay
+/// those of the shape.
+PrincipalInertia symmetric_principal_inertia(Matrix3 inertia);
 
 }  // namespace substep

@@ -67,4 +67,11 @@ std::string printable(std::string name) {
   return name;
 }
 
+std::string UniqueNames::add(const std::string& base) {
+  int& use = uses_.try_emplace(base, 1).first->second;
+  std::string name = base;
+  while (!taken_.insert(name).second) name = fmt::format("{} #{}", base, ++use);
+  return name;
+}
+
 }  // namespace substep

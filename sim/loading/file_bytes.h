@@ -1,9 +1,12 @@
 #pragma once
-/// Input files as bytes.
+/// Input files as bytes, and the names in them.
 
 #include <cstdint>
+#include <cstring>
 #include <filesystem>
+#include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 
@@ -19,6 +22,13 @@ std::string read_bytes(const std::filesystem::path& file, const std::string& com
 /// the other takes longer to hash than to read.
 std::uint64_t add_binary_to_hash(std::uint64_t hash, std::string_view bytes);
 
+/// Returns the unsigned number of `size` bytes, up to 4, whose lowest byte comes first.
+inline std::uint32_t little_endian(const char* bytes, std::uint64_t size) {
+  std::uint32_t value = 0;
+  std::memcpy(&value, bytes, size);
+  return value;
+}
+
 /// Returns the extension in lower case, with its dot.
 std::string lower_extension(const std::filesystem::path& file);
 
@@ -29,5 +39,16 @@ std::optional<std::filesystem::path> file_beside(const std::filesystem::path& be
 
 /// Returns the name with spaces for control characters, since pose logs have one name a line.
 std::string printable(std::string name);
+
+/// Names of bodies, of which no two are equal and none is the world's.
+class UniqueNames {
+ public:
+  /// Returns `base`, with the first of " #2", " #3" … appended that is not taken where `base` is.
+  std::string add(const std::string& base);
+
+ private:
+  std::set<std::string> taken_{"world"};
+  std::map<std::string, int> uses_;  ///< of each base
+};
 
 }  // namespace substep

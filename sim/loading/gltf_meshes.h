@@ -6,12 +6,9 @@
 
 #include <array>
 #include <cstdint>
-#include <string>
 #include <vector>
 
-#include "sim/geometry/mass_properties.h"
 #include "sim/loading/gltf_document.h"
-#include "sim/math/vector.h"
 #include "sim/scene/scene.h"
 
 namespace substep {
@@ -22,19 +19,17 @@ struct SkinInfluence {
   std::array<double, 4> weights{};  ///< their sum is 1, or 0 where nothing holds it
 };
 
-/// One primitive of a mesh. `normals` is empty where the file gives none, `influences` where it has no skin.
-struct GltfPrimitive {
-  std::vector<Vector3> positions;
-  std::vector<Vector3> normals;
-  std::vector<Triangle> triangles;
-  std::vector<SkinInfluence> influences;
-  VertexLooks looks;
-  int material = -1;          ///< −1: none
-  bool double_sided = false;  ///< its material
+/// One primitive of a mesh, with no name. `normals` is empty where the file gives none. `surface` is the
+/// material; −1: none.
+struct GltfPrimitive : Mesh {
+  std::vector<SkinInfluence> influences;  ///< empty: no skin
+  bool double_sided = false;              ///< its material
 };
 
 struct GltfMesh {
   std::vector<GltfPrimitive> primitives;  ///< triangles, strips and fans; points and lines are left out
+
+  std::size_t size() const;  ///< vertices and triangles
 };
 
 /// A skeleton: the nodes that are its joints and, for each, mesh space → joint's space as it was modelled.
@@ -47,17 +42,12 @@ struct GltfSkin {
 std::vector<GltfSkin> read_skins(const GltfDocument& document);
 
 /// Reads one entry per mesh of the document, in its order. All positions are finite and all indices in range;
-/// normals are unit or absent. Adds a warning for each omission. Throws Error.
-std::vector<GltfMesh> read_meshes(const GltfDocument& document, std::vector<std::string>& warnings);
+/// normals are unit or absent. Warns of each omission. Throws Error.
+std::vector<GltfMesh> read_meshes(const GltfDocument& document);
 
-/// The vertices of a skinned primitive in its pose at the start.
-struct PosedVertices {
-  std::vector<Vector3> positions;
-  std::vector<Vector3> normals;
-};
-/// Returns a skinned primitive in its pose at the start, in world space; normals are unit, or none. `place`
-/// is the node with the skin. Throws Error when a joint is out of range.
-PosedVertices posed_vertices(const GltfDocument& document, const GltfSkin& skin,
-                             const GltfPrimitive& primitive, const JsonValue& place);
+/// Returns a skinned primitive in its pose at the start, in world space; normals are unit, or none, and
+/// tangents are left out. `place` is the node with the skin. Throws Error when a joint is out of range.
+Mesh posed(const GltfDocument& document, const GltfSkin& skin, const GltfPrimitive& primitive,
+           const JsonValue& place);
 
 }  // namespace substep

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <vector>
 
 #include "sim/scene/scene.h"
 
@@ -28,5 +29,9 @@ Scene load_scene(const std::filesystem::path& file, const std::optional<MeshOpti
 /// Reads a `.gltf` or `.glb` without physics as a scene whose only body is the world, with its meshes,
 /// cameras and lights. Returns nothing where the file has physics, or is no glTF. Throws Error.
 std::optional<Scene> load_still_scene(const std::filesystem::path& file);
+
+/// Returns `file` and the files of a glTF's buffers and images. Reads the file anew; throws Error as
+/// load_scene() does.
+std::vector<std::filesystem::path> scene_files(const std::filesystem::path& file);
 
 }  // namespace substep

@@ -1,36 +1,22 @@
 #pragma once
 /// Meshes in files that are no scenes: OBJ, STL, PLY, DAE and whatever else assimp reads.
 
-#include <array>
 #include <cstdint>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "sim/geometry/mass_properties.h"
-#include "sim/math/vector.h"
 #include "sim/scene/scene.h"
 
 namespace substep {
 
-/// A submesh of one colour.
-struct MeshPart {
-  std::vector<Vector3> positions;
-  std::vector<Vector3> normals;  ///< one per position, unit; or none
-  std::vector<Triangle> triangles;
-  std::optional<std::array<double, 3>> color;  ///< linear RGB
-  int surface = -1;                            ///< index into MeshFile::surfaces; −1: `color` says it all
-  VertexLooks looks;
-};
-
 struct MeshObject {
-  std::string name;  ///< unique among the file's
-  std::vector<MeshPart> parts;
+  std::string name;          ///< unique among the file's
+  std::vector<Mesh> meshes;  ///< each with a triangle; without normals where the file gives none
 };
 
 struct MeshFile {
-  std::vector<MeshObject> objects;  ///< at least one; each with a triangle
+  std::vector<MeshObject> objects;  ///< at least one, each with a mesh
   std::vector<Surface> surfaces;
   std::vector<SceneImage> images;
   std::uint64_t hash = 0;  ///< of the file's bytes, as a scene's

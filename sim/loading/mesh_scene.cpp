@@ -1,17 +1,13 @@
 #include "sim/loading/mesh_scene.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
 #include <numbers>
+#include <utility>
 
-#include "sim/error.h"
-#include "sim/loading/body_inertia.h"
 #include "sim/loading/collider_shapes.h"
-#include "sim/loading/crease_normals.h"
-#include "sim/loading/load_scene.h"
+#include "sim/loading/gltf_meshes.h"
 #include "sim/loading/scene_appearance.h"
 #include "sim/math/fnv1a.h"
 #include "sim/math/rotation.h"
@@ -22,17 +18,7 @@ namespace {
 constexpr int most_copies = 1000;
 constexpr double most_height = 1e5;  // m; the renderer shows nothing farther
 
-struct Bounds {
-  Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity());
-  Vector3 high = -low;
-
-  void include(const Vector3& point) {
-    low = low.cwiseMin(point);
-    high = high.cwiseMax(point);
-  }
-  Vector3 extent() const { return high - low; }
-  Vector3 centre() const { return low + extent() / 2; }
-};
+using Bounds = Eigen::AlignedBox3d;
 
 Quaternion quaternion_of(const Vector3& degrees) {
   Quaternion rotation = Quaternion::Identity();
@@ -64,8 +50,9 @@ void check(const MeshOptions& options, const std::string& file) {
 // An object as a body, without its start.
 struct Solid {
   std::string name;
-  std::vector<int> meshes;  // of the scene
-  Polytope hull;            // in the file's frame, metres
+  int first_mesh = 0;  // of the scene
+  int meshes = 0;
+  Polytope hull;  // in the file's frame, metres
   MassProperties properties;
   Pose file_from_body;
   Vector3 moments;
@@ -73,7 +60,7 @@ struct Solid {
 
 class MeshSceneBuilder {
  public:
-  MeshSceneBuilder(const std::filesystem::path& file, const MeshFile& meshes, const MeshOptions& options)
+  MeshSceneBuilder(const std::filesystem::path& file, MeshFile meshes, const MeshOptions& options)
       : file_(file.string()), options_(options) {
     check(options, file_);
     scene_.file = file;
@@ -86,23 +73,26 @@ class MeshSceneBuilder {
               meshes.hash);
     scene_.bodies.emplace_back().name = "world";
     scene_.colliders.emplace_back().shape = Plane{};
-    scene_.surfaces = meshes.surfaces;
-    scene_.images = meshes.images;
-    for (const MeshObject& object : meshes.objects) add_solid(object);
+    scene_.surfaces = std::move(meshes.surfaces);
+    scene_.images = std::move(meshes.images);
+    for (MeshObject& object : meshes.objects) add_solid(object);
     if (solids_.size() * static_cast<std::size_t>(options.copies) > most_bodies) {
       throw Error(fmt::format("{}: {} meshes in {} copies are more than {} bodies, the most that are made",
                               file_, solids_.size(), options.copies, most_bodies));
     }
-    warn_of_size();
+    const double size = bounds(Quaternion::Identity()).sizes().maxCoeff();
+    if (size > 20 || size < 0.01) {
+      scene_.warnings.push_back(fmt::format(
+          "it is {:.3g} m large: where its unit is not the metre, say how many metres one is, such as "
+          "--scale 0.001",
+          size));
+    }
   }
 
   Scene build() {
     const Quaternion turned = quaternion_of(options_.rotation);
-    Bounds bounds;
-    for (const Solid& solid : solids_) {
-      for (const Vector3& vertex : solid.hull.vertices) bounds.include(turned * vertex);
-    }
-    const Vector3 centre = bounds.centre();
+    const Bounds box = bounds(turned);
+    const Vector3 centre = box.min() + box.sizes() / 2;
     double radius = 0;  // about the vertical through the centre: turned about it, copies stay as wide
     for (const Solid& solid : solids_) {
       for (const Vector3& vertex : solid.hull.vertices) {
@@ -110,19 +100,17 @@ class MeshSceneBuilder {
         radius = std::max(radius, std::sqrt(offset.x() * offset.x() + offset.z() * offset.z()));
       }
     }
-    const double height = bounds.extent().y();
-    const double start = options_.height.value_or(bounds.extent().maxCoeff() / 2);
+    const double height = box.sizes().y();
+    const double start = options_.height.value_or(box.sizes().maxCoeff() / 2);
     for (int copy = 0; copy < options_.copies; ++copy) {
-      Pose world_from_file;
       Vector3 place(0, start + height / 2, 0);
       Quaternion about_vertical = Quaternion::Identity();
-      if (copy > 0 || options_.copies > 1) place += place_of_copy(copy, radius, height);
+      if (options_.copies > 1) place += place_of_copy(copy, radius, height);
       if (copy > 0) {
         constexpr double golden_angle = 2.399963229728653;  // no two copies stand alike
         about_vertical = rotation_quaternion(copy % 1000 * golden_angle * Vector3::UnitY());
       }
-      world_from_file.orientation = (about_vertical * turned).normalized();
-      world_from_file.position = place - about_vertical * centre;
+      const Pose world_from_file{place - about_vertical * centre, (about_vertical * turned).normalized()};
       for (const Solid& solid : solids_) add_body(solid, world_from_file, copy);
     }
     return std::move(scene_);
@@ -139,52 +127,62 @@ class MeshSceneBuilder {
     return {spacing * (copy % 2 - 0.5 + aside), 1.1 * height * layer, spacing * (copy / 2 % 2 - 0.5 + aside)};
   }
 
-  void add_solid(const MeshObject& object) {
+  Bounds bounds(const Quaternion& rotation) const {
+    Bounds box;
+    for (const Solid& solid : solids_) {
+      for (const Vector3& vertex : solid.hull.vertices) box.extend(rotation * vertex);
+    }
+    return box;
+  }
+
+  template <typename... Args>
+  void warn(const Solid& solid, fmt::format_string<Args...> text, Args&&... args) {
+    scene_.warnings.push_back(
+        fmt::format("mesh '{}': {}", solid.name, fmt::format(text, std::forward<Args>(args)...)));
+  }
+
+  void add_solid(MeshObject& object) {
     Solid solid;
     solid.name = object.name;
+    solid.first_mesh = static_cast<int>(scene_.meshes.size());
+    solid.meshes = static_cast<int>(object.meshes.size());
     const std::string where = fmt::format("{}: mesh '{}'", file_, object.name);
     std::vector<Vector3> positions;
     std::vector<Triangle> triangles;
-    for (const MeshPart& part : object.parts) {
+    for (Mesh& mesh : object.meshes) {
       const auto first = static_cast<std::uint32_t>(positions.size());
-      for (const Vector3& position : part.positions) positions.push_back(options_.scale * position);
-      for (const Triangle& triangle : part.triangles) {
+      for (const Vector3& position : mesh.positions) positions.push_back(options_.scale * position);
+      for (const Triangle& triangle : mesh.triangles) {
         triangles.push_back({first + triangle[0], first + triangle[1], first + triangle[2]});
       }
-      solid.meshes.push_back(add_mesh(object.name, part));
+      mesh.name = object.name;
+      scene_.meshes.push_back(with_normals(std::move(mesh), Shading::creased));
     }
     // Ignore vertices that no triangle has.
     std::vector<Vector3> corners;
     for (const Triangle& triangle : triangles) {
       for (const std::uint32_t corner : triangle) corners.push_back(positions[corner]);
     }
-    const std::string place = fmt::format("mesh '{}'", object.name);
     SimplifiedHull simplified = simplified_hull(corners, where);
     solid.hull = std::move(simplified.hull);
-    if (!simplified.warning.empty()) {
-      scene_.warnings.push_back(fmt::format("{}: {}", place, simplified.warning));
-    }
+    if (!simplified.warning.empty()) warn(solid, "{}", simplified.warning);
+    set_mass(solid, enclosed_solid(positions, triangles), where);
+    solids_.push_back(std::move(solid));
+  }
+
+  /// Sets mass and principal axes: those of the solid that the triangles enclose, or of the hull.
+  void set_mass(Solid& solid, const std::optional<MassProperties>& exact, const std::string& where) {
     solid.properties = mass_properties(solid.hull);
     const double hull_volume = solid.properties.mass;
-    if (!is_closed(positions, triangles)) {
-      scene_.warnings.push_back(place +
-                                ": is not closed, so its mass properties are those of its convex hull");
+    if (!exact) {
+      warn(solid, "is not closed, so its mass properties are those of its convex hull");
+    } else if (!(exact->mass > least_filled * hull_volume && exact->mass <= 1.001 * hull_volume)) {
+      warn(solid, "cuts through itself, so its mass properties are those of its convex hull");
     } else {
-      MassProperties exact = mass_properties(positions, triangles);
-      if (exact.mass < 0) {  // inside out
-        exact.mass = -exact.mass;
-        exact.inertia = -exact.inertia;
-      }
-      if (exact.mass > 1e-6 * hull_volume && exact.mass <= 1.001 * hull_volume) {
-        solid.properties = exact;
-        if (hull_volume > 1.01 * exact.mass) {
-          scene_.warnings.push_back(
-              fmt::format("{}: collides as its convex hull, which has {:.2f} times its volume", place,
-                          hull_volume / exact.mass));
-        }
-      } else {
-        scene_.warnings.push_back(
-            place + ": cuts through itself, so its mass properties are those of its convex hull");
+      solid.properties = *exact;
+      if (hull_volume > 1.01 * exact->mass) {
+        warn(solid, "collides as its convex hull, which has {:.2f} times its volume",
+             hull_volume / exact->mass);
       }
     }
     solid.properties =
@@ -197,36 +195,6 @@ class MeshSceneBuilder {
           principal.moments.cwiseInverse().allFinite() && principal.moments.allFinite())) {
       throw Error(where +
                   ": its mass or size is too large or too small to compute with; --scale sets its size");
-    }
-    solids_.push_back(std::move(solid));
-  }
-
-  int add_mesh(const std::string& name, const MeshPart& part) {
-    int surface = part.surface;
-    if (part.color) {
-      surface = static_cast<int>(scene_.surfaces.size());
-      Surface& added = scene_.surfaces.emplace_back();
-      added.name = name;
-      added.base_color = *part.color;
-    }
-    scene_.meshes.push_back(
-        part.normals.empty()
-            ? smoothly_drawn_mesh(part.positions, part.triangles, name, surface, part.looks)
-            : drawn_mesh(part.positions, part.normals, part.triangles, name, surface, part.looks));
-    return static_cast<int>(scene_.meshes.size()) - 1;
-  }
-
-  void warn_of_size() {
-    Bounds bounds;
-    for (const Solid& solid : solids_) {
-      for (const Vector3& vertex : solid.hull.vertices) bounds.include(vertex);
-    }
-    const double size = bounds.extent().maxCoeff();
-    if (size > 20 || size < 0.01) {
-      scene_.warnings.push_back(fmt::format(
-          "it is {:.3g} m large: where its unit is not the metre, say how many metres one is, such as "
-          "--scale 0.001",
-          size));
     }
   }
 
@@ -247,8 +215,7 @@ class MeshSceneBuilder {
     visual.body = index;
     visual.linear = options_.scale * body.body_from_node.orientation.toRotationMatrix();
     visual.translation = body.body_from_node.position;
-    for (const int mesh : solid.meshes) {
-      visual.mesh = mesh;
+    for (visual.mesh = solid.first_mesh; visual.mesh < solid.first_mesh + solid.meshes; ++visual.mesh) {
       scene_.visuals.push_back(visual);
     }
   }
@@ -259,10 +226,103 @@ class MeshSceneBuilder {
   std::vector<Solid> solids_;
 };
 
+Mesh placed(Mesh mesh, const NodeTransform& world) {
+  for (Vector3& position : mesh.positions) position = world.linear * position + world.translation;
+  // Normals stay square to the surface under a scale that differs along its axes.
+  const Matrix3 of_normals = world.linear.inverse().transpose();
+  for (Vector3& normal : mesh.normals) normal = (of_normals * normal).stableNormalized();
+  const bool is_mirrored = world.linear.determinant() < 0;
+  if (is_mirrored) {
+    for (Triangle& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
+  }
+  for (std::array<float, 4>& tangent : mesh.looks.tangents) {
+    const Vector3 turned = (world.linear * Vector3(tangent[0], tangent[1], tangent[2])).stableNormalized();
+    for (int i = 0; i < 3; ++i) tangent[i] = static_cast<float>(turned[i]);
+    if (is_mirrored) tangent[3] = -tangent[3];
+  }
+  return mesh;
+}
+
+/// Returns the meshes of a node, placed in the world; those that are scaled to nothing are left out.
+std::vector<Mesh> placed_meshes(const GltfDocument& document, const GltfNode& node, const GltfMesh& mesh,
+                                const std::vector<GltfSkin>& skins, const JsonValue& place) {
+  const auto finite = [](const Vector3& vector) { return vector.allFinite(); };
+  std::vector<Mesh> meshes;
+  for (const GltfPrimitive& primitive : mesh.primitives) {
+    if (primitive.triangles.empty()) continue;
+    if (node.skin >= 0 && !primitive.influences.empty()) {
+      meshes.push_back(posed(document, skins[node.skin], primitive, place));
+    } else if (std::fabs(node.world.linear.determinant()) > 0) {
+      meshes.push_back(placed(primitive, node.world));
+    } else {
+      continue;
+    }
+    Mesh& added = meshes.back();
+    if (!std::ranges::all_of(added.positions, finite))
+      place.fail("is scaled or moved too far to compute with");
+    if (!std::ranges::all_of(added.normals, finite)) added.normals.clear();
+  }
+  return meshes;
+}
+
 }  // namespace
 
-Scene mesh_scene(const std::filesystem::path& file, const MeshFile& meshes, const MeshOptions& options) {
-  return MeshSceneBuilder(file, meshes, options).build();
+Scene mesh_scene(const std::filesystem::path& file, MeshFile meshes, const MeshOptions& options) {
+  return MeshSceneBuilder(file, std::move(meshes), options).build();
+}
+
+bool is_mesh_file(const GltfDocument& document) {
+  const JsonValue root = document.root();
+  const auto has = [](const std::optional<JsonValue>& object, const char* key) {
+    return object && object->json().is_object() && object->json().contains(key);
+  };
+  const auto names_physics = [&](const JsonValue& object) {
+    return has(object.find("extensions"), "KHR_physics_rigid_bodies");
+  };
+  if (names_physics(root) || has(root.find("extras"), "substep")) return false;
+  if (const auto used = root.find("extensionsUsed"); used && used->json().is_array()) {
+    for (const auto& name : used->json()) {
+      if (name == "KHR_physics_rigid_bodies") return false;
+    }
+  }
+  bool draws = false;
+  for (std::size_t i = 0; i < document.nodes.size(); ++i) {
+    if (names_physics(document.item_of("nodes", i))) return false;
+    draws = draws || (document.nodes[i].in_scene && document.nodes[i].mesh >= 0);
+  }
+  return draws;
+}
+
+MeshFile mesh_file_of(GltfDocument& document) {
+  // Nodes may share a mesh, and each makes its own body of it.
+  constexpr std::size_t most_objects = 1000;
+  constexpr std::size_t most_shared = 200'000;  // vertices and triangles
+  const std::vector<GltfMesh> meshes = read_meshes(document);
+  const std::vector<GltfSkin> skins = read_skins(document);
+  MeshFile file;
+  file.hash = document.hash;
+  file.surfaces = read_surfaces(document, file.images);
+  std::size_t own = 0;  // vertices and triangles, were no mesh shared
+  for (const GltfMesh& mesh : meshes) own += mesh.size();
+  const std::size_t most = std::max(own, most_shared);
+  std::size_t size = 0;
+  for (std::size_t i = 0; i < document.nodes.size(); ++i) {
+    const GltfNode& node = document.nodes[i];
+    if (!node.in_scene || node.mesh < 0) continue;
+    const JsonValue place = document.item_of("nodes", i);
+    size += meshes[node.mesh].size();
+    if (size > most || file.objects.size() >= most_objects) {
+      place.fail("with it the meshes to drop are more than {} or have more than {} vertices and triangles",
+                 most_objects, most);
+    }
+    std::vector<Mesh> placed = placed_meshes(document, node, meshes[node.mesh], skins, place);
+    if (!placed.empty()) file.objects.push_back({node.name, std::move(placed)});
+  }
+  if (file.objects.empty()) {
+    throw Error(document.source->name +
+                ": has no body of the extension KHR_physics_rigid_bodies and no mesh of triangles to drop");
+  }
+  return file;
 }
 
 }  // namespace substep

@@ -6,10 +6,9 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
-#include <string>
 #include <vector>
 
-#include "sim/loading/json_value.h"
+#include "sim/loading/gltf_document.h"
 #include "sim/scene/scene.h"
 
 namespace substep {
@@ -60,7 +59,6 @@ struct NodePhysics {
   std::optional<MotionProperties> motion;
   std::optional<ColliderProperties> collider;
   std::optional<JointProperties> joint;
-  bool trigger = false;
 };
 
 struct CollisionFilter {
@@ -68,29 +66,16 @@ struct CollisionFilter {
   std::uint64_t collides_with = ~std::uint64_t{0};
 };
 
-struct JointDescription {
-  std::vector<JointLimit> limits;
-  std::vector<JointDrive> drives;
-};
-
 /// The tables at the document's root.
 struct PhysicsTables {
   std::vector<ImplicitShape> shapes;
   std::vector<ContactMaterial> materials;
   std::vector<CollisionFilter> filters;
-  std::vector<JointDescription> joints;
+  std::vector<Joint> joints;  ///< limits and drives alone
 };
 
-/// Numbers of nodes and meshes of the document.
-struct DocumentSizes {
-  std::size_t nodes = 0;
-  std::size_t meshes = 0;
-};
-
-PhysicsTables read_physics_tables(const JsonValue& root, const DocumentSizes& sizes,
-                                  std::vector<std::string>& warnings);
-
-NodePhysics read_node_physics(const JsonValue& node, const PhysicsTables& tables, const DocumentSizes& sizes,
-                              std::vector<std::string>& warnings);
+/// Both warn of unknown keys and of values without effect, and throw Error.
+PhysicsTables read_physics_tables(const GltfDocument& document);
+NodePhysics read_node_physics(const GltfDocument& document, std::size_t node, const PhysicsTables& tables);
 
 }  // namespace substep

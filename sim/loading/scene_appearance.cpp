@@ -1,39 +1,153 @@
 #include "sim/loading/scene_appearance.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <memory>
 #include <numbers>
-#include <type_traits>
+#include <string_view>
 #include <utility>
 
-#include "sim/loading/scene_textures.h"
+#include "sim/math/rotation.h"
 
 namespace substep {
 namespace {
 
-/// Each is computed at every pixel.
-constexpr std::size_t most_lights = 16;
-
 double unit_interval(const JsonValue& object, const char* key) {
-  const double value = get(object, key, 1.0, &JsonValue::number);
-  if (!(value >= 0 && value <= 1)) {
-    object.require(key).fail(fmt::format("must lie between 0 and 1, but is {}", value));
-  }
+  const double value = object.get(key, 1.0, &JsonValue::number);
+  if (!(value >= 0 && value <= 1)) object.require(key).fail("must lie between 0 and 1, but is {}", value);
   return value;
 }
 
-std::array<double, 3> color_in(const JsonValue& color) {
-  const Vector3 rgb = color.vector3();
-  if (rgb.minCoeff() < 0) color.fail("must not have a negative component");
-  return {rgb.x(), rgb.y(), rgb.z()};
+void read_color(const JsonValue& object, const char* key, std::array<double, 3>& color) {
+  const auto given = object.find(key);
+  if (!given) return;
+  const Vector3 rgb = given->vector3();
+  if (rgb.minCoeff() < 0) given->fail("must not have a negative component");
+  color = {rgb.x(), rgb.y(), rgb.z()};
 }
+
+void read_pair(const JsonValue& object, const char* key, Eigen::Vector2d& pair) {
+  if (const auto given = object.find(key)) pair = Eigen::Vector2d(given->numbers(2).data());
+}
+
+void read_coordinates(const JsonValue& object, int& coordinates) {
+  const auto given = object.find("texCoord");
+  if (!given) return;
+  coordinates = static_cast<int>(given->integer(0xffff));
+  if (coordinates > 1) given->fail("is {}; of texture coordinates two sets are read, 0 and 1", coordinates);
+}
+
+/// KHR_texture_transform: coordinates are scaled, turned, then moved.
+void read_transform(const JsonValue& transform, Texture& texture) {
+  Eigen::Vector2d scale(1, 1);
+  read_pair(transform, "scale", scale);
+  const SineCosine of = sine_cosine(transform.get("rotation", 0.0, &JsonValue::number));
+  texture.turn << of.cosine * scale.x(), of.sine * scale.y(), -of.sine * scale.x(), of.cosine * scale.y();
+  read_pair(transform, "offset", texture.offset);
+  read_coordinates(transform, texture.coordinates);
+}
+
+Texture::Wrap wrap_in(const JsonValue& sampler, const char* key) {
+  const auto given = sampler.find(key);
+  switch (given ? given->integer(0xffff) : 10497) {
+    case 10497:
+      return Texture::Wrap::repeat;
+    case 33648:
+      return Texture::Wrap::mirrored;
+    case 33071:
+      return Texture::Wrap::clamped;
+    default:
+      given->fail("must be 10497 (repeat), 33648 (mirrored) or 33071 (clamped)");
+  }
+}
+
+void read_sampler(const JsonValue& sampler, Texture& texture) {
+  texture.wrap = {wrap_in(sampler, "wrapS"), wrap_in(sampler, "wrapT")};
+  constexpr std::uint64_t nearest = 9728;
+  constexpr std::uint64_t linear = 9729;
+  constexpr std::uint64_t nearest_of_nearest = 9984;  // then linear of nearest, nearest of two, linear of two
+  if (const auto near = sampler.find("magFilter")) {
+    const std::uint64_t value = near->integer(0xffff);
+    if (value != nearest && value != linear) near->fail("must be 9728 (nearest) or 9729 (linear)");
+    texture.is_sharp_near = value == nearest;
+  }
+  if (const auto far = sampler.find("minFilter")) {
+    const std::uint64_t value = far->integer(0xffff);
+    if (value == nearest || value == linear) {
+      texture.levels = Texture::Levels::none;
+    } else if (value >= nearest_of_nearest && value <= nearest_of_nearest + 3) {
+      texture.levels = value >= nearest_of_nearest + 2 ? Texture::Levels::blended : Texture::Levels::nearest;
+    } else {
+      far->fail("must be 9728, 9729 or from 9984 to 9987, the filters of OpenGL");
+    }
+    texture.is_sharp_far = value % 2 == 0;
+  }
+}
+
+/// Reads each image that materials need, once and without decoding it.
+class TextureReader {
+ public:
+  TextureReader(GltfDocument& document, std::vector<SceneImage>& images)
+      : document_(document), images_(images) {}
+
+  /// Returns the texture that `key` of `object` names; none where it has no such key. Warns of an image that
+  /// is not there or neither PNG nor JPEG, and leaves it out. Throws Error.
+  Texture read(const JsonValue& object, const char* key) {
+    Texture texture;
+    const auto info = object.find(key);
+    if (!info) return texture;
+    const JsonValue json = document_.target_of(info->require("index"), "textures", "texture");
+    read_coordinates(*info, texture.coordinates);
+    if (const auto transform = info->extension("KHR_texture_transform")) read_transform(*transform, texture);
+    if (const auto sampler = json.find("sampler")) {
+      read_sampler(document_.target_of(*sampler, "samplers", "sampler"), texture);
+    }
+    if (const auto source = json.find("source")) {
+      texture.image = image(document_.index_of(*source, "images", "image"));
+    } else {
+      json.warn("has no image that is read: surfaces are drawn without it");
+    }
+    return texture;
+  }
+
+ private:
+  /// Returns the index of an image of the document among the scene's; −1 where it is left out.
+  int image(int index) {
+    const auto [place, is_new] = read_.try_emplace(index, -1);
+    if (!is_new) return place->second;
+    const JsonValue json = document_.item_of("images", index);
+    std::shared_ptr<const std::string> bytes;  // of a file those that were read, not a copy
+    if (const auto uri = json.find("uri")) {
+      bytes = read_uri(*uri, document_);
+      if (!bytes) uri->warn("there is no such file: surfaces are drawn without it");
+      if (!bytes) return -1;
+    } else {
+      bytes = std::make_shared<const std::string>(buffer_view(document_, json.require("bufferView")));
+    }
+    if (!bytes->starts_with("\x89PNG\r\n\x1a\n") && !bytes->starts_with("\xff\xd8\xff")) {
+      json.warn("is neither PNG nor JPEG: surfaces are drawn without it");
+      return -1;
+    }
+    // Many images may share bytes of a buffer, so that a small file can need much memory.
+    constexpr std::uint64_t most = std::uint64_t{1} << 28;
+    size_ += bytes->size();
+    if (size_ > most) json.fail("with it the images have more than {} bytes in all", most);
+    place->second = static_cast<int>(images_.size());
+    images_.push_back({json.place(), std::move(bytes)});
+    return place->second;
+  }
+
+  GltfDocument& document_;
+  std::vector<SceneImage>& images_;
+  std::uint64_t size_ = 0;   ///< of all images, bytes
+  std::map<int, int> read_;  ///< results of image()
+};
 
 void read_metal(const JsonValue& properties, TextureReader& textures, Surface& surface) {
   if (const auto color = properties.find("baseColorFactor")) {
+    color->numbers(4);  // refuses any other length
     const std::vector<JsonValue> channels = color->items();
-    if (channels.size() != 4) color->fail("must be an array of 4 numbers");
     for (int i = 0; i < 3; ++i) surface.base_color[i] = channels[i].non_negative();
     surface.alpha = std::clamp(channels[3].non_negative(), 0.0, 1.0);
   }
@@ -41,19 +155,6 @@ void read_metal(const JsonValue& properties, TextureReader& textures, Surface& s
   surface.roughness = unit_interval(properties, "roughnessFactor");
   surface.textures[Surface::color_texture] = textures.read(properties, "baseColorTexture");
   surface.textures[Surface::finish_texture] = textures.read(properties, "metallicRoughnessTexture");
-}
-
-void read_opacity(const JsonValue& material, Surface& surface) {
-  const auto mode = material.find("alphaMode");
-  if (!mode || mode->text() == "OPAQUE") return;
-  if (mode->text() == "MASK") {
-    surface.opacity = Surface::Opacity::cut;
-    surface.cut_off = get(material, "alphaCutoff", surface.cut_off, &JsonValue::non_negative);
-  } else if (mode->text() == "BLEND") {
-    surface.opacity = Surface::Opacity::blended;
-  } else {
-    mode->fail("must be OPAQUE, MASK or BLEND");
-  }
 }
 
 Surface read_surface(const JsonValue& material, std::size_t index, TextureReader& textures) {
@@ -65,29 +166,34 @@ Surface read_surface(const JsonValue& material, std::size_t index, TextureReader
   if (const auto properties = material.find("pbrMetallicRoughness")) {
     read_metal(*properties, textures, surface);
   }
-  read_opacity(material, surface);
-  surface.has_back = get(material, "doubleSided", false, &JsonValue::boolean);
+  if (const auto mode = material.find("alphaMode")) {
+    surface.opacity = mode->one_of<Surface::Opacity>({{"OPAQUE", Surface::Opacity::opaque},
+                                                      {"MASK", Surface::Opacity::cut},
+                                                      {"BLEND", Surface::Opacity::blended}});
+    if (surface.opacity == Surface::Opacity::cut) {
+      material.read("alphaCutoff", surface.cut_off, &JsonValue::non_negative);
+    }
+  }
+  surface.has_back = material.get("doubleSided", false, &JsonValue::boolean);
   surface.is_unlit = material.extension("KHR_materials_unlit").has_value();
   surface.textures[Surface::normal_texture] = textures.read(material, "normalTexture");
   if (const auto normal = material.find("normalTexture")) {
-    surface.normal_scale = get(*normal, "scale", 1.0, &JsonValue::number);
+    normal->read("scale", surface.normal_scale, &JsonValue::number);
   }
   surface.textures[Surface::occlusion_texture] = textures.read(material, "occlusionTexture");
   if (const auto occlusion = material.find("occlusionTexture")) {
     surface.occlusion_strength = unit_interval(*occlusion, "strength");
   }
   surface.textures[Surface::emission_texture] = textures.read(material, "emissiveTexture");
-  if (const auto emission = material.find("emissiveFactor")) {
-    surface.emission = color_in(*emission);
-    const auto extension = material.extension("KHR_materials_emissive_strength");
-    const double strength =
-        extension ? get(*extension, "emissiveStrength", 1.0, &JsonValue::non_negative) : 1.0;
+  read_color(material, "emissiveFactor", surface.emission);
+  if (const auto extension = material.extension("KHR_materials_emissive_strength")) {
+    const double strength = extension->get("emissiveStrength", 1.0, &JsonValue::non_negative);
     for (double& level : surface.emission) level *= strength;
   }
   return surface;
 }
 
-// The pose of what looks or shines along a node's −Z; a scale or shear of the node has no meaning for it.
+// The pose of a camera or light that faces its node's −Z; a scale or shear of the node has no meaning for it.
 Pose facing_pose(const NodeTransform& world, const JsonValue& node) {
   if (!world.sheared) return world.rigid();
   Matrix3 axes;
@@ -98,15 +204,56 @@ Pose facing_pose(const NodeTransform& world, const JsonValue& node) {
   return {world.translation, Quaternion(axes).normalized()};
 }
 
-Camera read_camera(const GltfDocument& document, const JsonValue& reference, const GltfNode& node) {
-  const int index = reference.index(document.size_of("cameras"), "camera");
-  const JsonValue perspective = document.item_of("cameras", index).require("perspective");
-  Camera camera;
-  camera.vertical_field_of_view = perspective.require("yfov").positive();
-  if (!(camera.vertical_field_of_view < std::numbers::pi))
-    perspective.require("yfov").fail("must be less than pi");
-  camera.pose = facing_pose(node.world, reference);
-  return camera;
+void add_camera(const GltfDocument& document, const JsonValue& reference, const GltfNode& node,
+                Scene& scene) {
+  const JsonValue json = document.target_of(reference, "cameras", "camera");
+  const auto perspective = json.find("perspective");
+  if (!perspective) return reference.warn("only perspective cameras are drawn with; it is ignored");
+  NamedCamera camera{node.name, json.name(""), {}};
+  camera.view.vertical_field_of_view = perspective->require("yfov").positive();
+  if (!(camera.view.vertical_field_of_view < std::numbers::pi)) {
+    perspective->require("yfov").fail("must be less than pi");
+  }
+  camera.view.pose = facing_pose(node.world, reference);
+  scene.cameras.push_back(std::move(camera));
+}
+
+void read_cone(const JsonValue& json, Light& light) {
+  const double widest = std::numbers::pi / 2;
+  light.outer_angle = widest / 2;
+  const auto cone = json.find("spot");
+  if (!cone) return;
+  cone->read("innerConeAngle", light.inner_angle, &JsonValue::non_negative);
+  cone->read("outerConeAngle", light.outer_angle, &JsonValue::positive);
+  if (!(light.inner_angle < light.outer_angle && light.outer_angle <= widest)) {
+    cone->fail("its angles must be 0 <= innerConeAngle < outerConeAngle <= pi / 2");
+  }
+}
+
+/// Adds the light of a node: the first directional one as the sun.
+void add_light(const JsonValue& json, const GltfNode& node, const JsonValue& reference, Scene& scene) {
+  constexpr std::size_t most_lights = 16;  // each is computed at every pixel
+  Light light;
+  light.kind = json.require("type").one_of<Light::Kind>({{"directional", Light::Kind::directional},
+                                                         {"point", Light::Kind::point},
+                                                         {"spot", Light::Kind::spot}});
+  const bool is_sun = light.kind == Light::Kind::directional && !scene.sun;
+  if (!is_sun && scene.lights.size() == most_lights) {
+    return reference.warn("more than {} lights beside the sun: it is not drawn", most_lights);
+  }
+  if (light.kind != Light::Kind::point) {
+    light.direction = facing_pose(node.world, reference).orientation * Vector3(0, 0, -1);
+  }
+  read_color(json, "color", light.color);
+  json.read("intensity", light.intensity, &JsonValue::non_negative);
+  if (is_sun) {
+    scene.sun = Sun{light.direction, light.color, light.intensity};
+    return;
+  }
+  light.position = node.world.translation;
+  json.read("range", light.range, &JsonValue::positive);
+  if (light.kind == Light::Kind::spot) read_cone(json, light);
+  scene.lights.push_back(light);
 }
 
 // glTF gives lux. Files made without an exposure in mind have about 3, and the renderer's exposure is made
@@ -120,110 +267,16 @@ void expose(Scene& scene) {
   scene.sun->illuminance = exposed;
 }
 
-Sun read_sun(const JsonValue& light, const GltfNode& node, const JsonValue& reference) {
-  Sun sun;
-  sun.direction = facing_pose(node.world, reference).orientation * Vector3(0, 0, -1);
-  if (const auto color = light.find("color")) sun.color = color_in(*color);
-  sun.illuminance = get(light, "intensity", 1.0, &JsonValue::non_negative);
-  return sun;
-}
-
-Light read_light(const JsonValue& json, const GltfNode& node, const JsonValue& reference) {
-  Light light;
-  const std::string& type = json.require("type").text();
-  if (type == "directional") {
-    light.kind = Light::Kind::directional;
-  } else if (type == "spot") {
-    light.kind = Light::Kind::spot;
-  } else if (type != "point") {
-    json.require("type").fail("must be directional, point or spot");
-  }
-  light.position = node.world.translation;
-  if (light.kind != Light::Kind::point) {
-    light.direction = facing_pose(node.world, reference).orientation * Vector3(0, 0, -1);
-  }
-  if (const auto color = json.find("color")) light.color = color_in(*color);
-  light.intensity = get(json, "intensity", 1.0, &JsonValue::non_negative);
-  if (json.find("range")) light.range = get(json, "range", 0.0, &JsonValue::positive);
-  if (light.kind == Light::Kind::spot) {
-    const auto cone = json.find("spot");
-    const double widest = std::numbers::pi / 2;
-    light.inner_angle = cone ? get(*cone, "innerConeAngle", 0.0, &JsonValue::non_negative) : 0;
-    light.outer_angle = cone ? get(*cone, "outerConeAngle", widest / 2, &JsonValue::positive) : widest / 2;
-    if (!(light.inner_angle < light.outer_angle && light.outer_angle <= widest)) {
-      cone->fail("its angles must be 0 <= innerConeAngle < outerConeAngle <= pi / 2");
-    }
-  }
-  return light;
-}
-
-/// Of a node that holds a light.
-void add_light(const JsonValue& json, const GltfNode& node, const JsonValue& reference, Scene& scene) {
-  if (json.require("type").text() == "directional" && !scene.sun) {
-    scene.sun = read_sun(json, node, reference);
-    return;
-  }
-  if (scene.lights.size() == most_lights) {
-    scene.warnings.push_back(fmt::format("{}: more than {} lights beside the sun: it is not drawn",
-                                         reference.path(), most_lights));
-    return;
-  }
-  scene.lights.push_back(read_light(json, node, reference));
-}
-
 }  // namespace
 
-std::vector<Surface> read_surfaces(GltfDocument& document, std::vector<SceneImage>& images,
-                                   std::vector<std::string>& warnings) {
+std::vector<Surface> read_surfaces(GltfDocument& document, std::vector<SceneImage>& images) {
   std::vector<Surface> surfaces;
-  TextureReader textures(document, images, warnings);
-  for (std::size_t i = 0; i < document.size_of("materials"); ++i) {
-    surfaces.push_back(read_surface(document.item_of("materials", static_cast<int>(i)), i, textures));
+  TextureReader textures(document, images);
+  for (const JsonValue& material : document.root().items("materials")) {
+    surfaces.push_back(read_surface(material, surfaces.size(), textures));
   }
   surfaces.emplace_back().name = "no material";
   return surfaces;
-}
-
-VertexLooks looks_of(const VertexLooks& looks, std::span<const std::uint32_t> vertices) {
-  const auto chosen = [&](const auto& all) {
-    std::remove_cvref_t<decltype(all)> some;
-    some.reserve(all.empty() ? 0 : vertices.size());
-    for (std::size_t i = 0; !all.empty() && i < vertices.size(); ++i) some.push_back(all[vertices[i]]);
-    return some;
-  };
-  return {{chosen(looks.texture_coordinates[0]), chosen(looks.texture_coordinates[1])},
-          chosen(looks.colors),
-          chosen(looks.tangents)};
-}
-
-Mesh drawn_mesh(std::vector<Vector3> positions, std::vector<Vector3> normals, std::vector<Triangle> triangles,
-                const std::string& name, int surface, VertexLooks looks) {
-  Mesh mesh;
-  mesh.name = name;
-  mesh.surface = surface;
-  if (!normals.empty()) {
-    mesh.positions = std::move(positions);
-    mesh.normals = std::move(normals);
-    mesh.triangles = std::move(triangles);
-    mesh.looks = std::move(looks);
-    return mesh;
-  }
-  std::vector<std::uint32_t> corners;
-  for (const Triangle& triangle : triangles) {
-    const Vector3& a = positions[triangle[0]];
-    const Vector3& b = positions[triangle[1]];
-    const Vector3& c = positions[triangle[2]];
-    const Vector3 normal = (b - a).cross(c - a).stableNormalized();
-    if (!(normal.squaredNorm() > 0.5)) continue;  // no area, so nothing to see
-    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
-    mesh.positions.insert(mesh.positions.end(), {a, b, c});
-    mesh.normals.insert(mesh.normals.end(), 3, normal);
-    mesh.triangles.push_back({first, first + 1, first + 2});
-    corners.insert(corners.end(), triangle.begin(), triangle.end());
-  }
-  mesh.looks = looks_of(looks, corners);
-  mesh.looks.tangents.clear();  // they were square to normals that are not there
-  return mesh;
 }
 
 void read_cameras_and_lights(const GltfDocument& document, Scene& scene) {
@@ -233,16 +286,8 @@ void read_cameras_and_lights(const GltfDocument& document, Scene& scene) {
   for (std::size_t i = 0; i < document.nodes.size(); ++i) {
     const GltfNode& node = document.nodes[i];
     if (!node.in_scene) continue;
-    const JsonValue json = document.node_json(static_cast<int>(i));
-    if (const auto camera = json.find("camera")) {
-      const int index = camera->index(document.size_of("cameras"), "camera");
-      const JsonValue item = document.item_of("cameras", index);
-      if (item.find("perspective")) {
-        scene.cameras.push_back({node.name, item.name(""), read_camera(document, *camera, node)});
-      } else {
-        scene.warnings.push_back(camera->path() + ": only perspective cameras are drawn with; it is ignored");
-      }
-    }
+    const JsonValue json = document.item_of("nodes", i);
+    if (const auto camera = json.find("camera")) add_camera(document, *camera, node, scene);
     if (const auto extension = json.extension("KHR_lights_punctual")) {
       const JsonValue reference = extension->require("light");
       add_light(lights[reference.index(lights.size(), "light")], node, reference, scene);

@@ -1,9 +1,6 @@
 #pragma once
 /// The appearance of a scene: surfaces, drawn meshes, cameras and lights.
 
-#include <cstdint>
-#include <span>
-#include <string>
 #include <vector>
 
 #include "sim/loading/gltf_document.h"
@@ -12,18 +9,20 @@
 namespace substep {
 
 /// Returns one surface per material, then one for meshes without; their images go to `images`.
-std::vector<Surface> read_surfaces(GltfDocument& document, std::vector<SceneImage>& images,
-                                   std::vector<std::string>& warnings);
-
-/// Those of some vertices, in this order.
-VertexLooks looks_of(const VertexLooks& looks, std::span<const std::uint32_t> vertices);
-
-/// Returns the drawn triangles. Without normals each gets its own flat one, as glTF demands.
-Mesh drawn_mesh(std::vector<Vector3> positions, std::vector<Vector3> normals, std::vector<Triangle> triangles,
-                const std::string& name, int surface, VertexLooks looks = {});
+std::vector<Surface> read_surfaces(GltfDocument& document, std::vector<SceneImage>& images);
 
 /// Sets cameras and lights from the scene's nodes, in the order of the file: the first camera is the scene's,
 /// the first directional light its sun.
 void read_cameras_and_lights(const GltfDocument& document, Scene& scene);
+
+/// Normals of a mesh without them.
+enum class Shading {
+  flat,     ///< each triangle has its own, as glTF demands
+  creased,  ///< a corner's is the mean, by area, over the triangles that it shares and that turn by < 40°
+};
+
+/// Returns the mesh with normals: its own, or computed ones. Then each triangle has its own vertices, and
+/// triangles without area are left out.
+Mesh with_normals(Mesh mesh, Shading shading);
 
 }  // namespace substep

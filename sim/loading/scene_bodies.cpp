@@ -1,12 +1,12 @@
-#include "sim/loading/scene_bodies.h"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 #include <variant>
 #include <vector>
 
-#include "sim/loading/body_inertia.h"
+#include "sim/loading/collider_shapes.h"
+#include "sim/loading/scene_draft.h"
 
 namespace substep {
 namespace {
@@ -30,6 +30,13 @@ double inverse_or_infinite(double value) {
   return value == 0 ? 0 : 1 / value;
 }
 
+/// Returns a pose in the frame of a body that has its own.
+Pose in_body(const Body& body, const Pose& in_node) {
+  Pose pose = body.body_from_node * in_node;
+  pose.orientation.normalize();
+  return pose;
+}
+
 // All colliders of the body as one solid, in its node's frame. Where they overlap, the overlap counts
 // twice.
 MassProperties shape_properties(const SceneDraft& draft, int body) {
@@ -44,19 +51,9 @@ MassProperties shape_properties(const SceneDraft& draft, int body) {
   return sum;
 }
 
-// Sets the body's masses, frame and velocities, and moves its colliders into that frame.
-void place_body(SceneDraft& draft, int index) {
-  Body& body = draft.scene.bodies[index];
-  const int node = draft.node_of_body[index];
-  const MotionProperties& motion = *draft.physics[node].motion;
-  const NodeTransform& world = draft.document.nodes[node].world;
-  const JsonValue place = draft.extension(node, "motion");
-  const MassProperties shapes = shape_properties(draft, index);
-  const bool has_volume = std::ranges::any_of(draft.colliders_of[index], [&](int collider) {
-    return !std::holds_alternative<TriangleMesh>(draft.scene.colliders[collider].shape);
-  });
-  if (!std::isfinite(shapes.mass) || (has_volume && !(shapes.mass > 0))) place.fail(out_of_range);
-
+// Sets mass, inertia and the body's frame. `shapes` are the colliders as one solid.
+void set_mass(Body& body, const MotionProperties& motion, const MassProperties& shapes,
+              const NodeTransform& world, const JsonValue& place) {
   Pose node_from_body;
   node_from_body.position = shapes.centre_of_mass;
   if (motion.centre_of_mass) node_from_body.position = world.scale.cwiseProduct(*motion.centre_of_mass);
@@ -64,8 +61,7 @@ void place_body(SceneDraft& draft, int index) {
   double mass = motion.mass.value_or(shapes.mass * default_density);
   if (!motion.kinematic && !motion.mass && shapes.mass == 0) {
     mass = 1;
-    draft.scene.warnings.push_back(place.path() +
-                                   ": has neither 'mass' nor a collider to take it from: it gets 1 kg");
+    place.warn("has neither 'mass' nor a collider to take it from: it gets 1 kg");
   }
   if (!motion.kinematic) body.inverse_mass = inverse_or_infinite(mass);
 
@@ -80,113 +76,168 @@ void place_body(SceneDraft& draft, int index) {
     if (body.inverse_mass > 0) body.inverse_inertia = principal.moments.cwiseInverse();
   } else if (body.inverse_mass > 0) {
     body.inverse_inertia.setConstant(1 / inertia_of_ball(mass));
-    draft.scene.warnings.push_back(
-        place.path() +
-        ": has neither 'inertiaDiagonal' nor a collider to take it from: it gets that of a ball of water");
+    place.warn(
+        "has neither 'inertiaDiagonal' nor a collider to take it from: it gets that of a ball of water");
   }
-
-  body.gravity_factor = motion.gravity_factor;
   body.body_from_node = node_from_body.inverse();
   body.pose = world.rigid() * node_from_body;
   body.pose.orientation.normalize();
+}
+
+void place_body(SceneDraft& draft, int index) {
+  Body& body = draft.scene.bodies[index];
+  const int node = draft.node_of_body[index];
+  const MotionProperties& motion = *draft.physics[node].motion;
+  const NodeTransform& world = draft.document.nodes[node].world;
+  const JsonValue place = draft.extension(node, "motion");
+  const MassProperties shapes = shape_properties(draft, index);
+  const bool has_volume = std::ranges::any_of(draft.colliders_of[index], [&](int collider) {
+    return !std::holds_alternative<TriangleMesh>(draft.scene.colliders[collider].shape);
+  });
+  if (!std::isfinite(shapes.mass) || (has_volume && !(shapes.mass > 0))) place.fail("{}", out_of_range);
+  set_mass(body, motion, shapes, world, place);
+  body.gravity_factor = motion.gravity_factor;
   // A mirroring node turns its directions round; an axis of rotation is turned round twice.
   body.linear_velocity = world.rotation * motion.linear_velocity;
   if (world.mirrors()) body.linear_velocity = -body.linear_velocity;
   body.angular_velocity = world.rotation * motion.angular_velocity;
-
   for (const int collider : draft.colliders_of[index]) {
     Pose& placement = draft.scene.colliders[collider].placement;
     placement = in_body(body, placement);
   }
 }
 
-// Numbers that are fine one by one can overflow together.
-void check_bodies(const SceneDraft& draft) {
+bool is_finite(const Body& body) {
   const auto finite = [](const Pose& pose) {
     return pose.position.allFinite() && pose.orientation.coeffs().allFinite();
   };
-  for (std::size_t i = 1; i < draft.scene.bodies.size(); ++i) {
-    const Body& body = draft.scene.bodies[i];
-    if (!std::isfinite(body.inverse_mass) || !body.inverse_inertia.allFinite() ||
-        !(body.inverse_inertia.minCoeff() >= 0) || !finite(body.pose) || !finite(body.body_from_node) ||
-        !body.linear_velocity.allFinite() || !body.angular_velocity.allFinite()) {
-      draft.extension(draft.node_of_body[i], "motion").fail(out_of_range);
-    }
+  return std::isfinite(body.inverse_mass) && body.inverse_inertia.allFinite() &&
+         body.inverse_inertia.minCoeff() >= 0 && finite(body.pose) && finite(body.body_from_node) &&
+         body.linear_velocity.allFinite() && body.angular_velocity.allFinite();
+}
+
+/// Returns the world's colliders at a node of the world, above it and below it: the object that a joint to
+/// this node connects. A collider without motion is an object of its own in the extension, unlike a body's.
+std::vector<int> static_colliders_of(const SceneDraft& draft, int node) {
+  std::vector<int> result;
+  const auto add = [&](int at) {
+    const int collider = draft.collider_of_node[at];
+    if (collider >= 0 && draft.attachments[at].body == world_body) result.push_back(collider);
+  };
+  for (int at = draft.document.nodes[node].parent; at >= 0; at = draft.document.nodes[at].parent) add(at);
+  std::vector<int> pending{node};
+  while (!pending.empty()) {
+    const int at = pending.back();
+    pending.pop_back();
+    add(at);
+    const std::vector<int>& children = draft.document.nodes[at].children;
+    pending.insert(pending.end(), children.begin(), children.end());
   }
+  std::ranges::sort(result);
+  return result;
+}
+
+void add_joint(SceneDraft& draft, int node, const JointProperties& properties) {
+  const JsonValue place = draft.extension(node, "joint");
+  const std::vector<GltfNode>& nodes = draft.document.nodes;
+  const int connected = properties.connected_node;
+  if (!nodes[connected].in_scene) {
+    place.require("connectedNode")
+        .fail("the joint leads to node {} ('{}'), which is not in the scene", connected,
+              nodes[connected].name);
+  }
+  Joint joint = draft.tables.joints[properties.description];
+  joint.name = nodes[node].name;
+  joint.enable_collision = properties.enable_collision;
+  const auto frame = [&](int end, int& body) {
+    const NodeAttachment& attached = draft.attachments[end];
+    if (attached.in_node.sheared && !attached.in_node.turned) {
+      place.fail("node {} ('{}') is sheared or flat, so the joint has no frame there", end, nodes[end].name);
+    }
+    if (attached.in_node.sheared) {
+      place.warn(
+          "node {} ('{}') is turned inside an unequal scale; the joint's frame is turned without the "
+          "scale",
+          end, nodes[end].name);
+    }
+    body = attached.body;
+    return in_body(draft.scene.bodies[body], attached.in_node.rigid());
+  };
+  joint.frame_a = frame(node, joint.body_a);
+  joint.frame_b = frame(connected, joint.body_b);
+  if (joint.body_a == world_body && joint.body_b == world_body) {
+    place.fail("joins two nodes of which neither belongs to a body: give one of them a 'motion'");
+  }
+  if (joint.body_a == joint.body_b) {
+    place.fail("joins the body '{}' to itself", draft.scene.bodies[joint.body_a].name);
+  }
+  if (joint.body_a == world_body) joint.silent_colliders = static_colliders_of(draft, node);
+  if (joint.body_b == world_body) joint.silent_colliders = static_colliders_of(draft, connected);
+  draft.scene.joints.push_back(std::move(joint));
 }
 
 }  // namespace
 
-void warn_of_floating_bodies(SceneDraft& draft) {
-  for (std::size_t i = 1; i < draft.scene.bodies.size(); ++i) {
-    const Body& body = draft.scene.bodies[i];
-    const MotionProperties& motion = *draft.physics[draft.node_of_body[i]].motion;
-    const bool is_infinite = !motion.kinematic && motion.mass && *motion.mass == 0;
-    if (!is_infinite || !body.linear_velocity.isZero(0) || !body.angular_velocity.isZero(0)) continue;
-    const auto holds = [&](const Joint& joint) {
-      return joint.body_a == static_cast<int>(i) || joint.body_b == static_cast<int>(i);
-    };
-    if (std::ranges::any_of(draft.scene.joints, holds)) continue;
-    draft.scene.warnings.push_back(draft.extension(draft.node_of_body[i], "motion").path() +
-                                   "/mass: 0 is infinite, so the body floats: leave 'mass' out for that of "
-                                   "its colliders, or 'motion' for "
-                                   "what stands still");
-  }
-}
-
 void add_bodies(SceneDraft& draft) {
+  const std::vector<GltfNode>& nodes = draft.document.nodes;
   draft.scene.bodies.emplace_back().name = "world";
   draft.node_of_body.push_back(-1);
-  draft.body_of_node.assign(draft.physics.size(), world_body);
-  for (std::size_t i = 0; i < draft.physics.size(); ++i) {
+  draft.attachments.resize(nodes.size());
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
     if (!draft.physics[i].motion) continue;
-    const GltfNode& node = draft.document.nodes[i];
-    const int index = static_cast<int>(i);
-    if (node.world.sheared) {
-      draft.document.node_json(index).fail(
+    if (nodes[i].world.sheared) {
+      draft.node_json(i).fail(
           "carries a body, but is sheared or flat: a turned node stands in an unequal scale; apply the "
           "scale");
     }
-    draft.body_of_node[i] = static_cast<int>(draft.scene.bodies.size());
-    draft.scene.bodies.emplace_back().name = node.name;
-    draft.node_of_body.push_back(index);
+    draft.attachments[i].body = static_cast<int>(draft.scene.bodies.size());
+    draft.scene.bodies.emplace_back().name = nodes[i].name;
+    draft.node_of_body.push_back(static_cast<int>(i));
   }
-}
-
-void find_attachments(SceneDraft& draft) {
-  draft.attachments.resize(draft.document.nodes.size());
-  std::vector<int> pending;
-  for (std::size_t i = 0; i < draft.document.nodes.size(); ++i) {
-    if (draft.document.nodes[i].parent < 0) pending.push_back(static_cast<int>(i));
-  }
-  while (!pending.empty()) {
-    const int index = pending.back();
-    pending.pop_back();
-    const GltfNode& node = draft.document.nodes[index];
+  for (const int index : draft.document.parents_first) {
+    const GltfNode& node = nodes[index];
     NodeAttachment& own = draft.attachments[index];
+    const NodeAttachment* const parent = node.parent < 0 ? nullptr : &draft.attachments[node.parent];
     if (draft.physics[index].motion) {
-      own.body = draft.body_of_node[index];
-      own.in_node = make_transform(Vector3::Zero(), Quaternion::Identity(), node.world.scale);
-    } else if (node.parent >= 0 && draft.attachments[node.parent].body != world_body) {
-      own.body = draft.attachments[node.parent].body;
-      own.in_node = compose(draft.attachments[node.parent].in_node, node.local);
+      own.in_node = scaling(node.world.scale);
+    } else if (parent && parent->body != world_body) {
+      own = {parent->body, compose(parent->in_node, node.local)};
     } else {
       own.in_node = node.world;
     }
-    pending.insert(pending.end(), node.children.begin(), node.children.end());
   }
 }
 
 void place_bodies(SceneDraft& draft) {
-  for (std::size_t body = 1; body < draft.scene.bodies.size(); ++body)
-    place_body(draft, static_cast<int>(body));
-  check_bodies(draft);
+  const int count = static_cast<int>(draft.scene.bodies.size());
+  for (int i = 1; i < count; ++i) place_body(draft, i);
+  for (int i = 1; i < count; ++i) {
+    if (!is_finite(draft.scene.bodies[i])) {
+      draft.extension(draft.node_of_body[i], "motion").fail("{}", out_of_range);
+    }
+  }
 }
 
-Pose in_body(const Body& body, const Pose& in_node) {
-  Pose pose = body.body_from_node * in_node;
-  pose.orientation.normalize();
-  return pose;
+void add_joints(SceneDraft& draft) {
+  for (std::size_t i = 0; i < draft.physics.size(); ++i) {
+    if (draft.physics[i].joint) add_joint(draft, static_cast<int>(i), *draft.physics[i].joint);
+  }
+}
+
+void warn_of_floating_bodies(const SceneDraft& draft) {
+  for (int i = 1; i < static_cast<int>(draft.scene.bodies.size()); ++i) {
+    const Body& body = draft.scene.bodies[i];
+    const MotionProperties& motion = *draft.physics[draft.node_of_body[i]].motion;
+    const bool is_infinite = !motion.kinematic && motion.mass && *motion.mass == 0;
+    if (!is_infinite || !body.linear_velocity.isZero(0) || !body.angular_velocity.isZero(0)) continue;
+    const auto holds = [&](const Joint& joint) { return joint.body_a == i || joint.body_b == i; };
+    if (std::ranges::any_of(draft.scene.joints, holds)) continue;
+    draft.extension(draft.node_of_body[i], "motion")
+        .require("mass")
+        .warn(
+            "0 is infinite, so the body floats: leave 'mass' out for that of its colliders, or 'motion' "
+            "for what stands still");
+  }
 }
 
 }  // namespace substep

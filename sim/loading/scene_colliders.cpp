@@ -1,7 +1,3 @@
-#include "sim/loading/scene_colliders.h"
-
-#include <fmt/format.h>
-
 #include <memory>
 #include <optional>
 #include <string>
@@ -9,32 +5,40 @@
 #include <vector>
 
 #include "sim/geometry/triangle_mesh.h"
-#include "sim/loading/collider_geometry.h"
 #include "sim/loading/collider_shapes.h"
+#include "sim/loading/scene_draft.h"
 
 namespace substep {
 namespace {
 
-// The meshes of a node, or one mesh, in a collider's scale, and what follows from them as far as it was
-// needed.
+// The triangles of one mesh, or of all meshes at a node and below, in a collider's scale, and what follows
+// from them as far as it was needed.
 struct ColliderGeometry {
-  int node;
-  int mesh;
+  int node = -1;
+  int mesh = -1;
   Vector3 scale;
-  NodeGeometry geometry;
+  std::vector<Vector3> points;
+  std::vector<Triangle> triangles;  ///< counter-clockwise seen from the front
+  bool double_sided = false;        ///< one of its materials is
+  bool skinned = false;
   std::optional<SimplifiedHull> hull;
   std::optional<MassProperties> solid;
 };
 
-// What the mesh itself encloses; nothing where it is open or encloses next to nothing of its hull.
-MassProperties solid_inside(const NodeGeometry& geometry, const Polytope& hull) {
-  if (!is_closed(geometry.points, geometry.triangles)) return {};
-  MassProperties solid = mass_properties(geometry.points, geometry.triangles);
-  if (solid.mass < 0) {  // inside out
-    solid.mass = -solid.mass;
-    solid.inertia = -solid.inertia;
+void add_triangles(const Mesh& mesh, const NodeTransform& placement, ColliderGeometry& geometry) {
+  const auto first = static_cast<std::uint32_t>(geometry.points.size());
+  if (first == 0) {
+    geometry.points.reserve(mesh.positions.size());
+    geometry.triangles.reserve(mesh.triangles.size());
   }
-  return solid.mass > 1e-6 * mass_properties(Shape(hull)).mass ? solid : MassProperties{};
+  for (const Vector3& position : mesh.positions) {
+    geometry.points.push_back(placement.linear * position + placement.translation);
+  }
+  const bool mirrors = placement.linear.determinant() < 0;
+  for (Triangle triangle : mesh.triangles) {
+    if (mirrors) std::swap(triangle[1], triangle[2]);
+    geometry.triangles.push_back({first + triangle[0], first + triangle[1], first + triangle[2]});
+  }
 }
 
 class Colliders {
@@ -44,10 +48,7 @@ class Colliders {
   void add(int node, const ColliderProperties& properties) {
     const JsonValue place = draft_.extension(node, "collider");
     const auto& [body, placement] = draft_.attachments[node];
-    if (placement.linear.isZero(0)) {
-      draft_.scene.warnings.push_back(place.path() + ": is left out: its node is scaled to nothing");
-      return;
-    }
+    if (placement.linear.isZero(0)) return place.warn("is left out: its node is scaled to nothing");
     if (placement.sheared) {
       place.fail("is sheared or flat: a turned node stands in an unequal scale; apply the scale");
     }
@@ -55,14 +56,13 @@ class Colliders {
     collider.body = body;
     collider.placement = placement.rigid();
     if (properties.shape >= 0) {
-      collider.shape = implicit_shape(draft_.tables.shapes[properties.shape], placement.scale,
-                                      faceted_[properties.shape], place, draft_.scene.warnings);
+      const ImplicitShape& shape = draft_.tables.shapes[properties.shape];
+      collider.shape = implicit_shape(shape, placement.scale, faceted_[properties.shape], place);
+      if (body != world_body && shape.kind == ImplicitShape::Kind::plane) {
+        place.fail("a plane cannot belong to a body with motion: use a box");
+      }
     } else {
-      set_shape_of_node(collider, properties, placement.scale, place);
-    }
-    if (body != world_body && properties.shape >= 0 &&
-        draft_.tables.shapes[properties.shape].kind == ImplicitShape::Kind::plane) {
-      place.fail("a plane cannot belong to a body with motion: use a box");
+      set_shape_of_meshes(collider, properties, placement.scale, place);
     }
     if (properties.material >= 0) collider.material = draft_.tables.materials[properties.material];
     if (properties.filter >= 0) {
@@ -77,40 +77,40 @@ class Colliders {
   }
 
  private:
-  // Whether nothing that it touches moves the body.
+  // True where no contact moves the body.
   bool is_driven(int body) const {
     return body == world_body || draft_.physics[draft_.node_of_body[body]].motion->kinematic;
   }
 
-  void set_shape_of_node(Collider& collider, const ColliderProperties& properties, const Vector3& scale,
-                         const JsonValue& place) {
-    ColliderGeometry& known = geometry_of(properties, scale, place);
-    const NodeGeometry& geometry = known.geometry;
-    const std::string what = fmt::format("{}: {}", draft_.document.file_name, place.path());
+  void set_shape_of_meshes(Collider& collider, const ColliderProperties& properties, const Vector3& scale,
+                           const JsonValue& place) {
+    ColliderGeometry& geometry = geometry_of(properties, scale, place);
     const std::string name =
         properties.node >= 0 ? fmt::format("mesh of node '{}'", draft_.document.nodes[properties.node].name)
                              : fmt::format("mesh {}", properties.mesh);
     if (geometry.skinned) {
-      draft_.scene.warnings.push_back(fmt::format(
-          "{}: the skinned {} collides in the form that it has at the start", place.path(), name));
+      place.warn("the skinned {} collides in the form that it has at the start", name);
     }
     if (!properties.convex_hull && is_driven(collider.body)) {
       draft_.spend(geometry.points.size() + geometry.triangles.size(), place);
-      // A closed mesh has an inside, whatever its material says of what is drawn.
+      // A closed mesh has an inside, whatever its material says of drawing.
       const bool two_sided = geometry.double_sided && !is_closed(geometry.points, geometry.triangles);
-      collider.shape = make_triangle_mesh(geometry.points, geometry.triangles, what, two_sided);
+      collider.shape = make_triangle_mesh(geometry.points, geometry.triangles, place.place(), two_sided);
       return;
     }
-    const SimplifiedHull& hull = hull_of(known, what);
-    if (!hull.warning.empty())
-      draft_.scene.warnings.push_back(fmt::format("{}: {}", place.path(), hull.warning));
+    const SimplifiedHull& hull = hull_of(geometry, place.place());
+    if (!hull.warning.empty()) place.warn("{}", hull.warning);
     collider.shape = hull.hull;
     if (properties.convex_hull) return;
-    draft_.scene.warnings.push_back(
-        fmt::format("{}: the {} moves, so it collides as its convex hull", place.path(), name));
-    if (!known.solid) known.solid = solid_inside(geometry, hull.hull);
-    if (known.solid->mass > 0)
-      draft_.solids.emplace(static_cast<int>(draft_.scene.colliders.size()), *known.solid);
+    place.warn("the {} moves, so it collides as its convex hull", name);
+    if (!geometry.solid) {
+      geometry.solid = enclosed_solid(geometry.points, geometry.triangles).value_or(MassProperties{});
+      const double hull_volume = mass_properties(Shape(hull.hull)).mass;
+      if (!(geometry.solid->mass > least_filled * hull_volume)) geometry.solid->mass = 0;
+    }
+    if (geometry.solid->mass > 0) {
+      draft_.solids.emplace(static_cast<int>(draft_.scene.colliders.size()), *geometry.solid);
+    }
   }
 
   ColliderGeometry& geometry_of(const ColliderProperties& properties, const Vector3& scale,
@@ -120,29 +120,62 @@ class Colliders {
     for (const std::unique_ptr<ColliderGeometry>& known : geometries_) {
       if (known->node == node && known->mesh == mesh && known->scale == scale) return *known;
     }
-    NodeGeometry geometry;
-    if (node >= 0) {
-      draft_.spend(geometry_size(draft_.document, draft_.meshes, draft_.skins, node), place);
-      geometry = geometry_of_node(draft_.document, draft_.meshes, draft_.skins, node, scale, place);
-    } else {
-      geometry = geometry_of_mesh(draft_.meshes[mesh], scale, place);
-      draft_.spend(geometry.points.size() + geometry.triangles.size(), place);
+    auto geometry = std::make_unique<ColliderGeometry>();
+    geometry->node = node;
+    geometry->mesh = mesh;
+    geometry->scale = scale;
+    // The node's own place does not count: its meshes are in its own frame.
+    if (node >= 0) add_node(node, scaling(scale), *geometry, place);
+    if (node < 0) add_mesh(draft_.meshes[mesh], -1, scaling(scale), *geometry, place);
+    if (geometry->triangles.empty() && node < 0) place.fail("its geometry is a mesh without triangles");
+    if (geometry->triangles.empty()) {
+      place.fail("its geometry, node {} ('{}'), has no mesh of triangles", node,
+                 draft_.document.nodes[node].name);
     }
-    geometries_.push_back(
-        std::make_unique<ColliderGeometry>(ColliderGeometry{node, mesh, scale, std::move(geometry), {}, {}}));
-    return *geometries_.back();
+    return *geometries_.emplace_back(std::move(geometry));
+  }
+
+  /// Adds the meshes at a node and below.
+  void add_node(int index, const NodeTransform& placement, ColliderGeometry& geometry,
+                const JsonValue& place) {
+    draft_.spend(1, place);
+    const GltfNode& node = draft_.document.nodes[index];
+    if (node.mesh >= 0) add_mesh(draft_.meshes[node.mesh], index, placement, geometry, place);
+    for (const int child : node.children) {
+      add_node(child, compose(placement, draft_.document.nodes[child].local), geometry, place);
+    }
+  }
+
+  /// Adds a mesh, of `node` where it is ≥ 0.
+  void add_mesh(const GltfMesh& mesh, int node, const NodeTransform& placement, ColliderGeometry& geometry,
+                const JsonValue& place) {
+    draft_.spend(mesh.size(), place);
+    const int skin = node < 0 ? -1 : draft_.document.nodes[node].skin;
+    for (const GltfPrimitive& primitive : mesh.primitives) {
+      if (skin >= 0) draft_.spend(draft_.skins[skin].joints.size(), place);
+      geometry.double_sided = geometry.double_sided || primitive.double_sided;
+      if (skin < 0 || primitive.influences.empty()) {
+        add_triangles(primitive, placement, geometry);
+        continue;
+      }
+      // A skeleton places its mesh in the world, wherever the node is that wears it.
+      const NodeTransform& world = draft_.document.nodes[geometry.node].world;
+      const Matrix3 back = world.linear.inverse();
+      if (!back.allFinite()) place.fail("its geometry's node is scaled to nothing along an axis");
+      geometry.skinned = true;
+      const NodeTransform from_world = make_transform(back, Vector3(-(back * world.translation)));
+      add_triangles(posed(draft_.document, draft_.skins[skin], primitive, draft_.node_json(node)),
+                    compose(scaling(geometry.scale), from_world), geometry);
+    }
   }
 
   // Nodes with a mesh each often have the same mesh, and its hull takes long.
   const SimplifiedHull& hull_of(ColliderGeometry& geometry, const std::string& what) {
-    if (geometry.hull) return *geometry.hull;
     for (const std::unique_ptr<ColliderGeometry>& other : geometries_) {
-      if (other->hull && other->geometry.points == geometry.geometry.points) {
-        geometry.hull = other->hull;
-        return *geometry.hull;
-      }
+      if (geometry.hull) break;
+      if (other->hull && other->points == geometry.points) geometry.hull = other->hull;
     }
-    geometry.hull = simplified_hull(geometry.geometry.points, what);
+    if (!geometry.hull) geometry.hull = simplified_hull(geometry.points, what);
     return *geometry.hull;
   }
 

@@ -4,11 +4,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <optional>
-#include <type_traits>
-#include <utility>
+#include <variant>
 
 #include "sim/error.h"
 
@@ -51,23 +49,13 @@ std::string TomlValues::text(const toml::node& node, std::string_view key) const
 }
 
 void TomlValues::set_field(Settings& settings, const SettingsField& field, const toml::node& node) const {
-  std::visit(
-      [&](auto member) {
-        using Value = std::remove_reference_t<decltype(settings.*member)>;
-        if constexpr (std::is_enum_v<Value>) {
-          if (node.is_string() && set(settings, field, *node.value<std::string>())) return;
-        } else if (const auto value = node.value_exact<std::int64_t>(); value && std::in_range<int>(*value)) {
-          set(settings, field, fmt::format("{}", *value));
-          return;
-        } else if constexpr (std::is_same_v<Value, double>) {
-          if (const auto number = node.value<double>(); node.is_number() && std::isfinite(*number)) {
-            set(settings, field, fmt::format("{}", *number));
-            return;
-          }
-        }
-        fail(node, fmt::format("'{}' must be {}", field.name, kind_of(field)));
-      },
-      field.member);
+  const bool is_real = std::holds_alternative<double Settings::*>(field.member);
+  const bool is_number = is_real || std::holds_alternative<int Settings::*>(field.member);
+  std::string text;
+  if (!is_number && node.is_string()) text = *node.value<std::string>();
+  if (is_number && node.is_integer()) text = fmt::to_string(*node.value<std::int64_t>());
+  if (is_real && node.is_floating_point()) text = fmt::to_string(*node.value<double>());
+  if (!set(settings, field, text)) fail(node, fmt::format("'{}' must be {}", field.name, kind_of(field)));
 }
 
 bool TomlValues::flag(const toml::node& node, std::string_view key) const {

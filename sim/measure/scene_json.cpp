@@ -8,7 +8,7 @@
 #include <variant>
 #include <vector>
 
-#include "sim/loading/needed_substeps.h"
+#include "sim/loading/scene_settings.h"
 #include "sim/model/usual_settings.h"
 #include "sim/simulation.h"
 

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "sim/constraints/formulate.h"
-#include "sim/loading/needed_substeps.h"
+#include "sim/loading/scene_settings.h"
 #include "sim/measure/invariants.h"
 #include "sim/measure/joint_gap.h"
 #include "sim/measure/motion.h"

@@ -10,7 +10,7 @@
 
 #include "sim/error.h"
 #include "sim/execution/parallel_for.h"
-#include "sim/loading/parse_json.h"
+#include "sim/loading/json_value.h"
 #include "sim/log/file_output.h"
 #include "sim/math/fnv1a.h"
 #include "sim/measure/substep_map.h"

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "sim/error.h"
-#include "sim/loading/parse_json.h"
+#include "sim/loading/json_value.h"
 #include "sim/measure/metrics_json.h"
 #include "sim/measure/settings_json.h"
 #include "sim/model/settings_fields.h"

@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "sim/loading/needed_substeps.h"
+#include "sim/loading/scene_settings.h"
 #include "sim/measure/invariants.h"
 #include "sim/model/usual_settings.h"
 #include "tests/sim/test_scenes.h"

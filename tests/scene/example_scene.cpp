@@ -1,10 +1,14 @@
 #include "tests/scene/example_scene.h"
 
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <bit>
 #include <cstdint>
-#include <string>
+#include <sstream>
 
-#include "sim/loading/load_scene.h"
 #include "sim/math/base64.h"
 #include "tests/error_message.h"
 
@@ -17,7 +21,60 @@ void append(std::string& bytes, std::uint64_t value, int size) {
   for (int i = 0; i < size; ++i) bytes += static_cast<char>(value >> (8 * i) & 0xff);
 }
 
+std::string trimmed(const std::string& text) {
+  const std::size_t begin = text.find_first_not_of(" \n");
+  return begin == std::string::npos ? "" : text.substr(begin, text.find_last_not_of(" \n") + 1 - begin);
+}
+
+std::vector<std::string> split(const std::string& text, char separator) {
+  std::vector<std::string> parts;
+  std::istringstream stream(text);
+  for (std::string part; std::getline(stream, part, separator);) parts.push_back(trimmed(part));
+  return parts;
+}
+
 }  // namespace
+
+std::string pointer(std::string text) {
+  for (const auto& [mark, name] : {std::pair{"/$", "/extensions/KHR_physics_rigid_bodies"},
+                                   std::pair{"/#", "/extensions/KHR_implicit_shapes/shapes"}}) {
+    const std::size_t at = text.find(mark);
+    if (at != std::string::npos) text.replace(at, 2, name);
+  }
+  return text;
+}
+
+json edited(json document, const std::string& edits) {
+  for (std::size_t begin = 0, end = 0; end != std::string::npos; begin = end + 1) {
+    end = std::min(edits.find(";\n", begin), edits.find("; /", begin));
+    const std::string edit = edits.substr(begin, end - begin);
+    const std::size_t sign = edit.find('=');
+    const json::json_pointer place(pointer(trimmed(edit.substr(0, sign))));
+    const std::string value = trimmed(edit.substr(sign + 1));
+    if (value.empty()) {
+      document.at(place.parent_pointer()).erase(place.back());
+    } else {
+      document[place] = json::parse(value);
+    }
+  }
+  return document;
+}
+
+json edited(const std::string& edits) {
+  return edited(example(), edits);
+}
+
+std::vector<std::vector<std::string>> rows(const std::string& table) {
+  std::vector<std::vector<std::string>> rows;
+  std::string row;
+  for (const std::string& line : split(table, '\n')) {
+    row += line + (line.ends_with(';') ? "\n" : "");
+    if (row.empty() || line.ends_with('|') || line.ends_with(';')) continue;
+    rows.push_back(split(row, '|'));
+    row.clear();
+  }
+  return rows;
+}
 
 std::string cube_buffer() {
   std::string bytes;
@@ -117,8 +174,10 @@ std::string complaint(const json& document) {
   return complaint(folder.write("example.gltf", document.dump()));
 }
 
-nlohmann::json& physics(nlohmann::json& document, int node) {
-  return document["nodes"][node]["extensions"]["KHR_physics_rigid_bodies"];
+std::string warnings(const json& document) {
+  std::string text;
+  for (const std::string& warning : load(document).warnings) text += warning + '\n';
+  return text;
 }
 
 int add_accessor(nlohmann::json& document, std::string& bytes, const std::string& numbers, int component,
@@ -133,6 +192,59 @@ int add_accessor(nlohmann::json& document, std::string& bytes, const std::string
   document["buffers"][0] = {{"byteLength", bytes.size()},
                             {"uri", "data:application/octet-stream;base64," + base64(bytes)}};
   return static_cast<int>(document["accessors"].size()) - 1;
+}
+
+json skinned(json document, int node, const std::string& joints) {
+  std::string bytes = cube_buffer();
+  std::string holders;
+  std::string weights;
+  for (int corner = 0; corner < 8; ++corner) {
+    holders += std::string(1, static_cast<char>(corner / 4)) + std::string(3, '\0');
+    weights += std::string("\xff\0\0\0", 4);
+  }
+  json& attributes = document["meshes"][0]["primitives"][0]["attributes"];
+  attributes["JOINTS_0"] = add_accessor(document, bytes, holders, 5121, "VEC4");
+  attributes["WEIGHTS_0"] = add_accessor(document, bytes, weights, 5121, "VEC4");
+  document["accessors"].back()["normalized"] = true;
+  document["skins"] = {{{"joints", json::parse(joints)}}};
+  document["nodes"][node]["skin"] = 0;
+  return document;
+}
+
+Outcome outcome_of(const std::filesystem::path& file, const std::optional<MeshOptions>& options) {
+  int ends[2];
+  if (pipe(ends) != 0) throw Error("no pipe");
+  const pid_t child = fork();
+  if (child == 0) {
+    close(ends[0]);
+    std::string message;
+    try {
+      for (const Body& body : load_scene(file, options).bodies) {
+        if (!body.pose.position.allFinite() || !body.inverse_inertia.allFinite()) message = "not finite";
+      }
+    } catch (const std::exception& failure) {
+      message = failure.what();
+    }
+    const bool sent = write(ends[1], message.data(), message.size()) == static_cast<ssize_t>(message.size());
+    _exit(sent ? 0 : 3);
+  }
+  close(ends[1]);
+  Outcome outcome;
+  char part[4096];
+  for (ssize_t got = 0; (got = read(ends[0], part, sizeof part)) > 0;) {
+    outcome.message.append(part, static_cast<std::size_t>(got));
+  }
+  close(ends[0]);
+  int status = 0;
+  rusage used{};
+  EXPECT_EQ(wait4(child, &status, 0, &used), child);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << "it ended with status " << status;
+  const auto seconds = [](const timeval& time) {
+    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+  };
+  outcome.seconds = seconds(used.ru_utime) + seconds(used.ru_stime);
+  outcome.mebibytes = static_cast<double>(used.ru_maxrss) / 1024;
+  return outcome;
 }
 
 }  // namespace substep::test

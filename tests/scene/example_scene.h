@@ -3,9 +3,11 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
+#include <vector>
 
-#include "sim/scene/scene.h"
+#include "sim/loading/load_scene.h"
 #include "tests/temporary_folder.h"
 
 namespace substep::test {
@@ -18,13 +20,28 @@ std::string cube_buffer();
 /// a camera; 7 "sun", a light. The buffer is a data URI.
 nlohmann::json example();
 
-/// The physics of a node.
-nlohmann::json& physics(nlohmann::json& document, int node);
+/// Changes a document: "/nodes/1/name = 5; /nodes/- = {}" sets one value and appends another; a value that is
+/// missing removes. In pointers, $ stands for extensions/KHR_physics_rigid_bodies and # for
+/// extensions/KHR_implicit_shapes/shapes.
+nlohmann::json edited(nlohmann::json document, const std::string& edits);
+/// Changes the example.
+nlohmann::json edited(const std::string& edits);
+
+/// Returns a pointer with $ and # written out.
+std::string pointer(std::string text);
+
+/// Returns the rows of a table as cells that '|' separates. A row is a line; lines that end with '|' or ';'
+/// continue.
+std::vector<std::vector<std::string>> rows(const std::string& table);
 
 /// Appends eight items of numbers to `bytes`, which become the first buffer. Returns the accessor of the
 /// items.
 int add_accessor(nlohmann::json& document, std::string& bytes, const std::string& numbers, int component,
                  const char* type);
+
+/// Returns the document with a skin for the cube that a node has: half of its corners hang on each of two
+/// joints.
+nlohmann::json skinned(nlohmann::json document, int node, const std::string& joints);
 
 /// A document with one node, named "body", that has this motion and this implicit shape as its collider.
 nlohmann::json one_body(const std::string& motion, const std::string& shape);
@@ -36,6 +53,16 @@ Scene load(const nlohmann::json& document);
 
 /// Returns the message of load_scene; empty where it throws none.
 std::string complaint(const std::filesystem::path& file);
+/// Returns the warnings of load_scene, a line each.
+std::string warnings(const nlohmann::json& document);
 std::string complaint(const nlohmann::json& document);
+
+/// What load_scene did to a file, in a process of its own, and what that took.
+struct Outcome {
+  std::string message;  ///< empty where it loaded, with all bodies finite
+  double mebibytes = 0;
+  double seconds = 0;  ///< of processor time
+};
+Outcome outcome_of(const std::filesystem::path& file, const std::optional<MeshOptions>& options = {});
 
 }  // namespace substep::test

@@ -8,9 +8,8 @@
 #include <numbers>
 
 #include "sim/loading/load_scene.h"
-#include "sim/loading/scene_files.h"
-#include "tests/folders.h"
 #include "tests/scene/example_scene.h"
+#include "tests/scene_files.h"
 
 namespace substep {
 namespace {
@@ -19,6 +18,7 @@ using nlohmann::json;
 using testing::Contains;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::StartsWith;
 using namespace test;
 
 constexpr double pi = std::numbers::pi;
@@ -91,18 +91,14 @@ TEST(LoadScene, ReadsTheExample) {
 }
 
 TEST(LoadScene, JointSilencesStaticCollidersOfItsNodeAlone) {
-  nlohmann::json document = example();
-  EXPECT_EQ(load(document).joints.at(0).silent_colliders, std::vector<int>{});
+  EXPECT_EQ(load(example()).joints.at(0).silent_colliders, std::vector<int>{});
   // The nail gets a collider, a post above it, a head below it beside the crate, and a sibling.
-  const nlohmann::json box = {{"KHR_physics_rigid_bodies", {{"collider", {{"geometry", {{"shape", 1}}}}}}}};
-  nlohmann::json& nodes = document["nodes"];
-  const std::size_t post = nodes.size();
-  nodes.push_back({{"name", "post"}, {"extensions", box}, {"children", {3, post + 1}}});
-  nodes.push_back({{"name", "sibling"}, {"extensions", box}});
-  nodes.push_back({{"name", "head"}, {"extensions", box}});
-  nodes[3]["extensions"] = box;
-  nodes[3]["children"] = {post + 2, 1};
-  document["scenes"][0]["nodes"] = {0, 4, 6, 7, post};
+  const json document = edited(R"(
+    /nodes/3/$/collider/geometry/shape = 1; /nodes/3/children = [10, 1];
+    /nodes/8/$/collider/geometry/shape = 1; /nodes/8/name = "post"; /nodes/8/children = [3, 9];
+    /nodes/9/$/collider/geometry/shape = 1; /nodes/9/name = "sibling";
+    /nodes/10/$/collider/geometry/shape = 1; /nodes/10/name = "head";
+    /scenes/0/nodes = [0, 4, 6, 7, 8])");
   // Colliders are in the order of the nodes: ground, crate, nail, rock, post, sibling, head.
   EXPECT_EQ(load(document).joints.at(0).silent_colliders, (std::vector<int>{2, 4, 6}));
 }
@@ -152,16 +148,12 @@ TEST(LoadScene, DrawsMeshesWithTheirBodies) {
 }
 
 TEST(LoadScene, ScalesDaylightInLuxDown) {
-  json document = example();
-  document["extensions"]["KHR_lights_punctual"]["lights"][0]["intensity"] = 80000;
-  EXPECT_EQ(load(document).sun->illuminance, 3);
+  EXPECT_EQ(load(edited("/extensions/KHR_lights_punctual/lights/0/intensity = 80000")).sun->illuminance, 3);
 }
 
 TEST(LoadScene, KeepsGivenNormals) {
-  json document = example();
   // The positions of a cube's corners, as normals: unit length is made, not asked for.
-  document["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = 0;
-  const Scene scene = load(document);
+  const Scene scene = load(edited("/meshes/0/primitives/0/attributes/NORMAL = 0"));
   ASSERT_EQ(scene.meshes[0].positions.size(), 8u);
   for (std::size_t i = 0; i < 8; ++i) {
     expect_near(scene.meshes[0].normals[i], scene.meshes[0].positions[i] * (2 / std::sqrt(3.)), 1e-15);
@@ -184,19 +176,14 @@ TEST(LoadScene, GlbMatchesGltf) {
 }
 
 TEST(LoadScene, ReadsBuffersWithEncodedNames) {
-  json document = example();
-  document["buffers"][0]["uri"] = "parts/a%20c%C3%BCbe.bin";
   const TemporaryFolder folder;
-  folder.write(
-      "parts/a c\xc3\xbc"
-      "be.bin",
-      cube_buffer());
+  folder.write("parts/a cübe.bin", cube_buffer());
+  const json document = edited(R"(/buffers/0/uri = "parts/a%20c%C3%BCbe.bin")");
   EXPECT_EQ(load_scene(folder.write("example.gltf", document.dump())).bodies.size(), 3u);
 }
 
 TEST(LoadScene, HashCoversTheFileAndItsBuffers) {
-  json document = example();
-  document["buffers"][0]["uri"] = "cube.bin";
+  const json document = edited(R"(/buffers/0/uri = "cube.bin")");
   const TemporaryFolder folder;
   folder.write("cube.bin", cube_buffer());
   const auto file = folder.write("example.gltf", document.dump());
@@ -210,32 +197,30 @@ TEST(LoadScene, HashCoversTheFileAndItsBuffers) {
 }
 
 TEST(LoadScene, ReadsSettingsFromExtras) {
-  json document = example();
-  const Scene defaults = load(document);
+  const Scene defaults = load(example());
   EXPECT_EQ(defaults.gravity, Vector3(0, -9.81, 0));
   EXPECT_EQ(defaults.duration, 5);
   EXPECT_EQ(defaults.step, 1. / 60);
   EXPECT_EQ(defaults.substeps, 45);  // of 2 kg and 2 t; see below
   EXPECT_FALSE(defaults.poster);
   EXPECT_TRUE(defaults.gyroscopic);
-  document["extras"] = json::parse(R"({"other": 1, "substep": {"gravity": [0, 0, -1.5], "duration": 2}})");
-  document["scenes"][0]["extras"] = json::parse(
-      R"({"substep": {"duration": 3, "step": 0.01, "substeps": 17, "poster": 2, "gyroscopic": false}})");
-  const Scene scene = load(document);
+  const Scene scene = load(edited(R"(
+    /extras = {"other": 1, "substep": {"gravity": [0, 0, -1.5], "duration": 2}};
+    /scenes/0/extras/substep =
+      {"duration": 3, "step": 0.01, "substeps": 17, "poster": 2, "gyroscopic": false})"));
   EXPECT_EQ(scene.gravity, Vector3(0, 0, -1.5));
   EXPECT_EQ(scene.duration, 3);
   EXPECT_EQ(scene.step, 0.01);
   EXPECT_EQ(scene.substeps, 17);
   EXPECT_EQ(scene.poster, 2);
   EXPECT_FALSE(scene.gyroscopic);
+  EXPECT_THAT(scene.warnings, testing::ElementsAre(HasSubstr("/extras/substep/gravity: is along z")));
 }
 
 TEST(LoadScene, SubstepsFollowFromMasses) {
-  json document = example();
-  const auto substeps = [&](double crate, double rock) {
-    physics(document, 1)["motion"]["mass"] = crate;
-    physics(document, 4)["motion"]["mass"] = rock;
-    return load(document).substeps;
+  const auto substeps = [](double crate, double rock) {
+    const char* const edits = "/nodes/1/$/motion/mass = {}; /nodes/4/$/motion/mass = {}";
+    return load(edited(fmt::format(fmt::runtime(edits), crate, rock))).substeps;
   };
   EXPECT_EQ(substeps(2, 100), 10);      // √(2·50)
   EXPECT_EQ(substeps(2, 102), 11);      // √102 = 10.0995…
@@ -245,42 +230,31 @@ TEST(LoadScene, SubstepsFollowFromMasses) {
 }
 
 TEST(LoadScene, LoopsOfJointsAskForMoreSubsteps) {
-  EXPECT_EQ(load_scene(std::string(test::source_folder) + "/scenes/four_bar.gltf").substeps, 40);
-  EXPECT_EQ(load_scene(std::string(test::source_folder) + "/scenes/rod_chain.gltf").substeps, 10);
+  EXPECT_EQ(scene_named("four_bar").substeps, 40);
+  EXPECT_EQ(scene_named("rod_chain").substeps, 10);
 }
 
 TEST(LoadScene, SecondSceneCanBeDefault) {
-  json document = example();
-  document["scenes"].push_back({{"nodes", {4}}});
-  document["scene"] = 1;
-  const Scene scene = load(document);
+  const Scene scene = load(edited("/scenes/1/nodes = [4]; /scene = 1"));
   ASSERT_EQ(scene.bodies.size(), 2u);
   EXPECT_EQ(scene.bodies[1].name, "rock");
 }
 
 TEST(LoadScene, TakesAllRootsWithoutScenes) {
-  json document = example();
-  document.erase("scene");
-  document.erase("scenes");
-  const Scene scene = load(document);
+  const Scene scene = load(edited("/scene =; /scenes ="));
   EXPECT_EQ(scene.bodies.size(), 3u);
   EXPECT_EQ(scene.visuals.size(), 2u);  // node 5 is now one of them
 }
 
 TEST(LoadScene, MakesNamesUnique) {
-  json document = example();
-  document["nodes"][0]["name"] = "thing";
-  document["nodes"][1]["name"] = "thing";
-  document["nodes"][3]["name"] = "thing #2";
-  document["nodes"][4].erase("name");
-  Scene scene = load(document);
-  EXPECT_EQ(scene.bodies[1].name, "thing #2");
-  EXPECT_EQ(scene.bodies[2].name, "node 4");
-  document["nodes"][1]["name"] = "world";
-  document["nodes"][4]["name"] = "two\nlines";
-  scene = load(document);
-  EXPECT_EQ(scene.bodies[1].name, "world #2");
-  EXPECT_EQ(scene.bodies[2].name, "two lines");
+  const auto expect_names = [](const char* edits, const char* crate, const char* rock) {
+    const Scene scene = load(edited(edits));
+    EXPECT_EQ(scene.bodies[1].name, crate);
+    EXPECT_EQ(scene.bodies[2].name, rock);
+  };
+  expect_names(R"(/nodes/0/name = "a"; /nodes/1/name = "a"; /nodes/3/name = "a #2"; /nodes/4/name =)", "a #2",
+               "node 4");
+  expect_names(R"(/nodes/1/name = "world"; /nodes/4/name = "two\nlines")", "world #2", "two lines");
 }
 
 struct ShapeCase {
@@ -290,65 +264,55 @@ struct ShapeCase {
   Vector3 moments;  // of unit density, about the node's axes
 };
 
-void PrintTo(const ShapeCase& shape, std::ostream* out) {
-  *out << shape.name;
-}
+const std::vector<ShapeCase> shapes{
+    {"sphere", R"({"type": "sphere", "sphere": {"radius": 0.3}})", 4 * pi / 3 * 0.027,
+     Vector3::Constant(0.4 * 4 * pi / 3 * 0.027 * 0.09)},
+    {"default_sphere", R"({"type": "sphere"})", pi / 6, Vector3::Constant(0.4 * pi / 6 * 0.25)},
+    {"box", R"({"type": "box", "box": {"size": [1, 2, 3]}})", 6, {6 * 13 / 12., 6 * 10 / 12., 6 * 5 / 12.}},
+    {"cube", R"({"type": "box", "box": {"size": [0.1, 0.1, 0.1]}})", 1e-3, Vector3::Constant(1e-5 / 6)},
+    {"capsule", R"({"type": "capsule", "capsule": {"height": 2, "radiusBottom": 0.5, "radiusTop": 0.5}})",
+     pi / 2 + pi / 6,
+     // Cylinder and two half balls whose centres of mass lie 3 r / 8 beyond its ends.
+     Vector3(pi / 2 * (4 + 3 * 0.25) / 12 + pi / 6 * (0.4 * 0.25 + 1 + 0.75 * 0.5),
+             pi / 2 * 0.125 + pi / 6 * 0.1,
+             pi / 2 * (4 + 3 * 0.25) / 12 + pi / 6 * (0.4 * 0.25 + 1 + 0.75 * 0.5))},
+    {"capsule_without_length",
+     R"({"type": "capsule", "capsule": {"height": 0, "radiusBottom": 0.5, "radiusTop": 0.5}})", pi / 6,
+     Vector3::Constant(0.4 * pi / 6 * 0.25)},
+    {"cylinder",
+     R"({"type": "cylinder", "cylinder": {"height": 2, "radiusBottom": 1, "radiusTop": 1}})",
+     2 * pi,
+     {2 * pi * 7 / 12, pi, 2 * pi * 7 / 12}}};
 
-class MassOfShape : public testing::TestWithParam<ShapeCase> {};
-
-TEST_P(MassOfShape, DefaultsToWater) {
-  const ShapeCase& expected = GetParam();
-  const Body water = load(one_body("{}", expected.shape)).bodies[1];
-  // Measured over all cases: 3e-16 relative.
-  EXPECT_NEAR(1 / water.inverse_mass / (1000 * expected.volume), 1, 1e-14);
-  expect_near(water.inverse_inertia.cwiseInverse() / (1000 * expected.moments.norm()),
-              expected.moments / expected.moments.norm(), 1e-14);
-  const Body given = load(one_body(R"({"mass": 3})", expected.shape)).bodies[1];
-  EXPECT_EQ(given.inverse_mass, 1. / 3);
-  expect_near(given.inverse_inertia.cwiseInverse() / (3 / expected.volume * expected.moments.norm()),
-              expected.moments / expected.moments.norm(), 1e-14);
-  // Equal moments are equal to the last bit, and the axes are the node's.
-  for (int i = 0; i < 3; ++i) {
-    const int j = (i + 1) % 3;
-    EXPECT_EQ(water.inverse_inertia[i] == water.inverse_inertia[j],
-              expected.moments[i] == expected.moments[j]);
+TEST(LoadScene, MassOfShapeDefaultsToWater) {
+  for (const ShapeCase& expected : shapes) {
+    SCOPED_TRACE(expected.name);
+    const Body water = load(one_body("{}", expected.shape)).bodies[1];
+    // Measured over all cases: 3e-16 relative.
+    EXPECT_NEAR(1 / water.inverse_mass / (1000 * expected.volume), 1, 1e-14);
+    expect_near(water.inverse_inertia.cwiseInverse() / (1000 * expected.moments.norm()),
+                expected.moments / expected.moments.norm(), 1e-14);
+    const Body given = load(one_body(R"({"mass": 3})", expected.shape)).bodies[1];
+    EXPECT_EQ(given.inverse_mass, 1. / 3);
+    expect_near(given.inverse_inertia.cwiseInverse() / (3 / expected.volume * expected.moments.norm()),
+                expected.moments / expected.moments.norm(), 1e-14);
+    // Equal moments are equal to the last bit, and the axes are the node's.
+    for (int i = 0; i < 3; ++i) {
+      const int j = (i + 1) % 3;
+      EXPECT_EQ(water.inverse_inertia[i] == water.inverse_inertia[j],
+                expected.moments[i] == expected.moments[j]);
+    }
+    EXPECT_EQ(water.pose.orientation.coeffs().cwiseAbs(), Quaternion::Identity().coeffs());
   }
-  EXPECT_EQ(water.pose.orientation.coeffs().cwiseAbs(), Quaternion::Identity().coeffs());
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Shapes, MassOfShape,
-    testing::Values(
-        ShapeCase{"sphere", R"({"type": "sphere", "sphere": {"radius": 0.3}})", 4 * pi / 3 * 0.027,
-                  Vector3::Constant(0.4 * 4 * pi / 3 * 0.027 * 0.09)},
-        ShapeCase{"default_sphere", R"({"type": "sphere"})", pi / 6, Vector3::Constant(0.4 * pi / 6 * 0.25)},
-        ShapeCase{"box",
-                  R"({"type": "box", "box": {"size": [1, 2, 3]}})",
-                  6,
-                  {6 * 13 / 12., 6 * 10 / 12., 6 * 5 / 12.}},
-        ShapeCase{"cube", R"({"type": "box", "box": {"size": [0.1, 0.1, 0.1]}})", 1e-3,
-                  Vector3::Constant(1e-5 / 6)},
-        ShapeCase{"capsule",
-                  R"({"type": "capsule", "capsule": {"height": 2, "radiusBottom": 0.5, "radiusTop": 0.5}})",
-                  pi / 2 + pi / 6,
-                  // Cylinder and two half balls whose centres of mass lie 3 r / 8 beyond its ends.
-                  Vector3(pi / 2 * (4 + 3 * 0.25) / 12 + pi / 6 * (0.4 * 0.25 + 1 + 0.75 * 0.5),
-                          pi / 2 * 0.125 + pi / 6 * 0.1,
-                          pi / 2 * (4 + 3 * 0.25) / 12 + pi / 6 * (0.4 * 0.25 + 1 + 0.75 * 0.5))},
-        ShapeCase{"capsule_without_length",
-                  R"({"type": "capsule", "capsule": {"height": 0, "radiusBottom": 0.5, "radiusTop": 0.5}})",
-                  pi / 6, Vector3::Constant(0.4 * pi / 6 * 0.25)},
-        ShapeCase{"cylinder",
-                  R"({"type": "cylinder", "cylinder": {"height": 2, "radiusBottom": 1, "radiusTop": 1}})",
-                  2 * pi,
-                  {2 * pi * 7 / 12, pi, 2 * pi * 7 / 12}}),
-    [](const auto& shape) { return std::string(shape.param.name); });
+Body body_with(const std::string& motion, const std::string& edits = "/nodes/0/name = \"body\"") {
+  return load(edited(one_body(motion, R"({"type": "box"})"), edits)).bodies[1];
+}
 
 TEST(LoadScene, BodyWithoutColliderIsBallOfWater) {
   for (const double mass : {0.02, 2.0, 7000.0}) {
-    json document = one_body(R"({"mass": 1})", R"({"type": "box"})");
-    document["nodes"][0]["extensions"]["KHR_physics_rigid_bodies"] = {{"motion", {{"mass", mass}}}};
-    const Body body = load(document).bodies[1];
+    const Body body = body_with(fmt::format(R"({{"mass": {}}})", mass), "/nodes/0/$/collider =");
     const double radius = std::cbrt(mass / (4.0 / 3 * pi * 1000));
     const double moment = 0.4 * mass * radius * radius;
     expect_near(body.inverse_inertia.cwiseInverse() / moment, Vector3::Ones(), 1e-14);
@@ -356,36 +320,31 @@ TEST(LoadScene, BodyWithoutColliderIsBallOfWater) {
 }
 
 TEST(LoadScene, ZeroMeansInfinite) {
-  const Body fixed = load(one_body(R"({"mass": 0})", R"({"type": "box"})")).bodies[1];
+  const Body fixed = body_with(R"({"mass": 0})");
   EXPECT_EQ(fixed.inverse_mass, 0);
   EXPECT_EQ(fixed.inverse_inertia, Vector3(0, 0, 0));
-  const Body axle =
-      load(one_body(R"({"mass": 4, "inertiaDiagonal": [0, 2, 0]})", R"({"type": "box"})")).bodies[1];
+  const Body axle = body_with(R"({"mass": 4, "inertiaDiagonal": [0, 2, 0]})");
   EXPECT_EQ(axle.inverse_mass, 0.25);
   EXPECT_EQ(axle.inverse_inertia, Vector3(0, 0.5, 0));
 }
 
 TEST(LoadScene, KinematicBodyKeepsVelocity) {
-  const Body body =
-      load(
-          one_body(
-              R"({"isKinematic": true, "mass": 4, "inertiaDiagonal": [1, 2, 3], "angularVelocity": [0, 5, 0]})",
-              R"({"type": "box"})"))
-          .bodies[1];
+  const Body body = body_with(
+      R"({"isKinematic": true, "mass": 4, "inertiaDiagonal": [1, 2, 3], "angularVelocity": [0, 5, 0]})");
   EXPECT_EQ(body.inverse_mass, 0);
   EXPECT_EQ(body.inverse_inertia, Vector3(0, 0, 0));
   EXPECT_EQ(body.angular_velocity, Vector3(0, 5, 0));
 }
 
 TEST(LoadScene, BodyFrameFollowsPrincipalAxes) {
-  json document = one_body(
+  const json document = one_body(
       R"({"mass": 1, "centerOfMass": [1, 2, 3], "inertiaDiagonal": [1, 2, 4],
           "inertiaOrientation": [0, 0, 0.7071067811865476, 0.7071067811865476],
           "linearVelocity": [1, 0, 0], "angularVelocity": [0, 1, 0], "gravityFactor": -0.5})",
       R"({"type": "sphere"})");
-  document["nodes"][0]["translation"] = {10, 0, 0};
-  document["nodes"][0]["rotation"] = {0, 0.7071067811865476, 0, 0.7071067811865476};  // +x → −z, +z → +x
-  const Scene scene = load(document);
+  const char* const turned =  // +x → −z, +z → +x
+      "/nodes/0/translation = [10, 0, 0]; /nodes/0/rotation = [0, 0.7071067811865476, 0, 0.7071067811865476]";
+  const Scene scene = load(edited(document, turned));
   const Body& body = scene.bodies[1];
   EXPECT_EQ(body.inverse_inertia, Vector3(1, 0.5, 0.25));
   EXPECT_EQ(body.gravity_factor, -0.5);
@@ -403,17 +362,15 @@ TEST(LoadScene, BodyFrameFollowsPrincipalAxes) {
 TEST(LoadScene, CompoundIsOneSolid) {
   // Two unit cubes at x = ±1, of which one is turned by a quarter about x, as children of a node without a
   // shape.
-  json document = one_body("{}", R"({"type": "box"})");
-  document["nodes"].push_back(
-      {{"translation", {1, 0, 0}}, {"extensions", document["nodes"][0]["extensions"]}});
-  physics(document, 1).erase("motion");
-  document["nodes"].push_back(document["nodes"][1]);
-  document["nodes"][2]["translation"] = {-1, 0, 0};
-  document["nodes"][2]["rotation"] = {0.7071067811865476, 0, 0, 0.7071067811865476};
-  physics(document, 0).erase("collider");
-  document["nodes"][0]["children"] = {1, 2};
-  document["nodes"][0]["translation"] = {0, 0, 7};
-  const Scene scene = load(document);
+  const Scene scene = load(edited(one_body("{}", R"({"type": "box"})"), R"(
+    /nodes/0/$/collider =;
+    /nodes/0/children = [1, 2];
+    /nodes/0/translation = [0, 0, 7];
+    /nodes/1/$/collider/geometry/shape = 0;
+    /nodes/1/translation = [1, 0, 0];
+    /nodes/2/$/collider/geometry/shape = 0;
+    /nodes/2/translation = [-1, 0, 0];
+    /nodes/2/rotation = [0.7071067811865476, 0, 0, 0.7071067811865476])"));
   ASSERT_EQ(scene.bodies.size(), 2u);
   const Body& body = scene.bodies[1];
   EXPECT_NEAR(1 / body.inverse_mass, 2000, 1e-10);
@@ -426,12 +383,9 @@ TEST(LoadScene, CompoundIsOneSolid) {
 }
 
 TEST(LoadScene, BodyBelowAnotherIsItsOwn) {
-  json document = one_body("{}", R"({"type": "box"})");
-  document["nodes"].push_back(document["nodes"][0]);
-  document["nodes"][0]["children"] = {1};
-  document["nodes"][0]["translation"] = {0, 1, 0};
-  document["nodes"][1]["translation"] = {0, 2, 0};
-  const Scene scene = load(document);
+  const Scene scene = load(edited(one_body("{}", R"({"type": "box"})"), R"(
+    /nodes/0/children = [1]; /nodes/0/translation = [0, 1, 0]; /nodes/1/translation = [0, 2, 0];
+    /nodes/1/$ = {"motion": {}, "collider": {"geometry": {"shape": 0}}})"));
   ASSERT_EQ(scene.bodies.size(), 3u);
   EXPECT_EQ(scene.colliders[0].body, 1);
   EXPECT_EQ(scene.colliders[1].body, 2);
@@ -439,30 +393,22 @@ TEST(LoadScene, BodyBelowAnotherIsItsOwn) {
 }
 
 TEST(LoadScene, ScaleGoesIntoShape) {
-  json document = one_body("{}", R"({"type": "box"})");
-  document["nodes"][0]["scale"] = {1, -2, 3};
-  const Scene scene = load(document);
-  EXPECT_NEAR(1 / scene.bodies[1].inverse_mass, 6000, 1e-9);
-  for (const Vector3& vertex : std::get<Polytope>(scene.colliders[0].shape).vertices) {
+  const Scene box = load(edited(one_body("{}", R"({"type": "box"})"), "/nodes/0/scale = [1, -2, 3]"));
+  EXPECT_NEAR(1 / box.bodies[1].inverse_mass, 6000, 1e-9);
+  for (const Vector3& vertex : std::get<Polytope>(box.colliders[0].shape).vertices) {
     EXPECT_EQ(vertex.cwiseAbs(), Vector3(0.5, 1, 1.5));
   }
-  document = one_body("{}", R"({"type": "sphere"})");
-  document["nodes"][0]["scale"] = {-2, -2, -2};
-  EXPECT_EQ(std::get<Sphere>(load(document).colliders[0].shape).radius, 1);
+  const Scene ball = load(edited(one_body("{}", R"({"type": "sphere"})"), "/nodes/0/scale = [-2, -2, -2]"));
+  EXPECT_EQ(std::get<Sphere>(ball.colliders[0].shape).radius, 1);
 }
 
 TEST(LoadScene, MirrorTurnsVelocitiesAndMeshes) {
-  for (const bool as_matrix : {false, true}) {
-    json document = example();
-    if (as_matrix) {
-      document["nodes"][1].erase("translation");
-      document["nodes"][1]["matrix"] = {1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 1, 0, 0, 2, 0, 1};
-    } else {
-      document["nodes"][1]["scale"] = {1, -1, 1};
-    }
-    physics(document, 1)["motion"]["linearVelocity"] = {1, 2, 3};
-    physics(document, 1)["motion"]["angularVelocity"] = {1, 2, 3};
-    const Scene scene = load(document);
+  for (const char* mirror :
+       {"/nodes/1/scale = [1, -1, 1]",
+        "/nodes/1/translation =; /nodes/1/matrix = [1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 1, 0, 0, 2, 0, 1]"}) {
+    const char* const moves =
+        "/nodes/1/$/motion = {\"linearVelocity\": [1, 2, 3], \"angularVelocity\": [1, 2, 3]}";
+    const Scene scene = load(edited(edited(mirror), moves));
     const Body& body = scene.bodies[1];
     expect_near(body.linear_velocity, {1, -2, 3}, 0);
     expect_near(body.angular_velocity, {-1, 2, -3}, 0);  // an axial vector
@@ -480,21 +426,18 @@ TEST(LoadScene, ReadsEachCombineMode) {
                                                            {"multiply", Combine::multiply}};
   for (const auto& [friction, friction_mode] : modes) {
     for (const auto& [restitution, restitution_mode] : modes) {
-      json document = example();
-      json& material = document["extensions"]["KHR_physics_rigid_bodies"]["physicsMaterials"][0];
-      material["frictionCombine"] = friction;
-      material["restitutionCombine"] = restitution;
-      const Scene scene = load(document);
-      EXPECT_EQ(scene.colliders[1].material.friction_combine, friction_mode) << friction;
-      EXPECT_EQ(scene.colliders[1].material.restitution_combine, restitution_mode) << restitution;
+      const json material{{"frictionCombine", friction}, {"restitutionCombine", restitution}};
+      const ContactMaterial read =
+          load(edited("/$/physicsMaterials/0 = " + material.dump())).colliders[1].material;
+      EXPECT_EQ(read.friction_combine, friction_mode) << friction;
+      EXPECT_EQ(read.restitution_combine, restitution_mode) << restitution;
     }
   }
 }
 
 TEST(LoadScene, MatrixGivesPoseAndScale) {
-  json document = one_body("{}", R"({"type": "box"})");
-  document["nodes"][0]["matrix"] = {0, 2, 0, 0, -3, 0, 0, 0, 0, 0, 4, 0, 5, 6, 7, 1};
-  const Scene scene = load(document);
+  const Scene scene = load(edited(one_body("{}", R"({"type": "box"})"),
+                                  "/nodes/0/matrix = [0, 2, 0, 0, -3, 0, 0, 0, 0, 0, 4, 0, 5, 6, 7, 1]"));
   EXPECT_EQ(node_pose(scene.bodies[1]).position, Vector3(5, 6, 7));
   const auto& shape = std::get<Polytope>(scene.colliders[0].shape);
   for (const Vector3& vertex : shape.vertices) {
@@ -504,13 +447,9 @@ TEST(LoadScene, MatrixGivesPoseAndScale) {
 }
 
 TEST(LoadScene, TurnedNodeIsDrawnSheared) {
-  json document = example();
-  document["nodes"][3]["mesh"] = 0;
-  document["nodes"][3].erase("translation");
-  document["nodes"][3]["rotation"] = {0, 0, 0.3826834323650898, 0.9238795325112867};
-  document["nodes"].push_back({{"scale", {3, 1, 1}}, {"children", {3}}});
-  document["scenes"][0]["nodes"] = {0, 8};
-  const Scene scene = load(document);
+  const Scene scene = load(edited(R"(/nodes/3/mesh = 0; /nodes/3/translation =;
+    /nodes/3/rotation = [0, 0, 0.3826834323650898, 0.9238795325112867];
+    /nodes/- = {"scale": [3, 1, 1], "children": [3]}; /scenes/0/nodes = [0, 8])"));
   ASSERT_EQ(scene.visuals.size(), 1u);
   const double r = std::sqrt(0.5);
   expect_near(scene.visuals[0].linear * Vector3::UnitX(), {3 * r, r, 0}, 1e-15);
@@ -518,9 +457,7 @@ TEST(LoadScene, TurnedNodeIsDrawnSheared) {
 }
 
 TEST(LoadScene, MovingMeshCollidesAsHullWithWarning) {
-  json document = example();
-  physics(document, 4)["collider"]["geometry"].erase("convexHull");
-  const Scene scene = load(document);
+  const Scene scene = load(edited("/nodes/4/$/collider/geometry/convexHull ="));
   EXPECT_EQ(std::get<Polytope>(scene.colliders[2].shape).vertices.size(), 8u);
   EXPECT_THAT(scene.warnings,
               Contains(HasSubstr("the mesh of node 'rock shape' moves, so it collides as its convex hull")));
@@ -528,109 +465,73 @@ TEST(LoadScene, MovingMeshCollidesAsHullWithWarning) {
 
 TEST(LoadScene, ColliderTakesMesh) {
   // The rock's hull, from its mesh in place of a node that has it.
-  json document = example();
-  physics(document, 4)["collider"]["geometry"] = {{"mesh", 0}, {"convexHull", true}};
-  const Scene scene = load(document);
+  const Scene scene = load(edited(R"(/nodes/4/$/collider/geometry = {"mesh": 0, "convexHull": true})"));
   const Scene with_node = load(example());
   EXPECT_EQ(std::get<Polytope>(scene.colliders[2].shape).vertices,
             std::get<Polytope>(with_node.colliders[2].shape).vertices);
   EXPECT_EQ(scene.bodies[2].inverse_mass, with_node.bodies[2].inverse_mass);
-  EXPECT_TRUE(scene.warnings.empty()) << scene.warnings.front();
+  EXPECT_THAT(scene.warnings, IsEmpty());
   // In the world, its triangles.
-  physics(document, 4).erase("motion");
-  physics(document, 4)["collider"]["geometry"] = {{"mesh", 0}};
-  EXPECT_EQ(std::get<TriangleMesh>(load(document).colliders[2].shape).triangles.size(), 12U);
-  physics(document, 4)["collider"]["geometry"] = {{"mesh", 1}};
-  EXPECT_NE(complaint(document).find("/collider/geometry/mesh: there is no mesh 1: the file has 1"),
-            std::string::npos);
+  const Scene in_world = load(edited(R"(/nodes/4/$ = {"collider": {"geometry": {"mesh": 0}}})"));
+  EXPECT_EQ(std::get<TriangleMesh>(in_world.colliders[2].shape).triangles.size(), 12U);
+  EXPECT_THAT(complaint(edited(R"(/nodes/4/$/collider/geometry = {"mesh": 1})")),
+              HasSubstr("/collider/geometry/mesh: there is no mesh 1: the file has 1"));
 }
 
 TEST(LoadScene, ReadsShapesOfGltf21) {
-  json document = example();
-  json shapes = document["extensions"]["KHR_implicit_shapes"]["shapes"];
-  document["extensions"].erase("KHR_implicit_shapes");
-  document["asset"]["version"] = "2.1";
-  document["extensionsUsed"] = document["extensionsRequired"] = {"KHR_physics_rigid_bodies"};
-  shapes.push_back({{"type", "convex"}, {"convex", {{"mesh", 0}}}});
-  shapes.push_back({{"type", "concave"}, {"concave", {{"mesh", 0}}}});
-  document["shapes"] = shapes;
-  physics(document, 4)["collider"]["geometry"] = {{"shape", 2}};
+  const json document = edited(R"(/asset/version = "2.1"; /extensions/KHR_implicit_shapes =;
+    /extensionsUsed = ["KHR_physics_rigid_bodies"]; /extensionsRequired = ["KHR_physics_rigid_bodies"];
+    /shapes = [{"type": "plane"}, {"type": "box", "box": {"size": [1, 1, 1]}},
+               {"type": "convex", "convex": {"mesh": 0}}, {"type": "concave", "concave": {"mesh": 0}}];
+    /nodes/4/$/collider/geometry = {"shape": 2})");
   const Scene scene = load(document);
   const Scene extended = load(example());
   for (std::size_t i = 1; i < 3; ++i) {
     EXPECT_EQ(std::get<Polytope>(scene.colliders[i].shape).vertices,
               std::get<Polytope>(extended.colliders[i].shape).vertices);
   }
-  EXPECT_TRUE(scene.warnings.empty()) << scene.warnings.front();
-  physics(document, 4)["collider"]["geometry"] = {{"shape", 3}};
-  physics(document, 4).erase("motion");
-  EXPECT_TRUE(std::holds_alternative<TriangleMesh>(load(document).colliders[2].shape));
+  EXPECT_THAT(scene.warnings, IsEmpty());
+  const Scene still = load(edited(document, R"(/nodes/4/$ = {"collider": {"geometry": {"shape": 3}}})"));
+  EXPECT_TRUE(std::holds_alternative<TriangleMesh>(still.colliders[2].shape));
   // The extension's shapes are those that its colliders mean.
-  document = example();
-  document["shapes"] = {{{"type", "sphere"}}, {{"type", "sphere"}}};
-  const Scene both = load(document);
+  const Scene both = load(edited(R"(/shapes = [{"type": "sphere"}, {"type": "sphere"}])"));
   EXPECT_TRUE(std::holds_alternative<Plane>(both.colliders[0].shape));
   EXPECT_EQ(both.warnings,
             std::vector<std::string>{"/shapes: are ignored: the file has those of KHR_implicit_shapes too"});
 }
 
 TEST(LoadScene, WarnsOfUnknownKeysInExtensions) {
-  const std::string extension = "/extensions/KHR_physics_rigid_bodies";
-  const std::vector<std::string> places{"/nodes/1" + extension,
-                                        "/nodes/1" + extension + "/motion",
-                                        "/nodes/1" + extension + "/collider",
-                                        "/nodes/1" + extension + "/collider/geometry",
-                                        "/nodes/2" + extension + "/joint",
-                                        extension,
-                                        extension + "/physicsMaterials/0",
-                                        extension + "/collisionFilters/0",
-                                        extension + "/physicsJoints/0",
-                                        extension + "/physicsJoints/0/limits/0",
-                                        extension + "/physicsJoints/0/drives/0",
-                                        "/extensions/KHR_implicit_shapes",
-                                        "/extensions/KHR_implicit_shapes/shapes/1",
-                                        "/extensions/KHR_implicit_shapes/shapes/1/box"};
-  for (const std::string& place : places) {
-    json document = example();
-    document[json::json_pointer(place)]["mas"] = 3;
-    const Scene scene = load(document);
-    ASSERT_EQ(scene.warnings.size(), 1U) << place;
-    EXPECT_EQ(scene.warnings[0].find(place + ": unknown key 'mas' is ignored; known are "), 0U)
-        << scene.warnings[0];
+  for (const char* place :
+       {"/nodes/1/$", "/nodes/1/$/motion", "/nodes/1/$/collider", "/nodes/1/$/collider/geometry",
+        "/nodes/2/$/joint", "/$", "/$/physicsMaterials/0", "/$/collisionFilters/0", "/$/physicsJoints/0",
+        "/$/physicsJoints/0/limits/0", "/$/physicsJoints/0/drives/0", "/#/1", "/#/1/box"}) {
+    EXPECT_THAT(warnings(edited(std::string(place) + "/mas = 3")),
+                StartsWith(pointer(place) + ": unknown key 'mas' is ignored; known are "));
   }
-  json document = example();
-  physics(document, 1)["motion"]["extras"] = {{"mas", 3}};
-  EXPECT_TRUE(load(document).warnings.empty());
+  EXPECT_THAT(warnings(edited("/extensions/KHR_implicit_shapes/mas = 3")), HasSubstr("unknown key 'mas'"));
+  EXPECT_EQ(warnings(edited("/nodes/1/$/motion/extras/mas = 3")), "");
 }
 
 TEST(LoadScene, HullHoldsMeshesOfChildren) {
-  json document = example();
-  document["nodes"].push_back({{"mesh", 0}, {"translation", {1, 0, 0}}});
-  document["nodes"][5]["children"] = {8};
-  const Scene scene = load(document);
+  const Scene scene =
+      load(edited(R"(/nodes/- = {"mesh": 0, "translation": [1, 0, 0]}; /nodes/5/children = [8])"));
   // 2 × 1 × 1 under a scale of 2 along x, with its centre 1 m off.
   EXPECT_NEAR(1 / scene.bodies[2].inverse_mass, 4000, 1e-9);
   expect_near(scene.bodies[2].pose.position, {4, 1, 0}, 1e-14);
 }
 
-// Reads sampler, transform and image of the texture of the example's crate.
 TEST(LoadScene, ReadsTexturesOfMaterial) {
-  json document = example();
-  document["images"] = {{{"bufferView", 2}, {"mimeType", "image/png"}}};
-  document["bufferViews"].push_back({{"buffer", 1}, {"byteOffset", 1}, {"byteLength", 8}});
-  document["buffers"].push_back({{"byteLength", 9}, {"uri", "data:;base64,AIlQTkcNChoK"}});
-  document["samplers"] = {{{"wrapS", 33648}, {"wrapT", 33071}, {"magFilter", 9728}, {"minFilter", 9985}}};
-  document["textures"] = {{{"source", 0}, {"sampler", 0}}};
-  json& material = document["materials"][0];
-  material["pbrMetallicRoughness"]["baseColorTexture"] = {
-      {"index", 0},
-      {"texCoord", 0},
-      {"extensions",
-       {{"KHR_texture_transform", {{"offset", {0.25, 0.5}}, {"scale", {2, 3}}, {"texCoord", 1}}}}}};
-  material["emissiveFactor"] = {0.5, 0.25, 0};
-  material["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"] = 4;
-  material["alphaMode"] = "BLEND";
-  const Scene scene = load(document);
+  const Scene scene = load(edited(R"(
+    /images = [{"bufferView": 2, "mimeType": "image/png"}];
+    /bufferViews/- = {"buffer": 1, "byteOffset": 1, "byteLength": 8};
+    /buffers/- = {"byteLength": 9, "uri": "data:;base64,AIlQTkcNChoK"};
+    /samplers = [{"wrapS": 33648, "wrapT": 33071, "magFilter": 9728, "minFilter": 9985}];
+    /textures = [{"source": 0, "sampler": 0}];
+    /materials/0/pbrMetallicRoughness/baseColorTexture = {"index": 0, "texCoord": 0, "extensions":
+      {"KHR_texture_transform": {"offset": [0.25, 0.5], "scale": [2, 3], "texCoord": 1}}};
+    /materials/0/emissiveFactor = [0.5, 0.25, 0];
+    /materials/0/extensions/KHR_materials_emissive_strength/emissiveStrength = 4;
+    /materials/0/alphaMode = "BLEND")"));
   ASSERT_EQ(scene.images.size(), 1u);
   EXPECT_EQ(*scene.images[0].bytes, "\x89PNG\r\n\x1a\n");
   const Surface& surface = scene.surfaces[0];
@@ -651,33 +552,25 @@ TEST(LoadScene, ReadsTexturesOfMaterial) {
 TEST(LoadScene, ReadsImagesInFolderAlone) {
   const TemporaryFolder folder;
   folder.write("wood.png", "\x89PNG\r\n\x1a\n");
-  json document = example();
-  document["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}};
-  document["textures"] = {{{"source", 0}}};
-  document["images"] = {{{"uri", "wood.png"}}};
+  const json document = edited(R"(/images = [{"uri": "wood.png"}]; /textures = [{"source": 0}];
+    /materials/0/pbrMetallicRoughness/baseColorTexture/index = 0)");
   const std::filesystem::path file = folder.write("scene.gltf", document.dump());
   const Scene scene = load_scene(file);
   ASSERT_EQ(scene.images.size(), 1u);
   EXPECT_THAT(scene.images[0].place, HasSubstr("scene.gltf: /images/0"));
   EXPECT_THAT(scene_files(file), Contains(std::filesystem::canonical(folder.path() / "wood.png")));
-  document["images"][0]["uri"] = "../wood.png";
-  EXPECT_THAT(complaint(document), HasSubstr("leaves the scene's folder"));
-  document["images"][0] = {{"bufferView", 77}};
-  EXPECT_THAT(complaint(document), HasSubstr("/images/0/bufferView"));
+  EXPECT_THAT(complaint(edited(document, R"(/images/0/uri = "../wood.png")")),
+              HasSubstr("leaves the scene's folder"));
+  EXPECT_THAT(complaint(edited(document, R"(/images/0 = {"bufferView": 77})")),
+              HasSubstr("/images/0/bufferView"));
 }
 
 TEST(LoadScene, FileWithoutPhysicsStandsStill) {
   const TemporaryFolder folder;
-  json document = one_body("{}", R"({"type": "box"})");
-  EXPECT_FALSE(load_still_scene(folder.write("body.gltf", document.dump())));
-  const json example_document = example();
-  for (const char* part : {"meshes", "materials", "accessors", "bufferViews", "buffers"}) {
-    document[part] = example_document[part];
-  }
-  document.erase("extensions");
-  document.erase("extensionsUsed");
-  document.erase("extras");
-  document["nodes"] = {{{"mesh", 0}, {"translation", {1, 2, 3}}}};
+  EXPECT_FALSE(load_still_scene(folder.write("body.gltf", example().dump())));
+  const json document =
+      edited(R"(/extensions =; /extensionsUsed =; /extensionsRequired =; /scenes =; /scene =;
+    /nodes = [{"mesh": 0, "translation": [1, 2, 3]}])");
   const std::filesystem::path file = folder.write("mesh.gltf", document.dump());
   const std::optional<Scene> still = load_still_scene(file);
   ASSERT_TRUE(still);

@@ -20,7 +20,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/loading/needed_substeps.h"
+#include "sim/loading/scene_settings.h"
 #include "sim/model/usual_settings.h"
 #include "tests/sim/test_scenes.h"
 

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "sim/loading/needed_substeps.h"
+#include "sim/loading/scene_settings.h"
 #include "sim/model/usual_settings.h"
 #include "tests/sim/test_scenes.h"
 

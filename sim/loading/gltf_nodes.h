@@ -1,11 +1,16 @@
 #pragma once
-/// The transform of a glTF node: an affine map, and its split into a rigid pose and a scale where there is
-/// one.
+/// The nodes of a glTF file as trees, and their transforms.
+
+#include <string>
+#include <vector>
 
 #include "sim/math/vector.h"
 
 namespace substep {
 
+struct GltfDocument;
+
+/// An affine map, and its split into a rigid pose and a scale where there is one.
 /// x_outer = linear * x_node + translation. Unless `sheared`, linear = R(rotation) * diag(scale), and the
 /// components of `scale` are either all >= 0 or, for a node that mirrors, all <= 0.
 struct NodeTransform {
@@ -20,11 +25,16 @@ struct NodeTransform {
 
   bool mirrors() const { return scale.minCoeff() < 0; }
   bool is_finite() const;
-  /// Returns the pose without the scale, for parts that are rigidly attached to the node.
+  /// Returns the pose without the scale, for what is rigidly attached to the node.
   Pose rigid() const { return {translation, rotation}; }
 };
 
 NodeTransform make_transform(const Vector3& translation, const Quaternion& rotation, const Vector3& scale);
+
+/// Returns the transform that only scales.
+inline NodeTransform scaling(const Vector3& scale) {
+  return make_transform(Vector3::Zero(), Quaternion::Identity(), scale);
+}
 
 /// Splits `linear` with square roots alone; axes that stand off square by more than 1e-6 make it sheared.
 NodeTransform make_transform(const Matrix3& linear, const Vector3& translation);
@@ -32,5 +42,21 @@ NodeTransform make_transform(const Matrix3& linear, const Vector3& translation);
 /// First `inner`, then `outer`. Where the scales commute with the rotations, rotation and scale are composed
 /// by themselves, so that a chain of unscaled nodes stays exactly unscaled.
 NodeTransform compose(const NodeTransform& outer, const NodeTransform& inner);
+
+struct GltfNode {
+  std::string name;  ///< unique: "node 7" where the file gives none, " #2" appended to the second of a name
+  int parent = -1;
+  int depth = 0;  ///< 1 for a root
+  std::vector<int> children;
+  bool in_scene = false;  ///< reachable from the default scene
+  int mesh = -1;          ///< −1: none
+  int skin = -1;          ///< −1: none
+  NodeTransform local;
+  NodeTransform world;  ///< composed in double precision from the root down
+};
+
+/// Sets the document's nodes and default scene. Throws Error where the nodes do not form trees at most 256
+/// deep, or where a transform is not finite.
+void read_nodes(GltfDocument& document);
 
 }  // namespace substep

@@ -1,0 +1,237 @@
+/// The meshes that are drawn: their normals, and the bodies that they belong to.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <map>
+#include <span>
+#include <string>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "sim/loading/scene_appearance.h"
+#include "sim/loading/scene_draft.h"
+
+namespace substep {
+namespace {
+
+/// Returns the attributes of some vertices, in this order, without tangents, which fit other normals.
+VertexLooks looks_of(const VertexLooks& looks, std::span<const std::uint32_t> vertices) {
+  const auto chosen = [&](const auto& all) {
+    std::remove_cvref_t<decltype(all)> some;
+    some.reserve(all.empty() ? 0 : vertices.size());
+    for (std::size_t i = 0; !all.empty() && i < vertices.size(); ++i) some.push_back(all[vertices[i]]);
+    return some;
+  };
+  return {
+      {chosen(looks.texture_coordinates[0]), chosen(looks.texture_coordinates[1])}, chosen(looks.colors), {}};
+}
+
+/// Returns the normals of each triangle's corners that are smooth but at creases. `areas` are twice the area
+/// of each triangle along its normal, `directions` those normals alone, 0 where there is no area.
+std::vector<std::array<Vector3, 3>> crease_normals(const Mesh& mesh, std::span<const Vector3> areas,
+                                                   std::span<const Vector3> directions) {
+  constexpr double cosine_of_crease = 0.766;       // 40°
+  constexpr std::ptrdiff_t most_neighbours = 256;  // a position with more costs their square
+
+  // Sort all corners, those at one position together.
+  struct Corner {
+    std::uint32_t triangle;
+    std::uint32_t index;
+  };
+  std::vector<Corner> corners;
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    if (directions[i].isZero(0)) continue;
+    for (std::uint32_t k = 0; k < 3; ++k) corners.push_back({i, k});
+  }
+  const auto position = [&](const Corner& corner) -> const Vector3& {
+    return mesh.positions[mesh.triangles[corner.triangle][corner.index]];
+  };
+  std::ranges::sort(corners, [&](const Corner& one, const Corner& other) {
+    const Vector3& a = position(one);
+    const Vector3& b = position(other);
+    return std::tuple(a.x(), a.y(), a.z(), one.triangle, one.index) <
+           std::tuple(b.x(), b.y(), b.z(), other.triangle, other.index);
+  });
+  // Sum the areas around each position.
+  std::vector<std::array<Vector3, 3>> normals(mesh.triangles.size());
+  for (auto begin = corners.begin(); begin != corners.end();) {
+    const auto end = std::find_if(begin, corners.end(),
+                                  [&](const Corner& corner) { return position(corner) != position(*begin); });
+    for (auto one = begin; one != end; ++one) {
+      const Vector3& own = directions[one->triangle];
+      Vector3 sum = areas[one->triangle];
+      if (end - begin <= most_neighbours) {
+        sum.setZero();
+        for (auto other = begin; other != end; ++other) {
+          if (directions[other->triangle].dot(own) > cosine_of_crease) sum += areas[other->triangle];
+        }
+      }
+      const Vector3 normal = sum.stableNormalized();
+      normals[one->triangle][one->index] = normal.squaredNorm() > 0.5 ? normal : own;
+    }
+    begin = end;
+  }
+  return normals;
+}
+
+/// Adds a primitive with its own material, or the last of the surfaces.
+int add_mesh(Scene& scene, Mesh mesh, const std::string& name) {
+  mesh.name = name;
+  if (mesh.surface < 0) mesh.surface = static_cast<int>(scene.surfaces.size()) - 1;
+  scene.meshes.push_back(with_normals(std::move(mesh), Shading::flat));
+  return static_cast<int>(scene.meshes.size()) - 1;
+}
+
+/// Returns the triangles of each body: a triangle goes with the body of the joint that holds most of its
+/// corners.
+std::map<int, std::vector<Triangle>> triangles_of_bodies(const GltfPrimitive& primitive,
+                                                         const std::vector<int>& body_of_joint) {
+  std::map<int, std::vector<Triangle>> pieces;
+  for (const Triangle& triangle : primitive.triangles) {
+    std::map<int, double> shares;
+    for (const std::uint32_t corner : triangle) {
+      const SkinInfluence& influence = primitive.influences[corner];
+      for (std::size_t k = 0; k < 4; ++k) {
+        if (influence.weights[k] > 0) shares[body_of_joint[influence.joints[k]]] += influence.weights[k];
+      }
+    }
+    if (shares.empty()) continue;
+    pieces[std::ranges::max_element(shares, {}, [](const auto& share) { return share.second; })->first]
+        .push_back(triangle);
+  }
+  return pieces;
+}
+
+void add_skinned_visuals(SceneDraft& draft, std::size_t node, const GltfPrimitive& primitive,
+                         const std::string& name) {
+  const GltfSkin& skin = draft.skins[draft.document.nodes[node].skin];
+  const JsonValue place = draft.node_json(node);
+  draft.spend(skin.joints.size() + primitive.positions.size() + primitive.triangles.size(), place);
+  const Mesh whole = posed(draft.document, skin, primitive, place);
+  std::vector<int> body_of_joint;
+  for (const int joint : skin.joints) {
+    body_of_joint.push_back(draft.document.nodes[joint].in_scene ? draft.attachments[joint].body
+                                                                 : world_body);
+  }
+  constexpr std::uint32_t none = ~std::uint32_t{0};
+  std::vector<std::uint32_t> in_piece(whole.positions.size(), none);  // vertices of one body at a time
+  for (auto& [body, triangles] : triangles_of_bodies(primitive, body_of_joint)) {
+    const Pose body_from_world = draft.scene.bodies[body].pose.inverse();
+    Mesh piece;
+    piece.surface = whole.surface;
+    std::vector<std::uint32_t> used;
+    for (Triangle triangle : triangles) {
+      for (std::uint32_t& corner : triangle) {
+        if (in_piece[corner] == none) {
+          in_piece[corner] = static_cast<std::uint32_t>(used.size());
+          used.push_back(corner);
+          piece.positions.push_back(body_from_world * whole.positions[corner]);
+          if (!whole.normals.empty()) {
+            piece.normals.push_back(body_from_world.orientation * whole.normals[corner]);
+          }
+        }
+        corner = in_piece[corner];
+      }
+      piece.triangles.push_back(triangle);
+    }
+    for (const std::uint32_t vertex : used) in_piece[vertex] = none;
+    piece.looks = looks_of(whole.looks, used);
+    Visual& visual = draft.scene.visuals.emplace_back();
+    visual.body = body;
+    visual.mesh = add_mesh(draft.scene, std::move(piece), name);
+  }
+}
+
+/// Adds the meshes of a node that its skin holds. Returns false where there are none.
+bool add_skinned_meshes(SceneDraft& draft, std::size_t node, const std::string& name) {
+  bool skinned = false;
+  if (draft.document.nodes[node].skin < 0) return false;
+  for (const GltfPrimitive& primitive : draft.meshes[draft.document.nodes[node].mesh].primitives) {
+    if (primitive.influences.empty()) continue;
+    skinned = true;
+    add_skinned_visuals(draft, node, primitive, name);
+  }
+  return skinned;
+}
+
+}  // namespace
+
+Mesh with_normals(Mesh mesh, Shading shading) {
+  if (!mesh.normals.empty()) return mesh;
+  std::vector<Vector3> areas;
+  std::vector<Vector3> directions;
+  for (const Triangle& triangle : mesh.triangles) {
+    const Vector3& a = mesh.positions[triangle[0]];
+    areas.emplace_back((mesh.positions[triangle[1]] - a).cross(mesh.positions[triangle[2]] - a));
+    directions.emplace_back(areas.back().stableNormalized());
+    if (!(directions.back().squaredNorm() > 0.5)) directions.back().setZero();  // no area, so nothing to see
+  }
+  std::vector<std::array<Vector3, 3>> smooth;
+  if (shading == Shading::creased) smooth = crease_normals(mesh, areas, directions);
+  Mesh drawn;
+  drawn.name = std::move(mesh.name);
+  drawn.surface = mesh.surface;
+  std::vector<std::uint32_t> corners;
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    if (directions[i].isZero(0)) continue;
+    const auto first = static_cast<std::uint32_t>(drawn.positions.size());
+    for (std::size_t k = 0; k < 3; ++k) {
+      corners.push_back(mesh.triangles[i][k]);
+      drawn.positions.push_back(mesh.positions[corners.back()]);
+      drawn.normals.push_back(smooth.empty() ? directions[i] : smooth[i][k]);
+    }
+    drawn.triangles.push_back({first, first + 1, first + 2});
+  }
+  drawn.looks = looks_of(mesh.looks, corners);
+  return drawn;
+}
+
+void add_visuals(SceneDraft& draft) {
+  constexpr std::size_t most_visuals = 200'000;
+  draft.scene.surfaces = read_surfaces(draft.document, draft.scene.images);
+  std::vector<int> first_mesh(draft.meshes.size(), -1);  // among the scene's, of each mesh of the document
+  bool skinned = false;
+  for (std::size_t i = 0; i < draft.document.nodes.size(); ++i) {
+    const GltfNode& node = draft.document.nodes[i];
+    if (!node.in_scene || node.mesh < 0) continue;
+    GltfMesh& mesh = draft.meshes[node.mesh];
+    const std::string name =
+        draft.document.item_of("meshes", node.mesh).name(fmt::format("mesh {}", node.mesh));
+    if (draft.scene.visuals.size() + mesh.primitives.size() > most_visuals) {
+      draft.node_json(i).fail("with it more than {} pieces are to be drawn", most_visuals);
+    }
+    if (add_skinned_meshes(draft, i, name)) {
+      skinned = true;
+      continue;
+    }
+    int& first = first_mesh[node.mesh];
+    if (first < 0) {
+      first = static_cast<int>(draft.scene.meshes.size());
+      for (GltfPrimitive& primitive : mesh.primitives) {
+        // Only skins need a mesh more than once.
+        add_mesh(draft.scene, draft.skins.empty() ? std::move(primitive) : primitive, name);
+      }
+    }
+    const auto& [body, placement] = draft.attachments[i];
+    const Pose& body_from_node = draft.scene.bodies[body].body_from_node;
+    Visual visual;
+    visual.body = body;
+    visual.linear = body_from_node.orientation.toRotationMatrix() * placement.linear;
+    visual.translation = body_from_node * placement.translation;
+    if (!(std::fabs(visual.linear.determinant()) > 0)) continue;  // scaled to nothing
+    for (std::size_t k = 0; k < mesh.primitives.size(); ++k) {
+      visual.mesh = first + static_cast<int>(k);
+      draft.scene.visuals.push_back(visual);
+    }
+  }
+  if (skinned) {
+    draft.document.source->warnings.emplace_back(
+        "skinned meshes are drawn in rigid pieces, each with the body that holds most of it");
+  }
+}
+
+}  // namespace substep
