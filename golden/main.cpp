@@ -15,7 +15,7 @@
 #include "sim/commands/did_you_mean.h"
 #include "sim/commands/process.h"
 #include "sim/error.h"
-#include "sim/model/typed_settings.h"
+#include "sim/model/settings_fields.h"
 
 namespace substep {
 namespace {

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "sim/math/rotation.h"
-#include "sim/model/joint_anchors.h"
+#include "sim/model/model.h"
 
 namespace substep::render {
 namespace {

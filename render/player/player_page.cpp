@@ -28,7 +28,7 @@
 #include "sim/math/base64.h"
 #include "sim/measure/joint_gap.h"
 #include "sim/measure/motion.h"
-#include "sim/model/joint_anchors.h"
+#include "sim/model/model.h"
 
 SUBSTEP_EMBEDDED_FILE(player_html, SUBSTEP_PLAYER "/player.html")
 SUBSTEP_EMBEDDED_FILE(player_css, SUBSTEP_PLAYER "/player.css")

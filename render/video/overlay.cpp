@@ -12,7 +12,7 @@
 #include "sim/error.h"
 #include "sim/math/rotation.h"
 #include "sim/measure/motion.h"
-#include "sim/model/joint_anchors.h"
+#include "sim/model/model.h"
 
 namespace substep::render {
 namespace {

@@ -9,7 +9,7 @@
 #include "render/inks.h"
 #include "sim/error.h"
 #include "sim/loading/toml_values.h"
-#include "sim/model/typed_settings.h"
+#include "sim/model/settings_fields.h"
 #include "sim/study/engines/engines.h"
 
 namespace substep::render {

@@ -12,7 +12,7 @@
 #include "sim/log/file_output.h"
 #include "sim/measure/reference_cache.h"
 #include "sim/model/settings.h"
-#include "sim/model/typed_settings.h"
+#include "sim/model/settings_fields.h"
 #include "sim/scene/scene.h"
 
 namespace substep {

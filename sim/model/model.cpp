@@ -121,6 +121,12 @@ std::string counted(std::size_t number, const char* thing) {
 
 }  // namespace
 
+bool holds_anchors_together(const Joint& joint) {
+  return std::ranges::any_of(joint.limits, [](const JointLimit& limit) {
+    return !limit.angular && limit.axes == Axes{true, true, true} && limit.min == 0 && limit.max == 0;
+  });
+}
+
 Model build_model(const Scene& scene) {
   Model model;
   model.gravity = scene.gravity;

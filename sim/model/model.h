@@ -153,6 +153,9 @@ struct Model {
   bool restitution = false;
 };
 
+/// Returns true where the joint keeps its frames' origins together: its three linear axes are locked.
+bool holds_anchors_together(const Joint& joint);
+
 /// Builds the model. Throws Error that names a joint without meaning.
 Model build_model(const Scene& scene);
 

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <type_traits>
-#include <utility>
 
 #include "sim/error.h"
 #include "sim/model/settings_fields.h"
@@ -14,30 +12,17 @@
 namespace substep {
 namespace {
 
-constexpr std::array<std::pair<Algorithm, std::string_view>, 7> algorithm_names{{{Algorithm::a1, "a1"},
-                                                                                 {Algorithm::a2, "a2"},
-                                                                                 {Algorithm::a3, "a3"},
-                                                                                 {Algorithm::a4, "a4"},
-                                                                                 {Algorithm::a5, "a5"},
-                                                                                 {Algorithm::soft, "soft"},
-                                                                                 {Algorithm::avbd, "avbd"}}};
-constexpr std::array<std::pair<Algorithm, std::string_view>, 7> algorithm_titles{
-    {{Algorithm::a1, "A1"},
-     {Algorithm::a2, "A2"},
-     {Algorithm::a3, "A3"},
-     {Algorithm::a4, "A4"},
-     {Algorithm::a5, "A5"},
-     {Algorithm::soft, "Soft Step"},
-     {Algorithm::avbd, "AVBD"}}};
-constexpr std::array<std::pair<Joints, std::string_view>, 3> joints_names{
-    {{Joints::rows, "rows"}, {Joints::plain, "plain"}, {Joints::stable, "stable"}}};
+// In the order of the enumerators.
+constexpr std::array<std::string_view, 7> algorithm_names{"a1", "a2", "a3", "a4", "a5", "soft", "avbd"};
+constexpr std::array<std::string_view, 7> algorithm_titles{"A1", "A2", "A3", "A4", "A5", "Soft Step", "AVBD"};
+constexpr std::array<std::string_view, 3> joints_names{"rows", "plain", "stable"};
 
-template <typename Names, typename Value>
-std::string_view name_in(const Names& names, Value value) {
-  for (const auto& [candidate, text] : names) {
-    if (candidate == value) return text;
-  }
-  return "?";
+/// Returns the enumerator that has the name.
+template <typename Value, std::size_t count>
+std::optional<Value> named(const std::array<std::string_view, count>& names, std::string_view text) {
+  const auto found = std::ranges::find(names, text);
+  if (found == names.end()) return std::nullopt;
+  return static_cast<Value>(found - names.begin());
 }
 
 std::string step_label(double step) {
@@ -46,8 +31,8 @@ std::string step_label(double step) {
   return fmt::format("h={:g}", step);
 }
 
-/// Returns true where a label has the field: it, or another of its group, differs from Settings{}.
-bool is_said(const Settings& settings, const SettingsField& field) {
+/// Returns true where labels show the field: a field of its group differs from Settings{}.
+bool is_labelled(const Settings& settings, const SettingsField& field) {
   if (field.group == 0) return true;
   return std::ranges::any_of(settings_fields, [&](const SettingsField& other) {
     return other.group == field.group && text_of(settings, other) != text_of(Settings{}, other);
@@ -104,30 +89,24 @@ double sub_step_of(const Settings& settings) {
 }
 
 std::string_view name(Algorithm algorithm) {
-  return name_in(algorithm_names, algorithm);
+  return algorithm_names[static_cast<std::size_t>(algorithm)];
 }
 
 std::string_view title_of(Algorithm algorithm) {
-  return name_in(algorithm_titles, algorithm);
+  return algorithm_titles[static_cast<std::size_t>(algorithm)];
 }
+
 std::string_view name(Joints joints) {
-  return name_in(joints_names, joints);
+  return joints_names[static_cast<std::size_t>(joints)];
 }
 
 std::optional<Algorithm> algorithm_named(std::string_view text) {
-  for (const auto& names : {algorithm_names, algorithm_titles}) {
-    for (const auto& [value, candidate] : names) {
-      if (candidate == text) return value;
-    }
-  }
-  return std::nullopt;
+  const auto typed = named<Algorithm>(algorithm_names, text);
+  return typed ? typed : named<Algorithm>(algorithm_titles, text);
 }
 
 std::optional<Joints> joints_named(std::string_view text) {
-  for (const auto& [value, candidate] : joints_names) {
-    if (candidate == text) return value;
-  }
-  return std::nullopt;
+  return named<Joints>(joints_names, text);
 }
 
 void check(const Settings& settings) {
@@ -137,15 +116,12 @@ void check(const Settings& settings) {
       throw Error(fmt::format("{} {}: {} does not read it", field.name, text_of(settings, field),
                               title_of(settings.algorithm)));
     }
-    std::visit(
-        [&](auto member) {
-          const auto value = settings.*member;
-          if constexpr (std::is_arithmetic_v<std::remove_const_t<decltype(value)>>) {
-            if (field.range.contains(value)) return;
-            throw Error(fmt::format("{} {}: must be {}", field.name, value, field.range.text()));
-          }
-        },
-        field.member);
+    const auto require = [&](auto value) {
+      if (field.range.contains(value)) return;
+      throw Error(fmt::format("{} {}: must be {}", field.name, value, field.range.text()));
+    };
+    if (const auto* const number = std::get_if<double Settings::*>(&field.member)) require(settings.**number);
+    if (const auto* const count = std::get_if<int Settings::*>(&field.member)) require(settings.**count);
   }
 }
 
@@ -153,7 +129,7 @@ std::vector<SettingsPart> parts_of(const Settings& settings) {
   std::vector<SettingsPart> parts;
   for (const SettingsField& field : settings_fields) {
     if (field.name == "algorithm" || field.name == "step" || !field.stands_in_for.empty()) continue;
-    if (!field.is_read_by(settings.algorithm) || !is_said(settings, field)) continue;
+    if (!field.is_read_by(settings.algorithm) || !is_labelled(settings, field)) continue;
     parts.push_back({&field, fmt::format("{}{}", field.symbol, with_contacts(settings, field))});
   }
   parts.push_back({&field_named("step"), step_label(settings.step)});

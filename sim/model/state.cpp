@@ -2,6 +2,7 @@
 
 #include <bit>
 #include <cmath>
+#include <type_traits>
 
 #include "sim/math/floating_point.h"
 #include "sim/math/fnv1a.h"
@@ -9,9 +10,25 @@
 namespace substep {
 namespace {
 
-void add(std::uint64_t& hash, double value) {
-  hash = fnv1a_of_number(std::bit_cast<std::uint64_t>(value + 0.0), 8, hash);  // −0 + 0 is 0
-}
+/// The hash of numbers, and of ranges of numbers, in the order in which they are added.
+struct NumberHash {
+  template <typename... Values>
+  void add(const Values&... values) {
+    (add_one(values), ...);
+  }
+
+  template <typename Value>
+  void add_one(const Value& value) {
+    if constexpr (std::is_arithmetic_v<Value>) {
+      const double number = value + 0.0;  // −0 + 0 is 0
+      hash = fnv1a_of_number(std::bit_cast<std::uint64_t>(number), 8, hash);
+    } else {
+      for (const double number : value) add_one(number);
+    }
+  }
+
+  std::uint64_t hash = fnv1a_start;
+};
 
 }  // namespace
 
@@ -26,53 +43,31 @@ State initial_state(const Scene& scene) {
 
 std::uint64_t hash(const State& state) {
   const DefaultFloatingPoint environment;  // rounding downwards, −0 + 0 is −0
-  std::uint64_t hash = fnv1a_start;
+  NumberHash result;
   for (std::size_t body = 1; body < state.q.size(); ++body) {
     const Coordinates& q = state.q[body];
     const Velocity& v = state.v[body];
-    for (const double value : {q.linear.x(), q.linear.y(), q.linear.z(), q.angular.w(), q.angular.x(),
-                               q.angular.y(), q.angular.z(), v.linear.x(), v.linear.y(), v.linear.z(),
-                               v.angular.x(), v.angular.y(), v.angular.z()}) {
-      add(hash, value);
-    }
+    result.add(q.linear, q.angular.w(), q.angular.vec(), v.linear, v.angular);
   }
   for (const ContactMemory& memory : state.contacts) {
-    add(hash, memory.collider_a);
-    add(hash, memory.collider_b);
-    add(hash, memory.slides ? 1 : 0);
-    add(hash, memory.left_over);
-    for (const Vector3& part : {memory.arm_a, memory.arm_b, memory.displacement}) {
-      for (int k = 0; k < 3; ++k) add(hash, part[k]);
-    }
+    result.add(memory.collider_a, memory.collider_b, memory.slides, memory.left_over, memory.arm_a,
+               memory.arm_b, memory.displacement);
     for (const Vector3& part : {memory.force, memory.stiffness}) {
-      for (int k = 0; k < 3 && !part.isZero(0); ++k) add(hash, part[k]);
+      if (!part.isZero(0)) result.add(part);
     }
   }
-  for (const double force : state.joint_forces) add(hash, force);
+  result.add(state.joint_forces);
   for (const PatchShape& patch : state.patches) {
-    for (const int value :
-         {patch.a, patch.b, patch.collider_a, patch.collider_b, patch.corners, patch.slid ? 1 : 0}) {
-      add(hash, value);
-    }
-    for (const Vector3& part : {patch.arm_a, patch.arm_b, patch.position}) {
-      for (int k = 0; k < 3; ++k) add(hash, part[k]);
-    }
-    for (const Matrix3& axes : {patch.axes_in_a, patch.axes_in_b}) {
-      for (int k = 0; k < 9; ++k) add(hash, axes.data()[k]);
-    }
-    for (const double value : {patch.tilt[0], patch.tilt[1], patch.left[0], patch.left[1], patch.left[2],
-                               patch.reference[0], patch.reference[1], patch.reference[2], patch.friction,
-                               patch.radius, patch.left_over, patch.margin}) {
-      add(hash, value);
-    }
+    result.add(patch.a, patch.b, patch.collider_a, patch.collider_b, patch.corners, patch.slid, patch.arm_a,
+               patch.arm_b, patch.position, patch.axes_in_a.reshaped(), patch.axes_in_b.reshaped(),
+               patch.tilt, patch.left, patch.reference, patch.friction, patch.radius, patch.left_over,
+               patch.margin);
     for (const double force : patch.force) {
-      if (force != 0) add(hash, force);
+      if (force != 0) result.add(force);
     }
-    for (int k = 0; k < patch.corners; ++k) {
-      for (const double place : patch.corner[k]) add(hash, place);
-    }
+    for (int k = 0; k < patch.corners; ++k) result.add(patch.corner[k]);
   }
-  return hash;
+  return result.hash;
 }
 
 bool is_finite(const State& state, int* body) {
