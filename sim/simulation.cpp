@@ -9,7 +9,7 @@
 #include "sim/constraints/formulate.h"
 #include "sim/constraints/geometric_stiffness.h"
 #include "sim/constraints/warm_start.h"
-#include "sim/direct/mlcp_text.h"
+#include "sim/direct/frozen_problem.h"
 #include "sim/error.h"
 #include "sim/math/floating_point.h"
 #include "sim/model/model.h"

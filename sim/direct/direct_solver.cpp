@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
 #include <numeric>
@@ -10,9 +11,9 @@
 namespace substep {
 namespace {
 
-/// With a pivot smaller than this part of its diagonal, the row says what others have said, up to rounding
-/// and drift: the general solver leaves out what contradicts. The least of the scenes' joints is 1e-4, of a
-/// chain of rods with 1000 kg at its end.
+/// Least pivot over its diagonal. A row with a smaller one is redundant up to rounding and drift, and the
+/// general solver takes the problem. The least in the scenes is 1e-4, of a chain of rods with 1000 kg at its
+/// end.
 constexpr double singular = MlcpSolver::rank_tolerance;
 /// ε of loops. A round leaves ε/(σ + ε) of a right side in a direction in which Γ has σ, and drives redundant
 /// rows' impulses apart by 1/ε of what contradicts: Bricard's linkage swings to 4 % with 1e-7, and is stopped
@@ -25,11 +26,6 @@ constexpr double accurate = 1e-12;  // ten rods with 1000 kg at their end: 1e-13
 constexpr int most_refinements = 3;
 constexpr int most_idle = 12;
 constexpr int group_size = 3;
-
-bool has_limits(const Mlcp::Row& row) {
-  return row.normal >= 0 || row.low > -std::numeric_limits<double>::infinity() ||
-         row.high < std::numeric_limits<double>::infinity();
-}
 
 /// Sets of connected bodies.
 class Connections {
@@ -173,25 +169,21 @@ void JointSolver::set_impulses(const Mlcp& problem, const std::vector<Vector3>& 
 
 double JointSolver::residual(const Mlcp& problem) {
   set_impulses(problem, multipliers_);
-  // Both are compared squared, over Γ_xx, which spares their roots.
+  // Compare squares over Γ_xx, which spares roots.
   double largest = 0;
   double sum = 0;  // finite if all are
   scale_ = 0;
-  for (std::size_t place = 0; place < groups_.size(); ++place) {
-    const Group& group = groups_[place];
-    for (int k = 0; k < group.rows; ++k) {
-      const int i = group.row[k];
-      const Mlcp::Row& row = problem.rows[i];
-      double missing = row.right - row.softness * multipliers_[place][k];
-      if (row.a >= 0) missing -= row.part_a.dot(y_[row.a]);
-      if (row.b >= 0) missing -= row.part_b.dot(y_[row.b]);
-      left_[place][k] = missing;
-      const double squared = squared_residual(row, i, missing);
-      largest = std::max(largest, squared);
-      scale_ = std::max(scale_, row.right * row.right * inverse_gamma_[i]);
-      sum += squared;
-    }
-  }
+  for_each_row([&](std::size_t group, int k, int i) {
+    const Mlcp::Row& row = problem.rows[i];
+    double missing = row.right - row.softness * multipliers_[group][k];
+    if (row.a >= 0) missing -= row.part_a.dot(y_[row.a]);
+    if (row.b >= 0) missing -= row.part_b.dot(y_[row.b]);
+    left_[group][k] = missing;
+    const double squared = squared_residual(row, i, missing);
+    largest = std::max(largest, squared);
+    scale_ = std::max(scale_, row.right * row.right * inverse_gamma_[i]);
+    sum += squared;
+  });
   if (!std::isfinite(sum)) return std::numeric_limits<double>::infinity();
   return scale_ > 0 ? std::sqrt(largest / scale_) : 0;
 }
@@ -202,18 +194,15 @@ double JointSolver::squared_residual(const Mlcp::Row& row, int i, double missing
 }
 
 bool JointSolver::rest_is_redundant(const Mlcp& problem) {
-  // In exact arithmetic ε times the round's step is what is left over D. Here rounding adds 1e-3 of it to the
-  // latter.
+  // Take the round's step in place of the residual: in exact arithmetic ε times the step is the residual over
+  // D, to which rounding adds 1e-3 of itself.
   double of_rows = 0;  // |r|², r = what is left of the rows over √Γ_xx
   double moved = 0;    // rᵀ(Γ + S)r, relative to Γ's diagonal
-  for (std::size_t place = 0; place < groups_.size(); ++place) {
-    for (int k = 0; k < groups_[place].rows; ++k) {
-      const int i = groups_[place].row[k];
-      const double squared = step_[place][k] * step_[place][k];
-      of_rows += squared * gamma_[i];
-      moved += squared * problem.rows[i].softness;
-    }
-  }
+  for_each_row([&](std::size_t group, int k, int i) {
+    const double squared = step_[group][k] * step_[group][k];
+    of_rows += squared * gamma_[i];
+    moved += squared * problem.rows[i].softness;
+  });
   kept_y_.swap(y_);
   set_impulses(problem, step_);
   for (const Vector6& y : y_) moved += y.squaredNorm();
@@ -223,13 +212,10 @@ bool JointSolver::rest_is_redundant(const Mlcp& problem) {
 
 int JointSolver::violated(const Mlcp& problem) const {
   int count = 0;
-  for (std::size_t place = 0; place < groups_.size(); ++place) {
-    for (int k = 0; k < groups_[place].rows; ++k) {
-      const int i = groups_[place].row[k];
-      const double squared = squared_residual(problem.rows[i], i, left_[place][k]);
-      count += std::sqrt(squared) > MlcpSolver::tolerance * std::sqrt(scale_) ? 1 : 0;
-    }
-  }
+  for_each_row([&](std::size_t group, int k, int i) {
+    const double squared = squared_residual(problem.rows[i], i, left_[group][k]);
+    count += std::sqrt(squared) > MlcpSolver::tolerance * std::sqrt(scale_) ? 1 : 0;
+  });
   return count;
 }
 
@@ -286,27 +272,23 @@ bool JointSolver::solve(const Mlcp& problem, std::vector<double>& lambda, MlcpRe
   y_.assign(problem.bodies, Vector6::Zero());
   lambda.assign(count, 0.0);
   if (count == 0) return true;
-  if (std::any_of(problem.rows.rbegin(), problem.rows.rend(), has_limits)) return false;  // contacts are last
+  if (std::any_of(problem.rows.rbegin(), problem.rows.rend(), std::mem_fn(&Mlcp::Row::has_limits)))
+    return false;  // contacts are last
   if (!is_known(problem)) analyse(problem);
   gamma_.resize(count);
   inverse_gamma_.resize(count);
   for (std::size_t i = 0; i < count; ++i) {
-    const Mlcp::Row& row = problem.rows[i];
-    gamma_[i] = (row.a >= 0 ? row.part_a.squaredNorm() : 0) + (row.b >= 0 ? row.part_b.squaredNorm() : 0);
+    gamma_[i] = problem.rows[i].gamma();
     if (!(gamma_[i] > 0)) return false;
     inverse_gamma_[i] = 1 / gamma_[i];
   }
   for (std::vector<Vector3>* values : {&multipliers_, &left_, &step_})
     values->assign(groups_.size(), Vector3::Zero());
   kept_y_ = y_;
-  for (std::size_t i = 0; i < groups_.size(); ++i) {
-    for (int k = 0; k < groups_[i].rows; ++k) left_[i][k] = problem.rows[groups_[i].row[k]].right;
-  }
+  for_each_row([&](std::size_t group, int k, int i) { left_[group][k] = problem.rows[i].right; });
   report.active_sets = 1;
   if (!(has_loops_ ? solve_loops(problem, report) : solve_tree(problem, report))) return false;
-  for (std::size_t i = 0; i < groups_.size(); ++i) {
-    for (int k = 0; k < groups_[i].rows; ++k) lambda[groups_[i].row[k]] = multipliers_[i][k];
-  }
+  for_each_row([&](std::size_t group, int k, int i) { lambda[i] = multipliers_[group][k]; });
   return true;
 }
 

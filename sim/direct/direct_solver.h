@@ -16,8 +16,8 @@ namespace substep {
 /// solved in rounds, until what is left lies in directions in which Γ has next to nothing (mlcp.h).
 class JointSolver {
  public:
-  /// False where the problem has limits, or a Γ that is singular without loops, or the gradients do not
-  /// converge: `lambda` is no solution then.
+  /// Returns false, and no solution, where the problem has limits, or a Γ that is singular without loops, or
+  /// where the rounds do not converge.
   bool solve(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
 
   /// Gᵀλ of the last solution, by body.
@@ -26,13 +26,21 @@ class JointSolver {
  private:
   bool is_known(const Mlcp& problem) const;
   void analyse(const Mlcp& problem);
-  /// Whether bodies are joined in a loop, what does not move being one of them; or by more rows than two can
-  /// have.
+  /// Calls `what` with each row: the index of its group, its index in the group, and its index in the
+  /// problem.
+  template <typename Function>
+  void for_each_row(const Function& what) const {
+    for (std::size_t group = 0; group < groups_.size(); ++group) {
+      for (int k = 0; k < groups_[group].rows; ++k) what(group, k, groups_[group].row[k]);
+    }
+  }
+  /// Returns whether bodies are joined in a loop, in which all that does not move is one body, or by more
+  /// rows than two bodies can have.
   bool has_loops(const Mlcp& problem) const;
   bool factor(const Mlcp& problem, double shift);
   bool solve_tree(const Mlcp& problem, MlcpReport& report);
   bool solve_loops(const Mlcp& problem, MlcpReport& report);
-  /// Sets what the multipliers leave of the right sides, and Gᵀλ. Returns its largest relative to theirs.
+  /// Sets the residual of the right sides, and Gᵀλ. Returns the largest residual relative to the right sides.
   double residual(const Mlcp& problem);
   double squared_residual(const Mlcp::Row& row, int i, double missing) const;
   /// Sets Gᵀ of a combination of rows.
@@ -66,15 +74,15 @@ class JointSolver {
   double scale_ = 0;                   ///< square of what the residual is relative to
   // By group:
   std::vector<Vector3> multipliers_;  ///< λ
-  std::vector<Vector3> left_;         ///< what is left of the right sides
+  std::vector<Vector3> left_;         ///< residual of the right sides
   std::vector<Vector3> best_;
   std::vector<Vector3> step_;  ///< of λ, in a round of loops
   std::vector<Vector6> y_;     ///< Gᵀλ by body
   std::vector<Vector6> kept_y_;
 };
 
-/// Solves joints by JointSolver, and problems with limits island by island: bodies that rows connect,
-/// directly or over others. What moves does not make what rests be solved anew.
+/// Solves joints by JointSolver, and problems with limits island by island: the bodies that rows connect,
+/// directly or over others. Islands at rest so are not solved anew for those that move.
 class DirectSolver {
  public:
   /// Residual, status and active sets are the worst island's.

@@ -1,6 +1,6 @@
 #pragma once
 /// Friction problems frozen at one step, as files hold them: Siconos' plain text, which has the matrix of the
-/// contacts alone, and the text of mlcp_text.h, which has the rows of bodies.
+/// contacts alone, and substep's, which has the rows of bodies.
 ///
 /// Siconos' text is a list of numbers: 3, the number of contacts, the storage of the matrix W, its rows and
 /// columns, W, q, μ. Storage 0 is dense: rows and columns again, values row by row. Storage 1 is blocks: the
@@ -29,8 +29,18 @@ struct FrozenProblem {
   double asymmetry() const;
 };
 
-/// Reads either format. `what` names the text in complaints: throws Error with it, line and trouble.
+/// Returns the problem as substep's text, numbers at round-trip precision. A run writes the text of a problem
+/// that it could not solve.
+std::string to_text(const Mlcp& problem);
+
+/// Reads the text of to_text(). Throws Error that begins with `what`, a file's name, and the line.
+Mlcp parse_mlcp(std::string_view text, const std::string& what);
+
+/// Reads either format. Throws Error that begins with `what` and the line.
 FrozenProblem parse_frozen_problem(std::string_view text, const std::string& what);
+
+/// Returns true where rows i and i + 1 are the tangents of one contact.
+bool are_tangents(const Mlcp& mlcp, std::size_t i);
 
 /// Returns the problem in Siconos' text, its matrix in blocks. Throws Error where rows are no contacts with
 /// two tangents.

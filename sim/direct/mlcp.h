@@ -16,8 +16,11 @@
 /// drift, as a closed loop's do, nothing solves all of them: they are solved in the least-squares sense.
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "sim/math/vector.h"
@@ -42,6 +45,22 @@ struct Mlcp {
     int normal = -1;      ///< friction: index of the normal's row; low and high are then unused
     double friction = 0;  ///< friction: μ
     double start = 0;     ///< guess of λ, which the active sets start from
+
+    bool has_limits() const { return normal >= 0 || std::isfinite(low) || std::isfinite(high); }
+    /// Returns Γ_xx.
+    double gamma() const { return (a >= 0 ? part_a.squaredNorm() : 0) + (b >= 0 ? part_b.squaredNorm() : 0); }
+    /// Returns the row of G y, with y by body.
+    double velocity(const std::vector<Vector6>& y) const {
+      double velocity = 0;
+      if (a >= 0) velocity += part_a.dot(y[a]);
+      if (b >= 0) velocity += part_b.dot(y[b]);
+      return velocity;
+    }
+    /// Adds an impulse to Gᵀλ, by body.
+    void add_impulse(double impulse, std::vector<Vector6>& y) const {
+      if (a >= 0) y[a] += impulse * part_a;
+      if (b >= 0) y[b] += impulse * part_b;
+    }
   };
   int bodies = 0;
   std::vector<Row> rows;
@@ -50,8 +69,8 @@ struct Mlcp {
 struct MlcpReport {
   enum class Status {
     solved,
-    /// No solution, as redundant rows contradict one another; all else is solved. What is left of the right
-    /// sides lies in directions that Γ has next to nothing in: see `rank_tolerance`.
+    /// No solution, as redundant rows contradict one another; all others are solved. The rest of the right
+    /// sides lies in directions in which Γ has next to nothing: see `rank_tolerance`.
     least_squares,
     unsolved,  ///< no solution to `tolerance` found; perhaps friction has none
   };
@@ -81,9 +100,6 @@ struct MlcpReport {
 /// in the end, the velocities: a closed loop would be stopped dead for 1e-6 of a right side. So they end
 /// there.
 ///
-/// Rows without limits that are nearly redundant but not quite, as a mechanism's are beside a singular
-/// position, would take a thousand moves: conjugate gradients take as many as there are such directions.
-///
 /// ε is small at first. The active sets start from the guess of λ, then from nothing giving way, as in what
 /// rests. What has no guess, as at a scene's start, is solved from within its limits: an interior point
 /// method's impulses are in the middle of all that solve the problem, and good guesses ever after.
@@ -99,6 +115,10 @@ class MlcpSolver {
   virtual ~MlcpSolver() = default;
 
   static constexpr double tolerance = 1e-9;  ///< of MlcpReport::residual
+  /// Residual at which problems with limits end before another set is factored.
+  static constexpr double accurate = 1e-12;
+  /// Residual at which problems with limits end as soon as a set is no better.
+  static constexpr double nearly_accurate = 1e-11;
   /// Rows' combinations r, scaled so that Γ's diagonal is 1, are redundant where rᵀ(Γ + S)r is at most so
   /// much of |r|²: where the bodies' velocities, weighted by the roots of their masses, change by less than
   /// its root, 1e-4, of what the rows have.
@@ -110,7 +130,8 @@ class MlcpSolver {
   /// Gᵀλ of the last solution, by body.
   const std::vector<Vector6>& impulses() const { return y_; }
 
- protected:  // what is virtual, mlcp_matrix.h does without bodies
+ protected:  // A solver without bodies (frozen_solution.cpp) overrides the virtual functions.
+  using Row = Mlcp::Row;
   enum class Set : std::int8_t { free, low, high, off, slides };
 
   /// Two rows are a pair if they are one contact's tangents.
@@ -120,51 +141,64 @@ class MlcpSolver {
     double across = 0;                ///< softness of the impulse across it
   };
 
-  virtual void prepare(const Mlcp& problem);
-  void analyse(const Mlcp& problem);
+  /// Returns the largest impulse of a friction row, with `value` as its normal's.
+  static double limit(const Row& row, double value) { return row.friction * std::max(value, 0.0); }
+  static Vector2 across(const Vector2& along) { return {-along.y(), along.x()}; }
+
+  // mlcp.cpp: the problem, its residual and the order of the methods
+  const std::vector<Row>& rows() const { return problem_->rows; }
+  virtual void prepare();
+  virtual void velocities();
+  Vector2 target_of_pair(std::size_t i) const;
+  void set_scale();
+  /// Sets the rows' natural residuals from their velocities w. Returns the largest, relative to `scale_`.
+  double natural_residual();
+  double residual();
+  void add_proximal_term();
+  double keep_if_better();
+  /// Returns whether the rest of the rows is a contradiction among redundant ones. Overwrites y_.
+  virtual bool rest_is_redundant();
+  bool rest_has_limits() const;
+  /// Keeps λ if its residual `now` is a contradiction among redundant rows without limits: further moves
+  /// would only drive their impulses apart. Returns whether it is.
+  bool keep_if_redundant(double now);
+  int violated() const;
+  void guess();  ///< sets λ to its guess
+  /// Tries one method after the other until one leads to a solution.
+  void try_methods();
+
+  // mlcp_iteration.cpp. All that solve return true if they ended at such a contradiction.
+  Set set_of_pair(std::size_t i, const Vector2& target, double radius, double diagonal);
+  int classify();
+  void fix_limits();
+  void solve_set();
+  /// The first set: that of the impulses, or all rows free, unless many of these then reach their limits.
+  enum class Start : std::int8_t { impulses, perhaps_free };
+  bool solve_active_sets(Start start);
+  /// Solves the next set about the centre.
+  void take_set();
+  /// Moves the centre with every set, with ε in proportion to the residual.
+  bool solve_transient();
+  /// Moves the centre when its sets have all but settled.
+  bool solve_by_centres();
+
+  // mlcp_factorisation.cpp
+  void analyse();
   std::vector<std::vector<int>> order_bodies(int bodies);
   void list_neighbours(const std::vector<std::vector<int>>& eliminated);
   int block_of(int p, int q) const;
   void list_updates();
-  double velocity(const Mlcp::Row& row) const;
-  void add_impulse(const Mlcp::Row& row, double change);
-  Vector2 target_of_pair(const Mlcp& problem, const std::vector<double>& lambda, std::size_t i) const;
-  Set set_of_pair(std::size_t i, const Vector2& target, double radius, double diagonal);
-  virtual void velocities(const Mlcp& problem, const std::vector<double>& lambda);
-  void add_proximal_term(const Mlcp& problem, const std::vector<double>& lambda);
-  int classify(const Mlcp& problem, const std::vector<double>& lambda);
-  void fix_limits(const Mlcp& problem, std::vector<double>& lambda) const;
-  void add_product(const Mlcp& problem, std::size_t row_index, const Vector6& column_a,
-                   const Vector6& column_b, const Vector6& row_a, const Vector6& row_b, double factor);
+  void add_product(std::size_t row_index, const Vector6& column_a, const Vector6& column_b,
+                   const Vector6& row_a, const Vector6& row_b, double factor);
   void add_waiting_products();
-  void add_slide(const Mlcp& problem, std::size_t i);
+  void add_slide(std::size_t i);
   void clear_blocks();
   void eliminate();
-  virtual void factor(const Mlcp& problem);
+  virtual void factor();
   void solve_blocks();
-  virtual void solve_free(const Mlcp& problem, std::vector<double>& lambda);
-  void solve_set(const Mlcp& problem, std::vector<double>& lambda);
-  /// Sets what residuals are relative to.
-  void set_scale(const Mlcp& problem);
-  /// Sets the rows' natural residuals from their velocities w. Returns the largest, relative to `scale_`.
-  double natural_residual(const Mlcp& problem, const std::vector<double>& lambda);
-  double residual(const Mlcp& problem, const std::vector<double>& lambda);
-  double keep_if_better(const Mlcp& problem, const std::vector<double>& lambda, MlcpReport& report);
-  /// Which set comes first: what the impulses say, or all rows free, unless many then give way.
-  enum class Start : std::int8_t { impulses, perhaps_free };
-  /// Whether what is left of the rows is a contradiction among redundant ones. Overwrites y_.
-  virtual bool rest_is_redundant(const Mlcp& problem);
-  bool rest_has_limits(const Mlcp& problem) const;
-  /// Keeps λ if what it leaves, `now`, is a contradiction among redundant rows without limits: further moves
-  /// would only drive their impulses apart. Returns whether it is.
-  bool keep_if_redundant(const Mlcp& problem, const std::vector<double>& lambda, double now,
-                         MlcpReport& report);
-  int violated(const Mlcp& problem) const;
-  /// True if it ended because what is left is a contradiction among redundant rows without limits.
-  bool solve_active_sets(const Mlcp& problem, Start start, std::vector<double>& lambda, MlcpReport& report);
-  /// Rows without limits: the method of conjugate gradients with the proximal problem as its preconditioner,
-  /// from the best λ so far. True as above.
-  bool solve_by_gradients(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
+  virtual void solve_free();
+
+  // mlcp_interior.cpp
   /// A row, or a contact's normal and its friction, strictly within its limits: λ and w over the rows' roots
   /// of Γ_xx and the largest right side. The products of λ's distances and their multipliers go to zero
   /// together, and so does that of (μλ_n, λ_t) and (`speed`, w_t), which stay in their cones.
@@ -180,7 +214,7 @@ class MlcpSolver {
     double upper = 0;
     double speed = 1;  ///< > |slip|
     Vector2 slip = Vector2::Zero();
-    Vector3 rest = Vector3::Zero();  ///< what the rows' velocities have beyond w
+    Vector3 rest = Vector3::Zero();  ///< the rows' velocities less w
     Matrix3 law = Matrix3::Zero();   ///< −dλ/dw of the limits
     Matrix3 damping = Matrix3::Identity();
     Matrix3 weight = Matrix3::Zero();  ///< −dλ/dw with softness
@@ -193,27 +227,24 @@ class MlcpSolver {
     int rows() const { return row[1] < 0 ? 1 : 3; }
     bool is_limited() const { return has_low || has_high; }
   };
-  bool list_units(const Mlcp& problem);
-  void start_unit(const Mlcp& problem, double scale, Unit& unit) const;
-  void set_rests(double scale);
-  void set_weight(const Mlcp& problem, Unit& unit) const;
+  bool list_units();
+  void start_unit(Unit& unit) const;
+  void set_rests();
+  void set_weight(Unit& unit) const;
   static Vector3 change_at_rest(const Unit& unit, double t);
-  void set_directions(const Mlcp& problem, double t);
+  void set_directions(double t);
   static double way_of(const Unit& unit);
   double way_within() const;
   double mean_product(double way) const;
-  void factor_units(const Mlcp& problem);
-  void take_step(double scale, std::vector<double>& lambda);
-  /// An interior point method: leaves the best λ found. False where the problem has rows that it does not
+  void factor_units();
+  void take_step();
+  /// Leaves the best λ of an interior point method. Returns false where the problem has rows that it does not
   /// know: friction in single rows, or limits that are equal.
-  virtual bool solve_interior(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
-  /// Solves the next set about the centre.
-  void take_set(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
-  /// Moves the centre with every set, with ε in proportion to the residual. True as solve_active_sets().
-  bool solve_transient(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
-  /// Moves the centre when its sets have all but settled. True as solve_active_sets().
-  bool solve_by_centres(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report);
+  virtual bool solve_interior();
 
+  const Mlcp* problem_ = nullptr;
+  std::vector<double> lambda_;
+  MlcpReport report_;
   double proximal_ = 0;        // ε
   bool is_limited_ = false;    // any row has limits
   std::vector<double> gamma_;  // Γ_xx
@@ -229,10 +260,10 @@ class MlcpSolver {
   std::vector<double> known_lambda_;  // of which velocities() found known_w_ and known_y_ last
   std::vector<double> known_w_;
   std::vector<Vector6> known_y_;
-  std::vector<Vector6> step_;
+  std::vector<Vector6> step_;     // change of velocity by body
+  std::vector<Vector6> ordered_;  // the same by place
   std::vector<double> best_;
   std::vector<double> centre_;
-  std::vector<double> conjugate_;
   std::vector<Unit> units_;  // solve_interior
   std::vector<int> unit_of_;
 

@@ -1,12 +1,93 @@
-// The linear system of an active set, in the bodies' space: its blocks of six, factored and solved.
+// The linear system of an active set in the bodies' space: its blocks of six, factored and solved. Products
+// of blocks use the widest vectors that the processor has: the same operations, so the same bits.
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <cstring>
 
-#include "sim/direct/block_products.h"
-#include "sim/direct/mlcp_friction.h"
+#include "sim/direct/mlcp.h"
+#include "sim/math/four_wide.h"
 
 namespace substep {
+namespace {
+
+using Four = double __attribute__((vector_size(32)));
+using Two = double __attribute__((vector_size(16)));
+
+/// Six numbers of a block's column.
+struct Column {
+  Four first;
+  Two last;
+};
+
+[[gnu::always_inline]] inline Column load(const double* from) {
+  // A block may begin at any double.
+  Column column;
+  std::memcpy(&column.first, from, sizeof column.first);
+  std::memcpy(&column.last, from + 4, sizeof column.last);
+  return column;
+}
+
+[[gnu::always_inline]] inline void store(const Column& column, double* to) {
+  std::memcpy(to, &column.first, sizeof column.first);
+  std::memcpy(to + 4, &column.last, sizeof column.last);
+}
+
+[[gnu::always_inline]] inline void subtract_products_lanes(const Matrix6& lower, const Matrix6* upper,
+                                                           const int* targets, int count, Matrix6* blocks) {
+  for (int k = 0; k < count; ++k) {
+    const double* const from = upper[2 * k].data();
+    double* const to = blocks[targets[k]].data();
+    // Two columns at a time, so that each of `lower` is loaded three times.
+    for (int j = 0; j < 6; j += 2) {
+      const double* const left = from + 6 * j;
+      const double* const right = left + 6;
+      Column sum_left = load(lower.data());
+      Column sum_right = sum_left;
+      sum_left = {sum_left.first * left[0], sum_left.last * left[0]};
+      sum_right = {sum_right.first * right[0], sum_right.last * right[0]};
+      for (int i = 1; i < 6; ++i) {
+        const Column column = load(lower.data() + 6 * i);
+        sum_left.first += column.first * left[i];
+        sum_left.last += column.last * left[i];
+        sum_right.first += column.first * right[i];
+        sum_right.last += column.last * right[i];
+      }
+      const Column before_left = load(to + 6 * j);
+      const Column before_right = load(to + 6 * j + 6);
+      store({before_left.first - sum_left.first, before_left.last - sum_left.last}, to + 6 * j);
+      store({before_right.first - sum_right.first, before_right.last - sum_right.last}, to + 6 * j + 6);
+    }
+  }
+}
+
+[[gnu::always_inline]] inline void add_products_lanes(const Vector6* columns, const Vector6* rows, int count,
+                                                      Matrix6& block) {
+  for (int j = 0; j < 6; ++j) {
+    Column sum = load(block.data() + 6 * j);
+    for (int k = 0; k < count; ++k) {
+      const Column column = load(columns[k].data());
+      sum.first += column.first * rows[k].data()[j];
+      sum.last += column.last * rows[k].data()[j];
+    }
+    store(sum, block.data() + 6 * j);
+  }
+}
+
+/// Subtracts lower · upper[2k] from blocks[targets[k]], for each k below `count`.
+void subtract_products(const Matrix6& lower, const Matrix6* upper, const int* targets, int count,
+                       Matrix6* blocks) {
+  run_wide([&]() __attribute__((always_inline)) {
+    subtract_products_lanes(lower, upper, targets, count, blocks);
+  });
+}
+
+/// Adds columns[k] · rows[k]ᵀ to the block, for each k below `count`, one after another.
+void add_products(const Vector6* columns, const Vector6* rows, int count, Matrix6& block) {
+  run_wide([&]() __attribute__((always_inline)) { add_products_lanes(columns, rows, count, block); });
+}
+
+}  // namespace
 
 /// Minimum degree, ties to the lowest body: little fill for chains, trees and stacks. Returns each body's
 /// neighbours when it is eliminated.
@@ -78,28 +159,28 @@ void MlcpSolver::list_updates() {
   }
 }
 
-void MlcpSolver::analyse(const Mlcp& problem) {
+void MlcpSolver::analyse() {
   pairs_.clear();
-  for (const Mlcp::Row& row : problem.rows) {
+  for (const Row& row : rows()) {
     const std::pair<int, int> pair = std::minmax(row.a, row.b);
     // The rows of a manifold follow each other.
     if (pair.first >= 0 && (pairs_.empty() || pairs_.back() != pair)) pairs_.push_back(pair);
   }
   std::ranges::sort(pairs_);
   pairs_.erase(std::unique(pairs_.begin(), pairs_.end()), pairs_.end());
-  const bool known = pairs_ == pattern_ && static_cast<int>(order_.size()) == problem.bodies;
+  const bool known = pairs_ == pattern_ && static_cast<int>(order_.size()) == problem_->bodies;
   if (!known) {
     pattern_ = pairs_;
-    list_neighbours(order_bodies(problem.bodies));
+    list_neighbours(order_bodies(problem_->bodies));
     list_updates();
-    blocks_.resize(problem.bodies + 2 * neighbours_.size());
-    inverse_.resize(problem.bodies);
+    blocks_.resize(problem_->bodies + 2 * neighbours_.size());
+    inverse_.resize(problem_->bodies);
   }
-  row_blocks_.resize(2 * problem.rows.size());
-  for (std::size_t i = 0; i < problem.rows.size(); ++i) {
-    const Mlcp::Row& row = problem.rows[i];
+  row_blocks_.resize(2 * rows().size());
+  for (std::size_t i = 0; i < rows().size(); ++i) {
+    const Row& row = rows()[i];
     if (row.a < 0 || row.b < 0) continue;
-    if (i > 0 && problem.rows[i - 1].a == row.a && problem.rows[i - 1].b == row.b) {
+    if (i > 0 && rows()[i - 1].a == row.a && rows()[i - 1].b == row.b) {
       row_blocks_[2 * i] = row_blocks_[2 * i - 2];
       row_blocks_[2 * i + 1] = row_blocks_[2 * i - 1];
       continue;
@@ -109,10 +190,9 @@ void MlcpSolver::analyse(const Mlcp& problem) {
   }
 }
 
-void MlcpSolver::add_product(const Mlcp& problem, std::size_t row_index, const Vector6& column_a,
-                             const Vector6& column_b, const Vector6& row_a, const Vector6& row_b,
-                             double factor) {
-  const Mlcp::Row& row = problem.rows[row_index];
+void MlcpSolver::add_product(std::size_t row_index, const Vector6& column_a, const Vector6& column_b,
+                             const Vector6& row_a, const Vector6& row_b, double factor) {
+  const Row& row = rows()[row_index];
   const bool is_of_others = row.a != products_.a || row.b != products_.b;
   if (products_.count == most_products || is_of_others) add_waiting_products();
   if (products_.count == 0) products_.row = static_cast<int>(row_index);
@@ -137,18 +217,18 @@ void MlcpSolver::add_waiting_products() {
   products_.count = 0;
 }
 
-void MlcpSolver::add_slide(const Mlcp& problem, std::size_t i) {
-  const Mlcp::Row& one = problem.rows[i];
-  const Mlcp::Row& two = problem.rows[i + 1];
+void MlcpSolver::add_slide(std::size_t i) {
+  const Row& one = rows()[i];
+  const Row& two = rows()[i + 1];
   const Vector2& along = slip_[i].along;
-  const Mlcp::Row& normal = problem.rows[one.normal];
-  add_product(problem, one.normal, along.x() * one.part_a + along.y() * two.part_a,
+  const Row& normal = rows()[one.normal];
+  add_product(one.normal, along.x() * one.part_a + along.y() * two.part_a,
               along.x() * one.part_b + along.y() * two.part_b, normal.part_a, normal.part_b,
               one.friction / (proximal_ * gamma_[one.normal] + normal.softness));
   const Vector2 aside = across(along);
   const Vector6 part_a = aside.x() * one.part_a + aside.y() * two.part_a;
   const Vector6 part_b = aside.x() * one.part_b + aside.y() * two.part_b;
-  add_product(problem, i, part_a, part_b, part_a, part_b,
+  add_product(i, part_a, part_b, part_a, part_b,
               1 / (proximal_ * gamma_[i] + one.softness + slip_[i].across));
 }
 
@@ -158,20 +238,20 @@ void MlcpSolver::clear_blocks() {
   for (std::size_t k = n; k < blocks_.size(); ++k) blocks_[k].setZero();
 }
 
-void MlcpSolver::factor(const Mlcp& problem) {
+void MlcpSolver::factor() {
   clear_blocks();
-  for (std::size_t i = 0; i < problem.rows.size(); ++i) {
-    const Mlcp::Row& row = problem.rows[i];
+  for (std::size_t i = 0; i < rows().size(); ++i) {
+    const Row& row = rows()[i];
     if (set_[i] == Set::free) {
-      add_product(problem, i, row.part_a, row.part_b, row.part_a, row.part_b,
+      add_product(i, row.part_a, row.part_b, row.part_a, row.part_b,
                   1 / (proximal_ * gamma_[i] + row.softness));
     } else if (set_[i] == Set::slides) {
-      if (pair_[i] == Pair::first) add_slide(problem, i);
+      if (pair_[i] == Pair::first) add_slide(i);
     } else if (row.normal >= 0 && set_[i] != Set::off) {
       // A sliding row's impulse follows its normal's: it adds ±μ of its column to the normal's.
-      const Mlcp::Row& normal = problem.rows[row.normal];
+      const Row& normal = rows()[row.normal];
       const double sign = set_[i] == Set::high ? 1 : -1;
-      add_product(problem, row.normal, row.part_a, row.part_b, normal.part_a, normal.part_b,
+      add_product(row.normal, row.part_a, row.part_b, normal.part_a, normal.part_b,
                   sign * row.friction / (proximal_ * gamma_[row.normal] + normal.softness));
     }
   }
@@ -196,71 +276,63 @@ void MlcpSolver::eliminate() {
 
 void MlcpSolver::solve_blocks() {
   const int n = static_cast<int>(step_.size());
+  ordered_.resize(n);
+  for (int p = 0; p < n; ++p) ordered_[p] = step_[order_[p]];
   for (int p = 0; p < n; ++p) {
     for (int i = neighbour_begin_[p]; i < neighbour_begin_[p + 1]; ++i) {
-      step_[neighbours_[i]].noalias() -= blocks_[n + 2 * i + 1] * step_[p];
+      ordered_[neighbours_[i]].noalias() -= blocks_[n + 2 * i + 1] * ordered_[p];
     }
   }
   for (int p = n - 1; p >= 0; --p) {
-    Vector6 sum = step_[p];
+    Vector6 sum = ordered_[p];
     for (int i = neighbour_begin_[p]; i < neighbour_begin_[p + 1]; ++i) {
-      sum.noalias() -= blocks_[n + 2 * i] * step_[neighbours_[i]];
+      sum.noalias() -= blocks_[n + 2 * i] * ordered_[neighbours_[i]];
     }
-    step_[p].noalias() = inverse_[p] * sum;
+    ordered_[p].noalias() = inverse_[p] * sum;
+    step_[order_[p]] = ordered_[p];
   }
 }
 
-void MlcpSolver::solve_free(const Mlcp& problem, std::vector<double>& lambda) {
-  // Σ columns · (right side)/D, then (1 + Gᵀ D G)⁻¹ of it: the bodies' change of velocity.
+void MlcpSolver::solve_free() {
+  // Sum columns · (right side)/D up. (1 + Gᵀ D G)⁻¹ of the sum is the bodies' change of velocity.
   for (Vector6& s : step_) s.setZero();
-  const auto add_column = [&](const Mlcp::Row& row, double factor) {
-    if (row.a >= 0) step_[place_[row.a]] += factor * row.part_a;
-    if (row.b >= 0) step_[place_[row.b]] += factor * row.part_b;
-  };
-  const auto stepped = [&](const Mlcp::Row& row) {
-    double velocity = 0;
-    if (row.a >= 0) velocity += row.part_a.dot(step_[place_[row.a]]);
-    if (row.b >= 0) velocity += row.part_b.dot(step_[place_[row.b]]);
-    return velocity;
-  };
-  // What a sliding pair lacks across its slip, and the weight that it has there.
   const auto lacks_across = [&](std::size_t i) {
     const Vector2 aside = across(slip_[i].along);
     return -aside.dot(
-        Vector2(w_[i] + slip_[i].across * lambda[i], w_[i + 1] + slip_[i].across * lambda[i + 1]));
+        Vector2(w_[i] + slip_[i].across * lambda_[i], w_[i + 1] + slip_[i].across * lambda_[i + 1]));
   };
   const auto weight_across = [&](std::size_t i) {
-    return 1 / (proximal_ * gamma_[i] + problem.rows[i].softness + slip_[i].across);
+    return 1 / (proximal_ * gamma_[i] + rows()[i].softness + slip_[i].across);
   };
-  for (std::size_t i = 0; i < problem.rows.size(); ++i) {
-    const Mlcp::Row& row = problem.rows[i];
+  for (std::size_t i = 0; i < rows().size(); ++i) {
+    const Row& row = rows()[i];
     if (set_[i] == Set::free) {
-      add_column(row, -w_[i] / (proximal_ * gamma_[i] + row.softness));
+      row.add_impulse(-w_[i] / (proximal_ * gamma_[i] + row.softness), step_);
     } else if (row.normal >= 0 && set_[i] != Set::off && pair_[i] != Pair::second) {
       const std::size_t normal = row.normal;
       const double share =
-          -row.friction * w_[normal] / (proximal_ * gamma_[normal] + problem.rows[normal].softness);
+          -row.friction * w_[normal] / (proximal_ * gamma_[normal] + rows()[normal].softness);
       if (set_[i] == Set::slides) {
         const double aside = lacks_across(i) * weight_across(i);
         const Vector2 factors = share * slip_[i].along + aside * across(slip_[i].along);
-        add_column(row, factors.x());
-        add_column(problem.rows[i + 1], factors.y());
+        row.add_impulse(factors.x(), step_);
+        rows()[i + 1].add_impulse(factors.y(), step_);
       } else {
-        add_column(row, set_[i] == Set::high ? share : -share);
+        row.add_impulse(set_[i] == Set::high ? share : -share, step_);
       }
     }
   }
   solve_blocks();
-  for (std::size_t i = 0; i < problem.rows.size(); ++i) {
-    const Mlcp::Row& row = problem.rows[i];
+  for (std::size_t i = 0; i < rows().size(); ++i) {
+    const Row& row = rows()[i];
     if (set_[i] == Set::free) {
-      lambda[i] += (-w_[i] - stepped(row)) / (proximal_ * gamma_[i] + row.softness);
+      lambda_[i] += (-w_[i] - row.velocity(step_)) / (proximal_ * gamma_[i] + row.softness);
     } else if (set_[i] == Set::slides && pair_[i] == Pair::first) {
       const Vector2 aside = across(slip_[i].along);
-      const Vector2 velocity(stepped(row), stepped(problem.rows[i + 1]));
+      const Vector2 velocity(row.velocity(step_), rows()[i + 1].velocity(step_));
       const double change = (lacks_across(i) - aside.dot(velocity)) * weight_across(i);
-      lambda[i] += change * aside.x();
-      lambda[i + 1] += change * aside.y();
+      lambda_[i] += change * aside.x();
+      lambda_[i + 1] += change * aside.y();
     }
   }
 }

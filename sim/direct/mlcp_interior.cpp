@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "sim/direct/mlcp_friction.h"
+#include "sim/direct/mlcp.h"
 
 namespace substep {
 namespace {
@@ -40,11 +40,11 @@ double way_in_cone(double x0, const Vector2& x, double d0, const Vector2& d, dou
 
 }  // namespace
 
-bool MlcpSolver::list_units(const Mlcp& problem) {
+bool MlcpSolver::list_units() {
   units_.clear();
-  unit_of_.assign(problem.rows.size(), -1);
-  for (std::size_t i = 0; i < problem.rows.size(); ++i) {
-    const Mlcp::Row& row = problem.rows[i];
+  unit_of_.assign(rows().size(), -1);
+  for (std::size_t i = 0; i < rows().size(); ++i) {
+    const Row& row = rows()[i];
     if (!(gamma_[i] > 0) || pair_[i] == Pair::second) continue;
     if (row.normal < 0) {
       Unit unit;
@@ -58,7 +58,7 @@ bool MlcpSolver::list_units(const Mlcp& problem) {
     }
     // A normal comes before its friction.
     if (pair_[i] == Pair::none || unit_of_[row.normal] < 0) return false;
-    const Mlcp::Row& normal = problem.rows[row.normal];
+    const Row& normal = rows()[row.normal];
     if (normal.a != row.a || normal.b != row.b || normal.low != 0 || std::isfinite(normal.high)) return false;
     if (!(row.friction > 0)) continue;
     Unit& unit = units_[unit_of_[row.normal]];
@@ -69,9 +69,9 @@ bool MlcpSolver::list_units(const Mlcp& problem) {
 }
 
 /// Starts in the middle of the limits.
-void MlcpSolver::start_unit(const Mlcp& problem, double scale, Unit& unit) const {
-  const Mlcp::Row& row = problem.rows[unit.row[0]];
-  const double one = std::sqrt(gamma_[unit.row[0]]) / scale;
+void MlcpSolver::start_unit(Unit& unit) const {
+  const Row& row = rows()[unit.row[0]];
+  const double one = root_gamma_[unit.row[0]] / scale_;
   unit.above = unit.below = 1;
   if (unit.has_low && unit.has_high) {
     unit.above = std::min(1.0, 0.5 * (row.high - row.low) * one);
@@ -85,20 +85,20 @@ void MlcpSolver::start_unit(const Mlcp& problem, double scale, Unit& unit) const
 }
 
 /// Sets what the rows' velocities have beyond w.
-void MlcpSolver::set_rests(double scale) {
+void MlcpSolver::set_rests() {
   for (Unit& unit : units_) {
     for (int k = 0; k < unit.rows(); ++k)
-      unit.rest[k] = w_[unit.row[k]] / (std::sqrt(gamma_[unit.row[k]]) * scale);
+      unit.rest[k] = w_[unit.row[k]] / (root_gamma_[unit.row[k]] * scale_);
     unit.rest[0] += unit.upper - unit.lower;
     if (unit.rows() > 1) unit.rest.tail<2>() -= unit.slip;
   }
 }
 
 /// Linearises the unit's law: Δλ = free_(t) − weight Δw, with softness and ε in it.
-void MlcpSolver::set_weight(const Mlcp& problem, Unit& unit) const {
+void MlcpSolver::set_weight(Unit& unit) const {
   Matrix3 softness = Matrix3::Zero();
   for (int k = 0; k < unit.rows(); ++k)
-    softness(k, k) = problem.rows[unit.row[k]].softness / gamma_[unit.row[k]] + proximal_of_steps;
+    softness(k, k) = rows()[unit.row[k]].softness / gamma_[unit.row[k]] + proximal_of_steps;
   unit.law.setZero();
   unit.weight.setZero();
   if (!unit.is_limited()) {
@@ -138,25 +138,21 @@ Vector3 MlcpSolver::change_at_rest(const Unit& unit, double t) {
 }
 
 /// Sets the Newton step to products of `t`.
-void MlcpSolver::set_directions(const Mlcp& problem, double t) {
+void MlcpSolver::set_directions(double t) {
   for (Vector6& s : step_) s.setZero();
   for (Unit& unit : units_) {
     unit.change = change_at_rest(unit, t);
     for (int k = 0; k < unit.rows(); ++k) {
-      const Mlcp::Row& row = problem.rows[unit.row[k]];
-      const double size = unit.change[k] / std::sqrt(gamma_[unit.row[k]]);
-      if (row.a >= 0) step_[place_[row.a]] += size * row.part_a;
-      if (row.b >= 0) step_[place_[row.b]] += size * row.part_b;
+      const Row& row = rows()[unit.row[k]];
+      const double size = unit.change[k] / root_gamma_[unit.row[k]];
+      row.add_impulse(size, step_);
     }
   }
   solve_blocks();
   for (Unit& unit : units_) {
     Vector3 moved = Vector3::Zero();
     for (int k = 0; k < unit.rows(); ++k) {
-      const Mlcp::Row& row = problem.rows[unit.row[k]];
-      if (row.a >= 0) moved[k] += row.part_a.dot(step_[place_[row.a]]);
-      if (row.b >= 0) moved[k] += row.part_b.dot(step_[place_[row.b]]);
-      moved[k] /= std::sqrt(gamma_[unit.row[k]]);
+      moved[k] = rows()[unit.row[k]].velocity(step_) / root_gamma_[unit.row[k]];
     }
     unit.change -= unit.weight * moved;
     if (unit.has_low)
@@ -165,7 +161,7 @@ void MlcpSolver::set_directions(const Mlcp& problem, double t) {
       unit.upper_change = t / unit.below - unit.upper + unit.upper / unit.below * unit.change[0];
     if (unit.rows() == 1) continue;
     for (int k = 1; k < 3; ++k) {
-      const double softness = problem.rows[unit.row[k]].softness / gamma_[unit.row[k]];
+      const double softness = rows()[unit.row[k]].softness / gamma_[unit.row[k]];
       unit.slip_change[k - 1] = moved[k] + unit.rest[k] + (softness + proximal_of_steps) * unit.change[k];
     }
     const double most = unit.friction * unit.lambda[0];
@@ -220,19 +216,19 @@ double MlcpSolver::mean_product(double way) const {
   return count > 0 ? sum / count : 0;
 }
 
-void MlcpSolver::factor_units(const Mlcp& problem) {
+void MlcpSolver::factor_units() {
   clear_blocks();
   using Part = Eigen::Matrix<double, 3, 6>;
   for (Unit& unit : units_) {
-    set_weight(problem, unit);
-    const Mlcp::Row& first = problem.rows[unit.row[0]];
+    set_weight(unit);
+    const Row& first = rows()[unit.row[0]];
     Part a = Part::Zero();
     Part b = Part::Zero();
     for (int k = 0; k < unit.rows(); ++k) {
-      const Mlcp::Row& row = problem.rows[unit.row[k]];
-      const double scale = 1 / std::sqrt(gamma_[unit.row[k]]);
-      a.row(k) = scale * row.part_a.transpose();
-      b.row(k) = scale * row.part_b.transpose();
+      const Row& row = rows()[unit.row[k]];
+      const double inverse_root = 1 / root_gamma_[unit.row[k]];
+      a.row(k) = inverse_root * row.part_a.transpose();
+      b.row(k) = inverse_root * row.part_b.transpose();
     }
     const Part weighted_a = unit.weight * a;
     const Part weighted_b = unit.weight * b;
@@ -246,7 +242,7 @@ void MlcpSolver::factor_units(const Mlcp& problem) {
 }
 
 /// Takes the step: the same part of all, or where that is short, of each as much as its limits allow.
-void MlcpSolver::take_step(double scale, std::vector<double>& lambda) {
+void MlcpSolver::take_step() {
   const double common = std::min(1.0, part_of_way * way_within());
   for (Unit& unit : units_) {
     double way = common;
@@ -259,38 +255,37 @@ void MlcpSolver::take_step(double scale, std::vector<double>& lambda) {
     unit.speed += way * unit.speed_change;
     unit.slip += way * unit.slip_change;
     for (int k = 0; k < unit.rows(); ++k)
-      lambda[unit.row[k]] = unit.lambda[k] * scale / std::sqrt(gamma_[unit.row[k]]);
+      lambda_[unit.row[k]] = unit.lambda[k] * scale_ / root_gamma_[unit.row[k]];
   }
 }
 
-bool MlcpSolver::solve_interior(const Mlcp& problem, std::vector<double>& lambda, MlcpReport& report) {
-  if (!list_units(problem)) return false;
-  std::ranges::fill(lambda, 0.0);
-  residual(problem, lambda);
-  const double scale = scale_;
+bool MlcpSolver::solve_interior() {
+  if (!list_units()) return false;
+  std::ranges::fill(lambda_, 0.0);
+  residual();
   for (Unit& unit : units_) {
-    start_unit(problem, scale, unit);
-    lambda[unit.row[0]] = unit.lambda[0] * scale / std::sqrt(gamma_[unit.row[0]]);
+    start_unit(unit);
+    lambda_[unit.row[0]] = unit.lambda[0] * scale_ / root_gamma_[unit.row[0]];
   }
-  velocities(problem, lambda);
+  velocities();
   double least = endless;
   for (int step = 0, idle = 0; step < most_steps && idle < most_idle_steps; ++step) {
-    set_rests(scale);
-    factor_units(problem);
-    ++report.active_sets;
-    report.row_solves += static_cast<std::int64_t>(lambda.size());
+    set_rests();
+    factor_units();
+    ++report_.active_sets;
+    report_.row_solves += static_cast<std::int64_t>(lambda_.size());
     // The length of the step to products of zero says how small they may be made at once.
     const double mean = mean_product(0);
-    set_directions(problem, 0);
+    set_directions(0);
     const double ratio = std::clamp(mean_product(std::min(1.0, way_within())) / mean, 1e-3, 1.0);
-    set_directions(problem, mean * ratio * ratio * ratio);
-    take_step(scale, lambda);
-    const double now = keep_if_better(problem, lambda, report);
+    set_directions(mean * ratio * ratio * ratio);
+    take_step();
+    const double now = keep_if_better();
     idle = now < less * least ? 0 : idle + 1;
     least = std::min(least, now);
     if (!std::isfinite(now) || now <= near_solution) break;
   }
-  lambda = best_;
+  lambda_ = best_;
   return true;
 }
 

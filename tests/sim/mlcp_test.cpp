@@ -1,6 +1,6 @@
 // One file, since all problems are judged by one set of conditions.
 
-#include "sim/direct/mlcp_text.h"
+#include "sim/direct/frozen_problem.h"
 
 #include <gtest/gtest.h>
 
