@@ -7,8 +7,6 @@
 #include "sim/algorithms.h"
 #include "sim/constraints/contact_finder.h"
 #include "sim/constraints/formulate.h"
-#include "sim/constraints/geometric_stiffness.h"
-#include "sim/constraints/warm_start.h"
 #include "sim/direct/frozen_problem.h"
 #include "sim/error.h"
 #include "sim/math/floating_point.h"
@@ -17,21 +15,9 @@
 namespace substep {
 namespace {
 
-/// Turns local angular velocities to the world's frame, at coordinates that have no rotation matrices yet.
-void to_world(const CoordinateVector& q, VelocityVector& v) {
-  for (std::size_t i = 0; i < q.size(); ++i) v[i].angular = q[i].angular * v[i].angular;
-}
-
 StepReport::Status status_of(MlcpReport::Status status) {
-  switch (status) {
-    case MlcpReport::Status::solved:
-      break;
-    case MlcpReport::Status::least_squares:
-      return StepReport::Status::least_squares;
-    case MlcpReport::Status::unsolved:
-      return StepReport::Status::unsolved;
-  }
-  return StepReport::Status::ok;
+  if (status == MlcpReport::Status::least_squares) return StepReport::Status::least_squares;
+  return status == MlcpReport::Status::unsolved ? StepReport::Status::unsolved : StepReport::Status::ok;
 }
 
 }  // namespace
@@ -45,13 +31,13 @@ struct Simulation::Implementation {
         finder(scene, model),
         state(initial_state(s)) {
     sub_stepped = settings.algorithm >= Algorithm::a3;
+    is_direct = settings.algorithm == Algorithm::a1;
     is_descendant = !is_of_report(settings.algorithm) && !procedure;
     problem.model = &model;
     problem.contacts = &no_contacts;
     problem.substeps.bias_at_next_frame = settings.algorithm == Algorithm::a3;
     problem.substeps.count = sub_stepped && settings.algorithm != Algorithm::avbd ? settings.substeps : 1;
-    joints = is_descendant ? Joints::plain : sub_stepped ? settings.joints : Joints::rows;
-    build_blocks(problem, joints);
+    build_blocks(problem, is_descendant ? Joints::plain : sub_stepped ? settings.joints : Joints::rows);
     // A5 scales its sum of velocities by one τ/κ. That is the joints', and contacts with another one undo the
     // difference; without joints it is the contacts'.
     if (problem.c.blocks.empty()) {
@@ -59,55 +45,45 @@ struct Simulation::Implementation {
       settings.tau = tau;
       settings.kappa = kappa;
     }
-    if (model.contacts) state.contacts.reserve(16 * scene.colliders.size());  // as ContactFinder does
     part_settings = settings;
     is_jointed.resize(state.v.size());
     for (const Block& x : problem.c.blocks) is_jointed[x.a] = is_jointed[x.b] = true;
-    start = state;
-    remembered.reserve(state.contacts.capacity());
-    remembered_patches.reserve(state.contacts.capacity());
-    state.patches.reserve(state.contacts.capacity());
-    is_warm =
-        settings.warm_start > 0 || (settings.algorithm == Algorithm::a1 && model.contacts && !procedure);
-    if (is_descendant || is_warm) {
-      for (std::vector<double>* forces : {&state.joint_forces, &remembered_joints, &work.carried.joints})
-        forces->reserve(2 * problem.c.rows.size());
-    }
-    problem.kept_patches = &finder.kept_patches();
-    earlier_impulses.reserve(6 * state.contacts.capacity());
-    work.sum.resize(state.v.size());
-    work.sum_v.resize(state.v.size());
-    problem.substeps.offset.resize(state.v.size());
-    problem.substeps.change.resize(state.v.size());
+    is_warm = settings.warm_start > 0 || (is_direct && model.contacts && !procedure);
+    reserve();
     report.rows = static_cast<int>(problem.c.row_count());
     if (!sub_stepped && !procedure) divide_step();
     most_equal_parts = equal_parts;
   }
 
+  /// Reserves the memory of steps, so that steps after the first allocate none.
+  void reserve() {
+    const std::size_t contacts = model.contacts ? 16 * scene.colliders.size() : 0;  // as ContactFinder does
+    state.contacts.reserve(contacts);
+    start = state;
+    remembered.reserve(contacts);
+    remembered_patches.reserve(contacts);
+    state.patches.reserve(contacts);
+    earlier_impulses.reserve(6 * contacts);
+    if (is_descendant || is_warm) {
+      for (std::vector<double>* forces : {&state.joint_forces, &remembered_joints, &work.carried.joints})
+        forces->reserve(2 * problem.c.rows.size());
+    }
+    problem.kept_patches = &finder.kept_patches();
+    for (VelocityVector* v : {&work.sum, &work.sum_v, &problem.substeps.offset, &problem.substeps.change})
+      v->resize(state.v.size());
+  }
+
   /// Sets how many equal parts a step has. A1 and A2 take the geometric stiffness of taut joints with the
   /// coordinates of the start, so that frequencies above 2/h diverge. A swinging body pulls with at most
   /// three times its weight, which raises frequencies by √3. So the weights at the scene's start may cause at
-  /// most 1/h, also with gravity along any axis, since a chain that starts level is not taut yet.
+  /// most 1/h.
   void divide_step() {
-    constexpr auto is_point = [](const Lock& lock) { return lock.kind == Lock::Kind::point; };
-    if (std::ranges::none_of(model.locks, is_point)) return;
-    follows_tension = settings.algorithm == Algorithm::a1;
+    if (std::ranges::find(model.locks, Lock::Kind::point, &Lock::kind) == model.locks.end()) return;
+    follows_tension = is_direct;
     stiffness.reserve(state.q.size());
-    if (model.contacts) problem.contacts = &finder.find(state, settings.step, 1, true);
-    build_blocks(problem, Joints::rows);
-    double frequency = frequency_under_weights(model.gravity);
-    // Where bodies hang on ball joints alone, they may swing to where they pull most.
-    if (std::ranges::all_of(model.locks, is_point)) {
-      for (int axis = 0; axis < 3; ++axis) {
-        for (const double sign : {-1.0, 1.0}) {
-          const Vector3 pull = sign * model.gravity.norm() * Vector3::Unit(axis);
-          frequency = std::max(frequency, frequency_under_weights(pull));
-        }
-      }
-    }
-    problem.contacts = &no_contacts;
-    problem.substeps.part = 1;
-    build_blocks(problem, joints);
+    const std::vector<Contact>& contacts =
+        model.contacts ? finder.find(state, settings.step, 1, true) : no_contacts;
+    const double frequency = frequency_at_rest(model, contacts, state.q, settings.step);
     equal_parts = static_cast<int>(std::clamp(std::ceil(settings.step * frequency), 1.0, most_divided));
   }
 
@@ -118,22 +94,6 @@ struct Simulation::Implementation {
   int parts_of_next_step() const {
     const double needed = std::ceil(settings.step * state.transverse_frequency / allowed_swing);
     return std::max(equal_parts, static_cast<int>(std::min(needed, most_divided)));
-  }
-
-  /// Returns the largest frequency in the geometric stiffness of joints that bear the scene at rest, rad/s.
-  double frequency_under_weights(const Vector3& gravity) {
-    const double h = settings.step;
-    problem.substeps.part = 0;  // gaps of the start are no weight
-    formulate(problem, state.q, h);
-    VelocityVector v(state.v.size(), Velocity{Vector3::Zero(), Vector3::Zero()});
-    for (std::size_t i = 1; i < v.size(); ++i) {
-      if (model.masses[i].inverse_mass > 0) v[i].linear = h * model.masses[i].gravity_factor * gravity;
-    }
-    make_mlcp(problem, v, work.mlcp);
-    if (work.solver.solve(work.mlcp, work.lambda).status == MlcpReport::Status::unsolved) return 0;
-    for (std::size_t i = 0; i < problem.c.blocks.size(); ++i)
-      problem.c.rows[problem.c.blocks[i].first].impulse = work.lambda[i];
-    return transverse_frequency(problem, h, 0, stiffness);
   }
 
   /// Takes the step in its equal parts.
@@ -217,8 +177,6 @@ struct Simulation::Implementation {
     problem.substeps.part = duration / (settings.step / equal_parts);
     problem.substeps.duration = duration / problem.substeps.count;
     if (!model.contacts) return;
-    // A1's solution is the same for all tangents; its sweeps, which start its active sets, are not.
-    const bool is_direct = settings.algorithm == Algorithm::a1;
     problem.contacts =
         &finder.find(state, duration, problem.substeps.count, is_direct, problem.substeps.part, all_contacts);
   }
@@ -226,9 +184,8 @@ struct Simulation::Implementation {
   /// Advances the state by `duration`, with the contacts that were found for it.
   void take(double duration) {
     if (model.contacts) {
-      // Descendants have rows of their own for contacts.
-      const bool is_direct = settings.algorithm == Algorithm::a1;
-      if (!is_descendant) build_blocks(problem, joints, is_direct ? no_coordinates : state.q);
+      // Descendants have rows of their own for contacts, and A1 solves all points.
+      if (!is_descendant) build_contacts(problem, is_direct ? no_coordinates : state.q);
       report.contacts = static_cast<int>(problem.contacts->size());
       for (const PatchShape& patch : problem.c.contacts.shapes) {
         if (patch.is_kept) report.contacts += patch.corners;
@@ -251,7 +208,10 @@ struct Simulation::Implementation {
     } else {
       run_algorithm();
     }
-    if (sub_stepped) to_world(state.q, state.v);
+    if (sub_stepped) {
+      for (std::size_t i = 0; i < state.q.size(); ++i)
+        state.v[i].angular = state.q[i].angular * state.v[i].angular;
+    }
     shift_velocities(-1, duration);
     report.row_solves = work.row_solves;
     if (!is_finite(state, &report.diverged_body)) {
@@ -265,8 +225,7 @@ struct Simulation::Implementation {
       remember_joints();
     }
     if (model.contacts && !is_descendant) {
-      problem.c.contacts.remember(*problem.contacts, state.q, settings.algorithm != Algorithm::a1, remembered,
-                                  remembered_patches);
+      problem.c.contacts.remember(*problem.contacts, state.q, !is_direct, remembered, remembered_patches);
     }
   }
 
@@ -295,10 +254,8 @@ struct Simulation::Implementation {
   /// that they give.
   void start_warm() {
     const double duration = problem.substeps.duration;
-    const bool is_a5 = settings.algorithm == Algorithm::a5;
-    const double joint_scale = is_a5 ? settings.kappa : 1;
-    const double contact_scale = is_a5 ? settings.of_contacts().kappa : 1;
-    const bool is_direct = settings.algorithm == Algorithm::a1;
+    const double joint_scale = settings.algorithm == Algorithm::a5 ? settings.kappa : 1;
+    const double contact_scale = scale_of_contact_impulses();
     problem.warm_start = {is_direct ? 0 : settings.warm_start, joint_scale, contact_scale};
     problem.c.given_before.assign(problem.c.rows.size(), 0);
     for (std::size_t i = 0; i < std::min(state.joint_forces.size(), problem.c.rows.size()); ++i)
@@ -306,7 +263,12 @@ struct Simulation::Implementation {
     set_given_before(problem.c.contacts, *problem.contacts, duration, contact_scale);
   }
 
-  /// Takes joints' impulses of the last sub-step as forces.
+  /// Returns the factor of A5's contact impulses relative to its rows' λ□, else 1.
+  double scale_of_contact_impulses() const {
+    return settings.algorithm == Algorithm::a5 ? settings.of_contacts().kappa : 1;
+  }
+
+  /// Stores joints' impulses of the last sub-step as forces.
   void remember_joints() {
     remembered_joints.clear();
     for (const Row& row : problem.c.rows)
@@ -321,9 +283,8 @@ struct Simulation::Implementation {
     }
     const std::size_t earlier = impulses.size();
     substep::append_contact_impulses(problem, state.q, impulses);
-    // A5 gives κ of its rows' λ□.
-    const double scale = settings.algorithm == Algorithm::a5 ? settings.of_contacts().kappa : 1;
-    for (std::size_t i = earlier; i < impulses.size(); ++i) impulses[i].impulse *= scale;
+    for (std::size_t i = earlier; i < impulses.size(); ++i)
+      impulses[i].impulse *= scale_of_contact_impulses();
   }
 
   void run_algorithm() {
@@ -385,8 +346,8 @@ struct Simulation::Implementation {
   std::vector<bool> is_jointed;                  ///< by body
   std::vector<ContactImpulse> earlier_impulses;  ///< of the step's parts but the last
   bool sub_stepped;    ///< all but A1 and A2: velocities are v̆ between to_local and to_world
+  bool is_direct;      ///< A1
   bool is_descendant;  ///< Soft Step, AVBD
-  Joints joints;
   std::vector<Contact> no_contacts;
   const std::vector<Coordinates> no_coordinates;
   Problem problem;

@@ -2,12 +2,13 @@
 /// 𝒞: the velocity constraints of one (sub-)step, as rows of the Jacobian in contiguous arrays.
 ///
 /// A row holds one line of J̆, with angular parts in the bodies' frames, the matching part of M̆⁻¹J̆ᵀ, its bias
-/// and its limits. The functions here are one line of a listing each;
-/// the loops over sub-steps, micro-iterations and rows are in the listings' files.
+/// and its limits. Each function here is one line of a listing. The loops over sub-steps, micro-iterations
+/// and rows are in the listings' files.
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "sim/constraints/contact_batch.h"
@@ -17,8 +18,7 @@
 
 namespace substep {
 
-/// One Jacobian row between bodies a and b. Both bodies' linear parts are opposite, in every kind of joint
-/// and contact there is.
+/// One Jacobian row between bodies a and b, whose linear parts are opposite.
 struct Row {
   Vector3 linear;     ///< ₜJ of body a; that of b is −linear
   Vector3 angular_a;  ///< ᵣJ
@@ -31,7 +31,7 @@ struct Row {
   double high;
   double softness;  ///< added to Γ's diagonal: the row is a spring or damper; 0 is rigid
   double impulse;   ///< λ, the total of the (sub-)step
-  double earlier;   ///< the impulse of the step's earlier sub-steps: limits hold for the sum of all
+  double earlier;   ///< the impulse of the step's earlier sub-steps, since limits hold for the sum of all
 };
 
 /// A block constraint: up to three rows between the same two bodies, solved at once. Rows in a block of more
@@ -71,9 +71,11 @@ struct Constraints {
   std::vector<Matrix3> effective_masses;  ///< (J M⁻¹ Jᵀ)⁻¹ of each block of several rows
   /// Impulses of the rows in the sub-step before the step's first; empty without a warm start.
   std::vector<double> given_before;
-  int limits_of = 1;        ///< how many sub-steps' limits hold for the impulse: those that have begun
-  ContactBatches contacts;  ///< a sweep's last
+  int limits_of = 1;        ///< number of sub-steps that have begun, whose limits hold for the impulse
+  ContactBatches contacts;  ///< a sweep solves them last
 
+  std::span<Row> rows_of(const Block& x) { return {rows.data() + x.first, x.rows}; }
+  std::span<const Row> rows_of(const Block& x) const { return {rows.data() + x.first, x.rows}; }
   std::int64_t row_count() const { return std::ssize(rows) + contacts.row_count; }
 };
 

@@ -10,8 +10,8 @@ namespace {
 
 constexpr int rows_of_patch = 6;
 
-/// Returns true where this body alone makes a patch's Γ regular: it moves, and turns about all axes.
-bool gives_way(const BodyMass& mass) {
+/// Returns true where this body alone makes a patch's Γ regular: forces move it and turn it about all axes.
+bool moves_freely(const BodyMass& mass) {
   return mass.inverse_mass > 0 && mass.inverse_inertia.minCoeff() > 0;
 }
 
@@ -26,21 +26,17 @@ bool have_one_direction(const Contact* first, int count) {
 
 }  // namespace
 
-bool ContactBatches::Manifold::has_friction_throughout() const {
-  return friction == (std::uint32_t{1} << contacts) - 1;
-}
-
 bool ContactBatches::Manifold::fits(const Manifold& other) const {
   if ((corners > 0) != (other.corners > 0)) return false;
   if (corners > 0) return true;
   // One contact alone is solved at once, several by sweeps.
-  const bool several = contacts > 1 && other.contacts > 1;
-  if (several && has_friction_throughout() && other.has_friction_throughout()) return true;
-  return std::tie(contacts, friction) == std::tie(other.contacts, other.friction);
+  const bool are_several = contacts > 1 && other.contacts > 1;
+  if (are_several && has_friction && other.has_friction) return true;
+  return contacts == other.contacts && has_friction == other.has_friction;
 }
 
 bool ContactBatches::Manifold::is_shorter(const Manifold& other) const {
-  return std::tie(corners, contacts, friction) < std::tie(other.corners, other.contacts, other.friction);
+  return std::tie(corners, contacts) < std::tie(other.corners, other.contacts);
 }
 
 void ContactBatches::list_manifolds(const Model& model, const std::vector<Contact>& contacts,
@@ -55,29 +51,26 @@ void ContactBatches::list_manifolds(const Model& model, const std::vector<Contac
   };
   for (int i = 0; i < static_cast<int>(shapes.size()); ++i) {
     const PatchShape& shape = shapes[i];
-    add_patch({0, 0, 0, -1, 0, 0, shape.a, shape.b, std::minmax(shape.collider_a, shape.collider_b)}, i);
+    add_patch({0, 0, true, -1, 0, 0, shape.a, shape.b, std::minmax(shape.collider_a, shape.collider_b)}, i);
   }
   for (std::size_t begin = 0, end = 0; begin < contacts.size(); begin = end) {
     const Contact& contact = contacts[begin];
+    const bool has_friction = contact.friction != 0;
     Manifold manifold{.distance = 0,
                       .contacts = 0,
-                      .friction = 0,
+                      .has_friction = has_friction,
                       .source = static_cast<int>(begin),
                       .corners = 0,
                       .shape = 0,
                       .a = contact.a,
                       .b = contact.b,
                       .colliders = std::minmax(contact.collider_a, contact.collider_b)};
-    int rows = 0;
     while (end < contacts.size() && manifold.contacts < most_in_manifold && contacts[end].a == contact.a &&
-           contacts[end].b == contact.b) {
-      const bool has_friction = contacts[end].friction != 0;
-      if (has_friction) manifold.friction |= std::uint32_t{1} << manifold.contacts;
-      rows += has_friction ? 3 : 1;
+           contacts[end].b == contact.b && (contacts[end].friction != 0) == has_friction) {
       ++manifold.contacts;
       ++end;
     }
-    const bool is_regular = gives_way(model.masses[contact.a]) || gives_way(model.masses[contact.b]);
+    const bool is_regular = moves_freely(model.masses[contact.a]) || moves_freely(model.masses[contact.b]);
     if (!q.empty() && manifold.contacts > 1 && is_regular &&
         have_one_direction(&contact, manifold.contacts)) {
       const auto shape = patch_shape(&contact, manifold.contacts, q[contact.a], q[contact.b]);
@@ -87,7 +80,7 @@ void ContactBatches::list_manifolds(const Model& model, const std::vector<Contac
         continue;
       }
     }
-    row_count += rows;
+    row_count += (has_friction ? 3 : 1) * manifold.contacts;
     manifolds_.push_back(manifold);
   }
   measure_distances(model);
@@ -139,8 +132,8 @@ void ContactBatches::add_batch(const Model& model, const std::vector<Contact>& c
   const Manifold& longest = first[count - 1];
   ContactBatch x{};
   x.contacts = longest.contacts;
+  x.has_friction = longest.has_friction;
   x.manifolds = count;
-  x.first_restitution = -1;
   x.patch = -1;
   for (int lane = 0; lane < lanes; ++lane) {
     const Manifold& manifold = first[lane < count ? lane : 0];
@@ -158,7 +151,7 @@ void ContactBatches::add_batch(const Model& model, const std::vector<Contact>& c
       x.inverse_inertia_b[k][lane] = b.inverse_inertia[k];
     }
     for (int i = 0; i < manifold.contacts && manifold.corners == 0; ++i) {
-      if (contacts[source + i].restitution != Contact::no_impact) x.first_restitution = counts_.restitutions;
+      if (contacts[source + i].restitution != Contact::no_impact) x.has_impacts = true;
     }
   }
   if (longest.corners > 0) {
@@ -171,16 +164,10 @@ void ContactBatches::add_batch(const Model& model, const std::vector<Contact>& c
     batches.push_back(x);
     return;
   }
-  for (int i = 0; i < x.contacts; ++i) {
-    if ((longest.friction >> i & 1) != 0) x.contact_of[x.frictions++] = static_cast<std::uint8_t>(i);
-  }
-  x.first_normal = counts_.normals;
-  x.first_friction = counts_.frictions;
+  x.first_point = counts_.points;
   x.first_coupling = counts_.couplings;
-  counts_.normals += x.contacts;
-  counts_.frictions += x.frictions;
+  counts_.points += x.contacts;
   counts_.couplings += x.contacts * x.contacts;
-  if (x.first_restitution >= 0) counts_.restitutions += x.contacts;
   batches.push_back(x);
 }
 
@@ -229,12 +216,6 @@ bool ContactBatches::have_shapes_of_batches() const {
   });
 }
 
-void ContactBatches::list_shapes_of_batches() {
-  shapes_of_batches_.clear();
-  for (const PatchShape& shape : shapes)
-    shapes_of_batches_.emplace_back(shape.collider_a, shape.collider_b, shape.corners);
-}
-
 void ContactBatches::build(const Model& model, const std::vector<Contact>& contacts,
                            std::vector<PatchShape>& kept, const std::vector<Coordinates>& q) {
   reserve(model, contacts.capacity());
@@ -249,41 +230,32 @@ void ContactBatches::build(const Model& model, const std::vector<Contact>& conta
   batches.clear();
   counts_ = {};
   list_manifolds(model, contacts, q);
-  list_shapes_of_batches();
+  shapes_of_batches_.clear();
+  for (const PatchShape& shape : shapes)
+    shapes_of_batches_.emplace_back(shape.collider_a, shape.collider_b, shape.corners);
   last_batch_.assign(model.masses.size(), -1);
   for (std::size_t begin = 0, end = 0; begin < manifolds_.size(); begin = end) {
     while (end < manifolds_.size() && manifolds_[end].distance == manifolds_[begin].distance) ++end;
     add_batches(model, contacts, begin, end);
   }
-  normals.resize(counts_.normals);
-  frictions.resize(counts_.frictions);
-  touching.resize(counts_.frictions);
-  directions.resize(counts_.normals);
-  restitutions.resize(counts_.restitutions);
+  normals.resize(counts_.points);
+  frictions.resize(counts_.points);
+  touching.resize(counts_.points);
+  directions.resize(counts_.points);
+  restitutions.resize(counts_.points);
   couplings.resize(counts_.couplings);
   patches.resize(counts_.patches);
   patch_corners.resize(counts_.corners);
   slides.assign(batches.size(), 0);
 }
 
-/// Reserves room for `most` contacts, as there are at most as many manifolds.
+/// Reserves memory for `most` contacts, as there are at most as many manifolds.
 void ContactBatches::reserve(const Model& model, std::size_t most) {
-  manifolds_.reserve(most);
-  batches.reserve(most);
-  slides.reserve(most);
-  normals.reserve(most);
-  frictions.reserve(most);
-  touching.reserve(most);
-  directions.reserve(most);
-  restitutions.reserve(most);
+  const auto reserve_for = [most](auto&... vectors) { (vectors.reserve(most), ...); };
+  reserve_for(manifolds_, batches, slides, normals, frictions, touching, directions, restitutions, shapes,
+              shapes_of_batches_, patches, patch_corners, position_of_, in_order_);
   couplings.reserve(8 * most);
-  shapes.reserve(most);
-  shapes_of_batches_.reserve(most);
-  patches.reserve(most);
-  patch_corners.reserve(most);
   partners_.reserve(2 * most);
-  place_of_.reserve(most);
-  in_order_.reserve(most);
   begin_.reserve(most + 1);
   reached_.reserve(model.masses.size());
 }

@@ -1,15 +1,14 @@
 #pragma once
 /// The contacts of a step as rows, by manifolds, four manifolds at a time.
 ///
-/// A manifold holds the contact points of one pair of bodies (at most `most_in_manifold`; a pair with more
-/// has several). A sweep visits the manifolds one after the other: their normals as one block, then the
-/// friction of each point, two rows as one block. Manifolds that share no moving body do not notice each
-/// other, and may as well be solved at once, one in each lane of a vector. No lane depends on another, so the
-/// bits are those of a sweep manifold by manifold, on every machine.
+/// A manifold holds contact points of one pair of bodies, at most `most_in_manifold`, that either all have
+/// friction or none. A sweep solves one manifold after the other: its normals as one block, then the friction
+/// of each point, two rows as one block. Manifolds without a common moving body are solved at once, one in
+/// each lane of a vector. No lane depends on another, so the bits are those of a sweep manifold by manifold,
+/// on every machine.
 ///
-/// The report leaves contacts open ("ignoring friction", IV.3.1; "foreach", proc3:9). Two things are read
-/// into it: λ's limits hold for the impulse of the step, not of a sub-step; and a sweep ends at what cannot
-/// move.
+/// The report leaves contacts open ("ignoring friction", IV.3.1; "foreach", proc3:9). We add two rules: λ's
+/// limits hold for the impulse of the step, not of a sub-step; and a sweep ends at what cannot move.
 
 #include <array>
 #include <cstdint>
@@ -32,11 +31,15 @@ struct LaneVectors {
   Lanes component[3];
   Lanes& operator[](int k) { return component[k]; }
   const Lanes& operator[](int k) const { return component[k]; }
+  Lanes* begin() { return component; }
+  Lanes* end() { return component + 3; }
+  Vector3 lane(int i) const { return {component[0][i], component[1][i], component[2][i]}; }
 };
 
-/// One row of each of four manifolds: Row of constraint.h, less what a contact does not need. Its linear part
-/// is its direction (ContactDirections), its angular parts are in the bodies' frames, in which moments of
-/// inertia are diagonal, so that M⁻¹Jᵀ follows from it: what a sweep reads is most of what it costs.
+/// One row of each of four manifolds: Row of constraint.h without the fields that a contact does not need.
+/// Its linear part is its direction (ContactDirections). Its angular parts are in the bodies' frames, in
+/// which moments of inertia are diagonal, so that M⁻¹Jᵀ follows from them. Reading rows is most of a sweep's
+/// cost.
 struct ContactRow {
   LaneVectors angular_a;
   LaneVectors angular_b;
@@ -44,7 +47,7 @@ struct ContactRow {
   Lanes impulse;  ///< λ of the whole step so far
 };
 
-/// The normal and the tangents of contact points, in the world's frame.
+/// The normal and the tangents of contact points, in one frame: the world's in ContactBatches.
 struct ContactDirections {
   LaneVectors normal;
   LaneVectors tangent[2];
@@ -103,11 +106,10 @@ struct RestitutionRow {
   Lanes resting_acceleration;  ///< slower than this for a sub-step is at rest, m/s²
   Lanes gap;                   ///< at the coordinates that the row was formulated for, m
   Lanes acceleration;          ///< by gravity, against the normal, m/s²
-  Lanes velocity;              ///< along the normal, at least that after this sub-step, m/s
-  Lanes right;                 ///< the same as the row's right-hand side: A5 adds J sv
-  Lanes
-      right_of_slip[2];  ///< the right-hand sides of a contact's friction that stops in the impact: A5's J sv
-  Lanes impact;          ///< whether that holds, not β: 1 or 0
+  /// Right-hand sides in an impact, of the normal and the tangents, m/s: the least velocity after the
+  /// sub-step, and 0; A5 adds J sv.
+  Lanes right[3];
+  Lanes impact;  ///< 1 where `right` holds in place of β, else 0
 };
 
 /// The two rows of a contact point's friction: |λ_t − origin| <= μ (λ_n − origin_normal), a disc.
@@ -125,16 +127,10 @@ struct FrictionRows {
   Lanes slides;  ///< whether the disc's edge is reached: 1 or 0
 };
 
-/// Arms from the centres of mass to a contact point with friction, in the bodies' frames. They are those of
-/// the last formulation: a round body that is formulated anew touches with another point.
-struct TouchingPoint {
-  LaneVectors arm_a;
-  LaneVectors arm_b;
-};
-
-/// Coupling of two normals i and j in each of four manifolds: Γ_ij/Γ_ii for i ≠ j, and Γ_ii on the diagonal.
-struct Coupling {
-  Lanes share;
+/// Arms from the centres of mass to a contact point, in the bodies' frames.
+struct PointArms {
+  LaneVectors a;
+  LaneVectors b;
 };
 
 /// Up to four manifolds, no two sharing a moving body.
@@ -149,59 +145,75 @@ struct ContactBatch {
   std::array<int, lanes> count;   ///< of the manifold's contacts: beyond, nothing acts on a lane
   int manifolds;                  ///< lanes beyond repeat the first
   int contacts;                   ///< the largest count
-  int frictions;                  ///< of them with friction
-  std::array<std::uint8_t, most_in_manifold> contact_of;  ///< by friction
-  int first_normal;       ///< normals[first_normal] … , one for each contact
-  int first_friction;     ///< frictions[first_friction] …
-  int first_coupling;     ///< couplings[first_coupling] …: of the normals, row by row
-  int first_restitution;  ///< restitutions[first_restitution] …, one for each contact; −1: none bounces
-  int patch;              ///< patches[patch]; −1: the manifolds are solved by points
-  int corners;            ///< the largest number of corners of its patches
-  int first_corner;       ///< patch_corners[first_corner] …
-  std::array<int, lanes> shape;  ///< shapes[shape[lane]] of its patches
-  int frictions_of(int lane) const {
-    int number = 0;
-    while (number < frictions && contact_of[number] < count[lane]) ++number;
-    return number;
-  }
+  bool has_friction;              ///< of its points
+  bool has_impacts;               ///< some of its points have restitution or are stopped at once
+  int first_point;                ///< normals[first_point], frictions[first_point], …: one for each contact
+  int first_coupling;             ///< couplings[first_coupling] …: of the normals, row by row
+  int patch;                      ///< patches[patch]; −1: the manifolds are solved by points
+  int corners;                    ///< the largest number of corners of its patches
+  int first_corner;               ///< patch_corners[first_corner] …
+  std::array<int, lanes> shape;   ///< shapes[shape[lane]] of its patches
 };
 
-/// Impulses of the rows when the last sub-step began, one entry for each row of ContactBatches. Empty without
-/// a warm start.
+/// Coupling of two normals i and j in each of four manifolds: Γ_ij/Γ_ii for i ≠ j, and Γ_ii on the diagonal.
+struct Coupling {
+  Lanes share;
+};
+
+/// The rows of a batch that is solved by points: of each array one element for each contact.
+struct PointRows {
+  NormalRow* normals;
+  FrictionRows* frictions;  ///< used where the batch has friction
+  PointArms* arms;
+  ContactDirections* directions;
+  RestitutionRow* restitutions;  ///< null where the batch has no impacts
+  Coupling* couplings;           ///< of the normals, row by row
+};
+
+/// Impulses of the rows when the last sub-step began. Empty without a warm start.
 struct GivenBefore {
   using ByLane = std::array<double, lanes>;
-  std::vector<ByLane> normals;
-  std::vector<std::array<ByLane, 2>> frictions;
+  std::vector<std::array<ByLane, 3>> points;                  ///< normal, friction
   std::vector<std::array<std::array<ByLane, 3>, 2>> patches;  ///< normals, friction
   double force_of_impulse = 0;                                ///< 1/s
 };
 
 class ContactBatches {
  public:
-  /// Takes the place of what was there. Contacts of one pair of bodies follow each other. Rows are to be
-  /// formulated afterwards; their impulses are 0. Keeps its memory from step to step. `q`: the coordinates
-  /// at which the contacts were found; without them there are no new patches. `kept`: patches of the
-  /// step before that still hold; their memory is swapped.
+  /// Builds the batches from the contacts of a step, of which those of one pair of bodies follow each other.
+  /// Rows are to be formulated afterwards; their impulses are 0. Keeps its memory from step to step. `q`: the
+  /// coordinates at which the contacts were found; without them there are no new patches. `kept`: patches of
+  /// the step before that still hold; their memory is swapped.
   ///
-  /// Order: manifolds far from what cannot move come first, those with the world last, by the smaller of both
-  /// bodies' distances from it in the graph of contacts; those of one
-  /// distance as add_batches() says.
+  /// Manifolds far from fixed bodies come first and those with the world last, by the smaller distance of
+  /// both bodies from a fixed one in the graph of contacts; add_batches() orders those of one distance.
   void build(const Model& model, const std::vector<Contact>& contacts, std::vector<PatchShape>& kept,
              const std::vector<Coordinates>& q);
 
-  /// Stores what the next step needs of the contacts, with the bodies at q: a point that does not slide keeps
-  /// its displacement, if it `keeps` any. The memory of `patches_of_state` is swapped.
+  /// Stores the contact cache for the next step, with the bodies at q. A point that does not slide keeps its
+  /// displacement where `keeps` is true. The memory of `patches_of_state` is swapped.
   void remember(const std::vector<Contact>& found, const std::vector<Coordinates>& q, bool keeps,
                 std::vector<ContactMemory>& memory, std::vector<PatchShape>& patches_of_state);
+
+  /// Returns the rows of a batch that is solved by points.
+  PointRows points_of(const ContactBatch& x) {
+    return {normals.data() + x.first_point,
+            frictions.data() + x.first_point,
+            touching.data() + x.first_point,
+            directions.data() + x.first_point,
+            x.has_impacts ? restitutions.data() + x.first_point : nullptr,
+            couplings.data() + x.first_coupling};
+  }
 
   std::vector<ContactBatch> batches;
   std::vector<NormalRow> normals;
   std::vector<FrictionRows> frictions;
-  std::vector<TouchingPoint> touching;        ///< one of each of `frictions`
-  std::vector<ContactDirections> directions;  ///< one of each of `normals`
-  std::vector<std::uint8_t> slides;           ///< by batch: whether any of its points goes on sliding
+  /// Arms of the last formulation: a round body that is formulated anew touches with another point.
+  std::vector<PointArms> touching;
+  std::vector<ContactDirections> directions;
   std::vector<RestitutionRow> restitutions;
   std::vector<Coupling> couplings;
+  std::vector<std::uint8_t> slides;  ///< by batch: 1 where any of its points continues to slide
   std::vector<PatchShape> shapes;
   std::vector<Patch> patches;
   std::vector<PatchCorner> patch_corners;
@@ -216,14 +228,13 @@ class ContactBatches {
   struct Manifold {
     int distance;  ///< of the nearer body from what cannot move; less is later
     int contacts;
-    std::uint32_t friction;  ///< bit i: contact i has friction
-    int source;              ///< its first contact; of a kept patch −1
-    int corners;             ///< of its patch; 0: it is solved by points
+    bool has_friction;
+    int source;   ///< its first contact; of a kept patch −1
+    int corners;  ///< of its patch; 0: it is solved by points
     int shape;
     int a;
     int b;
     std::pair<int, int> colliders;  ///< of its first contact, in ascending order: the order of the file
-    bool has_friction_throughout() const;
     bool is_shorter(const Manifold& other) const;
     bool fits(const Manifold& other) const;  ///< in one batch
   };
@@ -239,19 +250,16 @@ class ContactBatches {
   void list_manifolds(const Model& model, const std::vector<Contact>& contacts,
                       const std::vector<Coordinates>& q);
   bool have_shapes_of_batches() const;
-  void list_shapes_of_batches();
   void measure_distances(const Model& model);
   void reserve(const Model& model, std::size_t most);
-  void sort_places(const std::vector<Contact>& found);
+  void sort_by_colliders(const std::vector<Contact>& found);
   void add_batches(const Model& model, const std::vector<Contact>& contacts, std::size_t begin,
                    std::size_t end);
   void add_batch(const Model& model, const std::vector<Contact>& contacts, const Manifold* first, int count);
 
   /// Numbers of rows and corners that the batches have taken so far.
   struct Counts {
-    int normals;
-    int frictions;
-    int restitutions;
+    int points;
     int couplings;
     int patches;
     int corners;
@@ -261,8 +269,8 @@ class ContactBatches {
   std::vector<Manifold> manifolds_;
   bool had_no_points_ = false;                                ///< when the batches were built
   std::vector<std::tuple<int, int, int>> shapes_of_batches_;  ///< colliders and corners, then
-  std::vector<int> in_order_;                                 ///< contacts, as they are remembered
-  std::vector<int> place_of_;                                 ///< by contact: its place among them
+  std::vector<int> in_order_;                                 ///< contacts in the order of the cache
+  std::vector<int> position_of_;                              ///< by contact: its position in `in_order_`
   std::vector<int> last_batch_;                               ///< by body: the last that it is in
   std::vector<int> distance_;                                 ///< by body: from what cannot move
   std::vector<int> begin_;  ///< by body: of its partners; by collider: of its contacts
@@ -271,23 +279,25 @@ class ContactBatches {
 };
 
 /// s2 of all rows, as formulate() of formulate.h does it: rotations of the coordinates q; rows in the bodies'
-/// frames (J̆). What slides lets its displacement go.
+/// frames (J̆). Resets the displacement of points that slide.
 void formulate(ContactBatches& contacts, const std::vector<Contact>& found, const std::vector<Coordinates>& q,
                const std::vector<Matrix3>& rotations, double hs);
 
-/// The start of a sub-step: which contacts meet in it with an impact. `v`: velocities before the forces act;
+/// Starts a sub-step: sets which contacts have an impact in it. `v`: velocities before the forces act;
 /// `offset`: sum of the velocities since the formulation. `sum_v`: A5's, else null.
 void start_substep(ContactBatches& contacts, double hs, const std::vector<Velocity>& v,
                    const std::vector<Velocity>& offset, const std::vector<Velocity>* sum_v);
 
-/// For all rows of a batch: the change of λ in J_x(κ v + M⁻¹J_xᵀλ) = τ β_x : lo, hi, relaxed by ω, and
-/// v ← v + scale · M⁻¹J_xᵀ change. `moved`: raised to the largest |change| Γ_xx, if given.
+/// Factors of the solution of a batch: the change of λ in J_x(κ v + M⁻¹J_xᵀλ) = τ β_x : lo, hi, relaxed by ω,
+/// and v ← v + scale · M⁻¹J_xᵀ change.
 struct RowSolve {
   double kappa = 1;
   double tau = 1;
   double omega = 1;
   double scale = 1;
 };
+
+/// Solves all rows of a batch. `moved`: raised to the largest |change| Γ_xx, if given.
 void solve_and_apply(ContactBatches& contacts, const ContactBatch& x, const RowSolve& how,
                      std::vector<Velocity>& v, double* moved = nullptr);
 
@@ -297,9 +307,32 @@ void box_biases(ContactBatches& contacts, const Stabilization& by);
 /// Adds `share` of J̆ change to the biases of all rows.
 void add_to_biases(ContactBatches& contacts, double share, const std::vector<Velocity>& change);
 
-/// Lets the friction that slides follow no coordinates: its bias is 0, or J̆ sv with A5's sum of velocities
-/// `sum_v`, and its displacement counts from `offset`, the sum of velocities since the formulation.
+/// Sets the bias of friction that slides to 0, or to J̆ sv with A5's sum of velocities `sum_v`. Its
+/// displacement counts from `offset`, the sum of velocities since the formulation.
 void let_go_of_sliding(ContactBatches& contacts, double hs, const std::vector<Velocity>* sum_v,
                        const std::vector<Velocity>& offset);
+
+/// Sets the impulses of the contacts in the sub-step before the step's first, of `duration` seconds, from the
+/// forces of Contact and PatchShape. `scale`: the factor of A5's impulses relative to λ□.
+void set_given_before(ContactBatches& contacts, const std::vector<Contact>& found, double duration,
+                      double scale);
+
+/// Starts a sub-step warm: λ ← λ + fraction · the last sub-step's impulse, and v ← v + scale · M⁻¹Jᵀ of it.
+/// Manifolds with an impact start from 0.
+void warm_start(ContactBatches& contacts, double fraction, double scale, std::vector<Velocity>& v);
+
+/// Calls `what` with each row of the first `count` points of a batch: the index of the point, 0 for the
+/// normal or 1 and 2 for the tangents, the direction, and the row.
+template <typename Batches, typename Function>
+[[gnu::always_inline]] inline void for_each_row(Batches& contacts, const ContactBatch& x, int count,
+                                                const Function& what) {
+  for (int i = 0; i < count; ++i) {
+    const int point = x.first_point + i;
+    const ContactDirections& along = contacts.directions[point];
+    what(i, 0, along.normal, contacts.normals[point].row);
+    for (int k = 0; k < 2 && x.has_friction; ++k)
+      what(i, 1 + k, along.tangent[k], contacts.frictions[point].row[k]);
+  }
+}
 
 }  // namespace substep

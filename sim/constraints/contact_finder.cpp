@@ -4,11 +4,13 @@
 #include <cmath>
 #include <limits>
 
-#include "sim/constraints/contact_thresholds.h"
 #include "sim/geometry/touching_ellipsoid.h"
 
 namespace substep {
 namespace {
+
+/// Motion of the bodies below which a patch is kept, relative to the smaller shape, and rad.
+constexpr double barely_moved = 1e-3;
 
 bool meets(const Collider& one, const Collider& other) {
   return other.in_no_system || (other.member & one.collides_with) != 0;
@@ -38,38 +40,25 @@ ContactFinder::ContactFinder(const Scene& scene, const Model& model) : model_(mo
   if (!model.contacts) return;
   for (const Collider& collider : scene.colliders) {
     const double size = std::visit(Reach{}, collider.shape);
-    candidates_.push_back({
-        &collider,
-        collider.placement.position.norm() + size,
-        size > 0 ? size : std::numeric_limits<double>::infinity(),
-        is_curved(collider.shape),
-    });
+    const double known_size = size > 0 ? size : std::numeric_limits<double>::infinity();
+    candidates_.push_back(
+        {&collider, collider.placement.position.norm() + size, known_size, is_curved(collider.shape)});
   }
   poses_.resize(candidates_.size());
   bounds_.resize(candidates_.size());
   margins_.resize(candidates_.size());
-  // Room for a dense pile, so that steps after the first need no more.
-  pairs_.reserve(16 * candidates_.size());
-  points_.reserve(64);
-  contacts_.reserve(16 * candidates_.size());
-  begins_.reserve(candidates_.size() + 1);
-  patch_begins_.reserve(candidates_.size() + 1);
-  patches_of_.reserve(16 * candidates_.size());
-  kept_.reserve(16 * candidates_.size());
-  touching_.reserve(16 * candidates_.size());
-  neighbours_.reserve(16 * candidates_.size());
-  is_pushed_.reserve(model.masses.size());
-  groups_.reserve(16 * candidates_.size());
-  group_of_.reserve(candidates_.size());
-  meetings_.reserve(4 * candidates_.size());
-  motions_.resize(model.masses.size());
-  rotations_.resize(model.masses.size());
-  moved_.resize(model.masses.size());
-  has_motion_.reserve(model.masses.size());
-  is_off_.reserve(model.masses.size());
-  is_at_rest_.reserve(model.masses.size());
-  is_left_out_.reserve(model.masses.size());
-  earliest_.reserve(model.masses.size());
+  // Reserve memory for a dense pile, so that steps after the first need no more.
+  const auto reserve = [](std::size_t count, auto&... vectors) { (vectors.reserve(count), ...); };
+  const std::size_t colliders = candidates_.size();
+  reserve(16 * colliders, pairs_, contacts_, patches_of_, kept_, touching_, neighbours_, groups_);
+  reserve(colliders + 1, begins_, patch_begins_, group_of_);
+  reserve(4 * colliders, meetings_);
+  reserve(64, points_);
+  const std::size_t bodies = model.masses.size();
+  motions_.resize(bodies);
+  rotations_.resize(bodies);
+  moved_.resize(bodies);
+  reserve(bodies, has_motion_, is_off_, is_pushed_, is_at_rest_, is_left_out_, earliest_);
 }
 
 bool ContactFinder::may_meet(std::uint32_t i, std::uint32_t j) const {
@@ -89,12 +78,14 @@ bool ContactFinder::may_meet(std::uint32_t i, std::uint32_t j) const {
 
 std::pair<std::uint32_t, std::uint32_t> ContactFinder::in_order(std::uint32_t i, std::uint32_t j) const {
   // The normal is fixed in b. The static one is b; else the one that comes first in the file.
-  const bool swap = model_.masses[candidates_[j].collider->body].inverse_mass == 0;
+  const bool swap = model_.masses[body_of(j)].inverse_mass == 0;
   return swap ? std::pair(i, j) : std::pair(j, i);
 }
 
 const std::vector<Contact>& ContactFinder::find(const State& state, double duration, int substeps,
                                                 bool aligned, double part, bool all) {
+  state_ = &state;
+  aligned_ = aligned;
   part_ = part;
   all_ = all;
   duration_ = duration;
@@ -109,8 +100,7 @@ const std::vector<Contact>& ContactFinder::find(const State& state, double durat
   kept_.clear();
   has_motion_.assign(state.q.size(), false);
   is_at_rest_.assign(state.q.size(), false);
-  list_remembered(state);
-  state_ = &state;
+  list_remembered();
   for (std::size_t i = 0; i < state.q.size(); ++i) rotations_[i] = state.q[i].angular.toRotationMatrix();
   double fastest = 0;
   for (const Velocity& v : state.v) fastest = std::max(fastest, v.linear.norm());
@@ -131,11 +121,11 @@ const std::vector<Contact>& ContactFinder::find(const State& state, double durat
     if (!may_meet(i, j)) continue;
     const auto [a, b] = in_order(i, j);
     const std::size_t before = groups_.size();
-    find_pair(state, aligned, a, b);
+    find_pair(a, b);
     if (groups_.size() > before) touching_.emplace_back(i, j);
   }
   keep_first_impacts();
-  add_neighbours(state, aligned);
+  add_neighbours();
   drop_flush();
   remove_dropped();
   return contacts_;
@@ -143,7 +133,7 @@ const std::vector<Contact>& ContactFinder::find(const State& state, double durat
 
 /// Adds the contacts of colliders that are near, will not meet under gravity alone, and belong to bodies that
 /// touch other moving ones: these may push them together. In a pile that saves taking the step in parts.
-void ContactFinder::add_neighbours(const State& state, bool aligned) {
+void ContactFinder::add_neighbours() {
   if (neighbours_.empty()) return;
   is_pushed_.assign(model_.masses.size(), false);
   for (const auto& [i, j] : touching_) {
@@ -156,7 +146,7 @@ void ContactFinder::add_neighbours(const State& state, bool aligned) {
     points_.clear();
     find_contacts(candidates_[a].collider->shape, poses_[a], candidates_[b].collider->shape, poses_[b],
                   margins_[a] + margins_[b], points_);
-    add_contacts(state, aligned, a, b, 0);
+    add_contacts(a, b, 0);
     touching_.emplace_back(std::min(a, b), std::max(a, b));
     is_at_rest_[body_of(a)] = is_at_rest_[body_of(b)] = true;
   }
@@ -164,28 +154,116 @@ void ContactFinder::add_neighbours(const State& state, bool aligned) {
 }
 
 /// Returns how a body moves under gravity alone.
-const RigidMotion& ContactFinder::motion_of(const State& state, int body) {
+const RigidMotion& ContactFinder::motion_of(int body) {
   if (!has_motion_[body]) {
-    const Coordinates& q = state.q[body];
-    const Velocity& v = state.v[body];
+    const Coordinates& q = state_->q[body];
+    const Velocity& v = state_->v[body];
     motions_[body] = {q.linear, q.angular, v.linear, fall_of(body), whole_substep_, v.angular};
     has_motion_[body] = true;
   }
   return motions_[body];
 }
 
-MovingShape ContactFinder::moving(const State& state, std::uint32_t i) {
+MovingShape ContactFinder::moving(std::uint32_t i) {
   const Collider& collider = *candidates_[i].collider;
-  return {&collider.shape, collider.placement, candidates_[i].reach, motion_of(state, collider.body)};
+  return {&collider.shape, collider.placement, candidates_[i].reach, motion_of(collider.body)};
+}
+
+/// Returns what is remembered of two colliders as a patch, or null.
+const PatchShape* ContactFinder::patch_of(std::uint32_t a, std::uint32_t b) const {
+  for (int i = patch_begins_[a]; i < patch_begins_[a + 1]; ++i) {
+    const PatchShape& patch = state_->patches[patches_of_[i]];
+    if (patch.collider_b == static_cast<int>(b)) return &patch;
+  }
+  return nullptr;
+}
+
+/// Keeps a patch of the step before, if its bodies have barely moved relative to each other since it was
+/// found, and do not collide. Returns whether it does.
+bool ContactFinder::keep_patch(const PatchShape& patch, double margin) {
+  if (part_ != 1 || all_ || patch.left_over > 0 || margin > patch.margin) return false;
+  const auto a = static_cast<std::uint32_t>(patch.collider_a);
+  const auto b = static_cast<std::uint32_t>(patch.collider_b);
+  const double size = smaller_size(a, b);
+  const Matrix3& rotation_b = rotations_[patch.b];
+  const Coordinates& qa = state_->q[patch.a];
+  const Coordinates& qb = state_->q[patch.b];
+  const Vector3 apart = qa.linear - qb.linear;
+  const double farthest = barely_moved * size;
+  if ((apart - rotation_b * patch.position).squaredNorm() > farthest * farthest) return false;
+  const double cosine = qb.angular.coeffs().dot((qa.angular * patch.turn.conjugate()).coeffs());
+  const double squared_turn = 4 * (1 - cosine * cosine);  // of half the angle
+  if (squared_turn > barely_moved * barely_moved) return false;
+  const Vector3 normal = rotation_b * patch.axes_in_b.col(0);
+  const Vector3 arm_a = rotations_[patch.a] * patch.arm_a;
+  const Vector3 arm_b = rotation_b * patch.arm_b;
+  if (normal.dot(apart + arm_a - arm_b) > std::max(touched_before * size, falls_of_touched * fall_))
+    return false;
+  // Leave impacts to contacts by points.
+  const Velocity& va = state_->v[patch.a];
+  const Velocity& vb = state_->v[patch.b];
+  const Vector3 before = va.linear + va.angular.cross(arm_a) - vb.linear - vb.angular.cross(arm_b);
+  const Vector3 turning = va.angular - vb.angular;
+  const double approach = -normal.dot(before);
+  const double twist = normal.dot(turning);
+  const double slow = hard * size / duration_ - approach;
+  const double squared_tilting = patch.radius * patch.radius * (turning - twist * normal).squaredNorm();
+  if (slow < 0 || squared_tilting > slow * slow) return false;
+  kept_.push_back(patch);
+  PatchShape& kept = kept_.back();
+  kept.is_kept = true;
+  const double squared_slip =
+      (before + approach * normal).squaredNorm() + patch.radius * patch.radius * twist * twist;
+  const PairMaterial material(candidates_[a].collider->material, candidates_[b].collider->material);
+  const double squared_at_rest = duration_ * duration_ * (fall_of(patch.a) - fall_of(patch.b)).squaredNorm();
+  kept.friction = squared_slip > squared_at_rest ? material.dynamic_friction : material.static_friction;
+  is_at_rest_[patch.a] = is_at_rest_[patch.b] = true;
+  groups_.push_back({.begin = contacts_.size(),
+                     .end = contacts_.size(),
+                     .normal = normal,
+                     .colliders = {patch.collider_a, patch.collider_b},
+                     .patch = static_cast<int>(kept_.size()) - 1,
+                     .points = patch.corners,
+                     .arm_a = patch.arm_a,
+                     .arm_b = patch.arm_b});
+  return true;
+}
+
+/// Finds where each collider's points and patches begin among those remembered, which are sorted by it.
+void ContactFinder::list_remembered() {
+  begins_.assign(candidates_.size() + 1, 0);
+  const auto count = static_cast<int>(candidates_.size());
+  for (const ContactMemory& memory : state_->contacts) {
+    if (memory.collider_a >= 0 && memory.collider_a < count) ++begins_[memory.collider_a + 1];
+  }
+  for (std::size_t i = 1; i < begins_.size(); ++i) begins_[i] += begins_[i - 1];
+  patch_begins_.assign(candidates_.size() + 1, 0);
+  for (const PatchShape& patch : state_->patches) ++patch_begins_[patch.collider_a];
+  for (std::size_t i = 1; i < patch_begins_.size(); ++i) patch_begins_[i] += patch_begins_[i - 1];
+  patches_of_.resize(state_->patches.size());
+  for (int i = 0; i < static_cast<int>(state_->patches.size()); ++i) {
+    patches_of_[--patch_begins_[state_->patches[i].collider_a]] = i;
+  }
+}
+
+std::span<const ContactMemory> ContactFinder::remembered_of(std::uint32_t a, std::uint32_t b) const {
+  const auto first = state_->contacts.begin();
+  const int other = static_cast<int>(b);
+  const auto begin = std::lower_bound(
+      first + begins_[a], first + begins_[a + 1], other,
+      [](const ContactMemory& memory, int collider) { return memory.collider_b < collider; });
+  auto end = begin;
+  while (end != first + begins_[a + 1] && end->collider_b == other) ++end;
+  return {begin, end};
 }
 
 /// Adds the contacts of two colliders that touch, or that are apart and meet.
-void ContactFinder::find_pair(const State& state, bool aligned, std::uint32_t a, std::uint32_t b) {
+void ContactFinder::find_pair(std::uint32_t a, std::uint32_t b) {
   const Shape& shape_a = candidates_[a].collider->shape;
   const Shape& shape_b = candidates_[b].collider->shape;
   const double margin = margins_[a] + margins_[b];
-  const PatchShape* const before = aligned ? nullptr : patch_of(state, a, b);
-  if (before && keep_patch(state, *before, margin)) return;
+  const PatchShape* const before = aligned_ ? nullptr : patch_of(a, b);
+  if (before && keep_patch(*before, margin)) return;
   points_.clear();
   const double spare = before ? spare_margin * smaller_size(a, b) : 0;
   find_contacts(shape_a, poses_[a], shape_b, poses_[b], margin + spare, points_);
@@ -194,18 +272,18 @@ void ContactFinder::find_pair(const State& state, bool aligned, std::uint32_t a,
   for (const ContactPoint& point : points_) gap = std::min(gap, point.distance);
   const double size = smaller_size(a, b);
   if (gap <= touching * size || (gap <= std::max(touched_before * size, falls_of_touched * fall_) &&
-                                 (before || !remembered_of(state, a, b).empty()))) {
-    add_contacts(state, aligned, a, b, 0);
+                                 (before || !remembered_of(a, b).empty()))) {
+    add_contacts(a, b, 0);
     if (!(approach_ > 0) && !separates_) is_at_rest_[body_of(a)] = is_at_rest_[body_of(b)] = true;
     if (approach_ > 0 || separates_) {
       meetings_.push_back({a, b, 0, true, !separates_, separates_, groups_.size() - 1});
     }
     return;
   }
-  const MovingShape moving_a = moving(state, a);
-  const MovingShape moving_b = moving(state, b);
+  const MovingShape moving_a = moving(a);
+  const MovingShape moving_b = moving(b);
   const std::optional<Impact> impact = time_of_impact(moving_a, moving_b, duration_, touching * size / 2);
-  if (!impact && all_) return add_contacts(state, aligned, a, b, 0);
+  if (!impact && all_) return add_contacts(a, b, 0);
   if (!impact) {
     const PairMaterial material(candidates_[a].collider->material, candidates_[b].collider->material);
     if (material.restitution == 0 && margin <= aside * size) neighbours_.emplace_back(a, b);
@@ -217,7 +295,7 @@ void ContactFinder::find_pair(const State& state, bool aligned, std::uint32_t a,
   find_contacts(shape_a, pose_a, shape_b, pose_b, margin * (1 - impact->time / duration_) + touching * size,
                 points_);
   const std::size_t first = contacts_.size();
-  add_contacts(state, aligned, a, b, impact->time);
+  add_contacts(a, b, impact->time);
   if (contacts_.size() == first) return;
   const Vector3 closing = moving_b.motion.displacement(duration_) - moving_a.motion.displacement(duration_);
   const auto any_of_these = [&](auto&& property) {

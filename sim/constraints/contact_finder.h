@@ -16,6 +16,37 @@
 
 namespace substep {
 
+/// Motion of a point on both bodies, and slip in a step, below which it is the same point, relative to the
+/// smaller shape. The point of a fast rolling body is another one in each step: the distance rolled would
+/// count as displacement, by up to a sixth of its angle squared.
+inline constexpr double same_place = 0.02;
+
+/// Gap at which shapes touch, relative to the smaller.
+inline constexpr double touching = 2e-4;
+
+/// Gaps at which shapes that touched before still touch, relative to the smaller shape and to the fall in a
+/// step. A pile that settles trembles by as much.
+inline constexpr double touched_before = 0.05;
+inline constexpr double falls_of_touched = 4;
+
+/// Path in the step that an impact must take from a body to be solved at once, bouncing or not, relative to
+/// the smaller shape.
+inline constexpr double hard = 0.01;
+
+/// Extra distance at which points are found so that a patch can be kept, relative to the smaller shape.
+inline constexpr double spare_margin = 2e-3;
+
+/// Path in the step that an impact must take from a body to turn it aside, relative to the smaller shape.
+inline constexpr double aside = 0.25;
+
+/// Coefficients of a pair, combined from two materials.
+struct PairMaterial {
+  PairMaterial(const ContactMaterial& one, const ContactMaterial& other);
+  double dynamic_friction;
+  double static_friction;
+  double restitution;
+};
+
 /// Finds the contacts of a step. Keeps its arrays from step to step, not its answers.
 ///
 /// Shapes that touch are in contact. Shapes that are apart are, if they meet within the duration with the
@@ -91,9 +122,10 @@ class ContactFinder {
     std::size_t end;
     Vector3 normal;                ///< of the first, world
     std::array<int, 2> colliders;  ///< a and b
-    std::array<int, 2> earlier;    ///< for each, the group before it with that collider; −1: none
-    bool dropped;
-    int patch;  ///< kept_[patch]; −1: its contacts were found now
+    /// For each, the group before it with that collider; −1: none.
+    std::array<int, 2> earlier{-1, -1};
+    bool dropped = false;
+    int patch = -1;  ///< kept_[patch]; −1: its contacts were found now
     int points;
     Vector3 arm_a;  ///< of the first contact, or of the patch's centre
     Vector3 arm_b;
@@ -103,21 +135,21 @@ class ContactFinder {
   double smaller_size(std::uint32_t a, std::uint32_t b) const {
     return std::min(candidates_[a].size, candidates_[b].size);
   }
-  const RigidMotion& motion_of(const State& state, int body);
-  MovingShape moving(const State& state, std::uint32_t i);
-  void find_pair(const State& state, bool aligned, std::uint32_t a, std::uint32_t b);
+  const RigidMotion& motion_of(int body);
+  MovingShape moving(std::uint32_t i);
+  void find_pair(std::uint32_t a, std::uint32_t b);
   struct Pair;
-  Pair pair_of(const State& state, bool aligned, std::uint32_t a, std::uint32_t b, double time) const;
-  void add_contacts(const State& state, bool aligned, std::uint32_t a, std::uint32_t b, double time);
+  Pair pair_of(std::uint32_t a, std::uint32_t b, double time) const;
+  void add_contacts(std::uint32_t a, std::uint32_t b, double time);
   void set_impact(const Pair& pair, const ContactPoint& point, const Vector3& velocity, double slip_speed,
                   Contact& contact);
   void set_meeting(const Pair& pair, const ContactPoint& point, const Quaternion& b, Contact& contact) const;
   void recall(const Pair& pair, const ContactPoint& point, double slip_speed, Contact& contact) const;
-  const PatchShape* patch_of(const State& state, std::uint32_t a, std::uint32_t b) const;
-  bool keep_patch(const State& state, const PatchShape& patch, double margin);
+  const PatchShape* patch_of(std::uint32_t a, std::uint32_t b) const;
+  bool keep_patch(const PatchShape& patch, double margin);
   double depth_after(const MovingShape& a, const MovingShape& b, double time);
   void keep_first_impacts();
-  void add_neighbours(const State& state, bool aligned);
+  void add_neighbours();
   void drop_flush();
   void remove_dropped();
   bool is_flush(int collider, const Group& floor, const Group& other) const;
@@ -129,15 +161,16 @@ class ContactFinder {
     return state_->q[body].linear + state_->q[body].angular * arm;
   }
   void set_rolling(const ContactPoint& point, const Pose& pose_a, const Pose& pose_b, Contact& contact) const;
-  void list_remembered(const State& state);
-  std::span<const ContactMemory> remembered_of(const State& state, std::uint32_t a, std::uint32_t b) const;
+  void list_remembered();
+  std::span<const ContactMemory> remembered_of(std::uint32_t a, std::uint32_t b) const;
   void remember(std::span<const ContactMemory> remembered, double overlap, double slip,
                 Contact& contact) const;
   void remember(const PatchShape& patch, const Vector3& slip, double overlap, Contact& contact) const;
 
   const Model& model_;
   std::vector<Candidate> candidates_;
-  const State* state_ = nullptr;  ///< of the last find()
+  const State* state_ = nullptr;  ///< of the last find() or missed()
+  bool aligned_ = false;
   double duration_ = 0;
   double fall_ = 0;  ///< by gravity in the duration, twice, m
   double part_ = 1;

@@ -1,18 +1,16 @@
-// Memory of contacts from step to step.
+// The contact cache from step to step, the impulses of warm starts, and those that a step reports.
 
 #include <algorithm>
 #include <tuple>
 
-#include "sim/constraints/contact_batch.h"
-#include "sim/constraints/warm_start.h"
+#include "sim/constraints/formulate.h"
 
 namespace substep {
 namespace {
 
-/// Part of its displacement that a point keeps which has only begun to slide when the step ends. Measured on
-/// the wall, the pyramid of 210 and the card house with other values here, for 3 s with ten sub-steps: with
-/// nothing kept they give way by 11.6, 64 and 4.4 mm, with half by 6.7, 28 and 2.1 mm, with all by 6.4, 110
-/// and 2.1 mm.
+/// Fraction of its displacement that a point keeps which has only begun to slide when the step ends. Measured
+/// on the wall, the pyramid of 210 and the card house for 3 s with ten sub-steps: with 0 they yield by 11.6,
+/// 64 and 4.4 mm, with 0.5 by 6.7, 28 and 2.1 mm, with 1 by 6.4, 110 and 2.1 mm.
 constexpr double kept_at_edge = 0.5;
 
 /// Pose of a in b's frame at the step's end.
@@ -27,17 +25,14 @@ struct RelativePose {
 };
 
 /// Returns the point's displacement at the step's end, in the body frame of b.
-Vector3 displacement_at(const FrictionRows& rows, const TouchingPoint& touching, int lane,
-                        const Contact& contact, const RelativePose& a_in_b) {
-  const auto arm = [&](const LaneVectors& arms) {
-    return Vector3(arms[0][lane], arms[1][lane], arms[2][lane]);
-  };
-  const Vector3 apart = a_in_b.position + a_in_b.rotation * arm(touching.arm_a) - arm(touching.arm_b);
+Vector3 displacement_at(const FrictionRows& rows, const PointArms& arms, int lane, const Contact& contact,
+                        const RelativePose& a_in_b) {
+  const Vector3 apart = a_in_b.position + a_in_b.rotation * arms.a.lane(lane) - arms.b.lane(lane);
   return contact.tangent_b1 * (rows.reference[0][lane] + contact.tangent_b1.dot(apart)) +
          contact.tangent_b2 * (rows.reference[1][lane] + contact.tangent_b2.dot(apart));
 }
 
-/// Sets what a patch keeps to the next step of its displacement.
+/// Sets the displacement that a patch keeps to the next step.
 void remember_patch(const Patch& patch, int lane, bool keeps, const Coordinates& a, const Coordinates& b,
                     PatchShape& shape) {
   const bool at_edge = patch.slides[lane] > 0;
@@ -46,16 +41,105 @@ void remember_patch(const Patch& patch, int lane, bool keeps, const Coordinates&
   if (keeps && !at_edge) return;
   const RelativePose a_in_b(a, b);
   const Vector3 slip = slip_of(shape, a_in_b.position, a_in_b.rotation);
-  const double part = !keeps || shape.slid ? 0 : kept_at_edge;
-  for (int k = 0; k < 3; ++k) shape.reference[k] = part * (slip[k] + shape.reference[k]) - slip[k];
+  const double fraction = !keeps || shape.slid ? 0 : kept_at_edge;
+  for (int k = 0; k < 3; ++k) shape.reference[k] = fraction * (slip[k] + shape.reference[k]) - slip[k];
+}
+
+/// Sets PatchShape::force from the patch's impulses in the last sub-step.
+void set_force(const ContactBatches& contacts, const ContactBatch& x, int lane, PatchShape& shape) {
+  const GivenBefore& before = contacts.given_before;
+  const Patch& patch = contacts.patches[x.patch];
+  for (int k = 0; k < 3; ++k) {
+    shape.force[k] =
+        before.force_of_impulse * (patch.normal_impulse[k][lane] - before.patches[x.patch][0][k][lane]);
+    shape.force[3 + k] =
+        before.force_of_impulse * (patch.impulse[k][lane] - before.patches[x.patch][1][k][lane]);
+  }
+}
+
+/// Stores the forces of a manifold's points in the last sub-step, by the contacts' positions in the cache.
+void remember_forces(const ContactBatches& contacts, const ContactBatch& x, int lane, const Contact* found,
+                     const int* position_of, std::vector<ContactMemory>& memory) {
+  const GivenBefore& before = contacts.given_before;
+  for_each_row(
+      contacts, x, x.count[lane], [&](int i, int k, const LaneVectors& /*direction*/, const ContactRow& row) {
+        const Vector3* const along[3] = {&found[i].normal_b, &found[i].tangent_b1, &found[i].tangent_b2};
+        const double given = row.impulse[lane] - before.points[x.first_point + i][k][lane];
+        memory[position_of[i]].force += *along[k] * (before.force_of_impulse * given);
+      });
+}
+
+/// Applies an impulse and torques, which are in the bodies' frames, to a lane's bodies.
+void give(const ContactBatch& x, int lane, double scale, const Vector3& impulse, const Vector3& turn_a,
+          const Vector3& turn_b, std::vector<Velocity>& v) {
+  Velocity& a = v[x.a[lane]];
+  Velocity& b = v[x.b[lane]];
+  a.linear += impulse * (scale * x.inverse_mass_a[lane]);
+  b.linear -= impulse * (scale * x.inverse_mass_b[lane]);
+  a.angular += x.inverse_inertia_a.lane(lane).cwiseProduct(turn_a) * scale;
+  b.angular += x.inverse_inertia_b.lane(lane).cwiseProduct(turn_b) * scale;
+}
+
+/// Returns the vector of a lane that has these components along a patch's axes.
+Vector3 composed(const LaneVectors (&axes)[3], int lane, const Vector3& of) {
+  return axes[0].lane(lane) * of[0] + axes[1].lane(lane) * of[1] + axes[2].lane(lane) * of[2];
+}
+
+/// Applies a patch's impulses to its bodies.
+void give_patch(const ContactBatch& x, int lane, double scale, const Patch& patch, const Vector3& normals,
+                const Vector3& friction, std::vector<Velocity>& v) {
+  const Vector3 force(normals[0], friction[0], friction[1]);
+  const Vector3 torque(friction[2], normals[1], normals[2]);
+  const Vector3 turn_a = patch.arm_a.lane(lane).cross(force) + torque;
+  const Vector3 turn_b = patch.arm_b.lane(lane).cross(force) + torque;
+  give(x, lane, scale, composed(patch.in_world, lane, force), composed(patch.in_a, lane, turn_a),
+       -composed(patch.in_b, lane, turn_b), v);
+}
+
+/// Starts a lane's patch warm.
+void warm_start_patch(ContactBatches& contacts, const ContactBatch& x, int lane, double fraction,
+                      double scale, std::vector<Velocity>& v) {
+  Patch& patch = contacts.patches[x.patch];
+  auto& before = contacts.given_before.patches[x.patch];
+  LaneVectors* const impulses[2] = {&patch.normal_impulse, &patch.impulse};
+  Vector3 start[2];
+  for (int part = 0; part < 2; ++part) {
+    for (int k = 0; k < 3; ++k)
+      start[part][k] = fraction * ((*impulses[part])[k][lane] - before[part][k][lane]);
+  }
+  const double kept = start[0][0] > 0 ? 1 : 0;  // a patch that is pulled has no cone of friction
+  for (int part = 0; part < 2; ++part) {
+    for (int k = 0; k < 3; ++k) {
+      before[part][k][lane] = (*impulses[part])[k][lane];
+      (*impulses[part])[k][lane] += kept * start[part][k];
+    }
+  }
+  give_patch(x, lane, scale, patch, kept * start[0], kept * start[1], v);
+}
+
+/// Returns a patch's impulse, at the centre of its pressure.
+ContactImpulse impulse_of_patch(const ContactBatches& contacts, const ContactBatch& x, int lane,
+                                const std::vector<Coordinates>& q) {
+  const Patch& patch = contacts.patches[x.patch];
+  const Vector3 normals = patch.normal_impulse.lane(lane);
+  const Vector3 force(normals[0], patch.impulse[0][lane], patch.impulse[1][lane]);
+  // Move the point from the patch's centre to where the normals' wrench has no torque.
+  Vector3 arm = patch.arm_a.lane(lane);
+  if (normals[0] > 0) {
+    arm[1] -= normals[2] / normals[0];
+    arm[2] += normals[1] / normals[0];
+  }
+  const Coordinates& at = q[x.a[lane]];
+  return {x.a[lane], x.b[lane], at.angular * composed(patch.in_a, lane, arm) + at.linear,
+          composed(patch.in_world, lane, force)};
 }
 
 }  // namespace
 
-/// Places among what is remembered: by colliders, and the points of two colliders by where they are on the
-/// first. A total order, whatever the order of `found`; where that is ascending by the first of each pair of
-/// colliders it takes hardly more than counting.
-void ContactBatches::sort_places(const std::vector<Contact>& found) {
+/// Sets the contacts' positions in the cache: by colliders, and the points of two colliders by where they are
+/// on the first. The order is total, whatever the order of `found`. Where `found` ascends by the first of
+/// each pair of colliders, sorting takes hardly more than counting.
+void ContactBatches::sort_by_colliders(const std::vector<Contact>& found) {
   const auto precedes = [&](int one, int other) {
     const Contact& a = found[one];
     const Contact& b = found[other];
@@ -69,6 +153,7 @@ void ContactBatches::sort_places(const std::vector<Contact>& found) {
   for (int i = 1; i <= colliders; ++i) begin_[i] += begin_[i - 1];
   in_order_.resize(found.size());
   for (int i = 0; i < static_cast<int>(found.size()); ++i) in_order_[begin_[found[i].collider_a]++] = i;
+  // Sort by insertion, which is fast for what is nearly sorted; after too many moves, by the library.
   std::size_t moves = 8 * in_order_.size();
   for (std::size_t i = 1; i < in_order_.size(); ++i) {
     const int point = in_order_[i];
@@ -81,14 +166,14 @@ void ContactBatches::sort_places(const std::vector<Contact>& found) {
     std::ranges::sort(in_order_, precedes);
     break;
   }
-  place_of_.resize(found.size());
-  for (int i = 0; i < static_cast<int>(found.size()); ++i) place_of_[in_order_[i]] = i;
+  position_of_.resize(found.size());
+  for (int i = 0; i < static_cast<int>(found.size()); ++i) position_of_[in_order_[i]] = i;
 }
 
 void ContactBatches::remember(const std::vector<Contact>& found, const std::vector<Coordinates>& q,
                               bool keeps, std::vector<ContactMemory>& memory,
                               std::vector<PatchShape>& patches_of_state) {
-  sort_places(found);
+  sort_by_colliders(found);
   memory.resize(found.size());
   for (ContactMemory& point : memory) point.collider_a = -1;
   const bool is_warm = given_before.force_of_impulse > 0;
@@ -96,48 +181,105 @@ void ContactBatches::remember(const std::vector<Contact>& found, const std::vect
     for (int lane = 0; lane < x.manifolds; ++lane) {
       const Coordinates& a = q[x.a[lane]];
       const Coordinates& b = q[x.b[lane]];
-      if (x.patch >= 0) {
-        remember_patch(patches[x.patch], lane, keeps, a, b, shapes[x.shape[lane]]);
-        if (is_warm) set_force(*this, x, lane, shapes[x.shape[lane]]);
-        if (shapes[x.shape[lane]].collider_a >= 0) continue;
+      PatchShape* const shape = x.patch >= 0 ? &shapes[x.shape[lane]] : nullptr;
+      if (shape) {
+        remember_patch(patches[x.patch], lane, keeps, a, b, *shape);
+        if (is_warm) set_force(*this, x, lane, *shape);
+        if (shape->collider_a >= 0) continue;
       }
       const RelativePose a_in_b(a, b);
-      int friction = 0;
+      const Vector3 slip = shape ? slip_of(*shape, a_in_b.position, a_in_b.rotation) : Vector3::Zero();
       for (int i = 0; i < x.count[lane]; ++i) {
         const Contact& contact = found[x.source[lane] + i];
-        ContactMemory& point = memory[place_of_[x.source[lane] + i]];
+        ContactMemory& point = memory[position_of_[x.source[lane] + i]];
         point = {contact.collider_a, contact.collider_b, contact.arm_a, contact.arm_b, Vector3::Zero(), true,
                  contact.left_over};
-        if (x.patch >= 0) {
-          const PatchShape& shape = shapes[x.shape[lane]];
-          point.slides = shape.slid;
-          const Vector3 slip = slip_of(shape, a_in_b.position, a_in_b.rotation);
-          if (keeps) point.displacement = displacement_at(shape, slip, contact.arm_b);
-          continue;
-        }
-        const bool has_friction = friction < x.frictions && x.contact_of[friction] == i;
-        if (is_warm) {
-          const Vector3 force = force_of_point(*this, x, lane, i, has_friction ? friction : -1);
-          point.force =
-              contact.normal_b * force[0] + contact.tangent_b1 * force[1] + contact.tangent_b2 * force[2];
-        }
-        if (has_friction) {
-          const FrictionRows& rows = frictions[x.first_friction + friction];
+        if (shape) {
+          point.slides = shape->slid;
+          if (keeps) point.displacement = displacement_at(*shape, slip, contact.arm_b);
+        } else if (x.has_friction) {
+          const FrictionRows& rows = frictions[x.first_point + i];
           point.slides = rows.slides[lane] > 0 && rows.slid[lane] > 0;
-          if (keeps && !point.slides) {
-            const double part = rows.slides[lane] > 0 ? kept_at_edge : 1;
+          const double kept = !keeps || point.slides ? 0 : rows.slides[lane] > 0 ? kept_at_edge : 1;
+          if (kept > 0)
             point.displacement =
-                part * displacement_at(rows, touching[x.first_friction + friction], lane, contact, a_in_b);
-          }
-          ++friction;
+                kept * displacement_at(rows, touching[x.first_point + i], lane, contact, a_in_b);
         }
       }
+      if (!shape && is_warm)
+        remember_forces(*this, x, lane, &found[x.source[lane]], &position_of_[x.source[lane]], memory);
     }
   }
   // The points of patches are kept with them.
   std::erase_if(memory, [](const ContactMemory& point) { return point.collider_a < 0; });
   std::erase_if(shapes, [](const PatchShape& shape) { return shape.collider_a < 0; });
   patches_of_state.swap(shapes);
+}
+
+void set_given_before(ContactBatches& contacts, const std::vector<Contact>& found, double duration,
+                      double scale) {
+  GivenBefore& before = contacts.given_before;
+  // Reserve the capacity of the rows: a step allocates nothing after the first.
+  before.points.reserve(contacts.normals.capacity());
+  before.patches.reserve(contacts.patches.capacity());
+  before.points.resize(contacts.normals.size());
+  before.patches.resize(contacts.patches.size());
+  before.force_of_impulse = scale / duration;
+  const double impulse = -duration / scale;  // of a force: the sums start from 0
+  for (const ContactBatch& x : contacts.batches) {
+    for (int lane = 0; lane < x.manifolds; ++lane) {
+      for (int i = 0; i < x.count[lane] && x.patch < 0; ++i) {
+        for (int k = 0; k < 3; ++k)
+          before.points[x.first_point + i][k][lane] = impulse * found[x.source[lane] + i].force[k];
+      }
+      for (int k = 0; k < 6 && x.patch >= 0; ++k)
+        before.patches[x.patch][k / 3][k % 3][lane] = impulse * contacts.shapes[x.shape[lane]].force[k];
+    }
+  }
+}
+
+void warm_start(ContactBatches& contacts, double fraction, double scale, std::vector<Velocity>& v) {
+  GivenBefore& before = contacts.given_before;
+  for (const ContactBatch& x : contacts.batches) {
+    for (int lane = 0; lane < x.manifolds; ++lane) {
+      if (x.patch >= 0) {
+        warm_start_patch(contacts, x, lane, fraction, scale, v);
+        continue;
+      }
+      double kept = 0;
+      for_each_row(contacts, x, x.count[lane],
+                   [&](int i, int k, const LaneVectors& direction, ContactRow& row) {
+                     double& given = before.points[x.first_point + i][k][lane];
+                     const double start = fraction * (row.impulse[lane] - given);
+                     if (k == 0) kept = !x.has_impacts && start > 0 ? 1 : 0;
+                     given = row.impulse[lane];
+                     row.impulse[lane] += kept * start;
+                     give(x, lane, scale * kept * start, direction.lane(lane), row.angular_a.lane(lane),
+                          row.angular_b.lane(lane), v);
+                   });
+    }
+  }
+}
+
+void append_contact_impulses(const Problem& problem, const std::vector<Coordinates>& q,
+                             std::vector<ContactImpulse>& result) {
+  const ContactBatches& contacts = problem.c.contacts;
+  for (const ContactBatch& x : contacts.batches) {
+    for (int lane = 0; lane < x.manifolds; ++lane) {
+      if (x.patch >= 0) {
+        result.push_back(impulse_of_patch(contacts, x, lane, q));
+        continue;
+      }
+      const Coordinates& at = q[x.a[lane]];
+      for_each_row(
+          contacts, x, x.count[lane], [&](int i, int k, const LaneVectors& direction, const ContactRow& row) {
+            const Vector3& arm = (*problem.contacts)[x.source[lane] + i].arm_a;
+            if (k == 0)
+              result.push_back({x.a[lane], x.b[lane], at.angular * arm + at.linear, Vector3::Zero()});
+            result.back().impulse += row.impulse[lane] * direction.lane(lane);
+          });
+    }
+  }
 }
 
 }  // namespace substep

@@ -52,14 +52,10 @@ struct RelativeMotion {
 /// Returns J v of all six rows.
 [[gnu::always_inline]] inline RelativeMotion relative_motion(const Patch& patch, const Moving& a,
                                                              const Moving& b) {
-  const LaneVectors linear = along(patch.in_world, difference(a.linear, b.linear));
+  const LaneVectors linear = along(patch.in_world, a.linear - b.linear);
   const LaneVectors turn_a = along(patch.in_a, a.angular);
   const LaneVectors turn_b = along(patch.in_b, b.angular);
-  const LaneVectors by_a = cross(turn_a, patch.arm_a);
-  const LaneVectors by_b = cross(turn_b, patch.arm_b);
-  return {
-      {{linear[0] + (by_a[0] - by_b[0]), linear[1] + (by_a[1] - by_b[1]), linear[2] + (by_a[2] - by_b[2])}},
-      difference(turn_a, turn_b)};
+  return {linear + (cross(turn_a, patch.arm_a) - cross(turn_b, patch.arm_b)), turn_a - turn_b};
 }
 
 /// Returns the part of a motion that normals act on.
@@ -72,23 +68,14 @@ struct RelativeMotion {
   return {{motion.linear[1], motion.linear[2], motion.angular[0]}};
 }
 
-/// Returns 1 where a patch continues to slide and no displacement is to be restored, otherwise 0.
-[[gnu::always_inline]] inline Lanes keeps_sliding(const Patch& patch) {
-  return patch.slides * patch.slid;
-}
-
-/// v ← v + M⁻¹Jᵀ (normals, friction).
+/// Applies v ← v + M⁻¹Jᵀ (normals, friction).
 [[gnu::always_inline]] inline void give(const ContactBatch& x, const Patch& patch, const LaneVectors& normals,
                                         const LaneVectors& friction, Moving& a, Moving& b) {
   const LaneVectors force{{normals[0], friction[0], friction[1]}};
   const LaneVectors torque{{friction[2], normals[1], normals[2]}};
-  const LaneVectors by_force_a = cross(patch.arm_a, force);
-  const LaneVectors by_force_b = cross(patch.arm_b, force);
   const LaneVectors push = composed(patch.in_world, force);
-  const LaneVectors turn_a = composed(
-      patch.in_a, {{by_force_a[0] + torque[0], by_force_a[1] + torque[1], by_force_a[2] + torque[2]}});
-  const LaneVectors turn_b = composed(
-      patch.in_b, {{by_force_b[0] + torque[0], by_force_b[1] + torque[1], by_force_b[2] + torque[2]}});
+  const LaneVectors turn_a = composed(patch.in_a, cross(patch.arm_a, force) + torque);
+  const LaneVectors turn_b = composed(patch.in_b, cross(patch.arm_b, force) + torque);
   for (int k = 0; k < 3; ++k) {
     a.linear[k] += x.inverse_mass_a * push[k];
     b.linear[k] -= x.inverse_mass_b * push[k];

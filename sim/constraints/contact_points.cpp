@@ -1,9 +1,9 @@
 // The contacts of two colliders: directions, friction, impacts, and the memory of each point.
 
 #include <algorithm>
+#include <limits>
 
 #include "sim/constraints/contact_finder.h"
-#include "sim/constraints/contact_thresholds.h"
 #include "sim/geometry/touching_ellipsoid.h"
 
 namespace substep {
@@ -30,6 +30,22 @@ void share_directions(const Contact& from, Contact& to) {
   to.tangent_b2 = from.tangent_b2;
 }
 
+/// Combines a coefficient of two materials.
+double combine(Combine how, double a, double b) {
+  switch (how) {
+    case Combine::average:
+    case Combine::unstated:
+      return 0.5 * (a + b);
+    case Combine::minimum:
+      return std::min(a, b);
+    case Combine::maximum:
+      return std::max(a, b);
+    case Combine::multiply:
+      break;
+  }
+  return a * b;
+}
+
 /// Approach below which bodies have met already, relative to their speeds.
 constexpr double resting = 0.01;
 
@@ -37,6 +53,14 @@ constexpr double resting = 0.01;
 constexpr double passing = 0.02;
 
 }  // namespace
+
+PairMaterial::PairMaterial(const ContactMaterial& one, const ContactMaterial& other) {
+  const Combine of_friction = std::min(one.friction_combine, other.friction_combine);
+  dynamic_friction = combine(of_friction, one.dynamic_friction, other.dynamic_friction);
+  static_friction = combine(of_friction, one.static_friction, other.static_friction);
+  restitution = combine(std::min(one.restitution_combine, other.restitution_combine), one.restitution,
+                        other.restitution);
+}
 
 /// Two colliders in contact.
 struct ContactFinder::Pair {
@@ -66,14 +90,13 @@ struct ContactFinder::Pair {
 };
 
 /// Returns two colliders as they are in the state, or `time` later, under gravity alone.
-ContactFinder::Pair ContactFinder::pair_of(const State& state, bool aligned, std::uint32_t a, std::uint32_t b,
-                                           double time) const {
+ContactFinder::Pair ContactFinder::pair_of(std::uint32_t a, std::uint32_t b, double time) const {
   const Collider& on_a = *candidates_[a].collider;
   const Collider& on_b = *candidates_[b].collider;
-  const Coordinates& qa = state.q[on_a.body];
-  const Coordinates& qb = state.q[on_b.body];
-  const Velocity& va = state.v[on_a.body];
-  const Velocity& vb = state.v[on_b.body];
+  const Coordinates& qa = state_->q[on_a.body];
+  const Coordinates& qb = state_->q[on_b.body];
+  const Velocity& va = state_->v[on_a.body];
+  const Velocity& vb = state_->v[on_b.body];
   const Vector3 acceleration = fall_of(on_a.body) - fall_of(on_b.body);
   Pair pair{.a = a,
             .b = b,
@@ -89,8 +112,8 @@ ContactFinder::Pair ContactFinder::pair_of(const State& state, bool aligned, std
             .speed = va.linear.norm() + vb.linear.norm() + duration_ * model_.gravity.norm(),
             .size = smaller_size(a, b),
             .time = time,
-            .remembered = remembered_of(state, a, b),
-            .patch = aligned ? nullptr : patch_of(state, a, b)};
+            .remembered = remembered_of(a, b),
+            .patch = aligned_ ? nullptr : patch_of(a, b)};
   if (time > 0) {
     pair.way = motions_[on_a.body].displacement(time) - motions_[on_b.body].displacement(time);
     pair.body_a = motions_[on_a.body].at(time);
@@ -104,20 +127,16 @@ ContactFinder::Pair ContactFinder::pair_of(const State& state, bool aligned, std
 }
 
 /// Adds the contacts of `points_`, with which two colliders touch after `time`.
-void ContactFinder::add_contacts(const State& state, bool aligned, std::uint32_t a, std::uint32_t b,
-                                 double time) {
+void ContactFinder::add_contacts(std::uint32_t a, std::uint32_t b, double time) {
   if (points_.empty()) return;
-  const Pair pair = pair_of(state, aligned, a, b, time);
-  groups_.push_back({contacts_.size(),
-                     contacts_.size() + points_.size(),
-                     points_[0].normal,
-                     {static_cast<int>(a), static_cast<int>(b)},
-                     {-1, -1},
-                     false,
-                     -1,
-                     static_cast<int>(points_.size()),
-                     pair.to_a * (points_[0].on_a - pair.body_a.position),
-                     pair.to_b * (points_[0].on_b - pair.body_b.position)});
+  const Pair pair = pair_of(a, b, time);
+  groups_.push_back({.begin = contacts_.size(),
+                     .end = contacts_.size() + points_.size(),
+                     .normal = points_[0].normal,
+                     .colliders = {static_cast<int>(a), static_cast<int>(b)},
+                     .points = static_cast<int>(points_.size()),
+                     .arm_a = pair.to_a * (points_[0].on_a - pair.body_a.position),
+                     .arm_b = pair.to_b * (points_[0].on_b - pair.body_b.position)});
   approach_ = 0;
   separates_ = pair.material.restitution > 0;
   for (std::size_t i = 0; i < points_.size(); ++i) {
@@ -133,12 +152,12 @@ void ContactFinder::add_contacts(const State& state, bool aligned, std::uint32_t
     contact.collider_b = static_cast<int>(b);
     contact.arm_a = pair.to_a * arm_a;
     contact.arm_b = pair.to_b * arm_b;
-    if (!aligned && i > 0 && points_[i - 1].normal == point.normal) {
+    if (!aligned_ && i > 0 && points_[i - 1].normal == point.normal) {
       share_directions(*std::prev(contacts_.end(), 2), contact);
     } else {
       const Vector3 along =
-          aligned ? along_slip(point.normal, velocity + pair.acceleration * duration_, 1e-9 * pair.speed)
-                  : across(point.normal);
+          aligned_ ? along_slip(point.normal, velocity + pair.acceleration * duration_, 1e-9 * pair.speed)
+                   : across(point.normal);
       contact.normal_b = pair.to_b * point.normal;
       contact.tangent_b1 = pair.to_b * along;
       contact.tangent_b2 = pair.to_b * point.normal.cross(along);
@@ -152,7 +171,7 @@ void ContactFinder::add_contacts(const State& state, bool aligned, std::uint32_t
     }
     set_impact(pair, point, velocity, slip_speed, contact);
     if (time > 0) {
-      set_meeting(pair, point, state.q[contact.b].angular, contact);
+      set_meeting(pair, point, state_->q[contact.b].angular, contact);
     } else {
       recall(pair, point, slip_speed, contact);
     }
@@ -244,6 +263,50 @@ void ContactFinder::set_rolling(const ContactPoint& point, const Pose& pose_a, c
                                   contact.rolls_b, contact.centre_b, contact.ellipsoid_b);
   contact.turns_with_a = b_is_curved && !a_is_curved;
   contact.turns_with_neither = b_is_curved && a_is_curved;
+}
+
+/// Sets the memory of the nearest of these colliders' points, if it is the same point.
+void ContactFinder::remember(std::span<const ContactMemory> remembered, double overlap, double slip,
+                             Contact& contact) const {
+  if (remembered.empty()) return;
+  const double same =
+      same_place * std::min(candidates_[contact.collider_a].size, candidates_[contact.collider_b].size);
+  double nearest = same * same;
+  double nearest_force = remembered.size() > 1 ? same * same : std::numeric_limits<double>::infinity();
+  double left_over = 0;
+  for (const ContactMemory& memory : remembered) {
+    left_over = std::max(left_over, memory.left_over);
+    // A force on a point of one body stays wherever the point slides on the other.
+    const double beside =
+        std::min((memory.arm_a - contact.arm_a).squaredNorm(), (memory.arm_b - contact.arm_b).squaredNorm());
+    if (beside < nearest_force) {
+      nearest_force = beside;
+      contact.force = {contact.normal_b.dot(memory.force), contact.tangent_b1.dot(memory.force),
+                       contact.tangent_b2.dot(memory.force)};
+      contact.stiffness = memory.stiffness;
+    }
+    const double squared = std::max({(memory.arm_a - contact.arm_a).squaredNorm(),
+                                     (memory.arm_b - contact.arm_b).squaredNorm(), slip * slip});
+    if (!(squared < nearest)) continue;
+    nearest = squared;
+    contact.displacement_1 = contact.tangent_b1.dot(memory.displacement);
+    contact.displacement_2 = contact.tangent_b2.dot(memory.displacement);
+    contact.slid = memory.slides;
+  }
+  contact.left_over = std::clamp(overlap, 0.0, std::max(0.0, left_over - recovered(contact)));
+}
+
+/// Sets the memory from two colliders' patch.
+void ContactFinder::remember(const PatchShape& patch, const Vector3& slip, double overlap,
+                             Contact& contact) const {
+  const Vector3 displacement = displacement_at(patch, slip, contact.arm_b);
+  contact.displacement_1 = contact.tangent_b1.dot(displacement);
+  contact.displacement_2 = contact.tangent_b2.dot(displacement);
+  contact.slid = patch.slid;
+  const Vector3 force =
+      patch.axes_in_b * Vector3(patch.force[0], patch.force[3], patch.force[4]) / patch.corners;
+  contact.force = {contact.normal_b.dot(force), contact.tangent_b1.dot(force), contact.tangent_b2.dot(force)};
+  contact.left_over = std::clamp(overlap, 0.0, std::max(0.0, patch.left_over - recovered(contact)));
 }
 
 }  // namespace substep

@@ -9,66 +9,39 @@
 namespace substep {
 namespace {
 
-/// Resets the displacement of a point that slides: from here on it counts from `offset`, the sum of
-/// velocities.
-[[gnu::always_inline]] inline void let_go(const ContactDirections& along, FrictionRows& rows, double hs,
-                                          const Moving& offset_a, const Moving& offset_b) {
-  const auto lets_go = keeps_sliding(rows) > all(0);
-  for (int k = 0; k < 2; ++k) {
-    const Lanes displacement = all(hs) * row_velocity(along.tangent[k], rows.row[k], offset_a, offset_b);
-    rows.reference[k] = choose(lets_go, -displacement, rows.reference[k]);
-  }
-}
-
-/// Resets the displacement of a patch that slides.
-[[gnu::always_inline]] inline void let_go(Patch& patch, double hs, const Moving& offset_a,
-                                          const Moving& offset_b) {
-  const auto lets_go = keeps_sliding(patch) > all(0);
-  const LaneVectors displacement = of_friction(relative_motion(patch, offset_a, offset_b));
-  for (int k = 0; k < 3; ++k) {
-    patch.reference[k] = choose(lets_go, -(all(hs) * displacement[k]), patch.reference[k]);
-  }
-}
-
 /// Adds `share` of J̆ change to the biases of all rows.
 [[gnu::always_inline]] inline void add_to_biases_lanes(ContactBatches& contacts, double share,
                                                        const std::vector<Velocity>& change) {
   for (const ContactBatch& x : contacts.batches) {
     const Moving a = gather(change, x.a);
     const Moving b = gather(change, x.b);
-    if (x.patch >= 0) {
-      Patch& patch = contacts.patches[x.patch];
-      const RelativeMotion motion = relative_motion(patch, a, b);
-      const LaneVectors along_normals = of_normals(motion);
-      const LaneVectors slip = of_friction(motion);
-      for (int k = 0; k < 3; ++k) {
-        patch.normal_beta[k] += all(share) * along_normals[k];
-        patch.beta[k] += all(share) * slip[k];
-      }
+    if (x.patch < 0) {
+      for_each_row(
+          contacts, x, x.contacts,
+          [&](int, int, const LaneVectors& direction, ContactRow& row) __attribute__((always_inline)) {
+            row.beta += all(share) * row_velocity(direction, row, a, b);
+          });
       continue;
     }
-    const ContactDirections* const directions = contacts.directions.data() + x.first_normal;
-    for (int i = 0; i < x.contacts; ++i) {
-      ContactRow& row = contacts.normals[x.first_normal + i].row;
-      row.beta += all(share) * row_velocity(directions[i].normal, row, a, b);
-    }
-    for (int i = 0; i < x.frictions; ++i) {
-      FrictionRows& rows = contacts.frictions[x.first_friction + i];
-      const ContactDirections& along = directions[x.contact_of[i]];
-      for (int k = 0; k < 2; ++k)
-        rows.row[k].beta += all(share) * row_velocity(along.tangent[k], rows.row[k], a, b);
+    Patch& patch = contacts.patches[x.patch];
+    const RelativeMotion motion = relative_motion(patch, a, b);
+    const LaneVectors along_normals = of_normals(motion);
+    const LaneVectors slip = of_friction(motion);
+    for (int k = 0; k < 3; ++k) {
+      patch.normal_beta[k] += all(share) * along_normals[k];
+      patch.beta[k] += all(share) * slip[k];
     }
   }
 }
 
-/// Lets friction that slides follow nothing: its bias is J̆ sv, or 0 where there is no sum of velocities.
+/// Resets the bias of friction that slides to J̆ sv, or to 0 without a sum of velocities. Its displacement
+/// counts from `offset`.
 [[gnu::always_inline]] inline void let_go_of_sliding_lanes(ContactBatches& contacts, double hs,
                                                            const std::vector<Velocity>* sum_v,
                                                            const std::vector<Velocity>& offset) {
   for (std::size_t batch = 0; batch < contacts.batches.size(); ++batch) {
     if (contacts.slides[batch] == 0) continue;
     const ContactBatch& x = contacts.batches[batch];
-    const ContactDirections* const directions = contacts.directions.data() + x.first_normal;
     const Moving a = gather(sum_v ? *sum_v : offset, x.a);
     const Moving b = gather(sum_v ? *sum_v : offset, x.b);
     const Lanes share = all(sum_v ? 1 : 0);
@@ -78,19 +51,24 @@ namespace {
       Patch& patch = contacts.patches[x.patch];
       const auto lets_go = keeps_sliding(patch) > all(0);
       const LaneVectors given = of_friction(relative_motion(patch, a, b));
-      let_go(patch, hs, offset_a, offset_b);
-      for (int k = 0; k < 3; ++k) patch.beta[k] = choose(lets_go, share * given[k], patch.beta[k]);
+      const LaneVectors displacement = of_friction(relative_motion(patch, offset_a, offset_b));
+      for (int k = 0; k < 3; ++k) {
+        patch.reference[k] = choose(lets_go, -(all(hs) * displacement[k]), patch.reference[k]);
+        patch.beta[k] = choose(lets_go, share * given[k], patch.beta[k]);
+      }
       continue;
     }
-    for (int i = 0; i < x.frictions; ++i) {
-      FrictionRows& rows = contacts.frictions[x.first_friction + i];
-      const auto lets_go = keeps_sliding(rows) > all(0);
+    const PointRows rows = contacts.points_of(x);
+    for (int i = 0; i < x.contacts; ++i) {
+      FrictionRows& friction = rows.frictions[i];
+      const auto lets_go = keeps_sliding(friction) > all(0);
       if (!any(lets_go)) continue;
-      const ContactDirections& along = directions[x.contact_of[i]];
-      let_go(along, rows, hs, offset_a, offset_b);
       for (int k = 0; k < 2; ++k) {
-        ContactRow& row = rows.row[k];
-        row.beta = choose(lets_go, share * row_velocity(along.tangent[k], row, a, b), row.beta);
+        const LaneVectors& tangent = rows.directions[i].tangent[k];
+        ContactRow& row = friction.row[k];
+        const Lanes displacement = all(hs) * row_velocity(tangent, row, offset_a, offset_b);
+        friction.reference[k] = choose(lets_go, -displacement, friction.reference[k]);
+        row.beta = choose(lets_go, share * row_velocity(tangent, row, a, b), row.beta);
       }
     }
   }
@@ -109,22 +87,22 @@ namespace {
   return larger(root(larger(inner, all(0))) - all(0.5) * gain, all(0));
 }
 
-/// Returns whether a contact had an impact in the sub-step before, whose impulse stays given. It is over with
-/// its sub-step: to hold on to its velocity for the rest of the step, while others pass it on, feeds energy
-/// into the cradle.
+/// Returns a mask of the contacts that had an impact in the sub-step before. Its impulse stays, but not its
+/// velocity: to hold that for the rest of the step, while other contacts pass it on, feeds energy into
+/// Newton's cradle.
 [[gnu::always_inline]] inline auto had_impact(const RestitutionRow& row) {
   return row.impact * (row.coefficient + all(1) - row.closes) > all(0);
 }
 
-/// Spends the friction of an impact: what presses no longer holds nothing.
-[[gnu::always_inline]] inline void spend_friction(const RestitutionRow& row, const Lanes& normal,
-                                                  FrictionRows& rows) {
-  const auto is_over = had_impact(row);
-  for (int k = 0; k < 2; ++k) rows.origin[k] = choose(is_over, rows.row[k].impulse, rows.origin[k]);
-  rows.origin_normal = choose(is_over, normal, rows.origin_normal);
+/// Moves the origin of a point's friction to its impulses where the mask is set, so that the friction can
+/// turn with the slip.
+template <typename Mask>
+[[gnu::always_inline]] inline void move_origin(const Mask& mask, const Lanes& normal, FrictionRows& rows) {
+  for (int k = 0; k < 2; ++k) rows.origin[k] = choose(mask, rows.row[k].impulse, rows.origin[k]);
+  rows.origin_normal = choose(mask, normal, rows.origin_normal);
 }
 
-/// Sets whether a contact has an impact in the sub-step that starts, and the velocity that it leaves.
+/// Sets whether a contact has an impact in the sub-step that starts, and the normal velocity after it.
 [[gnu::always_inline]] inline void start_impact(NormalRow& normal, RestitutionRow& row, const Lanes& gap,
                                                 const Lanes& approach, double hs) {
   const Lanes zero = all(0);
@@ -133,11 +111,11 @@ namespace {
   const auto meets = gap <= all(hs) * (approach + gain);
   const Lanes fast = choose(approach > row.resting_acceleration * all(hs), all(1), zero);
   row.impact = fast * choose(row.coefficient >= zero, all(1), zero);
-  // Before they meet nothing brakes them: with τ < 1 the position-level row would, and take from the impact.
+  // Let bodies approach freely before they meet. With τ < 1 the position-level row would brake them.
   const Lanes let_through = all(-2) * (approach + gain);
   const Lanes stopped = -row.closes * larger(gap, zero) / all(hs);
   const Lanes after = choose(row.coefficient > zero, rebound(row, gap, approach, hs), stopped);
-  row.velocity = choose(meets, after, let_through);
+  row.right[0] = choose(meets, after, let_through);
 }
 
 /// Starts the impacts of a batch.
@@ -146,14 +124,7 @@ namespace {
                                                  const std::vector<Velocity>& offset,
                                                  const std::vector<Velocity>* sum_v) {
   const Lanes zero = all(0);
-  NormalRow* const normals = contacts.normals.data() + x.first_normal;
-  RestitutionRow* const restitutions = contacts.restitutions.data() + x.first_restitution;
-  const ContactDirections* const directions = contacts.directions.data() + x.first_normal;
-  FrictionRows* const frictions = contacts.frictions.data() + x.first_friction;
-  for (int i = 0; i < x.frictions; ++i) {
-    const int contact = x.contact_of[i];
-    spend_friction(restitutions[contact], normals[contact].row.impulse, frictions[i]);
-  }
+  const PointRows rows = contacts.points_of(x);
   const Moving a = gather(v, x.a);
   const Moving b = gather(v, x.b);
   const Moving offset_a = gather(offset, x.a);
@@ -161,35 +132,26 @@ namespace {
   const Moving sum_a = gather(sum_v ? *sum_v : v, x.a);
   const Moving sum_b = gather(sum_v ? *sum_v : v, x.b);
   for (int i = 0; i < x.contacts; ++i) {
-    NormalRow& normal = normals[i];
-    RestitutionRow& row = restitutions[i];
-    const LaneVectors& along = directions[i].normal;
-    const Lanes approach = -row_velocity(along, normal.row, a, b);
-    const Lanes gap = row.gap + all(hs) * row_velocity(along, normal.row, offset_a, offset_b);
+    NormalRow& normal = rows.normals[i];
+    RestitutionRow& row = rows.restitutions[i];
+    const ContactDirections& along = rows.directions[i];
+    // Spend the friction of an impact that is over: nothing presses any more.
+    if (x.has_friction) move_origin(had_impact(row), normal.row.impulse, rows.frictions[i]);
+    const Lanes approach = -row_velocity(along.normal, normal.row, a, b);
+    const Lanes gap = row.gap + all(hs) * row_velocity(along.normal, normal.row, offset_a, offset_b);
     start_impact(normal, row, gap, approach, hs);
     contacts.has_impact = contacts.has_impact || any(row.impact > zero);
     contacts.bounces = contacts.bounces || any(row.impact * row.coefficient > zero);
-    row.right = row.velocity;
-    if (sum_v) row.right += row_velocity(along, normal.row, sum_a, sum_b);
-  }
-  for (int i = 0; i < x.frictions; ++i) {
-    const ContactDirections& along = directions[x.contact_of[i]];
-    RestitutionRow& row = restitutions[x.contact_of[i]];
-    for (int k = 0; k < 2; ++k) {
-      row.right_of_slip[k] = sum_v ? row_velocity(along.tangent[k], frictions[i].row[k], sum_a, sum_b) : zero;
+    if (sum_v) row.right[0] += row_velocity(along.normal, normal.row, sum_a, sum_b);
+    for (int k = 0; k < 2 && x.has_friction; ++k) {
+      const ContactRow& slip = rows.frictions[i].row[k];
+      row.right[1 + k] = sum_v ? row_velocity(along.tangent[k], slip, sum_a, sum_b) : zero;
     }
   }
 }
 
-/// Spends what a sliding point has been displaced by, so that its friction can turn with the slip.
-[[gnu::always_inline]] inline void start_slide(const Lanes& normal, FrictionRows& rows) {
-  const auto lets_go = keeps_sliding(rows) > all(0);
-  for (int k = 0; k < 2; ++k) rows.origin[k] = choose(lets_go, rows.row[k].impulse, rows.origin[k]);
-  rows.origin_normal = choose(lets_go, normal, rows.origin_normal);
-}
-
-/// Spends what a sliding patch has been displaced by.
-[[gnu::always_inline]] inline void start_slide(Patch& patch, std::span<PatchCorner> corners) {
+/// Moves the origin of a sliding patch's friction to its impulses.
+[[gnu::always_inline]] inline void move_origin(Patch& patch, std::span<PatchCorner> corners) {
   const auto lets_go = keeps_sliding(patch) > all(0);
   for (int k = 0; k < 3; ++k) patch.origin[k] = choose(lets_go, patch.impulse[k], patch.origin[k]);
   patch.origin_normal = choose(lets_go, larger(patch.normal_impulse[0], all(0)), patch.origin_normal);
@@ -205,16 +167,19 @@ namespace {
   contacts.has_impact = contacts.bounces = false;
   for (std::size_t batch = 0; batch < contacts.batches.size(); ++batch) {
     const ContactBatch& x = contacts.batches[batch];
-    if (contacts.slides[batch] != 0 && x.patch >= 0) {
-      start_slide(contacts.patches[x.patch],
+    const bool slides = contacts.slides[batch] != 0;
+    if (x.patch >= 0) {
+      if (!slides) continue;
+      move_origin(contacts.patches[x.patch],
                   std::span(contacts.patch_corners).subspan(x.first_corner, x.corners));
-    } else if (contacts.slides[batch] != 0) {
-      for (int i = 0; i < x.frictions; ++i) {
-        start_slide(contacts.normals[x.first_normal + x.contact_of[i]].row.impulse,
-                    contacts.frictions[x.first_friction + i]);
-      }
+      continue;
     }
-    if (x.patch < 0 && x.first_restitution >= 0) start_impacts(contacts, x, hs, v, offset, sum_v);
+    const PointRows rows = contacts.points_of(x);
+    for (int i = 0; i < x.contacts && slides; ++i) {
+      FrictionRows& friction = rows.frictions[i];
+      move_origin(keeps_sliding(friction) > all(0), rows.normals[i].row.impulse, friction);
+    }
+    if (x.has_impacts) start_impacts(contacts, x, hs, v, offset, sum_v);
   }
 }
 
@@ -227,15 +192,13 @@ void start_substep(ContactBatches& contacts, double hs, const std::vector<Veloci
 
 void box_biases(ContactBatches& contacts, const Stabilization& by) {
   const Lanes factor = all(by.tau / by.kappa);
-  for (NormalRow& normal : contacts.normals) normal.row.beta *= factor;
-  for (FrictionRows& rows : contacts.frictions) {
-    for (ContactRow& row : rows.row) row.beta *= factor;
+  for (const ContactBatch& x : contacts.batches) {
+    for_each_row(contacts, x, x.contacts,
+                 [&](int, int, const LaneVectors&, ContactRow& row) { row.beta *= factor; });
   }
   for (Patch& patch : contacts.patches) {
-    for (int k = 0; k < 3; ++k) {
-      patch.normal_beta[k] *= factor;
-      patch.beta[k] *= factor;
-    }
+    for (Lanes& beta : patch.normal_beta) beta *= factor;
+    for (Lanes& beta : patch.beta) beta *= factor;
   }
 }
 

@@ -1,9 +1,8 @@
 #pragma once
-/// s2: constraint rows from coordinates; what the listings ask of 𝒞 while sub-stepping.
+/// s2: computes constraint rows from coordinates, and updates them between sub-steps.
 
 #include <vector>
 
-#include "sim/constraints/block_order.h"
 #include "sim/constraints/constraint.h"
 #include "sim/direct/mlcp.h"
 #include "sim/model/model.h"
@@ -11,12 +10,12 @@
 
 namespace substep {
 
-/// The coordinates a sub-step starts from, as an algorithm knows them: exactly stepped (A3), or the frame's
-/// start and the sum of velocities since (A4, A5).
+/// The coordinates that a sub-step starts from: exactly stepped ones (A3), or those of the frame's start and
+/// the sum of velocities since (A4, A5).
 struct Substeps {
   double duration = 0;              ///< hs
   int count = 1;                    ///< n
-  double part = 1;                  ///< of the step, that the sub-steps are of
+  double part = 1;                  ///< fraction of the step that the sub-steps divide
   bool bias_at_next_frame = false;  ///< A3: a stable block's bias is taken there too
   std::vector<Coordinates> stepped;
   std::vector<Velocity> offset;  ///< Σ v̆ since `stepped`; zero in A3
@@ -25,10 +24,10 @@ struct Substeps {
   std::vector<Vector3> gyroscopic_change;
 };
 
-/// Impulses that a (sub-)step of A2 to A5 starts from; not in the report.
+/// The warm start of (sub-)steps of A2 to A5, which is not the report's.
 struct WarmStart {
-  double fraction = 0;     ///< of what the last one gave; 0: λ = 0
-  double joint_scale = 1;  ///< by which the impulses of joints are smaller than A5's λ□: κ
+  double fraction = 0;     ///< of the last (sub-)step's impulses that the next starts from; 0: λ = 0
+  double joint_scale = 1;  ///< factor of joints' impulses relative to A5's λ□: κ
   double contact_scale = 1;
 };
 
@@ -38,29 +37,45 @@ struct Problem {
   const std::vector<Contact>* contacts = nullptr;
   std::vector<PatchShape>* kept_patches = nullptr;  ///< those of the step before that hold; or null
   Constraints c;
-  BlockOrder order;
   Substeps substeps;
   WarmStart warm_start;
   std::vector<Matrix3> rotations;  ///< of `formulate`'s coordinates
 };
 
-/// Lists the blocks in the order of block_order.h, and the contacts in theirs. `joints` says how joints
-/// are blocked. `q`: the coordinates at which the contacts were found; without them no contacts are patches,
-/// which A1 needs: it solves all points of all contacts.
-void build_blocks(Problem& problem, Joints joints, const std::vector<Coordinates>& q = {});
+/// Lists the blocks of joints, and the contacts without patches. `joints` selects the joints' blocks. Blocks
+/// in succession seldom share a moving body: a block waits for the velocities that the block before it leaves
+/// where they share one, and the wait is most of its time. Blocks that do share one keep the model's order,
+/// so a sweep computes the same bits in both orders.
+void build_blocks(Problem& problem, Joints joints);
+
+/// Lists the contacts of a step, and takes over its kept patches. `q`: the coordinates at which the contacts
+/// were found; without them no contacts become patches. A1 needs that, since it solves the points of all
+/// contacts.
+void build_contacts(Problem& problem, const std::vector<Coordinates>& q = {});
 
 /// Returns the value of a joint's coordinate, m or rad.
 double value_of(const JointCoordinate& coordinate, const Attachment& at, const std::vector<Coordinates>& q);
 
-/// Returns the energy of springs, J: of soft limits beyond their bounds, and drives off their targets as if
-/// no force were too large for them. Those by mass are left out.
+/// Returns the energy of springs, J: of soft limits beyond their bounds, and of drives off their targets, as
+/// if their forces had no limit. Drives in mode 'acceleration' do not count.
 double energy_of_springs(const Model& model, const std::vector<Coordinates>& q);
 
 /// s2: computes J, β(hs) and M⁻¹Jᵀ of every row from coordinates q.
 void formulate(Problem& problem, const std::vector<Coordinates>& q, double hs);
 
+/// Coordinates of a block's two bodies, with rotations as matrices too.
+struct Placed {
+  const Coordinates& a;
+  const Coordinates& b;
+  const Matrix3& rotation_a;
+  const Matrix3& rotation_b;
+};
+
+/// Computes J, β and M⁻¹Jᵀ of a block's rows.
+void formulate_block(Problem& problem, Block& x, const Placed& at, double hs);
+
 /// Recomputes J̆_x, and in A3 β_x, of a stable block from the coordinates that velocities `v_hat` lead to.
-/// Does nothing to other blocks. `sum_v`: what A5's velocities carry beyond v̂, else null.
+/// Does nothing to other blocks. `sum_v`: A5's sum, which its velocities contain, else null.
 void update_stable(Problem& problem, Block& x, const std::vector<Velocity>& v_hat,
                    const std::vector<Velocity>* sum_v = nullptr);
 
@@ -69,8 +84,9 @@ void update_stable(Problem& problem, Block& x, const std::vector<Velocity>& v_ha
 /// are exact.
 void add_external(Problem& problem, double duration, std::vector<Velocity>& v_local);
 
-/// Carries angular momenta through a (sub-)step: v̆ ← M̆ (v̆ without the gyroscopic term), turned by `duration`
-/// v̆, the velocity at the end of what add_external gave the mean of. A free body keeps energy and momentum.
+/// Replaces the mean velocities of add_external() by those at the end of the (sub-)step: carries angular
+/// momenta, without the gyroscopic term, through the rotation by `duration` v̆. A free body keeps energy and
+/// momentum.
 void carry_momenta(const Problem& problem, double duration, std::vector<Velocity>& v_local);
 
 /// Does the same to world velocities `v`, with which the coordinates were stepped to `q`.
@@ -84,25 +100,24 @@ void to_world(const std::vector<Matrix3>& rotations, std::vector<Velocity>& v);
 /// Steps coordinates, ₜq ← ₜq + hs ₜv̆, ᵣq ← ᵣq ∘ R_q(hs ᵣv̆), with local angular velocities.
 void step_coordinates(double hs, const std::vector<Velocity>& v_local, std::vector<Coordinates>& q);
 
-/// Sets λ = 0 for a sub-step that starts with velocities `v`; the limits hold for the sum of the step's.
-/// Contacts that meet in the sub-step bounce. `sum_v`: what A5 adds to the velocities, else null. With a warm
-/// start λ is a fraction of what the last sub-step gave, and `v` has it.
+/// Sets λ = 0 for a sub-step that starts with velocities `v`; limits hold for the sum of the step's impulses.
+/// Contacts that meet in the sub-step bounce. `sum_v`: A5's sum of velocities, else null. With a warm start λ
+/// is a fraction of the last sub-step's impulses, which are applied to `v`.
 void start_substep(Problem& problem, std::vector<Velocity>& v, const std::vector<Velocity>* sum_v = nullptr);
 
-/// Returns how often a sub-step sweeps over the rows where the setting says m. An impact is given in one
-/// sub-step, so that one takes as many sweeps as pass it on through joints and through rows of touching
-/// bodies.
+/// Returns the number of sweeps of a sub-step for the setting m. The sub-step of an impact takes as many as
+/// pass the impact on through joints and through rows of touching bodies.
 int sweeps_of(const Problem& problem, int m);
 
-/// Updates biases, β_x ← β_x − J̆ v̆, of every position-level row. Friction that slides lets go: its β is 0.
+/// Updates biases, β_x ← β_x − J̆ v̆, of every position-level row. β of friction that slides is 0.
 void update_biases(Problem& problem, const std::vector<Velocity>& v_local);
 
 /// Scales biases, β□ = (τ/κ) β, of every row that is stabilized; the others' fixed point is their own β.
 void box_biases(Constraints& c, const Settings& settings);
 
-/// Adds J̆ change to β_x as far as x does not follow the coordinates: undoes what A5's sum of velocities bakes
-/// into it, or contacts with their own τ, κ by another share. The change is (τ/κ) v̆, which led to
-/// `sum_v`. Friction that slides lets go.
+/// Adds J̆ change to β_x as far as x does not follow the coordinates, and for contacts with their own τ and κ:
+/// A5's sum of velocities updates all rows by one share. The change is (τ/κ) v̆, which led to `sum_v`. β of
+/// friction that slides is J̆ sv.
 void undo_update_rule(Problem& problem, const Settings& settings, const std::vector<Velocity>& v_local,
                       const std::vector<Velocity>& sum_v);
 
@@ -115,6 +130,21 @@ void keep_impulses(const std::vector<double>& lambda, Constraints& c);
 
 /// Applies v̆ ← v̆ + M̆⁻¹J̆ᵀλ, from the impulses M̆^(−1/2)J̆ᵀλ that A1's solver leaves by body.
 void add_impulses(const Model& model, const std::vector<Vector6>& impulses, std::vector<Velocity>& v_local);
+
+/// Returns the largest frequency of a body's turning in the geometric stiffness of its joints, rad/s, or
+/// `least` where none is larger, with the forces λ/duration of rows that were formulated one by one in the
+/// bodies' frames. `stiffness`: buffer for K by body, in the bodies' frames. A joint that pulls with F on a
+/// point at the arm r from the centre of mass gives K = (r·F) 1 − (r Fᵀ + F rᵀ)/2, for the torque r × F
+/// changes by −K θ as the body turns by θ. Only joints that lock a point count. No mode of the jointed bodies
+/// is faster: the stiffness is a sum over bodies, and locks take freedom from it.
+double transverse_frequency(const Problem& problem, double duration, double least,
+                            std::vector<Matrix3>& stiffness);
+
+/// Returns the largest frequency in the geometric stiffness of joints that bear the weights of a scene at
+/// rest, rad/s. Where bodies hang on ball joints alone, they may swing to where they pull most, and a chain
+/// that starts level is not taut yet, so gravity also counts along all axes.
+double frequency_at_rest(const Model& model, const std::vector<Contact>& contacts,
+                         const std::vector<Coordinates>& q, double h);
 
 /// Appends the impulses of the contacts in the step that was solved last, with the bodies at `q`.
 void append_contact_impulses(const Problem& problem, const std::vector<Coordinates>& q,

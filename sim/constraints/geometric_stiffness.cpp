@@ -1,13 +1,16 @@
-#include "sim/constraints/geometric_stiffness.h"
+// The geometric stiffness of taut joints, which makes light bodies stiff in the transverse direction.
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
+#include "sim/constraints/formulate.h"
+#include "sim/direct/direct_solver.h"
+
 namespace substep {
 namespace {
 
-/// K of a force at an arm.
+/// Returns K of a force at an arm.
 Matrix3 stiffness_of(const Vector3& arm, const Vector3& force) {
   const Matrix3 product = arm * force.transpose();
   return product.trace() * Matrix3::Identity() - (product + product.transpose()) / 2;
@@ -37,6 +40,39 @@ double transverse_frequency(const Problem& problem, double duration, double leas
     squared = std::max(squared, solver.eigenvalues()[2]);
   }
   return std::sqrt(squared);
+}
+
+double frequency_at_rest(const Model& model, const std::vector<Contact>& contacts,
+                         const std::vector<Coordinates>& q, double h) {
+  Problem problem;
+  problem.model = &model;
+  problem.contacts = &contacts;
+  problem.substeps.part = 0;  // gaps of the start are no weight
+  build_blocks(problem, Joints::rows);
+  formulate(problem, q, h);
+  std::vector<Vector3> gravities{model.gravity};
+  const auto is_point = [](const Lock& lock) { return lock.kind == Lock::Kind::point; };
+  for (int axis = 0; axis < 3 && std::ranges::all_of(model.locks, is_point); ++axis) {
+    for (const double sign : {-1.0, 1.0})
+      gravities.emplace_back(sign * model.gravity.norm() * Vector3::Unit(axis));
+  }
+  double frequency = 0;
+  DirectSolver solver;
+  Mlcp mlcp;
+  std::vector<double> lambda;
+  std::vector<Matrix3> stiffness;
+  for (const Vector3& gravity : gravities) {
+    std::vector<Velocity> v(q.size());
+    for (std::size_t i = 1; i < v.size(); ++i) {
+      if (model.masses[i].inverse_mass > 0) v[i].linear = h * model.masses[i].gravity_factor * gravity;
+    }
+    make_mlcp(problem, v, mlcp);
+    if (solver.solve(mlcp, lambda).status == MlcpReport::Status::unsolved) continue;
+    for (std::size_t i = 0; i < problem.c.blocks.size(); ++i)
+      problem.c.rows[problem.c.blocks[i].first].impulse = lambda[i];
+    frequency = std::max(frequency, transverse_frequency(problem, h, 0, stiffness));
+  }
+  return frequency;
 }
 
 }  // namespace substep

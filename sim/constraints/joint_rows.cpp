@@ -1,14 +1,16 @@
-#include "sim/constraints/joint_rows.h"
+// s2 of joints: lists their blocks, and computes the rows of locks, limits and drives.
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <limits>
 
+#include "sim/constraints/formulate.h"
 #include "sim/math/rotation.h"
 
 namespace substep {
 namespace {
 
-/// Fills a row's angular parts from ᵣJ̆ᵀ, which are in the bodies' frames, and 1/Γ.
+/// Sets a row's angular parts from ᵣJ̆ᵀ in the bodies' frames, and 1/Γ.
 [[gnu::always_inline]] inline void set_angular(const Problem& problem, const Block& x, const Vector3& local_a,
                                                const Vector3& local_b, Row& row) {
   const Vector3 response_a = problem.model->masses[x.a].inverse_inertia.cwiseProduct(local_a);
@@ -24,8 +26,7 @@ namespace {
 
 constexpr double unlimited = std::numeric_limits<double>::infinity();
 
-/// The row's rigid and two-sided part; its kind says what else. Its impulse stays: a block may be formulated
-/// amid its iteration.
+/// Sets a row that is rigid and two-sided. Its impulse stays: a block may be formulated amid its iteration.
 void set_rigid(double beta, const Vector3& linear, Row& row) {
   row.linear = linear;
   row.beta = beta;
@@ -34,13 +35,14 @@ void set_rigid(double beta, const Vector3& linear, Row& row) {
   row.softness = 0;
 }
 
-/// Γ of the block's rows, inverted.
+/// Sets the inverse of Γ of a block's rows.
 void invert_gamma(Constraints& c, const Block& x) {
   Matrix3 gamma = Matrix3::Identity();
+  const std::span<const Row> rows = c.rows_of(x);
   for (int i = 0; i < x.rows; ++i) {
-    const Row& r = c.rows[x.first + i];
+    const Row& r = rows[i];
     for (int j = 0; j <= i; ++j) {
-      const Row& s = c.rows[x.first + j];
+      const Row& s = rows[j];
       gamma(i, j) = gamma(j, i) = r.linear.dot(s.linear) * (x.inverse_mass_a + x.inverse_mass_b) +
                                   r.angular_a.dot(s.response_a) + r.angular_b.dot(s.response_b);
     }
@@ -75,8 +77,9 @@ struct Measured {
   Vector3 angular_b = Vector3::Zero();
 };
 
-/// Along `direction` (unit), from b's origin to a's. The direction is fixed in b, whose turning adds
-/// ω_b × direction · offset: as if b's arm reached to a's origin. Where it follows the offset that is zero.
+/// Returns the offset of a's origin from b's along a unit vector that is fixed in b. The turning of b adds
+/// ω_b × direction · offset, as if b's arm reached to a's origin; it adds 0 where the vector follows the
+/// offset.
 Measured along(const Frames& f, const Vector3& direction) {
   return {direction.dot(f.offset), direction, f.arm_a.cross(direction), direction.cross(f.arm_b + f.offset)};
 }
@@ -85,7 +88,7 @@ Measured about(double value, const Vector3& axis) {
   return {value, Vector3::Zero(), axis, -axis};
 }
 
-/// The rotation from b's frame to a's, in b's axes.
+/// Returns the rotation from b's frame to a's, in b's axes.
 Quaternion relative_rotation(const Frames& f) {
   Quaternion q(Matrix3(f.axes_b.transpose() * f.axes_a));
   if (q.w() < 0) q.coeffs() = -q.coeffs();
@@ -137,7 +140,7 @@ Measured measure(const JointCoordinate& coordinate, const Frames& f) {
   return about(angle, angle > 0 ? Vector3(f.axes_b * (turn / angle)) : across_b);
 }
 
-/// The row of ± a coordinate's rate.
+/// Sets the row of ± a coordinate's rate.
 void set_row(const Problem& problem, const Block& x, const Placed& at, const Measured& m, double sign,
              double beta, Row& row) {
   set_rigid(beta, sign * m.linear, row);
@@ -151,7 +154,7 @@ void soften(double softness, Row& row) {
   if (row.effective_mass > 0) row.effective_mass = 1 / (1 / row.effective_mass + softness);
 }
 
-/// The frames' origins coincide, along the world's axes, which turn with neither body.
+/// Formulates a lock of the frames' origins, along the world's axes, which turn with neither body.
 void formulate_point(Problem& problem, const Block& x, const Placed& at, double hs) {
   const Attachment& attachment = problem.model->locks[x.source].at;
   const Vector3& arm_a = attachment.frame_a.position;
@@ -206,7 +209,7 @@ void formulate_lock(Problem& problem, const Block& x, const Placed& at, double h
 /// short part that undid the whole gap would need a high one.
 void take_part_of_gap(Problem& problem, Block& x) {
   x.positional_bias_fraction = problem.substeps.part;
-  for (int k = 0; k < x.rows; ++k) problem.c.rows[x.first + k].beta *= problem.substeps.part;
+  for (Row& row : problem.c.rows_of(x)) row.beta *= problem.substeps.part;
 }
 
 void formulate_limit(Problem& problem, Block& x, const Placed& at, double hs) {
@@ -250,6 +253,29 @@ void formulate_drive(Problem& problem, Block& x, const Placed& at, double hs) {
   if (mass > 0) soften(1 / (hs * strength * mass), row);
 }
 
+/// Sorts the blocks and renumbers their rows, such that blocks in succession seldom share a moving body.
+/// Those that do keep their order.
+void interleave(const Model& model, Constraints& c) {
+  // A block's level is one above those of the blocks that it waits for.
+  std::vector<int> depth(model.masses.size(),
+                         0);  // by body: blocks on the longest chain of waits that ends in it
+  std::vector<std::pair<int, Block>> by_level;
+  for (const Block& x : c.blocks) {
+    const int level = std::max(depth[x.a], depth[x.b]);
+    for (const int body : {x.a, x.b}) {
+      if (moves(model.masses[body])) depth[body] = level + 1;
+    }
+    by_level.emplace_back(level, x);
+  }
+  std::ranges::stable_sort(by_level, {}, &std::pair<int, Block>::first);
+  int row = 0;
+  for (std::size_t i = 0; i < by_level.size(); ++i) {
+    c.blocks[i] = by_level[i].second;
+    c.blocks[i].first = row;
+    row += c.blocks[i].rows;
+  }
+}
+
 }  // namespace
 
 double value_of(const JointCoordinate& coordinate, const Attachment& at, const std::vector<Coordinates>& q) {
@@ -287,6 +313,63 @@ void formulate_block(Problem& problem, Block& x, const Placed& at, double hs) {
       break;
   }
   if (x.rows > 1) invert_gamma(problem.c, x);
+}
+
+void build_blocks(Problem& problem, Joints joints) {
+  Constraints& c = problem.c;
+  const Model& model = *problem.model;
+  c.blocks.clear();
+  c.effective_masses.clear();
+  int rows_in_all = 0;
+  const auto add = [&](Block::Kind kind, int rows, int component, const Attachment& at,
+                       std::size_t source) -> Block& {
+    Block x{};
+    x.kind = kind;
+    x.rows = static_cast<std::uint8_t>(rows);
+    x.component = static_cast<std::uint8_t>(component);
+    x.a = at.a;
+    x.b = at.b;
+    x.source = static_cast<int>(source);
+    x.inverse_mass_a = model.masses[at.a].inverse_mass;
+    x.inverse_mass_b = model.masses[at.b].inverse_mass;
+    rows_in_all += rows;
+    if (rows > 1) {
+      x.coupling = static_cast<int>(c.effective_masses.size());
+      c.effective_masses.emplace_back();
+    }
+    return c.blocks.emplace_back(x);
+  };
+  for (std::size_t i = 0; i < model.locks.size(); ++i) {
+    const Lock& lock = model.locks[i];
+    const int rows = lock.kind == Lock::Kind::point || lock.kind == Lock::Kind::orientation ? 3 : 2;
+    if (joints == Joints::rows) {
+      for (int k = 0; k < rows; ++k) add(Block::Kind::lock, 1, k, lock.at, i);
+    } else {
+      add(Block::Kind::lock, rows, 0, lock.at, i).stable = joints == Joints::stable;
+    }
+  }
+  for (std::size_t i = 0; i < model.limits.size(); ++i) {
+    const Limit& limit = model.limits[i];
+    // A distance that is both bounds is the report's stiff spring, which is stable. Other two-sided limits
+    // are not in its list; a slot that turns with its body errs the more in A5, the more sub-steps there are.
+    const bool is_stiff_spring =
+        limit.side == Limit::Side::both && limit.coordinate.kind == JointCoordinate::Kind::distance;
+    add(Block::Kind::limit, 1, 0, limit.at, i).stable = joints == Joints::stable && is_stiff_spring;
+  }
+  for (std::size_t i = 0; i < model.drives.size(); ++i) add(Block::Kind::drive, 1, 0, model.drives[i].at, i);
+  c.rows.resize(rows_in_all);
+  interleave(model, c);
+  problem.substeps.gyroscopic_change.resize(model.gyroscopic.size());
+  build_contacts(problem);
+}
+
+void formulate(Problem& problem, const std::vector<Coordinates>& q, double hs) {
+  problem.rotations.resize(q.size());
+  for (std::size_t i = 0; i < q.size(); ++i) problem.rotations[i] = q[i].angular.toRotationMatrix();
+  for (Block& x : problem.c.blocks) {
+    formulate_block(problem, x, {q[x.a], q[x.b], problem.rotations[x.a], problem.rotations[x.b]}, hs);
+  }
+  formulate(problem.c.contacts, *problem.contacts, q, problem.rotations, hs);
 }
 
 }  // namespace substep

@@ -1,8 +1,9 @@
 #pragma once
-/// Operations on the vectors of contact_batch.h, four manifolds' numbers at a time. A vector wider than
-/// the least x86-64 has is handed on in another way where there are wider ones, so all of this is inlined,
-/// into functions that are compiled for both (four_wide.h).
+/// Operations on the lanes of contact_batch.h, and the data that its kernels share. The calling convention of
+/// wide vectors depends on the processor, so all functions are inlined into kernels that are compiled for
+/// both widths (four_wide.h).
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
@@ -16,7 +17,7 @@ namespace substep {
   return Lanes{value, value, value, value};
 }
 
-/// Selects `yes` where `mask` is all ones, else `no`. Computes with neither: a NaN stays where it is.
+/// Selects `yes` where `mask` is all ones, else `no`. Computes with neither, so a NaN stays in its lane.
 template <typename Mask>
 [[gnu::always_inline]] inline Lanes choose(const Mask& mask, const Lanes& yes, const Lanes& no) {
   return mask ? yes : no;
@@ -40,6 +41,15 @@ template <typename Mask>
   return choose(a < b, b, a);
 }
 
+[[gnu::always_inline]] inline Lanes magnitude(const Lanes& x) {
+  return choose(x < all(0), -x, x);
+}
+
+/// Returns 1/x where x is positive, else 0.
+[[gnu::always_inline]] inline Lanes inverse_or_zero(const Lanes& x) {
+  return choose(x > all(0), all(1) / x, all(0));
+}
+
 [[gnu::always_inline]] inline Lanes root(const Lanes& x) {
   return Lanes{std::sqrt(x[0]), std::sqrt(x[1]), std::sqrt(x[2]), std::sqrt(x[3])};
 }
@@ -52,10 +62,19 @@ template <typename Mask>
   return {{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}};
 }
 
-[[gnu::always_inline]] inline LaneVectors difference(const LaneVectors& a, const LaneVectors& b) {
+[[gnu::always_inline]] inline LaneVectors operator+(const LaneVectors& a, const LaneVectors& b) {
+  return {{a[0] + b[0], a[1] + b[1], a[2] + b[2]}};
+}
+
+[[gnu::always_inline]] inline LaneVectors operator-(const LaneVectors& a, const LaneVectors& b) {
   return {{a[0] - b[0], a[1] - b[1], a[2] - b[2]}};
 }
 
+[[gnu::always_inline]] inline LaneVectors operator*(const Lanes& factor, const LaneVectors& v) {
+  return {{factor * v[0], factor * v[1], factor * v[2]}};
+}
+
+/// Returns the products of components.
 [[gnu::always_inline]] inline LaneVectors product(const LaneVectors& a, const LaneVectors& b) {
   return {{a[0] * b[0], a[1] * b[1], a[2] * b[2]}};
 }
@@ -115,14 +134,15 @@ constexpr int pairs_of_velocity = 3;
 /// Returns J_x v.
 [[gnu::always_inline]] inline Lanes row_velocity(const LaneVectors& direction, const ContactRow& row,
                                                  const Moving& a, const Moving& b) {
-  return dot(direction, difference(a.linear, b.linear)) + dot(row.angular_a, a.angular) +
-         dot(row.angular_b, b.angular);
+  return dot(direction, a.linear - b.linear) + dot(row.angular_a, a.angular) + dot(row.angular_b, b.angular);
 }
 
-/// Sliding goes on, and no displacement is to be taken back: 1 or 0. What has only begun to slide may have so
-/// for want of its normal's impulse, which one sweep leaves short; it holds on.
-[[gnu::always_inline]] inline Lanes keeps_sliding(const FrictionRows& rows) {
-  return rows.slides * rows.slid;
+/// Returns 1 where a point or patch continues to slide and restores no displacement, else 0. One that only
+/// begins to slide may do so for want of its normal's impulse, which one sweep leaves short, and keeps its
+/// displacement.
+template <typename Friction>
+[[gnu::always_inline]] inline Lanes keeps_sliding(const Friction& friction) {
+  return friction.slides * friction.slid;
 }
 
 using FourContacts = std::array<const Contact*, lanes>;
@@ -130,21 +150,21 @@ using FourContacts = std::array<const Contact*, lanes>;
 /// Returns the i-th contact of each manifold; of those that have no more, the last.
 [[gnu::always_inline]] inline FourContacts contacts_of(const ContactBatch& x, int i,
                                                        const std::vector<Contact>& found) {
-  const auto place = [&](int lane) { return x.source[lane] + (i < x.count[lane] ? i : x.count[lane] - 1); };
-  return {&found[place(0)], &found[place(1)], &found[place(2)], &found[place(3)]};
+  const auto of_lane = [&](int lane) {
+    return &found[x.source[lane] + (i < x.count[lane] ? i : x.count[lane] - 1)];
+  };
+  return {of_lane(0), of_lane(1), of_lane(2), of_lane(3)};
 }
 
 [[gnu::always_inline]] inline LaneVectors gather(const FourContacts& contact, Vector3 Contact::*member) {
   return gather(contact[0]->*member, contact[1]->*member, contact[2]->*member, contact[3]->*member);
 }
 
-[[gnu::always_inline]] inline Lanes gather(const FourContacts& contact, bool Contact::*member) {
-  return Lanes{contact[0]->*member ? 1.0 : 0.0, contact[1]->*member ? 1.0 : 0.0,
-               contact[2]->*member ? 1.0 : 0.0, contact[3]->*member ? 1.0 : 0.0};
-}
-
-[[gnu::always_inline]] inline Lanes gather(const FourContacts& contact, double Contact::*member) {
-  return Lanes{contact[0]->*member, contact[1]->*member, contact[2]->*member, contact[3]->*member};
+/// Returns a number of each contact; true is 1.
+template <typename Number>
+[[gnu::always_inline]] inline Lanes gather(const FourContacts& contact, Number Contact::*member) {
+  return Lanes{static_cast<double>(contact[0]->*member), static_cast<double>(contact[1]->*member),
+               static_cast<double>(contact[2]->*member), static_cast<double>(contact[3]->*member)};
 }
 
 /// A matrix of each of four, by columns.
@@ -152,24 +172,21 @@ struct LaneMatrices {
   LaneVectors column[3];
 };
 
-[[gnu::always_inline]] inline LaneMatrices gather_rotations(const std::vector<Matrix3>& rotations,
-                                                            const std::array<int, lanes>& body) {
-  const double* const r0 = rotations[body[0]].data();
-  const double* const r1 = rotations[body[1]].data();
-  const double* const r2 = rotations[body[2]].data();
-  const double* const r3 = rotations[body[3]].data();
+[[gnu::always_inline]] inline LaneMatrices gather_matrices(const Matrix3& m0, const Matrix3& m1,
+                                                           const Matrix3& m2, const Matrix3& m3) {
   LaneMatrices result;
-  for (int k = 0; k < 9; ++k) result.column[k / 3][k % 3] = Lanes{r0[k], r1[k], r2[k], r3[k]};
+  for (int k = 0; k < 9; ++k)
+    result.column[k / 3][k % 3] = Lanes{m0.data()[k], m1.data()[k], m2.data()[k], m3.data()[k]};
   return result;
 }
 
+[[gnu::always_inline]] inline LaneMatrices gather(const std::vector<Matrix3>& rotations,
+                                                  const std::array<int, lanes>& body) {
+  return gather_matrices(rotations[body[0]], rotations[body[1]], rotations[body[2]], rotations[body[3]]);
+}
+
 [[gnu::always_inline]] inline LaneMatrices gather(const FourContacts& contact, Matrix3 Contact::*member) {
-  LaneMatrices result;
-  for (int k = 0; k < 9; ++k) {
-    result.column[k / 3][k % 3] = Lanes{(contact[0]->*member).data()[k], (contact[1]->*member).data()[k],
-                                        (contact[2]->*member).data()[k], (contact[3]->*member).data()[k]};
-  }
-  return result;
+  return gather_matrices(contact[0]->*member, contact[1]->*member, contact[2]->*member, contact[3]->*member);
 }
 
 /// Returns R v.
@@ -182,6 +199,75 @@ struct LaneMatrices {
 /// Returns Rᵀ v.
 [[gnu::always_inline]] inline LaneVectors turned_back(const LaneMatrices& r, const LaneVectors& v) {
   return {{dot(r.column[0], v), dot(r.column[1], v), dot(r.column[2], v)}};
+}
+
+/// The data that a step's rows are formulated from.
+struct Formulation {
+  const std::vector<Contact>& contacts;
+  const std::vector<Coordinates>& q;
+  const std::vector<Matrix3>& rotations;
+  double hs;
+  bool anew;  ///< the step's rows were formulated before
+  const std::vector<Matrix3>& first_rotations;
+};
+
+/// The bodies' part of a batch's formulation.
+struct BatchBodies {
+  LaneMatrices rotation_a;
+  LaneMatrices rotation_b;
+  LaneVectors offset;  ///< from b's centre of mass to a's
+  Lanes inverse_mass;  ///< both bodies'
+};
+
+[[gnu::always_inline]] inline BatchBodies bodies_of(const ContactBatch& x, const Formulation& from) {
+  const auto& q = from.q;
+  BatchBodies at;
+  at.rotation_a = gather(from.rotations, x.a);
+  at.rotation_b = gather(from.rotations, x.b);
+  const auto centres = [&](const std::array<int, lanes>& body) {
+    return gather(q[body[0]].linear, q[body[1]].linear, q[body[2]].linear, q[body[3]].linear);
+  };
+  at.offset = centres(x.a) - centres(x.b);
+  at.inverse_mass = x.inverse_mass_a + x.inverse_mass_b;
+  return at;
+}
+
+/// Properties of a solution that are known where its kernel is compiled.
+struct Kind {
+  bool by_one;  ///< κ, τ and ω are 1, and multiply nothing
+  bool any;     ///< the largest change may be asked for
+};
+inline constexpr Kind plain{true, false};
+inline constexpr Kind any_kind{false, true};
+
+template <Kind kind>
+[[gnu::always_inline]] inline Lanes times(double factor, const Lanes& x) {
+  if constexpr (kind.by_one) return x;
+  return all(factor) * x;
+}
+
+/// A kernel's data: a batch, the factors of its solution, and its rows if it is solved by points.
+struct Visit {
+  const ContactBatch& x;
+  const RowSolve& how;
+  PointRows rows;
+};
+
+/// Reduces the origin of friction where the normal impulse falls below that of the last slide, in proportion.
+template <typename Friction>
+[[gnu::always_inline]] inline void reduce_origin(Friction& friction, const Lanes& normal) {
+  const auto is_less = normal < friction.origin_normal;
+  if (!any(is_less)) return;
+  const Lanes fraction = choose(is_less, normal / friction.origin_normal, all(1));
+  for (Lanes& origin : friction.origin) origin *= fraction;
+  friction.origin_normal *= fraction;
+}
+
+/// Raises the largest change of a velocity to the lanes' ones, if it is asked for.
+template <Kind kind>
+[[gnu::always_inline]] inline void raise(const Lanes& most, double* moved) {
+  if (!kind.any || !moved) return;
+  for (int lane = 0; lane < lanes; ++lane) *moved = std::max(*moved, most[lane]);
 }
 
 }  // namespace substep

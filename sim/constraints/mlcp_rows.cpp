@@ -1,4 +1,4 @@
-// The whole step's problem for the direct solver, and what its solution does to the velocities.
+// The problem of a whole step for the direct solver, and the impulses of its solution.
 
 #include <algorithm>
 #include <limits>
@@ -8,13 +8,13 @@
 namespace substep {
 namespace {
 
-/// Rows of J M^(−1/2) for the direct solver.
+/// Writes rows of J M^(−1/2) to the direct solver's problem.
 class MlcpWriter {
  public:
   MlcpWriter(const Problem& problem, const std::vector<Velocity>& v_local, Mlcp& mlcp)
       : model_(*problem.model), v_local_(v_local), mlcp_(mlcp) {}
 
-  /// The row's bodies, J and β; limits are infinite.
+  /// Adds a row with its bodies, J and β. Its limits are infinite.
   Mlcp::Row& add(int a, int b, const Vector3& linear, const Vector3& angular_a, const Vector3& angular_b,
                  double beta) {
     Mlcp::Row out{};
@@ -30,10 +30,32 @@ class MlcpWriter {
     return mlcp_.rows.back();
   }
 
-  Mlcp::Row& add(const ContactBatch& x, int lane, const LaneVectors& direction, const ContactRow& row,
-                 double beta) {
-    const auto vector = [lane](const LaneVectors& v) { return Vector3(v[0][lane], v[1][lane], v[2][lane]); };
-    return add(x.a[lane], x.b[lane], vector(direction), vector(row.angular_a), vector(row.angular_b), beta);
+  /// Adds the rows of a lane's manifold: of each point the normal, then its friction.
+  void add_manifold(const ContactBatches& contacts, const ContactBatch& x, int lane) {
+    const GivenBefore& before = contacts.given_before;
+    const bool is_warm = before.points.size() == contacts.normals.size();
+    int normal = 0;
+    for_each_row(contacts, x, x.count[lane],
+                 [&](int i, int k, const LaneVectors& direction, const ContactRow& row) {
+                   const int point = x.first_point + i;
+                   const bool has_impact = x.has_impacts && contacts.restitutions[point].impact[lane] > 0;
+                   const double beta = k > 0        ? 0
+                                       : has_impact ? contacts.restitutions[point].right[0][lane]
+                                                    : row.beta[lane];
+                   const int index = static_cast<int>(mlcp_.rows.size());
+                   Mlcp::Row& out = add(x.a[lane], x.b[lane], direction.lane(lane), row.angular_a.lane(lane),
+                                        row.angular_b.lane(lane), beta);
+                   const double start = is_warm ? -before.points[point][k][lane] : 0;
+                   if (k == 0) {
+                     normal = index;
+                     out.low = 0;
+                     out.start = std::max(0.0, start);
+                   } else {
+                     out.normal = normal;
+                     out.friction = contacts.frictions[point].coefficient[lane];
+                     out.start = start;
+                   }
+                 });
   }
 
  private:
@@ -47,35 +69,6 @@ class MlcpWriter {
   const std::vector<Velocity>& v_local_;
   Mlcp& mlcp_;
 };
-
-/// The points of one manifold of a batch.
-void add_manifold(const ContactBatches& contacts, const ContactBatch& x, int lane, MlcpWriter& writer,
-                  Mlcp& mlcp) {
-  const GivenBefore& before = contacts.given_before;
-  const bool is_warm = before.normals.size() == contacts.normals.size();
-  int friction = 0;
-  for (int i = 0; i < x.count[lane]; ++i) {
-    const ContactDirections& directions = contacts.directions[x.first_normal + i];
-    const NormalRow& normal = contacts.normals[x.first_normal + i];
-    const RestitutionRow* const bounce =
-        x.first_restitution < 0 ? nullptr : &contacts.restitutions[x.first_restitution + i];
-    const bool impact = bounce && bounce->impact[lane] > 0;
-    Mlcp::Row& along = writer.add(x, lane, directions.normal, normal.row,
-                                  impact ? bounce->right[lane] : normal.row.beta[lane]);
-    along.low = 0;
-    if (is_warm) along.start = std::max(0.0, -before.normals[x.first_normal + i][lane]);
-    if (friction == x.frictions || x.contact_of[friction] != i) continue;
-    const int row = static_cast<int>(mlcp.rows.size()) - 1;
-    const int place = x.first_friction + friction++;
-    const FrictionRows& rows = contacts.frictions[place];
-    for (int k = 0; k < 2; ++k) {
-      Mlcp::Row& out = writer.add(x, lane, directions.tangent[k], rows.row[k], 0);
-      out.normal = row;
-      out.friction = rows.coefficient[lane];
-      if (is_warm) out.start = -before.frictions[place][k][lane];
-    }
-  }
-}
 
 }  // namespace
 
@@ -93,9 +86,7 @@ void make_mlcp(const Problem& problem, const std::vector<Velocity>& v_local, Mlc
     if (!problem.c.given_before.empty()) out.start = problem.c.given_before[x.first];
   }
   for (const ContactBatch& x : problem.c.contacts.batches) {
-    for (int lane = 0; lane < x.manifolds; ++lane) {
-      add_manifold(problem.c.contacts, x, lane, writer, mlcp);
-    }
+    for (int lane = 0; lane < x.manifolds; ++lane) writer.add_manifold(problem.c.contacts, x, lane);
   }
 }
 
@@ -105,17 +96,10 @@ void keep_impulses(const std::vector<double>& lambda, Constraints& c) {
   ContactBatches& contacts = c.contacts;
   for (const ContactBatch& x : contacts.batches) {
     for (int lane = 0; lane < x.manifolds; ++lane) {
-      int friction = 0;
-      for (int i = 0; i < x.count[lane]; ++i) {
-        contacts.normals[x.first_normal + i].row.impulse[lane] = lambda[next++];
-        contacts.given_before.normals[x.first_normal + i][lane] = 0;
-        if (friction == x.frictions || x.contact_of[friction] != i) continue;
-        const int place = x.first_friction + friction++;
-        for (int k = 0; k < 2; ++k) {
-          contacts.frictions[place].row[k].impulse[lane] = lambda[next++];
-          contacts.given_before.frictions[place][k][lane] = 0;
-        }
-      }
+      for_each_row(contacts, x, x.count[lane], [&](int i, int k, const LaneVectors&, ContactRow& row) {
+        row.impulse[lane] = lambda[next++];
+        contacts.given_before.points[x.first_point + i][k][lane] = 0;
+      });
     }
   }
 }

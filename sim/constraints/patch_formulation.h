@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "sim/constraints/contact_patch.h"
-#include "sim/constraints/formulated_bodies.h"
 
 namespace substep {
 
@@ -25,7 +24,7 @@ struct FourShapes {
   }
 };
 
-/// Γ of a patch: what wrenches at its centre change of the motion there.
+/// Γ of a patch: the change of the motion at its centre by a wrench there.
 struct PatchGamma {
   Lanes linear_by_force[9];
   Lanes linear_by_torque[9];  ///< transposed: turning by a force
@@ -67,21 +66,19 @@ struct PatchGamma {
   inverse[3] = s[0] * s[5] - s[2] * s[2];
   inverse[4] = s[1] * s[2] - s[0] * s[4];
   inverse[5] = s[0] * s[3] - s[1] * s[1];
-  const Lanes determinant = s[0] * inverse[0] + s[1] * inverse[1] + s[2] * inverse[2];
-  const Lanes factor = choose(determinant > all(0), all(1) / determinant, all(0));
+  const Lanes factor = inverse_or_zero(s[0] * inverse[0] + s[1] * inverse[1] + s[2] * inverse[2]);
   for (Lanes& element : inverse) element *= factor;
 }
 
-/// Γ⁻¹ of normals whose points lie on a line: on the wrenches that they can give, whose torque is `across`
-/// it.
+/// Inverts Γ of normals whose points lie on a line, on the wrenches that these can give: their torque is
+/// `across` the line.
 [[gnu::always_inline]] inline void invert_on_line(const Lanes (&s)[6], const Lanes (&across)[2],
                                                   Lanes (&inverse)[6]) {
   const Lanes c00 = s[0];
   const Lanes c01 = s[1] * across[0] + s[2] * across[1];
   const Lanes c11 =
       across[0] * across[0] * s[3] + all(2) * across[0] * across[1] * s[4] + across[1] * across[1] * s[5];
-  const Lanes determinant = c00 * c11 - c01 * c01;
-  const Lanes factor = choose(determinant > all(0), all(1) / determinant, all(0));
+  const Lanes factor = inverse_or_zero(c00 * c11 - c01 * c01);
   const Lanes i00 = c11 * factor;
   const Lanes i01 = -c01 * factor;
   const Lanes i11 = c00 * factor;
@@ -93,11 +90,7 @@ struct PatchGamma {
   inverse[5] = i11 * across[1] * across[1];
 }
 
-[[gnu::always_inline]] inline Lanes inverse_or_zero(const Lanes& x) {
-  return choose(x > all(0), all(1) / x, all(0));
-}
-
-/// Sets a patch's Γ, its inverses, and where friction and normals meet.
+/// Sets a patch's Γ, its inverses, and the coupling of friction and normals.
 [[gnu::always_inline]] inline void set_gamma(const ContactBatch& x, const FourShapes& from, Patch& patch) {
   const Lanes zero = all(0);
   PatchGamma gamma;
@@ -180,7 +173,7 @@ struct PatchGamma {
   }
 }
 
-/// Sets what a step starts from.
+/// Sets a patch's impulses to 0, and its friction from its shape.
 [[gnu::always_inline]] inline void start_patch(const FourShapes& from, Patch& patch) {
   const Lanes zero = all(0);
   patch.normal_impulse = patch.impulse = patch.origin = {{zero, zero, zero}};
@@ -197,11 +190,12 @@ struct PatchGamma {
 /// s2 of a batch of patches: axes, arms, β and Γ.
 [[gnu::always_inline]] inline void formulate_patch(ContactBatches& contacts, const ContactBatch& x,
                                                    const BatchBodies& at, const Formulation& from) {
-  const FourShapes shapes{{&contacts.shapes[x.shape[0]], &contacts.shapes[x.shape[1]],
-                           &contacts.shapes[x.shape[2]], &contacts.shapes[x.shape[3]]}};
+  const PatchShape* const all_shapes = contacts.shapes.data();
+  const FourShapes shapes{
+      {all_shapes + x.shape[0], all_shapes + x.shape[1], all_shapes + x.shape[2], all_shapes + x.shape[3]}};
   Patch& patch = contacts.patches[x.patch];
   if (!from.anew) start_patch(shapes, patch);
-  // Take the axes from b, and the arms of the centre.
+  // Take the axes and the arms of the centre.
   LaneVectors first_in_a[3];
   for (int k = 0; k < 3; ++k) {
     patch.in_b[k] = shapes.column(&PatchShape::axes_in_b, k);
@@ -213,8 +207,7 @@ struct PatchGamma {
   patch.arm_b = along(patch.in_b, shapes.of(&PatchShape::arm_b));
   // Measure how the patch has opened, tilted and slipped.
   const LaneVectors offset = along(patch.in_world, at.offset);
-  LaneVectors apart;
-  for (int k = 0; k < 3; ++k) apart[k] = offset[k] + patch.arm_a[k] - patch.arm_b[k];
+  const LaneVectors apart = offset + patch.arm_a - patch.arm_b;
   const auto value = [&](auto member, int k) {
     return shapes.of([&](const PatchShape& shape) { return (shape.*member)[k]; });
   };

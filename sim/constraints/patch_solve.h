@@ -1,11 +1,10 @@
 #pragma once
-/// The kernel of patches: the normals' wrench in its cone, then the friction as one block. Part of
-/// contact_solve.cpp.
+/// The kernel of patches, part of contact_solve.cpp: the normals' wrench in its cone, then the friction as
+/// one block.
 
 #include <algorithm>
 
 #include "sim/constraints/contact_patch.h"
-#include "sim/constraints/contact_visit.h"
 
 namespace substep {
 
@@ -29,14 +28,13 @@ template <int known>
   // Try the planes that the wrench is behind: the right one's projection is inside of all others.
   for (int k = 0; k < count; ++k) {
     const LaneVectors& back = corners[k].to_plane;
-    const LaneVectors on_plane{
-        {wrench[0] - back[0] * beyond[k], wrench[1] - back[1] * beyond[k], wrench[2] - back[2] * beyond[k]}};
+    const LaneVectors on_plane = wrench - beyond[k] * back;
     auto is_inside = open & (beyond[k] < zero);
     const Lanes limit = all(rounding) * beyond[k];
     for (int j = 0; j < count; ++j) {
       if (j != k) is_inside = is_inside & (dot(corners[j].plane, on_plane) >= limit);
     }
-    for (int i = 0; i < 3; ++i) nearest[i] = choose(is_inside, on_plane[i], nearest[i]);
+    nearest = choose(is_inside, on_plane, nearest);
     open = open & ~is_inside;
   }
   // Else take the ray that comes nearest, or no impulse.
@@ -53,7 +51,7 @@ template <int known>
       on_ray[1] = choose(is_better, size * corner.place[1], on_ray[1]);
       on_ray[2] = choose(is_better, -(size * corner.place[0]), on_ray[2]);
     }
-    for (int i = 0; i < 3; ++i) nearest[i] = choose(open, on_ray[i], nearest[i]);
+    nearest = choose(open, on_ray, nearest);
   }
   wrench = nearest;
 }
@@ -74,27 +72,10 @@ template <Kind kind, int known>
   LaneVectors wrench;
   for (int k = 0; k < 3; ++k) wrench[k] = patch.normal_impulse[k] + times<kind>(at.how.omega, change[k]);
   move_into_cone<known>(count, corners, wrench);
-  LaneVectors given;
-  for (int k = 0; k < 3; ++k) {
-    const Lanes difference = wrench[k] - patch.normal_impulse[k];
-    given[k] = all(at.how.scale) * difference;
-    patch.normal_impulse[k] = wrench[k];
-  }
-  if (kind.any) {
-    const Lanes one = given[0] * patch.normal_gamma[0];
-    most = larger(most, choose(one < all(0), -one, one));
-  }
+  const LaneVectors given = all(at.how.scale) * (wrench - patch.normal_impulse);
+  for (int k = 0; k < 3; ++k) patch.normal_impulse[k] = wrench[k];
+  if (kind.any) most = larger(most, magnitude(given[0] * patch.normal_gamma[0]));
   return given;
-}
-
-/// Reduces the origin of friction where the normals take back some of what they had given when the patch
-/// slid, in proportion.
-[[gnu::always_inline]] inline void give_back(Patch& patch, const Lanes& normal) {
-  const auto less = normal < patch.origin_normal;
-  if (!any(less)) return;
-  const Lanes part = choose(less, normal / patch.origin_normal, all(1));
-  for (int k = 0; k < 3; ++k) patch.origin[k] *= part;
-  patch.origin_normal *= part;
 }
 
 /// Shares of a patch's normal force at its corners.
@@ -215,7 +196,7 @@ template <int known>
   const Lanes twist = target[2] * patch.inverse_radius;
   const Lanes length = root(target[0] * target[0] + target[1] * target[1] + twist * twist);
   const Lanes factor = choose(length > all(0), limit / length, all(0));
-  return {{target[0] * factor, target[1] * factor, target[2] * factor}};
+  return factor * target;
 }
 
 /// Returns the friction of a patch that goes on sliding, corner by corner. It stops what it brakes, and does
@@ -233,7 +214,7 @@ template <int known>
   const Lanes stopping = dot(sliding, missing) + dot(response, before);
   const Lanes full = dot(sliding, response);
   const Lanes part = choose(stopping < full, larger(stopping, all(0)) / full, all(1));
-  return {{part * sliding[0], part * sliding[1], part * sliding[2]}};
+  return part * sliding;
 }
 
 /// Solves the friction of a patch, two tangents and the twist as one block: it holds inside of an ellipsoid,
@@ -245,7 +226,7 @@ template <Kind kind, int known>
                                                                const LaneVectors& normals, Patch& patch,
                                                                Lanes& most) {
   const Lanes normal = larger(patch.normal_impulse[0], all(0));  // rounding may leave less
-  give_back(patch, normal);
+  reduce_origin(patch, normal);
   const Lanes(&by)[9] = patch.by_normals;
   LaneVectors missing;
   LaneVectors before;
@@ -257,8 +238,7 @@ template <Kind kind, int known>
     before[k] = patch.impulse[k] - patch.origin[k];
   }
   // Where it holds: λ + ω Γ⁻¹ (τ β − κ J v)
-  LaneVectors total = symmetric_product(patch.inverse, missing);
-  for (int k = 0; k < 3; ++k) total[k] += before[k];
+  LaneVectors total = symmetric_product(patch.inverse, missing) + before;
   const Lanes limit = patch.coefficient * (normal - patch.origin_normal);
   const Lanes twist = total[2] * patch.inverse_radius;
   const auto slides = total[0] * total[0] + total[1] * total[1] + twist * twist >= limit * limit;
@@ -271,16 +251,10 @@ template <Kind kind, int known>
       total = choose(goes_on, kept_slide<known>(at, corners, patch, slid, limit, before, missing), total);
     }
   }
-  LaneVectors given;
-  for (int k = 0; k < 3; ++k) {
-    given[k] = all(at.how.scale) * (total[k] - before[k]);
-    patch.impulse[k] = total[k] + patch.origin[k];
-  }
+  const LaneVectors given = all(at.how.scale) * (total - before);
+  for (int k = 0; k < 3; ++k) patch.impulse[k] = total[k] + patch.origin[k];
   if (kind.any) {
-    for (int k = 0; k < 2; ++k) {
-      const Lanes one = given[k] * patch.gamma[3 * k];
-      most = larger(most, choose(one < all(0), -one, one));
-    }
+    for (int k = 0; k < 2; ++k) most = larger(most, magnitude(given[k] * patch.gamma[3 * k]));
   }
   return given;
 }
@@ -299,9 +273,7 @@ template <Kind kind, int known>
   give(at.x, patch, normals, friction, a, b);
   scatter(a, at.x.a, at.x.manifolds, v);
   scatter(b, at.x.b, at.x.manifolds, v);
-  if (kind.any && moved) {
-    for (int lane = 0; lane < lanes; ++lane) *moved = std::max(*moved, most[lane]);
-  }
+  raise<kind>(most, moved);
   return any(keeps_sliding(patch) > all(0));
 }
 

@@ -1,24 +1,18 @@
-// Updates between sub-steps: coordinates, velocities by forces and frames, rows' biases.
+// Updates between sub-steps of coordinates, of velocities by forces and frames, and of rows' biases; the
+// contacts of a step.
 
 #include <algorithm>
 
-#include "sim/constraints/joint_rows.h"
-#include "sim/constraints/warm_start.h"
+#include "sim/constraints/formulate.h"
 #include "sim/math/rotation.h"
 
 namespace substep {
 namespace {
 
+/// Returns coordinates after `duration` with local angular velocities.
 Coordinates ahead(const Coordinates& q, const Velocity& v_local, double duration) {
   return {q.linear + duration * v_local.linear,
           compose(q.angular, rotation_quaternion(duration * v_local.angular))};
-}
-
-/// Applies the impulses of a warm start to a block's bodies.
-void give_first_impulses(const Constraints& c, const Block& x, double scale, std::vector<Velocity>& v) {
-  Impulse start{};
-  for (int k = 0; k < x.rows; ++k) start[k] = c.rows[x.first + k].impulse;
-  apply(c, x, start, v, scale);
 }
 
 /// Returns the local angular velocity of the kth gyroscopic body at the end of a (sub-)step in which it
@@ -30,6 +24,12 @@ Vector3 velocity_at_end(const Problem& problem, std::size_t k, double duration, 
 }
 
 }  // namespace
+
+void build_contacts(Problem& problem, const std::vector<Coordinates>& q) {
+  std::vector<PatchShape> none;
+  problem.c.contacts.build(*problem.model, *problem.contacts,
+                           problem.kept_patches ? *problem.kept_patches : none, q);
+}
 
 void update_stable(Problem& problem, Block& x, const std::vector<Velocity>& v_hat,
                    const std::vector<Velocity>* sum_v) {
@@ -48,16 +48,17 @@ void update_stable(Problem& problem, Block& x, const std::vector<Velocity>& v_ha
   const Coordinates a = next_frame(x.a);
   const Coordinates b = next_frame(x.b);
   Impulse beta{};
-  for (int k = 0; k < x.rows; ++k) beta[k] = problem.c.rows[x.first + k].beta;
+  const std::span<Row> rows = problem.c.rows_of(x);
+  for (int k = 0; k < x.rows; ++k) beta[k] = rows[k].beta;
   formulate_block(problem, x, {a, b, a.angular.toRotationMatrix(), b.angular.toRotationMatrix()},
                   substeps.duration);
   for (int k = 0; k < x.rows; ++k) {
-    Row& row = problem.c.rows[x.first + k];
     if (substeps.bias_at_next_frame) {
-      // One Newton step on C(q + hs v') = 0 from v̂: J̆ v' = J̆ v̂ − C(q + hs v̂)/hs. A damper's share has no C.
-      row.beta += x.positional_bias_fraction * row_velocity(row, v_hat[x.a], v_hat[x.b]);
+      // Take one Newton step on C(q + hs v') = 0 from v̂: J̆ v' = J̆ v̂ − C(q + hs v̂)/hs. A damper's share has no
+      // C.
+      rows[k].beta += x.positional_bias_fraction * row_velocity(rows[k], v_hat[x.a], v_hat[x.b]);
     } else {
-      row.beta = beta[k];
+      rows[k].beta = beta[k];
     }
   }
 }
@@ -122,7 +123,11 @@ void start_substep(Problem& problem, std::vector<Velocity>& v, const std::vector
   }
   start_substep(c.contacts, problem.substeps.duration, v, problem.substeps.offset, sum_v);
   if (fraction == 0) return;
-  for (const Block& x : c.blocks) give_first_impulses(c, x, joint_scale, v);
+  for (const Block& x : c.blocks) {
+    Impulse start{};
+    for (int k = 0; k < x.rows; ++k) start[k] = c.rows[x.first + k].impulse;
+    apply(c, x, start, v, joint_scale);
+  }
   warm_start(c.contacts, fraction, contact_scale, v);
 }
 
@@ -140,8 +145,7 @@ void update_biases(Problem& problem, const std::vector<Velocity>& v_local) {
   Constraints& c = problem.c;
   for (const Block& x : c.blocks) {
     if (x.positional_bias_fraction == 0) continue;
-    for (int k = 0; k < x.rows; ++k) {
-      Row& row = c.rows[x.first + k];
+    for (Row& row : c.rows_of(x)) {
       row.beta -= x.positional_bias_fraction * row_velocity(row, v_local[x.a], v_local[x.b]);
     }
   }
@@ -153,7 +157,7 @@ void box_biases(Constraints& c, const Settings& settings) {
   const double share = settings.tau / settings.kappa;
   for (const Block& x : c.blocks) {
     if (!x.stabilized) continue;
-    for (int k = 0; k < x.rows; ++k) c.rows[x.first + k].beta *= share;
+    for (Row& row : c.rows_of(x)) row.beta *= share;
   }
   box_biases(c.contacts, settings.of_contacts());
 }
@@ -170,8 +174,7 @@ void undo_update_rule(Problem& problem, const Settings& settings, const std::vec
     // A row that is not stabilized follows the coordinates by its share of v̆, not of (τ/κ) v̆.
     const double undone = 1 - x.positional_bias_fraction * (x.stabilized ? 1 : kappa / tau);
     if (undone == 0) continue;
-    for (int k = 0; k < x.rows; ++k) {
-      Row& row = c.rows[x.first + k];
+    for (Row& row : c.rows_of(x)) {
       row.beta += undone * row_velocity(row, substeps.change[x.a], substeps.change[x.b]);
     }
   }

@@ -20,7 +20,6 @@
 #include <cmath>
 #include <limits>
 
-#include "sim/constraints/joint_rows.h"
 #include "sim/math/rotation.h"
 
 namespace substep {

@@ -65,7 +65,7 @@ class ConstrainedDynamics {
   std::int64_t row_solves() const { return row_solves_; }
 
  private:
-  /// Adds springs and drives as in formulate.cpp, with hs → 0: force = stiffness · deflection − damping ·
+  /// Adds springs and drives as in joint_rows.cpp, with hs → 0: force = stiffness · deflection − damping ·
   /// rate.
   void add_forces(const CoordinateVector& q, const VelocityVector& v);
   /// Returns the force of a drive without its limit. With hs = 1, β is that force over stiffness + damping.

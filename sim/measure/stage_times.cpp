@@ -48,7 +48,7 @@ StageTimes stages_at(const Scene& scene, const Settings& settings, const std::ve
   for (const State& state : states) {
     if (model.contacts) {
       sum.geometry += time_of([&] { problem.contacts = &finder.find(state, settings.step, 1); });
-      sum.formulation += time_of([&] { build_blocks(problem, joints, state.q); });
+      sum.formulation += time_of([&] { build_contacts(problem, state.q); });
     }
     sum.formulation += time_of([&] { formulate(problem, state.q, hs); });
     std::vector<Coordinates> q = state.q;

@@ -1,12 +1,13 @@
-// Contacts that are left out: what is met only after an impact, and the inner edges of flush faces.
+// Contacts that are left out: those after an impact, those at the inner edges of flush faces, and those that
+// a step turns out to miss.
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "sim/constraints/contact_finder.h"
-#include "sim/constraints/contact_thresholds.h"
 #include "sim/geometry/separation.h"
+#include "sim/math/rotation.h"
 
 namespace substep {
 namespace {
@@ -16,6 +17,9 @@ constexpr double cosine_of_tilt = 0.999;
 
 /// Depth below another face's plane at which a face is flush with it, relative to the smaller shape.
 constexpr double flush = 1e-4;
+
+/// Depth that touching shapes may gain in a part of a step, relative to the smaller.
+constexpr double deep = 0.05;
 
 }  // namespace
 
@@ -30,7 +34,7 @@ void ContactFinder::keep_first_impacts() {
   for (const Meeting& meeting : meetings_) {
     if (!meeting.turns_aside) continue;
     for (const std::uint32_t i : {meeting.a, meeting.b}) {
-      const int body = candidates_[i].collider->body;
+      const int body = body_of(i);
       if (model_.masses[body].inverse_mass > 0) earliest_[body] = std::min(earliest_[body], meeting.time);
     }
   }
@@ -38,7 +42,7 @@ void ContactFinder::keep_first_impacts() {
   const double at_once = 1e-6 * duration_;
   for (const Meeting& meeting : meetings_) {
     const auto is_after = [&](std::uint32_t i) {
-      const double earliest = earliest_[candidates_[i].collider->body];
+      const double earliest = earliest_[body_of(i)];
       return meeting.separates ? earliest < duration_ : meeting.time > earliest + at_once;
     };
     const bool is_late = is_after(meeting.a) || is_after(meeting.b);
@@ -46,7 +50,7 @@ void ContactFinder::keep_first_impacts() {
     if (meeting.turns_aside && is_ahead) first_impact_ = std::min(first_impact_, meeting.time);
     const auto turns = [&](std::uint32_t i) {
       constexpr double small_angle = 0.02;
-      return duration_ * motions_[candidates_[i].collider->body].spin.norm() > small_angle;
+      return duration_ * motions_[body_of(i)].spin.norm() > small_angle;
     };
     const bool is_timed = meeting.is_impact ? turns(meeting.a) || turns(meeting.b) : substep_ == duration_;
     if (is_ahead && meeting.turns_aside && is_timed) {
@@ -56,8 +60,7 @@ void ContactFinder::keep_first_impacts() {
     groups_[meeting.group].dropped = true;
     const std::pair<std::uint32_t, std::uint32_t> pair = std::minmax(meeting.a, meeting.b);
     std::erase(touching_, pair);
-    is_left_out_[candidates_[meeting.a].collider->body] =
-        is_left_out_[candidates_[meeting.b].collider->body] = true;
+    is_left_out_[body_of(meeting.a)] = is_left_out_[body_of(meeting.b)] = true;
   }
 }
 
@@ -80,8 +83,8 @@ void ContactFinder::drop_flush() {
     }
   }
   if (!any_shared || !any_points) return;
-  for (std::size_t collider = 0; collider < candidates_.size(); ++collider) {
-    if (!moves(model_.masses[candidates_[collider].collider->body])) continue;
+  for (std::uint32_t collider = 0; collider < candidates_.size(); ++collider) {
+    if (!moves(model_.masses[body_of(collider)])) continue;
     const auto next_of = [&](int g) {
       return groups_[g].earlier[groups_[g].colliders[0] == static_cast<int>(collider) ? 0 : 1];
     };
@@ -168,9 +171,79 @@ bool ContactFinder::is_flush(int collider, const Group& floor, const Group& othe
   const Vector3 closing = speed_of(1, floor.arm_b) - speed_of(0, floor.arm_a);
   const bool is_struck =
       duration_ * up.dot(closing) * (is_a ? 1 : -1) > std::max(tolerated_overlap * size, fall_);
-  if (is_struck && moves(model_.masses[candidates_[under].collider->body])) return false;
+  if (is_struck && moves(model_.masses[body_of(under)])) return false;
   const ConvexSolid solid(shape, poses_[below]);
   return up.dot(solid.support(up) - on_floor) + solid.radius() <= flush * size;
+}
+
+/// Returns how far two shapes overlap after a time, m.
+double ContactFinder::depth_after(const MovingShape& a, const MovingShape& b, double time) {
+  points_.clear();
+  find_contacts(*a.shape, a.motion.at(time) * a.placement, *b.shape, b.motion.at(time) * b.placement, 0,
+                points_);
+  double depth = 0;
+  for (const ContactPoint& point : points_) depth = std::max(depth, -point.distance);
+  return depth;
+}
+
+std::optional<double> ContactFinder::missed(const State& state, const std::vector<Coordinates>& end,
+                                            double duration) {
+  state_ = &state;
+  const double fall = 1.5 * duration * duration * model_.gravity.norm();
+  is_off_.assign(end.size(), false);
+  bool any_off = false;
+  for (const Candidate& candidate : candidates_) {
+    const int body = candidate.collider->body;
+    if (!moves(model_.masses[body])) continue;
+    const RigidMotion& expected = motion_of(body);
+    const Vector3 way = end[body].linear - state.q[body].linear;
+    const Quaternion turned = end[body].angular * state.q[body].angular.conjugate();
+    constexpr double small_sine = 0.05;
+    const Vector3 turn = turned.vec().squaredNorm() < small_sine * small_sine ? Vector3(2 * turned.vec())
+                                                                              : rotation_vector(turned);
+    const double off = (way - expected.displacement(duration)).norm() +
+                       candidate.reach * (turn - duration * expected.spin).norm();
+    if (off <= std::max(tolerated_overlap * candidate.size, fall) && !is_left_out_[body]) continue;
+    is_off_[body] = any_off = true;
+  }
+  if (!any_off) return std::nullopt;
+  for (std::size_t body = 0; body < end.size(); ++body) {
+    const Coordinates& q = state.q[body];
+    moved_[body] = {
+        q.linear,        q.angular, (end[body].linear - q.linear) / duration,
+        Vector3::Zero(), 0,         rotation_vector(end[body].angular * q.angular.conjugate()) / duration};
+  }
+  const auto moved = [&](std::uint32_t i) -> MovingShape {
+    const Collider& collider = *candidates_[i].collider;
+    return {&collider.shape, collider.placement, candidates_[i].reach, moved_[collider.body]};
+  };
+  for (std::uint32_t i = 0; i < candidates_.size(); ++i) bounds_[i] = swept_bounds(moved(i), duration);
+  broad_phase_.find_pairs(bounds_, pairs_);
+  std::optional<double> first;
+  for (const auto& pair : pairs_) {
+    const auto [i, j] = pair;
+    if (!is_off_[body_of(i)] && !is_off_[body_of(j)]) continue;
+    if (!may_meet(i, j)) continue;
+    const double size = smaller_size(i, j);
+    const MovingShape a = moved(i);
+    const MovingShape b = moved(j);
+    if (std::ranges::binary_search(touching_, pair)) {
+      // Shapes that touch in one place may come down in another, of which the contacts know nothing.
+      constexpr double shortest = 1.0 / 16;
+      if (part_ > shortest && depth_after(a, b, duration) > depth_after(a, b, 0) + deep * size) {
+        first = std::min(first.value_or(duration), duration / 2);
+      }
+      continue;
+    }
+    const auto impact = time_of_impact(a, b, first.value_or(duration), touching * size / 2);
+    if (!impact) continue;
+    const Vector3 closing = b.motion.velocity - a.motion.velocity;
+    const double turning = impact->normal.cross(a.motion.spin).norm() * a.reach +
+                           impact->normal.cross(b.motion.spin).norm() * b.reach;
+    const double overlap = (duration - impact->time) * (impact->normal.dot(closing) + turning);
+    if (overlap > tolerated_overlap * size) first = impact->time;
+  }
+  return first;
 }
 
 }  // namespace substep
